@@ -1,0 +1,13 @@
+#pragma once
+
+#include <filesystem>
+
+#include "config/config_error.hpp"
+#include "core/kinematics/robot_model.hpp"
+
+namespace truepose::config {
+
+/// Reads a robot file (YAML; mm, deg, deg/s). Throws ConfigError naming file, line, column and key.
+RobotModel load_robot(const std::filesystem::path& file);
+
+}  // namespace truepose::config

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <expected>
+
+#include "core/kinematics/robot_model.hpp"
+
+namespace truepose {
+
+struct PoseInverseOptions {
+  double position_tolerance_mm = 1e-9;
+  double rotation_tolerance_rad = 1e-11;
+  int max_iterations = 50;
+  /// Damping (in mm-equivalent units) that sets in where the arm is nearer to a singularity than this smallest
+  /// singular value of the Jacobian with rotations weighted by `length_mm`.
+  double singular_below = 0.02;
+  double length_mm = 1000;  ///< weighs 1 rad of orientation against millimetres of position
+};
+
+enum class PoseInverseFault { DidNotConverge, OutOfReach, NotFinite };
+
+struct PoseInverseResult {
+  JointVector q;
+  double residual_mm = 0;
+  double residual_rad = 0;
+  int iterations = 0;
+};
+
+/// Joint positions at which `robot` (usually a calibrated one) stands at X_BF, by Newton from `q_seed` on its branch.
+/// Does not allocate. Joint limits are the caller's to judge.
+std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel& robot, const Eigen::Isometry3d& X_BF,
+                                                                const JointVector& q_seed,
+                                                                const PoseInverseOptions& options = {});
+
+/// Joint positions to command so that the real arm (`calibrated`) stands where the nominal arm would at `q`.
+/// Source: stage 2 of the paper, eqs 27 to 30 with the signs put right. Does not allocate.
+std::expected<PoseInverseResult, PoseInverseFault> compensate_joints(const RobotModel& nominal,
+                                                                     const RobotModel& calibrated, const JointVector& q,
+                                                                     const PoseInverseOptions& options = {});
+
+}  // namespace truepose

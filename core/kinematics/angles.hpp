@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <numbers>
+
+namespace truepose {
+
+inline constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+
+/// Rz(rz) Ry(ry) Rx(rx), angles in rad. KUKA's A, B, C are rz, ry, rx.
+Eigen::Matrix3d rotation_zyx(double rz, double ry, double rx);
+
+/// (rx, ry, rz) in rad with R = Rz(rz) Ry(ry) Rx(rx) and ry in [-pi/2, pi/2]. In the gimbal (ry = +-pi/2) rx is 0.
+Eigen::Vector3d angles_zyx(const Eigen::Matrix3d& R);
+
+/// Pose with the translation (mm) and KUKA's A, B, C (deg).
+Eigen::Isometry3d pose_from_kuka(const Eigen::Vector3d& xyz_mm, const Eigen::Vector3d& abc_deg);
+
+/// KUKA's A, B, C (deg) of a rotation.
+Eigen::Vector3d kuka_abc_deg(const Eigen::Matrix3d& R);
+
+/// Angle (rad) of the rotation that takes A to B.
+double angle_between(const Eigen::Matrix3d& A, const Eigen::Matrix3d& B);
+
+}  // namespace truepose

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "core/kinematics/robot_model.hpp"
+
+namespace truepose {
+
+/// Pose of link frame i in link frame i-1 at joint position q (rad or mm).
+/// Source: eq. 1 of the method's paper, beta first.
+Eigen::Isometry3d link_transform(const Joint& joint, double q);
+
+/// Pose X_BF of the flange in the robot base frame, mm.
+///
+/// @param q  robot.joint_count() joint positions
+Eigen::Isometry3d forward_kinematics(const RobotModel& robot, const JointVector& q);
+
+/// Geometric Jacobian of the flange: 6 x N, rows 0-2 the velocity of the flange's origin (mm per unit of q), rows 3-5
+/// the angular velocity (rad per unit of q), both in the base frame.
+using JointJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxJoints>;
+
+struct PoseAndJacobian {
+  Eigen::Isometry3d X_BF;
+  JointJacobian J;
+};
+PoseAndJacobian forward_with_jacobian(const RobotModel& robot, const JointVector& q);
+
+}  // namespace truepose

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstdint>
+#include <expected>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/calibration/measurement.hpp"
+
+namespace truepose::daemon {
+
+struct StoreError {
+  std::string detail;  ///< what SQLite said, in which operation, on which file
+};
+template <typename T>
+using StoreResult = std::expected<T, StoreError>;
+
+/// Why a planned pose has no point.
+struct SkippedPose {
+  int pose = 0;
+  std::string reason;
+  int attempts = 0;
+};
+
+enum class PointPurpose { Identify, Validate, Remeasure };
+
+/// One measured point of a campaign, as it is kept.
+struct StoredPoint {
+  int pose = 0;             ///< index in the campaign's plan
+  PointPurpose purpose = PointPurpose::Identify;
+  JointVector q_target;     ///< the pose that was wanted (rad, mm)
+  JointVector q_commanded;  ///< what was sent: differs from it when compensated
+  JointVector q_actual;     ///< what the controller reported at the end
+  std::string smr;
+  Eigen::Vector3d p_WS_mm{0, 0, 0};
+  Eigen::Vector3d std_mm{0, 0, 0};
+  double temperature_c = 0, pressure_mbar = 0, humidity_percent = 0;
+  std::string time;         ///< RFC 3339
+};
+
+struct CampaignRecord {
+  std::string id;        ///< UUID
+  std::string started;   ///< RFC 3339
+  std::string ended;     ///< empty while it runs
+  std::string state;     ///< "running", "done", "aborted", "failed"
+  std::string reason;    ///< for aborted and failed
+  std::string robot_model, robot_serial, tracker_model, tracker_serial;
+  std::string model_id;  ///< of the model that it made, or empty
+  std::string document;  ///< the calibration document (JSON), or empty
+};
+
+struct ModelRecord {
+  std::string id;           ///< UUID
+  std::string created;      ///< RFC 3339
+  std::string campaign_id;
+  std::string robot_serial;
+  std::string yaml;         ///< model file
+  double validation_before_mm = 0, validation_geometric_mm = 0;
+  bool active = false;
+};
+
+/// The cell's memory: one SQLite file (WAL, synchronous=FULL). A call that returned without an error is on the disk.
+/// Not thread-safe: owned by the store thread. UUIDs and times are the caller's.
+class Store {
+ public:
+  /// Opens or makes the file, checks it and brings its schema up to date.
+  static StoreResult<Store> open(const std::filesystem::path& file);
+  Store(Store&&) noexcept;
+  Store& operator=(Store&&) noexcept;
+  ~Store();
+
+  StoreResult<void> begin_campaign(const CampaignRecord& campaign);
+  StoreResult<void> add_point(const std::string& campaign_id, const StoredPoint& point);
+  StoreResult<void> add_skipped(const std::string& campaign_id, const SkippedPose& skipped);
+  /// Writes state, end, reason, model and document of a campaign.
+  StoreResult<void> end_campaign(const CampaignRecord& campaign);
+  StoreResult<std::vector<CampaignRecord>> campaigns();  ///< newest first, without documents
+  StoreResult<std::optional<CampaignRecord>> campaign(const std::string& id);
+  StoreResult<std::vector<StoredPoint>> points(const std::string& campaign_id);
+  StoreResult<std::vector<SkippedPose>> skipped(const std::string& campaign_id);
+
+  StoreResult<void> add_model(const ModelRecord& model);
+  /// In one transaction: this model active, every other not. An empty id deactivates.
+  StoreResult<void> activate_model(const std::string& id);
+  StoreResult<std::vector<ModelRecord>> models();  ///< newest first, without yaml
+  StoreResult<std::optional<ModelRecord>> model(const std::string& id);
+  StoreResult<std::optional<ModelRecord>> active_model();
+
+  /// Keeps the last sequence number of events, so that it never repeats over restarts.
+  StoreResult<std::uint64_t> reserve_event_numbers(std::uint64_t count);
+
+ private:
+  struct Impl;
+  explicit Store(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace truepose::daemon

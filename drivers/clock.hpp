@@ -1,0 +1,20 @@
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <chrono>
+
+namespace truepose::drivers {
+
+using TimePoint = std::chrono::steady_clock::time_point;
+using Duration = std::chrono::steady_clock::duration;
+
+/// The time that drivers and campaign live in: the machine's steady clock, or virtual time in tests.
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  virtual TimePoint now() const = 0;
+  /// Returns at `when`; throws boost::system::system_error(operation_aborted) when cancelled.
+  virtual boost::asio::awaitable<void> sleep_until(TimePoint when) = 0;
+};
+
+}  // namespace truepose::drivers
