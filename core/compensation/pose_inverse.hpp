@@ -8,15 +8,13 @@ namespace truepose {
 
 struct PoseInverseOptions {
   double position_tolerance_mm = 1e-9;
-  double rotation_tolerance_rad = 1e-11;
+  double rotation_tolerance_rad = 1e-12;
   int max_iterations = 50;
-  /// Damping (in mm-equivalent units) that sets in where the arm is nearer to a singularity than this smallest
-  /// singular value of the Jacobian with rotations weighted by `length_mm`.
-  double singular_below = 0.02;
-  double length_mm = 1000;  ///< weighs 1 rad of orientation against millimetres of position
+  /// Weighs 1 rad of orientation, and of a revolute joint's step, against millimetres.
+  double length_mm = 1000;
 };
 
-enum class PoseInverseFault { DidNotConverge, OutOfReach, NotFinite };
+enum class PoseInverseFault { DidNotConverge, NotFinite };
 
 struct PoseInverseResult {
   JointVector q;
@@ -25,8 +23,9 @@ struct PoseInverseResult {
   int iterations = 0;
 };
 
-/// Joint positions at which `robot` (usually a calibrated one) stands at X_BF, by Newton from `q_seed` on its branch.
-/// Does not allocate. Joint limits are the caller's to judge.
+/// Joint positions at which `robot` (usually a calibrated one) stands at X_BF: Newton with the analytic Jacobian from
+/// `q_seed`, damped (Levenberg-Marquardt) only where a full step would lead away. Stays on the seed's branch.
+/// With more than six joints the step is the smallest. Does not allocate. Joint limits are the caller's to judge.
 std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel& robot, const Eigen::Isometry3d& X_BF,
                                                                 const JointVector& q_seed,
                                                                 const PoseInverseOptions& options = {});

@@ -12,7 +12,7 @@ inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 /// Rz(rz) Ry(ry) Rx(rx), angles in rad. KUKA's A, B, C are rz, ry, rx.
 Eigen::Matrix3d rotation_zyx(double rz, double ry, double rx);
 
-/// (rx, ry, rz) in rad with R = Rz(rz) Ry(ry) Rx(rx) and ry in [-pi/2, pi/2]. In the gimbal (ry = +-pi/2) rx is 0.
+/// (rx, ry, rz) in rad with R = Rz(rz) Ry(ry) Rx(rx) and ry in [-pi/2, pi/2]. In the gimbal (ry = +-pi/2) rz is 0.
 Eigen::Vector3d angles_zyx(const Eigen::Matrix3d& R);
 
 /// Pose with the translation (mm) and KUKA's A, B, C (deg).

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "core/kinematics/robot_model.hpp"
 
 namespace truepose {
@@ -7,6 +9,10 @@ namespace truepose {
 /// Pose of link frame i in link frame i-1 at joint position q (rad or mm).
 /// Source: eq. 1 of the method's paper, beta first.
 Eigen::Isometry3d link_transform(const Joint& joint, double q);
+
+/// Poses of the link frames 0 (the base) to N in the base frame, at joint position q. Only the first N + 1 are set.
+using LinkFrames = std::array<Eigen::Isometry3d, kMaxJoints + 1>;
+void link_frames(const RobotModel& robot, const JointVector& q, LinkFrames& X_B);
 
 /// Pose X_BF of the flange in the robot base frame, mm.
 ///

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <boost/json.hpp>
+#include <string>
+
+#include "core/calibration/calibrated_cell.hpp"
+
+/// The reference values of tests/golden (50-digit arithmetic; its README says how they were made).
+namespace truepose::golden {
+
+boost::json::object load(const std::string& name);
+
+double number(const boost::json::value& value);
+Eigen::VectorXd vector(const boost::json::value& value);
+Eigen::MatrixXd matrix(const boost::json::value& value);
+
+/// An arm from `links` (6 x 5: a, alpha, d, theta0, beta) and `sign`, with the limits of the KR 210 R2700-2.
+RobotModel robot(const boost::json::value& links, const boost::json::value& sign);
+
+/// The arm with a base [px, py, pz, rx, ry, rz] and one reflector.
+CalibratedCell cell(const RobotModel& robot, const boost::json::value& base, const boost::json::value& tool);
+
+}  // namespace truepose::golden
