@@ -12,7 +12,10 @@
 
 namespace truepose {
 
-enum class CalibrationMethod { TwoStage, LeastSquares };
+enum class CalibrationMethod {
+  TwoStage,      ///< the paper's: redundant columns removed by QR, the rest fitted
+  LeastSquares,  ///< every column at once, the smallest correction (pseudo-inverse) among equal ones
+};
 
 struct CalibrateOptions {
   CalibrationMethod method = CalibrationMethod::TwoStage;
@@ -23,8 +26,7 @@ struct CalibrateOptions {
 enum class CalibrationFault {
   TooFewPoses,
   NotFinite,
-  ConstantOrientation,  ///< base and reflector offset cannot be told apart
-  RankDeficient,
+  NotSeparable,  ///< base and reflector offset cannot be told apart
 };
 
 struct CalibrationError {
@@ -32,7 +34,7 @@ struct CalibrationError {
   std::string detail;  ///< one sentence for the operator
 };
 
-/// One identified parameter. Names: "base.x".."base.rz", "smr.NAME.x", "link2.a", .alpha, .d, .theta, .beta.
+/// One parameter and what became of it. Names as in parameter_names().
 struct IdentifiedParameter {
   std::string name;
   double nominal = 0;  ///< mm or rad; 0 for base and reflectors
@@ -52,7 +54,6 @@ struct StageErrors {
 
 /// Error vectors (predicted minus measured, mm, tracker frame) of one point through the stages.
 struct PointErrors {
-  int point = 0;  ///< index into MeasurementData::points
   Eigen::Vector3d before, geometric, after;
 };
 
@@ -65,18 +66,27 @@ struct Calibration {
   CalibratedCell cell;    ///< calibrated arm
   std::vector<IdentifiedParameter> parameters;
   int rank = 0;
-  double condition = 0;   ///< of the kept columns, scaled to unit norm
-  double sigma0_mm = 0;   ///< estimated standard deviation of one coordinate
+  double rank_gap = 0;   ///< smallest pivot kept over the largest dropped
+  double condition = 0;  ///< of the kept columns, scaled to unit norm
+  double sigma0_mm = 0;  ///< estimated standard deviation of one coordinate of a point of weight 1
   StageErrors identify;
   std::optional<StageErrors> validate;
   std::vector<PointErrors> points;  ///< in the order of MeasurementData::points
 };
 
-/// Identifies base, reflectors and link errors from the points marked Identify, and judges them on those marked Validate.
+/// Fits base and reflectors alone, the arm held at `arm`: the coarse stage. Few poses suffice, so a campaign
+/// aims with it.
+///
+/// @param points  at least five poses of varying orientation, used whatever their set
+std::expected<CalibratedCell, CalibrationError> coarse_fit(const RobotModel& arm,
+                                                           const MeasurementData& data);
+
+/// Identifies base, reflectors and link errors from the points marked Identify, and judges them on those
+/// marked Validate.
 ///
 /// @param nominal  the data sheet's arm
-/// @param data     at least 5 distinct poses to identify
-/// Source: method's paper, stages 1 (eqs 12 to 19) and 2 (eqs 20 to 26).
+/// @param data     points to identify: more equations than identifiable parameters (9 poses of one reflector
+/// give 27) Source: method's paper, coarse stage (eqs 12 to 19) and fine stage (eqs 20 to 26).
 std::expected<Calibration, CalibrationError> calibrate(const RobotModel& nominal, const MeasurementData& data,
                                                        const CalibrateOptions& options = {});
 

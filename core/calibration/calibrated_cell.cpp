@@ -12,7 +12,9 @@ Eigen::Isometry3d BasePose::isometry() const {
   return X_WB;
 }
 
-BasePose BasePose::of(const Eigen::Isometry3d& X_WB) { return {X_WB.translation(), angles_zyx(X_WB.linear())}; }
+BasePose BasePose::of(const Eigen::Isometry3d& X_WB) {
+  return {X_WB.translation(), angles_zyx(X_WB.linear())};
+}
 
 Eigen::Vector3d CalibratedCell::predict(const JointVector& q, int smr) const {
   return base.isometry() * (forward_kinematics(robot, q) * reflectors[static_cast<std::size_t>(smr)].p_FS_mm);

@@ -15,14 +15,14 @@ enum class PoseSet { Identify, Validate };
 
 /// One reflector reading of a standing arm.
 struct Measurement {
-  JointVector q;                              ///< joint positions (rad, mm)
-  Eigen::Vector3d p_WS_mm{0, 0, 0};           ///< reflector centre in the tracker frame
-  int smr = 0;                                ///< index into MeasurementData::smr_names
+  JointVector q;                     ///< joint positions (rad, mm)
+  Eigen::Vector3d p_WS_mm{0, 0, 0};  ///< reflector centre in the tracker frame
+  int smr = 0;                       ///< index into MeasurementData::smr_names
   PoseSet set = PoseSet::Identify;
-  std::optional<double> sigma_mm;             ///< standard uncertainty per axis, where known
-  std::vector<std::int8_t> direction;         ///< side from which each joint arrived (-1, 0, 1); empty = unknown
-  std::string time;                           ///< RFC 3339, or empty
-  int row = 0;                                ///< row of the file it came from (1 = first data row), 0 = no file
+  std::optional<double> sigma_mm;      ///< standard uncertainty per axis, where known
+  std::vector<std::int8_t> direction;  ///< side from which each joint arrived (-1, 0, 1); empty = unknown
+  std::string time;                    ///< RFC 3339, or empty
+  int row = 0;                         ///< row of the file it came from (1 = first data row), 0 = no file
 };
 
 struct MeasurementData {

@@ -31,7 +31,8 @@ Vector6d pose_error(const Eigen::Isometry3d& target, const Eigen::Isometry3d& ac
 
 }  // namespace
 
-std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel& robot, const Eigen::Isometry3d& X_BF,
+std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel& robot,
+                                                                const Eigen::Isometry3d& X_BF,
                                                                 const JointVector& q_seed,
                                                                 const PoseInverseOptions& options) {
   Vector6d weight;
@@ -52,7 +53,8 @@ std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel
     if (!std::isfinite(cost)) return std::unexpected(PoseInverseFault::NotFinite);
     result.residual_mm = error.head<3>().norm();
     result.residual_rad = error.tail<3>().norm();
-    if (result.residual_mm <= options.position_tolerance_mm && result.residual_rad <= options.rotation_tolerance_rad) {
+    if (result.residual_mm <= options.position_tolerance_mm &&
+        result.residual_rad <= options.rotation_tolerance_rad) {
       return result;
     }
     if (result.iterations == options.max_iterations) return std::unexpected(PoseInverseFault::DidNotConverge);
@@ -83,7 +85,8 @@ std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel
 }
 
 std::expected<PoseInverseResult, PoseInverseFault> compensate_joints(const RobotModel& nominal,
-                                                                     const RobotModel& calibrated, const JointVector& q,
+                                                                     const RobotModel& calibrated,
+                                                                     const JointVector& q,
                                                                      const PoseInverseOptions& options) {
   return inverse_near(calibrated, forward_kinematics(nominal, q), q, options);
 }

@@ -23,17 +23,20 @@ struct PoseInverseResult {
   int iterations = 0;
 };
 
-/// Joint positions at which `robot` (usually a calibrated one) stands at X_BF: Newton with the analytic Jacobian from
-/// `q_seed`, damped (Levenberg-Marquardt) only where a full step would lead away. Stays on the seed's branch.
-/// With more than six joints the step is the smallest. Does not allocate. Joint limits are the caller's to judge.
-std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel& robot, const Eigen::Isometry3d& X_BF,
+/// Joint positions at which `robot` (usually a calibrated one) stands at X_BF: Newton with the analytic
+/// Jacobian from `q_seed`, damped (Levenberg-Marquardt) only where a full step would lead away. Stays on the
+/// seed's branch. With more than six joints the step is the smallest. Does not allocate. Joint limits are the
+/// caller's to judge.
+std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel& robot,
+                                                                const Eigen::Isometry3d& X_BF,
                                                                 const JointVector& q_seed,
                                                                 const PoseInverseOptions& options = {});
 
 /// Joint positions to command so that the real arm (`calibrated`) stands where the nominal arm would at `q`.
 /// Source: stage 2 of the paper, eqs 27 to 30 with the signs put right. Does not allocate.
 std::expected<PoseInverseResult, PoseInverseFault> compensate_joints(const RobotModel& nominal,
-                                                                     const RobotModel& calibrated, const JointVector& q,
+                                                                     const RobotModel& calibrated,
+                                                                     const JointVector& q,
                                                                      const PoseInverseOptions& options = {});
 
 }  // namespace truepose

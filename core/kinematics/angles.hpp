@@ -12,8 +12,13 @@ inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 /// Rz(rz) Ry(ry) Rx(rx), angles in rad. KUKA's A, B, C are rz, ry, rx.
 Eigen::Matrix3d rotation_zyx(double rz, double ry, double rx);
 
-/// (rx, ry, rz) in rad with R = Rz(rz) Ry(ry) Rx(rx) and ry in [-pi/2, pi/2]. In the gimbal (ry = +-pi/2) rz is 0.
+/// (rx, ry, rz) in rad with R = Rz(rz) Ry(ry) Rx(rx) and ry in [-pi/2, pi/2]. In the gimbal (ry = +-pi/2) rz
+/// is 0.
 Eigen::Vector3d angles_zyx(const Eigen::Matrix3d& R);
+
+/// E with omega = E (d rx, d ry, d rz): the angular velocity, in the outer frame, of R = Rz(rz) Ry(ry)
+/// Rx(rx). Singular in the gimbal.
+Eigen::Matrix3d angle_rates_zyx(const Eigen::Vector3d& rxyz_rad);
 
 /// Pose with the translation (mm) and KUKA's A, B, C (deg).
 Eigen::Isometry3d pose_from_kuka(const Eigen::Vector3d& xyz_mm, const Eigen::Vector3d& abc_deg);

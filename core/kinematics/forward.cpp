@@ -15,7 +15,7 @@ Eigen::Isometry3d link_transform(const Joint& joint, double q) {
 
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() << cb * ct + sb * sa * st, -cb * st + sb * sa * ct, sb * ca,  //
-      ca * st, ca * ct, -sa,                                              //
+      ca * st, ca * ct, -sa,                                               //
       -sb * ct + cb * sa * st, sb * st + cb * sa * ct, cb * ca;
   T.translation() = Eigen::Vector3d(cb, 0, -sb) * joint.a_mm + T.linear().col(2) * d;
   return T;

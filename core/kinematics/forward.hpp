@@ -10,7 +10,8 @@ namespace truepose {
 /// Source: eq. 1 of the method's paper, beta first.
 Eigen::Isometry3d link_transform(const Joint& joint, double q);
 
-/// Poses of the link frames 0 (the base) to N in the base frame, at joint position q. Only the first N + 1 are set.
+/// Poses of the link frames 0 (the base) to N in the base frame, at joint position q. Only the first N + 1
+/// are set.
 using LinkFrames = std::array<Eigen::Isometry3d, kMaxJoints + 1>;
 void link_frames(const RobotModel& robot, const JointVector& q, LinkFrames& X_B);
 
@@ -19,8 +20,8 @@ void link_frames(const RobotModel& robot, const JointVector& q, LinkFrames& X_B)
 /// @param q  robot.joint_count() joint positions
 Eigen::Isometry3d forward_kinematics(const RobotModel& robot, const JointVector& q);
 
-/// Geometric Jacobian of the flange: 6 x N, rows 0-2 the velocity of the flange's origin (mm per unit of q), rows 3-5
-/// the angular velocity (rad per unit of q), both in the base frame.
+/// Geometric Jacobian of the flange: 6 x N, rows 0-2 the velocity of the flange's origin (mm per unit of q),
+/// rows 3-5 the angular velocity (rad per unit of q), both in the base frame.
 using JointJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxJoints>;
 
 struct PoseAndJacobian {

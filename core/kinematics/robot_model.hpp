@@ -7,20 +7,21 @@
 
 namespace truepose {
 
-/// Most joints that an arm, its rail and its positioner may have together. Bounded, so that a joint vector never
-/// allocates and can be used in the real-time cycle.
+/// Most joints that an arm, its rail and its positioner may have together. Bounded, so that a joint vector
+/// never allocates and can be used in the real-time cycle.
 inline constexpr int kMaxJoints = 16;
 
-/// Joint positions q1..qN: rad for a revolute joint, mm for a prismatic one, in the controller's own sign convention.
+/// Joint positions q1..qN: rad for a revolute joint, mm for a prismatic one, in the controller's own sign
+/// convention.
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
 
 enum class JointType { Revolute, Prismatic };
 
 /// One joint and the link before it, in modified DH with Hayati's beta (all angles rad, all lengths mm).
 ///
-/// T_i = Rot(y, beta) Rot(x, alpha) Trans(a, 0, 0) Rot(z, theta) Trans(0, 0, d), where a revolute joint turns theta
-/// (theta = sign * q + theta_rad) and a prismatic joint moves d (d = sign * q + d_mm).
-/// Source: Hayati's extension of Craig's modified DH; eqs 1 to 3 of the method's paper.
+/// T_i = Rot(y, beta) Rot(x, alpha) Trans(a, 0, 0) Rot(z, theta) Trans(0, 0, d), where a revolute joint turns
+/// theta (theta = sign * q + theta_rad) and a prismatic joint moves d (d = sign * q + d_mm). Source: Hayati's
+/// extension of Craig's modified DH; eqs 1 to 3 of the method's paper.
 struct Joint {
   JointType type = JointType::Revolute;
   double a_mm = 0;
@@ -37,7 +38,7 @@ struct Joint {
 /// A serial arm from its base frame B to its flange frame F.
 struct RobotModel {
   std::string name;
-  std::vector<Joint> joints;  ///< base to flange, 1 to kMaxJoints of them
+  std::vector<Joint> joints;                                   ///< base to flange, 1 to kMaxJoints of them
   Eigen::Isometry3d X_flange = Eigen::Isometry3d::Identity();  ///< from the last joint's frame to F
 
   int joint_count() const { return static_cast<int>(joints.size()); }

@@ -34,10 +34,12 @@ std::string unmet_condition(const RobotModel& robot) {
     if (!is_zero(j[i].beta_rad)) return "joint " + std::to_string(i + 1) + " has a beta";
   }
   for (const std::size_t i : {1UZ, 3UZ, 4UZ, 5UZ}) {
-    if (!is_right_angle(j[i].alpha_rad)) return "alpha of joint " + std::to_string(i + 1) + " is not +-90 deg";
+    if (!is_right_angle(j[i].alpha_rad))
+      return "alpha of joint " + std::to_string(i + 1) + " is not +-90 deg";
   }
   if (!is_zero(j[2].alpha_rad)) return "axes 2 and 3 are not parallel";
-  if (!is_zero(j[4].a_mm) || !is_zero(j[5].a_mm) || !is_zero(j[4].d_mm)) return "axes 4, 5 and 6 do not meet in a point";
+  if (!is_zero(j[4].a_mm) || !is_zero(j[5].a_mm) || !is_zero(j[4].d_mm))
+    return "axes 4, 5 and 6 do not meet in a point";
   if (is_zero(j[2].a_mm)) return "axes 2 and 3 coincide";
   return {};
 }
@@ -98,8 +100,7 @@ SphericalWristInverse::Solutions SphericalWristInverse::all(const Eigen::Isometr
     if (std::abs(cos_elbow) > 1) continue;
     for (const double elbow : {std::acos(cos_elbow), -std::acos(cos_elbow)}) {
       const double theta3 = elbow - gamma;
-      const double theta2 =
-          std::atan2(y, x) - std::atan2(l3 * std::sin(elbow), l2 + l3 * std::cos(elbow));
+      const double theta2 = std::atan2(y, x) - std::atan2(l3 * std::sin(elbow), l2 + l3 * std::cos(elbow));
       const Eigen::Matrix3d R_03 = Rz(theta1) * Rx(joint[1].alpha_rad) * Rz(theta2 + theta3);
       const Eigen::Matrix3d A = Rx(-joint[3].alpha_rad) * R_03.transpose() * X_06.linear();
       const double sin5 = std::hypot(A(0, 2), A(1, 2));

@@ -8,9 +8,11 @@
 
 namespace truepose {
 
-/// Closed-form inverse of a six-axis arm whose last three axes meet in a point and whose axes 2 and 3 are parallel.
+/// Closed-form inverse of a six-axis arm whose last three axes meet in a point and whose axes 2 and 3 are
+/// parallel.
 ///
-/// It holds for nominal arms only: a calibrated arm has no exact common point, and is solved by Newton from here.
+/// It holds for nominal arms only: a calibrated arm has no exact common point, and is solved by Newton from
+/// here.
 class SphericalWristInverse {
  public:
   /// @return the solver, or one sentence on which condition of the closed form the arm does not meet.
@@ -27,7 +29,8 @@ class SphericalWristInverse {
   Solutions all(const Eigen::Isometry3d& X_BF, const JointVector& q_near) const;
 
   /// The solution nearest to `q_near` in the joint limits (turns of 2 pi added where the limits allow).
-  std::expected<JointVector, std::string> nearest(const Eigen::Isometry3d& X_BF, const JointVector& q_near) const;
+  std::expected<JointVector, std::string> nearest(const Eigen::Isometry3d& X_BF,
+                                                  const JointVector& q_near) const;
 
  private:
   explicit SphericalWristInverse(RobotModel robot);

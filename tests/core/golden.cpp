@@ -27,8 +27,10 @@ Eigen::VectorXd vector(const boost::json::value& value) {
 
 Eigen::MatrixXd matrix(const boost::json::value& value) {
   const auto& rows = value.as_array();
-  Eigen::MatrixXd m(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.at(0).as_array().size()));
-  for (Eigen::Index i = 0; i < m.rows(); ++i) m.row(i) = vector(rows[static_cast<std::size_t>(i)]).transpose();
+  Eigen::MatrixXd m(static_cast<Eigen::Index>(rows.size()),
+                    static_cast<Eigen::Index>(rows.at(0).as_array().size()));
+  for (Eigen::Index i = 0; i < m.rows(); ++i)
+    m.row(i) = vector(rows[static_cast<std::size_t>(i)]).transpose();
   return m;
 }
 

@@ -29,10 +29,24 @@ JointVector random_joints(const RobotModel& robot, std::mt19937_64& random) {
 /// Seven joints on a rail, with offsets, betas, both signs and a fixed flange: nothing that could cancel.
 RobotModel rail_arm() {
   RobotModel robot;
-  robot.joints = {{.type = JointType::Prismatic, .a_mm = 30, .alpha_rad = 0.4, .d_mm = 100, .theta_rad = 0.2, .beta_rad = 0.1, .sign = -1, .min = -500, .max = 500}};
+  robot.joints = {{.type = JointType::Prismatic,
+                   .a_mm = 30,
+                   .alpha_rad = 0.4,
+                   .d_mm = 100,
+                   .theta_rad = 0.2,
+                   .beta_rad = 0.1,
+                   .sign = -1,
+                   .min = -500,
+                   .max = 500}};
   for (int i = 0; i < 6; ++i) {
-    robot.joints.push_back({.a_mm = 100. + 20 * i, .alpha_rad = 0.9 - 0.5 * i, .d_mm = 150. - 30 * i, .theta_rad = 0.3 * i,
-                            .beta_rad = 0.02 * i, .sign = i % 2 ? 1. : -1., .min = -2, .max = 2});
+    robot.joints.push_back({.a_mm = 100. + 20 * i,
+                            .alpha_rad = 0.9 - 0.5 * i,
+                            .d_mm = 150. - 30 * i,
+                            .theta_rad = 0.3 * i,
+                            .beta_rad = 0.02 * i,
+                            .sign = i % 2 ? 1. : -1.,
+                            .min = -2,
+                            .max = 2});
   }
   robot.X_flange = pose_from_kuka({10, -20, 30}, {15, 25, -35});
   return robot;

@@ -1,0 +1,47 @@
+#include "core/calibration/identifiability.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <limits>
+
+namespace truepose {
+
+Eigen::VectorXd column_norms(const Eigen::MatrixXd& J) {
+  return J.colwise().norm().transpose().unaryExpr([](double n) { return n > 0 ? n : 1.0; });
+}
+
+Identifiability identifiability(const Eigen::MatrixXd& J, const Eigen::VectorXd& preference) {
+  Identifiability result;
+  const Eigen::MatrixXd unit = J * column_norms(J).cwiseInverse().asDiagonal();
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> plain(unit);
+  const Eigen::VectorXd pivots = plain.matrixQR().diagonal().cwiseAbs();
+  while (result.rank < pivots.size() && pivots[result.rank] > kRankTolerance * pivots[0]) ++result.rank;
+  result.gap = result.rank < pivots.size() && result.rank > 0 && pivots[result.rank] > 0
+                   ? pivots[result.rank - 1] / pivots[result.rank]
+                   : std::numeric_limits<double>::infinity();
+
+  // The preference steers which columns the pivoting meets first; the rank above is judged without it.
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> steered(unit * preference.asDiagonal());
+  const auto& order = steered.colsPermutation().indices();
+  result.kept.assign(order.data(), order.data() + result.rank);
+  std::ranges::sort(result.kept);
+
+  if (result.rank > 0) {
+    Eigen::MatrixXd kept(J.rows(), result.rank);
+    for (int k = 0; k < result.rank; ++k) kept.col(k) = unit.col(result.kept[static_cast<std::size_t>(k)]);
+    const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>(kept).singularValues();
+    result.condition = singular[0] / singular[result.rank - 1];
+  }
+  return result;
+}
+
+Eigen::VectorXd conventional_preference(const ParameterLayout& layout) {
+  Eigen::VectorXd preference = Eigen::VectorXd::Constant(layout.size(), 1e3);
+  for (int i = 0; i < layout.joints; ++i) {
+    preference.segment<5>(layout.link(i)) << 1, 1, 0.5, 1, 0.1;
+  }
+  return preference;
+}
+
+}  // namespace truepose

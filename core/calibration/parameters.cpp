@@ -1,0 +1,64 @@
+#include "core/calibration/parameters.hpp"
+
+#include <array>
+
+namespace truepose {
+
+ParameterLayout ParameterLayout::of(const CalibratedCell& cell) {
+  return {static_cast<int>(cell.reflectors.size()), cell.robot.joint_count()};
+}
+
+std::vector<std::string> parameter_names(const CalibratedCell& cell) {
+  std::vector<std::string> names{"base.x", "base.y", "base.z", "base.rx", "base.ry", "base.rz"};
+  for (const Reflector& reflector : cell.reflectors) {
+    for (const char* axis : {".x", ".y", ".z"}) names.push_back("smr." + reflector.name + axis);
+  }
+  for (int i = 1; i <= cell.robot.joint_count(); ++i) {
+    for (const char* entry : {".a", ".alpha", ".d", ".theta", ".beta"}) {
+      names.push_back("link" + std::to_string(i) + entry);
+    }
+  }
+  return names;
+}
+
+Eigen::VectorXd parameter_values(const CalibratedCell& cell) {
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  Eigen::VectorXd values(layout.size());
+  values.head<6>() << cell.base.p_mm, cell.base.rxyz_rad;
+  for (int k = 0; k < layout.reflectors; ++k) {
+    values.segment<3>(layout.reflector(k)) = cell.reflectors[static_cast<std::size_t>(k)].p_FS_mm;
+  }
+  for (int i = 0; i < layout.joints; ++i) {
+    const Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
+    values.segment<5>(layout.link(i)) << joint.a_mm, joint.alpha_rad, joint.d_mm, joint.theta_rad,
+        joint.beta_rad;
+  }
+  return values;
+}
+
+CalibratedCell moved(const CalibratedCell& cell, const Eigen::VectorXd& step) {
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  CalibratedCell out = cell;
+  Eigen::Isometry3d X_WB = cell.base.isometry();
+  X_WB.translation() += step.head<3>();
+  const Eigen::Vector3d turn = step.segment<3>(3);
+  if (const double angle = turn.norm(); angle > 0) {
+    X_WB.linear() = Eigen::AngleAxisd(angle, turn / angle) * X_WB.linear();
+  }
+  out.base = BasePose::of(X_WB);
+  for (int k = 0; k < layout.reflectors; ++k) {
+    out.reflectors[static_cast<std::size_t>(k)].p_FS_mm += step.segment<3>(layout.reflector(k));
+  }
+  for (int i = 0; i < layout.joints; ++i) {
+    Joint& joint = out.robot.joints[static_cast<std::size_t>(i)];
+    const auto d = step.segment<5>(layout.link(i));
+    joint.a_mm += d[0];
+    joint.alpha_rad += d[1];
+    joint.d_mm += d[2];
+    joint.theta_rad += d[3];
+    joint.beta_rad += d[4];
+  }
+  return out;
+}
+
+}  // namespace truepose

@@ -1,0 +1,304 @@
+#include <gtest/gtest.h>
+
+#include <iostream>
+#include <random>
+
+#include "core/calibration/calibrate.hpp"
+#include "core/calibration/identifiability.hpp"
+#include "core/calibration/line_search.hpp"
+#include "core/calibration/measurement_model.hpp"
+#include "core/calibration/parameters.hpp"
+#include "core/kinematics/angles.hpp"
+#include "core/kinematics/forward.hpp"
+#include "tests/core/golden.hpp"
+
+namespace truepose {
+namespace {
+
+/// The golden data sets as measurements; validation points are the noise-free positions.
+struct GoldenSet {
+  boost::json::object expected;
+  MeasurementData data;
+};
+
+GoldenSet golden_set(const boost::json::object& file, std::size_t index, const char* validation_key) {
+  const auto& set = file.at("datasets").as_array()[index];
+  GoldenSet out{set.at("expected").as_object(), {.smr_names = {"1"}}};
+  const auto add = [&](const char* part, PoseSet purpose, const char* key) {
+    for (const auto& item : set.at(part).as_array()) {
+      out.data.points.push_back(
+          {.q = golden::vector(item.at("q")), .p_WS_mm = golden::vector(item.at(key)), .set = purpose});
+    }
+  };
+  add("identification", PoseSet::Identify, "measured");
+  add("validation", PoseSet::Validate, validation_key);
+  return out;
+}
+
+RobotModel golden_nominal(const boost::json::object& file) {
+  return golden::robot(file.at("nominal_links"), file.at("sign"));
+}
+
+JointVector random_joints(const RobotModel& robot, std::mt19937_64& random) {
+  JointVector q(robot.joint_count());
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    q[i] = std::uniform_real_distribution(joint.min, joint.max)(random);
+  }
+  return q;
+}
+
+Eigen::Matrix3d random_rotation(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  const Eigen::Quaterniond q(normal(random), normal(random), normal(random), normal(random));
+  return q.normalized().toRotationMatrix();
+}
+
+TEST(MeasurementModel, ReproducesTheGoldenJacobianOfAllThirtyNineParameters) {
+  const auto golden = golden::load("jacobian");
+  for (const auto& item : golden.at("cases").as_array()) {
+    const CalibratedCell cell =
+        golden::cell(golden::robot(item.at("links"), golden.at("sign")), item.at("base"), item.at("tool"));
+    PointJacobian J;
+    const JointVector q = golden::vector(item.at("q"));
+    const Eigen::Vector3d point = predict_with_jacobian(cell, q, 0, J);
+    EXPECT_LT((point - golden::vector(item.at("point"))).norm(), 1e-9);
+    // The golden file differentiates to the Euler angles, the fit turns about the tracker's axes.
+    J.middleCols<3>(3) = (J.middleCols<3>(3) * angle_rates_zyx(cell.base.rxyz_rad)).eval();
+    const Eigen::MatrixXd expected = golden::matrix(item.at("jacobian"));
+    for (Eigen::Index k = 0; k < expected.cols(); ++k) {
+      EXPECT_LT((J.col(k) - expected.col(k)).norm(), 1e-11 * (1 + expected.col(k).norm())) << "column " << k;
+    }
+    const Eigen::MatrixXd joint_jacobian = golden::matrix(item.at("joint_jacobian"));
+    for (int i = 0; i < 6; ++i) {
+      const Eigen::Vector3d by_q = cell.robot.joints[static_cast<std::size_t>(i)].sign * J.col(9 + 5 * i + 3);
+      EXPECT_LT((by_q - joint_jacobian.col(i)).norm(), 1e-11 * (1 + by_q.norm()));
+    }
+  }
+}
+
+TEST(MeasurementModel, AgreesWithDifferencesForARailWithTwoReflectorsAndAFlange) {
+  RobotModel robot;
+  robot.joints = {{.type = JointType::Prismatic,
+                   .a_mm = 30,
+                   .alpha_rad = 0.4,
+                   .d_mm = 100,
+                   .theta_rad = 0.2,
+                   .beta_rad = 0.1,
+                   .sign = -1,
+                   .min = -500,
+                   .max = 500}};
+  for (int i = 0; i < 6; ++i) {
+    robot.joints.push_back({.a_mm = 100. + 20 * i,
+                            .alpha_rad = 0.9 - 0.5 * i,
+                            .d_mm = 150. - 30 * i,
+                            .theta_rad = 0.3 * i,
+                            .beta_rad = 0.02 * i,
+                            .sign = i % 2 ? 1. : -1.,
+                            .min = -2,
+                            .max = 2});
+  }
+  robot.X_flange = pose_from_kuka({10, -20, 30}, {15, 25, -35});
+  const CalibratedCell cell{
+      robot, {{1000, -2000, 300}, {0.3, 1.2, -2}}, {{"a", {10, 20, 30}}, {"b", {-40, 5, 60}}}};
+  std::mt19937_64 random{3};
+  const JointVector q = random_joints(robot, random);
+  PointJacobian J;
+  const Eigen::Vector3d point = predict_with_jacobian(cell, q, 1, J);
+  EXPECT_LT((point - cell.predict(q, 1)).norm(), 1e-10);
+  constexpr double kStep = 1e-5;
+  for (Eigen::Index k = 0; k < J.cols(); ++k) {
+    const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(J.cols(), k);
+    const Eigen::Vector3d slope =
+        (moved(cell, step).predict(q, 1) - moved(cell, -step).predict(q, 1)) / (2 * kStep);
+    EXPECT_LT((J.col(k) - slope).norm(), 1e-6 * (1 + slope.norm()))
+        << parameter_names(cell)[static_cast<std::size_t>(k)];
+  }
+}
+
+TEST(LineSearch, MeetsArmijoAndStrongWolfeOnFunctionsThatRejectTheFullStep) {
+  const auto check = [](const std::function<LinePoint(double)>& line) {
+    const LinePoint start = line(0);
+    const auto step = strong_wolfe_step(line, start);
+    ASSERT_TRUE(step);
+    EXPECT_LE(line(*step).value, start.value + 1e-4 * *step * start.slope);
+    EXPECT_LE(std::abs(line(*step).slope), 0.9 * std::abs(start.slope));
+  };
+  check([](double s) { return LinePoint{(s - 0.01) * (s - 0.01), 2 * (s - 0.01)}; });
+  check([](double s) { return LinePoint{(s - 300) * (s - 300), 2 * (s - 300)}; });
+  check([](double s) { return LinePoint{std::cos(3 * s) - 0.1 * s, -3 * std::sin(3 * s) - 0.1}; });
+  check([](double s) { return LinePoint{-s / (s * s + 2), (s * s - 2) / ((s * s + 2) * (s * s + 2))}; });
+}
+
+TEST(LineSearch, FindsNoStepUphillOrIntoNaN) {
+  EXPECT_FALSE(strong_wolfe_step([](double s) { return LinePoint{s, 1}; }, {0, 1}));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(strong_wolfe_step([&](double) { return LinePoint{nan, nan}; }, {0, -1}));
+}
+
+TEST(Calibrate, ReachesTheGoldenOptimumOfEveryDataSet) {
+  const auto file = golden::load("identify");
+  for (std::size_t set = 0; set < 4; ++set) {
+    const auto [expected, data] = golden_set(file, set, "true");
+    const auto result = calibrate(golden_nominal(file), data);
+    ASSERT_TRUE(result) << result.error().detail;
+    EXPECT_TRUE(result->converged);
+    EXPECT_EQ(result->rank, 27);
+    EXPECT_GT(result->rank_gap, 1e3);
+    EXPECT_LE(result->fine_iterations, 4);
+    const auto near = [&](double value, const char* key) {
+      EXPECT_NEAR(value, golden::number(expected.at(key)), 1e-8) << "set " << set << " " << key;
+    };
+    near(result->identify.before.rms, "coarse_residual_rms_3d");
+    near(result->identify.geometric.rms, "fine_residual_rms_3d");
+    near(result->validate->geometric.rms, "validation_rmse_3d_vs_true");
+    near(result->validate->geometric.mean, "validation_mean_vs_true");
+    near(result->validate->geometric.max, "validation_max_vs_true");
+    near(result->validate->before.mean, "validation_mean_after_coarse_only");
+
+    // The same columns are kept, so the printed parameters agree too.
+    std::vector<std::string> kept;
+    for (const IdentifiedParameter& p : result->parameters) {
+      if (p.identified) kept.push_back(p.name);
+    }
+    const Eigen::VectorXd fine = golden::vector(expected.at("fine_vector"));
+    const Eigen::VectorXd values = parameter_values(result->cell);
+    EXPECT_LT((values - fine).cwiseAbs().maxCoeff(), 1e-6) << "set " << set;
+    EXPECT_EQ(kept.size(), 27U);
+  }
+}
+
+TEST(Calibrate, LeavesNothingOfNoiseFreeErrorsAtFreshPoses) {
+  const auto file = golden::load("identify");
+  for (const CalibrationMethod method : {CalibrationMethod::TwoStage, CalibrationMethod::LeastSquares}) {
+    const auto result = calibrate(golden_nominal(file), golden_set(file, 0, "true").data, {.method = method});
+    ASSERT_TRUE(result);
+    EXPECT_LT(result->validate->geometric.max, 1e-8);
+  }
+}
+
+TEST(Calibrate, StatesASigmaThatCoversTheTruth) {
+  // 200 noise draws: the reflector's and the base's identified values lie within 1.96 sigma in 95 % of them.
+  const auto file = golden::load("identify");
+  const RobotModel nominal = golden_nominal(file);
+  MeasurementData data = golden_set(file, 0, "true").data;
+  const auto noise_free = calibrate(nominal, data);
+  ASSERT_TRUE(noise_free);
+  std::mt19937_64 random{5};
+  std::normal_distribution<double> noise{0, 0.02};
+  int inside = 0, all = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    MeasurementData noisy = data;
+    for (Measurement& m : noisy.points) {
+      if (m.set == PoseSet::Identify)
+        m.p_WS_mm += Eigen::Vector3d(noise(random), noise(random), noise(random));
+    }
+    const auto result = calibrate(nominal, noisy);
+    ASSERT_TRUE(result);
+    for (std::size_t k = 0; k < result->parameters.size(); ++k) {
+      const IdentifiedParameter& p = result->parameters[k];
+      if (!p.identified) continue;
+      ++all;
+      inside += std::abs(p.value - noise_free->parameters[k].value) < 1.96 * p.sigma;
+    }
+  }
+  EXPECT_NEAR(static_cast<double>(inside) / all, 0.95, 0.02);
+}
+
+TEST(CoarseFit, FindsBaseAndReflectorFromEveryRandomPlacement) {
+  const auto file = golden::load("identify");
+  const RobotModel nominal = golden_nominal(file);
+  const RobotModel real = golden::robot(file.at("true_links"), file.at("sign"));
+  constexpr std::uint64_t kSeed = 20261121;
+  std::cout << "seed " << kSeed << "\n";
+  std::mt19937_64 random{kSeed};
+  std::uniform_real_distribution distance{2000., 8000.}, offset{-1., 1.};
+  int best = 0;
+  for (int trial = 0; trial < 1000; ++trial) {
+    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+    X_WB.linear() = random_rotation(random);
+    X_WB.translation() = random_rotation(random).col(0) * distance(random);
+    const Eigen::Vector3d p_FS = random_rotation(random).col(0) * 500 * std::abs(offset(random));
+    const CalibratedCell truth{real, BasePose::of(X_WB), {{"1", p_FS}}};
+    MeasurementData data{.smr_names = {"1"}};
+    for (int k = 0; k < 30; ++k) {
+      const JointVector q = random_joints(nominal, random);
+      data.points.push_back({.q = q, .p_WS_mm = truth.predict(q, 0)});
+    }
+    const auto coarse = coarse_fit(nominal, data);
+    ASSERT_TRUE(coarse) << trial << ": " << coarse.error().detail;
+    const auto full = calibrate(nominal, data);
+    // Where the coarse fit is the best minimum, the fine one that starts there leaves nothing.
+    best += full && full->identify.geometric.max < 1e-6;
+  }
+  EXPECT_EQ(best, 1000);
+}
+
+TEST(CoarseFit, NeedsFewPosesToAimWith) {
+  const auto file = golden::load("identify");
+  MeasurementData data = golden_set(file, 0, "true").data;
+  data.points.resize(6);
+  const auto coarse = coarse_fit(golden_nominal(file), data);
+  ASSERT_TRUE(coarse);
+  const MeasurementData all = golden_set(file, 0, "true").data;
+  for (const Measurement& m : all.points) EXPECT_LT((coarse->predict(m.q, 0) - m.p_WS_mm).norm(), 60);
+}
+
+TEST(Calibrate, SaysWhichDataItCannotUse) {
+  const auto file = golden::load("identify");
+  const RobotModel nominal = golden_nominal(file);
+  const MeasurementData good = golden_set(file, 0, "true").data;
+
+  MeasurementData few = good;
+  few.points.resize(4);
+  EXPECT_EQ(calibrate(nominal, few).error().detail,
+            "4 poses to identify from; base and reflector alone need 5");
+  few = good;
+  few.points.resize(8);
+  EXPECT_EQ(calibrate(nominal, few).error().fault, CalibrationFault::TooFewPoses);
+
+  MeasurementData nan = good;
+  nan.points[2].p_WS_mm.x() = std::numeric_limits<double>::quiet_NaN();
+  nan.points[2].row = 3;
+  EXPECT_EQ(calibrate(nominal, nan).error().detail, "row 3 holds a number that is not finite");
+
+  MeasurementData second = good;
+  second.smr_names.push_back("2");
+  EXPECT_EQ(calibrate(nominal, second).error().detail, "reflector '2' has no point to identify it from");
+}
+
+TEST(Calibrate, RefusesPosesOfOneOrientationAndNamesWhatTheyLeaveOpen) {
+  // A gantry: three prismatic joints never turn the flange.
+  RobotModel gantry{.name = "gantry"};
+  for (int i = 0; i < 3; ++i) {
+    gantry.joints.push_back({.type = JointType::Prismatic,
+                             .alpha_rad = std::numbers::pi / 2,
+                             .theta_rad = std::numbers::pi / 2,
+                             .min = 0,
+                             .max = 2000});
+  }
+  const CalibratedCell truth{gantry, {{2000, 1000, 0}, {0.1, 0.2, 0.3}}, {{"1", {50, 60, 70}}}};
+  MeasurementData data{.smr_names = {"1"}};
+  std::mt19937_64 random{1};
+  for (int k = 0; k < 30; ++k) {
+    const JointVector q = random_joints(gantry, random);
+    data.points.push_back({.q = q, .p_WS_mm = truth.predict(q, 0)});
+  }
+  const auto result = calibrate(gantry, data);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().fault, CalibrationFault::NotSeparable);
+  EXPECT_NE(result.error().detail.find("base and reflector offset cannot be told apart"), std::string::npos);
+}
+
+TEST(Calibrate, WeighsPointsByTheirSigma) {
+  const auto file = golden::load("identify");
+  MeasurementData data = golden_set(file, 0, "true").data;
+  for (std::size_t i = 0; i < data.points.size(); ++i) data.points[i].sigma_mm = i % 5 ? 0.01 : 10.0;
+  for (std::size_t i = 0; i < 30; i += 5) data.points[i].p_WS_mm.x() += 5;
+  const auto result = calibrate(golden_nominal(file), data);
+  ASSERT_TRUE(result);
+  EXPECT_LT(result->validate->geometric.max, 0.05) << "bad points that say so do little harm";
+}
+
+}  // namespace
+}  // namespace truepose
