@@ -1,0 +1,27 @@
+#pragma once
+
+#include <boost/json/fwd.hpp>
+
+#include "core/calibration/calibrate.hpp"
+
+namespace truepose::control {
+
+/// Error statistics as every document of ours carries them, mm:
+/// {"mean","rms","max","min","std","x":{"mean_abs","rms","max"},"y":{..},"z":{..}}.
+boost::json::object statistics_json(const ErrorStatistics& statistics);
+
+/// The JSON document of one calibration, mm and rad.
+///
+/// After the members of the contract comes "points", one object per measurement in the order of
+/// `data.points`:
+/// {"pose","set","smr","joints","before","geometric","after"}. "pose" counts from 1, and points with the same
+/// joints have the same; "set" is "identify" or "validate"; "joints" are deg (mm for a prismatic joint), as
+/// in a measurement file; the errors are [x, y, z], predicted minus measured, in the tracker frame.
+/// "validate" is there only where something was validated.
+///
+/// @param data       the measurements that `calibration` came from
+/// @param elapsed_s  time that the identification took
+boost::json::object calibration_document(const Calibration& calibration, const MeasurementData& data,
+                                         double elapsed_s);
+
+}  // namespace truepose::control
