@@ -1,0 +1,70 @@
+#include "tools/report/number_text.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace truepose::report {
+namespace {
+
+std::string fixed_or_small(double value, int decimals) {
+  const double half_a_digit = 0.5 * std::pow(10.0, -decimals);
+  if (value == 0) value = 0;  // no "-0.000"
+  if (value != 0 && std::abs(value) < half_a_digit) return fmt::format("{:.1e}", value);
+  return fmt::format("{:.{}f}", value, decimals);
+}
+
+}  // namespace
+
+std::string mm_text(double mm) { return fixed_or_small(mm, 3); }
+
+std::string deg_text(double rad) { return fixed_or_small(rad * 180 / std::numbers::pi, 4); }
+
+std::string sigma_text(double value) {
+  if (!(value > 0)) return "0";
+  const int decimals = 1 - static_cast<int>(std::floor(std::log10(value)));
+  if (decimals > 6) return fmt::format("{:.1e}", value);
+  return fmt::format("{:.{}f}", value, decimals > 0 ? decimals : 0);
+}
+
+std::string factor_text(double before, double after) {
+  if (!(after > 0)) return "-";
+  const double factor = before / after;
+  if (factor >= 1e6) return fmt::format("{:.0e}", factor);
+  return fmt::format("{:.{}f}", factor, factor < 9.95 ? 1 : 0);
+}
+
+std::string escaped(std::string_view text) {
+  std::string result;
+  result.reserve(text.size());
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      case '\'':
+        result += "&#39;";
+        break;
+      default:
+        // XML has no place for control characters, not even escaped.
+        if (static_cast<unsigned char>(c) < 0x20 && c != '\t' && c != '\n') {
+          result += "\xEF\xBF\xBD";
+        } else {
+          result += c;
+        }
+    }
+  }
+  return result;
+}
+
+}  // namespace truepose::report

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace truepose::report {
+
+/// A length in mm to the micrometre, "0.021"; smaller ones keep a digit that says something, "3.1e-13".
+std::string mm_text(double mm);
+
+/// An angle given in rad as degrees, to 0.0001 deg (0.005 mm at a reach of 3 m).
+std::string deg_text(double rad);
+
+/// A standard deviation with two significant digits.
+std::string sigma_text(double value);
+
+/// "14" for a 14 times smaller error, with a decimal below ten; "-" where nothing is left to divide by.
+std::string factor_text(double before, double after);
+
+/// Text for the inside of an element or an attribute's quotes, in XML and in HTML.
+std::string escaped(std::string_view text);
+
+}  // namespace truepose::report

@@ -1,0 +1,215 @@
+#include "tools/report/report_document.hpp"
+
+#include <array>
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+namespace truepose::report {
+namespace {
+
+namespace json = boost::json;
+
+[[noreturn]] void fail(const std::string& path, std::string_view expected) {
+  throw std::invalid_argument("calibration document: '" + path + "' is not " + std::string(expected));
+}
+
+/// A value of the document together with the path to it, so that an error names the member.
+class Node {
+ public:
+  Node(const json::value* value, std::string path) : value_{value}, path_{std::move(path)} {}
+
+  bool exists() const { return value_ != nullptr; }
+  bool is_object() const { return exists() && value_->is_object(); }
+
+  /// A member that may be missing.
+  Node find(std::string_view key) const {
+    return {object().if_contains(key), path_ + "." + std::string(key)};
+  }
+
+  double number() const {
+    if (!exists() || !value_->is_number()) fail(path_, "a number");
+    const double number = value_->to_number<double>();
+    if (!std::isfinite(number)) fail(path_, "a finite number");
+    return number;
+  }
+  long long integer() const {
+    if (!exists() || !value_->is_int64()) fail(path_, "a whole number");
+    return value_->get_int64();
+  }
+  bool flag() const {
+    if (!exists() || !value_->is_bool()) fail(path_, "true or false");
+    return value_->get_bool();
+  }
+  std::string text() const {
+    if (!exists() || !value_->is_string()) fail(path_, "a text");
+    return std::string(value_->get_string());
+  }
+  const json::object& object() const {
+    if (!is_object()) fail(path_, "an object");
+    return value_->get_object();
+  }
+  std::vector<Node> elements() const {
+    if (!exists() || !value_->is_array()) fail(path_, "an array");
+    std::vector<Node> result;
+    for (const json::value& element : value_->get_array()) {
+      result.emplace_back(&element, path_ + "[" + std::to_string(result.size()) + "]");
+    }
+    return result;
+  }
+  Eigen::Vector3d vector() const {
+    const std::vector<Node> xyz = elements();
+    if (xyz.size() != 3) fail(path_, "an array of three numbers");
+    return {xyz[0].number(), xyz[1].number(), xyz[2].number()};
+  }
+
+ private:
+  const json::value* value_;
+  std::string path_;
+};
+
+int count(const Node& node) {
+  const long long value = node.integer();
+  if (!std::in_range<int>(value)) fail("a count", "in the range of a count");
+  return static_cast<int>(value);
+}
+
+AxisStatistics axis_statistics(const Node& node) {
+  return {node.find("mean_abs").number(), node.find("rms").number(), node.find("max").number()};
+}
+
+ErrorStatistics statistics(const Node& node, int points) {
+  return {.count = points,
+          .mean = node.find("mean").number(),
+          .rms = node.find("rms").number(),
+          .max = node.find("max").number(),
+          .min = node.find("min").number(),
+          .std = node.find("std").number(),
+          .x = axis_statistics(node.find("x")),
+          .y = axis_statistics(node.find("y")),
+          .z = axis_statistics(node.find("z"))};
+}
+
+Stages stages(const Node& node) {
+  Stages result;
+  result.poses = count(node.find("poses"));
+  result.points = count(node.find("points"));
+  result.before = statistics(node.find("before"), result.points);
+  result.geometric = statistics(node.find("geometric"), result.points);
+  result.after = statistics(node.find("after"), result.points);
+  return result;
+}
+
+Point point(const Node& node) {
+  const std::string set = node.find("set").text();
+  if (set != "identify" && set != "validate") fail("points.set", "'identify' or 'validate'");
+  return {.pose = count(node.find("pose")),
+          .set = set == "identify" ? PoseSet::Identify : PoseSet::Validate,
+          .smr = node.find("smr").text(),
+          .before = node.find("before").vector(),
+          .geometric = node.find("geometric").vector(),
+          .after = node.find("after").vector(),
+          .remeasured = std::nullopt};
+}
+
+Stream stream(const Node& node) {
+  const Node turnaround = node.find("turnaround_us");
+  return {.cycles = node.find("cycles").integer(),
+          .answered = node.find("answered").integer(),
+          .late = node.find("late").integer(),
+          .wrong_ipoc = node.find("wrong_ipoc").integer(),
+          .max_step_deg = node.find("max_step_deg").number(),
+          .p50_us = turnaround.find("p50").number(),
+          .p99_us = turnaround.find("p99").number(),
+          .p999_us = turnaround.find("p999").number(),
+          .max_us = turnaround.find("max").number()};
+}
+
+/// The injected value of a parameter by its name: "base.x", "smr.NAME.x" (a reflector's name may hold dots),
+/// "link2.a".
+std::optional<double> truth_of(const Node& truth, std::string_view name) {
+  const std::size_t dot = name.rfind('.');
+  if (dot == std::string_view::npos) return std::nullopt;
+  const std::string_view group = name.substr(0, dot);
+  Node owner{nullptr, ""};
+  if (group == "base") {
+    owner = truth.find("base");
+  } else if (group.starts_with("smr.")) {
+    owner = truth.find("smr");
+    if (owner.exists() && owner.find(group.substr(4)).is_object()) owner = owner.find(group.substr(4));
+  } else if (group.starts_with("link") && truth.find("links").exists()) {
+    std::size_t number = 0;
+    std::from_chars(group.data() + 4, group.data() + group.size(), number);
+    const std::vector<Node> links = truth.find("links").elements();
+    if (number >= 1 && number <= links.size()) owner = links[number - 1];
+  }
+  if (!owner.exists()) return std::nullopt;
+  const Node value = owner.find(name.substr(dot + 1));
+  return value.exists() ? std::optional{value.number()} : std::nullopt;
+}
+
+Parameter parameter(const Node& node, const Node& truth) {
+  Parameter result{{.name = node.find("name").text(),
+                    .nominal = node.find("nominal").number(),
+                    .value = node.find("value").number(),
+                    .sigma = node.find("sigma").number(),
+                    .identified = node.find("identified").flag()},
+                   std::nullopt};
+  if (truth.exists()) result.truth = truth_of(truth, result.identified.name);
+  return result;
+}
+
+void add_remeasured(std::vector<Point>& points, const Node& node) {
+  const int pose = count(node.find("pose"));
+  const std::string smr = node.find("smr").text();
+  for (Point& p : points) {
+    if (p.pose == pose && p.smr == smr) p.remeasured = node.find("error").vector();
+  }
+}
+
+std::string optional_text(const Node& node) { return node.exists() ? node.text() : std::string(); }
+
+}  // namespace
+
+ReportDocument read_document(const json::object& document) {
+  const auto member = [&](std::string_view key) { return Node{document.if_contains(key), std::string(key)}; };
+  ReportDocument result;
+  result.robot = optional_text(member("robot"));
+  result.tracker = optional_text(member("tracker"));
+  result.campaign = optional_text(member("campaign"));
+  result.method = member("method").text();
+  result.converged = member("converged").flag();
+  result.coarse_iterations = count(member("iterations").find("coarse"));
+  result.fine_iterations = count(member("iterations").find("fine"));
+  result.elapsed_s = member("elapsed_s").number();
+  result.identify = stages(member("identify"));
+  if (const Node node = member("validate"); node.exists()) result.validate = stages(node);
+  if (const Node node = member("remeasured"); node.exists()) {
+    result.remeasured = statistics(node, result.judged().points);
+  }
+  result.rank = count(member("rank"));
+  result.condition = member("condition").number();
+  for (const Node& node : member("parameters").elements()) {
+    result.parameters.push_back(parameter(node, member("truth")));
+  }
+  if (member("points").exists()) {
+    for (const Node& node : member("points").elements()) result.points.push_back(point(node));
+  }
+  if (member("remeasured_points").exists()) {
+    for (const Node& node : member("remeasured_points").elements()) add_remeasured(result.points, node);
+  }
+  if (const Node node = member("stream"); node.exists()) result.stream = stream(node);
+  return result;
+}
+
+bool has_layers(const Stages& stages) {
+  return stages.after.mean != stages.geometric.mean || stages.after.max != stages.geometric.max;
+}
+
+}  // namespace truepose::report

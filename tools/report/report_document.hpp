@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <boost/json/fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/calibration/calibrate.hpp"
+
+namespace truepose::report {
+
+/// Error statistics of one set of points through the stages, mm.
+struct Stages {
+  int poses = 0;
+  int points = 0;
+  ErrorStatistics before, geometric, after;
+};
+
+/// One parameter with the value that the simulated arm really has, where the document knows it (mm or rad).
+struct Parameter {
+  IdentifiedParameter identified;
+  std::optional<double> truth;
+};
+
+/// One measured point: error vectors in the tracker frame, mm.
+struct Point {
+  int pose = 0;
+  PoseSet set = PoseSet::Identify;
+  std::string smr;
+  Eigen::Vector3d before{0, 0, 0}, geometric{0, 0, 0}, after{0, 0, 0};
+  std::optional<Eigen::Vector3d> remeasured;  ///< reached with compensated joints and measured again
+};
+
+/// How the stream of corrections went.
+struct Stream {
+  long long cycles = 0, answered = 0, late = 0, wrong_ipoc = 0;
+  double max_step_deg = 0;
+  double p50_us = 0, p99_us = 0, p999_us = 0, max_us = 0;  ///< from a datagram's arrival to its reply
+};
+
+/// What the reports show: the calibration document with its optional extensions, read and checked.
+struct ReportDocument {
+  std::string robot, tracker, campaign;  ///< empty where not known
+  std::string method;
+  bool converged = false;
+  int coarse_iterations = 0;
+  int fine_iterations = 0;
+  double elapsed_s = 0;
+  Stages identify;
+  std::optional<Stages> validate;
+  std::optional<ErrorStatistics> remeasured;
+  int rank = 0;
+  double condition = 0;
+  std::vector<Parameter> parameters;
+  std::vector<Point> points;
+  std::optional<Stream> stream;
+
+  /// The set that judges the calibration: the validation points where there are any.
+  const Stages& judged() const { return validate ? *validate : identify; }
+  /// The best that was shown: re-measured, else after all layers.
+  const ErrorStatistics& achieved() const { return remeasured ? *remeasured : judged().after; }
+};
+
+/// Reads a calibration document, extended as render_html says.
+/// Throws std::invalid_argument with one sentence where a member is missing or of the wrong kind.
+ReportDocument read_document(const boost::json::object& document);
+
+/// Whether the layers after the geometric stage changed anything.
+bool has_layers(const Stages& stages);
+
+}  // namespace truepose::report
