@@ -8,18 +8,22 @@
 namespace truepose::report {
 namespace {
 
-std::string fixed_or_small(double value, int decimals) {
-  const double half_a_digit = 0.5 * std::pow(10.0, -decimals);
-  if (value == 0) value = 0;  // no "-0.000"
-  if (value != 0 && std::abs(value) < half_a_digit) return fmt::format("{:.1e}", value);
-  return fmt::format("{:.{}f}", value, decimals);
+/// Never "-0.000".
+std::string fixed(double value, int decimals) {
+  const double unit = std::pow(10.0, decimals);
+  const double rounded = std::round(value * unit) / unit;
+  return fmt::format("{:.{}f}", rounded == 0 ? 0 : rounded, decimals);
 }
 
 }  // namespace
 
-std::string mm_text(double mm) { return fixed_or_small(mm, 3); }
+std::string error_text(double mm) {
+  return mm != 0 && std::abs(mm) < 0.0005 ? fmt::format("{:.1e}", mm) : fixed(mm, 3);
+}
 
-std::string deg_text(double rad) { return fixed_or_small(rad * 180 / std::numbers::pi, 4); }
+std::string length_text(double mm) { return fixed(mm, 3); }
+
+std::string angle_text(double rad) { return fixed(rad * 180 / std::numbers::pi, 4); }
 
 std::string sigma_text(double value) {
   if (!(value > 0)) return "0";

@@ -5,11 +5,14 @@
 
 namespace truepose::report {
 
-/// A length in mm to the micrometre, "0.021"; smaller ones keep a digit that says something, "3.1e-13".
-std::string mm_text(double mm);
+/// An error in mm to the micrometre, "0.021"; smaller ones keep a digit that says something, "3.1e-13".
+std::string error_text(double mm);
+
+/// A length in mm to the micrometre.
+std::string length_text(double mm);
 
 /// An angle given in rad as degrees, to 0.0001 deg (0.005 mm at a reach of 3 m).
-std::string deg_text(double rad);
+std::string angle_text(double rad);
 
 /// A standard deviation with two significant digits.
 std::string sigma_text(double value);

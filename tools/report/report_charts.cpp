@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <iterator>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -32,10 +33,10 @@ std::vector<Point> points_of(const ReportDocument& document, PoseSet set) {
 }
 
 std::vector<StageSeries> stage_series(const std::vector<Point>& points, bool layers) {
-  StageSeries before{"before", kBeforeColor, Marker::HollowCircle, {}};
-  StageSeries geometric{"geometric", kGeometricColor, Marker::Circle, {}};
-  StageSeries after{"all layers", kCompensatedColor, Marker::Circle, {}};
-  StageSeries remeasured{"compensated, re-measured", kCompensatedColor, Marker::Diamond, {}};
+  StageSeries before{"Before", kBeforeColor, Marker::HollowCircle, {}};
+  StageSeries geometric{"Geometric", kGeometricColor, Marker::Circle, {}};
+  StageSeries after{"All layers", kLayersColor, Marker::Circle, {}};
+  StageSeries remeasured{"Compensated, re-measured", kCompensatedColor, Marker::Diamond, {}};
   for (std::size_t i = 0; i < points.size(); ++i) {
     before.errors.emplace_back(i, points[i].before);
     geometric.errors.emplace_back(i, points[i].geometric);
@@ -80,8 +81,8 @@ std::string four_charts(const std::vector<Point>& points, const std::vector<Stag
       for (const auto& [i, error] : stage.errors) {
         const double value = component(error, axis);
         series.points.push_back({static_cast<double>(i + 1), value,
-                                 fmt::format("pose {}, reflector {}, {}: {} mm", points[i].pose,
-                                             points[i].smr, stage.name, mm_text(value))});
+                                 fmt::format("Pose {}, reflector {}. {}: {} mm", points[i].pose,
+                                             points[i].smr, stage.name, error_text(value))});
       }
       chart.series.push_back(std::move(series));
     }
@@ -95,48 +96,42 @@ std::string set_section(const std::vector<Point>& points, const Stages& errors, 
   if (points.empty()) return "";
   const std::vector<StageSeries> stages = stage_series(points, has_layers(errors));
   const std::vector<StageSeries> remaining(stages.begin() + 1, stages.end());
-  return fmt::format("<section>\n<h2>{}</h2>\n<p class=\"note\">{}</p>\n", title, lead) +
+  return fmt::format("<section class=\"points\">\n<h2>{}</h2>\n<p class=\"note\">{}</p>\n", title, lead) +
          four_charts(points, stages, needs_log(stages)) +
          "<h3>What remains after the calibration, enlarged</h3>\n" + four_charts(points, remaining, false) +
          "</section>\n";
 }
 
-std::string histogram_section(const std::vector<Point>& points, const Stages& errors, std::string_view of) {
-  const std::vector<StageSeries> stages = stage_series(points, has_layers(errors));
+}  // namespace
+
+std::string histogram_section(const ReportDocument& document) {
+  const PoseSet set = document.validate ? PoseSet::Validate : PoseSet::Identify;
+  const std::vector<Point> points = points_of(document, set);
+  if (points.empty()) return "";
   std::string html = fmt::format(
-      "<section>\n<h2>How the errors are spread</h2>\n<p class=\"note\">Number of {} points with a 3-D error "
-      "of each size. "
-      "Every stage has its own scale.</p>\n<div class=\"charts three\">\n",
-      of);
-  for (const StageSeries& stage : stages) {
+      "<section class=\"whole\">\n<h2>How the errors are spread</h2>\n<p class=\"note\">Number of {} points "
+      "with a 3-D error "
+      "of each size. Every stage has its own scale.</p>\n<div class=\"charts three\">\n",
+      document.validate ? "validation" : "identification");
+  for (const StageSeries& stage : stage_series(points, has_layers(document.judged()))) {
     HistogramChart chart{
         .title = stage.name, .x_label = "3-D error, mm", .color = std::string(stage.color), .values = {}};
     for (const auto& [i, error] : stage.errors) chart.values.push_back(error.norm());
-    chart.title[0] = static_cast<char>(chart.title[0] - 'a' + 'A');
     html += histogram_svg(chart);
   }
   return html + "</div>\n</section>\n";
 }
 
-}  // namespace
-
-std::string chart_sections(const ReportDocument& document) {
-  const std::vector<Point> identify = points_of(document, PoseSet::Identify);
-  const std::vector<Point> validate = points_of(document, PoseSet::Validate);
-  const bool validated = document.validate.has_value() && !validate.empty();
-  if (identify.empty() && !validated) return "";
-
+std::string point_sections(const ReportDocument& document) {
   constexpr std::string_view kSign = "Errors are predicted minus measured, in the tracker's frame.";
   std::string html;
-  if (validated) {
-    html += set_section(validate, *document.validate, "Validation points",
+  if (document.validate) {
+    html += set_section(points_of(document, PoseSet::Validate), *document.validate, "Validation points",
                         fmt::format("These points took no part in the identification. {}", kSign));
   }
-  html += set_section(identify, document.identify, "Identification points",
-                      fmt::format("The points that the parameters were fitted to. {}", kSign));
-  html += validated ? histogram_section(validate, *document.validate, "validation")
-                    : histogram_section(identify, document.identify, "identification");
-  return html;
+  return html + set_section(points_of(document, PoseSet::Identify), document.identify,
+                            "Identification points",
+                            fmt::format("The points that the parameters were fitted to. {}", kSign));
 }
 
 }  // namespace truepose::report

@@ -6,8 +6,8 @@
 
 namespace truepose::report {
 
-/// The sections of the page with errors per point and how they are spread; empty where the document has no
-/// points.
-std::string chart_sections(const ReportDocument& document);
+/// The sections of the page that are charts; empty where the document has no points.
+std::string histogram_section(const ReportDocument& document);
+std::string point_sections(const ReportDocument& document);
 
 }  // namespace truepose::report

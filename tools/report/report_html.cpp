@@ -4,12 +4,8 @@
 
 #include <algorithm>
 #include <boost/json/object.hpp>
-#include <cmath>
-#include <iterator>
-#include <numbers>
+#include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_charts.hpp"
@@ -42,7 +38,7 @@ std::string bar(std::string_view name, std::string_view color, double mm, double
   return fmt::format(
       "<span>{}</span><span class=\"bar\"><i style=\"width: {:.2f}%; background: {}\"></i></span><b>{} "
       "mm</b>\n",
-      name, percent, color, mm_text(mm));
+      name, percent, color, error_text(mm));
 }
 
 std::string badge(bool good, std::string_view text) {
@@ -75,21 +71,22 @@ std::string summary(const ReportDocument& document) {
   std::string html = fmt::format(
       "<section class=\"summary\">\n<p class=\"eyebrow\">Mean position error</p>\n<p "
       "class=\"headline\"><span "
-      "class=\"was\">{} <small>mm</small></span><span class=\"arrow\">→</span><span class=\"now\">{} "
+      "class=\"was\">{} <small>mm</small></span><span class=\"arrow\">→</span><span class=\"{}\">{} "
       "<small>mm</small></span><span class=\"factor\">{}</span></p>\n",
-      mm_text(before), mm_text(after),
+      error_text(before), better ? "now" : "was", error_text(after),
       better ? factor_text(before, after) + " times more accurate" : "no improvement: do not use this model");
   html += fmt::format(
-      "<p>On {} {} the mean error went from {} mm to {} mm, the largest from {} mm to {} mm{}.</p>\n",
+      "<p>On {} {} the mean error went from {} mm to {} mm, the largest from {} mm to {} mm{}.</p>\n",
       plural(judged.points, "point", "points"),
       document.validate ? "that took no part in the identification" : "that the parameters were fitted to",
-      mm_text(before), mm_text(after), mm_text(judged.before.max), mm_text(document.achieved().max),
+      error_text(before), error_text(after), error_text(judged.before.max),
+      error_text(document.achieved().max),
       document.remeasured ? ", measured again with compensated joints" : "");
 
   const double longest = std::max({before, judged.geometric.mean, judged.after.mean, after});
   html += "<div class=\"bars\">\n" + bar("Before", kBeforeColor, before, longest) +
           bar("Geometric", kGeometricColor, judged.geometric.mean, longest);
-  if (has_layers(judged)) html += bar("All layers", kCompensatedColor, judged.after.mean, longest);
+  if (has_layers(judged)) html += bar("All layers", kLayersColor, judged.after.mean, longest);
   if (document.remeasured) html += bar("Compensated", kCompensatedColor, after, longest);
   return html + "</div>\n" + badges(document) + "</section>\n";
 }
@@ -112,8 +109,9 @@ std::string render_html(const boost::json::object& json) {
       "initial-scale=1\"/>\n<title>{}</title>\n<style>{}</style>\n"
       "</head>\n<body>\n<main>\n",
       title, kStyleSheet);
-  html += header(document) + summary(document) + statistics_section(document) + chart_sections(document) +
-          parameters_section(document) + stream_section(document) + conditions_section(document) + footer();
+  html += header(document) + summary(document) + statistics_section(document) + histogram_section(document) +
+          point_sections(document) + parameters_section(document) + stream_section(document) +
+          conditions_section(document) + footer();
   return html + "</main>\n</body>\n</html>\n";
 }
 

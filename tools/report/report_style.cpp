@@ -4,7 +4,7 @@ namespace truepose::report {
 
 const std::string_view kStyleSheet = R"css(
 :root { --ink: #18232e; --muted: #586673; --line: #dfe5ea; --soft: #f4f7f9;
-  --before: #d55e00; --geometric: #0072b2; --compensated: #00805e; }
+  --before: #d55e00; --compensated: #00805e; }
 * { box-sizing: border-box; }
 html { -webkit-text-size-adjust: 100%; }
 body { margin: 0; background: var(--soft); color: var(--ink); line-height: 1.5; font-size: 15px;
@@ -37,10 +37,9 @@ p { margin: 0 0 12px; max-width: 78ch; }
 .scroll { overflow-x: auto; margin: 8px 0 0; }
 table { border-collapse: collapse; width: 100%; font-size: 13.5px; font-variant-numeric: tabular-nums; }
 th, td { padding: 6px 9px; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
-th:first-child, td:first-child { text-align: left; padding-left: 0; }
 thead th { color: var(--muted); font-size: 12.5px; font-weight: 600; vertical-align: bottom; }
 thead th.group { text-align: center; border-bottom: 0; padding-bottom: 0; }
-tbody th { font-weight: 500; }
+tbody th { font-weight: 500; text-align: left; padding-left: 0; }
 tbody th.rows { padding-top: 16px; font-weight: 650; }
 td.first, th.first { padding-left: 20px; }
 td.strong { font-weight: 650; }
@@ -49,7 +48,8 @@ tr.convention td, tr.convention th { color: var(--muted); }
 th .key { display: inline-block; width: 9px; height: 9px; margin-right: 8px; border-radius: 2px; }
 .facts { max-width: 620px; }
 .facts th { text-align: left; color: var(--muted); white-space: normal; }
-.facts td { white-space: normal; overflow-wrap: anywhere; }
+.facts th { width: 46%; }
+.facts td { text-align: left; white-space: normal; overflow-wrap: anywhere; }
 .charts { display: grid; grid-template-columns: 1fr 1fr; gap: 18px 30px; margin: 8px 0 4px; }
 .charts.three { grid-template-columns: 1fr 1fr 1fr; }
 .chart { display: block; width: 100%; height: auto; font-family: inherit; }
@@ -62,16 +62,18 @@ footer { margin: 0 4px; color: var(--muted); font-size: 12.5px; }
   main { padding: 18px 10px 32px; }
   section { padding: 18px 16px 20px; }
   h1 { font-size: 23px; }
-  .headline { font-size: 32px; }
+  .headline { font-size: 27px; }
   .charts, .charts.three { grid-template-columns: 1fr; }
   .bars { gap: 6px 10px; font-size: 13px; }
-  .statistics th:first-child { position: sticky; left: 0; background: #fff; }
+  .statistics tbody th { position: sticky; left: 0; background: #fff; }
 }
 @page { size: A4; margin: 14mm 13mm; }
 @media print {
   body { background: #fff; font-size: 10pt; }
   main { max-width: none; padding: 0; }
   section { border: 0; border-top: 1px solid var(--line); border-radius: 0; padding: 12px 0 8px; margin: 0 0 8px; }
+  section.points { break-before: page; }
+  .whole { break-inside: avoid; }
   .scroll { overflow: visible; }
   table { font-size: 7.6pt; }
   thead th { font-size: 7.4pt; }
@@ -81,7 +83,7 @@ footer { margin: 0 4px; color: var(--muted); font-size: 12.5px; }
   .charts.three { grid-template-columns: 1fr 1fr 1fr; }
   h2, h3 { break-after: avoid; }
   .note { break-after: avoid; }
-  tr, .chart, .bars, .charts.three { break-inside: avoid; }
+  tbody, .chart, .bars, .charts.three { break-inside: avoid; }
   thead { display: table-header-group; }
 }
 )css";

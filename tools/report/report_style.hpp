@@ -8,6 +8,7 @@ namespace truepose::report {
 // marker's shape.
 inline constexpr std::string_view kBeforeColor = "#d55e00";
 inline constexpr std::string_view kGeometricColor = "#0072b2";
+inline constexpr std::string_view kLayersColor = "#7b4fa3";
 inline constexpr std::string_view kCompensatedColor = "#00805e";
 
 /// The page's style sheet. Holds no '<' or '&', so that the page stays well-formed XML.

@@ -14,28 +14,31 @@ namespace truepose::report {
 namespace {
 
 std::string statistics_row(std::string_view name, std::string_view color, const ErrorStatistics& s,
-                           double before_mean) {
+                           std::string_view factor) {
   std::string html = fmt::format(
       "<tr><th scope=\"row\"><span class=\"key\" style=\"background: {}\"></span>{}</th><td "
       "class=\"strong\">{}</td>"
       "<td>{}</td><td>{}</td><td>{}</td><td>{}</td>",
-      color, name, mm_text(s.mean), mm_text(s.max), mm_text(s.min), mm_text(s.rms), mm_text(s.std));
+      color, name, error_text(s.mean), error_text(s.max), error_text(s.min), error_text(s.rms),
+      error_text(s.std));
   for (const AxisStatistics* axis : {&s.x, &s.y, &s.z}) {
-    html += fmt::format("<td class=\"first\">{}</td><td>{}</td>", mm_text(axis->mean_abs),
-                        mm_text(axis->max_abs));
+    html += fmt::format("<td class=\"first\">{}</td><td>{}</td>", error_text(axis->mean_abs),
+                        error_text(axis->max_abs));
   }
-  return html + fmt::format("<td class=\"first\">{}</td></tr>\n", factor_text(before_mean, s.mean));
+  return html + fmt::format("<td class=\"first\">{}</td></tr>\n", factor);
 }
 
 std::string stage_rows(std::string_view title, const Stages& stages, const ErrorStatistics* remeasured) {
   std::string html = fmt::format(
       "<tbody>\n<tr><th class=\"rows\" colspan=\"13\" scope=\"rowgroup\">{}: {} poses, {} points</th></tr>\n",
       title, stages.poses, stages.points);
-  const double mean = stages.before.mean;
-  html += statistics_row("Before", kBeforeColor, stages.before, mean);
-  html += statistics_row("Geometric", kGeometricColor, stages.geometric, mean);
-  if (has_layers(stages)) html += statistics_row("All layers", kCompensatedColor, stages.after, mean);
-  if (remeasured != nullptr) html += statistics_row("Compensated", kCompensatedColor, *remeasured, mean);
+  const auto factor = [&stages](const ErrorStatistics& s) { return factor_text(stages.before.mean, s.mean); };
+  html += statistics_row("Before", kBeforeColor, stages.before, "");
+  html += statistics_row("Geometric", kGeometricColor, stages.geometric, factor(stages.geometric));
+  if (has_layers(stages))
+    html += statistics_row("All layers", kLayersColor, stages.after, factor(stages.after));
+  if (remeasured != nullptr)
+    html += statistics_row("Compensated", kCompensatedColor, *remeasured, factor(*remeasured));
   return html + "</tbody>\n";
 }
 
@@ -65,7 +68,7 @@ std::string parameter_row(const Parameter& parameter, bool with_truth) {
   const std::string_view name = p.name;
   const std::string_view leaf = name.substr(group_of(name).size() + (name.find('.') == name.npos ? 0 : 1));
   const bool angle = is_angle(leaf);
-  const auto text = [angle](double value) { return angle ? deg_text(value) : mm_text(value); };
+  const auto text = [angle](double value) { return angle ? angle_text(value) : length_text(value); };
   const bool has_nominal = name.starts_with("link");
   const double sigma = angle ? p.sigma * 180 / std::numbers::pi : p.sigma;
   std::string html = fmt::format(
@@ -92,7 +95,7 @@ std::string fact(std::string_view name, std::string_view value) {
 
 std::string facts_section(std::string_view title, std::string_view rows) {
   return fmt::format(
-      "<section>\n<h2>{}</h2>\n<div class=\"scroll\"><table "
+      "<section class=\"whole\">\n<h2>{}</h2>\n<div class=\"scroll\"><table "
       "class=\"facts\">\n<tbody>\n{}</tbody>\n</table></div>\n"
       "</section>\n",
       title, rows);
@@ -113,13 +116,14 @@ std::string statistics_section(const ReportDocument& document) {
   }
   html +=
       " All in mm.</p>\n<div class=\"scroll\"><table class=\"statistics\">\n<thead>\n"
-      "<tr><th></th><th class=\"group\" colspan=\"5\">3-D</th><th class=\"group\" colspan=\"2\">x</th>"
-      "<th class=\"group\" colspan=\"2\">y</th><th class=\"group\" colspan=\"2\">z</th><th></th></tr>\n"
-      "<tr><th></th><th>mean</th><th>max</th><th>min</th><th>RMS</th><th>std</th><th class=\"first\">mean "
+      "<tr><th rowspan=\"2\"></th><th class=\"group\" colspan=\"5\">3-D</th><th class=\"group\" "
+      "colspan=\"2\">x</th>"
+      "<th class=\"group\" colspan=\"2\">y</th><th class=\"group\" colspan=\"2\">z</th>"
+      "<th class=\"first\" rowspan=\"2\">times better</th></tr>\n"
+      "<tr><th>mean</th><th>max</th><th>min</th><th>RMS</th><th>std</th><th class=\"first\">mean "
       "|x|</th><th>max</th>"
-      "<th class=\"first\">mean |y|</th><th>max</th><th class=\"first\">mean |z|</th><th>max</th><th "
-      "class=\"first\">times "
-      "better</th></tr>\n</thead>\n";
+      "<th class=\"first\">mean |y|</th><th>max</th><th class=\"first\">mean "
+      "|z|</th><th>max</th></tr>\n</thead>\n";
   const ErrorStatistics* remeasured = document.remeasured ? &*document.remeasured : nullptr;
   if (document.validate) html += stage_rows("Validation", *document.validate, remeasured);
   html += stage_rows("Identification", document.identify, document.validate ? nullptr : remeasured);

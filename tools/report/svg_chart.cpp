@@ -13,10 +13,9 @@
 namespace truepose::report {
 namespace {
 
-constexpr double kWidth = 480;
-constexpr double kHeight = 280;
-constexpr double kRight = kWidth - 14;
-constexpr double kBottom = kHeight - 44;
+constexpr double kPointWidth = 480, kPointHeight = 280;
+constexpr double kHistogramWidth = 320, kHistogramHeight = 220;
+constexpr double kRightMargin = 14, kBottomMargin = 44;
 constexpr double kCharWidth = 7;  // of the 12 unit font, on the wide side
 
 /// One axis: what it covers, and where on the paper a value lies.
@@ -50,11 +49,14 @@ std::vector<std::string> tick_labels(const Axis& axis) {
 
 class Drawing {
  public:
-  explicit Drawing(std::string_view title) {
+  Drawing(std::string_view title, double width, double height)
+      : right{width - kRightMargin}, bottom{height - kBottomMargin} {
     put(R"(<svg xmlns="http://www.w3.org/2000/svg" class="chart" viewBox="0 0 {} {}" role="img" aria-label="{}">)",
-        kWidth, kHeight, escaped(title));
+        width, height, escaped(title));
     put(R"(<text class="chart-title" x="0" y="14">{}</text>)", escaped(title));
   }
+
+  const double right, bottom;  ///< edges of the plot
 
   template <typename... Args>
   void put(fmt::format_string<Args...> format, Args&&... args) {
@@ -72,8 +74,8 @@ class Drawing {
         break;
       case Marker::Diamond: {
         const double d = 1.35 * r;
-        put(R"(<path d="M{:.1f} {:.1f}l{d} {d}l-{d} {d}l-{d} -{d}z" fill="{}">)", x, y - d, series.color,
-            fmt::arg("d", d));
+        put(R"(<path d="M{:.1f} {:.1f}l{d:.1f} {d:.1f}l-{d:.1f} {d:.1f}l-{d:.1f} -{d:.1f}z" fill="{}">)", x,
+            y - d, series.color, fmt::arg("d", d));
         break;
       }
     }
@@ -86,7 +88,7 @@ class Drawing {
     for (std::size_t i = 0; i < axis.ticks.size(); ++i) {
       const double y = axis.at(axis.ticks[i]);
       const bool zero = !axis.logarithmic && axis.ticks[i] == 0;
-      put(R"(<path class="{}" d="M{:.1f} {:.1f}H{}"/>)", zero ? "zero" : "grid", left, y, kRight);
+      put(R"(<path class="{}" d="M{:.1f} {:.1f}H{}"/>)", zero ? "zero" : "grid", left, y, right);
       put(R"(<text class="tick" text-anchor="end" x="{:.1f}" y="{:.1f}">{}</text>)", left - 6, y + 4,
           labels[i]);
     }
@@ -94,13 +96,13 @@ class Drawing {
 
   void x_axis(const Axis& axis, std::string_view label) {
     const std::vector<std::string> labels = tick_labels(axis);
-    put(R"(<path class="axis" d="M{:.1f} {}H{}"/>)", axis.from, kBottom, axis.to);
+    put(R"(<path class="axis" d="M{:.1f} {}H{}"/>)", axis.from, bottom, axis.to);
     for (std::size_t i = 0; i < axis.ticks.size(); ++i) {
       put(R"(<text class="tick" text-anchor="middle" x="{:.1f}" y="{}">{}</text>)", axis.at(axis.ticks[i]),
-          kBottom + 17, labels[i]);
+          bottom + 17, labels[i]);
     }
     put(R"(<text class="tick" text-anchor="middle" x="{:.1f}" y="{}">{}</text>)", (axis.from + axis.to) / 2,
-        kBottom + 36, escaped(label));
+        bottom + 36, escaped(label));
   }
 
   std::string finish() && { return std::move(svg_) + "</svg>\n"; }
@@ -116,7 +118,7 @@ double label_width(const std::vector<std::string>& labels) {
   return 10 + kCharWidth * static_cast<double>(longest);
 }
 
-Axis value_axis(const PointChart& chart, double top) {
+Axis value_axis(const PointChart& chart, double bottom, double top) {
   double lo = chart.log_y ? 1e300 : 0, hi = chart.log_y ? 1e-300 : 0;
   for (const Series& series : chart.series) {
     for (const ChartPoint& p : series.points) {
@@ -128,7 +130,7 @@ Axis value_axis(const PointChart& chart, double top) {
   const bool logarithmic = chart.log_y && lo <= hi;
   std::vector<double> ticks =
       logarithmic ? log_ticks(lo, hi, 7) : nice_ticks(std::min(lo, 0.0), std::max(hi, 0.0), 5);
-  return {ticks.front(), ticks.back(), kBottom, top, ticks, logarithmic};
+  return {ticks.front(), ticks.back(), bottom, top, ticks, logarithmic};
 }
 
 /// An axis that ends at `hi`, with the round numbers that lie within.
@@ -143,7 +145,7 @@ double legend(Drawing& drawing, const std::vector<Series>& series) {
   double x = 0, y = 34;
   for (const Series& s : series) {
     const double width = 22 + kCharWidth * static_cast<double>(s.name.size());
-    if (x > 0 && x + width > kRight) {
+    if (x > 0 && x + width > drawing.right) {
       x = 0;
       y += 18;
     }
@@ -194,9 +196,9 @@ std::vector<double> log_ticks(double lo, double hi, int at_most) {
 }
 
 std::string point_chart_svg(const PointChart& chart) {
-  Drawing drawing{chart.title + ", " + chart.y_unit};
+  Drawing drawing{chart.title + ", " + chart.y_unit, kPointWidth, kPointHeight};
   const double top = legend(drawing, chart.series);
-  const Axis y = value_axis(chart, top);
+  const Axis y = value_axis(chart, drawing.bottom, top);
   const std::vector<std::string> y_labels = tick_labels(y);
   const double left = label_width(y_labels);
 
@@ -207,7 +209,7 @@ std::string point_chart_svg(const PointChart& chart) {
     for (const ChartPoint& p : series.points) last = std::max(last, p.x);
   }
   // Room beside the last marker; never so short that the ticks are not whole numbers.
-  const Axis x = axis_to(std::max(last, 5.0) + 1, left, kRight);
+  const Axis x = axis_to(std::max(last, 5.0) + 1, left, drawing.right);
   drawing.y_axis(y, y_labels, left);
   drawing.x_axis(x, chart.x_label);
 
@@ -243,20 +245,21 @@ std::string histogram_svg(const HistogramChart& chart) {
   }
   const int highest = *std::max_element(counts.begin(), counts.end());
 
-  Drawing drawing{chart.title};
+  Drawing drawing{chart.title, kHistogramWidth, kHistogramHeight};
   const std::vector<double> y_ticks = nice_ticks(0, std::max(highest, 5), 5);
-  const Axis y{0, y_ticks.back(), kBottom, 30, y_ticks};
+  const Axis y{0, y_ticks.back(), drawing.bottom, 30, y_ticks};
   const std::vector<std::string> y_labels = tick_labels(y);
   const double left = label_width(y_labels);
-  const Axis x = axis_to(edges.back(), left, kRight);
+  const Axis x = axis_to(edges.back(), left, drawing.right);
   drawing.y_axis(y, y_labels, left);
   for (std::size_t i = 0; i < counts.size(); ++i) {
     if (counts[i] == 0) continue;
-    const double from = x.at(edges[i]) + 1, to = x.at(edges[i + 1]) - 1, height = kBottom - y.at(counts[i]);
+    const double from = x.at(edges[i]) + 1, to = x.at(edges[i + 1]) - 1,
+                 height = drawing.bottom - y.at(counts[i]);
     drawing.put(
         R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" fill="{}"><title>{} to {} mm: {}</title></rect>)",
-        from, kBottom - height, to - from, height, chart.color, mm_text(edges[i]), mm_text(edges[i + 1]),
-        counts[i]);
+        from, drawing.bottom - height, to - from, height, chart.color, error_text(edges[i]),
+        error_text(edges[i + 1]), counts[i]);
   }
   drawing.x_axis(x, chart.x_label);
   return std::move(drawing).finish();

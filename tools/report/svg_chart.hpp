@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace truepose::report {
@@ -45,7 +44,8 @@ std::vector<double> nice_ticks(double lo, double hi, int at_most);
 /// alone.
 std::vector<double> log_ticks(double lo, double hi, int at_most);
 
-/// The charts as <svg> elements of 480 x 280 units, well-formed XML with every text escaped.
+/// The charts as <svg> elements, well-formed XML with every text escaped: points in 480 x 280 units, a
+/// histogram in 320 x 220, in text of 12 to be read at about that many pixels.
 std::string point_chart_svg(const PointChart& chart);
 std::string histogram_svg(const HistogramChart& chart);
 
