@@ -152,14 +152,15 @@ std::string parameters_section(const ReportDocument& document) {
   html += fmt::format(
       "<div class=\"scroll\"><table class=\"parameters\">\n<thead>\n<tr><th></th><th "
       "class=\"text\"></th><th>nominal</th>"
-      "<th>value</th><th>deviation</th><th>σ</th><th class=\"first\"></th>{}</tr>\n</thead>\n<tbody>\n",
+      "<th>value</th><th>deviation</th><th>σ</th><th class=\"first\"></th>{}</tr>\n</thead>\n",
       with_truth ? "<th class=\"first\">true value</th><th>value − true</th>" : "");
   std::string_view group;
   for (const Parameter& p : document.parameters) {
     if (const std::string_view own = group_of(p.identified.name); own != group) {
+      html +=
+          fmt::format("{}<tbody>\n<tr><th class=\"rows\" colspan=\"{}\" scope=\"rowgroup\">{}</th></tr>\n",
+                      group.empty() ? "" : "</tbody>\n", with_truth ? 9 : 7, group_title(own));
       group = own;
-      html += fmt::format("<tr><th class=\"rows\" colspan=\"{}\" scope=\"rowgroup\">{}</th></tr>\n",
-                          with_truth ? 9 : 7, group_title(group));
     }
     html += parameter_row(p, with_truth);
   }

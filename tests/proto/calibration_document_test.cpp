@@ -1,0 +1,147 @@
+#include "proto/control/calibration_document.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace truepose::control {
+namespace {
+
+namespace json = boost::json;
+using testing::ElementsAre;
+
+std::vector<std::string> keys(const json::value& value) {
+  std::vector<std::string> result;
+  for (const auto& member : value.as_object()) result.emplace_back(member.key());
+  return result;
+}
+
+struct Sample {
+  Calibration calibration;
+  MeasurementData data;
+};
+
+/// Two poses to identify, the first seen by both reflectors, and one to validate.
+Sample sample() {
+  Sample s;
+  s.data.smr_names = {"1", "upper \"left\""};
+  const Eigen::Vector2d q1{std::numbers::pi / 2, 250}, q2{0, 10}, q3{-1, 10};
+  for (const auto& [q, smr, set] : {std::tuple{q1, 0, PoseSet::Identify},
+                                    {q2, 0, PoseSet::Identify},
+                                    {q1, 1, PoseSet::Identify},
+                                    {q3, 0, PoseSet::Validate}}) {
+    Measurement m;
+    m.q = q;
+    m.smr = smr;
+    m.set = set;
+    s.calibration.points.push_back(
+        {static_cast<int>(s.data.points.size()), {1, 2, 3}, {0.1, 0.2, 0.3}, {0, 0, -0.1}});
+    s.data.points.push_back(m);
+  }
+  Calibration& c = s.calibration;
+  c.converged = true;
+  c.coarse_iterations = 7;
+  c.fine_iterations = 4;
+  c.rank = 27;
+  c.condition = 1234.5;
+  c.cell.robot.joints.resize(2);
+  c.cell.robot.joints[1].type = JointType::Prismatic;
+  c.cell.base = {{1, 2, 3}, {0.1, 0.2, 0.3}};
+  c.cell.reflectors = {{"1", {4, 5, 6}}, {"upper \"left\"", {7, 8, 9}}};
+  c.parameters = {{"link2.a", 330.0, 330.6, 0.004, true}, {"link2.beta", 0, 0, 0, false}};
+  c.identify.poses = 2;
+  c.identify.points = 3;
+  c.identify.before.mean = 2.862;
+  c.validate.emplace().after.mean = 0.571;
+  return s;
+}
+
+TEST(CalibrationDocument, HasExactlyTheMembersOfTheContractAndThePoints) {
+  const Sample s = sample();
+  const json::object document = calibration_document(s.calibration, s.data, 0.004);
+  EXPECT_THAT(keys(document),
+              ElementsAre("method", "converged", "iterations", "elapsed_s", "identify", "validate", "rank",
+                          "condition", "base", "smr", "parameters", "points"));
+  EXPECT_THAT(keys(document.at("iterations")), ElementsAre("coarse", "fine"));
+  for (const char* set : {"identify", "validate"}) {
+    EXPECT_THAT(keys(document.at(set)), ElementsAre("poses", "points", "before", "geometric", "after"));
+    for (const char* stage : {"before", "geometric", "after"}) {
+      const json::value& S = document.at(set).at(stage);
+      EXPECT_THAT(keys(S), ElementsAre("mean", "rms", "max", "min", "std", "x", "y", "z"));
+      for (const char* axis : {"x", "y", "z"})
+        EXPECT_THAT(keys(S.at(axis)), ElementsAre("mean_abs", "rms", "max"));
+    }
+  }
+  EXPECT_THAT(keys(document.at("base")), ElementsAre("x", "y", "z", "rx", "ry", "rz"));
+  EXPECT_THAT(keys(document.at("smr")), ElementsAre("1", "upper \"left\""));
+  EXPECT_THAT(keys(document.at("smr").at("1")), ElementsAre("x", "y", "z"));
+  EXPECT_THAT(keys(document.at("parameters").at(0)),
+              ElementsAre("name", "nominal", "value", "sigma", "identified"));
+  EXPECT_THAT(keys(document.at("points").at(0)),
+              ElementsAre("pose", "set", "smr", "joints", "before", "geometric", "after"));
+}
+
+TEST(CalibrationDocument, CarriesTheCalibrationsFigures) {
+  const Sample s = sample();
+  const json::object document = calibration_document(s.calibration, s.data, 0.004);
+  EXPECT_EQ(document.at("method"), "two-stage");
+  EXPECT_EQ(document.at("converged"), true);
+  EXPECT_EQ(document.at("iterations"), (json::value{{"coarse", 7}, {"fine", 4}}));
+  EXPECT_EQ(document.at("elapsed_s"), 0.004);
+  EXPECT_EQ(document.at("identify").at("points"), 3);
+  EXPECT_EQ(document.at("identify").at("before").at("mean"), 2.862);
+  EXPECT_EQ(document.at("validate").at("after").at("mean"), 0.571);
+  EXPECT_EQ(document.at("rank"), 27);
+  EXPECT_EQ(document.at("base"),
+            (json::value{{"x", 1.0}, {"y", 2.0}, {"z", 3.0}, {"rx", 0.1}, {"ry", 0.2}, {"rz", 0.3}}));
+  EXPECT_EQ(document.at("parameters").at(0), (json::value{{"name", "link2.a"},
+                                                          {"nominal", 330.0},
+                                                          {"value", 330.6},
+                                                          {"sigma", 0.004},
+                                                          {"identified", true}}));
+}
+
+TEST(CalibrationDocument, LeavesOutTheValidationWhereNothingWasValidated) {
+  Sample s = sample();
+  s.calibration.validate.reset();
+  EXPECT_FALSE(calibration_document(s.calibration, s.data, 0).contains("validate"));
+}
+
+TEST(CalibrationDocument, NumbersThePosesAndGivesJointsAsAMeasurementFileDoes) {
+  const Sample s = sample();
+  const json::object document = calibration_document(s.calibration, s.data, 0);
+  const json::array& points = document.at("points").as_array();
+  ASSERT_EQ(points.size(), 4u);
+  std::vector<std::int64_t> poses;
+  for (const json::value& point : points) poses.push_back(point.at("pose").as_int64());
+  EXPECT_THAT(poses, ElementsAre(1, 2, 1, 3));
+  EXPECT_EQ(points[2].at("smr"), "upper \"left\"");
+  EXPECT_EQ(points[2].at("joints"), (json::value{90.0, 250.0}));
+  EXPECT_EQ(points[0].at("set"), "identify");
+  EXPECT_EQ(points[3].at("set"), "validate");
+  EXPECT_EQ(points[3].at("before"), (json::value{1.0, 2.0, 3.0}));
+  EXPECT_EQ(points[3].at("after"), (json::value{0.0, 0.0, -0.1}));
+}
+
+TEST(CalibrationDocument, IsReadBackFromItsTextUnchanged) {
+  const Sample s = sample();
+  const json::object document = calibration_document(s.calibration, s.data, 0.1 + 0.2);
+  EXPECT_EQ(json::parse(json::serialize(document)), document);
+}
+
+#ifndef NDEBUG
+TEST(CalibrationDocumentDeathTest, RefusesANumberThatJsonCannotHold) {
+  Sample s = sample();
+  s.calibration.condition = std::numeric_limits<double>::infinity();
+  EXPECT_DEATH(calibration_document(s.calibration, s.data, 0), "isfinite");
+}
+#endif
+
+}  // namespace
+}  // namespace truepose::control

@@ -1,0 +1,202 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+#include <cstdlib>
+#include <map>
+#include <pugixml.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/tools/sample_document.hpp"
+#include "tools/report/report_html.hpp"
+#include "tools/report/svg_chart.hpp"
+
+namespace truepose::report {
+namespace {
+
+namespace json = boost::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+using Rows = std::map<std::string, std::vector<std::string>>;
+
+pugi::xml_document parsed(const std::string& html) {
+  pugi::xml_document page;
+  const pugi::xml_parse_result result = page.load_string(html.c_str());
+  EXPECT_TRUE(result) << result.description() << " at "
+                      << html.substr(static_cast<std::size_t>(result.offset), 80);
+  return page;
+}
+
+std::string text_of(const pugi::xml_node& node) {
+  std::string text;
+  for (const pugi::xpath_node& part : node.select_nodes(".//text()")) text += part.node().value();
+  return text;
+}
+
+/// The cells of a table's rows by "GROUP/ROW", where the group is the first word of the heading row above.
+Rows rows_of(const pugi::xml_document& page, const char* table_class) {
+  Rows rows;
+  std::string group;
+  const std::string path = std::string("//table[@class='") + table_class + "']/tbody/tr";
+  for (const pugi::xpath_node& row : page.select_nodes(path.c_str())) {
+    const pugi::xml_node head = row.node().child("th");
+    if (std::string(head.attribute("class").value()) == "rows") {
+      group = text_of(head).substr(0, text_of(head).find(':'));
+      continue;
+    }
+    std::vector<std::string>& cells = rows[group + "/" + text_of(head)];
+    for (const pugi::xml_node& cell : row.node().children("td")) cells.push_back(text_of(cell));
+  }
+  return rows;
+}
+
+std::vector<std::string> headings(const pugi::xml_document& page) {
+  std::vector<std::string> result;
+  for (const pugi::xpath_node& node : page.select_nodes("//h2")) result.push_back(text_of(node.node()));
+  return result;
+}
+
+void expect_statistics(const std::vector<std::string>& cells, const json::object& s) {
+  std::vector<double> expected;
+  for (const char* key : {"mean", "max", "min", "rms", "std"})
+    expected.push_back(s.at(key).to_number<double>());
+  for (const char* axis : {"x", "y", "z"}) {
+    for (const char* key : {"mean_abs", "max"}) {
+      expected.push_back(s.at(axis).as_object().at(key).to_number<double>());
+    }
+  }
+  ASSERT_EQ(cells.size(), expected.size() + 1);  // and the factor
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_NEAR(std::strtod(cells[i].c_str(), nullptr), expected[i], 0.000501) << "column " << i;
+  }
+}
+
+TEST(Report, IsWellFormedWithAndWithoutTheOptionalParts) {
+  for (const json::object& document :
+       {sample_document(30, false), sample_document(30, true), full_document(30), full_document(2)}) {
+    const pugi::xml_document page = parsed(render_html(document));
+    EXPECT_FALSE(page.select_node("//script"));
+    EXPECT_FALSE(page.select_node("//link|//img"));  // nothing to fetch
+  }
+}
+
+TEST(Report, ShowsEveryFigureOfTheStatisticsAsItIsInTheDocument) {
+  const json::object document = full_document(30);
+  const Rows rows = rows_of(parsed(render_html(document)), "statistics");
+  ASSERT_EQ(rows.size(), 7u);
+  for (const auto& [set, title] : {std::pair{"identify", "Identification"}, {"validate", "Validation"}}) {
+    for (const auto& [stage, row] :
+         {std::pair{"before", "Before"}, {"geometric", "Geometric"}, {"after", "All layers"}}) {
+      SCOPED_TRACE(std::string(title) + "/" + row);
+      expect_statistics(rows.at(std::string(title) + "/" + row), document.at(set).at(stage).as_object());
+    }
+  }
+  expect_statistics(rows.at("Validation/Compensated"), document.at("remeasured").as_object());
+}
+
+TEST(Report, StartsWithTheMeanErrorBeforeAndAfterAndTheirRatio) {
+  json::object document = full_document(30);
+  document["validate"].as_object()["before"].as_object()["mean"] = 2.862;
+  document["remeasured"].as_object()["mean"] = 0.571;
+  const pugi::xml_document page = parsed(render_html(document));
+  EXPECT_EQ(text_of(page.select_node("//p[@class='headline']").node()),
+            "2.862 mm→0.571 mm5.0 times more accurate");
+}
+
+TEST(Report, WarnsOfAModelThatIsWorseNotConvergedOrNotValidated) {
+  json::object document = sample_document(30, false);
+  document["converged"] = false;
+  document["identify"].as_object()["before"].as_object()["mean"] = 0.1;
+  const std::string html = render_html(document);
+  EXPECT_THAT(html, HasSubstr("no improvement"));
+  EXPECT_THAT(html, HasSubstr("Not converged"));
+  EXPECT_THAT(html, HasSubstr("Not validated"));
+}
+
+TEST(Report, HasNoHeadingOverNothing) {
+  EXPECT_THAT(
+      headings(parsed(render_html(full_document(30)))),
+      ElementsAre("Position error before and after", "How the errors are spread", "Validation points",
+                  "Identification points", "Identified parameters", "Stream of corrections", "Conditions"));
+  json::object bare = sample_document(30, false);
+  bare.erase("points");
+  const std::string html = render_html(bare);
+  EXPECT_THAT(headings(parsed(html)),
+              ElementsAre("Position error before and after", "Identified parameters", "Conditions"));
+  EXPECT_THAT(html, Not(HasSubstr("Compensated")));
+  EXPECT_THAT(html, Not(HasSubstr("true value")));
+}
+
+TEST(Report, PutsTheTruthBesideTheIdentifiedValues) {
+  const Rows rows = rows_of(parsed(render_html(full_document(30))), "parameters");
+  // unit, nominal, value, deviation, sigma, status, truth, difference
+  EXPECT_THAT(rows.at("Link 2/a"),
+              ElementsAre("mm", "330.000", "330.626", "0.626", "0.011", "identified", "330.630", "-0.004"));
+  EXPECT_THAT(rows.at("Link 2/β"), ElementsAre("deg", "0.0000", "0.0000", "0.0000", "", "kept, by convention",
+                                               "0.0573", "-0.0573"));
+  EXPECT_THAT(rows.at("Reflector 1 in the flange frame/x"),
+              ElementsAre("mm", "", "40.100", "", "0.0080", "identified", "40.000", "0.100"));
+  // A turn of 360 degrees is no difference.
+  EXPECT_EQ(rows.at("Base of the robot in the tracker's frame/rz").back(), "0.0000");
+}
+
+TEST(Report, EscapesHostileTexts) {
+  const std::string hostile = "</script><script>alert('1')</script>\"&\x01";
+  json::object document = full_document(6);
+  for (const char* key : {"robot", "tracker", "campaign", "method"}) document[key] = hostile;
+  for (json::value& point : document["points"].as_array()) point.as_object()["smr"] = hostile;
+  document["parameters"].as_array()[2].as_object()["name"] = "smr." + hostile + ".x";
+  const std::string html = render_html(document);
+  EXPECT_THAT(html, Not(HasSubstr("<script")));
+  const pugi::xml_document page = parsed(html);
+  EXPECT_EQ(text_of(page.select_node("//h1").node()), "</script><script>alert('1')</script>\"&\uFFFD");
+}
+
+TEST(Report, DrawsOneMarkerForEveryPointOfEveryStage) {
+  const pugi::xml_document page = parsed(render_html(full_document(30)));
+  // Markers carry a title. Validation has 4 stages and enlarges 3, identification has 3 and enlarges 2; four
+  // charts each.
+  EXPECT_EQ(page.select_nodes("//section[@class='points']//title").size(), 30u * 4u * (4 + 3 + 3 + 2));
+}
+
+TEST(Report, NamesTheMemberThatIsMissingOrOfTheWrongKind) {
+  json::object document = full_document(6);
+  document["validate"].as_object()["before"].as_object()["x"].as_object().erase("rms");
+  EXPECT_THAT([&] { render_html(document); }, testing::ThrowsMessage<std::invalid_argument>(
+                                                  HasSubstr("'validate.before.x.rms' is not a number")));
+  document = full_document(6);
+  document["points"].as_array()[3].as_object()["after"] = {1, 2};
+  EXPECT_THAT([&] { render_html(document); }, testing::ThrowsMessage<std::invalid_argument>(
+                                                  HasSubstr("'points[3].after' is not an array of three")));
+}
+
+TEST(Chart, TicksAreRoundNumbersThatCoverTheValues) {
+  EXPECT_THAT(nice_ticks(0, 4.465, 5), ElementsAre(0, 1, 2, 3, 4, 5));
+  EXPECT_THAT(nice_ticks(-3.5, 3.2, 5), ElementsAre(-4, -2, 0, 2, 4));
+  EXPECT_EQ(nice_ticks(0, 0, 5).front(), 0);
+  EXPECT_THAT(log_ticks(0.6, 4, 7), ElementsAre(0.5, 1, 2, 5));
+  const std::vector<double> wide = log_ticks(3e-13, 4.5, 7);
+  EXPECT_LE(wide.front(), 3e-13);
+  EXPECT_GE(wide.back(), 4.5);
+  EXPECT_LE(wide.size(), 9u);
+}
+
+TEST(Chart, IsDrawnEvenWhereAllValuesAreZeroOrThereIsOnlyOne) {
+  for (const bool log_y : {false, true}) {
+    PointChart chart{.title = "t",
+                     .x_label = "x",
+                     .y_unit = "mm",
+                     .log_y = log_y,
+                     .series = {{"s", "#000000", Marker::Circle, {{1, 0, "p"}}}}};
+    const std::string svg = point_chart_svg(chart);
+    EXPECT_THAT(svg, Not(HasSubstr("nan")));
+    EXPECT_THAT(svg, Not(HasSubstr("inf")));
+    parsed(svg);
+    parsed(histogram_svg({.title = "h", .x_label = "x", .color = "#000000", .values = {0}}));
+  }
+}
+
+}  // namespace
+}  // namespace truepose::report
