@@ -5,11 +5,14 @@
 #include <cstdlib>
 #include <map>
 #include <pugixml.hpp>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/tools/sample_document.hpp"
 #include "tools/report/report_html.hpp"
+#include "tools/report/report_text.hpp"
 #include "tools/report/svg_chart.hpp"
 
 namespace truepose::report {
@@ -170,6 +173,31 @@ TEST(Report, NamesTheMemberThatIsMissingOrOfTheWrongKind) {
   document["points"].as_array()[3].as_object()["after"] = {1, 2};
   EXPECT_THAT([&] { render_html(document); }, testing::ThrowsMessage<std::invalid_argument>(
                                                   HasSubstr("'points[3].after' is not an array of three")));
+}
+
+TEST(ReportText, IsTheTableForATerminal) {
+  json::object document = full_document(30);
+  document["validate"].as_object()["before"].as_object()["mean"] = 2.862;
+  document["validate"].as_object()["geometric"].as_object()["mean"] = 0.693;
+  document["validate"].as_object()["after"].as_object()["mean"] = 0.6;
+  document["remeasured"].as_object()["mean"] = 0.571;
+  const std::string text = render_text(document);
+  EXPECT_THAT(text, HasSubstr("Validation: 30 poses, 30 points\n"
+                              "  mm               before    geometric   all layers  compensated\n"
+                              "  mean              2.862        0.693        0.600        0.571\n"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("Mean position error 2.862 mm -> 0.571 mm, 5.0 times more accurate. 5 of 6 parameters"));
+  EXPECT_THAT(text, Not(HasSubstr("Nothing was validated")));
+}
+
+TEST(ReportText, SaysWhatNotToTrust) {
+  json::object document = sample_document(30, false);
+  document["converged"] = false;
+  const std::string text = render_text(document);
+  EXPECT_THAT(text, Not(HasSubstr("Validation")));
+  EXPECT_THAT(text, HasSubstr("did not converge"));
+  EXPECT_THAT(text, HasSubstr("Nothing was validated"));
 }
 
 TEST(Chart, TicksAreRoundNumbersThatCoverTheValues) {

@@ -1,6 +1,5 @@
 #include "tools/report/report_document.hpp"
 
-#include <array>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
@@ -16,14 +15,14 @@ namespace {
 
 namespace json = boost::json;
 
-[[noreturn]] void fail(const std::string& path, std::string_view expected) {
-  throw std::invalid_argument("calibration document: '" + path + "' is not " + std::string(expected));
-}
-
 /// A value of the document together with the path to it, so that an error names the member.
 class Node {
  public:
   Node(const json::value* value, std::string path) : value_{value}, path_{std::move(path)} {}
+
+  [[noreturn]] void fail(std::string_view expected) const {
+    throw std::invalid_argument("calibration document: '" + path_ + "' is not " + std::string(expected));
+  }
 
   bool exists() const { return value_ != nullptr; }
   bool is_object() const { return exists() && value_->is_object(); }
@@ -34,29 +33,34 @@ class Node {
   }
 
   double number() const {
-    if (!exists() || !value_->is_number()) fail(path_, "a number");
+    if (!exists() || !value_->is_number()) fail("a number");
     const double number = value_->to_number<double>();
-    if (!std::isfinite(number)) fail(path_, "a finite number");
+    if (!std::isfinite(number)) fail("a finite number");
     return number;
   }
   long long integer() const {
-    if (!exists() || !value_->is_int64()) fail(path_, "a whole number");
+    if (!exists() || !value_->is_int64()) fail("a whole number");
     return value_->get_int64();
   }
+  int count() const {
+    const long long value = integer();
+    if (!std::in_range<int>(value)) fail("a small whole number");
+    return static_cast<int>(value);
+  }
   bool flag() const {
-    if (!exists() || !value_->is_bool()) fail(path_, "true or false");
+    if (!exists() || !value_->is_bool()) fail("true or false");
     return value_->get_bool();
   }
   std::string text() const {
-    if (!exists() || !value_->is_string()) fail(path_, "a text");
+    if (!exists() || !value_->is_string()) fail("a text");
     return std::string(value_->get_string());
   }
   const json::object& object() const {
-    if (!is_object()) fail(path_, "an object");
+    if (!is_object()) fail("an object");
     return value_->get_object();
   }
   std::vector<Node> elements() const {
-    if (!exists() || !value_->is_array()) fail(path_, "an array");
+    if (!exists() || !value_->is_array()) fail("an array");
     std::vector<Node> result;
     for (const json::value& element : value_->get_array()) {
       result.emplace_back(&element, path_ + "[" + std::to_string(result.size()) + "]");
@@ -65,20 +69,14 @@ class Node {
   }
   Eigen::Vector3d vector() const {
     const std::vector<Node> xyz = elements();
-    if (xyz.size() != 3) fail(path_, "an array of three numbers");
+    if (xyz.size() != 3) fail("an array of three numbers");
     return {xyz[0].number(), xyz[1].number(), xyz[2].number()};
   }
 
  private:
-  const json::value* value_;
+  const json::value* value_;  ///< null where there is no such member
   std::string path_;
 };
-
-int count(const Node& node) {
-  const long long value = node.integer();
-  if (!std::in_range<int>(value)) fail("a count", "in the range of a count");
-  return static_cast<int>(value);
-}
 
 AxisStatistics axis_statistics(const Node& node) {
   return {node.find("mean_abs").number(), node.find("rms").number(), node.find("max").number()};
@@ -98,19 +96,23 @@ ErrorStatistics statistics(const Node& node, int points) {
 
 Stages stages(const Node& node) {
   Stages result;
-  result.poses = count(node.find("poses"));
-  result.points = count(node.find("points"));
+  result.poses = node.find("poses").count();
+  result.points = node.find("points").count();
   result.before = statistics(node.find("before"), result.points);
   result.geometric = statistics(node.find("geometric"), result.points);
   result.after = statistics(node.find("after"), result.points);
   return result;
 }
 
+PoseSet pose_set(const Node& node) {
+  const std::string set = node.text();
+  if (set != "identify" && set != "validate") node.fail("'identify' or 'validate'");
+  return set == "identify" ? PoseSet::Identify : PoseSet::Validate;
+}
+
 Point point(const Node& node) {
-  const std::string set = node.find("set").text();
-  if (set != "identify" && set != "validate") fail("points.set", "'identify' or 'validate'");
-  return {.pose = count(node.find("pose")),
-          .set = set == "identify" ? PoseSet::Identify : PoseSet::Validate,
+  return {.pose = node.find("pose").count(),
+          .set = pose_set(node.find("set")),
           .smr = node.find("smr").text(),
           .before = node.find("before").vector(),
           .geometric = node.find("geometric").vector(),
@@ -166,7 +168,7 @@ Parameter parameter(const Node& node, const Node& truth) {
 }
 
 void add_remeasured(std::vector<Point>& points, const Node& node) {
-  const int pose = count(node.find("pose"));
+  const int pose = node.find("pose").count();
   const std::string smr = node.find("smr").text();
   for (Point& p : points) {
     if (p.pose == pose && p.smr == smr) p.remeasured = node.find("error").vector();
@@ -185,15 +187,15 @@ ReportDocument read_document(const json::object& document) {
   result.campaign = optional_text(member("campaign"));
   result.method = member("method").text();
   result.converged = member("converged").flag();
-  result.coarse_iterations = count(member("iterations").find("coarse"));
-  result.fine_iterations = count(member("iterations").find("fine"));
+  result.coarse_iterations = member("iterations").find("coarse").count();
+  result.fine_iterations = member("iterations").find("fine").count();
   result.elapsed_s = member("elapsed_s").number();
   result.identify = stages(member("identify"));
   if (const Node node = member("validate"); node.exists()) result.validate = stages(node);
   if (const Node node = member("remeasured"); node.exists()) {
     result.remeasured = statistics(node, result.judged().points);
   }
-  result.rank = count(member("rank"));
+  result.rank = member("rank").count();
   result.condition = member("condition").number();
   for (const Node& node : member("parameters").elements()) {
     result.parameters.push_back(parameter(node, member("truth")));
