@@ -8,7 +8,8 @@ namespace truepose::report {
 /// One self-contained HTML page (well-formed XML, no script, no external file) of a calibration document.
 ///
 /// @param document  control::calibration_document, optionally extended by
-///   "remeasured": S, "remeasured_points": [{"pose","smr","error":[x,y,z]}],
+///   "remeasured": S, "remeasured_points": [{"pose","smr","error":[x,y,z]}] (pose as in "points", mm, in the
+///   tracker's frame, wanted minus measured),
 ///   "stream":
 ///   {"cycles","answered","late","wrong_ipoc","max_step_deg","turnaround_us":{"p50","p99","p999","max"}},
 ///   "truth": {"base":{x,y,z,rx,ry,rz}, "smr":{x,y,z}, "links":[{"a","alpha","d","theta","beta"}]}, the

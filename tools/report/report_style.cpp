@@ -77,7 +77,8 @@ footer { margin: 0 4px; color: var(--muted); font-size: 12.5px; }
   .scroll { overflow: visible; }
   table { font-size: 7.6pt; }
   thead th { font-size: 7.4pt; }
-  th, td { padding: 3px 5px; }
+  th, td { padding: 2.4px 5px; }
+  tbody th.rows { padding-top: 9px; }
   td.first, th.first { padding-left: 10px; }
   .charts { gap: 12px 22px; grid-template-columns: 1fr 1fr; }
   .charts.three { grid-template-columns: 1fr 1fr 1fr; }
