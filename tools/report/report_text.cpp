@@ -31,10 +31,10 @@ std::string table(std::string_view title, const Stages& stages, const ErrorStati
   std::string text =
       fmt::format("{}: {} poses, {} points\n  {:<10}", title, stages.poses, stages.points, "mm");
   for (const auto& [name, statistics] : columns) text += fmt::format("{:>13}", name);
+  text += "\n";
   using S = const ErrorStatistics&;
-  text += "\n" + row("mean", columns, [](S s) { return s.mean; }) +
-          row("max", columns, [](S s) { return s.max; }) + row("min", columns, [](S s) { return s.min; }) +
-          row("RMS", columns, [](S s) { return s.rms; });
+  text += row("mean", columns, [](S s) { return s.mean; }) + row("max", columns, [](S s) { return s.max; }) +
+          row("min", columns, [](S s) { return s.min; }) + row("RMS", columns, [](S s) { return s.rms; });
   const std::pair<std::string_view, AxisStatistics ErrorStatistics::*> axes[] = {
       {"x", &ErrorStatistics::x}, {"y", &ErrorStatistics::y}, {"z", &ErrorStatistics::z}};
   for (const auto& [name, axis] : axes) {
@@ -50,7 +50,7 @@ std::string render_text(const boost::json::object& json) {
   const ReportDocument document = read_document(json);
   const ErrorStatistics* remeasured = document.remeasured ? &*document.remeasured : nullptr;
   std::string text = table("Identification", document.identify, document.validate ? nullptr : remeasured);
-  if (document.validate) text += "\n" + table("Validation", *document.validate, remeasured);
+  if (document.validate) text += fmt::format("\n{}", table("Validation", *document.validate, remeasured));
 
   const double before = document.judged().before.mean, after = document.achieved().mean;
   text += fmt::format("\nMean position error {} mm -> {} mm, {}. {} of {} parameters determined.\n",
