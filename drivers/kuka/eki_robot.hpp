@@ -1,0 +1,57 @@
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "drivers/clock.hpp"
+#include "drivers/robot.hpp"
+#include "proto/eki/messages.hpp"
+
+namespace truepose::drivers {
+
+class EkiChannel;
+
+struct KukaEkiOptions {
+  std::string host;                   ///< the controller's address on the KLI network
+  std::uint16_t motion_port = 54600;  ///< channel CellLink, served by the robot interpreter
+  std::uint16_t state_port = 54601;   ///< channel CellState, served by the submit interpreter
+  int joint_count = 6;                ///< 1..6; further axes are sent as 0
+};
+
+/// A KUKA arm moved over EKI by the KRL programs in config/kuka.
+///
+/// A move that ended in Disconnected or Timeout keeps its id: the same move after connect() is the same
+/// command for the controller, which does not carry it out twice.
+class KukaEkiRobot final : public Robot {
+ public:
+  /// @param executor  the strand from which every call is made
+  KukaEkiRobot(boost::asio::any_io_executor executor, Clock& clock, KukaEkiOptions options);
+  ~KukaEkiRobot() override;
+
+  boost::asio::awaitable<std::expected<RobotIdentity, RobotError>> connect(TimePoint deadline) override;
+  boost::asio::awaitable<std::expected<RobotState, RobotError>> state(TimePoint deadline) override;
+  boost::asio::awaitable<std::expected<JointVector, RobotError>> move(MoveCommand command,
+                                                                      TimePoint deadline) override;
+  boost::asio::awaitable<std::expected<void, RobotError>> start_stream_program(TimePoint deadline) override;
+  boost::asio::awaitable<std::expected<void, RobotError>> stop(TimePoint deadline) override;
+  void disconnect() noexcept override;
+
+ private:
+  boost::asio::awaitable<std::expected<eki::State, RobotError>> control(eki::ControlOp op,
+                                                                        TimePoint deadline);
+  boost::asio::awaitable<std::expected<eki::Ack, RobotError>> run(eki::Command command, eki::AckState until,
+                                                                  TimePoint deadline);
+  std::int32_t next_id();
+
+  Clock& clock_;
+  KukaEkiOptions options_;
+  std::unique_ptr<EkiChannel> motion_;
+  std::unique_ptr<EkiChannel> state_;
+  std::int32_t id_;
+  std::optional<eki::Command> unfinished_;  // sent, and its end is not known
+};
+
+}  // namespace truepose::drivers

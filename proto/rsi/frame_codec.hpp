@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <expected>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/rsi/ethernet_config.hpp"
+
+namespace truepose::rsi {
+
+/// Room enough for every frame that this codec writes.
+inline constexpr std::size_t kMaxFrameBytes = 2048;
+
+using Axes = std::array<double, 6>;
+
+/// A pose in KUKA's own terms: X Y Z in mm, A B C in deg.
+struct CartesianPose {
+  double x_mm = 0, y_mm = 0, z_mm = 0, a_deg = 0, b_deg = 0, c_deg = 0;
+
+  bool operator==(const CartesianPose&) const = default;
+};
+
+/// What the controller says in one cycle. An element that its SEND list does not have is empty.
+struct RobotFrame {
+  std::uint64_t ipoc = 0;             ///< the controller's time stamp, to be echoed unchanged
+  std::optional<CartesianPose> rist;  ///< actual pose of the active tool in the active base
+  std::optional<CartesianPose> rsol;  ///< commanded pose
+  std::optional<Axes> aipos_rad;      ///< actual axes; contain our correction
+  std::optional<Axes> aspos_rad;      ///< commanded axes; without our correction
+  std::optional<Axes> eipos;          ///< actual external axes E1..E6, mm or deg as on the wire
+  std::optional<Axes> espos;          ///< commanded external axes, mm or deg as on the wire
+  std::optional<std::int64_t> delay;  ///< late replies as the controller counts them
+
+  bool operator==(const RobotFrame&) const = default;
+};
+
+/// What the PC answers.
+struct SensorFrame {
+  std::uint64_t ipoc = 0;
+  std::optional<Axes> axis_correction_rad;
+  std::optional<bool> stop;  ///< true asks the controller to leave RSI_MOVECORR
+
+  bool operator==(const SensorFrame&) const = default;
+};
+
+enum class FrameFault {
+  Malformed,   ///< not one well-formed document; `offset` says where
+  WrongRoot,   ///< not <Rob> or <Sen>, or not of the configured Type
+  Missing,     ///< IPOC, or an attribute of an element that is there
+  Duplicate,   ///< an element or attribute that comes twice
+  BadNumber,   ///< not a finite number of the right kind
+  BufferFull,  ///< encoding: the buffer is too small
+};
+
+/// Why a frame was not believed. Views point to constants or into the codec, never into the datagram.
+struct FrameError {
+  FrameFault fault = FrameFault::Malformed;
+  std::string_view element;    ///< "AIPos", "IPOC"; empty for Malformed
+  std::string_view attribute;  ///< "A3"; empty where the element itself is meant
+  std::size_t offset = 0;      ///< byte of the frame where it was noticed
+};
+
+/// "AIPos.A3 is missing (at byte 120)"
+std::string describe(const FrameError& error);
+
+/// Controller to PC. Elements and attributes in any order, unknown ones skipped; all or nothing.
+/// No allocation, no exception.
+std::expected<RobotFrame, FrameError> decode_robot_frame(std::string_view datagram) noexcept;
+
+/// Writes the elements that `frame` has, in the order RIst RSol AIPos ASPos EIPos ESPos Delay IPOC, as the
+/// controller does: one line, no spaces before "/>".
+/// @param decimals  the ETHERNET object's Precision, 0..15
+std::expected<std::string_view, FrameError> encode_robot_frame(const RobotFrame& frame,
+                                                               std::span<char> buffer,
+                                                               int decimals = 4) noexcept;
+
+/// PC to controller and back, with the names and the order of one ethernet configuration. What the
+/// configuration does not receive is not written, and ignored when read. encode and decode do not allocate or
+/// throw.
+class SensorFrameCodec {
+ public:
+  explicit SensorFrameCodec(const EthernetConfig& config);
+
+  /// Six decimals of a degree, IPOC as it was received, elements in the order of the RECEIVE list, IPOC last.
+  std::expected<std::string_view, FrameError> encode(const SensorFrame& frame,
+                                                     std::span<char> buffer) const noexcept;
+  std::expected<SensorFrame, FrameError> decode(std::string_view datagram) const noexcept;
+
+ private:
+  std::string sentype_;
+  std::string axis_correction_;  // empty = the configuration has none
+  std::string stop_;
+  bool stop_first_ = false;
+};
+
+}  // namespace truepose::rsi
