@@ -1,0 +1,205 @@
+#include "proto/rsi/ethernet_config.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <pugixml.hpp>
+
+#include "proto/xml/scanner.hpp"
+
+namespace truepose::rsi {
+namespace {
+
+constexpr int kMaxChannels = 64;  // inputs and outputs of the ETHERNET object
+constexpr std::string_view kXmlSpecial = "<>&\"'";
+
+bool equal_ignoring_case(std::string_view a, std::string_view b) {
+  return std::ranges::equal(
+      a, b, [](unsigned char x, unsigned char y) { return std::toupper(x) == std::toupper(y); });
+}
+
+std::optional<bool> to_flag(std::string_view text) {
+  text = xml::trimmed(text);
+  if (text == "1" || equal_ignoring_case(text, "TRUE")) return true;
+  if (text == "0" || equal_ignoring_case(text, "FALSE")) return false;
+  return std::nullopt;
+}
+
+std::optional<ElementType> to_type(std::string_view text) {
+  if (text == "BOOL") return ElementType::Bool;
+  if (text == "STRING") return ElementType::String;
+  if (text == "LONG") return ElementType::Long;
+  if (text == "DOUBLE") return ElementType::Double;
+  return std::nullopt;
+}
+
+std::expected<Element, std::string> read_element(const pugi::xml_node& node, bool received) {
+  Element element;
+  element.tag = node.attribute("TAG").value();
+  if (element.tag.empty()) return std::unexpected("an ELEMENT has no TAG");
+  const auto wrong = [&](const char* attribute, const char* expected) {
+    return std::unexpected("element " + element.tag + ": " + attribute + " is \"" +
+                           node.attribute(attribute).value() + "\", expected " + expected);
+  };
+  if (element.tag.find_first_of(kXmlSpecial) != std::string::npos) return wrong("TAG", "a plain name");
+
+  const std::optional<ElementType> type = to_type(node.attribute("TYPE").value());
+  if (!type) return wrong("TYPE", "BOOL, STRING, LONG or DOUBLE");
+  element.type = *type;
+
+  const std::string_view index = xml::trimmed(node.attribute("INDX").value());
+  if (index != "INTERNAL") {
+    element.index = xml::to_number<int>(index);
+    if (!element.index || *element.index < 1 || *element.index > kMaxChannels)
+      return wrong("INDX", "INTERNAL or 1..64");
+  }
+  if (received) {
+    const pugi::xml_attribute hold_on = node.attribute("HOLDON");
+    const std::optional<bool> flag = hold_on ? to_flag(hold_on.value()) : std::optional{false};
+    if (!flag) return wrong("HOLDON", "0 or 1");
+    element.hold_on = *flag;
+  }
+  return element;
+}
+
+std::expected<std::vector<Element>, std::string> read_elements(const pugi::xml_node& list, bool received) {
+  std::vector<Element> elements;
+  for (const pugi::xml_node& node : list.child("ELEMENTS").children("ELEMENT")) {
+    auto element = read_element(node, received);
+    if (!element) return std::unexpected(std::string{list.name()} + " " + element.error());
+    const bool repeated =
+        std::ranges::any_of(elements, [&](const Element& other) { return other.tag == element->tag; });
+    if (repeated)
+      return std::unexpected(std::string{list.name()} + " element " + element->tag + " is listed twice");
+    elements.push_back(std::move(*element));
+  }
+  return elements;
+}
+
+const Element* find(const std::vector<Element>& elements, std::string_view tag) {
+  const auto found = std::ranges::find(elements, tag, &Element::tag);
+  return found == elements.end() ? nullptr : &*found;
+}
+
+/// Names of the elements that have A1..A6, all DOUBLE.
+std::vector<std::string> axis_corrections(const std::vector<Element>& receive) {
+  std::vector<std::string> names;
+  for (const Element& element : receive) {
+    if (!element.tag.ends_with(".A1")) continue;
+    const std::string name = element.tag.substr(0, element.tag.size() - 3);
+    const bool complete =
+        std::ranges::all_of(std::array{".A1", ".A2", ".A3", ".A4", ".A5", ".A6"}, [&](auto axis) {
+          const Element* found = find(receive, name + axis);
+          return found && found->type == ElementType::Double;
+        });
+    if (complete) names.push_back(name);
+  }
+  return names;
+}
+
+}  // namespace
+
+bool EthernetConfig::sends(std::string_view keyword) const {
+  return find(send, "DEF_" + std::string{keyword}) != nullptr;
+}
+
+std::expected<EthernetConfig, std::string> parse_ethernet_config(std::string_view xml) {
+  pugi::xml_document document;
+  const pugi::xml_parse_result parsed = document.load_buffer(xml.data(), xml.size());
+  if (!parsed) {
+    return std::unexpected("not an XML document: " + std::string{parsed.description()} + " at byte " +
+                           std::to_string(parsed.offset));
+  }
+  const pugi::xml_node root = document.child("ROOT");
+  const pugi::xml_node settings = root.child("CONFIG");
+  if (!settings) return std::unexpected("no ROOT/CONFIG: this is not an RSI ethernet configuration");
+
+  EthernetConfig config;
+  config.address = xml::trimmed(settings.child_value("IP_NUMBER"));
+  if (config.address.empty())
+    return std::unexpected("CONFIG/IP_NUMBER is missing: it must be the PC's address");
+  const auto port = xml::to_number<std::uint16_t>(settings.child_value("PORT"));
+  if (!port || *port == 0) {
+    return std::unexpected("CONFIG/PORT is \"" + std::string{settings.child_value("PORT")} +
+                           "\", expected 1..65535");
+  }
+  config.port = *port;
+  config.sentype = xml::trimmed(settings.child_value("SENTYPE"));
+  if (config.sentype.empty() || config.sentype.find_first_of(kXmlSpecial) != std::string::npos) {
+    return std::unexpected("CONFIG/SENTYPE is \"" + config.sentype + "\", expected a plain name");
+  }
+  if (const pugi::xml_node only_send = settings.child("ONLYSEND")) {
+    const std::optional<bool> flag = to_flag(only_send.child_value());
+    if (!flag) {
+      return std::unexpected("CONFIG/ONLYSEND is \"" + std::string{only_send.child_value()} +
+                             "\", expected TRUE or FALSE");
+    }
+    config.only_send = *flag;
+  }
+
+  auto send = read_elements(root.child("SEND"), false);
+  if (!send) return std::unexpected(send.error());
+  config.send = std::move(*send);
+  auto receive = read_elements(root.child("RECEIVE"), true);
+  if (!receive) return std::unexpected(receive.error());
+  config.receive = std::move(*receive);
+
+  const std::vector<std::string> corrections = axis_corrections(config.receive);
+  if (!corrections.empty()) config.axis_correction = corrections.front();
+  const auto stop = std::ranges::find_if(config.receive, [](const Element& element) {
+    return element.type == ElementType::Bool && equal_ignoring_case(element.tag, "Stop");
+  });
+  if (stop != config.receive.end()) config.stop = stop->tag;
+  return config;
+}
+
+std::vector<std::string> lint(const EthernetConfig& config) {
+  std::vector<std::string> warnings;
+  if (config.only_send) {
+    warnings.emplace_back(
+        "ONLYSEND is TRUE: the controller listens to no reply, so nothing can be corrected");
+  }
+  const std::vector<std::string> corrections = axis_corrections(config.receive);
+  if (corrections.empty()) {
+    warnings.emplace_back(
+        "RECEIVE has no axis correction: it needs an element with A1..A6, all DOUBLE, wired to AXISCORR");
+  } else if (corrections.size() > 1) {
+    warnings.push_back("RECEIVE has several elements with A1..A6: " + corrections.front() +
+                       " is taken as the axis correction");
+  }
+  for (const Element& element : config.receive) {
+    const bool corrects = config.axis_correction && element.tag.starts_with(*config.axis_correction + ".A");
+    if (corrects && !element.hold_on) {
+      warnings.push_back(
+          "RECEIVE element " + element.tag +
+          " has HOLDON 0: one lost reply makes an absolute correction jump to zero in one cycle");
+    }
+    if (!corrects && element.tag != config.stop && !element.tag.starts_with("DEF_")) {
+      warnings.push_back("RECEIVE element " + element.tag +
+                         " is never sent by truepose and keeps its start value");
+    }
+  }
+  if (!config.stop) {
+    warnings.emplace_back(
+        "RECEIVE has no BOOL element Stop: a stream can only be ended by an RSI timeout or from the pendant");
+  }
+  if (config.sends("Tech.T1") || find(config.receive, "DEF_Tech.T1")) {
+    warnings.emplace_back("DEF_Tech.T1 is listed: RSI needs technology generator 1 itself, expect RSIBad");
+  }
+  if (!config.sends("ASPos")) {
+    warnings.emplace_back(
+        "SEND has no DEF_ASPos: the commanded axes must be guessed from AIPos less the correction in force");
+  }
+  if (!config.sends("AIPos")) {
+    warnings.emplace_back("SEND has no DEF_AIPos: whether the arm follows the correction cannot be seen");
+  }
+  if (!config.sends("RIst")) {
+    warnings.emplace_back("SEND has no DEF_RIst: the arm cannot be compared with its nominal kinematics");
+  }
+  if (!config.sends("Delay")) {
+    warnings.emplace_back("SEND has no DEF_Delay: replies that the controller rejects cannot be seen");
+  }
+  return warnings;
+}
+
+}  // namespace truepose::rsi

@@ -1,0 +1,322 @@
+#include "proto/rsi/frame_codec.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "core/kinematics/angles.hpp"
+#include "proto/xml/scanner.hpp"
+
+namespace truepose::rsi {
+namespace {
+
+using Event = xml::Scanner::Event;
+using Names = std::array<std::string_view, 6>;
+
+constexpr Names kAxisNames{"A1", "A2", "A3", "A4", "A5", "A6"};
+constexpr Names kExternalNames{"E1", "E2", "E3", "E4", "E5", "E6"};
+constexpr Names kPoseNames{"X", "Y", "Z", "A", "B", "C"};
+constexpr int kSensorDecimals = 6;
+
+Axes scaled(Axes values, double factor) {
+  for (double& value : values) value *= factor;
+  return values;
+}
+
+CartesianPose to_pose(const Axes& v) { return {v[0], v[1], v[2], v[3], v[4], v[5]}; }
+Axes to_array(const CartesianPose& p) { return {p.x_mm, p.y_mm, p.z_mm, p.a_deg, p.b_deg, p.c_deg}; }
+
+/// The elements below the root of one frame, with the first thing that was wrong.
+class FrameReader {
+ public:
+  explicit FrameReader(std::string_view datagram) : scanner_{datagram} {}
+
+  bool open_root(std::string_view name) {
+    if (scanner_.next() != Event::Open) return fail(FrameFault::Malformed);
+    return scanner_.name() == name || fail(FrameFault::WrongRoot, name);
+  }
+
+  /// Moves to the next element below the root; false at the end of the frame and on an error.
+  bool next_element() {
+    for (;;) {
+      switch (scanner_.next()) {
+        case Event::Open:
+          if (scanner_.depth() == 2) return true;
+          break;
+        case Event::Close:
+          break;
+        case Event::Text:
+          if (scanner_.depth() < 2) return fail(FrameFault::Malformed);
+          break;
+        case Event::End:
+          return false;
+        case Event::Malformed:
+          return fail(FrameFault::Malformed);
+      }
+    }
+  }
+
+  std::string_view name() const { return scanner_.name(); }
+  std::span<const xml::Attribute> attributes() const { return scanner_.attributes(); }
+
+  /// Reads the six attributes of the element that is open into an empty `values`.
+  bool read(std::string_view element, const Names& names, std::optional<Axes>& values) {
+    if (values) return fail(FrameFault::Duplicate, element);
+    Axes read{};
+    unsigned seen = 0;
+    for (const xml::Attribute& attribute : attributes()) {
+      const auto found = std::ranges::find(names, attribute.name);
+      if (found == names.end()) continue;
+      const auto i = static_cast<std::size_t>(found - names.begin());
+      const std::optional<double> value = xml::to_number<double>(attribute.value);
+      if (!value) return fail(FrameFault::BadNumber, element, *found);
+      if (seen & (1u << i)) return fail(FrameFault::Duplicate, element, *found);
+      seen |= 1u << i;
+      read[i] = *value;
+    }
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (!(seen & (1u << i))) return fail(FrameFault::Missing, element, names[i]);
+    }
+    values = read;
+    return true;
+  }
+
+  /// Reads one integer attribute of the element that is open.
+  bool read(std::string_view element, std::string_view name, std::optional<std::int64_t>& value) {
+    if (value) return fail(FrameFault::Duplicate, element);
+    for (const xml::Attribute& attribute : attributes()) {
+      if (attribute.name != name) continue;
+      if (value) return fail(FrameFault::Duplicate, element, name);
+      value = xml::to_number<std::int64_t>(attribute.value);
+      if (!value) return fail(FrameFault::BadNumber, element, name);
+    }
+    return value.has_value() || fail(FrameFault::Missing, element, name);
+  }
+
+  /// Reads the text of the element that is open and moves behind it.
+  bool read(std::string_view element, std::optional<std::uint64_t>& value) {
+    if (value) return fail(FrameFault::Duplicate, element);
+    const Event event = scanner_.next();
+    if (event == Event::Malformed) return fail(FrameFault::Malformed);
+    if (event != Event::Text) return fail(FrameFault::Missing, element);
+    value = xml::to_number<std::uint64_t>(scanner_.text());
+    if (!value) return fail(FrameFault::BadNumber, element);
+    const Event end = scanner_.next();
+    if (end == Event::Malformed) return fail(FrameFault::Malformed);
+    return end == Event::Close || fail(FrameFault::BadNumber, element);
+  }
+
+  bool fail(FrameFault fault, std::string_view element = {}, std::string_view attribute = {}) {
+    error_ = FrameError{fault, element, attribute, scanner_.offset()};
+    return false;
+  }
+
+  const std::optional<FrameError>& error() const { return error_; }
+
+ private:
+  xml::Scanner scanner_;
+  std::optional<FrameError> error_;
+};
+
+class FrameWriter {
+ public:
+  explicit FrameWriter(std::span<char> buffer)
+      : begin_{buffer.data()}, at_{begin_}, end_{begin_ + buffer.size()} {}
+
+  FrameWriter& text(std::string_view text) {
+    if (static_cast<std::size_t>(end_ - at_) < text.size()) {
+      fail({FrameFault::BufferFull, {}, {}, 0});
+    } else {
+      at_ = std::ranges::copy(text, at_).out;
+    }
+    return *this;
+  }
+
+  template <std::integral Integer>
+  FrameWriter& integer(Integer value) {
+    return advance(std::to_chars(at_, end_, value));
+  }
+
+  void attributes(std::string_view element, const Names& names, const Axes& values, int decimals) {
+    text("<").text(element);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (!std::isfinite(values[i])) fail({FrameFault::BadNumber, element, names[i], 0});
+      text(" ").text(names[i]).text("=\"");
+      advance(std::to_chars(at_, end_, values[i], std::chars_format::fixed, decimals));
+      text("\"");
+    }
+    text("/>");
+  }
+
+  std::expected<std::string_view, FrameError> result() const {
+    if (error_) return std::unexpected(*error_);
+    return std::string_view{begin_, at_};
+  }
+
+ private:
+  FrameWriter& advance(std::to_chars_result result) {
+    if (result.ec == std::errc{}) {
+      at_ = result.ptr;
+    } else {
+      fail({FrameFault::BufferFull, {}, {}, 0});
+    }
+    return *this;
+  }
+
+  void fail(FrameError error) {
+    if (error_) return;
+    error_ = error;
+    error_->offset = static_cast<std::size_t>(at_ - begin_);
+  }
+
+  char* begin_;
+  char* at_;
+  char* end_;
+  std::optional<FrameError> error_;
+};
+
+}  // namespace
+
+std::string describe(const FrameError& error) {
+  std::string field{error.element};
+  if (!error.attribute.empty()) field.append(".").append(error.attribute);
+  const std::string where = " (at byte " + std::to_string(error.offset) + ")";
+  switch (error.fault) {
+    case FrameFault::Malformed:
+      return "not a well-formed frame" + where;
+    case FrameFault::WrongRoot:
+      return "the frame is not of the kind <" + field + "> that is expected here" + where;
+    case FrameFault::Missing:
+      return field + " is missing" + where;
+    case FrameFault::Duplicate:
+      return field + " comes twice" + where;
+    case FrameFault::BadNumber:
+      return field + " is not a number of the right kind" + where;
+    case FrameFault::BufferFull:
+      return "the frame does not fit into its buffer" + where;
+  }
+  return "unknown fault" + where;
+}
+
+std::expected<RobotFrame, FrameError> decode_robot_frame(std::string_view datagram) noexcept {
+  FrameReader reader{datagram};
+  std::optional<std::uint64_t> ipoc;
+  std::optional<Axes> rist, rsol, aipos, aspos, eipos, espos;
+  std::optional<std::int64_t> delay;
+
+  bool good = reader.open_root("Rob");
+  while (good && reader.next_element()) {
+    const std::string_view name = reader.name();
+    if (name == "IPOC") {
+      good = reader.read("IPOC", ipoc);
+    } else if (name == "RIst") {
+      good = reader.read("RIst", kPoseNames, rist);
+    } else if (name == "RSol") {
+      good = reader.read("RSol", kPoseNames, rsol);
+    } else if (name == "AIPos") {
+      good = reader.read("AIPos", kAxisNames, aipos);
+    } else if (name == "ASPos") {
+      good = reader.read("ASPos", kAxisNames, aspos);
+    } else if (name == "EIPos") {
+      good = reader.read("EIPos", kExternalNames, eipos);
+    } else if (name == "ESPos") {
+      good = reader.read("ESPos", kExternalNames, espos);
+    } else if (name == "Delay") {
+      good = reader.read("Delay", "D", delay);
+    }
+  }
+  if (!reader.error() && !ipoc) reader.fail(FrameFault::Missing, "IPOC");
+  if (reader.error()) return std::unexpected(*reader.error());
+
+  RobotFrame frame;
+  frame.ipoc = *ipoc;
+  if (rist) frame.rist = to_pose(*rist);
+  if (rsol) frame.rsol = to_pose(*rsol);
+  if (aipos) frame.aipos_rad = scaled(*aipos, kRadPerDeg);
+  if (aspos) frame.aspos_rad = scaled(*aspos, kRadPerDeg);
+  frame.eipos = eipos;
+  frame.espos = espos;
+  frame.delay = delay;
+  return frame;
+}
+
+std::expected<std::string_view, FrameError> encode_robot_frame(const RobotFrame& frame,
+                                                               std::span<char> buffer,
+                                                               int decimals) noexcept {
+  FrameWriter writer{buffer};
+  writer.text("<Rob Type=\"KUKA\">");
+  if (frame.rist) writer.attributes("RIst", kPoseNames, to_array(*frame.rist), decimals);
+  if (frame.rsol) writer.attributes("RSol", kPoseNames, to_array(*frame.rsol), decimals);
+  if (frame.aipos_rad) writer.attributes("AIPos", kAxisNames, scaled(*frame.aipos_rad, kDegPerRad), decimals);
+  if (frame.aspos_rad) writer.attributes("ASPos", kAxisNames, scaled(*frame.aspos_rad, kDegPerRad), decimals);
+  if (frame.eipos) writer.attributes("EIPos", kExternalNames, *frame.eipos, decimals);
+  if (frame.espos) writer.attributes("ESPos", kExternalNames, *frame.espos, decimals);
+  if (frame.delay) writer.text("<Delay D=\"").integer(*frame.delay).text("\"/>");
+  writer.text("<IPOC>").integer(frame.ipoc).text("</IPOC></Rob>");
+  return writer.result();
+}
+
+SensorFrameCodec::SensorFrameCodec(const EthernetConfig& config)
+    : sentype_{config.sentype},
+      axis_correction_{config.axis_correction.value_or("")},
+      stop_{config.stop.value_or("")} {
+  const auto first = std::ranges::find_if(config.receive, [&](const Element& element) {
+    return element.tag == stop_ ||
+           (!axis_correction_.empty() && element.tag.starts_with(axis_correction_ + ".A"));
+  });
+  stop_first_ = first != config.receive.end() && first->tag == stop_;
+}
+
+std::expected<std::string_view, FrameError> SensorFrameCodec::encode(const SensorFrame& frame,
+                                                                     std::span<char> buffer) const noexcept {
+  FrameWriter writer{buffer};
+  const auto write_stop = [&] {
+    if (frame.stop && !stop_.empty()) {
+      writer.text("<").text(stop_).text(*frame.stop ? ">1</" : ">0</").text(stop_).text(">");
+    }
+  };
+  writer.text("<Sen Type=\"").text(sentype_).text("\">");
+  if (stop_first_) write_stop();
+  if (frame.axis_correction_rad && !axis_correction_.empty()) {
+    writer.attributes(axis_correction_, kAxisNames, scaled(*frame.axis_correction_rad, kDegPerRad),
+                      kSensorDecimals);
+  }
+  if (!stop_first_) write_stop();
+  writer.text("<IPOC>").integer(frame.ipoc).text("</IPOC></Sen>");
+  return writer.result();
+}
+
+std::expected<SensorFrame, FrameError> SensorFrameCodec::decode(std::string_view datagram) const noexcept {
+  FrameReader reader{datagram};
+  std::optional<std::uint64_t> ipoc, stop;
+  std::optional<Axes> correction;
+
+  bool good = reader.open_root("Sen");
+  if (good) {
+    const bool typed = std::ranges::any_of(reader.attributes(), [this](const xml::Attribute& attribute) {
+      return (attribute.name == "Type" || attribute.name == "TYPE") && attribute.value == sentype_;
+    });
+    good = typed || reader.fail(FrameFault::WrongRoot, "Sen", "Type");
+  }
+  while (good && reader.next_element()) {
+    const std::string_view name = reader.name();
+    if (name == "IPOC") {
+      good = reader.read("IPOC", ipoc);
+    } else if (name == axis_correction_) {
+      good = reader.read(axis_correction_, kAxisNames, correction);
+    } else if (name == stop_) {
+      good = reader.read(stop_, stop);
+      if (good && *stop > 1) good = reader.fail(FrameFault::BadNumber, stop_);
+    }
+  }
+  if (!reader.error() && !ipoc) reader.fail(FrameFault::Missing, "IPOC");
+  if (reader.error()) return std::unexpected(*reader.error());
+
+  SensorFrame frame;
+  frame.ipoc = *ipoc;
+  if (correction) frame.axis_correction_rad = scaled(*correction, kRadPerDeg);
+  if (stop) frame.stop = *stop == 1;
+  return frame;
+}
+
+}  // namespace truepose::rsi

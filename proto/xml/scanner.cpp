@@ -1,0 +1,131 @@
+#include "proto/xml/scanner.hpp"
+
+#include <algorithm>
+
+namespace truepose::xml {
+namespace {
+
+constexpr bool is_space(char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
+
+// Digits may begin a name: KUKA's I/O elements have attributes such as 01="1".
+constexpr bool is_name_character(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
+         c == '.' || c == ':' || static_cast<unsigned char>(c) >= 0x80;
+}
+
+}  // namespace
+
+std::string_view trimmed(std::string_view text) noexcept {
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+Scanner::Event Scanner::malformed() noexcept {
+  malformed_ = true;
+  return Event::Malformed;
+}
+
+void Scanner::skip_space() noexcept {
+  while (position_ < document_.size() && is_space(document_[position_])) ++position_;
+}
+
+bool Scanner::skip_past(std::string_view end) noexcept {
+  const std::size_t found = document_.find(end, position_);
+  if (found == std::string_view::npos) return false;
+  position_ = found + end.size();
+  return true;
+}
+
+std::string_view Scanner::read_name() noexcept {
+  const std::size_t begin = position_;
+  while (position_ < document_.size() && is_name_character(document_[position_])) ++position_;
+  return document_.substr(begin, position_ - begin);
+}
+
+Scanner::Event Scanner::next() noexcept {
+  if (malformed_) return Event::Malformed;
+  if (close_pending_) {
+    close_pending_ = false;
+    --depth_;
+    return Event::Close;
+  }
+  for (;;) {
+    const std::size_t begin = position_;
+    position_ = std::min(document_.find('<', begin), document_.size());
+    const std::string_view between = trimmed(document_.substr(begin, position_ - begin));
+    if (!between.empty()) {
+      if (depth_ == 0) return malformed();
+      text_ = between;
+      return Event::Text;
+    }
+    if (position_ == document_.size()) return depth_ == 0 && root_seen_ ? Event::End : malformed();
+
+    const std::string_view rest = document_.substr(position_);
+    if (rest.starts_with("<!--")) {
+      position_ += 4;
+      if (!skip_past("-->")) return malformed();
+    } else if (rest.starts_with("<?")) {
+      if (!skip_past("?>")) return malformed();
+    } else if (rest.starts_with("</")) {
+      return read_closing_tag();
+    } else {
+      return read_tag();
+    }
+  }
+}
+
+Scanner::Event Scanner::read_closing_tag() noexcept {
+  position_ += 2;
+  name_ = read_name();
+  skip_space();
+  if (depth_ == 0 || name_ != open_[depth_ - 1] || !at('>')) return malformed();
+  ++position_;
+  --depth_;
+  return Event::Close;
+}
+
+Scanner::Event Scanner::read_tag() noexcept {
+  ++position_;
+  name_ = read_name();
+  if (name_.empty() || depth_ == kMaxDepth || (depth_ == 0 && root_seen_)) return malformed();
+  attribute_count_ = 0;
+  for (;;) {
+    const std::size_t before = position_;
+    skip_space();
+    if (at('>')) break;
+    if (at('/')) {
+      ++position_;
+      if (!at('>')) return malformed();
+      close_pending_ = true;
+      break;
+    }
+    if (position_ == before || !read_attribute()) return malformed();
+  }
+  ++position_;
+  root_seen_ = true;
+  open_[depth_++] = name_;
+  return Event::Open;
+}
+
+bool Scanner::read_attribute() noexcept {
+  if (attribute_count_ == kMaxAttributes) return false;
+  const std::string_view name = read_name();
+  if (name.empty()) return false;
+  skip_space();
+  if (!at('=')) return false;
+  ++position_;
+  skip_space();
+  if (!at('"') && !at('\'')) return false;
+  const char quote = document_[position_++];
+  const std::size_t begin = position_;
+  const std::size_t end = document_.find(quote, begin);
+  if (end == std::string_view::npos) return false;
+  const std::string_view value = document_.substr(begin, end - begin);
+  if (value.contains('<')) return false;
+  attributes_[attribute_count_++] = {name, value};
+  position_ = end + 1;
+  return true;
+}
+
+}  // namespace truepose::xml

@@ -1,0 +1,103 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "proto/rsi/ethernet_config.hpp"
+
+namespace truepose::rsi {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::string shipped() {
+  std::ifstream file{TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml"};
+  return {std::istreambuf_iterator<char>{file}, {}};
+}
+
+std::string replaced(std::string text, std::string_view from, std::string_view to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+EthernetConfig parsed(const std::string& xml) {
+  const auto config = parse_ethernet_config(xml);
+  EXPECT_TRUE(config) << config.error();
+  return config.value_or(EthernetConfig{});
+}
+
+std::string error_of(const std::string& xml) {
+  const auto config = parse_ethernet_config(xml);
+  EXPECT_FALSE(config);
+  return config ? "" : config.error();
+}
+
+TEST(EthernetConfig, TheOneThatWeShipHasEverythingAndNoWarning) {
+  const EthernetConfig config = parsed(shipped());
+  EXPECT_EQ(config.sentype, "TruePose");
+  EXPECT_FALSE(config.only_send);
+  EXPECT_EQ(config.axis_correction, "AK");
+  EXPECT_EQ(config.stop, "Stop");
+  for (const char* keyword : {"RIst", "RSol", "AIPos", "ASPos", "Delay"})
+    EXPECT_TRUE(config.sends(keyword)) << keyword;
+  EXPECT_FALSE(config.sends("EIPos"));
+  EXPECT_EQ(config.receive.front(), (Element{"AK.A1", ElementType::Double, 1, true}));
+  EXPECT_EQ(config.send.front().index, std::nullopt);
+  EXPECT_THAT(lint(config), IsEmpty());
+}
+
+TEST(EthernetConfig, TheAxisCorrectionIsFoundByItsShapeNotItsName) {
+  std::string xml = shipped();
+  for (int i = 1; i <= 6; ++i) {
+    xml = replaced(xml, "AK.A" + std::to_string(i), "Bending.A" + std::to_string(i));
+  }
+  EXPECT_EQ(parsed(xml).axis_correction, "Bending");
+}
+
+TEST(EthernetConfig, AnElementThatLacksAnAxisOrIsNotDoubleIsNoAxisCorrection) {
+  EXPECT_EQ(parsed(replaced(shipped(), "AK.A6", "AK.B6")).axis_correction, std::nullopt);
+  EXPECT_EQ(parsed(replaced(shipped(), R"("AK.A6" TYPE="DOUBLE")", R"("AK.A6" TYPE="LONG")")).axis_correction,
+            std::nullopt);
+}
+
+TEST(EthernetConfig, WarnsOfWhatWouldBreakAbsoluteCorrections) {
+  const auto warnings = [](std::string_view from, std::string_view to) {
+    return lint(parsed(replaced(shipped(), from, to)));
+  };
+  EXPECT_THAT(warnings(R"(HOLDON="1")", R"(HOLDON="0")"), Contains(HasSubstr("AK.A1 has HOLDON 0")));
+  EXPECT_THAT(warnings("<ONLYSEND>FALSE", "<ONLYSEND>TRUE"), Contains(HasSubstr("ONLYSEND")));
+  EXPECT_THAT(warnings("AK.A3", "AK.C3"), Contains(HasSubstr("no axis correction")));
+  EXPECT_THAT(warnings("DEF_RSol", "DEF_Tech.T1"), Contains(HasSubstr("generator 1")));
+  EXPECT_THAT(warnings("DEF_ASPos", "DEF_ESPos"), Contains(HasSubstr("no DEF_ASPos")));
+  EXPECT_THAT(warnings("DEF_AIPos", "DEF_EIPos"), Contains(HasSubstr("no DEF_AIPos")));
+  EXPECT_THAT(warnings("\"Stop\"", "\"DiO\""), Contains(HasSubstr("no BOOL element Stop")));
+}
+
+TEST(EthernetConfig, RefusesWhatItCannotBelieveAndNamesIt) {
+  EXPECT_THAT(error_of("hello"), HasSubstr("not an XML document"));
+  EXPECT_THAT(error_of("<ROOT/>"), HasSubstr("ROOT/CONFIG"));
+  EXPECT_THAT(error_of(replaced(shipped(), "<PORT>49152", "<PORT>70000")),
+              HasSubstr("CONFIG/PORT is \"70000\""));
+  EXPECT_THAT(error_of(replaced(shipped(), "<SENTYPE>TruePose", "<SENTYPE>")), HasSubstr("SENTYPE"));
+  EXPECT_THAT(error_of(replaced(shipped(), R"("AK.A2" TYPE="DOUBLE" INDX="2")",
+                                R"("AK.A2" TYPE="DOUBLE" INDX="65")")),
+              HasSubstr("RECEIVE element AK.A2: INDX is \"65\""));
+  EXPECT_THAT(error_of(replaced(shipped(), "\"AK.A2\"", "\"AK.A1\"")), HasSubstr("AK.A1 is listed twice"));
+  EXPECT_THAT(error_of(replaced(shipped(), R"("Stop" TYPE="BOOL")", R"("Stop" TYPE="BOOLEAN")")),
+              HasSubstr("element Stop: TYPE"));
+}
+
+TEST(EthernetConfig, EveryTruncationIsAnErrorOrACompleteConfiguration) {
+  const std::string xml = shipped();
+  const std::size_t complete = xml.rfind("</ROOT>");
+  for (std::size_t length = 0; length < complete; ++length) {
+    EXPECT_FALSE(parse_ethernet_config(xml.substr(0, length))) << length;
+  }
+}
+
+}  // namespace
+}  // namespace truepose::rsi
