@@ -19,7 +19,7 @@ class DocumentSplitter {
   void feed(std::string_view bytes);
 
   /// The next complete document, empty if more bytes are needed.
-  /// Error: a document above the limit, or a closing tag without its root; reset() before going on.
+  /// Error: a document above the limit; reset() before going on.
   std::expected<std::optional<std::string>, std::string> next();
 
   /// Forgets what has been fed.
@@ -29,6 +29,9 @@ class DocumentSplitter {
   enum class Where { Between, Content, TagStart, Tag, Quoted, Comment, Instruction };
 
   bool step(char c);
+  bool end_tag(std::string_view tag);
+  void begin_here();
+  void discard();
 
   std::string buffer_;
   std::size_t scanned_ = 0;  // bytes of buffer_ that have been stepped through

@@ -1,0 +1,201 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "core/kinematics/angles.hpp"
+#include "proto/eki/document_splitter.hpp"
+#include "proto/eki/messages.hpp"
+
+namespace truepose::eki {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+Axes from_deg(Axes deg) {
+  for (double& value : deg) value *= kRadPerDeg;
+  return deg;
+}
+
+const std::vector<ToController> kToController{
+    Command{17, CommandType::Ptp, 20, 50, 500, from_deg({10, -90, 90, 0.125, -0.5, 350})},
+    Control{18, ControlOp::SetOverride, 30},
+};
+const std::vector<FromController> kFromController{
+    Hello{1, "#KR210R2700_2 C4 FLR", "864213", 0, 0, "KSS 8.6.11"},
+    Ack{17, AckState::InPosition, 0, from_deg({10, -90, 90, 0.125, -0.5, 350})},
+    Ack{18, AckState::Rejected, 1, {}},
+    State{.sequence = 5,
+          .id = 19,
+          .mode = OperatingMode::Ext,
+          .override_percent = 30,
+          .program = ProgramState::Active,
+          .drives_ready = true,
+          .no_emergency_stop = true,
+          .gate_closed = true,
+          .stop_message = false,
+          .moving = true,
+          .in_position = false,
+          .axes_rad = from_deg({10, -90, 90, 0.125, -0.5, 350}),
+          .pose = {1765, -0.5, 1910, 180, 89.5, -180},
+          .base = 0,
+          .tool = 2},
+};
+
+constexpr const char* kCommandGolden =
+    R"(<Cmd Id="17" Type="1" Vel="20" Acc="50" Settle="500"><Ax A1="10.000000" A2="-90.000000" A3="90.000000" )"
+    R"(A4="0.125000" A5="-0.500000" A6="350.000000"></Ax></Cmd>)";
+constexpr const char* kStateGolden =
+    R"(<State Seq="5" Id="19" ModeOp="4" OvPro="30" ProState="3" PeriRdy="1" AlarmStop="1" UserSaf="1" StopMess="0" )"
+    R"(ProMove="1" InPos="0"><Ax A1="10.000000" A2="-90.000000" A3="90.000000" A4="0.125000" A5="-0.500000" )"
+    R"(A6="350.000000"></Ax><Pos X="1765.000000" Y="-0.500000" Z="1910.000000" A="180.000000" B="89.500000" )"
+    R"(C="-180.000000"></Pos><Base No="0"></Base><Tool No="2"></Tool></State>)";
+
+std::string replaced(std::string text, std::string_view from, std::string_view to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+std::string error_of(const std::string& document) {
+  const auto message = decode_from_controller(document);
+  EXPECT_FALSE(message) << document;
+  return message ? "" : message.error();
+}
+
+std::vector<std::string> split(const std::vector<std::string_view>& pieces) {
+  DocumentSplitter splitter;
+  std::vector<std::string> documents;
+  for (const std::string_view piece : pieces) {
+    splitter.feed(piece);
+    for (auto next = splitter.next(); next && *next; next = splitter.next()) documents.push_back(**next);
+  }
+  return documents;
+}
+
+TEST(EkiMessages, AreWrittenToGoldenBytes) {
+  EXPECT_EQ(encode(kToController[0]), kCommandGolden);
+  EXPECT_EQ(encode(kToController[1]), R"(<Ctl Id="18" Op="1" Val="30"></Ctl>)");
+  EXPECT_EQ(
+      encode(kFromController[0]),
+      R"(<Hello Ver="1" Model="#KR210R2700_2 C4 FLR" Serial="864213" Tool="0" Base="0" KssVer="KSS 8.6.11"></Hello>)");
+  EXPECT_EQ(encode(kFromController[2]), R"(<Ack Id="18" State="4" Err="1"></Ack>)");
+  EXPECT_EQ(encode(kFromController[3]), kStateGolden);
+}
+
+TEST(EkiMessages, AreReadAsTheyWereWritten) {
+  for (const ToController& message : kToController)
+    EXPECT_EQ(decode_to_controller(encode(message)).value(), message);
+  for (const FromController& message : kFromController) {
+    EXPECT_EQ(decode_from_controller(encode(message)).value(), message);
+  }
+}
+
+TEST(EkiMessages, AreReadInAnyOrderSelfClosedAndWithElementsOfOtherMessages) {
+  const auto message = decode_from_controller(
+      "<Ack\n Err='0' State='3' Id='17'>\r\n<Pos X='1'/><Hello Ver='1'>text</Hello>"
+      "<Ax A6='350' A5='-0.5' A4='0.125' A3='90' A2='-90' A1='10'/></Ack>\n");
+  ASSERT_TRUE(message) << message.error();
+  EXPECT_EQ(*message, kFromController[1]);
+}
+
+TEST(EkiMessages, KeepSpecialCharactersOfText) {
+  const Hello hello{1, R"(a<b>&"c"')", "", 0, 0, "8.6"};
+  EXPECT_EQ(std::get<Hello>(decode_from_controller(encode(FromController{hello})).value()), hello);
+  EXPECT_THAT(error_of(replaced(encode(kFromController[0]), "864213", "8&x;")), HasSubstr("Hello: Serial"));
+}
+
+TEST(EkiMessages, SayWhichFieldIsWrong) {
+  const std::string state = kStateGolden;
+  EXPECT_THAT(error_of(replaced(state, R"( A3="90.000000")", "")), "State: Ax.A3 is missing");
+  EXPECT_THAT(error_of(replaced(state, "90.000000", "nan")),
+              "State: Ax.A2 is \"-nan\", expected a finite number");
+  EXPECT_THAT(error_of(replaced(state, R"(ModeOp="4")", R"(ModeOp="7")")), HasSubstr("ModeOp is 7"));
+  EXPECT_THAT(error_of(replaced(state, R"(PeriRdy="1")", R"(PeriRdy="2")")), HasSubstr("PeriRdy is 2"));
+  EXPECT_THAT(error_of(replaced(state, R"(Id="19")", R"(Seq="19")")), HasSubstr("Seq comes twice"));
+  EXPECT_THAT(error_of(replaced(state, "<Tool No=\"2\"></Tool>", "<Base No=\"2\"></Base>")),
+              "State: Base comes twice");
+  EXPECT_THAT(error_of(kCommandGolden), HasSubstr("<Cmd> is not known here"));
+  EXPECT_FALSE(decode_to_controller(replaced(kCommandGolden, R"(Type="1")", R"(Type="2")")));
+}
+
+TEST(EkiMessages, CutOrWithAnyByteChangedAreRefusedOrFinite) {
+  const std::string golden = kStateGolden;
+  for (std::size_t position = 0; position < golden.size(); ++position) {
+    EXPECT_FALSE(decode_from_controller(golden.substr(0, position))) << position;
+    for (int value = 0; value < 256; value += position % 16 == 0 ? 1 : 13) {
+      std::string bytes = golden;
+      bytes[position] = static_cast<char>(value);
+      const auto message = decode_from_controller(bytes);
+      if (!message) continue;
+      const State& state = std::get<State>(*message);
+      EXPECT_TRUE(std::ranges::all_of(state.axes_rad, [](double v) { return std::isfinite(v); })) << bytes;
+      EXPECT_TRUE(std::ranges::all_of(state.pose, [](double v) { return std::isfinite(v); })) << bytes;
+    }
+  }
+}
+
+TEST(DocumentSplitter, FindsTheDocumentsWhereverTheStreamIsCut) {
+  const std::string stream = std::string{kCommandGolden} + "\n" + kStateGolden + "<a/>";
+  for (std::size_t cut = 0; cut <= stream.size(); ++cut) {
+    const std::string_view view = stream;
+    EXPECT_THAT(split({view.substr(0, cut), view.substr(cut)}),
+                ElementsAre(kCommandGolden, kStateGolden, "<a/>"))
+        << cut;
+  }
+}
+
+TEST(DocumentSplitter, FindsTheDocumentsByteByByteAndInRandomPieces) {
+  constexpr unsigned kSeed = 20263;
+  SCOPED_TRACE(kSeed);
+  std::mt19937 random{kSeed};
+  const std::string stream = std::string{kStateGolden} + kCommandGolden;
+  for (unsigned largest : {1u, 2u, 7u, 50u}) {
+    std::vector<std::string_view> pieces;
+    for (std::string_view rest = stream; !rest.empty();) {
+      const std::size_t size = std::min<std::size_t>(rest.size(), 1 + random() % largest);
+      pieces.push_back(rest.substr(0, size));
+      rest.remove_prefix(size);
+    }
+    EXPECT_THAT(split(pieces), ElementsAre(kStateGolden, kCommandGolden));
+  }
+}
+
+TEST(DocumentSplitter, SkipsPaddingAndTheTailOfAnOlderDocument) {
+  using namespace std::string_literals;
+  const std::string block = "<Ctl Id='1'/>\n\0\0\0\0"s + R"(A6="1.0"></Ax></Cmd>)" + "\n\0\0"s;
+  EXPECT_THAT(split({block, block, "  <Ct", "<b></b>"}),
+              ElementsAre("<Ctl Id='1'/>", "<Ctl Id='1'/>", "<b></b>"));
+}
+
+TEST(DocumentSplitter, IsNotMisledByQuotesCommentsAndInstructions) {
+  const char* document =
+      R"(<?xml version="1.0"?><!-- <b> --><a x="/>" y='</a>'><!--></a>--><b z=">"/><a></a></a>)";
+  const std::string twice = std::string{document} + document;
+  EXPECT_THAT(split({twice}), ElementsAre(document, document));
+}
+
+TEST(DocumentSplitter, RefusesADocumentAboveTheLimitAndGoesOnAfterReset) {
+  DocumentSplitter splitter;
+  splitter.feed("<a>" + std::string(DocumentSplitter::kMaxDocumentBytes, 'x'));
+  EXPECT_THAT(splitter.next().error(), HasSubstr("64 KiB"));
+  EXPECT_FALSE(splitter.next());
+  splitter.reset();
+  splitter.feed("<a></a>");
+  EXPECT_EQ(splitter.next().value(), "<a></a>");
+}
+
+TEST(DocumentSplitter, DoesNotKeepWhatIsNoDocument) {
+  DocumentSplitter splitter;
+  for (int i = 0; i < 100; ++i) {
+    splitter.feed(std::string(10000, '\0'));
+    EXPECT_EQ(splitter.next().value(), std::nullopt);
+  }
+}
+
+}  // namespace
+}  // namespace truepose::eki
