@@ -3,9 +3,11 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/deferred.hpp>
+#include <boost/asio/error.hpp>
 #include <boost/asio/experimental/parallel_group.hpp>
 #include <boost/asio/this_coro.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <boost/system/system_error.hpp>
 #include <exception>
 #include <optional>
 #include <utility>
@@ -17,7 +19,8 @@ namespace truepose::drivers {
 /// Runs `operation` until the deadline.
 ///
 /// @return what it returned; empty if the deadline came first: then it has been cancelled and has ended.
-/// What it throws passes through; cancelling the caller cancels both and throws operation_aborted.
+/// What it throws passes through. Cancelling the caller cancels both and throws operation_aborted, also where
+/// the operation itself reports the cancellation as a value.
 template <typename T>
 boost::asio::awaitable<std::optional<T>> before(Clock& clock, TimePoint deadline,
                                                 boost::asio::awaitable<T> operation) {
@@ -29,10 +32,15 @@ boost::asio::awaitable<std::optional<T>> before(Clock& clock, TimePoint deadline
       asio::co_spawn(executor, clock.sleep_until(deadline), asio::deferred));
   auto [order, operation_error, value, timer_error] =
       co_await race.async_wait(asio::experimental::wait_for_one(), asio::use_awaitable);
-  if (!operation_error) co_return std::move(value);  // even if both ended at once: a result is never dropped
-  if (order[0] == 0) std::rethrow_exception(operation_error);
-  if (timer_error) std::rethrow_exception(timer_error);
-  co_return std::nullopt;
+  const auto caller = co_await asio::this_coro::cancellation_state;
+  if (caller.cancelled() != asio::cancellation_type::none) {
+    throw boost::system::system_error{asio::error::operation_aborted};
+  }
+  const bool operation_first = order[0] == 0;
+  const std::exception_ptr error = operation_first ? operation_error : timer_error;
+  if (error) std::rethrow_exception(error);
+  if (!operation_first) co_return std::nullopt;
+  co_return std::move(value);
 }
 
 }  // namespace truepose::drivers

@@ -26,17 +26,18 @@ struct RobotError {
 };
 
 struct RobotIdentity {
-  std::string model;     ///< the controller's own name of the arm, e.g. "#KR210R2700_2 C4 FLR"
+  std::string model;  ///< the controller's own name of the arm, e.g. "#KR210R2700_2 C4 FLR"
   std::string serial;
   std::string software;  ///< e.g. "KSS 8.6.11"
 };
 
 struct RobotState {
-  JointVector q;                     ///< actual joint positions
-  Eigen::Isometry3d X_BF_reported;   ///< the controller's own pose of the flange in its base (RIst with tool and base 0)
-  bool ready = false;                ///< may be moved: drives on, no stop pending, mode allows it
+  JointVector q;  ///< actual joint positions
+  Eigen::Isometry3d
+      X_BF_reported;   ///< the controller's own pose of the flange in its base (RIst with tool and base 0)
+  bool ready = false;  ///< may be moved: drives on, no stop pending, mode allows it
   bool moving = false;
-  std::string why_not_ready;         ///< one phrase where ready is false
+  std::string why_not_ready;  ///< one phrase where ready is false
   double override_percent = 100;
 };
 
@@ -48,8 +49,9 @@ struct MoveCommand {
 
 /// An arm that is moved by its own controller's point-to-point motion, one target at a time.
 ///
-/// Every call takes a deadline, can be cancelled (then it throws operation_aborted), and leaves the object usable:
-/// after Disconnected or Timeout, connect() again. Calls come from one strand, one at a time, but stop().
+/// Every call takes a deadline, can be cancelled (then it throws operation_aborted), and leaves the object
+/// usable: after Disconnected or Timeout, connect() again. Calls come from one strand, one at a time, but
+/// stop().
 class Robot {
  public:
   virtual ~Robot() = default;
@@ -60,7 +62,8 @@ class Robot {
   virtual boost::asio::awaitable<std::expected<JointVector, RobotError>> move(MoveCommand command,
                                                                               TimePoint deadline) = 0;
   /// Starts the controller's program that opens RSI and accepts corrections.
-  virtual boost::asio::awaitable<std::expected<void, RobotError>> start_stream_program(TimePoint deadline) = 0;
+  virtual boost::asio::awaitable<std::expected<void, RobotError>> start_stream_program(
+      TimePoint deadline) = 0;
   /// Brakes the arm and leaves any program. May be called while another call is under way.
   virtual boost::asio::awaitable<std::expected<void, RobotError>> stop(TimePoint deadline) = 0;
   virtual void disconnect() noexcept = 0;

@@ -43,17 +43,18 @@ struct SmrPoint {
 
 /// A laser tracker that follows one reflector.
 ///
-/// Every call takes a deadline, can be cancelled (then it throws operation_aborted), and leaves the object usable.
-/// A failed point is always an error, never a number. Calls come from one strand, one at a time.
+/// Every call takes a deadline, can be cancelled (then it throws operation_aborted), and leaves the object
+/// usable. A failed point is always an error, never a number. Calls come from one strand, one at a time.
 class Tracker {
  public:
   virtual ~Tracker() = default;
   /// Connects, writes every setting that the coordinates depend on, and initialises.
-  virtual boost::asio::awaitable<std::expected<TrackerIdentity, TrackerError>> connect(TimePoint deadline) = 0;
+  virtual boost::asio::awaitable<std::expected<TrackerIdentity, TrackerError>> connect(
+      TimePoint deadline) = 0;
   /// Points at `p_W_mm` and searches for a reflector within `search_radius_mm`; returns when it is locked.
   virtual boost::asio::awaitable<std::expected<void, TrackerError>> aim(Eigen::Vector3d p_W_mm,
-                                                                       double search_radius_mm,
-                                                                       TimePoint deadline) = 0;
+                                                                        double search_radius_mm,
+                                                                        TimePoint deadline) = 0;
   virtual boost::asio::awaitable<std::expected<SmrPoint, TrackerError>> measure(TimePoint deadline) = 0;
   virtual void disconnect() noexcept = 0;
 };

@@ -11,8 +11,8 @@
 
 namespace truepose::drivers {
 
-/// What answers the controller's datagrams. One call a cycle, from the realtime thread alone: no allocation, lock, log,
-/// exception or system call.
+/// What answers the controller's datagrams. One call a cycle, from the realtime thread alone: no allocation,
+/// lock, log, exception or system call.
 class RsiResponder {
  public:
   virtual ~RsiResponder() = default;
@@ -22,9 +22,9 @@ class RsiResponder {
 };
 
 struct RsiLinkOptions {
-  std::string address;      ///< the PC's address on the RSI network
-  std::uint16_t port = 0;   ///< 0 picks a free one
-  int priority = 80;        ///< SCHED_FIFO, 0 = ordinary scheduling
+  std::string address;            ///< the PC's address on the RSI network
+  std::uint16_t port = 0;         ///< 0 picks a free one
+  int priority = 80;              ///< SCHED_FIFO, 0 = ordinary scheduling
   bool require_realtime = false;  ///< refuse to start without SCHED_FIFO and locked memory
 };
 
@@ -36,7 +36,8 @@ class RsiLink {
   struct Counters {
     std::uint64_t received = 0, answered = 0, unanswered = 0, truncated = 0, send_failed = 0;
   };
-  /// @return the running link, or one sentence that names the address and, where it can be found, who holds it.
+  /// @return the running link, or one sentence that names the address and, where it can be found, who holds
+  /// it.
   static std::expected<std::unique_ptr<RsiLink>, std::string> start(const RsiLinkOptions& options,
                                                                     RsiResponder& responder);
   virtual ~RsiLink() = default;  ///< ends the thread

@@ -103,7 +103,7 @@ struct State {
   bool drives_ready = false;                  ///< $PERI_RDY
   bool no_emergency_stop = false;             ///< $ALARM_STOP: TRUE = none is pressed
   bool gate_closed = false;                   ///< $USER_SAF: TRUE = operator safety closed
-  bool stop_message = false;                  ///< $STOPMESS, or a stop by ControlOp::Stop is in force
+  bool stop_message = false;                  ///< $STOPMESS; a stop by ControlOp::Stop does not set it
   bool moving = false;                        ///< $PRO_MOVE
   bool in_position = false;                   ///< no axis moves
   Axes axes_rad{};                            ///< $AXIS_ACT_MEAS

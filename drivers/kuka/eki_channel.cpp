@@ -1,0 +1,123 @@
+#include "drivers/kuka/eki_channel.hpp"
+
+#include <array>
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
+#include <utility>
+
+#include "drivers/deadline.hpp"
+
+namespace truepose::drivers {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+using tcp = asio::ip::tcp;
+
+constexpr auto kAsTuple = asio::as_tuple(asio::use_awaitable);
+
+}  // namespace
+
+EkiChannel::EkiChannel(asio::any_io_executor executor, Clock& clock, std::string name, std::string server,
+                       std::string host, std::uint16_t port)
+    : socket_{std::move(executor)},
+      clock_{clock},
+      name_{std::move(name) + " at " + host + ":" + std::to_string(port)},
+      server_{std::move(server)},
+      host_{std::move(host)},
+      port_{port} {}
+
+asio::awaitable<std::expected<void, RobotError>> EkiChannel::connect(TimePoint deadline) {
+  close();
+  const std::optional<error_code> result = co_await before(clock_, deadline, open());
+  if (!result) {
+    co_return failed(RobotFault::Timeout,
+                     "no answer to the connection request: check the address and that the controller is on");
+  }
+  if (*result == asio::error::connection_refused) {
+    co_return failed(RobotFault::Unreachable,
+                     "refused: check that " + server_ + " is running and that no other client is connected");
+  }
+  if (*result) co_return failed(RobotFault::Unreachable, result->message());
+  co_return std::expected<void, RobotError>{};
+}
+
+asio::awaitable<error_code> EkiChannel::open() {
+  tcp::resolver resolver{socket_.get_executor()};
+  auto [resolve_error, endpoints] = co_await resolver.async_resolve(host_, std::to_string(port_), kAsTuple);
+  if (resolve_error) co_return resolve_error;
+  auto [error, endpoint] = co_await asio::async_connect(socket_, endpoints, kAsTuple);
+  if (!error) {
+    error_code ignored;
+    socket_.set_option(tcp::no_delay{true}, ignored);
+  }
+  co_return error;
+}
+
+asio::awaitable<std::expected<void, RobotError>> EkiChannel::send(eki::ToController message,
+                                                                  TimePoint deadline) {
+  if (!connected()) co_return std::unexpected(not_connected());
+  std::optional<error_code> error;
+  try {
+    error = co_await before(clock_, deadline, write(eki::encode(message)));
+  } catch (...) {
+    close();  // half a document may be on its way
+    throw;
+  }
+  if (!error) co_return failed(RobotFault::Timeout, "the controller takes no more data: check " + server_);
+  if (*error) co_return lost(*error);
+  co_return std::expected<void, RobotError>{};
+}
+
+asio::awaitable<error_code> EkiChannel::write(std::string bytes) {
+  auto [error, written] = co_await asio::async_write(socket_, asio::buffer(bytes), kAsTuple);
+  co_return error;
+}
+
+asio::awaitable<std::expected<eki::FromController, RobotError>> EkiChannel::receive(TimePoint deadline) {
+  if (!connected()) co_return std::unexpected(not_connected());
+  for (;;) {
+    const auto document = splitter_.next();
+    if (!document) co_return failed(RobotFault::Protocol, document.error());
+    if (*document) co_return message_of(**document);
+    const std::optional<error_code> error = co_await before(clock_, deadline, read());
+    if (!error)
+      co_return failed(RobotFault::Timeout, "connected but silent: check that " + server_ + " is running");
+    if (*error) co_return lost(*error);
+  }
+}
+
+asio::awaitable<error_code> EkiChannel::read() {
+  std::array<char, 4096> bytes;
+  auto [error, size] = co_await socket_.async_read_some(asio::buffer(bytes), kAsTuple);
+  splitter_.feed({bytes.data(), size});
+  co_return error;
+}
+
+std::expected<eki::FromController, RobotError> EkiChannel::message_of(const std::string& document) {
+  auto message = eki::decode_from_controller(document);
+  if (!message) return failed(RobotFault::Protocol, message.error());
+  return std::move(*message);
+}
+
+void EkiChannel::close() noexcept {
+  error_code ignored;
+  socket_.close(ignored);
+  splitter_.reset();
+}
+
+std::unexpected<RobotError> EkiChannel::failed(RobotFault fault, const std::string& what) {
+  close();
+  return std::unexpected(RobotError{fault, name_ + ": " + what});
+}
+
+std::unexpected<RobotError> EkiChannel::lost(const error_code& error) {
+  return failed(RobotFault::Disconnected,
+                error == asio::error::eof ? "the controller closed the connection" : error.message());
+}
+
+RobotError EkiChannel::not_connected() const { return {RobotFault::Disconnected, name_ + ": not connected"}; }
+
+}  // namespace truepose::drivers

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <cstdint>
+#include <expected>
+#include <string>
+
+#include "drivers/clock.hpp"
+#include "drivers/robot.hpp"
+#include "proto/eki/document_splitter.hpp"
+#include "proto/eki/messages.hpp"
+
+namespace truepose::drivers {
+
+/// One TCP connection to an EKI channel: documents out, messages in. Every error names the channel and its
+/// address, and closes the connection, since a stream that was given up in the middle cannot be trusted
+/// again.
+class EkiChannel {
+ public:
+  /// @param name    "CellLink"
+  /// @param server  what answers there, for the operator: "the robot program truepose_motion"
+  EkiChannel(boost::asio::any_io_executor executor, Clock& clock, std::string name, std::string server,
+             std::string host, std::uint16_t port);
+
+  boost::asio::awaitable<std::expected<void, RobotError>> connect(TimePoint deadline);
+  boost::asio::awaitable<std::expected<void, RobotError>> send(eki::ToController message, TimePoint deadline);
+  /// The next message, whatever it is.
+  boost::asio::awaitable<std::expected<eki::FromController, RobotError>> receive(TimePoint deadline);
+  void close() noexcept;
+  bool connected() const { return socket_.is_open(); }
+
+ private:
+  boost::asio::awaitable<boost::system::error_code> open();
+  boost::asio::awaitable<boost::system::error_code> write(std::string bytes);
+  boost::asio::awaitable<boost::system::error_code> read();
+  std::expected<eki::FromController, RobotError> message_of(const std::string& document);
+  std::unexpected<RobotError> failed(RobotFault fault, const std::string& what);
+  std::unexpected<RobotError> lost(const boost::system::error_code& error);
+  RobotError not_connected() const;
+
+  boost::asio::ip::tcp::socket socket_;
+  Clock& clock_;
+  std::string name_;  // "CellLink at 192.168.1.5:54600"
+  std::string server_;
+  std::string host_;
+  std::uint16_t port_;
+  eki::DocumentSplitter splitter_;
+};
+
+}  // namespace truepose::drivers
