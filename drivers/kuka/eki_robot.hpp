@@ -40,16 +40,20 @@ class KukaEkiRobot final : public Robot {
   void disconnect() noexcept override;
 
  private:
+  class Answers;
+
+  boost::asio::awaitable<std::expected<eki::Hello, RobotError>> greeting(TimePoint deadline);
   boost::asio::awaitable<std::expected<eki::State, RobotError>> control(eki::ControlOp op,
                                                                         TimePoint deadline);
   boost::asio::awaitable<std::expected<eki::Ack, RobotError>> run(eki::Command command, eki::AckState until,
                                                                   TimePoint deadline);
-  std::int32_t next_id();
+  std::int32_t next_id() { return ++id_; }
 
   Clock& clock_;
   KukaEkiOptions options_;
   std::unique_ptr<EkiChannel> motion_;
   std::unique_ptr<EkiChannel> state_;
+  std::unique_ptr<Answers> answers_;
   std::int32_t id_;
   std::optional<eki::Command> unfinished_;  // sent, and its end is not known
 };
