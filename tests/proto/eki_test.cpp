@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <pugixml.hpp>
 #include <random>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "core/kinematics/angles.hpp"
@@ -121,6 +124,40 @@ TEST(EkiMessages, SayWhichFieldIsWrong) {
               "State: Base comes twice");
   EXPECT_THAT(error_of(kCommandGolden), HasSubstr("<Cmd> is not known here"));
   EXPECT_FALSE(decode_to_controller(replaced(kCommandGolden, R"(Type="1")", R"(Type="2")")));
+}
+
+/// "Ack/Ax/@A1" and so on of an element and what is in it.
+void collect_tags(const pugi::xml_node& node, const std::string& path, std::set<std::string>& tags) {
+  for (const pugi::xml_attribute& attribute : node.attributes()) tags.insert(path + "/@" + attribute.name());
+  for (const pugi::xml_node& child : node.children()) collect_tags(child, path + "/" + child.name(), tags);
+}
+
+std::set<std::string> tags_of(const std::vector<std::string>& documents) {
+  std::set<std::string> tags;
+  for (const std::string& text : documents) {
+    pugi::xml_document document;
+    EXPECT_TRUE(document.load_string(text.c_str()));
+    collect_tags(document.document_element(), document.document_element().name(), tags);
+  }
+  return tags;
+}
+
+TEST(EkiMessages, AreExactlyWhatTheShippedChannelsCarry) {
+  const auto listed = [](const char* file, const char* list) {
+    pugi::xml_document document;
+    EXPECT_TRUE(document.load_file((TRUEPOSE_SOURCE_DIR "/config/kuka/eki/" + std::string{file}).c_str()));
+    std::set<std::string> tags;
+    for (const pugi::xml_node& element : document.document_element().child(list).child("XML").children()) {
+      const std::string tag = element.attribute("Tag").value();
+      if (tag.contains('@')) tags.insert(tag);
+    }
+    return tags;
+  };
+  EXPECT_EQ(listed("CellLink.xml", "RECEIVE"), tags_of({encode(kToController[0])}));
+  EXPECT_EQ(listed("CellLink.xml", "SEND"),
+            tags_of({encode(kFromController[0]), encode(kFromController[1])}));
+  EXPECT_EQ(listed("CellState.xml", "RECEIVE"), tags_of({encode(kToController[1])}));
+  EXPECT_EQ(listed("CellState.xml", "SEND"), tags_of({encode(kFromController[3])}));
 }
 
 TEST(EkiMessages, CutOrWithAnyByteChangedAreRefusedOrFinite) {
