@@ -8,10 +8,16 @@ namespace {
 constexpr bool is_space(char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
 
 // Digits may begin a name: KUKA's I/O elements have attributes such as 01="1".
-constexpr bool is_name_character(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
-         c == '.' || c == ':' || static_cast<unsigned char>(c) >= 0x80;
-}
+constexpr std::array<bool, 256> kNameCharacters = [] {
+  std::array<bool, 256> table{};
+  for (std::size_t c = 0; c < table.size(); ++c) {
+    table[c] = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+               c == '-' || c == '.' || c == ':' || c >= 0x80;
+  }
+  return table;
+}();
+
+bool is_name_character(char c) { return kNameCharacters[static_cast<unsigned char>(c)]; }
 
 }  // namespace
 
@@ -119,12 +125,11 @@ bool Scanner::read_attribute() noexcept {
   if (!at('"') && !at('\'')) return false;
   const char quote = document_[position_++];
   const std::size_t begin = position_;
-  const std::size_t end = document_.find(quote, begin);
-  if (end == std::string_view::npos) return false;
-  const std::string_view value = document_.substr(begin, end - begin);
-  if (value.contains('<')) return false;
-  attributes_[attribute_count_++] = {name, value};
-  position_ = end + 1;
+  while (position_ < document_.size() && document_[position_] != quote && document_[position_] != '<')
+    ++position_;
+  if (!at(quote)) return false;
+  attributes_[attribute_count_++] = {name, document_.substr(begin, position_ - begin)};
+  ++position_;
   return true;
 }
 
