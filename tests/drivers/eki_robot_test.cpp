@@ -243,7 +243,7 @@ TEST_F(EkiRobot, PassesOverAcksOfOtherCommandsAndTagsOfOtherMessages) {
     eki::Command other = command;
     other.id -= 1;
     // Coalesced, padded, and cut in the middle of a tag.
-    const std::string stream = text(ack(other, InPosition)) + std::string(100, '\0') + text(kHello) + "\r\n" +
+    const std::string stream = text(ack(other, Rejected)) + std::string(100, '\0') + text(kHello) + "\r\n" +
                                text(ack(command, Accepted)) + text(ack(command, InPosition));
     for (const char& c : stream) co_await peer->write(std::string(1, c));
   }});
