@@ -19,12 +19,13 @@ struct Endpoint {
 
 /// How a controller is reached and which arm it must be.
 struct RobotConfig {
-  std::filesystem::path file;      ///< robot file
-  RobotModel model;                ///< read from it
-  Endpoint eki_motion;             ///< channel CellLink
-  Endpoint eki_state;              ///< channel CellState
-  std::string expect_model;        ///< part of the controller's own name of the arm; empty = not checked
-  double max_fk_deviation_mm = 1;  ///< RIst against nominal kinematics of AIPos: beyond this the arm is refused
+  std::filesystem::path file;  ///< robot file
+  RobotModel model;            ///< read from it
+  Endpoint eki_motion;         ///< channel CellLink
+  Endpoint eki_state;          ///< channel CellState
+  std::string expect_model;    ///< part of the controller's own name of the arm; empty = not checked
+  double max_fk_deviation_mm =
+      1;  ///< RIst against nominal kinematics of AIPos: beyond this the arm is refused
 };
 
 enum class RealtimePolicy { Require, Prefer, Off };
@@ -45,34 +46,35 @@ struct StreamConfig {
 
 struct TrackerConfig {
   Endpoint address;
-  std::string reflector;                 ///< the tracker's own name of the SMR type; empty = the first
+  std::string reflector;  ///< the tracker's own name of the SMR type; empty = the first
   std::chrono::milliseconds measure{2000};
-  double search_first_mm = 300;          ///< search radius before base and reflector are known
-  double search_mm = 30;                 ///< afterwards
-  double gate_mm = 25;                   ///< a point farther than this from its prediction is a wrong reflector
-  Eigen::Isometry3d placement = Eigen::Isometry3d::Identity();  ///< rough X_WB: where the base stands for the tracker
+  double search_first_mm = 300;  ///< search radius before base and reflector are known
+  double search_mm = 30;         ///< afterwards
+  double gate_mm = 25;           ///< a point farther than this from its prediction is a wrong reflector
+  Eigen::Isometry3d placement =
+      Eigen::Isometry3d::Identity();  ///< rough X_WB: where the base stands for the tracker
 };
 
 struct ReflectorConfig {
   std::string name = "1";
-  Eigen::Vector3d p_FS_mm{0, 0, 0};       ///< rough position in the flange frame
-  Eigen::Vector3d facing_F{0, 0, 1};      ///< direction of its opening in the flange frame
-  double acceptance_deg = 30;             ///< half angle of the cone in which it can be seen
+  Eigen::Vector3d p_FS_mm{0, 0, 0};   ///< rough position in the flange frame
+  Eigen::Vector3d facing_F{0, 0, 1};  ///< direction of its opening in the flange frame
+  double acceptance_deg = 30;         ///< half angle of the cone in which it can be seen
 };
 
 struct CampaignConfig {
   int identify_poses = 30;
   int validate_poses = 30;
-  int coarse_after = 8;                  ///< poses before the first coarse fit
+  int coarse_after = 8;  ///< poses before the first coarse fit
   std::uint64_t seed = 0;
   double speed_percent = 50;
   std::chrono::milliseconds settle{500};
   std::chrono::seconds warm_up{0};
   int warm_up_moves = 2;
-  int retries = 2;                       ///< of a failed point, before it is skipped and listed
-  double limit_margin_deg = 5;           ///< kept from the joint limits by sampled poses
-  double floor_mm = 300;                 ///< no joint or reflector below this height
-  bool remeasure = true;                 ///< reach the validation poses with compensated joints and measure again
+  int retries = 2;              ///< of a failed point, before it is skipped and listed
+  double limit_margin_deg = 5;  ///< kept from the joint limits by sampled poses
+  double floor_mm = 300;        ///< no joint or reflector below this height
+  bool remeasure = true;        ///< reach the validation poses with compensated joints and measure again
 };
 
 struct ControlConfig {
@@ -88,7 +90,7 @@ struct CellConfig {
   ReflectorConfig reflector;
   CampaignConfig campaign;
   ControlConfig control;
-  std::filesystem::path store;       ///< SQLite file
+  std::filesystem::path store;  ///< SQLite file
   std::string log_level = "info";
 };
 

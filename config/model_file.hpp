@@ -11,16 +11,17 @@ namespace truepose::config {
 
 /// A calibrated arm as it is kept in a model file: what compensation needs, and where it came from.
 struct ModelFile {
-  std::string name;            ///< of the nominal robot
-  std::string serial;          ///< of the arm it was identified on, or empty
-  std::string created;         ///< RFC 3339
-  CalibratedCell cell;         ///< values in mm and rad; joints carry limits and signs of the nominal arm
+  std::string name;     ///< of the nominal robot
+  std::string serial;   ///< of the arm it was identified on, or empty
+  std::string created;  ///< RFC 3339
+  CalibratedCell cell;  ///< values in mm and rad; joints carry limits and signs of the nominal arm
   std::vector<IdentifiedParameter> parameters;
   double validation_mean_mm = 0;  ///< geometric, on validation poses; 0 = nothing was validated
 };
 
-/// Text of a model file (YAML, mm and rad, 17 significant digits).
+/// Text of a model file (YAML, mm and rad, every number with the digits that bring it back exactly).
 std::string model_yaml(const ModelFile& model);
+/// Reads such a text; `file_name` stands in the messages. Throws ConfigError.
 ModelFile parse_model(const std::string& text, const std::string& file_name);
 ModelFile load_model(const std::filesystem::path& file);
 

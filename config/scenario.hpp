@@ -14,9 +14,10 @@ namespace truepose::config {
 
 /// What the simulated cell really is, and how it misbehaves. mm and rad inside, deg in the file.
 struct Scenario {
-  RobotModel nominal;                    ///< what the controller believes
-  RobotModel truth;                      ///< how the arm really is
-  double repeatability_mm = 0.0166;      ///< standard deviation per axis of the reflector, drawn anew at each stop
+  RobotModel nominal;  ///< what the controller believes
+  RobotModel truth;    ///< how the arm really is
+  double repeatability_mm =
+      0.0166;  ///< standard deviation per axis of the reflector, drawn anew at each stop
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   Eigen::Vector3d p_FS_mm{0, 0, 0};
   Eigen::Vector3d facing_F{0, 0, 1};
@@ -31,13 +32,14 @@ struct Scenario {
   } noise;
   std::string reflector_name = "CCR-1.5in";
 
-  std::chrono::milliseconds cycle{4};    ///< RSI
-  int rsi_timeout_cycles = 100;          ///< late or missing replies in a row before KSS29002
-  double axis_corr_limit_deg = 5;        ///< AXISCORR clamps silently
+  std::chrono::milliseconds cycle{4};  ///< RSI
+  int rsi_timeout_cycles = 100;        ///< late or missing replies in a row before KSS29002
+  double axis_corr_limit_deg = 5;      ///< AXISCORR clamps silently
   std::filesystem::path ethernet_xml;
   std::vector<JointVector> stream_path;  ///< programmed points that the RSI program visits in a loop
 
-  /// A fault at a time after the start (of scaled time). kinds: "beam-break", "tracker-restart", "eki-drop", "rsi-drop".
+  /// A fault at a time after the start (of scaled time). kinds: "beam-break", "tracker-restart", "eki-drop",
+  /// "rsi-drop".
   struct Fault {
     std::chrono::milliseconds at{0};
     std::string kind;
@@ -46,8 +48,9 @@ struct Scenario {
   std::vector<Fault> faults;
 };
 
-/// Reads a scenario (YAML) and the robot file that it names. `truth` is nominal + `errors` (a list per link of
-/// {a, alpha, d, theta, beta}; mm and rad), or drawn from `errors: {seed: N, mm: 0.5, rad: 0.003}`. Throws ConfigError.
+/// Reads a scenario (YAML) and the robot file that it names. `truth` is nominal + `errors` (a list per link
+/// of {a, alpha, d, theta, beta}; mm and rad), or drawn from `errors: {seed: N, mm: 0.5, rad: 0.003}`. Throws
+/// ConfigError.
 Scenario load_scenario(const std::filesystem::path& file);
 
 }  // namespace truepose::config

@@ -1,0 +1,154 @@
+#include "config/cell_config.hpp"
+
+#include <charconv>
+
+#include "config/number_text.hpp"
+#include "config/robot_file.hpp"
+#include "config/yaml_poses.hpp"
+#include "config/yaml_reader.hpp"
+
+namespace truepose::config {
+
+namespace {
+
+using std::filesystem::path;
+
+/// A device has a port; our own socket may take port 0, any free one.
+enum class PortZero { Refused, Allowed };
+
+Endpoint endpoint(const YamlValue& value, PortZero zero = PortZero::Refused) {
+  const std::string& text = value.text();
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string::npos || colon == 0) value.fail("expected host:port, found " + in_quotes(text));
+  std::string host = text.substr(0, colon);
+  if (host.starts_with('[') && host.ends_with(']')) {
+    host = host.substr(1, host.size() - 2);
+  } else if (host.find(':') != std::string::npos) {
+    value.fail("expected host:port, found " + in_quotes(text) + ": an IPv6 address stands in brackets");
+  }
+  Endpoint result{.host = std::move(host)};
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, result.port);
+  const bool is_zero = result.port == 0 && zero == PortZero::Refused;
+  if (error != std::errc() || stop != end || is_zero) {
+    value.fail("expected a port of " + std::string(zero == PortZero::Refused ? "1" : "0") +
+               "..65535, found " + in_quotes(text.substr(colon + 1)));
+  }
+  return result;
+}
+
+RobotConfig robot_config(const YamlValue& value, const path& folder) {
+  const YamlMap map(value, {"file", "eki_motion", "eki_state", "expect_model", "max_fk_deviation_mm"});
+  RobotConfig robot;
+  robot.file = map.at("file").path_from(folder);
+  robot.model = load_robot(robot.file);
+  robot.eki_motion = endpoint(map.at("eki_motion"));
+  robot.eki_state = endpoint(map.at("eki_state"));
+  map.read("expect_model", robot.expect_model);
+  map.read("max_fk_deviation_mm", robot.max_fk_deviation_mm, {0.001, 1000});
+  return robot;
+}
+
+StreamConfig stream_config(const YamlValue& value, const path& folder) {
+  const YamlMap map(value, {"listen", "ethernet_xml", "cycle_ms", "realtime", "priority", "max_step_deg",
+                            "max_total_deg", "limit_margin_deg", "singular_deg", "ramp_ms"});
+  StreamConfig stream;
+  stream.listen = endpoint(map.at("listen"), PortZero::Allowed);
+  stream.ethernet_xml = map.at("ethernet_xml").path_from(folder);
+  map.read("cycle_ms", stream.cycle, 1, 100);
+  map.read("realtime", stream.realtime,
+           {{"require", RealtimePolicy::Require},
+            {"prefer", RealtimePolicy::Prefer},
+            {"off", RealtimePolicy::Off}});
+  map.read("priority", stream.priority, 1, 98);
+  map.read("max_step_deg", stream.max_step_deg, {0.0001, 1});
+  map.read("max_total_deg", stream.max_total_deg, {0.001, 10});
+  map.read("limit_margin_deg", stream.limit_margin_deg, {0, 90});
+  map.read("singular_deg", stream.singular_deg, {0, 45});
+  map.read("ramp_ms", stream.ramp, 0, 60'000);
+  return stream;
+}
+
+TrackerConfig tracker_config(const YamlValue& value) {
+  const YamlMap map(
+      value, {"address", "reflector", "measure_ms", "search_first_mm", "search_mm", "gate_mm", "placement"});
+  TrackerConfig tracker;
+  tracker.address = endpoint(map.at("address"));
+  map.read("reflector", tracker.reflector);
+  map.read("measure_ms", tracker.measure, 1, 600'000);
+  map.read("search_first_mm", tracker.search_first_mm, {1, 5000});
+  map.read("search_mm", tracker.search_mm, {1, 5000});
+  map.read("gate_mm", tracker.gate_mm, {0.1, 5000});
+  if (const YamlValue* placement = map.find("placement")) tracker.placement = pose_value(*placement);
+  return tracker;
+}
+
+ReflectorConfig reflector_config(const YamlValue& value) {
+  const YamlMap map(value, {"name", "offset_mm", "facing", "acceptance_deg"});
+  ReflectorConfig reflector;
+  map.read("name", reflector.name);
+  if (const YamlValue* offset = map.find("offset_mm")) reflector.p_FS_mm = point_value(*offset);
+  if (const YamlValue* facing = map.find("facing")) reflector.facing_F = direction_value(*facing);
+  map.read("acceptance_deg", reflector.acceptance_deg, {1, 180});
+  return reflector;
+}
+
+CampaignConfig campaign_config(const YamlValue& value) {
+  const YamlMap map(value,
+                    {"identify_poses", "validate_poses", "coarse_after", "seed", "speed_percent", "settle_ms",
+                     "warm_up_s", "warm_up_moves", "retries", "limit_margin_deg", "floor_mm", "remeasure"});
+  CampaignConfig campaign;
+  map.read("identify_poses", campaign.identify_poses, 5, 10'000);
+  map.read("validate_poses", campaign.validate_poses, 0, 10'000);
+  map.read("coarse_after", campaign.coarse_after, 5, 10'000);
+  if (const YamlValue* seed = map.find("seed")) campaign.seed = seed->seed();
+  map.read("speed_percent", campaign.speed_percent, {1, 100});
+  map.read("settle_ms", campaign.settle, 0, 60'000);
+  if (const YamlValue* warm_up = map.find("warm_up_s"))
+    campaign.warm_up = std::chrono::seconds(warm_up->integer(0, 86'400));
+  map.read("warm_up_moves", campaign.warm_up_moves, 0, 1000);
+  map.read("retries", campaign.retries, 0, 100);
+  map.read("limit_margin_deg", campaign.limit_margin_deg, {0, 90});
+  map.read("floor_mm", campaign.floor_mm, {-100'000, 100'000});
+  map.read("remeasure", campaign.remeasure);
+  if (campaign.coarse_after > campaign.identify_poses) {
+    value.fail("coarse_after is more than identify_poses: expected at most " +
+               std::to_string(campaign.identify_poses) + ", found " + std::to_string(campaign.coarse_after));
+  }
+  return campaign;
+}
+
+ControlConfig control_config(const YamlValue& value, const path& folder) {
+  const YamlMap map(value, {"listen", "token_file"});
+  ControlConfig control;
+  if (const YamlValue* listen = map.find("listen")) control.listen = endpoint(*listen, PortZero::Allowed);
+  control.token_file = map.at("token_file").path_from(folder);
+  return control;
+}
+
+}  // namespace
+
+CellConfig load_cell(const path& file) {
+  const YamlValue root = read_yaml(file);
+  const YamlMap map(
+      root, {"name", "robot", "stream", "tracker", "reflector", "campaign", "control", "store", "log_level"});
+  const path folder = file.parent_path();
+  CellConfig cell;
+  cell.name = map.at("name").text();
+  cell.robot = robot_config(map.at("robot"), folder);
+  cell.stream = stream_config(map.at("stream"), folder);
+  cell.tracker = tracker_config(map.at("tracker"));
+  if (const YamlValue* reflector = map.find("reflector")) cell.reflector = reflector_config(*reflector);
+  if (const YamlValue* campaign = map.find("campaign")) cell.campaign = campaign_config(*campaign);
+  cell.control = control_config(map.at("control"), folder);
+  cell.store = map.at("store").path_from(folder);
+  map.read("log_level", cell.log_level,
+           {{"trace", std::string("trace")},
+            {"debug", "debug"},
+            {"info", "info"},
+            {"warn", "warn"},
+            {"error", "error"}});
+  return cell;
+}
+
+}  // namespace truepose::config

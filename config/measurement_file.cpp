@@ -1,0 +1,146 @@
+#include "config/measurement_file.hpp"
+
+#include <algorithm>
+
+#include "config/csv_reader.hpp"
+#include "config/joint_columns.hpp"
+#include "config/number_text.hpp"
+
+namespace truepose::config {
+
+namespace {
+
+constexpr double kGreatestSigma_mm = 1000;
+
+int reflector_index(std::vector<std::string>& names, const std::string& name) {
+  const auto found = std::ranges::find(names, name);
+  const auto index = static_cast<int>(found - names.begin());
+  if (found == names.end()) names.push_back(name);
+  return index;
+}
+
+/// The columns of a measurement file. An optional field may be empty: not known.
+class MeasurementColumns {
+ public:
+  MeasurementColumns(const CsvTable& table, const RobotModel& robot)
+      : table_(table), q_(table, robot), x_(table.column("x")), y_(table.column("y")), z_(table.column("z")) {
+    const std::vector<std::string> names = joint_column_names("dir", robot);
+    if (std::ranges::none_of(names, [&](const std::string& name) { return table.has(name); })) return;
+    for (const std::string& name : names) directions_.push_back(table.column(name));
+  }
+
+  Measurement at(std::size_t row, std::vector<std::string>& smr_names) const {
+    Measurement point;
+    point.row = static_cast<int>(row) + 1;
+    point.q = q_.at(row);
+    point.p_WS_mm = {table_.number(row, x_), table_.number(row, y_), table_.number(row, z_)};
+    point.smr = reflector_index(smr_names, smr(row));
+    point.set = set(row);
+    point.sigma_mm = sigma_mm(row);
+    point.direction = direction(row);
+    if (table_.has("time")) point.time = table_.text(row, table_.column("time"));
+    return point;
+  }
+
+ private:
+  std::string smr(std::size_t row) const {
+    if (!table_.has("smr")) return "1";
+    const std::size_t column = table_.column("smr");
+    if (table_.text(row, column).empty()) table_.fail(row, column, "missing, expected a reflector's name");
+    return table_.text(row, column);
+  }
+
+  PoseSet set(std::size_t row) const {
+    if (!table_.has("set")) return PoseSet::Identify;
+    const std::size_t column = table_.column("set");
+    const std::string& word = table_.text(row, column);
+    if (word != "identify" && word != "validate") {
+      table_.fail(row, column, "expected identify or validate, found " + in_quotes(word));
+    }
+    return word == "identify" ? PoseSet::Identify : PoseSet::Validate;
+  }
+
+  std::optional<double> sigma_mm(std::size_t row) const {
+    if (!table_.has("sigma") || table_.text(row, table_.column("sigma")).empty()) return std::nullopt;
+    const std::size_t column = table_.column("sigma");
+    const double sigma = table_.number(row, column);
+    if (sigma <= 0 || sigma > kGreatestSigma_mm) {
+      table_.fail(row, column, "expected more than 0 and at most 1000 mm, found " + table_.text(row, column));
+    }
+    return sigma;
+  }
+
+  std::vector<std::int8_t> direction(std::size_t row) const {
+    const auto empty = [&](std::size_t column) { return table_.text(row, column).empty(); };
+    if (std::ranges::all_of(directions_, empty)) return {};
+    std::vector<std::int8_t> direction;
+    for (const std::size_t column : directions_) {
+      const double side = table_.number(row, column);
+      if (side != -1 && side != 0 && side != 1) {
+        table_.fail(row, column, "expected -1, 0 or 1, found " + table_.text(row, column));
+      }
+      direction.push_back(static_cast<std::int8_t>(side));
+    }
+    return direction;
+  }
+
+  const CsvTable& table_;
+  JointColumns q_;
+  std::size_t x_, y_, z_;
+  std::vector<std::size_t> directions_;
+};
+
+/// A field in quotes where the format needs them.
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos && !text.starts_with(' ') && !text.ends_with(' '))
+    return text;
+  std::string field = "\"";
+  for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
+  return field + '"';
+}
+
+}  // namespace
+
+MeasurementData load_measurements(const std::filesystem::path& file, const RobotModel& robot) {
+  const CsvTable table = CsvTable::read(file);
+  std::vector<std::string> known = joint_column_names("q", robot);
+  known.insert(known.end(), {"x", "y", "z", "smr", "set", "sigma", "time"});
+  const std::vector<std::string> directions = joint_column_names("dir", robot);
+  known.insert(known.end(), directions.begin(), directions.end());
+  table.expect_only(known);
+
+  const MeasurementColumns columns(table, robot);
+  MeasurementData data;
+  for (std::size_t row = 0; row < table.row_count(); ++row)
+    data.points.push_back(columns.at(row, data.smr_names));
+  return data;
+}
+
+void write_measurements(std::ostream& out, const MeasurementData& data, const RobotModel& robot) {
+  const bool directions =
+      std::ranges::any_of(data.points, [](const auto& point) { return !point.direction.empty(); });
+  for (const std::string& name : joint_column_names("q", robot)) out << name << ',';
+  out << "x,y,z,smr,set,sigma,";
+  if (directions) {
+    for (const std::string& name : joint_column_names("dir", robot)) out << name << ',';
+  }
+  out << "time\n";
+
+  for (const Measurement& point : data.points) {
+    for (int i = 0; i < robot.joint_count(); ++i) {
+      out << joint_field(point.q[i], robot.joints[static_cast<std::size_t>(i)]) << ',';
+    }
+    for (const double coordinate : point.p_WS_mm) out << format_number(coordinate) << ',';
+    out << csv_field(data.smr_names[static_cast<std::size_t>(point.smr)]) << ',';
+    out << (point.set == PoseSet::Identify ? "identify," : "validate,");
+    out << (point.sigma_mm ? format_number(*point.sigma_mm) : "") << ',';
+    if (directions) {
+      for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+        out << (point.direction.empty() ? "" : std::to_string(point.direction[i])) << ',';
+      }
+    }
+    out << csv_field(point.time) << '\n';
+  }
+}
+
+}  // namespace truepose::config

@@ -1,0 +1,24 @@
+#include "config/text_file.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+namespace truepose::config {
+
+std::string read_text_file(const std::filesystem::path& file) {
+  // A folder opens like a file and only fails to be read.
+  if (std::error_code ignored; std::filesystem::is_directory(file, ignored)) {
+    throw ConfigError(file.string() + ": is a folder, expected a file");
+  }
+  errno = 0;
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw ConfigError(file.string() + ": cannot be opened: " + std::strerror(errno));
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (in.bad()) throw ConfigError(file.string() + ": cannot be read: " + std::strerror(errno));
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+  return text;
+}
+
+}  // namespace truepose::config

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "config/config_error.hpp"
+
+namespace truepose::config {
+
+/// The whole text of a file, without a byte order mark. Throws ConfigError where it cannot be read.
+std::string read_text_file(const std::filesystem::path& file);
+
+}  // namespace truepose::config

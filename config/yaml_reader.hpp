@@ -1,0 +1,110 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "config/config_error.hpp"
+
+namespace truepose::config {
+
+/// Bounds of a number, both included.
+struct Range {
+  double min, max;
+};
+
+/// A value of a YAML file that knows where it stands. Every error is a ConfigError "file:line:column: path:
+/// what".
+///
+/// The library's own tree is walked once and dropped: it accepts duplicate keys, reads 010 as 8 and .nan as a
+/// number, and even its const reads write.
+class YamlValue {
+ public:
+  double number(Range range) const;
+  std::int64_t integer(std::int64_t min, std::int64_t max) const;
+  std::uint64_t seed() const;  ///< any unsigned 64-bit integer
+  bool boolean() const;
+  /// A scalar as it is written. Not empty.
+  const std::string& text() const;
+  /// A scalar that may be "".
+  const std::string& text_or_empty() const;
+  /// A file's path; a relative one starts at `folder`, that of the file that names it.
+  std::filesystem::path path_from(const std::filesystem::path& folder) const;
+  const std::vector<YamlValue>& list() const;
+  bool is_list() const { return kind_ == Kind::List; }
+
+  [[noreturn]] void fail(std::string_view what) const;
+
+ private:
+  friend class YamlMap;
+  friend class YamlWalk;
+  enum class Kind { Nothing, Scalar, List, Map };
+
+  std::string described() const;
+  /// Its text where it is an unquoted scalar: "7" in quotes is a text and no number.
+  const std::string& plain(std::string_view expected) const;
+
+  Kind kind_ = Kind::Nothing;
+  std::shared_ptr<const std::string> file_;
+  std::string path_;
+  int line_ = 1, column_ = 1;
+  int key_line_ = 1, key_column_ = 1;  // of the key before it, in a map
+  std::string text_;
+  bool quoted_ = false;
+  std::vector<std::string> keys_;  // of a map, in the file's order
+  std::vector<YamlValue> values_;  // of a map or a list
+};
+
+/// A YAML map read by name. Keys that are not known are refused at once, so a slip of the finger is never a
+/// default.
+class YamlMap {
+ public:
+  YamlMap(const YamlValue& value, std::initializer_list<std::string_view> known);
+
+  bool has(std::string_view key) const { return find(key) != nullptr; }
+  const YamlValue* find(std::string_view key) const;
+  /// The value of a key that must be there.
+  const YamlValue& at(std::string_view key) const;
+
+  // Keep `target` as it is where the key is absent.
+  void read(std::string_view key, double& target, Range range) const;
+  void read(std::string_view key, int& target, int min, int max) const;
+  void read(std::string_view key, bool& target) const;
+  void read(std::string_view key, std::string& target) const;
+  void read(std::string_view key, std::chrono::milliseconds& target, int min_ms, int max_ms) const;
+
+  /// One of a few words. `T` is an enum.
+  template <typename T>
+  void read(std::string_view key, T& target,
+            std::initializer_list<std::pair<std::string_view, T>> words) const {
+    const YamlValue* value = find(key);
+    if (!value) return;
+    std::string all;
+    for (const auto& [word, meaning] : words) {
+      if (value->text() == word) {
+        target = meaning;
+        return;
+      }
+      all += (all.empty() ? "" : ", ") + std::string(word);
+    }
+    value->fail("expected one of " + all + ", found '" + value->text() + "'");
+  }
+
+  const YamlValue& value() const { return value_; }
+
+ private:
+  const YamlValue& value_;
+};
+
+/// Parses one YAML document. `file_name` stands in the messages.
+YamlValue parse_yaml(const std::string& text, const std::string& file_name);
+YamlValue read_yaml(const std::filesystem::path& file);
+
+}  // namespace truepose::config
