@@ -1,0 +1,123 @@
+#include "config/cell_config.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/kinematics/angles.hpp"
+#include "tests/config/error_of.hpp"
+#include "tests/config/temp_folder.hpp"
+
+namespace truepose::config {
+namespace {
+
+constexpr char kRobot[] =
+    "name: r\njoints:\n  - {a: 0, alpha: 0, d: 1, theta: 0, sign: 1, min: 0, max: 1, speed: 1}\n";
+constexpr char kSmallest[] = R"(name: test
+robot: {file: robot.yaml, eki_motion: "10.0.0.1:54600", eki_state: "10.0.0.1:54601"}
+stream: {listen: "[::1]:0", ethernet_xml: sub/../rsi.xml}
+tracker: {address: tracker.local:700}
+control: {token_file: token}
+store: /var/lib/cell.sqlite
+)";
+
+class CellFile : public testing::Test {
+ protected:
+  CellFile() { folder_.write("robot.yaml", kRobot); }
+  CellConfig load(const std::string& text) { return load_cell(folder_.write("cell.yaml", text)); }
+  std::string error(const std::string& text) {
+    const auto file = folder_.write("cell.yaml", text);
+    return error_of([&] { load_cell(file); }, file);
+  }
+  std::string error_with(const std::string& from, const std::string& to) {
+    std::string text = kSmallest;
+    text.replace(text.find(from), from.size(), to);
+    return error(text);
+  }
+  TempFolder folder_;
+};
+
+TEST_F(CellFile, KeepsTheDefaultsOfWhatIsLeftOut) {
+  const CellConfig cell = load(kSmallest), defaults;
+  EXPECT_EQ(cell.name, "test");
+  EXPECT_EQ(cell.robot.model.name, "r");
+  EXPECT_EQ(cell.robot.max_fk_deviation_mm, defaults.robot.max_fk_deviation_mm);
+  EXPECT_EQ(cell.stream.cycle, defaults.stream.cycle);
+  EXPECT_EQ(cell.stream.realtime, defaults.stream.realtime);
+  EXPECT_EQ(cell.tracker.gate_mm, defaults.tracker.gate_mm);
+  EXPECT_EQ(cell.reflector.facing_F, defaults.reflector.facing_F);
+  EXPECT_EQ(cell.campaign.identify_poses, defaults.campaign.identify_poses);
+  EXPECT_EQ(cell.control.listen.port, 7210);
+  EXPECT_EQ(cell.log_level, "info");
+}
+
+TEST_F(CellFile, ReadsAddressesAndResolvesPathsFromItsOwnFolder) {
+  const CellConfig cell = load(kSmallest);
+  EXPECT_EQ(cell.robot.eki_motion.host, "10.0.0.1");
+  EXPECT_EQ(cell.robot.eki_motion.port, 54600);
+  EXPECT_EQ(cell.stream.listen.host, "::1");
+  EXPECT_EQ(cell.stream.listen.port, 0);
+  EXPECT_EQ(cell.tracker.address.host, "tracker.local");
+  EXPECT_EQ(cell.robot.file, folder_.path() / "robot.yaml");
+  EXPECT_EQ(cell.stream.ethernet_xml, folder_.path() / "rsi.xml");
+  EXPECT_EQ(cell.control.token_file, folder_.path() / "token");
+  EXPECT_EQ(cell.store, "/var/lib/cell.sqlite");
+}
+
+TEST_F(CellFile, ConvertsPlacementAndFacing) {
+  std::string text = kSmallest;
+  text.replace(text.find("700}"), 4,
+               "700, placement: {x: 1, y: 2, z: 3, a: 170, b: 1, c: -1}, measure_ms: 1500}");
+  const CellConfig cell =
+      load(text + "reflector: {facing: {x: 0, y: 3, z: 4}, offset_mm: {x: 62, y: -48, z: 187}}\n");
+  EXPECT_TRUE(cell.tracker.placement.isApprox(pose_from_kuka({1, 2, 3}, {170, 1, -1})));
+  EXPECT_EQ(cell.tracker.measure, std::chrono::milliseconds(1500));
+  EXPECT_TRUE(cell.reflector.facing_F.isApprox(Eigen::Vector3d(0, 0.6, 0.8)));
+  EXPECT_EQ(cell.reflector.p_FS_mm, Eigen::Vector3d(62, -48, 187));
+}
+
+TEST_F(CellFile, RefusesBadAddresses) {
+  EXPECT_EQ(error_with("tracker.local:700", "tracker.local:99999"),
+            "cell.yaml:4:20: tracker.address: expected a port of 1..65535, found '99999'");
+  EXPECT_EQ(error_with("tracker.local:700", "tracker.local:0"),
+            "cell.yaml:4:20: tracker.address: expected a port of 1..65535, found '0'");
+  EXPECT_EQ(error_with("tracker.local:700", "tracker.local:7x"),
+            "cell.yaml:4:20: tracker.address: expected a port of 1..65535, found '7x'");
+  EXPECT_EQ(error_with("tracker.local:700", "tracker.local"),
+            "cell.yaml:4:20: tracker.address: expected host:port, found 'tracker.local'");
+  EXPECT_EQ(
+      error_with("[::1]:0", "::1:7"),
+      "cell.yaml:3:18: stream.listen: expected host:port, found '::1:7': an IPv6 address stands in brackets");
+}
+
+TEST_F(CellFile, NamesPlaceAndPathOfEveryMistake) {
+  EXPECT_EQ(error_with("tracker:", "trakcer:"),
+            "cell.yaml:4:1: trakcer: unknown key, did you mean 'tracker'?");
+  EXPECT_EQ(error_with("{token_file: token}", "{}"), "cell.yaml:5:10: control: missing key 'token_file'");
+  EXPECT_EQ(error_with("store:", "#store:"), "cell.yaml:1:1: missing key 'store'");
+  EXPECT_EQ(error_with("token}", "token, listen: 7210}"),
+            "cell.yaml:5:38: control.listen: expected host:port, found '7210'");
+  EXPECT_EQ(error_with("rsi.xml}", "rsi.xml, cycle_ms: 4.5}"),
+            "cell.yaml:3:69: stream.cycle_ms: expected a whole number, found 4.5");
+  EXPECT_EQ(error_with("rsi.xml}", "rsi.xml, priority: 99}"),
+            "cell.yaml:3:69: stream.priority: expected 1..98, found 99");
+  EXPECT_EQ(error_with("rsi.xml}", "rsi.xml, realtime: on}"),
+            "cell.yaml:3:69: stream.realtime: expected one of require, prefer, off, found 'on'");
+  EXPECT_EQ(error(std::string(kSmallest) + "campaign: {remeasure: yes}\n"),
+            "cell.yaml:7:23: campaign.remeasure: expected true or false, found 'yes'");
+  EXPECT_EQ(error(std::string(kSmallest) + "campaign: {seed: -1}\n"),
+            "cell.yaml:7:18: campaign.seed: expected a whole number from 0 to 2^64 - 1, found '-1'");
+  EXPECT_EQ(
+      error(std::string(kSmallest) + "campaign: {identify_poses: 6}\n"),
+      "cell.yaml:7:11: campaign: coarse_after is more than identify_poses: expected at most 6, found 8");
+  EXPECT_EQ(error(std::string(kSmallest) + "reflector: {facing: {x: 0, y: 0, z: 0}}\n"),
+            "cell.yaml:7:21: reflector.facing: a direction of no length");
+  EXPECT_EQ(error(std::string(kSmallest) + "log_level: loud\n"),
+            "cell.yaml:7:12: log_level: expected one of trace, debug, info, warn, error, found 'loud'");
+}
+
+TEST_F(CellFile, ReportsAMistakeInTheRobotFileThere) {
+  folder_.write("robot.yaml", "name: r\n");
+  EXPECT_EQ(error(kSmallest), "robot.yaml:1:1: missing key 'joints'");
+}
+
+}  // namespace
+}  // namespace truepose::config

@@ -1,0 +1,167 @@
+#include "config/measurement_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "config/number_text.hpp"
+#include "config/pose_files.hpp"
+#include "core/kinematics/angles.hpp"
+#include "tests/config/error_of.hpp"
+#include "tests/config/temp_folder.hpp"
+
+namespace truepose::config {
+namespace {
+
+/// A revolute joint on a rail.
+RobotModel rail_and_axis() {
+  RobotModel robot;
+  robot.joints.resize(2);
+  robot.joints[0].type = JointType::Prismatic;
+  return robot;
+}
+
+class MeasurementFile : public testing::Test {
+ protected:
+  MeasurementData load(const std::string& text) {
+    return load_measurements(folder_.write("data.csv", text), robot_);
+  }
+  std::string error(const std::string& text) {
+    const auto file = folder_.write("data.csv", text);
+    return error_of([&] { load_measurements(file, robot_); }, file);
+  }
+  TempFolder folder_;
+  RobotModel robot_ = rail_and_axis();
+};
+
+TEST_F(MeasurementFile, ReadsColumnsInAnyOrderAndConvertsDegreesButNoRail) {
+  const MeasurementData data = load("x,q2,q1,z,y\n1,180,250,3,2\n-1,90,0,-3e2,+2\n");
+  ASSERT_EQ(data.points.size(), 2U);
+  EXPECT_EQ(data.points[0].q, (JointVector(2) << 250, std::numbers::pi).finished());
+  EXPECT_EQ(data.points[0].p_WS_mm, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(data.points[1].p_WS_mm, Eigen::Vector3d(-1, 2, -300));
+  EXPECT_EQ(data.points[1].row, 2);
+  EXPECT_EQ(data.smr_names, std::vector<std::string>{"1"});
+  EXPECT_EQ(data.points[0].set, PoseSet::Identify);
+  EXPECT_FALSE(data.points[0].sigma_mm);
+  EXPECT_TRUE(data.points[0].direction.empty());
+}
+
+TEST_F(MeasurementFile, ReadsEveryOptionalColumn) {
+  const MeasurementData data = load(
+      "q1,q2,x,y,z,smr,set,sigma,dir1,dir2,time\n"
+      "1,2,3,4,5,left,validate,0.012,-1,1,2026-01-02T03:04:05Z\n"
+      "1,2,3,4,5,\"right, upper\",identify,,,,\n"
+      "1,2,3,4,5,left,identify,0.5,0,0,\n");
+  EXPECT_EQ(data.smr_names, (std::vector<std::string>{"left", "right, upper"}));
+  EXPECT_EQ(data.points[0].set, PoseSet::Validate);
+  EXPECT_EQ(data.points[0].sigma_mm, 0.012);
+  EXPECT_EQ(data.points[0].direction, (std::vector<std::int8_t>{-1, 1}));
+  EXPECT_EQ(data.points[0].time, "2026-01-02T03:04:05Z");
+  EXPECT_EQ(data.points[1].smr, 1);
+  EXPECT_FALSE(data.points[1].sigma_mm);
+  EXPECT_TRUE(data.points[1].direction.empty());
+  EXPECT_EQ(data.points[2].smr, 0);
+}
+
+TEST_F(MeasurementFile, AcceptsAByteOrderMarkCarriageReturnsBlankLinesAndNoLastLineEnd) {
+  const MeasurementData data = load("\xEF\xBB\xBFq1,q2,x,y,z\r\n\r\n1,2,3,4,5\r\n 6 ,7,8,9,10");
+  ASSERT_EQ(data.points.size(), 2U);
+  EXPECT_EQ(data.points[1].q[0], 6);
+  EXPECT_EQ(data.points[1].p_WS_mm.z(), 10);
+}
+
+TEST_F(MeasurementFile, NamesAMissingAnUnknownOrADuplicateColumn) {
+  EXPECT_EQ(error("q1,x,y,z\n1,2,3,4\n"), "data.csv: missing column 'q2'");
+  EXPECT_EQ(error("q1,q2,x,y\n1,2,3,4\n"), "data.csv: missing column 'z'");
+  EXPECT_EQ(error("q1,q2,q3,x,y,z\n1,2,3,4,5,6\n"), "data.csv: unknown column 'q3', did you mean 'q1'?");
+  EXPECT_EQ(error("q1,q2,x,y,z,sigmma\n1,2,3,4,5,6\n"),
+            "data.csv: unknown column 'sigmma', did you mean 'sigma'?");
+  EXPECT_EQ(error("q1,q2,x,y,z,x\n1,2,3,4,5,6\n"), "data.csv: duplicate column 'x'");
+  EXPECT_EQ(error("q1,q2,x,y,z,dir2\n1,2,3,4,5,1\n"), "data.csv: missing column 'dir1'");
+}
+
+TEST_F(MeasurementFile, NamesRowLineAndColumnOfWhatIsNoFiniteNumber) {
+  const std::string good = "q1,q2,x,y,z\n1,2,3,4,5\n\n";
+  EXPECT_EQ(error(good + "1,abc,3,4,5\n"), "data.csv: row 2 (line 4): q2: not a number: 'abc'");
+  EXPECT_EQ(error(good + "1,2,nan,4,5\n"), "data.csv: row 2 (line 4): x: not a finite number: 'nan'");
+  EXPECT_EQ(error(good + "1,2,3,-inf,5\n"), "data.csv: row 2 (line 4): y: not a finite number: '-inf'");
+  EXPECT_EQ(error(good + "1,2,3,4,\n"), "data.csv: row 2 (line 4): z: missing, expected a number");
+  EXPECT_EQ(error(good + "1,2,3,4,5 mm\n"), "data.csv: row 2 (line 4): z: not a number: '5 mm'");
+  EXPECT_EQ(error(good + "1,2,3,4,0x5\n"), "data.csv: row 2 (line 4): z: not a number: '0x5'");
+  EXPECT_EQ(error(good + "010,2,3,4,5\n"),
+            "data.csv: row 2 (line 4): q1: a number with a leading zero: '010'");
+}
+
+TEST_F(MeasurementFile, NamesARowOfTooFewOrTooManyFields) {
+  EXPECT_EQ(error("q1,q2,x,y,z\n1,2,3\n"), "data.csv: row 1 (line 2): y: missing, the row ends before it");
+  EXPECT_EQ(error("q1,q2,x,y,z\n1,2,3,4,5,6\n"),
+            "data.csv: row 1 (line 2): z: 6 fields in a row of 5 columns");
+}
+
+TEST_F(MeasurementFile, ChecksTheOptionalColumns) {
+  const std::string rows = "1,2,3,4,5,";
+  EXPECT_EQ(error("q1,q2,x,y,z,set\n" + rows + "test\n"),
+            "data.csv: row 1 (line 2): set: expected identify or validate, found 'test'");
+  EXPECT_EQ(error("q1,q2,x,y,z,sigma\n" + rows + "0\n"),
+            "data.csv: row 1 (line 2): sigma: expected more than 0 and at most 1000 mm, found 0");
+  EXPECT_EQ(error("q1,q2,x,y,z,dir1,dir2\n" + rows + "1,2\n"),
+            "data.csv: row 1 (line 2): dir2: expected -1, 0 or 1, found 2");
+  EXPECT_EQ(error("q1,q2,x,y,z,dir1,dir2\n" + rows + "1,\n"),
+            "data.csv: row 1 (line 2): dir2: missing, expected a number");
+  EXPECT_EQ(error("q1,q2,x,y,z,smr\n" + rows + "\n"),
+            "data.csv: row 1 (line 2): smr: missing, expected a reflector's name");
+}
+
+TEST_F(MeasurementFile, SaysWhatIsWrongWithAFileAsAWhole) {
+  EXPECT_EQ(error(""), "data.csv: the file is empty, expected a header row");
+  EXPECT_EQ(error("q1,q2,x,y,z\n"), "data.csv: no rows of data");
+  EXPECT_EQ(error("q1;q2;x;y;z\n1;2;3;4;5\n"), "data.csv: columns must be separated by commas");
+  EXPECT_EQ(error("q1,q2,x,y,z,smr\n1,2,3,4,5,\"a\n"), "data.csv: line 2: a quote is not closed");
+  EXPECT_EQ(error("q1,q2,x,y,z,smr\n1,2,3,4,5,\"a\"b\n"), "data.csv: line 2: text after a closing quote");
+}
+
+TEST_F(MeasurementFile, ComesBackBitByBit) {
+  const std::string text =
+      "q1,q2,x,y,z,smr,set,sigma,dir1,dir2,time\n"
+      "0.1,-10.042408075923612,2641.549557,1e-7,-7.852214157,\"a \"\"b\"\", "
+      "c\",identify,0.01,-1,0,2026-01-02T03:04:05Z\n"
+      "12.300000000000001,49.160806905516615,-0.30000000000000004,5,6,2,validate,,,,\n";
+  const MeasurementData first = load(text);
+  std::ostringstream out;
+  write_measurements(out, first, robot_);
+  const MeasurementData second = load(out.str());
+  EXPECT_EQ(second.smr_names, first.smr_names);
+  ASSERT_EQ(second.points.size(), first.points.size());
+  for (std::size_t i = 0; i < first.points.size(); ++i) {
+    EXPECT_EQ(second.points[i].q, first.points[i].q);
+    EXPECT_EQ(second.points[i].p_WS_mm, first.points[i].p_WS_mm);
+    EXPECT_EQ(second.points[i].smr, first.points[i].smr);
+    EXPECT_EQ(second.points[i].set, first.points[i].set);
+    EXPECT_EQ(second.points[i].sigma_mm, first.points[i].sigma_mm);
+    EXPECT_EQ(second.points[i].direction, first.points[i].direction);
+    EXPECT_EQ(second.points[i].time, first.points[i].time);
+  }
+}
+
+TEST_F(MeasurementFile, EveryAngleOfAFileComesBackBitByBit) {
+  RobotModel robot;
+  robot.joints.resize(1);
+  std::string text = "q1\n";
+  for (int i = 0; i < 5000; ++i) text += format_number(-350 + i * 0.140625 + 1.0 / (i + 3)) + "\n";
+  const auto first = load_joints(folder_.write("joints.csv", text), robot);
+  std::ostringstream out;
+  write_joints(out, first, robot);
+  EXPECT_EQ(load_joints(folder_.write("again.csv", out.str()), robot), first);
+}
+
+TEST_F(MeasurementFile, PosesAreReadWithKukasAngles) {
+  const auto poses = load_poses(folder_.write("poses.csv", "a,b,c,x,y,z\n10,20,30,1,2,3\n"));
+  ASSERT_EQ(poses.size(), 1U);
+  EXPECT_TRUE(poses[0].isApprox(pose_from_kuka({1, 2, 3}, {10, 20, 30})));
+  const auto file = folder_.write("poses.csv", "a,b,x,y,z\n1,2,3,4,5\n");
+  EXPECT_EQ(error_of([&] { load_poses(file); }, file), "poses.csv: missing column 'c'");
+}
+
+}  // namespace
+}  // namespace truepose::config

@@ -1,0 +1,108 @@
+#include "config/model_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/evaluation/split_mix64.hpp"
+#include "core/kinematics/angles.hpp"
+#include "tests/config/error_of.hpp"
+
+namespace truepose::config {
+namespace {
+
+/// A model of numbers that use all their bits.
+ModelFile model_of(std::uint64_t seed) {
+  SplitMix64 random(seed);
+  const auto mm = [&] { return random.uniform(-3000, 3000); };
+  const auto rad = [&] { return random.uniform(-3, 3); };
+  ModelFile model;
+  model.name = "KUKA: \"KR 210\" # \\ \t R2700-2";
+  model.serial = "007";
+  model.created = "2026-01-02T03:04:05Z";
+  model.validation_mean_mm = random.uniform(0, 1);
+  model.cell.robot.name = "no";
+  for (int i = 0; i < 7; ++i) {
+    Joint joint{.a_mm = mm(), .alpha_rad = rad(), .d_mm = mm(), .theta_rad = rad(), .beta_rad = rad() * 1e-9};
+    joint.type = i == 3 ? JointType::Prismatic : JointType::Revolute;
+    joint.sign = i % 2 ? 1 : -1;
+    joint.min = rad();
+    joint.max = rad();
+    joint.speed = random.uniform(0, 3);
+    model.cell.robot.joints.push_back(joint);
+  }
+  model.cell.robot.X_flange = pose_from_kuka({mm(), mm(), mm()}, {rad(), rad(), rad()});
+  model.cell.base = {.p_mm = {mm(), mm(), mm()}, .rxyz_rad = {rad(), -0.0, rad()}};
+  model.cell.reflectors = {{.name = "1", .p_FS_mm = {mm(), mm(), mm()}},
+                           {.name = "left, up", .p_FS_mm = {0, 1e-300, mm()}}};
+  model.parameters = {
+      {.name = "smr.left, up.x", .nominal = 0, .value = mm(), .sigma = 1e-17, .identified = true},
+      {.name = "link2.a", .nominal = mm(), .value = mm(), .sigma = 0, .identified = false}};
+  return model;
+}
+
+TEST(ModelFile, ComesBackToTheLastBit) {
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    SCOPED_TRACE(seed);
+    const ModelFile model = model_of(seed);
+    const ModelFile read = parse_model(model_yaml(model), "model.yaml");
+    EXPECT_EQ(read.name, model.name);
+    EXPECT_EQ(read.serial, model.serial);
+    EXPECT_EQ(read.created, model.created);
+    EXPECT_EQ(read.validation_mean_mm, model.validation_mean_mm);
+    EXPECT_EQ(read.cell.robot.name, model.cell.robot.name);
+    EXPECT_EQ(read.cell.robot.X_flange.matrix(), model.cell.robot.X_flange.matrix());
+    ASSERT_EQ(read.cell.robot.joints.size(), model.cell.robot.joints.size());
+    for (std::size_t i = 0; i < model.cell.robot.joints.size(); ++i) {
+      const Joint &a = read.cell.robot.joints[i], &b = model.cell.robot.joints[i];
+      EXPECT_EQ(a.type, b.type);
+      EXPECT_EQ(a.a_mm, b.a_mm);
+      EXPECT_EQ(a.alpha_rad, b.alpha_rad);
+      EXPECT_EQ(a.d_mm, b.d_mm);
+      EXPECT_EQ(a.theta_rad, b.theta_rad);
+      EXPECT_EQ(a.beta_rad, b.beta_rad);
+      EXPECT_EQ(a.sign, b.sign);
+      EXPECT_EQ(a.min, b.min);
+      EXPECT_EQ(a.max, b.max);
+      EXPECT_EQ(a.speed, b.speed);
+    }
+    EXPECT_EQ(read.cell.base.p_mm, model.cell.base.p_mm);
+    EXPECT_EQ(read.cell.base.rxyz_rad, model.cell.base.rxyz_rad);
+    ASSERT_EQ(read.cell.reflectors.size(), 2U);
+    EXPECT_EQ(read.cell.reflectors[1].name, "left, up");
+    EXPECT_EQ(read.cell.reflectors[1].p_FS_mm, model.cell.reflectors[1].p_FS_mm);
+    ASSERT_EQ(read.parameters.size(), 2U);
+    EXPECT_EQ(read.parameters[0].name, "smr.left, up.x");
+    EXPECT_EQ(read.parameters[0].value, model.parameters[0].value);
+    EXPECT_EQ(read.parameters[0].sigma, model.parameters[0].sigma);
+    EXPECT_TRUE(read.parameters[0].identified);
+    EXPECT_EQ(read.parameters[1].nominal, model.parameters[1].nominal);
+    EXPECT_FALSE(read.parameters[1].identified);
+    EXPECT_EQ(model_yaml(read), model_yaml(model));
+  }
+}
+
+TEST(ModelFile, AnEmptyModelsListsComeBack) {
+  ModelFile model;
+  model.name = model.cell.robot.name = "r";
+  model.cell.robot.joints.resize(1);
+  const ModelFile read = parse_model(model_yaml(model), "model.yaml");
+  EXPECT_EQ(read.serial, "");
+  EXPECT_TRUE(read.cell.reflectors.empty());
+  EXPECT_TRUE(read.parameters.empty());
+}
+
+TEST(ModelFile, RefusesAFlangeThatIsNoRotationAndAMissingPart) {
+  std::string text = model_yaml(model_of(1));
+  const auto without = [&](const std::string& key) {
+    const auto begin = text.find("\n" + key + ":") + 1;
+    return text.substr(0, begin) + text.substr(text.find('\n', begin) + 1);
+  };
+  EXPECT_EQ(error_of([&] { parse_model(without("base"), "m.yaml"); }, ""), "m.yaml:2:1: missing key 'base'");
+  EXPECT_EQ(error_of([&] { parse_model(without("serial"), "m.yaml"); }, ""),
+            "m.yaml:2:1: missing key 'serial'");
+  const auto flange = text.find("  flange: [") + 11;
+  text.replace(flange, text.find(',', flange) - flange, "2");
+  EXPECT_EQ(error_of([&] { parse_model(text, "m.yaml"); }, ""), "m.yaml:16:11: robot.flange: not a rotation");
+}
+
+}  // namespace
+}  // namespace truepose::config
