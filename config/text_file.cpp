@@ -21,4 +21,12 @@ std::string read_text_file(const std::filesystem::path& file) {
   return text;
 }
 
+void write_text_file(const std::filesystem::path& file, const std::string& text) {
+  errno = 0;
+  std::ofstream out(file, std::ios::binary | std::ios::trunc);
+  out << text;
+  out.close();
+  if (!out) throw ConfigError(file.string() + ": cannot be written: " + std::strerror(errno));
+}
+
 }  // namespace truepose::config

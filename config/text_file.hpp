@@ -10,4 +10,7 @@ namespace truepose::config {
 /// The whole text of a file, without a byte order mark. Throws ConfigError where it cannot be read.
 std::string read_text_file(const std::filesystem::path& file);
 
+/// Writes the whole of a file. Throws ConfigError where that fails.
+void write_text_file(const std::filesystem::path& file, const std::string& text);
+
 }  // namespace truepose::config

@@ -95,9 +95,9 @@ std::vector<int> pose_numbers(const std::vector<Measurement>& points) {
 json::array points_json(const Calibration& calibration, const MeasurementData& data) {
   const std::vector<int> numbers = pose_numbers(data.points);
   json::array result;
-  for (const PointErrors& errors : calibration.points) {
-    const std::size_t i = static_cast<std::size_t>(errors.point);
-    assert(i < data.points.size());
+  assert(calibration.points.size() == data.points.size());
+  for (std::size_t i = 0; i < data.points.size(); ++i) {
+    const PointErrors& errors = calibration.points[i];
     const Measurement& m = data.points[i];
     result.push_back(json::object{{"pose", numbers[i]},
                                   {"set", m.set == PoseSet::Identify ? "identify" : "validate"},

@@ -1,0 +1,186 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <boost/json.hpp>
+#include <chrono>
+#include <ctime>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "config/measurement_file.hpp"
+#include "config/text_file.hpp"
+#include "core/calibration/calibrate.hpp"
+#include "core/evaluation/split.hpp"
+#include "proto/control/calibration_document.hpp"
+#include "tools/report/report_html.hpp"
+#include "tools/truepose/arm_files.hpp"
+#include "tools/truepose/calibration_summary.hpp"
+#include "tools/truepose/exit_code.hpp"
+#include "tools/truepose/mean_document.hpp"
+#include "tools/truepose/offline_commands.hpp"
+
+namespace truepose::tools {
+
+namespace {
+
+namespace json = boost::json;
+using config::ConfigError;
+
+struct CalibrateCommand {
+  std::string robot_file, data_file, validate_file, out_file, report_file;
+  std::optional<double> split;
+  std::uint64_t seed = 0;
+  int repeat = 1;
+  std::string method = "two-stage", deviation = "none", residual = "none", loss = "squared";
+  bool as_json = false;
+};
+
+/// Points of another file, all to validate. Reflectors are matched by name.
+void add_validation(MeasurementData& data, const std::string& file, const RobotModel& robot) {
+  // A point that was marked to validate is never used to identify, whatever else is given.
+  std::erase_if(data.points, [](const Measurement& point) { return point.set == PoseSet::Validate; });
+  MeasurementData validation = config::load_measurements(file, robot);
+  std::vector<int> index_of;
+  for (const std::string& name : validation.smr_names) {
+    const auto found = std::ranges::find(data.smr_names, name);
+    if (found == data.smr_names.end()) {
+      throw ConfigError(file + ": smr: reflector '" + name + "' has no points in the data to identify");
+    }
+    index_of.push_back(static_cast<int>(found - data.smr_names.begin()));
+  }
+  for (Measurement& point : validation.points) {
+    point.set = PoseSet::Validate;
+    point.smr = index_of[static_cast<std::size_t>(point.smr)];
+    data.points.push_back(std::move(point));
+  }
+}
+
+struct Outcome {
+  Calibration calibration;
+  json::object document;
+};
+
+Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot,
+                       const MeasurementData& data) {
+  CalibrateOptions options;
+  options.method =
+      command.method == "least-squares" ? CalibrationMethod::LeastSquares : CalibrationMethod::TwoStage;
+  const auto start = std::chrono::steady_clock::now();
+  auto result = calibrate(robot, data, options);
+  if (!result) throw ConfigError(command.data_file + ": " + result.error().detail);
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  json::object document = control::calibration_document(*result, data, elapsed.count());
+  return {.calibration = std::move(*result), .document = std::move(document)};
+}
+
+/// One calibration a seed. The document is that of the first, but "validate" holds the means and "splits"
+/// each one.
+Outcome calibrate_splits(const CalibrateCommand& command, const RobotModel& robot, MeasurementData data) {
+  std::optional<Outcome> first;
+  json::array splits, validations;
+  bool converged = true;
+  for (int i = 0; i < command.repeat; ++i) {
+    const std::uint64_t seed = command.seed + static_cast<std::uint64_t>(i);
+    split_poses(data, *command.split, seed);
+    Outcome outcome = calibrate_once(command, robot, data);
+    converged = converged && outcome.calibration.converged;
+    if (!outcome.calibration.validate) throw ConfigError("--split: leaves no pose to validate");
+    validations.push_back(outcome.document.at("validate"));
+    json::object split{{"seed", seed}};
+    for (const char* key : {"converged", "iterations", "identify", "validate", "rank", "condition"}) {
+      split[key] = outcome.document.at(key);
+    }
+    splits.push_back(std::move(split));
+    if (!first) first = std::move(outcome);
+  }
+  if (command.repeat > 1) {
+    first->document["converged"] = converged;
+    first->document["validate"] = mean_document(validations);
+    first->document["splits"] = std::move(splits);
+  }
+  return std::move(*first);
+}
+
+std::string now_rfc3339() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+config::ModelFile model_of(const RobotModel& robot, const Calibration& calibration) {
+  return {.name = robot.name,
+          .serial = "",
+          .created = now_rfc3339(),
+          .cell = calibration.cell,
+          .parameters = calibration.parameters,
+          .validation_mean_mm = calibration.validate ? calibration.validate->geometric.mean : 0};
+}
+
+/// Why the result must not be trusted, or nothing.
+std::string failure(const json::object& document) {
+  if (!document.at("converged").as_bool()) return "the identification did not converge";
+  const json::value* validate = document.if_contains("validate");
+  if (!validate) return {};
+  const auto mean_mm = [&](const char* stage) { return validate->at(stage).at("mean").to_number<double>(); };
+  if (mean_mm("after") < mean_mm("before")) return {};
+  return "on validation poses the calibrated arm is no better than the nominal one";
+}
+
+int run_calibrate(const CalibrateCommand& command) {
+  const RobotModel robot = config::load_robot(command.robot_file);
+  MeasurementData data = config::load_measurements(command.data_file, robot);
+  if (!command.validate_file.empty()) add_validation(data, command.validate_file, robot);
+  const Outcome outcome = command.split ? calibrate_splits(command, robot, std::move(data))
+                                        : calibrate_once(command, robot, data);
+
+  if (!command.out_file.empty()) {
+    config::write_text_file(command.out_file, config::model_yaml(model_of(robot, outcome.calibration)));
+  }
+  if (!command.report_file.empty()) {
+    json::object document = outcome.document;
+    document["robot"] = robot.name;
+    config::write_text_file(command.report_file, report::render_html(document));
+  }
+  if (command.as_json) {
+    std::cout << outcome.document << '\n';
+  } else {
+    std::cout << calibration_summary(outcome.document, robot.name);
+  }
+  const std::string why = failure(outcome.document);
+  if (why.empty()) return kDone;
+  std::cerr << "truepose: " << command.data_file << ": " << why << '\n';
+  return kFailed;
+}
+
+}  // namespace
+
+void add_calibrate_command(CLI::App& app, int& exit_code) {
+  const auto command = std::make_shared<CalibrateCommand>();
+  CLI::App* sub = app.add_subcommand("calibrate", "Identifies how a real arm differs from its data sheet");
+  sub->add_option("--robot", command->robot_file, "Robot file (YAML)")->required();
+  sub->add_option("--data", command->data_file, "Measurements (CSV); rows marked set=validate validate")
+      ->required();
+  CLI::Option* validate = sub->add_option("--validate", command->validate_file,
+                                          "Measurements that validate, in place of those marked in the data");
+  CLI::Option* split =
+      sub->add_option("--split", command->split, "Part of the poses that identify; the rest validate")
+          ->check(CLI::Range(0.01, 0.99))
+          ->excludes(validate);
+  sub->add_option("--seed", command->seed, "Of the split")->needs(split);
+  sub->add_option("--repeat", command->repeat, "Splits with as many seeds, and means over them")
+      ->check(CLI::Range(1, 10'000))
+      ->needs(split);
+  sub->add_option("--method", command->method)->check(available({"two-stage", "least-squares"}));
+  sub->add_option("--deviation", command->deviation, "Joint deviation model")->check(available({"none"}));
+  sub->add_option("--residual", command->residual, "Residual field")->check(available({"none"}));
+  sub->add_option("--loss", command->loss)->check(available({"squared"}));
+  sub->add_option("--out", command->out_file, "Write the calibrated arm here (model file, YAML)");
+  sub->add_option("--report", command->report_file, "Write a report here (HTML, one file)");
+  sub->add_flag("--json", command->as_json, "One JSON document");
+  sub->callback([command, &exit_code] { exit_code = run_calibrate(*command); });
+}
+
+}  // namespace truepose::tools
