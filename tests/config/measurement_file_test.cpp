@@ -8,7 +8,7 @@
 #include "config/pose_files.hpp"
 #include "core/kinematics/angles.hpp"
 #include "tests/config/error_of.hpp"
-#include "tests/config/temp_folder.hpp"
+#include "tests/temp_folder.hpp"
 
 namespace truepose::config {
 namespace {

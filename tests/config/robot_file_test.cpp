@@ -5,7 +5,7 @@
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
 #include "tests/config/error_of.hpp"
-#include "tests/config/temp_folder.hpp"
+#include "tests/temp_folder.hpp"
 
 namespace truepose::config {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/config/error_of.hpp"
-#include "tests/config/temp_folder.hpp"
+#include "tests/temp_folder.hpp"
 
 namespace truepose::config {
 namespace {

@@ -173,10 +173,11 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   sub->add_option("--repeat", command->repeat, "Splits with as many seeds, and means over them")
       ->check(CLI::Range(1, 10'000))
       ->needs(split);
-  sub->add_option("--method", command->method)->check(available({"two-stage", "least-squares"}));
+  sub->add_option("--method", command->method, "Identification")
+      ->check(available({"two-stage", "least-squares"}));
   sub->add_option("--deviation", command->deviation, "Joint deviation model")->check(available({"none"}));
   sub->add_option("--residual", command->residual, "Residual field")->check(available({"none"}));
-  sub->add_option("--loss", command->loss)->check(available({"squared"}));
+  sub->add_option("--loss", command->loss, "Weight of a residual")->check(available({"squared"}));
   sub->add_option("--out", command->out_file, "Write the calibrated arm here (model file, YAML)");
   sub->add_option("--report", command->report_file, "Write a report here (HTML, one file)");
   sub->add_flag("--json", command->as_json, "One JSON document");

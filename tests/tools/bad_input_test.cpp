@@ -1,0 +1,109 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/temp_folder.hpp"
+#include "tests/tools/process.hpp"
+
+namespace truepose {
+namespace {
+
+const std::string kRobot = std::string(TRUEPOSE_SOURCE_DIR) + "/config/robots/kr210_r2700_2.yaml";
+constexpr char kHeader[] = "q1,q2,q3,q4,q5,q6,x,y,z\n";
+
+class BadInput : public testing::Test {
+ protected:
+  Finished calibrate(std::vector<std::string> more) {
+    more.insert(more.begin(), "calibrate");
+    return run_program("truepose", more);
+  }
+  Finished calibrate_data(const std::string& text) {
+    return calibrate({"--robot", kRobot, "--data", folder_.write("data.csv", text), "--json"});
+  }
+  Finished calibrate_robot(const std::string& text) {
+    const std::string data = folder_.write("data.csv", std::string(kHeader) + "0,0,0,0,0,0,1,2,3\n");
+    return calibrate({"--robot", folder_.write("robot.yaml", text), "--data", data, "--json"});
+  }
+  std::string path(const std::string& name) { return (folder_.path() / name).string(); }
+  TempFolder folder_;
+};
+
+void expect_one_line(const Finished& run, int exit_code, const std::string& line) {
+  EXPECT_EQ(run.exit_code, exit_code);
+  EXPECT_EQ(run.err, "truepose: " + line + "\n");
+  EXPECT_EQ(run.out, "");
+}
+
+TEST_F(BadInput, ACsvWithAMissingColumn) {
+  expect_one_line(calibrate_data("q1,q2,q3,q4,q5,q6,x,y\n1,2,3,4,5,6,7,8\n"), 2,
+                  path("data.csv") + ": missing column 'z'");
+}
+
+TEST_F(BadInput, ACsvWithANan) {
+  expect_one_line(calibrate_data(std::string(kHeader) + "1,2,3,4,5,6,7,8,9\n1,2,3,4,5,6,7,NaN,9\n"), 2,
+                  path("data.csv") + ": row 2 (line 3): y: not a finite number: 'NaN'");
+}
+
+TEST_F(BadInput, ACsvWithATextInANumber) {
+  expect_one_line(calibrate_data(std::string(kHeader) + "1,2,3,4,5,6,7,8,9\n1,2,three,4,5,6,7,8,9\n"), 2,
+                  path("data.csv") + ": row 2 (line 3): q3: not a number: 'three'");
+}
+
+TEST_F(BadInput, ACsvWithTooFewPoses) {
+  const Finished run = calibrate_data(std::string(kHeader) + "1,2,3,4,5,6,7,8,9\n");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_TRUE(run.err.starts_with("truepose: " + path("data.csv") + ": ")) << run.err;
+  EXPECT_EQ(std::ranges::count(run.err, '\n'), 1);
+  EXPECT_EQ(run.out, "");
+}
+
+TEST_F(BadInput, ARobotFileWithAnUnknownKey) {
+  expect_one_line(calibrate_robot("name: r\njoint: []\n"), 2,
+                  path("robot.yaml") + ":2:1: joint: unknown key, did you mean 'joints'?");
+}
+
+TEST_F(BadInput, ARobotFileWithADuplicateKey) {
+  expect_one_line(calibrate_robot("name: r\njoints: []\nname: s\n"), 2,
+                  path("robot.yaml") + ":3:1: name: duplicate key, first given in line 1");
+}
+
+TEST_F(BadInput, ARobotFileWithAJointWithoutD) {
+  expect_one_line(calibrate_robot("name: r\njoints:\n"
+                                  "  - {a: 0, alpha: 0, theta: 0, sign: 1, min: 0, max: 1, speed: 1}\n"),
+                  2, path("robot.yaml") + ":3:5: joints[1]: missing key 'd'");
+}
+
+TEST_F(BadInput, AFileThatIsNotThere) {
+  expect_one_line(calibrate({"--robot", path("none.yaml"), "--data", path("none.csv")}), 2,
+                  path("none.yaml") + ": cannot be opened: No such file or directory");
+}
+
+TEST_F(BadInput, WrongUsage) {
+  const std::string see = " (see truepose --help)";
+  expect_one_line(run_program("truepose", {}), 2, "A subcommand is required" + see);
+  expect_one_line(calibrate({"--robot", kRobot}), 2, "--data is required" + see);
+  expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--loss", "huber"}), 2,
+                  "--loss: 'huber' is not available in this version (available: squared)" + see);
+  expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--method", "levenberg-marquardt"}), 2,
+                  "--method: 'levenberg-marquardt' is not available in this version "
+                  "(available: two-stage, least-squares)" +
+                      see);
+  expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--split", "0.7", "--validate", "v.csv"}),
+                  2, "--validate excludes --split" + see);
+  EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--deviation", "auto"}).exit_code, 2);
+  EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--residual", "gp"}).exit_code, 2);
+  EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--split", "1.5"}).exit_code, 2);
+}
+
+TEST(Help, GoesToStandardOutputAndEndsWell) {
+  for (const char* option : {"--help", "--version"}) {
+    const Finished run = run_program("truepose", {option});
+    EXPECT_EQ(run.exit_code, 0);
+    EXPECT_NE(run.out, "");
+    EXPECT_EQ(run.err, "");
+  }
+  EXPECT_EQ(run_program("truepose", {"calibrate", "--help"}).exit_code, 0);
+}
+
+}  // namespace
+}  // namespace truepose
