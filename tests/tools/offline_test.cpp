@@ -209,7 +209,7 @@ TEST_F(Offline, CalibrateSaysWhenNothingWasValidated) {
   EXPECT_FALSE(succeed({"calibrate", "--robot", kRobot, "--data", data, "--json"}).contains("validate"));
   const Finished run = run_program("truepose", {"calibrate", "--robot", kRobot, "--data", data});
   EXPECT_EQ(run.exit_code, 0);
-  EXPECT_NE(run.out.find("nothing was validated"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("Nothing was validated"), std::string::npos) << run.out;
 }
 
 TEST_F(Offline, CalibrateValidatesOnAnotherFile) {

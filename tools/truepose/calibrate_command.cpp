@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <boost/json.hpp>
 #include <chrono>
+#include <cstdio>
 #include <ctime>
 #include <iostream>
 #include <memory>
@@ -13,8 +14,8 @@
 #include "core/evaluation/split.hpp"
 #include "proto/control/calibration_document.hpp"
 #include "tools/report/report_html.hpp"
+#include "tools/report/report_text.hpp"
 #include "tools/truepose/arm_files.hpp"
-#include "tools/truepose/calibration_summary.hpp"
 #include "tools/truepose/exit_code.hpp"
 #include "tools/truepose/mean_document.hpp"
 #include "tools/truepose/offline_commands.hpp"
@@ -129,6 +130,15 @@ std::string failure(const json::object& document) {
   return "on validation poses the calibrated arm is no better than the nominal one";
 }
 
+void print_summary(const RobotModel& robot, const Outcome& outcome, int repeat) {
+  const Calibration& calibration = outcome.calibration;
+  std::printf("%s: %s, %d coarse and %d fine iterations, rank %d, condition %.1f\n", robot.name.c_str(),
+              calibration.converged ? "converged" : "not converged", calibration.coarse_iterations,
+              calibration.fine_iterations, calibration.rank, calibration.condition);
+  if (repeat > 1) std::printf("Validation: means over %d splits, all else of the first.\n", repeat);
+  std::printf("\n%s", report::render_text(outcome.document).c_str());
+}
+
 int run_calibrate(const CalibrateCommand& command) {
   const RobotModel robot = config::load_robot(command.robot_file);
   MeasurementData data = config::load_measurements(command.data_file, robot);
@@ -147,7 +157,7 @@ int run_calibrate(const CalibrateCommand& command) {
   if (command.as_json) {
     std::cout << outcome.document << '\n';
   } else {
-    std::cout << calibration_summary(outcome.document, robot.name);
+    print_summary(robot, outcome, command.repeat);
   }
   const std::string why = failure(outcome.document);
   if (why.empty()) return kDone;
