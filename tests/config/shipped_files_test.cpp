@@ -71,6 +71,7 @@ TEST(ShippedFiles, TheDemoScenarioIsTheArmOfThePaperNearTheExampleCellsGuess) {
   EXPECT_DOUBLE_EQ(scenario.truth.joints[2].beta_rad, 0.001);
   EXPECT_NEAR(scenario.X_WB.translation().norm(), 3640, 10);
   EXPECT_EQ(scenario.ethernet_xml, cell.stream.ethernet_xml);
+  EXPECT_TRUE(std::filesystem::exists(cell.stream.ethernet_xml));
   EXPECT_NE(scenario.robot_model.find(cell.robot.expect_model), std::string::npos);
   EXPECT_EQ(scenario.reflector_name, cell.tracker.reflector);
 
