@@ -1,0 +1,54 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <boost/asio/any_io_executor.hpp>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "tools/sim/simulated_target.hpp"
+
+namespace truepose::sim {
+
+/// What the tracker reads where the target truly is; called once per sample of a measurement. mm, tracker frame.
+using TrackerNoise = std::function<Eigen::Vector3d(const Eigen::Vector3d& p_true_mm)>;
+
+struct EmsconServerOptions {
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 0;  ///< 0 picks a free one
+  double speedup = 1;      ///< initialising, driving, searching and measuring take this much less time
+  double temperature_c = 20, pressure_mbar = 1013.25, humidity_percent = 50;
+};
+
+/// The status of the Error that a broken beam ends a measurement with. Invented: the real number is not public.
+inline constexpr std::int32_t kSimulatedBeamBroken = 20001;
+/// The status of a GoPosition or FindReflector that found nothing. Invented likewise.
+inline constexpr std::int32_t kSimulatedNoTarget = 20002;
+
+/// A simulated laser tracker: an emScon TCP server that follows one target.
+///
+/// Serves one client; a second one gets status 10011 and is closed. Runs on the executor it is given (one thread or a
+/// strand); destroy it there, or when that no longer runs.
+class EmsconServer {
+ public:
+  /// Listens at once. Throws boost::system::system_error when the port cannot be bound.
+  /// @param target  outlives the server
+  EmsconServer(boost::asio::any_io_executor executor, const SimulatedTarget& target, TrackerNoise noise,
+               EmsconServerOptions options);
+  ~EmsconServer();
+
+  std::uint16_t port() const;
+
+  /// Fault: something stands in the beam for this long (not scaled by the speed-up).
+  void beam_break(std::chrono::milliseconds duration);
+  /// Fault: the controller restarts: the connection is cut and the tracker has to be initialised again.
+  void restart();
+
+ private:
+  class State;
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace truepose::sim
