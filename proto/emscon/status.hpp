@@ -11,7 +11,6 @@ inline constexpr std::int32_t kAllOk = 0;
 inline constexpr std::int32_t kServerBusy = 1;
 inline constexpr std::int32_t kNotImplemented = 2;
 inline constexpr std::int32_t kWrongParameter1 = 3;
-inline constexpr std::int32_t kParameter1OutOfRangeRefused = 12;
 inline constexpr std::int32_t kWrongReflector = 23;
 inline constexpr std::int32_t kNoTrackerProcessor = 26;
 inline constexpr std::int32_t kNoWeatherMonitor = 27;
