@@ -20,9 +20,9 @@ struct EmsconOptions {
 
 /// A Leica tracker that speaks emScon (AT901, LTD, AT401/402) over TCP.
 ///
-/// One command is outstanding at a time. What another program changes in the tracker's units or frames is put right before
-/// the next point. Where it is not certain which command an answer belongs to (a command ran into its deadline or was
-/// cancelled), the connection is dropped: connect() again.
+/// One command is outstanding at a time. What another program changes in the tracker's units or frames is put
+/// right before the next point. Where it is not certain which command an answer belongs to (a command ran
+/// into its deadline or was cancelled), the connection is dropped: connect() again.
 class EmsconTracker final : public Tracker {
  public:
   /// @param clock  outlives the tracker
@@ -30,8 +30,9 @@ class EmsconTracker final : public Tracker {
   ~EmsconTracker() override;
 
   boost::asio::awaitable<std::expected<TrackerIdentity, TrackerError>> connect(TimePoint deadline) override;
-  boost::asio::awaitable<std::expected<void, TrackerError>> aim(Eigen::Vector3d p_W_mm, double search_radius_mm,
-                                                               TimePoint deadline) override;
+  boost::asio::awaitable<std::expected<void, TrackerError>> aim(Eigen::Vector3d p_W_mm,
+                                                                double search_radius_mm,
+                                                                TimePoint deadline) override;
   boost::asio::awaitable<std::expected<SmrPoint, TrackerError>> measure(TimePoint deadline) override;
   void disconnect() noexcept override;
 

@@ -2,7 +2,8 @@
 
 #include <cstdint>
 
-/// Numbers of the emScon wire protocol (TPI 3.6). Every enumeration travels as int32 and may hold a value not named here.
+/// Numbers of the emScon wire protocol (TPI 3.6). Every enumeration travels as int32 and may hold a value not
+/// named here.
 namespace truepose::emscon {
 
 enum class PacketType : std::int32_t {
@@ -55,14 +56,39 @@ enum class CommandCode : std::int32_t {
   GetTrackerInfo = 132,
 };
 
-enum class LengthUnit : std::int32_t { Meter = 0, Millimeter = 1, Micrometer = 2, Foot = 3, Yard = 4, Inch = 5 };
+enum class LengthUnit : std::int32_t {
+  Meter = 0,
+  Millimeter = 1,
+  Micrometer = 2,
+  Foot = 3,
+  Yard = 4,
+  Inch = 5
+};
 enum class AngleUnit : std::int32_t { Radian = 0, Degree = 1, Gon = 2 };
 enum class TemperatureUnit : std::int32_t { Celsius = 0, Fahrenheit = 1 };
-enum class PressureUnit : std::int32_t { Mbar = 0, HPascal = 1, KPascal = 2, MmHg = 3, Psi = 4, InH2O = 5, InHg = 6 };
+enum class PressureUnit : std::int32_t {
+  Mbar = 0,
+  HPascal = 1,
+  KPascal = 2,
+  MmHg = 3,
+  Psi = 4,
+  InH2O = 5,
+  InHg = 6
+};
 enum class HumidityUnit : std::int32_t { RelativePercent = 0 };
 
-/// Right-handed Cartesian, left-handed with one axis reversed, cylindrical and spherical (clockwise, counter-clockwise).
-enum class CoordinateSystem : std::int32_t { Rhr = 0, LhrX = 1, LhrY = 2, LhrZ = 3, Ccw = 4, Ccc = 5, Scw = 6, Scc = 7 };
+/// Right-handed Cartesian, left-handed with one axis reversed, cylindrical and spherical (clockwise,
+/// counter-clockwise).
+enum class CoordinateSystem : std::int32_t {
+  Rhr = 0,
+  LhrX = 1,
+  LhrY = 2,
+  LhrZ = 3,
+  Ccw = 4,
+  Ccc = 5,
+  Scw = 6,
+  Scc = 7
+};
 
 enum class MeasurementMode : std::int32_t { Stationary = 0, ContinuousTime = 1, ContinuousDistance = 2 };
 enum class WeatherMonitor : std::int32_t { NotConnected = 0, ReadOnly = 1, ReadAndCompute = 2 };

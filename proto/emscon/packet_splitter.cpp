@@ -11,8 +11,8 @@ void PacketSplitter::push(std::span<const std::uint8_t> bytes) {
 std::expected<std::optional<std::span<const std::uint8_t>>, EmsconError> PacketSplitter::next() {
   const auto rest = std::span<const std::uint8_t>{buffer_}.subspan(begin_);
   if (rest.size() < 4) return std::nullopt;
-  const std::uint32_t size = std::uint32_t{rest[0]} | std::uint32_t{rest[1]} << 8 | std::uint32_t{rest[2]} << 16 |
-                             std::uint32_t{rest[3]} << 24;
+  const std::uint32_t size = std::uint32_t{rest[0]} | std::uint32_t{rest[1]} << 8 |
+                             std::uint32_t{rest[2]} << 16 | std::uint32_t{rest[3]} << 24;
   if (size < kHeadSize) return std::unexpected(EmsconError{"packet size below 8", 0});
   if (size > kMaxPacketSize) return std::unexpected(EmsconError{"packet size above 64 KiB", 0});
   if (rest.size() < size) return std::nullopt;

@@ -35,8 +35,8 @@ void layout(auto& io, Is<ReflectorEntry> auto& x) {
 }
 void layout(auto& io, Is<SearchParams> auto& x) { io(x.radius, x.timeout_ms); }
 void layout(auto& io, Is<SystemSettings> auto& x) {
-  io(x.weather, x.apply_transformation, x.apply_station_orientation, x.keep_last_position, x.send_unsolicited_messages,
-     x.send_reflector_position, x.try_mode, x.has_nivel, x.has_video_camera);
+  io(x.weather, x.apply_transformation, x.apply_station_orientation, x.keep_last_position,
+     x.send_unsolicited_messages, x.send_reflector_position, x.try_mode, x.has_nivel, x.has_video_camera);
 }
 void layout(auto& io, Is<Position> auto& x) { io(x.v, x.use_adm); }
 void layout(auto& io, Is<SearchDistance> auto& x) { io(x.distance); }
@@ -63,7 +63,9 @@ void layout(auto& io, Is<SingleMeasResult2> auto& x) {
 }
 void layout(auto& io, Is<MultiMeasPoint> auto& x) { io(x.status, x.seconds, x.microseconds, x.v); }
 void layout(auto& io, Is<ReflectorPosResult> auto& x) { io(x.status, x.v); }
-void layout(auto& io, Is<NivelResult> auto& x) { io(x.status, x.nivel_status, x.x_tilt, x.y_tilt, x.temperature); }
+void layout(auto& io, Is<NivelResult> auto& x) {
+  io(x.status, x.nivel_status, x.x_tilt, x.y_tilt, x.temperature);
+}
 
 constexpr std::size_t kMultiMeasPointSize = 36;
 
@@ -185,7 +187,8 @@ std::expected<TrackerPacket, EmsconError> decode_answer(Reader& reader) {
   reader(answer.code, answer.status);
   if (!reader.ok()) return std::unexpected(*check_end(reader));
   const auto bodies = bodies_of(answer.code);
-  // Nothing public says whether a refusal keeps the size of the full answer: its body has no meaning either way.
+  // Nothing public says whether a refusal keeps the size of the full answer: its body has no meaning either
+  // way.
   if (!bodies || answer.status != 0) return answer;
   answer.body = bodies->answer;
   read_body(reader, answer.body);
@@ -292,7 +295,9 @@ std::vector<std::uint8_t> encode(const SingleMeasResult2& packet) {
 std::vector<std::uint8_t> encode(const ReflectorPosResult& packet) {
   return encode_flat(PacketType::ReflectorPosResult, packet);
 }
-std::vector<std::uint8_t> encode(const NivelResult& packet) { return encode_flat(PacketType::NivelResult, packet); }
+std::vector<std::uint8_t> encode(const NivelResult& packet) {
+  return encode_flat(PacketType::NivelResult, packet);
+}
 
 std::vector<std::uint8_t> encode(const MultiMeasResult& packet) {
   Writer writer = begin(PacketType::MultiMeasResult);

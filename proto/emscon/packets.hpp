@@ -12,8 +12,9 @@
 #include "proto/emscon/emscon_error.hpp"
 #include "proto/emscon/enums.hpp"
 
-/// Packets of the Leica emScon TCP protocol (TPI 3.6): little-endian, gaps nowhere, the size of the whole packet first.
-/// Lengths, angles and weather are in whatever units SetUnits has chosen, coordinates in the chosen coordinate system.
+/// Packets of the Leica emScon TCP protocol (TPI 3.6): little-endian, gaps nowhere, the size of the whole
+/// packet first. Lengths, angles and weather are in whatever units SetUnits has chosen, coordinates in the
+/// chosen coordinate system.
 namespace truepose::emscon {
 
 // ---- Bodies: what follows the head of a command or an answer. Set and get of one thing share one body. ----
@@ -144,10 +145,11 @@ struct TrackerInfo {
   bool operator==(const TrackerInfo&) const = default;
 };
 
-using Body = std::variant<std::monostate, Units, SystemStatus, TrackerStatus, StationOrientation, Transformation,
-                          Environment, MeasurementModeChoice, CoordinateSystemChoice, StationaryModeParams,
-                          ReflectorChoice, ReflectorEntry, SearchParams, SystemSettings, Position, SearchDistance,
-                          Direction, StatisticMode, MeasurementStatusInfo, TrackerInfo>;
+using Body =
+    std::variant<std::monostate, Units, SystemStatus, TrackerStatus, StationOrientation, Transformation,
+                 Environment, MeasurementModeChoice, CoordinateSystemChoice, StationaryModeParams,
+                 ReflectorChoice, ReflectorEntry, SearchParams, SystemSettings, Position, SearchDistance,
+                 Direction, StatisticMode, MeasurementStatusInfo, TrackerInfo>;
 
 // ---- Packets ----
 
@@ -243,11 +245,13 @@ struct Unknown {
 };
 
 using ClientPacket = std::variant<Command, Unknown>;
-using TrackerPacket = std::variant<Answer, ErrorReport, SystemStatusChange, SingleMeasResult, SingleMeasResult2,
-                                   MultiMeasResult, ReflectorPosResult, NivelResult, Unknown>;
+using TrackerPacket =
+    std::variant<Answer, ErrorReport, SystemStatusChange, SingleMeasResult, SingleMeasResult2,
+                 MultiMeasResult, ReflectorPosResult, NivelResult, Unknown>;
 
 /// @param packet  one whole packet, as PacketSplitter gives it
-/// Errors: another size than the layout's (so a server that packs its structs otherwise is found out, not misread).
+/// Errors: another size than the layout's (so a server that packs its structs otherwise is found out, not
+/// misread).
 std::expected<TrackerPacket, EmsconError> decode_tracker_packet(std::span<const std::uint8_t> packet);
 std::expected<ClientPacket, EmsconError> decode_client_packet(std::span<const std::uint8_t> packet);
 

@@ -112,7 +112,8 @@ bool is_not_ready(std::int32_t status) {
 }
 
 bool is_bad_parameter(std::int32_t status) {
-  return (status >= kWrongParameter1 && status <= 22) || (status >= 47 && status <= 55) || status == kInvalidInput;
+  return (status >= kWrongParameter1 && status <= 22) || (status >= 47 && status <= 55) ||
+         status == kInvalidInput;
 }
 
 }  // namespace status

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <string>
 
-/// Result codes of answers, errors and measurement results. Real trackers also send numbers that have no name here, so a
-/// status travels as the raw int32.
+/// Result codes of answers, errors and measurement results. Real trackers also send numbers that have no name
+/// here, so a status travels as the raw int32.
 namespace truepose::emscon::status {
 
 inline constexpr std::int32_t kAllOk = 0;

@@ -31,7 +31,12 @@ void append_utf8(std::string& text, char32_t point) {
 char32_t take_code_point(std::string_view& text) {
   const auto byte = [&](std::size_t i) { return static_cast<char32_t>(static_cast<unsigned char>(text[i])); };
   const char32_t lead = byte(0);
-  const std::size_t tails = lead < 0x80 ? 0 : lead < 0xC2 ? 4 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : lead < 0xF5 ? 3 : 4;
+  const std::size_t tails = lead < 0x80   ? 0
+                            : lead < 0xC2 ? 4
+                            : lead < 0xE0 ? 1
+                            : lead < 0xF0 ? 2
+                            : lead < 0xF5 ? 3
+                                          : 4;
   char32_t point = tails == 0 ? lead : lead & (0x3Fu >> tails);
   bool valid = tails < 4 && tails < text.size();
   for (std::size_t i = 1; valid && i <= tails; ++i) {

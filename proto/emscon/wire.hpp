@@ -12,7 +12,8 @@
 
 #include "proto/emscon/utf16.hpp"
 
-/// Little-endian fields of fixed width. Reader and Writer are called alike, so one layout serves both directions.
+/// Little-endian fields of fixed width. Reader and Writer are called alike, so one layout serves both
+/// directions.
 namespace truepose::emscon {
 
 template <class T>
@@ -82,11 +83,13 @@ class Reader {
   U get_bits() {
     if (!take(sizeof(U))) return 0;
     std::uint64_t value = 0;
-    for (std::size_t i = 0; i < sizeof(U); ++i) value |= std::uint64_t{bytes_[offset_ - sizeof(U) + i]} << (8 * i);
+    for (std::size_t i = 0; i < sizeof(U); ++i)
+      value |= std::uint64_t{bytes_[offset_ - sizeof(U) + i]} << (8 * i);
     return static_cast<U>(value);
   }
   void get(Int32Like auto& value) {
-    value = static_cast<std::remove_reference_t<decltype(value)>>(static_cast<std::int32_t>(get_bits<std::uint32_t>()));
+    value = static_cast<std::remove_reference_t<decltype(value)>>(
+        static_cast<std::int32_t>(get_bits<std::uint32_t>()));
   }
   void get(std::same_as<bool> auto& value) { value = get_bits<std::uint32_t>() != 0; }
   void get(std::same_as<double> auto& value) { value = std::bit_cast<double>(get_bits<std::uint64_t>()); }

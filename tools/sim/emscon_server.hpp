@@ -12,7 +12,8 @@
 
 namespace truepose::sim {
 
-/// What the tracker reads where the target truly is; called once per sample of a measurement. mm, tracker frame.
+/// What the tracker reads where the target truly is; called once per sample of a measurement. mm, tracker
+/// frame.
 using TrackerNoise = std::function<Eigen::Vector3d(const Eigen::Vector3d& p_true_mm)>;
 
 struct EmsconServerOptions {
@@ -22,15 +23,16 @@ struct EmsconServerOptions {
   double temperature_c = 20, pressure_mbar = 1013.25, humidity_percent = 50;
 };
 
-/// The status of the Error that a broken beam ends a measurement with. Invented: the real number is not public.
+/// The status of the Error that a broken beam ends a measurement with. Invented: the real number is not
+/// public.
 inline constexpr std::int32_t kSimulatedBeamBroken = 20001;
 /// The status of a GoPosition or FindReflector that found nothing. Invented likewise.
 inline constexpr std::int32_t kSimulatedNoTarget = 20002;
 
 /// A simulated laser tracker: an emScon TCP server that follows one target.
 ///
-/// Serves one client; a second one gets status 10011 and is closed. Runs on the executor it is given (one thread or a
-/// strand); destroy it there, or when that no longer runs.
+/// Serves one client; a second one gets status 10011 and is closed. Runs on the executor it is given (one
+/// thread or a strand); destroy it there, or when that no longer runs.
 class EmsconServer {
  public:
   /// Listens at once. Throws boost::system::system_error when the port cannot be bound.

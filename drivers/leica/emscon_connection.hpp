@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <cstdint>
+#include <expected>
+#include <functional>
+#include <string>
+
+#include "drivers/tracker.hpp"
+#include "proto/emscon/packet_splitter.hpp"
+#include "proto/emscon/packets.hpp"
+
+namespace truepose::drivers {
+
+template <class T>
+using TrackerResult = std::expected<T, TrackerError>;
+template <class T>
+using TrackerTask = boost::asio::awaitable<TrackerResult<T>>;
+
+/// The fault that a refused command's status stands for, with the status in words.
+TrackerError refusal(std::string_view what, std::int32_t status);
+
+/// Packets over one TCP connection. After Disconnected and Protocol it is closed.
+class EmsconConnection {
+ public:
+  /// @param observe  sees every packet that comes in, also the ones nobody waits for
+  EmsconConnection(boost::asio::any_io_executor executor,
+                   std::function<void(const emscon::TrackerPacket&)> observe);
+
+  TrackerTask<void> open(std::string host, std::uint16_t port);
+  bool is_open() const { return socket_.is_open(); }
+  void close() noexcept;
+
+  TrackerTask<void> send(emscon::Command command);
+  TrackerTask<emscon::TrackerPacket> receive();
+
+  /// Sends a command and waits for the packet that answers it, be it a refusal; whatever else comes is only
+  /// observed. An answer names its command by code alone: when this is cancelled before it came, the
+  /// connection is closed, lest the answer is taken for that of a later command.
+  TrackerTask<emscon::Answer> call(emscon::Command command);
+
+ private:
+  TrackerError lost(std::string_view why);
+
+  boost::asio::ip::tcp::socket socket_;
+  std::function<void(const emscon::TrackerPacket&)> observe_;
+  emscon::PacketSplitter splitter_;
+  std::array<std::uint8_t, 4096> received_{};
+};
+
+}  // namespace truepose::drivers
