@@ -189,7 +189,7 @@ struct SingleMeasResult {
   double std_total = 0;
   std::array<double, 3> pointing_error{}, apriori_std{};
   double apriori_total = 0;
-  Environment environment;
+  Environment environment{};
   bool operator==(const SingleMeasResult&) const = default;
 };
 
@@ -204,7 +204,7 @@ struct SingleMeasResult2 {
   std::array<double, 3> pointing_error{}, apriori_std{};
   double apriori_total = 0;
   std::array<double, 3> apriori_covariance{};
-  Environment environment;
+  Environment environment{};
   bool operator==(const SingleMeasResult2&) const = default;
 };
 
@@ -219,7 +219,7 @@ struct MultiMeasResult {
   std::int32_t status = 0;
   MeasurementMode mode = MeasurementMode::ContinuousTime;
   std::int32_t try_mode = 0;
-  Environment environment;
+  Environment environment{};
   std::vector<MultiMeasPoint> points;
   bool operator==(const MultiMeasResult&) const = default;
 };
