@@ -124,6 +124,12 @@ TrackerTask<emscon::TrackerPacket> EmsconConnection::receive() {
             "the tracker sent a packet that cannot be understood: " + std::string{packet.error().what} +
                 " at byte " + std::to_string(packet.error().offset)});
       }
+      const auto* error = std::get_if<emscon::ErrorReport>(&*packet);
+      if (error != nullptr && error->status == emscon::status::kSecondConnectionRefused) {
+        close();
+        co_return std::unexpected(
+            TrackerError{TrackerFault::Busy, "the tracker: " + emscon::describe_status(error->status)});
+      }
       observe_(*packet);
       co_return *std::move(packet);
     }

@@ -12,8 +12,8 @@
 
 namespace truepose::sim {
 
-/// What the tracker reads where the target truly is; called once per sample of a measurement. mm, tracker
-/// frame.
+/// One measured point of a target that truly stands at `p_true_mm`: its scatter is that of the whole
+/// measurement, not of the single readings that it averages. mm, tracker frame.
 using TrackerNoise = std::function<Eigen::Vector3d(const Eigen::Vector3d& p_true_mm)>;
 
 struct EmsconServerOptions {
@@ -26,13 +26,16 @@ struct EmsconServerOptions {
 /// The status of the Error that a broken beam ends a measurement with. Invented: the real number is not
 /// public.
 inline constexpr std::int32_t kSimulatedBeamBroken = 20001;
-/// The status of a GoPosition or FindReflector that found nothing. Invented likewise.
+/// The status of a FindReflector that found nothing. Invented likewise.
 inline constexpr std::int32_t kSimulatedNoTarget = 20002;
 
 /// A simulated laser tracker: an emScon TCP server that follows one target.
 ///
-/// Serves one client; a second one gets status 10011 and is closed. Runs on the executor it is given (one
-/// thread or a strand); destroy it there, or when that no longer runs.
+/// Initialising takes 20 s, driving 1 s, a search up to its timeout, a measurement the time that was set; all
+/// of it divided by the speed-up. Once lost, a reflector is locked again only by FindReflector, within the
+/// search radius of the point that was driven to. Serves one client; a second one gets status 10011 and is
+/// closed. Runs on the executor it is given (one thread or a strand); destroy it there, or when that no
+/// longer runs.
 class EmsconServer {
  public:
   /// Listens at once. Throws boost::system::system_error when the port cannot be bound.

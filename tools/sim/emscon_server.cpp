@@ -1,0 +1,459 @@
+#include "tools/sim/emscon_server.hpp"
+
+#include <algorithm>
+#include <array>
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
+#include <cmath>
+#include <deque>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "proto/emscon/packet_splitter.hpp"
+#include "proto/emscon/packets.hpp"
+#include "proto/emscon/status.hpp"
+#include "tools/sim/tracker_settings.hpp"
+
+namespace truepose::sim {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
+using Clock = std::chrono::steady_clock;
+using namespace emscon;
+using namespace std::chrono_literals;
+
+namespace {
+
+constexpr auto kToResult = asio::as_tuple(asio::use_awaitable);
+constexpr auto kInitializeTime = 20s;
+constexpr auto kDriveTime = 1s;
+constexpr auto kSearchTime = 500ms;
+constexpr auto kReflectorPositionPeriod = 100ms;
+constexpr int kReadings = 10;  ///< that one measurement averages
+constexpr std::int32_t kSerialNumber = 390793;
+constexpr std::int32_t kAt401 = 70;
+
+std::vector<std::uint8_t> encode_any(const TrackerPacket& packet) {
+  return std::visit(
+      []<class T>(const T& alternative) {
+        if constexpr (std::same_as<T, Unknown>) {
+          return std::vector<std::uint8_t>{};
+        } else {
+          return encode(alternative);
+        }
+      },
+      packet);
+}
+
+/// A connection with its queue of packets on the way out.
+class Client : public std::enable_shared_from_this<Client> {
+ public:
+  explicit Client(tcp::socket socket) : socket_{std::move(socket)} {
+    error_code ignored;
+    socket_.set_option(tcp::no_delay{true}, ignored);
+  }
+
+  void send(const TrackerPacket& packet) {
+    outgoing_.push_back(encode_any(packet));
+    if (outgoing_.size() == 1) write_next();
+  }
+
+  /// Sends what is queued, then ends the connection once the peer has read it.
+  void send_and_close(const TrackerPacket& packet) {
+    closing_ = true;
+    send(packet);
+  }
+
+  void close() {
+    error_code ignored;
+    socket_.close(ignored);
+  }
+
+  tcp::socket& socket() { return socket_; }
+
+ private:
+  void write_next() {
+    asio::async_write(socket_, asio::buffer(outgoing_.front()),
+                      [self = shared_from_this()](error_code error, std::size_t) {
+                        if (error) return self->outgoing_.clear();
+                        self->outgoing_.pop_front();
+                        if (!self->outgoing_.empty()) return self->write_next();
+                        if (self->closing_) self->socket_.shutdown(tcp::socket::shutdown_send, error);
+                        if (self->closing_) self->discard();
+                      });
+  }
+
+  /// Reading on until the peer closes keeps a reset from overtaking the last packet.
+  void discard() {
+    socket_.async_read_some(asio::buffer(discarded_),
+                            [self = shared_from_this()](error_code error, std::size_t) {
+                              if (!error) self->discard();
+                            });
+  }
+
+  tcp::socket socket_;
+  std::deque<std::vector<std::uint8_t>> outgoing_;
+  std::array<std::uint8_t, 256> discarded_{};
+  bool closing_ = false;
+};
+
+}  // namespace
+
+/// Shared with the coroutines; after close() none of them touches the target any more.
+class EmsconServer::State : public std::enable_shared_from_this<State> {
+ public:
+  State(asio::any_io_executor executor, const SimulatedTarget& target, TrackerNoise noise,
+        EmsconServerOptions options)
+      : target_{target},
+        noise_{std::move(noise)},
+        options_{std::move(options)},
+        acceptor_{executor, tcp::endpoint{asio::ip::make_address(options_.address), options_.port}},
+        job_timer_{executor},
+        watch_timer_{executor} {}
+
+  void start() {
+    asio::co_spawn(acceptor_.get_executor(), accept(shared_from_this()), asio::detached);
+    asio::co_spawn(acceptor_.get_executor(), watch(shared_from_this()), asio::detached);
+  }
+
+  void close() {
+    closed_ = true;
+    drop_job();
+    if (client_) client_->close();
+    error_code ignored;
+    acceptor_.close(ignored);
+    watch_timer_.cancel();
+  }
+
+  std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
+
+  void beam_break(std::chrono::milliseconds duration) {
+    blocked_until_ = std::max(blocked_until_, Clock::now() + duration);
+    update_lock();
+  }
+
+  void restart() {
+    drop_job();
+    if (client_) client_->close();
+    client_.reset();
+    initialized_ = locked_ = false;
+    settings_ = {};
+  }
+
+ private:
+  using Self = std::shared_ptr<State>;
+
+  // ---- Connections ----
+
+  static asio::awaitable<void> accept(Self self) {
+    while (!self->closed_) {
+      auto [error, socket] = co_await self->acceptor_.async_accept(kToResult);
+      if (error) continue;
+      const auto client = std::make_shared<Client>(std::move(socket));
+      // A client that left and came back at once: let the end of its old connection be seen first.
+      co_await asio::post(self->acceptor_.get_executor(), asio::use_awaitable);
+      if (self->client_) {
+        client->send_and_close(ErrorReport{CommandCode::Unknown, status::kSecondConnectionRefused});
+        continue;
+      }
+      self->client_ = client;
+      asio::co_spawn(self->acceptor_.get_executor(), serve(self, client), asio::detached);
+    }
+  }
+
+  static asio::awaitable<void> serve(Self self, std::shared_ptr<Client> client) {
+    PacketSplitter splitter;
+    std::array<std::uint8_t, 4096> received{};
+    for (bool good = true; good;) {
+      auto [error, size] = co_await client->socket().async_read_some(asio::buffer(received), kToResult);
+      if (error) break;
+      splitter.push({received.data(), size});
+      good = self->handle_all(splitter);
+    }
+    client->close();
+    if (self->client_ != client) co_return;
+    self->drop_job();
+    self->client_.reset();
+  }
+
+  /// @return false when the stream is not emScon
+  bool handle_all(PacketSplitter& splitter) {
+    for (;;) {
+      const auto bytes = splitter.next();
+      if (!bytes) return false;
+      if (!*bytes) return true;
+      const auto packet = decode_client_packet(**bytes);
+      if (!packet) return false;
+      if (const auto* command = std::get_if<Command>(&*packet)) handle(*command);
+    }
+  }
+
+  void send(const TrackerPacket& packet) {
+    if (client_) client_->send(packet);
+  }
+  void answer(CommandCode code, std::int32_t status, Body body = {}) {
+    send(Answer{code, status, std::move(body)});
+  }
+  void report(SystemEvent event) { send(SystemStatusChange{event}); }
+
+  // ---- Commands ----
+
+  void handle(const Command& command) {
+    if (command.code == CommandCode::StopMeasurement) return stop(command.code);
+    if (job_) return answer(command.code, status::kServerBusy);
+    if (const auto packets = settings_.handle(command)) {
+      for (const TrackerPacket& packet : *packets) send(packet);
+      return;
+    }
+    switch (command.code) {
+      case CommandCode::GetSystemStatus:
+        return answer(command.code, status::kAllOk, system_status());
+      case CommandCode::GetTrackerStatus:
+        return answer(command.code, status::kAllOk, TrackerStatus{readiness()});
+      case CommandCode::GetMeasurementStatusInfo:
+        return answer(command.code, status::kAllOk, MeasurementStatusInfo{0, status_mask()});
+      case CommandCode::GetTrackerInfo:
+        return answer(command.code, status::kAllOk, TrackerInfo{kAt401, "truepose simulated tracker"});
+      case CommandCode::Initialize:
+        return spawn(initialize(shared_from_this(), begin_job()));
+      default:
+        break;
+    }
+    if (!initialized_) return answer(command.code, status::kNotInitialized);
+    switch (command.code) {
+      case CommandCode::GetDirection:
+        return answer(command.code, status::kAllOk, direction());
+      case CommandCode::ReleaseMotors:
+      case CommandCode::Park:
+      case CommandCode::GoBirdBath:
+        lose_lock();
+        return answer(command.code, status::kAllOk);
+      case CommandCode::GoPosition: {
+        const Eigen::Vector3d aim_mm = settings_.to_mm(std::get<Position>(command.body).v);
+        return spawn(drive(shared_from_this(), begin_job(), aim_mm));
+      }
+      case CommandCode::FindReflector:
+        return spawn(search(shared_from_this(), begin_job()));
+      case CommandCode::StartMeasurement:
+        if (!locked_) return answer(command.code, status::kSystemNotReady);
+        answer(command.code, status::kAllOk);
+        report(SystemEvent::MeasurementBusy);
+        measuring_ = true;
+        return spawn(measure(shared_from_this(), begin_job()));
+      default:
+        return answer(command.code, status::kUnknown);
+    }
+  }
+
+  void stop(CommandCode code) {
+    const bool measured = measuring_;
+    if (measured) drop_job();
+    answer(code, status::kAllOk);
+    if (measured && locked_) report(SystemEvent::MeasurementReady);
+  }
+
+  SystemStatus system_status() const {
+    return {.processor = initialized_ ? ProcessorStatus::Initialized : ProcessorStatus::CompensationSet,
+            .laser = LaserStatus::Ready,
+            .adm = AdmStatus::Ready,
+            .server_version = {3, 8, 900},
+            .weather = WeatherMonitor::ReadAndCompute,
+            .serial_number = kSerialNumber};
+  }
+  TrackerReadiness readiness() const {
+    return locked_ ? TrackerReadiness::Ready : TrackerReadiness::NotReady;
+  }
+  std::int32_t status_mask() const {
+    return kTrackerFoundBit | (initialized_ ? kInitializedBit : 0) | (locked_ ? kReflectorFoundBit : 0);
+  }
+  Direction direction() const {
+    const double across_mm = std::hypot(aim_mm_.x(), aim_mm_.y());
+    return {settings_.from_rad(std::atan2(aim_mm_.y(), aim_mm_.x())),
+            settings_.from_rad(std::atan2(across_mm, aim_mm_.z()))};
+  }
+
+  // ---- Jobs: commands that take time, one at once. A job whose number is no longer the current one was
+  // dropped. ----
+
+  using Job = std::uint64_t;
+
+  Job begin_job() {
+    job_ = ++last_job_;
+    return *job_;
+  }
+  void drop_job() {
+    job_.reset();
+    measuring_ = false;
+    job_timer_.cancel();
+  }
+  void end_job(CommandCode code, std::int32_t status) {
+    drop_job();
+    answer(code, status);
+  }
+  void spawn(asio::awaitable<void> job) {
+    asio::co_spawn(acceptor_.get_executor(), std::move(job), asio::detached);
+  }
+
+  /// @return whether the job goes on
+  asio::awaitable<bool> wait(Job job, Clock::duration simulated) {
+    job_timer_.expires_after(scaled(simulated));
+    co_await job_timer_.async_wait(kToResult);
+    co_return !closed_ && job_ == job;
+  }
+  Clock::duration scaled(Clock::duration simulated) const {
+    return std::chrono::duration_cast<Clock::duration>(simulated / options_.speedup);
+  }
+
+  static asio::awaitable<void> initialize(Self self, Job job) {
+    self->lose_lock();
+    const bool going_on = co_await self->wait(job, kInitializeTime);
+    if (!going_on) co_return;
+    self->initialized_ = true;
+    self->end_job(CommandCode::Initialize, status::kAllOk);
+    self->report(SystemEvent::InitializationChanged);
+  }
+
+  static asio::awaitable<void> drive(Self self, Job job, Eigen::Vector3d aim_mm) {
+    self->lose_lock();
+    const bool going_on = co_await self->wait(job, kDriveTime);
+    if (!going_on) co_return;
+    self->aim_mm_ = aim_mm;
+    self->end_job(CommandCode::GoPosition, status::kAllOk);
+  }
+
+  static asio::awaitable<void> search(Self self, Job job) {
+    const auto timeout = std::chrono::duration_cast<Clock::duration>(
+        std::chrono::duration<double, std::milli>{self->settings_.search_timeout_ms()});
+    bool going_on = co_await self->wait(job, std::min<Clock::duration>(kSearchTime, timeout));
+    if (!going_on) co_return;
+    const std::optional<Eigen::Vector3d> p_WS_mm = self->seen();
+    self->locked_ = p_WS_mm && (*p_WS_mm - self->aim_mm_).norm() <= self->settings_.search_radius_mm();
+    if (!self->locked_) {
+      going_on = co_await self->wait(job, timeout);
+      if (going_on) self->end_job(CommandCode::FindReflector, kSimulatedNoTarget);
+      co_return;
+    }
+    self->aim_mm_ = *p_WS_mm;
+    self->end_job(CommandCode::FindReflector, status::kAllOk);
+    self->report(SystemEvent::MeasurementReady);
+  }
+
+  static asio::awaitable<void> measure(Self self, Job job) {
+    const auto between = std::chrono::duration_cast<Clock::duration>(
+        std::chrono::duration<double, std::milli>{self->settings_.measure_ms() / kReadings});
+    std::vector<Eigen::Vector3d> readings_mm;
+    for (int i = 0; i < kReadings; ++i) {
+      const bool going_on = co_await self->wait(job, between);
+      if (!going_on) co_return;
+      self->update_lock();
+      if (self->job_ != job) co_return;  // the beam broke and ended this measurement
+      // Scaled so that the mean of the readings scatters as the noise of one point says.
+      const Eigen::Vector3d noise_mm = self->noise_(self->aim_mm_) - self->aim_mm_;
+      readings_mm.push_back(self->aim_mm_ + std::sqrt(double{kReadings}) * noise_mm);
+    }
+    self->drop_job();
+    self->send_result(readings_mm);
+    self->report(SystemEvent::MeasurementReady);
+  }
+
+  void send_result(const std::vector<Eigen::Vector3d>& readings_mm) {
+    Eigen::Vector3d mean_mm = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& reading_mm : readings_mm) mean_mm += reading_mm / kReadings;
+    Eigen::Vector3d variance = Eigen::Vector3d::Zero();  // of the mean
+    for (const Eigen::Vector3d& reading_mm : readings_mm) {
+      variance += (reading_mm - mean_mm).cwiseAbs2() / (kReadings * (kReadings - 1.0));
+    }
+    const Eigen::Vector3d std_mm = variance.cwiseSqrt();
+    const auto fill = [&](auto result) {
+      result.v = settings_.from_mm(mean_mm);
+      result.std = settings_.from_mm(std_mm);
+      result.std_total = settings_.from_mm({std_mm.norm(), 0, 0})[0];
+      result.environment =
+          settings_.from_metric(options_.temperature_c, options_.pressure_mbar, options_.humidity_percent);
+      send(result);
+    };
+    if (settings_.extended_statistics()) return fill(SingleMeasResult2{});
+    fill(SingleMeasResult{});
+  }
+
+  // ---- The beam ----
+
+  /// Where the beam finds the reflector now; nothing while it is hidden or the beam is broken.
+  std::optional<Eigen::Vector3d> seen() const {
+    if (Clock::now() < blocked_until_) return std::nullopt;
+    return target_.look().p_WS_mm;
+  }
+
+  void update_lock() {
+    if (!locked_) return;
+    if (const auto p_WS_mm = seen()) {
+      aim_mm_ = *p_WS_mm;
+    } else {
+      lose_lock();
+    }
+  }
+
+  void lose_lock() {
+    if (!locked_) return;
+    locked_ = false;
+    report(SystemEvent::MeasurementNotReady);
+    if (!measuring_) return;
+    drop_job();
+    send(ErrorReport{CommandCode::StartMeasurement, kSimulatedBeamBroken});
+  }
+
+  static asio::awaitable<void> watch(Self self) {
+    const auto period = std::clamp<Clock::duration>(self->scaled(20ms), 1ms, 20ms);
+    Clock::time_point last_position;
+    for (;;) {
+      self->watch_timer_.expires_after(period);
+      co_await self->watch_timer_.async_wait(kToResult);
+      if (self->closed_) co_return;
+      self->update_lock();
+      const bool due = Clock::now() - last_position >= kReflectorPositionPeriod;
+      if (!self->locked_ || !due || !self->settings_.sends_reflector_position()) continue;
+      last_position = Clock::now();
+      self->send(ReflectorPosResult{status::kAllOk, self->settings_.from_mm(self->aim_mm_)});
+    }
+  }
+
+  const SimulatedTarget& target_;
+  const TrackerNoise noise_;
+  const EmsconServerOptions options_;
+  tcp::acceptor acceptor_;
+  asio::steady_timer job_timer_, watch_timer_;
+  std::shared_ptr<Client> client_;
+  bool closed_ = false;
+
+  TrackerSettings settings_;
+  bool initialized_ = false;
+  bool locked_ = false;
+  Eigen::Vector3d aim_mm_{1000, 0, 0};  ///< where the beam points; the reflector's true centre while locked
+  Clock::time_point blocked_until_;
+  std::optional<Job> job_;
+  Job last_job_ = 0;
+  bool measuring_ = false;  ///< the job is a measurement
+};
+
+EmsconServer::EmsconServer(asio::any_io_executor executor, const SimulatedTarget& target, TrackerNoise noise,
+                           EmsconServerOptions options)
+    : state_{std::make_shared<State>(std::move(executor), target, std::move(noise), std::move(options))} {
+  state_->start();
+}
+
+EmsconServer::~EmsconServer() { state_->close(); }
+
+std::uint16_t EmsconServer::port() const { return state_->port(); }
+void EmsconServer::beam_break(std::chrono::milliseconds duration) { state_->beam_break(duration); }
+void EmsconServer::restart() { state_->restart(); }
+
+}  // namespace truepose::sim
