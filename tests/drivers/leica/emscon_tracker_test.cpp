@@ -1,0 +1,359 @@
+#include "drivers/leica/emscon_tracker.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/asio/bind_cancellation_slot.hpp>
+#include <boost/asio/cancellation_signal.hpp>
+#include <boost/system/system_error.hpp>
+#include <exception>
+#include <limits>
+
+#include "drivers/steady_clock.hpp"
+#include "proto/emscon/status.hpp"
+#include "tests/drivers/leica/fake_tracker.hpp"
+
+namespace truepose::drivers {
+namespace {
+
+namespace asio = boost::asio;
+using namespace emscon;
+using namespace std::chrono_literals;
+using enum CommandCode;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+class EmsconTrackerTest : public testing::Test {
+ protected:
+  static TimePoint soon() { return std::chrono::steady_clock::now() + 60s; }
+
+  template <class T>
+  T run(asio::awaitable<T> call) {
+    std::optional<T> result;
+    std::exception_ptr thrown;
+    asio::co_spawn(io, std::move(call),
+                   asio::bind_cancellation_slot(cancel.slot(), [&](std::exception_ptr error, T value) {
+                     thrown = error;
+                     result = std::move(value);
+                   }));
+    while (!result) io.run_one();
+    if (thrown) std::rethrow_exception(thrown);
+    return *std::move(result);
+  }
+
+  auto connect(TimePoint deadline = soon()) { return run(tracker.connect(deadline)); }
+  auto aim(double radius_mm = 50) { return run(tracker.aim({1000, 2000, -500}, radius_mm, soon())); }
+  auto measure(TimePoint deadline = soon()) { return run(tracker.measure(deadline)); }
+
+  void expect_fault(const auto& outcome, TrackerFault fault) {
+    ASSERT_FALSE(outcome);
+    EXPECT_EQ(outcome.error().fault, fault) << outcome.error().detail;
+    EXPECT_FALSE(outcome.error().detail.empty());
+  }
+  void expect_point(double x_mm = 1000) {
+    const auto point = measure();
+    ASSERT_TRUE(point) << point.error().detail;
+    EXPECT_EQ(point->p_WS_mm, Eigen::Vector3d(x_mm, 2000, -500));
+  }
+  auto count(CommandCode code) { return std::count(fake.commands.begin(), fake.commands.end(), code); }
+
+  asio::io_context io;
+  asio::cancellation_signal cancel;
+  FakeTracker fake{io};
+  SteadyClock clock;
+  EmsconTracker tracker{
+      io.get_executor(),
+      clock,
+      {.host = "127.0.0.1", .port = fake.port(), .reflector = "RRR-0.5in", .measure = 1500ms}};
+};
+
+TEST_F(EmsconTrackerTest, WritesEverySettingThatCoordinatesDependOn) {
+  const auto identity = connect();
+  ASSERT_TRUE(identity) << identity.error().detail;
+  EXPECT_EQ(identity->model, "AT401");
+  EXPECT_EQ(identity->serial, "42");
+  EXPECT_EQ(identity->firmware, "3.8.900");
+  EXPECT_EQ(fake.kept[GetUnits], Body{Units{.length = LengthUnit::Millimeter}});
+  EXPECT_EQ(fake.kept[GetCoordinateSystemType], Body{CoordinateSystemChoice{CoordinateSystem::Rhr}});
+  EXPECT_EQ(fake.kept[GetMeasurementMode], Body{MeasurementModeChoice{MeasurementMode::Stationary}});
+  EXPECT_EQ(fake.kept[GetStationaryModeParams], (Body{StationaryModeParams{1500, true}}));
+  EXPECT_EQ(fake.kept[GetTransformationParams], Body{Transformation{}});
+  EXPECT_EQ(fake.kept[GetStationOrientationParams], Body{StationOrientation{}});
+  EXPECT_EQ(fake.kept[GetReflector], Body{ReflectorChoice{7}});
+  const SystemSettings wanted{.weather = WeatherMonitor::ReadAndCompute,
+                              .keep_last_position = true,
+                              .send_unsolicited_messages = true};
+  EXPECT_EQ(fake.kept[GetSystemSettings], Body{wanted});
+  EXPECT_THAT(fake.commands, Not(Contains(Initialize)));
+}
+
+TEST_F(EmsconTrackerTest, InitializesATrackerThatIsNot) {
+  std::get<SystemStatus>(fake.kept[GetSystemStatus]).processor = ProcessorStatus::CompensationSet;
+  EXPECT_TRUE(connect());
+  EXPECT_EQ(count(Initialize), 1);
+}
+
+TEST_F(EmsconTrackerTest, RefusesATrackerWhoseLaserHeatsUp) {
+  std::get<SystemStatus>(fake.kept[GetSystemStatus]).laser = LaserStatus::HeatingUp;
+  const auto identity = connect();
+  expect_fault(identity, TrackerFault::NotReady);
+  EXPECT_THAT(identity.error().detail, HasSubstr("heating up"));
+}
+
+TEST_F(EmsconTrackerTest, RefusesATrackerThatDoesNotKeepItsUnits) {
+  fake.script(GetUnits, [&] { fake.answer(GetUnits, 0, Units{.length = LengthUnit::Inch}); });
+  const auto identity = connect();
+  expect_fault(identity, TrackerFault::NotReady);
+  EXPECT_THAT(identity.error().detail, HasSubstr("units"));
+}
+
+TEST_F(EmsconTrackerTest, NamesTheAddressThatNobodyAnswersAt) {
+  asio::ip::tcp::acceptor unused{io, {asio::ip::address_v4::loopback(), 0}};
+  const std::uint16_t port = unused.local_endpoint().port();
+  unused.close();
+  EmsconTracker nobody{io.get_executor(), clock, {.host = "127.0.0.1", .port = port}};
+  const auto identity = run(nobody.connect(soon()));
+  expect_fault(identity, TrackerFault::Unreachable);
+  EXPECT_THAT(identity.error().detail, HasSubstr("127.0.0.1:" + std::to_string(port)));
+}
+
+TEST_F(EmsconTrackerTest, GivesUpConnectingToAMuteTrackerAtTheDeadline) {
+  fake.script(SetUnits, [] {});
+  expect_fault(connect(std::chrono::steady_clock::now() + 50ms), TrackerFault::Timeout);
+  fake.unscript(SetUnits);
+  EXPECT_TRUE(connect());
+}
+
+TEST_F(EmsconTrackerTest, AimsByDrivingThenSearchingAndChecksTheLock) {
+  ASSERT_TRUE(connect());
+  fake.commands.clear();
+  const auto aimed = aim(25);
+  ASSERT_TRUE(aimed) << aimed.error().detail;
+  EXPECT_EQ(fake.kept[GetSearchParams], (Body{SearchParams{25, 10000}}));
+  ASSERT_TRUE(aim(25));
+  EXPECT_EQ(count(SetSearchParams), 1) << "an unchanged radius is not written again";
+  EXPECT_EQ(count(GoPosition), 2);
+  EXPECT_EQ(count(FindReflector), 2);
+
+  std::get<MeasurementStatusInfo>(fake.kept[GetMeasurementStatusInfo]).mask = kInitializedBit;
+  expect_fault(aim(25), TrackerFault::NoTarget);
+}
+
+TEST_F(EmsconTrackerTest, TellsAFailedSearchFromABusyOrUninitializedTracker) {
+  ASSERT_TRUE(connect());
+  fake.script(FindReflector, [&] { fake.answer(FindReflector, 24999); });
+  expect_fault(aim(), TrackerFault::NoTarget);
+  fake.script(FindReflector, [&] { fake.send(ErrorReport{FindReflector, 24999}); });
+  expect_fault(aim(), TrackerFault::NoTarget);
+  fake.script(FindReflector, [&] { fake.answer(FindReflector, status::kServerBusy); });
+  expect_fault(aim(), TrackerFault::Busy);
+  fake.script(GoPosition, [&] { fake.answer(GoPosition, status::kNotInitialized); });
+  expect_fault(aim(), TrackerFault::NotReady);
+  fake.script(GoPosition, [&] { fake.answer(GoPosition, status::kInvalidInput); });
+  expect_fault(aim(), TrackerFault::Refused);
+}
+
+TEST_F(EmsconTrackerTest, MeasuresWithSpreadAndWeather) {
+  ASSERT_TRUE(connect());
+  const auto point = measure();
+  ASSERT_TRUE(point) << point.error().detail;
+  EXPECT_EQ(point->p_WS_mm, Eigen::Vector3d(1000, 2000, -500));
+  EXPECT_EQ(point->std_mm, Eigen::Vector3d(0.005, 0.006, 0.007));
+  EXPECT_EQ(point->temperature_c, 21);
+  EXPECT_EQ(point->pressure_mbar, 1000);
+  EXPECT_EQ(point->humidity_percent, 40);
+}
+
+TEST_F(EmsconTrackerTest, TakesTheResultBeforeOrAfterTheAnswerAndWhateverComesBetween) {
+  ASSERT_TRUE(connect());
+  fake.script(StartMeasurement, [&] {
+    fake.event(SystemEvent::MeasurementBusy);
+    fake.send(fake.result);
+    fake.send(ReflectorPosResult{0, {9, 9, 9}});
+    fake.send_bytes({12, 0, 0, 0, 11, 0, 0, 0, 0, 0, 0, 0});  // a 6D type that is unknown here
+    fake.answer(GoPosition, 35);                              // nobody asked
+    fake.answer(StartMeasurement);
+  });
+  expect_point();
+  fake.script(StartMeasurement, [&] {
+    fake.answer(StartMeasurement);
+    fake.send(ReflectorPosResult{0, {9, 9, 9}});
+    fake.send(SingleMeasResult2{.v = {1001, 2000, -500}});
+    fake.event(SystemEvent::MeasurementReady);
+  });
+  expect_point(1001);
+}
+
+TEST_F(EmsconTrackerTest, ReadsPacketsThatArriveByteByByte) {
+  fake.greedy = false;
+  ASSERT_TRUE(connect());
+  ASSERT_TRUE(aim());
+  expect_point();
+}
+
+TEST_F(EmsconTrackerTest, NeverTurnsAFailedMeasurementIntoANumber) {
+  ASSERT_TRUE(connect());
+  const auto refused = [&](std::int32_t code) {
+    fake.script(StartMeasurement, [this, code] { fake.answer(StartMeasurement, code); });
+    return measure();
+  };
+  expect_fault(refused(status::kServerBusy), TrackerFault::Busy);
+  expect_fault(refused(status::kNotInitialized), TrackerFault::NotReady);
+  expect_fault(refused(status::kSystemNotReady), TrackerFault::NotReady);
+  expect_fault(refused(status::kUsageConflict), TrackerFault::Refused);
+
+  fake.script(StartMeasurement, [&] {
+    fake.answer(StartMeasurement);
+    fake.send(ErrorReport{StartMeasurement, status::kNoStationaryResult});
+  });
+  expect_fault(measure(), TrackerFault::BeamBroken);
+  fake.script(StartMeasurement, [&] { fake.send(ErrorReport{CommandCode::Unknown, 31000}); });
+  expect_fault(measure(), TrackerFault::BeamBroken);
+  fake.script(StartMeasurement, [&] {
+    fake.answer(StartMeasurement);
+    fake.event(SystemEvent::MeasurementNotReady);
+  });
+  expect_fault(measure(), TrackerFault::BeamBroken);
+
+  SingleMeasResult bad = fake.result;
+  fake.script(StartMeasurement, [&] {
+    fake.answer(StartMeasurement);
+    fake.send(bad);
+  });
+  bad.status = status::kNoStationaryResult;
+  expect_fault(measure(), TrackerFault::BeamBroken);
+  bad.status = status::kMeasurementStatusNotReady;
+  expect_fault(measure(), TrackerFault::NotReady);
+  bad.status = 0;
+  bad.v[1] = std::numeric_limits<double>::quiet_NaN();
+  expect_fault(measure(), TrackerFault::Protocol);
+  bad.v[1] = 0;
+  bad.std[2] = std::numeric_limits<double>::infinity();
+  expect_fault(measure(), TrackerFault::Protocol);
+
+  fake.unscript(StartMeasurement);
+  expect_point();
+}
+
+TEST_F(EmsconTrackerTest, DoesNotMeasureWithoutALock) {
+  ASSERT_TRUE(connect());
+  std::get<MeasurementStatusInfo>(fake.kept[GetMeasurementStatusInfo]).mask = kInitializedBit;
+  expect_fault(measure(), TrackerFault::NoTarget);
+  EXPECT_EQ(count(StartMeasurement), 0);
+}
+
+TEST_F(EmsconTrackerTest, DoesNotUseTheLateResultOfAMeasurementThatTimedOut) {
+  ASSERT_TRUE(connect());
+  fake.script(StartMeasurement, [&] { fake.answer(StartMeasurement); });
+  expect_fault(measure(std::chrono::steady_clock::now() + 50ms), TrackerFault::Timeout);
+
+  fake.unscript(StartMeasurement);
+  fake.script(StopMeasurement, [&] {
+    SingleMeasResult stale = fake.result;
+    stale.v[0] = -1;
+    fake.send(stale);
+    fake.answer(StopMeasurement);
+  });
+  expect_point();
+  EXPECT_EQ(count(StopMeasurement), 1);
+  EXPECT_EQ(fake.connections, 1);
+}
+
+TEST_F(EmsconTrackerTest, DropsATrackerThatDoesNotStopMeasuring) {
+  ASSERT_TRUE(connect());
+  fake.script(StartMeasurement, [&] { fake.answer(StartMeasurement); });
+  expect_fault(measure(std::chrono::steady_clock::now() + 50ms), TrackerFault::Timeout);
+  fake.script(StopMeasurement, [&] { fake.answer(StopMeasurement, status::kServerBusy); });
+  expect_fault(measure(), TrackerFault::Disconnected);
+  fake.unscript(StartMeasurement);
+  ASSERT_TRUE(connect());
+  expect_point();
+}
+
+TEST_F(EmsconTrackerTest, DropsTheConnectionWhenAnAnswerStaysOut) {
+  ASSERT_TRUE(connect());
+  fake.script(FindReflector, [] {});
+  const auto late = run(tracker.aim({1, 2, 3}, 50, std::chrono::steady_clock::now() + 50ms));
+  expect_fault(late, TrackerFault::Timeout);
+  expect_fault(measure(), TrackerFault::Disconnected);
+  ASSERT_TRUE(connect());
+  expect_point();
+}
+
+TEST_F(EmsconTrackerTest, ReportsAConnectionLostWhileMeasuringAndConnectsAgain) {
+  ASSERT_TRUE(connect());
+  fake.script(StartMeasurement, [&] {
+    fake.answer(StartMeasurement);
+    const auto bytes = encode(fake.result);
+    fake.send_bytes({bytes.begin(), bytes.begin() + 100});
+    fake.hang_up();
+  });
+  expect_fault(measure(), TrackerFault::Disconnected);
+  expect_fault(measure(), TrackerFault::Disconnected);
+  fake.unscript(StartMeasurement);
+  ASSERT_TRUE(connect());
+  expect_point();
+}
+
+TEST_F(EmsconTrackerTest, ClosesTheConnectionOnBytesThatAreNotEmscon) {
+  ASSERT_TRUE(connect());
+  fake.script(StartMeasurement, [&] { fake.send_bytes({3, 0, 0, 0, 0, 0, 0, 0}); });
+  expect_fault(measure(), TrackerFault::Protocol);
+  expect_fault(measure(), TrackerFault::Disconnected);
+}
+
+TEST_F(EmsconTrackerTest, RestoresWhatAnotherProgramChanged) {
+  ASSERT_TRUE(connect());
+  fake.script(GetMeasurementStatusInfo, [&] {
+    fake.kept[GetTransformationParams] = Transformation{.shift = {100, 0, 0}};
+    fake.event(SystemEvent::TransformationChanged);
+    fake.unscript(GetMeasurementStatusInfo);
+    fake.answer(GetMeasurementStatusInfo, 0, fake.kept[GetMeasurementStatusInfo]);
+  });
+  expect_point();
+  EXPECT_EQ(fake.kept[GetTransformationParams], Body{Transformation{}});
+  fake.commands.clear();
+  expect_point();
+  EXPECT_EQ(count(SetTransformationParams), 0) << "put right once is enough";
+}
+
+TEST_F(EmsconTrackerTest, RejectsAPointDuringWhichTheUnitsChanged) {
+  ASSERT_TRUE(connect());
+  fake.script(StartMeasurement, [&] {
+    fake.kept[GetUnits] = Units{};
+    fake.event(SystemEvent::UnitsChanged);
+    fake.answer(StartMeasurement);
+    fake.send(fake.result);
+  });
+  expect_fault(measure(), TrackerFault::NotReady);
+  fake.unscript(StartMeasurement);
+  expect_point();
+  EXPECT_EQ(fake.kept[GetUnits], Body{Units{.length = LengthUnit::Millimeter}});
+}
+
+TEST_F(EmsconTrackerTest, CanBeCancelledWhileMeasuringAndMeasuresAgain) {
+  ASSERT_TRUE(connect());
+  fake.script(StartMeasurement, [&] {
+    fake.answer(StartMeasurement);
+    cancel.emit(asio::cancellation_type::terminal);
+  });
+  try {
+    static_cast<void>(measure());
+    FAIL() << "the call was not cancelled";
+  } catch (const boost::system::system_error& error) {
+    EXPECT_EQ(error.code(), asio::error::operation_aborted);
+  }
+  fake.unscript(StartMeasurement);
+  expect_point();
+}
+
+TEST_F(EmsconTrackerTest, EndsACallWhenItIsDisconnectedMeanwhile) {
+  ASSERT_TRUE(connect());
+  fake.script(StartMeasurement, [&] { tracker.disconnect(); });
+  expect_fault(measure(), TrackerFault::Disconnected);
+}
+
+}  // namespace
+}  // namespace truepose::drivers
