@@ -10,8 +10,8 @@
 #include <exception>
 #include <limits>
 
-#include "drivers/steady_clock.hpp"
 #include "proto/emscon/status.hpp"
+#include "tests/drivers/leica/alarm_clock.hpp"
 #include "tests/drivers/leica/fake_tracker.hpp"
 
 namespace truepose::drivers {
@@ -27,8 +27,6 @@ using testing::Not;
 
 class EmsconTrackerTest : public testing::Test {
  protected:
-  static TimePoint soon() { return std::chrono::steady_clock::now() + 60s; }
-
   template <class T>
   T run(asio::awaitable<T> call) {
     std::optional<T> result;
@@ -43,9 +41,9 @@ class EmsconTrackerTest : public testing::Test {
     return *std::move(result);
   }
 
-  auto connect(TimePoint deadline = soon()) { return run(tracker.connect(deadline)); }
-  auto aim(double radius_mm = 50) { return run(tracker.aim({1000, 2000, -500}, radius_mm, soon())); }
-  auto measure(TimePoint deadline = soon()) { return run(tracker.measure(deadline)); }
+  auto connect() { return run(tracker.connect({})); }
+  auto aim(double radius_mm = 50) { return run(tracker.aim({1000, 2000, -500}, radius_mm, {})); }
+  auto measure() { return run(tracker.measure({})); }
 
   void expect_fault(const auto& outcome, TrackerFault fault) {
     ASSERT_FALSE(outcome);
@@ -62,7 +60,7 @@ class EmsconTrackerTest : public testing::Test {
   asio::io_context io;
   asio::cancellation_signal cancel;
   FakeTracker fake{io};
-  SteadyClock clock;
+  AlarmClock clock{io};
   EmsconTracker tracker{
       io.get_executor(),
       clock,
@@ -95,6 +93,12 @@ TEST_F(EmsconTrackerTest, InitializesATrackerThatIsNot) {
   EXPECT_EQ(count(Initialize), 1);
 }
 
+TEST_F(EmsconTrackerTest, GivesUpATrackerThatDoesNotInitializeInTime) {
+  std::get<SystemStatus>(fake.kept[GetSystemStatus]).processor = ProcessorStatus::Booted;
+  fake.script(Initialize, [&] { clock.ring(); });
+  expect_fault(connect(), TrackerFault::Timeout);
+}
+
 TEST_F(EmsconTrackerTest, RefusesATrackerWhoseLaserHeatsUp) {
   std::get<SystemStatus>(fake.kept[GetSystemStatus]).laser = LaserStatus::HeatingUp;
   const auto identity = connect();
@@ -114,14 +118,14 @@ TEST_F(EmsconTrackerTest, NamesTheAddressThatNobodyAnswersAt) {
   const std::uint16_t port = unused.local_endpoint().port();
   unused.close();
   EmsconTracker nobody{io.get_executor(), clock, {.host = "127.0.0.1", .port = port}};
-  const auto identity = run(nobody.connect(soon()));
+  const auto identity = run(nobody.connect({}));
   expect_fault(identity, TrackerFault::Unreachable);
   EXPECT_THAT(identity.error().detail, HasSubstr("127.0.0.1:" + std::to_string(port)));
 }
 
 TEST_F(EmsconTrackerTest, GivesUpConnectingToAMuteTrackerAtTheDeadline) {
-  fake.script(SetUnits, [] {});
-  expect_fault(connect(std::chrono::steady_clock::now() + 50ms), TrackerFault::Timeout);
+  fake.script(SetUnits, [&] { clock.ring(); });
+  expect_fault(connect(), TrackerFault::Timeout);
   fake.unscript(SetUnits);
   EXPECT_TRUE(connect());
 }
@@ -246,8 +250,11 @@ TEST_F(EmsconTrackerTest, DoesNotMeasureWithoutALock) {
 
 TEST_F(EmsconTrackerTest, DoesNotUseTheLateResultOfAMeasurementThatTimedOut) {
   ASSERT_TRUE(connect());
-  fake.script(StartMeasurement, [&] { fake.answer(StartMeasurement); });
-  expect_fault(measure(std::chrono::steady_clock::now() + 50ms), TrackerFault::Timeout);
+  fake.script(StartMeasurement, [&] {
+    fake.answer(StartMeasurement);
+    clock.ring();
+  });
+  expect_fault(measure(), TrackerFault::Timeout);
 
   fake.unscript(StartMeasurement);
   fake.script(StopMeasurement, [&] {
@@ -263,8 +270,11 @@ TEST_F(EmsconTrackerTest, DoesNotUseTheLateResultOfAMeasurementThatTimedOut) {
 
 TEST_F(EmsconTrackerTest, DropsATrackerThatDoesNotStopMeasuring) {
   ASSERT_TRUE(connect());
-  fake.script(StartMeasurement, [&] { fake.answer(StartMeasurement); });
-  expect_fault(measure(std::chrono::steady_clock::now() + 50ms), TrackerFault::Timeout);
+  fake.script(StartMeasurement, [&] {
+    fake.answer(StartMeasurement);
+    clock.ring();
+  });
+  expect_fault(measure(), TrackerFault::Timeout);
   fake.script(StopMeasurement, [&] { fake.answer(StopMeasurement, status::kServerBusy); });
   expect_fault(measure(), TrackerFault::Disconnected);
   fake.unscript(StartMeasurement);
@@ -274,9 +284,8 @@ TEST_F(EmsconTrackerTest, DropsATrackerThatDoesNotStopMeasuring) {
 
 TEST_F(EmsconTrackerTest, DropsTheConnectionWhenAnAnswerStaysOut) {
   ASSERT_TRUE(connect());
-  fake.script(FindReflector, [] {});
-  const auto late = run(tracker.aim({1, 2, 3}, 50, std::chrono::steady_clock::now() + 50ms));
-  expect_fault(late, TrackerFault::Timeout);
+  fake.script(FindReflector, [&] { clock.ring(); });
+  expect_fault(aim(), TrackerFault::Timeout);
   expect_fault(measure(), TrackerFault::Disconnected);
   ASSERT_TRUE(connect());
   expect_point();

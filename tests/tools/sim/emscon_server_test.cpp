@@ -12,6 +12,7 @@
 
 #include "drivers/leica/emscon_tracker.hpp"
 #include "drivers/steady_clock.hpp"
+#include "tests/drivers/leica/alarm_clock.hpp"
 
 namespace truepose::sim {
 namespace {
@@ -203,13 +204,18 @@ TEST_F(SimulatedTracker, RefusesASecondClientAndServesTheFirstOn) {
 TEST_F(SimulatedTracker, StopsAMeasurementThatRanIntoItsDeadline) {
   drivers::EmsconOptions slow = options();
   slow.measure = 24h;  // more than a minute of the simulation's time
-  drivers::EmsconTracker patient{io.get_executor(), clock, slow};
-  ASSERT_TRUE(run(patient.connect(soon())));
-  ASSERT_TRUE(run(patient.aim(aim_mm, 50, soon())));
-  const auto late = run(patient.measure(std::chrono::steady_clock::now() + 200ms));
+  drivers::AlarmClock alarm{io};
+  drivers::EmsconTracker patient{io.get_executor(), alarm, slow};
+  ASSERT_TRUE(run(patient.connect({})));
+  ASSERT_TRUE(run(patient.aim(aim_mm, 50, {})));
+  int looks = 0;
+  target.on_look = [&] {
+    if (++looks == 50) alarm.ring();
+  };
+  const auto late = run(patient.measure({}));
   ASSERT_FALSE(late);
   EXPECT_EQ(late.error().fault, TrackerFault::Timeout) << late.error().detail;
-  const auto aimed = run(patient.aim(aim_mm, 50, soon()));
+  const auto aimed = run(patient.aim(aim_mm, 50, {}));
   EXPECT_TRUE(aimed) << aimed.error().detail;
 }
 
