@@ -1,0 +1,49 @@
+#pragma once
+
+#include "core/kinematics/robot_model.hpp"
+
+namespace truepose {
+
+/// What a correction of the stream may be. All angles rad (mm for a prismatic axis).
+struct CorrectionBounds {
+  double max_step = 0;   ///< greatest change of an axis from one cycle to the next
+  double max_total = 0;  ///< greatest correction of an axis
+  JointVector min, max;  ///< joint limits, one per axis; infinite = none
+  double limit_margin = 0;       ///< commanded + correction stays this far inside the limits
+  double singular_below = 0;     ///< |A5| under which axes 4 and 6 are damped; 0 = never
+  double resolution = 1.75e-8;   ///< grid of the wire (1e-6 deg): a bounded correction lies on it, so it is what is sent
+};
+
+/// The bounds that changed a correction.
+struct CorrectionClamps {
+  bool step = false;
+  bool total = false;
+  bool limit = false;
+  bool singular = false;
+  bool not_finite = false;  ///< a number was NaN or infinite, or sizes differ: the last correction is held
+
+  /// True where the arm does not get what it should. Damping is no such break: at A5 = 0 it costs nothing.
+  bool broken() const { return step || total || limit || not_finite; }
+};
+
+struct BoundedCorrection {
+  JointVector correction;
+  CorrectionClamps clamps;
+};
+
+/// The one gate between every wish and the wire.
+///
+/// The result is finite and never further than `max_step` per axis from `last`: this comes before every other bound, so
+/// the total and the limits are approached by steps where `last` breaks them. Zero is always allowed: where the program
+/// itself is beyond a limit, the correction is only kept from going further out.
+///
+/// Near A5 = 0 axes 4 and 6 turn about the same line (KUKA: in the same sense), and small errors of orientation ask for large
+/// opposite motions of both. Only that opposite part is damped: position and the sum of both keep their correction.
+///
+/// @param wanted     correction that the model asks for
+/// @param last       correction sent in the cycle before, on the grid of `bounds.resolution`
+/// @param commanded  joint positions that the robot program commands, without any correction
+BoundedCorrection bound_correction(const JointVector& wanted, const JointVector& last, const JointVector& commanded,
+                                   const CorrectionBounds& bounds) noexcept;
+
+}  // namespace truepose
