@@ -1,17 +1,19 @@
 #pragma once
 
+#include "core/kinematics/angles.hpp"
 #include "core/kinematics/robot_model.hpp"
 
 namespace truepose {
 
 /// What a correction of the stream may be. All angles rad (mm for a prismatic axis).
 struct CorrectionBounds {
-  double max_step = 0;   ///< greatest change of an axis from one cycle to the next
-  double max_total = 0;  ///< greatest correction of an axis
-  JointVector min, max;  ///< joint limits, one per axis; infinite = none
-  double limit_margin = 0;       ///< commanded + correction stays this far inside the limits
-  double singular_below = 0;     ///< |A5| under which axes 4 and 6 are damped; 0 = never
-  double resolution = 1.75e-8;   ///< grid of the wire (1e-6 deg): a bounded correction lies on it, so it is what is sent
+  double max_step = 0;        ///< greatest change of an axis from one cycle to the next
+  double max_total = 0;       ///< greatest correction of an axis
+  JointVector min, max;       ///< joint limits, one per axis; infinite = none
+  double limit_margin = 0;    ///< commanded + correction stays this far inside the limits
+  double singular_below = 0;  ///< |A5| under which axes 4 and 6 are damped; 0 = never
+  /// Grid of the wire (six decimals of a degree). A bounded correction lies on it, so that what is sent is what was bounded.
+  double resolution = 1e-6 * kRadPerDeg;
 };
 
 /// The bounds that changed a correction.
