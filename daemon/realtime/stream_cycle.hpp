@@ -1,15 +1,19 @@
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <expected>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "config/cell_config.hpp"
 #include "core/compensation/correction_bounds.hpp"
+#include "core/kinematics/angles.hpp"
 #include "core/kinematics/robot_model.hpp"
 #include "daemon/realtime/latency_histogram.hpp"
 #include "daemon/realtime/snapshot_exchange.hpp"
@@ -29,7 +33,7 @@ struct StreamOptions {
   int ramp_cycles = 250;          ///< from no correction to all of it, and from one model to the next
   int broken_cycles = 250;        ///< a bound broken for so many in a row is a fault
   int following_cycles = 250;     ///< axes that do not follow for so many in a row freeze the command
-  double following_tolerance_rad = 0.05 * 3.14159265358979 / 180;
+  double following_tolerance_rad = 0.05 * kRadPerDeg;
   int following_lag_cycles = 40;  ///< by which a moving arm may trail its command
   int rejected_cycles = 8;        ///< so many late replies in a row that were sent in time are a fault
   int timeout_cycles = 100;       ///< the controller gives up after so many cycles without a reply: what comes then is a new start
@@ -82,27 +86,34 @@ class StreamCycle final : public drivers::RsiResponder {
     std::uint64_t number = 0;  // 0 = none
     RobotModel calibrated;
   };
-  enum class Sequence { First, Next, Duplicate, Stale, NewSession };
+  enum class Sequence { Next, Duplicate, Stale, NewSession };
   struct Position {
     Sequence sequence = Sequence::Next;
     std::uint64_t elapsed = 1;  // cycles since the last datagram
+    std::uint64_t step = 0;     // IPOC step as known with this datagram
   };
 
   StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& ethernet, const StreamOptions& options);
 
-  std::string_view reply(std::uint64_t ipoc, const JointVector& correction) noexcept;
-  Position place(std::uint64_t ipoc) const noexcept;
-  bool restarted(const rsi::RobotFrame& frame, const Position& position, const JointVector& commanded) const noexcept;
-  void start_session(std::uint64_t ipoc) noexcept;
-  void advance_ipoc(std::uint64_t ipoc, std::uint64_t elapsed) noexcept;
-  std::string_view answer_malformed(std::string_view datagram) noexcept;
-  std::string_view answer_frame(const rsi::RobotFrame& frame, drivers::TimePoint received) noexcept;
-  std::optional<JointVector> commanded_axes(const rsi::RobotFrame& frame) const noexcept;
-  void watch_delay(const rsi::RobotFrame& frame, drivers::TimePoint received) noexcept;
-  void watch_following(const rsi::RobotFrame& frame, const JointVector& commanded, double elapsed) noexcept;
   void take_commands() noexcept;
-  bool correct(const JointVector& commanded, double elapsed) noexcept;
-  void send(const BoundedCorrection& bounded) noexcept;
+  std::string_view answer_frame(const rsi::RobotFrame& frame, drivers::TimePoint received) noexcept;
+  std::string_view answer_malformed(std::optional<std::uint64_t> ipoc) noexcept;
+  std::string_view hold(std::uint64_t ipoc, const Position& position) noexcept;
+  std::string_view reply(std::uint64_t ipoc, const JointVector& correction) noexcept;
+
+  Position place(std::uint64_t ipoc) const noexcept;
+  bool restarted(const rsi::RobotFrame& frame, const Position& position) const noexcept;
+  void start_session(std::uint64_t ipoc) noexcept;
+  void advance(std::uint64_t ipoc, const Position& position) noexcept;
+
+  std::optional<JointVector> commanded_axes(const rsi::RobotFrame& frame) const noexcept;
+  bool plausible(const JointVector& commanded, const Position& position) noexcept;
+  bool replies_arrive(const rsi::RobotFrame& frame, const Position& position, drivers::TimePoint received) noexcept;
+  void watch_following(const rsi::RobotFrame& frame, const JointVector& commanded, const Position& position) noexcept;
+  bool solve(const JointVector& commanded) noexcept;
+  bool correct(const JointVector& commanded, double cycles) noexcept;
+  void count(const CorrectionClamps& clamps) noexcept;
+
   void raise(StreamFault fault) noexcept;
   void update_state() noexcept;
   void emit(StreamEventKind kind, std::uint64_t value = 0) noexcept;
@@ -129,22 +140,24 @@ class StreamCycle final : public drivers::RsiResponder {
   StreamStatus status_;
   std::array<char, rsi::kMaxFrameBytes> buffer_{};
   std::uint32_t acknowledged_seen_ = 0;
-  JointVector correction_;       // in force
-  JointVector model_correction_; // the model's last wish at full gain
-  JointVector fade_;             // what is faded out after a change of the model or a hold
-  double ramp_ = 0;              // 0..1, straight in time
-  double fade_ramp_ = 1;         // 0..1, straight in time
-  bool refade_ = false;          // the next good cycle fades from what is in force
+  JointVector correction_;        // in force
+  JointVector model_correction_;  // the model's last wish at full gain
+  JointVector fade_;              // what is faded out after a change of the model or a long hold
+  double ramp_ = 0;               // 0..1, straight in time
+  double fade_ramp_ = 1;          // 0..1, straight in time
+  bool refade_ = false;           // the next good cycle fades from what is in force
   bool malformed_before_ = false;
-  int broken_ = 0;
-  int unsolved_ = 0;
-  int not_following_ = 0;
+  bool late_before_ = false;
+  double broken_ = 0;             // cycles in a row, as the next three
+  double unsolved_ = 0;
+  double not_following_ = 0;
   int rejected_ = 0;
+  int implausible_ = 0;
   std::optional<std::int64_t> delay_;
   std::optional<drivers::TimePoint> received_;
   std::chrono::nanoseconds last_turnaround_{0};
   std::optional<JointVector> last_commanded_;
-  JointVector last_expected_;    // commanded and correction of the cycle before
+  std::optional<JointVector> last_expected_;  // commanded and correction of the cycle before
 };
 
 }  // namespace truepose::daemon
