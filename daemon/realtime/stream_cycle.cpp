@@ -166,9 +166,10 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame, drivers
   if (position.sequence == Sequence::Duplicate || position.sequence == Sequence::Stale) {
     return hold(frame.ipoc, position);
   }
+  if (position.sequence == Sequence::NewSession && !confirms_session(frame.ipoc)) return hold(frame.ipoc, position);
   if (position.sequence == Sequence::NewSession || restarted(frame, position)) {
     start_session(frame.ipoc);
-    position = Position{.elapsed = 0};
+    position = Position{.forward = 0, .elapsed = 0};
     commanded = commanded_axes(frame);
   } else {
     if (!plausible(*commanded, position)) return hold(frame.ipoc, position);
@@ -212,8 +213,8 @@ std::string_view StreamCycle::hold(std::uint64_t ipoc, const Position& position)
       advance(ipoc, position);
       break;
     case Sequence::NewSession:
-      // RSI 2 opens with a nearly empty frame, and a new start begins at zero. Should the IPOC be garbage, the
-      // controller discards this reply; so the session itself waits for a frame that can be believed.
+      // A new start begins at zero. Should only the IPOC be garbage, then the controller discards this reply, and
+      // the session that it knows goes on.
       ++status_.counters.held;
       return reply(ipoc, JointVector::Zero(kAxes));
   }
@@ -242,29 +243,39 @@ StreamCycle::Position StreamCycle::place(std::uint64_t ipoc) const noexcept {
     if (!wrapped) return {.sequence = last - ipoc <= window ? Sequence::Stale : Sequence::NewSession};
     forward = kWrap32 - last + ipoc;
   }
-  const std::uint64_t step = status_.ipoc_step == 0 ? forward : std::min(status_.ipoc_step, forward);
-  const std::uint64_t elapsed = forward / step + (forward % step > step / 2 ? 1 : 0);
+  const std::uint64_t step = status_.ipoc_step == 0 ? forward : status_.ipoc_step;
+  if (forward < step / 2) return {.sequence = Sequence::Stale};  // no tick of the controller
+  const std::uint64_t elapsed = std::max<std::uint64_t>(1, forward / step + (forward % step > step / 2 ? 1 : 0));
   if (elapsed > patience) return {.sequence = Sequence::NewSession};
-  return {.sequence = Sequence::Next, .elapsed = elapsed, .step = step};
+  return {.sequence = Sequence::Next, .forward = forward, .elapsed = elapsed};
 }
 
-// After a silence too short for the controller to give up, only itself can tell that it began anew: it counts late
-// replies from zero, or nothing is left in the actual axes of a correction that they had followed.
+/// A session begins with the second frame of its own: a single one is a damaged time stamp.
+bool StreamCycle::confirms_session(std::uint64_t ipoc) noexcept {
+  constexpr std::uint64_t kSoon = 1000;
+  const std::uint64_t first = new_session_.value_or(ipoc);
+  new_session_ = ipoc;
+  return status_.counters.sessions == 0 || (ipoc > first && ipoc - first < kSoon);
+}
+
+// After a silence too short for the controller to give up, only itself can tell that it began anew: nothing is left in
+// the actual axes of a correction that they had followed, or, where they cannot be compared, it counts late replies
+// from zero.
 bool StreamCycle::restarted(const rsi::RobotFrame& frame, const Position& position) const noexcept {
   if (position.elapsed < kShortestRestartCycles) return false;
-  if (frame.delay && delay_ && *frame.delay < *delay_) return true;
-  if (!frame.aipos_rad || !frame.aspos_rad) return false;
+  if (!frame.aipos_rad || !frame.aspos_rad) return frame.delay && delay_ && *frame.delay < *delay_;
   Eigen::Index axis = 0;
   const double largest = correction_.cwiseAbs().maxCoeff(&axis);
   const auto a = static_cast<std::size_t>(axis);
-  return largest > kVisibleCorrectionRad && std::abs((*frame.aipos_rad)[a] - (*frame.aspos_rad)[a]) < largest / 10 &&
-         not_following_ == 0;
+  return largest > kVisibleCorrectionRad && not_following_ == 0 &&
+         std::abs((*frame.aipos_rad)[a] - (*frame.aspos_rad)[a]) < largest / 10;
 }
 
 void StreamCycle::start_session(std::uint64_t ipoc) noexcept {
   ++status_.counters.sessions;
   status_.ipoc = ipoc;
   status_.ipoc_step = 0;
+  last_forward_ = 0;
   correction_.setZero();
   model_correction_.setZero();
   fade_.setZero();
@@ -281,7 +292,10 @@ void StreamCycle::start_session(std::uint64_t ipoc) noexcept {
 
 void StreamCycle::advance(std::uint64_t ipoc, const Position& position) noexcept {
   status_.ipoc = ipoc;
-  status_.ipoc_step = position.step;
+  new_session_.reset();
+  // The smallest step that was seen twice in a row: not a gap, not a damaged time stamp.
+  const bool again = std::exchange(last_forward_, position.forward) == position.forward;
+  if (again && (status_.ipoc_step == 0 || position.forward < status_.ipoc_step)) status_.ipoc_step = position.forward;
   if (position.elapsed > 1) {
     status_.counters.lost += position.elapsed - 1;
     emit(StreamEventKind::PacketsLost, position.elapsed - 1);
@@ -313,15 +327,15 @@ bool StreamCycle::plausible(const JointVector& commanded, const Position& positi
 /// a jump when it takes the next.
 bool StreamCycle::replies_arrive(const rsi::RobotFrame& frame, const Position& position,
                                  drivers::TimePoint received) noexcept {
-  const std::int64_t rise = frame.delay && delay_ ? *frame.delay - *delay_ : 0;
-  delay_ = frame.delay;
-  if (rise <= 0) {
+  const std::optional<std::int64_t> before = std::exchange(delay_, frame.delay);
+  if (!frame.delay || !before || *frame.delay <= *before) {
     rejected_ = 0;
     late_before_ = false;
     return true;
   }
-  status_.counters.late += static_cast<std::uint64_t>(rise);
-  if (!std::exchange(late_before_, true)) emit(StreamEventKind::RepliesLate, static_cast<std::uint64_t>(rise));
+  const std::uint64_t rise = static_cast<std::uint64_t>(*frame.delay) - static_cast<std::uint64_t>(*before);
+  status_.counters.late += rise;
+  if (!std::exchange(late_before_, true)) emit(StreamEventKind::RepliesLate, rise);
   const bool sent_in_time =
       position.elapsed == 1 && received_ && last_turnaround_ < kInTime && received - *received_ > kInTime;
   rejected_ = sent_in_time ? rejected_ + 1 : 0;

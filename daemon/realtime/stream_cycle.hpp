@@ -89,8 +89,8 @@ class StreamCycle final : public drivers::RsiResponder {
   enum class Sequence { Next, Duplicate, Stale, NewSession };
   struct Position {
     Sequence sequence = Sequence::Next;
-    std::uint64_t elapsed = 1;  // cycles since the last datagram
-    std::uint64_t step = 0;     // IPOC step as known with this datagram
+    std::uint64_t forward = 0;  // IPOC since the last datagram
+    std::uint64_t elapsed = 1;  // the same in cycles
   };
 
   StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& ethernet, const StreamOptions& options);
@@ -102,6 +102,7 @@ class StreamCycle final : public drivers::RsiResponder {
   std::string_view reply(std::uint64_t ipoc, const JointVector& correction) noexcept;
 
   Position place(std::uint64_t ipoc) const noexcept;
+  bool confirms_session(std::uint64_t ipoc) noexcept;
   bool restarted(const rsi::RobotFrame& frame, const Position& position) const noexcept;
   void start_session(std::uint64_t ipoc) noexcept;
   void advance(std::uint64_t ipoc, const Position& position) noexcept;
@@ -153,6 +154,8 @@ class StreamCycle final : public drivers::RsiResponder {
   double not_following_ = 0;
   int rejected_ = 0;
   int implausible_ = 0;
+  std::uint64_t last_forward_ = 0;
+  std::optional<std::uint64_t> new_session_;  // IPOC of a frame that may be the first of a new session
   std::optional<std::int64_t> delay_;
   std::optional<drivers::TimePoint> received_;
   std::chrono::nanoseconds last_turnaround_{0};

@@ -1,0 +1,565 @@
+#include "daemon/realtime/stream_cycle.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <limits>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "core/compensation/pose_inverse.hpp"
+#include "tests/daemon/malloc_guard.hpp"
+#include "tests/daemon/stream_rig.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+constexpr double kWireDeg = 1.01e-6;  // what six decimals can be off
+constexpr int kRamp = 250;            // cycles
+
+JointVector expected_correction(const RobotModel& model, const JointVector& q) {
+  return compensate_joints(nominal_arm(), model, q)->q - q;
+}
+
+void expect_near_deg(const JointVector& actual, const JointVector& expected, double tolerance_deg) {
+  EXPECT_LE((actual - expected).cwiseAbs().maxCoeff() * kDegPerRad, tolerance_deg)
+      << "actual " << actual.transpose() * kDegPerRad << "\nexpected " << expected.transpose() * kDegPerRad;
+}
+
+/// A stream with the real arm's model, all the way in.
+void engage(StreamRig& rig, const RobotModel& model = real_arm()) {
+  rig.cycle->use_model(model, 1);
+  rig.cycle->engage();
+  rig.ticks(kRamp + 2);
+  ASSERT_EQ(rig.state(), StreamState::Active);
+  ASSERT_GT(rig.largest_applied_deg(), 0.02);
+}
+
+int count_events(StreamCycle& cycle, StreamEventKind kind) {
+  int count = 0;
+  for (StreamEvent event; cycle.next_event(event);) count += event.kind == kind;
+  return count;
+}
+
+TEST(StreamCycle, AnswersEveryDatagramWithItsOwnIpocAndNoCorrectionWhileIdle) {
+  StreamRig rig;
+  for (int i = 0; i < 100; ++i) {
+    const rsi::SensorFrame reply = rig.decode(rig.tick());
+    ASSERT_EQ(reply.ipoc, rig.ipoc);
+    ASSERT_EQ(*reply.axis_correction_rad, rsi::Axes{});
+    ASSERT_EQ(reply.stop, false);
+  }
+  const StreamStatus status = rig.status();
+  EXPECT_EQ(status.counters.datagrams, 100u);
+  EXPECT_EQ(status.counters.answered, 100u);
+  EXPECT_EQ(status.counters.sessions, 1u);
+  EXPECT_EQ(status.counters.late, 0u);
+  EXPECT_EQ(status.ipoc_step, 4u);
+  EXPECT_EQ(status.state, StreamState::Idle);
+}
+
+TEST(StreamCycle, CorrectsNothingWhereTheRealArmIsTheNominalOne) {
+  StreamRig rig;
+  rig.cycle->use_model(nominal_arm(), 1);
+  rig.cycle->engage();
+  for (int i = 0; i < 2 * kRamp; ++i) {
+    rig.q[0] += 0.05 * kRadPerDeg;
+    rig.tick();
+    ASSERT_TRUE(rig.applied.isZero(0));
+  }
+  EXPECT_EQ(rig.state(), StreamState::Active);
+}
+
+TEST(StreamCycle, SendsCompensatedLessCommandedAxesAfterTheRamp) {
+  StreamRig rig;
+  engage(rig);
+  expect_near_deg(rig.applied, expected_correction(real_arm(), rig.q), kWireDeg);
+  for (int i = 0; i < 2000; ++i) {
+    rig.q += axes_deg({0.02, -0.005, 0.01, 0.01, 0.008, -0.02});
+    rig.tick();
+    ASSERT_NO_FATAL_FAILURE(expect_near_deg(rig.applied, expected_correction(real_arm(), rig.q), kWireDeg));
+  }
+  EXPECT_EQ(rig.status().counters.held, 0u);
+  EXPECT_LE(rig.status().max_step_deg, 0.02 + 1e-9);
+}
+
+TEST(StreamCycle, TakesItsOwnCorrectionOutOfTheActualAxesWhereTheCommandedOnesAreNotSent) {
+  rsi::EthernetConfig config = ethernet_config();
+  std::erase_if(config.send, [](const rsi::Element& element) { return element.tag == "DEF_ASPos"; });
+  StreamRig rig{stream_options(), config};
+  engage(rig);
+  expect_near_deg(rig.applied, expected_correction(real_arm(), rig.q), 2 * kWireDeg);
+  rig.ticks(5000);
+  expect_near_deg(rig.applied, expected_correction(real_arm(), rig.q), 2 * kWireDeg);
+}
+
+TEST(StreamCycle, RampsInAndOutOverTheControllersCyclesAndEndsAtExactlyZero) {
+  StreamRig rig;
+  rig.cycle->use_model(real_arm(), 1);
+  rig.cycle->engage();
+  rig.tick();
+  EXPECT_TRUE(rig.applied.isZero(0)) << "the first reply of a session";
+  EXPECT_EQ(rig.state(), StreamState::RampingIn);
+  rig.ticks(kRamp / 2);
+  expect_near_deg(rig.applied, 0.5 * expected_correction(real_arm(), rig.q), 2 * kWireDeg);
+  rig.ticks(kRamp / 2);
+  EXPECT_EQ(rig.state(), StreamState::Active);
+
+  rig.cycle->disengage();
+  double last = rig.largest_applied_deg();
+  for (int i = 0; i < kRamp - 1; ++i) {
+    rig.tick();
+    ASSERT_EQ(rig.state(), StreamState::RampingOut);
+    ASSERT_LE(rig.largest_applied_deg(), last);
+    last = rig.largest_applied_deg();
+  }
+  rig.tick();
+  EXPECT_TRUE(rig.applied.isZero(0));
+  EXPECT_EQ(rig.state(), StreamState::Idle);
+}
+
+TEST(StreamCycle, TurnsRoundInTheMiddleOfARamp) {
+  StreamRig rig;
+  rig.cycle->use_model(real_arm(), 1);
+  rig.cycle->engage();
+  rig.ticks(100);
+  rig.cycle->disengage();
+  rig.ticks(50);
+  EXPECT_EQ(rig.state(), StreamState::RampingOut);
+  rig.cycle->engage();
+  rig.ticks(kRamp);
+  expect_near_deg(rig.applied, expected_correction(real_arm(), rig.q), kWireDeg);
+}
+
+TEST(StreamCycle, CountsRampsInCyclesOfIpocWhateverItsStep) {
+  for (const std::uint64_t step : {1u, 4u, 12u}) {
+    StreamRig rig;
+    rig.step = step;
+    engage(rig);
+    EXPECT_EQ(rig.status().ipoc_step, step);
+  }
+}
+
+TEST(StreamCycle, CrossFadesFromOneModelToTheNextAndToNone) {
+  StreamRig rig;
+  engage(rig);
+  const JointVector old_correction = expected_correction(real_arm(), rig.q);
+  const JointVector new_correction = expected_correction(real_arm(-1.5), rig.q);
+  rig.cycle->use_model(real_arm(-1.5), 2);
+  rig.tick();
+  expect_near_deg(rig.applied, old_correction, kWireDeg);
+  EXPECT_EQ(rig.status().model, 2u);
+  rig.ticks(kRamp / 2);
+  expect_near_deg(rig.applied, 0.5 * (old_correction + new_correction), 2 * kWireDeg);
+  rig.ticks(kRamp / 2);
+  expect_near_deg(rig.applied, new_correction, kWireDeg);
+
+  rig.cycle->use_no_model();
+  rig.ticks(kRamp + 1);
+  EXPECT_TRUE(rig.applied.isZero(0));
+  EXPECT_EQ(rig.status().model, 0u);
+}
+
+TEST(StreamCycle, HoldsTheCorrectionThroughLostDatagramsAndCountsThem) {
+  StreamRig rig;
+  engage(rig);
+  for (int i = 0; i < 20; ++i) {
+    for (int lost = 0; lost <= i % 5; ++lost) rig.tick({.datagram_lost = true});
+    rig.q[1] += 0.05 * kRadPerDeg;
+    rig.ticks(3);
+  }
+  EXPECT_EQ(rig.status().counters.lost, 60u);
+  EXPECT_EQ(rig.status().counters.late, 60u);
+  EXPECT_EQ(rig.status().counters.sessions, 1u);
+  EXPECT_EQ(rig.state(), StreamState::Active);
+}
+
+TEST(StreamCycle, DoesNotMoveOnWhileTheControllerDoesNotTakeItsReplies) {
+  StreamOptions options = stream_options();
+  options.rejected_cycles = 1'000'000;
+  StreamRig rig{options};
+  rig.cycle->use_model(real_arm(3), 1);
+  rig.cycle->engage();
+  rig.ticks(100);
+  for (int i = 0; i < 50; ++i) rig.tick({.reply_lost = true});
+  rig.ticks(kRamp);  // the rig itself checks that no step is too large
+  EXPECT_EQ(rig.status().counters.late, 50u);
+  EXPECT_EQ(rig.state(), StreamState::Active);
+}
+
+TEST(StreamCycle, HoldsOnAFrameThatItCannotBelieve) {
+  StreamRig rig;
+  engage(rig);
+  const JointVector before = rig.applied;
+  rig.q[0] += 1 * kRadPerDeg;
+  for (const std::string body : {"", "<AIPos A1=\"1\"/>", "<ASPos A1=\"nan\" A2=\"1\" A3=\"1\" A4=\"1\" A5=\"1\" A6=\"1\"/>",
+                                 "<ASPos A1=\"1e999\" A2=\"1\" A3=\"1\" A4=\"1\" A5=\"1\" A6=\"1\"/>", "<<<"}) {
+    const std::string ipoc = std::to_string(rig.ipoc + 4);
+    rig.tick({.replaced_by = "<Rob Type=\"KUKA\">" + body + "<IPOC>" + ipoc + "</IPOC></Rob>"});
+    EXPECT_EQ(rig.applied, before) << body;
+  }
+  const StreamStatus status = rig.status();
+  EXPECT_EQ(status.counters.malformed, 5u);
+  EXPECT_EQ(status.counters.held, 5u);
+  EXPECT_EQ(status.counters.lost, 0u);
+  EXPECT_EQ(rig.delay, 0);
+}
+
+TEST(StreamCycle, DoesNotAnswerWithoutAReadableIpoc) {
+  StreamRig rig;
+  engage(rig);
+  for (const char* bytes : {"", "x", "<Rob Type=\"KUKA\"></Rob>", "<IPOC></IPOC>", "<IPOC>12", "<IPOC>-5</IPOC>",
+                            "<IPOC>99999999999999999999999</IPOC>", "<IPOC>1</IPOC><IPOC>2</IPOC>"}) {
+    EXPECT_EQ(rig.send(bytes), "") << bytes;
+  }
+  EXPECT_EQ(rig.status().counters.unanswered, 8u);
+  EXPECT_EQ(count_events(*rig.cycle, StreamEventKind::Malformed), 1);
+}
+
+TEST(StreamCycle, GivesARepeatedIpocTheSameReply) {
+  StreamRig rig;
+  rig.cycle->use_model(real_arm(), 1);
+  rig.cycle->engage();
+  rig.ticks(50);
+  const std::string reply = rig.tick();
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(rig.send(rig.datagram()), reply);
+  EXPECT_EQ(rig.status().counters.duplicate, 3u);
+}
+
+TEST(StreamCycle, HoldsOnAnIpocThatComesTooLate) {
+  StreamRig rig;
+  engage(rig);
+  const std::string early = rig.datagram();
+  rig.ticks(3);
+  const JointVector before = rig.applied;
+  const rsi::SensorFrame reply = rig.decode(rig.send(early));
+  EXPECT_EQ(reply.ipoc, rig.ipoc - 12);
+  rig.tick();
+  EXPECT_EQ(rig.applied, before);
+  EXPECT_EQ(rig.status().counters.stale, 1u);
+  EXPECT_EQ(rig.status().counters.sessions, 1u);
+}
+
+TEST(StreamCycle, BeginsAtZeroAndRampsInAgainWhenTheControllerStartsAnew) {
+  for (const std::uint64_t new_ipoc : {std::uint64_t{100}, std::uint64_t{8'000'000}}) {
+    StreamRig rig;
+    engage(rig);
+    rig.restart(new_ipoc);
+    rig.tick();
+    EXPECT_TRUE(rig.applied.isZero(0));
+    rig.tick();
+    EXPECT_TRUE(rig.applied.isZero(0));
+    EXPECT_EQ(rig.state(), StreamState::RampingIn);
+    EXPECT_EQ(rig.status().counters.sessions, 2u);
+    rig.ticks(kRamp + 1);
+    expect_near_deg(rig.applied, expected_correction(real_arm(), rig.q), kWireDeg);
+  }
+}
+
+TEST(StreamCycle, NoticesANewStartAfterAShortSilenceByTheLateCountOrTheAxes) {
+  StreamRig by_axes;
+  engage(by_axes);
+  by_axes.restart(by_axes.ipoc + 4 * 50);
+  by_axes.tick();
+  EXPECT_EQ(by_axes.status().counters.sessions, 2u);
+
+  rsi::EthernetConfig config = ethernet_config();
+  std::erase_if(config.send, [](const rsi::Element& element) { return element.tag == "DEF_ASPos"; });
+  StreamRig by_delay{stream_options(), config};
+  by_delay.delay = 3;
+  engage(by_delay);
+  by_delay.restart(by_delay.ipoc + 4 * 50);
+  by_delay.tick();
+  EXPECT_EQ(by_delay.status().counters.sessions, 2u);
+}
+
+TEST(StreamCycle, AnswersTheNearlyEmptyFirstFrameOfOldControllersWithZero) {
+  StreamRig rig;
+  engage(rig);
+  rig.restart(100);
+  rig.tick({.replaced_by = "<Rob Type=\"KUKA\"><IPOC>104</IPOC></Rob>"});
+  EXPECT_TRUE(rig.applied.isZero(0));
+  rig.ticks(kRamp + 3);
+  expect_near_deg(rig.applied, expected_correction(real_arm(), rig.q), kWireDeg);
+}
+
+TEST(StreamCycle, IsNotDeceivedByOneDamagedTimeStamp) {
+  StreamRig rig;
+  engage(rig);
+  const JointVector before = rig.applied;
+  for (const std::uint64_t damaged : {std::uint64_t{0}, std::uint64_t{99'999'999}, rig.ipoc + 1, ~std::uint64_t{0}}) {
+    const std::uint64_t ipoc = std::exchange(rig.ipoc, damaged);
+    const std::string datagram = rig.datagram();
+    rig.ipoc = ipoc;
+    EXPECT_EQ(rig.decode(rig.send(datagram)).ipoc, damaged);
+    rig.ticks(5);
+    EXPECT_EQ(rig.applied, before);
+  }
+  EXPECT_EQ(rig.status().counters.sessions, 1u);
+  EXPECT_EQ(rig.status().ipoc_step, 4u);
+}
+
+TEST(StreamCycle, KeepsItsCorrectionWhereAThirtyTwoBitIpocIsFull) {
+  StreamRig rig;
+  rig.ipoc = (std::uint64_t{1} << 32) - 4 * 300 - 2;
+  engage(rig);
+  const JointVector before = rig.applied;
+  for (int i = 0; i < 100; ++i) {
+    if (rig.ipoc + rig.step >= std::uint64_t{1} << 32) rig.ipoc -= std::uint64_t{1} << 32;
+    rig.tick();
+    ASSERT_EQ(rig.applied, before);
+  }
+  EXPECT_LT(rig.ipoc, 1000u);
+  EXPECT_EQ(rig.status().counters.sessions, 1u);
+  EXPECT_EQ(rig.status().counters.lost, 0u);
+}
+
+TEST(StreamCycle, HoldsOnCommandedAxesThatTheArmCannotHaveReached) {
+  StreamRig rig;
+  engage(rig);
+  const JointVector before = rig.applied;
+  const JointVector q = rig.q;
+  rig.q[0] += 90 * kRadPerDeg;
+  rig.ticks(3);
+  EXPECT_EQ(rig.applied, before);
+  rig.q = q;
+  rig.ticks(3);
+  EXPECT_EQ(rig.applied, before);
+  EXPECT_EQ(rig.status().counters.held, 3u);
+}
+
+TEST(StreamCycle, HoldsWhereTheModelHasNoSolutionAndFadesBackWhenItHas) {
+  StreamRig rig;
+  engage(rig);
+  const JointVector before = rig.applied;
+  RobotModel broken = real_arm();
+  broken.joints[2].a_mm = std::numeric_limits<double>::quiet_NaN();
+  rig.cycle->use_model(broken, 2);
+  rig.ticks(100);
+  EXPECT_EQ(rig.applied, before);
+  EXPECT_EQ(rig.status().counters.no_solution, 100u);
+  rig.cycle->use_model(real_arm(-1), 3);
+  rig.ticks(kRamp + 1);
+  expect_near_deg(rig.applied, expected_correction(real_arm(-1), rig.q), kWireDeg);
+
+  rig.cycle->use_model(broken, 4);
+  rig.ticks(300);
+  EXPECT_EQ(rig.status().fault, StreamFault::NoSolution);
+  EXPECT_TRUE(rig.stop);
+}
+
+TEST(StreamCycle, ComesToZeroEvenWhereTheModelHasNoSolution) {
+  StreamRig rig;
+  engage(rig);
+  RobotModel broken = real_arm();
+  broken.joints[2].a_mm = std::numeric_limits<double>::quiet_NaN();
+  rig.cycle->use_model(broken, 2);
+  rig.ticks(10);
+  rig.cycle->disengage();
+  rig.ticks(kRamp + 2);
+  EXPECT_TRUE(rig.applied.isZero(0));
+  EXPECT_EQ(rig.state(), StreamState::Idle);
+}
+
+TEST(StreamCycle, FaultsHoldsAndAsksToStopWhenABoundIsBrokenForLong) {
+  StreamOptions options = stream_options();
+  options.max_total_rad = 0.03 * kRadPerDeg;
+  StreamRig rig{options};
+  rig.cycle->use_model(real_arm(3), 1);
+  rig.cycle->engage();
+  rig.ticks(kRamp);
+  EXPECT_FALSE(rig.stop);
+  rig.ticks(kRamp);
+  EXPECT_EQ(rig.state(), StreamState::Fault);
+  EXPECT_EQ(rig.status().fault, StreamFault::BoundBroken);
+  EXPECT_FALSE(reason(rig.status().fault).empty());
+  EXPECT_TRUE(rig.stop);
+  EXPECT_GT(rig.status().counters.clamped_total, 240u);
+  EXPECT_LE(rig.largest_applied_deg(), 0.03 + kWireDeg);
+
+  const JointVector before = rig.applied;
+  rig.q[0] += 2 * kRadPerDeg;
+  rig.ticks(10);
+  EXPECT_EQ(rig.applied, before);
+
+  rig.cycle->disengage();
+  rig.cycle->acknowledge();
+  rig.ticks(kRamp + 2);
+  EXPECT_FALSE(rig.stop);
+  EXPECT_TRUE(rig.applied.isZero(0));
+  EXPECT_EQ(rig.state(), StreamState::Idle);
+}
+
+TEST(StreamCycle, FreezesWhenTheAxesDoNotFollowAndGoesOnWhenAcknowledged) {
+  StreamRig rig;
+  rig.stuck = rig.q;  // the program is stopped
+  rig.cycle->use_model(real_arm(3), 1);
+  rig.cycle->engage();
+  rig.ticks(2 * kRamp);
+  EXPECT_EQ(rig.state(), StreamState::Frozen);
+  const JointVector before = rig.applied;
+  rig.ticks(100);
+  EXPECT_EQ(rig.applied, before);
+  EXPECT_FALSE(rig.stop);
+
+  rig.stuck.reset();
+  rig.ticks(100);
+  EXPECT_EQ(rig.state(), StreamState::Frozen) << "only a person re-arms";
+  rig.cycle->acknowledge();
+  rig.ticks(2 * kRamp);
+  EXPECT_EQ(rig.state(), StreamState::Active);
+  expect_near_deg(rig.applied, expected_correction(real_arm(3), rig.q), kWireDeg);
+}
+
+TEST(StreamCycle, IsNotFrozenByAnArmThatTrailsItsCommandInMotion) {
+  StreamRig rig;
+  engage(rig);
+  for (int i = 0; i < 3000; ++i) {
+    rig.q[0] += 0.02 * kRadPerDeg;
+    rig.stuck = rig.q + rig.applied;
+    (*rig.stuck)[0] -= 25 * 0.02 * kRadPerDeg;
+    rig.tick();
+  }
+  EXPECT_EQ(rig.state(), StreamState::Active);
+}
+
+TEST(StreamCycle, SaysThatTheControllerRejectsRepliesThatWereSentInTime) {
+  StreamRig rig;
+  rig.cycle->use_model(real_arm(), 1);
+  rig.cycle->engage();
+  for (int i = 0; i < 20; ++i) rig.tick({.rejected = true});
+  EXPECT_EQ(rig.status().fault, StreamFault::RepliesRejected);
+  EXPECT_NE(reason(rig.status().fault).find("SENTYPE"), std::string_view::npos);
+  EXPECT_TRUE(rig.applied.isZero(0) || rig.largest_applied_deg() < 0.001);
+}
+
+TEST(StreamCycle, PutsABacklogOfLateRepliesDownToNobodyAndResumesWithoutAJump) {
+  StreamRig rig;
+  engage(rig);
+  std::vector<std::string> backlog;  // 100 ms in which this process was stopped
+  for (int i = 0; i < 25; ++i) {
+    rig.ipoc += rig.step;
+    rig.q[0] += 0.2 * kRadPerDeg;
+    backlog.push_back(rig.datagram());
+    ++rig.delay;
+  }
+  for (const std::string& datagram : backlog) EXPECT_FALSE(rig.send(datagram).empty());
+  rig.ticks(50);  // the rig checks each step
+  EXPECT_EQ(rig.status().fault, StreamFault::None);
+  EXPECT_EQ(rig.status().counters.late, 25u);
+  expect_near_deg(rig.applied, expected_correction(real_arm(), rig.q), kWireDeg);
+}
+
+TEST(StreamCycle, DampsTheWristWhereItIsStretchedAndKeepsStreaming) {
+  StreamRig rig;
+  rig.q[4] = 10 * kRadPerDeg;
+  engage(rig);
+  for (int i = 0; i < 2000; ++i) {
+    rig.q[4] -= 0.01 * kRadPerDeg;
+    rig.tick();
+    ASSERT_LT(rig.largest_applied_deg(), 1.0) << "A5 = " << rig.q[4] * kDegPerRad;
+  }
+  EXPECT_EQ(rig.state(), StreamState::Active) << reason(rig.status().fault);
+  EXPECT_GT(rig.status().counters.clamped_singular, 0u);
+}
+
+TEST(StreamCycle, StreamsAtAStretchedWristForAsLongAsTheArmStandsThere) {
+  StreamRig rig;
+  rig.q[4] = 0;
+  rig.cycle->use_model(real_arm(), 1);
+  rig.cycle->engage();
+  rig.ticks(1000);
+  EXPECT_EQ(rig.state(), StreamState::Active) << reason(rig.status().fault);
+}
+
+TEST(StreamCycle, ReportsTheTurnaroundByTheClockThatItWasGiven) {
+  StreamOptions options = stream_options();
+  options.now = []() noexcept { return drivers::TimePoint{} + std::chrono::hours{1}; };
+  StreamRig rig{options};
+  rig.ticks(10);
+  const LatencyHistogram::Summary summary = rig.cycle->turnaround();
+  EXPECT_EQ(summary.count, 10u);
+  EXPECT_NEAR(summary.max_us, 3.6e9, 1e5);
+}
+
+TEST(StreamCycle, NeverAllocatesWhateverArrives) {
+  StreamRig rig;
+  rig.cycle->use_model(real_arm(), 1);
+  rig.cycle->engage();
+  std::vector<std::string> datagrams;
+  for (int i = 0; i < 600; ++i) {
+    rig.ipoc += rig.step * (i % 50 == 0 ? 3 : 1);
+    rig.q[4] -= 0.1 * kRadPerDeg;
+    datagrams.push_back(rig.datagram());
+    if (i % 20 == 0) datagrams.push_back(datagrams.back());
+    if (i % 30 == 0) datagrams.push_back("<Rob><IPOC>" + std::to_string(rig.ipoc) + "</IPOC>");
+    if (i % 40 == 0) datagrams.push_back("garbage");
+    if (i == 500) rig.ipoc = 5;
+  }
+  const std::size_t before = mallocs();
+  for (const std::string& datagram : datagrams) rig.cycle->answer(datagram, {});
+  EXPECT_EQ(mallocs(), before);
+  rig.cycle->use_model(real_arm(2), 2);
+  const std::size_t changed = mallocs();
+  for (const std::string& datagram : datagrams) rig.cycle->answer(datagram, {});
+  EXPECT_EQ(mallocs(), changed);
+}
+
+TEST(StreamCycle, IsRefusedWithAConfigurationThatCannotCarryCorrections) {
+  const auto refused = [](const rsi::EthernetConfig& config, const RobotModel& robot, const StreamOptions& options) {
+    const auto cycle = StreamCycle::create(robot, config, options);
+    return !cycle && !cycle.error().empty();
+  };
+  EXPECT_FALSE(refused(ethernet_config(), nominal_arm(), stream_options()));
+  rsi::EthernetConfig config = ethernet_config();
+  config.only_send = true;
+  EXPECT_TRUE(refused(config, nominal_arm(), stream_options()));
+  config = ethernet_config();
+  config.axis_correction.reset();
+  EXPECT_TRUE(refused(config, nominal_arm(), stream_options()));
+  config = ethernet_config();
+  config.send.clear();
+  EXPECT_TRUE(refused(config, nominal_arm(), stream_options()));
+  RobotModel five = nominal_arm();
+  five.joints.pop_back();
+  EXPECT_TRUE(refused(ethernet_config(), five, stream_options()));
+  StreamOptions options = stream_options();
+  options.max_step_rad = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(refused(ethernet_config(), nominal_arm(), options));
+}
+
+TEST(StreamCycle, IsCommandedAndReadFromOtherThreadsWhileItRuns) {
+  StreamRig rig;
+  std::atomic<bool> done{false};
+  std::thread commander{[&] {
+    for (std::uint64_t i = 1; i <= 200; ++i) {
+      rig.cycle->use_model(real_arm(i % 2 == 0 ? 1 : -1), i);
+      i % 3 == 0 ? rig.cycle->disengage() : rig.cycle->engage();
+      rig.cycle->acknowledge();
+      std::this_thread::yield();
+    }
+    done = true;
+  }};
+  std::thread reader{[&] {
+    std::uint64_t last = 0;
+    while (!done) {
+      const StreamStatus status = rig.cycle->status();
+      EXPECT_GE(status.counters.datagrams, last);
+      last = status.counters.datagrams;
+      const StreamCounters& c = status.counters;
+      EXPECT_EQ(c.datagrams, c.answered + c.held + c.duplicate + c.stale + c.unanswered) << "a torn status";
+      rig.cycle->turnaround();
+      for (StreamEvent event; rig.cycle->next_event(event);) EXPECT_LE(event.value, 5'000'000u);
+    }
+  }};
+  while (!done) rig.tick();
+  commander.join();
+  reader.join();
+  rig.ticks(2);
+  EXPECT_EQ(rig.status().model, 200u);
+}
+
+}  // namespace
+}  // namespace truepose::daemon

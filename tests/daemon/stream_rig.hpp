@@ -1,0 +1,170 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <fstream>
+#include <initializer_list>
+#include <iterator>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/kinematics/angles.hpp"
+#include "core/kinematics/robot_model.hpp"
+#include "daemon/realtime/stream_cycle.hpp"
+#include "proto/rsi/ethernet_config.hpp"
+#include "proto/rsi/frame_codec.hpp"
+
+namespace truepose::daemon {
+
+inline JointVector axes_deg(std::initializer_list<double> values) {
+  JointVector q(static_cast<Eigen::Index>(values.size()));
+  std::transform(values.begin(), values.end(), q.begin(), [](double deg) { return deg * kRadPerDeg; });
+  return q;
+}
+
+/// A KUKA arm with the lengths of a KR 210 R2700-2.
+inline RobotModel nominal_arm() {
+  constexpr double kRight = std::numbers::pi / 2;
+  constexpr double kDeg = kRadPerDeg;
+  RobotModel robot;
+  robot.name = "KR 210 R2700-2";
+  robot.joints = {
+      {.d_mm = 645, .sign = -1, .min = -185 * kDeg, .max = 185 * kDeg},
+      {.a_mm = 330, .alpha_rad = -kRight, .min = -140 * kDeg, .max = -5 * kDeg},
+      {.a_mm = 1150, .theta_rad = -kRight, .min = -120 * kDeg, .max = 168 * kDeg},
+      {.a_mm = 115, .alpha_rad = kRight, .d_mm = -1220, .min = -350 * kDeg, .max = 350 * kDeg},
+      {.alpha_rad = -kRight, .min = -125 * kDeg, .max = 125 * kDeg},
+      {.alpha_rad = kRight, .d_mm = -215, .min = -350 * kDeg, .max = 350 * kDeg},
+  };
+  return robot;
+}
+
+/// The arm as it was really built: `scale` 1 asks for corrections of some hundredths of a degree.
+inline RobotModel real_arm(double scale = 1) {
+  RobotModel robot = nominal_arm();
+  double sign = scale;
+  for (Joint& joint : robot.joints) {
+    joint.a_mm += 0.4 * sign;
+    joint.d_mm -= 0.3 * sign;
+    joint.theta_rad += 0.0005 * sign;
+    joint.alpha_rad -= 0.0002 * sign;
+    sign = -sign;
+  }
+  return robot;
+}
+
+inline rsi::EthernetConfig ethernet_config() {
+  std::ifstream file{TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml"};
+  const std::string text{std::istreambuf_iterator<char>{file}, {}};
+  return rsi::parse_ethernet_config(text).value();
+}
+
+inline StreamOptions stream_options() {
+  StreamOptions options = StreamOptions::of(config::StreamConfig{});
+  options.now = []() noexcept { return drivers::TimePoint{}; };
+  return options;
+}
+
+/// What happens to one exchange.
+struct Fate {
+  bool datagram_lost = false;
+  bool reply_lost = false;
+  bool rejected = false;      ///< the controller discards the reply as wrong
+  std::string replaced_by{};  ///< what arrives instead of the datagram, where not empty
+};
+
+/// A controller in virtual time with a standing or moving program: sends, takes replies, applies them with HOLDON, counts late
+/// ones, and fails the test when a reply that it takes would move an axis by more than a step.
+class StreamRig {
+ public:
+  explicit StreamRig(const StreamOptions& options = stream_options(), const rsi::EthernetConfig& config = ethernet_config())
+      : max_step_deg_{options.max_step_rad * kDegPerRad},
+        cycle{StreamCycle::create(nominal_arm(), config, options).value()},
+        codec_{config},
+        sends_aspos_{config.sends("ASPos")} {}
+
+  /// One tick of the controller. @return the reply, empty where there was none
+  std::string tick(const Fate& fate = {}) {
+    ipoc += step;
+    now_ += std::chrono::milliseconds{4};
+    std::string reply;
+    if (!fate.datagram_lost) reply = send(fate.replaced_by.empty() ? datagram() : fate.replaced_by);
+    if (reply.empty() || fate.reply_lost || fate.rejected || !take(reply)) ++delay;
+    return reply;
+  }
+
+  void ticks(int count) {
+    for (int i = 0; i < count; ++i) tick();
+  }
+
+  /// The controller's program is started anew: no correction, a new time stamp.
+  void restart(std::uint64_t new_ipoc) {
+    ipoc = new_ipoc;
+    delay = 0;
+    applied.setZero();
+  }
+
+  std::string send(const std::string& bytes) { return std::string{cycle->answer(bytes, now_)}; }
+
+  std::string datagram() const {
+    rsi::RobotFrame frame;
+    frame.ipoc = ipoc;
+    frame.delay = delay;
+    const JointVector actual = stuck ? *stuck : JointVector{q + applied};
+    frame.aipos_rad.emplace();
+    std::copy(actual.begin(), actual.end(), frame.aipos_rad->begin());
+    if (sends_aspos_) {
+      frame.aspos_rad.emplace();
+      std::copy(q.begin(), q.end(), frame.aspos_rad->begin());
+    }
+    std::array<char, rsi::kMaxFrameBytes> buffer;
+    return std::string{rsi::encode_robot_frame(frame, buffer, 9).value()};
+  }
+
+  rsi::SensorFrame decode(const std::string& reply) const { return codec_.decode(reply).value(); }
+
+  StreamStatus status() const { return cycle->status(); }
+  StreamState state() const { return status().state; }
+
+  double largest_applied_deg() const { return applied.cwiseAbs().maxCoeff() * kDegPerRad; }
+
+ private:
+  bool take(const std::string& reply) {
+    const rsi::SensorFrame frame = decode(reply);
+    if (frame.ipoc != ipoc) return false;
+    stop = frame.stop.value_or(false);
+    for (std::size_t i = 0; i < 6; ++i) {
+      const double value = (*frame.axis_correction_rad)[i];
+      double& axis = applied[static_cast<Eigen::Index>(i)];
+      EXPECT_LE(std::abs(value - axis) * kDegPerRad, max_step_deg_ + 1e-9) << "axis " << i + 1 << ", IPOC " << ipoc;
+      axis = value;
+    }
+    return true;
+  }
+
+  double max_step_deg_;
+  drivers::TimePoint now_{};
+
+ public:
+  std::unique_ptr<StreamCycle> cycle;
+  std::uint64_t ipoc = 4'208'163;
+  std::uint64_t step = 4;
+  std::int64_t delay = 0;
+  JointVector q = axes_deg({10, -80, 90, 20, 45, -30});  ///< what the program commands
+  JointVector applied = JointVector::Zero(6);            ///< the correction that moves the arm
+  std::optional<JointVector> stuck;                      ///< where the arm stands, if it does not follow
+  bool stop = false;                                     ///< the controller was asked to leave RSI_MOVECORR
+
+ private:
+  rsi::SensorFrameCodec codec_;
+  bool sends_aspos_;
+};
+
+}  // namespace truepose::daemon
