@@ -186,7 +186,7 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame, drivers
   if (status_.fault != StreamFault::None) {
     refade_ = true;
     ++status_.counters.held;
-  } else if (arriving && correct(*commanded, static_cast<double>(position.elapsed))) {
+  } else if (arriving && position.elapsed < kShortestRestartCycles && correct(*commanded, static_cast<double>(position.elapsed))) {
     ++status_.counters.answered;
   } else {
     ++status_.counters.held;
@@ -209,6 +209,11 @@ std::string_view StreamCycle::hold(std::uint64_t ipoc, const Position& position)
     case Sequence::Duplicate: ++status_.counters.duplicate; break;
     case Sequence::Stale: ++status_.counters.stale; break;
     case Sequence::Next:
+      if (position.elapsed >= kShortestRestartCycles) {
+        // The controller may have begun anew at zero, and this frame cannot tell: without a reply it keeps what it has.
+        ++status_.counters.unanswered;
+        return {};
+      }
       ++status_.counters.held;
       advance(ipoc, position);
       break;

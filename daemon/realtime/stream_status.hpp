@@ -28,7 +28,7 @@ struct StreamCounters {
   std::uint64_t held = 0;        ///< with the last correction, because the frame, the model or a latched fault forbade another
   std::uint64_t duplicate = 0;   ///< a repeated IPOC, given the same reply
   std::uint64_t stale = 0;       ///< an IPOC from before the last one, given the last correction
-  std::uint64_t unanswered = 0;  ///< no readable IPOC
+  std::uint64_t unanswered = 0;  ///< no readable IPOC, or a bad frame after a silence
   std::uint64_t malformed = 0;   ///< frames that could not be believed (among held and unanswered)
   std::uint64_t no_solution = 0; ///< cycles in which the calibrated arm could not be inverted
   std::uint64_t lost = 0;        ///< cycles missing in the controller's IPOC

@@ -42,7 +42,10 @@ TEST(SnapshotExchange, NeverTearsOrGoesBackBetweenThreads) {
   }};
   std::uint64_t last = 0;
   while (last < kLast) {
-    if (!exchange.take()) continue;
+    if (!exchange.take()) {
+      std::this_thread::yield();
+      continue;
+    }
     const Block& block = exchange.front();
     ASSERT_TRUE(std::all_of(block.begin(), block.end(), [&](std::uint64_t x) { return x == block[0]; }));
     ASSERT_GT(block[0], last);
@@ -70,12 +73,19 @@ TEST(SpscRing, LosesTearsAndReordersNothingBetweenThreads) {
     for (std::uint64_t value = 0; value < kCount;) {
       Block block;
       block.fill(value);
-      if (ring.push(block)) ++value;
+      if (ring.push(block)) {
+        ++value;
+      } else {
+        std::this_thread::yield();
+      }
     }
   }};
   Block block;
   for (std::uint64_t expected = 0; expected < kCount;) {
-    if (!ring.pop(block)) continue;
+    if (!ring.pop(block)) {
+      std::this_thread::yield();
+      continue;
+    }
     ASSERT_TRUE(std::all_of(block.begin(), block.end(), [&](std::uint64_t x) { return x == expected; }));
     ++expected;
   }

@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <limits>
 #include <random>
+#include <string>
 
 #include "tests/daemon/stream_rig.hpp"
 
@@ -99,10 +102,10 @@ class Chaos {
 
 // The rig fails the test on any reply that the controller takes and that moves an axis by more than a step.
 TEST(StreamCycleProperty, NoAxisEverMovesByMoreThanAStepWhateverHappens) {
-  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Chaos chaos{seed};
-    chaos.run(3000);
+    chaos.run(2000);
     const StreamStatus status = chaos.rig.status();
     const StreamCounters& c = status.counters;
     EXPECT_EQ(c.datagrams, c.answered + c.held + c.duplicate + c.stale + c.unanswered);
@@ -114,10 +117,10 @@ TEST(StreamCycleProperty, NoAxisEverMovesByMoreThanAStepWhateverHappens) {
 }
 
 TEST(StreamCycleProperty, ComesToExactlyZeroAfterAnyHistory) {
-  for (std::uint64_t seed = 101; seed <= 110; ++seed) {
+  for (std::uint64_t seed = 101; seed <= 104; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Chaos chaos{seed};
-    chaos.run(1500);
+    chaos.run(1000);
     chaos.rig.cycle->disengage();
     chaos.rig.cycle->acknowledge();
     chaos.rig.ticks(1200);
