@@ -63,6 +63,8 @@ struct ModelRecord {
 };
 
 /// The cell's memory: one SQLite file (WAL, synchronous=FULL). A call that returned without an error is on the disk.
+/// After a failed write or sync nothing more is taken until the file is opened, and so checked, again: what the kernel
+/// still has of it is unknown. A full disk is no such failure; it may be tried again.
 /// Not thread-safe: owned by the store thread. UUIDs and times are the caller's.
 class Store {
  public:
@@ -90,6 +92,7 @@ class Store {
   StoreResult<std::optional<ModelRecord>> active_model();
 
   /// Keeps the last sequence number of events, so that it never repeats over restarts.
+  /// @return the first of `count` numbers (from 1 on) that were never given before
   StoreResult<std::uint64_t> reserve_event_numbers(std::uint64_t count);
 
  private:

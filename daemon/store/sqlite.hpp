@@ -1,0 +1,99 @@
+#pragma once
+
+#include <sqlite3.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "daemon/store/store.hpp"
+
+namespace truepose::daemon::sqlite {
+
+class Database;
+
+/// A prepared statement with its values bound. Values are bound in the order of their question marks.
+class Statement {
+ public:
+  Statement& bind(std::string_view text);
+  Statement& bind(double number);
+  Statement& bind(std::int64_t number);
+
+  /// @return true where there is a row, false at the end
+  StoreResult<bool> step();
+  /// Steps to the end, rows not regarded.
+  StoreResult<void> run();
+
+  /// Columns of the row, counted from 0.
+  std::string text(int column) const;
+  double number(int column) const { return sqlite3_column_double(statement_.get(), column); }
+  std::int64_t integer(int column) const { return sqlite3_column_int64(statement_.get(), column); }
+
+ private:
+  friend class Database;
+  struct Finalize {
+    void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+  };
+  Statement(Database& database, sqlite3_stmt* statement, int error)
+      : database_{&database}, statement_{statement}, error_{error} {}
+  void bound(int code);
+
+  Database* database_;
+  std::unique_ptr<sqlite3_stmt, Finalize> statement_;
+  int error_;  // first error of preparing or binding, told by step()
+  int next_ = 1;
+};
+
+/// One connection. Not thread-safe.
+class Database {
+ public:
+  /// @param file  made where it does not exist
+  static StoreResult<std::unique_ptr<Database>> open(const std::string& file);
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
+
+  /// An error in the text is told by the statement's first step.
+  Statement prepare(std::string_view sql);
+  /// Runs one or more statements without values.
+  StoreResult<void> execute(const std::string& sql);
+  /// The first column of the first row of a query, as text.
+  StoreResult<std::string> value(std::string_view sql);
+  int changes() const { return sqlite3_changes(connection_.get()); }
+
+  /// "cell.db: database or disk is full": the file and what SQLite says. Remembers errors of the device.
+  StoreError error(int code);
+  /// The error of the device that this connection met first.
+  const std::optional<StoreError>& device_error() const { return device_error_; }
+
+ private:
+  struct Close {
+    void operator()(sqlite3* connection) const { sqlite3_close_v2(connection); }
+  };
+  Database(std::string file, sqlite3* connection) : file_{std::move(file)}, connection_{connection} {}
+
+  std::string file_;
+  std::unique_ptr<sqlite3, Close> connection_;
+  std::optional<StoreError> device_error_;
+};
+
+/// One write transaction: rolled back at its end unless committed.
+class Transaction {
+ public:
+  /// Refused after an error of the device.
+  static StoreResult<Transaction> begin(Database& database);
+  Transaction(Transaction&& other) noexcept : database_{std::exchange(other.database_, nullptr)} {}
+  Transaction& operator=(Transaction&&) = delete;
+  ~Transaction();
+
+  /// On the disk when this returns without an error.
+  StoreResult<void> commit();
+
+ private:
+  explicit Transaction(Database& database) : database_{&database} {}
+  Database* database_;  // nullptr once it is over
+};
+
+}  // namespace truepose::daemon::sqlite

@@ -1,0 +1,376 @@
+#include "daemon/store/store.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "daemon/store/sqlite.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+using sqlite::Database;
+using sqlite::Statement;
+using sqlite::Transaction;
+
+constexpr std::int64_t kApplicationId = 0x54505345;  // "TPSE", so that `file` and we know our own
+constexpr std::int64_t kSchemaVersion = 1;
+
+// Lists of joints are JSON text with every digit: a person can read them, json_each() too.
+constexpr const char* kSchema1 = R"sql(
+CREATE TABLE campaign (
+  id             TEXT PRIMARY KEY,
+  started        TEXT NOT NULL,
+  ended          TEXT NOT NULL,
+  state          TEXT NOT NULL CHECK (state IN ('running', 'done', 'aborted', 'failed')),
+  reason         TEXT NOT NULL,
+  robot_model    TEXT NOT NULL,
+  robot_serial   TEXT NOT NULL,
+  tracker_model  TEXT NOT NULL,
+  tracker_serial TEXT NOT NULL,
+  model_id       TEXT NOT NULL,
+  document       TEXT NOT NULL
+) STRICT;
+CREATE TABLE point (
+  number           INTEGER PRIMARY KEY,
+  campaign_id      TEXT NOT NULL REFERENCES campaign (id),
+  pose             INTEGER NOT NULL,
+  purpose          TEXT NOT NULL CHECK (purpose IN ('identify', 'validate', 'remeasure')),
+  q_target         TEXT NOT NULL CHECK (json_valid(q_target)),
+  q_commanded      TEXT NOT NULL CHECK (json_valid(q_commanded)),
+  q_actual         TEXT NOT NULL CHECK (json_valid(q_actual)),
+  smr              TEXT NOT NULL,
+  x_mm             REAL NOT NULL,
+  y_mm             REAL NOT NULL,
+  z_mm             REAL NOT NULL,
+  std_x_mm         REAL NOT NULL,
+  std_y_mm         REAL NOT NULL,
+  std_z_mm         REAL NOT NULL,
+  temperature_c    REAL NOT NULL,
+  pressure_mbar    REAL NOT NULL,
+  humidity_percent REAL NOT NULL,
+  time             TEXT NOT NULL
+) STRICT;
+CREATE INDEX point_of_campaign ON point (campaign_id);
+CREATE TABLE skipped (
+  number      INTEGER PRIMARY KEY,
+  campaign_id TEXT NOT NULL REFERENCES campaign (id),
+  pose        INTEGER NOT NULL,
+  reason      TEXT NOT NULL,
+  attempts    INTEGER NOT NULL
+) STRICT;
+CREATE INDEX skipped_of_campaign ON skipped (campaign_id);
+CREATE TABLE model (
+  id                      TEXT PRIMARY KEY,
+  created                 TEXT NOT NULL,
+  campaign_id             TEXT NOT NULL,
+  robot_serial            TEXT NOT NULL,
+  yaml                    TEXT NOT NULL,
+  validation_before_mm    REAL NOT NULL,
+  validation_geometric_mm REAL NOT NULL,
+  active                  INTEGER NOT NULL CHECK (active IN (0, 1))
+) STRICT;
+CREATE UNIQUE INDEX one_active_model ON model (active) WHERE active = 1;
+CREATE TABLE event_number (
+  one  INTEGER PRIMARY KEY CHECK (one = 1),
+  last INTEGER NOT NULL
+) STRICT;
+INSERT INTO event_number VALUES (1, 0);
+)sql";
+
+constexpr std::array<std::string_view, 3> kPurposes{"identify", "validate", "remeasure"};
+
+std::string json(const JointVector& q) {
+  std::string text = "[";
+  for (const double value : q) {
+    if (text.size() > 1) text += ',';
+    std::array<char, 32> digits;
+    const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+    text.append(digits.data(), end);
+  }
+  return text + "]";
+}
+
+std::optional<JointVector> joints(std::string_view text) {
+  JointVector q(0);
+  if (!text.starts_with('[') || !text.ends_with(']')) return std::nullopt;
+  const char* at = text.data() + 1;
+  const char* const end = text.data() + text.size() - 1;
+  while (at < end) {
+    double value = 0;
+    const auto [rest, error] = std::from_chars(at, end, value);
+    if (error != std::errc{} || q.size() == kMaxJoints || (rest != end && *rest != ',')) return std::nullopt;
+    q.conservativeResize(q.size() + 1);
+    q[q.size() - 1] = value;
+    at = rest == end ? end : rest + 1;
+  }
+  return q;
+}
+
+bool finite(const StoredPoint& point) {
+  return point.q_target.allFinite() && point.q_commanded.allFinite() && point.q_actual.allFinite() &&
+         point.p_WS_mm.allFinite() && point.std_mm.allFinite() && std::isfinite(point.temperature_c) &&
+         std::isfinite(point.pressure_mbar) && std::isfinite(point.humidity_percent);
+}
+
+CampaignRecord campaign_of(const Statement& row) {
+  return {.id = row.text(0),
+          .started = row.text(1),
+          .ended = row.text(2),
+          .state = row.text(3),
+          .reason = row.text(4),
+          .robot_model = row.text(5),
+          .robot_serial = row.text(6),
+          .tracker_model = row.text(7),
+          .tracker_serial = row.text(8),
+          .model_id = row.text(9),
+          .document = row.text(10)};
+}
+
+ModelRecord model_of(const Statement& row) {
+  return {.id = row.text(0),
+          .created = row.text(1),
+          .campaign_id = row.text(2),
+          .robot_serial = row.text(3),
+          .yaml = row.text(4),
+          .validation_before_mm = row.number(5),
+          .validation_geometric_mm = row.number(6),
+          .active = row.integer(7) != 0};
+}
+
+template <typename Record>
+StoreResult<std::vector<Record>> all(Statement query, Record (*of)(const Statement&)) {
+  std::vector<Record> records;
+  for (;;) {
+    const StoreResult<bool> row = query.step();
+    if (!row) return std::unexpected(row.error());
+    if (!*row) return records;
+    records.push_back(of(query));
+  }
+}
+
+template <typename Record>
+StoreResult<std::optional<Record>> first(Statement query, Record (*of)(const Statement&)) {
+  const StoreResult<bool> row = query.step();
+  if (!row) return std::unexpected(row.error());
+  if (!*row) return std::nullopt;
+  return of(query);
+}
+
+/// Says which operation failed.
+StoreError in(std::string_view operation, const StoreError& error) {
+  return {std::string{operation} + ": " + error.detail};
+}
+
+StoreResult<void> prepare_connection(Database& database) {
+  // FULL: a commit that returned survives a power cut, which NORMAL does not promise in WAL mode.
+  return database.execute(
+      "PRAGMA busy_timeout=2000; PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA foreign_keys=ON");
+}
+
+StoreResult<void> migrate(Database& database, const std::string& file) {
+  const StoreResult<std::string> application = database.value("PRAGMA application_id");
+  if (!application) return std::unexpected(application.error());
+  const StoreResult<std::string> version = database.value("PRAGMA user_version");
+  if (!version) return std::unexpected(version.error());
+  const StoreResult<std::string> tables = database.value("SELECT count(*) FROM sqlite_schema");
+  if (!tables) return std::unexpected(tables.error());
+
+  const bool fresh = *application == "0" && *version == "0" && *tables == "0";
+  if (!fresh && *application != std::to_string(kApplicationId)) {
+    return std::unexpected(StoreError{file + ": is a database of another program; choose another file"});
+  }
+  if (std::stoll(*version) > kSchemaVersion) {
+    return std::unexpected(StoreError{file + ": was written by a newer truepose (schema " + *version + ", this one knows " +
+                                      std::to_string(kSchemaVersion) + "); update truepose or choose another file"});
+  }
+  if (!fresh) return {};
+  return database.execute(kSchema1 + ("PRAGMA application_id=" + std::to_string(kApplicationId)) +
+                          "; PRAGMA user_version=" + std::to_string(kSchemaVersion));
+}
+
+}  // namespace
+
+struct Store::Impl {
+  std::unique_ptr<Database> database;
+
+  /// Runs statements as one transaction: on the disk, or not at all.
+  template <typename... Statements>
+  StoreResult<void> commit(std::string_view operation, Statements&&... statements) {
+    StoreResult<Transaction> transaction = Transaction::begin(*database);
+    if (!transaction) return std::unexpected(in(operation, transaction.error()));
+    StoreResult<void> result;
+    static_cast<void>(((result = statements.run()).has_value() && ...));
+    if (result) result = transaction->commit();
+    if (!result) return std::unexpected(in(operation, result.error()));
+    return {};
+  }
+};
+
+Store::Store(std::unique_ptr<Impl> impl) : impl_{std::move(impl)} {}
+Store::Store(Store&&) noexcept = default;
+Store& Store::operator=(Store&&) noexcept = default;
+Store::~Store() = default;
+
+StoreResult<Store> Store::open(const std::filesystem::path& file) {
+  constexpr std::string_view kOperation = "opening the store";
+  StoreResult<std::unique_ptr<Database>> database = Database::open(file.string());
+  if (!database) return std::unexpected(in(kOperation, database.error()));
+  const StoreResult<void> prepared = prepare_connection(**database);
+  if (!prepared) return std::unexpected(in(kOperation, prepared.error()));
+  const StoreResult<std::string> check = (*database)->value("PRAGMA quick_check(1)");
+  if (!check) return std::unexpected(in(kOperation, check.error()));
+  if (*check != "ok") {
+    return std::unexpected(in(kOperation, {file.string() + ": is damaged (" + *check + "); restore a backup"}));
+  }
+  StoreResult<Transaction> transaction = Transaction::begin(**database);
+  if (!transaction) return std::unexpected(in(kOperation, transaction.error()));
+  StoreResult<void> migrated = migrate(**database, file.string());
+  if (migrated) migrated = transaction->commit();
+  if (!migrated) return std::unexpected(in(kOperation, migrated.error()));
+  return Store{std::make_unique<Impl>(Impl{std::move(*database)})};
+}
+
+StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
+  Statement insert = impl_->database->prepare("INSERT INTO campaign VALUES (?,?,?,?,?,?,?,?,?,?,?)");
+  insert.bind(c.id).bind(c.started).bind(c.ended).bind(c.state).bind(c.reason).bind(c.robot_model).bind(c.robot_serial);
+  insert.bind(c.tracker_model).bind(c.tracker_serial).bind(c.model_id).bind(c.document);
+  return impl_->commit("beginning campaign " + c.id, insert);
+}
+
+StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredPoint& p) {
+  const std::string operation = "storing a point of campaign " + campaign_id;
+  if (!finite(p)) return std::unexpected(in(operation, {"a number is not finite"}));
+  Statement insert = impl_->database->prepare(
+      "INSERT INTO point (campaign_id, pose, purpose, q_target, q_commanded, q_actual, smr, x_mm, y_mm, z_mm,"
+      " std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time)"
+      " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
+  insert.bind(campaign_id).bind(std::int64_t{p.pose}).bind(kPurposes[static_cast<std::size_t>(p.purpose)]);
+  insert.bind(json(p.q_target)).bind(json(p.q_commanded)).bind(json(p.q_actual)).bind(p.smr);
+  insert.bind(p.p_WS_mm.x()).bind(p.p_WS_mm.y()).bind(p.p_WS_mm.z());
+  insert.bind(p.std_mm.x()).bind(p.std_mm.y()).bind(p.std_mm.z());
+  insert.bind(p.temperature_c).bind(p.pressure_mbar).bind(p.humidity_percent).bind(p.time);
+  return impl_->commit(operation, insert);
+}
+
+StoreResult<void> Store::add_skipped(const std::string& campaign_id, const SkippedPose& skipped) {
+  Statement insert =
+      impl_->database->prepare("INSERT INTO skipped (campaign_id, pose, reason, attempts) VALUES (?,?,?,?)");
+  insert.bind(campaign_id).bind(std::int64_t{skipped.pose}).bind(skipped.reason).bind(std::int64_t{skipped.attempts});
+  return impl_->commit("storing a skipped pose of campaign " + campaign_id, insert);
+}
+
+StoreResult<void> Store::end_campaign(const CampaignRecord& c) {
+  const std::string operation = "ending campaign " + c.id;
+  Statement update = impl_->database->prepare(
+      "UPDATE campaign SET ended=?, state=?, reason=?, model_id=?, document=? WHERE id=?");
+  update.bind(c.ended).bind(c.state).bind(c.reason).bind(c.model_id).bind(c.document).bind(c.id);
+  const StoreResult<void> result = impl_->commit(operation, update);
+  if (result && impl_->database->changes() == 0) return std::unexpected(in(operation, {"there is no such campaign"}));
+  return result;
+}
+
+StoreResult<std::vector<CampaignRecord>> Store::campaigns() {
+  return all<CampaignRecord>(impl_->database->prepare(
+      "SELECT id, started, ended, state, reason, robot_model, robot_serial, tracker_model, tracker_serial, model_id, ''"
+      " FROM campaign ORDER BY started DESC, rowid DESC"), campaign_of);
+}
+
+StoreResult<std::optional<CampaignRecord>> Store::campaign(const std::string& id) {
+  Statement query = impl_->database->prepare("SELECT * FROM campaign WHERE id=?");
+  query.bind(id);
+  return first<CampaignRecord>(std::move(query), campaign_of);
+}
+
+StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_id) {
+  Statement query = impl_->database->prepare(
+      "SELECT pose, purpose, q_target, q_commanded, q_actual, smr, x_mm, y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm,"
+      " temperature_c, pressure_mbar, humidity_percent, time FROM point WHERE campaign_id=? ORDER BY number");
+  query.bind(campaign_id);
+  std::vector<StoredPoint> points;
+  for (;;) {
+    const StoreResult<bool> row = query.step();
+    if (!row) return std::unexpected(row.error());
+    if (!*row) return points;
+    const auto target = joints(query.text(2)), commanded = joints(query.text(3)), actual = joints(query.text(4));
+    if (!target || !commanded || !actual) {
+      return std::unexpected(StoreError{"reading campaign " + campaign_id + ": the joints of a point are no list of numbers"});
+    }
+    const std::string purpose = query.text(1);
+    points.push_back({.pose = static_cast<int>(query.integer(0)),
+                      .purpose = purpose == kPurposes[0]   ? PointPurpose::Identify
+                                 : purpose == kPurposes[1] ? PointPurpose::Validate
+                                                           : PointPurpose::Remeasure,
+                      .q_target = *target,
+                      .q_commanded = *commanded,
+                      .q_actual = *actual,
+                      .smr = query.text(5),
+                      .p_WS_mm = {query.number(6), query.number(7), query.number(8)},
+                      .std_mm = {query.number(9), query.number(10), query.number(11)},
+                      .temperature_c = query.number(12),
+                      .pressure_mbar = query.number(13),
+                      .humidity_percent = query.number(14),
+                      .time = query.text(15)});
+  }
+}
+
+StoreResult<std::vector<SkippedPose>> Store::skipped(const std::string& campaign_id) {
+  Statement query =
+      impl_->database->prepare("SELECT pose, reason, attempts FROM skipped WHERE campaign_id=? ORDER BY number");
+  query.bind(campaign_id);
+  return all<SkippedPose>(std::move(query), [](const Statement& row) {
+    return SkippedPose{static_cast<int>(row.integer(0)), row.text(1), static_cast<int>(row.integer(2))};
+  });
+}
+
+StoreResult<void> Store::add_model(const ModelRecord& m) {
+  Statement insert = impl_->database->prepare("INSERT INTO model VALUES (?,?,?,?,?,?,?,0)");
+  insert.bind(m.id).bind(m.created).bind(m.campaign_id).bind(m.robot_serial).bind(m.yaml);
+  insert.bind(m.validation_before_mm).bind(m.validation_geometric_mm);
+  return impl_->commit("storing model " + m.id, insert);
+}
+
+StoreResult<void> Store::activate_model(const std::string& id) {
+  const std::string operation = id.empty() ? "deactivating the model" : "activating model " + id;
+  if (!id.empty()) {
+    const StoreResult<std::optional<ModelRecord>> known = model(id);
+    if (!known) return std::unexpected(in(operation, known.error()));
+    if (!*known) return std::unexpected(in(operation, {"there is no such model"}));
+  }
+  Statement none = impl_->database->prepare("UPDATE model SET active=0 WHERE active=1");
+  Statement one = impl_->database->prepare("UPDATE model SET active=1 WHERE id=?");
+  one.bind(id);
+  return impl_->commit(operation, none, one);
+}
+
+StoreResult<std::vector<ModelRecord>> Store::models() {
+  return all<ModelRecord>(impl_->database->prepare(
+      "SELECT id, created, campaign_id, robot_serial, '', validation_before_mm, validation_geometric_mm, active"
+      " FROM model ORDER BY created DESC, rowid DESC"), model_of);
+}
+
+StoreResult<std::optional<ModelRecord>> Store::model(const std::string& id) {
+  Statement query = impl_->database->prepare("SELECT * FROM model WHERE id=?");
+  query.bind(id);
+  return first<ModelRecord>(std::move(query), model_of);
+}
+
+StoreResult<std::optional<ModelRecord>> Store::active_model() {
+  return first<ModelRecord>(impl_->database->prepare("SELECT * FROM model WHERE active=1"), model_of);
+}
+
+StoreResult<std::uint64_t> Store::reserve_event_numbers(std::uint64_t count) {
+  Statement add = impl_->database->prepare("UPDATE event_number SET last=last+?");
+  add.bind(static_cast<std::int64_t>(count));
+  const StoreResult<void> reserved = impl_->commit("reserving event numbers", add);
+  if (!reserved) return std::unexpected(reserved.error());
+  Statement query = impl_->database->prepare("SELECT last FROM event_number");
+  const StoreResult<bool> row = query.step();
+  if (!row) return std::unexpected(row.error());
+  return static_cast<std::uint64_t>(query.integer(0)) - count + 1;
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,347 @@
+#include "daemon/store/store.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+namespace truepose::daemon {
+namespace {
+
+using testing::HasSubstr;
+
+class StoreTest : public testing::Test {
+ protected:
+  StoreTest() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "truepose-store-XXXXXX").string();
+    folder_ = mkdtemp(pattern.data());
+    file_ = folder_ / "cell.db";
+  }
+  ~StoreTest() override { std::filesystem::remove_all(folder_); }
+
+  Store open() {
+    StoreResult<Store> store = Store::open(file_);
+    if (!store) throw std::runtime_error(store.error().detail);
+    return std::move(*store);
+  }
+
+  std::string why_not_opened(const std::filesystem::path& file) {
+    const StoreResult<Store> store = Store::open(file);
+    return store ? "" : store.error().detail;
+  }
+
+  /// What another program does to the file.
+  void execute(const std::string& sql) {
+    sqlite3* connection = nullptr;
+    ASSERT_EQ(sqlite3_open(file_.c_str(), &connection), SQLITE_OK);
+    EXPECT_EQ(sqlite3_exec(connection, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(connection);
+    sqlite3_close(connection);
+  }
+
+  std::filesystem::path folder_, file_;
+};
+
+CampaignRecord campaign(const std::string& id) {
+  return {.id = id,
+          .started = "2026-08-17T10:00:00Z",
+          .ended = "",
+          .state = "running",
+          .reason = "",
+          .robot_model = "#KR210R2700_2 C4 FLR",
+          .robot_serial = "4711",
+          .tracker_model = "LTD840",
+          .tracker_serial = "123",
+          .model_id = "",
+          .document = ""};
+}
+
+ModelRecord model(const std::string& id, const std::string& created) {
+  return {.id = id,
+          .created = created,
+          .campaign_id = "c1",
+          .robot_serial = "4711",
+          .yaml = "name: " + id + "\n",
+          .validation_before_mm = 1.0 / 3,
+          .validation_geometric_mm = 0.04,
+          .active = false};
+}
+
+StoredPoint point(int pose) {
+  StoredPoint p;
+  p.pose = pose;
+  p.purpose = static_cast<PointPurpose>(pose % 3);
+  p.q_target = JointVector::LinSpaced(6, -std::numbers::pi, 1.0 / 3);
+  p.q_commanded = p.q_target * 1.0000001;
+  p.q_actual = JointVector::Constant(6, 1e-300);
+  p.smr = "1";
+  p.p_WS_mm = {1234.5678901234567, -0.1, 1e-17};
+  p.std_mm = {0.001, 0.002, 0.003};
+  p.temperature_c = 21.5;
+  p.pressure_mbar = 1013.25;
+  p.humidity_percent = 45;
+  p.time = "2026-08-17T10:00:01.250Z";
+  return p;
+}
+
+void expect_equal(const StoredPoint& actual, const StoredPoint& expected) {
+  EXPECT_EQ(actual.pose, expected.pose);
+  EXPECT_EQ(actual.purpose, expected.purpose);
+  EXPECT_EQ(actual.q_target, expected.q_target);
+  EXPECT_EQ(actual.q_commanded, expected.q_commanded);
+  EXPECT_EQ(actual.q_actual, expected.q_actual);
+  EXPECT_EQ(actual.smr, expected.smr);
+  EXPECT_EQ(actual.p_WS_mm, expected.p_WS_mm);
+  EXPECT_EQ(actual.std_mm, expected.std_mm);
+  EXPECT_EQ(actual.temperature_c, expected.temperature_c);
+  EXPECT_EQ(actual.pressure_mbar, expected.pressure_mbar);
+  EXPECT_EQ(actual.humidity_percent, expected.humidity_percent);
+  EXPECT_EQ(actual.time, expected.time);
+}
+
+TEST_F(StoreTest, GivesPointsAndSkippedPosesBackToTheLastBitAfterReopening) {
+  {
+    Store store = open();
+    ASSERT_TRUE(store.begin_campaign(campaign("c1")));
+    for (int pose = 0; pose < 5; ++pose) ASSERT_TRUE(store.add_point("c1", point(pose)));
+    ASSERT_TRUE(store.add_skipped("c1", {.pose = 7, .reason = "no reflector; it's hidden", .attempts = 3}));
+  }
+  Store store = open();
+  const auto points = store.points("c1");
+  ASSERT_TRUE(points);
+  ASSERT_EQ(points->size(), 5u);
+  for (int pose = 0; pose < 5; ++pose) expect_equal((*points)[static_cast<std::size_t>(pose)], point(pose));
+  const auto skipped = store.skipped("c1");
+  ASSERT_TRUE(skipped);
+  ASSERT_EQ(skipped->size(), 1u);
+  EXPECT_EQ((*skipped)[0].reason, "no reflector; it's hidden");
+  EXPECT_EQ((*skipped)[0].attempts, 3);
+  EXPECT_TRUE(store.points("unknown")->empty());
+}
+
+TEST_F(StoreTest, KeepsCampaignsNewestFirstAndTheirDocumentsApart) {
+  Store store = open();
+  ASSERT_TRUE(store.begin_campaign(campaign("c1")));
+  CampaignRecord later = campaign("c2");
+  later.started = "2026-08-18T10:00:00Z";
+  ASSERT_TRUE(store.begin_campaign(later));
+  CampaignRecord ended = campaign("c1");
+  ended.state = "done";
+  ended.ended = "2026-08-17T11:00:00Z";
+  ended.model_id = "m1";
+  ended.document = "{\"rank\": 27}";
+  ASSERT_TRUE(store.end_campaign(ended));
+
+  const auto list = store.campaigns();
+  ASSERT_TRUE(list);
+  ASSERT_EQ(list->size(), 2u);
+  EXPECT_EQ((*list)[0].id, "c2");
+  EXPECT_EQ((*list)[1].state, "done");
+  EXPECT_EQ((*list)[1].document, "");
+  const auto one = store.campaign("c1");
+  ASSERT_TRUE(one && *one);
+  EXPECT_EQ((*one)->document, ended.document);
+  EXPECT_EQ((*one)->tracker_serial, "123");
+  EXPECT_FALSE(*store.campaign("c3"));
+}
+
+TEST_F(StoreTest, RefusesWhatCannotBeTrue) {
+  Store store = open();
+  ASSERT_TRUE(store.begin_campaign(campaign("c1")));
+  EXPECT_THAT(store.begin_campaign(campaign("c1")).error().detail, HasSubstr("UNIQUE"));
+  EXPECT_THAT(store.add_point("c2", point(1)).error().detail, HasSubstr("FOREIGN KEY"));
+  EXPECT_THAT(store.end_campaign(campaign("c2")).error().detail, HasSubstr("no such campaign"));
+  EXPECT_THAT(store.activate_model("m1").error().detail, HasSubstr("no such model"));
+  StoredPoint broken = point(1);
+  broken.p_WS_mm.y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(store.add_point("c1", broken).error().detail, HasSubstr("not finite"));
+  CampaignRecord odd = campaign("c1");
+  odd.state = "somehow";
+  EXPECT_THAT(store.end_campaign(odd).error().detail, HasSubstr("CHECK"));
+  EXPECT_TRUE(store.points("c1")->empty());
+  EXPECT_TRUE(store.add_point("c1", point(1))) << "an error leaves the store usable";
+}
+
+TEST_F(StoreTest, HasAtMostOneActiveModel) {
+  Store store = open();
+  EXPECT_FALSE(*store.active_model());
+  ASSERT_TRUE(store.add_model(model("m1", "2026-08-17T11:00:00Z")));
+  ASSERT_TRUE(store.add_model(model("m2", "2026-08-18T11:00:00Z")));
+  for (const std::string id : {"m1", "m2", "m2", "m1"}) {
+    ASSERT_TRUE(store.activate_model(id));
+    EXPECT_EQ((*store.active_model())->id, id);
+    EXPECT_FALSE(store.activate_model("m3"));
+    EXPECT_EQ((*store.active_model())->id, id) << "a failed activation changes nothing";
+    const auto models = store.models();
+    EXPECT_EQ(std::count_if(models->begin(), models->end(), [](const ModelRecord& m) { return m.active; }), 1);
+    EXPECT_EQ((*models)[0].id, "m2");
+    EXPECT_EQ((*models)[0].yaml, "");
+  }
+  EXPECT_EQ((*store.model("m1"))->yaml, "name: m1\n");
+  EXPECT_EQ((*store.model("m1"))->validation_before_mm, 1.0 / 3);
+  ASSERT_TRUE(store.activate_model(""));
+  EXPECT_FALSE(*store.active_model());
+}
+
+TEST_F(StoreTest, NeverGivesAnEventNumberTwice) {
+  std::uint64_t next = 1;
+  for (int round = 0; round < 5; ++round) {
+    Store store = open();
+    for (const std::uint64_t count : {1u, 100u, 7u}) {
+      const auto first = store.reserve_event_numbers(count);
+      ASSERT_TRUE(first);
+      EXPECT_EQ(*first, next);
+      next += count;
+    }
+  }
+}
+
+TEST_F(StoreTest, SaysWhyAFileCannotBeItsOwn) {
+  EXPECT_THAT(why_not_opened(folder_ / "missing" / "cell.db"), HasSubstr("unable to open"));
+  EXPECT_THAT(why_not_opened(folder_), HasSubstr("unable to open"));
+
+  const std::filesystem::path text = folder_ / "notes.txt";
+  std::ofstream{text} << std::string(5000, 'x');
+  EXPECT_THAT(why_not_opened(text), HasSubstr("not a database"));
+
+  execute("CREATE TABLE t (x)");
+  EXPECT_THAT(why_not_opened(file_), HasSubstr("another program"));
+}
+
+TEST_F(StoreTest, LeavesAFileOfANewerVersionAlone) {
+  open();
+  execute("PRAGMA user_version=99");
+  EXPECT_THAT(why_not_opened(file_), HasSubstr("newer truepose"));
+  execute("PRAGMA user_version=1");
+  EXPECT_EQ(why_not_opened(file_), "");
+}
+
+TEST_F(StoreTest, SaysThatAFileCannotBeWritten) {
+  using std::filesystem::perms;
+  open();
+  const perms read = perms::owner_read | perms::group_read | perms::others_read;
+  const perms enter = perms::owner_exec | perms::group_exec | perms::others_exec;
+  std::filesystem::permissions(file_, read);
+  std::filesystem::permissions(folder_, read | enter);
+  const bool root = geteuid() == 0;  // may write everywhere
+  if (root) ASSERT_EQ(seteuid(65534), 0);
+  const std::string why = why_not_opened(file_);
+  if (root) ASSERT_EQ(seteuid(0), 0);
+  std::filesystem::permissions(folder_, perms::owner_all);
+  EXPECT_THAT(why, HasSubstr("readonly"));
+}
+
+TEST_F(StoreTest, FindsADamagedFileWhenItOpens) {
+  {
+    Store store = open();
+    ASSERT_TRUE(store.begin_campaign(campaign("c1")));
+    for (int pose = 0; pose < 100; ++pose) ASSERT_TRUE(store.add_point("c1", point(pose)));
+  }
+  const auto size = std::filesystem::file_size(file_);
+  std::fstream bytes{file_, std::ios::in | std::ios::out | std::ios::binary};
+  bytes.seekp(static_cast<std::streamoff>(size / 2));
+  bytes << std::string(size / 4, '\x5a');
+  bytes.close();
+  EXPECT_NE(why_not_opened(file_), "");
+}
+
+/// A child that adds points and tells of each one that was acknowledged, until it is killed or `limit` bytes are written.
+struct Child {
+  pid_t pid;
+  int acknowledged;  // the reading end of a pipe
+
+  Child(const std::filesystem::path& file, const std::string& id, rlim_t limit) {
+    int ends[2];
+    if (pipe(ends) != 0) throw std::runtime_error("pipe");
+    pid = fork();
+    if (pid == 0) {
+      std::signal(SIGXFSZ, SIG_IGN);
+      const rlimit bytes{limit, limit};
+      setrlimit(RLIMIT_FSIZE, &bytes);
+      StoreResult<Store> store = Store::open(file);
+      bool good = store && store->begin_campaign(campaign(id));
+      for (int pose = 0; good; ++pose) {
+        good = store->add_point(id, point(pose)).has_value() && write(ends[1], "+", 1) == 1;
+      }
+      _exit(1);
+    }
+    close(ends[1]);
+    acknowledged = ends[0];
+  }
+
+  /// Waits for `count` acknowledgements, or for the end. @return how many came
+  int wait_for(int count) const {
+    int seen = 0;
+    for (char c; seen < count && read(acknowledged, &c, 1) == 1;) ++seen;
+    return seen;
+  }
+};
+
+TEST_F(StoreTest, KeepsEveryAcknowledgedPointOfAProcessThatIsKilled) {
+  constexpr std::uint64_t kSeed = 20260817;
+  SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+  std::mt19937_64 random{kSeed};
+  open();
+  for (int kill_number = 0; kill_number < 20; ++kill_number) {
+    const std::string id = "c" + std::to_string(kill_number);
+    const Child child{file_, id, RLIM_INFINITY};
+    int acknowledged = child.wait_for(std::uniform_int_distribution{1, 40}(random));
+    usleep(static_cast<useconds_t>(random() % 3000));  // anywhere within a commit
+    kill(child.pid, SIGKILL);
+    waitpid(child.pid, nullptr, 0);
+    acknowledged += child.wait_for(1'000'000);
+    close(child.acknowledged);
+
+    Store store = open();  // checks the file
+    const auto points = store.points(id);
+    ASSERT_TRUE(points);
+    ASSERT_GE(static_cast<int>(points->size()), acknowledged);
+    ASSERT_LE(static_cast<int>(points->size()), acknowledged + 1);
+    for (std::size_t i = 0; i < points->size(); ++i) expect_equal((*points)[i], point(static_cast<int>(i)));
+  }
+}
+
+TEST_F(StoreTest, KeepsEveryAcknowledgedPointWhereThereIsNoMoreRoom) {
+  open();
+  const Child child{file_, "c1", 300'000};
+  const int acknowledged = child.wait_for(1'000'000);
+  waitpid(child.pid, nullptr, 0);
+  close(child.acknowledged);
+  EXPECT_GT(acknowledged, 10);
+  Store store = open();
+  EXPECT_GE(static_cast<int>(store.points("c1")->size()), acknowledged);
+  EXPECT_TRUE(store.add_point("c1", point(0)));
+}
+
+TEST_F(StoreTest, SaysThatThereIsNoMoreRoomAndTakesNothingHalf) {
+  Store store = open();
+  ASSERT_TRUE(store.begin_campaign(campaign("c1")));
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit tight{200'000, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &tight);
+  int acknowledged = 0;
+  StoreResult<void> added;
+  for (; acknowledged < 10'000 && (added = store.add_point("c1", point(acknowledged))); ++acknowledged) {
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  ASSERT_FALSE(added);
+  EXPECT_THAT(added.error().detail, HasSubstr("storing a point of campaign c1: " + file_.string() + ": d"));
+  EXPECT_EQ(static_cast<int>(open().points("c1")->size()), acknowledged);
+}
+
+}  // namespace
+}  // namespace truepose::daemon
