@@ -8,18 +8,19 @@ namespace {
 
 constexpr int kAxis4 = 3, kAxis5 = 4, kAxis6 = 5;
 constexpr double kLargestGridPoint = 9007199254740992.0;  // 2^53: beyond it doubles skip whole numbers
-constexpr double kRounding = 1e-6;                         // of a grid step: forgives 19999.9999999 for 20000
+constexpr double kRounding = 1e-6;                        // of a grid step: forgives 19999.9999999 for 20000
 
 bool on_grid(double value, double resolution) { return std::abs(value) / resolution < kLargestGridPoint; }
 
 bool usable(const JointVector& wanted, const JointVector& last, const JointVector& commanded,
             const CorrectionBounds& bounds) {
   const Eigen::Index axes = last.size();
-  return wanted.size() == axes && commanded.size() == axes && bounds.min.size() == axes && bounds.max.size() == axes &&
-         wanted.allFinite() && commanded.allFinite() && !bounds.min.hasNaN() && !bounds.max.hasNaN() &&
-         bounds.max_step >= 0 && bounds.max_total >= 0 && bounds.resolution > 0 && std::isfinite(bounds.resolution) &&
-         on_grid(bounds.max_step, bounds.resolution) && on_grid(bounds.max_total, bounds.resolution) &&
-         std::isfinite(bounds.limit_margin) && std::isfinite(bounds.singular_below) &&
+  return wanted.size() == axes && commanded.size() == axes && bounds.min.size() == axes &&
+         bounds.max.size() == axes && wanted.allFinite() && commanded.allFinite() && !bounds.min.hasNaN() &&
+         !bounds.max.hasNaN() && bounds.max_step >= 0 && bounds.max_total >= 0 && bounds.resolution > 0 &&
+         std::isfinite(bounds.resolution) && on_grid(bounds.max_step, bounds.resolution) &&
+         on_grid(bounds.max_total, bounds.resolution) && std::isfinite(bounds.limit_margin) &&
+         std::isfinite(bounds.singular_below) &&
          std::all_of(last.begin(), last.end(), [&](double x) { return on_grid(x, bounds.resolution); });
 }
 
@@ -37,8 +38,8 @@ bool damp_wrist(JointVector& correction, const JointVector& commanded, double si
 
 }  // namespace
 
-BoundedCorrection bound_correction(const JointVector& wanted, const JointVector& last, const JointVector& commanded,
-                                   const CorrectionBounds& bounds) noexcept {
+BoundedCorrection bound_correction(const JointVector& wanted, const JointVector& last,
+                                   const JointVector& commanded, const CorrectionBounds& bounds) noexcept {
   BoundedCorrection result{.correction = last, .clamps = {}};
   if (!usable(wanted, last, commanded, bounds)) {
     result.clamps.not_finite = true;

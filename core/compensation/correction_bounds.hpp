@@ -12,7 +12,8 @@ struct CorrectionBounds {
   JointVector min, max;       ///< joint limits, one per axis; infinite = none
   double limit_margin = 0;    ///< commanded + correction stays this far inside the limits
   double singular_below = 0;  ///< |A5| under which axes 4 and 6 are damped; 0 = never
-  /// Grid of the wire (six decimals of a degree). A bounded correction lies on it, so that what is sent is what was bounded.
+  /// Grid of the wire (six decimals of a degree). A bounded correction lies on it, so that what is sent is
+  /// what was bounded.
   double resolution = 1e-6 * kRadPerDeg;
 };
 
@@ -35,17 +36,18 @@ struct BoundedCorrection {
 
 /// The one gate between every wish and the wire.
 ///
-/// The result is finite and never further than `max_step` per axis from `last`: this comes before every other bound, so
-/// the total and the limits are approached by steps where `last` breaks them. Zero is always allowed: where the program
-/// itself is beyond a limit, the correction is only kept from going further out.
+/// The result is finite and never further than `max_step` per axis from `last`: this comes before every other
+/// bound, so the total and the limits are approached by steps where `last` breaks them. Zero is always
+/// allowed: where the program itself is beyond a limit, the correction is only kept from going further out.
 ///
-/// Near A5 = 0 axes 4 and 6 turn about the same line (KUKA: in the same sense), and small errors of orientation ask for large
-/// opposite motions of both. Only that opposite part is damped: position and the sum of both keep their correction.
+/// Near A5 = 0 axes 4 and 6 turn about the same line (KUKA: in the same sense), and small errors of
+/// orientation ask for large opposite motions of both. Only that opposite part is damped: position and the
+/// sum of both keep their correction.
 ///
 /// @param wanted     correction that the model asks for
 /// @param last       correction sent in the cycle before, on the grid of `bounds.resolution`
 /// @param commanded  joint positions that the robot program commands, without any correction
-BoundedCorrection bound_correction(const JointVector& wanted, const JointVector& last, const JointVector& commanded,
-                                   const CorrectionBounds& bounds) noexcept;
+BoundedCorrection bound_correction(const JointVector& wanted, const JointVector& last,
+                                   const JointVector& commanded, const CorrectionBounds& bounds) noexcept;
 
 }  // namespace truepose

@@ -11,7 +11,8 @@ constexpr int kSubBits = 5;
 
 }  // namespace
 
-// Values below 32 ns have a bucket each; above, the five bits after the leading one choose the bucket of the octave.
+// Values below 32 ns have a bucket each; above, the five bits after the leading one choose the bucket of the
+// octave.
 std::size_t LatencyHistogram::bucket(std::uint64_t ns) noexcept {
   if (ns < kSubBuckets) return ns;
   const int octave = static_cast<int>(std::bit_width(ns)) - kSubBits;

@@ -8,8 +8,8 @@
 
 namespace truepose::daemon {
 
-/// Log-linear histogram of durations: every octave of nanoseconds in 32 parts, so a value read back is at most 1/32
-/// (3 %) too large. Written by one thread with one relaxed increment, read by any.
+/// Log-linear histogram of durations: every octave of nanoseconds in 32 parts, so a value read back is at
+/// most 1/32 (3 %) too large. Written by one thread with one relaxed increment, read by any.
 class LatencyHistogram {
  public:
   struct Summary {
@@ -20,7 +20,8 @@ class LatencyHistogram {
   /// Writer's thread. A negative duration counts as 0.
   void record(std::chrono::nanoseconds duration) noexcept;
 
-  /// Any thread. Percentiles are upper edges of their bucket, never above the maximum, which is exact. 0 where empty.
+  /// Any thread. Percentiles are upper edges of their bucket, never above the maximum, which is exact. 0
+  /// where empty.
   Summary summary() const noexcept;
 
  private:

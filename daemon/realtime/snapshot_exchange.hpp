@@ -7,9 +7,9 @@ namespace truepose::daemon {
 
 /// Hands the newest value from one writing thread to one reading thread. Neither ever waits for the other.
 ///
-/// A triple buffer: the writer fills its own slot and swaps it with the one in the middle; the reader swaps its own
-/// with the middle when that is fresh. Values in between are dropped. A slot is reused, so that writing a value that
-/// allocates is the writer's business alone, and the reader never frees one.
+/// A triple buffer: the writer fills its own slot and swaps it with the one in the middle; the reader swaps
+/// its own with the middle when that is fresh. Values in between are dropped. A slot is reused, so that
+/// writing a value that allocates is the writer's business alone, and the reader never frees one.
 template <typename T>
 class SnapshotExchange {
  public:
@@ -17,9 +17,7 @@ class SnapshotExchange {
   T& back() noexcept { return slots_[back_].value; }
 
   /// Makes back() the newest value.
-  void publish() noexcept {
-    back_ = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kIndex;
-  }
+  void publish() noexcept { back_ = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kIndex; }
 
   /// Moves front() to the newest value. @return whether it is one that the reader has not seen
   bool take() noexcept {
@@ -28,7 +26,8 @@ class SnapshotExchange {
     return true;
   }
 
-  /// The reader's slot: default-constructed until the first take(), and untouched by the writer until the next.
+  /// The reader's slot: default-constructed until the first take(), and untouched by the writer until the
+  /// next.
   const T& front() const noexcept { return slots_[front_].value; }
 
  private:

@@ -9,8 +9,8 @@
 
 namespace truepose::daemon {
 
-/// Queue of plain records from one writing thread to one reading thread; neither waits. A record that finds it full is
-/// dropped and counted.
+/// Queue of plain records from one writing thread to one reading thread; neither waits. A record that finds
+/// it full is dropped and counted.
 template <typename T, std::size_t kCapacity>
 class SpscRing {
   static_assert(std::is_trivially_copyable_v<T> && std::has_single_bit(kCapacity));

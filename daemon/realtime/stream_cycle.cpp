@@ -59,12 +59,16 @@ CorrectionBounds bounds_of(const RobotModel& robot, const StreamOptions& options
   return bounds;
 }
 
-bool asks_to_stop(StreamFault fault) { return fault == StreamFault::BoundBroken || fault == StreamFault::NoSolution; }
+bool asks_to_stop(StreamFault fault) {
+  return fault == StreamFault::BoundBroken || fault == StreamFault::NoSolution;
+}
 
 }  // namespace
 
 StreamOptions StreamOptions::of(const config::StreamConfig& config) {
-  const auto cycles = [&](std::chrono::milliseconds time) { return std::max(1, static_cast<int>(time / config.cycle)); };
+  const auto cycles = [&](std::chrono::milliseconds time) {
+    return std::max(1, static_cast<int>(time / config.cycle));
+  };
   using namespace std::chrono_literals;
   return {.max_step_rad = config.max_step_deg * kRadPerDeg,
           .max_total_rad = config.max_total_deg * kRadPerDeg,
@@ -76,12 +80,13 @@ StreamOptions StreamOptions::of(const config::StreamConfig& config) {
           .following_lag_cycles = cycles(160ms)};
 }
 
-std::expected<std::unique_ptr<StreamCycle>, std::string> StreamCycle::create(const RobotModel& nominal,
-                                                                             const rsi::EthernetConfig& ethernet,
-                                                                             const StreamOptions& options) {
+std::expected<std::unique_ptr<StreamCycle>, std::string> StreamCycle::create(
+    const RobotModel& nominal, const rsi::EthernetConfig& ethernet, const StreamOptions& options) {
   const auto revolute = [](const Joint& joint) { return joint.type == JointType::Revolute; };
-  if (nominal.joint_count() != kAxes || !std::all_of(nominal.joints.begin(), nominal.joints.end(), revolute)) {
-    return std::unexpected("the stream corrects six revolute axes, but " + nominal.name + " has other joints");
+  if (nominal.joint_count() != kAxes ||
+      !std::all_of(nominal.joints.begin(), nominal.joints.end(), revolute)) {
+    return std::unexpected("the stream corrects six revolute axes, but " + nominal.name +
+                           " has other joints");
   }
   if (ethernet.only_send) {
     return std::unexpected("the RSI configuration has ONLYSEND=TRUE: the controller takes no correction");
@@ -90,18 +95,21 @@ std::expected<std::unique_ptr<StreamCycle>, std::string> StreamCycle::create(con
     return std::unexpected("the RSI configuration receives no axis correction (an element with A1 to A6)");
   }
   if (!ethernet.sends("ASPos") && !ethernet.sends("AIPos")) {
-    return std::unexpected("the RSI configuration sends neither DEF_ASPos nor DEF_AIPos: the commanded axes are unknown");
+    return std::unexpected(
+        "the RSI configuration sends neither DEF_ASPos nor DEF_AIPos: the commanded axes are unknown");
   }
   const double greatest = 90 * kRadPerDeg;
   const double grid = CorrectionBounds{}.resolution;
   if (!(options.max_step_rad >= grid && options.max_step_rad <= greatest) ||
       !(options.max_total_rad >= grid && options.max_total_rad <= greatest) || options.ramp_cycles < 1) {
-    return std::unexpected("step, total and ramp of the correction must be positive, and the first two at most 90 deg");
+    return std::unexpected(
+        "step, total and ramp of the correction must be positive, and the first two at most 90 deg");
   }
   return std::unique_ptr<StreamCycle>(new StreamCycle(nominal, ethernet, options));
 }
 
-StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& ethernet, const StreamOptions& options)
+StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& ethernet,
+                         const StreamOptions& options)
     : nominal_{nominal},
       options_{options},
       bounds_{bounds_of(nominal, options)},
@@ -157,7 +165,8 @@ void StreamCycle::take_commands() noexcept {
   }
 }
 
-std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame, drivers::TimePoint received) noexcept {
+std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
+                                           drivers::TimePoint received) noexcept {
   std::optional<JointVector> commanded = commanded_axes(frame);
   if (!commanded) return answer_malformed(frame.ipoc);
   malformed_before_ = false;
@@ -166,7 +175,8 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame, drivers
   if (position.sequence == Sequence::Duplicate || position.sequence == Sequence::Stale) {
     return hold(frame.ipoc, position);
   }
-  if (position.sequence == Sequence::NewSession && !confirms_session(frame.ipoc)) return hold(frame.ipoc, position);
+  if (position.sequence == Sequence::NewSession && !confirms_session(frame.ipoc))
+    return hold(frame.ipoc, position);
   if (position.sequence == Sequence::NewSession || restarted(frame, position)) {
     start_session(frame.ipoc);
     position = Position{.forward = 0, .elapsed = 0};
@@ -186,7 +196,8 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame, drivers
   if (status_.fault != StreamFault::None) {
     refade_ = true;
     ++status_.counters.held;
-  } else if (arriving && position.elapsed < kShortestRestartCycles && correct(*commanded, static_cast<double>(position.elapsed))) {
+  } else if (arriving && position.elapsed < kShortestRestartCycles &&
+             correct(*commanded, static_cast<double>(position.elapsed))) {
     ++status_.counters.answered;
   } else {
     ++status_.counters.held;
@@ -206,11 +217,16 @@ std::string_view StreamCycle::answer_malformed(std::optional<std::uint64_t> ipoc
 
 std::string_view StreamCycle::hold(std::uint64_t ipoc, const Position& position) noexcept {
   switch (position.sequence) {
-    case Sequence::Duplicate: ++status_.counters.duplicate; break;
-    case Sequence::Stale: ++status_.counters.stale; break;
+    case Sequence::Duplicate:
+      ++status_.counters.duplicate;
+      break;
+    case Sequence::Stale:
+      ++status_.counters.stale;
+      break;
     case Sequence::Next:
       if (position.elapsed >= kShortestRestartCycles) {
-        // The controller may have begun anew at zero, and this frame cannot tell: without a reply it keeps what it has.
+        // The controller may have begun anew at zero, and this frame cannot tell: without a reply it keeps
+        // what it has.
         ++status_.counters.unanswered;
         return {};
       }
@@ -218,8 +234,8 @@ std::string_view StreamCycle::hold(std::uint64_t ipoc, const Position& position)
       advance(ipoc, position);
       break;
     case Sequence::NewSession:
-      // A new start begins at zero. Should only the IPOC be garbage, then the controller discards this reply, and
-      // the session that it knows goes on.
+      // A new start begins at zero. Should only the IPOC be garbage, then the controller discards this reply,
+      // and the session that it knows goes on.
       ++status_.counters.held;
       return reply(ipoc, JointVector::Zero(kAxes));
   }
@@ -250,7 +266,8 @@ StreamCycle::Position StreamCycle::place(std::uint64_t ipoc) const noexcept {
   }
   const std::uint64_t step = status_.ipoc_step == 0 ? forward : status_.ipoc_step;
   if (forward < step / 2) return {.sequence = Sequence::Stale};  // no tick of the controller
-  const std::uint64_t elapsed = std::max<std::uint64_t>(1, forward / step + (forward % step > step / 2 ? 1 : 0));
+  const std::uint64_t elapsed =
+      std::max<std::uint64_t>(1, forward / step + (forward % step > step / 2 ? 1 : 0));
   if (elapsed > patience) return {.sequence = Sequence::NewSession};
   return {.sequence = Sequence::Next, .forward = forward, .elapsed = elapsed};
 }
@@ -263,9 +280,9 @@ bool StreamCycle::confirms_session(std::uint64_t ipoc) noexcept {
   return status_.counters.sessions == 0 || (ipoc > first && ipoc - first < kSoon);
 }
 
-// After a silence too short for the controller to give up, only itself can tell that it began anew: nothing is left in
-// the actual axes of a correction that they had followed, or, where they cannot be compared, it counts late replies
-// from zero.
+// After a silence too short for the controller to give up, only itself can tell that it began anew: nothing
+// is left in the actual axes of a correction that they had followed, or, where they cannot be compared, it
+// counts late replies from zero.
 bool StreamCycle::restarted(const rsi::RobotFrame& frame, const Position& position) const noexcept {
   if (position.elapsed < kShortestRestartCycles) return false;
   if (!frame.aipos_rad || !frame.aspos_rad) return frame.delay && delay_ && *frame.delay < *delay_;
@@ -300,7 +317,8 @@ void StreamCycle::advance(std::uint64_t ipoc, const Position& position) noexcept
   new_session_.reset();
   // The smallest step that was seen twice in a row: not a gap, not a damaged time stamp.
   const bool again = std::exchange(last_forward_, position.forward) == position.forward;
-  if (again && (status_.ipoc_step == 0 || position.forward < status_.ipoc_step)) status_.ipoc_step = position.forward;
+  if (again && (status_.ipoc_step == 0 || position.forward < status_.ipoc_step))
+    status_.ipoc_step = position.forward;
   if (position.elapsed > 1) {
     status_.counters.lost += position.elapsed - 1;
     emit(StreamEventKind::PacketsLost, position.elapsed - 1);
@@ -328,8 +346,8 @@ bool StreamCycle::plausible(const JointVector& commanded, const Position& positi
   return true;
 }
 
-/// False where the controller says that it did not take the last reply: changing the correction now would add up to
-/// a jump when it takes the next.
+/// False where the controller says that it did not take the last reply: changing the correction now would add
+/// up to a jump when it takes the next.
 bool StreamCycle::replies_arrive(const rsi::RobotFrame& frame, const Position& position,
                                  drivers::TimePoint received) noexcept {
   const std::optional<std::int64_t> before = std::exchange(delay_, frame.delay);
@@ -356,7 +374,8 @@ void StreamCycle::watch_following(const rsi::RobotFrame& frame, const JointVecto
   if (last_expected_ && position.elapsed > 0 && !correction_.isZero(0)) {
     const double cycles = static_cast<double>(position.elapsed);
     const JointVector motion = (expected - *last_expected_).cwiseAbs() / cycles;
-    const JointVector behind = (vector_of(*frame.aipos_rad) - expected).cwiseAbs() - options_.following_lag_cycles * motion;
+    const JointVector behind =
+        (vector_of(*frame.aipos_rad) - expected).cwiseAbs() - options_.following_lag_cycles * motion;
     const bool follows = behind.maxCoeff() <= options_.following_tolerance_rad;
     not_following_ = follows ? 0 : not_following_ + cycles;
     if (not_following_ >= options_.following_cycles) raise(StreamFault::NotFollowing);
@@ -445,7 +464,8 @@ void StreamCycle::update_state() noexcept {
 }
 
 void StreamCycle::emit(StreamEventKind kind, std::uint64_t value) noexcept {
-  events_.push({.kind = kind, .state = status_.state, .fault = status_.fault, .ipoc = status_.ipoc, .value = value});
+  events_.push(
+      {.kind = kind, .state = status_.state, .fault = status_.fault, .ipoc = status_.ipoc, .value = value});
 }
 
 void StreamCycle::publish() noexcept {

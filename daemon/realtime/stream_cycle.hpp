@@ -30,13 +30,14 @@ struct StreamOptions {
   double max_total_rad = 0;
   double limit_margin_rad = 0;
   double singular_below_rad = 0;
-  int ramp_cycles = 250;          ///< from no correction to all of it, and from one model to the next
-  int broken_cycles = 250;        ///< a bound broken for so many in a row is a fault
-  int following_cycles = 250;     ///< axes that do not follow for so many in a row freeze the command
+  int ramp_cycles = 250;       ///< from no correction to all of it, and from one model to the next
+  int broken_cycles = 250;     ///< a bound broken for so many in a row is a fault
+  int following_cycles = 250;  ///< axes that do not follow for so many in a row freeze the command
   double following_tolerance_rad = 0.05 * kRadPerDeg;
   int following_lag_cycles = 40;  ///< by which a moving arm may trail its command
   int rejected_cycles = 8;        ///< so many late replies in a row that were sent in time are a fault
-  int timeout_cycles = 100;       ///< the controller gives up after so many cycles without a reply: what comes then is a new start
+  int timeout_cycles =
+      100;  ///< the controller gives up after so many cycles without a reply: what comes then is a new start
   drivers::TimePoint (*now)() noexcept = &std::chrono::steady_clock::now;  ///< for the turnaround only
 
   static StreamOptions of(const config::StreamConfig& config);
@@ -44,13 +45,14 @@ struct StreamOptions {
 
 /// One RSI cycle, from the controller's datagram to the reply.
 ///
-/// The correction is a function of the commanded axes (ASPos; where that is not sent, AIPos less the correction in
-/// force): what to add so that the calibrated arm stands where the nominal one would. It is ramped in, out and between
-/// models over the controller's cycles, and passes bound_correction() just before it is encoded. Every fault holds the last
-/// correction, because under absolute corrections zero would be a jump; only a new start of the controller's
-/// side begins at zero, because there the controller does.
+/// The correction is a function of the commanded axes (ASPos; where that is not sent, AIPos less the
+/// correction in force): what to add so that the calibrated arm stands where the nominal one would. It is
+/// ramped in, out and between models over the controller's cycles, and passes bound_correction() just before
+/// it is encoded. Every fault holds the last correction, because under absolute corrections zero would be a
+/// jump; only a new start of the controller's side begins at zero, because there the controller does.
 ///
-/// answer() belongs to the realtime thread, use_model() and the commands to one other, status() and turnaround() to any.
+/// answer() belongs to the realtime thread, use_model() and the commands to one other, status() and
+/// turnaround() to any.
 class StreamCycle final : public drivers::RsiResponder {
  public:
   /// @param nominal   the arm of the robot program: six revolute joints
@@ -63,7 +65,8 @@ class StreamCycle final : public drivers::RsiResponder {
   // No allocation, lock, log, exception or system call.
   std::string_view answer(std::string_view datagram, drivers::TimePoint received) noexcept override;
 
-  /// Corrects for `calibrated` (as many joints as the nominal arm) from the next cycle on, cross-faded from what is in force.
+  /// Corrects for `calibrated` (as many joints as the nominal arm) from the next cycle on, cross-faded from
+  /// what is in force.
   /// @param number  of the caller's choice, reported in the status; not 0
   void use_model(const RobotModel& calibrated, std::uint64_t number);
   void use_no_model();
@@ -109,8 +112,10 @@ class StreamCycle final : public drivers::RsiResponder {
 
   std::optional<JointVector> commanded_axes(const rsi::RobotFrame& frame) const noexcept;
   bool plausible(const JointVector& commanded, const Position& position) noexcept;
-  bool replies_arrive(const rsi::RobotFrame& frame, const Position& position, drivers::TimePoint received) noexcept;
-  void watch_following(const rsi::RobotFrame& frame, const JointVector& commanded, const Position& position) noexcept;
+  bool replies_arrive(const rsi::RobotFrame& frame, const Position& position,
+                      drivers::TimePoint received) noexcept;
+  void watch_following(const rsi::RobotFrame& frame, const JointVector& commanded,
+                       const Position& position) noexcept;
   bool solve(const JointVector& commanded) noexcept;
   bool correct(const JointVector& commanded, double cycles) noexcept;
   void count(const CorrectionClamps& clamps) noexcept;
@@ -149,7 +154,7 @@ class StreamCycle final : public drivers::RsiResponder {
   bool refade_ = false;           // the next good cycle fades from what is in force
   bool malformed_before_ = false;
   bool late_before_ = false;
-  double broken_ = 0;             // cycles in a row, as the next three
+  double broken_ = 0;  // cycles in a row, as the next three
   double unsolved_ = 0;
   double not_following_ = 0;
   int rejected_ = 0;

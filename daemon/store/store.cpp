@@ -184,8 +184,9 @@ StoreResult<void> migrate(Database& database, const std::string& file) {
     return std::unexpected(StoreError{file + ": is a database of another program; choose another file"});
   }
   if (std::stoll(*version) > kSchemaVersion) {
-    return std::unexpected(StoreError{file + ": was written by a newer truepose (schema " + *version + ", this one knows " +
-                                      std::to_string(kSchemaVersion) + "); update truepose or choose another file"});
+    return std::unexpected(StoreError{file + ": was written by a newer truepose (schema " + *version +
+                                      ", this one knows " + std::to_string(kSchemaVersion) +
+                                      "); update truepose or choose another file"});
   }
   if (!fresh) return {};
   return database.execute(kSchema1 + ("PRAGMA application_id=" + std::to_string(kApplicationId)) +
@@ -224,7 +225,8 @@ StoreResult<Store> Store::open(const std::filesystem::path& file) {
   const StoreResult<std::string> check = (*database)->value("PRAGMA quick_check(1)");
   if (!check) return std::unexpected(in(kOperation, check.error()));
   if (*check != "ok") {
-    return std::unexpected(in(kOperation, {file.string() + ": is damaged (" + *check + "); restore a backup"}));
+    return std::unexpected(
+        in(kOperation, {file.string() + ": is damaged (" + *check + "); restore a backup"}));
   }
   StoreResult<Transaction> transaction = Transaction::begin(**database);
   if (!transaction) return std::unexpected(in(kOperation, transaction.error()));
@@ -236,7 +238,13 @@ StoreResult<Store> Store::open(const std::filesystem::path& file) {
 
 StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
   Statement insert = impl_->database->prepare("INSERT INTO campaign VALUES (?,?,?,?,?,?,?,?,?,?,?)");
-  insert.bind(c.id).bind(c.started).bind(c.ended).bind(c.state).bind(c.reason).bind(c.robot_model).bind(c.robot_serial);
+  insert.bind(c.id)
+      .bind(c.started)
+      .bind(c.ended)
+      .bind(c.state)
+      .bind(c.reason)
+      .bind(c.robot_model)
+      .bind(c.robot_serial);
   insert.bind(c.tracker_model).bind(c.tracker_serial).bind(c.model_id).bind(c.document);
   return impl_->commit("beginning campaign " + c.id, insert);
 }
@@ -259,7 +267,10 @@ StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredP
 StoreResult<void> Store::add_skipped(const std::string& campaign_id, const SkippedPose& skipped) {
   Statement insert =
       impl_->database->prepare("INSERT INTO skipped (campaign_id, pose, reason, attempts) VALUES (?,?,?,?)");
-  insert.bind(campaign_id).bind(std::int64_t{skipped.pose}).bind(skipped.reason).bind(std::int64_t{skipped.attempts});
+  insert.bind(campaign_id)
+      .bind(std::int64_t{skipped.pose})
+      .bind(skipped.reason)
+      .bind(std::int64_t{skipped.attempts});
   return impl_->commit("storing a skipped pose of campaign " + campaign_id, insert);
 }
 
@@ -269,14 +280,17 @@ StoreResult<void> Store::end_campaign(const CampaignRecord& c) {
       "UPDATE campaign SET ended=?, state=?, reason=?, model_id=?, document=? WHERE id=?");
   update.bind(c.ended).bind(c.state).bind(c.reason).bind(c.model_id).bind(c.document).bind(c.id);
   const StoreResult<void> result = impl_->commit(operation, update);
-  if (result && impl_->database->changes() == 0) return std::unexpected(in(operation, {"there is no such campaign"}));
+  if (result && impl_->database->changes() == 0)
+    return std::unexpected(in(operation, {"there is no such campaign"}));
   return result;
 }
 
 StoreResult<std::vector<CampaignRecord>> Store::campaigns() {
-  return all<CampaignRecord>(impl_->database->prepare(
-      "SELECT id, started, ended, state, reason, robot_model, robot_serial, tracker_model, tracker_serial, model_id, ''"
-      " FROM campaign ORDER BY started DESC, rowid DESC"), campaign_of);
+  return all<CampaignRecord>(
+      impl_->database->prepare("SELECT id, started, ended, state, reason, robot_model, robot_serial, "
+                               "tracker_model, tracker_serial, model_id, ''"
+                               " FROM campaign ORDER BY started DESC, rowid DESC"),
+      campaign_of);
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::campaign(const std::string& id) {
@@ -287,7 +301,8 @@ StoreResult<std::optional<CampaignRecord>> Store::campaign(const std::string& id
 
 StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_id) {
   Statement query = impl_->database->prepare(
-      "SELECT pose, purpose, q_target, q_commanded, q_actual, smr, x_mm, y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm,"
+      "SELECT pose, purpose, q_target, q_commanded, q_actual, smr, x_mm, y_mm, z_mm, std_x_mm, std_y_mm, "
+      "std_z_mm,"
       " temperature_c, pressure_mbar, humidity_percent, time FROM point WHERE campaign_id=? ORDER BY number");
   query.bind(campaign_id);
   std::vector<StoredPoint> points;
@@ -295,9 +310,11 @@ StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_
     const StoreResult<bool> row = query.step();
     if (!row) return std::unexpected(row.error());
     if (!*row) return points;
-    const auto target = joints(query.text(2)), commanded = joints(query.text(3)), actual = joints(query.text(4));
+    const auto target = joints(query.text(2)), commanded = joints(query.text(3)),
+               actual = joints(query.text(4));
     if (!target || !commanded || !actual) {
-      return std::unexpected(StoreError{"reading campaign " + campaign_id + ": the joints of a point are no list of numbers"});
+      return std::unexpected(
+          StoreError{"reading campaign " + campaign_id + ": the joints of a point are no list of numbers"});
     }
     const std::string purpose = query.text(1);
     points.push_back({.pose = static_cast<int>(query.integer(0)),
@@ -318,8 +335,8 @@ StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_
 }
 
 StoreResult<std::vector<SkippedPose>> Store::skipped(const std::string& campaign_id) {
-  Statement query =
-      impl_->database->prepare("SELECT pose, reason, attempts FROM skipped WHERE campaign_id=? ORDER BY number");
+  Statement query = impl_->database->prepare(
+      "SELECT pose, reason, attempts FROM skipped WHERE campaign_id=? ORDER BY number");
   query.bind(campaign_id);
   return all<SkippedPose>(std::move(query), [](const Statement& row) {
     return SkippedPose{static_cast<int>(row.integer(0)), row.text(1), static_cast<int>(row.integer(2))};
@@ -347,9 +364,10 @@ StoreResult<void> Store::activate_model(const std::string& id) {
 }
 
 StoreResult<std::vector<ModelRecord>> Store::models() {
-  return all<ModelRecord>(impl_->database->prepare(
-      "SELECT id, created, campaign_id, robot_serial, '', validation_before_mm, validation_geometric_mm, active"
-      " FROM model ORDER BY created DESC, rowid DESC"), model_of);
+  return all<ModelRecord>(impl_->database->prepare("SELECT id, created, campaign_id, robot_serial, '', "
+                                                   "validation_before_mm, validation_geometric_mm, active"
+                                                   " FROM model ORDER BY created DESC, rowid DESC"),
+                          model_of);
 }
 
 StoreResult<std::optional<ModelRecord>> Store::model(const std::string& id) {

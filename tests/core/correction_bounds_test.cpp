@@ -56,14 +56,16 @@ TEST(CorrectionBounds, LetASmallCorrectionPass) {
 
 TEST(CorrectionBounds, MoveAtMostOneStepPerCycleAndAxis) {
   const JointVector last = axes({0.1, 0.1, -0.1, 0, 0, 0});
-  const BoundedCorrection result = bound_correction(axes({0.5, -0.5, -0.11, 0, 1e9, 0}), last, kPose, bounds());
+  const BoundedCorrection result =
+      bound_correction(axes({0.5, -0.5, -0.11, 0, 1e9, 0}), last, kPose, bounds());
   expect_axes_near(result.correction, axes({0.12, 0.08, -0.11, 0, 0.02, 0}));
   EXPECT_TRUE(result.clamps.step);
   EXPECT_TRUE(result.clamps.total);
 }
 
 TEST(CorrectionBounds, KeepEveryAxisWithinTheTotal) {
-  const BoundedCorrection result = bound_correction(axes({5, -5, 2.9, 3, -3.0001, 0}), kZero, kPose, wide_step());
+  const BoundedCorrection result =
+      bound_correction(axes({5, -5, 2.9, 3, -3.0001, 0}), kZero, kPose, wide_step());
   expect_axes_near(result.correction, axes({3, -3, 2.9, 3, -3, 0}));
   EXPECT_TRUE(result.clamps.total);
   EXPECT_FALSE(result.clamps.step);
@@ -186,7 +188,8 @@ TEST(CorrectionBounds, WorkForAnyNumberOfAxes) {
     b.max = JointVector::Constant(axis_count, 1);
     const JointVector wanted = JointVector::Constant(axis_count, 0.01 * kDeg);
     const JointVector zero = JointVector::Zero(axis_count);
-    expect_axes_near(bound_correction(wanted, zero, JointVector::Constant(axis_count, 0.5), b).correction, wanted);
+    expect_axes_near(bound_correction(wanted, zero, JointVector::Constant(axis_count, 0.5), b).correction,
+                     wanted);
   }
 }
 
@@ -199,16 +202,26 @@ class Numbers {
 
   double nasty(double scale) {
     switch (pick(24)) {
-      case 0: return kNan;
-      case 1: return kInf;
-      case 2: return -kInf;
-      case 3: return std::numeric_limits<double>::max();
-      case 4: return std::numeric_limits<double>::lowest();
-      case 5: return std::numeric_limits<double>::denorm_min();
-      case 6: return -0.0;
-      case 7: return ordinary(1e12);
-      case 8: return ordinary(1e-12);
-      default: return ordinary(scale);
+      case 0:
+        return kNan;
+      case 1:
+        return kInf;
+      case 2:
+        return -kInf;
+      case 3:
+        return std::numeric_limits<double>::max();
+      case 4:
+        return std::numeric_limits<double>::lowest();
+      case 5:
+        return std::numeric_limits<double>::denorm_min();
+      case 6:
+        return -0.0;
+      case 7:
+        return ordinary(1e12);
+      case 8:
+        return ordinary(1e-12);
+      default:
+        return ordinary(scale);
     }
   }
 
@@ -240,7 +253,8 @@ TEST(CorrectionBounds, HoldForWhateverNumbersComeIn) {
     if (numbers.pick(20) == 0) b.limit_margin = numbers.nasty(0.1);
     JointVector last(6);
     const double reach = numbers.pick(4) == 0 ? 2 * b.max_total : b.max_total;
-    for (double& value : last) value = grid(std::trunc(numbers.ordinary(reach) / b.resolution) * b.resolution, b.resolution);
+    for (double& value : last)
+      value = grid(std::trunc(numbers.ordinary(reach) / b.resolution) * b.resolution, b.resolution);
     const JointVector wanted = numbers.nasty_axes(5 * kDeg);
     const JointVector commanded = numbers.nasty_axes(3);
 
@@ -299,7 +313,8 @@ TEST(CorrectionBounds, ReachEveryReachableWishAndStayThere) {
   for (int round = 0; round < 200; ++round) {
     JointVector wanted(6);
     for (double& value : wanted) value = numbers.ordinary(3 * kDeg);
-    for (int cycle = 0; cycle < 301; ++cycle) correction = bound_correction(wanted, correction, kPose, bounds()).correction;
+    for (int cycle = 0; cycle < 301; ++cycle)
+      correction = bound_correction(wanted, correction, kPose, bounds()).correction;
     expect_axes_near(correction, wanted);
     const BoundedCorrection again = bound_correction(wanted, correction, kPose, bounds());
     EXPECT_EQ(again.correction, correction);

@@ -114,7 +114,8 @@ TEST(LatencyHistogram, ReadsPercentilesBackWithinThreePercent) {
   const LatencyHistogram::Summary summary = histogram.summary();
   EXPECT_EQ(summary.count, all.size());
   const auto expect_close = [&](double actual, double fraction) {
-    const double exact = all[static_cast<std::size_t>(std::ceil(fraction * static_cast<double>(all.size()))) - 1];
+    const double exact =
+        all[static_cast<std::size_t>(std::ceil(fraction * static_cast<double>(all.size()))) - 1];
     EXPECT_GE(actual, exact * (1 - 1e-9));
     EXPECT_LE(actual, exact * (1 + 1.0 / 32));
   };
@@ -126,8 +127,9 @@ TEST(LatencyHistogram, ReadsPercentilesBackWithinThreePercent) {
 
 TEST(LatencyHistogram, TakesTheShortestAndTheLongestDurations) {
   LatencyHistogram histogram;
-  for (const auto ns : {std::chrono::nanoseconds::min(), std::chrono::nanoseconds{-1}, std::chrono::nanoseconds{0},
-                        std::chrono::nanoseconds{31}, std::chrono::nanoseconds{32}, std::chrono::nanoseconds::max()}) {
+  for (const auto ns :
+       {std::chrono::nanoseconds::min(), std::chrono::nanoseconds{-1}, std::chrono::nanoseconds{0},
+        std::chrono::nanoseconds{31}, std::chrono::nanoseconds{32}, std::chrono::nanoseconds::max()}) {
     histogram.record(ns);
   }
   EXPECT_EQ(histogram.summary().count, 6u);

@@ -47,7 +47,8 @@ class StoreTest : public testing::Test {
   void execute(const std::string& sql) {
     sqlite3* connection = nullptr;
     ASSERT_EQ(sqlite3_open(file_.c_str(), &connection), SQLITE_OK);
-    EXPECT_EQ(sqlite3_exec(connection, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(connection);
+    EXPECT_EQ(sqlite3_exec(connection, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK)
+        << sqlite3_errmsg(connection);
     sqlite3_close(connection);
   }
 
@@ -185,7 +186,8 @@ TEST_F(StoreTest, HasAtMostOneActiveModel) {
     EXPECT_FALSE(store.activate_model("m3"));
     EXPECT_EQ((*store.active_model())->id, id) << "a failed activation changes nothing";
     const auto models = store.models();
-    EXPECT_EQ(std::count_if(models->begin(), models->end(), [](const ModelRecord& m) { return m.active; }), 1);
+    EXPECT_EQ(std::count_if(models->begin(), models->end(), [](const ModelRecord& m) { return m.active; }),
+              1);
     EXPECT_EQ((*models)[0].id, "m2");
     EXPECT_EQ((*models)[0].yaml, "");
   }
@@ -236,9 +238,13 @@ TEST_F(StoreTest, SaysThatAFileCannotBeWritten) {
   std::filesystem::permissions(file_, read);
   std::filesystem::permissions(folder_, read | enter);
   const bool root = geteuid() == 0;  // may write everywhere
-  if (root) ASSERT_EQ(seteuid(65534), 0);
+  if (root) {
+    ASSERT_EQ(seteuid(65534), 0);
+  }
   const std::string why = why_not_opened(file_);
-  if (root) ASSERT_EQ(seteuid(0), 0);
+  if (root) {
+    ASSERT_EQ(seteuid(0), 0);
+  }
   std::filesystem::permissions(folder_, perms::owner_all);
   EXPECT_THAT(why, HasSubstr("readonly"));
 }
@@ -257,7 +263,8 @@ TEST_F(StoreTest, FindsADamagedFileWhenItOpens) {
   EXPECT_NE(why_not_opened(file_), "");
 }
 
-/// A child that adds points and tells of each one that was acknowledged, until it is killed or `limit` bytes are written.
+/// A child that adds points and tells of each one that was acknowledged, until it is killed or `limit` bytes
+/// are written.
 struct Child {
   pid_t pid;
   int acknowledged;  // the reading end of a pipe

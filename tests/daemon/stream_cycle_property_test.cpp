@@ -50,24 +50,37 @@ class Chaos {
     const RobotModel arm = nominal_arm();
     for (Eigen::Index i = 0; i < 6; ++i) {
       const Joint& joint = arm.joints[static_cast<std::size_t>(i)];
-      if (rig.q[i] + velocity_[i] < joint.min || rig.q[i] + velocity_[i] > joint.max) velocity_[i] = -velocity_[i];
+      if (rig.q[i] + velocity_[i] < joint.min || rig.q[i] + velocity_[i] > joint.max)
+        velocity_[i] = -velocity_[i];
       rig.q[i] += velocity_[i];
     }
   }
 
   void exchange() {
     if (one_in(400)) {  // silence, then the program is started anew
-      rig.restart(one_in(2) ? static_cast<std::uint64_t>(pick(1'000'000)) : rig.ipoc + 4 * static_cast<std::uint64_t>(20 + pick(500)));
+      rig.restart(one_in(2) ? static_cast<std::uint64_t>(pick(1'000'000))
+                            : rig.ipoc + 4 * static_cast<std::uint64_t>(20 + pick(500)));
     }
     if (one_in(300)) {  // a burst of lost datagrams
       for (int lost = pick(30); lost > 0; --lost) rig.tick({.datagram_lost = true});
     }
     switch (pick(40)) {
-      case 0: rig.tick({.datagram_lost = true}); break;
-      case 1: rig.tick({.reply_lost = true}); break;
-      case 2: rig.tick({.rejected = true}); break;
-      case 3: rig.tick({.replaced_by = damaged()}); break;
-      case 4: rig.send(damaged()); rig.tick(); break;
+      case 0:
+        rig.tick({.datagram_lost = true});
+        break;
+      case 1:
+        rig.tick({.reply_lost = true});
+        break;
+      case 2:
+        rig.tick({.rejected = true});
+        break;
+      case 3:
+        rig.tick({.replaced_by = damaged()});
+        break;
+      case 4:
+        rig.send(damaged());
+        rig.tick();
+        break;
       case 5: {
         const std::string reply = rig.tick();
         EXPECT_EQ(rig.send(rig.datagram()), reply) << "a repeated datagram";
@@ -84,10 +97,12 @@ class Chaos {
   std::string damaged() {
     std::string bytes = rig.datagram();
     switch (pick(3)) {
-      case 0: return bytes.substr(0, static_cast<std::size_t>(pick(static_cast<int>(bytes.size()))) + 1);
+      case 0:
+        return bytes.substr(0, static_cast<std::size_t>(pick(static_cast<int>(bytes.size()))) + 1);
       case 1:
         for (int i = pick(4) + 1; i > 0; --i) {
-          bytes[static_cast<std::size_t>(pick(static_cast<int>(bytes.size())))] = static_cast<char>(pick(256));
+          bytes[static_cast<std::size_t>(pick(static_cast<int>(bytes.size())))] =
+              static_cast<char>(pick(256));
         }
         return bytes;
       default:

@@ -194,8 +194,9 @@ TEST(StreamCycle, HoldsOnAFrameThatItCannotBelieve) {
   engage(rig);
   const JointVector before = rig.applied;
   rig.q[0] += 1 * kRadPerDeg;
-  for (const std::string body : {"", "<AIPos A1=\"1\"/>", "<ASPos A1=\"nan\" A2=\"1\" A3=\"1\" A4=\"1\" A5=\"1\" A6=\"1\"/>",
-                                 "<ASPos A1=\"1e999\" A2=\"1\" A3=\"1\" A4=\"1\" A5=\"1\" A6=\"1\"/>", "<<<"}) {
+  for (const std::string body :
+       {"", "<AIPos A1=\"1\"/>", "<ASPos A1=\"nan\" A2=\"1\" A3=\"1\" A4=\"1\" A5=\"1\" A6=\"1\"/>",
+        "<ASPos A1=\"1e999\" A2=\"1\" A3=\"1\" A4=\"1\" A5=\"1\" A6=\"1\"/>", "<<<"}) {
     const std::string ipoc = std::to_string(rig.ipoc + 4);
     rig.tick({.replaced_by = "<Rob Type=\"KUKA\">" + body + "<IPOC>" + ipoc + "</IPOC></Rob>"});
     EXPECT_EQ(rig.applied, before) << body;
@@ -210,8 +211,9 @@ TEST(StreamCycle, HoldsOnAFrameThatItCannotBelieve) {
 TEST(StreamCycle, DoesNotAnswerWithoutAReadableIpoc) {
   StreamRig rig;
   engage(rig);
-  for (const char* bytes : {"", "x", "<Rob Type=\"KUKA\"></Rob>", "<IPOC></IPOC>", "<IPOC>12", "<IPOC>-5</IPOC>",
-                            "<IPOC>99999999999999999999999</IPOC>", "<IPOC>1</IPOC><IPOC>2</IPOC>"}) {
+  for (const char* bytes :
+       {"", "x", "<Rob Type=\"KUKA\"></Rob>", "<IPOC></IPOC>", "<IPOC>12", "<IPOC>-5</IPOC>",
+        "<IPOC>99999999999999999999999</IPOC>", "<IPOC>1</IPOC><IPOC>2</IPOC>"}) {
     EXPECT_EQ(rig.send(bytes), "") << bytes;
   }
   EXPECT_EQ(rig.status().counters.unanswered, 8u);
@@ -289,7 +291,8 @@ TEST(StreamCycle, IsNotDeceivedByOneDamagedTimeStamp) {
   StreamRig rig;
   engage(rig);
   const JointVector before = rig.applied;
-  for (const std::uint64_t damaged : {std::uint64_t{0}, std::uint64_t{99'999'999}, rig.ipoc + 1, ~std::uint64_t{0}}) {
+  for (const std::uint64_t damaged :
+       {std::uint64_t{0}, std::uint64_t{99'999'999}, rig.ipoc + 1, ~std::uint64_t{0}}) {
     const std::uint64_t ipoc = std::exchange(rig.ipoc, damaged);
     const std::string datagram = rig.datagram();
     rig.ipoc = ipoc;
@@ -508,7 +511,8 @@ TEST(StreamCycle, NeverAllocatesWhateverArrives) {
 }
 
 TEST(StreamCycle, IsRefusedWithAConfigurationThatCannotCarryCorrections) {
-  const auto refused = [](const rsi::EthernetConfig& config, const RobotModel& robot, const StreamOptions& options) {
+  const auto refused = [](const rsi::EthernetConfig& config, const RobotModel& robot,
+                          const StreamOptions& options) {
     const auto cycle = StreamCycle::create(robot, config, options);
     return !cycle && !cycle.error().empty();
   };

@@ -80,11 +80,13 @@ struct Fate {
   std::string replaced_by{};  ///< what arrives instead of the datagram, where not empty
 };
 
-/// A controller in virtual time with a standing or moving program: sends, takes replies, applies them with HOLDON, counts late
-/// ones, and fails the test when a reply that it takes would move an axis by more than a step.
+/// A controller in virtual time with a standing or moving program: sends, takes replies, applies them with
+/// HOLDON, counts late ones, and fails the test when a reply that it takes would move an axis by more than a
+/// step.
 class StreamRig {
  public:
-  explicit StreamRig(const StreamOptions& options = stream_options(), const rsi::EthernetConfig& config = ethernet_config())
+  explicit StreamRig(const StreamOptions& options = stream_options(),
+                     const rsi::EthernetConfig& config = ethernet_config())
       : max_step_deg_{options.max_step_rad * kDegPerRad},
         cycle{StreamCycle::create(nominal_arm(), config, options).value()},
         codec_{config},
@@ -143,7 +145,8 @@ class StreamRig {
     for (std::size_t i = 0; i < 6; ++i) {
       const double value = (*frame.axis_correction_rad)[i];
       double& axis = applied[static_cast<Eigen::Index>(i)];
-      EXPECT_LE(std::abs(value - axis) * kDegPerRad, max_step_deg_ + 1e-9) << "axis " << i + 1 << ", IPOC " << ipoc;
+      EXPECT_LE(std::abs(value - axis) * kDegPerRad, max_step_deg_ + 1e-9)
+          << "axis " << i + 1 << ", IPOC " << ipoc;
       axis = value;
     }
     return true;
