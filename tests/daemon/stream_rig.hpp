@@ -8,10 +8,10 @@
 #include <cstdint>
 #include <fstream>
 #include <initializer_list>
-#include <iterator>
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
 
@@ -62,8 +62,9 @@ inline RobotModel real_arm(double scale = 1) {
 
 inline rsi::EthernetConfig ethernet_config() {
   std::ifstream file{TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml"};
-  const std::string text{std::istreambuf_iterator<char>{file}, {}};
-  return rsi::parse_ethernet_config(text).value();
+  std::ostringstream text;
+  text << file.rdbuf();
+  return rsi::parse_ethernet_config(text.str()).value();
 }
 
 inline StreamOptions stream_options() {
