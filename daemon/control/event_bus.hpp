@@ -1,0 +1,89 @@
+#pragma once
+
+#include <boost/json/fwd.hpp>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "proto/control/event_topic.hpp"
+
+namespace truepose::daemon {
+
+/// Where events get their numbers from, so that none repeats over restarts: a range that the store has reserved.
+struct EventNumbers {
+  std::uint64_t first = 1;  ///< of the range
+  std::uint64_t end = 1;    ///< one past its last
+  /// Called when the range runs low, from the publishing thread: must not block (post to the store's thread), and
+  /// leads to EventBus::extend(). Without an answer (disk full) the bus goes on counting: a number that might repeat
+  /// after a restart is a lesser evil than a fault that nobody hears of.
+  std::function<void()> request_more;
+};
+
+/// Numbers, stamps and keeps the last events, and hands them to subscribers. Every call is thread-safe.
+class EventBus {
+ public:
+  using WallClock = std::function<std::chrono::system_clock::time_point()>;
+  using Line = std::shared_ptr<const std::string>;  ///< one encoded notification, newline included
+  static constexpr std::size_t kKept = 4096;        ///< events kept for clients that come back
+
+  EventBus(EventNumbers numbers, WallClock wall_clock);
+
+  /// Publishes from any thread. `data` is an object as openrpc.json describes it for the topic.
+  void publish(control::Topic topic, const boost::json::value& data);
+  /// The store has reserved the numbers below `end` as well.
+  void extend(std::uint64_t end);
+
+  std::uint64_t next_seq() const;    ///< number of the event that will be published next
+  std::uint64_t oldest_seq() const;  ///< number of the oldest event kept; next_seq() if there is none
+
+  /// A reader's place in the stream of events. It falls behind if an event of its topics is dropped from the kept
+  /// ones before it was taken: then the reader is too slow and must go.
+  class Subscription {
+   public:
+    ~Subscription();
+    Subscription(const Subscription&) = delete;
+    Subscription& operator=(const Subscription&) = delete;
+
+    /// The next lines, oldest first, at most `count`; empty if there is nothing new.
+    std::vector<Line> take(std::size_t count);
+    bool fell_behind() const;
+
+   private:
+    friend class EventBus;
+    Subscription(EventBus& bus, std::set<control::Topic> topics, std::uint64_t next, std::function<void()> wake);
+    EventBus& bus_;
+    std::set<control::Topic> topics_;
+    std::uint64_t next_;  ///< number of the first event not taken
+    std::function<void()> wake_;
+    bool fell_behind_ = false;
+  };
+
+  /// Subscribes to what follows event number `after` (0: all that is kept). `wake` is called when there is something
+  /// to take, from any thread and with the bus locked: it must only post. The bus outlives its subscriptions.
+  std::unique_ptr<Subscription> subscribe(std::set<control::Topic> topics, std::uint64_t after,
+                                          std::function<void()> wake);
+
+ private:
+  struct Kept {
+    control::Topic topic;
+    Line line;
+  };
+  std::uint64_t oldest() const { return next_ - kept_.size(); }
+
+  mutable std::mutex mutex_;
+  EventNumbers numbers_;
+  WallClock wall_clock_;
+  std::uint64_t next_;
+  bool asked_for_more_ = false;
+  std::deque<Kept> kept_;  ///< numbers oldest() to next_ - 1
+  std::list<Subscription*> subscriptions_;
+};
+
+}  // namespace truepose::daemon

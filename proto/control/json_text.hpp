@@ -1,0 +1,18 @@
+#pragma once
+
+#include <boost/json/fwd.hpp>
+#include <expected>
+#include <string>
+#include <string_view>
+
+namespace truepose::control {
+
+/// JSON on one line. Doubles in their shortest form that reads back the same; a number that is not finite, which JSON
+/// cannot say, becomes null.
+std::string json_text(const boost::json::value& value);
+
+/// Reads one JSON text strictly: UTF-8, at most 16 levels deep, no duplicate key, every number finite.
+/// @return the value, or what is wrong and where ("byte 17: key \"id\" appears twice")
+std::expected<boost::json::value, std::string> parse_json(std::string_view text);
+
+}  // namespace truepose::control

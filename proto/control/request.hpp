@@ -1,0 +1,59 @@
+#pragma once
+
+#include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
+#include <cstdint>
+#include <expected>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "proto/control/event_topic.hpp"
+#include "proto/control/rpc_error.hpp"
+
+namespace truepose::control {
+
+/// Id of a request; none for a notification, which is never answered.
+using Id = std::variant<std::monostate, std::int64_t, std::string>;
+
+struct Request {
+  Id id;
+  std::string method;
+  boost::json::object params;  ///< empty where the line had none
+
+  bool is_notification() const { return std::holds_alternative<std::monostate>(id); }
+};
+
+/// A line that is not a request, with the id to answer it under where one could be read.
+struct BadRequest {
+  Id id;
+  RpcError error;
+};
+
+/// Reads one line (without its newline). Stricter than JSON-RPC 2.0 where that is vague: no batches, ids are strings
+/// or integers, params are an object.
+std::expected<Request, BadRequest> decode_request(std::string_view line);
+
+/// Lines below end with their newline.
+std::string encode_request(const Id& id, std::string_view method, const boost::json::object& params);
+std::string encode_result(const Id& id, const boost::json::value& result);
+std::string encode_error(const Id& id, const RpcError& error);
+/// @param time  RFC 3339
+std::string encode_event(std::uint64_t seq, std::string_view time, Topic topic, const boost::json::value& data);
+
+struct Reply {
+  Id id;
+  std::expected<boost::json::value, RpcError> result;
+};
+
+struct Event {
+  std::uint64_t seq = 0;
+  std::string time;   ///< RFC 3339
+  std::string topic;  ///< a name, since a newer server may know more topics
+  boost::json::object data;
+};
+
+/// Reads one line that a server sent; the error is one sentence.
+std::expected<std::variant<Reply, Event>, std::string> decode_server_line(std::string_view line);
+
+}  // namespace truepose::control
