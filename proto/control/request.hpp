@@ -13,7 +13,7 @@
 
 namespace truepose::control {
 
-/// Id of a request; none for a notification, which is never answered.
+/// Id of a request; none for a notification, which is never answered (nor are its params read).
 using Id = std::variant<std::monostate, std::int64_t, std::string>;
 
 struct Request {

@@ -1,0 +1,140 @@
+#include "proto/control/json_text.hpp"
+
+#include <boost/json/basic_parser_impl.hpp>
+#include <boost/json/parse.hpp>
+#include <boost/json/serialize.hpp>
+#include <boost/json/value.hpp>
+#include <charconv>
+#include <cmath>
+#include <set>
+#include <vector>
+
+namespace truepose::control {
+namespace {
+
+namespace json = boost::json;
+constexpr std::size_t kMaxDepth = 16;
+
+void append(std::string& out, const json::value& value);
+
+void append(std::string& out, double number) {
+  if (!std::isfinite(number)) {
+    out += "null";
+    return;
+  }
+  char digits[32];
+  const auto [end, error] = std::to_chars(digits, digits + sizeof digits, number);
+  const std::string_view text{digits, end};
+  out += text;
+  // A double stays a double for readers that tell them from integers.
+  if (text.find_first_of(".e") == std::string_view::npos) out += ".0";
+}
+
+void append(std::string& out, const json::array& array) {
+  out += '[';
+  for (bool first = true; const json::value& element : array) {
+    if (!std::exchange(first, false)) out += ',';
+    append(out, element);
+  }
+  out += ']';
+}
+
+void append(std::string& out, const json::object& object) {
+  out += '{';
+  for (bool first = true; const auto& [key, element] : object) {
+    if (!std::exchange(first, false)) out += ',';
+    out += json::serialize(json::string_view{key});
+    out += ':';
+    append(out, element);
+  }
+  out += '}';
+}
+
+void append(std::string& out, const json::value& value) {
+  switch (value.kind()) {
+    case json::kind::object: return append(out, value.get_object());
+    case json::kind::array: return append(out, value.get_array());
+    case json::kind::double_: return append(out, value.get_double());
+    default: out += json::serialize(value);
+  }
+}
+
+/// Follows the parser to see what Boost.JSON's values no longer show: keys that came twice, and numbers that became
+/// infinite. Stops the parse with `problem` set.
+struct Inspector {
+  static constexpr std::size_t max_object_size = 64 * 1024;
+  static constexpr std::size_t max_array_size = 64 * 1024;
+  static constexpr std::size_t max_key_size = 64 * 1024;
+  static constexpr std::size_t max_string_size = 64 * 1024 * 1024;
+
+  std::vector<std::set<std::string, std::less<>>> keys;  ///< of the objects that are open
+  std::string key;                                       ///< as far as it was read
+  std::string problem;
+
+  bool stop(json::error_code& error, std::string why) {
+    problem = std::move(why);
+    error = json::error::syntax;
+    return false;
+  }
+
+  bool on_document_begin(json::error_code&) { return true; }
+  bool on_document_end(json::error_code&) { return true; }
+  bool on_object_begin(json::error_code&) {
+    keys.emplace_back();
+    return true;
+  }
+  bool on_object_end(std::size_t, json::error_code&) {
+    keys.pop_back();
+    return true;
+  }
+  bool on_array_begin(json::error_code&) { return true; }
+  bool on_array_end(std::size_t, json::error_code&) { return true; }
+  bool on_key_part(json::string_view part, std::size_t, json::error_code&) {
+    key.append(part.data(), part.size());
+    return true;
+  }
+  bool on_key(json::string_view part, std::size_t, json::error_code& error) {
+    key.append(part.data(), part.size());
+    if (!keys.back().insert(key).second) return stop(error, "key \"" + key + "\" appears twice");
+    key.clear();
+    return true;
+  }
+  bool on_string_part(json::string_view, std::size_t, json::error_code&) { return true; }
+  bool on_string(json::string_view, std::size_t, json::error_code&) { return true; }
+  bool on_number_part(json::string_view, json::error_code&) { return true; }
+  bool on_int64(std::int64_t, json::string_view, json::error_code&) { return true; }
+  bool on_uint64(std::uint64_t, json::string_view, json::error_code&) { return true; }
+  bool on_double(double number, json::string_view, json::error_code& error) {
+    return std::isfinite(number) || stop(error, "number out of range");
+  }
+  bool on_bool(bool, json::error_code&) { return true; }
+  bool on_null(json::error_code&) { return true; }
+  bool on_comment_part(json::string_view, json::error_code&) { return true; }
+  bool on_comment(json::string_view, json::error_code&) { return true; }
+};
+
+}  // namespace
+
+std::string json_text(const json::value& value) {
+  std::string out;
+  append(out, value);
+  return out;
+}
+
+std::expected<json::value, std::string> parse_json(std::string_view text) {
+  json::parse_options options;
+  options.max_depth = kMaxDepth;
+  json::basic_parser<Inspector> inspector{options};
+  json::error_code error;
+  const std::size_t used = inspector.write_some(false, text.data(), text.size(), error);
+  if (!error && used < text.size()) error = json::error::extra_data;
+  if (error) {
+    const std::string& problem = inspector.handler().problem;
+    return std::unexpected("byte " + std::to_string(used) + ": " + (problem.empty() ? error.message() : problem));
+  }
+  json::value value = json::parse(json::string_view{text.data(), text.size()}, error, {}, options);
+  if (error) return std::unexpected(error.message());
+  return value;
+}
+
+}  // namespace truepose::control

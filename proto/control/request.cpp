@@ -1,0 +1,144 @@
+#include "proto/control/request.hpp"
+
+#include <limits>
+
+#include "proto/control/json_text.hpp"
+
+namespace truepose::control {
+namespace {
+
+namespace json = boost::json;
+
+/// Id of a message; nothing if it has one of a wrong kind. An absent id is a monostate.
+std::optional<Id> read_id(const json::object& message) {
+  const json::value* id = message.if_contains("id");
+  if (!id) return Id{};
+  if (const auto* integer = id->if_int64()) return Id{*integer};
+  if (const auto* text = id->if_string()) return Id{std::string{text->data(), text->size()}};
+  return std::nullopt;
+}
+
+json::value id_value(const Id& id) {
+  if (const auto* integer = std::get_if<std::int64_t>(&id)) return *integer;
+  if (const auto* text = std::get_if<std::string>(&id)) return json::value(*text);
+  return nullptr;
+}
+
+std::string text_of(const json::object& object, std::string_view key) {
+  const json::value* value = object.if_contains(json::string_view{key.data(), key.size()});
+  if (!value || !value->is_string()) return {};
+  return std::string{value->get_string().data(), value->get_string().size()};
+}
+
+bool is_version_2(const json::object& message) { return text_of(message, "jsonrpc") == "2.0"; }
+
+// Parentheses: braces around a value make it a list of one.
+std::string line_of(json::object message) { return json_text(json::value(std::move(message))) + '\n'; }
+
+json::string_view view(std::string_view text) { return {text.data(), text.size()}; }
+
+RpcError read_error(const json::object& error) {
+  RpcError read{ErrorCode::Internal, text_of(error, "message")};
+  if (const json::value* code = error.if_contains("code"); code && code->is_int64())
+    read.code = static_cast<ErrorCode>(code->get_int64());
+  const json::value* data = error.if_contains("data");
+  if (!data || !data->is_object()) return read;
+  read.path = text_of(data->get_object(), "path");
+  read.state = text_of(data->get_object(), "state");
+  const json::value* allowed = data->get_object().if_contains("allowed");
+  if (!allowed || !allowed->is_array()) return read;
+  for (const json::value& method : allowed->get_array())
+    if (method.is_string()) read.allowed.emplace_back(method.get_string().data(), method.get_string().size());
+  return read;
+}
+
+}  // namespace
+
+std::expected<Request, BadRequest> decode_request(std::string_view line) {
+  auto parsed = parse_json(line);
+  if (!parsed) return std::unexpected(BadRequest{{}, {ErrorCode::ParseError, "unreadable JSON: " + parsed.error()}});
+  const auto invalid = [](Id id, std::string why) {
+    return std::unexpected(BadRequest{std::move(id), {ErrorCode::InvalidRequest, std::move(why)}});
+  };
+  if (parsed->is_array()) return invalid({}, "batches are not served: send one request a line");
+  if (!parsed->is_object()) return invalid({}, "a request is a JSON object");
+  json::object& message = parsed->get_object();
+
+  const auto id = read_id(message);
+  if (!id) return invalid({}, "id: expected a string or an integer");
+  for (const auto& [key, value] : message)
+    if (key != "jsonrpc" && key != "id" && key != "method" && key != "params")
+      return invalid(*id, "unknown member \"" + std::string{key.data(), key.size()} + "\"");
+  if (!is_version_2(message)) return invalid(*id, "jsonrpc: expected \"2.0\"");
+  Request request{*id, text_of(message, "method"), {}};
+  if (request.method.empty()) return invalid(*id, "method: expected a name");
+  if (json::value* params = message.if_contains("params"); params && !request.is_notification()) {
+    if (!params->is_object())
+      return std::unexpected(
+          BadRequest{*id, {ErrorCode::InvalidParams, "params: expected an object with named parameters", "params"}});
+    request.params = std::move(params->get_object());
+  }
+  return request;
+}
+
+std::string encode_request(const Id& id, std::string_view method, const json::object& params) {
+  json::object message{{"jsonrpc", "2.0"}};
+  if (!std::holds_alternative<std::monostate>(id)) message["id"] = id_value(id);
+  message["method"] = view(method);
+  message["params"] = params;
+  return line_of(std::move(message));
+}
+
+std::string encode_result(const Id& id, const json::value& result) {
+  return line_of({{"jsonrpc", "2.0"}, {"id", id_value(id)}, {"result", result}});
+}
+
+std::string encode_error(const Id& id, const RpcError& error) {
+  json::object data{{"code", view(symbol(error.code))}};
+  if (!error.path.empty()) data["path"] = error.path;
+  if (!error.state.empty()) {
+    data["state"] = error.state;
+    data["allowed"] = json::array(error.allowed.begin(), error.allowed.end());
+  }
+  json::object body{{"code", static_cast<int>(error.code)}, {"message", error.message}, {"data", std::move(data)}};
+  return line_of({{"jsonrpc", "2.0"}, {"id", id_value(id)}, {"error", std::move(body)}});
+}
+
+std::string encode_event(std::uint64_t seq, std::string_view time, Topic topic, const json::value& data) {
+  json::object params{{"seq", seq}, {"time", view(time)}, {"topic", view(name(topic))}, {"data", data}};
+  return line_of({{"jsonrpc", "2.0"}, {"method", "event"}, {"params", std::move(params)}});
+}
+
+std::expected<std::variant<Reply, Event>, std::string> decode_server_line(std::string_view line) {
+  auto parsed = parse_json(line);
+  if (!parsed) return std::unexpected("the server sent unreadable JSON: " + parsed.error());
+  const auto strange = [](std::string_view what) {
+    return std::unexpected("the server sent a line that is no " + std::string{what});
+  };
+  if (!parsed->is_object() || !is_version_2(parsed->get_object())) return strange("JSON-RPC 2.0 message");
+  json::object& message = parsed->get_object();
+
+  if (json::value* method = message.if_contains("method")) {
+    json::value* params = message.if_contains("params");
+    if (*method != "event" || !params || !params->is_object()) return strange("event");
+    json::object& event = params->get_object();
+    json::value* data = event.if_contains("data");
+    const json::value* number = event.if_contains("seq");
+    boost::system::error_code not_a_number;
+    const auto seq = number ? number->to_number<std::uint64_t>(not_a_number) : 0;
+    if (!number || not_a_number || !data || !data->is_object()) return strange("event");
+    return Event{seq, text_of(event, "time"), text_of(event, "topic"), std::move(data->get_object())};
+  }
+
+  json::value* result = message.if_contains("result");
+  const json::value* error = message.if_contains("error");
+  const json::value* id = message.if_contains("id");
+  if (!id || (result != nullptr) == (error != nullptr)) return strange("reply");
+  const auto known_id = id->is_null() ? Id{} : read_id(message);
+  if (!known_id) return strange("reply");
+  if (result) return Reply{*known_id, std::move(*result)};
+  if (!error->is_object()) return strange("reply");
+  return Reply{*known_id, std::unexpected(read_error(error->get_object()))};
+}
+
+}  // namespace truepose::control
