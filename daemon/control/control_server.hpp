@@ -1,0 +1,68 @@
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <expected>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/cell_config.hpp"
+#include "daemon/control/cell_service.hpp"
+#include "daemon/control/event_bus.hpp"
+#include "drivers/clock.hpp"
+
+namespace truepose::daemon {
+
+/// What one client, or many, may take.
+struct ControlLimits {
+  std::size_t connections = 32;
+  std::chrono::milliseconds hello{3'000};         ///< from connecting to session.hello
+  std::chrono::milliseconds line{10'000};         ///< from a line's first byte to its last
+  std::chrono::milliseconds idle{600'000};        ///< without a request, unless events are subscribed to
+  std::chrono::milliseconds write_stall{10'000};  ///< a client that takes nothing for so long is gone
+  std::chrono::milliseconds farewell{2'000};      ///< to read the reason before the connection is torn down
+  std::size_t hello_failures = 5;                 ///< wrong tokens within hello_window; then nobody may log in
+  std::chrono::milliseconds hello_window{60'000};
+};
+
+/// What the server works with. All of it outlives the server and the event loop that it runs on.
+struct ControlServerParts {
+  drivers::Clock& clock;
+  EventBus::WallClock wall_clock;
+  CellService& cell;
+  EventBus& events;
+  std::function<void(const std::string&)> warn;  ///< logs one sentence
+};
+
+/// Serves the control protocol (proto/control/openrpc.json) to HMIs and the command line over TCP.
+///
+/// Requests of one connection are answered in order; connections do not wait for each other. Runs on one thread: the
+/// executor's.
+class ControlServer {
+ public:
+  /// Binds and starts to accept. Fails with one sentence: an address that is not loopback, a port in use (and by whom),
+  /// a token file that is missing, readable by others or too short.
+  static std::expected<std::unique_ptr<ControlServer>, std::string> start(boost::asio::any_io_executor executor,
+                                                                          ControlServerParts parts,
+                                                                          const config::ControlConfig& config,
+                                                                          std::string cell_name,
+                                                                          ControlLimits limits = {});
+  ~ControlServer();
+
+  std::uint16_t port() const;
+  /// Methods that are answered, the server's own included, sorted. rpc.discover is not in the schema that it returns.
+  std::vector<std::string> methods() const;
+  /// Accepts no more, closes every connection and cancels the calls under way. They end within the loop's next turns.
+  void stop();
+
+ private:
+  struct Impl;
+  explicit ControlServer(std::shared_ptr<Impl> impl);
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace truepose::daemon

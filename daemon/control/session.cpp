@@ -1,0 +1,349 @@
+#include "daemon/control/session.hpp"
+
+#include <algorithm>
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/bind_cancellation_slot.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
+#include <utility>
+
+#include "daemon/control/rfc3339.hpp"
+#include "daemon/control/token_file.hpp"
+#include "proto/control/json_text.hpp"
+#include "proto/control/param_reader.hpp"
+#include "proto/control/schema.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using namespace asio::experimental::awaitable_operators;
+using control::ErrorCode;
+using control::ParamReader;
+using control::RpcError;
+
+constexpr int kProtocol = 1;
+constexpr std::size_t kEventsPerBatch = 64;
+constexpr auto kNever = asio::steady_timer::time_point::max();
+
+}  // namespace
+
+const std::set<std::string, std::less<>>& Session::own_methods() {
+  static const std::set<std::string, std::less<>> kMethods{"session.hello", "system.info", "events.subscribe",
+                                                           "events.unsubscribe", "rpc.discover"};
+  return kMethods;
+}
+
+Session::Session(asio::ip::tcp::socket socket, std::shared_ptr<SessionContext> context)
+    : socket_{std::move(socket)},
+      context_{std::move(context)},
+      wake_{socket_.get_executor(), kNever},
+      drained_{socket_.get_executor(), kNever},
+      lines_{control::kMaxLineBeforeHello},
+      connected_{context_->parts.clock.now()},
+      last_request_{connected_} {
+  context_->sessions.insert(this);
+}
+
+Session::~Session() { context_->sessions.erase(this); }
+
+void Session::start() {
+  spawn_writer();
+  const auto done = [self = shared_from_this()](std::exception_ptr) { self->close(); };
+  asio::co_spawn(socket_.get_executor(), read_requests(), asio::bind_cancellation_slot(cancel_.slot(), done));
+}
+
+void Session::refuse(RpcError error) {
+  dismiss(std::move(error));
+  start();
+}
+
+void Session::stop() {
+  close();
+  cancel_.emit(asio::cancellation_type::terminal);
+}
+
+void Session::spawn_writer() {
+  const auto done = [self = shared_from_this()](std::exception_ptr) {
+    self->written_ = true;
+    self->drained_.cancel();
+  };
+  asio::co_spawn(socket_.get_executor(), write_lines(), done);
+}
+
+void Session::close() {
+  boost::system::error_code ignored;
+  socket_.close(ignored);
+  subscription_.reset();
+  finishing_ = true;
+  wake_.cancel();
+  drained_.cancel();
+}
+
+void Session::send(std::string line) {
+  outgoing_ += line;
+  wake_.cancel();
+}
+
+void Session::dismiss(RpcError error) {
+  send(control::encode_error({}, error));
+  finishing_ = true;
+}
+
+// Reading ---------------------------------------------------------------------------------------------------------
+
+asio::awaitable<void> Session::read_requests() {
+  while (!finishing_) {
+    const std::optional<drivers::TimePoint> until = deadline();
+    const std::size_t size = co_await read_some(until);
+    if (size == 0) {
+      if (until && context_->parts.clock.now() >= *until)
+        dismiss({ErrorCode::InvalidRequest, !authenticated_         ? "closed: no session.hello came in time"
+                                            : line_started_.has_value() ? "closed: the line did not end in time"
+                                                                        : "closed: nothing was asked for too long"});
+      finishing_ = true;
+      wake_.cancel();
+      break;
+    }
+    lines_.push({input_.data(), size});
+    while (!finishing_) {
+      std::optional<std::string> line = lines_.next();
+      if (!line) break;
+      line_started_.reset();
+      last_request_ = context_->parts.clock.now();
+      co_await serve(std::move(*line));
+    }
+    if (!lines_.partial()) {
+      line_started_.reset();
+    } else if (!line_started_) {
+      line_started_ = context_->parts.clock.now();
+    }
+    if (!finishing_ && lines_.overflowed())
+      dismiss({ErrorCode::InvalidRequest,
+               "closed: a line was longer than " +
+                   std::to_string(authenticated_ ? control::kMaxLine : control::kMaxLineBeforeHello) + " bytes"});
+  }
+  co_await discard_input();
+}
+
+// Closing a socket with unread input resets the connection, and the client might never see the reason that we sent.
+asio::awaitable<void> Session::discard_input() {
+  const drivers::TimePoint until = context_->parts.clock.now() + context_->limits.farewell;
+  std::size_t size = 1;
+  while (size > 0 && context_->parts.clock.now() < until) size = co_await read_some(until);
+  while (!written_) {
+    const auto waited = co_await drained_.async_wait(asio::as_tuple(asio::use_awaitable));
+    static_cast<void>(waited);
+  }
+}
+
+std::optional<drivers::TimePoint> Session::deadline() const {
+  const ControlLimits& limits = context_->limits;
+  if (!authenticated_) return connected_ + limits.hello;
+  if (line_started_) return *line_started_ + limits.line;
+  if (subscription_) return std::nullopt;
+  return last_request_ + limits.idle;
+}
+
+asio::awaitable<std::size_t> Session::read_some(std::optional<drivers::TimePoint> deadline) {
+  auto reading = socket_.async_read_some(asio::buffer(input_), asio::as_tuple(asio::use_awaitable));
+  if (!deadline) {
+    const auto [error, size] = co_await std::move(reading);
+    co_return error ? 0 : size;
+  }
+  auto alarm = context_->parts.clock.sleep_until(*deadline);
+  const auto outcome = co_await (std::move(reading) || std::move(alarm));
+  if (outcome.index() == 1) co_return 0;
+  const auto& [error, size] = std::get<0>(outcome);
+  co_return error ? 0 : size;
+}
+
+asio::awaitable<void> Session::serve(std::string line) {
+  auto request = control::decode_request(line);
+  if (!request) {
+    send(control::encode_error(request.error().id, request.error().error));
+    finishing_ = !authenticated_;
+    co_return;
+  }
+  // A notification has no answer, so nothing can be commanded by one.
+  if (request->is_notification()) co_return;
+
+  const control::Id id = request->id;
+  Result result;
+  if (authenticated_) {
+    result = co_await call(std::move(*request));
+  } else if (request->method == "session.hello") {
+    result = hello(request->params);
+  } else {
+    result = std::unexpected(RpcError{ErrorCode::Unauthenticated, "the first request must be session.hello"});
+  }
+  std::string reply = result ? control::encode_result(id, *result) : control::encode_error(id, result.error());
+  if (reply.size() > control::kMaxLine + 1)
+    reply = control::encode_error(id, {ErrorCode::Internal, "the answer has " + std::to_string(reply.size()) +
+                                                                " bytes, more than a line may have; ask for less"});
+  send(std::move(reply));
+  if (!authenticated_) finishing_ = true;
+  // A client that asks without reading the answers waits, rather than filling our memory.
+  while (!outgoing_.empty() && !finishing_) {
+    const auto waited = co_await drained_.async_wait(asio::as_tuple(asio::use_awaitable));
+    static_cast<void>(waited);
+  }
+}
+
+asio::awaitable<Session::Result> Session::call(control::Request request) {
+  if (request.method == "session.hello")
+    co_return std::unexpected(RpcError{ErrorCode::InvalidRequest, "the session is open already"});
+  if (request.method == "system.info") co_return system_info(request.params);
+  if (request.method == "events.subscribe") co_return subscribe(request.params);
+  if (request.method == "events.unsubscribe") co_return unsubscribe(request.params);
+  if (request.method == "rpc.discover") co_return control::parse_json(control::openrpc_text()).value();
+  if (!context_->cell_methods.contains(request.method))
+    co_return std::unexpected(RpcError{ErrorCode::MethodNotFound, "no method \"" + request.method.substr(0, 64) + "\""});
+
+  std::string method = request.method;
+  std::string failure;
+  try {
+    Result result = co_await context_->parts.cell.call(std::move(request.method), std::move(request.params));
+    co_return result;
+  } catch (const boost::system::system_error& error) {
+    if (error.code() == asio::error::operation_aborted) throw;
+    failure = error.what();
+  } catch (const std::exception& error) {
+    failure = error.what();
+  }
+  context_->parts.warn(method + " failed unexpectedly: " + failure);
+  co_return std::unexpected(RpcError{ErrorCode::Internal, method + " failed unexpectedly: " + failure});
+}
+
+// The server's own methods ----------------------------------------------------------------------------------------
+
+Session::Result Session::hello(const json::object& params) {
+  ParamReader read{params};
+  const auto protocol = read.required(read.integer("protocol", 0, 1'000'000), "protocol");
+  const auto token = read.required(read.text("token", 2048), "token");
+  if (protocol != kProtocol) read.fail("protocol", "this daemon speaks protocol " + std::to_string(kProtocol));
+  if (auto error = read.finish()) return std::unexpected(*error);
+
+  auto& failures = context_->hello_failures;
+  const drivers::TimePoint now = context_->parts.clock.now();
+  while (!failures.empty() && now - failures.front() >= context_->limits.hello_window) failures.pop_front();
+  // Not even the right token is looked at then: else guessing would go on at full speed.
+  if (failures.size() >= context_->limits.hello_failures)
+    return std::unexpected(RpcError{ErrorCode::RateLimited, "too many wrong tokens: try again in a minute"});
+  if (!same_token(token, context_->token)) {
+    failures.push_back(now);
+    context_->parts.warn("control: a client showed a wrong token");
+    return std::unexpected(
+        RpcError{ErrorCode::Unauthenticated, "wrong token: use the content of the daemon's token file"});
+  }
+  authenticated_ = true;
+  lines_.set_max_line(control::kMaxLine);
+  return json::object{{"product", "trueposed"},
+                      {"version", TRUEPOSE_VERSION},
+                      {"protocol", kProtocol},
+                      {"cell", context_->cell_name},
+                      {"time", rfc3339(context_->parts.wall_clock())},
+                      {"next_seq", context_->parts.events.next_seq()}};
+}
+
+Session::Result Session::system_info(const json::object& params) const {
+  ParamReader read{params};
+  if (auto error = read.finish()) return std::unexpected(*error);
+  const std::chrono::duration<double> uptime = context_->parts.clock.now() - context_->started;
+  return json::object{{"product", "trueposed"},
+                      {"version", TRUEPOSE_VERSION},
+                      {"protocol", kProtocol},
+                      {"cell", context_->cell_name},
+                      {"time", rfc3339(context_->parts.wall_clock())},
+                      {"started", context_->started_text},
+                      {"uptime_s", uptime.count()},
+                      {"connections", context_->sessions.size()}};
+}
+
+Session::Result Session::subscribe(const json::object& params) {
+  EventBus& events = context_->parts.events;
+  const std::uint64_t next = events.next_seq();
+  ParamReader read{params};
+  const auto names = read.texts("topics");
+  const auto after = read.integer("after", 0, static_cast<std::int64_t>(next) - 1);
+  std::set<control::Topic> topics;
+  if (!names) topics.insert(control::kAllTopics.begin(), control::kAllTopics.end());
+  for (const std::string& name : names.value_or(std::vector<std::string>{})) {
+    const auto topic = control::topic_from_name(name);
+    if (topic) topics.insert(*topic);
+    if (!topic) read.fail("topics", "no topic \"" + name + "\"");
+  }
+  if (auto error = read.finish()) return std::unexpected(*error);
+
+  const std::uint64_t last_seen = after ? static_cast<std::uint64_t>(*after) : next - 1;
+  const std::uint64_t oldest = events.oldest_seq();
+  const auto wake = [weak = weak_from_this(), executor = socket_.get_executor()] {
+    asio::post(executor, [weak] {
+      if (const auto self = weak.lock()) self->see_events();
+    });
+  };
+  subscription_.reset();
+  subscription_ = events.subscribe(topics, last_seen, wake);
+  json::array subscribed;
+  for (const control::Topic topic : topics) {
+    const std::string_view name = control::name(topic);
+    subscribed.emplace_back(json::string_view{name.data(), name.size()});
+  }
+  return json::object{{"topics", std::move(subscribed)},
+                      {"next", next},
+                      {"oldest", oldest},
+                      {"complete", last_seen + 1 >= oldest}};
+}
+
+Session::Result Session::unsubscribe(const json::object& params) {
+  ParamReader read{params};
+  if (auto error = read.finish()) return std::unexpected(*error);
+  subscription_.reset();
+  return json::object{{"topics", json::array{}}};
+}
+
+// Not left to the writer, which may be stuck in a write to this very client.
+void Session::see_events() {
+  wake_.cancel();
+  if (!subscription_ || !subscription_->fell_behind()) return;
+  context_->parts.warn("control: a client read its events too slowly and was disconnected");
+  close();
+}
+
+// Writing ---------------------------------------------------------------------------------------------------------
+
+std::string Session::next_batch() {
+  std::string batch = std::exchange(outgoing_, {});
+  if (!subscription_ || finishing_) return batch;
+  for (const EventBus::Line& line : subscription_->take(kEventsPerBatch)) batch += *line;
+  return batch;
+}
+
+asio::awaitable<void> Session::write_lines() {
+  while (true) {
+    const std::string batch = next_batch();
+    if (batch.empty()) {
+      if (finishing_) {
+        boost::system::error_code ignored;
+        socket_.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+        co_return;  // the reader closes, once the client has had time to read
+      }
+      const auto waited = co_await wake_.async_wait(asio::as_tuple(asio::use_awaitable));
+      static_cast<void>(waited);
+      continue;
+    }
+    auto writing = asio::async_write(socket_, asio::buffer(batch), asio::as_tuple(asio::use_awaitable));
+    auto alarm = context_->parts.clock.sleep_until(context_->parts.clock.now() + context_->limits.write_stall);
+    const auto outcome = co_await (std::move(writing) || std::move(alarm));
+    if (outcome.index() == 1 || std::get<0>(std::get<0>(outcome))) break;
+    drained_.cancel();
+  }
+  close();
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,441 @@
+#include "daemon/control/control_server.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
+#include <filesystem>
+#include <fstream>
+#include <future>
+#include <map>
+#include <random>
+#include <thread>
+
+#include "proto/control/json_text.hpp"
+#include "proto/control/request.hpp"
+#include "proto/control/schema.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+namespace json = boost::json;
+using asio::ip::tcp;
+using control::Event;
+using control::Reply;
+using control::Topic;
+using testing::HasSubstr;
+using namespace std::chrono_literals;
+
+constexpr std::string_view kToken = "0123456789abcdef0123456789abcdef";
+
+/// Time that passes when told to. Used on the event loop's thread.
+class ManualClock : public drivers::Clock {
+ public:
+  drivers::TimePoint now() const override { return now_; }
+  asio::awaitable<void> sleep_until(drivers::TimePoint when) override {
+    const auto executor = co_await asio::this_coro::executor;
+    const auto timer = std::make_shared<asio::steady_timer>(executor, asio::steady_timer::time_point::max());
+    const auto place = sleepers_.emplace(when, timer);
+    if (now_ < when) {
+      const auto waited = co_await timer->async_wait(asio::as_tuple(asio::use_awaitable));
+      static_cast<void>(waited);
+    }
+    sleepers_.erase(place);
+    if (now_ < when) throw boost::system::system_error(asio::error::operation_aborted);
+  }
+  void advance(drivers::Duration time) {
+    now_ += time;
+    for (const auto& [when, timer] : sleepers_)
+      if (when <= now_) timer->cancel();
+  }
+
+ private:
+  drivers::TimePoint now_{1h};
+  std::multimap<drivers::TimePoint, std::shared_ptr<asio::steady_timer>> sleepers_;
+};
+
+/// A cell with one method of each temper.
+class FakeCell : public CellService {
+ public:
+  std::vector<std::string> methods() const override {
+    return {"cell.status", "campaign.start", "model.get", "report.get"};
+  }
+  asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method, json::object) override {
+    if (method == "model.get") throw std::runtime_error("no such luck");
+    if (method == "report.get") co_return json::string(100'000, 'x');
+    if (method == "campaign.start") {
+      asio::steady_timer never{co_await asio::this_coro::executor, asio::steady_timer::time_point::max()};
+      started.set_value();
+      release = [&never] { never.cancel(); };
+      const auto waited = co_await never.async_wait(asio::as_tuple(asio::use_awaitable));
+      static_cast<void>(waited);
+    }
+    json::object result{{"method", method}};
+    co_return result;
+  }
+  std::promise<void> started;     ///< campaign.start is under way
+  std::function<void()> release;  ///< ends it
+};
+
+/// A client that blocks, for at most the socket's timeout.
+class Client {
+ public:
+  explicit Client(std::uint16_t port, int receive_buffer = 0) {
+    socket_.open(tcp::v4());
+    if (receive_buffer > 0) socket_.set_option(tcp::socket::receive_buffer_size{receive_buffer});
+    const timeval limit{.tv_sec = 30, .tv_usec = 0};
+    ::setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+    socket_.connect({asio::ip::address_v4::loopback(), port});
+  }
+  void send(std::string_view bytes) {
+    boost::system::error_code gone;
+    asio::write(socket_, asio::buffer(bytes), gone);
+  }
+  void end_of_input() { socket_.shutdown(tcp::socket::shutdown_send); }
+  /// The next line; empty when the server closed.
+  std::string line() {
+    boost::system::error_code end;
+    const std::size_t size = asio::read_until(socket_, asio::dynamic_buffer(buffer_), '\n', end);
+    if (end) return {};
+    std::string line = buffer_.substr(0, size - 1);
+    buffer_.erase(0, size);
+    return line;
+  }
+  Reply reply() { return std::get<Reply>(control::decode_server_line(line()).value()); }
+  Event event() { return std::get<Event>(control::decode_server_line(line()).value()); }
+  bool closed() { return line().empty(); }
+
+  Reply call(std::string_view method, const json::object& params = {}) {
+    send(control::encode_request(++id_, method, params));
+    Reply answer = reply();
+    EXPECT_EQ(answer.id, control::Id{id_});
+    return answer;
+  }
+  Reply hello(std::string_view token = kToken) { return call("session.hello", {{"protocol", 1}, {"token", std::string{token}}}); }
+  /// Code of the error of a call; 0 if it succeeded.
+  int code(std::string_view method, const json::object& params = {}) { return code_of(call(method, params)); }
+  static int code_of(const Reply& reply) { return reply.result ? 0 : static_cast<int>(reply.result.error().code); }
+
+ private:
+  asio::io_context context_;
+  tcp::socket socket_{context_};
+  std::string buffer_;
+  std::int64_t id_ = 0;
+};
+
+class ControlServerTest : public testing::Test {
+ protected:
+  ControlServerTest() {
+    std::string folder = (fs::temp_directory_path() / "truepose-control-XXXXXX").string();
+    folder_ = ::mkdtemp(folder.data());
+    write_token(kToken);
+  }
+  ~ControlServerTest() override {
+    on_loop([this] { server_.reset(); });
+    work_.reset();
+    thread_.join();
+    fs::remove_all(folder_);
+  }
+
+  void write_token(std::string_view token) {
+    std::ofstream{token_file()} << token << '\n';
+    fs::permissions(token_file(), fs::perms::owner_read | fs::perms::owner_write);
+  }
+  fs::path token_file() const { return folder_ / "token"; }
+
+  /// Runs something on the event loop's thread and waits for it.
+  void on_loop(const std::function<void()>& task) {
+    std::promise<void> done;
+    asio::post(io_, [&] {
+      task();
+      done.set_value();
+    });
+    done.get_future().wait();
+  }
+  std::string try_start(const config::Endpoint& endpoint, ControlLimits limits = {}) {
+    std::string error;
+    on_loop([&] {
+      auto server = ControlServer::start(
+          io_.get_executor(),
+          {clock_, [] { return std::chrono::system_clock::time_point{}; }, cell_, events_,
+           [this](const std::string& text) {
+             if (text.find("too slowly") != std::string::npos) too_slow_.set_value();
+           }},
+          {endpoint, token_file()}, "cell 1", limits);
+      if (server) server_ = std::move(*server);
+      if (!server) error = server.error();
+    });
+    return error;
+  }
+  std::uint16_t serve(ControlLimits limits = {}) {
+    EXPECT_EQ(try_start({"127.0.0.1", 0}, limits), "");
+    return server_->port();
+  }
+  void advance(drivers::Duration time) {
+    on_loop([&] { clock_.advance(time); });
+  }
+
+  fs::path folder_;
+  EventBus events_{{.first = 1000, .end = 1'000'000, .request_more = {}},
+                   [] { return std::chrono::system_clock::time_point{}; }};
+  ManualClock clock_;
+  FakeCell cell_;
+  std::promise<void> too_slow_;
+  asio::io_context io_;
+  asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
+  std::unique_ptr<ControlServer> server_;
+  std::thread thread_{[this] { io_.run(); }};
+};
+
+TEST_F(ControlServerTest, AnswersAfterSessionHello) {
+  Client client{serve()};
+  const Reply hello = client.hello();
+  ASSERT_TRUE(hello.result);
+  EXPECT_EQ(hello.result->at("cell").as_string(), "cell 1");
+  EXPECT_EQ(hello.result->at("time").as_string(), "1970-01-01T00:00:00.000Z");
+  EXPECT_EQ(client.call("cell.status").result->at("method").as_string(), "cell.status");
+  EXPECT_EQ(client.call("system.info").result->at("connections").as_int64(), 1);
+}
+
+TEST_F(ControlServerTest, WantsSessionHelloFirst) {
+  Client client{serve()};
+  EXPECT_EQ(client.code("cell.status"), -32001);
+  EXPECT_TRUE(client.closed());
+}
+
+TEST_F(ControlServerTest, ClosesAfterAWrongTokenAnotherProtocolOrGarbage) {
+  const auto port = serve();
+  for (const std::string_view token : {"", "0123456789abcdef0123456789abcdeF", "0123456789abcdef"}) {
+    Client client{port};
+    EXPECT_EQ(Client::code_of(client.hello(token)), -32001) << token;
+    EXPECT_TRUE(client.closed());
+  }
+  Client other{port};
+  EXPECT_EQ(other.code("session.hello", {{"protocol", 2}, {"token", std::string{kToken}}}), -32602);
+  EXPECT_TRUE(other.closed());
+  Client garbage{port};
+  garbage.send("GET / HTTP/1.1\r\n\r\n");
+  EXPECT_EQ(Client::code_of(garbage.reply()), -32700);
+  EXPECT_TRUE(garbage.closed());
+}
+
+TEST_F(ControlServerTest, LetsNobodyGuessTokensQuickly) {
+  const auto port = serve({.hello_failures = 2});
+  for (const int expected : {-32001, -32001, -32007}) EXPECT_EQ(Client::code_of(Client{port}.hello("wrong")), expected);
+  EXPECT_EQ(Client::code_of(Client{port}.hello()), -32007);
+  advance(60s);
+  EXPECT_EQ(Client::code_of(Client{port}.hello()), 0);
+}
+
+TEST_F(ControlServerTest, SaysWhenAMethodIsUnknownOrWhatItWasGivenIsWrong) {
+  Client client{serve()};
+  client.hello();
+  EXPECT_EQ(client.code("drift.check"), -32601);
+  EXPECT_EQ(client.code("session.hello"), -32600);
+  EXPECT_EQ(client.code("system.info", {{"x", 1}}), -32602);
+  EXPECT_EQ(client.code("events.subscribe", {{"topics", {"cell", "weather"}}}), -32602);
+  EXPECT_EQ(client.code("events.subscribe", {{"after", 1'000'000}}), -32602);
+  EXPECT_EQ(client.code("cell.status"), 0);
+}
+
+TEST_F(ControlServerTest, AnswersADefectOfTheCellAndAnAnswerTooLongAsInternalErrors) {
+  Client client{serve()};
+  client.hello();
+  EXPECT_THAT(client.call("model.get").result.error().message, HasSubstr("no such luck"));
+  EXPECT_EQ(client.code("report.get"), -32603);
+  EXPECT_EQ(client.code("cell.status"), 0);
+}
+
+TEST_F(ControlServerTest, NeverAnswersANotification) {
+  Client client{serve()};
+  client.hello();
+  client.send(control::encode_request({}, "cell.status", {}));
+  EXPECT_EQ(client.code("cell.status"), 0);  // whose id is checked: nothing came between
+}
+
+TEST_F(ControlServerTest, AnswersGarbageWithErrorsAndGoesOn) {
+  constexpr unsigned kSeed = 7;
+  SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+  std::mt19937 random{kSeed};
+  Client client{serve()};
+  client.hello();
+  for (int trial = 0; trial < 200; ++trial) {
+    std::string line(1 + random() % 100, ' ');
+    for (char& byte : line) byte = static_cast<char>(random());
+    std::erase(line, '\n');
+    client.send("\x01" + line + "\n");
+    EXPECT_EQ(Client::code_of(client.reply()), -32700);
+  }
+  EXPECT_EQ(client.code("cell.status"), 0);
+}
+
+TEST_F(ControlServerTest, ClosesOnALineThatIsTooLongAndSaysSo) {
+  const auto port = serve();
+  Client stranger{port};
+  stranger.send(std::string(4097, 'x'));
+  EXPECT_THAT(stranger.reply().result.error().message, HasSubstr("4096 bytes"));
+  EXPECT_TRUE(stranger.closed());
+  Client client{port};
+  client.hello();
+  client.send(std::string(200'000, 'x'));
+  EXPECT_THAT(client.reply().result.error().message, HasSubstr("65536 bytes"));
+  EXPECT_TRUE(client.closed());
+}
+
+TEST_F(ControlServerTest, ServesOthersWhileOneCallTakesLong) {
+  const auto port = serve();
+  Client slow{port};
+  Client quick{port};
+  slow.hello();
+  quick.hello();
+  slow.send(control::encode_request(71, "campaign.start", {}));
+  slow.send(control::encode_request(72, "cell.status", {}));
+  cell_.started.get_future().wait();
+  EXPECT_EQ(quick.code("cell.status"), 0);
+  on_loop([this] { cell_.release(); });
+  EXPECT_EQ(slow.reply().id, control::Id{71});
+  EXPECT_EQ(slow.reply().id, control::Id{72});
+}
+
+TEST_F(ControlServerTest, AnswersAClientThatHasAlreadyEndedItsInput) {
+  Client client{serve()};
+  client.send(control::encode_request(1, "session.hello", {{"protocol", 1}, {"token", std::string{kToken}}}) +
+              control::encode_request(2, "cell.status", {}));
+  client.end_of_input();
+  EXPECT_EQ(client.reply().id, control::Id{1});
+  EXPECT_EQ(client.reply().id, control::Id{2});
+  EXPECT_TRUE(client.closed());
+}
+
+TEST_F(ControlServerTest, ClosesWhoeverStaysSilentOrDawdles) {
+  const auto port = serve();
+  Client silent{port};
+  Client dawdler{port};
+  dawdler.hello();
+  dawdler.send("{");
+  Client witness{port};
+  witness.hello();  // answered after the others' bytes have been read
+  witness.call("events.subscribe");
+  advance(3s);
+  EXPECT_THAT(silent.reply().result.error().message, HasSubstr("session.hello"));
+  EXPECT_TRUE(silent.closed());
+  advance(7s);
+  EXPECT_THAT(dawdler.reply().result.error().message, HasSubstr("did not end"));
+  EXPECT_TRUE(dawdler.closed());
+  advance(24h);
+  EXPECT_EQ(witness.code("cell.status"), 0);  // a subscriber may listen for days
+}
+
+TEST_F(ControlServerTest, RefusesMoreConnectionsThanItMayHold) {
+  const auto port = serve({.connections = 2});
+  Client first{port};
+  Client second{port};
+  first.hello();
+  second.hello();
+  EXPECT_THAT(Client{port}.reply().result.error().message, HasSubstr("2 connections"));
+}
+
+TEST_F(ControlServerTest, SendsEachSubscriberItsTopics) {
+  const auto port = serve();
+  Client all{port};
+  Client faults{port};
+  all.hello();
+  faults.hello();
+  all.call("events.subscribe");
+  faults.call("events.subscribe", {{"topics", {"fault"}}});
+  events_.publish(Topic::Cell, json::object{{"state", "ready"}});
+  events_.publish(Topic::Fault, json::object{{"code", "E_BEAM"}});
+  EXPECT_EQ(all.event().seq, 1000U);
+  EXPECT_EQ(all.event().topic, "fault");
+  EXPECT_EQ(faults.event().seq, 1001U);
+  EXPECT_EQ(faults.call("events.unsubscribe").result->at("topics").as_array().size(), 0U);
+  events_.publish(Topic::Fault, json::object{});
+  EXPECT_EQ(faults.code("cell.status"), 0);
+}
+
+TEST_F(ControlServerTest, ReplaysWhatAClientMissed) {
+  for (int i = 0; i < 10; ++i) events_.publish(i % 2 ? Topic::Log : Topic::Cell, json::object{{"i", i}});
+  Client client{serve()};
+  client.hello();
+  const Reply reply = client.call("events.subscribe", {{"topics", {"log"}}, {"after", 1003}});
+  EXPECT_TRUE(reply.result->at("complete").as_bool());
+  EXPECT_EQ(reply.result->at("next").as_int64(), 1010);
+  for (const unsigned seq : {1005U, 1007U, 1009U}) EXPECT_EQ(client.event().seq, seq);
+  EXPECT_FALSE(client.call("events.subscribe", {{"topics", {"fault"}}, {"after", 3}}).result->at("complete").as_bool());
+}
+
+TEST_F(ControlServerTest, DisconnectsASlowReaderWhileOthersGetEveryEvent) {
+  const auto port = serve();
+  Client slow{port, 4096};
+  Client quick{port};
+  slow.hello();
+  quick.hello();
+  slow.call("events.subscribe");
+  quick.call("events.subscribe");
+  const json::object data{{"text", std::string(8192, 'x')}};
+  for (unsigned i = 0; i < 5500; ++i) {
+    events_.publish(Topic::Log, data);
+    ASSERT_EQ(quick.event().seq, 1000 + i);
+  }
+  EXPECT_EQ(too_slow_.get_future().wait_for(30s), std::future_status::ready);
+}
+
+TEST_F(ControlServerTest, ClosesEveryConnectionWhenItStops) {
+  const auto port = serve();
+  Client waiting{port};
+  Client busy{port};
+  waiting.hello();
+  busy.hello();
+  busy.send(control::encode_request(1, "campaign.start", {}));
+  cell_.started.get_future().wait();
+  on_loop([this] { server_.reset(); });
+  EXPECT_TRUE(waiting.closed());
+  EXPECT_TRUE(busy.closed());
+}
+
+TEST_F(ControlServerTest, ServesItsSchemaWhichKnowsItsMethods) {
+  Client client{serve()};
+  client.hello();
+  EXPECT_EQ(client.call("rpc.discover").result->at("openrpc").as_string(), "1.2.6");
+  std::vector<std::string> served = server_->methods();
+  EXPECT_EQ(std::erase(served, "rpc.discover"), 1U);
+  EXPECT_THAT(control::schema_methods(), testing::IsSupersetOf(served));
+}
+
+TEST_F(ControlServerTest, StartsOnlyWithAPrivateToken) {
+  const config::Endpoint endpoint{"127.0.0.1", 0};
+  fs::permissions(token_file(), fs::perms::group_read, fs::perm_options::add);
+  EXPECT_THAT(try_start(endpoint), HasSubstr("chmod 600"));
+  write_token("short");
+  EXPECT_THAT(try_start(endpoint), HasSubstr("16..1024 characters"));
+  fs::remove(token_file());
+  EXPECT_THAT(try_start(endpoint), HasSubstr("does not exist"));
+}
+
+TEST_F(ControlServerTest, ListensOnLoopbackOnly) {
+  EXPECT_THAT(try_start({"0.0.0.0", 0}), HasSubstr("needs TLS"));
+  EXPECT_THAT(try_start({"192.0.2.1", 0}), HasSubstr("needs TLS"));
+  EXPECT_THAT(try_start({"cell.example", 0}), HasSubstr("not an IP address"));
+}
+
+TEST_F(ControlServerTest, SaysWhoHoldsItsPort) {
+  asio::io_context context;
+  const tcp::acceptor holder{context, {asio::ip::address_v4::loopback(), 0}};
+  EXPECT_THAT(try_start({"127.0.0.1", holder.local_endpoint().port()}),
+              HasSubstr("is in use by daemon_control_ (process " + std::to_string(::getpid()) + ")"));
+}
+
+}  // namespace
+}  // namespace truepose::daemon
