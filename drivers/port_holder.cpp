@@ -58,7 +58,8 @@ std::optional<std::string> find_process(const std::string& inode) {
 
 std::string port_holder(Protocol protocol, std::uint16_t port) {
   const bool tcp = protocol == Protocol::Tcp;
-  for (const char* table : {tcp ? "/proc/net/tcp" : "/proc/net/udp", tcp ? "/proc/net/tcp6" : "/proc/net/udp6"}) {
+  for (const char* table :
+       {tcp ? "/proc/net/tcp" : "/proc/net/udp", tcp ? "/proc/net/tcp6" : "/proc/net/udp6"}) {
     const auto socket = find_socket(table, port, tcp);
     if (!socket) continue;
     if (const auto process = find_process(socket->inode)) return *process;

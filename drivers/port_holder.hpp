@@ -7,8 +7,9 @@ namespace truepose::drivers {
 
 enum class Protocol { Tcp, Udp };
 
-/// Who has a local port, for the sentence "port 49152 is in use by ...": "trueposed (process 1234)", "another user's
-/// process (uid 107)" where we may not look closer, or "an unknown process" where the port is free by now.
+/// Who has a local port, for the sentence "port 49152 is in use by ...": "trueposed (process 1234)", "another
+/// user's process (uid 107)" where we may not look closer, or "an unknown process" where the port is free by
+/// now.
 std::string port_holder(Protocol protocol, std::uint16_t port);
 
 }  // namespace truepose::drivers

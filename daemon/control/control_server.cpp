@@ -25,11 +25,12 @@ struct ControlServer::Impl {
 
 namespace {
 
-std::expected<tcp::acceptor, std::string> listen(asio::any_io_executor executor, const config::Endpoint& endpoint) {
+std::expected<tcp::acceptor, std::string> listen(asio::any_io_executor executor,
+                                                 const config::Endpoint& endpoint) {
   const std::string where = endpoint.host + ":" + std::to_string(endpoint.port);
   boost::system::error_code error;
-  const asio::ip::address address = asio::ip::make_address(endpoint.host == "localhost" ? "127.0.0.1" : endpoint.host,
-                                                           error);
+  const asio::ip::address address =
+      asio::ip::make_address(endpoint.host == "localhost" ? "127.0.0.1" : endpoint.host, error);
   if (error) return std::unexpected("control.listen: \"" + endpoint.host + "\" is not an IP address");
   if (!address.is_loopback())
     return std::unexpected("control.listen: " + where +
@@ -59,18 +60,16 @@ void ControlServer::Impl::admit(tcp::socket socket) {
   session->refuse({ErrorCode::Busy, "closed: " + std::to_string(most) + " connections are open already"});
 }
 
-std::expected<std::unique_ptr<ControlServer>, std::string> ControlServer::start(asio::any_io_executor executor,
-                                                                                ControlServerParts parts,
-                                                                                const config::ControlConfig& config,
-                                                                                std::string cell_name,
-                                                                                ControlLimits limits) {
+std::expected<std::unique_ptr<ControlServer>, std::string> ControlServer::start(
+    asio::any_io_executor executor, ControlServerParts parts, const config::ControlConfig& config,
+    std::string cell_name, ControlLimits limits) {
   auto token = read_token(config.token_file);
   if (!token) return std::unexpected(token.error());
   auto acceptor = listen(executor, config.listen);
   if (!acceptor) return std::unexpected(acceptor.error());
 
-  auto context = std::make_shared<SessionContext>(SessionContext{std::move(parts), limits, std::move(cell_name),
-                                                                 std::move(*token), {}, {}, {}, {}, {}});
+  auto context = std::make_shared<SessionContext>(
+      SessionContext{std::move(parts), limits, std::move(cell_name), std::move(*token), {}, {}, {}, {}, {}});
   for (std::string& method : context->parts.cell.methods()) context->cell_methods.insert(std::move(method));
   context->started = context->parts.clock.now();
   context->started_text = rfc3339(context->parts.wall_clock());

@@ -25,7 +25,7 @@ struct ControlLimits {
   std::chrono::milliseconds idle{600'000};        ///< without a request, unless events are subscribed to
   std::chrono::milliseconds write_stall{10'000};  ///< a client that takes nothing for so long is gone
   std::chrono::milliseconds farewell{2'000};      ///< to read the reason before the connection is torn down
-  std::size_t hello_failures = 5;                 ///< wrong tokens within hello_window; then nobody may log in
+  std::size_t hello_failures = 5;  ///< wrong tokens within hello_window; then nobody may log in
   std::chrono::milliseconds hello_window{60'000};
 };
 
@@ -40,23 +40,23 @@ struct ControlServerParts {
 
 /// Serves the control protocol (proto/control/openrpc.json) to HMIs and the command line over TCP.
 ///
-/// Requests of one connection are answered in order; connections do not wait for each other. Runs on one thread: the
-/// executor's.
+/// Requests of one connection are answered in order; connections do not wait for each other. Runs on one
+/// thread: the executor's.
 class ControlServer {
  public:
-  /// Binds and starts to accept. Fails with one sentence: an address that is not loopback, a port in use (and by whom),
-  /// a token file that is missing, readable by others or too short.
-  static std::expected<std::unique_ptr<ControlServer>, std::string> start(boost::asio::any_io_executor executor,
-                                                                          ControlServerParts parts,
-                                                                          const config::ControlConfig& config,
-                                                                          std::string cell_name,
-                                                                          ControlLimits limits = {});
+  /// Binds and starts to accept. Fails with one sentence: an address that is not loopback, a port in use (and
+  /// by whom), a token file that is missing, readable by others or too short.
+  static std::expected<std::unique_ptr<ControlServer>, std::string> start(
+      boost::asio::any_io_executor executor, ControlServerParts parts, const config::ControlConfig& config,
+      std::string cell_name, ControlLimits limits = {});
   ~ControlServer();
 
   std::uint16_t port() const;
-  /// Methods that are answered, the server's own included, sorted. rpc.discover is not in the schema that it returns.
+  /// Methods that are answered, the server's own included, sorted. rpc.discover is not in the schema that it
+  /// returns.
   std::vector<std::string> methods() const;
-  /// Accepts no more, closes every connection and cancels the calls under way. They end within the loop's next turns.
+  /// Accepts no more, closes every connection and cancels the calls under way. They end within the loop's
+  /// next turns.
   void stop();
 
  private:

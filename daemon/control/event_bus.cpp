@@ -49,11 +49,12 @@ std::uint64_t EventBus::oldest_seq() const {
   return oldest();
 }
 
-std::unique_ptr<EventBus::Subscription> EventBus::subscribe(std::set<control::Topic> topics, std::uint64_t after,
-                                                            std::function<void()> wake) {
+std::unique_ptr<EventBus::Subscription> EventBus::subscribe(std::set<control::Topic> topics,
+                                                            std::uint64_t after, std::function<void()> wake) {
   const std::lock_guard lock{mutex_};
   const std::uint64_t first = std::clamp(after + 1, oldest(), next_);
-  std::unique_ptr<Subscription> subscription{new Subscription{*this, std::move(topics), first, std::move(wake)}};
+  std::unique_ptr<Subscription> subscription{
+      new Subscription{*this, std::move(topics), first, std::move(wake)}};
   subscriptions_.push_back(subscription.get());
   return subscription;
 }

@@ -16,13 +16,14 @@
 
 namespace truepose::daemon {
 
-/// Where events get their numbers from, so that none repeats over restarts: a range that the store has reserved.
+/// Where events get their numbers from, so that none repeats over restarts: a range that the store has
+/// reserved.
 struct EventNumbers {
   std::uint64_t first = 1;  ///< of the range
   std::uint64_t end = 1;    ///< one past its last
-  /// Called when the range runs low, from the publishing thread: must not block (post to the store's thread), and
-  /// leads to EventBus::extend(). Without an answer (disk full) the bus goes on counting: a number that might repeat
-  /// after a restart is a lesser evil than a fault that nobody hears of.
+  /// Called when the range runs low, from the publishing thread: must not block (post to the store's thread),
+  /// and leads to EventBus::extend(). Without an answer (disk full) the bus goes on counting: a number that
+  /// might repeat after a restart is a lesser evil than a fault that nobody hears of.
   std::function<void()> request_more;
 };
 
@@ -43,8 +44,8 @@ class EventBus {
   std::uint64_t next_seq() const;    ///< number of the event that will be published next
   std::uint64_t oldest_seq() const;  ///< number of the oldest event kept; next_seq() if there is none
 
-  /// A reader's place in the stream of events. It falls behind if an event of its topics is dropped from the kept
-  /// ones before it was taken: then the reader is too slow and must go.
+  /// A reader's place in the stream of events. It falls behind if an event of its topics is dropped from the
+  /// kept ones before it was taken: then the reader is too slow and must go.
   class Subscription {
    public:
     ~Subscription();
@@ -57,7 +58,8 @@ class EventBus {
 
    private:
     friend class EventBus;
-    Subscription(EventBus& bus, std::set<control::Topic> topics, std::uint64_t next, std::function<void()> wake);
+    Subscription(EventBus& bus, std::set<control::Topic> topics, std::uint64_t next,
+                 std::function<void()> wake);
     EventBus& bus_;
     std::set<control::Topic> topics_;
     std::uint64_t next_;  ///< number of the first event not taken
@@ -65,8 +67,9 @@ class EventBus {
     bool fell_behind_ = false;
   };
 
-  /// Subscribes to what follows event number `after` (0: all that is kept). `wake` is called when there is something
-  /// to take, from any thread and with the bus locked: it must only post. The bus outlives its subscriptions.
+  /// Subscribes to what follows event number `after` (0: all that is kept). `wake` is called when there is
+  /// something to take, from any thread and with the bus locked: it must only post. The bus outlives its
+  /// subscriptions.
   std::unique_ptr<Subscription> subscribe(std::set<control::Topic> topics, std::uint64_t after,
                                           std::function<void()> wake);
 

@@ -95,7 +95,8 @@ void Session::dismiss(RpcError error) {
   finishing_ = true;
 }
 
-// Reading ---------------------------------------------------------------------------------------------------------
+// Reading
+// ---------------------------------------------------------------------------------------------------------
 
 asio::awaitable<void> Session::read_requests() {
   while (!finishing_) {
@@ -103,9 +104,10 @@ asio::awaitable<void> Session::read_requests() {
     const std::size_t size = co_await read_some(until);
     if (size == 0) {
       if (until && context_->parts.clock.now() >= *until)
-        dismiss({ErrorCode::InvalidRequest, !authenticated_         ? "closed: no session.hello came in time"
-                                            : line_started_.has_value() ? "closed: the line did not end in time"
-                                                                        : "closed: nothing was asked for too long"});
+        dismiss({ErrorCode::InvalidRequest, !authenticated_ ? "closed: no session.hello came in time"
+                                            : line_started_.has_value()
+                                                ? "closed: the line did not end in time"
+                                                : "closed: nothing was asked for too long"});
       finishing_ = true;
       wake_.cancel();
       break;
@@ -126,12 +128,14 @@ asio::awaitable<void> Session::read_requests() {
     if (!finishing_ && lines_.overflowed())
       dismiss({ErrorCode::InvalidRequest,
                "closed: a line was longer than " +
-                   std::to_string(authenticated_ ? control::kMaxLine : control::kMaxLineBeforeHello) + " bytes"});
+                   std::to_string(authenticated_ ? control::kMaxLine : control::kMaxLineBeforeHello) +
+                   " bytes"});
   }
   co_await discard_input();
 }
 
-// Closing a socket with unread input resets the connection, and the client might never see the reason that we sent.
+// Closing a socket with unread input resets the connection, and the client might never see the reason that we
+// sent.
 asio::awaitable<void> Session::discard_input() {
   const drivers::TimePoint until = context_->parts.clock.now() + context_->limits.farewell;
   std::size_t size = 1;
@@ -182,10 +186,12 @@ asio::awaitable<void> Session::serve(std::string line) {
   } else {
     result = std::unexpected(RpcError{ErrorCode::Unauthenticated, "the first request must be session.hello"});
   }
-  std::string reply = result ? control::encode_result(id, *result) : control::encode_error(id, result.error());
+  std::string reply =
+      result ? control::encode_result(id, *result) : control::encode_error(id, result.error());
   if (reply.size() > control::kMaxLine + 1)
-    reply = control::encode_error(id, {ErrorCode::Internal, "the answer has " + std::to_string(reply.size()) +
-                                                                " bytes, more than a line may have; ask for less"});
+    reply = control::encode_error(
+        id, {ErrorCode::Internal, "the answer has " + std::to_string(reply.size()) +
+                                      " bytes, more than a line may have; ask for less"});
   send(std::move(reply));
   if (!authenticated_) finishing_ = true;
   // A client that asks without reading the answers waits, rather than filling our memory.
@@ -203,7 +209,8 @@ asio::awaitable<Session::Result> Session::call(control::Request request) {
   if (request.method == "events.unsubscribe") co_return unsubscribe(request.params);
   if (request.method == "rpc.discover") co_return control::parse_json(control::openrpc_text()).value();
   if (!context_->cell_methods.contains(request.method))
-    co_return std::unexpected(RpcError{ErrorCode::MethodNotFound, "no method \"" + request.method.substr(0, 64) + "\""});
+    co_return std::unexpected(
+        RpcError{ErrorCode::MethodNotFound, "no method \"" + request.method.substr(0, 64) + "\""});
 
   std::string method = request.method;
   std::string failure;
@@ -220,13 +227,15 @@ asio::awaitable<Session::Result> Session::call(control::Request request) {
   co_return std::unexpected(RpcError{ErrorCode::Internal, method + " failed unexpectedly: " + failure});
 }
 
-// The server's own methods ----------------------------------------------------------------------------------------
+// The server's own methods
+// ----------------------------------------------------------------------------------------
 
 Session::Result Session::hello(const json::object& params) {
   ParamReader read{params};
   const auto protocol = read.required(read.integer("protocol", 0, 1'000'000), "protocol");
   const auto token = read.required(read.text("token", 2048), "token");
-  if (protocol != kProtocol) read.fail("protocol", "this daemon speaks protocol " + std::to_string(kProtocol));
+  if (protocol != kProtocol)
+    read.fail("protocol", "this daemon speaks protocol " + std::to_string(kProtocol));
   if (auto error = read.finish()) return std::unexpected(*error);
 
   auto& failures = context_->hello_failures;
@@ -315,7 +324,8 @@ void Session::see_events() {
   close();
 }
 
-// Writing ---------------------------------------------------------------------------------------------------------
+// Writing
+// ---------------------------------------------------------------------------------------------------------
 
 std::string Session::next_batch() {
   std::string batch = std::exchange(outgoing_, {});
@@ -338,7 +348,8 @@ asio::awaitable<void> Session::write_lines() {
       continue;
     }
     auto writing = asio::async_write(socket_, asio::buffer(batch), asio::as_tuple(asio::use_awaitable));
-    auto alarm = context_->parts.clock.sleep_until(context_->parts.clock.now() + context_->limits.write_stall);
+    auto alarm =
+        context_->parts.clock.sleep_until(context_->parts.clock.now() + context_->limits.write_stall);
     const auto outcome = co_await (std::move(writing) || std::move(alarm));
     if (outcome.index() == 1 || std::get<0>(std::get<0>(outcome))) break;
     drained_.cancel();

@@ -9,7 +9,9 @@ std::expected<std::string, std::string> read_token(const std::filesystem::path& 
   namespace fs = std::filesystem;
   constexpr std::size_t kShortest = 16;
   constexpr std::size_t kLongest = 1024;
-  const auto bad = [&](const std::string& why) { return std::unexpected("token file " + file.string() + ": " + why); };
+  const auto bad = [&](const std::string& why) {
+    return std::unexpected("token file " + file.string() + ": " + why);
+  };
 
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
@@ -29,7 +31,8 @@ std::expected<std::string, std::string> read_token(const std::filesystem::path& 
   token.erase(token.find_last_not_of(kSpace) + 1);
   token.erase(0, token.find_first_not_of(kSpace));
   if (token.size() < kShortest || token.size() > kLongest)
-    return bad("the token must have " + std::to_string(kShortest) + ".." + std::to_string(kLongest) + " characters");
+    return bad("the token must have " + std::to_string(kShortest) + ".." + std::to_string(kLongest) +
+               " characters");
   return token;
 }
 

@@ -4,13 +4,20 @@ namespace truepose::control {
 
 std::string_view name(Topic topic) {
   switch (topic) {
-    case Topic::Cell: return "cell";
-    case Topic::Campaign: return "campaign";
-    case Topic::Measurement: return "measurement";
-    case Topic::Stream: return "stream";
-    case Topic::Model: return "model";
-    case Topic::Fault: return "fault";
-    case Topic::Log: return "log";
+    case Topic::Cell:
+      return "cell";
+    case Topic::Campaign:
+      return "campaign";
+    case Topic::Measurement:
+      return "measurement";
+    case Topic::Stream:
+      return "stream";
+    case Topic::Model:
+      return "model";
+    case Topic::Fault:
+      return "fault";
+    case Topic::Log:
+      return "log";
   }
   return "log";
 }

@@ -52,15 +52,19 @@ void append(std::string& out, const json::object& object) {
 
 void append(std::string& out, const json::value& value) {
   switch (value.kind()) {
-    case json::kind::object: return append(out, value.get_object());
-    case json::kind::array: return append(out, value.get_array());
-    case json::kind::double_: return append(out, value.get_double());
-    default: out += json::serialize(value);
+    case json::kind::object:
+      return append(out, value.get_object());
+    case json::kind::array:
+      return append(out, value.get_array());
+    case json::kind::double_:
+      return append(out, value.get_double());
+    default:
+      out += json::serialize(value);
   }
 }
 
-/// Follows the parser to see what Boost.JSON's values no longer show: keys that came twice, and numbers that became
-/// infinite. Stops the parse with `problem` set.
+/// Follows the parser to see what Boost.JSON's values no longer show: keys that came twice, and numbers that
+/// became infinite. Stops the parse with `problem` set.
 struct Inspector {
   static constexpr std::size_t max_object_size = 64 * 1024;
   static constexpr std::size_t max_array_size = 64 * 1024;
@@ -130,7 +134,8 @@ std::expected<json::value, std::string> parse_json(std::string_view text) {
   if (!error && used < text.size()) error = json::error::extra_data;
   if (error) {
     const std::string& problem = inspector.handler().problem;
-    return std::unexpected("byte " + std::to_string(used) + ": " + (problem.empty() ? error.message() : problem));
+    return std::unexpected("byte " + std::to_string(used) + ": " +
+                           (problem.empty() ? error.message() : problem));
   }
   json::value value = json::parse(json::string_view{text.data(), text.size()}, error, {}, options);
   if (error) return std::unexpected(error.message());

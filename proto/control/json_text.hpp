@@ -7,8 +7,8 @@
 
 namespace truepose::control {
 
-/// JSON on one line. Doubles in their shortest form that reads back the same; a number that is not finite, which JSON
-/// cannot say, becomes null.
+/// JSON on one line. Doubles in their shortest form that reads back the same; a number that is not finite,
+/// which JSON cannot say, becomes null.
 std::string json_text(const boost::json::value& value);
 
 /// Reads one JSON text strictly: UTF-8, at most 16 levels deep, no duplicate key, every number finite.

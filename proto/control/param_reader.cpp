@@ -18,7 +18,8 @@ std::string excerpt(const json::value& value) {
   std::string text = json_text(value);
   if (text.size() <= kLongest) return text;
   std::size_t end = kLongest;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;  // not inside a UTF-8 sequence
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80)
+    --end;  // not inside a UTF-8 sequence
   return text.substr(0, end) + "...";
 }
 
@@ -107,8 +108,8 @@ std::optional<std::vector<std::vector<double>>> ParamReader::rows(std::string_vi
     const json::array* row = element.if_array();
     const auto is_number = [](const json::value& number) { return number.is_number(); };
     if (!row || row->size() != columns || !std::ranges::all_of(*row, is_number)) {
-      expected(std::string{key} + "[" + std::to_string(rows.size()) + "]", std::to_string(columns) + " numbers",
-               element);
+      expected(std::string{key} + "[" + std::to_string(rows.size()) + "]",
+               std::to_string(columns) + " numbers", element);
       return std::nullopt;
     }
     auto& numbers = rows.emplace_back();

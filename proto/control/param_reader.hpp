@@ -14,8 +14,8 @@
 
 namespace truepose::control {
 
-/// Reads the parameters of one call. Ask for each, then finish(): it reports the first thing that was wrong, a
-/// parameter nobody asked for included. Values read before that are usable only if it reports nothing.
+/// Reads the parameters of one call. Ask for each, then finish(): it reports the first thing that was wrong,
+/// a parameter nobody asked for included. Values read before that are usable only if it reports nothing.
 ///
 ///   ParamReader read{params};
 ///   const auto poses = read.integer("poses", 1, 1000).value_or(30);

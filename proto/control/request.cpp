@@ -1,6 +1,6 @@
 #include "proto/control/request.hpp"
 
-#include <limits>
+#include <optional>
 
 #include "proto/control/json_text.hpp"
 
@@ -13,8 +13,9 @@ namespace json = boost::json;
 std::optional<Id> read_id(const json::object& message) {
   const json::value* id = message.if_contains("id");
   if (!id) return Id{};
-  if (const auto* integer = id->if_int64()) return Id{*integer};
-  if (const auto* text = id->if_string()) return Id{std::string{text->data(), text->size()}};
+  if (const auto* integer = id->if_int64()) return std::optional<Id>{std::in_place, *integer};
+  if (const auto* text = id->if_string())
+    return std::optional<Id>{std::in_place, std::string{text->data(), text->size()}};
   return std::nullopt;
 }
 
@@ -56,7 +57,8 @@ RpcError read_error(const json::object& error) {
 
 std::expected<Request, BadRequest> decode_request(std::string_view line) {
   auto parsed = parse_json(line);
-  if (!parsed) return std::unexpected(BadRequest{{}, {ErrorCode::ParseError, "unreadable JSON: " + parsed.error()}});
+  if (!parsed)
+    return std::unexpected(BadRequest{{}, {ErrorCode::ParseError, "unreadable JSON: " + parsed.error()}});
   const auto invalid = [](Id id, std::string why) {
     return std::unexpected(BadRequest{std::move(id), {ErrorCode::InvalidRequest, std::move(why)}});
   };
@@ -74,8 +76,8 @@ std::expected<Request, BadRequest> decode_request(std::string_view line) {
   if (request.method.empty()) return invalid(*id, "method: expected a name");
   if (json::value* params = message.if_contains("params"); params && !request.is_notification()) {
     if (!params->is_object())
-      return std::unexpected(
-          BadRequest{*id, {ErrorCode::InvalidParams, "params: expected an object with named parameters", "params"}});
+      return std::unexpected(BadRequest{
+          *id, {ErrorCode::InvalidParams, "params: expected an object with named parameters", "params"}});
     request.params = std::move(params->get_object());
   }
   return request;
@@ -100,7 +102,8 @@ std::string encode_error(const Id& id, const RpcError& error) {
     data["state"] = error.state;
     data["allowed"] = json::array(error.allowed.begin(), error.allowed.end());
   }
-  json::object body{{"code", static_cast<int>(error.code)}, {"message", error.message}, {"data", std::move(data)}};
+  json::object body{
+      {"code", static_cast<int>(error.code)}, {"message", error.message}, {"data", std::move(data)}};
   return line_of({{"jsonrpc", "2.0"}, {"id", id_value(id)}, {"error", std::move(body)}});
 }
 

@@ -30,8 +30,8 @@ struct BadRequest {
   RpcError error;
 };
 
-/// Reads one line (without its newline). Stricter than JSON-RPC 2.0 where that is vague: no batches, ids are strings
-/// or integers, params are an object.
+/// Reads one line (without its newline). Stricter than JSON-RPC 2.0 where that is vague: no batches, ids are
+/// strings or integers, params are an object.
 std::expected<Request, BadRequest> decode_request(std::string_view line);
 
 /// Lines below end with their newline.
@@ -39,7 +39,8 @@ std::string encode_request(const Id& id, std::string_view method, const boost::j
 std::string encode_result(const Id& id, const boost::json::value& result);
 std::string encode_error(const Id& id, const RpcError& error);
 /// @param time  RFC 3339
-std::string encode_event(std::uint64_t seq, std::string_view time, Topic topic, const boost::json::value& data);
+std::string encode_event(std::uint64_t seq, std::string_view time, Topic topic,
+                         const boost::json::value& data);
 
 struct Reply {
   Id id;

@@ -28,10 +28,10 @@ std::string_view symbol(ErrorCode code);
 /// Why a request was not carried out.
 struct RpcError {
   ErrorCode code = ErrorCode::Internal;
-  std::string message;                ///< one sentence for the operator
-  std::string path{};                 ///< offending parameter ("params.poses"), InvalidParams
-  std::string state{};                ///< the present state, WrongState
-  std::vector<std::string> allowed{}; ///< methods that this state allows, WrongState
+  std::string message;                 ///< one sentence for the operator
+  std::string path{};                  ///< offending parameter ("params.poses"), InvalidParams
+  std::string state{};                 ///< the present state, WrongState
+  std::vector<std::string> allowed{};  ///< methods that this state allows, WrongState
 };
 
 }  // namespace truepose::control

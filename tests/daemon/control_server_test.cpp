@@ -72,7 +72,8 @@ class FakeCell : public CellService {
   std::vector<std::string> methods() const override {
     return {"cell.status", "campaign.start", "model.get", "report.get"};
   }
-  asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method, json::object) override {
+  asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method,
+                                                                      json::object) override {
     if (method == "model.get") throw std::runtime_error("no such luck");
     if (method == "report.get") co_return json::string(100'000, 'x');
     if (method == "campaign.start") {
@@ -123,10 +124,14 @@ class Client {
     EXPECT_EQ(answer.id, control::Id{id_});
     return answer;
   }
-  Reply hello(std::string_view token = kToken) { return call("session.hello", {{"protocol", 1}, {"token", std::string{token}}}); }
+  Reply hello(std::string_view token = kToken) {
+    return call("session.hello", {{"protocol", 1}, {"token", std::string{token}}});
+  }
   /// Code of the error of a call; 0 if it succeeded.
   int code(std::string_view method, const json::object& params = {}) { return code_of(call(method, params)); }
-  static int code_of(const Reply& reply) { return reply.result ? 0 : static_cast<int>(reply.result.error().code); }
+  static int code_of(const Reply& reply) {
+    return reply.result ? 0 : static_cast<int>(reply.result.error().code);
+  }
 
  private:
   asio::io_context context_;
@@ -233,7 +238,8 @@ TEST_F(ControlServerTest, ClosesAfterAWrongTokenAnotherProtocolOrGarbage) {
 
 TEST_F(ControlServerTest, LetsNobodyGuessTokensQuickly) {
   const auto port = serve({.hello_failures = 2});
-  for (const int expected : {-32001, -32001, -32007}) EXPECT_EQ(Client::code_of(Client{port}.hello("wrong")), expected);
+  for (const int expected : {-32001, -32001, -32007})
+    EXPECT_EQ(Client::code_of(Client{port}.hello("wrong")), expected);
   EXPECT_EQ(Client::code_of(Client{port}.hello()), -32007);
   advance(60s);
   EXPECT_EQ(Client::code_of(Client{port}.hello()), 0);
@@ -373,7 +379,9 @@ TEST_F(ControlServerTest, ReplaysWhatAClientMissed) {
   EXPECT_TRUE(reply.result->at("complete").as_bool());
   EXPECT_EQ(reply.result->at("next").as_int64(), 1010);
   for (const unsigned seq : {1005U, 1007U, 1009U}) EXPECT_EQ(client.event().seq, seq);
-  EXPECT_FALSE(client.call("events.subscribe", {{"topics", {"fault"}}, {"after", 3}}).result->at("complete").as_bool());
+  EXPECT_FALSE(client.call("events.subscribe", {{"topics", {"fault"}}, {"after", 3}})
+                   .result->at("complete")
+                   .as_bool());
 }
 
 TEST_F(ControlServerTest, DisconnectsASlowReaderWhileOthersGetEveryEvent) {

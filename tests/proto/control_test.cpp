@@ -81,8 +81,9 @@ TEST(ControlRequest, MayHaveATextAsIdAndNoParameters) {
 }
 
 TEST(ControlRequest, ThatIsNotJsonIsAParseError) {
-  for (const char* line : {"", "{", "nonsense", "{\"a\":1}}", "{\"a\":01}", "{'a':1}", "{\"a\":NaN}", "{\"a\":1,}",
-                           "\xff\xfe", "{\"a\":\"\xc3\x28\"}", "{\"a\":\"\\ud800\"}", "{\"a\":\"\x01\"}", "{} {}"})
+  for (const char* line :
+       {"", "{", "nonsense", "{\"a\":1}}", "{\"a\":01}", "{'a':1}", "{\"a\":NaN}", "{\"a\":1,}", "\xff\xfe",
+        "{\"a\":\"\xc3\x28\"}", "{\"a\":\"\\ud800\"}", "{\"a\":\"\x01\"}", "{} {}"})
     EXPECT_EQ(code_of(line), ErrorCode::ParseError) << line;
 }
 
@@ -90,7 +91,8 @@ TEST(ControlRequest, NamesTheKeyThatAppearsTwice) {
   EXPECT_THAT(message_of(R"({"jsonrpc":"2.0","id":1,"method":"x","params":{"a":1,"\u0061":2}})"),
               HasSubstr(R"(key "a" appears twice)"));
   EXPECT_EQ(code_of(R"({"id":1,"id":2})"), ErrorCode::ParseError);
-  EXPECT_TRUE(decode_request(R"({"jsonrpc":"2.0","id":1,"method":"x","params":{"a":{"a":1},"b":[{"a":1},{"a":1}]}})"));
+  EXPECT_TRUE(decode_request(
+      R"({"jsonrpc":"2.0","id":1,"method":"x","params":{"a":{"a":1},"b":[{"a":1},{"a":1}]}})"));
 }
 
 TEST(ControlRequest, RefusesNumbersThatOverflow) {
@@ -201,22 +203,24 @@ TEST(ControlReply, IsReadBackByTheClient) {
 }
 
 TEST(ControlReply, OfAStrangeServerIsAnErrorNotACrash) {
-  for (const char* line : {"[]", "{}", R"({"jsonrpc":"2.0","id":1})", R"({"jsonrpc":"2.0","id":1,"result":1,"error":{}})",
-                           R"({"jsonrpc":"2.0","method":"event"})", R"({"jsonrpc":"2.0","id":[],"result":1})",
-                           R"({"jsonrpc":"2.0","method":"event","params":{"seq":-1,"data":{}}})"})
+  for (const char* line :
+       {"[]", "{}", R"({"jsonrpc":"2.0","id":1})", R"({"jsonrpc":"2.0","id":1,"result":1,"error":{}})",
+        R"({"jsonrpc":"2.0","method":"event"})", R"({"jsonrpc":"2.0","id":[],"result":1})",
+        R"({"jsonrpc":"2.0","method":"event","params":{"seq":-1,"data":{}}})"})
     EXPECT_FALSE(decode_server_line(line)) << line;
 }
 
 TEST(JsonText, KeepsEveryDigitAndTurnsWhatIsNoNumberIntoNull) {
   for (const double number : {0.1, -1e-300, 1.7976931348623157e308, 123456789.0, 5e-324})
     EXPECT_EQ(json::parse(json_text(number)).as_double(), number);
-  EXPECT_EQ(json_text({1.0, std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::infinity()}),
-            "[1.0,null,null]");
+  EXPECT_EQ(
+      json_text({1.0, std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::infinity()}),
+      "[1.0,null,null]");
 }
 
 TEST(ParamReader, ReadsWhatIsThereAndLeavesOutWhatIsNot) {
-  const json::object params = json::parse(
-      R"({"n":3,"x":2,"b":true,"s":"text","t":["a","b"],"r":[[1,2.5],[3,4]]})").as_object();
+  const json::object params =
+      json::parse(R"({"n":3,"x":2,"b":true,"s":"text","t":["a","b"],"r":[[1,2.5],[3,4]]})").as_object();
   ParamReader read{params};
   EXPECT_EQ(read.integer("n", 1, 3), 3);
   EXPECT_EQ(read.number("x", 0, 9), 2.0);
@@ -303,7 +307,8 @@ TEST(Schema, ListsTheErrorCodesAsTheyAreSent) {
 TEST(Schema, DescribesEveryTopic) {
   const json::value schema = *parse_json(openrpc_text());
   std::vector<std::string> topics;
-  for (const auto& event : schema.at("x-events").as_array()) topics.emplace_back(event.at("topic").as_string());
+  for (const auto& event : schema.at("x-events").as_array())
+    topics.emplace_back(event.at("topic").as_string());
   ASSERT_EQ(topics.size(), kAllTopics.size());
   for (std::size_t i = 0; i < topics.size(); ++i) EXPECT_EQ(topic_from_name(topics[i]), kAllTopics[i]);
 }

@@ -1,0 +1,277 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/json/parse.hpp>
+#include <filesystem>
+#include <fstream>
+#include <future>
+#include <thread>
+
+#include "daemon/control/control_server.hpp"
+#include "tools/truepose/online_cli.hpp"
+#include "tools/truepose/online_text.hpp"
+#include "tools/truepose/rpc_client.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+namespace json = boost::json;
+using control::ErrorCode;
+using control::RpcError;
+using testing::HasSubstr;
+
+class RealClock : public drivers::Clock {
+ public:
+  drivers::TimePoint now() const override { return std::chrono::steady_clock::now(); }
+  asio::awaitable<void> sleep_until(drivers::TimePoint when) override {
+    asio::steady_timer timer{co_await asio::this_coro::executor, when};
+    co_await timer.async_wait(asio::use_awaitable);
+  }
+};
+
+json::object progress(const char* phase, int done) {
+  return {{"id", "c1"},  {"phase", phase},     {"done", done},
+          {"total", 60}, {"error_mm", 0.0427}, {"eta_s", 80.0}};
+}
+
+/// Answers with what a cell would say, and lets a campaign run to its end as soon as it is asked about.
+class FakeCell : public daemon::CellService {
+ public:
+  explicit FakeCell(daemon::EventBus& events) : events_{events} {}
+  std::vector<std::string> methods() const override {
+    return {"cell.status",    "cell.connect", "campaign.start", "campaign.get",
+            "campaign.pause", "model.list",   "model.export"};
+  }
+  asio::awaitable<std::expected<json::value, RpcError>> call(std::string method,
+                                                             json::object params) override {
+    if (method == "cell.connect")
+      co_return std::unexpected(RpcError{ErrorCode::Device, "the tracker does not answer"});
+    if (method == "campaign.pause")
+      co_return std::unexpected(
+          RpcError{ErrorCode::WrongState, "no campaign runs", "", "ready", {"campaign.start"}});
+    json::value result = json::parse(kAnswers).at(method);
+    if (method == "campaign.start") result.as_object()["asked"] = params;
+    if (method == "campaign.get") {
+      events_.publish(control::Topic::Campaign, json::object{{"id", "another"}, {"phase", "failed"}});
+      events_.publish(control::Topic::Campaign, progress("validating", 31));
+      events_.publish(control::Topic::Campaign, progress(final_phase, 60));
+    }
+    co_return result;
+  }
+  const char* final_phase = "done";
+
+ private:
+  static constexpr const char* kAnswers = R"({
+    "cell.status": {"cell": "cell 1", "state": "ready", "state_text": "waits for a command", "allowed": [], "time": "t",
+      "robot": {"connected": true, "model": "#KR210", "serial": "42", "why_not_ready": "drives off"},
+      "tracker": {"connected": false}, "campaign": null, "model": null, "stream": {"state": "off", "reason": ""},
+      "faults": [{"code": "E_BEAM", "severity": "warning", "text": "beam broken", "since": "s"}]},
+    "campaign.start": {"id": "c1", "total": 60},
+    "campaign.get": {"campaign": {"id": "c1", "state": "running"}, "points_total": 0,
+      "progress": {"id": "c1", "phase": "identifying", "done": 3, "total": 60, "error_mm": null, "eta_s": null}},
+    "model.list": {"models": [{"id": "m1", "created": "t", "robot_serial": "42", "validation_before_mm": 2.5,
+      "validation_geometric_mm": 0.0421, "active": true}], "total": 1},
+    "model.export": {"id": "m1", "yaml": "name: KR\n"}})";
+  daemon::EventBus& events_;
+};
+
+struct Outcome {
+  int exit_code;
+  std::string out, err;
+};
+
+class OnlineTest : public testing::Test {
+ protected:
+  OnlineTest() {
+    std::string folder = (fs::temp_directory_path() / "truepose-online-XXXXXX").string();
+    folder_ = ::mkdtemp(folder.data());
+    write_token("token", "0123456789abcdef");
+    on_loop([this] {
+      server_ = daemon::ControlServer::start(io_.get_executor(),
+                                             {clock_, [] { return std::chrono::system_clock::time_point{}; },
+                                              cell_, events_, [](const std::string&) {}},
+                                             {{"127.0.0.1", 0}, folder_ / "token"}, "cell 1")
+                    .value();
+      address_ = "127.0.0.1:" + std::to_string(server_->port());
+    });
+  }
+  ~OnlineTest() override {
+    on_loop([this] { server_.reset(); });
+    work_.reset();
+    thread_.join();
+    fs::remove_all(folder_);
+  }
+  void write_token(const char* file, const char* token) {
+    std::ofstream{folder_ / file} << token << '\n';
+    fs::permissions(folder_ / file, fs::perms::owner_read | fs::perms::owner_write);
+  }
+  void on_loop(const std::function<void()>& task) {
+    std::promise<void> done;
+    asio::post(io_, [&] {
+      task();
+      done.set_value();
+    });
+    done.get_future().wait();
+  }
+  /// Runs a command line as main() does.
+  Outcome run(std::vector<std::string> words, const std::string& token_file = "token",
+              std::string address = {}) {
+    words.insert(words.end(),
+                 {"--daemon", address.empty() ? address_ : address, "--token-file", folder_ / token_file});
+    std::ranges::reverse(words);  // as CLI11 wants them
+    CLI::App app;
+    int exit_code = -1;
+    add_online_commands(app, exit_code);
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    app.parse(words);
+    return {exit_code, testing::internal::GetCapturedStdout(), testing::internal::GetCapturedStderr()};
+  }
+
+  fs::path folder_;
+  daemon::EventBus events_{{.first = 1, .end = 1'000'000, .request_more = {}},
+                           [] { return std::chrono::system_clock::time_point{}; }};
+  RealClock clock_;
+  FakeCell cell_{events_};
+  asio::io_context io_;
+  asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
+  std::unique_ptr<daemon::ControlServer> server_;
+  std::string address_;
+  std::thread thread_{[this] { io_.run(); }};
+};
+
+TEST_F(OnlineTest, StatusIsAReadableTable) {
+  const Outcome status = run({"status"});
+  EXPECT_EQ(status.exit_code, 0) << status.err;
+  EXPECT_EQ(status.out,
+            "cell     cell 1\n"
+            "state    ready: waits for a command\n"
+            "robot    #KR210, serial 42, not ready: drives off\n"
+            "tracker  not connected\n"
+            "model    none active\n"
+            "stream   off\n"
+            "warning  E_BEAM: beam broken (since s)\n");
+}
+
+TEST_F(OnlineTest, JsonIsOneDocumentAndNothingElse) {
+  const Outcome status = run({"status", "--json"});
+  EXPECT_EQ(json::parse(status.out).at("state").as_string(), "ready");
+  const Outcome watched = run({"campaign", "watch", "--json"});
+  EXPECT_EQ(json::parse(watched.out).at("phase").as_string(), "done");
+  EXPECT_EQ(watched.err, "");
+}
+
+TEST_F(OnlineTest, WatchShowsProgressUntilTheCampaignEnds) {
+  const Outcome watched = run({"campaign", "start", "--watch"});
+  EXPECT_EQ(watched.exit_code, 0) << watched.err;
+  EXPECT_EQ(watched.out,
+            "identifying  3/60 poses\n"
+            "validating   31/60 poses  error 0.043 mm  1 min 20 s left\n"
+            "done         60/60 poses  error 0.043 mm  1 min 20 s left\n");
+  cell_.final_phase = "failed";
+  EXPECT_EQ(run({"campaign", "watch", "c1"}).exit_code, 1);
+}
+
+TEST_F(OnlineTest, StartSendsWhatWasAskedForOnly) {
+  EXPECT_EQ(json::parse(run({"campaign", "start", "--json"}).out).at("asked"), json::object{});
+  const Outcome started =
+      run({"campaign", "start", "--identify", "25", "--no-remeasure", "--no-activate", "--json"});
+  EXPECT_EQ(json::parse(started.out).at("asked"),
+            json::parse(R"({"identify_poses":25,"remeasure":false,"activate":false})"));
+}
+
+TEST_F(OnlineTest, ListsAndExportsModels) {
+  EXPECT_THAT(run({"model", "list"}).out, HasSubstr("m1     t        42     2.500      0.042     active"));
+  EXPECT_EQ(run({"model", "export"}).out, "name: KR\n");
+  const fs::path file = folder_ / "model.yaml";
+  EXPECT_EQ(run({"model", "export", "--out", file}).exit_code, 0);
+  EXPECT_EQ(fs::file_size(file), 9U);
+}
+
+TEST_F(OnlineTest, EventsAreOneLineEach) {
+  events_.publish(control::Topic::Log, json::object{{"level", "info"}, {"text", "hello"}});
+  events_.publish(control::Topic::Cell,
+                  json::object{{"from", "ready"}, {"state", "fault"}, {"reason", "beam"}});
+  EXPECT_EQ(run({"events", "--after", "0", "--count", "2"}).out,
+            "1  1970-01-01T00:00:00.000Z  log  info: hello\n"
+            "2  1970-01-01T00:00:00.000Z  cell  ready -> fault: beam\n");
+  const Outcome cells = run({"events", "--after", "0", "--count", "1", "--topics", "fault,cell", "--json"});
+  EXPECT_EQ(json::parse(cells.out).at("seq").as_int64(), 2);
+}
+
+TEST_F(OnlineTest, AnyMethodCanBeCalled) {
+  EXPECT_THAT(run({"call", "system.info"}).out, HasSubstr(R"("cell":"cell 1")"));
+  EXPECT_EQ(run({"call", "system.info", R"({"x":1})"}).exit_code, 2);
+  EXPECT_EQ(run({"call", "system.info", "[1]"}).exit_code, 2);
+  EXPECT_EQ(run({"call", "drift.check"}).exit_code, 2);
+}
+
+TEST_F(OnlineTest, ExitCodesTellWhatWentWrong) {
+  const Outcome device = run({"connect"});
+  EXPECT_EQ(device.exit_code, 3);
+  EXPECT_EQ(device.err, "truepose: cell.connect: the tracker does not answer (-32005)\n");
+  const Outcome state = run({"campaign", "pause"});
+  EXPECT_EQ(state.exit_code, 1);
+  EXPECT_THAT(state.err,
+              HasSubstr("no campaign runs (-32003; the state is ready, which allows campaign.start)"));
+  write_token("wrong", "fedcba9876543210");
+  const Outcome token = run({"status"}, "wrong");
+  EXPECT_EQ(token.exit_code, 2);
+  EXPECT_THAT(token.err, HasSubstr("-32001"));
+  EXPECT_EQ(run({"status"}, "missing").exit_code, 2);
+  EXPECT_EQ(run({"status"}, "token", "nonsense").exit_code, 2);
+}
+
+TEST_F(OnlineTest, ADaemonThatIsNotThereIsNamed) {
+  asio::io_context context;
+  asio::ip::tcp::acceptor free_port{context, {asio::ip::address_v4::loopback(), 0}};
+  const std::string address = "127.0.0.1:" + std::to_string(free_port.local_endpoint().port());
+  free_port.close();
+  const Outcome outcome = run({"status"}, "token", address);
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr(address + " cannot be reached"));
+}
+
+TEST_F(OnlineTest, ADaemonThatStopsEndsAWatchWithItsReason) {
+  auto client = RpcClient::connect(address_, folder_ / "token");
+  ASSERT_TRUE(client);
+  on_loop([this] { server_->stop(); });
+  const auto event = client->next_event();
+  ASSERT_FALSE(event);
+  EXPECT_EQ(event.error().exit_code, kUnreachable);
+  EXPECT_THAT(event.error().message, HasSubstr("is lost"));
+}
+
+TEST(OnlineText, OfAStrangeDaemonIsStillText) {
+  for (const char* answer :
+       {"null", "3", "[]", "{}", R"({"campaigns":3,"models":[null],"model":7,"faults":[[]]})"}) {
+    const json::value value = json::parse(answer);
+    for (const auto render : {progress_line, status_text, campaigns_text, campaign_text, models_text,
+                              model_text, stream_text, report_text})
+      EXPECT_FALSE(render(value).empty()) << answer;
+  }
+}
+
+TEST(OnlineText, ReportShowsEveryStageThatExists) {
+  const json::value report =
+      json::parse(R"({"id":"c1","document":{"identify":{"before":{"mean":2.5,"rms":2.6,"max":4,
+      "min":1,"x":{"rms":1},"y":{"rms":1},"z":{"rms":1}}},"remeasured":{"mean":0.04}}})");
+  EXPECT_EQ(report_text(report),
+            "campaign c1\n\n"
+            "POSITION ERROR mm  MEAN    RMS     MAX     MIN     X RMS   Y RMS   Z RMS\n"
+            "identify, before   2.5000  2.6000  4.0000  1.0000  1.0000  1.0000  1.0000\n"
+            "remeasured         0.0400  -       -       -       -       -       -\n");
+}
+
+}  // namespace
+}  // namespace truepose::tools

@@ -1,0 +1,118 @@
+#include "tools/truepose/online_cli.hpp"
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+
+#include "tools/truepose/online_commands.hpp"
+
+namespace truepose::tools {
+namespace {
+
+/// Everything that options are read into; lives as long as the commands that refer to it.
+struct Arguments {
+  OnlineOptions online;
+  CampaignStartOptions start;
+  bool no_activate = false;
+  EventsOptions events;
+  std::string id;
+  std::filesystem::path out;
+  std::string method, params;
+};
+
+}  // namespace
+
+void add_online_commands(CLI::App& app, int& exit_code) {
+  const auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+
+  const auto command = [&](CLI::App& parent, const std::string& name, const std::string& text,
+                           std::function<int(const Arguments&)> run) {
+    CLI::App* sub = parent.add_subcommand(name, text);
+    sub->add_option("--daemon", arguments->online.daemon, "HOST:PORT of the daemon")->capture_default_str();
+    sub->add_option("--token-file", arguments->online.token_file, "file with the daemon's token")
+        ->envname("TRUEPOSE_TOKEN_FILE");
+    sub->add_flag("--json", arguments->online.json, "print one JSON document");
+    sub->callback([arguments, run = std::move(run), &exit_code] { exit_code = run(*arguments); });
+    return sub;
+  };
+  const auto group = [&](const std::string& name, const std::string& text) -> CLI::App& {
+    return *app.add_subcommand(name, text)->require_subcommand(1);
+  };
+
+  command(app, "status", "what the cell does, its devices, model, stream and faults",
+          [](const Arguments& x) { return status(x.online); });
+  command(app, "connect", "connect robot and tracker",
+          [](const Arguments& x) { return connect_cell(x.online); });
+
+  CLI::App& campaign = group("campaign", "measure and identify the arm");
+  CLI::App* start = command(campaign, "start", "start a campaign", [](const Arguments& x) {
+    CampaignStartOptions options = x.start;
+    options.activate = !x.no_activate;
+    return campaign_start(x.online, options);
+  });
+  start->add_option("--identify", a.start.identify_poses, "poses to identify from");
+  start->add_option("--validate", a.start.validate_poses, "poses to validate on");
+  start->add_option("--seed", a.start.seed, "seed of the planner");
+  CLI::Option* remeasure = start->add_flag_callback(
+      "--remeasure", [arguments] { arguments->start.remeasure = true; },
+      "measure the validation poses again with compensated joints; default as configured");
+  start
+      ->add_flag_callback(
+          "--no-remeasure", [arguments] { arguments->start.remeasure = false; }, "do not")
+      ->excludes(remeasure);
+  start->add_flag("--no-activate", a.no_activate, "keep the model inactive");
+  start->add_flag("--watch", a.start.watch, "follow it to its end");
+  for (const std::string action : {"pause", "resume", "abort"})
+    command(campaign, action, action + " the campaign that runs",
+            [action](const Arguments& x) { return campaign_control(x.online, action); });
+  command(campaign, "list", "campaigns, newest first",
+          [](const Arguments& x) { return campaign_list(x.online); });
+  command(campaign, "show", "one campaign", [](const Arguments& x) {
+    return campaign_show(x.online, x.id);
+  })->add_option("ID", a.id, "campaign; default: the newest");
+  command(campaign, "watch", "follow a campaign to its end", [](const Arguments& x) {
+    return campaign_watch(x.online, x.id);
+  })->add_option("ID", a.id, "campaign; default: the newest");
+
+  CLI::App& model = group("model", "the models that campaigns made");
+  command(model, "list", "models, newest first", [](const Arguments& x) { return model_list(x.online); });
+  command(model, "show", "one model with its parameters", [](const Arguments& x) {
+    return model_show(x.online, x.id);
+  })->add_option("ID", a.id, "model; default: the active one");
+  command(model, "activate", "let a model correct the arm",
+          [](const Arguments& x) { return model_activate(x.online, x.id); })
+      ->add_option("ID", a.id, "model")
+      ->required();
+  command(model, "deactivate", "let no model correct the arm",
+          [](const Arguments& x) { return model_deactivate(x.online); });
+  CLI::App* export_model = command(model, "export", "write a model file",
+                                   [](const Arguments& x) { return model_export(x.online, x.id, x.out); });
+  export_model->add_option("ID", a.id, "model; default: the active one");
+  export_model->add_option("--out", a.out, "file; default: standard output");
+
+  CLI::App& stream = group("stream", "correct the arm while it works");
+  for (const auto& [action, text] : {std::pair{"start", "ramp the corrections in"},
+                                     {"stop", "ramp them out"},
+                                     {"status", "counters of the stream"}})
+    command(stream, action, text,
+            [name = std::string{action}](const Arguments& x) { return stream_control(x.online, name); });
+
+  CLI::App* listen = command(app, "events", "print what happens",
+                             [](const Arguments& x) { return events(x.online, x.events); });
+  listen->add_option("--topics", a.events.topics, "cell, campaign, measurement, stream, model, fault, log")
+      ->delimiter(',');
+  listen->add_option("--after", a.events.after, "number of the last event seen: what followed comes first");
+  listen->add_option("--count", a.events.count, "end after so many");
+
+  CLI::App* call = command(app, "call", "call any method of the daemon",
+                           [](const Arguments& x) { return call_method(x.online, x.method, x.params); });
+  call->add_option("METHOD", a.method, "such as cell.status")->required();
+  call->add_option("JSON", a.params, "its parameters, an object");
+
+  command(app, "report", "errors before and after, of a campaign", [](const Arguments& x) {
+    return campaign_report(x.online, x.id);
+  })->add_option("ID", a.id, "campaign; default: the newest that has one");
+}
+
+}  // namespace truepose::tools

@@ -1,0 +1,231 @@
+#include "tools/truepose/online_commands.hpp"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+#include <functional>
+
+#include "proto/control/json_text.hpp"
+#include "tools/truepose/online_text.hpp"
+#include "tools/truepose/rpc_client.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace json = boost::json;
+using Render = std::string (*)(const json::value&);
+
+int fail(const ClientError& error) {
+  std::fprintf(stderr, "truepose: %s\n", error.message.c_str());
+  return error.exit_code;
+}
+
+void print(const std::string& text) {
+  std::fputs(text.c_str(), stdout);
+  std::fflush(stdout);
+}
+
+void print_json(const json::value& value) { print(control::json_text(value) + "\n"); }
+
+std::string member(const json::value& value, const char* pointer) {
+  boost::system::error_code missing;
+  const json::value* found = value.find_pointer(pointer, missing);
+  return !missing && found->is_string() ? std::string{found->get_string()} : "";
+}
+
+/// Connects, calls once and prints the answer.
+int ask(const OnlineOptions& online, const std::string& method, const json::object& params, Render render) {
+  auto client = RpcClient::connect(online.daemon, online.token_file);
+  if (!client) return fail(client.error());
+  const auto result = client->call(method, params);
+  if (!result) return fail(result.error());
+  if (online.json) {
+    print_json(*result);
+  } else {
+    print(render(*result));
+  }
+  return kSuccess;
+}
+
+json::object id_params(const std::string& id) {
+  json::object params;
+  if (!id.empty()) params["id"] = id;
+  return params;
+}
+
+bool is_over(const std::string& phase) { return phase == "done" || phase == "aborted" || phase == "failed"; }
+
+/// Shows progress: on a terminal one line that is written over, else a line each time.
+class ProgressDisplay {
+ public:
+  explicit ProgressDisplay(bool silent) : silent_{silent}, overwrite_{::isatty(STDOUT_FILENO) == 1} {}
+  void show(const json::value& progress) const {
+    if (silent_) return;
+    const bool last = is_over(member(progress, "/phase"));
+    print((overwrite_ ? "\r\x1b[K" : "") + progress_line(progress) + (overwrite_ && !last ? "" : "\n"));
+  }
+
+ private:
+  bool silent_;
+  bool overwrite_;
+};
+
+/// Follows a campaign whose events this client already gets.
+int follow(RpcClient& client, const OnlineOptions& online, const std::string& wanted) {
+  const auto present = client.call("campaign.get", id_params(wanted));
+  if (!present) return fail(present.error());
+  const std::string id = member(*present, "/campaign/id");
+  json::value progress = present->as_object().contains("progress") ? present->at("progress") : json::value{};
+  if (progress.is_null()) {  // over already
+    const std::string state = member(*present, "/campaign/state");
+    print(online.json ? control::json_text(*present) + "\n" : campaign_text(*present));
+    return state == "done" ? kSuccess : kFailure;
+  }
+  const ProgressDisplay display{online.json};
+  display.show(progress);
+  while (!is_over(member(progress, "/phase"))) {
+    const auto event = client.next_event();
+    if (!event) return fail(event.error());
+    json::value data = event->data;
+    if (event->topic != "campaign" || member(data, "/id") != id) continue;
+    progress = std::move(data);
+    display.show(progress);
+  }
+  if (online.json) print_json(progress);
+  return member(progress, "/phase") == "done" ? kSuccess : kFailure;
+}
+
+std::expected<RpcClient, ClientError> connect_for_campaign(const OnlineOptions& online) {
+  auto client = RpcClient::connect(online.daemon, online.token_file);
+  if (!client) return client;
+  // Before anything else, so that no event is missed.
+  const auto subscribed = client->call("events.subscribe", {{"topics", json::array{"campaign"}}});
+  if (!subscribed) return std::unexpected(subscribed.error());
+  return client;
+}
+
+}  // namespace
+
+int status(const OnlineOptions& online) { return ask(online, "cell.status", {}, status_text); }
+int connect_cell(const OnlineOptions& online) { return ask(online, "cell.connect", {}, status_text); }
+
+int campaign_start(const OnlineOptions& online, const CampaignStartOptions& start) {
+  json::object params;
+  if (start.identify_poses) params["identify_poses"] = *start.identify_poses;
+  if (start.validate_poses) params["validate_poses"] = *start.validate_poses;
+  if (start.seed) params["seed"] = *start.seed;
+  if (start.remeasure) params["remeasure"] = *start.remeasure;
+  if (!start.activate) params["activate"] = false;
+  if (!start.watch)
+    return ask(online, "campaign.start", params, [](const json::value& started) {
+      return "campaign " + member(started, "/id") + " runs; follow it with: truepose campaign watch\n";
+    });
+  auto client = connect_for_campaign(online);
+  if (!client) return fail(client.error());
+  const auto started = client->call("campaign.start", params);
+  if (!started) return fail(started.error());
+  return follow(*client, online, member(*started, "/id"));
+}
+
+int campaign_control(const OnlineOptions& online, const std::string& action) {
+  return ask(online, "campaign." + action, {},
+             [](const json::value& progress) { return progress_line(progress) + "\n"; });
+}
+
+int campaign_list(const OnlineOptions& online) { return ask(online, "campaign.list", {}, campaigns_text); }
+
+int campaign_show(const OnlineOptions& online, const std::string& id) {
+  return ask(online, "campaign.get", id_params(id), campaign_text);
+}
+
+int campaign_watch(const OnlineOptions& online, const std::string& id) {
+  auto client = connect_for_campaign(online);
+  if (!client) return fail(client.error());
+  return follow(*client, online, id);
+}
+
+int model_list(const OnlineOptions& online) { return ask(online, "model.list", {}, models_text); }
+
+int model_show(const OnlineOptions& online, const std::string& id) {
+  return ask(online, "model.get", id_params(id), model_text);
+}
+
+int model_activate(const OnlineOptions& online, const std::string& id) {
+  return ask(online, "model.activate", id_params(id),
+             [](const json::value& model) { return "model " + member(model, "/id") + " is active\n"; });
+}
+
+int model_deactivate(const OnlineOptions& online) {
+  return ask(online, "model.deactivate", {}, [](const json::value& result) {
+    const std::string id = member(result, "/deactivated");
+    return id.empty() ? std::string{"no model was active\n"} : "model " + id + " is no longer active\n";
+  });
+}
+
+int model_export(const OnlineOptions& online, const std::string& id, const std::filesystem::path& out) {
+  if (out.empty())
+    return ask(online, "model.export", id_params(id),
+               [](const json::value& model) { return member(model, "/yaml"); });
+  auto client = RpcClient::connect(online.daemon, online.token_file);
+  if (!client) return fail(client.error());
+  const auto model = client->call("model.export", id_params(id));
+  if (!model) return fail(model.error());
+  std::ofstream file{out, std::ios::binary};
+  file << member(*model, "/yaml") << std::flush;
+  if (!file) return fail({kFailure, out.string() + ": cannot be written"});
+  if (online.json) {
+    print_json({{"id", member(*model, "/id")}, {"file", out.string()}});
+  } else {
+    print("model " + member(*model, "/id") + " written to " + out.string() + "\n");
+  }
+  return kSuccess;
+}
+
+int stream_control(const OnlineOptions& online, const std::string& action) {
+  return ask(online, "stream." + action, {}, stream_text);
+}
+
+int events(const OnlineOptions& online, const EventsOptions& options) {
+  auto client = RpcClient::connect(online.daemon, online.token_file);
+  if (!client) return fail(client.error());
+  json::object params;
+  if (!options.topics.empty()) params["topics"] = json::array(options.topics.begin(), options.topics.end());
+  if (options.after) params["after"] = *options.after;
+  const auto subscribed = client->call("events.subscribe", params);
+  if (!subscribed) return fail(subscribed.error());
+  if (const json::value* complete = subscribed->as_object().if_contains("complete");
+      complete && *complete == false)
+    std::fprintf(stderr, "truepose: some events since number %lld are no longer kept\n",
+                 static_cast<long long>(options.after.value_or(0)));
+  for (std::uint64_t seen = 0; !options.count || seen < *options.count; ++seen) {
+    const auto event = client->next_event();
+    if (!event) return fail(event.error());
+    if (online.json) {
+      print_json(
+          {{"seq", event->seq}, {"time", event->time}, {"topic", event->topic}, {"data", event->data}});
+    } else {
+      print(event_line(*event) + "\n");
+    }
+  }
+  return kSuccess;
+}
+
+int call_method(const OnlineOptions& online, const std::string& method, const std::string& params) {
+  json::object object;
+  if (!params.empty()) {
+    auto parsed = control::parse_json(params);
+    if (!parsed) return fail({kBadUsage, "call: JSON: " + parsed.error()});
+    if (!parsed->is_object())
+      return fail({kBadUsage, "call: JSON: expected an object, such as {\"limit\": 5}"});
+    object = std::move(parsed->get_object());
+  }
+  return ask(online, method, object,
+             [](const json::value& result) { return control::json_text(result) + "\n"; });
+}
+
+int campaign_report(const OnlineOptions& online, const std::string& id) {
+  return ask(online, "report.get", id_params(id), report_text);
+}
+
+}  // namespace truepose::tools

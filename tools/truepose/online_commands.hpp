@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace truepose::tools {
+
+/// Which daemon, and how to print. With `json`, standard output carries one JSON document and nothing else.
+struct OnlineOptions {
+  std::string daemon = "127.0.0.1:7210";
+  std::filesystem::path token_file;
+  bool json = false;
+};
+
+struct CampaignStartOptions {
+  std::optional<int> identify_poses, validate_poses;
+  std::optional<std::int64_t> seed;
+  std::optional<bool> remeasure;
+  bool activate = true;
+  bool watch = false;
+};
+
+struct EventsOptions {
+  std::vector<std::string> topics;     ///< empty: all
+  std::optional<std::int64_t> after;   ///< number of the last event seen
+  std::optional<std::uint64_t> count;  ///< end after so many; else never
+};
+
+/// Each command prints its result on standard output, or one line on standard error, and returns the exit
+/// code.
+int status(const OnlineOptions& online);
+int connect_cell(const OnlineOptions& online);
+
+int campaign_start(const OnlineOptions& online, const CampaignStartOptions& start);
+/// @param action  "pause", "resume" or "abort"
+int campaign_control(const OnlineOptions& online, const std::string& action);
+int campaign_list(const OnlineOptions& online);
+int campaign_show(const OnlineOptions& online, const std::string& id);
+/// Follows a campaign to its end; succeeds if it ends as done. An empty id means the newest.
+int campaign_watch(const OnlineOptions& online, const std::string& id);
+
+int model_list(const OnlineOptions& online);
+int model_show(const OnlineOptions& online, const std::string& id);
+int model_activate(const OnlineOptions& online, const std::string& id);
+int model_deactivate(const OnlineOptions& online);
+/// Writes the model file, to standard output where `out` is empty.
+int model_export(const OnlineOptions& online, const std::string& id, const std::filesystem::path& out);
+
+/// @param action  "start", "stop" or "status"
+int stream_control(const OnlineOptions& online, const std::string& action);
+
+/// Prints events, one a line (with `json` one document a line).
+int events(const OnlineOptions& online, const EventsOptions& options);
+/// Calls any method; params is JSON text or empty. Prints the result as JSON.
+int call_method(const OnlineOptions& online, const std::string& method, const std::string& params);
+int campaign_report(const OnlineOptions& online, const std::string& id);
+
+}  // namespace truepose::tools

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <boost/json/value.hpp>
+#include <chrono>
+#include <deque>
+#include <expected>
+#include <filesystem>
+#include <string>
+
+#include "proto/control/line_splitter.hpp"
+#include "proto/control/request.hpp"
+
+namespace truepose::tools {
+
+/// Exit codes of the command line (the same for every command).
+inline constexpr int kSuccess = 0, kFailure = 1, kBadUsage = 2, kUnreachable = 3;
+
+/// Why a command ends without its result.
+struct ClientError {
+  int exit_code = kFailure;
+  std::string message;  ///< one sentence
+};
+
+/// A blocking client of the daemon's control protocol.
+class RpcClient {
+ public:
+  /// Connects and opens the session. Errors: kBadUsage for an address that cannot be read, a token file that
+  /// cannot be read and a wrong token; kUnreachable where nobody answers.
+  /// @param daemon  "127.0.0.1:7210", "[::1]:7210"
+  static std::expected<RpcClient, ClientError> connect(const std::string& daemon,
+                                                       const std::filesystem::path& token_file);
+  RpcClient(RpcClient&& other) noexcept;
+  RpcClient& operator=(RpcClient&&) = delete;
+  ~RpcClient();
+
+  /// Calls and waits for the answer. Events that come meanwhile are kept for next_event().
+  std::expected<boost::json::value, ClientError> call(const std::string& method,
+                                                      const boost::json::object& params,
+                                                      std::chrono::seconds patience = std::chrono::seconds{
+                                                          180});
+  /// The next event, however long it takes.
+  std::expected<control::Event, ClientError> next_event();
+
+ private:
+  using Message = std::variant<control::Reply, control::Event>;
+  using Clock = std::chrono::steady_clock;
+
+  RpcClient(int socket, std::string daemon) : socket_{socket}, daemon_{std::move(daemon)} {}
+  std::expected<void, ClientError> send(const std::string& line);
+  std::expected<Message, ClientError> receive(Clock::time_point deadline);
+  ClientError lost(const std::string& why) const;
+
+  int socket_;
+  std::string daemon_;
+  control::LineSplitter lines_{control::kMaxLine};
+  std::deque<control::Event> events_;
+  std::int64_t last_id_ = 0;
+};
+
+}  // namespace truepose::tools
