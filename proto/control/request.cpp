@@ -11,12 +11,17 @@ namespace json = boost::json;
 
 /// Id of a message; nothing if it has one of a wrong kind. An absent id is a monostate.
 std::optional<Id> read_id(const json::object& message) {
-  const json::value* id = message.if_contains("id");
-  if (!id) return Id{};
-  if (const auto* integer = id->if_int64()) return std::optional<Id>{std::in_place, *integer};
-  if (const auto* text = id->if_string())
-    return std::optional<Id>{std::in_place, std::string{text->data(), text->size()}};
-  return std::nullopt;
+  std::optional<Id> id{std::in_place};
+  const json::value* value = message.if_contains("id");
+  if (!value) return id;
+  if (const auto* integer = value->if_int64()) {
+    id->emplace<std::int64_t>(*integer);
+  } else if (const auto* text = value->if_string()) {
+    id->emplace<std::string>(text->data(), text->size());
+  } else {
+    id.reset();
+  }
+  return id;
 }
 
 json::value id_value(const Id& id) {
