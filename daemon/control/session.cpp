@@ -1,10 +1,8 @@
 #include "daemon/control/session.hpp"
 
-#include <algorithm>
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
@@ -95,8 +93,7 @@ void Session::dismiss(RpcError error) {
   finishing_ = true;
 }
 
-// Reading
-// ---------------------------------------------------------------------------------------------------------
+// Reading.
 
 asio::awaitable<void> Session::read_requests() {
   while (!finishing_) {
@@ -117,8 +114,8 @@ asio::awaitable<void> Session::read_requests() {
       std::optional<std::string> line = lines_.next();
       if (!line) break;
       line_started_.reset();
-      last_request_ = context_->parts.clock.now();
       co_await serve(std::move(*line));
+      last_request_ = context_->parts.clock.now();  // after it: a long call is no idleness
     }
     if (!lines_.partial()) {
       line_started_.reset();
@@ -134,8 +131,7 @@ asio::awaitable<void> Session::read_requests() {
   co_await discard_input();
 }
 
-// Closing a socket with unread input resets the connection, and the client might never see the reason that we
-// sent.
+// Closing a socket with unread input resets the connection: the client might never see what we sent last.
 asio::awaitable<void> Session::discard_input() {
   const drivers::TimePoint until = context_->parts.clock.now() + context_->limits.farewell;
   std::size_t size = 1;
@@ -227,8 +223,7 @@ asio::awaitable<Session::Result> Session::call(control::Request request) {
   co_return std::unexpected(RpcError{ErrorCode::Internal, method + " failed unexpectedly: " + failure});
 }
 
-// The server's own methods
-// ----------------------------------------------------------------------------------------
+// The server's own methods.
 
 Session::Result Session::hello(const json::object& params) {
   ParamReader read{params};
@@ -324,8 +319,7 @@ void Session::see_events() {
   close();
 }
 
-// Writing
-// ---------------------------------------------------------------------------------------------------------
+// Writing.
 
 std::string Session::next_batch() {
   std::string batch = std::exchange(outgoing_, {});

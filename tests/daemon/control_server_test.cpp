@@ -315,6 +315,17 @@ TEST_F(ControlServerTest, ServesOthersWhileOneCallTakesLong) {
   EXPECT_EQ(slow.reply().id, control::Id{72});
 }
 
+TEST_F(ControlServerTest, DoesNotTakeALongCallForIdleness) {
+  Client client{serve()};
+  client.hello();
+  client.send(control::encode_request(9, "campaign.start", {}));
+  cell_.started.get_future().wait();
+  advance(1h);
+  on_loop([this] { cell_.release(); });
+  EXPECT_EQ(client.reply().id, control::Id{9});
+  EXPECT_EQ(client.code("cell.status"), 0);
+}
+
 TEST_F(ControlServerTest, AnswersAClientThatHasAlreadyEndedItsInput) {
   Client client{serve()};
   client.send(control::encode_request(1, "session.hello", {{"protocol", 1}, {"token", std::string{kToken}}}) +

@@ -4,7 +4,6 @@
 
 #include <cstdio>
 #include <fstream>
-#include <functional>
 
 #include "proto/control/json_text.hpp"
 #include "tools/truepose/online_text.hpp"
