@@ -14,7 +14,7 @@
 #include <thread>
 #include <utility>
 
-#include "drivers/kuka/port_holder.hpp"
+#include "drivers/port_holder.hpp"
 
 namespace truepose::drivers {
 namespace {
@@ -63,7 +63,7 @@ std::expected<BoundSocket, std::string> bind_exclusively(const std::string& addr
   if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&name), size) != 0) {
     switch (errno) {
       case EADDRINUSE:
-        return std::unexpected("RSI address " + where + " is in use" + udp_port_holder(port));
+        return std::unexpected("RSI address " + where + " is in use by " + port_holder(Protocol::Udp, port));
       case EADDRNOTAVAIL:
         return std::unexpected(
             "RSI address " + where +

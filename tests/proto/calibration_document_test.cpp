@@ -41,7 +41,7 @@ Sample sample() {
     m.smr = smr;
     m.set = set;
     s.calibration.points.push_back(
-        {static_cast<int>(s.data.points.size()), {1, 2, 3}, {0.1, 0.2, 0.3}, {0, 0, -0.1}});
+        {{1, 2, 3}, {0.1, 0.2, 0.3}, {0, 0, -0.1}});
     s.data.points.push_back(m);
   }
   Calibration& c = s.calibration;

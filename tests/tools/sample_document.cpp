@@ -61,7 +61,7 @@ StageErrors add_set(Calibration& calibration, MeasurementData& data, std::mt1993
     Measurement m;
     m.q = Eigen::Vector2d{0.01 * static_cast<double>(data.points.size()), 20};
     m.set = set;
-    calibration.points.push_back({static_cast<int>(data.points.size()), before[i], geometric[i], after[i]});
+    calibration.points.push_back({before[i], geometric[i], after[i]});
     data.points.push_back(m);
   }
   return {count, count, statistics(before), statistics(geometric), statistics(after)};

@@ -7,6 +7,7 @@
 #include "config/config_error.hpp"
 #include "tools/truepose/exit_code.hpp"
 #include "tools/truepose/offline_commands.hpp"
+#include "tools/truepose/online_cli.hpp"
 
 namespace {
 
@@ -28,6 +29,7 @@ int main(int argc, char** argv) try {
   add_calibrate_command(app, exit_code);
   add_compensate_command(app, exit_code);
   add_fk_command(app);
+  add_online_commands(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
