@@ -1,0 +1,32 @@
+#include "core/simulation/true_arm.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "core/kinematics/forward.hpp"
+
+namespace truepose {
+
+TrueArm::TrueArm(TrueArmSetup setup, std::uint64_t seed) : setup_{std::move(setup)}, random_{seed} {
+  setup_.facing_F.normalize();
+  stop_anew();
+}
+
+void TrueArm::stop_anew() {
+  for (double& axis_mm : deviation_mm_) axis_mm = setup_.repeatability_mm * random_.normal();
+}
+
+Eigen::Vector3d TrueArm::p_WS_mm(const JointVector& q) const {
+  const Eigen::Isometry3d X_BF = forward_kinematics(setup_.robot, q);
+  return setup_.X_WB * (X_BF * setup_.p_FS_mm + deviation_mm_);
+}
+
+bool TrueArm::visible(const JointVector& q) const {
+  const Eigen::Isometry3d X_BF = forward_kinematics(setup_.robot, q);
+  const Eigen::Vector3d p_BS_mm = X_BF * setup_.p_FS_mm;
+  const Eigen::Vector3d to_tracker_B = (setup_.X_WB.inverse().translation() - p_BS_mm).normalized();
+  const Eigen::Vector3d facing_B = X_BF.linear() * setup_.facing_F;
+  return p_BS_mm.z() > 0 && facing_B.dot(to_tracker_B) >= std::cos(setup_.acceptance_rad);
+}
+
+}  // namespace truepose

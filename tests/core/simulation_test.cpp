@@ -1,0 +1,184 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "core/kinematics/forward.hpp"
+#include "core/simulation/joint_motion.hpp"
+#include "core/simulation/random.hpp"
+#include "core/simulation/tracker_noise.hpp"
+#include "core/simulation/true_arm.hpp"
+
+namespace truepose {
+namespace {
+
+/// An arm of two joints in a vertical plane: q = 0 stretches it along x at a height of 400 mm.
+RobotModel planar_arm() {
+  RobotModel robot;
+  robot.joints = {{.d_mm = 400, .min = -3, .max = 3, .speed = 2.0},
+                  {.a_mm = 100, .alpha_rad = -std::numbers::pi / 2, .min = -3, .max = 3, .speed = 0.5}};
+  robot.X_flange.translation() = Eigen::Vector3d{500, 0, 0};
+  return robot;
+}
+
+JointVector joints(double first, double second) { return JointVector{{first, second}}; }
+
+struct Moments {
+  double mean, std;
+};
+
+Moments moments(const std::vector<double>& values) {
+  double sum = 0, squares = 0;
+  for (const double value : values) sum += value;
+  const double mean = sum / static_cast<double>(values.size());
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  return {mean, std::sqrt(squares / static_cast<double>(values.size()))};
+}
+
+TEST(Random, ReplaysTheReferenceSequenceOfItsSeed) {
+  // The published splitmix64 gives these words for the seed 0, which start the generator.
+  Random random{0};
+  const std::uint64_t second_word = 0x6e789e6aa1b965f4u;
+  EXPECT_EQ(random.next(), std::rotl(second_word * 5, 7) * 9);
+  Random one{7}, again{7}, other{8};
+  EXPECT_EQ(one.next(), again.next());
+  EXPECT_NE(one.next(), other.next());
+}
+
+TEST(Random, UniformStaysInItsIntervalAndNormalIsNormal) {
+  Random random{42};
+  std::vector<double> normal;
+  int beyond_two = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    const double u = random.uniform();
+    ASSERT_GE(u, 0.0);
+    ASSERT_LT(u, 1.0);
+    normal.push_back(random.normal());
+    beyond_two += std::abs(normal.back()) > 2.0;
+  }
+  // Five standard errors of a sample of this size.
+  EXPECT_NEAR(moments(normal).mean, 0.0, 5 / std::sqrt(1e5));
+  EXPECT_NEAR(moments(normal).std, 1.0, 5 / std::sqrt(2e5));
+  EXPECT_NEAR(beyond_two / 1e5, 0.0455, 5 * std::sqrt(0.0455 / 1e5));
+}
+
+TEST(TrackerNoise, IsSmallAlongTheBeamAndGrowsAcrossItWithTheDistance) {
+  const TrackerNoiseModel model{
+      .range_mm = 0.002, .range_mm_per_m = 0.0001, .transverse_mm = 0.004, .transverse_mm_per_m = 0.0015};
+  const Eigen::Vector3d p{3000, -4000, 0};  // 5 m away
+  const Eigen::Vector3d along = p.normalized();
+  const Eigen::Vector3d across = Eigen::Vector3d::UnitZ();
+  Random random{3};
+  std::vector<double> range, vertical, horizontal;
+  for (int i = 0; i < 20'000; ++i) {
+    const Eigen::Vector3d error = noisy_reading(p, model, random) - p;
+    range.push_back(error.dot(along));
+    vertical.push_back(error.dot(across));
+    horizontal.push_back(error.dot(along.cross(across)));
+  }
+  const double tolerance = 5 / std::sqrt(2 * 20'000.0);
+  EXPECT_NEAR(moments(range).std / 0.0025, 1, tolerance);
+  EXPECT_NEAR(moments(vertical).std / 0.0115, 1, tolerance);
+  EXPECT_NEAR(moments(horizontal).std / 0.0115, 1, tolerance);
+  EXPECT_NEAR(moments(range).mean / 0.0025, 0, 5 / std::sqrt(20'000.0));
+}
+
+TEST(TrueArm, StandsWhereItsOwnKinematicsPutItWhenItRepeatsPerfectly) {
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  X_WB.translate(Eigen::Vector3d{2000, 100, -500}).rotate(Eigen::AngleAxisd{0.3, Eigen::Vector3d::UnitZ()});
+  const TrueArm arm{{.robot = planar_arm(), .X_WB = X_WB, .p_FS_mm = {10, 20, 30}}, 1};
+  const JointVector q = joints(0.2, -0.4);
+  const Eigen::Vector3d expected = X_WB * (forward_kinematics(planar_arm(), q) * Eigen::Vector3d{10, 20, 30});
+  EXPECT_LT((arm.p_WS_mm(q) - expected).norm(), 1e-12);
+}
+
+TEST(TrueArm, RepeatsAnewAtEachStopAndKeepsStillBetween) {
+  const double sigma_mm = 0.0166;
+  TrueArm arm{{.robot = planar_arm(), .repeatability_mm = sigma_mm}, 5};
+  TrueArm replay{{.robot = planar_arm(), .repeatability_mm = sigma_mm}, 5};
+  const TrueArm perfect{{.robot = planar_arm()}, 5};
+  const JointVector q = joints(0.2, -0.4);
+  std::vector<double> x, y, z;
+  for (int i = 0; i < 20'000; ++i) {
+    arm.stop_anew();
+    replay.stop_anew();
+    const Eigen::Vector3d deviation = arm.p_WS_mm(q) - perfect.p_WS_mm(q);
+    ASSERT_EQ(arm.p_WS_mm(q), arm.p_WS_mm(q));
+    ASSERT_EQ(arm.p_WS_mm(q), replay.p_WS_mm(q));
+    x.push_back(deviation.x());
+    y.push_back(deviation.y());
+    z.push_back(deviation.z());
+  }
+  for (const auto* axis : {&x, &y, &z}) {
+    EXPECT_NEAR(moments(*axis).std / sigma_mm, 1, 5 / std::sqrt(40'000.0));
+    EXPECT_NEAR(moments(*axis).mean / sigma_mm, 0, 5 / std::sqrt(20'000.0));
+  }
+}
+
+TEST(TrueArm, IsSeenOnlyInsideTheAcceptanceConeOfItsReflector) {
+  // The tracker stands on the x axis, level with the reflector, 4 m from the base.
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  X_WB.translation() = Eigen::Vector3d{-4000, 0, -400};
+  const TrueArm arm{{.robot = planar_arm(), .X_WB = X_WB, .facing_F = {2, 0, 0}, .acceptance_rad = 0.5}, 1};
+  EXPECT_TRUE(arm.visible(joints(0, 0)));
+  EXPECT_TRUE(arm.visible(joints(0.4, 0)));
+  EXPECT_FALSE(arm.visible(joints(0.5, 0)))
+      << "the base turns the reflector, and its side step adds to the angle";
+  EXPECT_FALSE(arm.visible(joints(std::numbers::pi, 0)));
+}
+
+TEST(TrueArm, IsNotSeenBelowTheFloor) {
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  X_WB.translation() = Eigen::Vector3d{-4000, 0, -400};
+  const TrueArm arm{{.robot = planar_arm(), .X_WB = X_WB, .facing_F = {1, 0, 0}, .acceptance_rad = 3.1}, 1};
+  const bool down_is_positive = arm.p_WS_mm(joints(0, 1)).z() < arm.p_WS_mm(joints(0, 0)).z();
+  EXPECT_TRUE(arm.visible(joints(0, down_is_positive ? -1 : 1)));
+  EXPECT_FALSE(arm.visible(joints(0, down_is_positive ? 1 : -1)));
+}
+
+TEST(JointMotion, StartsAndEndsExactlyAndNeverTurnsBack) {
+  const RobotModel robot = planar_arm();
+  for (const double size : {1e-6, 0.01, 0.3, 2.5}) {
+    const JointVector from = joints(0.1, -0.2), to = joints(0.1 + size, -0.2 - size);
+    const JointMotion motion{robot, from, to, 1.0};
+    EXPECT_EQ(motion.position(Seconds{0}), from);
+    EXPECT_EQ(motion.position(motion.duration()), to);
+    EXPECT_EQ(motion.position(motion.duration() + Seconds{1}), to);
+    JointVector before = from;
+    for (int i = 1; i <= 1000; ++i) {
+      const JointVector q = motion.position(motion.duration() * (i / 1000.0));
+      ASSERT_GE(q[0], before[0]) << "size " << size << " step " << i;
+      ASSERT_LE(q[1], before[1]) << "size " << size << " step " << i;
+      ASSERT_NEAR(q[0] - from[0], from[1] - q[1], 1e-12) << "the joints are not synchronous";
+      before = q;
+    }
+  }
+}
+
+TEST(JointMotion, RespectsTheSpeedOfTheSlowestJointAndTheRamp) {
+  const RobotModel robot = planar_arm();
+  const JointMotion motion{robot, joints(0, 0), joints(1, 2), 0.5, Seconds{0.5}};
+  // 2 rad at half of 0.5 rad/s take 8 s, and half a second is lost on the ramps.
+  EXPECT_NEAR(motion.duration().count(), 8.5, 1e-12);
+  const double dt = 0.001;
+  double fastest = 0, strongest = 0, speed_before = 0;
+  for (double t = 0; t <= motion.duration().count() + dt; t += dt) {
+    const double speed = (motion.position(Seconds{t + dt}) - motion.position(Seconds{t}))[1] / dt;
+    fastest = std::max(fastest, speed);
+    strongest = std::max(strongest, std::abs(speed - speed_before) / dt);
+    speed_before = speed;
+  }
+  EXPECT_NEAR(fastest, 0.25, 1e-9);
+  EXPECT_LE(strongest, 0.25 / 0.5 * 1.001);
+}
+
+TEST(JointMotion, WithoutDistanceIsOverAtOnce) {
+  const JointMotion motion{planar_arm(), joints(1, 1), joints(1, 1), 0.1};
+  EXPECT_EQ(motion.duration(), Seconds{0});
+  EXPECT_EQ(motion.position(Seconds{0}), joints(1, 1));
+}
+
+}  // namespace
+}  // namespace truepose
