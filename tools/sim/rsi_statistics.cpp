@@ -1,0 +1,47 @@
+#include "tools/sim/rsi_statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace truepose::sim {
+
+void TurnaroundHistogram::record(std::chrono::nanoseconds turnaround) {
+  const std::int64_t us =
+      std::max<std::int64_t>(0, std::chrono::ceil<std::chrono::microseconds>(turnaround).count());
+  ++bins_[std::min(static_cast<std::size_t>(us), kBins - 1)];
+  ++count_;
+  max_us_ = std::max(max_us_, us);
+}
+
+void TurnaroundHistogram::add(const TurnaroundHistogram& other) {
+  std::ranges::transform(bins_, other.bins_, bins_.begin(), std::plus{});
+  count_ += other.count_;
+  max_us_ = std::max(max_us_, other.max_us_);
+}
+
+std::int64_t TurnaroundHistogram::percentile_us(double share) const {
+  const auto wanted = static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(count_)));
+  std::uint64_t seen = 0;
+  for (std::size_t us = 0; us + 1 < kBins; ++us) {
+    seen += bins_[us];
+    if (seen >= wanted) return static_cast<std::int64_t>(us);
+  }
+  return max_us_;
+}
+
+void RsiStatistics::add(const RsiStatistics& other) {
+  counters.cycles += other.counters.cycles;
+  counters.answered += other.counters.answered;
+  counters.late += other.counters.late;
+  counters.lost += other.counters.lost;
+  counters.wrong_ipoc += other.counters.wrong_ipoc;
+  counters.rejected += other.counters.rejected;
+  counters.clamped += other.counters.clamped;
+  counters.max_step_rad = std::max(counters.max_step_rad, other.counters.max_step_rad);
+  turnaround.add(other.turnaround);
+  sessions += other.sessions;
+  timeouts += other.timeouts;
+  overruns += other.overruns;
+}
+
+}  // namespace truepose::sim

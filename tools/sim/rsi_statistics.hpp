@@ -1,0 +1,42 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <vector>
+
+#include "tools/sim/rsi_client.hpp"
+
+namespace truepose::sim {
+
+/// Times from a datagram to its answer, counted by the microsecond.
+class TurnaroundHistogram {
+ public:
+  void record(std::chrono::nanoseconds turnaround);
+  void add(const TurnaroundHistogram& other);
+
+  /// The smallest time, in whole microseconds rounded up, that this share of the answers did not exceed; 0
+  /// without any.
+  std::int64_t percentile_us(double share) const;
+  std::int64_t max_us() const { return max_us_; }
+
+ private:
+  // Slower answers share the last bin; max_us() knows the slowest.
+  static constexpr std::size_t kBins = 50'000;
+
+  std::vector<std::uint32_t> bins_ = std::vector<std::uint32_t>(kBins);
+  std::uint64_t count_ = 0;
+  std::int64_t max_us_ = 0;
+};
+
+/// What the RSI sessions of a simulator's life came to.
+struct RsiStatistics {
+  RsiCounters counters;
+  TurnaroundHistogram turnaround;
+  std::uint64_t sessions = 0;
+  std::uint64_t timeouts = 0;  ///< sessions that ended with KSS29002
+  std::uint64_t overruns = 0;  ///< ticks that the simulator itself missed
+
+  void add(const RsiStatistics& other);
+};
+
+}  // namespace truepose::sim
