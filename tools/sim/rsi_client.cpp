@@ -49,7 +49,8 @@ std::string_view RsiClient::begin_cycle() {
   ++counters_.cycles;
   reply_.reset();
 
-  rsi::RobotFrame frame{.ipoc = ipoc_};
+  rsi::RobotFrame frame;
+  frame.ipoc = ipoc_;
   const rsi::EthernetConfig& ethernet = setup_.ethernet;
   if (ethernet.sends("RIst")) frame.rist = flange_pose(setup_.nominal, axes());
   if (ethernet.sends("RSol")) frame.rsol = flange_pose(setup_.nominal, path_.position());

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/scenario.hpp"
+#include "core/simulation/random.hpp"
+#include "core/simulation/true_arm.hpp"
+#include "proto/rsi/ethernet_config.hpp"
+#include "tools/sim/eki_server.hpp"
+#include "tools/sim/emscon_server.hpp"
+#include "tools/sim/kuka_controller.hpp"
+#include "tools/sim/rsi_runner.hpp"
+#include "tools/sim/rsi_statistics.hpp"
+#include "tools/sim/simulated_target.hpp"
+
+namespace truepose::sim {
+
+struct CellOptions {
+  std::string address = "127.0.0.1";  ///< that the servers listen on
+  std::uint16_t eki_port = 0;         ///< CellLink, and CellState on the next one; 0 picks two free ones
+  std::uint16_t tracker_port = 0;     ///< 0 picks a free one
+  std::string rsi_host;               ///< numeric address that the RSI datagrams go to
+  std::uint16_t rsi_port = 0;
+  std::uint64_t seed = 0;  ///< of repeatability and tracker noise
+  double speedup = 1;      ///< robot and tracker are this much faster; RSI keeps real time
+};
+
+/// What a cell did in its life.
+struct CellStatistics {
+  RsiStatistics rsi;
+  std::uint64_t moves = 0;
+  std::uint64_t measurements = 0;
+};
+
+/// A KUKA controller, the arm that it moves, and the laser tracker that watches it, over real sockets.
+class SimulatedCell : private EkiListener, private SimulatedTarget {
+ public:
+  /// Listens at once. Throws boost::system::system_error when a port cannot be bound (what() names it) and
+  /// std::invalid_argument where the scenario cannot be simulated.
+  /// @param executor  a single thread's; the cell is destroyed when that no longer runs
+  SimulatedCell(boost::asio::any_io_executor executor, config::Scenario scenario,
+                rsi::EthernetConfig ethernet, CellOptions options);
+  ~SimulatedCell() override;
+
+  struct Ports {
+    std::uint16_t eki, eki_state, tracker;
+  };
+  Ports ports() const;
+  CellStatistics statistics() const;
+
+ private:
+  void motion_connected() override;
+  void motion_lost() override;
+  void command(const eki::Command& command) override;
+  void control(const eki::Control& control) override;
+  TargetSight look() const override;
+
+  SimTime now() const;
+  void observe_rsi();
+  void follow(std::vector<eki::Ack> said);
+  void start_rsi(double speed_scale);
+  void end_rsi();
+  void rsi_ended(std::uint64_t session, RsiEnd end);
+  void schedule_faults();
+  void misbehave(const config::Scenario::Fault& fault);
+
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  boost::asio::any_io_executor executor_;
+  config::Scenario scenario_;
+  rsi::EthernetConfig ethernet_;
+  CellOptions options_;
+  TrueArm arm_;
+  Random noise_random_;
+  KukaController controller_;
+  boost::asio::steady_timer next_change_;
+  std::vector<boost::asio::steady_timer> faults_;
+  RsiStatistics ended_sessions_;
+  std::uint64_t stops_seen_ = 0;
+  EkiServer eki_;
+  EmsconServer tracker_;
+  std::unique_ptr<RsiRunner> rsi_;
+};
+
+}  // namespace truepose::sim
