@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "proto/eki/document_splitter.hpp"
+#include "tools/sim/port_error.hpp"
 
 namespace truepose::sim {
 
@@ -25,7 +26,7 @@ tcp::acceptor listening(const asio::any_io_executor& executor, const std::string
   try {
     return {executor, endpoint};
   } catch (const boost::system::system_error& e) {
-    throw boost::system::system_error{e.code(), "EKI port " + std::to_string(port)};
+    throw PortError{"EKI", port, e.code()};
   }
 }
 

@@ -32,7 +32,7 @@ struct EkiServerOptions {
 /// skipped, as the controller shows a message and goes on.
 class EkiServer {
  public:
-  /// Listens at once. Throws boost::system::system_error when a port cannot be bound, what() names the port.
+  /// Listens at once. Throws PortError.
   /// @param executor  one thread or a strand; the server is destroyed there, or when that no longer runs
   /// @param listener  outlives the server
   EkiServer(boost::asio::any_io_executor executor, const EkiServerOptions& options, EkiListener& listener);

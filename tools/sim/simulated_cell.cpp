@@ -7,6 +7,7 @@
 
 #include "core/kinematics/angles.hpp"
 #include "core/simulation/tracker_noise.hpp"
+#include "tools/sim/port_error.hpp"
 
 namespace truepose::sim {
 
@@ -54,6 +55,19 @@ TrackerNoise tracker_noise(const config::Scenario& scenario, Random& random) {
       [model, &random](const Eigen::Vector3d& p_true_mm) { return noisy_reading(p_true_mm, model, random); };
 }
 
+EmsconServer listening_tracker(const boost::asio::any_io_executor& executor, const SimulatedTarget& target,
+                               TrackerNoise noise, const CellOptions& cell) {
+  EmsconServerOptions options;
+  options.address = cell.address;
+  options.port = cell.tracker_port;
+  options.speedup = cell.speedup;
+  try {
+    return {executor, target, std::move(noise), options};
+  } catch (const boost::system::system_error& e) {
+    throw PortError{"tracker", cell.tracker_port, e.code()};
+  }
+}
+
 steady_clock::duration shortened(std::chrono::nanoseconds time, double speedup) {
   return std::chrono::duration_cast<steady_clock::duration>(std::chrono::duration<double, std::nano>(time) /
                                                             speedup);
@@ -76,9 +90,7 @@ SimulatedCell::SimulatedCell(boost::asio::any_io_executor executor, config::Scen
             .motion_port = options_.eki_port,
             .state_port = static_cast<std::uint16_t>(options_.eki_port == 0 ? 0 : options_.eki_port + 1)},
            *this},
-      tracker_{executor, *this, tracker_noise(scenario_, noise_random_),
-               EmsconServerOptions{
-                   .address = options_.address, .port = options_.tracker_port, .speedup = options_.speedup}} {
+      tracker_{listening_tracker(executor, *this, tracker_noise(scenario_, noise_random_), options_)} {
   schedule_faults();
 }
 

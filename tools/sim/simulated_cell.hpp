@@ -43,8 +43,7 @@ struct CellStatistics {
 /// A KUKA controller, the arm that it moves, and the laser tracker that watches it, over real sockets.
 class SimulatedCell : private EkiListener, private SimulatedTarget {
  public:
-  /// Listens at once. Throws boost::system::system_error when a port cannot be bound (what() names it) and
-  /// std::invalid_argument where the scenario cannot be simulated.
+  /// Listens at once. Throws PortError, and std::invalid_argument where the scenario cannot be simulated.
   /// @param executor  a single thread's; the cell is destroyed when that no longer runs
   SimulatedCell(boost::asio::any_io_executor executor, config::Scenario scenario,
                 rsi::EthernetConfig ethernet, CellOptions options);

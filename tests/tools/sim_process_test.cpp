@@ -1,0 +1,226 @@
+#include "tests/tools/sim_process.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+
+#include <array>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/json/parse.hpp>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "proto/eki/document_splitter.hpp"
+#include "proto/eki/messages.hpp"
+#include "proto/rsi/ethernet_config.hpp"
+#include "proto/rsi/frame_codec.hpp"
+#include "tests/tools/sim_arm.hpp"
+#include "tools/sim/kuka_controller.hpp"
+
+namespace truepose::sim {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using asio::ip::udp;
+using testing::HasSubstr;
+
+const std::string kConfig = TRUEPOSE_SOURCE_DIR "/config";
+const std::string kEthernetXml = kConfig + "/kuka/rsi/truepose_rsi_ethernet.xml";
+
+/// Fails a receive that nothing comes for, instead of hanging the test.
+template <typename Socket>
+void give_up_after_a_minute(Socket& socket) {
+  const timeval minute{.tv_sec = 60, .tv_usec = 0};
+  setsockopt(socket.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &minute, sizeof minute);
+}
+
+/// One EKI channel's client.
+class EkiClient {
+ public:
+  explicit EkiClient(std::int64_t port) {
+    socket_.connect({asio::ip::address_v4::loopback(), static_cast<std::uint16_t>(port)});
+    give_up_after_a_minute(socket_);
+  }
+
+  void send(const eki::ToController& message) { asio::write(socket_, asio::buffer(eki::encode(message))); }
+
+  /// The next document; nothing when the connection has ended.
+  std::optional<eki::FromController> next() {
+    for (;;) {
+      if (const auto document = splitter_.next().value())
+        return eki::decode_from_controller(*document).value();
+      boost::system::error_code error;
+      const std::size_t size = socket_.read_some(asio::buffer(buffer_), error);
+      if (error) return std::nullopt;
+      splitter_.feed({buffer_.data(), size});
+    }
+  }
+
+  eki::Ack ack() { return std::get<eki::Ack>(next().value()); }
+
+ private:
+  asio::io_context context_;
+  tcp::socket socket_{context_};
+  eki::DocumentSplitter splitter_;
+  std::array<char, 4096> buffer_{};
+};
+
+class SimulatorTest : public testing::Test {
+ protected:
+  SimulatorTest() { give_up_after_a_minute(pc_); }
+
+  void scenario(const std::string& faults = "[]") {
+    std::ofstream{folder_ / "scenario.yaml"}
+        << "robot: " << kConfig << "/robots/kr210_r2700_2.yaml\n"
+        << "placement: {x: 3400, y: 450, z: -1250, a: 165, b: 0, c: 0}\n"
+        << "reflector: {offset_mm: {x: 62, y: -48, z: 187}, "
+           "facing: {x: 1, y: 0, z: 1}, acceptance_deg: 30}\n"
+        << "rsi: {ethernet_xml: " << kEthernetXml << "}\n"
+        << "stream_path: [[0, -90, 90, 0, 35, 0], [5, -90, 90, 0, 35, 0]]\n"
+        << "faults: " << faults << "\n";
+  }
+
+  std::vector<std::string> arguments(std::vector<std::string> more = {}) const {
+    more.insert(
+        more.begin(),
+        {"--scenario", folder_ / "scenario.yaml", "--ready-file", folder_ / "ready.json", "--rsi-target",
+         "127.0.0.1:" + std::to_string(pc_.local_endpoint().port()), "--speedup", "50", "--json"});
+    return more;
+  }
+
+  boost::json::value ports(SimulatorProcess& simulator) const {
+    const std::string text = simulator.ready(folder_ / "ready.json");
+    EXPECT_NE(text, "") << simulator.errors();
+    return boost::json::parse(text);
+  }
+
+  TemporaryFolder folder_;
+  asio::io_context context_;
+  udp::socket pc_{context_, {asio::ip::address_v4::loopback(), 0}};
+};
+
+TEST_F(SimulatorTest, MovesTheArmAndEndsCleanlyOnSigterm) {
+  scenario();
+  SimulatorProcess simulator{folder_, arguments({"--truth-file", folder_ / "truth.json"})};
+  const auto opened = ports(simulator);
+  EkiClient motion{opened.at("eki_port").as_int64()}, state{opened.at("eki_state_port").as_int64()};
+  EXPECT_EQ(std::get<eki::Hello>(motion.next().value()).serial, "SIM-0001");
+
+  const JointVector target = deg(20, -80, 95, 0, 30, 0);
+  motion.send(eki::Command{.id = 1, .type = eki::CommandType::Ptp, .axes_rad = to_axes(target)});
+  EXPECT_EQ(motion.ack().state, eki::AckState::Accepted);
+  EXPECT_EQ(motion.ack().state, eki::AckState::Moving);
+  EXPECT_EQ(motion.ack().state, eki::AckState::InPosition);
+  state.send(eki::Control{.id = 2});
+  const auto there = std::get<eki::State>(state.next().value());
+  EXPECT_TRUE(to_joints(there.axes_rad).isApprox(target, 1e-6));
+
+  EkiClient second{opened.at("eki_port").as_int64()};
+  EXPECT_FALSE(second.next()) << "a channel has one client";
+
+  simulator.terminate();
+  EXPECT_EQ(simulator.wait(), 0);
+  const auto report = boost::json::parse(simulator.output());
+  EXPECT_EQ(report.at("moves"), 1);
+  EXPECT_EQ(report.at("truth"), boost::json::parse(text_of(folder_ / "truth.json")));
+  EXPECT_EQ(report.at("truth").at("links").as_array().size(), 6u);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "ready.json"));
+}
+
+TEST_F(SimulatorTest, StreamsUntilTheStopBitAndCountsEveryCycle) {
+  scenario();
+  SimulatorProcess simulator{folder_, arguments()};
+  EkiClient motion{ports(simulator).at("eki_port").as_int64()};
+  motion.next();
+  motion.send(eki::Command{.id = 1, .type = eki::CommandType::StartRsi, .axes_rad = {}});
+
+  const rsi::SensorFrameCodec codec{rsi::parse_ethernet_config(text_of(kEthernetXml)).value()};
+  std::array<char, 65536> received;
+  std::array<char, rsi::kMaxFrameBytes> buffer;
+  const int cycles = 50;
+  for (int cycle = 1; cycle <= cycles; ++cycle) {
+    udp::endpoint controller;
+    const std::size_t size = pc_.receive_from(asio::buffer(received), controller);
+    rsi::SensorFrame reply;
+    reply.ipoc = rsi::decode_robot_frame({received.data(), size}).value().ipoc;
+    reply.axis_correction_rad = rsi::Axes{0.01 * kRadPerDeg};
+    reply.stop = cycle == cycles;
+    pc_.send_to(asio::buffer(codec.encode(reply, buffer).value()), controller);
+  }
+  EXPECT_EQ(motion.ack().state, eki::AckState::Accepted);
+  EXPECT_EQ(motion.ack().state, eki::AckState::Moving);
+  const eki::Ack end = motion.ack();
+  // On a crowded machine the last reply may be late; then there is none after it, and RSI times out.
+  EXPECT_TRUE(end.state == eki::AckState::InPosition || end.error == kKss29002);
+
+  simulator.terminate();
+  EXPECT_EQ(simulator.wait(), 0);
+  const auto rsi = boost::json::parse(simulator.output()).at("rsi");
+  const auto count = [&rsi](const char* name) { return rsi.at(name).to_number<int>(); };
+  EXPECT_GE(count("cycles"), cycles);
+  EXPECT_EQ(count("answered") + count("late") + count("lost"), count("cycles"));
+  EXPECT_EQ(count("answered") + count("late"), cycles);
+  EXPECT_EQ(count("wrong_ipoc"), 0);
+  EXPECT_EQ(count("sessions"), 1);
+  EXPECT_NEAR(rsi.at("max_step_deg").as_double(), 0.01, 1e-9);
+}
+
+TEST_F(SimulatorTest, CutsTheEkiLinkWhenTheScenarioSaysSoAndServesAgain) {
+  scenario("[{at_ms: 10000, kind: eki-drop, lasts_ms: 5000}]");  // after 0.2 s, for 0.1 s
+  SimulatorProcess simulator{folder_, arguments()};
+  const std::int64_t port = ports(simulator).at("eki_port").as_int64();
+  {
+    EkiClient motion{port};
+    while (motion.next()) {
+    }
+  }
+  for (;;) {
+    EkiClient again{port};
+    if (again.next()) break;  // Hello
+  }
+  simulator.terminate();
+  EXPECT_EQ(simulator.wait(), 0);
+}
+
+TEST_F(SimulatorTest, NamesAPortThatIsInUseAndEndsWithTwo) {
+  scenario();
+  tcp::acceptor holder{context_, {asio::ip::address_v4::loopback(), 0}};
+  const std::string port = std::to_string(holder.local_endpoint().port());
+  for (const std::string option : {"--eki-port", "--tracker-port"}) {
+    SimulatorProcess simulator{folder_, arguments({option, port})};
+    EXPECT_EQ(simulator.wait(), 2);
+    EXPECT_THAT(simulator.errors(), HasSubstr("port " + port)) << option;
+    EXPECT_EQ(simulator.output(), "");
+    std::filesystem::remove(folder_ / "stderr");
+  }
+}
+
+TEST_F(SimulatorTest, RefusesBadUsageWithOneLine) {
+  scenario();
+  const std::vector<std::vector<std::string>> bad{{},
+                                                  {"--scenario"},
+                                                  {"--scenario", "/does/not/exist.yaml"},
+                                                  arguments({"--speedup", "0"}),
+                                                  arguments({"--nonsense"})};
+  for (const auto& options : bad) {
+    SimulatorProcess simulator{folder_, options};
+    EXPECT_EQ(simulator.wait(), 2);
+    EXPECT_EQ(std::ranges::count(simulator.errors(), '\n'), 1) << simulator.errors();
+    std::filesystem::remove(folder_ / "stderr");
+  }
+  SimulatorProcess simulator{folder_, {"--scenario", folder_ / "scenario.yaml", "--rsi-target", "127.0.0.1"}};
+  EXPECT_EQ(simulator.wait(), 2);
+  EXPECT_THAT(simulator.errors(), HasSubstr("HOST:PORT"));
+}
+
+}  // namespace
+}  // namespace truepose::sim
