@@ -135,6 +135,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
   }
 
   std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
+  std::uint64_t measurements() const { return measurements_; }
 
   void beam_break(std::chrono::milliseconds duration) {
     blocked_until_ = std::max(blocked_until_, Clock::now() + duration);
@@ -361,6 +362,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
       readings_mm.push_back(self->aim_mm_ + std::sqrt(double{kReadings}) * noise_mm);
     }
     self->drop_job();
+    ++self->measurements_;
     self->send_result(readings_mm);
     self->report(SystemEvent::MeasurementReady);
   }
@@ -442,6 +444,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
   std::optional<Job> job_;
   Job last_job_ = 0;
   bool measuring_ = false;  ///< the job is a measurement
+  std::uint64_t measurements_ = 0;
 };
 
 EmsconServer::EmsconServer(asio::any_io_executor executor, const SimulatedTarget& target, TrackerNoise noise,
@@ -453,6 +456,7 @@ EmsconServer::EmsconServer(asio::any_io_executor executor, const SimulatedTarget
 EmsconServer::~EmsconServer() { state_->close(); }
 
 std::uint16_t EmsconServer::port() const { return state_->port(); }
+std::uint64_t EmsconServer::measurements() const { return state_->measurements(); }
 void EmsconServer::beam_break(std::chrono::milliseconds duration) { state_->beam_break(duration); }
 void EmsconServer::restart() { state_->restart(); }
 

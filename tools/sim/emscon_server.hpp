@@ -45,6 +45,8 @@ class EmsconServer {
   ~EmsconServer();
 
   std::uint16_t port() const;
+  /// Points that have been measured so far.
+  std::uint64_t measurements() const;
 
   /// Fault: something stands in the beam for this long (not scaled by the speed-up).
   void beam_break(std::chrono::milliseconds duration);

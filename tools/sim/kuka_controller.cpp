@@ -88,7 +88,7 @@ KukaController::ControlAnswer KukaController::control(const eki::Control& contro
 void KukaController::link_lost(SimTime now) {
   advance(now);  // its words reach nobody any more; the last one is repeated when asked for
   waiting_.clear();
-  if (!std::holds_alternative<Streaming>(doing_)) brake(eki::AckError::LinkLost, now);
+  brake(eki::AckError::LinkLost, now);
   take_said();
 }
 
@@ -128,8 +128,8 @@ void KukaController::begin(const eki::Command& command, SimTime now) {
     say(command.id, eki::AckState::Rejected, static_cast<int>(*error));
     return;
   }
+  if (command.type == eki::CommandType::NoOp) return say(command.id, eki::AckState::InPosition);
   say(command.id, eki::AckState::Accepted);
-  if (command.type == eki::CommandType::NoOp) return;
 
   const bool rsi = command.type == eki::CommandType::StartRsi;
   const double scale = speed_scale(command);

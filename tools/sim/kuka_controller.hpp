@@ -58,8 +58,7 @@ class KukaController {
   };
   ControlAnswer control(const eki::Control& control, SimTime now);
 
-  /// The client of CellLink is gone: a motion is braked and waiting commands are forgotten. A running RSI
-  /// program goes on, as its corrections come over another line.
+  /// The client of CellLink is gone: what runs is braked, RSI too, and waiting commands are forgotten.
   void link_lost(SimTime now);
 
   /// Carries the running command on. @return what CellLink says by itself

@@ -102,6 +102,16 @@ std::string ready_text(const sim::SimulatedCell::Ports& ports) {
                                                     {"pid", getpid()}});
 }
 
+/// SIGUSR1 writes the statistics so far to standard error, one line.
+void report_when_asked(asio::signal_set& asks, const sim::SimulatedCell& cell,
+                       const config::Scenario& scenario) {
+  asks.async_wait([&](boost::system::error_code cancelled, int) {
+    if (cancelled) return;
+    std::fprintf(stderr, "%s\n", sim::statistics_json(cell.statistics(), scenario).c_str());
+    report_when_asked(asks, cell, scenario);
+  });
+}
+
 int run(Options options) {
   const config::Scenario scenario = config::load_scenario(options.scenario);
   const rsi::EthernetConfig ethernet = load_ethernet_config(scenario.ethernet_xml);
@@ -111,6 +121,9 @@ int run(Options options) {
   sim::SimulatedCell cell{io.get_executor(), scenario, ethernet, options.cell};
   asio::signal_set ends{io, SIGTERM, SIGINT};
   ends.async_wait([&io](boost::system::error_code, int) { io.stop(); });
+
+  asio::signal_set asks{io, SIGUSR1};
+  report_when_asked(asks, cell, scenario);
 
   if (!options.truth_file.empty()) sim::write_whole(options.truth_file, sim::truth_json(scenario));
   if (!options.ready_file.empty()) sim::write_whole(options.ready_file, ready_text(cell.ports()));

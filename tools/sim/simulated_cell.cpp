@@ -101,7 +101,8 @@ SimulatedCell::Ports SimulatedCell::ports() const {
 }
 
 CellStatistics SimulatedCell::statistics() const {
-  CellStatistics statistics{.rsi = ended_sessions_, .moves = controller_.moves()};
+  CellStatistics statistics{
+      .rsi = ended_sessions_, .moves = controller_.moves(), .measurements = tracker_.measurements()};
   if (rsi_) statistics.rsi.add(rsi_->statistics());
   return statistics;
 }

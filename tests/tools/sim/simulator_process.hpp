@@ -15,25 +15,9 @@
 #include <thread>
 #include <vector>
 
+#include "tests/temp_folder.hpp"
+
 namespace truepose::sim {
-
-/// An empty folder for one test, removed with everything in it.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "truepose-sim-XXXXXX").string();
-    if (!mkdtemp(pattern.data())) throw std::runtime_error{"no temporary folder"};
-    path_ = pattern;
-  }
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
 
 inline std::string text_of(const std::filesystem::path& file) {
   std::ifstream in{file, std::ios::binary};
@@ -43,8 +27,8 @@ inline std::string text_of(const std::filesystem::path& file) {
 /// truepose-sim as its users start it. Killed if it is still there at the end.
 class SimulatorProcess {
  public:
-  SimulatorProcess(const TemporaryFolder& folder, std::vector<std::string> arguments)
-      : output_{folder / "stdout"}, errors_{folder / "stderr"} {
+  SimulatorProcess(const TempFolder& folder, std::vector<std::string> arguments)
+      : output_{folder.path() / "stdout"}, errors_{folder.path() / "stderr"} {
     arguments.insert(arguments.begin(), TRUEPOSE_BIN_DIR "/truepose-sim");
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());

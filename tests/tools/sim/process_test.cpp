@@ -1,5 +1,3 @@
-#include "tests/tools/sim_process.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -13,7 +11,6 @@
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/json/parse.hpp>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <variant>
@@ -22,7 +19,8 @@
 #include "proto/eki/messages.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "proto/rsi/frame_codec.hpp"
-#include "tests/tools/sim_arm.hpp"
+#include "tests/tools/sim/kr210.hpp"
+#include "tests/tools/sim/simulator_process.hpp"
 #include "tools/sim/kuka_controller.hpp"
 
 namespace truepose::sim {
@@ -79,38 +77,41 @@ class SimulatorTest : public testing::Test {
   SimulatorTest() { give_up_after_a_minute(pc_); }
 
   void scenario(const std::string& faults = "[]") {
-    std::ofstream{folder_ / "scenario.yaml"}
-        << "robot: " << kConfig << "/robots/kr210_r2700_2.yaml\n"
-        << "placement: {x: 3400, y: 450, z: -1250, a: 165, b: 0, c: 0}\n"
-        << "reflector: {offset_mm: {x: 62, y: -48, z: 187}, "
-           "facing: {x: 1, y: 0, z: 1}, acceptance_deg: 30}\n"
-        << "rsi: {ethernet_xml: " << kEthernetXml << "}\n"
-        << "stream_path: [[0, -90, 90, 0, 35, 0], [5, -90, 90, 0, 35, 0]]\n"
-        << "faults: " << faults << "\n";
+    folder_.write("scenario.yaml", "robot: " + kConfig +
+                                       "/robots/kr210_r2700_2.yaml\n"
+                                       "placement: {x: 3400, y: 450, z: -1250, a: 165, b: 0, c: 0}\n"
+                                       "reflector: {offset_mm: {x: 62, y: -48, z: 187}, "
+                                       "facing: {x: 1, y: 0, z: 1}, acceptance_deg: 30}\n"
+                                       "rsi: {ethernet_xml: " +
+                                       kEthernetXml +
+                                       "}\n"
+                                       "stream_path: [[0, -90, 90, 0, 35, 0], [5, -90, 90, 0, 35, 0]]\n"
+                                       "faults: " +
+                                       faults + "\n");
   }
 
   std::vector<std::string> arguments(std::vector<std::string> more = {}) const {
-    more.insert(
-        more.begin(),
-        {"--scenario", folder_ / "scenario.yaml", "--ready-file", folder_ / "ready.json", "--rsi-target",
-         "127.0.0.1:" + std::to_string(pc_.local_endpoint().port()), "--speedup", "50", "--json"});
+    more.insert(more.begin(),
+                {"--scenario", folder_.path() / "scenario.yaml", "--ready-file",
+                 folder_.path() / "ready.json", "--rsi-target",
+                 "127.0.0.1:" + std::to_string(pc_.local_endpoint().port()), "--speedup", "50", "--json"});
     return more;
   }
 
   boost::json::value ports(SimulatorProcess& simulator) const {
-    const std::string text = simulator.ready(folder_ / "ready.json");
+    const std::string text = simulator.ready(folder_.path() / "ready.json");
     EXPECT_NE(text, "") << simulator.errors();
     return boost::json::parse(text);
   }
 
-  TemporaryFolder folder_;
+  TempFolder folder_;
   asio::io_context context_;
   udp::socket pc_{context_, {asio::ip::address_v4::loopback(), 0}};
 };
 
 TEST_F(SimulatorTest, MovesTheArmAndEndsCleanlyOnSigterm) {
   scenario();
-  SimulatorProcess simulator{folder_, arguments({"--truth-file", folder_ / "truth.json"})};
+  SimulatorProcess simulator{folder_, arguments({"--truth-file", folder_.path() / "truth.json"})};
   const auto opened = ports(simulator);
   EkiClient motion{opened.at("eki_port").as_int64()}, state{opened.at("eki_state_port").as_int64()};
   EXPECT_EQ(std::get<eki::Hello>(motion.next().value()).serial, "SIM-0001");
@@ -131,9 +132,9 @@ TEST_F(SimulatorTest, MovesTheArmAndEndsCleanlyOnSigterm) {
   EXPECT_EQ(simulator.wait(), 0);
   const auto report = boost::json::parse(simulator.output());
   EXPECT_EQ(report.at("moves"), 1);
-  EXPECT_EQ(report.at("truth"), boost::json::parse(text_of(folder_ / "truth.json")));
+  EXPECT_EQ(report.at("truth"), boost::json::parse(text_of(folder_.path() / "truth.json")));
   EXPECT_EQ(report.at("truth").at("links").as_array().size(), 6u);
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "ready.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "ready.json"));
 }
 
 TEST_F(SimulatorTest, StreamsUntilTheStopBitAndCountsEveryCycle) {
@@ -200,7 +201,7 @@ TEST_F(SimulatorTest, NamesAPortThatIsInUseAndEndsWithTwo) {
     EXPECT_EQ(simulator.wait(), 2);
     EXPECT_THAT(simulator.errors(), HasSubstr("port " + port)) << option;
     EXPECT_EQ(simulator.output(), "");
-    std::filesystem::remove(folder_ / "stderr");
+    std::filesystem::remove(folder_.path() / "stderr");
   }
 }
 
@@ -215,9 +216,10 @@ TEST_F(SimulatorTest, RefusesBadUsageWithOneLine) {
     SimulatorProcess simulator{folder_, options};
     EXPECT_EQ(simulator.wait(), 2);
     EXPECT_EQ(std::ranges::count(simulator.errors(), '\n'), 1) << simulator.errors();
-    std::filesystem::remove(folder_ / "stderr");
+    std::filesystem::remove(folder_.path() / "stderr");
   }
-  SimulatorProcess simulator{folder_, {"--scenario", folder_ / "scenario.yaml", "--rsi-target", "127.0.0.1"}};
+  SimulatorProcess simulator{folder_,
+                             {"--scenario", folder_.path() / "scenario.yaml", "--rsi-target", "127.0.0.1"}};
   EXPECT_EQ(simulator.wait(), 2);
   EXPECT_THAT(simulator.errors(), HasSubstr("HOST:PORT"));
 }

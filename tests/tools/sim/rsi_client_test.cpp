@@ -1,3 +1,5 @@
+#include "tools/sim/rsi_client.hpp"
+
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -6,8 +8,7 @@
 
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
-#include "tests/tools/sim_arm.hpp"
-#include "tools/sim/rsi_client.hpp"
+#include "tests/tools/sim/kr210.hpp"
 #include "tools/sim/rsi_statistics.hpp"
 
 namespace truepose::sim {

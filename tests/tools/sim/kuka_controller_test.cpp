@@ -1,3 +1,5 @@
+#include "tools/sim/kuka_controller.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,8 +9,7 @@
 
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
-#include "tests/tools/sim_arm.hpp"
-#include "tools/sim/kuka_controller.hpp"
+#include "tests/tools/sim/kr210.hpp"
 
 namespace truepose::sim {
 namespace {
@@ -192,14 +193,23 @@ TEST(KukaController, ReportsKss29002WhenRsiTimesOut) {
   EXPECT_EQ(acks[0].error, kKss29002);
 }
 
-TEST(KukaController, KeepsStreamingWithoutItsEkiClient) {
+TEST(KukaController, LeavesRsiWhenItIsStoppedOrItsLinkIsLost) {
+  KukaController stopped = controller(), lost = controller();
+  for (KukaController* kuka : {&stopped, &lost}) {
+    kuka->command(start_rsi(1), 0s);
+    kuka->advance(1min);
+    ASSERT_TRUE(kuka->rsi_speed());
+  }
+  EXPECT_THAT(states(stopped.control(op(ControlOp::Stop), 2min).acks), ElementsAre(AckState::Aborted));
+  lost.link_lost(2min);
+  EXPECT_FALSE(stopped.rsi_speed());
+  EXPECT_FALSE(lost.rsi_speed());
+}
+
+TEST(KukaController, AcknowledgesACommandThatDoesNothing) {
   KukaController kuka = controller();
-  kuka.command(start_rsi(1), 0s);
-  kuka.advance(1min);
-  kuka.link_lost(2min);
-  EXPECT_TRUE(kuka.rsi_speed());
-  EXPECT_THAT(states(kuka.control(op(ControlOp::Stop), 3min).acks), ElementsAre(AckState::Aborted));
-  EXPECT_FALSE(kuka.rsi_speed());
+  EXPECT_THAT(states(kuka.command({.id = 4, .axes_rad = {}}, 0s)), ElementsAre(AckState::InPosition));
+  EXPECT_FALSE(kuka.moving(0s));
 }
 
 TEST(KukaController, NeedsSixAxes) {
