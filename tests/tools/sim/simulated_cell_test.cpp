@@ -1,0 +1,179 @@
+#include "tools/sim/simulated_cell.hpp"
+
+#include <gtest/gtest.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <exception>
+#include <optional>
+#include <vector>
+
+#include "core/kinematics/forward.hpp"
+#include "drivers/kuka/eki_robot.hpp"
+#include "drivers/leica/emscon_tracker.hpp"
+#include "drivers/steady_clock.hpp"
+#include "tests/tools/sim/kr210.hpp"
+#include "tests/tools/sim/simulator_process.hpp"
+
+namespace truepose::sim {
+namespace {
+
+namespace asio = boost::asio;
+using namespace std::chrono_literals;
+
+constexpr std::uint64_t kSeed = 20261121;
+
+config::Scenario demo() { return config::load_scenario(TRUEPOSE_SOURCE_DIR "/config/scenarios/demo.yaml"); }
+
+/// The shipped scenario, moved and measured by the real drivers over loopback, faster than life.
+class Cell {
+ public:
+  explicit Cell(std::uint64_t seed) : cell_{io_.get_executor(), scenario, ethernet(), options(seed)} {}
+
+  template <class T>
+  T run(asio::awaitable<T> call) {
+    std::optional<T> result;
+    std::exception_ptr thrown;
+    asio::co_spawn(io_, std::move(call), [&](std::exception_ptr error, T value) {
+      thrown = error;
+      result = std::move(value);
+    });
+    while (!result) io_.run_one();
+    if (thrown) std::rethrow_exception(thrown);
+    return *std::move(result);
+  }
+
+  static drivers::TimePoint soon() { return std::chrono::steady_clock::now() + 60s; }
+
+  void connect() {
+    EXPECT_EQ(run(robot.connect(soon())).value().serial, scenario.robot_serial);
+    EXPECT_TRUE(run(tracker.connect(soon())));
+  }
+
+  void move(const JointVector& q) {
+    const auto reached = run(robot.move({.q = q, .speed_percent = 100}, soon()));
+    ASSERT_TRUE(reached) << reached.error().detail;
+    EXPECT_TRUE(reached->isApprox(q, 1e-6));
+  }
+
+  /// Where the reflector truly is, but for repeatability.
+  Eigen::Vector3d truth(const JointVector& q, const RobotModel& robot_model) const {
+    return scenario.X_WB * (forward_kinematics(robot_model, q) * scenario.p_FS_mm);
+  }
+
+  auto aim(const JointVector& q) { return run(tracker.aim(truth(q, scenario.nominal), 30, soon())); }
+
+  Eigen::Vector3d measured(const JointVector& q) {
+    move(q);
+    EXPECT_TRUE(aim(q));
+    return run(tracker.measure(soon())).value().p_WS_mm;
+  }
+
+  CellStatistics statistics() const { return cell_.statistics(); }
+
+  const config::Scenario scenario = demo();
+
+ private:
+  static rsi::EthernetConfig ethernet() {
+    return rsi::parse_ethernet_config(
+               text_of(TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml"))
+        .value();
+  }
+
+  static CellOptions options(std::uint64_t seed) {
+    CellOptions options;
+    options.rsi_host = "127.0.0.1";
+    options.rsi_port = 9;  // nobody listens
+    options.seed = seed;
+    options.speedup = 500;
+    return options;
+  }
+
+  asio::io_context io_{1};
+  SimulatedCell cell_;
+  drivers::SteadyClock clock_;
+
+ public:
+  drivers::KukaEkiRobot robot{
+      io_.get_executor(),
+      clock_,
+      {.host = "127.0.0.1", .motion_port = cell_.ports().eki, .state_port = cell_.ports().eki_state}};
+  drivers::EmsconTracker tracker{
+      io_.get_executor(), clock_, {.host = "127.0.0.1", .port = cell_.ports().tracker}};
+};
+
+/// Poses that the tracker sees, or that it does not.
+std::vector<JointVector> poses(std::size_t count, bool seen) {
+  const config::Scenario scenario = demo();
+  const TrueArm arm{{.robot = scenario.truth,
+                     .X_WB = scenario.X_WB,
+                     .p_FS_mm = scenario.p_FS_mm,
+                     .facing_F = scenario.facing_F,
+                     .acceptance_rad = (seen ? 0.9 : 1.1) * scenario.acceptance_deg * kRadPerDeg},
+                    0};
+  std::vector<JointVector> poses;
+  Random random{kSeed};
+  while (poses.size() < count) {
+    JointVector q(6);
+    for (Eigen::Index i = 0; i < 6; ++i) {
+      const Joint& joint = scenario.nominal.joints[static_cast<std::size_t>(i)];
+      q[i] = joint.min + random.uniform() * (joint.max - joint.min);
+    }
+    if (arm.visible(q) == seen) poses.push_back(q);
+  }
+  return poses;
+}
+
+TEST(SimulatedCell, MeasuresTheArmAsItIsAndNotAsItsDataSheetSays) {
+  RecordProperty("seed", static_cast<int>(kSeed));
+  Cell cell{kSeed};
+  cell.connect();
+  const std::vector<JointVector> visited = poses(5, true);
+  for (const JointVector& q : visited) {
+    const Eigen::Vector3d p_mm = cell.measured(q);
+    // Six standard deviations of repeatability and tracker noise together, per axis.
+    EXPECT_LT((p_mm - cell.truth(q, cell.scenario.truth)).cwiseAbs().maxCoeff(), 6 * 0.0194);
+    EXPECT_GT((p_mm - cell.truth(q, cell.scenario.nominal)).norm(), 0.5);
+  }
+  EXPECT_EQ(cell.statistics().moves, visited.size());
+  EXPECT_EQ(cell.statistics().measurements, visited.size());
+}
+
+TEST(SimulatedCell, ReplaysItsPointsFromTheSeed) {
+  Cell one{kSeed}, again{kSeed}, other{kSeed + 1};
+  std::vector<std::vector<Eigen::Vector3d>> points;
+  for (Cell* cell : {&one, &again, &other}) {
+    cell->connect();
+    points.emplace_back();
+    for (const JointVector& q : poses(3, true)) points.back().push_back(cell->measured(q));
+  }
+  EXPECT_EQ(points[0], points[1]);
+  EXPECT_NE(points[0], points[2]);
+}
+
+TEST(SimulatedCell, HidesAReflectorThatIsTurnedAway) {
+  Cell cell{kSeed};
+  cell.connect();
+  const JointVector away = poses(1, false).front();
+  cell.move(away);
+  const auto found = cell.aim(away);
+  ASSERT_FALSE(found);
+  EXPECT_EQ(found.error().fault, drivers::TrackerFault::NoTarget);
+}
+
+TEST(SimulatedCell, StopsWithATimeoutWhenNobodyAnswersItsRsiDatagrams) {
+  Cell cell{kSeed};
+  cell.connect();
+  ASSERT_TRUE(cell.run(cell.robot.start_stream_program(Cell::soon())));
+  while (cell.statistics().rsi.timeouts == 0) {
+    EXPECT_TRUE(cell.run(cell.robot.state(Cell::soon())));
+  }
+  const RsiCounters counters = cell.statistics().rsi.counters;
+  EXPECT_EQ(counters.cycles, 100u);
+  EXPECT_EQ(counters.lost, 100u);
+  EXPECT_EQ(counters.max_step_rad, 0);
+  cell.measured(poses(1, true).front());  // and the arm can be moved again
+}
+
+}  // namespace
+}  // namespace truepose::sim
