@@ -1,6 +1,7 @@
 #include "tools/sim/kuka_controller.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <numbers>
 
 #include "core/kinematics/angles.hpp"
