@@ -58,9 +58,11 @@ class RsiRunner::Session {
                           &fifo);  // refused without the right: then as it is
   }
 
-  ~Session() {
+  ~Session() { stop(); }
+
+  void stop() {
     stopping_ = true;
-    thread_.join();
+    if (thread_.joinable()) thread_.join();
   }
 
   Arm arm() const {
@@ -166,6 +168,7 @@ RsiRunner::RsiRunner(const RsiRunnerOptions& options, RsiClient client, std::fun
 RsiRunner::~RsiRunner() = default;
 RsiRunner::Arm RsiRunner::arm() const { return session_->arm(); }
 RsiStatistics RsiRunner::statistics() const { return session_->statistics(); }
+void RsiRunner::stop() { session_->stop(); }
 void RsiRunner::drop(std::chrono::milliseconds duration) { session_->drop(duration); }
 
 }  // namespace truepose::sim

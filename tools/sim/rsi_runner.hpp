@@ -33,6 +33,9 @@ class RsiRunner {
   Arm arm() const;
   RsiStatistics statistics() const;
 
+  /// Ends the session with the cycle that is under way, which the statistics then contain.
+  void stop();
+
   /// Fault: no datagram gets through, either way, for this long.
   void drop(std::chrono::milliseconds duration);
 

@@ -193,6 +193,7 @@ void SimulatedCell::start_rsi(double speed_scale) {
 
 void SimulatedCell::end_rsi() {
   const std::unique_ptr<RsiRunner> ended = std::exchange(rsi_, nullptr);
+  ended->stop();
   ended_sessions_.add(ended->statistics());
 }
 
