@@ -97,7 +97,7 @@ TEST(RsiLink, NamesWhoHoldsThePort) {
   const auto second = RsiLink::start(loopback((*link)->port()), echo);
   ASSERT_FALSE(second);
   EXPECT_THAT(second.error(), HasSubstr("127.0.0.1:" + std::to_string((*link)->port()) + " is in use by "));
-  EXPECT_THAT(second.error(), HasSubstr("(pid " + std::to_string(::getpid()) + ")"));
+  EXPECT_THAT(second.error(), HasSubstr("(process " + std::to_string(::getpid()) + ")"));
 }
 
 TEST(RsiLink, NamesAnAddressThatIsNotThisMachines) {
