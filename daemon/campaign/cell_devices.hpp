@@ -1,0 +1,87 @@
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <expected>
+#include <functional>
+#include <string>
+
+#include "config/cell_config.hpp"
+#include "drivers/robot.hpp"
+#include "drivers/tracker.hpp"
+
+namespace truepose::daemon {
+
+using drivers::Duration;
+using drivers::TimePoint;
+
+struct CampaignDevices {
+  drivers::Robot& robot;
+  drivers::Tracker& tracker;
+  drivers::Clock& clock;
+};
+
+struct Identities {
+  drivers::RobotIdentity robot;
+  drivers::TrackerIdentity tracker;
+};
+
+/// What a failure asks for.
+enum class Remedy {
+  Retry,             ///< the device is fine, the attempt was not
+  ReconnectRobot,
+  ReconnectTracker,
+  WaitForRobot,      ///< connected, but it may not move
+  GiveUp,            ///< nothing that a repeat would change
+};
+
+struct DeviceError {
+  Remedy remedy;
+  std::string detail;  ///< one sentence for the operator
+};
+
+/// The robot and the tracker of a cell with the deadlines, checks and patience that using them together needs.
+class CellDevices {
+ public:
+  /// @param on_trouble  is told of every failure that is being dealt with
+  CellDevices(const config::CellConfig& config, CampaignDevices devices,
+              std::function<void(const std::string&)> on_trouble);
+
+  template <typename T>
+  using Outcome = boost::asio::awaitable<std::expected<T, DeviceError>>;
+
+  /// Connects both anew, patiently, and refuses an arm that is not the configured one (Remedy::GiveUp).
+  Outcome<Identities> connect();
+
+  /// Does what a failure asks for: reconnects with growing pauses, or waits until the robot may move.
+  /// Fails (GiveUp) when that took longer than kPatience.
+  Outcome<void> recover(Remedy remedy);
+
+  /// @return the actual joint positions at the end
+  Outcome<JointVector> move(JointVector q);
+
+  /// Aims at `p_W_mm` and measures what is found there. Farther from it than `gate_mm` is a wrong reflector: an error.
+  Outcome<drivers::SmrPoint> measure(Eigen::Vector3d p_W_mm, double search_radius_mm, double gate_mm);
+
+  /// Brakes the arm, as far as it can be reached.
+  boost::asio::awaitable<void> stop();
+
+  void disconnect() noexcept;
+
+  /// How long a lost device is waited for.
+  static constexpr std::chrono::minutes kPatience{10};
+
+ private:
+  Outcome<drivers::RobotIdentity> connect_robot();
+  Outcome<drivers::TrackerIdentity> connect_tracker();
+  Outcome<void> wait_for_robot();
+  /// The controller's own pose of the flange against the nominal arm's: a wrong arm, or a wrong robot file.
+  std::expected<void, DeviceError> check_arm(const drivers::RobotIdentity& identity, const drivers::RobotState& state);
+
+  const config::CellConfig& config_;
+  drivers::Robot& robot_;
+  drivers::Tracker& tracker_;
+  drivers::Clock& clock_;
+  std::function<void(const std::string&)> on_trouble_;
+};
+
+}  // namespace truepose::daemon

@@ -1,0 +1,138 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "drivers/clock.hpp"
+
+namespace truepose::daemon {
+
+using drivers::Duration;
+using drivers::TimePoint;
+
+// States: each holds only what is true in it.
+struct Disconnected {
+  bool operator==(const Disconnected&) const = default;
+};
+struct Connecting {
+  TimePoint since;
+  bool operator==(const Connecting&) const = default;
+};
+struct Ready {
+  bool operator==(const Ready&) const = default;
+};
+struct Running {
+  std::string campaign_id;
+  bool operator==(const Running&) const = default;
+};
+struct Paused {
+  std::string campaign_id;
+  bool operator==(const Paused&) const = default;
+};
+struct Aborting {
+  std::string campaign_id;
+  TimePoint since;
+  bool operator==(const Aborting&) const = default;
+};
+struct StreamStarting {
+  TimePoint since;
+  bool operator==(const StreamStarting&) const = default;
+};
+struct Streaming {
+  bool operator==(const Streaming&) const = default;
+};
+/// Corrections are ramped out.
+struct StreamStopping {
+  TimePoint since;
+  bool operator==(const StreamStopping&) const = default;
+};
+/// Needs somebody: cleared by an acknowledgement, and where the cause is one that only a restart removes, by that.
+struct Faulted {
+  std::string reason;
+  bool acknowledgeable = true;
+  bool operator==(const Faulted&) const = default;
+};
+using CellState = std::variant<Disconnected, Connecting, Ready, Running, Paused, Aborting, StreamStarting, Streaming,
+                               StreamStopping, Faulted>;
+
+/// The name on the wire: "disconnected", "ready", "stream-starting".
+std::string_view state_name(const CellState& state);
+
+// Requests of operators.
+struct ConnectRequested {};
+struct DisconnectRequested {};
+struct AcknowledgeRequested {};
+struct CampaignStartRequested {
+  std::string campaign_id;
+};
+struct CampaignPauseRequested {};
+struct CampaignResumeRequested {};
+struct CampaignAbortRequested {};
+struct StreamStartRequested {};
+struct StreamStopRequested {};
+// What the daemon found out.
+struct DevicesConnected {};
+struct ConnectFailed {
+  std::string reason;
+};
+struct DeviceLost {
+  std::string reason;
+};
+struct CampaignEnded {};
+struct StreamStarted {};
+struct StreamEnded {};
+struct StreamFaulted {
+  std::string reason;
+};
+/// The store cannot keep what we measure: nothing may go on.
+struct StoreFailed {
+  std::string reason;
+};
+struct Tick {};
+using CellEvent =
+    std::variant<ConnectRequested, DisconnectRequested, AcknowledgeRequested, CampaignStartRequested,
+                 CampaignPauseRequested, CampaignResumeRequested, CampaignAbortRequested, StreamStartRequested,
+                 StreamStopRequested, DevicesConnected, ConnectFailed, DeviceLost, CampaignEnded, StreamStarted,
+                 StreamEnded, StreamFaulted, StoreFailed, Tick>;
+
+enum class CellCommand {
+  OpenDevices,
+  CloseDevices,
+  StartCampaign,
+  PauseCampaign,
+  ResumeCampaign,
+  AbortCampaign,
+  StartStream,
+  StopStream,
+};
+
+/// How long the states that pass by themselves may last.
+struct CellLimits {
+  std::chrono::seconds connecting{300};
+  std::chrono::seconds aborting{60};
+  std::chrono::seconds stream_starting{30};
+  std::chrono::seconds stream_stopping{30};
+};
+
+/// Why a request was not carried out.
+struct Refusal {
+  std::string state;                 ///< name of the state that the cell is in
+  std::vector<std::string> allowed;  ///< methods that the state does carry out, e.g. "campaign.start"
+  /// "not possible while the cell is running; allowed: campaign.pause, campaign.abort"
+  std::string sentence() const;
+};
+
+struct CellStep {
+  CellState next;
+  std::vector<CellCommand> commands;  ///< in this order
+  std::optional<Refusal> refused;     ///< requests only; then the state stays and nothing is commanded
+};
+
+/// The cell's state machine: a function of state, event and time, and nothing else.
+CellStep advance(const CellState& state, const CellEvent& event, TimePoint now, const CellLimits& limits = {});
+
+}  // namespace truepose::daemon

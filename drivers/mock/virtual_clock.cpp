@@ -1,0 +1,55 @@
+#include "drivers/mock/virtual_clock.hpp"
+
+#include <algorithm>
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/error.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/system/system_error.hpp>
+
+namespace truepose::drivers {
+
+namespace asio = boost::asio;
+
+asio::awaitable<void> VirtualClock::sleep_until(TimePoint when) {
+  const auto executor = co_await asio::this_coro::executor;
+  // The timer never expires by itself: it is the waiting room, which wake_first() opens.
+  asio::steady_timer timer{executor, asio::steady_timer::time_point::max()};
+  bool woken = false;
+  const Key key{std::max(when, now_), count_++};
+  sleepers_.emplace(key, Sleeper{&timer, &woken});
+  // Also when the coroutine is destroyed in its sleep.
+  struct Leave {
+    VirtualClock& clock;
+    Key key;
+    ~Leave() { clock.sleepers_.erase(key); }
+  } leave{*this, key};
+
+  const auto token = asio::as_tuple(asio::use_awaitable);
+  const auto [error] = co_await timer.async_wait(token);
+  if (!woken) throw boost::system::system_error{asio::error::operation_aborted};
+}
+
+bool VirtualClock::run(asio::io_context& io, const std::function<bool()>& done) {
+  while (true) {
+    io.restart();
+    while (io.poll_one() != 0) {
+      if (done()) return true;
+    }
+    if (done()) return true;
+    if (sleepers_.empty()) return false;
+    wake_first();
+  }
+}
+
+void VirtualClock::wake_first() {
+  const auto first = sleepers_.begin();
+  now_ = std::max(now_, first->first.first);
+  const Sleeper sleeper = first->second;
+  sleepers_.erase(first);
+  *sleeper.woken = true;
+  sleeper.timer->cancel();
+}
+
+}  // namespace truepose::drivers

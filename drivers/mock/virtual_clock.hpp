@@ -1,0 +1,44 @@
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <utility>
+
+#include "drivers/clock.hpp"
+
+namespace truepose::drivers {
+
+/// A clock that stands still while anything is ready to run, and then jumps to the next sleeper: a week of a cell in a
+/// minute, the same every time. One thread.
+class VirtualClock final : public Clock {
+ public:
+  TimePoint now() const override { return now_; }
+  boost::asio::awaitable<void> sleep_until(TimePoint when) override;
+
+  /// Runs the handlers of `io`, moving time where none is ready, until `done`.
+  ///
+  /// @return false where nothing is left to run or to wait for, and `done` is still false
+  bool run(boost::asio::io_context& io, const std::function<bool()>& done);
+
+  std::size_t sleepers() const { return sleepers_.size(); }
+
+ private:
+  struct Sleeper {
+    boost::asio::steady_timer* timer;
+    bool* woken;
+  };
+  /// Those who sleep until the same moment wake in the order in which they went to sleep.
+  using Key = std::pair<TimePoint, std::uint64_t>;
+
+  void wake_first();
+
+  TimePoint now_{};
+  std::uint64_t count_ = 0;
+  std::map<Key, Sleeper> sleepers_;
+};
+
+}  // namespace truepose::drivers
