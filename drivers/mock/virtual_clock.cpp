@@ -1,9 +1,8 @@
 #include "drivers/mock/virtual_clock.hpp"
 
 #include <algorithm>
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/error.hpp>
-#include <boost/asio/post.hpp>
+#include <boost/asio/redirect_error.hpp>
 #include <boost/asio/this_coro.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/system/system_error.hpp>
@@ -26,8 +25,9 @@ asio::awaitable<void> VirtualClock::sleep_until(TimePoint when) {
     ~Leave() { clock.sleepers_.erase(key); }
   } leave{*this, key};
 
-  const auto token = asio::as_tuple(asio::use_awaitable);
-  const auto [error] = co_await timer.async_wait(token);
+  boost::system::error_code cancelled;  // always: woken or not says by whom
+  auto token = asio::redirect_error(asio::use_awaitable, cancelled);
+  co_await timer.async_wait(token);
   if (!woken) throw boost::system::system_error{asio::error::operation_aborted};
 }
 

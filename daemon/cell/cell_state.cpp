@@ -1,0 +1,194 @@
+#include "daemon/cell/cell_state.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace truepose::daemon {
+
+namespace {
+
+template <class... Fs>
+struct Overloaded : Fs... {
+  using Fs::operator()...;
+};
+
+/// What an operator may ask for, under the method's name.
+const std::array<std::pair<std::string_view, CellEvent>, 9> kRequests{{
+    {"cell.connect", ConnectRequested{}},
+    {"cell.disconnect", DisconnectRequested{}},
+    {"cell.acknowledge", AcknowledgeRequested{}},
+    {"campaign.start", CampaignStartRequested{}},
+    {"campaign.pause", CampaignPauseRequested{}},
+    {"campaign.resume", CampaignResumeRequested{}},
+    {"campaign.abort", CampaignAbortRequested{}},
+    {"stream.start", StreamStartRequested{}},
+    {"stream.stop", StreamStopRequested{}},
+}};
+
+bool is_request(const CellEvent& event) {
+  return std::any_of(kRequests.begin(), kRequests.end(),
+                     [&](const auto& request) { return request.second.index() == event.index(); });
+}
+
+CellStep go(CellState next, std::vector<CellCommand> commands = {}) {
+  return {std::move(next), std::move(commands), std::nullopt};
+}
+
+CellStep fault(std::string reason, std::vector<CellCommand> commands, bool acknowledgeable = true) {
+  return go(Faulted{std::move(reason), acknowledgeable}, std::move(commands));
+}
+
+/// What each state does with the requests that it carries out; the others are refused.
+std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event, TimePoint now) {
+  using C = CellCommand;
+  using Maybe = std::optional<CellStep>;
+  return std::visit(
+      Overloaded{
+          [&](const Disconnected&, const ConnectRequested&) -> Maybe { return go(Connecting{now}, {C::OpenDevices}); },
+          [&](const Connecting&, const DisconnectRequested&) -> Maybe { return go(Disconnected{}, {C::CloseDevices}); },
+          [&](const Ready&, const DisconnectRequested&) -> Maybe { return go(Disconnected{}, {C::CloseDevices}); },
+          [&](const Ready&, const CampaignStartRequested& start) -> Maybe {
+            return go(Running{start.campaign_id}, {C::StartCampaign});
+          },
+          [&](const Ready&, const StreamStartRequested&) -> Maybe {
+            return go(StreamStarting{now}, {C::StartStream});
+          },
+          [&](const Running& running, const CampaignPauseRequested&) -> Maybe {
+            return go(Paused{running.campaign_id}, {C::PauseCampaign});
+          },
+          [&](const Running& running, const CampaignAbortRequested&) -> Maybe {
+            return go(Aborting{running.campaign_id, now}, {C::AbortCampaign});
+          },
+          [&](const Paused& paused, const CampaignResumeRequested&) -> Maybe {
+            return go(Running{paused.campaign_id}, {C::ResumeCampaign});
+          },
+          [&](const Paused& paused, const CampaignAbortRequested&) -> Maybe {
+            return go(Aborting{paused.campaign_id, now}, {C::AbortCampaign});
+          },
+          [&](const StreamStarting&, const StreamStopRequested&) -> Maybe {
+            return go(StreamStopping{now}, {C::StopStream});
+          },
+          [&](const Streaming&, const StreamStopRequested&) -> Maybe {
+            return go(StreamStopping{now}, {C::StopStream});
+          },
+          [&](const Faulted& faulted, const AcknowledgeRequested&) -> Maybe {
+            if (!faulted.acknowledgeable) return std::nullopt;
+            return go(Disconnected{});
+          },
+          [](const auto&, const auto&) -> Maybe { return std::nullopt; },
+      },
+      state, event);
+}
+
+Refusal refusal(const CellState& state) {
+  Refusal refused{std::string{state_name(state)}, {}};
+  for (const auto& [method, request] : kRequests) {
+    if (carry_out(state, request, TimePoint{})) refused.allowed.emplace_back(method);
+  }
+  return refused;
+}
+
+/// States that pass by themselves, when they do not.
+CellStep on_tick(const CellState& state, TimePoint now, const CellLimits& limits) {
+  using C = CellCommand;
+  return std::visit(
+      Overloaded{
+          [&](const Connecting& s) {
+            if (now - s.since < limits.connecting) return go(s);
+            return fault("the devices did not connect in time", {C::CloseDevices});
+          },
+          [&](const Aborting& s) {
+            if (now - s.since < limits.aborting) return go(s);
+            return fault("the campaign did not end in time after its abort", {C::CloseDevices});
+          },
+          [&](const StreamStarting& s) {
+            if (now - s.since < limits.stream_starting) return go(s);
+            return fault("the controller sent no RSI packet in time; run `truepose doctor`",
+                         {C::StopStream, C::CloseDevices});
+          },
+          [&](const StreamStopping& s) {
+            if (now - s.since < limits.stream_stopping) return go(s);
+            return fault("the correction was not ramped out in time", {C::CloseDevices});
+          },
+          [](const auto& s) { return go(s); },
+      },
+      state);
+}
+
+/// What the daemon found out. An outcome of something that was given up meanwhile changes nothing.
+CellStep on_outcome(const CellState& state, const CellEvent& event) {
+  using C = CellCommand;
+  return std::visit(
+      Overloaded{
+          // A store that fails ends everything, whatever the state: no point may be taken that cannot be kept.
+          [](const Faulted& s, const StoreFailed& e) {
+            return s.acknowledgeable ? fault(e.reason, {}, false) : go(s);
+          },
+          [](const Running&, const StoreFailed& e) { return fault(e.reason, {C::AbortCampaign, C::CloseDevices}, false); },
+          [](const Paused&, const StoreFailed& e) { return fault(e.reason, {C::AbortCampaign, C::CloseDevices}, false); },
+          [](const StreamStarting&, const StoreFailed& e) { return fault(e.reason, {C::StopStream}, false); },
+          [](const Streaming&, const StoreFailed& e) { return fault(e.reason, {C::StopStream}, false); },
+          [](const auto&, const StoreFailed& e) { return fault(e.reason, {C::CloseDevices}, false); },
+
+          [](const Connecting&, const DevicesConnected&) { return go(Ready{}); },
+          [](const Connecting&, const ConnectFailed& e) { return fault(e.reason, {C::CloseDevices}); },
+          // A campaign deals with lost devices itself and says so when it cannot.
+          [](const Ready&, const DeviceLost& e) { return fault(e.reason, {C::CloseDevices}); },
+          [](const StreamStarting&, const DeviceLost& e) { return fault(e.reason, {C::StopStream, C::CloseDevices}); },
+          [](const Streaming&, const DeviceLost& e) { return fault(e.reason, {C::StopStream, C::CloseDevices}); },
+
+          [](const Running&, const CampaignEnded&) { return go(Ready{}); },
+          [](const Paused&, const CampaignEnded&) { return go(Ready{}); },
+          [](const Aborting&, const CampaignEnded&) { return go(Ready{}); },
+
+          [](const StreamStarting&, const StreamStarted&) { return go(Streaming{}); },
+          [](const StreamStarting&, const StreamEnded&) { return go(Ready{}); },
+          [](const Streaming&, const StreamEnded&) { return go(Ready{}); },
+          [](const StreamStopping&, const StreamEnded&) { return go(Ready{}); },
+          [](const StreamStarting&, const StreamFaulted& e) { return fault(e.reason, {C::StopStream, C::CloseDevices}); },
+          [](const Streaming&, const StreamFaulted& e) { return fault(e.reason, {C::StopStream, C::CloseDevices}); },
+          [](const StreamStopping&, const StreamFaulted& e) { return fault(e.reason, {C::CloseDevices}); },
+
+          [](const auto& s, const auto&) { return go(s); },
+      },
+      state, event);
+}
+
+}  // namespace
+
+std::string_view state_name(const CellState& state) {
+  return std::visit(
+      Overloaded{
+          [](const Disconnected&) { return std::string_view{"disconnected"}; },
+          [](const Connecting&) { return std::string_view{"connecting"}; },
+          [](const Ready&) { return std::string_view{"ready"}; },
+          [](const Running&) { return std::string_view{"running"}; },
+          [](const Paused&) { return std::string_view{"paused"}; },
+          [](const Aborting&) { return std::string_view{"aborting"}; },
+          [](const StreamStarting&) { return std::string_view{"stream-starting"}; },
+          [](const Streaming&) { return std::string_view{"streaming"}; },
+          [](const StreamStopping&) { return std::string_view{"stream-stopping"}; },
+          [](const Faulted&) { return std::string_view{"faulted"}; },
+      },
+      state);
+}
+
+std::string Refusal::sentence() const {
+  std::string text = "not possible while the cell is " + state;
+  if (allowed.empty()) return text + "; nothing is, until that ends";
+  text += "; allowed: ";
+  for (std::size_t i = 0; i < allowed.size(); ++i) text += (i == 0 ? "" : ", ") + allowed[i];
+  return text;
+}
+
+CellStep advance(const CellState& state, const CellEvent& event, TimePoint now, const CellLimits& limits) {
+  if (is_request(event)) {
+    if (auto step = carry_out(state, event, now)) return *std::move(step);
+    return {state, {}, refusal(state)};
+  }
+  if (std::holds_alternative<Tick>(event)) return on_tick(state, now, limits);
+  return on_outcome(state, event);
+}
+
+}  // namespace truepose::daemon

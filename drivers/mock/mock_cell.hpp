@@ -1,0 +1,87 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "core/kinematics/robot_model.hpp"
+#include "core/planning/splitmix64.hpp"
+#include "drivers/clock.hpp"
+
+namespace truepose::drivers {
+
+/// Probability of each fault per call that it can befall.
+struct MockFaults {
+  double robot_lost = 0;     ///< the connection ends in the middle of a move
+  double robot_restart = 0;  ///< likewise, and the controller is not there for a while
+  double robot_refused = 0;
+  double robot_aborted = 0;  ///< the arm stops on its way
+  double robot_silent = 0;   ///< no answer until the deadline
+  double robot_not_ready = 0;  ///< the drives are off for a while
+  double tracker_lost = 0;
+  double tracker_restart = 0;
+  double tracker_busy = 0;
+  double tracker_silent = 0;
+  double no_target = 0;
+  double beam_broken = 0;
+  double wrong_reflector = 0;  ///< a search with a large radius finds another reflector, 60 to 100 mm off
+};
+
+struct MockCellOptions {
+  RobotModel nominal;  ///< what the controller believes
+  RobotModel truth;    ///< how the arm really is
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d p_FS_mm{0, 0, 0};
+  Eigen::Vector3d facing_F{0, 0, 1};
+  double acceptance_rad = 0.5;
+  double repeatability_mm = 0;  ///< standard deviation per axis of the reflector, drawn anew at each stop
+  double noise_mm = 0;          ///< standard deviation per axis of a tracker reading
+  JointVector q_start;
+  std::string robot_model = "#KR210R2700_2 C4 FLR";
+  MockFaults faults;
+  std::uint64_t seed = 0;
+};
+
+/// The cell that the mock robot and the mock tracker share: the true arm in motion and the true place of its reflector.
+class MockCell {
+ public:
+  MockCell(MockCellOptions options, Clock& clock);
+
+  const MockCellOptions& options() const { return options_; }
+  Clock& clock() { return clock_; }
+
+  /// Begins a motion in which every joint takes as long as the slowest; it goes on whether or not anybody waits.
+  void start_motion(const JointVector& q, double speed_percent);
+  void stop_motion();
+  TimePoint motion_ends() const { return end_; }
+  bool moving() const { return clock_.now() < end_; }
+  JointVector q() const;
+
+  /// Where the reflector really is, repeatability of the last stop included.
+  Eigen::Vector3d p_WS_mm() const;
+  /// Whether the tracker is inside the reflector's cone.
+  bool visible() const;
+  Eigen::Vector3d reading_mm();
+
+  bool happens(double probability) { return random_.uniform() < probability; }
+  double uniform(double min, double max) { return min + (max - min) * random_.uniform(); }
+
+  /// A fault for which a device is gone or stopped until a moment.
+  Duration outage() { return std::chrono::milliseconds{static_cast<int>(uniform(5e3, 60e3))}; }
+
+ private:
+  double gauss();
+  Eigen::Vector3d gauss3(double sigma_mm);
+
+  MockCellOptions options_;
+  Clock& clock_;
+  SplitMix64 random_;
+  JointVector from_, to_;
+  TimePoint start_, end_;
+  Eigen::Vector3d stop_error_mm_{0, 0, 0};
+};
+
+}  // namespace truepose::drivers

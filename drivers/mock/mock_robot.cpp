@@ -1,0 +1,104 @@
+#include "drivers/mock/mock_robot.hpp"
+
+#include <algorithm>
+
+#include "core/kinematics/forward.hpp"
+
+namespace truepose::drivers {
+
+namespace asio = boost::asio;
+using namespace std::chrono_literals;
+
+asio::awaitable<std::expected<RobotIdentity, RobotError>> MockRobot::connect(TimePoint deadline) {
+  Clock& clock = cell_.clock();
+  connected_ = false;
+  if (clock.now() < gone_until_) {
+    co_return std::unexpected(RobotError{RobotFault::Unreachable, "the controller does not answer"});
+  }
+  co_await clock.sleep_until(std::min(deadline, clock.now() + 200ms));
+  connected_ = true;
+  co_return RobotIdentity{cell_.options().robot_model, "MOCK-0001", "KSS 8.6.11"};
+}
+
+asio::awaitable<std::expected<RobotState, RobotError>> MockRobot::state(TimePoint deadline) {
+  Clock& clock = cell_.clock();
+  if (!connected_) co_return std::unexpected(RobotError{RobotFault::Disconnected, "not connected"});
+  co_await clock.sleep_until(std::min(deadline, clock.now() + 12ms));
+  if (cell_.happens(cell_.options().faults.robot_not_ready)) drives_off_until_ = clock.now() + cell_.outage();
+  RobotState state;
+  state.q = cell_.q();
+  state.X_BF_reported = forward_kinematics(cell_.options().nominal, state.q);
+  state.ready = may_move();
+  state.moving = cell_.moving();
+  if (!state.ready) state.why_not_ready = "drives off";
+  co_return state;
+}
+
+asio::awaitable<std::expected<JointVector, RobotError>> MockRobot::move(MoveCommand command, TimePoint deadline) {
+  Clock& clock = cell_.clock();
+  const MockFaults& faults = cell_.options().faults;
+  stop_ = false;
+  if (!connected_) co_return std::unexpected(RobotError{RobotFault::Disconnected, "not connected"});
+  if (!may_move()) co_return std::unexpected(RobotError{RobotFault::NotReady, "drives off"});
+  for (int i = 0; i < command.q.size(); ++i) {
+    const Joint& joint = cell_.options().nominal.joints[static_cast<std::size_t>(i)];
+    if (command.q[i] < joint.min || command.q[i] > joint.max) {
+      co_return std::unexpected(RobotError{RobotFault::Refused, "axis " + std::to_string(i + 1) + " beyond its limit"});
+    }
+  }
+  if (cell_.happens(faults.robot_refused)) {
+    co_return std::unexpected(RobotError{RobotFault::Refused, "the controller refused the target"});
+  }
+
+  cell_.start_motion(command.q, command.speed_percent);
+  const TimePoint begun = clock.now();
+  const TimePoint end = cell_.motion_ends() + command.settle;
+  const bool silent = cell_.happens(faults.robot_silent);
+  const bool lost = cell_.happens(faults.robot_lost);
+  const bool restart = cell_.happens(faults.robot_restart);
+  const bool aborted = cell_.happens(faults.robot_aborted);
+  const TimePoint fails = begun + (end - begun) / 2;
+  const TimePoint until = silent ? deadline : end;
+  while (clock.now() < std::min(until, deadline)) {
+    co_await clock.sleep_until(std::min({until, deadline, clock.now() + 250ms}));
+    if (stop_ || (aborted && clock.now() >= fails)) {
+      cell_.stop_motion();
+      co_return std::unexpected(RobotError{RobotFault::Aborted, "the arm was stopped on its way"});
+    }
+    if (!connected_) co_return std::unexpected(RobotError{RobotFault::Disconnected, "disconnected during a move"});
+    if (restart && clock.now() >= fails) {
+      cell_.stop_motion();
+      gone_until_ = clock.now() + cell_.outage();
+      co_return std::unexpected(lose("the controller restarted"));
+    }
+    if (lost && clock.now() >= fails) co_return std::unexpected(lose("the connection to the controller was lost"));
+  }
+  if (silent || clock.now() < end) {
+    connected_ = false;
+    co_return std::unexpected(RobotError{RobotFault::Timeout, "the controller did not report the end of the move"});
+  }
+  co_return cell_.q();
+}
+
+asio::awaitable<std::expected<void, RobotError>> MockRobot::start_stream_program(TimePoint deadline) {
+  Clock& clock = cell_.clock();
+  if (!connected_) co_return std::unexpected(RobotError{RobotFault::Disconnected, "not connected"});
+  co_await clock.sleep_until(std::min(deadline, clock.now() + 100ms));
+  co_return std::expected<void, RobotError>{};
+}
+
+asio::awaitable<std::expected<void, RobotError>> MockRobot::stop(TimePoint deadline) {
+  Clock& clock = cell_.clock();
+  if (!connected_) co_return std::unexpected(RobotError{RobotFault::Disconnected, "not connected"});
+  stop_ = true;
+  cell_.stop_motion();
+  co_await clock.sleep_until(std::min(deadline, clock.now() + 100ms));
+  co_return std::expected<void, RobotError>{};
+}
+
+RobotError MockRobot::lose(const char* detail) {
+  connected_ = false;
+  return {RobotFault::Disconnected, detail};
+}
+
+}  // namespace truepose::drivers

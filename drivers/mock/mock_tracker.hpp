@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+
+#include "drivers/mock/mock_cell.hpp"
+#include "drivers/tracker.hpp"
+
+namespace truepose::drivers {
+
+/// A laser tracker in the process that sees the mock cell's reflector.
+class MockTracker final : public Tracker {
+ public:
+  explicit MockTracker(MockCell& cell) : cell_{cell} {}
+
+  boost::asio::awaitable<std::expected<TrackerIdentity, TrackerError>> connect(TimePoint deadline) override;
+  boost::asio::awaitable<std::expected<void, TrackerError>> aim(Eigen::Vector3d p_W_mm, double search_radius_mm,
+                                                               TimePoint deadline) override;
+  boost::asio::awaitable<std::expected<SmrPoint, TrackerError>> measure(TimePoint deadline) override;
+  void disconnect() noexcept override { connected_ = false; }
+
+  bool connected() const { return connected_; }
+
+ private:
+  boost::asio::awaitable<std::optional<TrackerError>> link_fault(TimePoint deadline);
+  TrackerError lose(TrackerFault fault, const char* detail);
+
+  MockCell& cell_;
+  bool connected_ = false;
+  TimePoint gone_until_{};
+  bool locked_ = false;
+  Eigen::Vector3d locked_offset_mm_{0, 0, 0};  ///< of the reflector that was found from ours
+};
+
+}  // namespace truepose::drivers
