@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/cell_config.hpp"
@@ -42,7 +43,7 @@ struct CampaignResult {
   bool improves = false;
 };
 
-enum class CampaignFault { Device, WrongArm, Planning, Store, Calibration, Aborted };
+enum class CampaignFault { Device, WrongArm, Planning, Store, Calibration, Aborted, Internal };
 
 struct CampaignError {
   CampaignFault fault;
@@ -124,11 +125,11 @@ class Campaign {
   Outcome<std::vector<Target>> compensate();
   void judge_remeasured();
   boost::asio::awaitable<void> wait_while_paused();
-  boost::asio::awaitable<void> end_in_journal(std::optional<CampaignError>& error);
+  boost::asio::awaitable<StoreResult<void>> end_in_journal(std::optional<CampaignError> error);
+  Outcome<void> recover(DeviceError error);
 
   void enter(CampaignPhase phase);
   void count_pose();
-  CalibratedCell rough_cell() const;
 
   config::CellConfig config_;
   CellDevices devices_;

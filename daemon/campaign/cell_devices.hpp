@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
+#include <chrono>
 #include <expected>
 #include <functional>
 #include <string>
@@ -31,7 +32,8 @@ enum class Remedy {
   ReconnectRobot,
   ReconnectTracker,
   WaitForRobot,      ///< connected, but it may not move
-  GiveUp,            ///< nothing that a repeat would change
+  GiveUp,            ///< it was waited for long enough
+  WrongArm,          ///< not the configured one: nothing that a repeat would change
 };
 
 struct DeviceError {
@@ -49,11 +51,11 @@ class CellDevices {
   template <typename T>
   using Outcome = boost::asio::awaitable<std::expected<T, DeviceError>>;
 
-  /// Connects both anew, patiently, and refuses an arm that is not the configured one (Remedy::GiveUp).
+  /// Connects both anew, tried once, and refuses an arm that is not the configured one.
   Outcome<Identities> connect();
 
   /// Does what a failure asks for: reconnects with growing pauses, or waits until the robot may move.
-  /// Fails (GiveUp) when that took longer than kPatience.
+  /// Fails with GiveUp when that takes longer than kPatience, or with WrongArm.
   Outcome<void> recover(Remedy remedy);
 
   /// @return the actual joint positions at the end

@@ -58,9 +58,10 @@ asio::awaitable<std::expected<JointVector, RobotError>> MockRobot::move(MoveComm
   const bool restart = cell_.happens(faults.robot_restart);
   const bool aborted = cell_.happens(faults.robot_aborted);
   const TimePoint fails = begun + (end - begun) / 2;
-  const TimePoint until = silent ? deadline : end;
-  while (clock.now() < std::min(until, deadline)) {
-    co_await clock.sleep_until(std::min({until, deadline, clock.now() + 250ms}));
+  const TimePoint until = silent ? deadline : std::min(end, deadline);
+  while (clock.now() < until) {
+    const TimePoint next = std::min<TimePoint>(until, clock.now() + 250ms);
+    co_await clock.sleep_until(next);
     if (stop_ || (aborted && clock.now() >= fails)) {
       cell_.stop_motion();
       co_return std::unexpected(RobotError{RobotFault::Aborted, "the arm was stopped on its way"});

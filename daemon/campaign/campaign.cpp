@@ -1,0 +1,426 @@
+#include "daemon/campaign/campaign.hpp"
+
+#include <algorithm>
+#include <array>
+#include <boost/asio/bind_cancellation_slot.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <cstdio>
+#include <utility>
+
+#include "core/compensation/pose_inverse.hpp"
+#include "core/kinematics/angles.hpp"
+#include "core/kinematics/forward.hpp"
+#include "core/planning/pose_sampler.hpp"
+
+namespace truepose::daemon {
+
+namespace asio = boost::asio;
+using namespace std::chrono_literals;
+
+namespace {
+
+constexpr Duration kBeforeRetry = 1s;
+
+using Done = std::expected<void, CampaignError>;
+
+/// A device's error that ends the campaign.
+CampaignError fatal(const DeviceError& error) {
+  return {error.remedy == Remedy::WrongArm ? CampaignFault::WrongArm : CampaignFault::Device, error.detail};
+}
+
+CampaignError store_failed(const StoreError& error) { return {CampaignFault::Store, error.detail}; }
+
+bool within_limits(const RobotModel& robot, const JointVector& q) {
+  for (int i = 0; i < robot.joint_count(); ++i) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    if (!(q[i] >= joint.min && q[i] <= joint.max)) return false;
+  }
+  return true;
+}
+
+/// The cell as the configuration describes it: the nominal arm, roughly placed.
+CalibratedCell rough_cell(const config::CellConfig& config) {
+  return {config.robot.model, BasePose::of(config.tracker.placement),
+          {Reflector{config.reflector.name, config.reflector.p_FS_mm}}};
+}
+
+}  // namespace
+
+std::string_view phase_name(CampaignPhase phase) {
+  constexpr std::array<std::string_view, 8> names{"connect",  "plan",    "warm-up",   "identify",
+                                                  "validate", "compute", "remeasure", "finish"};
+  return names[static_cast<std::size_t>(phase)];
+}
+
+Campaign::Campaign(config::CellConfig config, CampaignDevices devices, CampaignJournal& journal,
+                   CampaignObserver& observer, RunCompute run_compute)
+    : config_{std::move(config)},
+      devices_{config_, devices, [&observer](const std::string& sentence) { observer.on_trouble(sentence); }},
+      clock_{devices.clock},
+      journal_{journal},
+      observer_{observer},
+      run_compute_{std::move(run_compute)},
+      expected_{rough_cell(config_)},
+      result_{std::make_shared<CampaignResult>()} {
+  const config::CampaignConfig& plan = config_.campaign;
+  progress_.total = plan.identify_poses + plan.validate_poses * (plan.remeasure ? 2 : 1);
+  result_->data.smr_names = {config_.reflector.name};
+}
+
+asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignError>> Campaign::run() {
+  const auto executor = co_await asio::this_coro::executor;
+  resumed_ = std::make_unique<asio::steady_timer>(executor);
+  std::optional<CampaignError> error;
+  if (!aborting_) {
+    // The steps have a cancellation of their own, so that after an abort the arm can still be stopped and the end written.
+    auto token = asio::bind_cancellation_slot(cancel_.slot(), asio::use_awaitable);
+    try {
+      Done done = co_await asio::co_spawn(executor, steps(), token);
+      if (!done) error = done.error();
+    } catch (const std::exception& e) {
+      error = CampaignError{CampaignFault::Internal, e.what()};
+    }
+  }
+  if (aborting_) {
+    error = CampaignError{CampaignFault::Aborted, abort_reason_};
+    co_await devices_.stop();
+  }
+  auto ended = co_await end_in_journal(error);
+  if (!ended && !error) error = store_failed(ended.error());
+  if (error) co_return std::unexpected(*error);
+  co_return std::shared_ptr<const CampaignResult>{result_};
+}
+
+Campaign::Outcome<void> Campaign::steps() {
+  Done done = co_await connect();
+  if (done) done = co_await plan();
+  if (done) done = co_await warm_up();
+  if (done) done = co_await measure_all(CampaignPhase::Identify, identify_);
+  if (done) done = co_await measure_all(CampaignPhase::Validate, validate_);
+  if (done) done = co_await identify();
+  if (done && config_.campaign.remeasure) {
+    auto compensated = co_await compensate();
+    if (compensated) {
+      done = co_await measure_all(CampaignPhase::Remeasure, *compensated);
+      judge_remeasured();
+    } else {
+      done = std::unexpected(compensated.error());
+    }
+  }
+  if (done) enter(CampaignPhase::Finish);
+  co_return done;
+}
+
+Campaign::Outcome<void> Campaign::connect() {
+  enter(CampaignPhase::Connect);
+  auto identities = co_await devices_.connect();
+  if (!identities) co_return std::unexpected(fatal(identities.error()));
+  result_->identities = *std::move(identities);
+  begun_ = true;
+  auto begun = co_await journal_.begin(result_->identities);
+  if (!begun) co_return std::unexpected(store_failed(begun.error()));
+  co_return Done{};
+}
+
+Campaign::Outcome<void> Campaign::plan() {
+  enter(CampaignPhase::Plan);
+  const config::CampaignConfig& campaign = config_.campaign;
+  const config::ReflectorConfig& reflector = config_.reflector;
+  const LineOfSight sight{config_.tracker.placement, reflector.p_FS_mm, reflector.facing_F,
+                          reflector.acceptance_deg * kRadPerDeg};
+  PoseSamplerOptions options;
+  options.poses = campaign.identify_poses + campaign.validate_poses;
+  options.seed = campaign.seed;
+  options.limit_margin_rad = campaign.limit_margin_deg * kRadPerDeg;
+  options.floor_mm = campaign.floor_mm;
+
+  auto sampled = std::make_shared<std::expected<std::vector<JointVector>, std::string>>();
+  std::function<void()> job = [sampled, robot = config_.robot.model, sight, options] {
+    *sampled = sample_poses(robot, sight, options);
+  };
+  co_await run_compute_(job);
+  if (!*sampled) co_return std::unexpected(CampaignError{CampaignFault::Planning, sampled->error()});
+
+  const auto split = (*sampled)->begin() + campaign.identify_poses;
+  const RobotModel& robot = config_.robot.model;
+  const JointVector start = JointVector::Zero(robot.joint_count());
+  for (const JointVector& q : order_by_travel(robot, start, {(*sampled)->begin(), split})) {
+    identify_.push_back({static_cast<int>(identify_.size()), PointPurpose::Identify, q, q});
+  }
+  const JointVector& last = identify_.empty() ? start : identify_.back().q_target;
+  for (const JointVector& q : order_by_travel(robot, last, {split, (*sampled)->end()})) {
+    const int pose = static_cast<int>(identify_.size() + validate_.size());
+    validate_.push_back({pose, PointPurpose::Validate, q, q});
+  }
+  co_return Done{};
+}
+
+Campaign::Outcome<void> Campaign::warm_up() {
+  enter(CampaignPhase::WarmUp);
+  const TimePoint until = clock_.now() + config_.campaign.warm_up;
+  for (std::size_t n = 0; static_cast<int>(n) < config_.campaign.warm_up_moves || clock_.now() < until; ++n) {
+    co_await wait_while_paused();
+    auto reached = co_await devices_.move(identify_[n % identify_.size()].q_target);
+    if (reached) continue;
+    Done recovered = co_await recover(reached.error());
+    if (!recovered) co_return recovered;
+  }
+  co_return Done{};
+}
+
+Campaign::Outcome<void> Campaign::measure_all(CampaignPhase phase, std::vector<Target> targets) {
+  enter(phase);
+  if (!first_pose_) first_pose_ = clock_.now();
+  for (const Target& target : targets) {
+    co_await wait_while_paused();
+    Done measured = co_await measure_or_skip(target);
+    if (!measured) co_return measured;
+    if (!placement_known_ && static_cast<int>(result_->data.points.size()) >= config_.campaign.coarse_after) {
+      Done fitted = co_await fit_placement();
+      if (!fitted) co_return fitted;
+    }
+  }
+  co_return Done{};
+}
+
+Campaign::Outcome<void> Campaign::measure_or_skip(Target target) {
+  const int attempts = 1 + config_.campaign.retries;
+  std::string reason;
+  for (int n = 1; n <= attempts; ++n) {
+    auto point = co_await attempt(target);
+    if (point) {
+      Done kept = co_await keep(*point);
+      co_return kept;
+    }
+    reason = point.error().detail;
+    observer_.on_trouble("pose " + std::to_string(target.pose) + ", attempt " + std::to_string(n) + " of " +
+                         std::to_string(attempts) + ": " + reason);
+    Done recovered = co_await recover(point.error());
+    if (!recovered) co_return recovered;
+  }
+  Done skipped = co_await skip(target, attempts, reason);
+  co_return skipped;
+}
+
+asio::awaitable<std::expected<StoredPoint, DeviceError>> Campaign::attempt(Target target) {
+  auto reached = co_await devices_.move(target.q_commanded);
+  if (!reached) co_return std::unexpected(reached.error());
+  const config::TrackerConfig& tracker = config_.tracker;
+  const Eigen::Vector3d p_WS_mm = expected_.predict(*reached, 0);
+  const double search_mm = placement_known_ ? tracker.search_mm : tracker.search_first_mm;
+  const double gate_mm = placement_known_ ? tracker.gate_mm : tracker.search_first_mm;
+  auto measured = co_await devices_.measure(p_WS_mm, search_mm, gate_mm);
+  if (!measured) co_return std::unexpected(measured.error());
+
+  StoredPoint point;
+  point.pose = target.pose;
+  point.purpose = target.purpose;
+  point.q_target = target.q_target;
+  point.q_commanded = target.q_commanded;
+  point.q_actual = *reached;
+  point.smr = config_.reflector.name;
+  point.p_WS_mm = measured->p_WS_mm;
+  point.std_mm = measured->std_mm;
+  point.temperature_c = measured->temperature_c;
+  point.pressure_mbar = measured->pressure_mbar;
+  point.humidity_percent = measured->humidity_percent;
+  co_return point;
+}
+
+/// On the disk first: what the arm moves on from is never lost.
+Campaign::Outcome<void> Campaign::keep(StoredPoint point) {
+  auto stored = co_await journal_.add_point(point);
+  if (!stored) co_return std::unexpected(store_failed(stored.error()));
+  result_->points.push_back(point);
+  if (point.purpose != PointPurpose::Remeasure) {
+    Measurement measurement;
+    measurement.q = point.q_actual;
+    measurement.p_WS_mm = point.p_WS_mm;
+    measurement.set = point.purpose == PointPurpose::Identify ? PoseSet::Identify : PoseSet::Validate;
+    result_->data.points.push_back(measurement);
+  }
+  count_pose();
+  const double deviation_mm = (point.p_WS_mm - expected_.predict(point.q_actual, 0)).norm();
+  observer_.on_point(point, deviation_mm, progress_);
+  co_return Done{};
+}
+
+Campaign::Outcome<void> Campaign::skip(Target target, int attempts, std::string reason) {
+  const SkippedPose skipped{target.pose, reason, attempts};
+  auto stored = co_await journal_.add_skipped(skipped);
+  if (!stored) co_return std::unexpected(store_failed(stored.error()));
+  result_->skipped.push_back(skipped);
+  ++progress_.skipped;
+  count_pose();
+  observer_.on_skipped(skipped, progress_);
+  co_return Done{};
+}
+
+/// After a failed attempt: whatever lets the next one succeed. Fails where there is to be no next one.
+Campaign::Outcome<void> Campaign::recover(DeviceError error) {
+  if (error.remedy == Remedy::GiveUp || error.remedy == Remedy::WrongArm) co_return std::unexpected(fatal(error));
+  if (error.remedy == Remedy::Retry) {
+    const TimePoint next = clock_.now() + kBeforeRetry;
+    co_await clock_.sleep_until(next);
+    co_return Done{};
+  }
+  auto recovered = co_await devices_.recover(error.remedy);
+  if (!recovered) co_return std::unexpected(fatal(recovered.error()));
+  co_return Done{};
+}
+
+/// Base and reflector from the first points, with the nominal arm: from now on the tracker knows where to look.
+Campaign::Outcome<void> Campaign::fit_placement() {
+  using Fitted = std::expected<CalibratedCell, CalibrationError>;
+  auto fitted = std::make_shared<std::optional<Fitted>>();
+  std::function<void()> job = [fitted, robot = config_.robot.model, data = result_->data] {
+    CalibrateOptions options;
+    options.max_fine_iterations = 0;
+    const auto calibration = calibrate(robot, data, options);
+    *fitted = calibration ? Fitted{calibration->coarse} : std::unexpected(calibration.error());
+  };
+  co_await run_compute_(job);
+  if (!**fitted) {
+    // The rough placement goes on serving; the next point brings another try.
+    observer_.on_trouble("base and reflector are not known yet: " + (*fitted)->error().detail);
+    co_return Done{};
+  }
+  const CalibratedCell& cell = ***fitted;
+  for (std::size_t i = 0; i < result_->points.size(); ++i) {
+    const StoredPoint& point = result_->points[i];
+    const double off_mm = (point.p_WS_mm - cell.predict(point.q_actual, 0)).norm();
+    if (off_mm <= config_.tracker.gate_mm) continue;
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "the first %zu points do not fit the nominal arm: pose %d is %.1f mm off, allowed are %.1f mm (another "
+                  "reflector in sight, or another arm)",
+                  result_->points.size(), point.pose, off_mm, config_.tracker.gate_mm);
+    co_return std::unexpected(CampaignError{CampaignFault::Calibration, text});
+  }
+  expected_ = cell;
+  placement_known_ = true;
+  co_return Done{};
+}
+
+Campaign::Outcome<void> Campaign::identify() {
+  enter(CampaignPhase::Compute);
+  auto calibrated = std::make_shared<std::optional<std::expected<Calibration, CalibrationError>>>();
+  std::function<void()> job = [calibrated, robot = config_.robot.model, data = result_->data] {
+    *calibrated = calibrate(robot, data);
+  };
+  co_await run_compute_(job);
+  if (!**calibrated) {
+    co_return std::unexpected(CampaignError{CampaignFault::Calibration, (*calibrated)->error().detail});
+  }
+  Calibration& calibration = ***calibrated;
+  if (!calibration.converged) {
+    co_return std::unexpected(CampaignError{CampaignFault::Calibration, "the identification did not converge"});
+  }
+  result_->calibration = std::move(calibration);
+  const auto& validate = result_->calibration.validate;
+  result_->improves = validate && validate->geometric.mean < validate->before.mean;
+  expected_ = result_->calibration.cell;
+  placement_known_ = true;
+  co_return Done{};
+}
+
+/// The validation poses again, now with the joints at which the real arm stands where the nominal one would.
+Campaign::Outcome<std::vector<Campaign::Target>> Campaign::compensate() {
+  std::vector<Target> targets = validate_;
+  for (Target& target : targets) {
+    target.pose += static_cast<int>(validate_.size());
+    target.purpose = PointPurpose::Remeasure;
+  }
+  using Solved = std::expected<PoseInverseResult, PoseInverseFault>;
+  auto solved = std::make_shared<std::vector<Solved>>();
+  std::function<void()> job = [solved, targets, nominal = config_.robot.model, real = expected_.robot] {
+    for (const Target& target : targets) solved->push_back(compensate_joints(nominal, real, target.q_target));
+  };
+  co_await run_compute_(job);
+
+  std::vector<Target> reachable;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    const char* reason = nullptr;
+    if (!result_->improves) {
+      reason = "the calibrated arm is no better than the nominal one on the validation poses";
+    } else if (!(*solved)[i]) {
+      reason = "the calibrated arm cannot reach the nominal pose";
+    } else if (!within_limits(config_.robot.model, (*solved)[i]->q)) {
+      reason = "the compensated joints are beyond their limits";
+    }
+    if (reason != nullptr) {
+      Done skipped = co_await skip(targets[i], 0, reason);
+      if (!skipped) co_return std::unexpected(skipped.error());
+      continue;
+    }
+    targets[i].q_commanded = (*solved)[i]->q;
+    reachable.push_back(targets[i]);
+  }
+  co_return reachable;
+}
+
+void Campaign::judge_remeasured() {
+  const CalibratedCell& cell = result_->calibration.cell;
+  // Where the nominal arm was asked to be, seen from the identified base.
+  const CalibratedCell asked{config_.robot.model, cell.base, cell.reflectors};
+  for (const StoredPoint& point : result_->points) {
+    if (point.purpose != PointPurpose::Remeasure) continue;
+    result_->remeasured_errors_mm.push_back(point.p_WS_mm - asked.predict(point.q_target, 0));
+  }
+  if (result_->remeasured_errors_mm.empty()) return;
+  result_->remeasured = error_statistics(result_->remeasured_errors_mm);
+}
+
+void Campaign::pause() {
+  paused_ = true;
+  observer_.on_progress(progress_);
+}
+
+void Campaign::resume() {
+  paused_ = false;
+  if (resumed_) resumed_->cancel();
+  observer_.on_progress(progress_);
+}
+
+void Campaign::abort(std::string reason) {
+  if (aborting_) return;
+  aborting_ = true;
+  abort_reason_ = std::move(reason);
+  cancel_.emit(asio::cancellation_type::terminal);
+}
+
+asio::awaitable<void> Campaign::wait_while_paused() {
+  while (paused_) {
+    resumed_->expires_at(asio::steady_timer::time_point::max());
+    boost::system::error_code woken;
+    auto token = asio::redirect_error(asio::use_awaitable, woken);
+    co_await resumed_->async_wait(token);
+  }
+}
+
+asio::awaitable<StoreResult<void>> Campaign::end_in_journal(std::optional<CampaignError> error) {
+  if (!begun_) {
+    auto begun = co_await journal_.begin(result_->identities);
+    if (!begun) co_return begun;
+  }
+  std::shared_ptr<const CampaignResult> result;
+  if (!error) result = result_;
+  auto ended = co_await journal_.end(result, error);
+  co_return ended;
+}
+
+void Campaign::enter(CampaignPhase phase) {
+  progress_.phase = phase;
+  observer_.on_progress(progress_);
+}
+
+void Campaign::count_pose() {
+  ++progress_.done;
+  const std::chrono::duration<double> taken = clock_.now() - *first_pose_;
+  progress_.time_left_s = taken.count() / progress_.done * (progress_.total - progress_.done);
+}
+
+}  // namespace truepose::daemon
