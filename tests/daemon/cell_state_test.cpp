@@ -1,0 +1,148 @@
+#include "daemon/cell/cell_state.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <set>
+
+namespace truepose::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using C = CellCommand;
+
+const TimePoint t0{1h};
+
+const std::vector<CellState> kStates{Disconnected{},     Connecting{t0}, Ready{},
+                                     Running{"c1"},      Paused{"c1"},   Aborting{"c1", t0},
+                                     StreamStarting{t0}, Streaming{},    StreamStopping{t0},
+                                     Faulted{"why", true}, Faulted{"disk full", false}};
+
+const std::vector<CellEvent> kRequests{ConnectRequested{},       DisconnectRequested{},   AcknowledgeRequested{},
+                                       CampaignStartRequested{"c2"}, CampaignPauseRequested{}, CampaignResumeRequested{},
+                                       CampaignAbortRequested{}, StreamStartRequested{},  StreamStopRequested{}};
+const std::vector<CellEvent> kOutcomes{DevicesConnected{}, ConnectFailed{"x"}, DeviceLost{"x"},    CampaignEnded{},
+                                       StreamStarted{},    StreamEnded{},      StreamFaulted{"x"}, StoreFailed{"x"},
+                                       Tick{}};
+
+CellState after(const CellState& state, const CellEvent& event) { return advance(state, event, t0).next; }
+
+TEST(CellState, EveryRequestInEveryStateIsCarriedOutOrRefusedNamingStateAndWhatIsAllowed) {
+  ASSERT_EQ(kRequests.size() + kOutcomes.size(), std::variant_size_v<CellEvent>);
+  for (const CellState& state : kStates) {
+    std::size_t carried_out = 0;
+    std::size_t allowed = 0;
+    for (const CellEvent& request : kRequests) {
+      const CellStep step = advance(state, request, t0);
+      if (!step.refused) {
+        ++carried_out;
+        EXPECT_NE(step.next, state) << state_name(state) << " request " << request.index();
+        continue;
+      }
+      EXPECT_EQ(step.next, state);
+      EXPECT_THAT(step.commands, IsEmpty());
+      EXPECT_EQ(step.refused->state, state_name(state));
+      EXPECT_THAT(step.refused->sentence(), testing::HasSubstr(std::string{state_name(state)}));
+      allowed = step.refused->allowed.size();
+    }
+    EXPECT_EQ(carried_out, allowed) << state_name(state);
+  }
+}
+
+TEST(CellState, OutcomesAreNeverRefused) {
+  for (const CellState& state : kStates) {
+    for (const CellEvent& outcome : kOutcomes) EXPECT_FALSE(advance(state, outcome, t0).refused);
+  }
+}
+
+TEST(CellState, TheRefusalListsTheMethodsThatAreAllowed) {
+  const CellStep step = advance(Running{"c1"}, StreamStartRequested{}, t0);
+  ASSERT_TRUE(step.refused);
+  EXPECT_THAT(step.refused->allowed, ElementsAre("campaign.pause", "campaign.abort"));
+  EXPECT_EQ(step.refused->sentence(), "not possible while the cell is running; allowed: campaign.pause, campaign.abort");
+}
+
+struct Transition {
+  CellState from;
+  CellEvent event;
+  CellState to;
+  std::vector<CellCommand> commands;
+};
+
+TEST(CellState, FollowsTheTableOfTransitions) {
+  const std::vector<Transition> table{
+      {Disconnected{}, ConnectRequested{}, Connecting{t0}, {C::OpenDevices}},
+      {Connecting{t0}, DevicesConnected{}, Ready{}, {}},
+      {Connecting{t0}, ConnectFailed{"refused"}, Faulted{"refused", true}, {C::CloseDevices}},
+      {Connecting{t0}, DisconnectRequested{}, Disconnected{}, {C::CloseDevices}},
+      {Ready{}, DisconnectRequested{}, Disconnected{}, {C::CloseDevices}},
+      {Ready{}, DeviceLost{"gone"}, Faulted{"gone", true}, {C::CloseDevices}},
+      {Ready{}, CampaignStartRequested{"c2"}, Running{"c2"}, {C::StartCampaign}},
+      {Running{"c1"}, CampaignPauseRequested{}, Paused{"c1"}, {C::PauseCampaign}},
+      {Paused{"c1"}, CampaignResumeRequested{}, Running{"c1"}, {C::ResumeCampaign}},
+      {Running{"c1"}, CampaignAbortRequested{}, Aborting{"c1", t0}, {C::AbortCampaign}},
+      {Paused{"c1"}, CampaignAbortRequested{}, Aborting{"c1", t0}, {C::AbortCampaign}},
+      {Aborting{"c1", t0}, CampaignEnded{}, Ready{}, {}},
+      {Running{"c1"}, CampaignEnded{}, Ready{}, {}},
+      {Running{"c1"}, DeviceLost{"gone"}, Running{"c1"}, {}},
+      {Ready{}, StreamStartRequested{}, StreamStarting{t0}, {C::StartStream}},
+      {StreamStarting{t0}, StreamStarted{}, Streaming{}, {}},
+      {Streaming{}, StreamStopRequested{}, StreamStopping{t0}, {C::StopStream}},
+      {StreamStopping{t0}, StreamEnded{}, Ready{}, {}},
+      {Streaming{}, StreamEnded{}, Ready{}, {}},
+      {Streaming{}, StreamFaulted{"bound"}, Faulted{"bound", true}, {C::StopStream, C::CloseDevices}},
+      {Faulted{"why", true}, AcknowledgeRequested{}, Disconnected{}, {}},
+      {Running{"c1"}, StoreFailed{"disk full"}, Faulted{"disk full", false}, {C::AbortCampaign, C::CloseDevices}},
+      {Streaming{}, StoreFailed{"disk full"}, Faulted{"disk full", false}, {C::StopStream}},
+  };
+  for (const Transition& row : table) {
+    const CellStep step = advance(row.from, row.event, t0);
+    EXPECT_EQ(step.next, row.to) << state_name(row.from) << " event " << row.event.index();
+    EXPECT_EQ(step.commands, row.commands) << state_name(row.from) << " event " << row.event.index();
+  }
+}
+
+TEST(CellState, AFaultThatIsNotAcknowledgeableStays) {
+  const CellState failed = Faulted{"disk full", false};
+  EXPECT_TRUE(advance(failed, AcknowledgeRequested{}, t0).refused);
+  EXPECT_EQ(after(failed, DevicesConnected{}), failed);
+}
+
+TEST(CellState, AnOutcomeThatComesLateChangesNothing) {
+  EXPECT_EQ(after(Disconnected{}, DevicesConnected{}), CellState{Disconnected{}});
+  EXPECT_EQ(after(Faulted{"why", true}, CampaignEnded{}), (CellState{Faulted{"why", true}}));
+  EXPECT_EQ(after(Ready{}, StreamEnded{}), CellState{Ready{}});
+}
+
+TEST(CellState, StatesThatPassByThemselvesFaultWhenTheyDoNot) {
+  const CellLimits limits;
+  EXPECT_EQ(advance(Connecting{t0}, Tick{}, t0 + limits.connecting - 1ms, limits).next, CellState{Connecting{t0}});
+  for (const CellState& state : {CellState{Connecting{t0}}, CellState{Aborting{"c1", t0}}, CellState{StreamStarting{t0}},
+                                 CellState{StreamStopping{t0}}}) {
+    const CellStep step = advance(state, Tick{}, t0 + 1h, limits);
+    EXPECT_TRUE(std::holds_alternative<Faulted>(step.next)) << state_name(state);
+    EXPECT_FALSE(step.commands.empty());
+  }
+  EXPECT_EQ(advance(Streaming{}, Tick{}, t0 + 1000h, limits).next, CellState{Streaming{}});
+}
+
+TEST(CellState, EveryStateIsReachedFromDisconnected) {
+  std::set<std::size_t> seen{CellState{Disconnected{}}.index()};
+  std::vector<CellState> open{Disconnected{}};
+  while (!open.empty()) {
+    const CellState state = open.back();
+    open.pop_back();
+    for (const auto* events : {&kRequests, &kOutcomes}) {
+      for (const CellEvent& event : *events) {
+        const CellState next = after(state, event);
+        if (seen.insert(next.index()).second) open.push_back(next);
+      }
+    }
+  }
+  EXPECT_EQ(seen.size(), std::variant_size_v<CellState>);
+}
+
+}  // namespace
+}  // namespace truepose::daemon

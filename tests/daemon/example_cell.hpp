@@ -1,0 +1,60 @@
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "config/cell_config.hpp"
+#include "daemon/campaign/campaign.hpp"
+#include "drivers/mock/mock_cell.hpp"
+
+namespace truepose::test {
+
+/// The method paper's arm as its data sheet has it.
+RobotModel kr210();
+/// The same with the errors of the paper's Table 2.
+RobotModel kr210_with_errors();
+
+/// A cell with that arm, its tracker 4 m away, 12 + 12 poses.
+config::CellConfig example_cell();
+/// The same cell as it really is: base and reflector are some centimetres off their rough values.
+drivers::MockCellOptions example_truth();
+
+/// A journal in memory that can be told to fail.
+struct MemoryJournal final : daemon::CampaignJournal {
+  boost::asio::awaitable<daemon::StoreResult<void>> begin(daemon::Identities identities) override;
+  boost::asio::awaitable<daemon::StoreResult<void>> add_point(daemon::StoredPoint point) override;
+  boost::asio::awaitable<daemon::StoreResult<void>> add_skipped(daemon::SkippedPose skipped) override;
+  boost::asio::awaitable<daemon::StoreResult<void>> end(std::shared_ptr<const daemon::CampaignResult> result,
+                                                        std::optional<daemon::CampaignError> error) override;
+
+  int begun = 0, ended = 0;
+  std::vector<daemon::StoredPoint> points;
+  std::vector<daemon::SkippedPose> skipped;
+  std::shared_ptr<const daemon::CampaignResult> result;
+  std::optional<daemon::CampaignError> error;
+  int fail_at_point = -1;  ///< this call of add_point fails
+};
+
+/// Remembers what a campaign told, and calls back at each point.
+struct RecordingObserver final : daemon::CampaignObserver {
+  void on_progress(const daemon::CampaignProgress& progress) override { phases.push_back(progress.phase); }
+  void on_point(const daemon::StoredPoint& point, double deviation_mm,
+                const daemon::CampaignProgress& progress) override;
+  void on_skipped(const daemon::SkippedPose& skipped, const daemon::CampaignProgress& progress) override;
+  void on_trouble(const std::string& sentence) override { troubles.push_back(sentence); }
+
+  std::vector<daemon::CampaignPhase> phases;
+  std::vector<double> deviations_mm;
+  std::vector<std::string> troubles;
+  daemon::CampaignProgress last;
+  std::function<void(const daemon::StoredPoint&)> at_point;
+};
+
+/// Runs a job in place.
+boost::asio::awaitable<void> compute_here(std::function<void()> job);
+
+}  // namespace truepose::test
