@@ -50,8 +50,8 @@ CalibratedCell rough_cell(const config::CellConfig& config) {
 }  // namespace
 
 std::string_view phase_name(CampaignPhase phase) {
-  constexpr std::array<std::string_view, 8> names{"connect",  "plan",    "warm-up",   "identify",
-                                                  "validate", "compute", "remeasure", "finish"};
+  constexpr std::array<std::string_view, 8> names{"connecting", "computing",  "warming_up",  "identifying",
+                                                  "validating", "computing",  "remeasuring", "activating"};
   return names[static_cast<std::size_t>(phase)];
 }
 
@@ -242,8 +242,9 @@ Campaign::Outcome<void> Campaign::keep(StoredPoint point) {
     measurement.set = point.purpose == PointPurpose::Identify ? PoseSet::Identify : PoseSet::Validate;
     result_->data.points.push_back(measurement);
   }
-  count_pose();
   const double deviation_mm = (point.p_WS_mm - expected_.predict(point.q_actual, 0)).norm();
+  if (placement_known_) count_error(deviation_mm);
+  count_pose();
   observer_.on_point(point, deviation_mm, progress_);
   co_return Done{};
 }
@@ -274,21 +275,17 @@ Campaign::Outcome<void> Campaign::recover(DeviceError error) {
 
 /// Base and reflector from the first points, with the nominal arm: from now on the tracker knows where to look.
 Campaign::Outcome<void> Campaign::fit_placement() {
-  using Fitted = std::expected<CalibratedCell, CalibrationError>;
-  auto fitted = std::make_shared<std::optional<Fitted>>();
+  auto fitted = std::make_shared<std::expected<CalibratedCell, CalibrationError>>();
   std::function<void()> job = [fitted, robot = config_.robot.model, data = result_->data] {
-    CalibrateOptions options;
-    options.max_fine_iterations = 0;
-    const auto calibration = calibrate(robot, data, options);
-    *fitted = calibration ? Fitted{calibration->coarse} : std::unexpected(calibration.error());
+    *fitted = coarse_fit(robot, data);
   };
   co_await run_compute_(job);
-  if (!**fitted) {
+  if (!*fitted) {
     // The rough placement goes on serving; the next point brings another try.
-    observer_.on_trouble("base and reflector are not known yet: " + (*fitted)->error().detail);
+    observer_.on_trouble("base and reflector are not known yet: " + fitted->error().detail);
     co_return Done{};
   }
-  const CalibratedCell& cell = ***fitted;
+  const CalibratedCell& cell = **fitted;
   for (std::size_t i = 0; i < result_->points.size(); ++i) {
     const StoredPoint& point = result_->points[i];
     const double off_mm = (point.p_WS_mm - cell.predict(point.q_actual, 0)).norm();
@@ -307,15 +304,15 @@ Campaign::Outcome<void> Campaign::fit_placement() {
 
 Campaign::Outcome<void> Campaign::identify() {
   enter(CampaignPhase::Compute);
-  auto calibrated = std::make_shared<std::optional<std::expected<Calibration, CalibrationError>>>();
+  auto calibrated = std::make_shared<std::expected<Calibration, CalibrationError>>();
   std::function<void()> job = [calibrated, robot = config_.robot.model, data = result_->data] {
     *calibrated = calibrate(robot, data);
   };
   co_await run_compute_(job);
-  if (!**calibrated) {
-    co_return std::unexpected(CampaignError{CampaignFault::Calibration, (*calibrated)->error().detail});
+  if (!*calibrated) {
+    co_return std::unexpected(CampaignError{CampaignFault::Calibration, calibrated->error().detail});
   }
-  Calibration& calibration = ***calibrated;
+  Calibration& calibration = **calibrated;
   if (!calibration.converged) {
     co_return std::unexpected(CampaignError{CampaignFault::Calibration, "the identification did not converge"});
   }
@@ -414,7 +411,14 @@ asio::awaitable<StoreResult<void>> Campaign::end_in_journal(std::optional<Campai
 
 void Campaign::enter(CampaignPhase phase) {
   progress_.phase = phase;
+  error_sum_mm_ = 0;
+  error_count_ = 0;
   observer_.on_progress(progress_);
+}
+
+void Campaign::count_error(double deviation_mm) {
+  error_sum_mm_ += deviation_mm;
+  progress_.error_mm = error_sum_mm_ / ++error_count_;
 }
 
 void Campaign::count_pose() {

@@ -20,7 +20,7 @@ namespace truepose::daemon {
 
 enum class CampaignPhase { Connect, Plan, WarmUp, Identify, Validate, Compute, Remeasure, Finish };
 
-/// The name on the wire: "warm-up", "remeasure".
+/// The name on the wire: "warming_up", "remeasuring".
 std::string_view phase_name(CampaignPhase phase);
 
 struct CampaignProgress {
@@ -28,6 +28,7 @@ struct CampaignProgress {
   int done = 0;   ///< poses measured or skipped
   int total = 0;  ///< poses planned, those to measure again with compensated joints included
   int skipped = 0;
+  std::optional<double> error_mm;     ///< mean distance from the prediction in this phase, once there is a good one
   std::optional<double> time_left_s;  ///< from the time that the poses so far took
 };
 
@@ -130,6 +131,7 @@ class Campaign {
 
   void enter(CampaignPhase phase);
   void count_pose();
+  void count_error(double deviation_mm);
 
   config::CellConfig config_;
   CellDevices devices_;
@@ -139,6 +141,8 @@ class Campaign {
   RunCompute run_compute_;
 
   CampaignProgress progress_;
+  double error_sum_mm_ = 0;  ///< of this phase, since there is a good prediction
+  int error_count_ = 0;
   std::optional<TimePoint> first_pose_;  ///< when the first pose was begun
   std::vector<Target> identify_;
   std::vector<Target> validate_;

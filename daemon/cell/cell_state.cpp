@@ -46,6 +46,9 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
   return std::visit(
       Overloaded{
           [&](const Disconnected&, const ConnectRequested&) -> Maybe { return go(Connecting{now}, {C::OpenDevices}); },
+          [&](const Disconnected&, const CampaignStartRequested& start) -> Maybe {
+            return go(Running{start.campaign_id}, {C::StartCampaign});
+          },
           [&](const Connecting&, const DisconnectRequested&) -> Maybe { return go(Disconnected{}, {C::CloseDevices}); },
           [&](const Ready&, const DisconnectRequested&) -> Maybe { return go(Disconnected{}, {C::CloseDevices}); },
           [&](const Ready&, const CampaignStartRequested& start) -> Maybe {
@@ -79,14 +82,6 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
           [](const auto&, const auto&) -> Maybe { return std::nullopt; },
       },
       state, event);
-}
-
-Refusal refusal(const CellState& state) {
-  Refusal refused{std::string{state_name(state)}, {}};
-  for (const auto& [method, request] : kRequests) {
-    if (carry_out(state, request, TimePoint{})) refused.allowed.emplace_back(method);
-  }
-  return refused;
 }
 
 /// States that pass by themselves, when they do not.
@@ -163,19 +158,27 @@ std::string_view state_name(const CellState& state) {
           [](const Disconnected&) { return std::string_view{"disconnected"}; },
           [](const Connecting&) { return std::string_view{"connecting"}; },
           [](const Ready&) { return std::string_view{"ready"}; },
-          [](const Running&) { return std::string_view{"running"}; },
+          [](const Running&) { return std::string_view{"campaign"}; },
           [](const Paused&) { return std::string_view{"paused"}; },
-          [](const Aborting&) { return std::string_view{"aborting"}; },
-          [](const StreamStarting&) { return std::string_view{"stream-starting"}; },
+          [](const Aborting&) { return std::string_view{"campaign"}; },
+          [](const StreamStarting&) { return std::string_view{"streaming"}; },
           [](const Streaming&) { return std::string_view{"streaming"}; },
-          [](const StreamStopping&) { return std::string_view{"stream-stopping"}; },
-          [](const Faulted&) { return std::string_view{"faulted"}; },
+          [](const StreamStopping&) { return std::string_view{"streaming"}; },
+          [](const Faulted&) { return std::string_view{"fault"}; },
       },
       state);
 }
 
+std::vector<std::string> allowed_methods(const CellState& state) {
+  std::vector<std::string> allowed;
+  for (const auto& [method, request] : kRequests) {
+    if (carry_out(state, request, TimePoint{})) allowed.emplace_back(method);
+  }
+  return allowed;
+}
+
 std::string Refusal::sentence() const {
-  std::string text = "not possible while the cell is " + state;
+  std::string text = "not possible in state " + state;
   if (allowed.empty()) return text + "; nothing is, until that ends";
   text += "; allowed: ";
   for (std::size_t i = 0; i < allowed.size(); ++i) text += (i == 0 ? "" : ", ") + allowed[i];
@@ -185,7 +188,7 @@ std::string Refusal::sentence() const {
 CellStep advance(const CellState& state, const CellEvent& event, TimePoint now, const CellLimits& limits) {
   if (is_request(event)) {
     if (auto step = carry_out(state, event, now)) return *std::move(step);
-    return {state, {}, refusal(state)};
+    return {state, {}, Refusal{std::string{state_name(state)}, allowed_methods(state)}};
   }
   if (std::holds_alternative<Tick>(event)) return on_tick(state, now, limits);
   return on_outcome(state, event);

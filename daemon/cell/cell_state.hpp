@@ -59,7 +59,8 @@ struct Faulted {
 using CellState = std::variant<Disconnected, Connecting, Ready, Running, Paused, Aborting, StreamStarting, Streaming,
                                StreamStopping, Faulted>;
 
-/// The name on the wire: "disconnected", "ready", "stream-starting".
+/// The name on the wire, as cell.status knows it: "disconnected", "ready", "campaign". An abort under way still is
+/// "campaign", and a stream that starts or stops "streaming".
 std::string_view state_name(const CellState& state);
 
 // Requests of operators.
@@ -122,7 +123,7 @@ struct CellLimits {
 struct Refusal {
   std::string state;                 ///< name of the state that the cell is in
   std::vector<std::string> allowed;  ///< methods that the state does carry out, e.g. "campaign.start"
-  /// "not possible while the cell is running; allowed: campaign.pause, campaign.abort"
+  /// "not possible in state campaign; allowed: campaign.pause, campaign.abort"
   std::string sentence() const;
 };
 
@@ -131,6 +132,9 @@ struct CellStep {
   std::vector<CellCommand> commands;  ///< in this order
   std::optional<Refusal> refused;     ///< requests only; then the state stays and nothing is commanded
 };
+
+/// The methods that a state carries out, e.g. "campaign.start".
+std::vector<std::string> allowed_methods(const CellState& state);
 
 /// The cell's state machine: a function of state, event and time, and nothing else.
 CellStep advance(const CellState& state, const CellEvent& event, TimePoint now, const CellLimits& limits = {});

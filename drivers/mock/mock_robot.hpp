@@ -18,6 +18,8 @@ class MockRobot final : public Robot {
   void disconnect() noexcept override { connected_ = false; }
 
   bool connected() const { return connected_; }
+  /// Cannot be reached for so long.
+  void leave(Duration outage) { gone_until_ = cell_.clock().now() + outage; }
 
  private:
   bool may_move() const { return cell_.clock().now() >= drives_off_until_; }

@@ -61,7 +61,7 @@ TEST(CellState, TheRefusalListsTheMethodsThatAreAllowed) {
   const CellStep step = advance(Running{"c1"}, StreamStartRequested{}, t0);
   ASSERT_TRUE(step.refused);
   EXPECT_THAT(step.refused->allowed, ElementsAre("campaign.pause", "campaign.abort"));
-  EXPECT_EQ(step.refused->sentence(), "not possible while the cell is running; allowed: campaign.pause, campaign.abort");
+  EXPECT_EQ(step.refused->sentence(), "not possible in state campaign; allowed: campaign.pause, campaign.abort");
 }
 
 struct Transition {
@@ -80,6 +80,7 @@ TEST(CellState, FollowsTheTableOfTransitions) {
       {Ready{}, DisconnectRequested{}, Disconnected{}, {C::CloseDevices}},
       {Ready{}, DeviceLost{"gone"}, Faulted{"gone", true}, {C::CloseDevices}},
       {Ready{}, CampaignStartRequested{"c2"}, Running{"c2"}, {C::StartCampaign}},
+      {Disconnected{}, CampaignStartRequested{"c2"}, Running{"c2"}, {C::StartCampaign}},
       {Running{"c1"}, CampaignPauseRequested{}, Paused{"c1"}, {C::PauseCampaign}},
       {Paused{"c1"}, CampaignResumeRequested{}, Running{"c1"}, {C::ResumeCampaign}},
       {Running{"c1"}, CampaignAbortRequested{}, Aborting{"c1", t0}, {C::AbortCampaign}},

@@ -1,0 +1,295 @@
+#include "daemon/campaign/campaign.hpp"
+
+#include <gmock/gmock.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <optional>
+#include <set>
+
+#include "core/kinematics/angles.hpp"
+#include "drivers/mock/mock_robot.hpp"
+#include "drivers/mock/mock_tracker.hpp"
+#include "drivers/mock/virtual_clock.hpp"
+#include "tests/daemon/example_cell.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace asio = boost::asio;
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+using Outcome = std::expected<std::shared_ptr<const CampaignResult>, CampaignError>;
+
+struct CampaignTest : testing::Test {
+  CampaignTest() { truth.seed = 5; }
+
+  void start() {
+    cell.emplace(truth, clock);
+    robot.emplace(*cell);
+    tracker.emplace(*cell);
+    campaign.emplace(config, CampaignDevices{*robot, *tracker, clock}, journal, observer, &test::compute_here);
+    asio::co_spawn(io, campaign->run(), [this](std::exception_ptr failed, Outcome ended) {
+      ASSERT_FALSE(failed);
+      outcome.emplace(std::move(ended));
+    });
+  }
+  /// Runs the campaign as far as it goes by itself. @return whether it ended
+  bool go_on() {
+    return clock.run(io, [this] { return outcome.has_value(); });
+  }
+  void at(Duration since_start, std::function<void()> action) {
+    asio::co_spawn(io, clock.sleep_until(TimePoint{} + since_start), [action](std::exception_ptr) { action(); });
+  }
+
+  config::CellConfig config = test::example_cell();
+  drivers::MockCellOptions truth = test::example_truth();
+  asio::io_context io;
+  drivers::VirtualClock clock;
+  std::optional<drivers::MockCell> cell;
+  std::optional<drivers::MockRobot> robot;
+  std::optional<drivers::MockTracker> tracker;
+  test::MemoryJournal journal;
+  test::RecordingObserver observer;
+  std::optional<Campaign> campaign;
+  std::optional<Outcome> outcome;
+};
+
+TEST_F(CampaignTest, CalibratesTheArmAndShowsByMeasuringAgainThatCompensationWorks) {
+  config.campaign.identify_poses = 30;
+  config.campaign.validate_poses = 30;
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  const CampaignResult& result = ***outcome;
+  EXPECT_THAT(observer.troubles, IsEmpty());
+  EXPECT_THAT(result.points, SizeIs(90));
+  EXPECT_THAT(journal.points, SizeIs(90));
+  EXPECT_THAT(result.skipped, IsEmpty());
+  EXPECT_EQ(journal.begun, 1);
+  EXPECT_EQ(journal.ended, 1);
+  EXPECT_EQ(journal.result, **outcome);
+  EXPECT_THAT(observer.phases,
+              ElementsAre(CampaignPhase::Connect, CampaignPhase::Plan, CampaignPhase::WarmUp, CampaignPhase::Identify,
+                          CampaignPhase::Validate, CampaignPhase::Compute, CampaignPhase::Remeasure,
+                          CampaignPhase::Finish));
+  ASSERT_TRUE(result.calibration.validate);
+  EXPECT_TRUE(result.improves);
+  EXPECT_GT(result.calibration.validate->before.mean, 1.0);
+  EXPECT_LT(result.calibration.validate->geometric.mean, 0.06);
+  ASSERT_TRUE(result.remeasured);
+  EXPECT_EQ(result.remeasured->count, 30);
+  EXPECT_LT(result.remeasured->mean, 0.06);
+  EXPECT_EQ(observer.last.done, 90);
+  EXPECT_EQ(observer.last.time_left_s, 0);
+}
+
+TEST_F(CampaignTest, LooksWhereTheReflectorIsOnceTheFirstPosesHaveShownIt) {
+  start();
+  ASSERT_TRUE(go_on());
+  const auto coarse_after = static_cast<std::size_t>(config.campaign.coarse_after);
+  for (std::size_t i = 0; i < observer.deviations_mm.size(); ++i) {
+    if (i < coarse_after) EXPECT_GT(observer.deviations_mm[i], 10) << i;
+    if (i >= coarse_after) EXPECT_LT(observer.deviations_mm[i], 10) << i;
+  }
+}
+
+/// Takes its time to write, and looks at the arm meanwhile.
+struct SlowJournal final : CampaignJournal {
+  SlowJournal(drivers::Clock& c, std::optional<drivers::MockCell>& m) : clock{c}, cell{m} {}
+  asio::awaitable<StoreResult<void>> begin(Identities) override { co_return StoreResult<void>{}; }
+  asio::awaitable<StoreResult<void>> add_point(StoredPoint point) override {
+    const TimePoint written = clock.now() + 20s;
+    co_await clock.sleep_until(written);
+    ++points;
+    EXPECT_EQ(cell->q(), point.q_actual) << "the arm moved on before point " << points << " was on the disk";
+    co_return StoreResult<void>{};
+  }
+  asio::awaitable<StoreResult<void>> add_skipped(SkippedPose) override { co_return StoreResult<void>{}; }
+  asio::awaitable<StoreResult<void>> end(std::shared_ptr<const CampaignResult>, std::optional<CampaignError>) override {
+    co_return StoreResult<void>{};
+  }
+  drivers::Clock& clock;
+  std::optional<drivers::MockCell>& cell;
+  int points = 0;
+};
+
+TEST_F(CampaignTest, StoresEachPointBeforeTheArmMovesOn) {
+  SlowJournal slow{clock, cell};
+  cell.emplace(truth, clock);
+  robot.emplace(*cell);
+  tracker.emplace(*cell);
+  campaign.emplace(config, CampaignDevices{*robot, *tracker, clock}, slow, observer, &test::compute_here);
+  asio::co_spawn(io, campaign->run(), [this](std::exception_ptr, Outcome ended) { outcome.emplace(std::move(ended)); });
+  ASSERT_TRUE(go_on());
+  EXPECT_EQ(slow.points, 36);
+}
+
+TEST_F(CampaignTest, RefusesAnArmOfAnotherTypeBeforeItMoves) {
+  truth.robot_model = "#KR16R2010_2 C4 FLR";
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_FALSE(*outcome);
+  EXPECT_EQ(outcome->error().fault, CampaignFault::WrongArm);
+  EXPECT_THAT(outcome->error().detail, HasSubstr("#KR16R2010_2"));
+  EXPECT_EQ(cell->q(), truth.q_start);
+  EXPECT_EQ(journal.begun, 1);
+  EXPECT_EQ(journal.ended, 1);
+}
+
+TEST_F(CampaignTest, RefusesAnArmWhoseControllerComputesOtherPoses) {
+  truth.nominal.joints[3].d_mm += 300;
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_FALSE(*outcome);
+  EXPECT_EQ(outcome->error().fault, CampaignFault::WrongArm);
+  EXPECT_THAT(outcome->error().detail, HasSubstr("300.00 mm apart"));
+  EXPECT_EQ(cell->q(), truth.q_start);
+}
+
+TEST_F(CampaignTest, APoseThatFailsEveryTimeIsSkippedAndListedWithItsReason) {
+  truth.faults.no_target = 1;
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_FALSE(*outcome);
+  EXPECT_EQ(outcome->error().fault, CampaignFault::Calibration);
+  EXPECT_THAT(journal.points, IsEmpty());
+  ASSERT_THAT(journal.skipped, SizeIs(24));
+  EXPECT_EQ(journal.skipped[3].pose, 3);
+  EXPECT_EQ(journal.skipped[3].attempts, 3);
+  EXPECT_THAT(journal.skipped[3].reason, HasSubstr("no reflector found"));
+}
+
+TEST_F(CampaignTest, EveryPoseIsMeasuredOrListedThroughLostConnectionsAndRestarts) {
+  truth.faults.robot_lost = truth.faults.robot_restart = truth.faults.robot_silent = 0.05;
+  truth.faults.tracker_lost = truth.faults.tracker_restart = truth.faults.tracker_silent = 0.05;
+  truth.faults.robot_not_ready = 0.05;
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  std::multiset<int> poses;
+  for (const StoredPoint& point : journal.points) poses.insert(point.pose);
+  for (const SkippedPose& pose : journal.skipped) poses.insert(pose.pose);
+  ASSERT_THAT(poses, SizeIs(36));
+  for (int pose = 0; pose < 36; ++pose) EXPECT_EQ(poses.count(pose), 1U) << pose;
+  EXPECT_FALSE(observer.troubles.empty());
+}
+
+TEST_F(CampaignTest, ADeviceThatStaysAwayEndsTheCampaignWithItsName) {
+  start();
+  observer.at_point = [this](const StoredPoint& point) {
+    if (point.pose == 2) {
+      robot->disconnect();
+      robot->leave(100h);
+    }
+  };
+  ASSERT_TRUE(go_on());
+  ASSERT_FALSE(*outcome);
+  EXPECT_EQ(outcome->error().fault, CampaignFault::Device);
+  EXPECT_THAT(outcome->error().detail, HasSubstr("robot: the controller does not answer"));
+  EXPECT_THAT(journal.points, SizeIs(3));
+}
+
+TEST_F(CampaignTest, PausesBeforeTheNextPoseAndGoesOn) {
+  start();
+  observer.at_point = [this](const StoredPoint& point) {
+    if (point.pose == 4) campaign->pause();
+  };
+  EXPECT_FALSE(go_on());
+  EXPECT_THAT(journal.points, SizeIs(5));
+  EXPECT_FALSE(cell->moving());
+  campaign->resume();
+  ASSERT_TRUE(go_on());
+  EXPECT_TRUE(*outcome);
+  EXPECT_THAT(journal.points, SizeIs(36));
+}
+
+TEST_F(CampaignTest, AnAbortStopsTheArmOnItsWayAndIsRecorded) {
+  start();
+  // Somewhere on the way between poses.
+  at(60s, [this] { campaign->abort("asked for by an operator"); });
+  ASSERT_TRUE(go_on());
+  ASSERT_FALSE(*outcome);
+  EXPECT_EQ(outcome->error().fault, CampaignFault::Aborted);
+  EXPECT_EQ(outcome->error().detail, "asked for by an operator");
+  EXPECT_FALSE(cell->moving());
+  EXPECT_LT(clock.now(), TimePoint{} + 70s);
+  EXPECT_EQ(journal.ended, 1);
+  ASSERT_TRUE(journal.error);
+  EXPECT_EQ(journal.error->fault, CampaignFault::Aborted);
+  EXPECT_EQ(clock.sleepers(), 0U);
+}
+
+TEST_F(CampaignTest, CanBeAbortedWhilePausedAndBeforeItsFirstStep) {
+  start();
+  observer.at_point = [this](const StoredPoint&) { campaign->pause(); };
+  EXPECT_FALSE(go_on());
+  campaign->abort("enough");
+  ASSERT_TRUE(go_on());
+  EXPECT_EQ(outcome->error().fault, CampaignFault::Aborted);
+
+  outcome.reset();
+  start();
+  campaign->abort("too early");
+  ASSERT_TRUE(go_on());
+  EXPECT_EQ(outcome->error().detail, "too early");
+}
+
+TEST_F(CampaignTest, AStoreThatFailsEndsTheCampaignAtOnce) {
+  journal.fail_at_point = 5;
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_FALSE(*outcome);
+  EXPECT_EQ(outcome->error().fault, CampaignFault::Store);
+  EXPECT_EQ(outcome->error().detail, "database or disk is full");
+  EXPECT_THAT(journal.points, SizeIs(5));
+  EXPECT_THAT(observer.deviations_mm, SizeIs(5));
+}
+
+TEST_F(CampaignTest, DoesNotCompensateWithACalibrationThatIsNoBetterThanTheDataSheet) {
+  truth.truth = truth.nominal;
+  truth.noise_mm = 0.5;
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  EXPECT_FALSE((**outcome)->improves);
+  EXPECT_FALSE((**outcome)->remeasured);
+  EXPECT_THAT(journal.points, SizeIs(24));
+  ASSERT_THAT(journal.skipped, SizeIs(12));
+  EXPECT_THAT(journal.skipped[0].reason, HasSubstr("no better"));
+}
+
+TEST_F(CampaignTest, EndsWhereAnotherReflectorWasTakenForOursInTheFirstPoses) {
+  truth.faults.wrong_reflector = 0.3;
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_FALSE(*outcome);
+  EXPECT_EQ(outcome->error().fault, CampaignFault::Calibration);
+  EXPECT_THAT(outcome->error().detail, HasSubstr("do not fit the nominal arm"));
+}
+
+TEST_F(CampaignTest, APointFarFromItsPredictionIsAWrongReflectorAndNoMeasurement) {
+  truth.faults.wrong_reflector = 1;
+  cell.emplace(truth, clock);
+  robot.emplace(*cell);
+  tracker.emplace(*cell);
+  CellDevices devices{config, {*robot, *tracker, clock}, [](const std::string&) {}};
+  std::optional<std::expected<drivers::SmrPoint, DeviceError>> point;
+  const auto measure = [&]() -> asio::awaitable<void> {
+    auto connected = co_await devices.connect();
+    EXPECT_TRUE(connected);
+    const Eigen::Vector3d p_W_mm = cell->p_WS_mm();
+    auto measured = co_await devices.measure(p_W_mm, 300, 25);
+    point.emplace(std::move(measured));
+  };
+  asio::co_spawn(io, measure, [](std::exception_ptr e) { EXPECT_FALSE(e); });
+  ASSERT_TRUE(clock.run(io, [&] { return point.has_value(); }));
+  ASSERT_FALSE(*point);
+  EXPECT_THAT(point->error().detail, HasSubstr("wrong reflector"));
+}
+
+}  // namespace
+}  // namespace truepose::daemon
