@@ -92,8 +92,11 @@ TEST_F(CampaignTest, LooksWhereTheReflectorIsOnceTheFirstPosesHaveShownIt) {
   ASSERT_TRUE(go_on());
   const auto coarse_after = static_cast<std::size_t>(config.campaign.coarse_after);
   for (std::size_t i = 0; i < observer.deviations_mm.size(); ++i) {
-    if (i < coarse_after) EXPECT_GT(observer.deviations_mm[i], 10) << i;
-    if (i >= coarse_after) EXPECT_LT(observer.deviations_mm[i], 10) << i;
+    if (i < coarse_after) {
+      EXPECT_GT(observer.deviations_mm[i], 10) << i;
+    } else {
+      EXPECT_LT(observer.deviations_mm[i], 10) << i;
+    }
   }
 }
 
