@@ -144,17 +144,23 @@ Campaign::Outcome<void> Campaign::plan() {
   co_await run_compute_(job);
   if (!*sampled) co_return std::unexpected(CampaignError{CampaignFault::Planning, sampled->error()});
 
-  const auto split = (*sampled)->begin() + campaign.identify_poses;
+  // The first poses stay as drawn, all over the workspace: base and reflector are first fitted from them alone, and poses
+  // along a short way would tell little about the others.
   const RobotModel& robot = config_.robot.model;
-  const JointVector start = JointVector::Zero(robot.joint_count());
-  for (const JointVector& q : order_by_travel(robot, start, {(*sampled)->begin(), split})) {
-    identify_.push_back({static_cast<int>(identify_.size()), PointPurpose::Identify, q, q});
-  }
-  const JointVector& last = identify_.empty() ? start : identify_.back().q_target;
-  for (const JointVector& q : order_by_travel(robot, last, {split, (*sampled)->end()})) {
-    const int pose = static_cast<int>(identify_.size() + validate_.size());
-    validate_.push_back({pose, PointPurpose::Validate, q, q});
-  }
+  const auto split = (*sampled)->begin() + campaign.identify_poses;
+  const auto spread = (*sampled)->begin() + std::min(campaign.coarse_after, campaign.identify_poses);
+  JointVector here = JointVector::Zero(robot.joint_count());
+  const auto add = [&here](std::vector<Target>& targets, int first_pose, PointPurpose purpose,
+                           const std::vector<JointVector>& poses) {
+    for (const JointVector& q : poses) {
+      targets.push_back({first_pose + static_cast<int>(targets.size()), purpose, q, q});
+      here = q;
+    }
+  };
+  add(identify_, 0, PointPurpose::Identify, {(*sampled)->begin(), spread});
+  add(identify_, 0, PointPurpose::Identify, order_by_travel(robot, here, {spread, split}));
+  add(validate_, campaign.identify_poses, PointPurpose::Validate,
+      order_by_travel(robot, here, {split, (*sampled)->end()}));
   co_return Done{};
 }
 
@@ -178,7 +184,9 @@ Campaign::Outcome<void> Campaign::measure_all(CampaignPhase phase, std::vector<T
     co_await wait_while_paused();
     Done measured = co_await measure_or_skip(target);
     if (!measured) co_return measured;
-    if (!placement_known_ && static_cast<int>(result_->data.points.size()) >= config_.campaign.coarse_after) {
+    // With every further pose to identify from the fit reaches farther beyond those that it was made from.
+    if (phase == CampaignPhase::Identify &&
+        static_cast<int>(result_->data.points.size()) >= config_.campaign.coarse_after) {
       Done fitted = co_await fit_placement();
       if (!fitted) co_return fitted;
     }
@@ -273,7 +281,7 @@ Campaign::Outcome<void> Campaign::recover(DeviceError error) {
   co_return Done{};
 }
 
-/// Base and reflector from the first points, with the nominal arm: from now on the tracker knows where to look.
+/// Base and reflector from the points so far, with the nominal arm: from now on the tracker knows where to look.
 Campaign::Outcome<void> Campaign::fit_placement() {
   auto fitted = std::make_shared<std::expected<CalibratedCell, CalibrationError>>();
   std::function<void()> job = [fitted, robot = config_.robot.model, data = result_->data] {
@@ -281,7 +289,7 @@ Campaign::Outcome<void> Campaign::fit_placement() {
   };
   co_await run_compute_(job);
   if (!*fitted) {
-    // The rough placement goes on serving; the next point brings another try.
+    // What served so far goes on serving; the next point brings another try.
     observer_.on_trouble("base and reflector are not known yet: " + fitted->error().detail);
     co_return Done{};
   }
@@ -292,7 +300,7 @@ Campaign::Outcome<void> Campaign::fit_placement() {
     if (off_mm <= config_.tracker.gate_mm) continue;
     char text[200];
     std::snprintf(text, sizeof text,
-                  "the first %zu points do not fit the nominal arm: pose %d is %.1f mm off, allowed are %.1f mm (another "
+                  "the %zu points so far do not fit the nominal arm: pose %d is %.1f mm off, allowed are %.1f mm (another "
                   "reflector in sight, or another arm)",
                   result_->points.size(), point.pose, off_mm, config_.tracker.gate_mm);
     co_return std::unexpected(CampaignError{CampaignFault::Calibration, text});

@@ -20,7 +20,6 @@ using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using testing::SizeIs;
 
 using Outcome = std::expected<std::shared_ptr<const CampaignResult>, CampaignError>;
 
@@ -66,8 +65,8 @@ TEST_F(CampaignTest, CalibratesTheArmAndShowsByMeasuringAgainThatCompensationWor
   ASSERT_TRUE(*outcome) << outcome->error().detail;
   const CampaignResult& result = ***outcome;
   EXPECT_THAT(observer.troubles, IsEmpty());
-  EXPECT_THAT(result.points, SizeIs(90));
-  EXPECT_THAT(journal.points, SizeIs(90));
+  EXPECT_EQ(result.points.size(), 90U);
+  EXPECT_EQ(journal.points.size(), 90U);
   EXPECT_THAT(result.skipped, IsEmpty());
   EXPECT_EQ(journal.begun, 1);
   EXPECT_EQ(journal.ended, 1);
@@ -93,9 +92,9 @@ TEST_F(CampaignTest, LooksWhereTheReflectorIsOnceTheFirstPosesHaveShownIt) {
   const auto coarse_after = static_cast<std::size_t>(config.campaign.coarse_after);
   for (std::size_t i = 0; i < observer.deviations_mm.size(); ++i) {
     if (i < coarse_after) {
-      EXPECT_GT(observer.deviations_mm[i], 10) << i;
+      EXPECT_GT(observer.deviations_mm[i], 25) << i;
     } else {
-      EXPECT_LT(observer.deviations_mm[i], 10) << i;
+      EXPECT_LT(observer.deviations_mm[i], 25) << i;
     }
   }
 }
@@ -128,7 +127,7 @@ TEST_F(CampaignTest, StoresEachPointBeforeTheArmMovesOn) {
   campaign.emplace(config, CampaignDevices{*robot, *tracker, clock}, slow, observer, &test::compute_here);
   asio::co_spawn(io, campaign->run(), [this](std::exception_ptr, Outcome ended) { outcome.emplace(std::move(ended)); });
   ASSERT_TRUE(go_on());
-  EXPECT_EQ(slow.points, 36);
+  EXPECT_EQ(slow.points, 40);
 }
 
 TEST_F(CampaignTest, RefusesAnArmOfAnotherTypeBeforeItMoves) {
@@ -159,8 +158,8 @@ TEST_F(CampaignTest, APoseThatFailsEveryTimeIsSkippedAndListedWithItsReason) {
   ASSERT_TRUE(go_on());
   ASSERT_FALSE(*outcome);
   EXPECT_EQ(outcome->error().fault, CampaignFault::Calibration);
-  EXPECT_THAT(journal.points, IsEmpty());
-  ASSERT_THAT(journal.skipped, SizeIs(24));
+  EXPECT_TRUE(journal.points.empty());
+  ASSERT_EQ(journal.skipped.size(), 28U);
   EXPECT_EQ(journal.skipped[3].pose, 3);
   EXPECT_EQ(journal.skipped[3].attempts, 3);
   EXPECT_THAT(journal.skipped[3].reason, HasSubstr("no reflector found"));
@@ -176,8 +175,8 @@ TEST_F(CampaignTest, EveryPoseIsMeasuredOrListedThroughLostConnectionsAndRestart
   std::multiset<int> poses;
   for (const StoredPoint& point : journal.points) poses.insert(point.pose);
   for (const SkippedPose& pose : journal.skipped) poses.insert(pose.pose);
-  ASSERT_THAT(poses, SizeIs(36));
-  for (int pose = 0; pose < 36; ++pose) EXPECT_EQ(poses.count(pose), 1U) << pose;
+  ASSERT_EQ(poses.size(), 40U);
+  for (int pose = 0; pose < 40; ++pose) EXPECT_EQ(poses.count(pose), 1U) << pose;
   EXPECT_FALSE(observer.troubles.empty());
 }
 
@@ -193,7 +192,7 @@ TEST_F(CampaignTest, ADeviceThatStaysAwayEndsTheCampaignWithItsName) {
   ASSERT_FALSE(*outcome);
   EXPECT_EQ(outcome->error().fault, CampaignFault::Device);
   EXPECT_THAT(outcome->error().detail, HasSubstr("robot: the controller does not answer"));
-  EXPECT_THAT(journal.points, SizeIs(3));
+  EXPECT_EQ(journal.points.size(), 3U);
 }
 
 TEST_F(CampaignTest, PausesBeforeTheNextPoseAndGoesOn) {
@@ -202,12 +201,12 @@ TEST_F(CampaignTest, PausesBeforeTheNextPoseAndGoesOn) {
     if (point.pose == 4) campaign->pause();
   };
   EXPECT_FALSE(go_on());
-  EXPECT_THAT(journal.points, SizeIs(5));
+  EXPECT_EQ(journal.points.size(), 5U);
   EXPECT_FALSE(cell->moving());
   campaign->resume();
   ASSERT_TRUE(go_on());
   EXPECT_TRUE(*outcome);
-  EXPECT_THAT(journal.points, SizeIs(36));
+  EXPECT_EQ(journal.points.size(), 40U);
 }
 
 TEST_F(CampaignTest, AnAbortStopsTheArmOnItsWayAndIsRecorded) {
@@ -248,8 +247,8 @@ TEST_F(CampaignTest, AStoreThatFailsEndsTheCampaignAtOnce) {
   ASSERT_FALSE(*outcome);
   EXPECT_EQ(outcome->error().fault, CampaignFault::Store);
   EXPECT_EQ(outcome->error().detail, "database or disk is full");
-  EXPECT_THAT(journal.points, SizeIs(5));
-  EXPECT_THAT(observer.deviations_mm, SizeIs(5));
+  EXPECT_EQ(journal.points.size(), 5U);
+  EXPECT_EQ(observer.deviations_mm.size(), 5U);
 }
 
 TEST_F(CampaignTest, DoesNotCompensateWithACalibrationThatIsNoBetterThanTheDataSheet) {
@@ -260,8 +259,8 @@ TEST_F(CampaignTest, DoesNotCompensateWithACalibrationThatIsNoBetterThanTheDataS
   ASSERT_TRUE(*outcome) << outcome->error().detail;
   EXPECT_FALSE((**outcome)->improves);
   EXPECT_FALSE((**outcome)->remeasured);
-  EXPECT_THAT(journal.points, SizeIs(24));
-  ASSERT_THAT(journal.skipped, SizeIs(12));
+  EXPECT_EQ(journal.points.size(), 28U);
+  ASSERT_EQ(journal.skipped.size(), 12U);
   EXPECT_THAT(journal.skipped[0].reason, HasSubstr("no better"));
 }
 

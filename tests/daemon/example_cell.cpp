@@ -71,7 +71,7 @@ config::CellConfig example_cell() {
   // The tracker's head stands 4 m before the arm and 1.4 m above its base, and looks back at it.
   cell.tracker.placement = pose_from_kuka({4000, 0, -1400}, {180, 0, 0});
   cell.reflector.p_FS_mm = {80, 40, 60};
-  cell.campaign.identify_poses = 12;
+  cell.campaign.identify_poses = 16;
   cell.campaign.validate_poses = 12;
   cell.campaign.seed = 7;
   return cell;

@@ -18,7 +18,7 @@ RobotModel kr210();
 /// The same with the errors of the paper's Table 2.
 RobotModel kr210_with_errors();
 
-/// A cell with that arm, its tracker 4 m away, 12 + 12 poses.
+/// A cell with that arm, its tracker 4 m away, 16 + 12 poses.
 config::CellConfig example_cell();
 /// The same cell as it really is: base and reflector are some centimetres off their rough values.
 drivers::MockCellOptions example_truth();
