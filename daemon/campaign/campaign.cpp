@@ -24,6 +24,9 @@ namespace {
 
 constexpr Duration kBeforeRetry = 1s;
 
+// Axes 4 and 6 may have to turn by some degrees where axis 5 is near zero. Beyond this the arm would come in another shape.
+constexpr double kLargestCorrection_rad = 10 * kRadPerDeg;
+
 using Done = std::expected<void, CampaignError>;
 
 /// A device's error that ends the campaign.
@@ -353,6 +356,8 @@ Campaign::Outcome<std::vector<Campaign::Target>> Campaign::compensate() {
       reason = "the calibrated arm is no better than the nominal one on the validation poses";
     } else if (!(*solved)[i]) {
       reason = "the calibrated arm cannot reach the nominal pose";
+    } else if (((*solved)[i]->q - targets[i].q_target).cwiseAbs().maxCoeff() > kLargestCorrection_rad) {
+      reason = "the compensated joints are more than 10 deg from the nominal ones: too near a singularity";
     } else if (!within_limits(config_.robot.model, (*solved)[i]->q)) {
       reason = "the compensated joints are beyond their limits";
     }

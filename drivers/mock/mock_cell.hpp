@@ -52,6 +52,7 @@ class MockCell {
 
   const MockCellOptions& options() const { return options_; }
   Clock& clock() { return clock_; }
+  void use_faults(const MockFaults& faults) { options_.faults = faults; }
 
   /// Begins a motion in which every joint takes as long as the slowest; it goes on whether or not anybody waits.
   void start_motion(const JointVector& q, double speed_percent);

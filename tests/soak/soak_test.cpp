@@ -1,0 +1,47 @@
+// The cell in virtual time, for as long as one likes:
+//   TRUEPOSE_SOAK_HOURS=1000 TRUEPOSE_SOAK_SEED=7 soak_test
+// The same seed does the same again, event by event.
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "tests/soak/campaign_soak.hpp"
+
+namespace truepose::soak {
+namespace {
+
+double hours() {
+  const char* text = std::getenv("TRUEPOSE_SOAK_HOURS");
+  return text == nullptr ? 20 : std::stod(text);
+}
+
+std::uint64_t seed() {
+  const char* text = std::getenv("TRUEPOSE_SOAK_SEED");
+  return text == nullptr ? 20260519 : std::stoull(text);
+}
+
+TEST(CampaignSoak, KeepsItsPromisesThroughLostConnectionsBrokenBeamsRestartsAndOperators) {
+  const CampaignSoak soak = soak_campaigns(seed(), hours());
+  std::printf("seed %llu: %.1f h of the cell, %d campaigns (%d done, %d aborted, %d failed), %d points, %d poses skipped, "
+              "%d troubles, events %016llx\n",
+              static_cast<unsigned long long>(seed()), soak.hours, soak.campaigns, soak.done, soak.aborted, soak.failed,
+              soak.points, soak.skipped, soak.troubles, static_cast<unsigned long long>(soak.hash));
+  EXPECT_GE(soak.hours, hours());
+  EXPECT_GT(soak.done, soak.campaigns / 2);
+  EXPECT_GT(soak.troubles, 0);
+}
+
+TEST(CampaignSoak, TheSameSeedDoesTheSameAgainAndAnotherSeedDoesNot) {
+  const CampaignSoak first = soak_campaigns(seed(), 1);
+  const CampaignSoak again = soak_campaigns(seed(), 1);
+  const CampaignSoak other = soak_campaigns(seed() + 1, 1);
+  EXPECT_EQ(first.hash, again.hash);
+  EXPECT_EQ(first.hours, again.hours);
+  EXPECT_NE(first.hash, other.hash);
+}
+
+}  // namespace
+}  // namespace truepose::soak
