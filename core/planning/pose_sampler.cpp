@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/kinematics/forward.hpp"
-#include "core/planning/splitmix64.hpp"
+#include "core/simulation/random.hpp"
 
 namespace truepose {
 
@@ -80,7 +80,7 @@ std::expected<std::vector<JointVector>, std::string> sample_poses(const RobotMod
     }
   }
 
-  SplitMix64 random{options.seed};
+  Random random{options.seed};
   std::vector<JointVector> poses;
   std::array<int, kReasons.size()> count{};
   for (int tried = 0; tried < options.candidates; ++tried) {

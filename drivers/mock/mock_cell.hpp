@@ -1,14 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <chrono>
 #include <cstdint>
-#include <functional>
+#include <optional>
 #include <string>
 
 #include "core/kinematics/robot_model.hpp"
-#include "core/planning/splitmix64.hpp"
+#include "core/simulation/joint_motion.hpp"
+#include "core/simulation/tracker_noise.hpp"
+#include "core/simulation/true_arm.hpp"
 #include "drivers/clock.hpp"
 
 namespace truepose::drivers {
@@ -32,13 +33,8 @@ struct MockFaults {
 
 struct MockCellOptions {
   RobotModel nominal;  ///< what the controller believes
-  RobotModel truth;    ///< how the arm really is
-  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d p_FS_mm{0, 0, 0};
-  Eigen::Vector3d facing_F{0, 0, 1};
-  double acceptance_rad = 0.5;
-  double repeatability_mm = 0;  ///< standard deviation per axis of the reflector, drawn anew at each stop
-  double noise_mm = 0;          ///< standard deviation per axis of a tracker reading
+  TrueArmSetup truth;  ///< how the arm, its base and its reflector really are
+  TrackerNoiseModel noise;
   JointVector q_start;
   std::string robot_model = "#KR210R2700_2 C4 FLR";
   MockFaults faults;
@@ -54,18 +50,17 @@ class MockCell {
   Clock& clock() { return clock_; }
   void use_faults(const MockFaults& faults) { options_.faults = faults; }
 
-  /// Begins a motion in which every joint takes as long as the slowest; it goes on whether or not anybody waits.
+  /// Begins a motion that goes on whether or not anybody waits for its end.
   void start_motion(const JointVector& q, double speed_percent);
   void stop_motion();
-  TimePoint motion_ends() const { return end_; }
-  bool moving() const { return clock_.now() < end_; }
+  TimePoint motion_ends() const;
+  bool moving() const { return clock_.now() < motion_ends(); }
   JointVector q() const;
 
   /// Where the reflector really is, repeatability of the last stop included.
-  Eigen::Vector3d p_WS_mm() const;
-  /// Whether the tracker is inside the reflector's cone.
-  bool visible() const;
-  Eigen::Vector3d reading_mm();
+  Eigen::Vector3d p_WS_mm() const { return arm_.p_WS_mm(q()); }
+  bool visible() const { return arm_.visible(q()); }
+  Eigen::Vector3d reading_mm() { return noisy_reading(p_WS_mm(), options_.noise, random_); }
 
   bool happens(double probability) { return random_.uniform() < probability; }
   double uniform(double min, double max) { return min + (max - min) * random_.uniform(); }
@@ -74,15 +69,13 @@ class MockCell {
   Duration outage() { return std::chrono::milliseconds{static_cast<int>(uniform(5e3, 60e3))}; }
 
  private:
-  double gauss();
-  Eigen::Vector3d gauss3(double sigma_mm);
-
   MockCellOptions options_;
   Clock& clock_;
-  SplitMix64 random_;
-  JointVector from_, to_;
-  TimePoint start_, end_;
-  Eigen::Vector3d stop_error_mm_{0, 0, 0};
+  Random random_;
+  TrueArm arm_;
+  JointVector stand_;  ///< where the arm stands while there is no motion
+  std::optional<JointMotion> motion_;
+  TimePoint start_;
 };
 
 }  // namespace truepose::drivers

@@ -51,7 +51,7 @@ asio::awaitable<std::expected<SmrPoint, TrackerError>> MockTracker::measure(Time
   }
   SmrPoint point;
   point.p_WS_mm = cell_.reading_mm() + locked_offset_mm_;
-  point.std_mm.setConstant(cell_.options().noise_mm);
+  point.std_mm.setConstant(cell_.options().noise.range_mm);
   point.temperature_c = 20;
   point.pressure_mbar = 1013;
   point.humidity_percent = 50;

@@ -252,8 +252,8 @@ TEST_F(CampaignTest, AStoreThatFailsEndsTheCampaignAtOnce) {
 }
 
 TEST_F(CampaignTest, DoesNotCompensateWithACalibrationThatIsNoBetterThanTheDataSheet) {
-  truth.truth = truth.nominal;
-  truth.noise_mm = 0.5;
+  truth.truth.robot = truth.nominal;
+  truth.noise.range_mm = truth.noise.transverse_mm = 0.5;
   start();
   ASSERT_TRUE(go_on());
   ASSERT_TRUE(*outcome) << outcome->error().detail;

@@ -81,14 +81,14 @@ drivers::MockCellOptions example_truth() {
   const config::CellConfig cell = example_cell();
   drivers::MockCellOptions truth;
   truth.nominal = kr210();
-  truth.truth = kr210_with_errors();
-  truth.X_WB = cell.tracker.placement * pose_from_kuka({35, -28, 17}, {0.4, -0.3, 0.5});
-  truth.p_FS_mm = cell.reflector.p_FS_mm + Eigen::Vector3d{4, -3, 2};
-  truth.facing_F = cell.reflector.facing_F;
+  truth.truth.robot = kr210_with_errors();
+  truth.truth.X_WB = cell.tracker.placement * pose_from_kuka({35, -28, 17}, {0.4, -0.3, 0.5});
+  truth.truth.p_FS_mm = cell.reflector.p_FS_mm + Eigen::Vector3d{4, -3, 2};
+  truth.truth.facing_F = cell.reflector.facing_F;
   // The cone of a real reflector is wider than the one that is planned with.
-  truth.acceptance_rad = (cell.reflector.acceptance_deg + 3) * kRadPerDeg;
-  truth.repeatability_mm = 0.0166;
-  truth.noise_mm = 0.01;
+  truth.truth.acceptance_rad = (cell.reflector.acceptance_deg + 3) * kRadPerDeg;
+  truth.truth.repeatability_mm = 0.0166;
+  truth.noise.range_mm = truth.noise.transverse_mm = 0.01;
   truth.q_start = JointVector::Zero(6);
   truth.q_start << 0, -90, 90, 0, 0, 0;
   truth.q_start *= kRadPerDeg;

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/planning/splitmix64.hpp"
+#include "core/simulation/random.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/cell/cell_state.hpp"
 #include "drivers/mock/mock_robot.hpp"
@@ -87,7 +87,7 @@ class Soak {
   void check_end(const config::CellConfig& config, const Journal& journal,
                  const std::expected<std::shared_ptr<const daemon::CampaignResult>, daemon::CampaignError>& outcome);
 
-  SplitMix64 random_;
+  Random random_;
   asio::io_context io_;
   drivers::VirtualClock clock_;
   std::optional<drivers::MockCell> cell_;

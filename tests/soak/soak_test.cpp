@@ -1,5 +1,5 @@
 // The cell in virtual time, for as long as one likes:
-//   TRUEPOSE_SOAK_HOURS=1000 TRUEPOSE_SOAK_SEED=7 soak_test
+//   TRUEPOSE_SOAK_HOURS=1000 TRUEPOSE_SOAK_STREAM_HOURS=24 TRUEPOSE_SOAK_SEED=7 soak_test
 // The same seed does the same again, event by event.
 
 #include <gtest/gtest.h>
@@ -9,14 +9,18 @@
 #include <string>
 
 #include "tests/soak/campaign_soak.hpp"
+#include "tests/soak/stream_soak.hpp"
 
 namespace truepose::soak {
 namespace {
 
-double hours() {
-  const char* text = std::getenv("TRUEPOSE_SOAK_HOURS");
-  return text == nullptr ? 20 : std::stod(text);
+double number(const char* variable, double otherwise) {
+  const char* text = std::getenv(variable);
+  return text == nullptr ? otherwise : std::stod(text);
 }
+
+double hours() { return number("TRUEPOSE_SOAK_HOURS", 20); }
+double stream_hours() { return number("TRUEPOSE_SOAK_STREAM_HOURS", 0.25); }
 
 std::uint64_t seed() {
   const char* text = std::getenv("TRUEPOSE_SOAK_SEED");
@@ -41,6 +45,23 @@ TEST(CampaignSoak, TheSameSeedDoesTheSameAgainAndAnotherSeedDoesNot) {
   EXPECT_EQ(first.hash, again.hash);
   EXPECT_EQ(first.hours, again.hours);
   EXPECT_NE(first.hash, other.hash);
+}
+
+TEST(StreamSoak, HoldsItsBoundsThroughLostRepeatedAndDamagedDatagramsAndRestarts) {
+  const StreamSoak soak = soak_stream(seed(), stream_hours());
+  std::printf("seed %llu: %.2f h of the stream, %llu cycles (%llu answered, %llu held, %llu lost, %llu sessions), "
+              "largest step %.6f deg, replies %016llx\n",
+              static_cast<unsigned long long>(seed()), soak.hours, static_cast<unsigned long long>(soak.cycles),
+              static_cast<unsigned long long>(soak.answered), static_cast<unsigned long long>(soak.held),
+              static_cast<unsigned long long>(soak.lost), static_cast<unsigned long long>(soak.sessions),
+              soak.max_step_deg, static_cast<unsigned long long>(soak.hash));
+  EXPECT_GT(soak.answered, soak.cycles / 2);
+}
+
+TEST(StreamSoak, TheSameSeedGivesTheSameReplies) {
+  const StreamSoak first = soak_stream(seed(), 0.02);
+  EXPECT_EQ(soak_stream(seed(), 0.02).hash, first.hash);
+  EXPECT_NE(soak_stream(seed() + 1, 0.02).hash, first.hash);
 }
 
 }  // namespace
