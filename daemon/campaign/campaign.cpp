@@ -221,8 +221,10 @@ asio::awaitable<std::expected<StoredPoint, DeviceError>> Campaign::attempt(Targe
   if (!reached) co_return std::unexpected(reached.error());
   const config::TrackerConfig& tracker = config_.tracker;
   const Eigen::Vector3d p_WS_mm = expected_.predict(*reached, 0);
-  const double search_mm = placement_known_ ? tracker.search_mm : tracker.search_first_mm;
-  const double gate_mm = placement_known_ ? tracker.gate_mm : tracker.search_first_mm;
+  // A fit from few points is good where they are, and less so elsewhere.
+  const double reach = static_cast<int>(result_->data.points.size()) < 2 * config_.campaign.coarse_after ? 2 : 1;
+  const double search_mm = placement_known_ ? reach * tracker.search_mm : tracker.search_first_mm;
+  const double gate_mm = placement_known_ ? reach * tracker.gate_mm : tracker.search_first_mm;
   auto measured = co_await devices_.measure(p_WS_mm, search_mm, gate_mm);
   if (!measured) co_return std::unexpected(measured.error());
 

@@ -52,10 +52,10 @@ class Shift {
   void operate() {
     if (happens(60)) rig_.cycle->use_model(daemon::real_arm(within(4)), 1 + pick(1000));
     if (happens(20)) rig_.cycle->disengage();
-    if (happens(120)) rig_.cycle->engage();
-    if (happens(120)) rig_.cycle->acknowledge();
+    if (happens(600)) rig_.cycle->engage();
+    if (happens(3600)) rig_.cycle->acknowledge();
     // The program is stopped for a while, then selected and started anew.
-    if (happens(10)) rig_.restart(rig_.ipoc + 4 * (20 + pick(50000)));
+    if (happens(40)) rig_.restart(rig_.ipoc + 4 * (20 + pick(50000)));
   }
 
   void move() {
