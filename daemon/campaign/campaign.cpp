@@ -321,7 +321,9 @@ Campaign::Outcome<void> Campaign::identify() {
   std::function<void()> job = [calibrated, robot = config_.robot.model, data = result_->data] {
     *calibrated = calibrate(robot, data);
   };
+  const TimePoint begun = clock_.now();
   co_await run_compute_(job);
+  result_->elapsed_s = std::chrono::duration<double>(clock_.now() - begun).count();
   if (!*calibrated) {
     co_return std::unexpected(CampaignError{CampaignFault::Calibration, calibrated->error().detail});
   }

@@ -35,6 +35,7 @@ struct CampaignProgress {
 struct CampaignResult {
   Identities identities;
   Calibration calibration;
+  double elapsed_s = 0;                         ///< time that the identification took
   MeasurementData data;                         ///< what was identified and validated from
   std::optional<ErrorStatistics> remeasured;    ///< validation poses reached with compensated joints
   std::vector<Eigen::Vector3d> remeasured_errors_mm;  ///< measured minus asked for, tracker frame

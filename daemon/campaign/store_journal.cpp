@@ -1,0 +1,108 @@
+#include "daemon/campaign/store_journal.hpp"
+
+#include <boost/json/object.hpp>
+#include <utility>
+
+#include "config/model_file.hpp"
+#include "daemon/control/rfc3339.hpp"
+#include "proto/control/calibration_document.hpp"
+#include "proto/control/json_text.hpp"
+
+namespace truepose::daemon {
+
+namespace asio = boost::asio;
+
+namespace {
+
+/// The document that reports are made of: that of the calibration, and what measuring again has shown.
+std::string document_of(const CampaignResult& result) {
+  boost::json::object document = control::calibration_document(result.calibration, result.data, result.elapsed_s);
+  if (result.remeasured) document["remeasured"] = control::statistics_json(*result.remeasured);
+  return control::json_text(document);
+}
+
+}  // namespace
+
+StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, WallClock wall_clock)
+    : options_{std::move(options)}, store_{store}, store_thread_{store_thread}, wall_clock_{std::move(wall_clock)} {
+  record_.id = options_.campaign_id;
+  record_.state = "running";
+}
+
+asio::awaitable<StoreResult<void>> StoreJournal::begin(Identities identities) {
+  record_.started = rfc3339(wall_clock_());
+  record_.robot_model = identities.robot.model;
+  record_.robot_serial = identities.robot.serial;
+  record_.tracker_model = identities.tracker.model;
+  record_.tracker_serial = identities.tracker.serial;
+  auto job = [this, record = record_] { return store_.begin_campaign(record); };
+  auto kept = co_await store_thread_.ask(job);
+  co_return kept;
+}
+
+asio::awaitable<StoreResult<void>> StoreJournal::add_point(StoredPoint point) {
+  point.time = rfc3339(wall_clock_());
+  auto job = [this, point] { return store_.add_point(options_.campaign_id, point); };
+  auto kept = co_await store_thread_.ask(job);
+  co_return kept;
+}
+
+asio::awaitable<StoreResult<void>> StoreJournal::add_skipped(SkippedPose skipped) {
+  auto job = [this, skipped] { return store_.add_skipped(options_.campaign_id, skipped); };
+  auto kept = co_await store_thread_.ask(job);
+  co_return kept;
+}
+
+asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const CampaignResult> result,
+                                                     std::optional<CampaignError> error) {
+  record_.ended = rfc3339(wall_clock_());
+  record_.state = "done";
+  if (error) {
+    record_.state = error->fault == CampaignFault::Aborted ? "aborted" : "failed";
+    record_.reason = error->detail;
+  }
+  std::optional<ModelRecord> model;
+  if (result) {
+    model = model_of(*result);
+    record_.model_id = model->id;
+    record_.document = document_of(*result);
+  }
+  const bool activate = result && result->improves && options_.activate;
+  auto job = [this, record = record_, model, activate]() -> StoreResult<void> {
+    if (model) {
+      const auto added = store_.add_model(*model);
+      if (!added) return added;
+    }
+    const auto ended = store_.end_campaign(record);
+    if (!ended || !activate) return ended;
+    return store_.activate_model(model->id);
+  };
+  auto kept = co_await store_thread_.ask(job);
+  activated_ = kept && activate;
+  co_return kept;
+}
+
+ModelRecord StoreJournal::model_of(const CampaignResult& result) const {
+  const auto& validate = result.calibration.validate;
+  config::ModelFile file;
+  file.name = options_.robot_name;
+  file.serial = result.identities.robot.serial;
+  file.created = record_.ended;
+  file.cell = result.calibration.cell;
+  file.parameters = result.calibration.parameters;
+  if (validate) file.validation_mean_mm = validate->geometric.mean;
+
+  ModelRecord model;
+  model.id = options_.model_id;
+  model.created = record_.ended;
+  model.campaign_id = options_.campaign_id;
+  model.robot_serial = file.serial;
+  model.yaml = config::model_yaml(file);
+  if (validate) {
+    model.validation_before_mm = validate->before.mean;
+    model.validation_geometric_mm = validate->geometric.mean;
+  }
+  return model;
+}
+
+}  // namespace truepose::daemon

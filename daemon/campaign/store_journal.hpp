@@ -1,0 +1,49 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <string>
+
+#include "config/cell_config.hpp"
+#include "daemon/campaign/campaign.hpp"
+#include "daemon/store/store.hpp"
+#include "daemon/worker.hpp"
+
+namespace truepose::daemon {
+
+/// Keeps one campaign in the cell's store, by way of the store's thread, and makes its model and its document at the end.
+class StoreJournal final : public CampaignJournal {
+ public:
+  using WallClock = std::function<std::chrono::system_clock::time_point()>;
+
+  struct Options {
+    std::string campaign_id;  ///< UUID
+    std::string model_id;     ///< UUID of the model, should one come of it
+    std::string robot_name;   ///< of the nominal arm
+    bool activate = true;     ///< the model, if it beats the nominal arm on the validation poses
+  };
+
+  /// @param store_thread  the only one that touches `store`
+  StoreJournal(Options options, Store& store, Worker& store_thread, WallClock wall_clock);
+
+  boost::asio::awaitable<StoreResult<void>> begin(Identities identities) override;
+  boost::asio::awaitable<StoreResult<void>> add_point(StoredPoint point) override;
+  boost::asio::awaitable<StoreResult<void>> add_skipped(SkippedPose skipped) override;
+  boost::asio::awaitable<StoreResult<void>> end(std::shared_ptr<const CampaignResult> result,
+                                                std::optional<CampaignError> error) override;
+
+  const CampaignRecord& record() const { return record_; }
+  bool activated() const { return activated_; }
+
+ private:
+  ModelRecord model_of(const CampaignResult& result) const;
+
+  Options options_;
+  Store& store_;
+  Worker& store_thread_;
+  WallClock wall_clock_;
+  CampaignRecord record_;
+  bool activated_ = false;
+};
+
+}  // namespace truepose::daemon

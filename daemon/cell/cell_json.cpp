@@ -1,0 +1,150 @@
+#include "daemon/cell/cell_json.hpp"
+
+#include <boost/json/value.hpp>
+
+#include "core/kinematics/angles.hpp"
+
+namespace truepose::daemon {
+
+namespace json = boost::json;
+
+namespace {
+
+json::value text_or_null(const std::string& text) { return text.empty() ? json::value{} : json::value{text}; }
+
+/// Not validated = no number.
+json::value error_or_null(double mean_mm) { return mean_mm > 0 ? json::value{mean_mm} : json::value{}; }
+
+std::string address(const config::Endpoint& endpoint) { return endpoint.host + ":" + std::to_string(endpoint.port); }
+
+std::string_view stream_state_name(StreamState state, bool streaming) {
+  switch (state) {
+    case StreamState::Idle: return streaming ? "waiting" : "off";
+    case StreamState::RampingIn:
+    case StreamState::RampingOut: return "ramping";
+    case StreamState::Active: return "correcting";
+    case StreamState::Frozen: return "holding";
+    case StreamState::Fault: return "fault";
+  }
+  return "fault";
+}
+
+}  // namespace
+
+json::array joints_json(const RobotModel& robot, const JointVector& q) {
+  json::array values;
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const bool revolute = robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
+    values.emplace_back(revolute ? q[i] * kDegPerRad : q[i]);
+  }
+  return values;
+}
+
+json::array vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+std::string_view purpose_name(PointPurpose purpose) {
+  switch (purpose) {
+    case PointPurpose::Identify: return "identify";
+    case PointPurpose::Validate: return "validate";
+    case PointPurpose::Remeasure: return "remeasure";
+  }
+  return "remeasure";
+}
+
+json::object campaign_json(const CampaignRecord& record) {
+  return {{"id", record.id},
+          {"started", record.started},
+          {"ended", text_or_null(record.ended)},
+          {"state", record.state},
+          {"reason", record.reason},
+          {"robot_model", record.robot_model},
+          {"robot_serial", record.robot_serial},
+          {"tracker_model", record.tracker_model},
+          {"tracker_serial", record.tracker_serial},
+          {"model_id", text_or_null(record.model_id)}};
+}
+
+json::object skipped_json(const SkippedPose& skipped) {
+  return {{"pose", skipped.pose}, {"reason", skipped.reason}, {"attempts", skipped.attempts}};
+}
+
+json::object point_json(const RobotModel& robot, const StoredPoint& point) {
+  return {{"pose", point.pose},
+          {"purpose", purpose_name(point.purpose)},
+          {"smr", point.smr},
+          {"q_target_deg", joints_json(robot, point.q_target)},
+          {"q_commanded_deg", joints_json(robot, point.q_commanded)},
+          {"q_actual_deg", joints_json(robot, point.q_actual)},
+          {"p_mm", vector_json(point.p_WS_mm)},
+          {"std_mm", vector_json(point.std_mm)},
+          {"time", point.time}};
+}
+
+json::object model_json(const ModelRecord& record) {
+  return {{"id", record.id},
+          {"created", record.created},
+          {"campaign_id", record.campaign_id},
+          {"robot_serial", record.robot_serial},
+          {"validation_before_mm", error_or_null(record.validation_before_mm)},
+          {"validation_geometric_mm", error_or_null(record.validation_geometric_mm)},
+          {"active", record.active}};
+}
+
+json::object parameter_json(const IdentifiedParameter& parameter) {
+  return {{"name", parameter.name},
+          {"nominal", parameter.nominal},
+          {"value", parameter.value},
+          {"sigma", parameter.sigma},
+          {"identified", parameter.identified}};
+}
+
+json::object config_json(const config::CellConfig& config) {
+  return {{"name", config.name},
+          {"robot",
+           {{"file", config.robot.file.string()},
+            {"model", config.robot.model.name},
+            {"eki_motion", address(config.robot.eki_motion)},
+            {"eki_state", address(config.robot.eki_state)},
+            {"expect_model", config.robot.expect_model}}},
+          {"stream",
+           {{"listen", address(config.stream.listen)},
+            {"ethernet_xml", config.stream.ethernet_xml.string()},
+            {"max_step_deg", config.stream.max_step_deg},
+            {"max_total_deg", config.stream.max_total_deg},
+            {"ramp_ms", config.stream.ramp.count()}}},
+          {"tracker",
+           {{"address", address(config.tracker.address)},
+            {"reflector", config.tracker.reflector},
+            {"search_mm", config.tracker.search_mm},
+            {"gate_mm", config.tracker.gate_mm}}},
+          {"campaign",
+           {{"identify_poses", config.campaign.identify_poses},
+            {"validate_poses", config.campaign.validate_poses},
+            {"seed", config.campaign.seed},
+            {"speed_percent", config.campaign.speed_percent},
+            {"remeasure", config.campaign.remeasure}}},
+          {"control", {{"listen", address(config.control.listen)}}},
+          {"store", config.store.string()}};
+}
+
+json::object stream_json(const StreamStatus& status, const LatencyHistogram::Summary& turnaround, bool streaming,
+                         const std::string& model_id) {
+  const StreamCounters& c = status.counters;
+  json::array correction_deg;
+  if (status.state != StreamState::Idle) correction_deg.assign(status.correction_deg.begin(), status.correction_deg.end());
+  return {{"state", stream_state_name(status.state, streaming)},
+          {"reason", reason(status.fault)},
+          {"model_id", text_or_null(model_id)},
+          {"cycles", c.datagrams},
+          {"answered", c.datagrams - c.unanswered},
+          {"late", c.late},
+          {"lost", c.lost},
+          {"wrong_ipoc", 0},
+          {"clamped", c.clamped_step + c.clamped_total + c.clamped_limit + c.clamped_not_finite},
+          {"max_step_deg", status.max_step_deg},
+          {"correction_deg", std::move(correction_deg)},
+          {"turnaround_us",
+           {{"p50", turnaround.p50_us}, {"p99", turnaround.p99_us}, {"p999", turnaround.p999_us}, {"max", turnaround.max_us}}}};
+}
+
+}  // namespace truepose::daemon

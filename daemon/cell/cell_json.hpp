@@ -1,0 +1,33 @@
+#pragma once
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <string>
+
+#include "config/cell_config.hpp"
+#include "daemon/campaign/campaign.hpp"
+#include "daemon/realtime/latency_histogram.hpp"
+#include "daemon/realtime/stream_status.hpp"
+#include "daemon/store/store.hpp"
+
+namespace truepose::daemon {
+
+// The schemas of proto/control/openrpc.json, filled in.
+
+boost::json::array joints_json(const RobotModel& robot, const JointVector& q);  ///< deg, mm for a prismatic joint
+boost::json::array vector_json(const Eigen::Vector3d& v);
+std::string_view purpose_name(PointPurpose purpose);
+
+boost::json::object campaign_json(const CampaignRecord& record);
+boost::json::object skipped_json(const SkippedPose& skipped);
+boost::json::object point_json(const RobotModel& robot, const StoredPoint& point);
+boost::json::object model_json(const ModelRecord& record);
+boost::json::object parameter_json(const IdentifiedParameter& parameter);
+boost::json::object config_json(const config::CellConfig& config);
+
+/// @param streaming  the cell is in its state "streaming"
+/// @param model_id   of the model in force, or empty
+boost::json::object stream_json(const StreamStatus& status, const LatencyHistogram::Summary& turnaround, bool streaming,
+                                const std::string& model_id);
+
+}  // namespace truepose::daemon

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/cell_config.hpp"
+#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/store_journal.hpp"
+#include "daemon/cell/cell_state.hpp"
+#include "daemon/control/cell_service.hpp"
+#include "daemon/control/event_bus.hpp"
+#include "daemon/realtime/stream_cycle.hpp"
+#include "daemon/store/store.hpp"
+#include "daemon/worker.hpp"
+
+namespace truepose::daemon {
+
+/// The cell as the control protocol sees it: carries out what the state machine commands, and tells it how that went.
+/// Everything but the workers' jobs runs on one thread.
+class DaemonCell final : public CellService, private CampaignObserver {
+ public:
+  /// All of it outlives the cell.
+  struct Parts {
+    boost::asio::any_io_executor io;
+    const config::CellConfig& config;
+    drivers::Robot& robot;
+    drivers::Tracker& tracker;
+    drivers::Clock& clock;
+    StreamCycle& stream;
+    Store& store;          ///< touched by the store thread alone
+    Worker& store_thread;
+    Worker& compute_thread;
+    EventBus& events;
+    StoreJournal::WallClock wall_clock;
+  };
+  explicit DaemonCell(Parts parts);
+  ~DaemonCell() override;
+
+  std::vector<std::string> methods() const override;
+  boost::asio::awaitable<std::expected<boost::json::value, control::RpcError>> call(std::string method,
+                                                                                   boost::json::object params) override;
+
+  /// Takes the active model from the store.
+  boost::asio::awaitable<StoreResult<void>> load_active_model();
+  /// Watches devices, stream and the states that have to pass by themselves. Ends when cancelled.
+  boost::asio::awaitable<void> watch();
+  /// Ramps the correction out, ends a campaign and writes its end, lets the devices go.
+  boost::asio::awaitable<void> shut_down();
+
+  std::string_view state() const { return state_name(state_); }
+
+ private:
+  using Result = std::expected<boost::json::value, control::RpcError>;
+  using Reply = boost::asio::awaitable<Result>;
+  using Handler = Reply (DaemonCell::*)(boost::json::object);
+  struct Method {
+    const char* name;
+    Handler handler;
+  };
+  static const std::vector<Method>& table();
+
+  struct Active {
+    ModelRecord record;
+    CalibratedCell cell;
+  };
+  struct CampaignRun;
+
+  Reply system_config(boost::json::object params);
+  Reply cell_status(boost::json::object params);
+  Reply cell_connect(boost::json::object params);
+  Reply cell_disconnect(boost::json::object params);
+  Reply cell_acknowledge(boost::json::object params);
+  Reply campaign_start(boost::json::object params);
+  Reply campaign_pause(boost::json::object params);
+  Reply campaign_resume(boost::json::object params);
+  Reply campaign_abort(boost::json::object params);
+  Reply campaign_list(boost::json::object params);
+  Reply campaign_get(boost::json::object params);
+  Reply report_get(boost::json::object params);
+  Reply model_list(boost::json::object params);
+  Reply model_get(boost::json::object params);
+  Reply model_activate(boost::json::object params);
+  Reply model_deactivate(boost::json::object params);
+  Reply model_export(boost::json::object params);
+  Reply targets_compensate(boost::json::object params);
+  Reply stream_start(boost::json::object params);
+  Reply stream_stop(boost::json::object params);
+  Reply stream_status(boost::json::object params);
+
+  /// Feeds one event to the state machine and carries out what needs no waiting.
+  /// @return the refusal as an error, where there was one
+  std::optional<control::RpcError> apply(const CellEvent& event, const std::string& reason);
+  Result simple_request(const boost::json::object& params, const CellEvent& event, const std::string& reason);
+  boost::asio::awaitable<void> run_campaign();
+  boost::asio::awaitable<std::expected<ModelRecord, control::RpcError>> find_model(std::string id);
+  boost::asio::awaitable<void> watch_robot();
+  void watch_stream();
+
+  void on_progress(const CampaignProgress& progress) override;
+  void on_point(const StoredPoint& point, double deviation_mm, const CampaignProgress& progress) override;
+  void on_skipped(const SkippedPose& skipped, const CampaignProgress& progress) override;
+  void on_trouble(const std::string& sentence) override;
+
+  boost::json::object status_json() const;
+  boost::json::object progress_json() const;
+  boost::json::object stream_now_json() const;
+  void publish_model(const char* change, const ModelRecord& record);
+  bool streaming() const;
+
+  Parts parts_;
+  CellDevices devices_;
+  CellState state_ = Disconnected{};
+  std::string state_reason_ = "started";
+  std::string state_since_;
+  std::optional<Identities> identities_;
+  std::optional<drivers::RobotState> robot_state_;
+  bool robot_asked_ = false;  ///< a question of watch_robot() is under way
+  std::unique_ptr<CampaignRun> campaign_;  ///< the last one, running or ended
+  std::optional<Active> active_;
+  std::uint64_t model_number_ = 0;
+  StreamState stream_state_ = StreamState::Idle;
+};
+
+}  // namespace truepose::daemon

@@ -1,0 +1,114 @@
+#include "daemon/campaign/store_journal.hpp"
+
+#include <gmock/gmock.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <filesystem>
+
+#include "config/model_file.hpp"
+#include "tests/daemon/example_cell.hpp"
+#include "tests/temp_folder.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace asio = boost::asio;
+using testing::HasSubstr;
+
+StoredPoint example_point(int pose) {
+  StoredPoint point;
+  point.pose = pose;
+  point.q_target = point.q_commanded = point.q_actual = JointVector::Constant(6, 0.1);
+  point.smr = "1";
+  point.p_WS_mm = {1, 2, 3};
+  return point;
+}
+
+std::shared_ptr<CampaignResult> example_result(bool improves) {
+  auto result = std::make_shared<CampaignResult>();
+  result->identities = {{"#KR210R2700_2", "S1", "KSS"}, {"AT901", "T1", "1"}};
+  result->calibration.cell = {test::kr210_with_errors(), {}, {{"1", {1, 2, 3}}}};
+  result->calibration.coarse = {test::kr210(), {}, {{"1", {1, 2, 3}}}};
+  result->calibration.validate.emplace();
+  result->calibration.validate->before.mean = 3;
+  result->calibration.validate->geometric.mean = 0.04;
+  result->remeasured.emplace();
+  result->remeasured->mean = 0.05;
+  result->improves = improves;
+  return result;
+}
+
+struct StoreJournalTest : testing::Test {
+  StoreJournal journal(bool activate = true) {
+    return {{"c1", "m1", "KR 210", activate}, *store, thread, [] { return std::chrono::system_clock::time_point{}; }};
+  }
+  template <typename T>
+  T finish(asio::awaitable<T> work) {
+    asio::io_context io;
+    std::optional<T> result;
+    asio::co_spawn(io, std::move(work), [&](std::exception_ptr failed, T value) {
+      EXPECT_FALSE(failed);
+      result.emplace(std::move(value));
+    });
+    io.run();
+    return *std::move(result);
+  }
+
+  TempFolder folder;
+  StoreResult<Store> store = Store::open(folder.path() / "cell.sqlite");
+  Worker thread;
+};
+
+TEST_F(StoreJournalTest, KeepsACampaignWithItsPointsSkippedPosesDocumentAndActiveModel) {
+  ASSERT_TRUE(store) << store.error().detail;
+  StoreJournal kept = journal();
+  ASSERT_TRUE(finish(kept.begin({{"#KR210R2700_2", "S1", "KSS"}, {"AT901", "T1", "1"}})));
+  ASSERT_TRUE(finish(kept.add_point(example_point(0))));
+  ASSERT_TRUE(finish(kept.add_skipped({1, "no reflector found", 3})));
+  const auto ended = finish(kept.end(example_result(true), std::nullopt));
+  ASSERT_TRUE(ended) << ended.error().detail;
+  EXPECT_TRUE(kept.activated());
+
+  const auto campaign = store->campaign("c1");
+  ASSERT_TRUE(campaign && *campaign);
+  EXPECT_EQ((*campaign)->state, "done");
+  EXPECT_EQ((*campaign)->model_id, "m1");
+  EXPECT_THAT((*campaign)->document, HasSubstr("\"remeasured\":{\"mean\":0.05"));
+  EXPECT_EQ(store->points("c1")->front().time, "1970-01-01T00:00:00.000Z");
+  EXPECT_EQ(store->skipped("c1")->front().reason, "no reflector found");
+  const auto active = store->active_model();
+  ASSERT_TRUE(active && *active);
+  EXPECT_EQ((*active)->id, "m1");
+  const config::ModelFile model = config::parse_model((*active)->yaml, "model");
+  EXPECT_EQ(model.serial, "S1");
+  EXPECT_EQ(model.cell.robot.joints[2].beta_rad, test::kr210_with_errors().joints[2].beta_rad);
+}
+
+TEST_F(StoreJournalTest, KeepsButDoesNotActivateAModelThatIsNoBetterThanTheNominalArm) {
+  StoreJournal kept = journal();
+  ASSERT_TRUE(finish(kept.begin({})));
+  ASSERT_TRUE(finish(kept.end(example_result(false), std::nullopt)));
+  EXPECT_FALSE(kept.activated());
+  EXPECT_FALSE(*store->active_model());
+  EXPECT_EQ(store->models()->size(), 1U);
+}
+
+TEST_F(StoreJournalTest, DoesNotActivateWhereThatIsNotWanted) {
+  StoreJournal kept = journal(false);
+  ASSERT_TRUE(finish(kept.begin({})));
+  ASSERT_TRUE(finish(kept.end(example_result(true), std::nullopt)));
+  EXPECT_FALSE(*store->active_model());
+}
+
+TEST_F(StoreJournalTest, RecordsWhyACampaignFailedOrWasAborted) {
+  StoreJournal kept = journal();
+  ASSERT_TRUE(finish(kept.begin({})));
+  ASSERT_TRUE(finish(kept.end(nullptr, CampaignError{CampaignFault::Aborted, "asked for by an operator"})));
+  EXPECT_EQ((*store->campaign("c1"))->state, "aborted");
+  EXPECT_EQ((*store->campaign("c1"))->reason, "asked for by an operator");
+  EXPECT_TRUE(store->models()->empty());
+}
+
+}  // namespace
+}  // namespace truepose::daemon
