@@ -131,7 +131,9 @@ json::object stream_json(const StreamStatus& status, const LatencyHistogram::Sum
                          const std::string& model_id) {
   const StreamCounters& c = status.counters;
   json::array correction_deg;
-  if (status.state != StreamState::Idle) correction_deg.assign(status.correction_deg.begin(), status.correction_deg.end());
+  if (status.state != StreamState::Idle) {
+    for (const double axis_deg : status.correction_deg) correction_deg.emplace_back(axis_deg);
+  }
   return {{"state", stream_state_name(status.state, streaming)},
           {"reason", reason(status.fault)},
           {"model_id", text_or_null(model_id)},

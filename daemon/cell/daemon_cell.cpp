@@ -1,0 +1,327 @@
+#include "daemon/cell/daemon_cell.hpp"
+
+#include <boost/asio/co_spawn.hpp>
+#include <utility>
+
+#include "core/kinematics/angles.hpp"
+#include "daemon/cell/campaign_run.hpp"
+#include "daemon/cell/cell_json.hpp"
+#include "daemon/control/rfc3339.hpp"
+#include "daemon/log/log.hpp"
+#include "proto/control/param_reader.hpp"
+
+namespace truepose::daemon {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using control::ErrorCode;
+using control::RpcError;
+using namespace std::chrono_literals;
+
+namespace {
+
+constexpr Duration kWatch = 100ms;
+constexpr Duration kAskRobot = 1s;
+constexpr Duration kAnswer = 5s;
+constexpr Duration kStartProgram = 20s;
+
+std::optional<RpcError> no_parameters(const json::object& params) {
+  control::ParamReader read{params};
+  return read.finish();
+}
+
+}  // namespace
+
+DaemonCell::DaemonCell(Parts parts)
+    : parts_{std::move(parts)},
+      devices_{parts_.config, {parts_.robot, parts_.tracker, parts_.clock},
+               [this](const std::string& sentence) { on_trouble(sentence); }},
+      state_since_{rfc3339(parts_.wall_clock())} {}
+
+DaemonCell::~DaemonCell() = default;
+
+const std::vector<DaemonCell::Method>& DaemonCell::table() {
+  static const std::vector<Method> methods{{"system.config", &DaemonCell::system_config},
+                                           {"cell.status", &DaemonCell::cell_status},
+                                           {"cell.connect", &DaemonCell::cell_connect},
+                                           {"cell.disconnect", &DaemonCell::cell_disconnect},
+                                           {"cell.acknowledge", &DaemonCell::cell_acknowledge},
+                                           {"campaign.start", &DaemonCell::campaign_start},
+                                           {"campaign.pause", &DaemonCell::campaign_pause},
+                                           {"campaign.resume", &DaemonCell::campaign_resume},
+                                           {"campaign.abort", &DaemonCell::campaign_abort},
+                                           {"campaign.list", &DaemonCell::campaign_list},
+                                           {"campaign.get", &DaemonCell::campaign_get},
+                                           {"report.get", &DaemonCell::report_get},
+                                           {"model.list", &DaemonCell::model_list},
+                                           {"model.get", &DaemonCell::model_get},
+                                           {"model.activate", &DaemonCell::model_activate},
+                                           {"model.deactivate", &DaemonCell::model_deactivate},
+                                           {"model.export", &DaemonCell::model_export},
+                                           {"targets.compensate", &DaemonCell::targets_compensate},
+                                           {"stream.start", &DaemonCell::stream_start},
+                                           {"stream.stop", &DaemonCell::stream_stop},
+                                           {"stream.status", &DaemonCell::stream_status}};
+  return methods;
+}
+
+std::vector<std::string> DaemonCell::methods() const {
+  std::vector<std::string> names;
+  for (const Method& method : table()) names.emplace_back(method.name);
+  return names;
+}
+
+DaemonCell::Reply DaemonCell::call(std::string method, json::object params) {
+  for (const Method& known : table()) {
+    if (method != known.name) continue;
+    const Handler handler = known.handler;
+    Result result = co_await (this->*handler)(std::move(params));
+    co_return result;
+  }
+  co_return std::unexpected(RpcError{ErrorCode::MethodNotFound, "no such method: " + method});
+}
+
+std::optional<RpcError> DaemonCell::apply(const CellEvent& event, const std::string& reason) {
+  CellStep step = advance(state_, event, parts_.clock.now());
+  if (step.refused) {
+    return RpcError{ErrorCode::WrongState, step.refused->sentence(), {}, step.refused->state, step.refused->allowed};
+  }
+  const CellState before = std::exchange(state_, std::move(step.next));
+  for (const CellCommand command : step.commands) {
+    switch (command) {
+      case CellCommand::CloseDevices:
+        devices_.disconnect();
+        identities_.reset();
+        robot_state_.reset();
+        break;
+      case CellCommand::PauseCampaign: campaign_->campaign.pause(); break;
+      case CellCommand::ResumeCampaign: campaign_->campaign.resume(); break;
+      case CellCommand::AbortCampaign: campaign_->campaign.abort(reason); break;
+      case CellCommand::StopStream: parts_.stream.disengage(); break;
+      // Those that take time are carried out by the one who asked.
+      case CellCommand::OpenDevices:
+      case CellCommand::StartCampaign:
+      case CellCommand::StartStream: break;
+    }
+  }
+  if (before == state_) return std::nullopt;
+
+  state_reason_ = reason;
+  const auto* fault = std::get_if<Faulted>(&state_);
+  if (fault != nullptr) state_reason_ = fault->reason;
+  const std::string since = std::exchange(state_since_, rfc3339(parts_.wall_clock()));
+  const std::string line = "cell " + std::string{state_name(before)} + " -> " + std::string{state()} + ": " + state_reason_;
+  fault != nullptr ? log_error(line) : log_info(line);
+  parts_.events.publish(control::Topic::Cell,
+                        json::object{{"state", state()}, {"from", state_name(before)}, {"reason", state_reason_}});
+  const auto* fault_before = std::get_if<Faulted>(&before);
+  if (fault_before != nullptr && fault == nullptr) {
+    parts_.events.publish(control::Topic::Fault, json::object{{"code", "E_CELL"},
+                                                              {"severity", "error"},
+                                                              {"text", fault_before->reason},
+                                                              {"since", since},
+                                                              {"standing", false}});
+  }
+  if (fault != nullptr) {
+    parts_.events.publish(control::Topic::Fault, json::object{{"code", "E_CELL"},
+                                                              {"severity", "error"},
+                                                              {"text", fault->reason},
+                                                              {"since", state_since_},
+                                                              {"standing", true}});
+  }
+  return std::nullopt;
+}
+
+DaemonCell::Result DaemonCell::simple_request(const json::object& params, const CellEvent& event,
+                                              const std::string& reason) {
+  if (auto wrong = no_parameters(params)) return std::unexpected(*wrong);
+  if (auto refused = apply(event, reason)) return std::unexpected(*refused);
+  return status_json();
+}
+
+DaemonCell::Reply DaemonCell::system_config(json::object params) {
+  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+  co_return json::object{{"config", config_json(parts_.config)}};
+}
+
+DaemonCell::Reply DaemonCell::cell_status(json::object params) {
+  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+  co_return status_json();
+}
+
+DaemonCell::Reply DaemonCell::cell_connect(json::object params) {
+  const Result accepted = simple_request(params, ConnectRequested{}, "asked for by an operator");
+  if (!accepted) co_return accepted;
+  auto identities = co_await devices_.connect();
+  if (!identities) {
+    apply(ConnectFailed{identities.error().detail}, identities.error().detail);
+    co_return std::unexpected(RpcError{ErrorCode::Device, identities.error().detail});
+  }
+  identities_ = *identities;
+  apply(DevicesConnected{}, "robot and tracker are connected, and it is the right arm");
+  co_return status_json();
+}
+
+DaemonCell::Reply DaemonCell::cell_disconnect(json::object params) {
+  co_return simple_request(params, DisconnectRequested{}, "asked for by an operator");
+}
+
+DaemonCell::Reply DaemonCell::cell_acknowledge(json::object params) {
+  Result result = simple_request(params, AcknowledgeRequested{}, "acknowledged by an operator");
+  if (result) parts_.stream.acknowledge();
+  co_return result;
+}
+
+DaemonCell::Reply DaemonCell::stream_start(json::object params) {
+  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+  if (!active_) {
+    co_return std::unexpected(RpcError{ErrorCode::WrongState, "no model is active; allowed: model.activate, campaign.start",
+                                       {}, std::string{state()}, {"model.activate", "campaign.start"}});
+  }
+  if (identities_ && identities_->robot.serial != active_->record.robot_serial) {
+    co_return std::unexpected(RpcError{ErrorCode::WrongState,
+                                       "the active model belongs to arm " + active_->record.robot_serial + ", not to " +
+                                           identities_->robot.serial,
+                                       {}, std::string{state()}, {"model.activate", "campaign.start"}});
+  }
+  if (auto refused = apply(StreamStartRequested{}, "asked for by an operator")) co_return std::unexpected(*refused);
+  const TimePoint deadline = parts_.clock.now() + kStartProgram;
+  auto started = co_await parts_.robot.start_stream_program(deadline);
+  if (!started) {
+    const std::string reason = "robot: " + started.error().detail;
+    apply(StreamFaulted{reason}, reason);
+    co_return std::unexpected(RpcError{ErrorCode::Device, reason});
+  }
+  if (std::holds_alternative<StreamStarting>(state_)) parts_.stream.engage();
+  while (std::holds_alternative<StreamStarting>(state_)) {
+    const TimePoint next = parts_.clock.now() + kWatch;
+    co_await parts_.clock.sleep_until(next);
+  }
+  if (const auto* fault = std::get_if<Faulted>(&state_)) {
+    co_return std::unexpected(RpcError{ErrorCode::Device, fault->reason});
+  }
+  co_return stream_now_json();
+}
+
+DaemonCell::Reply DaemonCell::stream_stop(json::object params) {
+  const Result accepted = simple_request(params, StreamStopRequested{}, "asked for by an operator");
+  if (!accepted) co_return accepted;
+  while (std::holds_alternative<StreamStopping>(state_)) {
+    const TimePoint next = parts_.clock.now() + kWatch;
+    co_await parts_.clock.sleep_until(next);
+  }
+  const TimePoint deadline = parts_.clock.now() + kAnswer;
+  auto stopped = co_await parts_.robot.stop(deadline);
+  if (!stopped) on_trouble("robot: " + stopped.error().detail);
+  co_return stream_now_json();
+}
+
+DaemonCell::Reply DaemonCell::stream_status(json::object params) {
+  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+  co_return stream_now_json();
+}
+
+asio::awaitable<void> DaemonCell::watch() {
+  for (TimePoint ask = parts_.clock.now();;) {
+    apply(Tick{}, "");
+    watch_stream();
+    if (parts_.clock.now() >= ask) {
+      ask = parts_.clock.now() + kAskRobot;
+      if (streaming()) parts_.events.publish(control::Topic::Stream, stream_now_json());
+      if (std::holds_alternative<Ready>(state_)) co_await watch_robot();
+    }
+    const TimePoint next = parts_.clock.now() + kWatch;
+    co_await parts_.clock.sleep_until(next);
+  }
+}
+
+asio::awaitable<void> DaemonCell::watch_robot() {
+  robot_asked_ = true;
+  const TimePoint deadline = parts_.clock.now() + kAnswer;
+  auto asked = co_await parts_.robot.state(deadline);
+  robot_asked_ = false;
+  if (asked) {
+    robot_state_ = *asked;
+  } else if (std::holds_alternative<Ready>(state_)) {
+    apply(DeviceLost{"robot: " + asked.error().detail}, asked.error().detail);
+  }
+}
+
+void DaemonCell::watch_stream() {
+  const StreamStatus status = parts_.stream.status();
+  if (std::exchange(stream_state_, status.state) != status.state) {
+    log_info("stream " + std::string{name(status.state)} + " " + std::string{reason(status.fault)});
+    parts_.events.publish(control::Topic::Stream, stream_now_json());
+  }
+  if (status.state == StreamState::Fault) {
+    if (streaming()) apply(StreamFaulted{std::string{reason(status.fault)}}, "");
+  } else if (status.state == StreamState::Idle) {
+    if (std::holds_alternative<StreamStopping>(state_)) apply(StreamEnded{}, "the correction is ramped out");
+  } else if (std::holds_alternative<StreamStarting>(state_)) {
+    apply(StreamStarted{}, "the controller's packets are answered");
+  }
+}
+
+asio::awaitable<void> DaemonCell::shut_down() {
+  parts_.stream.disengage();
+  if (campaign_) campaign_->campaign.abort("the daemon was stopped");
+  const TimePoint give_up = parts_.clock.now() + parts_.config.stream.ramp + 5s;
+  const auto busy = [this] {
+    const StreamState stream = parts_.stream.status().state;
+    const bool ramping = streaming() && (stream == StreamState::RampingOut || stream == StreamState::Active);
+    return ramping || (campaign_ && !campaign_->ended);
+  };
+  while (busy() && parts_.clock.now() < give_up) {
+    const TimePoint next = parts_.clock.now() + kWatch;
+    co_await parts_.clock.sleep_until(next);
+  }
+  if (streaming()) co_await devices_.stop();
+  devices_.disconnect();
+}
+
+bool DaemonCell::streaming() const {
+  return std::holds_alternative<StreamStarting>(state_) || std::holds_alternative<Streaming>(state_) ||
+         std::holds_alternative<StreamStopping>(state_);
+}
+
+json::object DaemonCell::stream_now_json() const {
+  return stream_json(parts_.stream.status(), parts_.stream.turnaround(), streaming(), active_ ? active_->record.id : "");
+}
+
+json::object DaemonCell::status_json() const {
+  const Identities known = identities_.value_or(Identities{});
+  const drivers::RobotState robot = robot_state_.value_or(drivers::RobotState{});
+  json::array faults;
+  if (const auto* fault = std::get_if<Faulted>(&state_)) {
+    faults.push_back(
+        json::object{{"code", "E_CELL"}, {"severity", "error"}, {"text", fault->reason}, {"since", state_since_}});
+  }
+  json::array allowed;
+  for (const std::string& method : allowed_methods(state_)) allowed.emplace_back(method);
+  const bool running = campaign_ && !campaign_->ended;
+  return {{"cell", parts_.config.name},
+          {"state", state()},
+          {"state_text", state_reason_},
+          {"allowed", std::move(allowed)},
+          {"time", rfc3339(parts_.wall_clock())},
+          {"robot",
+           {{"connected", identities_.has_value()},
+            {"model", known.robot.model},
+            {"serial", known.robot.serial},
+            {"software", known.robot.software},
+            {"ready", robot.ready},
+            {"why_not_ready", identities_ ? robot.why_not_ready : "not connected"},
+            {"q_deg", joints_json(parts_.config.robot.model, robot.q)}}},
+          {"tracker",
+           {{"connected", identities_.has_value()},
+            {"model", known.tracker.model},
+            {"serial", known.tracker.serial},
+            {"firmware", known.tracker.firmware},
+            {"why_not_ready", identities_ ? "" : "not connected"}}},
+          {"campaign", running ? json::value{progress_json()} : json::value{}},
+          {"model", active_ ? json::value{model_json(active_->record)} : json::value{}},
+          {"stream", stream_now_json()},
+          {"faults", std::move(faults)}};
+}
+
+}  // namespace truepose::daemon

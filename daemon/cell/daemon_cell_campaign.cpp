@@ -1,0 +1,245 @@
+#include <boost/asio/co_spawn.hpp>
+#include <boost/uuid/random_generator.hpp>
+#include <boost/uuid/uuid_io.hpp>
+#include <limits>
+
+#include "daemon/cell/campaign_run.hpp"
+#include "daemon/cell/cell_json.hpp"
+#include "daemon/log/log.hpp"
+#include "proto/control/json_text.hpp"
+#include "proto/control/param_reader.hpp"
+
+// The campaign.* methods and what a campaign tells meanwhile.
+
+namespace truepose::daemon {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using control::ErrorCode;
+using control::RpcError;
+using namespace std::chrono_literals;
+
+namespace {
+
+std::string new_uuid() { return boost::uuids::to_string(boost::uuids::random_generator{}()); }
+
+RpcError store_error(const StoreError& error) { return {ErrorCode::Internal, error.detail}; }
+
+}  // namespace
+
+DaemonCell::Reply DaemonCell::campaign_start(json::object params) {
+  control::ParamReader read{params};
+  config::CellConfig config = parts_.config;
+  config::CampaignConfig& plan = config.campaign;
+  plan.identify_poses = static_cast<int>(read.integer("identify_poses", 5, 1000).value_or(plan.identify_poses));
+  plan.validate_poses = static_cast<int>(read.integer("validate_poses", 0, 1000).value_or(plan.validate_poses));
+  const auto seed = read.integer("seed", 0, std::numeric_limits<std::int64_t>::max());
+  if (seed) plan.seed = static_cast<std::uint64_t>(*seed);
+  plan.remeasure = read.boolean("remeasure").value_or(plan.remeasure);
+  const bool activate = read.boolean("activate").value_or(true);
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+
+  const std::string id = new_uuid();
+  if (auto refused = apply(CampaignStartRequested{id}, "asked for by an operator")) co_return std::unexpected(*refused);
+  RunCompute compute = [this](std::function<void()> job) { return parts_.compute_thread.run(std::move(job)); };
+  StoreJournal::Options options{id, new_uuid(), config.robot.model.name, activate};
+  CampaignObserver& observer = *this;
+  campaign_ = std::make_unique<CampaignRun>(std::move(options), config, parts_, observer, std::move(compute));
+  asio::co_spawn(parts_.io, run_campaign(), [](std::exception_ptr failed) {
+    if (failed) std::rethrow_exception(failed);
+  });
+  co_return json::object{{"id", id}, {"total", campaign_->campaign.progress().total}};
+}
+
+asio::awaitable<void> DaemonCell::run_campaign() {
+  CampaignRun& run = *campaign_;
+  // A question to the robot that was on its way when the campaign began.
+  while (robot_asked_) {
+    const TimePoint next = parts_.clock.now() + 10ms;
+    co_await parts_.clock.sleep_until(next);
+  }
+  auto outcome = co_await run.campaign.run();
+  run.ended = true;
+  if (outcome) identities_ = (*outcome)->identities;
+  const std::string reason = outcome ? "the campaign is done" : "the campaign ended: " + outcome.error().detail;
+  outcome ? log_info(reason) : log_warning(reason);
+  parts_.events.publish(control::Topic::Campaign, progress_json());
+  if (!outcome && outcome.error().fault == CampaignFault::Store) {
+    apply(StoreFailed{"store: " + outcome.error().detail}, reason);
+    co_return;
+  }
+  const std::string made = run.journal.record().model_id;
+  if (!made.empty()) {
+    auto model = co_await find_model(made);
+    if (model) publish_model("made", *model);
+    if (run.journal.activated()) {
+      auto loaded = co_await load_active_model();
+      if (!loaded) log_error(loaded.error().detail);
+      if (active_) publish_model("activated", active_->record);
+    }
+  }
+  apply(CampaignEnded{}, reason);
+}
+
+DaemonCell::Reply DaemonCell::campaign_pause(json::object params) {
+  const Result accepted = simple_request(params, CampaignPauseRequested{}, "paused by an operator");
+  if (!accepted) co_return accepted;
+  co_return progress_json();
+}
+
+DaemonCell::Reply DaemonCell::campaign_resume(json::object params) {
+  const Result accepted = simple_request(params, CampaignResumeRequested{}, "resumed by an operator");
+  if (!accepted) co_return accepted;
+  co_return progress_json();
+}
+
+DaemonCell::Reply DaemonCell::campaign_abort(json::object params) {
+  const Result accepted = simple_request(params, CampaignAbortRequested{}, "aborted by an operator");
+  if (!accepted) co_return accepted;
+  while (!campaign_->ended) {
+    const TimePoint next = parts_.clock.now() + 50ms;
+    co_await parts_.clock.sleep_until(next);
+  }
+  co_return progress_json();
+}
+
+DaemonCell::Reply DaemonCell::campaign_list(json::object params) {
+  control::ParamReader read{params};
+  const auto limit = static_cast<std::size_t>(read.integer("limit", 1, 100).value_or(20));
+  const auto offset = static_cast<std::size_t>(read.integer("offset", 0, 1'000'000'000).value_or(0));
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  auto job = [this] { return parts_.store.campaigns(); };
+  auto records = co_await parts_.store_thread.ask(job);
+  if (!records) co_return std::unexpected(store_error(records.error()));
+  json::array page;
+  for (std::size_t i = offset; i < records->size() && page.size() < limit; ++i) page.push_back(campaign_json((*records)[i]));
+  co_return json::object{{"campaigns", std::move(page)}, {"total", records->size()}};
+}
+
+DaemonCell::Reply DaemonCell::campaign_get(json::object params) {
+  control::ParamReader read{params};
+  const std::string id = read.text("id").value_or("");
+  const auto offset = static_cast<std::size_t>(read.integer("points_offset", 0, 1'000'000'000).value_or(0));
+  const auto limit = static_cast<std::size_t>(read.integer("points_limit", 0, 100).value_or(0));
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+
+  struct Found {
+    std::optional<CampaignRecord> record;
+    std::vector<StoredPoint> points;
+    std::vector<SkippedPose> skipped;
+  };
+  auto job = [this, id]() -> StoreResult<Found> {
+    Found found;
+    auto all = parts_.store.campaigns();
+    if (!all) return std::unexpected(all.error());
+    for (const CampaignRecord& record : *all) {
+      if (id.empty() || record.id == id) {
+        found.record = record;
+        break;
+      }
+    }
+    if (!found.record) return found;
+    auto points = parts_.store.points(found.record->id);
+    if (!points) return std::unexpected(points.error());
+    auto skipped = parts_.store.skipped(found.record->id);
+    if (!skipped) return std::unexpected(skipped.error());
+    found.points = *std::move(points);
+    found.skipped = *std::move(skipped);
+    return found;
+  };
+  auto found = co_await parts_.store_thread.ask(job);
+  if (!found) co_return std::unexpected(store_error(found.error()));
+  if (!found->record) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
+  json::array skipped;
+  for (const SkippedPose& pose : found->skipped) skipped.push_back(skipped_json(pose));
+  json::array points;
+  for (std::size_t i = offset; i < found->points.size() && points.size() < limit; ++i) {
+    points.push_back(point_json(parts_.config.robot.model, found->points[i]));
+  }
+  const bool running = campaign_ && !campaign_->ended && campaign_->id == found->record->id;
+  co_return json::object{{"campaign", campaign_json(*found->record)},
+                         {"progress", running ? json::value{progress_json()} : json::value{}},
+                         {"skipped", std::move(skipped)},
+                         {"points_total", found->points.size()},
+                         {"points", std::move(points)}};
+}
+
+DaemonCell::Reply DaemonCell::report_get(json::object params) {
+  control::ParamReader read{params};
+  const std::string id = read.text("id").value_or("");
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  auto job = [this, id]() -> StoreResult<std::optional<CampaignRecord>> {
+    if (!id.empty()) return parts_.store.campaign(id);
+    auto all = parts_.store.campaigns();
+    if (!all) return std::unexpected(all.error());
+    for (const CampaignRecord& record : *all) {
+      if (record.state == "done") return parts_.store.campaign(record.id);
+    }
+    return std::nullopt;
+  };
+  auto record = co_await parts_.store_thread.ask(job);
+  if (!record) co_return std::unexpected(store_error(record.error()));
+  if (!*record || (*record)->document.empty()) {
+    co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign, or it has no document"});
+  }
+  auto document = control::parse_json((*record)->document);
+  if (!document) co_return std::unexpected(RpcError{ErrorCode::Internal, "the stored document: " + document.error()});
+  co_return json::object{{"id", (*record)->id}, {"document", *std::move(document)}};
+}
+
+void DaemonCell::on_progress(const CampaignProgress&) {
+  parts_.events.publish(control::Topic::Campaign, progress_json());
+}
+
+void DaemonCell::on_point(const StoredPoint& point, double deviation_mm, const CampaignProgress& progress) {
+  parts_.events.publish(control::Topic::Measurement,
+                        json::object{{"campaign_id", campaign_->id},
+                                     {"pose", point.pose},
+                                     {"purpose", purpose_name(point.purpose)},
+                                     {"smr", point.smr},
+                                     {"p_mm", vector_json(point.p_WS_mm)},
+                                     {"std_mm", vector_json(point.std_mm)},
+                                     {"error_mm", progress.error_mm ? json::value{deviation_mm} : json::value{}},
+                                     {"reason", ""}});
+  on_progress(progress);
+}
+
+void DaemonCell::on_skipped(const SkippedPose& skipped, const CampaignProgress& progress) {
+  log_warning("pose " + std::to_string(skipped.pose) + " skipped: " + skipped.reason);
+  const PointPurpose purpose = progress.phase == CampaignPhase::Identify   ? PointPurpose::Identify
+                               : progress.phase == CampaignPhase::Validate ? PointPurpose::Validate
+                                                                           : PointPurpose::Remeasure;
+  parts_.events.publish(control::Topic::Measurement, json::object{{"campaign_id", campaign_->id},
+                                                                  {"pose", skipped.pose},
+                                                                  {"purpose", purpose_name(purpose)},
+                                                                  {"smr", parts_.config.reflector.name},
+                                                                  {"p_mm", nullptr},
+                                                                  {"std_mm", nullptr},
+                                                                  {"error_mm", nullptr},
+                                                                  {"reason", skipped.reason}});
+  on_progress(progress);
+}
+
+void DaemonCell::on_trouble(const std::string& sentence) {
+  log_warning(sentence);
+  parts_.events.publish(control::Topic::Log, json::object{{"level", "warning"}, {"text", sentence}});
+}
+
+json::object DaemonCell::progress_json() const {
+  const CampaignProgress& progress = campaign_->campaign.progress();
+  const CampaignRecord& record = campaign_->journal.record();
+  std::string_view phase = phase_name(progress.phase);
+  if (campaign_->ended) phase = record.state;
+  else if (std::holds_alternative<Paused>(state_)) phase = "paused";
+  return {{"id", campaign_->id},
+          {"phase", phase},
+          {"done", progress.done},
+          {"total", progress.total},
+          {"error_mm", progress.error_mm ? json::value{*progress.error_mm} : json::value{}},
+          {"eta_s", progress.time_left_s ? json::value{*progress.time_left_s} : json::value{}},
+          {"skipped", progress.skipped},
+          {"reason", record.reason},
+          {"model_id", record.model_id.empty() ? json::value{} : json::value{record.model_id}}};
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,193 @@
+#include <algorithm>
+#include <utility>
+
+#include "config/model_file.hpp"
+#include "core/compensation/pose_inverse.hpp"
+#include "core/kinematics/angles.hpp"
+#include "core/kinematics/spherical_wrist.hpp"
+#include "daemon/cell/campaign_run.hpp"
+#include "daemon/cell/cell_json.hpp"
+#include "daemon/log/log.hpp"
+#include "proto/control/param_reader.hpp"
+
+// The model.* methods and targets.compensate.
+
+namespace truepose::daemon {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using control::ErrorCode;
+using control::RpcError;
+
+namespace {
+
+using Solved = std::expected<PoseInverseResult, PoseInverseFault>;
+
+/// One row of targets.compensate: joints of the nominal arm, or a pose of the flange.
+Solved solve(const RobotModel& nominal, const RobotModel& real, const std::vector<double>& row, bool is_pose) {
+  if (is_pose) {
+    const Eigen::Isometry3d X_BF = pose_from_kuka({row[0], row[1], row[2]}, {row[3], row[4], row[5]});
+    const auto inverse = SphericalWristInverse::of(nominal);
+    if (!inverse) return std::unexpected(PoseInverseFault::DidNotConverge);
+    const auto start = inverse->nearest(X_BF, JointVector::Zero(nominal.joint_count()));
+    if (!start) return std::unexpected(PoseInverseFault::DidNotConverge);
+    return inverse_near(real, X_BF, *start);
+  }
+  JointVector q{nominal.joint_count()};
+  for (int i = 0; i < nominal.joint_count(); ++i) {
+    const bool revolute = nominal.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
+    q[i] = row[static_cast<std::size_t>(i)] * (revolute ? kRadPerDeg : 1);
+  }
+  return compensate_joints(nominal, real, q);
+}
+
+bool within_limits(const RobotModel& robot, const JointVector& q) {
+  for (int i = 0; i < robot.joint_count(); ++i) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    if (!(q[i] >= joint.min && q[i] <= joint.max)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+asio::awaitable<StoreResult<void>> DaemonCell::load_active_model() {
+  auto job = [this] { return parts_.store.active_model(); };
+  auto record = co_await parts_.store_thread.ask(job);
+  if (!record) co_return std::unexpected(record.error());
+  active_.reset();
+  if (!*record) {
+    parts_.stream.use_no_model();
+    co_return StoreResult<void>{};
+  }
+  try {
+    const config::ModelFile file = config::parse_model((*record)->yaml, "model " + (*record)->id);
+    active_ = Active{**record, file.cell};
+  } catch (const config::ConfigError& error) {
+    co_return std::unexpected(StoreError{error.what()});
+  }
+  parts_.stream.use_model(active_->cell.robot, ++model_number_);
+  co_return StoreResult<void>{};
+}
+
+asio::awaitable<std::expected<ModelRecord, RpcError>> DaemonCell::find_model(std::string id) {
+  auto job = [this, id] { return id.empty() ? parts_.store.active_model() : parts_.store.model(id); };
+  auto record = co_await parts_.store_thread.ask(job);
+  if (!record) co_return std::unexpected(RpcError{ErrorCode::Internal, record.error().detail});
+  if (!*record) co_return std::unexpected(RpcError{ErrorCode::NotFound, id.empty() ? "no model is active" : "no such model"});
+  co_return **record;
+}
+
+DaemonCell::Reply DaemonCell::model_list(json::object params) {
+  control::ParamReader read{params};
+  const auto limit = static_cast<std::size_t>(read.integer("limit", 1, 100).value_or(20));
+  const auto offset = static_cast<std::size_t>(read.integer("offset", 0, 1'000'000'000).value_or(0));
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  auto job = [this] { return parts_.store.models(); };
+  auto records = co_await parts_.store_thread.ask(job);
+  if (!records) co_return std::unexpected(RpcError{ErrorCode::Internal, records.error().detail});
+  json::array page;
+  for (std::size_t i = offset; i < records->size() && page.size() < limit; ++i) page.push_back(model_json((*records)[i]));
+  co_return json::object{{"models", std::move(page)}, {"total", records->size()}};
+}
+
+DaemonCell::Reply DaemonCell::model_get(json::object params) {
+  control::ParamReader read{params};
+  const std::string id = read.text("id").value_or("");
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  auto record = co_await find_model(id);
+  if (!record) co_return std::unexpected(record.error());
+  json::array parameters;
+  const config::ModelFile file = config::parse_model(record->yaml, "model " + record->id);
+  for (const IdentifiedParameter& parameter : file.parameters) parameters.push_back(parameter_json(parameter));
+  co_return json::object{{"model", model_json(*record)}, {"parameters", std::move(parameters)}};
+}
+
+DaemonCell::Reply DaemonCell::model_export(json::object params) {
+  control::ParamReader read{params};
+  const std::string id = read.text("id").value_or("");
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  auto record = co_await find_model(id);
+  if (!record) co_return std::unexpected(record.error());
+  co_return json::object{{"id", record->id}, {"yaml", record->yaml}};
+}
+
+DaemonCell::Reply DaemonCell::model_activate(json::object params) {
+  control::ParamReader read{params};
+  const std::string id = read.required(read.text("id"), "id");
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  auto record = co_await find_model(id);
+  if (!record) co_return std::unexpected(record.error());
+  std::string why_not;
+  if (!(record->validation_geometric_mm < record->validation_before_mm)) {
+    why_not = "the model is no better than the nominal arm on validation poses";
+  } else if (identities_ && identities_->robot.serial != record->robot_serial) {
+    why_not = "the model belongs to arm " + record->robot_serial + ", not to " + identities_->robot.serial;
+  }
+  if (!why_not.empty()) {
+    co_return std::unexpected(
+        RpcError{ErrorCode::WrongState, why_not, {}, std::string{state()}, allowed_methods(state_)});
+  }
+  auto job = [this, id] { return parts_.store.activate_model(id); };
+  auto activated = co_await parts_.store_thread.ask(job);
+  if (!activated) co_return std::unexpected(RpcError{ErrorCode::Internal, activated.error().detail});
+  auto loaded = co_await load_active_model();
+  if (!loaded) co_return std::unexpected(RpcError{ErrorCode::Internal, loaded.error().detail});
+  publish_model("activated", active_->record);
+  co_return model_json(active_->record);
+}
+
+DaemonCell::Reply DaemonCell::model_deactivate(json::object params) {
+  control::ParamReader read{params};
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  auto job = [this] { return parts_.store.activate_model(""); };
+  auto deactivated = co_await parts_.store_thread.ask(job);
+  if (!deactivated) co_return std::unexpected(RpcError{ErrorCode::Internal, deactivated.error().detail});
+  const std::optional<Active> before = std::exchange(active_, std::nullopt);
+  parts_.stream.use_no_model();
+  if (before) publish_model("deactivated", before->record);
+  co_return json::object{{"deactivated", before ? json::value{before->record.id} : json::value{}}};
+}
+
+DaemonCell::Reply DaemonCell::targets_compensate(json::object params) {
+  const RobotModel& nominal = parts_.config.robot.model;
+  control::ParamReader read{params};
+  auto joints = read.rows("joints", static_cast<std::size_t>(nominal.joint_count()), 200);
+  auto poses = read.rows("poses", 6, 200);
+  const std::string id = read.text("model_id").value_or("");
+  if (joints.has_value() == poses.has_value()) read.fail("joints", "give exactly one of joints and poses");
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  auto record = co_await find_model(id);
+  if (!record) co_return std::unexpected(record.error());
+
+  const bool is_pose = poses.has_value();
+  auto job = [nominal, is_pose, rows = is_pose ? *poses : *joints, yaml = record->yaml] {
+    const RobotModel real = config::parse_model(yaml, "model").cell.robot;
+    std::vector<Solved> solved;
+    for (const std::vector<double>& row : rows) solved.push_back(solve(nominal, real, row, is_pose));
+    return solved;
+  };
+  auto solved = co_await parts_.compute_thread.ask(job);
+  json::array q_deg, residual_mm, iterations;
+  for (std::size_t i = 0; i < solved.size(); ++i) {
+    const bool reached = solved[i] && solved[i]->residual_mm < 1e-3;
+    if (!reached || !within_limits(nominal, solved[i]->q)) {
+      const std::string key = std::string{"params."} + (is_pose ? "poses" : "joints") + "[" + std::to_string(i) + "]";
+      co_return std::unexpected(RpcError{ErrorCode::InvalidParams,
+                                         key + ": " + (reached ? "needs joints beyond their limits" : "cannot be reached"),
+                                         key});
+    }
+    q_deg.push_back(joints_json(nominal, solved[i]->q));
+    residual_mm.emplace_back(solved[i]->residual_mm);
+    iterations.emplace_back(solved[i]->iterations);
+  }
+  co_return json::object{
+      {"joints", std::move(q_deg)}, {"residual_mm", std::move(residual_mm)}, {"iterations", std::move(iterations)}};
+}
+
+void DaemonCell::publish_model(const char* change, const ModelRecord& record) {
+  log_info("model " + record.id + " " + change);
+  parts_.events.publish(control::Topic::Model, json::object{{"change", change}, {"model", model_json(record)}});
+}
+
+}  // namespace truepose::daemon

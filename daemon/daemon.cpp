@@ -1,0 +1,166 @@
+#include "daemon/daemon.hpp"
+
+#include <boost/asio/bind_cancellation_slot.hpp>
+#include <boost/asio/cancellation_signal.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <expected>
+#include <fstream>
+#include <iterator>
+
+#include "daemon/cell/daemon_cell.hpp"
+#include "daemon/control/control_server.hpp"
+#include "daemon/control/token_file.hpp"
+#include "daemon/log/log.hpp"
+#include "daemon/service/service_manager.hpp"
+#include "drivers/kuka/eki_robot.hpp"
+#include "drivers/kuka/rsi_link.hpp"
+#include "drivers/leica/emscon_tracker.hpp"
+#include "drivers/steady_clock.hpp"
+#include "proto/rsi/ethernet_config.hpp"
+
+namespace truepose::daemon {
+
+namespace asio = boost::asio;
+
+namespace {
+
+constexpr std::uint64_t kEventNumbers = 100'000;
+
+/// The value, or the end of the start.
+template <typename T>
+T started(std::expected<T, std::string> result) {
+  if (!result) throw StartError{result.error()};
+  return *std::move(result);
+}
+
+template <typename T>
+T kept(StoreResult<T> result) {
+  if (!result) throw StartError{"store: " + result.error().detail};
+  return *std::move(result);
+}
+
+rsi::EthernetConfig load_ethernet(const config::StreamConfig& stream) {
+  std::ifstream file{stream.ethernet_xml};
+  if (!file) throw StartError{stream.ethernet_xml.string() + ": cannot be read"};
+  const std::string text{std::istreambuf_iterator<char>{file}, {}};
+  auto ethernet = rsi::parse_ethernet_config(text);
+  if (!ethernet) throw StartError{stream.ethernet_xml.string() + ": " + ethernet.error()};
+  return *std::move(ethernet);
+}
+
+drivers::RsiLinkOptions link_options(const config::StreamConfig& stream) {
+  const bool off = stream.realtime == config::RealtimePolicy::Off;
+  return {stream.listen.host, stream.listen.port, off ? 0 : stream.priority,
+          stream.realtime == config::RealtimePolicy::Require};
+}
+
+/// Everything that runs, in the order in which it is started; taken down in the reverse order.
+class Daemon {
+ public:
+  explicit Daemon(const config::CellConfig& config)
+      : config_{config},
+        store_{kept(Store::open(config.store))},
+        events_{event_numbers(), [] { return std::chrono::system_clock::now(); }},
+        stream_{started(StreamCycle::create(config.robot.model, load_ethernet(config.stream), StreamOptions::of(config.stream)))},
+        robot_{io_.get_executor(), clock_,
+               {config.robot.eki_motion.host, config.robot.eki_motion.port, config.robot.eki_state.port,
+                config.robot.model.joint_count()}},
+        tracker_{io_.get_executor(), clock_,
+                 {config.tracker.address.host, config.tracker.address.port, config.tracker.reflector,
+                  config.tracker.measure}},
+        cell_{{io_.get_executor(), config_, robot_, tracker_, clock_, *stream_, store_, store_thread_, compute_thread_,
+               events_, [] { return std::chrono::system_clock::now(); }}},
+        link_{started(drivers::RsiLink::start(link_options(config.stream), *stream_))},
+        server_{started(ControlServer::start(
+            io_.get_executor(),
+            {clock_, [] { return std::chrono::system_clock::now(); }, cell_, events_,
+             [](const std::string& sentence) { log_warning(sentence); }},
+            config.control, config.name))} {}
+
+  void run() {
+    asio::co_spawn(io_, live(), [](std::exception_ptr failed) {
+      if (failed) std::rethrow_exception(failed);
+    });
+    io_.run();
+    compute_thread_.join();
+    store_thread_.join();
+  }
+
+ private:
+  EventNumbers event_numbers() {
+    const std::uint64_t first = kept(store_.reserve_event_numbers(kEventNumbers));
+    return {first, first + kEventNumbers, [this] { ask_for_numbers(); }};
+  }
+
+  void ask_for_numbers() {
+    const auto reserve = [this]() -> asio::awaitable<void> {
+      auto job = [this] { return store_.reserve_event_numbers(kEventNumbers); };
+      auto first = co_await store_thread_.ask(job);
+      if (first) events_.extend(*first + kEventNumbers);
+      if (!first) log_error("store: " + first.error().detail);
+    };
+    asio::co_spawn(io_, reserve, [](std::exception_ptr failed) {
+      if (failed) std::rethrow_exception(failed);
+    });
+  }
+
+  asio::awaitable<void> live() {
+    auto loaded = co_await cell_.load_active_model();
+    if (!loaded) log_error("the active model cannot be used: " + loaded.error().detail);
+    bool watching = true;
+    asio::co_spawn(io_, cell_.watch(), asio::bind_cancellation_slot(stop_watch_.slot(), [&](std::exception_ptr failed) {
+                     watching = false;
+                     if (failed && !stopping_) std::rethrow_exception(failed);
+                   }));
+    const std::string status = "control port " + std::to_string(server_->port()) + ", RSI port " +
+                               std::to_string(link_->port()) + ", RSI thread " + link_->scheduling();
+    log_info("ready: " + status);
+    tell_ready(status);
+
+    asio::signal_set signals{io_, SIGTERM, SIGINT};
+    auto token = asio::use_awaitable;
+    co_await signals.async_wait(token);
+    stopping_ = true;
+    tell_stopping();
+    log_info("stopping");
+    co_await cell_.shut_down();
+    server_->stop();
+    stop_watch_.emit(asio::cancellation_type::terminal);
+    while (watching) {
+      const drivers::TimePoint next = clock_.now() + std::chrono::milliseconds{10};
+      co_await clock_.sleep_until(next);
+    }
+    link_.reset();
+  }
+
+  const config::CellConfig& config_;
+  asio::io_context io_{1};
+  drivers::SteadyClock clock_;
+  Store store_;
+  Worker store_thread_;
+  Worker compute_thread_;
+  EventBus events_;
+  std::unique_ptr<StreamCycle> stream_;
+  drivers::KukaEkiRobot robot_;
+  drivers::EmsconTracker tracker_;
+  DaemonCell cell_;
+  std::unique_ptr<drivers::RsiLink> link_;
+  std::unique_ptr<ControlServer> server_;
+  asio::cancellation_signal stop_watch_;
+  bool stopping_ = false;
+};
+
+}  // namespace
+
+void check(const config::CellConfig& config) {
+  started(StreamCycle::create(config.robot.model, load_ethernet(config.stream), StreamOptions::of(config.stream)));
+  started(read_token(config.control.token_file));
+}
+
+void run(const config::CellConfig& config) { Daemon{config}.run(); }
+
+}  // namespace truepose::daemon

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <stdexcept>
+
+#include "config/cell_config.hpp"
+
+namespace truepose::daemon {
+
+/// The daemon cannot start: a port that is taken, a store that cannot be opened. what() is the one line.
+class StartError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Reads what the cell's configuration names beyond itself and throws StartError where it does not serve.
+void check(const config::CellConfig& config);
+
+/// Runs the cell until SIGTERM or SIGINT: corrections are ramped out, a campaign is aborted and recorded, sockets are
+/// closed. Throws StartError.
+void run(const config::CellConfig& config);
+
+}  // namespace truepose::daemon
