@@ -10,10 +10,10 @@ namespace json = boost::json;
 
 namespace {
 
-json::value text_or_null(const std::string& text) { return text.empty() ? json::value{} : json::value{text}; }
+json::value text_or_null(const std::string& text) { return text.empty() ? json::value{} : json::value(text); }
 
 /// Not validated = no number.
-json::value error_or_null(double mean_mm) { return mean_mm > 0 ? json::value{mean_mm} : json::value{}; }
+json::value error_or_null(double mean_mm) { return mean_mm > 0 ? json::value(mean_mm) : json::value{}; }
 
 std::string address(const config::Endpoint& endpoint) { return endpoint.host + ":" + std::to_string(endpoint.port); }
 

@@ -318,8 +318,8 @@ json::object DaemonCell::status_json() const {
             {"serial", known.tracker.serial},
             {"firmware", known.tracker.firmware},
             {"why_not_ready", identities_ ? "" : "not connected"}}},
-          {"campaign", running ? json::value{progress_json()} : json::value{}},
-          {"model", active_ ? json::value{model_json(active_->record)} : json::value{}},
+          {"campaign", running ? json::value(progress_json()) : json::value{}},
+          {"model", active_ ? json::value(model_json(active_->record)) : json::value{}},
           {"stream", stream_now_json()},
           {"faults", std::move(faults)}};
 }

@@ -79,6 +79,9 @@ asio::awaitable<void> DaemonCell::run_campaign() {
     }
   }
   apply(CampaignEnded{}, reason);
+  if (!outcome && (outcome.error().fault == CampaignFault::Device || outcome.error().fault == CampaignFault::WrongArm)) {
+    apply(DeviceLost{outcome.error().detail}, reason);
+  }
 }
 
 DaemonCell::Reply DaemonCell::campaign_pause(json::object params) {
@@ -158,7 +161,7 @@ DaemonCell::Reply DaemonCell::campaign_get(json::object params) {
   }
   const bool running = campaign_ && !campaign_->ended && campaign_->id == found->record->id;
   co_return json::object{{"campaign", campaign_json(*found->record)},
-                         {"progress", running ? json::value{progress_json()} : json::value{}},
+                         {"progress", running ? json::value(progress_json()) : json::value{}},
                          {"skipped", std::move(skipped)},
                          {"points_total", found->points.size()},
                          {"points", std::move(points)}};
@@ -199,7 +202,7 @@ void DaemonCell::on_point(const StoredPoint& point, double deviation_mm, const C
                                      {"smr", point.smr},
                                      {"p_mm", vector_json(point.p_WS_mm)},
                                      {"std_mm", vector_json(point.std_mm)},
-                                     {"error_mm", progress.error_mm ? json::value{deviation_mm} : json::value{}},
+                                     {"error_mm", progress.error_mm ? json::value(deviation_mm) : json::value{}},
                                      {"reason", ""}});
   on_progress(progress);
 }
@@ -235,11 +238,11 @@ json::object DaemonCell::progress_json() const {
           {"phase", phase},
           {"done", progress.done},
           {"total", progress.total},
-          {"error_mm", progress.error_mm ? json::value{*progress.error_mm} : json::value{}},
-          {"eta_s", progress.time_left_s ? json::value{*progress.time_left_s} : json::value{}},
+          {"error_mm", progress.error_mm ? json::value(*progress.error_mm) : json::value{}},
+          {"eta_s", progress.time_left_s ? json::value(*progress.time_left_s) : json::value{}},
           {"skipped", progress.skipped},
           {"reason", record.reason},
-          {"model_id", record.model_id.empty() ? json::value{} : json::value{record.model_id}}};
+          {"model_id", record.model_id.empty() ? json::value{} : json::value(record.model_id)}};
 }
 
 }  // namespace truepose::daemon

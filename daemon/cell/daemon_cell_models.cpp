@@ -146,7 +146,7 @@ DaemonCell::Reply DaemonCell::model_deactivate(json::object params) {
   const std::optional<Active> before = std::exchange(active_, std::nullopt);
   parts_.stream.use_no_model();
   if (before) publish_model("deactivated", before->record);
-  co_return json::object{{"deactivated", before ? json::value{before->record.id} : json::value{}}};
+  co_return json::object{{"deactivated", before ? json::value(before->record.id) : json::value{}}};
 }
 
 DaemonCell::Reply DaemonCell::targets_compensate(json::object params) {
