@@ -24,8 +24,11 @@ namespace {
 
 constexpr Duration kBeforeRetry = 1s;
 
-// Axes 4 and 6 may have to turn by some degrees where axis 5 is near zero. Beyond this the arm would come in another shape.
-constexpr double kLargestCorrection_rad = 10 * kRadPerDeg;
+// Axes 4 and 6 may have to turn by many degrees where axis 5 is near zero. Beyond this the arm would come in another shape.
+constexpr double kLargestCorrection_rad = 20 * kRadPerDeg;
+
+// Kept from the edge of the reflector's cone by planned poses, because the tracker's placement is known roughly only.
+constexpr double kPlacementTolerance_rad = 5 * kRadPerDeg;
 
 using Done = std::expected<void, CampaignError>;
 
@@ -133,7 +136,7 @@ Campaign::Outcome<void> Campaign::plan() {
   const config::CampaignConfig& campaign = config_.campaign;
   const config::ReflectorConfig& reflector = config_.reflector;
   const LineOfSight sight{config_.tracker.placement, reflector.p_FS_mm, reflector.facing_F,
-                          reflector.acceptance_deg * kRadPerDeg};
+                          std::max(reflector.acceptance_deg * kRadPerDeg - kPlacementTolerance_rad, kPlacementTolerance_rad)};
   PoseSamplerOptions options;
   options.poses = campaign.identify_poses + campaign.validate_poses;
   options.seed = campaign.seed;
@@ -361,7 +364,7 @@ Campaign::Outcome<std::vector<Campaign::Target>> Campaign::compensate() {
     } else if (!(*solved)[i]) {
       reason = "the calibrated arm cannot reach the nominal pose";
     } else if (((*solved)[i]->q - targets[i].q_target).cwiseAbs().maxCoeff() > kLargestCorrection_rad) {
-      reason = "the compensated joints are more than 10 deg from the nominal ones: too near a singularity";
+      reason = "the compensated joints are more than 20 deg from the nominal ones: too near a singularity";
     } else if (!within_limits(config_.robot.model, (*solved)[i]->q)) {
       reason = "the compensated joints are beyond their limits";
     }

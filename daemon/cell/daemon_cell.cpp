@@ -104,7 +104,7 @@ std::optional<RpcError> DaemonCell::apply(const CellEvent& event, const std::str
       case CellCommand::StartStream: break;
     }
   }
-  if (before == state_) return std::nullopt;
+  if (state_name(before) == state()) return std::nullopt;
 
   state_reason_ = reason;
   const auto* fault = std::get_if<Faulted>(&state_);

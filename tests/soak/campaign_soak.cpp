@@ -25,7 +25,7 @@ namespace asio = boost::asio;
 using namespace std::chrono_literals;
 using daemon::TimePoint;
 
-constexpr double kLargestCorrection_rad = 0.18;
+constexpr double kLargestCorrection_rad = 0.35;
 constexpr double kSixSigma_mm = 6 * 0.01 * 1.8;
 
 /// Remembers the last measurement that did not fail.
