@@ -268,7 +268,9 @@ asio::awaitable<void> DaemonCell::shut_down() {
   const TimePoint give_up = parts_.clock.now() + parts_.config.stream.ramp + 5s;
   const auto busy = [this] {
     const StreamState stream = parts_.stream.status().state;
-    const bool ramping = streaming() && (stream == StreamState::RampingOut || stream == StreamState::Active);
+    // A stream that holds for a fault does not ramp: there the controller holds as well.
+    const bool holds = stream == StreamState::Idle || stream == StreamState::Frozen || stream == StreamState::Fault;
+    const bool ramping = streaming() && !holds;
     return ramping || (campaign_ && !campaign_->ended);
   };
   while (busy() && parts_.clock.now() < give_up) {
