@@ -65,21 +65,24 @@ class Daemon {
       : config_{config},
         store_{kept(Store::open(config.store))},
         events_{event_numbers(), [] { return std::chrono::system_clock::now(); }},
-        stream_{started(StreamCycle::create(config.robot.model, load_ethernet(config.stream), StreamOptions::of(config.stream)))},
-        robot_{io_.get_executor(), clock_,
+        stream_{started(StreamCycle::create(config.robot.model, load_ethernet(config.stream),
+                                            StreamOptions::of(config.stream)))},
+        robot_{io_.get_executor(),
+               clock_,
                {config.robot.eki_motion.host, config.robot.eki_motion.port, config.robot.eki_state.port,
                 config.robot.model.joint_count()}},
-        tracker_{io_.get_executor(), clock_,
+        tracker_{io_.get_executor(),
+                 clock_,
                  {config.tracker.address.host, config.tracker.address.port, config.tracker.reflector,
                   config.tracker.measure}},
-        cell_{{io_.get_executor(), config_, robot_, tracker_, clock_, *stream_, store_, store_thread_, compute_thread_,
-               events_, [] { return std::chrono::system_clock::now(); }}},
+        cell_{{io_.get_executor(), config_, robot_, tracker_, clock_, *stream_, store_, store_thread_,
+               compute_thread_, events_, [] { return std::chrono::system_clock::now(); }}},
         link_{started(drivers::RsiLink::start(link_options(config.stream), *stream_))},
-        server_{started(ControlServer::start(
-            io_.get_executor(),
-            {clock_, [] { return std::chrono::system_clock::now(); }, cell_, events_,
-             [](const std::string& sentence) { log_warning(sentence); }},
-            config.control, config.name))} {}
+        server_{started(
+            ControlServer::start(io_.get_executor(),
+                                 {clock_, [] { return std::chrono::system_clock::now(); }, cell_, events_,
+                                  [](const std::string& sentence) { log_warning(sentence); }},
+                                 config.control, config.name))} {}
 
   void run() {
     asio::co_spawn(io_, live(), [](std::exception_ptr failed) {
@@ -112,7 +115,8 @@ class Daemon {
     auto loaded = co_await cell_.load_active_model();
     if (!loaded) log_error("the active model cannot be used: " + loaded.error().detail);
     bool watching = true;
-    asio::co_spawn(io_, cell_.watch(), asio::bind_cancellation_slot(stop_watch_.slot(), [&](std::exception_ptr failed) {
+    asio::co_spawn(io_, cell_.watch(),
+                   asio::bind_cancellation_slot(stop_watch_.slot(), [&](std::exception_ptr failed) {
                      watching = false;
                      if (failed && !stopping_) std::rethrow_exception(failed);
                    }));
@@ -157,7 +161,8 @@ class Daemon {
 }  // namespace
 
 void check(const config::CellConfig& config) {
-  started(StreamCycle::create(config.robot.model, load_ethernet(config.stream), StreamOptions::of(config.stream)));
+  started(StreamCycle::create(config.robot.model, load_ethernet(config.stream),
+                              StreamOptions::of(config.stream)));
   started(read_token(config.control.token_file));
 }
 

@@ -15,8 +15,8 @@ class StartError : public std::runtime_error {
 /// Reads what the cell's configuration names beyond itself and throws StartError where it does not serve.
 void check(const config::CellConfig& config);
 
-/// Runs the cell until SIGTERM or SIGINT: corrections are ramped out, a campaign is aborted and recorded, sockets are
-/// closed. Throws StartError.
+/// Runs the cell until SIGTERM or SIGINT: corrections are ramped out, a campaign is aborted and recorded,
+/// sockets are closed. Throws StartError.
 void run(const config::CellConfig& config);
 
 }  // namespace truepose::daemon

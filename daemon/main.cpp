@@ -21,7 +21,8 @@ int complain(const char* what, int exit_code) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  CLI::App app{"Calibrates one robot cell with a laser tracker and corrects its arm while it works.", "trueposed"};
+  CLI::App app{"Calibrates one robot cell with a laser tracker and corrects its arm while it works.",
+               "trueposed"};
   app.set_version_flag("--version", "trueposed " TRUEPOSE_VERSION);
   std::filesystem::path file;
   bool check_only = false;

@@ -14,7 +14,8 @@ namespace {
 
 enum class Verdict { Good, BelowFloor, TurnedAway, TooNear };
 
-constexpr std::array<const char*, 4> kReasons{"", "came below the floor", "had the reflector turned away from the tracker",
+constexpr std::array<const char*, 4> kReasons{"", "came below the floor",
+                                              "had the reflector turned away from the tracker",
                                               "were too near to another pose"};
 
 /// Range of one joint with the margin kept.
@@ -31,7 +32,8 @@ Range range_of(const Joint& joint, const PoseSamplerOptions& options) {
 /// Whether every joint's frame, the flange and the reflector are above the floor.
 ///
 /// The first joint's frame stands on the base itself: where it is belongs to the pedestal, not to the pose.
-bool above_floor(const RobotModel& robot, const JointVector& q, const Eigen::Vector3d& p_BS_mm, double floor_mm) {
+bool above_floor(const RobotModel& robot, const JointVector& q, const Eigen::Vector3d& p_BS_mm,
+                 double floor_mm) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   for (int i = 0; i < robot.joint_count(); ++i) {
     X = X * link_transform(robot.joints[static_cast<std::size_t>(i)], q[i]);
@@ -69,14 +71,16 @@ Verdict judge(const RobotModel& robot, const LineOfSight& sight, const PoseSampl
 
 }  // namespace
 
-std::expected<std::vector<JointVector>, std::string> sample_poses(const RobotModel& robot, const LineOfSight& sight,
+std::expected<std::vector<JointVector>, std::string> sample_poses(const RobotModel& robot,
+                                                                  const LineOfSight& sight,
                                                                   const PoseSamplerOptions& options) {
   std::vector<Range> ranges;
   for (const Joint& joint : robot.joints) {
     ranges.push_back(range_of(joint, options));
     if (ranges.back().min >= ranges.back().max) {
-      return std::unexpected("joint " + std::to_string(ranges.size()) +
-                             ": nothing is left between its limits once the margin is kept; make the margin smaller");
+      return std::unexpected(
+          "joint " + std::to_string(ranges.size()) +
+          ": nothing is left between its limits once the margin is kept; make the margin smaller");
     }
   }
 
@@ -96,7 +100,8 @@ std::expected<std::vector<JointVector>, std::string> sample_poses(const RobotMod
   }
   if (static_cast<int>(poses.size()) == options.poses) return poses;
 
-  const auto worst = static_cast<std::size_t>(std::max_element(count.begin() + 1, count.end()) - count.begin());
+  const auto worst =
+      static_cast<std::size_t>(std::max_element(count.begin() + 1, count.end()) - count.begin());
   return std::unexpected("only " + std::to_string(poses.size()) + " of " + std::to_string(options.poses) +
                          " poses found in " + std::to_string(options.candidates) + " tries; " +
                          std::to_string(count[worst]) + " " + kReasons[worst] +

@@ -24,10 +24,12 @@ namespace {
 
 constexpr Duration kBeforeRetry = 1s;
 
-// Axes 4 and 6 may have to turn by many degrees where axis 5 is near zero. Beyond this the arm would come in another shape.
+// Axes 4 and 6 may have to turn by many degrees where axis 5 is near zero. Beyond this the arm would come in
+// another shape.
 constexpr double kLargestCorrection_rad = 20 * kRadPerDeg;
 
-// Kept from the edge of the reflector's cone by planned poses, because the tracker's placement is known roughly only.
+// Kept from the edge of the reflector's cone by planned poses, because the tracker's placement is known
+// roughly only.
 constexpr double kPlacementTolerance_rad = 5 * kRadPerDeg;
 
 using Done = std::expected<void, CampaignError>;
@@ -49,15 +51,16 @@ bool within_limits(const RobotModel& robot, const JointVector& q) {
 
 /// The cell as the configuration describes it: the nominal arm, roughly placed.
 CalibratedCell rough_cell(const config::CellConfig& config) {
-  return {config.robot.model, BasePose::of(config.tracker.placement),
+  return {config.robot.model,
+          BasePose::of(config.tracker.placement),
           {Reflector{config.reflector.name, config.reflector.p_FS_mm}}};
 }
 
 }  // namespace
 
 std::string_view phase_name(CampaignPhase phase) {
-  constexpr std::array<std::string_view, 8> names{"connecting", "computing",  "warming_up",  "identifying",
-                                                  "validating", "computing",  "remeasuring", "activating"};
+  constexpr std::array<std::string_view, 8> names{"connecting", "computing", "warming_up",  "identifying",
+                                                  "validating", "computing", "remeasuring", "activating"};
   return names[static_cast<std::size_t>(phase)];
 }
 
@@ -81,7 +84,8 @@ asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignErr
   resumed_ = std::make_unique<asio::steady_timer>(executor);
   std::optional<CampaignError> error;
   if (!aborting_) {
-    // The steps have a cancellation of their own, so that after an abort the arm can still be stopped and the end written.
+    // The steps have a cancellation of their own, so that after an abort the arm can still be stopped and the
+    // end written.
     auto token = asio::bind_cancellation_slot(cancel_.slot(), asio::use_awaitable);
     try {
       Done done = co_await asio::co_spawn(executor, steps(), token);
@@ -135,8 +139,9 @@ Campaign::Outcome<void> Campaign::plan() {
   enter(CampaignPhase::Plan);
   const config::CampaignConfig& campaign = config_.campaign;
   const config::ReflectorConfig& reflector = config_.reflector;
-  const LineOfSight sight{config_.tracker.placement, reflector.p_FS_mm, reflector.facing_F,
-                          std::max(reflector.acceptance_deg * kRadPerDeg - kPlacementTolerance_rad, kPlacementTolerance_rad)};
+  const LineOfSight sight{
+      config_.tracker.placement, reflector.p_FS_mm, reflector.facing_F,
+      std::max(reflector.acceptance_deg * kRadPerDeg - kPlacementTolerance_rad, kPlacementTolerance_rad)};
   PoseSamplerOptions options;
   options.poses = campaign.identify_poses + campaign.validate_poses;
   options.seed = campaign.seed;
@@ -150,8 +155,8 @@ Campaign::Outcome<void> Campaign::plan() {
   co_await run_compute_(job);
   if (!*sampled) co_return std::unexpected(CampaignError{CampaignFault::Planning, sampled->error()});
 
-  // The first poses stay as drawn, all over the workspace: base and reflector are first fitted from them alone, and poses
-  // along a short way would tell little about the others.
+  // The first poses stay as drawn, all over the workspace: base and reflector are first fitted from them
+  // alone, and poses along a short way would tell little about the others.
   const RobotModel& robot = config_.robot.model;
   const auto split = (*sampled)->begin() + campaign.identify_poses;
   const auto spread = (*sampled)->begin() + std::min(campaign.coarse_after, campaign.identify_poses);
@@ -225,7 +230,8 @@ asio::awaitable<std::expected<StoredPoint, DeviceError>> Campaign::attempt(Targe
   const config::TrackerConfig& tracker = config_.tracker;
   const Eigen::Vector3d p_WS_mm = expected_.predict(*reached, 0);
   // A fit from few points is good where they are, and less so elsewhere.
-  const double reach = static_cast<int>(result_->data.points.size()) < 2 * config_.campaign.coarse_after ? 2 : 1;
+  const double reach =
+      static_cast<int>(result_->data.points.size()) < 2 * config_.campaign.coarse_after ? 2 : 1;
   const double search_mm = placement_known_ ? reach * tracker.search_mm : tracker.search_first_mm;
   const double gate_mm = placement_known_ ? reach * tracker.gate_mm : tracker.search_first_mm;
   auto measured = co_await devices_.measure(p_WS_mm, search_mm, gate_mm);
@@ -278,7 +284,8 @@ Campaign::Outcome<void> Campaign::skip(Target target, int attempts, std::string 
 
 /// After a failed attempt: whatever lets the next one succeed. Fails where there is to be no next one.
 Campaign::Outcome<void> Campaign::recover(DeviceError error) {
-  if (error.remedy == Remedy::GiveUp || error.remedy == Remedy::WrongArm) co_return std::unexpected(fatal(error));
+  if (error.remedy == Remedy::GiveUp || error.remedy == Remedy::WrongArm)
+    co_return std::unexpected(fatal(error));
   if (error.remedy == Remedy::Retry) {
     const TimePoint next = clock_.now() + kBeforeRetry;
     co_await clock_.sleep_until(next);
@@ -289,7 +296,8 @@ Campaign::Outcome<void> Campaign::recover(DeviceError error) {
   co_return Done{};
 }
 
-/// Base and reflector from the points so far, with the nominal arm: from now on the tracker knows where to look.
+/// Base and reflector from the points so far, with the nominal arm: from now on the tracker knows where to
+/// look.
 Campaign::Outcome<void> Campaign::fit_placement() {
   auto fitted = std::make_shared<std::expected<CalibratedCell, CalibrationError>>();
   std::function<void()> job = [fitted, robot = config_.robot.model, data = result_->data] {
@@ -308,7 +316,8 @@ Campaign::Outcome<void> Campaign::fit_placement() {
     if (off_mm <= config_.tracker.gate_mm) continue;
     char text[200];
     std::snprintf(text, sizeof text,
-                  "the %zu points so far do not fit the nominal arm: pose %d is %.1f mm off, allowed are %.1f mm (another "
+                  "the %zu points so far do not fit the nominal arm: pose %d is %.1f mm off, allowed are "
+                  "%.1f mm (another "
                   "reflector in sight, or another arm)",
                   result_->points.size(), point.pose, off_mm, config_.tracker.gate_mm);
     co_return std::unexpected(CampaignError{CampaignFault::Calibration, text});
@@ -332,7 +341,8 @@ Campaign::Outcome<void> Campaign::identify() {
   }
   Calibration& calibration = **calibrated;
   if (!calibration.converged) {
-    co_return std::unexpected(CampaignError{CampaignFault::Calibration, "the identification did not converge"});
+    co_return std::unexpected(
+        CampaignError{CampaignFault::Calibration, "the identification did not converge"});
   }
   result_->calibration = std::move(calibration);
   const auto& validate = result_->calibration.validate;

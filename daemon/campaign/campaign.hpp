@@ -28,16 +28,17 @@ struct CampaignProgress {
   int done = 0;   ///< poses measured or skipped
   int total = 0;  ///< poses planned, those to measure again with compensated joints included
   int skipped = 0;
-  std::optional<double> error_mm;     ///< mean distance from the prediction in this phase, once there is a good one
+  std::optional<double>
+      error_mm;  ///< mean distance from the prediction in this phase, once there is a good one
   std::optional<double> time_left_s;  ///< from the time that the poses so far took
 };
 
 struct CampaignResult {
   Identities identities;
   Calibration calibration;
-  double elapsed_s = 0;                         ///< time that the identification took
-  MeasurementData data;                         ///< what was identified and validated from
-  std::optional<ErrorStatistics> remeasured;    ///< validation poses reached with compensated joints
+  double elapsed_s = 0;                               ///< time that the identification took
+  MeasurementData data;                               ///< what was identified and validated from
+  std::optional<ErrorStatistics> remeasured;          ///< validation poses reached with compensated joints
   std::vector<Eigen::Vector3d> remeasured_errors_mm;  ///< measured minus asked for, tracker frame
   std::vector<StoredPoint> points;
   std::vector<SkippedPose> skipped;
@@ -52,7 +53,8 @@ struct CampaignError {
   std::string detail;  ///< one sentence for the operator
 };
 
-/// Keeps one campaign. What returned without an error is on the disk. It stamps times and knows the campaign's id.
+/// Keeps one campaign. What returned without an error is on the disk. It stamps times and knows the
+/// campaign's id.
 class CampaignJournal {
  public:
   virtual ~CampaignJournal() = default;
@@ -82,15 +84,17 @@ using RunCompute = std::function<boost::asio::awaitable<void>(std::function<void
 
 /// One calibration campaign, from connecting the devices to the measured proof that compensation works.
 ///
-/// The plan's poses are numbered: those to identify first, then those to validate, then the latter again with compensated
-/// joints. Each ends as a point in the journal, before the arm moves on, or as a skipped pose with its reason.
+/// The plan's poses are numbered: those to identify first, then those to validate, then the latter again with
+/// compensated joints. Each ends as a point in the journal, before the arm moves on, or as a skipped pose
+/// with its reason.
 class Campaign {
  public:
   /// What is referred to outlives run().
-  Campaign(config::CellConfig config, CampaignDevices devices, CampaignJournal& journal, CampaignObserver& observer,
-           RunCompute run_compute);
+  Campaign(config::CellConfig config, CampaignDevices devices, CampaignJournal& journal,
+           CampaignObserver& observer, RunCompute run_compute);
 
-  /// Runs the whole campaign, once. It ends in the journal in every case. End it early by abort(), not by cancelling.
+  /// Runs the whole campaign, once. It ends in the journal in every case. End it early by abort(), not by
+  /// cancelling.
   boost::asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignError>> run();
 
   /// Takes effect before the next pose.
@@ -147,7 +151,7 @@ class Campaign {
   std::optional<TimePoint> first_pose_;  ///< when the first pose was begun
   std::vector<Target> identify_;
   std::vector<Target> validate_;
-  CalibratedCell expected_;    ///< where the reflector is looked for
+  CalibratedCell expected_;  ///< where the reflector is looked for
   bool placement_known_ = false;
   std::shared_ptr<CampaignResult> result_;
   bool begun_ = false;

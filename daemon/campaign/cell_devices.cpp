@@ -37,12 +37,15 @@ DeviceError robot_error(const drivers::RobotError& error) {
   const std::string detail = "robot: " + error.detail;
   switch (error.fault) {
     case RobotFault::Refused:
-    case RobotFault::Aborted: return {Remedy::Retry, detail};
-    case RobotFault::NotReady: return {Remedy::WaitForRobot, detail};
+    case RobotFault::Aborted:
+      return {Remedy::Retry, detail};
+    case RobotFault::NotReady:
+      return {Remedy::WaitForRobot, detail};
     case RobotFault::Unreachable:
     case RobotFault::Timeout:
     case RobotFault::Disconnected:
-    case RobotFault::Protocol: return {Remedy::ReconnectRobot, detail};
+    case RobotFault::Protocol:
+      return {Remedy::ReconnectRobot, detail};
   }
   return {Remedy::ReconnectRobot, detail};
 }
@@ -54,17 +57,20 @@ DeviceError tracker_error(const drivers::TrackerError& error) {
     case TrackerFault::NoTarget:
     case TrackerFault::BeamBroken:
     case TrackerFault::Busy:
-    case TrackerFault::Refused: return {Remedy::Retry, detail};
+    case TrackerFault::Refused:
+      return {Remedy::Retry, detail};
     case TrackerFault::NotReady:
     case TrackerFault::Unreachable:
     case TrackerFault::Timeout:
     case TrackerFault::Disconnected:
-    case TrackerFault::Protocol: return {Remedy::ReconnectTracker, detail};
+    case TrackerFault::Protocol:
+      return {Remedy::ReconnectTracker, detail};
   }
   return {Remedy::ReconnectTracker, detail};
 }
 
-/// Largest distance that the flange's origin and a point 100 mm along each of its axes are apart in two poses.
+/// Largest distance that the flange's origin and a point 100 mm along each of its axes are apart in two
+/// poses.
 double deviation_mm(const Eigen::Isometry3d& A, const Eigen::Isometry3d& B) {
   double largest = (A.translation() - B.translation()).norm();
   for (int axis = 0; axis < 3; ++axis) {
@@ -147,21 +153,21 @@ std::expected<void, DeviceError> CellDevices::check_arm(const drivers::RobotIden
   const config::RobotConfig& robot = config_.robot;
   if (identity.model.find(robot.expect_model) == std::string::npos) {
     return std::unexpected(DeviceError{Remedy::WrongArm, "wrong arm: the controller says " + identity.model +
-                                                           ", the cell expects " + robot.expect_model});
+                                                             ", the cell expects " + robot.expect_model});
   }
   if (state.q.size() != robot.model.joint_count()) {
     return std::unexpected(DeviceError{Remedy::WrongArm, "wrong arm: the controller reports " +
-                                                           std::to_string(state.q.size()) + " joints, " +
-                                                           robot.model.name + " has " +
-                                                           std::to_string(robot.model.joint_count())});
+                                                             std::to_string(state.q.size()) + " joints, " +
+                                                             robot.model.name + " has " +
+                                                             std::to_string(robot.model.joint_count())});
   }
   const double off_mm = deviation_mm(state.X_BF_reported, forward_kinematics(robot.model, state.q));
   // Written so that a NaN is refused as well.
   if (off_mm <= robot.max_fk_deviation_mm) return {};
   return std::unexpected(DeviceError{
       Remedy::WrongArm, "wrong arm or wrong robot file: the controller's flange pose and the kinematics of " +
-                          robot.model.name + " are " + mm(off_mm) + " apart, allowed are " +
-                          mm(robot.max_fk_deviation_mm) + " (are tool and base 0?)"});
+                            robot.model.name + " are " + mm(off_mm) + " apart, allowed are " +
+                            mm(robot.max_fk_deviation_mm) + " (are tool and base 0?)"});
 }
 
 CellDevices::Outcome<void> CellDevices::wait_for_robot() {
@@ -172,7 +178,8 @@ CellDevices::Outcome<void> CellDevices::wait_for_robot() {
     if (!state) co_return std::unexpected(robot_error(state.error()));
     if (state->ready) co_return std::expected<void, DeviceError>{};
     if (clock_.now() > give_up) {
-      co_return std::unexpected(DeviceError{Remedy::GiveUp, "robot: not ready for too long: " + state->why_not_ready});
+      co_return std::unexpected(
+          DeviceError{Remedy::GiveUp, "robot: not ready for too long: " + state->why_not_ready});
     }
     if (told != state->why_not_ready) on_trouble_("robot: not ready, waiting: " + state->why_not_ready);
     told = state->why_not_ready;
@@ -185,13 +192,15 @@ CellDevices::Outcome<JointVector> CellDevices::move(JointVector q) {
   const TimePoint answer = clock_.now() + kAnswer;
   auto state = co_await robot_.state(answer);
   if (!state) co_return std::unexpected(robot_error(state.error()));
-  if (!state->ready) co_return std::unexpected(DeviceError{Remedy::WaitForRobot, "robot: " + state->why_not_ready});
+  if (!state->ready)
+    co_return std::unexpected(DeviceError{Remedy::WaitForRobot, "robot: " + state->why_not_ready});
 
   drivers::MoveCommand command;
   command.q = q;
   command.speed_percent = config_.campaign.speed_percent;
   command.settle = config_.campaign.settle;
-  // Twice the time at full acceleration: ramps take their share, and the override may be turned down on the way.
+  // Twice the time at full acceleration: ramps take their share, and the override may be turned down on the
+  // way.
   const double speed = command.speed_percent / 100 * std::max(state->override_percent, 1.0) / 100;
   const std::chrono::duration<double> travel{2 * travel_time_s(config_.robot.model, state->q, q) / speed};
   const TimePoint deadline =
@@ -202,7 +211,7 @@ CellDevices::Outcome<JointVector> CellDevices::move(JointVector q) {
 }
 
 CellDevices::Outcome<drivers::SmrPoint> CellDevices::measure(Eigen::Vector3d p_W_mm, double search_radius_mm,
-                                                            double gate_mm) {
+                                                             double gate_mm) {
   const TimePoint aimed_by = clock_.now() + kAim;
   auto aimed = co_await tracker_.aim(p_W_mm, search_radius_mm, aimed_by);
   if (!aimed) co_return std::unexpected(tracker_error(aimed.error()));
@@ -212,7 +221,8 @@ CellDevices::Outcome<drivers::SmrPoint> CellDevices::measure(Eigen::Vector3d p_W
   const double off_mm = (point->p_WS_mm - p_W_mm).norm();
   if (off_mm <= gate_mm) co_return *std::move(point);
   co_return std::unexpected(DeviceError{Remedy::Retry, "tracker: wrong reflector: found " + mm(off_mm) +
-                                                           " from where ours should be, allowed are " + mm(gate_mm)});
+                                                           " from where ours should be, allowed are " +
+                                                           mm(gate_mm)});
 }
 
 asio::awaitable<void> CellDevices::stop() {

@@ -28,12 +28,12 @@ struct Identities {
 
 /// What a failure asks for.
 enum class Remedy {
-  Retry,             ///< the device is fine, the attempt was not
+  Retry,  ///< the device is fine, the attempt was not
   ReconnectRobot,
   ReconnectTracker,
-  WaitForRobot,      ///< connected, but it may not move
-  GiveUp,            ///< it was waited for long enough
-  WrongArm,          ///< not the configured one: nothing that a repeat would change
+  WaitForRobot,  ///< connected, but it may not move
+  GiveUp,        ///< it was waited for long enough
+  WrongArm,      ///< not the configured one: nothing that a repeat would change
 };
 
 struct DeviceError {
@@ -41,7 +41,8 @@ struct DeviceError {
   std::string detail;  ///< one sentence for the operator
 };
 
-/// The robot and the tracker of a cell with the deadlines, checks and patience that using them together needs.
+/// The robot and the tracker of a cell with the deadlines, checks and patience that using them together
+/// needs.
 class CellDevices {
  public:
   /// @param on_trouble  is told of every failure that is being dealt with
@@ -61,7 +62,8 @@ class CellDevices {
   /// @return the actual joint positions at the end
   Outcome<JointVector> move(JointVector q);
 
-  /// Aims at `p_W_mm` and measures what is found there. Farther from it than `gate_mm` is a wrong reflector: an error.
+  /// Aims at `p_W_mm` and measures what is found there. Farther from it than `gate_mm` is a wrong reflector:
+  /// an error.
   Outcome<drivers::SmrPoint> measure(Eigen::Vector3d p_W_mm, double search_radius_mm, double gate_mm);
 
   /// Brakes the arm, as far as it can be reached.
@@ -77,7 +79,8 @@ class CellDevices {
   Outcome<drivers::TrackerIdentity> connect_tracker();
   Outcome<void> wait_for_robot();
   /// The controller's own pose of the flange against the nominal arm's: a wrong arm, or a wrong robot file.
-  std::expected<void, DeviceError> check_arm(const drivers::RobotIdentity& identity, const drivers::RobotState& state);
+  std::expected<void, DeviceError> check_arm(const drivers::RobotIdentity& identity,
+                                             const drivers::RobotState& state);
 
   const config::CellConfig& config_;
   drivers::Robot& robot_;

@@ -16,7 +16,8 @@ namespace {
 
 /// The document that reports are made of: that of the calibration, and what measuring again has shown.
 std::string document_of(const CampaignResult& result) {
-  boost::json::object document = control::calibration_document(result.calibration, result.data, result.elapsed_s);
+  boost::json::object document =
+      control::calibration_document(result.calibration, result.data, result.elapsed_s);
   if (result.remeasured) document["remeasured"] = control::statistics_json(*result.remeasured);
   return control::json_text(document);
 }
@@ -24,7 +25,10 @@ std::string document_of(const CampaignResult& result) {
 }  // namespace
 
 StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, WallClock wall_clock)
-    : options_{std::move(options)}, store_{store}, store_thread_{store_thread}, wall_clock_{std::move(wall_clock)} {
+    : options_{std::move(options)},
+      store_{store},
+      store_thread_{store_thread},
+      wall_clock_{std::move(wall_clock)} {
   record_.id = options_.campaign_id;
   record_.state = "running";
 }

@@ -11,7 +11,8 @@
 
 namespace truepose::daemon {
 
-/// Keeps one campaign in the cell's store, by way of the store's thread, and makes its model and its document at the end.
+/// Keeps one campaign in the cell's store, by way of the store's thread, and makes its model and its document
+/// at the end.
 class StoreJournal final : public CampaignJournal {
  public:
   using WallClock = std::function<std::chrono::system_clock::time_point()>;

@@ -15,16 +15,23 @@ json::value text_or_null(const std::string& text) { return text.empty() ? json::
 /// Not validated = no number.
 json::value error_or_null(double mean_mm) { return mean_mm > 0 ? json::value(mean_mm) : json::value{}; }
 
-std::string address(const config::Endpoint& endpoint) { return endpoint.host + ":" + std::to_string(endpoint.port); }
+std::string address(const config::Endpoint& endpoint) {
+  return endpoint.host + ":" + std::to_string(endpoint.port);
+}
 
 std::string_view stream_state_name(StreamState state, bool streaming) {
   switch (state) {
-    case StreamState::Idle: return streaming ? "waiting" : "off";
+    case StreamState::Idle:
+      return streaming ? "waiting" : "off";
     case StreamState::RampingIn:
-    case StreamState::RampingOut: return "ramping";
-    case StreamState::Active: return "correcting";
-    case StreamState::Frozen: return "holding";
-    case StreamState::Fault: return "fault";
+    case StreamState::RampingOut:
+      return "ramping";
+    case StreamState::Active:
+      return "correcting";
+    case StreamState::Frozen:
+      return "holding";
+    case StreamState::Fault:
+      return "fault";
   }
   return "fault";
 }
@@ -44,9 +51,12 @@ json::array vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}
 
 std::string_view purpose_name(PointPurpose purpose) {
   switch (purpose) {
-    case PointPurpose::Identify: return "identify";
-    case PointPurpose::Validate: return "validate";
-    case PointPurpose::Remeasure: return "remeasure";
+    case PointPurpose::Identify:
+      return "identify";
+    case PointPurpose::Validate:
+      return "validate";
+    case PointPurpose::Remeasure:
+      return "remeasure";
   }
   return "remeasure";
 }
@@ -127,8 +137,8 @@ json::object config_json(const config::CellConfig& config) {
           {"store", config.store.string()}};
 }
 
-json::object stream_json(const StreamStatus& status, const LatencyHistogram::Summary& turnaround, bool streaming,
-                         const std::string& model_id) {
+json::object stream_json(const StreamStatus& status, const LatencyHistogram::Summary& turnaround,
+                         bool streaming, const std::string& model_id) {
   const StreamCounters& c = status.counters;
   json::array correction_deg;
   if (status.state != StreamState::Idle) {
@@ -146,7 +156,10 @@ json::object stream_json(const StreamStatus& status, const LatencyHistogram::Sum
           {"max_step_deg", status.max_step_deg},
           {"correction_deg", std::move(correction_deg)},
           {"turnaround_us",
-           {{"p50", turnaround.p50_us}, {"p99", turnaround.p99_us}, {"p999", turnaround.p999_us}, {"max", turnaround.max_us}}}};
+           {{"p50", turnaround.p50_us},
+            {"p99", turnaround.p99_us},
+            {"p999", turnaround.p999_us},
+            {"max", turnaround.max_us}}}};
 }
 
 }  // namespace truepose::daemon

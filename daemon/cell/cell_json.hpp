@@ -14,7 +14,8 @@ namespace truepose::daemon {
 
 // The schemas of proto/control/openrpc.json, filled in.
 
-boost::json::array joints_json(const RobotModel& robot, const JointVector& q);  ///< deg, mm for a prismatic joint
+boost::json::array joints_json(const RobotModel& robot,
+                               const JointVector& q);  ///< deg, mm for a prismatic joint
 boost::json::array vector_json(const Eigen::Vector3d& v);
 std::string_view purpose_name(PointPurpose purpose);
 
@@ -27,7 +28,7 @@ boost::json::object config_json(const config::CellConfig& config);
 
 /// @param streaming  the cell is in its state "streaming"
 /// @param model_id   of the model in force, or empty
-boost::json::object stream_json(const StreamStatus& status, const LatencyHistogram::Summary& turnaround, bool streaming,
-                                const std::string& model_id);
+boost::json::object stream_json(const StreamStatus& status, const LatencyHistogram::Summary& turnaround,
+                                bool streaming, const std::string& model_id);
 
 }  // namespace truepose::daemon

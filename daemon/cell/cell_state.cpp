@@ -43,72 +43,76 @@ CellStep fault(std::string reason, std::vector<CellCommand> commands, bool ackno
 std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event, TimePoint now) {
   using C = CellCommand;
   using Maybe = std::optional<CellStep>;
-  return std::visit(
-      Overloaded{
-          [&](const Disconnected&, const ConnectRequested&) -> Maybe { return go(Connecting{now}, {C::OpenDevices}); },
-          [&](const Disconnected&, const CampaignStartRequested& start) -> Maybe {
-            return go(Running{start.campaign_id}, {C::StartCampaign});
-          },
-          [&](const Connecting&, const DisconnectRequested&) -> Maybe { return go(Disconnected{}, {C::CloseDevices}); },
-          [&](const Ready&, const DisconnectRequested&) -> Maybe { return go(Disconnected{}, {C::CloseDevices}); },
-          [&](const Ready&, const CampaignStartRequested& start) -> Maybe {
-            return go(Running{start.campaign_id}, {C::StartCampaign});
-          },
-          [&](const Ready&, const StreamStartRequested&) -> Maybe {
-            return go(StreamStarting{now}, {C::StartStream});
-          },
-          [&](const Running& running, const CampaignPauseRequested&) -> Maybe {
-            return go(Paused{running.campaign_id}, {C::PauseCampaign});
-          },
-          [&](const Running& running, const CampaignAbortRequested&) -> Maybe {
-            return go(Aborting{running.campaign_id, now}, {C::AbortCampaign});
-          },
-          [&](const Paused& paused, const CampaignResumeRequested&) -> Maybe {
-            return go(Running{paused.campaign_id}, {C::ResumeCampaign});
-          },
-          [&](const Paused& paused, const CampaignAbortRequested&) -> Maybe {
-            return go(Aborting{paused.campaign_id, now}, {C::AbortCampaign});
-          },
-          [&](const StreamStarting&, const StreamStopRequested&) -> Maybe {
-            return go(StreamStopping{now}, {C::StopStream});
-          },
-          [&](const Streaming&, const StreamStopRequested&) -> Maybe {
-            return go(StreamStopping{now}, {C::StopStream});
-          },
-          [&](const Faulted& faulted, const AcknowledgeRequested&) -> Maybe {
-            if (!faulted.acknowledgeable) return std::nullopt;
-            return go(Disconnected{});
-          },
-          [](const auto&, const auto&) -> Maybe { return std::nullopt; },
-      },
-      state, event);
+  return std::visit(Overloaded{
+                        [&](const Disconnected&, const ConnectRequested&) -> Maybe {
+                          return go(Connecting{now}, {C::OpenDevices});
+                        },
+                        [&](const Disconnected&, const CampaignStartRequested& start) -> Maybe {
+                          return go(Running{start.campaign_id}, {C::StartCampaign});
+                        },
+                        [&](const Connecting&, const DisconnectRequested&) -> Maybe {
+                          return go(Disconnected{}, {C::CloseDevices});
+                        },
+                        [&](const Ready&, const DisconnectRequested&) -> Maybe {
+                          return go(Disconnected{}, {C::CloseDevices});
+                        },
+                        [&](const Ready&, const CampaignStartRequested& start) -> Maybe {
+                          return go(Running{start.campaign_id}, {C::StartCampaign});
+                        },
+                        [&](const Ready&, const StreamStartRequested&) -> Maybe {
+                          return go(StreamStarting{now}, {C::StartStream});
+                        },
+                        [&](const Running& running, const CampaignPauseRequested&) -> Maybe {
+                          return go(Paused{running.campaign_id}, {C::PauseCampaign});
+                        },
+                        [&](const Running& running, const CampaignAbortRequested&) -> Maybe {
+                          return go(Aborting{running.campaign_id, now}, {C::AbortCampaign});
+                        },
+                        [&](const Paused& paused, const CampaignResumeRequested&) -> Maybe {
+                          return go(Running{paused.campaign_id}, {C::ResumeCampaign});
+                        },
+                        [&](const Paused& paused, const CampaignAbortRequested&) -> Maybe {
+                          return go(Aborting{paused.campaign_id, now}, {C::AbortCampaign});
+                        },
+                        [&](const StreamStarting&, const StreamStopRequested&) -> Maybe {
+                          return go(StreamStopping{now}, {C::StopStream});
+                        },
+                        [&](const Streaming&, const StreamStopRequested&) -> Maybe {
+                          return go(StreamStopping{now}, {C::StopStream});
+                        },
+                        [&](const Faulted& faulted, const AcknowledgeRequested&) -> Maybe {
+                          if (!faulted.acknowledgeable) return std::nullopt;
+                          return go(Disconnected{});
+                        },
+                        [](const auto&, const auto&) -> Maybe { return std::nullopt; },
+                    },
+                    state, event);
 }
 
 /// States that pass by themselves, when they do not.
 CellStep on_tick(const CellState& state, TimePoint now, const CellLimits& limits) {
   using C = CellCommand;
-  return std::visit(
-      Overloaded{
-          [&](const Connecting& s) {
-            if (now - s.since < limits.connecting) return go(s);
-            return fault("the devices did not connect in time", {C::CloseDevices});
-          },
-          [&](const Aborting& s) {
-            if (now - s.since < limits.aborting) return go(s);
-            return fault("the campaign did not end in time after its abort", {C::CloseDevices});
-          },
-          [&](const StreamStarting& s) {
-            if (now - s.since < limits.stream_starting) return go(s);
-            return fault("the controller sent no RSI packet in time; run `truepose doctor`",
-                         {C::StopStream, C::CloseDevices});
-          },
-          [&](const StreamStopping& s) {
-            if (now - s.since < limits.stream_stopping) return go(s);
-            return fault("the correction was not ramped out in time", {C::CloseDevices});
-          },
-          [](const auto& s) { return go(s); },
-      },
-      state);
+  return std::visit(Overloaded{
+                        [&](const Connecting& s) {
+                          if (now - s.since < limits.connecting) return go(s);
+                          return fault("the devices did not connect in time", {C::CloseDevices});
+                        },
+                        [&](const Aborting& s) {
+                          if (now - s.since < limits.aborting) return go(s);
+                          return fault("the campaign did not end in time after its abort", {C::CloseDevices});
+                        },
+                        [&](const StreamStarting& s) {
+                          if (now - s.since < limits.stream_starting) return go(s);
+                          return fault("the controller sent no RSI packet in time; run `truepose doctor`",
+                                       {C::StopStream, C::CloseDevices});
+                        },
+                        [&](const StreamStopping& s) {
+                          if (now - s.since < limits.stream_stopping) return go(s);
+                          return fault("the correction was not ramped out in time", {C::CloseDevices});
+                        },
+                        [](const auto& s) { return go(s); },
+                    },
+                    state);
 }
 
 /// What the daemon found out. An outcome of something that was given up meanwhile changes nothing.
@@ -116,12 +120,17 @@ CellStep on_outcome(const CellState& state, const CellEvent& event) {
   using C = CellCommand;
   return std::visit(
       Overloaded{
-          // A store that fails ends everything, whatever the state: no point may be taken that cannot be kept.
+          // A store that fails ends everything, whatever the state: no point may be taken that cannot be
+          // kept.
           [](const Faulted& s, const StoreFailed& e) {
             return s.acknowledgeable ? fault(e.reason, {}, false) : go(s);
           },
-          [](const Running&, const StoreFailed& e) { return fault(e.reason, {C::AbortCampaign, C::CloseDevices}, false); },
-          [](const Paused&, const StoreFailed& e) { return fault(e.reason, {C::AbortCampaign, C::CloseDevices}, false); },
+          [](const Running&, const StoreFailed& e) {
+            return fault(e.reason, {C::AbortCampaign, C::CloseDevices}, false);
+          },
+          [](const Paused&, const StoreFailed& e) {
+            return fault(e.reason, {C::AbortCampaign, C::CloseDevices}, false);
+          },
           [](const StreamStarting&, const StoreFailed& e) { return fault(e.reason, {C::StopStream}, false); },
           [](const Streaming&, const StoreFailed& e) { return fault(e.reason, {C::StopStream}, false); },
           [](const auto&, const StoreFailed& e) { return fault(e.reason, {C::CloseDevices}, false); },
@@ -130,8 +139,12 @@ CellStep on_outcome(const CellState& state, const CellEvent& event) {
           [](const Connecting&, const ConnectFailed& e) { return fault(e.reason, {C::CloseDevices}); },
           // A campaign deals with lost devices itself and says so when it cannot.
           [](const Ready&, const DeviceLost& e) { return fault(e.reason, {C::CloseDevices}); },
-          [](const StreamStarting&, const DeviceLost& e) { return fault(e.reason, {C::StopStream, C::CloseDevices}); },
-          [](const Streaming&, const DeviceLost& e) { return fault(e.reason, {C::StopStream, C::CloseDevices}); },
+          [](const StreamStarting&, const DeviceLost& e) {
+            return fault(e.reason, {C::StopStream, C::CloseDevices});
+          },
+          [](const Streaming&, const DeviceLost& e) {
+            return fault(e.reason, {C::StopStream, C::CloseDevices});
+          },
 
           [](const Running&, const CampaignEnded&) { return go(Ready{}); },
           [](const Paused&, const CampaignEnded&) { return go(Ready{}); },
@@ -141,8 +154,12 @@ CellStep on_outcome(const CellState& state, const CellEvent& event) {
           [](const StreamStarting&, const StreamEnded&) { return go(Ready{}); },
           [](const Streaming&, const StreamEnded&) { return go(Ready{}); },
           [](const StreamStopping&, const StreamEnded&) { return go(Ready{}); },
-          [](const StreamStarting&, const StreamFaulted& e) { return fault(e.reason, {C::StopStream, C::CloseDevices}); },
-          [](const Streaming&, const StreamFaulted& e) { return fault(e.reason, {C::StopStream, C::CloseDevices}); },
+          [](const StreamStarting&, const StreamFaulted& e) {
+            return fault(e.reason, {C::StopStream, C::CloseDevices});
+          },
+          [](const Streaming&, const StreamFaulted& e) {
+            return fault(e.reason, {C::StopStream, C::CloseDevices});
+          },
           [](const StreamStopping&, const StreamFaulted& e) { return fault(e.reason, {C::CloseDevices}); },
 
           [](const auto& s, const auto&) { return go(s); },
@@ -153,20 +170,19 @@ CellStep on_outcome(const CellState& state, const CellEvent& event) {
 }  // namespace
 
 std::string_view state_name(const CellState& state) {
-  return std::visit(
-      Overloaded{
-          [](const Disconnected&) { return std::string_view{"disconnected"}; },
-          [](const Connecting&) { return std::string_view{"connecting"}; },
-          [](const Ready&) { return std::string_view{"ready"}; },
-          [](const Running&) { return std::string_view{"campaign"}; },
-          [](const Paused&) { return std::string_view{"paused"}; },
-          [](const Aborting&) { return std::string_view{"campaign"}; },
-          [](const StreamStarting&) { return std::string_view{"streaming"}; },
-          [](const Streaming&) { return std::string_view{"streaming"}; },
-          [](const StreamStopping&) { return std::string_view{"streaming"}; },
-          [](const Faulted&) { return std::string_view{"fault"}; },
-      },
-      state);
+  return std::visit(Overloaded{
+                        [](const Disconnected&) { return std::string_view{"disconnected"}; },
+                        [](const Connecting&) { return std::string_view{"connecting"}; },
+                        [](const Ready&) { return std::string_view{"ready"}; },
+                        [](const Running&) { return std::string_view{"campaign"}; },
+                        [](const Paused&) { return std::string_view{"paused"}; },
+                        [](const Aborting&) { return std::string_view{"campaign"}; },
+                        [](const StreamStarting&) { return std::string_view{"streaming"}; },
+                        [](const Streaming&) { return std::string_view{"streaming"}; },
+                        [](const StreamStopping&) { return std::string_view{"streaming"}; },
+                        [](const Faulted&) { return std::string_view{"fault"}; },
+                    },
+                    state);
 }
 
 std::vector<std::string> allowed_methods(const CellState& state) {

@@ -50,17 +50,18 @@ struct StreamStopping {
   TimePoint since;
   bool operator==(const StreamStopping&) const = default;
 };
-/// Needs somebody: cleared by an acknowledgement, and where the cause is one that only a restart removes, by that.
+/// Needs somebody: cleared by an acknowledgement, and where the cause is one that only a restart removes, by
+/// that.
 struct Faulted {
   std::string reason;
   bool acknowledgeable = true;
   bool operator==(const Faulted&) const = default;
 };
-using CellState = std::variant<Disconnected, Connecting, Ready, Running, Paused, Aborting, StreamStarting, Streaming,
-                               StreamStopping, Faulted>;
+using CellState = std::variant<Disconnected, Connecting, Ready, Running, Paused, Aborting, StreamStarting,
+                               Streaming, StreamStopping, Faulted>;
 
-/// The name on the wire, as cell.status knows it: "disconnected", "ready", "campaign". An abort under way still is
-/// "campaign", and a stream that starts or stops "streaming".
+/// The name on the wire, as cell.status knows it: "disconnected", "ready", "campaign". An abort under way
+/// still is "campaign", and a stream that starts or stops "streaming".
 std::string_view state_name(const CellState& state);
 
 // Requests of operators.
@@ -96,9 +97,9 @@ struct StoreFailed {
 struct Tick {};
 using CellEvent =
     std::variant<ConnectRequested, DisconnectRequested, AcknowledgeRequested, CampaignStartRequested,
-                 CampaignPauseRequested, CampaignResumeRequested, CampaignAbortRequested, StreamStartRequested,
-                 StreamStopRequested, DevicesConnected, ConnectFailed, DeviceLost, CampaignEnded, StreamStarted,
-                 StreamEnded, StreamFaulted, StoreFailed, Tick>;
+                 CampaignPauseRequested, CampaignResumeRequested, CampaignAbortRequested,
+                 StreamStartRequested, StreamStopRequested, DevicesConnected, ConnectFailed, DeviceLost,
+                 CampaignEnded, StreamStarted, StreamEnded, StreamFaulted, StoreFailed, Tick>;
 
 enum class CellCommand {
   OpenDevices,
@@ -137,6 +138,7 @@ struct CellStep {
 std::vector<std::string> allowed_methods(const CellState& state);
 
 /// The cell's state machine: a function of state, event and time, and nothing else.
-CellStep advance(const CellState& state, const CellEvent& event, TimePoint now, const CellLimits& limits = {});
+CellStep advance(const CellState& state, const CellEvent& event, TimePoint now,
+                 const CellLimits& limits = {});
 
 }  // namespace truepose::daemon

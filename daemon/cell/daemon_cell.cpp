@@ -34,7 +34,8 @@ std::optional<RpcError> no_parameters(const json::object& params) {
 
 DaemonCell::DaemonCell(Parts parts)
     : parts_{std::move(parts)},
-      devices_{parts_.config, {parts_.robot, parts_.tracker, parts_.clock},
+      devices_{parts_.config,
+               {parts_.robot, parts_.tracker, parts_.clock},
                [this](const std::string& sentence) { on_trouble(sentence); }},
       state_since_{rfc3339(parts_.wall_clock())} {}
 
@@ -84,7 +85,8 @@ DaemonCell::Reply DaemonCell::call(std::string method, json::object params) {
 std::optional<RpcError> DaemonCell::apply(const CellEvent& event, const std::string& reason) {
   CellStep step = advance(state_, event, parts_.clock.now());
   if (step.refused) {
-    return RpcError{ErrorCode::WrongState, step.refused->sentence(), {}, step.refused->state, step.refused->allowed};
+    return RpcError{
+        ErrorCode::WrongState, step.refused->sentence(), {}, step.refused->state, step.refused->allowed};
   }
   const CellState before = std::exchange(state_, std::move(step.next));
   for (const CellCommand command : step.commands) {
@@ -94,14 +96,23 @@ std::optional<RpcError> DaemonCell::apply(const CellEvent& event, const std::str
         identities_.reset();
         robot_state_.reset();
         break;
-      case CellCommand::PauseCampaign: campaign_->campaign.pause(); break;
-      case CellCommand::ResumeCampaign: campaign_->campaign.resume(); break;
-      case CellCommand::AbortCampaign: campaign_->campaign.abort(reason); break;
-      case CellCommand::StopStream: parts_.stream.disengage(); break;
+      case CellCommand::PauseCampaign:
+        campaign_->campaign.pause();
+        break;
+      case CellCommand::ResumeCampaign:
+        campaign_->campaign.resume();
+        break;
+      case CellCommand::AbortCampaign:
+        campaign_->campaign.abort(reason);
+        break;
+      case CellCommand::StopStream:
+        parts_.stream.disengage();
+        break;
       // Those that take time are carried out by the one who asked.
       case CellCommand::OpenDevices:
       case CellCommand::StartCampaign:
-      case CellCommand::StartStream: break;
+      case CellCommand::StartStream:
+        break;
     }
   }
   if (state_name(before) == state()) return std::nullopt;
@@ -110,10 +121,12 @@ std::optional<RpcError> DaemonCell::apply(const CellEvent& event, const std::str
   const auto* fault = std::get_if<Faulted>(&state_);
   if (fault != nullptr) state_reason_ = fault->reason;
   const std::string since = std::exchange(state_since_, rfc3339(parts_.wall_clock()));
-  const std::string line = "cell " + std::string{state_name(before)} + " -> " + std::string{state()} + ": " + state_reason_;
+  const std::string line =
+      "cell " + std::string{state_name(before)} + " -> " + std::string{state()} + ": " + state_reason_;
   fault != nullptr ? log_error(line) : log_info(line);
-  parts_.events.publish(control::Topic::Cell,
-                        json::object{{"state", state()}, {"from", state_name(before)}, {"reason", state_reason_}});
+  parts_.events.publish(
+      control::Topic::Cell,
+      json::object{{"state", state()}, {"from", state_name(before)}, {"reason", state_reason_}});
   const auto* fault_before = std::get_if<Faulted>(&before);
   if (fault_before != nullptr && fault == nullptr) {
     parts_.events.publish(control::Topic::Fault, json::object{{"code", "E_CELL"},
@@ -175,16 +188,22 @@ DaemonCell::Reply DaemonCell::cell_acknowledge(json::object params) {
 DaemonCell::Reply DaemonCell::stream_start(json::object params) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   if (!active_) {
-    co_return std::unexpected(RpcError{ErrorCode::WrongState, "no model is active; allowed: model.activate, campaign.start",
-                                       {}, std::string{state()}, {"model.activate", "campaign.start"}});
+    co_return std::unexpected(RpcError{ErrorCode::WrongState,
+                                       "no model is active; allowed: model.activate, campaign.start",
+                                       {},
+                                       std::string{state()},
+                                       {"model.activate", "campaign.start"}});
   }
   if (identities_ && identities_->robot.serial != active_->record.robot_serial) {
     co_return std::unexpected(RpcError{ErrorCode::WrongState,
-                                       "the active model belongs to arm " + active_->record.robot_serial + ", not to " +
-                                           identities_->robot.serial,
-                                       {}, std::string{state()}, {"model.activate", "campaign.start"}});
+                                       "the active model belongs to arm " + active_->record.robot_serial +
+                                           ", not to " + identities_->robot.serial,
+                                       {},
+                                       std::string{state()},
+                                       {"model.activate", "campaign.start"}});
   }
-  if (auto refused = apply(StreamStartRequested{}, "asked for by an operator")) co_return std::unexpected(*refused);
+  if (auto refused = apply(StreamStartRequested{}, "asked for by an operator"))
+    co_return std::unexpected(*refused);
   const TimePoint deadline = parts_.clock.now() + kStartProgram;
   auto started = co_await parts_.robot.start_stream_program(deadline);
   if (!started) {
@@ -269,7 +288,8 @@ asio::awaitable<void> DaemonCell::shut_down() {
   const auto busy = [this] {
     const StreamState stream = parts_.stream.status().state;
     // A stream that holds for a fault does not ramp: there the controller holds as well.
-    const bool holds = stream == StreamState::Idle || stream == StreamState::Frozen || stream == StreamState::Fault;
+    const bool holds =
+        stream == StreamState::Idle || stream == StreamState::Frozen || stream == StreamState::Fault;
     const bool ramping = streaming() && !holds;
     return ramping || (campaign_ && !campaign_->ended);
   };
@@ -287,7 +307,8 @@ bool DaemonCell::streaming() const {
 }
 
 json::object DaemonCell::stream_now_json() const {
-  return stream_json(parts_.stream.status(), parts_.stream.turnaround(), streaming(), active_ ? active_->record.id : "");
+  return stream_json(parts_.stream.status(), parts_.stream.turnaround(), streaming(),
+                     active_ ? active_->record.id : "");
 }
 
 json::object DaemonCell::status_json() const {
@@ -295,8 +316,8 @@ json::object DaemonCell::status_json() const {
   const drivers::RobotState robot = robot_state_.value_or(drivers::RobotState{});
   json::array faults;
   if (const auto* fault = std::get_if<Faulted>(&state_)) {
-    faults.push_back(
-        json::object{{"code", "E_CELL"}, {"severity", "error"}, {"text", fault->reason}, {"since", state_since_}});
+    faults.push_back(json::object{
+        {"code", "E_CELL"}, {"severity", "error"}, {"text", fault->reason}, {"since", state_since_}});
   }
   json::array allowed;
   for (const std::string& method : allowed_methods(state_)) allowed.emplace_back(method);

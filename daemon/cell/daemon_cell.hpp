@@ -23,8 +23,8 @@
 
 namespace truepose::daemon {
 
-/// The cell as the control protocol sees it: carries out what the state machine commands, and tells it how that went.
-/// Everything but the workers' jobs runs on one thread.
+/// The cell as the control protocol sees it: carries out what the state machine commands, and tells it how
+/// that went. Everything but the workers' jobs runs on one thread.
 class DaemonCell final : public CellService, private CampaignObserver {
  public:
   /// All of it outlives the cell.
@@ -35,7 +35,7 @@ class DaemonCell final : public CellService, private CampaignObserver {
     drivers::Tracker& tracker;
     drivers::Clock& clock;
     StreamCycle& stream;
-    Store& store;          ///< touched by the store thread alone
+    Store& store;  ///< touched by the store thread alone
     Worker& store_thread;
     Worker& compute_thread;
     EventBus& events;
@@ -45,8 +45,8 @@ class DaemonCell final : public CellService, private CampaignObserver {
   ~DaemonCell() override;
 
   std::vector<std::string> methods() const override;
-  boost::asio::awaitable<std::expected<boost::json::value, control::RpcError>> call(std::string method,
-                                                                                   boost::json::object params) override;
+  boost::asio::awaitable<std::expected<boost::json::value, control::RpcError>> call(
+      std::string method, boost::json::object params) override;
 
   /// Takes the active model from the store.
   boost::asio::awaitable<StoreResult<void>> load_active_model();
@@ -122,7 +122,7 @@ class DaemonCell final : public CellService, private CampaignObserver {
   std::string state_since_;
   std::optional<Identities> identities_;
   std::optional<drivers::RobotState> robot_state_;
-  bool robot_asked_ = false;  ///< a question of watch_robot() is under way
+  bool robot_asked_ = false;               ///< a question of watch_robot() is under way
   std::unique_ptr<CampaignRun> campaign_;  ///< the last one, running or ended
   std::optional<Active> active_;
   std::uint64_t model_number_ = 0;

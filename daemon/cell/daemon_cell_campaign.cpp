@@ -31,8 +31,10 @@ DaemonCell::Reply DaemonCell::campaign_start(json::object params) {
   control::ParamReader read{params};
   config::CellConfig config = parts_.config;
   config::CampaignConfig& plan = config.campaign;
-  plan.identify_poses = static_cast<int>(read.integer("identify_poses", 5, 1000).value_or(plan.identify_poses));
-  plan.validate_poses = static_cast<int>(read.integer("validate_poses", 0, 1000).value_or(plan.validate_poses));
+  plan.identify_poses =
+      static_cast<int>(read.integer("identify_poses", 5, 1000).value_or(plan.identify_poses));
+  plan.validate_poses =
+      static_cast<int>(read.integer("validate_poses", 0, 1000).value_or(plan.validate_poses));
   const auto seed = read.integer("seed", 0, std::numeric_limits<std::int64_t>::max());
   if (seed) plan.seed = static_cast<std::uint64_t>(*seed);
   plan.remeasure = read.boolean("remeasure").value_or(plan.remeasure);
@@ -40,8 +42,11 @@ DaemonCell::Reply DaemonCell::campaign_start(json::object params) {
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
 
   const std::string id = new_uuid();
-  if (auto refused = apply(CampaignStartRequested{id}, "asked for by an operator")) co_return std::unexpected(*refused);
-  RunCompute compute = [this](std::function<void()> job) { return parts_.compute_thread.run(std::move(job)); };
+  if (auto refused = apply(CampaignStartRequested{id}, "asked for by an operator"))
+    co_return std::unexpected(*refused);
+  RunCompute compute = [this](std::function<void()> job) {
+    return parts_.compute_thread.run(std::move(job));
+  };
   StoreJournal::Options options{id, new_uuid(), config.robot.model.name, activate};
   CampaignObserver& observer = *this;
   campaign_ = std::make_unique<CampaignRun>(std::move(options), config, parts_, observer, std::move(compute));
@@ -61,7 +66,8 @@ asio::awaitable<void> DaemonCell::run_campaign() {
   auto outcome = co_await run.campaign.run();
   run.ended = true;
   if (outcome) identities_ = (*outcome)->identities;
-  const std::string reason = outcome ? "the campaign is done" : "the campaign ended: " + outcome.error().detail;
+  const std::string reason =
+      outcome ? "the campaign is done" : "the campaign ended: " + outcome.error().detail;
   outcome ? log_info(reason) : log_warning(reason);
   parts_.events.publish(control::Topic::Campaign, progress_json());
   if (!outcome && outcome.error().fault == CampaignFault::Store) {
@@ -79,7 +85,8 @@ asio::awaitable<void> DaemonCell::run_campaign() {
     }
   }
   apply(CampaignEnded{}, reason);
-  if (!outcome && (outcome.error().fault == CampaignFault::Device || outcome.error().fault == CampaignFault::WrongArm)) {
+  if (!outcome &&
+      (outcome.error().fault == CampaignFault::Device || outcome.error().fault == CampaignFault::WrongArm)) {
     apply(DeviceLost{outcome.error().detail}, reason);
   }
 }
@@ -115,7 +122,8 @@ DaemonCell::Reply DaemonCell::campaign_list(json::object params) {
   auto records = co_await parts_.store_thread.ask(job);
   if (!records) co_return std::unexpected(store_error(records.error()));
   json::array page;
-  for (std::size_t i = offset; i < records->size() && page.size() < limit; ++i) page.push_back(campaign_json((*records)[i]));
+  for (std::size_t i = offset; i < records->size() && page.size() < limit; ++i)
+    page.push_back(campaign_json((*records)[i]));
   co_return json::object{{"campaigns", std::move(page)}, {"total", records->size()}};
 }
 
@@ -186,7 +194,8 @@ DaemonCell::Reply DaemonCell::report_get(json::object params) {
     co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign, or it has no document"});
   }
   auto document = control::parse_json((*record)->document);
-  if (!document) co_return std::unexpected(RpcError{ErrorCode::Internal, "the stored document: " + document.error()});
+  if (!document)
+    co_return std::unexpected(RpcError{ErrorCode::Internal, "the stored document: " + document.error()});
   co_return json::object{{"id", (*record)->id}, {"document", *std::move(document)}};
 }
 
@@ -195,15 +204,16 @@ void DaemonCell::on_progress(const CampaignProgress&) {
 }
 
 void DaemonCell::on_point(const StoredPoint& point, double deviation_mm, const CampaignProgress& progress) {
-  parts_.events.publish(control::Topic::Measurement,
-                        json::object{{"campaign_id", campaign_->id},
-                                     {"pose", point.pose},
-                                     {"purpose", purpose_name(point.purpose)},
-                                     {"smr", point.smr},
-                                     {"p_mm", vector_json(point.p_WS_mm)},
-                                     {"std_mm", vector_json(point.std_mm)},
-                                     {"error_mm", progress.error_mm ? json::value(deviation_mm) : json::value{}},
-                                     {"reason", ""}});
+  parts_.events.publish(
+      control::Topic::Measurement,
+      json::object{{"campaign_id", campaign_->id},
+                   {"pose", point.pose},
+                   {"purpose", purpose_name(point.purpose)},
+                   {"smr", point.smr},
+                   {"p_mm", vector_json(point.p_WS_mm)},
+                   {"std_mm", vector_json(point.std_mm)},
+                   {"error_mm", progress.error_mm ? json::value(deviation_mm) : json::value{}},
+                   {"reason", ""}});
   on_progress(progress);
 }
 
@@ -232,8 +242,10 @@ json::object DaemonCell::progress_json() const {
   const CampaignProgress& progress = campaign_->campaign.progress();
   const CampaignRecord& record = campaign_->journal.record();
   std::string_view phase = phase_name(progress.phase);
-  if (campaign_->ended) phase = record.state;
-  else if (std::holds_alternative<Paused>(state_)) phase = "paused";
+  if (campaign_->ended)
+    phase = record.state;
+  else if (std::holds_alternative<Paused>(state_))
+    phase = "paused";
   return {{"id", campaign_->id},
           {"phase", phase},
           {"done", progress.done},

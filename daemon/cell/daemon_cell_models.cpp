@@ -24,7 +24,8 @@ namespace {
 using Solved = std::expected<PoseInverseResult, PoseInverseFault>;
 
 /// One row of targets.compensate: joints of the nominal arm, or a pose of the flange.
-Solved solve(const RobotModel& nominal, const RobotModel& real, const std::vector<double>& row, bool is_pose) {
+Solved solve(const RobotModel& nominal, const RobotModel& real, const std::vector<double>& row,
+             bool is_pose) {
   if (is_pose) {
     const Eigen::Isometry3d X_BF = pose_from_kuka({row[0], row[1], row[2]}, {row[3], row[4], row[5]});
     const auto inverse = SphericalWristInverse::of(nominal);
@@ -74,7 +75,9 @@ asio::awaitable<std::expected<ModelRecord, RpcError>> DaemonCell::find_model(std
   auto job = [this, id] { return id.empty() ? parts_.store.active_model() : parts_.store.model(id); };
   auto record = co_await parts_.store_thread.ask(job);
   if (!record) co_return std::unexpected(RpcError{ErrorCode::Internal, record.error().detail});
-  if (!*record) co_return std::unexpected(RpcError{ErrorCode::NotFound, id.empty() ? "no model is active" : "no such model"});
+  if (!*record)
+    co_return std::unexpected(
+        RpcError{ErrorCode::NotFound, id.empty() ? "no model is active" : "no such model"});
   co_return **record;
 }
 
@@ -87,7 +90,8 @@ DaemonCell::Reply DaemonCell::model_list(json::object params) {
   auto records = co_await parts_.store_thread.ask(job);
   if (!records) co_return std::unexpected(RpcError{ErrorCode::Internal, records.error().detail});
   json::array page;
-  for (std::size_t i = offset; i < records->size() && page.size() < limit; ++i) page.push_back(model_json((*records)[i]));
+  for (std::size_t i = offset; i < records->size() && page.size() < limit; ++i)
+    page.push_back(model_json((*records)[i]));
   co_return json::object{{"models", std::move(page)}, {"total", records->size()}};
 }
 
@@ -99,7 +103,8 @@ DaemonCell::Reply DaemonCell::model_get(json::object params) {
   if (!record) co_return std::unexpected(record.error());
   json::array parameters;
   const config::ModelFile file = config::parse_model(record->yaml, "model " + record->id);
-  for (const IdentifiedParameter& parameter : file.parameters) parameters.push_back(parameter_json(parameter));
+  for (const IdentifiedParameter& parameter : file.parameters)
+    parameters.push_back(parameter_json(parameter));
   co_return json::object{{"model", model_json(*record)}, {"parameters", std::move(parameters)}};
 }
 
@@ -172,22 +177,25 @@ DaemonCell::Reply DaemonCell::targets_compensate(json::object params) {
   for (std::size_t i = 0; i < solved.size(); ++i) {
     const bool reached = solved[i] && solved[i]->residual_mm < 1e-3;
     if (!reached || !within_limits(nominal, solved[i]->q)) {
-      const std::string key = std::string{"params."} + (is_pose ? "poses" : "joints") + "[" + std::to_string(i) + "]";
-      co_return std::unexpected(RpcError{ErrorCode::InvalidParams,
-                                         key + ": " + (reached ? "needs joints beyond their limits" : "cannot be reached"),
-                                         key});
+      const std::string key =
+          std::string{"params."} + (is_pose ? "poses" : "joints") + "[" + std::to_string(i) + "]";
+      co_return std::unexpected(
+          RpcError{ErrorCode::InvalidParams,
+                   key + ": " + (reached ? "needs joints beyond their limits" : "cannot be reached"), key});
     }
     q_deg.push_back(joints_json(nominal, solved[i]->q));
     residual_mm.emplace_back(solved[i]->residual_mm);
     iterations.emplace_back(solved[i]->iterations);
   }
-  co_return json::object{
-      {"joints", std::move(q_deg)}, {"residual_mm", std::move(residual_mm)}, {"iterations", std::move(iterations)}};
+  co_return json::object{{"joints", std::move(q_deg)},
+                         {"residual_mm", std::move(residual_mm)},
+                         {"iterations", std::move(iterations)}};
 }
 
 void DaemonCell::publish_model(const char* change, const ModelRecord& record) {
   log_info("model " + record.id + " " + change);
-  parts_.events.publish(control::Topic::Model, json::object{{"change", change}, {"model", model_json(record)}});
+  parts_.events.publish(control::Topic::Model,
+                        json::object{{"change", change}, {"model", model_json(record)}});
 }
 
 }  // namespace truepose::daemon

@@ -6,9 +6,7 @@
 
 namespace truepose::daemon {
 
-void tell_ready(std::string_view status) {
-  sd_notify(0, ("READY=1\nSTATUS=" + std::string{status}).c_str());
-}
+void tell_ready(std::string_view status) { sd_notify(0, ("READY=1\nSTATUS=" + std::string{status}).c_str()); }
 void tell_status(std::string_view status) { sd_notify(0, ("STATUS=" + std::string{status}).c_str()); }
 void tell_stopping() { sd_notify(0, "STOPPING=1\nSTATUS=stopping"); }
 

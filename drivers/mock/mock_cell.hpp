@@ -19,8 +19,8 @@ struct MockFaults {
   double robot_lost = 0;     ///< the connection ends in the middle of a move
   double robot_restart = 0;  ///< likewise, and the controller is not there for a while
   double robot_refused = 0;
-  double robot_aborted = 0;  ///< the arm stops on its way
-  double robot_silent = 0;   ///< no answer until the deadline
+  double robot_aborted = 0;    ///< the arm stops on its way
+  double robot_silent = 0;     ///< no answer until the deadline
   double robot_not_ready = 0;  ///< the drives are off for a while
   double tracker_lost = 0;
   double tracker_restart = 0;
@@ -41,7 +41,8 @@ struct MockCellOptions {
   std::uint64_t seed = 0;
 };
 
-/// The cell that the mock robot and the mock tracker share: the true arm in motion and the true place of its reflector.
+/// The cell that the mock robot and the mock tracker share: the true arm in motion and the true place of its
+/// reflector.
 class MockCell {
  public:
   MockCell(MockCellOptions options, Clock& clock);

@@ -34,7 +34,8 @@ asio::awaitable<std::expected<RobotState, RobotError>> MockRobot::state(TimePoin
   co_return state;
 }
 
-asio::awaitable<std::expected<JointVector, RobotError>> MockRobot::move(MoveCommand command, TimePoint deadline) {
+asio::awaitable<std::expected<JointVector, RobotError>> MockRobot::move(MoveCommand command,
+                                                                        TimePoint deadline) {
   Clock& clock = cell_.clock();
   const MockFaults& faults = cell_.options().faults;
   stop_ = false;
@@ -43,7 +44,8 @@ asio::awaitable<std::expected<JointVector, RobotError>> MockRobot::move(MoveComm
   for (int i = 0; i < command.q.size(); ++i) {
     const Joint& joint = cell_.options().nominal.joints[static_cast<std::size_t>(i)];
     if (command.q[i] < joint.min || command.q[i] > joint.max) {
-      co_return std::unexpected(RobotError{RobotFault::Refused, "axis " + std::to_string(i + 1) + " beyond its limit"});
+      co_return std::unexpected(
+          RobotError{RobotFault::Refused, "axis " + std::to_string(i + 1) + " beyond its limit"});
     }
   }
   if (cell_.happens(faults.robot_refused)) {
@@ -66,17 +68,20 @@ asio::awaitable<std::expected<JointVector, RobotError>> MockRobot::move(MoveComm
       cell_.stop_motion();
       co_return std::unexpected(RobotError{RobotFault::Aborted, "the arm was stopped on its way"});
     }
-    if (!connected_) co_return std::unexpected(RobotError{RobotFault::Disconnected, "disconnected during a move"});
+    if (!connected_)
+      co_return std::unexpected(RobotError{RobotFault::Disconnected, "disconnected during a move"});
     if (restart && clock.now() >= fails) {
       cell_.stop_motion();
       gone_until_ = clock.now() + cell_.outage();
       co_return std::unexpected(lose("the controller restarted"));
     }
-    if (lost && clock.now() >= fails) co_return std::unexpected(lose("the connection to the controller was lost"));
+    if (lost && clock.now() >= fails)
+      co_return std::unexpected(lose("the connection to the controller was lost"));
   }
   if (silent || clock.now() < end) {
     connected_ = false;
-    co_return std::unexpected(RobotError{RobotFault::Timeout, "the controller did not report the end of the move"});
+    co_return std::unexpected(
+        RobotError{RobotFault::Timeout, "the controller did not report the end of the move"});
   }
   co_return cell_.q();
 }

@@ -12,7 +12,8 @@ class MockRobot final : public Robot {
 
   boost::asio::awaitable<std::expected<RobotIdentity, RobotError>> connect(TimePoint deadline) override;
   boost::asio::awaitable<std::expected<RobotState, RobotError>> state(TimePoint deadline) override;
-  boost::asio::awaitable<std::expected<JointVector, RobotError>> move(MoveCommand command, TimePoint deadline) override;
+  boost::asio::awaitable<std::expected<JointVector, RobotError>> move(MoveCommand command,
+                                                                      TimePoint deadline) override;
   boost::asio::awaitable<std::expected<void, RobotError>> start_stream_program(TimePoint deadline) override;
   boost::asio::awaitable<std::expected<void, RobotError>> stop(TimePoint deadline) override;
   void disconnect() noexcept override { connected_ = false; }

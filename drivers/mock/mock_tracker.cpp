@@ -19,19 +19,22 @@ asio::awaitable<std::expected<TrackerIdentity, TrackerError>> MockTracker::conne
   co_return TrackerIdentity{"MockTracker", "MOCK-0002", "1.0"};
 }
 
-asio::awaitable<std::expected<void, TrackerError>> MockTracker::aim(Eigen::Vector3d p_W_mm, double search_radius_mm,
-                                                                   TimePoint deadline) {
+asio::awaitable<std::expected<void, TrackerError>> MockTracker::aim(Eigen::Vector3d p_W_mm,
+                                                                    double search_radius_mm,
+                                                                    TimePoint deadline) {
   Clock& clock = cell_.clock();
   const MockFaults& faults = cell_.options().faults;
   locked_ = false;
   auto fault = co_await link_fault(deadline);
   if (fault) co_return std::unexpected(*fault);
   const double distance_mm = (cell_.p_WS_mm() - p_W_mm).norm();
-  co_await clock.sleep_until(std::min(deadline, clock.now() + 1s + std::chrono::milliseconds{static_cast<int>(20 * distance_mm)}));
+  co_await clock.sleep_until(
+      std::min(deadline, clock.now() + 1s + std::chrono::milliseconds{static_cast<int>(20 * distance_mm)}));
   const bool other = search_radius_mm > 100 && cell_.happens(faults.wrong_reflector);
   const bool missed = cell_.happens(faults.no_target);
   if (!other && (missed || distance_mm > search_radius_mm || !cell_.visible())) {
-    co_return std::unexpected(TrackerError{TrackerFault::NoTarget, "no reflector found where the tracker looked"});
+    co_return std::unexpected(
+        TrackerError{TrackerFault::NoTarget, "no reflector found where the tracker looked"});
   }
   locked_offset_mm_.setZero();
   if (other) locked_offset_mm_ = Eigen::Vector3d{cell_.uniform(60, 100), 0, 0};
@@ -47,7 +50,8 @@ asio::awaitable<std::expected<SmrPoint, TrackerError>> MockTracker::measure(Time
   co_await clock.sleep_until(std::min(deadline, clock.now() + 2s));
   if (cell_.moving() || cell_.happens(cell_.options().faults.beam_broken)) {
     locked_ = false;
-    co_return std::unexpected(TrackerError{TrackerFault::BeamBroken, "the beam was broken during the measurement"});
+    co_return std::unexpected(
+        TrackerError{TrackerFault::BeamBroken, "the beam was broken during the measurement"});
   }
   SmrPoint point;
   point.p_WS_mm = cell_.reading_mm() + locked_offset_mm_;

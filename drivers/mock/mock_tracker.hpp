@@ -13,8 +13,9 @@ class MockTracker final : public Tracker {
   explicit MockTracker(MockCell& cell) : cell_{cell} {}
 
   boost::asio::awaitable<std::expected<TrackerIdentity, TrackerError>> connect(TimePoint deadline) override;
-  boost::asio::awaitable<std::expected<void, TrackerError>> aim(Eigen::Vector3d p_W_mm, double search_radius_mm,
-                                                               TimePoint deadline) override;
+  boost::asio::awaitable<std::expected<void, TrackerError>> aim(Eigen::Vector3d p_W_mm,
+                                                                double search_radius_mm,
+                                                                TimePoint deadline) override;
   boost::asio::awaitable<std::expected<SmrPoint, TrackerError>> measure(TimePoint deadline) override;
   void disconnect() noexcept override { connected_ = false; }
 

@@ -12,8 +12,8 @@
 
 namespace truepose::drivers {
 
-/// A clock that stands still while anything is ready to run, and then jumps to the next sleeper: a week of a cell in a
-/// minute, the same every time. One thread.
+/// A clock that stands still while anything is ready to run, and then jumps to the next sleeper: a week of a
+/// cell in a minute, the same every time. One thread.
 class VirtualClock final : public Clock {
  public:
   TimePoint now() const override { return now_; }

@@ -30,7 +30,8 @@ struct CampaignTest : testing::Test {
     cell.emplace(truth, clock);
     robot.emplace(*cell);
     tracker.emplace(*cell);
-    campaign.emplace(config, CampaignDevices{*robot, *tracker, clock}, journal, observer, &test::compute_here);
+    campaign.emplace(config, CampaignDevices{*robot, *tracker, clock}, journal, observer,
+                     &test::compute_here);
     asio::co_spawn(io, campaign->run(), [this](std::exception_ptr failed, Outcome ended) {
       ASSERT_FALSE(failed);
       outcome.emplace(std::move(ended));
@@ -41,7 +42,8 @@ struct CampaignTest : testing::Test {
     return clock.run(io, [this] { return outcome.has_value(); });
   }
   void at(Duration since_start, std::function<void()> action) {
-    asio::co_spawn(io, clock.sleep_until(TimePoint{} + since_start), [action](std::exception_ptr) { action(); });
+    asio::co_spawn(io, clock.sleep_until(TimePoint{} + since_start),
+                   [action](std::exception_ptr) { action(); });
   }
 
   config::CellConfig config = test::example_cell();
@@ -72,9 +74,9 @@ TEST_F(CampaignTest, CalibratesTheArmAndShowsByMeasuringAgainThatCompensationWor
   EXPECT_EQ(journal.ended, 1);
   EXPECT_EQ(journal.result, **outcome);
   EXPECT_THAT(observer.phases,
-              ElementsAre(CampaignPhase::Connect, CampaignPhase::Plan, CampaignPhase::WarmUp, CampaignPhase::Identify,
-                          CampaignPhase::Validate, CampaignPhase::Compute, CampaignPhase::Remeasure,
-                          CampaignPhase::Finish));
+              ElementsAre(CampaignPhase::Connect, CampaignPhase::Plan, CampaignPhase::WarmUp,
+                          CampaignPhase::Identify, CampaignPhase::Validate, CampaignPhase::Compute,
+                          CampaignPhase::Remeasure, CampaignPhase::Finish));
   ASSERT_TRUE(result.calibration.validate);
   EXPECT_TRUE(result.improves);
   EXPECT_GT(result.calibration.validate->before.mean, 1.0);
@@ -112,7 +114,8 @@ struct SlowJournal final : CampaignJournal {
     co_return StoreResult<void>{};
   }
   asio::awaitable<StoreResult<void>> add_skipped(SkippedPose) override { co_return StoreResult<void>{}; }
-  asio::awaitable<StoreResult<void>> end(std::shared_ptr<const CampaignResult>, std::optional<CampaignError>) override {
+  asio::awaitable<StoreResult<void>> end(std::shared_ptr<const CampaignResult>,
+                                         std::optional<CampaignError>) override {
     co_return StoreResult<void>{};
   }
   drivers::Clock& clock;
@@ -126,7 +129,8 @@ TEST_F(CampaignTest, StoresEachPointBeforeTheArmMovesOn) {
   robot.emplace(*cell);
   tracker.emplace(*cell);
   campaign.emplace(config, CampaignDevices{*robot, *tracker, clock}, slow, observer, &test::compute_here);
-  asio::co_spawn(io, campaign->run(), [this](std::exception_ptr, Outcome ended) { outcome.emplace(std::move(ended)); });
+  asio::co_spawn(io, campaign->run(),
+                 [this](std::exception_ptr, Outcome ended) { outcome.emplace(std::move(ended)); });
   ASSERT_TRUE(go_on());
   EXPECT_EQ(slow.points, 40);
 }

@@ -15,17 +15,25 @@ using C = CellCommand;
 
 const TimePoint t0{1h};
 
-const std::vector<CellState> kStates{Disconnected{},     Connecting{t0}, Ready{},
-                                     Running{"c1"},      Paused{"c1"},   Aborting{"c1", t0},
-                                     StreamStarting{t0}, Streaming{},    StreamStopping{t0},
-                                     Faulted{"why", true}, Faulted{"disk full", false}};
+const std::vector<CellState> kStates{Disconnected{},
+                                     Connecting{t0},
+                                     Ready{},
+                                     Running{"c1"},
+                                     Paused{"c1"},
+                                     Aborting{"c1", t0},
+                                     StreamStarting{t0},
+                                     Streaming{},
+                                     StreamStopping{t0},
+                                     Faulted{"why", true},
+                                     Faulted{"disk full", false}};
 
-const std::vector<CellEvent> kRequests{ConnectRequested{},       DisconnectRequested{},   AcknowledgeRequested{},
-                                       CampaignStartRequested{"c2"}, CampaignPauseRequested{}, CampaignResumeRequested{},
-                                       CampaignAbortRequested{}, StreamStartRequested{},  StreamStopRequested{}};
-const std::vector<CellEvent> kOutcomes{DevicesConnected{}, ConnectFailed{"x"}, DeviceLost{"x"},    CampaignEnded{},
-                                       StreamStarted{},    StreamEnded{},      StreamFaulted{"x"}, StoreFailed{"x"},
-                                       Tick{}};
+const std::vector<CellEvent> kRequests{
+    ConnectRequested{},           DisconnectRequested{},    AcknowledgeRequested{},
+    CampaignStartRequested{"c2"}, CampaignPauseRequested{}, CampaignResumeRequested{},
+    CampaignAbortRequested{},     StreamStartRequested{},   StreamStopRequested{}};
+const std::vector<CellEvent> kOutcomes{DevicesConnected{}, ConnectFailed{"x"}, DeviceLost{"x"},
+                                       CampaignEnded{},    StreamStarted{},    StreamEnded{},
+                                       StreamFaulted{"x"}, StoreFailed{"x"},   Tick{}};
 
 CellState after(const CellState& state, const CellEvent& event) { return advance(state, event, t0).next; }
 
@@ -61,7 +69,8 @@ TEST(CellState, TheRefusalListsTheMethodsThatAreAllowed) {
   const CellStep step = advance(Running{"c1"}, StreamStartRequested{}, t0);
   ASSERT_TRUE(step.refused);
   EXPECT_THAT(step.refused->allowed, ElementsAre("campaign.pause", "campaign.abort"));
-  EXPECT_EQ(step.refused->sentence(), "not possible in state campaign; allowed: campaign.pause, campaign.abort");
+  EXPECT_EQ(step.refused->sentence(),
+            "not possible in state campaign; allowed: campaign.pause, campaign.abort");
 }
 
 struct Transition {
@@ -95,7 +104,10 @@ TEST(CellState, FollowsTheTableOfTransitions) {
       {Streaming{}, StreamEnded{}, Ready{}, {}},
       {Streaming{}, StreamFaulted{"bound"}, Faulted{"bound", true}, {C::StopStream, C::CloseDevices}},
       {Faulted{"why", true}, AcknowledgeRequested{}, Disconnected{}, {}},
-      {Running{"c1"}, StoreFailed{"disk full"}, Faulted{"disk full", false}, {C::AbortCampaign, C::CloseDevices}},
+      {Running{"c1"},
+       StoreFailed{"disk full"},
+       Faulted{"disk full", false},
+       {C::AbortCampaign, C::CloseDevices}},
       {Streaming{}, StoreFailed{"disk full"}, Faulted{"disk full", false}, {C::StopStream}},
   };
   for (const Transition& row : table) {
@@ -119,9 +131,10 @@ TEST(CellState, AnOutcomeThatComesLateChangesNothing) {
 
 TEST(CellState, StatesThatPassByThemselvesFaultWhenTheyDoNot) {
   const CellLimits limits;
-  EXPECT_EQ(advance(Connecting{t0}, Tick{}, t0 + limits.connecting - 1ms, limits).next, CellState{Connecting{t0}});
-  for (const CellState& state : {CellState{Connecting{t0}}, CellState{Aborting{"c1", t0}}, CellState{StreamStarting{t0}},
-                                 CellState{StreamStopping{t0}}}) {
+  EXPECT_EQ(advance(Connecting{t0}, Tick{}, t0 + limits.connecting - 1ms, limits).next,
+            CellState{Connecting{t0}});
+  for (const CellState& state : {CellState{Connecting{t0}}, CellState{Aborting{"c1", t0}},
+                                 CellState{StreamStarting{t0}}, CellState{StreamStopping{t0}}}) {
     const CellStep step = advance(state, Tick{}, t0 + 1h, limits);
     EXPECT_TRUE(std::holds_alternative<Faulted>(step.next)) << state_name(state);
     EXPECT_FALSE(step.commands.empty());

@@ -114,7 +114,8 @@ asio::awaitable<daemon::StoreResult<void>> MemoryJournal::add_skipped(daemon::Sk
 }
 
 asio::awaitable<daemon::StoreResult<void>> MemoryJournal::end(
-    std::shared_ptr<const daemon::CampaignResult> campaign_result, std::optional<daemon::CampaignError> campaign_error) {
+    std::shared_ptr<const daemon::CampaignResult> campaign_result,
+    std::optional<daemon::CampaignError> campaign_error) {
   ++ended;
   result = std::move(campaign_result);
   error = std::move(campaign_error);

@@ -41,7 +41,9 @@ std::shared_ptr<CampaignResult> example_result(bool improves) {
 
 struct StoreJournalTest : testing::Test {
   StoreJournal journal(bool activate = true) {
-    return {{"c1", "m1", "KR 210", activate}, *store, thread, [] { return std::chrono::system_clock::time_point{}; }};
+    return {{"c1", "m1", "KR 210", activate}, *store, thread, [] {
+              return std::chrono::system_clock::time_point{};
+            }};
   }
   template <typename T>
   T finish(asio::awaitable<T> work) {

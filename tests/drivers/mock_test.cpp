@@ -34,7 +34,8 @@ T finish(asio::io_context& io, VirtualClock& clock, asio::awaitable<T> work) {
   return *std::move(result);
 }
 
-asio::awaitable<void> note(VirtualClock& clock, TimePoint when, std::string name, std::vector<std::string>& order) {
+asio::awaitable<void> note(VirtualClock& clock, TimePoint when, std::string name,
+                           std::vector<std::string>& order) {
   co_await clock.sleep_until(when);
   order.push_back(name);
 }
@@ -65,7 +66,8 @@ TEST(VirtualClock, ACancelledSleeperThrowsAndLeaves) {
   asio::cancellation_signal cancel;
   std::exception_ptr thrown;
   bool ended = false;
-  asio::co_spawn(io, clock.sleep_until(clock.now() + 1h), asio::bind_cancellation_slot(cancel.slot(), [&](auto e) {
+  asio::co_spawn(io, clock.sleep_until(clock.now() + 1h),
+                 asio::bind_cancellation_slot(cancel.slot(), [&](auto e) {
                    thrown = e;
                    ended = true;
                  }));

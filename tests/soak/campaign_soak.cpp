@@ -33,14 +33,16 @@ class WatchedTracker final : public drivers::Tracker {
  public:
   explicit WatchedTracker(drivers::Tracker& tracker) : tracker_{tracker} {}
 
-  asio::awaitable<std::expected<drivers::TrackerIdentity, drivers::TrackerError>> connect(TimePoint deadline) override {
+  asio::awaitable<std::expected<drivers::TrackerIdentity, drivers::TrackerError>> connect(
+      TimePoint deadline) override {
     return tracker_.connect(deadline);
   }
   asio::awaitable<std::expected<void, drivers::TrackerError>> aim(Eigen::Vector3d p_W_mm, double radius_mm,
-                                                                 TimePoint deadline) override {
+                                                                  TimePoint deadline) override {
     return tracker_.aim(p_W_mm, radius_mm, deadline);
   }
-  asio::awaitable<std::expected<drivers::SmrPoint, drivers::TrackerError>> measure(TimePoint deadline) override {
+  asio::awaitable<std::expected<drivers::SmrPoint, drivers::TrackerError>> measure(
+      TimePoint deadline) override {
     last.reset();
     auto measured = co_await tracker_.measure(deadline);
     if (measured) last = measured->p_WS_mm;
@@ -77,15 +79,18 @@ class Soak {
   struct Journal;
   struct Observer;
 
-  double elapsed_hours() const { return std::chrono::duration<double, std::ratio<3600>>(clock_.now() - TimePoint{}).count(); }
+  double elapsed_hours() const {
+    return std::chrono::duration<double, std::ratio<3600>>(clock_.now() - TimePoint{}).count();
+  }
   double uniform(double min, double max) { return min + (max - min) * random_.uniform(); }
   drivers::MockFaults draw_faults();
   void run_campaign();
   void interfere(daemon::Campaign& campaign, const bool& ended);
   void after(double seconds, std::function<void()> action);
   daemon::CellStep step(const daemon::CellEvent& event);
-  void check_end(const config::CellConfig& config, const Journal& journal,
-                 const std::expected<std::shared_ptr<const daemon::CampaignResult>, daemon::CampaignError>& outcome);
+  void check_end(
+      const config::CellConfig& config, const Journal& journal,
+      const std::expected<std::shared_ptr<const daemon::CampaignResult>, daemon::CampaignError>& outcome);
 
   Random random_;
   asio::io_context io_;
@@ -116,7 +121,8 @@ struct Soak::Journal final : daemon::CampaignJournal {
     EXPECT_EQ(soak.tracker_->last.value_or(Eigen::Vector3d::Zero()), point.p_WS_mm);
     EXPECT_EQ(soak.cell_->q(), point.q_actual) << "the arm moved on before its point was stored";
     EXPECT_EQ(point.q_actual, point.q_commanded);
-    EXPECT_LT((point.p_WS_mm - soak.cell_->p_WS_mm()).norm(), kSixSigma_mm) << "far from where the reflector really is";
+    EXPECT_LT((point.p_WS_mm - soak.cell_->p_WS_mm()).norm(), kSixSigma_mm)
+        << "far from where the reflector really is";
     EXPECT_LT((point.q_commanded - point.q_target).cwiseAbs().maxCoeff(), kLargestCorrection_rad);
     EXPECT_TRUE(point.purpose == daemon::PointPurpose::Remeasure || point.q_commanded == point.q_target);
     EXPECT_EQ(++poses[point.pose], 1) << "pose " << point.pose;
@@ -151,8 +157,12 @@ struct Soak::Journal final : daemon::CampaignJournal {
 struct Soak::Observer final : daemon::CampaignObserver {
   explicit Observer(Soak& s) : soak{s} {}
   void on_progress(const daemon::CampaignProgress& progress) override { check(progress); }
-  void on_point(const daemon::StoredPoint&, double, const daemon::CampaignProgress& progress) override { check(progress); }
-  void on_skipped(const daemon::SkippedPose&, const daemon::CampaignProgress& progress) override { check(progress); }
+  void on_point(const daemon::StoredPoint&, double, const daemon::CampaignProgress& progress) override {
+    check(progress);
+  }
+  void on_skipped(const daemon::SkippedPose&, const daemon::CampaignProgress& progress) override {
+    check(progress);
+  }
   void on_trouble(const std::string& sentence) override {
     ++soak.result_.troubles;
     soak.hash_.add(sentence);
@@ -170,9 +180,10 @@ drivers::MockFaults Soak::draw_faults() {
   drivers::MockFaults faults;
   // From a quiet shift to one in which every tenth call fails somehow.
   const double level = uniform(0, 0.02) * (random_.uniform() < 0.7 ? 1 : 0);
-  for (double* rate : {&faults.robot_lost, &faults.robot_restart, &faults.robot_refused, &faults.robot_aborted,
-                       &faults.robot_silent, &faults.robot_not_ready, &faults.tracker_lost, &faults.tracker_restart,
-                       &faults.tracker_busy, &faults.tracker_silent, &faults.no_target, &faults.beam_broken}) {
+  for (double* rate :
+       {&faults.robot_lost, &faults.robot_restart, &faults.robot_refused, &faults.robot_aborted,
+        &faults.robot_silent, &faults.robot_not_ready, &faults.tracker_lost, &faults.tracker_restart,
+        &faults.tracker_busy, &faults.tracker_silent, &faults.no_target, &faults.beam_broken}) {
     *rate = level * uniform(0, 2);
   }
   return faults;
@@ -258,7 +269,8 @@ void Soak::check_end(
   result_.points += journal.points;
   result_.skipped += journal.skipped;
   EXPECT_EQ(journal.ended, 1);
-  const int planned = config.campaign.identify_poses + config.campaign.validate_poses * (config.campaign.remeasure ? 2 : 1);
+  const int planned =
+      config.campaign.identify_poses + config.campaign.validate_poses * (config.campaign.remeasure ? 2 : 1);
   if (!outcome) {
     const bool aborted = outcome.error().fault == daemon::CampaignFault::Aborted;
     ++(aborted ? result_.aborted : result_.failed);
@@ -268,7 +280,8 @@ void Soak::check_end(
     return;
   }
   ++result_.done;
-  EXPECT_EQ(static_cast<int>(journal.poses.size()), planned) << "a planned pose is neither measured nor listed";
+  EXPECT_EQ(static_cast<int>(journal.poses.size()), planned)
+      << "a planned pose is neither measured nor listed";
   EXPECT_EQ(journal.poses.rbegin()->first, planned - 1);
   const daemon::CampaignResult& result = **outcome;
   if (!result.remeasured) return;

@@ -13,7 +13,8 @@ struct CampaignSoak {
   std::uint64_t hash = 0;  ///< of everything that happened, in order
 };
 
-/// Runs campaign after campaign in virtual time, against devices that misbehave and an operator who interferes.
+/// Runs campaign after campaign in virtual time, against devices that misbehave and an operator who
+/// interferes.
 CampaignSoak soak_campaigns(std::uint64_t seed, double hours);
 
 }  // namespace truepose::soak

@@ -29,10 +29,12 @@ std::uint64_t seed() {
 
 TEST(CampaignSoak, KeepsItsPromisesThroughLostConnectionsBrokenBeamsRestartsAndOperators) {
   const CampaignSoak soak = soak_campaigns(seed(), hours());
-  std::printf("seed %llu: %.1f h of the cell, %d campaigns (%d done, %d aborted, %d failed), %d points, %d poses skipped, "
-              "%d troubles, events %016llx\n",
-              static_cast<unsigned long long>(seed()), soak.hours, soak.campaigns, soak.done, soak.aborted, soak.failed,
-              soak.points, soak.skipped, soak.troubles, static_cast<unsigned long long>(soak.hash));
+  std::printf(
+      "seed %llu: %.1f h of the cell, %d campaigns (%d done, %d aborted, %d failed), %d points, %d poses "
+      "skipped, "
+      "%d troubles, events %016llx\n",
+      static_cast<unsigned long long>(seed()), soak.hours, soak.campaigns, soak.done, soak.aborted,
+      soak.failed, soak.points, soak.skipped, soak.troubles, static_cast<unsigned long long>(soak.hash));
   EXPECT_GE(soak.hours, hours());
   EXPECT_GT(soak.done, soak.campaigns / 2);
   EXPECT_GT(soak.troubles, 0);
@@ -49,12 +51,13 @@ TEST(CampaignSoak, TheSameSeedDoesTheSameAgainAndAnotherSeedDoesNot) {
 
 TEST(StreamSoak, HoldsItsBoundsThroughLostRepeatedAndDamagedDatagramsAndRestarts) {
   const StreamSoak soak = soak_stream(seed(), stream_hours());
-  std::printf("seed %llu: %.2f h of the stream, %llu cycles (%llu answered, %llu held, %llu lost, %llu sessions), "
-              "largest step %.6f deg, replies %016llx\n",
-              static_cast<unsigned long long>(seed()), soak.hours, static_cast<unsigned long long>(soak.cycles),
-              static_cast<unsigned long long>(soak.answered), static_cast<unsigned long long>(soak.held),
-              static_cast<unsigned long long>(soak.lost), static_cast<unsigned long long>(soak.sessions),
-              soak.max_step_deg, static_cast<unsigned long long>(soak.hash));
+  std::printf(
+      "seed %llu: %.2f h of the stream, %llu cycles (%llu answered, %llu held, %llu lost, %llu sessions), "
+      "largest step %.6f deg, replies %016llx\n",
+      static_cast<unsigned long long>(seed()), soak.hours, static_cast<unsigned long long>(soak.cycles),
+      static_cast<unsigned long long>(soak.answered), static_cast<unsigned long long>(soak.held),
+      static_cast<unsigned long long>(soak.lost), static_cast<unsigned long long>(soak.sessions),
+      soak.max_step_deg, static_cast<unsigned long long>(soak.hash));
   EXPECT_GT(soak.answered, soak.cycles / 2);
 }
 

@@ -47,7 +47,9 @@ class Shift {
  private:
   bool happens(double per_hour) { return random_.uniform() < per_hour * 0.004 / 3600; }
   double within(double limit) { return limit * (2 * random_.uniform() - 1); }
-  std::size_t pick(std::size_t count) { return static_cast<std::size_t>(random_.uniform() * static_cast<double>(count)); }
+  std::size_t pick(std::size_t count) {
+    return static_cast<std::size_t>(random_.uniform() * static_cast<double>(count));
+  }
 
   void operate() {
     if (happens(60)) rig_.cycle->use_model(daemon::real_arm(within(4)), 1 + pick(1000));
@@ -64,7 +66,8 @@ class Shift {
     }
     for (Eigen::Index i = 0; i < 6; ++i) {
       const Joint& joint = arm_.joints[static_cast<std::size_t>(i)];
-      if (rig_.q[i] + velocity_[i] < joint.min || rig_.q[i] + velocity_[i] > joint.max) velocity_[i] = -velocity_[i];
+      if (rig_.q[i] + velocity_[i] < joint.min || rig_.q[i] + velocity_[i] > joint.max)
+        velocity_[i] = -velocity_[i];
       rig_.q[i] += velocity_[i];
     }
   }
@@ -85,7 +88,8 @@ class Shift {
       const std::string reply = rig_.tick();
       EXPECT_FALSE(reply.empty()) << "IPOC " << rig_.ipoc;
       tell(reply);
-      if (!reply.empty() && rig_.decode(reply).ipoc != rig_.ipoc) ADD_FAILURE() << "wrong IPOC after " << rig_.ipoc;
+      if (!reply.empty() && rig_.decode(reply).ipoc != rig_.ipoc)
+        ADD_FAILURE() << "wrong IPOC after " << rig_.ipoc;
     }
     if (++since_check_ == 1000) check();
   }
