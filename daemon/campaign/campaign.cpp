@@ -355,8 +355,9 @@ Campaign::Outcome<void> Campaign::identify() {
 /// The validation poses again, now with the joints at which the real arm stands where the nominal one would.
 Campaign::Outcome<std::vector<Campaign::Target>> Campaign::compensate() {
   std::vector<Target> targets = validate_;
+  result_->validation_poses = static_cast<int>(validate_.size());
   for (Target& target : targets) {
-    target.pose += static_cast<int>(validate_.size());
+    target.pose += result_->validation_poses;
     target.purpose = PointPurpose::Remeasure;
   }
   using Solved = std::expected<PoseInverseResult, PoseInverseFault>;

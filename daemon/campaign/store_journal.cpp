@@ -1,6 +1,8 @@
 #include "daemon/campaign/store_journal.hpp"
 
+#include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
+#include <map>
 #include <utility>
 
 #include "config/model_file.hpp"
@@ -14,11 +16,39 @@ namespace asio = boost::asio;
 
 namespace {
 
+namespace json = boost::json;
+
+/// Errors of the points measured again (wanted minus measured, as in "points"), with the numbers that the document
+/// gives to their validation poses.
+json::array remeasured_points(const CampaignResult& result) {
+  std::map<int, int> number_of;  // plan number of a measured pose -> its number in the document
+  for (const StoredPoint& point : result.points) {
+    if (point.purpose == PointPurpose::Remeasure) continue;
+    number_of.emplace(point.pose, static_cast<int>(number_of.size()) + 1);
+  }
+  json::array points;
+  std::size_t k = 0;
+  for (const StoredPoint& point : result.points) {
+    if (point.purpose != PointPurpose::Remeasure) continue;
+    const Eigen::Vector3d error = -result.remeasured_errors_mm[k++];
+    const auto number = number_of.find(point.pose - result.validation_poses);
+    if (number == number_of.end()) continue;  // measured again, but never for validation: nothing to show it beside
+    points.push_back(json::object{
+        {"pose", number->second}, {"smr", point.smr}, {"error", {error.x(), error.y(), error.z()}}});
+  }
+  return points;
+}
+
 /// The document that reports are made of: that of the calibration, and what measuring again has shown.
-std::string document_of(const CampaignResult& result) {
-  boost::json::object document =
-      control::calibration_document(result.calibration, result.data, result.elapsed_s);
-  if (result.remeasured) document["remeasured"] = control::statistics_json(*result.remeasured);
+std::string document_of(const CampaignResult& result, const CampaignRecord& record) {
+  json::object document = control::calibration_document(result.calibration, result.data, result.elapsed_s);
+  document["campaign"] = "Campaign " + record.id.substr(0, 8) + ", " + record.ended;
+  document["robot"] = record.robot_model + ", serial " + record.robot_serial;
+  document["tracker"] = record.tracker_model + ", serial " + record.tracker_serial;
+  if (result.remeasured) {
+    document["remeasured"] = control::statistics_json(*result.remeasured);
+    document["remeasured_points"] = remeasured_points(result);
+  }
   return control::json_text(document);
 }
 
@@ -69,7 +99,7 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
   if (result) {
     model = model_of(*result);
     record_.model_id = model->id;
-    record_.document = document_of(*result);
+    record_.document = document_of(*result, record_);
   }
   const bool activate = result && result->improves && options_.activate;
   auto job = [this, record = record_, model, activate]() -> StoreResult<void> {

@@ -1,6 +1,7 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/uuid/random_generator.hpp>
 #include <boost/uuid/uuid_io.hpp>
+#include <algorithm>
 #include <limits>
 
 #include "daemon/cell/campaign_run.hpp"
@@ -24,6 +25,26 @@ namespace {
 std::string new_uuid() { return boost::uuids::to_string(boost::uuids::random_generator{}()); }
 
 RpcError store_error(const StoreError& error) { return {ErrorCode::Internal, error.detail}; }
+
+// A line of the protocol has at most 64 KiB, and a point of a document up to half a kilobyte.
+constexpr std::int64_t kMostPointsAPage = 50;
+constexpr std::int64_t kMostPoints = 1'000'000'000;
+
+/// Leaves of the document's lists of points what lies in the page.
+/// @return how many points the longest list has
+std::size_t page_points(json::object& document, std::size_t offset, std::size_t limit) {
+  std::size_t total = 0;
+  for (const char* list : {"points", "remeasured_points"}) {
+    json::value* found = document.if_contains(list);
+    if (found == nullptr) continue;
+    json::array& points = found->as_array();
+    total = std::max(total, points.size());
+    const std::size_t begin = std::min(offset, points.size());
+    const std::size_t end = std::min(begin + limit, points.size());
+    points = json::array(points.begin() + static_cast<std::ptrdiff_t>(begin), points.begin() + static_cast<std::ptrdiff_t>(end));
+  }
+  return total;
+}
 
 }  // namespace
 
@@ -160,6 +181,9 @@ DaemonCell::Reply DaemonCell::campaign_get(json::object params) {
   };
   auto found = co_await parts_.store_thread.ask(job);
   if (!found) co_return std::unexpected(store_error(found.error()));
+  // A campaign is in the store once its devices are known; before that its run speaks for it.
+  const bool just_begun = campaign_ && !campaign_->ended && campaign_->journal.record().started.empty();
+  if (just_begun && (id.empty() || id == campaign_->id)) *found = {campaign_->journal.record(), {}, {}};
   if (!found->record) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
   json::array skipped;
   for (const SkippedPose& pose : found->skipped) skipped.push_back(skipped_json(pose));
@@ -178,6 +202,8 @@ DaemonCell::Reply DaemonCell::campaign_get(json::object params) {
 DaemonCell::Reply DaemonCell::report_get(json::object params) {
   control::ParamReader read{params};
   const std::string id = read.text("id").value_or("");
+  const auto offset = static_cast<std::size_t>(read.integer("points_offset", 0, kMostPoints).value_or(0));
+  const auto limit = static_cast<std::size_t>(read.integer("points_limit", 0, kMostPointsAPage).value_or(0));
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
   auto job = [this, id]() -> StoreResult<std::optional<CampaignRecord>> {
     if (!id.empty()) return parts_.store.campaign(id);
@@ -196,7 +222,9 @@ DaemonCell::Reply DaemonCell::report_get(json::object params) {
   auto document = control::parse_json((*record)->document);
   if (!document)
     co_return std::unexpected(RpcError{ErrorCode::Internal, "the stored document: " + document.error()});
-  co_return json::object{{"id", (*record)->id}, {"document", *std::move(document)}};
+  const std::size_t total = page_points(document->as_object(), offset, limit);
+  co_return json::object{
+      {"id", (*record)->id}, {"document", *std::move(document)}, {"points_total", total}};
 }
 
 void DaemonCell::on_progress(const CampaignProgress&) {

@@ -257,20 +257,9 @@ TEST(OnlineText, OfAStrangeDaemonIsStillText) {
        {"null", "3", "[]", "{}", R"({"campaigns":3,"models":[null],"model":7,"faults":[[]]})"}) {
     const json::value value = json::parse(answer);
     for (const auto render : {progress_line, status_text, campaigns_text, campaign_text, models_text,
-                              model_text, stream_text, report_text})
+                              model_text, stream_text})
       EXPECT_FALSE(render(value).empty()) << answer;
   }
-}
-
-TEST(OnlineText, ReportShowsEveryStageThatExists) {
-  const json::value report =
-      json::parse(R"({"id":"c1","document":{"identify":{"before":{"mean":2.5,"rms":2.6,"max":4,
-      "min":1,"x":{"rms":1},"y":{"rms":1},"z":{"rms":1}}},"remeasured":{"mean":0.04}}})");
-  EXPECT_EQ(report_text(report),
-            "campaign c1\n\n"
-            "POSITION ERROR mm  MEAN    RMS     MAX     MIN     X RMS   Y RMS   Z RMS\n"
-            "identify, before   2.5000  2.6000  4.0000  1.0000  1.0000  1.0000  1.0000\n"
-            "remeasured         0.0400  -       -       -       -       -       -\n");
 }
 
 }  // namespace

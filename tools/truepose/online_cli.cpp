@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "tools/truepose/online_commands.hpp"
+#include "tools/truepose/report_command.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -15,6 +16,7 @@ struct Arguments {
   CampaignStartOptions start;
   bool no_activate = false;
   EventsOptions events;
+  ReportOptions report;
   std::string id;
   std::filesystem::path out;
   std::string method, params;
@@ -110,9 +112,15 @@ void add_online_commands(CLI::App& app, int& exit_code) {
   call->add_option("METHOD", a.method, "such as cell.status")->required();
   call->add_option("JSON", a.params, "its parameters, an object");
 
-  command(app, "report", "errors before and after, of a campaign", [](const Arguments& x) {
-    return campaign_report(x.online, x.id);
-  })->add_option("ID", a.id, "campaign; default: the newest that has one");
+  CLI::App* report = command(app, "report", "errors before and after: a table, and a page to keep",
+                             [](const Arguments& x) { return report_campaign(x.online, x.report); });
+  CLI::Option* campaign_id =
+      report->add_option("ID", a.report.campaign, "campaign; default: the newest that is done");
+  report->add_option("--document", a.report.document, "a calibration document (JSON) instead of the daemon's")
+      ->excludes(campaign_id);
+  report->add_option("--truth", a.report.truth, "what a simulated arm really is (truepose-sim --truth-file)");
+  report->add_option("--html", a.report.html, "write the page here");
+  report->add_option("--out-json", a.report.json, "write the document here");
 }
 
 }  // namespace truepose::tools

@@ -44,7 +44,7 @@ int ask(const OnlineOptions& online, const std::string& method, const json::obje
   } else {
     print(render(*result));
   }
-  return kSuccess;
+  return kDone;
 }
 
 json::object id_params(const std::string& id) {
@@ -79,7 +79,7 @@ int follow(RpcClient& client, const OnlineOptions& online, const std::string& wa
   if (progress.is_null()) {  // over already
     const std::string state = member(*present, "/campaign/state");
     print(online.json ? control::json_text(*present) + "\n" : campaign_text(*present));
-    return state == "done" ? kSuccess : kFailure;
+    return state == "done" ? kDone : kFailed;
   }
   const ProgressDisplay display{online.json};
   display.show(progress);
@@ -92,7 +92,7 @@ int follow(RpcClient& client, const OnlineOptions& online, const std::string& wa
     display.show(progress);
   }
   if (online.json) print_json(progress);
-  return member(progress, "/phase") == "done" ? kSuccess : kFailure;
+  return member(progress, "/phase") == "done" ? kDone : kFailed;
 }
 
 std::expected<RpcClient, ClientError> connect_for_campaign(const OnlineOptions& online) {
@@ -172,13 +172,13 @@ int model_export(const OnlineOptions& online, const std::string& id, const std::
   if (!model) return fail(model.error());
   std::ofstream file{out, std::ios::binary};
   file << member(*model, "/yaml") << std::flush;
-  if (!file) return fail({kFailure, out.string() + ": cannot be written"});
+  if (!file) return fail({kFailed, out.string() + ": cannot be written"});
   if (online.json) {
     print_json({{"id", member(*model, "/id")}, {"file", out.string()}});
   } else {
     print("model " + member(*model, "/id") + " written to " + out.string() + "\n");
   }
-  return kSuccess;
+  return kDone;
 }
 
 int stream_control(const OnlineOptions& online, const std::string& action) {
@@ -207,24 +207,20 @@ int events(const OnlineOptions& online, const EventsOptions& options) {
       print(event_line(*event) + "\n");
     }
   }
-  return kSuccess;
+  return kDone;
 }
 
 int call_method(const OnlineOptions& online, const std::string& method, const std::string& params) {
   json::object object;
   if (!params.empty()) {
     auto parsed = control::parse_json(params);
-    if (!parsed) return fail({kBadUsage, "call: JSON: " + parsed.error()});
+    if (!parsed) return fail({kBadInput, "call: JSON: " + parsed.error()});
     if (!parsed->is_object())
-      return fail({kBadUsage, "call: JSON: expected an object, such as {\"limit\": 5}"});
+      return fail({kBadInput, "call: JSON: expected an object, such as {\"limit\": 5}"});
     object = std::move(parsed->get_object());
   }
   return ask(online, method, object,
              [](const json::value& result) { return control::json_text(result) + "\n"; });
-}
-
-int campaign_report(const OnlineOptions& online, const std::string& id) {
-  return ask(online, "report.get", id_params(id), report_text);
 }
 
 }  // namespace truepose::tools

@@ -56,6 +56,5 @@ int stream_control(const OnlineOptions& online, const std::string& action);
 int events(const OnlineOptions& online, const EventsOptions& options);
 /// Calls any method; params is JSON text or empty. Prints the result as JSON.
 int call_method(const OnlineOptions& online, const std::string& method, const std::string& params);
-int campaign_report(const OnlineOptions& online, const std::string& id);
 
 }  // namespace truepose::tools

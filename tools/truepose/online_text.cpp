@@ -90,13 +90,6 @@ std::string stream_line(const json::value& stream) {
   return text(stream, "/state") + (reason == "-" ? "" : ": " + reason);
 }
 
-Row statistics_row(const std::string& name, const json::value& document, const std::string& pointer) {
-  Row row{name};
-  for (const char* member : {"/mean", "/rms", "/max", "/min", "/x/rms", "/y/rms", "/z/rms"})
-    row.push_back(fixed(document, pointer + member, 4));
-  return row;
-}
-
 }  // namespace
 
 std::string progress_line(const json::value& progress) {
@@ -208,17 +201,6 @@ std::string stream_text(const json::value& stream) {
                           fixed(stream, "/turnaround_us/p99", 0) + ", p99.9 " +
                           fixed(stream, "/turnaround_us/p999", 0) + ", max " +
                           fixed(stream, "/turnaround_us/max", 0, " us")}});
-}
-
-std::string report_text(const json::value& answer) {
-  std::vector<Row> rows{{"POSITION ERROR mm", "MEAN", "RMS", "MAX", "MIN", "X RMS", "Y RMS", "Z RMS"}};
-  for (const std::string set : {"identify", "validate"})
-    for (const std::string stage : {"before", "geometric", "after"})
-      if (const std::string pointer = "/document/" + set + "/" + stage; find(answer, pointer + "/mean"))
-        rows.push_back(statistics_row(set + ", " + stage, answer, pointer));
-  if (find(answer, "/document/remeasured/mean"))
-    rows.push_back(statistics_row("remeasured", answer, "/document/remeasured"));
-  return "campaign " + text(answer, "/id") + "\n\n" + table(rows);
 }
 
 }  // namespace truepose::tools

@@ -22,6 +22,5 @@ std::string campaign_text(const boost::json::value& campaign);
 std::string models_text(const boost::json::value& list);
 std::string model_text(const boost::json::value& model);
 std::string stream_text(const boost::json::value& stream);
-std::string report_text(const boost::json::value& report);
 
 }  // namespace truepose::tools

@@ -52,7 +52,7 @@ int try_connect(int socket, const addrinfo& address) {
 std::expected<int, ClientError> open_connection(const std::string& daemon) {
   const auto colon = daemon.rfind(':');
   if (colon == std::string::npos || colon == 0 || colon + 1 == daemon.size())
-    return std::unexpected(ClientError{kBadUsage, "--daemon: expected HOST:PORT, found \"" + daemon + "\""});
+    return std::unexpected(ClientError{kBadInput, "--daemon: expected HOST:PORT, found \"" + daemon + "\""});
   std::string host = daemon.substr(0, colon);
   if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
 
@@ -60,7 +60,7 @@ std::expected<int, ClientError> open_connection(const std::string& daemon) {
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
   if (const int error = ::getaddrinfo(host.c_str(), daemon.c_str() + colon + 1, &hints, &found))
-    return std::unexpected(ClientError{kBadUsage, "--daemon " + daemon + ": " + ::gai_strerror(error)});
+    return std::unexpected(ClientError{kBadInput, "--daemon " + daemon + ": " + ::gai_strerror(error)});
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> addresses{found, &::freeaddrinfo};
 
   int error = 0;
@@ -75,7 +75,7 @@ std::expected<int, ClientError> open_connection(const std::string& daemon) {
 }
 
 std::expected<std::string, ClientError> read_token(const std::filesystem::path& file) {
-  const auto bad = [](const std::string& why) { return std::unexpected(ClientError{kBadUsage, why}); };
+  const auto bad = [](const std::string& why) { return std::unexpected(ClientError{kBadInput, why}); };
   if (file.empty()) return bad("no token: give --token-file FILE or set TRUEPOSE_TOKEN_FILE");
   std::ifstream stream{file};
   std::string token;
@@ -90,11 +90,11 @@ int exit_code(ErrorCode code) {
     case ErrorCode::Unauthenticated:
     case ErrorCode::InvalidParams:
     case ErrorCode::MethodNotFound:
-      return kBadUsage;
+      return kBadInput;
     case ErrorCode::Device:
       return kUnreachable;
     default:
-      return kFailure;
+      return kFailed;
   }
 }
 

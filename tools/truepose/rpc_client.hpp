@@ -9,22 +9,20 @@
 
 #include "proto/control/line_splitter.hpp"
 #include "proto/control/request.hpp"
+#include "tools/truepose/exit_code.hpp"
 
 namespace truepose::tools {
 
-/// Exit codes of the command line (the same for every command).
-inline constexpr int kSuccess = 0, kFailure = 1, kBadUsage = 2, kUnreachable = 3;
-
 /// Why a command ends without its result.
 struct ClientError {
-  int exit_code = kFailure;
+  int exit_code = kFailed;
   std::string message;  ///< one sentence
 };
 
 /// A blocking client of the daemon's control protocol.
 class RpcClient {
  public:
-  /// Connects and opens the session. Errors: kBadUsage for an address that cannot be read, a token file that
+  /// Connects and opens the session. Errors: kBadInput for an address that cannot be read, a token file that
   /// cannot be read and a wrong token; kUnreachable where nobody answers.
   /// @param daemon  "127.0.0.1:7210", "[::1]:7210"
   static std::expected<RpcClient, ClientError> connect(const std::string& daemon,

@@ -1,0 +1,126 @@
+#include "tools/truepose/report_command.hpp"
+
+#include <algorithm>
+#include <boost/json.hpp>
+#include <cstdio>
+#include <expected>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include "proto/control/json_text.hpp"
+#include "tools/report/report_html.hpp"
+#include "tools/report/report_text.hpp"
+#include "tools/truepose/exit_code.hpp"
+#include "tools/truepose/rpc_client.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace json = boost::json;
+template <typename T>
+using Result = std::expected<T, ClientError>;
+
+constexpr std::int64_t kPage = 50;
+
+Result<json::object> read_document(const std::filesystem::path& file) {
+  std::ifstream in{file};
+  std::stringstream text;
+  text << in.rdbuf();
+  if (!in) return std::unexpected(ClientError{kBadInput, file.string() + ": cannot be read"});
+  auto value = control::parse_json(text.str());
+  if (!value) return std::unexpected(ClientError{kBadInput, file.string() + ": " + value.error()});
+  if (!value->is_object()) return std::unexpected(ClientError{kBadInput, file.string() + ": not a JSON object"});
+  return value->as_object();
+}
+
+void append(json::object& to, const json::object& page, const char* list) {
+  const json::value* more = page.if_contains(list);
+  if (more == nullptr) return;
+  json::array& points = to[list].is_array() ? to[list].get_array() : to[list].emplace_array();
+  for (const json::value& point : more->as_array()) points.push_back(point);
+}
+
+/// The campaign's document with all pages of its points, and the stream's counters if it has run.
+Result<json::object> fetch_document(const OnlineOptions& online, const std::string& campaign) {
+  auto client = RpcClient::connect(online.daemon, online.token_file);
+  if (!client) return std::unexpected(client.error());
+  json::object document;
+  std::string id = campaign;
+  for (std::int64_t offset = 0, total = 1; offset < total; offset += kPage) {
+    json::object params{{"points_offset", offset}, {"points_limit", kPage}};
+    if (!id.empty()) params["id"] = id;
+    const auto reply = client->call("report.get", params);
+    if (!reply) return std::unexpected(reply.error());
+    id = reply->at("id").as_string();
+    total = reply->at("points_total").to_number<std::int64_t>();
+    const json::object& page = reply->at("document").as_object();
+    if (offset == 0) {
+      document = page;
+      continue;
+    }
+    append(document, page, "points");
+    append(document, page, "remeasured_points");
+  }
+  const auto stream = client->call("stream.status", {});
+  if (!stream) return std::unexpected(stream.error());
+  if (stream->at("cycles").to_number<std::int64_t>() > 0) document["stream"] = *stream;
+  return document;
+}
+
+/// All of it, or the file that was there before.
+Result<void> write_file(const std::filesystem::path& file, const std::string& text) {
+  const std::filesystem::path part = file.string() + ".part";
+  std::ofstream out{part};
+  out << text;
+  out.close();
+  std::error_code failed;
+  if (out) std::filesystem::rename(part, file, failed);
+  if (out && !failed) return {};
+  std::filesystem::remove(part, failed);
+  return std::unexpected(ClientError{kFailed, file.string() + ": cannot be written"});
+}
+
+bool worked(const json::object& document) {
+  if (!document.at("converged").as_bool()) return false;
+  const json::value* validate = document.if_contains("validate");
+  return validate == nullptr || validate->at("geometric").at("mean").to_number<double>() <
+                                    validate->at("before").at("mean").to_number<double>();
+}
+
+Result<int> report(const OnlineOptions& online, const ReportOptions& options) {
+  auto document =
+      options.document.empty() ? fetch_document(online, options.campaign) : read_document(options.document);
+  if (!document) return std::unexpected(document.error());
+  if (!options.truth.empty()) {
+    auto truth = read_document(options.truth);
+    if (!truth) return std::unexpected(truth.error());
+    (*document)["truth"] = *std::move(truth);
+  }
+  // Rendered before anything is written, so that a document that cannot be used leaves no file behind.
+  const std::string html = report::render_html(*document);
+  const std::string table = report::render_text(*document);
+  const std::string text = control::json_text(*document) + "\n";
+  if (!options.html.empty()) {
+    if (auto written = write_file(options.html, html); !written) return std::unexpected(written.error());
+  }
+  if (!options.json.empty()) {
+    if (auto written = write_file(options.json, text); !written) return std::unexpected(written.error());
+  }
+  std::fputs(online.json ? text.c_str() : table.c_str(), stdout);
+  return worked(*document) ? kDone : kFailed;
+}
+
+}  // namespace
+
+int report_campaign(const OnlineOptions& online, const ReportOptions& options) try {
+  const Result<int> done = report(online, options);
+  if (done) return *done;
+  std::fprintf(stderr, "truepose: %s\n", done.error().message.c_str());
+  return done.error().exit_code;
+} catch (const std::invalid_argument& unusable) {
+  std::fprintf(stderr, "truepose: the document cannot be reported: %s\n", unusable.what());
+  return kBadInput;
+}
+
+}  // namespace truepose::tools
