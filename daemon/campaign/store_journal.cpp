@@ -18,8 +18,8 @@ namespace {
 
 namespace json = boost::json;
 
-/// Errors of the points measured again (wanted minus measured, as in "points"), with the numbers that the document
-/// gives to their validation poses.
+/// Errors of the points measured again (wanted minus measured, as in "points"), with the numbers that the
+/// document gives to their validation poses.
 json::array remeasured_points(const CampaignResult& result) {
   std::map<int, int> number_of;  // plan number of a measured pose -> its number in the document
   for (const StoredPoint& point : result.points) {
@@ -32,7 +32,8 @@ json::array remeasured_points(const CampaignResult& result) {
     if (point.purpose != PointPurpose::Remeasure) continue;
     const Eigen::Vector3d error = -result.remeasured_errors_mm[k++];
     const auto number = number_of.find(point.pose - result.validation_poses);
-    if (number == number_of.end()) continue;  // measured again, but never for validation: nothing to show it beside
+    if (number == number_of.end())
+      continue;  // measured again, but never for validation: nothing to show it beside
     points.push_back(json::object{
         {"pose", number->second}, {"smr", point.smr}, {"error", {error.x(), error.y(), error.z()}}});
   }

@@ -1,7 +1,7 @@
+#include <algorithm>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/uuid/random_generator.hpp>
 #include <boost/uuid/uuid_io.hpp>
-#include <algorithm>
 #include <limits>
 
 #include "daemon/cell/campaign_run.hpp"
@@ -41,7 +41,8 @@ std::size_t page_points(json::object& document, std::size_t offset, std::size_t 
     total = std::max(total, points.size());
     const std::size_t begin = std::min(offset, points.size());
     const std::size_t end = std::min(begin + limit, points.size());
-    points = json::array(points.begin() + static_cast<std::ptrdiff_t>(begin), points.begin() + static_cast<std::ptrdiff_t>(end));
+    points = json::array(points.begin() + static_cast<std::ptrdiff_t>(begin),
+                         points.begin() + static_cast<std::ptrdiff_t>(end));
   }
   return total;
 }
@@ -223,8 +224,7 @@ DaemonCell::Reply DaemonCell::report_get(json::object params) {
   if (!document)
     co_return std::unexpected(RpcError{ErrorCode::Internal, "the stored document: " + document.error()});
   const std::size_t total = page_points(document->as_object(), offset, limit);
-  co_return json::object{
-      {"id", (*record)->id}, {"document", *std::move(document)}, {"points_total", total}};
+  co_return json::object{{"id", (*record)->id}, {"document", *std::move(document)}, {"points_total", total}};
 }
 
 void DaemonCell::on_progress(const CampaignProgress&) {

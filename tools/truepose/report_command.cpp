@@ -30,7 +30,8 @@ Result<json::object> read_document(const std::filesystem::path& file) {
   if (!in) return std::unexpected(ClientError{kBadInput, file.string() + ": cannot be read"});
   auto value = control::parse_json(text.str());
   if (!value) return std::unexpected(ClientError{kBadInput, file.string() + ": " + value.error()});
-  if (!value->is_object()) return std::unexpected(ClientError{kBadInput, file.string() + ": not a JSON object"});
+  if (!value->is_object())
+    return std::unexpected(ClientError{kBadInput, file.string() + ": not a JSON object"});
   return value->as_object();
 }
 

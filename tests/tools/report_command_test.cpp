@@ -1,0 +1,98 @@
+#include "tools/truepose/report_command.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+#include <fstream>
+#include <sstream>
+
+#include "tests/temp_folder.hpp"
+#include "tests/tools/sample_document.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace json = boost::json;
+using testing::HasSubstr;
+using testing::internal::CaptureStderr;
+using testing::internal::CaptureStdout;
+using testing::internal::GetCapturedStderr;
+using testing::internal::GetCapturedStdout;
+
+std::string content(const std::filesystem::path& file) {
+  std::ifstream in{file};
+  std::stringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+class ReportCommand : public testing::Test {
+ protected:
+  /// Runs the command on a file that holds `document`.
+  int report(const json::value& document, ReportOptions options = {}, bool as_json = false) {
+    options.document = folder_.path() / "document.json";
+    std::ofstream{options.document} << json::serialize(document);
+    CaptureStdout();
+    CaptureStderr();
+    const int exit_code = report_campaign({.json = as_json}, options);
+    out_ = GetCapturedStdout();
+    err_ = GetCapturedStderr();
+    return exit_code;
+  }
+
+  TempFolder folder_;
+  std::string out_, err_;
+};
+
+TEST_F(ReportCommand, WritesThePageAndTheDocumentWithTheTruthBesideIt) {
+  folder_.write("truth.json", json::serialize(report::full_document(5).at("truth")));
+  ReportOptions options;
+  options.truth = folder_.path() / "truth.json";
+  options.html = folder_.path() / "report.html";
+  options.json = folder_.path() / "report.json";
+  ASSERT_EQ(report(report::sample_document(5, true), options), 0) << err_;
+  EXPECT_THAT(out_, HasSubstr("times more accurate"));
+  EXPECT_THAT(content(options.html), HasSubstr("</html>"));
+  const json::value written = json::parse(content(options.json));
+  EXPECT_EQ(written.at("truth"), report::full_document(5).at("truth"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "report.html.part"));
+}
+
+TEST_F(ReportCommand, PrintsTheDocumentAndNothingElseAsJson) {
+  ASSERT_EQ(report(report::sample_document(5, true), {}, true), 0) << err_;
+  EXPECT_TRUE(json::parse(out_).at("converged").as_bool());
+}
+
+TEST_F(ReportCommand, FailsWhereTheValidationIsNoBetterOrNothingConverged) {
+  json::object worse = report::sample_document(5, true);
+  worse["validate"].as_object()["geometric"] = worse["validate"].as_object()["before"];
+  EXPECT_EQ(report(worse), 1);
+  json::object lost = report::sample_document(5, true);
+  lost["converged"] = false;
+  EXPECT_EQ(report(lost), 1);
+}
+
+TEST_F(ReportCommand, RefusesADocumentThatItCannotReadAndWritesNothing) {
+  json::object broken = report::sample_document(5, true);
+  broken["identify"] = 3;
+  ReportOptions options;
+  options.html = folder_.path() / "report.html";
+  EXPECT_EQ(report(broken, options), 2);
+  EXPECT_THAT(err_, HasSubstr("the document cannot be reported: "));
+  EXPECT_FALSE(std::filesystem::exists(options.html));
+
+  options.truth = folder_.path() / "nothing.json";
+  EXPECT_EQ(report(report::sample_document(5, true), options), 2);
+  EXPECT_THAT(err_, HasSubstr("nothing.json: cannot be read"));
+}
+
+TEST_F(ReportCommand, SaysWhichFileCannotBeWritten) {
+  ReportOptions options;
+  options.html = folder_.path() / "no folder" / "report.html";
+  EXPECT_EQ(report(report::sample_document(5, true), options), 1);
+  EXPECT_THAT(err_, HasSubstr("report.html: cannot be written"));
+}
+
+}  // namespace
+}  // namespace truepose::tools
