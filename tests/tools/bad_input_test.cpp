@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
-#include "tests/tools/process.hpp"
 
 namespace truepose {
 namespace {

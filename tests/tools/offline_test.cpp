@@ -12,8 +12,8 @@
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
 #include "tests/core/golden.hpp"
+#include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
-#include "tests/tools/process.hpp"
 
 namespace truepose {
 namespace {

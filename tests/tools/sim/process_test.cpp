@@ -19,8 +19,8 @@
 #include "proto/eki/messages.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "proto/rsi/frame_codec.hpp"
+#include "tests/simulator_process.hpp"
 #include "tests/tools/sim/kr210.hpp"
-#include "tests/tools/sim/simulator_process.hpp"
 #include "tools/sim/kuka_controller.hpp"
 
 namespace truepose::sim {
@@ -201,7 +201,6 @@ TEST_F(SimulatorTest, NamesAPortThatIsInUseAndEndsWithTwo) {
     EXPECT_EQ(simulator.wait(), 2);
     EXPECT_THAT(simulator.errors(), HasSubstr("port " + port)) << option;
     EXPECT_EQ(simulator.output(), "");
-    std::filesystem::remove(folder_.path() / "stderr");
   }
 }
 
@@ -216,7 +215,6 @@ TEST_F(SimulatorTest, RefusesBadUsageWithOneLine) {
     SimulatorProcess simulator{folder_, options};
     EXPECT_EQ(simulator.wait(), 2);
     EXPECT_EQ(std::ranges::count(simulator.errors(), '\n'), 1) << simulator.errors();
-    std::filesystem::remove(folder_.path() / "stderr");
   }
   SimulatorProcess simulator{folder_,
                              {"--scenario", folder_.path() / "scenario.yaml", "--rsi-target", "127.0.0.1"}};

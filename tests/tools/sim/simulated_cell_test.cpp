@@ -12,8 +12,8 @@
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/leica/emscon_tracker.hpp"
 #include "drivers/steady_clock.hpp"
+#include "tests/simulator_process.hpp"
 #include "tests/tools/sim/kr210.hpp"
-#include "tests/tools/sim/simulator_process.hpp"
 
 namespace truepose::sim {
 namespace {
