@@ -125,9 +125,8 @@ class Daemon {
     log_info("ready: " + status);
     tell_ready(status);
 
-    asio::signal_set signals{io_, SIGTERM, SIGINT};
     auto token = asio::use_awaitable;
-    co_await signals.async_wait(token);
+    co_await signals_.async_wait(token);
     stopping_ = true;
     tell_stopping();
     log_info("stopping");
@@ -143,6 +142,7 @@ class Daemon {
 
   const config::CellConfig& config_;
   asio::io_context io_{1};
+  asio::signal_set signals_{io_, SIGTERM, SIGINT};  // before anything that has to be taken down in order
   drivers::SteadyClock clock_;
   Store store_;
   Worker store_thread_;
