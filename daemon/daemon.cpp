@@ -13,6 +13,7 @@
 
 #include "daemon/cell/daemon_cell.hpp"
 #include "daemon/control/control_server.hpp"
+#include "daemon/control/rfc3339.hpp"
 #include "daemon/control/token_file.hpp"
 #include "daemon/log/log.hpp"
 #include "daemon/service/service_manager.hpp"
@@ -85,6 +86,9 @@ class Daemon {
                                  config.control, config.name))} {}
 
   void run() {
+    // Only now that the ports are ours: a second daemon by mistake must not end the campaign of the first.
+    const int interrupted = kept(store_.fail_interrupted(rfc3339(std::chrono::system_clock::now())));
+    if (interrupted > 0) log_warning("a campaign was interrupted when the daemon last ended");
     asio::co_spawn(io_, live(), [](std::exception_ptr failed) {
       if (failed) std::rethrow_exception(failed);
     });

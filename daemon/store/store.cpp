@@ -285,6 +285,16 @@ StoreResult<void> Store::end_campaign(const CampaignRecord& c) {
   return result;
 }
 
+StoreResult<int> Store::fail_interrupted(const std::string& ended) {
+  Statement update = impl_->database->prepare(
+      "UPDATE campaign SET ended=?, state='failed', reason='the daemon ended in the middle of it' WHERE "
+      "state='running'");
+  update.bind(ended);
+  const StoreResult<void> result = impl_->commit("ending interrupted campaigns", update);
+  if (!result) return std::unexpected(result.error());
+  return impl_->database->changes();
+}
+
 StoreResult<std::vector<CampaignRecord>> Store::campaigns() {
   return all<CampaignRecord>(
       impl_->database->prepare("SELECT id, started, ended, state, reason, robot_model, robot_serial, "

@@ -79,6 +79,9 @@ class Store {
   StoreResult<void> add_skipped(const std::string& campaign_id, const SkippedPose& skipped);
   /// Writes state, end, reason, model and document of a campaign.
   StoreResult<void> end_campaign(const CampaignRecord& campaign);
+  /// Ends as failed the campaigns that still run here, which those of a daemon that died do.
+  /// @return how many
+  StoreResult<int> fail_interrupted(const std::string& ended);
   StoreResult<std::vector<CampaignRecord>> campaigns();  ///< newest first, without documents
   StoreResult<std::optional<CampaignRecord>> campaign(const std::string& id);
   StoreResult<std::vector<StoredPoint>> points(const std::string& campaign_id);

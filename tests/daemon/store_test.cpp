@@ -158,6 +158,23 @@ TEST_F(StoreTest, KeepsCampaignsNewestFirstAndTheirDocumentsApart) {
   EXPECT_FALSE(*store.campaign("c3"));
 }
 
+TEST_F(StoreTest, EndsTheCampaignsThatNobodyRunsAnyMore) {
+  Store store = open();
+  CampaignRecord done = campaign("c1");
+  ASSERT_TRUE(store.begin_campaign(done));
+  done.state = "done";
+  ASSERT_TRUE(store.end_campaign(done));
+  ASSERT_TRUE(store.begin_campaign(campaign("c2")));
+
+  EXPECT_EQ(store.fail_interrupted("2026-08-17T11:00:00Z").value(), 1);
+  const auto interrupted = store.campaign("c2").value().value();
+  EXPECT_EQ(interrupted.state, "failed");
+  EXPECT_EQ(interrupted.ended, "2026-08-17T11:00:00Z");
+  EXPECT_THAT(interrupted.reason, HasSubstr("daemon"));
+  EXPECT_EQ(store.campaign("c1").value().value().state, "done");
+  EXPECT_EQ(store.fail_interrupted("2026-08-17T12:00:00Z").value(), 0);
+}
+
 TEST_F(StoreTest, RefusesWhatCannotBeTrue) {
   Store store = open();
   ASSERT_TRUE(store.begin_campaign(campaign("c1")));
@@ -302,7 +319,7 @@ TEST_F(StoreTest, KeepsEveryAcknowledgedPointOfAProcessThatIsKilled) {
   std::mt19937_64 random{kSeed};
   open();
   for (int kill_number = 0; kill_number < 20; ++kill_number) {
-    const std::string id = "c" + std::to_string(kill_number);
+    const std::string id = std::to_string(kill_number);
     const Child child{file_, id, RLIM_INFINITY};
     int acknowledged = child.wait_for(std::uniform_int_distribution{1, 40}(random));
     usleep(static_cast<useconds_t>(random() % 3000));  // anywhere within a commit
