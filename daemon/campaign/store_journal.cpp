@@ -62,10 +62,10 @@ StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, 
       wall_clock_{std::move(wall_clock)} {
   record_.id = options_.campaign_id;
   record_.state = "running";
+  record_.started = rfc3339(wall_clock_());
 }
 
 asio::awaitable<StoreResult<void>> StoreJournal::begin(Identities identities) {
-  record_.started = rfc3339(wall_clock_());
   record_.robot_model = identities.robot.model;
   record_.robot_serial = identities.robot.serial;
   record_.tracker_model = identities.tracker.model;

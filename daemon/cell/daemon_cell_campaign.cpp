@@ -161,12 +161,13 @@ DaemonCell::Reply DaemonCell::campaign_get(json::object params) {
     std::vector<StoredPoint> points;
     std::vector<SkippedPose> skipped;
   };
-  auto job = [this, id]() -> StoreResult<Found> {
+  const std::string wanted = id.empty() && campaign_ && !campaign_->ended ? campaign_->id : id;
+  auto job = [this, wanted]() -> StoreResult<Found> {
     Found found;
     auto all = parts_.store.campaigns();
     if (!all) return std::unexpected(all.error());
     for (const CampaignRecord& record : *all) {
-      if (id.empty() || record.id == id) {
+      if (wanted.empty() || record.id == wanted) {
         found.record = record;
         break;
       }
@@ -182,9 +183,9 @@ DaemonCell::Reply DaemonCell::campaign_get(json::object params) {
   };
   auto found = co_await parts_.store_thread.ask(job);
   if (!found) co_return std::unexpected(store_error(found.error()));
-  // A campaign is in the store once its devices are known; before that its run speaks for it.
-  const bool just_begun = campaign_ && !campaign_->ended && campaign_->journal.record().started.empty();
-  if (just_begun && (id.empty() || id == campaign_->id)) *found = {campaign_->journal.record(), {}, {}};
+  // The campaign of now is not in the store before its devices are known, and may have ended since it was
+  // read.
+  if (campaign_ && campaign_->id == wanted) found->record = campaign_->journal.record();
   if (!found->record) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
   json::array skipped;
   for (const SkippedPose& pose : found->skipped) skipped.push_back(skipped_json(pose));
