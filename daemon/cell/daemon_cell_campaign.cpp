@@ -91,9 +91,9 @@ asio::awaitable<void> DaemonCell::run_campaign() {
   const std::string reason =
       outcome ? "the campaign is done" : "the campaign ended: " + outcome.error().detail;
   outcome ? log_info(reason) : log_warning(reason);
-  parts_.events.publish(control::Topic::Campaign, progress_json());
   if (!outcome && outcome.error().fault == CampaignFault::Store) {
     apply(StoreFailed{"store: " + outcome.error().detail}, reason);
+    parts_.events.publish(control::Topic::Campaign, progress_json());
     co_return;
   }
   const std::string made = run.journal.record().model_id;
@@ -111,6 +111,8 @@ asio::awaitable<void> DaemonCell::run_campaign() {
       (outcome.error().fault == CampaignFault::Device || outcome.error().fault == CampaignFault::WrongArm)) {
     apply(DeviceLost{outcome.error().detail}, reason);
   }
+  // Last: who waits for the end may command the cell at once.
+  parts_.events.publish(control::Topic::Campaign, progress_json());
 }
 
 DaemonCell::Reply DaemonCell::campaign_pause(json::object params) {
