@@ -44,6 +44,7 @@ json::object rsi(const RsiStatistics& statistics) {
           {"rejected", counters.rejected},
           {"clamped", counters.clamped},
           {"max_step_deg", counters.max_step_rad * kDegPerRad},
+          {"correction_deg", counters.correction_rad * kDegPerRad},
           {"turnaround_us", json::object{{"p50", turnaround.percentile_us(0.5)},
                                          {"p99", turnaround.percentile_us(0.99)},
                                          {"p999", turnaround.percentile_us(0.999)},

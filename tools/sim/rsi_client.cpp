@@ -107,11 +107,13 @@ rsi::Axes RsiClient::held() const {
 void RsiClient::apply(const rsi::Axes& wanted_rad) {
   const double limit_rad = setup_.axis_corr_limit_rad;
   bool clamped = false;
+  counters_.correction_rad = 0;
   for (std::size_t i = 0; i < wanted_rad.size(); ++i) {
     const double applied_rad = std::clamp(wanted_rad[i], -limit_rad, limit_rad);
     clamped |= applied_rad != wanted_rad[i];
     counters_.max_step_rad = std::max(counters_.max_step_rad, std::abs(applied_rad - correction_rad_[i]));
     correction_rad_[i] = applied_rad;
+    counters_.correction_rad = std::max(counters_.correction_rad, std::abs(applied_rad));
   }
   counters_.clamped += clamped;
 }

@@ -32,6 +32,7 @@ struct RsiCounters {
   std::uint64_t rejected = 0;    ///< replies that are malformed or not of the configured SENTYPE
   std::uint64_t clamped = 0;     ///< cycles in which AXISCORR clamped an axis
   double max_step_rad = 0;       ///< greatest change of an axis' correction from one cycle to the next
+  double correction_rad = 0;     ///< greatest correction of an axis that is in force now, or was at the end
 };
 
 /// The RSI objects of a simulated controller (ETHERNET, AXISCORR, STOP), one cycle at a time. No I/O and no

@@ -39,6 +39,7 @@ void RsiStatistics::add(const RsiStatistics& other) {
   counters.rejected += other.counters.rejected;
   counters.clamped += other.counters.clamped;
   counters.max_step_rad = std::max(counters.max_step_rad, other.counters.max_step_rad);
+  counters.correction_rad = other.counters.correction_rad;  // of the session that came last
   turnaround.add(other.turnaround);
   sessions += other.sessions;
   timeouts += other.timeouts;
