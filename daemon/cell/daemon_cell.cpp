@@ -66,7 +66,7 @@ const std::vector<DaemonCell::Method>& DaemonCell::table() {
   return methods;
 }
 
-std::vector<std::string> DaemonCell::methods() const {
+std::vector<std::string> DaemonCell::method_names() {
   std::vector<std::string> names;
   for (const Method& method : table()) names.emplace_back(method.name);
   return names;

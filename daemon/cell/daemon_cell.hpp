@@ -44,7 +44,8 @@ class DaemonCell final : public CellService, private CampaignObserver {
   explicit DaemonCell(Parts parts);
   ~DaemonCell() override;
 
-  std::vector<std::string> methods() const override;
+  static std::vector<std::string> method_names();
+  std::vector<std::string> methods() const override { return method_names(); }
   boost::asio::awaitable<std::expected<boost::json::value, control::RpcError>> call(
       std::string method, boost::json::object params) override;
 

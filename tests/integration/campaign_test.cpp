@@ -1,0 +1,183 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
+#include <set>
+
+#include "proto/control/json_text.hpp"
+#include "tests/integration/live_cell.hpp"
+#include "tests/integration/sqlite_rows.hpp"
+
+namespace truepose {
+namespace {
+
+namespace json = boost::json;
+
+json::value called(tools::RpcClient& client, const std::string& method, const json::object& params = {}) {
+  auto result = client.call(method, params);
+  if (!result) throw std::runtime_error{result.error().message};
+  return *std::move(result);
+}
+
+double number(const json::value& value, const char* pointer) {
+  return value.at_pointer(pointer).to_number<double>();
+}
+
+/// Events up to the first that fits, which is the last of them.
+template <typename Fits>
+std::vector<control::Event> events_until(tools::RpcClient& client, Fits fits) {
+  std::vector<control::Event> events;
+  do {
+    auto event = client.next_event();
+    if (!event) throw std::runtime_error{event.error().message};
+    events.push_back(*std::move(event));
+  } while (!fits(events.back()));
+  return events;
+}
+
+bool is_stored_point(const control::Event& event) {
+  return event.topic == "measurement" && !event.data.at("p_mm").is_null();
+}
+
+TEST(ACampaignOverTheRealProtocols, FindsTheArmsErrorsKeepsEveryPointAndActivatesTheModel) {
+  LiveCell cell;
+  cell.start_daemon();
+  tools::RpcClient client = cell.client();
+  called(client, "events.subscribe");
+
+  const Finished campaign = small_campaign(cell);
+  ASSERT_EQ(campaign.exit_code, 0) << campaign.err << campaign.out << cell.daemon().errors();
+
+  const json::value report = called(client, "report.get").at("document");
+  EXPECT_EQ(report.at("rank"), 27);
+  EXPECT_TRUE(report.at("converged").as_bool());
+  EXPECT_EQ(report.at_pointer("/identify/points"), 12);
+  EXPECT_EQ(report.at_pointer("/validate/points"), 6);
+  const double before_mm = number(report, "/validate/before/mean");
+  EXPECT_GT(before_mm, 1);
+  EXPECT_LT(number(report, "/validate/geometric/mean"), before_mm / 5);
+  EXPECT_LT(number(report, "/remeasured/mean"), before_mm / 5);
+
+  const json::value status = called(client, "cell.status");
+  EXPECT_EQ(status.at("state"), "ready");
+  ASSERT_TRUE(status.at("model").is_object());
+  EXPECT_TRUE(status.at_pointer("/model/active").as_bool());
+  EXPECT_EQ(status.at_pointer("/model/robot_serial"), "SIM-0001");
+
+  const std::vector<control::Event> events = events_until(client, [](const control::Event& event) {
+    return event.topic == "campaign" && event.data.at("phase") == "done";
+  });
+  std::uint64_t last_seq = 0;
+  std::int64_t last_done = 0;
+  int points = 0;
+  for (const control::Event& event : events) {
+    EXPECT_GT(event.seq, last_seq);
+    last_seq = event.seq;
+    points += is_stored_point(event);
+    if (event.topic != "campaign") continue;
+    EXPECT_GE(event.data.at("done").as_int64(), last_done);
+    last_done = event.data.at("done").as_int64();
+  }
+  EXPECT_EQ(points, 24);
+  EXPECT_EQ(last_done, 24);
+
+  cell.daemon().terminate();
+  EXPECT_EQ(cell.daemon().wait(), 0) << cell.daemon().errors();
+  using Rows = std::vector<std::vector<std::string>>;
+  EXPECT_EQ(
+      sqlite_rows(cell.store_file(), "SELECT purpose, count(*) FROM point GROUP BY purpose ORDER BY purpose"),
+      (Rows{{"identify", "12"}, {"remeasure", "6"}, {"validate", "6"}}));
+  EXPECT_EQ(sqlite_rows(cell.store_file(), "SELECT state, reason FROM campaign"), (Rows{{"done", ""}}));
+  EXPECT_EQ(sqlite_rows(cell.store_file(), "SELECT active FROM model"), (Rows{{"1"}}));
+  EXPECT_EQ(cell.end_simulator().at("measurements"), 24);
+}
+
+TEST(ADaemonThatIsKilled, HasEveryPointThatItAnnouncedAndKnowsThatTheCampaignEnded) {
+  LiveCell cell;
+  cell.start_daemon();
+  tools::RpcClient client = cell.client();
+  called(client, "events.subscribe");
+  const json::value started = called(client, "campaign.start");
+
+  std::set<std::int64_t> announced;
+  std::uint64_t last_seq = 0;
+  const auto note = [&](const control::Event& event) {
+    last_seq = event.seq;
+    if (is_stored_point(event)) announced.insert(event.data.at("pose").as_int64());
+  };
+  while (announced.size() < 5) {
+    const auto event = client.next_event();
+    ASSERT_TRUE(event) << event.error().message << cell.daemon().errors();
+    note(*event);
+  }
+  cell.daemon().send(SIGKILL);
+  for (auto event = client.next_event(); event; event = client.next_event()) note(*event);
+  EXPECT_EQ(cell.daemon().wait(), -1);
+
+  cell.start_daemon();
+  tools::RpcClient again = cell.client();
+  const json::value found = called(again, "campaign.get", {{"points_limit", 100}});
+  EXPECT_EQ(found.at_pointer("/campaign/id"), started.at("id"));
+  EXPECT_EQ(found.at_pointer("/campaign/state"), "failed");
+  EXPECT_NE(found.at_pointer("/campaign/reason"), "");
+  EXPECT_FALSE(found.at_pointer("/campaign/ended").is_null());
+  std::set<std::int64_t> stored;
+  for (const json::value& point : found.at("points").as_array()) stored.insert(point.at("pose").as_int64());
+  EXPECT_THAT(stored, testing::IsSupersetOf(announced));
+
+  EXPECT_GT(called(again, "events.subscribe").at("next").to_number<std::uint64_t>(), last_seq);
+  EXPECT_EQ(called(again, "cell.connect").at("state"), "ready");
+}
+
+/// What goes wrong, how often in the cell's time, and for how long.
+struct Trouble {
+  const char* kind;
+  int every_ms;
+  int lasts_ms;
+};
+
+class ACampaignInTrouble : public testing::TestWithParam<Trouble> {};
+
+TEST_P(ACampaignInTrouble, EndsAndEveryPoseHasItsPointOrAReason) {
+  const Trouble& trouble = GetParam();
+  std::string faults;
+  for (int n = 1; n <= 60; ++n)
+    faults += (n == 1 ? "[" : ", ") + std::string{"{at_ms: "} + std::to_string(n * trouble.every_ms) +
+              ", kind: " + trouble.kind + ", lasts_ms: " + std::to_string(trouble.lasts_ms) + "}";
+  LiveCell cell{{.speedup = 20, .faults = faults + "]"}};
+  cell.start_daemon();
+  tools::RpcClient client = cell.client();
+  called(client, "events.subscribe", {{"topics", json::array{"log"}}});
+
+  const Finished campaign = cell.truepose(
+      {"campaign", "start", "--identify", "14", "--validate", "6", "--no-remeasure", "--watch"});
+  EXPECT_EQ(campaign.exit_code, 0) << campaign.err << campaign.out << cell.daemon().errors();
+  const auto complaint = client.next_event();
+  ASSERT_TRUE(complaint) << "nothing went wrong";
+  EXPECT_EQ(complaint->topic, "log");
+
+  const json::value found = called(client, "campaign.get", {{"points_limit", 100}});
+  EXPECT_EQ(found.at_pointer("/campaign/state"), "done");
+  std::set<std::int64_t> poses;
+  for (const json::value& point : found.at("points").as_array()) poses.insert(point.at("pose").as_int64());
+  for (const json::value& skipped : found.at("skipped").as_array()) {
+    EXPECT_NE(skipped.at("reason"), "");
+    poses.insert(skipped.at("pose").as_int64());
+  }
+  EXPECT_EQ(poses.size(), 20u) << control::json_text(found);
+}
+
+INSTANTIATE_TEST_SUITE_P(OfEveryKind, ACampaignInTrouble,
+                         testing::Values(Trouble{"beam-break", 23'000, 3'000},
+                                         Trouble{"tracker-restart", 120'000, 0},
+                                         Trouble{"eki-drop", 41'000, 6'000}),
+                         [](const auto& kind) {
+                           std::string name = kind.param.kind;
+                           std::erase(name, '-');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace truepose

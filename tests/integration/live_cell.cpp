@@ -1,0 +1,137 @@
+#include "tests/integration/live_cell.hpp"
+
+#include <signal.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/json/parse.hpp>
+#include <charconv>
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+
+namespace truepose {
+namespace {
+
+const std::string kConfig = TRUEPOSE_SOURCE_DIR "/config";
+
+/// A shipped file with other texts in it. A text that is not there has been changed meanwhile: the test is
+/// wrong.
+std::string changed(const std::string& file, const Replacements& replacements) {
+  std::string text = text_of(kConfig + "/" + file);
+  for (const auto& [from, to] : replacements) {
+    const std::size_t at = text.find(from);
+    if (at == std::string::npos) throw std::runtime_error{file + " has no \"" + from + "\""};
+    text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
+Replacements together(Replacements first, const Replacements& second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
+}
+
+std::string loopback(std::int64_t port) { return "127.0.0.1:" + std::to_string(port); }
+
+std::vector<std::string> reports_in(const std::string& errors) {
+  std::vector<std::string> reports;
+  for (std::size_t begin = 0, end; (end = errors.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    if (errors[begin] == '{') reports.push_back(errors.substr(begin, end - begin));
+  }
+  return reports;
+}
+
+}  // namespace
+
+std::uint16_t free_udp_port() {
+  using boost::asio::ip::udp;
+  boost::asio::io_context context;
+  return udp::socket{context, {boost::asio::ip::address_v4::loopback(), 0}}.local_endpoint().port();
+}
+
+LiveCell::LiveCell(const Options& options) {
+  const std::uint16_t rsi_port = free_udp_port();
+  const Replacements scenario{{"../robots", kConfig + "/robots"},
+                              {"../kuka", kConfig + "/kuka"},
+                              {"faults: []", "faults: " + options.faults}};
+  folder_.write("scenario.yaml", changed("scenarios/demo.yaml", together(scenario, options.scenario)));
+  simulator_ = std::make_unique<sim::SimulatorProcess>(
+      folder_, std::vector<std::string>{"--scenario", folder() / "scenario.yaml", "--ready-file",
+                                        folder() / "ready.json", "--rsi-target", loopback(rsi_port),
+                                        "--speedup", std::to_string(options.speedup), "--json"});
+  const std::string ready = simulator_->ready(folder() / "ready.json");
+  if (ready.empty()) throw std::runtime_error{"no simulator: " + simulator_->errors()};
+  const boost::json::value ports = boost::json::parse(ready);
+  const auto port = [&ports](const char* name) { return loopback(ports.at(name).as_int64()); };
+
+  const Replacements cell{{"robots/kr210", kConfig + "/robots/kr210"},
+                          {"kuka/rsi", kConfig + "/kuka/rsi"},
+                          {"127.0.0.1:54600", port("eki_port")},
+                          {"127.0.0.1:54601", port("eki_state_port")},
+                          {"127.0.0.1:49152", loopback(rsi_port)},
+                          {"127.0.0.1:7000", port("tracker_port")},
+                          {"127.0.0.1:7210", loopback(0)}};
+  folder_.write("cell.yaml", changed("cell.yaml", together(cell, options.cell)));
+  folder_.write("token", "0123456789abcdef0123456789abcdef\n");
+  std::filesystem::permissions(token_file(), std::filesystem::perms::owner_read);
+}
+
+void LiveCell::start_daemon() {
+  daemon_ =
+      std::make_unique<Process>(folder(), "trueposed", std::vector<std::string>{"--config", cell_file()},
+                                std::vector{notify_.environment()});
+  std::string ready;
+  while (ready.find("READY=1") == std::string::npos) {
+    if (!daemon_->wait_readable(notify_.descriptor()))
+      throw std::runtime_error{"no daemon: " + daemon_->errors()};
+    ready = notify_.next();
+  }
+  const std::string before = "control port ";
+  const char* const digits = ready.data() + ready.find(before) + before.size();
+  std::from_chars(digits, ready.data() + ready.size(), control_port_);
+}
+
+bool LiveCell::daemon_tells(const std::string& text) {
+  while (daemon_->wait_readable(notify_.descriptor())) {
+    if (notify_.next().find(text) != std::string::npos) return true;
+  }
+  return false;
+}
+
+Finished LiveCell::truepose(std::vector<std::string> arguments) const {
+  for (const std::string& argument :
+       {std::string{"--daemon"}, loopback(control_port_), std::string{"--token-file"}, token_file().string()})
+    arguments.push_back(argument);
+  return run_program("truepose", arguments);
+}
+
+tools::RpcClient LiveCell::client() const {
+  auto client = tools::RpcClient::connect(loopback(control_port_), token_file());
+  if (!client) throw std::runtime_error{client.error().message};
+  return *std::move(client);
+}
+
+boost::json::value LiveCell::simulated() {
+  const std::size_t before = reports_in(simulator_->errors()).size();
+  simulator_->send(SIGUSR1);
+  for (;;) {
+    const std::vector<std::string> reports = reports_in(simulator_->errors());
+    if (reports.size() > before) return boost::json::parse(reports.back());
+    if (simulator_->ended()) throw std::runtime_error{"the simulator ended: " + simulator_->errors()};
+    std::this_thread::sleep_for(std::chrono::milliseconds{2});
+  }
+}
+
+boost::json::value LiveCell::end_simulator() {
+  simulator_->terminate();
+  if (simulator_->wait() != 0) throw std::runtime_error{"the simulator failed: " + simulator_->errors()};
+  return boost::json::parse(simulator_->output());
+}
+
+Finished small_campaign(const LiveCell& cell) {
+  return cell.truepose(
+      {"campaign", "start", "--identify", "12", "--validate", "6", "--remeasure", "--watch"});
+}
+
+}  // namespace truepose

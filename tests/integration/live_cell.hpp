@@ -1,0 +1,72 @@
+#pragma once
+
+#include <boost/json/value.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/integration/notify_socket.hpp"
+#include "tests/process.hpp"
+#include "tests/simulator_process.hpp"
+#include "tests/temp_folder.hpp"
+#include "tools/truepose/rpc_client.hpp"
+
+namespace truepose {
+
+/// Texts of a shipped file and what stands there instead.
+using Replacements = std::vector<std::pair<std::string, std::string>>;
+
+/// A UDP port that nobody has, for a program that has to be told one.
+std::uint16_t free_udp_port();
+
+/// The simulated cell and its daemon as processes, configured by the shipped files and talking over loopback.
+class LiveCell {
+ public:
+  struct Options {
+    double speedup = 100;             ///< of robot and tracker; RSI keeps real time
+    std::string faults = "[]";        ///< of the scenario
+    Replacements scenario{}, cell{};  ///< in config/scenarios/demo.yaml and config/cell.yaml, after our own
+  };
+
+  /// Starts the simulator and writes the daemon's cell file.
+  LiveCell() : LiveCell{Options{}} {}
+  explicit LiveCell(const Options& options);
+
+  /// Starts the daemon and waits until it says that it is ready.
+  void start_daemon();
+  /// Waits until the daemon tells the service manager this. @return false where it ended without
+  bool daemon_tells(const std::string& text);
+  Process& daemon() { return *daemon_; }
+
+  /// Runs the client against the daemon.
+  Finished truepose(std::vector<std::string> arguments) const;
+  /// A session with the daemon.
+  tools::RpcClient client() const;
+  std::uint16_t control_port() const { return control_port_; }
+
+  /// What the simulator counted so far.
+  boost::json::value simulated();
+  /// Ends the simulator. @return what it counted
+  boost::json::value end_simulator();
+
+  const std::filesystem::path& folder() const { return folder_.path(); }
+  std::filesystem::path cell_file() const { return folder() / "cell.yaml"; }
+  std::filesystem::path token_file() const { return folder() / "token"; }
+  std::filesystem::path store_file() const { return folder() / "demo.sqlite"; }
+
+ private:
+  TempFolder folder_;
+  NotifySocket notify_{folder_.path() / "notify"};
+  std::unique_ptr<sim::SimulatorProcess> simulator_;
+  std::unique_ptr<Process> daemon_;
+  std::uint16_t control_port_ = 0;
+};
+
+/// Measures 12 + 6 poses and the 6 again, and activates the model. @return what the client said
+Finished small_campaign(const LiveCell& cell);
+
+}  // namespace truepose

@@ -1,0 +1,99 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/json/parse.hpp>
+#include <boost/json/value.hpp>
+#include <set>
+
+#include "daemon/cell/daemon_cell.hpp"
+#include "proto/control/schema.hpp"
+#include "tests/integration/live_cell.hpp"
+#include "tests/integration/schema_check.hpp"
+
+namespace truepose {
+namespace {
+
+namespace json = boost::json;
+using testing::IsEmpty;
+
+json::value schema() {
+  const std::string_view text = control::openrpc_text();
+  return json::parse({text.data(), text.size()});
+}
+
+TEST(TheControlProtocol, HasExactlyTheMethodsOfItsSchema) {
+  std::vector<std::string> served = daemon::DaemonCell::method_names();
+  for (const char* own : {"session.hello", "system.info", "events.subscribe", "events.unsubscribe"})
+    served.emplace_back(own);
+  EXPECT_THAT(served, testing::UnorderedElementsAreArray(control::schema_methods()));
+}
+
+TEST(TheControlProtocol, RefusesAParameterThatItDoesNotKnowInEveryMethod) {
+  LiveCell cell;
+  cell.start_daemon();
+  tools::RpcClient client = cell.client();
+  for (const std::string& method : control::schema_methods()) {
+    const auto result = client.call(method, {{"nonsense", 1}});
+    ASSERT_FALSE(result) << method;
+    const char* const code = method == "session.hello" ? "-32600" : "-32602";
+    EXPECT_THAT(result.error().message, testing::HasSubstr(code)) << method;
+  }
+}
+
+TEST(TheControlProtocol, AnswersAndTellsWhatItsSchemaSays) {
+  LiveCell cell;
+  cell.start_daemon();
+  const json::value document = schema();
+  const SchemaCheck check{document};
+  tools::RpcClient client = cell.client();
+  const auto expect_fits = [&](const std::string& method, const json::object& params = {}) {
+    const auto result = client.call(method, params);
+    ASSERT_TRUE(result) << method << ": " << result.error().message;
+    EXPECT_THAT(check.of_result(method, *result), IsEmpty()) << method;
+  };
+  for (const char* method : {"system.info", "system.config", "cell.status", "campaign.list", "model.list",
+                             "stream.status", "events.subscribe"})
+    expect_fits(method);
+
+  const Finished campaign = small_campaign(cell);
+  ASSERT_EQ(campaign.exit_code, 0) << campaign.err << cell.daemon().errors();
+  for (const char* method : {"cell.status", "campaign.list", "model.list", "model.get", "model.export",
+                             "stream.status", "report.get"})
+    expect_fits(method);
+  expect_fits("campaign.get", {{"points_limit", 100}});
+  expect_fits("targets.compensate", {{"joints", json::array{json::array{0, -90, 90, 0, 35, 0}}}});
+  for (const char* method :
+       {"stream.start", "cell.status", "stream.stop", "cell.disconnect", "model.deactivate", "cell.connect"})
+    expect_fits(method);
+
+  std::set<std::string> topics;
+  while (!topics.contains("campaign") || !topics.contains("stream")) {
+    const auto event = client.next_event();
+    ASSERT_TRUE(event) << event.error().message;
+    EXPECT_THAT(check.of_event(event->topic, event->data), IsEmpty()) << event->topic;
+    topics.insert(event->topic);
+  }
+  EXPECT_TRUE(topics.contains("measurement"));
+  EXPECT_TRUE(topics.contains("cell"));
+}
+
+TEST(TheCheckOfSchemas, SeesWhatDoesNotFit) {
+  const json::value document = schema();
+  const SchemaCheck check{document};
+  const json::value axis = {{"$ref", "#/components/schemas/AxisStatistics"}};
+  EXPECT_THAT(check.of(axis, {{"mean_abs", 1}, {"rms", 1.5}, {"max", 2}}), IsEmpty());
+  EXPECT_EQ(check.of(axis, {{"mean_abs", "1"}, {"rms", 1.5}}).size(), 2u);
+  const json::value choice =
+      json::parse(R"({"oneOf": [{"type": "integer", "minimum": 0}, {"type": "null"}]})");
+  EXPECT_THAT(check.of(choice, 0), IsEmpty());
+  EXPECT_THAT(check.of(choice, nullptr), IsEmpty());
+  EXPECT_EQ(check.of(choice, -1).size(), 1u);
+  const json::value list = json::parse(R"({"type": "array", "minItems": 1, "items": {"enum": ["a", "b"]}})");
+  EXPECT_THAT(check.of(list, {"a", "b"}), IsEmpty());
+  EXPECT_EQ(check.of(list, {"a", "c"}).size(), 1u);
+  EXPECT_EQ(check.of(list, json::array{}).size(), 1u);
+}
+
+}  // namespace
+}  // namespace truepose

@@ -1,0 +1,145 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/json/parse.hpp>
+
+#include "tests/integration/live_cell.hpp"
+
+namespace truepose {
+namespace {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using asio::ip::tcp;
+using asio::ip::udp;
+using testing::AllOf;
+using testing::HasSubstr;
+
+const asio::ip::address kLoopback = asio::ip::address_v4::loopback();
+
+Finished run_daemon(const LiveCell& cell, std::vector<std::string> more = {}) {
+  more.insert(more.begin(), {"--config", cell.cell_file()});
+  return run_program("trueposed", more);
+}
+
+void expect_one_line(const Finished& refused, int exit_code) {
+  EXPECT_EQ(refused.exit_code, exit_code) << refused.err;
+  EXPECT_EQ(std::ranges::count(refused.err, '\n'), 1) << refused.err;
+  EXPECT_EQ(refused.out, "");
+}
+
+/// The answer to one line on a connection of its own.
+json::value answer(std::uint16_t port, const std::string& line) {
+  asio::io_context context;
+  tcp::socket socket{context};
+  socket.connect({kLoopback, port});
+  asio::write(socket, asio::buffer(line + "\n"));
+  std::string received;
+  asio::read_until(socket, asio::dynamic_buffer(received), '\n');
+  return json::parse(received);
+}
+
+TEST(TheClient, IsRefusedWithAWrongTokenAndSaysSo) {
+  LiveCell cell;
+  cell.start_daemon();
+  std::filesystem::remove(cell.token_file());
+  const TempFolder other;
+  const std::string wrong = other.write("token", "another token of some length\n");
+  const Finished refused = run_program(
+      "truepose",
+      {"status", "--daemon", "127.0.0.1:" + std::to_string(cell.control_port()), "--token-file", wrong});
+  expect_one_line(refused, 2);
+  EXPECT_THAT(refused.err, HasSubstr("wrong token"));
+}
+
+TEST(TheClient, SaysWhereNoDaemonRuns) {
+  LiveCell cell;
+  cell.start_daemon();
+  cell.daemon().terminate();
+  EXPECT_EQ(cell.daemon().wait(), 0);
+  const Finished refused = cell.truepose({"status"});
+  expect_one_line(refused, 3);
+  EXPECT_THAT(refused.err,
+              AllOf(HasSubstr("127.0.0.1:" + std::to_string(cell.control_port())), HasSubstr("running?")));
+}
+
+TEST(TheDaemon, ServesNobodyWithoutTheRightToken) {
+  LiveCell cell;
+  cell.start_daemon();
+  for (
+      const char* request :
+      {R"({"jsonrpc": "2.0", "id": 1, "method": "session.hello", "params": {"protocol": 1, "token": "wrong"}})",
+       R"({"jsonrpc": "2.0", "id": 1, "method": "cell.status"})"}) {
+    const json::value refused = answer(cell.control_port(), request);
+    EXPECT_EQ(refused.at_pointer("/error/code"), -32001);
+    EXPECT_EQ(refused.at("id"), 1);
+  }
+}
+
+TEST(TheDaemon, NamesWhoHoldsItsControlPort) {
+  asio::io_context context;
+  const tcp::acceptor holder{context, {kLoopback, 0}};
+  const std::string port = std::to_string(holder.local_endpoint().port());
+  const LiveCell cell{{.cell = {{"listen: 127.0.0.1:0", "listen: 127.0.0.1:" + port}}}};
+  const Finished refused = run_daemon(cell);
+  expect_one_line(refused, 2);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("control.listen"), HasSubstr(port),
+                                 HasSubstr("(process " + std::to_string(getpid()) + ")")));
+}
+
+TEST(TheDaemon, NamesWhoHoldsItsRsiPort) {
+  LiveCell cell;
+  cell.start_daemon();  // a second daemon on the same cell file finds the first one there
+  const Finished refused = run_daemon(cell);
+  expect_one_line(refused, 2);
+  EXPECT_THAT(refused.err,
+              AllOf(HasSubstr("RSI address"),
+                    HasSubstr("trueposed (process " + std::to_string(cell.daemon().pid()) + ")")));
+}
+
+TEST(TheDaemon, ChecksItsFilesWithoutStarting) {
+  const LiveCell cell;
+  const Finished checked = run_daemon(cell, {"--check"});
+  EXPECT_EQ(checked.exit_code, 0) << checked.err;
+  EXPECT_EQ(checked.err, "");
+  EXPECT_THAT(checked.out, HasSubstr("cell.yaml: good"));
+  EXPECT_FALSE(std::filesystem::exists(cell.store_file()));
+}
+
+TEST(TheDaemon, RefusesAnUnknownKeyAndSaysWhereItStands) {
+  const LiveCell cell{{.cell = {{"  ramp_ms: 1000", "  ramp_m: 1000"}}}};
+  const Finished refused = run_daemon(cell);
+  expect_one_line(refused, 2);
+  EXPECT_THAT(refused.err, AllOf(testing::ContainsRegex("cell.yaml:[0-9]+"), HasSubstr("ramp_m")));
+}
+
+TEST(TheDaemon, RefusesAnArmWhoseControllerNamesAnother) {
+  LiveCell cell{{.scenario = {{"#KR210R2700_2 C4 FLR", "#KR16R1610 C4 FLR"}}}};
+  cell.start_daemon();
+  const Finished refused = cell.truepose({"connect"});
+  expect_one_line(refused, 3);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("wrong arm"), HasSubstr("#KR16R1610"), HasSubstr("KR210R2700_2")));
+  EXPECT_EQ(json::parse(cell.truepose({"status", "--json"}).out).at("state"), "fault");
+}
+
+TEST(TheDaemon, RefusesAnArmWhoseKinematicsAreAnothers) {
+  const TempFolder folder;
+  std::string robot = text_of(TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml");
+  robot.replace(robot.find("d: 645"), 6, "d: 675");
+  const std::string file = folder.write("other.yaml", robot);
+  LiveCell cell{{.scenario = {{TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml", file}}}};
+  cell.start_daemon();
+  const Finished refused = cell.truepose({"connect"});
+  expect_one_line(refused, 3);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("wrong arm or wrong robot file"), HasSubstr("30.00 mm")));
+}
+
+}  // namespace
+}  // namespace truepose

@@ -1,0 +1,125 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <boost/json/parse.hpp>
+#include <boost/json/serialize.hpp>
+#include <boost/json/value.hpp>
+#include <cstdlib>
+
+#include "tests/integration/live_cell.hpp"
+
+namespace truepose {
+namespace {
+
+namespace json = boost::json;
+
+constexpr double kCyclesPerSecond = 250;
+// config/cell.yaml, and half the last digit that an axis' correction is sent with before and after the step.
+constexpr double kMaxStep_deg = 0.02 + 1e-6;
+
+/// How long the stream runs undisturbed: an acceptance run sets TRUEPOSE_STREAM_SECONDS.
+double stream_seconds() {
+  const char* const seconds = std::getenv("TRUEPOSE_STREAM_SECONDS");
+  return seconds ? std::strtod(seconds, nullptr) : 5;
+}
+
+double number(const json::value& value, const char* pointer) {
+  return value.at_pointer(pointer).to_number<double>();
+}
+
+json::value stream_status(const LiveCell& cell) {
+  const Finished status = cell.truepose({"stream", "status", "--json"});
+  if (status.exit_code != 0) throw std::runtime_error{status.err};
+  return json::parse(status.out);
+}
+
+/// Follows the daemon's own reports, one a second, until the condition holds.
+template <typename Holds>
+json::value wait_for_stream(tools::RpcClient& client, Holds holds) {
+  for (;;) {
+    const auto event = client.next_event();
+    if (!event) throw std::runtime_error{event.error().message};
+    if (event->topic == "stream" && holds(event->data)) return event->data;
+  }
+}
+
+TEST(AStreamOverTheRealProtocols, AnswersEveryPacketHoldsThroughAStallAndRampsOutAtTheEnd) {
+  LiveCell cell;
+  cell.start_daemon();
+  const Finished campaign = small_campaign(cell);
+  ASSERT_EQ(campaign.exit_code, 0) << campaign.err << cell.daemon().errors();
+  tools::RpcClient client = cell.client();
+  ASSERT_TRUE(client.call("events.subscribe", {{"topics", json::array{"stream"}}}));
+  const Finished start = cell.truepose({"stream", "start"});
+  ASSERT_EQ(start.exit_code, 0) << start.err << cell.daemon().errors();
+
+  const double cycles = stream_seconds() * kCyclesPerSecond;
+  wait_for_stream(client, [=](const json::value& stream) { return number(stream, "/cycles") >= cycles; });
+  const json::value stream = stream_status(cell);
+  const json::value undisturbed = cell.simulated().at("rsi");
+  std::printf("daemon: %s\nsimulator: %s\n", json::serialize(stream).c_str(),
+              json::serialize(undisturbed).c_str());
+  EXPECT_EQ(stream.at("state"), "correcting");
+  EXPECT_EQ(stream.at("answered"), stream.at("cycles"));
+  EXPECT_EQ(stream.at("wrong_ipoc"), 0);
+  EXPECT_EQ(stream.at("lost"), 0);
+  EXPECT_LE(number(stream, "/late"), number(undisturbed, "/late") + number(undisturbed, "/lost"));
+  EXPECT_LE(number(stream, "/max_step_deg"), kMaxStep_deg);
+  EXPECT_GT(number(undisturbed, "/correction_deg"), 0.01);
+  EXPECT_EQ(undisturbed.at("wrong_ipoc"), 0);
+  EXPECT_EQ(undisturbed.at("rejected"), 0);
+  EXPECT_EQ(undisturbed.at("clamped"), 0);
+  EXPECT_LE(number(undisturbed, "/max_step_deg"), kMaxStep_deg);
+
+  // A stall of a tenth of a second, measured in the controller's cycles. It gives up after four times as
+  // many.
+  const auto missed = [&] {
+    const json::value rsi = cell.simulated().at("rsi");
+    return number(rsi, "/late") + number(rsi, "/lost");
+  };
+  const double missed_before = missed();
+  cell.daemon().send(SIGSTOP);
+  while (missed() < missed_before + 25) {
+  }
+  cell.daemon().send(SIGCONT);
+  const double until = number(stream, "/cycles") + 3 * kCyclesPerSecond;
+  const json::value after =
+      wait_for_stream(client, [=](const json::value& now) { return number(now, "/cycles") >= until; });
+  EXPECT_EQ(after.at("state"), "correcting") << json::serialize(after);
+  const json::value stalled = cell.simulated().at("rsi");
+  EXPECT_EQ(stalled.at("timeouts"), 0);
+  EXPECT_EQ(stalled.at("wrong_ipoc"), 0);
+  EXPECT_LE(number(stalled, "/max_step_deg"), kMaxStep_deg) << json::serialize(stalled);
+
+  cell.daemon().terminate();
+  EXPECT_TRUE(cell.daemon_tells("STOPPING=1"));
+  EXPECT_EQ(cell.daemon().wait(), 0) << cell.daemon().errors();
+  const json::value end = cell.end_simulator().at("rsi");
+  std::printf("simulator at the end: %s\n", json::serialize(end).c_str());
+  EXPECT_EQ(end.at("timeouts"), 0) << "the controller was left without an answer";
+  EXPECT_EQ(end.at("sessions"), 1);
+  EXPECT_EQ(number(end, "/correction_deg"), 0) << "a correction was left in force";
+  EXPECT_LE(number(end, "/max_step_deg"), kMaxStep_deg);
+}
+
+TEST(AStreamOverTheRealProtocols, IsStoppedByTheClientWithoutAStepAndCanBeStartedAgain) {
+  LiveCell cell;
+  cell.start_daemon();
+  const Finished campaign = small_campaign(cell);
+  ASSERT_EQ(campaign.exit_code, 0) << campaign.err << cell.daemon().errors();
+  for (int session = 1; session <= 2; ++session) {
+    const Finished start = cell.truepose({"stream", "start"});
+    ASSERT_EQ(start.exit_code, 0) << start.err << cell.daemon().errors();
+    const Finished stop = cell.truepose({"stream", "stop"});
+    ASSERT_EQ(stop.exit_code, 0) << stop.err << cell.daemon().errors();
+    const json::value rsi = cell.simulated().at("rsi");
+    EXPECT_EQ(rsi.at("sessions"), session);
+    EXPECT_EQ(rsi.at("timeouts"), 0);
+    EXPECT_EQ(number(rsi, "/correction_deg"), 0);
+    EXPECT_LE(number(rsi, "/max_step_deg"), kMaxStep_deg);
+  }
+}
+
+}  // namespace
+}  // namespace truepose
