@@ -134,6 +134,28 @@ TEST(ADaemonThatIsKilled, HasEveryPointThatItAnnouncedAndKnowsThatTheCampaignEnd
 
   EXPECT_GT(called(again, "events.subscribe").at("next").to_number<std::uint64_t>(), last_seq);
   EXPECT_EQ(called(again, "cell.connect").at("state"), "ready");
+  const Finished next = small_campaign(cell);
+  EXPECT_EQ(next.exit_code, 0) << next.err << cell.daemon().errors();
+}
+
+TEST(ADaemonThatIsStopped, EndsTheCampaignAndStopsTheArm) {
+  LiveCell cell;
+  cell.start_daemon();
+  tools::RpcClient client = cell.client();
+  called(client, "events.subscribe");
+  called(client, "campaign.start");
+  events_until(client, is_stored_point);
+  cell.daemon().terminate();
+  EXPECT_TRUE(cell.daemon_tells("STOPPING=1"));
+  const control::Event last = events_until(client, is_end_of_campaign).back();
+  EXPECT_EQ(last.data.at("phase"), "aborted");
+  EXPECT_EQ(cell.daemon().wait(), 0) << cell.daemon().errors();
+  const auto rows = sqlite_rows(cell.store_file(), "SELECT state, reason FROM campaign");
+  EXPECT_EQ(rows, (std::vector<std::vector<std::string>>{{"aborted", "the daemon was stopped"}}));
+
+  cell.start_daemon();
+  const Finished again = small_campaign(cell);
+  EXPECT_EQ(again.exit_code, 0) << again.err << cell.daemon().errors();
 }
 
 /// What goes wrong, how often in the cell's time, for how long, and whom the daemon blames.
