@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
+#include <ostream>
 #include <set>
 
 #include "proto/control/json_text.hpp"
@@ -165,6 +166,8 @@ struct Trouble {
   int lasts_ms;
   const char* blamed;
 };
+
+void PrintTo(const Trouble& trouble, std::ostream* out) { *out << trouble.kind; }
 
 class ACampaignInTrouble : public testing::TestWithParam<Trouble> {};
 
