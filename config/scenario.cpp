@@ -3,8 +3,8 @@
 #include "config/robot_file.hpp"
 #include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
-#include "core/evaluation/split_mix64.hpp"
 #include "core/kinematics/angles.hpp"
+#include "core/random.hpp"
 
 namespace truepose::config {
 
@@ -40,7 +40,7 @@ void add_listed_errors(std::vector<Joint>& joints, const YamlValue& errors) {
 /// Every parameter off by a uniform error within +-mm or +-rad, the same for the same seed on every machine.
 void add_drawn_errors(std::vector<Joint>& joints, const YamlValue& errors) {
   const YamlMap map(errors, {"seed", "mm", "rad"});
-  SplitMix64 random(map.at("seed").seed());
+  Random random(map.at("seed").seed());
   const double mm = map.at("mm").number({0, kErrorMm.max}), rad = map.at("rad").number({0, kErrorRad.max});
   for (Joint& joint : joints) {
     joint.a_mm += random.uniform(-mm, mm);

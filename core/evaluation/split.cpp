@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/evaluation/split_mix64.hpp"
+#include "core/random.hpp"
 
 namespace truepose {
 
@@ -21,7 +21,7 @@ void split_poses(MeasurementData& data, double fraction, std::uint64_t seed) {
 
   std::vector<std::size_t> shuffled(number_of.size());
   std::iota(shuffled.begin(), shuffled.end(), std::size_t{0});
-  SplitMix64 random(seed);
+  Random random(seed);
   for (std::size_t i = shuffled.size(); i-- > 1;) std::swap(shuffled[i], shuffled[random.next() % (i + 1)]);
 
   const auto identify =

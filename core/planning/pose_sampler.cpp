@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/kinematics/forward.hpp"
-#include "core/simulation/random.hpp"
+#include "core/random.hpp"
 
 namespace truepose {
 
@@ -92,7 +92,7 @@ std::expected<std::vector<JointVector>, std::string> sample_poses(const RobotMod
     JointVector q{robot.joint_count()};
     for (int i = 0; i < robot.joint_count(); ++i) {
       const Range& range = ranges[static_cast<std::size_t>(i)];
-      q[i] = range.min + (range.max - range.min) * random.uniform();
+      q[i] = random.uniform(range.min, range.max);
     }
     const Verdict verdict = judge(robot, sight, options, poses, q);
     ++count[static_cast<std::size_t>(verdict)];

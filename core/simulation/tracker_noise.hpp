@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "core/simulation/random.hpp"
+#include "core/random.hpp"
 
 namespace truepose {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "core/kinematics/robot_model.hpp"
-#include "core/simulation/random.hpp"
+#include "core/random.hpp"
 
 namespace truepose {
 

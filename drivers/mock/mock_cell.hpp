@@ -64,7 +64,7 @@ class MockCell {
   Eigen::Vector3d reading_mm() { return noisy_reading(p_WS_mm(), options_.noise, random_); }
 
   bool happens(double probability) { return random_.uniform() < probability; }
-  double uniform(double min, double max) { return min + (max - min) * random_.uniform(); }
+  double uniform(double min, double max) { return random_.uniform(min, max); }
 
   /// A fault for which a device is gone or stopped until a moment.
   Duration outage() { return std::chrono::milliseconds{static_cast<int>(uniform(5e3, 60e3))}; }

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/evaluation/split_mix64.hpp"
 #include "core/kinematics/angles.hpp"
+#include "core/random.hpp"
 #include "tests/config/error_of.hpp"
 
 namespace truepose::config {
@@ -11,7 +11,7 @@ namespace {
 
 /// A model of numbers that use all their bits.
 ModelFile model_of(std::uint64_t seed) {
-  SplitMix64 random(seed);
+  Random random(seed);
   const auto mm = [&] { return random.uniform(-3000, 3000); };
   const auto rad = [&] { return random.uniform(-3, 3); };
   ModelFile model;

@@ -4,8 +4,6 @@
 
 #include <map>
 
-#include "core/evaluation/split_mix64.hpp"
-
 namespace truepose {
 namespace {
 
@@ -21,13 +19,6 @@ MeasurementData two_reflectors(int poses) {
     }
   }
   return data;
-}
-
-TEST(SplitMix64, GivesTheNumbersOfItsReference) {
-  SplitMix64 random(1234567);
-  EXPECT_EQ(random.next(), 6457827717110365317U);
-  EXPECT_EQ(random.next(), 3203168211198807973U);
-  EXPECT_EQ(random.next(), 9817491932198370423U);
 }
 
 TEST(SplitPoses, KeepsThePointsOfAPoseTogether) {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/simulation/random.hpp"
+#include "core/random.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/cell/cell_state.hpp"
 #include "drivers/mock/mock_robot.hpp"
@@ -82,7 +82,7 @@ class Soak {
   double elapsed_hours() const {
     return std::chrono::duration<double, std::ratio<3600>>(clock_.now() - TimePoint{}).count();
   }
-  double uniform(double min, double max) { return min + (max - min) * random_.uniform(); }
+  double uniform(double min, double max) { return random_.uniform(min, max); }
   drivers::MockFaults draw_faults();
   void run_campaign();
   void interfere(daemon::Campaign& campaign, const bool& ended);

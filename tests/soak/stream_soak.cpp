@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "core/simulation/random.hpp"
+#include "core/random.hpp"
 #include "tests/daemon/stream_rig.hpp"
 #include "tests/soak/event_hash.hpp"
 

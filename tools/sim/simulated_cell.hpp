@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "config/scenario.hpp"
-#include "core/simulation/random.hpp"
+#include "core/random.hpp"
 #include "core/simulation/true_arm.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/eki_server.hpp"

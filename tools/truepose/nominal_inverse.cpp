@@ -1,7 +1,7 @@
 #include "tools/truepose/nominal_inverse.hpp"
 
 #include "core/compensation/pose_inverse.hpp"
-#include "core/evaluation/split_mix64.hpp"
+#include "core/random.hpp"
 
 namespace truepose::tools {
 
@@ -16,7 +16,7 @@ JointVector middle_of_ranges(const RobotModel& robot) {
   return q;
 }
 
-JointVector anywhere(const RobotModel& robot, SplitMix64& random) {
+JointVector anywhere(const RobotModel& robot, Random& random) {
   JointVector q(robot.joint_count());
   for (int i = 0; i < robot.joint_count(); ++i) {
     const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
@@ -47,7 +47,7 @@ std::expected<JointVector, std::string> NominalInverse::next(const Eigen::Isomet
 
 std::expected<JointVector, std::string> NominalInverse::by_newton(const Eigen::Isometry3d& X_BF) const {
   constexpr int kStarts = 50;
-  SplitMix64 random(0);
+  Random random(0);
   JointVector seed = q_near_;
   for (int i = 0; i < kStarts; ++i) {
     const auto result = inverse_near(robot_, X_BF, seed);
