@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 
+#include "config/joint_list.hpp"
 #include "config/number_text.hpp"
 #include "config/text_file.hpp"
 #include "config/yaml_reader.hpp"
@@ -91,12 +92,7 @@ RobotModel robot_value(const YamlValue& value) {
   const YamlMap map(value, {"name", "joints", "flange"});
   RobotModel robot;
   robot.name = map.at("name").text();
-  const YamlValue& joints = map.at("joints");
-  if (joints.list().empty() || joints.list().size() > kMaxJoints) {
-    joints.fail("expected 1.." + std::to_string(kMaxJoints) + " joints, found " +
-                std::to_string(joints.list().size()));
-  }
-  for (const YamlValue& joint : joints.list()) robot.joints.push_back(joint_value(joint));
+  robot.joints = joints_value(map.at("joints"), joint_value);
   robot.X_flange = isometry_value(map.at("flange"));
   return robot;
 }

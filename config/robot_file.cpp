@@ -1,5 +1,6 @@
 #include "config/robot_file.hpp"
 
+#include "config/joint_list.hpp"
 #include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
 #include "core/kinematics/angles.hpp"
@@ -44,12 +45,7 @@ RobotModel load_robot(const std::filesystem::path& file) {
   const YamlMap map(root, {"name", "joints", "flange"});
   RobotModel robot;
   robot.name = map.at("name").text();
-  const YamlValue& joints = map.at("joints");
-  if (joints.list().empty() || joints.list().size() > kMaxJoints) {
-    joints.fail("expected 1.." + std::to_string(kMaxJoints) + " joints, found " +
-                std::to_string(joints.list().size()));
-  }
-  for (const YamlValue& value : joints.list()) robot.joints.push_back(joint(value));
+  robot.joints = joints_value(map.at("joints"), joint);
   if (const YamlValue* flange = map.find("flange")) robot.X_flange = pose_value(*flange);
   return robot;
 }

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "config/model_file.hpp"
-#include "daemon/control/rfc3339.hpp"
 #include "proto/control/calibration_document.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/control/rfc3339.hpp"
 
 namespace truepose::daemon {
 
@@ -62,7 +62,7 @@ StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, 
       wall_clock_{std::move(wall_clock)} {
   record_.id = options_.campaign_id;
   record_.state = "running";
-  record_.started = rfc3339(wall_clock_());
+  record_.started = control::rfc3339(wall_clock_());
 }
 
 asio::awaitable<StoreResult<void>> StoreJournal::begin(Identities identities) {
@@ -76,7 +76,7 @@ asio::awaitable<StoreResult<void>> StoreJournal::begin(Identities identities) {
 }
 
 asio::awaitable<StoreResult<void>> StoreJournal::add_point(StoredPoint point) {
-  point.time = rfc3339(wall_clock_());
+  point.time = control::rfc3339(wall_clock_());
   auto job = [this, point] { return store_.add_point(options_.campaign_id, point); };
   auto kept = co_await store_thread_.ask(job);
   co_return kept;
@@ -90,7 +90,7 @@ asio::awaitable<StoreResult<void>> StoreJournal::add_skipped(SkippedPose skipped
 
 asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const CampaignResult> result,
                                                      std::optional<CampaignError> error) {
-  record_.ended = rfc3339(wall_clock_());
+  record_.ended = control::rfc3339(wall_clock_());
   record_.state = "done";
   if (error) {
     record_.state = error->fault == CampaignFault::Aborted ? "aborted" : "failed";

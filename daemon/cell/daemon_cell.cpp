@@ -6,9 +6,9 @@
 #include "core/kinematics/angles.hpp"
 #include "daemon/cell/campaign_run.hpp"
 #include "daemon/cell/cell_json.hpp"
-#include "daemon/control/rfc3339.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/control/param_reader.hpp"
+#include "proto/control/rfc3339.hpp"
 
 namespace truepose::daemon {
 
@@ -37,7 +37,7 @@ DaemonCell::DaemonCell(Parts parts)
       devices_{parts_.config,
                {parts_.robot, parts_.tracker, parts_.clock},
                [this](const std::string& sentence) { on_trouble(sentence); }},
-      state_since_{rfc3339(parts_.wall_clock())} {}
+      state_since_{control::rfc3339(parts_.wall_clock())} {}
 
 DaemonCell::~DaemonCell() = default;
 
@@ -120,7 +120,7 @@ std::optional<RpcError> DaemonCell::apply(const CellEvent& event, const std::str
   state_reason_ = reason;
   const auto* fault = std::get_if<Faulted>(&state_);
   if (fault != nullptr) state_reason_ = fault->reason;
-  const std::string since = std::exchange(state_since_, rfc3339(parts_.wall_clock()));
+  const std::string since = std::exchange(state_since_, control::rfc3339(parts_.wall_clock()));
   const std::string line =
       "cell " + std::string{state_name(before)} + " -> " + std::string{state()} + ": " + state_reason_;
   fault != nullptr ? log_error(line) : log_info(line);
@@ -326,7 +326,7 @@ json::object DaemonCell::status_json() const {
           {"state", state()},
           {"state_text", state_reason_},
           {"allowed", std::move(allowed)},
-          {"time", rfc3339(parts_.wall_clock())},
+          {"time", control::rfc3339(parts_.wall_clock())},
           {"robot",
            {{"connected", identities_.has_value()},
             {"model", known.robot.model},

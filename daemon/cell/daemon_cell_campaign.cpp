@@ -6,6 +6,7 @@
 
 #include "daemon/cell/campaign_run.hpp"
 #include "daemon/cell/cell_json.hpp"
+#include "daemon/cell/page.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/control/param_reader.hpp"
@@ -139,16 +140,12 @@ DaemonCell::Reply DaemonCell::campaign_abort(json::object params) {
 
 DaemonCell::Reply DaemonCell::campaign_list(json::object params) {
   control::ParamReader read{params};
-  const auto limit = static_cast<std::size_t>(read.integer("limit", 1, 100).value_or(20));
-  const auto offset = static_cast<std::size_t>(read.integer("offset", 0, 1'000'000'000).value_or(0));
+  const Page page{read};
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
   auto job = [this] { return parts_.store.campaigns(); };
   auto records = co_await parts_.store_thread.ask(job);
   if (!records) co_return std::unexpected(store_error(records.error()));
-  json::array page;
-  for (std::size_t i = offset; i < records->size() && page.size() < limit; ++i)
-    page.push_back(campaign_json((*records)[i]));
-  co_return json::object{{"campaigns", std::move(page)}, {"total", records->size()}};
+  co_return json::object{{"campaigns", page.of(*records, &campaign_json)}, {"total", records->size()}};
 }
 
 DaemonCell::Reply DaemonCell::campaign_get(json::object params) {

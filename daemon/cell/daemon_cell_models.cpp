@@ -7,6 +7,7 @@
 #include "core/kinematics/spherical_wrist.hpp"
 #include "daemon/cell/campaign_run.hpp"
 #include "daemon/cell/cell_json.hpp"
+#include "daemon/cell/page.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/control/param_reader.hpp"
 
@@ -83,16 +84,12 @@ asio::awaitable<std::expected<ModelRecord, RpcError>> DaemonCell::find_model(std
 
 DaemonCell::Reply DaemonCell::model_list(json::object params) {
   control::ParamReader read{params};
-  const auto limit = static_cast<std::size_t>(read.integer("limit", 1, 100).value_or(20));
-  const auto offset = static_cast<std::size_t>(read.integer("offset", 0, 1'000'000'000).value_or(0));
+  const Page page{read};
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
   auto job = [this] { return parts_.store.models(); };
   auto records = co_await parts_.store_thread.ask(job);
   if (!records) co_return std::unexpected(RpcError{ErrorCode::Internal, records.error().detail});
-  json::array page;
-  for (std::size_t i = offset; i < records->size() && page.size() < limit; ++i)
-    page.push_back(model_json((*records)[i]));
-  co_return json::object{{"models", std::move(page)}, {"total", records->size()}};
+  co_return json::object{{"models", page.of(*records, &model_json)}, {"total", records->size()}};
 }
 
 DaemonCell::Reply DaemonCell::model_get(json::object params) {

@@ -5,10 +5,10 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
-#include "daemon/control/rfc3339.hpp"
 #include "daemon/control/session.hpp"
 #include "daemon/control/token_file.hpp"
 #include "drivers/port_holder.hpp"
+#include "proto/control/rfc3339.hpp"
 
 namespace truepose::daemon {
 
@@ -72,7 +72,7 @@ std::expected<std::unique_ptr<ControlServer>, std::string> ControlServer::start(
       SessionContext{std::move(parts), limits, std::move(cell_name), std::move(*token), {}, {}, {}, {}, {}});
   for (std::string& method : context->parts.cell.methods()) context->cell_methods.insert(std::move(method));
   context->started = context->parts.clock.now();
-  context->started_text = rfc3339(context->parts.wall_clock());
+  context->started_text = control::rfc3339(context->parts.wall_clock());
   auto impl = std::make_shared<Impl>(Impl{std::move(context), std::move(*acceptor)});
 
   const auto accept = [](std::shared_ptr<Impl> server) -> asio::awaitable<void> {

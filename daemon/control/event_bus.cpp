@@ -4,8 +4,8 @@
 #include <boost/json/value.hpp>
 #include <utility>
 
-#include "daemon/control/rfc3339.hpp"
 #include "proto/control/request.hpp"
+#include "proto/control/rfc3339.hpp"
 
 namespace truepose::daemon {
 
@@ -28,7 +28,7 @@ void EventBus::publish(control::Topic topic, const boost::json::value& data) {
     kept_.pop_front();
   }
   kept_.push_back({topic, std::make_shared<const std::string>(
-                              control::encode_event(seq, rfc3339(wall_clock_()), topic, data))});
+                              control::encode_event(seq, control::rfc3339(wall_clock_()), topic, data))});
   for (const Subscription* subscription : subscriptions_)
     if (subscription->fell_behind_ || subscription->topics_.contains(topic)) subscription->wake_();
 }

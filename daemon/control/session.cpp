@@ -9,10 +9,10 @@
 #include <boost/asio/write.hpp>
 #include <utility>
 
-#include "daemon/control/rfc3339.hpp"
 #include "daemon/control/token_file.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/control/param_reader.hpp"
+#include "proto/control/rfc3339.hpp"
 #include "proto/control/schema.hpp"
 
 namespace truepose::daemon {
@@ -251,7 +251,7 @@ Session::Result Session::hello(const json::object& params) {
                       {"version", TRUEPOSE_VERSION},
                       {"protocol", kProtocol},
                       {"cell", context_->cell_name},
-                      {"time", rfc3339(context_->parts.wall_clock())},
+                      {"time", control::rfc3339(context_->parts.wall_clock())},
                       {"next_seq", context_->parts.events.next_seq()}};
 }
 
@@ -263,7 +263,7 @@ Session::Result Session::system_info(const json::object& params) const {
                       {"version", TRUEPOSE_VERSION},
                       {"protocol", kProtocol},
                       {"cell", context_->cell_name},
-                      {"time", rfc3339(context_->parts.wall_clock())},
+                      {"time", control::rfc3339(context_->parts.wall_clock())},
                       {"started", context_->started_text},
                       {"uptime_s", uptime.count()},
                       {"connections", context_->sessions.size()}};

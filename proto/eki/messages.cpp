@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/kinematics/angles.hpp"
+#include "proto/xml/escape.hpp"
 #include "proto/xml/scanner.hpp"
 
 namespace truepose::eki {
@@ -24,36 +25,13 @@ Axes scaled(Axes values, double factor) {
 
 // ---- writing
 
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
-}
-
 /// One element with its children; written as an open and close pair.
 class Element {
  public:
   explicit Element(std::string_view name) : name_{name} { text_.append("<").append(name); }
 
   Element& set(std::string_view name, std::string_view value) {
-    text_.append(" ").append(name).append("=\"").append(escaped(value)).append("\"");
+    text_.append(" ").append(name).append("=\"").append(xml::escaped(value)).append("\"");
     return *this;
   }
   Element& set(std::string_view name, std::integral auto value) { return set(name, std::to_string(+value)); }

@@ -24,6 +24,7 @@
 #include "proto/control/json_text.hpp"
 #include "proto/control/request.hpp"
 #include "proto/control/schema.hpp"
+#include "tests/temp_folder.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -142,23 +143,18 @@ class Client {
 
 class ControlServerTest : public testing::Test {
  protected:
-  ControlServerTest() {
-    std::string folder = (fs::temp_directory_path() / "truepose-control-XXXXXX").string();
-    folder_ = ::mkdtemp(folder.data());
-    write_token(kToken);
-  }
+  ControlServerTest() { write_token(kToken); }
   ~ControlServerTest() override {
     on_loop([this] { server_.reset(); });
     work_.reset();
     thread_.join();
-    fs::remove_all(folder_);
   }
 
   void write_token(std::string_view token) {
     std::ofstream{token_file()} << token << '\n';
     fs::permissions(token_file(), fs::perms::owner_read | fs::perms::owner_write);
   }
-  fs::path token_file() const { return folder_ / "token"; }
+  fs::path token_file() const { return folder_.path() / "token"; }
 
   /// Runs something on the event loop's thread and waits for it.
   void on_loop(const std::function<void()>& task) {
@@ -192,7 +188,7 @@ class ControlServerTest : public testing::Test {
     on_loop([&] { clock_.advance(time); });
   }
 
-  fs::path folder_;
+  TempFolder folder_;
   EventBus events_{{.first = 1000, .end = 1'000'000, .request_more = {}},
                    [] { return std::chrono::system_clock::time_point{}; }};
   ManualClock clock_;

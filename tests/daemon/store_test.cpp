@@ -18,6 +18,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "tests/temp_folder.hpp"
+
 namespace truepose::daemon {
 namespace {
 
@@ -25,13 +27,6 @@ using testing::HasSubstr;
 
 class StoreTest : public testing::Test {
  protected:
-  StoreTest() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "truepose-store-XXXXXX").string();
-    folder_ = mkdtemp(pattern.data());
-    file_ = folder_ / "cell.db";
-  }
-  ~StoreTest() override { std::filesystem::remove_all(folder_); }
-
   Store open() {
     StoreResult<Store> store = Store::open(file_);
     if (!store) throw std::runtime_error(store.error().detail);
@@ -52,7 +47,8 @@ class StoreTest : public testing::Test {
     sqlite3_close(connection);
   }
 
-  std::filesystem::path folder_, file_;
+  TempFolder folder_;
+  const std::filesystem::path file_ = folder_.path() / "cell.db";
 };
 
 CampaignRecord campaign(const std::string& id) {
@@ -228,10 +224,10 @@ TEST_F(StoreTest, NeverGivesAnEventNumberTwice) {
 }
 
 TEST_F(StoreTest, SaysWhyAFileCannotBeItsOwn) {
-  EXPECT_THAT(why_not_opened(folder_ / "missing" / "cell.db"), HasSubstr("unable to open"));
-  EXPECT_THAT(why_not_opened(folder_), HasSubstr("unable to open"));
+  EXPECT_THAT(why_not_opened(folder_.path() / "missing" / "cell.db"), HasSubstr("unable to open"));
+  EXPECT_THAT(why_not_opened(folder_.path()), HasSubstr("unable to open"));
 
-  const std::filesystem::path text = folder_ / "notes.txt";
+  const std::filesystem::path text = folder_.path() / "notes.txt";
   std::ofstream{text} << std::string(5000, 'x');
   EXPECT_THAT(why_not_opened(text), HasSubstr("not a database"));
 
@@ -253,7 +249,7 @@ TEST_F(StoreTest, SaysThatAFileCannotBeWritten) {
   const perms read = perms::owner_read | perms::group_read | perms::others_read;
   const perms enter = perms::owner_exec | perms::group_exec | perms::others_exec;
   std::filesystem::permissions(file_, read);
-  std::filesystem::permissions(folder_, read | enter);
+  std::filesystem::permissions(folder_.path(), read | enter);
   const bool root = geteuid() == 0;  // may write everywhere
   if (root) {
     ASSERT_EQ(seteuid(65534), 0);
@@ -262,7 +258,7 @@ TEST_F(StoreTest, SaysThatAFileCannotBeWritten) {
   if (root) {
     ASSERT_EQ(seteuid(0), 0);
   }
-  std::filesystem::permissions(folder_, perms::owner_all);
+  std::filesystem::permissions(folder_.path(), perms::owner_all);
   EXPECT_THAT(why, HasSubstr("readonly"));
 }
 

@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "daemon/control/control_server.hpp"
+#include "tests/temp_folder.hpp"
 #include "tools/truepose/online_cli.hpp"
 #include "tools/truepose/online_text.hpp"
 #include "tools/truepose/rpc_client.hpp"
@@ -93,14 +94,12 @@ struct Outcome {
 class OnlineTest : public testing::Test {
  protected:
   OnlineTest() {
-    std::string folder = (fs::temp_directory_path() / "truepose-online-XXXXXX").string();
-    folder_ = ::mkdtemp(folder.data());
     write_token("token", "0123456789abcdef");
     on_loop([this] {
       server_ = daemon::ControlServer::start(io_.get_executor(),
                                              {clock_, [] { return std::chrono::system_clock::time_point{}; },
                                               cell_, events_, [](const std::string&) {}},
-                                             {{"127.0.0.1", 0}, folder_ / "token"}, "cell 1")
+                                             {{"127.0.0.1", 0}, folder_.path() / "token"}, "cell 1")
                     .value();
       address_ = "127.0.0.1:" + std::to_string(server_->port());
     });
@@ -109,11 +108,10 @@ class OnlineTest : public testing::Test {
     on_loop([this] { server_.reset(); });
     work_.reset();
     thread_.join();
-    fs::remove_all(folder_);
   }
   void write_token(const char* file, const char* token) {
-    std::ofstream{folder_ / file} << token << '\n';
-    fs::permissions(folder_ / file, fs::perms::owner_read | fs::perms::owner_write);
+    std::ofstream{folder_.path() / file} << token << '\n';
+    fs::permissions(folder_.path() / file, fs::perms::owner_read | fs::perms::owner_write);
   }
   void on_loop(const std::function<void()>& task) {
     std::promise<void> done;
@@ -127,7 +125,7 @@ class OnlineTest : public testing::Test {
   Outcome run(std::vector<std::string> words, const std::string& token_file = "token",
               std::string address = {}) {
     words.insert(words.end(),
-                 {"--daemon", address.empty() ? address_ : address, "--token-file", folder_ / token_file});
+                 {"--daemon", address.empty() ? address_ : address, "--token-file", folder_.path() / token_file});
     std::ranges::reverse(words);  // as CLI11 wants them
     CLI::App app;
     int exit_code = -1;
@@ -138,7 +136,7 @@ class OnlineTest : public testing::Test {
     return {exit_code, testing::internal::GetCapturedStdout(), testing::internal::GetCapturedStderr()};
   }
 
-  fs::path folder_;
+  TempFolder folder_;
   daemon::EventBus events_{{.first = 1, .end = 1'000'000, .request_more = {}},
                            [] { return std::chrono::system_clock::time_point{}; }};
   RealClock clock_;
@@ -193,7 +191,7 @@ TEST_F(OnlineTest, StartSendsWhatWasAskedForOnly) {
 TEST_F(OnlineTest, ListsAndExportsModels) {
   EXPECT_THAT(run({"model", "list"}).out, HasSubstr("m1     t        42     2.500      0.042     active"));
   EXPECT_EQ(run({"model", "export"}).out, "name: KR\n");
-  const fs::path file = folder_ / "model.yaml";
+  const fs::path file = folder_.path() / "model.yaml";
   EXPECT_EQ(run({"model", "export", "--out", file}).exit_code, 0);
   EXPECT_EQ(fs::file_size(file), 9U);
 }
@@ -243,7 +241,7 @@ TEST_F(OnlineTest, ADaemonThatIsNotThereIsNamed) {
 }
 
 TEST_F(OnlineTest, ADaemonThatStopsEndsAWatchWithItsReason) {
-  auto client = RpcClient::connect(address_, folder_ / "token");
+  auto client = RpcClient::connect(address_, folder_.path() / "token");
   ASSERT_TRUE(client);
   on_loop([this] { server_->stop(); });
   const auto event = client->next_event();

@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
+
+#include "core/kinematics/angles.hpp"
 
 namespace truepose::report {
 namespace {
@@ -23,7 +24,7 @@ std::string error_text(double mm) {
 
 std::string length_text(double mm) { return fixed(mm, 3); }
 
-std::string angle_text(double rad) { return fixed(rad * 180 / std::numbers::pi, 4); }
+std::string angle_text(double rad) { return fixed(rad * kDegPerRad, 4); }
 
 std::string sigma_text(double value) {
   if (!(value > 0)) return "0";
@@ -37,38 +38,6 @@ std::string factor_text(double before, double after) {
   const double factor = before / after;
   if (factor >= 1e6) return fmt::format("{:.0e}", factor);
   return fmt::format("{:.{}f}", factor, factor < 9.95 ? 1 : 0);
-}
-
-std::string escaped(std::string_view text) {
-  std::string result;
-  result.reserve(text.size());
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      case '\'':
-        result += "&#39;";
-        break;
-      default:
-        // XML has no place for control characters, not even escaped.
-        if (static_cast<unsigned char>(c) < 0x20 && c != '\t' && c != '\n') {
-          result += "\xEF\xBF\xBD";
-        } else {
-          result += c;
-        }
-    }
-  }
-  return result;
 }
 
 }  // namespace truepose::report

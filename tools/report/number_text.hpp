@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 
 namespace truepose::report {
 
@@ -19,8 +18,5 @@ std::string sigma_text(double value);
 
 /// "14" for a 14 times smaller error, with a decimal below ten; "-" where nothing is left to divide by.
 std::string factor_text(double before, double after);
-
-/// Text for the inside of an element or an attribute's quotes, in XML and in HTML.
-std::string escaped(std::string_view text);
 
 }  // namespace truepose::report

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "proto/xml/escape.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_charts.hpp"
 #include "tools/report/report_document.hpp"
@@ -25,10 +26,10 @@ std::string header(const ReportDocument& document) {
   for (const std::string& part : {document.tracker, document.campaign}) {
     if (part.empty()) continue;
     if (!identity.empty()) identity += " · ";
-    identity += escaped(part);
+    identity += xml::escaped(part);
   }
   std::string html = fmt::format("<header>\n<p class=\"eyebrow\">Calibration report</p>\n<h1>{}</h1>\n",
-                                 document.robot.empty() ? "Robot arm" : escaped(document.robot));
+                                 document.robot.empty() ? "Robot arm" : xml::escaped(document.robot));
   if (!identity.empty()) html += fmt::format("<p class=\"identity\">{}</p>\n", identity);
   return html + "</header>\n";
 }
@@ -101,7 +102,7 @@ std::string footer() {
 std::string render_html(const boost::json::object& json) {
   const ReportDocument document = read_document(json);
   const std::string title =
-      document.robot.empty() ? "Calibration report" : escaped(document.robot) + ": calibration report";
+      document.robot.empty() ? "Calibration report" : xml::escaped(document.robot) + ": calibration report";
   std::string html = fmt::format(
       "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\">\n<head>\n<meta "
       "charset=\"utf-8\"/>\n"

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <string_view>
 
+#include "core/kinematics/angles.hpp"
+#include "proto/xml/escape.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_style.hpp"
 
@@ -48,9 +50,9 @@ std::string_view group_of(std::string_view name) { return name.substr(0, name.rf
 std::string group_title(std::string_view group) {
   if (group == "base") return "Base of the robot in the tracker's frame";
   if (group.starts_with("smr."))
-    return fmt::format("Reflector {} in the flange frame", escaped(group.substr(4)));
-  if (group.starts_with("link")) return fmt::format("Link {}", escaped(group.substr(4)));
-  return escaped(group);
+    return fmt::format("Reflector {} in the flange frame", xml::escaped(group.substr(4)));
+  if (group.starts_with("link")) return fmt::format("Link {}", xml::escaped(group.substr(4)));
+  return xml::escaped(group);
 }
 
 /// Every length is called by one letter (x, a, d); the angles are rx, ry, rz and the Greek ones.
@@ -60,7 +62,7 @@ std::string leaf_title(std::string_view leaf) {
   if (leaf == "alpha") return "α";
   if (leaf == "theta") return "θ";
   if (leaf == "beta") return "β";
-  return escaped(leaf);
+  return xml::escaped(leaf);
 }
 
 std::string parameter_row(const Parameter& parameter, bool with_truth) {
@@ -70,7 +72,7 @@ std::string parameter_row(const Parameter& parameter, bool with_truth) {
   const bool angle = is_angle(leaf);
   const auto text = [angle](double value) { return angle ? angle_text(value) : length_text(value); };
   const bool has_nominal = name.starts_with("link");
-  const double sigma = angle ? p.sigma * 180 / std::numbers::pi : p.sigma;
+  const double sigma = angle ? p.sigma * kDegPerRad : p.sigma;
   std::string html = fmt::format(
       "<tr{}><th scope=\"row\">{}</th><td class=\"text\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
       "<td class=\"text first\">{}</td>",
@@ -187,8 +189,8 @@ std::string stream_section(const ReportDocument& document) {
 }
 
 std::string conditions_section(const ReportDocument& document) {
-  std::string rows = fact("Robot", escaped(document.robot)) + fact("Tracker", escaped(document.tracker)) +
-                     fact("Campaign", escaped(document.campaign)) + fact("Method", escaped(document.method));
+  std::string rows = fact("Robot", xml::escaped(document.robot)) + fact("Tracker", xml::escaped(document.tracker)) +
+                     fact("Campaign", xml::escaped(document.campaign)) + fact("Method", xml::escaped(document.method));
   rows += fact("Converged", document.converged ? "yes" : "no");
   rows += fact("Iterations",
                fmt::format("{} coarse, {} fine", document.coarse_iterations, document.fine_iterations));

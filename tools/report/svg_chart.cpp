@@ -8,6 +8,7 @@
 #include <iterator>
 #include <string_view>
 
+#include "proto/xml/escape.hpp"
 #include "tools/report/number_text.hpp"
 
 namespace truepose::report {
@@ -52,8 +53,8 @@ class Drawing {
   Drawing(std::string_view title, double width, double height)
       : right{width - kRightMargin}, bottom{height - kBottomMargin} {
     put(R"(<svg xmlns="http://www.w3.org/2000/svg" class="chart" viewBox="0 0 {} {}" role="img" aria-label="{}">)",
-        width, height, escaped(title));
-    put(R"(<text class="chart-title" x="0" y="14">{}</text>)", escaped(title));
+        width, height, xml::escaped(title));
+    put(R"(<text class="chart-title" x="0" y="14">{}</text>)", xml::escaped(title));
   }
 
   const double right, bottom;  ///< edges of the plot
@@ -102,7 +103,7 @@ class Drawing {
           bottom + 17, labels[i]);
     }
     put(R"(<text class="tick" text-anchor="middle" x="{:.1f}" y="{}">{}</text>)", (axis.from + axis.to) / 2,
-        bottom + 36, escaped(label));
+        bottom + 36, xml::escaped(label));
   }
 
   std::string finish() && { return std::move(svg_) + "</svg>\n"; }
@@ -151,7 +152,7 @@ double legend(Drawing& drawing, const std::vector<Series>& series) {
     }
     drawing.marker(s, x + 6, y - 4, 4);
     drawing.end_marker(s);
-    drawing.put(R"(<text class="legend" x="{:.1f}" y="{}">{}</text>)", x + 16, y, escaped(s.name));
+    drawing.put(R"(<text class="legend" x="{:.1f}" y="{}">{}</text>)", x + 16, y, xml::escaped(s.name));
     x += width + 10;
   }
   return y + 14;
@@ -225,7 +226,7 @@ std::string point_chart_svg(const PointChart& chart) {
     }
     for (const ChartPoint& p : series.points) {
       drawing.marker(series, x.at(p.x), y.at(p.y), radius);
-      if (!p.label.empty()) drawing.put("<title>{}</title>", escaped(p.label));
+      if (!p.label.empty()) drawing.put("<title>{}</title>", xml::escaped(p.label));
       drawing.end_marker(series);
     }
   }

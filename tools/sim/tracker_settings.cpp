@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/kinematics/angles.hpp"
 #include "proto/emscon/status.hpp"
 
 namespace truepose::sim {
@@ -13,7 +14,7 @@ using namespace emscon;
 namespace {
 
 constexpr std::array kMmPerUnit{1000.0, 1.0, 0.001, 304.8, 914.4, 25.4};
-constexpr std::array kUnitsPerRad{1.0, 180 / std::numbers::pi, 200 / std::numbers::pi};
+constexpr std::array kUnitsPerRad{1.0, kDegPerRad, 200 / std::numbers::pi};
 constexpr std::array kUnitsPerMbar{1.0, 1.0, 0.1, 0.75006158, 0.014503774, 0.40146308, 0.029529983};
 
 constexpr std::int32_t kOutOfRange = 12;  ///< parameter 1 out of range, refused

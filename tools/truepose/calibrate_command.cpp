@@ -3,7 +3,6 @@
 #include <boost/json.hpp>
 #include <chrono>
 #include <cstdio>
-#include <ctime>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -13,6 +12,7 @@
 #include "core/calibration/calibrate.hpp"
 #include "core/evaluation/split.hpp"
 #include "proto/control/calibration_document.hpp"
+#include "proto/control/rfc3339.hpp"
 #include "tools/report/report_html.hpp"
 #include "tools/report/report_text.hpp"
 #include "tools/truepose/arm_files.hpp"
@@ -102,19 +102,10 @@ Outcome calibrate_splits(const CalibrateCommand& command, const RobotModel& robo
   return std::move(*first);
 }
 
-std::string now_rfc3339() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
-
 config::ModelFile model_of(const RobotModel& robot, const Calibration& calibration) {
   return {.name = robot.name,
           .serial = "",
-          .created = now_rfc3339(),
+          .created = control::rfc3339(std::chrono::system_clock::now()),
           .cell = calibration.cell,
           .parameters = calibration.parameters,
           .validation_mean_mm = calibration.validate ? calibration.validate->geometric.mean : 0};

@@ -1,8 +1,8 @@
-#include "daemon/control/rfc3339.hpp"
+#include "proto/control/rfc3339.hpp"
 
 #include <cstdio>
 
-namespace truepose::daemon {
+namespace truepose::control {
 
 std::string rfc3339(std::chrono::system_clock::time_point time) {
   using namespace std::chrono;
@@ -17,4 +17,4 @@ std::string rfc3339(std::chrono::system_clock::time_point time) {
   return text;
 }
 
-}  // namespace truepose::daemon
+}  // namespace truepose::control
