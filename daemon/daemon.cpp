@@ -8,20 +8,18 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <expected>
-#include <fstream>
-#include <iterator>
+#include <type_traits>
 
 #include "daemon/cell/daemon_cell.hpp"
 #include "daemon/control/control_server.hpp"
-#include "daemon/control/rfc3339.hpp"
-#include "daemon/control/token_file.hpp"
+#include "daemon/ethernet_file.hpp"
 #include "daemon/log/log.hpp"
 #include "daemon/service/service_manager.hpp"
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/kuka/rsi_link.hpp"
 #include "drivers/leica/emscon_tracker.hpp"
 #include "drivers/steady_clock.hpp"
-#include "proto/rsi/ethernet_config.hpp"
+#include "proto/control/rfc3339.hpp"
 
 namespace truepose::daemon {
 
@@ -41,16 +39,7 @@ T started(std::expected<T, std::string> result) {
 template <typename T>
 T kept(StoreResult<T> result) {
   if (!result) throw StartError{"store: " + result.error().detail};
-  return *std::move(result);
-}
-
-rsi::EthernetConfig load_ethernet(const config::StreamConfig& stream) {
-  std::ifstream file{stream.ethernet_xml};
-  if (!file) throw StartError{stream.ethernet_xml.string() + ": cannot be read"};
-  const std::string text{std::istreambuf_iterator<char>{file}, {}};
-  auto ethernet = rsi::parse_ethernet_config(text);
-  if (!ethernet) throw StartError{stream.ethernet_xml.string() + ": " + ethernet.error()};
-  return *std::move(ethernet);
+  if constexpr (!std::is_void_v<T>) return *std::move(result);
 }
 
 drivers::RsiLinkOptions link_options(const config::StreamConfig& stream) {
@@ -66,7 +55,7 @@ class Daemon {
       : config_{config},
         store_{kept(Store::open(config.store))},
         events_{event_numbers(), [] { return std::chrono::system_clock::now(); }},
-        stream_{started(StreamCycle::create(config.robot.model, load_ethernet(config.stream),
+        stream_{started(StreamCycle::create(config.robot.model, started(read_ethernet(config.stream.ethernet_xml)),
                                             StreamOptions::of(config.stream)))},
         robot_{io_.get_executor(),
                clock_,
@@ -87,7 +76,7 @@ class Daemon {
 
   void run() {
     // Only now that the ports are ours: a second daemon by mistake must not end the campaign of the first.
-    const int interrupted = kept(store_.fail_interrupted(rfc3339(std::chrono::system_clock::now())));
+    const int interrupted = kept(store_.fail_interrupted(control::rfc3339(std::chrono::system_clock::now())));
     if (interrupted > 0) log_warning("a campaign was interrupted when the daemon last ended");
     asio::co_spawn(io_, live(), [](std::exception_ptr failed) {
       if (failed) std::rethrow_exception(failed);
@@ -163,12 +152,6 @@ class Daemon {
 };
 
 }  // namespace
-
-void check(const config::CellConfig& config) {
-  started(StreamCycle::create(config.robot.model, load_ethernet(config.stream),
-                              StreamOptions::of(config.stream)));
-  started(read_token(config.control.token_file));
-}
 
 void run(const config::CellConfig& config) { Daemon{config}.run(); }
 

@@ -12,9 +12,6 @@ class StartError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Reads what the cell's configuration names beyond itself and throws StartError where it does not serve.
-void check(const config::CellConfig& config);
-
 /// Runs the cell until SIGTERM or SIGINT: corrections are ramped out, a campaign is aborted and recorded,
 /// sockets are closed. Throws StartError.
 void run(const config::CellConfig& config);

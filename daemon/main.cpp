@@ -1,13 +1,19 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "config/cell_config.hpp"
+#include "daemon/check.hpp"
 #include "daemon/daemon.hpp"
 #include "daemon/log/log.hpp"
 
 namespace {
+
+using truepose::daemon::Finding;
 
 constexpr int kFailed = 1;
 constexpr int kBadInput = 2;
@@ -16,6 +22,20 @@ int complain(const char* what, int exit_code) {
   truepose::daemon::close_log();
   std::fprintf(stderr, "trueposed: %s\n", what);
   return exit_code;
+}
+
+void print(const Finding& finding) {
+  switch (finding.level) {
+    case Finding::Level::Good:
+      std::printf("ok       %s\n", finding.text.c_str());
+      break;
+    case Finding::Level::Warning:
+      std::printf("warning  %s\n", finding.text.c_str());
+      break;
+    case Finding::Level::Failure:
+      complain(finding.text.c_str(), kBadInput);
+      break;
+  }
 }
 
 }  // namespace
@@ -36,12 +56,20 @@ int main(int argc, char** argv) try {
   }
 
   const truepose::config::CellConfig config = truepose::config::load_cell(file);
-  truepose::daemon::check(config);
+  const std::vector<Finding> findings = truepose::daemon::check(config);
+  const auto failed = [](const Finding& finding) { return finding.level == Finding::Level::Failure; };
   if (check_only) {
+    for (const Finding& finding : findings) print(finding);
+    if (std::any_of(findings.begin(), findings.end(), failed)) return kBadInput;
     std::printf("%s: good\n", file.c_str());
     return 0;
   }
+  const auto failure = std::find_if(findings.begin(), findings.end(), failed);
+  if (failure != findings.end()) return complain(failure->text.c_str(), kBadInput);
   truepose::daemon::open_log(config.log_level);
+  for (const Finding& finding : findings) {
+    if (finding.level == Finding::Level::Warning) truepose::daemon::log_warning(finding.text);
+  }
   truepose::daemon::run(config);
   truepose::daemon::close_log();
   return 0;
