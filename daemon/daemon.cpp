@@ -7,6 +7,8 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
 #include <expected>
 #include <type_traits>
 
@@ -72,7 +74,12 @@ class Daemon {
             ControlServer::start(io_.get_executor(),
                                  {clock_, [] { return std::chrono::system_clock::now(); }, cell_, events_,
                                   [](const std::string& sentence) { log_warning(sentence); }},
-                                 config.control, config.name))} {}
+                                 config.control, config.name))} {
+    read_log([this](LogLevel level, std::string_view line) {
+      events_.publish(control::Topic::Log, boost::json::object{{"level", name(level)}, {"text", line}});
+    });
+  }
+  ~Daemon() { read_log({}); }
 
   void run() {
     // Only now that the ports are ours: a second daemon by mistake must not end the campaign of the first.

@@ -137,6 +137,10 @@ json::object config_json(const config::CellConfig& config) {
           {"store", config.store.string()}};
 }
 
+json::object fault_json(const Fault& fault) {
+  return {{"code", fault.code}, {"severity", fault.severity}, {"text", fault.text}, {"since", fault.since}};
+}
+
 json::object stream_json(const StreamStatus& status, const LatencyHistogram::Summary& turnaround,
                          bool streaming, const std::string& model_id) {
   const StreamCounters& c = status.counters;

@@ -12,6 +12,14 @@
 
 namespace truepose::daemon {
 
+/// What an operator should know of, until it ends.
+struct Fault {
+  std::string code;      ///< stable, for programs
+  std::string severity;  ///< "warning" or "error"
+  std::string text;      ///< one sentence
+  std::string since;     ///< RFC 3339
+};
+
 // The schemas of proto/control/openrpc.json, filled in.
 
 boost::json::array joints_json(const RobotModel& robot,
@@ -24,6 +32,7 @@ boost::json::object skipped_json(const SkippedPose& skipped);
 boost::json::object point_json(const RobotModel& robot, const StoredPoint& point);
 boost::json::object model_json(const ModelRecord& record);
 boost::json::object parameter_json(const IdentifiedParameter& parameter);
+boost::json::object fault_json(const Fault& fault);
 boost::json::object config_json(const config::CellConfig& config);
 
 /// @param streaming  the cell is in its state "streaming"

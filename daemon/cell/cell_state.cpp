@@ -82,7 +82,14 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
                         },
                         [&](const Faulted& faulted, const AcknowledgeRequested&) -> Maybe {
                           if (!faulted.acknowledgeable) return std::nullopt;
-                          return go(Disconnected{});
+                          return go(Disconnected{}, {C::RearmStream});
+                        },
+                        // A stream whose arm stood still is frozen, which is no fault of the cell.
+                        [&](const Streaming& s, const AcknowledgeRequested&) -> Maybe {
+                          return go(s, {C::RearmStream});
+                        },
+                        [&](const StreamStopping& s, const AcknowledgeRequested&) -> Maybe {
+                          return go(s, {C::RearmStream});
                         },
                         [](const auto&, const auto&) -> Maybe { return std::nullopt; },
                     },

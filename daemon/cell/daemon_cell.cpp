@@ -30,6 +30,10 @@ std::optional<RpcError> no_parameters(const json::object& params) {
   return read.finish();
 }
 
+Fault cell_fault(const std::string& reason, const std::string& since) {
+  return {"E_CELL", "error", reason, since};
+}
+
 }  // namespace
 
 DaemonCell::DaemonCell(Parts parts)
@@ -108,6 +112,9 @@ std::optional<RpcError> DaemonCell::apply(const CellEvent& event, const std::str
       case CellCommand::StopStream:
         parts_.stream.disengage();
         break;
+      case CellCommand::RearmStream:
+        parts_.stream.acknowledge();
+        break;
       // Those that take time are carried out by the one who asked.
       case CellCommand::OpenDevices:
       case CellCommand::StartCampaign:
@@ -128,20 +135,8 @@ std::optional<RpcError> DaemonCell::apply(const CellEvent& event, const std::str
       control::Topic::Cell,
       json::object{{"state", state()}, {"from", state_name(before)}, {"reason", state_reason_}});
   const auto* fault_before = std::get_if<Faulted>(&before);
-  if (fault_before != nullptr && fault == nullptr) {
-    parts_.events.publish(control::Topic::Fault, json::object{{"code", "E_CELL"},
-                                                              {"severity", "error"},
-                                                              {"text", fault_before->reason},
-                                                              {"since", since},
-                                                              {"standing", false}});
-  }
-  if (fault != nullptr) {
-    parts_.events.publish(control::Topic::Fault, json::object{{"code", "E_CELL"},
-                                                              {"severity", "error"},
-                                                              {"text", fault->reason},
-                                                              {"since", state_since_},
-                                                              {"standing", true}});
-  }
+  if (fault_before != nullptr && fault == nullptr) publish_fault(cell_fault(fault_before->reason, since), false);
+  if (fault != nullptr) publish_fault(cell_fault(fault->reason, state_since_), true);
   return std::nullopt;
 }
 
@@ -180,9 +175,7 @@ DaemonCell::Reply DaemonCell::cell_disconnect(json::object params) {
 }
 
 DaemonCell::Reply DaemonCell::cell_acknowledge(json::object params) {
-  Result result = simple_request(params, AcknowledgeRequested{}, "acknowledged by an operator");
-  if (result) parts_.stream.acknowledge();
-  co_return result;
+  co_return simple_request(params, AcknowledgeRequested{}, "acknowledged by an operator");
 }
 
 DaemonCell::Reply DaemonCell::stream_start(json::object params) {
@@ -267,10 +260,18 @@ asio::awaitable<void> DaemonCell::watch_robot() {
 }
 
 void DaemonCell::watch_stream() {
+  const TimePoint now = parts_.clock.now();
+  for (StreamEvent event; parts_.stream.next_event(event);) stream_log_.take(event, now);
+  stream_log_.pass(parts_.stream.dropped_events(), now);
+
   const StreamStatus status = parts_.stream.status();
-  if (std::exchange(stream_state_, status.state) != status.state) {
-    log_info("stream " + std::string{name(status.state)} + " " + std::string{reason(status.fault)});
-    parts_.events.publish(control::Topic::Stream, stream_now_json());
+  const StreamState before = std::exchange(stream_state_, status.state);
+  if (before != status.state) parts_.events.publish(control::Topic::Stream, stream_now_json());
+  if (before == StreamState::Frozen && frozen_) publish_fault(*std::exchange(frozen_, std::nullopt), false);
+  if (status.state == StreamState::Frozen && !frozen_) {
+    frozen_ = Fault{"E_STREAM_FROZEN", "warning", std::string{reason(status.fault)},
+                    control::rfc3339(parts_.wall_clock())};
+    publish_fault(*frozen_, true);
   }
   if (status.state == StreamState::Fault) {
     if (streaming()) apply(StreamFaulted{std::string{reason(status.fault)}}, "");
@@ -301,6 +302,12 @@ asio::awaitable<void> DaemonCell::shut_down() {
   devices_.disconnect();
 }
 
+void DaemonCell::publish_fault(const Fault& fault, bool standing) {
+  json::object event = fault_json(fault);
+  event["standing"] = standing;
+  parts_.events.publish(control::Topic::Fault, event);
+}
+
 bool DaemonCell::streaming() const {
   return std::holds_alternative<StreamStarting>(state_) || std::holds_alternative<Streaming>(state_) ||
          std::holds_alternative<StreamStopping>(state_);
@@ -316,9 +323,9 @@ json::object DaemonCell::status_json() const {
   const drivers::RobotState robot = robot_state_.value_or(drivers::RobotState{});
   json::array faults;
   if (const auto* fault = std::get_if<Faulted>(&state_)) {
-    faults.push_back(json::object{
-        {"code", "E_CELL"}, {"severity", "error"}, {"text", fault->reason}, {"since", state_since_}});
+    faults.push_back(fault_json(cell_fault(fault->reason, state_since_)));
   }
+  if (frozen_) faults.push_back(fault_json(*frozen_));
   json::array allowed;
   for (const std::string& method : allowed_methods(state_)) allowed.emplace_back(method);
   const bool running = campaign_ && !campaign_->ended;

@@ -14,10 +14,12 @@
 #include "config/cell_config.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/store_journal.hpp"
+#include "daemon/cell/cell_json.hpp"
 #include "daemon/cell/cell_state.hpp"
 #include "daemon/control/cell_service.hpp"
 #include "daemon/control/event_bus.hpp"
 #include "daemon/realtime/stream_cycle.hpp"
+#include "daemon/realtime/stream_log.hpp"
 #include "daemon/store/store.hpp"
 #include "daemon/worker.hpp"
 
@@ -113,6 +115,7 @@ class DaemonCell final : public CellService, private CampaignObserver {
   boost::json::object status_json() const;
   boost::json::object progress_json() const;
   boost::json::object stream_now_json() const;
+  void publish_fault(const Fault& fault, bool standing);
   void publish_model(const char* change, const ModelRecord& record);
   bool streaming() const;
 
@@ -128,6 +131,8 @@ class DaemonCell final : public CellService, private CampaignObserver {
   std::optional<Active> active_;
   std::uint64_t model_number_ = 0;
   StreamState stream_state_ = StreamState::Idle;
+  StreamLog stream_log_{[](LogLevel level, const std::string& line) { log(level, line); }};
+  std::optional<Fault> frozen_;  ///< stands while the stream waits for an arm that does not follow
 };
 
 }  // namespace truepose::daemon

@@ -261,10 +261,7 @@ void DaemonCell::on_skipped(const SkippedPose& skipped, const CampaignProgress& 
   on_progress(progress);
 }
 
-void DaemonCell::on_trouble(const std::string& sentence) {
-  log_warning(sentence);
-  parts_.events.publish(control::Topic::Log, json::object{{"level", "warning"}, {"text", sentence}});
-}
+void DaemonCell::on_trouble(const std::string& sentence) { log_warning(sentence); }
 
 json::object DaemonCell::progress_json() const {
   const CampaignProgress& progress = campaign_->campaign.progress();

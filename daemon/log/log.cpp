@@ -4,9 +4,19 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <array>
+#include <mutex>
 #include <string>
+#include <utility>
 
 namespace truepose::daemon {
+
+namespace {
+
+std::mutex reader_mutex;
+std::function<void(LogLevel, std::string_view)> log_reader;
+
+}  // namespace
 
 void open_log(std::string_view level) {
   constexpr std::size_t kQueue = 4096;
@@ -22,8 +32,28 @@ void open_log(std::string_view level) {
 
 void close_log() { spdlog::shutdown(); }
 
-void log_info(std::string_view line) { spdlog::info("{}", line); }
-void log_warning(std::string_view line) { spdlog::warn("{}", line); }
-void log_error(std::string_view line) { spdlog::error("{}", line); }
+std::string_view name(LogLevel level) {
+  switch (level) {
+    case LogLevel::Info:
+      return "info";
+    case LogLevel::Warning:
+      return "warning";
+    case LogLevel::Error:
+      return "error";
+  }
+  return "error";
+}
+
+void log(LogLevel level, std::string_view line) {
+  constexpr std::array kLevels{spdlog::level::info, spdlog::level::warn, spdlog::level::err};
+  spdlog::log(kLevels[static_cast<std::size_t>(level)], "{}", line);
+  const std::lock_guard lock{reader_mutex};
+  if (log_reader) log_reader(level, line);
+}
+
+void read_log(std::function<void(LogLevel, std::string_view)> reader) {
+  const std::lock_guard lock{reader_mutex};
+  log_reader = std::move(reader);
+}
 
 }  // namespace truepose::daemon

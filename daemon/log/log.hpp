@@ -1,8 +1,12 @@
 #pragma once
 
+#include <functional>
 #include <string_view>
 
 namespace truepose::daemon {
+
+enum class LogLevel { Info, Warning, Error };
+std::string_view name(LogLevel level);  ///< "info", "warning", "error"
 
 /// Opens the log on standard error, which is the journal under systemd. Not for the realtime thread.
 ///
@@ -11,8 +15,13 @@ void open_log(std::string_view level);
 /// Writes what is still queued.
 void close_log();
 
-void log_info(std::string_view line);
-void log_warning(std::string_view line);
-void log_error(std::string_view line);
+void log(LogLevel level, std::string_view line);
+inline void log_info(std::string_view line) { log(LogLevel::Info, line); }
+inline void log_warning(std::string_view line) { log(LogLevel::Warning, line); }
+inline void log_error(std::string_view line) { log(LogLevel::Error, line); }
+
+/// Shows every further line to `reader` as well, in the thread that writes it; an empty one ends that. The
+/// reader must not log.
+void read_log(std::function<void(LogLevel level, std::string_view line)> reader);
 
 }  // namespace truepose::daemon

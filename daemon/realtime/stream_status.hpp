@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
@@ -61,6 +62,7 @@ enum class StreamEventKind : std::uint8_t {
   RepliesLate,     ///< value = by how much Delay rose
   ModelChanged,    ///< value = its number
 };
+inline constexpr std::size_t kStreamEventKinds = 6;
 
 /// What the realtime thread tells the others, who log it.
 struct StreamEvent {

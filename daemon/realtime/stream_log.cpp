@@ -1,0 +1,105 @@
+#include "daemon/realtime/stream_log.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+std::string counted(std::uint64_t count, const std::string& singular, const std::string& plural) {
+  return std::to_string(count) + ' ' + (count == 1 ? singular : plural);
+}
+
+bool always_said(StreamEventKind kind) {
+  return kind == StreamEventKind::StateChanged || kind == StreamEventKind::ModelChanged;
+}
+
+LogLevel level_of(const StreamEvent& event) {
+  switch (event.kind) {
+    case StreamEventKind::SessionStarted:
+    case StreamEventKind::ModelChanged:
+      return LogLevel::Info;
+    case StreamEventKind::StateChanged:
+      if (event.state == StreamState::Fault) return LogLevel::Error;
+      return event.state == StreamState::Frozen ? LogLevel::Warning : LogLevel::Info;
+    case StreamEventKind::Malformed:
+    case StreamEventKind::PacketsLost:
+    case StreamEventKind::RepliesLate:
+      return LogLevel::Warning;
+  }
+  return LogLevel::Warning;
+}
+
+std::string line_of(const StreamEvent& event) {
+  const std::string at = " at IPOC " + std::to_string(event.ipoc);
+  switch (event.kind) {
+    case StreamEventKind::SessionStarted:
+      return "the controller began a session at IPOC " + std::to_string(event.value);
+    case StreamEventKind::StateChanged:
+      if (event.fault == StreamFault::None) return std::string{name(event.state)};
+      return std::string{name(event.state)} + at + ": " + std::string{reason(event.fault)};
+    case StreamEventKind::Malformed:
+      return "a packet was not understood after IPOC " + std::to_string(event.ipoc);
+    case StreamEventKind::PacketsLost:
+      return counted(event.value, "cycle", "cycles") + " lost before IPOC " + std::to_string(event.ipoc);
+    case StreamEventKind::RepliesLate:
+      return "the controller counted " + counted(event.value, "late reply", "late replies") + at;
+    case StreamEventKind::ModelChanged:
+      return event.value == 0 ? "no model is in force" : "another model is in force";
+  }
+  return {};
+}
+
+/// What was added up of one kind.
+std::string sum_line(StreamEventKind kind, std::uint64_t events, std::uint64_t values) {
+  const std::string in = " in " + std::to_string(StreamLog::kQuiet.count()) + " s";
+  switch (kind) {
+    case StreamEventKind::SessionStarted:
+      return counted(events, "more session", "more sessions") + " of the controller" + in;
+    case StreamEventKind::Malformed:
+      return counted(events, "more row", "more rows") + " of packets that were not understood" + in;
+    case StreamEventKind::PacketsLost:
+      return counted(values, "more cycle", "more cycles") + " lost in " + counted(events, "gap", "gaps") + in;
+    case StreamEventKind::RepliesLate:
+      return counted(values, "more late reply", "more late replies") + in;
+    case StreamEventKind::StateChanged:
+    case StreamEventKind::ModelChanged:
+      break;
+  }
+  return {};
+}
+
+}  // namespace
+
+void StreamLog::take(const StreamEvent& event, drivers::TimePoint now) {
+  if (always_said(event.kind)) {
+    say_(level_of(event), "stream: " + line_of(event));
+    return;
+  }
+  end_silence(event.kind, now);
+  Silence& silence = silences_[static_cast<std::size_t>(event.kind)];
+  if (silence.begun) {
+    ++silence.events;
+    silence.values += event.value;
+    return;
+  }
+  silence = {.begun = true, .end = now + kQuiet};
+  say_(level_of(event), "stream: " + line_of(event));
+}
+
+void StreamLog::pass(std::uint64_t dropped, drivers::TimePoint now) {
+  for (std::size_t i = 0; i < silences_.size(); ++i) end_silence(static_cast<StreamEventKind>(i), now);
+  if (dropped > dropped_) {
+    say_(LogLevel::Warning,
+         "stream: " + counted(dropped - dropped_, "event", "events") + " came too fast to be told");
+    dropped_ = dropped;
+  }
+}
+
+void StreamLog::end_silence(StreamEventKind kind, drivers::TimePoint now) {
+  Silence& silence = silences_[static_cast<std::size_t>(kind)];
+  if (!silence.begun || now < silence.end) return;
+  const Silence ended = silence;
+  silence = {.begun = ended.events > 0, .end = now + kQuiet};
+  if (ended.events == 0) return;
+  say_(level_of({.kind = kind}), "stream: " + sum_line(kind, ended.events, ended.values));
+}
+
+}  // namespace truepose::daemon
