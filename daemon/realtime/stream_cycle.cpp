@@ -12,7 +12,6 @@ namespace truepose::daemon {
 namespace {
 
 constexpr int kAxes = 6;
-constexpr std::uint64_t kWrap32 = std::uint64_t{1} << 32;
 
 // No axis moves so far in a cycle of 12 ms: 220 deg/s are 2.6 deg.
 constexpr double kGreatestMotionRad = 3 * kRadPerDeg;
@@ -116,6 +115,7 @@ StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& e
       codec_{ethernet},
       has_stop_{ethernet.stop.has_value()},
       sends_aspos_{ethernet.sends("ASPos")},
+      sequence_{options.timeout_cycles},
       correction_{JointVector::Zero(kAxes)},
       model_correction_{JointVector::Zero(kAxes)},
       fade_{JointVector::Zero(kAxes)} {}
@@ -171,13 +171,13 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
   if (!commanded) return answer_malformed(frame.ipoc);
   malformed_before_ = false;
 
-  Position position = place(frame.ipoc);
-  if (position.sequence == Sequence::Duplicate || position.sequence == Sequence::Stale) {
+  Position position = sequence_.place(frame.ipoc);
+  if (position.place == Place::Duplicate || position.place == Place::Stale) {
     return hold(frame.ipoc, position);
   }
-  if (position.sequence == Sequence::NewSession && !confirms_session(frame.ipoc))
+  if (position.place == Place::NewSession && !sequence_.confirms_session(frame.ipoc))
     return hold(frame.ipoc, position);
-  if (position.sequence == Sequence::NewSession || restarted(frame, position)) {
+  if (position.place == Place::NewSession || restarted(frame, position)) {
     start_session(frame.ipoc);
     position = Position{.forward = 0, .elapsed = 0};
     commanded = commanded_axes(frame);
@@ -212,18 +212,18 @@ std::string_view StreamCycle::answer_malformed(std::optional<std::uint64_t> ipoc
     ++status_.counters.unanswered;
     return {};
   }
-  return hold(*ipoc, place(*ipoc));
+  return hold(*ipoc, sequence_.place(*ipoc));
 }
 
 std::string_view StreamCycle::hold(std::uint64_t ipoc, const Position& position) noexcept {
-  switch (position.sequence) {
-    case Sequence::Duplicate:
+  switch (position.place) {
+    case Place::Duplicate:
       ++status_.counters.duplicate;
       break;
-    case Sequence::Stale:
+    case Place::Stale:
       ++status_.counters.stale;
       break;
-    case Sequence::Next:
+    case Place::Next:
       if (position.elapsed >= kShortestRestartCycles) {
         // The controller may have begun anew at zero, and this frame cannot tell: without a reply it keeps
         // what it has.
@@ -233,7 +233,7 @@ std::string_view StreamCycle::hold(std::uint64_t ipoc, const Position& position)
       ++status_.counters.held;
       advance(ipoc, position);
       break;
-    case Sequence::NewSession:
+    case Place::NewSession:
       // A new start begins at zero. Should only the IPOC be garbage, then the controller discards this reply,
       // and the session that it knows goes on.
       ++status_.counters.held;
@@ -248,36 +248,6 @@ std::string_view StreamCycle::reply(std::uint64_t ipoc, const JointVector& corre
   if (has_stop_) frame.stop = asks_to_stop(status_.fault);
   const auto bytes = codec_.encode(frame, buffer_);
   return bytes ? *bytes : std::string_view{};
-}
-
-StreamCycle::Position StreamCycle::place(std::uint64_t ipoc) const noexcept {
-  if (status_.counters.sessions == 0) return {.sequence = Sequence::NewSession};
-  const std::uint64_t last = status_.ipoc;
-  if (ipoc == last) return {.sequence = Sequence::Duplicate};
-
-  const std::uint64_t patience = static_cast<std::uint64_t>(options_.timeout_cycles);
-  const std::uint64_t window = status_.ipoc_step * patience;
-  std::uint64_t forward = ipoc - last;
-  if (ipoc < last) {
-    // Some controllers count in 32 bits, which are full after 49 days: no reason to let go of the correction.
-    const bool wrapped = last < kWrap32 && kWrap32 - last <= window && ipoc < window;
-    if (!wrapped) return {.sequence = last - ipoc <= window ? Sequence::Stale : Sequence::NewSession};
-    forward = kWrap32 - last + ipoc;
-  }
-  const std::uint64_t step = status_.ipoc_step == 0 ? forward : status_.ipoc_step;
-  if (forward < step / 2) return {.sequence = Sequence::Stale};  // no tick of the controller
-  const std::uint64_t elapsed =
-      std::max<std::uint64_t>(1, forward / step + (forward % step > step / 2 ? 1 : 0));
-  if (elapsed > patience) return {.sequence = Sequence::NewSession};
-  return {.sequence = Sequence::Next, .forward = forward, .elapsed = elapsed};
-}
-
-/// A session begins with the second frame of its own: a single one is a damaged time stamp.
-bool StreamCycle::confirms_session(std::uint64_t ipoc) noexcept {
-  constexpr std::uint64_t kSoon = 1000;
-  const std::uint64_t first = new_session_.value_or(ipoc);
-  new_session_ = ipoc;
-  return status_.counters.sessions == 0 || (ipoc > first && ipoc - first < kSoon);
 }
 
 // After a silence too short for the controller to give up, only itself can tell that it began anew: nothing
@@ -295,9 +265,7 @@ bool StreamCycle::restarted(const rsi::RobotFrame& frame, const Position& positi
 
 void StreamCycle::start_session(std::uint64_t ipoc) noexcept {
   ++status_.counters.sessions;
-  status_.ipoc = ipoc;
-  status_.ipoc_step = 0;
-  last_forward_ = 0;
+  sequence_.start(ipoc);
   correction_.setZero();
   model_correction_.setZero();
   fade_.setZero();
@@ -313,12 +281,7 @@ void StreamCycle::start_session(std::uint64_t ipoc) noexcept {
 }
 
 void StreamCycle::advance(std::uint64_t ipoc, const Position& position) noexcept {
-  status_.ipoc = ipoc;
-  new_session_.reset();
-  // The smallest step that was seen twice in a row: not a gap, not a damaged time stamp.
-  const bool again = std::exchange(last_forward_, position.forward) == position.forward;
-  if (again && (status_.ipoc_step == 0 || position.forward < status_.ipoc_step))
-    status_.ipoc_step = position.forward;
+  sequence_.advance(ipoc, position);
   if (position.elapsed > 1) {
     status_.counters.lost += position.elapsed - 1;
     emit(StreamEventKind::PacketsLost, position.elapsed - 1);
@@ -465,13 +428,15 @@ void StreamCycle::update_state() noexcept {
 
 void StreamCycle::emit(StreamEventKind kind, std::uint64_t value) noexcept {
   events_.push(
-      {.kind = kind, .state = status_.state, .fault = status_.fault, .ipoc = status_.ipoc, .value = value});
+      {.kind = kind, .state = status_.state, .fault = status_.fault, .ipoc = sequence_.last(), .value = value});
 }
 
 void StreamCycle::publish() noexcept {
   for (Eigen::Index i = 0; i < kAxes; ++i) {
     status_.correction_deg[static_cast<std::size_t>(i)] = correction_[i] * kDegPerRad;
   }
+  status_.ipoc = sequence_.last();
+  status_.ipoc_step = sequence_.step();
   published_.back() = status_;
   published_.publish();
 }

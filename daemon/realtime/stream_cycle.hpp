@@ -15,6 +15,7 @@
 #include "core/compensation/correction_bounds.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/robot_model.hpp"
+#include "daemon/realtime/ipoc_sequence.hpp"
 #include "daemon/realtime/latency_histogram.hpp"
 #include "daemon/realtime/snapshot_exchange.hpp"
 #include "daemon/realtime/spsc_ring.hpp"
@@ -89,12 +90,8 @@ class StreamCycle final : public drivers::RsiResponder {
     std::uint64_t number = 0;  // 0 = none
     RobotModel calibrated;
   };
-  enum class Sequence { Next, Duplicate, Stale, NewSession };
-  struct Position {
-    Sequence sequence = Sequence::Next;
-    std::uint64_t forward = 0;  // IPOC since the last datagram
-    std::uint64_t elapsed = 1;  // the same in cycles
-  };
+  using Place = IpocSequence::Place;
+  using Position = IpocSequence::Position;
 
   StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& ethernet, const StreamOptions& options);
 
@@ -104,8 +101,6 @@ class StreamCycle final : public drivers::RsiResponder {
   std::string_view hold(std::uint64_t ipoc, const Position& position) noexcept;
   std::string_view reply(std::uint64_t ipoc, const JointVector& correction) noexcept;
 
-  Position place(std::uint64_t ipoc) const noexcept;
-  bool confirms_session(std::uint64_t ipoc) noexcept;
   bool restarted(const rsi::RobotFrame& frame, const Position& position) const noexcept;
   void start_session(std::uint64_t ipoc) noexcept;
   void advance(std::uint64_t ipoc, const Position& position) noexcept;
@@ -143,6 +138,7 @@ class StreamCycle final : public drivers::RsiResponder {
   LatencyHistogram turnaround_;
 
   // The realtime thread's own.
+  IpocSequence sequence_;
   StreamStatus status_;
   std::array<char, rsi::kMaxFrameBytes> buffer_{};
   std::uint32_t acknowledged_seen_ = 0;
@@ -159,8 +155,6 @@ class StreamCycle final : public drivers::RsiResponder {
   double not_following_ = 0;
   int rejected_ = 0;
   int implausible_ = 0;
-  std::uint64_t last_forward_ = 0;
-  std::optional<std::uint64_t> new_session_;  // IPOC of a frame that may be the first of a new session
   std::optional<std::int64_t> delay_;
   std::optional<drivers::TimePoint> received_;
   std::chrono::nanoseconds last_turnaround_{0};

@@ -1,0 +1,87 @@
+#include "daemon/realtime/ipoc_sequence.hpp"
+
+#include <gtest/gtest.h>
+
+namespace truepose::daemon {
+namespace {
+
+using Place = IpocSequence::Place;
+
+/// A session of 100 datagrams, 4 ms apart, that ends with `last`.
+IpocSequence session_until(std::uint64_t last) {
+  IpocSequence sequence{100};
+  sequence.start(last - 400);
+  for (std::uint64_t ipoc = last - 396; ipoc <= last; ipoc += 4) sequence.advance(ipoc, sequence.place(ipoc));
+  return sequence;
+}
+
+TEST(IpocSequence, BeginsWithTheVeryFirstDatagram) {
+  IpocSequence sequence{100};
+  EXPECT_EQ(sequence.place(7).place, Place::NewSession);
+  EXPECT_TRUE(sequence.confirms_session(7));
+}
+
+TEST(IpocSequence, LearnsTheStepFromTwoInARowAndNotFromAGap) {
+  IpocSequence sequence{100};
+  sequence.start(1000);
+  for (const std::uint64_t ipoc : {1012u, 1016u}) sequence.advance(ipoc, sequence.place(ipoc));
+  EXPECT_EQ(sequence.step(), 0u);
+  sequence.advance(1020, sequence.place(1020));
+  EXPECT_EQ(sequence.step(), 4u);
+  EXPECT_EQ(sequence.last(), 1020u);
+}
+
+TEST(IpocSequence, CountsTheCyclesOfAGap) {
+  const IpocSequence sequence = session_until(10'000);
+  EXPECT_EQ(sequence.place(10'004).elapsed, 1u);
+  const auto gap = sequence.place(10'040);
+  EXPECT_EQ(gap.place, Place::Next);
+  EXPECT_EQ(gap.elapsed, 10u);
+  EXPECT_EQ(gap.forward, 40u);
+}
+
+TEST(IpocSequence, RoundsAStampThatIsAMillisecondOff) {
+  const IpocSequence sequence = session_until(10'000);
+  EXPECT_EQ(sequence.place(10'009).elapsed, 2u);
+  EXPECT_EQ(sequence.place(10'011).elapsed, 3u);
+  EXPECT_EQ(sequence.place(10'001).place, Place::Stale);
+}
+
+TEST(IpocSequence, KnowsRepeatedAndOvertakenDatagrams) {
+  const IpocSequence sequence = session_until(10'000);
+  EXPECT_EQ(sequence.place(10'000).place, Place::Duplicate);
+  EXPECT_EQ(sequence.place(9'996).place, Place::Stale);
+  EXPECT_EQ(sequence.place(9'600).place, Place::Stale);
+}
+
+TEST(IpocSequence, TakesALongGapAndAFarStepBackForANewSession) {
+  const IpocSequence sequence = session_until(10'000);
+  EXPECT_EQ(sequence.place(10'400).place, Place::Next);
+  EXPECT_EQ(sequence.place(10'404).place, Place::NewSession);
+  EXPECT_EQ(sequence.place(9'599).place, Place::NewSession);
+  EXPECT_EQ(sequence.place(0).place, Place::NewSession);
+}
+
+TEST(IpocSequence, BelievesANewSessionOnlyWithItsSecondDatagram) {
+  IpocSequence sequence = session_until(10'000);
+  EXPECT_FALSE(sequence.confirms_session(500));
+  EXPECT_TRUE(sequence.confirms_session(504));
+}
+
+TEST(IpocSequence, ForgetsADamagedStampWhenTheSessionGoesOn) {
+  IpocSequence sequence = session_until(10'000);
+  EXPECT_FALSE(sequence.confirms_session(500));
+  sequence.advance(10'004, sequence.place(10'004));
+  EXPECT_FALSE(sequence.confirms_session(504));
+}
+
+TEST(IpocSequence, GoesOnWhereACounterOf32BitsBeginsAnew) {
+  const std::uint64_t full = std::uint64_t{1} << 32;
+  const IpocSequence sequence = session_until(full - 2);
+  const auto next = sequence.place(2);
+  EXPECT_EQ(next.place, Place::Next);
+  EXPECT_EQ(next.elapsed, 1u);
+}
+
+}  // namespace
+}  // namespace truepose::daemon
