@@ -128,27 +128,6 @@ TEST_F(StoreTest, GivesPointsAndSkippedPosesBackToTheLastBitAfterReopening) {
   EXPECT_TRUE(store.points("unknown")->empty());
 }
 
-TEST_F(StoreTest, EndsAsFailedWhatAnUncleanEndLeftRunning) {
-  {
-    Store store = open();
-    ASSERT_TRUE(store.begin_campaign(campaign("c1")));
-    CampaignRecord done = campaign("c2");
-    ASSERT_TRUE(store.begin_campaign(done));
-    done.state = "done";
-    done.ended = "2026-08-17T11:00:00Z";
-    ASSERT_TRUE(store.end_campaign(done));
-  }
-  Store store = open();
-  EXPECT_EQ(store.fail_interrupted("2026-08-18T06:00:00Z"), 1);
-  const auto left = store.campaign("c1"), done = store.campaign("c2");
-  ASSERT_TRUE(left && *left && done && *done);
-  EXPECT_EQ((*left)->state, "failed");
-  EXPECT_EQ((*left)->ended, "2026-08-18T06:00:00Z");
-  EXPECT_EQ((*left)->reason, "the daemon ended in the middle of it");
-  EXPECT_EQ((*done)->state, "done");
-  EXPECT_EQ((*done)->ended, "2026-08-17T11:00:00Z");
-}
-
 TEST_F(StoreTest, KeepsCampaignsNewestFirstAndTheirDocumentsApart) {
   Store store = open();
   ASSERT_TRUE(store.begin_campaign(campaign("c1")));
