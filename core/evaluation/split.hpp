@@ -10,8 +10,8 @@ namespace truepose {
 /// stay together, so that no validation pose has been seen by the identification.
 ///
 /// Poses are numbered in the order of first appearance and shuffled by Fisher and Yates: for i = P - 1 down
-/// to 1, swap pose i with pose n mod (i + 1), n the next
-/// number of SplitMix64 begun with the seed. The first round(fraction * P) identify.
+/// to 1, swap pose i with pose n mod (i + 1), n the next number of SplitMix64 begun with the seed. The first
+/// round(fraction * P) identify.
 ///
 /// @param fraction  of the poses that identify, 0 to 1
 void split_poses(MeasurementData& data, double fraction, std::uint64_t seed);

@@ -40,7 +40,7 @@ struct CampaignResult {
   MeasurementData data;                               ///< what was identified and validated from
   std::optional<ErrorStatistics> remeasured;          ///< validation poses reached with compensated joints
   std::vector<Eigen::Vector3d> remeasured_errors_mm;  ///< measured minus asked for, tracker frame
-  int validation_poses = 0;                           ///< planned: a remeasured pose's number is so much higher
+  int validation_poses = 0;  ///< planned: a remeasured pose's number is so much higher
   std::vector<StoredPoint> points;
   std::vector<SkippedPose> skipped;
   /// The calibrated arm is nearer to the validation points than the nominal one: it may be activated.

@@ -43,57 +43,56 @@ CellStep fault(std::string reason, std::vector<CellCommand> commands, bool ackno
 std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event, TimePoint now) {
   using C = CellCommand;
   using Maybe = std::optional<CellStep>;
-  return std::visit(Overloaded{
-                        [&](const Disconnected&, const ConnectRequested&) -> Maybe {
-                          return go(Connecting{now}, {C::OpenDevices});
-                        },
-                        [&](const Disconnected&, const CampaignStartRequested& start) -> Maybe {
-                          return go(Running{start.campaign_id}, {C::StartCampaign});
-                        },
-                        [&](const Connecting&, const DisconnectRequested&) -> Maybe {
-                          return go(Disconnected{}, {C::CloseDevices});
-                        },
-                        [&](const Ready&, const DisconnectRequested&) -> Maybe {
-                          return go(Disconnected{}, {C::CloseDevices});
-                        },
-                        [&](const Ready&, const CampaignStartRequested& start) -> Maybe {
-                          return go(Running{start.campaign_id}, {C::StartCampaign});
-                        },
-                        [&](const Ready&, const StreamStartRequested&) -> Maybe {
-                          return go(StreamStarting{now}, {C::StartStream});
-                        },
-                        [&](const Running& running, const CampaignPauseRequested&) -> Maybe {
-                          return go(Paused{running.campaign_id}, {C::PauseCampaign});
-                        },
-                        [&](const Running& running, const CampaignAbortRequested&) -> Maybe {
-                          return go(Aborting{running.campaign_id, now}, {C::AbortCampaign});
-                        },
-                        [&](const Paused& paused, const CampaignResumeRequested&) -> Maybe {
-                          return go(Running{paused.campaign_id}, {C::ResumeCampaign});
-                        },
-                        [&](const Paused& paused, const CampaignAbortRequested&) -> Maybe {
-                          return go(Aborting{paused.campaign_id, now}, {C::AbortCampaign});
-                        },
-                        [&](const StreamStarting&, const StreamStopRequested&) -> Maybe {
-                          return go(StreamStopping{now}, {C::StopStream});
-                        },
-                        [&](const Streaming&, const StreamStopRequested&) -> Maybe {
-                          return go(StreamStopping{now}, {C::StopStream});
-                        },
-                        [&](const Faulted& faulted, const AcknowledgeRequested&) -> Maybe {
-                          if (!faulted.acknowledgeable) return std::nullopt;
-                          return go(Disconnected{}, {C::RearmStream});
-                        },
-                        // A stream whose arm stood still is frozen, which is no fault of the cell.
-                        [&](const Streaming& s, const AcknowledgeRequested&) -> Maybe {
-                          return go(s, {C::RearmStream});
-                        },
-                        [&](const StreamStopping& s, const AcknowledgeRequested&) -> Maybe {
-                          return go(s, {C::RearmStream});
-                        },
-                        [](const auto&, const auto&) -> Maybe { return std::nullopt; },
-                    },
-                    state, event);
+  return std::visit(
+      Overloaded{
+          [&](const Disconnected&, const ConnectRequested&) -> Maybe {
+            return go(Connecting{now}, {C::OpenDevices});
+          },
+          [&](const Disconnected&, const CampaignStartRequested& start) -> Maybe {
+            return go(Running{start.campaign_id}, {C::StartCampaign});
+          },
+          [&](const Connecting&, const DisconnectRequested&) -> Maybe {
+            return go(Disconnected{}, {C::CloseDevices});
+          },
+          [&](const Ready&, const DisconnectRequested&) -> Maybe {
+            return go(Disconnected{}, {C::CloseDevices});
+          },
+          [&](const Ready&, const CampaignStartRequested& start) -> Maybe {
+            return go(Running{start.campaign_id}, {C::StartCampaign});
+          },
+          [&](const Ready&, const StreamStartRequested&) -> Maybe {
+            return go(StreamStarting{now}, {C::StartStream});
+          },
+          [&](const Running& running, const CampaignPauseRequested&) -> Maybe {
+            return go(Paused{running.campaign_id}, {C::PauseCampaign});
+          },
+          [&](const Running& running, const CampaignAbortRequested&) -> Maybe {
+            return go(Aborting{running.campaign_id, now}, {C::AbortCampaign});
+          },
+          [&](const Paused& paused, const CampaignResumeRequested&) -> Maybe {
+            return go(Running{paused.campaign_id}, {C::ResumeCampaign});
+          },
+          [&](const Paused& paused, const CampaignAbortRequested&) -> Maybe {
+            return go(Aborting{paused.campaign_id, now}, {C::AbortCampaign});
+          },
+          [&](const StreamStarting&, const StreamStopRequested&) -> Maybe {
+            return go(StreamStopping{now}, {C::StopStream});
+          },
+          [&](const Streaming&, const StreamStopRequested&) -> Maybe {
+            return go(StreamStopping{now}, {C::StopStream});
+          },
+          [&](const Faulted& faulted, const AcknowledgeRequested&) -> Maybe {
+            if (!faulted.acknowledgeable) return std::nullopt;
+            return go(Disconnected{}, {C::RearmStream});
+          },
+          // A stream whose arm stood still is frozen, which is no fault of the cell.
+          [&](const Streaming& s, const AcknowledgeRequested&) -> Maybe { return go(s, {C::RearmStream}); },
+          [&](const StreamStopping& s, const AcknowledgeRequested&) -> Maybe {
+            return go(s, {C::RearmStream});
+          },
+          [](const auto&, const auto&) -> Maybe { return std::nullopt; },
+      },
+      state, event);
 }
 
 /// States that pass by themselves, when they do not.

@@ -110,7 +110,7 @@ enum class CellCommand {
   AbortCampaign,
   StartStream,
   StopStream,
-  RearmStream,   ///< a stream that holds goes on from the correction that it holds
+  RearmStream,  ///< a stream that holds goes on from the correction that it holds
 };
 
 /// How long the states that pass by themselves may last.

@@ -135,7 +135,8 @@ std::optional<RpcError> DaemonCell::apply(const CellEvent& event, const std::str
       control::Topic::Cell,
       json::object{{"state", state()}, {"from", state_name(before)}, {"reason", state_reason_}});
   const auto* fault_before = std::get_if<Faulted>(&before);
-  if (fault_before != nullptr && fault == nullptr) publish_fault(cell_fault(fault_before->reason, since), false);
+  if (fault_before != nullptr && fault == nullptr)
+    publish_fault(cell_fault(fault_before->reason, since), false);
   if (fault != nullptr) publish_fault(cell_fault(fault->reason, state_since_), true);
   return std::nullopt;
 }

@@ -19,7 +19,8 @@ struct Page {
         offset{static_cast<std::size_t>(read.integer("offset", 0, 1'000'000'000).value_or(0))} {}
 
   template <typename Record>
-  boost::json::array of(const std::vector<Record>& records, boost::json::object (*json)(const Record&)) const {
+  boost::json::array of(const std::vector<Record>& records,
+                        boost::json::object (*json)(const Record&)) const {
     boost::json::array page;
     for (std::size_t i = offset; i < records.size() && page.size() < limit; ++i)
       page.push_back(json(records[i]));

@@ -20,8 +20,8 @@ class IpocSequence {
   explicit IpocSequence(int timeout_cycles) : patience_{static_cast<std::uint64_t>(timeout_cycles)} {}
 
   Position place(std::uint64_t ipoc) const noexcept;
-  /// Whether a datagram placed as NewSession really begins one. A single one is a damaged time stamp: a session
-  /// begins with the second of its own, but for the very first.
+  /// Whether a datagram placed as NewSession really begins one. A single one is a damaged time stamp: a
+  /// session begins with the second of its own, but for the very first.
   bool confirms_session(std::uint64_t ipoc) noexcept;
 
   void start(std::uint64_t ipoc) noexcept;

@@ -427,8 +427,11 @@ void StreamCycle::update_state() noexcept {
 }
 
 void StreamCycle::emit(StreamEventKind kind, std::uint64_t value) noexcept {
-  events_.push(
-      {.kind = kind, .state = status_.state, .fault = status_.fault, .ipoc = sequence_.last(), .value = value});
+  events_.push({.kind = kind,
+                .state = status_.state,
+                .fault = status_.fault,
+                .ipoc = sequence_.last(),
+                .value = value});
 }
 
 void StreamCycle::publish() noexcept {

@@ -29,7 +29,7 @@ enum class PointPurpose { Identify, Validate, Remeasure };
 
 /// One measured point of a campaign, as it is kept.
 struct StoredPoint {
-  int pose = 0;             ///< index in the campaign's plan
+  int pose = 0;  ///< index in the campaign's plan
   PointPurpose purpose = PointPurpose::Identify;
   JointVector q_target;     ///< the pose that was wanted (rad, mm)
   JointVector q_commanded;  ///< what was sent: differs from it when compensated
@@ -38,33 +38,33 @@ struct StoredPoint {
   Eigen::Vector3d p_WS_mm{0, 0, 0};
   Eigen::Vector3d std_mm{0, 0, 0};
   double temperature_c = 0, pressure_mbar = 0, humidity_percent = 0;
-  std::string time;         ///< RFC 3339
+  std::string time;  ///< RFC 3339
 };
 
 struct CampaignRecord {
-  std::string id;        ///< UUID
-  std::string started;   ///< RFC 3339
-  std::string ended;     ///< empty while it runs
-  std::string state;     ///< "running", "done", "aborted", "failed"
-  std::string reason;    ///< for aborted and failed
+  std::string id;       ///< UUID
+  std::string started;  ///< RFC 3339
+  std::string ended;    ///< empty while it runs
+  std::string state;    ///< "running", "done", "aborted", "failed"
+  std::string reason;   ///< for aborted and failed
   std::string robot_model, robot_serial, tracker_model, tracker_serial;
   std::string model_id;  ///< of the model that it made, or empty
   std::string document;  ///< the calibration document (JSON), or empty
 };
 
 struct ModelRecord {
-  std::string id;           ///< UUID
-  std::string created;      ///< RFC 3339
+  std::string id;       ///< UUID
+  std::string created;  ///< RFC 3339
   std::string campaign_id;
   std::string robot_serial;
-  std::string yaml;         ///< model file
+  std::string yaml;  ///< model file
   double validation_before_mm = 0, validation_geometric_mm = 0;
   bool active = false;
 };
 
-/// The cell's memory: one SQLite file (WAL, synchronous=FULL). A call that returned without an error is on the disk.
-/// After a failed write or sync nothing more is taken until the file is opened, and so checked, again: what the kernel
-/// still has of it is unknown. A full disk is no such failure; it may be tried again.
+/// The cell's memory: one SQLite file (WAL, synchronous=FULL). A call that returned without an error is on
+/// the disk. After a failed write or sync nothing more is taken until the file is opened, and so checked,
+/// again: what the kernel still has of it is unknown. A full disk is no such failure; it may be tried again.
 /// Not thread-safe: owned by the store thread. UUIDs and times are the caller's.
 class Store {
  public:
