@@ -161,6 +161,10 @@ class Daemon {
 
 }  // namespace
 
-void run(const config::CellConfig& config) { Daemon{config}.run(); }
+void run(const config::CellConfig& config, const std::vector<std::string>& warnings) {
+  Daemon daemon{config};
+  for (const std::string& warning : warnings) log_warning(warning);
+  daemon.run();
+}
 
 }  // namespace truepose::daemon

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "config/cell_config.hpp"
 
@@ -14,6 +16,8 @@ class StartError : public std::runtime_error {
 
 /// Runs the cell until SIGTERM or SIGINT: corrections are ramped out, a campaign is aborted and recorded,
 /// sockets are closed. Throws StartError.
-void run(const config::CellConfig& config);
+///
+/// @param warnings  about the configuration, for the log once the cell runs: a start that fails says one line alone
+void run(const config::CellConfig& config, const std::vector<std::string>& warnings);
 
 }  // namespace truepose::daemon

@@ -66,11 +66,12 @@ int main(int argc, char** argv) try {
   }
   const auto failure = std::find_if(findings.begin(), findings.end(), failed);
   if (failure != findings.end()) return complain(failure->text.c_str(), kBadInput);
-  truepose::daemon::open_log(config.log_level);
+  std::vector<std::string> warnings;
   for (const Finding& finding : findings) {
-    if (finding.level == Finding::Level::Warning) truepose::daemon::log_warning(finding.text);
+    if (finding.level == Finding::Level::Warning) warnings.push_back(finding.text);
   }
-  truepose::daemon::run(config);
+  truepose::daemon::open_log(config.log_level);
+  truepose::daemon::run(config, warnings);
   truepose::daemon::close_log();
   return 0;
 } catch (const truepose::config::ConfigError& error) {
