@@ -126,6 +126,10 @@ class OnlineTest : public testing::Test {
               std::string address = {}) {
     words.insert(words.end(),
                  {"--daemon", address.empty() ? address_ : address, "--token-file", folder_.path() / token_file});
+    return run_all(std::move(words));
+  }
+
+  Outcome run_all(std::vector<std::string> words) {
     std::ranges::reverse(words);  // as CLI11 wants them
     CLI::App app;
     int exit_code = -1;
@@ -159,6 +163,12 @@ TEST_F(OnlineTest, StatusIsAReadableTable) {
             "model    none active\n"
             "stream   off\n"
             "warning  E_BEAM: beam broken (since s)\n");
+}
+
+TEST_F(OnlineTest, TheDaemonMayBeNamedBeforeTheCommandToo) {
+  const Outcome outcome =
+      run_all({"--daemon", address_, "--token-file", folder_.path() / "token", "status"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
 }
 
 TEST_F(OnlineTest, JsonIsOneDocumentAndNothingElse) {

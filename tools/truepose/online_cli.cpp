@@ -28,12 +28,17 @@ void add_online_commands(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
 
+  // Before the command or after it.
+  const auto add_connection = [&](CLI::App& to) {
+    to.add_option("--daemon", a.online.daemon, "HOST:PORT of the daemon")->capture_default_str();
+    to.add_option("--token-file", a.online.token_file, "file with the daemon's token")
+        ->envname("TRUEPOSE_TOKEN_FILE");
+  };
+  add_connection(app);
   const auto command = [&](CLI::App& parent, const std::string& name, const std::string& text,
                            std::function<int(const Arguments&)> run) {
     CLI::App* sub = parent.add_subcommand(name, text);
-    sub->add_option("--daemon", arguments->online.daemon, "HOST:PORT of the daemon")->capture_default_str();
-    sub->add_option("--token-file", arguments->online.token_file, "file with the daemon's token")
-        ->envname("TRUEPOSE_TOKEN_FILE");
+    add_connection(*sub);
     sub->add_flag("--json", arguments->online.json, "print one JSON document");
     sub->callback([arguments, run = std::move(run), &exit_code] { exit_code = run(*arguments); });
     return sub;
