@@ -17,7 +17,8 @@ class StartError : public std::runtime_error {
 /// Runs the cell until SIGTERM or SIGINT: corrections are ramped out, a campaign is aborted and recorded,
 /// sockets are closed. Throws StartError.
 ///
-/// @param warnings  about the configuration, for the log once the cell runs: a start that fails says one line alone
+/// @param warnings  about the configuration, for the log once the cell runs: a start that fails says one line
+/// alone
 void run(const config::CellConfig& config, const std::vector<std::string>& warnings);
 
 }  // namespace truepose::daemon

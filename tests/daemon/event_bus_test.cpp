@@ -95,7 +95,8 @@ TEST(EventBus, TakesEventsFromSeveralThreads) {
 
 TEST(Rfc3339, IsUtcWithMilliseconds) {
   using namespace std::chrono;
-  EXPECT_EQ(control::rfc3339(sys_days{year{2026} / 11 / 21} + 10h + 4min + 5s + 67ms), "2026-11-21T10:04:05.067Z");
+  EXPECT_EQ(control::rfc3339(sys_days{year{2026} / 11 / 21} + 10h + 4min + 5s + 67ms),
+            "2026-11-21T10:04:05.067Z");
 }
 
 }  // namespace

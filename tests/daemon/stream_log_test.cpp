@@ -86,17 +86,19 @@ TEST_F(StreamLogTest, CountsTheEventsForWhichTheRingHadNoRoom) {
 TEST_F(StreamLogTest, TellsTheStoryOfAControllerThatIsStartedAnew) {
   StreamRig rig;
   rig.ticks(3);
-  EXPECT_THAT(said_by(*rig.cycle, t0), ElementsAre("info stream: the controller began a session at IPOC 4208167"));
+  EXPECT_THAT(said_by(*rig.cycle, t0),
+              ElementsAre("info stream: the controller began a session at IPOC 4208167"));
   rig.cycle->use_model(real_arm(), 1);
   rig.cycle->engage();
   rig.ticks(300);
-  EXPECT_THAT(said_by(*rig.cycle, t0 + 1s),
-              ElementsAre("info stream: another model is in force", "info stream: ramping in", "info stream: active"));
+  EXPECT_THAT(said_by(*rig.cycle, t0 + 1s), ElementsAre("info stream: another model is in force",
+                                                        "info stream: ramping in", "info stream: active"));
 
   rig.restart(100);
   rig.ticks(300);
-  EXPECT_THAT(said_by(*rig.cycle, t0 + 20s), ElementsAre(HasSubstr("the controller began a session at IPOC 10"),
-                                                         "info stream: ramping in", "info stream: active"));
+  EXPECT_THAT(said_by(*rig.cycle, t0 + 20s),
+              ElementsAre(HasSubstr("the controller began a session at IPOC 10"), "info stream: ramping in",
+                          "info stream: active"));
 }
 
 }  // namespace

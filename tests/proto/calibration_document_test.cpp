@@ -40,8 +40,7 @@ Sample sample() {
     m.q = q;
     m.smr = smr;
     m.set = set;
-    s.calibration.points.push_back(
-        {{1, 2, 3}, {0.1, 0.2, 0.3}, {0, 0, -0.1}});
+    s.calibration.points.push_back({{1, 2, 3}, {0.1, 0.2, 0.3}, {0, 0, -0.1}});
     s.data.points.push_back(m);
   }
   Calibration& c = s.calibration;

@@ -124,8 +124,8 @@ class OnlineTest : public testing::Test {
   /// Runs a command line as main() does.
   Outcome run(std::vector<std::string> words, const std::string& token_file = "token",
               std::string address = {}) {
-    words.insert(words.end(),
-                 {"--daemon", address.empty() ? address_ : address, "--token-file", folder_.path() / token_file});
+    words.insert(words.end(), {"--daemon", address.empty() ? address_ : address, "--token-file",
+                               folder_.path() / token_file});
     return run_all(std::move(words));
   }
 
@@ -166,8 +166,7 @@ TEST_F(OnlineTest, StatusIsAReadableTable) {
 }
 
 TEST_F(OnlineTest, TheDaemonMayBeNamedBeforeTheCommandToo) {
-  const Outcome outcome =
-      run_all({"--daemon", address_, "--token-file", folder_.path() / "token", "status"});
+  const Outcome outcome = run_all({"--daemon", address_, "--token-file", folder_.path() / "token", "status"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
 }
 
@@ -264,8 +263,8 @@ TEST(OnlineText, OfAStrangeDaemonIsStillText) {
   for (const char* answer :
        {"null", "3", "[]", "{}", R"({"campaigns":3,"models":[null],"model":7,"faults":[[]]})"}) {
     const json::value value = json::parse(answer);
-    for (const auto render : {progress_line, status_text, campaigns_text, campaign_text, models_text,
-                              model_text, stream_text})
+    for (const auto render :
+         {progress_line, status_text, campaigns_text, campaign_text, models_text, model_text, stream_text})
       EXPECT_FALSE(render(value).empty()) << answer;
   }
 }

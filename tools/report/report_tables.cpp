@@ -189,8 +189,9 @@ std::string stream_section(const ReportDocument& document) {
 }
 
 std::string conditions_section(const ReportDocument& document) {
-  std::string rows = fact("Robot", xml::escaped(document.robot)) + fact("Tracker", xml::escaped(document.tracker)) +
-                     fact("Campaign", xml::escaped(document.campaign)) + fact("Method", xml::escaped(document.method));
+  std::string rows =
+      fact("Robot", xml::escaped(document.robot)) + fact("Tracker", xml::escaped(document.tracker)) +
+      fact("Campaign", xml::escaped(document.campaign)) + fact("Method", xml::escaped(document.method));
   rows += fact("Converged", document.converged ? "yes" : "no");
   rows += fact("Iterations",
                fmt::format("{} coarse, {} fine", document.coarse_iterations, document.fine_iterations));
