@@ -7,18 +7,41 @@
 #include <vector>
 
 #include "core/calibration/calibrated_cell.hpp"
+#include "core/calibration/deviation_selection.hpp"
 #include "core/calibration/measurement.hpp"
+#include "core/calibration/measurement_noise.hpp"
+#include "core/calibration/prior.hpp"
+#include "core/calibration/robust_loss.hpp"
+#include "core/calibration/uncertainty.hpp"
 #include "core/evaluation/error_statistics.hpp"
 
 namespace truepose {
 
 enum class CalibrationMethod {
-  TwoStage,      ///< the paper's: redundant columns removed by QR, the rest fitted
-  LeastSquares,  ///< every column at once, the smallest correction (pseudo-inverse) among equal ones
+  TwoStage,            ///< the paper's: redundant columns removed by QR, the rest fitted
+  LeastSquares,        ///< every column at once, the smallest correction (pseudo-inverse) among equal ones
+  GaussNewton,         ///< two stages without a line search: every step is taken whole
+  LevenbergMarquardt,  ///< every column at once, damped
+  Ridge,               ///< every column at once, shrunk; how much, by generalised cross-validation
+  ParticleSwarm,       ///< base and reflectors by a swarm from anywhere, then as LeastSquares
+};
+
+/// Whether deviations from the data sheet are taken as small before they are measured.
+enum class PriorUse {
+  Auto,  ///< where the poses do not excite the arm
+  Off,
+  On,
 };
 
 struct CalibrateOptions {
   CalibrationMethod method = CalibrationMethod::TwoStage;
+  Loss loss = Loss::Squared;
+  PriorUse prior = PriorUse::Auto;
+  PriorScale prior_scale;
+  std::optional<MeasurementNoise> noise;  ///< where points do not state their sigma; none: all alike
+  bool deviation = false;                 ///< look for deviations of the joints and keep those that help
+  std::vector<int> harmonics{1, 2};       ///< multiples of a joint's angle to look for
+  std::optional<CalibratedCell> start;    ///< where the coarse stage starts; none: found without a guess
   int max_coarse_iterations = 200;
   int max_fine_iterations = 50;
 };
@@ -41,6 +64,7 @@ struct IdentifiedParameter {
   double value = 0;
   double sigma = 0;         ///< standard deviation, same unit; 0 where not identified
   bool identified = false;  ///< false: kept at nominal, because others take its place
+  double data_share = 0;    ///< 1: known from the data alone; less: the prior says the rest
 };
 
 /// Error statistics of one set of points through the stages.
@@ -57,18 +81,33 @@ struct PointErrors {
   Eigen::Vector3d before, geometric, after;
 };
 
+/// A point that the loss took out of the identification.
+struct RejectedPoint {
+  std::size_t point = 0;   ///< index into MeasurementData::points
+  double residual_mm = 0;  ///< length of its error under the model fitted to the others
+  double sigmas = 0;       ///< the same, whitened, in standard deviations of one coordinate
+};
+
 struct Calibration {
   CalibrationMethod method = CalibrationMethod::TwoStage;
   bool converged = false;
   int coarse_iterations = 0;
   int fine_iterations = 0;
-  CalibratedCell coarse;  ///< nominal arm with base and reflectors fitted
-  CalibratedCell cell;    ///< calibrated arm
+  std::vector<double> coarse_rms_mm, fine_rms_mm;  ///< before each iteration, per point, whitened
+  CalibratedCell coarse;                           ///< nominal arm with base and reflectors fitted
+  CalibratedCell geometric;                        ///< after the fine stage
+  CalibratedCell cell;                             ///< calibrated arm with all layers
   std::vector<IdentifiedParameter> parameters;
+  Eigen::MatrixXd covariance;  ///< of the parameters of `cell`, order of ParameterLayout
   int rank = 0;
   double rank_gap = 0;   ///< smallest pivot kept over the largest dropped
   double condition = 0;  ///< of the kept columns, scaled to unit norm
   double sigma0_mm = 0;  ///< estimated standard deviation of one coordinate of a point of weight 1
+  bool prior_used = false;
+  PriorScale prior_scale;  ///< as used
+  std::vector<RejectedPoint> rejected;
+  std::optional<DeviationChoice> deviation;
+  TransferUncertainty transfer;  ///< over the joint limits
   StageErrors identify;
   std::optional<StageErrors> validate;
   std::vector<PointErrors> points;  ///< in the order of MeasurementData::points

@@ -16,8 +16,9 @@ BasePose BasePose::of(const Eigen::Isometry3d& X_WB) {
   return {X_WB.translation(), angles_zyx(X_WB.linear())};
 }
 
-Eigen::Vector3d CalibratedCell::predict(const JointVector& q, int smr) const {
-  return base.isometry() * (forward_kinematics(robot, q) * reflectors[static_cast<std::size_t>(smr)].p_FS_mm);
+Eigen::Vector3d CalibratedCell::predict(const JointVector& q, int smr, Approach approach) const {
+  const Eigen::Isometry3d X_BF = forward_kinematics(robot, q, approach);
+  return base.isometry() * (X_BF * reflectors[static_cast<std::size_t>(smr)].p_FS_mm);
 }
 
 }  // namespace truepose

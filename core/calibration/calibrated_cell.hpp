@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/kinematics/joint_deviation.hpp"
 #include "core/kinematics/robot_model.hpp"
 
 namespace truepose {
@@ -29,8 +30,8 @@ struct CalibratedCell {
   BasePose base;
   std::vector<Reflector> reflectors;
 
-  /// Where the tracker should see reflector `smr` with the arm at `q`: p_WS, mm.
-  Eigen::Vector3d predict(const JointVector& q, int smr) const;
+  /// Where the tracker should see reflector `smr` with the encoders at `q`: p_WS, mm.
+  Eigen::Vector3d predict(const JointVector& q, int smr, Approach approach = {}) const;
 };
 
 }  // namespace truepose

@@ -6,7 +6,6 @@
 
 #include "core/calibration/identifiability.hpp"
 #include "core/calibration/line_search.hpp"
-#include "core/calibration/measurement_model.hpp"
 #include "core/calibration/parameters.hpp"
 
 namespace truepose {
@@ -22,50 +21,37 @@ Eigen::VectorXd least_squares_step(const LinearSystem& system) {
   return -norm.cwiseInverse().cwiseProduct(svd.solve(system.f));
 }
 
-Eigen::VectorXd scattered(const Eigen::VectorXd& step, const std::vector<int>& free, int size) {
-  Eigen::VectorXd all = Eigen::VectorXd::Zero(size);
-  for (std::size_t k = 0; k < free.size(); ++k) all[free[k]] = step[static_cast<Eigen::Index>(k)];
-  return all;
-}
-
 }  // namespace
 
-LinearSystem linearise(const CalibratedCell& cell, std::span<const Measurement> points,
-                       const std::vector<int>& free, const Eigen::VectorXd& weights) {
-  LinearSystem system;
-  Eigen::MatrixXd J;
-  residuals_with_jacobian(cell, points, system.f, J);
-  system.J.resize(J.rows(), static_cast<Eigen::Index>(free.size()));
-  for (std::size_t k = 0; k < free.size(); ++k) system.J.col(static_cast<Eigen::Index>(k)) = J.col(free[k]);
-  for (Eigen::Index i = 0; i < weights.size(); ++i) {
-    system.f.segment<3>(3 * i) *= weights[i];
-    system.J.middleRows<3>(3 * i) *= weights[i];
-  }
-  return system;
-}
-
-GaussNewtonResult gauss_newton(const CalibratedCell& start, std::span<const Measurement> points,
-                               const std::vector<int>& free, const Eigen::VectorXd& weights,
-                               const GaussNewtonOptions& options) {
+FitResult gauss_newton(const CalibratedCell& start, const LeastSquaresProblem& problem,
+                       const GaussNewtonOptions& options) {
   const int size = ParameterLayout::of(start).size();
-  GaussNewtonResult result{.cell = start};
-  LinearSystem system = linearise(start, points, free, weights);
+  const double root_points = std::sqrt(static_cast<double>(problem.points.size()));
+  FitResult result{.cell = start};
+  LinearSystem system = linearise(start, problem);
   while (result.iterations < options.max_iterations) {
     ++result.iterations;
     const Eigen::VectorXd step = least_squares_step(system);
-    const Eigen::VectorXd direction = scattered(step, free, size);
-    const double change = (system.J * step).norm() / std::sqrt(static_cast<double>(points.size()));
-    // A decrease of less than 1e-14 of the objective is lost in its rounding, so a line search cannot judge
+    if (!step.allFinite()) return result;
+    const Eigen::VectorXd direction = scattered(step, problem.free, size);
+    const double change = (system.J * step).norm() / root_points;
+    const double rms = system.f.norm() / root_points;
+    result.rms_mm.push_back(rms);
+    // A decrease of less than 1e-12 of the objective is lost in its rounding, so a line search cannot judge
     // it; the full step is the better point.
-    const double rms = system.f.norm() / std::sqrt(static_cast<double>(points.size()));
-    if (change < std::max(options.tolerance_mm, 1e-7 * rms)) {
+    if (change < std::max(options.tolerance_mm, 1e-6 * rms)) {
       result.cell = moved(result.cell, direction);
       result.converged = true;
       return result;
     }
+    if (!options.line_search) {
+      result.cell = moved(result.cell, direction);
+      system = linearise(result.cell, problem);
+      continue;
+    }
     LinearSystem next;
     const auto line = [&](double length) {
-      next = linearise(moved(result.cell, length * direction), points, free, weights);
+      next = linearise(moved(result.cell, length * direction), problem);
       return LinePoint{0.5 * next.f.squaredNorm(), next.f.dot(next.J * step)};
     };
     const LinePoint here{0.5 * system.f.squaredNorm(), system.f.dot(system.J * step)};

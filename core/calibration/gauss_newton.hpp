@@ -1,11 +1,8 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <span>
 #include <vector>
 
-#include "core/calibration/calibrated_cell.hpp"
-#include "core/calibration/measurement.hpp"
+#include "core/calibration/least_squares_problem.hpp"
 
 namespace truepose {
 
@@ -13,31 +10,23 @@ struct GaussNewtonOptions {
   int max_iterations = 200;
   /// Converged once the next step would change the predicted points by less than this (RMS, mm).
   double tolerance_mm = 1e-8;
+  bool line_search = true;  ///< false: every step is taken whole (for comparison)
 };
 
-struct GaussNewtonResult {
+struct FitResult {
   CalibratedCell cell;
   int iterations = 0;
   bool converged = false;
+  std::vector<double>
+      rms_mm;  ///< of the whitened residuals (prior included) per point, before each iteration
 };
 
-/// Fits the parameters in `free` (indices of ParameterLayout) to the points, all others held: Gauss-Newton
-/// with an Armijo strong-Wolfe line search.
+/// Fits the free parameters: Gauss-Newton with an Armijo strong-Wolfe line search.
 ///
 /// The step is the smallest least-squares solution with columns scaled to unit norm (pseudo-inverse by SVD),
 /// so columns that depend on each other do no harm.
-/// @param weights  of each point (1 / sigma, relative); empty = all alike
 /// Source: method's paper, eqs 12 to 19 and 20 to 26.
-GaussNewtonResult gauss_newton(const CalibratedCell& start, std::span<const Measurement> points,
-                               const std::vector<int>& free, const Eigen::VectorXd& weights,
-                               const GaussNewtonOptions& options = {});
-
-/// The columns `free` of the weighted Jacobian of all points, and the weighted residuals.
-struct LinearSystem {
-  Eigen::VectorXd f;
-  Eigen::MatrixXd J;
-};
-LinearSystem linearise(const CalibratedCell& cell, std::span<const Measurement> points,
-                       const std::vector<int>& free, const Eigen::VectorXd& weights);
+FitResult gauss_newton(const CalibratedCell& start, const LeastSquaresProblem& problem,
+                       const GaussNewtonOptions& options = {});
 
 }  // namespace truepose

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,5 +30,14 @@ struct MeasurementData {
   std::vector<std::string> smr_names;  ///< in the order of first appearance
   std::vector<Measurement> points;
 };
+
+/// The number of each point's pose, from 0 in the order of first appearance. Points with the same joints are
+/// of one pose.
+std::vector<int> pose_numbers(std::span<const Measurement> points);
+
+int count_poses(std::span<const Measurement> points);
+
+/// The points of one set, in their order.
+std::vector<Measurement> points_of(const MeasurementData& data, PoseSet set);
 
 }  // namespace truepose

@@ -4,13 +4,30 @@
 #include "core/kinematics/forward.hpp"
 
 namespace truepose {
+namespace {
+
+/// A deviation moves its joint: the column of theta (prismatic: of d) times the value of its basis.
+void fill_deviation_columns(const RobotModel& robot, const JointVector& q, Approach approach,
+                            const ParameterLayout& layout, PointJacobian& J) {
+  if (layout.deviations == 0) return;
+  std::vector<double> basis(robot.deviation.size());
+  deviation_basis(robot, q, approach, basis);
+  for (std::size_t t = 0; t < basis.size(); ++t) {
+    const int i = robot.deviation[t].joint;
+    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    const int column = layout.link(i) + (joint.type == JointType::Revolute ? 3 : 2);
+    J.col(layout.deviation(static_cast<int>(t))) = joint.sign * basis[t] * J.col(column);
+  }
+}
+
+}  // namespace
 
 Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVector& q, int smr,
-                                      PointJacobian& J) {
+                                      PointJacobian& J, Approach approach) {
   const ParameterLayout layout = ParameterLayout::of(cell);
   const Eigen::Isometry3d X_WB = cell.base.isometry();
   LinkFrames X_B;
-  link_frames(cell.robot, q, X_B);
+  link_frames(cell.robot.joints, true_joints(cell.robot, q, approach), X_B);
   const Eigen::Isometry3d X_WF = X_WB * X_B[cell.robot.joints.size()] * cell.robot.X_flange;
   const Eigen::Vector3d P = X_WF * cell.reflectors[static_cast<std::size_t>(smr)].p_FS_mm;
 
@@ -37,6 +54,7 @@ Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVec
     columns.col(3) = z.cross(P - after.translation());
     columns.col(4) = y.cross(from_before);
   }
+  fill_deviation_columns(cell.robot, q, approach, layout, J);
   return P;
 }
 
@@ -44,7 +62,7 @@ Eigen::VectorXd residuals(const CalibratedCell& cell, std::span<const Measuremen
   Eigen::VectorXd f(3 * static_cast<Eigen::Index>(points.size()));
   Eigen::Index row = 0;
   for (const Measurement& point : points) {
-    f.segment<3>(row) = cell.predict(point.q, point.smr) - point.p_WS_mm;
+    f.segment<3>(row) = cell.predict(point.q, point.smr, point.direction) - point.p_WS_mm;
     row += 3;
   }
   return f;
@@ -57,7 +75,8 @@ void residuals_with_jacobian(const CalibratedCell& cell, std::span<const Measure
   PointJacobian point_jacobian;
   Eigen::Index row = 0;
   for (const Measurement& point : points) {
-    f.segment<3>(row) = predict_with_jacobian(cell, point.q, point.smr, point_jacobian) - point.p_WS_mm;
+    f.segment<3>(row) =
+        predict_with_jacobian(cell, point.q, point.smr, point_jacobian, point.direction) - point.p_WS_mm;
     J.middleRows<3>(row) = point_jacobian;
     row += 3;
   }

@@ -15,10 +15,10 @@ using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 /// parameter.
 ///
 /// Every column is a cross product or an axis: of frame i-1 and i with the lever arm to the target, in the
-/// tracker frame. Source: method's paper, eqs 7 to 11, with beta first and the lever arm ending at the
-/// target.
+/// tracker frame. The residual field is not regarded: it is fitted to what the parameters leave. Source:
+/// method's paper, eqs 7 to 11, with beta first and the lever arm ending at the target.
 Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVector& q, int smr,
-                                      PointJacobian& J);
+                                      PointJacobian& J, Approach approach = {});
 
 /// Predicted minus measured positions of all points, stacked (3N, mm).
 Eigen::VectorXd residuals(const CalibratedCell& cell, std::span<const Measurement> points);

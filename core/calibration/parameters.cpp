@@ -1,11 +1,13 @@
 #include "core/calibration/parameters.hpp"
 
-#include <array>
+#include "core/kinematics/joint_deviation.hpp"
 
 namespace truepose {
 
 ParameterLayout ParameterLayout::of(const CalibratedCell& cell) {
-  return {static_cast<int>(cell.reflectors.size()), cell.robot.joint_count()};
+  return {.reflectors = static_cast<int>(cell.reflectors.size()),
+          .joints = cell.robot.joint_count(),
+          .deviations = static_cast<int>(cell.robot.deviation.size())};
 }
 
 std::vector<std::string> parameter_names(const CalibratedCell& cell) {
@@ -18,6 +20,7 @@ std::vector<std::string> parameter_names(const CalibratedCell& cell) {
       names.push_back("link" + std::to_string(i) + entry);
     }
   }
+  for (const DeviationTerm& term : cell.robot.deviation) names.push_back(deviation_name(term));
   return names;
 }
 
@@ -32,6 +35,9 @@ Eigen::VectorXd parameter_values(const CalibratedCell& cell) {
     const Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
     values.segment<5>(layout.link(i)) << joint.a_mm, joint.alpha_rad, joint.d_mm, joint.theta_rad,
         joint.beta_rad;
+  }
+  for (int t = 0; t < layout.deviations; ++t) {
+    values[layout.deviation(t)] = cell.robot.deviation[static_cast<std::size_t>(t)].coefficient;
   }
   return values;
 }
@@ -57,6 +63,9 @@ CalibratedCell moved(const CalibratedCell& cell, const Eigen::VectorXd& step) {
     joint.d_mm += d[2];
     joint.theta_rad += d[3];
     joint.beta_rad += d[4];
+  }
+  for (int t = 0; t < layout.deviations; ++t) {
+    out.robot.deviation[static_cast<std::size_t>(t)].coefficient += step[layout.deviation(t)];
   }
   return out;
 }

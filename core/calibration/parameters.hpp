@@ -10,7 +10,7 @@ namespace truepose {
 
 /// Order of a cell's parameters in vectors and Jacobians: base (3 translations in mm, 3 small rotations about
 /// the tracker's axes in rad), 3 coordinates of each reflector (mm), then a, alpha, d, theta, beta of each
-/// link (mm, rad).
+/// link (mm, rad), then the coefficient of each deviation term (rad or mm per unit of its basis).
 ///
 /// The base turns by rotation vectors and not by its printed Euler angles, so that no placement is near a
 /// singularity.
@@ -21,15 +21,18 @@ struct ParameterLayout {
 
   int reflectors = 0;
   int joints = 0;
+  int deviations = 0;
 
   static ParameterLayout of(const CalibratedCell& cell);
 
   int reflector(int k) const { return kBase + kReflector * k; }
   int link(int i) const { return kBase + kReflector * reflectors + kLink * i; }
-  int size() const { return link(joints); }
+  int deviation(int t) const { return link(joints) + t; }
+  int size() const { return deviation(deviations); }
 };
 
-/// "base.x".."base.z", "base.rx".."base.rz", "smr.NAME.x".., "link1.a", .alpha, .d, .theta, .beta.
+/// "base.x".."base.z", "base.rx".."base.rz", "smr.NAME.x".., "link1.a", .alpha, .d, .theta, .beta.., and
+/// deviation_name() of each term.
 std::vector<std::string> parameter_names(const CalibratedCell& cell);
 
 /// Values in the layout's order, the base's rotation as rx, ry, rz. mm, rad.

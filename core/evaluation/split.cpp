@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -12,14 +11,8 @@
 namespace truepose {
 
 void split_poses(MeasurementData& data, double fraction, std::uint64_t seed) {
-  std::map<std::vector<double>, std::size_t> number_of;
-  std::vector<std::size_t> pose_of_point;
-  for (const Measurement& point : data.points) {
-    std::vector<double> joints(point.q.begin(), point.q.end());
-    pose_of_point.push_back(number_of.emplace(std::move(joints), number_of.size()).first->second);
-  }
-
-  std::vector<std::size_t> shuffled(number_of.size());
+  const std::vector<int> pose_of_point = pose_numbers(data.points);
+  std::vector<std::size_t> shuffled(static_cast<std::size_t>(count_poses(data.points)));
   std::iota(shuffled.begin(), shuffled.end(), std::size_t{0});
   Random random(seed);
   for (std::size_t i = shuffled.size(); i-- > 1;) std::swap(shuffled[i], shuffled[random.next() % (i + 1)]);
@@ -29,7 +22,8 @@ void split_poses(MeasurementData& data, double fraction, std::uint64_t seed) {
   std::vector<PoseSet> set_of_pose(shuffled.size(), PoseSet::Validate);
   for (std::size_t i = 0; i < std::min(identify, shuffled.size()); ++i)
     set_of_pose[shuffled[i]] = PoseSet::Identify;
-  for (std::size_t i = 0; i < data.points.size(); ++i) data.points[i].set = set_of_pose[pose_of_point[i]];
+  for (std::size_t i = 0; i < data.points.size(); ++i)
+    data.points[i].set = set_of_pose[static_cast<std::size_t>(pose_of_point[i])];
 }
 
 }  // namespace truepose

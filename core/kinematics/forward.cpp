@@ -3,6 +3,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/kinematics/residual_field.hpp"
+
 namespace truepose {
 
 Eigen::Isometry3d link_transform(const Joint& joint, double q) {
@@ -21,26 +23,28 @@ Eigen::Isometry3d link_transform(const Joint& joint, double q) {
   return T;
 }
 
-void link_frames(const RobotModel& robot, const JointVector& q, LinkFrames& X_B) {
-  assert(q.size() == robot.joint_count());
+void link_frames(std::span<const Joint> joints, const JointVector& q, LinkFrames& X_B) {
+  assert(q.size() == static_cast<Eigen::Index>(joints.size()));
   X_B[0] = Eigen::Isometry3d::Identity();
-  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-    X_B[i + 1] = X_B[i] * link_transform(robot.joints[i], q[static_cast<Eigen::Index>(i)]);
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    X_B[i + 1] = X_B[i] * link_transform(joints[i], q[static_cast<Eigen::Index>(i)]);
   }
 }
 
-Eigen::Isometry3d forward_kinematics(const RobotModel& robot, const JointVector& q) {
+Eigen::Isometry3d forward_kinematics(const RobotModel& robot, const JointVector& q, Approach approach) {
   assert(q.size() == robot.joint_count());
+  const JointVector q_true = true_joints(robot, q, approach);
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-    X = X * link_transform(robot.joints[i], q[static_cast<Eigen::Index>(i)]);
+    X = X * link_transform(robot.joints[i], q_true[static_cast<Eigen::Index>(i)]);
   }
-  return X * robot.X_flange;
+  X = X * robot.X_flange;
+  return robot.field ? robot.field->displaced(q, X) : X;
 }
 
 PoseAndJacobian forward_with_jacobian(const RobotModel& robot, const JointVector& q) {
   LinkFrames X_B;
-  link_frames(robot, q, X_B);
+  link_frames(robot.joints, true_joints(robot, q), X_B);
   PoseAndJacobian out{X_B[robot.joints.size()] * robot.X_flange, JointJacobian::Zero(6, robot.joint_count())};
   const Eigen::Vector3d p = out.X_BF.translation();
   for (Eigen::Index i = 0; i < out.J.cols(); ++i) {
@@ -53,6 +57,7 @@ PoseAndJacobian forward_with_jacobian(const RobotModel& robot, const JointVector
       out.J.col(i).head<3>() = axis;
     }
   }
+  if (robot.field) out.X_BF = robot.field->displaced(q, out.X_BF);
   return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -35,11 +36,50 @@ struct Joint {
   double speed = 0;  ///< greatest speed of q (rad/s or mm/s)
 };
 
+/// What a joint's deviation from its encoder depends on.
+enum class DeviationBasis {
+  Sine,      ///< sin(order * q) of the joint's own position (rad): gear and encoder eccentricity
+  Cosine,    ///< cos(order * q)
+  Gravity,   ///< torque of all masses outboard about the joint, kN m: compliance with known masses
+  Weight,    ///< torque of a unit force at the origin of link frame `order` (joint count + 1: the flange), m
+  Approach,  ///< direction in which the joint last moved (-1, 1; 0 = unknown): backlash
+  Scale,     ///< q itself (m) of a prismatic joint: pitch
+};
+
+/// One term of a joint's deviation: true position = encoder + sum of coefficient * basis.
+struct DeviationTerm {
+  int joint = 0;  ///< index, 0 = first
+  DeviationBasis basis = DeviationBasis::Sine;
+  int order = 1;
+  double coefficient = 0;  ///< rad (prismatic: mm) per unit of the basis
+
+  friend bool operator==(const DeviationTerm&, const DeviationTerm&) = default;
+};
+
+/// Mass that moves with a link, payload included.
+struct LinkMass {
+  double mass_kg = 0;
+  Eigen::Vector3d centre_mm{0, 0, 0};  ///< in the link's frame
+};
+
+class ResidualField;
+
 /// A serial arm from its base frame B to its flange frame F.
+///
+/// A data sheet's arm is geometry alone. A calibrated one may deviate beyond it: its joints from their
+/// encoders, and the flange by a field over the joint positions.
 struct RobotModel {
   std::string name;
   std::vector<Joint> joints;                                   ///< base to flange, 1 to kMaxJoints of them
   Eigen::Isometry3d X_flange = Eigen::Isometry3d::Identity();  ///< from the last joint's frame to F
+
+  std::vector<LinkMass> masses;  ///< one per joint, or empty: not known
+  /// The data sheet's joints, by which gravity torques are reckoned, so that these do not change while the
+  /// arm is identified; empty: `joints`.
+  std::vector<Joint> torque_joints;
+  Eigen::Vector3d gravity_B{0, 0, -1};         ///< direction of gravity in the base frame, unit length
+  std::vector<DeviationTerm> deviation;        ///< none on a nominal arm
+  std::shared_ptr<const ResidualField> field;  ///< null on a nominal arm
 
   int joint_count() const { return static_cast<int>(joints.size()); }
 };

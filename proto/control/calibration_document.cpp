@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/calibration/option_names.hpp"
 #include "core/kinematics/angles.hpp"
 
 namespace truepose::control {
@@ -57,16 +58,6 @@ json::array joints_json(const RobotModel& robot, const JointVector& q) {
   return result;
 }
 
-std::string_view method_name(CalibrationMethod method) {
-  switch (method) {
-    case CalibrationMethod::TwoStage:
-      return "two-stage";
-    case CalibrationMethod::LeastSquares:
-      return "least-squares";
-  }
-  return "";
-}
-
 json::array parameters_json(const std::vector<IdentifiedParameter>& parameters) {
   json::array result;
   for (const IdentifiedParameter& p : parameters) {
@@ -74,20 +65,44 @@ json::array parameters_json(const std::vector<IdentifiedParameter>& parameters) 
                                   {"nominal", finite(p.nominal)},
                                   {"value", finite(p.value)},
                                   {"sigma", finite(p.sigma)},
-                                  {"identified", p.identified}});
+                                  {"identified", p.identified},
+                                  {"data_share", finite(p.data_share)}});
   }
   return result;
 }
 
-/// The number of each point's pose, from 1 in the order of first appearance.
-std::vector<int> pose_numbers(const std::vector<Measurement>& points) {
-  std::vector<const JointVector*> poses;
-  std::vector<int> result;
-  for (const Measurement& m : points) {
-    std::size_t k = 0;
-    while (k < poses.size() && *poses[k] != m.q) ++k;
-    if (k == poses.size()) poses.push_back(&m.q);
-    result.push_back(static_cast<int>(k) + 1);
+json::object deviation_json(const DeviationChoice& choice) {
+  json::array groups;
+  for (const DeviationGain& gain : choice.gains) {
+    groups.push_back(
+        json::object{{"name", gain.name}, {"chosen", gain.chosen}, {"rms_mm", finite(gain.rms_mm)}});
+  }
+  return {{"geometric_rms_mm", finite(choice.geometric_rms_mm)},
+          {"rms_mm", finite(choice.rms_mm)},
+          {"scale", finite(choice.scale)},
+          {"groups", std::move(groups)}};
+}
+
+json::object prior_json(const Calibration& calibration) {
+  if (!calibration.prior_used) return {{"used", false}};
+  return {{"used", true},
+          {"length_mm", finite(calibration.prior_scale.length_mm)},
+          {"angle_rad", finite(calibration.prior_scale.angle_rad)}};
+}
+
+json::object transfer_json(const Calibration& calibration) {
+  return {{"rms_mm", finite(calibration.transfer.rms_mm)},
+          {"max_mm", finite(calibration.transfer.max_mm)},
+          {"worst_joints", joints_json(calibration.cell.robot, calibration.transfer.worst)}};
+}
+
+json::array rejected_json(const Calibration& calibration, const MeasurementData& data) {
+  json::array result;
+  for (const RejectedPoint& rejected : calibration.rejected) {
+    result.push_back(json::object{{"point", rejected.point + 1},
+                                  {"row", data.points[rejected.point].row},
+                                  {"residual_mm", finite(rejected.residual_mm)},
+                                  {"sigmas", finite(rejected.sigmas)}});
   }
   return result;
 }
@@ -99,7 +114,7 @@ json::array points_json(const Calibration& calibration, const MeasurementData& d
   for (std::size_t i = 0; i < data.points.size(); ++i) {
     const PointErrors& errors = calibration.points[i];
     const Measurement& m = data.points[i];
-    result.push_back(json::object{{"pose", numbers[i]},
+    result.push_back(json::object{{"pose", numbers[i] + 1},
                                   {"set", m.set == PoseSet::Identify ? "identify" : "validate"},
                                   {"smr", data.smr_names[static_cast<std::size_t>(m.smr)]},
                                   {"joints", joints_json(calibration.cell.robot, m.q)},
@@ -120,7 +135,7 @@ json::object statistics_json(const ErrorStatistics& s) {
 json::object calibration_document(const Calibration& calibration, const MeasurementData& data,
                                   double elapsed_s) {
   json::object document{
-      {"method", method_name(calibration.method)},
+      {"method", name_of(kMethodNames, calibration.method)},
       {"converged", calibration.converged},
       {"iterations", {{"coarse", calibration.coarse_iterations}, {"fine", calibration.fine_iterations}}},
       {"elapsed_s", finite(elapsed_s)},
@@ -128,6 +143,10 @@ json::object calibration_document(const Calibration& calibration, const Measurem
   if (calibration.validate) document["validate"] = stages_json(*calibration.validate);
   document["rank"] = calibration.rank;
   document["condition"] = finite(calibration.condition);
+  if (calibration.deviation) document["deviation"] = deviation_json(*calibration.deviation);
+  document["prior"] = prior_json(calibration);
+  if (calibration.transfer.worst.size() > 0) document["transfer"] = transfer_json(calibration);
+  document["rejected"] = rejected_json(calibration, data);
   document["base"] = base_json(calibration.cell.base);
   json::object smr;
   for (const Reflector& r : calibration.cell.reflectors) smr[r.name] = xyz_json(r.p_FS_mm);

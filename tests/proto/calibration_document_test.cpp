@@ -61,12 +61,12 @@ Sample sample() {
   return s;
 }
 
-TEST(CalibrationDocument, HasExactlyTheMembersOfTheContractAndThePoints) {
+TEST(CalibrationDocument, HasTheMembersOfTheContractAndWhatTheIdentificationLearned) {
   const Sample s = sample();
   const json::object document = calibration_document(s.calibration, s.data, 0.004);
   EXPECT_THAT(keys(document),
               ElementsAre("method", "converged", "iterations", "elapsed_s", "identify", "validate", "rank",
-                          "condition", "base", "smr", "parameters", "points"));
+                          "condition", "prior", "rejected", "base", "smr", "parameters", "points"));
   EXPECT_THAT(keys(document.at("iterations")), ElementsAre("coarse", "fine"));
   for (const char* set : {"identify", "validate"}) {
     EXPECT_THAT(keys(document.at(set)), ElementsAre("poses", "points", "before", "geometric", "after"));
@@ -81,7 +81,7 @@ TEST(CalibrationDocument, HasExactlyTheMembersOfTheContractAndThePoints) {
   EXPECT_THAT(keys(document.at("smr")), ElementsAre("1", "upper \"left\""));
   EXPECT_THAT(keys(document.at("smr").at("1")), ElementsAre("x", "y", "z"));
   EXPECT_THAT(keys(document.at("parameters").at(0)),
-              ElementsAre("name", "nominal", "value", "sigma", "identified"));
+              ElementsAre("name", "nominal", "value", "sigma", "identified", "data_share"));
   EXPECT_THAT(keys(document.at("points").at(0)),
               ElementsAre("pose", "set", "smr", "joints", "before", "geometric", "after"));
 }
@@ -103,7 +103,28 @@ TEST(CalibrationDocument, CarriesTheCalibrationsFigures) {
                                                           {"nominal", 330.0},
                                                           {"value", 330.6},
                                                           {"sigma", 0.004},
-                                                          {"identified", true}}));
+                                                          {"identified", true},
+                                                          {"data_share", 0.0}}));
+}
+
+TEST(CalibrationDocument, SaysWhatWasRejectedWhatThePriorWasAndWhatEachDeviationBought) {
+  Sample s = sample();
+  s.calibration.rejected = {{.point = 2, .residual_mm = 12.5, .sigmas = 300}};
+  s.data.points[2].row = 7;
+  s.calibration.prior_used = true;
+  s.calibration.prior_scale = {.length_mm = 0.6, .angle_rad = 0.001};
+  s.calibration.deviation = {.scale = 1e-3,
+                             .geometric_rms_mm = 0.5,
+                             .rms_mm = 0.1,
+                             .gains = {{"joint2.gravity", true, 0.4}, {"joint6.harmonic1", false, 0.11}}};
+  s.calibration.transfer = {.rms_mm = 0.1, .max_mm = 0.2, .worst = s.data.points[0].q};
+  const json::object document = calibration_document(s.calibration, s.data, 0);
+  EXPECT_EQ(document.at("rejected"),
+            (json::value{{{"point", 3}, {"row", 7}, {"residual_mm", 12.5}, {"sigmas", 300.0}}}));
+  EXPECT_EQ(document.at("prior"), (json::value{{"used", true}, {"length_mm", 0.6}, {"angle_rad", 0.001}}));
+  EXPECT_EQ(document.at("deviation").at("groups").at(1),
+            (json::value{{"name", "joint6.harmonic1"}, {"chosen", false}, {"rms_mm", 0.11}}));
+  EXPECT_EQ(document.at("transfer").at("max_mm"), 0.2);
 }
 
 TEST(CalibrationDocument, LeavesOutTheValidationWhereNothingWasValidated) {

@@ -9,7 +9,7 @@
 
 #include "config/measurement_file.hpp"
 #include "config/text_file.hpp"
-#include "core/calibration/calibrate.hpp"
+#include "core/calibration/option_names.hpp"
 #include "core/evaluation/split.hpp"
 #include "proto/control/calibration_document.hpp"
 #include "proto/control/rfc3339.hpp"
@@ -32,7 +32,8 @@ struct CalibrateCommand {
   std::optional<double> split;
   std::uint64_t seed = 0;
   int repeat = 1;
-  std::string method = "two-stage", deviation = "none", residual = "none", loss = "squared";
+  std::string method = "two-stage", deviation = "none", residual = "none", loss = "squared", prior = "auto";
+  std::vector<int> harmonics{1, 2};
   bool as_json = false;
 };
 
@@ -56,6 +57,23 @@ void add_validation(MeasurementData& data, const std::string& file, const RobotM
   }
 }
 
+template <typename Names>
+std::vector<std::string> names_of(const Names& named) {
+  std::vector<std::string> names;
+  for (const auto& entry : named) names.emplace_back(entry.name);
+  return names;
+}
+
+CalibrateOptions options_of(const CalibrateCommand& command) {
+  CalibrateOptions options;
+  options.method = value_of(kMethodNames, command.method);
+  options.loss = value_of(kLossNames, command.loss);
+  options.prior = value_of(kPriorNames, command.prior);
+  options.deviation = command.deviation == "auto";
+  options.harmonics = command.harmonics;
+  return options;
+}
+
 struct Outcome {
   Calibration calibration;
   json::object document;
@@ -63,9 +81,7 @@ struct Outcome {
 
 Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot,
                        const MeasurementData& data) {
-  CalibrateOptions options;
-  options.method =
-      command.method == "least-squares" ? CalibrationMethod::LeastSquares : CalibrationMethod::TwoStage;
+  const CalibrateOptions options = options_of(command);
   const auto start = std::chrono::steady_clock::now();
   auto result = calibrate(robot, data, options);
   if (!result) throw ConfigError(command.data_file + ": " + result.error().detail);
@@ -174,11 +190,17 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   sub->add_option("--repeat", command->repeat, "Splits with as many seeds, and means over them")
       ->check(CLI::Range(1, 10'000))
       ->needs(split);
-  sub->add_option("--method", command->method, "Identification")
-      ->check(available({"two-stage", "least-squares"}));
-  sub->add_option("--deviation", command->deviation, "Joint deviation model")->check(available({"none"}));
+  sub->add_option("--method", command->method, "Identification")->check(available(names_of(kMethodNames)));
+  sub->add_option("--deviation", command->deviation,
+                  "Deviations of the joints: those that cross-validation keeps")
+      ->check(available({"none", "auto"}));
+  sub->add_option("--harmonics", command->harmonics, "Multiples of a joint's angle to look for, as 1,2,162")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 10'000));
   sub->add_option("--residual", command->residual, "Residual field")->check(available({"none"}));
-  sub->add_option("--loss", command->loss, "Weight of a residual")->check(available({"squared"}));
+  sub->add_option("--loss", command->loss, "Weight of a residual")->check(available(names_of(kLossNames)));
+  sub->add_option("--prior", command->prior, "Whether deviations from the data sheet are taken as small")
+      ->check(available(names_of(kPriorNames)));
   sub->add_option("--out", command->out_file, "Write the calibrated arm here (model file, YAML)");
   sub->add_option("--report", command->report_file, "Write a report here (HTML, one file)");
   sub->add_flag("--json", command->as_json, "One JSON document");

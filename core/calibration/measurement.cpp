@@ -1,0 +1,33 @@
+#include "core/calibration/measurement.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <map>
+
+namespace truepose {
+
+std::vector<int> pose_numbers(std::span<const Measurement> points) {
+  std::map<std::vector<double>, int> number_of;
+  std::vector<int> numbers;
+  numbers.reserve(points.size());
+  for (const Measurement& point : points) {
+    std::vector<double> joints(point.q.begin(), point.q.end());
+    const int next = static_cast<int>(number_of.size());
+    numbers.push_back(number_of.emplace(std::move(joints), next).first->second);
+  }
+  return numbers;
+}
+
+int count_poses(std::span<const Measurement> points) {
+  const std::vector<int> numbers = pose_numbers(points);
+  return numbers.empty() ? 0 : *std::ranges::max_element(numbers) + 1;
+}
+
+std::vector<Measurement> points_of(const MeasurementData& data, PoseSet set) {
+  std::vector<Measurement> points;
+  std::ranges::copy_if(data.points, std::back_inserter(points),
+                       [set](const Measurement& m) { return m.set == set; });
+  return points;
+}
+
+}  // namespace truepose

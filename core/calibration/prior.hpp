@@ -1,0 +1,20 @@
+#pragma once
+
+#include "core/calibration/calibrated_cell.hpp"
+#include "core/calibration/least_squares_problem.hpp"
+
+namespace truepose {
+
+/// Standard deviations with which the parameters of a real arm scatter about its data sheet.
+struct PriorScale {
+  double length_mm = 0.3;     ///< a, d
+  double angle_rad = 0.3e-3;  ///< alpha, theta, beta
+  double deviation = 0.3e-3;  ///< coefficient of a deviation term, rad (mm) per unit of its basis
+};
+
+/// The prior around `nominal` that knows nothing of base and reflectors.
+///
+/// @param sigma_mm  standard deviation of one coordinate of a whitened residual
+Prior prior_of(const CalibratedCell& nominal, const PriorScale& scale, double sigma_mm);
+
+}  // namespace truepose

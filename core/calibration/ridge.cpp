@@ -1,0 +1,38 @@
+#include "core/calibration/ridge.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <limits>
+
+namespace truepose {
+
+Prior ridge_prior(const CalibratedCell& cell, const LeastSquaresProblem& problem, const PriorScale& scale) {
+  LeastSquaresProblem unshrunk = problem;
+  unshrunk.prior = {};
+  const LinearSystem system = linearise(cell, unshrunk);
+  const Prior unit = prior_of(cell, scale, 1.0);
+  Eigen::VectorXd weight(static_cast<Eigen::Index>(problem.free.size()));
+  for (Eigen::Index k = 0; k < weight.size(); ++k) {
+    weight[k] = unit.weight[problem.free[static_cast<std::size_t>(k)]];
+  }
+  const Eigen::MatrixXd normal = system.J.transpose() * system.J;
+  const Eigen::VectorXd g = system.J.transpose() * system.f;
+  const auto equations = static_cast<double>(system.f.size());
+
+  double best_score = std::numeric_limits<double>::infinity(), best_sigma = 0;
+  for (double sigma = 1e-3; sigma < 1e2; sigma *= std::sqrt(10.0)) {
+    Eigen::MatrixXd shrunk = normal;
+    shrunk.diagonal() += (sigma * weight).cwiseAbs2();
+    const Eigen::LDLT<Eigen::MatrixXd> solver(shrunk);
+    const double determined = solver.solve(normal).trace();
+    const double square = (system.f - system.J * solver.solve(g)).squaredNorm();
+    const double freedom = 1 - determined / equations;
+    const double score = square / (freedom * freedom);
+    if (score >= best_score) continue;
+    best_score = score;
+    best_sigma = sigma;
+  }
+  return prior_of(cell, scale, best_sigma);
+}
+
+}  // namespace truepose

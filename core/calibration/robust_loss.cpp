@@ -1,0 +1,31 @@
+#include "core/calibration/robust_loss.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace truepose {
+
+double huber_weight(double length, double knee) { return length <= knee ? 1.0 : knee / length; }
+
+double igg3_weight(double length, double knee, double cut) {
+  if (length <= knee) return 1.0;
+  if (length >= cut) return 0.0;
+  const double left = (cut - length) / (cut - knee);
+  return knee / length * left * left;
+}
+
+double tukey_weight(double length, double cut) {
+  if (length >= cut) return 0.0;
+  const double left = 1 - length * length / (cut * cut);
+  return left * left;
+}
+
+double sigma_from_median(std::span<const double> lengths) {
+  constexpr double kMedianOfChi3 = 1.5381722544550522;
+  std::vector<double> sorted(lengths.begin(), lengths.end());
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::ranges::nth_element(sorted, middle);
+  return *middle / kMedianOfChi3;
+}
+
+}  // namespace truepose
