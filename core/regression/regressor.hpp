@@ -1,0 +1,85 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <expected>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace truepose {
+
+/// Bounds that let a prediction live on the stack.
+inline constexpr int kMaxFeatures = 24;
+inline constexpr int kMaxTargets = 12;
+
+/// What is left of a measured error, and the features of the pose that shall explain it. Features may have
+/// any unit: every method scales them to unit spread. Targets share a unit, and zero means that nothing is
+/// left.
+struct RegressionData {
+  Eigen::MatrixXd X;        ///< N x d features
+  Eigen::MatrixXd Y;        ///< N x m targets
+  std::vector<int> groups;  ///< of each point: those of one group are left out together; empty = each its own
+};
+
+enum class RegressorKind { GaussianProcess, Kriging, InverseDistance, MovingLeastSquares, NeuralNetwork };
+
+inline constexpr std::array kAllRegressors{RegressorKind::GaussianProcess, RegressorKind::Kriging,
+                                           RegressorKind::InverseDistance, RegressorKind::MovingLeastSquares,
+                                           RegressorKind::NeuralNetwork};
+
+/// "gp", "kriging", "idw", "mls", "nn".
+std::string_view name_of(RegressorKind kind);
+std::optional<RegressorKind> regressor_kind(std::string_view name);
+
+/// All that a fitted regressor is, as plain numbers: written to a file and restored, it predicts the same to
+/// the last bit.
+struct RegressorState {
+  RegressorKind kind = RegressorKind::GaussianProcess;
+  Eigen::MatrixXd X;                    ///< N x d, of the fit
+  Eigen::MatrixXd Y;                    ///< N x m
+  std::map<std::string, double> hyper;  ///< by name, all of them needed
+  std::vector<double> weights;          ///< of the neural network; empty for the others
+};
+
+/// A field fitted to data. It is zero far from the data, however it was fitted.
+class Regressor {
+ public:
+  virtual ~Regressor() = default;
+
+  /// The targets expected at features `x` (d) into `y` (m). Does not allocate.
+  virtual void predict(const Eigen::Ref<const Eigen::VectorXd>& x,
+                       Eigen::Ref<Eigen::VectorXd> y) const noexcept = 0;
+
+  /// Variance of that expectation, per target and without the noise of a measurement; nothing where the
+  /// method knows none. May allocate.
+  virtual std::optional<Eigen::VectorXd> variance(const Eigen::Ref<const Eigen::VectorXd>& x) const;
+
+  virtual RegressorState state() const = 0;
+
+ protected:
+  Regressor() = default;
+  Regressor(const Regressor&) = default;
+  Regressor& operator=(const Regressor&) = default;
+};
+
+using RegressorPtr = std::shared_ptr<const Regressor>;
+
+/// Fits a regressor, its hyper-parameters included, always the same for the same data.
+/// Errors, as a sentence: fewer than four points, shapes that do not match, too many features or targets,
+/// numbers that are not finite.
+std::expected<RegressorPtr, std::string> fit_regressor(RegressorKind kind, const RegressionData& data);
+
+/// The same with hyper-parameters found before, on these or other data.
+std::expected<RegressorPtr, std::string> refit_regressor(const RegressorState& like,
+                                                         const RegressionData& data);
+
+/// The regressor that a state was taken from. Errors: as fit_regressor(); a hyper-parameter missing or out of
+/// its range, which the sentence names.
+std::expected<RegressorPtr, std::string> restore_regressor(const RegressorState& state);
+
+}  // namespace truepose
