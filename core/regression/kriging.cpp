@@ -1,0 +1,128 @@
+#include "core/regression/kriging.hpp"
+
+#include <Eigen/Cholesky>
+
+#include "core/regression/point_cloud.hpp"
+#include "core/regression/semivariogram.hpp"
+
+namespace truepose {
+namespace {
+
+/// What the nearest points say of the field at one pose, on the stack.
+class LocalKriging {
+ public:
+  LocalKriging(const Semivariogram& variogram, const Eigen::MatrixXd& Z, std::span<const Neighbour> near)
+      : near_{near} {
+    const Eigen::Index k = static_cast<Eigen::Index>(near.size());
+    // The floor keeps C positive definite where poses coincide or the data are free of noise.
+    const double nugget = std::max(variogram.nugget, 1e-6 * variogram.sill + 1e-12);
+    Square C(k, k);
+    Column c(k);
+    for (Eigen::Index i = 0; i < k; ++i) {
+      c[i] = variogram.sill * variogram.correlation(near[static_cast<std::size_t>(i)].distance);
+      C(i, i) = variogram.sill + nugget;
+      for (Eigen::Index j = 0; j < i; ++j) {
+        const double distance = (Z.row(point(i)) - Z.row(point(j))).norm();
+        C(i, j) = variogram.sill * variogram.correlation(distance);
+      }
+    }
+    weights_ = c;
+    Column ones = Column::Ones(k);
+    Eigen::LLT<Eigen::Ref<Square>> factor{C};
+    factor.solveInPlace(weights_);
+    factor.solveInPlace(ones);
+    // The multiplier of the condition that the weights sum to one: any constant is predicted exactly.
+    const double multiplier = (weights_.sum() - 1) / ones.sum();
+    weights_ -= multiplier * ones;
+    variance_ = std::max(0.0, variogram.sill - weights_.dot(c) - multiplier);
+  }
+
+  void add_value(const Eigen::MatrixXd& Y, double belief, Eigen::Ref<Eigen::VectorXd> y) const {
+    for (Eigen::Index i = 0; i < weights_.size(); ++i)
+      y += belief * weights_[i] * Y.row(point(i)).transpose();
+  }
+  double variance() const { return variance_; }
+
+ private:
+  using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxNeighbours, 1>;
+  using Square =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxNeighbours, kMaxNeighbours>;
+
+  Eigen::Index point(Eigen::Index i) const { return near_[static_cast<std::size_t>(i)].point; }
+
+  std::span<const Neighbour> near_;
+  Column weights_;
+  double variance_ = 0;
+};
+
+class Kriging final : public Regressor {
+ public:
+  explicit Kriging(const RegressorState& state)
+      : state_{state},
+        cloud_{state.X},
+        variogram_{static_cast<Semivariogram::Model>(state.hyper.at("model")), state.hyper.at("nugget"),
+                   state.hyper.at("sill"), state.hyper.at("range")},
+        neighbours_{static_cast<int>(state.hyper.at("neighbours"))} {}
+
+  void predict(const Eigen::Ref<const Eigen::VectorXd>& x,
+               Eigen::Ref<Eigen::VectorXd> y) const noexcept override {
+    const Neighbours near = cloud_.nearest(cloud_.scaled(x), neighbours_);
+    y.setZero();
+    LocalKriging{variogram_, cloud_.Z(), near.span()}.add_value(state_.Y, belief(near), y);
+  }
+
+  std::optional<Eigen::VectorXd> variance(const Eigen::Ref<const Eigen::VectorXd>& x) const override {
+    const Neighbours near = cloud_.nearest(cloud_.scaled(x), neighbours_);
+    const double believed = belief(near) * belief(near);
+    const double local = LocalKriging{variogram_, cloud_.Z(), near.span()}.variance();
+    return target_scale(state_.Y).cwiseAbs2() * (believed * local + (1 - believed) * variogram_.sill);
+  }
+
+  RegressorState state() const override { return state_; }
+
+ private:
+  double belief(const Neighbours& near) const { return cloud_.belief(near.span().front().distance); }
+
+  RegressorState state_;
+  PointCloud cloud_;
+  Semivariogram variogram_;
+  int neighbours_;
+};
+
+int best_neighbours(const PointCloud& cloud, const Semivariogram& variogram, const Eigen::MatrixXd& Y,
+                    const std::vector<int>& groups) {
+  constexpr std::array<std::size_t, 3> kNeighbours{8, 16, 32};
+  std::array<double, kNeighbours.size()> errors{};
+  for (int i = 0; i < cloud.size(); ++i) {
+    const auto elsewhere = [&](int j) {
+      return groups[static_cast<std::size_t>(j)] != groups[static_cast<std::size_t>(i)];
+    };
+    const Neighbours near = cloud.nearest(cloud.Z().row(i).transpose(), kMaxNeighbours, elsewhere);
+    for (std::size_t n = 0; n < kNeighbours.size(); ++n) {
+      const auto some = near.span().first(std::min(near.span().size(), kNeighbours[n]));
+      Eigen::VectorXd error = -Y.row(i).transpose();
+      LocalKriging{variogram, cloud.Z(), some}.add_value(Y, 1, error);
+      errors[n] += error.squaredNorm();
+    }
+  }
+  return static_cast<int>(
+      kNeighbours[static_cast<std::size_t>(std::ranges::min_element(errors) - errors.begin())]);
+}
+
+}  // namespace
+
+std::map<std::string, double> kriging_hyper(const RegressionData& data) {
+  const PointCloud cloud{data.X};
+  const std::vector<int> groups = group_numbers(data.groups, data.X.rows());
+  const Eigen::MatrixXd T = data.Y * target_scale(data.Y).cwiseInverse().asDiagonal();
+  const Semivariogram fitted = fit_semivariogram(cloud.Z(), T, groups);
+  return {{"model", static_cast<double>(fitted.model)},
+          {"nugget", fitted.nugget},
+          {"sill", fitted.sill},
+          {"range", fitted.range},
+          {"neighbours", best_neighbours(cloud, fitted, data.Y, groups)}};
+}
+
+RegressorPtr make_kriging(const RegressorState& state) { return std::make_shared<Kriging>(state); }
+
+}  // namespace truepose
