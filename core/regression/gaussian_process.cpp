@@ -97,8 +97,12 @@ Eigen::VectorXd start(Eigen::Index d, double length, double noise_ratio) {
   return log_hyper;
 }
 
-GaussianProcessHyper maximise_evidence(const Eigen::MatrixXd& Z, const Eigen::MatrixXd& T,
-                                       Correlation correlation) {
+struct Fitted {
+  GaussianProcessHyper hyper;
+  double negative_log_evidence = 0;
+};
+
+Fitted maximise_evidence(const Eigen::MatrixXd& Z, const Eigen::MatrixXd& T, Correlation correlation) {
   const double unit = std::sqrt(static_cast<double>(Z.cols()));
   const MarginalLikelihood coarse = likelihood_of_some(Z, T, kStartPoints, correlation);
   Minimum best{{}, std::numeric_limits<double>::infinity()};
@@ -108,7 +112,8 @@ GaussianProcessHyper maximise_evidence(const Eigen::MatrixXd& Z, const Eigen::Ma
     if (found.value < best.value) best = std::move(found);
   }
   const MarginalLikelihood fine = likelihood_of_some(Z, T, kRefinePoints, correlation);
-  return fine.hyper(minimise(fine, best.x, {.tolerance = 1e-2}).x);
+  best = minimise(fine, best.x, {.tolerance = 1e-2});
+  return {fine.hyper(best.x), best.value};
 }
 
 }  // namespace
@@ -116,7 +121,10 @@ GaussianProcessHyper maximise_evidence(const Eigen::MatrixXd& Z, const Eigen::Ma
 std::map<std::string, double> gaussian_process_hyper(const RegressionData& data) {
   const Eigen::MatrixXd Z = FeatureScale{data.X}.apply_all(data.X);
   const Eigen::MatrixXd T = data.Y * target_scale(data.Y).cwiseInverse().asDiagonal();
-  const GaussianProcessHyper best = maximise_evidence(Z, T, Correlation::Matern52);
+  const Fitted smooth = maximise_evidence(Z, T, Correlation::SquaredExponential);
+  const Fitted rough = maximise_evidence(Z, T, Correlation::Matern52);
+  const GaussianProcessHyper& best =
+      smooth.negative_log_evidence < rough.negative_log_evidence ? smooth.hyper : rough.hyper;
   std::map<std::string, double> hyper{{"matern", best.correlation == Correlation::Matern52 ? 1 : 0},
                                       {"noise_ratio", best.noise_ratio}};
   for (Eigen::Index k = 0; k < best.lengths.size(); ++k) hyper[length_name(k)] = best.lengths[k];

@@ -8,9 +8,9 @@
 namespace truepose {
 namespace {
 
-constexpr int kHidden = 6;
+constexpr int kHidden = 12;
 constexpr int kMembers = 3;
-constexpr int kMaxIterations = 60;
+constexpr int kMaxIterations = 35;
 
 /// Sizes of a network, and its weights seen as two matrices.
 struct Shape {
@@ -47,7 +47,7 @@ class Training {
       const double before = cost(w_, precisions);
       const double gain = before - step(precisions, before, damping);
       if (adapt) follow_evidence(precisions);
-      if (gain < 1e-4 * before) break;
+      if (gain < 1e-5 * before) break;
     }
   }
 
@@ -68,25 +68,37 @@ class Training {
     return 0.5 * (p.noise * errors(hidden(w), w).squaredNorm() + p.decay * w.squaredNorm());
   }
 
-  /// J'J and J'e, target by target.
+  /// J'J and J'e. Between a target and the weights before the hidden layer stand only the weights behind it,
+  /// so one product over the points serves all targets.
   void linearise() {
     const Eigen::MatrixXd A = hidden(w_), E = errors(A, w_);
-    const auto W2 = shape_.W2(w_.data());
-    const Eigen::Index H = shape_.hidden, d = shape_.inputs;
+    const Eigen::Index H = shape_.hidden, first = shape_.first(), m = shape_.outputs;
+    const auto W2 = shape_.W2(w_.data()).leftCols(H);
+    const Eigen::MatrixXd slopes = 1 - A.array().square();
+    Eigen::MatrixXd G(Z_.rows(), first);  // derivatives of the hidden layer to the weights before it
+    for (Eigen::Index k = 0; k < shape_.inputs; ++k) G.middleCols(k * H, H) = Z_.col(k).asDiagonal() * slopes;
+    G.rightCols(H) = slopes;
+    Eigen::MatrixXd B(Z_.rows(), H + 1);  // derivatives of a target to the weights behind it
+    B << A, Eigen::VectorXd::Ones(Z_.rows());
+
+    Eigen::MatrixXd GtG = Eigen::MatrixXd::Zero(first, first);
+    GtG.selfadjointView<Eigen::Lower>().rankUpdate(G.transpose());
+    const Eigen::MatrixXd W2tW2 = W2.transpose() * W2;
+    const Eigen::MatrixXd BtG = B.transpose() * G, BtB = B.transpose() * B;
     JtJ_ = Eigen::MatrixXd::Zero(w_.size(), w_.size());
-    Jte_ = Eigen::VectorXd::Zero(w_.size());
-    Eigen::MatrixXd J(Z_.rows(), w_.size());
-    for (Eigen::Index o = 0; o < shape_.outputs; ++o) {
-      J.setZero();
-      const Eigen::MatrixXd back = (1 - A.array().square()).rowwise() * W2.row(o).head(H).array();
-      for (Eigen::Index k = 0; k < d; ++k)
-        J.middleCols(k * H, H) = back.array().colwise() * Z_.col(k).array();
-      J.middleCols(d * H, H) = back;
-      for (Eigen::Index h = 0; h < H; ++h) J.col(shape_.first() + h * shape_.outputs + o) = A.col(h);
-      J.col(shape_.first() + H * shape_.outputs + o).setOnes();
-      JtJ_.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose());
-      Jte_ += J.transpose() * E.col(o);
+    JtJ_.topLeftCorner(first, first) =
+        GtG.cwiseProduct(W2tW2.replicate(shape_.inputs + 1, shape_.inputs + 1));
+    for (Eigen::Index o = 0; o < m; ++o) {
+      const auto weights = Eigen::seqN(first + o, H + 1, m);
+      const Eigen::RowVectorXd onward = W2.row(o).replicate(1, shape_.inputs + 1);
+      JtJ_(weights, Eigen::seqN(0, first)) = BtG * onward.asDiagonal();
+      JtJ_(weights, weights) = BtB;
     }
+    const Eigen::MatrixXd back = E * W2;  // errors, as the hidden layer sees them
+    Jte_.resize(w_.size());
+    for (Eigen::Index k = 0; k <= shape_.inputs; ++k)
+      Jte_.segment(k * H, H) = G.middleCols(k * H, H).cwiseProduct(back).colwise().sum().transpose();
+    Jte_.tail(m * (H + 1)) = (E.transpose() * B).reshaped();
     squared_error_ = E.squaredNorm();
   }
 
@@ -111,8 +123,8 @@ class Training {
     Eigen::MatrixXd H = p.noise * JtJ_;
     H.diagonal().array() += p.decay;
     const Eigen::Index P = w_.size();
-    const double trace =
-        H.selfadjointView<Eigen::Lower>().llt().solve(Eigen::MatrixXd::Identity(P, P)).trace();
+    const Eigen::LLT<Eigen::MatrixXd> factor{H};
+    const double trace = factor.matrixL().solve(Eigen::MatrixXd::Identity(P, P)).squaredNorm();  // of H^-1
     const double known = std::clamp(static_cast<double>(P) - p.decay * trace, 1e-3, static_cast<double>(P));
     const double residuals = static_cast<double>(T_.size());
     p.decay = std::clamp(known / w_.squaredNorm(), 1e-4, 1e4);

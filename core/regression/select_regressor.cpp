@@ -9,7 +9,10 @@ namespace truepose {
 namespace {
 
 constexpr double kLeastGain = 0.02;
+/// Standard errors that a gain must exceed, where groups are many. Of few groups the standard error itself is
+/// uncertain, and the best of several kinds is compared: 3 for 20 groups.
 constexpr double kStandardErrors = 2;
+constexpr double kFewGroups = 10;
 
 /// Squared length of the targets of each group: the errors of predicting zero.
 std::vector<double> squared_targets(const RegressionData& data) {
@@ -30,7 +33,7 @@ bool beyond_chance(const std::vector<double>& without, const std::vector<double>
     squares += gain * gain;
   }
   const double variance = (squares - sum * sum / groups) / (groups - 1);
-  return sum > kStandardErrors * std::sqrt(groups * variance);
+  return sum > kStandardErrors * (1 + kFewGroups / groups) * std::sqrt(groups * variance);
 }
 
 }  // namespace

@@ -18,8 +18,8 @@ struct RegressorSelection {
 };
 
 /// Chooses the kind with the smallest cross-validation error, and none unless that improves on predicting
-/// zero beyond chance: by more than 2 % of the rms and more than 2 standard errors of the paired differences
-/// between groups.
+/// zero beyond chance: by more than 2 % of the rms and more than 2 standard errors (3 for 20 groups) of the
+/// paired differences between groups.
 /// Errors: those of cross_validate().
 std::expected<RegressorSelection, std::string> select_regressor(
     const RegressionData& data, std::span<const RegressorKind> kinds = kAllRegressors,
