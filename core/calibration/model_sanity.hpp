@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/calibration/measurement.hpp"
+#include "core/kinematics/robot_model.hpp"
+
+namespace truepose {
+
+/// A mistake in the robot file or the measurements, found by trying which one explains the points.
+struct Suspicion {
+  double error_mm = 0;                 ///< median miss of the points with base and reflectors fitted
+  double mended_mm = 0;                ///< the same without the mistake; error_mm where none was found
+  std::string sentence;                ///< for the operator, with both errors
+  std::vector<std::string> also_fits;  ///< other mistakes that explain the points as well
+};
+
+/// Tells a nominal arm that cannot be right (a sign, a zero, an alpha, a and d, joint columns, units) from
+/// one that merely deviates.
+///
+/// The arm is suspected where base and reflectors alone leave more than 5 mm and mending one mistake leaves
+/// less than a fifth of it; or more than 50 mm, whatever explains them. An arm that merely deviates leaves a
+/// few millimetres, and no mistake makes that better.
+///
+/// @param data  points that calibrate() accepts; all sets are used, at most 40 poses of them
+/// @return the best explanation, or nothing where nothing is wrong
+std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementData& data);
+
+}  // namespace truepose
