@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/calibration/calibrated_cell.hpp"
+#include "core/calibration/measurement.hpp"
+#include "core/random.hpp"
+
+/// Arms of several kinds, as they might really be, and what a tracker would read of them.
+namespace truepose::example {
+
+RobotModel kr210();            ///< KR 210 R2700-2
+RobotModel kr210_on_a_rail();  ///< joint 1 moves the arm sideways by up to 4 m
+RobotModel seven_axis();       ///< an arm with an elbow, reach 0.8 m
+RobotModel with_paper_errors(RobotModel kr210, double times = 1);  ///< Table 2 of the method's paper
+
+/// Every link off by normal deviates of these standard deviations.
+RobotModel deviating(RobotModel robot, Random& random, double sigma_mm, double sigma_rad);
+
+JointVector random_joints(const RobotModel& robot, Random& random);
+CalibratedCell placed(const RobotModel& robot, Random& random, int reflectors = 1);
+
+/// Readings of every reflector at `poses` random poses.
+MeasurementData measured(const CalibratedCell& truth, int poses, double sigma_mm, Random& random);
+
+}  // namespace truepose::example
