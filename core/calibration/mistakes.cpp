@@ -37,10 +37,6 @@ Mistake turned_sign(const RobotModel& robot, std::size_t i) {
           [i](RobotModel& arm, Points&) { arm.joints[i].sign *= -1; }};
 }
 
-void add_signs(const RobotModel& robot, std::vector<Mistake>& mistakes) {
-  for (std::size_t i = 0; i < robot.joints.size(); ++i) mistakes.push_back(turned_sign(robot, i));
-}
-
 constexpr double kRightAngle = std::numbers::pi / 2;
 constexpr double kZeroErrors[] = {kRightAngle, -kRightAngle, 2 * kRightAngle};
 
@@ -138,9 +134,14 @@ Mistake turned_signs(const RobotModel& robot, std::uint32_t which) {
 
 }  // namespace
 
-std::vector<Mistake> single_mistakes(const RobotModel& robot) {
+std::vector<Mistake> sign_mistakes(const RobotModel& robot) {
   std::vector<Mistake> mistakes;
-  add_signs(robot, mistakes);
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) mistakes.push_back(turned_sign(robot, i));
+  return mistakes;
+}
+
+std::vector<Mistake> single_mistakes(const RobotModel& robot) {
+  std::vector<Mistake> mistakes = sign_mistakes(robot);
   add_zeros(robot, mistakes);
   add_alphas(robot, mistakes);
   add_swapped_lengths(robot, mistakes);

@@ -15,6 +15,9 @@ struct Mistake {
   std::function<void(RobotModel&, std::vector<Measurement>&)> mend;
 };
 
+/// Each joint turning the other way.
+std::vector<Mistake> sign_mistakes(const RobotModel& robot);
+
 /// One thing wrong, the most usual first: a joint's sign, a zero off by a right angle or two, an alpha's
 /// sign, a and d swapped, two joint columns swapped, units.
 std::vector<Mistake> single_mistakes(const RobotModel& robot);

@@ -20,12 +20,15 @@ struct Suspicion {
 /// Tells a nominal arm that cannot be right (a sign, a zero, an alpha, a and d, joint columns, units) from
 /// one that merely deviates.
 ///
-/// The arm is suspected where base and reflectors alone leave more than 5 mm and mending one mistake leaves
-/// less than a fifth of it; or more than 50 mm, whatever explains them. An arm that merely deviates leaves a
-/// few millimetres, and no mistake makes that better.
+/// The arm is suspected where base and reflectors alone leave more than 5 mm and mending one mistake halves
+/// it (several: leaves a fifth); where the identified arm is better by a third with the sign of a joint
+/// changed that hardly shows before (a reflector near an axis); or where more than 50 mm are left, whatever
+/// explains them. No mistake makes an arm that merely deviates so much better, even with three times the
+/// paper's errors. A mistake that no pose shows, as the sign of an axis right through the only reflector, is
+/// not found and does no harm.
 ///
-/// @param data  points that calibrate() accepts; all sets are used, at most 40 poses of them
-/// @return the best explanation, or nothing where nothing is wrong
+/// @param data  points that calibrate() accepts; all sets are used, at most 150 poses of them
+/// @return the best explanation; nothing where nothing is wrong, or fewer than eight poses cannot tell
 std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementData& data);
 
 }  // namespace truepose

@@ -1,0 +1,70 @@
+#include "config/urdf_file.hpp"
+
+#include "config/number_text.hpp"
+#include "core/kinematics/angles.hpp"
+#include "core/kinematics/forward.hpp"
+
+namespace truepose::config {
+
+namespace {
+
+constexpr double kMetrePerMm = 1e-3;
+
+std::string in_attribute(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '&') {
+      result += "&amp;";
+    } else if (c == '<') {
+      result += "&lt;";
+    } else if (c == '"') {
+      result += "&quot;";
+    } else {
+      result += c;
+    }
+  }
+  return result;
+}
+
+std::string triple(const Eigen::Vector3d& v) {
+  return format_number(v.x()) + ' ' + format_number(v.y()) + ' ' + format_number(v.z());
+}
+
+/// URDF's roll, pitch and yaw are rx, ry and rz.
+std::string origin(const Eigen::Isometry3d& X) {
+  return "    <origin xyz=\"" + triple(X.translation() * kMetrePerMm) + "\" rpy=\"" +
+         triple(angles_zyx(X.linear())) + "\"/>\n";
+}
+
+std::string between(const std::string& parent, const std::string& child) {
+  return "    <parent link=\"" + parent + "\"/>\n    <child link=\"" + child + "\"/>\n";
+}
+
+/// Theta and d stand behind the joint's own motion but commute with it, so the joint at q = 0 is its origin.
+std::string joint_text(const Joint& joint, const std::string& number, const std::string& parent) {
+  const bool revolute = joint.type == JointType::Revolute;
+  const double unit = revolute ? 1 : kMetrePerMm;
+  const std::string axis = triple({0, 0, joint.sign});
+  return "  <joint name=\"joint_" + number + "\" type=\"" + (revolute ? "revolute" : "prismatic") + "\">\n" +
+         between(parent, "link_" + number) + origin(link_transform(joint, 0)) + "    <axis xyz=\"" + axis +
+         "\"/>\n    <limit lower=\"" + format_number(joint.min * unit) + "\" upper=\"" +
+         format_number(joint.max * unit) + "\" velocity=\"" + format_number(joint.speed * unit) +
+         "\" effort=\"0\"/>\n  </joint>\n";
+}
+
+}  // namespace
+
+std::string urdf(const RobotModel& robot) {
+  std::string text = "<?xml version=\"1.0\"?>\n<!-- Kinematics alone. m and rad. -->\n";
+  text += "<robot name=\"" + in_attribute(robot.name) + "\">\n  <link name=\"base_link\"/>\n";
+  std::string parent = "base_link";
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+    const std::string number = std::to_string(i + 1);
+    text += "  <link name=\"link_" + number + "\"/>\n" + joint_text(robot.joints[i], number, parent);
+    parent = "link_" + number;
+  }
+  return text + "  <link name=\"flange\"/>\n  <joint name=\"joint_flange\" type=\"fixed\">\n" +
+         between(parent, "flange") + origin(robot.X_flange) + "  </joint>\n</robot>\n";
+}
+
+}  // namespace truepose::config

@@ -1,0 +1,122 @@
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <pugixml.hpp>
+#include <sstream>
+
+#include "config/csv_reader.hpp"
+#include "config/parameter_csv.hpp"
+#include "config/urdf_file.hpp"
+#include "core/kinematics/angles.hpp"
+#include "core/kinematics/forward.hpp"
+#include "tests/core/example_arms.hpp"
+
+namespace truepose::config {
+namespace {
+
+Eigen::Vector3d triple(const pugi::xml_attribute& attribute) {
+  std::istringstream in{attribute.value()};
+  Eigen::Vector3d v;
+  in >> v.x() >> v.y() >> v.z();
+  EXPECT_TRUE(in) << attribute.value();
+  return v;
+}
+
+/// Pose of the flange in base_link as any reader of URDF computes it, in m and rad.
+Eigen::Isometry3d urdf_kinematics(const pugi::xml_node& robot, const JointVector& q) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  std::string link = "base_link";
+  for (Eigen::Index moving = 0; link != "flange";) {
+    pugi::xml_node joint = robot.child("joint");
+    while (joint && joint.child("parent").attribute("link").value() != link)
+      joint = joint.next_sibling("joint");
+    if (!joint) throw std::runtime_error("no joint leaves " + link);
+    const Eigen::Vector3d rpy = triple(joint.child("origin").attribute("rpy"));
+    X.translate(triple(joint.child("origin").attribute("xyz")));
+    X.rotate(rotation_zyx(rpy.z(), rpy.y(), rpy.x()));
+    const std::string type = joint.attribute("type").value();
+    if (type != "fixed") {
+      const Eigen::Vector3d axis = triple(joint.child("axis").attribute("xyz"));
+      const double value = q[moving++];
+      if (type == "revolute") X.rotate(Eigen::AngleAxisd(value, axis));
+      if (type == "prismatic") X.translate(value / 1000 * axis);
+    }
+    link = joint.child("child").attribute("link").value();
+  }
+  return X;
+}
+
+TEST(Urdf, MovesLikeTheCalibratedArmForEveryKindOfArm) {
+  Random random{20261121};
+  RobotModel flanged = example::kr210();
+  flanged.X_flange = pose_from_kuka({10, -20, 30}, {15, 90, -35});
+  RobotModel in_the_gimbal = example::kr210();
+  in_the_gimbal.joints[3].beta_rad = std::numbers::pi / 2;
+  for (const RobotModel& nominal :
+       {example::kr210(), example::seven_axis(), example::kr210_on_a_rail(), flanged, in_the_gimbal}) {
+    for (const double errors : {0., 1.}) {
+      const RobotModel robot = example::deviating(nominal, random, errors, 2e-3 * errors);
+      pugi::xml_document document;
+      ASSERT_TRUE(document.load_string(urdf(robot).c_str()));
+      for (int k = 0; k < 20; ++k) {
+        const JointVector q = example::random_joints(robot, random);
+        const Eigen::Isometry3d expected = forward_kinematics(robot, q);
+        const Eigen::Isometry3d found = urdf_kinematics(document.child("robot"), q);
+        EXPECT_LT((1000 * found.translation() - expected.translation()).norm(), 1e-9) << robot.name;
+        EXPECT_LT((found.linear() - expected.linear()).norm(), 1e-12) << robot.name;
+      }
+    }
+  }
+}
+
+TEST(Urdf, CarriesLimitsAndSpeedsInMetresAndRadians) {
+  const RobotModel robot = example::kr210_on_a_rail();
+  pugi::xml_document document;
+  ASSERT_TRUE(document.load_string(urdf(robot).c_str()));
+  const auto limit = [&](const char* joint, const char* name) {
+    return document.child("robot")
+        .find_child_by_attribute("joint", "name", joint)
+        .child("limit")
+        .attribute(name)
+        .as_double();
+  };
+  EXPECT_EQ(limit("joint_1", "lower"), -2);
+  EXPECT_EQ(limit("joint_1", "velocity"), 1);
+  EXPECT_EQ(limit("joint_3", "lower"), robot.joints[2].min);
+  EXPECT_EQ(limit("joint_3", "upper"), robot.joints[2].max);
+  EXPECT_EQ(limit("joint_3", "velocity"), robot.joints[2].speed);
+}
+
+TEST(Urdf, HoldsARobotOfAnyName) {
+  RobotModel robot = example::kr210();
+  robot.name = "arm \"A\" <left> & co";
+  pugi::xml_document document;
+  ASSERT_TRUE(document.load_string(urdf(robot).c_str()));
+  EXPECT_EQ(document.child("robot").attribute("name").value(), robot.name);
+}
+
+TEST(ParameterCsv, ListsEveryParameterWithItsUnitAndDeviation) {
+  const std::vector<IdentifiedParameter> parameters{
+      {.name = "base.rx", .value = 0.1, .sigma = 1e-5, .identified = true},
+      {.name = "smr.a,\"b\".x", .value = 61.5, .sigma = 0.01, .identified = true},
+      {.name = "link2.a", .nominal = 330, .value = 330.625, .sigma = 0.004, .identified = true},
+      {.name = "link3.beta", .nominal = 0.25, .value = 0.25}};
+  EXPECT_EQ(parameter_csv(parameters),
+            "name,unit,nominal,value,deviation,sigma,identified\n"
+            "base.rx,rad,,0.1,,1e-05,true\n"
+            "\"smr.a,\"\"b\"\".x\",mm,,61.5,,0.01,true\n"
+            "link2.a,mm,330,330.625,0.625,0.004,true\n"
+            "link3.beta,rad,0.25,0.25,0,,false\n");
+}
+
+TEST(ParameterCsv, IsReadBackByTheProjectsOwnReaderWithoutLoss) {
+  const std::vector<IdentifiedParameter> parameters{
+      {.name = "smr.tool, left.x", .value = 1.0 / 3, .sigma = 1e-17, .identified = true}};
+  const CsvTable table = CsvTable::parse(parameter_csv(parameters), "parameters.csv");
+  EXPECT_EQ(table.text(0, table.column("name")), parameters[0].name);
+  EXPECT_EQ(table.number(0, table.column("value")), parameters[0].value);
+  EXPECT_EQ(table.number(0, table.column("sigma")), parameters[0].sigma);
+}
+
+}  // namespace
+}  // namespace truepose::config
