@@ -158,18 +158,6 @@ std::vector<Trial> shortlist(const Trial& as_given, const std::vector<Mistake>& 
   return trials;
 }
 
-std::optional<Trial> with_reflectors_relabelled(const Trial& as_given, const MeasurementData& data) {
-  const Relabelled all = relabelled(as_given.arm, data.smr_names, data.points);
-  if (all.rows.empty()) return std::nullopt;
-  Trial trial = as_given;
-  trial.what = "the reflectors are mixed up in " + std::to_string(all.rows.size()) + " of " +
-               std::to_string(pose_groups(data.points).size()) + " poses (first in row " +
-               std::to_string(all.rows.front()) + "): with their names exchanged";
-  trial.points = relabelled(as_given.arm, data.smr_names, as_given.points).points;
-  trial.error_mm = fitted_error(trial, data.smr_names);
-  return trial;
-}
-
 std::string mm_text(double mm) {
   const int decimals = mm < 1 ? 2 : mm < 10 ? 1 : 0;
   const double unit = std::pow(10.0, decimals);
@@ -203,18 +191,40 @@ Suspicion told(Suspicion suspicion, double error_mm, const char* which) {
 }
 
 /// A mistake that shows with base and reflectors alone.
-std::optional<Suspicion> gross_mistake(const Trial& as_given, const MeasurementData& data) {
-  std::vector<Trial> trials = shortlist(as_given, single_mistakes(as_given.arm), data.smr_names);
-  if (auto labels = with_reflectors_relabelled(as_given, data)) trials.push_back(std::move(*labels));
+std::optional<Suspicion> gross_mistake(const Trial& as_given, Names names) {
+  const auto trials = shortlist(as_given, single_mistakes(as_given.arm), names);
   auto best = explanation(trials, as_given.error_mm / kBetter);
   // Several mistakes only where one leaves too much: they would also mimic it.
   const double left_mm = best ? best->mended_mm : as_given.error_mm;
   if (left_mm > kDeviates_mm) {
-    const auto several = shortlist(as_given, combined_mistakes(as_given.arm), data.smr_names);
+    const auto several = shortlist(as_given, combined_mistakes(as_given.arm), names);
     if (auto better = explanation(several, left_mm / kBetterOfSeveral)) best = std::move(better);
   }
   if (!best) return std::nullopt;
   return told(std::move(*best), as_given.error_mm, "coarse");
+}
+
+/// Reflectors whose names are mixed up in some poses. Judged by those poses alone: few of them would not show
+/// in the error of all.
+std::optional<Suspicion> mixed_reflectors(const RobotModel& nominal, const MeasurementData& data) {
+  const Relabelled renamed = relabelled(nominal, data.smr_names, data.points);
+  Points before, after;
+  for (std::size_t k = 0; k < data.points.size(); ++k) {
+    if (data.points[k].smr == renamed.points[k].smr) continue;
+    before.push_back(data.points[k]);
+    after.push_back(renamed.points[k]);
+  }
+  if (before.empty()) return std::nullopt;
+
+  const Points sample = sampled({data.smr_names, renamed.points}, kPoses);
+  const CalibratedCell cell = placed({.what = {}, .arm = nominal, .points = sample}, data.smr_names);
+  const double error_mm = median(misses(cell, before));
+  Suspicion mixed{.mended_mm = median(misses(cell, after))};
+  if (error_mm < kDeviates_mm || error_mm < kBetterOfSeveral * mixed.mended_mm) return std::nullopt;
+  mixed.sentence = "the reflectors are mixed up in " + std::to_string(renamed.rows.size()) + " of " +
+                   std::to_string(pose_groups(data.points).size()) + " poses (first in row " +
+                   std::to_string(renamed.rows.front()) + "): with their names exchanged";
+  return told(std::move(mixed), error_mm, "coarse");
 }
 
 /// A joint whose sign hardly shows before the links are identified.
@@ -243,9 +253,10 @@ std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementDat
   if (pose_groups(data.points).size() < kFewestPoses) return std::nullopt;
   Trial as_given{.what = {}, .arm = nominal, .points = sampled(data, kPoses)};
   as_given.error_mm = fitted_error(as_given, data.smr_names);
-  if (as_given.error_mm > kDeviates_mm) {
-    if (auto gross = gross_mistake(as_given, data)) return gross;
-  }
+  auto gross = as_given.error_mm > kDeviates_mm ? gross_mistake(as_given, data.smr_names) : std::nullopt;
+  auto mixed = mixed_reflectors(nominal, data);
+  if (mixed && (!gross || mixed->mended_mm < gross->mended_mm)) return mixed;
+  if (gross) return gross;
   if (auto hidden = hidden_sign(nominal, data)) return hidden;
   if (as_given.error_mm <= kCannotBe_mm) return std::nullopt;
   return Suspicion{.error_mm = as_given.error_mm,

@@ -1,6 +1,6 @@
 #include "core/calibration/observability.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <cmath>
 
@@ -19,23 +19,24 @@ ObservabilityIndices observability(const Eigen::MatrixXd& scaled, int poses) {
 }
 
 Eigen::VectorXd data_share(const Eigen::MatrixXd& J, const Eigen::VectorXd& prior_sigma) {
-  // Unit prior variance where there is a prior, unit column norm where there is none.
+  // Data and priors as one least-squares problem, in units of the prior where there is one and of the
+  // column's norm elsewhere.
   const auto has_prior = prior_sigma.array().isFinite();
   const Eigen::VectorXd scale = has_prior.select(prior_sigma, column_norms(J).cwiseInverse());
-  const Eigen::MatrixXd scaled = J * scale.asDiagonal();
-  Eigen::MatrixXd information = scaled.transpose() * scaled;
-  information.diagonal() += has_prior.cast<double>().matrix();
+  Eigen::MatrixXd rows(J.rows() + J.cols(), J.cols());
+  rows << J * scale.asDiagonal(), Eigen::MatrixXd{has_prior.cast<double>().matrix().asDiagonal()};
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rows);
+  const Eigen::MatrixXd R = qr.matrixQR().topRows(J.cols()).triangularView<Eigen::Upper>();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeFullV);
 
-  // Directions that neither data nor priors determine: an information is a square, so its digits end at
-  // 1e-13.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(information);
-  const Eigen::ArrayXd& values = eigen.eigenvalues().array();
-  const auto determined = values > 1e-13 * values.maxCoeff();
-  const Eigen::MatrixXd part = eigen.eigenvectors().cwiseAbs2();  // parameters x directions
-  const Eigen::VectorXd posterior = part * determined.select(values.inverse(), 0.0).matrix();
-  const Eigen::VectorXd open = part * determined.select(0.0, Eigen::ArrayXd::Ones(values.size())).matrix();
+  const Eigen::ArrayXd s = svd.singularValues();
+  const auto determined = s > kRankTolerance * s[0];
+  const Eigen::MatrixXd part = svd.matrixV().cwiseAbs2();  // parameters x directions
+  const Eigen::VectorXd posterior = part * determined.select(s.square().inverse(), 0.0).matrix();
+  const Eigen::VectorXd open = part * determined.select(0.0, Eigen::ArrayXd::Ones(s.size())).matrix();
 
-  const auto without_prior = (open.array() < 1e-6).cast<double>();
+  constexpr double kNoPart = 1e-6;
+  const auto without_prior = (open.array() < kNoPart).cast<double>();
   return has_prior.select(1 - posterior.array(), without_prior);
 }
 

@@ -82,7 +82,7 @@ Relabelled relabelled(const RobotModel& arm, std::span<const std::string> smr_na
       std::ranges::max_element(votes, {}, [](const auto& vote) { return vote.second; })->first;
   for (std::size_t k = 0; k < poses.size(); ++k) {
     if (orders[k] == agreed) continue;
-    result.rows.push_back(points[poses[k][0]].row);
+    result.rows.push_back(points[*std::ranges::min_element(poses[k])].row);
     for (std::size_t name = 0; name < reflectors; ++name) {
       result.points[poses[k][static_cast<std::size_t>(orders[k][name])]].smr = agreed[name];
     }

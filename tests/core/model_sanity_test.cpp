@@ -1,0 +1,225 @@
+#include "core/calibration/model_sanity.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <numbers>
+
+#include "config/measurement_file.hpp"
+#include "config/robot_file.hpp"
+#include "core/kinematics/angles.hpp"
+#include "tests/core/example_arms.hpp"
+
+namespace truepose {
+namespace {
+
+constexpr double kSigma_mm = 0.02;
+
+std::string sentence(const std::optional<Suspicion>& suspicion) {
+  return suspicion ? suspicion->sentence : "nothing is suspected";
+}
+
+MeasurementData readings(const RobotModel& real, int poses, Random& random, int reflectors = 1) {
+  return example::measured(example::placed(real, random, reflectors), poses, kSigma_mm, random);
+}
+
+RobotModel with_sign_changed(RobotModel robot, std::size_t joint) {
+  robot.joints[joint].sign *= -1;
+  return robot;
+}
+
+/// Expects `robot` to be refused with the joint named for every joint whose sign is changed.
+void expect_every_sign_found(const RobotModel& robot, const MeasurementData& data) {
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+    const std::string found = sentence(suspect(with_sign_changed(robot, i), data));
+    const std::string joint = "joint " + std::to_string(i + 1);
+    EXPECT_TRUE(found.starts_with(joint + " turns the other way") ||
+                found.starts_with(joint + " moves the other way"))
+        << joint << ": " << found;
+  }
+}
+
+TEST(ModelSanity, NamesTheJointOfAWrongSignOnEveryArm) {
+  Random random{1};
+  for (const int poses : {10, 30, 600}) {
+    for (int trial = 0; trial < 5; ++trial) {
+      const RobotModel real = example::with_paper_errors(example::kr210());
+      expect_every_sign_found(example::kr210(), readings(real, poses, random));
+    }
+  }
+  for (const RobotModel& nominal : {example::seven_axis(), example::kr210_on_a_rail()}) {
+    const RobotModel real = example::deviating(nominal, random, 0.5, 1e-3);
+    expect_every_sign_found(nominal, readings(real, 30, random));
+  }
+}
+
+TEST(ModelSanity, SaysWhichSignWouldBeRightAndWhatItGains) {
+  Random random{2};
+  const RobotModel real = example::deviating(example::kr210(), random, 0.3, 3e-4);
+  const auto suspicion = suspect(with_sign_changed(example::kr210(), 2), readings(real, 30, random));
+  ASSERT_TRUE(suspicion);
+  EXPECT_TRUE(suspicion->sentence.starts_with(
+      "joint 3 turns the other way: with sign 1 the coarse error falls from "))
+      << suspicion->sentence;
+  EXPECT_GT(suspicion->error_mm, 100);
+  EXPECT_LT(suspicion->mended_mm, 5);
+}
+
+TEST(ModelSanity, NeverSuspectsAnArmThatMerelyDeviates) {
+  Random random{3};
+  for (int trial = 0; trial < 200; ++trial) {
+    const double times = trial % 2 ? 1 : 3;
+    const int poses = std::array{8, 10, 20, 60}[static_cast<std::size_t>(trial / 2 % 4)];
+    CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210(), times), random);
+    // Down to a reflector right on the last axis, where its sign can hardly be told.
+    if (trial % 3 == 0) truth.reflectors[0].p_FS_mm.head<2>() *= random.uniform() * 0.05;
+    const auto suspicion = suspect(example::kr210(), example::measured(truth, poses, kSigma_mm, random));
+    EXPECT_FALSE(suspicion) << "trial " << trial << ": " << sentence(suspicion);
+  }
+}
+
+TEST(ModelSanity, IsNotMisledByGrossErrorsOrGears) {
+  Random random{4};
+  for (int trial = 0; trial < 20; ++trial) {
+    MeasurementData data = readings(example::with_paper_errors(example::kr210()), 60, random);
+    for (std::size_t k = 0; k < data.points.size(); k += 20) data.points[k].p_WS_mm.x() += 50;
+    data.points[7].p_WS_mm.z() += 1e6;
+    EXPECT_FALSE(suspect(example::kr210(), data)) << trial;
+  }
+  for (int trial = 0; trial < 20; ++trial) {
+    CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
+    truth.reflectors[0].p_FS_mm.head<2>() *= 0.005;
+    MeasurementData data = example::measured(truth, 100, kSigma_mm, random);
+    for (Measurement& point : data.points) {
+      JointVector q = point.q;
+      for (Eigen::Index i = 0; i < 6; ++i) q[i] += 2e-4 * std::sin(q[i]) + 1e-4 * std::cos(2 * q[i]);
+      point.p_WS_mm = truth.predict(q, 0);
+    }
+    const auto suspicion = suspect(example::kr210(), data);
+    EXPECT_FALSE(suspicion) << trial << ": " << sentence(suspicion);
+  }
+}
+
+TEST(ModelSanity, FindsASignThatShowsOnlyInTheIdentifiedArm) {
+  Random random{5};
+  CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
+  truth.reflectors[0].p_FS_mm = {1, 0.5, 100};
+  const MeasurementData data = example::measured(truth, 40, kSigma_mm, random);
+  EXPECT_TRUE(sentence(suspect(with_sign_changed(example::kr210(), 5), data))
+                  .starts_with("joint 6 turns the other way: with sign -1 the identified arm's error falls"));
+}
+
+TEST(ModelSanity, FindsTheUsualMistakesOfARobotFile) {
+  Random random{6};
+  const RobotModel good = example::kr210();
+  const MeasurementData data = readings(example::with_paper_errors(good), 30, random);
+  const auto found = [&](auto change) {
+    RobotModel wrong = good;
+    change(wrong);
+    return sentence(suspect(wrong, data));
+  };
+  constexpr double kRight = std::numbers::pi / 2;
+  EXPECT_TRUE(found([](RobotModel& r) {
+                r.joints[2].theta_rad += kRight;
+              }).starts_with("theta of joint 3 is off by 90 deg: with -90 deg instead of 0 deg the coarse"));
+  EXPECT_TRUE(
+      found([](RobotModel& r) { r.joints[1].theta_rad += 2 * kRight; }).starts_with("theta of joint 2"));
+  EXPECT_TRUE(found([](RobotModel& r) {
+                r.joints[3].alpha_rad *= -1;
+              }).starts_with("alpha of joint 4 has the wrong sign: with -90 deg"));
+  EXPECT_TRUE(found([](RobotModel& r) {
+                std::swap(r.joints[3].a_mm, r.joints[3].d_mm);
+              }).starts_with("a and d of joint 4 are swapped: with a 115 mm and d 1220 mm"));
+  EXPECT_TRUE(found([](RobotModel& r) {
+                for (Joint& joint : r.joints) {
+                  joint.alpha_rad *= kRadPerDeg;
+                  joint.theta_rad *= kRadPerDeg;
+                }
+              }).starts_with("the angles of the robot file are in rad, not deg"));
+  EXPECT_TRUE(found([](RobotModel& r) {
+                for (Joint& joint : r.joints) {
+                  joint.a_mm /= 1000;
+                  joint.d_mm /= 1000;
+                }
+              }).starts_with("the lengths of the robot file are in m, not mm"));
+  EXPECT_TRUE(found([](RobotModel& r) {
+                r.joints[0].sign = r.joints[3].sign = r.joints[5].sign = 1;
+              }).starts_with("joints 1, 4 and 6 turn the other way: with their signs changed"));
+  EXPECT_TRUE(found([](RobotModel& r) {
+                r.joints[2].sign *= -1;
+                r.joints[2].theta_rad += kRight;
+              }).starts_with("joint 3 turns the other way: with sign 1 and theta -90 deg"));
+}
+
+TEST(ModelSanity, FindsTheUsualMistakesOfAMeasurementFile) {
+  Random random{7};
+  const RobotModel nominal = example::kr210();
+  const MeasurementData good = readings(example::with_paper_errors(nominal), 30, random);
+  const auto found = [&](auto change) {
+    MeasurementData wrong = good;
+    for (Measurement& point : wrong.points) change(point);
+    return sentence(suspect(nominal, wrong));
+  };
+  EXPECT_TRUE(found([](Measurement& m) { m.p_WS_mm /= 1000; }).starts_with("the points are in m, not mm"));
+  EXPECT_TRUE(
+      found([](Measurement& m) { m.p_WS_mm /= 25.4; }).starts_with("the points are in inches, not mm"));
+  EXPECT_TRUE(found([](Measurement& m) {
+                m.q *= kRadPerDeg;
+              }).starts_with("the joint angles of the measurements are in rad, not deg"));
+  EXPECT_TRUE(found([](Measurement& m) {
+                std::swap(m.q[1], m.q[4]);
+              }).starts_with("the columns q2 and q5 of the measurements are swapped"));
+}
+
+TEST(ModelSanity, FindsPosesWhoseReflectorsAreMixedUp) {
+  Random random{8};
+  MeasurementData data = readings(example::with_paper_errors(example::kr210()), 40, random, 3);
+  for (std::size_t pose = 5; pose < 20; ++pose)
+    std::swap(data.points[3 * pose].smr, data.points[3 * pose + 2].smr);
+  const std::string found = sentence(suspect(example::kr210(), data));
+  EXPECT_TRUE(
+      found.starts_with("the reflectors are mixed up in 15 of 40 poses (first in row 16): with their names "
+                        "exchanged the coarse error falls"))
+      << found;
+}
+
+TEST(ModelSanity, RefusesTheDataOfAnotherArmWithoutGuessing) {
+  Random random{9};
+  RobotModel other = example::kr210();
+  for (Joint& joint : other.joints) joint.a_mm += 300 * random.normal();
+  const auto suspicion = suspect(example::kr210(), readings(other, 30, random));
+  ASSERT_TRUE(suspicion);
+  EXPECT_TRUE(suspicion->sentence.starts_with("the nominal arm misses the points by")) << suspicion->sentence;
+}
+
+TEST(ModelSanity, DoesNotJudgeByFewerThanEightPoses) {
+  Random random{10};
+  EXPECT_FALSE(suspect(with_sign_changed(example::kr210(), 1), readings(example::kr210(), 7, random)));
+}
+
+TEST(ModelSanity, NamesTheJointOfAWrongSignOnARealArm) {
+  const char* given = std::getenv("TRUEPOSE_REAL_DATA");
+  const std::filesystem::path folder =
+      given ? std::filesystem::path{given}
+            : std::filesystem::path{TRUEPOSE_SOURCE_DIR} / "../shared/data/irb120";
+  if (!exists(folder)) GTEST_SKIP() << "no measurements of a real arm in " << folder;
+  const RobotModel robot = config::load_robot(folder / "robot.yaml");
+  const MeasurementData all = config::load_measurements(folder / "measurements.csv", robot);
+  for (const int poses : {10, 60, 600}) {
+    MeasurementData some{all.smr_names, {all.points.begin(), all.points.begin() + 3 * poses}};
+    EXPECT_FALSE(suspect(robot, some));
+    expect_every_sign_found(robot, some);
+  }
+  // One reflector alone is 0.4 mm off axis 6: its sign shows only in the identified arm.
+  MeasurementData first{{all.smr_names[0]}, {}};
+  std::ranges::copy_if(all.points, std::back_inserter(first.points),
+                       [](const Measurement& m) { return m.smr == 0; });
+  EXPECT_FALSE(suspect(robot, first));
+  expect_every_sign_found(robot, first);
+}
+
+}  // namespace
+}  // namespace truepose
