@@ -16,16 +16,33 @@ void TrueArm::stop_anew() {
   for (double& axis_mm : deviation_mm_) axis_mm = setup_.repeatability_mm * random_.normal();
 }
 
+void TrueArm::move_to(const JointVector& q) {
+  if (sides_.empty()) {
+    sides_.assign(setup_.robot.joints.size(), 0);
+  } else {
+    for (std::size_t i = 0; i < sides_.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      if (q[k] != stands_at_[k]) sides_[i] = q[k] > stands_at_[k] ? -1 : 1;
+    }
+  }
+  stands_at_ = q;
+  stop_anew();
+}
+
+Eigen::Isometry3d TrueArm::X_BF(const JointVector& q) const {
+  return forward_kinematics(setup_.robot,
+                            q + joint_displacement(setup_.robot, setup_.non_geometric, q, sides_));
+}
+
 Eigen::Vector3d TrueArm::p_WS_mm(const JointVector& q) const {
-  const Eigen::Isometry3d X_BF = forward_kinematics(setup_.robot, q);
-  return setup_.X_WB * (X_BF * setup_.p_FS_mm + deviation_mm_);
+  return setup_.X_WB * (X_BF(q) * setup_.p_FS_mm + deviation_mm_);
 }
 
 bool TrueArm::visible(const JointVector& q) const {
-  const Eigen::Isometry3d X_BF = forward_kinematics(setup_.robot, q);
-  const Eigen::Vector3d p_BS_mm = X_BF * setup_.p_FS_mm;
+  const Eigen::Isometry3d X_BF_true = X_BF(q);
+  const Eigen::Vector3d p_BS_mm = X_BF_true * setup_.p_FS_mm;
   const Eigen::Vector3d to_tracker_B = (setup_.X_WB.inverse().translation() - p_BS_mm).normalized();
-  const Eigen::Vector3d facing_B = X_BF.linear() * setup_.facing_F;
+  const Eigen::Vector3d facing_B = X_BF_true.linear() * setup_.facing_F;
   return p_BS_mm.z() > 0 && facing_B.dot(to_tracker_B) >= std::cos(setup_.acceptance_rad);
 }
 

@@ -6,12 +6,14 @@
 
 #include "core/kinematics/robot_model.hpp"
 #include "core/random.hpp"
+#include "core/simulation/non_geometric_errors.hpp"
 
 namespace truepose {
 
 /// How an arm, its base and its reflector really are. mm and rad.
 struct TrueArmSetup {
-  RobotModel robot;  ///< with the errors that a calibration has to find
+  RobotModel robot;                  ///< with the errors that a calibration has to find
+  NonGeometricErrors non_geometric;  ///< compliance, gears and play of the joints; by default none
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   Eigen::Vector3d p_FS_mm{0, 0, 0};
   Eigen::Vector3d facing_F{0, 0, 1};           ///< direction of the reflector's opening, any length but zero
@@ -27,7 +29,14 @@ class TrueArm {
   /// The arm came to a stand: it stands a little elsewhere than the last time (ISO 9283 repeatability).
   void stop_anew();
 
-  /// True centre of the reflector in the tracker frame, with the deviation of the last stop.
+  /// The arm moved to `q` and came to a stand: it remembers the side from which each joint arrived. A joint
+  /// that did not turn keeps its side, and the first move knows none.
+  void move_to(const JointVector& q);
+
+  /// Side from which each joint arrived at the last move; empty before the first.
+  const ApproachSides& sides() const { return sides_; }
+
+  /// True centre of the reflector in the tracker frame, with the deviation and the sides of the last stop.
   Eigen::Vector3d p_WS_mm(const JointVector& q) const;
 
   /// Whether the beam comes back: the tracker (origin of W) is inside the reflector's acceptance cone, and
@@ -37,9 +46,13 @@ class TrueArm {
   const TrueArmSetup& setup() const { return setup_; }
 
  private:
+  Eigen::Isometry3d X_BF(const JointVector& q) const;
+
   TrueArmSetup setup_;
   Random random_;
   Eigen::Vector3d deviation_mm_{0, 0, 0};  // in the base frame
+  ApproachSides sides_;
+  JointVector stands_at_;  // of the last move
 };
 
 }  // namespace truepose

@@ -1,0 +1,99 @@
+#include "core/simulation/non_geometric_errors.hpp"
+
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "core/kinematics/forward.hpp"
+#include "core/random.hpp"
+
+namespace truepose {
+namespace {
+
+constexpr double kMetrePerMm = 1e-3;
+// Each step gains three digits, since a deflection of a milliradian changes the torque by a thousandth.
+constexpr int kEquilibriumSteps = 5;
+
+JointVector rigid_displacement(const NonGeometricErrors& errors, const JointVector& q,
+                               const ApproachSides& sides) {
+  JointVector displacement = JointVector::Zero(q.size());
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const DriveError& drive = errors.drives[static_cast<std::size_t>(i)];
+    double order = 1;
+    for (const GearHarmonic& harmonic : drive.harmonics) {
+      displacement[i] += harmonic.amplitude_rad * std::sin(order * q[i] + harmonic.phase_rad);
+      ++order;
+    }
+    if (!sides.empty()) displacement[i] += 0.5 * drive.backlash_rad * sides[static_cast<std::size_t>(i)];
+  }
+  return displacement;
+}
+
+}  // namespace
+
+JointVector gravity_torque_Nm(const RobotModel& arm, const NonGeometricErrors& errors, const JointVector& q) {
+  LinkFrames X_B;
+  link_frames(arm, q, X_B);
+  JointVector torque = JointVector::Zero(q.size());
+  // From the last link inwards: force and its moment about the base's origin of all that hangs on the joint.
+  Eigen::Vector3d force = Eigen::Vector3d::Zero(), moment = Eigen::Vector3d::Zero();
+  for (std::size_t i = arm.joints.size(); i-- > 0;) {
+    const LinkMass& link = errors.masses[i];
+    const Eigen::Isometry3d& X_Bi = X_B[i + 1];
+    const Eigen::Vector3d weight = link.kg * errors.gravity_B_mps2;
+    force += weight;
+    moment += (kMetrePerMm * (X_Bi * link.centre_mm)).cross(weight);
+    if (arm.joints[i].type != JointType::Revolute) continue;
+    const Eigen::Vector3d about_joint = moment - (kMetrePerMm * X_Bi.translation()).cross(force);
+    torque[static_cast<Eigen::Index>(i)] = arm.joints[i].sign * X_Bi.linear().col(2).dot(about_joint);
+  }
+  return torque;
+}
+
+JointVector joint_displacement(const RobotModel& arm, const NonGeometricErrors& errors, const JointVector& q,
+                               const ApproachSides& sides) {
+  assert(q.size() == arm.joint_count());
+  if (errors.drives.empty()) return JointVector::Zero(q.size());
+  assert(errors.drives.size() == arm.joints.size());
+  const JointVector rigid = rigid_displacement(errors, q, sides);
+  if (errors.masses.empty()) return rigid;
+
+  JointVector displacement = rigid;
+  for (int step = 0; step < kEquilibriumSteps; ++step) {
+    const JointVector torque = gravity_torque_Nm(arm, errors, q + displacement);
+    for (Eigen::Index i = 0; i < q.size(); ++i) {
+      displacement[i] =
+          rigid[i] + errors.drives[static_cast<std::size_t>(i)].compliance_rad_per_Nm * torque[i];
+    }
+  }
+  return displacement;
+}
+
+NonGeometricErrors heavy_arm_errors(const HeavyArmOptions& options) {
+  NonGeometricErrors errors;
+  errors.masses = {{280, {150, 0, -120}}, {190, {520, 0, 90}}, {220, {60, 180, 0}},
+                   {110, {0, 0, -520}},   {45, {0, 40, 0}},    {25, {0, 0, -30}}};
+  LinkMass& last = errors.masses.back();
+  const double kg = last.kg + options.payload_kg;
+  const Eigen::Vector3d payload_centre_mm{40, 0, 180};
+  last = {kg, (last.kg * last.centre_mm + options.payload_kg * payload_centre_mm) / kg};
+
+  constexpr std::array kStiffnessNmPerRad{4.0e6, 8.0e6, 6.0e6, 6.0e5, 6.0e5, 4.0e5};
+  Random random{options.seed};
+  for (const double stiffness : kStiffnessNmPerRad) {
+    DriveError drive{.backlash_rad = options.backlash_rad};
+    if (options.compliance) drive.compliance_rad_per_Nm = 1 / stiffness;
+    // Drawn even where not used, so that a seed means the same gears with and without the other errors.
+    double share = 1;
+    for (GearHarmonic& harmonic : drive.harmonics) {
+      const double amplitude_rad = share * random.uniform(0.05e-3, 0.2e-3);
+      const double phase_rad = random.uniform(0, 2 * std::numbers::pi);
+      if (options.harmonics) harmonic = {amplitude_rad, phase_rad};
+      share /= 3;
+    }
+    errors.drives.push_back(drive);
+  }
+  return errors;
+}
+
+}  // namespace truepose
