@@ -78,7 +78,7 @@ NonGeometricErrors heavy_arm_errors(const HeavyArmOptions& options) {
   const Eigen::Vector3d payload_centre_mm{40, 0, 180};
   last = {kg, (last.kg * last.centre_mm + options.payload_kg * payload_centre_mm) / kg};
 
-  constexpr std::array kStiffnessNmPerRad{4.0e6, 8.0e6, 6.0e6, 6.0e5, 6.0e5, 4.0e5};
+  constexpr std::array kStiffnessNmPerRad{8.0e6, 2.0e7, 1.5e7, 2.0e6, 2.0e6, 1.0e6};
   Random random{options.seed};
   for (const double stiffness : kStiffnessNmPerRad) {
     DriveError drive{.backlash_rad = options.backlash_rad};
@@ -86,7 +86,7 @@ NonGeometricErrors heavy_arm_errors(const HeavyArmOptions& options) {
     // Drawn even where not used, so that a seed means the same gears with and without the other errors.
     double share = 1;
     for (GearHarmonic& harmonic : drive.harmonics) {
-      const double amplitude_rad = share * random.uniform(0.05e-3, 0.2e-3);
+      const double amplitude_rad = share * random.uniform(0.05e-3, 0.15e-3);
       const double phase_rad = random.uniform(0, 2 * std::numbers::pi);
       if (options.harmonics) harmonic = {amplitude_rad, phase_rad};
       share /= 3;

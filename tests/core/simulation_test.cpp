@@ -114,6 +114,27 @@ TEST(TrueArm, RepeatsAnewAtEachStopAndKeepsStillBetween) {
   }
 }
 
+TEST(TrueArm, StandsElsewhereWhenItsJointsArriveFromTheOtherSide) {
+  NonGeometricErrors play;
+  play.drives.resize(2);
+  play.drives[0].backlash_rad = 1e-3;
+  TrueArm arm{{.robot = planar_arm(), .non_geometric = play}, 1};
+  const TrueArm exact{{.robot = planar_arm()}, 1};
+  const JointVector q = joints(0.2, -0.4);
+  EXPECT_TRUE(arm.sides().empty());
+  EXPECT_EQ(arm.p_WS_mm(q), exact.p_WS_mm(q));
+  arm.move_to(joints(0, -0.4));
+  arm.move_to(q);
+  EXPECT_EQ(arm.sides(), (ApproachSides{-1, 0}));
+  EXPECT_LT((arm.p_WS_mm(q) - exact.p_WS_mm(joints(0.2 - 0.5e-3, -0.4))).norm(), 1e-9);
+  arm.move_to(joints(0.2, 0));
+  EXPECT_EQ(arm.sides(), (ApproachSides{-1, -1})) << "a joint that did not turn keeps its side";
+  arm.move_to(joints(0.3, 0));
+  arm.move_to(q);
+  EXPECT_EQ(arm.sides(), (ApproachSides{1, 1}));
+  EXPECT_LT((arm.p_WS_mm(q) - exact.p_WS_mm(joints(0.2 + 0.5e-3, -0.4))).norm(), 1e-9);
+}
+
 TEST(TrueArm, IsSeenOnlyInsideTheAcceptanceConeOfItsReflector) {
   // The tracker stands on the x axis, level with the reflector, 4 m from the base.
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
