@@ -55,7 +55,7 @@ SimulatedCampaign measure_campaign(const TrueArmSetup& arm, std::span<const Join
       const double length_mm = fault.uniform(options.gross.min_mm, options.gross.max_mm);
       point.p_WS_mm += length_mm * normal_vector(fault).normalized();
     }
-    if (options.record_sides) point.direction = repeating.sides();
+    if (options.record_directions) point.direction = repeating.directions();
     campaign.p_true_mm.push_back(exact.p_WS_mm(q));
     campaign.data.points.push_back(std::move(point));
   };

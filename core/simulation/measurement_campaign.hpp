@@ -27,8 +27,8 @@ struct GrossErrors {
 struct CampaignOptions {
   double tracker_noise_mm = kTrackerNoise_mm;
   GrossErrors gross;
-  bool record_sides = true;  ///< into Measurement::direction
-  std::uint64_t seed = 0;    ///< of every random number of the campaign, the arm's included
+  bool record_directions = true;  ///< into Measurement::direction
+  std::uint64_t seed = 0;         ///< of every random number of the campaign, the arm's included
 };
 
 /// What a simulated campaign measured, and the truth that a real one never knows, point by point.

@@ -15,7 +15,7 @@ constexpr double kMetrePerMm = 1e-3;
 constexpr int kEquilibriumSteps = 5;
 
 JointVector rigid_displacement(const NonGeometricErrors& errors, const JointVector& q,
-                               const ApproachSides& sides) {
+                               const ApproachDirections& directions) {
   JointVector displacement = JointVector::Zero(q.size());
   for (Eigen::Index i = 0; i < q.size(); ++i) {
     const DriveError& drive = errors.drives[static_cast<std::size_t>(i)];
@@ -24,7 +24,8 @@ JointVector rigid_displacement(const NonGeometricErrors& errors, const JointVect
       displacement[i] += harmonic.amplitude_rad * std::sin(order * q[i] + harmonic.phase_rad);
       ++order;
     }
-    if (!sides.empty()) displacement[i] += 0.5 * drive.backlash_rad * sides[static_cast<std::size_t>(i)];
+    if (!directions.empty())
+      displacement[i] -= 0.5 * drive.backlash_rad * directions[static_cast<std::size_t>(i)];
   }
   return displacement;
 }
@@ -40,7 +41,7 @@ JointVector gravity_torque_Nm(const RobotModel& arm, const NonGeometricErrors& e
   for (std::size_t i = arm.joints.size(); i-- > 0;) {
     const LinkMass& link = errors.masses[i];
     const Eigen::Isometry3d& X_Bi = X_B[i + 1];
-    const Eigen::Vector3d weight = link.kg * errors.gravity_B_mps2;
+    const Eigen::Vector3d weight = link.mass_kg * errors.gravity_B_mps2;
     force += weight;
     moment += (kMetrePerMm * (X_Bi * link.centre_mm)).cross(weight);
     if (arm.joints[i].type != JointType::Revolute) continue;
@@ -51,11 +52,11 @@ JointVector gravity_torque_Nm(const RobotModel& arm, const NonGeometricErrors& e
 }
 
 JointVector joint_displacement(const RobotModel& arm, const NonGeometricErrors& errors, const JointVector& q,
-                               const ApproachSides& sides) {
+                               const ApproachDirections& directions) {
   assert(q.size() == arm.joint_count());
   if (errors.drives.empty()) return JointVector::Zero(q.size());
   assert(errors.drives.size() == arm.joints.size());
-  const JointVector rigid = rigid_displacement(errors, q, sides);
+  const JointVector rigid = rigid_displacement(errors, q, directions);
   if (errors.masses.empty()) return rigid;
 
   JointVector displacement = rigid;
@@ -74,9 +75,9 @@ NonGeometricErrors heavy_arm_errors(const HeavyArmOptions& options) {
   errors.masses = {{280, {150, 0, -120}}, {190, {520, 0, 90}}, {220, {60, 180, 0}},
                    {110, {0, 0, -520}},   {45, {0, 40, 0}},    {25, {0, 0, -30}}};
   LinkMass& last = errors.masses.back();
-  const double kg = last.kg + options.payload_kg;
+  const double kg = last.mass_kg + options.payload_kg;
   const Eigen::Vector3d payload_centre_mm{40, 0, 180};
-  last = {kg, (last.kg * last.centre_mm + options.payload_kg * payload_centre_mm) / kg};
+  last = {kg, (last.mass_kg * last.centre_mm + options.payload_kg * payload_centre_mm) / kg};
 
   constexpr std::array kStiffnessNmPerRad{8.0e6, 2.0e7, 1.5e7, 2.0e6, 2.0e6, 1.0e6};
   Random random{options.seed};

@@ -9,12 +9,12 @@
 
 namespace truepose {
 
-/// Side from which each joint arrived: -1 from smaller q, 1 from greater q, 0 unknown. Empty = all unknown.
-using ApproachSides = std::vector<std::int8_t>;
+/// Direction in which each joint last moved: 1 to greater q, -1 to smaller q, 0 unknown. Empty = all unknown.
+using ApproachDirections = std::vector<std::int8_t>;
 
 /// What one joint carries: the mass of the link after it, at its centre in the joint's link frame.
 struct LinkMass {
-  double kg = 0;
+  double mass_kg = 0;
   Eigen::Vector3d centre_mm{0, 0, 0};
 };
 
@@ -41,12 +41,12 @@ struct NonGeometricErrors {
 /// How much further than the encoders say the joints stand (rad, in the sign convention of q).
 ///
 /// The joints are springs in series with the gears: the deflection is that of the equilibrium, so the torque
-/// is taken at the deflected arm. Play puts a joint half its width towards the side from which it arrived.
+/// is taken at the deflected arm. Play leaves a joint half its width behind where it last moved to.
 /// A prismatic joint is rigid.
 /// @param arm    with its true geometry
-/// @param sides  of each joint, or empty
+/// @param directions  of each joint, or empty
 JointVector joint_displacement(const RobotModel& arm, const NonGeometricErrors& errors, const JointVector& q,
-                               const ApproachSides& sides);
+                               const ApproachDirections& directions);
 
 /// Torque (N m, along +q) that gravity exerts on each revolute joint; 0 for a prismatic one.
 JointVector gravity_torque_Nm(const RobotModel& arm, const NonGeometricErrors& errors, const JointVector& q);

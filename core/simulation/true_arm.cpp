@@ -17,12 +17,12 @@ void TrueArm::stop_anew() {
 }
 
 void TrueArm::move_to(const JointVector& q) {
-  if (sides_.empty()) {
-    sides_.assign(setup_.robot.joints.size(), 0);
+  if (directions_.empty()) {
+    directions_.assign(setup_.robot.joints.size(), 0);
   } else {
-    for (std::size_t i = 0; i < sides_.size(); ++i) {
+    for (std::size_t i = 0; i < directions_.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      if (q[k] != stands_at_[k]) sides_[i] = q[k] > stands_at_[k] ? -1 : 1;
+      if (q[k] != stands_at_[k]) directions_[i] = q[k] > stands_at_[k] ? 1 : -1;
     }
   }
   stands_at_ = q;
@@ -31,7 +31,7 @@ void TrueArm::move_to(const JointVector& q) {
 
 Eigen::Isometry3d TrueArm::X_BF(const JointVector& q) const {
   return forward_kinematics(setup_.robot,
-                            q + joint_displacement(setup_.robot, setup_.non_geometric, q, sides_));
+                            q + joint_displacement(setup_.robot, setup_.non_geometric, q, directions_));
 }
 
 Eigen::Vector3d TrueArm::p_WS_mm(const JointVector& q) const {

@@ -29,14 +29,15 @@ class TrueArm {
   /// The arm came to a stand: it stands a little elsewhere than the last time (ISO 9283 repeatability).
   void stop_anew();
 
-  /// The arm moved to `q` and came to a stand: it remembers the side from which each joint arrived. A joint
-  /// that did not turn keeps its side, and the first move knows none.
+  /// The arm moved to `q` and came to a stand: it remembers the direction in which each joint moved. A joint
+  /// that did not move keeps its direction, and the first move knows none.
   void move_to(const JointVector& q);
 
-  /// Side from which each joint arrived at the last move; empty before the first.
-  const ApproachSides& sides() const { return sides_; }
+  /// Direction in which each joint last moved; empty before the first.
+  const ApproachDirections& directions() const { return directions_; }
 
-  /// True centre of the reflector in the tracker frame, with the deviation and the sides of the last stop.
+  /// True centre of the reflector in the tracker frame, with the deviation and the directions of the last
+  /// stop.
   Eigen::Vector3d p_WS_mm(const JointVector& q) const;
 
   /// Whether the beam comes back: the tracker (origin of W) is inside the reflector's acceptance cone, and
@@ -51,7 +52,7 @@ class TrueArm {
   TrueArmSetup setup_;
   Random random_;
   Eigen::Vector3d deviation_mm_{0, 0, 0};  // in the base frame
-  ApproachSides sides_;
+  ApproachDirections directions_;
   JointVector stands_at_;  // of the last move
 };
 

@@ -81,16 +81,17 @@ TEST(MeasurementCampaign, IsReplayedByItsSeedAndOnlyItsFaultyReadingsChangeWithG
   }
 }
 
-TEST(MeasurementCampaign, RecordsTheSideFromWhichEachJointArrived) {
+TEST(MeasurementCampaign, RecordsTheDirectionInWhichEachJointLastMoved) {
   const Poses p = poses(5, 1, 6);
   const SimulatedCampaign campaign = measure_campaign(arm(), p.identify, p.validate, {});
-  EXPECT_EQ(campaign.data.points[0].direction, ApproachSides(6, 0));
+  EXPECT_EQ(campaign.data.points[0].direction, ApproachDirections(6, 0));
   for (std::size_t k = 1; k < 6; ++k) {
     const JointVector turned = campaign.data.points[k].q - campaign.data.points[k - 1].q;
     for (int i = 0; i < 6; ++i)
-      EXPECT_EQ(campaign.data.points[k].direction[static_cast<std::size_t>(i)], turned[i] > 0 ? -1 : 1);
+      EXPECT_EQ(campaign.data.points[k].direction[static_cast<std::size_t>(i)], turned[i] > 0 ? 1 : -1);
   }
-  const SimulatedCampaign silent = measure_campaign(arm(), p.identify, p.validate, {.record_sides = false});
+  const SimulatedCampaign silent =
+      measure_campaign(arm(), p.identify, p.validate, {.record_directions = false});
   EXPECT_TRUE(silent.data.points[3].direction.empty());
 }
 

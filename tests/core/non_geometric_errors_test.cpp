@@ -34,7 +34,7 @@ double potential_energy(const RobotModel& arm, const NonGeometricErrors& errors,
   double energy = 0;
   for (std::size_t i = 0; i < errors.masses.size(); ++i) {
     const LinkMass& link = errors.masses[i];
-    energy -= link.kg * errors.gravity_B_mps2.dot(X_B[i + 1] * link.centre_mm) * 1e-3;
+    energy -= link.mass_kg * errors.gravity_B_mps2.dot(X_B[i + 1] * link.centre_mm) * 1e-3;
   }
   return energy;
 }
@@ -80,10 +80,10 @@ TEST(JointDisplacement, IsInEquilibriumWithTheTorqueOfTheDeflectedArm) {
   EXPECT_NEAR(displacement[1], 3e-6 * torque[1], 1e-12);
 }
 
-TEST(JointDisplacement, PutsAJointHalfThePlayTowardsTheSideItCameFrom) {
+TEST(JointDisplacement, LeavesAJointHalfThePlayBehindItsMotion) {
   NonGeometricErrors errors = masses(0, 0);
   errors.drives[0].backlash_rad = errors.drives[1].backlash_rad = 4e-5;
-  EXPECT_EQ(joint_displacement(pendulum(), errors, joints(1, 2), {-1, 1}), joints(-2e-5, 2e-5));
+  EXPECT_EQ(joint_displacement(pendulum(), errors, joints(1, 2), {1, -1}), joints(-2e-5, 2e-5));
   EXPECT_EQ(joint_displacement(pendulum(), errors, joints(1, 2), {0, 0}), joints(0, 0));
   EXPECT_EQ(joint_displacement(pendulum(), errors, joints(1, 2), {}), joints(0, 0));
 }
@@ -93,7 +93,7 @@ TEST(HeavyArmErrors, KeepTheirGearsWhenTheOtherErrorsAreTurnedOff) {
   const NonGeometricErrors gears = heavy_arm_errors({.compliance = false, .seed = 7});
   const NonGeometricErrors others = heavy_arm_errors({.compliance = false, .seed = 8});
   double moving_kg = 0;
-  for (const LinkMass& link : all.masses) moving_kg += link.kg;
+  for (const LinkMass& link : all.masses) moving_kg += link.mass_kg;
   EXPECT_GT(moving_kg, 900);
   EXPECT_LT(moving_kg, 1100);
   for (std::size_t i = 0; i < 6; ++i) {

@@ -121,17 +121,17 @@ TEST(TrueArm, StandsElsewhereWhenItsJointsArriveFromTheOtherSide) {
   TrueArm arm{{.robot = planar_arm(), .non_geometric = play}, 1};
   const TrueArm exact{{.robot = planar_arm()}, 1};
   const JointVector q = joints(0.2, -0.4);
-  EXPECT_TRUE(arm.sides().empty());
+  EXPECT_TRUE(arm.directions().empty());
   EXPECT_EQ(arm.p_WS_mm(q), exact.p_WS_mm(q));
   arm.move_to(joints(0, -0.4));
   arm.move_to(q);
-  EXPECT_EQ(arm.sides(), (ApproachSides{-1, 0}));
+  EXPECT_EQ(arm.directions(), (ApproachDirections{1, 0}));
   EXPECT_LT((arm.p_WS_mm(q) - exact.p_WS_mm(joints(0.2 - 0.5e-3, -0.4))).norm(), 1e-9);
   arm.move_to(joints(0.2, 0));
-  EXPECT_EQ(arm.sides(), (ApproachSides{-1, -1})) << "a joint that did not turn keeps its side";
+  EXPECT_EQ(arm.directions(), (ApproachDirections{1, 1})) << "a joint that does not turn keeps its direction";
   arm.move_to(joints(0.3, 0));
   arm.move_to(q);
-  EXPECT_EQ(arm.sides(), (ApproachSides{1, 1}));
+  EXPECT_EQ(arm.directions(), (ApproachDirections{-1, -1}));
   EXPECT_LT((arm.p_WS_mm(q) - exact.p_WS_mm(joints(0.2 + 0.5e-3, -0.4))).norm(), 1e-9);
 }
 
