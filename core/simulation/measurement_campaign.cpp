@@ -50,7 +50,8 @@ SimulatedCampaign measure_campaign(const TrueArmSetup& arm, std::span<const Join
     repeating.move_to(q);
     exact.move_to(q);
     Measurement point{.q = q, .set = set};
-    point.p_WS_mm = repeating.p_WS_mm(q) + options.tracker_noise_mm * normal_vector(noise);
+    campaign.p_stood_mm.push_back(repeating.p_WS_mm(q));
+    point.p_WS_mm = campaign.p_stood_mm.back() + options.tracker_noise_mm * normal_vector(noise);
     if (campaign.gross[campaign.data.points.size()]) {
       const double length_mm = fault.uniform(options.gross.min_mm, options.gross.max_mm);
       point.p_WS_mm += length_mm * normal_vector(fault).normalized();

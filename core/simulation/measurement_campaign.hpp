@@ -34,8 +34,9 @@ struct CampaignOptions {
 /// What a simulated campaign measured, and the truth that a real one never knows, point by point.
 struct SimulatedCampaign {
   MeasurementData data;
-  std::vector<Eigen::Vector3d> p_true_mm;  ///< without repeatability, tracker noise and gross errors
-  std::vector<bool> gross;                 ///< whether the reading is a gross error
+  std::vector<Eigen::Vector3d> p_true_mm;   ///< where the arm stands on average: p_WS without any noise
+  std::vector<Eigen::Vector3d> p_stood_mm;  ///< where it stood, its repeatability included
+  std::vector<bool> gross;                  ///< whether the reading is a gross error
 };
 
 /// Drives the arm through the poses, in the given order, and measures its one reflector ("1") at each: first

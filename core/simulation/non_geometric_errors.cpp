@@ -33,14 +33,17 @@ JointVector rigid_displacement(const NonGeometricErrors& errors, const JointVect
 }  // namespace
 
 JointVector gravity_torque_Nm(const RobotModel& arm, const NonGeometricErrors& errors, const JointVector& q) {
-  LinkFrames X_B;
-  link_frames(arm, q, X_B);
+  std::array<Eigen::Isometry3d, kMaxJoints> X_B;  // of the links
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  for (std::size_t i = 0; i < arm.joints.size(); ++i) {
+    X_B[i] = X = X * link_transform(arm.joints[i], q[static_cast<Eigen::Index>(i)]);
+  }
   JointVector torque = JointVector::Zero(q.size());
   // From the last link inwards: force and its moment about the base's origin of all that hangs on the joint.
   Eigen::Vector3d force = Eigen::Vector3d::Zero(), moment = Eigen::Vector3d::Zero();
   for (std::size_t i = arm.joints.size(); i-- > 0;) {
     const LinkMass& link = errors.masses[i];
-    const Eigen::Isometry3d& X_Bi = X_B[i + 1];
+    const Eigen::Isometry3d& X_Bi = X_B[i];
     const Eigen::Vector3d weight = link.mass_kg * errors.gravity_B_mps2;
     force += weight;
     moment += (kMetrePerMm * (X_Bi * link.centre_mm)).cross(weight);

@@ -29,12 +29,12 @@ JointVector joints(double first, double second) { return JointVector{{first, sec
 
 /// Potential energy (N m), from the heights of the masses alone.
 double potential_energy(const RobotModel& arm, const NonGeometricErrors& errors, const JointVector& q) {
-  LinkFrames X_B;
-  link_frames(arm, q, X_B);
+  Eigen::Isometry3d X_B = Eigen::Isometry3d::Identity();
   double energy = 0;
   for (std::size_t i = 0; i < errors.masses.size(); ++i) {
     const LinkMass& link = errors.masses[i];
-    energy -= link.mass_kg * errors.gravity_B_mps2.dot(X_B[i + 1] * link.centre_mm) * 1e-3;
+    X_B = X_B * link_transform(arm.joints[i], q[static_cast<Eigen::Index>(i)]);
+    energy -= link.mass_kg * errors.gravity_B_mps2.dot(X_B * link.centre_mm) * 1e-3;
   }
   return energy;
 }
