@@ -1,0 +1,119 @@
+#pragma once
+
+// Compiled for every instruction set: no header with inline functions may be included here, or the linker
+// could pick the AVX-512 copy of one for a machine without.
+
+namespace truepose::kernels {
+
+inline constexpr int kMostJoints = 16;
+/// Doubles of the widest vector: arrays for the kernels are padded to and aligned with so many.
+inline constexpr int kMostLanes = 8;
+/// Points whose Jacobian is held at a time, so that it stays in the first cache.
+inline constexpr int kChunk = 32;
+
+/// Instruction sets that the kernels are compiled for: x86-64 (or another machine's own), x86-64-v3 and -v4.
+enum class Isa { Baseline, Avx2, Avx512 };
+
+/// A serial arm as the product L_0 Z_0(q_0) L_1 Z_1(q_1) .. L_N, with L constant and Z_i a turn about or a
+/// slide along the z axis. mm, rad.
+struct alignas(64) Arm {
+  double link[kMostJoints + 1][16];  ///< L_i, homogeneous, column by column
+  double turn[kMostJoints];          ///< rad per unit of q_i, 0 for a prismatic joint
+  double slide[kMostJoints];         ///< mm per unit of q_i, 0 for a revolute joint
+  int joints;
+};
+
+struct InverseSettings {
+  double position_tolerance_mm;
+  double rotation_tolerance_rad;
+  double length_mm;  ///< weighs 1 rad against millimetres
+  int max_iterations;
+};
+
+enum class InverseStatus { Converged, DidNotConverge, NotFinite };
+
+struct InverseOutcome {
+  InverseStatus status;
+  int iterations;
+  double residual_mm;
+  double residual_rad;
+};
+
+/// Measured points of one reflector; arrays aligned with kMostLanes.
+struct PointBlock {
+  const double* measured[3];  ///< tracker frame, mm
+  const double* weight;       ///< 0 for padding
+  const double* first;        ///< of joint i at first + i * stride: cosine of the turn, or the slide (mm)
+  const double* second;       ///< sine of the turn
+  int stride;
+  int count;  ///< a multiple of kMostLanes
+};
+
+/// What a column of the Jacobian is the derivative to, of link `link` where it is a link's.
+enum class ColumnKind { A, Alpha, D, Theta, Beta };
+struct LinkColumn {
+  ColumnKind kind;
+  int link;
+};
+
+/// The arm that the points are compared with, and the columns wanted.
+struct PointModel {
+  const Arm* arm;
+  const double (*x_axis)[3];  ///< of each link: the common normal in the frame before it
+  double rotation[9];         ///< R_WB, column by column
+  double origin[3];           ///< of the base in the tracker frame, mm
+  double reflector[3];        ///< in the flange frame, mm
+  const LinkColumn* columns;  ///< ascending in link
+  int column_count;
+};
+
+/// Local columns that come before those of the links: the residual, three turns of the base about its own
+/// axes, three coordinates of the reflector.
+inline constexpr int kFixedColumns = 7;
+inline constexpr int kMostColumns = kFixedColumns + 5 * kMostJoints + 1;
+
+/// Weighted sums over points, all vectors in the base frame.
+struct PointSums {
+  double* gram;      ///< dot products of the local columns, row i at gram + i * stride, j >= i valid
+  double (*sum)[3];  ///< of each local column
+  double weight;     ///< sum of the squared weights
+  int stride;        ///< a multiple of 4, at least the number of columns
+};
+
+/// The kernels of one instruction set. Pointers do not alias unless said.
+struct Kernels {
+  /// Sine and cosine of `count` angles, within 2 ulp up to 1e5 rad and the C library's beyond.
+  void (*sincos)(const double* angle, double* sine, double* cosine, int count);
+
+  /// The flange's pose, homogeneous, column by column. mm.
+  void (*forward)(const Arm& arm, const double* q, double* pose);
+
+  /// `count` poses: joint i of pose k at q[i * q_stride + k], entry j (x, y, z axis, origin) at
+  /// pose[j * pose_stride + k].
+  void (*forward_batch)(const Arm& arm, const double* q, long q_stride, double* pose, long pose_stride,
+                        int count);
+
+  /// Pose, and the geometric Jacobian, 6 rows a column, with room for two doubles behind.
+  void (*forward_jacobian)(const Arm& arm, const double* q, double* pose, double* jacobian);
+
+  /// Newton from the seed in q to the homogeneous pose `target`; q is the solution where converged.
+  InverseOutcome (*inverse)(const Arm& arm, const double* target, const InverseSettings& settings, double* q);
+
+  /// Adds the points' part to the sums. `columns` is room for the local columns of kChunk points, 3 kChunk
+  /// doubles each, aligned.
+  void (*point_sums)(const PointModel& model, const PointBlock& points, double* columns, PointSums& sums);
+
+  /// Solves A x = b for a positive definite A (n x n, lower half used, overwritten; column stride a multiple
+  /// of kMostLanes, aligned) with unit diagonal; b becomes x.
+  /// @return the smallest squared pivot, not positive where A is not positive definite
+  double (*solve_positive)(double* A, int stride, int n, double* b);
+};
+
+/// Whether this machine has the instruction set and this build the code.
+bool available(Isa isa);
+/// @param isa  available
+const Kernels& kernels_for(Isa isa);
+/// The code of the best instruction set that this machine has.
+const Kernels& best();
+
+}  // namespace truepose::kernels
