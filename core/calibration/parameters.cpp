@@ -42,21 +42,20 @@ Eigen::VectorXd parameter_values(const CalibratedCell& cell) {
   return values;
 }
 
-CalibratedCell moved(const CalibratedCell& cell, const Eigen::VectorXd& step) {
+void move_by(CalibratedCell& cell, const Eigen::VectorXd& step) {
   const ParameterLayout layout = ParameterLayout::of(cell);
-  CalibratedCell out = cell;
   Eigen::Isometry3d X_WB = cell.base.isometry();
   X_WB.translation() += step.head<3>();
   const Eigen::Vector3d turn = step.segment<3>(3);
   if (const double angle = turn.norm(); angle > 0) {
     X_WB.linear() = Eigen::AngleAxisd(angle, turn / angle) * X_WB.linear();
   }
-  out.base = BasePose::of(X_WB);
+  cell.base = BasePose::of(X_WB);
   for (int k = 0; k < layout.reflectors; ++k) {
-    out.reflectors[static_cast<std::size_t>(k)].p_FS_mm += step.segment<3>(layout.reflector(k));
+    cell.reflectors[static_cast<std::size_t>(k)].p_FS_mm += step.segment<3>(layout.reflector(k));
   }
   for (int i = 0; i < layout.joints; ++i) {
-    Joint& joint = out.robot.joints[static_cast<std::size_t>(i)];
+    Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
     const auto d = step.segment<5>(layout.link(i));
     joint.a_mm += d[0];
     joint.alpha_rad += d[1];
@@ -65,8 +64,13 @@ CalibratedCell moved(const CalibratedCell& cell, const Eigen::VectorXd& step) {
     joint.beta_rad += d[4];
   }
   for (int t = 0; t < layout.deviations; ++t) {
-    out.robot.deviation[static_cast<std::size_t>(t)].coefficient += step[layout.deviation(t)];
+    cell.robot.deviation[static_cast<std::size_t>(t)].coefficient += step[layout.deviation(t)];
   }
+}
+
+CalibratedCell moved(const CalibratedCell& cell, const Eigen::VectorXd& step) {
+  CalibratedCell out = cell;
+  move_by(out, step);
   return out;
 }
 

@@ -38,7 +38,10 @@ std::vector<std::string> parameter_names(const CalibratedCell& cell);
 /// Values in the layout's order, the base's rotation as rx, ry, rz. mm, rad.
 Eigen::VectorXd parameter_values(const CalibratedCell& cell);
 
-/// The cell with every parameter moved by `step` (layout order): R_base turns to exp(step.rotation) R_base.
+/// Moves every parameter by `step` (layout order): R_base turns to exp(step.rotation) R_base. Does not
+/// allocate.
+void move_by(CalibratedCell& cell, const Eigen::VectorXd& step);
+/// The cell so moved.
 CalibratedCell moved(const CalibratedCell& cell, const Eigen::VectorXd& step);
 
 }  // namespace truepose

@@ -12,6 +12,10 @@ namespace truepose {
 /// base frame; column-major, so that a column is one coordinate of all poses.
 using PoseColumns = Eigen::Array<double, Eigen::Dynamic, 12>;
 
+/// The arm's geometry in the kernels' form.
+/// @param robot  1 to kMaxJoints joints
+kernels::Arm folded(const RobotModel& robot);
+
 /// An arm prepared for being evaluated often: the constants of every link folded once, vector code of this
 /// machine. Says the same as forward_kinematics(), forward_with_jacobian() and a Newton on them, many times
 /// faster. Holds the arm's geometry as it was at construction. Does not allocate.

@@ -8,6 +8,10 @@ namespace truepose::kernels {
 inline constexpr int kMostJoints = 16;
 /// Doubles of the widest vector: arrays for the kernels are padded to and aligned with so many.
 inline constexpr int kMostLanes = 8;
+/// One vector's worth, to allocate such arrays from.
+struct alignas(64) Line {
+  double value[kMostLanes];
+};
 /// Points whose Jacobian is held at a time, so that it stays in the first cache.
 inline constexpr int kChunk = 32;
 
@@ -74,10 +78,11 @@ inline constexpr int kMostColumns = kFixedColumns + 5 * kMostJoints + 1;
 
 /// Weighted sums over points, all vectors in the base frame.
 struct PointSums {
-  double* gram;      ///< dot products of the local columns, row i at gram + i * stride, j >= i valid
-  double (*sum)[3];  ///< of each local column
-  double weight;     ///< sum of the squared weights
-  int stride;        ///< a multiple of 4, at least the number of columns
+  double* gram;   ///< dot products of the local columns, row i at gram + i * stride, those with j >= i;
+                  ///< rows and stride a multiple of 4
+  double* sum;    ///< of each local column, three coordinates
+  double weight;  ///< sum of the squared weights
+  int stride;
 };
 
 /// The kernels of one instruction set. Pointers do not alias unless said.
@@ -85,7 +90,8 @@ struct Kernels {
   /// Sine and cosine of `count` angles, within 2 ulp up to 1e5 rad and the C library's beyond.
   void (*sincos)(const double* angle, double* sine, double* cosine, int count);
 
-  /// The flange's pose, homogeneous, column by column. mm.
+  /// The flange's pose, homogeneous, column by column. mm. Here and below q has room for a multiple of
+  /// kMostLanes numbers; those beyond the arm's joints are not regarded.
   void (*forward)(const Arm& arm, const double* q, double* pose);
 
   /// `count` poses: joint i of pose k at q[i * q_stride + k], entry j (x, y, z axis, origin) at
@@ -93,7 +99,7 @@ struct Kernels {
   void (*forward_batch)(const Arm& arm, const double* q, long q_stride, double* pose, long pose_stride,
                         int count);
 
-  /// Pose, and the geometric Jacobian, 6 rows a column, with room for two doubles behind.
+  /// Pose, and the geometric Jacobian, 6 rows a column.
   void (*forward_jacobian)(const Arm& arm, const double* q, double* pose, double* jacobian);
 
   /// Newton from the seed in q to the homogeneous pose `target`; q is the solution where converged.
@@ -103,10 +109,10 @@ struct Kernels {
   /// doubles each, aligned.
   void (*point_sums)(const PointModel& model, const PointBlock& points, double* columns, PointSums& sums);
 
-  /// Solves A x = b for a positive definite A (n x n, lower half used, overwritten; column stride a multiple
-  /// of kMostLanes, aligned) with unit diagonal; b becomes x.
-  /// @return the smallest squared pivot, not positive where A is not positive definite
-  double (*solve_positive)(double* A, int stride, int n, double* b);
+  /// Solves A x = b for a positive definite A (n x n, lower half used) with b' as row n below it; both are
+  /// overwritten. Column by column, the stride a multiple of kMostLanes and above n, aligned.
+  /// @return the smallest squared pivot; not positive where A is not positive definite, and x is not set
+  double (*solve_positive)(double* A, int stride, int n, double* x);
 };
 
 /// Whether this machine has the instruction set and this build the code.

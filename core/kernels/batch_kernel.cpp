@@ -1,0 +1,50 @@
+#include "core/kernels/lane_frames.hpp"
+#include "core/kernels/table.hpp"
+
+namespace truepose::kernels::TRUEPOSE_KERNEL_ISA {
+namespace {
+
+/// The poses of kLanes joint positions, joint i at q + i * q_stride.
+LaneFrame poses(const Arm& arm, const double* q, long q_stride) {
+  LaneFrame X = all_lanes(arm.link[0]);
+  for (int i = 0; i < arm.joints; ++i) {
+    const Vec position = load(q + i * q_stride);
+    if (arm.turn[i] != 0) {
+      const SinCos angle = sincos(position * arm.turn[i]);
+      turn(X, angle.sine, angle.cosine);
+    } else {
+      X.p = X.p + X.z * (position * arm.slide[i]);
+    }
+    X = X * arm.link[i + 1];
+  }
+  return X;
+}
+
+void store_poses(const LaneFrame& X, double* pose, long stride) {
+  const Lane3* columns[4] = {&X.x, &X.y, &X.z, &X.p};
+  for (const Lane3* column : columns) {
+    store(pose, column->x);
+    store(pose + stride, column->y);
+    store(pose + 2 * stride, column->z);
+    pose += 3 * stride;
+  }
+}
+
+}  // namespace
+
+void forward_batch(const Arm& arm, const double* q, long q_stride, double* pose, long pose_stride,
+                   int count) {
+  int k = 0;
+  for (; k + kLanes <= count; k += kLanes) store_poses(poses(arm, q + k, q_stride), pose + k, pose_stride);
+  if (k == count) return;
+  // The last few in a copy that fills the lanes.
+  double q_last[kMostJoints * kLanes] = {}, pose_last[12 * kLanes];
+  for (int i = 0; i < arm.joints; ++i)
+    for (int lane = 0; k + lane < count; ++lane) q_last[i * kLanes + lane] = q[i * q_stride + k + lane];
+  store_poses(poses(arm, q_last, kLanes), pose_last, kLanes);
+  for (int j = 0; j < 12; ++j)
+    for (int lane = 0; k + lane < count; ++lane)
+      pose[j * pose_stride + k + lane] = pose_last[j * kLanes + lane];
+}
+
+}  // namespace truepose::kernels::TRUEPOSE_KERNEL_ISA

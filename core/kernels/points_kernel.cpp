@@ -1,0 +1,161 @@
+#include "core/kernels/lane_frames.hpp"
+#include "core/kernels/table.hpp"
+
+namespace truepose::kernels::TRUEPOSE_KERNEL_ISA {
+namespace {
+
+/// The weighted local columns of up to kChunk points: three coordinates of `points` numbers each.
+struct Chunk {
+  double* columns;
+  int points;
+
+  double* column(int c) const { return columns + 3 * kChunk * c; }
+  void put(int c, int at, const Lane3& value) const {
+    double* const to = column(c) + at;
+    store(to, value.x);
+    store(to + points, value.y);
+    store(to + 2 * points, value.z);
+  }
+};
+
+/// The frames of the arm's links, of the base (0) to the last joint's, in kLanes points.
+using LaneFrames = LaneFrame[kMostJoints + 1];
+
+/// @param k  first of the points
+void link_frames(const Arm& arm, const PointBlock& points, int k, LaneFrames& X) {
+  constexpr double kIdentity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  X[0] = all_lanes(kIdentity);
+  for (int i = 0; i < arm.joints; ++i) {
+    LaneFrame& after = X[i + 1];
+    after = i == 0 ? all_lanes(arm.link[0]) : X[i] * arm.link[i];
+    const Vec first = load(points.first + i * points.stride + k);
+    if (arm.turn[i] != 0) {
+      turn(after, load(points.second + i * points.stride + k), first);
+    } else {
+      after.p = after.p + after.z * first;
+    }
+  }
+}
+
+/// Derivative of the point P to a parameter of link `column.link`; see measurement_model.cpp for where these
+/// come from.
+Lane3 derivative(const PointModel& model, const LinkColumn& column, const LaneFrames& X, const Lane3& P) {
+  const LaneFrame &before = X[column.link], &after = X[column.link + 1];
+  const double* const x_axis = model.x_axis[column.link];
+  switch (column.kind) {
+    case ColumnKind::A:
+      return along(before, x_axis);
+    case ColumnKind::Alpha:
+      return cross(along(before, x_axis), P - before.p);
+    case ColumnKind::D:
+      return after.z;
+    case ColumnKind::Theta:
+      return cross(after.z, P - after.p);
+    case ColumnKind::Beta:
+      return cross(before.y, P - before.p);
+  }
+  __builtin_unreachable();
+}
+
+/// Fills the columns of the points from k on, in the base frame.
+void linearise(const PointModel& model, const PointBlock& points, int k, const Chunk& chunk) {
+  const Arm& arm = *model.arm;
+  for (int at = 0; at < chunk.points; at += kLanes) {
+    LaneFrames X;
+    link_frames(arm, points, k + at, X);
+    const LaneFrame flange = X[arm.joints] * arm.link[arm.joints];
+    const Lane3 P = along(flange, model.reflector) + flange.p;
+    const Vec w = load(points.weight + k + at);
+
+    const Lane3 from_base{load(points.measured[0] + k + at) - model.origin[0],
+                          load(points.measured[1] + k + at) - model.origin[1],
+                          load(points.measured[2] + k + at) - model.origin[2]};
+    const auto base_axis = [&](const double* e) {
+      return from_base.x * e[0] + from_base.y * e[1] + from_base.z * e[2];
+    };
+    const Lane3 measured{base_axis(model.rotation), base_axis(model.rotation + 3),
+                         base_axis(model.rotation + 6)};
+    chunk.put(0, at, (P - measured) * w);
+
+    const Lane3 wP = P * w;
+    chunk.put(1, at, {Vec{}, -wP.z, wP.y});
+    chunk.put(2, at, {wP.z, Vec{}, -wP.x});
+    chunk.put(3, at, {-wP.y, wP.x, Vec{}});
+    chunk.put(4, at, flange.x * w);
+    chunk.put(5, at, flange.y * w);
+    chunk.put(6, at, flange.z * w);
+    for (int c = 0; c < model.column_count; ++c)
+      chunk.put(kFixedColumns + c, at, derivative(model, model.columns[c], X, P) * w);
+  }
+}
+
+/// Columns of the product that are summed at a time: as many as there are registers for.
+inline constexpr int kBlockRows = kLanes == 8 ? 4 : 2;
+inline constexpr int kBlockColumns = 4;
+
+/// Adds the dot products of the columns i and j on, kBlockRows by kBlockColumns of them. Columns beyond the
+/// last stand for it; their products are not regarded.
+void add_block(const Chunk& chunk, int i, int j, int count, PointSums& sums_out) {
+  const double *rows[kBlockRows], *columns[kBlockColumns];
+  for (int r = 0; r < kBlockRows; ++r) rows[r] = chunk.column(i + r < count ? i + r : count - 1);
+  for (int c = 0; c < kBlockColumns; ++c) columns[c] = chunk.column(j + c < count ? j + c : count - 1);
+
+  Vec products[kBlockRows * kBlockColumns] = {};
+  for (int k = 0; k < 3 * chunk.points; k += kLanes) {
+    Vec right[kBlockColumns];
+#pragma GCC unroll 4
+    for (int c = 0; c < kBlockColumns; ++c) right[c] = load(columns[c] + k);
+#pragma GCC unroll 4
+    for (int r = 0; r < kBlockRows; ++r) {
+      const Vec left = load(rows[r] + k);
+#pragma GCC unroll 4
+      for (int c = 0; c < kBlockColumns; ++c) products[r * kBlockColumns + c] += left * right[c];
+    }
+  }
+
+  alignas(64) double block[kBlockRows * kBlockColumns];
+#pragma GCC unroll 8
+  for (int k = 0; k < kBlockRows * kBlockColumns; k += kLanes) store(block + k, sums(products + k));
+  for (int r = 0; r < kBlockRows; ++r) {
+    double* const to = sums_out.gram + (i + r) * sums_out.stride + j;
+    store4(to, load4(to) + load4(block + r * kBlockColumns));
+  }
+}
+
+/// The sums that the base's translation makes: its columns are the axes themselves.
+void add_translations(const Chunk& chunk, const double* weight, int count, Vec (*lane_sums)[3]) {
+  for (int c = 0; c < count; ++c) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double* const column = chunk.column(c) + axis * chunk.points;
+      for (int k = 0; k < chunk.points; k += kLanes)
+        lane_sums[c][axis] += load(weight + k) * load(column + k);
+    }
+  }
+}
+
+}  // namespace
+
+void point_sums(const PointModel& model, const PointBlock& points, double* columns, PointSums& out) {
+  const int count = kFixedColumns + model.column_count;
+  Vec lane_sums[kMostColumns][3];
+  for (int c = 0; c < count; ++c)
+    for (Vec& axis : lane_sums[c]) axis = Vec{};
+  Vec weight{};
+  for (int k = 0; k < points.count; k += kChunk) {
+    const Chunk chunk{columns, points.count - k < kChunk ? points.count - k : kChunk};
+    linearise(model, points, k, chunk);
+    add_translations(chunk, points.weight + k, count, lane_sums);
+    for (int at = 0; at < chunk.points; at += kLanes) {
+      const Vec w = load(points.weight + k + at);
+      weight += w * w;
+    }
+    for (int i = 0; i < count; i += kBlockRows)
+      for (int j = i / kBlockColumns * kBlockColumns; j < count; j += kBlockColumns)
+        add_block(chunk, i, j, count, out);
+  }
+  for (int c = 0; c < count; ++c)
+    for (int axis = 0; axis < 3; ++axis) out.sum[3 * c + axis] += sum(lane_sums[c][axis]);
+  out.weight += sum(weight);
+}
+
+}  // namespace truepose::kernels::TRUEPOSE_KERNEL_ISA

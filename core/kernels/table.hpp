@@ -1,0 +1,18 @@
+#pragma once
+
+#include "core/kernels/kernels.hpp"
+
+// What the sources that are compiled for every instruction set define, and dispatch.cpp chooses from.
+#define TRUEPOSE_KERNELS_OF(ISA)                                                                            \
+  namespace truepose::kernels::ISA {                                                                        \
+  void sincos_array(const double* angle, double* sine, double* cosine, int count);                          \
+  void forward(const Arm& arm, const double* q, double* pose);                                              \
+  void forward_batch(const Arm& arm, const double* q, long q_stride, double* pose, long pose_stride,        \
+                     int count);                                                                            \
+  void forward_jacobian(const Arm& arm, const double* q, double* pose, double* jacobian);                   \
+  InverseOutcome inverse(const Arm& arm, const double* target, const InverseSettings& settings, double* q); \
+  void point_sums(const PointModel& model, const PointBlock& points, double* columns, PointSums& sums);     \
+  double solve_positive(double* A, int stride, int n, double* x);                                           \
+  inline constexpr Kernels kKernels{sincos_array, forward,    forward_batch, forward_jacobian,              \
+                                    inverse,      point_sums, solve_positive};                              \
+  }

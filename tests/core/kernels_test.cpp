@@ -1,0 +1,386 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "core/calibration/gauss_newton.hpp"
+#include "core/calibration/identifiability.hpp"
+#include "core/calibration/parameters.hpp"
+#include "core/kernels/arm_kernel.hpp"
+#include "core/kernels/fast_gauss_newton.hpp"
+#include "core/kernels/normal_equations.hpp"
+#include "core/kinematics/angles.hpp"
+#include "core/random.hpp"
+
+namespace truepose {
+namespace {
+
+using kernels::Isa;
+
+/// An arm of `types` (R or P) with everything that could go wrong: betas, both signs, a turned flange.
+RobotModel random_arm(const std::string& types, Random& random) {
+  RobotModel robot;
+  for (const char type : types) {
+    const bool revolute = type == 'R';
+    robot.joints.push_back({.type = revolute ? JointType::Revolute : JointType::Prismatic,
+                            .a_mm = random.uniform(-500, 500),
+                            .alpha_rad = random.uniform(-2, 2),
+                            .d_mm = random.uniform(-500, 500),
+                            .theta_rad = random.uniform(-3, 3),
+                            .beta_rad = random.uniform(-0.2, 0.2),
+                            .sign = random.uniform() < 0.5 ? -1. : 1.,
+                            .min = revolute ? -2.5 : -800,
+                            .max = revolute ? 2.5 : 800});
+  }
+  robot.X_flange = pose_from_kuka({random.uniform(-100, 100), random.uniform(-100, 100), 80}, {30, -50, 110});
+  return robot;
+}
+
+JointVector random_joints(const RobotModel& robot, Random& random) {
+  JointVector q(robot.joint_count());
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    q[i] = random.uniform(joint.min, joint.max);
+  }
+  return q;
+}
+
+const std::vector<std::string> kArms{"RRRRRR", "RRRRRRR",   "PRRRRRR", "RRRRRRRR",        "RPR",
+                                     "P",      "RRPRRRPRR", "R",       "RRRRRRRRRRRRRRRR"};
+
+/// The KR 210 R2700-2 and, in `calibrated`, the errors of the method's paper (table 2).
+RobotModel kr210(bool calibrated) {
+  const double rows[6][11] = {{0, 0, 645, 0, -1, 0.45, 0.003, 0.72, 0.0015, 0, 185},
+                              {330, -90, 0, 0, 1, 0.63, 0.002, 0.43, 0.0032, 0, 70},
+                              {1150, 0, 0, -90, 1, 0.55, 0.003, 0.21, 0.0026, 0.001, 120},
+                              {115, -90, 1220, 0, -1, 0.32, 0.006, 0.32, 0.0018, 0, 350},
+                              {0, 90, 0, 0, 1, 0.72, 0.004, 0.51, 0.0012, 0, 125},
+                              {0, -90, 215, 180, -1, 0.23, 0.005, 0.62, 0.0022, 0, 350}};
+  RobotModel robot;
+  for (const auto& row : rows) {
+    const double on = calibrated ? 1 : 0;
+    robot.joints.push_back({.a_mm = row[0] + on * row[5],
+                            .alpha_rad = row[1] * kRadPerDeg + on * row[6],
+                            .d_mm = row[2] + on * row[7],
+                            .theta_rad = row[3] * kRadPerDeg + on * row[8],
+                            .beta_rad = on * row[9],
+                            .sign = row[4],
+                            .min = -row[10] * kRadPerDeg,
+                            .max = row[10] * kRadPerDeg});
+  }
+  robot.joints[1].min = -140 * kRadPerDeg;
+  robot.joints[1].max = -5 * kRadPerDeg;
+  return robot;
+}
+
+/// What every instruction set of this machine must say alike.
+class Kernels : public testing::TestWithParam<Isa> {
+ protected:
+  void SetUp() override {
+    if (!kernels::available(GetParam())) GTEST_SKIP() << "this machine or build has no such instruction set";
+  }
+  const kernels::Kernels& code() const { return kernels::kernels_for(GetParam()); }
+};
+
+INSTANTIATE_TEST_SUITE_P(EveryIsa, Kernels, testing::Values(Isa::Baseline, Isa::Avx2, Isa::Avx512),
+                         [](const auto& isa) {
+                           return isa.param == Isa::Baseline ? "Baseline"
+                                  : isa.param == Isa::Avx2   ? "Avx2"
+                                                             : "Avx512";
+                         });
+
+double ulps(double actual, long double exact) {
+  const double nearest = static_cast<double>(exact);
+  const double ulp = std::nextafter(std::abs(nearest), HUGE_VAL) - std::abs(nearest);
+  return static_cast<double>(std::abs(static_cast<long double>(actual) - exact)) / ulp;
+}
+
+TEST_P(Kernels, TakeSineAndCosineWithinTwoUlpUpToTheReachOfTheirReduction) {
+  Random random{1};
+  std::vector<double> angles{0., 1e-300, 1e-9, std::numbers::pi, 1e5, -1e5};
+  for (const double range : {1e-3, 1., 4., 100., 1e5}) {
+    for (int i = 0; i < 50000; ++i) angles.push_back(random.uniform(-range, range));
+  }
+  // The doubles nearest to the multiples of pi/2, where nearly all digits cancel, and their neighbours.
+  for (int k = 1; k <= 63661; ++k) {
+    const double multiple = k * std::numbers::pi / 2;
+    for (const double angle : {std::nextafter(multiple, 0), multiple, std::nextafter(multiple, 1e9)})
+      angles.push_back(angle);
+  }
+  std::vector<double> sine(angles.size()), cosine(angles.size());
+  code().sincos(angles.data(), sine.data(), cosine.data(), static_cast<int>(angles.size()));
+  double worst = 0;
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    worst = std::max({worst, ulps(sine[i], std::sin(static_cast<long double>(angles[i]))),
+                      ulps(cosine[i], std::cos(static_cast<long double>(angles[i])))});
+  }
+  EXPECT_LE(worst, 2);
+  RecordProperty("worst_ulp", std::to_string(worst));
+}
+
+TEST_P(Kernels, TakeSineAndCosineOfAnglesBeyondTheirReachFromTheLibrary) {
+  const std::vector<double> angles{0.5, 100000.5, -3e7, 1e22, -1e300, 1., 2., 3., 1e9};
+  std::vector<double> sine(angles.size()), cosine(angles.size());
+  code().sincos(angles.data(), sine.data(), cosine.data(), static_cast<int>(angles.size()));
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    EXPECT_NEAR(sine[i], std::sin(angles[i]), 3e-16);
+    EXPECT_NEAR(cosine[i], std::cos(angles[i]), 3e-16);
+  }
+  const double not_angles[]{NAN, INFINITY, -INFINITY};
+  code().sincos(not_angles, sine.data(), cosine.data(), 3);
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(std::isnan(sine[static_cast<std::size_t>(i)]));
+}
+
+TEST_P(Kernels, SayTheSamePoseAndJacobianAsTheReference) {
+  Random random{2};
+  for (const std::string& types : kArms) {
+    for (int trial = 0; trial < 100; ++trial) {
+      const RobotModel robot = random_arm(types, random);
+      const ArmKernel arm{robot, code()};
+      const JointVector q = random_joints(robot, random);
+      const PoseAndJacobian expected = forward_with_jacobian(robot, q);
+      const double scale = 1 + expected.X_BF.translation().norm();
+
+      EXPECT_LT((arm.forward(q).matrix() - expected.X_BF.matrix()).norm(), 1e-12 * scale) << types;
+      PoseAndJacobian actual;
+      arm.forward_with_jacobian(q, actual);
+      EXPECT_LT((actual.X_BF.matrix() - expected.X_BF.matrix()).norm(), 1e-12 * scale) << types;
+      ASSERT_EQ(actual.J.cols(), expected.J.cols());
+      EXPECT_LT((actual.J - expected.J).norm(), 1e-12 * (1 + expected.J.norm())) << types;
+    }
+  }
+}
+
+TEST_P(Kernels, SayTheSamePosesInBatchWhateverTheNumber) {
+  Random random{3};
+  for (const std::string& types : kArms) {
+    const RobotModel robot = random_arm(types, random);
+    const ArmKernel arm{robot, code()};
+    for (const int count : {1, 7, 8, 9, 37}) {
+      Eigen::ArrayXXd q(count, robot.joint_count());
+      for (int k = 0; k < count; ++k) q.row(k) = random_joints(robot, random).transpose();
+      PoseColumns poses(count, 12);
+      arm.forward(q, poses);
+      for (int k = 0; k < count; ++k) {
+        const Eigen::Isometry3d expected = forward_kinematics(robot, q.row(k).transpose().matrix());
+        const Eigen::Matrix<double, 3, 4> actual = Eigen::Map<const Eigen::Matrix<double, 3, 4>>(
+            Eigen::Array<double, 12, 1>(poses.row(k).transpose()).data());
+        EXPECT_LT((actual - expected.matrix().topRows<3>()).norm(),
+                  1e-12 * (1 + expected.translation().norm()));
+      }
+    }
+  }
+}
+
+TEST_P(Kernels, InvertTheCalibratedArmAtEveryTarget) {
+#ifdef __SANITIZE_ADDRESS__
+  constexpr int kTargets = 1000;
+#else
+  constexpr int kTargets = 10000;
+#endif
+  const RobotModel robot = kr210(true);
+  const ArmKernel arm{robot, code()};
+  Random random{4};
+  for (int k = 0; k < kTargets; ++k) {
+    const JointVector q = random_joints(robot, random);
+    JointVector seed = q;
+    for (double& joint : seed) joint += random.uniform(-5, 5) * kRadPerDeg;
+    const Eigen::Isometry3d X = forward_kinematics(robot, q);
+    const auto solution = arm.inverse_near(X, seed);
+    ASSERT_TRUE(solution.has_value()) << k;
+    const Eigen::Isometry3d reached = forward_kinematics(robot, solution->q);
+    EXPECT_LT((reached.translation() - X.translation()).norm(), 1e-8);
+    EXPECT_LT(angle_between(reached.linear(), X.linear()), 1e-10);
+    EXPECT_LE(solution->residual_mm, 1e-9);
+    EXPECT_LE(solution->residual_rad, 1e-12);
+  }
+}
+
+TEST_P(Kernels, InvertArmsWithMoreThanSixJointsByTheSmallestStep) {
+  Random random{5};
+  for (const std::string types : {"RRRRRRR", "PRRRRRR", "RRRRRRRRRRR"}) {
+    for (int trial = 0; trial < 50; ++trial) {
+      const RobotModel robot = random_arm(types, random);
+      const JointVector q = random_joints(robot, random);
+      const Eigen::Isometry3d X = forward_kinematics(robot, q);
+      JointVector seed = q;
+      for (double& joint : seed) joint += random.uniform(-0.01, 0.01);
+      const auto solution = ArmKernel{robot, code()}.inverse_near(X, seed);
+      ASSERT_TRUE(solution.has_value()) << types;
+      EXPECT_LT((forward_kinematics(robot, solution->q).translation() - X.translation()).norm(), 1e-8);
+
+      // To first order the way gone has no part in the Jacobian's null space.
+      PoseAndJacobian at = forward_with_jacobian(robot, seed);
+      for (Eigen::Index i = 0; i < q.size(); ++i)
+        if (robot.joints[static_cast<std::size_t>(i)].type == JointType::Prismatic) at.J.col(i) *= 1000;
+      JointVector way = solution->q - seed;
+      for (Eigen::Index i = 0; i < q.size(); ++i)
+        if (robot.joints[static_cast<std::size_t>(i)].type == JointType::Prismatic) way[i] /= 1000;
+      const Eigen::MatrixXd J = at.J;
+      const Eigen::VectorXd smallest = J.completeOrthogonalDecomposition().solve(J * way);
+      EXPECT_LT((way - smallest).norm(), 0.05 * way.norm() + 1e-6) << types;
+    }
+  }
+}
+
+TEST_P(Kernels, InvertFromASeedHalfATurnAway) {
+  const RobotModel robot = kr210(true);
+  const JointVector q = (JointVector(6) << 0.2, -1.4, 1.5, 0.3, 0.8, 0.1).finished();
+  const Eigen::Isometry3d X = forward_kinematics(robot, q);
+  int solved = 0;
+  for (int k = 0; k < 24; ++k) {
+    JointVector seed = q;
+    seed[5] += k * 15 * kRadPerDeg;
+    const auto solution = ArmKernel{robot, code()}.inverse_near(X, seed);
+    if (!solution) continue;
+    ++solved;
+    EXPECT_LT(angle_between(forward_kinematics(robot, solution->q).linear(), X.linear()), 1e-10);
+  }
+  EXPECT_GE(solved, 23);  // exactly opposite there are two ways round
+}
+
+TEST_P(Kernels, RefuseATargetOutOfReachAndOneThatIsNotFinite) {
+  const RobotModel robot = kr210(true);
+  const ArmKernel arm{robot, code()};
+  const JointVector q = (JointVector(6) << 0.2, -1.4, 1.5, 0.3, 0.8, 0.1).finished();
+  Eigen::Isometry3d X = forward_kinematics(robot, q);
+  X.translation() *= 10;
+  EXPECT_EQ(arm.inverse_near(X, q).error(), PoseInverseFault::DidNotConverge);
+  X.translation().x() = NAN;
+  EXPECT_EQ(arm.inverse_near(X, q).error(), PoseInverseFault::NotFinite);
+  EXPECT_EQ(arm.inverse_near(forward_kinematics(robot, q), JointVector::Constant(6, INFINITY)).error(),
+            PoseInverseFault::NotFinite);
+}
+
+TEST_P(Kernels, InvertFromASingularSeed) {
+  const RobotModel robot = kr210(false);
+  const JointVector singular = (JointVector(6) << 0.2, -1.4, 1.5, 0.3, 0, 0.1).finished();
+  const JointVector q = (JointVector(6) << 0.25, -1.3, 1.4, 0.3, 0.4, 0.2).finished();
+  const Eigen::Isometry3d X = forward_kinematics(robot, q);
+  const auto solution = ArmKernel{robot, code()}.inverse_near(X, singular);
+  ASSERT_TRUE(solution.has_value());
+  EXPECT_LT((forward_kinematics(robot, solution->q).translation() - X.translation()).norm(), 1e-8);
+}
+
+/// A cell with points of every reflector in turn, off by `noise_mm` from what a cell moved a little would
+/// show.
+struct Problem {
+  CalibratedCell start;
+  std::vector<Measurement> points;
+  Eigen::VectorXd weights;
+};
+
+Problem problem(const RobotModel& robot, int reflectors, int count, double noise_mm, Random& random) {
+  Problem out;
+  out.start.robot = robot;
+  out.start.base = BasePose::of(pose_from_kuka({3000, -1500, -200}, {130, 4, -3}));
+  for (int k = 0; k < reflectors; ++k)
+    out.start.reflectors.push_back({std::to_string(k), {40. + 70 * k, -30. + 90 * (k % 2), 60}});
+  Eigen::VectorXd step(ParameterLayout::of(out.start).size());
+  for (Eigen::Index i = 0; i < step.size(); ++i) step[i] = 1e-3 * random.normal();
+  for (const int i : {0, 1, 2, 6, 7, 8}) step[i] *= 1000;
+  const CalibratedCell truth = moved(out.start, step);
+  out.weights.resize(count);
+  for (int n = 0; n < count; ++n) {
+    Measurement point{.q = random_joints(robot, random),
+                      .smr = static_cast<int>(random.next() % static_cast<std::uint64_t>(reflectors))};
+    point.p_WS_mm = truth.predict(point.q, point.smr);
+    for (double& x : point.p_WS_mm) x += noise_mm * random.normal();
+    out.points.push_back(point);
+    out.weights[n] = random.uniform(0.2, 1);
+  }
+  return out;
+}
+
+std::vector<int> all_parameters(const CalibratedCell& cell) {
+  std::vector<int> free(static_cast<std::size_t>(ParameterLayout::of(cell).size()));
+  std::iota(free.begin(), free.end(), 0);
+  return free;
+}
+
+void expect_normal_equations(const Problem& at, const std::vector<int>& free, const Eigen::VectorXd& weights,
+                             const kernels::Kernels& code) {
+  const LinearSystem expected = linearise(at.start, at.points, free, weights);
+  const PreparedPoints points(at.start.robot, at.points, static_cast<int>(at.start.reflectors.size()),
+                              weights, code);
+  NormalEquations equations(at.start, points, free);
+  equations.evaluate(at.start);
+  const Eigen::VectorXd norm = column_norms(expected.J).cwiseInverse();
+  const Eigen::MatrixXd difference = equations.matrix() - expected.J.transpose() * expected.J;
+  EXPECT_LT((norm.asDiagonal() * difference * norm.asDiagonal()).cwiseAbs().maxCoeff(), 1e-12);
+  const Eigen::VectorXd of_gradient = equations.gradient() - expected.J.transpose() * expected.f;
+  EXPECT_LT(norm.cwiseProduct(of_gradient).cwiseAbs().maxCoeff(), 1e-12 * expected.f.norm());
+  EXPECT_NEAR(equations.cost(), expected.f.squaredNorm(), 1e-12 * expected.f.squaredNorm());
+}
+
+TEST_P(Kernels, SumTheNormalEquationsOfTheReferenceForEveryParameter) {
+  Random random{6};
+  for (const std::string& types : kArms) {
+    for (const int reflectors : {1, 3}) {
+      for (const int count : {1, 8, 31, 33, 100}) {
+        const Problem at = problem(random_arm(types, random), reflectors, count, 0.1, random);
+        expect_normal_equations(at, all_parameters(at.start), {}, code());
+        expect_normal_equations(at, all_parameters(at.start), at.weights, code());
+      }
+    }
+  }
+}
+
+TEST_P(Kernels, SumTheNormalEquationsOfAnySelectionOfParameters) {
+  Random random{7};
+  for (int trial = 0; trial < 50; ++trial) {
+    const Problem at = problem(random_arm("RRPRRR", random), 2, 40, 0.1, random);
+    std::vector<int> free;
+    for (const int k : all_parameters(at.start))
+      if (random.uniform() < 0.4) free.push_back(k);
+    expect_normal_equations(at, free, at.weights, code());
+  }
+}
+
+TEST_P(Kernels, TakeOtherWeightsForPreparedPoints) {
+  Random random{8};
+  const Problem at = problem(kr210(false), 2, 40, 0.1, random);
+  const std::vector<int> free = all_parameters(at.start);
+  PreparedPoints points(at.start.robot, at.points, 2, {}, code());
+  points.reweight(at.weights);
+  NormalEquations equations(at.start, points, free);
+  equations.evaluate(at.start);
+  const LinearSystem expected = linearise(at.start, at.points, free, at.weights);
+  EXPECT_NEAR(equations.cost(), expected.f.squaredNorm(), 1e-12 * expected.f.squaredNorm());
+}
+
+std::vector<int> kept_parameters(const Problem& at) {
+  return identifiability(linearise(at.start, at.points, all_parameters(at.start), at.weights).J,
+                         conventional_preference(ParameterLayout::of(at.start)))
+      .kept;
+}
+
+TEST_P(Kernels, EndTheFitWhereTheLineSearchEndsIt) {
+  Random random{9};
+  for (const double noise_mm : {0., 0.05, 0.5}) {
+    for (const int reflectors : {1, 3}) {
+      const Problem at = problem(kr210(false), reflectors, 80, noise_mm, random);
+      const std::vector<int> free = kept_parameters(at);
+      const GaussNewtonResult expected = gauss_newton(at.start, at.points, free, at.weights);
+      const auto actual = fast_gauss_newton(
+          at.start, PreparedPoints(at.start.robot, at.points, reflectors, at.weights, code()), free);
+      ASSERT_TRUE(expected.converged);
+      ASSERT_TRUE(actual.has_value());
+      EXPECT_TRUE(actual->converged);
+      for (int k = 0; k < 100; ++k) {
+        const JointVector q = random_joints(at.start.robot, random);
+        EXPECT_LT((actual->cell.predict(q, 0) - expected.cell.predict(q, 0)).norm(), 1e-9) << noise_mm;
+      }
+    }
+  }
+}
+
+TEST_P(Kernels, LeaveAFitWithDependentColumnsToTheLineSearch) {
+  Random random{10};
+  const Problem at = problem(kr210(false), 1, 80, 0.05, random);
+  const PreparedPoints points(at.start.robot, at.points, 1, {}, code());
+  EXPECT_FALSE(fast_gauss_newton(at.start, points, all_parameters(at.start)).has_value());
+}
+
+}  // namespace
+}  // namespace truepose
