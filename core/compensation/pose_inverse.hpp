@@ -12,6 +12,9 @@ struct PoseInverseOptions {
   int max_iterations = 50;
   /// Weighs 1 rad of orientation, and of a revolute joint's step, against millimetres.
   double length_mm = 1000;
+  /// Where no descent from the seed leads to X_BF (as across a singularity): so many searches follow by steps
+  /// that need not descend, and may end on another branch than the seed's.
+  int leaps = 0;
 };
 
 enum class PoseInverseFault { DidNotConverge, NotFinite };

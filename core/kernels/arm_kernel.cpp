@@ -52,7 +52,8 @@ std::expected<PoseInverseResult, PoseInverseFault> ArmKernel::inverse_near(
                      {.position_tolerance_mm = options.position_tolerance_mm,
                       .rotation_tolerance_rad = options.rotation_tolerance_rad,
                       .length_mm = options.length_mm,
-                      .max_iterations = options.max_iterations},
+                      .max_iterations = options.max_iterations,
+                      .leaps = options.leaps},
                      result.q.data());
   switch (outcome.status) {
     case kernels::InverseStatus::Converged:

@@ -147,10 +147,16 @@ bool step(const Arm& arm, const JacobianColumn* J, const PoseError& error, doubl
   return true;
 }
 
-}  // namespace
+/// How a step is taken.
+enum class Pace {
+  Descend,  ///< only where it brings the pose nearer, else again with more damping
+  Leap,     ///< always: it wanders, but no hollow holds it
+};
 
-InverseOutcome inverse(const Arm& arm, const double* target, const InverseSettings& settings, double* q) {
-  const Frame goal = frame(target);
+/// Newton from the seed in q.
+InverseOutcome newton(const Arm& arm, const Frame& goal, const InverseSettings& settings, Pace pace,
+                      double* q) {
+  constexpr double kFirstDamping = 1e-6, kLastDamping = 1e-9;
   alignas(64) double q_next[kMostJoints] = {};
   double dq[kMostJoints];
   JacobianColumn columns[2][kMostJoints];
@@ -166,26 +172,48 @@ InverseOutcome inverse(const Arm& arm, const double* target, const InverseSettin
       return {InverseStatus::Converged, iterations, mm, rad};
     if (iterations == settings.max_iterations) return {InverseStatus::DidNotConverge, iterations, mm, rad};
 
-    if (!step(arm, J, error, settings.length_mm, damping, dq)) {
-      damping = damping < 1e-6 ? 1e-6 : damping * 10;
-      continue;
+    bool better = step(arm, J, error, settings.length_mm, damping, dq);
+    if (better) {
+      for (int i = 0; i < arm.joints; ++i) q_next[i] = q[i] + dq[i];
+      const PoseError next = pose_error(pose_and_jacobian(arm, q_next, J_next), goal);
+      const double next_cost = next.cost(settings.length_mm);
+      if (!__builtin_isfinite(next_cost)) return {InverseStatus::NotFinite, iterations, mm, rad};
+      better = pace == Pace::Leap || next_cost < cost ||
+               next_cost <= settings.position_tolerance_mm * settings.position_tolerance_mm;
+      if (better) {
+        for (int i = 0; i < arm.joints; ++i) q[i] = q_next[i];
+        JacobianColumn* const last = J;
+        J = J_next;
+        J_next = last;
+        error = next;
+        cost = next_cost;
+      }
     }
-    for (int i = 0; i < arm.joints; ++i) q_next[i] = q[i] + dq[i];
-    const PoseError next = pose_error(pose_and_jacobian(arm, q_next, J_next), goal);
-    const double next_cost = next.cost(settings.length_mm);
-    if (!__builtin_isfinite(next_cost)) return {InverseStatus::NotFinite, iterations, mm, rad};
-    if (next_cost < cost || next_cost <= settings.position_tolerance_mm * settings.position_tolerance_mm) {
-      for (int i = 0; i < arm.joints; ++i) q[i] = q_next[i];
-      JacobianColumn* const last = J;
-      J = J_next;
-      J_next = last;
-      error = next;
-      cost = next_cost;
-      damping = damping < 1e-9 ? 0 : damping / 10;
+    if (better) {
+      damping = damping < kLastDamping ? 0 : damping / 10;
     } else {
-      damping = damping < 1e-7 ? 1e-6 : damping * 10;
+      damping = damping * 10 < kFirstDamping ? kFirstDamping : damping * 10;
     }
   }
+}
+
+}  // namespace
+
+InverseOutcome inverse(const Arm& arm, const double* target, const InverseSettings& settings, double* q) {
+  const Frame goal = frame(target);
+  alignas(64) double seed[kMostJoints] = {};
+  for (int i = 0; i < arm.joints; ++i) seed[i] = q[i];
+  InverseOutcome outcome = newton(arm, goal, settings, Pace::Descend, q);
+  // The first leaps start from the seed, later ones beside it, for leaps may go in a circle.
+  for (int attempt = 0; attempt < settings.leaps && outcome.status == InverseStatus::DidNotConverge;
+       ++attempt) {
+    for (int i = 0; i < arm.joints; ++i) {
+      const double aside = 0.02 * ((i + attempt) % 3 - 1) * attempt;
+      q[i] = seed[i] + aside * (arm.turn[i] != 0 ? 1.0 : settings.length_mm);
+    }
+    outcome = newton(arm, goal, settings, Pace::Leap, q);
+  }
+  return outcome;
 }
 
 }  // namespace truepose::kernels::TRUEPOSE_KERNEL_ISA

@@ -32,6 +32,7 @@ struct InverseSettings {
   double rotation_tolerance_rad;
   double length_mm;  ///< weighs 1 rad against millimetres
   int max_iterations;
+  int leaps;  ///< searches by steps that need not descend, where no descent leads to the pose
 };
 
 enum class InverseStatus { Converged, DidNotConverge, NotFinite };
