@@ -1,0 +1,35 @@
+#include <benchmark/benchmark.h>
+
+#include "core/kernels/fast_gauss_newton.hpp"
+#include "tools/bench/ceres_fit.hpp"
+#include "tools/bench/jobs.hpp"
+
+namespace truepose::bench {
+namespace {
+
+/// Runs the fit from the same start each time, problem building included, and checks where it ended.
+template <typename Fit>
+void identify(benchmark::State& state, Fit fit) {
+  const Identification job = identification(static_cast<int>(state.range(0)));
+  CalibratedCell cell;
+  for (auto _ : state) cell = fit(job);
+  if (!(rms_mm(cell, job.points) < kDone_mm)) state.SkipWithError("did not reach 1e-9 mm");
+}
+
+void identify_auto(benchmark::State& state) { identify(state, fit_ceres_auto); }
+void identify_tuned(benchmark::State& state) { identify(state, fit_ceres_tuned); }
+void identify_truepose(benchmark::State& state) {
+  identify(state, [](const Identification& job) {
+    const PreparedPoints points(job.start.robot, job.points, 1);
+    const auto fit = fast_gauss_newton(job.start, points, job.free);
+    return fit ? fit->cell : job.start;
+  });
+}
+
+void points(benchmark::internal::Benchmark* job) { job->Arg(30)->Arg(100)->Arg(300)->Arg(1000); }
+BENCHMARK(identify_auto)->Name("identify/ceres_auto")->Apply(points);
+BENCHMARK(identify_tuned)->Name("identify/ceres_tuned")->Apply(points);
+BENCHMARK(identify_truepose)->Name("identify/truepose")->Apply(points);
+
+}  // namespace
+}  // namespace truepose::bench

@@ -1,0 +1,119 @@
+#include <benchmark/benchmark.h>
+
+#include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace {
+
+/// What the table compares: the medians of two jobs, and by how much ours has to be faster.
+struct Comparison {
+  const char* job;
+  const char* peer_name;
+  std::string peer, ours;
+  double goal;
+};
+
+std::vector<Comparison> comparisons() {
+  std::vector<Comparison> rows{
+      {"forward kinematics, one call", "KDL recursive", "forward/kdl", "forward/truepose", 5},
+      {"forward kinematics, batch", "KDL recursive", "forward/kdl", "forward_batch/truepose", 15},
+      {"pose and Jacobian", "KDL (Jacobian alone)", "jacobian/kdl", "jacobian/truepose", 12}};
+  const struct {
+    const char *points, *job;
+    double goal_auto, goal_tuned;
+  } sizes[]{{"/30", "identification, 30 points", 25, 4},
+            {"/100", "identification, 100 points", 40, 6},
+            {"/300", "identification, 300 points", 45, 8},
+            {"/1000", "identification, 1000 points", 45, 8}};
+  for (const auto& size : sizes) {
+    const std::string points = size.points;
+    rows.push_back({size.job, "Ceres AutoDiff, QR", "identify/ceres_auto" + points,
+                    "identify/truepose" + points, size.goal_auto});
+    rows.push_back({size.job, "Ceres analytic, tuned", "identify/ceres_tuned" + points,
+                    "identify/truepose" + points, size.goal_tuned});
+  }
+  const std::string each_target = "/iterations:10000";
+  rows.push_back({"inverse of the calibrated arm", "KDL NR_JL", "inverse/kdl_nr_jl" + each_target,
+                  "inverse/truepose" + each_target, 20});
+  rows.push_back({"inverse of the calibrated arm", "KDL LMA", "inverse/kdl_lma" + each_target,
+                  "inverse/truepose" + each_target, 35});
+  return rows;
+}
+
+/// Collects the medians and how many targets were reached.
+class Medians : public benchmark::BenchmarkReporter {
+ public:
+  bool ReportContext(const Context&) override { return true; }
+  void ReportRuns(const std::vector<Run>& runs) override {
+    for (const Run& run : runs) {
+      if (run.error_occurred) {
+        std::fprintf(stderr, "%s: %s\n", run.run_name.str().c_str(), run.error_message.c_str());
+        failed_ = true;
+      }
+      if (run.aggregate_name != "median") continue;
+      // Aggregates are in the run's unit, a nanosecond here.
+      nanoseconds_[run.run_name.function_name + (run.run_name.args.empty() ? "" : "/" + run.run_name.args) +
+                   (run.run_name.iterations.empty() ? "" : "/" + run.run_name.iterations)] =
+          run.GetAdjustedCPUTime();
+      if (const auto reached = run.counters.find("reached"); reached != run.counters.end())
+        std::printf("%-20s %5.0f of 10000 targets within 1e-5 mm and 1e-8 rad\n",
+                    run.run_name.function_name.c_str(), reached->second.value);
+    }
+  }
+
+  /// Prints the table as Markdown.
+  /// @return whether every ratio reaches its goal
+  bool print() const {
+    bool reached = !failed_;
+    std::printf("\n| job | peer | peer | truepose | ratio | goal |\n|---|---|--:|--:|--:|--:|\n");
+    for (const Comparison& row : comparisons()) {
+      const auto peer = nanoseconds_.find(row.peer), ours = nanoseconds_.find(row.ours);
+      if (peer == nanoseconds_.end() || ours == nanoseconds_.end()) continue;
+      const double ratio = peer->second / ours->second;
+      reached = reached && ratio >= row.goal;
+      std::printf("| %s | %s | %s | %s | %.1f | %g |\n", row.job, row.peer_name, time(peer->second).c_str(),
+                  time(ours->second).c_str(), ratio, row.goal);
+    }
+    return reached;
+  }
+
+ private:
+  static std::string time(double nanoseconds) {
+    char text[32];
+    if (nanoseconds < 1e3) {
+      std::snprintf(text, sizeof text, "%.1f ns", nanoseconds);
+    } else if (nanoseconds < 1e6) {
+      std::snprintf(text, sizeof text, "%.2f us", nanoseconds * 1e-3);
+    } else {
+      std::snprintf(text, sizeof text, "%.2f ms", nanoseconds * 1e-6);
+    }
+    return text;
+  }
+
+  std::map<std::string, double> nanoseconds_;
+  bool failed_ = false;
+};
+
+}  // namespace
+
+/// Without arguments: the table of medians of nine interleaved repetitions, exit status 1 where a ratio
+/// misses its goal. With arguments: Google Benchmark as they say.
+int main(int argc, char** argv) {
+  const bool table = argc == 1;
+  std::vector<std::string> words{argv[0], "--benchmark_enable_random_interleaving=true",
+                                 "--benchmark_repetitions=9", "--benchmark_min_time=0.05"};
+  for (int i = 1; i < argc; ++i) words.emplace_back(argv[i]);
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  int count = static_cast<int>(arguments.size());
+  benchmark::Initialize(&count, arguments.data());
+  if (!table) {
+    benchmark::RunSpecifiedBenchmarks();
+    return 0;
+  }
+  Medians medians;
+  benchmark::RunSpecifiedBenchmarks(&medians);
+  return medians.print() ? 0 : 1;
+}
