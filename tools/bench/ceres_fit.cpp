@@ -76,12 +76,14 @@ struct PointError {
 /// The same with the derivatives of the method's geometry: an axis, or an axis crossed with the lever arm.
 class PointErrorWithDerivatives : public ceres::SizedCostFunction<3, kFree> {
  public:
-  PointErrorWithDerivatives(const Measurement& point, const Identification& job) : point_(point), job_(job) {}
+  /// @param nominal  values of all parameters, for those that are held
+  PointErrorWithDerivatives(const Measurement& point, const Identification& job,
+                            const Eigen::VectorXd& nominal)
+      : point_(point), job_(job), nominal_(nominal) {}
 
   bool Evaluate(const double* const* parameters, double* error, double** jacobians) const override {
-    std::array<double, kBase + kReflector + kLink * kLinks> all;
-    Eigen::Map<Eigen::VectorXd>(all.data(), 39) = nominal();
-    for (std::size_t k = 0; k < kFree; ++k) all[static_cast<std::size_t>(job_.free[k])] = parameters[0][k];
+    Eigen::Vector<double, kBase + kReflector + kLink* kLinks> all = nominal_;
+    for (std::size_t k = 0; k < kFree; ++k) all[job_.free[k]] = parameters[0][k];
     const double* const links = all.data() + kBase + kReflector;
     const Eigen::Vector3d rxyz(all[3], all[4], all[5]), p_FS(all[6], all[7], all[8]);
 
@@ -141,11 +143,9 @@ class PointErrorWithDerivatives : public ceres::SizedCostFunction<3, kFree> {
   }
 
  private:
-  Eigen::Map<const Eigen::VectorXd> nominal() const { return {nominal_.data(), nominal_.size()}; }
-
   const Measurement& point_;
   const Identification& job_;
-  Eigen::VectorXd nominal_ = parameter_values(job_.start);
+  const Eigen::VectorXd& nominal_;
 };
 
 CalibratedCell with_values(const CalibratedCell& start, const Eigen::VectorXd& values) {
@@ -189,16 +189,17 @@ CalibratedCell fit_ceres_auto(const Identification& job) {
 }
 
 CalibratedCell fit_ceres_tuned(const Identification& job) {
-  Eigen::VectorXd values = parameter_values(job.start);
+  const Eigen::VectorXd nominal = parameter_values(job.start);
   std::array<double, kFree> free;
-  for (std::size_t k = 0; k < kFree; ++k) free[k] = values[job.free[k]];
+  for (std::size_t k = 0; k < kFree; ++k) free[k] = nominal[job.free[k]];
   ceres::Problem problem;
   for (const Measurement& point : job.points)
-    problem.AddResidualBlock(new PointErrorWithDerivatives(point, job), nullptr, free.data());
+    problem.AddResidualBlock(new PointErrorWithDerivatives(point, job, nominal), nullptr, free.data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.initial_trust_region_radius = 1e16;
   solve(problem, options, job.points.size());
+  Eigen::VectorXd values = nominal;
   for (std::size_t k = 0; k < kFree; ++k) values[job.free[k]] = free[k];
   return with_values(job.start, values);
 }

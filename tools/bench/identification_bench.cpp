@@ -20,7 +20,7 @@ void identify_auto(benchmark::State& state) { identify(state, fit_ceres_auto); }
 void identify_tuned(benchmark::State& state) { identify(state, fit_ceres_tuned); }
 void identify_truepose(benchmark::State& state) {
   identify(state, [](const Identification& job) {
-    const PreparedPoints points(job.start.robot, job.points, 1);
+    const PreparedPoints points(job.start.robot, job.points, 1, {}, code());
     const auto fit = fast_gauss_newton(job.start, points, job.free);
     return fit ? fit->cell : job.start;
   });

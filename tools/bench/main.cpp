@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/bench/jobs.hpp"
+
 namespace {
 
 /// What the table compares: the medians of two jobs, and by how much ours has to be faster.
@@ -99,16 +101,30 @@ class Medians : public benchmark::BenchmarkReporter {
 }  // namespace
 
 /// Without arguments: the table of medians of nine interleaved repetitions, exit status 1 where a ratio
-/// misses its goal. With arguments: Google Benchmark as they say.
+/// misses its goal; --isa=baseline|avx2|avx512 first measures the code of another instruction set than the
+/// machine's best. With further arguments: Google Benchmark as they say.
 int main(int argc, char** argv) {
-  const bool table = argc == 1;
-  std::vector<std::string> words{argv[0], "--benchmark_enable_random_interleaving=true",
-                                 "--benchmark_repetitions=9", "--benchmark_min_time=0.05"};
-  for (int i = 1; i < argc; ++i) words.emplace_back(argv[i]);
+  using truepose::kernels::Isa;
+  const std::map<std::string, Isa> isas{
+      {"--isa=baseline", Isa::Baseline}, {"--isa=avx2", Isa::Avx2}, {"--isa=avx512", Isa::Avx512}};
+  std::vector<std::string> words(argv + 1, argv + argc);
+  if (!words.empty() && isas.contains(words[0])) {
+    const Isa isa = isas.at(words[0]);
+    if (!truepose::kernels::available(isa)) {
+      std::fprintf(stderr, "%s: this machine has no such instruction set\n", words[0].c_str());
+      return 2;
+    }
+    truepose::bench::measure(isa);
+    words.erase(words.begin());
+  }
+  const bool table = words.empty();
+  words.insert(words.begin(), {argv[0], "--benchmark_enable_random_interleaving=true",
+                               "--benchmark_repetitions=9", "--benchmark_min_time=0.05"});
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   int count = static_cast<int>(arguments.size());
   benchmark::Initialize(&count, arguments.data());
+  if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;
   if (!table) {
     benchmark::RunSpecifiedBenchmarks();
     return 0;
