@@ -2,20 +2,46 @@
 
 #include <Eigen/Core>
 #include <cassert>
+#include <cmath>
 
 namespace truepose {
 
 static_assert(kernels::kMostJoints == kMaxJoints);
+
+namespace {
+
+/// As link_transform() at q = 0, without taking the sines again.
+void transform(const kernels::Link& link, double* T) {
+  const double ca = link.cos_alpha, sa = link.sin_alpha, cb = link.cos_beta, sb = link.sin_beta;
+  const double ct = link.cos_theta, st = link.sin_theta;
+  Eigen::Map<Eigen::Matrix4d>(T) << cb * ct + sb * sa * st, sb * sa * ct - cb * st, sb * ca,
+      cb * link.a_mm + sb * ca * link.d_mm,                                                           //
+      ca * st, ca * ct, -sa, -sa * link.d_mm,                                                         //
+      cb * sa * st - sb * ct, sb * st + cb * sa * ct, cb * ca, cb * ca * link.d_mm - sb * link.a_mm,  //
+      0, 0, 0, 1;
+}
+
+}  // namespace
 
 kernels::Arm folded(const RobotModel& robot) {
   kernels::Arm arm{};
   arm.joints = robot.joint_count();
   for (int i = 0; i < arm.joints; ++i) {
     const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
-    Eigen::Map<Eigen::Matrix4d>(arm.link[i]) = link_transform(joint, 0).matrix();
+    arm.link[i] = {.cos_beta = std::cos(joint.beta_rad),
+                   .sin_beta = std::sin(joint.beta_rad),
+                   .cos_alpha = std::cos(joint.alpha_rad),
+                   .sin_alpha = std::sin(joint.alpha_rad),
+                   .a_mm = joint.a_mm,
+                   .theta_rad = joint.theta_rad,
+                   .cos_theta = std::cos(joint.theta_rad),
+                   .sin_theta = std::sin(joint.theta_rad),
+                   .d_mm = joint.d_mm};
+    transform(arm.link[i], arm.transform[i]);
     (joint.type == JointType::Revolute ? arm.turn : arm.slide)[i] = joint.sign;
   }
-  Eigen::Map<Eigen::Matrix4d>(arm.link[arm.joints]) = robot.X_flange.matrix();
+  Eigen::Map<Eigen::Matrix4d>(arm.transform[arm.joints]) = robot.X_flange.matrix();
+  arm.bare = robot.X_flange.matrix().isIdentity(0);
   return arm;
 }
 

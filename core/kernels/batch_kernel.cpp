@@ -6,18 +6,16 @@ namespace {
 
 /// The poses of kLanes joint positions, joint i at q + i * q_stride.
 LaneFrame poses(const Arm& arm, const double* q, long q_stride) {
-  LaneFrame X = all_lanes(arm.link[0]);
+  LaneFrame X = base_frame();
   for (int i = 0; i < arm.joints; ++i) {
+    const Link& link = arm.link[i];
     const Vec position = load(q + i * q_stride);
-    if (arm.turn[i] != 0) {
-      const SinCos angle = sincos(position * arm.turn[i]);
-      turn(X, angle.sine, angle.cosine);
-    } else {
-      X.p = X.p + X.z * (position * arm.slide[i]);
-    }
-    X = X * arm.link[i + 1];
+    cross_link(X, link);
+    const SinCos angle = sincos(position * arm.turn[i] + link.theta_rad);
+    turn(X.x, X.y, angle.sine, angle.cosine);
+    X.p = X.p + X.z * (position * arm.slide[i] + link.d_mm);
   }
-  return X;
+  return flange_frame(X, arm);
 }
 
 void store_poses(const LaneFrame& X, double* pose, long stride) {

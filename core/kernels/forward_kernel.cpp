@@ -27,7 +27,7 @@ void forward(const Arm& arm, const double* q, double* pose) {
   link_transforms(arm, q, links);
   Frame X = frame(links.T[0]);
   for (int i = 1; i < arm.joints; ++i) X = X * links.T[i];
-  store_pose(X * arm.link[arm.joints], pose);
+  store_pose(X * arm.transform[arm.joints], pose);
 }
 
 void forward_jacobian(const Arm& arm, const double* q, double* pose, double* jacobian) {

@@ -32,7 +32,7 @@ inline void link_transforms(const Arm& arm, const double* q, LinkTransforms& lin
     store(cosine + i, turn.cosine);
   }
   for (int i = 0; i < arm.joints; ++i) {
-    const double* L = arm.link[i];
+    const double* L = arm.transform[i];
     const Vec4 x = load4(L), y = load4(L + 4), z = load4(L + 8);
     store4(links.T[i], x * cosine[i] + y * sine[i]);
     store4(links.T[i] + 4, y * cosine[i] - x * sine[i]);
@@ -73,7 +73,7 @@ inline Frame pose_and_jacobian(const Arm& arm, const double* q, JacobianColumn* 
     if (i + 1 == arm.joints) break;
     X = X * links.T[i + 1];
   }
-  X = X * arm.link[arm.joints];
+  X = X * arm.transform[arm.joints];
   for (int i = 0; i < arm.joints; ++i) {
     J[i].turning = axis[i] * arm.turn[i];
     J[i].moving = cross(J[i].turning, X.p - origin[i]) + axis[i] * arm.slide[i];

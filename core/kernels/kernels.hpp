@@ -18,13 +18,21 @@ inline constexpr int kChunk = 32;
 /// Instruction sets that the kernels are compiled for: x86-64 (or another machine's own), x86-64-v3 and -v4.
 enum class Isa { Baseline, Avx2, Avx512 };
 
+/// A link before its joint moves: Rot(y, beta) Rot(x, alpha) Trans(a, 0, 0) Rot(z, theta) Trans(0, 0, d).
+struct Link {
+  double cos_beta, sin_beta, cos_alpha, sin_alpha, a_mm;
+  double theta_rad, cos_theta, sin_theta, d_mm;
+};
+
 /// A serial arm as the product L_0 Z_0(q_0) L_1 Z_1(q_1) .. L_N, with L constant and Z_i a turn about or a
 /// slide along the z axis. mm, rad.
 struct alignas(64) Arm {
-  double link[kMostJoints + 1][16];  ///< L_i, homogeneous, column by column
-  double turn[kMostJoints];          ///< rad per unit of q_i, 0 for a prismatic joint
-  double slide[kMostJoints];         ///< mm per unit of q_i, 0 for a revolute joint
+  double transform[kMostJoints + 1][16];  ///< L_i, homogeneous, column by column
+  Link link[kMostJoints];                 ///< the same in its parts
+  double turn[kMostJoints];               ///< rad per unit of q_i, 0 for a prismatic joint
+  double slide[kMostJoints];              ///< mm per unit of q_i, 0 for a revolute joint
   int joints;
+  bool bare;  ///< the flange is the last joint's frame: L_N is the identity
 };
 
 struct InverseSettings {
@@ -64,7 +72,6 @@ struct LinkColumn {
 /// The arm that the points are compared with, and the columns wanted.
 struct PointModel {
   const Arm* arm;
-  const double (*x_axis)[3];  ///< of each link: the common normal in the frame before it
   double rotation[9];         ///< R_WB, column by column
   double origin[3];           ///< of the base in the tracker frame, mm
   double reflector[3];        ///< in the flange frame, mm

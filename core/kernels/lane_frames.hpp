@@ -32,11 +32,33 @@ inline LaneFrame operator*(const LaneFrame& X, const double* T) {
   return {along(X, T), along(X, T + 4), along(X, T + 8), along(X, T + 12) + X.p};
 }
 
-/// X turned about its own z axis.
-inline void turn(LaneFrame& X, Vec sine, Vec cosine) {
-  const Lane3 x = X.x * cosine + X.y * sine;
-  X.y = X.y * cosine - X.x * sine;
-  X.x = x;
+/// Turns the axes u and v in their plane, u towards v.
+template <typename Number>
+inline void turn(Lane3& u, Lane3& v, Number sine, Number cosine) {
+  const Lane3 before = u;
+  u = u * cosine + v * sine;
+  v = v * cosine - before * sine;
+}
+
+/// The common normal of the link after X: its x axis once turned by beta.
+inline Lane3 common_normal(const LaneFrame& X, const Link& link) {
+  return X.x * link.cos_beta - X.z * link.sin_beta;
+}
+
+/// Carries X to where the link's joint turns.
+inline void cross_link(LaneFrame& X, const Link& link) {
+  if (link.sin_beta != 0) turn(X.z, X.x, link.sin_beta, link.cos_beta);
+  turn(X.y, X.z, link.sin_alpha, link.cos_alpha);
+  X.p = X.p + X.x * link.a_mm;
+}
+
+inline LaneFrame base_frame() {
+  constexpr double kIdentity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  return all_lanes(kIdentity);
+}
+
+inline LaneFrame flange_frame(const LaneFrame& X, const Arm& arm) {
+  return arm.bare ? X : X * arm.transform[arm.joints];
 }
 
 }  // namespace truepose::kernels::TRUEPOSE_KERNEL_ISA

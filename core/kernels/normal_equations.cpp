@@ -11,18 +11,6 @@ namespace {
 constexpr int kBase = ParameterLayout::kBase;
 constexpr int kReflector = ParameterLayout::kReflector;
 
-using AxisTable = double[kernels::kMostJoints][3];
-
-/// The common normals of the links, each in the frame before it.
-void common_normals(const RobotModel& robot, AxisTable& x_axis) {
-  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-    const double beta = robot.joints[i].beta_rad;
-    x_axis[i][0] = std::cos(beta);
-    x_axis[i][1] = 0;
-    x_axis[i][2] = -std::sin(beta);
-  }
-}
-
 std::size_t lines_of(int numbers) {
   return static_cast<std::size_t>((numbers + kernels::kMostLanes - 1) / kernels::kMostLanes);
 }
@@ -55,13 +43,9 @@ NormalEquations::NormalEquations(const CalibratedCell& cell, const PreparedPoint
 
 void NormalEquations::evaluate(const CalibratedCell& cell) {
   const kernels::Arm arm = folded(cell.robot);
-  AxisTable x_axis;
-  common_normals(cell.robot, x_axis);
   const Eigen::Isometry3d X_WB = cell.base.isometry();
-  kernels::PointModel model{.arm = &arm,
-                            .x_axis = x_axis,
-                            .columns = columns_.data(),
-                            .column_count = static_cast<int>(columns_.size())};
+  kernels::PointModel model{
+      .arm = &arm, .columns = columns_.data(), .column_count = static_cast<int>(columns_.size())};
   Eigen::Map<Eigen::Matrix3d>(model.rotation) = X_WB.linear();
   Eigen::Map<Eigen::Vector3d>(model.origin) = X_WB.translation();
 

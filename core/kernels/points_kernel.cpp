@@ -23,16 +23,21 @@ using LaneFrames = LaneFrame[kMostJoints + 1];
 
 /// @param k  first of the points
 void link_frames(const Arm& arm, const PointBlock& points, int k, LaneFrames& X) {
-  constexpr double kIdentity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-  X[0] = all_lanes(kIdentity);
+  X[0] = base_frame();
   for (int i = 0; i < arm.joints; ++i) {
+    const Link& link = arm.link[i];
     LaneFrame& after = X[i + 1];
-    after = i == 0 ? all_lanes(arm.link[0]) : X[i] * arm.link[i];
+    after = X[i];
+    cross_link(after, link);
     const Vec first = load(points.first + i * points.stride + k);
     if (arm.turn[i] != 0) {
-      turn(after, load(points.second + i * points.stride + k), first);
+      const Vec sine = load(points.second + i * points.stride + k);
+      turn(after.x, after.y, sine * link.cos_theta + first * link.sin_theta,
+           first * link.cos_theta - sine * link.sin_theta);
+      after.p = after.p + after.z * link.d_mm;
     } else {
-      after.p = after.p + after.z * first;
+      turn(after.x, after.y, link.sin_theta, link.cos_theta);
+      after.p = after.p + after.z * (first + link.d_mm);
     }
   }
 }
@@ -41,12 +46,12 @@ void link_frames(const Arm& arm, const PointBlock& points, int k, LaneFrames& X)
 /// come from.
 Lane3 derivative(const PointModel& model, const LinkColumn& column, const LaneFrames& X, const Lane3& P) {
   const LaneFrame &before = X[column.link], &after = X[column.link + 1];
-  const double* const x_axis = model.x_axis[column.link];
+  const Link& link = model.arm->link[column.link];
   switch (column.kind) {
     case ColumnKind::A:
-      return along(before, x_axis);
+      return common_normal(before, link);
     case ColumnKind::Alpha:
-      return cross(along(before, x_axis), P - before.p);
+      return cross(common_normal(before, link), P - before.p);
     case ColumnKind::D:
       return after.z;
     case ColumnKind::Theta:
@@ -63,7 +68,7 @@ void linearise(const PointModel& model, const PointBlock& points, int k, const C
   for (int at = 0; at < chunk.points; at += kLanes) {
     LaneFrames X;
     link_frames(arm, points, k + at, X);
-    const LaneFrame flange = X[arm.joints] * arm.link[arm.joints];
+    const LaneFrame flange = flange_frame(X[arm.joints], arm);
     const Lane3 P = along(flange, model.reflector) + flange.p;
     const Vec w = load(points.weight + k + at);
 

@@ -37,13 +37,12 @@ inline SinCos sincos(Vec angle) {
   const IntVec quadrant = __builtin_bit_cast(IntVec, rounded);
   const Vec n = rounded - kRound;
 
-  // Remainder r + rest, exact to far below r's last bit (Knuth's two-sum around the second part).
+  // Remainder r + rest. The first difference is exact; what the second loses goes into the rest, and is
+  // itself lost only where the result is not small any more.
   const Vec high = angle - n * kHalfPi[0];
   const Vec second = n * kHalfPi[1];
   const Vec middle = high - second;
-  const Vec taken = high - middle;
-  const Vec error = (high - (middle + taken)) + (taken - second);
-  const Vec low = error - n * kHalfPi[2];
+  const Vec low = ((high - middle) - second) - n * kHalfPi[2];
   const Vec r = middle + low;
   const Vec rest = (middle - r) + low;
 
@@ -57,17 +56,14 @@ inline SinCos sincos(Vec angle) {
   const Vec c_low = 0x1.555555555554cp-5 + z * -0x1.6c16c16c1517ep-10;
   const Vec c_mid = 0x1.a01a019cb1bd8p-16 + z * -0x1.27e4f809f07b0p-22;
   const Vec c_high = 0x1.1ee9ebe913ef4p-29 + z * -0x1.8fae9c69b38f2p-37;
-  const Vec half = 0.5 * z;
-  const Vec one_less = 1.0 - half;
-  const Vec cosine =
-      one_less + (((1.0 - one_less) - half) + (z2 * (c_low + z2 * (c_mid + z2 * c_high)) - r * rest));
+  const Vec cosine = 1.0 - (0.5 * z - (z2 * (c_low + z2 * (c_mid + z2 * c_high)) - r * rest));
 
   // Quadrants 1 and 3 exchange the two; 2 and 3 turn the sine's sign, 1 and 2 the cosine's.
   const IntVec odd = -(quadrant & 1);
   const IntVec sign_of_sine = (quadrant & 2) << 62;
   const IntVec sign_of_cosine = ((quadrant + 1) & 2) << 62;
-  const Vec s = odd ? cosine : sine;
-  const Vec c = odd ? sine : cosine;
+  const Vec s = choose(odd, cosine, sine);
+  const Vec c = choose(odd, sine, cosine);
   return {__builtin_bit_cast(Vec, __builtin_bit_cast(IntVec, s) ^ sign_of_sine),
           __builtin_bit_cast(Vec, __builtin_bit_cast(IntVec, c) ^ sign_of_cosine)};
 }

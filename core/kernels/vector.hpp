@@ -49,11 +49,26 @@ inline IntVec lane_numbers(Indices<kLane...>) {
   return IntVec{kLane...};
 }
 
-/// Whether any lane of a comparison holds.
+/// Whether any lane of a comparison holds. The compiler's own functions, for it does not find these
+/// instructions.
 inline bool any(IntVec mask) {
+#if defined(__AVX512DQ__)
+  return __builtin_ia32_cvtq2mask512(mask) != 0;
+#elif defined(__AVX2__)
+  return __builtin_ia32_movmskpd256(__builtin_bit_cast(Vec, mask)) != 0;
+#elif defined(__SSE2__)
+  return __builtin_ia32_movmskpd(__builtin_bit_cast(Vec, mask)) != 0;
+#else
   long long some = 0;
   for (int i = 0; i < kLanes; ++i) some |= mask[i];
   return some != 0;
+#endif
+}
+
+/// Lanes of `a` where `mask` is all ones, of `b` where it is zero.
+inline Vec choose(IntVec mask, Vec a, Vec b) {
+  return __builtin_bit_cast(Vec,
+                            (__builtin_bit_cast(IntVec, a) & mask) | (__builtin_bit_cast(IntVec, b) & ~mask));
 }
 
 /// Sums of neighbours at distance kStep, those of `a` and of `b` in turn.
