@@ -11,6 +11,7 @@
 #include "core/calibration/particle_swarm.hpp"
 #include "core/calibration/ridge.hpp"
 #include "core/calibration/robust_fit.hpp"
+#include "core/kernels/fast_gauss_newton.hpp"
 #include "core/kinematics/angles.hpp"
 
 namespace truepose {
@@ -81,6 +82,9 @@ class Identification {
         options_{options},
         points_{points_of(data, PoseSet::Identify)},
         whitening_{whitening_of(points_, options.noise)},
+        anisotropic_{std::ranges::any_of(
+            whitening_.W,
+            [](const Eigen::Matrix3d& W) { return W != Eigen::Matrix3d::Identity() * W(0, 0); })},
         weights_(points_.size(), 1.0) {
     result_.method = options.method;
   }
@@ -132,6 +136,21 @@ class Identification {
     return gauss_newton(
         start, problem,
         {.max_iterations = max_iterations, .line_search = options_.method != CalibrationMethod::GaussNewton});
+  }
+
+  /// The kernels' fit, where the problem is one that they know: geometry alone, points that differ by a
+  /// factor.
+  std::optional<FitResult> fast_fit(const CalibratedCell& start, const LeastSquaresProblem& problem,
+                                    int max_iterations) const {
+    if (!start.robot.deviation.empty() || problem.prior.weight.size() > 0 || anisotropic_)
+      return std::nullopt;
+    Eigen::VectorXd factors(static_cast<Eigen::Index>(problem.W.size()));
+    for (std::size_t i = 0; i < problem.W.size(); ++i) {
+      factors[static_cast<Eigen::Index>(i)] = problem.W[i](0, 0);
+    }
+    const PreparedPoints prepared(start.robot, problem.points, static_cast<int>(start.reflectors.size()),
+                                  factors);
+    return fast_gauss_newton(start, prepared, problem.free, {.max_iterations = max_iterations});
   }
 
   /// Parameters that are fitted where nothing but the data is known of them.
@@ -359,6 +378,7 @@ class Identification {
   const CalibrateOptions& options_;
   std::vector<Measurement> points_;
   Whitening whitening_;
+  bool anisotropic_;             // a point's noise differs by direction
   std::vector<double> weights_;  // of each point, by the loss
   double sigma_mm_ = 1;          // by which the loss judged
   LeastSquaresProblem problem_;

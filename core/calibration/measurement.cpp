@@ -18,6 +18,13 @@ std::vector<int> pose_numbers(std::span<const Measurement> points) {
   return numbers;
 }
 
+std::vector<std::vector<std::size_t>> pose_groups(std::span<const Measurement> points) {
+  const std::vector<int> numbers = pose_numbers(points);
+  std::vector<std::vector<std::size_t>> groups(static_cast<std::size_t>(count_poses(points)));
+  for (std::size_t i = 0; i < points.size(); ++i) groups[static_cast<std::size_t>(numbers[i])].push_back(i);
+  return groups;
+}
+
 int count_poses(std::span<const Measurement> points) {
   const std::vector<int> numbers = pose_numbers(points);
   return numbers.empty() ? 0 : *std::ranges::max_element(numbers) + 1;

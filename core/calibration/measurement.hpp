@@ -35,6 +35,9 @@ struct MeasurementData {
 /// of one pose.
 std::vector<int> pose_numbers(std::span<const Measurement> points);
 
+/// Indices of the points of each pose, poses in the same order.
+std::vector<std::vector<std::size_t>> pose_groups(std::span<const Measurement> points);
+
 int count_poses(std::span<const Measurement> points);
 
 /// The points of one set, in their order.

@@ -10,7 +10,6 @@
 #include "core/calibration/measurement_model.hpp"
 #include "core/calibration/mistakes.hpp"
 #include "core/calibration/parameters.hpp"
-#include "core/calibration/pose_groups.hpp"
 #include "core/calibration/reflector_labels.hpp"
 
 namespace truepose {
@@ -99,7 +98,8 @@ CalibratedCell placed(const Trial& trial, Names names) {
   const Points trusted = nearest(linear_start(trial.arm, names, trial.points), trial.points);
   const CalibratedCell start = linear_start(trial.arm, names, trusted);
   const auto base_and_reflectors = first_parameters(ParameterLayout::of(start).link(0));
-  return gauss_newton(start, trusted, base_and_reflectors, {}, {.max_iterations = 20}).cell;
+  const LeastSquaresProblem problem{.points = trusted, .free = base_and_reflectors, .W = {}, .prior = {}};
+  return gauss_newton(start, problem, {.max_iterations = 20}).cell;
 }
 
 double fitted_error(const Trial& trial, Names names) {

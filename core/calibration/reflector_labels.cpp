@@ -7,7 +7,6 @@
 #include <string>
 
 #include "core/calibration/linear_start.hpp"
-#include "core/calibration/pose_groups.hpp"
 #include "core/kinematics/forward.hpp"
 
 namespace truepose {

@@ -2,6 +2,7 @@
 
 #include <expected>
 
+#include "core/kinematics/joint_deviation.hpp"
 #include "core/kinematics/robot_model.hpp"
 
 namespace truepose {
@@ -15,6 +16,7 @@ struct PoseInverseOptions {
   /// Where no descent from the seed leads to X_BF (as across a singularity): so many searches follow by steps
   /// that need not descend, and may end on another branch than the seed's.
   int leaps = 0;
+  Approach approach;  ///< directions in which the joints will have moved at X_BF, for arms with backlash
 };
 
 enum class PoseInverseFault { DidNotConverge, NotFinite };
@@ -26,10 +28,10 @@ struct PoseInverseResult {
   int iterations = 0;
 };
 
-/// Joint positions at which `robot` (usually a calibrated one) stands at X_BF: Newton with the analytic
-/// Jacobian from `q_seed`, damped (Levenberg-Marquardt) only where a full step would lead away. Stays on the
-/// seed's branch. With more than six joints the step is the smallest. Does not allocate. Joint limits are the
-/// caller's to judge.
+/// Encoder positions at which `robot` (usually a calibrated one, its deviations included) stands at X_BF:
+/// Newton with the analytic Jacobian from `q_seed`, damped (Levenberg-Marquardt) only where a full step would
+/// lead away. Stays on the seed's branch. With more than six joints the step is the smallest. Does not
+/// allocate. Joint limits are the caller's to judge.
 std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel& robot,
                                                                 const Eigen::Isometry3d& X_BF,
                                                                 const JointVector& q_seed,

@@ -55,12 +55,12 @@ class NormalStep {
 
 }  // namespace
 
-std::optional<GaussNewtonResult> fast_gauss_newton(const CalibratedCell& start, const PreparedPoints& points,
-                                                   const std::vector<int>& free,
-                                                   const GaussNewtonOptions& options) {
+std::optional<FitResult> fast_gauss_newton(const CalibratedCell& start, const PreparedPoints& points,
+                                           const std::vector<int>& free, const GaussNewtonOptions& options) {
   // A sum of squares is known to about this part of itself.
   constexpr double kRounding = 1e-13;
-  GaussNewtonResult result{.cell = start};
+  FitResult result{.cell = start};
+  result.rms_mm.reserve(static_cast<std::size_t>(options.max_iterations));
   NormalEquations equations(start, points, free);
   NormalStep step(static_cast<int>(free.size()));
   Eigen::VectorXd direction = Eigen::VectorXd::Zero(ParameterLayout::of(start).size());
@@ -73,9 +73,11 @@ std::optional<GaussNewtonResult> fast_gauss_newton(const CalibratedCell& start, 
       direction[free[k]] = step.step()[static_cast<Eigen::Index>(k)];
     const double change = std::sqrt(step.promised(equations) / points.size());
     const double cost = equations.cost();
+    const double rms = std::sqrt(cost / points.size());
     if (!std::isfinite(change)) return std::nullopt;
+    result.rms_mm.push_back(rms);
     move_by(result.cell, direction);
-    if (change < std::max(options.tolerance_mm, 1e-7 * std::sqrt(cost / points.size()))) {
+    if (change < std::max(options.tolerance_mm, 1e-6 * rms)) {
       result.converged = true;
       return result;
     }

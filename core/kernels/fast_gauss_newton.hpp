@@ -15,8 +15,8 @@ namespace truepose {
 /// @param free    indices of ParameterLayout, ascending
 /// @return nothing where a step does not descend, or where the columns depend on each other so far that
 /// normal equations would lose digits: gauss_newton() then has the answer
-std::optional<GaussNewtonResult> fast_gauss_newton(const CalibratedCell& start, const PreparedPoints& points,
-                                                   const std::vector<int>& free,
-                                                   const GaussNewtonOptions& options = {});
+std::optional<FitResult> fast_gauss_newton(const CalibratedCell& start, const PreparedPoints& points,
+                                           const std::vector<int>& free,
+                                           const GaussNewtonOptions& options = {});
 
 }  // namespace truepose

@@ -12,12 +12,6 @@ namespace truepose {
 /// Direction in which each joint last moved: 1 to greater q, -1 to smaller q, 0 unknown. Empty = all unknown.
 using ApproachDirections = std::vector<std::int8_t>;
 
-/// What one joint carries: the mass of the link after it, at its centre in the joint's link frame.
-struct LinkMass {
-  double mass_kg = 0;
-  Eigen::Vector3d centre_mm{0, 0, 0};
-};
-
 /// One sine over the joint angle: amplitude * sin(order * q + phase).
 struct GearHarmonic {
   double amplitude_rad = 0;

@@ -302,9 +302,16 @@ std::vector<int> all_parameters(const CalibratedCell& cell) {
   return free;
 }
 
+LeastSquaresProblem least_squares(std::span<const Measurement> points, std::vector<int> free,
+                                  const Eigen::VectorXd& weights) {
+  LeastSquaresProblem result{.points = points, .free = std::move(free), .W = {}, .prior = {}};
+  for (const double weight : weights) result.W.push_back(weight * Eigen::Matrix3d::Identity());
+  return result;
+}
+
 void expect_normal_equations(const Problem& at, const std::vector<int>& free, const Eigen::VectorXd& weights,
                              const kernels::Kernels& code) {
-  const LinearSystem expected = linearise(at.start, at.points, free, weights);
+  const LinearSystem expected = linearise(at.start, least_squares(at.points, free, weights));
   const PreparedPoints points(at.start.robot, at.points, static_cast<int>(at.start.reflectors.size()),
                               weights, code);
   NormalEquations equations(at.start, points, free);
@@ -349,13 +356,14 @@ TEST_P(Kernels, TakeOtherWeightsForPreparedPoints) {
   points.reweight(at.weights);
   NormalEquations equations(at.start, points, free);
   equations.evaluate(at.start);
-  const LinearSystem expected = linearise(at.start, at.points, free, at.weights);
+  const LinearSystem expected = linearise(at.start, least_squares(at.points, free, at.weights));
   EXPECT_NEAR(equations.cost(), expected.f.squaredNorm(), 1e-12 * expected.f.squaredNorm());
 }
 
 std::vector<int> kept_parameters(const Problem& at) {
-  return identifiability(linearise(at.start, at.points, all_parameters(at.start), at.weights).J,
-                         conventional_preference(ParameterLayout::of(at.start)))
+  return identifiability(
+             linearise(at.start, least_squares(at.points, all_parameters(at.start), at.weights)).J,
+             conventional_preference(ParameterLayout::of(at.start)))
       .kept;
 }
 
@@ -365,7 +373,7 @@ TEST_P(Kernels, EndTheFitWhereTheLineSearchEndsIt) {
     for (const int reflectors : {1, 3}) {
       const Problem at = problem(kr210(false), reflectors, 80, noise_mm, random);
       const std::vector<int> free = kept_parameters(at);
-      const GaussNewtonResult expected = gauss_newton(at.start, at.points, free, at.weights);
+      const FitResult expected = gauss_newton(at.start, least_squares(at.points, free, at.weights));
       const auto actual = fast_gauss_newton(
           at.start, PreparedPoints(at.start.robot, at.points, reflectors, at.weights, code()), free);
       ASSERT_TRUE(expected.converged);
