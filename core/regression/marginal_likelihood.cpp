@@ -15,6 +15,9 @@ struct LogPrior {
 constexpr LogPrior kLength{1.5, 1.5};
 constexpr LogPrior kNoise{-2, 3};
 
+/// Least ratio of noise to signal: keeps rounding errors out of predictions where data are free of noise.
+constexpr double kLeastNoiseRatio = 1e-7;
+
 }  // namespace
 
 Eigen::LLT<Eigen::MatrixXd> factorise(const Eigen::MatrixXd& Z, const GaussianProcessHyper& hyper) {
@@ -33,7 +36,8 @@ MarginalLikelihood::MarginalLikelihood(Eigen::MatrixXd Z, Eigen::MatrixXd T, Cor
     : Z_{std::move(Z)}, T_{std::move(T)}, correlation_{correlation} {}
 
 GaussianProcessHyper MarginalLikelihood::hyper(const Eigen::VectorXd& log_hyper) const {
-  return {correlation_, log_hyper.head(Z_.cols()).array().exp(), std::exp(log_hyper[Z_.cols()])};
+  return {correlation_, log_hyper.head(Z_.cols()).array().exp(),
+          kLeastNoiseRatio + std::exp(log_hyper[Z_.cols()])};
 }
 
 double MarginalLikelihood::prior(const Eigen::VectorXd& log_hyper, Eigen::VectorXd& gradient) const {
@@ -64,7 +68,7 @@ double MarginalLikelihood::operator()(const Eigen::VectorXd& log_hyper, Eigen::V
   // The derivative to a parameter p is tr(W dC/dp) / 2.
   Eigen::MatrixXd W = m * factor.solve(Eigen::MatrixXd::Identity(N, N));
   W.noalias() -= alpha * signal.cwiseInverse().asDiagonal() * alpha.transpose();
-  gradient[d] = 0.5 * at.noise_ratio * W.trace();
+  gradient[d] = 0.5 * std::exp(log_hyper[d]) * W.trace();
 
   // dC/dlog l_k = -2 R'(u) (z_ik - z_jk)^2 / l_k^2, summed without forming it: A is symmetric.
   const Eigen::MatrixXd scaled = Z_ * at.lengths.cwiseInverse().asDiagonal();

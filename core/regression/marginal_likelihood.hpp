@@ -28,7 +28,7 @@ class MarginalLikelihood {
   /// @param T  N x m targets at unit scale
   MarginalLikelihood(Eigen::MatrixXd Z, Eigen::MatrixXd T, Correlation correlation);
 
-  /// @param log_hyper  logarithms of the d lengths, then of the noise ratio
+  /// @param log_hyper  logarithms of the d lengths, then of the noise ratio above its floor
   double operator()(const Eigen::VectorXd& log_hyper, Eigen::VectorXd& gradient) const;
 
   GaussianProcessHyper hyper(const Eigen::VectorXd& log_hyper) const;
