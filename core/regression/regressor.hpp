@@ -14,7 +14,7 @@
 namespace truepose {
 
 /// Bounds that let a prediction live on the stack.
-inline constexpr int kMaxFeatures = 24;
+inline constexpr int kMaxFeatures = 32;
 inline constexpr int kMaxTargets = 12;
 
 /// What is left of a measured error, and the features of the pose that shall explain it. Features may have

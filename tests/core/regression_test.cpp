@@ -175,7 +175,7 @@ TEST(Regression, RefusesDataThatCannotBeFitted) {
 }
 
 TEST(GaussianProcess, RecoversASmoothFieldFreeOfNoise) {
-  const RegressorPtr fitted = fit(RegressorKind::GaussianProcess, sample(250, 0, 16));
+  const RegressorPtr fitted = fit(RegressorKind::GaussianProcess, sample(150, 0, 16));
   EXPECT_LT(part_left(*fitted, sample(200, 0, 17)), 0.02);
 }
 
@@ -233,7 +233,7 @@ TEST(CrossValidation, LeavesPointsOfAGroupOutTogether) {
 }
 
 TEST(CrossValidation, PredictsTheErrorAtFreshPoints) {
-  const RegressionData data = sample(100, 0.02, 25), fresh = sample(400, 0.02, 26);
+  const RegressionData data = sample(60, 0.02, 25), fresh = sample(400, 0.02, 26);
   for (const RegressorKind kind : {RegressorKind::GaussianProcess, RegressorKind::MovingLeastSquares}) {
     const auto validated = cross_validate(kind, data);
     ASSERT_TRUE(validated) << validated.error();
@@ -249,18 +249,16 @@ TEST(CrossValidation, RefusesASingleGroup) {
 }
 
 TEST(SelectRegressor, ChoosesNoneOnNoise) {
-  for (const int N : {20, 40}) {
-    for (std::uint64_t seed = 0; seed < 5; ++seed) {
-      const auto selection = select_regressor(sample(N, 0.02, 100 + seed, false));
-      ASSERT_TRUE(selection) << selection.error();
-      EXPECT_EQ(selection->kind, std::nullopt) << N << " points, seed " << seed;
-      EXPECT_EQ(selection->regressor, nullptr);
-    }
+  for (std::uint64_t seed = 100; seed < 103; ++seed) {
+    const auto selection = select_regressor(sample(25, 0.02, seed, false));
+    ASSERT_TRUE(selection) << selection.error();
+    EXPECT_EQ(selection->kind, std::nullopt) << "seed " << seed;
+    EXPECT_EQ(selection->regressor, nullptr);
   }
 }
 
 TEST(SelectRegressor, ChoosesTheBestOnASmoothFieldAndSaysWhatEachBought) {
-  const auto selection = select_regressor(sample(80, 0.01, 28));
+  const auto selection = select_regressor(sample(50, 0.01, 28));
   ASSERT_TRUE(selection) << selection.error();
   ASSERT_EQ(selection->tried.size(), kAllRegressors.size());
   const auto& best = *std::ranges::min_element(selection->tried, {}, &CrossValidation::rms);
