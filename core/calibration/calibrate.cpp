@@ -11,6 +11,7 @@
 #include "core/calibration/particle_swarm.hpp"
 #include "core/calibration/ridge.hpp"
 #include "core/calibration/robust_fit.hpp"
+#include "core/compensation/regression_field.hpp"
 #include "core/kernels/fast_gauss_newton.hpp"
 #include "core/kinematics/angles.hpp"
 
@@ -94,6 +95,9 @@ class Identification {
     if (auto error = fit_base_and_reflectors()) return std::unexpected(*error);
     if (auto error = fit_geometry()) return std::unexpected(*error);
     if (options_.deviation) fit_deviations();
+    if (!options_.residual.empty()) {
+      if (auto error = fit_residual()) return std::unexpected(*error);
+    }
     describe();
     return std::move(result_);
   }
@@ -297,6 +301,29 @@ class Identification {
     }
     prior.weight.tail(layout.deviations).setConstant(uncertainty_.sigma0_mm / result_.deviation->scale);
     problem_.prior = std::move(prior);
+  }
+
+  std::optional<CalibrationError> fit_residual() {
+    std::vector<Measurement> trusted;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (weights_[i] > 0) trusted.push_back(points_[i]);
+    }
+    const FieldData data = field_data(fit_.cell, trusted);
+    auto selection = select_regressor(data.regression, options_.residual);
+    if (!selection)
+      return CalibrationError{CalibrationFault::TooFewPoses, "residual field: " + selection.error()};
+    if (options_.residual.size() == 1 && !selection->regressor) {
+      auto asked = fit_regressor(options_.residual.front(), data.regression);
+      if (!asked) return CalibrationError{CalibrationFault::TooFewPoses, "residual field: " + asked.error()};
+      selection->kind = options_.residual.front();
+      selection->regressor = *asked;
+    }
+    if (selection->regressor) {
+      fit_.cell.robot.field =
+          std::make_shared<RegressionField>(fit_.cell.robot, selection->regressor, data.p_F_mm);
+    }
+    result_.residual = std::move(*selection);
+    return std::nullopt;
   }
 
   void describe() {

@@ -14,6 +14,7 @@
 #include "core/calibration/robust_loss.hpp"
 #include "core/calibration/uncertainty.hpp"
 #include "core/evaluation/error_statistics.hpp"
+#include "core/regression/select_regressor.hpp"
 
 namespace truepose {
 
@@ -41,7 +42,10 @@ struct CalibrateOptions {
   std::optional<MeasurementNoise> noise;  ///< where points do not state their sigma; none: all alike
   bool deviation = false;                 ///< look for deviations of the joints and keep those that help
   std::vector<int> harmonics{1, 2};       ///< multiples of a joint's angle to look for
-  std::optional<CalibratedCell> start;    ///< where the coarse stage starts; none: found without a guess
+  /// Residual field: none; the one of these kinds; or with several the best of them under cross-validation,
+  /// and none where none helps.
+  std::vector<RegressorKind> residual;
+  std::optional<CalibratedCell> start;  ///< where the coarse stage starts; none: found without a guess
   int max_coarse_iterations = 200;
   int max_fine_iterations = 50;
 };
@@ -107,6 +111,7 @@ struct Calibration {
   PriorScale prior_scale;  ///< as used
   std::vector<RejectedPoint> rejected;
   std::optional<DeviationChoice> deviation;
+  std::optional<RegressorSelection> residual;
   TransferUncertainty transfer;  ///< over the joint limits
   StageErrors identify;
   std::optional<StageErrors> validate;

@@ -83,6 +83,18 @@ json::object deviation_json(const DeviationChoice& choice) {
           {"groups", std::move(groups)}};
 }
 
+json::object residual_json(const RegressorSelection& selection) {
+  json::array tried;
+  for (const CrossValidation& kind : selection.tried) {
+    tried.push_back(json::object{{"name", name_of(kind.kind)},
+                                 {"rms_mm", finite(kind.rms)},
+                                 {"standard_error_mm", finite(kind.standard_error)}});
+  }
+  return {{"chosen", selection.kind ? name_of(*selection.kind) : "none"},
+          {"without_rms_mm", finite(selection.rms_zero)},
+          {"tried", std::move(tried)}};
+}
+
 json::object prior_json(const Calibration& calibration) {
   if (!calibration.prior_used) return {{"used", false}};
   return {{"used", true},
@@ -144,6 +156,7 @@ json::object calibration_document(const Calibration& calibration, const Measurem
   document["rank"] = calibration.rank;
   document["condition"] = finite(calibration.condition);
   if (calibration.deviation) document["deviation"] = deviation_json(*calibration.deviation);
+  if (calibration.residual) document["residual"] = residual_json(*calibration.residual);
   document["prior"] = prior_json(calibration);
   if (calibration.transfer.worst.size() > 0) document["transfer"] = transfer_json(calibration);
   document["rejected"] = rejected_json(calibration, data);

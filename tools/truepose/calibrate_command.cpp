@@ -64,6 +64,12 @@ std::vector<std::string> names_of(const Names& named) {
   return names;
 }
 
+std::vector<std::string> residual_names() {
+  std::vector<std::string> names{"none", "auto"};
+  for (const RegressorKind kind : kAllRegressors) names.emplace_back(name_of(kind));
+  return names;
+}
+
 CalibrateOptions options_of(const CalibrateCommand& command) {
   CalibrateOptions options;
   options.method = value_of(kMethodNames, command.method);
@@ -71,6 +77,11 @@ CalibrateOptions options_of(const CalibrateCommand& command) {
   options.prior = value_of(kPriorNames, command.prior);
   options.deviation = command.deviation == "auto";
   options.harmonics = command.harmonics;
+  if (command.residual == "auto") {
+    options.residual.assign(kAllRegressors.begin(), kAllRegressors.end());
+  } else if (command.residual != "none") {
+    options.residual = {*regressor_kind(command.residual)};
+  }
   return options;
 }
 
@@ -197,7 +208,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   sub->add_option("--harmonics", command->harmonics, "Multiples of a joint's angle to look for, as 1,2,162")
       ->delimiter(',')
       ->check(CLI::Range(1, 10'000));
-  sub->add_option("--residual", command->residual, "Residual field")->check(available({"none"}));
+  sub->add_option("--residual", command->residual, "Residual field")->check(available(residual_names()));
   sub->add_option("--loss", command->loss, "Weight of a residual")->check(available(names_of(kLossNames)));
   sub->add_option("--prior", command->prior, "Whether deviations from the data sheet are taken as small")
       ->check(available(names_of(kPriorNames)));
