@@ -26,8 +26,8 @@ struct alignas(64) LinkTransforms {
 inline void link_transforms(const Arm& arm, const double* q, LinkTransforms& links) {
   alignas(64) double sine[kMostJoints], cosine[kMostJoints];
   for (int i = 0; i < arm.joints; i += kLanes) {
-    const IntVec inside = lane_numbers(Lanes{}) < static_cast<long long>(arm.joints - i);
-    const SinCos turn = sincos((inside ? load(q + i) : Vec{}) * load(arm.turn + i));
+    const IntVec inside = lane_numbers(Lanes{}) < static_cast<double>(arm.joints - i);
+    const SinCos turn = sincos(choose(inside, load(q + i), Vec{}) * load(arm.turn + i));
     store(sine + i, turn.sine);
     store(cosine + i, turn.cosine);
   }

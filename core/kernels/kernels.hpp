@@ -62,6 +62,9 @@ struct PointBlock {
   int count;  ///< a multiple of kMostLanes
 };
 
+/// Dot products are summed in blocks of up to this many rows and columns, which may overhang the last.
+inline constexpr int kBlock = 4;
+
 /// What a column of the Jacobian is the derivative to, of link `link` where it is a link's.
 enum class ColumnKind { A, Alpha, D, Theta, Beta };
 struct LinkColumn {

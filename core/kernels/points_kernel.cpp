@@ -95,7 +95,7 @@ void linearise(const PointModel& model, const PointBlock& points, int k, const C
 }
 
 /// Columns of the product that are summed at a time: as many as there are registers for.
-inline constexpr int kBlockRows = kLanes == 8 ? 4 : 2;
+inline constexpr int kBlockRows = kLanes == 8 ? 4 : kLanes == 4 ? 3 : 2;
 inline constexpr int kBlockColumns = 4;
 
 /// Adds the dot products of the columns i and j on, kBlockRows by kBlockColumns of them. Columns beyond the
@@ -107,14 +107,14 @@ void add_block(const Chunk& chunk, int i, int j, int count, PointSums& sums_out)
 
   Vec products[kBlockRows * kBlockColumns] = {};
   for (int k = 0; k < 3 * chunk.points; k += kLanes) {
-    Vec right[kBlockColumns];
+    Vec left[kBlockRows];
 #pragma GCC unroll 4
-    for (int c = 0; c < kBlockColumns; ++c) right[c] = load(columns[c] + k);
+    for (int r = 0; r < kBlockRows; ++r) left[r] = load(rows[r] + k);
 #pragma GCC unroll 4
-    for (int r = 0; r < kBlockRows; ++r) {
-      const Vec left = load(rows[r] + k);
+    for (int c = 0; c < kBlockColumns; ++c) {
+      const Vec right = load(columns[c] + k);
 #pragma GCC unroll 4
-      for (int c = 0; c < kBlockColumns; ++c) products[r * kBlockColumns + c] += left * right[c];
+      for (int r = 0; r < kBlockRows; ++r) products[r * kBlockColumns + c] += left[r] * right;
     }
   }
 

@@ -45,8 +45,8 @@ using IndicesTo = Indices<__integer_pack(kCount)...>;
 using Lanes = IndicesTo<kLanes>;
 
 template <int... kLane>
-inline IntVec lane_numbers(Indices<kLane...>) {
-  return IntVec{kLane...};
+inline Vec lane_numbers(Indices<kLane...>) {
+  return Vec{kLane...};
 }
 
 /// Whether any lane of a comparison holds. The compiler's own functions, for it does not find these

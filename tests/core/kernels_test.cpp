@@ -11,6 +11,7 @@
 #include "core/kernels/normal_equations.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/random.hpp"
+#include "tests/core/malloc_count.hpp"
 
 namespace truepose {
 namespace {
@@ -266,6 +267,16 @@ TEST_P(Kernels, InvertFromASingularSeed) {
   EXPECT_LT((forward_kinematics(robot, solution->q).translation() - X.translation()).norm(), 1e-8);
 }
 
+/// Every instruction set is a test of its own above; here the choice.
+TEST(BestKernels, AreThoseOfTheBestInstructionSetOfTheMachine) {
+  for (const Isa isa : {Isa::Avx512, Isa::Avx2, Isa::Baseline}) {
+    if (!kernels::available(isa)) continue;
+    EXPECT_EQ(&kernels::best(), &kernels::kernels_for(isa));
+    break;
+  }
+  EXPECT_TRUE(kernels::available(Isa::Baseline));
+}
+
 /// A cell with points of every reflector in turn, off by `noise_mm` from what a cell moved a little would
 /// show.
 struct Problem {
@@ -385,6 +396,36 @@ TEST_P(Kernels, EndTheFitWhereTheLineSearchEndsIt) {
       }
     }
   }
+}
+
+TEST_P(Kernels, FitWithoutAllocatingInAnIteration) {
+  Random random{12};
+  const Problem at = problem(kr210(false), 2, 80, 0.05, random);
+  const std::vector<int> free = kept_parameters(at);
+  PreparedPoints points(at.start.robot, at.points, 2, at.weights, code());
+  const auto allocated = [&](int iterations) {
+    const std::size_t before = malloc_count().value_or(0);
+    const auto fit = fast_gauss_newton(at.start, points, free, {.max_iterations = iterations});
+    EXPECT_EQ(fit.value().iterations, iterations);
+    return malloc_count().value_or(0) - before;
+  };
+  EXPECT_EQ(allocated(3), allocated(1));
+
+  const std::size_t before = malloc_count().value_or(0);
+  points.reweight(at.weights);
+  EXPECT_EQ(malloc_count().value_or(0), before);
+}
+
+TEST_P(Kernels, EvaluateAndInvertAnArmWithoutAllocating) {
+  Random random{13};
+  const RobotModel robot = kr210(true);
+  const JointVector q = random_joints(robot, random), seed = q.array() + 0.01;
+  PoseAndJacobian at;
+  const std::size_t before = malloc_count().value_or(0);
+  const ArmKernel arm{robot, code()};
+  arm.forward_with_jacobian(q, at);
+  EXPECT_TRUE(arm.inverse_near(arm.forward(q), seed).has_value());
+  EXPECT_EQ(malloc_count().value_or(0), before);
 }
 
 TEST_P(Kernels, LeaveAFitWithDependentColumnsToTheLineSearch) {
