@@ -9,7 +9,6 @@ namespace truepose {
 namespace {
 
 constexpr int kBase = ParameterLayout::kBase;
-constexpr int kReflector = ParameterLayout::kReflector;
 
 std::size_t lines_of(int numbers) {
   return static_cast<std::size_t>((numbers + kernels::kMostLanes - 1) / kernels::kMostLanes);

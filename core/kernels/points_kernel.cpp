@@ -94,9 +94,9 @@ void linearise(const PointModel& model, const PointBlock& points, int k, const C
   }
 }
 
-/// Columns of the product that are summed at a time: as many as there are registers for.
+/// Rows and columns of the product that are summed at a time: as many as there are registers for.
 inline constexpr int kBlockRows = kLanes == 8 ? 4 : kLanes == 4 ? 3 : 2;
-inline constexpr int kBlockColumns = 4;
+inline constexpr int kBlockColumns = kBlock;
 
 /// Adds the dot products of the columns i and j on, kBlockRows by kBlockColumns of them. Columns beyond the
 /// last stand for it; their products are not regarded.

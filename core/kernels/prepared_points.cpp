@@ -1,5 +1,6 @@
 #include "core/kernels/prepared_points.hpp"
 
+#include <algorithm>
 #include <cassert>
 
 namespace truepose {

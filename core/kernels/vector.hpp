@@ -82,6 +82,7 @@ inline Vec sums_of_neighbours(Vec a, Vec b, Indices<kLane...>) {
          __builtin_shufflevector(a, b, (first(kLane) + kStep)...);
 }
 
+/// Halves the number of vectors until one is left.
 template <int kStep = 1>
 inline void fold(Vec* v) {
   for (int i = 0; i < kLanes / (2 * kStep); ++i)

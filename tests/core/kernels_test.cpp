@@ -228,6 +228,20 @@ TEST_P(Kernels, InvertArmsWithMoreThanSixJointsByTheSmallestStep) {
   }
 }
 
+TEST_P(Kernels, InvertArmsWithFewerThanSixJointsWhereThePoseCanBeReached) {
+  Random random{14};
+  for (const std::string types : {"R", "P", "RPR", "RRRRR"}) {
+    for (int trial = 0; trial < 50; ++trial) {
+      const RobotModel robot = random_arm(types, random);
+      const JointVector q = random_joints(robot, random);
+      const Eigen::Isometry3d X = forward_kinematics(robot, q);
+      const auto solution = ArmKernel{robot, code()}.inverse_near(X, q.array() + 0.01);
+      ASSERT_TRUE(solution.has_value()) << types;
+      EXPECT_LT((forward_kinematics(robot, solution->q).translation() - X.translation()).norm(), 1e-8);
+    }
+  }
+}
+
 TEST_P(Kernels, InvertFromASeedHalfATurnAway) {
   const RobotModel robot = kr210(true);
   const JointVector q = (JointVector(6) << 0.2, -1.4, 1.5, 0.3, 0.8, 0.1).finished();
@@ -396,6 +410,25 @@ TEST_P(Kernels, EndTheFitWhereTheLineSearchEndsIt) {
       }
     }
   }
+}
+
+TEST_P(Kernels, NeverEndAFitFromAWildStartOtherThanAtItsMinimum) {
+  Random random{15};
+  int left = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    Problem at = problem(kr210(false), 1, 40, 0.05, random);
+    const std::vector<int> free{0, 1, 2, 3, 4, 5, 6, 7, 8};
+    for (double& angle : at.start.base.rxyz_rad) angle += random.uniform(-3, 3);
+    at.start.reflectors[0].p_FS_mm *= random.uniform(-5, 5);
+    const PreparedPoints points(at.start.robot, at.points, 1, {}, code());
+    const auto fit = fast_gauss_newton(at.start, points, free);
+    left += !fit || !fit->converged;
+    if (!fit || !fit->converged) continue;
+    const LinearSystem end = linearise(fit->cell, at.points, free, {});
+    const Eigen::VectorXd slope = end.J.transpose() * end.f;
+    EXPECT_LT(column_norms(end.J).cwiseInverse().cwiseProduct(slope).norm(), 1e-6 * end.f.norm());
+  }
+  EXPECT_GT(left, 0);
 }
 
 TEST_P(Kernels, FitWithoutAllocatingInAnIteration) {
