@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "core/calibration/gauss_newton.hpp"
 #include "core/calibration/identifiability.hpp"
 #include "core/calibration/levenberg_marquardt.hpp"
 #include "core/calibration/linear_start.hpp"
+#include "core/calibration/model_sanity.hpp"
 #include "core/calibration/particle_swarm.hpp"
 #include "core/calibration/ridge.hpp"
 #include "core/calibration/robust_fit.hpp"
@@ -54,18 +56,17 @@ std::optional<CalibrationError> unusable(const RobotModel& arm, std::span<const 
 std::optional<CalibrationError> not_separable(const CalibratedCell& cell,
                                               const LeastSquaresProblem& problem) {
   const Eigen::MatrixXd J = linearise(cell, problem).J;
-  const Identifiability known = identifiability(J, Eigen::VectorXd::Ones(J.cols()));
-  if (known.rank == J.cols()) return std::nullopt;
-  const auto names = parameter_names(cell);
-  std::string lost;
-  for (const int k : problem.free) {
-    if (!std::ranges::binary_search(known.kept, k))
-      lost += (lost.empty() ? "" : ", ") + names[static_cast<std::size_t>(k)];
+  const std::vector<std::string> all = parameter_names(cell);
+  const std::vector<std::string> names(all.begin(), all.begin() + J.cols());
+  const NullSpace open = null_space(J, names, Eigen::VectorXd::Ones(J.cols()),
+                                    Eigen::VectorXd::Constant(J.cols(), std::numeric_limits<double>::max()));
+  if (open.rank == J.cols()) return std::nullopt;
+  std::string sentences;
+  for (const Combination& combination : open.unknown) {
+    sentences += (sentences.empty() ? "" : "; ") + combination.sentence;
   }
-  return CalibrationError{
-      CalibrationFault::NotSeparable,
-      "base and reflector offset cannot be told apart (" + lost +
-          " follow from the others): measure poses whose flange orientations differ about all axes"};
+  return CalibrationError{CalibrationFault::NotSeparable,
+                          sentences + ": measure poses whose flange orientations differ about all axes"};
 }
 
 std::vector<Eigen::Matrix3d> scaled(std::vector<Eigen::Matrix3d> W, std::span<const double> weights) {
@@ -93,6 +94,11 @@ class Identification {
   std::expected<Calibration, CalibrationError> run() {
     if (auto error = unusable(nominal_, data_.smr_names, points_)) return std::unexpected(*error);
     if (auto error = fit_base_and_reflectors()) return std::unexpected(*error);
+    if (options_.check_model) {
+      if (auto suspicion = suspect(nominal_, data_)) {
+        return std::unexpected(CalibrationError{CalibrationFault::WrongModel, suspicion->sentence});
+      }
+    }
     if (auto error = fit_geometry()) return std::unexpected(*error);
     if (options_.deviation) fit_deviations();
     if (!options_.residual.empty()) {
@@ -195,7 +201,21 @@ class Identification {
     if (options_.method != CalibrationMethod::Ridge && prior_wanted()) use_prior();
     result_.converged = result_.converged && fit_.converged;
     result_.geometric = fit_.cell;
+    describe_known(layout);
     return std::nullopt;
+  }
+
+  /// What the poses show of the geometry, and what they leave open.
+  void describe_known(const ParameterLayout& layout) {
+    LeastSquaresProblem all = weighted(first_parameters(layout.size()));
+    const Eigen::MatrixXd J = linearise(fit_.cell, all).J;
+    NullSpace open = null_space(J / uncertainty_.sigma0_mm, parameter_names(fit_.cell),
+                                conventional_preference(layout), usual_deviation(layout));
+    result_.unknown = std::move(open.unknown);
+    result_.weak = std::move(open.weak);
+    const Eigen::MatrixXd kept = J(Eigen::all, identified_);
+    result_.observability =
+        observability(kept * column_norms(kept).cwiseInverse().asDiagonal(), count_poses(points_));
   }
 
   /// The robust chain from a cell: weights from a redescending fit, then the plain fit under these weights.
@@ -329,7 +349,7 @@ class Identification {
   void describe() {
     result_.cell = fit_.cell;
     result_.sigma0_mm = uncertainty_.sigma0_mm;
-    result_.covariance = printed_covariance();
+    result_.covariance = uncertainty_.covariance;
     describe_parameters();
     describe_rejected();
     for (const Measurement& m : data_.points) {
@@ -352,6 +372,7 @@ class Identification {
   }
 
   void describe_parameters() {
+    const Eigen::MatrixXd printed = printed_covariance();
     const ParameterLayout layout = ParameterLayout::of(fit_.cell);
     const auto names = parameter_names(fit_.cell);
     const Eigen::VectorXd before = parameter_values(result_.coarse), after = parameter_values(fit_.cell);
@@ -365,7 +386,7 @@ class Identification {
           {.name = names[static_cast<std::size_t>(k)],
            .nominal = is_link ? before[k] : 0.0,
            .value = after[k],
-           .sigma = std::sqrt(result_.covariance(k, k)),
+           .sigma = std::sqrt(printed(k, k)),
            .identified = all || is_term || std::ranges::binary_search(identified_, k),
            .data_share = uncertainty_.data_share[k]});
     }

@@ -10,6 +10,8 @@
 #include "core/calibration/deviation_selection.hpp"
 #include "core/calibration/measurement.hpp"
 #include "core/calibration/measurement_noise.hpp"
+#include "core/calibration/null_space.hpp"
+#include "core/calibration/observability.hpp"
 #include "core/calibration/prior.hpp"
 #include "core/calibration/robust_loss.hpp"
 #include "core/calibration/uncertainty.hpp"
@@ -45,6 +47,8 @@ struct CalibrateOptions {
   /// Residual field: none; the one of these kinds; or with several the best of them under cross-validation,
   /// and none where none helps.
   std::vector<RegressorKind> residual;
+  bool check_model =
+      true;  ///< refuse a nominal arm that cannot be right, and say which mistake explains the data
   std::optional<CalibratedCell> start;  ///< where the coarse stage starts; none: found without a guess
   int max_coarse_iterations = 200;
   int max_fine_iterations = 50;
@@ -54,6 +58,7 @@ enum class CalibrationFault {
   TooFewPoses,
   NotFinite,
   NotSeparable,  ///< base and reflector offset cannot be told apart
+  WrongModel,    ///< the nominal arm cannot be right
 };
 
 struct CalibrationError {
@@ -102,10 +107,13 @@ struct Calibration {
   CalibratedCell geometric;                        ///< after the fine stage
   CalibratedCell cell;                             ///< calibrated arm with all layers
   std::vector<IdentifiedParameter> parameters;
-  Eigen::MatrixXd covariance;  ///< of the parameters of `cell`, order of ParameterLayout
+  Eigen::MatrixXd covariance;  ///< of the parameters, order of ParameterLayout, the base's rotation as a turn
   int rank = 0;
-  double rank_gap = 0;   ///< smallest pivot kept over the largest dropped
-  double condition = 0;  ///< of the kept columns, scaled to unit norm
+  double rank_gap = 0;                 ///< smallest pivot kept over the largest dropped
+  double condition = 0;                ///< of the kept columns, scaled to unit norm
+  ObservabilityIndices observability;  ///< of the same
+  std::vector<Combination> unknown;    ///< what no pose shows, in words
+  std::vector<Combination> weak;       ///< what the data say less about than the data sheet
   double sigma0_mm = 0;  ///< estimated standard deviation of one coordinate of a point of weight 1
   bool prior_used = false;
   PriorScale prior_scale;  ///< as used
@@ -116,6 +124,12 @@ struct Calibration {
   StageErrors identify;
   std::optional<StageErrors> validate;
   std::vector<PointErrors> points;  ///< in the order of MeasurementData::points
+
+  /// How well a predicted reflector position is known: mm^2, tracker frame. Nothing is added for the residual
+  /// field.
+  Eigen::Matrix3d position_covariance(const JointVector& q, int smr) const {
+    return truepose::position_covariance(cell, covariance, q, smr);
+  }
 };
 
 /// Fits base and reflectors alone, the arm held at `arm`: the coarse stage. Few poses suffice, so a campaign

@@ -14,8 +14,10 @@ namespace {
 
 constexpr int kFolds = 10;
 constexpr std::array kScales{3e-3, 1e-3, 0.3e-3, 0.1e-3, 0.03e-3};
-constexpr double kStandardErrors = 1.0;  // a gain must be as many of its own standard errors
-constexpr double kLeastGain = 0.01;      // and this part of the squared error
+constexpr double kLeastGain = 0.01;  // a group must take this part of the squared error
+// The groups are the best of many, so all together must be further beyond chance than one alone, or take half
+// of the squared error.
+constexpr double kErrorsPerGroup = 1, kErrorsTogether = 4, kSpeaksForItself = 0.5;
 
 std::string joint_name(int i) { return "joint" + std::to_string(i + 1); }
 
@@ -118,8 +120,8 @@ std::vector<double> left_out_errors(std::span<const Fold> folds, const std::vect
 
 double sum(std::span<const double> values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
-/// Whether `errors` is lower than `before` by more than chance: the folds are a sample of differences.
-bool beyond_chance(std::span<const double> before, std::span<const double> errors) {
+/// Whether `errors` is lower than `before` by so many standard errors: the folds are a sample of differences.
+bool beyond_chance(std::span<const double> before, std::span<const double> errors, double standard_errors) {
   const auto n = static_cast<double>(before.size());
   const double mean = (sum(before) - sum(errors)) / n;
   double squares = 0;
@@ -128,7 +130,17 @@ bool beyond_chance(std::span<const double> before, std::span<const double> error
     squares += d * d;
   }
   const double standard_error = std::sqrt(squares / (n - 1) / n);
-  return mean > kStandardErrors * standard_error && mean * n > kLeastGain * sum(before);
+  return mean > standard_errors * standard_error;
+}
+
+bool one_pays(std::span<const double> before, std::span<const double> errors) {
+  return sum(before) - sum(errors) > kLeastGain * sum(before) &&
+         beyond_chance(before, errors, kErrorsPerGroup);
+}
+
+bool all_pay(std::span<const double> before, std::span<const double> errors) {
+  return beyond_chance(before, errors, kErrorsTogether) ||
+         (sum(errors) < kSpeaksForItself * sum(before) && beyond_chance(before, errors, kErrorsPerGroup));
 }
 
 struct Selection {
@@ -143,11 +155,13 @@ class Selector {
 
   /// Adds the best group while that pays, then takes away what others have made needless.
   Selection select(double scale) const {
-    Selection best{std::vector<bool>(columns_.size(), false), {}};
-    best.errors = errors_of(best.chosen, scale, sum_of_none());
+    Selection none{std::vector<bool>(columns_.size(), false), {}};
+    none.errors = errors_of(none.chosen, scale, 0);
+    Selection best = none;
     while (const auto next = best_change(best, scale, false)) best = *next;
     while (const auto next = best_change(best, scale, true)) best = *next;
-    return best;
+    if (all_pay(none.errors, best.errors)) return best;
+    return none;
   }
 
   /// @param square  squared error from which the noise, and with it the strength of the prior, is judged
@@ -170,7 +184,7 @@ class Selector {
       Selection next = from;
       next.chosen[g] = !remove;
       next.errors = errors_of(next.chosen, scale, square);
-      const bool pays = remove ? sum(next.errors) <= square : beyond_chance(from.errors, next.errors);
+      const bool pays = remove ? sum(next.errors) <= square : one_pays(from.errors, next.errors);
       if (pays && (!best || sum(next.errors) < sum(best->errors))) best = std::move(next);
     }
     return best;

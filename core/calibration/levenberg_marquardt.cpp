@@ -44,7 +44,9 @@ FitResult levenberg_marquardt(const CalibratedCell& start, const LeastSquaresPro
     if (gain > 0 || small) {
       result.cell = next_cell;
       system = std::move(next);
-      damping = std::max(kLeastDamping, damping * std::max(1.0 / 3, 1 - std::pow(2 * gain - 1, 3)));
+      // The gain of a step too small to be measured is noise, and must not steer.
+      const double factor = small ? 1.0 / 3 : std::max(1.0 / 3, 1 - std::pow(2 * gain - 1, 3));
+      damping = std::max(kLeastDamping, damping * factor);
       growth = 2;
       if (small && damping < 1e-6) {
         result.converged = true;

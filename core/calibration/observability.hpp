@@ -21,12 +21,4 @@ struct ObservabilityIndices {
 /// @param poses   N
 ObservabilityIndices observability(const Eigen::MatrixXd& scaled, int poses);
 
-/// What the data, and not the prior, say about each parameter: 1 - posterior variance / prior variance,
-/// between 0 (nothing) and 1 (everything).
-///
-/// @param J            rows divided by the standard deviation of their point, one column per parameter
-/// @param prior_sigma  of each column, > 0; infinite = no prior: 1 where the parameter is determined at all,
-///                     0 where neither data nor priors determine it
-Eigen::VectorXd data_share(const Eigen::MatrixXd& J, const Eigen::VectorXd& prior_sigma);
-
 }  // namespace truepose

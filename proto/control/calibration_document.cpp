@@ -83,6 +83,23 @@ json::object deviation_json(const DeviationChoice& choice) {
           {"groups", std::move(groups)}};
 }
 
+json::array sentences_json(const std::vector<Combination>& combinations) {
+  json::array result;
+  for (const Combination& combination : combinations) result.emplace_back(combination.sentence);
+  return result;
+}
+
+json::object observability_json(const Calibration& calibration) {
+  const ObservabilityIndices& o = calibration.observability;
+  return {{"o1", finite(o.o1)},
+          {"o2", finite(o.o2)},
+          {"o3", finite(o.o3)},
+          {"o4", finite(o.o4)},
+          {"o5", finite(o.o5)},
+          {"unknown", sentences_json(calibration.unknown)},
+          {"weak", sentences_json(calibration.weak)}};
+}
+
 json::object residual_json(const RegressorSelection& selection) {
   json::array tried;
   for (const CrossValidation& kind : selection.tried) {
@@ -157,6 +174,7 @@ json::object calibration_document(const Calibration& calibration, const Measurem
   document["condition"] = finite(calibration.condition);
   if (calibration.deviation) document["deviation"] = deviation_json(*calibration.deviation);
   if (calibration.residual) document["residual"] = residual_json(*calibration.residual);
+  document["observability"] = observability_json(calibration);
   document["prior"] = prior_json(calibration);
   if (calibration.transfer.worst.size() > 0) document["transfer"] = transfer_json(calibration);
   document["rejected"] = rejected_json(calibration, data);

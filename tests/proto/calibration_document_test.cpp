@@ -64,9 +64,9 @@ Sample sample() {
 TEST(CalibrationDocument, HasTheMembersOfTheContractAndWhatTheIdentificationLearned) {
   const Sample s = sample();
   const json::object document = calibration_document(s.calibration, s.data, 0.004);
-  EXPECT_THAT(keys(document),
-              ElementsAre("method", "converged", "iterations", "elapsed_s", "identify", "validate", "rank",
-                          "condition", "prior", "rejected", "base", "smr", "parameters", "points"));
+  EXPECT_THAT(keys(document), ElementsAre("method", "converged", "iterations", "elapsed_s", "identify",
+                                          "validate", "rank", "condition", "observability", "prior",
+                                          "rejected", "base", "smr", "parameters", "points"));
   EXPECT_THAT(keys(document.at("iterations")), ElementsAre("coarse", "fine"));
   for (const char* set : {"identify", "validate"}) {
     EXPECT_THAT(keys(document.at(set)), ElementsAre("poses", "points", "before", "geometric", "after"));
