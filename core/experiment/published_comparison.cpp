@@ -1,0 +1,86 @@
+#include "core/experiment/published_comparison.hpp"
+
+#include <algorithm>
+#include <span>
+
+#include "core/calibration/calibrate.hpp"
+#include "core/calibration/gauss_newton.hpp"
+#include "core/calibration/parameters.hpp"
+#include "core/experiment/published_figures.hpp"
+#include "core/experiment/trial.hpp"
+
+namespace truepose {
+namespace {
+
+constexpr double kReach = 0.4;  // of each joint's range
+constexpr int kBase = ParameterLayout::kBase + ParameterLayout::kReflector;
+
+RobotModel within_reach(RobotModel robot) {
+  for (Joint& joint : robot.joints) {
+    const double centre = 0.5 * (joint.min + joint.max), half = 0.5 * kReach * (joint.max - joint.min);
+    joint.min = centre - half;
+    joint.max = centre + half;
+  }
+  return robot;
+}
+
+/// a, alpha, d, theta of every link, and beta of the third where it is wanted.
+std::vector<int> link_parameters(const ParameterLayout& layout, bool with_beta_3) {
+  std::vector<int> free;
+  for (int i = 0; i < layout.joints; ++i) {
+    for (int k = 0; k < ParameterLayout::kLink - 1; ++k) free.push_back(layout.link(i) + k);
+    if (with_beta_3 && i == 2) free.push_back(layout.link(i) + ParameterLayout::kLink - 1);
+  }
+  return free;
+}
+
+/// Base, reflector and all links without any beta: the redundant column that is dropped is beta_3 in place of
+/// d_3, whose axis is parallel to the one before.
+CalibratedCell without_beta_3(const CalibratedCell& coarse, std::span<const Measurement> points) {
+  std::vector<int> free = link_parameters(ParameterLayout::of(coarse), false);
+  for (int k = 0; k < kBase; ++k) free.push_back(k);
+  std::ranges::sort(free);
+  std::erase(free, ParameterLayout::of(coarse).link(2) + 2);
+  return gauss_newton(coarse, {.points = points, .free = std::move(free)}).cell;
+}
+
+/// Links alone, base and reflector held where a hand measurement put them.
+CalibratedCell with_base_and_tool_frozen(const CalibratedCell& guess, std::span<const Measurement> points) {
+  return gauss_newton(guess, {.points = points, .free = link_parameters(ParameterLayout::of(guess), false)})
+      .cell;
+}
+
+double sum_of_errors_mm(const CalibratedCell& cell, const Trial& trial) {
+  double sum = 0;
+  for (const JointVector& q : trial.validate) sum += (cell.predict(q, 0) - trial.truth.predict(q, 0)).norm();
+  return sum;
+}
+
+}  // namespace
+
+std::vector<PublishedComparison> explain_published(const RobotModel& nominal,
+                                                   const ExperimentOptions& options) {
+  const RobotModel arm = within_reach(nominal);
+  ExperimentOptions set_up = options;
+  set_up.guess = {.base_mm = 0.4, .base_rad = 0.4e-3, .smr_mm = 0.4};
+  double frozen = 0, lost = 0, whole = 0;
+  for (int index = 0; index < options.trials; ++index) {
+    const Trial trial = draw_trial(arm, set_up, index);
+    const MeasurementData data = measure_trial(trial, set_up, TrialData::Noisy).data;
+    const auto points = std::span{data.points}.first(trial.identify.size());
+    const auto fit = calibrate(arm, data, {.prior = PriorUse::Off});
+    if (!fit) continue;
+    whole += sum_of_errors_mm(fit->cell, trial);
+    lost += sum_of_errors_mm(without_beta_3(fit->coarse, points), trial);
+    frozen += sum_of_errors_mm(with_base_and_tool_frozen(trial.guess, points), trial);
+  }
+  const double count = static_cast<double>(options.trials) * options.validate_poses;
+  return {
+      {"plain least squares", published::kSimulatedLeastSquares_mm,
+       "base and reflector frozen where they are known to 0.4 mm and 0.4 mrad, beta_3 lost", frozen / count},
+      {"two-stage", published::kSimulatedTwoStage_mm, "beta_3 lost: dropped as redundant in place of d_3",
+       lost / count},
+      {"two-stage", published::kSimulatedTwoStage_mm, "nothing lost", whole / count}};
+}
+
+}  // namespace truepose
