@@ -4,16 +4,19 @@
 namespace truepose::kernels::TRUEPOSE_KERNEL_ISA {
 namespace {
 
-/// The poses of kLanes joint positions, joint i at q + i * q_stride.
+/// The poses of kLanes joint positions, joint i at q + i * q_stride. All sines come first: between the turns
+/// they would drive the frame out of the registers.
 LaneFrame poses(const Arm& arm, const double* q, long q_stride) {
+  SinCos angle[kMostJoints];
+  for (int i = 0; i < arm.joints; ++i)
+    angle[i] = sincos(load(q + i * q_stride) * arm.turn[i] + arm.link[i].theta_rad);
+
   LaneFrame X = base_frame();
   for (int i = 0; i < arm.joints; ++i) {
     const Link& link = arm.link[i];
-    const Vec position = load(q + i * q_stride);
     cross_link(X, link);
-    const SinCos angle = sincos(position * arm.turn[i] + link.theta_rad);
-    turn(X.x, X.y, angle.sine, angle.cosine);
-    X.p = X.p + X.z * (position * arm.slide[i] + link.d_mm);
+    turn(X.x, X.y, angle[i].sine, angle[i].cosine);
+    X.p = X.p + X.z * (load(q + i * q_stride) * arm.slide[i] + link.d_mm);
   }
   return flange_frame(X, arm);
 }

@@ -57,8 +57,8 @@ class NormalStep {
 
 std::optional<FitResult> fast_gauss_newton(const CalibratedCell& start, const PreparedPoints& points,
                                            const std::vector<int>& free, const GaussNewtonOptions& options) {
-  // A sum of squares is known to about this part of itself.
-  constexpr double kRounding = 1e-13;
+  // The coordinates of a predicted point are not known better than this (mm).
+  constexpr double kRounding_mm = 1e-10;
   FitResult result{.cell = start};
   result.rms_mm.reserve(static_cast<std::size_t>(options.max_iterations));
   NormalEquations equations(start, points, free);
@@ -82,7 +82,8 @@ std::optional<FitResult> fast_gauss_newton(const CalibratedCell& start, const Pr
       return result;
     }
     equations.evaluate(result.cell);
-    if (!(equations.cost() <= cost * (1 + kRounding))) return std::nullopt;
+    // Written so that a NaN fails.
+    if (!(std::sqrt(equations.cost() / points.size()) <= rms + kRounding_mm)) return std::nullopt;
   }
   return result;
 }

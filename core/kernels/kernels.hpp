@@ -89,9 +89,9 @@ inline constexpr int kMostColumns = kFixedColumns + 5 * kMostJoints + 1;
 
 /// Weighted sums over points, all vectors in the base frame.
 struct PointSums {
-  double* gram;   ///< dot products of the local columns, row i at gram + i * stride, those with j >= i; room
-                  ///< for kBlock rows more, stride a multiple of kBlock
-  double* sum;    ///< of each local column, three coordinates
+  double* gram;  ///< dot products of the local columns, row i at gram + i * stride, those with j >= i; kBlock
+                 ///< rows and columns more than those
+  double* sum;   ///< of each local column, three coordinates
   double weight;  ///< sum of the squared weights
   int stride;
 };

@@ -32,11 +32,10 @@ NormalEquations::NormalEquations(const CalibratedCell& cell, const PreparedPoint
                         of_links / ParameterLayout::kLink});
   }
   const int local = kernels::kFixedColumns + static_cast<int>(columns_.size());
-  const int padded = (local + kernels::kBlock - 1) / kernels::kBlock * kernels::kBlock;
   all_.resize(first_link + static_cast<int>(columns_.size()), first_link + static_cast<int>(columns_.size()));
   gradient_.resize(all_.rows());
   chunk_.resize(lines_of(local * 3 * kernels::kChunk));
-  gram_.resize(lines_of((local + kernels::kBlock) * padded));
+  gram_.resize(lines_of((local + kernels::kBlock) * (local + kernels::kBlock)));
   sums_.resize(3, local);
 }
 
@@ -60,7 +59,7 @@ void NormalEquations::evaluate(const CalibratedCell& cell) {
 
 void NormalEquations::add(const kernels::PointModel& model, int reflector) {
   const int local = static_cast<int>(sums_.cols());
-  const int stride = (local + kernels::kBlock - 1) / kernels::kBlock * kernels::kBlock;
+  const int stride = local + kernels::kBlock;
   std::fill(gram_.begin(), gram_.end(), kernels::Line{});
   sums_.setZero();
   kernels::PointSums sums{.gram = gram_[0].value, .sum = sums_.data(), .weight = 0, .stride = stride};

@@ -155,8 +155,7 @@ void point_sums(const PointModel& model, const PointBlock& points, double* colum
       weight += w * w;
     }
     for (int i = 0; i < count; i += kBlockRows)
-      for (int j = i / kBlockColumns * kBlockColumns; j < count; j += kBlockColumns)
-        add_block(chunk, i, j, count, out);
+      for (int j = i; j < count; j += kBlockColumns) add_block(chunk, i, j, count, out);
   }
   for (int c = 0; c < count; ++c)
     for (int axis = 0; axis < 3; ++axis) out.sum[3 * c + axis] += sum(lane_sums[c][axis]);

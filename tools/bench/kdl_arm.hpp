@@ -24,14 +24,20 @@ inline KDL::JntArray kdl_joints(const JointVector& q) {
 }
 
 /// An arm of revolute joints. A KDL segment turns first and carries its link after, so link i + 1 is the tip
-/// of segment i.
+/// of segment i; the first link goes into the first joint's axis, which spares KDL a fixed segment.
 inline KDL::Chain kdl_chain(const RobotModel& robot) {
   KDL::Chain chain;
-  chain.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::None), kdl_frame(link_transform(robot.joints[0], 0))));
+  const KDL::Frame base = kdl_frame(link_transform(robot.joints[0], 0));
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
     const bool last = i + 1 == robot.joints.size();
-    const Eigen::Isometry3d tip = last ? robot.X_flange : link_transform(robot.joints[i + 1], 0);
-    chain.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::RotZ, robot.joints[i].sign), kdl_frame(tip)));
+    const KDL::Frame tip = kdl_frame(last ? robot.X_flange : link_transform(robot.joints[i + 1], 0));
+    const double sign = robot.joints[i].sign;
+    if (i == 0) {
+      chain.addSegment(
+          KDL::Segment(KDL::Joint(base.p, base.M.UnitZ() * sign, KDL::Joint::RotAxis), base * tip));
+    } else {
+      chain.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::RotZ, sign), tip));
+    }
   }
   return chain;
 }
