@@ -421,6 +421,8 @@ TEST_P(Kernels, LeaveAFitThatDoesNotDescendToTheLineSearchAndEndOthersAtAMinimum
     left += !fit;
     if (!fit || !fit->converged) continue;
     ++ended;
+    for (std::size_t k = 1; k < fit->rms_mm.size(); ++k)
+      EXPECT_LE(fit->rms_mm[k], fit->rms_mm[k - 1] + 1e-9) << "step " << k;
     const LinearSystem end = linearise(fit->cell, least_squares(at.points, free, {}));
     const Eigen::VectorXd slope = end.J.transpose() * end.f;
     EXPECT_LT(column_norms(end.J).cwiseInverse().cwiseProduct(slope).norm(), 1e-4 * end.f.norm());
