@@ -16,10 +16,10 @@ struct ModelFile {
   std::string created;  ///< RFC 3339
   CalibratedCell cell;  ///< values in mm and rad; joints carry limits and signs of the nominal arm
   std::vector<IdentifiedParameter> parameters;
-  double validation_mean_mm = 0;  ///< geometric, on validation poses; 0 = nothing was validated
+  double validation_mean_mm = 0;  ///< after all layers, on validation poses; 0 = nothing was validated
 };
 
-/// Text of a model file (YAML, mm and rad, every number with the digits that bring it back exactly).
+/// Text of a model file (YAML; mm, rad and kg, every number with the digits that bring it back exactly).
 std::string model_yaml(const ModelFile& model);
 /// Reads such a text; `file_name` stands in the messages. Throws ConfigError.
 ModelFile parse_model(const std::string& text, const std::string& file_name);

@@ -1,5 +1,6 @@
 #include "config/parameter_csv.hpp"
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 
@@ -9,14 +10,23 @@ namespace truepose::config {
 
 namespace {
 
-/// By the last word of the name: link3.alpha, base.rx.
-std::string_view unit_of(std::string_view name) {
+/// Of a deviation's coefficient: of its joint, per unit of its basis.
+std::string unit_of_deviation(std::string_view joint, std::string_view basis, const RobotModel& robot) {
+  const auto number = static_cast<std::size_t>(std::stoi(std::string(joint.substr(5))));
+  const bool moves = number <= robot.joints.size() && robot.joints[number - 1].type == JointType::Prismatic;
+  const std::string unit = moves ? "mm" : "rad";
+  if (basis.starts_with("gravity")) return unit + (moves ? "/kN" : "/kNm");
+  if (basis.starts_with("weight")) return unit + (moves ? "" : "/m");
+  return basis == "scale" ? unit + "/m" : unit;
+}
+
+/// By the words of the name: link3.alpha, base.rx, joint2.gravity.
+std::string unit_of(std::string_view name, const RobotModel& robot) {
   constexpr std::array<std::string_view, 6> kAngles{"alpha", "theta", "beta", "rx", "ry", "rz"};
-  const std::string_view last = name.substr(name.rfind('.') + 1);
-  for (const std::string_view angle : kAngles) {
-    if (last == angle) return "rad";
-  }
-  return "mm";
+  const std::size_t dot = name.rfind('.');
+  const std::string_view first = name.substr(0, dot), last = name.substr(dot + 1);
+  if (first.starts_with("joint")) return unit_of_deviation(first, last, robot);
+  return std::ranges::find(kAngles, last) != kAngles.end() ? "rad" : "mm";
 }
 
 /// As RFC 4180 has it: reflectors may have any name.
@@ -29,20 +39,21 @@ std::string field(const std::string& text) {
 
 }  // namespace
 
-std::string parameter_csv(std::span<const IdentifiedParameter> parameters) {
-  std::string text = "name,unit,nominal,value,deviation,sigma,identified\n";
+std::string parameter_csv(std::span<const IdentifiedParameter> parameters, const RobotModel& robot) {
+  std::string text = "name,unit,nominal,value,deviation,sigma,identified,data_share\n";
   for (const IdentifiedParameter& p : parameters) {
     const bool has_data_sheet = p.name.starts_with("link");
     text += field(p.name);
     text += ',';
-    text += unit_of(p.name);
+    text += unit_of(p.name, robot);
     text += ',';
     if (has_data_sheet) text += format_number(p.nominal);
     text += ',' + format_number(p.value) + ',';
     if (has_data_sheet) text += format_number(p.value - p.nominal);
     text += ',';
     if (p.identified) text += format_number(p.sigma);
-    text += p.identified ? ",true\n" : ",false\n";
+    text += p.identified ? ",true," : ",false,";
+    text += format_number(p.data_share) + '\n';
   }
   return text;
 }

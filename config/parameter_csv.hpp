@@ -7,9 +7,11 @@
 
 namespace truepose::config {
 
-/// The identified parameters as CSV: name,unit,nominal,value,deviation,sigma,identified, every number with
-/// the digits that bring it back exactly. Empty fields: nominal and deviation of base and reflectors, which
-/// have no data sheet, and sigma of what was not identified.
-std::string parameter_csv(std::span<const IdentifiedParameter> parameters);
+/// The identified parameters as CSV: name,unit,nominal,value,deviation,sigma,identified,data_share, every
+/// number with the digits that bring it back exactly. Empty fields: nominal and deviation of what has no data
+/// sheet (base, reflectors, deviations of joints), and sigma of what was not identified.
+///
+/// @param robot  whose joints' types say the units of their deviations
+std::string parameter_csv(std::span<const IdentifiedParameter> parameters, const RobotModel& robot);
 
 }  // namespace truepose::config

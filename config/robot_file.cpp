@@ -9,13 +9,16 @@ namespace truepose::config {
 
 namespace {
 
+constexpr std::initializer_list<std::string_view> kJointKeys{"type", "a",   "alpha", "d",     "theta", "beta",
+                                                             "sign", "min", "max",   "speed", "mass"};
 constexpr Range kMm{-100'000, 100'000};
 constexpr Range kDeg{-360, 360};
 constexpr Range kAxisDeg{-100'000, 100'000};  // an axis may turn without end
+constexpr Range kKg{0, 100'000};
 constexpr Range kSpeed{0, 100'000};
 
 Joint joint(const YamlValue& value) {
-  const YamlMap map(value, {"type", "a", "alpha", "d", "theta", "beta", "sign", "min", "max", "speed"});
+  const YamlMap map(value, kJointKeys);
   Joint joint;
   map.read("type", joint.type, {{"revolute", JointType::Revolute}, {"prismatic", JointType::Prismatic}});
   joint.a_mm = map.at("a").number(kMm);
@@ -38,15 +41,54 @@ Joint joint(const YamlValue& value) {
   return joint;
 }
 
+LinkMass mass_value(const YamlValue& value) {
+  const YamlMap map(value, {"kg", "x", "y", "z"});
+  return {.mass_kg = map.at("kg").number(kKg),
+          .centre_mm = {map.at("x").number(kMm), map.at("y").number(kMm), map.at("z").number(kMm)}};
+}
+
+/// The masses of the joints that have one, where any does: of all then.
+std::vector<LinkMass> masses_value(const YamlValue& joints) {
+  std::vector<LinkMass> masses;
+  for (const YamlValue& joint : joints.list()) {
+    const YamlMap map(joint, kJointKeys);
+    if (const YamlValue* mass = map.find("mass")) masses.push_back(mass_value(*mass));
+  }
+  if (masses.empty() || masses.size() == joints.list().size()) return masses;
+  for (const YamlValue& joint : joints.list()) {
+    if (!YamlMap(joint, kJointKeys).has("mass")) {
+      joint.fail("missing key 'mass': give it for every joint or for none");
+    }
+  }
+  return masses;
+}
+
+/// One mass in place of two that move together.
+LinkMass together(const LinkMass& a, const LinkMass& b) {
+  const double sum_kg = a.mass_kg + b.mass_kg;
+  if (sum_kg == 0) return a;
+  return {.mass_kg = sum_kg, .centre_mm = (a.mass_kg * a.centre_mm + b.mass_kg * b.centre_mm) / sum_kg};
+}
+
+void add_payload(RobotModel& robot, const YamlValue& value) {
+  if (robot.masses.empty()) value.fail("expected a mass for every joint too");
+  LinkMass payload = mass_value(value);
+  payload.centre_mm = robot.X_flange * payload.centre_mm;
+  robot.masses.back() = together(robot.masses.back(), payload);
+}
+
 }  // namespace
 
 RobotModel load_robot(const std::filesystem::path& file) {
   const YamlValue root = read_yaml(file);
-  const YamlMap map(root, {"name", "joints", "flange"});
+  const YamlMap map(root, {"name", "joints", "flange", "payload", "gravity"});
   RobotModel robot;
   robot.name = map.at("name").text();
   robot.joints = joints_value(map.at("joints"), joint);
   if (const YamlValue* flange = map.find("flange")) robot.X_flange = pose_value(*flange);
+  robot.masses = masses_value(map.at("joints"));
+  if (const YamlValue* payload = map.find("payload")) add_payload(robot, *payload);
+  if (const YamlValue* gravity = map.find("gravity")) robot.gravity_B = direction_value(*gravity);
   return robot;
 }
 

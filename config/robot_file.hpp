@@ -7,7 +7,8 @@
 
 namespace truepose::config {
 
-/// Reads a robot file (YAML; mm, deg, deg/s). Throws ConfigError naming file, line, column and key.
+/// Reads a robot file (YAML; mm, deg, deg/s, kg). A payload becomes part of the last link's mass. Throws
+/// ConfigError naming file, line, column and key.
 RobotModel load_robot(const std::filesystem::path& file);
 
 }  // namespace truepose::config

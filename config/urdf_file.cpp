@@ -52,10 +52,19 @@ std::string joint_text(const Joint& joint, const std::string& number, const std:
          "\" effort=\"0\"/>\n  </joint>\n";
 }
 
+/// What the file holds of the arm, and what it cannot.
+std::string comment(const RobotModel& robot) {
+  std::string left_out;
+  if (!robot.deviation.empty()) left_out = "the deviations of its joints";
+  if (robot.field) left_out += std::string(left_out.empty() ? "" : " and ") + "its residual field";
+  if (!left_out.empty()) left_out = " Without " + left_out + ", which URDF cannot hold.";
+  return "<!-- Kinematics alone. m and rad." + left_out + " -->\n";
+}
+
 }  // namespace
 
 std::string urdf(const RobotModel& robot) {
-  std::string text = "<?xml version=\"1.0\"?>\n<!-- Kinematics alone. m and rad. -->\n";
+  std::string text = "<?xml version=\"1.0\"?>\n" + comment(robot);
   text += "<robot name=\"" + in_attribute(robot.name) + "\">\n  <link name=\"base_link\"/>\n";
   std::string parent = "base_link";
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {

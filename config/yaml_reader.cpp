@@ -169,6 +169,13 @@ const std::vector<YamlValue>& YamlValue::list() const {
   return values_;
 }
 
+std::map<std::string, double> YamlValue::numbers(Range range) const {
+  if (kind_ != Kind::Map) fail("expected a map of numbers, found " + described());
+  std::map<std::string, double> numbers;
+  for (std::size_t i = 0; i < keys_.size(); ++i) numbers.emplace(keys_[i], values_[i].number(range));
+  return numbers;
+}
+
 YamlMap::YamlMap(const YamlValue& value, std::initializer_list<std::string_view> known) : value_(value) {
   if (value.kind_ != YamlValue::Kind::Map) value.fail("expected a map of keys, found " + value.described());
   for (std::size_t i = 0; i < value.keys_.size(); ++i) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <initializer_list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -38,6 +39,8 @@ class YamlValue {
   /// A file's path; a relative one starts at `folder`, that of the file that names it.
   std::filesystem::path path_from(const std::filesystem::path& folder) const;
   const std::vector<YamlValue>& list() const;
+  /// A map of any names to numbers.
+  std::map<std::string, double> numbers(Range range) const;
   bool is_list() const { return kind_ == Kind::List; }
 
   [[noreturn]] void fail(std::string_view what) const;

@@ -88,6 +88,10 @@ Eigen::Isometry3d RegressionField::displaced(const JointVector& q,
   return X;
 }
 
+int field_features(const RobotModel& robot) {
+  return static_cast<int>(features_of(types_of(robot), JointVector::Zero(robot.joint_count())).size());
+}
+
 FieldData field_data(const CalibratedCell& cell, std::span<const Measurement> points) {
   const std::vector<int> pose = pose_numbers(points);
   const int poses = count_poses(points);

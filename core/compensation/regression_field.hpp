@@ -34,6 +34,9 @@ class RegressionField final : public ResidualField {
   Eigen::Vector3d p_F_mm_;
 };
 
+/// How many features a field over this arm has: columns of its regressor's X.
+int field_features(const RobotModel& robot);
+
 /// Length (mm) by which a rotation is weighed against a displacement.
 inline constexpr double kTurnLever_mm = 100;
 

@@ -125,7 +125,7 @@ ModelRecord StoreJournal::model_of(const CampaignResult& result) const {
   file.created = record_.ended;
   file.cell = result.calibration.cell;
   file.parameters = result.calibration.parameters;
-  if (validate) file.validation_mean_mm = validate->geometric.mean;
+  if (validate) file.validation_mean_mm = validate->after.mean;
 
   ModelRecord model;
   model.id = options_.model_id;

@@ -95,24 +95,45 @@ TEST(Urdf, HoldsARobotOfAnyName) {
   EXPECT_EQ(document.child("robot").attribute("name").value(), robot.name);
 }
 
+TEST(Urdf, SaysWhatOfTheArmItCannotHold) {
+  RobotModel robot = example::kr210();
+  EXPECT_NE(urdf(robot).find("<!-- Kinematics alone. m and rad. -->"), std::string::npos);
+  robot.deviation.push_back({.joint = 1});
+  EXPECT_NE(urdf(robot).find("rad. Without the deviations of its joints, which URDF cannot hold. -->"),
+            std::string::npos);
+}
+
 TEST(ParameterCsv, ListsEveryParameterWithItsUnitAndDeviation) {
   const std::vector<IdentifiedParameter> parameters{
-      {.name = "base.rx", .value = 0.1, .sigma = 1e-5, .identified = true},
-      {.name = "smr.a,\"b\".x", .value = 61.5, .sigma = 0.01, .identified = true},
-      {.name = "link2.a", .nominal = 330, .value = 330.625, .sigma = 0.004, .identified = true},
-      {.name = "link3.beta", .nominal = 0.25, .value = 0.25}};
-  EXPECT_EQ(parameter_csv(parameters),
-            "name,unit,nominal,value,deviation,sigma,identified\n"
-            "base.rx,rad,,0.1,,1e-05,true\n"
-            "\"smr.a,\"\"b\"\".x\",mm,,61.5,,0.01,true\n"
-            "link2.a,mm,330,330.625,0.625,0.004,true\n"
-            "link3.beta,rad,0.25,0.25,0,,false\n");
+      {.name = "base.rx", .value = 0.1, .sigma = 1e-5, .identified = true, .data_share = 1},
+      {.name = "smr.a,\"b\".x", .value = 61.5, .sigma = 0.01, .identified = true, .data_share = 1},
+      {.name = "link2.a",
+       .nominal = 330,
+       .value = 330.625,
+       .sigma = 0.004,
+       .identified = true,
+       .data_share = 1},
+      {.name = "link3.beta", .nominal = 0.25, .value = 0.25},
+      {.name = "joint1.scale", .value = 0.5, .sigma = 0.25, .identified = true, .data_share = 0.75},
+      {.name = "joint3.gravity", .value = 0.5, .sigma = 0.25, .identified = true, .data_share = 1},
+      {.name = "joint3.weight8", .value = 0.5, .sigma = 0.25, .identified = true, .data_share = 1},
+      {.name = "joint3.sin2", .value = 0.5, .sigma = 0.25, .identified = true, .data_share = 1}};
+  EXPECT_EQ(parameter_csv(parameters, example::kr210_on_a_rail()),
+            "name,unit,nominal,value,deviation,sigma,identified,data_share\n"
+            "base.rx,rad,,0.1,,1e-05,true,1\n"
+            "\"smr.a,\"\"b\"\".x\",mm,,61.5,,0.01,true,1\n"
+            "link2.a,mm,330,330.625,0.625,0.004,true,1\n"
+            "link3.beta,rad,0.25,0.25,0,,false,0\n"
+            "joint1.scale,mm/m,,0.5,,0.25,true,0.75\n"
+            "joint3.gravity,rad/kNm,,0.5,,0.25,true,1\n"
+            "joint3.weight8,rad/m,,0.5,,0.25,true,1\n"
+            "joint3.sin2,rad,,0.5,,0.25,true,1\n");
 }
 
 TEST(ParameterCsv, IsReadBackByTheProjectsOwnReaderWithoutLoss) {
   const std::vector<IdentifiedParameter> parameters{
       {.name = "smr.tool, left.x", .value = 1.0 / 3, .sigma = 1e-17, .identified = true}};
-  const CsvTable table = CsvTable::parse(parameter_csv(parameters), "parameters.csv");
+  const CsvTable table = CsvTable::parse(parameter_csv(parameters, example::kr210()), "parameters.csv");
   EXPECT_EQ(table.text(0, table.column("name")), parameters[0].name);
   EXPECT_EQ(table.number(0, table.column("value")), parameters[0].value);
   EXPECT_EQ(table.number(0, table.column("sigma")), parameters[0].sigma);

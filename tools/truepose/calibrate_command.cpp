@@ -135,7 +135,7 @@ config::ModelFile model_of(const RobotModel& robot, const Calibration& calibrati
           .created = control::rfc3339(std::chrono::system_clock::now()),
           .cell = calibration.cell,
           .parameters = calibration.parameters,
-          .validation_mean_mm = calibration.validate ? calibration.validate->geometric.mean : 0};
+          .validation_mean_mm = calibration.validate ? calibration.validate->after.mean : 0};
 }
 
 /// Why the result must not be trusted, or nothing.
