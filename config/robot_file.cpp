@@ -9,16 +9,18 @@ namespace truepose::config {
 
 namespace {
 
-constexpr std::initializer_list<std::string_view> kJointKeys{"type", "a",   "alpha", "d",     "theta", "beta",
-                                                             "sign", "min", "max",   "speed", "mass"};
 constexpr Range kMm{-100'000, 100'000};
 constexpr Range kDeg{-360, 360};
 constexpr Range kAxisDeg{-100'000, 100'000};  // an axis may turn without end
 constexpr Range kKg{0, 100'000};
 constexpr Range kSpeed{0, 100'000};
 
+YamlMap joint_map(const YamlValue& joint) {
+  return {joint, {"type", "a", "alpha", "d", "theta", "beta", "sign", "min", "max", "speed", "mass"}};
+}
+
 Joint joint(const YamlValue& value) {
-  const YamlMap map(value, kJointKeys);
+  const YamlMap map = joint_map(value);
   Joint joint;
   map.read("type", joint.type, {{"revolute", JointType::Revolute}, {"prismatic", JointType::Prismatic}});
   joint.a_mm = map.at("a").number(kMm);
@@ -47,19 +49,18 @@ LinkMass mass_value(const YamlValue& value) {
           .centre_mm = {map.at("x").number(kMm), map.at("y").number(kMm), map.at("z").number(kMm)}};
 }
 
-/// The masses of the joints that have one, where any does: of all then.
+/// One per joint, or none at all.
 std::vector<LinkMass> masses_value(const YamlValue& joints) {
   std::vector<LinkMass> masses;
+  const YamlValue* without = nullptr;
   for (const YamlValue& joint : joints.list()) {
-    const YamlMap map(joint, kJointKeys);
-    if (const YamlValue* mass = map.find("mass")) masses.push_back(mass_value(*mass));
-  }
-  if (masses.empty() || masses.size() == joints.list().size()) return masses;
-  for (const YamlValue& joint : joints.list()) {
-    if (!YamlMap(joint, kJointKeys).has("mass")) {
-      joint.fail("missing key 'mass': give it for every joint or for none");
+    if (const YamlValue* mass = joint_map(joint).find("mass")) {
+      masses.push_back(mass_value(*mass));
+    } else if (!without) {
+      without = &joint;
     }
   }
+  if (without && !masses.empty()) without->fail("missing key 'mass': give one to every joint or to none");
   return masses;
 }
 

@@ -33,9 +33,13 @@ ModelFile model_of(std::uint64_t seed) {
   model.cell.base = {.p_mm = {mm(), mm(), mm()}, .rxyz_rad = {rad(), -0.0, rad()}};
   model.cell.reflectors = {{.name = "1", .p_FS_mm = {mm(), mm(), mm()}},
                            {.name = "left, up", .p_FS_mm = {0, 1e-300, mm()}}};
-  model.parameters = {
-      {.name = "smr.left, up.x", .nominal = 0, .value = mm(), .sigma = 1e-17, .identified = true},
-      {.name = "link2.a", .nominal = mm(), .value = mm(), .sigma = 0, .identified = false}};
+  model.parameters = {{.name = "smr.left, up.x",
+                       .nominal = 0,
+                       .value = mm(),
+                       .sigma = 1e-17,
+                       .identified = true,
+                       .data_share = 1.0 / 3},
+                      {.name = "link2.a", .nominal = mm(), .value = mm(), .sigma = 0, .identified = false}};
   return model;
 }
 
@@ -73,6 +77,7 @@ TEST(ModelFile, ComesBackToTheLastBit) {
     EXPECT_EQ(read.parameters[0].name, "smr.left, up.x");
     EXPECT_EQ(read.parameters[0].value, model.parameters[0].value);
     EXPECT_EQ(read.parameters[0].sigma, model.parameters[0].sigma);
+    EXPECT_EQ(read.parameters[0].data_share, model.parameters[0].data_share);
     EXPECT_TRUE(read.parameters[0].identified);
     EXPECT_EQ(read.parameters[1].nominal, model.parameters[1].nominal);
     EXPECT_FALSE(read.parameters[1].identified);

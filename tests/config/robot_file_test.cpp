@@ -52,6 +52,57 @@ TEST_F(RobotFile, ReadsTheFlangeAsAKukaPose) {
   EXPECT_TRUE(robot.X_flange.isApprox(pose_from_kuka({1, 2, 3}, {90, 0, 0})));
 }
 
+std::string with_masses(const std::string& more = "") {
+  std::string text = kTwoJoints;
+  text.replace(text.find("speed: 90"), 9, "speed: 90, mass: {kg: 20, x: 1, y: 2, z: 3}");
+  text.replace(text.find("speed: 50"), 9, "speed: 50, mass: {kg: 10, x: 100, y: 0, z: -40}");
+  return text + more;
+}
+
+TEST_F(RobotFile, MayStateTheMassOfEveryJoint) {
+  EXPECT_TRUE(load(kTwoJoints).masses.empty());
+  const RobotModel robot = load(with_masses());
+  ASSERT_EQ(robot.masses.size(), 2U);
+  EXPECT_EQ(robot.masses[0].mass_kg, 20);
+  EXPECT_EQ(robot.masses[0].centre_mm, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(robot.masses[1].centre_mm, Eigen::Vector3d(100, 0, -40));
+}
+
+TEST_F(RobotFile, NamesTheJointWhoseMassIsMissing) {
+  EXPECT_EQ(error_with("speed: 90", "speed: 90, mass: {kg: 20, x: 1, y: 2, z: 3}"),
+            "robot.yaml:4:5: joints[2]: missing key 'mass': give one to every joint or to none");
+  EXPECT_EQ(error_with("speed: 90", "speed: 90, mass: {kg: 20, x: 1, y: 2}"),
+            "robot.yaml:3:104: joints[1].mass: missing key 'z'");
+  EXPECT_EQ(error_with("speed: 90", "speed: 90, mass: {kg: -1, x: 1, y: 2, z: 3}"),
+            "robot.yaml:3:109: joints[1].mass.kg: expected 0..1e+05, found -1");
+}
+
+TEST_F(RobotFile, ThePayloadBecomesPartOfTheLastLink) {
+  const RobotModel robot =
+      load(with_masses("flange: {x: 0, y: 0, z: 100, a: 90, b: 0, c: 0}\n"
+                       "payload: {kg: 30, x: 20, y: 0, z: 60}\n"));
+  EXPECT_EQ(robot.masses[0].mass_kg, 20);
+  EXPECT_EQ(robot.masses[1].mass_kg, 40);
+  // 20 mm along the flange's x are 20 mm along the link's y.
+  EXPECT_LT((robot.masses[1].centre_mm - Eigen::Vector3d(25, 15, 110)).norm(), 1e-12);
+  EXPECT_EQ(error(std::string(kTwoJoints) + "payload: {kg: 30, x: 20, y: 0, z: 60}\n"),
+            "robot.yaml:5:10: payload: expected a mass for every joint too");
+}
+
+TEST_F(RobotFile, NothingWeighsNothing) {
+  std::string text = with_masses("payload: {kg: 0, x: 20, y: 0, z: 60}\n");
+  text.replace(text.find("kg: 10"), 6, "kg: 0");
+  EXPECT_EQ(load(text).masses[1].centre_mm, Eigen::Vector3d(100, 0, -40));
+}
+
+TEST_F(RobotFile, GravityIsADirectionOfAnyLength) {
+  EXPECT_EQ(load(kTwoJoints).gravity_B, Eigen::Vector3d(0, 0, -1));
+  const RobotModel wall = load(std::string(kTwoJoints) + "gravity: {x: 3, y: 0, z: -4}\n");
+  EXPECT_LT((wall.gravity_B - Eigen::Vector3d(0.6, 0, -0.8)).norm(), 1e-15);
+  EXPECT_EQ(error(std::string(kTwoJoints) + "gravity: {x: 0, y: 0, z: 0}\n"),
+            "robot.yaml:5:10: gravity: a direction of no length");
+}
+
 TEST_F(RobotFile, RefusesAnUnknownKeyAndSuggestsTheNearest) {
   EXPECT_EQ(error_with("theta: 0", "tehta: 0"),
             "robot.yaml:3:30: joints[1].tehta: unknown key, did you mean 'theta'?");

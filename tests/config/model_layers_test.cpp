@@ -1,0 +1,177 @@
+// What a model file holds beyond geometry: masses, deviations of the joints and the residual field.
+#include <gtest/gtest.h>
+
+#include "config/model_file.hpp"
+#include "core/compensation/regression_field.hpp"
+#include "core/kinematics/forward.hpp"
+#include "core/random.hpp"
+#include "tests/config/error_of.hpp"
+
+namespace truepose::config {
+namespace {
+
+JointVector random_joints(Random& random, int joints) {
+  JointVector q(joints);
+  for (double& position : q) position = random.uniform(-2, 2);
+  return q;
+}
+
+/// Six revolute joints with every kind of deviation, and masses.
+RobotModel deviating_arm(Random& random) {
+  const auto any = [&] { return random.uniform(-1, 1); };
+  RobotModel robot;
+  robot.name = "six";
+  for (int i = 0; i < 6; ++i) {
+    robot.joints.push_back(
+        {.a_mm = 300 * any(), .alpha_rad = any(), .d_mm = 300 * any(), .theta_rad = any()});
+    robot.masses.push_back({.mass_kg = 100 + 50 * any(), .centre_mm = {100 * any(), 100 * any(), any()}});
+  }
+  robot.torque_joints = robot.joints;
+  robot.torque_joints[2].a_mm += 1;
+  robot.gravity_B = Eigen::Vector3d(any(), any(), any()).normalized();
+  robot.deviation = {{.joint = 0, .basis = DeviationBasis::Sine, .order = 162, .coefficient = 1e-3 * any()},
+                     {.joint = 1, .basis = DeviationBasis::Cosine, .order = 2, .coefficient = 1e-3 * any()},
+                     {.joint = 2, .basis = DeviationBasis::Gravity, .order = 1, .coefficient = 1e-3 * any()},
+                     {.joint = 3, .basis = DeviationBasis::Weight, .order = 7, .coefficient = 1e-3 * any()},
+                     {.joint = 4, .basis = DeviationBasis::Approach, .order = 1, .coefficient = 1e-3 * any()},
+                     {.joint = 5, .basis = DeviationBasis::Scale, .order = 1, .coefficient = 1e-3 * any()}};
+  return robot;
+}
+
+std::shared_ptr<const RegressionField> random_field(const RobotModel& robot, RegressorKind kind, int poses,
+                                                    int targets, Random& random) {
+  RegressionData data{.X = Eigen::MatrixXd(poses, field_features(robot)),
+                      .Y = Eigen::MatrixXd(poses, targets)};
+  for (double& x : data.X.reshaped()) x = random.uniform(-1, 1);
+  for (double& y : data.Y.reshaped()) y = random.uniform(-0.1, 0.1);
+  const auto regressor = fit_regressor(kind, data);
+  if (!regressor) throw std::runtime_error(regressor.error());
+  return std::make_shared<RegressionField>(robot, *regressor, Eigen::Vector3d(60, -40, 1.0 / 3));
+}
+
+ModelFile model_of(const RobotModel& robot) { return {.name = "six", .cell = {.robot = robot}}; }
+
+void expect_same_poses(const RobotModel& read, const RobotModel& robot, Random& random) {
+  const std::vector<std::int8_t> direction{1, -1, 0, 1, -1, 1};
+  for (int k = 0; k < 50; ++k) {
+    const JointVector q = random_joints(random, robot.joint_count());
+    EXPECT_EQ(forward_kinematics(read, q, direction).matrix(),
+              forward_kinematics(robot, q, direction).matrix());
+  }
+}
+
+TEST(ModelLayers, MassesAndDeviationsComeBackToTheLastBit) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Random random{seed};
+    const RobotModel robot = deviating_arm(random);
+    const RobotModel read = parse_model(model_yaml(model_of(robot)), "m.yaml").cell.robot;
+    EXPECT_EQ(read.deviation, robot.deviation);
+    EXPECT_EQ(read.gravity_B, robot.gravity_B);
+    EXPECT_EQ(read.torque_joints[2].a_mm, robot.torque_joints[2].a_mm);
+    expect_same_poses(read, robot, random);
+  }
+}
+
+TEST(ModelLayers, AFieldOfEveryKindPredictsTheSameToTheLastBit) {
+  for (const RegressorKind kind : kAllRegressors) {
+    for (const int targets : {3, 6}) {
+      SCOPED_TRACE(name_of(kind));
+      Random random{7};
+      RobotModel robot = deviating_arm(random);
+      robot.field = random_field(robot, kind, 30, targets, random);
+      const RobotModel read = parse_model(model_yaml(model_of(robot)), "m.yaml").cell.robot;
+      ASSERT_TRUE(read.field);
+      expect_same_poses(read, robot, random);
+    }
+  }
+}
+
+TEST(ModelLayers, AModelOfGeometryAloneHasNone) {
+  RobotModel robot;
+  robot.name = "one";
+  robot.joints.resize(1);
+  const RobotModel read = parse_model(model_yaml(model_of(robot)), "m.yaml").cell.robot;
+  EXPECT_TRUE(read.masses.empty());
+  EXPECT_TRUE(read.torque_joints.empty());
+  EXPECT_TRUE(read.deviation.empty());
+  EXPECT_FALSE(read.field);
+}
+
+TEST(ModelLayers, AFileOfAnEarlierVersionStaysReadable) {
+  const ModelFile model = parse_model(R"(name: "one"
+serial: ""
+created: ""
+validation_mean_mm: 0
+robot:
+  name: "one"
+  joints:
+    - {a: 0, alpha: 0, d: 0, theta: 0, beta: 0, sign: 1, min: -1, max: 1, speed: 1}
+  flange: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]
+base: {x: 0, y: 0, z: 0, rx: 0, ry: 0, rz: 0}
+reflectors: []
+parameters:
+  - {name: "link1.a", nominal: 0, value: 0, sigma: 0.1, identified: true}
+  - {name: "link1.d", nominal: 0, value: 0, sigma: 0, identified: false}
+)",
+                                      "m.yaml");
+  EXPECT_EQ(model.cell.robot.gravity_B, Eigen::Vector3d(0, 0, -1));
+  EXPECT_EQ(model.parameters[0].data_share, 1);
+  EXPECT_EQ(model.parameters[1].data_share, 0);
+}
+
+class ModelLayersErrors : public testing::Test {
+ protected:
+  ModelLayersErrors() {
+    Random random{3};
+    RobotModel robot = deviating_arm(random);
+    robot.field = random_field(robot, RegressorKind::InverseDistance, 5, 3, random);
+    text_ = model_yaml(model_of(robot));
+  }
+  /// Without the place, which the fixed ones show.
+  std::string error_with(const std::string& from, const std::string& to) const {
+    std::string text = text_;
+    const auto at = text.find(from);
+    if (at == std::string::npos) return "not there: " + from;
+    text.replace(at, from.size(), to);
+    std::string error = error_of([&] { parse_model(text, "m.yaml"); }, "");
+    const auto path = error.find(": robot");
+    return path == std::string::npos ? error : error.substr(path + 2);
+  }
+  std::string text_;
+};
+
+TEST_F(ModelLayersErrors, RefusesATermOfAJointOrFrameThatTheArmHasNot) {
+  EXPECT_EQ(error_with("{joint: 1, basis: sine", "{joint: 0, basis: sine"),
+            "robot.deviation[1].joint: expected 1..6, found 0");
+  EXPECT_EQ(error_with("{joint: 1, basis: sine", "{joint: 7, basis: sine"),
+            "robot.deviation[1].joint: expected 1..6, found 7");
+  EXPECT_EQ(error_with("order: 162", "order: 0"), "robot.deviation[1].order: expected 1..100000, found 0");
+  EXPECT_EQ(error_with("weight, order: 7", "weight, order: 8"),
+            "robot.deviation[4].order: expected 1..7, found 8");
+  EXPECT_EQ(error_with("basis: sine", "basis: sin"),
+            "robot.deviation[1].basis: expected one of sine, cosine, gravity, weight, approach, scale, found "
+            "'sin'");
+}
+
+TEST_F(ModelLayersErrors, RefusesMassesThatAreNotOnePerJointAndAGravityThatIsNoDirection) {
+  EXPECT_EQ(error_with("  masses:\n", "  masses:\n    - {kg: 1, x: 0, y: 0, z: 0}\n"),
+            "robot.masses: expected 6, one per joint, found 7");
+  EXPECT_EQ(error_with("  gravity: {x: ", "  gravity: {x: 9"),
+            "robot.gravity: expected a direction of length 1");
+}
+
+TEST_F(ModelLayersErrors, RefusesAFieldWhoseNumbersDoNotFit) {
+  EXPECT_EQ(error_with("kind: idw", "kind: spline"),
+            "robot.field.kind: expected one of gp, kriging, idw, mls, nn, found 'spline'");
+  EXPECT_EQ(error_with("    y:\n", "    y:\n      - [1, 2]\n"),
+            "robot.field.y[1]: expected 3 or 6 numbers, found 2");
+  EXPECT_EQ(error_with("    y:\n", "    y:\n      - [1, 2, 3, 4, 5, 6]\n"),
+            "robot.field.y[2]: expected 6 numbers as in the first row, found 3");
+  EXPECT_EQ(error_with("    y:\n", "    y:\n      - [1, 2, 3]\n"),
+            "robot.field: features, targets and groups of a residual field must be as many");
+  EXPECT_EQ(error_with("power: ", "weight: "),
+            "robot.field: residual field idw: hyper-parameter power is missing");
+}
+
+}  // namespace
+}  // namespace truepose::config
