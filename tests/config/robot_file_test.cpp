@@ -72,9 +72,9 @@ TEST_F(RobotFile, NamesTheJointWhoseMassIsMissing) {
   EXPECT_EQ(error_with("speed: 90", "speed: 90, mass: {kg: 20, x: 1, y: 2, z: 3}"),
             "robot.yaml:4:5: joints[2]: missing key 'mass': give one to every joint or to none");
   EXPECT_EQ(error_with("speed: 90", "speed: 90, mass: {kg: 20, x: 1, y: 2}"),
-            "robot.yaml:3:104: joints[1].mass: missing key 'z'");
+            "robot.yaml:3:97: joints[1].mass: missing key 'z'");
   EXPECT_EQ(error_with("speed: 90", "speed: 90, mass: {kg: -1, x: 1, y: 2, z: 3}"),
-            "robot.yaml:3:109: joints[1].mass.kg: expected 0..1e+05, found -1");
+            "robot.yaml:3:102: joints[1].mass.kg: expected 0..1e+05, found -1");
 }
 
 TEST_F(RobotFile, ThePayloadBecomesPartOfTheLastLink) {

@@ -29,13 +29,15 @@ void add_export_command(CLI::App& app) {
   const auto options = std::make_shared<ExportOptions>();
   CLI::App* command = app.add_subcommand("export", "Writes a calibrated arm for other programs");
   command->add_option("--model", options->model_file, "Model file of the calibrated arm")->required();
-  CLI::Option_group* outputs = command->add_option_group("outputs", "What to write");
-  outputs->add_option("--urdf", options->urdf_file,
+  command->add_option("--urdf", options->urdf_file,
                       "Kinematics (URDF); deviations of joints and a residual field do not fit into it");
-  outputs->add_option("--csv", options->csv_file,
+  command->add_option("--csv", options->csv_file,
                       "Every parameter with its unit, sigma and share of the data");
-  outputs->require_option(1, 2);
-  command->callback([options] { run_export(*options); });
+  command->callback([options] {
+    if (options->urdf_file.empty() && options->csv_file.empty())
+      throw CLI::ValidationError("export needs --urdf or --csv");
+    run_export(*options);
+  });
 }
 
 }  // namespace truepose::tools

@@ -1,0 +1,69 @@
+#include <gtest/gtest.h>
+
+#include "config/model_file.hpp"
+#include "config/parameter_csv.hpp"
+#include "config/robot_file.hpp"
+#include "config/text_file.hpp"
+#include "config/urdf_file.hpp"
+#include "tests/process.hpp"
+#include "tests/temp_folder.hpp"
+
+namespace truepose {
+namespace {
+
+class Export : public testing::Test {
+ protected:
+  Export() {
+    model_.name = "KR 210";
+    model_.cell.robot =
+        config::load_robot(std::string(TRUEPOSE_SOURCE_DIR) + "/config/robots/kr210_r2700_2.yaml");
+    model_.cell.robot.deviation = {{.joint = 2, .coefficient = 1e-4}};
+    model_.parameters = {
+        {.name = "joint3.sin1", .value = 1e-4, .sigma = 1e-6, .identified = true, .data_share = 1}};
+    file_ = folder_.write("model.yaml", config::model_yaml(model_));
+  }
+  std::string path(const std::string& name) { return folder_.path() / name; }
+
+  TempFolder folder_;
+  config::ModelFile model_;
+  std::string file_;
+};
+
+TEST_F(Export, WritesUrdfAndParametersOfAModel) {
+  const Finished run =
+      run_program("truepose", {"export", "--model", file_, "--urdf", path("a.urdf"), "--csv", path("p.csv")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.err + run.out, "");
+  EXPECT_EQ(config::read_text_file(path("a.urdf")), config::urdf(model_.cell.robot));
+  EXPECT_EQ(config::read_text_file(path("p.csv")),
+            config::parameter_csv(model_.parameters, model_.cell.robot));
+}
+
+TEST_F(Export, WritesOneOfThemAlone) {
+  EXPECT_EQ(run_program("truepose", {"export", "--model", file_, "--csv", path("p.csv")}).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(path("a.urdf")));
+}
+
+TEST_F(Export, NeedsSomethingToWrite) {
+  const Finished run = run_program("truepose", {"export", "--model", file_});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.err, "truepose: export needs --urdf or --csv (see truepose --help)\n");
+}
+
+TEST_F(Export, SaysWhyAFileCannotBeReadOrWritten) {
+  const Finished reading =
+      run_program("truepose", {"export", "--model", path("no.yaml"), "--csv", path("p")});
+  EXPECT_EQ(reading.exit_code, 2);
+  EXPECT_EQ(reading.err, "truepose: " + path("no.yaml") + ": cannot be opened: No such file or directory\n");
+  const Finished writing = run_program("truepose", {"export", "--model", file_, "--csv", path("no/p.csv")});
+  EXPECT_EQ(writing.exit_code, 2);
+  EXPECT_EQ(writing.err,
+            "truepose: " + path("no/p.csv") + ": cannot be written: No such file or directory\n");
+}
+
+TEST_F(Export, IsNamedInTheHelp) {
+  EXPECT_NE(run_program("truepose", {"--help"}).out.find("\n  export "), std::string::npos);
+}
+
+}  // namespace
+}  // namespace truepose
