@@ -5,27 +5,36 @@
 #include <string_view>
 
 #include "config/number_text.hpp"
+#include "core/kinematics/joint_deviation.hpp"
 
 namespace truepose::config {
 
 namespace {
 
-/// Of a deviation's coefficient: of its joint, per unit of its basis.
-std::string unit_of_deviation(std::string_view joint, std::string_view basis, const RobotModel& robot) {
-  const auto number = static_cast<std::size_t>(std::stoi(std::string(joint.substr(5))));
-  const bool moves = number <= robot.joints.size() && robot.joints[number - 1].type == JointType::Prismatic;
-  const std::string unit = moves ? "mm" : "rad";
-  if (basis.starts_with("gravity")) return unit + (moves ? "/kN" : "/kNm");
-  if (basis.starts_with("weight")) return unit + (moves ? "" : "/m");
-  return basis == "scale" ? unit + "/m" : unit;
+/// Of a coefficient: of what its joint moves by, per unit of its basis.
+std::string unit_of(const DeviationTerm& term, const RobotModel& robot) {
+  const Joint& joint = robot.joints[static_cast<std::size_t>(term.joint)];
+  const bool revolute = joint.type == JointType::Revolute;
+  const std::string unit = revolute ? "rad" : "mm";
+  switch (term.basis) {
+    case DeviationBasis::Gravity:
+      return unit + (revolute ? "/kNm" : "/kN");
+    case DeviationBasis::Weight:
+      return unit + (revolute ? "/m" : "");
+    case DeviationBasis::Scale:
+      return unit + "/m";
+    default:
+      return unit;
+  }
 }
 
-/// By the words of the name: link3.alpha, base.rx, joint2.gravity.
+/// Of a deviation of the robot, or else by the last word of the name: link3.alpha, base.rx.
 std::string unit_of(std::string_view name, const RobotModel& robot) {
+  for (const DeviationTerm& term : robot.deviation) {
+    if (deviation_name(term) == name) return unit_of(term, robot);
+  }
   constexpr std::array<std::string_view, 6> kAngles{"alpha", "theta", "beta", "rx", "ry", "rz"};
-  const std::size_t dot = name.rfind('.');
-  const std::string_view first = name.substr(0, dot), last = name.substr(dot + 1);
-  if (first.starts_with("joint")) return unit_of_deviation(first, last, robot);
+  const std::string_view last = name.substr(name.rfind('.') + 1);
   return std::ranges::find(kAngles, last) != kAngles.end() ? "rad" : "mm";
 }
 

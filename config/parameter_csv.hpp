@@ -11,7 +11,7 @@ namespace truepose::config {
 /// number with the digits that bring it back exactly. Empty fields: nominal and deviation of what has no data
 /// sheet (base, reflectors, deviations of joints), and sigma of what was not identified.
 ///
-/// @param robot  whose joints' types say the units of their deviations
+/// @param robot  the calibrated arm, whose deviations say their units
 std::string parameter_csv(std::span<const IdentifiedParameter> parameters, const RobotModel& robot);
 
 }  // namespace truepose::config

@@ -118,7 +118,12 @@ TEST(ParameterCsv, ListsEveryParameterWithItsUnitAndDeviation) {
       {.name = "joint3.gravity", .value = 0.5, .sigma = 0.25, .identified = true, .data_share = 1},
       {.name = "joint3.weight8", .value = 0.5, .sigma = 0.25, .identified = true, .data_share = 1},
       {.name = "joint3.sin2", .value = 0.5, .sigma = 0.25, .identified = true, .data_share = 1}};
-  EXPECT_EQ(parameter_csv(parameters, example::kr210_on_a_rail()),
+  RobotModel robot = example::kr210_on_a_rail();
+  robot.deviation = {{.joint = 0, .basis = DeviationBasis::Scale},
+                     {.joint = 2, .basis = DeviationBasis::Gravity},
+                     {.joint = 2, .basis = DeviationBasis::Weight, .order = 8},
+                     {.joint = 2, .basis = DeviationBasis::Sine, .order = 2}};
+  EXPECT_EQ(parameter_csv(parameters, robot),
             "name,unit,nominal,value,deviation,sigma,identified,data_share\n"
             "base.rx,rad,,0.1,,1e-05,true,1\n"
             "\"smr.a,\"\"b\"\".x\",mm,,61.5,,0.01,true,1\n"
