@@ -67,6 +67,7 @@ TEST(ModelLayers, MassesAndDeviationsComeBackToTheLastBit) {
     const RobotModel read = parse_model(model_yaml(model_of(robot)), "m.yaml").cell.robot;
     EXPECT_EQ(read.deviation, robot.deviation);
     EXPECT_EQ(read.gravity_B, robot.gravity_B);
+    ASSERT_EQ(read.torque_joints.size(), 6U);
     EXPECT_EQ(read.torque_joints[2].a_mm, robot.torque_joints[2].a_mm);
     expect_same_poses(read, robot, random);
   }
