@@ -8,7 +8,8 @@
 namespace truepose {
 namespace {
 
-constexpr int kHidden = 12;
+// The cost of training grows with the cube of the weights: as many hidden units as stay within so many.
+constexpr Eigen::Index kMostWeights = 220, kFewestHidden = 4, kMostHidden = 12;
 constexpr int kMembers = 3;
 constexpr int kMaxIterations = 35;
 
@@ -149,18 +150,20 @@ RegressorState train(const RegressionData& data, const std::optional<Precisions>
   const Eigen::MatrixXd T = data.Y * target_scale(data.Y).cwiseInverse().asDiagonal();
   RegressorState state{.kind = RegressorKind::NeuralNetwork, .X = data.X, .Y = data.Y};
   double log_decay = 0, log_noise = 0;
+  const auto hidden =
+      static_cast<int>(std::clamp(kMostWeights / (Z.cols() + 1 + T.cols()), kFewestHidden, kMostHidden));
   for (int member = 0; member < kMembers; ++member) {
     Precisions precisions = given.value_or(Precisions{});
-    Training training{{Z.cols(), kHidden, T.cols()}, Z, T, static_cast<std::uint64_t>(member)};
+    Training training{{Z.cols(), hidden, T.cols()}, Z, T, static_cast<std::uint64_t>(member)};
     training.run(precisions, !given);
     state.weights.insert(state.weights.end(), training.weights().begin(), training.weights().end());
     log_decay += std::log(precisions.decay) / kMembers;
     log_noise += std::log(precisions.noise) / kMembers;
   }
-  state.hyper = {{"hidden", kHidden},
+  state.hyper = {{"hidden", hidden},
                  {"members", kMembers},
-                 {"decay", std::exp(log_decay)},
-                 {"noise", std::exp(log_noise)}};
+                 {"decay", given ? given->decay : std::exp(log_decay)},
+                 {"noise", given ? given->noise : std::exp(log_noise)}};
   return state;
 }
 
