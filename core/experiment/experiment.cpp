@@ -1,6 +1,7 @@
 #include "core/experiment/experiment.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include "core/experiment/design_comparison.hpp"
 #include "core/experiment/layer_comparison.hpp"
@@ -25,7 +26,8 @@ std::expected<ExperimentResult, std::string> run_experiment(const RobotModel& no
   result.methods = std::move(methods.methods);
   result.designs = compare_designs(nominal, options, hooks);
   result.layers = compare_layers(nominal, options, hooks);
-  result.published = explain_published(nominal, options);
+  result.published = explain_published(nominal, options, hooks);
+  std::ranges::move(beside_the_real_arm(result.layers), std::back_inserter(result.published));
   return result;
 }
 

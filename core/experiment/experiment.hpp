@@ -31,7 +31,7 @@ struct ExperimentOptions {
   GrossErrors gross{.fraction = 0.05};
   GuessError guess;
   int design_candidates = 2000;
-  int layer_trials = 10;  ///< arms with non-geometric errors, each with gears of its own
+  int layer_trials = 10;  ///< arms with non-geometric errors, each with gears of its own; at most `trials`
   int layer_targets = 200;
   std::vector<int> layer_poses{30, 60, 100};
   std::vector<double> backlash_deg{0, 0.002};
@@ -40,17 +40,25 @@ struct ExperimentOptions {
 /// What the readings of a method's trials suffer from.
 enum class TrialData { NoiseFree, Noisy, GrossErrors };
 
+/// A quarter, half and three quarters of the errors are smaller, mm.
+struct Quartiles {
+  double lower = 0, median = 0, upper = 0;
+};
+
 /// One method over all trials. Errors are against the true positions at validation poses, pooled over the
 /// trials that converged.
 struct MethodResult {
   std::string method;
   TrialData data = TrialData::Noisy;
   ErrorStatistics validation;
+  Quartiles quartiles;                    ///< of the same errors
   double rmse_over_bound = 0;             ///< of the Cramer-Rao bound of the same trials; 0 without noise
   double converged = 0;                   ///< share of the trials
   double iterations = 0;                  ///< mean
   double time_s = 0;                      ///< median of one fit
   double within_2_percent_of_oracle = 0;  ///< share of the trials; with gross errors alone, else 0
+  /// RMS of the points to identify before each iteration of the first trial, coarse stage and then fine one.
+  std::vector<double> convergence_mm;
 };
 
 /// One way to choose the poses, all fitted by the two-stage method.
@@ -73,9 +81,10 @@ struct LayerResult {
 
 /// A figure that the paper prints beside what explains it here.
 struct PublishedComparison {
-  std::string published;  ///< what the paper calls it
+  std::string figure;  ///< what was measured
+  std::string source;  ///< where the paper prints it
   double published_mean_mm = 0;
-  std::string explanation;  ///< what our fit did to come to its own figure
+  std::string explanation;  ///< how our own figure came about, one sentence
   double mean_mm = 0;
 };
 

@@ -31,16 +31,27 @@ struct ModelLayer {
   CalibrateOptions options;
   bool weight = false;
   bool directions = false;
+  bool driven = false;  ///< the arm is also driven by this model
 };
 
 std::vector<ModelLayer> model_layers() {
-  const CalibrateOptions harmonics{.deviation = true};
-  const CalibrateOptions no_harmonics{.deviation = true, .harmonics = {}};
-  return {{"geometric", {}},
-          {"compliance", no_harmonics, true, false},
-          {"harmonics", harmonics, false, false},
-          {"compliance and harmonics", harmonics, true, false},
-          {"deviation auto", harmonics, true, true}};
+  const CalibrateOptions geometric{.check_model = false};
+  const CalibrateOptions harmonics{.deviation = true, .check_model = false};
+  const CalibrateOptions no_harmonics{.deviation = true, .harmonics = {}, .check_model = false};
+  const auto and_residual = [](CalibrateOptions options, RegressorKind kind) {
+    options.residual = {kind};
+    return options;
+  };
+  std::vector<ModelLayer> layers{{"geometric", geometric, false, false, true},
+                                 {"compliance", no_harmonics, true, false},
+                                 {"harmonics", harmonics, false, false},
+                                 {"compliance and harmonics", harmonics, true, false},
+                                 {"deviation auto", harmonics, true, true}};
+  for (const RegressorKind kind : kAllRegressors)
+    layers.push_back({"geometric and " + std::string(name_of(kind)), and_residual(geometric, kind)});
+  layers.push_back(
+      {"deviation auto and gp", and_residual(harmonics, RegressorKind::GaussianProcess), true, true});
+  return layers;
 }
 
 /// Errors of one layer over all arms.
@@ -139,7 +150,7 @@ void add_arm(const RobotModel& nominal, const MeasuredArm& arm, int poses, const
     const auto fit = calibrate(layer.weight ? nominal : weightless(nominal),
                                layer.directions ? data : without_directions(data), layer.options);
     if (!fit) continue;
-    if (!layer.options.deviation) {
+    if (layer.driven) {
       add_predictions(fit->coarse, arm, tallies["nominal"]);
       Tally& inverted = tallies["inverted"];
       add_driven(*fit, arm, options, inverted, tallies["tracker in the loop"]);
@@ -171,13 +182,13 @@ std::vector<LayerResult> compare_layers(const RobotModel& nominal, const Experim
   cases.push_back({true, 0, std::ranges::min(options.layer_poses)});
 
   const ExperimentOptions set_up = with_layer_poses(options);
+  const int trials = std::min(options.layer_trials, options.trials);
   std::vector<LayerResult> results;
   double done = 0;
   for (const Case& c : cases) {
     Tallies tallies;
-    for (int index = 0; index < options.layer_trials; ++index) {
-      if (hooks.progress)
-        hooks.progress(done++ / static_cast<double>(cases.size()) / options.layer_trials, "layers");
+    for (int index = 0; index < trials; ++index) {
+      if (hooks.progress) hooks.progress(done++ / static_cast<double>(cases.size()) / trials, "layers");
       const Trial trial = draw_trial(nominal, set_up, index);
       NonGeometricErrors errors;
       if (!c.rigid)

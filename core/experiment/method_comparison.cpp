@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -25,7 +26,7 @@ struct Method {
 std::vector<Method> all_methods() {
   using enum CalibrationMethod;
   using enum TrialData;
-  const CalibrateOptions plain{.prior = PriorUse::Off};
+  const CalibrateOptions plain{.prior = PriorUse::Off, .check_model = false};
   const auto by = [&](CalibrationMethod method) {
     CalibrateOptions options = plain;
     options.method = method;
@@ -61,6 +62,7 @@ std::vector<Method> all_methods() {
 struct Tally {
   std::vector<Eigen::Vector3d> errors;
   std::vector<double> times_s;
+  std::vector<double> convergence_mm;  // of the first trial
   int converged = 0;
   int iterations = 0;
   int near_oracle = 0;
@@ -97,6 +99,10 @@ std::optional<double> run(const Method& method, const RobotModel& nominal, const
   tally.times_s.push_back(hooks.clock_s ? hooks.clock_s() - begin_s : 0);
   if (!fit) return std::nullopt;
 
+  if (tally.times_s.size() == 1) {
+    tally.convergence_mm = fit->coarse_rms_mm;
+    std::ranges::copy(fit->fine_rms_mm, std::back_inserter(tally.convergence_mm));
+  }
   const auto errors = errors_at_validation(fit->cell, campaign);
   if (fit->converged) {
     ++tally.converged;
@@ -106,19 +112,29 @@ std::optional<double> run(const Method& method, const RobotModel& nominal, const
   return error_statistics(errors).rms;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
+/// The value that a share of them lies below.
+double quantile(std::vector<double>& values, double share) {
+  const auto place =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, place);
+  return *place;
 }
 
-MethodResult result_of(const Method& method, const Tally& tally, int trials, double bound_rms_mm) {
+Quartiles quartiles(const std::vector<Eigen::Vector3d>& errors) {
+  std::vector<double> lengths_mm;
+  for (const Eigen::Vector3d& error : errors) lengths_mm.push_back(error.norm());
+  return {quantile(lengths_mm, 0.25), quantile(lengths_mm, 0.5), quantile(lengths_mm, 0.75)};
+}
+
+MethodResult result_of(const Method& method, Tally& tally, int trials, double bound_rms_mm) {
   MethodResult result{.method = method.name,
                       .data = method.data,
                       .converged = static_cast<double>(tally.converged) / trials,
-                      .time_s = median(tally.times_s)};
+                      .time_s = quantile(tally.times_s, 0.5),
+                      .convergence_mm = std::move(tally.convergence_mm)};
   if (tally.converged == 0) return result;
   result.validation = error_statistics(tally.errors);
+  result.quartiles = quartiles(tally.errors);
   result.iterations = static_cast<double>(tally.iterations) / tally.converged;
   if (method.data != TrialData::NoiseFree) result.rmse_over_bound = result.validation.rms / bound_rms_mm;
   if (method.data == TrialData::GrossErrors)

@@ -7,11 +7,11 @@
 #include "config/robot_file.hpp"
 #include "core/experiment/target_motion.hpp"
 #include "core/experiment/trial.hpp"
+#include "core/regression/regressor.hpp"
+#include "core/simulation/published_arm.hpp"
 
 namespace truepose {
 namespace {
-
-RobotModel kr210() { return config::load_robot(TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml"); }
 
 ExperimentOptions small() {
   return {.seed = 1,
@@ -24,7 +24,7 @@ ExperimentOptions small() {
 }
 
 const ExperimentResult& result() {
-  static const ExperimentResult once = *run_experiment(kr210(), small());
+  static const ExperimentResult once = *run_experiment(published_arm(), small());
   return once;
 }
 
@@ -62,10 +62,35 @@ TEST(Experiment, ShowsThatChosenPosesPredictBetterThanRandomOnes) {
 
 TEST(Experiment, ExplainsThePublishedFiguresByWhatTheFitLost) {
   const auto& pairs = result().published;
-  ASSERT_EQ(pairs.size(), 3u);
+  ASSERT_EQ(pairs.size(), 6u);
   EXPECT_NEAR(pairs[0].mean_mm / pairs[0].published_mean_mm, 1, 0.3);
   EXPECT_NEAR(pairs[1].mean_mm / pairs[1].published_mean_mm, 1, 0.3);
   EXPECT_LT(pairs[2].mean_mm, 0.03);
+}
+
+TEST(Experiment, SaysWhichAssumptionsWereChosenToMatchThePublishedFigures) {
+  const auto& pairs = result().published;
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_NE(pairs[k].explanation.find("chosen to match"), std::string::npos);
+    EXPECT_NE(pairs[k].explanation.find("40 %"), std::string::npos);
+  }
+  EXPECT_NE(pairs[0].explanation.find("0.4 mm and 0.4 mrad"), std::string::npos);
+  for (std::size_t k = 3; k < 6; ++k)
+    EXPECT_NE(pairs[k].explanation.find("not a reproduction"), std::string::npos);
+}
+
+TEST(Experiment, OrdersTheQuartilesOfEveryMethodAndShowsHowItConverged) {
+  for (const MethodResult& m : result().methods) {
+    if (m.converged == 0) continue;
+    EXPECT_LE(m.validation.min, m.quartiles.lower) << m.method;
+    EXPECT_LT(m.quartiles.lower, m.quartiles.median) << m.method;
+    EXPECT_LT(m.quartiles.median, m.quartiles.upper) << m.method;
+    EXPECT_LE(m.quartiles.upper, m.validation.max) << m.method;
+  }
+  const auto& curve = method("two-stage from the guess", TrialData::Noisy).convergence_mm;
+  ASSERT_GT(curve.size(), 3u);
+  EXPECT_GT(curve.front(), 100);
+  EXPECT_LT(curve.back(), 0.05);
 }
 
 TEST(Experiment, ShowsWhatEachLayerBuysOnAHeavyArmAndThatInversionBuysNothing) {
@@ -79,8 +104,33 @@ TEST(Experiment, ShowsWhatEachLayerBuysOnAHeavyArmAndThatInversionBuysNothing) {
   EXPECT_GT(layer("nominal", true).validation.mean, 1);
 }
 
+TEST(Experiment, ShowsWhatAResidualFieldBuysOnGeometryAndThatDeviationsLeaveItLittle) {
+  const double geometric = layer("geometric", false).validation.mean;
+  EXPECT_LT(layer("geometric and gp", false).validation.mean, 0.9 * geometric);
+  for (const RegressorKind kind : kAllRegressors)
+    EXPECT_GT(layer("geometric and " + std::string(name_of(kind)), false).validation.mean,
+              layer("deviation auto", false).validation.mean);
+  EXPECT_NEAR(layer("deviation auto and gp", false).validation.mean,
+              layer("deviation auto", false).validation.mean, 0.005);
+}
+
+TEST(PublishedArm, IsTheOneOfTheRobotFile) {
+  const RobotModel arm = published_arm();
+  const RobotModel file = config::load_robot(TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml");
+  EXPECT_EQ(arm.name, file.name);
+  EXPECT_TRUE(arm.X_flange.isApprox(file.X_flange, 1e-15));
+  ASSERT_EQ(arm.joints.size(), file.joints.size());
+  for (std::size_t i = 0; i < arm.joints.size(); ++i) {
+    const Joint &a = arm.joints[i], &b = file.joints[i];
+    EXPECT_EQ(a.type, b.type);
+    for (const auto member : {&Joint::a_mm, &Joint::alpha_rad, &Joint::d_mm, &Joint::theta_rad,
+                              &Joint::beta_rad, &Joint::sign, &Joint::min, &Joint::max, &Joint::speed})
+      EXPECT_DOUBLE_EQ(a.*member, b.*member) << "joint " << i + 1;
+  }
+}
+
 TEST(Experiment, RefusesAnArmThatThePublishedErrorsDoNotFit) {
-  RobotModel seven = kr210();
+  RobotModel seven = published_arm();
   seven.joints.push_back(seven.joints.back());
   const auto refused = run_experiment(seven, small());
   ASSERT_FALSE(refused);
@@ -88,8 +138,8 @@ TEST(Experiment, RefusesAnArmThatThePublishedErrorsDoNotFit) {
 }
 
 TEST(Trial, IsTheSameForTheSameSeedAndAnotherForTheNext) {
-  const Trial first = draw_trial(kr210(), small(), 3), again = draw_trial(kr210(), small(), 3),
-              next = draw_trial(kr210(), small(), 4);
+  const Trial first = draw_trial(published_arm(), small(), 3),
+              again = draw_trial(published_arm(), small(), 3), next = draw_trial(published_arm(), small(), 4);
   EXPECT_EQ(first.truth.base.p_mm, again.truth.base.p_mm);
   EXPECT_EQ(first.identify.front(), again.identify.front());
   EXPECT_NE(first.identify.front(), next.identify.front());
@@ -97,7 +147,7 @@ TEST(Trial, IsTheSameForTheSameSeedAndAnotherForTheNext) {
 }
 
 TEST(TargetMotion, FindsTheJointsThatPutTheReflectorOnAPoint) {
-  const Trial trial = draw_trial(kr210(), small(), 0);
+  const Trial trial = draw_trial(published_arm(), small(), 0);
   const JointVector q{{0.3, -1.2, 1.4, 0.5, 0.7, -0.4}};
   const Eigen::Vector3d wanted = trial.truth.predict(q, 0) + Eigen::Vector3d{1, -2, 1.5};
   const auto found = joints_for_reflector(trial.truth, wanted, q, {});
@@ -108,12 +158,12 @@ TEST(TargetMotion, FindsTheJointsThatPutTheReflectorOnAPoint) {
 }
 
 TEST(TargetMotion, BringsAWrongArmToTheTargetByTheTrackerAlone) {
-  const Trial trial = draw_trial(kr210(), small(), 0);
+  const Trial trial = draw_trial(published_arm(), small(), 0);
   TrueArm arm{{.robot = trial.truth.robot,
                .X_WB = trial.truth.base.isometry(),
                .p_FS_mm = trial.truth.reflectors.front().p_FS_mm},
               1};
-  const CalibratedCell nominal{kr210(), trial.truth.base, trial.truth.reflectors};
+  const CalibratedCell nominal{published_arm(), trial.truth.base, trial.truth.reflectors};
   const JointVector q{{0.3, -1.2, 1.4, 0.5, 0.7, -0.4}};
   const Eigen::Vector3d wanted = nominal.predict(q, 0);
   EXPECT_GT((arm.p_WS_mm(q) - wanted).norm(), 3);

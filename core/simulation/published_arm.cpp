@@ -1,0 +1,35 @@
+#include "core/simulation/published_arm.hpp"
+
+#include "core/kinematics/angles.hpp"
+
+namespace truepose {
+namespace {
+
+struct Axis {
+  double a_mm, alpha_deg, d_mm, theta_deg, sign, min_deg, max_deg, speed_deg_s;
+};
+
+constexpr Axis kAxes[] = {
+    {0, 0, 645, 0, -1, -185, 185, 116.8}, {330, -90, 0, 0, 1, -140, -5, 111.4},
+    {1150, 0, 0, -90, 1, -120, 168, 112}, {115, -90, 1220, 0, -1, -350, 350, 179},
+    {0, 90, 0, 0, 1, -125, 125, 172},     {0, -90, 215, 180, -1, -350, 350, 220},
+};
+
+}  // namespace
+
+RobotModel published_arm() {
+  RobotModel robot{.name = "KUKA KR 210 R2700-2"};
+  for (const Axis& axis : kAxes) {
+    robot.joints.push_back({.a_mm = axis.a_mm,
+                            .alpha_rad = axis.alpha_deg * kRadPerDeg,
+                            .d_mm = axis.d_mm,
+                            .theta_rad = axis.theta_deg * kRadPerDeg,
+                            .sign = axis.sign,
+                            .min = axis.min_deg * kRadPerDeg,
+                            .max = axis.max_deg * kRadPerDeg,
+                            .speed = axis.speed_deg_s * kRadPerDeg});
+  }
+  return robot;
+}
+
+}  // namespace truepose
