@@ -15,6 +15,8 @@ namespace truepose::tools {
 
 /// @param exit_code  set to kFailed where the identification did not converge or made things worse
 void add_calibrate_command(CLI::App& app, int& exit_code);
+/// @param exit_code  set to kFailed where the two-stage fit did not converge in every trial
+void add_experiment_command(CLI::App& app, int& exit_code);
 void add_export_command(CLI::App& app);
 void add_fk_command(CLI::App& app);
 /// @param exit_code  set to kFailed where a target cannot be reached

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "core/experiment/experiment.hpp"
+
+namespace truepose::tools {
+
+/// The experiment's tables for a terminal, mm.
+std::string experiment_text(const ExperimentOptions& options, const ExperimentResult& result);
+
+}  // namespace truepose::tools
