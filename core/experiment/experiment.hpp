@@ -31,7 +31,8 @@ struct ExperimentOptions {
   GrossErrors gross{.fraction = 0.05};
   GuessError guess;
   int design_candidates = 2000;
-  int layer_trials = 10;  ///< arms with non-geometric errors, each with gears of its own; at most `trials`
+  int layer_trials = 10;  ///< arms with non-geometric errors, each with gears of its own; at most a quarter
+                          ///< of the trials, but one
   int layer_targets = 200;
   std::vector<int> layer_poses{30, 60, 100};
   std::vector<double> backlash_deg{0, 0.002};

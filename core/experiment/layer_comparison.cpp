@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
 
 #include "core/calibration/calibrate.hpp"
+#include "core/compensation/regression_field.hpp"
 #include "core/experiment/target_motion.hpp"
 #include "core/experiment/trial.hpp"
 #include "core/kinematics/angles.hpp"
@@ -31,27 +33,26 @@ struct ModelLayer {
   CalibrateOptions options;
   bool weight = false;
   bool directions = false;
-  bool driven = false;  ///< the arm is also driven by this model
+  bool driven = false;                ///< the arm is also driven by this model
+  std::vector<RegressorKind> fields;  ///< each on top of it, a layer of its own
 };
 
 std::vector<ModelLayer> model_layers() {
   const CalibrateOptions geometric{.check_model = false};
   const CalibrateOptions harmonics{.deviation = true, .check_model = false};
   const CalibrateOptions no_harmonics{.deviation = true, .harmonics = {}, .check_model = false};
-  const auto and_residual = [](CalibrateOptions options, RegressorKind kind) {
-    options.residual = {kind};
-    return options;
-  };
-  std::vector<ModelLayer> layers{{"geometric", geometric, false, false, true},
-                                 {"compliance", no_harmonics, true, false},
-                                 {"harmonics", harmonics, false, false},
-                                 {"compliance and harmonics", harmonics, true, false},
-                                 {"deviation auto", harmonics, true, true}};
-  for (const RegressorKind kind : kAllRegressors)
-    layers.push_back({"geometric and " + std::string(name_of(kind)), and_residual(geometric, kind)});
-  layers.push_back(
-      {"deviation auto and gp", and_residual(harmonics, RegressorKind::GaussianProcess), true, true});
-  return layers;
+  return {{.name = "geometric",
+           .options = geometric,
+           .driven = true,
+           .fields = {kAllRegressors.begin(), kAllRegressors.end()}},
+          {.name = "compliance", .options = no_harmonics, .weight = true},
+          {.name = "harmonics", .options = harmonics},
+          {.name = "compliance and harmonics", .options = harmonics, .weight = true},
+          {.name = "deviation auto",
+           .options = harmonics,
+           .weight = true,
+           .directions = true,
+           .fields = {RegressorKind::GaussianProcess}}};
 }
 
 /// Errors of one layer over all arms.
@@ -142,13 +143,24 @@ void add_repeatability(const MeasuredArm& arm, Tally& tally) {
     tally.stood.push_back(arm.campaign.p_true_mm[i] - arm.campaign.p_stood_mm[i]);
 }
 
+/// A residual field over what the model leaves. It is kept whether or not it helps, so cross-validation is
+/// spared.
+void add_field(CalibratedCell cell, RegressorKind kind, const MeasurementData& data, const MeasuredArm& arm,
+               Tally& tally) {
+  const FieldData left = field_data(cell, data.points);
+  const auto regressor = fit_regressor(kind, left.regression);
+  if (!regressor) return;
+  cell.robot.field = std::make_shared<RegressionField>(cell.robot, *regressor, left.p_F_mm);
+  add_predictions(cell, arm, tally);
+}
+
 /// One arm through all layers, identified from its first poses.
 void add_arm(const RobotModel& nominal, const MeasuredArm& arm, int poses, const ExperimentOptions& options,
              Tallies& tallies) {
-  const MeasurementData data = first_poses(arm, poses);
+  const MeasurementData all = first_poses(arm, poses);
   for (const ModelLayer& layer : model_layers()) {
-    const auto fit = calibrate(layer.weight ? nominal : weightless(nominal),
-                               layer.directions ? data : without_directions(data), layer.options);
+    const MeasurementData data = layer.directions ? all : without_directions(all);
+    const auto fit = calibrate(layer.weight ? nominal : weightless(nominal), data, layer.options);
     if (!fit) continue;
     if (layer.driven) {
       add_predictions(fit->coarse, arm, tallies["nominal"]);
@@ -156,6 +168,10 @@ void add_arm(const RobotModel& nominal, const MeasuredArm& arm, int poses, const
       add_driven(*fit, arm, options, inverted, tallies["tracker in the loop"]);
     }
     add_predictions(fit->cell, arm, tallies[layer.name]);
+    for (const RegressorKind kind : layer.fields) {
+      Tally& tally = tallies[layer.name + " and " + std::string(name_of(kind))];
+      add_field(fit->cell, kind, data, arm, tally);
+    }
   }
   add_repeatability(arm, tallies["repeatability alone"]);
 }
@@ -182,7 +198,7 @@ std::vector<LayerResult> compare_layers(const RobotModel& nominal, const Experim
   cases.push_back({true, 0, std::ranges::min(options.layer_poses)});
 
   const ExperimentOptions set_up = with_layer_poses(options);
-  const int trials = std::min(options.layer_trials, options.trials);
+  const int trials = std::clamp(options.trials / 4, 1, options.layer_trials);
   std::vector<LayerResult> results;
   double done = 0;
   for (const Case& c : cases) {
