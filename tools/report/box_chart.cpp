@@ -13,7 +13,7 @@
 namespace truepose::report {
 namespace {
 
-constexpr double kWidth = 760, kLeft = 230, kRight = kWidth - 30;
+constexpr double kWidth = 760, kLeft = 280, kRight = kWidth - 30;
 constexpr double kTop = 30, kRowHeight = 24, kBoxHeight = 12, kBottomMargin = 44;
 constexpr double kSmallest = 1e-12;
 

@@ -72,12 +72,14 @@ std::string methods_section(const json::object& document) {
   for (const json::value& method : document.at("methods").as_array()) body += method_row(method);
   return table_section(
       "Methods",
-      fmt::format("All on the same {} trials, judged at validation poses against the true positions (mm). "
-                  "No unbiased method can have an RMS below the Cramer-Rao bound, here {} mm.",
-                  document.at("trials").to_number<long long>(),
-                  error_text(document.at("bound_rms").to_number<double>())),
+      fmt::format(
+          "All on the same {} trials, judged at validation poses against the true positions (mm). "
+          "No unbiased method can have an RMS below the Cramer-Rao bound, here {} mm, but by chance: the "
+          "ratio's standard deviation is 3 % over 40 trials and 1.3 % over 200.",
+          document.at("trials").to_number<long long>(),
+          error_text(document.at("bound_rms").to_number<double>())),
       "<th></th><th>mean</th><th>max</th><th>RMS</th><th>RMS / bound</th><th>converged</th>"
-      "<th>within 2 % of the oracle</th><th>iterations</th><th>time of a fit</th>",
+      "<th>within 2 %<br/>of the oracle</th><th>iterations</th><th>time of<br/>a fit</th>",
       body + "</tbody>\n");
 }
 
@@ -123,7 +125,7 @@ std::string convergence_section(const json::object& document) {
   if (chart.series.empty()) return "";
   return "<section class=\"whole\">\n<h2>How the methods converge</h2>\n<p class=\"note\">The first trial, "
          "before each iteration.</p>\n" +
-         point_chart_svg(chart) + "</section>\n";
+         "<div style=\"max-width: 640px\">" + point_chart_svg(chart) + "</div>\n</section>\n";
 }
 
 std::string designs_section(const json::object& document) {
@@ -194,7 +196,7 @@ std::string summary(const json::object& document) {
   return fmt::format(
       "<section class=\"summary\">\n<p class=\"eyebrow\">RMS error of the two-stage fit over the "
       "Cramer-Rao bound</p>\n<p class=\"headline\"><span class=\"now\">{:.3f}</span></p>\n"
-      "<p>{} mm at validation poses, where {} mm is the least that any unbiased method can reach.</p>\n"
+      "<p>{} mm at validation poses; {} mm is the least that any unbiased method can reach on average.</p>\n"
       "</section>\n",
       number(*two_stage, "rmse_over_bound"), mm(two_stage->at("validation"), "rms"),
       error_text(document.at("bound_rms").to_number<double>()));
