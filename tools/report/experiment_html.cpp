@@ -86,7 +86,7 @@ std::string methods_section(const json::object& document) {
 std::string spread_section(const json::object& document) {
   std::vector<BoxRow> rows;
   for (const json::value& method : document.at("methods").as_array()) {
-    if (!converged(method)) continue;
+    if (!converged(method) || text(method, "data") == "noise-free") continue;
     const json::value& errors = method.at("validation");
     const json::array& quartiles = method.at("quartiles").as_array();
     rows.push_back({title_of(method), std::string(color_of(method)), number(errors, "min"),
@@ -96,7 +96,7 @@ std::string spread_section(const json::object& document) {
   if (rows.empty()) return "";
   return "<section class=\"whole\">\n<h2>How the errors are spread</h2>\n<p class=\"note\">Smallest to "
          "greatest error, the box from the lower to the upper quartile, the median in it. "
-         "Logarithmic.</p>\n" +
+         "Methods with noise, on a logarithmic axis.</p>\n" +
          box_chart_svg("3-D error at validation poses", "3-D error, mm", rows) + "</section>\n";
 }
 
@@ -124,8 +124,9 @@ std::string convergence_section(const json::object& document) {
   }
   if (chart.series.empty()) return "";
   return "<section class=\"whole\">\n<h2>How the methods converge</h2>\n<p class=\"note\">The first trial, "
-         "before each iteration.</p>\n" +
-         "<div style=\"max-width: 640px\">" + point_chart_svg(chart) + "</div>\n</section>\n";
+         "before each iteration.</p>\n"
+         "<div style=\"max-width: 640px\">" +
+         point_chart_svg(chart) + "</div>\n</section>\n";
 }
 
 std::string designs_section(const json::object& document) {
