@@ -1,6 +1,5 @@
 #include "core/calibration/deviation_selection.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 
 #include "core/calibration/measurement_model.hpp"
 #include "core/calibration/parameters.hpp"
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
@@ -79,10 +79,12 @@ Fold eliminated(const Normal& all, const Normal& here, Eigen::Index geometry) {
   const Eigen::VectorXd rest_right = all.Jtf - here.Jtf;
   Eigen::MatrixXd gg = rest.topLeftCorner(geometry, geometry);
   gg.diagonal() *= 1 + 1e-12;
-  const Eigen::LDLT<Eigen::MatrixXd> solver(gg);
   // x_g = -C_right - C x_d with all right-hand sides of the sign of f = model - measured.
-  const Eigen::MatrixXd C = solver.solve(rest.topRightCorner(geometry, terms));
-  const Eigen::VectorXd c = solver.solve(rest_right.head(geometry));
+  Eigen::MatrixXd right(geometry, terms + 1);
+  right << rest.topRightCorner(geometry, terms), rest_right.head(geometry);
+  const Eigen::MatrixXd solved = solve_symmetric(gg, right);
+  const Eigen::MatrixXd C = solved.leftCols(terms);
+  const Eigen::VectorXd c = solved.col(terms);
 
   Fold fold;
   fold.normal = rest.bottomRightCorner(terms, terms) - rest.bottomLeftCorner(terms, geometry) * C;
@@ -110,7 +112,7 @@ std::vector<double> left_out_errors(std::span<const Fold> folds, const std::vect
     }
     Eigen::MatrixXd normal = fold.normal(active, active);
     normal.diagonal().array() += ridge;
-    const Eigen::VectorXd x = -normal.ldlt().solve(Eigen::VectorXd(fold.right(active)));
+    const Eigen::VectorXd x = -solve_symmetric(normal, Eigen::VectorXd(fold.right(active)));
     const Eigen::VectorXd here_right = fold.here_right(active);
     const Eigen::MatrixXd here_normal = fold.here_normal(active, active);
     errors.push_back(fold.here_square + 2 * x.dot(here_right) + x.dot(here_normal * x));

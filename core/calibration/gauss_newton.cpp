@@ -1,12 +1,12 @@
 #include "core/calibration/gauss_newton.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
 #include "core/calibration/identifiability.hpp"
 #include "core/calibration/line_search.hpp"
 #include "core/calibration/parameters.hpp"
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
@@ -15,10 +15,8 @@ namespace {
 /// model - measured.
 Eigen::VectorXd least_squares_step(const LinearSystem& system) {
   const Eigen::VectorXd norm = column_norms(system.J);
-  Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::ColPivHouseholderQRPreconditioner> svd(
-      system.J * norm.cwiseInverse().asDiagonal(), Eigen::ComputeThinU | Eigen::ComputeThinV);
-  svd.setThreshold(kRankTolerance);
-  return -norm.cwiseInverse().cwiseProduct(svd.solve(system.f));
+  const Eigen::MatrixXd unit = system.J * norm.cwiseInverse().asDiagonal();
+  return -norm.cwiseInverse().cwiseProduct(smallest_solution(unit, system.f, kRankTolerance));
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 #include "core/calibration/identifiability.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <limits>
+
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 
@@ -14,23 +14,21 @@ Eigen::VectorXd column_norms(const Eigen::MatrixXd& J) {
 Identifiability identifiability(const Eigen::MatrixXd& J, const Eigen::VectorXd& preference) {
   Identifiability result;
   const Eigen::MatrixXd unit = J * column_norms(J).cwiseInverse().asDiagonal();
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> plain(unit);
-  const Eigen::VectorXd pivots = plain.matrixQR().diagonal().cwiseAbs();
+  const Eigen::VectorXd pivots = pivoted_qr(unit).pivots;
   while (result.rank < pivots.size() && pivots[result.rank] > kRankTolerance * pivots[0]) ++result.rank;
   result.gap = result.rank < pivots.size() && result.rank > 0 && pivots[result.rank] > 0
                    ? pivots[result.rank - 1] / pivots[result.rank]
                    : std::numeric_limits<double>::infinity();
 
   // The preference steers which columns the pivoting meets first; the rank above is judged without it.
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> steered(unit * preference.asDiagonal());
-  const auto& order = steered.colsPermutation().indices();
-  result.kept.assign(order.data(), order.data() + result.rank);
+  result.kept = pivoted_qr(unit * preference.asDiagonal()).order;
+  result.kept.resize(static_cast<std::size_t>(result.rank));
   std::ranges::sort(result.kept);
 
   if (result.rank > 0) {
     Eigen::MatrixXd kept(J.rows(), result.rank);
     for (int k = 0; k < result.rank; ++k) kept.col(k) = unit.col(result.kept[static_cast<std::size_t>(k)]);
-    const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>(kept).singularValues();
+    const Eigen::VectorXd singular = singular_values(kept);
     result.condition = singular[0] / singular[result.rank - 1];
   }
   return result;

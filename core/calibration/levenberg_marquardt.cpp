@@ -1,11 +1,11 @@
 #include "core/calibration/levenberg_marquardt.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "core/calibration/identifiability.hpp"
 #include "core/calibration/parameters.hpp"
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
@@ -32,7 +32,7 @@ FitResult levenberg_marquardt(const CalibratedCell& start, const LeastSquaresPro
     const Eigen::VectorXd g = J.transpose() * system.f;
     Eigen::MatrixXd normal = J.transpose() * J;
     normal.diagonal().array() += damping;
-    const Eigen::VectorXd scaled_step = -normal.ldlt().solve(g);
+    const Eigen::VectorXd scaled_step = -solve_symmetric(normal, g);
     const Eigen::VectorXd direction = scattered(inverse_norm.cwiseProduct(scaled_step), problem.free, size);
 
     const CalibratedCell next_cell = moved(result.cell, direction);

@@ -1,27 +1,25 @@
 #include "core/calibration/linear_start.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "core/kinematics/forward.hpp"
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
 
+/// Of singular values beside the largest: what is below is rounding.
+constexpr double kTolerance = 1e-10;
+
 /// The rotation nearest to M.
 Eigen::Matrix3d projected_to_rotation(const Eigen::Matrix3d& M) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d sign = Eigen::Vector3d::Ones();
-  sign[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() > 0 ? 1 : -1;
-  return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
-}
-
-Eigen::VectorXd smallest_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr(A.rows(), A.cols());
-  qr.setThreshold(1e-10);
-  return qr.compute(A).solve(b);
+  const Svd svd = thin_svd(M);
+  Eigen::Matrix3d U = svd.U;
+  const Eigen::Matrix3d V = svd.V;
+  if ((U * V.transpose()).determinant() < 0) U.col(2) *= -1;
+  return U * V.transpose();
 }
 
 }  // namespace
@@ -52,7 +50,7 @@ CalibratedCell linear_start(const RobotModel& arm, std::span<const std::string> 
     A.block<3, 3>(row, 12 + 3 * points[k].smr) = -flange[k].linear();
     b.segment<3>(row) = flange[k].translation();
   }
-  const Eigen::VectorXd unknowns = smallest_solution(A, b);
+  const Eigen::VectorXd unknowns = smallest_solution(A, b, kTolerance);
   const Eigen::Matrix3d M = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(unknowns.data());
   const Eigen::Matrix3d R = projected_to_rotation(M.transpose());
 
@@ -64,7 +62,7 @@ CalibratedCell linear_start(const RobotModel& arm, std::span<const std::string> 
     A_position.block<3, 3>(row, 3 + 3 * points[k].smr) = R * flange[k].linear();
     b.segment<3>(row) = points[k].p_WS_mm - R * flange[k].translation();
   }
-  const Eigen::VectorXd positions = smallest_solution(A_position, b);
+  const Eigen::VectorXd positions = smallest_solution(A_position, b, kTolerance);
 
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   X_WB.linear() = R;

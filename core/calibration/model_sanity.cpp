@@ -1,6 +1,5 @@
 #include "core/calibration/model_sanity.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -11,6 +10,7 @@
 #include "core/calibration/mistakes.hpp"
 #include "core/calibration/parameters.hpp"
 #include "core/calibration/reflector_labels.hpp"
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
@@ -128,7 +128,8 @@ double identified_error(const Trial& trial, Names names) {
     residuals_with_jacobian(cell, trial.points, f, J);
     Eigen::MatrixXd information = J.transpose() * J;
     information.diagonal() += prior;
-    const Eigen::VectorXd step = -information.ldlt().solve(J.transpose() * f + prior.cwiseProduct(change));
+    const Eigen::VectorXd step =
+        -solve_symmetric(information, J.transpose() * f + prior.cwiseProduct(change));
     cell = moved(cell, step);
     change += step;
   }

@@ -1,13 +1,13 @@
 #include "core/calibration/null_space.hpp"
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
 
 #include "core/calibration/identifiability.hpp"
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
@@ -178,11 +178,11 @@ std::vector<Combination> weak_combinations(const Eigen::MatrixXd& J, const std::
                                            std::span<const std::string> names,
                                            const Eigen::VectorXd& usual_deviation) {
   const Eigen::MatrixXd whitened = J(Eigen::all, independent) * usual_deviation(independent).asDiagonal();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(whitened, Eigen::ComputeThinV);
+  const Svd svd = thin_svd(whitened);
   std::vector<Weak> weak;
-  for (Eigen::Index i = svd.singularValues().size(); i-- > 0 && svd.singularValues()[i] < 1;) {
-    Weak next{.directions = 1, .sigma = 1 / svd.singularValues()[i]};
-    for (const int k : named(svd.matrixV().col(i), kNamedWeak)) {
+  for (Eigen::Index i = svd.s.size(); i-- > 0 && svd.s[i] < 1;) {
+    Weak next{.directions = 1, .sigma = 1 / svd.s[i]};
+    for (const int k : named(svd.V.col(i), kNamedWeak)) {
       next.parameters.push_back(independent[static_cast<std::size_t>(k)]);
     }
     std::erase_if(weak, [&](const Weak& earlier) {
@@ -217,11 +217,11 @@ NullSpace null_space(const Eigen::MatrixXd& J, std::span<const std::string> name
                      const Eigen::VectorXd& preference, const Eigen::VectorXd& usual_deviation) {
   const Identifiability known = identifiability(J, preference);
   const Eigen::VectorXd norms = column_norms(J);
-  // Full V: with fewer rows than columns the null space is larger than the thin one shows.
-  const Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::FullPivHouseholderQRPreconditioner> svd(
-      J * norms.cwiseInverse().asDiagonal(), Eigen::ComputeFullV);
+  // Rows of zeros: with fewer rows than columns the null space is larger than a thin V shows.
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(std::max(J.rows(), J.cols()), J.cols());
+  unit.topRows(J.rows()) = J * norms.cwiseInverse().asDiagonal();
   const Echelon scaled =
-      reduced_echelon(svd.matrixV().rightCols(J.cols() - known.rank), dispensable_first(preference));
+      reduced_echelon(thin_svd(unit).V.rightCols(J.cols() - known.rank), dispensable_first(preference));
 
   NullSpace result{.rank = known.rank, .gap = known.gap, .basis = scaled.columns, .unknown = {}, .weak = {}};
   result.basis.array().colwise() /= norms.array();

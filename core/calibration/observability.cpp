@@ -1,15 +1,13 @@
 #include "core/calibration/observability.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <cmath>
 
-#include "core/calibration/identifiability.hpp"
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 
 ObservabilityIndices observability(const Eigen::MatrixXd& scaled, int poses) {
-  const Eigen::ArrayXd s = Eigen::JacobiSVD<Eigen::MatrixXd>(scaled).singularValues();
+  const Eigen::ArrayXd s = singular_values(scaled);
   const double largest = s[0], smallest = s[s.size() - 1];
   return {.o1 = std::exp(s.log().mean()) / std::sqrt(static_cast<double>(poses)),
           .o2 = smallest / largest,

@@ -1,8 +1,9 @@
 #include "core/calibration/ridge.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
+
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 
@@ -23,9 +24,8 @@ Prior ridge_prior(const CalibratedCell& cell, const LeastSquaresProblem& problem
   for (double sigma = 1e-3; sigma < 1e2; sigma *= std::sqrt(10.0)) {
     Eigen::MatrixXd shrunk = normal;
     shrunk.diagonal() += (sigma * weight).cwiseAbs2();
-    const Eigen::LDLT<Eigen::MatrixXd> solver(shrunk);
-    const double determined = solver.solve(normal).trace();
-    const double square = (system.f - system.J * solver.solve(g)).squaredNorm();
+    const double determined = solve_symmetric(shrunk, normal).trace();
+    const double square = (system.f - system.J * solve_symmetric(shrunk, g)).squaredNorm();
     const double freedom = 1 - determined / equations;
     const double score = square / (freedom * freedom);
     if (score >= best_score) continue;

@@ -1,12 +1,12 @@
 #include "core/calibration/uncertainty.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "core/calibration/identifiability.hpp"
 #include "core/calibration/measurement_model.hpp"
+#include "core/linear_algebra/decompositions.hpp"
 #include "core/random.hpp"
 
 namespace truepose {
@@ -15,11 +15,10 @@ namespace {
 /// (J'J)^-1 by the pseudo-inverse at unit column norm.
 Eigen::MatrixXd inverse_of_normal_matrix(const Eigen::MatrixXd& J) {
   const Eigen::VectorXd inverse_norm = column_norms(J).cwiseInverse();
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(J * inverse_norm.asDiagonal(), Eigen::ComputeThinV);
-  const Eigen::VectorXd& s = svd.singularValues();
+  const Svd svd = thin_svd(J * inverse_norm.asDiagonal());
   const Eigen::VectorXd variance =
-      s.unaryExpr([&](double v) { return v > kRankTolerance * s[0] ? 1 / (v * v) : 0.0; });
-  const Eigen::MatrixXd scaled = inverse_norm.asDiagonal() * svd.matrixV();
+      svd.s.unaryExpr([&](double v) { return v > kRankTolerance * svd.s[0] ? 1 / (v * v) : 0.0; });
+  const Eigen::MatrixXd scaled = inverse_norm.asDiagonal() * svd.V;
   return scaled * variance.asDiagonal() * scaled.transpose();
 }
 

@@ -1,10 +1,10 @@
 #include "core/compensation/regression_field.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "core/kinematics/forward.hpp"
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
@@ -62,7 +62,7 @@ Eigen::Matrix<double, 6, 1> twist(std::span<const Reading> readings, const Eigen
     b.segment<3>(row) = reading.off_B;
     row += 3;
   }
-  return A.colPivHouseholderQr().solve(b);
+  return smallest_solution(A, b, 1e-12);
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
 #include "core/evaluation/cramer_rao.hpp"
 
-#include <Eigen/SVD>
 #include <cmath>
 
 #include "core/calibration/identifiability.hpp"
 #include "core/calibration/measurement_model.hpp"
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 
@@ -22,11 +22,9 @@ Eigen::MatrixXd position_jacobian(const CalibratedCell& cell, std::span<const Jo
 
 Eigen::MatrixXd whitened_basis(const Eigen::MatrixXd& J) {
   const Eigen::VectorXd inverse_norm = column_norms(J).cwiseInverse();
-  Eigen::JacobiSVD<Eigen::MatrixXd> svd(J * inverse_norm.asDiagonal(), Eigen::ComputeThinV);
-  svd.setThreshold(kRankTolerance);
-  const Eigen::Index rank = svd.rank();
-  return inverse_norm.asDiagonal() * svd.matrixV().leftCols(rank) *
-         svd.singularValues().head(rank).cwiseInverse().asDiagonal();
+  const Svd svd = thin_svd(J * inverse_norm.asDiagonal());
+  const Eigen::Index rank = (svd.s.array() > kRankTolerance * svd.s[0]).count();
+  return inverse_norm.asDiagonal() * svd.V.leftCols(rank) * svd.s.head(rank).cwiseInverse().asDiagonal();
 }
 
 double cramer_rao_rms_mm(const CalibratedCell& truth, std::span<const JointVector> measured,
