@@ -16,11 +16,9 @@ Eigen::VectorXd singular_values(const Eigen::MatrixXd& A) {
 }
 
 Eigen::VectorXd smallest_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double tolerance) {
-  const Svd svd = thin_svd(A);
-  Eigen::Index rank = 0;
-  while (rank < svd.s.size() && svd.s[rank] > tolerance * svd.s[0]) ++rank;
-  const Eigen::VectorXd along = svd.U.leftCols(rank).transpose() * b;
-  return svd.V.leftCols(rank) * along.cwiseQuotient(svd.s.head(rank));
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr(A.rows(), A.cols());
+  qr.setThreshold(tolerance);
+  return qr.compute(A).solve(b);
 }
 
 PivotedQr pivoted_qr(const Eigen::MatrixXd& A) {
