@@ -1,16 +1,13 @@
 #include "config/field_yaml.hpp"
 
-#include <limits>
-
 #include "config/number_text.hpp"
+#include "config/ranges.hpp"
 #include "config/yaml_poses.hpp"
 #include "config/yaml_text.hpp"
 
 namespace truepose::config {
 
 namespace {
-
-constexpr Range kAny{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()};
 
 template <typename Numbers>
 std::string row_text(const Numbers& numbers) {

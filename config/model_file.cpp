@@ -1,8 +1,10 @@
 #include "config/model_file.hpp"
 
 #include "config/number_text.hpp"
+#include "config/ranges.hpp"
 #include "config/robot_yaml.hpp"
 #include "config/text_file.hpp"
+#include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
 #include "config/yaml_text.hpp"
 
@@ -10,20 +12,11 @@ namespace truepose::config {
 
 namespace {
 
-// A model file comes from our own hand: bounds only keep out what no arm can be.
-constexpr Range kMm{-1e6, 1e6};
-constexpr Range kRad{-1e4, 1e4};
-constexpr Range kAny{-1e9, 1e9};
-
 std::string parameter_text(const IdentifiedParameter& parameter) {
   return "  - {name: " + quoted_text(parameter.name) + ", nominal: " + format_number(parameter.nominal) +
          ", value: " + format_number(parameter.value) + ", sigma: " + format_number(parameter.sigma) +
          ", identified: " + (parameter.identified ? "true" : "false") +
          ", data_share: " + format_number(parameter.data_share) + "}\n";
-}
-
-Eigen::Vector3d xyz_value(const YamlMap& map, Range range) {
-  return {map.at("x").number(range), map.at("y").number(range), map.at("z").number(range)};
 }
 
 BasePose base_value(const YamlValue& value) {

@@ -1,6 +1,7 @@
 #include "config/robot_file.hpp"
 
 #include "config/joint_list.hpp"
+#include "config/ranges.hpp"
 #include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
 #include "core/kinematics/angles.hpp"
@@ -9,10 +10,7 @@ namespace truepose::config {
 
 namespace {
 
-constexpr Range kMm{-100'000, 100'000};
-constexpr Range kDeg{-360, 360};
 constexpr Range kAxisDeg{-100'000, 100'000};  // an axis may turn without end
-constexpr Range kKg{0, 100'000};
 constexpr Range kSpeed{0, 100'000};
 
 YamlMap joint_map(const YamlValue& joint) {
@@ -41,12 +39,6 @@ Joint joint(const YamlValue& value) {
   joint.speed = map.at("speed").number(kSpeed) * per_unit;
   if (joint.speed == 0) map.at("speed").fail("expected more than 0");
   return joint;
-}
-
-LinkMass mass_value(const YamlValue& value) {
-  const YamlMap map(value, {"kg", "x", "y", "z"});
-  return {.mass_kg = map.at("kg").number(kKg),
-          .centre_mm = {map.at("x").number(kMm), map.at("y").number(kMm), map.at("z").number(kMm)}};
 }
 
 /// One per joint, or none at all.

@@ -7,17 +7,14 @@
 #include "config/field_yaml.hpp"
 #include "config/joint_list.hpp"
 #include "config/number_text.hpp"
+#include "config/ranges.hpp"
+#include "config/yaml_poses.hpp"
 #include "config/yaml_text.hpp"
 
 namespace truepose::config {
 
 namespace {
 
-// A model file comes from our own hand: bounds only keep out what no arm can be.
-constexpr Range kMm{-1e6, 1e6};
-constexpr Range kRad{-1e4, 1e4};
-constexpr Range kAny{-1e9, 1e9};
-constexpr Range kKg{0, 1e6};
 constexpr int kHighestOrder = 100'000;
 constexpr double kUnit = 1e-9;  // how far a length may be from 1
 
@@ -97,18 +94,9 @@ Eigen::Isometry3d isometry_value(const YamlValue& value) {
   return X;
 }
 
-Eigen::Vector3d xyz_value(const YamlMap& map) {
-  return {map.at("x").number(kMm), map.at("y").number(kMm), map.at("z").number(kMm)};
-}
-
-LinkMass mass_value(const YamlValue& value) {
-  const YamlMap map(value, {"kg", "x", "y", "z"});
-  return {.mass_kg = map.at("kg").number(kKg), .centre_mm = xyz_value(map)};
-}
-
 /// Not made a unit vector again: that would change its last digit.
 Eigen::Vector3d unit_value(const YamlValue& value) {
-  const Eigen::Vector3d unit = xyz_value(YamlMap(value, {"x", "y", "z"}));
+  const Eigen::Vector3d unit = xyz_value(YamlMap(value, {"x", "y", "z"}), kMm);
   if (std::abs(unit.norm() - 1) > kUnit) value.fail("expected a direction of length 1");
   return unit;
 }

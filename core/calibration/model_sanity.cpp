@@ -73,7 +73,7 @@ Points nearest(const CalibratedCell& cell, const Points& points) {
 }
 
 /// An arm and the points it is to explain, with or without a mistake mended.
-struct Trial {
+struct Hypothesis {
   std::string what;
   RobotModel arm;
   Points points;
@@ -82,8 +82,8 @@ struct Trial {
 
 using Names = std::span<const std::string>;
 
-double rough_error(const Trial& trial, Names names) {
-  return median(misses(linear_start(trial.arm, names, trial.points), trial.points));
+double rough_error(const Hypothesis& guess, Names names) {
+  return median(misses(linear_start(guess.arm, names, guess.points), guess.points));
 }
 
 std::vector<int> first_parameters(int count) {
@@ -94,16 +94,16 @@ std::vector<int> first_parameters(int count) {
 
 /// Base and reflectors fitted to the end, from the better part of the points, so that a few gross errors do
 /// not speak against the arm.
-CalibratedCell placed(const Trial& trial, Names names) {
-  const Points trusted = nearest(linear_start(trial.arm, names, trial.points), trial.points);
-  const CalibratedCell start = linear_start(trial.arm, names, trusted);
+CalibratedCell placed(const Hypothesis& guess, Names names) {
+  const Points trusted = nearest(linear_start(guess.arm, names, guess.points), guess.points);
+  const CalibratedCell start = linear_start(guess.arm, names, trusted);
   const auto base_and_reflectors = first_parameters(ParameterLayout::of(start).link(0));
   const LeastSquaresProblem problem{.points = trusted, .free = base_and_reflectors, .W = {}, .prior = {}};
   return gauss_newton(start, problem, {.max_iterations = 20}).cell;
 }
 
-double fitted_error(const Trial& trial, Names names) {
-  return median(misses(placed(trial, names), trial.points));
+double fitted_error(const Hypothesis& guess, Names names) {
+  return median(misses(placed(guess, names), guess.points));
 }
 
 /// Squared weights that hold each parameter to where it is, against points of 0.1 mm: links with 3 mm and
@@ -119,13 +119,13 @@ Eigen::VectorXd prior_information(const ParameterLayout& layout) {
 }
 
 /// What the arm leaves with its links identified too.
-double identified_error(const Trial& trial, Names names) {
-  CalibratedCell cell = placed(trial, names);
+double identified_error(const Hypothesis& guess, Names names) {
+  CalibratedCell cell = placed(guess, names);
   const Eigen::VectorXd prior = prior_information(ParameterLayout::of(cell));
   Eigen::VectorXd f, change = Eigen::VectorXd::Zero(prior.size());
   Eigen::MatrixXd J;
   for (int iteration = 0; iteration < kIdentifyIterations; ++iteration) {
-    residuals_with_jacobian(cell, trial.points, f, J);
+    residuals_with_jacobian(cell, guess.points, f, J);
     Eigen::MatrixXd information = J.transpose() * J;
     information.diagonal() += prior;
     const Eigen::VectorXd step =
@@ -133,30 +133,31 @@ double identified_error(const Trial& trial, Names names) {
     cell = moved(cell, step);
     change += step;
   }
-  return median(misses(cell, trial.points));
+  return median(misses(cell, guess.points));
 }
 
-Trial mended(const Trial& as_given, const Mistake& mistake) {
-  Trial trial = as_given;
-  trial.what = mistake.what;
-  mistake.mend(trial.arm, trial.points);
-  return trial;
+Hypothesis mended(const Hypothesis& as_given, const Mistake& mistake) {
+  Hypothesis guess = as_given;
+  guess.what = mistake.what;
+  mistake.mend(guess.arm, guess.points);
+  return guess;
 }
 
 /// The most promising mistakes, fitted to the end; in the order of `mistakes`.
-std::vector<Trial> shortlist(const Trial& as_given, const std::vector<Mistake>& mistakes, Names names) {
-  std::vector<Trial> trials;
+std::vector<Hypothesis> shortlist(const Hypothesis& as_given, const std::vector<Mistake>& mistakes,
+                                  Names names) {
+  std::vector<Hypothesis> guesses;
   for (const Mistake& mistake : mistakes) {
-    trials.push_back(mended(as_given, mistake));
-    trials.back().error_mm = rough_error(trials.back(), names);
+    guesses.push_back(mended(as_given, mistake));
+    guesses.back().error_mm = rough_error(guesses.back(), names);
   }
   std::vector<double> errors;
-  for (const Trial& trial : trials) errors.push_back(trial.error_mm);
+  for (const Hypothesis& guess : guesses) errors.push_back(guess.error_mm);
   const std::size_t kept = std::min(kShortlist, errors.size());
   std::ranges::nth_element(errors, errors.begin() + static_cast<std::ptrdiff_t>(kept - 1));
-  std::erase_if(trials, [&](const Trial& trial) { return trial.error_mm > errors[kept - 1]; });
-  for (Trial& trial : trials) trial.error_mm = fitted_error(trial, names);
-  return trials;
+  std::erase_if(guesses, [&](const Hypothesis& guess) { return guess.error_mm > errors[kept - 1]; });
+  for (Hypothesis& guess : guesses) guess.error_mm = fitted_error(guess, names);
+  return guesses;
 }
 
 std::string mm_text(double mm) {
@@ -166,19 +167,19 @@ std::string mm_text(double mm) {
   return text.substr(0, text.find('.') + static_cast<std::size_t>(decimals > 0 ? decimals + 1 : 0)) + " mm";
 }
 
-/// The best of the trials, the first of those as good as the least, if it explains the points better than
+/// The best of the guesses, the first of those as good as the least, if it explains the points better than
 /// what leaves `to_beat_mm`.
-std::optional<Suspicion> explanation(const std::vector<Trial>& trials, double to_beat_mm) {
-  const double least = std::ranges::min_element(trials, {}, &Trial::error_mm)->error_mm;
+std::optional<Suspicion> explanation(const std::vector<Hypothesis>& guesses, double to_beat_mm) {
+  const double least = std::ranges::min_element(guesses, {}, &Hypothesis::error_mm)->error_mm;
   if (!(least < to_beat_mm)) return std::nullopt;
   Suspicion best;
-  for (const Trial& trial : trials) {
-    if (trial.error_mm > least * kAsGood) continue;
+  for (const Hypothesis& guess : guesses) {
+    if (guess.error_mm > least * kAsGood) continue;
     if (best.sentence.empty()) {
-      best.sentence = trial.what;
-      best.mended_mm = trial.error_mm;
+      best.sentence = guess.what;
+      best.mended_mm = guess.error_mm;
     } else {
-      best.also_fits.push_back(trial.what);
+      best.also_fits.push_back(guess.what);
     }
   }
   return best;
@@ -192,9 +193,9 @@ Suspicion told(Suspicion suspicion, double error_mm, const char* which) {
 }
 
 /// A mistake that shows with base and reflectors alone.
-std::optional<Suspicion> gross_mistake(const Trial& as_given, Names names) {
-  const auto trials = shortlist(as_given, single_mistakes(as_given.arm), names);
-  auto best = explanation(trials, as_given.error_mm / kBetter);
+std::optional<Suspicion> gross_mistake(const Hypothesis& as_given, Names names) {
+  const auto guesses = shortlist(as_given, single_mistakes(as_given.arm), names);
+  auto best = explanation(guesses, as_given.error_mm / kBetter);
   // Several mistakes only where one leaves too much: they would also mimic it.
   const double left_mm = best ? best->mended_mm : as_given.error_mm;
   if (left_mm > kDeviates_mm) {
@@ -231,19 +232,19 @@ std::optional<Suspicion> mixed_reflectors(const RobotModel& nominal, const Measu
 /// A joint whose sign hardly shows before the links are identified.
 std::optional<Suspicion> hidden_sign(const RobotModel& nominal, const MeasurementData& data) {
   const Names names = data.smr_names;
-  Trial as_given{.what = {}, .arm = nominal, .points = sampled(data, kPosesToIdentify)};
+  Hypothesis as_given{.what = {}, .arm = nominal, .points = sampled(data, kPosesToIdentify)};
   if (as_given.points.size() < kFewestPointsToIdentify) return std::nullopt;
   as_given.error_mm = fitted_error(as_given, names);
-  std::vector<Trial> trials;
+  std::vector<Hypothesis> guesses;
   for (const Mistake& mistake : sign_mistakes(as_given.arm)) {
-    Trial trial = mended(as_given, mistake);
-    if (fitted_error(trial, names) > kBetter * as_given.error_mm) continue;
-    trial.error_mm = identified_error(trial, names);
-    trials.push_back(std::move(trial));
+    Hypothesis guess = mended(as_given, mistake);
+    if (fitted_error(guess, names) > kBetter * as_given.error_mm) continue;
+    guess.error_mm = identified_error(guess, names);
+    guesses.push_back(std::move(guess));
   }
-  if (trials.empty()) return std::nullopt;
+  if (guesses.empty()) return std::nullopt;
   const double given_mm = identified_error(as_given, names);
-  auto best = explanation(trials, std::min(given_mm / kBetterIdentified, given_mm - kShows_mm));
+  auto best = explanation(guesses, std::min(given_mm / kBetterIdentified, given_mm - kShows_mm));
   if (!best) return std::nullopt;
   return told(std::move(*best), given_mm, "identified arm's");
 }
@@ -252,7 +253,7 @@ std::optional<Suspicion> hidden_sign(const RobotModel& nominal, const Measuremen
 
 std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementData& data) {
   if (pose_groups(data.points).size() < kFewestPoses) return std::nullopt;
-  Trial as_given{.what = {}, .arm = nominal, .points = sampled(data, kPoses)};
+  Hypothesis as_given{.what = {}, .arm = nominal, .points = sampled(data, kPoses)};
   as_given.error_mm = fitted_error(as_given, data.smr_names);
   auto gross = as_given.error_mm > kDeviates_mm ? gross_mistake(as_given, data.smr_names) : std::nullopt;
   auto mixed = mixed_reflectors(nominal, data);

@@ -56,16 +56,16 @@ std::vector<ModelLayer> model_layers() {
 }
 
 /// Errors of one layer over all arms.
-struct Tally {
+struct LayerErrors {
   std::vector<Eigen::Vector3d> stood, model;
 };
 
-/// Tallies by the layer's name, in the order in which the layers first came.
-class Tallies {
+/// ErrorsByLayer by the layer's name, in the order in which the layers first came.
+class ErrorsByLayer {
  public:
-  Tally& operator[](const std::string& name) {
+  LayerErrors& operator[](const std::string& name) {
     const auto known = std::ranges::find(tallies_, name, &Named::first);
-    return known != tallies_.end() ? known->second : tallies_.emplace_back(name, Tally{}).second;
+    return known != tallies_.end() ? known->second : tallies_.emplace_back(name, LayerErrors{}).second;
   }
 
   void append_results(const LayerResult& common, std::vector<LayerResult>& results) const {
@@ -80,7 +80,7 @@ class Tallies {
   }
 
  private:
-  using Named = std::pair<std::string, Tally>;
+  using Named = std::pair<std::string, LayerErrors>;
   std::deque<Named> tallies_;  // references into it stay valid
 };
 
@@ -110,7 +110,7 @@ RobotModel weightless(RobotModel robot) {
 }
 
 /// What the model predicts at the targets, against where the arm stood and where it stands on average.
-void add_predictions(const CalibratedCell& cell, const MeasuredArm& arm, Tally& tally) {
+void add_predictions(const CalibratedCell& cell, const MeasuredArm& arm, LayerErrors& tally) {
   for (std::size_t i = 0; i < arm.targets().size(); ++i) {
     const Measurement& target = arm.targets()[i];
     const Eigen::Vector3d predicted = cell.predict(target.q, 0, target.direction);
@@ -122,7 +122,7 @@ void add_predictions(const CalibratedCell& cell, const MeasuredArm& arm, Tally& 
 /// The arm driven to the targets by the inverted model, and from there by the tracker. A target is the point
 /// where the nominal arm would be.
 void add_driven(const Calibration& fit, const MeasuredArm& measured, const ExperimentOptions& options,
-                Tally& inverted, Tally& in_the_loop) {
+                LayerErrors& inverted, LayerErrors& in_the_loop) {
   Random seeds{measured.seed};
   TrueArm arm{measured.setup, seeds.next()};
   Random noise{seeds.next()};
@@ -138,7 +138,7 @@ void add_driven(const Calibration& fit, const MeasuredArm& measured, const Exper
   }
 }
 
-void add_repeatability(const MeasuredArm& arm, Tally& tally) {
+void add_repeatability(const MeasuredArm& arm, LayerErrors& tally) {
   for (std::size_t i = arm.identify; i < arm.campaign.p_true_mm.size(); ++i)
     tally.stood.push_back(arm.campaign.p_true_mm[i] - arm.campaign.p_stood_mm[i]);
 }
@@ -146,7 +146,7 @@ void add_repeatability(const MeasuredArm& arm, Tally& tally) {
 /// A residual field over what the model leaves. It is kept whether or not it helps, so cross-validation is
 /// spared.
 void add_field(CalibratedCell cell, RegressorKind kind, const MeasurementData& data, const MeasuredArm& arm,
-               Tally& tally) {
+               LayerErrors& tally) {
   const FieldData left = field_data(cell, data.points);
   const auto regressor = fit_regressor(kind, left.regression);
   if (!regressor) return;
@@ -156,7 +156,7 @@ void add_field(CalibratedCell cell, RegressorKind kind, const MeasurementData& d
 
 /// One arm through all layers, identified from its first poses.
 void add_arm(const RobotModel& nominal, const MeasuredArm& arm, int poses, const ExperimentOptions& options,
-             Tallies& tallies) {
+             ErrorsByLayer& tallies) {
   const MeasurementData all = first_poses(arm, poses);
   for (const ModelLayer& layer : model_layers()) {
     const MeasurementData data = layer.directions ? all : without_directions(all);
@@ -164,12 +164,12 @@ void add_arm(const RobotModel& nominal, const MeasuredArm& arm, int poses, const
     if (!fit) continue;
     if (layer.driven) {
       add_predictions(fit->coarse, arm, tallies["nominal"]);
-      Tally& inverted = tallies["inverted"];
+      LayerErrors& inverted = tallies["inverted"];
       add_driven(*fit, arm, options, inverted, tallies["tracker in the loop"]);
     }
     add_predictions(fit->cell, arm, tallies[layer.name]);
     for (const RegressorKind kind : layer.fields) {
-      Tally& tally = tallies[layer.name + " and " + std::string(name_of(kind))];
+      LayerErrors& tally = tallies[layer.name + " and " + std::string(name_of(kind))];
       add_field(fit->cell, kind, data, arm, tally);
     }
   }
@@ -202,7 +202,7 @@ std::vector<LayerResult> compare_layers(const RobotModel& nominal, const Experim
   std::vector<LayerResult> results;
   double done = 0;
   for (const Case& c : cases) {
-    Tallies tallies;
+    ErrorsByLayer tallies;
     for (int index = 0; index < trials; ++index) {
       if (hooks.progress) hooks.progress(done++ / static_cast<double>(cases.size()) / trials, "layers");
       const Trial trial = draw_trial(nominal, set_up, index);

@@ -59,7 +59,7 @@ std::vector<Method> all_methods() {
 }
 
 /// What becomes of a method's trials.
-struct Tally {
+struct MethodTally {
   std::vector<Eigen::Vector3d> errors;
   std::vector<double> times_s;
   std::vector<double> convergence_mm;  // of the first trial
@@ -90,7 +90,8 @@ std::vector<Eigen::Vector3d> errors_at_validation(const CalibratedCell& cell,
 /// Fits one trial.
 /// @return its RMS error at the validation poses, or nothing where there is no fit
 std::optional<double> run(const Method& method, const RobotModel& nominal, const Trial& trial,
-                          const SimulatedCampaign& campaign, const ExperimentHooks& hooks, Tally& tally) {
+                          const SimulatedCampaign& campaign, const ExperimentHooks& hooks,
+                          MethodTally& tally) {
   CalibrateOptions options = method.options;
   if (method.start == Start::FromGuess) options.start = trial.guess;
   const MeasurementData data = points_to_fit(campaign, method.knows_gross_errors);
@@ -126,7 +127,7 @@ Quartiles quartiles(const std::vector<Eigen::Vector3d>& errors) {
   return {quantile(lengths_mm, 0.25), quantile(lengths_mm, 0.5), quantile(lengths_mm, 0.75)};
 }
 
-MethodResult result_of(const Method& method, Tally& tally, int trials, double bound_rms_mm) {
+MethodResult result_of(const Method& method, MethodTally& tally, int trials, double bound_rms_mm) {
   MethodResult result{.method = method.name,
                       .data = method.data,
                       .converged = static_cast<double>(tally.converged) / trials,
@@ -147,7 +148,7 @@ MethodResult result_of(const Method& method, Tally& tally, int trials, double bo
 MethodComparison compare_methods(const RobotModel& nominal, const ExperimentOptions& options,
                                  const ExperimentHooks& hooks) {
   const std::vector<Method> methods = all_methods();
-  std::vector<Tally> tallies(methods.size());
+  std::vector<MethodTally> tallies(methods.size());
   double bound_squares = 0;
   for (int index = 0; index < options.trials; ++index) {
     if (hooks.progress) hooks.progress(static_cast<double>(index) / options.trials, "methods");

@@ -84,4 +84,13 @@ struct RobotModel {
   int joint_count() const { return static_cast<int>(joints.size()); }
 };
 
+/// Whether every joint of `q` is a number within its limits.
+inline bool within_limits(const RobotModel& robot, const JointVector& q) {
+  for (int i = 0; i < robot.joint_count(); ++i) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    if (!(q[i] >= joint.min && q[i] <= joint.max)) return false;
+  }
+  return true;
+}
+
 }  // namespace truepose

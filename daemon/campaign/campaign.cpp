@@ -41,14 +41,6 @@ CampaignError fatal(const DeviceError& error) {
 
 CampaignError store_failed(const StoreError& error) { return {CampaignFault::Store, error.detail}; }
 
-bool within_limits(const RobotModel& robot, const JointVector& q) {
-  for (int i = 0; i < robot.joint_count(); ++i) {
-    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
-    if (!(q[i] >= joint.min && q[i] <= joint.max)) return false;
-  }
-  return true;
-}
-
 /// The cell as the configuration describes it: the nominal arm, roughly placed.
 CalibratedCell rough_cell(const config::CellConfig& config) {
   return {config.robot.model,

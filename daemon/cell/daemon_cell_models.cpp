@@ -43,14 +43,6 @@ Solved solve(const RobotModel& nominal, const RobotModel& real, const std::vecto
   return compensate_joints(nominal, real, q);
 }
 
-bool within_limits(const RobotModel& robot, const JointVector& q) {
-  for (int i = 0; i < robot.joint_count(); ++i) {
-    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
-    if (!(q[i] >= joint.min && q[i] <= joint.max)) return false;
-  }
-  return true;
-}
-
 }  // namespace
 
 asio::awaitable<StoreResult<void>> DaemonCell::load_active_model() {

@@ -16,10 +16,12 @@
 #include "proto/control/schema.hpp"
 
 namespace truepose::daemon {
-namespace {
 
 namespace asio = boost::asio;
 namespace json = boost::json;
+
+namespace {
+
 using namespace asio::experimental::awaitable_operators;
 using control::ErrorCode;
 using control::ParamReader;

@@ -24,14 +24,15 @@ constexpr std::size_t kStackBytes = 256 * 1024;  // touched before the first dat
 constexpr timeval kReceiveTimeout{.tv_sec = 0,
                                   .tv_usec = 100'000};  // how often the thread looks whether to end
 
-class Socket {
+/// Owns a file descriptor.
+class Descriptor {
  public:
-  explicit Socket(int descriptor) : descriptor_{descriptor} {}
-  ~Socket() {
+  explicit Descriptor(int descriptor) : descriptor_{descriptor} {}
+  ~Descriptor() {
     if (descriptor_ >= 0) ::close(descriptor_);
   }
-  Socket(Socket&& other) noexcept : descriptor_{std::exchange(other.descriptor_, -1)} {}
-  Socket& operator=(Socket&&) = delete;
+  Descriptor(Descriptor&& other) noexcept : descriptor_{std::exchange(other.descriptor_, -1)} {}
+  Descriptor& operator=(Descriptor&&) = delete;
   int get() const { return descriptor_; }
 
  private:
@@ -41,7 +42,7 @@ class Socket {
 std::string error_text() { return std::strerror(errno); }
 
 struct BoundSocket {
-  Socket socket;
+  Descriptor socket;
   std::uint16_t port;
 };
 
@@ -54,7 +55,7 @@ std::expected<BoundSocket, std::string> bind_exclusively(const std::string& addr
   if (::inet_pton(AF_INET, address.c_str(), &name.sin_addr) != 1) {
     return std::unexpected("RSI address " + address + " is not an IPv4 address");
   }
-  Socket socket{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+  Descriptor socket{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
   if (socket.get() < 0) return std::unexpected("RSI: no UDP socket: " + error_text());
   if (::setsockopt(socket.get(), SOL_SOCKET, SO_RCVTIMEO, &kReceiveTimeout, sizeof kReceiveTimeout) != 0) {
     return std::unexpected("RSI: no receive timeout: " + error_text());
@@ -167,7 +168,7 @@ class UdpRsiLink final : public RsiLink {
     ++(sent == static_cast<ssize_t>(reply.size()) ? answered_ : send_failed_);
   }
 
-  Socket socket_;
+  Descriptor socket_;
   std::uint16_t port_;
   RsiResponder& responder_;
   Scheduling scheduling_;  // written before started_

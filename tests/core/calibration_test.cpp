@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <iostream>
-#include <random>
 
 #include "core/calibration/calibrate.hpp"
 #include "core/calibration/identifiability.hpp"
@@ -10,49 +9,11 @@
 #include "core/calibration/parameters.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
+#include "tests/core/example_arms.hpp"
 #include "tests/core/golden.hpp"
 
 namespace truepose {
 namespace {
-
-/// The golden data sets as measurements; validation points are the noise-free positions.
-struct GoldenSet {
-  boost::json::object expected;
-  MeasurementData data;
-};
-
-GoldenSet golden_set(const boost::json::object& file, std::size_t index, const char* validation_key) {
-  const auto& set = file.at("datasets").as_array()[index];
-  GoldenSet out{set.at("expected").as_object(), {.smr_names = {"1"}}};
-  const auto add = [&](const char* part, PoseSet purpose, const char* key) {
-    for (const auto& item : set.at(part).as_array()) {
-      out.data.points.push_back(
-          {.q = golden::vector(item.at("q")), .p_WS_mm = golden::vector(item.at(key)), .set = purpose});
-    }
-  };
-  add("identification", PoseSet::Identify, "measured");
-  add("validation", PoseSet::Validate, validation_key);
-  return out;
-}
-
-RobotModel golden_nominal(const boost::json::object& file) {
-  return golden::robot(file.at("nominal_links"), file.at("sign"));
-}
-
-JointVector random_joints(const RobotModel& robot, std::mt19937_64& random) {
-  JointVector q(robot.joint_count());
-  for (Eigen::Index i = 0; i < q.size(); ++i) {
-    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
-    q[i] = std::uniform_real_distribution(joint.min, joint.max)(random);
-  }
-  return q;
-}
-
-Eigen::Matrix3d random_rotation(std::mt19937_64& random) {
-  std::normal_distribution<double> normal;
-  const Eigen::Quaterniond q(normal(random), normal(random), normal(random), normal(random));
-  return q.normalized().toRotationMatrix();
-}
 
 TEST(MeasurementModel, ReproducesTheGoldenJacobianOfAllThirtyNineParameters) {
   const auto golden = golden::load("jacobian");
@@ -101,8 +62,8 @@ TEST(MeasurementModel, AgreesWithDifferencesForARailWithTwoReflectorsAndAFlange)
   robot.X_flange = pose_from_kuka({10, -20, 30}, {15, 25, -35});
   const CalibratedCell cell{
       robot, {{1000, -2000, 300}, {0.3, 1.2, -2}}, {{"a", {10, 20, 30}}, {"b", {-40, 5, 60}}}};
-  std::mt19937_64 random{3};
-  const JointVector q = random_joints(robot, random);
+  Random random{3};
+  const JointVector q = example::random_joints(robot, random);
   PointJacobian J;
   const Eigen::Vector3d point = predict_with_jacobian(cell, q, 1, J);
   EXPECT_LT((point - cell.predict(q, 1)).norm(), 1e-10);
@@ -139,8 +100,8 @@ TEST(LineSearch, FindsNoStepUphillOrIntoNaN) {
 TEST(Calibrate, ReachesTheGoldenOptimumOfEveryDataSet) {
   const auto file = golden::load("identify");
   for (std::size_t set = 0; set < 4; ++set) {
-    const auto [expected, data] = golden_set(file, set, "true");
-    const auto result = calibrate(golden_nominal(file), data);
+    const auto [expected, data] = golden::data_set(file, set, "true");
+    const auto result = calibrate(golden::nominal(file), data);
     ASSERT_TRUE(result) << result.error().detail;
     EXPECT_TRUE(result->converged);
     EXPECT_EQ(result->rank, 27);
@@ -171,83 +132,27 @@ TEST(Calibrate, ReachesTheGoldenOptimumOfEveryDataSet) {
 TEST(Calibrate, LeavesNothingOfNoiseFreeErrorsAtFreshPoses) {
   const auto file = golden::load("identify");
   for (const CalibrationMethod method : {CalibrationMethod::TwoStage, CalibrationMethod::LeastSquares}) {
-    const auto result = calibrate(golden_nominal(file), golden_set(file, 0, "true").data, {.method = method});
+    const auto result =
+        calibrate(golden::nominal(file), golden::data_set(file, 0, "true").data, {.method = method});
     ASSERT_TRUE(result);
     EXPECT_LT(result->validate->geometric.max, 1e-8);
   }
 }
 
-TEST(Calibrate, StatesASigmaThatCoversTheTruth) {
-  // 200 noise draws: the reflector's and the base's identified values lie within 1.96 sigma in 95 % of them.
-  const auto file = golden::load("identify");
-  const RobotModel nominal = golden_nominal(file);
-  MeasurementData data = golden_set(file, 0, "true").data;
-  const auto noise_free = calibrate(nominal, data);
-  ASSERT_TRUE(noise_free);
-  std::mt19937_64 random{5};
-  std::normal_distribution<double> noise{0, 0.02};
-  int inside = 0, all = 0;
-  for (int trial = 0; trial < 200; ++trial) {
-    MeasurementData noisy = data;
-    for (Measurement& m : noisy.points) {
-      if (m.set == PoseSet::Identify)
-        m.p_WS_mm += Eigen::Vector3d(noise(random), noise(random), noise(random));
-    }
-    const auto result = calibrate(nominal, noisy);
-    ASSERT_TRUE(result);
-    for (std::size_t k = 0; k < result->parameters.size(); ++k) {
-      const IdentifiedParameter& p = result->parameters[k];
-      if (!p.identified) continue;
-      ++all;
-      inside += std::abs(p.value - noise_free->parameters[k].value) < 1.96 * p.sigma;
-    }
-  }
-  EXPECT_NEAR(static_cast<double>(inside) / all, 0.95, 0.02);
-}
-
-TEST(CoarseFit, FindsBaseAndReflectorFromEveryRandomPlacement) {
-  const auto file = golden::load("identify");
-  const RobotModel nominal = golden_nominal(file);
-  const RobotModel real = golden::robot(file.at("true_links"), file.at("sign"));
-  constexpr std::uint64_t kSeed = 20261121;
-  std::cout << "seed " << kSeed << "\n";
-  std::mt19937_64 random{kSeed};
-  std::uniform_real_distribution distance{2000., 8000.}, offset{-1., 1.};
-  int best = 0;
-  for (int trial = 0; trial < 1000; ++trial) {
-    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-    X_WB.linear() = random_rotation(random);
-    X_WB.translation() = random_rotation(random).col(0) * distance(random);
-    const Eigen::Vector3d p_FS = random_rotation(random).col(0) * 500 * std::abs(offset(random));
-    const CalibratedCell truth{real, BasePose::of(X_WB), {{"1", p_FS}}};
-    MeasurementData data{.smr_names = {"1"}};
-    for (int k = 0; k < 30; ++k) {
-      const JointVector q = random_joints(nominal, random);
-      data.points.push_back({.q = q, .p_WS_mm = truth.predict(q, 0)});
-    }
-    const auto coarse = coarse_fit(nominal, data);
-    ASSERT_TRUE(coarse) << trial << ": " << coarse.error().detail;
-    const auto full = calibrate(nominal, data, {.check_model = false});
-    // Where the coarse fit is the best minimum, the fine one that starts there leaves nothing.
-    best += full && full->identify.geometric.max < 1e-6;
-  }
-  EXPECT_EQ(best, 1000);
-}
-
 TEST(CoarseFit, NeedsFewPosesToAimWith) {
   const auto file = golden::load("identify");
-  MeasurementData data = golden_set(file, 0, "true").data;
+  MeasurementData data = golden::data_set(file, 0, "true").data;
   data.points.resize(6);
-  const auto coarse = coarse_fit(golden_nominal(file), data);
+  const auto coarse = coarse_fit(golden::nominal(file), data);
   ASSERT_TRUE(coarse);
-  const MeasurementData all = golden_set(file, 0, "true").data;
+  const MeasurementData all = golden::data_set(file, 0, "true").data;
   for (const Measurement& m : all.points) EXPECT_LT((coarse->predict(m.q, 0) - m.p_WS_mm).norm(), 60);
 }
 
 TEST(Calibrate, SaysWhichDataItCannotUse) {
   const auto file = golden::load("identify");
-  const RobotModel nominal = golden_nominal(file);
-  const MeasurementData good = golden_set(file, 0, "true").data;
+  const RobotModel nominal = golden::nominal(file);
+  const MeasurementData good = golden::data_set(file, 0, "true").data;
 
   MeasurementData few = good;
   few.points.resize(4);
@@ -279,9 +184,9 @@ TEST(Calibrate, RefusesPosesOfOneOrientationAndNamesWhatTheyLeaveOpen) {
   }
   const CalibratedCell truth{gantry, {{2000, 1000, 0}, {0.1, 0.2, 0.3}}, {{"1", {50, 60, 70}}}};
   MeasurementData data{.smr_names = {"1"}};
-  std::mt19937_64 random{1};
+  Random random{1};
   for (int k = 0; k < 30; ++k) {
-    const JointVector q = random_joints(gantry, random);
+    const JointVector q = example::random_joints(gantry, random);
     data.points.push_back({.q = q, .p_WS_mm = truth.predict(q, 0)});
   }
   const auto result = calibrate(gantry, data);
@@ -292,10 +197,10 @@ TEST(Calibrate, RefusesPosesOfOneOrientationAndNamesWhatTheyLeaveOpen) {
 
 TEST(Calibrate, WeighsPointsByTheirSigma) {
   const auto file = golden::load("identify");
-  MeasurementData data = golden_set(file, 0, "true").data;
+  MeasurementData data = golden::data_set(file, 0, "true").data;
   for (std::size_t i = 0; i < data.points.size(); ++i) data.points[i].sigma_mm = i % 5 ? 0.01 : 10.0;
   for (std::size_t i = 0; i < 30; i += 5) data.points[i].p_WS_mm.x() += 5;
-  const auto result = calibrate(golden_nominal(file), data);
+  const auto result = calibrate(golden::nominal(file), data);
   ASSERT_TRUE(result);
   EXPECT_LT(result->validate->geometric.max, 0.05) << "bad points that say so do little harm";
 }

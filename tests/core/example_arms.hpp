@@ -10,6 +10,8 @@
 /// Arms of several kinds, as they might really be, and what a tracker would read of them.
 namespace truepose::example {
 
+inline constexpr double kSigma_mm = 0.02;  ///< of a coordinate that a tracker reads
+
 RobotModel kr210();            ///< KR 210 R2700-2
 RobotModel kr210_on_a_rail();  ///< joint 1 moves the arm sideways by up to 4 m
 RobotModel seven_axis();       ///< an arm with an elbow, reach 0.8 m

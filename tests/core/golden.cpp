@@ -60,4 +60,21 @@ CalibratedCell cell(const RobotModel& robot, const boost::json::value& base, con
   return {robot, {b.head<3>(), b.tail<3>()}, {{"1", vector(tool)}}};
 }
 
+DataSet data_set(const boost::json::object& identify, std::size_t index, const char* validation) {
+  const auto& set = identify.at("datasets").as_array()[index];
+  DataSet out{set.at("expected").as_object(), {.smr_names = {"1"}, .points = {}}};
+  const auto add = [&](const char* part, PoseSet purpose, const char* key) {
+    for (const auto& item : set.at(part).as_array()) {
+      out.data.points.push_back({.q = vector(item.at("q")), .p_WS_mm = vector(item.at(key)), .set = purpose});
+    }
+  };
+  add("identification", PoseSet::Identify, "measured");
+  add("validation", PoseSet::Validate, validation);
+  return out;
+}
+
+RobotModel nominal(const boost::json::object& identify) {
+  return robot(identify.at("nominal_links"), identify.at("sign"));
+}
+
 }  // namespace truepose::golden

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/calibration/calibrated_cell.hpp"
+#include "core/calibration/measurement.hpp"
 
 /// The reference values of tests/golden (50-digit arithmetic; its README says how they were made).
 namespace truepose::golden {
@@ -20,5 +21,14 @@ RobotModel robot(const boost::json::value& links, const boost::json::value& sign
 
 /// The arm with a base [px, py, pz, rx, ry, rz] and one reflector.
 CalibratedCell cell(const RobotModel& robot, const boost::json::value& base, const boost::json::value& tool);
+
+/// One of the data sets of "identify" and what its fit must give.
+struct DataSet {
+  boost::json::object expected;
+  MeasurementData data;
+};
+/// @param validation  key of the validation points: "measured", or "true" without noise
+DataSet data_set(const boost::json::object& identify, std::size_t index, const char* validation);
+RobotModel nominal(const boost::json::object& identify);  ///< the arm that the fits start from
 
 }  // namespace truepose::golden

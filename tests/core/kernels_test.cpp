@@ -11,11 +11,13 @@
 #include "core/kernels/normal_equations.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/random.hpp"
+#include "tests/core/example_arms.hpp"
 #include "tests/core/malloc_count.hpp"
 
 namespace truepose {
 namespace {
 
+using example::random_joints;
 using kernels::Isa;
 
 /// An arm of `types` (R or P) with everything that could go wrong: betas, both signs, a turned flange.
@@ -35,15 +37,6 @@ RobotModel random_arm(const std::string& types, Random& random) {
   }
   robot.X_flange = pose_from_kuka({random.uniform(-100, 100), random.uniform(-100, 100), 80}, {30, -50, 110});
   return robot;
-}
-
-JointVector random_joints(const RobotModel& robot, Random& random) {
-  JointVector q(robot.joint_count());
-  for (Eigen::Index i = 0; i < q.size(); ++i) {
-    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
-    q[i] = random.uniform(joint.min, joint.max);
-  }
-  return q;
 }
 
 const std::vector<std::string> kArms{"RRRRRR", "RRRRRRR",   "PRRRRRR", "RRRRRRRR",        "RPR",

@@ -1,11 +1,10 @@
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "core/compensation/pose_inverse.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
 #include "core/kinematics/spherical_wrist.hpp"
+#include "tests/core/example_arms.hpp"
 #include "tests/core/golden.hpp"
 
 namespace truepose {
@@ -15,15 +14,6 @@ RobotModel golden_robot(const std::string& set) {
   const auto fk = golden::load("fk");
   const auto& entry = fk.at("parameter_sets").at(set);
   return golden::robot(entry.at("links"), entry.at("sign"));
-}
-
-JointVector random_joints(const RobotModel& robot, std::mt19937_64& random) {
-  JointVector q(robot.joint_count());
-  for (Eigen::Index i = 0; i < q.size(); ++i) {
-    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
-    q[i] = std::uniform_real_distribution(joint.min, joint.max)(random);
-  }
-  return q;
 }
 
 /// Seven joints on a rail, with offsets, betas, both signs and a fixed flange: nothing that could cancel.
@@ -85,9 +75,9 @@ TEST(ForwardKinematics, PutsTheHomeFlangeWhereTheDataSheetDoes) {
 }
 
 TEST(JointJacobian, AgreesWithDifferencesForRevoluteAndPrismaticJoints) {
-  std::mt19937_64 random{7};
+  Random random{7};
   for (const RobotModel& robot : {golden_robot("perturbed"), rail_arm()}) {
-    const JointVector q = random_joints(robot, random);
+    const JointVector q = example::random_joints(robot, random);
     const PoseAndJacobian at = forward_with_jacobian(robot, q);
     EXPECT_LT((at.X_BF.matrix() - forward_kinematics(robot, q).matrix()).norm(), 1e-11);
     for (Eigen::Index i = 0; i < q.size(); ++i) {
@@ -118,10 +108,10 @@ TEST(SphericalWristInverse, FindsEightBranchesThatAllReachThePose) {
   const RobotModel robot = golden_robot("nominal");
   const auto inverse = SphericalWristInverse::of(robot);
   ASSERT_TRUE(inverse) << inverse.error();
-  std::mt19937_64 random{11};
+  Random random{11};
   int eights = 0;
   for (int trial = 0; trial < 1000; ++trial) {
-    const JointVector q = random_joints(robot, random);
+    const JointVector q = example::random_joints(robot, random);
     const Eigen::Isometry3d X = forward_kinematics(robot, q);
     const auto solutions = inverse->all(X, q);
     eights += solutions.count == 8;
@@ -183,13 +173,12 @@ TEST(PoseInverse, ReproducesTheGoldenCompensatedJoints) {
 }
 
 TEST(PoseInverse, ConvergesFromFiveDegreesOffAndOnARedundantArm) {
-  std::mt19937_64 random{13};
-  std::uniform_real_distribution off{-5 * kRadPerDeg, 5 * kRadPerDeg};
+  Random random{13};
   for (const RobotModel& robot : {golden_robot("perturbed"), rail_arm()}) {
     for (int trial = 0; trial < 500; ++trial) {
-      const JointVector q = random_joints(robot, random);
+      const JointVector q = example::random_joints(robot, random);
       JointVector seed = q;
-      for (double& s : seed) s += off(random);
+      for (double& s : seed) s += 5 * kRadPerDeg * random.uniform(-1, 1);
       const Eigen::Isometry3d X = forward_kinematics(robot, q);
       const auto solution = inverse_near(robot, X, seed);
       ASSERT_TRUE(solution) << trial;

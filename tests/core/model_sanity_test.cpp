@@ -16,7 +16,6 @@
 namespace truepose {
 namespace {
 
-constexpr double kSigma_mm = 0.02;
 #ifdef __SANITIZE_ADDRESS__
 constexpr int kShare = 10;  // of the trials, as each takes twenty times as long
 #else
@@ -28,7 +27,7 @@ std::string sentence(const std::optional<Suspicion>& suspicion) {
 }
 
 MeasurementData readings(const RobotModel& real, int poses, Random& random, int reflectors = 1) {
-  return example::measured(example::placed(real, random, reflectors), poses, kSigma_mm, random);
+  return example::measured(example::placed(real, random, reflectors), poses, example::kSigma_mm, random);
 }
 
 RobotModel with_sign_changed(RobotModel robot, std::size_t joint) {
@@ -81,7 +80,8 @@ TEST(ModelSanity, NeverSuspectsAnArmThatMerelyDeviates) {
     CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210(), times), random);
     // Down to a reflector right on the last axis, where its sign can hardly be told.
     if (trial % 3 == 0) truth.reflectors[0].p_FS_mm.head<2>() *= trial % 6 ? random.uniform() * 0.05 : 0.0;
-    const auto suspicion = suspect(example::kr210(), example::measured(truth, poses, kSigma_mm, random));
+    const auto suspicion =
+        suspect(example::kr210(), example::measured(truth, poses, example::kSigma_mm, random));
     EXPECT_FALSE(suspicion) << "trial " << trial << ": " << sentence(suspicion);
   }
 }
@@ -97,7 +97,7 @@ TEST(ModelSanity, IsNotMisledByGrossErrorsOrGears) {
   for (int trial = 0; trial < 20 / kShare; ++trial) {
     CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
     truth.reflectors[0].p_FS_mm.head<2>() *= 0.005;
-    MeasurementData data = example::measured(truth, 100, kSigma_mm, random);
+    MeasurementData data = example::measured(truth, 100, example::kSigma_mm, random);
     for (Measurement& point : data.points) {
       JointVector q = point.q;
       for (Eigen::Index i = 0; i < 6; ++i) q[i] += 2e-4 * std::sin(q[i]) + 1e-4 * std::cos(2 * q[i]);
@@ -112,7 +112,7 @@ TEST(ModelSanity, FindsASignThatShowsOnlyInTheIdentifiedArm) {
   Random random{5};
   CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
   truth.reflectors[0].p_FS_mm = {1, 0.5, 100};
-  const MeasurementData data = example::measured(truth, 40, kSigma_mm, random);
+  const MeasurementData data = example::measured(truth, 40, example::kSigma_mm, random);
   EXPECT_TRUE(sentence(suspect(with_sign_changed(example::kr210(), 5), data))
                   .starts_with("joint 6 turns the other way: with sign -1 the identified arm's error falls"));
 }

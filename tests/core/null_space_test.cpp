@@ -15,8 +15,6 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::UnorderedElementsAre;
 
-constexpr double kSigma_mm = 0.02;
-
 struct Told {
   NullSpace null_space;
   std::vector<std::string> unknown, weak;
@@ -28,8 +26,8 @@ Told told(const CalibratedCell& cell, const MeasurementData& data) {
   Eigen::MatrixXd J;
   residuals_with_jacobian(cell, data.points, f, J);
   const ParameterLayout layout = ParameterLayout::of(cell);
-  Told out{.null_space = null_space(J / kSigma_mm, parameter_names(cell), conventional_preference(layout),
-                                    usual_deviation(layout))};
+  Told out{.null_space = null_space(J / example::kSigma_mm, parameter_names(cell),
+                                    conventional_preference(layout), usual_deviation(layout))};
   EXPECT_EQ(out.null_space.basis.cols(), layout.size() - out.null_space.rank);
   EXPECT_LT((J * out.null_space.basis).norm(), 1e-9 * J.norm());
   for (const Combination& c : out.null_space.unknown) out.unknown.push_back(c.sentence);
@@ -122,7 +120,7 @@ TEST(NullSpace, SaysOfBaseAndReflectorAloneThatOneOrientationCannotSeparateThem)
   Eigen::MatrixXd J;
   residuals_with_jacobian(cell, data.points, f, J);
   const std::vector<std::string> names = parameter_names(cell);
-  const NullSpace space = null_space(J.leftCols(9) / kSigma_mm, std::span{names}.first(9),
+  const NullSpace space = null_space(J.leftCols(9) / example::kSigma_mm, std::span{names}.first(9),
                                      Eigen::VectorXd::Ones(9), Eigen::VectorXd::Ones(9));
   ASSERT_EQ(space.unknown.size(), 1U);
   EXPECT_EQ(space.unknown[0].sentence, "smr.1.* cannot be told from base.x, base.y and base.z");

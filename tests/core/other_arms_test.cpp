@@ -10,8 +10,6 @@
 namespace truepose {
 namespace {
 
-constexpr double kSigma_mm = 0.02;
-
 /// Mean squared error of the predicted points of `fresh` that no unbiased estimate from `data` goes below.
 double cramer_rao(const CalibratedCell& truth, const MeasurementData& data, const MeasurementData& fresh) {
   Eigen::VectorXd f;
@@ -24,7 +22,8 @@ double cramer_rao(const CalibratedCell& truth, const MeasurementData& data, cons
   const Eigen::Index rank = svd.rank();
   const Eigen::MatrixXd directions = J_fresh * scale.asDiagonal() * svd.matrixV().leftCols(rank) *
                                      svd.singularValues().head(rank).cwiseInverse().asDiagonal();
-  return kSigma_mm * kSigma_mm * directions.squaredNorm() / static_cast<double>(fresh.points.size());
+  return example::kSigma_mm * example::kSigma_mm * directions.squaredNorm() /
+         static_cast<double>(fresh.points.size());
 }
 
 struct Outcome {
@@ -41,7 +40,7 @@ Outcome identified(const RobotModel& nominal, int reflectors, std::uint64_t seed
   for (int trial = 0; trial < kTrials; ++trial) {
     const CalibratedCell truth =
         example::placed(example::deviating(nominal, random, 0.5, 1e-3), random, reflectors);
-    MeasurementData data = example::measured(truth, kPoses, kSigma_mm, random);
+    MeasurementData data = example::measured(truth, kPoses, example::kSigma_mm, random);
     MeasurementData fresh = example::measured(truth, kPoses, 0, random);
     bound += cramer_rao(truth, data, fresh);
     for (Measurement& point : fresh.points) {

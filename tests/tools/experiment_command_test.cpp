@@ -52,17 +52,7 @@ json::object without_times(json::object of) {
   return of;
 }
 
-/// A run of some seconds takes minutes under address sanitizer, where the core's own test has to do.
-class ExperimentRun : public testing::Test {
- protected:
-  void SetUp() override {
-#ifdef __SANITIZE_ADDRESS__
-    GTEST_SKIP() << "too slow under address sanitizer";
-#endif
-  }
-};
-
-TEST_F(ExperimentRun, PrintsOneDocumentWithTheMembersOfTheContract) {
+TEST(ExperimentCommand, PrintsOneDocumentWithTheMembersOfTheContract) {
   ASSERT_EQ(small_run().exit_code, 0) << small_run().err;
   EXPECT_EQ(small_run().err, "");
   const json::object all = document();
@@ -90,7 +80,7 @@ TEST_F(ExperimentRun, PrintsOneDocumentWithTheMembersOfTheContract) {
   }
 }
 
-TEST_F(ExperimentRun, HasARowForEveryMethodDesignAndLayer) {
+TEST(ExperimentCommand, HasARowForEveryMethodDesignAndLayer) {
   EXPECT_THAT(names(document(), "methods", "method"),
               testing::IsSupersetOf({"least-squares", "gauss-newton", "levenberg-marquardt", "two-stage",
                                      "ridge", "particle-swarm", "oracle", "robust two-stage (igg3)"}));
@@ -103,7 +93,7 @@ TEST_F(ExperimentRun, HasARowForEveryMethodDesignAndLayer) {
                                      "deviation auto and gp", "tracker in the loop"}));
 }
 
-TEST_F(ExperimentRun, GivesTheSameForTheSameSeedAndWritesTheReport) {
+TEST(ExperimentCommand, GivesTheSameForTheSameSeedAndWritesTheReport) {
   TempFolder folder;
   const std::string report = folder.path() / "experiment.html";
   const Finished again = experiment({"--trials", "2", "--seed", "3", "--json", "--report", report, "--robot",
@@ -115,7 +105,7 @@ TEST_F(ExperimentRun, GivesTheSameForTheSameSeedAndWritesTheReport) {
   EXPECT_EQ(html, report::render_experiment_html(json::parse(again.out).as_object()));
 }
 
-TEST_F(ExperimentRun, RendersAPageThatNeedsNothingElse) {
+TEST(ExperimentCommand, RendersAPageThatNeedsNothingElse) {
   const std::string html = report::render_experiment_html(document());
   pugi::xml_document page;
   ASSERT_TRUE(page.load_string(html.c_str()));
@@ -126,7 +116,7 @@ TEST_F(ExperimentRun, RendersAPageThatNeedsNothingElse) {
   EXPECT_THAT(html, HasSubstr("chosen to match the printed figure"));
 }
 
-TEST_F(ExperimentRun, RendersAMethodThatNeverConverged) {
+TEST(ExperimentCommand, RendersAMethodThatNeverConverged) {
   json::object lost = document();
   json::object& method = lost.at("methods").as_array().front().as_object();
   method["validation"] = method["quartiles"] = method["rmse_over_bound"] = nullptr;

@@ -108,7 +108,7 @@ TEST_F(Layers, OfACalibratedArmReachTheModelFileTheForwardKinematicsAndTheCompen
   const RobotModel& calibrated = read.cell.robot;
   EXPECT_FALSE(calibrated.deviation.empty());
   ASSERT_TRUE(calibrated.field);
-  EXPECT_EQ(read.validation_mean_mm, mean_mm("after"));
+  EXPECT_DOUBLE_EQ(read.validation_mean_mm, mean_mm("after"));
   const MeasurementData kept = config::load_measurements(data, nominal_);
   EXPECT_NEAR(mean_error_mm(read.cell, kept.points), mean_mm("after"), 1e-9);
 

@@ -199,7 +199,7 @@ TEST_F(Offline, CalibrateFindsTheGoldenArmWithoutNoise) {
   // The model predicts the validation points to the last digit that the document shows.
   const config::ModelFile read = config::load_model(model);
   EXPECT_EQ(read.name, nominal_.name);
-  EXPECT_EQ(read.validation_mean_mm, mean_mm(document, "validate", "after"));
+  EXPECT_DOUBLE_EQ(read.validation_mean_mm, mean_mm(document, "validate", "after"));
   const MeasurementData data = config::load_measurements(folder_.path() / "data.csv", nominal_);
   EXPECT_LT((read.cell.predict(data.points[45].q, 0) - data.points[45].p_WS_mm).norm(), 1e-8);
 }

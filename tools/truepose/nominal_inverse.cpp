@@ -25,14 +25,6 @@ JointVector anywhere(const RobotModel& robot, Random& random) {
   return q;
 }
 
-bool within_limits(const RobotModel& robot, const JointVector& q) {
-  for (int i = 0; i < robot.joint_count(); ++i) {
-    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
-    if (q[i] < joint.min || q[i] > joint.max) return false;
-  }
-  return true;
-}
-
 }  // namespace
 
 NominalInverse::NominalInverse(const RobotModel& robot) : robot_(robot), q_near_(middle_of_ranges(robot)) {

@@ -18,7 +18,7 @@ using Reply = RsiClient::Reply;
 using namespace std::chrono_literals;
 
 constexpr std::uint64_t kFirstIpoc = 4'208'163;
-const JointVector kHome = deg(0, -90, 90, 0, 35, 0);
+const JointVector kStart = deg(0, -90, 90, 0, 35, 0);
 
 rsi::EthernetConfig ethernet(bool hold_on = true) {
   std::string receive;
@@ -47,7 +47,7 @@ class RsiClientTest : public testing::Test {
                 .cycle = 4ms,
                 .timeout_cycles = 5,
                 .axis_corr_limit_rad = 5 * kRadPerDeg},
-               StreamPath{kr210(), {kHome}, 1.0},
+               StreamPath{kr210(), {kStart}, 1.0},
                kFirstIpoc} {}
 
   rsi::RobotFrame begin() { return rsi::decode_robot_frame(client.begin_cycle()).value(); }
@@ -183,12 +183,12 @@ TEST_F(RsiClientTest, LeavesMovecorrOnTheStopBit) {
 }
 
 TEST(StreamPath, VisitsItsPointsInALoopWithoutAJump) {
-  const std::vector<JointVector> points{kHome, deg(25, -80, 95, 20, 45, -30), deg(15, -65, 75, -15, 50, 40)};
+  const std::vector<JointVector> points{kStart, deg(25, -80, 95, 20, 45, -30), deg(15, -65, 75, -15, 50, 40)};
   StreamPath path{kr210(), points, 0.5};
   EXPECT_TRUE(path.moving());
   std::vector<double> nearest(points.size(), 1);
   JointVector before = path.position();
-  EXPECT_EQ(before, kHome);
+  EXPECT_EQ(before, kStart);
   for (int cycle = 0; cycle < 5000; ++cycle) {
     path.advance(4ms);
     const JointVector q = path.position();
@@ -203,9 +203,9 @@ TEST(StreamPath, VisitsItsPointsInALoopWithoutAJump) {
 }
 
 TEST(StreamPath, StandsAtASinglePoint) {
-  StreamPath path{kr210(), {kHome}, 1};
+  StreamPath path{kr210(), {kStart}, 1};
   path.advance(1s);
-  EXPECT_EQ(path.position(), kHome);
+  EXPECT_EQ(path.position(), kStart);
   EXPECT_FALSE(path.moving());
 }
 
