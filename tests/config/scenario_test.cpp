@@ -8,11 +8,11 @@
 namespace truepose::config {
 namespace {
 
-constexpr char kTwoJoints[] =
+constexpr char kArmOfScenario[] =
     "name: r\njoints:\n"
     "  - {a: 1, alpha: 90, d: 2, theta: 0, sign: 1, min: -90, max: 90, speed: 1}\n"
     "  - {a: 3, alpha: 0, d: 4, theta: 0, sign: 1, min: -90, max: 90, speed: 1}\n";
-constexpr char kSmallestScenario[] =
+constexpr char kScenario[] =
     "robot: robot.yaml\n"
     "placement: {x: 1, y: 2, z: 3, a: 0, b: 0, c: 0}\n"
     "reflector: {offset_mm: {x: 1, y: 2, z: 3}}\n"
@@ -20,12 +20,10 @@ constexpr char kSmallestScenario[] =
 
 class ScenarioFile : public testing::Test {
  protected:
-  ScenarioFile() { folder_.write("robot.yaml", kTwoJoints); }
-  Scenario load(const std::string& more) {
-    return load_scenario(folder_.write("s.yaml", kSmallestScenario + more));
-  }
+  ScenarioFile() { folder_.write("robot.yaml", kArmOfScenario); }
+  Scenario load(const std::string& more) { return load_scenario(folder_.write("s.yaml", kScenario + more)); }
   std::string error(const std::string& more) {
-    const auto file = folder_.write("s.yaml", kSmallestScenario + more);
+    const auto file = folder_.write("s.yaml", kScenario + more);
     return error_of([&] { load_scenario(file); }, file);
   }
   TempFolder folder_;

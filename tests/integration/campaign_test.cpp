@@ -23,10 +23,6 @@ json::value called(tools::RpcClient& client, const std::string& method, const js
   return *std::move(result);
 }
 
-double number(const json::value& value, const char* pointer) {
-  return value.at_pointer(pointer).to_number<double>();
-}
-
 /// Events up to the first that fits, which is the last of them.
 template <typename Fits>
 std::vector<control::Event> events_until(tools::RpcClient& client, Fits fits) {

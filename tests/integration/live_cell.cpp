@@ -129,6 +129,10 @@ boost::json::value LiveCell::end_simulator() {
   return boost::json::parse(simulator_->output());
 }
 
+double number(const boost::json::value& value, const char* pointer) {
+  return value.at_pointer(pointer).to_number<double>();
+}
+
 Finished small_campaign(const LiveCell& cell) {
   return cell.truepose(
       {"campaign", "start", "--identify", "12", "--validate", "6", "--remeasure", "--watch"});

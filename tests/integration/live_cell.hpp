@@ -66,6 +66,9 @@ class LiveCell {
   std::uint16_t control_port_ = 0;
 };
 
+/// The number at a JSON pointer, which must be there.
+double number(const boost::json::value& value, const char* pointer);
+
 /// Measures 12 + 6 poses and the 6 again, and activates the model. @return what the client said
 Finished small_campaign(const LiveCell& cell);
 

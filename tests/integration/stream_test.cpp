@@ -24,10 +24,6 @@ double stream_seconds() {
   return seconds ? std::strtod(seconds, nullptr) : 5;
 }
 
-double number(const json::value& value, const char* pointer) {
-  return value.at_pointer(pointer).to_number<double>();
-}
-
 json::value stream_status(const LiveCell& cell) {
   const Finished status = cell.truepose({"stream", "status", "--json"});
   if (status.exit_code != 0) throw std::runtime_error{status.err};

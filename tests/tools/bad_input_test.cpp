@@ -4,11 +4,11 @@
 
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
+#include "tests/tools/robot_file.hpp"
 
 namespace truepose {
 namespace {
 
-const std::string kRobot = std::string(TRUEPOSE_SOURCE_DIR) + "/config/robots/kr210_r2700_2.yaml";
 constexpr char kHeader[] = "q1,q2,q3,q4,q5,q6,x,y,z\n";
 
 class BadInput : public testing::Test {

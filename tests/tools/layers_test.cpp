@@ -14,13 +14,12 @@
 #include "core/simulation/measurement_campaign.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
+#include "tests/tools/robot_file.hpp"
 
 namespace truepose {
 namespace {
 
 namespace json = boost::json;
-
-const std::string kRobot = std::string(TRUEPOSE_SOURCE_DIR) + "/config/robots/kr210_r2700_2.yaml";
 
 // Under a sanitizer the search among all fields takes minutes.
 #ifdef __SANITIZE_ADDRESS__
