@@ -1,0 +1,105 @@
+#include "core/calibration/calibration_summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/calibration/parameters.hpp"
+#include "core/kinematics/angles.hpp"
+
+namespace truepose {
+namespace {
+
+Eigen::Vector3d error_mm(const CalibratedCell& cell, const Measurement& m) {
+  return cell.predict(m.q, m.smr, m.direction) - m.p_WS_mm;
+}
+
+/// The fit turns the base about the tracker's axes; what is printed are its Euler angles.
+Eigen::MatrixXd printed_covariance(const Identification& id) {
+  Eigen::MatrixXd printed = id.uncertainty.covariance;
+  const Eigen::Matrix3d rates = angle_rates_zyx(id.fit.cell.base.rxyz_rad).inverse();
+  printed.middleRows<3>(3) = (rates * printed.middleRows<3>(3)).eval();
+  printed.middleCols<3>(3) = (printed.middleCols<3>(3) * rates.transpose()).eval();
+  return printed;
+}
+
+/// Whether the fit moved every parameter, and not only those that the data tell.
+bool all_identified(const Identification& id) {
+  return id.problem.free.size() > id.identified.size() && id.options.method != CalibrationMethod::TwoStage &&
+         id.options.method != CalibrationMethod::GaussNewton;
+}
+
+std::vector<IdentifiedParameter> parameters(const Identification& id) {
+  const Eigen::MatrixXd printed = printed_covariance(id);
+  const ParameterLayout layout = ParameterLayout::of(id.fit.cell);
+  const std::vector<std::string> names = parameter_names(id.fit.cell);
+  const Eigen::VectorXd before = parameter_values(id.result.coarse), after = parameter_values(id.fit.cell);
+  const bool all = all_identified(id);
+  std::vector<IdentifiedParameter> parameters;
+  for (int k = 0; k < layout.size(); ++k) {
+    const bool is_link = k >= layout.link(0) && k < layout.link(layout.joints);
+    const bool is_term = k >= layout.link(layout.joints);
+    parameters.push_back({.name = names[static_cast<std::size_t>(k)],
+                          .nominal = is_link ? before[k] : 0.0,
+                          .value = after[k],
+                          .sigma = std::sqrt(printed(k, k)),
+                          .identified = all || is_term || std::ranges::binary_search(id.identified, k),
+                          .data_share = id.uncertainty.data_share[k]});
+  }
+  return parameters;
+}
+
+std::vector<RejectedPoint> rejected(const Identification& id) {
+  std::vector<RejectedPoint> rejected;
+  std::size_t i = 0;  // among the points to identify
+  for (std::size_t k = 0; k < id.data.points.size(); ++k) {
+    const Measurement& m = id.data.points[k];
+    if (m.set != PoseSet::Identify) continue;
+    if (id.points.weights()[i] == 0) {
+      const Eigen::Vector3d error = error_mm(id.fit.cell, m);
+      rejected.push_back({k, error.norm(), id.points.whitened_length(i, error) / id.points.sigma_mm()});
+    }
+    ++i;
+  }
+  return rejected;
+}
+
+std::vector<PointErrors> point_errors(const Calibration& result, const MeasurementData& data) {
+  std::vector<PointErrors> errors;
+  for (const Measurement& m : data.points) {
+    errors.push_back({error_mm(result.coarse, m), error_mm(result.geometric, m), error_mm(result.cell, m)});
+  }
+  return errors;
+}
+
+StageErrors stage_errors(const Calibration& result, const MeasurementData& data, PoseSet set) {
+  std::vector<Eigen::Vector3d> before, geometric, after;
+  for (std::size_t i = 0; i < data.points.size(); ++i) {
+    if (data.points[i].set != set) continue;
+    before.push_back(result.points[i].before);
+    geometric.push_back(result.points[i].geometric);
+    after.push_back(result.points[i].after);
+  }
+  return {.poses = count_poses(points_of(data, set)),
+          .points = static_cast<int>(before.size()),
+          .before = error_statistics(before),
+          .geometric = error_statistics(geometric),
+          .after = error_statistics(after)};
+}
+
+}  // namespace
+
+Calibration summary(Identification id) {
+  Calibration& result = id.result;
+  result.cell = id.fit.cell;
+  result.sigma0_mm = id.uncertainty.sigma0_mm;
+  result.covariance = id.uncertainty.covariance;
+  result.parameters = parameters(id);
+  result.rejected = rejected(id);
+  result.points = point_errors(result, id.data);
+  result.identify = stage_errors(result, id.data, PoseSet::Identify);
+  if (result.identify.points < static_cast<int>(id.data.points.size()))
+    result.validate = stage_errors(result, id.data, PoseSet::Validate);
+  return std::move(result);
+}
+
+}  // namespace truepose

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/calibration/least_squares_problem.hpp"
+#include "core/calibration/measurement_noise.hpp"
+#include "core/calibration/robust_loss.hpp"
+
+namespace truepose {
+
+/// The points of an identification and how much each counts: whitened by its noise, weighed by the loss.
+/// Problems point into it: it must outlive them, and may be moved but not copied.
+class WeightedPoints {
+ public:
+  /// Every point of weight 1.
+  WeightedPoints(std::vector<Measurement> points, const std::optional<MeasurementNoise>& noise);
+  WeightedPoints(WeightedPoints&&) = default;
+
+  const std::vector<Measurement>& points() const { return points_; }
+  const std::vector<Eigen::Matrix3d>& whitening() const { return whitening_; }  ///< empty = identity
+  const std::vector<double>& weights() const { return weights_; }
+
+  /// Coordinates of the points that the loss left in.
+  int equations() const;
+  std::vector<Measurement> trusted() const;
+  /// Length (mm) of a point's error once whitened.
+  double whitened_length(std::size_t point, const Eigen::Vector3d& error_mm) const;
+
+  /// The problem of fitting `free` under the present weights.
+  LeastSquaresProblem problem(std::vector<int> free) const;
+  /// The whitening times the root of the weight, of each point.
+  std::vector<Eigen::Matrix3d> weighted_whitening() const;
+
+  /// Weighs every point anew by how far it is from `cell`, unless all weights would stay as they are.
+  /// @param sigma_mm  of one coordinate of a good point's whitened residual
+  /// @return whether a weight changed
+  bool weigh(const CalibratedCell& cell, Loss loss, double sigma_mm);
+
+  double sigma_mm() const { return sigma_mm_; }  ///< by which the points were weighed last
+
+ private:
+  std::vector<Measurement> points_;
+  std::vector<Eigen::Matrix3d> whitening_;
+  std::vector<double> weights_;
+  double sigma_mm_ = 1;
+};
+
+}  // namespace truepose
