@@ -8,23 +8,31 @@
 namespace truepose {
 namespace {
 
+/// Covariances of the errors at all points, computed once: a prediction looks some up.
+Eigen::MatrixXd covariances(const Semivariogram& variogram, const Eigen::MatrixXd& Z) {
+  // The floor keeps them positive definite where poses coincide or the data are free of noise.
+  const double nugget = std::max(variogram.nugget, 1e-6 * variogram.sill + 1e-12);
+  Eigen::MatrixXd C(Z.rows(), Z.rows());
+  for (Eigen::Index i = 0; i < Z.rows(); ++i) {
+    C(i, i) = variogram.sill + nugget;
+    for (Eigen::Index j = 0; j < i; ++j)
+      C(i, j) = C(j, i) = variogram.sill * variogram.correlation((Z.row(i) - Z.row(j)).norm());
+  }
+  return C;
+}
+
 /// What the nearest points say of the field at one pose, on the stack.
 class LocalKriging {
  public:
-  LocalKriging(const Semivariogram& variogram, const Eigen::MatrixXd& Z, std::span<const Neighbour> near)
+  /// @param all  covariances() of all points
+  LocalKriging(const Semivariogram& variogram, const Eigen::MatrixXd& all, std::span<const Neighbour> near)
       : near_{near} {
     const Eigen::Index k = static_cast<Eigen::Index>(near.size());
-    // The floor keeps C positive definite where poses coincide or the data are free of noise.
-    const double nugget = std::max(variogram.nugget, 1e-6 * variogram.sill + 1e-12);
     Square C(k, k);
     Column c(k);
     for (Eigen::Index i = 0; i < k; ++i) {
       c[i] = variogram.sill * variogram.correlation(near[static_cast<std::size_t>(i)].distance);
-      C(i, i) = variogram.sill + nugget;
-      for (Eigen::Index j = 0; j < i; ++j) {
-        const double distance = (Z.row(point(i)) - Z.row(point(j))).norm();
-        C(i, j) = variogram.sill * variogram.correlation(distance);
-      }
+      for (Eigen::Index j = 0; j <= i; ++j) C(i, j) = all(point(i), point(j));
     }
     weights_ = c;
     Column ones = Column::Ones(k);
@@ -62,19 +70,20 @@ class Kriging final : public Regressor {
         cloud_{state.X},
         variogram_{static_cast<Semivariogram::Model>(state.hyper.at("model")), state.hyper.at("nugget"),
                    state.hyper.at("sill"), state.hyper.at("range")},
+        covariances_{covariances(variogram_, cloud_.Z())},
         neighbours_{static_cast<int>(state.hyper.at("neighbours"))} {}
 
   void predict(const Eigen::Ref<const Eigen::VectorXd>& x,
                Eigen::Ref<Eigen::VectorXd> y) const noexcept override {
     const Neighbours near = cloud_.nearest(cloud_.scaled(x), neighbours_);
     y.setZero();
-    LocalKriging{variogram_, cloud_.Z(), near.span()}.add_value(state_.Y, belief(near), y);
+    LocalKriging{variogram_, covariances_, near.span()}.add_value(state_.Y, belief(near), y);
   }
 
   std::optional<Eigen::VectorXd> variance(const Eigen::Ref<const Eigen::VectorXd>& x) const override {
     const Neighbours near = cloud_.nearest(cloud_.scaled(x), neighbours_);
     const double believed = belief(near) * belief(near);
-    const double local = LocalKriging{variogram_, cloud_.Z(), near.span()}.variance();
+    const double local = LocalKriging{variogram_, covariances_, near.span()}.variance();
     return target_scale(state_.Y).cwiseAbs2() * (believed * local + (1 - believed) * variogram_.sill);
   }
 
@@ -86,12 +95,14 @@ class Kriging final : public Regressor {
   RegressorState state_;
   PointCloud cloud_;
   Semivariogram variogram_;
+  Eigen::MatrixXd covariances_;
   int neighbours_;
 };
 
 int best_neighbours(const PointCloud& cloud, const Semivariogram& variogram, const Eigen::MatrixXd& Y,
                     const std::vector<int>& groups) {
   constexpr std::array<std::size_t, 3> kNeighbours{8, 16, 32};
+  const Eigen::MatrixXd all = covariances(variogram, cloud.Z());
   std::array<double, kNeighbours.size()> errors{};
   for (int i = 0; i < cloud.size(); ++i) {
     const auto elsewhere = [&](int j) {
@@ -101,7 +112,7 @@ int best_neighbours(const PointCloud& cloud, const Semivariogram& variogram, con
     for (std::size_t n = 0; n < kNeighbours.size(); ++n) {
       const auto some = near.span().first(std::min(near.span().size(), kNeighbours[n]));
       Eigen::VectorXd error = -Y.row(i).transpose();
-      LocalKriging{variogram, cloud.Z(), some}.add_value(Y, 1, error);
+      LocalKriging{variogram, all, some}.add_value(Y, 1, error);
       errors[n] += error.squaredNorm();
     }
   }

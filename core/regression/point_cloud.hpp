@@ -93,18 +93,24 @@ class PointCloud {
   const Eigen::MatrixXd& Z() const { return Z_; }
   Features scaled(const Eigen::Ref<const Eigen::VectorXd>& x) const { return scale_.apply(x); }
 
+  /// Calls visit(point, squared distance from z) for every point, in their order.
+  template <typename Visit>
+  void visit_distances(const Features& z, Visit visit) const {
+    for (int b = 0; b < points_.blocks(); ++b) {
+      const BlockedPoints::Block squared = points_.squared_distances(z, b);
+      const int begin = b * BlockedPoints::kBlock, end = std::min(size(), begin + BlockedPoints::kBlock);
+      for (int i = begin; i < end; ++i) visit(i, squared[i - begin]);
+    }
+  }
+
   /// The `wanted` nearest points (at most kMaxNeighbours) among those that `keep` accepts.
   template <typename Keep>
   Neighbours nearest(const Features& z, int wanted, Keep keep) const {
     Neighbours found{wanted};
-    for (int b = 0; b < points_.blocks(); ++b) {
-      const BlockedPoints::Block squared = points_.squared_distances(z, b);
-      const int begin = b * BlockedPoints::kBlock, end = std::min(size(), begin + BlockedPoints::kBlock);
-      for (int i = begin; i < end; ++i) {
-        const double distance = std::sqrt(squared[i - begin]);
-        if (distance < found.farthest() && keep(i)) found.insert({i, distance});
-      }
-    }
+    visit_distances(z, [&](int i, double squared) {
+      const double distance = std::sqrt(squared);
+      if (distance < found.farthest() && keep(i)) found.insert({i, distance});
+    });
     return found;
   }
   Neighbours nearest(const Features& z, int wanted) const {

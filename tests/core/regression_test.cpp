@@ -98,6 +98,18 @@ TEST_P(EveryRegressor, PredictsWithoutAllocating) {
   EXPECT_EQ(malloc_count(), before);
 }
 
+TEST_P(EveryRegressor, PredictsWithoutAllocatingOfTheMostFeatures) {
+  RegressionData data = sample(120, 0.01, 30);
+  Random random{31};
+  data.X = Eigen::MatrixXd::NullaryExpr(120, kMaxFeatures, [&] { return random.uniform(-1.5, 1.5); });
+  const RegressorPtr fitted = fit(GetParam(), data);
+  Eigen::VectorXd y(kTargets), x = data.X.row(0);
+  const auto before = malloc_count();
+  if (!before) GTEST_SKIP() << "a sanitizer has taken malloc for itself";
+  fitted->predict(x, y);
+  EXPECT_EQ(malloc_count(), before);
+}
+
 TEST_P(EveryRegressor, RestoredFromItsStatePredictsTheSameToTheLastBit) {
   const RegressionData fresh = sample(50, 0, 7);
   const RegressorPtr fitted = fit(GetParam(), sample(60, 0.01, 8));
@@ -200,6 +212,19 @@ TEST(Kriging, IsLessCertainFarFromTheData) {
   const Eigen::VectorXd near = Eigen::VectorXd::Zero(kFeatures),
                         far = Eigen::VectorXd::Constant(kFeatures, 30);
   EXPECT_LT(fitted->variance(near)->maxCoeff(), 0.7 * fitted->variance(far)->minCoeff());
+}
+
+TEST(MovingLeastSquares, MovesWithoutAJumpWherePointsReplaceEachOther) {
+  const RegressorPtr fitted = fit(RegressorKind::MovingLeastSquares, sample(300, 0.05, 32));
+  constexpr double kStep = 1e-4;
+  const Eigen::VectorXd from = Eigen::VectorXd::Constant(kFeatures, -0.5),
+                        along = Eigen::VectorXd::Constant(kFeatures, kStep);
+  Eigen::VectorXd before = predict(*fitted, from);
+  for (int i = 1; i < 5000; ++i) {
+    const Eigen::VectorXd now = predict(*fitted, from + i * along);
+    ASSERT_LT((now - before).norm(), 3 * kStep) << "step " << i;
+    before = now;
+  }
 }
 
 TEST(MarginalLikelihood, HasTheGradientOfDifferences) {
