@@ -10,6 +10,7 @@ namespace truepose {
 namespace {
 
 constexpr int kFewestPoses = 5;
+constexpr int kMaxRounds = 4;
 
 /// What keeps the points from being identified from at all.
 std::optional<CalibrationError> unusable(const Identification& id) {
@@ -41,13 +42,26 @@ std::optional<CalibrationError> wrong_model(const Identification& id) {
   return CalibrationError{CalibrationFault::WrongModel, suspicion->sentence};
 }
 
+/// The geometry and the deviations of the joints. What is a gross error to the geometry alone may be a good
+/// point to the richer model, or hide from the poorer one: until both trust the same points, they are fitted
+/// again from those that the richer one trusts.
+std::optional<CalibrationError> fit_joints(Identification& id) {
+  if (auto error = fit_geometry(id)) return error;
+  for (int round = 0; id.options.deviation && round < kMaxRounds; ++round) {
+    const std::vector<bool> chosen_from = id.points.trusted();
+    fit_deviations(id);
+    if (id.points.trusted() == chosen_from || round + 1 == kMaxRounds) break;
+    if (auto error = fit_geometry(id, Weighing::Kept)) return error;
+  }
+  return std::nullopt;
+}
+
 /// The stages that the options ask for.
 std::optional<CalibrationError> identify(Identification& id) {
   if (auto error = unusable(id)) return error;
   if (auto error = fit_base_and_reflectors(id)) return error;
   if (auto error = wrong_model(id)) return error;
-  if (auto error = fit_geometry(id)) return error;
-  if (id.options.deviation) fit_deviations(id);
+  if (auto error = fit_joints(id)) return error;
   if (!id.options.residual.empty()) return fit_residual(id);
   return std::nullopt;
 }

@@ -18,9 +18,9 @@ void widen_prior(Identification& id, const ParameterLayout& layout) {
 }  // namespace
 
 void fit_deviations(Identification& id) {
-  const std::vector<DeviationGroup> groups =
-      deviation_groups(id.nominal, id.points.points(), id.options.harmonics);
-  id.result.deviation = choose_deviation(id.fit.cell, id.problem, groups);
+  const TrustedProblem trusted = trusted_problem(id);
+  id.result.deviation = choose_deviation(id.fit.cell, trusted.problem,
+                                         deviation_groups(id.nominal, trusted.points, id.options.harmonics));
   if (id.result.deviation->terms.empty()) return;
 
   CalibratedCell start = id.fit.cell;

@@ -41,7 +41,6 @@ double deviation_in_priors(const Identification& id) {
 /// Refits with the prior, its width and the noise estimated from what they leave (expectation and
 /// maximisation).
 void use_prior(Identification& id) {
-  id.result.prior_used = true;
   const CalibratedCell nominal{id.nominal, id.fit.cell.base, id.fit.cell.reflectors};
   const PriorScale least = id.options.prior_scale;
   PriorScale scale = least;
@@ -92,16 +91,19 @@ void describe_known(Identification& id) {
 
 }  // namespace
 
-std::optional<CalibrationError> fit_geometry(Identification& id) {
+std::optional<CalibrationError> fit_geometry(Identification& id, Weighing weighing) {
   if (auto error = judge_poses(id)) return error;
   if (id.options.method == CalibrationMethod::Ridge) {
     id.problem.prior = ridge_prior(id.result.coarse, id.problem, id.options.prior_scale);
   }
-  id.fit = fit_under_loss(id, id.result.coarse);
+  id.fit = weighing == Weighing::Anew
+               ? fit_under_loss(id, id.result.coarse)
+               : solve(id.options, id.result.coarse, id.problem, id.options.max_fine_iterations);
   id.result.fine_iterations = id.fit.iterations;
   id.result.fine_rms_mm = id.fit.rms_mm;
   assess(id);
-  if (prior_wanted(id)) use_prior(id);
+  id.result.prior_used = prior_wanted(id);
+  if (id.result.prior_used) use_prior(id);
   id.result.converged = id.result.converged && id.fit.converged;
   id.result.geometric = id.fit.cell;
   describe_known(id);

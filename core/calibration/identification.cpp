@@ -59,10 +59,18 @@ FitResult fit_under_loss(Identification& id, const CalibratedCell& start) {
   return solve(id.options, start, id.problem, id.options.max_fine_iterations);
 }
 
+TrustedProblem trusted_problem(const Identification& id) {
+  TrustedProblem trusted{.points = id.points.trusted_points(), .problem = id.problem};
+  trusted.problem.points = trusted.points;
+  trusted.problem.W = id.points.trusted_whitening();
+  return trusted;
+}
+
 void assess(Identification& id) {
   const CalibratedCell& cell = id.fit.cell;
-  id.uncertainty = uncertainty_of(linearise(cell, id.problem), id.problem, ParameterLayout::of(cell).size(),
-                                  id.points.equations());
+  const TrustedProblem trusted = trusted_problem(id);
+  id.uncertainty = uncertainty_of(linearise(cell, trusted.problem), trusted.problem,
+                                  ParameterLayout::of(cell).size(), id.points.equations());
   id.result.transfer = transfer_uncertainty(cell, id.uncertainty.covariance,
                                             poses_within_limits(id.nominal, kTransferPoses, 0));
 }

@@ -24,6 +24,9 @@ struct Identification {
   Calibration result;
 };
 
+/// Whether a stage weighs the points by its own model, or keeps the weights that they have.
+enum class Weighing { Anew, Kept };
+
 /// @name The stages, in their order
 /// Each changes `id.fit` to its cell and notes in `id.result` what it found.
 /// @{
@@ -31,7 +34,7 @@ struct Identification {
 /// Errors: NotSeparable.
 std::optional<CalibrationError> fit_base_and_reflectors(Identification& id);
 /// Fine: all that the data and, where it is wanted, the prior tell of the links. Errors: TooFewPoses.
-std::optional<CalibrationError> fit_geometry(Identification& id);
+std::optional<CalibrationError> fit_geometry(Identification& id, Weighing weighing = Weighing::Anew);
 /// The deviations of the joints that pay under cross-validation, together with the geometry.
 void fit_deviations(Identification& id);
 /// A field over what is left. Errors: TooFewPoses.
@@ -45,6 +48,13 @@ FitResult solve(const CalibrateOptions& options, const CalibratedCell& start,
 /// Solves `id.problem` from a cell, under any loss but the squared one by the robust chain: weights from a
 /// redescending fit, then the plain fit under these weights.
 FitResult fit_under_loss(Identification& id, const CalibratedCell& start);
+
+/// The present problem with the trusted points alone.
+struct TrustedProblem {
+  std::vector<Measurement> points;
+  LeastSquaresProblem problem;  ///< of these points
+};
+TrustedProblem trusted_problem(const Identification& id);
 
 /// How well the present fit is known, at the poses and elsewhere.
 void assess(Identification& id);

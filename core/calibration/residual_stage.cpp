@@ -19,7 +19,7 @@ std::expected<RegressorSelection, std::string> choose_regressor(const Regression
 }  // namespace
 
 std::optional<CalibrationError> fit_residual(Identification& id) {
-  const FieldData data = field_data(id.fit.cell, id.points.trusted());
+  const FieldData data = field_data(id.fit.cell, id.points.trusted_points());
   auto selection = choose_regressor(data.regression, id.options.residual);
   if (!selection)
     return CalibrationError{CalibrationFault::TooFewPoses, "residual field: " + selection.error()};

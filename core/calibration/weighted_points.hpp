@@ -11,7 +11,10 @@
 namespace truepose {
 
 /// The points of an identification and how much each counts: whitened by its noise, weighed by the loss.
-/// Problems point into it: it must outlive them, and may be moved but not copied.
+///
+/// A point is trusted unless it is a gross error. One that the loss leaves in, for all that (Huber), may sway
+/// a fit a little, but not choose what is fitted. Problems point into it: it must outlive them, and may be
+/// moved but not copied.
 class WeightedPoints {
  public:
   /// Every point of weight 1.
@@ -22,9 +25,11 @@ class WeightedPoints {
   const std::vector<Eigen::Matrix3d>& whitening() const { return whitening_; }  ///< empty = identity
   const std::vector<double>& weights() const { return weights_; }
 
-  /// Coordinates of the points that the loss left in.
+  const std::vector<bool>& trusted() const { return trusted_; }
+  std::vector<Measurement> trusted_points() const;
+
+  /// Coordinates of the trusted points.
   int equations() const;
-  std::vector<Measurement> trusted() const;
   /// Length (mm) of a point's error once whitened.
   double whitened_length(std::size_t point, const Eigen::Vector3d& error_mm) const;
 
@@ -32,6 +37,8 @@ class WeightedPoints {
   LeastSquaresProblem problem(std::vector<int> free) const;
   /// The whitening times the root of the weight, of each point.
   std::vector<Eigen::Matrix3d> weighted_whitening() const;
+  /// The same of the trusted points.
+  std::vector<Eigen::Matrix3d> trusted_whitening() const;
 
   /// Weighs every point anew by how far it is from `cell`, unless all weights would stay as they are.
   /// @param sigma_mm  of one coordinate of a good point's whitened residual
@@ -44,6 +51,7 @@ class WeightedPoints {
   std::vector<Measurement> points_;
   std::vector<Eigen::Matrix3d> whitening_;
   std::vector<double> weights_;
+  std::vector<bool> trusted_;
   double sigma_mm_ = 1;
 };
 
