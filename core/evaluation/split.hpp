@@ -16,4 +16,12 @@ namespace truepose {
 /// @param fraction  of the poses that identify, 0 to 1
 void split_poses(MeasurementData& data, double fraction, std::uint64_t seed);
 
+/// Marks the poses of one fold of a K-fold cross-validation to validate and all others to identify. The poses
+/// are shuffled as in split_poses(), and the one at place n belongs to fold n mod K: over all folds every
+/// pose validates once, and folds differ by one pose at most.
+///
+/// @param folds  K, at least 2
+/// @param fold   0 to K - 1
+void hold_out_fold(MeasurementData& data, int folds, int fold, std::uint64_t seed);
+
 }  // namespace truepose

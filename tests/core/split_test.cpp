@@ -61,5 +61,33 @@ TEST(SplitPoses, OverwritesEarlierMarks) {
   for (const Measurement& point : data.points) EXPECT_EQ(point.set, PoseSet::Identify);
 }
 
+TEST(HoldOutFold, LetsEveryPoseValidateOnceWithAllItsReflectors) {
+  MeasurementData data = two_reflectors(11);
+  std::vector<int> validated(11);
+  for (int fold = 0; fold < 4; ++fold) {
+    hold_out_fold(data, 4, fold, 7);
+    int held_out = 0;
+    for (std::size_t i = 0; i < 11; ++i) {
+      EXPECT_EQ(data.points[i].set, data.points[i + 11].set);
+      held_out += data.points[i].set == PoseSet::Validate;
+      validated[i] += data.points[i].set == PoseSet::Validate;
+    }
+    EXPECT_TRUE(held_out == 2 || held_out == 3) << held_out;
+  }
+  EXPECT_EQ(validated, std::vector<int>(11, 1));
+}
+
+TEST(HoldOutFold, DependsOnTheSeed) {
+  const auto first_fold = [](std::uint64_t seed) {
+    MeasurementData data = two_reflectors(20);
+    hold_out_fold(data, 4, 0, seed);
+    std::vector<PoseSet> sets;
+    for (const Measurement& point : data.points) sets.push_back(point.set);
+    return sets;
+  };
+  EXPECT_EQ(first_fold(1), first_fold(1));
+  EXPECT_NE(first_fold(1), first_fold(2));
+}
+
 }  // namespace
 }  // namespace truepose
