@@ -10,7 +10,8 @@
 #include <utility>
 
 #include "core/calibration/option_names.hpp"
-#include "core/kinematics/angles.hpp"
+#include "proto/control/joint_units.hpp"
+#include "proto/control/transfer_document.hpp"
 
 namespace truepose::control {
 namespace {
@@ -25,14 +26,6 @@ double finite(double value) {
 
 json::object axis_json(const AxisStatistics& axis) {
   return {{"mean_abs", finite(axis.mean_abs)}, {"rms", finite(axis.rms)}, {"max", finite(axis.max_abs)}};
-}
-
-json::object stages_json(const StageErrors& stages) {
-  return {{"poses", stages.poses},
-          {"points", stages.points},
-          {"before", statistics_json(stages.before)},
-          {"geometric", statistics_json(stages.geometric)},
-          {"after", statistics_json(stages.after)}};
 }
 
 json::object xyz_json(const Eigen::Vector3d& p) {
@@ -52,8 +45,7 @@ json::array vector_json(const Eigen::Vector3d& v) { return {finite(v.x()), finit
 json::array joints_json(const RobotModel& robot, const JointVector& q) {
   json::array result;
   for (int i = 0; i < robot.joint_count(); ++i) {
-    const bool revolute = robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
-    result.emplace_back(finite(revolute ? q[i] * kDegPerRad : q[i]));
+    result.emplace_back(finite(operator_units(robot.joints[static_cast<std::size_t>(i)], q[i])));
   }
   return result;
 }
@@ -119,17 +111,15 @@ json::object prior_json(const Calibration& calibration) {
           {"angle_rad", finite(calibration.prior_scale.angle_rad)}};
 }
 
-json::object transfer_json(const Calibration& calibration) {
-  return {{"rms_mm", finite(calibration.transfer.rms_mm)},
-          {"max_mm", finite(calibration.transfer.max_mm)},
-          {"worst_joints", joints_json(calibration.cell.robot, calibration.transfer.worst)}};
-}
-
 json::array rejected_json(const Calibration& calibration, const MeasurementData& data) {
+  const std::vector<int> numbers = pose_numbers(data.points);
   json::array result;
   for (const RejectedPoint& rejected : calibration.rejected) {
+    const Measurement& m = data.points[rejected.point];
     result.push_back(json::object{{"point", rejected.point + 1},
-                                  {"row", data.points[rejected.point].row},
+                                  {"row", m.row},
+                                  {"pose", numbers[rejected.point] + 1},
+                                  {"smr", data.smr_names[static_cast<std::size_t>(m.smr)]},
                                   {"residual_mm", finite(rejected.residual_mm)},
                                   {"sigmas", finite(rejected.sigmas)}});
   }
@@ -161,6 +151,14 @@ json::object statistics_json(const ErrorStatistics& s) {
           {"std", finite(s.std)},   {"x", axis_json(s.x)},  {"y", axis_json(s.y)},  {"z", axis_json(s.z)}};
 }
 
+json::object stages_json(const StageErrors& stages) {
+  return {{"poses", stages.poses},
+          {"points", stages.points},
+          {"before", statistics_json(stages.before)},
+          {"geometric", statistics_json(stages.geometric)},
+          {"after", statistics_json(stages.after)}};
+}
+
 json::object calibration_document(const Calibration& calibration, const MeasurementData& data,
                                   double elapsed_s) {
   json::object document{
@@ -171,12 +169,14 @@ json::object calibration_document(const Calibration& calibration, const Measurem
       {"identify", stages_json(calibration.identify)}};
   if (calibration.validate) document["validate"] = stages_json(*calibration.validate);
   document["rank"] = calibration.rank;
+  if (std::isfinite(calibration.rank_gap)) document["rank_gap"] = calibration.rank_gap;
   document["condition"] = finite(calibration.condition);
+  document["sigma0_mm"] = finite(calibration.sigma0_mm);
   if (calibration.deviation) document["deviation"] = deviation_json(*calibration.deviation);
   if (calibration.residual) document["residual"] = residual_json(*calibration.residual);
   document["observability"] = observability_json(calibration);
   document["prior"] = prior_json(calibration);
-  if (calibration.transfer.worst.size() > 0) document["transfer"] = transfer_json(calibration);
+  if (calibration.transfer.worst.size() > 0) document["transfer"] = transfer_json(calibration, data);
   document["rejected"] = rejected_json(calibration, data);
   document["base"] = base_json(calibration.cell.base);
   json::object smr;

@@ -10,6 +10,9 @@ namespace truepose::control {
 /// {"mean","rms","max","min","std","x":{"mean_abs","rms","max"},"y":{..},"z":{..}}.
 boost::json::object statistics_json(const ErrorStatistics& statistics);
 
+/// The errors of one set of points as documents carry them: {"poses","points","before","geometric","after"}.
+boost::json::object stages_json(const StageErrors& stages);
+
 /// The JSON document of one calibration, mm and rad.
 ///
 /// After the members of the contract comes "points", one object per measurement in the order of
@@ -17,7 +20,8 @@ boost::json::object statistics_json(const ErrorStatistics& statistics);
 /// {"pose","set","smr","joints","before","geometric","after"}. "pose" counts from 1, and points with the same
 /// joints have the same; "set" is "identify" or "validate"; "joints" are deg (mm for a prismatic joint), as
 /// in a measurement file; the errors are [x, y, z], predicted minus measured, in the tracker frame.
-/// "validate" is there only where something was validated.
+/// "validate" is there only where something was validated, "rank_gap" only where a parameter could not be
+/// determined, "transfer" (transfer_json()) only where the covariance is known.
 ///
 /// @param data       the measurements that `calibration` came from
 /// @param elapsed_s  time that the identification took

@@ -10,6 +10,8 @@
 #include <tuple>
 #include <vector>
 
+#include "proto/control/transfer_document.hpp"
+
 namespace truepose::control {
 namespace {
 
@@ -64,9 +66,10 @@ Sample sample() {
 TEST(CalibrationDocument, HasTheMembersOfTheContractAndWhatTheIdentificationLearned) {
   const Sample s = sample();
   const json::object document = calibration_document(s.calibration, s.data, 0.004);
-  EXPECT_THAT(keys(document), ElementsAre("method", "converged", "iterations", "elapsed_s", "identify",
-                                          "validate", "rank", "condition", "observability", "prior",
-                                          "rejected", "base", "smr", "parameters", "points"));
+  EXPECT_THAT(keys(document),
+              ElementsAre("method", "converged", "iterations", "elapsed_s", "identify", "validate", "rank",
+                          "rank_gap", "condition", "sigma0_mm", "observability", "prior", "rejected", "base",
+                          "smr", "parameters", "points"));
   EXPECT_THAT(keys(document.at("iterations")), ElementsAre("coarse", "fine"));
   for (const char* set : {"identify", "validate"}) {
     EXPECT_THAT(keys(document.at(set)), ElementsAre("poses", "points", "before", "geometric", "after"));
@@ -117,14 +120,64 @@ TEST(CalibrationDocument, SaysWhatWasRejectedWhatThePriorWasAndWhatEachDeviation
                              .geometric_rms_mm = 0.5,
                              .rms_mm = 0.1,
                              .gains = {{"joint2.gravity", true, 0.4}, {"joint6.harmonic1", false, 0.11}}};
-  s.calibration.transfer = {.rms_mm = 0.1, .max_mm = 0.2, .worst = s.data.points[0].q};
   const json::object document = calibration_document(s.calibration, s.data, 0);
-  EXPECT_EQ(document.at("rejected"),
-            (json::value{{{"point", 3}, {"row", 7}, {"residual_mm", 12.5}, {"sigmas", 300.0}}}));
+  EXPECT_EQ(document.at("rejected"), (json::value{{{"point", 3},
+                                                   {"row", 7},
+                                                   {"pose", 1},
+                                                   {"smr", "upper \"left\""},
+                                                   {"residual_mm", 12.5},
+                                                   {"sigmas", 300.0}}}));
   EXPECT_EQ(document.at("prior"), (json::value{{"used", true}, {"length_mm", 0.6}, {"angle_rad", 0.001}}));
   EXPECT_EQ(document.at("deviation").at("groups").at(1),
             (json::value{{"name", "joint6.harmonic1"}, {"chosen", false}, {"rms_mm", 0.11}}));
-  EXPECT_EQ(document.at("transfer").at("max_mm"), 0.2);
+}
+
+/// The arm of sample() with limits and a covariance: its first reflector is known to 0.3 mm in z alone.
+Sample transferred() {
+  Sample s = sample();
+  Calibration& c = s.calibration;
+  c.cell.robot.joints[0].min = -10;
+  c.cell.robot.joints[0].max = std::numbers::pi / 2;
+  c.cell.robot.joints[1].max = 300;
+  c.covariance = Eigen::MatrixXd::Zero(22, 22);
+  c.covariance(2, 2) = 0.09;  // the base's z
+  c.transfer = {.rms_mm = 0.1, .max_mm = 4.56, .worst = Eigen::Vector2d{-std::numbers::pi / 2, 100}};
+  return s;
+}
+
+TEST(CalibrationDocument, WarnsOfPosesThatArePredictedWorseThanTheNominalArmErrs) {
+  Sample s = transferred();
+  EXPECT_EQ(
+      transfer_json(s.calibration, s.data).at("warning"),
+      "Measure poses towards the joints -90 deg, 100 mm: joint 1 was measured from 0 to 90 deg only, and "
+      "there the position is predicted with a standard deviation of 4.56 mm, more than the nominal arm's "
+      "mean error of 2.86 mm.");
+  s.calibration.transfer.worst = Eigen::Vector2d{0.1, 100};
+  EXPECT_THAT(transfer_warning(s.calibration, s.data), testing::HasSubstr("no pose near them was measured"));
+  s.calibration.transfer.max_mm = 2.8;
+  EXPECT_FALSE(transfer_json(s.calibration, s.data).contains("warning"));
+}
+
+TEST(CalibrationDocument, MapsTheUncertaintyOverTheLimitsOfTwoJoints) {
+  const Sample s = transferred();
+  const json::object document = calibration_document(s.calibration, s.data, 0);
+  const json::array& maps = document.at("transfer").at("maps").as_array();
+  ASSERT_EQ(maps.size(), 1U);  // of joints 1 and 2; there is no third
+  EXPECT_EQ(maps[0].at("x"), (json::value{{"joint", 1}, {"from", -180.0}, {"to", 90.0}, {"count", 17}}));
+  EXPECT_EQ(maps[0].at("y"), (json::value{{"joint", 2}, {"from", 0.0}, {"to", 300.0}, {"count", 17}}));
+  EXPECT_EQ(maps[0].at("held"), (json::value{90.0, 250.0}));
+  const json::array& rows = maps[0].at("sigma_mm").as_array();
+  ASSERT_EQ(rows.size(), 17U);
+  for (const json::value& row : rows) {
+    ASSERT_EQ(row.as_array().size(), 17U);
+    for (const json::value& sigma : row.as_array()) EXPECT_DOUBLE_EQ(sigma.as_double(), 0.3);
+  }
+}
+
+TEST(CalibrationDocument, HasNoRankGapWhereEveryParameterIsDetermined) {
+  Sample s = sample();
+  s.calibration.rank_gap = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(calibration_document(s.calibration, s.data, 0).contains("rank_gap"));
 }
 
 TEST(CalibrationDocument, LeavesOutTheValidationWhereNothingWasValidated) {

@@ -1,0 +1,155 @@
+#include "proto/control/transfer_document.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "proto/control/joint_units.hpp"
+
+namespace truepose::control {
+namespace {
+
+namespace json = boost::json;
+
+/// Enough to see where it gets worse, and few enough for the io thread and for a stored document.
+constexpr int kSamples = 17;
+
+struct Range {
+  double low = 0, high = 0;
+};
+
+const Joint& joint_of(const Calibration& calibration, int joint) {
+  return calibration.cell.robot.joints[static_cast<std::size_t>(joint)];
+}
+
+/// Positions of one joint over the poses that identified, ascending.
+std::vector<double> measured(const MeasurementData& data, int joint) {
+  std::vector<double> positions;
+  for (const Measurement& m : data.points) {
+    if (m.set == PoseSet::Identify) positions.push_back(m.q[joint]);
+  }
+  std::ranges::sort(positions);
+  return positions;
+}
+
+/// The limits, of a revolute joint one turn at most: beyond it the arm stands as before.
+Range sweep(const Joint& joint) {
+  if (joint.type == JointType::Prismatic) return {joint.min, joint.max};
+  return {std::max(joint.min, -std::numbers::pi), std::min(joint.max, std::numbers::pi)};
+}
+
+std::string_view unit_of(const Joint& joint) { return joint.type == JointType::Revolute ? "deg" : "mm"; }
+
+/// "joint 2 was measured from -40 to 35 deg only, joint 5 ..." for the joints whose worst position lies
+/// outside.
+std::string not_measured(const Calibration& calibration, const MeasurementData& data) {
+  std::vector<std::string> joints;
+  for (int i = 0; i < calibration.cell.robot.joint_count(); ++i) {
+    const std::vector<double> positions = measured(data, i);
+    const double worst = calibration.transfer.worst[i];
+    if (positions.front() <= worst && worst <= positions.back()) continue;
+    const Joint& joint = joint_of(calibration, i);
+    joints.push_back(fmt::format("joint {} was measured from {:.0f} to {:.0f} {} only", i + 1,
+                                 operator_units(joint, positions.front()),
+                                 operator_units(joint, positions.back()), unit_of(joint)));
+  }
+  return joints.empty() ? "no pose near them was measured" : fmt::format("{}", fmt::join(joints, ", "));
+}
+
+/// To three digits, which is more than a standard deviation deserves.
+double rounded(double value) {
+  if (!(value > 0)) return 0;
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 2);
+  return unit < 1 ? std::round(value / unit) / std::round(1 / unit) : std::round(value / unit) * unit;
+}
+
+json::object axis_json(const Calibration& calibration, int joint) {
+  const Joint& j = joint_of(calibration, joint);
+  const Range range = sweep(j);
+  return {{"joint", joint + 1},
+          {"from", operator_units(j, range.low)},
+          {"to", operator_units(j, range.high)},
+          {"count", kSamples}};
+}
+
+double sample(Range range, int k) { return range.low + k * (range.high - range.low) / (kSamples - 1); }
+
+json::object map_json(const Calibration& calibration, const JointVector& held, int x, int y) {
+  const Range range_x = sweep(joint_of(calibration, x)), range_y = sweep(joint_of(calibration, y));
+  json::array rows, positions;
+  for (int i = 0; i < held.size(); ++i) {
+    positions.emplace_back(operator_units(joint_of(calibration, i), held[i]));
+  }
+  JointVector q = held;
+  for (int row = 0; row < kSamples; ++row) {
+    json::array sigmas;
+    q[y] = sample(range_y, row);
+    for (int column = 0; column < kSamples; ++column) {
+      q[x] = sample(range_x, column);
+      sigmas.emplace_back(rounded(std::sqrt(calibration.position_covariance(q, 0).trace())));
+    }
+    rows.push_back(std::move(sigmas));
+  }
+  return {{"x", axis_json(calibration, x)},
+          {"y", axis_json(calibration, y)},
+          {"held", std::move(positions)},
+          {"sigma_mm", std::move(rows)}};
+}
+
+json::array maps_json(const Calibration& calibration, const MeasurementData& data) {
+  const int joints = calibration.cell.robot.joint_count();
+  JointVector held(joints);
+  for (int i = 0; i < joints; ++i) {
+    const std::vector<double> positions = measured(data, i);
+    held[i] = positions[positions.size() / 2];
+  }
+  json::array maps;
+  if (joints >= 3) maps.push_back(map_json(calibration, held, 1, 2));
+  if (joints >= 2) maps.push_back(map_json(calibration, held, 0, 1));
+  return maps;
+}
+
+}  // namespace
+
+std::string transfer_warning(const Calibration& calibration, const MeasurementData& data) {
+  const double nominal_mm = calibration.identify.before.mean, worst_mm = calibration.transfer.max_mm;
+  if (!(worst_mm > nominal_mm)) return {};
+  std::vector<std::string> worst;
+  for (int i = 0; i < calibration.cell.robot.joint_count(); ++i) {
+    const Joint& joint = joint_of(calibration, i);
+    worst.push_back(
+        fmt::format("{:.0f} {}", operator_units(joint, calibration.transfer.worst[i]), unit_of(joint)));
+  }
+  return fmt::format(
+      "Measure poses towards the joints {}: {}, and there the position is predicted with a standard "
+      "deviation "
+      "of {:.3g} mm, more than the nominal arm's mean error of {:.3g} mm.",
+      fmt::join(worst, ", "), not_measured(calibration, data), worst_mm, nominal_mm);
+}
+
+json::object transfer_json(const Calibration& calibration, const MeasurementData& data) {
+  assert(std::isfinite(calibration.transfer.rms_mm) && std::isfinite(calibration.transfer.max_mm));
+  json::array worst;
+  for (int i = 0; i < calibration.cell.robot.joint_count(); ++i) {
+    worst.emplace_back(operator_units(joint_of(calibration, i), calibration.transfer.worst[i]));
+  }
+  json::object transfer{{"rms_mm", calibration.transfer.rms_mm},
+                        {"max_mm", calibration.transfer.max_mm},
+                        {"worst_joints", std::move(worst)}};
+  if (std::string warning = transfer_warning(calibration, data); !warning.empty()) {
+    transfer["warning"] = std::move(warning);
+  }
+  transfer["maps"] = maps_json(calibration, data);
+  return transfer;
+}
+
+}  // namespace truepose::control
