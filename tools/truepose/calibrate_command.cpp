@@ -10,15 +10,15 @@
 #include "config/measurement_file.hpp"
 #include "config/text_file.hpp"
 #include "core/calibration/option_names.hpp"
-#include "core/evaluation/split.hpp"
 #include "proto/control/calibration_document.hpp"
 #include "proto/control/rfc3339.hpp"
 #include "tools/report/report_html.hpp"
 #include "tools/report/report_text.hpp"
 #include "tools/truepose/arm_files.hpp"
 #include "tools/truepose/exit_code.hpp"
-#include "tools/truepose/mean_document.hpp"
+#include "tools/truepose/noise_options.hpp"
 #include "tools/truepose/offline_commands.hpp"
+#include "tools/truepose/validation_runs.hpp"
 
 namespace truepose::tools {
 
@@ -30,10 +30,12 @@ using config::ConfigError;
 struct CalibrateCommand {
   std::string robot_file, data_file, validate_file, out_file, report_file;
   std::optional<double> split;
-  std::uint64_t seed = 0;
+  std::optional<int> folds;
+  std::optional<std::uint64_t> seed;
   int repeat = 1;
   std::string method = "two-stage", deviation = "none", residual = "none", loss = "squared", prior = "auto";
   std::vector<int> harmonics{1, 2};
+  NoiseOptions noise;
   bool as_json = false;
 };
 
@@ -75,6 +77,7 @@ CalibrateOptions options_of(const CalibrateCommand& command) {
   options.method = value_of(kMethodNames, command.method);
   options.loss = value_of(kLossNames, command.loss);
   options.prior = value_of(kPriorNames, command.prior);
+  options.noise = noise_of(command.noise);
   options.deviation = command.deviation == "auto";
   options.harmonics = command.harmonics;
   if (command.residual == "auto") {
@@ -85,11 +88,6 @@ CalibrateOptions options_of(const CalibrateCommand& command) {
   return options;
 }
 
-struct Outcome {
-  Calibration calibration;
-  json::object document;
-};
-
 Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot,
                        const MeasurementData& data) {
   const CalibrateOptions options = options_of(command);
@@ -98,35 +96,16 @@ Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot,
   if (!result) throw ConfigError(command.data_file + ": " + result.error().detail);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   json::object document = control::calibration_document(*result, data, elapsed.count());
+  if (options.noise) document["noise"] = noise_json(*options.noise);
   return {.calibration = std::move(*result), .document = std::move(document)};
 }
 
-/// One calibration a seed. The document is that of the first, but "validate" holds the means and "splits"
-/// each one.
-Outcome calibrate_splits(const CalibrateCommand& command, const RobotModel& robot, MeasurementData data) {
-  std::optional<Outcome> first;
-  json::array splits, validations;
-  bool converged = true;
-  for (int i = 0; i < command.repeat; ++i) {
-    const std::uint64_t seed = command.seed + static_cast<std::uint64_t>(i);
-    split_poses(data, *command.split, seed);
-    Outcome outcome = calibrate_once(command, robot, data);
-    converged = converged && outcome.calibration.converged;
-    if (!outcome.calibration.validate) throw ConfigError("--split: leaves no pose to validate");
-    validations.push_back(outcome.document.at("validate"));
-    json::object split{{"seed", seed}};
-    for (const char* key : {"converged", "iterations", "identify", "validate", "rank", "condition"}) {
-      split[key] = outcome.document.at(key);
-    }
-    splits.push_back(std::move(split));
-    if (!first) first = std::move(outcome);
-  }
-  if (command.repeat > 1) {
-    first->document["converged"] = converged;
-    first->document["validate"] = mean_document(validations);
-    first->document["splits"] = std::move(splits);
-  }
-  return std::move(*first);
+Outcome validated(const CalibrateCommand& command, const RobotModel& robot, MeasurementData data) {
+  const auto once = [&](const MeasurementData& marked) { return calibrate_once(command, robot, marked); };
+  const std::uint64_t seed = command.seed.value_or(0);
+  if (command.split) return over_splits(once, std::move(data), *command.split, seed, command.repeat);
+  if (command.folds) return over_folds(once, std::move(data), *command.folds, seed);
+  return once(data);
 }
 
 config::ModelFile model_of(const RobotModel& robot, const Calibration& calibration) {
@@ -148,12 +127,14 @@ std::string failure(const json::object& document) {
   return "on validation poses the calibrated arm is no better than the nominal one";
 }
 
-void print_summary(const RobotModel& robot, const Outcome& outcome, int repeat) {
+void print_summary(const CalibrateCommand& command, const RobotModel& robot, const Outcome& outcome) {
   const Calibration& calibration = outcome.calibration;
   std::printf("%s: %s, %d coarse and %d fine iterations, rank %d, condition %.1f\n", robot.name.c_str(),
-              calibration.converged ? "converged" : "not converged", calibration.coarse_iterations,
-              calibration.fine_iterations, calibration.rank, calibration.condition);
-  if (repeat > 1) std::printf("Validation: means over %d splits, all else of the first.\n", repeat);
+              outcome.document.at("converged").as_bool() ? "converged" : "not converged",
+              calibration.coarse_iterations, calibration.fine_iterations, calibration.rank,
+              calibration.condition);
+  if (command.repeat > 1)
+    std::printf("All but the validation is that of the first of %d splits.\n", command.repeat);
   std::printf("\n%s", report::render_text(outcome.document).c_str());
 }
 
@@ -161,8 +142,7 @@ int run_calibrate(const CalibrateCommand& command) {
   const RobotModel robot = config::load_robot(command.robot_file);
   MeasurementData data = config::load_measurements(command.data_file, robot);
   if (!command.validate_file.empty()) add_validation(data, command.validate_file, robot);
-  const Outcome outcome = command.split ? calibrate_splits(command, robot, std::move(data))
-                                        : calibrate_once(command, robot, data);
+  const Outcome outcome = validated(command, robot, std::move(data));
 
   if (!command.out_file.empty()) {
     config::write_text_file(command.out_file, config::model_yaml(model_of(robot, outcome.calibration)));
@@ -175,7 +155,7 @@ int run_calibrate(const CalibrateCommand& command) {
   if (command.as_json) {
     std::cout << outcome.document << '\n';
   } else {
-    print_summary(robot, outcome, command.repeat);
+    print_summary(command, robot, outcome);
   }
   const std::string why = failure(outcome.document);
   if (why.empty()) return kDone;
@@ -197,8 +177,15 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
       sub->add_option("--split", command->split, "Part of the poses that identify; the rest validate")
           ->check(CLI::Range(0.01, 0.99))
           ->excludes(validate);
-  sub->add_option("--seed", command->seed, "Of the split")->needs(split);
-  sub->add_option("--repeat", command->repeat, "Splits with as many seeds, and means over them")
+  CLI::Option* folds =
+      sub->add_option("--folds", command->folds,
+                      "Cross-validation: as many parts of the poses, each predicted from the "
+                      "others; the arm is identified from all")
+          ->check(CLI::Range(2, 10'000))
+          ->excludes(validate)
+          ->excludes(split);
+  CLI::Option* seed = sub->add_option("--seed", command->seed, "Of the split or the folds");
+  sub->add_option("--repeat", command->repeat, "Splits with as many seeds, their mean and standard deviation")
       ->check(CLI::Range(1, 10'000))
       ->needs(split);
   sub->add_option("--method", command->method, "Identification")->check(available(names_of(kMethodNames)));
@@ -212,10 +199,14 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   sub->add_option("--loss", command->loss, "Weight of a residual")->check(available(names_of(kLossNames)));
   sub->add_option("--prior", command->prior, "Whether deviations from the data sheet are taken as small")
       ->check(available(names_of(kPriorNames)));
+  add_noise_options(*sub, command->noise);
   sub->add_option("--out", command->out_file, "Write the calibrated arm here (model file, YAML)");
   sub->add_option("--report", command->report_file, "Write a report here (HTML, one file)");
   sub->add_flag("--json", command->as_json, "One JSON document");
-  sub->callback([command, &exit_code] { exit_code = run_calibrate(*command); });
+  sub->callback([=, &exit_code] {
+    if (*seed && !*split && !*folds) throw CLI::RequiresError("--seed", "--split or --folds");
+    exit_code = run_calibrate(*command);
+  });
 }
 
 }  // namespace truepose::tools

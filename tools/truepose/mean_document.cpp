@@ -1,6 +1,7 @@
 #include "tools/truepose/mean_document.hpp"
 
 #include <boost/json.hpp>
+#include <cmath>
 
 namespace truepose::tools {
 
@@ -24,6 +25,25 @@ json::value mean_document(const json::array& documents) {
   }
   // A count that is the same everywhere stays a whole number.
   return all_equal ? documents[0] : json::value(sum / static_cast<double>(documents.size()));
+}
+
+json::object spread_document(const json::array& validations, std::string_view over) {
+  json::object spread{{"over", over}, {"count", validations.size()}};
+  const auto runs = static_cast<double>(validations.size());
+  for (const char* stage : {"before", "geometric", "after"}) {
+    json::object deviations;
+    for (const char* statistic : {"mean", "max", "rms"}) {
+      const auto value = [&](const json::value& run) {
+        return run.at(stage).at(statistic).to_number<double>();
+      };
+      double mean = 0, squares = 0;
+      for (const json::value& run : validations) mean += value(run) / runs;
+      for (const json::value& run : validations) squares += (value(run) - mean) * (value(run) - mean);
+      deviations[statistic] = std::sqrt(squares / (runs - 1));
+    }
+    spread[stage] = std::move(deviations);
+  }
+  return spread;
 }
 
 }  // namespace truepose::tools

@@ -1,0 +1,67 @@
+#include "tools/truepose/noise_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <boost/json/object.hpp>
+#include <string_view>
+#include <vector>
+
+#include "config/number_text.hpp"
+
+namespace truepose::tools {
+namespace {
+
+/// The numbers of "0.005,0.006", or none where they are not `count` numbers above 0.
+std::vector<double> positive_numbers(std::string_view text, std::size_t count) {
+  std::vector<double> numbers;
+  while (true) {
+    const std::size_t comma = text.find(',');
+    const auto number = config::parse_number(text.substr(0, comma));
+    if (!number || !(*number > 0)) return {};
+    numbers.push_back(*number);
+    if (comma == std::string_view::npos) break;
+    text.remove_prefix(comma + 1);
+  }
+  return numbers.size() == count ? numbers : std::vector<double>{};
+}
+
+CLI::Validator positive(std::size_t count, const std::string& form) {
+  return {[=](const std::string& text) -> std::string {
+            if (!positive_numbers(text, count).empty()) return {};
+            return config::in_quotes(text) + " is not " + form;
+          },
+          ""};
+}
+
+}  // namespace
+
+void add_noise_options(CLI::App& app, NoiseOptions& options) {
+  app.add_option("--tracker-noise", options.tracker,
+                 "Standard deviation of the tracker's reading along the beam (mm) and across it (mm per m of "
+                 "distance), where points do not state their sigma")
+      ->type_name("RANGE_MM,TRANSVERSE_MM_PER_M")
+      ->check(positive(2, "RANGE_MM,TRANSVERSE_MM_PER_M, two numbers above 0 such as 0.01,0.006"));
+  app.add_option("--repeatability", options.repeatability,
+                 "Standard deviation per axis of the arm's position when it comes back to a pose, added to "
+                 "the tracker's noise")
+      ->type_name("MM")
+      ->check(positive(1, "a length in mm above 0 such as 0.02"));
+}
+
+std::optional<MeasurementNoise> noise_of(const NoiseOptions& options) {
+  if (options.tracker.empty() && options.repeatability.empty()) return std::nullopt;
+  MeasurementNoise noise;
+  if (!options.tracker.empty()) {
+    const std::vector<double> numbers = positive_numbers(options.tracker, 2);
+    noise.tracker = {.range_mm = numbers[0], .transverse_mm_per_m = numbers[1]};
+  }
+  if (!options.repeatability.empty()) noise.repeatability_mm = positive_numbers(options.repeatability, 1)[0];
+  return noise;
+}
+
+boost::json::object noise_json(const MeasurementNoise& noise) {
+  return {{"range_mm", noise.tracker.range_mm},
+          {"transverse_mm_per_m", noise.tracker.transverse_mm_per_m},
+          {"repeatability_mm", noise.repeatability_mm}};
+}
+
+}  // namespace truepose::tools

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <boost/json/fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "core/calibration/measurement_noise.hpp"
+
+namespace CLI {
+class App;
+}  // namespace CLI
+
+namespace truepose::tools {
+
+/// What blurs a measured point, as the command line says it. Checked by the parser; empty where not given.
+struct NoiseOptions {
+  std::string tracker, repeatability;
+};
+
+void add_noise_options(CLI::App& app, NoiseOptions& options);
+
+/// Nothing where neither is given: all points are taken alike.
+std::optional<MeasurementNoise> noise_of(const NoiseOptions& options);
+
+/// {"range_mm","transverse_mm_per_m","repeatability_mm"}, one standard deviation each.
+boost::json::object noise_json(const MeasurementNoise& noise);
+
+}  // namespace truepose::tools
