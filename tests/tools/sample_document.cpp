@@ -77,11 +77,11 @@ json::object sample(std::mt19937& random, int points, bool validated) {
   calibration.cell.robot.joints.resize(2);
   calibration.cell.base = {{3000, -1200, 50}, {0.01, 0.02, 2.5}};
   calibration.cell.reflectors = {{"1", {40.1, -30.2, 120.3}}};
-  calibration.parameters = {{"base.x", 0, 3000, 0.013, true},
-                            {"base.rz", 0, 2.5, 4e-6, true},
-                            {"smr.1.x", 0, 40.1, 0.008, true},
-                            {"link2.a", 330, 330.6261, 0.0112, true},
-                            {"link2.alpha", -1.5707963, -1.5687, 1.1e-5, true},
+  calibration.parameters = {{"base.x", 0, 3000, 0.013, true, 1},
+                            {"base.rz", 0, 2.5, 4e-6, true, 1},
+                            {"smr.1.x", 0, 40.1, 0.008, true, 1},
+                            {"link2.a", 330, 330.6261, 0.0112, true, 1},
+                            {"link2.alpha", -1.5707963, -1.5687, 1.1e-5, true, 1},
                             {"link2.beta", 0, 0, 0, false}};
   MeasurementData data{.smr_names = {"1"}, .points = {}};
   calibration.identify = add_set(calibration, data, random, points, PoseSet::Identify);

@@ -22,6 +22,10 @@ std::string error_text(double mm) {
   return mm != 0 && std::abs(mm) < 0.0005 ? fmt::format("{:.1e}", mm) : fixed(mm, 3);
 }
 
+std::string error_text(double mm, double deviation_mm) {
+  return error_text(mm) + " ± " + error_text(deviation_mm);
+}
+
 std::string length_text(double mm) { return fixed(mm, 3); }
 
 std::string angle_text(double rad) { return fixed(rad * kDegPerRad, 4); }

@@ -7,6 +7,9 @@ namespace truepose::report {
 /// An error in mm to the micrometre, "0.021"; smaller ones keep a digit that says something, "3.1e-13".
 std::string error_text(double mm);
 
+/// "0.091 ± 0.003": an error in mm and its standard deviation.
+std::string error_text(double mm, double deviation_mm);
+
 /// A length in mm to the micrometre.
 std::string length_text(double mm);
 

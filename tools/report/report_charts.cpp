@@ -127,7 +127,11 @@ std::string point_sections(const ReportDocument& document) {
   std::string html;
   if (document.validate) {
     html += set_section(points_of(document, PoseSet::Validate), *document.validate, "Validation points",
-                        fmt::format("These points took no part in the identification. {}", kSign));
+                        fmt::format("{} {}",
+                                    document.cross_validated()
+                                        ? "Every point as the fit predicts it that had not seen its pose."
+                                        : "These points took no part in the identification.",
+                                    kSign));
   }
   return html + set_section(points_of(document, PoseSet::Identify), document.identify,
                             "Identification points",

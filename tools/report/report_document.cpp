@@ -6,77 +6,15 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <stdexcept>
 #include <string_view>
 #include <utility>
+
+#include "tools/report/json_node.hpp"
 
 namespace truepose::report {
 namespace {
 
 namespace json = boost::json;
-
-/// A value of the document together with the path to it, so that an error names the member.
-class Node {
- public:
-  Node(const json::value* value, std::string path) : value_{value}, path_{std::move(path)} {}
-
-  [[noreturn]] void fail(std::string_view expected) const {
-    throw std::invalid_argument("calibration document: '" + path_ + "' is not " + std::string(expected));
-  }
-
-  bool exists() const { return value_ != nullptr; }
-  bool is_object() const { return exists() && value_->is_object(); }
-
-  /// A member that may be missing.
-  Node find(std::string_view key) const {
-    return {object().if_contains(key), path_ + "." + std::string(key)};
-  }
-
-  double number() const {
-    if (!exists() || !value_->is_number()) fail("a number");
-    const double number = value_->to_number<double>();
-    if (!std::isfinite(number)) fail("a finite number");
-    return number;
-  }
-  long long integer() const {
-    if (!exists() || !value_->is_int64()) fail("a whole number");
-    return value_->get_int64();
-  }
-  int count() const {
-    const long long value = integer();
-    if (!std::in_range<int>(value)) fail("a small whole number");
-    return static_cast<int>(value);
-  }
-  bool flag() const {
-    if (!exists() || !value_->is_bool()) fail("true or false");
-    return value_->get_bool();
-  }
-  std::string text() const {
-    if (!exists() || !value_->is_string()) fail("a text");
-    return std::string(value_->get_string());
-  }
-  const json::object& object() const {
-    if (!is_object()) fail("an object");
-    return value_->get_object();
-  }
-  std::vector<Node> elements() const {
-    if (!exists() || !value_->is_array()) fail("an array");
-    std::vector<Node> result;
-    for (const json::value& element : value_->get_array()) {
-      result.emplace_back(&element, path_ + "[" + std::to_string(result.size()) + "]");
-    }
-    return result;
-  }
-  Eigen::Vector3d vector() const {
-    const std::vector<Node> xyz = elements();
-    if (xyz.size() != 3) fail("an array of three numbers");
-    return {xyz[0].number(), xyz[1].number(), xyz[2].number()};
-  }
-
- private:
-  const json::value* value_;  ///< null where there is no such member
-  std::string path_;
-};
 
 AxisStatistics axis_statistics(const Node& node) {
   return {node.find("mean_abs").number(), node.find("rms").number(), node.find("max").number()};
@@ -97,7 +35,8 @@ ErrorStatistics statistics(const Node& node, int points) {
 Stages stages(const Node& node) {
   Stages result;
   result.poses = node.find("poses").count();
-  result.points = node.find("points").count();
+  // A mean over splits, where reflectors were not seen from every pose.
+  result.points = static_cast<int>(std::lround(node.find("points").number()));
   result.before = statistics(node.find("before"), result.points);
   result.geometric = statistics(node.find("geometric"), result.points);
   result.after = statistics(node.find("after"), result.points);
@@ -111,9 +50,11 @@ PoseSet pose_set(const Node& node) {
 }
 
 Point point(const Node& node) {
+  const Node joints = node.find("joints");
   return {.pose = node.find("pose").count(),
           .set = pose_set(node.find("set")),
           .smr = node.find("smr").text(),
+          .joints = joints.exists() ? joints.numbers() : std::vector<double>{},
           .before = node.find("before").vector(),
           .geometric = node.find("geometric").vector(),
           .after = node.find("after").vector(),
@@ -162,7 +103,9 @@ Parameter parameter(const Node& node, const Node& truth) {
                     .value = node.find("value").number(),
                     .sigma = node.find("sigma").number(),
                     .identified = node.find("identified").flag()},
+                   std::nullopt,
                    std::nullopt};
+  if (const Node share = node.find("data_share"); share.exists()) result.data_share = share.number();
   if (truth.exists()) result.truth = truth_of(truth, result.identified.name);
   return result;
 }
@@ -203,10 +146,14 @@ ReportDocument read_document(const json::object& document) {
   if (member("points").exists()) {
     for (const Node& node : member("points").elements()) result.points.push_back(point(node));
   }
+  if (member("fold_points").exists()) {
+    for (const Node& node : member("fold_points").elements()) result.points.push_back(point(node));
+  }
   if (member("remeasured_points").exists()) {
     for (const Node& node : member("remeasured_points").elements()) add_remeasured(result.points, node);
   }
   if (const Node node = member("stream"); node.exists()) result.stream = stream(node);
+  result.findings = read_findings(document);
   return result;
 }
 

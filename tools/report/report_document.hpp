@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/calibration/calibrate.hpp"
+#include "tools/report/report_findings.hpp"
 
 namespace truepose::report {
 
@@ -21,6 +22,7 @@ struct Stages {
 struct Parameter {
   IdentifiedParameter identified;
   std::optional<double> truth;
+  std::optional<double> data_share;  ///< 1: known from the data alone; less: the prior says the rest
 };
 
 /// One measured point: error vectors in the tracker frame, mm.
@@ -28,6 +30,7 @@ struct Point {
   int pose = 0;
   PoseSet set = PoseSet::Identify;
   std::string smr;
+  std::vector<double> joints;  ///< deg or mm; empty where not known
   Eigen::Vector3d before{0, 0, 0}, geometric{0, 0, 0}, after{0, 0, 0};
   std::optional<Eigen::Vector3d> remeasured;  ///< reached with compensated joints and measured again
 };
@@ -55,9 +58,12 @@ struct ReportDocument {
   std::vector<Parameter> parameters;
   std::vector<Point> points;
   std::optional<Stream> stream;
+  Findings findings;
 
   /// The set that judges the calibration: the validation points where there are any.
   const Stages& judged() const { return validate ? *validate : identify; }
+  /// Whether every point was predicted by a fit to the others.
+  bool cross_validated() const { return findings.spread && findings.spread->over == "folds"; }
   /// The best that was shown: re-measured, else after all layers.
   const ErrorStatistics& achieved() const { return remeasured ? *remeasured : judged().after; }
 };

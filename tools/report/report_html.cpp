@@ -8,6 +8,8 @@
 #include <string_view>
 
 #include "proto/xml/escape.hpp"
+#include "tools/report/knowledge_sections.hpp"
+#include "tools/report/layer_section.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_charts.hpp"
 #include "tools/report/report_document.hpp"
@@ -46,15 +48,24 @@ std::string badge(bool good, std::string_view text) {
   return fmt::format("<li{}>{}</li>\n", good ? "" : " class=\"warning\"", text);
 }
 
+std::string validation_badge(const ReportDocument& document) {
+  if (!document.validate) return badge(false, "Not validated: the figures are those of the fitted points");
+  const int poses = document.validate->poses;
+  if (document.cross_validated())
+    return badge(
+        true, fmt::format("Cross-validated on {} poses in {} folds", poses, document.findings.spread->count));
+  return badge(true, "Validated on " + plural(poses, "separate pose", "separate poses"));
+}
+
 std::string badges(const ReportDocument& document) {
   std::string html = "<ul class=\"badges\">\n";
   html +=
       document.converged ? badge(true, "Converged") : badge(false, "Not converged: do not use this model");
-  html +=
-      document.validate
-          ? badge(true, "Validated on " + plural(document.validate->poses, "separate pose", "separate poses"))
-          : badge(false, "Not validated: the figures are those of the fitted points");
+  html += validation_badge(document);
   if (document.remeasured) html += badge(true, "Compensated poses measured again");
+  if (const auto& transfer = document.findings.transfer; transfer && !transfer->warning.empty()) {
+    html += badge(false, "Not known well everywhere: measure more poses");
+  }
   if (document.stream) {
     const Stream& s = *document.stream;
     const bool clean = s.answered == s.cycles && s.late == 0 && s.wrong_ipoc == 0;
@@ -63,6 +74,11 @@ std::string badges(const ReportDocument& document) {
                            : fmt::format("Stream: {} late, {} unanswered", s.late, s.cycles - s.answered));
   }
   return html + "</ul>\n";
+}
+
+std::string_view points_text(const ReportDocument& document) {
+  if (document.cross_validated()) return "each predicted by a fit that had not seen it";
+  return document.validate ? "that took no part in the identification" : "that the parameters were fitted to";
 }
 
 std::string summary(const ReportDocument& document) {
@@ -78,10 +94,8 @@ std::string summary(const ReportDocument& document) {
       better ? factor_text(before, after) + " times more accurate" : "no improvement: do not use this model");
   html += fmt::format(
       "<p>On {} {} the mean error went from {} mm to {} mm, the largest from {} mm to {} mm{}.</p>\n",
-      plural(judged.points, "point", "points"),
-      document.validate ? "that took no part in the identification" : "that the parameters were fitted to",
-      error_text(before), error_text(after), error_text(judged.before.max),
-      error_text(document.achieved().max),
+      plural(judged.points, "point", "points"), points_text(document), error_text(before), error_text(after),
+      error_text(judged.before.max), error_text(document.achieved().max),
       document.remeasured ? ", measured again with compensated joints" : "");
 
   const double longest = std::max({before, judged.geometric.mean, judged.after.mean, after});
@@ -110,9 +124,10 @@ std::string render_html(const boost::json::object& json) {
       "initial-scale=1\"/>\n<title>{}</title>\n<style>{}</style>\n"
       "</head>\n<body>\n<main>\n",
       title, kStyleSheet);
-  html += header(document) + summary(document) + statistics_section(document) + histogram_section(document) +
-          point_sections(document) + parameters_section(document) + stream_section(document) +
-          conditions_section(document) + footer();
+  html += header(document) + summary(document) + statistics_section(document) + layer_section(document) +
+          transfer_section(document) + rejected_section(document) + histogram_section(document) +
+          point_sections(document) + parameters_section(document) + unknown_section(document) +
+          stream_section(document) + conditions_section(document) + footer();
   return html + "</main>\n</body>\n</html>\n";
 }
 

@@ -43,6 +43,7 @@ tbody th { font-weight: 500; text-align: left; padding-left: 0; }
 tbody th.rows { padding-top: 16px; font-weight: 650; }
 td.first, th.first { padding-left: 20px; }
 td.strong { font-weight: 650; }
+td .spread { display: block; color: var(--muted); font-size: .9em; font-weight: 400; }
 td.text { text-align: left; }
 tr.convention td, tr.convention th { color: var(--muted); }
 th .key { display: inline-block; width: 9px; height: 9px; margin-right: 8px; border-radius: 2px; }
@@ -57,6 +58,14 @@ th .key { display: inline-block; width: 9px; height: 9px; margin-right: 8px; bor
 .legend, .tick { font-size: 12px; fill: #586673; }
 .grid { stroke: #e6ebef; fill: none; }
 .zero, .axis { stroke: #8e9aa5; fill: none; }
+.layers .gain { width: 30%; min-width: 90px; }
+.layers .bar { display: block; }
+.layers .bar i { min-width: 0; }
+.figures, .rejected { max-width: 860px; }
+.figures .meaning { color: var(--muted); white-space: normal; }
+.sentences { margin: 0 0 12px; padding-left: 20px; }
+.caution { padding: 10px 14px; border-left: 4px solid var(--before); background: #fdebdd; color: #6e3000; }
+.mark { fill: #fff; fill-opacity: .75; stroke: #18232e; stroke-width: .8; }
 footer { margin: 0 4px; color: var(--muted); font-size: 12.5px; }
 @media (max-width: 760px) {
   main { padding: 18px 10px 32px; }

@@ -9,20 +9,33 @@
 
 #include "core/kinematics/angles.hpp"
 #include "proto/xml/escape.hpp"
+#include "tools/report/findings_text.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_style.hpp"
 
 namespace truepose::report {
 namespace {
 
-std::string statistics_row(std::string_view name, std::string_view color, const ErrorStatistics& s,
-                           std::string_view factor) {
+/// One row of the table of errors.
+struct StatisticsRow {
+  std::string_view name, color;
+  const ErrorStatistics& errors;
+  const StageSpread* spread = nullptr;  ///< over the runs of the validation, where there were several
+};
+
+std::string statistics_row(const StatisticsRow& row, std::string_view factor) {
+  const ErrorStatistics& s = row.errors;
+  const auto with_spread = [&row](double value, double StageSpread::*deviation) {
+    if (!row.spread) return error_text(value);
+    return fmt::format("{} <span class=\"spread\">± {}</span>", error_text(value),
+                       error_text(row.spread->*deviation));
+  };
   std::string html = fmt::format(
       "<tr><th scope=\"row\"><span class=\"key\" style=\"background: {}\"></span>{}</th><td "
       "class=\"strong\">{}</td>"
       "<td>{}</td><td>{}</td><td>{}</td><td>{}</td>",
-      color, name, error_text(s.mean), error_text(s.max), error_text(s.min), error_text(s.rms),
-      error_text(s.std));
+      row.color, row.name, with_spread(s.mean, &StageSpread::mean), with_spread(s.max, &StageSpread::max),
+      error_text(s.min), with_spread(s.rms, &StageSpread::rms), error_text(s.std));
   for (const AxisStatistics* axis : {&s.x, &s.y, &s.z}) {
     html += fmt::format("<td class=\"first\">{}</td><td>{}</td>", error_text(axis->mean_abs),
                         error_text(axis->max_abs));
@@ -30,17 +43,21 @@ std::string statistics_row(std::string_view name, std::string_view color, const 
   return html + fmt::format("<td class=\"first\">{}</td></tr>\n", factor);
 }
 
-std::string stage_rows(std::string_view title, const Stages& stages, const ErrorStatistics* remeasured) {
+std::string stage_rows(std::string_view title, const Stages& stages, const ErrorStatistics* remeasured,
+                       const Spread* spread) {
   std::string html = fmt::format(
       "<tbody>\n<tr><th class=\"rows\" colspan=\"13\" scope=\"rowgroup\">{}: {} poses, {} points</th></tr>\n",
       title, stages.poses, stages.points);
   const auto factor = [&stages](const ErrorStatistics& s) { return factor_text(stages.before.mean, s.mean); };
-  html += statistics_row("Before", kBeforeColor, stages.before, "");
-  html += statistics_row("Geometric", kGeometricColor, stages.geometric, factor(stages.geometric));
+  const auto of = [spread](StageSpread Spread::*stage) { return spread ? &(spread->*stage) : nullptr; };
+  html += statistics_row({"Before", kBeforeColor, stages.before, of(&Spread::before)}, "");
+  html += statistics_row({"Geometric", kGeometricColor, stages.geometric, of(&Spread::geometric)},
+                         factor(stages.geometric));
   if (has_layers(stages))
-    html += statistics_row("All layers", kLayersColor, stages.after, factor(stages.after));
+    html +=
+        statistics_row({"All layers", kLayersColor, stages.after, of(&Spread::after)}, factor(stages.after));
   if (remeasured != nullptr)
-    html += statistics_row("Compensated", kCompensatedColor, *remeasured, factor(*remeasured));
+    html += statistics_row({"Compensated", kCompensatedColor, *remeasured}, factor(*remeasured));
   return html + "</tbody>\n";
 }
 
@@ -51,35 +68,79 @@ std::string group_title(std::string_view group) {
   if (group == "base") return "Base of the robot in the tracker's frame";
   if (group.starts_with("smr."))
     return fmt::format("Reflector {} in the flange frame", xml::escaped(group.substr(4)));
+  if (group.starts_with("joint")) return fmt::format("Deviation of joint {}", xml::escaped(group.substr(5)));
   if (group.starts_with("link")) return fmt::format("Link {}", xml::escaped(group.substr(4)));
   return xml::escaped(group);
 }
 
-/// Every length is called by one letter (x, a, d); the angles are rx, ry, rz and the Greek ones.
-bool is_angle(std::string_view leaf) { return leaf.size() > 1; }
+/// What a parameter is shown in, and whether that is turned from rad into deg.
+struct Unit {
+  std::string_view name;
+  bool angle = false;
+};
+
+/// Every length is called by one letter (x, a, d); the angles are rx, ry, rz and the Greek ones. A joint's
+/// deviation is per unit of what it depends on.
+Unit unit_of(std::string_view leaf) {
+  if (leaf.size() == 1) return {"mm"};
+  if (leaf == "scale") return {"mm/m"};
+  if (leaf == "gravity") return {"deg/kN m", true};
+  if (leaf.starts_with("weight")) return {"deg/m", true};
+  return {"deg", true};
+}
+
+/// "sin 2q" of "sin2".
+std::string harmonic_title(std::string_view leaf) {
+  const std::string_view order = leaf.substr(3);
+  return fmt::format("{} {}q", leaf.substr(0, 3), order == "1" ? "" : xml::escaped(order));
+}
 
 std::string leaf_title(std::string_view leaf) {
   if (leaf == "alpha") return "α";
   if (leaf == "theta") return "θ";
   if (leaf == "beta") return "β";
+  if (leaf.starts_with("sin") || leaf.starts_with("cos")) return harmonic_title(leaf);
   return xml::escaped(leaf);
 }
 
-std::string parameter_row(const Parameter& parameter, bool with_truth) {
+/// What the table of parameters shows beside the values.
+struct ParameterColumns {
+  bool prior = false, truth = false;
+
+  int count() const { return 7 + (prior ? 1 : 0) + (truth ? 2 : 0); }
+};
+
+/// Whether what is known of a parameter comes from a prior to a part that is worth a column.
+bool prior_speaks(const Parameter& p) {
+  return p.identified.sigma > 0 && p.data_share && *p.data_share < 0.995;
+}
+
+std::string_view status_of(const Parameter& p) {
+  if (p.identified.identified) return "identified";
+  return prior_speaks(p) ? "shared out by the prior" : "kept, by convention";
+}
+
+std::string parameter_row(const Parameter& parameter, const ParameterColumns& columns) {
   const IdentifiedParameter& p = parameter.identified;
   const std::string_view name = p.name;
   const std::string_view leaf = name.substr(group_of(name).size() + (name.find('.') == name.npos ? 0 : 1));
-  const bool angle = is_angle(leaf);
-  const auto text = [angle](double value) { return angle ? angle_text(value) : length_text(value); };
+  const auto [unit, angle] = unit_of(leaf);
+  const auto text = [turned = angle](double value) {
+    return turned ? angle_text(value) : length_text(value);
+  };
   const bool has_nominal = name.starts_with("link");
   const double sigma = angle ? p.sigma * kDegPerRad : p.sigma;
   std::string html = fmt::format(
-      "<tr{}><th scope=\"row\">{}</th><td class=\"text\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
-      "<td class=\"text first\">{}</td>",
-      p.identified ? "" : " class=\"convention\"", leaf_title(leaf), angle ? "deg" : "mm",
-      has_nominal ? text(p.nominal) : "", text(p.value), has_nominal ? text(p.value - p.nominal) : "",
-      p.identified ? sigma_text(sigma) : "", p.identified ? "identified" : "kept, by convention");
-  if (with_truth) {
+      "<tr{}><th scope=\"row\">{}</th><td class=\"text\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>",
+      p.identified ? "" : " class=\"convention\"", leaf_title(leaf), unit, has_nominal ? text(p.nominal) : "",
+      text(p.value), has_nominal ? text(p.value - p.nominal) : "",
+      p.identified || p.sigma > 0 ? sigma_text(sigma) : "");
+  if (columns.prior) {
+    const bool known = p.sigma > 0 && parameter.data_share;
+    html += fmt::format("<td>{}</td>", known ? fmt::format("{:.0f} %", 100 * *parameter.data_share) : "");
+  }
+  html += fmt::format("<td class=\"text first\">{}</td>", status_of(parameter));
+  if (columns.truth) {
     std::string truth, difference;
     if (parameter.truth) {
       const double d = p.value - *parameter.truth;
@@ -93,6 +154,12 @@ std::string parameter_row(const Parameter& parameter, bool with_truth) {
 
 std::string fact(std::string_view name, std::string_view value) {
   return value.empty() ? "" : fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", name, value);
+}
+
+std::string noise_text(const Noise& noise) {
+  return fmt::format("{} mm along the beam, {} mm per m across it, repeatability {} mm",
+                     sigma_text(noise.range_mm), sigma_text(noise.transverse_mm_per_m),
+                     sigma_text(noise.repeatability_mm));
 }
 
 std::string facts_section(std::string_view title, std::string_view rows) {
@@ -116,6 +183,9 @@ std::string statistics_section(const ReportDocument& document) {
   if (document.remeasured) {
     html += " <b>Compensated</b>: validation poses driven to with compensated joints and measured again.";
   }
+  if (document.findings.spread) {
+    html += fmt::format(" <b>Validation</b>: {}.", validation_text(document));
+  }
   html +=
       " All in mm.</p>\n<div class=\"scroll\"><table class=\"statistics\">\n<thead>\n"
       "<tr><th rowspan=\"2\"></th><th class=\"group\" colspan=\"5\">3-D</th><th class=\"group\" "
@@ -127,15 +197,18 @@ std::string statistics_section(const ReportDocument& document) {
       "<th class=\"first\">mean |y|</th><th>max</th><th class=\"first\">mean "
       "|z|</th><th>max</th></tr>\n</thead>\n";
   const ErrorStatistics* remeasured = document.remeasured ? &*document.remeasured : nullptr;
-  if (document.validate) html += stage_rows("Validation", *document.validate, remeasured);
-  html += stage_rows("Identification", document.identify, document.validate ? nullptr : remeasured);
+  const Spread* spread = document.findings.spread ? &*document.findings.spread : nullptr;
+  if (document.validate) html += stage_rows("Validation", *document.validate, remeasured, spread);
+  html += stage_rows("Identification", document.identify, document.validate ? nullptr : remeasured, nullptr);
   return html + "</table></div>\n</section>\n";
 }
 
 std::string parameters_section(const ReportDocument& document) {
   if (document.parameters.empty()) return "";
-  const bool with_truth = std::any_of(document.parameters.begin(), document.parameters.end(),
-                                      [](const Parameter& p) { return p.truth.has_value(); });
+  const ParameterColumns columns{.prior = std::ranges::any_of(document.parameters, prior_speaks),
+                                 .truth = std::ranges::any_of(document.parameters, [](const Parameter& p) {
+                                   return p.truth.has_value();
+                                 })};
   std::string html = fmt::format(
       "<section>\n<h2>Identified parameters</h2>\n<p class=\"note\">The measured positions determine {} of "
       "{} parameters. "
@@ -143,7 +216,12 @@ std::string parameters_section(const ReportDocument& document) {
       "in their place, and "
       "the predictions are the same. σ is one standard deviation.</p>\n",
       document.rank, document.parameters.size());
-  if (with_truth) {
+  if (columns.prior) {
+    html +=
+        "<p class=\"note\">Where the data share is below 100 %, what is known of the parameter comes in part "
+        "from the prior that deviations are small.</p>\n";
+  }
+  if (columns.truth) {
     html +=
         "<p class=\"note\">This arm is simulated, so its true values stand beside. A single value may well "
         "differ from the "
@@ -154,17 +232,18 @@ std::string parameters_section(const ReportDocument& document) {
   html += fmt::format(
       "<div class=\"scroll\"><table class=\"parameters\">\n<thead>\n<tr><th></th><th "
       "class=\"text\"></th><th>nominal</th>"
-      "<th>value</th><th>deviation</th><th>σ</th><th class=\"first\"></th>{}</tr>\n</thead>\n",
-      with_truth ? "<th class=\"first\">true value</th><th>value − true</th>" : "");
+      "<th>value</th><th>deviation</th><th>σ</th>{}<th class=\"first\"></th>{}</tr>\n</thead>\n",
+      columns.prior ? "<th>data share</th>" : "",
+      columns.truth ? "<th class=\"first\">true value</th><th>value − true</th>" : "");
   std::string_view group;
   for (const Parameter& p : document.parameters) {
     if (const std::string_view own = group_of(p.identified.name); own != group) {
       html +=
           fmt::format("{}<tbody>\n<tr><th class=\"rows\" colspan=\"{}\" scope=\"rowgroup\">{}</th></tr>\n",
-                      group.empty() ? "" : "</tbody>\n", with_truth ? 9 : 7, group_title(own));
+                      group.empty() ? "" : "</tbody>\n", columns.count(), group_title(own));
       group = own;
     }
-    html += parameter_row(p, with_truth);
+    html += parameter_row(p, columns);
   }
   return html + "</tbody>\n</table></div>\n</section>\n";
 }
@@ -206,6 +285,11 @@ std::string conditions_section(const ReportDocument& document) {
                    : std::string("nothing"));
   rows += fact("Parameters determined", fmt::format("{} of {}", document.rank, document.parameters.size()));
   rows += fact("Condition number", fmt::format("{:.4g} (columns scaled to unit norm)", document.condition));
+  const Findings& findings = document.findings;
+  if (findings.sigma0_mm) {
+    rows += fact("Noise of one coordinate, from the residuals", sigma_text(*findings.sigma0_mm) + " mm");
+  }
+  if (findings.noise) rows += fact("Noise of a point, as given", noise_text(*findings.noise));
   return facts_section("Conditions", rows);
 }
 

@@ -7,34 +7,58 @@
 #include <utility>
 #include <vector>
 
+#include "tools/report/findings_text.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_document.hpp"
 
 namespace truepose::report {
 namespace {
 
-using Columns = std::vector<std::pair<std::string_view, const ErrorStatistics*>>;
+struct Column {
+  std::string_view title;
+  const ErrorStatistics* errors;
+  const StageSpread* spread = nullptr;  ///< over the runs of the validation, where there were several
+};
+using Columns = std::vector<Column>;
 
+/// @param deviation  of the value over the runs of the validation; null where it is not known
 template <typename Value>
-std::string row(std::string_view name, const Columns& columns, Value value) {
+std::string row(std::string_view name, const Columns& columns, Value value,
+                double StageSpread::*deviation = nullptr) {
   std::string line = fmt::format("  {:<10}", name);
-  for (const auto& [title, statistics] : columns)
-    line += fmt::format("{:>13}", error_text(value(*statistics)));
+  for (const Column& column : columns) {
+    const double mm = value(*column.errors);
+    if (!column.spread) {
+      line += fmt::format("{:>13}", error_text(mm));
+    } else if (deviation) {
+      line += fmt::format("{:>18}", error_text(mm, column.spread->*deviation));
+    } else {
+      line += fmt::format("{:>10}        ", error_text(mm));  // as wide as with " ± 0.003"
+    }
+  }
+  line.erase(line.find_last_not_of(' ') + 1);
   return line + "\n";
 }
 
-std::string table(std::string_view title, const Stages& stages, const ErrorStatistics* remeasured) {
-  Columns columns{{"before", &stages.before}, {"geometric", &stages.geometric}};
-  if (has_layers(stages)) columns.emplace_back("all layers", &stages.after);
-  if (remeasured != nullptr) columns.emplace_back("compensated", remeasured);
+std::string table(std::string_view title, const Stages& stages, const ErrorStatistics* remeasured,
+                  const Spread* spread) {
+  const auto of = [spread](StageSpread Spread::*stage) { return spread ? &(spread->*stage) : nullptr; };
+  Columns columns{{"before", &stages.before, of(&Spread::before)},
+                  {"geometric", &stages.geometric, of(&Spread::geometric)}};
+  if (has_layers(stages)) columns.push_back({"all layers", &stages.after, of(&Spread::after)});
+  if (remeasured != nullptr) columns.push_back({"compensated", remeasured});
 
-  std::string text =
-      fmt::format("{}: {} poses, {} points\n  {:<10}", title, stages.poses, stages.points, "mm");
-  for (const auto& [name, statistics] : columns) text += fmt::format("{:>13}", name);
+  std::string text = fmt::format("{}\n  {:<10}", title, "mm");
+  for (const Column& column : columns) text += fmt::format("{:>{}}", column.title, column.spread ? 18 : 13);
   text += "\n";
   using S = const ErrorStatistics&;
-  text += row("mean", columns, [](S s) { return s.mean; }) + row("max", columns, [](S s) { return s.max; }) +
-          row("min", columns, [](S s) { return s.min; }) + row("RMS", columns, [](S s) { return s.rms; });
+  text += row(
+              "mean", columns, [](S s) { return s.mean; }, &StageSpread::mean) +
+          row(
+              "max", columns, [](S s) { return s.max; }, &StageSpread::max) +
+          row("min", columns, [](S s) { return s.min; }) +
+          row(
+              "RMS", columns, [](S s) { return s.rms; }, &StageSpread::rms);
   const std::pair<std::string_view, AxisStatistics ErrorStatistics::*> axes[] = {
       {"x", &ErrorStatistics::x}, {"y", &ErrorStatistics::y}, {"z", &ErrorStatistics::z}};
   for (const auto& [name, axis] : axes) {
@@ -44,13 +68,25 @@ std::string table(std::string_view title, const Stages& stages, const ErrorStati
   return text;
 }
 
+std::string tables(const ReportDocument& document) {
+  const ErrorStatistics* remeasured = document.remeasured ? &*document.remeasured : nullptr;
+  const auto counts = [](std::string_view set, const Stages& stages) {
+    return fmt::format("{}: {} poses, {} points", set, stages.poses, stages.points);
+  };
+  std::string text = table(counts("Identification", document.identify), document.identify,
+                           document.validate ? nullptr : remeasured, nullptr);
+  if (!document.validate) return text;
+  std::string title = counts("Validation", *document.validate);
+  if (const std::string runs = validation_text(document); !runs.empty()) title += ", " + runs;
+  const Spread* spread = document.findings.spread ? &*document.findings.spread : nullptr;
+  return text + "\n" + table(title, *document.validate, remeasured, spread);
+}
+
 }  // namespace
 
 std::string render_text(const boost::json::object& json) {
   const ReportDocument document = read_document(json);
-  const ErrorStatistics* remeasured = document.remeasured ? &*document.remeasured : nullptr;
-  std::string text = table("Identification", document.identify, document.validate ? nullptr : remeasured);
-  if (document.validate) text += fmt::format("\n{}", table("Validation", *document.validate, remeasured));
+  std::string text = tables(document);
 
   const double before = document.judged().before.mean, after = document.achieved().mean;
   text += fmt::format("\nMean position error {} mm -> {} mm, {}. {} of {} parameters determined.\n",
@@ -59,7 +95,7 @@ std::string render_text(const boost::json::object& json) {
                       document.rank, document.parameters.size());
   if (!document.converged) text += "The identification did not converge: do not use this model.\n";
   if (!document.validate) text += "Nothing was validated: these are the errors of the fitted points.\n";
-  return text;
+  return text + findings_text(document);
 }
 
 }  // namespace truepose::report

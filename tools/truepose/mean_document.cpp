@@ -2,6 +2,7 @@
 
 #include <boost/json.hpp>
 #include <cmath>
+#include <cstdint>
 
 namespace truepose::tools {
 
@@ -28,7 +29,7 @@ json::value mean_document(const json::array& documents) {
 }
 
 json::object spread_document(const json::array& validations, std::string_view over) {
-  json::object spread{{"over", over}, {"count", validations.size()}};
+  json::object spread{{"over", over}, {"count", static_cast<std::int64_t>(validations.size())}};
   const auto runs = static_cast<double>(validations.size());
   for (const char* stage : {"before", "geometric", "after"}) {
     json::object deviations;
