@@ -65,6 +65,20 @@ std::string not_measured(const Calibration& calibration, const MeasurementData& 
   return joints.empty() ? "no pose near them was measured" : fmt::format("{}", fmt::join(joints, ", "));
 }
 
+/// "10, -90, 0 deg", or with a prismatic joint "10 deg, 250 mm".
+std::string worst_joints(const Calibration& calibration) {
+  const std::vector<Joint>& joints = calibration.cell.robot.joints;
+  const bool alike =
+      std::ranges::all_of(joints, [](const Joint& j) { return j.type == JointType::Revolute; });
+  std::vector<std::string> positions;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const double q = calibration.transfer.worst[static_cast<Eigen::Index>(i)];
+    positions.push_back(fmt::format("{:.0f}{}{}", operator_units(joints[i], q), alike ? "" : " ",
+                                    alike ? "" : unit_of(joints[i])));
+  }
+  return fmt::format("{}{}", fmt::join(positions, ", "), alike ? " deg" : "");
+}
+
 /// To three digits, which is more than a standard deviation deserves.
 double rounded(double value) {
   if (!(value > 0)) return 0;
@@ -123,17 +137,11 @@ json::array maps_json(const Calibration& calibration, const MeasurementData& dat
 std::string transfer_warning(const Calibration& calibration, const MeasurementData& data) {
   const double nominal_mm = calibration.identify.before.mean, worst_mm = calibration.transfer.max_mm;
   if (!(worst_mm > nominal_mm)) return {};
-  std::vector<std::string> worst;
-  for (int i = 0; i < calibration.cell.robot.joint_count(); ++i) {
-    const Joint& joint = joint_of(calibration, i);
-    worst.push_back(
-        fmt::format("{:.0f} {}", operator_units(joint, calibration.transfer.worst[i]), unit_of(joint)));
-  }
   return fmt::format(
       "Measure poses towards the joints {}: {}, and there the position is predicted with a standard "
       "deviation "
       "of {:.3g} mm, more than the nominal arm's mean error of {:.3g} mm.",
-      fmt::join(worst, ", "), not_measured(calibration, data), worst_mm, nominal_mm);
+      worst_joints(calibration), not_measured(calibration, data), worst_mm, nominal_mm);
 }
 
 json::object transfer_json(const Calibration& calibration, const MeasurementData& data) {

@@ -87,9 +87,29 @@ TEST_F(BadInput, WrongUsage) {
       "--loss: 'cauchy' is not available in this version (available: squared, huber, igg3, tukey)" + see);
   expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--split", "0.7", "--validate", "v.csv"}),
                   2, "--validate excludes --split" + see);
+  expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--folds", "5", "--split", "0.7"}), 2,
+                  "--split excludes --folds" + see);
+  expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--folds", "1"}), 2,
+                  "--folds: Value 1 not in range 2 to 10000" + see);
+  expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--seed", "1"}), 2,
+                  "--seed requires --split or --folds" + see);
   EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--deviation", "some"}).exit_code, 2);
   EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--residual", "some"}).exit_code, 2);
   EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--split", "1.5"}).exit_code, 2);
+}
+
+TEST_F(BadInput, ANoiseThatIsNotAboveZero) {
+  const std::string see = " (see truepose --help)";
+  for (const std::string noise : {"0.01", "0.01,x", "0.01,0", "-1,0.006", "0.01,0.006,1", "nan,1", ""}) {
+    expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--tracker-noise", noise}), 2,
+                    "--tracker-noise: '" + noise +
+                        "' is not RANGE_MM,TRANSVERSE_MM_PER_M, two numbers above 0 such as 0.01,0.006" +
+                        see);
+  }
+  for (const std::string noise : {"0", "-0.1", "x", "0.1,0.2"}) {
+    expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--repeatability", noise}), 2,
+                    "--repeatability: '" + noise + "' is not a length in mm above 0 such as 0.02" + see);
+  }
 }
 
 TEST(Help, GoesToStandardOutputAndEndsWell) {

@@ -119,15 +119,15 @@ TEST(Report, WarnsOfAModelThatIsWorseNotConvergedOrNotValidated) {
 }
 
 TEST(Report, HasNoHeadingOverNothing) {
-  EXPECT_THAT(
-      headings(parsed(render_html(full_document(30)))),
-      ElementsAre("Position error before and after", "How the errors are spread", "Validation points",
-                  "Identification points", "Identified parameters", "Stream of corrections", "Conditions"));
+  EXPECT_THAT(headings(parsed(render_html(full_document(30)))),
+              ElementsAre("Position error before and after", "How the errors are spread", "Validation points",
+                          "Identification points", "Identified parameters", "What the data cannot tell",
+                          "Stream of corrections", "Conditions"));
   json::object bare = sample_document(30, false);
   bare.erase("points");
   const std::string html = render_html(bare);
-  EXPECT_THAT(headings(parsed(html)),
-              ElementsAre("Position error before and after", "Identified parameters", "Conditions"));
+  EXPECT_THAT(headings(parsed(html)), ElementsAre("Position error before and after", "Identified parameters",
+                                                  "What the data cannot tell", "Conditions"));
   EXPECT_THAT(html, Not(HasSubstr("Compensated")));
   EXPECT_THAT(html, Not(HasSubstr("true value")));
 }

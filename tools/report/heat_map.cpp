@@ -69,14 +69,16 @@ struct Span {
   }
 };
 
+std::string tick_text(double tick) { return fmt::format("{}{:g}", tick < 0 ? "\u2212" : "", std::abs(tick)); }
+
 void draw_axes(Canvas& canvas, const HeatMap& map, const Span& x, const Span& y) {
   for (const double tick : x.ticks()) {
-    canvas.put(R"(<text class="tick" text-anchor="middle" x="{:.1f}" y="{}">{:g}</text>)", x.at(tick),
-               kBottom + 17, tick);
+    canvas.put(R"(<text class="tick" text-anchor="middle" x="{:.1f}" y="{}">{}</text>)", x.at(tick),
+               kBottom + 17, tick_text(tick));
   }
   for (const double tick : y.ticks()) {
-    canvas.put(R"(<text class="tick" text-anchor="end" x="{}" y="{:.1f}">{:g}</text>)", kLeft - 6,
-               y.at(tick) + 4, tick);
+    canvas.put(R"(<text class="tick" text-anchor="end" x="{}" y="{:.1f}">{}</text>)", kLeft - 6,
+               y.at(tick) + 4, tick_text(tick));
   }
   canvas.put(R"(<text class="tick" text-anchor="middle" x="{}" y="{}">{}</text>)", (kLeft + kRight) / 2,
              kBottom + 36, xml::escaped(map.x_label));

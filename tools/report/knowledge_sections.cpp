@@ -111,7 +111,8 @@ std::string maps(const ReportDocument& document, const Transfer& transfer) {
                           .scale = scale});
     const std::string others = joint_list(map.held, {map.x.joint, map.y.joint});
     if (others.empty()) continue;
-    held += fmt::format(" Over joints {} and {} the others are held: {}.", map.x.joint, map.y.joint, others);
+    held += fmt::format(" Over joints {} and {} the others are held, joint {}.", map.x.joint, map.y.joint,
+                        others);
   }
   return html + "</div>\n" +
          fmt::format(

@@ -124,18 +124,20 @@ std::string histogram_section(const ReportDocument& document) {
 
 std::string point_sections(const ReportDocument& document) {
   constexpr std::string_view kSign = "Errors are predicted minus measured, in the tracker's frame.";
+  // With several splits, the points are those of the first.
+  const std::string_view split =
+      document.findings.spread && !document.cross_validated() ? " in the first split" : "";
   std::string html;
   if (document.validate) {
-    html += set_section(points_of(document, PoseSet::Validate), *document.validate, "Validation points",
-                        fmt::format("{} {}",
-                                    document.cross_validated()
-                                        ? "Every point as the fit predicts it that had not seen its pose."
-                                        : "These points took no part in the identification.",
-                                    kSign));
+    html += set_section(
+        points_of(document, PoseSet::Validate), *document.validate, "Validation points",
+        document.cross_validated()
+            ? fmt::format("Every point as the fit predicts it that had not seen its pose. {}", kSign)
+            : fmt::format("These points took no part in the identification{}. {}", split, kSign));
   }
   return html + set_section(points_of(document, PoseSet::Identify), document.identify,
                             "Identification points",
-                            fmt::format("The points that the parameters were fitted to. {}", kSign));
+                            fmt::format("The points that the parameters were fitted to{}. {}", split, kSign));
 }
 
 }  // namespace truepose::report

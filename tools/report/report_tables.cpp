@@ -211,11 +211,11 @@ std::string parameters_section(const ReportDocument& document) {
                                  })};
   std::string html = fmt::format(
       "<section>\n<h2>Identified parameters</h2>\n<p class=\"note\">The measured positions determine {} of "
-      "{} parameters. "
-      "The others are kept at the data sheet's value by convention: what they would do, identified ones do "
-      "in their place, and "
-      "the predictions are the same. σ is one standard deviation.</p>\n",
-      document.rank, document.parameters.size());
+      "{} parameters. {}: what they would do, identified ones do in their place, and the predictions are the "
+      "same. σ is one standard deviation.</p>\n",
+      document.rank, document.parameters.size(),
+      document.findings.prior ? "The others are shared out by the prior"
+                              : "The others are kept at the data sheet's value by convention");
   if (columns.prior) {
     html +=
         "<p class=\"note\">Where the data share is below 100 %, what is known of the parameter comes in part "

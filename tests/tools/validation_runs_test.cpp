@@ -1,0 +1,136 @@
+// Validation by several splits and by folds, on a simulated arm with noise.
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+#include <cmath>
+#include <fstream>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "config/measurement_file.hpp"
+#include "config/model_file.hpp"
+#include "config/robot_file.hpp"
+#include "core/simulation/measurement_campaign.hpp"
+#include "tests/process.hpp"
+#include "tests/temp_folder.hpp"
+
+namespace truepose {
+namespace {
+
+namespace json = boost::json;
+
+const std::string kRobot = std::string(TRUEPOSE_SOURCE_DIR) + "/config/robots/kr210_r2700_2.yaml";
+constexpr int kPoses = 26;
+constexpr int kReflectors = 2;
+
+class ValidationRuns : public testing::Test {
+ protected:
+  ValidationRuns() {
+    const RobotModel nominal = config::load_robot(kRobot);
+    CalibratedCell cell{.robot = nominal, .base = {{3200, -1450, 780}, {0.01, -0.02, 2.4}}};
+    cell.robot.joints[1].a_mm += 0.8;
+    cell.robot.joints[4].theta_rad += 1e-3;
+    cell.reflectors = {{"left", {62, -48, 187}}, {"right", {-62, 48, 150}}};
+    MeasurementData data{.smr_names = {"left", "right"}};
+    Random random{20260501};
+    for (const JointVector& q : random_poses(nominal, kPoses, random)) {
+      for (int smr = 0; smr < kReflectors; ++smr) {
+        const Eigen::Vector3d noise_mm(random.normal(), random.normal(), random.normal());
+        data.points.push_back({.q = q, .p_WS_mm = cell.predict(q, smr) + 0.03 * noise_mm, .smr = smr});
+      }
+    }
+    std::ofstream out(data_);
+    config::write_measurements(out, data, nominal);
+  }
+
+  json::object calibrate(std::vector<std::string> options) {
+    options.insert(options.begin(), {"calibrate", "--robot", kRobot, "--data", data_, "--json"});
+    const Finished run = run_program("truepose", options);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return json::parse(run.out).as_object();
+  }
+
+  TempFolder folder_;
+  std::string data_ = folder_.path() / "data.csv";
+};
+
+double mean_mm(const json::value& stages, const char* stage) {
+  return stages.at(stage).at("mean").to_number<double>();
+}
+
+TEST_F(ValidationRuns, OfSeveralSplitsSayHowTheyDiffer) {
+  const json::object document = calibrate({"--split", "0.7", "--seed", "3", "--repeat", "2"});
+  const json::value& spread = document.at("spread");
+  EXPECT_EQ(spread.at("over"), "splits");
+  EXPECT_EQ(spread.at("count"), 2);
+  const json::value &a = document.at("splits").at(0).at("validate"),
+                    &b = document.at("splits").at(1).at("validate");
+  for (const char* stage : {"before", "geometric", "after"}) {
+    for (const char* statistic : {"mean", "max", "rms"}) {
+      const double difference =
+          a.at(stage).at(statistic).to_number<double>() - b.at(stage).at(statistic).to_number<double>();
+      EXPECT_NEAR(spread.at(stage).at(statistic).to_number<double>(), std::abs(difference) / std::sqrt(2),
+                  1e-12);
+      EXPECT_NE(difference, 0);
+    }
+  }
+  EXPECT_FALSE(calibrate({"--split", "0.7"}).contains("spread"));
+}
+
+TEST_F(ValidationRuns, ByFoldsPredictEveryPoseOnceAndIdentifyFromAll) {
+  const std::string model = folder_.path() / "model.yaml";
+  const json::object document = calibrate({"--folds", "4", "--seed", "5", "--out", model});
+  EXPECT_EQ(document.at("identify").at("poses"), kPoses);
+  EXPECT_EQ(document.at("validate").at("poses"), kPoses);
+  EXPECT_EQ(document.at("validate").at("points"), kPoses * kReflectors);
+  EXPECT_EQ(document.at("spread").at("over"), "folds");
+  EXPECT_EQ(document.at("spread").at("count"), 4);
+  ASSERT_EQ(document.at("splits").as_array().size(), 4U);
+  EXPECT_EQ(document.at("splits").at(3).at("fold"), 4);
+
+  // Each point once, and never by a fit that had seen its pose: an error larger than that of the fit to all.
+  std::set<std::pair<std::int64_t, std::string>> seen;
+  double sum = 0;
+  for (const json::value& point : document.at("fold_points").as_array()) {
+    EXPECT_EQ(point.at("set"), "validate");
+    seen.emplace(point.at("pose").as_int64(), point.at("smr").as_string());
+    const auto error = json::value_to<std::vector<double>>(point.at("after"));
+    sum += std::hypot(error[0], error[1], error[2]);
+  }
+  EXPECT_EQ(seen.size(), static_cast<std::size_t>(kPoses * kReflectors));
+  EXPECT_NEAR(sum / (kPoses * kReflectors), mean_mm(document.at("validate"), "after"), 1e-12);
+  EXPECT_GT(mean_mm(document.at("validate"), "after"), 1.2 * mean_mm(document.at("identify"), "after"));
+  for (const json::value& point : document.at("points").as_array()) EXPECT_EQ(point.at("set"), "identify");
+  EXPECT_EQ(config::load_model(model).validation_mean_mm, mean_mm(document.at("validate"), "after"));
+}
+
+TEST_F(ValidationRuns, ByMoreFoldsThanPosesAreRefused) {
+  const Finished run =
+      run_program("truepose", {"calibrate", "--robot", kRobot, "--data", data_, "--folds", "27"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.err, "truepose: --folds: 27 folds of 26 poses: at most one fold a pose\n");
+}
+
+TEST_F(ValidationRuns, AreWrittenWithTheirSpread) {
+  const std::string report = folder_.path() / "report.html";
+  const Finished run = run_program(
+      "truepose", {"calibrate", "--robot", kRobot, "--data", data_, "--folds", "4", "--report", report});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("Validation: 26 poses, 52 points, each pose predicted by the one of 4 fits"),
+            std::string::npos)
+      << run.out;
+  EXPECT_NE(text_of(report).find("Cross-validated on 26 poses in 4 folds"), std::string::npos);
+}
+
+TEST_F(ValidationRuns, WeighPointsByTheNoiseOfTheTracker) {
+  const json::object alike = calibrate({});
+  const json::object weighed = calibrate({"--tracker-noise", "0.005,0.05", "--repeatability", "0.01"});
+  EXPECT_FALSE(alike.contains("noise"));
+  EXPECT_EQ(weighed.at("noise"),
+            (json::value{{"range_mm", 0.005}, {"transverse_mm_per_m", 0.05}, {"repeatability_mm", 0.01}}));
+  EXPECT_NE(alike.at("base"), weighed.at("base"));
+}
+
+}  // namespace
+}  // namespace truepose
