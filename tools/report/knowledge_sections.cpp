@@ -116,10 +116,9 @@ std::string maps(const ReportDocument& document, const Transfer& transfer) {
   }
   return html + "</div>\n" +
          fmt::format(
-             "<p class=\"note\">Joint positions in deg (mm for a prismatic joint), over the joint limits, "
-             "one "
-             "turn at most.{} Circles are the poses that identified the arm, with their other joints "
-             "elsewhere."
+             "<p class=\"note\">The joints sweep their limits, one turn at most.{} Circles are the poses "
+             "that "
+             "identified the arm, with their other joints elsewhere."
              "</p>\n",
              held);
 }
@@ -159,8 +158,9 @@ std::string transfer_section(const ReportDocument& document) {
   if (!document.findings.transfer) return "";
   const Transfer& transfer = *document.findings.transfer;
   std::string html = fmt::format(
-      "<section>\n<h2>How well unmeasured poses are known</h2>\n<p>{} The worst pose has the joints "
-      "{}.</p>\n",
+      "<section class=\"whole\">\n<h2>How well unmeasured poses are known</h2>\n<p>{} It is worst with joint "
+      "{} "
+      "(deg, mm for a prismatic joint).</p>\n",
       transfer_text(transfer), joint_list(transfer.worst_joints, {}));
   if (!transfer.warning.empty()) {
     html += fmt::format("<p class=\"caution\">{}</p>\n", xml::escaped(transfer.warning));
