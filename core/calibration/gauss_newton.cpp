@@ -11,6 +11,9 @@
 namespace truepose {
 namespace {
 
+/// Part of the RMS residual below which a change of the predicted points means nothing.
+constexpr double kNegligible = 1e-5;
+
 /// Smallest dx with min |f + J dx|, columns scaled to unit norm. Minus, where the paper prints plus: f =
 /// model - measured.
 Eigen::VectorXd least_squares_step(const LinearSystem& system) {
@@ -54,8 +57,13 @@ FitResult gauss_newton(const CalibratedCell& start, const LeastSquaresProblem& p
     };
     const LinePoint here{0.5 * system.f.squaredNorm(), system.f.dot(system.J * step)};
     const auto length = strong_wolfe_step(line, here);
-    if (!length) return result;
-    result.cell = moved(result.cell, *length * direction);
+    // Near the minimum a decrease may be lost in the rounding of positions metres away.
+    if (!length && change > kNegligible * rms) return result;
+    result.cell = moved(result.cell, length.value_or(1) * direction);
+    if (!length) {
+      result.converged = true;
+      return result;
+    }
     system = std::move(next);  // the search ends on the step that it returns
   }
   return result;

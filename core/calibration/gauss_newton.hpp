@@ -23,7 +23,7 @@ struct FitResult {
 
 /// Fits the free parameters: Gauss-Newton with an Armijo strong-Wolfe line search.
 ///
-/// The step is the smallest least-squares solution with columns scaled to unit norm (pseudo-inverse by SVD),
+/// The step is the smallest least-squares solution with columns scaled to unit norm (pseudo-inverse),
 /// so columns that depend on each other do no harm.
 /// Source: method's paper, eqs 12 to 19 and 20 to 26.
 FitResult gauss_newton(const CalibratedCell& start, const LeastSquaresProblem& problem,
