@@ -60,6 +60,7 @@ struct MethodResult {
   double within_2_percent_of_oracle = 0;  ///< share of the trials; with gross errors alone, else 0
   /// RMS of the points to identify before each iteration of the first trial, coarse stage and then fine one.
   std::vector<double> convergence_mm;
+  std::vector<double> errors_mm;  ///< of the first trial, at each validation pose
 };
 
 /// One way to choose the poses, all fitted by the two-stage method.

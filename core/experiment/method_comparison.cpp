@@ -62,7 +62,7 @@ std::vector<Method> all_methods() {
 struct MethodTally {
   std::vector<Eigen::Vector3d> errors;
   std::vector<double> times_s;
-  std::vector<double> convergence_mm;  // of the first trial
+  std::vector<double> convergence_mm, first_errors_mm;  // of the first trial
   int converged = 0;
   int iterations = 0;
   int near_oracle = 0;
@@ -87,6 +87,12 @@ std::vector<Eigen::Vector3d> errors_at_validation(const CalibratedCell& cell,
   return errors;
 }
 
+std::vector<double> lengths(const std::vector<Eigen::Vector3d>& errors) {
+  std::vector<double> lengths_mm;
+  for (const Eigen::Vector3d& error : errors) lengths_mm.push_back(error.norm());
+  return lengths_mm;
+}
+
 /// Fits one trial.
 /// @return its RMS error at the validation poses, or nothing where there is no fit
 std::optional<double> run(const Method& method, const RobotModel& nominal, const Trial& trial,
@@ -100,11 +106,12 @@ std::optional<double> run(const Method& method, const RobotModel& nominal, const
   tally.times_s.push_back(hooks.clock_s ? hooks.clock_s() - begin_s : 0);
   if (!fit) return std::nullopt;
 
+  const auto errors = errors_at_validation(fit->cell, campaign);
   if (tally.times_s.size() == 1) {
     tally.convergence_mm = fit->coarse_rms_mm;
     std::ranges::copy(fit->fine_rms_mm, std::back_inserter(tally.convergence_mm));
+    tally.first_errors_mm = lengths(errors);
   }
-  const auto errors = errors_at_validation(fit->cell, campaign);
   if (fit->converged) {
     ++tally.converged;
     tally.iterations += fit->coarse_iterations + fit->fine_iterations;
@@ -122,8 +129,7 @@ double quantile(std::vector<double>& values, double share) {
 }
 
 Quartiles quartiles(const std::vector<Eigen::Vector3d>& errors) {
-  std::vector<double> lengths_mm;
-  for (const Eigen::Vector3d& error : errors) lengths_mm.push_back(error.norm());
+  std::vector<double> lengths_mm = lengths(errors);
   return {quantile(lengths_mm, 0.25), quantile(lengths_mm, 0.5), quantile(lengths_mm, 0.75)};
 }
 
@@ -132,7 +138,8 @@ MethodResult result_of(const Method& method, MethodTally& tally, int trials, dou
                       .data = method.data,
                       .converged = static_cast<double>(tally.converged) / trials,
                       .time_s = quantile(tally.times_s, 0.5),
-                      .convergence_mm = std::move(tally.convergence_mm)};
+                      .convergence_mm = std::move(tally.convergence_mm),
+                      .errors_mm = std::move(tally.first_errors_mm)};
   if (tally.converged == 0) return result;
   result.validation = error_statistics(tally.errors);
   result.quartiles = quartiles(tally.errors);

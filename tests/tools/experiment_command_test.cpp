@@ -110,7 +110,7 @@ TEST(ExperimentCommand, RendersAPageThatNeedsNothingElse) {
   pugi::xml_document page;
   ASSERT_TRUE(page.load_string(html.c_str()));
   EXPECT_EQ(page.select_nodes("//table").size(), 4u);
-  EXPECT_EQ(page.select_nodes("//svg").size(), 2u);
+  EXPECT_EQ(page.select_nodes("//svg").size(), 4u);
   EXPECT_EQ(page.select_nodes("//svg//g").size(), 13u);  // the methods with noise
   EXPECT_EQ(page.select_nodes("//script | //link | //@src | //@href").size(), 0u);
   EXPECT_THAT(html, HasSubstr("chosen to match the printed figure"));
@@ -121,7 +121,7 @@ TEST(ExperimentCommand, RendersAMethodThatNeverConverged) {
   json::object& method = lost.at("methods").as_array().front().as_object();
   method["validation"] = method["quartiles"] = method["rmse_over_bound"] = nullptr;
   method["converged"] = 0.0;
-  method["convergence"] = json::array{};
+  method["convergence"] = method["errors"] = json::array{};
   pugi::xml_document page;
   ASSERT_TRUE(page.load_string(report::render_experiment_html(lost).c_str()));
   EXPECT_EQ(page.select_nodes("//svg//g").size(), 12u);

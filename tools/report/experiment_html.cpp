@@ -100,33 +100,47 @@ std::string spread_section(const json::object& document) {
          box_chart_svg("3-D error at validation poses", "3-D error, mm", rows) + "</section>\n";
 }
 
-std::string convergence_section(const json::object& document) {
+/// The member `of_each` of every method with such data, over its running number.
+PointChart curves(const json::object& document, std::string_view data, const char* of_each) {
   // Okabe and Ito's palette, and grey.
   static constexpr std::array kColors{"#0072b2", "#d55e00", "#00805e", "#cc79a7",
                                       "#e69f00", "#56b4e9", "#7b4fa3", "#586673"};
   static constexpr std::array kMarkers{Marker::Circle, Marker::HollowCircle, Marker::Diamond};
-  PointChart chart{.title = "RMS of the identification points",
-                   .x_label = "iteration, coarse and then fine stage",
-                   .y_unit = "mm, logarithmic",
-                   .log_y = true,
-                   .series = {}};
+  PointChart chart{.y_unit = "mm, logarithmic", .log_y = true, .series = {}};
   for (const json::value& method : document.at("methods").as_array()) {
-    const json::array& curve = method.at("convergence").as_array();
-    if (text(method, "data") != "noisy" || curve.empty()) continue;
+    const json::array& curve = method.at(of_each).as_array();
+    if (text(method, "data") != data || curve.empty()) continue;
     const std::size_t k = chart.series.size();
     Series series{title_of(method), kColors[k % kColors.size()], kMarkers[k % kMarkers.size()], {}};
     for (std::size_t i = 0; i < curve.size(); ++i) {
-      const double rms = curve[i].to_number<double>();
-      series.points.push_back({static_cast<double>(i + 1), rms,
-                               fmt::format("{}, iteration {}: {} mm", series.name, i + 1, error_text(rms))});
+      const double mm = curve[i].to_number<double>();
+      series.points.push_back(
+          {static_cast<double>(i + 1), mm, fmt::format("{}, {}: {} mm", series.name, i + 1, error_text(mm))});
     }
     chart.series.push_back(std::move(series));
   }
+  return chart;
+}
+
+std::string figure(PointChart chart, std::string title, std::string x_label) {
   if (chart.series.empty()) return "";
-  return "<section class=\"whole\">\n<h2>How the methods converge</h2>\n<p class=\"note\">The first trial, "
-         "before each iteration.</p>\n"
-         "<div style=\"max-width: 640px\">" +
-         point_chart_svg(chart) + "</div>\n</section>\n";
+  chart.title = std::move(title);
+  chart.x_label = std::move(x_label);
+  return "<div>" + point_chart_svg(chart) + "</div>\n";
+}
+
+std::string first_trial_section(const json::object& document) {
+  const std::string figures =
+      figure(curves(document, "noisy", "convergence"),
+             "RMS of the identification points before each iteration",
+             "iteration, coarse and then fine stage") +
+      figure(curves(document, "noisy", "errors"), "3-D error at each validation pose", "pose") +
+      figure(curves(document, "gross errors", "errors"), "The same where points were grossly wrong", "pose");
+  if (figures.empty()) return "";
+  return "<section class=\"whole\">\n<h2>The first trial</h2>\n<p class=\"note\">How the methods converge, "
+         "and "
+         "what they leave.</p>\n<div class=\"charts\">\n" +
+         figures + "</div>\n</section>\n";
 }
 
 std::string designs_section(const json::object& document) {
@@ -217,7 +231,7 @@ std::string render_experiment_html(const json::object& document) {
       kStyleSheet, document.at("trials").to_number<long long>(),
       document.at("seed").to_number<std::uint64_t>(), mm(noise, "tracker"), mm(noise, "repeatability"));
   html += summary(document) + methods_section(document) + spread_section(document) +
-          convergence_section(document) + designs_section(document) + layers_section(document) +
+          first_trial_section(document) + designs_section(document) + layers_section(document) +
           published_section(document);
   return html + fmt::format(
                     "<footer>Written by truepose {}. Lengths in mm, angles in degrees.</footer>\n</main>\n"

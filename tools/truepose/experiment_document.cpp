@@ -43,7 +43,8 @@ json::object method_json(const MethodResult& method) {
                       {"converged", method.converged},
                       {"iterations", method.iterations},
                       {"time_s", method.time_s},
-                      {"convergence", json::value_from(method.convergence_mm)}};
+                      {"convergence", json::value_from(method.convergence_mm)},
+                      {"errors", json::value_from(method.errors_mm)}};
   if (method.converged > 0) {
     object["validation"] = control::statistics_json(method.validation);
     object["quartiles"] = {method.quartiles.lower, method.quartiles.median, method.quartiles.upper};
