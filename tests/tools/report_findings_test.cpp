@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/tools/page.hpp"
 #include "tests/tools/sample_document.hpp"
 #include "tools/report/heat_map.hpp"
 #include "tools/report/report_html.hpp"
@@ -60,19 +61,6 @@ json::object telling_document() {
                           {"maps", {parsed_map()}}};
   document["noise"] = {{"range_mm", 0.01}, {"transverse_mm_per_m", 0.006}, {"repeatability_mm", 0.02}};
   return document;
-}
-
-pugi::xml_document parsed(const std::string& html) {
-  pugi::xml_document page;
-  const pugi::xml_parse_result result = page.load_string(html.c_str());
-  EXPECT_TRUE(result) << result.description();
-  return page;
-}
-
-std::string text_of(const pugi::xml_node& node) {
-  std::string text;
-  for (const pugi::xpath_node& part : node.select_nodes(".//text()")) text += part.node().value();
-  return text;
 }
 
 std::vector<std::string> texts(const pugi::xml_document& page, const char* path) {

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/tools/page.hpp"
 #include "tests/tools/sample_document.hpp"
 #include "tools/report/report_html.hpp"
 #include "tools/report/report_text.hpp"
@@ -23,20 +24,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 using Rows = std::map<std::string, std::vector<std::string>>;
-
-pugi::xml_document parsed(const std::string& html) {
-  pugi::xml_document page;
-  const pugi::xml_parse_result result = page.load_string(html.c_str());
-  EXPECT_TRUE(result) << result.description() << " at "
-                      << html.substr(static_cast<std::size_t>(result.offset), 80);
-  return page;
-}
-
-std::string text_of(const pugi::xml_node& node) {
-  std::string text;
-  for (const pugi::xpath_node& part : node.select_nodes(".//text()")) text += part.node().value();
-  return text;
-}
 
 /// The cells of a table's rows by "GROUP/ROW", where the group is the first word of the heading row above.
 Rows rows_of(const pugi::xml_document& page, const char* table_class) {
