@@ -92,9 +92,10 @@ struct PointErrors {
 
 /// A point that the loss took out of the identification.
 struct RejectedPoint {
-  std::size_t point = 0;   ///< index into MeasurementData::points
-  double residual_mm = 0;  ///< length of its error under the model fitted to the others
-  double sigmas = 0;       ///< the same, whitened, in standard deviations of one coordinate
+  std::size_t point = 0;  ///< index into MeasurementData::points
+  double residual_mm =
+      0;              ///< length of its error under the model fitted to the others, residual field left out
+  double sigmas = 0;  ///< the same, whitened, in standard deviations of one coordinate
 };
 
 struct Calibration {

@@ -49,13 +49,15 @@ std::vector<IdentifiedParameter> parameters(const Identification& id) {
 }
 
 std::vector<RejectedPoint> rejected(const Identification& id) {
+  CalibratedCell judge = id.fit.cell;
+  judge.robot.field = nullptr;  // came after the judgement
   std::vector<RejectedPoint> rejected;
   std::size_t i = 0;  // among the points to identify
   for (std::size_t k = 0; k < id.data.points.size(); ++k) {
     const Measurement& m = id.data.points[k];
     if (m.set != PoseSet::Identify) continue;
     if (id.points.weights()[i] == 0) {
-      const Eigen::Vector3d error = error_mm(id.fit.cell, m);
+      const Eigen::Vector3d error = error_mm(judge, m);
       rejected.push_back({k, error.norm(), id.points.whitened_length(i, error) / id.points.sigma_mm()});
     }
     ++i;

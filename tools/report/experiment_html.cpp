@@ -131,9 +131,8 @@ std::string figure(PointChart chart, std::string title, std::string x_label) {
 
 std::string first_trial_section(const json::object& document) {
   const std::string figures =
-      figure(curves(document, "noisy", "convergence"),
-             "RMS of the identification points before each iteration",
-             "iteration, coarse and then fine stage") +
+      figure(curves(document, "noisy", "convergence"), "RMS of the points to identify",
+             "before iteration, coarse and then fine stage") +
       figure(curves(document, "noisy", "errors"), "3-D error at each validation pose", "pose") +
       figure(curves(document, "gross errors", "errors"), "The same where points were grossly wrong", "pose");
   if (figures.empty()) return "";
