@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <expected>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/calibration/calibrated_cell.hpp"
+#include "core/calibration/measurement.hpp"
+#include "core/calibration/measurement_noise.hpp"
+#include "core/evaluation/drift_causes.hpp"
+
+namespace truepose {
+
+/// A calibrated cell and how far its predictions can be trusted.
+struct DriftReference {
+  CalibratedCell cell;
+  /// Of the parameters, as Calibration::covariance; empty: taken as exact, all scatter is in the noise.
+  Eigen::MatrixXd covariance;
+  MeasurementNoise noise;         ///< of a measured point about what exact parameters would predict
+  double validation_mean_mm = 0;  ///< mean error on validation poses; 0 = nothing was validated
+};
+
+/// Ok, Warning or Failed by two questions, each answered once for all points:
+/// - significant: would an unchanged cell give residuals so large less often than kSignificance?
+/// - large: is the mean error more than kLargeFactor times what it was on validation poses (where nothing was
+///   validated: than what the model expects)?
+///
+/// Neither: Ok. One of them: Warning, a change that does no harm, or an error that the model does not
+/// exclude. Both: Failed, unless a single reading explains it all, which is to be measured again: Warning.
+enum class DriftVerdict { Ok, Warning, Failed };
+
+inline constexpr double kLargeFactor = 2;
+
+struct DriftCheck {
+  DriftVerdict verdict = DriftVerdict::Ok;
+  std::string reason;  ///< one or two sentences for the operator
+  double mean_mm = 0;
+  double max_mm = 0;
+  double reference_mm = 0;                 ///< what the mean is judged by
+  double distance2 = 0;                    ///< squared Mahalanobis distance of all residuals
+  int degrees = 0;                         ///< of freedom: coordinates measured
+  double probability = 0;                  ///< that an unchanged cell gives as much: the tail of chi-square
+  std::vector<Eigen::Vector3d> errors_mm;  ///< predicted minus measured, tracker frame
+  /// Where the residuals are significant: every change that the points can tell, the most likely first.
+  std::vector<DriftCause> causes;
+  std::vector<DriftCause> alternatives;  ///< explain the points about as well as the first of `causes`
+};
+
+/// Whether a calibrated cell is still right, from a handful of points of known joints.
+///
+/// Residuals are judged by S = J C J' + N, with the covariance C of the parameters and the noise N of each
+/// point: their squared Mahalanobis distance is chi-square distributed where nothing has changed. Causes are
+/// fitted by generalised least squares under the same S and compared by the Bayesian information criterion.
+///
+/// @param points  at least one; reflectors by index of the cell's
+/// Errors: no point, a number that is not finite, a noise of zero.
+/// Source: Mahalanobis (1936); Schwarz, Estimating the dimension of a model, Ann. Stat. 6 (1978).
+std::expected<DriftCheck, std::string> drift_check(const DriftReference& reference,
+                                                   std::span<const Measurement> points);
+
+}  // namespace truepose
