@@ -7,6 +7,7 @@
 #include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
 #include "config/yaml_text.hpp"
+#include "core/calibration/parameters.hpp"
 
 namespace truepose::config {
 
@@ -43,6 +44,51 @@ IdentifiedParameter parameter_value(const YamlValue& value) {
           .data_share = data_share};
 }
 
+std::string noise_text(const MeasurementNoise& noise) {
+  return "noise: {range_mm: " + format_number(noise.tracker.range_mm) +
+         ", range_mm_per_m: " + format_number(noise.tracker.range_mm_per_m) +
+         ", transverse_mm: " + format_number(noise.tracker.transverse_mm) +
+         ", transverse_mm_per_m: " + format_number(noise.tracker.transverse_mm_per_m) +
+         ", repeatability_mm: " + format_number(noise.repeatability_mm) + "}\n";
+}
+
+MeasurementNoise noise_value(const YamlValue& value) {
+  const YamlMap map(
+      value, {"range_mm", "range_mm_per_m", "transverse_mm", "transverse_mm_per_m", "repeatability_mm"});
+  const auto number = [&](std::string_view key) { return map.at(key).number({0, kMm.max}); };
+  return {.tracker = {.range_mm = number("range_mm"),
+                      .range_mm_per_m = number("range_mm_per_m"),
+                      .transverse_mm = number("transverse_mm"),
+                      .transverse_mm_per_m = number("transverse_mm_per_m")},
+          .repeatability_mm = number("repeatability_mm")};
+}
+
+/// The lower triangle, row by row.
+std::string covariance_text(const Eigen::MatrixXd& covariance) {
+  std::string text = "covariance:\n";
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
+    text += "  - [";
+    for (Eigen::Index j = 0; j <= i; ++j) text += (j > 0 ? ", " : "") + format_number(covariance(i, j));
+    text += "]\n";
+  }
+  return text;
+}
+
+Eigen::MatrixXd covariance_value(const YamlValue& value, int size) {
+  const std::vector<YamlValue>& rows = value.list();
+  if (rows.size() != static_cast<std::size_t>(size))
+    value.fail("expected a row for each of " + std::to_string(size) + " parameters");
+  Eigen::MatrixXd covariance(size, size);
+  for (int i = 0; i < size; ++i) {
+    const YamlValue& row = rows[static_cast<std::size_t>(i)];
+    if (row.list().size() != static_cast<std::size_t>(i) + 1)
+      row.fail("expected " + std::to_string(i + 1) + " numbers, the lower triangle up to the diagonal");
+    for (int j = 0; j <= i; ++j)
+      covariance(i, j) = covariance(j, i) = row.list()[static_cast<std::size_t>(j)].number(kAny);
+  }
+  return covariance;
+}
+
 }  // namespace
 
 std::string model_yaml(const ModelFile& model) {
@@ -63,13 +109,15 @@ std::string model_yaml(const ModelFile& model) {
   }
   text += model.parameters.empty() ? "parameters: []\n" : "parameters:\n";
   for (const IdentifiedParameter& parameter : model.parameters) text += parameter_text(parameter);
+  if (model.noise) text += noise_text(*model.noise);
+  if (model.covariance.size() > 0) text += covariance_text(model.covariance);
   return text;
 }
 
 ModelFile parse_model(const std::string& text, const std::string& file_name) {
   const YamlValue root = parse_yaml(text, file_name);
-  const YamlMap map(
-      root, {"name", "serial", "created", "validation_mean_mm", "robot", "base", "reflectors", "parameters"});
+  const YamlMap map(root, {"name", "serial", "created", "validation_mean_mm", "robot", "base", "reflectors",
+                           "parameters", "noise", "covariance"});
   ModelFile model;
   model.name = map.at("name").text();
   model.serial = map.at("serial").text_or_empty();
@@ -83,6 +131,9 @@ ModelFile parse_model(const std::string& text, const std::string& file_name) {
   for (const YamlValue& parameter : map.at("parameters").list()) {
     model.parameters.push_back(parameter_value(parameter));
   }
+  if (const YamlValue* noise = map.find("noise")) model.noise = noise_value(*noise);
+  if (const YamlValue* covariance = map.find("covariance"))
+    model.covariance = covariance_value(*covariance, ParameterLayout::of(model.cell).size());
   return model;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,10 @@ struct ModelFile {
   CalibratedCell cell;  ///< values in mm and rad; joints carry limits and signs of the nominal arm
   std::vector<IdentifiedParameter> parameters;
   double validation_mean_mm = 0;  ///< after all layers, on validation poses; 0 = nothing was validated
+  /// Of the parameters, as Calibration::covariance, and of a point about what they predict: what a drift
+  /// check judges by. Empty in files of before.
+  Eigen::MatrixXd covariance;
+  std::optional<MeasurementNoise> noise;
 };
 
 /// Text of a model file (YAML; mm, rad and kg, every number with the digits that bring it back exactly).

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/calibration/parameters.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/random.hpp"
 #include "tests/config/error_of.hpp"
@@ -83,6 +84,32 @@ TEST(ModelFile, ComesBackToTheLastBit) {
     EXPECT_FALSE(read.parameters[1].identified);
     EXPECT_EQ(model_yaml(read), model_yaml(model));
   }
+}
+
+TEST(ModelFile, BringsBackHowWellItIsKnownAndMayBeWithoutThat) {
+  ModelFile model = model_of(3);
+  const std::string before = model_yaml(model);
+  EXPECT_FALSE(parse_model(before, "model.yaml").noise);
+  EXPECT_EQ(parse_model(before, "model.yaml").covariance.size(), 0);
+
+  const int size = ParameterLayout::of(model.cell).size();
+  Random random(4);
+  const Eigen::MatrixXd half =
+      Eigen::MatrixXd::NullaryExpr(size, size, [&] { return random.uniform(-1e-3, 1e-3); });
+  model.covariance = half + half.transpose();
+  model.noise = MeasurementNoise{.tracker = {1.0 / 3, 1e-9, 0.1, 0.006}, .repeatability_mm = 0.0166};
+  const std::string text = model_yaml(model);
+  const ModelFile read = parse_model(text, "model.yaml");
+  EXPECT_EQ(read.covariance, model.covariance);
+  ASSERT_TRUE(read.noise);
+  EXPECT_EQ(read.noise->tracker.range_mm, 1.0 / 3);
+  EXPECT_EQ(read.noise->tracker.transverse_mm_per_m, 0.006);
+  EXPECT_EQ(read.noise->repeatability_mm, 0.0166);
+
+  const std::string cut = text.substr(0, text.rfind("  - ["));
+  EXPECT_NE(error_of([&] { parse_model(cut, "m.yaml"); }, "")
+                .find("covariance: expected a row for each of " + std::to_string(size) + " parameters"),
+            std::string::npos);
 }
 
 TEST(ModelFile, AnEmptyModelsListsComeBack) {

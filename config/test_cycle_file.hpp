@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "config/config_error.hpp"
+#include "core/evaluation/iso9283.hpp"
+
+namespace truepose::config {
+
+/// Reads the cycles of an ISO 9283 test (CSV with a header row, any column order): `point` (P1), `cycle`,
+/// `x,y,z` (mm); optional `a,b,c` (KUKA's angles, deg), `smr` (name of the reflector), `direction` (from
+/// which the pose was approached) and `time` (of a series of cycles: the same text in all its rows).
+///
+/// Commanded poses are in `targets` (CSV: point,x,y,z, optional a,b,c and smr) or, where that is empty, in
+/// columns cx,cy,cz (ca,cb,cc) of the data. Several reflectors make one pose each cycle: its position is the
+/// mean of theirs, its orientation the turn that brings their commanded positions nearest to the measured
+/// ones.
+///
+/// @return points in the order of first appearance, poses as measured
+/// Throws ConfigError naming file, row and column.
+std::vector<TestPoint> load_test_cycles(const std::filesystem::path& data,
+                                        const std::filesystem::path& targets);
+
+}  // namespace truepose::config

@@ -1,0 +1,127 @@
+#include "core/evaluation/drift_check.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "core/calibration/measurement_model.hpp"
+#include "core/evaluation/chi_square.hpp"
+
+namespace truepose {
+namespace {
+
+/// Fewer points are said to be too few where no single cause explains them.
+constexpr std::size_t kEnoughPoints = 4;
+
+/// Mean length over the root mean square length of a vector of three normal coordinates.
+constexpr double kMeanOverRms = 0.9213177319235613;
+
+std::string mm(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3f mm", value);
+  return text;
+}
+
+bool usable(const CalibratedCell& cell, const Measurement& point) {
+  return point.q.size() == cell.robot.joint_count() && point.q.allFinite() && point.p_WS_mm.allFinite();
+}
+
+/// S = J C J' + N of the stacked coordinates.
+Eigen::MatrixXd covariance_of(const DriftReference& reference, std::span<const Measurement> points,
+                              const Eigen::MatrixXd& J) {
+  Eigen::MatrixXd S = Eigen::MatrixXd::Zero(J.rows(), J.rows());
+  if (reference.covariance.size() > 0) S = J * reference.covariance * J.transpose();
+  Eigen::Index row = 0;
+  for (const Measurement& point : points) {
+    S.block<3, 3>(row, row) += reading_covariance(point.p_WS_mm, reference.noise);
+    row += 3;
+  }
+  return S;
+}
+
+/// The mean error that an unchanged cell would show.
+double expected_mean_mm(const Eigen::MatrixXd& S) {
+  double sum = 0;
+  for (Eigen::Index row = 0; row < S.rows(); row += 3) sum += std::sqrt(S.diagonal().segment<3>(row).sum());
+  return kMeanOverRms * sum / static_cast<double>(S.rows() / 3);
+}
+
+/// "axis 1's zero moved by 0.0100 deg, or the tracker .. moved by ..: the points do not tell these apart"
+std::string likely_cause(const DriftCheck& check, const CalibratedCell& cell,
+                         std::span<const Measurement> points) {
+  if (check.causes.empty() || !check.causes.front().explains()) {
+    if (points.size() < kEnoughPoints)
+      return std::to_string(points.size()) + (points.size() == 1 ? " point is" : " points are") +
+             " too few to tell why: measure at least 5";
+    return "no moved tracker or base, reflector, joint zero or single reading explains it: the arm itself "
+           "has "
+           "changed, calibrate again";
+  }
+  const DriftCause& first = check.causes.front();
+  std::string text = "most likely " + described(first, cell, points);
+  for (const DriftCause& other : check.alternatives) text += ", or " + described(other, cell, points);
+  if (!check.alternatives.empty()) text += " (these points do not tell them apart)";
+  return text + ": " + remedy(first);
+}
+
+std::string reason_of(const DriftCheck& check, bool significant, bool large, const DriftReference& reference,
+                      std::span<const Measurement> points) {
+  const std::string against = mm(check.mean_mm) + " on average, against " + mm(check.reference_mm) +
+                              (reference.validation_mean_mm > 0 ? " at validation" : " expected");
+  if (!significant && !large) return "the points agree with the model: off by " + against;
+  if (!significant)
+    return "the points are off by " + against +
+           ", but the model is not known well enough at these poses to call that a change: measure others";
+  return "the points are off by " + against + (large ? "" : ", more than by chance but harmless") + "; " +
+         likely_cause(check, reference.cell, points);
+}
+
+}  // namespace
+
+std::expected<DriftCheck, std::string> drift_check(const DriftReference& reference,
+                                                   std::span<const Measurement> points) {
+  if (points.empty()) return std::unexpected("no point to check the model by");
+  for (const Measurement& point : points) {
+    if (usable(reference.cell, point)) continue;
+    return std::unexpected("row " + std::to_string(point.row) + " holds a number that is not finite");
+  }
+  Eigen::VectorXd f;
+  Eigen::MatrixXd J;
+  residuals_with_jacobian(reference.cell, points, f, J);
+  const Eigen::MatrixXd S = covariance_of(reference, points, J);
+  const Eigen::LLT<Eigen::MatrixXd> cholesky(S);
+  if (cholesky.info() != Eigen::Success)
+    return std::unexpected("the noise of a point must be above 0 and the model's covariance not negative");
+  const Eigen::MatrixXd inverse = cholesky.matrixL().solve(Eigen::MatrixXd::Identity(S.rows(), S.cols()));
+  const WhitenedResiduals whitened{.r = -(inverse * f), .J = inverse * J, .inverse = inverse};
+
+  DriftCheck check;
+  for (Eigen::Index row = 0; row < f.size(); row += 3) check.errors_mm.push_back(f.segment<3>(row));
+  for (const Eigen::Vector3d& error : check.errors_mm) {
+    check.mean_mm += error.norm() / static_cast<double>(points.size());
+    check.max_mm = std::max(check.max_mm, error.norm());
+  }
+  check.reference_mm = reference.validation_mean_mm > 0 ? reference.validation_mean_mm : expected_mean_mm(S);
+  check.distance2 = whitened.r.squaredNorm();
+  check.degrees = static_cast<int>(f.size());
+  check.probability = chi_square_tail(check.distance2, check.degrees);
+
+  const bool significant = check.probability < kSignificance;
+  const bool large = check.mean_mm > kLargeFactor * check.reference_mm;
+  if (significant) {
+    DriftDiagnosis diagnosis = diagnose_drift(reference.cell, points, whitened);
+    check.causes = std::move(diagnosis.causes);
+    check.alternatives = std::move(diagnosis.alternatives);
+  }
+  const bool one_reading = !check.causes.empty() && check.causes.front().explains() &&
+                           check.causes.front().kind == DriftCauseKind::Reading;
+  if (significant && large && !one_reading)
+    check.verdict = DriftVerdict::Failed;
+  else if (significant || large)
+    check.verdict = DriftVerdict::Warning;
+  check.reason = reason_of(check, significant, large, reference, points);
+  return check;
+}
+
+}  // namespace truepose
