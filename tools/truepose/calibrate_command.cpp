@@ -10,6 +10,7 @@
 #include "config/measurement_file.hpp"
 #include "config/text_file.hpp"
 #include "core/calibration/option_names.hpp"
+#include "core/evaluation/model_noise.hpp"
 #include "proto/control/calibration_document.hpp"
 #include "proto/control/rfc3339.hpp"
 #include "tools/report/report_html.hpp"
@@ -97,7 +98,8 @@ Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot,
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   json::object document = control::calibration_document(*result, data, elapsed.count());
   if (options.noise) document["noise"] = noise_json(*options.noise);
-  return {.calibration = std::move(*result), .document = std::move(document)};
+  const MeasurementNoise noise = noise_about_model(*result, data, options.noise);
+  return {.calibration = std::move(*result), .document = std::move(document), .noise = noise};
 }
 
 Outcome validated(const CalibrateCommand& command, const RobotModel& robot, MeasurementData data) {
@@ -108,13 +110,16 @@ Outcome validated(const CalibrateCommand& command, const RobotModel& robot, Meas
   return once(data);
 }
 
-config::ModelFile model_of(const RobotModel& robot, const Calibration& calibration) {
+config::ModelFile model_of(const RobotModel& robot, const Outcome& outcome) {
+  const Calibration& calibration = outcome.calibration;
   return {.name = robot.name,
           .serial = "",
           .created = control::rfc3339(std::chrono::system_clock::now()),
           .cell = calibration.cell,
           .parameters = calibration.parameters,
-          .validation_mean_mm = calibration.validate ? calibration.validate->after.mean : 0};
+          .validation_mean_mm = calibration.validate ? calibration.validate->after.mean : 0,
+          .covariance = calibration.covariance,
+          .noise = outcome.noise};
 }
 
 /// Why the result must not be trusted, or nothing.
@@ -145,7 +150,7 @@ int run_calibrate(const CalibrateCommand& command) {
   const Outcome outcome = validated(command, robot, std::move(data));
 
   if (!command.out_file.empty()) {
-    config::write_text_file(command.out_file, config::model_yaml(model_of(robot, outcome.calibration)));
+    config::write_text_file(command.out_file, config::model_yaml(model_of(robot, outcome)));
   }
   if (!command.report_file.empty()) {
     json::object document = outcome.document;

@@ -28,9 +28,11 @@ int main(int argc, char** argv) try {
   app.require_subcommand(1);
   add_calibrate_command(app, exit_code);
   add_compensate_command(app, exit_code);
+  add_drift_command(app, exit_code);
   add_experiment_command(app, exit_code);
   add_export_command(app);
   add_fk_command(app);
+  add_iso9283_command(app);
   add_online_commands(app, exit_code);
   try {
     app.parse(argc, argv);

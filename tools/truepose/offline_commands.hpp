@@ -21,6 +21,9 @@ void add_export_command(CLI::App& app);
 void add_fk_command(CLI::App& app);
 /// @param exit_code  set to kFailed where a target cannot be reached
 void add_compensate_command(CLI::App& app, int& exit_code);
+/// @param exit_code  set to kFailed where the model is no longer right
+void add_drift_command(CLI::App& app, int& exit_code);
+void add_iso9283_command(CLI::App& app);
 
 /// Refuses a value that this version does not offer, and names those that it does.
 CLI::Validator available(std::vector<std::string> values);

@@ -12,6 +12,7 @@ namespace truepose::tools {
 struct Outcome {
   Calibration calibration;
   boost::json::object document;
+  MeasurementNoise noise;  ///< of a point about the model
 };
 
 /// Calibrates from the points marked to identify; throws ConfigError.

@@ -1,0 +1,123 @@
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+#include <fstream>
+
+#include "config/measurement_file.hpp"
+#include "config/model_file.hpp"
+#include "config/robot_file.hpp"
+#include "core/simulation/measurement_campaign.hpp"
+#include "core/simulation/published_errors.hpp"
+#include "tests/process.hpp"
+#include "tests/temp_folder.hpp"
+#include "tests/tools/robot_file.hpp"
+
+namespace truepose {
+namespace {
+
+namespace json = boost::json;
+
+/// A simulated arm, calibrated by the command line.
+class DriftCommand : public testing::Test {
+ protected:
+  DriftCommand() {
+    truth_ = {.robot = with_published_errors(nominal_),
+              .p_FS_mm = {80, 40, 120},
+              .repeatability_mm = kRepeatability_mm};
+    truth_.X_WB.translation() = Eigen::Vector3d(4000, 500, -300);
+    const auto identify = random_poses(nominal_, 40, random_), validate = random_poses(nominal_, 20, random_);
+    const std::string data =
+        write("data.csv", measure_campaign(truth_, identify, validate, {.seed = 1}).data);
+    const Finished run =
+        run_program("truepose", {"calibrate", "--robot", kRobot, "--data", data, "--out", model_});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+  }
+
+  std::string write(const std::string& name, const MeasurementData& data) {
+    std::ofstream out(folder_.path() / name);
+    config::write_measurements(out, data, nominal_);
+    return folder_.path() / name;
+  }
+
+  /// Five points as the arm stands now.
+  std::string five_points() {
+    return write(
+        "five.csv",
+        measure_campaign(truth_, random_poses(nominal_, 5, random_), {}, {.seed = random_.next()}).data);
+  }
+
+  static Finished drift(const std::string& model, const std::string& data,
+                        std::vector<std::string> more = {}) {
+    more.insert(more.begin(), {"drift", "--robot", kRobot, "--model", model, "--data", data});
+    return run_program("truepose", more);
+  }
+
+  TempFolder folder_;
+  RobotModel nominal_ = config::load_robot(kRobot);
+  TrueArmSetup truth_;
+  Random random_{20261121};
+  std::string model_ = folder_.path() / "model.yaml";
+};
+
+TEST_F(DriftCommand, SaysOkOfAnUnchangedArm) {
+  const std::string data = five_points();
+  const Finished run = drift(model_, data, {"--json"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const json::object document = json::parse(run.out).as_object();
+  EXPECT_EQ(document.at("verdict"), "ok");
+  EXPECT_EQ(document.at("degrees"), 15);
+  EXPECT_EQ(document.at("points").as_array().size(), 5U);
+  EXPECT_EQ(document.at("points").at(4).at("row"), 5);
+  EXPECT_TRUE(document.at("causes").as_array().empty());
+  const Finished text = drift(model_, data);
+  EXPECT_EQ(text.exit_code, 0);
+  EXPECT_NE(text.out.find("\nok: the points agree with the model"), std::string::npos) << text.out;
+}
+
+TEST_F(DriftCommand, FailsAndNamesTheAxisWhoseZeroMoved) {
+  truth_.robot.joints[2].theta_rad += 5e-4;
+  const std::string data = five_points();
+  const Finished run = drift(model_, data, {"--json"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_EQ(run.err, "");
+  const json::object document = json::parse(run.out).as_object();
+  EXPECT_EQ(document.at("verdict"), "failed");
+  const json::value& cause = document.at("causes").at(0);
+  EXPECT_EQ(cause.at("kind"), "joint_zero");
+  EXPECT_EQ(cause.at("joint"), 3);
+  EXPECT_NEAR(cause.at("moved").at(0).to_number<double>(), 5e-4, 5e-5);
+  EXPECT_NE(drift(model_, data).out.find("failed: the points are off by "), std::string::npos);
+}
+
+TEST_F(DriftCommand, JudgesAModelFileOfBeforeByItsValidation) {
+  config::ModelFile model = config::load_model(model_);
+  ASSERT_TRUE(model.noise);
+  EXPECT_GT(model.covariance.size(), 0);
+  model.noise.reset();
+  model.covariance = {};
+  const std::string old = folder_.write("old.yaml", config::model_yaml(model));
+  const std::string data = five_points();
+  const Finished run = drift(old, data);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("does not say how well its parameters are known"), std::string::npos) << run.out;
+
+  model.validation_mean_mm = 0;
+  const std::string bare = folder_.write("bare.yaml", config::model_yaml(model));
+  const Finished refused = drift(bare, data);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_EQ(refused.err,
+            "truepose: " + bare +
+                ": holds no noise and was not validated: state --tracker-noise and --repeatability\n");
+  EXPECT_EQ(drift(bare, data, {"--tracker-noise", "0.01,0.003", "--repeatability", "0.017"}).exit_code, 0);
+}
+
+TEST_F(DriftCommand, NamesTheRowOfAReflectorThatTheModelDoesNotKnow) {
+  const std::string data = folder_.write(
+      "five.csv", "q1,q2,q3,q4,q5,q6,x,y,z,smr\n0,-90,90,0,30,0,1,2,3,1\n0,-90,90,0,30,9,1,2,3,other\n");
+  const Finished run = drift(model_, data);
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.err, "truepose: " + data + ": row 2: smr: the model knows no reflector 'other'\n");
+}
+
+}  // namespace
+}  // namespace truepose

@@ -1,0 +1,180 @@
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+#include <cmath>
+#include <cstdio>
+
+#include "config/model_file.hpp"
+#include "config/number_text.hpp"
+#include "core/kinematics/angles.hpp"
+#include "core/simulation/published_arm.hpp"
+#include "tests/core/iso9283_example.hpp"
+#include "tests/process.hpp"
+#include "tests/temp_folder.hpp"
+
+namespace truepose {
+namespace {
+
+namespace json = boost::json;
+
+std::string row(const Eigen::Vector3d& p) {
+  return config::format_number(p.x()) + "," + config::format_number(p.y()) + "," +
+         config::format_number(p.z()) + "\n";
+}
+
+std::string point_name(int k) { return {'P', static_cast<char>('0' + k)}; }
+
+std::string fixed(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%9.4f", value);
+  return text;
+}
+
+/// The worked example as files: five points, thirty cycles.
+class Iso9283 : public testing::Test {
+ protected:
+  std::string targets() {
+    std::string text = "point,x,y,z\n";
+    for (int k = 1; k <= 5; ++k) text += point_name(k) + "," + row(example::commanded_mm(k));
+    return folder_.write("targets.csv", text);
+  }
+
+  /// @param X_MB  the robot's base in the measuring frame
+  std::string data(const Eigen::Isometry3d& X_MB = Eigen::Isometry3d::Identity(), int cycles = 30) {
+    std::string text = "point,cycle,x,y,z\n";
+    for (int j = 1; j <= cycles; ++j) {
+      for (int k = 1; k <= 5; ++k) {
+        text += point_name(k) + "," + std::to_string(j) + "," +
+                row(X_MB * (example::commanded_mm(k) + example::deviation_mm(k, j)));
+      }
+    }
+    return folder_.write("data.csv", text);
+  }
+
+  static json::object succeed(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "iso9283");
+    arguments.push_back("--json");
+    const Finished run = run_program("truepose", arguments);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(run.err, "");
+    return json::parse(run.out).as_object();
+  }
+
+  static double number(const json::value& set, const char* characteristic, const char* part) {
+    return set.at(characteristic).at(part).to_number<double>();
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(Iso9283, GivesTheWorkedExampleToTheLastPrintedDigit) {
+  const Finished run = run_program("truepose", {"iso9283", "--data", data(), "--targets", targets()});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  for (int k = 1; k <= 5; ++k) {
+    const example::WorkedFigures& w = example::kWorkedFigures[static_cast<std::size_t>(k - 1)];
+    const std::string line = point_name(k) + "                 30 " + fixed(w.ap_p) + " " + fixed(w.ap_x) +
+                             " " + fixed(w.ap_y) + " " + fixed(w.ap_z) + " " + fixed(w.rp_l) + "\n";
+    EXPECT_NE(run.out.find(line), std::string::npos) << line << run.out;
+  }
+  EXPECT_EQ(run.out.find("do not comply"), std::string::npos) << run.out;
+}
+
+TEST_F(Iso9283, GivesTheWorkedExampleInItsDocument) {
+  const json::object document = succeed({"--data", data(), "--targets", targets()});
+  EXPECT_EQ(document.at("frame"), "as given");
+  EXPECT_EQ(document.at("complete"), true);
+  const json::array& sets = document.at("sets").as_array();
+  ASSERT_EQ(sets.size(), 5U);
+  for (std::size_t k = 0; k < 5; ++k) {
+    EXPECT_NEAR(number(sets[k], "AP", "p"), example::kWorkedFigures[k].ap_p, 1e-12);
+    EXPECT_NEAR(number(sets[k], "RP", "l"), example::kWorkedFigures[k].rp_l, 1e-12);
+    EXPECT_FALSE(sets[k].at("AP").as_object().contains("a"));
+  }
+}
+
+TEST_F(Iso9283, BringsTrackerDataIntoTheBaseOfAModel) {
+  const CalibratedCell cell{.robot = published_arm(),
+                            .base = {.p_mm = {4000, 500, -300}, .rxyz_rad = {0.1, -0.2, 2.1}}};
+  const std::string model = folder_.write("model.yaml", config::model_yaml({.name = "r", .cell = cell}));
+  const json::object document =
+      succeed({"--data", data(cell.base.isometry()), "--targets", targets(), "--model", model});
+  EXPECT_EQ(document.at("frame"), "model");
+  const json::array& sets = document.at("sets").as_array();
+  for (std::size_t k = 0; k < 5; ++k) {
+    EXPECT_NEAR(number(sets[k], "AP", "x"), example::kWorkedFigures[k].ap_x, 1e-9);
+    EXPECT_NEAR(number(sets[k], "RP", "l"), example::kWorkedFigures[k].rp_l, 1e-9);
+  }
+}
+
+TEST_F(Iso9283, SaysThatAFittedFrameMakesAccuracyRelative) {
+  const Eigen::Isometry3d X_MB = pose_from_kuka({4000, 500, -300}, {120, 3, -2});
+  const std::string measured = data(X_MB);
+  const json::object document = succeed({"--data", measured, "--targets", targets(), "--fit-frame"});
+  EXPECT_EQ(document.at("frame"), "fitted");
+  double absolute = 0, relative = 0;
+  for (std::size_t k = 0; k < 5; ++k) {
+    const json::value& set = document.at("sets").at(k);
+    absolute += std::pow(example::kWorkedFigures[k].ap_p, 2);
+    relative += std::pow(number(set, "AP", "p"), 2);
+    EXPECT_NEAR(number(set, "RP", "l"), example::kWorkedFigures[k].rp_l, 1e-9);
+  }
+  EXPECT_LT(relative, absolute);
+  const Finished text =
+      run_program("truepose", {"iso9283", "--data", measured, "--targets", targets(), "--fit-frame"});
+  EXPECT_NE(text.out.find("AP is relative to that fit"), std::string::npos) << text.out;
+}
+
+TEST_F(Iso9283, SaysWhenTheCyclesAreTooFewForTheStandard) {
+  const std::string few = data(Eigen::Isometry3d::Identity(), 10);
+  EXPECT_EQ(succeed({"--data", few, "--targets", targets()}).at("complete"), false);
+  const Finished text = run_program("truepose", {"iso9283", "--data", few, "--targets", targets()});
+  EXPECT_NE(text.out.find("The standard asks for 30 cycles, and some poses have 10"), std::string::npos)
+      << text.out;
+}
+
+TEST_F(Iso9283, RefusesOneCycleAndMissingTargets) {
+  const std::string one = data(Eigen::Isometry3d::Identity(), 1);
+  const Finished run = run_program("truepose", {"iso9283", "--data", one, "--targets", targets()});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.err, "truepose: " + one + ": P1: one cycle has no repeatability, at least 2 are needed\n");
+  EXPECT_EQ(run.out, "");
+  EXPECT_EQ(run_program("truepose", {"iso9283", "--data", one}).exit_code, 2);
+  EXPECT_EQ(run_program("truepose", {"iso9283"}).exit_code, 2);
+}
+
+TEST_F(Iso9283, ShowsVariationAndDriftWhereTheyWereMeasured) {
+  std::string text = "point,cycle,direction,time,x,y,z,a,b,c,cx,cy,cz,ca,cb,cc\n";
+  for (const int minute : {0, 60}) {
+    for (const char* direction : {"+x", "+y", "+z"}) {
+      for (int cycle = 1; cycle <= 3; ++cycle) {
+        const double x = 1000 + 0.001 * cycle + 0.0005 * minute + (direction[1] == 'z' ? 0.02 : 0);
+        text += "P1," + std::to_string(cycle) + "," + direction + "," + std::to_string(minute) + " min," +
+                config::format_number(x) + ",0,800,0.01,90,0,1000,0,800,0,90,0\n";
+      }
+    }
+  }
+  const std::string file = folder_.write("data.csv", text);
+  const json::object document = succeed({"--data", file});
+  ASSERT_EQ(document.at("variations").as_array().size(), 2U);
+  EXPECT_NEAR(number(document.at("variations").at(0), "vAP", "p"), 0.02, 1e-9);
+  ASSERT_EQ(document.at("drifts").as_array().size(), 3U);
+  EXPECT_NEAR(number(document.at("drifts").at(0), "dAP", "p"), 0.03, 1e-9);
+  EXPECT_NEAR(number(document.at("sets").at(0), "AP", "c"), 0.01 * kRadPerDeg, 1e-12);
+  const Finished run = run_program("truepose", {"iso9283", "--data", file});
+  EXPECT_NE(run.out.find("P1 0 min: vAP_p 0.0200 mm over 3 directions"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("P1 +x: dAP_p 0.0300, dRP_l 0.0000 mm from 0 min to 60 min"), std::string::npos)
+      << run.out;
+}
+
+TEST_F(Iso9283, PrintsTheFivePositionsOfACubeAsTargets) {
+  const Finished run = run_program("truepose", {"iso9283", "--cube", "1500,0,1100,1000"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.out,
+            "point,x,y,z\nP1,1500,0,1100\nP2,1900,-400,1500\nP3,1900,400,1500\nP4,1100,400,700\n"
+            "P5,1100,-400,700\n");
+  const std::string targets = folder_.write("targets.csv", run.out);
+  EXPECT_EQ(run_program("truepose", {"iso9283", "--data", data(), "--targets", targets}).exit_code, 0);
+}
+
+}  // namespace
+}  // namespace truepose
