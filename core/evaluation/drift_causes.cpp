@@ -1,13 +1,16 @@
 #include "core/evaluation/drift_causes.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <optional>
 
 #include "core/calibration/identifiability.hpp"
+#include "core/calibration/least_squares_problem.hpp"
 #include "core/calibration/parameters.hpp"
 #include "core/evaluation/chi_square.hpp"
+#include "core/evaluation/rigid_fit.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/linear_algebra/decompositions.hpp"
 
@@ -18,30 +21,28 @@ constexpr int kFewestLeft = 3;                      // equations that have to be
 constexpr int kFewestToOutvote = 3;                 // of which two may call the third wrong
 const double kNearlyAsLikely = 2 * std::log(20.0);  // Kass, Raftery, JASA 90 (1995): strong evidence
 
-/// A possible cause before it is fitted: what a unit of each unknown does to the whitened residuals.
+/// A possible cause before it is fitted.
 struct Candidate {
   DriftCauseKind kind;
   int index;
-  Eigen::MatrixXd A;
+  std::vector<int> free;  ///< parameters that it moves; none for a reading
 };
 
-std::vector<Candidate> candidates(const CalibratedCell& cell, std::span<const Measurement> points,
-                                  const WhitenedResiduals& residuals) {
+std::vector<Candidate> candidates(const CalibratedCell& cell, std::span<const Measurement> points) {
   const ParameterLayout layout = ParameterLayout::of(cell);
-  std::vector<Candidate> all{{DriftCauseKind::Base, 0, residuals.J.leftCols<ParameterLayout::kBase>()}};
+  std::vector<Candidate> all{{DriftCauseKind::Base, 0, {0, 1, 2, 3, 4, 5}}};
   for (int k = 0; k < layout.reflectors; ++k) {
     if (std::ranges::find(points, k, &Measurement::smr) == points.end()) continue;
-    all.push_back({DriftCauseKind::Reflector, k, residuals.J.middleCols<3>(layout.reflector(k))});
+    const int first = layout.reflector(k);
+    all.push_back({DriftCauseKind::Reflector, k, {first, first + 1, first + 2}});
   }
   for (int i = 0; i < layout.joints; ++i) {
-    const Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
-    const int column = layout.link(i) + (joint.type == JointType::Revolute ? 3 : 2);  // theta or d
-    all.push_back({DriftCauseKind::JointZero, i, joint.sign * residuals.J.col(column)});
+    const bool turns = cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
+    all.push_back({DriftCauseKind::JointZero, i, {layout.link(i) + (turns ? 3 : 2)}});  // theta or d
   }
   const auto count = static_cast<int>(points.size());
-  for (int n = 0; n < count && count >= kFewestToOutvote; ++n) {
-    all.push_back({DriftCauseKind::Reading, n, residuals.inverse.middleCols<3>(3 * n)});
-  }
+  for (int n = 0; n < count && count >= kFewestToOutvote; ++n)
+    all.push_back({DriftCauseKind::Reading, n, {}});
   return all;
 }
 
@@ -64,20 +65,84 @@ LinearFit linear_fit(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
   return found;
 }
 
-/// The fitted cause, or nothing where it leaves nothing to check it by.
-std::optional<DriftCause> fitted(const Candidate& candidate, const Eigen::VectorXd& r) {
-  const LinearFit found = linear_fit(candidate.A, r);
-  const auto equations = static_cast<int>(r.size());
-  if (found.rank == 0 || equations - found.rank < kFewestLeft) return std::nullopt;
+/// A fitted cause and the cell in which it is corrected (of a reading: the reference).
+struct Fitted {
+  DriftCause cause;
+  CalibratedCell cell;
+};
+
+/// A tracker may have been set up anew anywhere, so that the base is sought by a rigid fit first.
+CalibratedCell start_of(const Candidate& candidate, const CalibratedCell& cell,
+                        std::span<const Measurement> points) {
+  if (candidate.kind != DriftCauseKind::Base) return cell;
+  std::vector<Eigen::Vector3d> predicted, measured;
+  for (const Measurement& point : points) {
+    predicted.push_back(cell.predict(point.q, point.smr, point.direction));
+    measured.push_back(point.p_WS_mm);
+  }
+  CalibratedCell start = cell;
+  if (const auto X = rigid_fit(predicted, measured)) start.base = BasePose::of(*X * cell.base.isometry());
+  return start;
+}
+
+/// What moved from one cell to another, in the terms of DriftCause.
+Eigen::VectorXd moved_between(const CalibratedCell& from, const CalibratedCell& to,
+                              const Candidate& candidate) {
+  const auto index = static_cast<std::size_t>(candidate.index);
+  if (candidate.kind == DriftCauseKind::Base) {
+    const Eigen::AngleAxisd turn(to.base.isometry().linear() * from.base.isometry().linear().transpose());
+    Eigen::VectorXd moved(6);
+    moved << to.base.p_mm - from.base.p_mm, turn.angle() * turn.axis();
+    return moved;
+  }
+  if (candidate.kind == DriftCauseKind::Reflector)
+    return to.reflectors[index].p_FS_mm - from.reflectors[index].p_FS_mm;
+  const Joint &before = from.robot.joints[index], &after = to.robot.joints[index];
+  const double way =
+      before.type == JointType::Revolute ? after.theta_rad - before.theta_rad : after.d_mm - before.d_mm;
+  return Eigen::VectorXd::Constant(1, before.sign * way);
+}
+
+/// Gauss-Newton over the parameters of the cause; a reading is linear, and corrects itself whole.
+std::optional<Fitted> fitted(const Candidate& candidate, const DriftReference& reference,
+                             std::span<const Measurement> points) {
+  constexpr int kMaxSteps = 20;
+  constexpr double kDone = 1e-6;  // standard deviations
+  CalibratedCell cell = start_of(candidate, reference.cell, points);
+  LinearFit found;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    const auto residuals = drift_residuals(reference, cell, points);
+    if (!residuals) return std::nullopt;
+    const bool reading = candidate.kind == DriftCauseKind::Reading;
+    const Eigen::MatrixXd A = reading ? Eigen::MatrixXd(residuals->inverse.middleCols<3>(3 * candidate.index))
+                                      : Eigen::MatrixXd(residuals->J(Eigen::all, candidate.free));
+    found = linear_fit(A, residuals->r);
+    if (reading || (A * found.x).norm() < kDone) break;
+    move_by(cell, scattered(found.x, candidate.free, ParameterLayout::of(cell).size()));
+  }
+  const auto equations = 3 * static_cast<int>(points.size());
+  if (found.rank == 0 || equations - found.rank < kFewestLeft || !std::isfinite(found.left))
+    return std::nullopt;
   DriftCause cause{.kind = candidate.kind,
                    .index = candidate.index,
-                   .moved = found.x,
+                   .moved = candidate.kind == DriftCauseKind::Reading
+                                ? found.x
+                                : moved_between(reference.cell, cell, candidate),
                    .sigma = found.sigma,
                    .distance2 = found.left,
                    .degrees = equations - found.rank};
   cause.probability = chi_square_tail(cause.distance2, cause.degrees);
   cause.score = cause.distance2 + found.rank * std::log(equations);
-  return cause;
+  return Fitted{std::move(cause), std::move(cell)};
+}
+
+/// The points as they would be had nothing but this cause happened.
+std::vector<Measurement> points_after(const Fitted& fitted, std::span<const Measurement> points) {
+  std::vector<Measurement> after(points.begin(), points.end());
+  for (Measurement& point : after) point.p_WS_mm = fitted.cell.predict(point.q, point.smr, point.direction);
+  if (fitted.cause.kind == DriftCauseKind::Reading)
+    after[static_cast<std::size_t>(fitted.cause.index)].p_WS_mm += fitted.cause.moved;
+  return after;
 }
 
 std::string formatted(const char* format, double a, double b = 0) {
@@ -88,28 +153,27 @@ std::string formatted(const char* format, double a, double b = 0) {
 
 }  // namespace
 
-DriftDiagnosis diagnose_drift(const CalibratedCell& cell, std::span<const Measurement> points,
-                              const WhitenedResiduals& residuals) {
-  struct Fitted {
-    DriftCause cause;
-    Eigen::MatrixXd A;
+DriftDiagnosis diagnose_drift(const DriftReference& reference, std::span<const Measurement> points) {
+  struct Hypothesis {
+    Candidate candidate;
+    Fitted fit;
   };
-  std::vector<Fitted> all;
-  for (Candidate& candidate : candidates(cell, points, residuals)) {
-    if (auto cause = fitted(candidate, residuals.r))
-      all.push_back({*std::move(cause), std::move(candidate.A)});
+  std::vector<Hypothesis> all;
+  for (Candidate& candidate : candidates(reference.cell, points)) {
+    if (auto fit = fitted(candidate, reference, points))
+      all.push_back({std::move(candidate), *std::move(fit)});
   }
-  std::ranges::stable_sort(all, {},
-                           [](const Fitted& f) { return std::pair(!f.cause.explains(), f.cause.score); });
+  std::ranges::stable_sort(
+      all, {}, [](const Hypothesis& h) { return std::pair(!h.fit.cause.explains(), h.fit.cause.score); });
 
   DriftDiagnosis diagnosis;
-  for (const Fitted& f : all) {
-    diagnosis.causes.push_back(f.cause);
-    const Fitted& first = all.front();
-    if (&f == &first || !f.cause.explains()) continue;
-    const bool nearly_as_likely = f.cause.score - first.cause.score < kNearlyAsLikely;
-    const bool does_the_same = linear_fit(f.A, first.A * first.cause.moved).left < 1;  // within one sigma
-    if (nearly_as_likely || does_the_same) diagnosis.alternatives.push_back(f.cause);
+  for (const Hypothesis& h : all) {
+    const DriftCause &cause = h.fit.cause, &first = all.front().fit.cause;
+    diagnosis.causes.push_back(cause);
+    if (&cause == &first || !cause.explains()) continue;
+    const auto imitation = fitted(h.candidate, reference, points_after(all.front().fit, points));
+    const bool does_the_same = imitation && imitation->cause.distance2 < 1;  // one sigma
+    if (does_the_same || cause.score - first.score < kNearlyAsLikely) diagnosis.alternatives.push_back(cause);
   }
   return diagnosis;
 }

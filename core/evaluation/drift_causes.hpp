@@ -7,6 +7,7 @@
 
 #include "core/calibration/calibrated_cell.hpp"
 #include "core/calibration/measurement.hpp"
+#include "core/evaluation/drift_residuals.hpp"
 
 namespace truepose {
 
@@ -35,14 +36,6 @@ struct DriftCause {
   bool explains() const { return probability >= kSignificance; }
 };
 
-/// The residuals of some points and what they depend on, made alike: multiplied by the inverse of L, where
-/// S = L L' is the covariance of the stacked coordinates in an unchanged cell.
-struct WhitenedResiduals {
-  Eigen::VectorXd r;        ///< measured minus predicted
-  Eigen::MatrixXd J;        ///< derivative to the parameters (order of ParameterLayout)
-  Eigen::MatrixXd inverse;  ///< of L
-};
-
 /// What explains significant residuals.
 struct DriftDiagnosis {
   std::vector<DriftCause>
@@ -50,14 +43,13 @@ struct DriftDiagnosis {
   std::vector<DriftCause> alternatives;  ///< that the points do not tell from the first, where that explains
 };
 
-/// Fits every cause in turn by generalised least squares and compares them by the Bayesian information
-/// criterion: a cause with more unknowns has to explain more. An alternative is less than twenty times less
-/// likely than the first cause, or could do what that did to these points (joint 1's zero and a base that
-/// turns about axis 1).
+/// Fits every cause in turn by iterated generalised least squares and compares them by the Bayesian
+/// information criterion: a cause with more unknowns has to explain more. An alternative is less than twenty
+/// times less likely than the first cause, or could do what that did to these points (joint 1's zero and a
+/// base that turns about axis 1).
 ///
 /// Source: Schwarz, Estimating the dimension of a model, Ann. Stat. 6 (1978).
-DriftDiagnosis diagnose_drift(const CalibratedCell& cell, std::span<const Measurement> points,
-                              const WhitenedResiduals& residuals);
+DriftDiagnosis diagnose_drift(const DriftReference& reference, std::span<const Measurement> points);
 
 /// "axis 3's zero moved by 0.0120 deg", "the tracker or the base moved by 0.21 mm and 0.0030 deg".
 std::string described(const DriftCause& cause, const CalibratedCell& cell,

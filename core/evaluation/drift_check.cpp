@@ -1,11 +1,9 @@
 #include "core/evaluation/drift_check.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
-#include "core/calibration/measurement_model.hpp"
 #include "core/evaluation/chi_square.hpp"
 
 namespace truepose {
@@ -25,19 +23,6 @@ std::string mm(double value) {
 
 bool usable(const CalibratedCell& cell, const Measurement& point) {
   return point.q.size() == cell.robot.joint_count() && point.q.allFinite() && point.p_WS_mm.allFinite();
-}
-
-/// S = J C J' + N of the stacked coordinates.
-Eigen::MatrixXd covariance_of(const DriftReference& reference, std::span<const Measurement> points,
-                              const Eigen::MatrixXd& J) {
-  Eigen::MatrixXd S = Eigen::MatrixXd::Zero(J.rows(), J.rows());
-  if (reference.covariance.size() > 0) S = J * reference.covariance * J.transpose();
-  Eigen::Index row = 0;
-  for (const Measurement& point : points) {
-    S.block<3, 3>(row, row) += reading_covariance(point.p_WS_mm, reference.noise);
-    row += 3;
-  }
-  return S;
 }
 
 /// The mean error that an unchanged cell would show.
@@ -86,31 +71,26 @@ std::expected<DriftCheck, std::string> drift_check(const DriftReference& referen
     if (usable(reference.cell, point)) continue;
     return std::unexpected("row " + std::to_string(point.row) + " holds a number that is not finite");
   }
-  Eigen::VectorXd f;
-  Eigen::MatrixXd J;
-  residuals_with_jacobian(reference.cell, points, f, J);
-  const Eigen::MatrixXd S = covariance_of(reference, points, J);
-  const Eigen::LLT<Eigen::MatrixXd> cholesky(S);
-  if (cholesky.info() != Eigen::Success)
-    return std::unexpected("the noise of a point must be above 0 and the model's covariance not negative");
-  const Eigen::MatrixXd inverse = cholesky.matrixL().solve(Eigen::MatrixXd::Identity(S.rows(), S.cols()));
-  const WhitenedResiduals whitened{.r = -(inverse * f), .J = inverse * J, .inverse = inverse};
+  const auto residuals = drift_residuals(reference, reference.cell, points);
+  if (!residuals) return std::unexpected(residuals.error());
 
   DriftCheck check;
-  for (Eigen::Index row = 0; row < f.size(); row += 3) check.errors_mm.push_back(f.segment<3>(row));
-  for (const Eigen::Vector3d& error : check.errors_mm) {
+  for (const Measurement& point : points) {
+    const Eigen::Vector3d error = reference.cell.predict(point.q, point.smr, point.direction) - point.p_WS_mm;
+    check.errors_mm.push_back(error);
     check.mean_mm += error.norm() / static_cast<double>(points.size());
     check.max_mm = std::max(check.max_mm, error.norm());
   }
-  check.reference_mm = reference.validation_mean_mm > 0 ? reference.validation_mean_mm : expected_mean_mm(S);
-  check.distance2 = whitened.r.squaredNorm();
-  check.degrees = static_cast<int>(f.size());
+  check.reference_mm =
+      reference.validation_mean_mm > 0 ? reference.validation_mean_mm : expected_mean_mm(residuals->S);
+  check.distance2 = residuals->r.squaredNorm();
+  check.degrees = static_cast<int>(residuals->r.size());
   check.probability = chi_square_tail(check.distance2, check.degrees);
 
   const bool significant = check.probability < kSignificance;
   const bool large = check.mean_mm > kLargeFactor * check.reference_mm;
   if (significant) {
-    DriftDiagnosis diagnosis = diagnose_drift(reference.cell, points, whitened);
+    DriftDiagnosis diagnosis = diagnose_drift(reference, points);
     check.causes = std::move(diagnosis.causes);
     check.alternatives = std::move(diagnosis.alternatives);
   }

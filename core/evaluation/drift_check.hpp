@@ -6,21 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "core/calibration/calibrated_cell.hpp"
 #include "core/calibration/measurement.hpp"
-#include "core/calibration/measurement_noise.hpp"
 #include "core/evaluation/drift_causes.hpp"
+#include "core/evaluation/drift_residuals.hpp"
 
 namespace truepose {
-
-/// A calibrated cell and how far its predictions can be trusted.
-struct DriftReference {
-  CalibratedCell cell;
-  /// Of the parameters, as Calibration::covariance; empty: taken as exact, all scatter is in the noise.
-  Eigen::MatrixXd covariance;
-  MeasurementNoise noise;         ///< of a measured point about what exact parameters would predict
-  double validation_mean_mm = 0;  ///< mean error on validation poses; 0 = nothing was validated
-};
 
 /// Ok, Warning or Failed by two questions, each answered once for all points:
 /// - significant: would an unchanged cell give residuals so large less often than kSignificance?
@@ -50,13 +40,12 @@ struct DriftCheck {
 
 /// Whether a calibrated cell is still right, from a handful of points of known joints.
 ///
-/// Residuals are judged by S = J C J' + N, with the covariance C of the parameters and the noise N of each
-/// point: their squared Mahalanobis distance is chi-square distributed where nothing has changed. Causes are
-/// fitted by generalised least squares under the same S and compared by the Bayesian information criterion.
+/// The squared Mahalanobis distance of the residuals under drift_residuals()' S is chi-square distributed
+/// where nothing has changed. Where it is significant, diagnose_drift() looks for the cause.
 ///
 /// @param points  at least one; reflectors by index of the cell's
 /// Errors: no point, a number that is not finite, a noise of zero.
-/// Source: Mahalanobis (1936); Schwarz, Estimating the dimension of a model, Ann. Stat. 6 (1978).
+/// Source: Mahalanobis, On the generalised distance in statistics, Proc. Nat. Inst. Sci. India 2 (1936).
 std::expected<DriftCheck, std::string> drift_check(const DriftReference& reference,
                                                    std::span<const Measurement> points);
 

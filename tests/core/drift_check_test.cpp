@@ -73,6 +73,28 @@ TEST_F(DriftOfAnExactModel, AMovedTrackerIsNamedWithTheWayAndTheTurn) {
       << result.reason;
 }
 
+TEST_F(DriftOfAnExactModel, ATrackerThatWasSetUpElsewhereIsNamedHoweverFarItWent) {
+  CalibratedCell cell = reference_.cell;
+  const Eigen::Isometry3d X = pose_from_kuka({-3000, 2500, 400}, {150, 2, -3});
+  cell.base = BasePose::of(X * cell.base.isometry());
+  const DriftCheck result = check(cell);
+  EXPECT_EQ(result.verdict, DriftVerdict::Failed);
+  ASSERT_FALSE(result.causes.empty());
+  EXPECT_EQ(result.causes[0].kind, DriftCauseKind::Base);
+  EXPECT_GT(result.causes[0].probability, 0.99);
+  EXPECT_TRUE(result.alternatives.empty());
+}
+
+TEST_F(DriftOfAnExactModel, AnAxisThatWasMasteredWronglyByDegreesIsNamed) {
+  CalibratedCell cell = reference_.cell;
+  cell.robot.joints[3].theta_rad += 5 * kRadPerDeg;
+  const DriftCheck result = check(cell);
+  ASSERT_FALSE(result.causes.empty());
+  EXPECT_EQ(result.causes[0].kind, DriftCauseKind::JointZero);
+  EXPECT_EQ(result.causes[0].index, 3);
+  EXPECT_NEAR(result.causes[0].moved[0] * kDegPerRad, -5, 1e-6);
+}
+
 TEST_F(DriftOfAnExactModel, AMovedReflectorIsNamed) {
   CalibratedCell cell = reference_.cell;
   cell.reflectors[0].p_FS_mm += Eigen::Vector3d(0.2, 0, -0.15);
@@ -99,7 +121,7 @@ TEST_F(DriftOfAnExactModel, EveryJointsZeroIsNamedInTheJointsOwnSense) {
     ASSERT_FALSE(result.causes.empty());
     EXPECT_EQ(result.causes[0].kind, DriftCauseKind::JointZero) << joint;
     EXPECT_EQ(result.causes[0].index, joint);
-    EXPECT_NEAR(result.causes[0].moved[0] * kDegPerRad, 0.05, 1e-4);
+    EXPECT_NEAR(result.causes[0].moved[0] * kDegPerRad, 0.05, 1e-6);
   }
 }
 
