@@ -181,6 +181,7 @@ std::vector<TestPoint> load_test_cycles(const std::filesystem::path& data,
       point = points.insert(points.end(), TestPoint{cycle.point, commanded_pose(of_point->second), {}});
     point->attained.push_back({*pose, cycle.direction, cycle.series});
   }
+  std::ranges::stable_sort(points, {}, &TestPoint::name);  // a cycle runs from P5 to P1
   return points;
 }
 

@@ -17,7 +17,7 @@ namespace truepose::config {
 /// mean of theirs, its orientation the turn that brings their commanded positions nearest to the measured
 /// ones.
 ///
-/// @return points in the order of first appearance, poses as measured
+/// @return points in the order of their names, poses as measured
 /// Throws ConfigError naming file, row and column.
 std::vector<TestPoint> load_test_cycles(const std::filesystem::path& data,
                                         const std::filesystem::path& targets);

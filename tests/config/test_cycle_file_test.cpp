@@ -25,8 +25,8 @@ class TestCycleFile : public testing::Test {
 TEST_F(TestCycleFile, ReadsPointsInAnyOrderOfColumnsAndRows) {
   const auto points = load(
       "cycle,z,y,x,point,direction,time\n"
-      "1,3,2,1,P1,+x,0 min\n"
       "1,6,5,4,P2,,\n"
+      "1,3,2,1,P1,+x,0 min\n"
       "2,3,2,1.5,P1,+x,60 min\n",
       "point,x,y,z\nP2,4,5,6.5\nP1,1,2,3\nP3,0,0,0\n");
   ASSERT_EQ(points.size(), 2U);

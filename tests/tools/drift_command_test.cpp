@@ -66,6 +66,7 @@ TEST_F(DriftCommand, SaysOkOfAnUnchangedArm) {
   const json::object document = json::parse(run.out).as_object();
   EXPECT_EQ(document.at("verdict"), "ok");
   EXPECT_EQ(document.at("degrees"), 15);
+  EXPECT_EQ(document.at("parameters"), "uncertain");
   EXPECT_EQ(document.at("points").as_array().size(), 5U);
   EXPECT_EQ(document.at("points").at(4).at("row"), 5);
   EXPECT_TRUE(document.at("causes").as_array().empty());

@@ -105,8 +105,9 @@ json::array causes_json(const std::vector<DriftCause>& causes, const CalibratedC
   return array;
 }
 
-json::object document(const DriftCheck& check, const CalibratedCell& cell,
+json::object document(const DriftCheck& check, const config::ModelFile& model,
                       const std::vector<Measurement>& points) {
+  const CalibratedCell& cell = model.cell;
   json::array errors;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3d& e = check.errors_mm[i];
@@ -121,6 +122,7 @@ json::object document(const DriftCheck& check, const CalibratedCell& cell,
           {"distance2", check.distance2},
           {"degrees", check.degrees},
           {"probability", check.probability},
+          {"parameters", model.covariance.size() > 0 ? "uncertain" : "taken as exact"},
           {"points", std::move(errors)},
           {"causes", causes_json(check.causes, cell, points)},
           {"alternatives", causes_json(check.alternatives, cell, points)}};
@@ -133,8 +135,9 @@ void print_check(const DriftCheck& check, const config::ModelFile& model,
     const Eigen::Vector3d& e = check.errors_mm[i];
     std::printf("%5d %9.3f %9.3f %9.3f %9.3f\n", points[i].row, e.x(), e.y(), e.z(), e.norm());
   }
-  std::printf("\nIn an unchanged cell such errors or greater have a probability of %.2g.\n",
-              check.probability);
+  constexpr double kHardly = 1e-6;  // beyond, the digits say nothing
+  std::printf("\nIn an unchanged cell such errors or greater have a probability %s %.2g.\n",
+              check.probability < kHardly ? "below" : "of", std::max(check.probability, kHardly));
   if (model.covariance.size() == 0)
     std::printf("The model file does not say how well its parameters are known; they were taken as exact.\n");
   std::printf("%s: %s.\n", std::string(word(check.verdict)).c_str(), check.reason.c_str());
@@ -146,7 +149,7 @@ int run_drift(const DriftCommand& command) {
   const auto check = drift_check(reference_of(command, model), points);
   if (!check) throw ConfigError(command.data_file + ": " + check.error());
   if (command.as_json) {
-    std::cout << document(*check, model.cell, points) << '\n';
+    std::cout << document(*check, model, points) << '\n';
   } else {
     print_check(*check, model, points);
   }
@@ -160,9 +163,9 @@ void add_drift_command(CLI::App& app, int& exit_code) {
   CLI::App* sub = app.add_subcommand("drift", "Whether a model is still right, from about five new points");
   sub->add_option("--robot", command->arm.robot, "Robot file (YAML)")->required();
   sub->add_option("--model", command->arm.model, "Model file of the calibrated arm")->required();
-  sub->add_option(
-         "--data", command->data_file,
-         "New points in the same set-up (CSV, as for calibrate): about five, spread, all joints moved")
+  sub->add_option("--data", command->data_file,
+                  "New points in the same set-up (CSV, as for calibrate, sigma not regarded): about five, "
+                  "spread, all joints moved")
       ->required();
   add_noise_options(*sub, command->noise);
   sub->add_flag("--json", command->as_json, "One JSON document");
