@@ -9,7 +9,7 @@
 namespace truepose {
 namespace {
 
-/// Fewer points are said to be too few where no single cause explains them.
+/// Fewer points are said to be too few to tell the causes apart.
 constexpr std::size_t kEnoughPoints = 4;
 
 /// Mean length over the root mean square length of a vector of three normal coordinates.
@@ -35,19 +35,20 @@ double expected_mean_mm(const Eigen::MatrixXd& S) {
 /// "axis 1's zero moved by 0.0100 deg, or the tracker .. moved by ..: the points do not tell these apart"
 std::string likely_cause(const DriftCheck& check, const CalibratedCell& cell,
                          std::span<const Measurement> points) {
+  const bool few = points.size() < kEnoughPoints;
+  const std::string too_few = std::to_string(points.size()) +
+                              (points.size() == 1 ? " point is" : " points are") +
+                              " too few to tell why: measure at least 5";
   if (check.causes.empty() || !check.causes.front().explains()) {
-    if (points.size() < kEnoughPoints)
-      return std::to_string(points.size()) + (points.size() == 1 ? " point is" : " points are") +
-             " too few to tell why: measure at least 5";
-    return "no moved tracker or base, reflector, joint zero or single reading explains it: the arm itself "
-           "has "
-           "changed, calibrate again";
+    if (few) return too_few;
+    return "no moved tracker, base or reflector, joint zero or single reading explains it: the arm itself "
+           "has changed, calibrate again";
   }
   const DriftCause& first = check.causes.front();
   std::string text = "most likely " + described(first, cell, points);
   for (const DriftCause& other : check.alternatives) text += ", or " + described(other, cell, points);
   if (!check.alternatives.empty()) text += " (these points do not tell them apart)";
-  return text + ": " + remedy(first);
+  return few ? text + ", but " + too_few : text + ": " + remedy(first);
 }
 
 std::string reason_of(const DriftCheck& check, bool significant, bool large, const DriftReference& reference,

@@ -175,6 +175,19 @@ TEST_F(DriftOfAnExactModel, TooFewPointsAreSaidToBeTooFew) {
       << result.reason;
 }
 
+TEST_F(DriftOfAnExactModel, ACauseThatTooFewPointsSuggestIsSaidToBeUncertain) {
+  CalibratedCell cell = reference_.cell;
+  cell.robot.joints[2].theta_rad += 0.02 * kRadPerDeg;
+  joints_.resize(2);
+  const DriftCheck result = check(cell);
+  EXPECT_EQ(result.verdict, DriftVerdict::Failed);
+  EXPECT_NE(result.reason.find("most likely axis 3's zero moved by 0.0200 deg"), std::string::npos)
+      << result.reason;
+  EXPECT_NE(result.reason.find(", but 2 points are too few to tell why: measure at least 5"),
+            std::string::npos)
+      << result.reason;
+}
+
 TEST_F(DriftOfAnExactModel, AChangeThatDoesNoHarmIsAWarning) {
   CalibratedCell cell = reference_.cell;
   cell.base.p_mm.z() += 0.055;  // less than twice the mean error at validation
