@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <map>
+#include <set>
+
+#include "proto/krl/position.hpp"
+
+namespace truepose::krl {
+
+/// Tools and bases of the controller's $config.dat: TOOL_DATA[n] (TCP in the flange frame) and BASE_DATA[n].
+struct FrameData {
+  std::map<int, Eigen::Isometry3d> tools, bases;
+  std::set<int> moving_bases;  ///< those that an external axis carries (MACHINE_FRAME_DAT)
+};
+
+/// Errors: a faulty aggregate in one of these.
+std::expected<FrameData, Fault> read_frame_data(std::string_view text);
+
+/// The pose (mm) that a Cartesian position writes.
+Eigen::Isometry3d pose_of(const Position& position);
+
+}  // namespace truepose::krl

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/krl/position.hpp"
+
+namespace truepose::krl {
+
+/// The texts that a program consists of; they outlive what is read from them.
+struct ProgramText {
+  std::string_view src;
+  std::string_view dat;     ///< empty: the program has none
+  std::string_view config;  ///< $config.dat; empty: not given
+};
+
+/// A tool or a base, as far as the text tells.
+struct FrameValue {
+  enum class State {
+    Known,
+    Unset,     ///< never set
+    NoData,    ///< TOOL_DATA[number] or BASE_DATA[number], which the texts do not give
+    Computed,  ///< set by a statement that cannot be evaluated
+    Moving,    ///< BASE_DATA[number], carried by an external axis
+  };
+  State state = State::Unset;
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();  ///< mm; where it is known
+  int number = 0;
+  Spot set;  ///< the statement that set it
+};
+
+/// A position that motions use.
+struct Point {
+  std::string_view name;  ///< as declared; empty where it is written in the motion itself
+  Position position;
+};
+
+/// A target of the arm, in the order of the text. One without a point tells that from there on the place of
+/// the arm is not known.
+struct Step {
+  Spot spot;
+  std::optional<std::size_t> point;  ///< of Program::points
+  std::size_t tool = 0, base = 0;    ///< of Program::frames
+  bool fixed_tool = false;           ///< IPO_FRAME #TCP: the arm carries the workpiece
+};
+
+/// A position, or a motion, that cannot or need not be changed.
+struct LeftAlone {
+  Spot spot;
+  std::string name;  ///< of the variable; empty where there is none
+  std::string why;
+  std::optional<Spot> because;  ///< the statement that is the reason
+  bool absolute = false;        ///< the arm goes to a fixed place there, which stays uncorrected
+};
+
+/// Something that the reader of the result should know.
+struct Note {
+  Spot spot;
+  std::string text;
+};
+
+/// The targets of a KRL program.
+struct Program {
+  std::vector<Point> points;
+  std::vector<Step> steps;
+  std::vector<FrameValue> frames;
+  std::vector<LeftAlone> left;
+  std::vector<Note> notes;
+};
+
+/// A fault in one of the texts.
+struct ProgramFault {
+  Spot spot;
+  std::string what;
+};
+
+/// TCP (in the flange frame) and base that are in force where a routine starts, mm.
+struct StartFrames {
+  std::optional<Eigen::Isometry3d> tool, base;
+};
+
+/// Finds the targets of all motions with the tool and the base in force, in the order of the text: branches
+/// and loops are read once, called programs are not followed. Targets that are computed, partial, relative or
+/// declared elsewhere are left alone, as are declared positions that no motion uses.
+/// Errors: a text or a brace that is not closed, a component given twice, a variable declared twice, a number
+/// out of range, a motion without a target.
+std::expected<Program, ProgramFault> read_program(const ProgramText& text, const StartFrames& start);
+
+}  // namespace truepose::krl
