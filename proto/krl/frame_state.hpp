@@ -12,44 +12,40 @@ namespace truepose::krl {
 /// Tool and base in force, while statements are read one after the other.
 class FrameState {
  public:
+  /// @param variables, data  outlive the state
   FrameState(const Variables& variables, const FrameData& data, const StartFrames& start);
 
-  /// A routine starts, or BAS(#INITMOV): what that sets is up to the cell's own BAS, so what was given for the
-  /// start holds again, and without it nothing is known.
-  void start();
-
-  /// Carries out a statement that may set the tool or the base: $TOOL=, $BASE=, $IPO_MODE=, FDAT_ACT=, BAS(),
-  /// or the list of assignments behind WITH.
-  /// @param routine  number of the routine that it stands in
-  std::expected<void, Fault> carry_out(Tokens statement, std::size_t routine);
-  std::expected<void, Fault> carry_out_list(Tokens assignments, std::size_t routine);
-
-  std::size_t tool() const { return now_.tool; }
-  std::size_t base() const { return now_.base; }
-  bool fixed_tool() const { return now_.fixed_tool; }
-  const std::vector<FrameValue>& frames() const { return frames_; }
-
-  /// What is in force, to be brought back later.
+  /// What is in force at a motion.
   struct InForce {
-    std::size_t tool = 0, base = 0;  // of frames()
+    std::size_t tool = 0, base = 0;  ///< of frames()
     bool fixed_tool = false;
     bool operator==(const InForce&) const = default;
   };
-  InForce in_force() const { return now_; }
-  void restore(InForce in_force) { now_ = in_force; }
+  const InForce& in_force() const { return now_; }
+  void restore(const InForce& in_force) { now_ = in_force; }
+  const std::vector<FrameValue>& frames() const { return frames_; }
+
+  /// A routine starts, or BAS(#INITMOV): what that sets is up to the cell's own BAS, so what was given for
+  /// the start holds again, and without it nothing is known.
+  void start() { now_ = started_; }
+
+  /// Carries out a statement that may set the tool or the base: $TOOL=, $BASE=, $IPO_MODE=, FDAT_ACT=, BAS().
+  /// @param routine  number of the routine that it stands in
+  std::expected<void, Fault> carry_out(Tokens statement, std::size_t routine);
+
+  /// The same for the assignments behind WITH, which commas separate.
+  std::expected<void, Fault> carry_out_list(Tokens assignments, std::size_t routine);
 
  private:
   enum class Kind { Tool, Base };
   void set(Kind kind, std::size_t frame) { (kind == Kind::Tool ? now_.tool : now_.base) = frame; }
-  std::size_t add(FrameValue value);
-  std::size_t numbered(Kind kind, std::optional<int> number, Spot spot);
-  std::size_t computed(Spot spot);
+  void set_motion_data(Tokens expression, Spot spot, std::size_t routine);
+  void carry_out_bas(Tokens arguments, std::size_t routine);
   std::expected<std::size_t, Fault> value_of(Kind kind, Tokens expression, std::size_t routine);
-  std::optional<int> number_of(Kind kind, Tokens expression, std::size_t routine) const;
-  const MotionData* motion_data(Tokens expression, std::size_t routine) const;
-  std::expected<void, Fault> set_motion_data(Tokens expression, std::size_t routine);
-  bool tells_fixed_tool(Tokens expression, std::size_t routine) const;
-  void carry_out_bas(Tokens arguments);
+  std::optional<MotionData> motion_data(Tokens expression, std::size_t routine) const;
+  std::optional<int> number(Kind kind, Tokens expression, std::size_t routine) const;
+  std::size_t numbered(Kind kind, std::optional<int> number, Spot spot);
+  std::size_t add(const FrameValue& value);
 
   const Variables& variables_;
   const FrameData& data_;

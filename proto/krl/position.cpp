@@ -57,8 +57,9 @@ std::expected<Field, Fault> read_field(Tokens tokens) {
 }  // namespace
 
 const Field* Aggregate::find(std::string_view name) const {
-  const auto found = std::ranges::find_if(
-      fields, [&](const Field& field) { return Token{TokenKind::Name, field.name, 0}.is(name); });
+  const auto found = std::ranges::find_if(fields, [&](const Field& field) {
+    return Token{TokenKind::Name, field.name, 0}.is(name);
+  });
   return found == fields.end() ? nullptr : &*found;
 }
 
@@ -81,7 +82,8 @@ std::expected<std::optional<Number>, Fault> read_number(Tokens tokens) {
 
 std::expected<Aggregate, Fault> read_aggregate(Tokens tokens, std::size_t& next) {
   const auto not_closed = [&] {
-    return std::unexpected(Fault{tokens[next].at, "a brace that is not closed; close it in the same statement"});
+    return std::unexpected(
+        Fault{tokens[next].at, "a brace that is not closed; close it in the same statement"});
   };
   Aggregate aggregate{.at = tokens[next].at, .fields = {}};
   std::size_t i = next + 1;
@@ -116,8 +118,11 @@ std::expected<Position, std::string> position_of(const Aggregate& aggregate, Fil
   const auto& names = of_axes ? kAxisNames : kFrameNames;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const Field* field = aggregate.find(names[i]);
-    if (!field) return std::unexpected("component " + std::string(names[i]) + " is missing: it keeps what the arm has then");
-    if (!field->number) return std::unexpected("component " + std::string(names[i]) + " is not a plain number");
+    if (!field)
+      return std::unexpected("component " + std::string(names[i]) +
+                             " is missing: it keeps what the arm has then");
+    if (!field->number)
+      return std::unexpected("component " + std::string(names[i]) + " is not a plain number");
     position.values[i] = *field->number;
   }
   if (const Field* status = aggregate.find("S")) position.status = status->number;

@@ -49,8 +49,8 @@ struct Aggregate {
 /// Errors: a brace that is not closed, a component given twice, a number out of range.
 std::expected<Aggregate, Fault> read_aggregate(Tokens tokens, std::size_t& next);
 
-/// The number that is all of `tokens`: with or without a sign, binary ('B01') or hexadecimal ('HFF'). No value
-/// where they are something else. Errors: a number out of range.
+/// The number that is all of `tokens`: with or without a sign, binary ('B01') or hexadecimal ('HFF'). No
+/// value where they are something else. Errors: a number out of range.
 std::expected<std::optional<Number>, Fault> read_number(Tokens tokens);
 
 enum class PositionForm {

@@ -31,9 +31,7 @@ Tokens carried_out(Tokens statement) {
 }
 
 /// Routines of the controller that take a position and leave it as it is.
-bool leaves_arguments(const Token& routine) {
-  return is_any_of(routine, {"FORWARD", "INVERSE", "INV_POS"});
-}
+bool leaves_arguments(const Token& routine) { return is_any_of(routine, {"FORWARD", "INVERSE", "INV_POS"}); }
 
 void hinder(Variable& variable, std::string why, Spot because) {
   if (!variable.hindrance) variable.hindrance = Hindrance{std::move(why), because};
@@ -114,8 +112,8 @@ std::expected<void, Fault> Variables::read_declaration(Tokens statement, File fi
     const auto [entry, is_new] = scopes_[routine].emplace(in_capitals(name.text), variables_.size());
     if (!is_new)
       return std::unexpected(Fault{name.at, std::string(name.text) + " is declared twice; remove one"});
-    Variable& variable = variables_.emplace_back(
-        Variable{.name = name.text, .type = *type, .declared = {file, name.at}, .value = {}, .hindrance = {}});
+    Variable& variable = variables_.emplace_back(Variable{
+        .name = name.text, .type = *type, .declared = {file, name.at}, .value = {}, .hindrance = {}});
     ++i;
     if (i < statement.size() && statement[i].is('[')) {
       variable.array = true;
@@ -181,7 +179,8 @@ void Variables::read_arguments(Tokens statement, File file, std::size_t routine)
       routines.pop_back();
     } else if (token.kind == TokenKind::Name && !routines.empty() && routines.back()) {
       const Token& called = statement[*routines.back()];
-      const bool is_whole = (statement[i - 1].is('(') || statement[i - 1].is(',')) && i + 1 < statement.size() &&
+      const bool is_whole = (statement[i - 1].is('(') || statement[i - 1].is(',')) &&
+                            i + 1 < statement.size() &&
                             (statement[i + 1].is(')') || statement[i + 1].is(','));
       if (!is_whole || leaves_arguments(called)) continue;
       const auto index = find(token.text, routine);
