@@ -7,7 +7,7 @@
 
 namespace truepose::config {
 
-std::string read_text_file(const std::filesystem::path& file) {
+std::string read_bytes(const std::filesystem::path& file) {
   // A folder opens like a file and only fails to be read.
   if (std::error_code ignored; std::filesystem::is_directory(file, ignored)) {
     throw ConfigError(file.string() + ": is a folder, expected a file");
@@ -17,6 +17,11 @@ std::string read_text_file(const std::filesystem::path& file) {
   if (!in) throw ConfigError(file.string() + ": cannot be opened: " + std::strerror(errno));
   std::string text{std::istreambuf_iterator<char>(in), {}};
   if (in.bad()) throw ConfigError(file.string() + ": cannot be read: " + std::strerror(errno));
+  return text;
+}
+
+std::string read_text_file(const std::filesystem::path& file) {
+  std::string text = read_bytes(file);
   if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
   return text;
 }

@@ -7,6 +7,9 @@
 
 namespace truepose::config {
 
+/// The whole of a file, byte for byte. Throws ConfigError where it cannot be read.
+std::string read_bytes(const std::filesystem::path& file);
+
 /// The whole text of a file, without a byte order mark. Throws ConfigError where it cannot be read.
 std::string read_text_file(const std::filesystem::path& file);
 

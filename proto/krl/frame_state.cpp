@@ -1,5 +1,6 @@
 #include "proto/krl/frame_state.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace truepose::krl {
@@ -48,10 +49,8 @@ std::expected<void, Fault> FrameState::carry_out(Tokens statement, std::size_t r
   if (data) {
     set_motion_data(value, spot, routine);
   } else if (mode) {
-    const auto of_data =
-        value.size() > 1 && value[0].is("SIPO_MODE")
-            ? motion_data(bracketed(value, 1).first(bracketed(value, 1).empty() ? 0 : 1), routine)
-            : std::nullopt;
+    const Tokens argument = bracketed(value, 1);
+    const auto of_data = motion_data(argument.first(std::min(argument.size(), 1UZ)), routine);
     now_.fixed_tool = of_data ? of_data->fixed_tool : value.size() == 1 && value[0].is("#TCP");
   } else {
     const Kind kind = tool ? Kind::Tool : Kind::Base;

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <iterator>
+#include <utility>
 
 namespace truepose::krl {
 namespace {
@@ -52,6 +55,11 @@ std::expected<Field, Fault> read_field(Tokens tokens) {
   field.number = *number;
   if (value.size() == 1) field.word = value[0].text;
   return field;
+}
+
+bool is_bits(const std::optional<Number>& number) {
+  constexpr double kMost = 1 << 20;
+  return number && number->value >= 0 && number->value < kMost && number->value == std::trunc(number->value);
 }
 
 }  // namespace
@@ -125,8 +133,13 @@ std::expected<Position, std::string> position_of(const Aggregate& aggregate, Fil
       return std::unexpected("component " + std::string(names[i]) + " is not a plain number");
     position.values[i] = *field->number;
   }
-  if (const Field* status = aggregate.find("S")) position.status = status->number;
-  if (const Field* turn = aggregate.find("T")) position.turn = turn->number;
+  for (const auto& [name, number] : {std::pair{"S", &position.status}, std::pair{"T", &position.turn}}) {
+    const Field* field = aggregate.find(name);
+    if (!field) continue;
+    if (!is_bits(field->number))
+      return std::unexpected(std::string("component ") + name + " is not a plain bit pattern");
+    *number = *field->number;
+  }
   return position;
 }
 

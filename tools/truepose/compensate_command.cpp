@@ -9,9 +9,11 @@
 #include "config/text_file.hpp"
 #include "core/compensation/pose_inverse.hpp"
 #include "tools/truepose/arm_files.hpp"
+#include "tools/truepose/compensate_program.hpp"
 #include "tools/truepose/exit_code.hpp"
 #include "tools/truepose/nominal_inverse.hpp"
 #include "tools/truepose/offline_commands.hpp"
+#include "tools/truepose/target_faults.hpp"
 
 namespace truepose::tools {
 
@@ -22,37 +24,11 @@ namespace json = boost::json;
 struct CompensateOptions {
   ArmFiles arm;
   std::string joints_file, poses_file, out_file;
+  ProgramOptions program;
   bool as_json = false;
 };
 
 using Targets = std::vector<PoseInverseResult>;
-
-std::string described(PoseInverseFault fault) {
-  switch (fault) {
-    case PoseInverseFault::DidNotConverge:
-      return "the inverse of the calibrated arm did not converge";
-    case PoseInverseFault::NotFinite:
-      return "the inverse of the calibrated arm is not finite";
-  }
-  return {};
-}
-
-/// "joint 4 would have to go to 352.1 deg, its limits are -350..350", or nothing where all is within the
-/// limits.
-std::string beyond_limits(const RobotModel& robot, const JointVector& q) {
-  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-    const Joint& joint = robot.joints[i];
-    const double position = q[static_cast<Eigen::Index>(i)];
-    if (position >= joint.min && position <= joint.max) continue;
-    const bool revolute = joint.type == JointType::Revolute;
-    const double unit = config::per_file_unit(joint);
-    std::ostringstream text;
-    text << "joint " << i + 1 << " would have to go to " << position / unit << (revolute ? " deg" : " mm")
-         << ", its limits are " << joint.min / unit << ".." << joint.max / unit;
-    return text.str();
-  }
-  return {};
-}
 
 /// A target that cannot be reached.
 struct Unreachable : std::runtime_error {
@@ -109,9 +85,16 @@ std::string csv(const RobotModel& robot, const Targets& targets) {
   return text.str();
 }
 
-void run_compensate(const CompensateOptions& options) {
+int run_compensate(const CompensateOptions& options) {
   const RobotModel nominal = config::load_robot(options.arm.robot);
   const RobotModel calibrated = load_model_of(nominal, options.arm.model).cell.robot;
+  if (!options.program.src.empty()) {
+    ProgramOptions program = options.program;
+    program.robot = options.arm.robot;
+    program.out_src = options.out_file;
+    program.as_json = options.as_json;
+    return run_compensate_program(program, nominal, calibrated);
+  }
   const bool of_joints = !options.joints_file.empty();
   const std::string& file = of_joints ? options.joints_file : options.poses_file;
   const Targets targets = of_joints ? compensate_all_joints(nominal, calibrated, file)
@@ -127,6 +110,7 @@ void run_compensate(const CompensateOptions& options) {
   } else if (options.out_file.empty()) {
     std::cout << csv(nominal, targets);
   }
+  return kDone;
 }
 
 }  // namespace
@@ -145,12 +129,13 @@ void add_compensate_command(CLI::App& app, int& exit_code) {
       "--poses", options->poses_file,
       "Flange poses in the robot base frame (CSV: x,y,z in mm; a,b,c in deg). Each is reached on the "
       "branch nearest to the one before it, the first nearest to the middle of the joints' ranges");
+  add_program_options(*command, *targets, options->program);
   targets->require_option(1);
-  command->add_option("--out", options->out_file, "Write the joint positions here (CSV)");
+  command->add_option("--out", options->out_file, "Write the joint positions (CSV) or the program here");
   command->add_flag("--json", options->as_json, "One JSON document");
   command->callback([options, &exit_code] {
     try {
-      run_compensate(*options);
+      exit_code = run_compensate(*options);
     } catch (const Unreachable& error) {
       std::cerr << "truepose: " << error.what() << '\n';
       exit_code = kFailed;

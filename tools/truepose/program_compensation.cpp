@@ -1,0 +1,294 @@
+#include "tools/truepose/program_compensation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "core/compensation/pose_inverse.hpp"
+#include "core/kinematics/angles.hpp"
+#include "core/kinematics/forward.hpp"
+#include "proto/krl/frame_data.hpp"
+#include "tools/truepose/target_faults.hpp"
+
+namespace truepose::tools {
+
+namespace {
+
+using krl::File;
+using krl::FrameValue;
+using krl::Point;
+using krl::PositionForm;
+using krl::Spot;
+using krl::Step;
+using State = FrameValue::State;
+
+// Arms are wrong by millimetres and tenths of a degree. A correction beyond these is not of the arm: next to
+// a wrist singularity axes 4 and 6 would turn far for a small error of orientation.
+constexpr double kLargestTurn_rad = 5 * kRadPerDeg;
+constexpr double kLargestMove_mm = 50;
+// What the inverse and the forward kinematics leave of a position that needs no change.
+constexpr double kUnmoved_mm = 1e-7;
+constexpr double kUnmoved_rad = 1e-9;
+constexpr double kSameJoints_rad = 1e-6;
+
+struct Correction {
+  std::array<double, 6> values{};  // as in Position, mm and deg
+  StatusTurn status_turn;
+  double mm = 0, deg = 0;
+  bool is_none = false;
+};
+
+std::optional<int> bits(const std::optional<krl::Number>& number) {
+  return number ? std::optional(static_cast<int>(number->value)) : std::nullopt;
+}
+
+JointVector joints_of(const krl::Position& position) {
+  JointVector q(6);
+  for (std::size_t i = 0; i < 6; ++i) q[static_cast<Eigen::Index>(i)] = position.values[i].value * kRadPerDeg;
+  return q;
+}
+
+std::string too_large(const JointVector& q, const JointVector& change, double mm) {
+  Eigen::Index axis = 0;
+  const double largest = change.cwiseAbs().maxCoeff(&axis);
+  char text[160];
+  if (largest > kLargestTurn_rad) {
+    std::snprintf(text, sizeof text,
+                  "the correction would turn axis %d by %.1f deg: too near to a singularity (A5 = %.2f deg)",
+                  static_cast<int>(axis) + 1, change[axis] * kDegPerRad, q[4] * kDegPerRad);
+    return text;
+  }
+  if (mm <= kLargestMove_mm) return {};
+  std::snprintf(text, sizeof text, "the correction would be %.0f mm, which no arm is wrong by", mm);
+  return text;
+}
+
+class Compensator {
+ public:
+  Compensator(const krl::Program& program, const RobotModel& nominal, const StatusTurnInverse& inverse,
+              const RobotModel& calibrated)
+      : program_{program},
+        nominal_{nominal},
+        inverse_{inverse},
+        calibrated_{calibrated},
+        states_(program.points.size()) {
+    result_.left = program.left;
+    result_.notes = program.notes;
+  }
+
+  std::expected<ProgramCompensation, krl::ProgramFault> run();
+
+ private:
+  /// What is known of a point from its first motion on.
+  struct PointState {
+    const Step* first = nullptr;
+    JointVector q;
+    std::optional<Correction> correction;
+    bool is_left = false;
+  };
+
+  std::expected<void, krl::ProgramFault> visit(const Step& step);
+  std::expected<JointVector, std::string> nominal_joints(const Step& step, const Point& point);
+  std::expected<Correction, std::string> correction(const Step& step, const Point& point,
+                                                    const JointVector& q) const;
+  void leave(const Step& step, std::string why, std::optional<Spot> because = {});
+  bool is_same_use(const PointState& state, const Step& step, const JointVector& q) const;
+  void add_edits(const Point& point, const Correction& correction);
+  void add_status_turn_edits(const Point& point, const StatusTurn& now);
+
+  const FrameValue& tool(const Step& step) const { return program_.frames[step.tool]; }
+  const FrameValue& base(const Step& step) const { return program_.frames[step.base]; }
+  /// The flange's pose in the robot base for a TCP's pose in the base, and back.
+  Eigen::Isometry3d flange_of(const Step& step, const Eigen::Isometry3d& X) const {
+    return base(step).X * X * tool(step).X.inverse();
+  }
+  Eigen::Isometry3d tcp_of(const Step& step, const Eigen::Isometry3d& X_BF) const {
+    return base(step).X.inverse() * X_BF * tool(step).X;
+  }
+
+  const krl::Program& program_;
+  const RobotModel& nominal_;
+  const StatusTurnInverse& inverse_;
+  const RobotModel& calibrated_;
+  std::vector<PointState> states_;
+  std::optional<JointVector> q_near_;  // of the target before
+  bool noted_nearest_ = false;
+  ProgramCompensation result_;
+};
+
+/// Why the frame of a motion is not known, where the operator can help.
+std::optional<std::string> missing(const FrameValue& frame, bool is_tool) {
+  const std::string name = is_tool ? "tool" : "base", capitals = is_tool ? "TOOL" : "BASE";
+  if (frame.state == State::Unset)
+    return "the " + name + " of this motion is not known; set it before with $" + capitals + " or BAS(#" +
+           capitals + ",n), or give --" + name + " x,y,z,a,b,c";
+  if (frame.state == State::NoData)
+    return capitals + "_DATA[" + std::to_string(frame.number) +
+           "] is not known; give a $config.dat that has it (--config-dat)";
+  return std::nullopt;
+}
+
+/// Why the frame of a motion is not known, where nobody can.
+std::optional<std::string> uncertain(const FrameValue& frame, bool is_tool) {
+  if (frame.state == State::Computed)
+    return std::string(is_tool ? "the tool" : "the base") + " is computed by the program";
+  if (frame.state == State::Moving)
+    return "BASE_DATA[" + std::to_string(frame.number) + "] is carried by an external axis";
+  return std::nullopt;
+}
+
+std::expected<ProgramCompensation, krl::ProgramFault> Compensator::run() {
+  for (const Step& step : program_.steps) {
+    if (const auto done = visit(step); !done) return std::unexpected(done.error());
+  }
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    const Point& point = program_.points[i];
+    if (point.position.spot.file == File::Config) continue;
+    ++result_.points;
+    const auto& correction = states_[i].correction;
+    if (!correction || correction->is_none) continue;
+    result_.changes.push_back(
+        {point.position.spot, std::string(point.name), correction->mm, correction->deg});
+    add_edits(point, *correction);
+  }
+  return std::move(result_);
+}
+
+std::expected<void, krl::ProgramFault> Compensator::visit(const Step& step) {
+  if (!step.point) {
+    q_near_.reset();
+    return {};
+  }
+  const Point& point = program_.points[*step.point];
+  const bool is_ours = point.position.spot.file != File::Config;
+  if (point.position.form == PositionForm::Cartesian) {
+    const auto tool_missing = missing(tool(step), true), base_missing = missing(base(step), false);
+    if (is_ours && (tool_missing || base_missing))
+      return std::unexpected(krl::ProgramFault{step.spot, tool_missing ? *tool_missing : *base_missing});
+  }
+  const auto q = nominal_joints(step, point);
+  q_near_ = q ? std::optional(*q) : std::nullopt;
+  if (!is_ours) return {};
+  if (!q) {
+    leave(step, q.error());
+    return {};
+  }
+  PointState& state = states_[*step.point];
+  if (state.is_left) return {};
+  if (state.first) {
+    // Either correction would be wrong at the other motion, and a second point is the programmer's to teach.
+    if (!is_same_use(state, step, *q))
+      leave(step, "is used before with another tool, base or configuration", state.first->spot);
+    return {};
+  }
+  state.first = &step;
+  state.q = *q;
+  auto result = correction(step, point, *q);
+  if (result) {
+    state.correction = *result;
+  } else {
+    leave(step, result.error());
+  }
+  return {};
+}
+
+std::expected<JointVector, std::string> Compensator::nominal_joints(const Step& step, const Point& point) {
+  if (point.position.form == PositionForm::Axes) return joints_of(point.position);
+  if (step.fixed_tool)
+    return std::unexpected("the arm carries the workpiece (IPO_FRAME #TCP), which is not supported");
+  if (auto why = uncertain(tool(step), true)) return std::unexpected(*why);
+  if (auto why = uncertain(base(step), false)) return std::unexpected(*why);
+  const krl::Position& position = point.position;
+  const auto status = bits(position.status), turn = bits(position.turn);
+  if (!noted_nearest_ && !(status && turn) && q_near_) {
+    noted_nearest_ = true;
+    result_.notes.push_back(
+        {step.spot,
+         "S and T are missing, here first: such positions are taken as the controller would "
+         "come to them, nearest to the position before"});
+  }
+  return inverse_.solve(flange_of(step, krl::pose_of(position)), status, turn, q_near_);
+}
+
+bool Compensator::is_same_use(const PointState& state, const Step& step, const JointVector& q) const {
+  if ((state.q - q).cwiseAbs().maxCoeff() > kSameJoints_rad) return false;
+  const Point& point = program_.points[*step.point];
+  return point.position.form == PositionForm::Axes ||
+         (tool(step).X.matrix() == tool(*state.first).X.matrix() &&
+          base(step).X.matrix() == base(*state.first).X.matrix());
+}
+
+std::expected<Correction, std::string> Compensator::correction(const Step& step, const Point& point,
+                                                               const JointVector& q) const {
+  const bool of_axes = point.position.form == PositionForm::Axes;
+  const Eigen::Isometry3d X = of_axes ? forward_kinematics(nominal_, q) : krl::pose_of(point.position);
+  const auto solved = inverse_near(calibrated_, of_axes ? X : flange_of(step, X), q);
+  if (!solved) return std::unexpected(described(solved.error()));
+  if (std::string why = beyond_limits(nominal_, solved->q); !why.empty()) return std::unexpected(why);
+
+  const Eigen::Isometry3d X_BF = forward_kinematics(nominal_, solved->q);
+  const Eigen::Isometry3d X_new = of_axes ? X_BF : tcp_of(step, X_BF);
+  const double rad = angle_between(X.linear(), X_new.linear());
+  Correction result{.mm = (X_new.translation() - X.translation()).norm(), .deg = rad * kDegPerRad};
+  if (std::string why = too_large(q, solved->q - q, result.mm); !why.empty()) return std::unexpected(why);
+
+  result.is_none = result.mm < kUnmoved_mm && rad < kUnmoved_rad;
+  result.status_turn = inverse_.of_joints(
+      solved->q, StatusTurn{bits(point.position.status).value_or(0), bits(point.position.turn).value_or(0)});
+  const Eigen::Vector3d abc = kuka_abc_deg(X_new.linear());
+  for (std::size_t i = 0; i < 6; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    result.values[i] = of_axes ? solved->q[k] * kDegPerRad : i < 3 ? X_new.translation()[k] : abc[k - 3];
+  }
+  return result;
+}
+
+void Compensator::leave(const Step& step, std::string why, std::optional<Spot> because) {
+  PointState& state = states_[*step.point];
+  state.correction.reset();
+  if (state.is_left) return;
+  state.is_left = true;
+  const Point& point = program_.points[*step.point];
+  result_.left.push_back({step.spot, std::string(point.name), std::move(why), because, true});
+}
+
+void Compensator::add_edits(const Point& point, const Correction& correction) {
+  auto& edits = point.position.spot.file == File::Src ? result_.src_edits : result_.dat_edits;
+  const bool of_axes = point.position.form == PositionForm::Axes;
+  for (std::size_t i = 0; i < 6; ++i) {
+    const krl::Number& number = point.position.values[i];
+    double value = correction.values[i];
+    // A = -180 and A = 180 are the same angle.
+    const double difference = value - number.value;
+    if (!of_axes && i >= 3 && !krl::is_changed(number, number.value + std::remainder(difference, 360.0)))
+      continue;
+    if (krl::is_changed(number, value)) edits.push_back({number.begin, number.end, krl::number_text(value)});
+  }
+  if (!of_axes) add_status_turn_edits(point, correction.status_turn);
+}
+
+void Compensator::add_status_turn_edits(const Point& point, const StatusTurn& now) {
+  auto& edits = point.position.spot.file == File::Src ? result_.src_edits : result_.dat_edits;
+  const auto write = [&](const char* name, const std::optional<krl::Number>& number, int mask, int value) {
+    if (!number) return;
+    const int old = static_cast<int>(number->value), changed = (old & ~mask) | value;
+    if (changed == old) return;
+    edits.push_back({number->begin, number->end, std::to_string(changed)});
+    result_.notes.push_back({point.position.spot, std::string(name) + " becomes " + std::to_string(changed) +
+                                                      " (was " + std::to_string(old) +
+                                                      "): the correction takes an axis across its boundary"});
+  };
+  write("S", point.position.status, kStatusBits, now.status);
+  write("T", point.position.turn, kTurnBits, now.turn);
+}
+
+}  // namespace
+
+std::expected<ProgramCompensation, krl::ProgramFault> compensate_program(const krl::Program& program,
+                                                                         const RobotModel& nominal,
+                                                                         const StatusTurnInverse& inverse,
+                                                                         const RobotModel& calibrated) {
+  return Compensator(program, nominal, inverse, calibrated).run();
+}
+
+}  // namespace truepose::tools

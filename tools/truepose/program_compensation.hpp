@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "proto/krl/program.hpp"
+#include "proto/krl/rewrite.hpp"
+#include "tools/truepose/status_turn.hpp"
+
+namespace truepose::tools {
+
+/// How far a position of the program was moved: the TCP in its base; the flange for a position given in axes.
+struct PointChange {
+  krl::Spot spot;
+  std::string name;  ///< empty where it is written in the motion itself
+  double mm = 0;
+  double deg = 0;
+};
+
+/// What becomes of the positions of a program.
+struct ProgramCompensation {
+  std::vector<krl::Edit> src_edits, dat_edits;
+  std::size_t points = 0;  ///< that motions go to and that the texts tell
+  std::vector<PointChange> changes;
+  std::vector<krl::LeftAlone> left;
+  std::vector<krl::Note> notes;
+};
+
+/// Moves the positions of a program so that the calibrated arm stands where the nominal one would have: for
+/// each the joints that the controller would find, from there the joints of the calibrated arm, and what the
+/// controller has to be told to come to these. S and T follow where an axis crosses their boundary.
+///
+/// A position is left alone where it is out of reach or beyond a joint limit, where the correction is too
+/// large to be one, and where two motions use it with different tools or bases.
+/// @param inverse  of `nominal`
+/// Errors: a Cartesian motion whose tool or base is not known.
+std::expected<ProgramCompensation, krl::ProgramFault> compensate_program(const krl::Program& program,
+                                                                         const RobotModel& nominal,
+                                                                         const StatusTurnInverse& inverse,
+                                                                         const RobotModel& calibrated);
+
+}  // namespace truepose::tools
