@@ -37,6 +37,17 @@ int nesting_of(const Token& first) {
 /// Whether the target ends before this token: approximation (C_DIS), WITH, CA, an orientation (#CONSTANT).
 bool ends_target(const Token& token) { return token.is(',') || token.kind == TokenKind::Name; }
 
+/// The assignments behind WITH, without the approximation that may follow them; none without WITH.
+Tokens assignments_of(Tokens statement) {
+  const auto with = std::ranges::find_if(statement, [](const Token& token) { return token.is("WITH"); });
+  if (with == statement.end()) return {};
+  Tokens assignments(with + 1, statement.end());
+  while (!assignments.empty() && in_capitals(assignments.back().text).starts_with("C_")) {
+    assignments = assignments.first(assignments.size() - 1);
+  }
+  return assignments;
+}
+
 /// A cell's home positions, which the controller declares for all programs.
 bool is_home(std::string_view name) { return in_capitals(name).starts_with("XHOME"); }
 
@@ -108,8 +119,7 @@ std::expected<void, Fault> Reader::read_statement(Tokens statement) {
   const auto before = frames_.in_force();
   if (statement[0].is("SPLINE") || statement[0].is("PTP_SPLINE")) {
     before_spline_ = before;
-    const bool has_with = statement.size() > 1 && statement[1].is("WITH");
-    return has_with ? frames_.carry_out_list(statement.subspan(2), routine_) : std::expected<void, Fault>{};
+    return frames_.carry_out_list(assignments_of(statement), routine_);
   }
   if (statement[0].is("ENDSPLINE") && before_spline_) {
     frames_.restore(*before_spline_);
@@ -136,11 +146,7 @@ void Reader::note_change(const FrameState::InForce& before, Spot spot) {
 
 std::expected<void, Fault> Reader::read_motion(Tokens statement, int targets) {
   const auto before = frames_.in_force();
-  const auto with = std::ranges::find_if(statement, [](const Token& token) { return token.is("WITH"); });
-  if (with != statement.end()) {
-    const auto done = frames_.carry_out_list(Tokens(with + 1, statement.end()), routine_);
-    if (!done) return done;
-  }
+  if (const auto done = frames_.carry_out_list(assignments_of(statement), routine_); !done) return done;
   std::size_t i = 1;
   for (int k = 0; k < targets; ++k) {
     if (i >= statement.size())

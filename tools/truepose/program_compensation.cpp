@@ -92,7 +92,9 @@ class Compensator {
   std::expected<Correction, std::string> correction(const Step& step, const Point& point,
                                                     const JointVector& q) const;
   void leave(const Step& step, std::string why, std::optional<Spot> because = {});
-  bool is_same_use(const PointState& state, const Step& step, const JointVector& q) const;
+  void use(const Step& step, const Point& point, const std::expected<JointVector, std::string>& q);
+  bool is_same_use(const PointState& state, const Step& step,
+                   const std::expected<JointVector, std::string>& q) const;
   void add_edits(const Point& point, const Correction& correction);
   void add_status_turn_edits(const Point& point, const StatusTurn& now);
 
@@ -168,28 +170,24 @@ std::expected<void, krl::ProgramFault> Compensator::visit(const Step& step) {
   }
   const auto q = nominal_joints(step, point);
   q_near_ = q ? std::optional(*q) : std::nullopt;
-  if (!is_ours) return {};
-  if (!q) {
-    leave(step, q.error());
-    return {};
-  }
+  if (is_ours) use(step, point, q);
+  return {};
+}
+
+void Compensator::use(const Step& step, const Point& point,
+                      const std::expected<JointVector, std::string>& q) {
   PointState& state = states_[*step.point];
-  if (state.is_left) return {};
-  if (state.first) {
-    // Either correction would be wrong at the other motion, and a second point is the programmer's to teach.
-    if (!is_same_use(state, step, *q))
-      leave(step, "is used before with another tool, base or configuration", state.first->spot);
-    return {};
-  }
+  if (state.is_left) return;
+  // Either correction would be wrong at the other motion, and a second point is the programmer's to teach.
+  if (state.first && !is_same_use(state, step, q))
+    return leave(step, "is used before with another tool, base or configuration", state.first->spot);
+  if (state.first) return;
+  if (!q) return leave(step, q.error());
   state.first = &step;
   state.q = *q;
   auto result = correction(step, point, *q);
-  if (result) {
-    state.correction = *result;
-  } else {
-    leave(step, result.error());
-  }
-  return {};
+  if (!result) return leave(step, result.error());
+  state.correction = *result;
 }
 
 std::expected<JointVector, std::string> Compensator::nominal_joints(const Step& step, const Point& point) {
@@ -210,12 +208,12 @@ std::expected<JointVector, std::string> Compensator::nominal_joints(const Step& 
   return inverse_.solve(flange_of(step, krl::pose_of(position)), status, turn, q_near_);
 }
 
-bool Compensator::is_same_use(const PointState& state, const Step& step, const JointVector& q) const {
-  if ((state.q - q).cwiseAbs().maxCoeff() > kSameJoints_rad) return false;
-  const Point& point = program_.points[*step.point];
-  return point.position.form == PositionForm::Axes ||
-         (tool(step).X.matrix() == tool(*state.first).X.matrix() &&
-          base(step).X.matrix() == base(*state.first).X.matrix());
+bool Compensator::is_same_use(const PointState& state, const Step& step,
+                              const std::expected<JointVector, std::string>& q) const {
+  return q && (state.q - *q).cwiseAbs().maxCoeff() < kSameJoints_rad &&
+         (program_.points[*step.point].position.form == PositionForm::Axes ||
+          (tool(step).X.matrix() == tool(*state.first).X.matrix() &&
+           base(step).X.matrix() == base(*state.first).X.matrix()));
 }
 
 std::expected<Correction, std::string> Compensator::correction(const Step& step, const Point& point,
