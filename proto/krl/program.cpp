@@ -34,8 +34,25 @@ int nesting_of(const Token& first) {
   return 0;
 }
 
-/// Whether the target ends before this token: approximation (C_DIS), WITH, CA, an orientation (#CONSTANT).
-bool ends_target(const Token& token) { return token.is(',') || token.kind == TokenKind::Name; }
+bool opens(const Token& token) { return token.is('{') || token.is('[') || token.is('('); }
+bool closes(const Token& token) { return token.is('}') || token.is(']') || token.is(')'); }
+
+/// Where the target that starts at `from` ends: at a comma, or at a name that no operator ties to it
+/// (approximation, WITH, CA).
+std::size_t end_of_target(Tokens statement, std::size_t from) {
+  int depth = 0;
+  for (std::size_t i = from; i < statement.size(); ++i) {
+    const Token& token = statement[i];
+    if (i > from && depth <= 0) {
+      const Token& before = statement[i - 1];
+      const bool is_tied = before.kind == TokenKind::Symbol && !closes(before);
+      if (token.is(',') || (token.kind == TokenKind::Name && !is_tied)) return i;
+    }
+    if (opens(token)) ++depth;
+    if (closes(token)) --depth;
+  }
+  return statement.size();
+}
 
 /// The assignments behind WITH, without the approximation that may follow them; none without WITH.
 Tokens assignments_of(Tokens statement) {
@@ -132,11 +149,11 @@ std::expected<void, Fault> Reader::read_statement(Tokens statement) {
 
 void Reader::note_change(const FrameState::InForce& before, Spot spot) {
   const FrameState::InForce& now = frames_.in_force();
-  const auto was_set = [&](std::size_t frame) {
-    return frames_.frames()[frame].state != FrameValue::State::Unset;
+  const auto differs = [&](std::size_t was, std::size_t is) {
+    const FrameValue &a = frames_.frames()[was], &b = frames_.frames()[is];
+    return a.state != FrameValue::State::Unset && (a.state != b.state || a.X.matrix() != b.X.matrix());
   };
-  const bool tool = now.tool != before.tool && was_set(before.tool);
-  const bool base = now.base != before.base && was_set(before.base);
+  const bool tool = differs(before.tool, now.tool), base = differs(before.base, now.base);
   if (nesting_ == 0 || noted_change_ || (!tool && !base)) return;
   noted_change_ = true;
   program_.notes.push_back(
@@ -154,16 +171,7 @@ std::expected<void, Fault> Reader::read_motion(Tokens statement, int targets) {
           statement[0].at,
           std::string(statement[0].text) + " has too few targets; it goes to " + std::to_string(targets)});
     const std::size_t from = i;
-    int depth = 0;
-    for (; i < statement.size(); ++i) {
-      const Token& token = statement[i];
-      if (token.is('{') || token.is('(') || token.is('[')) ++depth;
-      if (token.is('}') || token.is(')') || token.is(']')) --depth;
-      const bool after_operator = i > from && statement[i - 1].kind == TokenKind::Symbol &&
-                                  !statement[i - 1].is('}') && !statement[i - 1].is(']') &&
-                                  !statement[i - 1].is(')');
-      if (i > from && depth <= 0 && ends_target(token) && (token.is(',') || !after_operator)) break;
-    }
+    i = end_of_target(statement, from);
     const Tokens target = statement.subspan(from, i - from);
     if (const auto done = read_target(target, {File::Src, target[0].at}); !done) return done;
     if (i < statement.size() && statement[i].is(',')) ++i;

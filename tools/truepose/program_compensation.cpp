@@ -118,7 +118,7 @@ class Compensator {
   ProgramCompensation result_;
 };
 
-/// Why the frame of a motion is not known, where the operator can help.
+/// Why a frame of a motion is not known, where the operator can help.
 std::optional<std::string> missing(const FrameValue& frame, bool is_tool) {
   const std::string name = is_tool ? "tool" : "base", capitals = is_tool ? "TOOL" : "BASE";
   if (frame.state == State::Unset)
@@ -130,13 +130,12 @@ std::optional<std::string> missing(const FrameValue& frame, bool is_tool) {
   return std::nullopt;
 }
 
-/// Why the frame of a motion is not known, where nobody can.
+/// Why a frame of a motion is not known, where nobody can help.
 std::optional<std::string> uncertain(const FrameValue& frame, bool is_tool) {
-  if (frame.state == State::Computed)
-    return std::string(is_tool ? "the tool" : "the base") + " is computed by the program";
+  if (frame.state == State::Known) return std::nullopt;
   if (frame.state == State::Moving)
     return "BASE_DATA[" + std::to_string(frame.number) + "] is carried by an external axis";
-  return std::nullopt;
+  return std::string(is_tool ? "the tool" : "the base") + " is computed by the program";
 }
 
 std::expected<ProgramCompensation, krl::ProgramFault> Compensator::run() {
