@@ -22,8 +22,9 @@ FrameValue started(const std::optional<Eigen::Isometry3d>& X) {
 
 }  // namespace
 
-FrameState::FrameState(const Variables& variables, const FrameData& data, const StartFrames& start)
-    : variables_{variables}, data_{data} {
+FrameState::FrameState(const Variables& variables, const Variables& config, const FrameData& data,
+                       const StartFrames& start)
+    : variables_{variables}, config_{config}, data_{data} {
   started_ = now_ = {.tool = add(started(start.tool)), .base = add(started(start.base))};
 }
 
@@ -111,13 +112,10 @@ std::expected<std::size_t, Fault> FrameState::value_of(Kind kind, Tokens express
       return known(*position);
   } else if (expression.size() == 1) {
     if (first.is("$NULLFRAME") || first.is("$WORLD")) return numbered(kind, 0, spot);
-    if (const auto index = variables_.find(first.text, routine)) {
-      const Variable& variable = variables_.all()[*index];
-      const auto* position = std::get_if<Position>(&variable.value);
-      if (variable.type == VariableType::Frame && !variable.hindrance && position &&
-          position->form == PositionForm::Cartesian) {
-        return known(*position);
-      }
+    const Variable* variable = find(first.text, routine);
+    if (variable && variable->type == VariableType::Frame && !variable->hindrance) {
+      const auto* position = std::get_if<Position>(&variable->value);
+      if (position && position->form == PositionForm::Cartesian) return known(*position);
     }
   } else if (expression.size() == 4 && expression[1].is('[') &&
              (first.is("TOOL_DATA") || first.is("BASE_DATA"))) {
@@ -129,6 +127,12 @@ std::expected<std::size_t, Fault> FrameState::value_of(Kind kind, Tokens express
   return numbered(kind, std::nullopt, spot);
 }
 
+const Variable* FrameState::find(std::string_view name, std::size_t routine) const {
+  if (const auto index = variables_.find(name, routine)) return &variables_.all()[*index];
+  const auto index = config_.find(name, 0);
+  return index ? &config_.all()[*index] : nullptr;
+}
+
 std::optional<MotionData> FrameState::motion_data(Tokens expression, std::size_t routine) const {
   if (expression.empty()) return std::nullopt;
   if (expression[0].is('{')) {
@@ -136,11 +140,9 @@ std::optional<MotionData> FrameState::motion_data(Tokens expression, std::size_t
     const auto aggregate = read_aggregate(expression, next);
     return aggregate && next == expression.size() ? std::optional(motion_data_of(*aggregate)) : std::nullopt;
   }
-  const auto index = variables_.find(expression[0].text, routine);
-  if (!index || expression.size() != 1) return std::nullopt;
-  const Variable& variable = variables_.all()[*index];
-  const auto* data = std::get_if<MotionData>(&variable.value);
-  return data && !variable.hindrance ? std::optional(*data) : std::nullopt;
+  const Variable* variable = expression.size() == 1 ? find(expression[0].text, routine) : nullptr;
+  const auto* data = variable ? std::get_if<MotionData>(&variable->value) : nullptr;
+  return data && !variable->hindrance ? std::optional(*data) : std::nullopt;
 }
 
 std::optional<int> FrameState::number(Kind kind, Tokens expression, std::size_t routine) const {

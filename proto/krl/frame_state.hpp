@@ -12,8 +12,9 @@ namespace truepose::krl {
 /// Tool and base in force, while statements are read one after the other.
 class FrameState {
  public:
-  /// @param variables, data  outlive the state
-  FrameState(const Variables& variables, const FrameData& data, const StartFrames& start);
+  /// @param variables, config  what the program and $config.dat declare; they and data outlive the state
+  FrameState(const Variables& variables, const Variables& config, const FrameData& data,
+             const StartFrames& start);
 
   /// What is in force at a motion.
   struct InForce {
@@ -42,12 +43,14 @@ class FrameState {
   void set_motion_data(Tokens expression, Spot spot, std::size_t routine);
   void carry_out_bas(Tokens arguments, std::size_t routine);
   std::expected<std::size_t, Fault> value_of(Kind kind, Tokens expression, std::size_t routine);
+  const Variable* find(std::string_view name, std::size_t routine) const;
   std::optional<MotionData> motion_data(Tokens expression, std::size_t routine) const;
   std::optional<int> number(Kind kind, Tokens expression, std::size_t routine) const;
   std::size_t numbered(Kind kind, std::optional<int> number, Spot spot);
   std::size_t add(const FrameValue& value);
 
   const Variables& variables_;
+  const Variables& config_;
   const FrameData& data_;
   std::vector<FrameValue> frames_;
   std::map<std::pair<Kind, int>, std::size_t> numbered_;

@@ -217,7 +217,8 @@ void Reader::read_variable_target(const Token& name, Spot spot) {
     leave(spot, name.text,
           {is_system            ? "is a variable of the controller"
            : is_home(name.text) ? "is a home position of the cell"
-                                : "is declared in neither of the files",
+           : position           ? "is declared in $config.dat, for all programs"
+                                : "is declared in none of the files",
            {}},
           !is_system && !is_home(name.text));
     if (!position) return add_step(spot, std::nullopt);
@@ -271,7 +272,7 @@ std::expected<Program, ProgramFault> read_program(const ProgramText& text, const
   const auto data = read_frame_data(text.config);
   if (!data) return std::unexpected(in(File::Config, data.error()));
 
-  FrameState frames(variables, *data, start);
+  FrameState frames(variables, config, *data, start);
   auto program = Reader(variables, config, frames).read(text.src);
   if (!program) return std::unexpected(in(File::Src, program.error()));
   return std::move(*program);

@@ -21,6 +21,8 @@ using testing::HasSubstr;
 constexpr std::string_view kConfig =
     "TOOL_DATA[1]={X 1,Y 0,Z 0,A 0,B 0,C 0}\nTOOL_DATA[2]={X 2,Y 0,Z 0,A 0,B 0,C 0}\n"
     "BASE_DATA[1]={X 10,Y 0,Z 0,A 0,B 0,C 0}\nBASE_DATA[2]={X 20,Y 0,Z 0,A 0,B 0,C 0}\n"
+    "FDAT FHOME={TOOL_NO 2,BASE_NO 1,IPO_FRAME #BASE}\n"
+    "E6POS GLOBAL_P={X 1,Y 2,Z 3,A 4,B 5,C 6,S 2,T 35}\n"
     "MACHINE_FRAME_DAT[2]={MACH_DEF_INDEX 1,PARENT[] \"T\",GEOMETRY[] \" \"}\n";
 constexpr std::string_view kDat =
     "DECL E6POS XP1={X 1,Y 2,Z 3,A 4,B 5,C 6,S 2,T 35}\nDECL E6POS XP2={X 1,Y 2,Z 3,A 4,B 5,C 6,S 2,T 35}\n"
@@ -76,13 +78,14 @@ TEST(KrlProgram, TakesToolAndBaseFromEveryFormOfSettingThem) {
       "$TOOL=TOOL_DATA[2]\n$BASE=BASE_DATA[1]\nLIN XP1\n"             // of the tables
       "FDAT_ACT=FP1\nBAS(#CP_PARAMS,1)\nLIN XP1\n"                    // inline form
       "FDAT_ACT={TOOL_NO 2,BASE_NO 0,IPO_FRAME #BASE}\nLIN XP1\n"     // in place
+      "FDAT_ACT=FHOME\nLIN XP1\n"                                     // of $config.dat
       "FDAT_ACT=FP2\nLIN XP1\n$IPO_MODE=#BASE\nLIN XP1\n"             // fixed tool, and not
       "BAS(#TOOL,9)\nBAS(#BASE,2)\nLIN XP1\n"                         // not given; moving
       "$TOOL=INVERSE_OF(3)\n$BASE.X=5\nLIN XP1\n"                     // computed
       "BAS(#INITMOV,0)\nLIN XP1\n");
   ASSERT_TRUE(read.program);
-  EXPECT_THAT(read.frames(), ElementsAre("u u", "7 0", "1 10", "2 10", "1 10", "2 0", "2 0 fixed", "2 0",
-                                         "n9 m2", "C C", "u u"));
+  EXPECT_THAT(read.frames(), ElementsAre("u u", "7 0", "1 10", "2 10", "1 10", "2 0", "2 10", "2 0 fixed",
+                                         "2 0", "n9 m2", "C C", "u u"));
 }
 
 TEST(KrlProgram, FrameVariablesCountWhereTheyHaveOneValue) {
@@ -120,14 +123,14 @@ TEST(KrlProgram, SaysWhereTheToolChangesInABranch) {
 
 TEST(KrlProgram, LeavesAloneWhatTheTextDoesNotTellOrNeedNotChange) {
   const Read read(
-      "PTP XP1\nXP1.X=XP1.X+5\n"             // 2, 3
-      "LIN XP2:{X 1,Y 0,Z 0,A 0,B 0,C 0}\n"  // 4
-      "LIN XP2+1\n"                          // 5
-      "LIN {X 100}\n"                        // 6
-      "PTP GRID[1]\nPTP SHIFT(XP2)\n"        // 7, 8
-      "PTP_REL {A1 5}\nLIN_REL XP2\n"        // 9, 10
-      "PTP XHOME\nPTP $AXIS_ACT\n"           // 11, 12
-      "PTP ELSEWHERE\nPTP elsewhere\n",      // 13, 14
+      "PTP XP1\nXP1.X=XP1.X+5\n"                       // 2, 3
+      "LIN XP2:{X 1,Y 0,Z 0,A 0,B 0,C 0}\n"            // 4
+      "LIN XP2+1\n"                                    // 5
+      "LIN {X 100}\n"                                  // 6
+      "PTP GRID[1]\nPTP SHIFT(XP2)\n"                  // 7, 8
+      "PTP_REL {A1 5}\nLIN_REL XP2\n"                  // 9, 10
+      "PTP XHOME\nPTP $AXIS_ACT\n"                     // 11, 12
+      "PTP ELSEWHERE\nPTP elsewhere\nPTP GLOBAL_P\n",  // 13, 14
       std::string(kDat) + "E6POS GRID[2]\nGRID[1]={X 1,Y 2,Z 3,A 4,B 5,C 6}\n");
   ASSERT_TRUE(read.program);
   EXPECT_THAT(
@@ -139,7 +142,8 @@ TEST(KrlProgram, LeavesAloneWhatTheTextDoesNotTellOrNeedNotChange) {
           "7 GRID[1]! is an element of an array or structure", "8 ! the target is computed by the program",
           "9  PTP_REL is relative to where the arm stands", "10  LIN_REL is relative to where the arm stands",
           "11 XHOME is a home position of the cell", "12 $AXIS_ACT is a variable of the controller",
-          "13 ELSEWHERE! is declared in neither of the files", "2 XP2 no motion goes to it"));
+          "13 ELSEWHERE! is declared in none of the files",
+          "15 GLOBAL_P! is declared in $config.dat, for all programs", "2 XP2 no motion goes to it"));
 }
 
 TEST(KrlProgram, AVariableIsAPositionWhereTheProgramGivesItOneValue) {
@@ -256,7 +260,12 @@ std::string mutated(std::string text, Random& random) {
 TEST(KrlCorpus, SurvivesAnyMutationAndTruncation) {
   Random random(2024);
   int readable = 0;
-  const auto read = [&](const ProgramText& text) {
+  const auto read = [&](const ProgramText& given) {
+    // Of their exact size on the heap, so that a sanitizer sees the first byte read past an end.
+    const std::vector<char> src(given.src.begin(), given.src.end()), dat(given.dat.begin(), given.dat.end()),
+        config(given.config.begin(), given.config.end());
+    const ProgramText text{
+        {src.data(), src.size()}, {dat.data(), dat.size()}, {config.data(), config.size()}};
     const auto program = read_program(text, {});
     if (!program) {
       EXPECT_FALSE(program.error().what.empty());

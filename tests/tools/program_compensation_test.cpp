@@ -179,19 +179,19 @@ TEST(ProgramCompensation, NothingButNumbersChanges) {
 
 TEST(ProgramCompensation, SaysWhatIsLeftAloneAndWhy) {
   const Corrected corrected(krl_corpus::files("computed"));
-  EXPECT_THAT(corrected.left(),
-              testing::UnorderedElementsAre(
-                  "XHOME is a home position of the cell", "XP2! is changed by the program",
-                  "! the target is computed by the program",
-                  "! component X is missing: it keeps what the arm has then",
-                  "GRID[I]! is an element of an array or structure", "LOCAL_P! is computed by the program",
-                  "XP3! is handed to OFFSET_BY, which may change it",
-                  "XELSEWHERE! is declared in neither of the files",
-                  " LIN_REL is relative to where the arm stands", "$AXIS_ACT is a variable of the controller",
-                  "XP5! the arm carries the workpiece (IPO_FRAME #TCP), which is not supported",
-                  "XP6! BASE_DATA[3] is carried by an external axis",
-                  "XP1! is used before with another tool, base or configuration",
-                  "XFAR! the position is out of the arm's reach", "XP7 no motion goes to it"));
+  EXPECT_THAT(
+      corrected.left(),
+      testing::UnorderedElementsAre(
+          "XHOME is a home position of the cell", "XP2! is changed by the program",
+          "! the target is computed by the program",
+          "! component X is missing: it keeps what the arm has then",
+          "GRID[I]! is an element of an array or structure", "LOCAL_P! is computed by the program",
+          "XP3! is handed to OFFSET_BY, which may change it", "XELSEWHERE! is declared in none of the files",
+          " LIN_REL is relative to where the arm stands", "$AXIS_ACT is a variable of the controller",
+          "XP5! the arm carries the workpiece (IPO_FRAME #TCP), which is not supported",
+          "XP6! BASE_DATA[3] is carried by an external axis",
+          "XP1! is used before with another tool, base or configuration",
+          "XFAR! the position is out of the arm's reach", "XP7 no motion goes to it"));
   EXPECT_EQ(corrected.done.changes.size(), 1U);
   EXPECT_EQ(corrected.done.changes[0].name, "XP4");
 }

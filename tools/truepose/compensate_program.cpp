@@ -100,7 +100,11 @@ int run_compensate_program(const ProgramOptions& options, const RobotModel& nomi
   } else {
     std::cout << program_summary(*done, places);
   }
-  return std::ranges::any_of(done->left, &krl::LeftAlone::absolute) ? kFailed : kDone;
+  const auto uncorrected = std::ranges::count_if(done->left, &krl::LeftAlone::absolute);
+  if (uncorrected == 0) return kDone;
+  std::cerr << "truepose: " << options.src.string() << ": " << uncorrected
+            << (uncorrected == 1 ? " target stays" : " targets stay") << " uncorrected\n";
+  return kFailed;
 }
 
 }  // namespace truepose::tools

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <sstream>
 
 #include "core/compensation/pose_inverse.hpp"
 #include "core/kinematics/angles.hpp"
@@ -271,9 +272,10 @@ void Compensator::add_status_turn_edits(const Point& point, const StatusTurn& no
     const int old = static_cast<int>(number->value), changed = (old & ~mask) | value;
     if (changed == old) return;
     edits.push_back({number->begin, number->end, std::to_string(changed)});
-    result_.notes.push_back({point.position.spot, std::string(name) + " becomes " + std::to_string(changed) +
-                                                      " (was " + std::to_string(old) +
-                                                      "): the correction takes an axis across its boundary"});
+    std::ostringstream text;
+    if (!point.name.empty()) text << point.name << ": ";
+    text << name << " becomes " << changed << " (was " << old << "), an axis goes across its boundary";
+    result_.notes.push_back({point.position.spot, text.str()});
   };
   write("S", point.position.status, kStatusBits, now.status);
   write("T", point.position.turn, kTurnBits, now.turn);
