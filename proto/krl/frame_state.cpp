@@ -68,8 +68,8 @@ std::expected<void, Fault> FrameState::carry_out_list(Tokens assignments, std::s
   for (std::size_t i = 0; i <= assignments.size(); ++i) {
     if (i < assignments.size()) {
       const Token& token = assignments[i];
-      if (token.is('(') || token.is('{') || token.is('[')) ++depth;
-      if (token.is(')') || token.is('}') || token.is(']')) --depth;
+      if (token.opens()) ++depth;
+      if (token.closes()) --depth;
       if (depth > 0 || !token.is(',')) continue;
     }
     if (const auto done = carry_out(assignments.subspan(from, i - from), routine); !done) return done;

@@ -32,6 +32,8 @@ struct Token {
   bool is(char symbol) const { return kind == TokenKind::Symbol && text[0] == symbol; }
   /// @param word  in capitals
   bool is(std::string_view word) const;
+  bool opens() const { return is('{') || is('[') || is('('); }
+  bool closes() const { return is('}') || is(']') || is(')'); }
 };
 
 using Tokens = std::span<const Token>;

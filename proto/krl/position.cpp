@@ -12,16 +12,13 @@ namespace {
 constexpr std::array<std::string_view, 6> kFrameNames{"X", "Y", "Z", "A", "B", "C"};
 constexpr std::array<std::string_view, 6> kAxisNames{"A1", "A2", "A3", "A4", "A5", "A6"};
 
-bool opens(const Token& token) { return token.is('{') || token.is('[') || token.is('('); }
-bool closes(const Token& token) { return token.is('}') || token.is(']') || token.is(')'); }
-
 /// Where the value that starts at `from` ends: at a comma or at the brace that closes the aggregate.
 std::size_t end_of_value(Tokens tokens, std::size_t from) {
   int depth = 0;
   for (std::size_t i = from; i < tokens.size(); ++i) {
     if (depth == 0 && (tokens[i].is(',') || tokens[i].is('}'))) return i;
-    if (opens(tokens[i])) ++depth;
-    if (closes(tokens[i])) --depth;
+    if (tokens[i].opens()) ++depth;
+    if (tokens[i].closes()) --depth;
   }
   return tokens.size();
 }

@@ -34,9 +34,6 @@ int nesting_of(const Token& first) {
   return 0;
 }
 
-bool opens(const Token& token) { return token.is('{') || token.is('[') || token.is('('); }
-bool closes(const Token& token) { return token.is('}') || token.is(']') || token.is(')'); }
-
 /// Where the target that starts at `from` ends: at a comma, or at a name that no operator ties to it
 /// (approximation, WITH, CA).
 std::size_t end_of_target(Tokens statement, std::size_t from) {
@@ -45,11 +42,11 @@ std::size_t end_of_target(Tokens statement, std::size_t from) {
     const Token& token = statement[i];
     if (i > from && depth <= 0) {
       const Token& before = statement[i - 1];
-      const bool is_tied = before.kind == TokenKind::Symbol && !closes(before);
+      const bool is_tied = before.kind == TokenKind::Symbol && !before.closes();
       if (token.is(',') || (token.kind == TokenKind::Name && !is_tied)) return i;
     }
-    if (opens(token)) ++depth;
-    if (closes(token)) --depth;
+    if (token.opens()) ++depth;
+    if (token.closes()) --depth;
   }
   return statement.size();
 }

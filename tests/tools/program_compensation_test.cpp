@@ -267,7 +267,8 @@ void expect_bits_of(const JointVector& q, const RobotModel& real, bool status_ch
   EXPECT_EQ(static_cast<int>(after.turn->value), oracle::turn(q_real));
   EXPECT_EQ(after.status->value != status, status_changes);
   EXPECT_EQ(after.turn->value != turn, turn_changes);
-  EXPECT_EQ(corrected.done.notes.size(), static_cast<std::size_t>(status_changes + turn_changes));
+  EXPECT_EQ(corrected.done.notes.size(), static_cast<std::size_t>(1 + status_changes + turn_changes));
+  EXPECT_THAT(corrected.done.notes[0].text, HasSubstr("KUKA's own accuracy model"));
 }
 
 TEST(ProgramCompensation, TurnFollowsAnAxisAcrossItsBoundaryAndThatIsSaid) {

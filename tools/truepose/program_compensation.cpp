@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
 #include <sstream>
 
 #include "core/compensation/pose_inverse.hpp"
@@ -31,6 +32,15 @@ constexpr double kLargestMove_mm = 50;
 constexpr double kUnmoved_mm = 1e-7;
 constexpr double kUnmoved_rad = 1e-9;
 constexpr double kSameJoints_rad = 1e-6;
+
+constexpr std::string_view kNearestNote =
+    "S and T are missing, here first: such positions are taken as the controller would come to them, nearest "
+    "to "
+    "the position before";
+constexpr int kAccurateRobotBit = 0b10000;  // of S
+constexpr std::string_view kAccurateRobotNote =
+    "S has bit 4, here first: taught on an arm with KUKA's own accuracy model; where that is active, two "
+    "corrections would add up";
 
 struct Correction {
   std::array<double, 6> values{};  // as in Position, mm and deg
@@ -94,6 +104,9 @@ class Compensator {
                                                     const JointVector& q) const;
   void leave(const Step& step, std::string why, std::optional<Spot> because = {});
   void use(const Step& step, const Point& point, const std::expected<JointVector, std::string>& q);
+  void note_once(std::string_view text, Spot spot) {
+    if (noted_.insert(text).second) result_.notes.push_back({spot, std::string(text)});
+  }
   bool is_same_use(const PointState& state, const Step& step,
                    const std::expected<JointVector, std::string>& q) const;
   void add_edits(const Point& point, const Correction& correction);
@@ -115,7 +128,7 @@ class Compensator {
   const RobotModel& calibrated_;
   std::vector<PointState> states_;
   std::optional<JointVector> q_near_;  // of the target before
-  bool noted_nearest_ = false;
+  std::set<std::string_view> noted_;
   ProgramCompensation result_;
 };
 
@@ -198,13 +211,8 @@ std::expected<JointVector, std::string> Compensator::nominal_joints(const Step& 
   if (auto why = uncertain(base(step), false)) return std::unexpected(*why);
   const krl::Position& position = point.position;
   const auto status = bits(position.status), turn = bits(position.turn);
-  if (!noted_nearest_ && !(status && turn) && q_near_) {
-    noted_nearest_ = true;
-    result_.notes.push_back(
-        {step.spot,
-         "S and T are missing, here first: such positions are taken as the controller would "
-         "come to them, nearest to the position before"});
-  }
+  if (!(status && turn) && q_near_) note_once(kNearestNote, step.spot);
+  if (status && (*status & kAccurateRobotBit)) note_once(kAccurateRobotNote, step.spot);
   return inverse_.solve(flange_of(step, krl::pose_of(position)), status, turn, q_near_);
 }
 
