@@ -116,6 +116,7 @@ std::expected<void, Fault> Reader::read_statement(Tokens statement) {
   if (starts_routine(statement)) {
     ++routine_;
     nesting_ = 0;
+    before_spline_.reset();
     frames_.start();
     add_step(spot, std::nullopt);
     return {};

@@ -104,6 +104,8 @@ int expect_the_real_arm_where_the_nominal_one_was(const Corrected& corrected) {
   JointVector q_before = JointVector::Zero(6), q_after = q_before;
   int compared = 0;
   EXPECT_EQ(corrected.program.steps.size(), corrected.program_after.steps.size());
+  EXPECT_EQ(corrected.program.points.size(), corrected.program_after.points.size());
+  if (corrected.program.points.size() != corrected.program_after.points.size()) return 0;
   for (std::size_t i = 0; i < corrected.program.steps.size(); ++i) {
     const krl::Step& step = corrected.program.steps[i];
     if (!step.point) continue;
