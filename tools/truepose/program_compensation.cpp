@@ -107,8 +107,6 @@ class Compensator {
   void note_once(std::string_view text, Spot spot) {
     if (noted_.insert(text).second) result_.notes.push_back({spot, std::string(text)});
   }
-  bool is_same_use(const PointState& state, const Step& step,
-                   const std::expected<JointVector, std::string>& q) const;
   void add_edits(const Point& point, const Correction& correction);
   void add_status_turn_edits(const Point& point, const StatusTurn& now);
 
@@ -191,8 +189,9 @@ void Compensator::use(const Step& step, const Point& point,
                       const std::expected<JointVector, std::string>& q) {
   PointState& state = states_[*step.point];
   if (state.is_left) return;
-  // Either correction would be wrong at the other motion, and a second point is the programmer's to teach.
-  if (state.first && !is_same_use(state, step, q))
+  // Other joints for the same numbers: either correction would be wrong at the other motion, and a second
+  // point is the programmer's to teach.
+  if (state.first && !(q && (state.q - *q).cwiseAbs().maxCoeff() < kSameJoints_rad))
     return leave(step, "is used before with another tool, base or configuration", state.first->spot);
   if (state.first) return;
   if (!q) return leave(step, q.error());
@@ -214,14 +213,6 @@ std::expected<JointVector, std::string> Compensator::nominal_joints(const Step& 
   if (!(status && turn) && q_near_) note_once(kNearestNote, step.spot);
   if (status && (*status & kAccurateRobotBit)) note_once(kAccurateRobotNote, step.spot);
   return inverse_.solve(flange_of(step, krl::pose_of(position)), status, turn, q_near_);
-}
-
-bool Compensator::is_same_use(const PointState& state, const Step& step,
-                              const std::expected<JointVector, std::string>& q) const {
-  return q && (state.q - *q).cwiseAbs().maxCoeff() < kSameJoints_rad &&
-         (program_.points[*step.point].position.form == PositionForm::Axes ||
-          (tool(step).X.matrix() == tool(*state.first).X.matrix() &&
-           base(step).X.matrix() == base(*state.first).X.matrix()));
 }
 
 std::expected<Correction, std::string> Compensator::correction(const Step& step, const Point& point,
