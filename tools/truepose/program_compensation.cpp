@@ -176,7 +176,7 @@ std::expected<void, krl::ProgramFault> Compensator::visit(const Step& step) {
   const bool is_ours = point.position.spot.file != File::Config;
   if (point.position.form == PositionForm::Cartesian) {
     const auto tool_missing = missing(tool(step), true), base_missing = missing(base(step), false);
-    if (is_ours && (tool_missing || base_missing))
+    if (is_ours && !step.fixed_tool && (tool_missing || base_missing))
       return std::unexpected(krl::ProgramFault{step.spot, tool_missing ? *tool_missing : *base_missing});
   }
   const auto q = nominal_joints(step, point);
