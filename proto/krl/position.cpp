@@ -9,6 +9,8 @@
 namespace truepose::krl {
 namespace {
 
+/// More than any of KUKA's structures has; what is longer is no aggregate.
+constexpr std::size_t kMostComponents = 256;
 constexpr std::array<std::string_view, 6> kFrameNames{"X", "Y", "Z", "A", "B", "C"};
 constexpr std::array<std::string_view, 6> kAxisNames{"A1", "A2", "A3", "A4", "A5", "A6"};
 
@@ -98,6 +100,8 @@ std::expected<Aggregate, Fault> read_aggregate(Tokens tokens, std::size_t& next)
   while (true) {
     const std::size_t end = end_of_value(tokens, i);
     if (end == tokens.size()) return not_closed();
+    if (aggregate.fields.size() == kMostComponents)
+      return std::unexpected(Fault{tokens[i].at, "too many components; give at most 256"});
     if (end > i && tokens[i].kind == TokenKind::Name) {
       if (aggregate.find(in_capitals(tokens[i].text)))
         return std::unexpected(

@@ -46,7 +46,7 @@ struct Aggregate {
 
 /// Reads the aggregate whose brace is tokens[next], and leaves `next` behind it. Components that are
 /// aggregates or arrays themselves have neither number nor word.
-/// Errors: a brace that is not closed, a component given twice, a number out of range.
+/// Errors: a brace that is not closed, a component given twice, more than 256 of them, a number out of range.
 std::expected<Aggregate, Fault> read_aggregate(Tokens tokens, std::size_t& next);
 
 /// The number that is all of `tokens`: with or without a sign, binary ('B01') or hexadecimal ('HFF'). No

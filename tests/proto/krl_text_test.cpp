@@ -92,6 +92,14 @@ TEST(KrlAggregate, WhatIsNotClosedGivenTwiceOrOutOfRangeIsAFault) {
   }
 }
 
+TEST(KrlAggregate, EndlessOnesAreAFault) {
+  std::string text = "{";
+  for (int i = 0; i < 100'000; ++i) text.append("N").append(std::to_string(i)).append(" 1,");
+  const auto aggregate = aggregate_of(Statement(text + "X 1}"));
+  ASSERT_FALSE(aggregate);
+  EXPECT_EQ(aggregate.error().what, "too many components; give at most 256");
+}
+
 TEST(KrlPosition, IsCartesianOrOfAxesAndWhole) {
   EXPECT_EQ(reason("{POS: c 6,X 1,Y 2,Z 3,A 4,B 5,S 'B110',T 35,E1 7}"), "");
   EXPECT_EQ(reason("{A1 1,A2 2,A3 3,A4 4,A5 5,A6 6,E1 R_E1}"), "");
