@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "core/kinematics/robot_model.hpp"
 
 /// What a controller of the KR 210 R2700-2 makes of positions: written from the arm's drawing and KUKA's
