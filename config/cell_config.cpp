@@ -1,9 +1,12 @@
 #include "config/cell_config.hpp"
 
 #include <charconv>
+#include <utility>
 
 #include "config/number_text.hpp"
+#include "config/ranges.hpp"
 #include "config/robot_file.hpp"
+#include "config/robot_payload.hpp"
 #include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
 
@@ -38,14 +41,18 @@ Endpoint endpoint(const YamlValue& value, PortZero zero = PortZero::Refused) {
 }
 
 RobotConfig robot_config(const YamlValue& value, const path& folder) {
-  const YamlMap map(value, {"file", "eki_motion", "eki_state", "expect_model", "max_fk_deviation_mm"});
+  const YamlMap map(value, {"file", "eki_motion", "eki_state", "expect_model", "max_fk_deviation_mm",
+                            "repeatability_mm", "payload"});
   RobotConfig robot;
   robot.file = map.at("file").path_from(folder);
   robot.model = load_robot(robot.file);
+  robot.body = load_body(robot.file);
+  if (const YamlValue* payload = map.find("payload")) add_payload(robot.model, *payload);
   robot.eki_motion = endpoint(map.at("eki_motion"));
   robot.eki_state = endpoint(map.at("eki_state"));
   map.read("expect_model", robot.expect_model);
   map.read("max_fk_deviation_mm", robot.max_fk_deviation_mm, {0.001, 1000});
+  map.read("repeatability_mm", robot.repeatability_mm, {1e-6, 10});
   return robot;
 }
 
@@ -69,9 +76,15 @@ StreamConfig stream_config(const YamlValue& value, const path& folder) {
   return stream;
 }
 
+TrackerNoiseModel noise_value(const YamlValue& value) {
+  const YamlMap map(value, {"range_mm", "transverse_mm_per_m"});
+  return {.range_mm = map.at("range_mm").number({1e-6, 10}),
+          .transverse_mm_per_m = map.at("transverse_mm_per_m").number({1e-6, 10})};
+}
+
 TrackerConfig tracker_config(const YamlValue& value) {
-  const YamlMap map(
-      value, {"address", "reflector", "measure_ms", "search_first_mm", "search_mm", "gate_mm", "placement"});
+  const YamlMap map(value, {"address", "reflector", "measure_ms", "search_first_mm", "search_mm", "gate_mm",
+                            "placement", "noise", "beam_radius_mm"});
   TrackerConfig tracker;
   tracker.address = endpoint(map.at("address"));
   map.read("reflector", tracker.reflector);
@@ -80,6 +93,8 @@ TrackerConfig tracker_config(const YamlValue& value) {
   map.read("search_mm", tracker.search_mm, {1, 5000});
   map.read("gate_mm", tracker.gate_mm, {0.1, 5000});
   if (const YamlValue* placement = map.find("placement")) tracker.placement = pose_value(*placement);
+  if (const YamlValue* noise = map.find("noise")) tracker.noise = noise_value(*noise);
+  map.read("beam_radius_mm", tracker.beam_radius_mm, {0, 1000});
   return tracker;
 }
 
@@ -94,9 +109,10 @@ ReflectorConfig reflector_config(const YamlValue& value) {
 }
 
 CampaignConfig campaign_config(const YamlValue& value) {
-  const YamlMap map(value,
-                    {"identify_poses", "validate_poses", "coarse_after", "seed", "speed_percent", "settle_ms",
-                     "warm_up_s", "warm_up_moves", "retries", "limit_margin_deg", "floor_mm", "remeasure"});
+  const YamlMap map(
+      value, {"identify_poses", "validate_poses", "coarse_after", "seed", "speed_percent", "settle_ms",
+              "warm_up_s", "warm_up_moves", "retries", "limit_margin_deg", "wrist_margin_deg", "criterion",
+              "candidates", "reference_every", "approach", "approach_deg", "remeasure"});
   CampaignConfig campaign;
   map.read("identify_poses", campaign.identify_poses, 5, 10'000);
   map.read("validate_poses", campaign.validate_poses, 0, 10'000);
@@ -109,13 +125,58 @@ CampaignConfig campaign_config(const YamlValue& value) {
   map.read("warm_up_moves", campaign.warm_up_moves, 0, 1000);
   map.read("retries", campaign.retries, 0, 100);
   map.read("limit_margin_deg", campaign.limit_margin_deg, {0, 90});
-  map.read("floor_mm", campaign.floor_mm, {-100'000, 100'000});
+  map.read("wrist_margin_deg", campaign.wrist_margin_deg, {0, 45});
+  map.read("criterion", campaign.criterion,
+           {{"i", DesignCriterion::I}, {"d", DesignCriterion::D}, {"a", DesignCriterion::A}});
+  map.read("candidates", campaign.candidates, 10, 100'000);
+  map.read("reference_every", campaign.reference_every, 0, 10'000);
+  map.read("approach", campaign.approach,
+           {{"any", ApproachSide::Any},
+            {"upwards", ApproachSide::Upwards},
+            {"alternate", ApproachSide::Alternate}});
+  map.read("approach_deg", campaign.approach_deg, {0.1, 45});
   map.read("remeasure", campaign.remeasure);
   if (campaign.coarse_after > campaign.identify_poses) {
     value.fail("coarse_after is more than identify_poses: expected at most " +
                std::to_string(campaign.identify_poses) + ", found " + std::to_string(campaign.coarse_after));
   }
   return campaign;
+}
+
+Surroundings surroundings_config(const YamlValue& value, RobotConfig& robot) {
+  const YamlMap map(value, {"floor_mm", "clearance_mm", "tracker_radius_mm", "obstacles", "tool"});
+  Surroundings about;
+  map.read("floor_mm", about.floor_mm, kMm);
+  map.read("clearance_mm", about.clearance_mm, {0, 10'000});
+  map.read("tracker_radius_mm", about.tracker_radius_mm, {0, 10'000});
+  if (const YamlValue* obstacles = map.find("obstacles")) about.obstacles = capsules_value(*obstacles);
+  if (const YamlValue* tool = map.find("tool")) {
+    for (const Capsule& capsule : capsules_value(*tool))
+      robot.body.push_back({robot.model.joint_count() + 1, capsule});
+  }
+  return about;
+}
+
+CalibrationConfig calibration_config(const YamlValue& value) {
+  const YamlMap map(value, {"deviation", "harmonics", "residual", "loss"});
+  CalibrationConfig calibration;
+  map.read("deviation", calibration.deviation, {{"none", false}, {"auto", true}});
+  if (const YamlValue* harmonics = map.find("harmonics")) {
+    calibration.harmonics.clear();
+    for (const YamlValue& multiple : harmonics->list())
+      calibration.harmonics.push_back(static_cast<int>(multiple.integer(1, 10'000)));
+  }
+  using Kinds = std::vector<RegressorKind>;
+  map.read("residual", calibration.residual,
+           {{"none", Kinds{}},
+            {"auto", Kinds(kAllRegressors.begin(), kAllRegressors.end())},
+            {"gp", Kinds{*regressor_kind("gp")}},
+            {"kriging", Kinds{*regressor_kind("kriging")}},
+            {"idw", Kinds{*regressor_kind("idw")}}});
+  map.read(
+      "loss", calibration.loss,
+      {{"squared", Loss::Squared}, {"huber", Loss::Huber}, {"igg3", Loss::Igg3}, {"tukey", Loss::Tukey}});
+  return calibration;
 }
 
 ControlConfig control_config(const YamlValue& value, const path& folder) {
@@ -130,8 +191,8 @@ ControlConfig control_config(const YamlValue& value, const path& folder) {
 
 CellConfig load_cell(const path& file) {
   const YamlValue root = read_yaml(file);
-  const YamlMap map(
-      root, {"name", "robot", "stream", "tracker", "reflector", "campaign", "control", "store", "log_level"});
+  const YamlMap map(root, {"name", "robot", "stream", "tracker", "reflector", "surroundings", "workspace",
+                           "task", "campaign", "calibration", "control", "store", "log_level"});
   const path folder = file.parent_path();
   CellConfig cell;
   cell.name = map.at("name").text();
@@ -139,7 +200,16 @@ CellConfig load_cell(const path& file) {
   cell.stream = stream_config(map.at("stream"), folder);
   cell.tracker = tracker_config(map.at("tracker"));
   if (const YamlValue* reflector = map.find("reflector")) cell.reflector = reflector_config(*reflector);
+  if (const YamlValue* about = map.find("surroundings")) {
+    cell.surroundings = surroundings_config(*about, cell.robot);
+  }
+  if (const YamlValue* workspace = map.find("workspace")) cell.workspace = box_value(*workspace);
+  cell.task = cell.workspace;
+  if (const YamlValue* task = map.find("task")) cell.task = box_value(*task);
   if (const YamlValue* campaign = map.find("campaign")) cell.campaign = campaign_config(*campaign);
+  if (const YamlValue* calibration = map.find("calibration")) {
+    cell.calibration = calibration_config(*calibration);
+  }
   cell.control = control_config(map.at("control"), folder);
   cell.store = map.at("store").path_from(folder);
   map.read("log_level", cell.log_level,
@@ -149,6 +219,18 @@ CellConfig load_cell(const path& file) {
             {"warn", "warn"},
             {"error", "error"}});
   return cell;
+}
+
+void use_robot(CellConfig& cell, const path& file) {
+  RobotConfig& robot = cell.robot;
+  const int flange = robot.model.joint_count() + 1;
+  robot.file = file;
+  robot.model = load_robot(file);
+  std::vector<BodyPart> body = load_body(file);
+  for (const BodyPart& part : robot.body) {
+    if (part.link == flange) body.push_back({robot.model.joint_count() + 1, part.capsule});
+  }
+  robot.body = std::move(body);
 }
 
 }  // namespace truepose::config

@@ -6,9 +6,15 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "config/config_error.hpp"
+#include "core/calibration/measurement_noise.hpp"
+#include "core/calibration/robust_loss.hpp"
 #include "core/kinematics/robot_model.hpp"
+#include "core/planning/design.hpp"
+#include "core/planning/scene.hpp"
+#include "core/regression/regressor.hpp"
 
 namespace truepose::config {
 
@@ -21,11 +27,13 @@ struct Endpoint {
 struct RobotConfig {
   std::filesystem::path file;  ///< robot file
   RobotModel model;            ///< read from it
+  std::vector<BodyPart> body;  ///< what the arm and its tool occupy
   Endpoint eki_motion;         ///< channel CellLink
   Endpoint eki_state;          ///< channel CellState
   std::string expect_model;    ///< part of the controller's own name of the arm; empty = not checked
   double max_fk_deviation_mm =
       1;  ///< RIst against nominal kinematics of AIPos: beyond this the arm is refused
+  double repeatability_mm = 0.0166;  ///< standard deviation per axis of the arm's position
 };
 
 enum class RealtimePolicy { Require, Prefer, Off };
@@ -53,6 +61,8 @@ struct TrackerConfig {
   double gate_mm = 25;           ///< a point farther than this from its prediction is a wrong reflector
   Eigen::Isometry3d placement =
       Eigen::Isometry3d::Identity();  ///< rough X_WB: where the base stands for the tracker
+  TrackerNoiseModel noise{.range_mm = 0.01, .transverse_mm_per_m = 0.003};
+  double beam_radius_mm = 25;  ///< kept free around the beam
 };
 
 struct ReflectorConfig {
@@ -60,6 +70,12 @@ struct ReflectorConfig {
   Eigen::Vector3d p_FS_mm{0, 0, 0};   ///< rough position in the flange frame
   Eigen::Vector3d facing_F{0, 0, 1};  ///< direction of its opening in the flange frame
   double acceptance_deg = 30;         ///< half angle of the cone in which it can be seen
+};
+
+enum class ApproachSide {
+  Any,        ///< by the shortest way
+  Upwards,    ///< every joint arrives moving upwards, so that its backlash always lies on one side
+  Alternate,  ///< upwards and downwards in turn, so that backlash can be identified
 };
 
 struct CampaignConfig {
@@ -72,9 +88,22 @@ struct CampaignConfig {
   std::chrono::seconds warm_up{0};
   int warm_up_moves = 2;
   int retries = 2;              ///< of a failed point, before it is skipped and listed
-  double limit_margin_deg = 5;  ///< kept from the joint limits by sampled poses
-  double floor_mm = 300;        ///< no joint or reflector below this height
-  bool remeasure = true;        ///< reach the validation poses with compensated joints and measure again
+  double limit_margin_deg = 5;  ///< kept from the joint limits by planned poses
+  double wrist_margin_deg = 3;  ///< least angle from a singular wrist
+  DesignCriterion criterion = DesignCriterion::I;
+  int candidates = 2000;    ///< poses among which those to measure are chosen
+  int reference_every = 0;  ///< poses from one measurement of a reference pose to the next; 0: none
+  ApproachSide approach = ApproachSide::Any;
+  double approach_deg = 2;  ///< way of every joint from the side from which it arrives
+  bool remeasure = true;    ///< reach the validation poses with compensated joints and measure again
+};
+
+/// How campaigns identify. The noise is the tracker's and the arm's.
+struct CalibrationConfig {
+  bool deviation = false;  ///< joints' deviations that cross-validation keeps
+  std::vector<int> harmonics{1, 2};
+  std::vector<RegressorKind> residual;  ///< of a residual field; none: no field
+  Loss loss = Loss::Squared;
 };
 
 struct ControlConfig {
@@ -88,7 +117,11 @@ struct CellConfig {
   StreamConfig stream;
   TrackerConfig tracker;
   ReflectorConfig reflector;
+  Surroundings surroundings;
+  Box workspace;  ///< where the reflector may go; robot base frame
+  Box task;       ///< where accuracy matters
   CampaignConfig campaign;
+  CalibrationConfig calibration;
   ControlConfig control;
   std::filesystem::path store;  ///< SQLite file
   std::string log_level = "info";
@@ -96,5 +129,8 @@ struct CellConfig {
 
 /// Reads a cell file and every file that it names (relative to it). Throws ConfigError.
 CellConfig load_cell(const std::filesystem::path& file);
+
+/// Puts the arm of another robot file in place of the cell's; the tool's body stays on its flange.
+void use_robot(CellConfig& cell, const std::filesystem::path& file);
 
 }  // namespace truepose::config

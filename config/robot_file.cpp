@@ -2,6 +2,7 @@
 
 #include "config/joint_list.hpp"
 #include "config/ranges.hpp"
+#include "config/robot_payload.hpp"
 #include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
 #include "core/kinematics/angles.hpp"
@@ -14,7 +15,9 @@ constexpr Range kAxisDeg{-100'000, 100'000};  // an axis may turn without end
 constexpr Range kSpeed{0, 100'000};
 
 YamlMap joint_map(const YamlValue& joint) {
-  return {joint, {"type", "a", "alpha", "d", "theta", "beta", "sign", "min", "max", "speed", "mass"}};
+  return {joint,
+          {"type", "a", "alpha", "d", "theta", "beta", "sign", "min", "max", "speed", "acceleration", "mass",
+           "body"}};
 }
 
 Joint joint(const YamlValue& value) {
@@ -38,6 +41,8 @@ Joint joint(const YamlValue& value) {
   if (joint.min >= joint.max) map.at("min").fail("expected less than max");
   joint.speed = map.at("speed").number(kSpeed) * per_unit;
   if (joint.speed == 0) map.at("speed").fail("expected more than 0");
+  map.read("acceleration", joint.acceleration, kSpeed);
+  joint.acceleration *= per_unit;
   return joint;
 }
 
@@ -56,25 +61,20 @@ std::vector<LinkMass> masses_value(const YamlValue& joints) {
   return masses;
 }
 
-/// One mass in place of two that move together.
-LinkMass together(const LinkMass& a, const LinkMass& b) {
-  const double sum_kg = a.mass_kg + b.mass_kg;
-  if (sum_kg == 0) return a;
-  return {.mass_kg = sum_kg, .centre_mm = (a.mass_kg * a.centre_mm + b.mass_kg * b.centre_mm) / sum_kg};
+YamlMap robot_map(const YamlValue& root) {
+  return {root, {"name", "joints", "flange", "payload", "gravity", "base_body"}};
 }
 
-void add_payload(RobotModel& robot, const YamlValue& value) {
-  if (robot.masses.empty()) value.fail("expected a mass for every joint too");
-  LinkMass payload = mass_value(value);
-  payload.centre_mm = robot.X_flange * payload.centre_mm;
-  robot.masses.back() = together(robot.masses.back(), payload);
+void add_parts(std::vector<BodyPart>& body, int link, const YamlValue* capsules) {
+  if (!capsules) return;
+  for (const Capsule& capsule : capsules_value(*capsules)) body.push_back({link, capsule});
 }
 
 }  // namespace
 
 RobotModel load_robot(const std::filesystem::path& file) {
   const YamlValue root = read_yaml(file);
-  const YamlMap map(root, {"name", "joints", "flange", "payload", "gravity"});
+  const YamlMap map = robot_map(root);
   RobotModel robot;
   robot.name = map.at("name").text();
   robot.joints = joints_value(map.at("joints"), joint);
@@ -83,6 +83,17 @@ RobotModel load_robot(const std::filesystem::path& file) {
   if (const YamlValue* payload = map.find("payload")) add_payload(robot, *payload);
   if (const YamlValue* gravity = map.find("gravity")) robot.gravity_B = direction_value(*gravity);
   return robot;
+}
+
+std::vector<BodyPart> load_body(const std::filesystem::path& file) {
+  const YamlValue root = read_yaml(file);
+  const YamlMap map = robot_map(root);
+  std::vector<BodyPart> body;
+  add_parts(body, 0, map.find("base_body"));
+  int link = 0;
+  for (const YamlValue& joint : map.at("joints").list())
+    add_parts(body, ++link, joint_map(joint).find("body"));
+  return body;
 }
 
 }  // namespace truepose::config

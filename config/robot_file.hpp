@@ -1,14 +1,19 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "config/config_error.hpp"
 #include "core/kinematics/robot_model.hpp"
+#include "core/planning/scene.hpp"
 
 namespace truepose::config {
 
 /// Reads a robot file (YAML; mm, deg, deg/s, kg). A payload becomes part of the last link's mass. Throws
 /// ConfigError naming file, line, column and key.
 RobotModel load_robot(const std::filesystem::path& file);
+
+/// What the arm of a robot file occupies, link by link; empty where the file does not say.
+std::vector<BodyPart> load_body(const std::filesystem::path& file);
 
 }  // namespace truepose::config

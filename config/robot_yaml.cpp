@@ -43,7 +43,8 @@ std::string joint_text(const Joint& joint) {
   add("sign", joint.sign);
   add("min", joint.min);
   add("max", joint.max);
-  return text + "speed: " + format_number(joint.speed) + "}\n";
+  add("speed", joint.speed);
+  return text + "acceleration: " + format_number(joint.acceleration) + "}\n";
 }
 
 std::string term_text(const DeviationTerm& term) {
@@ -70,7 +71,8 @@ std::string mass_text(const LinkMass& mass) {
 }
 
 Joint joint_value(const YamlValue& value) {
-  const YamlMap map(value, {"type", "a", "alpha", "d", "theta", "beta", "sign", "min", "max", "speed"});
+  const YamlMap map(
+      value, {"type", "a", "alpha", "d", "theta", "beta", "sign", "min", "max", "speed", "acceleration"});
   Joint joint;
   map.read("type", joint.type, {{"revolute", JointType::Revolute}, {"prismatic", JointType::Prismatic}});
   joint.a_mm = map.at("a").number(kMm);
@@ -82,6 +84,7 @@ Joint joint_value(const YamlValue& value) {
   joint.min = map.at("min").number(kAny);
   joint.max = map.at("max").number(kAny);
   joint.speed = map.at("speed").number(kAny);
+  map.read("acceleration", joint.acceleration, kAny);
   return joint;
 }
 

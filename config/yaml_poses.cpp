@@ -25,6 +25,28 @@ Eigen::Vector3d direction_value(const YamlValue& value) {
   return direction.normalized();
 }
 
+std::vector<Capsule> capsules_value(const YamlValue& value) {
+  std::vector<Capsule> capsules;
+  for (const YamlValue& each : value.list()) {
+    const YamlMap map(each, {"from", "to", "radius"});
+    Capsule capsule;
+    capsule.from_mm = capsule.to_mm = point_value(map.at("from"));
+    if (const YamlValue* to = map.find("to")) capsule.to_mm = point_value(*to);
+    capsule.radius_mm = map.at("radius").number({0, 10'000});
+    capsules.push_back(capsule);
+  }
+  return capsules;
+}
+
+Box box_value(const YamlValue& value) {
+  const YamlMap map(value, {"min", "max"});
+  Box box;
+  if (const YamlValue* min = map.find("min")) box.min_mm = point_value(*min);
+  if (const YamlValue* max = map.find("max")) box.max_mm = point_value(*max);
+  if ((box.min_mm.array() >= box.max_mm.array()).any()) value.fail("expected every min below its max");
+  return box;
+}
+
 LinkMass mass_value(const YamlValue& value) {
   const YamlMap map(value, {"kg", "x", "y", "z"});
   return {.mass_kg = map.at("kg").number(kKg), .centre_mm = xyz_value(map, kMm)};

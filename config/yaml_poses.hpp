@@ -4,6 +4,7 @@
 
 #include "config/yaml_reader.hpp"
 #include "core/kinematics/robot_model.hpp"
+#include "core/planning/scene.hpp"
 
 namespace truepose::config {
 
@@ -18,6 +19,12 @@ Eigen::Vector3d point_value(const YamlValue& value);
 
 /// {x, y, z} of any length but zero, as a unit vector.
 Eigen::Vector3d direction_value(const YamlValue& value);
+
+/// A list of {from: {x, y, z}, to: {x, y, z}, radius}: mm. Without `to` a sphere.
+std::vector<Capsule> capsules_value(const YamlValue& value);
+
+/// {min: {x, y, z}, max: {x, y, z}}: mm. Either corner may be left out: no bound.
+Box box_value(const YamlValue& value);
 
 /// {kg, x, y, z}: a mass and its centre, mm.
 LinkMass mass_value(const YamlValue& value);

@@ -124,6 +124,18 @@ struct Kernels {
   /// overwritten. Column by column, the stride a multiple of kMostLanes and above n, aligned.
   /// @return the smallest squared pivot; not positive where A is not positive definite, and x is not set
   double (*solve_positive)(double* A, int stride, int n, double* x);
+
+  // Choosing poses. Candidates stand in blocks of kMostLanes, one a lane; a matrix of each candidate is kept
+  // entry by entry, row by row, of a symmetric 3 x 3 one those with row <= column.
+
+  /// X = A U of every candidate: A 3 x columns, U columns x 3 row by row, X 3 x 3.
+  void (*project)(const double* rows, int blocks, int columns, const double* U, double* X);
+  /// S += factor (X Y' + Y X').
+  void (*add_products)(const double* X, const double* Y, double factor, int blocks, double* S);
+  /// The determinant of I + V.
+  void (*volume_gains)(const double* V, int blocks, double* gain);
+  /// The trace of (I + V)^-1 W.
+  void (*variance_gains)(const double* V, const double* W, int blocks, double* gain);
 };
 
 /// Whether this machine has the instruction set and this build the code.

@@ -31,9 +31,10 @@ struct Joint {
   double theta_rad = 0;
   double beta_rad = 0;
   double sign = 1;
-  double min = 0;    ///< lower limit of q (rad or mm)
-  double max = 0;    ///< upper limit of q (rad or mm)
-  double speed = 0;  ///< greatest speed of q (rad/s or mm/s)
+  double min = 0;           ///< lower limit of q (rad or mm)
+  double max = 0;           ///< upper limit of q (rad or mm)
+  double speed = 0;         ///< greatest speed of q (rad/s or mm/s)
+  double acceleration = 0;  ///< greatest acceleration of q (rad/s^2 or mm/s^2); 0 = not known: at once
 };
 
 /// What a joint's deviation from its encoder depends on.

@@ -1,36 +1,59 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
-#include "core/calibration/calibrated_cell.hpp"
+#include "core/planning/design.hpp"
 
 namespace truepose {
 
-enum class DesignCriterion {
-  D,  ///< the smallest volume of the parameters' uncertainty
-  I,  ///< the smallest mean variance of the predicted positions of the task
-};
-
 struct DesignOptions {
   DesignCriterion criterion = DesignCriterion::I;
-  int poses = 30;          ///< more than identify the cell: 9 poses of one reflector give 27 parameters
+  int poses = 30;
+  int restarts = 3;        ///< random designs that the exchange starts from, beside the greedy one
   int max_passes = 50;     ///< over the chosen poses; each pass improves the design or is the last
-  std::uint64_t seed = 0;  ///< of the design from which the exchange starts
+  std::uint64_t seed = 0;  ///< of the random designs
 };
 
-/// Chooses the candidates to measure, by exchange: each chosen pose in turn is given up for the candidate
-/// that serves the criterion best, until none can be bettered. The result is a local optimum.
+/// Adds to a design, one by one, the candidate that serves its criterion best, until it has `poses`.
+void add_greedily(Design& design, int poses);
+
+/// The candidates to measure: greedily chosen ones and random ones, each bettered by exchange, in which every
+/// chosen pose in turn is given up for the candidate that serves the criterion best, until none can be
+/// bettered; the best of them. Local optima, so that more restarts may find a better one.
 ///
-/// @param cell        roughly known, for the Jacobian alone
-/// @param candidates  at least `options.poses`; no candidate is chosen twice
-/// @param task        poses at which the predictions matter (criterion I)
+/// @param options.poses  at most as many as there are candidates
 /// @return indices of the chosen candidates, ascending
 /// Source: Fedorov, Theory of Optimal Experiments (1972), ch. 3.
-std::vector<std::size_t> optimal_design(const CalibratedCell& cell, std::span<const JointVector> candidates,
-                                        std::span<const JointVector> task, const DesignOptions& options);
+std::vector<std::size_t> optimal_design(const DesignProblem& problem, const DesignOptions& options);
+
+/// The candidate that adds most to what `chosen` tell, in place of one that failed. None where no other is
+/// allowed.
+///
+/// @param allowed  one flag a candidate
+std::optional<std::size_t> best_substitute(const DesignProblem& problem, DesignCriterion criterion,
+                                           std::span<const std::size_t> chosen,
+                                           const std::vector<bool>& allowed);
+
+/// What designs of a size lead to.
+struct DesignSize {
+  int poses = 0;
+  PredictedError error;
+};
+
+/// Optimal designs of several sizes: how the predicted error falls with the number of poses.
+std::vector<DesignSize> design_sizes(const DesignProblem& problem, const DesignOptions& options,
+                                     std::span<const int> sizes);
+
+/// The smallest size from which twice as many poses would lower the error of a compensated arm, its
+/// repeatability included, by less than `gain`; none where all sizes are too small.
+///
+/// @param sizes             ascending; the error of others is taken to fall as 1 / sqrt(poses)
+/// @param repeatability_mm  standard deviation per axis of the arm's position
+std::optional<int> enough_poses(std::span<const DesignSize> sizes, double repeatability_mm,
+                                double gain = 0.05);
 
 }  // namespace truepose

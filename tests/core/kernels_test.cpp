@@ -235,6 +235,61 @@ TEST_P(Kernels, InvertArmsWithFewerThanSixJointsWhereThePoseCanBeReached) {
   }
 }
 
+/// 3 x 3 matrices of candidates as the kernels keep them.
+struct Candidates3 {
+  explicit Candidates3(std::size_t count, std::size_t entries)
+      : lines(count / kernels::kMostLanes * entries) {}
+  double* data() { return lines.front().value; }
+  double& at(std::size_t candidate, std::size_t entry, std::size_t entries) {
+    return lines[candidate / kernels::kMostLanes * entries + entry].value[candidate % kernels::kMostLanes];
+  }
+  std::vector<kernels::Line> lines;
+};
+
+TEST_P(Kernels, ProjectAndJudgeCandidatePosesAsEigenDoes) {
+  constexpr std::size_t kCandidates = 24, kColumns = 39;
+  constexpr int kBlocks = kCandidates / kernels::kMostLanes;
+  Random random{21};
+  Candidates3 rows{kCandidates, 3 * kColumns}, X{kCandidates, 9}, Y{kCandidates, 9}, V{kCandidates, 6},
+      W{kCandidates, 6}, gain{kCandidates, 1};
+  for (kernels::Line& line : rows.lines)
+    for (double& value : line.value) value = random.normal();
+  using Columns = Eigen::Matrix<double, kColumns, 3, Eigen::RowMajor>;
+  const Columns U = Columns::NullaryExpr([&] { return random.normal(); });
+  const Columns P = Columns::NullaryExpr([&] { return random.normal(); });
+  const auto A = [&](std::size_t k) {
+    Eigen::Matrix<double, 3, kColumns> out;
+    for (std::size_t i = 0; i < 3 * kColumns; ++i)
+      out(static_cast<Eigen::Index>(i / kColumns), static_cast<Eigen::Index>(i % kColumns)) =
+          rows.at(k, i, 3 * kColumns);
+    return out;
+  };
+  code().project(rows.data(), kBlocks, kColumns, U.data(), X.data());
+  code().project(rows.data(), kBlocks, kColumns, P.data(), Y.data());
+  code().add_products(X.data(), X.data(), 0.5, kBlocks, V.data());
+  code().add_products(X.data(), Y.data(), 2.0, kBlocks, W.data());
+  const auto near = [](double value, double expected) {
+    return std::abs(value - expected) <= 1e-11 * (1 + std::abs(expected));
+  };
+
+  code().volume_gains(V.data(), kBlocks, gain.data());
+  for (std::size_t k = 0; k < kCandidates; ++k) {
+    const Eigen::Matrix3d AU = A(k) * U;
+    for (std::size_t i = 0; i < 9; ++i)
+      EXPECT_PRED2(near, X.at(k, i, 9),
+                   AU(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)));
+    const Eigen::Matrix3d S = Eigen::Matrix3d::Identity() + AU * AU.transpose();
+    EXPECT_PRED2(near, gain.at(k, 0, 1), S.determinant());
+  }
+  code().variance_gains(V.data(), W.data(), kBlocks, gain.data());
+  for (std::size_t k = 0; k < kCandidates; ++k) {
+    const Eigen::Matrix3d AU = A(k) * U, AP = A(k) * P;
+    const Eigen::Matrix3d S = Eigen::Matrix3d::Identity() + AU * AU.transpose();
+    const Eigen::Matrix3d sum = 2 * (AU * AP.transpose() + AP * AU.transpose());
+    EXPECT_PRED2(near, gain.at(k, 0, 1), (S.inverse() * sum).trace());
+  }
+}
+
 TEST_P(Kernels, InvertByTheShorterWayRound) {
   const RobotModel robot = kr210(true);
   const JointVector q = (JointVector(6) << 0.2, -1.4, 1.5, 0.3, 0.8, 0.1).finished();

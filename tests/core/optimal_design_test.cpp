@@ -5,104 +5,190 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "config/robot_file.hpp"
-#include "core/calibration/calibrate.hpp"
 #include "core/evaluation/cramer_rao.hpp"
 #include "core/random.hpp"
 #include "core/simulation/measurement_campaign.hpp"
+#include "tests/core/planning_example.hpp"
 
 namespace truepose {
 namespace {
 
-CalibratedCell cell() {
-  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-  X_WB.translation() = Eigen::Vector3d{4000, 500, -300};
-  return {config::load_robot(TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml"),
-          BasePose::of(X_WB),
-          {{"1", {80, 40, 120}}}};
-}
+constexpr MeasurementNoise kNoise{.tracker = {.range_mm = 0.01, .transverse_mm_per_m = 0.003},
+                                  .repeatability_mm = 0.0166};
 
 std::vector<JointVector> poses(int count, std::uint64_t seed) {
   Random random{seed};
-  return random_poses(cell().robot, count, random);
+  return random_poses(test::planning_cell().robot, count, random);
 }
 
-std::vector<JointVector> picked(const std::vector<JointVector>& from, const std::vector<std::size_t>& which) {
-  std::vector<JointVector> out;
-  for (const std::size_t k : which) out.push_back(from[k]);
-  return out;
+DesignProblem problem(int candidates, std::uint64_t seed) {
+  return {test::planning_cell(), poses(candidates, seed), poses(100, seed + 1000), kNoise};
 }
 
-/// log of the determinant of the information, in the basis that all candidates give.
-double log_information(const std::vector<JointVector>& candidates, const std::vector<JointVector>& design) {
-  const Eigen::MatrixXd A =
-      position_jacobian(cell(), design) * whitened_basis(position_jacobian(cell(), candidates));
-  return std::log((A.transpose() * A).determinant());
+Eigen::MatrixXd covariance(const DesignProblem& problem, const std::vector<std::size_t>& chosen) {
+  Eigen::MatrixXd M = Eigen::MatrixXd::Identity(problem.parameters(), problem.parameters());
+  for (const std::size_t k : chosen) M += problem.rows(k).transpose() * problem.rows(k);
+  return M.inverse();
 }
 
-TEST(CramerRao, KnowsTwentySevenParametersOfAKr210) {
-  EXPECT_EQ(whitened_basis(position_jacobian(cell(), poses(60, 1))).cols(), 27);
+/// What a criterion says of a design, reckoned from nothing.
+double cost(const DesignProblem& problem, DesignCriterion criterion, const std::vector<std::size_t>& chosen) {
+  const Eigen::MatrixXd C = covariance(problem, chosen);
+  if (criterion == DesignCriterion::D) return std::log(C.determinant());
+  return criterion == DesignCriterion::A ? C.trace() : (problem.task() * C).trace();
 }
 
-TEST(CramerRao, AtTheMeasuredPosesIsTheShareOfParametersInTheEquations) {
-  // The projection onto 27 of 90 coordinates: trace 27 over 30 points.
-  const auto measured = poses(30, 2);
-  EXPECT_NEAR(cramer_rao_rms_mm(cell(), measured, measured, 0.02), 0.02 * std::sqrt(27.0 / 30), 1e-9);
-}
+class EveryCriterion : public testing::TestWithParam<DesignCriterion> {};
 
-TEST(CramerRao, IsWhatTheFitReachesOverManyTrials) {
-  const auto measured = poses(30, 3), elsewhere = poses(100, 4);
-  const CalibratedCell truth = cell();
-  const double sigma_mm = 0.0194;
-  const TrueArmSetup arm{
-      .robot = truth.robot, .X_WB = truth.base.isometry(), .p_FS_mm = truth.reflectors[0].p_FS_mm};
-  double squares = 0;
-  const int trials = 60;
-  for (int trial = 0; trial < trials; ++trial) {
-    const SimulatedCampaign campaign =
-        measure_campaign(arm, measured, {}, {.tracker_noise_mm = sigma_mm, .seed = std::uint64_t(trial)});
-    const auto fit = calibrate(truth.robot, campaign.data);
-    ASSERT_TRUE(fit) << fit.error().detail;
-    for (const JointVector& q : elsewhere)
-      squares += (fit->cell.predict(q, 0) - truth.predict(q, 0)).squaredNorm();
+TEST_P(EveryCriterion, GainsAreWhatEachCandidateWouldBring) {
+  const DesignProblem p = problem(45, 1);
+  Design design{p, GetParam()};
+  for (const std::size_t k : {3u, 17u, 40u, 8u, 25u, 31u, 2u, 44u, 12u, 20u, 5u, 38u}) design.add(k);
+  design.remove(40);
+  design.remove(3);
+  const double before = cost(p, GetParam(), design.chosen());
+  EXPECT_NEAR(design.cost(), before, 1e-6 * std::abs(before));
+  const std::vector<double> gains(design.gains().begin(), design.gains().end());
+  ASSERT_EQ(gains.size(), 45u);
+  for (std::size_t k = 0; k < gains.size(); ++k) {
+    if (design.has(k)) continue;
+    std::vector<std::size_t> with = design.chosen();
+    with.push_back(k);
+    const double fall = before - cost(p, GetParam(), with);
+    EXPECT_NEAR(GetParam() == DesignCriterion::D ? std::log(gains[k]) : gains[k], fall,
+                1e-5 * std::abs(fall) + 1e-9 * std::abs(before))
+        << k;
   }
-  const double rms_mm = std::sqrt(squares / trials / 100);
-  EXPECT_NEAR(rms_mm / cramer_rao_rms_mm(truth, measured, elsewhere, sigma_mm), 1, 0.06);
 }
 
-TEST(OptimalDesign, ChoosesDistinctPosesThatPredictBetterThanRandomOnes) {
-  const auto candidates = poses(400, 5), task = poses(200, 6), judged = poses(200, 7);
-  const auto design = optimal_design(cell(), candidates, task, {.poses = 30});
-  ASSERT_EQ(design.size(), 30u);
-  EXPECT_EQ(std::ranges::adjacent_find(design), design.end());
-  const std::vector<JointVector> random(candidates.begin(), candidates.begin() + 30);
-  EXPECT_LT(cramer_rao_rms_mm(cell(), picked(candidates, design), judged, 1),
-            0.85 * cramer_rao_rms_mm(cell(), random, judged, 1));
+TEST_P(EveryCriterion, RefreshingChangesNothingButRounding) {
+  const DesignProblem p = problem(45, 2);
+  Design design{p, GetParam()};
+  for (const std::size_t k : {3u, 17u, 40u, 8u, 25u, 31u, 2u, 44u, 12u, 20u, 5u, 38u}) design.add(k);
+  const std::vector<double> before(design.gains().begin(), design.gains().end());
+  design.refresh();
+  for (std::size_t k = 0; k < before.size(); ++k) EXPECT_NEAR(design.gains()[k], before[k], 1e-4 * before[k]);
 }
 
-TEST(OptimalDesign, ServesTheCriterionThatItWasGiven) {
-  const auto candidates = poses(400, 8), task = poses(200, 9);
-  const auto d = picked(
-      candidates, optimal_design(cell(), candidates, task, {.criterion = DesignCriterion::D, .poses = 30}));
-  const auto i = picked(
-      candidates, optimal_design(cell(), candidates, task, {.criterion = DesignCriterion::I, .poses = 30}));
-  EXPECT_GT(log_information(candidates, d), log_information(candidates, i));
-  EXPECT_LT(cramer_rao_rms_mm(cell(), i, task, 1), cramer_rao_rms_mm(cell(), d, task, 1));
-}
-
-TEST(OptimalDesign, CannotBeBetteredByExchangingOnePose) {
-  const auto candidates = poses(80, 10), task = poses(50, 11);
-  const auto chosen = optimal_design(cell(), candidates, task, {.poses = 12});
-  const double best = cramer_rao_rms_mm(cell(), picked(candidates, chosen), task, 1);
+TEST_P(EveryCriterion, NoExchangeOfOnePoseBettersADesign) {
+  const DesignProblem p = problem(60, 3);
+  const auto chosen = optimal_design(p, {.criterion = GetParam(), .poses = 12});
+  const double best = cost(p, GetParam(), chosen);
   for (std::size_t slot = 0; slot < chosen.size(); ++slot) {
-    for (std::size_t other = 0; other < candidates.size(); ++other) {
+    for (std::size_t other = 0; other < p.candidates(); ++other) {
       if (std::ranges::binary_search(chosen, other)) continue;
       auto exchanged = chosen;
       exchanged[slot] = other;
-      ASSERT_GE(cramer_rao_rms_mm(cell(), picked(candidates, exchanged), task, 1), best * (1 - 1e-6));
+      ASSERT_GE(cost(p, GetParam(), exchanged), best - 1e-7 * std::abs(best));
     }
   }
+}
+
+TEST_P(EveryCriterion, IsServedBestByItsOwnDesign) {
+  const DesignProblem p = problem(300, 4);
+  const double own = cost(p, GetParam(), optimal_design(p, {.criterion = GetParam(), .poses = 30}));
+  for (const DesignCriterion other : {DesignCriterion::D, DesignCriterion::A, DesignCriterion::I}) {
+    if (other == GetParam()) continue;
+    EXPECT_LT(own, cost(p, GetParam(), optimal_design(p, {.criterion = other, .poses = 30})));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(OfADesign, EveryCriterion,
+                         testing::Values(DesignCriterion::D, DesignCriterion::A, DesignCriterion::I),
+                         [](const auto& one) { return std::string(1, "DAI"[static_cast<int>(one.param)]); });
+
+TEST(GreedyDesign, TakesTheGreatestDeterminantAtEveryStep) {
+  const DesignProblem p = problem(70, 5);
+  Design design{p, DesignCriterion::D};
+  add_greedily(design, 14);
+  std::vector<std::size_t> naive;
+  while (naive.size() < 14) {
+    std::size_t best = 0;
+    double best_cost = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < p.candidates(); ++k) {
+      if (std::ranges::find(naive, k) != naive.end()) continue;
+      naive.push_back(k);
+      if (const double c = cost(p, DesignCriterion::D, naive); c < best_cost) {
+        best = k;
+        best_cost = c;
+      }
+      naive.pop_back();
+    }
+    naive.push_back(best);
+  }
+  EXPECT_EQ(design.chosen(), naive);
+}
+
+TEST(OptimalDesign, ChoosesDistinctPosesThatPredictBetterThanRandomOnes) {
+  const DesignProblem p = problem(400, 6);
+  const auto chosen = optimal_design(p, {.poses = 30});
+  ASSERT_EQ(chosen.size(), 30u);
+  EXPECT_EQ(std::ranges::adjacent_find(chosen), chosen.end());
+  std::vector<std::size_t> random(30);
+  for (std::size_t i = 0; i < random.size(); ++i) random[i] = i;
+  EXPECT_LT(predicted_error(p, chosen).rms_mm, 0.85 * predicted_error(p, random).rms_mm);
+  EXPECT_LT(predicted_error(p, chosen).max_mm, 0.85 * predicted_error(p, random).max_mm);
+}
+
+TEST(OptimalDesign, TheSameSeedGivesTheSameDesign) {
+  const DesignProblem p = problem(100, 7);
+  EXPECT_EQ(optimal_design(p, {.seed = 3}), optimal_design(p, {.seed = 3}));
+}
+
+TEST(OptimalDesign, ReadingsFromAfarWeighLess) {
+  CalibratedCell cell = test::planning_cell();
+  const auto at = poses(1, 8);
+  cell.base.p_mm = {2000, 0, 0};
+  const DesignProblem near{cell, at, at, kNoise};
+  cell.base.p_mm = {8000, 0, 0};
+  const DesignProblem far{cell, at, at, kNoise};
+  EXPECT_GT(near.rows(0).leftCols(3).norm(), far.rows(0).leftCols(3).norm());
+}
+
+TEST(PredictedError, IsTheCramerRaoBoundWhereManyPosesOutweighThePrior) {
+  const auto measured = poses(60, 9), task = poses(100, 10);
+  const CalibratedCell cell = test::planning_cell();
+  const double sigma_mm = 0.0001;
+  const DesignProblem p{cell, measured, task, {.repeatability_mm = sigma_mm}};
+  std::vector<std::size_t> all(measured.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+  EXPECT_NEAR(predicted_error(p, all).rms_mm / cramer_rao_rms_mm(cell, measured, task, sigma_mm), 1, 1e-3);
+}
+
+TEST(Substitute, IsTheAllowedCandidateThatAddsMost) {
+  const DesignProblem p = problem(50, 11);
+  auto chosen = optimal_design(p, {.poses = 12});
+  std::vector<bool> allowed(50, true);
+  const std::size_t failed = chosen.back();
+  chosen.pop_back();
+  allowed[failed] = false;
+  const auto substitute = best_substitute(p, DesignCriterion::I, chosen, allowed);
+  ASSERT_TRUE(substitute);
+  EXPECT_NE(*substitute, failed);
+  auto with = chosen;
+  with.push_back(*substitute);
+  const double best = cost(p, DesignCriterion::I, with);
+  for (std::size_t k = 0; k < 50; ++k) {
+    if (k == failed || std::ranges::find(chosen, k) != chosen.end()) continue;
+    with.back() = k;
+    EXPECT_GE(cost(p, DesignCriterion::I, with), best * (1 - 1e-9));
+  }
+  EXPECT_FALSE(best_substitute(p, DesignCriterion::I, chosen, std::vector<bool>(50, false)));
+}
+
+TEST(EnoughPoses, AreThoseBeyondWhichTheArmsOwnRepeatabilityRules) {
+  // Error 0.1 / sqrt(poses), repeatability 0.01 per axis: 2 x 0.1^2 / (2 n) = 5 % of the sum's square.
+  std::vector<DesignSize> sizes;
+  for (const int poses : {10, 20, 40, 80, 160, 320})
+    sizes.push_back({poses, {.rms_mm = 0.1 / std::sqrt(poses), .max_mm = 0.2}});
+  const auto total = [](double poses) { return std::sqrt(0.01 / poses + 3e-4); };
+  const auto enough = enough_poses(sizes, 0.01);
+  ASSERT_TRUE(enough);
+  EXPECT_GE(total(2 * *enough), 0.95 * total(*enough));
+  EXPECT_LT(total(*enough), 0.95 * total(0.5 * *enough));
+  EXPECT_FALSE(enough_poses(sizes, 1e-6));
 }
 
 }  // namespace

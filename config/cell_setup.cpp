@@ -1,0 +1,60 @@
+#include "config/cell_setup.hpp"
+
+#include <algorithm>
+
+#include "core/kinematics/angles.hpp"
+
+namespace truepose::config {
+namespace {
+
+// Taken from the reflector's cone, as far as that leaves so much.
+constexpr double kPlacementTolerance_rad = 5 * kRadPerDeg;
+
+}  // namespace
+
+CalibratedCell rough_cell(const CellConfig& cell) {
+  return {cell.robot.model,
+          BasePose::of(cell.tracker.placement),
+          {Reflector{cell.reflector.name, cell.reflector.p_FS_mm}}};
+}
+
+Scene scene_of(const CellConfig& cell) {
+  const double acceptance_rad = cell.reflector.acceptance_deg * kRadPerDeg;
+  return {
+      .robot = cell.robot.model,
+      .body = cell.robot.body,
+      .sight = {.X_WB = cell.tracker.placement,
+                .p_FS_mm = cell.reflector.p_FS_mm,
+                .facing_F = cell.reflector.facing_F,
+                .acceptance_rad = std::max(acceptance_rad - kPlacementTolerance_rad, kPlacementTolerance_rad),
+                .beam_radius_mm = cell.tracker.beam_radius_mm},
+      .surroundings = cell.surroundings,
+      .workspace = cell.workspace,
+      .limit_margin_rad = cell.campaign.limit_margin_deg * kRadPerDeg,
+      .wrist_margin_rad = cell.campaign.wrist_margin_deg * kRadPerDeg};
+}
+
+PlanOptions plan_options(const CellConfig& cell, int poses) {
+  PlanOptions options;
+  options.poses = poses;
+  options.candidates = cell.campaign.candidates;
+  options.seed = cell.campaign.seed;
+  options.criterion = cell.campaign.criterion;
+  options.task = cell.task;
+  options.noise = {cell.tracker.noise, cell.robot.repeatability_mm};
+  options.start = JointVector::Zero(cell.robot.model.joint_count());
+  options.reference_every = cell.campaign.reference_every;
+  return options;
+}
+
+CalibrateOptions calibrate_options(const CellConfig& cell) {
+  CalibrateOptions options;
+  options.loss = cell.calibration.loss;
+  options.noise = {cell.tracker.noise, cell.robot.repeatability_mm};
+  options.deviation = cell.calibration.deviation;
+  options.harmonics = cell.calibration.harmonics;
+  options.residual = cell.calibration.residual;
+  return options;
+}
+
+}  // namespace truepose::config

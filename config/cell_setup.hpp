@@ -1,0 +1,22 @@
+#pragma once
+
+#include "config/cell_config.hpp"
+#include "core/calibration/calibrate.hpp"
+#include "core/planning/measurement_plan.hpp"
+
+namespace truepose::config {
+
+/// The cell as its file describes it: the nominal arm, roughly placed, with its reflector.
+CalibratedCell rough_cell(const CellConfig& cell);
+
+/// By what poses of the cell are judged. The cone in which the reflector is seen is narrowed, because the
+/// tracker's placement is known roughly only.
+Scene scene_of(const CellConfig& cell);
+
+/// How the cell's campaigns plan, `poses` of them.
+PlanOptions plan_options(const CellConfig& cell, int poses);
+
+/// How the cell's campaigns identify.
+CalibrateOptions calibrate_options(const CellConfig& cell);
+
+}  // namespace truepose::config

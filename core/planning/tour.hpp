@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "core/kinematics/robot_model.hpp"
+
+namespace truepose {
+
+/// Time (s) of a point-to-point motion with all joints starting and ending together: that of the joint that
+/// needs longest, at its greatest speed, with its acceleration (trapezoidal profile).
+double travel_time_s(const RobotModel& robot, const JointVector& from, const JointVector& to);
+
+/// Time that the arm needs from one place to another.
+using TravelTime = std::function<double(const JointVector& from, const JointVector& to)>;
+
+struct TourOptions {
+  JointVector start;      ///< where the arm is before the first pose
+  std::size_t first = 0;  ///< so many poses of the list come before the others
+  JointVector
+      reference;  ///< measured again and again, so that drift shows; regarded where reference_every > 0
+  int reference_every = 0;  ///< poses from one visit to the reference to the next; 0: none
+  int kicks = 300;          ///< local optima that are left by a random change, to find a better one
+  std::uint64_t seed = 0;   ///< of those changes
+};
+
+/// An order of poses.
+struct Tour {
+  std::vector<std::size_t> order;  ///< indices of the poses
+  double time_s = 0;  ///< of all motions from the start to the last pose, visits to the reference included
+};
+
+/// The time that an order takes. The reference is visited before the first pose, after every
+/// `reference_every` poses, and after the last.
+double tour_time_s(const TravelTime& travel_time, std::span<const JointVector> poses,
+                   std::span<const std::size_t> order, const TourOptions& options);
+
+/// An order that takes little time, which is taken to be the same both ways: nearest neighbours, then 2-opt
+/// and or-opt to a local optimum, again and again after a double bridge (iterated local search). Source:
+/// Lourenco, Martin, Stutzle, Iterated Local Search (2003); Or (1976).
+Tour shortest_tour(const TravelTime& travel_time, std::span<const JointVector> poses,
+                   const TourOptions& options);
+
+}  // namespace truepose

@@ -1,0 +1,113 @@
+#include "core/planning/tour.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/planning/candidates.hpp"
+#include "tests/core/planning_example.hpp"
+
+namespace truepose {
+namespace {
+
+std::vector<JointVector> poses(int count, std::uint64_t seed) {
+  return draw_candidates(test::planning_scene(), {.poses = count, .seed = seed}, count)->poses;
+}
+
+TourOptions options(int reference_every = 0) {
+  return {
+      .start = JointVector::Zero(6), .reference = poses(1, 77).front(), .reference_every = reference_every};
+}
+
+TEST(TravelTime, IsThatOfTheSlowestJoint) {
+  RobotModel robot = test::planning_scene().robot;
+  for (Joint& joint : robot.joints) joint.speed = 1, joint.acceleration = 0;
+  robot.joints[2].speed = 0.5;
+  JointVector from = JointVector::Zero(6), to = JointVector::Zero(6);
+  to << 0.8, 0, -0.5, 0, 0, 0;
+  EXPECT_NEAR(travel_time_s(robot, from, to), 1.0, 1e-12);
+}
+
+TEST(TravelTime, SpeedsUpAndSlowsDownByTheAcceleration) {
+  RobotModel robot = test::planning_scene().robot;
+  for (Joint& joint : robot.joints) joint.speed = 2, joint.acceleration = 4;
+  JointVector from = JointVector::Zero(6), to = JointVector::Zero(6);
+  to[0] = 0.5;  // too short for full speed: twice sqrt(0.5 / 4)
+  EXPECT_NEAR(travel_time_s(robot, from, to), 2 * std::sqrt(0.125), 1e-12);
+  to[0] = 5;  // 0.5 s up, 0.5 s down, 1 rad in them, 4 rad at 2 rad/s
+  EXPECT_NEAR(travel_time_s(robot, from, to), 3.0, 1e-12);
+}
+
+TravelTime travel_time() {
+  return [robot = test::planning_scene().robot](const JointVector& from, const JointVector& to) {
+    return travel_time_s(robot, from, to);
+  };
+}
+
+class ToursWithVisits : public testing::TestWithParam<int> {};
+
+TEST_P(ToursWithVisits, HoldEveryPoseOnceAndTheTimeThatTheySay) {
+  const auto all = poses(23, 1);
+  const RobotModel robot = test::planning_scene().robot;
+  const Tour tour = shortest_tour(travel_time(), all, options(GetParam()));
+  std::vector<std::size_t> sorted = tour.order;
+  std::ranges::sort(sorted);
+  for (std::size_t i = 0; i < sorted.size(); ++i) EXPECT_EQ(sorted[i], i);
+  ASSERT_EQ(sorted.size(), 23u);
+  // Driven step by step.
+  double time_s = 0;
+  JointVector here = JointVector::Zero(6);
+  const auto drive = [&](const JointVector& q) {
+    time_s += travel_time_s(robot, here, q);
+    here = q;
+  };
+  const TourOptions with = options(GetParam());
+  for (std::size_t i = 0; i < tour.order.size(); ++i) {
+    if (with.reference_every > 0 && i % static_cast<std::size_t>(with.reference_every) == 0)
+      drive(with.reference);
+    drive(all[tour.order[i]]);
+  }
+  if (with.reference_every > 0) drive(with.reference);
+  EXPECT_NEAR(tour.time_s, time_s, 1e-9);
+  EXPECT_NEAR(tour_time_s(travel_time(), all, tour.order, with), time_s, 1e-9);
+}
+
+TEST_P(ToursWithVisits, OfAFewPosesAreTheShortestThereAre) {
+  const auto all = poses(7, 2);
+  std::vector<std::size_t> order(all.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const TourOptions with = options(GetParam());
+  const TravelTime time = travel_time();
+  double shortest_s = 1e9;
+  do {
+    shortest_s = std::min(shortest_s, tour_time_s(time, all, order, with));
+  } while (std::ranges::next_permutation(order).found);
+  EXPECT_NEAR(shortest_tour(time, all, with).time_s, shortest_s, 1e-9);
+}
+
+INSTANTIATE_TEST_SUITE_P(ToTheReference, ToursWithVisits, testing::Values(0, 1, 3, 5));
+
+TEST(Tour, LeavesTheLeadingPosesInFront) {
+  const auto all = poses(20, 8);
+  for (const int every : {0, 4}) {
+    TourOptions with = options(every);
+    with.first = 6;
+    const Tour tour = shortest_tour(travel_time(), all, with);
+    for (std::size_t i = 0; i < tour.order.size(); ++i) EXPECT_EQ(tour.order[i] < 6, i < 6);
+    EXPECT_GE(tour.time_s, shortest_tour(travel_time(), all, options(every)).time_s - 1e-9);
+  }
+}
+
+TEST(Tour, OfNoPoseOrOneIsThatItself) {
+  const RobotModel robot = test::planning_scene().robot;
+  EXPECT_TRUE(shortest_tour(travel_time(), {}, options()).order.empty());
+  const auto one = poses(1, 6);
+  const Tour tour = shortest_tour(travel_time(), one, options());
+  EXPECT_EQ(tour.order, std::vector<std::size_t>{0});
+  EXPECT_NEAR(tour.time_s, travel_time_s(robot, JointVector::Zero(6), one[0]), 1e-12);
+}
+
+}  // namespace
+}  // namespace truepose
