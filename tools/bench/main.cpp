@@ -42,6 +42,10 @@ std::vector<Comparison> comparisons() {
                   "inverse/truepose" + each_target, 20});
   rows.push_back({"inverse of the calibrated arm", "KDL LMA", "inverse/kdl_lma" + each_target,
                   "inverse/truepose" + each_target, 35});
+  rows.push_back(
+      {"50 of 2000 poses, D-optimal", "determinants", "design/naive/iterations:1", "design/truepose", 150});
+  rows.push_back(
+      {"50 of 2000 poses, D-optimal", "rank-three updates", "design/rank_three", "design/truepose", 15});
   return rows;
 }
 
