@@ -1,5 +1,6 @@
 #include "daemon/worker.hpp"
 
+#include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
@@ -17,7 +18,9 @@ asio::awaitable<void> carry_out(std::function<void()> job) {
 }  // namespace
 
 asio::awaitable<void> Worker::run(std::function<void()> job) {
-  auto token = asio::use_awaitable;
+  // A job that has begun is carried out. Were the caller's cancellation passed on, it would reach into the
+  // other thread's coroutine at whatever moment.
+  auto token = asio::bind_cancellation_slot(asio::cancellation_slot{}, asio::use_awaitable);
   co_await asio::co_spawn(pool_, carry_out(job), token);
 }
 
