@@ -10,10 +10,10 @@
 #include <cstdio>
 #include <utility>
 
+#include "config/cell_setup.hpp"
 #include "core/compensation/pose_inverse.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
-#include "core/planning/pose_sampler.hpp"
 
 namespace truepose::daemon {
 
@@ -28,9 +28,8 @@ constexpr Duration kBeforeRetry = 1s;
 // another shape.
 constexpr double kLargestCorrection_rad = 20 * kRadPerDeg;
 
-// Kept from the edge of the reflector's cone by planned poses, because the tracker's placement is known
-// roughly only.
-constexpr double kPlacementTolerance_rad = 5 * kRadPerDeg;
+// A joint that moved less than this has not taken up its backlash.
+constexpr double kMoved = 1e-4;
 
 using Done = std::expected<void, CampaignError>;
 
@@ -41,11 +40,19 @@ CampaignError fatal(const DeviceError& error) {
 
 CampaignError store_failed(const StoreError& error) { return {CampaignFault::Store, error.detail}; }
 
-/// The cell as the configuration describes it: the nominal arm, roughly placed.
-CalibratedCell rough_cell(const config::CellConfig& config) {
-  return {config.robot.model,
-          BasePose::of(config.tracker.placement),
-          {Reflector{config.reflector.name, config.reflector.p_FS_mm}}};
+/// The way by which every joint comes to a pose, where the campaign prescribes a side: rad, from below where
+/// positive.
+double approach_way_rad(const config::CampaignConfig& campaign, int pose) {
+  const double way_rad = campaign.approach_deg * kRadPerDeg;
+  switch (campaign.approach) {
+    case config::ApproachSide::Any:
+      return 0;
+    case config::ApproachSide::Upwards:
+      return way_rad;
+    case config::ApproachSide::Alternate:
+      return pose % 2 == 0 ? way_rad : -way_rad;
+  }
+  return 0;
 }
 
 }  // namespace
@@ -64,7 +71,7 @@ Campaign::Campaign(config::CellConfig config, CampaignDevices devices, CampaignJ
       journal_{journal},
       observer_{observer},
       run_compute_{std::move(run_compute)},
-      expected_{rough_cell(config_)},
+      expected_{config::rough_cell(config_)},
       result_{std::make_shared<CampaignResult>()} {
   const config::CampaignConfig& plan = config_.campaign;
   progress_.total = plan.identify_poses + plan.validate_poses * (plan.remeasure ? 2 : 1);
@@ -130,41 +137,42 @@ Campaign::Outcome<void> Campaign::connect() {
 Campaign::Outcome<void> Campaign::plan() {
   enter(CampaignPhase::Plan);
   const config::CampaignConfig& campaign = config_.campaign;
-  const config::ReflectorConfig& reflector = config_.reflector;
-  const LineOfSight sight{
-      config_.tracker.placement, reflector.p_FS_mm, reflector.facing_F,
-      std::max(reflector.acceptance_deg * kRadPerDeg - kPlacementTolerance_rad, kPlacementTolerance_rad)};
-  PoseSamplerOptions options;
-  options.poses = campaign.identify_poses + campaign.validate_poses;
-  options.seed = campaign.seed;
-  options.limit_margin_rad = campaign.limit_margin_deg * kRadPerDeg;
-  options.floor_mm = campaign.floor_mm;
+  PlanOptions options = config::plan_options(config_, campaign.identify_poses);
+  options.first = std::min(campaign.coarse_after, campaign.identify_poses);
+  options.validate = campaign.validate_poses;
+  options.sizes.clear();
+  auto here = co_await devices_.position();
+  if (here) options.start = *here;
 
-  auto sampled = std::make_shared<std::expected<std::vector<JointVector>, std::string>>();
-  std::function<void()> job = [sampled, robot = config_.robot.model, sight, options] {
-    *sampled = sample_poses(robot, sight, options);
-  };
+  auto made = std::make_shared<std::expected<PoseSupply, std::string>>(std::unexpect);
+  std::function<void()> job = [made, cell = config::rough_cell(config_), scene = config::scene_of(config_),
+                               options] { *made = PoseSupply::make(cell, scene, options); };
   co_await run_compute_(job);
-  if (!*sampled) co_return std::unexpected(CampaignError{CampaignFault::Planning, sampled->error()});
+  if (!*made) co_return std::unexpected(CampaignError{CampaignFault::Planning, made->error()});
+  poses_ = std::make_shared<PoseSupply>(std::move(**made));
 
-  // The first poses stay as drawn, all over the workspace: base and reflector are first fitted from them
-  // alone, and poses along a short way would tell little about the others.
-  const RobotModel& robot = config_.robot.model;
-  const auto split = (*sampled)->begin() + campaign.identify_poses;
-  const auto spread = (*sampled)->begin() + std::min(campaign.coarse_after, campaign.identify_poses);
-  JointVector here = JointVector::Zero(robot.joint_count());
-  const auto add = [&here](std::vector<Target>& targets, int first_pose, PointPurpose purpose,
-                           const std::vector<JointVector>& poses) {
-    for (const JointVector& q : poses) {
-      targets.push_back({first_pose + static_cast<int>(targets.size()), purpose, q, q});
-      here = q;
-    }
+  const MeasurementPlan& plan = poses_->plan();
+  const auto target = [this](PointPurpose purpose, const JointVector& q) {
+    return Target{next_number_++, purpose, q, q};
   };
-  add(identify_, 0, PointPurpose::Identify, {(*sampled)->begin(), spread});
-  add(identify_, 0, PointPurpose::Identify, order_by_travel(robot, here, {spread, split}));
-  add(validate_, campaign.identify_poses, PointPurpose::Validate,
-      order_by_travel(robot, here, {split, (*sampled)->end()}));
+  for (const JointVector& q : plan.poses) identify_.push_back(target(PointPurpose::Identify, q));
+  for (const JointVector& q : plan.validate) validate_.push_back(target(PointPurpose::Validate, q));
+  if (plan.reference) add_reference(*plan.reference);
   co_return Done{};
+}
+
+/// Puts measurements of the reference pose before the first pose to identify, after every so many, and last.
+void Campaign::add_reference(const JointVector& q) {
+  const auto every = static_cast<std::size_t>(config_.campaign.reference_every);
+  std::vector<Target> all;
+  const auto visit = [&] { all.push_back({next_number_++, PointPurpose::Reference, q, q}); };
+  for (std::size_t i = 0; i < identify_.size(); ++i) {
+    if (i % every == 0) visit();
+    all.push_back(identify_[i]);
+  }
+  visit();
+  progress_.total += static_cast<int>(all.size() - identify_.size());
+  identify_ = std::move(all);
 }
 
 Campaign::Outcome<void> Campaign::warm_up() {
@@ -172,7 +180,7 @@ Campaign::Outcome<void> Campaign::warm_up() {
   const TimePoint until = clock_.now() + config_.campaign.warm_up;
   for (std::size_t n = 0; static_cast<int>(n) < config_.campaign.warm_up_moves || clock_.now() < until; ++n) {
     co_await wait_while_paused();
-    auto reached = co_await devices_.move(identify_[n % identify_.size()].q_target);
+    auto reached = co_await drive(identify_[n % identify_.size()].q_target);
     if (reached) continue;
     Done recovered = co_await recover(reached.error());
     if (!recovered) co_return recovered;
@@ -183,10 +191,15 @@ Campaign::Outcome<void> Campaign::warm_up() {
 Campaign::Outcome<void> Campaign::measure_all(CampaignPhase phase, std::vector<Target> targets) {
   enter(phase);
   if (!first_pose_) first_pose_ = clock_.now();
-  for (const Target& target : targets) {
+  for (std::size_t i = 0; i < targets.size(); ++i) {
     co_await wait_while_paused();
-    Done measured = co_await measure_or_skip(target);
-    if (!measured) co_return measured;
+    auto measured = co_await measure_or_skip(targets[i]);
+    if (!measured) co_return std::unexpected(measured.error());
+    if (!*measured) {
+      auto other = co_await substitute(targets[i]);
+      if (!other) co_return std::unexpected(other.error());
+      if (*other) targets.insert(targets.begin() + static_cast<std::ptrdiff_t>(i) + 1, **other);
+    }
     // With every further pose to identify from the fit reaches farther beyond those that it was made from.
     if (phase == CampaignPhase::Identify &&
         static_cast<int>(result_->data.points.size()) >= config_.campaign.coarse_after) {
@@ -197,30 +210,91 @@ Campaign::Outcome<void> Campaign::measure_all(CampaignPhase phase, std::vector<T
   co_return Done{};
 }
 
-Campaign::Outcome<void> Campaign::measure_or_skip(Target target) {
+Campaign::Outcome<bool> Campaign::measure_or_skip(Target target) {
   const int attempts = 1 + config_.campaign.retries;
   std::string reason;
   for (int n = 1; n <= attempts; ++n) {
     auto point = co_await attempt(target);
     if (point) {
       Done kept = co_await keep(*point);
-      co_return kept;
+      if (!kept) co_return std::unexpected(kept.error());
+      co_return true;
     }
     reason = point.error().detail;
     observer_.on_trouble("pose " + std::to_string(target.pose) + ", attempt " + std::to_string(n) + " of " +
                          std::to_string(attempts) + ": " + reason);
     Done recovered = co_await recover(point.error());
-    if (!recovered) co_return recovered;
+    if (!recovered) co_return std::unexpected(recovered.error());
   }
   Done skipped = co_await skip(target, attempts, reason);
-  co_return skipped;
+  if (!skipped) co_return std::unexpected(skipped.error());
+  co_return false;
+}
+
+/// What to measure in place of a pose that failed. Never more than were measured, so that a device that
+/// always fails does not make the campaign endless.
+Campaign::Outcome<std::optional<Campaign::Target>> Campaign::substitute(Target failed) {
+  const bool planned = failed.purpose == PointPurpose::Identify || failed.purpose == PointPurpose::Validate;
+  if (!planned || substitutes_ >= static_cast<int>(result_->points.size())) co_return std::nullopt;
+  auto other = std::make_shared<std::optional<JointVector>>();
+  std::function<void()> job = [other, poses = poses_, failed] {
+    *other = failed.purpose == PointPurpose::Identify ? poses->substitute(failed.q_target)
+                                                      : poses->validation_substitute(failed.q_target);
+  };
+  co_await run_compute_(job);
+  if (!*other) co_return std::nullopt;
+  ++substitutes_;
+  ++progress_.total;
+  const Target target{next_number_++, failed.purpose, **other, **other};
+  if (failed.purpose == PointPurpose::Validate) {
+    *std::ranges::find(validate_, failed.pose, &Target::pose) = target;
+  }
+  observer_.on_trouble("pose " + std::to_string(failed.pose) + " is replaced by pose " +
+                       std::to_string(target.pose));
+  co_return target;
+}
+
+/// Moves to q by a way that is clear, as far as the arm's surroundings are known.
+asio::awaitable<std::expected<JointVector, DeviceError>> Campaign::drive(JointVector q) {
+  auto here = co_await devices_.position();
+  if (!here) co_return here;
+  auto way = std::make_shared<std::optional<std::vector<JointVector>>>();
+  std::function<void()> job = [way, poses = poses_, from = *here, q] { *way = poses->way(from, q); };
+  co_await run_compute_(job);
+  if (!*way) {
+    co_return std::unexpected(
+        DeviceError{Remedy::Retry, "no clear way was found from where the arm stands; move it by hand"});
+  }
+  (*way)->push_back(q);
+  for (const JointVector& stop : **way) {
+    const JointVector from = *here;
+    here = co_await devices_.move(stop);
+    if (!here) co_return here;
+    direction_.resize(static_cast<std::size_t>(here->size()));
+    for (std::size_t i = 0; i < direction_.size(); ++i) {
+      const double moved = (*here - from)[static_cast<Eigen::Index>(i)];
+      if (std::abs(moved) > kMoved) direction_[i] = moved > 0 ? 1 : -1;
+    }
+  }
+  co_return here;
+}
+
+/// Moves to a target from the side that the campaign prescribes.
+asio::awaitable<std::expected<JointVector, DeviceError>> Campaign::arrive(Target target) {
+  const double way_rad = approach_way_rad(config_.campaign, target.pose);
+  if (way_rad != 0) {
+    auto start = co_await drive(approach_start(config_.robot.model, target.q_commanded, way_rad));
+    if (!start) co_return start;
+  }
+  auto reached = co_await drive(target.q_commanded);
+  co_return reached;
 }
 
 asio::awaitable<std::expected<StoredPoint, DeviceError>> Campaign::attempt(Target target) {
-  auto reached = co_await devices_.move(target.q_commanded);
+  auto reached = co_await arrive(target);
   if (!reached) co_return std::unexpected(reached.error());
   const config::TrackerConfig& tracker = config_.tracker;
-  const Eigen::Vector3d p_WS_mm = expected_.predict(*reached, 0);
+  const Eigen::Vector3d p_WS_mm = expected_.predict(*reached, 0, direction_);
   // A fit from few points is good where they are, and less so elsewhere.
   const double reach =
       static_cast<int>(result_->data.points.size()) < 2 * config_.campaign.coarse_after ? 2 : 1;
@@ -235,6 +309,7 @@ asio::awaitable<std::expected<StoredPoint, DeviceError>> Campaign::attempt(Targe
   point.q_target = target.q_target;
   point.q_commanded = target.q_commanded;
   point.q_actual = *reached;
+  point.direction = direction_;
   point.smr = config_.reflector.name;
   point.p_WS_mm = measured->p_WS_mm;
   point.std_mm = measured->std_mm;
@@ -249,18 +324,26 @@ Campaign::Outcome<void> Campaign::keep(StoredPoint point) {
   auto stored = co_await journal_.add_point(point);
   if (!stored) co_return std::unexpected(store_failed(stored.error()));
   result_->points.push_back(point);
-  if (point.purpose != PointPurpose::Remeasure) {
+  if (point.purpose == PointPurpose::Reference) note_reference(point);
+  if (point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate) {
     Measurement measurement;
     measurement.q = point.q_actual;
+    measurement.direction = point.direction;
     measurement.p_WS_mm = point.p_WS_mm;
     measurement.set = point.purpose == PointPurpose::Identify ? PoseSet::Identify : PoseSet::Validate;
     result_->data.points.push_back(measurement);
   }
-  const double deviation_mm = (point.p_WS_mm - expected_.predict(point.q_actual, 0)).norm();
+  const double deviation_mm = (point.p_WS_mm - expected_.predict(point.q_actual, 0, point.direction)).norm();
   if (placement_known_) count_error(deviation_mm);
   count_pose();
   observer_.on_point(point, deviation_mm, progress_);
   co_return Done{};
+}
+
+/// How far the reference pose is from where it was first: drift of the tracker, the base or the arm.
+void Campaign::note_reference(const StoredPoint& point) {
+  if (!reference_mm_) reference_mm_ = point.p_WS_mm;
+  result_->reference_drift_mm.push_back((point.p_WS_mm - *reference_mm_).norm());
 }
 
 Campaign::Outcome<void> Campaign::skip(Target target, int attempts, std::string reason) {
@@ -322,8 +405,9 @@ Campaign::Outcome<void> Campaign::fit_placement() {
 Campaign::Outcome<void> Campaign::identify() {
   enter(CampaignPhase::Compute);
   auto calibrated = std::make_shared<std::expected<Calibration, CalibrationError>>();
-  std::function<void()> job = [calibrated, robot = config_.robot.model, data = result_->data] {
-    *calibrated = calibrate(robot, data);
+  std::function<void()> job = [calibrated, robot = config_.robot.model, data = result_->data,
+                               options = config::calibrate_options(config_)] {
+    *calibrated = calibrate(robot, data, options);
   };
   const TimePoint begun = clock_.now();
   co_await run_compute_(job);
@@ -338,7 +422,7 @@ Campaign::Outcome<void> Campaign::identify() {
   }
   result_->calibration = std::move(calibration);
   const auto& validate = result_->calibration.validate;
-  result_->improves = validate && validate->geometric.mean < validate->before.mean;
+  result_->improves = validate && validate->after.mean < validate->before.mean;
   expected_ = result_->calibration.cell;
   placement_known_ = true;
   co_return Done{};
@@ -347,15 +431,20 @@ Campaign::Outcome<void> Campaign::identify() {
 /// The validation poses again, now with the joints at which the real arm stands where the nominal one would.
 Campaign::Outcome<std::vector<Campaign::Target>> Campaign::compensate() {
   std::vector<Target> targets = validate_;
-  result_->validation_poses = static_cast<int>(validate_.size());
   for (Target& target : targets) {
-    target.pose += result_->validation_poses;
+    target.pose = next_number_++;
     target.purpose = PointPurpose::Remeasure;
   }
   using Solved = std::expected<PoseInverseResult, PoseInverseFault>;
   auto solved = std::make_shared<std::vector<Solved>>();
-  std::function<void()> job = [solved, targets, nominal = config_.robot.model, real = expected_.robot] {
-    for (const Target& target : targets) solved->push_back(compensate_joints(nominal, real, target.q_target));
+  std::function<void()> job = [solved, targets, nominal = config_.robot.model, real = expected_.robot,
+                               campaign = config_.campaign] {
+    for (const Target& target : targets) {
+      const double way_rad = approach_way_rad(campaign, target.pose);
+      const auto side = static_cast<std::int8_t>((way_rad > 0) - (way_rad < 0));
+      const std::vector<std::int8_t> direction(nominal.joints.size(), side);
+      solved->push_back(compensate_joints(nominal, real, target.q_target, {.approach = direction}));
+    }
   };
   co_await run_compute_(job);
 

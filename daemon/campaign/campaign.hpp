@@ -13,6 +13,7 @@
 
 #include "config/cell_config.hpp"
 #include "core/calibration/calibrate.hpp"
+#include "core/planning/pose_supply.hpp"
 #include "daemon/campaign/cell_devices.hpp"
 #include "daemon/store/store.hpp"
 
@@ -26,7 +27,7 @@ std::string_view phase_name(CampaignPhase phase);
 struct CampaignProgress {
   CampaignPhase phase = CampaignPhase::Connect;
   int done = 0;   ///< poses measured or skipped
-  int total = 0;  ///< poses planned, those to measure again with compensated joints included
+  int total = 0;  ///< poses planned, those to measure again with compensated joints and substitutes included
   int skipped = 0;
   std::optional<double>
       error_mm;  ///< mean distance from the prediction in this phase, once there is a good one
@@ -40,7 +41,8 @@ struct CampaignResult {
   MeasurementData data;                               ///< what was identified and validated from
   std::optional<ErrorStatistics> remeasured;          ///< validation poses reached with compensated joints
   std::vector<Eigen::Vector3d> remeasured_errors_mm;  ///< measured minus asked for, tracker frame
-  int validation_poses = 0;  ///< planned: a remeasured pose's number is so much higher
+  /// Distances of the reference pose from where it was measured first, in the order of measuring.
+  std::vector<double> reference_drift_mm;
   std::vector<StoredPoint> points;
   std::vector<SkippedPose> skipped;
   /// The calibrated arm is nearer to the validation points than the nominal one: it may be activated.
@@ -85,9 +87,10 @@ using RunCompute = std::function<boost::asio::awaitable<void>(std::function<void
 
 /// One calibration campaign, from connecting the devices to the measured proof that compensation works.
 ///
-/// The plan's poses are numbered: those to identify first, then those to validate, then the latter again with
-/// compensated joints. Each ends as a point in the journal, before the arm moves on, or as a skipped pose
-/// with its reason.
+/// The poses are numbered: those planned to identify, those planned to validate, then what comes up on the
+/// way (measurements of the reference pose, substitutes of poses that failed), then the validation poses
+/// again with compensated joints. Each ends as a point in the journal, before the arm moves on, or as a
+/// skipped pose with its reason.
 class Campaign {
  public:
   /// What is referred to outlives run().
@@ -121,11 +124,17 @@ class Campaign {
   Outcome<void> steps();
   Outcome<void> connect();
   Outcome<void> plan();
+  void add_reference(const JointVector& q);
   Outcome<void> warm_up();
   Outcome<void> measure_all(CampaignPhase phase, std::vector<Target> targets);
-  Outcome<void> measure_or_skip(Target target);
+  /// @return whether there is a point
+  Outcome<bool> measure_or_skip(Target target);
+  Outcome<std::optional<Target>> substitute(Target failed);
+  boost::asio::awaitable<std::expected<JointVector, DeviceError>> drive(JointVector q);
+  boost::asio::awaitable<std::expected<JointVector, DeviceError>> arrive(Target target);
   boost::asio::awaitable<std::expected<StoredPoint, DeviceError>> attempt(Target target);
   Outcome<void> keep(StoredPoint point);
+  void note_reference(const StoredPoint& point);
   Outcome<void> skip(Target target, int attempts, std::string reason);
   Outcome<void> fit_placement();
   Outcome<void> identify();
@@ -150,6 +159,11 @@ class Campaign {
   double error_sum_mm_ = 0;  ///< of this phase, since there is a good prediction
   int error_count_ = 0;
   std::optional<TimePoint> first_pose_;  ///< when the first pose was begun
+  std::shared_ptr<PoseSupply> poses_;
+  int next_number_ = 0;  ///< of a pose
+  int substitutes_ = 0;
+  std::vector<std::int8_t> direction_;           ///< in which each joint last moved
+  std::optional<Eigen::Vector3d> reference_mm_;  ///< the reference pose where it was measured first
   std::vector<Target> identify_;
   std::vector<Target> validate_;
   CalibratedCell expected_;  ///< where the reflector is looked for

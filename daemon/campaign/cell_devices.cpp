@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/kinematics/forward.hpp"
-#include "core/planning/pose_sampler.hpp"
+#include "core/planning/tour.hpp"
 
 namespace truepose::daemon {
 
@@ -186,6 +186,13 @@ CellDevices::Outcome<void> CellDevices::wait_for_robot() {
     const TimePoint next = clock_.now() + kFirstPause;
     co_await clock_.sleep_until(next);
   }
+}
+
+CellDevices::Outcome<JointVector> CellDevices::position() {
+  const TimePoint deadline = clock_.now() + kAnswer;
+  auto state = co_await robot_.state(deadline);
+  if (!state) co_return std::unexpected(robot_error(state.error()));
+  co_return state->q;
 }
 
 CellDevices::Outcome<JointVector> CellDevices::move(JointVector q) {

@@ -59,6 +59,9 @@ class CellDevices {
   /// Fails with GiveUp when that takes longer than kPatience, or with WrongArm.
   Outcome<void> recover(Remedy remedy);
 
+  /// The actual joint positions.
+  Outcome<JointVector> position();
+
   /// @return the actual joint positions at the end
   Outcome<JointVector> move(JointVector q);
 

@@ -1,9 +1,10 @@
 #include "daemon/campaign/store_journal.hpp"
 
+#include <algorithm>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
-#include <map>
 #include <utility>
+#include <vector>
 
 #include "config/model_file.hpp"
 #include "proto/control/calibration_document.hpp"
@@ -21,21 +22,23 @@ namespace json = boost::json;
 /// Errors of the points measured again (wanted minus measured, as in "points"), with the numbers that the
 /// document gives to their validation poses.
 json::array remeasured_points(const CampaignResult& result) {
-  std::map<int, int> number_of;  // plan number of a measured pose -> its number in the document
+  std::vector<const StoredPoint*> first;  // in the order in which the document numbers them from 1
   for (const StoredPoint& point : result.points) {
-    if (point.purpose == PointPurpose::Remeasure) continue;
-    number_of.emplace(point.pose, static_cast<int>(number_of.size()) + 1);
+    if (point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate)
+      first.push_back(&point);
   }
   json::array points;
   std::size_t k = 0;
   for (const StoredPoint& point : result.points) {
     if (point.purpose != PointPurpose::Remeasure) continue;
     const Eigen::Vector3d error = -result.remeasured_errors_mm[k++];
-    const auto number = number_of.find(point.pose - result.validation_poses);
-    if (number == number_of.end())
-      continue;  // measured again, but never for validation: nothing to show it beside
-    points.push_back(json::object{
-        {"pose", number->second}, {"smr", point.smr}, {"error", {error.x(), error.y(), error.z()}}});
+    const auto before = std::ranges::find_if(first, [&](const StoredPoint* other) {
+      return other->purpose == PointPurpose::Validate && other->q_target == point.q_target;
+    });
+    if (before == first.end()) continue;  // never measured for validation: nothing to show it beside
+    points.push_back(json::object{{"pose", before - first.begin() + 1},
+                                  {"smr", point.smr},
+                                  {"error", {error.x(), error.y(), error.z()}}});
   }
   return points;
 }
@@ -49,6 +52,10 @@ std::string document_of(const CampaignResult& result, const CampaignRecord& reco
   if (result.remeasured) {
     document["remeasured"] = control::statistics_json(*result.remeasured);
     document["remeasured_points"] = remeasured_points(result);
+  }
+  if (!result.reference_drift_mm.empty()) {
+    document["reference_drift_mm"] =
+        json::array(result.reference_drift_mm.begin(), result.reference_drift_mm.end());
   }
   return control::json_text(document);
 }
@@ -135,7 +142,7 @@ ModelRecord StoreJournal::model_of(const CampaignResult& result) const {
   model.yaml = config::model_yaml(file);
   if (validate) {
     model.validation_before_mm = validate->before.mean;
-    model.validation_geometric_mm = validate->geometric.mean;
+    model.validation_after_mm = validate->after.mean;
   }
   return model;
 }

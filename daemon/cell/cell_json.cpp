@@ -55,6 +55,8 @@ std::string_view purpose_name(PointPurpose purpose) {
       return "identify";
     case PointPurpose::Validate:
       return "validate";
+    case PointPurpose::Reference:
+      return "reference";
     case PointPurpose::Remeasure:
       return "remeasure";
   }
@@ -96,7 +98,7 @@ json::object model_json(const ModelRecord& record) {
           {"campaign_id", record.campaign_id},
           {"robot_serial", record.robot_serial},
           {"validation_before_mm", error_or_null(record.validation_before_mm)},
-          {"validation_geometric_mm", error_or_null(record.validation_geometric_mm)},
+          {"validation_after_mm", error_or_null(record.validation_after_mm)},
           {"active", record.active}};
 }
 

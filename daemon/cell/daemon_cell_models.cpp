@@ -113,7 +113,7 @@ DaemonCell::Reply DaemonCell::model_activate(json::object params) {
   auto record = co_await find_model(id);
   if (!record) co_return std::unexpected(record.error());
   std::string why_not;
-  if (!(record->validation_geometric_mm < record->validation_before_mm)) {
+  if (!(record->validation_after_mm < record->validation_before_mm)) {
     why_not = "the model is no better than the nominal arm on validation poses";
   } else if (identities_ && identities_->robot.serial != record->robot_serial) {
     why_not = "the model belongs to arm " + record->robot_serial + ", not to " + identities_->robot.serial;

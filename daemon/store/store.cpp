@@ -1,5 +1,6 @@
 #include "daemon/store/store.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -17,7 +18,7 @@ using sqlite::Statement;
 using sqlite::Transaction;
 
 constexpr std::int64_t kApplicationId = 0x54505345;  // "TPSE", so that `file` and we know our own
-constexpr std::int64_t kSchemaVersion = 1;
+constexpr std::int64_t kSchemaVersion = 2;
 
 // Lists of joints are JSON text with every digit: a person can read them, json_each() too.
 constexpr const char* kSchema1 = R"sql(
@@ -81,11 +82,43 @@ CREATE TABLE event_number (
 INSERT INTO event_number VALUES (1, 0);
 )sql";
 
-constexpr std::array<std::string_view, 3> kPurposes{"identify", "validate", "remeasure"};
+// Points know from which side their joints came, and the reference pose is a purpose of its own.
+constexpr const char* kSchema2 = R"sql(
+CREATE TABLE new_point (
+  number           INTEGER PRIMARY KEY,
+  campaign_id      TEXT NOT NULL REFERENCES campaign (id),
+  pose             INTEGER NOT NULL,
+  purpose          TEXT NOT NULL CHECK (purpose IN ('identify', 'validate', 'remeasure', 'reference')),
+  q_target         TEXT NOT NULL CHECK (json_valid(q_target)),
+  q_commanded      TEXT NOT NULL CHECK (json_valid(q_commanded)),
+  q_actual         TEXT NOT NULL CHECK (json_valid(q_actual)),
+  direction        TEXT NOT NULL CHECK (json_valid(direction)),
+  smr              TEXT NOT NULL,
+  x_mm             REAL NOT NULL,
+  y_mm             REAL NOT NULL,
+  z_mm             REAL NOT NULL,
+  std_x_mm         REAL NOT NULL,
+  std_y_mm         REAL NOT NULL,
+  std_z_mm         REAL NOT NULL,
+  temperature_c    REAL NOT NULL,
+  pressure_mbar    REAL NOT NULL,
+  humidity_percent REAL NOT NULL,
+  time             TEXT NOT NULL
+) STRICT;
+INSERT INTO new_point SELECT number, campaign_id, pose, purpose, q_target, q_commanded, q_actual, '[]', smr, x_mm, y_mm,
+  z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time FROM point;
+DROP TABLE point;
+ALTER TABLE new_point RENAME TO point;
+CREATE INDEX point_of_campaign ON point (campaign_id);
+ALTER TABLE model RENAME COLUMN validation_geometric_mm TO validation_after_mm;
+)sql";
 
-std::string json(const JointVector& q) {
+constexpr std::array<std::string_view, 4> kPurposes{"identify", "validate", "remeasure", "reference"};
+
+template <typename Numbers>
+std::string json(const Numbers& numbers) {
   std::string text = "[";
-  for (const double value : q) {
+  for (const auto value : numbers) {
     if (text.size() > 1) text += ',';
     std::array<char, 32> digits;
     const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
@@ -137,7 +170,7 @@ ModelRecord model_of(const Statement& row) {
           .robot_serial = row.text(3),
           .yaml = row.text(4),
           .validation_before_mm = row.number(5),
-          .validation_geometric_mm = row.number(6),
+          .validation_after_mm = row.number(6),
           .active = row.integer(7) != 0};
 }
 
@@ -188,9 +221,10 @@ StoreResult<void> migrate(Database& database, const std::string& file) {
                                       ", this one knows " + std::to_string(kSchemaVersion) +
                                       "); update truepose or choose another file"});
   }
-  if (!fresh) return {};
-  return database.execute(kSchema1 + ("PRAGMA application_id=" + std::to_string(kApplicationId)) +
-                          "; PRAGMA user_version=" + std::to_string(kSchemaVersion));
+  std::string steps;
+  if (fresh) steps += kSchema1 + ("PRAGMA application_id=" + std::to_string(kApplicationId)) + ";";
+  if (std::stoll(*version) < 2) steps += kSchema2;
+  return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
 }
 
 }  // namespace
@@ -253,11 +287,16 @@ StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredP
   const std::string operation = "storing a point of campaign " + campaign_id;
   if (!finite(p)) return std::unexpected(in(operation, {"a number is not finite"}));
   Statement insert = impl_->database->prepare(
-      "INSERT INTO point (campaign_id, pose, purpose, q_target, q_commanded, q_actual, smr, x_mm, y_mm, z_mm,"
+      "INSERT INTO point (campaign_id, pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, "
+      "y_mm, z_mm,"
       " std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time)"
-      " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
+      " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
   insert.bind(campaign_id).bind(std::int64_t{p.pose}).bind(kPurposes[static_cast<std::size_t>(p.purpose)]);
-  insert.bind(json(p.q_target)).bind(json(p.q_commanded)).bind(json(p.q_actual)).bind(p.smr);
+  insert.bind(json(p.q_target))
+      .bind(json(p.q_commanded))
+      .bind(json(p.q_actual))
+      .bind(json(p.direction))
+      .bind(p.smr);
   insert.bind(p.p_WS_mm.x()).bind(p.p_WS_mm.y()).bind(p.p_WS_mm.z());
   insert.bind(p.std_mm.x()).bind(p.std_mm.y()).bind(p.std_mm.z());
   insert.bind(p.temperature_c).bind(p.pressure_mbar).bind(p.humidity_percent).bind(p.time);
@@ -311,7 +350,8 @@ StoreResult<std::optional<CampaignRecord>> Store::campaign(const std::string& id
 
 StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_id) {
   Statement query = impl_->database->prepare(
-      "SELECT pose, purpose, q_target, q_commanded, q_actual, smr, x_mm, y_mm, z_mm, std_x_mm, std_y_mm, "
+      "SELECT pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, y_mm, z_mm, std_x_mm, "
+      "std_y_mm, "
       "std_z_mm,"
       " temperature_c, pressure_mbar, humidity_percent, time FROM point WHERE campaign_id=? ORDER BY number");
   query.bind(campaign_id);
@@ -321,26 +361,25 @@ StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_
     if (!row) return std::unexpected(row.error());
     if (!*row) return points;
     const auto target = joints(query.text(2)), commanded = joints(query.text(3)),
-               actual = joints(query.text(4));
-    if (!target || !commanded || !actual) {
+               actual = joints(query.text(4)), direction = joints(query.text(5));
+    if (!target || !commanded || !actual || !direction) {
       return std::unexpected(
           StoreError{"reading campaign " + campaign_id + ": the joints of a point are no list of numbers"});
     }
-    const std::string purpose = query.text(1);
+    const auto purpose = std::ranges::find(kPurposes, query.text(1)) - kPurposes.begin();
     points.push_back({.pose = static_cast<int>(query.integer(0)),
-                      .purpose = purpose == kPurposes[0]   ? PointPurpose::Identify
-                                 : purpose == kPurposes[1] ? PointPurpose::Validate
-                                                           : PointPurpose::Remeasure,
+                      .purpose = static_cast<PointPurpose>(purpose),
                       .q_target = *target,
                       .q_commanded = *commanded,
                       .q_actual = *actual,
-                      .smr = query.text(5),
-                      .p_WS_mm = {query.number(6), query.number(7), query.number(8)},
-                      .std_mm = {query.number(9), query.number(10), query.number(11)},
-                      .temperature_c = query.number(12),
-                      .pressure_mbar = query.number(13),
-                      .humidity_percent = query.number(14),
-                      .time = query.text(15)});
+                      .direction = {direction->begin(), direction->end()},
+                      .smr = query.text(6),
+                      .p_WS_mm = {query.number(7), query.number(8), query.number(9)},
+                      .std_mm = {query.number(10), query.number(11), query.number(12)},
+                      .temperature_c = query.number(13),
+                      .pressure_mbar = query.number(14),
+                      .humidity_percent = query.number(15),
+                      .time = query.text(16)});
   }
 }
 
@@ -356,7 +395,7 @@ StoreResult<std::vector<SkippedPose>> Store::skipped(const std::string& campaign
 StoreResult<void> Store::add_model(const ModelRecord& m) {
   Statement insert = impl_->database->prepare("INSERT INTO model VALUES (?,?,?,?,?,?,?,0)");
   insert.bind(m.id).bind(m.created).bind(m.campaign_id).bind(m.robot_serial).bind(m.yaml);
-  insert.bind(m.validation_before_mm).bind(m.validation_geometric_mm);
+  insert.bind(m.validation_before_mm).bind(m.validation_after_mm);
   return impl_->commit("storing model " + m.id, insert);
 }
 
@@ -375,7 +414,7 @@ StoreResult<void> Store::activate_model(const std::string& id) {
 
 StoreResult<std::vector<ModelRecord>> Store::models() {
   return all<ModelRecord>(impl_->database->prepare("SELECT id, created, campaign_id, robot_serial, '', "
-                                                   "validation_before_mm, validation_geometric_mm, active"
+                                                   "validation_before_mm, validation_after_mm, active"
                                                    " FROM model ORDER BY created DESC, rowid DESC"),
                           model_of);
 }

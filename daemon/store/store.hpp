@@ -25,15 +25,21 @@ struct SkippedPose {
   int attempts = 0;
 };
 
-enum class PointPurpose { Identify, Validate, Remeasure };
+enum class PointPurpose {
+  Identify,
+  Validate,
+  Remeasure,  ///< a validation pose again, with compensated joints
+  Reference,  ///< one and the same pose again and again, so that drift shows
+};
 
 /// One measured point of a campaign, as it is kept.
 struct StoredPoint {
   int pose = 0;  ///< index in the campaign's plan
   PointPurpose purpose = PointPurpose::Identify;
-  JointVector q_target;     ///< the pose that was wanted (rad, mm)
-  JointVector q_commanded;  ///< what was sent: differs from it when compensated
-  JointVector q_actual;     ///< what the controller reported at the end
+  JointVector q_target;                ///< the pose that was wanted (rad, mm)
+  JointVector q_commanded;             ///< what was sent: differs from it when compensated
+  JointVector q_actual;                ///< what the controller reported at the end
+  std::vector<std::int8_t> direction;  ///< in which each joint moved last (-1, 1; 0 or empty: not known)
   std::string smr;
   Eigen::Vector3d p_WS_mm{0, 0, 0};
   Eigen::Vector3d std_mm{0, 0, 0};
@@ -58,7 +64,7 @@ struct ModelRecord {
   std::string campaign_id;
   std::string robot_serial;
   std::string yaml;  ///< model file
-  double validation_before_mm = 0, validation_geometric_mm = 0;
+  double validation_before_mm = 0, validation_after_mm = 0;
   bool active = false;
 };
 

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <boost/asio/co_spawn.hpp>
 #include <optional>
 #include <set>
@@ -17,9 +18,15 @@ namespace {
 
 namespace asio = boost::asio;
 using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::Contains;
+using testing::Each;
 using testing::ElementsAre;
+using testing::Ge;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Lt;
+using testing::SizeIs;
 
 using Outcome = std::expected<std::shared_ptr<const CampaignResult>, CampaignError>;
 
@@ -168,6 +175,58 @@ TEST_F(CampaignTest, APoseThatFailsEveryTimeIsSkippedAndListedWithItsReason) {
   EXPECT_EQ(journal.skipped[3].pose, 3);
   EXPECT_EQ(journal.skipped[3].attempts, 3);
   EXPECT_THAT(journal.skipped[3].reason, HasSubstr("no reflector found"));
+}
+
+TEST_F(CampaignTest, APoseThatFailsIsReplacedByAnother) {
+  truth.faults.no_target = 0.2;
+  config.campaign.retries = 0;
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  const auto count = [&](PointPurpose purpose) {
+    return std::ranges::count(journal.points, purpose, &StoredPoint::purpose);
+  };
+  EXPECT_FALSE(journal.skipped.empty());
+  EXPECT_EQ(count(PointPurpose::Identify), config.campaign.identify_poses);
+  EXPECT_EQ(count(PointPurpose::Validate), config.campaign.validate_poses);
+  EXPECT_THAT(observer.troubles, Contains(HasSubstr("is replaced by pose")));
+  const CampaignProgress& progress = campaign->progress();
+  EXPECT_EQ(progress.done, progress.total);
+  EXPECT_EQ(static_cast<std::size_t>(progress.total), journal.points.size() + journal.skipped.size());
+}
+
+TEST_F(CampaignTest, MeasuresTheReferencePoseAgainAndAgain) {
+  config.campaign.reference_every = 5;
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  std::vector<JointVector> references;
+  for (const StoredPoint& point : journal.points)
+    if (point.purpose == PointPurpose::Reference) references.push_back(point.q_target);
+  EXPECT_THAT(references,
+              AllOf(SizeIs(5), Each(references.front())));  // 16 poses: before 0, 5, 10, 15, and last
+  const CampaignResult& result = ***outcome;
+  EXPECT_THAT(result.reference_drift_mm, SizeIs(5));
+  EXPECT_THAT(result.reference_drift_mm, Each(AllOf(Ge(0), Lt(0.2))));
+  EXPECT_EQ(result.data.points.size(), 28U) << "the reference identifies nothing";
+}
+
+TEST_F(CampaignTest, ComesToEveryPoseFromTheSideThatItIsTold) {
+  config.campaign.approach = config::ApproachSide::Upwards;
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  for (const StoredPoint& point : journal.points) EXPECT_THAT(point.direction, AllOf(SizeIs(6), Each(1)));
+}
+
+TEST_F(CampaignTest, ComesFromBothSidesInTurnSoThatBacklashShows) {
+  config.campaign.approach = config::ApproachSide::Alternate;
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  for (const StoredPoint& point : journal.points)
+    EXPECT_THAT(point.direction, Each(point.pose % 2 == 0 ? 1 : -1)) << point.pose;
+  for (const Measurement& point : (***outcome).data.points) EXPECT_THAT(point.direction, SizeIs(6));
 }
 
 TEST_F(CampaignTest, EveryPoseIsMeasuredOrListedThroughLostConnectionsAndRestarts) {

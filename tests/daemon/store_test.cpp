@@ -72,17 +72,18 @@ ModelRecord model(const std::string& id, const std::string& created) {
           .robot_serial = "4711",
           .yaml = "name: " + id + "\n",
           .validation_before_mm = 1.0 / 3,
-          .validation_geometric_mm = 0.04,
+          .validation_after_mm = 0.04,
           .active = false};
 }
 
 StoredPoint point(int pose) {
   StoredPoint p;
   p.pose = pose;
-  p.purpose = static_cast<PointPurpose>(pose % 3);
+  p.purpose = static_cast<PointPurpose>(pose % 4);
   p.q_target = JointVector::LinSpaced(6, -std::numbers::pi, 1.0 / 3);
   p.q_commanded = p.q_target * 1.0000001;
   p.q_actual = JointVector::Constant(6, 1e-300);
+  p.direction = {1, -1, 0, 1, 1, -1};
   p.smr = "1";
   p.p_WS_mm = {1234.5678901234567, -0.1, 1e-17};
   p.std_mm = {0.001, 0.002, 0.003};
@@ -99,6 +100,7 @@ void expect_equal(const StoredPoint& actual, const StoredPoint& expected) {
   EXPECT_EQ(actual.q_target, expected.q_target);
   EXPECT_EQ(actual.q_commanded, expected.q_commanded);
   EXPECT_EQ(actual.q_actual, expected.q_actual);
+  EXPECT_EQ(actual.direction, expected.direction);
   EXPECT_EQ(actual.smr, expected.smr);
   EXPECT_EQ(actual.p_WS_mm, expected.p_WS_mm);
   EXPECT_EQ(actual.std_mm, expected.std_mm);
@@ -239,8 +241,43 @@ TEST_F(StoreTest, LeavesAFileOfANewerVersionAlone) {
   open();
   execute("PRAGMA user_version=99");
   EXPECT_THAT(why_not_opened(file_), HasSubstr("newer truepose"));
-  execute("PRAGMA user_version=1");
+  execute("PRAGMA user_version=2");
   EXPECT_EQ(why_not_opened(file_), "");
+}
+
+TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
+  {
+    Store store = open();
+    ASSERT_TRUE(store.begin_campaign(campaign("c1")));
+    ASSERT_TRUE(store.add_point("c1", point(4)));
+    ASSERT_TRUE(store.add_model(model("m1", "2026-08-17T10:00:00Z")));
+  }
+  // As it was before points had directions and the reference pose a purpose of its own.
+  execute(R"sql(
+    CREATE TABLE old AS SELECT * FROM point;
+    DROP TABLE point;
+    CREATE TABLE point (number INTEGER PRIMARY KEY, campaign_id TEXT NOT NULL REFERENCES campaign (id),
+      pose INTEGER NOT NULL, purpose TEXT NOT NULL CHECK (purpose IN ('identify', 'validate', 'remeasure')),
+      q_target TEXT NOT NULL, q_commanded TEXT NOT NULL, q_actual TEXT NOT NULL, smr TEXT NOT NULL,
+      x_mm REAL NOT NULL, y_mm REAL NOT NULL, z_mm REAL NOT NULL, std_x_mm REAL NOT NULL, std_y_mm REAL NOT NULL,
+      std_z_mm REAL NOT NULL, temperature_c REAL NOT NULL, pressure_mbar REAL NOT NULL,
+      humidity_percent REAL NOT NULL, time TEXT NOT NULL) STRICT;
+    INSERT INTO point SELECT number, campaign_id, pose, purpose, q_target, q_commanded, q_actual, smr, x_mm, y_mm, z_mm,
+      std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time FROM old;
+    DROP TABLE old;
+    CREATE INDEX point_of_campaign ON point (campaign_id);
+    ALTER TABLE model RENAME COLUMN validation_after_mm TO validation_geometric_mm;
+    PRAGMA user_version=1)sql");
+
+  Store store = open();
+  StoredPoint expected = point(4);
+  expected.direction.clear();
+  const auto points = store.points("c1").value();
+  ASSERT_EQ(points.size(), 1U);
+  expect_equal(points[0], expected);
+  EXPECT_EQ(store.model("m1").value()->validation_after_mm, 0.04);
+  EXPECT_TRUE(store.add_point("c1", point(3)));
+  EXPECT_EQ(store.points("c1").value().at(1).purpose, PointPurpose::Reference);
 }
 
 TEST_F(StoreTest, SaysThatAFileCannotBeWritten) {

@@ -192,7 +192,9 @@ TEST_P(ACampaignInTrouble, EndsAndEveryPoseHasItsPointOrAReason) {
     EXPECT_NE(skipped.at("reason"), "");
     poses.insert(skipped.at("pose").as_int64());
   }
-  EXPECT_EQ(poses.size(), 20u) << control::json_text(found);
+  // 20 planned ones, and a substitute for each that was given up.
+  EXPECT_GE(poses.size(), 20u);
+  EXPECT_EQ(*poses.rbegin() + 1, static_cast<std::int64_t>(poses.size())) << "a pose has neither";
 }
 
 INSTANTIATE_TEST_SUITE_P(OfEveryKind, ACampaignInTrouble,

@@ -81,7 +81,7 @@ class FakeCell : public daemon::CellService {
     "campaign.get": {"campaign": {"id": "c1", "state": "running"}, "points_total": 0,
       "progress": {"id": "c1", "phase": "identifying", "done": 3, "total": 60, "error_mm": null, "eta_s": null}},
     "model.list": {"models": [{"id": "m1", "created": "t", "robot_serial": "42", "validation_before_mm": 2.5,
-      "validation_geometric_mm": 0.0421, "active": true}], "total": 1},
+      "validation_after_mm": 0.0421, "active": true}], "total": 1},
     "model.export": {"id": "m1", "yaml": "name: KR\n"}})";
   daemon::EventBus& events_;
 };

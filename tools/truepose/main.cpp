@@ -33,6 +33,7 @@ int main(int argc, char** argv) try {
   add_export_command(app);
   add_fk_command(app);
   add_iso9283_command(app);
+  add_plan_command(app);
   add_online_commands(app, exit_code);
   try {
     app.parse(argc, argv);

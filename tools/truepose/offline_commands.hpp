@@ -19,6 +19,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code);
 void add_experiment_command(CLI::App& app, int& exit_code);
 void add_export_command(CLI::App& app);
 void add_fk_command(CLI::App& app);
+void add_plan_command(CLI::App& app);
 /// @param exit_code  set to kFailed where a target cannot be reached
 void add_compensate_command(CLI::App& app, int& exit_code);
 /// @param exit_code  set to kFailed where the model is no longer right

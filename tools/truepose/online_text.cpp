@@ -81,7 +81,7 @@ std::string device(const json::value& status, const std::string& pointer) {
 
 /// @param at  where in the answer the model is
 std::string model_line(const json::value& answer, const std::string& at) {
-  return text(answer, at + "/id") + ", " + fixed(answer, at + "/validation_geometric_mm", 3, " mm") +
+  return text(answer, at + "/id") + ", " + fixed(answer, at + "/validation_after_mm", 3, " mm") +
          " on validation poses";
 }
 
@@ -172,7 +172,7 @@ std::string models_text(const json::value& answer) {
   std::vector<Row> rows{{"MODEL", "CREATED", "ROBOT", "BEFORE mm", "AFTER mm", "ACTIVE"}};
   for (const json::value& model : list(answer, "/models"))
     rows.push_back({text(model, "/id"), text(model, "/created"), text(model, "/robot_serial"),
-                    fixed(model, "/validation_before_mm", 3), fixed(model, "/validation_geometric_mm", 3),
+                    fixed(model, "/validation_before_mm", 3), fixed(model, "/validation_after_mm", 3),
                     is_true(model, "/active") ? "active" : ""});
   return rows.size() == 1 ? "no models yet\n" : table(rows);
 }

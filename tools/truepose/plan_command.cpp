@@ -1,0 +1,140 @@
+#include <CLI/CLI.hpp>
+#include <boost/json.hpp>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <sstream>
+
+#include "config/cell_setup.hpp"
+#include "config/pose_files.hpp"
+#include "config/text_file.hpp"
+#include "proto/control/joint_units.hpp"
+#include "tools/truepose/offline_commands.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace json = boost::json;
+
+struct PlanCommand {
+  std::string robot_file, cell_file, out_file;
+  int poses = 50;
+  std::optional<int> candidates;
+  std::optional<std::uint64_t> seed;
+  std::string criterion;
+  bool as_json = false;
+};
+
+config::CellConfig cell_of(const PlanCommand& command) {
+  config::CellConfig cell = config::load_cell(command.cell_file);
+  if (!command.robot_file.empty()) config::use_robot(cell, command.robot_file);
+  if (command.candidates) cell.campaign.candidates = *command.candidates;
+  if (command.seed) cell.campaign.seed = *command.seed;
+  if (command.criterion == "d") cell.campaign.criterion = DesignCriterion::D;
+  if (command.criterion == "a") cell.campaign.criterion = DesignCriterion::A;
+  if (command.criterion == "i") cell.campaign.criterion = DesignCriterion::I;
+  return cell;
+}
+
+json::array joints_json(const RobotModel& robot, const JointVector& q) {
+  json::array values;
+  for (int i = 0; i < robot.joint_count(); ++i)
+    values.emplace_back(control::operator_units(robot.joints[static_cast<std::size_t>(i)], q[i]));
+  return values;
+}
+
+json::object error_json(const PredictedError& error) {
+  return {{"rms_mm", error.rms_mm}, {"max_mm", error.max_mm}};
+}
+
+json::object plan_json(const RobotModel& robot, const MeasurementPlan& plan) {
+  json::array poses, sizes;
+  for (const JointVector& q : plan.poses) poses.push_back(joints_json(robot, q));
+  for (const DesignSize& size : plan.sizes) {
+    json::object one = error_json(size.error);
+    one["poses"] = size.poses;
+    sizes.push_back(std::move(one));
+  }
+  json::object rejected;
+  for (std::size_t i = 0; i < kPoseFaults; ++i)
+    rejected[fault_text(static_cast<PoseFault>(i))] = plan.candidates.faults[i];
+  return {{"poses", std::move(poses)},
+          {"predicted", error_json(plan.predicted)},
+          {"random", error_json(plan.random)},
+          {"sizes", std::move(sizes)},
+          {"enough", plan.enough ? json::value(*plan.enough) : json::value{}},
+          {"travel_s", plan.travel_s},
+          {"random_travel_s", plan.random_travel_s},
+          {"reference", plan.reference ? json::value(joints_json(robot, *plan.reference)) : json::value{}},
+          {"candidates", plan.candidates.poses.size()},
+          {"tried", plan.candidates.tried},
+          {"rejected", std::move(rejected)}};
+}
+
+void print_plan(const config::CellConfig& cell, const MeasurementPlan& plan) {
+  std::printf("%zu poses of %zu candidates (%d joint positions tried)\n\n", plan.poses.size(),
+              plan.candidates.poses.size(), plan.candidates.tried);
+  for (std::size_t i = 0; i < kPoseFaults; ++i) {
+    if (plan.candidates.faults[i] == 0) continue;
+    std::printf("%9d %s\n", plan.candidates.faults[i],
+                std::string(fault_text(static_cast<PoseFault>(i))).c_str());
+  }
+  std::printf("\npredicted error over the task, mm   RMS     worst\n");
+  const auto row = [](const std::string& name, const PredictedError& error) {
+    std::printf("  %-32s %.4f  %.4f\n", name.c_str(), error.rms_mm, error.max_mm);
+  };
+  row("these poses", plan.predicted);
+  row("random ones, as many", plan.random);
+  for (const DesignSize& size : plan.sizes) row(std::to_string(size.poses) + " poses", size.error);
+  if (plan.enough) {
+    std::printf("\n%d poses are enough: twice as many would make a compensated arm less than 5 %% better.\n",
+                *plan.enough);
+  }
+  std::printf("\nmotions %.0f s, in a random order %.0f s\n", plan.travel_s, plan.random_travel_s);
+  if (cell.robot.body.empty()) {
+    std::puts(
+        "\nThe robot file says nothing of the arm's body: only its joint centres are kept clear of floor, "
+        "tracker and "
+        "obstacles. Watch the first run.");
+  }
+}
+
+void run_plan(const PlanCommand& command) {
+  const config::CellConfig cell = cell_of(command);
+  const auto plan = plan_measurements(config::rough_cell(cell), config::scene_of(cell),
+                                      config::plan_options(cell, command.poses));
+  if (!plan) throw config::ConfigError(command.cell_file + ": " + plan.error());
+  if (!command.out_file.empty()) {
+    std::ostringstream out;
+    config::write_joints(out, plan->poses, cell.robot.model);
+    config::write_text_file(command.out_file, out.str());
+  }
+  if (command.as_json) {
+    std::cout << plan_json(cell.robot.model, *plan) << '\n';
+  } else {
+    print_plan(cell, *plan);
+  }
+}
+
+}  // namespace
+
+void add_plan_command(CLI::App& app) {
+  const auto command = std::make_shared<PlanCommand>();
+  CLI::App* sub = app.add_subcommand(
+      "plan", "Chooses and orders poses to measure: reachable, clear, visible and worth it");
+  sub->add_option("--robot", command->robot_file, "Robot file (YAML) in place of the cell's");
+  sub->add_option("--cell", command->cell_file, "Cell file (YAML)")->required();
+  sub->add_option("--poses", command->poses, "How many")->check(CLI::Range(5, 1000))->capture_default_str();
+  sub->add_option("--candidates", command->candidates, "Random poses to choose from; else the cell's")
+      ->check(CLI::Range(10, 100'000));
+  sub->add_option("--seed", command->seed, "Of the candidates; else the cell's");
+  sub->add_option("--criterion", command->criterion,
+                  "i: best predictions over the task; d, a: best parameters; else the cell's")
+      ->check(available({"i", "d", "a"}));
+  sub->add_option("--out", command->out_file, "Write the joint positions here (CSV)");
+  sub->add_flag("--json", command->as_json, "One JSON document; joints in deg and mm");
+  sub->callback([command] { run_plan(*command); });
+}
+
+}  // namespace truepose::tools
