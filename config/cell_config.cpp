@@ -110,12 +110,13 @@ ReflectorConfig reflector_config(const YamlValue& value) {
 
 CampaignConfig campaign_config(const YamlValue& value) {
   const YamlMap map(
-      value, {"identify_poses", "validate_poses", "coarse_after", "seed", "speed_percent", "settle_ms",
-              "warm_up_s", "warm_up_moves", "retries", "limit_margin_deg", "wrist_margin_deg", "criterion",
-              "candidates", "reference_every", "approach", "approach_deg", "remeasure"});
+      value, {"identify_poses", "validate_poses", "drift_poses", "coarse_after", "seed", "speed_percent",
+              "settle_ms", "warm_up_s", "warm_up_moves", "retries", "limit_margin_deg", "wrist_margin_deg",
+              "criterion", "candidates", "reference_every", "approach", "approach_deg", "remeasure"});
   CampaignConfig campaign;
   map.read("identify_poses", campaign.identify_poses, 5, 10'000);
   map.read("validate_poses", campaign.validate_poses, 0, 10'000);
+  map.read("drift_poses", campaign.drift_poses, 1, 1000);
   map.read("coarse_after", campaign.coarse_after, 5, 10'000);
   if (const YamlValue* seed = map.find("seed")) campaign.seed = seed->seed();
   map.read("speed_percent", campaign.speed_percent, {1, 100});

@@ -81,6 +81,7 @@ enum class ApproachSide {
 struct CampaignConfig {
   int identify_poses = 30;
   int validate_poses = 30;
+  int drift_poses = 5;   ///< of a drift check
   int coarse_after = 8;  ///< poses before the first coarse fit
   std::uint64_t seed = 0;
   double speed_percent = 50;

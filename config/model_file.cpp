@@ -8,6 +8,7 @@
 #include "config/yaml_reader.hpp"
 #include "config/yaml_text.hpp"
 #include "core/calibration/parameters.hpp"
+#include "core/evaluation/model_noise.hpp"
 
 namespace truepose::config {
 
@@ -90,6 +91,22 @@ Eigen::MatrixXd covariance_value(const YamlValue& value, int size) {
 }
 
 }  // namespace
+
+std::optional<DriftReference> drift_reference(const ModelFile& model,
+                                              const std::optional<MeasurementNoise>& stated) {
+  DriftReference reference{
+      .cell = model.cell, .covariance = model.covariance, .validation_mean_mm = model.validation_mean_mm};
+  if (stated) {
+    reference.noise = *stated;
+  } else if (model.noise) {
+    reference.noise = *model.noise;
+  } else if (model.validation_mean_mm > 0) {
+    reference.noise = noise_of_mean_error(model.validation_mean_mm);
+  } else {
+    return std::nullopt;
+  }
+  return reference;
+}
 
 std::string model_yaml(const ModelFile& model) {
   std::string text =

@@ -7,6 +7,7 @@
 
 #include "config/config_error.hpp"
 #include "core/calibration/calibrate.hpp"
+#include "core/evaluation/drift_residuals.hpp"
 
 namespace truepose::config {
 
@@ -23,6 +24,13 @@ struct ModelFile {
   Eigen::MatrixXd covariance;
   std::optional<MeasurementNoise> noise;
 };
+
+/// What a drift check judges by.
+///
+/// @param stated  noise in place of that in the file
+/// @return nothing where neither file nor caller tells the noise and nothing was validated
+std::optional<DriftReference> drift_reference(const ModelFile& model,
+                                              const std::optional<MeasurementNoise>& stated = {});
 
 /// Text of a model file (YAML; mm, rad and kg, every number with the digits that bring it back exactly).
 std::string model_yaml(const ModelFile& model);

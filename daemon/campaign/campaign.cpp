@@ -12,6 +12,7 @@
 
 #include "config/cell_setup.hpp"
 #include "core/compensation/pose_inverse.hpp"
+#include "core/evaluation/model_noise.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
 
@@ -64,7 +65,8 @@ std::string_view phase_name(CampaignPhase phase) {
 }
 
 Campaign::Campaign(config::CellConfig config, CampaignDevices devices, CampaignJournal& journal,
-                   CampaignObserver& observer, RunCompute run_compute)
+                   CampaignObserver& observer, RunCompute run_compute,
+                   std::optional<DriftReference> drift_reference)
     : config_{std::move(config)},
       devices_{config_, devices, [&observer](const std::string& sentence) { observer.on_trouble(sentence); }},
       clock_{devices.clock},
@@ -75,6 +77,13 @@ Campaign::Campaign(config::CellConfig config, CampaignDevices devices, CampaignJ
       result_{std::make_shared<CampaignResult>()} {
   const config::CampaignConfig& plan = config_.campaign;
   progress_.total = plan.identify_poses + plan.validate_poses * (plan.remeasure ? 2 : 1);
+  if (drift_reference) {
+    progress_.total = plan.drift_poses;
+    expected_ = drift_reference->cell;
+    placement_known_ = true;
+    result_->kind = CampaignKind::DriftCheck;
+    result_->drift_reference = std::move(drift_reference);
+  }
   result_->data.smr_names = {config_.reflector.name};
 }
 
@@ -106,7 +115,24 @@ asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignErr
 Campaign::Outcome<void> Campaign::steps() {
   Done done = co_await connect();
   if (done) done = co_await plan();
-  if (done) done = co_await warm_up();
+  // Not by ?:, of which this compiler awaits both sides.
+  if (done && result_->kind == CampaignKind::DriftCheck) {
+    done = co_await drift_steps();
+  } else if (done) {
+    done = co_await calibration_steps();
+  }
+  if (done) enter(CampaignPhase::Finish);
+  co_return done;
+}
+
+Campaign::Outcome<void> Campaign::drift_steps() {
+  Done done = co_await measure_all(CampaignPhase::Validate, validate_);
+  if (done) done = co_await judge_drift();
+  co_return done;
+}
+
+Campaign::Outcome<void> Campaign::calibration_steps() {
+  Done done = co_await warm_up();
   if (done) done = co_await measure_all(CampaignPhase::Identify, identify_);
   if (done) done = co_await measure_all(CampaignPhase::Validate, validate_);
   if (done) done = co_await identify();
@@ -119,7 +145,6 @@ Campaign::Outcome<void> Campaign::steps() {
       done = std::unexpected(compensated.error());
     }
   }
-  if (done) enter(CampaignPhase::Finish);
   co_return done;
 }
 
@@ -137,16 +162,25 @@ Campaign::Outcome<void> Campaign::connect() {
 Campaign::Outcome<void> Campaign::plan() {
   enter(CampaignPhase::Plan);
   const config::CampaignConfig& campaign = config_.campaign;
-  PlanOptions options = config::plan_options(config_, campaign.identify_poses);
-  options.first = std::min(campaign.coarse_after, campaign.identify_poses);
-  options.validate = campaign.validate_poses;
+  const bool checks = result_->kind == CampaignKind::DriftCheck;
+  PlanOptions options =
+      config::plan_options(config_, checks ? campaign.drift_poses : campaign.identify_poses);
+  if (checks) {
+    // What tells most of all parameters, so that whatever changed shows.
+    options.criterion = DesignCriterion::D;
+    options.reference_every = 0;
+  } else {
+    options.first = std::min(campaign.coarse_after, campaign.identify_poses);
+    options.validate = campaign.validate_poses;
+  }
   options.sizes.clear();
   auto here = co_await devices_.position();
   if (here) options.start = *here;
 
   auto made = std::make_shared<std::expected<PoseSupply, std::string>>(std::unexpect);
-  std::function<void()> job = [made, cell = config::rough_cell(config_), scene = config::scene_of(config_),
-                               options] { *made = PoseSupply::make(cell, scene, options); };
+  std::function<void()> job = [made, cell = planning_cell(), scene = config::scene_of(config_), options] {
+    *made = PoseSupply::make(cell, scene, options);
+  };
   co_await run_compute_(job);
   if (!*made) co_return std::unexpected(CampaignError{CampaignFault::Planning, made->error()});
   poses_ = std::make_shared<PoseSupply>(std::move(**made));
@@ -155,10 +189,23 @@ Campaign::Outcome<void> Campaign::plan() {
   const auto target = [this](PointPurpose purpose, const JointVector& q) {
     return Target{next_number_++, purpose, q, q};
   };
-  for (const JointVector& q : plan.poses) identify_.push_back(target(PointPurpose::Identify, q));
+  for (const JointVector& q : plan.poses) {
+    checks ? validate_.push_back(target(PointPurpose::Validate, q))
+           : identify_.push_back(target(PointPurpose::Identify, q));
+  }
   for (const JointVector& q : plan.validate) validate_.push_back(target(PointPurpose::Validate, q));
   if (plan.reference) add_reference(*plan.reference);
   co_return Done{};
+}
+
+/// The nominal arm, placed as well as it is known.
+CalibratedCell Campaign::planning_cell() const {
+  CalibratedCell cell = config::rough_cell(config_);
+  if (result_->kind == CampaignKind::DriftCheck) {
+    cell.base = expected_.base;
+    cell.reflectors = expected_.reflectors;
+  }
+  return cell;
 }
 
 /// Puts measurements of the reference pose before the first pose to identify, after every so many, and last.
@@ -237,9 +284,10 @@ Campaign::Outcome<std::optional<Campaign::Target>> Campaign::substitute(Target f
   const bool planned = failed.purpose == PointPurpose::Identify || failed.purpose == PointPurpose::Validate;
   if (!planned || substitutes_ >= static_cast<int>(result_->points.size())) co_return std::nullopt;
   auto other = std::make_shared<std::optional<JointVector>>();
-  std::function<void()> job = [other, poses = poses_, failed] {
-    *other = failed.purpose == PointPurpose::Identify ? poses->substitute(failed.q_target)
-                                                      : poses->validation_substitute(failed.q_target);
+  const bool informative =
+      failed.purpose == PointPurpose::Identify || result_->kind == CampaignKind::DriftCheck;
+  std::function<void()> job = [other, poses = poses_, failed, informative] {
+    *other = informative ? poses->substitute(failed.q_target) : poses->validation_substitute(failed.q_target);
   };
   co_await run_compute_(job);
   if (!*other) co_return std::nullopt;
@@ -421,10 +469,27 @@ Campaign::Outcome<void> Campaign::identify() {
         CampaignError{CampaignFault::Calibration, "the identification did not converge"});
   }
   result_->calibration = std::move(calibration);
+  result_->noise =
+      noise_about_model(result_->calibration, result_->data, config::calibrate_options(config_).noise);
   const auto& validate = result_->calibration.validate;
   result_->improves = validate && validate->after.mean < validate->before.mean;
   expected_ = result_->calibration.cell;
   placement_known_ = true;
+  co_return Done{};
+}
+
+Campaign::Outcome<void> Campaign::judge_drift() {
+  enter(CampaignPhase::Compute);
+  std::vector<Measurement> points = result_->data.points;
+  for (std::size_t i = 0; i < points.size(); ++i) points[i].row = static_cast<int>(i) + 1;
+  auto check = std::make_shared<std::expected<DriftCheck, std::string>>();
+  std::function<void()> job = [check, reference = *result_->drift_reference, points] {
+    *check = drift_check(reference, points);
+  };
+  co_await run_compute_(job);
+  if (!*check) co_return std::unexpected(CampaignError{CampaignFault::Calibration, check->error()});
+  result_->data.points = std::move(points);
+  result_->drift = **check;
   co_return Done{};
 }
 

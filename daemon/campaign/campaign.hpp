@@ -13,11 +13,18 @@
 
 #include "config/cell_config.hpp"
 #include "core/calibration/calibrate.hpp"
+#include "core/evaluation/drift_check.hpp"
 #include "core/planning/pose_supply.hpp"
 #include "daemon/campaign/cell_devices.hpp"
 #include "daemon/store/store.hpp"
 
 namespace truepose::daemon {
+
+/// What a campaign is for.
+enum class CampaignKind {
+  Calibration,
+  DriftCheck,  ///< whether the active model is still right, by a few poses
+};
 
 enum class CampaignPhase { Connect, Plan, WarmUp, Identify, Validate, Compute, Remeasure, Finish };
 
@@ -35,8 +42,14 @@ struct CampaignProgress {
 };
 
 struct CampaignResult {
+  CampaignKind kind = CampaignKind::Calibration;
   Identities identities;
+  // Of a drift check:
+  std::optional<DriftReference> drift_reference;
+  std::optional<DriftCheck> drift;
+  // Of a calibration:
   Calibration calibration;
+  MeasurementNoise noise;                             ///< of a point about the calibrated model
   double elapsed_s = 0;                               ///< time that the identification took
   MeasurementData data;                               ///< what was identified and validated from
   std::optional<ErrorStatistics> remeasured;          ///< validation poses reached with compensated joints
@@ -94,8 +107,11 @@ using RunCompute = std::function<boost::asio::awaitable<void>(std::function<void
 class Campaign {
  public:
   /// What is referred to outlives run().
+  ///
+  /// @param drift_reference  the active model, for a drift check; without it a calibration
   Campaign(config::CellConfig config, CampaignDevices devices, CampaignJournal& journal,
-           CampaignObserver& observer, RunCompute run_compute);
+           CampaignObserver& observer, RunCompute run_compute,
+           std::optional<DriftReference> drift_reference = {});
 
   /// Runs the whole campaign, once. It ends in the journal in every case. End it early by abort(), not by
   /// cancelling.
@@ -122,6 +138,9 @@ class Campaign {
   };
 
   Outcome<void> steps();
+  Outcome<void> calibration_steps();
+  Outcome<void> drift_steps();
+  CalibratedCell planning_cell() const;
   Outcome<void> connect();
   Outcome<void> plan();
   void add_reference(const JointVector& q);
@@ -138,6 +157,7 @@ class Campaign {
   Outcome<void> skip(Target target, int attempts, std::string reason);
   Outcome<void> fit_placement();
   Outcome<void> identify();
+  Outcome<void> judge_drift();
   Outcome<std::vector<Target>> compensate();
   void judge_remeasured();
   boost::asio::awaitable<void> wait_while_paused();

@@ -8,6 +8,7 @@
 
 #include "config/model_file.hpp"
 #include "proto/control/calibration_document.hpp"
+#include "proto/control/drift_document.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/control/rfc3339.hpp"
 
@@ -43,8 +44,12 @@ json::array remeasured_points(const CampaignResult& result) {
   return points;
 }
 
-/// The document that reports are made of: that of the calibration, and what measuring again has shown.
+/// The document that reports are made of: that of the calibration, and what measuring again has shown; or the
+/// verdict on the active model.
 std::string document_of(const CampaignResult& result, const CampaignRecord& record) {
+  if (result.drift)
+    return control::json_text(
+        control::drift_document(*result.drift, *result.drift_reference, result.data.points));
   json::object document = control::calibration_document(result.calibration, result.data, result.elapsed_s);
   document["campaign"] = "Campaign " + record.id.substr(0, 8) + ", " + record.ended;
   document["robot"] = record.robot_model + ", serial " + record.robot_serial;
@@ -68,6 +73,7 @@ StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, 
       store_thread_{store_thread},
       wall_clock_{std::move(wall_clock)} {
   record_.id = options_.campaign_id;
+  record_.kind = options_.kind;
   record_.state = "running";
   record_.started = control::rfc3339(wall_clock_());
 }
@@ -105,8 +111,10 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
   }
   std::optional<ModelRecord> model;
   if (result) {
-    model = model_of(*result);
-    record_.model_id = model->id;
+    if (result->kind == CampaignKind::Calibration) {
+      model = model_of(*result);
+      record_.model_id = model->id;
+    }
     record_.document = document_of(*result, record_);
   }
   const bool activate = result && result->improves && options_.activate;
@@ -132,6 +140,8 @@ ModelRecord StoreJournal::model_of(const CampaignResult& result) const {
   file.created = record_.ended;
   file.cell = result.calibration.cell;
   file.parameters = result.calibration.parameters;
+  file.covariance = result.calibration.covariance;
+  file.noise = result.noise;
   if (validate) file.validation_mean_mm = validate->after.mean;
 
   ModelRecord model;

@@ -11,10 +11,15 @@ namespace truepose::daemon {
 /// One campaign of a cell: under way, or the last one.
 struct DaemonCell::CampaignRun {
   CampaignRun(StoreJournal::Options options, const config::CellConfig& config, const Parts& parts,
-              CampaignObserver& observer, RunCompute compute)
+              CampaignObserver& observer, RunCompute compute, std::optional<DriftReference> drift_reference)
       : id{options.campaign_id},
         journal{std::move(options), parts.store, parts.store_thread, parts.wall_clock},
-        campaign{config, {parts.robot, parts.tracker, parts.clock}, journal, observer, std::move(compute)} {}
+        campaign{config,
+                 {parts.robot, parts.tracker, parts.clock},
+                 journal,
+                 observer,
+                 std::move(compute),
+                 std::move(drift_reference)} {}
 
   std::string id;
   StoreJournal journal;

@@ -65,6 +65,7 @@ std::string_view purpose_name(PointPurpose purpose) {
 
 json::object campaign_json(const CampaignRecord& record) {
   return {{"id", record.id},
+          {"kind", record.kind},
           {"started", record.started},
           {"ended", text_or_null(record.ended)},
           {"state", record.state},

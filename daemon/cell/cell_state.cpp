@@ -14,7 +14,7 @@ struct Overloaded : Fs... {
 };
 
 /// What an operator may ask for, under the method's name.
-const std::array<std::pair<std::string_view, CellEvent>, 9> kRequests{{
+const std::array<std::pair<std::string_view, CellEvent>, 10> kRequests{{
     {"cell.connect", ConnectRequested{}},
     {"cell.disconnect", DisconnectRequested{}},
     {"cell.acknowledge", AcknowledgeRequested{}},
@@ -22,6 +22,7 @@ const std::array<std::pair<std::string_view, CellEvent>, 9> kRequests{{
     {"campaign.pause", CampaignPauseRequested{}},
     {"campaign.resume", CampaignResumeRequested{}},
     {"campaign.abort", CampaignAbortRequested{}},
+    {"drift.check", CampaignStartRequested{}},
     {"stream.start", StreamStartRequested{}},
     {"stream.stop", StreamStopRequested{}},
 }};

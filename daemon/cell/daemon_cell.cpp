@@ -52,6 +52,7 @@ const std::vector<DaemonCell::Method>& DaemonCell::table() {
                                            {"cell.disconnect", &DaemonCell::cell_disconnect},
                                            {"cell.acknowledge", &DaemonCell::cell_acknowledge},
                                            {"campaign.start", &DaemonCell::campaign_start},
+                                           {"drift.check", &DaemonCell::drift_check},
                                            {"campaign.pause", &DaemonCell::campaign_pause},
                                            {"campaign.resume", &DaemonCell::campaign_resume},
                                            {"campaign.abort", &DaemonCell::campaign_abort},

@@ -73,6 +73,7 @@ class DaemonCell final : public CellService, private CampaignObserver {
   struct Active {
     ModelRecord record;
     CalibratedCell cell;
+    std::optional<DriftReference> drift_reference;
   };
   struct CampaignRun;
 
@@ -82,6 +83,7 @@ class DaemonCell final : public CellService, private CampaignObserver {
   Reply cell_disconnect(boost::json::object params);
   Reply cell_acknowledge(boost::json::object params);
   Reply campaign_start(boost::json::object params);
+  Reply drift_check(boost::json::object params);
   Reply campaign_pause(boost::json::object params);
   Reply campaign_resume(boost::json::object params);
   Reply campaign_abort(boost::json::object params);
@@ -102,6 +104,9 @@ class DaemonCell final : public CellService, private CampaignObserver {
   /// @return the refusal as an error, where there was one
   std::optional<control::RpcError> apply(const CellEvent& event, const std::string& reason);
   Result simple_request(const boost::json::object& params, const CellEvent& event, const std::string& reason);
+  /// @param drift_reference  of a drift check; none: a calibration
+  Result start_campaign(const config::CellConfig& config, bool activate,
+                        std::optional<DriftReference> drift_reference);
   boost::asio::awaitable<void> run_campaign();
   boost::asio::awaitable<std::expected<ModelRecord, control::RpcError>> find_model(std::string id);
   boost::asio::awaitable<void> watch_robot();

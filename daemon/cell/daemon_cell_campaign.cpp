@@ -63,20 +63,57 @@ DaemonCell::Reply DaemonCell::campaign_start(json::object params) {
   plan.remeasure = read.boolean("remeasure").value_or(plan.remeasure);
   const bool activate = read.boolean("activate").value_or(true);
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  co_return start_campaign(config, activate, std::nullopt);
+}
 
+DaemonCell::Reply DaemonCell::drift_check(json::object params) {
+  control::ParamReader read{params};
+  config::CellConfig config = parts_.config;
+  config::CampaignConfig& plan = config.campaign;
+  plan.drift_poses = static_cast<int>(read.integer("poses", 1, 1000).value_or(plan.drift_poses));
+  const auto seed = read.integer("seed", 0, std::numeric_limits<std::int64_t>::max());
+  if (seed) plan.seed = static_cast<std::uint64_t>(*seed);
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+
+  std::string why_not;
+  if (!active_) {
+    why_not = "no model is active";
+  } else if (!active_->drift_reference) {
+    why_not = "the active model holds no noise and was not validated";
+  } else if (identities_ && identities_->robot.serial != active_->record.robot_serial) {
+    why_not = "the active model belongs to arm " + active_->record.robot_serial + ", not to " +
+              identities_->robot.serial;
+  }
+  if (!why_not.empty()) {
+    co_return std::unexpected(RpcError{ErrorCode::WrongState,
+                                       why_not + "; allowed: model.activate, campaign.start",
+                                       {},
+                                       std::string{state()},
+                                       {"model.activate", "campaign.start"}});
+  }
+  co_return start_campaign(config, false, active_->drift_reference);
+}
+
+DaemonCell::Result DaemonCell::start_campaign(const config::CellConfig& config, bool activate,
+                                              std::optional<DriftReference> drift_reference) {
   const std::string id = new_uuid();
   if (auto refused = apply(CampaignStartRequested{id}, "asked for by an operator"))
-    co_return std::unexpected(*refused);
+    return std::unexpected(*refused);
   RunCompute compute = [this](std::function<void()> job) {
     return parts_.compute_thread.run(std::move(job));
   };
-  StoreJournal::Options options{id, new_uuid(), config.robot.model.name, activate};
+  StoreJournal::Options options{.campaign_id = id,
+                                .model_id = new_uuid(),
+                                .robot_name = config.robot.model.name,
+                                .kind = drift_reference ? "drift" : "calibration",
+                                .activate = activate};
   CampaignObserver& observer = *this;
-  campaign_ = std::make_unique<CampaignRun>(std::move(options), config, parts_, observer, std::move(compute));
+  campaign_ = std::make_unique<CampaignRun>(std::move(options), config, parts_, observer, std::move(compute),
+                                            std::move(drift_reference));
   asio::co_spawn(parts_.io, run_campaign(), [](std::exception_ptr failed) {
     if (failed) std::rethrow_exception(failed);
   });
-  co_return json::object{{"id", id}, {"total", campaign_->campaign.progress().total}};
+  return json::object{{"id", id}, {"total", campaign_->campaign.progress().total}};
 }
 
 asio::awaitable<void> DaemonCell::run_campaign() {
@@ -172,6 +209,11 @@ DaemonCell::Reply DaemonCell::campaign_get(json::object params) {
       }
     }
     if (!found.record) return found;
+    if (found.record->kind == "drift") {  // with its document, which is small
+      const auto whole = parts_.store.campaign(found.record->id);
+      if (!whole) return std::unexpected(whole.error());
+      if (*whole) found.record = **whole;
+    }
     auto points = parts_.store.points(found.record->id);
     if (!points) return std::unexpected(points.error());
     auto skipped = parts_.store.skipped(found.record->id);
@@ -192,10 +234,15 @@ DaemonCell::Reply DaemonCell::campaign_get(json::object params) {
   for (std::size_t i = offset; i < found->points.size() && points.size() < limit; ++i) {
     points.push_back(point_json(parts_.config.robot.model, found->points[i]));
   }
+  json::value drift;
+  if (found->record->kind == "drift" && !found->record->document.empty()) {
+    if (auto document = control::parse_json(found->record->document)) drift = *std::move(document);
+  }
   const bool running = campaign_ && !campaign_->ended && campaign_->id == found->record->id;
   co_return json::object{{"campaign", campaign_json(*found->record)},
                          {"progress", running ? json::value(progress_json()) : json::value{}},
                          {"skipped", std::move(skipped)},
+                         {"drift", std::move(drift)},
                          {"points_total", found->points.size()},
                          {"points", std::move(points)}};
 }
@@ -211,14 +258,14 @@ DaemonCell::Reply DaemonCell::report_get(json::object params) {
     auto all = parts_.store.campaigns();
     if (!all) return std::unexpected(all.error());
     for (const CampaignRecord& record : *all) {
-      if (record.state == "done") return parts_.store.campaign(record.id);
+      if (record.state == "done" && record.kind == "calibration") return parts_.store.campaign(record.id);
     }
     return std::nullopt;
   };
   auto record = co_await parts_.store_thread.ask(job);
   if (!record) co_return std::unexpected(store_error(record.error()));
-  if (!*record || (*record)->document.empty()) {
-    co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign, or it has no document"});
+  if (!*record || (*record)->document.empty() || (*record)->kind != "calibration") {
+    co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign, or it has no report"});
   }
   auto document = control::parse_json((*record)->document);
   if (!document)

@@ -56,7 +56,7 @@ asio::awaitable<StoreResult<void>> DaemonCell::load_active_model() {
   }
   try {
     const config::ModelFile file = config::parse_model((*record)->yaml, "model " + (*record)->id);
-    active_ = Active{**record, file.cell};
+    active_ = Active{**record, file.cell, config::drift_reference(file)};
   } catch (const config::ConfigError& error) {
     co_return std::unexpected(StoreError{error.what()});
   }

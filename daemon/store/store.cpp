@@ -82,7 +82,8 @@ CREATE TABLE event_number (
 INSERT INTO event_number VALUES (1, 0);
 )sql";
 
-// Points know from which side their joints came, and the reference pose is a purpose of its own.
+// Points know from which side their joints came, the reference pose is a purpose of its own, and a campaign
+// may be a drift check.
 constexpr const char* kSchema2 = R"sql(
 CREATE TABLE new_point (
   number           INTEGER PRIMARY KEY,
@@ -110,6 +111,7 @@ INSERT INTO new_point SELECT number, campaign_id, pose, purpose, q_target, q_com
 DROP TABLE point;
 ALTER TABLE new_point RENAME TO point;
 CREATE INDEX point_of_campaign ON point (campaign_id);
+ALTER TABLE campaign ADD COLUMN kind TEXT NOT NULL DEFAULT 'calibration' CHECK (kind IN ('calibration', 'drift'));
 ALTER TABLE model RENAME COLUMN validation_geometric_mm TO validation_after_mm;
 )sql";
 
@@ -151,6 +153,7 @@ bool finite(const StoredPoint& point) {
 
 CampaignRecord campaign_of(const Statement& row) {
   return {.id = row.text(0),
+          .kind = row.text(11),
           .started = row.text(1),
           .ended = row.text(2),
           .state = row.text(3),
@@ -271,7 +274,7 @@ StoreResult<Store> Store::open(const std::filesystem::path& file) {
 }
 
 StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
-  Statement insert = impl_->database->prepare("INSERT INTO campaign VALUES (?,?,?,?,?,?,?,?,?,?,?)");
+  Statement insert = impl_->database->prepare("INSERT INTO campaign VALUES (?,?,?,?,?,?,?,?,?,?,?,?)");
   insert.bind(c.id)
       .bind(c.started)
       .bind(c.ended)
@@ -279,7 +282,7 @@ StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
       .bind(c.reason)
       .bind(c.robot_model)
       .bind(c.robot_serial);
-  insert.bind(c.tracker_model).bind(c.tracker_serial).bind(c.model_id).bind(c.document);
+  insert.bind(c.tracker_model).bind(c.tracker_serial).bind(c.model_id).bind(c.document).bind(c.kind);
   return impl_->commit("beginning campaign " + c.id, insert);
 }
 
@@ -337,7 +340,7 @@ StoreResult<int> Store::fail_interrupted(const std::string& ended) {
 StoreResult<std::vector<CampaignRecord>> Store::campaigns() {
   return all<CampaignRecord>(
       impl_->database->prepare("SELECT id, started, ended, state, reason, robot_model, robot_serial, "
-                               "tracker_model, tracker_serial, model_id, ''"
+                               "tracker_model, tracker_serial, model_id, '', kind"
                                " FROM campaign ORDER BY started DESC, rowid DESC"),
       campaign_of);
 }

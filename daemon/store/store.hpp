@@ -48,11 +48,12 @@ struct StoredPoint {
 };
 
 struct CampaignRecord {
-  std::string id;       ///< UUID
-  std::string started;  ///< RFC 3339
-  std::string ended;    ///< empty while it runs
-  std::string state;    ///< "running", "done", "aborted", "failed"
-  std::string reason;   ///< for aborted and failed
+  std::string id;                    ///< UUID
+  std::string kind = "calibration";  ///< or "drift"
+  std::string started;               ///< RFC 3339
+  std::string ended;                 ///< empty while it runs
+  std::string state;                 ///< "running", "done", "aborted", "failed"
+  std::string reason;                ///< for aborted and failed
   std::string robot_model, robot_serial, tracker_model, tracker_serial;
   std::string model_id;  ///< of the model that it made, or empty
   std::string document;  ///< the calibration document (JSON), or empty

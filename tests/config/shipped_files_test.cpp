@@ -49,6 +49,7 @@ TEST(ShippedFiles, TheExampleCellShowsTheDefaults) {
   EXPECT_EQ(cell.reflector.acceptance_deg, defaults.reflector.acceptance_deg);
   EXPECT_EQ(cell.campaign.identify_poses, defaults.campaign.identify_poses);
   EXPECT_EQ(cell.campaign.validate_poses, defaults.campaign.validate_poses);
+  EXPECT_EQ(cell.campaign.drift_poses, defaults.campaign.drift_poses);
   EXPECT_EQ(cell.campaign.coarse_after, defaults.campaign.coarse_after);
   EXPECT_EQ(cell.campaign.seed, defaults.campaign.seed);
   EXPECT_EQ(cell.campaign.speed_percent, defaults.campaign.speed_percent);

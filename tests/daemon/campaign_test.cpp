@@ -229,6 +229,51 @@ TEST_F(CampaignTest, ComesFromBothSidesInTurnSoThatBacklashShows) {
   for (const Measurement& point : (***outcome).data.points) EXPECT_THAT(point.direction, SizeIs(6));
 }
 
+/// Checks by five poses what a calibration of the example cell found, in a cell like `truth`.
+struct DriftTest : CampaignTest {
+  DriftCheck check() {
+    config.campaign.identify_poses = 30;
+    start();
+    EXPECT_TRUE(go_on() && *outcome);
+    const CampaignResult& made = ***outcome;
+    reference = {.cell = made.calibration.cell,
+                 .covariance = made.calibration.covariance,
+                 .noise = made.noise,
+                 .validation_mean_mm = made.calibration.validate->after.mean};
+    if (since) since();
+    outcome.reset();
+    journal = {};
+    campaign.reset();
+    tracker.reset();
+    robot.reset();
+    cell.emplace(truth, clock);
+    robot.emplace(*cell);
+    tracker.emplace(*cell);
+    campaign.emplace(config, CampaignDevices{*robot, *tracker, clock}, journal, observer, &test::compute_here,
+                     reference);
+    asio::co_spawn(io, campaign->run(),
+                   [this](std::exception_ptr, Outcome ended) { outcome.emplace(std::move(ended)); });
+    EXPECT_TRUE(go_on() && *outcome);
+    EXPECT_EQ(journal.points.size(), 5U);
+    return (***outcome).drift.value();
+  }
+  std::function<void()> since;  ///< what happens after the calibration
+  DriftReference reference;
+};
+
+TEST_F(DriftTest, FindsAnUnchangedCellStillRight) {
+  const DriftCheck found = check();
+  EXPECT_EQ(found.verdict, DriftVerdict::Ok) << found.reason;
+  EXPECT_LT(found.mean_mm, 0.08);
+}
+
+TEST_F(DriftTest, FindsThatTheTrackerWasMoved) {
+  since = [this] { truth.truth.X_WB.translation() += Eigen::Vector3d{0.4, -0.5, 0.3}; };
+  const DriftCheck found = check();
+  EXPECT_EQ(found.verdict, DriftVerdict::Failed) << found.reason;
+  EXPECT_THAT(found.reason, HasSubstr("the tracker or the base moved"));
+}
+
 TEST_F(CampaignTest, EveryPoseIsMeasuredOrListedThroughLostConnectionsAndRestarts) {
   truth.faults.robot_lost = truth.faults.robot_restart = truth.faults.robot_silent = 0.05;
   truth.faults.tracker_lost = truth.faults.tracker_restart = truth.faults.tracker_silent = 0.05;

@@ -244,7 +244,7 @@ TEST_F(ControlServerTest, LetsNobodyGuessTokensQuickly) {
 TEST_F(ControlServerTest, SaysWhenAMethodIsUnknownOrWhatItWasGivenIsWrong) {
   Client client{serve()};
   client.hello();
-  EXPECT_EQ(client.code("drift.check"), -32601);
+  EXPECT_EQ(client.code("audit.list"), -32601);
   EXPECT_EQ(client.code("session.hello"), -32600);
   EXPECT_EQ(client.code("system.info", {{"x", 1}}), -32602);
   EXPECT_EQ(client.code("events.subscribe", {{"topics", {"cell", "weather"}}}), -32602);

@@ -266,6 +266,7 @@ TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
       std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time FROM old;
     DROP TABLE old;
     CREATE INDEX point_of_campaign ON point (campaign_id);
+    ALTER TABLE campaign DROP COLUMN kind;
     ALTER TABLE model RENAME COLUMN validation_after_mm TO validation_geometric_mm;
     PRAGMA user_version=1)sql");
 

@@ -135,6 +135,32 @@ TEST(ADaemonThatIsKilled, HasEveryPointThatItAnnouncedAndKnowsThatTheCampaignEnd
   EXPECT_EQ(next.exit_code, 0) << next.err << cell.daemon().errors();
 }
 
+TEST(ADriftCheckOverTheRealProtocols, JudgesTheActiveModelByAFewPosesOnly) {
+  LiveCell cell;
+  cell.start_daemon();
+  const Finished without = cell.truepose({"drift"});
+  EXPECT_EQ(without.exit_code, 1);
+  EXPECT_THAT(without.err, testing::HasSubstr("no model is active"));
+  ASSERT_EQ(small_campaign(cell).exit_code, 0);
+  tools::RpcClient client = cell.client();
+  const json::value report = called(client, "report.get").at("id");
+
+  const Finished checked = cell.truepose({"drift", "--json"});
+  EXPECT_EQ(checked.exit_code, 0) << checked.err << checked.out << cell.daemon().errors();
+  const auto document = control::parse_json(checked.out);
+  ASSERT_TRUE(document) << checked.out;
+  EXPECT_EQ(document->at("points").as_array().size(), 5u);
+  EXPECT_EQ(document->at("parameters"), "uncertain");
+  EXPECT_NE(document->at("verdict"), "failed") << checked.out;
+
+  const json::value list = called(client, "campaign.list");
+  EXPECT_EQ(list.at_pointer("/campaigns/0/kind"), "drift");
+  EXPECT_EQ(list.at_pointer("/campaigns/1/kind"), "calibration");
+  EXPECT_EQ(called(client, "campaign.get").at_pointer("/drift/verdict"), document->at("verdict"));
+  EXPECT_EQ(called(client, "report.get").at("id"), report) << "a drift check is no calibration to report";
+  EXPECT_TRUE(called(client, "cell.status").at_pointer("/model/active").as_bool());
+}
+
 TEST(ADaemonThatIsStopped, EndsTheCampaignAndStopsTheArm) {
   LiveCell cell;
   cell.start_daemon();

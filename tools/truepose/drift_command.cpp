@@ -1,18 +1,18 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <boost/json.hpp>
-#include <cstdio>
 #include <iostream>
 #include <memory>
 
 #include "config/measurement_file.hpp"
 #include "core/evaluation/drift_check.hpp"
-#include "core/evaluation/model_noise.hpp"
-#include "core/kinematics/angles.hpp"
+#include "proto/control/drift_document.hpp"
 #include "tools/truepose/arm_files.hpp"
+#include "tools/truepose/drift_text.hpp"
 #include "tools/truepose/exit_code.hpp"
 #include "tools/truepose/noise_options.hpp"
 #include "tools/truepose/offline_commands.hpp"
+#include "tools/truepose/online_commands.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -24,7 +24,7 @@ struct DriftCommand {
   ArmFiles arm;
   std::string data_file;
   NoiseOptions noise;
-  bool as_json = false;
+  OnlineOptions online;
 };
 
 /// Points of the reflectors that the model knows, by name.
@@ -42,116 +42,21 @@ std::vector<Measurement> load_points(const std::string& file, const CalibratedCe
   return std::move(data.points);
 }
 
-DriftReference reference_of(const DriftCommand& command, const config::ModelFile& model) {
-  DriftReference reference{
-      .cell = model.cell, .covariance = model.covariance, .validation_mean_mm = model.validation_mean_mm};
-  if (const auto stated = noise_of(command.noise)) {
-    reference.noise = *stated;
-  } else if (model.noise) {
-    reference.noise = *model.noise;
-  } else if (model.validation_mean_mm > 0) {
-    reference.noise = noise_of_mean_error(model.validation_mean_mm);
-  } else {
-    throw ConfigError(command.arm.model.string() +
-                      ": holds no noise and was not validated: state --tracker-noise and --repeatability");
-  }
-  return reference;
-}
-
-std::string_view word(DriftVerdict verdict) {
-  switch (verdict) {
-    case DriftVerdict::Ok:
-      return "ok";
-    case DriftVerdict::Warning:
-      return "warning";
-    case DriftVerdict::Failed:
-      return "failed";
-  }
-  return {};
-}
-
-json::array numbers(const Eigen::VectorXd& vector) { return json::array(vector.begin(), vector.end()); }
-
-json::object cause_json(const DriftCause& cause, const CalibratedCell& cell,
-                        const std::vector<Measurement>& points) {
-  json::object object;
-  const auto index = static_cast<std::size_t>(cause.index);
-  switch (cause.kind) {
-    case DriftCauseKind::Base:
-      object["kind"] = "base";
-      break;
-    case DriftCauseKind::Reflector:
-      object = {{"kind", "reflector"}, {"smr", cell.reflectors[index].name}};
-      break;
-    case DriftCauseKind::JointZero:
-      object = {{"kind", "joint_zero"}, {"joint", cause.index + 1}};
-      break;
-    case DriftCauseKind::Reading:
-      object = {{"kind", "reading"}, {"row", points[index].row}};
-      break;
-  }
-  object["text"] = described(cause, cell, points);
-  object["moved"] = numbers(cause.moved);
-  object["sigma"] = numbers(cause.sigma);
-  object["probability"] = cause.probability;
-  object["explains"] = cause.explains();
-  return object;
-}
-
-json::array causes_json(const std::vector<DriftCause>& causes, const CalibratedCell& cell,
-                        const std::vector<Measurement>& points) {
-  json::array array;
-  for (const DriftCause& cause : causes) array.push_back(cause_json(cause, cell, points));
-  return array;
-}
-
-json::object document(const DriftCheck& check, const config::ModelFile& model,
-                      const std::vector<Measurement>& points) {
-  const CalibratedCell& cell = model.cell;
-  json::array errors;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3d& e = check.errors_mm[i];
-    errors.push_back(
-        json::object{{"row", points[i].row}, {"x", e.x()}, {"y", e.y()}, {"z", e.z()}, {"length", e.norm()}});
-  }
-  return {{"verdict", word(check.verdict)},
-          {"reason", check.reason},
-          {"mean", check.mean_mm},
-          {"max", check.max_mm},
-          {"reference", check.reference_mm},
-          {"distance2", check.distance2},
-          {"degrees", check.degrees},
-          {"probability", check.probability},
-          {"parameters", model.covariance.size() > 0 ? "uncertain" : "taken as exact"},
-          {"points", std::move(errors)},
-          {"causes", causes_json(check.causes, cell, points)},
-          {"alternatives", causes_json(check.alternatives, cell, points)}};
-}
-
-void print_check(const DriftCheck& check, const config::ModelFile& model,
-                 const std::vector<Measurement>& points) {
-  std::printf("  row         x         y         z     error   (mm, predicted less measured)\n");
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3d& e = check.errors_mm[i];
-    std::printf("%5d %9.3f %9.3f %9.3f %9.3f\n", points[i].row, e.x(), e.y(), e.z(), e.norm());
-  }
-  constexpr double kHardly = 1e-6;  // beyond, the digits say nothing
-  std::printf("\nIn an unchanged cell such errors or greater have a probability %s %.2g.\n",
-              check.probability < kHardly ? "below" : "of", std::max(check.probability, kHardly));
-  if (model.covariance.size() == 0)
-    std::printf("The model file does not say how well its parameters are known; they were taken as exact.\n");
-  std::printf("%s: %s.\n", std::string(word(check.verdict)).c_str(), check.reason.c_str());
-}
-
 int run_drift(const DriftCommand& command) {
   const config::ModelFile model = load_model_of(config::load_robot(command.arm.robot), command.arm.model);
   const std::vector<Measurement> points = load_points(command.data_file, model.cell);
-  const auto check = drift_check(reference_of(command, model), points);
+  const auto reference = config::drift_reference(model, noise_of(command.noise));
+  if (!reference) {
+    throw ConfigError(command.arm.model.string() +
+                      ": holds no noise and was not validated: state --tracker-noise and --repeatability");
+  }
+  const auto check = drift_check(*reference, points);
   if (!check) throw ConfigError(command.data_file + ": " + check.error());
-  if (command.as_json) {
-    std::cout << document(*check, model, points) << '\n';
+  const json::object document = control::drift_document(*check, *reference, points);
+  if (command.online.json) {
+    std::cout << document << '\n';
   } else {
-    print_check(*check, model, points);
+    std::cout << drift_text(document);
   }
   return check->verdict == DriftVerdict::Failed ? kFailed : kDone;
 }
@@ -161,15 +66,22 @@ int run_drift(const DriftCommand& command) {
 void add_drift_command(CLI::App& app, int& exit_code) {
   const auto command = std::make_shared<DriftCommand>();
   CLI::App* sub = app.add_subcommand("drift", "Whether a model is still right, from about five new points");
-  sub->add_option("--robot", command->arm.robot, "Robot file (YAML)")->required();
-  sub->add_option("--model", command->arm.model, "Model file of the calibrated arm")->required();
-  sub->add_option("--data", command->data_file,
-                  "New points in the same set-up (CSV, as for calibrate, sigma not regarded): about five, "
-                  "spread, all joints moved")
-      ->required();
+  CLI::Option* data = sub->add_option(
+      "--data", command->data_file,
+      "New points in the same set-up (CSV, as for calibrate, sigma not regarded): about five, "
+      "spread, all joints moved; without it the daemon measures them and checks its active model");
+  CLI::Option* robot = sub->add_option("--robot", command->arm.robot, "Robot file (YAML)")->needs(data);
+  CLI::Option* model =
+      sub->add_option("--model", command->arm.model, "Model file of the calibrated arm")->needs(data);
+  data->needs(robot)->needs(model);
   add_noise_options(*sub, command->noise);
-  sub->add_flag("--json", command->as_json, "One JSON document");
-  sub->callback([=, &exit_code] { exit_code = run_drift(*command); });
+  sub->add_option("--daemon", command->online.daemon, "HOST:PORT of the daemon")->capture_default_str();
+  sub->add_option("--token-file", command->online.token_file, "file with the daemon's token")
+      ->envname("TRUEPOSE_TOKEN_FILE");
+  sub->add_flag("--json", command->online.json, "One JSON document");
+  sub->callback([=, &exit_code] {
+    exit_code = command->data_file.empty() ? check_drift(command->online) : run_drift(*command);
+  });
 }
 
 }  // namespace truepose::tools

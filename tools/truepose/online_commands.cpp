@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "proto/control/json_text.hpp"
+#include "tools/truepose/drift_text.hpp"
 #include "tools/truepose/online_text.hpp"
 #include "tools/truepose/rpc_client.hpp"
 
@@ -70,29 +71,39 @@ class ProgressDisplay {
   bool overwrite_;
 };
 
-/// Follows a campaign whose events this client already gets.
-int follow(RpcClient& client, const OnlineOptions& online, const std::string& wanted) {
-  const auto present = client.call("campaign.get", id_params(wanted));
-  if (!present) return fail(present.error());
-  const std::string id = member(*present, "/campaign/id");
-  json::value progress = present->as_object().contains("progress") ? present->at("progress") : json::value{};
-  if (progress.is_null()) {  // over already
-    const std::string state = member(*present, "/campaign/state");
-    print(online.json ? control::json_text(*present) + "\n" : campaign_text(*present));
-    return state == "done" ? kDone : kFailed;
-  }
-  const ProgressDisplay display{online.json};
+/// Shows the progress of a campaign whose events this client already gets, until it is over.
+/// @return its last progress
+std::expected<json::value, ClientError> follow_progress(RpcClient& client, const std::string& id,
+                                                        json::value progress, bool silent) {
+  const ProgressDisplay display{silent};
   display.show(progress);
   while (!is_over(member(progress, "/phase"))) {
     const auto event = client.next_event();
-    if (!event) return fail(event.error());
+    if (!event) return std::unexpected(event.error());
     json::value data = event->data;
     if (event->topic != "campaign" || member(data, "/id") != id) continue;
     progress = std::move(data);
     display.show(progress);
   }
-  if (online.json) print_json(progress);
-  return member(progress, "/phase") == "done" ? kDone : kFailed;
+  return progress;
+}
+
+/// Follows a campaign whose events this client already gets.
+int follow(RpcClient& client, const OnlineOptions& online, const std::string& wanted) {
+  const auto present = client.call("campaign.get", id_params(wanted));
+  if (!present) return fail(present.error());
+  const std::string id = member(*present, "/campaign/id");
+  const json::value begun =
+      present->as_object().contains("progress") ? present->at("progress") : json::value{};
+  if (begun.is_null()) {  // over already
+    const std::string state = member(*present, "/campaign/state");
+    print(online.json ? control::json_text(*present) + "\n" : campaign_text(*present));
+    return state == "done" ? kDone : kFailed;
+  }
+  const auto progress = follow_progress(client, id, begun, online.json);
+  if (!progress) return fail(progress.error());
+  if (online.json) print_json(*progress);
+  return member(*progress, "/phase") == "done" ? kDone : kFailed;
 }
 
 std::expected<RpcClient, ClientError> connect_for_campaign(const OnlineOptions& online) {
@@ -142,6 +153,29 @@ int campaign_watch(const OnlineOptions& online, const std::string& id) {
   auto client = connect_for_campaign(online);
   if (!client) return fail(client.error());
   return follow(*client, online, id);
+}
+
+int check_drift(const OnlineOptions& online) {
+  auto client = connect_for_campaign(online);
+  if (!client) return fail(client.error());
+  const auto started = client->call("drift.check", {});
+  if (!started) return fail(started.error());
+  const std::string id = member(*started, "/id");
+  auto found = client->call("campaign.get", id_params(id));
+  if (found && !found->at("progress").is_null()) {
+    const auto ended = follow_progress(*client, id, found->at("progress"), online.json);
+    if (!ended) return fail(ended.error());
+    found = client->call("campaign.get", id_params(id));
+  }
+  if (!found) return fail(found.error());
+  const json::value& document = found->at("drift");
+  if (document.is_null()) {
+    std::fprintf(stderr, "truepose: the drift check %s: %s\n", member(*found, "/campaign/state").c_str(),
+                 member(*found, "/campaign/reason").c_str());
+    return kFailed;
+  }
+  online.json ? print_json(document) : print("\n" + drift_text(document));
+  return member(document, "/verdict") == "failed" ? kFailed : kDone;
 }
 
 int model_list(const OnlineOptions& online) { return ask(online, "model.list", {}, models_text); }

@@ -42,6 +42,9 @@ int campaign_show(const OnlineOptions& online, const std::string& id);
 /// Follows a campaign to its end; succeeds if it ends as done. An empty id means the newest.
 int campaign_watch(const OnlineOptions& online, const std::string& id);
 
+/// Lets the daemon measure a few poses and judge its active model; fails where that is no longer right.
+int check_drift(const OnlineOptions& online);
+
 int model_list(const OnlineOptions& online);
 int model_show(const OnlineOptions& online, const std::string& id);
 int model_activate(const OnlineOptions& online, const std::string& id);
