@@ -18,7 +18,7 @@ std::optional<JointVector> joints_for_reflector(const CalibratedCell& cell, cons
 
 struct TrackerLoopOptions {
   double tracker_noise_mm = 0;
-  int rounds = 4;
+  int rounds = 6;
 };
 
 /// Tracker in the loop: measures the arm, corrects it by a share of what is missing, and measures again.
