@@ -7,24 +7,13 @@ namespace truepose::config {
 
 std::vector<JointVector> load_joints(const std::filesystem::path& file, const RobotModel& robot) {
   const CsvTable table = CsvTable::read(file);
-  table.expect_only(joint_column_names("q", robot));
+  std::vector<std::string> known = joint_column_names("q", robot);
+  known.insert(known.end(), kReachColumns.begin(), kReachColumns.end());
+  table.expect_only(known);
   const JointColumns columns(table, robot);
   std::vector<JointVector> joints;
   for (std::size_t row = 0; row < table.row_count(); ++row) joints.push_back(columns.at(row));
   return joints;
-}
-
-std::vector<Eigen::Isometry3d> load_poses(const std::filesystem::path& file) {
-  const CsvTable table = CsvTable::read(file);
-  table.expect_only({"x", "y", "z", "a", "b", "c"});
-  const std::size_t x = table.column("x"), y = table.column("y"), z = table.column("z");
-  const std::size_t a = table.column("a"), b = table.column("b"), c = table.column("c");
-  std::vector<Eigen::Isometry3d> poses;
-  for (std::size_t row = 0; row < table.row_count(); ++row) {
-    poses.push_back(pose_from_kuka({table.number(row, x), table.number(row, y), table.number(row, z)},
-                                   {table.number(row, a), table.number(row, b), table.number(row, c)}));
-  }
-  return poses;
 }
 
 void write_joints(std::ostream& out, const std::vector<JointVector>& joints, const RobotModel& robot) {

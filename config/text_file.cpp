@@ -2,12 +2,11 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <iterator>
 
 namespace truepose::config {
 
-std::string read_bytes(const std::filesystem::path& file) {
+std::ifstream open_to_read(const std::filesystem::path& file) {
   // A folder opens like a file and only fails to be read.
   if (std::error_code ignored; std::filesystem::is_directory(file, ignored)) {
     throw ConfigError(file.string() + ": is a folder, expected a file");
@@ -15,6 +14,11 @@ std::string read_bytes(const std::filesystem::path& file) {
   errno = 0;
   std::ifstream in(file, std::ios::binary);
   if (!in) throw ConfigError(file.string() + ": cannot be opened: " + std::strerror(errno));
+  return in;
+}
+
+std::string read_bytes(const std::filesystem::path& file) {
+  std::ifstream in = open_to_read(file);
   std::string text{std::istreambuf_iterator<char>(in), {}};
   if (in.bad()) throw ConfigError(file.string() + ": cannot be read: " + std::strerror(errno));
   return text;

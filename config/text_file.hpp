@@ -1,11 +1,15 @@
 #pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 #include "config/config_error.hpp"
 
 namespace truepose::config {
+
+/// A file opened to be read byte for byte. Throws ConfigError where it cannot be.
+std::ifstream open_to_read(const std::filesystem::path& file);
 
 /// The whole of a file, byte for byte. Throws ConfigError where it cannot be read.
 std::string read_bytes(const std::filesystem::path& file);

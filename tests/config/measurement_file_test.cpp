@@ -155,13 +155,5 @@ TEST_F(MeasurementFile, EveryAngleOfAFileComesBackBitByBit) {
   EXPECT_EQ(load_joints(folder_.write("again.csv", out.str()), robot), first);
 }
 
-TEST_F(MeasurementFile, PosesAreReadWithKukasAngles) {
-  const auto poses = load_poses(folder_.write("poses.csv", "a,b,c,x,y,z\n10,20,30,1,2,3\n"));
-  ASSERT_EQ(poses.size(), 1U);
-  EXPECT_TRUE(poses[0].isApprox(pose_from_kuka({1, 2, 3}, {10, 20, 30})));
-  const auto file = folder_.write("poses.csv", "a,b,x,y,z\n1,2,3,4,5\n");
-  EXPECT_EQ(error_of([&] { load_poses(file); }, file), "poses.csv: missing column 'c'");
-}
-
 }  // namespace
 }  // namespace truepose::config

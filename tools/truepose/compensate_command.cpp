@@ -1,146 +1,99 @@
 #include <CLI/CLI.hpp>
-#include <boost/json.hpp>
-#include <iostream>
 #include <memory>
-#include <sstream>
 
-#include "config/joint_columns.hpp"
-#include "config/pose_files.hpp"
-#include "config/text_file.hpp"
-#include "core/compensation/pose_inverse.hpp"
 #include "tools/truepose/arm_files.hpp"
 #include "tools/truepose/compensate_program.hpp"
-#include "tools/truepose/exit_code.hpp"
-#include "tools/truepose/nominal_inverse.hpp"
+#include "tools/truepose/compensate_targets.hpp"
 #include "tools/truepose/offline_commands.hpp"
-#include "tools/truepose/target_faults.hpp"
 
 namespace truepose::tools {
 
 namespace {
 
-namespace json = boost::json;
-
 struct CompensateOptions {
-  ArmFiles arm;
-  std::string joints_file, poses_file, out_file;
+  TargetOptions targets;
   ProgramOptions program;
-  bool as_json = false;
+  double singular_below_deg = CompensationOptions{}.singular_below * kDegPerRad;
+  double singular_bound_deg = CompensationOptions{}.singular_bound * kDegPerRad;
 };
 
-using Targets = std::vector<PoseInverseResult>;
-
-/// A target that cannot be reached.
-struct Unreachable : std::runtime_error {
-  Unreachable(const std::string& file, std::size_t index, const std::string& why)
-      : std::runtime_error(file + ": row " + std::to_string(index + 1) + ": " + why) {}
-};
-
-Targets compensate_all_joints(const RobotModel& nominal, const RobotModel& calibrated,
-                              const std::string& file) {
-  Targets targets;
-  for (const JointVector& q : config::load_joints(file, nominal)) {
-    const auto result = compensate_joints(nominal, calibrated, q);
-    if (!result) throw Unreachable(file, targets.size(), described(result.error()));
-    targets.push_back(*result);
+int run_compensate(CompensateOptions options) {
+  TargetOptions& targets = options.targets;
+  targets.bounds.singular_below = options.singular_below_deg * kRadPerDeg;
+  targets.bounds.singular_bound = options.singular_bound_deg * kRadPerDeg;
+  const RobotModel nominal = config::load_robot(targets.arm.robot);
+  const config::ModelFile model = load_model_of(nominal, targets.arm.model);
+  if (options.program.src.empty()) {
+    targets.X_FT = frame_of(options.program.tool);
+    return run_compensate_targets(targets, nominal, model);
   }
-  return targets;
+  ProgramOptions& program = options.program;
+  program.robot = targets.arm.robot;
+  program.out_src = targets.out_file;
+  program.as_json = targets.as_json;
+  program.bounds = targets.bounds;
+  return run_compensate_program(program, nominal, model.cell.robot);
 }
 
-Targets compensate_all_poses(const RobotModel& nominal, const RobotModel& calibrated,
-                             const std::string& file) {
-  NominalInverse inverse(nominal);
-  Targets targets;
-  for (const Eigen::Isometry3d& X_BF : config::load_poses(file)) {
-    const auto q_nominal = inverse.next(X_BF);
-    if (!q_nominal) throw Unreachable(file, targets.size(), q_nominal.error());
-    const auto result = inverse_near(calibrated, X_BF, *q_nominal);
-    if (!result) throw Unreachable(file, targets.size(), described(result.error()));
-    targets.push_back(*result);
-  }
-  return targets;
+void add_target_options(CLI::App& command, CLI::Option_group& group, TargetOptions& options) {
+  group.add_option(
+      "--joints", options.joints_file,
+      "Joint positions (CSV: q1..qN in deg or mm; - reads standard input): the real arm stands where the "
+      "nominal arm would");
+  CLI::Option* poses = group.add_option(
+      "--poses", options.poses_file,
+      "Poses of the flange (of the TCP with --tool) in the robot base frame (CSV: x,y,z in mm; a,b,c in deg; "
+      "optionally KUKA's status and turn s,t; - reads standard input), or x,y,z alone: positions, the "
+      "orientation left to the smallest change of the joints. Each is reached on the branch nearest to the "
+      "one before it");
+  command
+      .add_option("--near", options.near,
+                  "Joint positions (deg, mm) that the first pose is to be near to; otherwise the middle of "
+                  "the joints' ranges")
+      ->delimiter(',')
+      ->needs(poses);
+  command
+      .add_flag("--position-only", options.position_only,
+                "Only the position counts: the smallest change of the joints that reaches it")
+      ->excludes("--program");
+  command
+      .add_option("--report", options.report_file,
+                  "Write corrections, residuals and standard deviations as charts here (HTML)")
+      ->excludes("--program");
 }
 
-json::object document(const RobotModel& robot, const Targets& targets) {
-  json::array joints, residual_mm, iterations;
-  for (const PoseInverseResult& target : targets) {
-    json::array q;
-    for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-      q.emplace_back(target.q[static_cast<Eigen::Index>(i)] / config::per_file_unit(robot.joints[i]));
-    }
-    joints.push_back(std::move(q));
-    residual_mm.emplace_back(target.residual_mm);
-    iterations.emplace_back(target.iterations);
-  }
-  return {{"joints", std::move(joints)},
-          {"residual_mm", std::move(residual_mm)},
-          {"iterations", std::move(iterations)}};
-}
-
-std::string csv(const RobotModel& robot, const Targets& targets) {
-  std::vector<JointVector> joints;
-  for (const PoseInverseResult& target : targets) joints.push_back(target.q);
-  std::ostringstream text;
-  config::write_joints(text, joints, robot);
-  return text.str();
-}
-
-int run_compensate(const CompensateOptions& options) {
-  const RobotModel nominal = config::load_robot(options.arm.robot);
-  const RobotModel calibrated = load_model_of(nominal, options.arm.model).cell.robot;
-  if (!options.program.src.empty()) {
-    ProgramOptions program = options.program;
-    program.robot = options.arm.robot;
-    program.out_src = options.out_file;
-    program.as_json = options.as_json;
-    return run_compensate_program(program, nominal, calibrated);
-  }
-  const bool of_joints = !options.joints_file.empty();
-  const std::string& file = of_joints ? options.joints_file : options.poses_file;
-  const Targets targets = of_joints ? compensate_all_joints(nominal, calibrated, file)
-                                    : compensate_all_poses(nominal, calibrated, file);
-  for (std::size_t i = 0; i < targets.size(); ++i) {
-    if (const std::string why = beyond_limits(nominal, targets[i].q); !why.empty())
-      throw Unreachable(file, i, why);
-  }
-
-  if (!options.out_file.empty()) config::write_text_file(options.out_file, csv(nominal, targets));
-  if (options.as_json) {
-    std::cout << document(nominal, targets) << '\n';
-  } else if (options.out_file.empty()) {
-    std::cout << csv(nominal, targets);
-  }
-  return kDone;
+void add_bound_options(CLI::App& command, CompensateOptions& options) {
+  command
+      .add_option("--singular-below", options.singular_below_deg,
+                  "Angle (deg) between axes 4 and 6 below which corrections may be damped, position before "
+                  "orientation; 0 = never")
+      ->check(CLI::Range(0.0, 90.0))
+      ->capture_default_str();
+  command
+      .add_option("--singular-bound", options.singular_bound_deg,
+                  "What axes 4 and 6 may be turned there against each other (deg)")
+      ->check(CLI::Range(0.001, 90.0))
+      ->capture_default_str();
 }
 
 }  // namespace
 
 void add_compensate_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<CompensateOptions>();
+  TargetOptions& targets = options->targets;
   CLI::App* command =
       app.add_subcommand("compensate", "Joint positions at which the real arm stands where it should");
-  command->add_option("--robot", options->arm.robot, "Robot file (YAML)")->required();
-  command->add_option("--model", options->arm.model, "Model file of the calibrated arm")->required();
-  CLI::Option_group* targets = command->add_option_group("targets", "What the real arm should reach");
-  targets->add_option(
-      "--joints", options->joints_file,
-      "Joint positions (CSV: q1..qN in deg or mm): the real arm stands where the nominal arm would");
-  targets->add_option(
-      "--poses", options->poses_file,
-      "Flange poses in the robot base frame (CSV: x,y,z in mm; a,b,c in deg). Each is reached on the "
-      "branch nearest to the one before it, the first nearest to the middle of the joints' ranges");
-  add_program_options(*command, *targets, options->program);
-  targets->require_option(1);
-  command->add_option("--out", options->out_file, "Write the joint positions (CSV) or the program here");
-  command->add_flag("--json", options->as_json, "One JSON document");
-  command->callback([options, &exit_code] {
-    try {
-      exit_code = run_compensate(*options);
-    } catch (const Unreachable& error) {
-      std::cerr << "truepose: " << error.what() << '\n';
-      exit_code = kFailed;
-    }
-  });
+  command->add_option("--robot", targets.arm.robot, "Robot file (YAML)")->required();
+  command->add_option("--model", targets.arm.model, "Model file of the calibrated arm")->required();
+  CLI::Option_group* group = command->add_option_group("targets", "What the real arm should reach");
+  add_program_options(*command, *group, options->program);
+  add_target_options(*command, *group, targets);
+  group->require_option(1);
+  add_bound_options(*command, *options);
+  command->add_option("--out", targets.out_file,
+                      "Write the joint positions (CSV; - is standard output) or the program here");
+  command->add_flag("--json", targets.as_json, "One JSON document");
+  command->callback([options, &exit_code] { exit_code = run_compensate(*options); });
 }
 
 }  // namespace truepose::tools

@@ -22,11 +22,6 @@ std::string bytes_of(const std::filesystem::path& file) {
   return file.empty() ? std::string{} : config::read_bytes(file);
 }
 
-std::optional<Eigen::Isometry3d> frame_of(const std::vector<double>& v) {
-  if (v.empty()) return std::nullopt;
-  return pose_from_kuka({v[0], v[1], v[2]}, {v[3], v[4], v[5]});
-}
-
 /// A program that is corrected twice is wrong by as much as before.
 void refuse_to_overwrite(const std::filesystem::path& in, const std::filesystem::path& out) {
   std::error_code ignored;
@@ -54,6 +49,11 @@ void write(const ProgramOptions& options, const krl::ProgramText& text, const Pr
 
 }  // namespace
 
+std::optional<Eigen::Isometry3d> frame_of(const std::vector<double>& v) {
+  if (v.empty()) return std::nullopt;
+  return pose_from_kuka({v[0], v[1], v[2]}, {v[3], v[4], v[5]});
+}
+
 void add_program_options(CLI::App& command, CLI::Option_group& targets, ProgramOptions& options) {
   CLI::Option* program = targets.add_option("--program", options.src,
                                             "KRL program (SRC): written again with its taught positions "
@@ -67,7 +67,10 @@ void add_program_options(CLI::App& command, CLI::Option_group& targets, ProgramO
   add("--out-dat", options.out_dat, "Write the data list here")->needs(dat);
   add("--config-dat", options.config_dat,
       "The controller's $config.dat: TOOL_DATA, BASE_DATA, home positions");
-  add("--tool", options.tool, "Tool in force where a program starts, as x,y,z,a,b,c (mm, deg)")
+  command
+      .add_option("--tool", options.tool,
+                  "Tool on the flange as x,y,z,a,b,c (mm, deg): whose position comes first, and whose poses "
+                  "--poses are; with a program, the one in force where it starts")
       ->delimiter(',')
       ->expected(6);
   add("--base", options.base, "Base in force where a program starts, as x,y,z,a,b,c (mm, deg)")
@@ -91,7 +94,7 @@ int run_compensate_program(const ProgramOptions& options, const RobotModel& nomi
   };
   const auto program = krl::read_program(text, {frame_of(options.tool), frame_of(options.base)});
   if (!program) throw refuse(program.error());
-  const auto done = compensate_program(*program, nominal, *inverse, calibrated);
+  const auto done = compensate_program(*program, nominal, *inverse, calibrated, options.bounds);
   if (!done) throw refuse(done.error());
 
   write(options, text, *done);

@@ -1,9 +1,10 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
-#include "core/kinematics/robot_model.hpp"
+#include "core/compensation/target_compensation.hpp"
 
 namespace CLI {
 class App;
@@ -18,8 +19,12 @@ struct ProgramOptions {
   std::filesystem::path src, dat, config_dat;
   std::filesystem::path out_src, out_dat;
   std::vector<double> tool, base;  ///< at the start: X, Y, Z (mm), A, B, C (deg), or empty
+  CompensationOptions bounds;
   bool as_json = false;
 };
+
+/// The frame of x,y,z,a,b,c (mm, deg), or nothing for none.
+std::optional<Eigen::Isometry3d> frame_of(const std::vector<double>& v);
 
 /// @param targets  the options of which one says what the command is about
 void add_program_options(CLI::App& command, CLI::Option_group& targets, ProgramOptions& options);

@@ -4,25 +4,39 @@
 #include <optional>
 #include <string>
 
+#include "core/compensation/target_compensation.hpp"
 #include "core/kinematics/spherical_wrist.hpp"
+#include "tools/truepose/status_turn.hpp"
 
 namespace truepose::tools {
 
-/// Joint positions of the nominal arm at one pose after the other, each on the branch nearest to the pose
+/// Joint positions of the nominal arm at one target after the other, each on the branch nearest to the target
 /// before it.
 class NominalInverse {
  public:
-  explicit NominalInverse(const RobotModel& robot);
+  using Result = std::expected<JointVector, std::string>;
 
-  /// @return joint positions within the limits, or why there are none
-  std::expected<JointVector, std::string> next(const Eigen::Isometry3d& X_BF);
+  /// @param q_near  what the first target is near to; where not given, the middle of the joints' ranges
+  NominalInverse(const RobotModel& robot, const std::optional<JointVector>& q_near);
+
+  // Each gives joint positions within the limits, or says why there are none.
+
+  Result at_pose(const Eigen::Isometry3d& X_BF);
+  /// @param status, turn  KUKA's; without turn, the nearest of its turns
+  Result at_pose(const Eigen::Isometry3d& X_BF, std::optional<int> status, std::optional<int> turn);
+  /// p_F is at p_B, the orientation by the smallest change of the joints.
+  Result at_position(const Eigen::Vector3d& p_B_mm, const Eigen::Vector3d& p_F_mm);
 
  private:
-  std::expected<JointVector, std::string> by_newton(const Eigen::Isometry3d& X_BF) const;
+  template <typename Solve>
+  Result from_several_starts(Solve solve) const;
+  Result remembered(Result q);
 
   RobotModel robot_;
+  TargetCompensation itself_;
   std::optional<SphericalWristInverse> closed_form_;
-  JointVector q_near_;  // at first the middle of the joints' ranges
+  std::expected<StatusTurnInverse, std::string> by_status_;
+  JointVector q_near_;
 };
 
 }  // namespace truepose::tools

@@ -42,11 +42,17 @@ constexpr std::string_view kAccurateRobotNote =
     "S has bit 4, here first: taught on an arm with KUKA's own accuracy model; where that is active, two "
     "corrections would add up";
 
+constexpr std::string_view kDampedNote =
+    "next to the wrist singularity, here first: the TCP comes to its position, its orientation is corrected "
+    "as "
+    "far as axes 4 and 6 need not turn far for it (--singular-bound)";
+
 struct Correction {
   std::array<double, 6> values{};  // as in Position, mm and deg
   StatusTurn status_turn;
   double mm = 0, deg = 0;
   bool is_none = false;
+  bool is_damped = false;  // its orientation is not what it should be
 };
 
 std::optional<int> bits(const std::optional<krl::Number>& number) {
@@ -77,11 +83,11 @@ std::string too_large(const JointVector& q, const JointVector& change, double mm
 class Compensator {
  public:
   Compensator(const krl::Program& program, const RobotModel& nominal, const StatusTurnInverse& inverse,
-              const RobotModel& calibrated)
+              const RobotModel& calibrated, const CompensationOptions& bounds)
       : program_{program},
         nominal_{nominal},
         inverse_{inverse},
-        calibrated_{calibrated},
+        compensation_{nominal, calibrated, bounds},
         states_(program.points.size()) {
     result_.left = program.left;
     result_.notes = program.notes;
@@ -123,7 +129,7 @@ class Compensator {
   const krl::Program& program_;
   const RobotModel& nominal_;
   const StatusTurnInverse& inverse_;
-  const RobotModel& calibrated_;
+  TargetCompensation compensation_;
   std::vector<PointState> states_;
   std::optional<JointVector> q_near_;  // of the target before
   std::set<std::string_view> noted_;
@@ -199,6 +205,7 @@ void Compensator::use(const Step& step, const Point& point,
   state.q = *q;
   auto result = correction(step, point, *q);
   if (!result) return leave(step, result.error());
+  if (result->is_damped) note_once(kDampedNote, step.spot);
   state.correction = *result;
 }
 
@@ -219,9 +226,11 @@ std::expected<Correction, std::string> Compensator::correction(const Step& step,
                                                                const JointVector& q) const {
   const bool of_axes = point.position.form == PositionForm::Axes;
   const Eigen::Isometry3d X = of_axes ? forward_kinematics(nominal_, q) : krl::pose_of(point.position);
-  const auto solved = inverse_near(calibrated_, of_axes ? X : flange_of(step, X), q);
-  if (!solved) return std::unexpected(described(solved.error()));
-  if (std::string why = beyond_limits(nominal_, solved->q); !why.empty()) return std::unexpected(why);
+  const bool knows_tcp = tool(step).state == State::Known;
+  const Eigen::Vector3d p_F_mm =
+      knows_tcp ? Eigen::Vector3d(tool(step).X.translation()) : Eigen::Vector3d(0, 0, 0);
+  const auto solved = compensation_.at_pose(of_axes ? X : flange_of(step, X), q, p_F_mm);
+  if (!solved) return std::unexpected(described(solved.error(), nominal_));
 
   const Eigen::Isometry3d X_BF = forward_kinematics(nominal_, solved->q);
   const Eigen::Isometry3d X_new = of_axes ? X_BF : tcp_of(step, X_BF);
@@ -229,6 +238,7 @@ std::expected<Correction, std::string> Compensator::correction(const Step& step,
   Correction result{.mm = (X_new.translation() - X.translation()).norm(), .deg = rad * kDegPerRad};
   if (std::string why = too_large(q, solved->q - q, result.mm); !why.empty()) return std::unexpected(why);
 
+  result.is_damped = solved->damped && solved->residual_rad > kUnmoved_rad;
   result.is_none = result.mm < kUnmoved_mm && rad < kUnmoved_rad;
   result.status_turn = inverse_.of_joints(
       solved->q, StatusTurn{bits(point.position.status).value_or(0), bits(point.position.turn).value_or(0)});
@@ -285,8 +295,9 @@ void Compensator::add_status_turn_edits(const Point& point, const StatusTurn& no
 std::expected<ProgramCompensation, krl::ProgramFault> compensate_program(const krl::Program& program,
                                                                          const RobotModel& nominal,
                                                                          const StatusTurnInverse& inverse,
-                                                                         const RobotModel& calibrated) {
-  return Compensator(program, nominal, inverse, calibrated).run();
+                                                                         const RobotModel& calibrated,
+                                                                         const CompensationOptions& bounds) {
+  return Compensator(program, nominal, inverse, calibrated, bounds).run();
 }
 
 }  // namespace truepose::tools

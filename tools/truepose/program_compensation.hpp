@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "core/compensation/target_compensation.hpp"
 #include "proto/krl/program.hpp"
 #include "proto/krl/rewrite.hpp"
 #include "tools/truepose/status_turn.hpp"
@@ -36,9 +37,8 @@ struct ProgramCompensation {
 /// large to be one, and where two motions use it with different tools or bases.
 /// @param inverse  of `nominal`
 /// Errors: a Cartesian motion whose tool or base is not known.
-std::expected<ProgramCompensation, krl::ProgramFault> compensate_program(const krl::Program& program,
-                                                                         const RobotModel& nominal,
-                                                                         const StatusTurnInverse& inverse,
-                                                                         const RobotModel& calibrated);
+std::expected<ProgramCompensation, krl::ProgramFault> compensate_program(
+    const krl::Program& program, const RobotModel& nominal, const StatusTurnInverse& inverse,
+    const RobotModel& calibrated, const CompensationOptions& bounds = {});
 
 }  // namespace truepose::tools

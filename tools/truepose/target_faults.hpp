@@ -2,14 +2,12 @@
 
 #include <string>
 
-#include "core/compensation/pose_inverse.hpp"
+#include "core/compensation/target_compensation.hpp"
 
 namespace truepose::tools {
 
-std::string described(PoseInverseFault fault);
-
-/// "joint 4 would have to go to 352.1 deg, its limits are -350..350", or nothing where all is within the
-/// limits.
-std::string beyond_limits(const RobotModel& robot, const JointVector& q);
+/// "joint 4 would have to go to 352.1 deg, its limits are -350..350"
+/// @param robot  whose limits they are
+std::string described(const CompensationFault& fault, const RobotModel& robot);
 
 }  // namespace truepose::tools

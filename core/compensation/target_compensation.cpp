@@ -1,0 +1,200 @@
+#include "core/compensation/target_compensation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/compensation/constrained_step.hpp"
+
+namespace truepose {
+namespace {
+
+constexpr int kMaxSteps = 100;
+constexpr double kLargestStep = 0.2;  // rad: from far away Newton does not leave the branch
+constexpr double kTolerance_mm = 1e-9;
+constexpr double kTolerance_rad = 1e-12;
+constexpr double kStill = 1e-10;  // rad: steps below do not count
+
+constexpr double kLeastRatio = 0.03;    // of e to the bound
+constexpr double kDampingRatio = 0.55;  // of lambda to that ratio
+// The common turn may leave nothing of the bound, but a damping must stay finite.
+constexpr double kLeastPartOfBound = 0.1;
+
+/// Joint steps in the unit of the tasks, for which a millimetre of a slide is 1 / kLength_mm.
+JointVector scales_of(const RobotModel& robot) {
+  JointVector scales(robot.joint_count());
+  for (Eigen::Index i = 0; i < scales.size(); ++i) {
+    const bool turns = robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
+    scales[i] = turns ? 1 : kLength_mm;
+  }
+  return scales;
+}
+
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
+  const Eigen::AngleAxisd turn(Eigen::Matrix3d(to * from.transpose()));
+  return turn.angle() * turn.axis();
+}
+
+/// The step, shortened where it is long.
+JointVector shortened(const JointVector& step) {
+  const double longest = step.cwiseAbs().maxCoeff();
+  return longest > kLargestStep ? JointVector(step * (kLargestStep / longest)) : step;
+}
+
+/// lambda^2 of TargetCompensation.
+/// @param apart  2 sin of half the angle between axes 4 and 6
+double damping(const WristStep& first, double common, double apart, const CompensationOptions& options) {
+  const double bound =
+      std::max(options.singular_bound - std::abs(common), kLeastPartOfBound * options.singular_bound);
+  const double ratio_squared = first.e_squared / (bound * bound) + kLeastRatio * kLeastRatio;
+  const double below_squared = std::min(4 * ratio_squared, options.singular_below * options.singular_below);
+  const double inside = std::max(0.0, 1 - apart * apart / below_squared);
+  return kDampingRatio * kDampingRatio * ratio_squared * inside * inside;
+}
+
+}  // namespace
+
+/// The calibrated arm at some joints.
+struct TargetCompensation::State {
+  Eigen::Isometry3d X_BF;
+  PositionTask task;  // its error is still to be set
+  Eigen::Vector3d p_B_mm;
+
+  double sense() const {  // of axis 6 to axis 4
+    return axis(task.J.cols() - 3).dot(axis(task.J.cols() - 1)) > 0 ? 1 : -1;
+  }
+  double apart() const { return (axis(task.J.cols() - 3) - sense() * axis(task.J.cols() - 1)).norm(); }
+
+ private:
+  Eigen::Vector3d axis(Eigen::Index joint) const { return task.J.col(joint).tail<3>(); }
+};
+
+TargetCompensation::TargetCompensation(const RobotModel& nominal, const RobotModel& calibrated,
+                                       const CompensationOptions& options)
+    : nominal_{nominal},
+      calibrated_{calibrated},
+      nominal_geometry_{nominal},
+      geometry_{calibrated},
+      options_{options} {}
+
+bool TargetCompensation::has_wrist() const {
+  const auto& joints = calibrated_.joints;
+  return joints.size() >= 6 && std::all_of(joints.end() - 3, joints.end(), [](const Joint& joint) {
+           return joint.type == JointType::Revolute;
+         });
+}
+
+TargetCompensation::State TargetCompensation::state_at(const JointVector& q,
+                                                       const Eigen::Vector3d& p_F_mm) const {
+  const bool deviates = !calibrated_.deviation.empty();
+  PoseAndJacobian now;
+  geometry_.forward_with_jacobian(deviates ? true_joints(calibrated_, q, options_.approach) : q, now);
+  State state{now.X_BF, {now.J, {}}, {}};
+  if (calibrated_.field) state.X_BF = forward_kinematics(calibrated_, q, options_.approach);
+  const Eigen::Vector3d lever = state.X_BF.linear() * p_F_mm;
+  state.p_B_mm = state.X_BF.translation() + lever;
+  const JointVector scales = scales_of(calibrated_);
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const Eigen::Vector3d axis = now.J.col(i).tail<3>();
+    state.task.J.col(i).head<3>() += axis.cross(lever);
+    state.task.J.col(i).head<3>() *= scales[i] / kLength_mm;
+  }
+  return state;
+}
+
+TargetCompensation::Result TargetCompensation::within_limits(CompensatedTarget target) const {
+  for (int i = 0; i < nominal_.joint_count(); ++i) {
+    const Joint& joint = nominal_.joints[static_cast<std::size_t>(i)];
+    if (!(target.q[i] >= joint.min && target.q[i] <= joint.max))
+      return std::unexpected(CompensationFault{CompensationFault::Kind::BeyondLimit, i, target.q[i]});
+  }
+  return target;
+}
+
+TargetCompensation::Result TargetCompensation::at_joints(const JointVector& q,
+                                                         const Eigen::Vector3d& p_F_mm) const {
+  return at_pose(nominal_geometry_.forward(q), q, p_F_mm);
+}
+
+TargetCompensation::Result TargetCompensation::at_pose(const Eigen::Isometry3d& X_BF,
+                                                       const JointVector& q_nominal,
+                                                       const Eigen::Vector3d& p_F_mm) const {
+  const bool may_be_singular = options_.singular_below > 0 && has_wrist() &&
+                               state_at(q_nominal, p_F_mm).apart() < options_.singular_below;
+  return may_be_singular ? damped(X_BF, q_nominal, p_F_mm) : exact(X_BF, q_nominal);
+}
+
+TargetCompensation::Result TargetCompensation::exact(const Eigen::Isometry3d& X_BF,
+                                                     const JointVector& q_nominal) const {
+  const PoseInverseOptions options{.approach = options_.approach};
+  const bool is_bare = calibrated_.deviation.empty() && !calibrated_.field;
+  const auto solved = is_bare ? geometry_.inverse_near(X_BF, q_nominal, options)
+                              : inverse_near(calibrated_, X_BF, q_nominal, options);
+  if (solved)
+    return within_limits({solved->q, solved->residual_mm, solved->residual_rad, solved->iterations});
+  using Kind = CompensationFault::Kind;
+  return std::unexpected(CompensationFault{
+      solved.error() == PoseInverseFault::NotFinite ? Kind::NotFinite : Kind::DidNotConverge});
+}
+
+TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X_BF,
+                                                      const JointVector& q_nominal,
+                                                      const Eigen::Vector3d& p_F_mm) const {
+  const JointVector scales = scales_of(calibrated_);
+  const Eigen::Vector3d p_B_mm = X_BF * p_F_mm;
+  const Eigen::Index axis_4 = q_nominal.size() - 3, axis_6 = q_nominal.size() - 1;
+  CompensatedTarget result{.q = q_nominal, .damped = true};
+  double lambda_squared = 0, sense = 0;
+  for (; result.iterations < kMaxSteps; ++result.iterations) {
+    State state = state_at(result.q, p_F_mm);
+    const Eigen::Vector3d rotation_error = rotation_vector(state.X_BF.linear(), X_BF.linear());
+    state.task.p_error = (p_B_mm - state.p_B_mm) / kLength_mm;
+    if (result.iterations == 0) sense = -state.sense();
+    const auto step = wrist_step(state.task, rotation_error, sense);
+    if (!step) return std::unexpected(CompensationFault{CompensationFault::Kind::NotFinite});
+    if (result.iterations == 0) {
+      lambda_squared = damping(*step, step->others[axis_4], state.apart(), options_);
+      if (lambda_squared == 0) return exact(X_BF, q_nominal);
+    }
+
+    const JointVector correction = result.q - q_nominal;
+    const double u = (correction[axis_4] + sense * correction[axis_6]) / 2;
+    const double t = (step->e_s - lambda_squared * u) / (step->s_squared + lambda_squared);
+    const JointVector move = step->others + t * step->opposite;
+    result.residual_mm = (p_B_mm - state.p_B_mm).norm();
+    result.residual_rad = rotation_error.norm();
+    if (result.residual_mm <= kTolerance_mm && move.cwiseAbs().maxCoeff() <= kStill)
+      return within_limits(result);
+    result.q += shortened(move).cwiseProduct(scales);
+  }
+  return std::unexpected(CompensationFault{CompensationFault::Kind::DidNotConverge});
+}
+
+TargetCompensation::Result TargetCompensation::at_position(const Eigen::Vector3d& p_B_mm,
+                                                           const JointVector& q_near,
+                                                           const Eigen::Vector3d& p_F_mm) const {
+  const JointVector scales = scales_of(calibrated_);
+  JointVector q_goal = q_near;  // a held joint's goal is its limit
+  std::bitset<kMaxJoints> held;
+  CompensatedTarget result{.q = q_near};
+  for (; result.iterations < kMaxSteps; ++result.iterations) {
+    State state = state_at(result.q, p_F_mm);
+    state.task.p_error = (p_B_mm - state.p_B_mm) / kLength_mm;
+    const auto step = nearest_step(state.task, (q_goal - result.q).cwiseQuotient(scales), held);
+    if (!step) return std::unexpected(CompensationFault{CompensationFault::Kind::NotFinite});
+    result.residual_mm = (p_B_mm - state.p_B_mm).norm();
+    if (result.residual_mm > kTolerance_mm || step->cwiseAbs().maxCoeff() > kStill) {
+      result.q += shortened(*step).cwiseProduct(scales);
+      continue;
+    }
+    const auto checked = within_limits(result);
+    if (checked || checked.error().kind != CompensationFault::Kind::BeyondLimit) return checked;
+    const int i = checked.error().joint;
+    const Joint& joint = nominal_.joints[static_cast<std::size_t>(i)];
+    if (held[static_cast<std::size_t>(i)]) return checked;
+    held.set(static_cast<std::size_t>(i));
+    q_goal[i] = std::clamp(result.q[i], joint.min, joint.max);
+  }
+  return std::unexpected(CompensationFault{CompensationFault::Kind::DidNotConverge});
+}
+
+}  // namespace truepose
