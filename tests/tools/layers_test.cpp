@@ -125,8 +125,8 @@ TEST_F(Layers, OfACalibratedArmReachTheModelFileTheForwardKinematicsAndTheCompen
 
   const json::object poses =
       succeed({"fk", "--robot", kRobot, "--model", model, "--joints", joints_file, "--json"});
-  const json::object compensated =
-      succeed({"compensate", "--robot", kRobot, "--model", model, "--joints", joints_file, "--json"});
+  const json::object compensated = succeed({"compensate", "--robot", kRobot, "--model", model, "--joints",
+                                            joints_file, "--singular-below", "0", "--json"});
   double uncorrected_mm = 0, corrected_mm = 0;
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const auto pose = json::value_to<std::vector<double>>(poses.at("poses").at(i));

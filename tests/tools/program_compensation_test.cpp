@@ -29,12 +29,17 @@ using testing::IsEmpty;
 const RobotModel kNominal = published_arm();
 const RobotModel kReal = with_published_errors(kNominal);
 
+/// Never damped.
+const CompensationOptions kExact{.singular_below = 0, .approach = {}};
+
 /// A program, and the same after its compensation.
 struct Corrected {
-  explicit Corrected(krl_corpus::Files in, const RobotModel& real = kReal)
+  explicit Corrected(krl_corpus::Files in, const RobotModel& real = kReal,
+                     const CompensationOptions& bounds = {})
       : before(std::move(in)), after(before) {
     program = krl::read_program(before.text(), {}).value();
-    auto result = compensate_program(program, kNominal, StatusTurnInverse::of(kNominal).value(), real);
+    auto result =
+        compensate_program(program, kNominal, StatusTurnInverse::of(kNominal).value(), real, bounds);
     if (!result) {
       fault = result.error().what;
       return;
@@ -44,9 +49,10 @@ struct Corrected {
     after.dat = krl::rewritten(before.dat, done.dat_edits);
     program_after = krl::read_program(after.text(), {}).value();
   }
-  Corrected(std::string src, std::string dat, const RobotModel& real = kReal)
+  Corrected(std::string src, std::string dat, const RobotModel& real = kReal,
+            const CompensationOptions& bounds = {})
       : Corrected(krl_corpus::Files{"p", std::move(src), std::move(dat), krl_corpus::bytes("config.dat")},
-                  real) {}
+                  real, bounds) {}
 
   std::vector<std::string> left() const {
     std::vector<std::string> result;
@@ -289,9 +295,18 @@ TEST(ProgramCompensation, StatusFollowsAxis5AcrossZero) {
   expect_bits_of(deg({10, -95, 100, 20, 0.2, 30}), off, false, false);
 }
 
+TEST(ProgramCompensation, NearTheWristSingularityTheTcpIsCorrectedAndWhatIsLeftOfTheOrientationIsSaid) {
+  const JointVector q = deg({10, -95, 100, 20, 0.2, 30});
+  const Corrected corrected(kFlange + "PTP " + cartesian(q, 2, 2) + "\n", "");
+  EXPECT_THAT(corrected.left(), IsEmpty());
+  ASSERT_EQ(corrected.done.changes.size(), 1U);
+  ASSERT_EQ(corrected.done.notes.size(), 1U);
+  EXPECT_THAT(corrected.done.notes[0].text, HasSubstr("next to the wrist singularity"));
+}
+
 TEST(ProgramCompensation, WhatCannotBeDoneWellIsLeftAlone) {
   const auto left = [](const std::string& target) {
-    return Corrected(kFlange + "PTP " + target + "\n", "").left();
+    return Corrected(kFlange + "PTP " + target + "\n", "", kReal, kExact).left();
   };
   EXPECT_THAT(left(cartesian(deg({10, -95, 100, 20, 0.2, 30}), 2, 2)),
               ElementsAre(HasSubstr("too near to a singularity (A5 = 0.20 deg)")));
@@ -340,7 +355,7 @@ TEST(ProgramCompensation, RandomPositionsOfAllKindsLandWhereTheyShould) {
     dat += line.str();
     motions += "PTP X" + std::to_string(i) + "\nPTP J" + std::to_string(i) + "\n";
   }
-  const Corrected corrected(motions, dat);
+  const Corrected corrected(motions, dat, kReal, kExact);
   ASSERT_EQ(corrected.fault, "");
   // Near a wrist singularity, at the reach's end and at limits there is nothing to correct to.
   EXPECT_GT(corrected.done.changes.size(), 800U);

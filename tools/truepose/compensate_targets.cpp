@@ -1,7 +1,9 @@
 #include "tools/truepose/compensate_targets.hpp"
 
+#include <algorithm>
 #include <boost/json.hpp>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 
@@ -32,11 +34,11 @@ class PositionSigma {
  public:
   explicit PositionSigma(const config::ModelFile& model) : model_(model) {}
 
-  bool is_known() const { return model_.covariance.size() > 0; }
+  bool is_known() const { return model_.covariance.size() > 0 && !model_.cell.reflectors.empty(); }
   double at(const JointVector& q) const {
     const double repeatability = model_.noise ? model_.noise->repeatability_mm : 0;
-    return std::sqrt(position_covariance(model_.cell, model_.covariance, q, 0).trace() +
-                     3 * repeatability * repeatability);
+    const double of_model = position_covariance(model_.cell, model_.covariance, q, 0).trace();
+    return std::sqrt(std::max(0.0, of_model) + 3 * repeatability * repeatability);
   }
 
  private:
@@ -179,6 +181,7 @@ int run_compensate_targets(const TargetOptions& options, const RobotModel& nomin
   const bool of_joints = !options.joints_file.empty();
   const std::string& name = of_joints ? options.joints_file : options.poses_file;
   const bool is_standard = name == kStandard;
+  const bool is_pipe = is_standard || !std::filesystem::is_regular_file(name);
   const std::string file = is_standard ? "standard input" : name;
   std::ifstream opened;
   if (!is_standard) opened = config::open_to_read(name);
@@ -194,7 +197,7 @@ int run_compensate_targets(const TargetOptions& options, const RobotModel& nomin
       std::cerr << "truepose: " << file << ": row " << reader.row() << ": " << reached.error() << '\n';
       return kFailed;
     }
-    output.add(*reached, is_standard && in.rdbuf()->in_avail() <= 0);
+    output.add(*reached, is_pipe && in.rdbuf()->in_avail() <= 0);
   }
   output.finish();
   return kDone;

@@ -1,0 +1,350 @@
+#include "core/compensation/target_compensation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "core/kinematics/residual_field.hpp"
+#include "core/kinematics/spherical_wrist.hpp"
+#include "core/random.hpp"
+#include "core/simulation/published_arm.hpp"
+#include "core/simulation/published_errors.hpp"
+#include "tests/core/example_arms.hpp"
+#include "tests/core/malloc_count.hpp"
+
+namespace truepose {
+namespace {
+
+const RobotModel kNominal = published_arm();
+const RobotModel kReal = with_published_errors(kNominal);
+const Eigen::Vector3d kTcp_mm{120, -40, 300};
+
+JointVector deg(std::initializer_list<double> q) {
+  JointVector result(static_cast<Eigen::Index>(q.size()));
+  std::ranges::copy(q, result.begin());
+  return result * kRadPerDeg;
+}
+
+/// Joints away from the singularities of shoulder and elbow, |A5| at least `least_A5_deg`.
+JointVector regular_joints(Random& random, double least_A5_deg) {
+  const double A5 = random.uniform(least_A5_deg, 115) * (random.uniform(0, 1) < 0.5 ? -1 : 1);
+  return deg({random.uniform(-180, 180), random.uniform(-90, -30), random.uniform(60, 110),
+              random.uniform(-300, 300), A5, random.uniform(-300, 300)});
+}
+
+/// Arms that deviate by their geometry, by their joints too, and by a field.
+RobotModel bending(RobotModel robot) {
+  robot.deviation = {{.joint = 1, .basis = DeviationBasis::Weight, .order = 5, .coefficient = 4e-4},
+                     {.joint = 2, .basis = DeviationBasis::Sine, .order = 2, .coefficient = 3e-4},
+                     {.joint = 4, .basis = DeviationBasis::Cosine, .order = 1, .coefficient = 2e-4}};
+  return robot;
+}
+
+class WavingField final : public ResidualField {
+ public:
+  Eigen::Isometry3d displaced(const JointVector& q, const Eigen::Isometry3d& X_BF) const noexcept override {
+    Eigen::Isometry3d X = X_BF;
+    X.translation() += 0.3 * Eigen::Vector3d(std::sin(q[0]), std::cos(q[1]), std::sin(2 * q[3]));
+    X.linear() = Eigen::AngleAxisd(4e-4 * std::sin(q[2]), Eigen::Vector3d::UnitY()) * X.linear();
+    return X;
+  }
+};
+
+RobotModel with_field(RobotModel robot) {
+  robot.field = std::make_shared<WavingField>();
+  return robot;
+}
+
+double mm_between(const RobotModel& robot, const JointVector& q, const Eigen::Vector3d& p_B_mm,
+                  const Eigen::Vector3d& p_F_mm) {
+  return (forward_kinematics(robot, q) * p_F_mm - p_B_mm).norm();
+}
+
+TEST(TargetCompensation, RegularTargetsAreReachedInPositionAndOrientation) {
+  Random random(7);
+  for (const RobotModel& real : {kReal, bending(kReal), with_field(bending(kReal))}) {
+    const TargetCompensation compensation(kNominal, real);
+    for (int i = 0; i < 1000; ++i) {
+      const JointVector q = regular_joints(random, 21);
+      const Eigen::Isometry3d X = forward_kinematics(kNominal, q);
+      const auto reached = compensation.at_joints(q);
+      ASSERT_TRUE(reached) << q.transpose() * kDegPerRad;
+      EXPECT_FALSE(reached->damped);
+      const Eigen::Isometry3d X_real = forward_kinematics(real, reached->q);
+      EXPECT_LT((X_real.translation() - X.translation()).norm(), 1e-8);
+      EXPECT_LT(angle_between(X_real.linear(), X.linear()), 1e-10);
+      EXPECT_LT((reached->q - q).cwiseAbs().maxCoeff(), 5 * kRadPerDeg);
+    }
+  }
+}
+
+TEST(TargetCompensation, NearTheWristSingularityThePositionIsReachedAndWhatIsLeftOfTheOrientationIsTold) {
+  Random random(11);
+  for (const RobotModel& real : {kReal, bending(kReal), with_field(bending(kReal))}) {
+    const TargetCompensation compensation(kNominal, real);
+    for (int i = 0; i < 1000; ++i) {
+      JointVector q = regular_joints(random, 0);
+      q[4] = random.uniform(-25, 25) * kRadPerDeg;
+      const Eigen::Isometry3d X = forward_kinematics(kNominal, q);
+      const auto reached = compensation.at_joints(q, kTcp_mm);
+      ASSERT_TRUE(reached) << q.transpose() * kDegPerRad;
+      EXPECT_LT(mm_between(real, reached->q, X * kTcp_mm, kTcp_mm), 1e-8);
+      EXPECT_NEAR(reached->residual_rad,
+                  angle_between(forward_kinematics(real, reached->q).linear(), X.linear()), 1e-9);
+      EXPECT_LT(reached->residual_rad, 0.025);
+    }
+  }
+}
+
+TEST(TargetCompensation, NothingIsCorrectedOnAnArmWithoutErrors) {
+  const TargetCompensation compensation(kNominal, kNominal);
+  for (const double A5 : {0.0, 1e-9, 0.3, -5.0, 40.0}) {
+    const JointVector q = deg({20, -80, 100, 30, A5, -40});
+    const auto reached = compensation.at_joints(q);
+    ASSERT_TRUE(reached);
+    EXPECT_LT((reached->q - q).cwiseAbs().maxCoeff(), 1e-9) << A5;
+    EXPECT_LT(reached->residual_rad, 1e-9);
+  }
+}
+
+/// How the corrections behave along nominal joint positions.
+struct Line {
+  JointVector largest = JointVector::Zero(6);  // |correction| of each joint, rad
+  double jump = 0;                             // largest change of one over the nominal way in between
+  double mm = 0, rad = 0;
+};
+
+Line along(const TargetCompensation& compensation, const std::vector<JointVector>& joints) {
+  Line line;
+  JointVector last;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const auto reached = compensation.at_joints(joints[i]);
+    if (!reached) {
+      ADD_FAILURE() << "target " << i;
+      return line;
+    }
+    const JointVector correction = reached->q - joints[i];
+    line.largest = line.largest.cwiseMax(correction.cwiseAbs());
+    if (i > 0)
+      line.jump = std::max(line.jump, (correction - last).norm() / (joints[i] - joints[i - 1]).norm());
+    last = correction;
+    line.mm =
+        std::max(line.mm, mm_between(kReal, reached->q, forward_kinematics(kNominal, joints[i]).translation(),
+                                     Eigen::Vector3d::Zero()));
+    line.rad = std::max(line.rad, reached->residual_rad);
+  }
+  return line;
+}
+
+std::vector<JointVector> through_axis_5(double from_deg, double to_deg, int points) {
+  std::vector<JointVector> joints;
+  for (int i = 0; i < points; ++i)
+    joints.push_back(deg({20, -80, 100, 30, from_deg + (to_deg - from_deg) * i / (points - 1), -40}));
+  return joints;
+}
+
+/// A straight line of the flange, its orientation constant, that passes the singularity at a small distance.
+std::vector<JointVector> past_the_singularity(int points) {
+  const auto inverse = SphericalWristInverse::of(kNominal);
+  const Eigen::Isometry3d X_middle = forward_kinematics(kNominal, deg({20, -80, 100, 30, 0.3, -40}));
+  std::vector<JointVector> joints;
+  JointVector near = deg({20, -80, 100, 30, 0.3, -40});
+  for (int i = 0; i < points; ++i) {
+    Eigen::Isometry3d X = X_middle;
+    const double part = 2.0 * i / (points - 1) - 1;
+    X.translation() += part * Eigen::Vector3d(0, 250, 44);
+    near = *inverse->nearest(X, near);
+    joints.push_back(near);
+  }
+  return joints;
+}
+
+constexpr double kBound = 0.5 * kRadPerDeg;
+
+TEST(TargetCompensation, ALineThroughTheSingularityNeedsNoLargeCorrectionAndHasNoJump) {
+  const TargetCompensation compensation(kNominal, kReal);
+  const Line line = along(compensation, through_axis_5(-10, 10, 801));
+  EXPECT_LT(line.largest.maxCoeff(), kBound) << line.largest.transpose() * kDegPerRad;
+  EXPECT_LT(line.jump, 0.1);
+  EXPECT_LT(line.mm, 1e-6);
+  EXPECT_LT(line.rad, 0.015);
+  // Without the bound the same line needs a hundred degrees, where it can be solved at all.
+  const TargetCompensation unbounded(kNominal, kReal, {.singular_below = 0, .approach = {}});
+  const auto exact = unbounded.at_joints(deg({20, -80, 100, 30, 2, -40}));
+  ASSERT_TRUE(exact);
+  EXPECT_GT((exact->q - deg({20, -80, 100, 30, 2, -40})).cwiseAbs().maxCoeff(), 10 * kRadPerDeg);
+}
+
+TEST(TargetCompensation, ALineOnWhichAxis4HasToTurnRoundNeedsNoLargeCorrectionAndHasNoJump) {
+  const std::vector<JointVector> joints = past_the_singularity(801);
+  double largest_turn = 0, least_A5 = 1;
+  for (const JointVector& q : joints) {
+    largest_turn = std::max(largest_turn, std::abs(q[3] - joints.front()[3]));
+    least_A5 = std::min(least_A5, std::abs(q[4]));
+  }
+  ASSERT_GT(largest_turn, 90 * kRadPerDeg);
+  ASSERT_LT(least_A5, 0.5 * kRadPerDeg);
+  const TargetCompensation compensation(kNominal, kReal);
+  const Line line = along(compensation, joints);
+  // Axis 5 has its own error, which has nothing to do with the singularity.
+  EXPECT_LT(std::max(line.largest[3], line.largest[5]), kBound) << line.largest.transpose() * kDegPerRad;
+  EXPECT_LT(line.largest.maxCoeff(), 0.6 * kRadPerDeg) << line.largest.transpose() * kDegPerRad;
+  EXPECT_LT(line.jump, 0.1);
+  EXPECT_LT(line.mm, 1e-6);
+  EXPECT_LT(line.rad, 0.015);
+}
+
+TEST(TargetCompensation, OutsideTheDampedZoneNeighboursStayNeighbours) {
+  const TargetCompensation compensation(kNominal, kReal);
+  // The zone ends near 20 deg: exact beyond, bounded within, no step between.
+  const Line line = along(compensation, through_axis_5(15, 25, 2001));
+  EXPECT_LT(line.jump, 2);
+  const Line finer = along(compensation, through_axis_5(19, 21, 4001));
+  EXPECT_LT(finer.jump, 2);
+}
+
+TEST(TargetCompensation, SmallErrorsOfOrientationAreCorrectedWhereTheBoundAllows) {
+  RobotModel real = kNominal;
+  real.joints[3].alpha_rad += 0.0005;  // of a good arm
+  const TargetCompensation compensation(kNominal, real);
+  for (const double A5 : {12.0, -12.0}) {
+    const auto reached = compensation.at_joints(deg({20, -80, 100, 30, A5, -40}));
+    ASSERT_TRUE(reached);
+    EXPECT_FALSE(reached->damped);
+    EXPECT_LT(reached->residual_rad, 1e-11);
+  }
+}
+
+/// Axes 4 and 6 never leave the bound by more than the correction that regular neighbours need, whatever the
+/// errors: of seeded arms and targets, the correction where the angle between the axes is at the threshold.
+TEST(TargetCompensation, NoCorrectionOfTheWristExceedsTheBoundByMoreThanNeighboursNeed) {
+  Random random(5);
+  for (int arm = 0; arm < 40; ++arm) {
+    const RobotModel real = example::deviating(kNominal, random, 0.5, 0.004 * random.uniform(0, 1));
+    const TargetCompensation compensation(kNominal, real);
+    for (int i = 0; i < 25; ++i) {
+      JointVector q = regular_joints(random, 0);
+      double neighbours = 0;
+      for (const double A5 : {-22.0, 22.0}) {
+        q[4] = A5 * kRadPerDeg;
+        const auto reached = compensation.at_joints(q);
+        ASSERT_TRUE(reached);
+        neighbours = std::max(neighbours, (reached->q - q).cwiseAbs().maxCoeff());
+      }
+      for (const double A5 : {-0.01, 0.0, 0.4, 1.0, -2.0, 4.0, -7.0, 11.0, 17.0}) {
+        q[4] = A5 * kRadPerDeg;
+        const auto reached = compensation.at_joints(q);
+        ASSERT_TRUE(reached) << q.transpose() * kDegPerRad;
+        EXPECT_LT((reached->q - q).cwiseAbs().maxCoeff(), 1.25 * neighbours + kBound) << A5;
+      }
+    }
+  }
+}
+
+TEST(TargetCompensation, ATargetBeyondAJointLimitIsRefusedByItsJoint) {
+  const TargetCompensation compensation(kNominal, kReal);
+  const auto above = compensation.at_joints(deg({0, -90, 90, 0, 30, 349.99}));
+  const auto below = compensation.at_joints(deg({0, -90, 90, 0, 30, -349.99}));
+  ASSERT_NE(above.has_value(), below.has_value());
+  const CompensationFault fault = above ? below.error() : above.error();
+  EXPECT_EQ(fault.kind, CompensationFault::Kind::BeyondLimit);
+  EXPECT_EQ(fault.joint, 5);
+  EXPECT_GT(std::abs(fault.q_wrong), 350 * kRadPerDeg);
+}
+
+TEST(TargetCompensation, JointsThatAreNoNumbersAreRefused) {
+  const TargetCompensation compensation(kNominal, kReal);
+  for (const double A5 : {0.1, double{NAN}, double{INFINITY}}) {
+    JointVector q = deg({0, -90, 90, 0, A5, 0});
+    if (std::isfinite(A5)) q[1] = NAN;
+    ASSERT_FALSE(compensation.at_joints(q));
+    ASSERT_FALSE(compensation.at_position(Eigen::Vector3d(1500, 0, 1500), q));
+  }
+}
+
+// Position alone.
+
+TEST(TargetCompensation, APositionAloneIsReachedByTheSmallestChangeOfTheJoints) {
+  Random random(3);
+  for (const RobotModel& real : {kReal, bending(kReal)}) {
+    const TargetCompensation compensation(kNominal, real);
+    for (int i = 0; i < 200; ++i) {
+      const JointVector q = regular_joints(random, 0);
+      const Eigen::Vector3d p_B_mm = forward_kinematics(kNominal, q) * kTcp_mm;
+      const auto reached = compensation.at_position(p_B_mm, q, kTcp_mm);
+      ASSERT_TRUE(reached);
+      EXPECT_LT(mm_between(real, reached->q, p_B_mm, kTcp_mm), 1e-8);
+      // Any other way to the same position is longer: joints moved at random and brought back to it.
+      for (int k = 0; k < 10; ++k) {
+        JointVector aside = reached->q;
+        for (double& value : aside) value += 2e-3 * random.normal();
+        const auto other = compensation.at_position(p_B_mm, aside, kTcp_mm);
+        ASSERT_TRUE(other);
+        EXPECT_GE((other->q - q).norm(), (reached->q - q).norm() - 1e-7);
+      }
+    }
+  }
+}
+
+TEST(TargetCompensation, APositionFarAwayIsReached) {
+  const TargetCompensation compensation(kNominal, kReal);
+  const Eigen::Vector3d p_B_mm(1200, -900, 1700);
+  const auto reached = compensation.at_position(p_B_mm, deg({30, -80, 100, 0, 40, 0}));
+  ASSERT_TRUE(reached);
+  EXPECT_LT(mm_between(kReal, reached->q, p_B_mm, Eigen::Vector3d::Zero()), 1e-8);
+}
+
+TEST(TargetCompensation, AJointThatWouldGoBeyondItsLimitStaysAtItWhereThePositionAllows) {
+  RobotModel nominal = kNominal;
+  const JointVector q = deg({10, -80, 100, 20, 40, -30});
+  const Eigen::Vector3d p_B_mm = forward_kinematics(nominal, q) * kTcp_mm;
+  const auto free = TargetCompensation(nominal, kReal).at_position(p_B_mm, q, kTcp_mm);
+  ASSERT_TRUE(free);
+  ASSERT_LT(free->q[0], q[0] + 0.1);
+  const bool upwards = free->q[0] > q[0];
+  (upwards ? nominal.joints[0].max : nominal.joints[0].min) = q[0];
+  const auto limited = TargetCompensation(nominal, kReal).at_position(p_B_mm, q, kTcp_mm);
+  ASSERT_TRUE(limited);
+  EXPECT_DOUBLE_EQ(limited->q[0], q[0]);
+  EXPECT_LT(mm_between(kReal, limited->q, p_B_mm, kTcp_mm), 1e-8);
+}
+
+TEST(TargetCompensation, APositionOutOfReachIsRefused) {
+  const TargetCompensation compensation(kNominal, kReal);
+  EXPECT_FALSE(compensation.at_position({9000, 0, 1000}, deg({0, -90, 90, 0, 30, 0})));
+}
+
+TEST(TargetCompensation, ArmsWithMoreJointsAreCompensatedToo) {
+  Random random(9);
+  for (const RobotModel& nominal : {example::kr210_on_a_rail(), example::seven_axis()}) {
+    const RobotModel real = example::deviating(nominal, random, 0.3, 0.0005);
+    const TargetCompensation compensation(nominal, real);
+    int reached_count = 0;
+    for (int i = 0; i < 200; ++i) {
+      const JointVector q = example::random_joints(nominal, random);
+      const auto reached = compensation.at_joints(q);
+      if (!reached) continue;
+      ++reached_count;
+      EXPECT_LT(
+          mm_between(real, reached->q, forward_kinematics(nominal, q).translation(), Eigen::Vector3d::Zero()),
+          1e-8);
+      EXPECT_LT(reached->residual_rad, reached->damped ? 0.01 : 1e-10);
+    }
+    EXPECT_GT(reached_count, 190);
+  }
+}
+
+TEST(TargetCompensation, DoesNotAllocate) {
+  const TargetCompensation compensation(kNominal, bending(kReal));
+  const JointVector regular = deg({20, -80, 100, 30, 40, -40}), singular = deg({20, -80, 100, 30, 1, -40});
+  const auto before = malloc_count();
+  if (!before) GTEST_SKIP() << "a sanitizer counts instead";
+  const bool done = compensation.at_joints(regular) && compensation.at_joints(singular) &&
+                    compensation.at_position({1500, 200, 1500}, regular);
+  EXPECT_EQ(malloc_count(), before);
+  EXPECT_TRUE(done);
+}
+
+}  // namespace
+}  // namespace truepose

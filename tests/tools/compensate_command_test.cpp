@@ -1,0 +1,279 @@
+// `truepose compensate` on joints and poses in files and pipes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <boost/json.hpp>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "config/model_file.hpp"
+#include "config/pose_files.hpp"
+#include "config/robot_file.hpp"
+#include "core/calibration/parameters.hpp"
+#include "core/calibration/uncertainty.hpp"
+#include "core/kinematics/angles.hpp"
+#include "core/kinematics/forward.hpp"
+#include "core/simulation/published_errors.hpp"
+#include "tests/process.hpp"
+#include "tests/temp_folder.hpp"
+#include "tests/tools/page.hpp"
+#include "tests/tools/robot_file.hpp"
+
+namespace truepose {
+namespace {
+
+namespace json = boost::json;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+constexpr const char* kJoints = "q1,q2,q3,q4,q5,q6\n";
+constexpr const char* kSingularRow = "20,-80,100,30,1.5,-40\n";
+constexpr const char* kRegularRow = "20,-80,100,30,45,-40\n";
+
+class Compensate : public testing::Test {
+ protected:
+  /// A model whose parameters are known to 0.01 mm and 0.01 mrad each.
+  static config::ModelFile known_model(const RobotModel& nominal) {
+    config::ModelFile model{.name = nominal.name, .cell = {.robot = with_published_errors(nominal)}};
+    model.cell.reflectors = {{"1", {62, -48, 187}}};
+    const int size = ParameterLayout::of(model.cell).size();
+    model.covariance = Eigen::VectorXd::Constant(size, 1e-10).asDiagonal();
+    model.noise =
+        MeasurementNoise{.tracker = {.range_mm = 0.005, .transverse_mm = 0.005}, .repeatability_mm = 0.02};
+    return model;
+  }
+
+  Finished compensate(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), {"compensate", "--robot", kRobot, "--model", model_file_});
+    return run_program("truepose", arguments);
+  }
+  json::object document(std::vector<std::string> arguments) const {
+    arguments.push_back("--json");
+    const Finished run = compensate(arguments);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(run.err, "");
+    return json::parse(run.out).as_object();
+  }
+  std::string file(const std::string& text) const { return folder_.write("targets.csv", text); }
+
+  static JointVector joints(const json::object& document, std::size_t row) {
+    const auto deg = json::value_to<std::vector<double>>(document.at("joints").at(row));
+    return kRadPerDeg * Eigen::Map<const Eigen::VectorXd>(deg.data(), 6);
+  }
+  JointVector nominal_joints(const std::string& row) const {
+    return config::load_joints(folder_.write("row.csv", kJoints + row), nominal_).at(0);
+  }
+  static double number(const json::object& document, const char* name, std::size_t row = 0) {
+    return document.at(name).at(row).to_number<double>();
+  }
+
+  TempFolder folder_;
+  RobotModel nominal_ = config::load_robot(kRobot);
+  config::ModelFile model_ = known_model(nominal_);
+  std::string model_file_ = folder_.write("model.yaml", config::model_yaml(model_));
+};
+
+std::string line_through_the_singularity() {
+  std::ostringstream text;
+  text << kJoints;
+  for (int i = 0; i <= 400; ++i) text << "20,-80,100,30," << -10 + 0.05 * i << ",-40\n";
+  return text.str();
+}
+
+TEST_F(Compensate, ALineThroughTheSingularityStaysWithinTheBoundAndIsDrawn) {
+  const std::string report = folder_.path() / "line.html";
+  const json::object line = document({"--joints", file(line_through_the_singularity()), "--report", report});
+  const auto nominal = config::load_joints(folder_.path() / "targets.csv", nominal_);
+  JointVector last;
+  for (std::size_t i = 0; i < nominal.size(); ++i) {
+    const JointVector correction = (joints(line, i) - nominal[i]) * kDegPerRad;
+    EXPECT_LT(correction.cwiseAbs().maxCoeff(), 0.5);
+    if (i == 0) last = correction;
+    EXPECT_LT((correction - last).cwiseAbs().maxCoeff(), 0.01);  // of 0.05 deg
+    last = correction;
+    EXPECT_LT(number(line, "residual_mm", i), 1e-6);
+    EXPECT_LT(number(line, "residual_deg", i), 0.9);
+    EXPECT_TRUE(line.at("damped").at(i).as_bool());
+  }
+  const pugi::xml_document page = report::parsed(text_of(report));
+  const std::string text = report::text_of(page);
+  EXPECT_THAT(text, HasSubstr("Targets"));
+  EXPECT_THAT(text, HasSubstr("401"));
+  EXPECT_EQ(page.select_nodes("//*[local-name()='svg']").size(), 4U);
+}
+
+TEST_F(Compensate, TheBoundAndItsZoneCanBeSet) {
+  const std::string targets = file(std::string(kJoints) + kSingularRow);
+  const JointVector q = nominal_joints(kSingularRow);
+  const auto largest = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> arguments{"--joints", targets};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    return (joints(document(arguments), 0) - q).cwiseAbs().maxCoeff() * kDegPerRad;
+  };
+  EXPECT_LT(largest({}), 0.5);
+  EXPECT_GT(largest({"--singular-bound", "3"}), 0.5);
+  EXPECT_LT(largest({"--singular-bound", "3"}), 3);
+  EXPECT_GT(largest({"--singular-below", "0"}), 10);
+  EXPECT_EQ(compensate({"--joints", targets, "--singular-bound", "0"}).exit_code, 2);
+}
+
+TEST_F(Compensate, TheTcpComesFirstWhereATheToolIsGiven) {
+  const json::object with_tool =
+      document({"--joints", file(std::string(kJoints) + kSingularRow), "--tool", "100,0,250,0,0,0"});
+  const Eigen::Vector3d p_FT(100, 0, 250);
+  const JointVector q = joints(with_tool, 0);
+  EXPECT_LT((forward_kinematics(model_.cell.robot, q) * p_FT -
+             forward_kinematics(nominal_, nominal_joints(kSingularRow)) * p_FT)
+                .norm(),
+            1e-8);
+}
+
+TEST_F(Compensate, EveryTargetHasTheStandardDeviationOfItsPosition) {
+  const std::string targets = file(std::string(kJoints) + kRegularRow + kSingularRow);
+  const json::object found = document({"--joints", targets});
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double variance =
+        position_covariance(model_.cell, model_.covariance, joints(found, i), 0).trace() + 3 * 0.02 * 0.02;
+    EXPECT_NEAR(number(found, "sigma_mm", i), std::sqrt(variance), 1e-9);
+  }
+  EXPECT_FALSE(found.contains("notes"));
+  const Finished csv = compensate({"--joints", targets});
+  EXPECT_THAT(csv.out, StartsWith("q1,q2,q3,q4,q5,q6,residual_mm,residual_deg,sigma_mm\n"));
+  EXPECT_EQ(config::load_joints(folder_.write("again.csv", csv.out), nominal_).size(), 2U);
+}
+
+TEST_F(Compensate, AModelWithoutCovarianceGivesNoStandardDeviationAndSaysSoOnce) {
+  model_.covariance.resize(0, 0);
+  folder_.write("model.yaml", config::model_yaml(model_));
+  const std::string targets = file(std::string(kJoints) + kRegularRow + kRegularRow);
+  const json::object found = document({"--joints", targets});
+  EXPECT_FALSE(found.contains("sigma_mm"));
+  EXPECT_EQ(found.at("notes").as_array().size(), 1U);
+  const Finished csv = compensate({"--joints", targets});
+  EXPECT_EQ(csv.exit_code, 0);
+  EXPECT_EQ(csv.err, "truepose: " + model_file_ +
+                         ": tells no covariance, so no sigma_mm is given; calibrate again to have it\n");
+  EXPECT_THAT(csv.out, StartsWith("q1,q2,q3,q4,q5,q6,residual_mm,residual_deg\n"));
+}
+
+TEST_F(Compensate, PositionsAloneAreReachedFromWhereTheTargetBeforeStood) {
+  const json::object found = document(
+      {"--poses", file("x,y,z\n1700,0,1500\n1700,5,1500\n1700,10,1500\n"), "--near", "0,-80,100,0,40,0"});
+  EXPECT_FALSE(found.contains("residual_deg"));
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Eigen::Vector3d p = forward_kinematics(model_.cell.robot, joints(found, i)).translation();
+    EXPECT_LT((p - Eigen::Vector3d(1700, 5.0 * static_cast<double>(i), 1500)).norm(), 1e-8);
+    EXPECT_LT((joints(found, i) - joints(found, i > 0 ? i - 1 : 0)).norm(), 0.01);
+  }
+}
+
+TEST_F(Compensate, PositionOnlyChangesTheJointsLessThanTheWholePose) {
+  const std::string targets = file(std::string(kJoints) + kRegularRow);
+  const JointVector q = nominal_joints(kRegularRow);
+  const json::object whole = document({"--joints", targets});
+  const json::object position = document({"--joints", targets, "--position-only"});
+  EXPECT_LT((joints(position, 0) - q).norm(), (joints(whole, 0) - q).norm() / 2);
+  EXPECT_LT(number(position, "residual_mm"), 1e-8);
+}
+
+std::string pose_row(const Eigen::Isometry3d& X) {
+  const Eigen::Vector3d abc = kuka_abc_deg(X.linear());
+  std::ostringstream text;
+  text.precision(17);
+  text << X(0, 3) << ',' << X(1, 3) << ',' << X(2, 3) << ',' << abc.x() << ',' << abc.y() << ',' << abc.z();
+  return text.str();
+}
+
+TEST_F(Compensate, StatusAndTurnOrTheNearestJointsSayWhichBranchIsMeant) {
+  const JointVector flipped = nominal_joints("20,-80,100,30,-45,-40\n");
+  const std::string row = pose_row(forward_kinematics(nominal_, flipped));
+  const json::object told = document({"--poses", file("x,y,z,a,b,c,s,t\n" + row + ",6,50\n")});
+  EXPECT_LT((joints(told, 0) - flipped).cwiseAbs().maxCoeff(), 3 * kRadPerDeg);
+  const std::string plain = file("x,y,z,a,b,c\n" + row + "\n");
+  const json::object near = document({"--poses", plain, "--near", "20,-80,100,30,-45,-40"});
+  EXPECT_LT((joints(near, 0) - flipped).cwiseAbs().maxCoeff(), 3 * kRadPerDeg);
+  const json::object other = document({"--poses", plain, "--near", "20,-80,100,-150,45,140"});
+  EXPECT_GT(joints(other, 0)[4], 0);
+}
+
+TEST_F(Compensate, PosesOfTheTcpAreThoseOfTheFlangeWithTheTool) {
+  const JointVector q = nominal_joints(kRegularRow);
+  const Eigen::Isometry3d X_FT = pose_from_kuka({100, 20, 250}, {10, 40, -5});
+  const json::object found =
+      document({"--poses", file("x,y,z,a,b,c\n" + pose_row(forward_kinematics(nominal_, q) * X_FT) + "\n"),
+                "--tool", "100,20,250,10,40,-5", "--near", "20,-80,100,30,45,-40"});
+  const json::object by_joints = document({"--joints", file(std::string(kJoints) + kRegularRow)});
+  EXPECT_LT((joints(found, 0) - joints(by_joints, 0)).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST_F(Compensate, AMistakeInAFileIsToldWithItsRow) {
+  const auto error = [&](const char* option, const std::string& text) {
+    const Finished run = compensate({option, file(text)});
+    EXPECT_EQ(run.exit_code, 2) << text;
+    return run.err.substr(run.err.find("targets.csv: ") + 13);
+  };
+  EXPECT_EQ(error("--joints", ""), "the file is empty, expected a header row\n");
+  EXPECT_EQ(error("--joints", kJoints), "no rows of data\n");
+  EXPECT_EQ(error("--joints", std::string(kJoints) + kRegularRow + "1,2,3,4,five,6\n"),
+            "row 2 (line 3): q5: not a number: 'five'\n");
+  EXPECT_EQ(error("--joints", std::string(kJoints) + "1,2,3,4,5,nan\n"),
+            "row 1 (line 2): q6: not a finite number: 'nan'\n");
+  EXPECT_EQ(error("--joints", std::string(kJoints) + "\n\n1,2,3,4,5\n"),
+            "row 1 (line 4): q6: missing, the row ends before it\n");
+  EXPECT_EQ(error("--joints", std::string(kJoints) + "1,2,3,4,5,\"6\n"), "line 2: a quote is not closed\n");
+  EXPECT_EQ(error("--joints", "q1;q2\n1;2\n"), "columns must be separated by commas\n");
+  EXPECT_EQ(error("--joints", "q1,q2,q3,q4,q5,q6,q7\n1,2,3,4,5,6,7\n"),
+            "unknown column 'q7', did you mean 'q1'?\n");
+  EXPECT_EQ(error("--poses", "x,y,z,a,b\n1,2,3,4,5\n"), "missing column 'c'\n");
+  EXPECT_EQ(error("--poses", "x,y,z,a,b,c,s\n1765,0,1910,0,90,0,2.5\n"),
+            "row 1 (line 2): s: expected a whole number from 0 to 255\n");
+  EXPECT_THAT(error("--joints", std::string("q1,q2,\0\xff", 9) + "\n"), HasSubstr("unknown column"));
+}
+
+TEST_F(Compensate, QuotedFieldsOverLinesAndLastRowsWithoutAnEndAreReadAsInWholeFiles) {
+  const std::string text =
+      "\xEF\xBB\xBFq1,q2,q3,q4,q5,\"q6\"\r\n\r\n20,-80,100,30,\"45\",-40\r20,-80,100,30,45,-40";
+  const json::object found = document({"--joints", file(text)});
+  ASSERT_EQ(found.at("joints").as_array().size(), 2U);
+  EXPECT_EQ(joints(found, 0), joints(found, 1));
+}
+
+TEST_F(Compensate, AFileIsReplacedByAWholeOneOrNotAtAll) {
+  const std::string out = folder_.write("out.csv", "before");
+  const Finished failed =
+      compensate({"--joints", file(std::string(kJoints) + kRegularRow + "0,-90,90,0,30,-349.5\n"), "--out",
+                  out, "--report", folder_.path() / "report.html"});
+  EXPECT_EQ(failed.exit_code, 1);
+  EXPECT_THAT(failed.err, HasSubstr("row 2: joint 6 would have to go to -35"));
+  EXPECT_EQ(text_of(out), "before");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.path()), {}),
+            3);  // model, targets, out
+  EXPECT_EQ(compensate({"--joints", file(std::string(kJoints) + kRegularRow), "--out", out}).exit_code, 0);
+  EXPECT_THAT(text_of(out), StartsWith("q1,"));
+}
+
+TEST_F(Compensate, RowsOfAPipeAreAnsweredOneByOne) {
+  const std::string in = folder_.path() / "in", out = folder_.path() / "out";
+  for (const std::string& pipe : {in, out}) ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  Process process(folder_.path(), "truepose",
+                  {"compensate", "--robot", kRobot, "--model", model_file_, "--joints", in, "--out", out});
+  std::ofstream question(in);
+  question << kJoints << std::flush;
+  std::ifstream answer(out);
+  std::string line;
+  std::getline(answer, line);
+  EXPECT_THAT(line, StartsWith("q1,q2,q3,q4,q5,q6,residual_mm"));
+  for (int i = 0; i < 3; ++i) {
+    question << kRegularRow << std::flush;
+    ASSERT_TRUE(std::getline(answer, line));
+    EXPECT_THAT(line, StartsWith("20."));
+  }
+  question.close();
+  EXPECT_FALSE(std::getline(answer, line));
+  EXPECT_EQ(process.wait(), 0) << process.errors();
+}
+
+}  // namespace
+}  // namespace truepose
