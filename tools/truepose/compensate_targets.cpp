@@ -125,7 +125,10 @@ class Output {
     if (options.as_json) document_ = empty_document(columns);
     if (!options.out_file.empty() && options.out_file != kStandard) out_.emplace(options.out_file);
     if (!options.report_file.empty()) report_file_.emplace(options.report_file);
-    if (std::ostream* out = csv()) write_csv_header(*out, nominal, columns);
+    if (std::ostream* out = csv()) {
+      write_csv_header(*out, nominal, columns);
+      out->flush();
+    }
   }
 
   /// @param flush  a reader may be waiting for this row before it sends the next
