@@ -52,11 +52,13 @@ struct CompensationFault {
 /// keeps |u| <= b for all s, and is exact where the exact u is below b / 2. (Where errors are so large that
 /// s0 is cut off, |u| <= b + e / singular_below: not more than b beyond what the regular neighbours need.) b
 /// is `singular_bound` less the turn that axes 4 and 6 have in common, so that their whole correction stays
-/// within it. r is kept above 0.03, or the result would change fast where e goes through 0.
+/// within it, but at least a tenth of it. r^2 is taken 0.03^2 larger, or the result would change fast where e
+/// goes through 0.
 ///
-/// Because lambda depends continuously on the target, so does the result: neighbours get neighbouring
-/// corrections. The rejected alternative, cutting u off at b, jumps from b to -b at s = 0; another, scaling
-/// u after the fact, spoils the position.
+/// Lambda is set once, from the error at the nominal joints; Newton's steps on this least-squares problem,
+/// each with the position as a constraint, then run to their fixed point. Because lambda depends continuously
+/// on the target, so does the result: neighbours get neighbouring corrections. The rejected alternative,
+/// cutting u off at b, jumps from b to -b at s = 0; another, scaling u after the fact, spoils the position.
 ///
 /// Holds for arms whose last three joints turn, of six joints or more; others are never damped.
 class TargetCompensation {
