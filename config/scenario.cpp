@@ -51,7 +51,7 @@ void add_drawn_errors(std::vector<Joint>& joints, const YamlValue& errors) {
   }
 }
 
-Scenario::TrackerNoise noise_value(const YamlValue& value) {
+Scenario::TrackerNoise tracker_noise_value(const YamlValue& value) {
   const YamlMap map(value, {"range_mm", "range_mm_per_m", "transverse_mm", "transverse_mm_per_m"});
   Scenario::TrackerNoise noise;
   map.read("range_mm", noise.range_mm, kNoiseMm);
@@ -76,7 +76,7 @@ void read_controller(const YamlValue& value, Scenario& scenario) {
 
 void read_tracker(const YamlValue& value, Scenario& scenario) {
   const YamlMap map(value, {"noise", "reflector"});
-  if (const YamlValue* noise = map.find("noise")) scenario.noise = noise_value(*noise);
+  if (const YamlValue* noise = map.find("noise")) scenario.noise = tracker_noise_value(*noise);
   map.read("reflector", scenario.reflector_name);
 }
 
