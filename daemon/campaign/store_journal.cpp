@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/model_file.hpp"
+#include "daemon/campaign/conditions_document.hpp"
 #include "proto/control/calibration_document.hpp"
 #include "proto/control/drift_document.hpp"
 #include "proto/control/json_text.hpp"
@@ -44,16 +45,20 @@ json::array remeasured_points(const CampaignResult& result) {
   return points;
 }
 
-/// The document that reports are made of: that of the calibration, and what measuring again has shown; or the
-/// verdict on the active model.
+/// The document that reports are made of: that of the calibration, what measuring again has shown, and how it
+/// was measured; or the verdict on the active model.
 std::string document_of(const CampaignResult& result, const CampaignRecord& record) {
   if (result.drift)
     return control::json_text(
         control::drift_document(*result.drift, *result.drift_reference, result.data.points));
   json::object document = control::calibration_document(result.calibration, result.data, result.elapsed_s);
-  document["campaign"] = "Campaign " + record.id.substr(0, 8) + ", " + record.ended;
+  document["campaign"] = "Campaign " + record.id.substr(0, 8);
   document["robot"] = record.robot_model + ", serial " + record.robot_serial;
   document["tracker"] = record.tracker_model + ", serial " + record.tracker_serial;
+  document["model"] = record.model_id;
+  document["date"] = record.ended;
+  document["conditions"] = conditions_document(result, record);
+  document["skipped"] = skipped_document(result);
   if (result.remeasured) {
     document["remeasured"] = control::statistics_json(*result.remeasured);
     document["remeasured_points"] = remeasured_points(result);

@@ -27,15 +27,15 @@ std::string new_uuid() { return boost::uuids::to_string(boost::uuids::random_gen
 
 RpcError store_error(const StoreError& error) { return {ErrorCode::Internal, error.detail}; }
 
-// A line of the protocol has at most 64 KiB, and a point of a document up to half a kilobyte.
+// A line of the protocol has at most 64 KiB, and a point of a document up to 0.7 kilobyte.
 constexpr std::int64_t kMostPointsAPage = 50;
 constexpr std::int64_t kMostPoints = 1'000'000'000;
 
-/// Leaves of the document's lists of points what lies in the page.
-/// @return how many points the longest list has
+/// Leaves of the document's lists of points and poses what lies in the page.
+/// @return how many the longest list has
 std::size_t page_points(json::object& document, std::size_t offset, std::size_t limit) {
   std::size_t total = 0;
-  for (const char* list : {"points", "remeasured_points"}) {
+  for (const char* list : {"points", "remeasured_points", "skipped"}) {
     json::value* found = document.if_contains(list);
     if (found == nullptr) continue;
     json::array& points = found->as_array();

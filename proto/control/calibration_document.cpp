@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/calibration/option_names.hpp"
+#include "proto/control/arm_document.hpp"
 #include "proto/control/joint_units.hpp"
 #include "proto/control/transfer_document.hpp"
 
@@ -126,20 +127,34 @@ json::array rejected_json(const Calibration& calibration, const MeasurementData&
   return result;
 }
 
+/// What was measured at one point, in the words of a measurement file.
+json::object measured_json(const RobotModel& robot, const Measurement& m, std::string_view smr) {
+  json::object point{{"set", m.set == PoseSet::Identify ? "identify" : "validate"},
+                     {"smr", smr},
+                     {"joints", joints_json(robot, m.q)},
+                     {"position", vector_json(m.p_WS_mm)}};
+  if (m.sigma_mm) point["sigma"] = finite(*m.sigma_mm);
+  if (!m.direction.empty()) point["direction"] = json::array(m.direction.begin(), m.direction.end());
+  if (!m.time.empty()) point["time"] = m.time;
+  return point;
+}
+
 json::array points_json(const Calibration& calibration, const MeasurementData& data) {
   const std::vector<int> numbers = pose_numbers(data.points);
   json::array result;
   assert(calibration.points.size() == data.points.size());
   for (std::size_t i = 0; i < data.points.size(); ++i) {
-    const PointErrors& errors = calibration.points[i];
     const Measurement& m = data.points[i];
-    result.push_back(json::object{{"pose", numbers[i] + 1},
-                                  {"set", m.set == PoseSet::Identify ? "identify" : "validate"},
-                                  {"smr", data.smr_names[static_cast<std::size_t>(m.smr)]},
-                                  {"joints", joints_json(calibration.cell.robot, m.q)},
-                                  {"before", vector_json(errors.before)},
-                                  {"geometric", vector_json(errors.geometric)},
-                                  {"after", vector_json(errors.after)}});
+    const PointErrors& errors = calibration.points[i];
+    json::object point{{"pose", numbers[i] + 1}};
+    for (auto& [key, value] :
+         measured_json(calibration.cell.robot, m, data.smr_names[static_cast<std::size_t>(m.smr)])) {
+      point[key] = std::move(value);
+    }
+    point["before"] = vector_json(errors.before);
+    point["geometric"] = vector_json(errors.geometric);
+    point["after"] = vector_json(errors.after);
+    result.push_back(std::move(point));
   }
   return result;
 }
@@ -183,6 +198,7 @@ json::object calibration_document(const Calibration& calibration, const Measurem
   for (const Reflector& r : calibration.cell.reflectors) smr[r.name] = xyz_json(r.p_FS_mm);
   document["smr"] = std::move(smr);
   document["parameters"] = parameters_json(calibration.parameters);
+  document["arm"] = arm_document(calibration.coarse.robot);
   document["points"] = points_json(calibration, data);
   return document;
 }

@@ -62,6 +62,7 @@ Result<json::object> fetch_document(const OnlineOptions& online, const std::stri
     }
     append(document, page, "points");
     append(document, page, "remeasured_points");
+    append(document, page, "skipped");
   }
   const auto stream = client->call("stream.status", {});
   if (!stream) return std::unexpected(stream.error());
