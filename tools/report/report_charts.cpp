@@ -105,8 +105,7 @@ std::string set_section(const std::vector<Point>& points, const Stages& errors, 
 }  // namespace
 
 std::string histogram_section(const ReportDocument& document) {
-  const PoseSet set = document.validate ? PoseSet::Validate : PoseSet::Identify;
-  const std::vector<Point> points = points_of(document, set);
+  const std::vector<Point> points = document.judged_points();
   if (points.empty()) return "";
   std::string html = fmt::format(
       "<section class=\"whole\">\n<h2>How the errors are spread</h2>\n<p class=\"note\">Number of {} points "

@@ -1,11 +1,13 @@
 #include "tools/report/report_document.hpp"
 
+#include <algorithm>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <string_view>
 #include <utility>
 
@@ -50,11 +52,12 @@ PoseSet pose_set(const Node& node) {
 }
 
 Point point(const Node& node) {
-  const Node joints = node.find("joints");
+  const Node joints = node.find("joints"), position = node.find("position");
   return {.pose = node.find("pose").count(),
           .set = pose_set(node.find("set")),
           .smr = node.find("smr").text(),
           .joints = joints.exists() ? joints.numbers() : std::vector<double>{},
+          .position = position.exists() ? std::optional{position.vector()} : std::nullopt,
           .before = node.find("before").vector(),
           .geometric = node.find("geometric").vector(),
           .after = node.find("after").vector(),
@@ -128,6 +131,8 @@ ReportDocument read_document(const json::object& document) {
   result.robot = optional_text(member("robot"));
   result.tracker = optional_text(member("tracker"));
   result.campaign = optional_text(member("campaign"));
+  result.model = optional_text(member("model"));
+  result.date = optional_text(member("date"));
   result.method = member("method").text();
   result.converged = member("converged").flag();
   result.coarse_iterations = member("iterations").find("coarse").count();
@@ -154,6 +159,14 @@ ReportDocument read_document(const json::object& document) {
   }
   if (const Node node = member("stream"); node.exists()) result.stream = stream(node);
   result.findings = read_findings(document);
+  result.setup = read_setup(document);
+  return result;
+}
+
+std::vector<Point> ReportDocument::judged_points() const {
+  const PoseSet set = validate ? PoseSet::Validate : PoseSet::Identify;
+  std::vector<Point> result;
+  std::ranges::copy_if(points, std::back_inserter(result), [set](const Point& p) { return p.set == set; });
   return result;
 }
 

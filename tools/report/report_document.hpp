@@ -8,6 +8,7 @@
 
 #include "core/calibration/calibrate.hpp"
 #include "tools/report/report_findings.hpp"
+#include "tools/report/report_setup.hpp"
 
 namespace truepose::report {
 
@@ -30,7 +31,8 @@ struct Point {
   int pose = 0;
   PoseSet set = PoseSet::Identify;
   std::string smr;
-  std::vector<double> joints;  ///< deg or mm; empty where not known
+  std::vector<double> joints;               ///< deg or mm; empty where not known
+  std::optional<Eigen::Vector3d> position;  ///< measured, mm, tracker frame
   Eigen::Vector3d before{0, 0, 0}, geometric{0, 0, 0}, after{0, 0, 0};
   std::optional<Eigen::Vector3d> remeasured;  ///< reached with compensated joints and measured again
 };
@@ -44,7 +46,7 @@ struct Stream {
 
 /// What the reports show: the calibration document with its optional extensions, read and checked.
 struct ReportDocument {
-  std::string robot, tracker, campaign;  ///< empty where not known
+  std::string robot, tracker, campaign, model, date;  ///< empty where not known
   std::string method;
   bool converged = false;
   int coarse_iterations = 0;
@@ -59,11 +61,14 @@ struct ReportDocument {
   std::vector<Point> points;
   std::optional<Stream> stream;
   Findings findings;
+  Setup setup;
 
   /// The set that judges the calibration: the validation points where there are any.
   const Stages& judged() const { return validate ? *validate : identify; }
   /// Whether every point was predicted by a fit to the others.
   bool cross_validated() const { return findings.spread && findings.spread->over == "folds"; }
+  /// The points of that set.
+  std::vector<Point> judged_points() const;
   /// The best that was shown: re-measured, else after all layers.
   const ErrorStatistics& achieved() const { return remeasured ? *remeasured : judged().after; }
 };

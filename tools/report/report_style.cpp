@@ -27,6 +27,10 @@ p { margin: 0 0 12px; max-width: 78ch; }
 .headline .now { color: var(--compensated); }
 .headline .arrow { color: #a3afba; font-weight: 400; }
 .headline .factor { font-size: 20px; font-weight: 600; letter-spacing: 0; }
+.verdict { max-width: none; margin: 10px 0 14px; padding: 10px 14px; border-left: 4px solid; border-radius: 4px; font-weight: 550; }
+.verdict.use { border-color: var(--compensated); background: #e4f3ee; color: #00432f; }
+.verdict.caution { border-color: #b97700; background: #fdf1dc; color: #5c3a00; }
+.verdict.refuse { border-color: #b3261e; background: #fbe4e2; color: #7a140e; }
 .bars { display: grid; grid-template-columns: max-content 1fr max-content; gap: 7px 14px; align-items: center; margin: 16px 0; font-size: 14px; }
 .bar { height: 12px; background: var(--soft); border-radius: 3px; }
 .bar i { display: block; height: 100%; min-width: 2px; border-radius: 3px; }
@@ -46,11 +50,14 @@ td.strong { font-weight: 650; }
 td .spread { display: block; color: var(--muted); font-size: .9em; font-weight: 400; }
 td.text { text-align: left; }
 tr.convention td, tr.convention th { color: var(--muted); }
-th .key { display: inline-block; width: 9px; height: 9px; margin-right: 8px; border-radius: 2px; }
-.facts { max-width: 620px; }
-.facts th { text-align: left; color: var(--muted); white-space: normal; }
-.facts th { width: 46%; }
-.facts td { text-align: left; white-space: normal; overflow-wrap: anywhere; }
+.key { display: inline-block; width: 9px; height: 9px; margin-right: 8px; border-radius: 2px; }
+.key-line { font-size: 13px; }
+.key-line .key:not(:first-child) { margin-left: 14px; }
+.columns { columns: 2; column-gap: 40px; }
+.facts { break-inside: avoid; }
+.facts h3 { margin: 14px 0 2px; }
+.facts th { width: 46%; color: var(--muted); white-space: normal; }
+.facts td { text-align: left; white-space: normal; overflow-wrap: anywhere; padding-right: 0; }
 .charts { display: grid; grid-template-columns: 1fr 1fr; gap: 18px 30px; margin: 8px 0 4px; }
 .charts.three { grid-template-columns: 1fr 1fr 1fr; }
 .chart { display: block; width: 100%; height: auto; font-family: inherit; }
@@ -64,7 +71,23 @@ th .key { display: inline-block; width: 9px; height: 9px; margin-right: 8px; bor
 .figures, .rejected { max-width: 860px; }
 .figures .meaning { color: var(--muted); white-space: normal; }
 .sentences { margin: 0 0 12px; padding-left: 20px; }
-.caution { padding: 10px 14px; border-left: 4px solid var(--before); background: #fdebdd; color: #6e3000; }
+p.caution { padding: 10px 14px; border-left: 4px solid var(--before); background: #fdebdd; color: #6e3000; }
+.cloud input { position: absolute; opacity: 0; }
+.cloud label { display: inline-block; margin: 0 0 14px; padding: 5px 14px; border: 1px solid var(--line); font-size: 13px; cursor: pointer; }
+.cloud label:first-of-type { border-radius: 6px 0 0 6px; }
+.cloud label:last-of-type { border-radius: 0 6px 6px 0; }
+.cloud label + input + label { border-left: 0; }
+.cloud input:checked + label { background: var(--ink); border-color: var(--ink); color: #fff; }
+.cloud input:focus-visible + label { outline: 2px solid #0072b2; outline-offset: 2px; }
+.views { display: none; }
+.views h3 { margin: 0 0 6px; }
+#cloud0:checked ~ .view0, #cloud1:checked ~ .view1, #cloud2:checked ~ .view2 { display: block; }
+.cloud-view { border: 1px solid var(--line); border-radius: 6px; padding: 8px; }
+.turns { cursor: grab; touch-action: pan-y; user-select: none; -webkit-user-select: none; }
+.beam { stroke: #8e9aa5; stroke-dasharray: 5 4; }
+.base { fill: #18232e; }
+.base-axis { stroke: #18232e; stroke-width: 1.6; }
+.tracker { fill: #586673; }
 .mark { fill: #fff; fill-opacity: .75; stroke: #18232e; stroke-width: .8; }
 footer { margin: 0 4px; color: var(--muted); font-size: 12.5px; }
 @media (max-width: 760px) {
@@ -73,15 +96,20 @@ footer { margin: 0 4px; color: var(--muted); font-size: 12.5px; }
   h1 { font-size: 23px; }
   .headline { font-size: 27px; }
   .charts, .charts.three { grid-template-columns: 1fr; }
+  .columns { columns: 1; }
   .bars { gap: 6px 10px; font-size: 13px; }
   .statistics tbody th { position: sticky; left: 0; background: #fff; }
 }
+.raw a { font-weight: 600; color: #0b5a8f; }
 @page { size: A4; margin: 14mm 13mm; }
 @media print {
   body { background: #fff; font-size: 10pt; }
   main { max-width: none; padding: 0; }
   section { border: 0; border-top: 1px solid var(--line); border-radius: 0; padding: 12px 0 8px; margin: 0 0 8px; }
   section.points { break-before: page; }
+  .screen, .cloud input, .cloud label { display: none; }
+  .views, #cloud0:checked ~ .views { display: block; break-inside: avoid; margin-bottom: 10px; }
+  .views .charts { grid-template-columns: 1fr 1fr; }
   .whole { break-inside: avoid; }
   .scroll { overflow: visible; }
   table { font-size: 7.6pt; }

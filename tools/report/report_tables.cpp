@@ -152,24 +152,6 @@ std::string parameter_row(const Parameter& parameter, const ParameterColumns& co
   return html + "</tr>\n";
 }
 
-std::string fact(std::string_view name, std::string_view value) {
-  return value.empty() ? "" : fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", name, value);
-}
-
-std::string noise_text(const Noise& noise) {
-  return fmt::format("{} mm along the beam, {} mm per m across it, repeatability {} mm",
-                     sigma_text(noise.range_mm), sigma_text(noise.transverse_mm_per_m),
-                     sigma_text(noise.repeatability_mm));
-}
-
-std::string facts_section(std::string_view title, std::string_view rows) {
-  return fmt::format(
-      "<section class=\"whole\">\n<h2>{}</h2>\n<div class=\"scroll\"><table "
-      "class=\"facts\">\n<tbody>\n{}</tbody>\n</table></div>\n"
-      "</section>\n",
-      title, rows);
-}
-
 }  // namespace
 
 std::string statistics_section(const ReportDocument& document) {
@@ -246,51 +228,6 @@ std::string parameters_section(const ReportDocument& document) {
     html += parameter_row(p, columns);
   }
   return html + "</tbody>\n</table></div>\n</section>\n";
-}
-
-std::string stream_section(const ReportDocument& document) {
-  if (!document.stream) return "";
-  const Stream& s = *document.stream;
-  const auto of_cycles = [&s](long long n) {
-    return s.cycles > 0
-               ? fmt::format("{} ({:.4g} %)", n, 100 * static_cast<double>(n) / static_cast<double>(s.cycles))
-               : fmt::format("{}", n);
-  };
-  return facts_section(
-      "Stream of corrections",
-      fact("Cycles", fmt::format("{}", s.cycles)) + fact("Answered", of_cycles(s.answered)) +
-          fact("Late", of_cycles(s.late)) + fact("Answered with a wrong IPOC", of_cycles(s.wrong_ipoc)) +
-          fact("Largest step of the correction in one cycle", fmt::format("{:.4g} deg", s.max_step_deg)) +
-          fact("Time from a datagram to its reply, median", fmt::format("{:.0f} µs", s.p50_us)) +
-          fact("99 % within", fmt::format("{:.0f} µs", s.p99_us)) +
-          fact("99.9 % within", fmt::format("{:.0f} µs", s.p999_us)) +
-          fact("Slowest", fmt::format("{:.0f} µs", s.max_us)));
-}
-
-std::string conditions_section(const ReportDocument& document) {
-  std::string rows =
-      fact("Robot", xml::escaped(document.robot)) + fact("Tracker", xml::escaped(document.tracker)) +
-      fact("Campaign", xml::escaped(document.campaign)) + fact("Method", xml::escaped(document.method));
-  rows += fact("Converged", document.converged ? "yes" : "no");
-  rows += fact("Iterations",
-               fmt::format("{} coarse, {} fine", document.coarse_iterations, document.fine_iterations));
-  rows +=
-      fact("Time to identify", document.elapsed_s < 1 ? fmt::format("{:.3g} ms", 1000 * document.elapsed_s)
-                                                      : fmt::format("{:.3g} s", document.elapsed_s));
-  rows += fact("Identified with",
-               fmt::format("{} poses, {} points", document.identify.poses, document.identify.points));
-  rows += fact("Validated with",
-               document.validate
-                   ? fmt::format("{} poses, {} points", document.validate->poses, document.validate->points)
-                   : std::string("nothing"));
-  rows += fact("Parameters determined", fmt::format("{} of {}", document.rank, document.parameters.size()));
-  rows += fact("Condition number", fmt::format("{:.4g} (columns scaled to unit norm)", document.condition));
-  const Findings& findings = document.findings;
-  if (findings.sigma0_mm) {
-    rows += fact("Noise of one coordinate, from the residuals", sigma_text(*findings.sigma0_mm) + " mm");
-  }
-  if (findings.noise) rows += fact("Noise of a point, as given", noise_text(*findings.noise));
-  return facts_section("Conditions", rows);
 }
 
 }  // namespace truepose::report

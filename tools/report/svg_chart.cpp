@@ -1,123 +1,18 @@
 #include "tools/report/svg_chart.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <iterator>
-#include <string_view>
 
 #include "proto/xml/escape.hpp"
 #include "tools/report/number_text.hpp"
+#include "tools/report/svg_drawing.hpp"
 
 namespace truepose::report {
 namespace {
 
 constexpr double kPointWidth = 480, kPointHeight = 280;
 constexpr double kHistogramWidth = 320, kHistogramHeight = 220;
-constexpr double kRightMargin = 14, kBottomMargin = 44;
-constexpr double kCharWidth = 7;  // of the 12 unit font, on the wide side
-
-/// One axis: what it covers, and where on the paper a value lies.
-struct Axis {
-  double lo, hi;
-  double from, to;            // on the paper
-  std::vector<double> ticks;  // at least two
-  bool logarithmic = false;
-
-  double at(double value) const {
-    const double v = std::clamp(value, lo, hi);
-    const double fraction = logarithmic ? std::log10(v / lo) / std::log10(hi / lo) : (v - lo) / (hi - lo);
-    return from + fraction * (to - from);
-  }
-};
-
-/// Labels with the decimals that the step between the ticks needs, and no more.
-std::vector<std::string> tick_labels(const Axis& axis) {
-  std::vector<std::string> result;
-  const double step = axis.ticks[1] - axis.ticks[0];
-  for (const double tick : axis.ticks) {
-    const double last_digit = axis.logarithmic ? tick : step;
-    const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(last_digit) + 1e-9)));
-    std::string label = decimals > 4 && tick != 0 ? fmt::format("{:.0e}", tick)
-                                                  : fmt::format("{:.{}f}", tick, decimals > 4 ? 0 : decimals);
-    if (label.starts_with('-')) label.replace(0, 1, "\u2212");
-    result.push_back(std::move(label));
-  }
-  return result;
-}
-
-class Drawing {
- public:
-  Drawing(std::string_view title, double width, double height)
-      : right{width - kRightMargin}, bottom{height - kBottomMargin} {
-    put(R"(<svg xmlns="http://www.w3.org/2000/svg" class="chart" viewBox="0 0 {} {}" role="img" aria-label="{}">)",
-        width, height, xml::escaped(title));
-    put(R"(<text class="chart-title" x="0" y="14">{}</text>)", xml::escaped(title));
-  }
-
-  const double right, bottom;  ///< edges of the plot
-
-  template <typename... Args>
-  void put(fmt::format_string<Args...> format, Args&&... args) {
-    fmt::format_to(std::back_inserter(svg_), format, std::forward<Args>(args)...);
-  }
-
-  void marker(const Series& series, double x, double y, double r) {
-    switch (series.marker) {
-      case Marker::HollowCircle:
-        put(R"(<circle cx="{:.1f}" cy="{:.1f}" r="{}" fill="#fff" stroke="{}" stroke-width="1.6">)", x, y, r,
-            series.color);
-        break;
-      case Marker::Circle:
-        put(R"(<circle cx="{:.1f}" cy="{:.1f}" r="{}" fill="{}">)", x, y, r, series.color);
-        break;
-      case Marker::Diamond: {
-        const double d = 1.35 * r;
-        put(R"(<path d="M{:.1f} {:.1f}l{d:.1f} {d:.1f}l-{d:.1f} {d:.1f}l-{d:.1f} -{d:.1f}z" fill="{}">)", x,
-            y - d, series.color, fmt::arg("d", d));
-        break;
-      }
-    }
-  }
-  void end_marker(const Series& series) {
-    put("</{}>", series.marker == Marker::Diamond ? "path" : "circle");
-  }
-
-  void y_axis(const Axis& axis, const std::vector<std::string>& labels, double left) {
-    for (std::size_t i = 0; i < axis.ticks.size(); ++i) {
-      const double y = axis.at(axis.ticks[i]);
-      const bool zero = !axis.logarithmic && axis.ticks[i] == 0;
-      put(R"(<path class="{}" d="M{:.1f} {:.1f}H{}"/>)", zero ? "zero" : "grid", left, y, right);
-      put(R"(<text class="tick" text-anchor="end" x="{:.1f}" y="{:.1f}">{}</text>)", left - 6, y + 4,
-          labels[i]);
-    }
-  }
-
-  void x_axis(const Axis& axis, std::string_view label) {
-    const std::vector<std::string> labels = tick_labels(axis);
-    put(R"(<path class="axis" d="M{:.1f} {}H{}"/>)", axis.from, bottom, axis.to);
-    for (std::size_t i = 0; i < axis.ticks.size(); ++i) {
-      put(R"(<text class="tick" text-anchor="middle" x="{:.1f}" y="{}">{}</text>)", axis.at(axis.ticks[i]),
-          bottom + 17, labels[i]);
-    }
-    put(R"(<text class="tick" text-anchor="middle" x="{:.1f}" y="{}">{}</text>)", (axis.from + axis.to) / 2,
-        bottom + 36, xml::escaped(label));
-  }
-
-  std::string finish() && { return std::move(svg_) + "</svg>\n"; }
-
- private:
-  std::string svg_;
-};
-
-/// Width that the y axis needs for its labels.
-double label_width(const std::vector<std::string>& labels) {
-  std::size_t longest = 0;
-  for (const std::string& label : labels) longest = std::max(longest, label.size());
-  return 10 + kCharWidth * static_cast<double>(longest);
-}
 
 Axis value_axis(const PointChart& chart, double bottom, double top) {
   double lo = chart.log_y ? 1e300 : 0, hi = chart.log_y ? 1e-300 : 0;
@@ -139,23 +34,6 @@ Axis axis_to(double hi, double from, double to) {
   std::vector<double> ticks = nice_ticks(0, hi, 6);
   while (ticks.size() > 2 && ticks.back() > hi * (1 + 1e-9)) ticks.pop_back();
   return {0, std::max(hi, ticks.back()), from, to, ticks};
-}
-
-/// Draws the legend in as many lines as it needs, and returns the y below it.
-double legend(Drawing& drawing, const std::vector<Series>& series) {
-  double x = 0, y = 34;
-  for (const Series& s : series) {
-    const double width = 22 + kCharWidth * static_cast<double>(s.name.size());
-    if (x > 0 && x + width > drawing.right) {
-      x = 0;
-      y += 18;
-    }
-    drawing.marker(s, x + 6, y - 4, 4);
-    drawing.end_marker(s);
-    drawing.put(R"(<text class="legend" x="{:.1f}" y="{}">{}</text>)", x + 16, y, xml::escaped(s.name));
-    x += width + 10;
-  }
-  return y + 14;
 }
 
 }  // namespace
@@ -198,7 +76,7 @@ std::vector<double> log_ticks(double lo, double hi, int at_most) {
 
 std::string point_chart_svg(const PointChart& chart) {
   Drawing drawing{chart.title + ", " + chart.y_unit, kPointWidth, kPointHeight};
-  const double top = legend(drawing, chart.series);
+  const double top = drawing.legend(chart.series);
   const Axis y = value_axis(chart, drawing.bottom, top);
   const std::vector<std::string> y_labels = tick_labels(y);
   const double left = label_width(y_labels);
@@ -224,11 +102,7 @@ std::string point_chart_svg(const PointChart& chart) {
       }
       drawing.put(R"("/>)");
     }
-    for (const ChartPoint& p : series.points) {
-      drawing.marker(series, x.at(p.x), y.at(p.y), radius);
-      if (!p.label.empty()) drawing.put("<title>{}</title>", xml::escaped(p.label));
-      drawing.end_marker(series);
-    }
+    drawing.points(series, x, y, radius);
   }
   return std::move(drawing).finish();
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <boost/json.hpp>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -122,6 +123,35 @@ config::ModelFile model_of(const RobotModel& robot, const Outcome& outcome) {
           .noise = outcome.noise};
 }
 
+std::string validation_text(const CalibrateCommand& command) {
+  const std::string seed = ", seed " + std::to_string(command.seed.value_or(0));
+  if (command.folds) return std::to_string(*command.folds) + " folds" + seed;
+  if (!command.split)
+    return command.validate_file.empty() ? "poses marked in the data" : "poses of a file of their own";
+  const std::string percent = std::to_string(std::lround(100 * *command.split));
+  return percent + " % of the poses identify, the others validate" + seed +
+         (command.repeat > 1 ? " and the next " + std::to_string(command.repeat - 1) : "");
+}
+
+/// What was calibrated from what and how, for whom reads the document later.
+void describe(json::object& document, const CalibrateCommand& command, const RobotModel& robot) {
+  document["robot"] = robot.name;
+  document["date"] = control::rfc3339(std::chrono::system_clock::now());
+  json::object files{{"Robot file", command.robot_file}, {"Measurements", command.data_file}};
+  if (!command.validate_file.empty()) files["Measurements to validate"] = command.validate_file;
+  document["files"] = std::move(files);
+  std::string harmonics;
+  for (const int order : command.harmonics)
+    harmonics += (harmonics.empty() ? "" : ", ") + std::to_string(order);
+  json::object options{{"Validation", validation_text(command)},
+                       {"Loss", command.loss},
+                       {"Prior", command.prior},
+                       {"Joint deviations", command.deviation},
+                       {"Residual field", command.residual}};
+  if (command.deviation != "none") options["Harmonics looked for"] = harmonics;
+  document["options"] = std::move(options);
+}
+
 /// Why the result must not be trusted, or nothing.
 std::string failure(const json::object& document) {
   if (!document.at("converged").as_bool()) return "the identification did not converge";
@@ -147,15 +177,14 @@ int run_calibrate(const CalibrateCommand& command) {
   const RobotModel robot = config::load_robot(command.robot_file);
   MeasurementData data = config::load_measurements(command.data_file, robot);
   if (!command.validate_file.empty()) add_validation(data, command.validate_file, robot);
-  const Outcome outcome = validated(command, robot, std::move(data));
+  Outcome outcome = validated(command, robot, std::move(data));
+  describe(outcome.document, command, robot);
 
   if (!command.out_file.empty()) {
     config::write_text_file(command.out_file, config::model_yaml(model_of(robot, outcome)));
   }
   if (!command.report_file.empty()) {
-    json::object document = outcome.document;
-    document["robot"] = robot.name;
-    config::write_text_file(command.report_file, report::render_html(document));
+    config::write_text_file(command.report_file, report::render_html(outcome.document));
   }
   if (command.as_json) {
     std::cout << outcome.document << '\n';

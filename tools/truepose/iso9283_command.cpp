@@ -9,7 +9,9 @@
 #include "config/model_file.hpp"
 #include "config/number_text.hpp"
 #include "config/test_cycle_file.hpp"
+#include "config/text_file.hpp"
 #include "core/evaluation/test_cube.hpp"
+#include "tools/report/iso9283_section.hpp"
 #include "tools/truepose/iso9283_document.hpp"
 #include "tools/truepose/iso9283_text.hpp"
 #include "tools/truepose/offline_commands.hpp"
@@ -20,7 +22,7 @@ namespace {
 using config::ConfigError;
 
 struct Iso9283Command {
-  std::string data_file, targets_file, model_file, plane = "C1-C2-C7-C8";
+  std::string data_file, targets_file, model_file, report_file, plane = "C1-C2-C7-C8";
   std::vector<double> cube;
   bool fit_frame = false, as_json = false;
 };
@@ -56,8 +58,11 @@ void evaluate(const Iso9283Command& command) {
   }
   const auto result = evaluate_iso9283(points);
   if (!result) throw ConfigError(command.data_file + ": " + result.error());
+  const boost::json::object document = iso9283_document(*result, points, frame);
+  if (!command.report_file.empty())
+    config::write_text_file(command.report_file, report::render_iso9283_html(document, command.data_file));
   if (command.as_json) {
-    std::cout << iso9283_document(*result, points, frame) << '\n';
+    std::cout << document << '\n';
   } else {
     std::fputs(iso9283_text(*result, points, frame).c_str(), stdout);
   }
@@ -95,6 +100,7 @@ void add_iso9283_command(CLI::App& app) {
   sub->add_option("--plane", command->plane, "Diagonal plane of the cube")
       ->check(available({kPlanes.begin(), kPlanes.end()}))
       ->needs(cube);
+  sub->add_option("--report", command->report_file, "Write a report here (HTML, one file)")->needs(data);
   sub->add_flag("--json", command->as_json, "One JSON document")->needs(data);
   sub->callback([command, data, cube] {
     if (!*data && !*cube) throw CLI::RequiredError("--data or --cube");

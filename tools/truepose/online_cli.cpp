@@ -124,6 +124,10 @@ void add_online_commands(CLI::App& app, int& exit_code) {
   report->add_option("--document", a.report.document, "a calibration document (JSON) instead of the daemon's")
       ->excludes(campaign_id);
   report->add_option("--truth", a.report.truth, "what a simulated arm really is (truepose-sim --truth-file)");
+  report->add_option("--iso9283", a.report.iso9283,
+                     "an ISO 9283 test (truepose iso9283 --json), to be a section of the page");
+  report->add_option("--experiment", a.report.experiment,
+                     "an experiment (truepose experiment --json), to be sections of the page");
   report->add_option("--html", a.report.html, "write the page here");
   report->add_option("--out-json", a.report.json, "write the document here");
 }

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <boost/json.hpp>
+#include <boost/system/system_error.hpp>
 #include <cstdio>
 #include <expected>
 #include <fstream>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "proto/control/json_text.hpp"
 #include "tools/report/report_html.hpp"
@@ -99,8 +102,17 @@ Result<int> report(const OnlineOptions& online, const ReportOptions& options) {
     if (!truth) return std::unexpected(truth.error());
     (*document)["truth"] = *std::move(truth);
   }
+  std::optional<json::object> iso9283, experiment;
+  for (const auto& [file, further] :
+       {std::pair{&options.iso9283, &iso9283}, std::pair{&options.experiment, &experiment}}) {
+    if (file->empty()) continue;
+    auto read = read_document(*file);
+    if (!read) return std::unexpected(read.error());
+    *further = *std::move(read);
+  }
   // Rendered before anything is written, so that a document that cannot be used leaves no file behind.
-  const std::string html = report::render_html(*document);
+  const std::string html =
+      report::render_html(*document, {iso9283 ? &*iso9283 : nullptr, experiment ? &*experiment : nullptr});
   const std::string table = report::render_text(*document);
   const std::string text = control::json_text(*document) + "\n";
   if (!options.html.empty()) {
@@ -122,6 +134,12 @@ int report_campaign(const OnlineOptions& online, const ReportOptions& options) t
   return done.error().exit_code;
 } catch (const std::invalid_argument& unusable) {
   std::fprintf(stderr, "truepose: the document cannot be reported: %s\n", unusable.what());
+  return kBadInput;
+} catch (const boost::system::system_error& unusable) {
+  std::fprintf(
+      stderr,
+      "truepose: --iso9283 or --experiment: not a document as those commands print it with --json: %s\n",
+      unusable.what());
   return kBadInput;
 }
 

@@ -9,10 +9,11 @@ namespace truepose::tools {
 
 /// What a report is made of and where it goes. Empty paths are not read or written.
 struct ReportOptions {
-  std::string campaign;              ///< id; empty: the newest that is done
-  std::filesystem::path document;    ///< a calibration document on a file instead of the daemon's
-  std::filesystem::path truth;       ///< what a simulated arm really is, to stand beside what was identified
-  std::filesystem::path html, json;  ///< files to write
+  std::string campaign;            ///< id; empty: the newest that is done
+  std::filesystem::path document;  ///< a calibration document on a file instead of the daemon's
+  std::filesystem::path truth;     ///< what a simulated arm really is, to stand beside what was identified
+  std::filesystem::path iso9283, experiment;  ///< documents that the page gets sections of
+  std::filesystem::path html, json;           ///< files to write
 };
 
 /// Reports a campaign: prints the table of errors (with `--json` the whole document) and writes the files
