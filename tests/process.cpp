@@ -36,8 +36,9 @@ std::string text_of(const std::filesystem::path& file) {
 
 Process::Process(const std::filesystem::path& folder, const std::string& name,
                  std::vector<std::string> arguments, std::vector<std::string> environment)
-    : output_{folder / (name + ".out")}, errors_{folder / (name + ".err")} {
-  arguments.insert(arguments.begin(), TRUEPOSE_BIN_DIR "/" + name);
+    : output_{folder / std::filesystem::path{name + ".out"}.filename()},
+      errors_{folder / std::filesystem::path{name + ".err"}.filename()} {
+  arguments.insert(arguments.begin(), std::filesystem::path{TRUEPOSE_BIN_DIR} / name);
   for (char** variable = environ; *variable != nullptr; ++variable) environment.emplace_back(*variable);
   const std::vector<char*> argv = pointers(arguments), envp = pointers(environment);
 

@@ -11,8 +11,8 @@ namespace truepose {
 /// The whole text of a file; empty where there is none.
 std::string text_of(const std::filesystem::path& file);
 
-/// A program of ours from the build's bin folder, started as its users start it. Killed if it is still there
-/// at the end.
+/// A program of ours from the build's bin folder, started as its users start it, or any other by its absolute
+/// path. Killed if it is still there at the end.
 class Process {
  public:
   /// @param folder       keeps what it says, in NAME.out and NAME.err; outlives the process

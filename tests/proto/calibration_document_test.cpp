@@ -69,7 +69,7 @@ TEST(CalibrationDocument, HasTheMembersOfTheContractAndWhatTheIdentificationLear
   EXPECT_THAT(keys(document),
               ElementsAre("method", "converged", "iterations", "elapsed_s", "identify", "validate", "rank",
                           "rank_gap", "condition", "sigma0_mm", "observability", "prior", "rejected", "base",
-                          "smr", "parameters", "points"));
+                          "smr", "parameters", "arm", "points"));
   EXPECT_THAT(keys(document.at("iterations")), ElementsAre("coarse", "fine"));
   for (const char* set : {"identify", "validate"}) {
     EXPECT_THAT(keys(document.at(set)), ElementsAre("poses", "points", "before", "geometric", "after"));
@@ -86,7 +86,7 @@ TEST(CalibrationDocument, HasTheMembersOfTheContractAndWhatTheIdentificationLear
   EXPECT_THAT(keys(document.at("parameters").at(0)),
               ElementsAre("name", "nominal", "value", "sigma", "identified", "data_share"));
   EXPECT_THAT(keys(document.at("points").at(0)),
-              ElementsAre("pose", "set", "smr", "joints", "before", "geometric", "after"));
+              ElementsAre("pose", "set", "smr", "joints", "position", "before", "geometric", "after"));
 }
 
 TEST(CalibrationDocument, CarriesTheCalibrationsFigures) {

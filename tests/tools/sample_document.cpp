@@ -53,6 +53,12 @@ std::vector<Eigen::Vector3d> random_errors(std::mt19937& random, int count, doub
   return errors;
 }
 
+/// Somewhere in the workspace, far from the axes of both joints.
+Eigen::Vector3d place(std::size_t i) {
+  const double angle = 0.7 * static_cast<double>(i);
+  return {3000 + 900 * std::cos(angle), -1200 + 900 * std::sin(angle), 800 + 9 * static_cast<double>(i)};
+}
+
 StageErrors add_set(Calibration& calibration, MeasurementData& data, std::mt19937& random, int count,
                     PoseSet set) {
   const auto before = random_errors(random, count, 1.8), geometric = random_errors(random, count, 0.4),
@@ -60,6 +66,7 @@ StageErrors add_set(Calibration& calibration, MeasurementData& data, std::mt1993
   for (std::size_t i = 0; i < before.size(); ++i) {
     Measurement m;
     m.q = Eigen::Vector2d{0.01 * static_cast<double>(data.points.size()), 20};
+    m.p_WS_mm = place(data.points.size());
     m.set = set;
     calibration.points.push_back({before[i], geometric[i], after[i]});
     data.points.push_back(m);
@@ -74,7 +81,10 @@ json::object sample(std::mt19937& random, int points, bool validated) {
   calibration.fine_iterations = 4;
   calibration.rank = 5;
   calibration.condition = 48.7;
-  calibration.cell.robot.joints.resize(2);
+  calibration.coarse.robot.name = "Two joints";
+  calibration.coarse.robot.joints = {{.d_mm = 500, .min = -3, .max = 3, .speed = 1},
+                                     {.a_mm = 300, .alpha_rad = -1.5, .min = -3, .max = 3, .speed = 1}};
+  calibration.cell.robot = calibration.coarse.robot;
   calibration.cell.base = {{3000, -1200, 50}, {0.01, 0.02, 2.5}};
   calibration.cell.reflectors = {{"1", {40.1, -30.2, 120.3}}};
   calibration.parameters = {{"base.x", 0, 3000, 0.013, true, 1},

@@ -105,7 +105,7 @@ std::string cloud_section(const ReportDocument& document) {
   const std::vector<CloudPanel> shown = panels(document, points);
 
   std::string html = fmt::format(
-      "<section>\n<h2>Where the errors are</h2>\n<p class=\"note\">{} Each arrow starts "
+      "<section class=\"clouds\">\n<h2>Where the errors are</h2>\n<p class=\"note\">{} Each arrow starts "
       "where "
       "the reflector was measured and points to where {}. In the robot's base frame.<span class=\"screen\"> "
       "Drag the view from the side to turn it.</span></p>\n<div class=\"cloud\">\n",

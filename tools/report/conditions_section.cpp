@@ -81,7 +81,6 @@ std::string measurement_rows(const ReportDocument& document) {
   rows += fact("Reflectors", xml::escaped(reflector_text(document)));
   if (!setup.conditions) return rows;
   const Conditions& c = *setup.conditions;
-  rows += fact("Campaign", xml::escaped(document.campaign));
   rows += fact("Time", xml::escaped(time_text(c.started) + " to " + time_text(c.ended)));
   rows += fact("Poses", fmt::format("{} planned, {} measured, {} skipped", c.poses_measured + c.poses_skipped,
                                     c.poses_measured, c.poses_skipped));
@@ -138,12 +137,12 @@ std::string result_rows(const ReportDocument& document) {
 }  // namespace
 
 std::string conditions_section(const ReportDocument& document) {
-  return facts_section("Conditions",
-                       facts_table("Arm", arm_rows(document)) +
+  const std::string left = facts_table("Arm", arm_rows(document)) +
                            facts_table("Measurement", measurement_rows(document)) +
-                           facts_table("Identification", identification_rows(document)) +
-                           facts_table("Result", result_rows(document)) +
-                           facts_table("Poses that were skipped", skipped_rows(document.setup)));
+                           facts_table("Poses that were skipped", skipped_rows(document.setup));
+  const std::string right = facts_table("Identification", identification_rows(document)) +
+                            facts_table("Result", result_rows(document));
+  return facts_section("Conditions", fmt::format("<div>\n{}</div>\n<div>\n{}</div>\n", left, right));
 }
 
 std::string drift_section(const ReportDocument& document) {

@@ -14,9 +14,10 @@ namespace truepose::report {
 namespace {
 
 constexpr double kCloudWidth = 480, kCloudHeight = 360;
-constexpr double kCloudTop = 28;                        // below the title
-constexpr double kCloudMargin = 12;                     // around the cloud
-constexpr double kMeanPart = 0.06, kLongestPart = 0.3;  // of the cloud's size
+constexpr double kCloudTop = 28;     // below the title
+constexpr double kCloudMargin = 12;  // around the cloud
+// Of the cloud's size: few arrows may be long, many would hide each other.
+constexpr double kCrowd = 0.8, kMeanPart = 0.12, kLongestPart = 0.3;
 
 /// The box that a view shows: all places, the robot's base, and the floor up to whole squares of its grid.
 struct Box {
@@ -35,22 +36,29 @@ struct Box {
   double size() const { return std::max((hi - lo).norm(), 1.0); }
 };
 
-/// Parallel projection: mm of the base frame to the paper.
+/// Parallel projection: mm of the base frame to the paper, as large as the places, the floor and the base
+/// fit.
 class Projection {
  public:
-  Projection(const Box& box, double azimuth, double elevation)
-      : center_{(box.lo + box.hi) / 2},
-        right_{-std::sin(azimuth), std::cos(azimuth), 0},
+  Projection(const Box& box, const std::vector<CloudArrow>& arrows, double azimuth, double elevation)
+      : right_{-std::sin(azimuth), std::cos(azimuth), 0},
         up_{-std::sin(elevation) * std::cos(azimuth), -std::sin(elevation) * std::sin(azimuth),
             std::cos(elevation)} {
-    Eigen::Vector2d half{1, 1};
-    for (int corner = 0; corner < 8; ++corner) {
-      const Eigen::Vector3d p{(corner & 1 ? box.hi : box.lo).x(), (corner & 2 ? box.hi : box.lo).y(),
-                              (corner & 4 ? box.hi : box.lo).z()};
-      half = half.cwiseMax(Eigen::Vector2d{right_.dot(p - center_), up_.dot(p - center_)}.cwiseAbs());
+    Eigen::Vector2d lo{0, 0}, hi{0, 0};
+    const auto include = [&](const Eigen::Vector3d& p) {
+      const Eigen::Vector2d seen{right_.dot(p), up_.dot(p)};
+      lo = lo.cwiseMin(seen);
+      hi = hi.cwiseMax(seen);
+    };
+    for (const double x : {box.lo.x(), box.hi.x()}) {
+      for (const double y : {box.lo.y(), box.hi.y()}) include({x, y, 0});
     }
-    scale_ = std::min((kCloudWidth / 2 - kCloudMargin) / half.x(),
-                      ((kCloudHeight - kCloudTop) / 2 - kCloudMargin) / half.y());
+    for (const CloudArrow& arrow : arrows) include(arrow.place);
+    const Eigen::Vector2d middle = (lo + hi) / 2, size = (hi - lo).cwiseMax(1);
+    const Eigen::Vector3d inside = (box.lo + box.hi) / 2;  // what the cloud turns about
+    center_ = inside + (middle.x() - right_.dot(inside)) * right_ + (middle.y() - up_.dot(inside)) * up_;
+    scale_ = std::min((kCloudWidth - 2 * kCloudMargin) / size.x(),
+                      (kCloudHeight - kCloudTop - 2 * kCloudMargin) / size.y());
   }
 
   Eigen::Vector2d operator()(const Eigen::Vector3d& p) const {
@@ -70,7 +78,7 @@ class Projection {
 class Scene {
  public:
   Scene(const Cloud& cloud, const CloudView& view)
-      : box_{cloud.arrows}, project_{box_, view.azimuth_rad, view.elevation_rad} {
+      : box_{cloud.arrows}, project_{box_, cloud.arrows, view.azimuth_rad, view.elevation_rad} {
     const Eigen::Vector3d& c = project_.center();
     put(R"(<svg xmlns="http://www.w3.org/2000/svg" class="chart cloud-view{}" viewBox="0 0 {} {}" role="img" )"
         R"(aria-label="{}" data-azimuth="{:.4f}" data-elevation="{:.4f}" data-scale="{:.6f}" )"
@@ -177,7 +185,8 @@ double exaggeration_of(const std::vector<CloudArrow>& arrows) {
     mean += arrow.error.norm() / static_cast<double>(arrows.size());
   }
   if (!(longest > 0)) return 1;
-  const double wanted = Box{arrows}.size() * std::min(kMeanPart / mean, kLongestPart / longest);
+  const double mean_part = std::min(kMeanPart, kCrowd / std::sqrt(static_cast<double>(arrows.size())));
+  const double wanted = Box{arrows}.size() * std::min(mean_part / mean, kLongestPart / longest);
   const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
   for (const double factor : {5.0, 2.0}) {
     if (factor * decade <= wanted) return factor * decade;

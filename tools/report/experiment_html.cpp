@@ -10,13 +10,10 @@
 namespace truepose::report {
 
 std::string render_experiment_html(const boost::json::object& document) {
-  return html_page(
-      "Calibration experiment",
-      page_header("Calibration experiment", "All methods on one simulated arm",
-                  experiment_identity(document)) +
-          experiment_summary(document) + experiment_sections(document) +
-          raw_data_section({{"experiment.json", "application/json", control::json_text(document) + "\n",
-                             "every figure of this page"}}));
+  return html_page("Calibration experiment",
+                   experiment_sections(document) + raw_data_section({{"experiment.json", "application/json",
+                                                                      control::json_text(document) + "\n",
+                                                                      "every figure of this page"}}));
 }
 
 }  // namespace truepose::report

@@ -201,9 +201,7 @@ std::string published_section(const json::object& document) {
                        body + "</tbody>\n");
 }
 
-}  // namespace
-
-std::string experiment_identity(const json::object& document) {
+std::string identity_text(const json::object& document) {
   const json::value& noise = document.at("noise");
   return fmt::format("{} trials · seed {} · tracker {} mm and repeatability {} mm per axis",
                      document.at("trials").to_number<long long>(),
@@ -211,7 +209,7 @@ std::string experiment_identity(const json::object& document) {
                      mm(noise, "repeatability"));
 }
 
-std::string experiment_summary(const json::object& document) {
+std::string bound_summary(const json::object& document) {
   const json::array& methods = document.at("methods").as_array();
   const auto two_stage = std::ranges::find_if(methods, [](const json::value& method) {
     return text(method, "method") == "two-stage" && text(method, "data") == "noisy";
@@ -226,9 +224,16 @@ std::string experiment_summary(const json::object& document) {
       error_text(document.at("bound_rms").to_number<double>()));
 }
 
+}  // namespace
+
 std::string experiment_sections(const json::object& document) {
-  return methods_section(document) + spread_section(document) + first_trial_section(document) +
-         designs_section(document) + layers_section(document) + published_section(document);
+  return fmt::format(
+             "<header class=\"part\">\n<p class=\"eyebrow\">Experiment</p>\n<h1>All methods on one simulated "
+             "arm</h1>\n<p class=\"identity\">{}</p>\n</header>\n",
+             identity_text(document)) +
+         bound_summary(document) + methods_section(document) + spread_section(document) +
+         first_trial_section(document) + designs_section(document) + layers_section(document) +
+         published_section(document);
 }
 
 }  // namespace truepose::report

@@ -21,8 +21,9 @@ namespace {
 
 // Nearer to the axis a joint hardly moves the reflector, and an error along that motion says nothing of it.
 constexpr double kLeastLeverMm = 20;
-// So wide that the second harmonic keeps most of its height where a joint turns once.
-constexpr double kBandwidthPart = 1.0 / 18;
+// Of the joint's range: so narrow that the second harmonic of a whole turn keeps most of its height, and
+// wider where few points would lead the line about.
+constexpr double kNarrowest = 1.0 / 18, kWidest = 1.0 / 5, kPointsWithin = 3;
 constexpr int kCurveSamples = 80;
 
 /// What a stage left at one point.
@@ -126,11 +127,9 @@ void add_curves(ScatterChart& chart) {
   for (const Series& series : chart.series) {
     std::vector<std::pair<double, double>> points;
     for (const ChartPoint& p : series.points) points.emplace_back(p.x, p.y);
-    double bandwidth = 1;
-    if (!points.empty()) {
-      const auto [lo, hi] = std::ranges::minmax(points, {}, &std::pair<double, double>::first);
-      bandwidth = std::max((hi.first - lo.first) * kBandwidthPart, 1e-9);
-    }
+    const auto [lo, hi] = std::ranges::minmax(points, {}, &std::pair<double, double>::first);
+    const double part = std::clamp(kPointsWithin / static_cast<double>(points.size()), kNarrowest, kWidest);
+    const double bandwidth = std::max((hi.first - lo.first) * part, 1e-9);
     chart.curves.push_back(local_regression(points, bandwidth, kCurveSamples));
   }
 }
@@ -141,6 +140,8 @@ std::string joint_section(const ReportDocument& document) {
   const std::vector<Point> points = document.judged_points();
   if (!usable(document, points)) return "";
   std::vector<ScatterChart> charts = charts_of(document, points);
+  std::erase_if(charts, [](const ScatterChart& chart) { return chart.series.front().points.empty(); });
+  if (charts.empty()) return "";
   std::string html =
       "<section class=\"whole\">\n<h2>What is left, joint by joint</h2>\n<p class=\"note\">The part of each "
       "error that lies along the motion of the joint, over its position. A wave in the smooth line is an "
@@ -154,7 +155,6 @@ std::string joint_section(const ReportDocument& document) {
   html += "</p>\n<div class=\"charts three\">\n";
   const double extent = extent_of(charts);
   for (ScatterChart& chart : charts) {
-    if (chart.series.front().points.empty()) continue;
     chart.y_extent = extent;
     add_curves(chart);
     html += scatter_chart_svg(chart);

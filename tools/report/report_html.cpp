@@ -65,7 +65,7 @@ std::string render_html(const json::object& json, const FurtherDocuments& furthe
   const std::string robot = document.robot.empty() ? "Robot arm" : document.robot;
   std::string body = page_header("Calibration report", robot, identity(document));
   body += summary_section(document) + statistics_section(document) + conditions_section(document) +
-          cloud_section(document) + histogram_section(document) + point_sections(document) +
+          histogram_section(document) + cloud_section(document) + point_sections(document) +
           joint_section(document) + layer_section(document) + transfer_section(document) +
           rejected_section(document) + drift_section(document) + parameters_section(document) +
           unknown_section(document) + stream_section(document);

@@ -14,7 +14,7 @@ main { max-width: 1120px; margin: 0 auto; padding: 28px 20px 48px; }
 header { margin: 0 4px 20px; }
 .eyebrow { margin: 0; color: var(--muted); font-size: 12px; font-weight: 600; letter-spacing: .09em; text-transform: uppercase; }
 h1 { margin: 2px 0 0; font-size: 28px; line-height: 1.25; font-weight: 650; letter-spacing: -.01em; overflow-wrap: anywhere; }
-.identity { margin: 4px 0 0; color: var(--muted); overflow-wrap: anywhere; }
+.identity { max-width: none; margin: 4px 0 0; color: var(--muted); overflow-wrap: anywhere; }
 section { background: #fff; border: 1px solid var(--line); border-radius: 10px; padding: 22px 26px 24px; margin: 0 0 18px; }
 h2 { margin: 0 0 4px; font-size: 18px; font-weight: 650; }
 h3 { margin: 22px 0 8px; font-size: 14px; font-weight: 650; }
@@ -53,7 +53,7 @@ tr.convention td, tr.convention th { color: var(--muted); }
 .key { display: inline-block; width: 9px; height: 9px; margin-right: 8px; border-radius: 2px; }
 .key-line { font-size: 13px; }
 .key-line .key:not(:first-child) { margin-left: 14px; }
-.columns { columns: 2; column-gap: 40px; }
+.columns { display: grid; grid-template-columns: 1fr 1fr; gap: 0 40px; }
 .facts { break-inside: avoid; }
 .facts h3 { margin: 14px 0 2px; }
 .facts th { width: 46%; color: var(--muted); white-space: normal; }
@@ -70,7 +70,9 @@ tr.convention td, tr.convention th { color: var(--muted); }
 .layers .bar i { min-width: 0; }
 .figures, .rejected { max-width: 860px; }
 .figures .meaning { color: var(--muted); white-space: normal; }
-.sentences { margin: 0 0 12px; padding-left: 20px; }
+.sentences, .files { margin: 0 0 12px; padding-left: 20px; }
+.scroll + .note { margin-top: 10px; }
+section + .part { margin-top: 40px; }
 p.caution { padding: 10px 14px; border-left: 4px solid var(--before); background: #fdebdd; color: #6e3000; }
 .cloud input { position: absolute; opacity: 0; }
 .cloud label { display: inline-block; margin: 0 0 14px; padding: 5px 14px; border: 1px solid var(--line); font-size: 13px; cursor: pointer; }
@@ -90,13 +92,13 @@ p.caution { padding: 10px 14px; border-left: 4px solid var(--before); background
 .tracker { fill: #586673; }
 .mark { fill: #fff; fill-opacity: .75; stroke: #18232e; stroke-width: .8; }
 footer { margin: 0 4px; color: var(--muted); font-size: 12.5px; }
-@media (max-width: 760px) {
+@media screen and (max-width: 760px) {
   main { padding: 18px 10px 32px; }
   section { padding: 18px 16px 20px; }
   h1 { font-size: 23px; }
   .headline { font-size: 27px; }
   .charts, .charts.three { grid-template-columns: 1fr; }
-  .columns { columns: 1; }
+  .columns { grid-template-columns: 1fr; }
   .bars { gap: 6px 10px; font-size: 13px; }
   .statistics tbody th { position: sticky; left: 0; background: #fff; }
 }
@@ -106,7 +108,10 @@ footer { margin: 0 4px; color: var(--muted); font-size: 12.5px; }
   body { background: #fff; font-size: 10pt; }
   main { max-width: none; padding: 0; }
   section { border: 0; border-top: 1px solid var(--line); border-radius: 0; padding: 12px 0 8px; margin: 0 0 8px; }
-  section.points { break-before: page; }
+  section.points, section.clouds, section + .part { break-before: page; }
+  p, li, tr, h2, h3 { break-inside: avoid; }
+  p, .badges, .verdict { font-size: 9pt; }
+  .note { font-size: 8.4pt; }
   .screen, .cloud input, .cloud label { display: none; }
   .views, #cloud0:checked ~ .views { display: block; break-inside: avoid; margin-bottom: 10px; }
   .views .charts { grid-template-columns: 1fr 1fr; }
@@ -122,6 +127,9 @@ footer { margin: 0 4px; color: var(--muted); font-size: 12.5px; }
   h2, h3 { break-after: avoid; }
   .note { break-after: avoid; }
   tbody, .chart, .bars, .charts.three { break-inside: avoid; }
+  .layers tbody { break-inside: auto; }
+  .layers tbody tr:first-child { break-after: avoid; }
+  .headline { font-size: 30px; }
   thead { display: table-header-group; }
 }
 )css";

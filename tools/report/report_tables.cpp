@@ -99,6 +99,7 @@ std::string leaf_title(std::string_view leaf) {
   if (leaf == "alpha") return "α";
   if (leaf == "theta") return "θ";
   if (leaf == "beta") return "β";
+  if (leaf.starts_with("weight")) return fmt::format("weight at frame {}", xml::escaped(leaf.substr(6)));
   if (leaf.starts_with("sin") || leaf.starts_with("cos")) return harmonic_title(leaf);
   return xml::escaped(leaf);
 }

@@ -129,8 +129,7 @@ Verdict verdict_of(const ReportDocument& document) {
             "Measure more poses, spread over the workspace, to use it everywhere."};
   if (document.remeasured)
     return {Use,
-            "Use this model: the arm was driven by it to poses it had not seen, measured there again, and "
-            "the improvement is real."};
+            "Use this model: the arm was driven by it to poses it had not seen, and measured there again."};
   return {Use,
           "Use this model: it predicts poses that it had not seen. Measure some of them again with "
           "compensated joints to prove it on the arm."};
