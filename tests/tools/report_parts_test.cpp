@@ -1,0 +1,233 @@
+// The sections of the page on the measurement itself, and what the page carries.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+#include <cmath>
+#include <numbers>
+#include <pugixml.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "proto/control/json_text.hpp"
+#include "tests/tools/page.hpp"
+#include "tests/tools/sample_document.hpp"
+#include "tools/report/error_cloud.hpp"
+#include "tools/report/iso9283_section.hpp"
+#include "tools/report/local_regression.hpp"
+#include "tools/report/raw_data.hpp"
+#include "tools/report/report_html.hpp"
+#include "tools/report/summary_section.hpp"
+
+namespace truepose::report {
+namespace {
+
+namespace json = boost::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+json::value conditions() {
+  return json::parse(R"({"started": "2026-05-04T07:00:12.000Z", "ended": "2026-05-04T07:31:00.000Z",
+      "poses_measured": 88, "poses_skipped": 2, "temperature_c": {"min": 20.04, "max": 21.3},
+      "pressure_mbar": {"min": 1013, "max": 1013}, "humidity_percent": {"min": 45, "max": 47}})");
+}
+
+/// The rows of the conditions by their names.
+std::vector<std::string> fact(const std::string& html, const std::string& name) {
+  std::vector<std::string> values;
+  const pugi::xml_document page = parsed(html);
+  for (const pugi::xpath_node& row : page.select_nodes("//div[@class='facts']//tr")) {
+    if (text_of(row.node().child("th")) == name) values.push_back(text_of(row.node().child("td")));
+  }
+  return values;
+}
+
+TEST(ReportConditions, TellUnderWhichAirAndWhenItWasMeasuredAndWhichPosesWereSkipped) {
+  json::object document = full_document(6);
+  document["conditions"] = conditions();
+  document["skipped"] = json::parse(R"([{"pose": 12, "attempts": 3, "reason": "no reflector found"}])");
+  document["date"] = "2026-05-04T07:31:00.000Z";
+  document["model"] = "0123456789abcdef";
+  const std::string html = render_html(document);
+  EXPECT_THAT(fact(html, "Time"), ElementsAre("2026-05-04 07:00 UTC to 2026-05-04 07:31 UTC"));
+  EXPECT_THAT(fact(html, "Poses"), ElementsAre("90 planned, 88 measured, 2 skipped"));
+  EXPECT_THAT(fact(html, "Air temperature"), ElementsAre("20.0 to 21.3 °C"));
+  EXPECT_THAT(fact(html, "Air pressure"), ElementsAre("1013.0 mbar"));
+  EXPECT_THAT(fact(html, "Pose 12, after 3 attempts"), ElementsAre("no reflector found"));
+  EXPECT_EQ(text_of(parsed(html).select_node("//p[@class='identity']").node()),
+            "Leica AT960 · Campaign 12 · Model 01234567 · 2026-05-04 07:31 UTC");
+}
+
+TEST(ReportConditions, HaveNoRowForWhatIsNotKnown) {
+  json::object document = sample_document(6, true);
+  document.erase("arm");
+  const std::string html = render_html(document);
+  const pugi::xml_document page = parsed(html);
+  for (const pugi::xpath_node& cell : page.select_nodes("//div[@class='facts']//td")) {
+    EXPECT_NE(text_of(cell.node()), "");
+  }
+  EXPECT_THAT(fact(html, "Time"), ElementsAre());
+  EXPECT_THAT(html, Not(HasSubstr("<h3>Arm</h3>")));
+}
+
+TEST(ReportConditions, SayHowFarTheReferencePoseDrifted) {
+  json::object document = sample_document(6, true);
+  document["reference_drift_mm"] = {0.0, 0.012, 0.031, 0.025};
+  const std::string html = render_html(document);
+  EXPECT_THAT(html, HasSubstr("0.031 mm at most, 0.025 mm at the end"));
+  EXPECT_EQ(parsed(html).select_nodes("//h2[.='Drift while it was measured']/..//circle[title]").size(), 4U);
+  document["reference_drift_mm"] = {0.0};
+  EXPECT_THAT(render_html(document), Not(HasSubstr("Drift while")));
+}
+
+TEST(ReportVerdict, SaysWhatToDo) {
+  using enum Verdict::Kind;
+  const auto verdict = [](const json::object& document) { return verdict_of(read_document(document)); };
+  EXPECT_EQ(verdict(full_document(6)).kind, Use);
+  EXPECT_EQ(verdict(sample_document(6, false)).kind, Caution);
+  json::object document = full_document(6);
+  document["transfer"] = {
+      {"rms_mm", 1}, {"max_mm", 9}, {"worst_joints", {1, 2}}, {"warning", "Measure more."}};
+  EXPECT_EQ(verdict(document).kind, Caution);
+  document["remeasured"].as_object()["mean"] = 99;
+  EXPECT_EQ(verdict(document).kind, Refuse);
+  document = full_document(6);
+  document["converged"] = false;
+  EXPECT_EQ(verdict(document).kind, Refuse);
+  EXPECT_THAT(verdict(document).sentence, HasSubstr("did not converge"));
+}
+
+TEST(ReportCloud, DrawsEveryArrowInEveryViewAndTheSameFactorInBeforeAndAfter) {
+  const pugi::xml_document page = parsed(render_html(full_document(30)));
+  std::vector<std::string> titles;
+  for (const pugi::xpath_node& title : page.select_nodes("//div[@class='cloud']//h3")) {
+    titles.push_back(text_of(title.node()));
+  }
+  ASSERT_EQ(titles.size(), 3U);
+  EXPECT_EQ(titles[0].substr(titles[0].find(',')), titles[1].substr(titles[1].find(',')));
+  EXPECT_THAT(titles[2], HasSubstr("After, enlarged, errors drawn "));
+  for (const pugi::xpath_node& view : page.select_nodes("//div[@class='cloud']//svg")) {
+    EXPECT_EQ(view.node().select_nodes(".//line[@class='arrow']").size(), 30U);
+  }
+  EXPECT_EQ(page.select_nodes("//div[@class='cloud']//svg").size(), 6U);
+}
+
+TEST(ReportCloud, ShowsTheTrueProportionsFromAbove) {
+  constexpr double kDown = std::numbers::pi / 2;
+  const Cloud cloud{.arrows = {{{1000, 0, 500}, {0, 1, 0}, "one"}, {{0, 2000, 900}, {1, 0, 0}, "two"}},
+                    .tracker_mm = {9000, 0, 0},
+                    .exaggeration = 100};
+  const pugi::xml_document view = parsed(cloud_svg(
+      cloud, {.title = "t", .id = "i", .color = "#000000", .azimuth_rad = -kDown, .elevation_rad = kDown}));
+  const auto arrows = view.select_nodes("//line[@class='arrow']");
+  const auto number = [&](std::size_t arrow, const char* name) {
+    return arrows[arrow].node().attribute(name).as_double();
+  };
+  // x to the right and y up the paper; the second place is 1 m to the left of the first and 2 m up.
+  EXPECT_NEAR((number(0, "y1") - number(1, "y1")) / (number(0, "x1") - number(1, "x1")), 2, 0.01);
+  // Both arrows are drawn 100 mm long.
+  EXPECT_NEAR(number(0, "y1") - number(0, "y2"), number(1, "x2") - number(1, "x1"), 0.2);
+  EXPECT_GT(number(0, "y1") - number(0, "y2"), 1);
+}
+
+TEST(ReportCloud, ThinsOutVeryManyPointsAndSaysSo) {
+  const std::string html = render_html(sample_document(600, true));
+  EXPECT_THAT(html, HasSubstr("200 of 600 points, evenly chosen."));
+  EXPECT_LT(html.size(), 1'500'000U);
+}
+
+TEST(ReportJoints, ShowAnErrorAlongAJointsMotionOverThatJoint) {
+  json::object document = sample_document(40, true);
+  // Joint 1 turns about the base's z axis: an error along it is tangential.
+  for (json::value& point : document["points"].as_array()) {
+    for (const char* stage : {"geometric", "after"}) point.as_object()[stage] = {0, 0, 0.3};
+  }
+  document["base"] = {{"x", 0}, {"y", 0}, {"z", 0}, {"rx", 0}, {"ry", 0}, {"rz", 0}};
+  const pugi::xml_document page = parsed(render_html(document));
+  const auto labels = page.select_nodes("//svg[@aria-label='Joint 1, mm']//title");
+  ASSERT_EQ(labels.size(), 40U * 2);  // geometric and all layers
+  for (const pugi::xpath_node& label : labels) EXPECT_THAT(text_of(label.node()), HasSubstr(": 0.000 mm"));
+  EXPECT_EQ(page.select_nodes("//svg[@aria-label='Joint 1, mm']//path[@class='curve']").size(), 2U);
+}
+
+TEST(LocalRegression, FollowsAWaveAndAStraightLine) {
+  std::vector<std::pair<double, double>> wave, line;
+  for (int i = 0; i <= 360; i += 2) {
+    wave.emplace_back(i, std::sin(2 * i * std::numbers::pi / 180));
+    line.emplace_back(i, 0.5 * i - 7);
+  }
+  for (const auto& [x, y] : local_regression(wave, 12, 60)) {
+    EXPECT_NEAR(y, std::sin(2 * x * std::numbers::pi / 180), 0.2);
+  }
+  for (const auto& [x, y] : local_regression(line, 12, 60)) {
+    if (x < 40 || x > 320) continue;  // at the ends it is a little flatter
+    EXPECT_NEAR(y, 0.5 * x - 7, 0.01);
+  }
+  EXPECT_TRUE(local_regression({{1, 1}, {2, 2}}, 1, 10).empty());
+  EXPECT_TRUE(local_regression({{1, 1}, {1, 2}, {1, 3}, {1, 4}, {1, 5}}, 1, 10).empty());
+}
+
+TEST(RawData, IsAMeasurementFileWithQuotedNamesAndTheColumnsThatAllPointsHave) {
+  const json::value document = json::parse(R"({"points": [
+      {"set": "identify", "smr": "a \"b\", c", "joints": [1.5, -90], "position": [1, 2.25, 3], "sigma": 0.01, "direction": [1, -1]},
+      {"set": "validate", "smr": "2", "joints": [0, 1e-7], "position": [4, 5, 6], "direction": [0, 1]}]})");
+  EXPECT_EQ(measurements_csv(document.as_object()),
+            "q1,q2,x,y,z,dir1,dir2,smr,set\n"
+            "1.5,-90,1,2.25,3,1,-1,\"a \"\"b\"\", c\",identify\n"
+            "0,1e-07,4,5,6,0,1,\"2\",validate\n");
+}
+
+TEST(RawData, IsNotOfferedWhereAnOlderDocumentDoesNotSayWhereThePointsWere) {
+  json::object document = sample_document(5, true);
+  for (json::value& point : document["points"].as_array()) point.as_object().erase("position");
+  EXPECT_EQ(measurements_csv(document), "");
+  const std::string html = render_html(document);
+  EXPECT_THAT(html, Not(HasSubstr("measurements.csv")));
+  EXPECT_THAT(html, Not(HasSubstr("Where the errors are")));
+}
+
+TEST(RawData, IsEncodedInTheLinkItself) {
+  const std::string html = raw_data_section({{"<f>.txt", "text/plain",
+                                              std::string("\x00\xff"
+                                                          "ab",
+                                                          4),
+                                              "about it"}});
+  EXPECT_THAT(html, HasSubstr("href=\"data:text/plain;base64,AP9hYg==\""));
+  EXPECT_THAT(html, HasSubstr("download=\"&lt;f&gt;.txt\""));
+}
+
+json::object iso_document() {
+  return json::parse(R"({"standard": "ISO 9283:1998", "frame": "fitted", "cycles": 10, "complete": false,
+      "sets": [{"point": "P<1>", "direction": "+x", "time": "0 min", "cycles": 10,
+                "AP": {"p": 0.12345, "x": 0.1, "y": -0.05, "z": 0.02}, "RP": {"l": 0.0678, "mean": 0.02, "std": 0.01}}],
+      "variations": [{"point": "P<1>", "time": "", "directions": ["+x", "-x"], "vAP": {"p": 0.031}}],
+      "drifts": [{"point": "P<1>", "direction": "", "times": ["0 min", "60 min"], "dAP": {"p": 0.004},
+                  "dRP": {"l": 0.003}, "moved": 0.011}]})")
+      .as_object();
+}
+
+TEST(Iso9283Report, ShowsEverySetItsVariationAndDriftAndWhetherItComplies) {
+  const std::string html = render_iso9283_html(iso_document(), "test <1>.csv");
+  const pugi::xml_document page = parsed(html);
+  std::vector<std::string> cells;
+  for (const pugi::xpath_node& cell : page.select_nodes("//table[@class='iso9283']/tbody/tr/*")) {
+    cells.push_back(text_of(cell.node()));
+  }
+  EXPECT_THAT(cells, ElementsAre("P<1>, +x, 0 min", "10", "0.1235", "0.1000", "-0.0500", "0.0200", "0.0678"));
+  EXPECT_THAT(html, HasSubstr("some poses have 10: these figures do not comply"));
+  EXPECT_THAT(html, HasSubstr("AP is relative to that fit"));
+  EXPECT_THAT(html, HasSubstr("vAP<sub>p</sub> 0.0310 mm over 2 directions"));
+  EXPECT_THAT(html, HasSubstr("from 0 min to 60 min; the mean position moved by 0.0110 mm"));
+}
+
+TEST(Iso9283Report, CanBeASectionOfACalibrationsPage) {
+  const json::object iso = iso_document(), document = sample_document(5, true);
+  const std::string html = render_html(document, {.iso9283 = &iso});
+  EXPECT_TRUE(parsed(html).select_node("//table[@class='iso9283']"));
+  EXPECT_THAT(html, HasSubstr("download=\"iso9283.json\""));
+}
+
+}  // namespace
+}  // namespace truepose::report
