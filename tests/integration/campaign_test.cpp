@@ -11,11 +11,14 @@
 #include "proto/control/json_text.hpp"
 #include "tests/integration/live_cell.hpp"
 #include "tests/integration/sqlite_rows.hpp"
+#include "tests/report_schema.hpp"
 
 namespace truepose {
 namespace {
 
 namespace json = boost::json;
+using testing::AllOf;
+using testing::HasSubstr;
 
 json::value called(tools::RpcClient& client, const std::string& method, const json::object& params = {}) {
   auto result = client.call(method, params);
@@ -63,6 +66,14 @@ TEST(ACampaignOverTheRealProtocols, FindsTheArmsErrorsKeepsEveryPointAndActivate
   EXPECT_GT(before_mm, 1);
   EXPECT_LT(number(report, "/validate/geometric/mean"), before_mm / 5);
   EXPECT_LT(number(report, "/remeasured/mean"), before_mm / 5);
+
+  const std::filesystem::path page = cell.folder() / "report.html", document = cell.folder() / "report.json";
+  const Finished reported =
+      cell.truepose({"report", "--html", page.string(), "--out-json", document.string()});
+  EXPECT_EQ(reported.exit_code, 0) << reported.err;
+  EXPECT_EQ(report_schema_errors({document}), "");
+  EXPECT_THAT(text_of(page), AllOf(HasSubstr("Use this model"), HasSubstr("measurements.csv"),
+                                   HasSubstr("<th scope=\"row\">Air temperature</th>")));
 
   const json::value status = called(client, "cell.status");
   EXPECT_EQ(status.at("state"), "ready");
