@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "proto/xml/escape.hpp"
+#include "tools/report/median.hpp"
 #include "tools/report/svg_chart.hpp"
 
 namespace truepose::report {
@@ -17,7 +18,7 @@ constexpr double kCloudWidth = 480, kCloudHeight = 360;
 constexpr double kCloudTop = 28;     // below the title
 constexpr double kCloudMargin = 12;  // around the cloud
 // Of the cloud's size: few arrows may be long, many would hide each other.
-constexpr double kCrowd = 0.8, kMeanPart = 0.12, kLongestPart = 0.3;
+constexpr double kCrowd = 0.8, kMedianPart = 0.12;
 
 /// The box that a view shows: all places, the robot's base, and the floor up to whole squares of its grid.
 struct Box {
@@ -179,14 +180,13 @@ class Scene {
 }  // namespace
 
 double exaggeration_of(const std::vector<CloudArrow>& arrows) {
-  double longest = 0, mean = 0;
-  for (const CloudArrow& arrow : arrows) {
-    longest = std::max(longest, arrow.error.norm());
-    mean += arrow.error.norm() / static_cast<double>(arrows.size());
-  }
-  if (!(longest > 0)) return 1;
-  const double mean_part = std::min(kMeanPart, kCrowd / std::sqrt(static_cast<double>(arrows.size())));
-  const double wanted = Box{arrows}.size() * std::min(mean_part / mean, kLongestPart / longest);
+  std::vector<double> lengths;
+  for (const CloudArrow& arrow : arrows) lengths.push_back(arrow.error.norm());
+  // The median, so that gross errors leave the picture rather than shrink it.
+  const double usual = median(lengths);
+  if (!(usual > 0)) return 1;
+  const double part = std::min(kMedianPart, kCrowd / std::sqrt(static_cast<double>(arrows.size())));
+  const double wanted = Box{arrows}.size() * part / usual;
   const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
   for (const double factor : {5.0, 2.0}) {
     if (factor * decade <= wanted) return factor * decade;

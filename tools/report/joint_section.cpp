@@ -12,6 +12,7 @@
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
 #include "tools/report/local_regression.hpp"
+#include "tools/report/median.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_style.hpp"
 #include "tools/report/scatter_chart.hpp"
@@ -25,6 +26,9 @@ constexpr double kLeastLeverMm = 20;
 // wider where few points would lead the line about.
 constexpr double kNarrowest = 1.0 / 18, kWidest = 1.0 / 5, kPointsWithin = 3;
 constexpr int kCurveSamples = 80;
+constexpr std::size_t kFewestPlotted = 5;
+constexpr double kMedians =
+    7;  // of the median distance from zero: more than four standard deviations of noise
 
 /// What a stage left at one point.
 using StageError = Eigen::Vector3d Point::*;
@@ -81,10 +85,8 @@ double extent_of(const std::vector<ScatterChart>& charts) {
       for (const ChartPoint& p : series.points) sizes.push_back(std::abs(p.y));
     }
   }
-  if (sizes.empty()) return 1;
-  const auto high = sizes.begin() + static_cast<std::ptrdiff_t>(0.97 * static_cast<double>(sizes.size() - 1));
-  std::ranges::nth_element(sizes, high);
-  return *high > 0 ? *high : 1;
+  const double extent = std::min(std::ranges::max(sizes), kMedians * median(sizes));
+  return extent > 0 ? extent : 1;
 }
 
 bool usable(const ReportDocument& document, const std::vector<Point>& points) {
@@ -140,15 +142,18 @@ std::string joint_section(const ReportDocument& document) {
   const std::vector<Point> points = document.judged_points();
   if (!usable(document, points)) return "";
   std::vector<ScatterChart> charts = charts_of(document, points);
-  std::erase_if(charts, [](const ScatterChart& chart) { return chart.series.front().points.empty(); });
+  std::erase_if(
+      charts, [](const ScatterChart& chart) { return chart.series.front().points.size() < kFewestPlotted; });
   if (charts.empty()) return "";
-  std::string html =
+  std::string html = fmt::format(
       "<section class=\"whole\">\n<h2>What is left, joint by joint</h2>\n<p class=\"note\">The part of each "
-      "error that lies along the motion of the joint, over its position. A wave in the smooth line is an "
-      "error that turns with the joint, such as that of a gear; a flat one says that nothing of the kind is "
-      "left. The few points beyond the scale lie on its edge.";
-  html += fmt::format(" {} points.</p>\n<p class=\"key-line\">",
-                      document.validate ? "Validation" : "Identification");
+      "error that lies along the motion of the joint, over its position: {} points. A wave in the smooth "
+      "line "
+      "is an error that turns with the joint, such as that of a gear; a flat one says that nothing of the "
+      "kind "
+      "is left. The few points beyond the scale lie on its edge. A joint that hardly moves the reflector is "
+      "left out.</p>\n<p class=\"key-line\">",
+      document.validate ? "validation" : "identification");
   for (const Stage& stage : stages(document)) {
     html += fmt::format("<span class=\"key\" style=\"background: {}\"></span>{} ", stage.color, stage.name);
   }

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "tools/report/median.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_style.hpp"
 #include "tools/report/svg_chart.hpp"
@@ -65,8 +66,21 @@ bool needs_log(const std::vector<StageSeries>& stages) {
   return hi > 20 * lo;
 }
 
+/// What the enlarged charts show whole: gross errors would make all others a line. 0 where all is within it.
+double enlarged_limit(const std::vector<StageSeries>& stages) {
+  constexpr double kMedians = 10;
+  double usual = 0, largest = 0;
+  for (const StageSeries& stage : stages) {
+    std::vector<double> lengths;
+    for (const auto& [i, error] : stage.errors) lengths.push_back(error.norm());
+    usual = std::max(usual, median(lengths));
+    largest = std::max(largest, std::ranges::max(lengths));
+  }
+  return largest > kMedians * usual ? kMedians * usual : 0;
+}
+
 std::string four_charts(const std::vector<Point>& points, const std::vector<StageSeries>& stages,
-                        bool log_length) {
+                        bool log_length, double y_limit = 0) {
   static constexpr std::array kNames{"3-D error", "Error along x", "Error along y", "Error along z"};
   std::string html = "<div class=\"charts\">\n";
   for (int axis = -1; axis < 3; ++axis) {
@@ -74,6 +88,7 @@ std::string four_charts(const std::vector<Point>& points, const std::vector<Stag
     PointChart chart{.title = kNames[static_cast<std::size_t>(axis + 1)],
                      .x_label = "measured point",
                      .y_unit = log_y ? "mm, logarithmic" : "mm",
+                     .y_limit = y_limit,
                      .log_y = log_y,
                      .series = {}};
     for (const StageSeries& stage : stages) {
@@ -96,10 +111,12 @@ std::string set_section(const std::vector<Point>& points, const Stages& errors, 
   if (points.empty()) return "";
   const std::vector<StageSeries> stages = stage_series(points, has_layers(errors));
   const std::vector<StageSeries> remaining(stages.begin() + 1, stages.end());
+  const double limit = enlarged_limit(remaining);
   return fmt::format("<section class=\"points\">\n<h2>{}</h2>\n<p class=\"note\">{}</p>\n", title, lead) +
          four_charts(points, stages, needs_log(stages)) +
-         "<h3>What remains after the calibration, enlarged</h3>\n" + four_charts(points, remaining, false) +
-         "</section>\n";
+         fmt::format("<h3>What remains after the calibration, enlarged{}</h3>\n",
+                     limit > 0 ? "; what is beyond the scale lies on its edge" : "") +
+         four_charts(points, remaining, false, limit) + "</section>\n";
 }
 
 }  // namespace

@@ -56,11 +56,13 @@ tr.convention td, tr.convention th { color: var(--muted); }
 .columns { display: grid; grid-template-columns: 1fr 1fr; gap: 0 40px; }
 .facts { break-inside: avoid; }
 .facts h3 { margin: 14px 0 2px; }
-.facts th { width: 46%; color: var(--muted); white-space: normal; }
+.facts th { width: 42%; color: var(--muted); white-space: normal; }
 .facts td { text-align: left; white-space: normal; overflow-wrap: anywhere; padding-right: 0; }
 .charts { display: grid; grid-template-columns: 1fr 1fr; gap: 18px 30px; margin: 8px 0 4px; }
 .charts.three { grid-template-columns: 1fr 1fr 1fr; }
 .chart { display: block; width: 100%; height: auto; font-family: inherit; }
+section > .chart { max-width: 860px; }
+.cloud-view text { paint-order: stroke; stroke: #fff; stroke-width: 3px; }
 .chart-title { font-size: 13px; font-weight: 650; fill: #18232e; }
 .legend, .tick { font-size: 12px; fill: #586673; }
 .grid { stroke: #e6ebef; fill: none; }
@@ -110,7 +112,7 @@ footer { margin: 0 4px; color: var(--muted); font-size: 12.5px; }
   section { border: 0; border-top: 1px solid var(--line); border-radius: 0; padding: 12px 0 8px; margin: 0 0 8px; }
   section.points, section.clouds, section + .part { break-before: page; }
   p, li, tr, h2, h3 { break-inside: avoid; }
-  p, .badges, .verdict { font-size: 9pt; }
+  p, .badges, .verdict, .bars { font-size: 9pt; }
   .note { font-size: 8.4pt; }
   .screen, .cloud input, .cloud label { display: none; }
   .views, #cloud0:checked ~ .views { display: block; break-inside: avoid; margin-bottom: 10px; }

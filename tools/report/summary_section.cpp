@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <string_view>
+#include <vector>
 
 #include "proto/xml/escape.hpp"
+#include "tools/report/median.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_style.hpp"
 
@@ -65,6 +67,15 @@ std::string badges(const ReportDocument& document) {
                            : fmt::format("Stream: {} late, {} unanswered", s.late, s.cycles - s.answered));
   }
   return html + "</ul>\n";
+}
+
+/// Judged points whose error after all layers is far beyond the usual one.
+long long points_far_off(const ReportDocument& document) {
+  constexpr double kMedians = 10;
+  std::vector<double> errors;
+  for (const Point& p : document.judged_points()) errors.push_back(p.after.norm());
+  const double limit = kMedians * median(errors);
+  return std::ranges::count_if(errors, [limit](double error) { return error > limit; });
 }
 
 std::string_view points_text(const ReportDocument& document) {
@@ -127,6 +138,13 @@ Verdict verdict_of(const ReportDocument& document) {
     return {Caution,
             "Use this model only where poses were measured: elsewhere it may be worse than the data sheet. "
             "Measure more poses, spread over the workspace, to use it everywhere."};
+  if (const long long far = points_far_off(document); far > 0)
+    return {Caution,
+            fmt::format(
+                "Look first at the {} farther off than ten times the usual error: {} wrongly measured, or "
+                "the model does not hold there. Measure {} again before you use it.",
+                plural(far, "point that is", "points that are"), far == 1 ? "it was" : "they were",
+                far == 1 ? "it" : "them")};
   if (document.remeasured)
     return {Use,
             "Use this model: the arm was driven by it to poses it had not seen, and measured there again."};

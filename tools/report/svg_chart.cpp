@@ -23,6 +23,10 @@ Axis value_axis(const PointChart& chart, double bottom, double top) {
       hi = std::max(hi, p.y);
     }
   }
+  if (chart.y_limit > 0) {
+    lo = std::max(lo, -chart.y_limit);
+    hi = std::min(hi, chart.y_limit);
+  }
   const bool logarithmic = chart.log_y && lo <= hi;
   std::vector<double> ticks =
       logarithmic ? log_ticks(lo, hi, 7) : nice_ticks(std::min(lo, 0.0), std::max(hi, 0.0), 5);

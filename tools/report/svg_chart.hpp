@@ -25,6 +25,7 @@ struct PointChart {
   std::string title;
   std::string x_label;
   std::string y_unit;
+  double y_limit = 0;  ///< points farther from zero are drawn at the edge; 0: none is
   bool log_y = false;  ///< for positive values of very different size; others are drawn at the lower edge
   std::vector<Series> series;
 };
