@@ -133,6 +133,10 @@ std::string histogram_section(const ReportDocument& document) {
     HistogramChart chart{
         .title = stage.name, .x_label = "3-D error, mm", .color = std::string(stage.color), .values = {}};
     for (const auto& [i, error] : stage.errors) chart.values.push_back(error.norm());
+    if (const double limit = enlarged_limit({stage}); limit > 0) {
+      for (double& value : chart.values) value = std::min(value, limit);
+      chart.x_label += ", in the last bar and above";
+    }
     html += histogram_svg(chart);
   }
   return html + "</div>\n</section>\n";
