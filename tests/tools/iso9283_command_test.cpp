@@ -67,6 +67,23 @@ class Iso9283 : public testing::Test {
   TempFolder folder_;
 };
 
+TEST_F(Iso9283, WritesAReportThatCarriesWhatItWasMadeFrom) {
+  const std::string report = folder_.path() / "report.html";
+  const Finished run =
+      run_program("truepose", {"iso9283", "--data", data(), "--targets", targets(), "--report", report});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const std::string html = text_of(report);
+  for (const example::WorkedFigures& w : example::kWorkedFigures) {
+    for (const double figure : {w.ap_p, w.rp_l}) {
+      std::string cell = fixed(figure);
+      cell.erase(0, cell.find_first_not_of(' '));
+      EXPECT_NE(html.find(">" + cell + "</td>"), std::string::npos) << cell;
+    }
+  }
+  for (const char* file : {"cycles.csv", "targets.csv", "iso9283.json"})
+    EXPECT_NE(html.find("download=\"" + std::string(file) + "\""), std::string::npos) << file;
+}
+
 TEST_F(Iso9283, GivesTheWorkedExampleToTheLastPrintedDigit) {
   const Finished run = run_program("truepose", {"iso9283", "--data", data(), "--targets", targets()});
   EXPECT_EQ(run.exit_code, 0) << run.err;

@@ -216,7 +216,8 @@ json::object iso_document() {
 }
 
 TEST(Iso9283Report, ShowsEverySetItsVariationAndDriftAndWhetherItComplies) {
-  const std::string html = render_iso9283_html(iso_document(), "test <1>.csv");
+  const std::string html =
+      render_iso9283_html(iso_document(), "test <1>.csv", {{"cycles.csv", "text/csv", "a", "b"}});
   const pugi::xml_document page = parsed(html);
   std::vector<std::string> cells;
   for (const pugi::xpath_node& cell : page.select_nodes("//table[@class='iso9283']/tbody/tr/*")) {
@@ -225,6 +226,7 @@ TEST(Iso9283Report, ShowsEverySetItsVariationAndDriftAndWhetherItComplies) {
   EXPECT_THAT(cells, ElementsAre("P<1>, +x, 0 min", "10", "0.1235", "0.1000", "-0.0500", "0.0200", "0.0678"));
   EXPECT_THAT(html, HasSubstr("some poses have 10: these figures do not comply"));
   EXPECT_THAT(html, HasSubstr("AP is relative to that fit"));
+  EXPECT_THAT(html, HasSubstr("href=\"data:text/csv;base64,YQ==\""));
   EXPECT_THAT(html, HasSubstr("vAP<sub>p</sub> 0.0310 mm over 2 directions"));
   EXPECT_THAT(html, HasSubstr("from 0 min to 60 min; the mean position moved by 0.0110 mm"));
 }

@@ -12,7 +12,6 @@
 #include "proto/control/json_text.hpp"
 #include "proto/xml/escape.hpp"
 #include "tools/report/html_page.hpp"
-#include "tools/report/raw_data.hpp"
 #include "tools/report/report_style.hpp"
 #include "tools/report/svg_chart.hpp"
 
@@ -147,7 +146,7 @@ std::string iso9283_section(const json::object& document) {
   const json::array& sets = document.at("sets").as_array();
   std::string html = fmt::format(
       "<section>\n<h2>Pose accuracy and repeatability by {}</h2>\n<p>At worst AP<sub>p</sub> {:.4f} mm and "
-      "RP<sub>l</sub> {:.4f} mm, over {} positions and directions.</p>\n<p class=\"note\">{} Lengths in mm, "
+      "RP<sub>l</sub> {:.4f} mm, over {} sets of cycles.</p>\n<p class=\"note\">{} Lengths in mm, "
       "angles in "
       "degrees.</p>\n",
       xml::escaped(std::string_view(document.at("standard").as_string())), worst(sets, "AP", "p"),
@@ -162,11 +161,12 @@ std::string iso9283_section(const json::object& document) {
          drift_list(document.at("drifts").as_array()) + "</section>\n";
 }
 
-std::string render_iso9283_html(const json::object& document, const std::string& data_file) {
+std::string render_iso9283_html(const json::object& document, const std::string& data_file,
+                                std::vector<EmbeddedFile> files) {
+  files.push_back(
+      {"iso9283.json", "application/json", control::json_text(document) + "\n", "every figure of this page"});
   return html_page("ISO 9283 test", page_header("ISO 9283 test", data_file, "") + iso9283_section(document) +
-                                        raw_data_section({{"iso9283.json", "application/json",
-                                                           control::json_text(document) + "\n",
-                                                           "every figure of this page"}}));
+                                        raw_data_section(files));
 }
 
 }  // namespace truepose::report

@@ -2,6 +2,9 @@
 
 #include <boost/json/fwd.hpp>
 #include <string>
+#include <vector>
+
+#include "tools/report/raw_data.hpp"
 
 namespace truepose::report {
 
@@ -13,6 +16,8 @@ std::string iso9283_section(const boost::json::object& document);
 /// download.
 ///
 /// @param data_file  which was evaluated
-std::string render_iso9283_html(const boost::json::object& document, const std::string& data_file);
+/// @param files      what it was evaluated from, for download too
+std::string render_iso9283_html(const boost::json::object& document, const std::string& data_file,
+                                std::vector<EmbeddedFile> files);
 
 }  // namespace truepose::report

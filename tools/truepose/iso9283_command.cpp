@@ -43,6 +43,18 @@ void print_targets(const Iso9283Command& command) {
   }
 }
 
+/// What was evaluated, so that the report carries it.
+std::vector<report::EmbeddedFile> embedded_files(const Iso9283Command& command) {
+  std::vector<report::EmbeddedFile> files;
+  const auto add = [&files](const char* name, const std::string& file, const char* type, const char* about) {
+    if (!file.empty()) files.push_back({name, type, config::read_bytes(file), about});
+  };
+  add("cycles.csv", command.data_file, "text/csv", "the cycles, as truepose iso9283 --data reads them");
+  add("targets.csv", command.targets_file, "text/csv", "the commanded poses (--targets)");
+  add("model.yaml", command.model_file, "application/yaml", "the model whose base pose was used (--model)");
+  return files;
+}
+
 void evaluate(const Iso9283Command& command) {
   std::vector<TestPoint> points = config::load_test_cycles(command.data_file, command.targets_file);
   Iso9283Frame frame = Iso9283Frame::AsGiven;
@@ -60,7 +72,8 @@ void evaluate(const Iso9283Command& command) {
   if (!result) throw ConfigError(command.data_file + ": " + result.error());
   const boost::json::object document = iso9283_document(*result, points, frame);
   if (!command.report_file.empty())
-    config::write_text_file(command.report_file, report::render_iso9283_html(document, command.data_file));
+    config::write_text_file(command.report_file, report::render_iso9283_html(document, command.data_file,
+                                                                             embedded_files(command)));
   if (command.as_json) {
     std::cout << document << '\n';
   } else {
