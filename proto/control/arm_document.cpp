@@ -13,7 +13,7 @@ namespace {
 
 namespace json = boost::json;
 
-json::object xyz_json(const Eigen::Vector3d& p) { return {{"x", p.x()}, {"y", p.y()}, {"z", p.z()}}; }
+json::object coordinates_json(const Eigen::Vector3d& p) { return {{"x", p.x()}, {"y", p.y()}, {"z", p.z()}}; }
 
 json::object joint_json(const Joint& joint) {
   return {{"type", joint.type == JointType::Revolute ? "revolute" : "prismatic"},
@@ -29,13 +29,13 @@ json::object joint_json(const Joint& joint) {
 }
 
 json::object mass_json(const LinkMass& mass) {
-  json::object result = xyz_json(mass.centre_mm);
+  json::object result = coordinates_json(mass.centre_mm);
   result["kg"] = mass.mass_kg;
   return result;
 }
 
 json::object pose_json(const Eigen::Isometry3d& pose) {
-  json::object result = xyz_json(pose.translation());
+  json::object result = coordinates_json(pose.translation());
   const Eigen::Vector3d abc_deg = kuka_abc_deg(pose.linear());
   result["a"] = abc_deg.x();
   result["b"] = abc_deg.y();
@@ -55,7 +55,7 @@ json::object arm_document(const RobotModel& robot) {
   return {{"name", robot.name},
           {"joints", std::move(joints)},
           {"flange", pose_json(robot.X_flange)},
-          {"gravity", xyz_json(robot.gravity_B)}};
+          {"gravity", coordinates_json(robot.gravity_B)}};
 }
 
 }  // namespace truepose::control

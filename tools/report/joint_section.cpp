@@ -27,7 +27,7 @@ constexpr double kLeastLeverMm = 20;
 constexpr double kNarrowest = 1.0 / 18, kWidest = 1.0 / 5, kPointsWithin = 3;
 constexpr int kCurveSamples = 80;
 constexpr std::size_t kFewestPlotted = 5;
-constexpr double kMedians =
+constexpr double kExtentMedians =
     7;  // of the median distance from zero: more than four standard deviations of noise
 
 /// What a stage left at one point.
@@ -85,7 +85,7 @@ double extent_of(const std::vector<ScatterChart>& charts) {
       for (const ChartPoint& p : series.points) sizes.push_back(std::abs(p.y));
     }
   }
-  const double extent = std::min(std::ranges::max(sizes), kMedians * median(sizes));
+  const double extent = std::min(std::ranges::max(sizes), kExtentMedians * median(sizes));
   return extent > 0 ? extent : 1;
 }
 

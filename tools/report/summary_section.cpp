@@ -83,7 +83,7 @@ std::string_view points_text(const ReportDocument& document) {
   return document.validate ? "that took no part in the identification" : "that the parameters were fitted to";
 }
 
-std::string figures(const ReportDocument& document) {
+std::string before_and_after(const ReportDocument& document) {
   const Stages& judged = document.judged();
   const double before = judged.before.mean, after = document.achieved().mean;
   return fmt::format(
@@ -165,7 +165,7 @@ std::string summary_section(const ReportDocument& document) {
              improved(document) ? factor_text(before, after) + " times more accurate" : "no improvement") +
          fmt::format("<p class=\"verdict {}\">{}</p>\n", class_of(verdict.kind),
                      xml::escaped(verdict.sentence)) +
-         figures(document) + bars(document) + badges(document) + "</section>\n";
+         before_and_after(document) + bars(document) + badges(document) + "</section>\n";
 }
 
 }  // namespace truepose::report
