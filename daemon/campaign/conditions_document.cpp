@@ -17,7 +17,9 @@ json::object range_json(const std::vector<StoredPoint>& points, double StoredPoi
 
 std::size_t poses_of(const std::vector<StoredPoint>& points) {
   std::set<int> poses;
-  for (const StoredPoint& point : points) poses.insert(point.pose);
+  for (const StoredPoint& point : points) {
+    if (point.purpose != PointPurpose::Reference) poses.insert(point.pose);
+  }
   return poses.size();
 }
 

@@ -9,7 +9,8 @@ namespace truepose::daemon {
 
 /// Under which conditions a campaign measured: {"started","ended","poses_measured","poses_skipped",
 /// "temperature_c":{"min","max"},"pressure_mbar","humidity_percent"}, the ranges over all points; without
-/// them where the tracker told no air pressure, as one without a weather station.
+/// them where the tracker told no air pressure, as one without a weather station. Measurements of the
+/// reference pose are not counted.
 boost::json::object conditions_document(const CampaignResult& result, const CampaignRecord& record);
 
 /// The poses that have no point: [{"pose","attempts","reason"}], "pose" being their number in the plan.

@@ -82,8 +82,7 @@ std::string measurement_rows(const ReportDocument& document) {
   if (!setup.conditions) return rows;
   const Conditions& c = *setup.conditions;
   rows += fact("Time", xml::escaped(time_text(c.started) + " to " + time_text(c.ended)));
-  rows += fact("Poses", fmt::format("{} planned, {} measured, {} skipped", c.poses_measured + c.poses_skipped,
-                                    c.poses_measured, c.poses_skipped));
+  rows += fact("Poses", fmt::format("{} measured, {} skipped", c.poses_measured, c.poses_skipped));
   rows += fact("Air temperature", range_text(c.temperature_c, "°C"));
   rows += fact("Air pressure", range_text(c.pressure_mbar, "mbar"));
   return rows + fact("Humidity", range_text(c.humidity_percent, "%"));
