@@ -19,7 +19,7 @@ namespace truepose::report {
 namespace {
 
 /// @param value  escaped; no row where it is empty
-std::string fact(std::string_view name, std::string_view value) {
+std::string known_fact(std::string_view name, std::string_view value) {
   return value.empty() ? "" : fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", name, value);
 }
 
@@ -49,14 +49,14 @@ std::string range_text(const std::optional<Range>& range, std::string_view unit)
 }
 
 std::string arm_rows(const ReportDocument& document) {
-  std::string rows = fact("Robot", xml::escaped(document.robot));
+  std::string rows = known_fact("Robot", xml::escaped(document.robot));
   const Setup& setup = document.setup;
   if (!setup.arm) return rows;
-  if (setup.arm->name != document.robot) rows += fact("Data sheet", xml::escaped(setup.arm->name));
-  rows += fact("Joints", fmt::format("{}", setup.arm->joints.size()));
+  if (setup.arm->name != document.robot) rows += known_fact("Data sheet", xml::escaped(setup.arm->name));
+  rows += known_fact("Joints", fmt::format("{}", setup.arm->joints.size()));
   double kg = 0;
   for (const LinkMass& mass : setup.arm->masses) kg += mass.mass_kg;
-  if (kg > 0) rows += fact("Mass moved, payload included", fmt::format("{:.4g} kg", kg));
+  if (kg > 0) rows += known_fact("Mass moved, payload included", fmt::format("{:.4g} kg", kg));
   return rows;
 }
 
@@ -73,27 +73,27 @@ std::string reflector_text(const ReportDocument& document) {
 
 std::string measurement_rows(const ReportDocument& document) {
   const Setup& setup = document.setup;
-  std::string rows = fact("Tracker", xml::escaped(document.tracker));
+  std::string rows = known_fact("Tracker", xml::escaped(document.tracker));
   if (setup.X_WB) {
-    rows += fact("Tracker from the robot's base",
-                 fmt::format("{:.2f} m", setup.X_WB->translation().norm() / 1000));
+    rows += known_fact("Tracker from the robot's base",
+                       fmt::format("{:.2f} m", setup.X_WB->translation().norm() / 1000));
   }
-  rows += fact("Reflectors", xml::escaped(reflector_text(document)));
+  rows += known_fact("Reflectors", xml::escaped(reflector_text(document)));
   if (!setup.conditions) return rows;
   const Conditions& c = *setup.conditions;
-  rows += fact("Time", xml::escaped(time_text(c.started) + " to " + time_text(c.ended)));
-  rows += fact("Poses", fmt::format("{} measured, {} skipped", c.poses_measured, c.poses_skipped));
-  rows += fact("Air temperature", range_text(c.temperature_c, "°C"));
-  rows += fact("Air pressure", range_text(c.pressure_mbar, "mbar"));
-  return rows + fact("Humidity", range_text(c.humidity_percent, "%"));
+  rows += known_fact("Time", xml::escaped(time_text(c.started) + " to " + time_text(c.ended)));
+  rows += known_fact("Poses", fmt::format("{} measured, {} skipped", c.poses_measured, c.poses_skipped));
+  rows += known_fact("Air temperature", range_text(c.temperature_c, "°C"));
+  rows += known_fact("Air pressure", range_text(c.pressure_mbar, "mbar"));
+  return rows + known_fact("Humidity", range_text(c.humidity_percent, "%"));
 }
 
 std::string skipped_rows(const Setup& setup) {
   std::string rows;
   for (const Skipped& pose : setup.skipped) {
-    rows += fact(fmt::format("Pose {}, after {} {}", pose.pose, pose.attempts,
-                             pose.attempts == 1 ? "attempt" : "attempts"),
-                 xml::escaped(pose.reason));
+    rows += known_fact(fmt::format("Pose {}, after {} {}", pose.pose, pose.attempts,
+                                   pose.attempts == 1 ? "attempt" : "attempts"),
+                       xml::escaped(pose.reason));
   }
   return rows;
 }
@@ -108,27 +108,31 @@ std::string identification_rows(const ReportDocument& document) {
   };
   std::string rows;
   for (const auto& [name, value] : document.setup.files)
-    rows += fact(xml::escaped(name), xml::escaped(value));
-  rows += fact("Model", xml::escaped(document.model)) + fact("Method", xml::escaped(document.method));
+    rows += known_fact(xml::escaped(name), xml::escaped(value));
+  rows +=
+      known_fact("Model", xml::escaped(document.model)) + known_fact("Method", xml::escaped(document.method));
   for (const auto& [name, value] : document.setup.options)
-    rows += fact(xml::escaped(name), xml::escaped(value));
-  rows += fact("Identified with", counts(document.identify));
-  rows += fact("Validated with", document.validate ? counts(*document.validate) : std::string("nothing"));
+    rows += known_fact(xml::escaped(name), xml::escaped(value));
+  rows += known_fact("Identified with", counts(document.identify));
+  rows +=
+      known_fact("Validated with", document.validate ? counts(*document.validate) : std::string("nothing"));
   if (document.findings.noise)
-    rows += fact("Noise of a point, as given", noise_text(*document.findings.noise));
+    rows += known_fact("Noise of a point, as given", noise_text(*document.findings.noise));
   return rows;
 }
 
 std::string result_rows(const ReportDocument& document) {
-  std::string rows = fact("Converged", document.converged ? "yes" : "no");
-  rows += fact("Iterations",
-               fmt::format("{} coarse, {} fine", document.coarse_iterations, document.fine_iterations));
-  rows += fact("Time to identify", elapsed_text(document.elapsed_s));
-  rows += fact("Parameters determined", fmt::format("{} of {}", document.rank, document.parameters.size()));
-  rows += fact("Condition number", fmt::format("{:.4g} (columns scaled to unit norm)", document.condition));
+  std::string rows = known_fact("Converged", document.converged ? "yes" : "no");
+  rows += known_fact("Iterations",
+                     fmt::format("{} coarse, {} fine", document.coarse_iterations, document.fine_iterations));
+  rows += known_fact("Time to identify", elapsed_text(document.elapsed_s));
+  rows +=
+      known_fact("Parameters determined", fmt::format("{} of {}", document.rank, document.parameters.size()));
+  rows +=
+      known_fact("Condition number", fmt::format("{:.4g} (columns scaled to unit norm)", document.condition));
   if (document.findings.sigma0_mm) {
-    rows +=
-        fact("Noise of one coordinate, from the residuals", sigma_text(*document.findings.sigma0_mm) + " mm");
+    rows += known_fact("Noise of one coordinate, from the residuals",
+                       sigma_text(*document.findings.sigma0_mm) + " mm");
   }
   return rows;
 }
@@ -175,13 +179,14 @@ std::string stream_section(const ReportDocument& document) {
                : fmt::format("{}", n);
   };
   const std::string rows =
-      fact("Cycles", fmt::format("{}", s.cycles)) + fact("Answered", of_cycles(s.answered)) +
-      fact("Late", of_cycles(s.late)) + fact("Answered with a wrong IPOC", of_cycles(s.wrong_ipoc)) +
-      fact("Largest step of the correction in one cycle", fmt::format("{:.4g} deg", s.max_step_deg)) +
-      fact("Time from a datagram to its reply, median", fmt::format("{:.0f} µs", s.p50_us)) +
-      fact("99 % within", fmt::format("{:.0f} µs", s.p99_us)) +
-      fact("99.9 % within", fmt::format("{:.0f} µs", s.p999_us)) +
-      fact("Slowest", fmt::format("{:.0f} µs", s.max_us));
+      known_fact("Cycles", fmt::format("{}", s.cycles)) + known_fact("Answered", of_cycles(s.answered)) +
+      known_fact("Late", of_cycles(s.late)) +
+      known_fact("Answered with a wrong IPOC", of_cycles(s.wrong_ipoc)) +
+      known_fact("Largest step of the correction in one cycle", fmt::format("{:.4g} deg", s.max_step_deg)) +
+      known_fact("Time from a datagram to its reply, median", fmt::format("{:.0f} µs", s.p50_us)) +
+      known_fact("99 % within", fmt::format("{:.0f} µs", s.p99_us)) +
+      known_fact("99.9 % within", fmt::format("{:.0f} µs", s.p999_us)) +
+      known_fact("Slowest", fmt::format("{:.0f} µs", s.max_us));
   return facts_section("Stream of corrections", facts_table("", rows));
 }
 
