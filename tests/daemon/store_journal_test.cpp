@@ -41,9 +41,10 @@ std::shared_ptr<CampaignResult> example_result(bool improves) {
 
 struct StoreJournalTest : testing::Test {
   StoreJournal journal(bool activate = true) {
-    return {{"c1", "m1", "KR 210", activate}, *store, thread, [] {
-              return std::chrono::system_clock::time_point{};
-            }};
+    return {{.campaign_id = "c1", .model_id = "m1", .robot_name = "KR 210", .activate = activate},
+            *store,
+            thread,
+            [] { return std::chrono::system_clock::time_point{}; }};
   }
   template <typename T>
   T finish(asio::awaitable<T> work) {
