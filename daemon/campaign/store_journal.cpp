@@ -114,30 +114,24 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
     record_.state = error->fault == CampaignFault::Aborted ? "aborted" : "failed";
     record_.reason = error->detail;
   }
-  std::optional<ModelRecord> model;
-  if (result) {
-    if (result->kind == CampaignKind::Calibration) {
-      model = model_of(*result);
-      record_.model_id = model->id;
-    }
-    record_.document = document_of(*result, record_);
-  }
-  const bool activate = result && result->improves && options_.activate;
-  auto job = [this, record = record_, model, activate]() -> StoreResult<void> {
-    if (model) {
-      const auto added = store_.add_model(*model);
-      if (!added) return added;
-    }
-    const auto ended = store_.end_campaign(record);
-    if (!ended || !activate) return ended;
-    return store_.activate_model(model->id);
+  const bool calibrated = result && result->kind == CampaignKind::Calibration;
+  const bool activate = calibrated && result->improves && options_.activate;
+  if (calibrated) record_.model_id = options_.model_id;
+  // There, because making the document takes longer than the event loop may be held.
+  auto document = std::make_shared<std::string>();
+  auto job = [this, record = record_, result, calibrated, activate, document]() mutable {
+    std::optional<ModelRecord> model;
+    if (result) record.document = *document = document_of(*result, record);
+    if (calibrated) model = model_of(*result, activate);
+    return store_.end_campaign(record, model);
   };
   auto kept = co_await store_thread_.ask(job);
+  record_.document = *document;
   activated_ = kept && activate;
   co_return kept;
 }
 
-ModelRecord StoreJournal::model_of(const CampaignResult& result) const {
+ModelRecord StoreJournal::model_of(const CampaignResult& result, bool active) const {
   const auto& validate = result.calibration.validate;
   config::ModelFile file;
   file.name = options_.robot_name;
@@ -155,6 +149,7 @@ ModelRecord StoreJournal::model_of(const CampaignResult& result) const {
   model.campaign_id = options_.campaign_id;
   model.robot_serial = file.serial;
   model.yaml = config::model_yaml(file);
+  model.active = active;
   if (validate) {
     model.validation_before_mm = validate->before.mean;
     model.validation_after_mm = validate->after.mean;

@@ -38,7 +38,7 @@ class StoreJournal final : public CampaignJournal {
   bool activated() const { return activated_; }
 
  private:
-  ModelRecord model_of(const CampaignResult& result) const;
+  ModelRecord model_of(const CampaignResult& result, bool active) const;
 
   Options options_;
   Store& store_;

@@ -115,6 +115,8 @@ ALTER TABLE campaign ADD COLUMN kind TEXT NOT NULL DEFAULT 'calibration' CHECK (
 ALTER TABLE model RENAME COLUMN validation_geometric_mm TO validation_after_mm;
 )sql";
 
+constexpr const char* kDeactivate = "UPDATE model SET active=0 WHERE active=1";
+
 constexpr std::array<std::string_view, 4> kPurposes{"identify", "validate", "remeasure", "reference"};
 
 template <typename Numbers>
@@ -235,13 +237,24 @@ StoreResult<void> migrate(Database& database, const std::string& file) {
 struct Store::Impl {
   std::unique_ptr<Database> database;
 
+  Statement inserted(const ModelRecord& m) {
+    Statement insert = database->prepare("INSERT INTO model VALUES (?,?,?,?,?,?,?,0)");
+    insert.bind(m.id).bind(m.created).bind(m.campaign_id).bind(m.robot_serial).bind(m.yaml);
+    insert.bind(m.validation_before_mm).bind(m.validation_after_mm);
+    return insert;
+  }
+  Statement activated(const std::string& id) {
+    Statement update = database->prepare("UPDATE model SET active=1 WHERE id=?");
+    update.bind(id);
+    return update;
+  }
+
   /// Runs statements as one transaction: on the disk, or not at all.
-  template <typename... Statements>
-  StoreResult<void> commit(std::string_view operation, Statements&&... statements) {
+  StoreResult<void> commit(std::string_view operation, const std::vector<Statement*>& statements) {
     StoreResult<Transaction> transaction = Transaction::begin(*database);
     if (!transaction) return std::unexpected(in(operation, transaction.error()));
     StoreResult<void> result;
-    static_cast<void>(((result = statements.run()).has_value() && ...));
+    for (std::size_t i = 0; result && i < statements.size(); ++i) result = statements[i]->run();
     if (result) result = transaction->commit();
     if (!result) return std::unexpected(in(operation, result.error()));
     return {};
@@ -283,7 +296,7 @@ StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
       .bind(c.robot_model)
       .bind(c.robot_serial);
   insert.bind(c.tracker_model).bind(c.tracker_serial).bind(c.model_id).bind(c.document).bind(c.kind);
-  return impl_->commit("beginning campaign " + c.id, insert);
+  return impl_->commit("beginning campaign " + c.id, {&insert});
 }
 
 StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredPoint& p) {
@@ -303,7 +316,7 @@ StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredP
   insert.bind(p.p_WS_mm.x()).bind(p.p_WS_mm.y()).bind(p.p_WS_mm.z());
   insert.bind(p.std_mm.x()).bind(p.std_mm.y()).bind(p.std_mm.z());
   insert.bind(p.temperature_c).bind(p.pressure_mbar).bind(p.humidity_percent).bind(p.time);
-  return impl_->commit(operation, insert);
+  return impl_->commit(operation, {&insert});
 }
 
 StoreResult<void> Store::add_skipped(const std::string& campaign_id, const SkippedPose& skipped) {
@@ -313,18 +326,22 @@ StoreResult<void> Store::add_skipped(const std::string& campaign_id, const Skipp
       .bind(std::int64_t{skipped.pose})
       .bind(skipped.reason)
       .bind(std::int64_t{skipped.attempts});
-  return impl_->commit("storing a skipped pose of campaign " + campaign_id, insert);
+  return impl_->commit("storing a skipped pose of campaign " + campaign_id, {&insert});
 }
 
-StoreResult<void> Store::end_campaign(const CampaignRecord& c) {
+StoreResult<void> Store::end_campaign(const CampaignRecord& c, const std::optional<ModelRecord>& made) {
   const std::string operation = "ending campaign " + c.id;
+  const StoreResult<std::optional<CampaignRecord>> known = campaign(c.id);
+  if (!known) return std::unexpected(in(operation, known.error()));
+  if (!*known) return std::unexpected(in(operation, {"there is no such campaign"}));
   Statement update = impl_->database->prepare(
       "UPDATE campaign SET ended=?, state=?, reason=?, model_id=?, document=? WHERE id=?");
   update.bind(c.ended).bind(c.state).bind(c.reason).bind(c.model_id).bind(c.document).bind(c.id);
-  const StoreResult<void> result = impl_->commit(operation, update);
-  if (result && impl_->database->changes() == 0)
-    return std::unexpected(in(operation, {"there is no such campaign"}));
-  return result;
+  if (!made) return impl_->commit(operation, {&update});
+  Statement insert = impl_->inserted(*made);
+  if (!made->active) return impl_->commit(operation, {&insert, &update});
+  Statement none = impl_->database->prepare(kDeactivate), one = impl_->activated(made->id);
+  return impl_->commit(operation, {&insert, &update, &none, &one});
 }
 
 StoreResult<int> Store::fail_interrupted(const std::string& ended) {
@@ -332,7 +349,7 @@ StoreResult<int> Store::fail_interrupted(const std::string& ended) {
       "UPDATE campaign SET ended=?, state='failed', reason='the daemon ended in the middle of it' WHERE "
       "state='running'");
   update.bind(ended);
-  const StoreResult<void> result = impl_->commit("ending interrupted campaigns", update);
+  const StoreResult<void> result = impl_->commit("ending interrupted campaigns", {&update});
   if (!result) return std::unexpected(result.error());
   return impl_->database->changes();
 }
@@ -396,10 +413,8 @@ StoreResult<std::vector<SkippedPose>> Store::skipped(const std::string& campaign
 }
 
 StoreResult<void> Store::add_model(const ModelRecord& m) {
-  Statement insert = impl_->database->prepare("INSERT INTO model VALUES (?,?,?,?,?,?,?,0)");
-  insert.bind(m.id).bind(m.created).bind(m.campaign_id).bind(m.robot_serial).bind(m.yaml);
-  insert.bind(m.validation_before_mm).bind(m.validation_after_mm);
-  return impl_->commit("storing model " + m.id, insert);
+  Statement insert = impl_->inserted(m);
+  return impl_->commit("storing model " + m.id, {&insert});
 }
 
 StoreResult<void> Store::activate_model(const std::string& id) {
@@ -409,10 +424,8 @@ StoreResult<void> Store::activate_model(const std::string& id) {
     if (!known) return std::unexpected(in(operation, known.error()));
     if (!*known) return std::unexpected(in(operation, {"there is no such model"}));
   }
-  Statement none = impl_->database->prepare("UPDATE model SET active=0 WHERE active=1");
-  Statement one = impl_->database->prepare("UPDATE model SET active=1 WHERE id=?");
-  one.bind(id);
-  return impl_->commit(operation, none, one);
+  Statement none = impl_->database->prepare(kDeactivate), one = impl_->activated(id);
+  return impl_->commit(operation, {&none, &one});
 }
 
 StoreResult<std::vector<ModelRecord>> Store::models() {
@@ -435,7 +448,7 @@ StoreResult<std::optional<ModelRecord>> Store::active_model() {
 StoreResult<std::uint64_t> Store::reserve_event_numbers(std::uint64_t count) {
   Statement add = impl_->database->prepare("UPDATE event_number SET last=last+?");
   add.bind(static_cast<std::int64_t>(count));
-  const StoreResult<void> reserved = impl_->commit("reserving event numbers", add);
+  const StoreResult<void> reserved = impl_->commit("reserving event numbers", {&add});
   if (!reserved) return std::unexpected(reserved.error());
   Statement query = impl_->database->prepare("SELECT last FROM event_number");
   const StoreResult<bool> row = query.step();

@@ -84,8 +84,9 @@ class Store {
   StoreResult<void> begin_campaign(const CampaignRecord& campaign);
   StoreResult<void> add_point(const std::string& campaign_id, const StoredPoint& point);
   StoreResult<void> add_skipped(const std::string& campaign_id, const SkippedPose& skipped);
-  /// Writes state, end, reason, model and document of a campaign.
-  StoreResult<void> end_campaign(const CampaignRecord& campaign);
+  /// Writes state, end, reason, model and document of a campaign, and in the same transaction the model that
+  /// it made, the active one from then on if it says so.
+  StoreResult<void> end_campaign(const CampaignRecord& campaign, const std::optional<ModelRecord>& made = {});
   /// Ends as failed the campaigns that still run here, which those of a daemon that died do.
   /// @return how many
   StoreResult<int> fail_interrupted(const std::string& ended);

@@ -156,6 +156,26 @@ TEST_F(StoreTest, KeepsCampaignsNewestFirstAndTheirDocumentsApart) {
   EXPECT_FALSE(*store.campaign("c3"));
 }
 
+TEST_F(StoreTest, WritesTheEndOfACampaignWithItsModelAndItsActivationOrNothingOfIt) {
+  Store store = open();
+  ASSERT_TRUE(store.begin_campaign(campaign("c1")));
+  ASSERT_TRUE(store.add_model(model("m0", "2026-08-16T11:00:00Z")));
+  ASSERT_TRUE(store.activate_model("m0"));
+  CampaignRecord ended = campaign("c1");
+  ended.state = "done";
+  ended.model_id = "m0";
+  ModelRecord made = model("m0", "2026-08-17T11:00:00Z");  // an id that is taken
+  made.active = true;
+  EXPECT_FALSE(store.end_campaign(ended, made));
+  EXPECT_EQ(store.campaign("c1").value()->state, "running");
+
+  ended.model_id = made.id = "m1";
+  ASSERT_TRUE(store.end_campaign(ended, made));
+  EXPECT_EQ(store.campaign("c1").value()->state, "done");
+  EXPECT_EQ(store.active_model().value()->id, "m1");
+  EXPECT_FALSE(store.model("m0").value()->active);
+}
+
 TEST_F(StoreTest, EndsTheCampaignsThatNobodyRunsAnyMore) {
   Store store = open();
   CampaignRecord done = campaign("c1");
