@@ -363,12 +363,13 @@ TEST_F(CampaignTest, AStoreThatFailsEndsTheCampaignAtOnce) {
 TEST_F(CampaignTest, DoesNotCompensateWithACalibrationThatIsNoBetterThanTheDataSheet) {
   truth.truth.robot = truth.nominal;
   truth.noise.range_mm = truth.noise.transverse_mm = 0.5;
+  config.campaign.identify_poses = 10;  // hardly more equations than unknowns: all of it goes into the arm
   start();
   ASSERT_TRUE(go_on());
   ASSERT_TRUE(*outcome) << outcome->error().detail;
   EXPECT_FALSE((**outcome)->improves);
   EXPECT_FALSE((**outcome)->remeasured);
-  EXPECT_EQ(journal.points.size(), 28U);
+  EXPECT_EQ(journal.points.size(), 22U);
   ASSERT_EQ(journal.skipped.size(), 12U);
   EXPECT_THAT(journal.skipped[0].reason, HasSubstr("no better"));
 }

@@ -74,6 +74,7 @@ config::CellConfig example_cell() {
   cell.campaign.identify_poses = 16;
   cell.campaign.validate_poses = 12;
   cell.campaign.seed = 7;
+  cell.campaign.candidates = 120;  // planning is tested elsewhere, and takes the longest under a sanitizer
   return cell;
 }
 
