@@ -15,7 +15,6 @@ namespace {
 
 constexpr int kTaskPoses = 400;
 constexpr int kLeastTaskPoses = 50;
-constexpr int kRandomSets = 20;
 // What stopping on the way costs beside the longer way.
 constexpr double kStopover_s = 3;
 // Seeds of what must not depend on each other.
@@ -31,26 +30,26 @@ std::vector<std::size_t> first_numbers(std::size_t count) {
   return numbers;
 }
 
-PredictedError error_of_random_sets(const DesignProblem& problem, int poses, Random& random) {
+PredictedError error_of_random_sets(const DesignProblem& problem, int poses, int sets, Random& random) {
   PredictedError mean;
   std::vector<std::size_t> order = first_numbers(problem.candidates());
-  for (int set = 0; set < kRandomSets; ++set) {
+  for (int set = 0; set < sets; ++set) {
     shuffle(order, random);
     const PredictedError error =
         predicted_error(problem, std::span{order}.first(static_cast<std::size_t>(poses)));
-    mean.rms_mm += error.rms_mm / kRandomSets;
-    mean.max_mm += error.max_mm / kRandomSets;
+    mean.rms_mm += error.rms_mm / sets;
+    mean.max_mm += error.max_mm / sets;
   }
   return mean;
 }
 
 double time_of_random_orders(const TravelTime& time, std::span<const JointVector> poses,
-                             const TourOptions& options, Random& random) {
+                             const TourOptions& options, int sets, Random& random) {
   double mean_s = 0;
   std::vector<std::size_t> order = first_numbers(poses.size());
-  for (int set = 0; set < kRandomSets; ++set) {
+  for (int set = 0; set < sets; ++set) {
     shuffle(order, random);
-    mean_s += tour_time_s(time, poses, order, options) / kRandomSets;
+    mean_s += tour_time_s(time, poses, order, options) / sets;
   }
   return mean_s;
 }
@@ -116,7 +115,7 @@ void put_in_order(MeasurementPlan& plan, const Scene& scene, const PlanOptions& 
                            .seed = options.seed};
   const Tour tour = shortest_tour(time, poses, tour_options);
   plan.travel_s = tour.time_s;
-  plan.random_travel_s = time_of_random_orders(time, poses, tour_options, random);
+  plan.random_travel_s = time_of_random_orders(time, poses, tour_options, options.random_sets, random);
   for (std::size_t i = 0; i < chosen.size(); ++i) plan.chosen[i] = chosen[tour.order[i]];
   plan.poses = picked(plan.candidates, plan.chosen);
 
@@ -158,7 +157,7 @@ std::expected<MeasurementPlan, std::string> plan_measurements(const CalibratedCe
   most_telling_first(plan.chosen, problem, options.first);
   plan.predicted = predicted_error(problem, plan.chosen);
   Random random{options.seed ^ kRandomStream};
-  plan.random = error_of_random_sets(problem, options.poses, random);
+  plan.random = error_of_random_sets(problem, options.poses, options.random_sets, random);
 
   design.restarts = 0;
   std::vector<int> sizes = options.sizes;

@@ -174,6 +174,7 @@ Campaign::Outcome<void> Campaign::plan() {
     options.validate = campaign.validate_poses;
   }
   options.sizes.clear();
+  options.random_sets = 0;
   auto here = co_await devices_.position();
   if (here) options.start = *here;
 
