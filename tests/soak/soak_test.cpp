@@ -20,7 +20,7 @@ double number(const char* variable, double otherwise) {
 }
 
 #ifdef __SANITIZE_ADDRESS__
-constexpr double kHours = 8;  // which take it as long as 20 take without
+constexpr double kHours = 8;  // planning is an order of magnitude slower there
 #else
 constexpr double kHours = 20;
 #endif
