@@ -14,8 +14,24 @@ using Sides = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMa
 /// converged iteration does not feel it, for its steps are 0.
 constexpr double kLeastStiffness = 1e-10;
 
+/// x with K x = the given x.
+/// @return false where there is none
 bool solve(const Equations& K, Sides& x) {
-  x = K.partialPivLu().solve(x).eval();
+  const Eigen::PartialPivLU<Equations> lu(K);
+  const auto& LU = lu.matrixLU();
+  x = (lu.permutationP() * x).eval();
+  // Column by column: for equations as few as these lu.solve() takes longer than the decomposition.
+  const Eigen::Index n = K.rows();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    for (Eigen::Index side = 0; side < x.cols(); ++side)
+      x.col(side).tail(n - k - 1) -= x(k, side) * LU.col(k).tail(n - k - 1);
+  }
+  for (Eigen::Index k = n - 1; k >= 0; --k) {
+    for (Eigen::Index side = 0; side < x.cols(); ++side) {
+      x(k, side) /= LU(k, k);
+      x.col(side).head(k) -= x(k, side) * LU.col(k).head(k);
+    }
+  }
   return x.allFinite();
 }
 

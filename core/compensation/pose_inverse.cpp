@@ -2,6 +2,7 @@
 
 #include "core/kernels/arm_kernel.hpp"
 #include "core/kinematics/angles.hpp"
+#include "core/kinematics/residual_field.hpp"
 
 namespace truepose {
 namespace {
@@ -12,22 +13,22 @@ constexpr int kMaxCorrections = 20;
 /// inverse of the geometry, its target and its joints corrected by what the deviation is there. Each
 /// correction is a thousand times smaller than the one before.
 std::expected<PoseInverseResult, PoseInverseFault> deviating_inverse_near(const RobotModel& robot,
+                                                                          const ArmKernel& geometry,
                                                                           const Eigen::Isometry3d& X_BF,
                                                                           const JointVector& q_seed,
                                                                           const PoseInverseOptions& options) {
-  const ArmKernel geometry{robot};
   PoseInverseResult result{.q = q_seed};
   for (int i = 0; i < kMaxCorrections; ++i) {
-    const Eigen::Isometry3d X_now = forward_kinematics(robot, result.q, options.approach);
+    const JointVector joints = true_joints(robot, result.q, options.approach);
+    const Eigen::Isometry3d X_geometry = geometry.forward(joints);
+    const Eigen::Isometry3d X_now = robot.field ? robot.field->displaced(result.q, X_geometry) : X_geometry;
     result.residual_mm = (X_now.translation() - X_BF.translation()).norm();
     result.residual_rad = angle_between(X_now.linear(), X_BF.linear());
     if (result.residual_mm <= options.position_tolerance_mm &&
         result.residual_rad <= options.rotation_tolerance_rad) {
       return result;
     }
-    const JointVector joints = true_joints(robot, result.q, options.approach);
-    const Eigen::Isometry3d X_geometry = geometry.forward(joints) * X_now.inverse() * X_BF;
-    const auto solved = geometry.inverse_near(X_geometry, joints, options);
+    const auto solved = geometry.inverse_near(X_geometry * X_now.inverse() * X_BF, joints, options);
     if (!solved) return std::unexpected(solved.error());
     result.q += solved->q - joints;
     result.iterations += solved->iterations;
@@ -41,8 +42,16 @@ std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel
                                                                 const Eigen::Isometry3d& X_BF,
                                                                 const JointVector& q_seed,
                                                                 const PoseInverseOptions& options) {
-  if (robot.deviation.empty() && !robot.field) return ArmKernel{robot}.inverse_near(X_BF, q_seed, options);
-  return deviating_inverse_near(robot, X_BF, q_seed, options);
+  return inverse_near(robot, ArmKernel{robot}, X_BF, q_seed, options);
+}
+
+std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel& robot,
+                                                                const ArmKernel& geometry,
+                                                                const Eigen::Isometry3d& X_BF,
+                                                                const JointVector& q_seed,
+                                                                const PoseInverseOptions& options) {
+  if (robot.deviation.empty() && !robot.field) return geometry.inverse_near(X_BF, q_seed, options);
+  return deviating_inverse_near(robot, geometry, X_BF, q_seed, options);
 }
 
 std::expected<PoseInverseResult, PoseInverseFault> compensate_joints(const RobotModel& nominal,

@@ -7,6 +7,8 @@
 
 namespace truepose {
 
+class ArmKernel;
+
 struct PoseInverseOptions {
   double position_tolerance_mm = 1e-9;
   double rotation_tolerance_rad = 1e-12;
@@ -33,6 +35,13 @@ struct PoseInverseResult {
 /// lead away. Stays on the seed's branch. With more than six joints the step is the smallest. Does not
 /// allocate. Joint limits are the caller's to judge.
 std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel& robot,
+                                                                const Eigen::Isometry3d& X_BF,
+                                                                const JointVector& q_seed,
+                                                                const PoseInverseOptions& options = {});
+
+/// The same for an arm whose geometry is prepared.
+std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel& robot,
+                                                                const ArmKernel& geometry,
                                                                 const Eigen::Isometry3d& X_BF,
                                                                 const JointVector& q_seed,
                                                                 const PoseInverseOptions& options = {});

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/compensation/constrained_step.hpp"
+#include "core/kinematics/residual_field.hpp"
 
 namespace truepose {
 namespace {
@@ -89,7 +90,7 @@ TargetCompensation::State TargetCompensation::state_at(const JointVector& q,
   PoseAndJacobian now;
   geometry_.forward_with_jacobian(deviates ? true_joints(calibrated_, q, options_.approach) : q, now);
   State state{now.X_BF, {now.J, {}}, {}};
-  if (calibrated_.field) state.X_BF = forward_kinematics(calibrated_, q, options_.approach);
+  if (calibrated_.field) state.X_BF = calibrated_.field->displaced(q, now.X_BF);
   const Eigen::Vector3d lever = state.X_BF.linear() * p_F_mm;
   state.p_B_mm = state.X_BF.translation() + lever;
   const JointVector scales = scales_of(calibrated_);
@@ -101,11 +102,23 @@ TargetCompensation::State TargetCompensation::state_at(const JointVector& q,
   return state;
 }
 
-TargetCompensation::Result TargetCompensation::within_limits(CompensatedTarget target) const {
+TargetCompensation::Result TargetCompensation::near(const JointVector& q_nominal,
+                                                    const CompensatedTarget& target) const {
+  Eigen::Index joint = 0;
+  const JointVector correction = target.q - q_nominal;
+  const double largest = correction.cwiseQuotient(scales_of(nominal_)).cwiseAbs().maxCoeff(&joint);
+  if (largest <= options_.largest_correction) return within_limits(target);
+  return std::unexpected(CompensationFault{.kind = CompensationFault::Kind::TooFar,
+                                           .joint = static_cast<int>(joint),
+                                           .too_large = correction[joint]});
+}
+
+TargetCompensation::Result TargetCompensation::within_limits(const CompensatedTarget& target) const {
   for (int i = 0; i < nominal_.joint_count(); ++i) {
     const Joint& joint = nominal_.joints[static_cast<std::size_t>(i)];
     if (!(target.q[i] >= joint.min && target.q[i] <= joint.max))
-      return std::unexpected(CompensationFault{CompensationFault::Kind::BeyondLimit, i, target.q[i]});
+      return std::unexpected(CompensationFault{
+          .kind = CompensationFault::Kind::BeyondLimit, .joint = i, .q_wrong = target.q[i]});
   }
   return target;
 }
@@ -118,19 +131,17 @@ TargetCompensation::Result TargetCompensation::at_joints(const JointVector& q,
 TargetCompensation::Result TargetCompensation::at_pose(const Eigen::Isometry3d& X_BF,
                                                        const JointVector& q_nominal,
                                                        const Eigen::Vector3d& p_F_mm) const {
-  const bool may_be_singular = options_.singular_below > 0 && has_wrist() &&
-                               state_at(q_nominal, p_F_mm).apart() < options_.singular_below;
-  return may_be_singular ? damped(X_BF, q_nominal, p_F_mm) : exact(X_BF, q_nominal);
+  if (!has_wrist() || options_.singular_below == 0) return exact(X_BF, q_nominal);
+  const State start = state_at(q_nominal, p_F_mm);
+  return start.apart() < options_.singular_below ? damped(X_BF, q_nominal, p_F_mm, start)
+                                                 : exact(X_BF, q_nominal);
 }
 
 TargetCompensation::Result TargetCompensation::exact(const Eigen::Isometry3d& X_BF,
                                                      const JointVector& q_nominal) const {
-  const PoseInverseOptions options{.approach = options_.approach};
-  const bool is_bare = calibrated_.deviation.empty() && !calibrated_.field;
-  const auto solved = is_bare ? geometry_.inverse_near(X_BF, q_nominal, options)
-                              : inverse_near(calibrated_, X_BF, q_nominal, options);
+  const auto solved = inverse_near(calibrated_, geometry_, X_BF, q_nominal, {.approach = options_.approach});
   if (solved)
-    return within_limits({solved->q, solved->residual_mm, solved->residual_rad, solved->iterations});
+    return near(q_nominal, {solved->q, solved->residual_mm, solved->residual_rad, solved->iterations});
   using Kind = CompensationFault::Kind;
   return std::unexpected(CompensationFault{
       solved.error() == PoseInverseFault::NotFinite ? Kind::NotFinite : Kind::DidNotConverge});
@@ -138,19 +149,23 @@ TargetCompensation::Result TargetCompensation::exact(const Eigen::Isometry3d& X_
 
 TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X_BF,
                                                       const JointVector& q_nominal,
-                                                      const Eigen::Vector3d& p_F_mm) const {
+                                                      const Eigen::Vector3d& p_F_mm, State state) const {
+  using Kind = CompensationFault::Kind;
   const JointVector scales = scales_of(calibrated_);
   const Eigen::Vector3d p_B_mm = X_BF * p_F_mm;
   const Eigen::Index axis_4 = q_nominal.size() - 3, axis_6 = q_nominal.size() - 1;
   CompensatedTarget result{.q = q_nominal, .damped = true};
-  double lambda_squared = 0, sense = 0;
+  const double sense = -state.sense();
+  double lambda_squared = 0;
   for (; result.iterations < kMaxSteps; ++result.iterations) {
-    State state = state_at(result.q, p_F_mm);
+    if (result.iterations > 0) state = state_at(result.q, p_F_mm);
     const Eigen::Vector3d rotation_error = rotation_vector(state.X_BF.linear(), X_BF.linear());
     state.task.p_error = (p_B_mm - state.p_B_mm) / kLength_mm;
-    if (result.iterations == 0) sense = -state.sense();
     const auto step = wrist_step(state.task, rotation_error, sense);
-    if (!step) return std::unexpected(CompensationFault{CompensationFault::Kind::NotFinite});
+    if (!step) {
+      const bool is_target_finite = X_BF.matrix().allFinite();
+      return std::unexpected(CompensationFault{is_target_finite ? Kind::DidNotConverge : Kind::NotFinite});
+    }
     if (result.iterations == 0) {
       lambda_squared = damping(*step, step->others[axis_4], state.apart(), options_);
       if (lambda_squared == 0) return exact(X_BF, q_nominal);
@@ -163,10 +178,10 @@ TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X
     result.residual_mm = (p_B_mm - state.p_B_mm).norm();
     result.residual_rad = rotation_error.norm();
     if (result.residual_mm <= kTolerance_mm && move.cwiseAbs().maxCoeff() <= kStill)
-      return within_limits(result);
+      return near(q_nominal, result);
     result.q += shortened(move).cwiseProduct(scales);
   }
-  return std::unexpected(CompensationFault{CompensationFault::Kind::DidNotConverge});
+  return std::unexpected(CompensationFault{Kind::DidNotConverge});
 }
 
 TargetCompensation::Result TargetCompensation::at_position(const Eigen::Vector3d& p_B_mm,

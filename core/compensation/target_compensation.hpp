@@ -2,6 +2,7 @@
 
 #include <expected>
 
+#include "core/compensation/compensation_fault.hpp"
 #include "core/compensation/pose_inverse.hpp"
 #include "core/kernels/arm_kernel.hpp"
 #include "core/kinematics/angles.hpp"
@@ -13,6 +14,9 @@ struct CompensationOptions {
   double singular_below = 20 * kRadPerDeg;
   /// To what (rad) it is damped there, see TargetCompensation; above 0.
   double singular_bound = 0.5 * kRadPerDeg;
+  /// Greatest correction of a joint, rad (of a slide: as many metres). No arm is wrong by so much: beyond, a
+  /// singularity asks for it.
+  double largest_correction = 10 * kRadPerDeg;
   Approach approach;  ///< directions in which the joints will have moved, for arms with backlash
 };
 
@@ -22,14 +26,6 @@ struct CompensatedTarget {
   double residual_rad = 0;  ///< of the orientation; 0 where none was asked for
   int iterations = 0;
   bool damped = false;  ///< orientation was given up so that axes 4 and 6 need not turn far
-};
-
-/// Why a target is not reached.
-struct CompensationFault {
-  enum class Kind { DidNotConverge, NotFinite, BeyondLimit };
-  Kind kind = Kind::DidNotConverge;
-  int joint = 0;       ///< BeyondLimit: its index,
-  double q_wrong = 0;  ///< and where it would have to go, rad or mm
 };
 
 /// What to command so that a calibrated arm stands where it should, one target at a time: stage 2 of the
@@ -61,6 +57,10 @@ struct CompensationFault {
 /// cutting u off at b, jumps from b to -b at s = 0; another, scaling u after the fact, spoils the position.
 ///
 /// Holds for arms whose last three joints turn, of six joints or more; others are never damped.
+///
+/// In the arm's other singularities (wrist centre above axis 1, arm stretched) the position itself cannot be
+/// corrected in one direction, and nothing that could be given up would help: where a joint's correction
+/// would exceed `largest_correction` the target is refused.
 class TargetCompensation {
  public:
   using Result = std::expected<CompensatedTarget, CompensationFault>;
@@ -87,9 +87,10 @@ class TargetCompensation {
   State state_at(const JointVector& q, const Eigen::Vector3d& p_F_mm) const;
   bool has_wrist() const;
   Result exact(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal) const;
-  Result damped(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal,
-                const Eigen::Vector3d& p_F_mm) const;
-  Result within_limits(CompensatedTarget target) const;
+  Result damped(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal, const Eigen::Vector3d& p_F_mm,
+                State state) const;
+  Result near(const JointVector& q_nominal, const CompensatedTarget& target) const;
+  Result within_limits(const CompensatedTarget& target) const;
 
   RobotModel nominal_, calibrated_;
   ArmKernel nominal_geometry_, geometry_;

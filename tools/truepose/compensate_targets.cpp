@@ -13,7 +13,6 @@
 #include "tools/truepose/exit_code.hpp"
 #include "tools/truepose/nominal_inverse.hpp"
 #include "tools/truepose/reached_target.hpp"
-#include "tools/truepose/target_faults.hpp"
 #include "tools/truepose/target_reader.hpp"
 #include "tools/truepose/unfinished_file.hpp"
 

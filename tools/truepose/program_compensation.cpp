@@ -10,7 +10,6 @@
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
 #include "proto/krl/frame_data.hpp"
-#include "tools/truepose/target_faults.hpp"
 
 namespace truepose::tools {
 

@@ -1,0 +1,44 @@
+#include "core/compensation/compensation_fault.hpp"
+
+#include <sstream>
+
+#include "core/kinematics/angles.hpp"
+
+namespace truepose {
+namespace {
+
+struct Unit {
+  double size;
+  const char* name;
+};
+Unit unit_of(const Joint& joint) {
+  return joint.type == JointType::Revolute ? Unit{kRadPerDeg, " deg"} : Unit{1, " mm"};
+}
+
+}  // namespace
+
+std::string described(const CompensationFault& fault, const RobotModel& nominal) {
+  const Joint& joint = nominal.joints[static_cast<std::size_t>(fault.joint)];
+  const auto [unit, unit_name] = unit_of(joint);
+  std::ostringstream text;
+  switch (fault.kind) {
+    case CompensationFault::Kind::DidNotConverge:
+      text << "the calibrated arm cannot reach it: it is at the end of the arm's reach or in a singularity; "
+              "move it away from there";
+      break;
+    case CompensationFault::Kind::NotFinite:
+      text << "the inverse of the calibrated arm is not finite";
+      break;
+    case CompensationFault::Kind::BeyondLimit:
+      text << "joint " << fault.joint + 1 << " would have to go to " << fault.q_wrong / unit << unit_name
+           << ", its limits are " << joint.min / unit << ".." << joint.max / unit;
+      break;
+    case CompensationFault::Kind::TooFar:
+      text << "joint " << fault.joint + 1 << " would have to be corrected by " << fault.too_large / unit
+           << unit_name << ": too near to a singularity; move it away from there";
+      break;
+  }
+  return text.str();
+}
+
+}  // namespace truepose
