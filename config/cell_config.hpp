@@ -48,7 +48,7 @@ struct StreamConfig {
   double max_step_deg = 0.02;   ///< per cycle and axis
   double max_total_deg = 3.0;   ///< per axis
   double limit_margin_deg = 1;  ///< kept from the joint limits
-  double singular_deg = 2;      ///< |A5| below this damps the correction of axes 4 and 6
+  double singular_deg = 20;     ///< angle between axes 4 and 6 below which orientation may be given up
   std::chrono::milliseconds ramp{1000};
 };
 

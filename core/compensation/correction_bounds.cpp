@@ -6,7 +6,6 @@
 namespace truepose {
 namespace {
 
-constexpr int kAxis4 = 3, kAxis5 = 4, kAxis6 = 5;
 constexpr double kLargestGridPoint = 9007199254740992.0;  // 2^53: beyond it doubles skip whole numbers
 constexpr double kRounding = 1e-6;                        // of a grid step: forgives 19999.9999999 for 20000
 
@@ -20,20 +19,7 @@ bool usable(const JointVector& wanted, const JointVector& last, const JointVecto
          !bounds.max.hasNaN() && bounds.max_step >= 0 && bounds.max_total >= 0 && bounds.resolution > 0 &&
          std::isfinite(bounds.resolution) && on_grid(bounds.max_step, bounds.resolution) &&
          on_grid(bounds.max_total, bounds.resolution) && std::isfinite(bounds.limit_margin) &&
-         std::isfinite(bounds.singular_below) &&
          std::all_of(last.begin(), last.end(), [&](double x) { return on_grid(x, bounds.resolution); });
-}
-
-/// Takes the opposite part of axes 4 and 6 away as |A5| goes to 0. @return whether it took any
-bool damp_wrist(JointVector& correction, const JointVector& commanded, double singular_below) {
-  if (correction.size() <= kAxis6) return false;
-  const double stretch = std::abs(commanded[kAxis5]);
-  if (stretch >= singular_below) return false;
-  const double opposite = correction[kAxis4] / 2 - correction[kAxis6] / 2;
-  const double taken = (1 - stretch / singular_below) * opposite;
-  correction[kAxis4] -= taken;
-  correction[kAxis6] += taken;
-  return taken != 0;
 }
 
 }  // namespace
@@ -47,13 +33,14 @@ BoundedCorrection bound_correction(const JointVector& wanted, const JointVector&
     return result;
   }
 
-  JointVector goal = wanted;
-  result.clamps.singular = damp_wrist(goal, commanded, bounds.singular_below);
+  const double largest = wanted.cwiseAbs().maxCoeff();
+  result.clamps.total = largest > bounds.max_total;
+  const double part = result.clamps.total ? bounds.max_total / largest : 1;
 
   // The rest is counted in steps of the wire's grid, where a sum is exact: ramps end at exactly zero.
   const double max_steps = std::floor(bounds.max_step / bounds.resolution + kRounding);
-  for (Eigen::Index i = 0; i < goal.size(); ++i) {
-    const double within_total = std::clamp(goal[i], -bounds.max_total, bounds.max_total);
+  for (Eigen::Index i = 0; i < wanted.size(); ++i) {
+    const double within_total = part * wanted[i];
     const double lowest = std::min(0.0, bounds.min[i] + bounds.limit_margin - commanded[i]);
     const double highest = std::max(0.0, bounds.max[i] - bounds.limit_margin - commanded[i]);
     const double within_limits = std::clamp(within_total, lowest, highest);
@@ -61,7 +48,6 @@ BoundedCorrection bound_correction(const JointVector& wanted, const JointVector&
     const double from = std::nearbyint(last[i] / bounds.resolution);
     const double sent = std::clamp(to, from - max_steps, from + max_steps);
 
-    result.clamps.total |= within_total != goal[i];
     result.clamps.limit |= within_limits != within_total;
     result.clamps.step |= sent != to;
     result.correction[i] = sent * bounds.resolution;

@@ -7,11 +7,10 @@ namespace truepose {
 
 /// What a correction of the stream may be. All angles rad (mm for a prismatic axis).
 struct CorrectionBounds {
-  double max_step = 0;        ///< greatest change of an axis from one cycle to the next
-  double max_total = 0;       ///< greatest correction of an axis
-  JointVector min, max;       ///< joint limits, one per axis; infinite = none
-  double limit_margin = 0;    ///< commanded + correction stays this far inside the limits
-  double singular_below = 0;  ///< |A5| under which axes 4 and 6 are damped; 0 = never
+  double max_step = 0;      ///< greatest change of an axis from one cycle to the next
+  double max_total = 0;     ///< greatest correction of an axis
+  JointVector min, max;     ///< joint limits, one per axis; infinite = none
+  double limit_margin = 0;  ///< commanded + correction stays this far inside the limits
   /// Grid of the wire (six decimals of a degree). A bounded correction lies on it, so that what is sent is
   /// what was bounded.
   double resolution = 1e-6 * kRadPerDeg;
@@ -22,10 +21,9 @@ struct CorrectionClamps {
   bool step = false;
   bool total = false;
   bool limit = false;
-  bool singular = false;
   bool not_finite = false;  ///< a number was NaN or infinite, or sizes differ: the last correction is held
 
-  /// True where the arm does not get what it should. Damping is no such break: at A5 = 0 it costs nothing.
+  /// True where the arm does not get what it should.
   bool broken() const { return step || total || limit || not_finite; }
 };
 
@@ -40,9 +38,9 @@ struct BoundedCorrection {
 /// bound, so the total and the limits are approached by steps where `last` breaks them. Zero is always
 /// allowed: where the program itself is beyond a limit, the correction is only kept from going further out.
 ///
-/// Near A5 = 0 axes 4 and 6 turn about the same line (KUKA: in the same sense), and small errors of
-/// orientation ask for large opposite motions of both. Only that opposite part is damped: position and the
-/// sum of both keep their correction.
+/// A correction beyond the total is made smaller as a whole. Where the arm is nearly stretched, axes 2 and 3
+/// are corrected against each other: with one of them cut off alone, the arm would be led further off than
+/// without any correction.
 ///
 /// @param wanted     correction that the model asks for
 /// @param last       correction sent in the cycle before, on the grid of `bounds.resolution`

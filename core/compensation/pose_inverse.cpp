@@ -54,11 +54,4 @@ std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel
   return deviating_inverse_near(robot, geometry, X_BF, q_seed, options);
 }
 
-std::expected<PoseInverseResult, PoseInverseFault> compensate_joints(const RobotModel& nominal,
-                                                                     const RobotModel& calibrated,
-                                                                     const JointVector& q,
-                                                                     const PoseInverseOptions& options) {
-  return inverse_near(calibrated, forward_kinematics(nominal, q), q, options);
-}
-
 }  // namespace truepose

@@ -46,11 +46,4 @@ std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel
                                                                 const JointVector& q_seed,
                                                                 const PoseInverseOptions& options = {});
 
-/// Joint positions to command so that the real arm (`calibrated`) stands where the nominal arm would at `q`.
-/// Source: stage 2 of the paper, eqs 27 to 30 with the signs put right. Does not allocate.
-std::expected<PoseInverseResult, PoseInverseFault> compensate_joints(const RobotModel& nominal,
-                                                                     const RobotModel& calibrated,
-                                                                     const JointVector& q,
-                                                                     const PoseInverseOptions& options = {});
-
 }  // namespace truepose

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "config/cell_setup.hpp"
-#include "core/compensation/pose_inverse.hpp"
+#include "core/compensation/target_compensation.hpp"
 #include "core/evaluation/model_noise.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
@@ -24,10 +24,6 @@ using namespace std::chrono_literals;
 namespace {
 
 constexpr Duration kBeforeRetry = 1s;
-
-// Axes 4 and 6 may have to turn by many degrees where axis 5 is near zero. Beyond this the arm would come in
-// another shape.
-constexpr double kLargestCorrection_rad = 20 * kRadPerDeg;
 
 // A joint that moved less than this has not taken up its backlash.
 constexpr double kMoved = 1e-4;
@@ -501,32 +497,29 @@ Campaign::Outcome<std::vector<Campaign::Target>> Campaign::compensate() {
     target.pose = next_number_++;
     target.purpose = PointPurpose::Remeasure;
   }
-  using Solved = std::expected<PoseInverseResult, PoseInverseFault>;
-  auto solved = std::make_shared<std::vector<Solved>>();
-  std::function<void()> job = [solved, targets, nominal = config_.robot.model, real = expected_.robot,
-                               campaign = config_.campaign] {
+  const RobotModel& nominal = config_.robot.model;
+  auto solved = std::make_shared<std::vector<TargetCompensation::Result>>();
+  std::function<void()> job = [solved, targets, nominal, expected = expected_, campaign = config_.campaign] {
     for (const Target& target : targets) {
       const double way_rad = approach_way_rad(campaign, target.pose);
       const auto side = static_cast<std::int8_t>((way_rad > 0) - (way_rad < 0));
       const std::vector<std::int8_t> direction(nominal.joints.size(), side);
-      solved->push_back(compensate_joints(nominal, real, target.q_target, {.approach = direction}));
+      const TargetCompensation compensation{nominal, expected.robot, {.approach = direction}};
+      // Next to the wrist singularity the reflector's position is kept: it is what will be measured.
+      solved->push_back(compensation.at_joints(target.q_target, expected.reflectors.front().p_FS_mm));
     }
   };
   co_await run_compute_(job);
 
   std::vector<Target> reachable;
   for (std::size_t i = 0; i < targets.size(); ++i) {
-    const char* reason = nullptr;
+    std::string reason;
     if (!result_->improves) {
       reason = "the calibrated arm is no better than the nominal one on the validation poses";
     } else if (!(*solved)[i]) {
-      reason = "the calibrated arm cannot reach the nominal pose";
-    } else if (((*solved)[i]->q - targets[i].q_target).cwiseAbs().maxCoeff() > kLargestCorrection_rad) {
-      reason = "the compensated joints are more than 20 deg from the nominal ones: too near a singularity";
-    } else if (!within_limits(config_.robot.model, (*solved)[i]->q)) {
-      reason = "the compensated joints are beyond their limits";
+      reason = "compensated: " + described((*solved)[i].error(), nominal);
     }
-    if (reason != nullptr) {
+    if (!reason.empty()) {
       Done skipped = co_await skip(targets[i], 0, reason);
       if (!skipped) co_return std::unexpected(skipped.error());
       continue;

@@ -160,6 +160,7 @@ json::object stream_json(const StreamStatus& status, const LatencyHistogram::Sum
           {"lost", c.lost},
           {"wrong_ipoc", 0},
           {"clamped", c.clamped_step + c.clamped_total + c.clamped_limit + c.clamped_not_finite},
+          {"damped", c.damped},
           {"max_step_deg", status.max_step_deg},
           {"correction_deg", std::move(correction_deg)},
           {"turnaround_us",

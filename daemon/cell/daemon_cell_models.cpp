@@ -2,7 +2,7 @@
 #include <utility>
 
 #include "config/model_file.hpp"
-#include "core/compensation/pose_inverse.hpp"
+#include "core/compensation/target_compensation.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/spherical_wrist.hpp"
 #include "daemon/cell/campaign_run.hpp"
@@ -22,26 +22,55 @@ using control::RpcError;
 
 namespace {
 
-using Solved = std::expected<PoseInverseResult, PoseInverseFault>;
-
-/// One row of targets.compensate: joints of the nominal arm, or a pose of the flange.
-Solved solve(const RobotModel& nominal, const RobotModel& real, const std::vector<double>& row,
-             bool is_pose) {
-  if (is_pose) {
-    const Eigen::Isometry3d X_BF = pose_from_kuka({row[0], row[1], row[2]}, {row[3], row[4], row[5]});
-    const auto inverse = SphericalWristInverse::of(nominal);
-    if (!inverse) return std::unexpected(PoseInverseFault::DidNotConverge);
-    const auto start = inverse->nearest(X_BF, JointVector::Zero(nominal.joint_count()));
-    if (!start) return std::unexpected(PoseInverseFault::DidNotConverge);
-    return inverse_near(real, X_BF, *start);
-  }
-  JointVector q{nominal.joint_count()};
-  for (int i = 0; i < nominal.joint_count(); ++i) {
-    const bool revolute = nominal.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
-    q[i] = row[static_cast<std::size_t>(i)] * (revolute ? kRadPerDeg : 1);
-  }
-  return compensate_joints(nominal, real, q);
+/// Whose position is kept where the orientation is given up: the reflector's, the one known point of the
+/// tool.
+Eigen::Vector3d known_point(const CalibratedCell& cell) {
+  return cell.reflectors.empty() ? Eigen::Vector3d(0, 0, 0) : cell.reflectors.front().p_FS_mm;
 }
+
+using Solved = std::expected<CompensatedTarget, std::string>;
+
+/// Rows of targets.compensate: joints of the nominal arm, or poses of the flange.
+class TargetRows {
+ public:
+  TargetRows(const RobotModel& nominal, const CalibratedCell& real)
+      : nominal_{nominal},
+        inverse_{SphericalWristInverse::of(nominal)},
+        compensation_{nominal, real.robot},
+        p_F_mm_{known_point(real)} {}
+
+  Solved solve(const std::vector<double>& row, bool is_pose) const {
+    const auto solved = is_pose ? at_pose(row) : Attempt{compensation_.at_joints(joints(row), p_F_mm_)};
+    if (!solved) return std::unexpected(solved.error());
+    if (!*solved) return std::unexpected(described(solved->error(), nominal_));
+    return **solved;
+  }
+
+ private:
+  using Attempt = std::expected<TargetCompensation::Result, std::string>;
+
+  Attempt at_pose(const std::vector<double>& row) const {
+    if (!inverse_) return std::unexpected(inverse_.error());
+    const Eigen::Isometry3d X_BF = pose_from_kuka({row[0], row[1], row[2]}, {row[3], row[4], row[5]});
+    const auto q = inverse_->nearest(X_BF, JointVector::Zero(nominal_.joint_count()));
+    if (!q) return std::unexpected(q.error());
+    return compensation_.at_pose(X_BF, *q, p_F_mm_);
+  }
+
+  JointVector joints(const std::vector<double>& row) const {
+    JointVector q{nominal_.joint_count()};
+    for (int i = 0; i < nominal_.joint_count(); ++i) {
+      const bool revolute = nominal_.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
+      q[i] = row[static_cast<std::size_t>(i)] * (revolute ? kRadPerDeg : 1);
+    }
+    return q;
+  }
+
+  const RobotModel& nominal_;
+  std::expected<SphericalWristInverse, std::string> inverse_;
+  TargetCompensation compensation_;
+  Eigen::Vector3d p_F_mm_;
+};
 
 }  // namespace
 
@@ -60,7 +89,7 @@ asio::awaitable<StoreResult<void>> DaemonCell::load_active_model() {
   } catch (const config::ConfigError& error) {
     co_return std::unexpected(StoreError{error.what()});
   }
-  parts_.stream.use_model(active_->cell.robot, ++model_number_);
+  parts_.stream.use_model(active_->cell.robot, ++model_number_, known_point(active_->cell));
   co_return StoreResult<void>{};
 }
 
@@ -156,29 +185,30 @@ DaemonCell::Reply DaemonCell::targets_compensate(json::object params) {
 
   const bool is_pose = poses.has_value();
   auto job = [nominal, is_pose, rows = is_pose ? *poses : *joints, yaml = record->yaml] {
-    const RobotModel real = config::parse_model(yaml, "model").cell.robot;
+    const TargetRows targets{nominal, config::parse_model(yaml, "model").cell};
     std::vector<Solved> solved;
-    for (const std::vector<double>& row : rows) solved.push_back(solve(nominal, real, row, is_pose));
+    for (const std::vector<double>& row : rows) solved.push_back(targets.solve(row, is_pose));
     return solved;
   };
   auto solved = co_await parts_.compute_thread.ask(job);
-  json::array q_deg, residual_mm, iterations;
+  json::array q_deg, residual_mm, residual_deg, iterations, damped;
   for (std::size_t i = 0; i < solved.size(); ++i) {
-    const bool reached = solved[i] && solved[i]->residual_mm < 1e-3;
-    if (!reached || !within_limits(nominal, solved[i]->q)) {
+    if (!solved[i]) {
       const std::string key =
           std::string{"params."} + (is_pose ? "poses" : "joints") + "[" + std::to_string(i) + "]";
-      co_return std::unexpected(
-          RpcError{ErrorCode::InvalidParams,
-                   key + ": " + (reached ? "needs joints beyond their limits" : "cannot be reached"), key});
+      co_return std::unexpected(RpcError{ErrorCode::InvalidParams, key + ": " + solved[i].error(), key});
     }
     q_deg.push_back(joints_json(nominal, solved[i]->q));
     residual_mm.emplace_back(solved[i]->residual_mm);
+    residual_deg.emplace_back(solved[i]->residual_rad * kDegPerRad);
     iterations.emplace_back(solved[i]->iterations);
+    damped.emplace_back(solved[i]->damped);
   }
   co_return json::object{{"joints", std::move(q_deg)},
                          {"residual_mm", std::move(residual_mm)},
-                         {"iterations", std::move(iterations)}};
+                         {"residual_deg", std::move(residual_deg)},
+                         {"iterations", std::move(iterations)},
+                         {"damped", std::move(damped)}};
 }
 
 void DaemonCell::publish_model(const char* change, const ModelRecord& record) {

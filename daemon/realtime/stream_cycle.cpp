@@ -6,8 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "core/compensation/pose_inverse.hpp"
-
 namespace truepose::daemon {
 namespace {
 
@@ -49,13 +47,22 @@ CorrectionBounds bounds_of(const RobotModel& robot, const StreamOptions& options
                           .max_total = options.max_total_rad,
                           .min = JointVector(robot.joint_count()),
                           .max = JointVector(robot.joint_count()),
-                          .limit_margin = options.limit_margin_rad,
-                          .singular_below = options.singular_below_rad};
+                          .limit_margin = options.limit_margin_rad};
   for (Eigen::Index i = 0; i < robot.joint_count(); ++i) {
     bounds.min[i] = robot.joints[static_cast<std::size_t>(i)].min;
     bounds.max[i] = robot.joints[static_cast<std::size_t>(i)].max;
   }
   return bounds;
+}
+
+/// For the solver: the limits are bound_correction()'s to keep, which holds one axis at its limit where the
+/// solver would refuse the target.
+RobotModel without_limits(RobotModel robot) {
+  for (Joint& joint : robot.joints) {
+    joint.min = -std::numeric_limits<double>::infinity();
+    joint.max = std::numeric_limits<double>::infinity();
+  }
+  return robot;
 }
 
 bool asks_to_stop(StreamFault fault) {
@@ -120,8 +127,12 @@ StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& e
       model_correction_{JointVector::Zero(kAxes)},
       fade_{JointVector::Zero(kAxes)} {}
 
-void StreamCycle::use_model(const RobotModel& calibrated, std::uint64_t number) {
-  model_.back() = Model{.number = number, .calibrated = calibrated};
+void StreamCycle::use_model(const RobotModel& calibrated, std::uint64_t number,
+                            const Eigen::Vector3d& p_F_mm) {
+  const CompensationOptions damping{.singular_below = options_.singular_below_rad, .approach = {}};
+  model_.back() = Model{.number = number,
+                        .compensation = TargetCompensation{without_limits(nominal_), calibrated, damping},
+                        .p_F_mm = p_F_mm};
   model_.publish();
 }
 
@@ -346,16 +357,17 @@ void StreamCycle::watch_following(const rsi::RobotFrame& frame, const JointVecto
   last_expected_ = expected;
 }
 
-/// Brings model_correction_ up to date. @return false where the calibrated arm has no solution
+/// Brings model_correction_ up to date. @return false where the calibrated arm has no solution, or none near
 bool StreamCycle::solve(const JointVector& commanded) noexcept {
   const Model& model = model_.front();
   if (model.number == 0) {
     model_correction_.setZero();
     return true;
   }
-  const auto compensated = compensate_joints(nominal_, model.calibrated, commanded);
+  const auto compensated = model.compensation->at_joints(commanded, model.p_F_mm);
   if (!compensated || !compensated->q.allFinite()) return false;
   model_correction_ = compensated->q - commanded;
+  status_.counters.damped += compensated->damped;
   return true;
 }
 
@@ -403,7 +415,6 @@ void StreamCycle::count(const CorrectionClamps& clamps) noexcept {
   counters.clamped_step += clamps.step;
   counters.clamped_total += clamps.total;
   counters.clamped_limit += clamps.limit;
-  counters.clamped_singular += clamps.singular;
   counters.clamped_not_finite += clamps.not_finite;
 }
 

@@ -13,6 +13,7 @@
 
 #include "config/cell_config.hpp"
 #include "core/compensation/correction_bounds.hpp"
+#include "core/compensation/target_compensation.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/robot_model.hpp"
 #include "daemon/realtime/ipoc_sequence.hpp"
@@ -30,10 +31,10 @@ struct StreamOptions {
   double max_step_rad = 0;
   double max_total_rad = 0;
   double limit_margin_rad = 0;
-  double singular_below_rad = 0;
-  int ramp_cycles = 250;       ///< from no correction to all of it, and from one model to the next
-  int broken_cycles = 250;     ///< a bound broken for so many in a row is a fault
-  int following_cycles = 250;  ///< axes that do not follow for so many in a row freeze the command
+  double singular_below_rad = 0;  ///< CompensationOptions::singular_below
+  int ramp_cycles = 250;          ///< from no correction to all of it, and from one model to the next
+  int broken_cycles = 250;        ///< a bound broken for so many in a row is a fault
+  int following_cycles = 250;     ///< axes that do not follow for so many in a row freeze the command
   double following_tolerance_rad = 0.05 * kRadPerDeg;
   int following_lag_cycles = 40;  ///< by which a moving arm may trail its command
   int rejected_cycles = 8;        ///< so many late replies in a row that were sent in time are a fault
@@ -47,10 +48,11 @@ struct StreamOptions {
 /// One RSI cycle, from the controller's datagram to the reply.
 ///
 /// The correction is a function of the commanded axes (ASPos; where that is not sent, AIPos less the
-/// correction in force): what to add so that the calibrated arm stands where the nominal one would. It is
-/// ramped in, out and between models over the controller's cycles, and passes bound_correction() just before
-/// it is encoded. Every fault holds the last correction, because under absolute corrections zero would be a
-/// jump; only a new start of the controller's side begins at zero, because there the controller does.
+/// correction in force): what to add so that the calibrated arm stands where the nominal one would, next to
+/// the wrist singularity in position alone (TargetCompensation). It is ramped in, out and between models over
+/// the controller's cycles, and passes bound_correction() just before it is encoded. Every fault holds the
+/// last correction, because under absolute corrections zero would be a jump; only a new start of the
+/// controller's side begins at zero, because there the controller does.
 ///
 /// answer() belongs to the realtime thread, use_model() and the commands to one other, status() and
 /// turnaround() to any.
@@ -69,7 +71,9 @@ class StreamCycle final : public drivers::RsiResponder {
   /// Corrects for `calibrated` (as many joints as the nominal arm) from the next cycle on, cross-faded from
   /// what is in force.
   /// @param number  of the caller's choice, reported in the status; not 0
-  void use_model(const RobotModel& calibrated, std::uint64_t number);
+  /// @param p_F_mm  whose position comes first next to the wrist singularity, flange frame
+  void use_model(const RobotModel& calibrated, std::uint64_t number,
+                 const Eigen::Vector3d& p_F_mm = {0, 0, 0});
   void use_no_model();
 
   /// Ramps the correction in, or out to exactly zero. Idle follows the last cycle of the ramp.
@@ -88,7 +92,8 @@ class StreamCycle final : public drivers::RsiResponder {
  private:
   struct Model {
     std::uint64_t number = 0;  // 0 = none
-    RobotModel calibrated;
+    std::optional<TargetCompensation> compensation;
+    Eigen::Vector3d p_F_mm{0, 0, 0};
   };
   using Place = IpocSequence::Place;
   using Position = IpocSequence::Position;

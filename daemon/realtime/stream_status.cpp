@@ -33,8 +33,8 @@ std::string_view reason(StreamFault fault) {
              "the bounds, then "
              "acknowledge";
     case StreamFault::NoSolution:
-      return "the calibrated arm cannot reach the commanded poses; check the program and the model, then "
-             "acknowledge";
+      return "the calibrated arm cannot reach the commanded poses, or only by corrections as large as a "
+             "singularity asks for; check the program and the model, then acknowledge";
     case StreamFault::RepliesRejected:
       return "the controller rejects replies that were sent in time: check SENTYPE, names and IPOC in its "
              "RSI ethernet "

@@ -14,7 +14,8 @@ enum class StreamFault : std::uint8_t {
   None,
   NotFollowing,  ///< frozen: the axes do not follow, the robot program is stopped
   BoundBroken,  ///< the model asked for more than the bounds allow, for long; the controller is asked to stop
-  NoSolution,   ///< the calibrated arm could not be inverted, for long; the controller is asked to stop
+  NoSolution,   ///< the calibrated arm could not be inverted, or not near, for long; the controller is asked
+                ///< to stop
   RepliesRejected,  ///< the controller counts replies as late that were sent in time
 };
 
@@ -32,12 +33,12 @@ struct StreamCounters {
   std::uint64_t stale = 0;        ///< an IPOC from before the last one, given the last correction
   std::uint64_t unanswered = 0;   ///< no readable IPOC, or a bad frame after a silence
   std::uint64_t malformed = 0;    ///< frames that could not be believed (among held and unanswered)
-  std::uint64_t no_solution = 0;  ///< cycles in which the calibrated arm could not be inverted
+  std::uint64_t no_solution = 0;  ///< cycles in which the calibrated arm could not be inverted, or not near
+  std::uint64_t damped = 0;       ///< cycles that gave up orientation next to the wrist singularity
   std::uint64_t lost = 0;         ///< cycles missing in the controller's IPOC
   std::uint64_t late = 0;         ///< replies that the controller counted as late (Delay)
   std::uint64_t sessions = 0;     ///< starts of the controller's side
-  std::uint64_t clamped_step = 0, clamped_total = 0, clamped_limit = 0, clamped_singular = 0,
-                clamped_not_finite = 0;
+  std::uint64_t clamped_step = 0, clamped_total = 0, clamped_limit = 0, clamped_not_finite = 0;
 };
 
 /// The stream as of its last datagram.

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "core/compensation/pose_inverse.hpp"
+#include "core/compensation/target_compensation.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
 #include "core/kinematics/spherical_wrist.hpp"
@@ -166,7 +167,7 @@ TEST(PoseInverse, ReproducesTheGoldenCompensatedJoints) {
     ASSERT_TRUE(solution);
     EXPECT_LT((solution->q - golden::vector(item.at("q_compensated"))).cwiseAbs().maxCoeff(), 1e-10);
     EXPECT_LE(solution->iterations, 6);
-    const auto compensated = compensate_joints(nominal, perturbed, q_nominal);
+    const auto compensated = TargetCompensation(nominal, perturbed).at_joints(q_nominal);
     ASSERT_TRUE(compensated);
     EXPECT_LT((compensated->q - golden::vector(item.at("q_compensated"))).cwiseAbs().maxCoeff(), 1e-10);
   }

@@ -172,8 +172,64 @@ TEST(TargetCompensation, ALineThroughTheSingularityNeedsNoLargeCorrectionAndHasN
   // Without the bound the same line needs a hundred degrees, where it can be solved at all.
   const TargetCompensation unbounded(kNominal, kReal, {.singular_below = 0, .approach = {}});
   const auto exact = unbounded.at_joints(deg({20, -80, 100, 30, 2, -40}));
-  ASSERT_TRUE(exact);
-  EXPECT_GT((exact->q - deg({20, -80, 100, 30, 2, -40})).cwiseAbs().maxCoeff(), 10 * kRadPerDeg);
+  ASSERT_FALSE(exact);
+  EXPECT_EQ(exact.error().kind, CompensationFault::Kind::TooFar);
+  EXPECT_GT(std::abs(exact.error().too_large), 10 * kRadPerDeg);
+}
+
+/// Corrections of targets on both sides of a singularity, and how many of them were refused.
+struct Crossing {
+  double largest = 0;
+  int refused = 0, too_far = 0;
+};
+
+Crossing across(const TargetCompensation& compensation, JointVector q, Eigen::Index axis, double from_deg,
+                double to_deg) {
+  constexpr int kPoints = 1001;
+  Crossing crossing;
+  for (int i = 0; i < kPoints; ++i) {
+    q[axis] = (from_deg + (to_deg - from_deg) * i / (kPoints - 1)) * kRadPerDeg;
+    const auto reached = compensation.at_joints(q);
+    if (reached) {
+      crossing.largest = std::max(crossing.largest, (reached->q - q).cwiseAbs().maxCoeff());
+      EXPECT_LT(reached->residual_mm, 1e-8);
+      continue;
+    }
+    ++crossing.refused;
+    crossing.too_far += reached.error().kind == CompensationFault::Kind::TooFar;
+  }
+  return crossing;
+}
+
+TEST(TargetCompensation, WhereTheWristIsNearAxis1ATargetIsRefusedRatherThanCorrectedFar) {
+  const Crossing crossing =
+      across(TargetCompensation(kNominal, kReal), deg({20, -130, 0, 30, 45, -40}), 2, 60, 70);
+  EXPECT_LE(crossing.largest, 10 * kRadPerDeg);
+  EXPECT_GT(crossing.largest, 5 * kRadPerDeg);
+  EXPECT_GT(crossing.too_far, 10);
+  EXPECT_LT(crossing.refused, 200) << "2 deg of 10";
+}
+
+TEST(TargetCompensation, NearTheEndOfTheReachATargetIsRefusedRatherThanCorrectedFar) {
+  const JointVector stretched_near = deg({20, -60, 0, 30, 45, -40});
+  RobotModel longer = kNominal, shorter = kNominal;
+  longer.joints[2].a_mm += 15;
+  shorter.joints[2].a_mm -= 15;
+  const Crossing of_longer = across(TargetCompensation(kNominal, longer), stretched_near, 2, 0, 10);
+  EXPECT_LE(of_longer.largest, 10 * kRadPerDeg);
+  EXPECT_GT(of_longer.too_far, 10);
+  const Crossing of_shorter = across(TargetCompensation(kNominal, shorter), stretched_near, 2, 0, 10);
+  EXPECT_LE(of_shorter.largest, 10 * kRadPerDeg);
+  EXPECT_GT(of_shorter.refused, 100) << "out of its reach";
+}
+
+TEST(TargetCompensation, TheRefusalNamesTheJointAndWhatToDo) {
+  const auto refused = TargetCompensation(kNominal, kReal).at_joints(deg({20, -130, 64.8, 30, 45, -40}));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(
+      described(refused.error(), kNominal),
+      "joint 4 would have to be corrected by -17.9869 deg: too near to a singularity; move it away from "
+      "there");
 }
 
 TEST(TargetCompensation, ALineOnWhichAxis4HasToTurnRoundNeedsNoLargeCorrectionAndHasNoJump) {

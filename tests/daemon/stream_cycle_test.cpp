@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/compensation/pose_inverse.hpp"
+#include "core/compensation/target_compensation.hpp"
+#include "core/kinematics/forward.hpp"
+#include "core/simulation/published_errors.hpp"
 #include "tests/daemon/malloc_guard.hpp"
 #include "tests/daemon/stream_rig.hpp"
 
@@ -20,7 +22,7 @@ constexpr double kWireDeg = 1.01e-6;  // what six decimals can be off
 constexpr int kRamp = 250;            // cycles
 
 JointVector expected_correction(const RobotModel& model, const JointVector& q) {
-  return compensate_joints(nominal_arm(), model, q)->q - q;
+  return TargetCompensation(nominal_arm(), model).at_joints(q)->q - q;
 }
 
 void expect_near_deg(const JointVector& actual, const JointVector& expected, double tolerance_deg) {
@@ -455,17 +457,86 @@ TEST(StreamCycle, PutsABacklogOfLateRepliesDownToNobodyAndResumesWithoutAJump) {
   expect_near_deg(rig.applied, expected_correction(real_arm(), rig.q), kWireDeg);
 }
 
-TEST(StreamCycle, DampsTheWristWhereItIsStretchedAndKeepsStreaming) {
+/// How far (mm) the point of the real arm is from where the nominal arm would have it.
+double off_mm(const StreamRig& rig, const RobotModel& real, const Eigen::Vector3d& p_F_mm) {
+  return (forward_kinematics(real, rig.q + rig.applied) * p_F_mm -
+          forward_kinematics(nominal_arm(), rig.q) * p_F_mm)
+      .norm();
+}
+
+TEST(StreamCycle, PassesAStretchedWristWithTheTcpInPlaceAndWithoutAJump) {
+  const RobotModel real = with_published_errors(nominal_arm());
+  const Eigen::Vector3d p_F_mm{120, -40, 300};
   StreamRig rig;
-  rig.q[4] = 10 * kRadPerDeg;
-  engage(rig);
-  for (int i = 0; i < 2000; ++i) {
-    rig.q[4] -= 0.01 * kRadPerDeg;
+  rig.q = axes_deg({20, -80, 100, 30, 10, -40});
+  rig.cycle->use_model(real, 1, p_F_mm);
+  rig.cycle->engage();
+  rig.ticks(kRamp + 2);
+  const StreamStatus before = rig.status();
+  for (int i = 0; i < 1000; ++i) {
+    const JointVector last = rig.applied;
+    rig.q[4] -= 0.02 * kRadPerDeg;
     rig.tick();
-    ASSERT_LT(rig.largest_applied_deg(), 1.0) << "A5 = " << rig.q[4] * kDegPerRad;
+    ASSERT_LT(off_mm(rig, real, p_F_mm), 2e-4) << "six decimals on the wire; A5 = " << rig.q[4] * kDegPerRad;
+    ASSERT_LT((rig.applied - last).cwiseAbs().maxCoeff() * kDegPerRad, 0.002);
+    ASSERT_LT(rig.largest_applied_deg(), 0.5);
   }
   EXPECT_EQ(rig.state(), StreamState::Active) << reason(rig.status().fault);
-  EXPECT_GT(rig.status().counters.clamped_singular, 0u);
+  EXPECT_EQ(rig.status().counters.damped - before.counters.damped, 1000u);
+  EXPECT_EQ(rig.status().counters.clamped_step, before.counters.clamped_step);
+}
+
+TEST(StreamCycle, DampsNothingWhereTheCellSaysNever) {
+  StreamOptions options = stream_options();
+  options.singular_below_rad = 0;
+  StreamRig rig{options};
+  rig.q[4] = 5 * kRadPerDeg;
+  engage(rig);
+  EXPECT_EQ(rig.status().counters.damped, 0u);
+}
+
+TEST(StreamCycle, HoldsWhereOnlyASingularityAsksForALargeCorrectionAndGoesOnBeyond) {
+  StreamOptions options = stream_options();
+  options.max_total_rad = 20 * kRadPerDeg;
+  options.broken_cycles = 1'000'000;
+  StreamRig rig{options};
+  const RobotModel real = with_published_errors(nominal_arm());
+  rig.q = axes_deg({20, -130, 60, 30, 45, -40});  // the wrist's centre comes near axis 1
+  engage(rig, real);
+  for (int i = 0; i < 2000; ++i) {
+    const JointVector last = rig.applied;
+    const std::uint64_t unsolved = rig.status().counters.no_solution;
+    rig.q[2] += 0.005 * kRadPerDeg;
+    rig.tick();
+    if (rig.status().counters.no_solution > unsolved) ASSERT_EQ(rig.applied, last);
+    ASSERT_LE(rig.largest_applied_deg(), 10);
+  }
+  EXPECT_GT(rig.status().counters.no_solution, 100u);
+  rig.ticks(1000);
+  expect_near_deg(rig.applied, expected_correction(real, rig.q), kWireDeg);
+
+  options.broken_cycles = stream_options().broken_cycles;
+  StreamRig standing{options};
+  standing.q = axes_deg({20, -130, 64.8, 30, 45, -40});
+  standing.cycle->use_model(real, 1);
+  standing.cycle->engage();
+  standing.ticks(2 * kRamp);
+  EXPECT_EQ(standing.status().fault, StreamFault::NoSolution);
+  EXPECT_TRUE(standing.stop);
+}
+
+TEST(StreamCycle, LeadsANearlyStretchedArmNoFurtherOffThanItWasWhereTheTotalIsTooSmall) {
+  const RobotModel real = with_published_errors(nominal_arm());
+  StreamRig rig;
+  rig.q = axes_deg({20, -60, 4.5, 30, 45, -40});
+  const double uncorrected_mm = off_mm(rig, real, {0, 0, 0});
+  rig.cycle->use_model(real, 1);
+  rig.cycle->engage();
+  for (int i = 0; i < 2 * kRamp; ++i) {
+    rig.tick();
+    ASSERT_LT(off_mm(rig, real, {0, 0, 0}), uncorrected_mm + 1e-3);
+  }
+  EXPECT_EQ(rig.status().fault, StreamFault::BoundBroken);
 }
 
 TEST(StreamCycle, StreamsAtAStretchedWristForAsLongAsTheArmStandsThere) {

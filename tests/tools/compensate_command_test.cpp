@@ -115,8 +115,22 @@ TEST_F(Compensate, TheBoundAndItsZoneCanBeSet) {
   EXPECT_LT(largest({}), 0.5);
   EXPECT_GT(largest({"--singular-bound", "3"}), 0.5);
   EXPECT_LT(largest({"--singular-bound", "3"}), 3);
-  EXPECT_GT(largest({"--singular-below", "0"}), 10);
+  EXPECT_GT(largest({"--singular-below", "0", "--largest-correction", "90"}), 10);
   EXPECT_EQ(compensate({"--joints", targets, "--singular-bound", "0"}).exit_code, 2);
+}
+
+TEST_F(Compensate, ATargetThatOnlyASingularityMakesDifficultIsRefusedWithItsRow) {
+  const auto error = [&](const std::string& row, const std::vector<std::string>& options = {}) {
+    std::vector<std::string> arguments{"--joints", file(std::string(kJoints) + kRegularRow + row)};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Finished run = compensate(arguments);
+    EXPECT_EQ(run.exit_code, 1) << row;
+    return run.err;
+  };
+  EXPECT_THAT(error("20,-130,64.8,30,45,-40\n"),  // the wrist's centre near axis 1
+              HasSubstr("row 2: joint 4 would have to be corrected by -17.9"));
+  EXPECT_THAT(error("20,-130,65.3,30,45,-40\n"), HasSubstr("row 2: the calibrated arm cannot reach it"));
+  EXPECT_THAT(error(kSingularRow, {"--singular-below", "0"}), HasSubstr("too near to a singularity"));
 }
 
 TEST_F(Compensate, TheTcpComesFirstWhereATheToolIsGiven) {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "core/compensation/pose_inverse.hpp"
+#include "core/compensation/target_compensation.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
 #include "core/random.hpp"
@@ -270,7 +270,7 @@ void expect_bits_of(const JointVector& q, const RobotModel& real, bool status_ch
   const Corrected corrected(kFlange + "PTP " + cartesian(q, status, turn) + "\n", "", real);
   ASSERT_EQ(corrected.done.changes.size(), 1U);
   const krl::Position& after = corrected.program_after.points[0].position;
-  const JointVector q_real = compensate_joints(kNominal, real, q)->q;
+  const JointVector q_real = TargetCompensation(kNominal, real).at_joints(q)->q;
   EXPECT_EQ(static_cast<int>(after.status->value), oracle::status(q_real) + 16);
   EXPECT_EQ(static_cast<int>(after.turn->value), oracle::turn(q_real));
   EXPECT_EQ(after.status->value != status, status_changes);
@@ -309,7 +309,7 @@ TEST(ProgramCompensation, WhatCannotBeDoneWellIsLeftAlone) {
     return Corrected(kFlange + "PTP " + target + "\n", "", kReal, kExact).left();
   };
   EXPECT_THAT(left(cartesian(deg({10, -95, 100, 20, 0.2, 30}), 2, 2)),
-              ElementsAre(HasSubstr("too near to a singularity (A5 = 0.20 deg)")));
+              ElementsAre(HasSubstr("too near to a singularity")));
   EXPECT_THAT(left(axes(deg({0, -90, 90, 0, 30, 349.999}))).size() +
                   left(axes(deg({0, -90, 90, 0, 30, -349.999}))).size(),
               1U);

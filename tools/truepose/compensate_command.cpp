@@ -15,12 +15,14 @@ struct CompensateOptions {
   ProgramOptions program;
   double singular_below_deg = CompensationOptions{}.singular_below * kDegPerRad;
   double singular_bound_deg = CompensationOptions{}.singular_bound * kDegPerRad;
+  double largest_correction_deg = CompensationOptions{}.largest_correction * kDegPerRad;
 };
 
 int run_compensate(CompensateOptions options) {
   TargetOptions& targets = options.targets;
   targets.bounds.singular_below = options.singular_below_deg * kRadPerDeg;
   targets.bounds.singular_bound = options.singular_bound_deg * kRadPerDeg;
+  targets.bounds.largest_correction = options.largest_correction_deg * kRadPerDeg;
   const RobotModel nominal = config::load_robot(targets.arm.robot);
   const config::ModelFile model = load_model_of(nominal, targets.arm.model);
   if (options.program.src.empty()) {
@@ -73,6 +75,12 @@ void add_bound_options(CLI::App& command, CompensateOptions& options) {
       .add_option("--singular-bound", options.singular_bound_deg,
                   "What axes 4 and 6 may be turned there against each other (deg)")
       ->check(CLI::Range(0.001, 90.0))
+      ->capture_default_str();
+  command
+      .add_option(
+          "--largest-correction", options.largest_correction_deg,
+          "Targets that would correct a joint by more (deg) are refused: only a singularity asks for it")
+      ->check(CLI::Range(0.001, 180.0))
       ->capture_default_str();
 }
 

@@ -23,9 +23,7 @@ using krl::Spot;
 using krl::Step;
 using State = FrameValue::State;
 
-// Arms are wrong by millimetres and tenths of a degree. A correction beyond these is not of the arm: next to
-// a wrist singularity axes 4 and 6 would turn far for a small error of orientation.
-constexpr double kLargestTurn_rad = 5 * kRadPerDeg;
+// Arms are wrong by millimetres.
 constexpr double kLargestMove_mm = 50;
 // What the inverse and the forward kinematics leave of a position that needs no change.
 constexpr double kUnmoved_mm = 1e-7;
@@ -64,17 +62,9 @@ JointVector joints_of(const krl::Position& position) {
   return q;
 }
 
-std::string too_large(const JointVector& q, const JointVector& change, double mm) {
-  Eigen::Index axis = 0;
-  const double largest = change.cwiseAbs().maxCoeff(&axis);
-  char text[160];
-  if (largest > kLargestTurn_rad) {
-    std::snprintf(text, sizeof text,
-                  "the correction would turn axis %d by %.1f deg: too near to a singularity (A5 = %.2f deg)",
-                  static_cast<int>(axis) + 1, change[axis] * kDegPerRad, q[4] * kDegPerRad);
-    return text;
-  }
+std::string too_large(double mm) {
   if (mm <= kLargestMove_mm) return {};
+  char text[80];
   std::snprintf(text, sizeof text, "the correction would be %.0f mm, which no arm is wrong by", mm);
   return text;
 }
@@ -235,7 +225,7 @@ std::expected<Correction, std::string> Compensator::correction(const Step& step,
   const Eigen::Isometry3d X_new = of_axes ? X_BF : tcp_of(step, X_BF);
   const double rad = angle_between(X.linear(), X_new.linear());
   Correction result{.mm = (X_new.translation() - X.translation()).norm(), .deg = rad * kDegPerRad};
-  if (std::string why = too_large(q, solved->q - q, result.mm); !why.empty()) return std::unexpected(why);
+  if (std::string why = too_large(result.mm); !why.empty()) return std::unexpected(why);
 
   result.is_damped = solved->damped && solved->residual_rad > kUnmoved_rad;
   result.is_none = result.mm < kUnmoved_mm && rad < kUnmoved_rad;
