@@ -1,5 +1,6 @@
 #include "core/compensation/compensation_fault.hpp"
 
+#include <iomanip>
 #include <sstream>
 
 #include "core/kinematics/angles.hpp"
@@ -34,8 +35,9 @@ std::string described(const CompensationFault& fault, const RobotModel& nominal)
            << ", its limits are " << joint.min / unit << ".." << joint.max / unit;
       break;
     case CompensationFault::Kind::TooFar:
-      text << "joint " << fault.joint + 1 << " would have to be corrected by " << fault.too_large / unit
-           << unit_name << ": too near to a singularity; move it away from there";
+      text << "joint " << fault.joint + 1 << " would have to be corrected by " << std::fixed
+           << std::setprecision(1) << fault.too_large / unit << unit_name
+           << ": too near to a singularity; move it away from there";
       break;
   }
   return text.str();

@@ -1,38 +1,63 @@
 #include "core/compensation/constrained_step.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <array>
 
 namespace truepose {
 namespace {
 
-constexpr int kMostEquations = kMaxJoints + 4;
-using Equations =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostEquations, kMostEquations>;
-using Sides = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostEquations, 2>;
-
-/// Keeps the equations of an arm with more joints than tasks solvable: the smallest step is taken. A
-/// converged iteration does not feel it, for its steps are 0.
+/// Keeps an arm with more joints than tasks solvable: the smallest step is taken. A converged iteration does
+/// not feel it, for its steps are 0.
 constexpr double kLeastStiffness = 1e-10;
 
-/// x with K x = the given x.
-/// @return false where there is none
-bool solve(const Equations& K, Sides& x) {
-  const Eigen::PartialPivLU<Equations> lu(K);
-  const auto& LU = lu.matrixLU();
-  x = (lu.permutationP() * x).eval();
-  // Column by column: for equations as few as these lu.solve() takes longer than the decomposition.
-  const Eigen::Index n = K.rows();
-  for (Eigen::Index k = 0; k < n; ++k) {
-    for (Eigen::Index side = 0; side < x.cols(); ++side)
-      x.col(side).tail(n - k - 1) -= x(k, side) * LU.col(k).tail(n - k - 1);
-  }
-  for (Eigen::Index k = n - 1; k >= 0; --k) {
-    for (Eigen::Index side = 0; side < x.cols(); ++side) {
-      x(k, side) /= LU(k, k);
-      x.col(side).head(k) -= x(k, side) * LU.col(k).head(k);
+/// Four equations in the joints' steps, with two right sides after the joints' columns.
+constexpr int kEquations = 4, kSides = 2;
+using Equations =
+    Eigen::Matrix<double, kEquations, Eigen::Dynamic, Eigen::ColMajor, kEquations, kMaxJoints + kSides>;
+using Steps = Eigen::Matrix<double, Eigen::Dynamic, kSides, Eigen::ColMajor, kMaxJoints, kSides>;
+using Freedom = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints,
+                              kMaxJoints - kEquations>;
+
+/// What solves the equations: particular + freedom y for any y, one column for each right side.
+struct Solutions {
+  Steps particular;
+  Freedom freedom;
+};
+
+/// Gauss-Jordan, each equation solved for the joint that counts most in it.
+/// @return nothing where the equations depend on each other
+std::optional<Solutions> solutions(Equations table) {
+  constexpr double kDependent = 1e-13;
+  const Eigen::Index n = table.cols() - kSides;
+  Solutions all{Steps::Zero(n, kSides), Freedom::Zero(n, n - kEquations)};
+  std::array<Eigen::Index, kEquations> joint_of{};
+  std::bitset<kMaxJoints> is_solved;
+  for (Eigen::Index r = 0; r < kEquations; ++r) {
+    Eigen::Index joint = 0;
+    // The joints of the equations before are eliminated from this one.
+    const double largest = table.row(r).head(n).cwiseAbs().maxCoeff(&joint);
+    if (!(largest > kDependent)) return std::nullopt;
+    joint_of[static_cast<std::size_t>(r)] = joint;
+    is_solved.set(static_cast<std::size_t>(joint));
+    const Eigen::Vector4d eliminated = table.col(joint);
+    for (Eigen::Index c = 0; c < table.cols(); ++c) {
+      const double value = table(r, c) / eliminated[r];
+      table.col(c) -= value * eliminated;
+      table(r, c) = value;
     }
   }
-  return x.allFinite();
+  Eigen::Index free = 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (is_solved[static_cast<std::size_t>(i)]) continue;
+    all.freedom(i, free) = 1;
+    for (Eigen::Index r = 0; r < kEquations; ++r)
+      all.freedom(joint_of[static_cast<std::size_t>(r)], free) = -table(r, i);
+    ++free;
+  }
+  for (Eigen::Index r = 0; r < kEquations; ++r)
+    all.particular.row(joint_of[static_cast<std::size_t>(r)]) = table.row(r).tail<kSides>();
+  return all;
 }
 
 }  // namespace
@@ -40,23 +65,29 @@ bool solve(const Equations& K, Sides& x) {
 std::optional<WristStep> wrist_step(const PositionTask& task, const Eigen::Vector3d& rotation_error,
                                     double opposite_sense) {
   const Eigen::Index n = task.J.cols();
-  const auto J_p = task.J.topRows<3>();
   const auto J_r = task.J.bottomRows<3>();
   // Least squares of the orientation under the constraints J_p step = p_error and opposite part = 0 or 1.
-  Equations K = Equations::Zero(n + 4, n + 4);
-  K.topLeftCorner(n, n).noalias() = J_r.transpose() * J_r;
-  K.diagonal().head(n).array() += kLeastStiffness;
-  K.block(n, 0, 3, n) = J_p;
-  K(n + 3, n - 3) = 0.5;
-  K(n + 3, n - 1) = 0.5 * opposite_sense;
-  K.topRightCorner(n, 4) = K.bottomLeftCorner(4, n).transpose();
-  Sides x = Sides::Zero(n + 4, 2);
-  x.col(0).head(n).noalias() = J_r.transpose() * rotation_error;
-  x.col(0).segment<3>(n) = task.p_error;
-  x(n + 3, 1) = 1;
-  if (!solve(K, x)) return std::nullopt;
+  Equations table = Equations::Zero(kEquations, n + kSides);
+  table.topLeftCorner(3, n) = task.J.topRows<3>();
+  table(3, n - 3) = 0.5;
+  table(3, n - 1) = 0.5 * opposite_sense;
+  table.col(n).head<3>() = task.p_error;
+  table(3, n + 1) = 1;
+  const auto all = solutions(table);
+  if (!all) return std::nullopt;
+  const Freedom& Z = all->freedom;
+  const auto turns = J_r.lazyProduct(Z).eval();
+  Eigen::Matrix<double, 3, kSides> wanted = -J_r.lazyProduct(all->particular);
+  wanted.col(0) += rotation_error;
+  const auto H =
+      (turns.transpose().lazyProduct(turns) + kLeastStiffness * Z.transpose().lazyProduct(Z)).eval();
+  const auto b =
+      (turns.transpose().lazyProduct(wanted) - kLeastStiffness * Z.transpose().lazyProduct(all->particular))
+          .eval();
+  const Steps x = all->particular + Z.lazyProduct(H.llt().solve(b).eval());
+  if (!x.allFinite()) return std::nullopt;
 
-  WristStep step{.others = x.col(0).head(n), .opposite = x.col(1).head(n)};
+  WristStep step{.others = x.col(0), .opposite = x.col(1)};
   const Eigen::Vector3d left = rotation_error - J_r * step.others, turned = J_r * step.opposite;
   step.e_squared = left.squaredNorm();
   step.s_squared = turned.squaredNorm();
@@ -66,18 +97,20 @@ std::optional<WristStep> wrist_step(const PositionTask& task, const Eigen::Vecto
 
 std::optional<JointVector> nearest_step(const PositionTask& task, const JointVector& wanted,
                                         const std::bitset<kMaxJoints>& held) {
+  constexpr int kMost = kMaxJoints + 3;
   const Eigen::Index n = task.J.cols();
-  Equations K = Equations::Zero(n + 3, n + 3);
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMost, kMost>;
+  Matrix K = Matrix::Zero(n + 3, n + 3);
   K.diagonal().head(n).setOnes();
   K.block(n, 0, 3, n) = task.J.topRows<3>();
   for (Eigen::Index i = 0; i < n; ++i) {
     if (!held[static_cast<std::size_t>(i)]) K.block(i, n, 1, 3) = K.block(n, i, 3, 1).transpose();
   }
-  Sides x = Sides::Zero(n + 3, 1);
-  x.col(0).head(n) = wanted;
-  x.col(0).tail<3>() = task.p_error;
-  if (!solve(K, x)) return std::nullopt;
-  return JointVector(x.col(0).head(n));
+  Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMost, 1> x(n + 3);
+  x << wanted, task.p_error;
+  x = K.partialPivLu().solve(x).eval();
+  if (!x.allFinite()) return std::nullopt;
+  return JointVector(x.head(n));
 }
 
 }  // namespace truepose

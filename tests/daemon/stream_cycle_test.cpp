@@ -508,7 +508,9 @@ TEST(StreamCycle, HoldsWhereOnlyASingularityAsksForALargeCorrectionAndGoesOnBeyo
     const std::uint64_t unsolved = rig.status().counters.no_solution;
     rig.q[2] += 0.005 * kRadPerDeg;
     rig.tick();
-    if (rig.status().counters.no_solution > unsolved) ASSERT_EQ(rig.applied, last);
+    if (rig.status().counters.no_solution > unsolved) {
+      ASSERT_EQ(rig.applied, last);
+    }
     ASSERT_LE(rig.largest_applied_deg(), 10);
   }
   EXPECT_GT(rig.status().counters.no_solution, 100u);

@@ -128,8 +128,8 @@ TEST_F(Compensate, ATargetThatOnlyASingularityMakesDifficultIsRefusedWithItsRow)
     return run.err;
   };
   EXPECT_THAT(error("20,-130,64.8,30,45,-40\n"),  // the wrist's centre near axis 1
-              HasSubstr("row 2: joint 4 would have to be corrected by -17.9"));
-  EXPECT_THAT(error("20,-130,65.3,30,45,-40\n"), HasSubstr("row 2: the calibrated arm cannot reach it"));
+              HasSubstr("row 2: joint 4 would have to be corrected by -18.0 deg"));
+  EXPECT_THAT(error("20,-130,65,30,45,-40\n"), HasSubstr("row 2: the calibrated arm cannot reach it"));
   EXPECT_THAT(error(kSingularRow, {"--singular-below", "0"}), HasSubstr("too near to a singularity"));
 }
 

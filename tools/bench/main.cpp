@@ -42,6 +42,10 @@ std::vector<Comparison> comparisons() {
                   "inverse/truepose" + each_target, 20});
   rows.push_back({"inverse of the calibrated arm", "KDL LMA", "inverse/kdl_lma" + each_target,
                   "inverse/truepose" + each_target, 35});
+  rows.push_back({"compensation of joints", "Newton", "compensation/newton/regular",
+                  "compensation/truepose/regular", 1});
+  rows.push_back({"the same, next to A5 = 0", "Newton, unbounded", "compensation/newton/damped",
+                  "compensation/truepose/damped", 0.4});
   rows.push_back(
       {"50 of 2000 poses, D-optimal", "determinants", "design/naive/iterations:1", "design/truepose", 150});
   rows.push_back(
