@@ -40,21 +40,21 @@ class TargetRows {
         p_F_mm_{known_point(real)} {}
 
   Solved solve(const std::vector<double>& row, bool is_pose) const {
-    const auto solved = is_pose ? at_pose(row) : Attempt{compensation_.at_joints(joints(row), p_F_mm_)};
-    if (!solved) return std::unexpected(solved.error());
-    if (!*solved) return std::unexpected(described(solved->error(), nominal_));
-    return **solved;
+    return is_pose ? at_pose(row) : told(compensation_.at_joints(joints(row), p_F_mm_));
   }
 
  private:
-  using Attempt = std::expected<TargetCompensation::Result, std::string>;
-
-  Attempt at_pose(const std::vector<double>& row) const {
+  Solved at_pose(const std::vector<double>& row) const {
     if (!inverse_) return std::unexpected(inverse_.error());
     const Eigen::Isometry3d X_BF = pose_from_kuka({row[0], row[1], row[2]}, {row[3], row[4], row[5]});
     const auto q = inverse_->nearest(X_BF, JointVector::Zero(nominal_.joint_count()));
     if (!q) return std::unexpected(q.error());
-    return compensation_.at_pose(X_BF, *q, p_F_mm_);
+    return told(compensation_.at_pose(X_BF, *q, p_F_mm_));
+  }
+
+  Solved told(const TargetCompensation::Result& result) const {
+    if (result) return *result;
+    return std::unexpected(described(result.error(), nominal_));
   }
 
   JointVector joints(const std::vector<double>& row) const {

@@ -41,6 +41,20 @@ TEST(TheControlProtocol, RefusesAParameterThatItDoesNotKnowInEveryMethod) {
   }
 }
 
+/// Of targets.compensate: the wrist stretched, and a joint beyond its limit.
+void expect_compensated(tools::RpcClient& client) {
+  const auto of = [&](const json::array& joints) {
+    return client.call("targets.compensate", {{"joints", json::array{joints}}});
+  };
+  const auto stretched = of({0, -90, 90, 0, 0, 0});
+  ASSERT_TRUE(stretched) << stretched.error().message;
+  EXPECT_TRUE(stretched->at("damped").at(0).as_bool());
+  EXPECT_LT(stretched->at("residual_mm").at(0).to_number<double>(), 1e-6);
+  const auto beyond = of({0, -90, 90, 0, 35, 360});
+  ASSERT_FALSE(beyond);
+  EXPECT_THAT(beyond.error().message, testing::HasSubstr("params.joints[0]: joint 6 would have to go to"));
+}
+
 TEST(TheControlProtocol, AnswersAndTellsWhatItsSchemaSays) {
   LiveCell cell;
   cell.start_daemon();
@@ -63,6 +77,8 @@ TEST(TheControlProtocol, AnswersAndTellsWhatItsSchemaSays) {
     expect_fits(method);
   expect_fits("campaign.get", {{"points_limit", 100}});
   expect_fits("targets.compensate", {{"joints", json::array{json::array{0, -90, 90, 0, 35, 0}}}});
+  expect_fits("targets.compensate", {{"poses", json::array{json::array{1700, 0, 1500, 0, 60, 0}}}});
+  expect_compensated(client);
   for (const char* method :
        {"stream.start", "cell.status", "stream.stop", "cell.disconnect", "model.deactivate", "cell.connect"})
     expect_fits(method);
