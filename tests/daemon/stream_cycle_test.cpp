@@ -529,8 +529,10 @@ TEST(StreamCycle, HoldsWhereOnlyASingularityAsksForALargeCorrectionAndGoesOnBeyo
 
 TEST(StreamCycle, LeadsANearlyStretchedArmNoFurtherOffThanItWasWhereTheTotalIsTooSmall) {
   const RobotModel real = with_published_errors(nominal_arm());
-  StreamRig rig;
-  rig.q = axes_deg({20, -60, 4.5, 30, 45, -40});
+  StreamOptions options = stream_options();
+  options.max_total_rad = 1.5 * kRadPerDeg;
+  StreamRig rig{options};
+  rig.q = axes_deg({20, -60, 5, 30, 45, -40});  // wants 1.46 deg of axis 2 and -3.45 of axis 3
   const double uncorrected_mm = off_mm(rig, real, {0, 0, 0});
   rig.cycle->use_model(real, 1);
   rig.cycle->engage();
