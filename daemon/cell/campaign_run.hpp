@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -11,15 +10,12 @@ namespace truepose::daemon {
 /// One campaign of a cell: under way, or the last one.
 struct DaemonCell::CampaignRun {
   CampaignRun(StoreJournal::Options options, const config::CellConfig& config, const Parts& parts,
-              CampaignObserver& observer, RunCompute compute, std::optional<DriftReference> drift_reference)
+              CampaignObserver& observer, RunCompute compute, CampaignOrder order)
       : id{options.campaign_id},
         journal{std::move(options), parts.store, parts.store_thread, parts.wall_clock},
-        campaign{config,
-                 {parts.robot, parts.tracker, parts.clock},
-                 journal,
-                 observer,
-                 std::move(compute),
-                 std::move(drift_reference)} {}
+        campaign{
+            config,          {parts.robot, parts.tracker, parts.clock}, journal, observer, std::move(compute),
+            std::move(order)} {}
 
   std::string id;
   StoreJournal journal;

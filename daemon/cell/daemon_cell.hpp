@@ -104,9 +104,7 @@ class DaemonCell final : public CellService, private CampaignObserver {
   /// @return the refusal as an error, where there was one
   std::optional<control::RpcError> apply(const CellEvent& event, const std::string& reason);
   Result simple_request(const boost::json::object& params, const CellEvent& event, const std::string& reason);
-  /// @param drift_reference  of a drift check; none: a calibration
-  Result start_campaign(const config::CellConfig& config, bool activate,
-                        std::optional<DriftReference> drift_reference);
+  Result start_campaign(const config::CellConfig& config, CampaignOrder order, bool activate = false);
   boost::asio::awaitable<void> run_campaign();
   boost::asio::awaitable<std::expected<ModelRecord, control::RpcError>> find_model(std::string id);
   boost::asio::awaitable<void> watch_robot();

@@ -63,7 +63,7 @@ DaemonCell::Reply DaemonCell::campaign_start(json::object params) {
   plan.remeasure = read.boolean("remeasure").value_or(plan.remeasure);
   const bool activate = read.boolean("activate").value_or(true);
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
-  co_return start_campaign(config, activate, std::nullopt);
+  co_return start_campaign(config, CalibrationOrder{}, activate);
 }
 
 DaemonCell::Reply DaemonCell::drift_check(json::object params) {
@@ -91,25 +91,26 @@ DaemonCell::Reply DaemonCell::drift_check(json::object params) {
                                        std::string{state()},
                                        {"model.activate", "campaign.start"}});
   }
-  co_return start_campaign(config, false, active_->drift_reference);
+  co_return start_campaign(config, *active_->drift_reference);
 }
 
-DaemonCell::Result DaemonCell::start_campaign(const config::CellConfig& config, bool activate,
-                                              std::optional<DriftReference> drift_reference) {
+DaemonCell::Result DaemonCell::start_campaign(const config::CellConfig& config, CampaignOrder order,
+                                              bool activate) {
   const std::string id = new_uuid();
   if (auto refused = apply(CampaignStartRequested{id}, "asked for by an operator"))
     return std::unexpected(*refused);
   RunCompute compute = [this](std::function<void()> job) {
     return parts_.compute_thread.run(std::move(job));
   };
-  StoreJournal::Options options{.campaign_id = id,
-                                .model_id = new_uuid(),
-                                .robot_name = config.robot.model.name,
-                                .kind = drift_reference ? "drift" : "calibration",
-                                .activate = activate};
+  StoreJournal::Options options{
+      .campaign_id = id,
+      .model_id = new_uuid(),
+      .robot_name = config.robot.model.name,
+      .kind = std::holds_alternative<DriftReference>(order) ? "drift" : "calibration",
+      .activate = activate};
   CampaignObserver& observer = *this;
   campaign_ = std::make_unique<CampaignRun>(std::move(options), config, parts_, observer, std::move(compute),
-                                            std::move(drift_reference));
+                                            std::move(order));
   asio::co_spawn(parts_.io, run_campaign(), [](std::exception_ptr failed) {
     if (failed) std::rethrow_exception(failed);
   });

@@ -1,0 +1,67 @@
+#include "daemon/campaign/arm_motion.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "core/kinematics/angles.hpp"
+#include "core/planning/scene.hpp"
+
+namespace truepose::daemon {
+
+namespace {
+
+// A joint that moved less than this has not taken up its backlash.
+constexpr double kMoved = 1e-4;
+
+}  // namespace
+
+double approach_way_rad(const config::CampaignConfig& campaign, int pose) {
+  const double way_rad = campaign.approach_deg * kRadPerDeg;
+  switch (campaign.approach) {
+    case config::ApproachSide::Any:
+      return 0;
+    case config::ApproachSide::Upwards:
+      return way_rad;
+    case config::ApproachSide::Alternate:
+      return pose % 2 == 0 ? way_rad : -way_rad;
+  }
+  return 0;
+}
+
+CellDevices::Outcome<JointVector> ArmMotion::drive(JointVector q) {
+  auto here = co_await devices_.position();
+  if (!here) co_return here;
+  auto way = std::make_shared<std::optional<std::vector<JointVector>>>();
+  std::function<void()> job = [way, poses = poses_, from = *here, q] { *way = poses->way(from, q); };
+  co_await compute_(job);
+  if (!*way) {
+    co_return std::unexpected(
+        DeviceError{Remedy::Retry, "no clear way was found from where the arm stands; move it by hand"});
+  }
+  (*way)->push_back(q);
+  for (const JointVector& stop : **way) {
+    const JointVector from = *here;
+    here = co_await devices_.move(stop);
+    if (!here) co_return here;
+    note_direction(*here - from);
+  }
+  co_return here;
+}
+
+CellDevices::Outcome<JointVector> ArmMotion::arrive(JointVector q, double way_rad) {
+  if (way_rad != 0) {
+    auto start = co_await drive(approach_start(robot_, q, way_rad));
+    if (!start) co_return start;
+  }
+  auto reached = co_await drive(q);
+  co_return reached;
+}
+
+void ArmMotion::note_direction(const JointVector& moved) {
+  direction_.resize(static_cast<std::size_t>(moved.size()));
+  for (Eigen::Index i = 0; i < moved.size(); ++i) {
+    if (std::abs(moved[i]) > kMoved) direction_[static_cast<std::size_t>(i)] = moved[i] > 0 ? 1 : -1;
+  }
+}
+
+}  // namespace truepose::daemon

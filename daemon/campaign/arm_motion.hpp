@@ -1,0 +1,52 @@
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "config/cell_config.hpp"
+#include "core/planning/pose_supply.hpp"
+#include "daemon/campaign/cell_devices.hpp"
+
+namespace truepose::daemon {
+
+/// Runs a job where it may take long and returns when it is done: a pool of threads, or in place in tests.
+using RunCompute = std::function<boost::asio::awaitable<void>(std::function<void()>)>;
+
+/// The way (rad; prismatic: as many metres) by which every joint comes to a pose, from below where positive;
+/// 0 where the campaign prescribes no side.
+double approach_way_rad(const config::CampaignConfig& campaign, int pose);
+
+/// Moves the arm by ways that are clear, as far as its surroundings are known, and remembers from which side
+/// each joint came.
+class ArmMotion {
+ public:
+  /// @param robot, devices  outlive it
+  ArmMotion(const RobotModel& robot, CellDevices& devices, RunCompute compute)
+      : robot_{robot}, devices_{devices}, compute_{std::move(compute)} {}
+
+  /// Needed before the first motion.
+  void use_ways_of(std::shared_ptr<PoseSupply> poses) { poses_ = std::move(poses); }
+
+  /// @return the actual joint positions at the end
+  CellDevices::Outcome<JointVector> drive(JointVector q);
+  /// The same by way of a place from which all joints move up (or down, where `way_rad` is negative) to q.
+  CellDevices::Outcome<JointVector> arrive(JointVector q, double way_rad);
+
+  /// In which each joint last moved: -1, 1; 0 or empty: not known.
+  const std::vector<std::int8_t>& direction() const { return direction_; }
+
+ private:
+  void note_direction(const JointVector& moved);
+
+  const RobotModel& robot_;
+  CellDevices& devices_;
+  RunCompute compute_;
+  std::shared_ptr<PoseSupply> poses_;
+  std::vector<std::int8_t> direction_;
+};
+
+}  // namespace truepose::daemon

@@ -1,0 +1,238 @@
+#include "daemon/campaign/calibration_campaign.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <utility>
+
+#include "config/cell_setup.hpp"
+#include "core/compensation/target_compensation.hpp"
+#include "core/evaluation/model_noise.hpp"
+#include "core/kinematics/forward.hpp"
+
+namespace truepose::daemon {
+
+namespace {
+
+using Done = std::expected<void, CampaignError>;
+
+/// How far the reference pose is from where it was first: drift of the tracker, the base or the arm.
+std::vector<double> reference_drift_mm(const std::vector<StoredPoint>& points) {
+  std::vector<double> drift_mm;
+  const StoredPoint* first = nullptr;
+  for (const StoredPoint& point : points) {
+    if (point.purpose != PointPurpose::Reference) continue;
+    if (first == nullptr) first = &point;
+    drift_mm.push_back((point.p_WS_mm - first->p_WS_mm).norm());
+  }
+  return drift_mm;
+}
+
+}  // namespace
+
+CalibrationCampaign::CalibrationCampaign(MeasuringSession& session) : session_{session} {
+  const config::CampaignConfig& campaign = session_.config().campaign;
+  session_.add_to_total(campaign.identify_poses + campaign.validate_poses * (campaign.remeasure ? 2 : 1));
+}
+
+CampaignOutcome<void> CalibrationCampaign::run() {
+  Done done = co_await plan();
+  if (done) done = co_await warm_up();
+  if (done) done = co_await measure_to_identify();
+  if (done) done = co_await measure_to_validate();
+  if (done) done = co_await identify();
+  if (done && session_.config().campaign.remeasure) done = co_await remeasure();
+  co_return done;
+}
+
+CampaignOutcome<void> CalibrationCampaign::plan() {
+  const config::CampaignConfig& campaign = session_.config().campaign;
+  PlanOptions options = config::plan_options(session_.config(), campaign.identify_poses);
+  options.first = std::min(campaign.coarse_after, campaign.identify_poses);
+  options.validate = campaign.validate_poses;
+  Done done = co_await session_.plan(config::rough_cell(session_.config()), options);
+  if (!done) co_return done;
+  const MeasurementPlan& plan = session_.planned();
+  for (const JointVector& q : plan.poses)
+    identify_.push_back(session_.new_target(PointPurpose::Identify, q, Replacement::Informative));
+  for (const JointVector& q : plan.validate)
+    validate_.push_back(session_.new_target(PointPurpose::Validate, q, Replacement::Near));
+  if (plan.reference) add_reference(*plan.reference);
+  co_return done;
+}
+
+/// Puts measurements of the reference pose before the first pose to identify, after every so many, and last.
+void CalibrationCampaign::add_reference(const JointVector& q) {
+  const auto every = static_cast<std::size_t>(session_.config().campaign.reference_every);
+  Targets all;
+  const auto visit = [&] { all.push_back(session_.new_target(PointPurpose::Reference, q)); };
+  for (std::size_t i = 0; i < identify_.size(); ++i) {
+    if (i % every == 0) visit();
+    all.push_back(identify_[i]);
+  }
+  visit();
+  session_.add_to_total(static_cast<int>(all.size() - identify_.size()));
+  identify_ = std::move(all);
+}
+
+CampaignOutcome<void> CalibrationCampaign::warm_up() {
+  session_.enter(CampaignPhase::WarmUp);
+  const config::CampaignConfig& campaign = session_.config().campaign;
+  const TimePoint until = session_.clock().now() + campaign.warm_up;
+  for (std::size_t n = 0; static_cast<int>(n) < campaign.warm_up_moves || session_.clock().now() < until;
+       ++n) {
+    Done visited = co_await session_.visit(identify_[n % identify_.size()].q_target);
+    if (!visited) co_return visited;
+  }
+  co_return Done{};
+}
+
+CampaignOutcome<void> CalibrationCampaign::measure_to_identify() {
+  session_.enter(CampaignPhase::Identify);
+  CampaignResult& result = session_.result();
+  // With every further pose the fit reaches farther beyond those that it was made from.
+  const auto after_each = [this, &result]() -> CampaignOutcome<void> {
+    const bool enough =
+        static_cast<int>(result.data.points.size()) >= session_.config().campaign.coarse_after;
+    Done fitted;
+    if (enough) fitted = co_await fit_placement();
+    co_return fitted;
+  };
+  auto measured = co_await session_.measure_all(identify_, after_each);
+  if (!measured) co_return std::unexpected(measured.error());
+  result.reference_drift_mm = reference_drift_mm(result.points);
+  co_return Done{};
+}
+
+CampaignOutcome<void> CalibrationCampaign::measure_to_validate() {
+  session_.enter(CampaignPhase::Validate);
+  auto measured = co_await session_.measure_all(validate_);
+  if (!measured) co_return std::unexpected(measured.error());
+  validate_ = *std::move(measured);
+  co_return Done{};
+}
+
+/// Base and reflector from the points so far, with the nominal arm: from now on the tracker knows where to
+/// look.
+CampaignOutcome<void> CalibrationCampaign::fit_placement() {
+  const CampaignResult& result = session_.result();
+  auto fitted = std::make_shared<std::expected<CalibratedCell, CalibrationError>>();
+  std::function<void()> job = [fitted, robot = session_.config().robot.model, data = result.data] {
+    *fitted = coarse_fit(robot, data);
+  };
+  co_await session_.compute(job);
+  if (!*fitted) {
+    // What served so far goes on serving; the next point brings another try.
+    session_.report_trouble("base and reflector are not known yet: " + fitted->error().detail);
+    co_return Done{};
+  }
+  const CalibratedCell& cell = **fitted;
+  for (std::size_t i = 0; i < result.points.size(); ++i) {
+    const StoredPoint& point = result.points[i];
+    const double off_mm = (point.p_WS_mm - cell.predict(point.q_actual, 0)).norm();
+    if (off_mm <= session_.config().tracker.gate_mm) continue;
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "the %zu points so far do not fit the nominal arm: pose %d is %.1f mm off, allowed are "
+                  "%.1f mm (another reflector in sight, or another arm)",
+                  result.points.size(), point.pose, off_mm, session_.config().tracker.gate_mm);
+    co_return std::unexpected(CampaignError{CampaignFault::Calibration, text});
+  }
+  // A fit from few points is good where they are, and less so elsewhere.
+  const bool few = static_cast<int>(result.data.points.size()) < 2 * session_.config().campaign.coarse_after;
+  session_.expect(cell, few ? 2 : 1);
+  co_return Done{};
+}
+
+CampaignOutcome<void> CalibrationCampaign::identify() {
+  session_.enter(CampaignPhase::Compute);
+  CampaignResult& result = session_.result();
+  auto calibrated = std::make_shared<std::expected<Calibration, CalibrationError>>();
+  std::function<void()> job = [calibrated, robot = session_.config().robot.model, data = result.data,
+                               options = config::calibrate_options(session_.config())] {
+    *calibrated = calibrate(robot, data, options);
+  };
+  const TimePoint begun = session_.clock().now();
+  co_await session_.compute(job);
+  result.elapsed_s = std::chrono::duration<double>(session_.clock().now() - begun).count();
+  if (!*calibrated) {
+    co_return std::unexpected(CampaignError{CampaignFault::Calibration, calibrated->error().detail});
+  }
+  Calibration& calibration = **calibrated;
+  if (!calibration.converged) {
+    co_return std::unexpected(
+        CampaignError{CampaignFault::Calibration, "the identification did not converge"});
+  }
+  result.calibration = std::move(calibration);
+  result.noise =
+      noise_about_model(result.calibration, result.data, config::calibrate_options(session_.config()).noise);
+  const auto& validate = result.calibration.validate;
+  result.improves = validate && validate->after.mean < validate->before.mean;
+  session_.expect(result.calibration.cell);
+  co_return Done{};
+}
+
+CampaignOutcome<void> CalibrationCampaign::remeasure() {
+  auto compensated = co_await compensate();
+  if (!compensated) co_return std::unexpected(compensated.error());
+  session_.enter(CampaignPhase::Remeasure);
+  auto measured = co_await session_.measure_all(*compensated);
+  if (!measured) co_return std::unexpected(measured.error());
+  judge_remeasured();
+  co_return Done{};
+}
+
+/// The validation poses again, now with the joints at which the real arm stands where the nominal one would.
+CampaignOutcome<CalibrationCampaign::Targets> CalibrationCampaign::compensate() {
+  Targets targets = validate_;
+  for (MeasuringTarget& target : targets) {
+    target = session_.new_target(PointPurpose::Remeasure, target.q_target);
+  }
+  const RobotModel& nominal = session_.config().robot.model;
+  auto solved = std::make_shared<std::vector<TargetCompensation::Result>>();
+  std::function<void()> job = [solved, targets, nominal, expected = session_.expected(),
+                               campaign = session_.config().campaign] {
+    for (const MeasuringTarget& target : targets) {
+      const double way_rad = approach_way_rad(campaign, target.pose);
+      const auto side = static_cast<std::int8_t>((way_rad > 0) - (way_rad < 0));
+      const std::vector<std::int8_t> direction(nominal.joints.size(), side);
+      const TargetCompensation compensation{nominal, expected.robot, {.approach = direction}};
+      // Next to the wrist singularity the reflector's position is kept: it is what will be measured.
+      solved->push_back(compensation.at_joints(target.q_target, expected.reflectors.front().p_FS_mm));
+    }
+  };
+  co_await session_.compute(job);
+
+  Targets reachable;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    std::string reason;
+    if (!session_.result().improves) {
+      reason = "the calibrated arm is no better than the nominal one on the validation poses";
+    } else if (!(*solved)[i]) {
+      reason = "compensated: " + described((*solved)[i].error(), nominal);
+    }
+    if (!reason.empty()) {
+      Done skipped = co_await session_.skip(targets[i], 0, reason);
+      if (!skipped) co_return std::unexpected(skipped.error());
+      continue;
+    }
+    targets[i].q_commanded = (*solved)[i]->q;
+    reachable.push_back(targets[i]);
+  }
+  co_return reachable;
+}
+
+void CalibrationCampaign::judge_remeasured() {
+  CampaignResult& result = session_.result();
+  const CalibratedCell& cell = result.calibration.cell;
+  // Where the nominal arm was asked to be, seen from the identified base.
+  const CalibratedCell asked{session_.config().robot.model, cell.base, cell.reflectors};
+  for (const StoredPoint& point : result.points) {
+    if (point.purpose != PointPurpose::Remeasure) continue;
+    result.remeasured_errors_mm.push_back(point.p_WS_mm - asked.predict(point.q_target, 0));
+  }
+  if (result.remeasured_errors_mm.empty()) return;
+  result.remeasured = error_statistics(result.remeasured_errors_mm);
+}
+
+}  // namespace truepose::daemon

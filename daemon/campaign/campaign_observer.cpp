@@ -1,0 +1,13 @@
+#include "daemon/campaign/campaign_observer.hpp"
+
+#include <array>
+
+namespace truepose::daemon {
+
+std::string_view phase_name(CampaignPhase phase) {
+  constexpr std::array<std::string_view, 8> names{"connecting", "computing", "warming_up",  "identifying",
+                                                  "validating", "computing", "remeasuring", "activating"};
+  return names[static_cast<std::size_t>(phase)];
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,284 @@
+#include "daemon/campaign/measuring_session.hpp"
+
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <utility>
+
+#include "config/cell_setup.hpp"
+
+namespace truepose::daemon {
+
+namespace asio = boost::asio;
+using namespace std::chrono_literals;
+
+namespace {
+
+constexpr Duration kBeforeRetry = 1s;
+
+using Done = std::expected<void, CampaignError>;
+
+/// A device's error that ends the campaign.
+CampaignError fatal(const DeviceError& error) {
+  return {error.remedy == Remedy::WrongArm ? CampaignFault::WrongArm : CampaignFault::Device, error.detail};
+}
+
+CampaignError store_failed(const StoreError& error) { return {CampaignFault::Store, error.detail}; }
+
+}  // namespace
+
+MeasuringSession::MeasuringSession(const config::CellConfig& config, CampaignDevices devices,
+                                   CampaignJournal& journal, CampaignObserver& observer,
+                                   RunCompute run_compute)
+    : config_{config},
+      devices_{config_, devices, [&observer](const std::string& sentence) { observer.on_trouble(sentence); }},
+      clock_{devices.clock},
+      journal_{journal},
+      observer_{observer},
+      run_compute_{std::move(run_compute)},
+      motion_{config_.robot.model, devices_, run_compute_},
+      expected_{config::rough_cell(config_)} {
+  result_->data.smr_names = {config_.reflector.name};
+}
+
+MeasuringSession::Outcome<void> MeasuringSession::connect() {
+  enter(CampaignPhase::Connect);
+  auto identities = co_await devices_.connect();
+  if (!identities) co_return std::unexpected(fatal(identities.error()));
+  result_->identities = *std::move(identities);
+  begun_ = true;
+  auto begun = co_await journal_.begin(result_->identities);
+  if (!begun) co_return std::unexpected(store_failed(begun.error()));
+  co_return Done{};
+}
+
+asio::awaitable<StoreResult<void>> MeasuringSession::end(std::optional<CampaignError> error) {
+  if (!begun_) {
+    auto begun = co_await journal_.begin(result_->identities);
+    if (!begun) co_return begun;
+  }
+  std::shared_ptr<const CampaignResult> result;
+  if (!error) result = result_;
+  auto ended = co_await journal_.end(result, error);
+  co_return ended;
+}
+
+MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, PlanOptions options) {
+  enter(CampaignPhase::Plan);
+  options.sizes.clear();
+  options.random_sets = 0;
+  auto here = co_await devices_.position();
+  if (here) options.start = *here;
+  auto made = std::make_shared<std::expected<PoseSupply, std::string>>(std::unexpect);
+  std::function<void()> job = [made, cell, scene = config::scene_of(config_), options] {
+    *made = PoseSupply::make(cell, scene, options);
+  };
+  co_await run_compute_(job);
+  if (!*made) co_return std::unexpected(CampaignError{CampaignFault::Planning, made->error()});
+  poses_ = std::make_shared<PoseSupply>(std::move(**made));
+  motion_.use_ways_of(poses_);
+  co_return Done{};
+}
+
+MeasuringTarget MeasuringSession::new_target(PointPurpose purpose, const JointVector& q,
+                                             Replacement replacement) {
+  return {next_number_++, purpose, q, q, replacement};
+}
+
+void MeasuringSession::expect(CalibratedCell cell, double reach) {
+  expected_ = std::move(cell);
+  reach_ = reach;
+  placement_known_ = true;
+}
+
+MeasuringSession::Outcome<void> MeasuringSession::visit(JointVector q) {
+  co_await wait_while_paused();
+  auto reached = co_await motion_.drive(q);
+  if (reached) co_return Done{};
+  Done recovered = co_await recover(reached.error());
+  co_return recovered;
+}
+
+MeasuringSession::Outcome<std::vector<MeasuringTarget>> MeasuringSession::measure_all(
+    std::vector<MeasuringTarget> targets, std::function<Outcome<void>()> after_each) {
+  for (std::size_t i = 0; i < targets.size();) {
+    auto point = co_await measure(targets[i]);
+    if (!point) co_return std::unexpected(point.error());
+    if (!*point) {
+      auto other = co_await substitute(targets[i]);
+      if (!other) co_return std::unexpected(other.error());
+      if (*other) {
+        targets[i] = **other;
+        continue;
+      }
+    }
+    if (after_each) {
+      Done done = co_await after_each();
+      if (!done) co_return std::unexpected(done.error());
+    }
+    ++i;
+  }
+  co_return targets;
+}
+
+MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(MeasuringTarget target) {
+  co_await wait_while_paused();
+  if (!first_pose_) first_pose_ = clock_.now();
+  const int attempts = 1 + config_.campaign.retries;
+  std::string reason;
+  for (int n = 1; n <= attempts; ++n) {
+    auto point = co_await attempt(target);
+    if (point) {
+      Done kept = co_await keep(*point);
+      if (!kept) co_return std::unexpected(kept.error());
+      co_return *point;
+    }
+    reason = point.error().detail;
+    observer_.on_trouble("pose " + std::to_string(target.pose) + ", attempt " + std::to_string(n) + " of " +
+                         std::to_string(attempts) + ": " + reason);
+    Done recovered = co_await recover(point.error());
+    if (!recovered) co_return std::unexpected(recovered.error());
+  }
+  Done skipped = co_await skip(target, attempts, reason);
+  if (!skipped) co_return std::unexpected(skipped.error());
+  co_return std::nullopt;
+}
+
+/// What to measure in place of a pose that failed. Never more than were measured, so that a device that
+/// always fails does not make the campaign endless.
+MeasuringSession::Outcome<std::optional<MeasuringTarget>> MeasuringSession::substitute(
+    MeasuringTarget failed) {
+  if (failed.replacement == Replacement::None || substitutes_ >= static_cast<int>(result_->points.size()))
+    co_return std::nullopt;
+  auto other = std::make_shared<std::optional<JointVector>>();
+  std::function<void()> job = [other, poses = poses_, failed] {
+    *other = failed.replacement == Replacement::Informative ? poses->substitute(failed.q_target)
+                                                            : poses->validation_substitute(failed.q_target);
+  };
+  co_await run_compute_(job);
+  if (!*other) co_return std::nullopt;
+  ++substitutes_;
+  ++progress_.total;
+  const MeasuringTarget target = new_target(failed.purpose, **other, failed.replacement);
+  observer_.on_trouble("pose " + std::to_string(failed.pose) + " is replaced by pose " +
+                       std::to_string(target.pose));
+  co_return target;
+}
+
+CellDevices::Outcome<StoredPoint> MeasuringSession::attempt(MeasuringTarget target) {
+  const double way_rad = approach_way_rad(config_.campaign, target.pose);
+  auto reached = co_await motion_.arrive(target.q_commanded, way_rad);
+  if (!reached) co_return std::unexpected(reached.error());
+  const config::TrackerConfig& tracker = config_.tracker;
+  const Eigen::Vector3d p_WS_mm = expected_.predict(*reached, 0, motion_.direction());
+  const double search_mm = placement_known_ ? reach_ * tracker.search_mm : tracker.search_first_mm;
+  const double gate_mm = placement_known_ ? reach_ * tracker.gate_mm : tracker.search_first_mm;
+  auto measured = co_await devices_.measure(p_WS_mm, search_mm, gate_mm);
+  if (!measured) co_return std::unexpected(measured.error());
+
+  StoredPoint point;
+  point.pose = target.pose;
+  point.purpose = target.purpose;
+  point.q_target = target.q_target;
+  point.q_commanded = target.q_commanded;
+  point.q_actual = *reached;
+  point.direction = motion_.direction();
+  point.smr = config_.reflector.name;
+  point.p_WS_mm = measured->p_WS_mm;
+  point.std_mm = measured->std_mm;
+  point.temperature_c = measured->temperature_c;
+  point.pressure_mbar = measured->pressure_mbar;
+  point.humidity_percent = measured->humidity_percent;
+  co_return point;
+}
+
+/// On the disk first: what the arm moves on from is never lost.
+MeasuringSession::Outcome<void> MeasuringSession::keep(StoredPoint point) {
+  auto stored = co_await journal_.add_point(point);
+  if (!stored) co_return std::unexpected(store_failed(stored.error()));
+  result_->points.push_back(point);
+  if (point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate) {
+    Measurement measurement;
+    measurement.q = point.q_actual;
+    measurement.direction = point.direction;
+    measurement.p_WS_mm = point.p_WS_mm;
+    measurement.set = point.purpose == PointPurpose::Identify ? PoseSet::Identify : PoseSet::Validate;
+    result_->data.points.push_back(measurement);
+  }
+  const double deviation_mm = (point.p_WS_mm - expected_.predict(point.q_actual, 0, point.direction)).norm();
+  if (placement_known_) count_error(deviation_mm);
+  count_pose();
+  observer_.on_point(point, deviation_mm, progress_);
+  co_return Done{};
+}
+
+MeasuringSession::Outcome<void> MeasuringSession::skip(MeasuringTarget target, int attempts,
+                                                       std::string reason) {
+  if (!first_pose_) first_pose_ = clock_.now();
+  const SkippedPose skipped{target.pose, reason, attempts};
+  auto stored = co_await journal_.add_skipped(skipped);
+  if (!stored) co_return std::unexpected(store_failed(stored.error()));
+  result_->skipped.push_back(skipped);
+  ++progress_.skipped;
+  count_pose();
+  observer_.on_skipped(skipped, progress_);
+  co_return Done{};
+}
+
+/// After a failed attempt: whatever lets the next one succeed. Fails where there is to be no next one.
+MeasuringSession::Outcome<void> MeasuringSession::recover(DeviceError error) {
+  if (error.remedy == Remedy::GiveUp || error.remedy == Remedy::WrongArm)
+    co_return std::unexpected(fatal(error));
+  if (error.remedy == Remedy::Retry) {
+    const TimePoint next = clock_.now() + kBeforeRetry;
+    co_await clock_.sleep_until(next);
+    co_return Done{};
+  }
+  auto recovered = co_await devices_.recover(error.remedy);
+  if (!recovered) co_return std::unexpected(fatal(recovered.error()));
+  co_return Done{};
+}
+
+void MeasuringSession::pause() {
+  paused_ = true;
+  observer_.on_progress(progress_);
+}
+
+void MeasuringSession::resume() {
+  paused_ = false;
+  if (resumed_) resumed_->cancel();
+  observer_.on_progress(progress_);
+}
+
+asio::awaitable<void> MeasuringSession::wait_while_paused() {
+  if (!resumed_) {
+    const auto executor = co_await asio::this_coro::executor;
+    resumed_ = std::make_unique<asio::steady_timer>(executor);
+  }
+  while (paused_) {
+    resumed_->expires_at(asio::steady_timer::time_point::max());
+    boost::system::error_code woken;
+    auto token = asio::redirect_error(asio::use_awaitable, woken);
+    co_await resumed_->async_wait(token);
+  }
+}
+
+void MeasuringSession::enter(CampaignPhase phase) {
+  progress_.phase = phase;
+  error_sum_mm_ = 0;
+  error_count_ = 0;
+  observer_.on_progress(progress_);
+}
+
+void MeasuringSession::count_error(double deviation_mm) {
+  error_sum_mm_ += deviation_mm;
+  progress_.error_mm = error_sum_mm_ / ++error_count_;
+}
+
+void MeasuringSession::count_pose() {
+  ++progress_.done;
+  const std::chrono::duration<double> taken = clock_.now() - *first_pose_;
+  progress_.time_left_s = taken.count() / progress_.done * (progress_.total - progress_.done);
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,129 @@
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <expected>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/cell_config.hpp"
+#include "core/planning/pose_supply.hpp"
+#include "daemon/campaign/arm_motion.hpp"
+#include "daemon/campaign/campaign_journal.hpp"
+#include "daemon/campaign/campaign_observer.hpp"
+#include "daemon/campaign/campaign_result.hpp"
+#include "daemon/campaign/cell_devices.hpp"
+
+namespace truepose::daemon {
+
+/// What is measured in place of a pose that failed.
+enum class Replacement {
+  None,
+  Informative,  ///< the pose that tells most beside those that are left
+  Near,         ///< one close by
+};
+
+/// A pose to measure.
+struct MeasuringTarget {
+  int pose = 0;  ///< its number in the campaign
+  PointPurpose purpose = PointPurpose::Identify;
+  JointVector q_target;
+  JointVector q_commanded;
+  Replacement replacement = Replacement::None;
+};
+
+/// What every campaign does: comes to one pose after the other by a clear way, measures it, tries again,
+/// recovers lost devices, keeps each point in the journal before the arm moves on, and says how far it is. A
+/// pose ends as a point or as a skipped pose with its reason.
+class MeasuringSession {
+ public:
+  template <typename T>
+  using Outcome = CampaignOutcome<T>;
+
+  /// What is referred to outlives the session.
+  MeasuringSession(const config::CellConfig& config, CampaignDevices devices, CampaignJournal& journal,
+                   CampaignObserver& observer, RunCompute run_compute);
+
+  /// Connects the devices and begins the journal.
+  Outcome<void> connect();
+  /// Ends the journal, with the result where there is no error.
+  boost::asio::awaitable<StoreResult<void>> end(std::optional<CampaignError> error);
+
+  /// Chooses poses and from then on knows ways and substitutes. The options' start, and what only
+  /// their comparisons need, are set here.
+  Outcome<void> plan(CalibratedCell cell, PlanOptions options);
+  const MeasurementPlan& planned() const { return poses_->plan(); }
+  /// The next pose of the campaign.
+  MeasuringTarget new_target(PointPurpose purpose, const JointVector& q,
+                             Replacement replacement = Replacement::None);
+
+  /// Says where the reflector is to be looked for from now on.
+  /// @param reach  by which the configured search radius and gate are multiplied
+  void expect(CalibratedCell cell, double reach = 1);
+  const CalibratedCell& expected() const { return expected_; }
+
+  /// Drives there without measuring; a failure is dealt with, not repeated.
+  Outcome<void> visit(JointVector q);
+  /// @return the point, or nothing where the pose was skipped
+  Outcome<std::optional<StoredPoint>> measure(MeasuringTarget target);
+  /// Measures all, and substitutes of those that fail. Waits where the campaign is paused.
+  /// @param after_each  is run after each pose that was not replaced
+  /// @return the targets that were measured, or have failed without a substitute
+  Outcome<std::vector<MeasuringTarget>> measure_all(std::vector<MeasuringTarget> targets,
+                                                    std::function<Outcome<void>()> after_each = {});
+  Outcome<void> skip(MeasuringTarget target, int attempts, std::string reason);
+
+  boost::asio::awaitable<void> compute(std::function<void()> job) { return run_compute_(std::move(job)); }
+  void report_trouble(const std::string& sentence) { observer_.on_trouble(sentence); }
+  void enter(CampaignPhase phase);
+  void add_to_total(int poses) { progress_.total += poses; }
+  /// Takes effect before the next pose.
+  void pause();
+  void resume();
+  boost::asio::awaitable<void> stop_arm() { return devices_.stop(); }
+
+  const config::CellConfig& config() const { return config_; }
+  drivers::Clock& clock() const { return clock_; }
+  const CampaignProgress& progress() const { return progress_; }
+  CampaignResult& result() { return *result_; }
+  std::shared_ptr<const CampaignResult> shared_result() const { return result_; }
+
+ private:
+  Outcome<std::optional<MeasuringTarget>> substitute(MeasuringTarget failed);
+  CellDevices::Outcome<StoredPoint> attempt(MeasuringTarget target);
+  Outcome<void> keep(StoredPoint point);
+  Outcome<void> recover(DeviceError error);
+  boost::asio::awaitable<void> wait_while_paused();
+  void count_pose();
+  void count_error(double deviation_mm);
+
+  const config::CellConfig& config_;
+  CellDevices devices_;
+  drivers::Clock& clock_;
+  CampaignJournal& journal_;
+  CampaignObserver& observer_;
+  RunCompute run_compute_;
+  ArmMotion motion_;
+  std::shared_ptr<CampaignResult> result_ = std::make_shared<CampaignResult>();
+  bool begun_ = false;  ///< in the journal
+
+  CampaignProgress progress_;
+  double error_sum_mm_ = 0;  ///< of this phase, since there is a good prediction
+  int error_count_ = 0;
+  std::optional<TimePoint> first_pose_;  ///< when the first pose was begun
+
+  std::shared_ptr<PoseSupply> poses_;
+  int next_number_ = 0;  ///< of a pose
+  int substitutes_ = 0;
+  CalibratedCell expected_;  ///< where the reflector is looked for
+  bool placement_known_ = false;
+  double reach_ = 1;
+
+  bool paused_ = false;
+  std::unique_ptr<boost::asio::steady_timer> resumed_;
+};
+
+}  // namespace truepose::daemon
