@@ -132,8 +132,8 @@ void add_driven(const Calibration& fit, const MeasuredArm& measured, const Exper
     if (!q) continue;  // stretched out, the arm does not reach everything that the nominal one does
     arm.move_to(*q);
     inverted.stood.push_back(arm.p_WS_mm(*q) - wanted);
-    const Eigen::Vector3d stood = approach_with_tracker(
-        arm, fit.geometric, wanted, *q, {.tracker_noise_mm = options.tracker_noise_mm}, noise);
+    const Eigen::Vector3d stood =
+        approach_with_tracker(arm, fit.geometric, wanted, *q, {.noise_mm = options.tracker_noise_mm}, noise);
     in_the_loop.stood.push_back(stood - wanted);
   }
 }
