@@ -180,6 +180,22 @@ CalibrationConfig calibration_config(const YamlValue& value) {
   return calibration;
 }
 
+Iso9283Config iso9283_config(const YamlValue& value) {
+  const YamlMap map(value, {"cycles", "centre", "edge_mm", "orientation", "plane"});
+  Iso9283Config iso9283;
+  map.read("cycles", iso9283.cycles, 2, 1000);
+  if (const YamlValue* centre = map.find("centre")) iso9283.cube.centre_mm = point_value(*centre);
+  if (map.find("edge_mm")) map.read("edge_mm", iso9283.cube.edge_mm.emplace(), {50, 5000});
+  if (const YamlValue* orientation = map.find("orientation"))
+    iso9283.cube.orientation = orientation_value(*orientation);
+  map.read("plane", iso9283.cube.plane,
+           {{"C1-C2-C7-C8", DiagonalPlane::C1C2C7C8},
+            {"C2-C3-C8-C5", DiagonalPlane::C2C3C8C5},
+            {"C3-C4-C5-C6", DiagonalPlane::C3C4C5C6},
+            {"C4-C1-C6-C7", DiagonalPlane::C4C1C6C7}});
+  return iso9283;
+}
+
 ControlConfig control_config(const YamlValue& value, const path& folder) {
   const YamlMap map(value, {"listen", "token_file"});
   ControlConfig control;
@@ -193,7 +209,7 @@ ControlConfig control_config(const YamlValue& value, const path& folder) {
 CellConfig load_cell(const path& file) {
   const YamlValue root = read_yaml(file);
   const YamlMap map(root, {"name", "robot", "stream", "tracker", "reflector", "surroundings", "workspace",
-                           "task", "campaign", "calibration", "control", "store", "log_level"});
+                           "task", "campaign", "calibration", "iso9283", "control", "store", "log_level"});
   const path folder = file.parent_path();
   CellConfig cell;
   cell.name = map.at("name").text();
@@ -211,6 +227,7 @@ CellConfig load_cell(const path& file) {
   if (const YamlValue* calibration = map.find("calibration")) {
     cell.calibration = calibration_config(*calibration);
   }
+  if (const YamlValue* iso9283 = map.find("iso9283")) cell.iso9283 = iso9283_config(*iso9283);
   cell.control = control_config(map.at("control"), folder);
   cell.store = map.at("store").path_from(folder);
   map.read("log_level", cell.log_level,

@@ -11,9 +11,11 @@
 #include "config/config_error.hpp"
 #include "core/calibration/measurement_noise.hpp"
 #include "core/calibration/robust_loss.hpp"
+#include "core/evaluation/iso9283.hpp"
 #include "core/kinematics/robot_model.hpp"
 #include "core/planning/design.hpp"
 #include "core/planning/scene.hpp"
+#include "core/planning/test_cube_poses.hpp"
 #include "core/regression/regressor.hpp"
 
 namespace truepose::config {
@@ -99,6 +101,12 @@ struct CampaignConfig {
   bool remeasure = true;    ///< reach the validation poses with compensated joints and measure again
 };
 
+/// How an ISO 9283 test is measured.
+struct Iso9283Config {
+  TestCubeWish cube;
+  int cycles = kIso9283Cycles;
+};
+
 /// How campaigns identify. The noise is the tracker's and the arm's.
 struct CalibrationConfig {
   bool deviation = false;  ///< joints' deviations that cross-validation keeps
@@ -123,6 +131,7 @@ struct CellConfig {
   Box task;       ///< where accuracy matters
   CampaignConfig campaign;
   CalibrationConfig calibration;
+  Iso9283Config iso9283;
   ControlConfig control;
   std::filesystem::path store;  ///< SQLite file
   std::string log_level = "info";

@@ -15,6 +15,13 @@ Eigen::Isometry3d pose_value(const YamlValue& value) {
                         {map.at("a").number(kDeg), map.at("b").number(kDeg), map.at("c").number(kDeg)});
 }
 
+Eigen::Matrix3d orientation_value(const YamlValue& value) {
+  const YamlMap map(value, {"a", "b", "c"});
+  return pose_from_kuka(Eigen::Vector3d::Zero(),
+                        {map.at("a").number(kDeg), map.at("b").number(kDeg), map.at("c").number(kDeg)})
+      .linear();
+}
+
 Eigen::Vector3d point_value(const YamlValue& value) {
   return xyz_value(YamlMap(value, {"x", "y", "z"}), {-10'000, 10'000});
 }

@@ -11,6 +11,9 @@ namespace truepose::config {
 /// {x, y, z, a, b, c}: mm and KUKA's angles in deg. All six must be there.
 Eigen::Isometry3d pose_value(const YamlValue& value);
 
+/// {a, b, c}: KUKA's angles in deg.
+Eigen::Matrix3d orientation_value(const YamlValue& value);
+
 /// x, y and z of a map that may hold other keys too.
 Eigen::Vector3d xyz_value(const YamlMap& map, Range range);
 

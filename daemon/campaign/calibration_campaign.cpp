@@ -190,12 +190,9 @@ CampaignOutcome<CalibrationCampaign::Targets> CalibrationCampaign::compensate() 
   }
   const RobotModel& nominal = session_.config().robot.model;
   auto solved = std::make_shared<std::vector<TargetCompensation::Result>>();
-  std::function<void()> job = [solved, targets, nominal, expected = session_.expected(),
-                               campaign = session_.config().campaign] {
+  std::function<void()> job = [solved, targets, nominal, expected = session_.expected()] {
     for (const MeasuringTarget& target : targets) {
-      const double way_rad = approach_way_rad(campaign, target.pose);
-      const auto side = static_cast<std::int8_t>((way_rad > 0) - (way_rad < 0));
-      const std::vector<std::int8_t> direction(nominal.joints.size(), side);
+      const std::vector<std::int8_t> direction = approach_direction(target, nominal);
       const TargetCompensation compensation{nominal, expected.robot, {.approach = direction}};
       // Next to the wrist singularity the reflector's position is kept: it is what will be measured.
       solved->push_back(compensation.at_joints(target.q_target, expected.reflectors.front().p_FS_mm));

@@ -26,6 +26,12 @@ struct MakeProcedure {
   std::unique_ptr<CampaignProcedure> operator()(DriftReference reference) const {
     return std::make_unique<DriftCampaign>(session, std::move(reference));
   }
+  std::unique_ptr<CampaignProcedure> operator()(TargetsOrder order) const {
+    return std::make_unique<TargetsCampaign>(session, std::move(order));
+  }
+  std::unique_ptr<CampaignProcedure> operator()(Iso9283Order order) const {
+    return std::make_unique<Iso9283Campaign>(session, std::move(order));
+  }
 };
 
 }  // namespace

@@ -8,14 +8,16 @@
 #include <variant>
 
 #include "daemon/campaign/campaign_procedure.hpp"
+#include "daemon/campaign/iso9283_campaign.hpp"
 #include "daemon/campaign/measuring_session.hpp"
+#include "daemon/campaign/targets_campaign.hpp"
 
 namespace truepose::daemon {
 
 struct CalibrationOrder {};
 
 /// What a campaign is to do; a check of drift comes with the active model.
-using CampaignOrder = std::variant<CalibrationOrder, DriftReference>;
+using CampaignOrder = std::variant<CalibrationOrder, DriftReference, TargetsOrder, Iso9283Order>;
 
 /// One campaign, from connecting the devices to the end in the journal.
 class Campaign {

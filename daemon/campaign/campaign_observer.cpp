@@ -5,8 +5,9 @@
 namespace truepose::daemon {
 
 std::string_view phase_name(CampaignPhase phase) {
-  constexpr std::array<std::string_view, 8> names{"connecting", "computing", "warming_up",  "identifying",
-                                                  "validating", "computing", "remeasuring", "activating"};
+  constexpr std::array<std::string_view, 10> names{"connecting", "computing", "warming_up",  "identifying",
+                                                   "validating", "computing", "remeasuring", "correcting",
+                                                   "cycling",    "activating"};
   return names[static_cast<std::size_t>(phase)];
 }
 

@@ -8,9 +8,20 @@
 
 namespace truepose::daemon {
 
-enum class CampaignPhase { Connect, Plan, WarmUp, Identify, Validate, Compute, Remeasure, Finish };
+enum class CampaignPhase {
+  Connect,
+  Plan,
+  WarmUp,
+  Identify,
+  Validate,
+  Compute,
+  Remeasure,
+  Targets,
+  Cycles,
+  Finish
+};
 
-/// The name on the wire: "warming_up", "remeasuring".
+/// The name on the wire: "warming_up", "remeasuring", "correcting".
 std::string_view phase_name(CampaignPhase phase);
 
 struct CampaignProgress {

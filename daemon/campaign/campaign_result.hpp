@@ -4,12 +4,17 @@
 #include <expected>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/calibration/calibrate.hpp"
+#include "core/compensation/tracker_loop.hpp"
 #include "core/evaluation/drift_check.hpp"
+#include "core/evaluation/iso9283.hpp"
+#include "core/evaluation/test_cube.hpp"
 #include "daemon/campaign/cell_devices.hpp"
 #include "daemon/store/store.hpp"
+#include "proto/control/iso9283_document.hpp"
 
 namespace truepose::daemon {
 
@@ -17,6 +22,36 @@ namespace truepose::daemon {
 enum class CampaignKind {
   Calibration,
   DriftCheck,  ///< whether the active model is still right, by a few poses
+  Targets,     ///< joints at which the arm stands at given targets, by the tracker in the loop
+  Iso9283,     ///< pose accuracy and repeatability
+};
+
+/// The name on the wire and in the store: "calibration", "drift", "targets", "iso9283".
+std::string_view kind_name(CampaignKind kind);
+
+/// What the tracker loop came to at one target.
+struct TargetOutcome {
+  JointVector q_target;  ///< joints of the nominal arm there
+  JointVector q;         ///< found; empty where it was never measured
+  std::vector<double> errors_mm;
+  double averaged_error_mm = 0;
+  bool reached = false;
+  std::string reason;  ///< why it was not reached; empty where it was
+};
+
+struct TargetsResult {
+  TrackerLoopOptions loop;
+  int readings = 1;
+  std::vector<TargetOutcome> targets;
+};
+
+/// An ISO 9283 test, its attained poses brought into the robot's base.
+struct Iso9283Test {
+  control::Iso9283Frame frame = control::Iso9283Frame::Model;
+  bool compensated = true;
+  TestCube cube;
+  std::vector<TestPoint> points;  ///< P1 to P5
+  Iso9283Result result;
 };
 
 struct CampaignResult {
@@ -25,6 +60,8 @@ struct CampaignResult {
   // Of a drift check:
   std::optional<DriftReference> drift_reference;
   std::optional<DriftCheck> drift;
+  std::optional<TargetsResult> targets;
+  std::optional<Iso9283Test> iso9283;
   // Of a calibration:
   Calibration calibration;
   MeasurementNoise noise;                             ///< of a point about the calibrated model

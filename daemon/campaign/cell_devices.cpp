@@ -218,15 +218,21 @@ CellDevices::Outcome<JointVector> CellDevices::move(JointVector q) {
 }
 
 CellDevices::Outcome<drivers::SmrPoint> CellDevices::measure(Eigen::Vector3d p_W_mm, double search_radius_mm,
-                                                             double gate_mm) {
+                                                             double gate_mm, int readings) {
   const TimePoint aimed_by = clock_.now() + kAim;
   auto aimed = co_await tracker_.aim(p_W_mm, search_radius_mm, aimed_by);
   if (!aimed) co_return std::unexpected(tracker_error(aimed.error()));
-  const TimePoint measured_by = clock_.now() + config_.tracker.measure + kMeasureReserve;
-  auto point = co_await tracker_.measure(measured_by);
-  if (!point) co_return std::unexpected(tracker_error(point.error()));
-  const double off_mm = (point->p_WS_mm - p_W_mm).norm();
-  if (off_mm <= gate_mm) co_return *std::move(point);
+  drivers::SmrPoint mean;
+  for (int n = 1; n <= readings; ++n) {
+    const TimePoint measured_by = clock_.now() + config_.tracker.measure + kMeasureReserve;
+    auto point = co_await tracker_.measure(measured_by);
+    if (!point) co_return std::unexpected(tracker_error(point.error()));
+    const Eigen::Vector3d sum_mm = mean.p_WS_mm * (n - 1) + point->p_WS_mm;
+    mean = *point;
+    mean.p_WS_mm = sum_mm / n;
+  }
+  const double off_mm = (mean.p_WS_mm - p_W_mm).norm();
+  if (off_mm <= gate_mm) co_return mean;
   co_return std::unexpected(DeviceError{Remedy::Retry, "tracker: wrong reflector: found " + mm(off_mm) +
                                                            " from where ours should be, allowed are " +
                                                            mm(gate_mm)});

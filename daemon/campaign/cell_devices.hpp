@@ -67,7 +67,9 @@ class CellDevices {
 
   /// Aims at `p_W_mm` and measures what is found there. Farther from it than `gate_mm` is a wrong reflector:
   /// an error.
-  Outcome<drivers::SmrPoint> measure(Eigen::Vector3d p_W_mm, double search_radius_mm, double gate_mm);
+  /// @param readings  so many, one after the other; the point is their mean
+  Outcome<drivers::SmrPoint> measure(Eigen::Vector3d p_W_mm, double search_radius_mm, double gate_mm,
+                                     int readings = 1);
 
   /// Brakes the arm, as far as it can be reached.
   boost::asio::awaitable<void> stop();

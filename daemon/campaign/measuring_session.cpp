@@ -27,6 +27,11 @@ CampaignError store_failed(const StoreError& error) { return {CampaignFault::Sto
 
 }  // namespace
 
+std::vector<std::int8_t> approach_direction(const MeasuringTarget& target, const RobotModel& robot) {
+  const auto side = static_cast<std::int8_t>((target.way_rad > 0) - (target.way_rad < 0));
+  return std::vector<std::int8_t>(robot.joints.size(), side);
+}
+
 MeasuringSession::MeasuringSession(const config::CellConfig& config, CampaignDevices devices,
                                    CampaignJournal& journal, CampaignObserver& observer,
                                    RunCompute run_compute)
@@ -82,7 +87,13 @@ MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, Plan
 
 MeasuringTarget MeasuringSession::new_target(PointPurpose purpose, const JointVector& q,
                                              Replacement replacement) {
-  return {next_number_++, purpose, q, q, replacement};
+  const int pose = next_number_++;
+  return {pose, purpose, q, q, replacement, approach_way_rad(config_.campaign, pose)};
+}
+
+MeasuringTarget MeasuringSession::again(MeasuringTarget target) {
+  target.pose = next_number_++;
+  return target;
 }
 
 void MeasuringSession::expect(CalibratedCell cell, double reach) {
@@ -166,14 +177,13 @@ MeasuringSession::Outcome<std::optional<MeasuringTarget>> MeasuringSession::subs
 }
 
 CellDevices::Outcome<StoredPoint> MeasuringSession::attempt(MeasuringTarget target) {
-  const double way_rad = approach_way_rad(config_.campaign, target.pose);
-  auto reached = co_await motion_.arrive(target.q_commanded, way_rad);
+  auto reached = co_await motion_.arrive(target.q_commanded, target.way_rad);
   if (!reached) co_return std::unexpected(reached.error());
   const config::TrackerConfig& tracker = config_.tracker;
   const Eigen::Vector3d p_WS_mm = expected_.predict(*reached, 0, motion_.direction());
   const double search_mm = placement_known_ ? reach_ * tracker.search_mm : tracker.search_first_mm;
   const double gate_mm = placement_known_ ? reach_ * tracker.gate_mm : tracker.search_first_mm;
-  auto measured = co_await devices_.measure(p_WS_mm, search_mm, gate_mm);
+  auto measured = co_await devices_.measure(p_WS_mm, search_mm, gate_mm, target.readings);
   if (!measured) co_return std::unexpected(measured.error());
 
   StoredPoint point;

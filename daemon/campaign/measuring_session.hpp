@@ -33,7 +33,12 @@ struct MeasuringTarget {
   JointVector q_target;
   JointVector q_commanded;
   Replacement replacement = Replacement::None;
+  double way_rad = 0;  ///< by which every joint comes to it, see approach_way_rad()
+  int readings = 1;    ///< of the tracker, of which the point is the mean
 };
+
+/// The side from which each joint comes to a target; 0: no matter which.
+std::vector<std::int8_t> approach_direction(const MeasuringTarget& target, const RobotModel& robot);
 
 /// What every campaign does: comes to one pose after the other by a clear way, measures it, tries again,
 /// recovers lost devices, keeps each point in the journal before the arm moves on, and says how far it is. A
@@ -60,6 +65,9 @@ class MeasuringSession {
   MeasuringTarget new_target(PointPurpose purpose, const JointVector& q,
                              Replacement replacement = Replacement::None);
 
+  /// The same pose once more.
+  MeasuringTarget again(MeasuringTarget target);
+
   /// Says where the reflector is to be looked for from now on.
   /// @param reach  by which the configured search radius and gate are multiplied
   void expect(CalibratedCell cell, double reach = 1);
@@ -79,6 +87,7 @@ class MeasuringSession {
   boost::asio::awaitable<void> compute(std::function<void()> job) { return run_compute_(std::move(job)); }
   void report_trouble(const std::string& sentence) { observer_.on_trouble(sentence); }
   void enter(CampaignPhase phase);
+  /// @param poses  fewer than none where some turn out not to be needed
   void add_to_total(int poses) { progress_.total += poses; }
   /// Takes effect before the next pose.
   void pause();

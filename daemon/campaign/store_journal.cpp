@@ -8,6 +8,7 @@
 
 #include "config/model_file.hpp"
 #include "daemon/campaign/conditions_document.hpp"
+#include "daemon/campaign/proof_documents.hpp"
 #include "proto/control/calibration_document.hpp"
 #include "proto/control/drift_document.hpp"
 #include "proto/control/json_text.hpp"
@@ -46,11 +47,13 @@ json::array remeasured_points(const CampaignResult& result) {
 }
 
 /// The document that reports are made of: that of the calibration, what measuring again has shown, and how it
-/// was measured; or the verdict on the active model.
-std::string document_of(const CampaignResult& result, const CampaignRecord& record) {
+/// was measured; or that of the other kinds.
+std::string document_of(const CampaignResult& result, const CampaignRecord& record, const RobotModel& robot) {
   if (result.drift)
     return control::json_text(
         control::drift_document(*result.drift, *result.drift_reference, result.data.points));
+  if (result.targets) return control::json_text(targets_document(*result.targets, robot));
+  if (result.iso9283) return control::json_text(iso9283_campaign_document(*result.iso9283));
   json::object document = control::calibration_document(result.calibration, result.data, result.elapsed_s);
   document["campaign"] = "Campaign " + record.id.substr(0, 8);
   document["robot"] = record.robot_model + ", serial " + record.robot_serial;
@@ -78,7 +81,7 @@ StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, 
       store_thread_{store_thread},
       wall_clock_{std::move(wall_clock)} {
   record_.id = options_.campaign_id;
-  record_.kind = options_.kind;
+  record_.kind = kind_name(options_.kind);
   record_.state = "running";
   record_.started = control::rfc3339(wall_clock_());
 }
@@ -121,7 +124,7 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
   auto document = std::make_shared<std::string>();
   auto job = [this, record = record_, result, calibrated, activate, document]() mutable {
     std::optional<ModelRecord> model;
-    if (result) record.document = *document = document_of(*result, record);
+    if (result) record.document = *document = document_of(*result, record, options_.robot);
     if (calibrated) model = model_of(*result, activate);
     return store_.end_campaign(record, model);
   };
@@ -134,7 +137,7 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
 ModelRecord StoreJournal::model_of(const CampaignResult& result, bool active) const {
   const auto& validate = result.calibration.validate;
   config::ModelFile file;
-  file.name = options_.robot_name;
+  file.name = options_.robot.name;
   file.serial = result.identities.robot.serial;
   file.created = record_.ended;
   file.cell = result.calibration.cell;

@@ -18,11 +18,11 @@ class StoreJournal final : public CampaignJournal {
   using WallClock = std::function<std::chrono::system_clock::time_point()>;
 
   struct Options {
-    std::string campaign_id;           ///< UUID
-    std::string model_id;              ///< UUID of the model, should one come of it
-    std::string robot_name;            ///< of the nominal arm
-    std::string kind = "calibration";  ///< or "drift"
-    bool activate = true;              ///< the model, if it beats the nominal arm on the validation poses
+    std::string campaign_id;  ///< UUID
+    std::string model_id;     ///< UUID of the model, should one come of it
+    RobotModel robot;         ///< the nominal arm
+    CampaignKind kind = CampaignKind::Calibration;
+    bool activate = true;  ///< the model, if it beats the nominal arm on the validation poses
   };
 
   /// @param store_thread  the only one that touches `store`

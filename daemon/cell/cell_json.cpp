@@ -59,6 +59,10 @@ std::string_view purpose_name(PointPurpose purpose) {
       return "reference";
     case PointPurpose::Remeasure:
       return "remeasure";
+    case PointPurpose::Target:
+      return "target";
+    case PointPurpose::Cycle:
+      return "cycle";
   }
   return "remeasure";
 }

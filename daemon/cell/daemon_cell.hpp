@@ -104,6 +104,12 @@ class DaemonCell final : public CellService, private CampaignObserver {
   /// @return the refusal as an error, where there was one
   std::optional<control::RpcError> apply(const CellEvent& event, const std::string& reason);
   Result simple_request(const boost::json::object& params, const CellEvent& event, const std::string& reason);
+  Reply start_calibration(boost::json::object params);
+  Reply start_targets(boost::json::object params);
+  Reply start_iso9283(boost::json::object params);
+  /// Why the active model cannot be worked with; nothing where it can.
+  std::string model_trouble() const;
+  Result needs_model(const std::string& why_not) const;
   Result start_campaign(const config::CellConfig& config, CampaignOrder order, bool activate = false);
   boost::asio::awaitable<void> run_campaign();
   boost::asio::awaitable<std::expected<ModelRecord, control::RpcError>> find_model(std::string id);

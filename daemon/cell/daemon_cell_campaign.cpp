@@ -1,8 +1,4 @@
 #include <algorithm>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/uuid/random_generator.hpp>
-#include <boost/uuid/uuid_io.hpp>
-#include <limits>
 
 #include "daemon/cell/campaign_run.hpp"
 #include "daemon/cell/cell_json.hpp"
@@ -11,7 +7,7 @@
 #include "proto/control/json_text.hpp"
 #include "proto/control/param_reader.hpp"
 
-// The campaign.* methods and what a campaign tells meanwhile.
+// The campaign.* methods of campaigns that were started, and what one tells meanwhile.
 
 namespace truepose::daemon {
 
@@ -22,8 +18,6 @@ using control::RpcError;
 using namespace std::chrono_literals;
 
 namespace {
-
-std::string new_uuid() { return boost::uuids::to_string(boost::uuids::random_generator{}()); }
 
 RpcError store_error(const StoreError& error) { return {ErrorCode::Internal, error.detail}; }
 
@@ -48,74 +42,23 @@ std::size_t page_points(json::object& document, std::size_t offset, std::size_t 
   return total;
 }
 
+/// What the poses of a phase are measured for.
+PointPurpose purpose_in(CampaignPhase phase) {
+  switch (phase) {
+    case CampaignPhase::Identify:
+      return PointPurpose::Identify;
+    case CampaignPhase::Validate:
+      return PointPurpose::Validate;
+    case CampaignPhase::Targets:
+      return PointPurpose::Target;
+    case CampaignPhase::Cycles:
+      return PointPurpose::Cycle;
+    default:
+      return PointPurpose::Remeasure;
+  }
+}
+
 }  // namespace
-
-DaemonCell::Reply DaemonCell::campaign_start(json::object params) {
-  control::ParamReader read{params};
-  config::CellConfig config = parts_.config;
-  config::CampaignConfig& plan = config.campaign;
-  plan.identify_poses =
-      static_cast<int>(read.integer("identify_poses", 5, 1000).value_or(plan.identify_poses));
-  plan.validate_poses =
-      static_cast<int>(read.integer("validate_poses", 0, 1000).value_or(plan.validate_poses));
-  const auto seed = read.integer("seed", 0, std::numeric_limits<std::int64_t>::max());
-  if (seed) plan.seed = static_cast<std::uint64_t>(*seed);
-  plan.remeasure = read.boolean("remeasure").value_or(plan.remeasure);
-  const bool activate = read.boolean("activate").value_or(true);
-  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
-  co_return start_campaign(config, CalibrationOrder{}, activate);
-}
-
-DaemonCell::Reply DaemonCell::drift_check(json::object params) {
-  control::ParamReader read{params};
-  config::CellConfig config = parts_.config;
-  config::CampaignConfig& plan = config.campaign;
-  plan.drift_poses = static_cast<int>(read.integer("poses", 1, 1000).value_or(plan.drift_poses));
-  const auto seed = read.integer("seed", 0, std::numeric_limits<std::int64_t>::max());
-  if (seed) plan.seed = static_cast<std::uint64_t>(*seed);
-  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
-
-  std::string why_not;
-  if (!active_) {
-    why_not = "no model is active";
-  } else if (!active_->drift_reference) {
-    why_not = "the active model holds no noise and was not validated";
-  } else if (identities_ && identities_->robot.serial != active_->record.robot_serial) {
-    why_not = "the active model belongs to arm " + active_->record.robot_serial + ", not to " +
-              identities_->robot.serial;
-  }
-  if (!why_not.empty()) {
-    co_return std::unexpected(RpcError{ErrorCode::WrongState,
-                                       why_not + "; allowed: model.activate, campaign.start",
-                                       {},
-                                       std::string{state()},
-                                       {"model.activate", "campaign.start"}});
-  }
-  co_return start_campaign(config, *active_->drift_reference);
-}
-
-DaemonCell::Result DaemonCell::start_campaign(const config::CellConfig& config, CampaignOrder order,
-                                              bool activate) {
-  const std::string id = new_uuid();
-  if (auto refused = apply(CampaignStartRequested{id}, "asked for by an operator"))
-    return std::unexpected(*refused);
-  RunCompute compute = [this](std::function<void()> job) {
-    return parts_.compute_thread.run(std::move(job));
-  };
-  StoreJournal::Options options{
-      .campaign_id = id,
-      .model_id = new_uuid(),
-      .robot_name = config.robot.model.name,
-      .kind = std::holds_alternative<DriftReference>(order) ? "drift" : "calibration",
-      .activate = activate};
-  CampaignObserver& observer = *this;
-  campaign_ = std::make_unique<CampaignRun>(std::move(options), config, parts_, observer, std::move(compute),
-                                            std::move(order));
-  asio::co_spawn(parts_.io, run_campaign(), [](std::exception_ptr failed) {
-    if (failed) std::rethrow_exception(failed);
-  });
-  return json::object{{"id", id}, {"total", campaign_->campaign.progress().total}};
-}
 
 asio::awaitable<void> DaemonCell::run_campaign() {
   CampaignRun& run = *campaign_;
@@ -210,7 +153,7 @@ DaemonCell::Reply DaemonCell::campaign_get(json::object params) {
       }
     }
     if (!found.record) return found;
-    if (found.record->kind == "drift") {  // with its document, which is small
+    if (found.record->kind != "calibration") {  // with its document, which is small
       const auto whole = parts_.store.campaign(found.record->id);
       if (!whole) return std::unexpected(whole.error());
       if (*whole) found.record = **whole;
@@ -235,15 +178,18 @@ DaemonCell::Reply DaemonCell::campaign_get(json::object params) {
   for (std::size_t i = offset; i < found->points.size() && points.size() < limit; ++i) {
     points.push_back(point_json(parts_.config.robot.model, found->points[i]));
   }
-  json::value drift;
-  if (found->record->kind == "drift" && !found->record->document.empty()) {
-    if (auto document = control::parse_json(found->record->document)) drift = *std::move(document);
+  json::object documents{{"drift", nullptr}, {"targets", nullptr}, {"iso9283", nullptr}};
+  if (documents.contains(found->record->kind) && !found->record->document.empty()) {
+    if (auto document = control::parse_json(found->record->document))
+      documents[found->record->kind] = *std::move(document);
   }
   const bool running = campaign_ && !campaign_->ended && campaign_->id == found->record->id;
   co_return json::object{{"campaign", campaign_json(*found->record)},
                          {"progress", running ? json::value(progress_json()) : json::value{}},
                          {"skipped", std::move(skipped)},
-                         {"drift", std::move(drift)},
+                         {"drift", documents["drift"]},
+                         {"targets", documents["targets"]},
+                         {"iso9283", documents["iso9283"]},
                          {"points_total", found->points.size()},
                          {"points", std::move(points)}};
 }
@@ -295,17 +241,15 @@ void DaemonCell::on_point(const StoredPoint& point, double deviation_mm, const C
 
 void DaemonCell::on_skipped(const SkippedPose& skipped, const CampaignProgress& progress) {
   log_warning("pose " + std::to_string(skipped.pose) + " skipped: " + skipped.reason);
-  const PointPurpose purpose = progress.phase == CampaignPhase::Identify   ? PointPurpose::Identify
-                               : progress.phase == CampaignPhase::Validate ? PointPurpose::Validate
-                                                                           : PointPurpose::Remeasure;
-  parts_.events.publish(control::Topic::Measurement, json::object{{"campaign_id", campaign_->id},
-                                                                  {"pose", skipped.pose},
-                                                                  {"purpose", purpose_name(purpose)},
-                                                                  {"smr", parts_.config.reflector.name},
-                                                                  {"p_mm", nullptr},
-                                                                  {"std_mm", nullptr},
-                                                                  {"error_mm", nullptr},
-                                                                  {"reason", skipped.reason}});
+  parts_.events.publish(control::Topic::Measurement,
+                        json::object{{"campaign_id", campaign_->id},
+                                     {"pose", skipped.pose},
+                                     {"purpose", purpose_name(purpose_in(progress.phase))},
+                                     {"smr", parts_.config.reflector.name},
+                                     {"p_mm", nullptr},
+                                     {"std_mm", nullptr},
+                                     {"error_mm", nullptr},
+                                     {"reason", skipped.reason}});
   on_progress(progress);
 }
 

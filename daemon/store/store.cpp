@@ -18,7 +18,7 @@ using sqlite::Statement;
 using sqlite::Transaction;
 
 constexpr std::int64_t kApplicationId = 0x54505345;  // "TPSE", so that `file` and we know our own
-constexpr std::int64_t kSchemaVersion = 2;
+constexpr std::int64_t kSchemaVersion = 3;
 
 // Lists of joints are JSON text with every digit: a person can read them, json_each() too.
 constexpr const char* kSchema1 = R"sql(
@@ -115,9 +115,46 @@ ALTER TABLE campaign ADD COLUMN kind TEXT NOT NULL DEFAULT 'calibration' CHECK (
 ALTER TABLE model RENAME COLUMN validation_geometric_mm TO validation_after_mm;
 )sql";
 
+// Campaigns may drive to targets with the tracker in the loop, or run the cycles of an ISO 9283 test.
+constexpr const char* kSchema3 = R"sql(
+CREATE TABLE new_point (
+  number           INTEGER PRIMARY KEY,
+  campaign_id      TEXT NOT NULL REFERENCES campaign (id),
+  pose             INTEGER NOT NULL,
+  purpose          TEXT NOT NULL
+                   CHECK (purpose IN ('identify', 'validate', 'remeasure', 'reference', 'target', 'cycle')),
+  q_target         TEXT NOT NULL CHECK (json_valid(q_target)),
+  q_commanded      TEXT NOT NULL CHECK (json_valid(q_commanded)),
+  q_actual         TEXT NOT NULL CHECK (json_valid(q_actual)),
+  direction        TEXT NOT NULL CHECK (json_valid(direction)),
+  smr              TEXT NOT NULL,
+  x_mm             REAL NOT NULL,
+  y_mm             REAL NOT NULL,
+  z_mm             REAL NOT NULL,
+  std_x_mm         REAL NOT NULL,
+  std_y_mm         REAL NOT NULL,
+  std_z_mm         REAL NOT NULL,
+  temperature_c    REAL NOT NULL,
+  pressure_mbar    REAL NOT NULL,
+  humidity_percent REAL NOT NULL,
+  time             TEXT NOT NULL
+) STRICT;
+INSERT INTO new_point SELECT number, campaign_id, pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm,
+  y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time FROM point;
+DROP TABLE point;
+ALTER TABLE new_point RENAME TO point;
+CREATE INDEX point_of_campaign ON point (campaign_id);
+ALTER TABLE campaign RENAME COLUMN kind TO old_kind;
+ALTER TABLE campaign ADD COLUMN kind TEXT NOT NULL DEFAULT 'calibration'
+  CHECK (kind IN ('calibration', 'drift', 'targets', 'iso9283'));
+UPDATE campaign SET kind = old_kind;
+ALTER TABLE campaign DROP COLUMN old_kind;
+)sql";
+
 constexpr const char* kDeactivate = "UPDATE model SET active=0 WHERE active=1";
 
-constexpr std::array<std::string_view, 4> kPurposes{"identify", "validate", "remeasure", "reference"};
+constexpr std::array<std::string_view, 6> kPurposes{"identify",  "validate", "remeasure",
+                                                    "reference", "target",   "cycle"};
 
 template <typename Numbers>
 std::string json(const Numbers& numbers) {
@@ -229,6 +266,7 @@ StoreResult<void> migrate(Database& database, const std::string& file) {
   std::string steps;
   if (fresh) steps += kSchema1 + ("PRAGMA application_id=" + std::to_string(kApplicationId)) + ";";
   if (std::stoll(*version) < 2) steps += kSchema2;
+  if (std::stoll(*version) < 3) steps += kSchema3;
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
 }
 

@@ -30,6 +30,8 @@ enum class PointPurpose {
   Validate,
   Remeasure,  ///< a validation pose again, with compensated joints
   Reference,  ///< one and the same pose again and again, so that drift shows
+  Target,     ///< a round of the tracker loop at a target
+  Cycle,      ///< a pose of a cycle of an ISO 9283 test
 };
 
 /// One measured point of a campaign, as it is kept.
@@ -49,7 +51,7 @@ struct StoredPoint {
 
 struct CampaignRecord {
   std::string id;                    ///< UUID
-  std::string kind = "calibration";  ///< or "drift"
+  std::string kind = "calibration";  ///< or "drift", "targets", "iso9283"
   std::string started;               ///< RFC 3339
   std::string ended;                 ///< empty while it runs
   std::string state;                 ///< "running", "done", "aborted", "failed"

@@ -1,5 +1,3 @@
-#include "daemon/campaign/campaign.hpp"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -8,10 +6,7 @@
 #include <set>
 
 #include "core/kinematics/angles.hpp"
-#include "drivers/mock/mock_robot.hpp"
-#include "drivers/mock/mock_tracker.hpp"
-#include "drivers/mock/virtual_clock.hpp"
-#include "tests/daemon/example_cell.hpp"
+#include "tests/daemon/campaign_fixture.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -27,44 +22,6 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Lt;
 using testing::SizeIs;
-
-using Outcome = std::expected<std::shared_ptr<const CampaignResult>, CampaignError>;
-
-struct CampaignTest : testing::Test {
-  CampaignTest() { truth.seed = 5; }
-
-  void start() {
-    cell.emplace(truth, clock);
-    robot.emplace(*cell);
-    tracker.emplace(*cell);
-    campaign.emplace(config, CampaignDevices{*robot, *tracker, clock}, journal, observer,
-                     &test::compute_here);
-    asio::co_spawn(io, campaign->run(), [this](std::exception_ptr failed, Outcome ended) {
-      ASSERT_FALSE(failed);
-      outcome.emplace(std::move(ended));
-    });
-  }
-  /// Runs the campaign as far as it goes by itself. @return whether it ended
-  bool go_on() {
-    return clock.run(io, [this] { return outcome.has_value(); });
-  }
-  void at(Duration since_start, std::function<void()> action) {
-    asio::co_spawn(io, clock.sleep_until(TimePoint{} + since_start),
-                   [action](std::exception_ptr) { action(); });
-  }
-
-  config::CellConfig config = test::example_cell();
-  drivers::MockCellOptions truth = test::example_truth();
-  asio::io_context io;
-  drivers::VirtualClock clock;
-  std::optional<drivers::MockCell> cell;
-  std::optional<drivers::MockRobot> robot;
-  std::optional<drivers::MockTracker> tracker;
-  test::MemoryJournal journal;
-  test::RecordingObserver observer;
-  std::optional<Campaign> campaign;
-  std::optional<Outcome> outcome;
-};
 
 TEST_F(CampaignTest, CalibratesTheArmAndShowsByMeasuringAgainThatCompensationWorks) {
   config.campaign.identify_poses = 30;
@@ -241,18 +198,7 @@ struct DriftTest : CampaignTest {
                  .noise = made.noise,
                  .validation_mean_mm = made.calibration.validate->after.mean};
     if (since) since();
-    outcome.reset();
-    journal = {};
-    campaign.reset();
-    tracker.reset();
-    robot.reset();
-    cell.emplace(truth, clock);
-    robot.emplace(*cell);
-    tracker.emplace(*cell);
-    campaign.emplace(config, CampaignDevices{*robot, *tracker, clock}, journal, observer, &test::compute_here,
-                     reference);
-    asio::co_spawn(io, campaign->run(),
-                   [this](std::exception_ptr, Outcome ended) { outcome.emplace(std::move(ended)); });
+    start(reference);
     EXPECT_TRUE(go_on() && *outcome);
     EXPECT_EQ(journal.points.size(), 5U);
     return (***outcome).drift.value();

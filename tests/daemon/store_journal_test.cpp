@@ -41,7 +41,7 @@ std::shared_ptr<CampaignResult> example_result(bool improves) {
 
 struct StoreJournalTest : testing::Test {
   StoreJournal journal(bool activate = true) {
-    return {{.campaign_id = "c1", .model_id = "m1", .robot_name = "KR 210", .activate = activate},
+    return {{.campaign_id = "c1", .model_id = "m1", .robot = {.name = "KR 210"}, .activate = activate},
             *store,
             thread,
             [] { return std::chrono::system_clock::time_point{}; }};

@@ -1,8 +1,8 @@
-#include "tools/truepose/iso9283_document.hpp"
+#include "proto/control/iso9283_document.hpp"
 
 #include <boost/json.hpp>
 
-namespace truepose::tools {
+namespace truepose::control {
 namespace {
 
 namespace json = boost::json;
@@ -78,4 +78,4 @@ json::object iso9283_document(const Iso9283Result& result, std::span<const TestP
           {"drifts", std::move(drifts)}};
 }
 
-}  // namespace truepose::tools
+}  // namespace truepose::control

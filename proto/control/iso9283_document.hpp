@@ -6,7 +6,7 @@
 
 #include "core/evaluation/iso9283.hpp"
 
-namespace truepose::tools {
+namespace truepose::control {
 
 /// In which frame the attained poses were compared with the commanded ones.
 enum class Iso9283Frame {
@@ -23,4 +23,4 @@ std::string_view name_of(Iso9283Frame frame);
 boost::json::object iso9283_document(const Iso9283Result& result, std::span<const TestPoint> points,
                                      Iso9283Frame frame);
 
-}  // namespace truepose::tools
+}  // namespace truepose::control

@@ -1,0 +1,134 @@
+#include "daemon/campaign/targets_campaign.hpp"
+
+#include <cstdio>
+#include <utility>
+
+#include "config/cell_setup.hpp"
+#include "core/compensation/target_compensation.hpp"
+#include "daemon/campaign/known_cell.hpp"
+
+namespace truepose::daemon {
+
+namespace {
+
+using Done = std::expected<void, CampaignError>;
+
+/// Why the loop has not reached its target; nothing where it has.
+std::string why_not(const TrackerLoop& loop) {
+  char text[160];
+  switch (*loop.end()) {
+    case TrackerLoopEnd::Reached:
+      return {};
+    case TrackerLoopEnd::DoesNotFall:
+      return "the error does not fall: the arm does not follow its corrections";
+    case TrackerLoopEnd::OutOfReach:
+      std::snprintf(text, sizeof text, "an error of %.3f mm cannot be corrected within the joint limits",
+                    loop.errors_mm().back());
+      return text;
+    case TrackerLoopEnd::RoundsUsed:
+      std::snprintf(text, sizeof text, "after %zu rounds the mean of the readings is still %.4f mm off",
+                    loop.errors_mm().size(), loop.averaged_error_mm());
+      return text;
+  }
+  return {};
+}
+
+}  // namespace
+
+TargetsCampaign::TargetsCampaign(MeasuringSession& session, TargetsOrder order)
+    : session_{session}, order_{std::move(order)} {
+  session_.expect(order_.cell);
+  session_.result().kind = CampaignKind::Targets;
+  session_.result().targets = TargetsResult{order_.loop, order_.readings, {}};
+  const int targets = order_.targets.empty() ? session_.config().campaign.validate_poses
+                                             : static_cast<int>(order_.targets.size());
+  session_.add_to_total(targets * order_.loop.rounds);
+}
+
+CampaignOutcome<void> TargetsCampaign::run() {
+  Done done = co_await plan();
+  if (done) done = co_await prepare();
+  session_.enter(CampaignPhase::Targets);
+  for (std::size_t i = 0; done && i < targets_.size(); ++i) {
+    const int before = session_.progress().done;
+    done = co_await close_in(targets_[i], starts_[i]);
+    session_.add_to_total(session_.progress().done - before - order_.loop.rounds);
+  }
+  co_return done;
+}
+
+CampaignOutcome<void> TargetsCampaign::plan() {
+  const config::CellConfig& config = session_.config();
+  PlanOptions options = config::plan_options(config, config.campaign.drift_poses);
+  options.reference_every = 0;
+  if (order_.targets.empty()) options.validate = config.campaign.validate_poses;
+  Done done = co_await session_.plan(known_cell(config, order_.cell), options);
+  if (!done) co_return done;
+  if (order_.targets.empty()) order_.targets = session_.planned().validate;
+  for (const JointVector& q : order_.targets) {
+    targets_.push_back(session_.new_target(PointPurpose::Target, q));
+    targets_.back().readings = order_.readings;
+  }
+  co_return done;
+}
+
+/// The joints that the active model asks for, and whether the arm may go there.
+CampaignOutcome<void> TargetsCampaign::prepare() {
+  session_.enter(CampaignPhase::Compute);
+  auto starts = std::make_shared<std::vector<Start>>();
+  std::function<void()> job = [starts, targets = targets_, nominal = session_.config().robot.model,
+                               cell = order_.cell, scene = known_scene(session_.config(), order_.cell)] {
+    PoseChecker checker{scene};
+    for (const MeasuringTarget& target : targets) {
+      const std::vector<std::int8_t> direction = approach_direction(target, nominal);
+      const TargetCompensation compensation{nominal, cell.robot, {.approach = direction}};
+      const auto solved = compensation.at_joints(target.q_target, cell.reflectors.front().p_FS_mm);
+      if (!solved) {
+        const bool limit = solved.error().kind == CompensationFault::Kind::BeyondLimit;
+        starts->push_back({{},
+                           limit ? "the compensated joints are beyond their limits"
+                                 : "the calibrated arm cannot reach it"});
+      } else if (const auto fault = checker.fault_of(solved->q)) {
+        starts->push_back({{}, "the pose " + std::string{fault_text(*fault)}});
+      } else {
+        starts->push_back({solved->q, {}});
+      }
+    }
+  };
+  co_await session_.compute(job);
+  starts_ = std::move(*starts);
+  co_return Done{};
+}
+
+CampaignOutcome<void> TargetsCampaign::close_in(MeasuringTarget target, Start start) {
+  std::vector<TargetOutcome>& outcomes = session_.result().targets->targets;
+  outcomes.push_back({.q_target = target.q_target, .reason = start.refusal});
+  TargetOutcome& outcome = outcomes.back();
+  if (!start.refusal.empty()) {
+    Done skipped = co_await session_.skip(target, 0, start.refusal);
+    co_return skipped;
+  }
+  const CalibratedCell asked = known_cell(session_.config(), order_.cell);
+  TrackerLoop loop{order_.cell, asked.predict(target.q_target, 0), start.q, order_.loop};
+  MeasuringTarget round = target;
+  while (!loop.end()) {
+    if (!loop.errors_mm().empty()) round = session_.again(round);
+    round.q_commanded = loop.q();
+    auto point = co_await session_.measure(round);
+    if (!point) co_return std::unexpected(point.error());
+    if (!*point) {
+      outcome.reason = session_.result().skipped.back().reason;
+      break;
+    }
+    loop.add((*point)->p_WS_mm);
+  }
+  if (loop.errors_mm().empty()) co_return Done{};
+  outcome.q = loop.q();
+  outcome.errors_mm = loop.errors_mm();
+  outcome.averaged_error_mm = loop.averaged_error_mm();
+  outcome.reached = loop.end() == TrackerLoopEnd::Reached;
+  if (loop.end()) outcome.reason = why_not(loop);
+  co_return Done{};
+}
+
+}  // namespace truepose::daemon
