@@ -10,6 +10,8 @@ namespace {
 
 // Arms are wrong by millimetres; a reading farther off is of something else.
 constexpr double kFarthest_mm = 50;
+// Rounds: noise alone makes two of them no better than a first one that happened to be good.
+constexpr int kNoBetter = 3;
 
 }  // namespace
 
@@ -55,7 +57,7 @@ void TrackerLoop::judge() {
   no_better_ = no_better ? no_better_ + 1 : 0;
   if (averaged_error_mm() <= options_.tolerance_mm) {
     end_ = TrackerLoopEnd::Reached;
-  } else if (no_better_ == 2) {
+  } else if (no_better_ == kNoBetter) {
     end_ = TrackerLoopEnd::DoesNotFall;
     q_ = q_best_;  // the mean of readings that drift apart is no estimate
   } else if (static_cast<int>(errors_mm_.size()) >= options_.rounds) {

@@ -10,13 +10,13 @@
 namespace truepose {
 
 struct TrackerLoopOptions {
-  int rounds = 10;              ///< at most
-  double tolerance_mm = 0.005;  ///< of the averaged error, see TrackerLoop
+  int rounds = 15;              ///< at most
+  double tolerance_mm = 0.003;  ///< of the averaged error, see TrackerLoop
 };
 
 enum class TrackerLoopEnd {
   Reached,      ///< the averaged error is within the tolerance
-  DoesNotFall,  ///< in two rounds, one after the other, it was no smaller than at first
+  DoesNotFall,  ///< in three rounds, one after the other, it was no smaller than at first
   RoundsUsed,
   OutOfReach,  ///< the arm cannot correct it: a joint limit, or farther off than an arm is wrong
 };

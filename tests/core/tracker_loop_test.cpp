@@ -79,7 +79,7 @@ TEST_F(TrackerLoopTest, EndsWithTheBestJointsWhereTheErrorDoesNotFall) {
     return wanted + Eigen::Vector3d{error_mm *= 3, 0, 0};
   });
   EXPECT_THAT(loop.end(), Optional(TrackerLoopEnd::DoesNotFall));
-  EXPECT_THAT(loop.errors_mm(), SizeIs(3));
+  EXPECT_THAT(loop.errors_mm(), SizeIs(4));
   EXPECT_EQ(loop.q(), q) << "where the error was least";
 }
 
