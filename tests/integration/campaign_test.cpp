@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
+#include <fstream>
 #include <ostream>
 #include <set>
 
@@ -170,6 +171,86 @@ TEST(ADriftCheckOverTheRealProtocols, JudgesTheActiveModelByAFewPosesOnly) {
   EXPECT_EQ(called(client, "campaign.get").at_pointer("/drift/verdict"), document->at("verdict"));
   EXPECT_EQ(called(client, "report.get").at("id"), report) << "a drift check is no calibration to report";
   EXPECT_TRUE(called(client, "cell.status").at_pointer("/model/active").as_bool());
+}
+
+TEST(ATargetsCampaignOverTheRealProtocols, FindsJointsAndHandsThemOut) {
+  LiveCell cell{{.speedup = 200}};
+  cell.start_daemon();
+  const Finished without = cell.truepose({"campaign", "start", "--kind", "targets"});
+  EXPECT_EQ(without.exit_code, 1);
+  EXPECT_THAT(without.err, AllOf(HasSubstr("-32003"), HasSubstr("no model is active")));
+  ASSERT_EQ(small_campaign(cell).exit_code, 0);
+
+  const Finished run = cell.truepose({"campaign", "start", "--kind", "targets", "--validate", "3", "--rounds",
+                                      "4", "--tolerance", "0.05", "--readings", "2", "--watch"});
+  ASSERT_EQ(run.exit_code, 0) << run.err << run.out << cell.daemon().errors();
+  EXPECT_THAT(run.out, AllOf(HasSubstr("correcting"), HasSubstr("TARGET  REACHED")));
+  tools::RpcClient client = cell.client();
+  const json::value found = called(client, "campaign.get", {{"points_limit", 100}});
+  EXPECT_EQ(found.at_pointer("/campaign/kind"), "targets");
+  const json::array& targets = found.at_pointer("/targets/targets").as_array();
+  ASSERT_EQ(targets.size(), 3u);
+  for (const json::value& target : targets) {
+    EXPECT_TRUE(target.at("reached").as_bool()) << target;
+    EXPECT_EQ(target.at("joints_deg").as_array().size(), 6u);
+  }
+  EXPECT_EQ(found.at_pointer("/points/0/purpose"), "target");
+  EXPECT_TRUE(called(client, "cell.status").at_pointer("/model/active").as_bool()) << "as it was before";
+
+  // What was found can be asked for again: the joints are a file of targets.
+  const std::filesystem::path joints = cell.folder() / "joints.csv";
+  EXPECT_EQ(cell.truepose({"campaign", "show", "--joints", joints.string()}).exit_code, 0);
+  EXPECT_THAT(text_of(joints), testing::StartsWith("q1,q2,q3,q4,q5,q6,residual_mm\n"));
+  const Finished again =
+      cell.truepose({"campaign", "start", "--kind", "targets", "--targets", joints.string(), "--rounds", "1",
+                     "--tolerance", "5", "--watch", "--json"});
+  EXPECT_EQ(again.exit_code, 0) << again.err << cell.daemon().errors();
+  EXPECT_EQ(called(client, "campaign.get").at_pointer("/targets/reached"), 3);
+
+  std::ofstream{cell.folder() / "far.csv"} << "x,y,z,a,b,c\n9000,0,0,0,0,0\n";
+  const Finished far = cell.truepose(
+      {"campaign", "start", "--kind", "targets", "--targets", (cell.folder() / "far.csv").string()});
+  EXPECT_EQ(far.exit_code, 2);
+  EXPECT_THAT(far.err, HasSubstr("params.poses[0]: cannot be reached"));
+}
+
+TEST(AnIso9283CampaignOverTheRealProtocols, GivesTheSameAsTheEvaluationOfItsFile) {
+  LiveCell cell{{.speedup = 200}};
+  cell.start_daemon();
+  ASSERT_EQ(small_campaign(cell).exit_code, 0);
+  const Finished run = cell.truepose({"campaign", "start", "--kind", "iso9283", "--cycles", "3", "--watch"});
+  ASSERT_EQ(run.exit_code, 0) << run.err << run.out << cell.daemon().errors();
+  EXPECT_THAT(run.out, AllOf(HasSubstr("cycling"), HasSubstr("15/15 poses"), HasSubstr("AP mm")));
+
+  const std::string cycles = cell.folder() / "cycles.csv", document = cell.folder() / "iso.json",
+                    model = cell.folder() / "model.yaml", page = cell.folder() / "page.html";
+  const Finished shown = cell.truepose({"campaign", "show", "--cycles", cycles, "--document", document});
+  ASSERT_EQ(shown.exit_code, 0) << shown.err;
+  ASSERT_EQ(cell.truepose({"model", "export", "--out", model}).exit_code, 0);
+  const Finished evaluated =
+      run_program("truepose", {"iso9283", "--data", cycles, "--model", model, "--json"});
+  ASSERT_EQ(evaluated.exit_code, 0) << evaluated.err;
+  const json::value stored = *control::parse_json(text_of(document));
+  const json::value offline = *control::parse_json(evaluated.out);
+  EXPECT_EQ(stored.at("frame"), "model");
+  EXPECT_EQ(stored.at("cycles"), offline.at("cycles"));
+  for (int k = 0; k < 5; ++k) {
+    const std::string set = "/sets/" + std::to_string(k);
+    EXPECT_EQ(stored.at_pointer(set + "/point"), offline.at_pointer(set + "/point"));
+    for (const char* what : {"/AP/p", "/RP/l"})
+      EXPECT_NEAR(number(stored, (set + what).c_str()), number(offline, (set + what).c_str()), 1e-6);
+    EXPECT_LT(number(stored, (set + "/AP/p").c_str()), 1);
+  }
+  EXPECT_EQ(cell.truepose({"report", "--iso9283", document, "--html", page}).exit_code, 0);
+  EXPECT_THAT(text_of(page), HasSubstr("ISO 9283"));
+
+  const Finished nominal = cell.truepose(
+      {"campaign", "start", "--kind", "iso9283", "--cycles", "2", "--uncompensated", "--watch"});
+  EXPECT_EQ(nominal.exit_code, 0) << nominal.err << cell.daemon().errors();
+  tools::RpcClient client = cell.client();
+  const json::value uncompensated = called(client, "campaign.get").at("iso9283");
+  EXPECT_EQ(uncompensated.at("compensated"), false);
+  EXPECT_GT(number(uncompensated, "/sets/0/AP/p"), 0.5);
 }
 
 TEST(ADaemonThatIsStopped, EndsTheCampaignAndStopsTheArm) {

@@ -79,6 +79,15 @@ TEST(TheControlProtocol, AnswersAndTellsWhatItsSchemaSays) {
   expect_fits("targets.compensate", {{"joints", json::array{json::array{0, -90, 90, 0, 35, 0}}}});
   expect_fits("targets.compensate", {{"poses", json::array{json::array{1700, 0, 1500, 0, 60, 0}}}});
   expect_compensated(client);
+  for (const char* kind : {"targets", "iso9283"}) {
+    std::vector<std::string> start{"campaign", "start", "--kind", kind, "--watch"};
+    const bool cycles = start[3] == "iso9283";
+    start.insert(start.end(), {cycles ? "--cycles" : "--validate", "2"});
+    const Finished run = cell.truepose(start);
+    ASSERT_EQ(run.exit_code, 0) << run.err << cell.daemon().errors();
+    expect_fits("campaign.get", {{"points_limit", 100}});
+  }
+  expect_fits("campaign.list");
   for (const char* method :
        {"stream.start", "cell.status", "stream.stop", "cell.disconnect", "model.deactivate", "cell.connect"})
     expect_fits(method);

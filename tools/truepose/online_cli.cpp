@@ -15,6 +15,7 @@ struct Arguments {
   OnlineOptions online;
   CampaignStartOptions start;
   bool no_activate = false;
+  CampaignFiles files;
   EventsOptions events;
   ReportOptions report;
   std::string id;
@@ -58,6 +59,17 @@ void add_online_commands(CLI::App& app, int& exit_code) {
     options.activate = !x.no_activate;
     return campaign_start(x.online, options);
   });
+  start->add_option("--kind", a.start.kind, "what to measure for")
+      ->check(CLI::IsMember({"calibration", "targets", "iso9283"}))
+      ->capture_default_str();
+  start->add_option(
+      "--targets", a.start.targets,
+      "targets (CSV: q1..qN in deg, or x,y,z,a,b,c of the flange); default: validation poses of a plan");
+  start->add_option("--rounds", a.start.rounds, "corrections of a target at most");
+  start->add_option("--tolerance", a.start.tolerance_mm, "mm to which the mean of its readings must come");
+  start->add_option("--readings", a.start.readings, "of the tracker in each round");
+  start->add_option("--cycles", a.start.cycles, "of an ISO 9283 test; default as configured");
+  start->add_flag("--uncompensated", a.start.uncompensated, "ISO 9283 of the nominal arm; needs no model");
   start->add_option("--identify", a.start.identify_poses, "poses to identify from");
   start->add_option("--validate", a.start.validate_poses, "poses to validate on");
   start->add_option("--seed", a.start.seed, "seed of the planner");
@@ -75,9 +87,15 @@ void add_online_commands(CLI::App& app, int& exit_code) {
             [action](const Arguments& x) { return campaign_control(x.online, action); });
   command(campaign, "list", "campaigns, newest first",
           [](const Arguments& x) { return campaign_list(x.online); });
-  command(campaign, "show", "one campaign", [](const Arguments& x) {
-    return campaign_show(x.online, x.id);
-  })->add_option("ID", a.id, "campaign; default: the newest");
+  CLI::App* show = command(campaign, "show", "one campaign",
+                           [](const Arguments& x) { return campaign_show(x.online, x.id, x.files); });
+  show->add_option("ID", a.id, "campaign; default: the newest");
+  show->add_option("--joints", a.files.joints, "write the joints that were found for targets here (CSV)");
+  show->add_option("--cycles", a.files.cycles,
+                   "write the cycles of an ISO 9283 test here (CSV), as truepose iso9283 --data reads them");
+  show->add_option(
+      "--document", a.files.document,
+      "write what it found here (JSON); of an ISO 9283 test, as truepose report --iso9283 reads it");
   command(campaign, "watch", "follow a campaign to its end", [](const Arguments& x) {
     return campaign_watch(x.online, x.id);
   })->add_option("ID", a.id, "campaign; default: the newest");

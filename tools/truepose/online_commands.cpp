@@ -5,7 +5,9 @@
 #include <cstdio>
 #include <fstream>
 
+#include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
+#include "tools/truepose/campaign_files.hpp"
 #include "tools/truepose/drift_text.hpp"
 #include "tools/truepose/online_text.hpp"
 #include "tools/truepose/rpc_client.hpp"
@@ -115,6 +117,52 @@ std::expected<RpcClient, ClientError> connect_for_campaign(const OnlineOptions& 
   return client;
 }
 
+/// All points of a campaign, page by page.
+std::expected<json::array, ClientError> all_points(RpcClient& client, const std::string& id) {
+  json::array points;
+  for (;;) {
+    json::object params = id_params(id);
+    params["points_offset"] = points.size();
+    params["points_limit"] = 100;
+    const auto page = client.call("campaign.get", params);
+    if (!page) return std::unexpected(page.error());
+    const json::array& more = page->at("points").as_array();
+    if (more.empty()) return points;
+    points.insert(points.end(), more.begin(), more.end());
+  }
+}
+
+/// @param kind  what the campaign must be to have the document: "targets", "iso9283"
+std::expected<json::value, ClientError> document_of(const json::value& campaign, const std::string& kind) {
+  const json::object& members = campaign.as_object();
+  const json::value* document = members.if_contains(kind);
+  if (document && !document->is_null()) return *document;
+  return std::unexpected(ClientError{kFailed, "campaign " + member(campaign, "/campaign/id") +
+                                                  " is not of kind " + kind + ", or is not done"});
+}
+
+std::expected<void, ClientError> write_files(RpcClient& client, const json::value& campaign,
+                                             const CampaignFiles& files) {
+  if (!files.joints.empty()) {
+    const auto targets = document_of(campaign, "targets");
+    if (!targets) return std::unexpected(targets.error());
+    config::write_text_file(files.joints, joints_csv(*targets));
+  }
+  if (!files.cycles.empty()) {
+    const auto iso9283 = document_of(campaign, "iso9283");
+    if (!iso9283) return std::unexpected(iso9283.error());
+    const auto points = all_points(client, member(campaign, "/campaign/id"));
+    if (!points) return std::unexpected(points.error());
+    config::write_text_file(files.cycles, cycles_csv(*iso9283, *points));
+  }
+  if (!files.document.empty()) {
+    const auto document = document_of(campaign, member(campaign, "/campaign/kind"));
+    if (!document) return std::unexpected(document.error());
+    config::write_text_file(files.document, control::json_text(*document) + "\n");
+  }
+  return {};
+}
+
 }  // namespace
 
 int status(const OnlineOptions& online) { return ask(online, "cell.status", {}, status_text); }
@@ -122,6 +170,13 @@ int connect_cell(const OnlineOptions& online) { return ask(online, "cell.connect
 
 int campaign_start(const OnlineOptions& online, const CampaignStartOptions& start) {
   json::object params;
+  if (!start.targets.empty()) params = targets_of_file(start.targets);
+  if (start.kind != "calibration") params["kind"] = start.kind;
+  if (start.rounds) params["rounds"] = *start.rounds;
+  if (start.tolerance_mm) params["tolerance_mm"] = *start.tolerance_mm;
+  if (start.readings) params["readings"] = *start.readings;
+  if (start.cycles) params["cycles"] = *start.cycles;
+  if (start.uncompensated) params["compensate"] = false;
   if (start.identify_poses) params["identify_poses"] = *start.identify_poses;
   if (start.validate_poses) params["validate_poses"] = *start.validate_poses;
   if (start.seed) params["seed"] = *start.seed;
@@ -135,7 +190,11 @@ int campaign_start(const OnlineOptions& online, const CampaignStartOptions& star
   if (!client) return fail(client.error());
   const auto started = client->call("campaign.start", params);
   if (!started) return fail(started.error());
-  return follow(*client, online, member(*started, "/id"));
+  const std::string id = member(*started, "/id");
+  const int exit_code = follow(*client, online, id);
+  // A calibration has its report; what the others found is short.
+  if (exit_code != kDone || online.json || start.kind == "calibration") return exit_code;
+  return ask(online, "campaign.get", id_params(id), campaign_text);
 }
 
 int campaign_control(const OnlineOptions& online, const std::string& action) {
@@ -145,8 +204,15 @@ int campaign_control(const OnlineOptions& online, const std::string& action) {
 
 int campaign_list(const OnlineOptions& online) { return ask(online, "campaign.list", {}, campaigns_text); }
 
-int campaign_show(const OnlineOptions& online, const std::string& id) {
-  return ask(online, "campaign.get", id_params(id), campaign_text);
+int campaign_show(const OnlineOptions& online, const std::string& id, const CampaignFiles& files) {
+  auto client = RpcClient::connect(online.daemon, online.token_file);
+  if (!client) return fail(client.error());
+  const auto found = client->call("campaign.get", id_params(id));
+  if (!found) return fail(found.error());
+  const auto written = write_files(*client, *found, files);
+  if (!written) return fail(written.error());
+  online.json ? print_json(*found) : print(campaign_text(*found));
+  return kDone;
 }
 
 int campaign_watch(const OnlineOptions& online, const std::string& id) {

@@ -16,11 +16,23 @@ struct OnlineOptions {
 };
 
 struct CampaignStartOptions {
+  std::string kind = "calibration";
+  std::filesystem::path targets;  ///< CSV: q1..qN or x,y,z,a,b,c; empty: validation poses of a plan
+  std::optional<int> rounds, readings, cycles;
+  std::optional<double> tolerance_mm;
+  bool uncompensated = false;
   std::optional<int> identify_poses, validate_poses;
   std::optional<std::int64_t> seed;
   std::optional<bool> remeasure;
   bool activate = true;
   bool watch = false;
+};
+
+/// Files to write what a campaign found to; empty: none.
+struct CampaignFiles {
+  std::filesystem::path joints;    ///< found for targets, as truepose fk and compensate read them
+  std::filesystem::path cycles;    ///< of an ISO 9283 test, as truepose iso9283 reads them
+  std::filesystem::path document;  ///< of a kind that is no calibration (JSON)
 };
 
 struct EventsOptions {
@@ -38,7 +50,7 @@ int campaign_start(const OnlineOptions& online, const CampaignStartOptions& star
 /// @param action  "pause", "resume" or "abort"
 int campaign_control(const OnlineOptions& online, const std::string& action);
 int campaign_list(const OnlineOptions& online);
-int campaign_show(const OnlineOptions& online, const std::string& id);
+int campaign_show(const OnlineOptions& online, const std::string& id, const CampaignFiles& files);
 /// Follows a campaign to its end; succeeds if it ends as done. An empty id means the newest.
 int campaign_watch(const OnlineOptions& online, const std::string& id);
 

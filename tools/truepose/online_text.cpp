@@ -90,6 +90,33 @@ std::string stream_line(const json::value& stream) {
   return text(stream, "/state") + (reason == "-" ? "" : ": " + reason);
 }
 
+/// What the tracker loop came to at each target; empty for a campaign of another kind.
+std::string targets_table(const json::value& campaign) {
+  if (!find(campaign, "/targets")) return {};
+  std::vector<Row> rows{{"TARGET", "REACHED", "ROUNDS", "FIRST mm", "LAST mm", "MEAN mm", ""}};
+  for (const json::value& target : list(campaign, "/targets/targets")) {
+    const std::size_t rounds = list(target, "/errors_mm").size();
+    const std::string last = "/errors_mm/" + std::to_string(rounds - 1);
+    rows.push_back({text(target, "/target"), text(target, "/reached"), std::to_string(rounds),
+                    fixed(target, "/errors_mm/0", 3), rounds == 0 ? "-" : fixed(target, last, 3),
+                    rounds == 0 ? "-" : fixed(target, "/averaged_mm", 4),
+                    is_true(target, "/reached") ? "" : text(target, "/reason")});
+  }
+  return "\n" + table(rows);
+}
+
+/// Accuracy and repeatability of each pose of an ISO 9283 test; empty for a campaign of another kind.
+std::string cycles_table(const json::value& campaign) {
+  if (!find(campaign, "/iso9283")) return {};
+  std::vector<Row> rows{{"POSE", "CYCLES", "AP mm", "RP mm"}};
+  for (const json::value& set : list(campaign, "/iso9283/sets"))
+    rows.push_back(
+        {text(set, "/point"), text(set, "/cycles"), fixed(set, "/AP/p", 3), fixed(set, "/RP/l", 3)});
+  return "\n" + table(rows) + "ISO 9283:1998, " +
+         (is_true(campaign, "/iso9283/compensated") ? "compensated" : "not compensated") +
+         (text(campaign, "/iso9283/frame") == "fitted" ? ", AP after a fit of the frame\n" : "\n");
+}
+
 }  // namespace
 
 std::string progress_line(const json::value& progress) {
@@ -140,16 +167,17 @@ std::string status_text(const json::value& status) {
 }
 
 std::string campaigns_text(const json::value& answer) {
-  std::vector<Row> rows{{"CAMPAIGN", "STARTED", "STATE", "ROBOT", "MODEL"}};
+  std::vector<Row> rows{{"CAMPAIGN", "KIND", "STARTED", "STATE", "ROBOT", "MODEL"}};
   for (const json::value& campaign : list(answer, "/campaigns"))
-    rows.push_back({text(campaign, "/id"), text(campaign, "/started"), text(campaign, "/state"),
-                    text(campaign, "/robot_serial"), text(campaign, "/model_id")});
+    rows.push_back({text(campaign, "/id"), text(campaign, "/kind"), text(campaign, "/started"),
+                    text(campaign, "/state"), text(campaign, "/robot_serial"), text(campaign, "/model_id")});
   return rows.size() == 1 ? "no campaigns yet\n" : table(rows);
 }
 
 std::string campaign_text(const json::value& answer) {
   std::vector<Row> rows{
       {"campaign", text(answer, "/campaign/id")},
+      {"kind", text(answer, "/campaign/kind")},
       {"state", text(answer, "/campaign/state")},
       {"started", text(answer, "/campaign/started")},
       {"ended", text(answer, "/campaign/ended")},
@@ -165,7 +193,7 @@ std::string campaign_text(const json::value& answer) {
   for (const json::value& skipped : list(answer, "/skipped"))
     rows.push_back({"skipped", "pose " + text(skipped, "/pose") + " after " + text(skipped, "/attempts") +
                                    " attempts: " + text(skipped, "/reason")});
-  return table(rows);
+  return table(rows) + targets_table(answer) + cycles_table(answer);
 }
 
 std::string models_text(const json::value& answer) {
