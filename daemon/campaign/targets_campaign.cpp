@@ -48,7 +48,7 @@ TargetsCampaign::TargetsCampaign(MeasuringSession& session, TargetsOrder order)
 CampaignOutcome<void> TargetsCampaign::run() {
   Done done = co_await plan();
   if (done) done = co_await prepare();
-  session_.enter(CampaignPhase::Targets);
+  if (done) session_.enter(CampaignPhase::Targets);
   for (std::size_t i = 0; done && i < targets_.size(); ++i) {
     const int before = session_.progress().done;
     done = co_await close_in(targets_[i], starts_[i]);

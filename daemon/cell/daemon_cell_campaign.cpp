@@ -179,7 +179,9 @@ DaemonCell::Reply DaemonCell::campaign_get(json::object params) {
     points.push_back(point_json(parts_.config.robot.model, found->points[i]));
   }
   json::object documents{{"drift", nullptr}, {"targets", nullptr}, {"iso9283", nullptr}};
-  if (documents.contains(found->record->kind) && !found->record->document.empty()) {
+  // Points and a long document do not fit into one line of the protocol.
+  const bool fits = limit == 0 || found->record->kind == "drift";
+  if (fits && documents.contains(found->record->kind) && !found->record->document.empty()) {
     if (auto document = control::parse_json(found->record->document))
       documents[found->record->kind] = *std::move(document);
   }

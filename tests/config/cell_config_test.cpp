@@ -35,6 +35,18 @@ class CellFile : public testing::Test {
   TempFolder folder_;
 };
 
+TEST_F(CellFile, ReadsWhereAnIso9283TestIsMeasured) {
+  const CellConfig cell = load(std::string{kSmallest} +
+                               "iso9283: {cycles: 5, plane: C2-C3-C8-C5, edge_mm: 400,"
+                               " centre: {x: 1, y: 2, z: 3}, orientation: {a: 90, b: 0, c: 0}}\n");
+  EXPECT_EQ(cell.iso9283.cycles, 5);
+  EXPECT_EQ(cell.iso9283.cube.plane, DiagonalPlane::C2C3C8C5);
+  EXPECT_EQ(cell.iso9283.cube.edge_mm, 400);
+  EXPECT_EQ(cell.iso9283.cube.centre_mm, Eigen::Vector3d(1, 2, 3));
+  EXPECT_NEAR((*cell.iso9283.cube.orientation)(1, 0), 1, 1e-12);
+  EXPECT_FALSE(load(kSmallest).iso9283.cube.edge_mm);
+}
+
 TEST_F(CellFile, KeepsTheDefaultsOfWhatIsLeftOut) {
   const CellConfig cell = load(kSmallest), defaults;
   EXPECT_EQ(cell.name, "test");

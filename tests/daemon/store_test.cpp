@@ -257,6 +257,39 @@ TEST_F(StoreTest, SaysWhyAFileCannotBeItsOwn) {
   EXPECT_THAT(why_not_opened(file_), HasSubstr("another program"));
 }
 
+TEST_F(StoreTest, KeepsCampaignsAndPointsOfEveryKind) {
+  Store store = open();
+  for (const char* kind : {"calibration", "drift", "targets", "iso9283"}) {
+    CampaignRecord record = campaign(kind);
+    record.kind = kind;
+    ASSERT_TRUE(store.begin_campaign(record)) << kind;
+    EXPECT_EQ(store.campaign(kind).value()->kind, kind);
+  }
+  StoredPoint of_target = point(0), of_cycle = point(1);
+  of_target.purpose = PointPurpose::Target;
+  of_cycle.purpose = PointPurpose::Cycle;
+  ASSERT_TRUE(store.add_point("targets", of_target));
+  ASSERT_TRUE(store.add_point("targets", of_cycle));
+  const auto points = store.points("targets").value();
+  ASSERT_EQ(points.size(), 2U);
+  expect_equal(points[0], of_target);
+  expect_equal(points[1], of_cycle);
+}
+
+TEST_F(StoreTest, KeepsTheKindsOfAFileThatKnewFewer) {
+  {
+    Store store = open();
+    CampaignRecord drift = campaign("d");
+    drift.kind = "drift";
+    ASSERT_TRUE(store.begin_campaign(drift));
+    ASSERT_TRUE(store.add_point("d", point(2)));
+  }
+  execute("PRAGMA user_version=2");
+  Store store = open();
+  EXPECT_EQ(store.campaign("d").value()->kind, "drift");
+  expect_equal(store.points("d").value().at(0), point(2));
+}
+
 TEST_F(StoreTest, LeavesAFileOfANewerVersionAlone) {
   open();
   execute("PRAGMA user_version=99");

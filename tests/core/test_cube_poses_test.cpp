@@ -1,0 +1,64 @@
+#include "core/planning/test_cube_poses.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/core/planning_example.hpp"
+
+namespace truepose {
+namespace {
+
+/// The reflector of the scene's arm in its base.
+Eigen::Vector3d reflector_at(const Scene& scene, const JointVector& q) {
+  return forward_kinematics(scene.robot, q) * scene.sight.p_FS_mm;
+}
+
+void expect_measurable(const TestCubePoses& poses, const Scene& scene) {
+  PoseChecker checker{scene};
+  for (std::size_t i = 0; i < poses.q.size(); ++i) {
+    EXPECT_FALSE(checker.fault_of(poses.q[i])) << "P" << i + 1;
+    EXPECT_LT((reflector_at(scene, poses.q[i]) - poses.p_B_mm[i]).norm(), 1e-6);
+    const Eigen::Matrix3d R_BF = forward_kinematics(scene.robot, poses.q[i]).linear();
+    EXPECT_LT((R_BF - poses.R_BF).norm(), 1e-9) << "all in one orientation";
+  }
+}
+
+TEST(TestCubePlacement, FindsFivePosesThatTheTrackerSees) {
+  const Scene scene = test::planning_scene();
+  const auto poses = place_test_cube(scene, {});
+  ASSERT_TRUE(poses) << poses.error();
+  expect_measurable(*poses, scene);
+  EXPECT_GE(poses->cube.edge_mm, 400);
+}
+
+TEST(TestCubePlacement, KeepsToWhatIsAskedFor) {
+  const Scene scene = test::planning_scene();
+  const auto any = place_test_cube(scene, {});
+  ASSERT_TRUE(any) << any.error();
+  const TestCubeWish wish{.centre_mm = any->cube.X_BC.translation() + Eigen::Vector3d{5, 5, 5},
+                          .edge_mm = 200,
+                          .orientation = any->R_BF,
+                          .plane = DiagonalPlane::C3C4C5C6};
+  const auto poses = place_test_cube(scene, wish);
+  ASSERT_TRUE(poses) << poses.error();
+  expect_measurable(*poses, scene);
+  EXPECT_EQ(poses->p_B_mm[0], *wish.centre_mm);
+  EXPECT_EQ(poses->R_BF, any->R_BF);
+  EXPECT_EQ(poses->p_B_mm, test_positions(poses->cube, DiagonalPlane::C3C4C5C6));
+}
+
+TEST(TestCubePlacement, IsTheSameForTheSameSeed) {
+  const Scene scene = test::planning_scene();
+  const auto once = place_test_cube(scene, {.seed = 4}), again = place_test_cube(scene, {.seed = 4});
+  ASSERT_TRUE(once && again);
+  EXPECT_EQ(once->q, again->q);
+}
+
+TEST(TestCubePlacement, SaysWhatDoesNotFit) {
+  const auto none =
+      place_test_cube(test::planning_scene(), {.centre_mm = Eigen::Vector3d{0, 0, 4000}, .edge_mm = 800});
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().find("an edge of 800 mm at this centre"), std::string::npos) << none.error();
+}
+
+}  // namespace
+}  // namespace truepose
