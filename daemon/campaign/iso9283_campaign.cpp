@@ -26,7 +26,10 @@ std::expected<std::array<JointVector, kPoints>, std::string> commanded(const Tes
   const TargetCompensation compensation{nominal, cell.robot, {.approach = direction}};
   for (std::size_t i = 0; i < kPoints; ++i) {
     const auto solved = compensation.at_joints(poses.q[i], cell.reflectors.front().p_FS_mm);
-    if (!solved) return std::unexpected("the calibrated arm cannot reach P" + std::to_string(i + 1));
+    if (!solved) {
+      return std::unexpected("P" + std::to_string(i + 1) +
+                             ", compensated: " + described(solved.error(), nominal));
+    }
     q[i] = solved->q;
   }
   return q;

@@ -84,10 +84,7 @@ CampaignOutcome<void> TargetsCampaign::prepare() {
       const TargetCompensation compensation{nominal, cell.robot, {.approach = direction}};
       const auto solved = compensation.at_joints(target.q_target, cell.reflectors.front().p_FS_mm);
       if (!solved) {
-        const bool limit = solved.error().kind == CompensationFault::Kind::BeyondLimit;
-        starts->push_back({{},
-                           limit ? "the compensated joints are beyond their limits"
-                                 : "the calibrated arm cannot reach it"});
+        starts->push_back({{}, "compensated: " + described(solved.error(), nominal)});
       } else if (const auto fault = checker.fault_of(solved->q)) {
         starts->push_back({{}, "the pose " + std::string{fault_text(*fault)}});
       } else {
