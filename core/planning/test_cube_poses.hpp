@@ -29,7 +29,7 @@ struct TestCubePoses {
 };
 
 /// Finds a cube of which all five poses can be driven to and measured, by trial around random poses that
-/// can.
+/// can, those far from the joint limits first.
 ///
 /// @return or one sentence: why there is none
 std::expected<TestCubePoses, std::string> place_test_cube(const Scene& scene, const TestCubeWish& wish);
