@@ -73,6 +73,7 @@ std::expected<TestCubePoses, std::string> place_test_cube(const Scene& scene, co
       TestCube cube{.edge_mm = edge_mm};
       cube.X_BC.translation() = wish.centre_mm.value_or(X_BF * scene.sight.p_FS_mm);
       const Eigen::Matrix3d R_BF = wish.orientation.value_or(X_BF.linear());
+      if (!wish.centre_mm && !wish.task.holds(cube.X_BC.translation())) continue;
       if (auto poses = poses_of(cube, R_BF, wish.plane, q, checker, motion)) return *std::move(poses);
     }
   }

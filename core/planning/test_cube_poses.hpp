@@ -14,6 +14,7 @@ namespace truepose {
 /// What is wanted of the poses of an ISO 9283 test; what is left out is chosen.
 struct TestCubeWish {
   std::optional<Eigen::Vector3d> centre_mm;  ///< base frame
+  Box task;                                  ///< in which a chosen centre is
   std::optional<double> edge_mm;             ///< left out: the greatest of the standard's 1000, 630, 400, 250
   std::optional<Eigen::Matrix3d> orientation;  ///< of the flange, R_BF, at all five
   DiagonalPlane plane = DiagonalPlane::C1C2C7C8;

@@ -65,6 +65,7 @@ CampaignOutcome<void> Iso9283Campaign::plan() {
   auto placed = std::make_shared<std::expected<TestCubePoses, std::string>>();
   TestCubeWish wish = config.iso9283.cube;
   wish.seed = config.campaign.seed;
+  wish.task = config.task;
   std::function<void()> job = [placed, scene, wish] { *placed = place_test_cube(scene, wish); };
   co_await session_.compute(job);
   if (!*placed) co_return std::unexpected(CampaignError{CampaignFault::Planning, placed->error()});

@@ -46,6 +46,15 @@ TEST(TestCubePlacement, KeepsToWhatIsAskedFor) {
   EXPECT_EQ(poses->p_B_mm, test_positions(poses->cube, DiagonalPlane::C3C4C5C6));
 }
 
+TEST(TestCubePlacement, PutsTheCentreWhereTheTaskIs) {
+  const Scene scene = test::planning_scene();
+  const Box task{{1000, -700, 400}, {2000, 700, 1800}};
+  const auto poses = place_test_cube(scene, {.task = task});
+  ASSERT_TRUE(poses) << poses.error();
+  EXPECT_TRUE(task.holds(poses->cube.X_BC.translation()));
+  expect_measurable(*poses, scene);
+}
+
 TEST(TestCubePlacement, IsTheSameForTheSameSeed) {
   const Scene scene = test::planning_scene();
   const auto once = place_test_cube(scene, {.seed = 4}), again = place_test_cube(scene, {.seed = 4});
