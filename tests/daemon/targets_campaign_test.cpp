@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <set>
 
 #include "config/cell_setup.hpp"
 #include "core/evaluation/error_statistics.hpp"
@@ -86,7 +87,12 @@ TEST_F(TargetsTest, StoresEveryRoundAsAPointOfItsOwn) {
   const TargetsResult& result = drive({.targets = {targets[0], targets[1]}, .readings = 1});
   const std::size_t rounds = result.targets[0].errors_mm.size() + result.targets[1].errors_mm.size();
   ASSERT_THAT(journal.points, SizeIs(rounds));
-  for (const StoredPoint& point : journal.points) EXPECT_EQ(point.purpose, PointPurpose::Target);
+  std::set<int> poses;
+  for (const StoredPoint& point : journal.points) {
+    EXPECT_EQ(point.purpose, PointPurpose::Target);
+    poses.insert(point.pose);
+  }
+  EXPECT_THAT(poses, SizeIs(rounds)) << "each with a number of its own";
   const auto first = std::ranges::count(journal.points, targets[0], &StoredPoint::q_target);
   EXPECT_EQ(static_cast<std::size_t>(first), result.targets[0].errors_mm.size());
   EXPECT_NE(journal.points[0].q_commanded, journal.points[1].q_commanded);
