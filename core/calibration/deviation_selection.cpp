@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kFolds = 10;
 constexpr std::array kScales{3e-3, 1e-3, 0.3e-3, 0.1e-3, 0.03e-3};
-constexpr double kLeastGain = 0.01;  // a group must take this part of the squared error
+constexpr double kLeastGroupGain = 0.01;  // a group must take this part of the squared error
 // The groups are the best of many, so all together must be further beyond chance than one alone, or take half
 // of the squared error.
 constexpr double kErrorsPerGroup = 1, kErrorsTogether = 4, kSpeaksForItself = 0.5;
@@ -136,7 +136,7 @@ bool beyond_chance(std::span<const double> before, std::span<const double> error
 }
 
 bool one_pays(std::span<const double> before, std::span<const double> errors) {
-  return sum(before) - sum(errors) > kLeastGain * sum(before) &&
+  return sum(before) - sum(errors) > kLeastGroupGain * sum(before) &&
          beyond_chance(before, errors, kErrorsPerGroup);
 }
 

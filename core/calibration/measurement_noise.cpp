@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "core/kinematics/units.hpp"
+
 namespace truepose {
 namespace {
-
-constexpr double kMetresPerMm = 1e-3;
 
 Whitening by_stated_sigma(std::span<const Measurement> points) {
   Whitening whitening;

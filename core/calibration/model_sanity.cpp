@@ -10,6 +10,7 @@
 #include "core/calibration/mistakes.hpp"
 #include "core/calibration/parameters.hpp"
 #include "core/calibration/reflector_labels.hpp"
+#include "core/evaluation/median.hpp"
 #include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
@@ -21,7 +22,7 @@ constexpr double kCannotBe_mm = 50;  // from here it cannot be right, whatever t
 // errors, and three times those, gain at most 1.4 and 2.4.
 constexpr double kBetter = 2;
 constexpr double kBetterOfSeveral = 5;
-constexpr std::size_t kFewestPoses = 8;        // with fewer, chance and a failed fit explain as much
+constexpr std::size_t kPosesToJudge = 8;       // with fewer, chance and a failed fit explain as much
 constexpr double kAsGood = 1.5;                // times: explanations that leave so much more are as good
 constexpr std::size_t kPoses = 40;             // tell a gross mistake as well as more would
 constexpr std::size_t kPosesToIdentify = 150;  // tell a hidden one
@@ -52,12 +53,6 @@ std::vector<double> misses(const CalibratedCell& cell, std::span<const Measureme
     miss_mm.push_back((cell.predict(point.q, point.smr) - point.p_WS_mm).norm());
   }
   return miss_mm;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 /// The three quarters of the points that `cell` misses least.
@@ -252,7 +247,7 @@ std::optional<Suspicion> hidden_sign(const RobotModel& nominal, const Measuremen
 }  // namespace
 
 std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementData& data) {
-  if (pose_groups(data.points).size() < kFewestPoses) return std::nullopt;
+  if (pose_groups(data.points).size() < kPosesToJudge) return std::nullopt;
   Hypothesis as_given{.what = {}, .arm = nominal, .points = sampled(data, kPoses)};
   as_given.error_mm = fitted_error(as_given, data.smr_names);
   auto gross = as_given.error_mm > kDeviates_mm ? gross_mistake(as_given, data.smr_names) : std::nullopt;

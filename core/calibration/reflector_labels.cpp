@@ -13,7 +13,7 @@ namespace truepose {
 namespace {
 
 constexpr std::size_t kMostReflectors = 5;  // 120 orders to try
-constexpr std::size_t kFewestPoses = 5;
+constexpr std::size_t kPosesToLabel = 5;
 
 using Order = std::vector<int>;  // by name: which of the pose's names stands for it
 
@@ -62,7 +62,7 @@ Relabelled relabelled(const RobotModel& arm, std::span<const std::string> smr_na
     poses.push_back(point_of);
     middles.push_back({.q = points[pose[0]].q, .p_WS_mm = positions(points, point_of).rowwise().mean()});
   }
-  if (poses.size() < kFewestPoses) return result;
+  if (poses.size() < kPosesToLabel) return result;
 
   const std::string middle = "middle";
   const Eigen::Matrix3d R_WB = linear_start(arm, {&middle, 1}, middles).base.isometry().linear();

@@ -9,6 +9,7 @@
 #include "core/calibration/measurement_model.hpp"
 #include "core/calibration/parameters.hpp"
 #include "core/calibration/prior.hpp"
+#include "core/evaluation/median.hpp"
 #include "core/random.hpp"
 
 namespace truepose {
@@ -30,12 +31,6 @@ std::vector<double> whitened_lengths(const CalibratedCell& cell, std::span<const
     lengths[i] = (W.empty() ? r : Eigen::Vector3d{W[i] * r}).norm();
   }
   return lengths;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 /// A subset with a point of every reflector, so that none is left without an equation.

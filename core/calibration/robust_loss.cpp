@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/evaluation/median.hpp"
+
 namespace truepose {
 
 double huber_weight(double length, double knee) { return length <= knee ? 1.0 : knee / length; }
@@ -22,10 +24,7 @@ double tukey_weight(double length, double cut) {
 
 double sigma_from_median(std::span<const double> lengths) {
   constexpr double kMedianOfChi3 = 1.5381722544550522;
-  std::vector<double> sorted(lengths.begin(), lengths.end());
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::ranges::nth_element(sorted, middle);
-  return *middle / kMedianOfChi3;
+  return median({lengths.begin(), lengths.end()}) / kMedianOfChi3;
 }
 
 }  // namespace truepose

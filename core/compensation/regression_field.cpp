@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "core/kinematics/forward.hpp"
+#include "core/kinematics/units.hpp"
 #include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
 
-constexpr double kMetresPerMm = 1e-3;
 constexpr int kReflectorsForTurn = 3;
 
 using Features = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 4 * kMaxJoints, 1>;

@@ -2,12 +2,10 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <numbers>
+
+#include "core/kinematics/units.hpp"
 
 namespace truepose {
-
-inline constexpr double kRadPerDeg = std::numbers::pi / 180.0;
-inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 /// Rz(rz) Ry(ry) Rx(rx), angles in rad. KUKA's A, B, C are rz, ry, rx.
 Eigen::Matrix3d rotation_zyx(double rz, double ry, double rx);

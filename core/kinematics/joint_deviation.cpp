@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "core/kinematics/forward.hpp"
+#include "core/kinematics/units.hpp"
 
 namespace truepose {
 namespace {
 
-constexpr double kMetresPerMm = 1e-3;
 constexpr double kKilonewtonsPerKg = 9.80665e-3;
 
 /// The frames by which torques are reckoned, where there are any.

@@ -12,13 +12,13 @@ namespace truepose {
 namespace {
 
 // A gain below this part is rounding, and would let two equal poses change places for ever.
-constexpr double kLeastGain = 1e-9;
+constexpr double kLeastExchangeGain = 1e-9;
 
 /// The candidate not yet chosen with the greatest gain; `otherwise` where none gains more than that one.
 std::size_t best_of(Design& design, std::size_t otherwise) {
   const std::span<const double> gains = design.gains();
   std::size_t best = otherwise;
-  double best_gain = (1 + kLeastGain) * gains[otherwise];
+  double best_gain = (1 + kLeastExchangeGain) * gains[otherwise];
   for (std::size_t k = 0; k < gains.size(); ++k) {
     if (gains[k] > best_gain && !design.has(k)) {
       best = k;

@@ -97,12 +97,12 @@ Eigen::VectorXd start(Eigen::Index d, double length, double noise_ratio) {
   return log_hyper;
 }
 
-struct Fitted {
+struct MostEvident {
   GaussianProcessHyper hyper;
   double negative_log_evidence = 0;
 };
 
-Fitted maximise_evidence(const Eigen::MatrixXd& Z, const Eigen::MatrixXd& T, Correlation correlation) {
+MostEvident maximise_evidence(const Eigen::MatrixXd& Z, const Eigen::MatrixXd& T, Correlation correlation) {
   const double unit = std::sqrt(static_cast<double>(Z.cols()));
   const MarginalLikelihood coarse = likelihood_of_some(Z, T, kStartPoints, correlation);
   Minimum best{{}, std::numeric_limits<double>::infinity()};
@@ -121,8 +121,8 @@ Fitted maximise_evidence(const Eigen::MatrixXd& Z, const Eigen::MatrixXd& T, Cor
 std::map<std::string, double> gaussian_process_hyper(const RegressionData& data) {
   const Eigen::MatrixXd Z = FeatureScale{data.X}.apply_all(data.X);
   const Eigen::MatrixXd T = data.Y * target_scale(data.Y).cwiseInverse().asDiagonal();
-  const Fitted smooth = maximise_evidence(Z, T, Correlation::SquaredExponential);
-  const Fitted rough = maximise_evidence(Z, T, Correlation::Matern52);
+  const MostEvident smooth = maximise_evidence(Z, T, Correlation::SquaredExponential);
+  const MostEvident rough = maximise_evidence(Z, T, Correlation::Matern52);
   const GaussianProcessHyper& best =
       smooth.negative_log_evidence < rough.negative_log_evidence ? smooth.hyper : rough.hyper;
   std::map<std::string, double> hyper{{"matern", best.correlation == Correlation::Matern52 ? 1 : 0},

@@ -8,7 +8,7 @@
 namespace truepose {
 namespace {
 
-constexpr double kLeastGain = 0.02;
+constexpr double kLeastRegressorGain = 0.02;
 /// Standard errors that a gain must exceed, where groups are many. Of few groups the standard error itself is
 /// uncertain, and the best of several kinds is compared: 3 for 20 groups.
 constexpr double kStandardErrors = 2;
@@ -49,7 +49,7 @@ std::expected<RegressorSelection, std::string> select_regressor(const Regression
   }
   selection.rms_zero = std::sqrt(data.Y.squaredNorm() / static_cast<double>(data.Y.rows()));
   const auto best = std::ranges::min_element(selection.tried, {}, &CrossValidation::rms);
-  if (best == selection.tried.end() || best->rms >= (1 - kLeastGain) * selection.rms_zero ||
+  if (best == selection.tried.end() || best->rms >= (1 - kLeastRegressorGain) * selection.rms_zero ||
       !beyond_chance(squared_targets(data), best->squared_errors))
     return selection;
   auto fitted = fit_regressor(best->kind, data);

@@ -7,8 +7,8 @@
 #include <iterator>
 #include <limits>
 
+#include "core/evaluation/median.hpp"
 #include "proto/xml/escape.hpp"
-#include "tools/report/median.hpp"
 #include "tools/report/svg_chart.hpp"
 
 namespace truepose::report {

@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "core/evaluation/median.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
 #include "tools/report/local_regression.hpp"
-#include "tools/report/median.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_style.hpp"
 #include "tools/report/scatter_chart.hpp"

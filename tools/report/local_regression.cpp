@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "tools/report/median.hpp"
+#include "core/evaluation/median.hpp"
 
 namespace truepose::report {
 namespace {

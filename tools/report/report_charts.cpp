@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/report/median.hpp"
+#include "core/evaluation/median.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_style.hpp"
 #include "tools/report/svg_chart.hpp"

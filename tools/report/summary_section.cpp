@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/evaluation/median.hpp"
 #include "proto/xml/escape.hpp"
-#include "tools/report/median.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_style.hpp"
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace truepose::report {
+namespace truepose {
 
 /// The upper median; 0 of nothing.
 inline double median(std::vector<double> values) {
@@ -14,4 +14,4 @@ inline double median(std::vector<double> values) {
   return *middle;
 }
 
-}  // namespace truepose::report
+}  // namespace truepose
