@@ -53,7 +53,7 @@ std::string noise_text(const MeasurementNoise& noise) {
          ", repeatability_mm: " + format_number(noise.repeatability_mm) + "}\n";
 }
 
-MeasurementNoise noise_value(const YamlValue& value) {
+MeasurementNoise model_noise_value(const YamlValue& value) {
   const YamlMap map(
       value, {"range_mm", "range_mm_per_m", "transverse_mm", "transverse_mm_per_m", "repeatability_mm"});
   const auto number = [&](std::string_view key) { return map.at(key).number({0, kMm.max}); };
@@ -148,7 +148,7 @@ ModelFile parse_model(const std::string& text, const std::string& file_name) {
   for (const YamlValue& parameter : map.at("parameters").list()) {
     model.parameters.push_back(parameter_value(parameter));
   }
-  if (const YamlValue* noise = map.find("noise")) model.noise = noise_value(*noise);
+  if (const YamlValue* noise = map.find("noise")) model.noise = model_noise_value(*noise);
   if (const YamlValue* covariance = map.find("covariance"))
     model.covariance = covariance_value(*covariance, ParameterLayout::of(model.cell).size());
   return model;

@@ -22,7 +22,7 @@ namespace {
 
 constexpr Duration kWatch = 100ms;
 constexpr Duration kAskRobot = 1s;
-constexpr Duration kAnswer = 5s;
+constexpr Duration kDeviceAnswer = 5s;
 constexpr Duration kStartProgram = 20s;
 
 std::optional<RpcError> no_parameters(const json::object& params) {
@@ -224,7 +224,7 @@ DaemonCell::Reply DaemonCell::stream_stop(json::object params) {
     const TimePoint next = parts_.clock.now() + kWatch;
     co_await parts_.clock.sleep_until(next);
   }
-  const TimePoint deadline = parts_.clock.now() + kAnswer;
+  const TimePoint deadline = parts_.clock.now() + kDeviceAnswer;
   auto stopped = co_await parts_.robot.stop(deadline);
   if (!stopped) on_trouble("robot: " + stopped.error().detail);
   co_return stream_now_json();
@@ -251,7 +251,7 @@ asio::awaitable<void> DaemonCell::watch() {
 
 asio::awaitable<void> DaemonCell::watch_robot() {
   robot_asked_ = true;
-  const TimePoint deadline = parts_.clock.now() + kAnswer;
+  const TimePoint deadline = parts_.clock.now() + kDeviceAnswer;
   auto asked = co_await parts_.robot.state(deadline);
   robot_asked_ = false;
   if (asked) {

@@ -157,7 +157,7 @@ constexpr std::array<std::string_view, 6> kPurposes{"identify",  "validate", "re
                                                     "reference", "target",   "cycle"};
 
 template <typename Numbers>
-std::string json(const Numbers& numbers) {
+std::string array_text(const Numbers& numbers) {
   std::string text = "[";
   for (const auto value : numbers) {
     if (text.size() > 1) text += ',';
@@ -346,10 +346,10 @@ StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredP
       " std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time)"
       " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
   insert.bind(campaign_id).bind(std::int64_t{p.pose}).bind(kPurposes[static_cast<std::size_t>(p.purpose)]);
-  insert.bind(json(p.q_target))
-      .bind(json(p.q_commanded))
-      .bind(json(p.q_actual))
-      .bind(json(p.direction))
+  insert.bind(array_text(p.q_target))
+      .bind(array_text(p.q_commanded))
+      .bind(array_text(p.q_actual))
+      .bind(array_text(p.direction))
       .bind(p.smr);
   insert.bind(p.p_WS_mm.x()).bind(p.p_WS_mm.y()).bind(p.p_WS_mm.z());
   insert.bind(p.std_mm.x()).bind(p.std_mm.y()).bind(p.std_mm.z());

@@ -8,6 +8,7 @@
 #include "core/kinematics/forward.hpp"
 #include "core/kinematics/residual_field.hpp"
 #include "core/random.hpp"
+#include "tests/core/two_joints.hpp"
 
 namespace truepose {
 namespace {
@@ -20,10 +21,8 @@ RobotModel pendulum() {
   return robot;
 }
 
-JointVector joints(double a, double b) { return (JointVector(2) << a, b).finished(); }
-
 TEST(JointDeviation, AnArmWithoutTermsStandsWhereItsEncodersSay) {
-  EXPECT_EQ(true_joints(pendulum(), joints(0.3, -0.2)), joints(0.3, -0.2));
+  EXPECT_EQ(true_joints(pendulum(), two_joints(0.3, -0.2)), two_joints(0.3, -0.2));
 }
 
 TEST(JointDeviation, TermsAddUpPerJoint) {
@@ -32,7 +31,7 @@ TEST(JointDeviation, TermsAddUpPerJoint) {
                      {0, DeviationBasis::Cosine, 1, 2e-3},
                      {1, DeviationBasis::Approach, 1, 5e-4}};
   const std::vector<std::int8_t> approach{1, -1};
-  const JointVector q = joints(0.3, -0.2), at = true_joints(robot, q, approach);
+  const JointVector q = two_joints(0.3, -0.2), at = true_joints(robot, q, approach);
   EXPECT_DOUBLE_EQ(at[0], 0.3 + 1e-3 * std::sin(0.6) + 2e-3 * std::cos(0.3));
   EXPECT_DOUBLE_EQ(at[1], -0.2 - 5e-4);
   EXPECT_DOUBLE_EQ(true_joints(robot, q)[1], -0.2) << "an unknown approach takes no side";
@@ -42,12 +41,12 @@ TEST(JointDeviation, AStretchedArmSagsUnderItsWeight) {
   RobotModel robot = pendulum();
   robot.masses = {{.mass_kg = 100, .centre_mm = {500, 0, 0}}, {.mass_kg = 50, .centre_mm = {500, 0, 0}}};
   robot.deviation = {{0, DeviationBasis::Gravity, 1, 1e-3}, {1, DeviationBasis::Gravity, 1, 2e-3}};
-  const JointVector at = true_joints(robot, joints(0, 0));
+  const JointVector at = true_joints(robot, two_joints(0, 0));
   const double kilonewtons = 9.80665e-3;
   EXPECT_NEAR(at[0], 1e-3 * kilonewtons * (100 * 0.5 + 50 * 1.5), 1e-15);
   EXPECT_NEAR(at[1], 2e-3 * kilonewtons * 50 * 0.5, 1e-15);
-  EXPECT_LT(forward_kinematics(robot, joints(0, 0)).translation().z(), -1e-3) << "down is where it goes";
-  EXPECT_NEAR(true_joints(robot, joints(-90 * kRadPerDeg, 0))[0], -90 * kRadPerDeg, 1e-15)
+  EXPECT_LT(forward_kinematics(robot, two_joints(0, 0)).translation().z(), -1e-3) << "down is where it goes";
+  EXPECT_NEAR(true_joints(robot, two_joints(-90 * kRadPerDeg, 0))[0], -90 * kRadPerDeg, 1e-15)
       << "upright there is no lever";
 }
 
@@ -55,11 +54,11 @@ TEST(JointDeviation, AUnitWeightPullsWhereItHangs) {
   RobotModel robot = pendulum();
   robot.deviation = {{0, DeviationBasis::Weight, 2, 1.0}, {0, DeviationBasis::Weight, 3, 1.0}};
   std::vector<double> basis(2);
-  deviation_basis(robot, joints(0, 90 * kRadPerDeg), {}, basis);
+  deviation_basis(robot, two_joints(0, 90 * kRadPerDeg), {}, basis);
   EXPECT_NEAR(basis[0], 1.0, 1e-12) << "the elbow stands one metre out";
   EXPECT_NEAR(basis[1], 1.0, 1e-12) << "and the flange hangs below it";
   robot.gravity_B = {0, 0, 1};
-  deviation_basis(robot, joints(0, 0), {}, basis);
+  deviation_basis(robot, two_joints(0, 0), {}, basis);
   EXPECT_NEAR(basis[1], -2.0, 1e-12) << "an arm that hangs from the ceiling";
 }
 
@@ -104,10 +103,10 @@ TEST(ResidualField, DisplacesTheFlangeThatTheParametersPredict) {
     }
   };
   RobotModel robot = pendulum();
-  const double z = forward_kinematics(robot, joints(0.5, 0)).translation().z();
+  const double z = forward_kinematics(robot, two_joints(0.5, 0)).translation().z();
   robot.field = std::make_shared<Lift>();
-  EXPECT_NEAR(forward_kinematics(robot, joints(0.5, 0)).translation().z(), z + 0.5, 1e-12);
-  EXPECT_NEAR(forward_with_jacobian(robot, joints(0.5, 0)).X_BF.translation().z(), z + 0.5, 1e-12);
+  EXPECT_NEAR(forward_kinematics(robot, two_joints(0.5, 0)).translation().z(), z + 0.5, 1e-12);
+  EXPECT_NEAR(forward_with_jacobian(robot, two_joints(0.5, 0)).X_BF.translation().z(), z + 0.5, 1e-12);
 }
 
 }  // namespace

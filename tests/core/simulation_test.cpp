@@ -10,6 +10,7 @@
 #include "core/simulation/joint_motion.hpp"
 #include "core/simulation/tracker_noise.hpp"
 #include "core/simulation/true_arm.hpp"
+#include "tests/core/two_joints.hpp"
 
 namespace truepose {
 namespace {
@@ -22,8 +23,6 @@ RobotModel planar_arm() {
   robot.X_flange.translation() = Eigen::Vector3d{500, 0, 0};
   return robot;
 }
-
-JointVector joints(double first, double second) { return JointVector{{first, second}}; }
 
 struct Moments {
   double mean, std;
@@ -86,7 +85,7 @@ TEST(TrueArm, StandsWhereItsOwnKinematicsPutItWhenItRepeatsPerfectly) {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   X_WB.translate(Eigen::Vector3d{2000, 100, -500}).rotate(Eigen::AngleAxisd{0.3, Eigen::Vector3d::UnitZ()});
   const TrueArm arm{{.robot = planar_arm(), .X_WB = X_WB, .p_FS_mm = {10, 20, 30}}, 1};
-  const JointVector q = joints(0.2, -0.4);
+  const JointVector q = two_joints(0.2, -0.4);
   const Eigen::Vector3d expected = X_WB * (forward_kinematics(planar_arm(), q) * Eigen::Vector3d{10, 20, 30});
   EXPECT_LT((arm.p_WS_mm(q) - expected).norm(), 1e-12);
 }
@@ -96,7 +95,7 @@ TEST(TrueArm, RepeatsAnewAtEachStopAndKeepsStillBetween) {
   TrueArm arm{{.robot = planar_arm(), .repeatability_mm = sigma_mm}, 5};
   TrueArm replay{{.robot = planar_arm(), .repeatability_mm = sigma_mm}, 5};
   const TrueArm perfect{{.robot = planar_arm()}, 5};
-  const JointVector q = joints(0.2, -0.4);
+  const JointVector q = two_joints(0.2, -0.4);
   std::vector<double> x, y, z;
   for (int i = 0; i < 20'000; ++i) {
     arm.stop_anew();
@@ -120,19 +119,19 @@ TEST(TrueArm, StandsElsewhereWhenItsJointsArriveFromTheOtherSide) {
   play.drives[0].backlash_rad = 1e-3;
   TrueArm arm{{.robot = planar_arm(), .non_geometric = play}, 1};
   const TrueArm exact{{.robot = planar_arm()}, 1};
-  const JointVector q = joints(0.2, -0.4);
+  const JointVector q = two_joints(0.2, -0.4);
   EXPECT_TRUE(arm.directions().empty());
   EXPECT_EQ(arm.p_WS_mm(q), exact.p_WS_mm(q));
-  arm.move_to(joints(0, -0.4));
+  arm.move_to(two_joints(0, -0.4));
   arm.move_to(q);
   EXPECT_EQ(arm.directions(), (ApproachDirections{1, 0}));
-  EXPECT_LT((arm.p_WS_mm(q) - exact.p_WS_mm(joints(0.2 - 0.5e-3, -0.4))).norm(), 1e-9);
-  arm.move_to(joints(0.2, 0));
+  EXPECT_LT((arm.p_WS_mm(q) - exact.p_WS_mm(two_joints(0.2 - 0.5e-3, -0.4))).norm(), 1e-9);
+  arm.move_to(two_joints(0.2, 0));
   EXPECT_EQ(arm.directions(), (ApproachDirections{1, 1})) << "a joint that does not turn keeps its direction";
-  arm.move_to(joints(0.3, 0));
+  arm.move_to(two_joints(0.3, 0));
   arm.move_to(q);
   EXPECT_EQ(arm.directions(), (ApproachDirections{-1, -1}));
-  EXPECT_LT((arm.p_WS_mm(q) - exact.p_WS_mm(joints(0.2 + 0.5e-3, -0.4))).norm(), 1e-9);
+  EXPECT_LT((arm.p_WS_mm(q) - exact.p_WS_mm(two_joints(0.2 + 0.5e-3, -0.4))).norm(), 1e-9);
 }
 
 TEST(TrueArm, IsSeenOnlyInsideTheAcceptanceConeOfItsReflector) {
@@ -140,26 +139,26 @@ TEST(TrueArm, IsSeenOnlyInsideTheAcceptanceConeOfItsReflector) {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   X_WB.translation() = Eigen::Vector3d{-4000, 0, -400};
   const TrueArm arm{{.robot = planar_arm(), .X_WB = X_WB, .facing_F = {2, 0, 0}, .acceptance_rad = 0.5}, 1};
-  EXPECT_TRUE(arm.visible(joints(0, 0)));
-  EXPECT_TRUE(arm.visible(joints(0.4, 0)));
-  EXPECT_FALSE(arm.visible(joints(0.5, 0)))
+  EXPECT_TRUE(arm.visible(two_joints(0, 0)));
+  EXPECT_TRUE(arm.visible(two_joints(0.4, 0)));
+  EXPECT_FALSE(arm.visible(two_joints(0.5, 0)))
       << "the base turns the reflector, and its side step adds to the angle";
-  EXPECT_FALSE(arm.visible(joints(std::numbers::pi, 0)));
+  EXPECT_FALSE(arm.visible(two_joints(std::numbers::pi, 0)));
 }
 
 TEST(TrueArm, IsNotSeenBelowTheFloor) {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   X_WB.translation() = Eigen::Vector3d{-4000, 0, -400};
   const TrueArm arm{{.robot = planar_arm(), .X_WB = X_WB, .facing_F = {1, 0, 0}, .acceptance_rad = 3.1}, 1};
-  const bool down_is_positive = arm.p_WS_mm(joints(0, 1)).z() < arm.p_WS_mm(joints(0, 0)).z();
-  EXPECT_TRUE(arm.visible(joints(0, down_is_positive ? -1 : 1)));
-  EXPECT_FALSE(arm.visible(joints(0, down_is_positive ? 1 : -1)));
+  const bool down_is_positive = arm.p_WS_mm(two_joints(0, 1)).z() < arm.p_WS_mm(two_joints(0, 0)).z();
+  EXPECT_TRUE(arm.visible(two_joints(0, down_is_positive ? -1 : 1)));
+  EXPECT_FALSE(arm.visible(two_joints(0, down_is_positive ? 1 : -1)));
 }
 
 TEST(JointMotion, StartsAndEndsExactlyAndNeverTurnsBack) {
   const RobotModel robot = planar_arm();
   for (const double size : {1e-6, 0.01, 0.3, 2.5}) {
-    const JointVector from = joints(0.1, -0.2), to = joints(0.1 + size, -0.2 - size);
+    const JointVector from = two_joints(0.1, -0.2), to = two_joints(0.1 + size, -0.2 - size);
     const JointMotion motion{robot, from, to, 1.0};
     EXPECT_EQ(motion.position(Seconds{0}), from);
     EXPECT_EQ(motion.position(motion.duration()), to);
@@ -177,7 +176,7 @@ TEST(JointMotion, StartsAndEndsExactlyAndNeverTurnsBack) {
 
 TEST(JointMotion, RespectsTheSpeedOfTheSlowestJointAndTheRamp) {
   const RobotModel robot = planar_arm();
-  const JointMotion motion{robot, joints(0, 0), joints(1, 2), 0.5, Seconds{0.5}};
+  const JointMotion motion{robot, two_joints(0, 0), two_joints(1, 2), 0.5, Seconds{0.5}};
   // 2 rad at half of 0.5 rad/s take 8 s, and half a second is lost on the ramps.
   EXPECT_NEAR(motion.duration().count(), 8.5, 1e-12);
   const double dt = 0.001;
@@ -193,9 +192,9 @@ TEST(JointMotion, RespectsTheSpeedOfTheSlowestJointAndTheRamp) {
 }
 
 TEST(JointMotion, WithoutDistanceIsOverAtOnce) {
-  const JointMotion motion{planar_arm(), joints(1, 1), joints(1, 1), 0.1};
+  const JointMotion motion{planar_arm(), two_joints(1, 1), two_joints(1, 1), 0.1};
   EXPECT_EQ(motion.duration(), Seconds{0});
-  EXPECT_EQ(motion.position(Seconds{0}), joints(1, 1));
+  EXPECT_EQ(motion.position(Seconds{0}), two_joints(1, 1));
 }
 
 }  // namespace

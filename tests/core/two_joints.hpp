@@ -1,0 +1,9 @@
+#pragma once
+
+#include "core/kinematics/robot_model.hpp"
+
+namespace truepose {
+
+inline JointVector two_joints(double first, double second) { return JointVector{{first, second}}; }
+
+}  // namespace truepose
