@@ -8,8 +8,7 @@
 #include <functional>
 #include <string_view>
 
-#include "proto/xml/escape.hpp"
-#include "tools/report/number_text.hpp"
+#include "tools/report/html_page.hpp"
 #include "tools/report/report_style.hpp"
 #include "tools/report/svg_chart.hpp"
 
@@ -114,16 +113,14 @@ std::string facts(const CompensationReport& report) {
 }  // namespace
 
 std::string render_compensation_html(const CompensationReport& report) {
-  return fmt::format(
-      "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\">\n<head>\n"
-      "<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width, "
-      "initial-scale=1\"/>\n<title>Compensated targets</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n"
-      "<header>\n<p class=\"eyebrow\">Compensated targets</p>\n<h1>{}</h1>\n<p class=\"identity\">{}</p>\n"
-      "</header>\n<section>\n<div class=\"scroll\"><table class=\"facts\"><tbody>\n{}</tbody></table></div>\n"
-      "</section>\n<section class=\"whole\">\n<h2>Target by target</h2>\n<div class=\"charts\">\n{}{}</div>\n"
-      "</section>\n<footer>Written by truepose {}.</footer>\n</main>\n</body>\n</html>\n",
-      kStyleSheet, xml::escaped(report.robot), xml::escaped(report.targets), facts(report),
-      corrections(report), residuals(report), TRUEPOSE_VERSION);
+  return html_page(
+      "Compensated targets",
+      page_header("Compensated targets", report.robot, report.targets) +
+          fmt::format(
+              "<section>\n<div class=\"scroll\"><table class=\"facts\"><tbody>\n{}</tbody></table></div>\n"
+              "</section>\n<section class=\"whole\">\n<h2>Target by target</h2>\n<div class=\"charts\">\n"
+              "{}{}</div>\n</section>\n",
+              facts(report), corrections(report), residuals(report)));
 }
 
 }  // namespace truepose::report
