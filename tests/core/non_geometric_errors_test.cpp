@@ -56,7 +56,7 @@ TEST(GravityTorque, IsTheSlopeOfThePotentialEnergyForAnyGravity) {
       JointVector step = JointVector::Zero(2);
       step[i] = 1e-5;
       const double slope = (potential_energy(heavy_pendulum(), errors, q + step) -
-                            potential_energy(pendulum(), errors, q - step)) /
+                            potential_energy(heavy_pendulum(), errors, q - step)) /
                            2e-5;
       EXPECT_NEAR(torque[i], -slope, 1e-6);
     }
