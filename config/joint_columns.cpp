@@ -8,13 +8,12 @@
 namespace truepose::config {
 
 std::string joint_field(double q, const Joint& joint) {
-  const double value = q / per_file_unit(joint);
+  const double value = q / unit_of(joint);
   // The division rounds, so the value that was multiplied may be a neighbour.
   for (const double toward :
        {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()}) {
     const double neighbour = std::nextafter(value, toward);
-    if (value * per_file_unit(joint) != q && neighbour * per_file_unit(joint) == q)
-      return format_number(neighbour);
+    if (value * unit_of(joint) != q && neighbour * unit_of(joint) == q) return format_number(neighbour);
   }
   return format_number(value);
 }
@@ -33,7 +32,7 @@ JointVector JointColumns::at(std::size_t row) const {
   JointVector q(robot_.joint_count());
   for (int i = 0; i < robot_.joint_count(); ++i) {
     const auto index = static_cast<std::size_t>(i);
-    q[i] = table_.number(row, columns_[index]) * per_file_unit(robot_.joints[index]);
+    q[i] = table_.number(row, columns_[index]) * unit_of(robot_.joints[index]);
   }
   return q;
 }

@@ -5,15 +5,10 @@
 #include <vector>
 
 #include "config/csv_reader.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/kinematics/joint_units.hpp"
 #include "core/kinematics/robot_model.hpp"
 
 namespace truepose::config {
-
-/// What one deg (revolute) or mm (prismatic) of a file is in the model's unit.
-inline double per_file_unit(const Joint& joint) {
-  return joint.type == JointType::Revolute ? kRadPerDeg : 1.0;
-}
 
 /// A joint position as a file writes it. It reads back as exactly `q` where `q` came from such a text.
 std::string joint_field(double q, const Joint& joint);

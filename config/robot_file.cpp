@@ -6,6 +6,7 @@
 #include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
 #include "core/kinematics/angles.hpp"
+#include "core/kinematics/joint_units.hpp"
 
 namespace truepose::config {
 
@@ -35,7 +36,7 @@ Joint joint(const YamlValue& value) {
   joint.sign = static_cast<double>(map.at("sign").integer(-1, 1));
   if (joint.sign == 0) map.at("sign").fail("expected -1 or 1, found 0");
 
-  const double per_unit = joint.type == JointType::Revolute ? kRadPerDeg : 1.0;
+  const double per_unit = unit_of(joint);
   joint.min = map.at("min").number(kAxisDeg) * per_unit;
   joint.max = map.at("max").number(kAxisDeg) * per_unit;
   if (joint.min >= joint.max) map.at("min").fail("expected less than max");

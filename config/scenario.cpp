@@ -3,7 +3,7 @@
 #include "config/robot_file.hpp"
 #include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/kinematics/joint_units.hpp"
 #include "core/random.hpp"
 
 namespace truepose::config {
@@ -97,9 +97,8 @@ JointVector joints_value(const YamlValue& value, const RobotModel& robot) {
   JointVector q(robot.joint_count());
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
     const Joint& joint = robot.joints[i];
-    const double unit = joint.type == JointType::Revolute ? kRadPerDeg : 1.0;
     const YamlValue& axis = value.list()[i];
-    const double position = axis.number({-1e6, 1e6}) * unit;
+    const double position = axis.number({-1e6, 1e6}) * unit_of(joint);
     if (position < joint.min || position > joint.max)
       axis.fail("outside the limits of joint " + std::to_string(i + 1));
     q[static_cast<Eigen::Index>(i)] = position;

@@ -3,24 +3,13 @@
 #include <iomanip>
 #include <sstream>
 
-#include "core/kinematics/angles.hpp"
+#include "core/kinematics/joint_units.hpp"
 
 namespace truepose {
-namespace {
-
-struct Unit {
-  double size;
-  const char* name;
-};
-Unit unit_of(const Joint& joint) {
-  return joint.type == JointType::Revolute ? Unit{kRadPerDeg, " deg"} : Unit{1, " mm"};
-}
-
-}  // namespace
 
 std::string described(const CompensationFault& fault, const RobotModel& nominal) {
   const Joint& joint = nominal.joints[static_cast<std::size_t>(fault.joint)];
-  const auto [unit, unit_name] = unit_of(joint);
+  const double unit = unit_of(joint);
   std::ostringstream text;
   switch (fault.kind) {
     case CompensationFault::Kind::DidNotConverge:
@@ -31,12 +20,12 @@ std::string described(const CompensationFault& fault, const RobotModel& nominal)
       text << "the inverse of the calibrated arm is not finite";
       break;
     case CompensationFault::Kind::BeyondLimit:
-      text << "joint " << fault.joint + 1 << " would have to go to " << fault.q_wrong / unit << unit_name
-           << ", its limits are " << joint.min / unit << ".." << joint.max / unit;
+      text << "joint " << fault.joint + 1 << " would have to go to " << fault.q_wrong / unit << ' '
+           << unit_name(joint) << ", its limits are " << joint.min / unit << ".." << joint.max / unit;
       break;
     case CompensationFault::Kind::TooFar:
       text << "joint " << fault.joint + 1 << " would have to be corrected by " << std::fixed
-           << std::setprecision(1) << fault.too_large / unit << unit_name
+           << std::setprecision(1) << fault.too_large / unit << ' ' << unit_name(joint)
            << ": too near to a singularity; move it away from there";
       break;
   }

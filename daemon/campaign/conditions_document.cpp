@@ -1,9 +1,16 @@
 #include "daemon/campaign/conditions_document.hpp"
 
 #include <algorithm>
+#include <array>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "config/cell_setup.hpp"
+#include "proto/control/options_document.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -37,6 +44,19 @@ json::object conditions_document(const CampaignResult& result, const CampaignRec
   conditions["pressure_mbar"] = range_json(points, &StoredPoint::pressure_mbar);
   conditions["humidity_percent"] = range_json(points, &StoredPoint::humidity_percent);
   return conditions;
+}
+
+json::object options_document(const config::CellConfig& config) {
+  constexpr std::array<std::string_view, 3> kCriteria{"D", "A", "I"};
+  const config::CampaignConfig& campaign = config.campaign;
+  json::object options{
+      {"Poses planned", std::to_string(campaign.identify_poses) + " to identify, " +
+                            std::to_string(campaign.validate_poses) + " to validate"},
+      {"Poses chosen", std::string{kCriteria[static_cast<std::size_t>(campaign.criterion)]} +
+                           "-optimal, of " + std::to_string(campaign.candidates) + " candidates"}};
+  for (auto& option : control::options_json(config::calibrate_options(config)))
+    options[option.key()] = std::move(option.value());
+  return options;
 }
 
 json::array skipped_document(const CampaignResult& result) {

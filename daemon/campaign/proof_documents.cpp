@@ -5,7 +5,7 @@
 #include <boost/json/object.hpp>
 #include <cmath>
 
-#include "core/kinematics/angles.hpp"
+#include "proto/control/arm_document.hpp"
 
 namespace truepose::daemon {
 
@@ -16,22 +16,13 @@ namespace {
 /// Whole 0.1 um: what follows tells nothing, and a hundred targets are to fit into one message.
 double rounded(double mm) { return std::round(mm * 1e4) / 1e4; }
 
-json::array joints_deg(const JointVector& q, const RobotModel& robot) {
-  json::array values;
-  for (Eigen::Index i = 0; i < q.size(); ++i) {
-    const bool turns = robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
-    values.emplace_back(turns ? q[i] * kDegPerRad : q[i]);
-  }
-  return values;
-}
-
 json::object target_json(const TargetOutcome& outcome, std::size_t number, const RobotModel& robot) {
   json::array errors;
   for (const double error_mm : outcome.errors_mm) errors.emplace_back(rounded(error_mm));
   return {{"target", number},
           {"reached", outcome.reached},
           {"reason", outcome.reason},
-          {"joints_deg", joints_deg(outcome.q, robot)},
+          {"joints_deg", control::joints_json(outcome.q, robot)},
           {"errors_mm", std::move(errors)},
           {"averaged_mm", rounded(outcome.averaged_error_mm)}};
 }

@@ -6,12 +6,14 @@
 #include <utility>
 #include <vector>
 
+#include "config/cell_setup.hpp"
 #include "config/model_file.hpp"
 #include "daemon/campaign/conditions_document.hpp"
 #include "daemon/campaign/proof_documents.hpp"
 #include "proto/control/calibration_document.hpp"
 #include "proto/control/drift_document.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/control/options_document.hpp"
 #include "proto/control/rfc3339.hpp"
 
 namespace truepose::daemon {
@@ -46,20 +48,34 @@ json::array remeasured_points(const CampaignResult& result) {
   return points;
 }
 
+/// What was identified and validated from, with the times of the points.
+MeasurementData timed(const CampaignResult& result, const std::map<int, std::string>& times) {
+  MeasurementData data = result.data;
+  std::size_t i = 0;
+  for (const StoredPoint& point : result.points) {
+    if (point.purpose != PointPurpose::Identify && point.purpose != PointPurpose::Validate) continue;
+    data.points[i++].time = times.at(point.pose);
+  }
+  return data;
+}
+
 /// The document that reports are made of: that of the calibration, what measuring again has shown, and how it
 /// was measured; or that of the other kinds.
-std::string document_of(const CampaignResult& result, const CampaignRecord& record, const RobotModel& robot) {
+std::string document_of(const CampaignResult& result, const CampaignRecord& record,
+                        const config::CellConfig& config, const std::map<int, std::string>& times) {
+  const MeasurementData data = timed(result, times);
   if (result.drift)
-    return control::json_text(
-        control::drift_document(*result.drift, *result.drift_reference, result.data.points));
-  if (result.targets) return control::json_text(targets_document(*result.targets, robot));
+    return control::json_text(control::drift_document(*result.drift, *result.drift_reference, data.points));
+  if (result.targets) return control::json_text(targets_document(*result.targets, config.robot.model));
   if (result.iso9283) return control::json_text(iso9283_campaign_document(*result.iso9283));
-  json::object document = control::calibration_document(result.calibration, result.data, result.elapsed_s);
+  json::object document = control::calibration_document(result.calibration, data, result.elapsed_s);
   document["campaign"] = "Campaign " + record.id.substr(0, 8);
   document["robot"] = record.robot_model + ", serial " + record.robot_serial;
   document["tracker"] = record.tracker_model + ", serial " + record.tracker_serial;
   document["model"] = record.model_id;
   document["date"] = record.ended;
+  document["options"] = options_document(config);
+  document["noise"] = control::noise_json(*config::calibrate_options(config).noise);
   document["conditions"] = conditions_document(result, record);
   document["skipped"] = skipped_document(result);
   if (result.remeasured) {
@@ -97,7 +113,7 @@ asio::awaitable<StoreResult<void>> StoreJournal::begin(Identities identities) {
 }
 
 asio::awaitable<StoreResult<void>> StoreJournal::add_point(StoredPoint point) {
-  point.time = control::rfc3339(wall_clock_());
+  point.time = times_[point.pose] = control::rfc3339(wall_clock_());
   auto job = [this, point] { return store_.add_point(options_.campaign_id, point); };
   auto kept = co_await store_thread_.ask(job);
   co_return kept;
@@ -122,9 +138,9 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
   if (calibrated) record_.model_id = options_.model_id;
   // There, because making the document takes longer than the event loop may be held.
   auto document = std::make_shared<std::string>();
-  auto job = [this, record = record_, result, calibrated, activate, document]() mutable {
+  auto job = [this, record = record_, times = times_, result, calibrated, activate, document]() mutable {
     std::optional<ModelRecord> model;
-    if (result) record.document = *document = document_of(*result, record, options_.robot);
+    if (result) record.document = *document = document_of(*result, record, options_.config, times);
     if (calibrated) model = model_of(*result, activate);
     return store_.end_campaign(record, model);
   };
@@ -137,7 +153,7 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
 ModelRecord StoreJournal::model_of(const CampaignResult& result, bool active) const {
   const auto& validate = result.calibration.validate;
   config::ModelFile file;
-  file.name = options_.robot.name;
+  file.name = options_.config.robot.model.name;
   file.serial = result.identities.robot.serial;
   file.created = record_.ended;
   file.cell = result.calibration.cell;

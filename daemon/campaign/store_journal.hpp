@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <functional>
+#include <map>
 #include <string>
 
 #include "config/cell_config.hpp"
@@ -18,9 +19,9 @@ class StoreJournal final : public CampaignJournal {
   using WallClock = std::function<std::chrono::system_clock::time_point()>;
 
   struct Options {
-    std::string campaign_id;  ///< UUID
-    std::string model_id;     ///< UUID of the model, should one come of it
-    RobotModel robot;         ///< the nominal arm
+    std::string campaign_id;    ///< UUID
+    std::string model_id;       ///< UUID of the model, should one come of it
+    config::CellConfig config;  ///< the campaign's
     CampaignKind kind = CampaignKind::Calibration;
     bool activate = true;  ///< the model, if it beats the nominal arm on the validation poses
   };
@@ -45,6 +46,7 @@ class StoreJournal final : public CampaignJournal {
   Worker& store_thread_;
   WallClock wall_clock_;
   CampaignRecord record_;
+  std::map<int, std::string> times_;  ///< of the points, by pose
   bool activated_ = false;
 };
 

@@ -2,7 +2,7 @@
 
 #include <boost/json/value.hpp>
 
-#include "core/kinematics/angles.hpp"
+#include "proto/control/arm_document.hpp"
 
 namespace truepose::daemon {
 
@@ -37,15 +37,6 @@ std::string_view stream_state_name(StreamState state, bool streaming) {
 }
 
 }  // namespace
-
-json::array joints_json(const RobotModel& robot, const JointVector& q) {
-  json::array values;
-  for (Eigen::Index i = 0; i < q.size(); ++i) {
-    const bool revolute = robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
-    values.emplace_back(revolute ? q[i] * kDegPerRad : q[i]);
-  }
-  return values;
-}
 
 json::array vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -89,9 +80,9 @@ json::object point_json(const RobotModel& robot, const StoredPoint& point) {
   return {{"pose", point.pose},
           {"purpose", purpose_name(point.purpose)},
           {"smr", point.smr},
-          {"q_target_deg", joints_json(robot, point.q_target)},
-          {"q_commanded_deg", joints_json(robot, point.q_commanded)},
-          {"q_actual_deg", joints_json(robot, point.q_actual)},
+          {"q_target_deg", control::joints_json(point.q_target, robot)},
+          {"q_commanded_deg", control::joints_json(point.q_commanded, robot)},
+          {"q_actual_deg", control::joints_json(point.q_actual, robot)},
           {"p_mm", vector_json(point.p_WS_mm)},
           {"std_mm", vector_json(point.std_mm)},
           {"time", point.time}};

@@ -22,8 +22,6 @@ struct Fault {
 
 // The schemas of proto/control/openrpc.json, filled in.
 
-boost::json::array joints_json(const RobotModel& robot,
-                               const JointVector& q);  ///< deg, mm for a prismatic joint
 boost::json::array vector_json(const Eigen::Vector3d& v);
 std::string_view purpose_name(PointPurpose purpose);
 

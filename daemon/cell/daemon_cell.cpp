@@ -3,10 +3,10 @@
 #include <boost/asio/co_spawn.hpp>
 #include <utility>
 
-#include "core/kinematics/angles.hpp"
 #include "daemon/cell/campaign_run.hpp"
 #include "daemon/cell/cell_json.hpp"
 #include "daemon/log/log.hpp"
+#include "proto/control/arm_document.hpp"
 #include "proto/control/param_reader.hpp"
 #include "proto/control/rfc3339.hpp"
 
@@ -343,7 +343,7 @@ json::object DaemonCell::status_json() const {
             {"software", known.robot.software},
             {"ready", robot.ready},
             {"why_not_ready", identities_ ? robot.why_not_ready : "not connected"},
-            {"q_deg", joints_json(parts_.config.robot.model, robot.q)}}},
+            {"q_deg", control::joints_json(robot.q, parts_.config.robot.model)}}},
           {"tracker",
            {{"connected", identities_.has_value()},
             {"model", known.tracker.model},

@@ -4,11 +4,13 @@
 #include "config/model_file.hpp"
 #include "core/compensation/target_compensation.hpp"
 #include "core/kinematics/angles.hpp"
+#include "core/kinematics/joint_units.hpp"
 #include "core/kinematics/spherical_wrist.hpp"
 #include "daemon/cell/campaign_run.hpp"
 #include "daemon/cell/cell_json.hpp"
 #include "daemon/cell/page.hpp"
 #include "daemon/log/log.hpp"
+#include "proto/control/arm_document.hpp"
 #include "proto/control/param_reader.hpp"
 
 // The model.* methods and targets.compensate.
@@ -40,7 +42,7 @@ class TargetRows {
         p_F_mm_{known_point(real)} {}
 
   Solved solve(const std::vector<double>& row, bool is_pose) const {
-    return is_pose ? at_pose(row) : told(compensation_.at_joints(joints(row), p_F_mm_));
+    return is_pose ? at_pose(row) : told(compensation_.at_joints(joints_from(row, nominal_), p_F_mm_));
   }
 
  private:
@@ -55,15 +57,6 @@ class TargetRows {
   Solved told(const TargetCompensation::Result& result) const {
     if (result) return *result;
     return std::unexpected(described(result.error(), nominal_));
-  }
-
-  JointVector joints(const std::vector<double>& row) const {
-    JointVector q{nominal_.joint_count()};
-    for (int i = 0; i < nominal_.joint_count(); ++i) {
-      const bool revolute = nominal_.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
-      q[i] = row[static_cast<std::size_t>(i)] * (revolute ? kRadPerDeg : 1);
-    }
-    return q;
   }
 
   const RobotModel& nominal_;
@@ -198,7 +191,7 @@ DaemonCell::Reply DaemonCell::targets_compensate(json::object params) {
           std::string{"params."} + (is_pose ? "poses" : "joints") + "[" + std::to_string(i) + "]";
       co_return std::unexpected(RpcError{ErrorCode::InvalidParams, key + ": " + solved[i].error(), key});
     }
-    q_deg.push_back(joints_json(nominal, solved[i]->q));
+    q_deg.push_back(control::joints_json(solved[i]->q, nominal));
     residual_mm.emplace_back(solved[i]->residual_mm);
     residual_deg.emplace_back(solved[i]->residual_rad * kDegPerRad);
     iterations.emplace_back(solved[i]->iterations);

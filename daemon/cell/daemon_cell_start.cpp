@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/kinematics/angles.hpp"
+#include "core/kinematics/joint_units.hpp"
 #include "core/kinematics/spherical_wrist.hpp"
 #include "daemon/cell/campaign_run.hpp"
 #include "proto/control/param_reader.hpp"
@@ -48,19 +49,6 @@ std::expected<std::vector<JointVector>, RpcError> joints_at(const std::vector<st
       return std::unexpected(RpcError{ErrorCode::InvalidParams, key + ": cannot be reached", key});
     }
     joints.push_back(q_near = *q);
-  }
-  return joints;
-}
-
-std::vector<JointVector> joints_of(const std::vector<std::vector<double>>& rows, const RobotModel& robot) {
-  std::vector<JointVector> joints;
-  for (const std::vector<double>& row : rows) {
-    JointVector q{robot.joint_count()};
-    for (Eigen::Index i = 0; i < q.size(); ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      q[i] = row[k] * (robot.joints[k].type == JointType::Revolute ? kRadPerDeg : 1);
-    }
-    joints.push_back(q);
   }
   return joints;
 }
@@ -118,7 +106,8 @@ DaemonCell::Reply DaemonCell::start_targets(json::object params) {
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
   if (const std::string why_not = model_trouble(); !why_not.empty()) co_return needs_model(why_not);
   order.cell = active_->cell;
-  if (joints) order.targets = joints_of(*joints, nominal);
+  for (const auto& row : joints.value_or(std::vector<std::vector<double>>{}))
+    order.targets.push_back(joints_from(row, nominal));
   if (poses) {
     auto reached = joints_at(*poses, nominal);
     if (!reached) co_return std::unexpected(reached.error());
@@ -181,7 +170,7 @@ DaemonCell::Result DaemonCell::start_campaign(const config::CellConfig& config, 
   // The kinds are in the order of the orders.
   StoreJournal::Options options{.campaign_id = id,
                                 .model_id = new_uuid(),
-                                .robot = config.robot.model,
+                                .config = config,
                                 .kind = static_cast<CampaignKind>(order.index()),
                                 .activate = activate};
   CampaignObserver& observer = *this;

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/kinematics/angles.hpp"
-#include "proto/control/joint_units.hpp"
+#include "core/kinematics/joint_units.hpp"
 
 namespace truepose::control {
 namespace {
@@ -23,9 +23,9 @@ json::object joint_json(const Joint& joint) {
           {"theta", joint.theta_rad * kDegPerRad},
           {"beta", joint.beta_rad * kDegPerRad},
           {"sign", joint.sign < 0 ? -1 : 1},
-          {"min", operator_units(joint, joint.min)},
-          {"max", operator_units(joint, joint.max)},
-          {"speed", operator_units(joint, joint.speed)}};
+          {"min", joint.min / unit_of(joint)},
+          {"max", joint.max / unit_of(joint)},
+          {"speed", joint.speed / unit_of(joint)}};
 }
 
 json::object mass_json(const LinkMass& mass) {
@@ -56,6 +56,11 @@ json::object arm_document(const RobotModel& robot) {
           {"joints", std::move(joints)},
           {"flange", pose_json(robot.X_flange)},
           {"gravity", coordinates_json(robot.gravity_B)}};
+}
+
+json::array joints_json(const JointVector& q, const RobotModel& robot) {
+  const std::vector<double> values = in_deg_mm(q, robot);
+  return json::array(values.begin(), values.end());
 }
 
 }  // namespace truepose::control

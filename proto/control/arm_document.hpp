@@ -10,4 +10,7 @@ namespace truepose::control {
 /// keys. JSON being YAML too, its text is a robot file. A payload is part of the last link's mass.
 boost::json::object arm_document(const RobotModel& robot);
 
+/// Joint positions, deg (mm for a prismatic joint).
+boost::json::array joints_json(const JointVector& q, const RobotModel& robot);
+
 }  // namespace truepose::control

@@ -11,7 +11,6 @@
 
 #include "core/calibration/option_names.hpp"
 #include "proto/control/arm_document.hpp"
-#include "proto/control/joint_units.hpp"
 #include "proto/control/transfer_document.hpp"
 
 namespace truepose::control {
@@ -42,14 +41,6 @@ json::object base_json(const BasePose& base) {
 }
 
 json::array vector_json(const Eigen::Vector3d& v) { return {finite(v.x()), finite(v.y()), finite(v.z())}; }
-
-json::array joints_json(const RobotModel& robot, const JointVector& q) {
-  json::array result;
-  for (int i = 0; i < robot.joint_count(); ++i) {
-    result.emplace_back(finite(operator_units(robot.joints[static_cast<std::size_t>(i)], q[i])));
-  }
-  return result;
-}
 
 json::array parameters_json(const std::vector<IdentifiedParameter>& parameters) {
   json::array result;
@@ -131,7 +122,7 @@ json::array rejected_json(const Calibration& calibration, const MeasurementData&
 json::object measured_json(const RobotModel& robot, const Measurement& m, std::string_view smr) {
   json::object point{{"set", m.set == PoseSet::Identify ? "identify" : "validate"},
                      {"smr", smr},
-                     {"joints", joints_json(robot, m.q)},
+                     {"joints", joints_json(m.q, robot)},
                      {"position", vector_json(m.p_WS_mm)}};
   if (m.sigma_mm) point["sigma"] = finite(*m.sigma_mm);
   if (!m.direction.empty()) point["direction"] = json::array(m.direction.begin(), m.direction.end());

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "proto/control/joint_units.hpp"
+#include "core/kinematics/joint_units.hpp"
 
 namespace truepose::control {
 namespace {
@@ -47,8 +47,6 @@ Range sweep(const Joint& joint) {
   return {std::max(joint.min, -std::numbers::pi), std::min(joint.max, std::numbers::pi)};
 }
 
-std::string_view unit_of(const Joint& joint) { return joint.type == JointType::Revolute ? "deg" : "mm"; }
-
 /// "joint 2 was measured from -40 to 35 deg only, joint 5 ..." for the joints whose worst position lies
 /// outside.
 std::string not_measured(const Calibration& calibration, const MeasurementData& data) {
@@ -59,8 +57,8 @@ std::string not_measured(const Calibration& calibration, const MeasurementData& 
     if (positions.front() <= worst && worst <= positions.back()) continue;
     const Joint& joint = joint_of(calibration, i);
     joints.push_back(fmt::format("joint {} was measured from {:.0f} to {:.0f} {} only", i + 1,
-                                 operator_units(joint, positions.front()),
-                                 operator_units(joint, positions.back()), unit_of(joint)));
+                                 positions.front() / unit_of(joint), positions.back() / unit_of(joint),
+                                 unit_name(joint)));
   }
   return joints.empty() ? "no pose near them was measured" : fmt::format("{}", fmt::join(joints, ", "));
 }
@@ -73,8 +71,8 @@ std::string worst_joints(const Calibration& calibration) {
   std::vector<std::string> positions;
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const double q = calibration.transfer.worst[static_cast<Eigen::Index>(i)];
-    positions.push_back(fmt::format("{:.0f}{}{}", operator_units(joints[i], q), alike ? "" : " ",
-                                    alike ? "" : unit_of(joints[i])));
+    positions.push_back(fmt::format("{:.0f}{}{}", q / unit_of(joints[i]), alike ? "" : " ",
+                                    alike ? "" : unit_name(joints[i])));
   }
   return fmt::format("{}{}", fmt::join(positions, ", "), alike ? " deg" : "");
 }
@@ -90,8 +88,8 @@ json::object axis_json(const Calibration& calibration, int joint) {
   const Joint& j = joint_of(calibration, joint);
   const Range range = sweep(j);
   return {{"joint", joint + 1},
-          {"from", operator_units(j, range.low)},
-          {"to", operator_units(j, range.high)},
+          {"from", range.low / unit_of(j)},
+          {"to", range.high / unit_of(j)},
           {"count", kSamples}};
 }
 
@@ -101,7 +99,7 @@ json::object map_json(const Calibration& calibration, const JointVector& held, i
   const Range range_x = sweep(joint_of(calibration, x)), range_y = sweep(joint_of(calibration, y));
   json::array rows, positions;
   for (int i = 0; i < held.size(); ++i) {
-    positions.emplace_back(operator_units(joint_of(calibration, i), held[i]));
+    positions.emplace_back(held[i] / unit_of(joint_of(calibration, i)));
   }
   JointVector q = held;
   for (int row = 0; row < kSamples; ++row) {
@@ -148,7 +146,7 @@ json::object transfer_json(const Calibration& calibration, const MeasurementData
   assert(std::isfinite(calibration.transfer.rms_mm) && std::isfinite(calibration.transfer.max_mm));
   json::array worst;
   for (int i = 0; i < calibration.cell.robot.joint_count(); ++i) {
-    worst.emplace_back(operator_units(joint_of(calibration, i), calibration.transfer.worst[i]));
+    worst.emplace_back(calibration.transfer.worst[i] / unit_of(joint_of(calibration, i)));
   }
   json::object transfer{{"rms_mm", calibration.transfer.rms_mm},
                         {"max_mm", calibration.transfer.max_mm},

@@ -41,10 +41,12 @@ std::shared_ptr<CampaignResult> example_result(bool improves) {
 
 struct StoreJournalTest : testing::Test {
   StoreJournal journal(bool activate = true) {
-    return {{.campaign_id = "c1", .model_id = "m1", .robot = {.name = "KR 210"}, .activate = activate},
-            *store,
-            thread,
-            [] { return std::chrono::system_clock::time_point{}; }};
+    config::CellConfig config;
+    config.robot.model.name = "KR 210";
+    return {
+        {.campaign_id = "c1", .model_id = "m1", .config = config, .activate = activate}, *store, thread, [] {
+          return std::chrono::system_clock::time_point{};
+        }};
   }
   template <typename T>
   T finish(asio::awaitable<T> work) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
 #include <boost/json/value.hpp>
 #include <fstream>
 #include <ostream>
@@ -73,8 +74,11 @@ TEST(ACampaignOverTheRealProtocols, FindsTheArmsErrorsKeepsEveryPointAndActivate
       cell.truepose({"report", "--html", page.string(), "--out-json", document.string()});
   EXPECT_EQ(reported.exit_code, 0) << reported.err;
   EXPECT_EQ(report_schema_errors({document}), "");
+  const json::value whole = json::parse(text_of(document));
+  EXPECT_EQ(whole.at_pointer("/points/0/time").as_string().back(), 'Z');
   EXPECT_THAT(text_of(page), AllOf(HasSubstr("Use this model"), HasSubstr("measurements.csv"),
-                                   HasSubstr("<th scope=\"row\">Air temperature</th>")));
+                                   HasSubstr("<th scope=\"row\">Air temperature</th>"),
+                                   HasSubstr("<td>12 to identify, 6 to validate</td>")));
 
   const json::value status = called(client, "cell.status");
   EXPECT_EQ(status.at("state"), "ready");

@@ -221,7 +221,7 @@ TEST(ReportFindings, RefuseAMapThatIsNotAGrid) {
 
 TEST(ReportFindings, ShowTheNoiseThatWasTaken) {
   EXPECT_THAT(render_html(telling_document()),
-              HasSubstr("0.010 mm along the beam, 0.0060 mm per m across it, repeatability 0.020 mm"));
+              HasSubstr("0.010 mm along the beam, 0.0060 mm/m across it, repeatability 0.020 mm"));
 }
 
 TEST(ColorScale, RunsFromLightToDarkAndIsLogarithmicOverDecades) {

@@ -36,9 +36,17 @@ std::string facts_section(std::string_view title, std::string_view tables) {
       tables);
 }
 
-std::string noise_text(const Noise& noise) {
-  return fmt::format("{} mm along the beam, {} mm per m across it, repeatability {} mm",
-                     sigma_text(noise.range_mm), sigma_text(noise.transverse_mm_per_m),
+/// "0.005 mm + 0.001 mm/m"
+std::string with_distance_text(double mm, double mm_per_m) {
+  if (mm_per_m == 0) return sigma_text(mm) + " mm";
+  return (mm == 0 ? "" : sigma_text(mm) + " mm + ") + sigma_text(mm_per_m) + " mm/m";
+}
+
+std::string noise_text(const MeasurementNoise& noise) {
+  const TrackerNoiseModel& tracker = noise.tracker;
+  return fmt::format("{} along the beam, {} across it, repeatability {} mm",
+                     with_distance_text(tracker.range_mm, tracker.range_mm_per_m),
+                     with_distance_text(tracker.transverse_mm, tracker.transverse_mm_per_m),
                      sigma_text(noise.repeatability_mm));
 }
 

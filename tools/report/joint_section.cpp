@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "core/evaluation/median.hpp"
-#include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
+#include "core/kinematics/joint_units.hpp"
 #include "tools/report/local_regression.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_style.hpp"
@@ -34,12 +34,7 @@ constexpr double kExtentMedians =
 using StageError = Eigen::Vector3d Point::*;
 
 JointVector joint_positions(const RobotModel& arm, const Point& point) {
-  JointVector q(arm.joint_count());
-  for (int i = 0; i < arm.joint_count(); ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    q[i] = arm.joints[k].type == JointType::Revolute ? point.joints[k] * kRadPerDeg : point.joints[k];
-  }
-  return q;
+  return joints_from(point.joints, arm);
 }
 
 /// In which direction each joint moves the reflector, unit length in the tracker's frame; none where it
@@ -101,7 +96,7 @@ std::vector<ScatterChart> charts_of(const ReportDocument& document, const std::v
   std::vector<ScatterChart> charts;
   for (std::size_t i = 0; i < joints.size(); ++i) {
     ScatterChart chart{.title = fmt::format("Joint {}, mm", i + 1),
-                       .x_label = joints[i].type == JointType::Revolute ? "deg" : "mm",
+                       .x_label = std::string{unit_name(joints[i])},
                        .series = {},
                        .curves = {}};
     for (const Stage& stage : stages(document)) {

@@ -113,10 +113,16 @@ Transfer transfer(const Node& node) {
   return result;
 }
 
-Noise noise(const Node& node) {
-  return {.range_mm = node.find("range_mm").number(),
-          .transverse_mm_per_m = node.find("transverse_mm_per_m").number(),
-          .repeatability_mm = node.find("repeatability_mm").number()};
+MeasurementNoise noise(const Node& node) {
+  const auto number = [&node](std::string_view key) {
+    const Node value = node.find(key);
+    return value.exists() ? value.number() : 0;
+  };
+  return {.tracker = {.range_mm = number("range_mm"),
+                      .range_mm_per_m = number("range_mm_per_m"),
+                      .transverse_mm = number("transverse_mm"),
+                      .transverse_mm_per_m = number("transverse_mm_per_m")},
+          .repeatability_mm = number("repeatability_mm")};
 }
 
 }  // namespace

@@ -77,11 +77,6 @@ struct Transfer {
   std::vector<UncertaintyMap> maps;
 };
 
-/// Standard deviations of a point as the identification took them, mm.
-struct Noise {
-  double range_mm = 0, transverse_mm_per_m = 0, repeatability_mm = 0;
-};
-
 /// What the identification learned beside the parameters. A part that the document does not have is left
 /// empty.
 struct Findings {
@@ -92,7 +87,7 @@ struct Findings {
   std::optional<Observability> observability;
   std::optional<PriorScale> prior;  ///< where one was used
   std::optional<Transfer> transfer;
-  std::optional<Noise> noise;
+  std::optional<MeasurementNoise> noise;  ///< of a point, as the identification took it
   std::optional<double> rank_gap, sigma0_mm;
 };
 

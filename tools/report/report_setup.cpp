@@ -5,6 +5,7 @@
 
 #include "core/calibration/calibrated_cell.hpp"
 #include "core/kinematics/angles.hpp"
+#include "core/kinematics/joint_units.hpp"
 #include "tools/report/json_node.hpp"
 
 namespace truepose::report {
@@ -17,7 +18,7 @@ Eigen::Vector3d xyz(const Node& node) {
 Joint joint(const Node& node) {
   Joint joint;
   if (node.find("type").text() == "prismatic") joint.type = JointType::Prismatic;
-  const double per_unit = joint.type == JointType::Revolute ? kRadPerDeg : 1;
+  const double per_unit = unit_of(joint);
   joint.a_mm = node.find("a").number();
   joint.alpha_rad = node.find("alpha").number() * kRadPerDeg;
   joint.d_mm = node.find("d").number();

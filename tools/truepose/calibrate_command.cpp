@@ -13,6 +13,7 @@
 #include "core/calibration/option_names.hpp"
 #include "core/evaluation/model_noise.hpp"
 #include "proto/control/calibration_document.hpp"
+#include "proto/control/options_document.hpp"
 #include "proto/control/rfc3339.hpp"
 #include "tools/report/report_html.hpp"
 #include "tools/report/report_text.hpp"
@@ -98,7 +99,7 @@ Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot,
   if (!result) throw ConfigError(command.data_file + ": " + result.error().detail);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   json::object document = control::calibration_document(*result, data, elapsed.count());
-  if (options.noise) document["noise"] = noise_json(*options.noise);
+  if (options.noise) document["noise"] = control::noise_json(*options.noise);
   const MeasurementNoise noise = noise_about_model(*result, data, options.noise);
   return {.calibration = std::move(*result), .document = std::move(document), .noise = noise};
 }
@@ -140,16 +141,10 @@ void describe(json::object& document, const CalibrateCommand& command, const Rob
   json::object files{{"Robot file", command.robot_file}, {"Measurements", command.data_file}};
   if (!command.validate_file.empty()) files["Measurements to validate"] = command.validate_file;
   document["files"] = std::move(files);
-  std::string harmonics;
-  for (const int order : command.harmonics)
-    harmonics += (harmonics.empty() ? "" : ", ") + std::to_string(order);
-  json::object options{{"Validation", validation_text(command)},
-                       {"Loss", command.loss},
-                       {"Prior", command.prior},
-                       {"Joint deviations", command.deviation},
-                       {"Residual field", command.residual}};
-  if (command.deviation != "none") options["Harmonics looked for"] = harmonics;
-  document["options"] = std::move(options);
+  json::object& options = document["options"].emplace_object();
+  options["Validation"] = validation_text(command);
+  for (auto& option : control::options_json(options_of(command)))
+    options[option.key()] = std::move(option.value());
 }
 
 /// Why the result must not be trusted, or nothing.

@@ -7,9 +7,9 @@
 #include <fstream>
 #include <iostream>
 
-#include "config/joint_columns.hpp"
 #include "config/text_file.hpp"
 #include "core/calibration/uncertainty.hpp"
+#include "core/kinematics/joint_units.hpp"
 #include "tools/truepose/exit_code.hpp"
 #include "tools/truepose/nominal_inverse.hpp"
 #include "tools/truepose/reached_target.hpp"
@@ -49,10 +49,7 @@ std::optional<JointVector> near_of(const std::vector<double>& values, const Robo
   if (values.size() != nominal.joints.size())
     throw ConfigError("--near: " + std::to_string(values.size()) + " joint positions for an arm with " +
                       std::to_string(nominal.joints.size()) + " joints");
-  JointVector q(nominal.joint_count());
-  for (std::size_t i = 0; i < values.size(); ++i)
-    q[static_cast<Eigen::Index>(i)] = values[i] * config::per_file_unit(nominal.joints[i]);
-  return q;
+  return joints_from(values, nominal);
 }
 
 class Targets {

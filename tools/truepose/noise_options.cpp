@@ -1,7 +1,6 @@
 #include "tools/truepose/noise_options.hpp"
 
 #include <CLI/CLI.hpp>
-#include <boost/json/object.hpp>
 #include <string_view>
 #include <vector>
 
@@ -56,12 +55,6 @@ std::optional<MeasurementNoise> noise_of(const NoiseOptions& options) {
   }
   if (!options.repeatability.empty()) noise.repeatability_mm = positive_numbers(options.repeatability, 1)[0];
   return noise;
-}
-
-boost::json::object noise_json(const MeasurementNoise& noise) {
-  return {{"range_mm", noise.tracker.range_mm},
-          {"transverse_mm_per_m", noise.tracker.transverse_mm_per_m},
-          {"repeatability_mm", noise.repeatability_mm}};
 }
 
 }  // namespace truepose::tools

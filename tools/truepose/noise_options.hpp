@@ -1,6 +1,5 @@
 #pragma once
 
-#include <boost/json/fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -21,8 +20,5 @@ void add_noise_options(CLI::App& app, NoiseOptions& options);
 
 /// Nothing where neither is given: all points are taken alike.
 std::optional<MeasurementNoise> noise_of(const NoiseOptions& options);
-
-/// {"range_mm","transverse_mm_per_m","repeatability_mm"}, one standard deviation each.
-boost::json::object noise_json(const MeasurementNoise& noise);
 
 }  // namespace truepose::tools

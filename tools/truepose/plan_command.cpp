@@ -9,7 +9,7 @@
 #include "config/cell_setup.hpp"
 #include "config/pose_files.hpp"
 #include "config/text_file.hpp"
-#include "proto/control/joint_units.hpp"
+#include "proto/control/arm_document.hpp"
 #include "tools/truepose/offline_commands.hpp"
 
 namespace truepose::tools {
@@ -37,20 +37,13 @@ config::CellConfig cell_of(const PlanCommand& command) {
   return cell;
 }
 
-json::array joints_json(const RobotModel& robot, const JointVector& q) {
-  json::array values;
-  for (int i = 0; i < robot.joint_count(); ++i)
-    values.emplace_back(control::operator_units(robot.joints[static_cast<std::size_t>(i)], q[i]));
-  return values;
-}
-
 json::object error_json(const PredictedError& error) {
   return {{"rms_mm", error.rms_mm}, {"max_mm", error.max_mm}};
 }
 
 json::object plan_json(const RobotModel& robot, const MeasurementPlan& plan) {
   json::array poses, sizes;
-  for (const JointVector& q : plan.poses) poses.push_back(joints_json(robot, q));
+  for (const JointVector& q : plan.poses) poses.push_back(control::joints_json(q, robot));
   for (const DesignSize& size : plan.sizes) {
     json::object one = error_json(size.error);
     one["poses"] = size.poses;
@@ -66,7 +59,8 @@ json::object plan_json(const RobotModel& robot, const MeasurementPlan& plan) {
           {"enough", plan.enough ? json::value(*plan.enough) : json::value{}},
           {"travel_s", plan.travel_s},
           {"random_travel_s", plan.random_travel_s},
-          {"reference", plan.reference ? json::value(joints_json(robot, *plan.reference)) : json::value{}},
+          {"reference",
+           plan.reference ? json::value(control::joints_json(*plan.reference, robot)) : json::value{}},
           {"candidates", plan.candidates.poses.size()},
           {"tried", plan.candidates.tried},
           {"rejected", std::move(rejected)}};

@@ -5,6 +5,8 @@
 
 #include "config/joint_columns.hpp"
 #include "config/number_text.hpp"
+#include "core/kinematics/joint_units.hpp"
+#include "proto/control/arm_document.hpp"
 
 namespace truepose::tools {
 
@@ -40,13 +42,10 @@ json::object empty_document(const ReachColumns& columns) {
 
 void append(json::object& document, const RobotModel& robot, const ReachedTarget& target) {
   const CompensatedTarget& reached = target.compensated;
-  json::array q;
-  for (std::size_t i = 0; i < robot.joints.size(); ++i)
-    q.emplace_back(reached.q[static_cast<Eigen::Index>(i)] / config::per_file_unit(robot.joints[i]));
   const auto add = [&](const char* name, json::value value) {
     if (json::value* column = document.if_contains(name)) column->as_array().push_back(std::move(value));
   };
-  add("joints", std::move(q));
+  add("joints", control::joints_json(reached.q, robot));
   add("residual_mm", reached.residual_mm);
   add("iterations", reached.iterations);
   add("residual_deg", reached.residual_rad * kDegPerRad);
@@ -59,12 +58,7 @@ report::CompensationRow report_row(const RobotModel& robot, const ReachedTarget&
                               .residual_deg = target.compensated.residual_rad * kDegPerRad,
                               .sigma_mm = target.sigma_mm,
                               .damped = target.compensated.damped,
-                              .corrections = {}};
-  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-    const auto axis = static_cast<Eigen::Index>(i);
-    row.corrections.push_back((target.compensated.q[axis] - target.q_nominal[axis]) /
-                              config::per_file_unit(robot.joints[i]));
-  }
+                              .corrections = in_deg_mm(target.compensated.q - target.q_nominal, robot)};
   return row;
 }
 

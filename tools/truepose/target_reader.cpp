@@ -2,6 +2,7 @@
 
 #include "config/joint_columns.hpp"
 #include "config/pose_files.hpp"
+#include "core/kinematics/joint_units.hpp"
 
 namespace truepose::tools {
 
@@ -33,8 +34,7 @@ std::optional<Target> TargetReader::next() {
   if (form_ == TargetForm::Joints) {
     target.q.resize(robot_.joint_count());
     for (std::size_t i = 0; i < columns_.size(); ++i)
-      target.q[static_cast<Eigen::Index>(i)] =
-          rows_.number(columns_[i]) * config::per_file_unit(robot_.joints[i]);
+      target.q[static_cast<Eigen::Index>(i)] = rows_.number(columns_[i]) * unit_of(robot_.joints[i]);
     return target;
   }
   Eigen::Vector<double, 6> v = Eigen::Vector<double, 6>::Zero();
