@@ -108,12 +108,17 @@ TEST(MeasurementPlan, ValidatesOnPosesThatItDoesNotIdentifyFrom) {
   }
 }
 
-TEST(MeasurementPlan, SaysWhyTheSceneLeavesTooFewPosesInTheTask) {
+TEST(MeasurementPlan, SaysWhyTheSceneLeavesTooFewPoses) {
+  Scene scene = test::planning_scene();
+  scene.workspace = {{5000, 5000, 5000}, {6000, 6000, 6000}};
+  const auto nowhere = plan_measurements(test::planning_cell(), scene, options());
+  ASSERT_FALSE(nowhere);
+  EXPECT_THAT(nowhere.error(), HasSubstr("left the workspace"));
   PlanOptions far = options();
-  far.task = {{5000, 5000, 5000}, {6000, 6000, 6000}};
-  const auto planned = plan(far);
-  ASSERT_FALSE(planned);
-  EXPECT_THAT(planned.error(), HasSubstr("the task region: only 0 of"));
+  far.task = scene.workspace;
+  const auto no_task = plan(far);
+  ASSERT_FALSE(no_task);
+  EXPECT_THAT(no_task.error(), HasSubstr("the task region: only 0 of"));
 }
 
 }  // namespace
