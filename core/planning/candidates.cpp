@@ -26,6 +26,17 @@ bool distinct(const RobotModel& robot, const JointVector& a, const JointVector& 
   return false;
 }
 
+constexpr int kTriesBetweenLooks = 10'000;
+
+/// Whether not even all tries would find enough: not at the highest rate that fits what was seen, three
+/// standard deviations above it. The square root of a Poisson count has a standard deviation of 1/2; counting
+/// one more keeps that true near zero.
+bool hopeless(const Candidates& found, int tries, int least) {
+  if (found.tried == 0 || found.tried % kTriesBetweenLooks != 0) return false;
+  const double most = std::pow(std::sqrt(static_cast<double>(found.poses.size()) + 1) + 1.5, 2);
+  return most / found.tried * tries < least;
+}
+
 std::string too_few(const Candidates& found, int wanted) {
   const auto most = std::ranges::max_element(found.faults);
   return "only " + std::to_string(found.poses.size()) + " of " + std::to_string(wanted) + " poses found in " +
@@ -45,6 +56,7 @@ std::expected<Candidates, std::string> draw_candidates(const Scene& scene, const
   Candidates found;
   const auto wanted = static_cast<std::size_t>(options.poses);
   for (; found.tried < options.tries && found.poses.size() < wanted; ++found.tried) {
+    if (hopeless(found, options.tries, least)) break;
     const JointVector q = draw(scene, random);
     if (const auto fault = checker.fault_of(q, options.visibility)) {
       ++found.faults[static_cast<std::size_t>(*fault)];

@@ -15,7 +15,7 @@ struct CandidateOptions {
   std::uint64_t seed = 0;
   Visibility visibility = Visibility::Required;
   double distinct_rad = 0.05;  ///< two poses differ at least so much in one joint (prismatic: as many metres)
-  int tries = 4'000'000;       ///< before giving up
+  int tries = 4'000'000;       ///< before giving up, which comes sooner where even so many would not do
 };
 
 struct Candidates {

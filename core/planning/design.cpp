@@ -86,6 +86,7 @@ void Design::refresh() {
   std::ranges::fill(W_, kernels::Line{});
   // C = L L' and T = R'R, three columns at a time.
   const Eigen::MatrixXd L = C_.llt().matrixL();
+  const Eigen::MatrixXd CTC = T_.size() > 0 ? Eigen::MatrixXd{C_ * T_ * C_} : Eigen::MatrixXd{};
   const auto n = C_.cols();
   for (Eigen::Index first = 0; first < n; first += 3) {
     const auto count = std::min<Eigen::Index>(3, n - first);
@@ -95,7 +96,7 @@ void Design::refresh() {
     add_products(X_, X_, 0.5, V_);
     if (T_.size() == 0) continue;
     U.setZero();
-    U.leftCols(count) = (C_ * T_ * C_).middleCols(first, count);
+    U.leftCols(count) = CTC.middleCols(first, count);
     project(U, X_);
     U.setZero();
     for (Eigen::Index i = 0; i < count; ++i) U(first + i, i) = 1;

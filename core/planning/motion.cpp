@@ -42,15 +42,20 @@ MotionChecker::MotionChecker(Scene scene)
     : checker_{std::move(scene)}, step_rad_{step_rad(checker_.scene())} {}
 
 bool MotionChecker::clear(const JointVector& from, const JointVector& to) {
+  const JointVector way = to - from;
   const int steps = 1 + static_cast<int>(largest_move_rad(checker_.scene().robot, from, to) / step_rad_);
-  const auto touches = [&](int step) {
-    return checker_.collision_at(from + static_cast<double>(step) / steps * (to - from)).has_value();
+  const double change_mm = checker_.largest_change_mm(way) / steps;
+  const auto spare_mm = [&](int step) {
+    return checker_.spare_mm(from + static_cast<double>(step) / steps * way);
   };
   int first = 0, last = steps;
-  while (first <= last && touches(first)) ++first;
-  while (last >= first && touches(last)) --last;
-  for (int step = first + 1; step < last; ++step) {
-    if (touches(step)) return false;
+  while (first <= last && spare_mm(first) < 0) ++first;
+  while (last > first && spare_mm(last) < 0) --last;
+  for (int step = first; step < last; ++step) {
+    const double spare = spare_mm(step);
+    if (spare < 0) return false;
+    // So many more cannot have used it up.
+    step += spare < change_mm * steps ? static_cast<int>(spare / change_mm) : steps;
   }
   return first <= last;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <span>
 #include <utility>
 
 namespace truepose {
@@ -37,6 +39,37 @@ bool may_collide(const BodyPart& a, const BodyPart& b, int joints) {
   return std::abs(std::min(a.link, joints) - std::min(b.link, joints)) >= 2;
 }
 
+/// The farthest point of a body from the origin of the frame in which it stands.
+double extent_mm(const Capsule& capsule) {
+  return std::max(capsule.from_mm.norm(), capsule.to_mm.norm()) + capsule.radius_mm;
+}
+
+/// How far each joint moves any point of the arm at most: mm per rad, or per mm. No joint moves one body
+/// against another by more than it moves one against the base.
+JointVector levers(const Scene& scene, std::span<const BodyPart> parts) {
+  const int joints = scene.robot.joint_count();
+  const auto extent_of_link_mm = [&](int link) {
+    double extent = 0;
+    for (const BodyPart& part : parts) {
+      if (part.link == link) extent = std::max(extent, extent_mm(part.capsule));
+    }
+    return extent;
+  };
+  JointVector levers{joints};
+  // From the origin of the link at hand to whatever moves with it.
+  double farthest_mm = std::max(extent_of_link_mm(joints + 1), scene.sight.p_FS_mm.norm()) +
+                       scene.robot.X_flange.translation().norm();
+  for (int link = joints; link > 0; --link) {
+    farthest_mm = std::max(farthest_mm, extent_of_link_mm(link));
+    const Joint& joint = scene.robot.joints[static_cast<std::size_t>(link - 1)];
+    const bool revolute = joint.type == JointType::Revolute;
+    const double stroke_mm = revolute ? 0 : std::max(std::abs(joint.min), std::abs(joint.max));
+    levers[link - 1] = revolute ? farthest_mm : 1;
+    farthest_mm += std::hypot(joint.a_mm, std::abs(joint.d_mm) + stroke_mm);
+  }
+  return levers;
+}
+
 double lowest_mm(const Capsule& capsule) {
   return std::min(capsule.from_mm.z(), capsule.to_mm.z()) - capsule.radius_mm;
 }
@@ -57,7 +90,8 @@ PoseChecker::PoseChecker(Scene scene)
       tracker_{p_BT_mm_,
                {p_BT_mm_.x(), p_BT_mm_.y(), std::min(p_BT_mm_.z(), scene_.surroundings.floor_mm)},
                scene_.surroundings.tracker_radius_mm},
-      placed_(parts_.size()) {
+      placed_(parts_.size()),
+      lever_{levers(scene_, parts_)} {
   scene_.sight.facing_F.normalize();
   std::ranges::stable_sort(parts_, {}, &BodyPart::link);  // each is compared with those before it
 }
@@ -79,6 +113,18 @@ std::optional<PoseFault> PoseChecker::collision_at(const JointVector& q) {
   place(q);
   return collision();
 }
+
+double PoseChecker::spare_mm(const JointVector& q) {
+  place(q);
+  double least = std::numeric_limits<double>::infinity();
+  look_about([&](PoseFault, double spare_mm) {
+    least = std::min(least, spare_mm);
+    return false;
+  });
+  return least;
+}
+
+double PoseChecker::largest_change_mm(const JointVector& way) const { return lever_.dot(way.cwiseAbs()); }
 
 std::optional<PoseFault> PoseChecker::approach_fault(const JointVector& q) {
   for (const double way_rad : scene_.approach_rad) {
@@ -121,10 +167,15 @@ bool PoseChecker::wrist_singular() const {
   return z_a.cross(z_b).norm() < std::sin(scene_.wrist_margin_rad);
 }
 
-std::optional<PoseFault> PoseChecker::collision() {
+/// Calls seen(fault, spare_mm) for whatever might be touched, until it answers that it has seen enough.
+template <typename Seen>
+void PoseChecker::look_about(Seen seen) {
   const Surroundings& about = scene_.surroundings;
   const int joints = scene_.robot.joint_count();
-  if ((X_BF_ * scene_.sight.p_FS_mm).z() < about.floor_mm + about.clearance_mm) return PoseFault::Floor;
+  const auto enough = [&](PoseFault fault, double distance_mm) {
+    return seen(fault, distance_mm - about.clearance_mm);
+  };
+  if (enough(PoseFault::Floor, (X_BF_ * scene_.sight.p_FS_mm).z() - about.floor_mm)) return;
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     const bool on_flange = parts_[i].link > joints;
     placed_[i] = (on_flange ? X_BF_ : X_[static_cast<std::size_t>(parts_[i].link)]) * parts_[i].capsule;
@@ -132,20 +183,28 @@ std::optional<PoseFault> PoseChecker::collision() {
   for (std::size_t i = 0; i < placed_.size(); ++i) {
     // What stands on the base is there in every pose, and link 1 turns on it.
     if (parts_[i].link < 2) continue;
-    if (lowest_mm(placed_[i]) < about.floor_mm + about.clearance_mm) return PoseFault::Floor;
-    if (distance_mm(placed_[i], tracker_) < about.clearance_mm) return PoseFault::Tracker;
+    if (enough(PoseFault::Floor, lowest_mm(placed_[i]) - about.floor_mm)) return;
+    if (enough(PoseFault::Tracker, distance_mm(placed_[i], tracker_))) return;
     for (const Capsule& obstacle : about.obstacles) {
-      if (distance_mm(placed_[i], obstacle) < about.clearance_mm) return PoseFault::Obstacle;
+      if (enough(PoseFault::Obstacle, distance_mm(placed_[i], obstacle))) return;
     }
     if (scene_.body.empty()) continue;  // joint centres have no extent that could collide
     for (std::size_t k = 0; k < i; ++k) {
       if (may_collide(parts_[k], parts_[i], joints) &&
-          distance_mm(placed_[k], placed_[i]) < about.clearance_mm) {
-        return PoseFault::ItselfCollides;
+          enough(PoseFault::ItselfCollides, distance_mm(placed_[k], placed_[i]))) {
+        return;
       }
     }
   }
-  return std::nullopt;
+}
+
+std::optional<PoseFault> PoseChecker::collision() {
+  std::optional<PoseFault> found;
+  look_about([&](PoseFault fault, double spare_mm) {
+    if (spare_mm < 0) found = fault;
+    return found.has_value();
+  });
+  return found;
 }
 
 bool PoseChecker::beam_cut(const Eigen::Vector3d& p_BS_mm) const {

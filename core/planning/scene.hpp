@@ -96,6 +96,15 @@ class PoseChecker {
   /// What the arm touches at q: the part of fault_of() that matters on the way.
   std::optional<PoseFault> collision_at(const JointVector& q);
 
+  /// How much farther than it must the arm is from touching anything at q, mm; negative where collision_at() finds
+  /// a fault.
+  double spare_mm(const JointVector& q);
+
+  /// Bounds what a motion of all joints in step changes of spare_mm().
+  ///
+  /// @param way  of each joint, rad or mm
+  double largest_change_mm(const JointVector& way) const;
+
   const Scene& scene() const { return scene_; }
 
  private:
@@ -105,6 +114,8 @@ class PoseChecker {
   void place(const JointVector& q);
   std::optional<PoseFault> approach_fault(const JointVector& q);
   std::optional<PoseFault> collision();
+  template <typename Seen>
+  void look_about(Seen seen);
   bool beam_cut(const Eigen::Vector3d& p_BS_mm) const;
 
   Scene scene_;
@@ -114,6 +125,7 @@ class PoseChecker {
   LinkFrames X_;  // of the links at the pose in hand
   Eigen::Isometry3d X_BF_;
   std::vector<Capsule> placed_;  // parts_ at the pose in hand
+  JointVector lever_;            // how far each joint moves any point at most, mm per rad or mm
 };
 
 /// Where the arm starts for q, all joints by `way_rad` lower (prismatic: as many metres).

@@ -75,6 +75,35 @@ TEST(PoseChecker, AgreesWithAnOracleThatSamplesBodiesAndBeam) {
   EXPECT_GT(beam_cut, 10);
 }
 
+TEST(PoseChecker, BoundsWhatAMotionUsesUpOfTheClearance) {
+  Random random{3};
+  for (const JointType first : {JointType::Revolute, JointType::Prismatic}) {
+    Scene scene = test::planning_scene();
+    if (first == JointType::Prismatic) {
+      scene.robot.joints[0].type = first;
+      scene.robot.joints[0].min = -2000;
+      scene.robot.joints[0].max = 3000;
+    }
+    PoseChecker checker{scene};
+    double largest_share = 0;
+    for (int trial = 0; trial < 2000; ++trial) {
+      JointVector from{6}, to{6};
+      const double length = random.uniform(0, 0.2);
+      for (int i = 0; i < 6; ++i) {
+        const Joint& joint = scene.robot.joints[static_cast<std::size_t>(i)];
+        from[i] = random.uniform(joint.min, joint.max);
+        to[i] = from[i] + length * random.uniform(joint.min, joint.max) * (trial % 6 == i || trial % 2 == 0);
+      }
+      EXPECT_EQ(checker.spare_mm(from) < 0, checker.collision_at(from).has_value()) << trial;
+      const double change = std::abs(checker.spare_mm(to) - checker.spare_mm(from));
+      const double bound = checker.largest_change_mm(to - from);
+      EXPECT_LE(change, bound + 1e-9) << trial;
+      largest_share = std::max(largest_share, change / bound);
+    }
+    EXPECT_GT(largest_share, 0.5);  // a bound that says something
+  }
+}
+
 TEST(PoseChecker, SeesAnArmThatStandsInItsOwnBeam) {
   Scene scene = test::planning_scene();
   scene.surroundings.obstacles.clear();
@@ -140,6 +169,24 @@ TEST(Candidates, SaysWhatMostPosesFailedOnWhenThereAreTooFew) {
   const auto high = draw_candidates(scene, {.poses = 60, .tries = 2000}, 60);
   ASSERT_FALSE(high);
   EXPECT_THAT(high.error(), HasSubstr("came below the floor"));
+}
+
+TEST(Candidates, AreNotSoughtToTheLastTryWhereThereIsNoHopeOfEnough) {
+  Scene scene = test::planning_scene();
+  scene.workspace = {{5000, 5000, 5000}, {6000, 6000, 6000}};
+  const auto nowhere = draw_candidates(scene, {.poses = 60, .tries = 100'000}, 60);
+  ASSERT_FALSE(nowhere);
+  EXPECT_THAT(nowhere.error(), HasSubstr("only 0 of 60 poses found in 20000 tries"));
+}
+
+TEST(Candidates, AreSoughtOnWhileThereIsHopeOfEnough) {
+  Scene scene = test::planning_scene();
+  const auto usual = draw_candidates(scene, {.poses = 400}, 400);
+  ASSERT_TRUE(usual);
+  ASSERT_GT(usual->tried, 10'000);
+  const auto asked = draw_candidates(scene, {.poses = 400, .tries = usual->tried}, 400);
+  ASSERT_TRUE(asked);
+  EXPECT_EQ(asked->poses, usual->poses);
 }
 
 TEST(Candidates, NamesWhatMakesTheSceneUnfit) {
