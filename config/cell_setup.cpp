@@ -57,4 +57,8 @@ CalibrateOptions calibrate_options(const CellConfig& cell) {
   return options;
 }
 
+CompensationOptions compensation_options(const CellConfig& cell, Approach approach) {
+  return {.singular_below = cell.stream.singular_deg * kRadPerDeg, .approach = approach};
+}
+
 }  // namespace truepose::config

@@ -2,6 +2,7 @@
 
 #include "config/cell_config.hpp"
 #include "core/calibration/calibrate.hpp"
+#include "core/compensation/target_compensation.hpp"
 #include "core/planning/measurement_plan.hpp"
 
 namespace truepose::config {
@@ -18,5 +19,10 @@ PlanOptions plan_options(const CellConfig& cell, int poses);
 
 /// How the cell's campaigns identify.
 CalibrateOptions calibrate_options(const CellConfig& cell);
+
+/// How the cell's targets are compensated: as its stream does.
+///
+/// @param approach  directions in which the joints will have moved; outlives the options
+CompensationOptions compensation_options(const CellConfig& cell, Approach approach = {});
 
 }  // namespace truepose::config

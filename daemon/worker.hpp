@@ -10,7 +10,8 @@
 
 namespace truepose::daemon {
 
-/// One thread that does jobs for coroutines of the event loop, one after the other.
+/// One thread that does jobs for coroutines of the event loop, one after the other. Ends before that loop is
+/// destroyed.
 class Worker {
  public:
   /// Returns on the caller's executor when the job is done. A cancelled caller still waits for its job.

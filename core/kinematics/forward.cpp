@@ -7,19 +7,38 @@
 
 namespace truepose {
 
-Eigen::Isometry3d link_transform(const Joint& joint, double q) {
+namespace {
+
+/// Turns two axes of a frame about the third, from a to b.
+void turn(double* a, double* b, double angle_rad) {
+  const double cos = std::cos(angle_rad), sin = std::sin(angle_rad);
+  for (int row = 0; row < 3; ++row) {
+    const double before = a[row];
+    a[row] = cos * before + sin * b[row];
+    b[row] = cos * b[row] - sin * before;
+  }
+}
+
+/// X times link_transform(), by its turns and shifts one after the other: most joints have no beta.
+void go_along(const Joint& joint, double q, Eigen::Isometry3d& X) {
   const bool revolute = joint.type == JointType::Revolute;
   const double theta = joint.theta_rad + (revolute ? joint.sign * q : 0.0);
   const double d = joint.d_mm + (revolute ? 0.0 : joint.sign * q);
-  const double ca = std::cos(joint.alpha_rad), sa = std::sin(joint.alpha_rad);
-  const double cb = std::cos(joint.beta_rad), sb = std::sin(joint.beta_rad);
-  const double ct = std::cos(theta), st = std::sin(theta);
+  double* x = X.matrix().col(0).data();
+  double* y = X.matrix().col(1).data();
+  double* z = X.matrix().col(2).data();
+  double* p = X.matrix().col(3).data();
+  if (joint.beta_rad != 0) turn(z, x, joint.beta_rad);
+  turn(y, z, joint.alpha_rad);
+  for (int row = 0; row < 3; ++row) p[row] += joint.a_mm * x[row] + d * z[row];
+  turn(x, y, theta);
+}
 
+}  // namespace
+
+Eigen::Isometry3d link_transform(const Joint& joint, double q) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() << cb * ct + sb * sa * st, -cb * st + sb * sa * ct, sb * ca,  //
-      ca * st, ca * ct, -sa,                                               //
-      -sb * ct + cb * sa * st, sb * st + cb * sa * ct, cb * ca;
-  T.translation() = Eigen::Vector3d(cb, 0, -sb) * joint.a_mm + T.linear().col(2) * d;
+  go_along(joint, q, T);
   return T;
 }
 
@@ -27,7 +46,8 @@ void link_frames(std::span<const Joint> joints, const JointVector& q, LinkFrames
   assert(q.size() == static_cast<Eigen::Index>(joints.size()));
   X_B[0] = Eigen::Isometry3d::Identity();
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    X_B[i + 1] = X_B[i] * link_transform(joints[i], q[static_cast<Eigen::Index>(i)]);
+    X_B[i + 1] = X_B[i];
+    go_along(joints[i], q[static_cast<Eigen::Index>(i)], X_B[i + 1]);
   }
 }
 
@@ -36,7 +56,7 @@ Eigen::Isometry3d forward_kinematics(const RobotModel& robot, const JointVector&
   const JointVector q_true = true_joints(robot, q, approach);
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-    X = X * link_transform(robot.joints[i], q_true[static_cast<Eigen::Index>(i)]);
+    go_along(robot.joints[i], q_true[static_cast<Eigen::Index>(i)], X);
   }
   X = X * robot.X_flange;
   return robot.field ? robot.field->displaced(q, X) : X;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <span>
 #include <vector>
 
 #include "core/compensation/pose_inverse.hpp"
@@ -14,6 +15,13 @@ namespace {
 
 // Poses around which a cube is tried.
 constexpr int kTrials = 300;
+
+/// Whether the first joint, which turns the arm or drives it along its track, is in the middle half of its
+/// range: the arm then works in front of where it stands.
+bool in_front(const RobotModel& robot, const JointVector& q) {
+  const Joint& first = robot.joints.front();
+  return std::abs(2 * q[0] - first.min - first.max) < 0.5 * (first.max - first.min);
+}
 
 /// How near a joint is to its limits: 0 in the middle, 1 at one of them.
 double nearness_to_limits(const RobotModel& robot, const JointVector& q) {
@@ -67,14 +75,21 @@ std::expected<TestCubePoses, std::string> place_test_cube(const Scene& scene, co
   MotionChecker motion{scene};
   std::vector<double> edges{1000, 630, 400, 250};
   if (wish.edge_mm) edges = {*wish.edge_mm};
-  for (const double edge_mm : edges) {
-    for (const JointVector& q : candidates->poses) {
-      const Eigen::Isometry3d X_BF = forward_kinematics(scene.robot, q);
-      TestCube cube{.edge_mm = edge_mm};
-      cube.X_BC.translation() = wish.centre_mm.value_or(X_BF * scene.sight.p_FS_mm);
-      const Eigen::Matrix3d R_BF = wish.orientation.value_or(X_BF.linear());
-      if (!wish.centre_mm && !wish.task.holds(cube.X_BC.translation())) continue;
-      if (auto poses = poses_of(cube, R_BF, wish.plane, q, checker, motion)) return *std::move(poses);
+  const auto around = [&](const JointVector& q, double edge_mm) -> std::optional<TestCubePoses> {
+    const Eigen::Isometry3d X_BF = forward_kinematics(scene.robot, q);
+    TestCube cube{.edge_mm = edge_mm};
+    cube.X_BC.translation() = wish.centre_mm.value_or(X_BF * scene.sight.p_FS_mm);
+    if (!wish.centre_mm && !wish.task.holds(cube.X_BC.translation())) return std::nullopt;
+    return poses_of(cube, wish.orientation.value_or(X_BF.linear()), wish.plane, q, checker, motion);
+  };
+  // A smaller cube where the arm works says more than a larger one behind it.
+  const auto behind = std::ranges::stable_partition(
+      candidates->poses, [&](const JointVector& q) { return in_front(scene.robot, q); });
+  for (const std::span part : {std::span{candidates->poses.begin(), behind.begin()}, std::span{behind}}) {
+    for (const double edge_mm : edges) {
+      for (const JointVector& q : part) {
+        if (auto poses = around(q, edge_mm)) return *std::move(poses);
+      }
     }
   }
   return std::unexpected(no_cube(wish, edges.back()));

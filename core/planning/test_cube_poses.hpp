@@ -30,7 +30,7 @@ struct TestCubePoses {
 };
 
 /// Finds a cube of which all five poses can be driven to and measured, by trial around random poses that
-/// can, those far from the joint limits first.
+/// can: in front of the arm before behind it, the largest first, far from the joint limits before near them.
 ///
 /// @return or one sentence: why there is none
 std::expected<TestCubePoses, std::string> place_test_cube(const Scene& scene, const TestCubeWish& wish);

@@ -188,12 +188,13 @@ CampaignOutcome<CalibrationCampaign::Targets> CalibrationCampaign::compensate() 
   for (MeasuringTarget& target : targets) {
     target = session_.new_target(PointPurpose::Remeasure, target.q_target);
   }
-  const RobotModel& nominal = session_.config().robot.model;
   auto solved = std::make_shared<std::vector<TargetCompensation::Result>>();
-  std::function<void()> job = [solved, targets, nominal, expected = session_.expected()] {
+  std::function<void()> job = [solved, targets, config = session_.config(), expected = session_.expected()] {
+    const RobotModel& nominal = config.robot.model;
     for (const MeasuringTarget& target : targets) {
       const std::vector<std::int8_t> direction = approach_direction(target, nominal);
-      const TargetCompensation compensation{nominal, expected.robot, {.approach = direction}};
+      const TargetCompensation compensation{nominal, expected.robot,
+                                            config::compensation_options(config, direction)};
       // Next to the wrist singularity the reflector's position is kept: it is what will be measured.
       solved->push_back(compensation.at_joints(target.q_target, expected.reflectors.front().p_FS_mm));
     }
@@ -206,7 +207,7 @@ CampaignOutcome<CalibrationCampaign::Targets> CalibrationCampaign::compensate() 
     if (!session_.result().improves) {
       reason = "the calibrated arm is no better than the nominal one on the validation poses";
     } else if (!(*solved)[i]) {
-      reason = "compensated: " + described((*solved)[i].error(), nominal);
+      reason = "compensated: " + described((*solved)[i].error(), session_.config().robot.model);
     }
     if (!reason.empty()) {
       Done skipped = co_await session_.skip(targets[i], 0, reason);

@@ -17,13 +17,14 @@ constexpr std::size_t kPoints = 5;
 
 /// The joints to command for the five poses; those of the nominal arm where nothing compensates.
 std::expected<std::array<JointVector, kPoints>, std::string> commanded(const TestCubePoses& poses,
-                                                                       const RobotModel& nominal,
-                                                                       const CalibratedCell& cell,
-                                                                       double way_rad) {
+                                                                       const config::CellConfig& config,
+                                                                       const CalibratedCell& cell) {
+  const RobotModel& nominal = config.robot.model;
+  const double way_rad = approach_way_rad(config.campaign, 0);
   std::array<JointVector, kPoints> q;
   const auto side = static_cast<std::int8_t>((way_rad > 0) - (way_rad < 0));
   const std::vector<std::int8_t> direction(nominal.joints.size(), side);
-  const TargetCompensation compensation{nominal, cell.robot, {.approach = direction}};
+  const TargetCompensation compensation{nominal, cell.robot, config::compensation_options(config, direction)};
   for (std::size_t i = 0; i < kPoints; ++i) {
     const auto solved = compensation.at_joints(poses.q[i], cell.reflectors.front().p_FS_mm);
     if (!solved) {
@@ -72,8 +73,7 @@ CampaignOutcome<void> Iso9283Campaign::plan() {
   poses_ = **placed;
   q_commanded_ = poses_.q;
   if (!order_.compensate) co_return done;
-  const double way_rad = approach_way_rad(config.campaign, 0);
-  const auto q = commanded(poses_, config.robot.model, *order_.cell, way_rad);
+  const auto q = commanded(poses_, config, *order_.cell);
   if (!q) co_return std::unexpected(CampaignError{CampaignFault::Planning, q.error()});
   q_commanded_ = *q;
   co_return done;

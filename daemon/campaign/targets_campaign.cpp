@@ -76,12 +76,13 @@ CampaignOutcome<void> TargetsCampaign::plan() {
 CampaignOutcome<void> TargetsCampaign::prepare() {
   session_.enter(CampaignPhase::Compute);
   auto starts = std::make_shared<std::vector<Start>>();
-  std::function<void()> job = [starts, targets = targets_, nominal = session_.config().robot.model,
-                               cell = order_.cell, scene = known_scene(session_.config(), order_.cell)] {
-    PoseChecker checker{scene};
+  std::function<void()> job = [starts, targets = targets_, config = session_.config(), cell = order_.cell] {
+    const RobotModel& nominal = config.robot.model;
+    PoseChecker checker{known_scene(config, cell)};
     for (const MeasuringTarget& target : targets) {
       const std::vector<std::int8_t> direction = approach_direction(target, nominal);
-      const TargetCompensation compensation{nominal, cell.robot, {.approach = direction}};
+      const TargetCompensation compensation{nominal, cell.robot,
+                                            config::compensation_options(config, direction)};
       const auto solved = compensation.at_joints(target.q_target, cell.reflectors.front().p_FS_mm);
       if (!solved) {
         starts->push_back({{}, "compensated: " + described(solved.error(), nominal)});

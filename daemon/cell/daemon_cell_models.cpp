@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "config/cell_setup.hpp"
 #include "config/model_file.hpp"
 #include "core/compensation/target_compensation.hpp"
 #include "core/kinematics/angles.hpp"
@@ -35,10 +36,10 @@ using Solved = std::expected<CompensatedTarget, std::string>;
 /// Rows of targets.compensate: joints of the nominal arm, or poses of the flange.
 class TargetRows {
  public:
-  TargetRows(const RobotModel& nominal, const CalibratedCell& real)
+  TargetRows(const RobotModel& nominal, const CalibratedCell& real, const CompensationOptions& options)
       : nominal_{nominal},
         inverse_{SphericalWristInverse::of(nominal)},
-        compensation_{nominal, real.robot},
+        compensation_{nominal, real.robot, options},
         p_F_mm_{known_point(real)} {}
 
   Solved solve(const std::vector<double>& row, bool is_pose) const {
@@ -177,8 +178,9 @@ DaemonCell::Reply DaemonCell::targets_compensate(json::object params) {
   if (!record) co_return std::unexpected(record.error());
 
   const bool is_pose = poses.has_value();
-  auto job = [nominal, is_pose, rows = is_pose ? *poses : *joints, yaml = record->yaml] {
-    const TargetRows targets{nominal, config::parse_model(yaml, "model").cell};
+  auto job = [nominal, options = config::compensation_options(parts_.config), is_pose,
+              rows = is_pose ? *poses : *joints, yaml = record->yaml] {
+    const TargetRows targets{nominal, config::parse_model(yaml, "model").cell, options};
     std::vector<Solved> solved;
     for (const std::vector<double>& row : rows) solved.push_back(targets.solve(row, is_pose));
     return solved;

@@ -30,6 +30,19 @@ TEST(TestCubePlacement, FindsFivePosesThatTheTrackerSees) {
   EXPECT_GE(poses->cube.edge_mm, 400);
 }
 
+TEST(TestCubePlacement, IsInFrontOfTheArmWhereOneFitsThere) {
+  Scene scene = test::planning_scene();
+  const auto front = place_test_cube(scene, {});
+  ASSERT_TRUE(front) << front.error();
+  EXPECT_GT(front->cube.X_BC.translation().x(), 0);
+  // A task behind the arm is not given up for that.
+  const Box task{{-2600, -1500, 300}, {-700, 1500, 2000}};
+  scene.sight.X_WB = pose_from_kuka({-3420, 430, -1230}, {166, 0, 0});
+  const auto behind = place_test_cube(scene, {.task = task});
+  ASSERT_TRUE(behind) << behind.error();
+  EXPECT_TRUE(task.holds(behind->cube.X_BC.translation()));
+}
+
 TEST(TestCubePlacement, KeepsToWhatIsAskedFor) {
   const Scene scene = test::planning_scene();
   const auto any = place_test_cube(scene, {});
