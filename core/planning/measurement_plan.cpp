@@ -43,13 +43,12 @@ PredictedError error_of_random_sets(const DesignProblem& problem, int poses, int
   return mean;
 }
 
-double time_of_random_orders(const TravelTime& time, std::span<const JointVector> poses,
-                             const TourOptions& options, int sets, Random& random) {
+double time_of_random_orders(const TourTimes& times, int sets, Random& random) {
   double mean_s = 0;
-  std::vector<std::size_t> order = first_numbers(poses.size());
+  std::vector<std::size_t> order = first_numbers(times.poses());
   for (int set = 0; set < sets; ++set) {
     shuffle(order, random);
-    mean_s += tour_time_s(time, poses, order, options) / sets;
+    mean_s += times.total(order) / sets;
   }
   return mean_s;
 }
@@ -113,16 +112,17 @@ void put_in_order(MeasurementPlan& plan, const Scene& scene, const PlanOptions& 
                            .reference = plan.reference.value_or(JointVector{}),
                            .reference_every = options.reference_every,
                            .seed = options.seed};
-  const Tour tour = shortest_tour(time, poses, tour_options);
+  const TourTimes times{time, poses, tour_options};
+  const Tour tour = shortest_tour(times, tour_options);
   plan.travel_s = tour.time_s;
-  plan.random_travel_s = time_of_random_orders(time, poses, tour_options, options.random_sets, random);
+  plan.random_travel_s = time_of_random_orders(times, options.random_sets, random);
   for (std::size_t i = 0; i < chosen.size(); ++i) plan.chosen[i] = chosen[tour.order[i]];
   plan.poses = picked(plan.candidates, plan.chosen);
 
   const std::vector<JointVector> drawn = draw_validation(plan, options.validate, random);
   tour_options.start = plan.poses.back();
   tour_options.first = 0;
-  for (const std::size_t k : shortest_tour(time, drawn, tour_options).order)
+  for (const std::size_t k : shortest_tour({time, drawn, tour_options}, tour_options).order)
     plan.validate.push_back(drawn[k]);
 }
 

@@ -22,54 +22,7 @@ double joint_time_s(const Joint& joint, double distance) {
   return distance / joint.speed + ramp_s;
 }
 
-/// Times between the poses and the places from which the arm comes to them.
-class Times {
- public:
-  Times(const TravelTime& time, std::span<const JointVector> poses, const TourOptions& options)
-      : poses_{poses.size()},
-        every_{static_cast<std::size_t>(options.reference_every)},
-        between_(poses.size() * poses.size()) {
-    for (std::size_t a = 0; a < poses_; ++a) {
-      for (std::size_t b = 0; b < a; ++b)
-        between_[a * poses_ + b] = between_[b * poses_ + a] = time(poses[a], poses[b]);
-    }
-    const double to_reference = every_ > 0 ? time(options.start, options.reference) : 0;
-    for (const JointVector& q : poses) {
-      from_reference_.push_back(every_ > 0 ? time(options.reference, q) : 0);
-      from_start_.push_back(every_ > 0 ? to_reference + from_reference_.back() : time(options.start, q));
-    }
-  }
-
-  std::size_t poses() const { return poses_; }
-  std::size_t reference_every() const { return every_; }
-
-  double between(std::size_t a, std::size_t b) const { return between_[a * poses_ + b]; }
-  double from_start(std::size_t a) const { return from_start_[a]; }
-
-  double total(std::span<const std::size_t> order) const { return part(order, 0, order.size() + 1); }
-
-  /// Time of the steps to places first .. end - 1 of an order; the last place is the reference at the end.
-  double part(std::span<const std::size_t> order, std::size_t first, std::size_t end) const {
-    double sum = 0;
-    for (std::size_t place = first; place < end; ++place) sum += to(place, order);
-    return sum;
-  }
-
- private:
-  double to(std::size_t place, std::span<const std::size_t> order) const {
-    if (place == order.size()) return from_reference_[order.back()];
-    if (place == 0) return from_start_[order[0]];
-    const std::size_t a = order[place - 1], b = order[place];
-    const bool visits = every_ > 0 && place % every_ == 0;
-    return visits ? from_reference_[a] + from_reference_[b] : between(a, b);
-  }
-
-  std::size_t poses_;
-  std::size_t every_;
-  std::vector<double> between_, from_start_, from_reference_;
-};
-
-std::vector<std::size_t> nearest_neighbours(const Times& times, std::size_t first) {
+std::vector<std::size_t> nearest_neighbours(const TourTimes& times, std::size_t first) {
   std::vector<std::size_t> order(times.poses());
   std::iota(order.begin(), order.end(), std::size_t{0});
   for (auto next = order.begin(); next != order.end(); ++next) {
@@ -88,7 +41,7 @@ std::vector<std::size_t> nearest_neighbours(const Times& times, std::size_t firs
 class LocalSearch {
  public:
   /// @param first  places that only change among themselves
-  LocalSearch(const Times& times, std::size_t first, std::vector<std::size_t>& order)
+  LocalSearch(const TourTimes& times, std::size_t first, std::vector<std::size_t>& order)
       : times_{times}, first_{first}, order_{order} {}
 
   void run() {
@@ -171,7 +124,7 @@ class LocalSearch {
     return false;
   }
 
-  const Times& times_;
+  const TourTimes& times_;
   std::size_t first_;
   std::vector<std::size_t>& order_;
   std::vector<std::size_t> kept_;
@@ -199,27 +152,37 @@ double travel_time_s(const RobotModel& robot, const JointVector& from, const Joi
   return longest;
 }
 
-double tour_time_s(const TravelTime& travel_time, std::span<const JointVector> poses,
-                   std::span<const std::size_t> order, const TourOptions& options) {
-  double sum_s = 0;
-  const JointVector* here = &options.start;
-  const auto drive = [&](const JointVector& q) {
-    sum_s += travel_time(*here, q);
-    here = &q;
-  };
-  const auto every = static_cast<std::size_t>(options.reference_every);
-  for (std::size_t place = 0; place < order.size(); ++place) {
-    if (every > 0 && place % every == 0) drive(options.reference);
-    drive(poses[order[place]]);
+TourTimes::TourTimes(const TravelTime& time, std::span<const JointVector> poses, const TourOptions& options)
+    : poses_{poses.size()},
+      every_{static_cast<std::size_t>(options.reference_every)},
+      between_(poses.size() * poses.size()) {
+  for (std::size_t a = 0; a < poses_; ++a) {
+    for (std::size_t b = 0; b < a; ++b)
+      between_[a * poses_ + b] = between_[b * poses_ + a] = time(poses[a], poses[b]);
   }
-  if (every > 0 && !order.empty()) drive(options.reference);
-  return sum_s;
+  const double to_reference = every_ > 0 ? time(options.start, options.reference) : 0;
+  for (const JointVector& q : poses) {
+    from_reference_.push_back(every_ > 0 ? time(options.reference, q) : 0);
+    from_start_.push_back(every_ > 0 ? to_reference + from_reference_.back() : time(options.start, q));
+  }
 }
 
-Tour shortest_tour(const TravelTime& travel_time, std::span<const JointVector> poses,
-                   const TourOptions& options) {
-  if (poses.empty()) return {};
-  const Times times{travel_time, poses, options};
+double TourTimes::part(std::span<const std::size_t> order, std::size_t first, std::size_t end) const {
+  double sum = 0;
+  for (std::size_t place = first; place < end; ++place) sum += to(place, order);
+  return sum;
+}
+
+double TourTimes::to(std::size_t place, std::span<const std::size_t> order) const {
+  if (place == order.size()) return from_reference_[order.back()];
+  if (place == 0) return from_start_[order[0]];
+  const std::size_t a = order[place - 1], b = order[place];
+  const bool visits = every_ > 0 && place % every_ == 0;
+  return visits ? from_reference_[a] + from_reference_[b] : between(a, b);
+}
+
+Tour shortest_tour(const TourTimes& times, const TourOptions& options) {
+  if (times.poses() == 0) return {};
   std::vector<std::size_t> best = nearest_neighbours(times, options.first);
   LocalSearch{times, options.first, best}.run();
   double best_s = times.total(best);

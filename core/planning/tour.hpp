@@ -33,15 +33,40 @@ struct Tour {
   double time_s = 0;  ///< of all motions from the start to the last pose, visits to the reference included
 };
 
-/// The time that an order takes. The reference is visited before the first pose, after every
-/// `reference_every` poses, and after the last.
-double tour_time_s(const TravelTime& travel_time, std::span<const JointVector> poses,
-                   std::span<const std::size_t> order, const TourOptions& options);
+/// Times of all motions of which a tour may consist, taken to be the same both ways, each asked for once. The
+/// reference is visited before the first pose, after every `reference_every` poses, and after the last.
+class TourTimes {
+ public:
+  TourTimes(const TravelTime& time, std::span<const JointVector> poses, const TourOptions& options);
 
-/// An order that takes little time, which is taken to be the same both ways: nearest neighbours, then 2-opt
-/// and or-opt to a local optimum, again and again after a double bridge (iterated local search). Source:
-/// Lourenco, Martin, Stutzle, Iterated Local Search (2003); Or (1976).
-Tour shortest_tour(const TravelTime& travel_time, std::span<const JointVector> poses,
-                   const TourOptions& options);
+  std::size_t poses() const { return poses_; }
+  std::size_t reference_every() const { return every_; }
+
+  double between(std::size_t a, std::size_t b) const { return between_[a * poses_ + b]; }
+  /// To a pose that is visited first.
+  double from_start(std::size_t a) const { return from_start_[a]; }
+
+  /// Time that an order takes, s.
+  double total(std::span<const std::size_t> order) const {
+    return order.empty() ? 0 : part(order, 0, order.size() + 1);
+  }
+
+  /// Time of the motions to places first .. end - 1 of an order; the last place is the reference at the end.
+  double part(std::span<const std::size_t> order, std::size_t first, std::size_t end) const;
+
+ private:
+  double to(std::size_t place, std::span<const std::size_t> order) const;
+
+  std::size_t poses_;
+  std::size_t every_;
+  std::vector<double> between_, from_start_, from_reference_;
+};
+
+/// An order that takes little time: nearest neighbours, then 2-opt and or-opt to a local optimum, again and
+/// again after a double bridge (iterated local search). Source: Lourenco, Martin, Stutzle, Iterated Local
+/// Search (2003); Or (1976).
+///
+/// @param options  those of the times
+Tour shortest_tour(const TourTimes& times, const TourOptions& options);
 
 }  // namespace truepose

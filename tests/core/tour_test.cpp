@@ -51,7 +51,7 @@ class ToursWithVisits : public testing::TestWithParam<int> {};
 TEST_P(ToursWithVisits, HoldEveryPoseOnceAndTheTimeThatTheySay) {
   const auto all = poses(23, 1);
   const RobotModel robot = test::planning_scene().robot;
-  const Tour tour = shortest_tour(travel_time(), all, options(GetParam()));
+  const Tour tour = shortest_tour({travel_time(), all, options(GetParam())}, options(GetParam()));
   std::vector<std::size_t> sorted = tour.order;
   std::ranges::sort(sorted);
   for (std::size_t i = 0; i < sorted.size(); ++i) EXPECT_EQ(sorted[i], i);
@@ -71,7 +71,7 @@ TEST_P(ToursWithVisits, HoldEveryPoseOnceAndTheTimeThatTheySay) {
   }
   if (with.reference_every > 0) drive(with.reference);
   EXPECT_NEAR(tour.time_s, time_s, 1e-9);
-  EXPECT_NEAR(tour_time_s(travel_time(), all, tour.order, with), time_s, 1e-9);
+  EXPECT_NEAR((TourTimes{travel_time(), all, with}.total(tour.order)), time_s, 1e-9);
 }
 
 TEST_P(ToursWithVisits, OfAFewPosesAreTheShortestThereAre) {
@@ -79,12 +79,12 @@ TEST_P(ToursWithVisits, OfAFewPosesAreTheShortestThereAre) {
   std::vector<std::size_t> order(all.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   const TourOptions with = options(GetParam());
-  const TravelTime time = travel_time();
+  const TourTimes times{travel_time(), all, with};
   double shortest_s = 1e9;
   do {
-    shortest_s = std::min(shortest_s, tour_time_s(time, all, order, with));
+    shortest_s = std::min(shortest_s, times.total(order));
   } while (std::ranges::next_permutation(order).found);
-  EXPECT_NEAR(shortest_tour(time, all, with).time_s, shortest_s, 1e-9);
+  EXPECT_NEAR(shortest_tour(times, with).time_s, shortest_s, 1e-9);
 }
 
 INSTANTIATE_TEST_SUITE_P(ToTheReference, ToursWithVisits, testing::Values(0, 1, 3, 5));
@@ -94,17 +94,17 @@ TEST(Tour, LeavesTheLeadingPosesInFront) {
   for (const int every : {0, 4}) {
     TourOptions with = options(every);
     with.first = 6;
-    const Tour tour = shortest_tour(travel_time(), all, with);
+    const Tour tour = shortest_tour({travel_time(), all, with}, with);
     for (std::size_t i = 0; i < tour.order.size(); ++i) EXPECT_EQ(tour.order[i] < 6, i < 6);
-    EXPECT_GE(tour.time_s, shortest_tour(travel_time(), all, options(every)).time_s - 1e-9);
+    EXPECT_GE(tour.time_s, shortest_tour({travel_time(), all, options(every)}, options(every)).time_s - 1e-9);
   }
 }
 
 TEST(Tour, OfNoPoseOrOneIsThatItself) {
   const RobotModel robot = test::planning_scene().robot;
-  EXPECT_TRUE(shortest_tour(travel_time(), {}, options()).order.empty());
+  EXPECT_TRUE(shortest_tour({travel_time(), {}, options()}, options()).order.empty());
   const auto one = poses(1, 6);
-  const Tour tour = shortest_tour(travel_time(), one, options());
+  const Tour tour = shortest_tour({travel_time(), one, options()}, options());
   EXPECT_EQ(tour.order, std::vector<std::size_t>{0});
   EXPECT_NEAR(tour.time_s, travel_time_s(robot, JointVector::Zero(6), one[0]), 1e-12);
 }
