@@ -1,6 +1,7 @@
 #include "tests/core/scene_oracle.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -10,27 +11,31 @@ namespace {
 
 constexpr int kPoints = 150;
 
-struct Sphere {
-  Eigen::Vector3d centre_mm;
+/// A row of equal spheres.
+struct Spheres {
+  std::vector<std::array<double, 3>> centres_mm;
   double radius_mm;
 };
-using Spheres = std::vector<Sphere>;
 
 Spheres spheres(const Capsule& capsule, int points) {
-  Spheres row;
+  Spheres row{{}, capsule.radius_mm};
   for (int i = 0; i < points; ++i) {
     const double share = points == 1 ? 0 : static_cast<double>(i) / (points - 1);
-    row.push_back({(1 - share) * capsule.from_mm + share * capsule.to_mm, capsule.radius_mm});
+    const Eigen::Vector3d centre_mm = (1 - share) * capsule.from_mm + share * capsule.to_mm;
+    row.centres_mm.push_back({centre_mm.x(), centre_mm.y(), centre_mm.z()});
   }
   return row;
 }
 
 double nearest_mm(const Spheres& a, const Spheres& b) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Sphere& s : a)
-    for (const Sphere& t : b)
-      nearest = std::min(nearest, (s.centre_mm - t.centre_mm).norm() - s.radius_mm - t.radius_mm);
-  return nearest;
+  double nearest_mm2 = std::numeric_limits<double>::infinity();
+  for (const auto& [ax, ay, az] : a.centres_mm) {
+    for (const auto& [bx, by, bz] : b.centres_mm) {
+      const double x = ax - bx, y = ay - by, z = az - bz;
+      nearest_mm2 = std::min(nearest_mm2, x * x + y * y + z * z);
+    }
+  }
+  return std::sqrt(nearest_mm2) - a.radius_mm - b.radius_mm;
 }
 
 /// Points every few centimetres do for bodies, whose radii are as large; the beam is long and thin.
@@ -88,8 +93,8 @@ OracleVerdict judge_by_sampling(const Scene& scene, const JointVector& q) {
     keep(link_i == last ? verdict.mount_clearance_mm : verdict.beam_clearance_mm,
          nearest_mm(beam, bodies[i]));
     if (link_i < 2) continue;
-    for (const Sphere& s : bodies[i])
-      keep(verdict.clearance_mm, s.centre_mm.z() - s.radius_mm - about.floor_mm);
+    for (const auto& [x, y, z] : bodies[i].centres_mm)
+      keep(verdict.clearance_mm, z - bodies[i].radius_mm - about.floor_mm);
     keep(verdict.clearance_mm, nearest_mm(bodies[i], post));
     for (const Capsule& obstacle : about.obstacles)
       keep(verdict.clearance_mm, nearest_mm(bodies[i], body_spheres(obstacle)));
