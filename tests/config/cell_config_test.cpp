@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "config/cell_setup.hpp"
 #include "core/kinematics/angles.hpp"
 #include "tests/config/error_of.hpp"
 #include "tests/temp_folder.hpp"
@@ -45,6 +46,12 @@ TEST_F(CellFile, ReadsWhereAnIso9283TestIsMeasured) {
   EXPECT_EQ(cell.iso9283.cube.centre_mm, Eigen::Vector3d(1, 2, 3));
   EXPECT_NEAR((*cell.iso9283.cube.orientation)(1, 0), 1, 1e-12);
   EXPECT_FALSE(load(kSmallest).iso9283.cube.edge_mm);
+}
+
+TEST_F(CellFile, BoundsTargetsNextToTheWristSingularityAsTheStream) {
+  CellConfig cell = load(kSmallest);
+  cell.stream.singular_deg = 7;
+  EXPECT_NEAR(compensation_options(cell).singular_below, 7 * kRadPerDeg, 1e-12);
 }
 
 TEST_F(CellFile, KeepsTheDefaultsOfWhatIsLeftOut) {
