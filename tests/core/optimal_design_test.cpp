@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/evaluation/cramer_rao.hpp"
+#include "core/planning/error_bound.hpp"
 #include "core/random.hpp"
 #include "core/simulation/measurement_campaign.hpp"
 #include "tests/core/planning_example.hpp"
@@ -98,6 +100,35 @@ TEST_P(EveryCriterion, IsServedBestByItsOwnDesign) {
 INSTANTIATE_TEST_SUITE_P(OfADesign, EveryCriterion,
                          testing::Values(DesignCriterion::D, DesignCriterion::A, DesignCriterion::I),
                          [](const auto& one) { return std::string(1, "DAI"[static_cast<int>(one.param)]); });
+
+TEST(ErrorBound, LiesBelowEveryChoiceOfPosesButNotFarBelowTheBest) {
+  const DesignProblem p = problem(16, 12);
+  PredictedError best{.rms_mm = 1e9, .max_mm = 1e9};
+  std::vector<int> take(p.candidates());
+  std::fill_n(take.begin(), 13, 1);
+  do {
+    std::vector<std::size_t> chosen;
+    for (std::size_t k = 0; k < take.size(); ++k)
+      if (take[k] == 1) chosen.push_back(k);
+    const PredictedError error = predicted_error(p, chosen);
+    best = {std::min(best.rms_mm, error.rms_mm), std::min(best.max_mm, error.max_mm)};
+  } while (std::ranges::prev_permutation(take).found);
+  const PredictedError bound = error_bound(p, 13);
+  EXPECT_LE(bound.rms_mm, best.rms_mm);
+  EXPECT_LE(bound.max_mm, best.max_mm);
+  EXPECT_GT(bound.rms_mm, 0.8 * best.rms_mm);
+  EXPECT_GT(bound.max_mm, 0.8 * best.max_mm);
+}
+
+TEST(ErrorBound, IsTheErrorWhereAllCandidatesAreMeasured) {
+  const DesignProblem p = problem(30, 13);
+  std::vector<std::size_t> all(30);
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const PredictedError error = predicted_error(p, all), bound = error_bound(p, 30);
+  EXPECT_NEAR(bound.rms_mm, error.rms_mm, 1e-9 * error.rms_mm);
+  EXPECT_LE(bound.max_mm, error.max_mm);
+  EXPECT_GT(bound.max_mm, 0.98 * error.max_mm);
+}
 
 TEST(GreedyDesign, TakesTheGreatestDeterminantAtEveryStep) {
   const DesignProblem p = problem(70, 5);

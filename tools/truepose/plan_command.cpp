@@ -9,6 +9,7 @@
 #include "config/cell_setup.hpp"
 #include "config/pose_files.hpp"
 #include "config/text_file.hpp"
+#include "core/planning/error_bound.hpp"
 #include "proto/control/arm_document.hpp"
 #include "tools/truepose/offline_commands.hpp"
 
@@ -41,7 +42,7 @@ json::object error_json(const PredictedError& error) {
   return {{"rms_mm", error.rms_mm}, {"max_mm", error.max_mm}};
 }
 
-json::object plan_json(const RobotModel& robot, const MeasurementPlan& plan) {
+json::object plan_json(const RobotModel& robot, const MeasurementPlan& plan, const PredictedError& bound) {
   json::array poses, sizes;
   for (const JointVector& q : plan.poses) poses.push_back(control::joints_json(q, robot));
   for (const DesignSize& size : plan.sizes) {
@@ -55,6 +56,7 @@ json::object plan_json(const RobotModel& robot, const MeasurementPlan& plan) {
   return {{"poses", std::move(poses)},
           {"predicted", error_json(plan.predicted)},
           {"random", error_json(plan.random)},
+          {"bound", error_json(bound)},
           {"sizes", std::move(sizes)},
           {"enough", plan.enough ? json::value(*plan.enough) : json::value{}},
           {"travel_s", plan.travel_s},
@@ -66,7 +68,7 @@ json::object plan_json(const RobotModel& robot, const MeasurementPlan& plan) {
           {"rejected", std::move(rejected)}};
 }
 
-void print_plan(const config::CellConfig& cell, const MeasurementPlan& plan) {
+void print_plan(const config::CellConfig& cell, const MeasurementPlan& plan, const PredictedError& bound) {
   std::printf("%zu poses of %zu candidates (%d joint positions tried)\n\n", plan.poses.size(),
               plan.candidates.poses.size(), plan.candidates.tried);
   for (std::size_t i = 0; i < kPoseFaults; ++i) {
@@ -80,6 +82,7 @@ void print_plan(const config::CellConfig& cell, const MeasurementPlan& plan) {
   };
   row("these poses", plan.predicted);
   row("random ones, as many", plan.random);
+  row("no choice goes below", bound);
   for (const DesignSize& size : plan.sizes) row(std::to_string(size.poses) + " poses", size.error);
   if (plan.enough) {
     std::printf("\n%d poses are enough: twice as many would make a compensated arm less than 5 %% better.\n",
@@ -104,10 +107,11 @@ void run_plan(const PlanCommand& command) {
     config::write_joints(out, plan->poses, cell.robot.model);
     config::write_text_file(command.out_file, out.str());
   }
+  const PredictedError bound = error_bound(*plan->problem, command.poses);
   if (command.as_json) {
-    std::cout << plan_json(cell.robot.model, *plan) << '\n';
+    std::cout << plan_json(cell.robot.model, *plan, bound) << '\n';
   } else {
-    print_plan(cell, *plan);
+    print_plan(cell, *plan, bound);
   }
 }
 
