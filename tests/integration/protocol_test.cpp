@@ -41,7 +41,7 @@ TEST(TheControlProtocol, RefusesAParameterThatItDoesNotKnowInEveryMethod) {
   }
 }
 
-/// Of targets.compensate: the wrist stretched, and a joint beyond its limit.
+/// Of targets.compensate: a wrist stretched and nearly so, and a joint beyond its limit.
 void expect_compensated(tools::RpcClient& client) {
   const auto of = [&](const json::array& joints) {
     return client.call("targets.compensate", {{"joints", json::array{joints}}});
@@ -50,13 +50,16 @@ void expect_compensated(tools::RpcClient& client) {
   ASSERT_TRUE(stretched) << stretched.error().message;
   EXPECT_TRUE(stretched->at("damped").at(0).as_bool());
   EXPECT_LT(stretched->at("residual_mm").at(0).to_number<double>(), 1e-6);
+  const auto bent = of({0, -90, 90, 0, 10, 0});  // enough for this cell's stream.singular_deg
+  ASSERT_TRUE(bent) << bent.error().message;
+  EXPECT_FALSE(bent->at("damped").at(0).as_bool());
   const auto beyond = of({0, -90, 90, 0, 35, 360});
   ASSERT_FALSE(beyond);
   EXPECT_THAT(beyond.error().message, testing::HasSubstr("params.joints[0]: joint 6 would have to go to"));
 }
 
 TEST(TheControlProtocol, AnswersAndTellsWhatItsSchemaSays) {
-  LiveCell cell;
+  LiveCell cell{{.cell = {{"singular_deg: 20 ", "singular_deg: 5 "}}}};
   cell.start_daemon();
   const json::value document = schema();
   const SchemaCheck check{document};

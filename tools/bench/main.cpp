@@ -53,8 +53,22 @@ std::vector<Comparison> comparisons() {
   return rows;
 }
 
-/// What a real-time cycle has for the residual field of one pose.
-constexpr double kResidualLimit_ns = 20e3;
+/// What a job may take at most: its median.
+struct Limit {
+  std::string job, ours;
+  double limit_ns;
+};
+
+std::vector<Limit> limits() {
+  std::vector<Limit> rows;
+  for (const truepose::RegressorKind kind : truepose::kAllRegressors) {
+    const std::string name{truepose::name_of(kind)};
+    // What a real-time cycle has for it.
+    rows.push_back({"residual field over 300 poses, one pose: " + name, "residual/" + name, 20e3});
+  }
+  rows.push_back({"KRL program of 100,000 points, text to text", "program/truepose/iterations:1", 5e9});
+  return rows;
+}
 
 /// Collects the medians and how many targets were reached.
 class Medians : public benchmark::BenchmarkReporter {
@@ -80,8 +94,8 @@ class Medians : public benchmark::BenchmarkReporter {
   /// Prints the tables as Markdown.
   /// @return whether every goal is reached
   bool print() const {
-    const bool ratios = print_comparisons(), residuals = print_residuals();
-    return ratios && residuals && !failed_;
+    const bool ratios = print_comparisons(), times = print_limits();
+    return ratios && times && !failed_;
   }
 
  private:
@@ -99,16 +113,15 @@ class Medians : public benchmark::BenchmarkReporter {
     return reached;
   }
 
-  bool print_residuals() const {
+  bool print_limits() const {
     bool reached = true;
-    std::printf("\n| residual field over 300 poses, one pose | truepose | at most |\n|---|--:|--:|\n");
-    for (const truepose::RegressorKind kind : truepose::kAllRegressors) {
-      const std::string name{truepose::name_of(kind)};
-      const auto ours = nanoseconds_.find("residual/" + name);
+    std::printf("\n| job | truepose | at most |\n|---|--:|--:|\n");
+    for (const Limit& row : limits()) {
+      const auto ours = nanoseconds_.find(row.ours);
       if (ours == nanoseconds_.end()) continue;
-      reached = reached && ours->second <= kResidualLimit_ns;
-      std::printf("| %s | %s | %s |\n", name.c_str(), time(ours->second).c_str(),
-                  time(kResidualLimit_ns).c_str());
+      reached = reached && ours->second <= row.limit_ns;
+      std::printf("| %s | %s | %s |\n", row.job.c_str(), time(ours->second).c_str(),
+                  time(row.limit_ns).c_str());
     }
     return reached;
   }
@@ -119,8 +132,10 @@ class Medians : public benchmark::BenchmarkReporter {
       std::snprintf(text, sizeof text, "%.1f ns", nanoseconds);
     } else if (nanoseconds < 1e6) {
       std::snprintf(text, sizeof text, "%.2f us", nanoseconds * 1e-3);
-    } else {
+    } else if (nanoseconds < 1e9) {
       std::snprintf(text, sizeof text, "%.2f ms", nanoseconds * 1e-6);
+    } else {
+      std::snprintf(text, sizeof text, "%.2f s", nanoseconds * 1e-9);
     }
     return text;
   }
