@@ -181,9 +181,10 @@ CalibrationConfig calibration_config(const YamlValue& value) {
 }
 
 Iso9283Config iso9283_config(const YamlValue& value) {
-  const YamlMap map(value, {"cycles", "centre", "edge_mm", "orientation", "plane"});
+  const YamlMap map(value, {"cycles", "variation", "centre", "edge_mm", "orientation", "plane"});
   Iso9283Config iso9283;
   map.read("cycles", iso9283.cycles, 2, 1000);
+  map.read("variation", iso9283.variation);
   if (const YamlValue* centre = map.find("centre")) iso9283.cube.centre_mm = point_value(*centre);
   if (map.find("edge_mm")) map.read("edge_mm", iso9283.cube.edge_mm.emplace(), {50, 5000});
   if (const YamlValue* orientation = map.find("orientation"))

@@ -105,6 +105,7 @@ struct CampaignConfig {
 struct Iso9283Config {
   TestCubeWish cube;
   int cycles = kIso9283Cycles;
+  bool variation = false;  ///< come to P1, P2 and P4 along the axes of the base too
 };
 
 /// How campaigns identify. The noise is the tracker's and the arm's.

@@ -65,7 +65,9 @@ std::vector<CycleSet> sets_of(std::span<const CycleSet> sets, std::size_t point,
 
 void add_variations(Iso9283Result& result, std::size_t point) {
   for (const std::string& series : different(result.sets, &CycleSet::series)) {
-    const std::vector<CycleSet> sets = sets_of(result.sets, point, &CycleSet::series, series);
+    std::vector<CycleSet> sets = sets_of(result.sets, point, &CycleSet::series, series);
+    // The cycles from pose to pose say nothing of directions.
+    std::erase_if(sets, [](const CycleSet& set) { return set.direction.empty(); });
     if (sets.size() < 2) continue;
     std::vector<TestPose> means;
     for (const CycleSet& set : sets) means.push_back(set.mean);

@@ -16,7 +16,7 @@ inline constexpr int kIso9283Cycles = 30;
 /// A pose that a robot came to in one cycle of a test.
 struct AttainedPose {
   TestPose pose;
-  std::string direction;  ///< from which it came; empty where all came from one
+  std::string direction;  ///< from which it came, for the variation; empty: from the pose before
   std::string series;     ///< of cycles, for the drift; empty where there is one
 };
 
@@ -52,7 +52,7 @@ struct PointDrift {
 
 struct Iso9283Result {
   std::vector<CycleSet> sets;
-  std::vector<PointVariation> variations;  ///< of points approached from several directions
+  std::vector<PointVariation> variations;  ///< of points approached from several directions that are named
   std::vector<PointDrift> drifts;          ///< of points measured in several series
   int fewest_cycles = 0;                   ///< of any set; the standard asks for kIso9283Cycles
 };

@@ -5,6 +5,7 @@
 #include <expected>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/evaluation/test_cube.hpp"
 #include "core/planning/scene.hpp"
@@ -18,7 +19,16 @@ struct TestCubeWish {
   std::optional<double> edge_mm;             ///< left out: the greatest of the standard's 1000, 630, 400, 250
   std::optional<Eigen::Matrix3d> orientation;  ///< of the flange, R_BF, at all five
   DiagonalPlane plane = DiagonalPlane::C1C2C7C8;
+  double approach_mm = 0;  ///< by which P1, P2 and P4 are also to be come to along each axis; 0: they are not
   std::uint64_t seed = 0;
+};
+
+/// A straight way, or one so short that it nearly is, to a pose along an axis of the base (7.2.3).
+struct PointApproach {
+  std::size_t point = 0;  ///< 0 is P1
+  int axis = 0;
+  bool upwards = true;  ///< in the positive direction of the axis
+  JointVector q_start;
 };
 
 /// The five poses of an ISO 9283 test: the reflector at the positions of its cube, one orientation.
@@ -27,6 +37,7 @@ struct TestCubePoses {
   Eigen::Matrix3d R_BF;
   std::array<Eigen::Vector3d, 5> p_B_mm;  ///< of the reflector, P1 to P5
   std::array<JointVector, 5> q;           ///< of the scene's arm there, all on one branch
+  std::vector<PointApproach> approaches;  ///< three to each of P1, P2 and P4, where they were asked for
 };
 
 /// Finds a cube of which all five poses can be driven to and measured, by trial around random poses that

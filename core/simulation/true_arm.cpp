@@ -6,6 +6,12 @@
 #include "core/kinematics/forward.hpp"
 
 namespace truepose {
+namespace {
+
+// By so much (rad, mm) the joints of two poses may differ that were meant to be the same.
+constexpr double kRounding = 1e-9;
+
+}  // namespace
 
 TrueArm::TrueArm(TrueArmSetup setup, std::uint64_t seed) : setup_{std::move(setup)}, random_{seed} {
   setup_.facing_F.normalize();
@@ -16,18 +22,17 @@ void TrueArm::stop_anew() {
   for (double& axis_mm : deviation_mm_) axis_mm = setup_.repeatability_mm * random_.normal();
 }
 
-void TrueArm::move_to(const JointVector& q) {
-  if (directions_.empty()) {
-    directions_.assign(setup_.robot.joints.size(), 0);
-  } else {
-    for (std::size_t i = 0; i < directions_.size(); ++i) {
-      const auto k = static_cast<Eigen::Index>(i);
-      if (q[k] != stands_at_[k]) directions_[i] = q[k] > stands_at_[k] ? 1 : -1;
-    }
+void TrueArm::move(const JointVector& from, const JointVector& to) {
+  directions_.resize(setup_.robot.joints.size(), 0);
+  for (std::size_t i = 0; i < directions_.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (std::abs(to[k] - from[k]) > kRounding) directions_[i] = to[k] > from[k] ? 1 : -1;
   }
-  stands_at_ = q;
+  stands_at_ = to;
   stop_anew();
 }
+
+void TrueArm::move_to(const JointVector& q) { move(directions_.empty() ? q : stands_at_, q); }
 
 Eigen::Isometry3d TrueArm::X_BF(const JointVector& q) const {
   return forward_kinematics(setup_.robot,

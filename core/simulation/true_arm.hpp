@@ -29,8 +29,10 @@ class TrueArm {
   /// The arm came to a stand: it stands a little elsewhere than the last time (ISO 9283 repeatability).
   void stop_anew();
 
-  /// The arm moved to `q` and came to a stand: it remembers the direction in which each joint moved. A joint
-  /// that did not move keeps its direction, and the first move knows none.
+  /// The arm moved and came to a stand: it remembers the direction in which each joint moved. A joint that
+  /// did not move keeps its direction.
+  void move(const JointVector& from, const JointVector& to);
+  /// The same from where the last move ended; the first knows no direction.
   void move_to(const JointVector& q);
 
   /// Direction in which each joint last moved; empty before the first.

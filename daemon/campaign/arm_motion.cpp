@@ -28,6 +28,14 @@ double approach_way_rad(const config::CampaignConfig& campaign, int pose) {
   return 0;
 }
 
+std::vector<std::int8_t> direction_after(std::vector<std::int8_t> direction, const JointVector& way) {
+  direction.resize(static_cast<std::size_t>(way.size()));
+  for (Eigen::Index i = 0; i < way.size(); ++i) {
+    if (std::abs(way[i]) > kMoved) direction[static_cast<std::size_t>(i)] = way[i] > 0 ? 1 : -1;
+  }
+  return direction;
+}
+
 CellDevices::Outcome<JointVector> ArmMotion::drive(JointVector q) {
   auto here = co_await devices_.position();
   if (!here) co_return here;
@@ -43,7 +51,7 @@ CellDevices::Outcome<JointVector> ArmMotion::drive(JointVector q) {
     const JointVector from = *here;
     here = co_await devices_.move(stop);
     if (!here) co_return here;
-    note_direction(*here - from);
+    direction_ = direction_after(std::move(direction_), *here - from);
   }
   co_return here;
 }
@@ -55,13 +63,6 @@ CellDevices::Outcome<JointVector> ArmMotion::arrive(JointVector q, double way_ra
   }
   auto reached = co_await drive(q);
   co_return reached;
-}
-
-void ArmMotion::note_direction(const JointVector& moved) {
-  direction_.resize(static_cast<std::size_t>(moved.size()));
-  for (Eigen::Index i = 0; i < moved.size(); ++i) {
-    if (std::abs(moved[i]) > kMoved) direction_[static_cast<std::size_t>(i)] = moved[i] > 0 ? 1 : -1;
-  }
 }
 
 }  // namespace truepose::daemon

@@ -20,6 +20,10 @@ using RunCompute = std::function<boost::asio::awaitable<void>(std::function<void
 /// 0 where the campaign prescribes no side.
 double approach_way_rad(const config::CampaignConfig& campaign, int pose);
 
+/// In which each joint moved last (-1, 1; 0 or empty: not known), after one more way: a joint that hardly
+/// moves on it keeps its direction.
+std::vector<std::int8_t> direction_after(std::vector<std::int8_t> direction, const JointVector& way);
+
 /// Moves the arm by ways that are clear, as far as its surroundings are known, and remembers from which side
 /// each joint came.
 class ArmMotion {
@@ -40,8 +44,6 @@ class ArmMotion {
   const std::vector<std::int8_t>& direction() const { return direction_; }
 
  private:
-  void note_direction(const JointVector& moved);
-
   const RobotModel& robot_;
   CellDevices& devices_;
   RunCompute compute_;

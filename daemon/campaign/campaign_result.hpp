@@ -45,12 +45,19 @@ struct TargetsResult {
   std::vector<TargetOutcome> targets;
 };
 
+/// One of the poses of a cycle, in which some are come to from several directions.
+struct Iso9283Stop {
+  std::size_t point = 0;  ///< 0 is P1
+  std::string direction;  ///< "+x": upwards along x of the base; empty: from the pose before
+};
+
 /// An ISO 9283 test, its attained poses brought into the robot's base.
 struct Iso9283Test {
   control::Iso9283Frame frame = control::Iso9283Frame::Model;
   bool compensated = true;
   TestCube cube;
-  std::vector<TestPoint> points;  ///< P1 to P5
+  std::vector<Iso9283Stop> stops;  ///< of a cycle, in their order
+  std::vector<TestPoint> points;   ///< P1 to P5
   Iso9283Result result;
 };
 

@@ -13,27 +13,14 @@ namespace {
 
 using Done = std::expected<void, CampaignError>;
 
-constexpr std::size_t kPoints = 5;
+constexpr std::size_t kPoints = 5, kApproaches = 9;
+// Long enough for the joints to take up their backlash, short enough to stay about the point.
+constexpr double kApproach_mm = 100;
 
-/// The joints to command for the five poses; those of the nominal arm where nothing compensates.
-std::expected<std::array<JointVector, kPoints>, std::string> commanded(const TestCubePoses& poses,
-                                                                       const config::CellConfig& config,
-                                                                       const CalibratedCell& cell) {
-  const RobotModel& nominal = config.robot.model;
-  const double way_rad = approach_way_rad(config.campaign, 0);
-  std::array<JointVector, kPoints> q;
-  const auto side = static_cast<std::int8_t>((way_rad > 0) - (way_rad < 0));
-  const std::vector<std::int8_t> direction(nominal.joints.size(), side);
-  const TargetCompensation compensation{nominal, cell.robot, config::compensation_options(config, direction)};
-  for (std::size_t i = 0; i < kPoints; ++i) {
-    const auto solved = compensation.at_joints(poses.q[i], cell.reflectors.front().p_FS_mm);
-    if (!solved) {
-      return std::unexpected("P" + std::to_string(i + 1) +
-                             ", compensated: " + described(solved.error(), nominal));
-    }
-    q[i] = solved->q;
-  }
-  return q;
+std::string name_of(std::size_t point) { return "P" + std::to_string(point + 1); }
+
+std::string direction_name(const PointApproach& approach) {
+  return {approach.upwards ? '+' : '-', "xyz"[approach.axis]};
 }
 
 }  // namespace
@@ -42,7 +29,8 @@ Iso9283Campaign::Iso9283Campaign(MeasuringSession& session, Iso9283Order order)
     : session_{session}, order_{std::move(order)} {
   if (order_.cell) session_.expect(*order_.cell);
   session_.result().kind = CampaignKind::Iso9283;
-  session_.add_to_total(static_cast<int>(kPoints) * order_.cycles);
+  const std::size_t stops = kPoints + (order_.variation ? kApproaches : 0);
+  session_.add_to_total(static_cast<int>(stops) * order_.cycles);
 }
 
 CampaignOutcome<void> Iso9283Campaign::run() {
@@ -67,42 +55,104 @@ CampaignOutcome<void> Iso9283Campaign::plan() {
   TestCubeWish wish = config.iso9283.cube;
   wish.seed = config.campaign.seed;
   wish.task = config.task;
+  wish.approach_mm = order_.variation ? kApproach_mm : 0;
   std::function<void()> job = [placed, scene, wish] { *placed = place_test_cube(scene, wish); };
   co_await session_.compute(job);
   if (!*placed) co_return std::unexpected(CampaignError{CampaignFault::Planning, placed->error()});
   poses_ = **placed;
-  q_commanded_ = poses_.q;
+  stops_ = stops();
   if (!order_.compensate) co_return done;
-  const auto q = commanded(poses_, config, *order_.cell);
-  if (!q) co_return std::unexpected(CampaignError{CampaignFault::Planning, q.error()});
-  q_commanded_ = *q;
+  const auto compensated = compensate();
+  if (!compensated) co_return std::unexpected(CampaignError{CampaignFault::Planning, compensated.error()});
   co_return done;
+}
+
+/// They end at P1, so that the next cycle comes to P5 from there.
+std::vector<Iso9283Campaign::Stop> Iso9283Campaign::stops() const {
+  std::vector<Stop> stops;
+  for (std::size_t i = kPoints; i-- > 0;) stops.push_back({{i, {}}, poses_.q[i], poses_.q[i], {}, {}});
+  for (auto approach = poses_.approaches.rbegin(); approach != poses_.approaches.rend(); ++approach) {
+    const JointVector& q = poses_.q[approach->point];
+    stops.push_back({{approach->point, direction_name(*approach)}, q, q, approach->q_start, {}});
+  }
+  return stops;
+}
+
+/// By the straight ways; in the second cycle each stop is come to from the one before.
+void Iso9283Campaign::foresee_directions() {
+  std::vector<std::int8_t> directions;
+  JointVector here = stops_.back().q_target;
+  const auto go_to = [&](const JointVector& q) {
+    directions = direction_after(std::move(directions), q - here);
+    here = q;
+  };
+  const double side_rad = approach_way_rad(session_.config().campaign, 0);
+  for (int cycle = 0; cycle < 2; ++cycle) {
+    for (Stop& stop : stops_) {
+      if (stop.q_from.size() > 0) {
+        go_to(stop.q_from);
+      } else if (side_rad != 0) {
+        go_to(approach_start(session_.config().robot.model, stop.q_target, side_rad));
+      }
+      go_to(stop.q_target);
+      stop.directions = directions;
+    }
+  }
+}
+
+/// From the nominal joints to those of the model, the starts of approaches likewise.
+std::expected<void, std::string> Iso9283Campaign::compensate() {
+  foresee_directions();
+  const config::CellConfig& config = session_.config();
+  const RobotModel& nominal = config.robot.model;
+  for (Stop& stop : stops_) {
+    const TargetCompensation compensation{nominal, order_.cell->robot,
+                                          config::compensation_options(config, stop.directions)};
+    const auto solved = compensation.at_joints(stop.q_target, order_.cell->reflectors.front().p_FS_mm);
+    if (!solved)
+      return std::unexpected(name_of(stop.point) + ", compensated: " + described(solved.error(), nominal));
+    stop.q_commanded = solved->q;
+    if (stop.q_from.size() > 0) stop.q_from += stop.q_commanded - stop.q_target;
+  }
+  return {};
+}
+
+/// Without its number.
+MeasuringTarget Iso9283Campaign::target_of(const Stop& stop) {
+  return {.purpose = PointPurpose::Cycle,
+          .q_target = stop.q_target,
+          .q_commanded = stop.q_commanded,
+          .way_rad = approach_way_rad(session_.config().campaign, 0),
+          .q_from = stop.q_from};
 }
 
 CampaignOutcome<void> Iso9283Campaign::measure_cycles() {
   session_.enter(CampaignPhase::Cycles);
   // So that the first P5 too is come to from P1.
-  Done done = co_await session_.visit(q_commanded_[0]);
+  Done done = co_await session_.visit(stops_.back().q_commanded);
   for (int cycle = 0; done && cycle < order_.cycles; ++cycle) {
-    for (std::size_t i = kPoints; done && i-- > 0;) {
-      MeasuringTarget target = session_.new_target(PointPurpose::Cycle, poses_.q[i]);
-      target.q_commanded = q_commanded_[i];
-      target.way_rad = approach_way_rad(session_.config().campaign, 0);
-      auto point = co_await session_.measure(target);
+    for (std::size_t i = 0; done && i < stops_.size(); ++i) {
+      auto point = co_await session_.measure(session_.again(target_of(stops_[i])));
       if (!point) done = std::unexpected(point.error());
     }
   }
   co_return done;
 }
 
+std::vector<TestPoint> Iso9283Campaign::measured_points() {
+  std::vector<TestPoint> points;
+  for (std::size_t i = 0; i < kPoints; ++i)
+    points.push_back({.name = name_of(i), .commanded = {poses_.p_B_mm[i], {}}, .attained = {}});
+  for (const StoredPoint& point : session_.result().points) {
+    const Stop& stop = stops_[static_cast<std::size_t>(point.pose) % stops_.size()];
+    points[stop.point].attained.push_back({{point.p_WS_mm, {}}, stop.direction, {}});
+  }
+  return points;
+}
+
 CampaignOutcome<void> Iso9283Campaign::evaluate() {
   session_.enter(CampaignPhase::Compute);
-  std::vector<TestPoint> points(kPoints);
-  for (std::size_t i = 0; i < kPoints; ++i)
-    points[i] = {.name = "P" + std::to_string(i + 1), .commanded = {poses_.p_B_mm[i], {}}, .attained = {}};
-  for (const StoredPoint& point : session_.result().points)
-    points[kPoints - 1 - static_cast<std::size_t>(point.pose) % kPoints].attained.push_back(
-        {{point.p_WS_mm, {}}, {}, {}});
+  std::vector<TestPoint> points = measured_points();
   for (const TestPoint& point : points) {
     if (point.attained.empty())
       co_return std::unexpected(
@@ -120,6 +170,7 @@ CampaignOutcome<void> Iso9283Campaign::evaluate() {
   Iso9283Test test{.frame = order_.cell ? control::Iso9283Frame::Model : control::Iso9283Frame::Fitted,
                    .compensated = order_.compensate,
                    .cube = poses_.cube,
+                   .stops = {stops_.begin(), stops_.end()},
                    .points = in_base(std::move(points), X_BW),
                    .result = {}};
   auto result = evaluate_iso9283(test.points);

@@ -88,7 +88,7 @@ MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, Plan
 MeasuringTarget MeasuringSession::new_target(PointPurpose purpose, const JointVector& q,
                                              Replacement replacement) {
   const int pose = next_number_++;
-  return {pose, purpose, q, q, replacement, approach_way_rad(config_.campaign, pose)};
+  return {pose, purpose, q, q, replacement, approach_way_rad(config_.campaign, pose), {}};
 }
 
 MeasuringTarget MeasuringSession::again(MeasuringTarget target) {
@@ -177,6 +177,11 @@ MeasuringSession::Outcome<std::optional<MeasuringTarget>> MeasuringSession::subs
 }
 
 CellDevices::Outcome<StoredPoint> MeasuringSession::attempt(MeasuringTarget target) {
+  if (target.q_from.size() > 0) {
+    auto start = co_await motion_.drive(target.q_from);
+    if (!start) co_return std::unexpected(start.error());
+    target.way_rad = 0;
+  }
   auto reached = co_await motion_.arrive(target.q_commanded, target.way_rad);
   if (!reached) co_return std::unexpected(reached.error());
   const config::TrackerConfig& tracker = config_.tracker;

@@ -34,6 +34,7 @@ struct MeasuringTarget {
   JointVector q_commanded;
   Replacement replacement = Replacement::None;
   double way_rad = 0;  ///< by which every joint comes to it, see approach_way_rad()
+  JointVector q_from;  ///< from which the arm comes to it in place of that; empty: no matter whence
   int readings = 1;    ///< of the tracker, of which the point is the mean
 };
 

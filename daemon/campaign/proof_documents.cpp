@@ -51,9 +51,11 @@ json::object iso9283_campaign_document(const Iso9283Test& test) {
   cube["edge"] = test.cube.edge_mm;
   document["cube"] = std::move(cube);
   json::array commanded;
-  for (auto point = test.points.rbegin(); point != test.points.rend(); ++point) {
-    json::object position = position_json(point->commanded.p_mm);
-    position["point"] = point->name;
+  for (const Iso9283Stop& stop : test.stops) {
+    const TestPoint& point = test.points[stop.point];
+    json::object position = position_json(point.commanded.p_mm);
+    position["point"] = point.name;
+    position["direction"] = stop.direction;
     commanded.push_back(std::move(position));
   }
   document["commanded"] = std::move(commanded);

@@ -121,6 +121,7 @@ DaemonCell::Reply DaemonCell::start_iso9283(json::object params) {
   config::CellConfig config = parts_.config;
   Iso9283Order order;
   order.cycles = static_cast<int>(read.integer("cycles", 2, 1000).value_or(config.iso9283.cycles));
+  order.variation = read.boolean("variation").value_or(config.iso9283.variation);
   order.compensate = read.boolean("compensate").value_or(true);
   read_seed(read, config.campaign);
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);

@@ -13,9 +13,10 @@ MockCell::MockCell(MockCellOptions options, Clock& clock)
       start_{clock.now()} {}
 
 void MockCell::start_motion(const JointVector& q, double speed_percent) {
-  motion_.emplace(options_.nominal, this->q(), q, speed_percent / 100);
+  const JointVector from = this->q();
+  motion_.emplace(options_.nominal, from, q, speed_percent / 100);
   start_ = clock_.now();
-  arm_.stop_anew();
+  arm_.move(from, q);
 }
 
 void MockCell::stop_motion() {

@@ -38,9 +38,11 @@ class CellFile : public testing::Test {
 
 TEST_F(CellFile, ReadsWhereAnIso9283TestIsMeasured) {
   const CellConfig cell = load(std::string{kSmallest} +
-                               "iso9283: {cycles: 5, plane: C2-C3-C8-C5, edge_mm: 400,"
+                               "iso9283: {cycles: 5, variation: true, plane: C2-C3-C8-C5, edge_mm: 400,"
                                " centre: {x: 1, y: 2, z: 3}, orientation: {a: 90, b: 0, c: 0}}\n");
   EXPECT_EQ(cell.iso9283.cycles, 5);
+  EXPECT_TRUE(cell.iso9283.variation);
+  EXPECT_FALSE(load(kSmallest).iso9283.variation);
   EXPECT_EQ(cell.iso9283.cube.plane, DiagonalPlane::C2C3C8C5);
   EXPECT_EQ(cell.iso9283.cube.edge_mm, 400);
   EXPECT_EQ(cell.iso9283.cube.centre_mm, Eigen::Vector3d(1, 2, 3));

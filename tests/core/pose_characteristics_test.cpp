@@ -191,6 +191,18 @@ TEST(Iso9283Evaluation, JudgesEachDirectionAndSeriesByItself) {
   EXPECT_NEAR(result->drifts[0].drift.ap_p_mm, 0.04, 1e-9);
 }
 
+TEST(Iso9283Evaluation, LeavesTheCyclesFromPoseToPoseOutOfTheVariation) {
+  std::vector<TestPoint> points{wandering_point()};
+  for (const double wobble : {-0.002, 0.002})
+    points[0].attained.push_back({{.p_mm = {1000.5 + wobble, 0, 0}}, {}, "0 min"});
+  const auto result = evaluate_iso9283(points);
+  ASSERT_TRUE(result) << result.error();
+  EXPECT_EQ(result->sets.size(), 7U);
+  ASSERT_EQ(result->variations.size(), 2U);
+  EXPECT_EQ(result->variations[0].directions.size(), 3U);
+  EXPECT_NEAR(result->variations[0].variation.p_mm, 0.01, 1e-9);
+}
+
 TEST(Iso9283Evaluation, NamesTheSetOfASingleCycle) {
   std::vector<TestPoint> points{wandering_point()};
   points[0].attained.pop_back();

@@ -1,7 +1,12 @@
 #include "core/planning/test_cube_poses.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <utility>
+#include <vector>
+
+#include "core/planning/motion.hpp"
 #include "tests/core/planning_example.hpp"
 
 namespace truepose {
@@ -66,6 +71,29 @@ TEST(TestCubePlacement, PutsTheCentreWhereTheTaskIs) {
   ASSERT_TRUE(poses) << poses.error();
   EXPECT_TRUE(task.holds(poses->cube.X_BC.translation()));
   expect_measurable(*poses, scene);
+}
+
+TEST(TestCubePlacement, FindsClearWaysAlongTheThreeAxesToThreePoints) {
+  const Scene scene = test::planning_scene();
+  const auto poses = place_test_cube(scene, {.approach_mm = 100});
+  ASSERT_TRUE(poses) << poses.error();
+  expect_measurable(*poses, scene);
+  PoseChecker checker{scene};
+  MotionChecker motion{scene};
+  std::vector<std::pair<std::size_t, int>> found;
+  for (const PointApproach& approach : poses->approaches) {
+    found.emplace_back(approach.point, approach.axis);
+    const Eigen::Vector3d way = poses->p_B_mm[approach.point] - reflector_at(scene, approach.q_start);
+    const double along_mm = approach.upwards ? 100 : -100;
+    EXPECT_LT((way - along_mm * Eigen::Vector3d::Unit(approach.axis)).norm(), 1e-6);
+    EXPECT_FALSE(checker.collision_at(approach.q_start));
+    EXPECT_TRUE(motion.clear(approach.q_start, poses->q[approach.point]));
+    EXPECT_LT((approach.q_start - poses->q[approach.point]).cwiseAbs().maxCoeff(), 0.5) << "one branch";
+  }
+  EXPECT_THAT(found, testing::ElementsAre(std::pair(0, 0), std::pair(0, 1), std::pair(0, 2), std::pair(1, 0),
+                                          std::pair(1, 1), std::pair(1, 2), std::pair(3, 0), std::pair(3, 1),
+                                          std::pair(3, 2)));
+  EXPECT_TRUE(place_test_cube(scene, {})->approaches.empty());
 }
 
 TEST(TestCubePlacement, IsTheSameForTheSameSeed) {

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 
+#include "core/kinematics/angles.hpp"
 #include "tests/daemon/campaign_fixture.hpp"
 
 namespace truepose::daemon {
 namespace {
 
 using testing::Each;
+using testing::ElementsAre;
 using testing::Gt;
 using testing::HasSubstr;
 using testing::Lt;
@@ -63,6 +65,46 @@ TEST_F(Iso9283CampaignTest, ComesToEachPoseFromTheOneBefore) {
     EXPECT_EQ(journal.points[i].q_target, journal.points[i - 5].q_target);
     EXPECT_EQ(journal.points[i].direction, journal.points[i - 5].direction);
   }
+}
+
+TEST_F(Iso9283CampaignTest, ComesToThreePointsAlongTheAxesWhereThatIsOrdered) {
+  const Iso9283Test& test = run({.cell = model, .cycles = 3, .variation = true});
+  EXPECT_THAT(journal.points, SizeIs(3 * 14));
+  EXPECT_EQ(campaign->progress().total, 3 * 14);
+  EXPECT_THAT(test.result.sets, SizeIs(14)) << "each its own direction of a point";
+  std::vector<std::string> visited;
+  for (const Iso9283Stop& stop : test.stops)
+    visited.push_back("P" + std::to_string(stop.point + 1) +
+                      stop.direction.substr(stop.direction.size() / 2));
+  EXPECT_THAT(visited, ElementsAre("P5", "P4", "P3", "P2", "P1", "P4z", "P4y", "P4x", "P2z", "P2y", "P2x",
+                                   "P1z", "P1y", "P1x"));
+  for (std::size_t i = 14; i < 28; ++i)
+    EXPECT_EQ(journal.points[i + 14].direction, journal.points[i].direction) << i;
+}
+
+TEST_F(Iso9283CampaignTest, TellsBacklashByTheVariationUnlessTheModelKnowsIt) {
+  const auto variation_mm = [&](const CalibratedCell& by) {
+    const Iso9283Test& test = run({.cell = by, .cycles = 8, .variation = true});
+    EXPECT_THAT(test.result.variations, SizeIs(3));
+    double largest_mm = 0;
+    for (const PointVariation& of : test.result.variations) {
+      EXPECT_THAT(of.directions, SizeIs(3));
+      largest_mm = std::max(largest_mm, of.variation.p_mm);
+    }
+    return largest_mm;
+  };
+  const double tight_mm = variation_mm(model);
+  EXPECT_LT(tight_mm, 0.06) << "what the repeatability leaves of the means";
+
+  constexpr double kPlay_rad = 0.01 * kRadPerDeg;
+  truth.truth.non_geometric.drives.resize(6, {.backlash_rad = kPlay_rad});
+  const double loose_mm = variation_mm(model);
+  EXPECT_GT(loose_mm, 3 * tight_mm);
+
+  CalibratedCell knowing = model;
+  for (int joint = 0; joint < 6; ++joint)
+    knowing.robot.deviation.push_back({joint, DeviationBasis::Approach, 1, -kPlay_rad / 2});
+  EXPECT_LT(variation_mm(knowing), 1.2 * tight_mm);
 }
 
 TEST_F(Iso9283CampaignTest, TakesTheCubeThatTheCellNames) {

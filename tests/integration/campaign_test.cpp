@@ -223,14 +223,16 @@ TEST(AnIso9283CampaignOverTheRealProtocols, GivesTheSameAsTheEvaluationOfItsFile
   LiveCell cell{{.speedup = 200}};
   cell.start_daemon();
   ASSERT_EQ(small_campaign(cell).exit_code, 0);
-  const Finished run = cell.truepose({"campaign", "start", "--kind", "iso9283", "--cycles", "3", "--watch"});
+  const Finished run =
+      cell.truepose({"campaign", "start", "--kind", "iso9283", "--cycles", "3", "--variation", "--watch"});
   ASSERT_EQ(run.exit_code, 0) << run.err << run.out << cell.daemon().errors();
-  EXPECT_THAT(run.out, AllOf(HasSubstr("cycling"), HasSubstr("15/15 poses"), HasSubstr("AP mm")));
+  EXPECT_THAT(run.out, AllOf(HasSubstr("cycling"), HasSubstr("42/42 poses"), HasSubstr("AP mm")));
 
   const std::string cycles = cell.folder() / "cycles.csv", document = cell.folder() / "iso.json",
                     model = cell.folder() / "model.yaml", page = cell.folder() / "page.html";
   const Finished shown = cell.truepose({"campaign", "show", "--cycles", cycles, "--document", document});
   ASSERT_EQ(shown.exit_code, 0) << shown.err;
+  EXPECT_THAT(shown.out, AllOf(HasSubstr("P1 +x"), HasSubstr("P4: vAP 0.")));
   ASSERT_EQ(cell.truepose({"model", "export", "--out", model}).exit_code, 0);
   const Finished evaluated =
       run_program("truepose", {"iso9283", "--data", cycles, "--model", model, "--json"});
@@ -239,13 +241,18 @@ TEST(AnIso9283CampaignOverTheRealProtocols, GivesTheSameAsTheEvaluationOfItsFile
   const json::value offline = *control::parse_json(evaluated.out);
   EXPECT_EQ(stored.at("frame"), "model");
   EXPECT_EQ(stored.at("cycles"), offline.at("cycles"));
-  for (int k = 0; k < 5; ++k) {
+  ASSERT_EQ(stored.at("sets").as_array().size(), 14U);
+  for (int k = 0; k < 14; ++k) {
     const std::string set = "/sets/" + std::to_string(k);
-    EXPECT_EQ(stored.at_pointer(set + "/point"), offline.at_pointer(set + "/point"));
+    for (const char* what : {"/point", "/direction"})
+      EXPECT_EQ(stored.at_pointer(set + what), offline.at_pointer(set + what));
     for (const char* what : {"/AP/p", "/RP/l"})
       EXPECT_NEAR(number(stored, (set + what).c_str()), number(offline, (set + what).c_str()), 1e-6);
     EXPECT_LT(number(stored, (set + "/AP/p").c_str()), 1);
   }
+  ASSERT_EQ(stored.at("variations").as_array().size(), 3U);
+  for (const char* what : {"/variations/0/vAP/p", "/variations/1/vAP/p", "/variations/2/vAP/p"})
+    EXPECT_NEAR(number(stored, what), number(offline, what), 1e-6);
   EXPECT_EQ(cell.truepose({"report", "--iso9283", document, "--html", page}).exit_code, 0);
   EXPECT_THAT(text_of(page), HasSubstr("ISO 9283"));
 

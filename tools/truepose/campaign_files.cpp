@@ -61,12 +61,13 @@ std::string joints_csv(const json::value& targets) {
 
 std::string cycles_csv(const json::value& iso9283, const json::array& points) {
   const json::array& commanded = iso9283.at("commanded").as_array();
-  std::string csv = "point,cycle,x,y,z,cx,cy,cz\n";
+  std::string csv = "point,cycle,direction,x,y,z,cx,cy,cz\n";
   for (const json::value& point : points) {
     const auto pose = point.at("pose").to_number<std::size_t>();
     const json::value& asked = commanded[pose % commanded.size()];
     csv += asked.at("point").as_string();
     (csv += ',') += std::to_string(pose / commanded.size() + 1);
+    (csv += ',') += asked.at("direction").as_string();
     for (const json::value& coordinate : point.at("p_mm").as_array())
       (csv += ',') += control::json_text(coordinate);
     for (const char* axis : {"x", "y", "z"}) (csv += ',') += control::json_text(asked.at(axis));

@@ -69,6 +69,8 @@ void add_online_commands(CLI::App& app, int& exit_code) {
   start->add_option("--tolerance", a.start.tolerance_mm, "mm to which the mean of its readings must come");
   start->add_option("--readings", a.start.readings, "of the tracker in each round");
   start->add_option("--cycles", a.start.cycles, "of an ISO 9283 test; default as configured");
+  start->add_flag("--variation", a.start.variation,
+                  "ISO 9283: come to P1, P2 and P4 along the three axes of the base too, for vAP");
   start->add_flag("--uncompensated", a.start.uncompensated, "ISO 9283 of the nominal arm; needs no model");
   start->add_option("--identify", a.start.identify_poses, "poses to identify from");
   start->add_option("--validate", a.start.validate_poses, "poses to validate on");

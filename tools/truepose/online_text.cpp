@@ -105,14 +105,20 @@ std::string targets_table(const json::value& campaign) {
   return "\n" + table(rows);
 }
 
-/// Accuracy and repeatability of each pose of an ISO 9283 test; empty for a campaign of another kind.
+/// Accuracy and repeatability of each pose of an ISO 9283 test, and how they vary with the direction of
+/// approach; empty for a campaign of another kind.
 std::string cycles_table(const json::value& campaign) {
   if (!find(campaign, "/iso9283")) return {};
   std::vector<Row> rows{{"POSE", "CYCLES", "AP mm", "RP mm"}};
-  for (const json::value& set : list(campaign, "/iso9283/sets"))
-    rows.push_back(
-        {text(set, "/point"), text(set, "/cycles"), fixed(set, "/AP/p", 3), fixed(set, "/RP/l", 3)});
-  return "\n" + table(rows) + "ISO 9283:1998, " +
+  for (const json::value& set : list(campaign, "/iso9283/sets")) {
+    const std::string direction = text(set, "/direction");
+    rows.push_back({text(set, "/point") + (direction.empty() ? "" : " " + direction), text(set, "/cycles"),
+                    fixed(set, "/AP/p", 3), fixed(set, "/RP/l", 3)});
+  }
+  std::string variations;
+  for (const json::value& variation : list(campaign, "/iso9283/variations"))
+    variations += text(variation, "/point") + ": vAP " + fixed(variation, "/vAP/p", 3) + " mm\n";
+  return "\n" + table(rows) + variations + "ISO 9283:1998, " +
          (is_true(campaign, "/iso9283/compensated") ? "compensated" : "not compensated") +
          (text(campaign, "/iso9283/frame") == "fitted" ? ", AP after a fit of the frame\n" : "\n");
 }
