@@ -64,7 +64,7 @@ std::optional<PointApproach> approach_along(const TestCubePoses& poses, std::siz
 
 /// Whether all of them are clear.
 bool add_approaches(TestCubePoses& poses, double way_mm, Checkers& check) {
-  for (const std::size_t point : {0u, 1u, 3u}) {
+  for (const std::size_t point : {3u, 1u, 0u}) {
     for (int axis = 0; axis < 3; ++axis) {
       auto approach = approach_along(poses, point, axis, way_mm, check);
       if (!approach) return false;

@@ -37,7 +37,7 @@ struct TestCubePoses {
   Eigen::Matrix3d R_BF;
   std::array<Eigen::Vector3d, 5> p_B_mm;  ///< of the reflector, P1 to P5
   std::array<JointVector, 5> q;           ///< of the scene's arm there, all on one branch
-  std::vector<PointApproach> approaches;  ///< three to each of P1, P2 and P4, where they were asked for
+  std::vector<PointApproach> approaches;  ///< along x, y and z to P4, P2 and P1, where they were asked for
 };
 
 /// Finds a cube of which all five poses can be driven to and measured, by trial around random poses that

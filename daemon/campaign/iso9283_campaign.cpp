@@ -71,9 +71,9 @@ CampaignOutcome<void> Iso9283Campaign::plan() {
 std::vector<Iso9283Campaign::Stop> Iso9283Campaign::stops() const {
   std::vector<Stop> stops;
   for (std::size_t i = kPoints; i-- > 0;) stops.push_back({{i, {}}, poses_.q[i], poses_.q[i], {}, {}});
-  for (auto approach = poses_.approaches.rbegin(); approach != poses_.approaches.rend(); ++approach) {
-    const JointVector& q = poses_.q[approach->point];
-    stops.push_back({{approach->point, direction_name(*approach)}, q, q, approach->q_start, {}});
+  for (const PointApproach& approach : poses_.approaches) {
+    const JointVector& q = poses_.q[approach.point];
+    stops.push_back({{approach.point, direction_name(approach)}, q, q, approach.q_start, {}});
   }
   return stops;
 }

@@ -90,9 +90,9 @@ TEST(TestCubePlacement, FindsClearWaysAlongTheThreeAxesToThreePoints) {
     EXPECT_TRUE(motion.clear(approach.q_start, poses->q[approach.point]));
     EXPECT_LT((approach.q_start - poses->q[approach.point]).cwiseAbs().maxCoeff(), 0.5) << "one branch";
   }
-  EXPECT_THAT(found, testing::ElementsAre(std::pair(0, 0), std::pair(0, 1), std::pair(0, 2), std::pair(1, 0),
-                                          std::pair(1, 1), std::pair(1, 2), std::pair(3, 0), std::pair(3, 1),
-                                          std::pair(3, 2)));
+  EXPECT_THAT(found, testing::ElementsAre(std::pair(3, 0), std::pair(3, 1), std::pair(3, 2), std::pair(1, 0),
+                                          std::pair(1, 1), std::pair(1, 2), std::pair(0, 0), std::pair(0, 1),
+                                          std::pair(0, 2)));
   EXPECT_TRUE(place_test_cube(scene, {})->approaches.empty());
 }
 

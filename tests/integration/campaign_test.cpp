@@ -232,7 +232,7 @@ TEST(AnIso9283CampaignOverTheRealProtocols, GivesTheSameAsTheEvaluationOfItsFile
                     model = cell.folder() / "model.yaml", page = cell.folder() / "page.html";
   const Finished shown = cell.truepose({"campaign", "show", "--cycles", cycles, "--document", document});
   ASSERT_EQ(shown.exit_code, 0) << shown.err;
-  EXPECT_THAT(shown.out, AllOf(HasSubstr("P1 +x"), HasSubstr("P4: vAP 0.")));
+  EXPECT_THAT(shown.out, AllOf(HasSubstr("\nP1 +x "), HasSubstr("\nP3     3 "), HasSubstr("\nP4: vAP 0.")));
   ASSERT_EQ(cell.truepose({"model", "export", "--out", model}).exit_code, 0);
   const Finished evaluated =
       run_program("truepose", {"iso9283", "--data", cycles, "--model", model, "--json"});

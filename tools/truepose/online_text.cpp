@@ -111,9 +111,9 @@ std::string cycles_table(const json::value& campaign) {
   if (!find(campaign, "/iso9283")) return {};
   std::vector<Row> rows{{"POSE", "CYCLES", "AP mm", "RP mm"}};
   for (const json::value& set : list(campaign, "/iso9283/sets")) {
-    const std::string direction = text(set, "/direction");
-    rows.push_back({text(set, "/point") + (direction.empty() ? "" : " " + direction), text(set, "/cycles"),
-                    fixed(set, "/AP/p", 3), fixed(set, "/RP/l", 3)});
+    std::string pose = text(set, "/point");
+    if (!set.at("direction").as_string().empty()) pose += " " + text(set, "/direction");
+    rows.push_back({pose, text(set, "/cycles"), fixed(set, "/AP/p", 3), fixed(set, "/RP/l", 3)});
   }
   std::string variations;
   for (const json::value& variation : list(campaign, "/iso9283/variations"))
