@@ -58,7 +58,7 @@ RobotConfig robot_config(const YamlValue& value, const path& folder) {
 
 StreamConfig stream_config(const YamlValue& value, const path& folder) {
   const YamlMap map(value, {"listen", "ethernet_xml", "cycle_ms", "realtime", "priority", "max_step_deg",
-                            "max_total_deg", "limit_margin_deg", "singular_deg", "ramp_ms"});
+                            "max_total_deg", "limit_margin_deg", "singular_deg", "tcp", "ramp_ms"});
   StreamConfig stream;
   stream.listen = endpoint(map.at("listen"), PortZero::Allowed);
   stream.ethernet_xml = map.at("ethernet_xml").path_from(folder);
@@ -72,6 +72,7 @@ StreamConfig stream_config(const YamlValue& value, const path& folder) {
   map.read("max_total_deg", stream.max_total_deg, {0.001, 10});
   map.read("limit_margin_deg", stream.limit_margin_deg, {0, 90});
   map.read("singular_deg", stream.singular_deg, {0, 45});
+  if (const YamlValue* tcp = map.find("tcp")) stream.p_FT_mm = point_value(*tcp);
   map.read("ramp_ms", stream.ramp, 0, 60'000);
   return stream;
 }

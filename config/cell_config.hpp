@@ -51,6 +51,8 @@ struct StreamConfig {
   double max_total_deg = 3.0;   ///< per axis
   double limit_margin_deg = 1;  ///< kept from the joint limits
   double singular_deg = 20;     ///< angle between axes 4 and 6 below which orientation may be given up
+  /// Whose position is kept there, flange frame; none: the reflector's.
+  std::optional<Eigen::Vector3d> p_FT_mm;
   std::chrono::milliseconds ramp{1000};
 };
 

@@ -61,4 +61,9 @@ CompensationOptions compensation_options(const CellConfig& cell, Approach approa
   return {.singular_below = cell.stream.singular_deg * kRadPerDeg, .approach = approach};
 }
 
+Eigen::Vector3d kept_point_mm(const CellConfig& cell, const CalibratedCell& model) {
+  if (cell.stream.p_FT_mm) return *cell.stream.p_FT_mm;
+  return model.reflectors.empty() ? Eigen::Vector3d(0, 0, 0) : model.reflectors.front().p_FS_mm;
+}
+
 }  // namespace truepose::config

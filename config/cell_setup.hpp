@@ -25,4 +25,8 @@ CalibrateOptions calibrate_options(const CellConfig& cell);
 /// @param approach  directions in which the joints will have moved; outlives the options
 CompensationOptions compensation_options(const CellConfig& cell, Approach approach = {});
 
+/// Whose position the stream and its targets keep next to the wrist singularity: the cell's TCP, or else the
+/// model's first reflector. Flange frame, mm.
+Eigen::Vector3d kept_point_mm(const CellConfig& cell, const CalibratedCell& model);
+
 }  // namespace truepose::config

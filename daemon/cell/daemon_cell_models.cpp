@@ -25,22 +25,16 @@ using control::RpcError;
 
 namespace {
 
-/// Whose position is kept where the orientation is given up: the reflector's, the one known point of the
-/// tool.
-Eigen::Vector3d known_point(const CalibratedCell& cell) {
-  return cell.reflectors.empty() ? Eigen::Vector3d(0, 0, 0) : cell.reflectors.front().p_FS_mm;
-}
-
 using Solved = std::expected<CompensatedTarget, std::string>;
 
 /// Rows of targets.compensate: joints of the nominal arm, or poses of the flange.
 class TargetRows {
  public:
-  TargetRows(const RobotModel& nominal, const CalibratedCell& real, const CompensationOptions& options)
-      : nominal_{nominal},
-        inverse_{SphericalWristInverse::of(nominal)},
-        compensation_{nominal, real.robot, options},
-        p_F_mm_{known_point(real)} {}
+  TargetRows(const config::CellConfig& config, const CalibratedCell& real)
+      : nominal_{config.robot.model},
+        inverse_{SphericalWristInverse::of(nominal_)},
+        compensation_{nominal_, real.robot, config::compensation_options(config)},
+        p_F_mm_{config::kept_point_mm(config, real)} {}
 
   Solved solve(const std::vector<double>& row, bool is_pose) const {
     return is_pose ? at_pose(row) : told(compensation_.at_joints(joints_from(row, nominal_), p_F_mm_));
@@ -83,7 +77,8 @@ asio::awaitable<StoreResult<void>> DaemonCell::load_active_model() {
   } catch (const config::ConfigError& error) {
     co_return std::unexpected(StoreError{error.what()});
   }
-  parts_.stream.use_model(active_->cell.robot, ++model_number_, known_point(active_->cell));
+  parts_.stream.use_model(active_->cell.robot, ++model_number_,
+                          config::kept_point_mm(parts_.config, active_->cell));
   co_return StoreResult<void>{};
 }
 
@@ -178,9 +173,8 @@ DaemonCell::Reply DaemonCell::targets_compensate(json::object params) {
   if (!record) co_return std::unexpected(record.error());
 
   const bool is_pose = poses.has_value();
-  auto job = [nominal, options = config::compensation_options(parts_.config), is_pose,
-              rows = is_pose ? *poses : *joints, yaml = record->yaml] {
-    const TargetRows targets{nominal, config::parse_model(yaml, "model").cell, options};
+  auto job = [config = parts_.config, is_pose, rows = is_pose ? *poses : *joints, yaml = record->yaml] {
+    const TargetRows targets{config, config::parse_model(yaml, "model").cell};
     std::vector<Solved> solved;
     for (const std::vector<double>& row : rows) solved.push_back(targets.solve(row, is_pose));
     return solved;

@@ -56,6 +56,14 @@ TEST_F(CellFile, BoundsTargetsNextToTheWristSingularityAsTheStream) {
   EXPECT_NEAR(compensation_options(cell).singular_below, 7 * kRadPerDeg, 1e-12);
 }
 
+TEST_F(CellFile, KeepsTheReflectorThereUnlessATcpIsNamed) {
+  const CalibratedCell model{.robot = {}, .base = {}, .reflectors = {{"1", {1, 2, 3}}}};
+  CellConfig cell = load(kSmallest);
+  EXPECT_EQ(kept_point_mm(cell, model), Eigen::Vector3d(1, 2, 3));
+  cell.stream.p_FT_mm = Eigen::Vector3d(0, 0, 250);
+  EXPECT_EQ(kept_point_mm(cell, model), Eigen::Vector3d(0, 0, 250));
+}
+
 TEST_F(CellFile, KeepsTheDefaultsOfWhatIsLeftOut) {
   const CellConfig cell = load(kSmallest), defaults;
   EXPECT_EQ(cell.name, "test");

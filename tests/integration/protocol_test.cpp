@@ -6,6 +6,10 @@
 #include <boost/json/value.hpp>
 #include <set>
 
+#include "config/model_file.hpp"
+#include "config/robot_file.hpp"
+#include "core/kinematics/angles.hpp"
+#include "core/kinematics/forward.hpp"
 #include "daemon/cell/daemon_cell.hpp"
 #include "proto/control/schema.hpp"
 #include "tests/integration/live_cell.hpp"
@@ -41,6 +45,24 @@ TEST(TheControlProtocol, RefusesAParameterThatItDoesNotKnowInEveryMethod) {
   }
 }
 
+const Eigen::Vector3d kTcp_mm{0, 0, 300};
+
+/// That the real arm's TCP is at these joints where the nominal one's is with the wrist stretched.
+void expect_tcp_kept(tools::RpcClient& client, const json::value& joints) {
+  const RobotModel nominal = config::load_robot(TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml");
+  const auto exported = client.call("model.export", {});
+  ASSERT_TRUE(exported) << exported.error().message;
+  const RobotModel real =
+      config::parse_model(exported->at("yaml").as_string().c_str(), "exported").cell.robot;
+  JointVector asked(6), q(6);
+  asked << 0, -90, 90, 0, 0, 0;
+  for (std::size_t i = 0; i < 6; ++i) q[static_cast<Eigen::Index>(i)] = joints.at(i).to_number<double>();
+  const auto tcp_mm = [](const RobotModel& arm, const JointVector& deg) -> Eigen::Vector3d {
+    return forward_kinematics(arm, deg * kRadPerDeg) * kTcp_mm;
+  };
+  EXPECT_LT((tcp_mm(real, q) - tcp_mm(nominal, asked)).norm(), 1e-5);
+}
+
 /// Of targets.compensate: a wrist stretched and nearly so, and a joint beyond its limit.
 void expect_compensated(tools::RpcClient& client) {
   const auto of = [&](const json::array& joints) {
@@ -50,6 +72,7 @@ void expect_compensated(tools::RpcClient& client) {
   ASSERT_TRUE(stretched) << stretched.error().message;
   EXPECT_TRUE(stretched->at("damped").at(0).as_bool());
   EXPECT_LT(stretched->at("residual_mm").at(0).to_number<double>(), 1e-6);
+  expect_tcp_kept(client, stretched->at("joints").at(0));
   const auto bent = of({0, -90, 90, 0, 10, 0});  // enough for this cell's stream.singular_deg
   ASSERT_TRUE(bent) << bent.error().message;
   EXPECT_FALSE(bent->at("damped").at(0).as_bool());
@@ -59,7 +82,7 @@ void expect_compensated(tools::RpcClient& client) {
 }
 
 TEST(TheControlProtocol, AnswersAndTellsWhatItsSchemaSays) {
-  LiveCell cell{{.cell = {{"singular_deg: 20 ", "singular_deg: 5 "}}}};
+  LiveCell cell{{.cell = {{"singular_deg: 20 ", "singular_deg: 5\n  tcp: {x: 0, y: 0, z: 300} "}}}};
   cell.start_daemon();
   const json::value document = schema();
   const SchemaCheck check{document};
