@@ -1,8 +1,11 @@
 #include "config/scenario.hpp"
 
+#include <algorithm>
+
 #include "config/robot_file.hpp"
 #include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
+#include "core/kinematics/angles.hpp"
 #include "core/kinematics/joint_units.hpp"
 #include "core/random.hpp"
 
@@ -49,6 +52,23 @@ void add_drawn_errors(std::vector<Joint>& joints, const YamlValue& errors) {
     joint.theta_rad += random.uniform(-rad, rad);
     joint.beta_rad += random.uniform(-rad, rad);
   }
+}
+
+NonGeometricErrors drives_value(const YamlValue& value, const RobotModel& robot) {
+  const bool heavy_arm =
+      robot.joints.size() == 6 &&
+      std::ranges::all_of(robot.joints, [](const Joint& joint) { return joint.type == JointType::Revolute; });
+  if (!heavy_arm) value.fail("is known for arms of six revolute joints only");
+  const YamlMap map(value, {"payload_kg", "compliance", "harmonics", "backlash_deg", "seed"});
+  HeavyArmOptions options;
+  double backlash_deg = 0;
+  map.read("payload_kg", options.payload_kg, {0, 1000});
+  map.read("compliance", options.compliance);
+  map.read("harmonics", options.harmonics);
+  map.read("backlash_deg", backlash_deg, {0, 1});
+  options.backlash_rad = backlash_deg * kRadPerDeg;
+  if (const YamlValue* seed = map.find("seed")) options.seed = seed->seed();
+  return heavy_arm_errors(options);
 }
 
 Scenario::TrackerNoise tracker_noise_value(const YamlValue& value) {
@@ -125,8 +145,8 @@ Scenario::Fault fault_value(const YamlValue& value) {
 
 Scenario load_scenario(const path& file) {
   const YamlValue root = read_yaml(file);
-  const YamlMap map(root, {"robot", "errors", "repeatability_mm", "placement", "reflector", "controller",
-                           "tracker", "rsi", "stream_path", "faults"});
+  const YamlMap map(root, {"robot", "errors", "drives", "repeatability_mm", "placement", "reflector",
+                           "controller", "tracker", "rsi", "stream_path", "faults"});
   const path folder = file.parent_path();
   Scenario scenario;
   scenario.nominal = load_robot(map.at("robot").path_from(folder));
@@ -135,6 +155,7 @@ Scenario load_scenario(const path& file) {
     errors->is_list() ? add_listed_errors(scenario.truth.joints, *errors)
                       : add_drawn_errors(scenario.truth.joints, *errors);
   }
+  if (const YamlValue* drives = map.find("drives")) scenario.drives = drives_value(*drives, scenario.nominal);
   map.read("repeatability_mm", scenario.repeatability_mm, kNoiseMm);
   scenario.X_WB = pose_value(map.at("placement"));
   read_reflector(map.at("reflector"), scenario);

@@ -9,13 +9,15 @@
 
 #include "config/config_error.hpp"
 #include "core/kinematics/robot_model.hpp"
+#include "core/simulation/non_geometric_errors.hpp"
 
 namespace truepose::config {
 
 /// What the simulated cell really is, and how it misbehaves. mm and rad inside, deg in the file.
 struct Scenario {
-  RobotModel nominal;  ///< what the controller believes
-  RobotModel truth;    ///< how the arm really is
+  RobotModel nominal;         ///< what the controller believes
+  RobotModel truth;           ///< how the arm really is
+  NonGeometricErrors drives;  ///< and what its joints do besides
   double repeatability_mm =
       0.0166;  ///< standard deviation per axis of the reflector, drawn anew at each stop
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
@@ -49,8 +51,8 @@ struct Scenario {
 };
 
 /// Reads a scenario (YAML) and the robot file that it names. `truth` is nominal + `errors` (a list per link
-/// of {a, alpha, d, theta, beta}; mm and rad), or drawn from `errors: {seed: N, mm: 0.5, rad: 0.003}`. Throws
-/// ConfigError.
+/// of {a, alpha, d, theta, beta}; mm and rad), or drawn from `errors: {seed: N, mm: 0.5, rad: 0.003}`; with
+/// `drives`, its joints also err as heavy_arm_errors() says. Throws ConfigError.
 Scenario load_scenario(const std::filesystem::path& file);
 
 }  // namespace truepose::config

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/kinematics/angles.hpp"
 #include "tests/config/error_of.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -58,6 +59,21 @@ TEST_F(ScenarioFile, DrawsTheSameErrorsForTheSameSeedWithinTheirBounds) {
   }
 }
 
+TEST_F(ScenarioFile, DescribesWhatTheJointsDoBesides) {
+  EXPECT_TRUE(load("").drives.drives.empty());
+  std::string text = kScenario;
+  text.replace(text.find("robot.yaml"), 10, TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml");
+  const Scenario scenario = load_scenario(folder_.write(
+      "heavy.yaml", text + "drives: {payload_kg: 60, harmonics: false, backlash_deg: 0.01, seed: 3}\n"));
+  ASSERT_EQ(scenario.drives.drives.size(), 6U);
+  for (const DriveError& drive : scenario.drives.drives) {
+    EXPECT_GT(drive.compliance_rad_per_Nm, 0);
+    EXPECT_EQ(drive.harmonics[0].amplitude_rad, 0);
+    EXPECT_NEAR(drive.backlash_rad, 0.01 * kRadPerDeg, 1e-15);
+  }
+  EXPECT_EQ(scenario.drives.masses.back().mass_kg, 85) << "25 kg of its own";
+}
+
 TEST_F(ScenarioFile, ReadsPathAndFaults) {
   const Scenario scenario =
       load("stream_path:\n  - [90, -90]\nfaults:\n  - {at_ms: 2000, kind: rsi-drop, lasts_ms: 100}\n");
@@ -74,6 +90,7 @@ TEST_F(ScenarioFile, NamesPlaceAndPathOfEveryMistake) {
   EXPECT_EQ(error("errors: {seed: 1, mm: 1}\n"), "s.yaml:5:9: errors: missing key 'rad'");
   EXPECT_EQ(error("errors:\n  - {theta: 3}\n  - {}\n"),
             "s.yaml:6:13: errors[1].theta: expected -0.1..0.1, found 3");
+  EXPECT_EQ(error("drives: {}\n"), "s.yaml:5:9: drives: is known for arms of six revolute joints only");
   EXPECT_EQ(error("stream_path:\n  - [1, 2, 3]\n"), "s.yaml:6:5: stream_path[1]: expected 2 axes, found 3");
   EXPECT_EQ(error("stream_path:\n  - [1, 91]\n"),
             "s.yaml:6:9: stream_path[1][2]: outside the limits of joint 2");

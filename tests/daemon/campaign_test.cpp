@@ -186,6 +186,23 @@ TEST_F(CampaignTest, ComesFromBothSidesInTurnSoThatBacklashShows) {
   for (const Measurement& point : (***outcome).data.points) EXPECT_THAT(point.direction, SizeIs(6));
 }
 
+TEST_F(CampaignTest, CorrectsWhatTheJointsDoBeyondGeometryWhereThatIsAskedFor) {
+  truth.truth.non_geometric = heavy_arm_errors({.backlash_rad = 0.002 * kRadPerDeg});
+  config.campaign.identify_poses = 60;
+  config.campaign.candidates = 200;
+  config.campaign.approach = config::ApproachSide::Alternate;
+  config.calibration.deviation = true;
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  const CampaignResult& result = ***outcome;
+  ASSERT_TRUE(result.calibration.validate && result.remeasured);
+  const double geometric_mm = result.calibration.validate->geometric.mean;
+  EXPECT_GT(geometric_mm, 0.2) << "or the arm shows nothing";
+  EXPECT_LT(result.calibration.validate->after.mean, geometric_mm / 4);
+  EXPECT_LT(result.remeasured->mean, geometric_mm / 4) << "the corrected arm, measured";
+}
+
 /// Checks by five poses what a calibration of the example cell found, in a cell like `truth`.
 struct DriftTest : CampaignTest {
   DriftCheck check() {

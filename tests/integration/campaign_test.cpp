@@ -219,6 +219,22 @@ TEST(ATargetsCampaignOverTheRealProtocols, FindsJointsAndHandsThemOut) {
   EXPECT_THAT(far.err, HasSubstr("params.poses[0]: cannot be reached"));
 }
 
+TEST(ACampaignOverTheRealProtocols, CorrectsAHeavyArmBeyondItsGeometryWhereThatIsAskedFor) {
+  LiveCell cell{{.speedup = 300,
+                 .scenario = {{"#drives:", "drives:"}},
+                 .cell = {{"deviation: none", "deviation: auto"}, {"approach: any", "approach: alternate"}}}};
+  cell.start_daemon();
+  const Finished run =
+      cell.truepose({"campaign", "start", "--identify", "60", "--validate", "10", "--watch"});
+  ASSERT_EQ(run.exit_code, 0) << run.err << run.out << cell.daemon().errors();
+  tools::RpcClient client = cell.client();
+  const json::value report = called(client, "report.get").at("document");
+  const double geometric_mm = number(report, "/validate/geometric/mean");
+  EXPECT_GT(geometric_mm, 0.2) << "or the arm shows nothing";
+  EXPECT_LT(number(report, "/validate/after/mean"), geometric_mm / 3);
+  EXPECT_LT(number(report, "/remeasured/mean"), geometric_mm / 3);
+}
+
 TEST(AnIso9283CampaignOverTheRealProtocols, GivesTheSameAsTheEvaluationOfItsFile) {
   LiveCell cell{{.speedup = 200}};
   cell.start_daemon();

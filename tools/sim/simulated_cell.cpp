@@ -39,6 +39,7 @@ ControllerSetup controller_setup(const config::Scenario& scenario) {
 
 TrueArmSetup arm_setup(const config::Scenario& scenario) {
   return {.robot = scenario.truth,
+          .non_geometric = scenario.drives,
           .X_WB = scenario.X_WB,
           .p_FS_mm = scenario.p_FS_mm,
           .facing_F = scenario.facing_F,
@@ -153,7 +154,7 @@ void SimulatedCell::follow(std::vector<eki::Ack> said) {
   for (const eki::Ack& ack : controller_.advance(now())) said.push_back(ack);
   for (const eki::Ack& ack : said) eki_.send_motion(ack);
 
-  for (; stops_seen_ < controller_.stops(); ++stops_seen_) arm_.stop_anew();
+  for (; stops_seen_ < controller_.stops(); ++stops_seen_) arm_.move_to(controller_.axes(now()));
 
   const std::optional<double> rsi_speed = controller_.rsi_speed();
   if (rsi_speed && !rsi_) start_rsi(*rsi_speed);

@@ -25,10 +25,11 @@ constexpr std::uint64_t kSeed = 20261121;
 
 config::Scenario demo() { return config::load_scenario(TRUEPOSE_SOURCE_DIR "/config/scenarios/demo.yaml"); }
 
-/// The shipped scenario, moved and measured by the real drivers over loopback, faster than life.
+/// A scenario, moved and measured by the real drivers over loopback, faster than life.
 class Cell {
  public:
-  explicit Cell(std::uint64_t seed) : cell_{io_.get_executor(), scenario, ethernet(), options(seed)} {}
+  explicit Cell(std::uint64_t seed, config::Scenario what = demo())
+      : scenario{std::move(what)}, cell_{io_.get_executor(), scenario, ethernet(), options(seed)} {}
 
   template <class T>
   T run(asio::awaitable<T> call) {
@@ -71,7 +72,7 @@ class Cell {
 
   CellStatistics statistics() const { return cell_.statistics(); }
 
-  const config::Scenario scenario = demo();
+  const config::Scenario scenario;
 
  private:
   static rsi::EthernetConfig ethernet() {
@@ -122,6 +123,26 @@ std::vector<JointVector> poses(std::size_t count, bool seen) {
     if (arm.visible(q) == seen) poses.push_back(q);
   }
   return poses;
+}
+
+TEST(SimulatedCell, LeavesAJointWithPlayBehindWhereItCameFrom) {
+  RecordProperty("seed", static_cast<int>(kSeed));
+  constexpr double kPlay_rad = 0.02 * kRadPerDeg;
+  config::Scenario loose = demo();
+  loose.drives.drives.resize(6, {.backlash_rad = kPlay_rad});
+  Cell cell{kSeed, loose};
+  cell.connect();
+  const JointVector q = poses(1, true).front(), ones = JointVector::Ones(6);
+  const auto come_from = [&](double side_rad) {
+    cell.move(q + side_rad * ones);
+    return cell.measured(q);
+  };
+  come_from(0.05);  // the first motion knows no direction
+  const Eigen::Vector3d difference_mm = come_from(-0.05) - come_from(0.05);
+  const Eigen::Vector3d expected_mm = cell.truth(q - kPlay_rad / 2 * ones, cell.scenario.truth) -
+                                      cell.truth(q + kPlay_rad / 2 * ones, cell.scenario.truth);
+  EXPECT_GT(expected_mm.norm(), 0.5);
+  EXPECT_LT((difference_mm - expected_mm).norm(), 0.12) << "noise and repeatability";
 }
 
 TEST(SimulatedCell, MeasuresTheArmAsItIsAndNotAsItsDataSheetSays) {
