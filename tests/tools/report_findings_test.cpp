@@ -92,6 +92,16 @@ TEST(ReportFindings, AreLeftOutWhereAStoredDocumentDoesNotHoldThem) {
   EXPECT_TRUE(text.ends_with("parameters determined.\n")) << text;
 }
 
+TEST(ReportFindings, CountTheGeometricParametersWithoutTheDeviationsOfTheJoints) {
+  json::object document = telling_document();
+  const auto all = document.at("parameters").as_array().size();
+  EXPECT_THAT(render_text(document), HasSubstr("5 of " + std::to_string(all) + " geometric parameters"));
+  json::object deviation = document.at("parameters").as_array().back().as_object();
+  deviation["name"] = "joint2.sin1";
+  document["parameters"].as_array().push_back(deviation);
+  EXPECT_THAT(render_text(document), HasSubstr("5 of " + std::to_string(all) + " geometric parameters"));
+}
+
 TEST(ReportFindings, ShowTheSpreadOfTheValidationAlone) {
   json::object document = telling_document();
   document["validate"].as_object()["after"].as_object()["mean"] = 0.091;

@@ -134,8 +134,8 @@ std::string result_rows(const ReportDocument& document) {
   rows += known_fact("Iterations",
                      fmt::format("{} coarse, {} fine", document.coarse_iterations, document.fine_iterations));
   rows += known_fact("Time to identify", elapsed_text(document.elapsed_s));
-  rows +=
-      known_fact("Parameters determined", fmt::format("{} of {}", document.rank, document.parameters.size()));
+  rows += known_fact("Geometric parameters determined",
+                     fmt::format("{} of {}", document.rank, document.geometric_parameters()));
   rows +=
       known_fact("Condition number", fmt::format("{:.4g} (columns scaled to unit norm)", document.condition));
   if (document.findings.sigma0_mm) {

@@ -34,8 +34,8 @@ std::string figures(const ReportDocument& document) {
   const Findings& findings = document.findings;
   std::string html =
       "<h3>How well the poses show the rest</h3>\n<div class=\"scroll\"><table class=\"figures\">\n<tbody>\n";
-  html += figure("Rank", fmt::format("{} of {}", document.rank, document.parameters.size()),
-                 "independent parameters that the positions determine");
+  html += figure("Rank", fmt::format("{} of {}", document.rank, document.geometric_parameters()),
+                 "independent geometric parameters that the positions determine");
   if (findings.rank_gap) {
     html += figure("Gap", fmt::format("{:.2g}", *findings.rank_gap),
                    "smallest pivot kept over the largest dropped: how clear-cut the rank is");

@@ -163,6 +163,12 @@ ReportDocument read_document(const json::object& document) {
   return result;
 }
 
+std::size_t ReportDocument::geometric_parameters() const {
+  return static_cast<std::size_t>(std::ranges::count_if(parameters, [](const Parameter& parameter) {
+    return !parameter.identified.name.starts_with("joint");
+  }));
+}
+
 std::vector<Point> ReportDocument::judged_points() const {
   const PoseSet set = validate ? PoseSet::Validate : PoseSet::Identify;
   std::vector<Point> result;

@@ -55,7 +55,7 @@ struct ReportDocument {
   Stages identify;
   std::optional<Stages> validate;
   std::optional<ErrorStatistics> remeasured;
-  int rank = 0;
+  int rank = 0;  ///< of the geometric parameters
   double condition = 0;
   std::vector<Parameter> parameters;
   std::vector<Point> points;
@@ -63,6 +63,8 @@ struct ReportDocument {
   Findings findings;
   Setup setup;
 
+  /// Those of base, reflectors and links, which the joints' deviations follow.
+  std::size_t geometric_parameters() const;
   /// The set that judges the calibration: the validation points where there are any.
   const Stages& judged() const { return validate ? *validate : identify; }
   /// Whether every point was predicted by a fit to the others.

@@ -194,9 +194,10 @@ std::string parameters_section(const ReportDocument& document) {
                                  })};
   std::string html = fmt::format(
       "<section>\n<h2>Identified parameters</h2>\n<p class=\"note\">The measured positions determine {} of "
-      "{} parameters. {}: what they would do, identified ones do in their place, and the predictions are the "
+      "{} geometric parameters. {}: what they would do, identified ones do in their place, and the "
+      "predictions are the "
       "same. σ is one standard deviation.</p>\n",
-      document.rank, document.parameters.size(),
+      document.rank, document.geometric_parameters(),
       document.findings.prior ? "The others are shared out by the prior"
                               : "The others are kept at the data sheet's value by convention");
   if (columns.prior) {
