@@ -179,7 +179,8 @@ TEST(ReportText, IsTheTableForATerminal) {
                               "  mean              2.862        0.693        0.600        0.571\n"));
   EXPECT_THAT(
       text,
-      HasSubstr("Mean position error 2.862 mm -> 0.571 mm, 5.0 times more accurate. 5 of 6 parameters"));
+      HasSubstr(
+          "Mean position error 2.862 mm -> 0.571 mm, 5.0 times more accurate. 5 of 6 geometric parameters"));
   EXPECT_THAT(text, Not(HasSubstr("Nothing was validated")));
 }
 
