@@ -127,7 +127,7 @@ footer { margin: 0 4px; color: var(--muted); font-size: 12.5px; }
   .charts { gap: 12px 22px; grid-template-columns: 1fr 1fr; }
   .charts.three { grid-template-columns: 1fr 1fr 1fr; }
   h2, h3 { break-after: avoid; }
-  .note { break-after: avoid; }
+  .note:not(:last-child) { break-after: avoid; }
   tbody, .chart, .bars, .charts.three { break-inside: avoid; }
   .layers tbody { break-inside: auto; }
   .layers tbody tr:first-child { break-after: avoid; }
