@@ -5,6 +5,7 @@
 #include <expected>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "config/csv_reader.hpp"
 #include "core/evaluation/rigid_fit.hpp"
@@ -161,6 +162,16 @@ std::expected<TestPose, std::string> attained_pose(const PosesOfReflectors& comm
   return pose;
 }
 
+/// There is nothing to compare it with.
+void leave_out_single_series(std::vector<TestPoint>& points) {
+  std::set<std::string> series;
+  for (const TestPoint& point : points)
+    for (const AttainedPose& attained : point.attained) series.insert(attained.series);
+  if (series.size() > 1) return;
+  for (TestPoint& point : points)
+    for (AttainedPose& attained : point.attained) attained.series.clear();
+}
+
 }  // namespace
 
 std::vector<TestPoint> load_test_cycles(const std::filesystem::path& data,
@@ -182,6 +193,7 @@ std::vector<TestPoint> load_test_cycles(const std::filesystem::path& data,
     point->attained.push_back({*pose, cycle.direction, cycle.series});
   }
   std::ranges::stable_sort(points, {}, &TestPoint::name);  // a cycle runs from P5 to P1
+  leave_out_single_series(points);
   return points;
 }
 

@@ -10,7 +10,8 @@ namespace truepose::config {
 
 /// Reads the cycles of an ISO 9283 test (CSV with a header row, any column order): `point` (P1), `cycle`,
 /// `x,y,z` (mm); optional `a,b,c` (KUKA's angles, deg), `smr` (name of the reflector), `direction` (from
-/// which the pose was approached) and `time` (of a series of cycles: the same text in all its rows).
+/// which the pose was approached) and `time` (of a series of cycles: the same text in all its rows; left out
+/// of the result where there is one series alone).
 ///
 /// Commanded poses are in `targets` (CSV: point,x,y,z, optional a,b,c and smr) or, where that is empty, in
 /// columns cx,cy,cz (ca,cb,cc) of the data. Several reflectors make one pose each cycle: its position is the

@@ -39,6 +39,12 @@ TEST_F(TestCycleFile, ReadsPointsInAnyOrderOfColumnsAndRows) {
   EXPECT_FALSE(points[0].attained[0].pose.R);
 }
 
+TEST_F(TestCycleFile, NamesNoSeriesWhereThereIsOneAlone) {
+  const auto points = load("point,cycle,x,y,z,cx,cy,cz,time\nP1,1,1,2,3,1,2,3,now\nP1,2,1,2,3,1,2,3,now\n");
+  ASSERT_EQ(points.size(), 1U);
+  EXPECT_EQ(points[0].attained[1].series, "");
+}
+
 TEST_F(TestCycleFile, ReadsCommandedPosesFromTheDataToo) {
   const auto points = load(
       "point,cycle,x,y,z,a,b,c,cx,cy,cz,ca,cb,cc\n"

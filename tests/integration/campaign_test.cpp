@@ -272,6 +272,20 @@ TEST(AnIso9283CampaignOverTheRealProtocols, GivesTheSameAsTheEvaluationOfItsFile
   EXPECT_EQ(cell.truepose({"report", "--iso9283", document, "--html", page}).exit_code, 0);
   EXPECT_THAT(text_of(page), HasSubstr("ISO 9283"));
 
+  const std::string later = cell.folder() / "later.csv", both = cell.folder() / "both.csv";
+  ASSERT_EQ(
+      cell.truepose({"campaign", "start", "--kind", "iso9283", "--cycles", "2", "--variation", "--watch"})
+          .exit_code,
+      0);
+  ASSERT_EQ(cell.truepose({"campaign", "show", "--cycles", later}).exit_code, 0);
+  const std::string more = text_of(later);
+  std::ofstream{both} << text_of(cycles) << more.substr(more.find('\n') + 1);
+  const Finished drift = run_program("truepose", {"iso9283", "--data", both, "--model", model, "--json"});
+  ASSERT_EQ(drift.exit_code, 0) << drift.err;
+  const json::value drifted = *control::parse_json(drift.out);
+  EXPECT_EQ(drifted.at("drifts").as_array().size(), 14U) << "each direction of a point";
+  EXPECT_LT(number(drifted, "/drifts/0/moved"), 0.2);
+
   const Finished nominal = cell.truepose(
       {"campaign", "start", "--kind", "iso9283", "--cycles", "2", "--uncompensated", "--watch"});
   EXPECT_EQ(nominal.exit_code, 0) << nominal.err << cell.daemon().errors();

@@ -59,13 +59,14 @@ std::string joints_csv(const json::value& targets) {
   return header + "residual_mm\n" + rows;
 }
 
-std::string cycles_csv(const json::value& iso9283, const json::array& points) {
+std::string cycles_csv(const json::value& iso9283, const std::string& started, const json::array& points) {
   const json::array& commanded = iso9283.at("commanded").as_array();
-  std::string csv = "point,cycle,direction,x,y,z,cx,cy,cz\n";
+  std::string csv = "time,point,cycle,direction,x,y,z,cx,cy,cz\n";
   for (const json::value& point : points) {
     const auto pose = point.at("pose").to_number<std::size_t>();
     const json::value& asked = commanded[pose % commanded.size()];
-    csv += asked.at("point").as_string();
+    csv += started;
+    (csv += ',') += asked.at("point").as_string();
     (csv += ',') += std::to_string(pose / commanded.size() + 1);
     (csv += ',') += asked.at("direction").as_string();
     for (const json::value& coordinate : point.at("p_mm").as_array())

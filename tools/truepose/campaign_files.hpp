@@ -19,10 +19,12 @@ boost::json::object targets_of_file(const std::filesystem::path& file);
 std::string joints_csv(const boost::json::value& targets);
 
 /// The cycles of an ISO 9283 test, CSV as `truepose iso9283` reads it: points in the tracker's frame, where
-/// they were commanded in the robot's base.
+/// they were commanded in the robot's base. The rows of several campaigns in one file show the drift.
 ///
 /// @param iso9283  Iso9283Document of the control protocol
+/// @param started  of the campaign, which names the series
 /// @param points   all points of the campaign
-std::string cycles_csv(const boost::json::value& iso9283, const boost::json::array& points);
+std::string cycles_csv(const boost::json::value& iso9283, const std::string& started,
+                       const boost::json::array& points);
 
 }  // namespace truepose::tools

@@ -36,8 +36,11 @@ std::string angles(const std::optional<Eigen::Vector3d>& abc_rad) {
 std::string characteristics_table(const Iso9283Result& result, std::span<const TestPoint> points) {
   const bool oriented = std::ranges::any_of(
       result.sets, [](const CycleSet& s) { return s.characteristics.repeatability.abc_rad.has_value(); });
-  std::string text = fmt::format("{:<14}{:>7} {:>9} {:>9} {:>9} {:>9} {:>9}", "mm, deg", "cycles", "AP_p",
-                                 "AP_x", "AP_y", "AP_z", "RP_l");
+  std::size_t width = 14;
+  for (const CycleSet& set : result.sets)
+    width = std::max(width, label(points[set.point], set.direction, set.series).size() + 1);
+  std::string text = fmt::format("{:<{}}{:>7} {:>9} {:>9} {:>9} {:>9} {:>9}", "mm, deg", width, "cycles",
+                                 "AP_p", "AP_x", "AP_y", "AP_z", "RP_l");
   if (oriented)
     text +=
         fmt::format(" {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}", "AP_a", "AP_b", "AP_c", "RP_a", "RP_b", "RP_c");
@@ -45,14 +48,15 @@ std::string characteristics_table(const Iso9283Result& result, std::span<const T
   double worst_ap = 0, worst_rp = 0;
   for (const CycleSet& set : result.sets) {
     const auto& [ap, rp] = set.characteristics;
-    text +=
-        fmt::format("{:<14}{:>7} {:9.4f} {:9.4f} {:9.4f} {:9.4f} {:9.4f}{}{}\n",
-                    label(points[set.point], set.direction, set.series), set.cycles, ap.p_mm, ap.xyz_mm.x(),
-                    ap.xyz_mm.y(), ap.xyz_mm.z(), rp.l_mm, angles(ap.abc_rad), angles(rp.abc_rad));
+    text += fmt::format("{:<{}}{:>7} {:9.4f} {:9.4f} {:9.4f} {:9.4f} {:9.4f}{}{}\n",
+                        label(points[set.point], set.direction, set.series), width, set.cycles, ap.p_mm,
+                        ap.xyz_mm.x(), ap.xyz_mm.y(), ap.xyz_mm.z(), rp.l_mm, angles(ap.abc_rad),
+                        angles(rp.abc_rad));
     worst_ap = std::max(worst_ap, ap.p_mm);
     worst_rp = std::max(worst_rp, rp.l_mm);
   }
-  return text + fmt::format("{:<14}{:>7} {:9.4f} {:29} {:9.4f}\n", "worst", "", worst_ap, "", worst_rp);
+  return text +
+         fmt::format("{:<{}}{:>7} {:9.4f} {:29} {:9.4f}\n", "worst", width, "", worst_ap, "", worst_rp);
 }
 
 }  // namespace

@@ -153,7 +153,8 @@ std::expected<void, ClientError> write_files(RpcClient& client, const json::valu
     if (!iso9283) return std::unexpected(iso9283.error());
     const auto points = all_points(client, member(campaign, "/campaign/id"));
     if (!points) return std::unexpected(points.error());
-    config::write_text_file(files.cycles, cycles_csv(*iso9283, *points));
+    config::write_text_file(files.cycles,
+                            cycles_csv(*iso9283, member(campaign, "/campaign/started"), *points));
   }
   if (!files.document.empty()) {
     const auto document = document_of(campaign, member(campaign, "/campaign/kind"));
