@@ -55,7 +55,7 @@ json::object iso9283_campaign_document(const Iso9283Test& test) {
     const TestPoint& point = test.points[stop.point];
     json::object position = position_json(point.commanded.p_mm);
     position["point"] = point.name;
-    position["direction"] = stop.direction;
+    if (!stop.direction.empty()) position["direction"] = stop.direction;
     commanded.push_back(std::move(position));
   }
   document["commanded"] = std::move(commanded);

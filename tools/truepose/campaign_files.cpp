@@ -68,7 +68,9 @@ std::string cycles_csv(const json::value& iso9283, const std::string& started, c
     csv += started;
     (csv += ',') += asked.at("point").as_string();
     (csv += ',') += std::to_string(pose / commanded.size() + 1);
-    (csv += ',') += asked.at("direction").as_string();
+    csv += ',';
+    if (const json::value* direction = asked.as_object().if_contains("direction"))
+      csv += direction->as_string();
     for (const json::value& coordinate : point.at("p_mm").as_array())
       (csv += ',') += control::json_text(coordinate);
     for (const char* axis : {"x", "y", "z"}) (csv += ',') += control::json_text(asked.at(axis));
