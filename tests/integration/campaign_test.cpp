@@ -236,11 +236,10 @@ TEST(ACampaignOverTheRealProtocols, CorrectsAHeavyArmBeyondItsGeometryWhereThatI
 }
 
 TEST(AnIso9283CampaignOverTheRealProtocols, GivesTheSameAsTheEvaluationOfItsFile) {
-  LiveCell cell{{.speedup = 200}};
+  LiveCell cell{{.speedup = 200, .cell = {{"\ncontrol:\n", "\niso9283: {variation: true}\ncontrol:\n"}}}};
   cell.start_daemon();
   ASSERT_EQ(small_campaign(cell).exit_code, 0);
-  const Finished run =
-      cell.truepose({"campaign", "start", "--kind", "iso9283", "--cycles", "3", "--variation", "--watch"});
+  const Finished run = cell.truepose({"campaign", "start", "--kind", "iso9283", "--cycles", "3", "--watch"});
   ASSERT_EQ(run.exit_code, 0) << run.err << run.out << cell.daemon().errors();
   EXPECT_THAT(run.out, AllOf(HasSubstr("cycling"), HasSubstr("42/42 poses"), HasSubstr("AP mm")));
 
@@ -286,9 +285,10 @@ TEST(AnIso9283CampaignOverTheRealProtocols, GivesTheSameAsTheEvaluationOfItsFile
   EXPECT_EQ(drifted.at("drifts").as_array().size(), 14U) << "each direction of a point";
   EXPECT_LT(number(drifted, "/drifts/0/moved"), 0.2);
 
-  const Finished nominal = cell.truepose(
-      {"campaign", "start", "--kind", "iso9283", "--cycles", "2", "--uncompensated", "--watch"});
+  const Finished nominal = cell.truepose({"campaign", "start", "--kind", "iso9283", "--cycles", "2",
+                                          "--no-variation", "--uncompensated", "--watch"});
   EXPECT_EQ(nominal.exit_code, 0) << nominal.err << cell.daemon().errors();
+  EXPECT_THAT(nominal.out, HasSubstr("10/10 poses"));
   tools::RpcClient client = cell.client();
   const json::value uncompensated = called(client, "campaign.get").at("iso9283");
   EXPECT_EQ(uncompensated.at("compensated"), false);

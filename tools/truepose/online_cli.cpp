@@ -23,6 +23,16 @@ struct Arguments {
   std::string method, params;
 };
 
+/// --NAME and --no-NAME; `choose` is called with the one that is given, if any.
+void add_choice(CLI::App& to, const std::string& name, const std::string& what,
+                const std::function<void(bool)>& choose) {
+  CLI::Option* yes = to.add_flag_callback(
+      "--" + name, [choose] { choose(true); }, what);
+  to.add_flag_callback(
+        "--no-" + name, [choose] { choose(false); }, "do not")
+      ->excludes(yes);
+}
+
 }  // namespace
 
 void add_online_commands(CLI::App& app, int& exit_code) {
@@ -69,19 +79,17 @@ void add_online_commands(CLI::App& app, int& exit_code) {
   start->add_option("--tolerance", a.start.tolerance_mm, "mm to which the mean of its readings must come");
   start->add_option("--readings", a.start.readings, "of the tracker in each round");
   start->add_option("--cycles", a.start.cycles, "of an ISO 9283 test; default as configured");
-  start->add_flag("--variation", a.start.variation,
-                  "ISO 9283: come to P1, P2 and P4 along the three axes of the base too, for vAP");
+  add_choice(
+      *start, "variation",
+      "ISO 9283: come to P1, P2 and P4 along the three axes of the base too, for vAP; default as configured",
+      [arguments](bool yes) { arguments->start.variation = yes; });
   start->add_flag("--uncompensated", a.start.uncompensated, "ISO 9283 of the nominal arm; needs no model");
   start->add_option("--identify", a.start.identify_poses, "poses to identify from");
   start->add_option("--validate", a.start.validate_poses, "poses to validate on");
   start->add_option("--seed", a.start.seed, "seed of the planner");
-  CLI::Option* remeasure = start->add_flag_callback(
-      "--remeasure", [arguments] { arguments->start.remeasure = true; },
-      "measure the validation poses again with compensated joints; default as configured");
-  start
-      ->add_flag_callback(
-          "--no-remeasure", [arguments] { arguments->start.remeasure = false; }, "do not")
-      ->excludes(remeasure);
+  add_choice(*start, "remeasure",
+             "measure the validation poses again with compensated joints; default as configured",
+             [arguments](bool yes) { arguments->start.remeasure = yes; });
   start->add_flag("--no-activate", a.no_activate, "keep the model inactive");
   start->add_flag("--watch", a.start.watch, "follow it to its end");
   for (const std::string action : {"pause", "resume", "abort"})

@@ -177,7 +177,7 @@ int campaign_start(const OnlineOptions& online, const CampaignStartOptions& star
   if (start.tolerance_mm) params["tolerance_mm"] = *start.tolerance_mm;
   if (start.readings) params["readings"] = *start.readings;
   if (start.cycles) params["cycles"] = *start.cycles;
-  if (start.variation) params["variation"] = true;
+  if (start.variation) params["variation"] = *start.variation;
   if (start.uncompensated) params["compensate"] = false;
   if (start.identify_poses) params["identify_poses"] = *start.identify_poses;
   if (start.validate_poses) params["validate_poses"] = *start.validate_poses;

@@ -20,7 +20,8 @@ struct CampaignStartOptions {
   std::filesystem::path targets;  ///< CSV: q1..qN or x,y,z,a,b,c; empty: validation poses of a plan
   std::optional<int> rounds, readings, cycles;
   std::optional<double> tolerance_mm;
-  bool variation = false, uncompensated = false;
+  std::optional<bool> variation;
+  bool uncompensated = false;
   std::optional<int> identify_poses, validate_poses;
   std::optional<std::int64_t> seed;
   std::optional<bool> remeasure;
