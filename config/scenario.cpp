@@ -58,7 +58,7 @@ NonGeometricErrors drives_value(const YamlValue& value, const RobotModel& robot)
   const bool heavy_arm =
       robot.joints.size() == 6 &&
       std::ranges::all_of(robot.joints, [](const Joint& joint) { return joint.type == JointType::Revolute; });
-  if (!heavy_arm) value.fail("is known for arms of six revolute joints only");
+  if (!heavy_arm) value.fail("known for arms of six revolute joints alone; leave it out");
   const YamlMap map(value, {"payload_kg", "compliance", "harmonics", "backlash_deg", "seed"});
   HeavyArmOptions options;
   double backlash_deg = 0;

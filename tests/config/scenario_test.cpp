@@ -90,7 +90,7 @@ TEST_F(ScenarioFile, NamesPlaceAndPathOfEveryMistake) {
   EXPECT_EQ(error("errors: {seed: 1, mm: 1}\n"), "s.yaml:5:9: errors: missing key 'rad'");
   EXPECT_EQ(error("errors:\n  - {theta: 3}\n  - {}\n"),
             "s.yaml:6:13: errors[1].theta: expected -0.1..0.1, found 3");
-  EXPECT_EQ(error("drives: {}\n"), "s.yaml:5:9: drives: is known for arms of six revolute joints only");
+  EXPECT_EQ(error("drives: {}\n"), "s.yaml:5:9: drives: known for arms of six revolute joints alone; leave it out");
   EXPECT_EQ(error("stream_path:\n  - [1, 2, 3]\n"), "s.yaml:6:5: stream_path[1]: expected 2 axes, found 3");
   EXPECT_EQ(error("stream_path:\n  - [1, 91]\n"),
             "s.yaml:6:9: stream_path[1][2]: outside the limits of joint 2");
