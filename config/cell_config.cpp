@@ -211,7 +211,7 @@ ControlConfig control_config(const YamlValue& value, const path& folder) {
 CellConfig load_cell(const path& file) {
   const YamlValue root = read_yaml(file);
   const YamlMap map(root, {"name", "robot", "stream", "tracker", "reflector", "surroundings", "workspace",
-                           "task", "campaign", "calibration", "iso9283", "control", "store", "log_level"});
+                           "task", "campaign", "calibration", "iso9283", "control", "store", "runtime", "log_level"});
   const path folder = file.parent_path();
   CellConfig cell;
   cell.name = map.at("name").text();
@@ -232,6 +232,7 @@ CellConfig load_cell(const path& file) {
   if (const YamlValue* iso9283 = map.find("iso9283")) cell.iso9283 = iso9283_config(*iso9283);
   cell.control = control_config(map.at("control"), folder);
   cell.store = map.at("store").path_from(folder);
+  if (const YamlValue* runtime = map.find("runtime")) cell.runtime = runtime->path_from(folder);
   map.read("log_level", cell.log_level,
            {{"trace", std::string("trace")},
             {"debug", "debug"},

@@ -136,7 +136,8 @@ struct CellConfig {
   CalibrationConfig calibration;
   Iso9283Config iso9283;
   ControlConfig control;
-  std::filesystem::path store;  ///< SQLite file
+  std::filesystem::path store;    ///< SQLite file
+  std::filesystem::path runtime;  ///< folder of what lives while the machine is up; empty: the usual place
   std::string log_level = "info";
 };
 

@@ -89,6 +89,8 @@ TEST_F(CellFile, ReadsAddressesAndResolvesPathsFromItsOwnFolder) {
   EXPECT_EQ(cell.stream.ethernet_xml, folder_.path() / "rsi.xml");
   EXPECT_EQ(cell.control.token_file, folder_.path() / "token");
   EXPECT_EQ(cell.store, "/var/lib/cell.sqlite");
+  EXPECT_EQ(cell.runtime, "");
+  EXPECT_EQ(load(std::string{kSmallest} + "runtime: run\n").runtime, folder_.path() / "run");
 }
 
 TEST_F(CellFile, ConvertsPlacementAndFacing) {

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <expected>
+#include <filesystem>
+#include <string>
+
+#include "config/cell_config.hpp"
+
+namespace truepose::daemon {
+
+/// Where a runtime folder may be; empty: not there.
+struct RuntimePlaces {
+  std::string unit;            ///< $RUNTIME_DIRECTORY, of a unit with RuntimeDirectory=
+  std::filesystem::path user;  ///< $XDG_RUNTIME_DIR
+  std::filesystem::path system = "/run/truepose";
+
+  static RuntimePlaces of_environment();
+};
+
+/// The folder of what outlives this process, but not the machine: the control socket, and what a restarted
+/// daemon has to know of the running controller. It is the cell file's `runtime`, else the unit's, else
+/// truepose-NAME of the user's, else NAME of the system's. Makes it where it is missing.
+///
+/// @return the folder, ours alone to write; or one sentence that says why there is none
+std::expected<std::filesystem::path, std::string> runtime_folder(
+    const config::CellConfig& config, const RuntimePlaces& places = RuntimePlaces::of_environment());
+
+}  // namespace truepose::daemon
