@@ -1,6 +1,7 @@
 #include "config/cell_config.hpp"
 
 #include <charconv>
+#include <sstream>
 #include <utility>
 
 #include "config/number_text.hpp"
@@ -41,8 +42,8 @@ Endpoint endpoint(const YamlValue& value, PortZero zero = PortZero::Refused) {
 }
 
 RobotConfig robot_config(const YamlValue& value, const path& folder) {
-  const YamlMap map(value, {"file", "eki_motion", "eki_state", "expect_model", "max_fk_deviation_mm",
-                            "repeatability_mm", "payload"});
+  const YamlMap map(value, {"file", "eki_motion", "eki_state", "rsi_peer", "expect_model",
+                            "max_fk_deviation_mm", "repeatability_mm", "payload"});
   RobotConfig robot;
   robot.file = map.at("file").path_from(folder);
   robot.model = load_robot(robot.file);
@@ -50,30 +51,48 @@ RobotConfig robot_config(const YamlValue& value, const path& folder) {
   if (const YamlValue* payload = map.find("payload")) add_payload(robot.model, *payload);
   robot.eki_motion = endpoint(map.at("eki_motion"));
   robot.eki_state = endpoint(map.at("eki_state"));
+  robot.rsi_peer = robot.eki_motion.host;
+  map.read("rsi_peer", robot.rsi_peer);
   map.read("expect_model", robot.expect_model);
   map.read("max_fk_deviation_mm", robot.max_fk_deviation_mm, {0.001, 1000});
   map.read("repeatability_mm", robot.repeatability_mm, {1e-6, 10});
   return robot;
 }
 
+/// A step is small or large by the time that it takes: what the arm is asked for is a speed.
+void check_speed(const StreamConfig& stream, const YamlMap& map) {
+  constexpr double kGreatest_deg_s = 25;
+  const double seconds = std::chrono::duration<double>(stream.cycle).count();
+  if (stream.max_step_deg <= kGreatest_deg_s * seconds * (1 + 1e-9)) return;
+  std::ostringstream text;
+  text << "a step of " << stream.max_step_deg << " deg every " << stream.cycle.count() << " ms is "
+       << stream.max_step_deg / seconds << " deg/s: expected at most " << kGreatest_deg_s << " deg/s, here "
+       << kGreatest_deg_s * seconds << " deg";
+  map.at("max_step_deg").fail(text.str());
+}
+
 StreamConfig stream_config(const YamlValue& value, const path& folder) {
-  const YamlMap map(value, {"listen", "ethernet_xml", "cycle_ms", "realtime", "priority", "max_step_deg",
-                            "max_total_deg", "limit_margin_deg", "singular_deg", "tcp", "ramp_ms"});
+  const YamlMap map(value,
+                    {"listen", "ethernet_xml", "cycle_ms", "timeout_cycles", "rearm", "realtime", "priority",
+                     "max_step_deg", "max_total_deg", "limit_margin_deg", "singular_deg", "tcp", "ramp_ms"});
   StreamConfig stream;
   stream.listen = endpoint(map.at("listen"), PortZero::Allowed);
   stream.ethernet_xml = map.at("ethernet_xml").path_from(folder);
   map.read("cycle_ms", stream.cycle, 1, 100);
+  map.read("timeout_cycles", stream.timeout_cycles, 1, 100'000);
+  map.read("rearm", stream.rearm, {{"manual", Rearm::Manual}, {"automatic", Rearm::Automatic}});
   map.read("realtime", stream.realtime,
            {{"require", RealtimePolicy::Require},
             {"prefer", RealtimePolicy::Prefer},
             {"off", RealtimePolicy::Off}});
   map.read("priority", stream.priority, 1, 98);
   map.read("max_step_deg", stream.max_step_deg, {0.0001, 1});
+  check_speed(stream, map);
   map.read("max_total_deg", stream.max_total_deg, {0.001, 10});
   map.read("limit_margin_deg", stream.limit_margin_deg, {0, 90});
   map.read("singular_deg", stream.singular_deg, {0, 45});
   if (const YamlValue* tcp = map.find("tcp")) stream.p_FT_mm = point_value(*tcp);
-  map.read("ramp_ms", stream.ramp, 0, 60'000);
+  map.read("ramp_ms", stream.ramp, 200, 60'000);
   return stream;
 }
 
@@ -210,8 +229,9 @@ ControlConfig control_config(const YamlValue& value, const path& folder) {
 
 CellConfig load_cell(const path& file) {
   const YamlValue root = read_yaml(file);
-  const YamlMap map(root, {"name", "robot", "stream", "tracker", "reflector", "surroundings", "workspace",
-                           "task", "campaign", "calibration", "iso9283", "control", "store", "runtime", "log_level"});
+  const YamlMap map(root,
+                    {"name", "robot", "stream", "tracker", "reflector", "surroundings", "workspace", "task",
+                     "campaign", "calibration", "iso9283", "control", "store", "runtime", "log_level"});
   const path folder = file.parent_path();
   CellConfig cell;
   cell.name = map.at("name").text();

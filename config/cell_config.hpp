@@ -32,6 +32,7 @@ struct RobotConfig {
   std::vector<BodyPart> body;  ///< what the arm and its tool occupy
   Endpoint eki_motion;         ///< channel CellLink
   Endpoint eki_state;          ///< channel CellState
+  std::string rsi_peer;        ///< host from which the controller sends RSI packets
   std::string expect_model;    ///< part of the controller's own name of the arm; empty = not checked
   double max_fk_deviation_mm =
       1;  ///< RIst against nominal kinematics of AIPos: beyond this the arm is refused
@@ -40,11 +41,17 @@ struct RobotConfig {
 
 enum class RealtimePolicy { Require, Prefer, Off };
 
+/// Whether corrections go on by themselves when a controller that fell silent is back.
+enum class Rearm { Manual, Automatic };
+
 /// The correction stream and its bounds (design: safety of the stream).
 struct StreamConfig {
   Endpoint listen;                     ///< the PC's RSI address and port
   std::filesystem::path ethernet_xml;  ///< the RSI configuration that the controller loads
   std::chrono::milliseconds cycle{4};
+  int timeout_cycles =
+      100;  ///< the ETHERNET object's Timeout: the controller gives up after so many without a reply
+  Rearm rearm = Rearm::Manual;
   RealtimePolicy realtime = RealtimePolicy::Prefer;
   int priority = 80;
   double max_step_deg = 0.02;   ///< per cycle and axis

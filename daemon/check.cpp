@@ -22,7 +22,7 @@ void check_stream(const config::CellConfig& config, std::vector<Finding>& findin
     findings.push_back({Level::Failure, ethernet.error()});
     return;
   }
-  const auto stream = StreamCycle::create(config.robot.model, *ethernet, StreamOptions::of(config.stream));
+  const auto stream = StreamCycle::create(config.robot.model, *ethernet, StreamOptions::of(config));
   if (!stream) {
     findings.push_back({Level::Failure, file + ": " + stream.error()});
     return;

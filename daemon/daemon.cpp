@@ -44,6 +44,12 @@ T kept(StoreResult<T> result) {
   if constexpr (!std::is_void_v<T>) return *std::move(result);
 }
 
+StreamOptions stream_options(const config::CellConfig& config) {
+  StreamOptions options = StreamOptions::of(config);
+  options.peer = started(drivers::ipv4_of(config.robot.rsi_peer));
+  return options;
+}
+
 drivers::RsiLinkOptions link_options(const config::StreamConfig& stream) {
   const bool off = stream.realtime == config::RealtimePolicy::Off;
   return {stream.listen.host, stream.listen.port, off ? 0 : stream.priority,
@@ -57,9 +63,8 @@ class Daemon {
       : config_{config},
         store_{kept(Store::open(config.store))},
         events_{event_numbers(), [] { return std::chrono::system_clock::now(); }},
-        stream_{started(StreamCycle::create(config.robot.model,
-                                            started(read_ethernet(config.stream.ethernet_xml)),
-                                            StreamOptions::of(config.stream)))},
+        stream_{started(StreamCycle::create(
+            config.robot.model, started(read_ethernet(config.stream.ethernet_xml)), stream_options(config)))},
         robot_{io_.get_executor(),
                clock_,
                {config.robot.eki_motion.host, config.robot.eki_motion.port, config.robot.eki_state.port,

@@ -2,6 +2,7 @@
 
 #include <boost/json/value.hpp>
 
+#include "daemon/cell/stream_trouble.hpp"
 #include "proto/control/arm_document.hpp"
 
 namespace truepose::daemon {
@@ -19,21 +20,29 @@ std::string address(const config::Endpoint& endpoint) {
   return endpoint.host + ":" + std::to_string(endpoint.port);
 }
 
-std::string_view stream_state_name(StreamState state, bool streaming) {
+/// A stream without packets waits, whatever it did before.
+std::string_view stream_state_name(StreamState state, bool streaming, bool silent) {
   switch (state) {
-    case StreamState::Idle:
-      return streaming ? "waiting" : "off";
-    case StreamState::RampingIn:
-    case StreamState::RampingOut:
-      return "ramping";
-    case StreamState::Active:
-      return "correcting";
-    case StreamState::Frozen:
-      return "holding";
     case StreamState::Fault:
       return "fault";
+    case StreamState::Idle:
+      return streaming ? "waiting" : "off";
+    case StreamState::Unproven:
+      return "waiting";
+    case StreamState::RampingIn:
+    case StreamState::RampingOut:
+      return silent ? "waiting" : "ramping";
+    case StreamState::Active:
+      return silent ? "waiting" : "correcting";
+    case StreamState::Frozen:
+      return "holding";
   }
   return "fault";
+}
+
+json::value ms_or_null(std::optional<drivers::Duration> age) {
+  if (!age) return {};
+  return std::chrono::duration_cast<std::chrono::milliseconds>(*age).count();
 }
 
 }  // namespace
@@ -140,29 +149,48 @@ json::object fault_json(const Fault& fault) {
 }
 
 json::object stream_json(const StreamStatus& status, const LatencyHistogram::Summary& turnaround,
-                         bool streaming, const std::string& model_id) {
+                         const StreamSurroundings& around) {
   const StreamCounters& c = status.counters;
-  json::array correction_deg;
+  const bool silent = !around.age || *around.age >= kSilence;
+  json::array correction_deg, measured_deg;
   if (status.state != StreamState::Idle) {
     for (const double axis_deg : status.correction_deg) correction_deg.emplace_back(axis_deg);
+    for (const auto& axis_deg : status.measured_deg) {
+      measured_deg.emplace_back(axis_deg && !silent ? json::value(*axis_deg) : json::value{});
+    }
   }
-  return {{"state", stream_state_name(status.state, streaming)},
-          {"reason", reason(status.fault)},
-          {"model_id", text_or_null(model_id)},
-          {"cycles", c.datagrams},
-          {"answered", c.datagrams - c.unanswered},
-          {"late", c.late},
-          {"lost", c.lost},
-          {"wrong_ipoc", 0},
-          {"clamped", c.clamped_step + c.clamped_total + c.clamped_limit + c.clamped_not_finite},
-          {"damped", c.damped},
-          {"max_step_deg", status.max_step_deg},
-          {"correction_deg", std::move(correction_deg)},
-          {"turnaround_us",
-           {{"p50", turnaround.p50_us},
-            {"p99", turnaround.p99_us},
-            {"p999", turnaround.p999_us},
-            {"max", turnaround.max_us}}}};
+  std::string why = reason(status);
+  if (why.empty() && silent && around.streaming) why = silence_text(around.age);
+  return {
+      {"state", stream_state_name(status.state, around.streaming, silent)},
+      {"reason", why},
+      {"model_id", text_or_null(around.model_id)},
+      {"peer", status.peer ? json::value(text(*status.peer)) : json::value{}},
+      {"packet_age_ms", ms_or_null(around.age)},
+      {"ipoc_step", c.datagrams > 0 && status.ipoc_step > 0 ? json::value(status.ipoc_step) : json::value{}},
+      {"sessions", c.sessions},
+      {"cycles", c.datagrams},
+      {"answered", c.replies()},
+      {"held", c.held},
+      {"duplicate", c.duplicate},
+      {"unproven", c.unproven},
+      {"wrong_ipoc", c.wrong_ipoc},
+      {"malformed", c.malformed},
+      {"foreign", c.foreign},
+      {"refused", text_or_null(around.refused)},
+      {"late", c.late},
+      {"lost", c.lost},
+      {"clamped", c.clamped_step + c.clamped_total + c.clamped_limit + c.clamped_not_finite},
+      {"no_solution", c.no_solution},
+      {"damped", c.damped},
+      {"max_step_deg", status.max_step_deg},
+      {"correction_deg", std::move(correction_deg)},
+      {"measured_deg", std::move(measured_deg)},
+      {"turnaround_us",
+       {{"p50", turnaround.p50_us},
+        {"p99", turnaround.p99_us},
+        {"p999", turnaround.p999_us},
+        {"max", turnaround.max_us}}}};
 }
 
 }  // namespace truepose::daemon

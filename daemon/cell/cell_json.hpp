@@ -33,9 +33,16 @@ boost::json::object parameter_json(const IdentifiedParameter& parameter);
 boost::json::object fault_json(const Fault& fault);
 boost::json::object config_json(const config::CellConfig& config);
 
-/// @param streaming  the cell is in its state "streaming"
+/// What stands around the stream's own status.
+struct StreamSurroundings {
+  bool streaming = false;                ///< the cell is in its state "streaming"
+  std::optional<drivers::Duration> age;  ///< of the controller's last good packet, where there was one
+  std::string refused;                   ///< the last packet that was not taken, in words; empty = none
+  std::string model_id;
+};
+
 /// @param model_id   of the model in force, or empty
 boost::json::object stream_json(const StreamStatus& status, const LatencyHistogram::Summary& turnaround,
-                                bool streaming, const std::string& model_id);
+                                const StreamSurroundings& around);
 
 }  // namespace truepose::daemon

@@ -97,7 +97,7 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
 }
 
 /// States that pass by themselves, when they do not.
-CellStep on_tick(const CellState& state, TimePoint now, const CellLimits& limits) {
+CellStep on_tick(const CellState& state, const Tick& tick, TimePoint now, const CellLimits& limits) {
   using C = CellCommand;
   return std::visit(Overloaded{
                         [&](const Connecting& s) {
@@ -109,8 +109,9 @@ CellStep on_tick(const CellState& state, TimePoint now, const CellLimits& limits
                           return fault("the campaign did not end in time after its abort", {C::CloseDevices});
                         },
                         [&](const StreamStarting& s) {
-                          if (now - s.since < limits.stream_starting) return go(s);
-                          return fault("the controller sent no RSI packet in time; run `truepose doctor`",
+                          if (!s.program_runs && now - s.since < limits.stream_program) return go(s);
+                          if (s.program_runs && now - s.since < limits.stream_starting) return go(s);
+                          return fault("no RSI packet could be answered: " + tick.no_packet_answered,
                                        {C::StopStream, C::CloseDevices});
                         },
                         [&](const StreamStopping& s) {
@@ -123,7 +124,7 @@ CellStep on_tick(const CellState& state, TimePoint now, const CellLimits& limits
 }
 
 /// What the daemon found out. An outcome of something that was given up meanwhile changes nothing.
-CellStep on_outcome(const CellState& state, const CellEvent& event) {
+CellStep on_outcome(const CellState& state, const CellEvent& event, TimePoint now) {
   using C = CellCommand;
   return std::visit(
       Overloaded{
@@ -157,6 +158,9 @@ CellStep on_outcome(const CellState& state, const CellEvent& event) {
           [](const Paused&, const CampaignEnded&) { return go(Ready{}); },
           [](const Aborting&, const CampaignEnded&) { return go(Ready{}); },
 
+          [&](const StreamStarting&, const StreamProgramStarted&) {
+            return go(StreamStarting{now, true});
+          },
           [](const StreamStarting&, const StreamStarted&) { return go(Streaming{}); },
           [](const StreamStarting&, const StreamEnded&) { return go(Ready{}); },
           [](const Streaming&, const StreamEnded&) { return go(Ready{}); },
@@ -213,8 +217,8 @@ CellStep advance(const CellState& state, const CellEvent& event, TimePoint now, 
     if (auto step = carry_out(state, event, now)) return *std::move(step);
     return {state, {}, Refusal{std::string{state_name(state)}, allowed_methods(state)}};
   }
-  if (std::holds_alternative<Tick>(event)) return on_tick(state, now, limits);
-  return on_outcome(state, event);
+  if (const auto* tick = std::get_if<Tick>(&event)) return on_tick(state, *tick, now, limits);
+  return on_outcome(state, event, now);
 }
 
 }  // namespace truepose::daemon

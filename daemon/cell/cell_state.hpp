@@ -40,6 +40,7 @@ struct Aborting {
 };
 struct StreamStarting {
   TimePoint since;
+  bool program_runs = false;  ///< and since then
   bool operator==(const StreamStarting&) const = default;
 };
 struct Streaming {
@@ -85,6 +86,8 @@ struct DeviceLost {
   std::string reason;
 };
 struct CampaignEnded {};
+/// The controller's program runs that opens RSI.
+struct StreamProgramStarted {};
 struct StreamStarted {};
 struct StreamEnded {};
 struct StreamFaulted {
@@ -94,12 +97,15 @@ struct StreamFaulted {
 struct StoreFailed {
   std::string reason;
 };
-struct Tick {};
+struct Tick {
+  std::string no_packet_answered;  ///< why, where a stream is being started
+};
 using CellEvent =
     std::variant<ConnectRequested, DisconnectRequested, AcknowledgeRequested, CampaignStartRequested,
                  CampaignPauseRequested, CampaignResumeRequested, CampaignAbortRequested,
                  StreamStartRequested, StreamStopRequested, DevicesConnected, ConnectFailed, DeviceLost,
-                 CampaignEnded, StreamStarted, StreamEnded, StreamFaulted, StoreFailed, Tick>;
+                 CampaignEnded, StreamProgramStarted, StreamStarted, StreamEnded, StreamFaulted, StoreFailed,
+                 Tick>;
 
 enum class CellCommand {
   OpenDevices,
@@ -117,7 +123,8 @@ enum class CellCommand {
 struct CellLimits {
   std::chrono::seconds connecting{300};
   std::chrono::seconds aborting{60};
-  std::chrono::seconds stream_starting{30};
+  std::chrono::seconds stream_program{30};
+  std::chrono::seconds stream_starting{4};  ///< from the program's start to the first packet that is answered
   std::chrono::seconds stream_stopping{30};
 };
 

@@ -1,6 +1,8 @@
 #include "daemon/cell/daemon_cell.hpp"
 
+#include <algorithm>
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <utility>
 
 #include "daemon/cell/campaign_run.hpp"
@@ -21,7 +23,9 @@ using namespace std::chrono_literals;
 namespace {
 
 constexpr Duration kWatch = 100ms;
-constexpr Duration kAskRobot = 1s;
+constexpr Duration kTellStream = 1s;
+constexpr Duration kAskDevices = 1s;
+constexpr Duration kUnproven = 1s;  // a session that begins shows within some cycles that nothing is in force
 constexpr Duration kDeviceAnswer = 5s;
 constexpr Duration kStartProgram = 20s;
 
@@ -206,7 +210,11 @@ DaemonCell::Reply DaemonCell::stream_start(json::object params) {
     apply(StreamFaulted{reason}, reason);
     co_return std::unexpected(RpcError{ErrorCode::Device, reason});
   }
-  if (std::holds_alternative<StreamStarting>(state_)) parts_.stream.engage();
+  if (std::holds_alternative<StreamStarting>(state_)) {
+    before_stream_ = parts_.stream.status();
+    parts_.stream.engage();
+    apply(StreamProgramStarted{}, "");
+  }
   while (std::holds_alternative<StreamStarting>(state_)) {
     const TimePoint next = parts_.clock.now() + kWatch;
     co_await parts_.clock.sleep_until(next);
@@ -236,17 +244,34 @@ DaemonCell::Reply DaemonCell::stream_status(json::object params) {
 }
 
 asio::awaitable<void> DaemonCell::watch() {
-  for (TimePoint ask = parts_.clock.now();;) {
-    apply(Tick{}, "");
+  using namespace asio::experimental::awaitable_operators;
+  co_await (watch_cell() && watch_devices());
+}
+
+asio::awaitable<void> DaemonCell::watch_cell() {
+  for (TimePoint tell = parts_.clock.now();;) {
+    apply(Tick{no_answer_text(before_stream_, parts_.stream.status(), refused_, parts_.config)}, "");
     watch_stream();
-    if (parts_.clock.now() >= ask) {
-      ask = parts_.clock.now() + kAskRobot;
+    if (parts_.clock.now() >= tell) {
+      tell = parts_.clock.now() + kTellStream;
       if (streaming()) parts_.events.publish(control::Topic::Stream, stream_now_json());
-      if (std::holds_alternative<Ready>(state_)) co_await watch_robot();
     }
     const TimePoint next = parts_.clock.now() + kWatch;
     co_await parts_.clock.sleep_until(next);
   }
+}
+
+/// A campaign talks with the devices itself. A device that takes its time must not keep watch_cell() waiting.
+asio::awaitable<void> DaemonCell::watch_devices() {
+  for (;;) {
+    if (devices_may_be_asked()) co_await watch_robot();
+    const TimePoint next = parts_.clock.now() + kAskDevices;
+    co_await parts_.clock.sleep_until(next);
+  }
+}
+
+bool DaemonCell::devices_may_be_asked() const {
+  return std::holds_alternative<Ready>(state_) || std::holds_alternative<Streaming>(state_);
 }
 
 asio::awaitable<void> DaemonCell::watch_robot() {
@@ -256,32 +281,74 @@ asio::awaitable<void> DaemonCell::watch_robot() {
   robot_asked_ = false;
   if (asked) {
     robot_state_ = *asked;
-  } else if (std::holds_alternative<Ready>(state_)) {
+  } else if (devices_may_be_asked()) {
     apply(DeviceLost{"robot: " + asked.error().detail}, asked.error().detail);
   }
 }
 
 void DaemonCell::watch_stream() {
   const TimePoint now = parts_.clock.now();
-  for (StreamEvent event; parts_.stream.next_event(event);) stream_log_.take(event, now);
+  for (StreamEvent event; parts_.stream.next_event(event);) {
+    stream_log_.take(event, now);
+    if (event.kind == StreamEventKind::Foreign) refused_.foreign = event.source;
+    if (event.kind == StreamEventKind::Malformed) refused_.malformed = describe(event);
+    if (event.kind == StreamEventKind::Foreign || event.kind == StreamEventKind::Malformed)
+      refused_.last = describe(event);
+  }
   stream_log_.pass(parts_.stream.dropped_events(), now);
 
   const StreamStatus status = parts_.stream.status();
   const StreamState before = std::exchange(stream_state_, status.state);
   if (before != status.state) parts_.events.publish(control::Topic::Stream, stream_now_json());
-  if (before == StreamState::Frozen && frozen_) publish_fault(*std::exchange(frozen_, std::nullopt), false);
-  if (status.state == StreamState::Frozen && !frozen_) {
-    frozen_ = Fault{"E_STREAM_FROZEN", "warning", std::string{reason(status.fault)},
-                    control::rfc3339(parts_.wall_clock())};
-    publish_fault(*frozen_, true);
-  }
+  const bool frozen = status.state == StreamState::Frozen;
+  stand(frozen_, frozen, {"E_STREAM_FROZEN", "warning", reason(status), {}});
+  if (status.state != StreamState::Unproven || before != status.state) proven_ = now;
+  stand(unproven_, now - proven_ >= kUnproven, {"E_STREAM_UNPROVEN", "warning", reason(status), {}});
+  watch_silence(packet_age(status, now));
   if (status.state == StreamState::Fault) {
-    if (streaming()) apply(StreamFaulted{std::string{reason(status.fault)}}, "");
-  } else if (status.state == StreamState::Idle) {
-    if (std::holds_alternative<StreamStopping>(state_)) apply(StreamEnded{}, "the correction is ramped out");
-  } else if (std::holds_alternative<StreamStarting>(state_)) {
+    if (streaming()) apply(StreamFaulted{reason(status)}, "");
+  } else if (std::holds_alternative<StreamStopping>(state_)) {
+    if (status.state == StreamState::Idle) apply(StreamEnded{}, "the correction is ramped out");
+  } else if (status.counters.answered > before_stream_.counters.answered) {
     apply(StreamStarted{}, "the controller's packets are answered");
   }
+}
+
+/// A controller that falls silent while it is corrected, or should be ramped out, is told at once.
+void DaemonCell::watch_silence(std::optional<Duration> age) {
+  const bool on = std::holds_alternative<Streaming>(state_) || std::holds_alternative<StreamStopping>(state_);
+  const bool silent = on && (!age || *age >= kSilence);
+  const bool goes_on_by_itself =
+      parts_.config.stream.rearm == config::Rearm::Automatic && std::holds_alternative<Streaming>(state_);
+  if (silent && !goes_on_by_itself) {
+    apply(StreamFaulted{silence_text(age) +
+                        ", and holds the correction that it has; look at the robot program, the "
+                        "controller and the cable, then acknowledge and start the stream anew"},
+          "");
+  }
+  stand(silent_, silent && goes_on_by_itself,
+        {"E_STREAM_SILENT",
+         "warning",
+         silence_text(age) + "; the correction goes on when it does (rearm: automatic)",
+         {}});
+}
+
+/// Begins or ends a fault that stands as long as its cause.
+void DaemonCell::stand(std::optional<Fault>& standing, bool stands, Fault fault) {
+  if (stands == standing.has_value()) return;
+  if (!stands) {
+    publish_fault(*std::exchange(standing, std::nullopt), false);
+    return;
+  }
+  fault.since = control::rfc3339(parts_.wall_clock());
+  log_warning(fault.text);
+  standing = std::move(fault);
+  publish_fault(*standing, true);
+}
+
+std::optional<Duration> DaemonCell::packet_age(const StreamStatus& status, TimePoint now) {
+  if (!status.heard) return std::nullopt;
+  return std::max(Duration{0}, now - *status.heard);
 }
 
 asio::awaitable<void> DaemonCell::shut_down() {
@@ -316,8 +383,12 @@ bool DaemonCell::streaming() const {
 }
 
 json::object DaemonCell::stream_now_json() const {
-  return stream_json(parts_.stream.status(), parts_.stream.turnaround(), streaming(),
-                     active_ ? active_->record.id : "");
+  const StreamStatus status = parts_.stream.status();
+  return stream_json(status, parts_.stream.turnaround(),
+                     {.streaming = streaming(),
+                      .age = packet_age(status, parts_.clock.now()),
+                      .refused = refused_.last,
+                      .model_id = active_ ? active_->record.id : ""});
 }
 
 json::object DaemonCell::status_json() const {
@@ -327,7 +398,9 @@ json::object DaemonCell::status_json() const {
   if (const auto* fault = std::get_if<Faulted>(&state_)) {
     faults.push_back(fault_json(cell_fault(fault->reason, state_since_)));
   }
-  if (frozen_) faults.push_back(fault_json(*frozen_));
+  for (const auto* standing : {&frozen_, &silent_, &unproven_}) {
+    if (*standing) faults.push_back(fault_json(**standing));
+  }
   json::array allowed;
   for (const std::string& method : allowed_methods(state_)) allowed.emplace_back(method);
   const bool running = campaign_ && !campaign_->ended;

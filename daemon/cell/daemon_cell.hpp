@@ -16,6 +16,7 @@
 #include "daemon/campaign/store_journal.hpp"
 #include "daemon/cell/cell_json.hpp"
 #include "daemon/cell/cell_state.hpp"
+#include "daemon/cell/stream_trouble.hpp"
 #include "daemon/control/cell_service.hpp"
 #include "daemon/control/event_bus.hpp"
 #include "daemon/realtime/stream_cycle.hpp"
@@ -113,8 +114,14 @@ class DaemonCell final : public CellService, private CampaignObserver {
   Result start_campaign(const config::CellConfig& config, CampaignOrder order, bool activate = false);
   boost::asio::awaitable<void> run_campaign();
   boost::asio::awaitable<std::expected<ModelRecord, control::RpcError>> find_model(std::string id);
+  boost::asio::awaitable<void> watch_cell();
+  boost::asio::awaitable<void> watch_devices();
   boost::asio::awaitable<void> watch_robot();
+  bool devices_may_be_asked() const;
   void watch_stream();
+  void watch_silence(std::optional<Duration> age);
+  void stand(std::optional<Fault>& standing, bool stands, Fault fault);
+  static std::optional<Duration> packet_age(const StreamStatus& status, TimePoint now);
 
   void on_progress(const CampaignProgress& progress) override;
   void on_point(const StoredPoint& point, double deviation_mm, const CampaignProgress& progress) override;
@@ -141,7 +148,12 @@ class DaemonCell final : public CellService, private CampaignObserver {
   std::uint64_t model_number_ = 0;
   StreamState stream_state_ = StreamState::Idle;
   StreamLog stream_log_{[](LogLevel level, const std::string& line) { log(level, line); }};
-  std::optional<Fault> frozen_;  ///< stands while the stream waits for an arm that does not follow
+  StreamStatus before_stream_;  ///< when the stream was started last
+  RefusedPackets refused_;
+  std::optional<Fault> frozen_;    ///< stands while the stream waits for an arm that does not follow
+  std::optional<Fault> unproven_;  ///< stands while packets come and none can be answered
+  TimePoint proven_{};             ///< when that was not so
+  std::optional<Fault> silent_;    ///< stands while a stream that goes on by itself waits for its controller
 };
 
 }  // namespace truepose::daemon

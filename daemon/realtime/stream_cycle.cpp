@@ -1,10 +1,13 @@
 #include "daemon/realtime/stream_cycle.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "core/kinematics/forward.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -13,18 +16,16 @@ constexpr int kAxes = 6;
 
 // No axis moves so far in a cycle of 12 ms: 220 deg/s are 2.6 deg.
 constexpr double kGreatestMotionRad = 3 * kRadPerDeg;
-// Leaving RSI and starting it anew takes the controller's interpreter longer than this.
-constexpr std::uint64_t kShortestRestartCycles = 10;
 // So many implausible frames in a row are believed after all.
 constexpr int kImplausibleFrames = 10;
-// A correction that is large enough to be looked for in the actual axes.
-constexpr double kVisibleCorrectionRad = 0.02 * kRadPerDeg;
+// So many judgements in a row, a quarter of a second each, that the arm does not follow are believed.
+constexpr int kNotFollowing = 2;
+// By so many standard deviations a measured correction differs from the sent one before that is believed.
+constexpr double kSigmas = 4;
+// KR C2 counts cycles, all others milliseconds.
+constexpr std::uint64_t kCountsCycles = 1;
 // A reply sent so soon was in time, and datagrams so close together come out of a backlog.
 constexpr std::chrono::milliseconds kInTime{1};
-
-JointVector vector_of(const rsi::Axes& axes) {
-  return Eigen::Map<const Eigen::Matrix<double, kAxes, 1>>(axes.data());
-}
 
 /// Start and end without a kink, so that a ramp does not jerk the arm.
 double smooth(double x) { return x * x * (3 - 2 * x); }
@@ -69,9 +70,50 @@ bool asks_to_stop(StreamFault fault) {
   return fault == StreamFault::BoundBroken || fault == StreamFault::NoSolution;
 }
 
+SessionOptions session_options(const StreamOptions& options) {
+  return {.cycle = options.cycle,
+          .gap_cycles = options.timeout_cycles,
+          .step_rad = options.max_step_rad,
+          .peer = options.peer,
+          .listening_since = options.now()};
+}
+
+/// Why a configuration of the controller cannot carry the stream; nothing where it can.
+std::optional<std::string> unfit(const rsi::EthernetConfig& ethernet) {
+  if (ethernet.only_send)
+    return "the RSI configuration has ONLYSEND=TRUE: the controller takes no correction";
+  if (!ethernet.axis_correction)
+    return "the RSI configuration receives no axis correction (an element with A1 to A6)";
+  for (const rsi::Element& element : ethernet.receive) {
+    if (element.tag.starts_with(*ethernet.axis_correction + ".A") && !element.hold_on)
+      return "the RSI configuration gives " + element.tag +
+             " HOLDON=\"0\": one lost packet would take the whole correction away in one cycle; give it "
+             "HOLDON=\"1\"";
+  }
+  if (!ethernet.sends("ASPos") && !ethernet.sends("AIPos"))
+    return "the RSI configuration sends neither DEF_ASPos nor DEF_AIPos: the commanded axes are unknown";
+  if (!ethernet.sends("Delay"))
+    return "the RSI configuration does not send DEF_Delay: a reply that was lost could not be told from one "
+           "that was "
+           "taken, and the next would be a jump; add it to the SEND list";
+  return std::nullopt;
+}
+
+std::optional<std::string> unfit(const StreamOptions& options) {
+  const double greatest = 90 * kRadPerDeg;
+  const double grid = CorrectionBounds{}.resolution;
+  if (!(options.max_step_rad >= grid && options.max_step_rad <= greatest) ||
+      !(options.max_total_rad >= grid && options.max_total_rad <= greatest) || options.ramp_cycles < 1)
+    return "step, total and ramp of the correction must be positive, and the first two at most 90 deg";
+  if (options.cycle < std::chrono::milliseconds{1} || options.timeout_cycles < 1)
+    return "cycle and timeout of the controller must be positive";
+  return std::nullopt;
+}
+
 }  // namespace
 
-StreamOptions StreamOptions::of(const config::StreamConfig& config) {
+StreamOptions StreamOptions::of(const config::CellConfig& cell) {
+  const config::StreamConfig& config = cell.stream;
   const auto cycles = [&](std::chrono::milliseconds time) {
     return std::max(1, static_cast<int>(time / config.cycle));
   };
@@ -82,50 +124,41 @@ StreamOptions StreamOptions::of(const config::StreamConfig& config) {
           .singular_below_rad = config.singular_deg * kRadPerDeg,
           .ramp_cycles = cycles(config.ramp),
           .broken_cycles = cycles(1s),
-          .following_cycles = cycles(1s),
-          .following_lag_cycles = cycles(160ms)};
+          .timeout_cycles = config.timeout_cycles,
+          .cycle = config.cycle,
+          .disarm_after = config.rearm == config::Rearm::Automatic ? std::nullopt : std::optional{400ms},
+          .max_fk_deviation_mm = cell.robot.max_fk_deviation_mm};
 }
 
 std::expected<std::unique_ptr<StreamCycle>, std::string> StreamCycle::create(
-    const RobotModel& nominal, const rsi::EthernetConfig& ethernet, const StreamOptions& options) {
+    const RobotModel& nominal, const rsi::EthernetConfig& ethernet, const StreamOptions& options,
+    StreamMemory* memory) {
   const auto revolute = [](const Joint& joint) { return joint.type == JointType::Revolute; };
   if (nominal.joint_count() != kAxes ||
       !std::all_of(nominal.joints.begin(), nominal.joints.end(), revolute)) {
     return std::unexpected("the stream corrects six revolute axes, but " + nominal.name +
                            " has other joints");
   }
-  if (ethernet.only_send) {
-    return std::unexpected("the RSI configuration has ONLYSEND=TRUE: the controller takes no correction");
-  }
-  if (!ethernet.axis_correction) {
-    return std::unexpected("the RSI configuration receives no axis correction (an element with A1 to A6)");
-  }
-  if (!ethernet.sends("ASPos") && !ethernet.sends("AIPos")) {
-    return std::unexpected(
-        "the RSI configuration sends neither DEF_ASPos nor DEF_AIPos: the commanded axes are unknown");
-  }
-  const double greatest = 90 * kRadPerDeg;
-  const double grid = CorrectionBounds{}.resolution;
-  if (!(options.max_step_rad >= grid && options.max_step_rad <= greatest) ||
-      !(options.max_total_rad >= grid && options.max_total_rad <= greatest) || options.ramp_cycles < 1) {
-    return std::unexpected(
-        "step, total and ramp of the correction must be positive, and the first two at most 90 deg");
-  }
-  return std::unique_ptr<StreamCycle>(new StreamCycle(nominal, ethernet, options));
+  if (const auto why = unfit(ethernet)) return std::unexpected(*why);
+  if (const auto why = unfit(options)) return std::unexpected(*why);
+  return std::unique_ptr<StreamCycle>(new StreamCycle(nominal, ethernet, options, memory));
 }
 
 StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& ethernet,
-                         const StreamOptions& options)
+                         const StreamOptions& options, StreamMemory* memory)
     : nominal_{nominal},
       options_{options},
       bounds_{bounds_of(nominal, options)},
       codec_{ethernet},
       has_stop_{ethernet.stop.has_value()},
       sends_aspos_{ethernet.sends("ASPos")},
-      sequence_{options.timeout_cycles},
-      correction_{JointVector::Zero(kAxes)},
+      second_cycles_{1000.0 / static_cast<double>(options.cycle.count())},
+      session_{session_options(options), memory},
+      effect_{static_cast<double>(options.cycle.count())},
+      correction_{session_.last_sent()},
       model_correction_{JointVector::Zero(kAxes)},
-      fade_{JointVector::Zero(kAxes)} {}
+      fade_{JointVector::Zero(kAxes)},
+      refade_{!correction_.isZero(0)} {}
 
 void StreamCycle::use_model(const RobotModel& calibrated, std::uint64_t number,
                             const Eigen::Vector3d& p_F_mm) {
@@ -147,156 +180,199 @@ StreamStatus StreamCycle::status() const {
   return published_.front();
 }
 
-std::string_view StreamCycle::answer(std::string_view datagram, drivers::TimePoint received) noexcept {
+std::string_view StreamCycle::answer(const drivers::Datagram& datagram) noexcept {
+  if (!session_.admits(datagram.source, datagram.received)) {
+    tell_foreign(datagram.source);
+    publish();
+    return {};
+  }
   ++status_.counters.datagrams;
   take_commands();
-  const auto frame = rsi::decode_robot_frame(datagram);
-  const std::string_view bytes =
-      frame ? answer_frame(*frame, received) : answer_malformed(readable_ipoc(datagram));
+  const std::string_view bytes = answer_controller(datagram);
   update_state();
   publish();
-  received_ = received;
-  last_turnaround_ = options_.now() - received;
+  received_ = datagram.received;
+  last_turnaround_ = options_.now() - datagram.received;
   turnaround_.record(last_turnaround_);
   return bytes;
+}
+
+/// Counted, and named once for each address.
+void StreamCycle::tell_foreign(const drivers::UdpSource& source) noexcept {
+  ++status_.counters.foreign;
+  const auto known = foreign_.begin() + static_cast<std::ptrdiff_t>(foreign_count_);
+  if (foreign_count_ == foreign_.size() || std::find(foreign_.begin(), known, source.address) != known)
+    return;
+  foreign_[foreign_count_++] = source.address;
+  emit({.kind = StreamEventKind::Foreign, .source = source});
 }
 
 void StreamCycle::take_commands() noexcept {
   if (model_.take()) {
     status_.model = model_.front().number;
     refade_ = true;
-    emit(StreamEventKind::ModelChanged, status_.model);
+    emit({.kind = StreamEventKind::ModelChanged, .value = status_.model});
   }
   const std::uint32_t acknowledged = acknowledged_.load(std::memory_order_acquire);
   if (acknowledged != acknowledged_seen_) {
     acknowledged_seen_ = acknowledged;
     status_.fault = StreamFault::None;
-    broken_ = unsolved_ = not_following_ = 0;
-    rejected_ = 0;
+    status_.detail = {};
+    broken_ = unsolved_ = without_delay_ = since_arm_check_ = 0;
+    rejected_ = not_following_ = 0;
+    effect_.restart();
   }
+}
+
+std::string_view StreamCycle::answer_controller(const drivers::Datagram& datagram) noexcept {
+  const auto frame = rsi::decode_robot_frame(datagram.bytes);
+  if (!frame) return answer_malformed(frame.error(), datagram);
+  const bool commanded = sends_aspos_ ? frame->aspos_rad.has_value() : frame->aipos_rad.has_value();
+  if (!commanded) {
+    return answer_malformed({.fault = rsi::FrameFault::Missing, .element = sends_aspos_ ? "ASPos" : "AIPos"},
+                            datagram);
+  }
+  return answer_frame(*frame, datagram);
 }
 
 std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
-                                           drivers::TimePoint received) noexcept {
-  std::optional<JointVector> commanded = commanded_axes(frame);
-  if (!commanded) return answer_malformed(frame.ipoc);
+                                           const drivers::Datagram& datagram) noexcept {
   malformed_before_ = false;
-
-  Position position = sequence_.place(frame.ipoc);
-  if (position.place == Place::Duplicate || position.place == Place::Stale) {
-    return hold(frame.ipoc, position);
+  disarm_after_silence(datagram.received);
+  const Hearing hearing = session_.hear(frame, datagram.source, datagram.received);
+  if (hearing.began) begin_session(datagram.source);
+  switch (hearing.turn) {
+    case Turn::Repeat:
+      return repeat(frame.ipoc);
+    case Turn::WrongIpoc:
+      ++status_.counters.wrong_ipoc;
+      return {};
+    case Turn::Unproven:
+      ++status_.counters.unproven;
+      last_commanded_.reset();
+      effect_.restart();
+      return {};
+    case Turn::Answer:
+      return answer_cycle(frame, hearing, datagram.received);
   }
-  if (position.place == Place::NewSession && !sequence_.confirms_session(frame.ipoc))
-    return hold(frame.ipoc, position);
-  if (position.place == Place::NewSession || restarted(frame, position)) {
-    start_session(frame.ipoc);
-    position = Position{.forward = 0, .elapsed = 0};
-    commanded = commanded_axes(frame);
-  } else {
-    if (!plausible(*commanded, position)) return hold(frame.ipoc, position);
-    advance(frame.ipoc, position);
-  }
-
-  const bool arriving = replies_arrive(frame, position, received);
-  watch_following(frame, *commanded, position);
-  last_commanded_ = *commanded;
-  for (Eigen::Index i = 0; i < kAxes; ++i) {
-    status_.commanded_deg[static_cast<std::size_t>(i)] = (*commanded)[i] * kDegPerRad;
-  }
-
-  if (status_.fault != StreamFault::None) {
-    refade_ = true;
-    ++status_.counters.held;
-  } else if (arriving && position.elapsed < kShortestRestartCycles &&
-             correct(*commanded, static_cast<double>(position.elapsed))) {
-    ++status_.counters.answered;
-  } else {
-    ++status_.counters.held;
-  }
-  return reply(frame.ipoc, correction_);
+  return {};
 }
 
-std::string_view StreamCycle::answer_malformed(std::optional<std::uint64_t> ipoc) noexcept {
+std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const Hearing& hearing,
+                                           drivers::TimePoint received) noexcept {
+  if (hearing.settled) adopt(*commanded_axes(frame));
+  const JointVector commanded = *commanded_axes(frame);
+  if (hearing.elapsed > 1) {
+    status_.counters.lost += hearing.elapsed - 1;
+    emit({.kind = StreamEventKind::PacketsLost, .value = hearing.elapsed - 1});
+  }
+  if (!plausible(commanded, hearing)) return hold();
+
+  watch_receipts(frame, hearing, received);
+  watch_effect(frame, hearing);
+  watch_arm(frame, hearing);
+  last_commanded_ = commanded;
+  for (Eigen::Index i = 0; i < kAxes; ++i) {
+    status_.commanded_deg[static_cast<std::size_t>(i)] = commanded[i] * kDegPerRad;
+  }
+
+  const bool free = status_.fault == StreamFault::None;
+  if (!free) refade_ = true;
+  const std::uint64_t cycles =
+      hearing.settled ? 1 : hearing.elapsed;  // what was not answered is no part of a ramp
+  if (!free || hearing.missed || !correct(commanded, static_cast<double>(cycles))) return hold();
+  ++status_.counters.answered;
+  return reply();
+}
+
+std::string_view StreamCycle::answer_malformed(const rsi::FrameError& error,
+                                               const drivers::Datagram& datagram) noexcept {
   ++status_.counters.malformed;
-  if (!std::exchange(malformed_before_, true)) emit(StreamEventKind::Malformed);
-  if (!ipoc) {
+  if (!std::exchange(malformed_before_, true)) {
+    emit({.kind = StreamEventKind::Malformed,
+          .source = datagram.source,
+          .excerpt = Excerpt::of(datagram.bytes),
+          .error = error});
+  }
+  const auto ipoc = readable_ipoc(datagram.bytes);
+  if (!ipoc || !session_.hear_malformed(*ipoc, datagram.source, datagram.received)) {
     ++status_.counters.unanswered;
     return {};
   }
-  return hold(*ipoc, sequence_.place(*ipoc));
+  effect_.restart();
+  return replied_ipoc_ == ipoc ? repeat(*ipoc) : hold();
 }
 
-std::string_view StreamCycle::hold(std::uint64_t ipoc, const Position& position) noexcept {
-  switch (position.place) {
-    case Place::Duplicate:
-      ++status_.counters.duplicate;
-      break;
-    case Place::Stale:
-      ++status_.counters.stale;
-      break;
-    case Place::Next:
-      if (position.elapsed >= kShortestRestartCycles) {
-        // The controller may have begun anew at zero, and this frame cannot tell: without a reply it keeps
-        // what it has.
-        ++status_.counters.unanswered;
-        return {};
-      }
-      ++status_.counters.held;
-      advance(ipoc, position);
-      break;
-    case Place::NewSession:
-      // A new start begins at zero. Should only the IPOC be garbage, then the controller discards this reply,
-      // and the session that it knows goes on.
-      ++status_.counters.held;
-      return reply(ipoc, JointVector::Zero(kAxes));
-  }
-  return reply(ipoc, correction_);
+/// The last correction once more: within a step of all that may be in force, as it was when it was sent.
+std::string_view StreamCycle::hold() noexcept {
+  ++status_.counters.held;
+  return reply();
 }
 
-std::string_view StreamCycle::reply(std::uint64_t ipoc, const JointVector& correction) noexcept {
-  rsi::SensorFrame frame{.ipoc = ipoc, .axis_correction_rad = rsi::Axes{}, .stop = std::nullopt};
-  std::copy(correction.begin(), correction.end(), frame.axis_correction_rad->begin());
+std::string_view StreamCycle::repeat(std::uint64_t ipoc) noexcept {
+  ++status_.counters.duplicate;
+  return replied_ipoc_ == ipoc ? std::string_view{buffer_.data(), reply_bytes_} : std::string_view{};
+}
+
+std::string_view StreamCycle::reply() noexcept {
+  rsi::SensorFrame frame{.ipoc = session_.ipoc(), .axis_correction_rad = rsi::Axes{}, .stop = std::nullopt};
+  std::copy(correction_.begin(), correction_.end(), frame.axis_correction_rad->begin());
   if (has_stop_) frame.stop = asks_to_stop(status_.fault);
   const auto bytes = codec_.encode(frame, buffer_);
-  return bytes ? *bytes : std::string_view{};
+  if (!bytes) return {};
+  replied_ipoc_ = frame.ipoc;
+  reply_bytes_ = bytes->size();
+  session_.reply(correction_);
+  return *bytes;
 }
 
-// After a silence too short for the controller to give up, only itself can tell that it began anew: nothing
-// is left in the actual axes of a correction that they had followed, or, where they cannot be compared, it
-// counts late replies from zero.
-bool StreamCycle::restarted(const rsi::RobotFrame& frame, const Position& position) const noexcept {
-  if (position.elapsed < kShortestRestartCycles) return false;
-  if (!frame.aipos_rad || !frame.aspos_rad) return frame.delay && delay_ && *frame.delay < *delay_;
-  Eigen::Index axis = 0;
-  const double largest = correction_.cwiseAbs().maxCoeff(&axis);
-  const auto a = static_cast<std::size_t>(axis);
-  return largest > kVisibleCorrectionRad && not_following_ == 0 &&
-         std::abs((*frame.aipos_rad)[a] - (*frame.aspos_rad)[a]) < largest / 10;
-}
-
-void StreamCycle::start_session(std::uint64_t ipoc) noexcept {
+void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
   ++status_.counters.sessions;
-  sequence_.start(ipoc);
-  correction_.setZero();
-  model_correction_.setZero();
-  fade_.setZero();
-  ramp_ = 0;
-  fade_ramp_ = 1;
-  refade_ = false;
-  broken_ = unsolved_ = not_following_ = 0;
-  rejected_ = implausible_ = 0;
-  delay_.reset();
+  broken_ = unsolved_ = without_delay_ = since_arm_check_ = 0;
+  rejected_ = implausible_ = not_following_ = 0;
+  malformed_before_ = false;
+  replied_ipoc_.reset();
   last_commanded_.reset();
-  last_expected_.reset();
-  emit(StreamEventKind::SessionStarted, ipoc);
+  effect_.restart();
+  emit({.kind = StreamEventKind::SessionStarted, .value = session_.ipoc(), .source = source});
 }
 
-void StreamCycle::advance(std::uint64_t ipoc, const Position& position) noexcept {
-  sequence_.advance(ipoc, position);
-  if (position.elapsed > 1) {
-    status_.counters.lost += position.elapsed - 1;
-    emit(StreamEventKind::PacketsLost, position.elapsed - 1);
+/// Goes on from what has just become known to be in force.
+void StreamCycle::adopt(const JointVector& commanded) noexcept {
+  const CorrectionRange& in_force = session_.in_force();
+  const auto contains = [&](const JointVector& correction) {
+    return (correction - in_force.min).minCoeff() >= 0 && (in_force.max - correction).minCoeff() >= 0;
+  };
+  const JointVector zero = JointVector::Zero(kAxes);
+  const JointVector likely = contains(correction_) ? correction_
+                             : contains(zero)      ? zero
+                                                   : JointVector{(in_force.min + in_force.max) / 2};
+  const JointVector before =
+      std::exchange(correction_, bound_correction(likely, in_force, commanded, bounds_).correction);
+  if (before != correction_) effect_.restart();
+  if (correction_.isZero(0)) {
+    ramp_ = 0;
+    fade_.setZero();
+    fade_ramp_ = 1;
+    refade_ = false;
+  } else {
+    refade_ = true;
   }
+  emit({.kind = StreamEventKind::SessionProven,
+        .value =
+            static_cast<std::uint64_t>(std::lround(correction_.cwiseAbs().maxCoeff() * kDegPerRad * 1e6))});
+}
+
+/// A correction that comes back by itself when the controller does may meet somebody in the cell.
+void StreamCycle::disarm_after_silence(drivers::TimePoint received) noexcept {
+  const auto silence = status_.heard ? received - *status_.heard : drivers::Duration{0};
+  status_.heard = received;
+  if (armed_before_ && options_.disarm_after && silence >= *options_.disarm_after) {
+    engaged_.store(false, std::memory_order_release);
+    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(silence);
+    emit({.kind = StreamEventKind::Disarmed, .value = static_cast<std::uint64_t>(ms.count())});
+  }
+  armed_before_ = engaged_.load(std::memory_order_acquire);
 }
 
 std::optional<JointVector> StreamCycle::commanded_axes(const rsi::RobotFrame& frame) const noexcept {
@@ -309,9 +385,9 @@ std::optional<JointVector> StreamCycle::commanded_axes(const rsi::RobotFrame& fr
 }
 
 /// Whether the arm can have moved here from the frame before.
-bool StreamCycle::plausible(const JointVector& commanded, const Position& position) noexcept {
+bool StreamCycle::plausible(const JointVector& commanded, const Hearing& hearing) noexcept {
   const bool far = last_commanded_ && (commanded - *last_commanded_).cwiseAbs().maxCoeff() >
-                                          kGreatestMotionRad * static_cast<double>(position.elapsed);
+                                          kGreatestMotionRad * static_cast<double>(hearing.elapsed);
   implausible_ = far ? implausible_ + 1 : 0;
   if (!far) return true;
   if (implausible_ < kImplausibleFrames) return false;
@@ -320,41 +396,67 @@ bool StreamCycle::plausible(const JointVector& commanded, const Position& positi
   return true;
 }
 
-/// False where the controller says that it did not take the last reply: changing the correction now would add
-/// up to a jump when it takes the next.
-bool StreamCycle::replies_arrive(const rsi::RobotFrame& frame, const Position& position,
+/// Looks for replies that were sent in time and not taken.
+void StreamCycle::watch_receipts(const rsi::RobotFrame& frame, const Hearing& hearing,
                                  drivers::TimePoint received) noexcept {
-  const std::optional<std::int64_t> before = std::exchange(delay_, frame.delay);
-  if (!frame.delay || !before || *frame.delay <= *before) {
-    rejected_ = 0;
+  without_delay_ = frame.delay ? 0 : without_delay_ + static_cast<double>(hearing.elapsed);
+  if (without_delay_ >= second_cycles_) raise(StreamFault::NoDelay);
+  if (hearing.late == 0) {
+    if (!hearing.missed) rejected_ = 0;
     late_before_ = false;
-    return true;
+    return;
   }
-  const std::uint64_t rise = static_cast<std::uint64_t>(*frame.delay) - static_cast<std::uint64_t>(*before);
-  status_.counters.late += rise;
-  if (!std::exchange(late_before_, true)) emit(StreamEventKind::RepliesLate, rise);
+  status_.counters.late += hearing.late;
+  if (!std::exchange(late_before_, true)) emit({.kind = StreamEventKind::RepliesLate, .value = hearing.late});
   const bool sent_in_time =
-      position.elapsed == 1 && received_ && last_turnaround_ < kInTime && received - *received_ > kInTime;
+      hearing.elapsed == 1 && received_ && last_turnaround_ < kInTime && received - *received_ > kInTime;
   rejected_ = sent_in_time ? rejected_ + 1 : 0;
   if (rejected_ >= options_.rejected_cycles) raise(StreamFault::RepliesRejected);
-  return false;
 }
 
-void StreamCycle::watch_following(const rsi::RobotFrame& frame, const JointVector& commanded,
-                                  const Position& position) noexcept {
-  // Without ASPos the commanded axes are themselves derived from AIPos, and nothing could be compared.
-  if (!sends_aspos_ || !frame.aipos_rad) return;
-  const JointVector expected = commanded + correction_;
-  if (last_expected_ && position.elapsed > 0 && !correction_.isZero(0)) {
-    const double cycles = static_cast<double>(position.elapsed);
-    const JointVector motion = (expected - *last_expected_).cwiseAbs() / cycles;
-    const JointVector behind =
-        (vector_of(*frame.aipos_rad) - expected).cwiseAbs() - options_.following_lag_cycles * motion;
-    const bool follows = behind.maxCoeff() <= options_.following_tolerance_rad;
-    not_following_ = follows ? 0 : not_following_ + cycles;
-    if (not_following_ >= options_.following_cycles) raise(StreamFault::NotFollowing);
+/// Whether the arm does what is sent, in motion too.
+void StreamCycle::watch_effect(const rsi::RobotFrame& frame, const Hearing& hearing) noexcept {
+  if (!frame.aspos_rad || !frame.aipos_rad || !hearing.follows) {
+    effect_.restart();
+    return;
   }
-  last_expected_ = expected;
+  if (!effect_.take(vector_of(*frame.aspos_rad), correction_, vector_of(*frame.aipos_rad))) return;
+  Eigen::Index worst = 0;
+  const EffectWatch::Vector beyond = effect_.missing().cwiseAbs() - kSigmas * effect_.sigma();
+  const bool follows = beyond.maxCoeff(&worst) <= options_.following_tolerance_rad;
+  not_following_ = follows ? 0 : not_following_ + 1;
+  for (Eigen::Index i = 0; i < kAxes; ++i) {
+    const bool told = kSigmas * effect_.sigma()[i] <= options_.following_tolerance_rad;
+    auto& measured_deg = status_.measured_deg[static_cast<std::size_t>(i)];
+    measured_deg.reset();
+    if (told) measured_deg = (correction_[i] + effect_.missing()[i]) * kDegPerRad;
+  }
+  if (not_following_ < kNotFollowing) return;
+  const double sent = effect_.sent()[worst], measured = sent + effect_.missing()[worst];
+  raise(StreamFault::NotFollowing,
+        {.axis = static_cast<int>(worst) + 1, .value = measured * kDegPerRad, .limit = sent * kDegPerRad});
+}
+
+/// Whether this is the arm and the cycle that we were told: at the beginning of a session, then once a
+/// second.
+void StreamCycle::watch_arm(const rsi::RobotFrame& frame, const Hearing& hearing) noexcept {
+  since_arm_check_ -= static_cast<double>(hearing.elapsed);
+  if (since_arm_check_ > 0) return;
+  since_arm_check_ = second_cycles_;
+  const std::uint64_t step = session_.step(), cycle_ms = static_cast<std::uint64_t>(options_.cycle.count());
+  if (step == 0) {
+    since_arm_check_ = 1;
+  } else if (step != cycle_ms && step != kCountsCycles) {
+    raise(StreamFault::WrongCycle,
+          {.axis = 0, .value = static_cast<double>(step), .limit = static_cast<double>(cycle_ms)});
+  }
+  if (!frame.rist || !frame.aipos_rad) return;
+  const Eigen::Vector3d p_BF_mm = forward_kinematics(nominal_, vector_of(*frame.aipos_rad)).translation();
+  const double off_mm =
+      (Eigen::Vector3d{frame.rist->x_mm, frame.rist->y_mm, frame.rist->z_mm} - p_BF_mm).norm();
+  if (off_mm > options_.max_fk_deviation_mm) {
+    raise(StreamFault::WrongArm, {.axis = 0, .value = off_mm, .limit = options_.max_fk_deviation_mm});
+  }
 }
 
 /// Brings model_correction_ up to date. @return false where the calibrated arm has no solution, or none near
@@ -399,15 +501,25 @@ bool StreamCycle::correct(const JointVector& commanded, double cycles) noexcept 
   }
   wanted += (1 - smooth(fade_ramp_)) * fade_;
 
-  const BoundedCorrection bounded = bound_correction(wanted, correction_, commanded, bounds_);
+  const BoundedCorrection bounded = bound_correction(wanted, session_.in_force(), commanded, bounds_);
   count(bounded.clamps);
   const double change_deg = (bounded.correction - correction_).cwiseAbs().maxCoeff() * kDegPerRad;
   status_.max_step_deg = std::max(status_.max_step_deg, change_deg);
   correction_ = bounded.correction;
 
   broken_ = engaged && bounded.clamps.broken() ? broken_ + cycles : 0;
-  if (broken_ >= options_.broken_cycles) raise(StreamFault::BoundBroken);
+  if (broken_ >= options_.broken_cycles) raise(StreamFault::BoundBroken, broken_bound(wanted, bounded));
   return !bounded.clamps.not_finite;
+}
+
+/// The axis that gets least of what the model asks for.
+FaultDetail StreamCycle::broken_bound(const JointVector& wanted,
+                                      const BoundedCorrection& bounded) const noexcept {
+  Eigen::Index axis = 0;
+  (wanted - bounded.correction).cwiseAbs().maxCoeff(&axis);
+  const double limit = bounded.clamps.total ? bounds_.max_total : std::abs(bounded.correction[axis]);
+  return {
+      .axis = static_cast<int>(axis) + 1, .value = wanted[axis] * kDegPerRad, .limit = limit * kDegPerRad};
 }
 
 void StreamCycle::count(const CorrectionClamps& clamps) noexcept {
@@ -418,8 +530,10 @@ void StreamCycle::count(const CorrectionClamps& clamps) noexcept {
   counters.clamped_not_finite += clamps.not_finite;
 }
 
-void StreamCycle::raise(StreamFault fault) noexcept {
-  if (status_.fault == StreamFault::None) status_.fault = fault;
+void StreamCycle::raise(StreamFault fault, const FaultDetail& detail) noexcept {
+  if (status_.fault != StreamFault::None) return;
+  status_.fault = fault;
+  status_.detail = detail;
 }
 
 void StreamCycle::update_state() noexcept {
@@ -429,28 +543,31 @@ void StreamCycle::update_state() noexcept {
     state = StreamState::Frozen;
   } else if (status_.fault != StreamFault::None) {
     state = StreamState::Fault;
+  } else if (session_.begun() && !session_.known()) {
+    state = StreamState::Unproven;
   } else if (engaged_.load(std::memory_order_acquire)) {
     state = ramp_ < 1 ? StreamState::RampingIn : StreamState::Active;
   } else if (!at_rest) {
     state = StreamState::RampingOut;
   }
-  if (std::exchange(status_.state, state) != state) emit(StreamEventKind::StateChanged);
+  if (std::exchange(status_.state, state) != state) emit({.kind = StreamEventKind::StateChanged});
 }
 
-void StreamCycle::emit(StreamEventKind kind, std::uint64_t value) noexcept {
-  events_.push({.kind = kind,
-                .state = status_.state,
-                .fault = status_.fault,
-                .ipoc = sequence_.last(),
-                .value = value});
+void StreamCycle::emit(StreamEvent event) noexcept {
+  event.state = status_.state;
+  event.fault = status_.fault;
+  event.detail = status_.detail;
+  event.ipoc = session_.ipoc();
+  events_.push(event);
 }
 
 void StreamCycle::publish() noexcept {
   for (Eigen::Index i = 0; i < kAxes; ++i) {
     status_.correction_deg[static_cast<std::size_t>(i)] = correction_[i] * kDegPerRad;
   }
-  status_.ipoc = sequence_.last();
-  status_.ipoc_step = sequence_.step();
+  status_.peer = session_.peer();
+  status_.ipoc = session_.ipoc();
+  status_.ipoc_step = session_.step();
   published_.back() = status_;
   published_.publish();
 }

@@ -16,7 +16,8 @@
 #include "core/compensation/target_compensation.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/robot_model.hpp"
-#include "daemon/realtime/ipoc_sequence.hpp"
+#include "daemon/realtime/controller_session.hpp"
+#include "daemon/realtime/effect_watch.hpp"
 #include "daemon/realtime/latency_histogram.hpp"
 #include "daemon/realtime/snapshot_exchange.hpp"
 #include "daemon/realtime/spsc_ring.hpp"
@@ -34,15 +35,18 @@ struct StreamOptions {
   double singular_below_rad = 0;  ///< CompensationOptions::singular_below
   int ramp_cycles = 250;          ///< from no correction to all of it, and from one model to the next
   int broken_cycles = 250;        ///< a bound broken for so many in a row is a fault
-  int following_cycles = 250;     ///< axes that do not follow for so many in a row freeze the command
-  double following_tolerance_rad = 0.05 * kRadPerDeg;
-  int following_lag_cycles = 40;  ///< by which a moving arm may trail its command
-  int rejected_cycles = 8;        ///< so many late replies in a row that were sent in time are a fault
-  int timeout_cycles =
-      100;  ///< the controller gives up after so many cycles without a reply: what comes then is a new start
+  double following_tolerance_rad = 0.05 * kRadPerDeg;  ///< measured and sent correction may differ by so much
+  int rejected_cycles = 8;   ///< so many late replies in a row that were sent in time are a fault
+  int timeout_cycles = 100;  ///< the controller's: a packet further ahead must be borne out by others
+  std::chrono::milliseconds cycle{4};
+  /// After a silence of the controller of so long the stream must be started anew; none: it goes on by
+  /// itself.
+  std::optional<std::chrono::milliseconds> disarm_after = std::chrono::milliseconds{400};
+  std::optional<std::uint32_t> peer;  ///< the controller's IPv4 address; none: any
+  double max_fk_deviation_mm = 1;     ///< RIst against the nominal arm at AIPos
   drivers::TimePoint (*now)() noexcept = &std::chrono::steady_clock::now;  ///< for the turnaround only
 
-  static StreamOptions of(const config::StreamConfig& config);
+  static StreamOptions of(const config::CellConfig& cell);
 };
 
 /// One RSI cycle, from the controller's datagram to the reply.
@@ -50,9 +54,10 @@ struct StreamOptions {
 /// The correction is a function of the commanded axes (ASPos; where that is not sent, AIPos less the
 /// correction in force): what to add so that the calibrated arm stands where the nominal one would, next to
 /// the wrist singularity in position alone (TargetCompensation). It is ramped in, out and between models over
-/// the controller's cycles, and passes bound_correction() just before it is encoded. Every fault holds the
-/// last correction, because under absolute corrections zero would be a jump; only a new start of the
-/// controller's side begins at zero, because there the controller does.
+/// the controller's cycles, and passes bound_correction() just before it is encoded: no reply moves an axis
+/// by more than a step from anything that the controller may have in force (ControllerSession). Every fault
+/// holds the last correction, because under absolute corrections zero would be a jump; where nothing is known
+/// of what is in force, nothing is answered, and the controller holds.
 ///
 /// answer() belongs to the realtime thread, use_model() and the commands to one other, status() and
 /// turnaround() to any.
@@ -60,13 +65,15 @@ class StreamCycle final : public drivers::RsiResponder {
  public:
   /// @param nominal   the arm of the robot program: six revolute joints
   /// @param ethernet  the configuration that the controller loads
+  /// @param memory    what is kept from one process to the next; outlives the cycle, may be null
   /// @return the cycle, or one sentence on why this configuration cannot carry absolute axis corrections
   static std::expected<std::unique_ptr<StreamCycle>, std::string> create(const RobotModel& nominal,
                                                                          const rsi::EthernetConfig& ethernet,
-                                                                         const StreamOptions& options);
+                                                                         const StreamOptions& options,
+                                                                         StreamMemory* memory = nullptr);
 
   // No allocation, lock, log, exception or system call.
-  std::string_view answer(std::string_view datagram, drivers::TimePoint received) noexcept override;
+  std::string_view answer(const drivers::Datagram& datagram) noexcept override;
 
   /// Corrects for `calibrated` (as many joints as the nominal arm) from the next cycle on, cross-faded from
   /// what is in force.
@@ -95,34 +102,41 @@ class StreamCycle final : public drivers::RsiResponder {
     std::optional<TargetCompensation> compensation;
     Eigen::Vector3d p_F_mm{0, 0, 0};
   };
-  using Place = IpocSequence::Place;
-  using Position = IpocSequence::Position;
+  using Turn = ControllerSession::Turn;
+  using Hearing = ControllerSession::Hearing;
 
-  StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& ethernet, const StreamOptions& options);
+  StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& ethernet, const StreamOptions& options,
+              StreamMemory* memory);
 
   void take_commands() noexcept;
-  std::string_view answer_frame(const rsi::RobotFrame& frame, drivers::TimePoint received) noexcept;
-  std::string_view answer_malformed(std::optional<std::uint64_t> ipoc) noexcept;
-  std::string_view hold(std::uint64_t ipoc, const Position& position) noexcept;
-  std::string_view reply(std::uint64_t ipoc, const JointVector& correction) noexcept;
+  void tell_foreign(const drivers::UdpSource& source) noexcept;
+  std::string_view answer_controller(const drivers::Datagram& datagram) noexcept;
+  std::string_view answer_frame(const rsi::RobotFrame& frame, const drivers::Datagram& datagram) noexcept;
+  std::string_view answer_malformed(const rsi::FrameError& error, const drivers::Datagram& datagram) noexcept;
+  std::string_view answer_cycle(const rsi::RobotFrame& frame, const Hearing& hearing,
+                                drivers::TimePoint received) noexcept;
+  std::string_view hold() noexcept;
+  std::string_view repeat(std::uint64_t ipoc) noexcept;
+  std::string_view reply() noexcept;
 
-  bool restarted(const rsi::RobotFrame& frame, const Position& position) const noexcept;
-  void start_session(std::uint64_t ipoc) noexcept;
-  void advance(std::uint64_t ipoc, const Position& position) noexcept;
+  void begin_session(const drivers::UdpSource& source) noexcept;
+  void adopt(const JointVector& commanded) noexcept;
+  void disarm_after_silence(drivers::TimePoint received) noexcept;
 
   std::optional<JointVector> commanded_axes(const rsi::RobotFrame& frame) const noexcept;
-  bool plausible(const JointVector& commanded, const Position& position) noexcept;
-  bool replies_arrive(const rsi::RobotFrame& frame, const Position& position,
+  bool plausible(const JointVector& commanded, const Hearing& hearing) noexcept;
+  void watch_receipts(const rsi::RobotFrame& frame, const Hearing& hearing,
                       drivers::TimePoint received) noexcept;
-  void watch_following(const rsi::RobotFrame& frame, const JointVector& commanded,
-                       const Position& position) noexcept;
+  void watch_effect(const rsi::RobotFrame& frame, const Hearing& hearing) noexcept;
+  void watch_arm(const rsi::RobotFrame& frame, const Hearing& hearing) noexcept;
   bool solve(const JointVector& commanded) noexcept;
   bool correct(const JointVector& commanded, double cycles) noexcept;
   void count(const CorrectionClamps& clamps) noexcept;
+  FaultDetail broken_bound(const JointVector& wanted, const BoundedCorrection& bounded) const noexcept;
 
-  void raise(StreamFault fault) noexcept;
+  void raise(StreamFault fault, const FaultDetail& detail = {}) noexcept;
   void update_state() noexcept;
-  void emit(StreamEventKind kind, std::uint64_t value = 0) noexcept;
+  void emit(StreamEvent event) noexcept;
   void publish() noexcept;
 
   // Fixed from the start.
@@ -132,6 +146,7 @@ class StreamCycle final : public drivers::RsiResponder {
   const rsi::SensorFrameCodec codec_;
   const bool has_stop_;
   const bool sends_aspos_;
+  const double second_cycles_;
 
   // Between the threads.
   SnapshotExchange<Model> model_;
@@ -143,11 +158,14 @@ class StreamCycle final : public drivers::RsiResponder {
   LatencyHistogram turnaround_;
 
   // The realtime thread's own.
-  IpocSequence sequence_;
+  ControllerSession session_;
+  EffectWatch effect_;
   StreamStatus status_;
   std::array<char, rsi::kMaxFrameBytes> buffer_{};
+  std::optional<std::uint64_t> replied_ipoc_;  // of the reply in buffer_
+  std::size_t reply_bytes_ = 0;
   std::uint32_t acknowledged_seen_ = 0;
-  JointVector correction_;        // in force
+  JointVector correction_;        // sent last
   JointVector model_correction_;  // the model's last wish at full gain
   JointVector fade_;              // what is faded out after a change of the model or a long hold
   double ramp_ = 0;               // 0..1, straight in time
@@ -155,16 +173,19 @@ class StreamCycle final : public drivers::RsiResponder {
   bool refade_ = false;           // the next good cycle fades from what is in force
   bool malformed_before_ = false;
   bool late_before_ = false;
-  double broken_ = 0;  // cycles in a row, as the next three
+  bool armed_before_ = false;  // at the last frame
+  double broken_ = 0;          // cycles in a row, as the next two
   double unsolved_ = 0;
-  double not_following_ = 0;
+  double without_delay_ = 0;
+  int not_following_ = 0;  // judgements in a row
   int rejected_ = 0;
   int implausible_ = 0;
-  std::optional<std::int64_t> delay_;
+  double since_arm_check_ = 0;  // cycles
   std::optional<drivers::TimePoint> received_;
   std::chrono::nanoseconds last_turnaround_{0};
   std::optional<JointVector> last_commanded_;
-  std::optional<JointVector> last_expected_;  // commanded and correction of the cycle before
+  std::array<std::uint32_t, 8> foreign_{};  // addresses that were named
+  std::size_t foreign_count_ = 0;
 };
 
 }  // namespace truepose::daemon

@@ -1,5 +1,8 @@
 #include "daemon/realtime/stream_log.hpp"
 
+#include <array>
+#include <cstdio>
+
 namespace truepose::daemon {
 namespace {
 
@@ -7,18 +10,29 @@ std::string counted(std::uint64_t count, const std::string& singular, const std:
   return std::to_string(count) + ' ' + (count == 1 ? singular : plural);
 }
 
+std::string degrees(std::uint64_t microdegrees) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.3f deg", static_cast<double>(microdegrees) * 1e-6);
+  return text.data();
+}
+
 bool always_said(StreamEventKind kind) {
-  return kind == StreamEventKind::StateChanged || kind == StreamEventKind::ModelChanged;
+  return kind == StreamEventKind::StateChanged || kind == StreamEventKind::ModelChanged ||
+         kind == StreamEventKind::SessionProven || kind == StreamEventKind::Foreign ||
+         kind == StreamEventKind::Disarmed;
 }
 
 LogLevel level_of(const StreamEvent& event) {
   switch (event.kind) {
     case StreamEventKind::SessionStarted:
+    case StreamEventKind::SessionProven:
     case StreamEventKind::ModelChanged:
       return LogLevel::Info;
     case StreamEventKind::StateChanged:
       if (event.state == StreamState::Fault) return LogLevel::Error;
       return event.state == StreamState::Frozen ? LogLevel::Warning : LogLevel::Info;
+    case StreamEventKind::Foreign:
+    case StreamEventKind::Disarmed:
     case StreamEventKind::Malformed:
     case StreamEventKind::PacketsLost:
     case StreamEventKind::RepliesLate:
@@ -27,25 +41,44 @@ LogLevel level_of(const StreamEvent& event) {
   return LogLevel::Warning;
 }
 
-std::string line_of(const StreamEvent& event) {
+}  // namespace
+
+std::string describe(const StreamEvent& event) {
   const std::string at = " at IPOC " + std::to_string(event.ipoc);
   switch (event.kind) {
     case StreamEventKind::SessionStarted:
-      return "the controller began a session at IPOC " + std::to_string(event.value);
-    case StreamEventKind::StateChanged:
-      if (event.fault == StreamFault::None) return std::string{name(event.state)};
-      return std::string{name(event.state)} + at + ": " + std::string{reason(event.fault)};
+      return "the controller began a session at IPOC " + std::to_string(event.value) + " from " +
+             text(event.source);
+    case StreamEventKind::SessionProven:
+      return "the correction that the controller has in force is known" + at + ": at most " +
+             degrees(event.value) + " on an axis";
+    case StreamEventKind::StateChanged: {
+      const std::string why = reason({.state = event.state, .fault = event.fault, .detail = event.detail});
+      return std::string{name(event.state)} + (why.empty() ? "" : at + ": " + why);
+    }
     case StreamEventKind::Malformed:
-      return "a packet was not understood after IPOC " + std::to_string(event.ipoc);
+      return "a packet of " + text(event.source) + " was not understood after IPOC " +
+             std::to_string(event.ipoc) + ": " + rsi::describe(event.error) + "; it begins `" +
+             event.excerpt.text() + "`";
     case StreamEventKind::PacketsLost:
       return counted(event.value, "cycle", "cycles") + " lost before IPOC " + std::to_string(event.ipoc);
     case StreamEventKind::RepliesLate:
       return "the controller counted " + counted(event.value, "late reply", "late replies") + at;
     case StreamEventKind::ModelChanged:
       return event.value == 0 ? "no model is in force" : "another model is in force";
+    case StreamEventKind::Foreign:
+      return "packets of " + text(event.source) +
+             " are dropped: they are not from the controller and the port that its session began with; if "
+             "that is "
+             "the controller's address in the RSI network, give it as robot.rsi_peer";
+    case StreamEventKind::Disarmed:
+      return "the controller was silent for " + std::to_string(event.value) +
+             " ms: the correction is ramped out until the stream is started anew";
   }
   return {};
 }
+
+namespace {
 
 /// What was added up of one kind.
 std::string sum_line(StreamEventKind kind, std::uint64_t events, std::uint64_t values) {
@@ -59,6 +92,9 @@ std::string sum_line(StreamEventKind kind, std::uint64_t events, std::uint64_t v
       return counted(values, "more cycle", "more cycles") + " lost in " + counted(events, "gap", "gaps") + in;
     case StreamEventKind::RepliesLate:
       return counted(values, "more late reply", "more late replies") + in;
+    case StreamEventKind::SessionProven:
+    case StreamEventKind::Foreign:
+    case StreamEventKind::Disarmed:
     case StreamEventKind::StateChanged:
     case StreamEventKind::ModelChanged:
       break;
@@ -69,8 +105,10 @@ std::string sum_line(StreamEventKind kind, std::uint64_t events, std::uint64_t v
 }  // namespace
 
 void StreamLog::take(const StreamEvent& event, drivers::TimePoint now) {
+  // Every session begins so, for some cycles; who watches the stream says it where it lasts.
+  if (event.kind == StreamEventKind::StateChanged && event.state == StreamState::Unproven) return;
   if (always_said(event.kind)) {
-    say_(level_of(event), "stream: " + line_of(event));
+    say_(level_of(event), "stream: " + describe(event));
     return;
   }
   end_silence(event.kind, now);
@@ -81,7 +119,7 @@ void StreamLog::take(const StreamEvent& event, drivers::TimePoint now) {
     return;
   }
   silence = {.begun = true, .end = now + kQuiet};
-  say_(level_of(event), "stream: " + line_of(event));
+  say_(level_of(event), "stream: " + describe(event));
 }
 
 void StreamLog::pass(std::uint64_t dropped, drivers::TimePoint now) {

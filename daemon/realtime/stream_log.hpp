@@ -13,6 +13,9 @@
 
 namespace truepose::daemon {
 
+/// One event as a line for people.
+std::string describe(const StreamEvent& event);
+
 /// Puts the realtime thread's events into words for people. A bad network makes many events: after one of a
 /// kind is said, what follows within kQuiet is added up and said in one line at its end. Changes of the state
 /// and of the model come from people, and are all said.

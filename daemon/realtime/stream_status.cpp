@@ -1,11 +1,70 @@
 #include "daemon/realtime/stream_status.hpp"
 
+#include <cstdio>
+
 namespace truepose::daemon {
+namespace {
+
+std::string number(const char* format, double value) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+std::string deg(double value) { return number("%.3f", value) + " deg"; }
+
+std::string axis(const FaultDetail& detail) { return "A" + std::to_string(detail.axis); }
+
+std::string fault_reason(StreamFault fault, const FaultDetail& detail) {
+  switch (fault) {
+    case StreamFault::None:
+      return "";
+    case StreamFault::NotFollowing:
+      return "the axes do not follow the correction: " + axis(detail) + " is sent " + deg(detail.limit) +
+             " and AIPos - ASPos shows about " + number("%.2f", detail.value) + " deg" +
+             "; the robot program is stopped or not at RSI_MOVECORR, or the controller's RSI context or its "
+             "ethernet "
+             "configuration gives the correction another name than truepose reads: put that right, start it, "
+             "then "
+             "acknowledge";
+    case StreamFault::BoundBroken:
+      return "the model asked for more than the correction bounds allow for too long: " + axis(detail) +
+             " by " + deg(detail.value) + ", where the bound is " + deg(detail.limit) +
+             "; check the model and the bounds, then acknowledge";
+    case StreamFault::NoSolution:
+      return "the calibrated arm cannot reach the commanded poses, or only by corrections as large as a "
+             "singularity asks for; check the program and the model, then acknowledge";
+    case StreamFault::RepliesRejected:
+      return "the controller rejects replies that were sent in time: check SENTYPE, names and IPOC in its "
+             "RSI ethernet configuration, then acknowledge";
+    case StreamFault::WrongCycle:
+      return "the controller's IPOC rises by " + number("%.0f", detail.value) +
+             " from packet to packet, but stream.cycle_ms is " + number("%.0f", detail.limit) +
+             ": give the cycle in which the program starts RSI (4 for #IPO_FAST, 12 for #IPO), and restart "
+             "truepose";
+    case StreamFault::NoDelay:
+      return "the controller's packets have no Delay that can be read, and without it nobody knows which "
+             "replies it "
+             "has taken: add DEF_Delay to the SEND list of its RSI ethernet configuration, then acknowledge";
+    case StreamFault::WrongArm:
+      return "the controller's pose RIst is " + number("%.1f", detail.value) +
+             " mm from where the robot file's arm has its flange at AIPos (allowed " +
+             number("%.1f", detail.limit) +
+             "): it is another arm, or the program uses a tool or base; correct robot.file, or start RSI "
+             "with tool 0 "
+             "and base 0, then acknowledge";
+  }
+  return "";
+}
+
+}  // namespace
 
 std::string_view name(StreamState state) {
   switch (state) {
     case StreamState::Idle:
       return "idle";
+    case StreamState::Unproven:
+      return "unproven";
     case StreamState::RampingIn:
       return "ramping in";
     case StreamState::Active:
@@ -20,27 +79,19 @@ std::string_view name(StreamState state) {
   return "unknown";
 }
 
-std::string_view reason(StreamFault fault) {
-  switch (fault) {
-    case StreamFault::None:
-      return "";
-    case StreamFault::NotFollowing:
-      return "the axes do not follow the correction: the robot program is stopped or not at RSI_MOVECORR; "
-             "start it, then "
-             "acknowledge";
-    case StreamFault::BoundBroken:
-      return "the model asked for more than the correction bounds allow for too long; check the model and "
-             "the bounds, then "
-             "acknowledge";
-    case StreamFault::NoSolution:
-      return "the calibrated arm cannot reach the commanded poses, or only by corrections as large as a "
-             "singularity asks for; check the program and the model, then acknowledge";
-    case StreamFault::RepliesRejected:
-      return "the controller rejects replies that were sent in time: check SENTYPE, names and IPOC in its "
-             "RSI ethernet "
-             "configuration, then acknowledge";
-  }
-  return "";
+std::string reason(const StreamStatus& status) {
+  if (status.state == StreamState::Unproven)
+    return "what correction the controller has in force is not known, and any answer could be a jump: it is "
+           "answered "
+           "as soon as the arm stands, or has a new session and no correction";
+  return fault_reason(status.fault, status.detail);
+}
+
+std::string Excerpt::text() const {
+  std::string text{bytes.data(), size};
+  std::ranges::replace_if(
+      text, [](char c) { return c < ' ' || c > '~'; }, '.');
+  return text;
 }
 
 }  // namespace truepose::daemon

@@ -1,77 +1,134 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <string_view>
+
+#include "drivers/kuka/rsi_link.hpp"
+#include "proto/rsi/frame_codec.hpp"
 
 namespace truepose::daemon {
 
-enum class StreamState : std::uint8_t { Idle, RampingIn, Active, RampingOut, Frozen, Fault };
+enum class StreamState : std::uint8_t {
+  Idle,
+  Unproven,  ///< packets come, but what the controller has in force is not known: none is answered
+  RampingIn,
+  Active,
+  RampingOut,
+  Frozen,
+  Fault,
+};
 
 /// Why the stream holds its correction until it is acknowledged.
 enum class StreamFault : std::uint8_t {
   None,
-  NotFollowing,  ///< frozen: the axes do not follow, the robot program is stopped
+  NotFollowing,  ///< frozen: the axes do not follow the correction
   BoundBroken,  ///< the model asked for more than the bounds allow, for long; the controller is asked to stop
   NoSolution,   ///< the calibrated arm could not be inverted, or not near, for long; the controller is asked
                 ///< to stop
   RepliesRejected,  ///< the controller counts replies as late that were sent in time
+  WrongCycle,       ///< the controller's IPOC does not rise by the configured cycle
+  NoDelay,          ///< no frame says how many replies the controller missed
+  WrongArm,         ///< RIst is not where the nominal arm's flange is at AIPos
 };
 
 std::string_view name(StreamState state);
-/// One sentence for the operator, with what to do; empty for None.
-std::string_view reason(StreamFault fault);
 
-/// Every datagram is in exactly one of answered, held, duplicate, stale and unanswered.
+/// What a fault is about, as far as it has an axis and numbers.
+struct FaultDetail {
+  int axis = 0;      ///< 1..6; 0 = none
+  double value = 0;  ///< deg; WrongCycle: the IPOC's step; WrongArm: mm
+  double limit = 0;  ///< in the same unit
+};
+
+/// Every datagram of the controller is in exactly one of answered, held, duplicate, wrong_ipoc, unproven and
+/// unanswered.
 struct StreamCounters {
-  std::uint64_t datagrams = 0;
-  std::uint64_t answered = 0;  ///< with a correction of its own cycle (zero while idle)
+  std::uint64_t datagrams = 0;  ///< of the controller alone
+  std::uint64_t answered = 0;   ///< with a correction of its own cycle (zero while idle)
   std::uint64_t held =
       0;  ///< with the last correction, because the frame, the model or a latched fault forbade another
-  std::uint64_t duplicate = 0;    ///< a repeated IPOC, given the same reply
-  std::uint64_t stale = 0;        ///< an IPOC from before the last one, given the last correction
-  std::uint64_t unanswered = 0;   ///< no readable IPOC, or a bad frame after a silence
-  std::uint64_t malformed = 0;    ///< frames that could not be believed (among held and unanswered)
+  std::uint64_t duplicate = 0;   ///< a repeated IPOC, given the same reply where there was one
+  std::uint64_t wrong_ipoc = 0;  ///< out of order, not answered
+  std::uint64_t unproven = 0;    ///< not answered, because what the controller has in force was not known
+  std::uint64_t unanswered = 0;  ///< malformed, and nothing to hold on to
+  std::uint64_t malformed = 0;   ///< frames that could not be believed (among held, duplicate and unanswered)
+  std::uint64_t foreign = 0;     ///< datagrams of others than the controller, dropped (in no other figure)
   std::uint64_t no_solution = 0;  ///< cycles in which the calibrated arm could not be inverted, or not near
   std::uint64_t damped = 0;       ///< cycles that gave up orientation next to the wrist singularity
   std::uint64_t lost = 0;         ///< cycles missing in the controller's IPOC
-  std::uint64_t late = 0;         ///< replies that the controller counted as late (Delay)
-  std::uint64_t sessions = 0;     ///< starts of the controller's side
+  std::uint64_t late = 0;  ///< replies that were sent and that the controller did not have in time (Delay)
+  std::uint64_t sessions = 0;  ///< starts of the controller's side
   std::uint64_t clamped_step = 0, clamped_total = 0, clamped_limit = 0, clamped_not_finite = 0;
+
+  std::uint64_t replies() const { return answered + held + duplicate; }
 };
 
 /// The stream as of its last datagram.
 struct StreamStatus {
   StreamState state = StreamState::Idle;
   StreamFault fault = StreamFault::None;
+  FaultDetail detail;  ///< of the fault
   StreamCounters counters;
+  std::optional<drivers::TimePoint> heard;  ///< when the controller's last good frame came in
+  std::optional<drivers::UdpSource> peer;   ///< the controller, as it sends
   std::uint64_t ipoc = 0;
   std::uint64_t ipoc_step = 0;  ///< learned from the controller; 0 = not yet known
   std::uint64_t model = 0;      ///< number that use_model() was given; 0 = none
   double gain = 0;              ///< 0 = no correction, 1 = all of it
   double max_step_deg = 0;      ///< greatest change of an axis that was sent from one cycle to the next
-  std::array<double, 6> correction_deg{};  ///< in force
-  std::array<double, 6> commanded_deg{};   ///< axes that the robot program commands
+  std::array<double, 6> correction_deg{};  ///< sent last
+  /// What AIPos - ASPos shows of it over the last second, lag and motion taken out; none where that cannot be
+  /// told.
+  std::array<std::optional<double>, 6> measured_deg{};
+  std::array<double, 6> commanded_deg{};  ///< axes that the robot program commands
 };
 
+/// One sentence for the operator, with what to do; empty where the stream does what it should.
+std::string reason(const StreamStatus& status);
+
 enum class StreamEventKind : std::uint8_t {
-  SessionStarted,  ///< value = IPOC
-  StateChanged,    ///< state and fault as they are now
-  Malformed,       ///< the first of a row of bad frames
+  SessionStarted,  ///< value = IPOC; source
+  SessionProven,   ///< what is in force is known; value = greatest of it on an axis, microdegrees
+  StateChanged,    ///< state, fault and detail as they are now
+  Malformed,       ///< the first of a session, or of a row; source, bytes, error
   PacketsLost,     ///< value = cycles
-  RepliesLate,     ///< value = by how much Delay rose
+  RepliesLate,     ///< value = how many
   ModelChanged,    ///< value = its number
+  Foreign,         ///< a datagram of somebody else, once for each address; source
+  Disarmed,        ///< the controller was silent for long; value = milliseconds
 };
-inline constexpr std::size_t kStreamEventKinds = 6;
+inline constexpr std::size_t kStreamEventKinds = 9;
+
+/// The beginning of a datagram, for people.
+struct Excerpt {
+  std::array<char, 80> bytes{};
+  std::size_t size = 0;
+
+  static Excerpt of(std::string_view datagram) {
+    Excerpt excerpt;
+    excerpt.size = datagram.copy(excerpt.bytes.data(), excerpt.bytes.size());
+    return excerpt;
+  }
+  /// What is not printable ASCII as '.'.
+  std::string text() const;
+};
 
 /// What the realtime thread tells the others, who log it.
 struct StreamEvent {
   StreamEventKind kind = StreamEventKind::StateChanged;
   StreamState state = StreamState::Idle;
   StreamFault fault = StreamFault::None;
+  FaultDetail detail{};
   std::uint64_t ipoc = 0;
   std::uint64_t value = 0;
+  drivers::UdpSource source{};
+  Excerpt excerpt{};
+  rsi::FrameError error{};  ///< its views point to constants
 };
 
 }  // namespace truepose::daemon

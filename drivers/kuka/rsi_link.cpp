@@ -1,6 +1,7 @@
 #include "drivers/kuka/rsi_link.hpp"
 
 #include <arpa/inet.h>
+#include <netdb.h>
 #include <netinet/in.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -11,6 +12,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <thread>
 #include <utility>
 
@@ -60,6 +62,10 @@ std::expected<BoundSocket, std::string> bind_exclusively(const std::string& addr
   if (::setsockopt(socket.get(), SOL_SOCKET, SO_RCVTIMEO, &kReceiveTimeout, sizeof kReceiveTimeout) != 0) {
     return std::unexpected("RSI: no receive timeout: " + error_text());
   }
+  const int on = 1;
+  if (::setsockopt(socket.get(), SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) != 0) {
+    return std::unexpected("RSI: no time stamps of datagrams: " + error_text());
+  }
   socklen_t size = sizeof name;
   if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&name), size) != 0) {
     switch (errno) {
@@ -78,6 +84,23 @@ std::expected<BoundSocket, std::string> bind_exclusively(const std::string& addr
     return std::unexpected("RSI address " + where + ": " + error_text());
   }
   return BoundSocket{std::move(socket), ntohs(name.sin_port)};
+}
+
+/// When the kernel took the datagram in: a process that was kept waiting reads a backlog, and must not take
+/// the time that it lost itself for a silence of the controller.
+TimePoint arrival(msghdr& message) noexcept {
+  const TimePoint now = std::chrono::steady_clock::now();
+  for (cmsghdr* part = CMSG_FIRSTHDR(&message); part; part = CMSG_NXTHDR(&message, part)) {
+    if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_TIMESTAMPNS) continue;
+    timespec stamp, real;
+    std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
+    ::clock_gettime(CLOCK_REALTIME, &real);
+    const std::chrono::nanoseconds age = std::chrono::seconds{real.tv_sec - stamp.tv_sec} +
+                                         std::chrono::nanoseconds{real.tv_nsec - stamp.tv_nsec};
+    // A clock that was set meanwhile would make nonsense of the difference.
+    if (age > std::chrono::nanoseconds{0} && age < std::chrono::seconds{10}) return now - age;
+  }
+  return now;
 }
 
 struct Scheduling {
@@ -148,16 +171,20 @@ class UdpRsiLink final : public RsiLink {
     message.msg_namelen = sizeof source;
     message.msg_iov = &part;
     message.msg_iovlen = 1;
+    alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(timespec))> control;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
     const ssize_t size = ::recvmsg(socket_.get(), &message, 0);
     if (size < 0) return;  // nothing within the timeout, or a signal
-    const TimePoint received = std::chrono::steady_clock::now();
     ++received_;
     if (message.msg_flags & MSG_TRUNC) {
       ++truncated_;
       return;
     }
     const std::string_view reply =
-        responder_.answer({buffer_.data(), static_cast<std::size_t>(size)}, received);
+        responder_.answer({.bytes = {buffer_.data(), static_cast<std::size_t>(size)},
+                           .source = {ntohl(source.sin_addr.s_addr), ntohs(source.sin_port)},
+                           .received = arrival(message)});
     if (reply.empty()) {
       ++unanswered_;
       return;
@@ -179,6 +206,30 @@ class UdpRsiLink final : public RsiLink {
 };
 
 }  // namespace
+
+std::string text(const UdpSource& source) {
+  const auto byte = [&](int shift) { return std::to_string((source.address >> shift) & 0xff); };
+  return byte(24) + '.' + byte(16) + '.' + byte(8) + '.' + byte(0) + ':' + std::to_string(source.port);
+}
+
+std::expected<std::uint32_t, std::string> ipv4_of(const std::string& host) {
+  const addrinfo wanted{.ai_flags = 0,
+                        .ai_family = AF_INET,
+                        .ai_socktype = SOCK_DGRAM,
+                        .ai_protocol = 0,
+                        .ai_addrlen = 0,
+                        .ai_addr = nullptr,
+                        .ai_canonname = nullptr,
+                        .ai_next = nullptr};
+  addrinfo* found = nullptr;
+  if (const int error = ::getaddrinfo(host.c_str(), nullptr, &wanted, &found); error != 0) {
+    return std::unexpected(host + " has no IPv4 address: " + ::gai_strerror(error));
+  }
+  sockaddr_in name;
+  std::memcpy(&name, found->ai_addr, sizeof name);
+  ::freeaddrinfo(found);
+  return ntohl(name.sin_addr.s_addr);
+}
 
 std::expected<std::unique_ptr<RsiLink>, std::string> RsiLink::start(const RsiLinkOptions& options,
                                                                     RsiResponder& responder) {

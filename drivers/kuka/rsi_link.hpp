@@ -11,14 +11,32 @@
 
 namespace truepose::drivers {
 
+/// An IPv4 address and a UDP port, both in the byte order of this machine.
+struct UdpSource {
+  std::uint32_t address = 0;
+  std::uint16_t port = 0;
+  friend bool operator==(const UdpSource&, const UdpSource&) = default;
+};
+
+/// "192.168.44.1:52000"
+std::string text(const UdpSource& source);
+
+/// The IPv4 address of a host, by its number or its name; or one sentence.
+std::expected<std::uint32_t, std::string> ipv4_of(const std::string& host);
+
+struct Datagram {
+  std::string_view bytes;
+  UdpSource source;
+  TimePoint received;  ///< when it came to this machine, not when it was read
+};
+
 /// What answers the controller's datagrams. One call a cycle, from the realtime thread alone: no allocation,
 /// lock, log, exception or system call.
 class RsiResponder {
  public:
   virtual ~RsiResponder() = default;
-  /// @param received  when the datagram came in
-  /// @return the reply, valid until the next call; empty = do not answer (no readable IPOC)
-  virtual std::string_view answer(std::string_view datagram, TimePoint received) noexcept = 0;
+  /// @return the reply to the datagram's source, valid until the next call; empty = do not answer
+  virtual std::string_view answer(const Datagram& datagram) noexcept = 0;
 };
 
 struct RsiLinkOptions {

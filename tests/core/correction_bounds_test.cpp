@@ -38,6 +38,12 @@ CorrectionBounds wide_step() {
   return wide;
 }
 
+/// Where one value is in force.
+BoundedCorrection bound_correction(const JointVector& wanted, const JointVector& last,
+                                   const JointVector& commanded, const CorrectionBounds& bounds) {
+  return truepose::bound_correction(wanted, CorrectionRange::of(last), commanded, bounds);
+}
+
 void expect_axes_near(const JointVector& actual, const JointVector& expected_rad) {
   ASSERT_EQ(actual.size(), expected_rad.size());
   for (Eigen::Index i = 0; i < actual.size(); ++i) {
@@ -261,6 +267,36 @@ TEST(CorrectionBounds, HoldForWhateverNumbersComeIn) {
       }
     }
   }
+}
+
+TEST(CorrectionBounds, StayWithinAStepOfAllThatMayBeInForce) {
+  constexpr std::uint64_t kSeed = 31;
+  SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+  Numbers numbers{kSeed};
+  const CorrectionBounds b = bounds();
+  for (int round = 0; round < 20'000; ++round) {
+    CorrectionRange in_force = CorrectionRange::of(axes({0.5, -1, 0, 2, 0.01, -0.3}));
+    for (int sent = numbers.pick(3); sent >= 0; --sent) {
+      JointVector also = in_force.min;
+      for (double& value : also) value += numbers.ordinary(0.012 * kDeg);
+      in_force.include(also);
+    }
+    const BoundedCorrection result =
+        truepose::bound_correction(numbers.nasty_axes(3 * kDeg), in_force, kPose, b);
+    if (!in_force.within_reach(b.max_step - b.resolution)) continue;
+    ASSERT_LE((result.correction - in_force.min).cwiseAbs().maxCoeff(), b.max_step + 1e-13)
+        << "round " << round;
+    ASSERT_LE((result.correction - in_force.max).cwiseAbs().maxCoeff(), b.max_step + 1e-13)
+        << "round " << round;
+  }
+}
+
+TEST(CorrectionBounds, KnowWhatIsOutOfReachOfOneStep) {
+  CorrectionRange in_force = CorrectionRange::of(kZero);
+  in_force.include(axes({0, 0.04, 0, 0, 0, 0}));
+  EXPECT_TRUE(in_force.within_reach(0.02 * kDeg + 1e-12));
+  in_force.include(axes({0, 0, -0.041, 0, 0, 0}));
+  EXPECT_FALSE(in_force.within_reach(0.02 * kDeg));
 }
 
 TEST(CorrectionBounds, KeepALongWalkOfWishesWithinStepsAndTotal) {

@@ -17,8 +17,8 @@ IpocSequence session_until(std::uint64_t last) {
 
 TEST(IpocSequence, BeginsWithTheVeryFirstDatagram) {
   IpocSequence sequence{100};
-  EXPECT_EQ(sequence.place(7).place, Place::NewSession);
-  EXPECT_TRUE(sequence.confirms_session(7));
+  EXPECT_EQ(sequence.place(7).place, Place::Jump);
+  EXPECT_TRUE(sequence.bears_out(7));
 }
 
 TEST(IpocSequence, LearnsTheStepFromTwoInARowAndNotFromAGap) {
@@ -54,25 +54,29 @@ TEST(IpocSequence, KnowsRepeatedAndOvertakenDatagrams) {
   EXPECT_EQ(sequence.place(9'600).place, Place::Stale);
 }
 
-TEST(IpocSequence, TakesALongGapAndAFarStepBackForANewSession) {
+TEST(IpocSequence, TakesALongGapAndAFarStepBackForAJump) {
   const IpocSequence sequence = session_until(10'000);
   EXPECT_EQ(sequence.place(10'400).place, Place::Next);
-  EXPECT_EQ(sequence.place(10'404).place, Place::NewSession);
-  EXPECT_EQ(sequence.place(9'599).place, Place::NewSession);
-  EXPECT_EQ(sequence.place(0).place, Place::NewSession);
+  EXPECT_EQ(sequence.place(10'404).place, Place::Jump);
+  EXPECT_EQ(sequence.place(9'599).place, Place::Jump);
+  EXPECT_EQ(sequence.place(0).place, Place::Jump);
 }
 
-TEST(IpocSequence, BelievesANewSessionOnlyWithItsSecondDatagram) {
+TEST(IpocSequence, BelievesAJumpOnlyWithTheThirdDatagramThatGoesOnFromIt) {
   IpocSequence sequence = session_until(10'000);
-  EXPECT_FALSE(sequence.confirms_session(500));
-  EXPECT_TRUE(sequence.confirms_session(504));
+  EXPECT_FALSE(sequence.bears_out(500));
+  EXPECT_FALSE(sequence.bears_out(504));
+  EXPECT_FALSE(sequence.bears_out(9'000'000));
+  EXPECT_FALSE(sequence.bears_out(9'000'004));
+  EXPECT_TRUE(sequence.bears_out(9'000'008));
 }
 
 TEST(IpocSequence, ForgetsADamagedStampWhenTheSessionGoesOn) {
   IpocSequence sequence = session_until(10'000);
-  EXPECT_FALSE(sequence.confirms_session(500));
+  EXPECT_FALSE(sequence.bears_out(500));
+  EXPECT_FALSE(sequence.bears_out(504));
   sequence.advance(10'004, sequence.place(10'004));
-  EXPECT_FALSE(sequence.confirms_session(504));
+  EXPECT_FALSE(sequence.bears_out(508));
 }
 
 TEST(IpocSequence, GoesOnWhereACounterOf32BitsBeginsAnew) {

@@ -87,9 +87,16 @@ class Chaos {
         break;
       }
       default: {
+        const auto silent = [&] {
+          const StreamCounters c = rig.status().counters;
+          return c.unproven + c.wrong_ipoc;
+        };
+        const std::uint64_t before = silent();
         const std::string reply = rig.tick();
-        ASSERT_FALSE(reply.empty());
-        EXPECT_EQ(rig.decode(reply).ipoc, rig.ipoc);
+        ASSERT_EQ(reply.empty(), silent() > before);
+        if (!reply.empty()) {
+          EXPECT_EQ(rig.decode(reply).ipoc, rig.ipoc);
+        }
       }
     }
   }
@@ -124,7 +131,7 @@ TEST(StreamCycleProperty, NoAxisEverMovesByMoreThanAStepWhateverHappens) {
     chaos.run(2000);
     const StreamStatus status = chaos.rig.status();
     const StreamCounters& c = status.counters;
-    EXPECT_EQ(c.datagrams, c.answered + c.held + c.duplicate + c.stale + c.unanswered);
+    EXPECT_EQ(c.datagrams, c.answered + c.held + c.duplicate + c.wrong_ipoc + c.unproven + c.unanswered);
     EXPECT_LE(status.max_step_deg, 0.02 + 1e-9);
     EXPECT_LE(chaos.rig.largest_applied_deg(), 3 + 1e-9);
     sessions += c.sessions;
@@ -142,7 +149,7 @@ TEST(StreamCycleProperty, ComesToExactlyZeroAfterAnyHistory) {
     chaos.rig.cycle->acknowledge();
     chaos.rig.ticks(1200);
     EXPECT_TRUE(chaos.rig.applied.isZero(0));
-    EXPECT_EQ(chaos.rig.state(), StreamState::Idle) << reason(chaos.rig.status().fault);
+    EXPECT_EQ(chaos.rig.state(), StreamState::Idle) << reason(chaos.rig.status());
     if (HasFailure()) return;
   }
 }

@@ -86,18 +86,24 @@ TEST_F(StreamLogTest, CountsTheEventsForWhichTheRingHadNoRoom) {
 TEST_F(StreamLogTest, TellsTheStoryOfAControllerThatIsStartedAnew) {
   StreamRig rig;
   rig.ticks(3);
-  EXPECT_THAT(said_by(*rig.cycle, t0),
-              ElementsAre("info stream: the controller began a session at IPOC 4208167"));
+  EXPECT_THAT(
+      said_by(*rig.cycle, t0),
+      ElementsAre("info stream: the controller began a session at IPOC 4208167 from 127.0.0.1:40000"));
   rig.cycle->use_model(real_arm(), 1);
   rig.cycle->engage();
   rig.ticks(300);
-  EXPECT_THAT(said_by(*rig.cycle, t0 + 1s), ElementsAre("info stream: another model is in force",
-                                                        "info stream: ramping in", "info stream: active"));
+  EXPECT_THAT(
+      said_by(*rig.cycle, t0 + 1s),
+      ElementsAre("info stream: another model is in force",
+                  "info stream: the correction that the controller has in force is known at IPOC 4208179: at "
+                  "most 0.000 deg on an axis",
+                  "info stream: ramping in", "info stream: active"));
 
   rig.restart(100);
   rig.ticks(300);
   EXPECT_THAT(said_by(*rig.cycle, t0 + 20s),
-              ElementsAre(HasSubstr("the controller began a session at IPOC 10"), "info stream: ramping in",
+              ElementsAre(HasSubstr("the controller began a session at IPOC 1"),
+                          HasSubstr("has in force is known at IPOC 1"), "info stream: ramping in",
                           "info stream: active"));
 }
 

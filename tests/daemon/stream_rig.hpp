@@ -68,7 +68,7 @@ inline rsi::EthernetConfig ethernet_config() {
 }
 
 inline StreamOptions stream_options() {
-  StreamOptions options = StreamOptions::of(config::StreamConfig{});
+  StreamOptions options = StreamOptions::of(config::CellConfig{});
   options.now = []() noexcept { return drivers::TimePoint{}; };
   return options;
 }
@@ -96,7 +96,7 @@ class StreamRig {
   /// One tick of the controller. @return the reply, empty where there was none
   std::string tick(const Fate& fate = {}) {
     ipoc += step;
-    now_ += std::chrono::milliseconds{4};
+    now_ += std::chrono::milliseconds{std::max<std::uint64_t>(step, 4)};
     std::string reply;
     if (!fate.datagram_lost) reply = send(fate.replaced_by.empty() ? datagram() : fate.replaced_by);
     if (reply.empty() || fate.reply_lost || fate.rejected || !take(reply)) ++delay;
@@ -109,17 +109,28 @@ class StreamRig {
 
   /// The controller's program is started anew: no correction, a new time stamp.
   void restart(std::uint64_t new_ipoc) {
+    pass(std::chrono::milliseconds{200});
     ipoc = new_ipoc;
     delay = 0;
     applied.setZero();
   }
 
-  std::string send(const std::string& bytes) { return std::string{cycle->answer(bytes, now_)}; }
+  std::string send(const std::string& bytes) { return send(bytes, source); }
+  std::string send(const std::string& bytes, const drivers::UdpSource& from) {
+    return std::string{cycle->answer({bytes, from, now_})};
+  }
+
+  /// Nothing is sent for a while.
+  void pass(std::chrono::milliseconds time) { now_ += time; }
+
+  /// The first cycles of a session, which show what is in force; not answered.
+  void settle() { ticks(4); }
 
   std::string datagram() const {
     rsi::RobotFrame frame;
     frame.ipoc = ipoc;
-    frame.delay = delay;
+    if (sends_delay) frame.delay = delay;
+    frame.rist = rist;
     const JointVector actual = stuck ? *stuck : JointVector{q + applied};
     frame.aipos_rad.emplace();
     std::copy(actual.begin(), actual.end(), frame.aipos_rad->begin());
@@ -154,10 +165,13 @@ class StreamRig {
   }
 
   double max_step_deg_;
-  drivers::TimePoint now_{};
+  drivers::TimePoint now_{std::chrono::seconds{1}};
 
  public:
   std::unique_ptr<StreamCycle> cycle;
+  drivers::UdpSource source{0x7f000001, 40'000};
+  std::optional<rsi::CartesianPose> rist;  ///< sent where it is set
+  bool sends_delay = true;
   std::uint64_t ipoc = 4'208'163;
   std::uint64_t step = 4;
   std::int64_t delay = 0;

@@ -19,8 +19,8 @@ using testing::HasSubstr;
 /// Answers with what it got, and with nothing to "quiet".
 class Echo final : public RsiResponder {
  public:
-  std::string_view answer(std::string_view datagram, TimePoint) noexcept override {
-    return datagram == "quiet" ? std::string_view{} : datagram;
+  std::string_view answer(const Datagram& datagram) noexcept override {
+    return datagram.bytes == "quiet" ? std::string_view{} : datagram.bytes;
   }
 };
 

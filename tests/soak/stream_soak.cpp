@@ -98,7 +98,7 @@ class Shift {
     since_check_ = 0;
     const daemon::StreamStatus status = rig_.status();
     const daemon::StreamCounters& c = status.counters;
-    EXPECT_EQ(c.datagrams, c.answered + c.held + c.duplicate + c.stale + c.unanswered)
+    EXPECT_EQ(c.datagrams, c.answered + c.held + c.duplicate + c.wrong_ipoc + c.unproven + c.unanswered)
         << "a datagram is in no counter, or in two";
     EXPECT_LE(rig_.largest_applied_deg(), 3 + 1e-9);
     EXPECT_LE(status.max_step_deg, 0.02 + 1e-9);

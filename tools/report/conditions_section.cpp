@@ -189,7 +189,9 @@ std::string stream_section(const ReportDocument& document) {
   const std::string rows =
       known_fact("Cycles", fmt::format("{}", s.cycles)) + known_fact("Answered", of_cycles(s.answered)) +
       known_fact("Late", of_cycles(s.late)) +
-      known_fact("Answered with a wrong IPOC", of_cycles(s.wrong_ipoc)) +
+      known_fact("Not answered: at the start of sessions, until known what is in force",
+                 of_cycles(s.unproven)) +
+      known_fact("Not answered: out of order by their IPOC", of_cycles(s.wrong_ipoc)) +
       known_fact("Largest step of the correction in one cycle", fmt::format("{:.4g} deg", s.max_step_deg)) +
       known_fact("Time from a datagram to its reply, median", fmt::format("{:.0f} µs", s.p50_us)) +
       known_fact("99 % within", fmt::format("{:.0f} µs", s.p99_us)) +

@@ -66,10 +66,17 @@ Point point(const Node& node) {
 
 Stream stream(const Node& node) {
   const Node turnaround = node.find("turnaround_us");
+  const auto count = [&](const char* key,
+                         long long otherwise) {  // documents stored before have no such count
+    const Node counted = node.find(key);
+    return counted.exists() ? counted.integer() : otherwise;
+  };
   return {.cycles = node.find("cycles").integer(),
           .answered = node.find("answered").integer(),
           .late = node.find("late").integer(),
           .wrong_ipoc = node.find("wrong_ipoc").integer(),
+          .unproven = count("unproven", 0),
+          .sessions = count("sessions", 1),
           .max_step_deg = node.find("max_step_deg").number(),
           .p50_us = turnaround.find("p50").number(),
           .p99_us = turnaround.find("p99").number(),

@@ -40,6 +40,7 @@ struct Point {
 /// How the stream of corrections went.
 struct Stream {
   long long cycles = 0, answered = 0, late = 0, wrong_ipoc = 0;
+  long long unproven = 0, sessions = 1;
   double max_step_deg = 0;
   double p50_us = 0, p99_us = 0, p999_us = 0, max_us = 0;  ///< from a datagram's arrival to its reply
 };

@@ -61,10 +61,13 @@ std::string badges(const ReportDocument& document) {
   }
   if (document.stream) {
     const Stream& s = *document.stream;
-    const bool clean = s.answered == s.cycles && s.late == 0 && s.wrong_ipoc == 0;
-    html +=
-        badge(clean, clean ? "Every stream cycle answered in time"
-                           : fmt::format("Stream: {} late, {} unanswered", s.late, s.cycles - s.answered));
+    const long long unanswered = s.cycles - s.answered - s.unproven;
+    const bool clean = unanswered == 0 && s.late == 0 && s.wrong_ipoc == 0;
+    const std::string but = s.unproven == 0 ? ""
+                                            : fmt::format(", but the first {} of {}", s.unproven,
+                                                          plural(s.sessions, "session", "sessions"));
+    html += badge(clean, clean ? "Every stream cycle answered in time" + but
+                               : fmt::format("Stream: {} late, {} unanswered", s.late, unanswered));
   }
   return html + "</ul>\n";
 }

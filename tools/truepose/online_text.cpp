@@ -1,6 +1,7 @@
 #include "tools/truepose/online_text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <boost/json/array.hpp>
 #include <boost/json/value.hpp>
 #include <cmath>
@@ -223,13 +224,36 @@ std::string model_text(const json::value& answer) {
          "\n" + table(rows) + "lengths in mm, angles in rad\n";
 }
 
+/// "0.012 -0.300 - 0 0 0 deg", "-" for what is not known.
+std::string axes_text(const json::value& document, std::string_view path) {
+  const json::value* const axes = find(document, path);
+  if (!axes || !axes->is_array() || axes->as_array().empty()) return "-";
+  std::string line;
+  for (const json::value& axis : axes->as_array()) {
+    std::array<char, 32> number{"-"};
+    if (axis.is_number()) std::snprintf(number.data(), number.size(), "%.3f", axis.to_number<double>());
+    line += std::string{number.data()} + " ";
+  }
+  return line + "deg";
+}
+
 std::string stream_text(const json::value& stream) {
   return table(
       {{"state", stream_line(stream)},
        {"model", text(stream, "/model_id")},
-       {"cycles", text(stream, "/cycles") + ", answered " + text(stream, "/answered")},
-       {"trouble", "late " + text(stream, "/late") + ", lost " + text(stream, "/lost") + ", wrong IPOC " +
-                       text(stream, "/wrong_ipoc") + ", at a bound " + text(stream, "/clamped")},
+       {"controller", text(stream, "/peer") + ", IPOC + " + text(stream, "/ipoc_step") + ", session " +
+                          text(stream, "/sessions") + ", last packet " + text(stream, "/packet_age_ms") +
+                          " ms ago"},
+       {"cycles", text(stream, "/cycles") + ", answered " + text(stream, "/answered") + ", of these held " +
+                      text(stream, "/held") + ", repeated " + text(stream, "/duplicate")},
+       {"not answered", "unproven " + text(stream, "/unproven") + ", wrong IPOC " +
+                            text(stream, "/wrong_ipoc") + ", malformed " + text(stream, "/malformed") +
+                            ", from others " + text(stream, "/foreign")},
+       {"trouble", "late " + text(stream, "/late") + ", lost " + text(stream, "/lost") + ", at a bound " +
+                       text(stream, "/clamped") + ", no solution " + text(stream, "/no_solution")},
+       {"refused last", text(stream, "/refused")},
+       {"correction",
+        axes_text(stream, "/correction_deg") + " sent, " + axes_text(stream, "/measured_deg") + " measured"},
        {"largest step", fixed(stream, "/max_step_deg", 5, " deg")},
        {"turnaround", "p50 " + fixed(stream, "/turnaround_us/p50", 0) + ", p99 " +
                           fixed(stream, "/turnaround_us/p99", 0) + ", p99.9 " +

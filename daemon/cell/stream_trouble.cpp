@@ -1,0 +1,40 @@
+#include "daemon/cell/stream_trouble.hpp"
+
+#include <cstdio>
+
+namespace truepose::daemon {
+
+std::string silence_text(std::optional<drivers::Duration> age) {
+  if (!age) return "the controller has sent no RSI packet yet";
+  std::array<char, 32> seconds;
+  std::snprintf(seconds.data(), seconds.size(), "%.1f", std::chrono::duration<double>(*age).count());
+  return "the controller has sent no RSI packet for " + std::string{seconds.data()} + " s";
+}
+
+std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, const RefusedPackets& refused,
+                           const config::CellConfig& config) {
+  if (std::string why = reason(now); !why.empty()) return why;
+  const StreamCounters &was = before.counters, &is = now.counters;
+  const std::string port = config.stream.listen.host + ":" + std::to_string(config.stream.listen.port);
+  if (is.malformed > was.malformed) {
+    return std::to_string(is.malformed - was.malformed) + " packets came to " + port +
+           " and none was understood: " + refused.malformed;
+  }
+  if (is.foreign > was.foreign && refused.foreign) {
+    return std::to_string(is.foreign - was.foreign) + " packets came to " + port +
+           ", but not from the controller (" + config.robot.rsi_peer + "): the last new sender is " +
+           text(*refused.foreign) +
+           "; if that is the controller's address in the RSI network, give it as robot.rsi_peer";
+  }
+  if (is.wrong_ipoc > was.wrong_ipoc || is.unproven > was.unproven)
+    return "the controller's packets follow no order: its IPOC does not rise from packet to packet";
+  return "no packet came to " + port +
+         ": look whether IP_NUMBER and PORT of the ethernet configuration on the "
+         "controller are this address, as in " +
+         config.stream.ethernet_xml.string() +
+         ", whether its RSI network is the one of this card and no firewall drops UDP, and whether the "
+         "program has "
+         "come to RSI_ON";
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "config/cell_config.hpp"
+#include "daemon/realtime/stream_status.hpp"
+#include "drivers/clock.hpp"
+
+namespace truepose::daemon {
+
+/// A controller from which nothing came for so long is silent: it sends every 4 or 12 ms.
+inline constexpr std::chrono::milliseconds kSilence{400};
+
+/// "the controller has sent no RSI packet for 0.6 s"
+/// @param age  of its last good packet; none: there was none
+std::string silence_text(std::optional<drivers::Duration> age);
+
+/// What came to the RSI port and was not taken for the controller's, as far as the log was told of it.
+struct RefusedPackets {
+  std::optional<drivers::UdpSource> foreign;
+  std::string malformed;  ///< from where, why, and how it begins
+  std::string last;       ///< of either kind
+};
+
+/// Why no packet was answered since the stream was started, in words that say what to look at.
+/// @param before  status when it was started
+std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, const RefusedPackets& refused,
+                           const config::CellConfig& config);
+
+}  // namespace truepose::daemon

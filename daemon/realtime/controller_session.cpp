@@ -1,0 +1,169 @@
+#include "daemon/realtime/controller_session.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace truepose::daemon {
+namespace {
+
+using Place = IpocSequence::Place;
+
+// Leaving RSI and starting it anew takes the controller's interpreter longer than this.
+constexpr std::chrono::milliseconds kShortestRestart{40};
+// Later than its IPOC says, a datagram may be of a count that began anew and came to the same numbers.
+constexpr std::chrono::milliseconds kLateForItsIpoc{100};
+
+ArmLag lag_of(const SessionOptions& options) {
+  const auto cycle_ms = static_cast<double>(options.cycle.count());
+  return {.dead_cycles =
+              static_cast<int>(std::ceil(static_cast<double>(options.greatest_dead_time.count()) / cycle_ms)),
+          .lag_cycles = static_cast<double>(options.greatest_lag.count()) / cycle_ms};
+}
+
+}  // namespace
+
+JointVector vector_of(const rsi::Axes& axes) {
+  return Eigen::Map<const Eigen::Matrix<double, 6, 1>>(axes.data());
+}
+
+ControllerSession::ControllerSession(const SessionOptions& options, StreamMemory* memory)
+    : options_{options},
+      restart_cycles_{static_cast<std::uint64_t>(std::max<std::int64_t>(
+          2, (kShortestRestart + options.cycle - std::chrono::milliseconds{1}) / options.cycle))},
+      memory_{memory},
+      pin_{options.peer, kShortestRestart},
+      sequence_{options.gap_cycles},
+      evidence_{lag_of(options)},
+      silent_since_{options.listening_since} {
+  const auto kept = memory_ ? memory_->last() : std::nullopt;
+  if (!kept) return;
+  received_before_ = drivers::TimePoint{std::chrono::nanoseconds{kept->received_ns}};
+  silent_since_ = received_before_;
+  const drivers::UdpSource source{kept->address, static_cast<std::uint16_t>(kept->port)};
+  if (!pin_.admits(source, received_before_)) return;
+  pin_.pin(source, received_before_);
+  sequence_.start(kept->ipoc, kept->step);
+  receipts_.resume(kept->delay < 0 ? std::nullopt : std::optional{kept->delay});
+  in_force_.resume({vector_of(kept->min_rad), vector_of(kept->max_rad)}, vector_of(kept->sent_rad));
+}
+
+ControllerSession::Hearing ControllerSession::hear(const rsi::RobotFrame& frame,
+                                                   const drivers::UdpSource& source,
+                                                   drivers::TimePoint received) noexcept {
+  received_ = received;
+  const bool other = pin_.pin(source, received);
+  Hearing hearing;
+  if (other || !sequence_.begun()) {
+    begin(frame);
+    hearing.began = true;
+    settle(frame, 0, hearing);
+    return hearing;
+  }
+
+  const IpocSequence::Position position = sequence_.place(frame.ipoc);
+  const bool borne_out =
+      (position.place == Place::Jump || position.place == Place::Stale) && sequence_.bears_out(frame.ipoc);
+  if (position.place == Place::Duplicate) {
+    hearing.turn = known() ? Turn::Repeat : Turn::Unproven;
+  } else if (position.place == Place::Next ||
+             (borne_out && position.forward > 0 && position.place == Place::Jump)) {
+    go_on(frame, position, hearing);
+  } else if (borne_out) {
+    begin(frame);
+    hearing.began = true;
+    settle(frame, 0, hearing);
+  } else {
+    hearing.turn = Turn::WrongIpoc;
+  }
+  return hearing;
+}
+
+void ControllerSession::begin(const rsi::RobotFrame& frame) noexcept {
+  sequence_.start(frame.ipoc);
+  receipts_.restart();
+  receipts_.read(frame.delay, 0);
+  in_force_.forget();
+  evidence_.restart();
+  received_before_ = received_;
+}
+
+void ControllerSession::go_on(const rsi::RobotFrame& frame, const IpocSequence::Position& position,
+                              Hearing& hearing) noexcept {
+  const ReplyReceipts::Verdict receipt = receipts_.read(frame.delay, position.elapsed);
+  if (receipt.taken) in_force_.taken();
+  hearing.elapsed = position.elapsed;
+  hearing.follows = position.elapsed == 1;
+  hearing.missed = receipt.missed;
+  hearing.late = receipt.late;
+
+  // Where IPOC and time agree, the count of cycles without a reply tells a session that went on from one that
+  // began meanwhile: that one has counted fewer.
+  const auto silence = received_ - received_before_;
+  const auto cycles = static_cast<std::int64_t>(position.elapsed);
+  const bool longer_than_counted = silence >= cycles * options_.cycle + kLateForItsIpoc;
+  const bool long_silence = position.elapsed >= restart_cycles_;
+  if (longer_than_counted || (long_silence && !receipt.alive)) {
+    in_force_.doubt();
+    evidence_.restart();
+  }
+  sequence_.advance(frame.ipoc, position);
+  received_before_ = received_;
+  settle(frame, position.forward, hearing);
+}
+
+void ControllerSession::settle(const rsi::RobotFrame& frame, std::uint64_t forward,
+                               Hearing& hearing) noexcept {
+  hearing.turn = Turn::Answer;
+  if (known()) return;
+  if (frame.aspos_rad && frame.aipos_rad) {
+    // Sooner, the axes may still show what was in force at some time before our last reply.
+    if (received_ - silent_since_ >= options_.greatest_dead_time)
+      evidence_.take(vector_of(*frame.aspos_rad), vector_of(*frame.aipos_rad), forward);
+    hearing.settled = in_force_.settle(evidence_, options_.step_rad);
+  } else if (began_in_our_silence(frame)) {
+    in_force_.set(CorrectionRange::of(JointVector::Zero(6)));
+    hearing.settled = true;
+  }
+  if (!known()) hearing.turn = Turn::Unproven;
+}
+
+/// Where the commanded axes are not sent nothing can be compared. But a controller that has counted fewer
+/// cycles without a reply than passed since we sent the last began after it, and had nothing in force then.
+bool ControllerSession::began_in_our_silence(const rsi::RobotFrame& frame) const noexcept {
+  if (!frame.delay || *frame.delay < 0) return false;
+  const auto counted = *frame.delay * options_.cycle + kShortestRestart;
+  return received_ - silent_since_ >= counted;
+}
+
+bool ControllerSession::hear_malformed(std::uint64_t ipoc, const drivers::UdpSource& source,
+                                       drivers::TimePoint received) noexcept {
+  if (!known() || pin_.pinned() != source) return false;
+  const IpocSequence::Position position = sequence_.place(ipoc);
+  if (position.place == Place::Duplicate) return true;
+  // After a silence the controller may have begun anew at zero, and this frame cannot tell.
+  if (position.place != Place::Next || position.elapsed >= restart_cycles_) return false;
+  if (received - received_before_ >= kShortestRestart) return false;
+  receipts_.read(std::nullopt, position.elapsed);
+  sequence_.advance(ipoc, position);
+  received_before_ = received_ = received;
+  return true;
+}
+
+void ControllerSession::reply(const JointVector& correction) noexcept {
+  in_force_.sent(correction);
+  receipts_.replied();
+  silent_since_ = received_;
+  if (!memory_) return;
+  StreamMemory::Record record{.address = pin_.pinned()->address,
+                              .port = pin_.pinned()->port,
+                              .ipoc = sequence_.last(),
+                              .step = sequence_.step(),
+                              .received_ns = std::chrono::nanoseconds{received_.time_since_epoch()}.count(),
+                              .delay = receipts_.last().value_or(-1)};
+  std::copy(correction.begin(), correction.end(), record.sent_rad.begin());
+  std::copy(in_force_.range().min.begin(), in_force_.range().min.end(), record.min_rad.begin());
+  std::copy(in_force_.range().max.begin(), in_force_.range().max.end(), record.max_rad.begin());
+  memory_->keep(record);
+}
+
+}  // namespace truepose::daemon

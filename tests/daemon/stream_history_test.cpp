@@ -1,0 +1,46 @@
+#include "tests/daemon/stream_history.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+namespace truepose::daemon {
+namespace {
+
+/// How many histories: an acceptance run sets TRUEPOSE_STREAM_HISTORIES to 100000.
+std::uint64_t histories() {
+  const char* const count = std::getenv("TRUEPOSE_STREAM_HISTORIES");
+  return count ? std::strtoull(count, nullptr, 10) : 1000;
+}
+
+TEST(StreamHistories, NeverMoveAnAxisFromWhatTheControllerHasInForceByMoreThanAStep) {
+  StreamHistory sum;
+  double greatest = 0;
+  for (std::uint64_t seed = 1; seed <= histories(); ++seed) {
+    const StreamHistory history = stream_history(seed);
+    ASSERT_LE(history.greatest_step, 1) << "seed " << seed << ": " << history.worst;
+    greatest = std::max(greatest, history.greatest_step);
+    sum.greatest_correction_deg = std::max(sum.greatest_correction_deg, history.greatest_correction_deg);
+    sum.cycles += history.cycles;
+    sum.answered += history.answered;
+    sum.sessions += history.sessions;
+    sum.restarts += history.restarts;
+    sum.foreign += history.foreign;
+  }
+  const double answered = static_cast<double>(sum.answered) / static_cast<double>(sum.cycles);
+  std::printf(
+      "%llu histories: %llu cycles, %.1f %% answered, %llu sessions, %llu restarts of the daemon, %llu "
+      "foreign "
+      "datagrams, corrections up to %.2f deg; greatest step %.4f of the bound\n",
+      static_cast<unsigned long long>(histories()), static_cast<unsigned long long>(sum.cycles),
+      100 * answered, static_cast<unsigned long long>(sum.sessions),
+      static_cast<unsigned long long>(sum.restarts), static_cast<unsigned long long>(sum.foreign),
+      sum.greatest_correction_deg, greatest);
+  // A stream that never answers moves nothing either.
+  EXPECT_GT(answered, 0.6);
+  EXPECT_GT(sum.greatest_correction_deg, 2);
+  EXPECT_GT(greatest, 0.9) << "the histories ask for no speed";
+}
+
+}  // namespace
+}  // namespace truepose::daemon
