@@ -12,8 +12,13 @@ namespace truepose::sim {
 namespace {
 
 /// Which axes keep their correction in a cycle without a valid reply.
-std::array<bool, 6> axes_held(const rsi::EthernetConfig& ethernet) {
+std::array<bool, 6> axes_held(const RsiSetup& setup) {
+  const rsi::EthernetConfig& ethernet = setup.ethernet;
   std::array<bool, 6> held{};
+  if (setup.hold_on) {
+    held.fill(*setup.hold_on);
+    return held;
+  }
   if (!ethernet.axis_correction) return held;
   for (std::size_t i = 0; i < held.size(); ++i) {
     const std::string tag = *ethernet.axis_correction + ".A" + std::to_string(i + 1);
@@ -30,37 +35,53 @@ rsi::CartesianPose flange_pose(const RobotModel& nominal, const JointVector& q) 
   return {p.x(), p.y(), p.z(), abc_deg[0], abc_deg[1], abc_deg[2]};
 }
 
+rsi::Axes in_deg(const JointVector& q) {
+  rsi::Axes axes = to_axes(q);
+  for (double& axis : axes) axis *= kDegPerRad;
+  return axes;
+}
+
 }  // namespace
 
 RsiClient::RsiClient(RsiSetup setup, StreamPath path, std::uint64_t first_ipoc)
     : setup_{std::move(setup)},
       codec_{setup_.ethernet},
-      hold_on_{axes_held(setup_.ethernet)},
+      hold_on_{axes_held(setup_)},
+      names_{setup_.ethernet},
+      datagram_{setup_.ethernet, setup_.decimals},
       path_{std::move(path)},
+      servo_{setup_.servo, setup_.cycle},
       first_ipoc_{first_ipoc},
-      ipoc_{first_ipoc} {}
+      ipoc_{first_ipoc} {
+  servo_.stand_at(path_.position());
+}
 
 std::string_view RsiClient::begin_cycle() {
-  if (counters_.cycles > 0) {
+  if (std::exchange(fresh_, false)) {
+    servo_.stand_at(path_.position());
+  } else {
     ipoc_ += static_cast<std::uint64_t>(setup_.cycle.count());
     path_.advance(setup_.cycle);
+    servo_.follow(path_.position() + to_joints(correction_rad_));
   }
   open_[counters_.cycles % kRemembered] = true;
   ++counters_.cycles;
   reply_.reset();
+  return datagram_.write({.ipoc = ipoc_,
+                          .rist = flange_pose(setup_.nominal, axes()),
+                          .rsol = flange_pose(setup_.nominal, path_.position()),
+                          .aipos_deg = in_deg(axes()),
+                          .aspos_deg = in_deg(path_.position()),
+                          .delay = delay()});
+}
 
-  rsi::RobotFrame frame;
-  frame.ipoc = ipoc_;
-  const rsi::EthernetConfig& ethernet = setup_.ethernet;
-  if (ethernet.sends("RIst")) frame.rist = flange_pose(setup_.nominal, axes());
-  if (ethernet.sends("RSol")) frame.rsol = flange_pose(setup_.nominal, path_.position());
-  if (ethernet.sends("AIPos")) frame.aipos_rad = to_axes(axes());
-  if (ethernet.sends("ASPos")) frame.aspos_rad = to_axes(path_.position());
-  if (ethernet.sends("Delay")) frame.delay = static_cast<std::int64_t>(counters_.late + counters_.lost);
-  return rsi::encode_robot_frame(frame, buffer_).value_or(std::string_view{});
+std::int64_t RsiClient::delay() const {
+  if (setup_.consecutive_delay) return unanswered_in_a_row_;
+  return static_cast<std::int64_t>(counters_.late + counters_.lost - unanswered_before_);
 }
 
 RsiClient::Verdict RsiClient::receive(std::string_view datagram) {
+  for (std::string& name : names_.new_strangers(datagram)) strangers_.push_back(std::move(name));
   const auto reply = codec_.decode(datagram);
   if (!reply) {
     ++counters_.rejected;
@@ -85,14 +106,45 @@ RsiClient::Verdict RsiClient::receive(std::string_view datagram) {
 
 std::optional<RsiEnd> RsiClient::end_cycle() {
   const bool answered = reply_.has_value();
-  apply(answered && reply_->axis_correction_rad ? *reply_->axis_correction_rad : held());
+  if (!setup_.ignores_correction)
+    apply(answered && reply_->axis_correction_rad ? *reply_->axis_correction_rad : held());
   if (answered) {
     ++counters_.answered;
     unanswered_in_a_row_ = 0;
     return reply_->stop.value_or(false) ? std::optional{RsiEnd::Left} : std::nullopt;
   }
   ++counters_.lost;
-  return ++unanswered_in_a_row_ >= setup_.timeout_cycles ? std::optional{RsiEnd::Timeout} : std::nullopt;
+  ++unanswered_in_a_row_;
+  const bool waits = !setup_.ethernet.only_send;
+  return waits && unanswered_in_a_row_ >= setup_.timeout_cycles ? std::optional{RsiEnd::Timeout}
+                                                                : std::nullopt;
+}
+
+void RsiClient::pass(std::uint64_t cycles) {
+  ipoc_ += cycles * static_cast<std::uint64_t>(setup_.cycle.count());
+  for (; cycles > 0; --cycles) servo_.follow(path_.position() + to_joints(correction_rad_));
+  forget_open_cycles();
+}
+
+void RsiClient::restart(std::uint64_t pause_cycles, std::optional<std::uint64_t> ipoc) {
+  ipoc_ = ipoc.value_or(ipoc_ + (pause_cycles + 1) * static_cast<std::uint64_t>(setup_.cycle.count()));
+  correction_rad_ = {};
+  counters_.correction_rad = 0;
+  unanswered_in_a_row_ = 0;
+  unanswered_before_ = counters_.late + counters_.lost;
+  fresh_ = true;
+  forget_open_cycles();
+}
+
+void RsiClient::jump_ipoc(std::int64_t by) {
+  ipoc_ += static_cast<std::uint64_t>(by);
+  forget_open_cycles();
+}
+
+/// Their replies are to a time stamp that is no whole number of cycles ago.
+void RsiClient::forget_open_cycles() {
+  open_.fill(false);
+  first_ipoc_ = fresh_ ? ipoc_ : ipoc_ + static_cast<std::uint64_t>(setup_.cycle.count());
 }
 
 /// What HOLDON leaves of the correction in force.
@@ -117,7 +169,5 @@ void RsiClient::apply(const rsi::Axes& wanted_rad) {
   }
   counters_.clamped += clamped;
 }
-
-JointVector RsiClient::axes() const { return path_.position() + to_joints(correction_rad_); }
 
 }  // namespace truepose::sim

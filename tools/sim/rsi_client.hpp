@@ -4,22 +4,33 @@
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "core/kinematics/robot_model.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "proto/rsi/frame_codec.hpp"
 #include "tools/sim/kuka_controller.hpp"
+#include "tools/sim/reply_names.hpp"
+#include "tools/sim/robot_datagram.hpp"
+#include "tools/sim/servo.hpp"
 #include "tools/sim/stream_path.hpp"
 
 namespace truepose::sim {
 
 struct RsiSetup {
-  RobotModel nominal;
+  RobotModel nominal;  ///< the arm that RIst and RSol are of
   rsi::EthernetConfig ethernet;
   std::chrono::milliseconds cycle{4};
   int timeout_cycles = 100;            ///< ETHERNET object's Timeout
   double axis_corr_limit_rad = 0.087;  ///< AXISCORR clamps larger corrections silently
+  ServoSetup servo{};
+  std::optional<bool> hold_on{};    ///< in place of what the configuration says
+  bool ignores_correction = false;  ///< takes replies, and moves nothing by them
+  bool consecutive_delay = false;   ///< Delay counts cycles in a row without a reply, not all of the session
+  int decimals = 4;                 ///< the ETHERNET object's Precision
 };
 
 /// What the controller counts. Every cycle is answered, or its answer came late, or it was lost.
@@ -31,14 +42,17 @@ struct RsiCounters {
   std::uint64_t wrong_ipoc = 0;  ///< replies to no cycle that still waits for one
   std::uint64_t rejected = 0;    ///< replies that are malformed or not of the configured SENTYPE
   std::uint64_t clamped = 0;     ///< cycles in which AXISCORR clamped an axis
-  double max_step_rad = 0;       ///< greatest change of an axis' correction from one cycle to the next
-  double correction_rad = 0;     ///< greatest correction of an axis that is in force now, or was at the end
+  double max_step_rad = 0;    ///< greatest change of an axis' correction in force from one cycle to the next
+  double correction_rad = 0;  ///< greatest correction of an axis that is in force now, or was at the end
 };
 
-/// The RSI objects of a simulated controller (ETHERNET, AXISCORR, STOP), one cycle at a time. No I/O and no
-/// clock.
+/// The RSI objects of a simulated controller (ETHERNET, AXISCORR, STOP) and the drives behind them, one cycle
+/// at a time. No I/O and no clock.
 ///
-/// A cycle is begin_cycle(), receive() for every datagram that comes in meanwhile, end_cycle().
+/// A cycle is begin_cycle(), receive() for every datagram that comes in meanwhile, end_cycle(). What is in
+/// force after it moves the axes from the next cycle on, after the drives' dead time and lag, as the
+/// program's set points do: AIPos and RIst are where the axes are, ASPos and RSol are the set points without
+/// the correction.
 class RsiClient {
  public:
   RsiClient(RsiSetup setup, StreamPath path, std::uint64_t first_ipoc);
@@ -57,7 +71,22 @@ class RsiClient {
   /// @return why RSI has ended, if it has
   std::optional<RsiEnd> end_cycle();
 
-  JointVector axes() const;  ///< actual: programmed plus correction
+  /// The clock goes on for so many cycles in which nothing is sent and no reply is waited for. The program
+  /// stands.
+  void pass(std::uint64_t cycles);
+  /// RSI is switched off, and on after a pause: nothing is in force, and the arm stands where the program
+  /// does.
+  /// @param ipoc  first time stamp; nothing where the clock has just gone on
+  void restart(std::uint64_t pause_cycles, std::optional<std::uint64_t> ipoc);
+  void jump_ipoc(std::int64_t by);
+  void ignore_corrections(bool ignore) { setup_.ignores_correction = ignore; }
+
+  /// Names in the replies that a controller ignores without a word, each told once.
+  std::vector<std::string> take_strangers() { return std::exchange(strangers_, {}); }
+
+  const JointVector& axes() const { return servo_.position(); }        ///< actual
+  const rsi::Axes& correction_rad() const { return correction_rad_; }  ///< in force
+  std::uint64_t ipoc() const { return ipoc_; }
   bool moving() const { return path_.moving(); }
   bool answered() const { return reply_.has_value(); }
   const RsiCounters& counters() const { return counters_; }
@@ -66,21 +95,28 @@ class RsiClient {
   // Late answers are recognised this many cycles back.
   static constexpr std::size_t kRemembered = 1024;
 
+  std::int64_t delay() const;
   rsi::Axes held() const;
   void apply(const rsi::Axes& wanted_rad);
+  void forget_open_cycles();
 
   RsiSetup setup_;
   rsi::SensorFrameCodec codec_;
   std::array<bool, 6> hold_on_{};
+  ReplyNames names_;
+  std::vector<std::string> strangers_;
+  RobotDatagram datagram_;
   StreamPath path_;
+  Servo servo_;
   rsi::Axes correction_rad_{};
   std::uint64_t first_ipoc_;
   std::uint64_t ipoc_;
+  bool fresh_ = true;                     // no cycle of this session has been begun
   std::array<bool, kRemembered> open_{};  // cycles that wait for an answer
   std::optional<rsi::SensorFrame> reply_;
   int unanswered_in_a_row_ = 0;
+  std::uint64_t unanswered_before_ = 0;  // this session
   RsiCounters counters_;
-  std::array<char, rsi::kMaxFrameBytes> buffer_{};
 };
 
 }  // namespace truepose::sim

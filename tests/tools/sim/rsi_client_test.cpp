@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
+#include <numbers>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/kinematics/angles.hpp"
@@ -40,15 +44,17 @@ rsi::EthernetConfig ethernet(bool hold_on = true) {
 
 class RsiClientTest : public testing::Test {
  protected:
-  explicit RsiClientTest(bool hold_on = true)
-      : codec{ethernet(hold_on)},
-        client{{.nominal = kr210(),
-                .ethernet = ethernet(hold_on),
-                .cycle = 4ms,
-                .timeout_cycles = 5,
-                .axis_corr_limit_rad = 5 * kRadPerDeg},
-               StreamPath{kr210(), {kStart}, 1.0},
-               kFirstIpoc} {}
+  explicit RsiClientTest(bool hold_on = true) : RsiClientTest{setup(hold_on)} {}
+  explicit RsiClientTest(const RsiSetup& what, std::vector<JointVector> points = {kStart})
+      : codec{what.ethernet}, client{what, StreamPath{kr210(), std::move(points), 1.0}, kFirstIpoc} {}
+
+  static RsiSetup setup(bool hold_on = true) {
+    return {.nominal = kr210(),
+            .ethernet = ethernet(hold_on),
+            .cycle = 4ms,
+            .timeout_cycles = 5,
+            .axis_corr_limit_rad = 5 * kRadPerDeg};
+  }
 
   rsi::RobotFrame begin() { return rsi::decode_robot_frame(client.begin_cycle()).value(); }
 
@@ -73,7 +79,8 @@ class RsiClientTest : public testing::Test {
     return client.end_cycle();
   }
 
-  double a1_deg() const { return client.axes()[0] * kDegPerRad; }
+  /// In force.
+  double a1_deg() const { return client.correction_rad()[0] * kDegPerRad; }
 
   rsi::SensorFrameCodec codec;
   RsiClient client;
@@ -82,6 +89,34 @@ class RsiClientTest : public testing::Test {
 class RsiClientWithoutHold : public RsiClientTest {
  protected:
   RsiClientWithoutHold() : RsiClientTest{false} {}
+};
+
+class RsiClientWithDrives : public RsiClientTest {
+ protected:
+  explicit RsiClientWithDrives(std::vector<JointVector> points = {kStart})
+      : RsiClientTest{lagging(), points} {}
+
+  static RsiSetup lagging() {
+    RsiSetup with_drives = setup();
+    with_drives.servo = {.dead_time = 12ms, .lag = {40ms, 40ms, 40ms, 40ms, 40ms, 80ms}};
+    with_drives.decimals = 9;
+    return with_drives;
+  }
+};
+
+class RsiClientInMotion : public RsiClientWithDrives {
+ protected:
+  RsiClientInMotion() : RsiClientWithDrives{{kStart, deg(100, -90, 90, 0, 35, 0)}} {}
+};
+
+class RsiClientThatIgnores : public RsiClientTest {
+ protected:
+  RsiClientThatIgnores() : RsiClientTest{ignoring()} {}
+  static RsiSetup ignoring() {
+    RsiSetup deaf = setup();
+    deaf.ignores_correction = true;
+    return deaf;
+  }
 };
 
 TEST_F(RsiClientTest, CountsIpocUpByTheCycleAndMovesTheActualAxesOnly) {
@@ -180,6 +215,176 @@ TEST_F(RsiClientTest, ClampsSilentlyAtTheLimitOfAxiscorr) {
 TEST_F(RsiClientTest, LeavesMovecorrOnTheStopBit) {
   EXPECT_EQ(answered(0.5), std::nullopt);
   EXPECT_EQ(answered(0.5, true), RsiEnd::Left);
+}
+
+TEST_F(RsiClientWithDrives, MovesTheAxesByACorrectionAfterDeadTimeAndLag) {
+  answered(1);
+  for (int cycle = 0; cycle < 3; ++cycle) {
+    EXPECT_EQ((*begin().aipos_rad)[0], 0) << "in dead time";
+    client.end_cycle();
+  }
+  EXPECT_NEAR((*begin().aipos_rad)[0] * kDegPerRad, 1 - std::exp(-0.1), 1e-9);
+  EXPECT_NEAR(a1_deg(), 1, 1e-9) << "in force since it was taken";
+  EXPECT_NEAR(client.counters().max_step_rad, 1 * kRadPerDeg, 1e-12);
+}
+
+TEST_F(RsiClientInMotion, LagsBehindTheProgramWithWhateverIsActual) {
+  rsi::RobotFrame frame;
+  for (int cycle = 0; cycle < 200; ++cycle) {
+    frame = begin();
+    client.receive(reply(frame.ipoc, 0));
+    client.end_cycle();
+  }
+  // 117 deg/s for 52 ms, and half a cycle for that the drives are given steps.
+  const double behind_deg = ((*frame.aspos_rad)[0] - (*frame.aipos_rad)[0]) * kDegPerRad;
+  EXPECT_NEAR(behind_deg, 117 * 0.052, 117 * 0.0021);
+  const Eigen::Vector3d p = forward_kinematics(kr210(), client.axes()).translation();
+  EXPECT_NEAR(frame.rist->y_mm, p.y(), 1e-6);
+}
+
+TEST_F(RsiClientThatIgnores, TakesRepliesAndMovesNothing) {
+  answered(1);
+  answered(1);
+  EXPECT_EQ(a1_deg(), 0);
+  EXPECT_NEAR((*begin().aipos_rad)[0], 0, 1e-12);
+  EXPECT_EQ(client.counters().answered, 2u);
+  EXPECT_EQ(client.counters().max_step_rad, 0);
+}
+
+TEST_F(RsiClientTest, StartsAnewWithNothingInForceWhenRsiIsSwitchedOffAndOn) {
+  answered(0.5);
+  unanswered();
+  client.restart(10, std::nullopt);
+  const rsi::RobotFrame first = begin();
+  EXPECT_EQ(first.ipoc, kFirstIpoc + 4 + 11 * 4);
+  EXPECT_EQ(first.delay, 0);
+  EXPECT_NEAR((*first.aipos_rad)[0], 0, 1e-12);
+  EXPECT_EQ(client.receive(reply(kFirstIpoc + 4, 1)).reply, Reply::WrongIpoc) << "of the session before";
+  EXPECT_EQ(client.receive(reply(first.ipoc, 0.25)).reply, Reply::Valid);
+  client.end_cycle();
+  EXPECT_NEAR(client.counters().max_step_rad, 0.5 * kRadPerDeg, 1e-9) << "to nothing in force is no step";
+  client.restart(0, 1000);
+  EXPECT_EQ(begin().ipoc, 1000u);
+}
+
+TEST_F(RsiClientTest, KeepsWhatIsInForceInASilenceThatItsClockGoesThrough) {
+  answered(0.5);
+  client.pass(250);
+  const rsi::RobotFrame frame = begin();
+  EXPECT_EQ(frame.ipoc, kFirstIpoc + 251 * 4);
+  EXPECT_EQ(frame.delay, 0);
+  EXPECT_NEAR((*frame.aipos_rad)[0] * kDegPerRad, 0.5, 1e-4);
+  EXPECT_EQ(client.receive(reply(frame.ipoc, 0.5)).reply, Reply::Valid);
+}
+
+TEST_F(RsiClientTest, AnswersToTheTimeStampThatItJumpedTo) {
+  answered(0.5);
+  client.jump_ipoc(-1'000'000);
+  const rsi::RobotFrame frame = begin();
+  EXPECT_EQ(frame.ipoc, kFirstIpoc - 1'000'000 + 4);
+  EXPECT_EQ(client.receive(reply(frame.ipoc, 0.5)).reply, Reply::Valid);
+  EXPECT_NEAR(a1_deg(), 0.5, 1e-9);
+}
+
+TEST(RsiClient, CanBeToldToDropWhatTheConfigurationHolds) {
+  RsiSetup dropping{.nominal = kr210(), .ethernet = ethernet(), .cycle = 4ms};
+  dropping.hold_on = false;
+  RsiClient client{dropping, StreamPath{kr210(), {kStart}, 1.0}, kFirstIpoc};
+  client.begin_cycle();
+  client.receive(
+      "<Sen Type=\"TruePose\"><AK A1=\"1\" A2=\"0\" A3=\"0\" A4=\"0\" A5=\"0\" "
+      "A6=\"0\"/><IPOC>4208163</IPOC></Sen>");
+  client.end_cycle();
+  EXPECT_NEAR(client.correction_rad()[0], 1 * kRadPerDeg, 1e-12);
+  client.begin_cycle();
+  client.end_cycle();
+  EXPECT_EQ(client.correction_rad()[0], 0);
+}
+
+TEST(RsiClient, CanCountItsDelayInARow) {
+  RsiSetup in_a_row{.nominal = kr210(), .ethernet = ethernet(), .cycle = 4ms};
+  in_a_row.consecutive_delay = true;
+  RsiClient client{in_a_row, StreamPath{kr210(), {kStart}, 1.0}, kFirstIpoc};
+  const auto delay = [&client] { return rsi::decode_robot_frame(client.begin_cycle()).value().delay; };
+  delay();
+  client.end_cycle();
+  EXPECT_EQ(delay(), 1);
+  client.receive("<Sen Type=\"TruePose\"><IPOC>4208167</IPOC></Sen>");
+  client.end_cycle();
+  EXPECT_EQ(delay(), 0);
+}
+
+TEST_F(RsiClientTest, NamesWhatARealControllerIgnoresWithoutAWordOnce) {
+  for (int cycle = 0; cycle < 2; ++cycle) {
+    const std::string ipoc = std::to_string(begin().ipoc);
+    client.receive(
+        "<Sen Type=\"TruePose\"><RKorr X=\"1\" Y=\"0\"/><AK A1=\"1\" A2=\"0\" A3=\"0\" A4=\"0\" A5=\"0\" "
+        "A6=\"0\" A7=\"0\"/><Stop>0</Stop><IPOC>" +
+        ipoc + "</IPOC></Sen>");
+    client.end_cycle();
+    EXPECT_EQ(client.take_strangers(),
+              cycle == 0 ? (std::vector<std::string>{"RKorr", "AK.A7"}) : std::vector<std::string>{});
+  }
+}
+
+rsi::EthernetConfig sending(const std::vector<std::string>& tags) {
+  rsi::EthernetConfig config = ethernet();
+  config.send.clear();
+  for (const std::string& tag : tags) {
+    const bool built_in = tag.starts_with("DEF_");
+    config.send.push_back({tag,
+                           built_in || tag.ends_with("X") ? rsi::ElementType::Double : rsi::ElementType::Long,
+                           built_in ? std::nullopt : std::optional{1}});
+  }
+  return config;
+}
+
+TEST(RobotDatagram, HasEveryElementThatTheSendListAsksForInItsOrder) {
+  RobotDatagram datagram{sending({"DEF_Delay", "DEF_EIPos", "DEF_AIPos", "DEF_MACur", "DEF_MECur",
+                                  "DEF_ESPos", "Count", "FT.X", "FT.N", "DEF_Tech.C1", "DEF_Tech.T2"}),
+                         2};
+  EXPECT_EQ(datagram.write({.ipoc = 77, .aipos_deg = {1, 2, 3, 4, 5, 6.005}, .delay = 9}),
+            "<Rob Type=\"KUKA\"><Delay D=\"9\"/>"
+            "<EIPos E1=\"0.00\" E2=\"0.00\" E3=\"0.00\" E4=\"0.00\" E5=\"0.00\" E6=\"0.00\"/>"
+            "<AIPos A1=\"1.00\" A2=\"2.00\" A3=\"3.00\" A4=\"4.00\" A5=\"5.00\" A6=\"6.00\"/>"
+            "<MACur A1=\"0.00\" A2=\"0.00\" A3=\"0.00\" A4=\"0.00\" A5=\"0.00\" A6=\"0.00\"/>"
+            "<MECur E1=\"0.00\" E2=\"0.00\" E3=\"0.00\" E4=\"0.00\" E5=\"0.00\" E6=\"0.00\"/>"
+            "<ESPos E1=\"0.00\" E2=\"0.00\" E3=\"0.00\" E4=\"0.00\" E5=\"0.00\" E6=\"0.00\"/>"
+            "<Count>0</Count><FT X=\"0.00\" N=\"0\"/>"
+            "<Tech C11=\"0.00\" C12=\"0.00\" C13=\"0.00\" C14=\"0.00\" C15=\"0.00\" C16=\"0.00\" "
+            "C17=\"0.00\" C18=\"0.00\" "
+            "C19=\"0.00\" C110=\"0.00\" T21=\"0.00\" T22=\"0.00\" T23=\"0.00\" T24=\"0.00\" T25=\"0.00\" "
+            "T26=\"0.00\" "
+            "T27=\"0.00\" T28=\"0.00\" T29=\"0.00\" T210=\"0.00\"/><IPOC>77</IPOC></Rob>");
+}
+
+TEST(RobotDatagram, IsUnderstoodByOurDecoder) {
+  RobotDatagram datagram{
+      sending({"DEF_RIst", "DEF_RSol", "DEF_AIPos", "DEF_ASPos", "DEF_EIPos", "DEF_Delay"}), 4};
+  const auto frame = rsi::decode_robot_frame(datagram.write(
+      {.ipoc = 5, .rist = {1, 2, 3, 4, 5, 6}, .rsol = {7, 8, 9, 10, 11, 12}, .aspos_deg = {180}}));
+  ASSERT_TRUE(frame) << rsi::describe(frame.error());
+  EXPECT_EQ(frame->rist->c_deg, 6);
+  EXPECT_EQ(frame->rsol->x_mm, 7);
+  EXPECT_DOUBLE_EQ((*frame->aspos_rad)[0], std::numbers::pi);
+  EXPECT_EQ((*frame->eipos)[5], 0);
+}
+
+TEST(RobotDatagram, RefusesASendListThatItCannotServeByName) {
+  EXPECT_EQ(unsendable(sending({"DEF_RIst", "DEF_Tech.C6", "DEF_Tech.T2", "FT.X"})), std::nullopt);
+  EXPECT_EQ(
+      unsendable(sending({"DEF_RIst", "DEF_Foo"})),
+      "SEND element DEF_Foo is no built-in: a controller knows DEF_RIst, DEF_RSol, DEF_AIPos, DEF_ASPos, "
+      "DEF_EIPos, DEF_ESPos, DEF_MACur, DEF_MECur, DEF_Delay, DEF_Tech.C1..C6 and DEF_Tech.T2..T6");
+  EXPECT_EQ(unsendable(sending({"DEF_Tech.T1"})),
+            "SEND element DEF_Tech.T1: RSI needs technology generator 1 itself (RSIBad); leave it out");
+  EXPECT_EQ(unsendable(sending({"DEF_Tech.C7"})),
+            "SEND element DEF_Tech.C7 is no built-in: Tech has C1..C6 and T2..T6");
+  rsi::EthernetConfig free_name = sending({"Count"});
+  free_name.send[0].index.reset();
+  EXPECT_EQ(unsendable(free_name),
+            "SEND element Count is INTERNAL, but no built-in (their tags begin with DEF_): give it an INDX "
+            "of 1..64");
 }
 
 TEST(StreamPath, VisitsItsPointsInALoopWithoutAJump) {
