@@ -94,18 +94,55 @@ void read_controller(const YamlValue& value, Scenario& scenario) {
   map.read("serial", scenario.robot_serial);
 }
 
+Scenario::Air air_value(const YamlValue& value) {
+  constexpr Range kAny{-1e12, 1e12};  // a broken sensor says anything
+  const YamlMap map(value, {"temperature_c", "pressure_mbar", "humidity_percent"});
+  Scenario::Air air;
+  map.read("temperature_c", air.temperature_c, kAny);
+  map.read("pressure_mbar", air.pressure_mbar, kAny);
+  map.read("humidity_percent", air.humidity_percent, kAny);
+  return air;
+}
+
 void read_tracker(const YamlValue& value, Scenario& scenario) {
-  const YamlMap map(value, {"noise", "reflector"});
+  const YamlMap map(value, {"noise", "reflector", "bias_mm", "std_mm", "air", "power_lock"});
   if (const YamlValue* noise = map.find("noise")) scenario.noise = tracker_noise_value(*noise);
   map.read("reflector", scenario.reflector_name);
+  if (const YamlValue* bias = map.find("bias_mm")) scenario.bias_mm = point_value(*bias);
+  if (const YamlValue* std_mm = map.find("std_mm")) scenario.std_mm = std_mm->number({-1e12, 1e12});
+  if (const YamlValue* air = map.find("air")) scenario.air = air_value(*air);
+  map.read("power_lock", scenario.power_lock);
+}
+
+std::vector<double> lag_value(const YamlValue& value, const RobotModel& robot) {
+  constexpr Range kLag{0, 1000};
+  if (!value.is_list()) return {value.number(kLag)};
+  if (value.list().size() != robot.joints.size()) {
+    value.fail("expected one time, or one for each of the " + std::to_string(robot.joints.size()) +
+               " joints, found " + std::to_string(value.list().size()));
+  }
+  std::vector<double> lags;
+  for (const YamlValue& axis : value.list()) lags.push_back(axis.number(kLag));
+  return lags;
 }
 
 void read_rsi(const YamlValue& value, const path& folder, Scenario& scenario) {
-  const YamlMap map(value, {"cycle_ms", "timeout_cycles", "axis_corr_limit_deg", "ethernet_xml"});
+  const YamlMap map(
+      value, {"cycle_ms", "timeout_cycles", "axis_corr_limit_deg", "ethernet_xml", "dead_time_ms", "lag_ms",
+              "hold_on", "ignores_correction", "delay", "precision", "source_port", "arm"});
   map.read("cycle_ms", scenario.cycle, 1, 100);
   map.read("timeout_cycles", scenario.rsi_timeout_cycles, 1, 100'000);
   map.read("axis_corr_limit_deg", scenario.axis_corr_limit_deg, {0.001, 100});
   scenario.ethernet_xml = map.at("ethernet_xml").path_from(folder);
+  map.read("dead_time_ms", scenario.dead_time_ms, {0, 100});
+  if (const YamlValue* lag = map.find("lag_ms")) scenario.lag_ms = lag_value(*lag, scenario.nominal);
+  if (const YamlValue* hold_on = map.find("hold_on")) scenario.hold_on = hold_on->boolean();
+  map.read("ignores_correction", scenario.ignores_correction);
+  map.read("delay", scenario.consecutive_delay, {{"cumulative", false}, {"consecutive", true}});
+  map.read("precision", scenario.rsi_decimals, 0, 15);
+  if (const YamlValue* port = map.find("source_port"))
+    scenario.rsi_source_port = static_cast<std::uint16_t>(port->integer(0, 65535));
+  if (const YamlValue* arm = map.find("arm")) scenario.rsi_arm = load_robot(arm->path_from(folder));
 }
 
 /// A list of axis positions in deg (mm), within the joint limits.
@@ -124,21 +161,6 @@ JointVector joints_value(const YamlValue& value, const RobotModel& robot) {
     q[static_cast<Eigen::Index>(i)] = position;
   }
   return q;
-}
-
-Scenario::Fault fault_value(const YamlValue& value) {
-  const YamlMap map(value, {"at_ms", "kind", "lasts_ms"});
-  constexpr int kYear_s = 31'536'000;
-  Scenario::Fault fault;
-  fault.at = std::chrono::milliseconds(map.at("at_ms").integer(0, std::int64_t{1000} * kYear_s));
-  map.at("kind");
-  map.read("kind", fault.kind,
-           {{"beam-break", std::string("beam-break")},
-            {"tracker-restart", "tracker-restart"},
-            {"eki-drop", "eki-drop"},
-            {"rsi-drop", "rsi-drop"}});
-  map.read("lasts_ms", fault.lasts, 0, 86'400'000);
-  return fault;
 }
 
 }  // namespace

@@ -4,10 +4,12 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "config/config_error.hpp"
+#include "config/scenario_fault.hpp"
 #include "core/kinematics/robot_model.hpp"
 #include "core/simulation/non_geometric_errors.hpp"
 
@@ -34,20 +36,29 @@ struct Scenario {
   } noise;
   std::string reflector_name = "CCR-1.5in";
 
+  Eigen::Vector3d bias_mm{0, 0, 0};  ///< of every measurement
+  std::optional<double> std_mm;      ///< that the tracker reports, whatever its standard deviations are
+  /// The weather that the tracker reports.
+  struct Air {
+    double temperature_c = 20, pressure_mbar = 1013.25, humidity_percent = 50;
+  } air;
+  bool power_lock = false;  ///< the tracker locks by itself to a reflector that it sees
+
   std::chrono::milliseconds cycle{4};  ///< RSI
   int rsi_timeout_cycles = 100;        ///< late or missing replies in a row before KSS29002
   double axis_corr_limit_deg = 5;      ///< AXISCORR clamps silently
   std::filesystem::path ethernet_xml;
+  double dead_time_ms = 12;         ///< of the drives, from a set point to the first motion
+  std::vector<double> lag_ms{40};   ///< of the drives, time constant of all axes or of each
+  std::optional<bool> hold_on;      ///< in place of what the ethernet file says
+  bool ignores_correction = false;  ///< the replies are taken and move nothing
+  bool consecutive_delay = false;   ///< Delay counts cycles in a row without a reply, not all of the session
+  int rsi_decimals = 4;             ///< the ETHERNET object's Precision
+  std::uint16_t rsi_source_port = 0;     ///< 0: another one with each session
+  std::optional<RobotModel> rsi_arm;     ///< that RIst and RSol are of, where it is not the nominal one
   std::vector<JointVector> stream_path;  ///< programmed points that the RSI program visits in a loop
 
-  /// A fault at a time after the start (of scaled time). kinds: "beam-break", "tracker-restart", "eki-drop",
-  /// "rsi-drop".
-  struct Fault {
-    std::chrono::milliseconds at{0};
-    std::string kind;
-    std::chrono::milliseconds lasts{0};
-  };
-  std::vector<Fault> faults;
+  std::vector<ScenarioFault> faults;
 };
 
 /// Reads a scenario (YAML) and the robot file that it names. `truth` is nominal + `errors` (a list per link

@@ -80,8 +80,60 @@ TEST_F(ScenarioFile, ReadsPathAndFaults) {
   ASSERT_EQ(scenario.stream_path.size(), 1U);
   EXPECT_DOUBLE_EQ(scenario.stream_path[0][0], std::numbers::pi / 2);
   ASSERT_EQ(scenario.faults.size(), 1U);
-  EXPECT_EQ(scenario.faults[0].kind, "rsi-drop");
-  EXPECT_EQ(scenario.faults[0].lasts, std::chrono::milliseconds(100));
+  EXPECT_EQ(scenario.faults[0].kind, ScenarioFault::Kind::RsiDrop);
+  EXPECT_EQ(scenario.faults[0].at, 2000);
+  EXPECT_EQ(scenario.faults[0].lasts, 100);
+}
+
+TEST_F(ScenarioFile, HasDrivesThatLagUnlessItSaysOtherwise) {
+  const Scenario as_it_comes = load("");
+  EXPECT_EQ(as_it_comes.dead_time_ms, 12);
+  EXPECT_EQ(as_it_comes.lag_ms, std::vector{40.0});
+  std::string text = kScenario;
+  text.replace(
+      text.find("rsi.xml"), 7,
+      "rsi.xml, dead_time_ms: 100, lag_ms: [30, 60], hold_on: false, ignores_correction: true, "
+      "delay: consecutive, precision: 1, source_port: 49000, timeout_cycles: 10000, arm: robot.yaml");
+  const Scenario scenario = load_scenario(folder_.write("s.yaml", text));
+  EXPECT_EQ(scenario.dead_time_ms, 100);
+  EXPECT_EQ(scenario.lag_ms, (std::vector{30.0, 60.0}));
+  EXPECT_EQ(scenario.hold_on, false);
+  EXPECT_TRUE(scenario.ignores_correction);
+  EXPECT_TRUE(scenario.consecutive_delay);
+  EXPECT_EQ(scenario.rsi_decimals, 1);
+  EXPECT_EQ(scenario.rsi_source_port, 49000);
+  EXPECT_EQ(scenario.rsi_timeout_cycles, 10000);
+  EXPECT_EQ(scenario.rsi_arm.value().joint_count(), 2);
+}
+
+TEST_F(ScenarioFile, DescribesATrackerThatIsWrong) {
+  const Scenario scenario = load(
+      "tracker: {bias_mm: {x: 1, y: 0, z: -2}, std_mm: -1, air: {temperature_c: -273}, power_lock: true}\n");
+  EXPECT_EQ(scenario.bias_mm, Eigen::Vector3d(1, 0, -2));
+  EXPECT_EQ(scenario.std_mm, -1);
+  EXPECT_EQ(scenario.air.temperature_c, -273);
+  EXPECT_EQ(scenario.air.pressure_mbar, 1013.25);
+  EXPECT_TRUE(scenario.power_lock);
+}
+
+TEST_F(ScenarioFile, CountsFaultsInCyclesAndPointsAndRepeatsThem) {
+  const Scenario scenario = load(
+      "faults:\n"
+      "  - {at_cycle: 100, kind: rsi-lose-replies, lasts_cycles: 3, every_cycles: 10}\n"
+      "  - {at_point: 9, kind: tracker-bump, by_mm: {x: 5, y: 0, z: 0}}\n"
+      "  - {at_ms: 10, kind: rsi-second-sender, from: 127.0.0.2, lasts_ms: 5}\n");
+  const ScenarioFault& burst = scenario.faults[0];
+  std::vector<int> lost;
+  for (int cycle = 95; cycle < 115; ++cycle) {
+    if (burst.covers(cycle)) lost.push_back(cycle);
+  }
+  EXPECT_EQ(lost, (std::vector{100, 101, 102, 110, 111, 112}));
+  EXPECT_TRUE(burst.begins_with(110));
+  EXPECT_FALSE(burst.begins_with(90));
+  EXPECT_FALSE(scenario.faults[1].covers(8));
+  EXPECT_TRUE(scenario.faults[1].covers(1'000'000)) << "to the end";
+  EXPECT_EQ(scenario.faults[1].by_mm.x(), 5);
+  EXPECT_EQ(scenario.faults[2].from, "127.0.0.2");
 }
 
 TEST_F(ScenarioFile, NamesPlaceAndPathOfEveryMistake) {
@@ -90,14 +142,28 @@ TEST_F(ScenarioFile, NamesPlaceAndPathOfEveryMistake) {
   EXPECT_EQ(error("errors: {seed: 1, mm: 1}\n"), "s.yaml:5:9: errors: missing key 'rad'");
   EXPECT_EQ(error("errors:\n  - {theta: 3}\n  - {}\n"),
             "s.yaml:6:13: errors[1].theta: expected -0.1..0.1, found 3");
-  EXPECT_EQ(error("drives: {}\n"), "s.yaml:5:9: drives: known for arms of six revolute joints alone; leave it out");
+  EXPECT_EQ(error("drives: {}\n"),
+            "s.yaml:5:9: drives: known for arms of six revolute joints alone; leave it out");
   EXPECT_EQ(error("stream_path:\n  - [1, 2, 3]\n"), "s.yaml:6:5: stream_path[1]: expected 2 axes, found 3");
   EXPECT_EQ(error("stream_path:\n  - [1, 91]\n"),
             "s.yaml:6:9: stream_path[1][2]: outside the limits of joint 2");
-  EXPECT_EQ(error("faults:\n  - {at_ms: 1, kind: fire}\n"),
-            "s.yaml:6:22: faults[1].kind: expected one of beam-break, tracker-restart, eki-drop, rsi-drop, "
-            "found 'fire'");
+  EXPECT_EQ(
+      error("faults:\n  - {at_ms: 1, kind: fire}\n"),
+      "s.yaml:6:22: faults[1].kind: expected one of beam-break, tracker-restart, tracker-bump, tracker-bias, "
+      "tracker-noise, tracker-std, tracker-air, eki-drop, rsi-drop, rsi-lose-datagrams, rsi-lose-replies, "
+      "rsi-duplicate, rsi-reorder, rsi-silence, rsi-restart, rsi-ipoc, rsi-ignore, rsi-second-sender, "
+      "found 'fire'");
   EXPECT_EQ(error("faults:\n  - {at_ms: 1}\n"), "s.yaml:6:5: faults[1]: missing key 'kind'");
+  EXPECT_EQ(error("faults:\n  - {kind: beam-break}\n"),
+            "s.yaml:6:5: faults[1]: missing key 'at_ms', 'at_cycle' or 'at_point'");
+  EXPECT_EQ(error("faults:\n  - {kind: beam-break, at_cycle: 3}\n"),
+            "s.yaml:6:34: faults[1].at_cycle: this kind of fault cannot be counted so");
+  EXPECT_EQ(error("faults:\n  - {kind: rsi-drop, at_cycle: 3, lasts_ms: 4}\n"),
+            "s.yaml:6:45: faults[1].lasts_ms: does not go with at_cycle");
+  EXPECT_EQ(error("faults:\n  - {kind: rsi-drop, at_ms: 3, std_mm: 4}\n"),
+            "s.yaml:6:40: faults[1].std_mm: does not belong to rsi-drop");
+  EXPECT_EQ(error("faults:\n  - {kind: tracker-bump, at_ms: 3}\n"),
+            "s.yaml:6:5: faults[1]: missing key 'by_mm'");
   EXPECT_EQ(error("tracker: {noise: {range: 1}}\n"),
             "s.yaml:5:19: tracker.noise.range: unknown key, did you mean 'range_mm'?");
 }

@@ -51,7 +51,11 @@ json::object rsi(const RsiStatistics& statistics) {
                                          {"max", turnaround.max_us()}}},
           {"sessions", statistics.sessions},
           {"timeouts", statistics.timeouts},
-          {"overruns", statistics.overruns}};
+          {"overruns", statistics.overruns},
+          {"second_senders",
+           json::object{{"cycles", statistics.second_senders.cycles},
+                        {"answered", statistics.second_senders.answered},
+                        {"max_step_deg", statistics.second_senders.max_step_rad * kDegPerRad}}}};
 }
 
 }  // namespace

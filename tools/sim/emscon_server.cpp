@@ -137,6 +137,8 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
   std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
   std::uint64_t measurements() const { return measurements_; }
 
+  void disturb(const TrackerDisturbance& disturbance) { disturbance_ = disturbance; }
+
   void beam_break(std::chrono::milliseconds duration) {
     blocked_until_ = std::max(blocked_until_, Clock::now() + duration);
     update_lock();
@@ -249,6 +251,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
         answer(command.code, status::kAllOk);
         report(SystemEvent::MeasurementBusy);
         measuring_ = true;
+        options_.before_point(measurements_ + 1);
         return spawn(measure(shared_from_this(), begin_job()));
       default:
         return answer(command.code, status::kUnknown);
@@ -359,7 +362,8 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
       if (self->job_ != job) co_return;  // the beam broke and ended this measurement
       // Scaled so that the mean of the readings scatters as the noise of one point says.
       const Eigen::Vector3d noise_mm = self->noise_(self->aim_mm_) - self->aim_mm_;
-      readings_mm.push_back(self->aim_mm_ + std::sqrt(double{kReadings}) * noise_mm);
+      readings_mm.push_back(self->aim_mm_ + self->disturbance_.bias_mm +
+                            std::sqrt(double{kReadings}) * noise_mm);
     }
     self->drop_job();
     ++self->measurements_;
@@ -374,13 +378,14 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     for (const Eigen::Vector3d& reading_mm : readings_mm) {
       variance += (reading_mm - mean_mm).cwiseAbs2() / (kReadings * (kReadings - 1.0));
     }
-    const Eigen::Vector3d std_mm = variance.cwiseSqrt();
+    Eigen::Vector3d std_mm = variance.cwiseSqrt();
+    if (disturbance_.std_mm) std_mm.setConstant(*disturbance_.std_mm);
     const auto fill = [&](auto result) {
       result.v = settings_.from_mm(mean_mm);
       result.std = settings_.from_mm(std_mm);
       result.std_total = settings_.from_mm({std_mm.norm(), 0, 0})[0];
-      result.environment =
-          settings_.from_metric(options_.temperature_c, options_.pressure_mbar, options_.humidity_percent);
+      result.environment = settings_.from_metric(disturbance_.temperature_c, disturbance_.pressure_mbar,
+                                                 disturbance_.humidity_percent);
       send(result);
     };
     if (settings_.extended_statistics()) return fill(SingleMeasResult2{});
@@ -392,7 +397,9 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
   /// Where the beam finds the reflector now; nothing while it is hidden or the beam is broken.
   std::optional<Eigen::Vector3d> seen() const {
     if (Clock::now() < blocked_until_) return std::nullopt;
-    return target_.look().p_WS_mm;
+    std::optional<Eigen::Vector3d> p_WS_mm = target_.look().p_WS_mm;
+    if (p_WS_mm) *p_WS_mm += disturbance_.moved_mm;
+    return p_WS_mm;
   }
 
   void update_lock() {
@@ -436,6 +443,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
   std::shared_ptr<Client> client_;
   bool closed_ = false;
 
+  TrackerDisturbance disturbance_;
   TrackerSettings settings_;
   bool initialized_ = false;
   bool locked_ = false;
@@ -457,6 +465,7 @@ EmsconServer::~EmsconServer() { state_->close(); }
 
 std::uint16_t EmsconServer::port() const { return state_->port(); }
 std::uint64_t EmsconServer::measurements() const { return state_->measurements(); }
+void EmsconServer::disturb(const TrackerDisturbance& disturbance) { state_->disturb(disturbance); }
 void EmsconServer::beam_break(std::chrono::milliseconds duration) { state_->beam_break(duration); }
 void EmsconServer::restart() { state_->restart(); }
 

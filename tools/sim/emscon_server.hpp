@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "tools/sim/simulated_target.hpp"
@@ -18,9 +19,20 @@ using TrackerNoise = std::function<Eigen::Vector3d(const Eigen::Vector3d& p_true
 
 struct EmsconServerOptions {
   std::string address = "127.0.0.1";
-  std::uint16_t port = 0;  ///< 0 picks a free one
-  double speedup = 1;      ///< initialising, driving, searching and measuring take this much less time
-  double temperature_c = 20, pressure_mbar = 1013.25, humidity_percent = 50;
+  std::uint16_t port = 0;   ///< 0 picks a free one
+  double speedup = 1;       ///< initialising, driving, searching and measuring take this much less time
+  bool power_lock = false;  ///< locks by itself to a reflector that it sees
+  /// Called with the number of each point, from 1, before it is measured.
+  std::function<void(std::uint64_t number)> before_point = [](std::uint64_t) {};
+};
+
+/// In what a tracker is wrong, or says wrong things.
+struct TrackerDisturbance {
+  Eigen::Vector3d moved_mm{0, 0,
+                           0};  ///< by which all that it sees has moved since it was set up: it was pushed
+  Eigen::Vector3d bias_mm{0, 0, 0};  ///< of what it measures
+  std::optional<double> std_mm;      ///< that it reports for each axis, whatever it is
+  double temperature_c = 20, pressure_mbar = 1013.25, humidity_percent = 50;  ///< that it reports
 };
 
 /// The status of the Error that a broken beam ends a measurement with. Invented: the real number is not
@@ -48,6 +60,7 @@ class EmsconServer {
   /// Points that have been measured so far.
   std::uint64_t measurements() const;
 
+  void disturb(const TrackerDisturbance& disturbance);
   /// Fault: something stands in the beam for this long (not scaled by the speed-up).
   void beam_break(std::chrono::milliseconds duration);
   /// Fault: the controller restarts: the connection is cut and the tracker has to be initialised again.

@@ -20,6 +20,7 @@
 #include "config/scenario.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/cell_report.hpp"
+#include "tools/sim/robot_datagram.hpp"
 #include "tools/sim/simulated_cell.hpp"
 #include "tools/sim/whole_file.hpp"
 
@@ -69,6 +70,7 @@ rsi::EthernetConfig load_ethernet_config(const std::filesystem::path& file) {
   if (!in) throw UsageError{file.string() + ": cannot be read"};
   auto config = rsi::parse_ethernet_config(text.str());
   if (!config) throw UsageError{file.string() + ": " + config.error()};
+  if (const auto reason = sim::unsendable(*config)) throw UsageError{file.string() + ": " + *reason};
   return *std::move(config);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -106,7 +107,7 @@ RsiClient::Verdict RsiClient::receive(std::string_view datagram) {
 
 std::optional<RsiEnd> RsiClient::end_cycle() {
   const bool answered = reply_.has_value();
-  if (!setup_.ignores_correction)
+  if (!setup_.ignores_correction && !ignoring_)
     apply(answered && reply_->axis_correction_rad ? *reply_->axis_correction_rad : held());
   if (answered) {
     ++counters_.answered;
@@ -139,6 +140,13 @@ void RsiClient::restart(std::uint64_t pause_cycles, std::optional<std::uint64_t>
 void RsiClient::jump_ipoc(std::int64_t by) {
   ipoc_ += static_cast<std::uint64_t>(by);
   forget_open_cycles();
+}
+
+RsiClient RsiClient::twin() const {
+  constexpr std::uint64_t kOtherClock = 1'000'003;
+  RsiSetup setup = setup_;
+  setup.timeout_cycles = std::numeric_limits<int>::max();
+  return {std::move(setup), path_, ipoc_ + kOtherClock};
 }
 
 /// Their replies are to a time stamp that is no whole number of cycles ago.

@@ -79,7 +79,10 @@ class RsiClient {
   /// @param ipoc  first time stamp; nothing where the clock has just gone on
   void restart(std::uint64_t pause_cycles, std::optional<std::uint64_t> ipoc);
   void jump_ipoc(std::int64_t by);
-  void ignore_corrections(bool ignore) { setup_.ignores_correction = ignore; }
+  void ignore_corrections(bool ignore) { ignoring_ = ignore; }
+
+  /// A controller of the same kind at the same place of its program, with another clock, that never gives up.
+  RsiClient twin() const;
 
   /// Names in the replies that a controller ignores without a word, each told once.
   std::vector<std::string> take_strangers() { return std::exchange(strangers_, {}); }
@@ -111,6 +114,7 @@ class RsiClient {
   rsi::Axes correction_rad_{};
   std::uint64_t first_ipoc_;
   std::uint64_t ipoc_;
+  bool ignoring_ = false;
   bool fresh_ = true;                     // no cycle of this session has been begun
   std::array<bool, kRemembered> open_{};  // cycles that wait for an answer
   std::optional<rsi::SensorFrame> reply_;

@@ -4,6 +4,7 @@
 #include <pthread.h>
 #include <sched.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <boost/asio/buffer.hpp>
@@ -11,6 +12,7 @@
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <cerrno>
+#include <cstdio>
 #include <ctime>
 #include <mutex>
 #include <optional>
@@ -21,7 +23,9 @@ namespace truepose::sim {
 namespace {
 
 using boost::asio::ip::udp;
+using config::ScenarioFault;
 using std::chrono::nanoseconds;
+using Kind = ScenarioFault::Kind;
 using std::chrono::steady_clock;
 
 /// Below the daemon's, so that a simulator on the same machine cannot delay the answers that it waits for.
@@ -43,14 +47,16 @@ void sleep_until(steady_clock::time_point when) {
 
 class RsiRunner::Session {
  public:
-  Session(const RsiRunnerOptions& options, RsiClient client, std::function<void(RsiEnd)> ended)
-      : target_{boost::asio::ip::make_address(options.host), options.port},
-        socket_{context_, udp::endpoint{target_.protocol(), 0}},
+  Session(const RsiRunnerOptions& options, RsiClient client, RsiListener listener, std::string from = {})
+      : options_{options},
+        from_{std::move(from)},
+        target_{boost::asio::ip::make_address(options.host), options.port},
+        socket_{open_socket()},
         cycle_{options.cycle},
         client_{std::move(client)},
-        ended_{std::move(ended)},
-        arm_{client_.axes(), client_.moving()} {
-    socket_.non_blocking(true);
+        listener_{std::move(listener)},
+        arm_{client_.axes(), client_.moving()},
+        faults_{options.faults} {
     statistics_.sessions = 1;
     thread_ = std::thread{[this] { run(); }};
     const sched_param fifo{.sched_priority = kPriority};
@@ -75,13 +81,25 @@ class RsiRunner::Session {
     return statistics_;
   }
 
-  void drop(std::chrono::milliseconds duration) { dropping_until_ = steady_clock::now() + duration; }
+  void disturb(ScenarioFault fault) {
+    const std::lock_guard lock{mutex_};
+    disturbances_.push_back(std::move(fault));
+  }
 
  private:
+  udp::socket open_socket() {
+    const auto address = from_.empty() ? boost::asio::ip::address{boost::asio::ip::address_v4::any()}
+                                       : boost::asio::ip::make_address(from_);
+    udp::socket socket{context_, udp::endpoint{address, options_.source_port}};
+    socket.non_blocking(true);
+    return socket;
+  }
+
   void run() {
     std::optional<RsiEnd> end;
     steady_clock::time_point tick = steady_clock::now();
     while (!end && !stopping_) {
+      begin_faults(tick);
       send(client_.begin_cycle());
       tick += cycle_;
       receive_until(tick);
@@ -94,14 +112,116 @@ class RsiRunner::Session {
       const bool overrun = now - tick > cycle_ / 2;
       if (overrun) tick = now;
       publish(end, overrun);
+      for (const std::string& name : client_.take_strangers()) listener_.stranger(name);
     }
-    if (end) ended_(*end);
+    if (second_) end_second_sender();
+    if (end) listener_.ended(*end);
   }
+
+  // ---- What goes wrong in the cycle that comes ----
+
+  std::int64_t coming_cycle() const {
+    return static_cast<std::int64_t>(options_.cycles_before + client_.counters().cycles) + 1;
+  }
+
+  /// @param tick  when the cycle begins; later than it was, where the controller pauses before it
+  void begin_faults(steady_clock::time_point& tick) {
+    cycle_number_ = coming_cycle();
+    {
+      const std::lock_guard lock{mutex_};
+      for (ScenarioFault& fault : disturbances_) {
+        fault.at = cycle_number_;
+        faults_.push_back(std::move(fault));
+      }
+      disturbances_.clear();
+    }
+    for (const ScenarioFault& fault : faults_) {
+      if (fault.begins_with(cycle_number_)) begin(fault, tick);
+    }
+    client_.ignore_corrections(now(Kind::RsiIgnore));
+    if (second_ && !now(Kind::RsiSecondSender)) end_second_sender();
+  }
+
+  void begin(const ScenarioFault& fault, steady_clock::time_point& tick) {
+    switch (fault.kind) {
+      case Kind::RsiSilence:
+        client_.pass(static_cast<std::uint64_t>(fault.lasts));
+        return pause(fault.lasts, tick);
+      case Kind::RsiRestart:
+        return restart(fault, tick);
+      case Kind::RsiIpoc:
+        return client_.jump_ipoc(fault.ipoc_by);
+      case Kind::RsiSecondSender:
+        return begin_second_sender(fault);
+      default:
+        return;
+    }
+  }
+
+  void pause(std::int64_t cycles, steady_clock::time_point& tick) {
+    for (; cycles > 0 && !stopping_; --cycles) {
+      tick += cycle_;
+      sleep_until(tick);
+    }
+    receive_pending();  // to no cycle that still waits
+  }
+
+  void restart(const ScenarioFault& fault, steady_clock::time_point& tick) {
+    client_.restart(static_cast<std::uint64_t>(fault.lasts), fault.ipoc);
+    pause(fault.lasts, tick);
+    held_back_.clear();
+    if (options_.source_port == 0) socket_ = open_socket();
+    const std::lock_guard lock{mutex_};
+    ++statistics_.sessions;
+  }
+
+  void begin_second_sender(const ScenarioFault& fault) {
+    RsiRunnerOptions options = options_;
+    options.source_port = 0;
+    options.faults.clear();
+    try {
+      second_ = std::make_unique<Session>(options, client_.twin(), RsiListener{[](RsiEnd) {}}, fault.from);
+    } catch (const boost::system::system_error& e) {
+      std::fprintf(stderr, "rsi-second-sender: cannot send from '%s': %s\n", fault.from.c_str(), e.what());
+    }
+  }
+
+  void end_second_sender() {
+    second_->stop();
+    second_senders_ended_.add(second_->statistics().counters);
+    second_.reset();
+  }
+
+  SecondSenders second_senders() const {
+    SecondSenders all = second_senders_ended_;
+    if (second_) all.add(second_->statistics().counters);
+    return all;
+  }
+
+  /// Whether a fault of this kind covers the cycle under way.
+  bool now(Kind kind) const {
+    return std::ranges::any_of(faults_, [&](const ScenarioFault& fault) {
+      return fault.kind == kind && fault.covers(cycle_number_);
+    });
+  }
+
+  // ---- The wire ----
 
   void send(std::string_view datagram) {
     sent_[sent_count_++ % sent_.size()] = steady_clock::now();
+    if (now(Kind::RsiDrop) || now(Kind::RsiLoseDatagrams)) return;
+    if (now(Kind::RsiReorder) && held_back_.empty()) {
+      held_back_ = datagram;
+      return;
+    }
+    put_on_the_wire(datagram);
+    if (now(Kind::RsiDuplicate)) put_on_the_wire(datagram);
+    if (!held_back_.empty()) put_on_the_wire(std::exchange(held_back_, {}));
+  }
+
+  void put_on_the_wire(std::string_view datagram) {
     boost::system::error_code lost;  // as on a wire, nobody is told
-    if (!dropping()) socket_.send_to(boost::asio::buffer(datagram), target_, 0, lost);
+    socket_.send_to(boost::asio::buffer(datagram), target_, 0, lost);
   }
 
   /// Returns early once the cycle has its answer: nothing else can come that would matter.
@@ -123,7 +243,7 @@ class RsiRunner::Session {
       const std::size_t size = socket_.receive_from(boost::asio::buffer(buffer_), from, 0, none);
       if (none) return;
       const steady_clock::time_point received = steady_clock::now();
-      if (dropping()) continue;
+      if (now(Kind::RsiDrop) || now(Kind::RsiLoseReplies)) continue;
       const RsiClient::Verdict verdict = client_.receive({buffer_.data(), size});
       const bool timed = verdict.reply == RsiClient::Reply::Valid || verdict.reply == RsiClient::Reply::Late;
       if (timed && verdict.cycles_ago < sent_.size()) {
@@ -139,36 +259,43 @@ class RsiRunner::Session {
     const std::lock_guard lock{mutex_};
     arm_ = {client_.axes(), client_.moving() && !end};
     statistics_.counters = client_.counters();
+    statistics_.second_senders = second_senders();
     statistics_.timeouts += end == RsiEnd::Timeout;
     statistics_.overruns += overrun;
   }
 
-  bool dropping() const { return steady_clock::now() < dropping_until_.load(); }
-
+  const RsiRunnerOptions options_;
+  const std::string from_;  // own address; empty = any
   boost::asio::io_context context_{1};
   udp::endpoint target_;
   udp::socket socket_;
   nanoseconds cycle_;
   RsiClient client_;  // the thread's alone
-  std::function<void(RsiEnd)> ended_;
+  RsiListener listener_;
   std::array<char, 65536> buffer_{};
   std::array<steady_clock::time_point, 1024> sent_{};
   std::uint64_t sent_count_ = 0;
-  std::atomic<steady_clock::time_point> dropping_until_{steady_clock::time_point::min()};
   std::atomic<bool> stopping_{false};
   mutable std::mutex mutex_;
-  Arm arm_;                   // guarded by mutex_
-  RsiStatistics statistics_;  // guarded by mutex_
+  Arm arm_;                                  // guarded by mutex_
+  RsiStatistics statistics_;                 // guarded by mutex_
+  std::vector<ScenarioFault> disturbances_;  // guarded by mutex_; not yet begun
+  // The thread's alone:
+  std::vector<ScenarioFault> faults_;
+  std::int64_t cycle_number_ = 0;
+  std::string held_back_;
+  std::unique_ptr<Session> second_;
+  SecondSenders second_senders_ended_;
   std::thread thread_;
 };
 
-RsiRunner::RsiRunner(const RsiRunnerOptions& options, RsiClient client, std::function<void(RsiEnd)> ended)
-    : session_{std::make_unique<Session>(options, std::move(client), std::move(ended))} {}
+RsiRunner::RsiRunner(const RsiRunnerOptions& options, RsiClient client, RsiListener listener)
+    : session_{std::make_unique<Session>(options, std::move(client), std::move(listener))} {}
 
 RsiRunner::~RsiRunner() = default;
 RsiRunner::Arm RsiRunner::arm() const { return session_->arm(); }
 RsiStatistics RsiRunner::statistics() const { return session_->statistics(); }
 void RsiRunner::stop() { session_->stop(); }
-void RsiRunner::drop(std::chrono::milliseconds duration) { session_->drop(duration); }
+void RsiRunner::disturb(config::ScenarioFault fault) { session_->disturb(std::move(fault)); }
 
 }  // namespace truepose::sim

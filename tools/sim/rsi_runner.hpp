@@ -5,7 +5,9 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "config/scenario_fault.hpp"
 #include "tools/sim/rsi_client.hpp"
 #include "tools/sim/rsi_statistics.hpp"
 
@@ -15,6 +17,16 @@ struct RsiRunnerOptions {
   std::string host;  ///< numeric address of the PC
   std::uint16_t port = 0;
   std::chrono::milliseconds cycle{4};
+  std::uint16_t source_port = 0;  ///< that it sends from; 0: another one each time that RSI is switched on
+  std::vector<config::ScenarioFault> faults{};  ///< those of RSI, in cycles
+  std::uint64_t cycles_before = 0;              ///< of earlier sessions: faults count on from there
+};
+
+/// What a session tells while it runs. Called from its own thread.
+struct RsiListener {
+  std::function<void(RsiEnd)> ended;  ///< once, when RSI ends by itself; not when it is destroyed
+  /// A name in the PC's replies that a controller ignores without a word.
+  std::function<void(const std::string& name)> stranger = [](const std::string&) {};
 };
 
 /// One RSI session in real time: a thread of its own that sends a datagram at each absolute tick and takes
@@ -22,8 +34,7 @@ struct RsiRunnerOptions {
 class RsiRunner {
  public:
   /// Starts the session. Throws boost::system::system_error when there is no socket to be had.
-  /// @param ended  called once from the session's thread when RSI ends by itself, not when it is destroyed
-  RsiRunner(const RsiRunnerOptions& options, RsiClient client, std::function<void(RsiEnd)> ended);
+  RsiRunner(const RsiRunnerOptions& options, RsiClient client, RsiListener listener);
   ~RsiRunner();
 
   struct Arm {
@@ -36,8 +47,8 @@ class RsiRunner {
   /// Ends the session with the cycle that is under way, which the statistics then contain.
   void stop();
 
-  /// Fault: no datagram gets through, either way, for this long.
-  void drop(std::chrono::milliseconds duration);
+  /// A fault that begins with the next cycle, whatever its `at` says; in cycles.
+  void disturb(config::ScenarioFault fault);
 
  private:
   class Session;

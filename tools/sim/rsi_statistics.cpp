@@ -30,6 +30,16 @@ std::int64_t TurnaroundHistogram::percentile_us(double share) const {
   return max_us_;
 }
 
+void SecondSenders::add(const RsiCounters& counters) {
+  add(SecondSenders{counters.cycles, counters.answered, counters.max_step_rad});
+}
+
+void SecondSenders::add(const SecondSenders& other) {
+  cycles += other.cycles;
+  answered += other.answered;
+  max_step_rad = std::max(max_step_rad, other.max_step_rad);
+}
+
 void RsiStatistics::add(const RsiStatistics& other) {
   counters.cycles += other.counters.cycles;
   counters.answered += other.counters.answered;
@@ -40,6 +50,7 @@ void RsiStatistics::add(const RsiStatistics& other) {
   counters.clamped += other.counters.clamped;
   counters.max_step_rad = std::max(counters.max_step_rad, other.counters.max_step_rad);
   counters.correction_rad = other.counters.correction_rad;  // of the session that came last
+  second_senders.add(other.second_senders);
   turnaround.add(other.turnaround);
   sessions += other.sessions;
   timeouts += other.timeouts;

@@ -28,9 +28,20 @@ class TurnaroundHistogram {
   std::int64_t max_us_ = 0;
 };
 
+/// What came to controllers that sent to the PC beside ours.
+struct SecondSenders {
+  std::uint64_t cycles = 0;
+  std::uint64_t answered = 0;
+  double max_step_rad = 0;  ///< of a correction that they had in force
+
+  void add(const RsiCounters& counters);
+  void add(const SecondSenders& other);
+};
+
 /// What the RSI sessions of a simulator's life came to.
 struct RsiStatistics {
   RsiCounters counters;
+  SecondSenders second_senders;
   TurnaroundHistogram turnaround;
   std::uint64_t sessions = 0;
   std::uint64_t timeouts = 0;  ///< sessions that ended with KSS29002

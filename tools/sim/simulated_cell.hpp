@@ -4,8 +4,10 @@
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cstdint>
+#include <list>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -67,8 +69,14 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   void start_rsi(double speed_scale);
   void end_rsi();
   void rsi_ended(std::uint64_t session, RsiEnd end);
-  void schedule_faults();
-  void misbehave(const config::Scenario::Fault& fault);
+  void tell_of_stranger(const std::string& name);
+  void schedule(const config::ScenarioFault& fault, std::chrono::milliseconds at);
+  void misbehave(const config::ScenarioFault& fault);
+  void point_begins(std::uint64_t number);
+  void disturb_tracker();
+  std::vector<config::ScenarioFault> rsi_faults() const;
+  config::ScenarioFault in_cycles(config::ScenarioFault fault) const;
+  Eigen::Vector3d measured(const Eigen::Vector3d& p_true_mm);
 
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   boost::asio::any_io_executor executor_;
@@ -79,8 +87,12 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   Random noise_random_;
   KukaController controller_;
   boost::asio::steady_timer next_change_;
-  std::vector<boost::asio::steady_timer> faults_;
+  std::list<boost::asio::steady_timer> fault_timers_;
+  std::uint64_t point_ = 1;  // that the tracker measures, or comes to measure
+  double extra_sigma_mm_ = 0;
+  std::set<std::string> strangers_told_;
   RsiStatistics ended_sessions_;
+  std::uint64_t sessions_begun_ = 0;  // by us; RSI may have been switched off and on within one
   std::uint64_t stops_seen_ = 0;
   EkiServer eki_;
   EmsconServer tracker_;
