@@ -49,6 +49,32 @@ void layout(auto& io, Is<TrackerInfo> auto& x) {
   io.name(x.name);
   io.skip(kRanges);
 }
+void layout(auto& io, Is<Refraction> auto& x) { io(x.ifm_index, x.adm_index); }
+void layout(auto& io, Is<ContinuousTimeParams> auto& x) {
+  io(x.separation_ms, x.points, x.use_region, x.region);
+}
+void layout(auto& io, Is<ContinuousDistanceParams> auto& x) {
+  io(x.separation, x.points, x.use_region, x.region);
+}
+void layout(auto& io, Is<AdmParams> auto& x) { io(x.stability_tolerance, x.retry_frame_ms, x.retries); }
+void layout(auto& io, Is<FaceAnswer> auto& x) { io(x.face); }
+void layout(auto& io, Is<Aim> auto& x) { io(x.v); }
+void layout(auto& io, Is<MoveSpeeds> auto& x) { io(x.horizontal, x.vertical); }
+void layout(auto& io, Is<TargetSearch> auto& x) { io(x.v, x.radius); }
+void layout(auto& io, Is<BirdBathCheck> auto& x) { io(x.initial, x.difference); }
+void layout(auto& io, Is<ParameterId> auto& x) { io(x.id); }
+void layout(auto& io, Is<LongParameter> auto& x) { io(x.id, x.value); }
+void layout(auto& io, Is<DoubleParameter> auto& x) { io(x.id, x.value); }
+void layout(auto& io, Is<ObjectTemperature> auto& x) { io(x.temperature); }
+void layout(auto& io, Is<TurnDirection> auto& x) { io(x.clockwise); }
+void layout(auto& io, Is<QueueChoice> auto& x) { io(x.of_all); }
+void layout(auto& io, Is<SoftwareVersion> auto& x) { io.name(x.name); }
+void layout(auto& io, Is<At4xxInfo> auto& x) {
+  constexpr std::size_t kBeforeTimes = 116;
+  io.skip(kBeforeTimes);
+  io(x.min_measure_ms, x.min_distance, x.max_distance, x.adm_offset_std, x.angle_std_constant,
+     x.angle_std_offset, x.angle_std_factor);
+}
 
 void layout(auto& io, Is<ErrorReport> auto& x) { io(x.code, x.status); }
 void layout(auto& io, Is<SystemStatusChange> auto& x) { io(x.event); }
@@ -77,11 +103,15 @@ struct Bodies {
 
 std::optional<Bodies> bodies_of(CommandCode code) {
   switch (code) {
+    case CommandCode::ExitApplication:
     case CommandCode::Initialize:
     case CommandCode::ReleaseMotors:
     case CommandCode::Park:
     case CommandCode::StartMeasurement:
     case CommandCode::StopMeasurement:
+    case CommandCode::StartNivelMeasurement:
+    case CommandCode::ChangeFace:
+    case CommandCode::GoLastMeasuredPoint:
     case CommandCode::GoBirdBath:
       return Bodies{};
     case CommandCode::GetSystemStatus:
@@ -142,6 +172,60 @@ std::optional<Bodies> bodies_of(CommandCode code) {
       return Bodies{{}, MeasurementStatusInfo{}};
     case CommandCode::GetTrackerInfo:
       return Bodies{{}, TrackerInfo{}};
+    case CommandCode::SetRefractionParams:
+      return Bodies{Refraction{}, {}};
+    case CommandCode::GetRefractionParams:
+      return Bodies{{}, Refraction{}};
+    case CommandCode::SetContinuousTimeModeParams:
+      return Bodies{ContinuousTimeParams{}, {}};
+    case CommandCode::GetContinuousTimeModeParams:
+      return Bodies{{}, ContinuousTimeParams{}};
+    case CommandCode::SetContinuousDistanceModeParams:
+      return Bodies{ContinuousDistanceParams{}, {}};
+    case CommandCode::GetContinuousDistanceModeParams:
+      return Bodies{{}, ContinuousDistanceParams{}};
+    case CommandCode::SetAdmParams:
+      return Bodies{AdmParams{}, {}};
+    case CommandCode::GetAdmParams:
+      return Bodies{{}, AdmParams{}};
+    case CommandCode::GoPositionHvd:
+      return Bodies{Position{}, {}};
+    case CommandCode::PositionRelativeHv:
+      return Bodies{Direction{}, {}};
+    case CommandCode::PointLaser:
+      return Bodies{Aim{}, {}};
+    case CommandCode::PointLaserHvd:
+      return Bodies{Aim{}, {}};
+    case CommandCode::MoveHv:
+      return Bodies{MoveSpeeds{}, {}};
+    case CommandCode::LookForTarget:
+      return Bodies{TargetSearch{}, Direction{}};
+    case CommandCode::GetStatisticMode:
+      return Bodies{{}, StatisticMode{}};
+    case CommandCode::CheckBirdBath:
+      return Bodies{{}, BirdBathCheck{}};
+    case CommandCode::GoBirdBath2:
+      return Bodies{TurnDirection{}, {}};
+    case CommandCode::GetFace:
+      return Bodies{{}, FaceAnswer{}};
+    case CommandCode::SetLongSystemParameter:
+      return Bodies{LongParameter{}, {}};
+    case CommandCode::GetLongSystemParameter:
+      return Bodies{ParameterId{}, LongParameter{}};
+    case CommandCode::SetDoubleSystemParameter:
+      return Bodies{DoubleParameter{}, {}};
+    case CommandCode::GetDoubleSystemParameter:
+      return Bodies{ParameterId{}, DoubleParameter{}};
+    case CommandCode::GetObjectTemperature:
+      return Bodies{{}, ObjectTemperature{}};
+    case CommandCode::ClearCommandQueue:
+      return Bodies{QueueChoice{}, {}};
+    case CommandCode::GoAndMeasure:
+      return Bodies{Aim{}, {}};
+    case CommandCode::GetAt4xxInfo:
+      return Bodies{{}, At4xxInfo{}};
+    case CommandCode::GetSystemSoftwareVersion:
+      return Bodies{{}, SoftwareVersion{}};
     case CommandCode::Unknown:
       break;
   }

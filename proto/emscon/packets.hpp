@@ -145,11 +145,119 @@ struct TrackerInfo {
   bool operator==(const TrackerInfo&) const = default;
 };
 
+/// Refractive indices of the air for the two distance meters.
+struct Refraction {
+  double ifm_index = 1;
+  double adm_index = 1;
+  bool operator==(const Refraction&) const = default;
+};
+
+struct ContinuousTimeParams {
+  std::int32_t separation_ms = 0;
+  std::int32_t points = 0;  ///< 0 = endless
+  bool use_region = false;
+  std::int32_t region = 0;  ///< 0 sphere, 1 box
+  bool operator==(const ContinuousTimeParams&) const = default;
+};
+
+struct ContinuousDistanceParams {
+  double separation = 0;
+  std::int32_t points = 0;  ///< 0 = endless
+  bool use_region = false;
+  std::int32_t region = 0;  ///< 0 sphere, 1 box
+  bool operator==(const ContinuousDistanceParams&) const = default;
+};
+
+struct AdmParams {
+  double stability_tolerance = 0;
+  std::int32_t retry_frame_ms = 0;
+  std::int32_t retries = 0;
+  bool operator==(const AdmParams&) const = default;
+};
+
+struct FaceAnswer {
+  std::int32_t face = 0;  ///< 1 or 2; 0 = not known
+  bool operator==(const FaceAnswer&) const = default;
+};
+
+/// A point without the choice of a distance meter.
+struct Aim {
+  std::array<double, 3> v{};
+  bool operator==(const Aim&) const = default;
+};
+
+/// Percent.
+struct MoveSpeeds {
+  std::int32_t horizontal = 0;
+  std::int32_t vertical = 0;
+  bool operator==(const MoveSpeeds&) const = default;
+};
+
+struct TargetSearch {
+  std::array<double, 3> v{};
+  double radius = 0;
+  bool operator==(const TargetSearch&) const = default;
+};
+
+struct BirdBathCheck {
+  std::array<double, 3> initial{}, difference{};  ///< horizontal, vertical, distance
+  bool operator==(const BirdBathCheck&) const = default;
+};
+
+struct ParameterId {
+  std::int32_t id = 0;
+  bool operator==(const ParameterId&) const = default;
+};
+
+struct LongParameter {
+  std::int32_t id = 0;
+  std::int32_t value = 0;
+  bool operator==(const LongParameter&) const = default;
+};
+
+struct DoubleParameter {
+  std::int32_t id = 0;
+  double value = 0;
+  bool operator==(const DoubleParameter&) const = default;
+};
+
+struct ObjectTemperature {
+  double temperature = 0;
+  bool operator==(const ObjectTemperature&) const = default;
+};
+
+struct TurnDirection {
+  bool clockwise = false;
+  bool operator==(const TurnDirection&) const = default;
+};
+
+struct QueueChoice {
+  std::int32_t of_all = 0;  ///< 0 own, 1 of all clients
+  bool operator==(const QueueChoice&) const = default;
+};
+
+struct SoftwareVersion {
+  std::string name;  ///< UTF-8, at most 32 UTF-16 units
+  bool operator==(const SoftwareVersion&) const = default;
+};
+
+/// Of GetAT4xxInfo only what says how well it measures; the rest is skipped, and written as zero.
+struct At4xxInfo {
+  std::int32_t min_measure_ms = 0;
+  double min_distance = 0, max_distance = 0;
+  double adm_offset_std = 0;
+  double angle_std_constant = 0, angle_std_offset = 0, angle_std_factor = 0;
+  bool operator==(const At4xxInfo&) const = default;
+};
+
 using Body =
     std::variant<std::monostate, Units, SystemStatus, TrackerStatus, StationOrientation, Transformation,
                  Environment, MeasurementModeChoice, CoordinateSystemChoice, StationaryModeParams,
                  ReflectorChoice, ReflectorEntry, SearchParams, SystemSettings, Position, SearchDistance,
-                 Direction, StatisticMode, MeasurementStatusInfo, TrackerInfo>;
+                 Direction, StatisticMode, MeasurementStatusInfo, TrackerInfo, Refraction,
+                 ContinuousTimeParams, ContinuousDistanceParams, AdmParams, FaceAnswer, Aim, MoveSpeeds,
+                 TargetSearch, BirdBathCheck, ParameterId, LongParameter, DoubleParameter, ObjectTemperature,
+                 TurnDirection, QueueChoice, SoftwareVersion, At4xxInfo>;
 
 // ---- Packets ----
 

@@ -3,9 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <boost/asio/co_spawn.hpp>
+#include <expected>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/random.hpp"
@@ -27,11 +32,35 @@ using daemon::TimePoint;
 
 constexpr double kLargestCorrection_rad = 0.35;
 constexpr double kSixSigma_mm = 6 * 0.01 * 1.8;
+constexpr char kNoCompute[] = "the computation was given up: not enough memory";
 
-/// Remembers the last measurement that did not fail.
+/// Whether a campaign must refuse what contradicts itself: points that the tracker itself calls loose or
+/// measured in air that cannot be, and models of a tracker that was pushed on the way.
+constexpr bool kBadDataIsRefused = false;
+
+/// Whether the model is put to use without anybody having looked at it.
+bool activates(const daemon::CampaignResult& result) { return result.improves; }
+
+/// What is wrong with the tracker's data in one campaign.
+struct BadData {
+  int pushed_after = std::numeric_limits<int>::max();  ///< so many points
+  Eigen::Vector3d pushed_by_mm{0, 0, 0};
+  double loose_share = 0;  ///< of the points, which scatter by 3 mm, as the tracker itself says
+  double odd_share = 0;    ///< whose standard deviations or weather are none
+  bool is_biased() const { return pushed_by_mm != Eigen::Vector3d::Zero(); }
+};
+
+/// Spoils measurements, and remembers the last one that did not fail.
 class WatchedTracker final : public drivers::Tracker {
  public:
   explicit WatchedTracker(drivers::Tracker& tracker) : tracker_{tracker} {}
+
+  void spoil(const BadData& bad, std::uint64_t seed) {
+    bad_ = bad;
+    random_ = Random{seed};
+    points_ = 0;
+    offset_mm.setZero();
+  }
 
   asio::awaitable<std::expected<drivers::TrackerIdentity, drivers::TrackerError>> connect(
       TimePoint deadline) override {
@@ -45,16 +74,45 @@ class WatchedTracker final : public drivers::Tracker {
       TimePoint deadline) override {
     last.reset();
     auto measured = co_await tracker_.measure(deadline);
-    if (measured) last = measured->p_WS_mm;
+    if (!measured) co_return measured;
+    spoil(*measured);
+    last = *measured;
     co_return measured;
   }
   void disconnect() noexcept override { tracker_.disconnect(); }
 
-  std::optional<Eigen::Vector3d> last;
+  std::optional<drivers::SmrPoint> last;
+  Eigen::Vector3d offset_mm{0, 0, 0};  ///< of the last point from where it was seen
 
  private:
+  void spoil(drivers::SmrPoint& point) {
+    offset_mm = points_++ >= bad_.pushed_after ? bad_.pushed_by_mm : Eigen::Vector3d{0, 0, 0};
+    if (random_.uniform() < bad_.loose_share) {
+      for (double& coordinate : offset_mm) coordinate += 3 * random_.normal();
+      point.std_mm.setConstant(3);
+    }
+    if (random_.uniform() < bad_.odd_share) spoil_what_is_told(point);
+    point.p_WS_mm += offset_mm;
+  }
+
+  void spoil_what_is_told(drivers::SmrPoint& point) {
+    const double which = random_.uniform();
+    if (which < 0.25) point.std_mm.setConstant(-1);
+    if (which >= 0.25 && which < 0.5) point.std_mm.setConstant(1e9);
+    if (which >= 0.5 && which < 0.75) point.temperature_c = -273;
+    if (which >= 0.75) point.pressure_mbar = 0;
+  }
+
   drivers::Tracker& tracker_;
+  BadData bad_;
+  Random random_{0};
+  int points_ = 0;
 };
+
+bool is_plausible(const drivers::SmrPoint& point) {
+  return point.std_mm.minCoeff() >= 0 && point.std_mm.maxCoeff() < 1 && point.temperature_c > -50 &&
+         point.pressure_mbar > 500;
+}
 
 /// The whole cell, and the promises that it has to keep at every step.
 class Soak {
@@ -84,14 +142,15 @@ class Soak {
   }
   double uniform(double min, double max) { return random_.uniform(min, max); }
   drivers::MockFaults draw_faults();
+  BadData draw_bad_data(int identify_poses);
   void run_campaign();
   void interfere(daemon::Campaign& campaign, const bool& ended);
   void after(double seconds, std::function<void()> action);
   daemon::CellStep step(const daemon::CellEvent& event);
   /// @param total  poses that the campaign says there were
-  void check_end(
-      int total, const Journal& journal,
-      const std::expected<std::shared_ptr<const daemon::CampaignResult>, daemon::CampaignError>& outcome);
+  using Outcome = std::expected<std::shared_ptr<const daemon::CampaignResult>, daemon::CampaignError>;
+  void check_end(int total, const Journal& journal, const Outcome& outcome);
+  void check_result(const daemon::CampaignResult& result);
 
   Random random_;
   asio::io_context io_;
@@ -102,27 +161,40 @@ class Soak {
   std::optional<WatchedTracker> tracker_;
   daemon::CellState state_ = daemon::Disconnected{};
   int actions_ = 0;  ///< of the operator, still to come
+  BadData bad_;
+  bool compute_failed_ = false;
   EventHash hash_;
   CampaignSoak result_;
 };
 
 /// Checks each point when it is stored, while the arm still stands where it was measured.
 struct Soak::Journal final : daemon::CampaignJournal {
-  explicit Journal(Soak& s) : soak{s} {}
+  /// The store fails at this of its calls, and from then on.
+  Journal(Soak& s, int fails_at) : soak{s}, calls_left{fails_at} {}
+
+  daemon::StoreResult<void> kept() {
+    EXPECT_FALSE(failed) << "goes on after the store has failed";
+    failed = calls_left-- == 0;
+    if (failed) return std::unexpected(daemon::StoreError{"database or disk is full"});
+    return {};
+  }
 
   asio::awaitable<daemon::StoreResult<void>> begin(daemon::Identities) override {
     EXPECT_EQ(++begun, 1);
-    co_return daemon::StoreResult<void>{};
+    co_return kept();
   }
 
   asio::awaitable<daemon::StoreResult<void>> add_point(daemon::StoredPoint point) override {
     const TimePoint written = soak.clock_.now() + 4ms;
     co_await soak.clock_.sleep_until(written);
     EXPECT_TRUE(soak.tracker_->last) << "a point was stored for a measurement that failed";
-    EXPECT_EQ(soak.tracker_->last.value_or(Eigen::Vector3d::Zero()), point.p_WS_mm);
+    const drivers::SmrPoint measured = soak.tracker_->last.value_or(drivers::SmrPoint{});
+    EXPECT_EQ(measured.p_WS_mm, point.p_WS_mm);
+    EXPECT_EQ(measured.std_mm, point.std_mm);
+    EXPECT_TRUE(is_plausible(measured) || !kBadDataIsRefused) << "a point was stored that cannot be";
     EXPECT_EQ(soak.cell_->q(), point.q_actual) << "the arm moved on before its point was stored";
     EXPECT_EQ(point.q_actual, point.q_commanded);
-    EXPECT_LT((point.p_WS_mm - soak.cell_->p_WS_mm()).norm(), kSixSigma_mm)
+    EXPECT_LT((point.p_WS_mm - soak.tracker_->offset_mm - soak.cell_->p_WS_mm()).norm(), kSixSigma_mm)
         << "far from where the reflector really is";
     EXPECT_LT((point.q_commanded - point.q_target).cwiseAbs().maxCoeff(), kLargestCorrection_rad);
     EXPECT_TRUE(point.purpose == daemon::PointPurpose::Remeasure || point.q_commanded == point.q_target);
@@ -130,7 +202,7 @@ struct Soak::Journal final : daemon::CampaignJournal {
     ++points;
     soak.hash_.add("point");
     for (int i = 0; i < 3; ++i) soak.hash_.add(point.p_WS_mm[i]);
-    co_return daemon::StoreResult<void>{};
+    co_return kept();
   }
 
   asio::awaitable<daemon::StoreResult<void>> add_skipped(daemon::SkippedPose pose) override {
@@ -138,7 +210,7 @@ struct Soak::Journal final : daemon::CampaignJournal {
     EXPECT_EQ(++poses[pose.pose], 1) << "pose " << pose.pose;
     ++skipped;
     soak.hash_.add("skipped " + std::to_string(pose.pose) + pose.reason);
-    co_return daemon::StoreResult<void>{};
+    co_return kept();
   }
 
   asio::awaitable<daemon::StoreResult<void>> end(std::shared_ptr<const daemon::CampaignResult> result,
@@ -147,10 +219,14 @@ struct Soak::Journal final : daemon::CampaignJournal {
     EXPECT_EQ(++ended, 1);
     EXPECT_NE(result == nullptr, !error) << "either a result or an error";
     soak.hash_.add(error ? "error " + error->detail : std::string{"done"});
+    if (failed || calls_left-- == 0)
+      co_return std::unexpected(daemon::StoreError{"database or disk is full"});
     co_return daemon::StoreResult<void>{};
   }
 
   Soak& soak;
+  int calls_left;
+  bool failed = false;
   int begun = 0, ended = 0, points = 0, skipped = 0;
   std::map<int, int> poses;  ///< how often each was stored or listed
 };
@@ -188,6 +264,22 @@ drivers::MockFaults Soak::draw_faults() {
     *rate = level * uniform(0, 2);
   }
   return faults;
+}
+
+/// Most campaigns are sound.
+BadData Soak::draw_bad_data(int identify_poses) {
+  BadData bad;
+  const double kind = random_.uniform();
+  if (kind < 0.12) {
+    // In the middle of the identification, or before the validation.
+    bad.pushed_after = static_cast<int>(identify_poses * (random_.uniform() < 0.5 ? uniform(0.35, 0.7) : 1));
+    bad.pushed_by_mm = uniform(2, 6) * Eigen::Vector3d{0.6, 0, 0.8};
+  } else if (kind < 0.18) {
+    bad.loose_share = 1.0 / 6;
+  } else if (kind < 0.24) {
+    bad.odd_share = 0.1;
+  }
+  return bad;
 }
 
 void Soak::after(double seconds, std::function<void()> action) {
@@ -237,10 +329,20 @@ void Soak::run_campaign() {
   config.campaign.seed = random_.next();
   config.campaign.remeasure = random_.uniform() < 0.8;
   cell_->use_faults(draw_faults());
+  bad_ = draw_bad_data(config.campaign.identify_poses);
+  tracker_->spoil(bad_, random_.next());
 
-  Journal journal{*this};
+  constexpr int kNever = -1;
+  Journal journal{*this, random_.uniform() < 0.06 ? static_cast<int>(uniform(0, 40)) : kNever};
   Observer observer{*this};
-  daemon::Campaign campaign{config, {*robot_, *tracker_, clock_}, journal, observer, &test::compute_here};
+  int jobs_left = random_.uniform() < 0.06 ? static_cast<int>(uniform(0, 6)) : kNever;
+  compute_failed_ = false;
+  const auto compute = [&jobs_left, this](std::function<void()> job) {
+    compute_failed_ = jobs_left-- == 0;
+    if (compute_failed_) throw std::runtime_error{kNoCompute};
+    return test::compute_here(std::move(job));
+  };
+  daemon::Campaign campaign{config, {*robot_, *tracker_, clock_}, journal, observer, compute};
   const daemon::CellStep started = step(daemon::CampaignStartRequested{std::to_string(result_.campaigns)});
   ASSERT_FALSE(started.refused) << started.refused->sentence();
   ASSERT_EQ(started.commands, std::vector{daemon::CellCommand::StartCampaign});
@@ -263,28 +365,42 @@ void Soak::run_campaign() {
   if (random_.uniform() < 0.5) step(daemon::DisconnectRequested{});
 }
 
-void Soak::check_end(
-    int total, const Journal& journal,
-    const std::expected<std::shared_ptr<const daemon::CampaignResult>, daemon::CampaignError>& outcome) {
+void Soak::check_end(int total, const Journal& journal, const Outcome& outcome) {
   ++result_.campaigns;
   result_.points += journal.points;
   result_.skipped += journal.skipped;
+  result_.spoiled += bad_.is_biased() || bad_.loose_share > 0 || bad_.odd_share > 0;
   EXPECT_EQ(journal.ended, 1);
   if (!outcome) {
-    const bool aborted = outcome.error().fault == daemon::CampaignFault::Aborted;
-    ++(aborted ? result_.aborted : result_.failed);
+    const daemon::CampaignFault fault = outcome.error().fault;
+    ++(fault == daemon::CampaignFault::Aborted ? result_.aborted : result_.failed);
     EXPECT_FALSE(outcome.error().detail.empty());
-    EXPECT_NE(outcome.error().fault, daemon::CampaignFault::Internal) << outcome.error().detail;
-    EXPECT_NE(outcome.error().fault, daemon::CampaignFault::WrongArm) << outcome.error().detail;
+    EXPECT_EQ(fault == daemon::CampaignFault::Internal, outcome.error().detail == kNoCompute)
+        << outcome.error().detail;
+    EXPECT_NE(fault, daemon::CampaignFault::WrongArm) << outcome.error().detail;
+    EXPECT_TRUE(fault != daemon::CampaignFault::Store ||
+                outcome.error().detail == "database or disk is full");
     return;
   }
   ++result_.done;
+  EXPECT_FALSE(journal.failed) << "a campaign is done whose points are not all stored";
+  EXPECT_FALSE(compute_failed_);
   EXPECT_EQ(static_cast<int>(journal.poses.size()), total) << "a pose is neither measured nor listed";
   EXPECT_EQ(journal.poses.rbegin()->first, total - 1);
-  const daemon::CampaignResult& result = **outcome;
+  check_result(**outcome);
+}
+
+void Soak::check_result(const daemon::CampaignResult& result) {
+  if (bad_.is_biased()) {
+    result_.biased_activated += activates(result);
+    EXPECT_FALSE(activates(result) && kBadDataIsRefused)
+        << "the tracker was pushed by " << bad_.pushed_by_mm.norm() << " mm after " << bad_.pushed_after
+        << " points";
+  }
   if (!result.remeasured) return;
   hash_.add(result.remeasured->mean);
-  EXPECT_LT(result.remeasured->mean, result.calibration.validate->before.mean);
+  const bool sound = !bad_.is_biased() && bad_.loose_share == 0;
+  EXPECT_TRUE(!sound || result.remeasured->mean < result.calibration.validate->before.mean);
 }
 
 }  // namespace

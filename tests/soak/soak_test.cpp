@@ -38,12 +38,14 @@ TEST(CampaignSoak, KeepsItsPromisesThroughLostConnectionsBrokenBeamsRestartsAndO
   std::printf(
       "seed %llu: %.1f h of the cell, %d campaigns (%d done, %d aborted, %d failed), %d points, %d poses "
       "skipped, "
-      "%d troubles, events %016llx\n",
+      "%d troubles, %d campaigns with spoiled data (%d biased models put to use), events %016llx\n",
       static_cast<unsigned long long>(seed()), soak.hours, soak.campaigns, soak.done, soak.aborted,
-      soak.failed, soak.points, soak.skipped, soak.troubles, static_cast<unsigned long long>(soak.hash));
+      soak.failed, soak.points, soak.skipped, soak.troubles, soak.spoiled, soak.biased_activated,
+      static_cast<unsigned long long>(soak.hash));
   EXPECT_GE(soak.hours, hours());
   EXPECT_GT(soak.done, soak.campaigns / 2);
   EXPECT_GT(soak.troubles, 0);
+  EXPECT_GT(soak.spoiled, 0);
 }
 
 TEST(CampaignSoak, TheSameSeedDoesTheSameAgainAndAnotherSeedDoesNot) {

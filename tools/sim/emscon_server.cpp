@@ -20,6 +20,7 @@
 #include "proto/emscon/packet_splitter.hpp"
 #include "proto/emscon/packets.hpp"
 #include "proto/emscon/status.hpp"
+#include "tools/sim/coordinates.hpp"
 #include "tools/sim/tracker_settings.hpp"
 
 namespace truepose::sim {
@@ -226,6 +227,22 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
         return answer(command.code, status::kAllOk, MeasurementStatusInfo{0, status_mask()});
       case CommandCode::GetTrackerInfo:
         return answer(command.code, status::kAllOk, TrackerInfo{kAt401, "truepose simulated tracker"});
+      case CommandCode::GetAt4xxInfo:
+        return answer(command.code, status::kAllOk, at4xx_info());
+      case CommandCode::GetSystemSoftwareVersion:
+        return answer(command.code, status::kAllOk, SoftwareVersion{"3.8.900 (simulated)"});
+      case CommandCode::GetFace:
+        return answer(command.code, status::kAllOk, FaceAnswer{face_});
+      case CommandCode::GetObjectTemperature:
+        return answer(command.code, status::kAllOk,
+                      ObjectTemperature{settings_.from_metric(disturbance_.temperature_c, 0, 0).temperature});
+      case CommandCode::ClearCommandQueue:
+        return answer(command.code, status::kAllOk);
+      case CommandCode::StartNivelMeasurement:
+        return answer(command.code, status::kNotImplemented);
+      case CommandCode::ExitApplication:
+        if (client_) client_->send_and_close(Answer{command.code, status::kAllOk, {}});
+        return;
       case CommandCode::Initialize:
         return spawn(initialize(shared_from_this(), begin_job()));
       default:
@@ -240,22 +257,64 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
       case CommandCode::GoBirdBath:
         lose_lock();
         return answer(command.code, status::kAllOk);
-      case CommandCode::GoPosition: {
-        const Eigen::Vector3d aim_mm = settings_.to_mm(std::get<Position>(command.body).v);
-        return spawn(drive(shared_from_this(), begin_job(), aim_mm));
-      }
+      case CommandCode::GoBirdBath2:
+      case CommandCode::MoveHv:
+        lose_lock();
+        return answer(command.code, status::kAllOk);
+      case CommandCode::ChangeFace:
+        face_ = 3 - face_;
+        return answer(command.code, status::kAllOk);
+      case CommandCode::CheckBirdBath:
+        return answer(command.code, status::kAllOk, BirdBathCheck{});
+      case CommandCode::GoPosition:
+        return go(command.code, settings_.to_mm(std::get<Position>(command.body).v));
+      case CommandCode::GoPositionHvd:
+        return go(command.code, settings_.hvd_to_mm(std::get<Position>(command.body).v));
+      case CommandCode::PointLaser:
+        return go(command.code, settings_.to_mm(std::get<Aim>(command.body).v));
+      case CommandCode::PointLaserHvd:
+        return go(command.code, settings_.hvd_to_mm(std::get<Aim>(command.body).v));
+      case CommandCode::PositionRelativeHv:
+        return go(command.code, turned(std::get<Direction>(command.body)));
+      case CommandCode::GoLastMeasuredPoint:
+        if (!last_measured_mm_) return answer(command.code, status::kNoLastMeasuredPoint);
+        return go(command.code, *last_measured_mm_);
+      case CommandCode::LookForTarget:
+        return look_for(std::get<TargetSearch>(command.body));
+      case CommandCode::GoAndMeasure:
+        return spawn(
+            go_and_measure(shared_from_this(), begin_job(), settings_.to_mm(std::get<Aim>(command.body).v)));
       case CommandCode::FindReflector:
         return spawn(search(shared_from_this(), begin_job()));
       case CommandCode::StartMeasurement:
         if (!locked_) return answer(command.code, status::kSystemNotReady);
         answer(command.code, status::kAllOk);
-        report(SystemEvent::MeasurementBusy);
-        measuring_ = true;
-        options_.before_point(measurements_ + 1);
         return spawn(measure(shared_from_this(), begin_job()));
       default:
         return answer(command.code, status::kUnknown);
     }
+  }
+
+  void go(CommandCode code, const Eigen::Vector3d& aim_mm) {
+    spawn(drive(shared_from_this(), begin_job(), code, aim_mm));
+  }
+
+  void look_for(const TargetSearch& search) {
+    const auto p_WS_mm = seen();
+    const bool near =
+        p_WS_mm && (*p_WS_mm - settings_.to_mm(search.v)).norm() <= settings_.length_to_mm(search.radius);
+    if (!near) return answer(CommandCode::LookForTarget, kSimulatedNoTarget);
+    answer(CommandCode::LookForTarget, status::kAllOk, direction_to(*p_WS_mm));
+  }
+
+  At4xxInfo at4xx_info() const {
+    return {.min_measure_ms = 500,
+            .min_distance = settings_.from_mm(1'500),
+            .max_distance = settings_.from_mm(160'000),
+            .adm_offset_std = settings_.from_mm(0.01),
+            .angle_std_constant = settings_.from_mm(0.0075),
+            .angle_std_offset = 0,
+            .angle_std_factor = 3e-6};
   }
 
   void stop(CommandCode code) {
@@ -279,10 +338,16 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
   std::int32_t status_mask() const {
     return kTrackerFoundBit | (initialized_ ? kInitializedBit : 0) | (locked_ ? kReflectorFoundBit : 0);
   }
-  Direction direction() const {
-    const double across_mm = std::hypot(aim_mm_.x(), aim_mm_.y());
-    return {settings_.from_rad(std::atan2(aim_mm_.y(), aim_mm_.x())),
-            settings_.from_rad(std::atan2(across_mm, aim_mm_.z()))};
+  Direction direction() const { return direction_to(aim_mm_); }
+  Direction direction_to(const Eigen::Vector3d& p_mm) const {
+    const Eigen::Vector3d hvd = in_system(CoordinateSystem::Scc, p_mm);
+    return {settings_.from_rad(hvd[0]), settings_.from_rad(hvd[1])};
+  }
+  Eigen::Vector3d turned(const Direction& by) const {
+    Eigen::Vector3d hvd = in_system(CoordinateSystem::Scc, aim_mm_);
+    hvd[0] += settings_.to_rad(by.horizontal);
+    hvd[1] += settings_.to_rad(by.vertical);
+    return out_of_system(CoordinateSystem::Scc, hvd);
   }
 
   // ---- Jobs: commands that take time, one at once. A job whose number is no longer the current one was
@@ -326,12 +391,24 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     self->report(SystemEvent::InitializationChanged);
   }
 
-  static asio::awaitable<void> drive(Self self, Job job, Eigen::Vector3d aim_mm) {
+  static asio::awaitable<void> drive(Self self, Job job, CommandCode code, Eigen::Vector3d aim_mm) {
     self->lose_lock();
     const bool going_on = co_await self->wait(job, kDriveTime);
     if (!going_on) co_return;
     self->aim_mm_ = aim_mm;
-    self->end_job(CommandCode::GoPosition, status::kAllOk);
+    self->end_job(code, status::kAllOk);
+  }
+
+  /// Drives, locks within the search radius, measures. Its answer says that the measurement has begun.
+  static asio::awaitable<void> go_and_measure(Self self, Job job, Eigen::Vector3d aim_mm) {
+    self->lose_lock();
+    const bool going_on = co_await self->wait(job, kDriveTime);
+    if (!going_on) co_return;
+    self->aim_mm_ = aim_mm;
+    self->lock();
+    if (!self->locked_) co_return self->end_job(CommandCode::GoAndMeasure, kSimulatedNoTarget);
+    self->answer(CommandCode::GoAndMeasure, status::kAllOk);
+    co_await measure(self, job);
   }
 
   static asio::awaitable<void> search(Self self, Job job) {
@@ -339,19 +416,20 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
         std::chrono::duration<double, std::milli>{self->settings_.search_timeout_ms()});
     bool going_on = co_await self->wait(job, std::min<Clock::duration>(kSearchTime, timeout));
     if (!going_on) co_return;
-    const std::optional<Eigen::Vector3d> p_WS_mm = self->seen();
-    self->locked_ = p_WS_mm && (*p_WS_mm - self->aim_mm_).norm() <= self->settings_.search_radius_mm();
+    self->lock();
     if (!self->locked_) {
       going_on = co_await self->wait(job, timeout);
       if (going_on) self->end_job(CommandCode::FindReflector, kSimulatedNoTarget);
       co_return;
     }
-    self->aim_mm_ = *p_WS_mm;
     self->end_job(CommandCode::FindReflector, status::kAllOk);
     self->report(SystemEvent::MeasurementReady);
   }
 
   static asio::awaitable<void> measure(Self self, Job job) {
+    self->report(SystemEvent::MeasurementBusy);
+    self->measuring_ = true;
+    self->options_.before_point(self->measurements_ + 1);
     const auto between = std::chrono::duration_cast<Clock::duration>(
         std::chrono::duration<double, std::milli>{self->settings_.measure_ms() / kReadings});
     std::vector<Eigen::Vector3d> readings_mm;
@@ -380,10 +458,11 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     }
     Eigen::Vector3d std_mm = variance.cwiseSqrt();
     if (disturbance_.std_mm) std_mm.setConstant(*disturbance_.std_mm);
+    last_measured_mm_ = mean_mm;
     const auto fill = [&](auto result) {
-      result.v = settings_.from_mm(mean_mm);
-      result.std = settings_.from_mm(std_mm);
-      result.std_total = settings_.from_mm({std_mm.norm(), 0, 0})[0];
+      result.v = settings_.point(mean_mm);
+      result.std = settings_.deviations(mean_mm, std_mm);
+      result.std_total = settings_.from_mm(std_mm.norm());
       result.environment = settings_.from_metric(disturbance_.temperature_c, disturbance_.pressure_mbar,
                                                  disturbance_.humidity_percent);
       send(result);
@@ -400,6 +479,23 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     std::optional<Eigen::Vector3d> p_WS_mm = target_.look().p_WS_mm;
     if (p_WS_mm) *p_WS_mm += disturbance_.moved_mm;
     return p_WS_mm;
+  }
+
+  /// Locks to the reflector where it is seen within the search radius of where the beam points.
+  void lock() {
+    const std::optional<Eigen::Vector3d> p_WS_mm = seen();
+    locked_ = p_WS_mm && (*p_WS_mm - aim_mm_).norm() <= settings_.search_radius_mm();
+    if (locked_) aim_mm_ = *p_WS_mm;
+  }
+
+  /// PowerLock finds a reflector by itself, wherever the beam points.
+  void lock_by_itself() {
+    if (locked_ || job_ || !initialized_ || !(options_.power_lock || settings_.power_lock())) return;
+    const std::optional<Eigen::Vector3d> p_WS_mm = seen();
+    if (!p_WS_mm) return;
+    aim_mm_ = *p_WS_mm;
+    locked_ = true;
+    report(SystemEvent::MeasurementReady);
   }
 
   void update_lock() {
@@ -428,10 +524,11 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
       co_await self->watch_timer_.async_wait(kToResult);
       if (self->closed_) co_return;
       self->update_lock();
+      self->lock_by_itself();
       const bool due = Clock::now() - last_position >= kReflectorPositionPeriod;
       if (!self->locked_ || !due || !self->settings_.sends_reflector_position()) continue;
       last_position = Clock::now();
-      self->send(ReflectorPosResult{status::kAllOk, self->settings_.from_mm(self->aim_mm_)});
+      self->send(ReflectorPosResult{status::kAllOk, self->settings_.point(self->aim_mm_)});
     }
   }
 
@@ -452,6 +549,8 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
   std::optional<Job> job_;
   Job last_job_ = 0;
   bool measuring_ = false;  ///< the job is a measurement
+  std::optional<Eigen::Vector3d> last_measured_mm_;
+  std::int32_t face_ = 1;
   std::uint64_t measurements_ = 0;
 };
 

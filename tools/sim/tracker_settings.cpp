@@ -3,9 +3,11 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/kinematics/angles.hpp"
 #include "proto/emscon/status.hpp"
+#include "tools/sim/coordinates.hpp"
 
 namespace truepose::sim {
 
@@ -39,7 +41,6 @@ double at(const std::array<double, N>& factors, auto value) {
 }  // namespace
 
 std::optional<std::vector<TrackerPacket>> TrackerSettings::handle(const Command& command) {
-  using Packets = std::vector<TrackerPacket>;
   const auto got = [&](const auto& value) { return Packets{Answer{command.code, status::kAllOk, value}}; };
   const auto set = [&]<class T>(T& stored, SystemEvent event, bool valid = true) {
     if (!valid) return Packets{Answer{command.code, kOutOfRange, {}}};
@@ -56,7 +57,8 @@ std::optional<std::vector<TrackerPacket>> TrackerSettings::handle(const Command&
     case CommandCode::GetUnits:
       return got(units_);
     case CommandCode::SetCoordinateSystemType: {
-      const bool valid = std::get<CoordinateSystemChoice>(command.body).system == CoordinateSystem::Rhr;
+      const auto system = std::get<CoordinateSystemChoice>(command.body).system;
+      const bool valid = system >= CoordinateSystem::Rhr && system <= CoordinateSystem::Scc;
       return set(coordinates_, SystemEvent::CoordinateSystemChanged, valid);
     }
     case CommandCode::GetCoordinateSystemType:
@@ -97,6 +99,24 @@ std::optional<std::vector<TrackerPacket>> TrackerSettings::handle(const Command&
       return got(environment_);
     case CommandCode::SetStatisticMode:
       return set(statistic_, SystemEvent::StatisticModeChanged);
+    case CommandCode::GetStatisticMode:
+      return got(statistic_);
+    case CommandCode::SetRefractionParams:
+      return set(refraction_, SystemEvent::RefractionChanged);
+    case CommandCode::GetRefractionParams:
+      return got(refraction_);
+    case CommandCode::SetContinuousTimeModeParams:
+      return set(continuous_time_, SystemEvent::ContinuousTimeParamsChanged);
+    case CommandCode::GetContinuousTimeModeParams:
+      return got(continuous_time_);
+    case CommandCode::SetContinuousDistanceModeParams:
+      return set(continuous_distance_, SystemEvent::ContinuousDistanceParamsChanged);
+    case CommandCode::GetContinuousDistanceModeParams:
+      return got(continuous_distance_);
+    case CommandCode::SetAdmParams:
+      return set(adm_, SystemEvent::AdmParamsChanged);
+    case CommandCode::GetAdmParams:
+      return got(adm_);
     case CommandCode::SetReflector: {
       const std::int32_t id = std::get<ReflectorChoice>(command.body).id;
       return set(reflector_, SystemEvent::ReflectorChanged,
@@ -107,12 +127,37 @@ std::optional<std::vector<TrackerPacket>> TrackerSettings::handle(const Command&
     case CommandCode::GetReflectors:
       return reflectors();
     default:
-      return std::nullopt;
+      return handle_parameter(command);
   }
 }
 
-std::vector<TrackerPacket> TrackerSettings::reflectors() const {
-  std::vector<TrackerPacket> answers;
+/// Parameters that nobody has set are zero.
+std::optional<TrackerSettings::Packets> TrackerSettings::handle_parameter(const Command& command) {
+  const auto answer = [&](Body body) {
+    return Packets{Answer{command.code, status::kAllOk, std::move(body)}};
+  };
+  if (const auto* set = std::get_if<LongParameter>(&command.body)) {
+    long_parameters_[set->id] = set->value;
+    return answer({});
+  }
+  if (const auto* set = std::get_if<DoubleParameter>(&command.body)) {
+    double_parameters_[set->id] = set->value;
+    return answer({});
+  }
+  const auto* get = std::get_if<ParameterId>(&command.body);
+  if (!get) return std::nullopt;
+  if (command.code == CommandCode::GetLongSystemParameter)
+    return answer(LongParameter{get->id, long_parameter(get->id)});
+  return answer(DoubleParameter{get->id, double_parameters_[get->id]});
+}
+
+std::int32_t TrackerSettings::long_parameter(std::int32_t id) const {
+  const auto found = long_parameters_.find(id);
+  return found == long_parameters_.end() ? 0 : found->second;
+}
+
+TrackerSettings::Packets TrackerSettings::reflectors() const {
+  Packets answers;
   for (const Ball& ball : kReflectors) {
     const auto id = static_cast<std::int32_t>(answers.size() + 1);
     const double offset = ball.radius_mm / at(kMmPerUnit, units_.length);
@@ -123,20 +168,48 @@ std::vector<TrackerPacket> TrackerSettings::reflectors() const {
   return answers;
 }
 
-double TrackerSettings::search_radius_mm() const { return search_.radius * at(kMmPerUnit, units_.length); }
+double TrackerSettings::search_radius_mm() const { return length_to_mm(search_.radius); }
 
-std::array<double, 3> TrackerSettings::from_mm(const Eigen::Vector3d& v_mm) const {
-  const Eigen::Vector3d v = v_mm / at(kMmPerUnit, units_.length);
-  return {v.x(), v.y(), v.z()};
+std::array<double, 3> TrackerSettings::point(const Eigen::Vector3d& p_mm) const {
+  return in_units(in_system(coordinates_.system, p_mm));
+}
+
+std::array<double, 3> TrackerSettings::deviations(const Eigen::Vector3d& p_mm,
+                                                  const Eigen::Vector3d& std_mm) const {
+  return in_units(std_in_system(coordinates_.system, p_mm, std_mm));
+}
+
+std::array<double, 3> TrackerSettings::in_units(const Eigen::Vector3d& values) const {
+  std::array<double, 3> v{};
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    v[static_cast<std::size_t>(i)] =
+        is_angle(coordinates_.system, i) ? from_rad(values[i]) : from_mm(values[i]);
+  }
+  return v;
 }
 
 Eigen::Vector3d TrackerSettings::to_mm(const std::array<double, 3>& v) const {
-  return Eigen::Vector3d{v[0], v[1], v[2]} * at(kMmPerUnit, units_.length);
+  Eigen::Vector3d values;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const double value = v[static_cast<std::size_t>(i)];
+    values[i] = is_angle(coordinates_.system, i) ? to_rad(value) : length_to_mm(value);
+  }
+  return out_of_system(coordinates_.system, values);
 }
 
+Eigen::Vector3d TrackerSettings::hvd_to_mm(const std::array<double, 3>& hvd) const {
+  const bool clockwise =
+      coordinates_.system == CoordinateSystem::Scw || coordinates_.system == CoordinateSystem::Ccw;
+  return out_of_system(clockwise ? CoordinateSystem::Scw : CoordinateSystem::Scc,
+                       {to_rad(hvd[0]), to_rad(hvd[1]), length_to_mm(hvd[2])});
+}
+
+double TrackerSettings::from_mm(double length_mm) const { return length_mm / at(kMmPerUnit, units_.length); }
+double TrackerSettings::length_to_mm(double length) const { return length * at(kMmPerUnit, units_.length); }
 double TrackerSettings::from_rad(double angle_rad) const {
   return angle_rad * at(kUnitsPerRad, units_.angle);
 }
+double TrackerSettings::to_rad(double angle) const { return angle / at(kUnitsPerRad, units_.angle); }
 
 Environment TrackerSettings::from_metric(double temperature_c, double pressure_mbar,
                                          double humidity_percent) const {

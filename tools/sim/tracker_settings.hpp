@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -23,14 +25,31 @@ class TrackerSettings {
   bool extended_statistics() const { return statistic_.stationary == emscon::StatisticKind::Extended; }
   bool sends_reflector_position() const { return system_.send_reflector_position; }
 
-  std::array<double, 3> from_mm(const Eigen::Vector3d& v_mm) const;
+  bool power_lock() const { return long_parameter(kPowerLockActive) != 0; }
+
+  /// A point in the units and the coordinate system that were chosen, and its standard deviations.
+  std::array<double, 3> point(const Eigen::Vector3d& p_mm) const;
+  std::array<double, 3> deviations(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& std_mm) const;
   Eigen::Vector3d to_mm(const std::array<double, 3>& v) const;
+  /// The same from horizontal angle, vertical angle and distance, whatever the coordinate system.
+  Eigen::Vector3d hvd_to_mm(const std::array<double, 3>& hvd) const;
+  double from_mm(double length_mm) const;
+  double length_to_mm(double length) const;
   double from_rad(double angle_rad) const;
+  double to_rad(double angle) const;
   emscon::Environment from_metric(double temperature_c, double pressure_mbar, double humidity_percent) const;
 
  private:
+  // A system parameter.
+  static constexpr std::int32_t kPowerLockActive = 411;
+
+  using Packets = std::vector<emscon::TrackerPacket>;
+
   /// The reflectors that it knows, one answer each.
-  std::vector<emscon::TrackerPacket> reflectors() const;
+  Packets reflectors() const;
+  std::optional<Packets> handle_parameter(const emscon::Command& command);
+  std::int32_t long_parameter(std::int32_t id) const;
+  std::array<double, 3> in_units(const Eigen::Vector3d& values) const;
 
   emscon::Units units_;
   emscon::CoordinateSystemChoice coordinates_;
@@ -43,6 +62,12 @@ class TrackerSettings {
   emscon::Environment environment_{20, 1013.25, 50};
   emscon::StatisticMode statistic_;
   emscon::ReflectorChoice reflector_{2};
+  emscon::Refraction refraction_{1.000271296, 1.000268286};  // of air at 20 deg C
+  emscon::ContinuousTimeParams continuous_time_{20};
+  emscon::ContinuousDistanceParams continuous_distance_{0.01};
+  emscon::AdmParams adm_{0.0001, 500, 3};
+  std::map<std::int32_t, std::int32_t> long_parameters_;
+  std::map<std::int32_t, double> double_parameters_;
 };
 
 }  // namespace truepose::sim
