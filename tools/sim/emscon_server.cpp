@@ -456,13 +456,16 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     for (const Eigen::Vector3d& reading_mm : readings_mm) {
       variance += (reading_mm - mean_mm).cwiseAbs2() / (kReadings * (kReadings - 1.0));
     }
-    Eigen::Vector3d std_mm = variance.cwiseSqrt();
-    if (disturbance_.std_mm) std_mm.setConstant(*disturbance_.std_mm);
+    const Eigen::Vector3d std_mm = variance.cwiseSqrt();
     last_measured_mm_ = mean_mm;
     const auto fill = [&](auto result) {
       result.v = settings_.point(mean_mm);
       result.std = settings_.deviations(mean_mm, std_mm);
       result.std_total = settings_.from_mm(std_mm.norm());
+      if (disturbance_.std_mm) {
+        result.std_total = settings_.from_mm(*disturbance_.std_mm);
+        result.std.fill(result.std_total);
+      }
       result.environment = settings_.from_metric(disturbance_.temperature_c, disturbance_.pressure_mbar,
                                                  disturbance_.humidity_percent);
       send(result);

@@ -175,6 +175,30 @@ TEST_F(SimulatorTest, StreamsUntilTheStopBitAndCountsEveryCycle) {
   EXPECT_NEAR(rsi.at("max_step_deg").as_double(), 0.01, 1e-9);
 }
 
+TEST_F(SimulatorTest, NamesOnceWhatAControllerIgnoresInTheReplies) {
+  scenario();
+  SimulatorProcess simulator{folder_, arguments()};
+  EkiClient motion{ports(simulator).at("eki_port").as_int64()};
+  motion.next();
+  motion.send(eki::Command{.id = 1, .type = eki::CommandType::StartRsi, .axes_rad = {}});
+  std::array<char, 65536> received;
+  for (int cycle = 1; cycle <= 20; ++cycle) {
+    udp::endpoint controller;
+    const std::size_t size = pc_.receive_from(asio::buffer(received), controller);
+    const std::string ipoc = std::to_string(rsi::decode_robot_frame({received.data(), size}).value().ipoc);
+    pc_.send_to(asio::buffer("<Sen Type=\"TruePose\"><AKorr A1=\"1\"/><IPOC>" + ipoc + "</IPOC></Sen>"),
+                controller);
+  }
+  while (simulator.errors().empty()) {
+  }
+  simulator.terminate();
+  EXPECT_EQ(simulator.wait(), 0);
+  const std::string errors = simulator.errors();
+  EXPECT_THAT(errors, HasSubstr("RSI: the replies have AKorr, which the RECEIVE list"));
+  EXPECT_EQ(errors.find("AKorr"), errors.rfind("AKorr")) << errors;
+  EXPECT_EQ(boost::json::parse(simulator.output()).at("rsi").at("correction_deg").to_number<double>(), 0);
+}
+
 TEST_F(SimulatorTest, CutsTheEkiLinkWhenTheScenarioSaysSoAndServesAgain) {
   scenario("[{at_ms: 10000, kind: eki-drop, lasts_ms: 5000}]");  // after 0.2 s, for 0.1 s
   SimulatorProcess simulator{folder_, arguments()};

@@ -6,6 +6,7 @@
 #include <boost/asio/io_context.hpp>
 #include <exception>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
 #include "core/kinematics/forward.hpp"
@@ -158,6 +159,55 @@ TEST(SimulatedCell, MeasuresTheArmAsItIsAndNotAsItsDataSheetSays) {
   }
   EXPECT_EQ(cell.statistics().moves, visited.size());
   EXPECT_EQ(cell.statistics().measurements, visited.size());
+}
+
+TEST(SimulatedCell, IsMeasuredByATrackerThatIsPushedLooseOrWrongAtItsPoints) {
+  RecordProperty("seed", static_cast<int>(kSeed));
+  using Fault = config::ScenarioFault;
+  config::Scenario spoilt = demo();
+  const auto at_point = [](Fault::Kind kind, std::int64_t at, std::int64_t lasts) {
+    return Fault{.kind = kind, .unit = Fault::Unit::Points, .at = at, .lasts = lasts};
+  };
+  Fault push = at_point(Fault::Kind::TrackerBump, 2, 0);
+  push.by_mm = {3, 0, 4};
+  Fault bias = at_point(Fault::Kind::TrackerBias, 3, 1);
+  bias.by_mm = {0, 2, 0};
+  Fault loose = at_point(Fault::Kind::TrackerNoise, 4, 1);
+  loose.sigma_mm = 3;
+  Fault odd = at_point(Fault::Kind::TrackerStd, 5, 1);
+  odd.std_mm = -1;
+  Fault cold = at_point(Fault::Kind::TrackerAir, 5, 1);
+  cold.temperature_c = -273;
+  spoilt.faults = {push, bias, loose, odd, cold};
+  Cell cell{kSeed, spoilt};
+  cell.connect();
+  const JointVector q = poses(1, true).front();
+  cell.move(q);
+  const Eigen::Vector3d truth = cell.truth(q, cell.scenario.truth);
+  std::vector<drivers::SmrPoint> points;
+  for (int i = 0; i < 6; ++i) {
+    ASSERT_TRUE(cell.aim(q));
+    points.push_back(cell.run(cell.tracker.measure(Cell::soon())).value());
+  }
+  const Eigen::Vector3d pushed{3, 0, 4}, biased{0, 2, 0};
+  EXPECT_LT((points[0].p_WS_mm - truth).norm(), 0.2);
+  EXPECT_LT((points[1].p_WS_mm - truth - pushed).norm(), 0.2);
+  EXPECT_LT((points[2].p_WS_mm - truth - pushed - biased).norm(), 0.2);
+  EXPECT_GT(points[3].std_mm.norm(), 1) << "its own scatter shows it";
+  EXPECT_EQ(points[4].std_mm, Eigen::Vector3d::Constant(-1));
+  EXPECT_NEAR(points[4].temperature_c, -273, 1e-9);
+  EXPECT_LT((points[5].p_WS_mm - truth - pushed).norm(), 0.2) << "who was pushed stays where he is";
+  EXPECT_LT(points[5].std_mm.norm(), 0.1);
+}
+
+TEST(SimulatedCell, RefusesASendListThatItCannotServe) {
+  rsi::EthernetConfig ethernet =
+      rsi::parse_ethernet_config(text_of(TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml"))
+          .value();
+  ethernet.send.push_back({"DEF_Nonsense", rsi::ElementType::Double, std::nullopt});
+  asio::io_context io;
+  const CellOptions options{.rsi_host = "127.0.0.1", .rsi_port = 9};
+  EXPECT_THROW((SimulatedCell{io.get_executor(), demo(), ethernet, options}), std::invalid_argument);
 }
 
 TEST(SimulatedCell, ReplaysItsPointsFromTheSeed) {
