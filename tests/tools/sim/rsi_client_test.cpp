@@ -255,6 +255,7 @@ TEST_F(RsiClientTest, StartsAnewWithNothingInForceWhenRsiIsSwitchedOffAndOn) {
   answered(0.5);
   unanswered();
   client.restart(10, std::nullopt);
+  EXPECT_EQ(a1_deg(), 0);
   const rsi::RobotFrame first = begin();
   EXPECT_EQ(first.ipoc, kFirstIpoc + 4 + 11 * 4);
   EXPECT_EQ(first.delay, 0);
