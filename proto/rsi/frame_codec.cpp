@@ -26,7 +26,16 @@ Axes scaled(Axes values, double factor) {
 CartesianPose to_pose(const Axes& v) { return {v[0], v[1], v[2], v[3], v[4], v[5]}; }
 Axes to_array(const CartesianPose& p) { return {p.x_mm, p.y_mm, p.z_mm, p.a_deg, p.b_deg, p.c_deg}; }
 
-/// The elements below the root of one frame, with the first thing that was wrong.
+/// One element of a frame: its value, or why it has none, or neither where it is not there.
+template <typename T>
+struct Found {
+  std::optional<T> value;
+  std::optional<FrameError> error;
+
+  bool seen() const { return value || error; }
+};
+
+/// The elements below the root of one frame, with the first thing that was wrong with the whole.
 class FrameReader {
  public:
   explicit FrameReader(std::string_view datagram) : scanner_{datagram} {}
@@ -59,9 +68,11 @@ class FrameReader {
   std::string_view name() const { return scanner_.name(); }
   std::span<const xml::Attribute> attributes() const { return scanner_.attributes(); }
 
-  /// Reads the six attributes of the element that is open into an empty `values`.
-  bool read(std::string_view element, const Names& names, std::optional<Axes>& values) {
-    if (values) return fail(FrameFault::Duplicate, element);
+  /// Reads the six attributes of the element that is open. False where it comes for the second time; what
+  /// else is wrong with it stands in `found`.
+  bool read(std::string_view element, const Names& names, Found<Axes>& found) {
+    if (found.seen()) return fail(FrameFault::Duplicate, element);
+    if (!scanner_.has_all_attributes()) return note(found, FrameFault::TooMany, element);
     Axes read{};
     unsigned seen = 0;
     std::size_t i = 0;
@@ -71,30 +82,38 @@ class FrameReader {
         i = static_cast<std::size_t>(std::ranges::find(names, attribute.name) - names.begin());
         if (i == names.size()) continue;
       }
-      const std::optional<double> value = xml::to_number<double>(attribute.value);
-      if (!value) return fail(FrameFault::BadNumber, element, names[i]);
       if (seen & (1u << i)) return fail(FrameFault::Duplicate, element, names[i]);
       seen |= 1u << i;
-      read[i] = *value;
+      const std::optional<double> value = xml::to_number<double>(attribute.value);
+      if (!value && !found.error) note(found, FrameFault::BadNumber, element, names[i]);
+      read[i] = value.value_or(0);
       ++i;
     }
     for (i = 0; i < names.size(); ++i) {
-      if (!(seen & (1u << i))) return fail(FrameFault::Missing, element, names[i]);
+      if (!found.error && !(seen & (1u << i))) note(found, FrameFault::Missing, element, names[i]);
     }
-    values = read;
+    if (!found.error) found.value = read;
     return true;
   }
 
-  /// Reads one integer attribute of the element that is open.
-  bool read(std::string_view element, std::string_view name, std::optional<std::int64_t>& value) {
-    if (value) return fail(FrameFault::Duplicate, element);
+  /// Reads one attribute of the element that is open, a whole number, in the same way.
+  bool read(std::string_view element, std::string_view name, Found<std::int64_t>& found) {
+    if (found.seen()) return fail(FrameFault::Duplicate, element);
+    if (!scanner_.has_all_attributes()) return note(found, FrameFault::TooMany, element);
     for (const xml::Attribute& attribute : attributes()) {
       if (attribute.name != name) continue;
-      if (value) return fail(FrameFault::Duplicate, element, name);
-      value = xml::to_number<std::int64_t>(attribute.value);
-      if (!value) return fail(FrameFault::BadNumber, element, name);
+      if (found.seen()) return fail(FrameFault::Duplicate, element, name);
+      found.value = xml::to_whole_number(attribute.value);
+      if (!found.value) note(found, FrameFault::BadNumber, element, name);
     }
-    return value.has_value() || fail(FrameFault::Missing, element, name);
+    return found.seen() || note(found, FrameFault::Missing, element, name);
+  }
+
+  /// Makes what is wrong with one element wrong with the whole frame.
+  template <typename T>
+  bool needs(const Found<T>& found) {
+    if (found.error) error_ = found.error;
+    return !found.error;
   }
 
   /// Reads the text of the element that is open and moves behind it.
@@ -118,6 +137,12 @@ class FrameReader {
   const std::optional<FrameError>& error() const { return error_; }
 
  private:
+  template <typename T>
+  bool note(Found<T>& found, FrameFault fault, std::string_view element, std::string_view attribute = {}) {
+    found.error = FrameError{fault, element, attribute, scanner_.offset()};
+    return true;
+  }
+
   xml::Scanner scanner_;
   std::optional<FrameError> error_;
 };
@@ -196,6 +221,8 @@ std::string describe(const FrameError& error) {
       return field + " comes twice" + where;
     case FrameFault::BadNumber:
       return field + " is not a number of the right kind" + where;
+    case FrameFault::TooMany:
+      return field + " has too many attributes" + where;
     case FrameFault::BufferFull:
       return "the frame does not fit into its buffer" + where;
   }
@@ -205,8 +232,8 @@ std::string describe(const FrameError& error) {
 std::expected<RobotFrame, FrameError> decode_robot_frame(std::string_view datagram) noexcept {
   FrameReader reader{datagram};
   std::optional<std::uint64_t> ipoc;
-  std::optional<Axes> rist, rsol, aipos, aspos, eipos, espos;
-  std::optional<std::int64_t> delay;
+  Found<Axes> rist, rsol, aipos, aspos, eipos, espos;
+  Found<std::int64_t> delay;
 
   bool good = reader.open_root("Rob");
   while (good && reader.next_element()) {
@@ -220,7 +247,7 @@ std::expected<RobotFrame, FrameError> decode_robot_frame(std::string_view datagr
     } else if (name == "AIPos") {
       good = reader.read("AIPos", kAxisNames, aipos);
     } else if (name == "ASPos") {
-      good = reader.read("ASPos", kAxisNames, aspos);
+      good = reader.read("ASPos", kAxisNames, aspos) && reader.needs(aspos);
     } else if (name == "EIPos") {
       good = reader.read("EIPos", kExternalNames, eipos);
     } else if (name == "ESPos") {
@@ -229,18 +256,24 @@ std::expected<RobotFrame, FrameError> decode_robot_frame(std::string_view datagr
       good = reader.read("Delay", "D", delay);
     }
   }
+  // Beside good commanded axes the actual ones only watch what becomes of the correction.
+  if (!reader.error() && !aspos.seen()) reader.needs(aipos);
   if (!reader.error() && !ipoc) reader.fail(FrameFault::Missing, "IPOC");
   if (reader.error()) return std::unexpected(*reader.error());
 
   RobotFrame frame;
   frame.ipoc = *ipoc;
-  if (rist) frame.rist = to_pose(*rist);
-  if (rsol) frame.rsol = to_pose(*rsol);
-  if (aipos) frame.aipos_rad = scaled(*aipos, kRadPerDeg);
-  if (aspos) frame.aspos_rad = scaled(*aspos, kRadPerDeg);
-  frame.eipos = eipos;
-  frame.espos = espos;
-  frame.delay = delay;
+  if (rist.value) frame.rist = to_pose(*rist.value);
+  if (rsol.value) frame.rsol = to_pose(*rsol.value);
+  if (aipos.value) frame.aipos_rad = scaled(*aipos.value, kRadPerDeg);
+  if (aspos.value) frame.aspos_rad = scaled(*aspos.value, kRadPerDeg);
+  frame.eipos = eipos.value;
+  frame.espos = espos.value;
+  frame.delay = delay.value;
+  for (const auto* error :
+       {&aipos.error, &delay.error, &rist.error, &rsol.error, &eipos.error, &espos.error}) {
+    if (*error && !frame.unread) frame.unread = *error;
+  }
   return frame;
 }
 
@@ -293,7 +326,7 @@ std::expected<std::string_view, FrameError> SensorFrameCodec::encode(const Senso
 std::expected<SensorFrame, FrameError> SensorFrameCodec::decode(std::string_view datagram) const noexcept {
   FrameReader reader{datagram};
   std::optional<std::uint64_t> ipoc, stop;
-  std::optional<Axes> correction;
+  Found<Axes> correction;
 
   bool good = reader.open_root("Sen");
   if (good) {
@@ -307,7 +340,7 @@ std::expected<SensorFrame, FrameError> SensorFrameCodec::decode(std::string_view
     if (name == "IPOC") {
       good = reader.read("IPOC", ipoc);
     } else if (name == axis_correction_) {
-      good = reader.read(axis_correction_, kAxisNames, correction);
+      good = reader.read(axis_correction_, kAxisNames, correction) && reader.needs(correction);
     } else if (name == stop_) {
       good = reader.read(stop_, stop);
       if (good && *stop > 1) good = reader.fail(FrameFault::BadNumber, stop_);
@@ -318,7 +351,7 @@ std::expected<SensorFrame, FrameError> SensorFrameCodec::decode(std::string_view
 
   SensorFrame frame;
   frame.ipoc = *ipoc;
-  if (correction) frame.axis_correction_rad = scaled(*correction, kRadPerDeg);
+  if (correction.value) frame.axis_correction_rad = scaled(*correction.value, kRadPerDeg);
   if (stop) frame.stop = *stop == 1;
   return frame;
 }

@@ -26,6 +26,27 @@ struct CartesianPose {
   bool operator==(const CartesianPose&) const = default;
 };
 
+enum class FrameFault {
+  Malformed,   ///< not one well-formed document; `offset` says where
+  WrongRoot,   ///< not <Rob> or <Sen>, or not of the configured Type
+  Missing,     ///< IPOC, or an attribute of an element that is there
+  Duplicate,   ///< an element or attribute that comes twice
+  BadNumber,   ///< not a finite number of the right kind
+  TooMany,     ///< an element that matters has more attributes than are looked at
+  BufferFull,  ///< encoding: the buffer is too small
+};
+
+/// Why a frame, or an element of it, was not believed. Views point to constants or into the codec, never
+/// into the datagram.
+struct FrameError {
+  FrameFault fault = FrameFault::Malformed;
+  std::string_view element;    ///< "AIPos", "IPOC"; empty for Malformed
+  std::string_view attribute;  ///< "A3"; empty where the element itself is meant
+  std::size_t offset = 0;      ///< byte of the frame where it was noticed
+
+  bool operator==(const FrameError&) const = default;
+};
+
 /// What the controller says in one cycle. An element that its SEND list does not have is empty.
 struct RobotFrame {
   std::uint64_t ipoc = 0;             ///< the controller's time stamp, to be echoed unchanged
@@ -36,6 +57,8 @@ struct RobotFrame {
   std::optional<Axes> eipos;          ///< actual external axes E1..E6, mm or deg as on the wire
   std::optional<Axes> espos;          ///< commanded external axes, mm or deg as on the wire
   std::optional<std::int64_t> delay;  ///< late replies as the controller counts them
+  /// An element that is there, cannot be read and is therefore empty: the one that matters most.
+  std::optional<FrameError> unread;
 
   bool operator==(const RobotFrame&) const = default;
 };
@@ -49,28 +72,13 @@ struct SensorFrame {
   bool operator==(const SensorFrame&) const = default;
 };
 
-enum class FrameFault {
-  Malformed,   ///< not one well-formed document; `offset` says where
-  WrongRoot,   ///< not <Rob> or <Sen>, or not of the configured Type
-  Missing,     ///< IPOC, or an attribute of an element that is there
-  Duplicate,   ///< an element or attribute that comes twice
-  BadNumber,   ///< not a finite number of the right kind
-  BufferFull,  ///< encoding: the buffer is too small
-};
-
-/// Why a frame was not believed. Views point to constants or into the codec, never into the datagram.
-struct FrameError {
-  FrameFault fault = FrameFault::Malformed;
-  std::string_view element;    ///< "AIPos", "IPOC"; empty for Malformed
-  std::string_view attribute;  ///< "A3"; empty where the element itself is meant
-  std::size_t offset = 0;      ///< byte of the frame where it was noticed
-};
-
 /// "AIPos.A3 is missing (at byte 120)"
 std::string describe(const FrameError& error);
 
-/// Controller to PC. Elements and attributes in any order, unknown ones skipped; all or nothing.
-/// No allocation, no exception.
+/// Controller to PC. Elements and attributes in any order, unknown ones skipped. What a correction is
+/// computed from must be good: IPOC and ASPos, or AIPos where there is no ASPos. Any other element that
+/// cannot be read is left empty and named in `unread`. No allocation, no exception; the time is linear in the
+/// datagram.
 std::expected<RobotFrame, FrameError> decode_robot_frame(std::string_view datagram) noexcept;
 
 /// Writes the elements that `frame` has, in the order RIst RSol AIPos ASPos EIPos ESPos Delay IPOC, as the

@@ -5,6 +5,8 @@
 namespace truepose::xml {
 namespace {
 
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
 constexpr bool is_space(char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
 
 // Digits may begin a name: KUKA's I/O elements have attributes such as 01="1".
@@ -25,6 +27,18 @@ std::string_view trimmed(std::string_view text) noexcept {
   while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
   while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
   return text;
+}
+
+std::optional<std::int64_t> to_whole_number(std::string_view text) noexcept {
+  if (const auto whole = to_number<std::int64_t>(text)) return whole;
+  constexpr double kExact = 9007199254740992;  // 2^53: below it a double keeps every whole number
+  const auto decimal = to_number<double>(text);
+  if (!decimal || std::abs(*decimal) > kExact || std::trunc(*decimal) != *decimal) return std::nullopt;
+  return static_cast<std::int64_t>(*decimal);
+}
+
+Scanner::Scanner(std::string_view document) noexcept : document_{document.substr(0, document.find('\0'))} {
+  if (document_.starts_with(kByteOrderMark)) position_ = kByteOrderMark.size();
 }
 
 Scanner::Event Scanner::malformed() noexcept {
@@ -96,6 +110,7 @@ Scanner::Event Scanner::read_tag() noexcept {
   name_ = read_name();
   if (name_.empty() || depth_ == kMaxDepth || (depth_ == 0 && root_seen_)) return malformed();
   attribute_count_ = 0;
+  has_all_attributes_ = true;
   for (;;) {
     const std::size_t before = position_;
     skip_space();
@@ -115,7 +130,6 @@ Scanner::Event Scanner::read_tag() noexcept {
 }
 
 bool Scanner::read_attribute() noexcept {
-  if (attribute_count_ == kMaxAttributes) return false;
   const std::string_view name = read_name();
   if (name.empty()) return false;
   skip_space();
@@ -128,7 +142,9 @@ bool Scanner::read_attribute() noexcept {
   while (position_ < document_.size() && document_[position_] != quote && document_[position_] != '<')
     ++position_;
   if (!at(quote)) return false;
-  attributes_[attribute_count_++] = {name, document_.substr(begin, position_ - begin)};
+  has_all_attributes_ = attribute_count_ < kMaxAttributes;
+  if (has_all_attributes_)
+    attributes_[attribute_count_++] = {name, document_.substr(begin, position_ - begin)};
   ++position_;
   return true;
 }

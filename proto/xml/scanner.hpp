@@ -19,8 +19,9 @@ struct Attribute {
 
 /// Walks through one XML document of the kind that KUKA controllers write: elements, attributes and text in
 /// ASCII or UTF-8, with comments and processing instructions skipped. Checks that tags pair up and that
-/// nothing but white space surrounds the root. No allocation, no exception; every view points into the
-/// document.
+/// nothing but white space surrounds the root. A byte order mark is skipped, and the document ends at its
+/// first NUL: senders written in C end a text so, or fill their block with it. No allocation, no exception;
+/// every view points into the document.
 class Scanner {
  public:
   enum class Event {
@@ -31,12 +32,14 @@ class Scanner {
     Malformed,  ///< at offset(); every further call says so again
   };
 
-  explicit Scanner(std::string_view document) noexcept : document_{document} {}
+  explicit Scanner(std::string_view document) noexcept;
 
   Event next() noexcept;
 
   std::string_view name() const noexcept { return name_; }
   std::span<const Attribute> attributes() const noexcept { return {attributes_.data(), attribute_count_}; }
+  /// False where the element has more attributes than are kept: attributes() are the first of them.
+  bool has_all_attributes() const noexcept { return has_all_attributes_; }
   std::string_view text() const noexcept { return text_; }
   /// Elements open now: 1 after the Open of the root, 0 after its Close.
   std::size_t depth() const noexcept { return depth_; }
@@ -63,6 +66,7 @@ class Scanner {
   std::string_view text_;
   std::array<Attribute, kMaxAttributes> attributes_;
   std::size_t attribute_count_ = 0;
+  bool has_all_attributes_ = true;
   bool close_pending_ = false;  // an element of the form <Element/> was opened
   bool root_seen_ = false;
   bool malformed_ = false;
@@ -71,12 +75,14 @@ class Scanner {
 /// Without the white space around it.
 std::string_view trimmed(std::string_view text) noexcept;
 
-/// The whole text as one number; white space around it is allowed. Never NaN or infinite.
+/// The whole text as one number; white space around it and one plus sign are allowed, as XML Schema and C
+/// write them. Never NaN or infinite.
 template <typename Number>
 requires std::integral<Number> || std::floating_point<Number> std::optional<Number> to_number(
     std::string_view text)
 noexcept {
   text = trimmed(text);
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   Number value{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
@@ -85,5 +91,9 @@ noexcept {
   }
   return value;
 }
+
+/// The same for a whole number that may be written as a decimal one: "1.000000", as EKI writes what it keeps
+/// as a REAL.
+std::optional<std::int64_t> to_whole_number(std::string_view text) noexcept;
 
 }  // namespace truepose::xml

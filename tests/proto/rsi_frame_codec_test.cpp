@@ -143,17 +143,25 @@ TEST(RobotFrame, SaysWhichFieldIsWrong) {
     EXPECT_EQ(error.element, element);
     EXPECT_EQ(error.attribute, attribute);
   };
-  expect(R"( A3="90.0000")", "", FrameFault::Missing, "AIPos", "A3");
+  const auto expect_in_aspos = [&](std::string_view from, std::string_view to, FrameFault fault,
+                                   std::string_view attribute) {
+    const std::string aspos = R"(<ASPos A1="0.0000" )" + std::string{from};
+    expect(aspos, replaced(aspos, from, to), fault, "ASPos", attribute);
+  };
+  expect_in_aspos(R"(A2="-90.0000")", "", FrameFault::Missing, "A2");
+  expect_in_aspos(R"(A2="-90.0000")", R"(A1="-90.0000")", FrameFault::Duplicate, "A1");
+  for (const char* bad :
+       {"nan", "inf", "1e999", "", "-90,0000", "0x10", "1.#QNAN", "++1", "+-1", "-+1", "+", "+ 1", "1 2"}) {
+    expect_in_aspos(R"(A2="-90.0000")", R"(A2=")" + std::string{bad} + "\"", FrameFault::BadNumber, "A2");
+  }
   expect(R"(A3="90.0000")", R"(A2="90.0000")", FrameFault::Duplicate, "AIPos", "A2");
-  expect("-90.0000", "nan", FrameFault::BadNumber, "AIPos", "A2");
-  expect("-90.0000", "inf", FrameFault::BadNumber, "AIPos", "A2");
-  expect("-90.0000", "1e999", FrameFault::BadNumber, "AIPos", "A2");
-  expect("-90.0000", "", FrameFault::BadNumber, "AIPos", "A2");
-  expect("-90.0000", "-90,0000", FrameFault::BadNumber, "AIPos", "A2");
-  expect("-90.0000", "0x10", FrameFault::BadNumber, "AIPos", "A2");
   expect("RSol", "RIst", FrameFault::Duplicate, "RIst", "");
-  expect(R"(D="3")", R"(D="3.5")", FrameFault::BadNumber, "Delay", "D");
-  expect(R"(D="3")", "", FrameFault::Missing, "Delay", "D");
+  expect(R"(D="3")", R"(D="x" D="3")", FrameFault::Duplicate, "Delay", "D");
+  expect("<Delay", R"(<Delay D="x"/><Delay)", FrameFault::Duplicate, "Delay", "");
+  expect("<AIPos", R"(<AIPos A1="x"/><AIPos)", FrameFault::Duplicate, "AIPos", "");
+  expect("<IPOC>4208163</IPOC>", "<IPOC/>", FrameFault::Missing, "IPOC", "");
+  expect("4208163", "4208163.0", FrameFault::BadNumber, "IPOC", "");
+  expect("<IPOC>4208163</IPOC>", "<![CDATA[<IPOC>1</IPOC>]]>", FrameFault::Malformed, "", "");
   expect("<IPOC>4208163</IPOC>", "", FrameFault::Missing, "IPOC", "");
   expect("4208163", "", FrameFault::Missing, "IPOC", "");
   expect("4208163", "-4", FrameFault::BadNumber, "IPOC", "");
@@ -164,8 +172,76 @@ TEST(RobotFrame, SaysWhichFieldIsWrong) {
   expect("</Rob>", "</Rob><Rob></Rob>", FrameFault::Malformed, "", "");
   expect("<Delay", "stray<Delay", FrameFault::Malformed, "", "");
   EXPECT_EQ(robot_error(kSensorGolden).fault, FrameFault::WrongRoot);
-  EXPECT_EQ(describe(robot_error(replaced(kRobotGolden, R"( A3="90.0000")", ""))),
+  EXPECT_EQ(robot_error(replaced(kRobotGolden, "<Rob ", "<rob ")).fault, FrameFault::WrongRoot);
+  EXPECT_EQ(robot_error("<!DOCTYPE Rob>" + std::string{kRobotGolden}).fault, FrameFault::Malformed);
+  const std::string no_aspos = replaced(kRobotGolden, "ASPos", "Other");
+  EXPECT_EQ(describe(robot_error(replaced(no_aspos, R"( A3="90.0000")", ""))),
             "AIPos.A3 is missing (at byte 261)");
+}
+
+TEST(RobotFrame, OfAnOddButHonestSenderIsRead) {
+  using namespace std::string_literals;
+  const std::string golden{kRobotGolden};
+  const auto expect_golden = [](const std::string& text) {
+    const auto frame = decode_robot_frame(text);
+    ASSERT_TRUE(frame) << describe(frame.error()) << ": " << text;
+    EXPECT_EQ(*frame, golden_robot_frame()) << text;
+  };
+  expect_golden(golden + "\0"s);
+  expect_golden(golden + std::string(600, '\0'));
+  expect_golden(golden + "\r\n\0</Delay><IPOC>1</IPOC></Rob>"s);  // a block with the end of an older frame
+  expect_golden("\xEF\xBB\xBF" + golden);
+  expect_golden(replaced(golden, R"(<ASPos A1="0.0000" A2="-90.0000" A3="90.0000")",
+                         R"(<ASPos A1="+0.0" A2="-90.0000" A3=" +90 ")"));
+  expect_golden(replaced(golden, "4208163", "+4208163"));
+  expect_golden(replaced(golden, R"(D="3")", R"(D="3.0")"));
+  expect_golden(replaced(golden, R"(D="3")", R"(D="+3")"));
+
+  std::string tech = "<Tech";
+  for (int i = 0; i < 400; ++i) tech += " C" + std::to_string(i) + R"(="0.0")";
+  expect_golden(replaced(golden, "<RSol", tech + "/><RSol"));
+}
+
+TEST(RobotFrame, LosesOnlyTheElementThatCannotBeReadWhereItIsNotWhatIsCorrectedBy) {
+  const auto without = [](std::string_view from, std::string_view to, auto RobotFrame::*element) {
+    const auto frame = decode_robot_frame(replaced(kRobotGolden, from, to));
+    ASSERT_TRUE(frame) << to << ": " << describe(frame.error());
+    RobotFrame expected = golden_robot_frame();
+    (expected.*element).reset();
+    expected.unread = frame->unread;
+    EXPECT_EQ(*frame, expected) << to;
+    EXPECT_TRUE(frame->unread) << to;
+  };
+  without(R"(<Delay D="3"/>)", "<Delay>3</Delay>", &RobotFrame::delay);
+  for (const char* bad : {"", "3.5", "1e300", "nan", "three"})
+    without(R"(D="3")", R"(D=")" + std::string{bad} + "\"", &RobotFrame::delay);
+  without(R"( A3="90.0000")", "", &RobotFrame::aipos_rad);
+  without(R"(<AIPos A1="0.0125")", R"(<AIPos A1="nan")", &RobotFrame::aipos_rad);
+  without("<RIst X=\"1765.0000\"", "<RIst X=\"1765,0000\"", &RobotFrame::rist);
+  without("<RSol X=\"1765.0000\"", "<RSol", &RobotFrame::rsol);
+
+  const auto several =
+      decode_robot_frame(replaced(replaced(kRobotGolden, "<RIst X", "<RIst x"), R"( A3="90.0000")", ""));
+  ASSERT_TRUE(several);
+  EXPECT_EQ(describe(*several->unread), "AIPos.A3 is missing (at byte 261)");
+}
+
+TEST(RobotFrame, NeedsItsActualAxesWhereNoCommandedOnesAreSent) {
+  const std::string bad = replaced(kRobotGolden, R"(<AIPos A1="0.0125")", R"(<AIPos A1="x")");
+  EXPECT_TRUE(decode_robot_frame(bad));
+  const FrameError error = robot_error(replaced(bad, "ASPos", "Other"));
+  EXPECT_EQ(error.fault, FrameFault::BadNumber);
+  EXPECT_EQ(error.element, "AIPos");
+}
+
+TEST(RobotFrame, IsRefusedWhereAnElementThatMattersHasMoreAttributesThanAreLookedAt) {
+  std::string many;
+  for (int i = 0; i < 40; ++i) many += " X" + std::to_string(i) + R"(="1")";
+  const FrameError error = robot_error(replaced(kRobotGolden, "<ASPos", "<ASPos" + many));
+  EXPECT_EQ(describe(error).substr(0, 31), "ASPos has too many attributes (");
+  const auto frame = decode_robot_frame(replaced(kRobotGolden, "<AIPos", "<AIPos" + many));
+  ASSERT_TRUE(frame);
+  EXPECT_FALSE(frame->aipos_rad);
 }
 
 TEST(RobotFrame, IsRefusedWhenCutAnywhere) {
@@ -354,16 +430,18 @@ TEST(SensorFrame, CutOrWithAnyByteChangedIsRefusedOrFinite) {
 TEST(Frames, AreReadAndWrittenWithoutAllocation) {
   const SensorFrameCodec codec{ethernet_config()};
   std::array<char, kMaxFrameBytes> buffer;
-  const std::string broken = replaced(kRobotGolden, "-90.0000", "nan");
+  const std::string partly = replaced(kRobotGolden, "-90.0000", "nan");
+  const std::string broken = replaced(partly, "ASPos", "Other");
   const SensorFrame reply = golden_sensor_frame();
   const std::size_t before = allocations();
   const auto frame = decode_robot_frame(kRobotGolden);
+  const auto in_part = decode_robot_frame(partly);
   const auto refused = decode_robot_frame(broken);
   const auto written = encode_robot_frame(*frame, buffer);
   const auto answer = codec.encode(reply, buffer);
   const auto answered = codec.decode(*answer);
   EXPECT_EQ(allocations(), before);
-  EXPECT_TRUE(frame && !refused && written && answered);
+  EXPECT_TRUE(frame && in_part && !refused && written && answered);
 }
 
 }  // namespace
