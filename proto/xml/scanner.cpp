@@ -7,8 +7,6 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-constexpr bool is_space(char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
-
 // Digits may begin a name: KUKA's I/O elements have attributes such as 01="1".
 constexpr std::array<bool, 256> kNameCharacters = [] {
   std::array<bool, 256> table{};
@@ -22,12 +20,6 @@ constexpr std::array<bool, 256> kNameCharacters = [] {
 bool is_name_character(char c) { return kNameCharacters[static_cast<unsigned char>(c)]; }
 
 }  // namespace
-
-std::string_view trimmed(std::string_view text) noexcept {
-  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
-  return text;
-}
 
 std::optional<std::int64_t> to_whole_number(std::string_view text) noexcept {
   if (const auto whole = to_number<std::int64_t>(text)) return whole;
@@ -59,8 +51,10 @@ bool Scanner::skip_past(std::string_view end) noexcept {
 
 std::string_view Scanner::read_name() noexcept {
   const std::size_t begin = position_;
-  while (position_ < document_.size() && is_name_character(document_[position_])) ++position_;
-  return document_.substr(begin, position_ - begin);
+  std::size_t end = begin;
+  while (end < document_.size() && is_name_character(document_[end])) ++end;
+  position_ = end;
+  return document_.substr(begin, end - begin);
 }
 
 Scanner::Event Scanner::next() noexcept {
@@ -139,12 +133,12 @@ bool Scanner::read_attribute() noexcept {
   if (!at('"') && !at('\'')) return false;
   const char quote = document_[position_++];
   const std::size_t begin = position_;
-  while (position_ < document_.size() && document_[position_] != quote && document_[position_] != '<')
-    ++position_;
+  std::size_t end = begin;
+  while (end < document_.size() && document_[end] != quote && document_[end] != '<') ++end;
+  position_ = end;
   if (!at(quote)) return false;
   has_all_attributes_ = attribute_count_ < kMaxAttributes;
-  if (has_all_attributes_)
-    attributes_[attribute_count_++] = {name, document_.substr(begin, position_ - begin)};
+  if (has_all_attributes_) attributes_[attribute_count_++] = {name, document_.substr(begin, end - begin)};
   ++position_;
   return true;
 }

@@ -72,8 +72,14 @@ class Scanner {
   bool malformed_ = false;
 };
 
+constexpr bool is_space(char c) noexcept { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
+
 /// Without the white space around it.
-std::string_view trimmed(std::string_view text) noexcept;
+constexpr std::string_view trimmed(std::string_view text) noexcept {
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+  return text;
+}
 
 /// The whole text as one number; white space around it and one plus sign are allowed, as XML Schema and C
 /// write them. Never NaN or infinite.
@@ -82,7 +88,7 @@ requires std::integral<Number> || std::floating_point<Number> std::optional<Numb
     std::string_view text)
 noexcept {
   text = trimmed(text);
-  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   Number value{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
