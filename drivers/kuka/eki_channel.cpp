@@ -1,10 +1,12 @@
 #include "drivers/kuka/eki_channel.hpp"
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/connect.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
+#include <iterator>
 #include <utility>
 
 #include "drivers/deadline.hpp"
@@ -79,9 +81,19 @@ asio::awaitable<error_code> EkiChannel::write(std::string bytes) {
 asio::awaitable<std::expected<eki::FromController, RobotError>> EkiChannel::receive(TimePoint deadline) {
   if (!connected()) co_return std::unexpected(not_connected());
   for (;;) {
+    if (!messages_.empty()) {
+      eki::FromController message = std::move(messages_.front());
+      messages_.pop_front();
+      co_return message;
+    }
     const auto document = splitter_.next();
     if (!document) co_return failed(RobotFault::Protocol, document.error());
-    if (*document) co_return message_of(**document);
+    if (*document) {
+      auto messages = eki::decode_from_controller(**document);
+      if (!messages) co_return failed(RobotFault::Protocol, messages.error());
+      std::ranges::move(*messages, std::back_inserter(messages_));
+      continue;
+    }
     const std::optional<error_code> error = co_await before(clock_, deadline, read());
     if (!error)
       co_return failed(RobotFault::Timeout, "connected but silent: check that " + server_ + " is running");
@@ -96,16 +108,11 @@ asio::awaitable<error_code> EkiChannel::read() {
   co_return error;
 }
 
-std::expected<eki::FromController, RobotError> EkiChannel::message_of(const std::string& document) {
-  auto message = eki::decode_from_controller(document);
-  if (!message) return failed(RobotFault::Protocol, message.error());
-  return std::move(*message);
-}
-
 void EkiChannel::close() noexcept {
   error_code ignored;
   socket_.close(ignored);
   splitter_.reset();
+  messages_.clear();
 }
 
 std::unexpected<RobotError> EkiChannel::failed(RobotFault fault, const std::string& what) {

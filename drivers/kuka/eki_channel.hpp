@@ -4,6 +4,7 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <cstdint>
+#include <deque>
 #include <expected>
 #include <string>
 
@@ -35,7 +36,6 @@ class EkiChannel {
   boost::asio::awaitable<boost::system::error_code> open();
   boost::asio::awaitable<boost::system::error_code> write(std::string bytes);
   boost::asio::awaitable<boost::system::error_code> read();
-  std::expected<eki::FromController, RobotError> message_of(const std::string& document);
   std::unexpected<RobotError> failed(RobotFault fault, const std::string& what);
   std::unexpected<RobotError> lost(const boost::system::error_code& error);
   RobotError not_connected() const;
@@ -47,6 +47,7 @@ class EkiChannel {
   std::string host_;
   std::uint16_t port_;
   eki::DocumentSplitter splitter_;
+  std::deque<eki::FromController> messages_;  // received, not yet asked for
 };
 
 }  // namespace truepose::drivers

@@ -53,9 +53,10 @@ std::string why_not_ready(const eki::State& state) {
   if (state.stop_message) return "a stop message is pending on the pendant";
   if (state.program != eki::ProgramState::Active) return "the robot program is not running";
   // $ACT_TOOL and $ACT_BASE are -1 until one has been set, then 0 for none.
-  if (state.tool > 0) return "tool " + std::to_string(state.tool) + " is active, the flange (0) is needed";
-  if (state.base > 0)
-    return "base " + std::to_string(state.base) + " is active, the robot's own (0) is needed";
+  if (state.tool.value_or(0) > 0)
+    return "tool " + std::to_string(*state.tool) + " is active, the flange (0) is needed";
+  if (state.base.value_or(0) > 0)
+    return "base " + std::to_string(*state.base) + " is active, the robot's own (0) is needed";
   return {};
 }
 

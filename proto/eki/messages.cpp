@@ -1,12 +1,16 @@
 #include "proto/eki/messages.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <concepts>
 #include <map>
-#include <vector>
+#include <set>
+#include <type_traits>
+#include <utility>
 
 #include "core/kinematics/angles.hpp"
+#include "proto/text/device_text.hpp"
 #include "proto/xml/escape.hpp"
 #include "proto/xml/scanner.hpp"
 
@@ -48,6 +52,10 @@ class Element {
     children_ += child.str();
     return *this;
   }
+  Element& set_if(std::string_view name, std::optional<int> value) {
+    return value ? set(name, *value) : *this;
+  }
+  Element& add_if(bool there, const Element& child) { return there ? add(child) : *this; }
   std::string str() const { return text_ + ">" + children_ + "</" + std::string{name_} + ">"; }
 
  private:
@@ -91,8 +99,8 @@ std::string to_xml(const Hello& hello) {
       .set("Ver", hello.version)
       .set("Model", hello.model)
       .set("Serial", hello.serial)
-      .set("Tool", hello.tool)
-      .set("Base", hello.base)
+      .set_if("Tool", hello.tool)
+      .set_if("Base", hello.base)
       .set("KssVer", hello.kss_version)
       .str();
 }
@@ -112,8 +120,8 @@ std::string to_xml(const State& state) {
       .set("InPos", state.in_position)
       .add(axes_element(state.axes_rad))
       .add(Element{"Pos"}.set(kPoseNames, state.pose))
-      .add(Element{"Base"}.set("No", state.base))
-      .add(Element{"Tool"}.set("No", state.tool))
+      .add_if(state.base.has_value(), Element{"Base"}.set_if("No", state.base))
+      .add_if(state.tool.has_value(), Element{"Tool"}.set_if("No", state.tool))
       .str();
 }
 
@@ -139,52 +147,72 @@ std::optional<std::string> unescaped(std::string_view text) {
   return result;
 }
 
-/// The attributes of one document by path: "Id" for the root's, "Ax.A1" for those of its children. A getter
-/// that fails leaves the first error behind and returns zero.
-class Document {
+bool equal_ignoring_case(std::string_view a, std::string_view b) {
+  return std::ranges::equal(
+      a, b, [](unsigned char x, unsigned char y) { return std::toupper(x) == std::toupper(y); });
+}
+
+/// The attributes of one message by path: "Id" for its own, "Ax.A1" for those of its children. A getter that
+/// fails leaves the first error behind and returns zero.
+class Fields {
  public:
-  explicit Document(std::string_view text) {
-    using Event = xml::Scanner::Event;
-    xml::Scanner scanner{text};
-    for (;;) {
-      switch (scanner.next()) {
-        case Event::Open:
-          if (scanner.depth() == 1) root_ = scanner.name();
-          if (scanner.depth() <= 2) take(scanner);
-          break;
-        case Event::Text:
-        case Event::Close:
-          break;
-        case Event::End:
-          return;
-        case Event::Malformed:
-          fail("not a well-formed document (at byte " + std::to_string(scanner.offset()) + ")");
-          return;
-      }
+  explicit Fields(std::string_view name) : name_{name} {}
+
+  /// Takes the attributes of the message itself, or of one of its children.
+  void take(const xml::Scanner& scanner, bool is_child) {
+    const std::string element = is_child ? std::string{scanner.name()} : "";
+    if (is_child && !elements_.insert(scanner.name()).second) return fail(element + " comes twice");
+    if (!scanner.has_all_attributes()) return fail(element + " has too many attributes");
+    for (const xml::Attribute& attribute : scanner.attributes()) {
+      const std::string path = (is_child ? element + "." : "") + std::string{attribute.name};
+      if (!values_.emplace(path, attribute.value).second) fail(path + " comes twice");
     }
   }
 
-  std::string_view root() const { return root_; }
+  std::string_view name() const { return name_; }
   const std::optional<std::string>& error() const { return error_; }
+
+  /// Whether nothing in it has a value.
+  bool is_blank() const {
+    return !error_ &&
+           std::ranges::all_of(values_, [](const auto& v) { return xml::trimmed(v.second).empty(); });
+  }
+  /// Whether any attribute of the child has a value.
   bool has(std::string_view element) const {
-    return std::ranges::find(elements_, element) != elements_.end();
+    return std::ranges::any_of(values_, [&](const auto& v) {
+      return v.first.starts_with(element) && v.first[element.size()] == '.' &&
+             !xml::trimmed(v.second).empty();
+    });
   }
 
   std::string text(const std::string& path) {
-    const std::optional<std::string> value = unescaped(raw(path));
+    const auto found = values_.find(path);
+    const std::optional<std::string> value = unescaped(found == values_.end() ? "" : found->second);
+    if (found == values_.end()) fail(path + " is missing");
     if (!value) fail(path + " has an unknown entity");
-    return value.value_or("");
+    return text::device_text(value.value_or(""));
   }
 
   template <typename Integer>
   Integer integer(const std::string& path) {
-    return number<Integer>(path, "an integer");
+    const auto value = read(path, "an integer", [](std::string_view text) {
+      const auto whole = xml::to_whole_number(text);
+      return whole && std::in_range<Integer>(*whole) ? whole : std::nullopt;
+    });
+    return static_cast<Integer>(value);
+  }
+
+  std::optional<int> integer_if_there(const std::string& path) {
+    return raw(path).empty() ? std::nullopt : std::optional{integer<int>(path)};
   }
 
   bool flag(const std::string& path) {
-    const int value = integer<int>(path);
-    if (value != 0 && value != 1) fail(path + " is " + std::to_string(value) + ", expected 0 or 1");
-    return value == 1;
+    return read(path, "0 or 1, or FALSE or TRUE", [](std::string_view text) -> std::optional<bool> {
+      if (equal_ignoring_case(text, "TRUE")) return true;
+      if (equal_ignoring_case(text, "FALSE")) return false;
+      const auto number = xml::to_whole_number(text);
+      return number == 0 || number == 1 ? std::optional{number == 1} : std::nullopt;
+    });
   }
 
   /// @param allowed  every enumerator
@@ -201,7 +229,7 @@ class Document {
   std::array<double, 6> six(const std::string& element, const Names& names) {
     std::array<double, 6> values{};
     for (std::size_t i = 0; i < names.size(); ++i) {
-      values[i] = number<double>(element + "." + std::string{names[i]}, "a finite number");
+      values[i] = read(element + "." + std::string{names[i]}, "a finite number", xml::to_number<double>);
     }
     return values;
   }
@@ -209,119 +237,153 @@ class Document {
   Axes axes_rad() { return scaled(six("Ax", kAxisNames), kRadPerDeg); }
 
  private:
-  void take(const xml::Scanner& scanner) {
-    std::string prefix;
-    if (scanner.depth() == 2) {
-      if (has(scanner.name())) return fail(std::string{scanner.name()} + " comes twice");
-      elements_.push_back(scanner.name());
-      prefix = std::string{scanner.name()} + ".";
-    }
-    for (const xml::Attribute& attribute : scanner.attributes()) {
-      const std::string path = prefix + std::string{attribute.name};
-      if (!values_.emplace(path, attribute.value).second) fail(path + " comes twice");
-    }
-  }
-
-  std::string_view raw(const std::string& path) {
+  /// What is written there, or nothing.
+  std::string_view raw(const std::string& path) const {
     const auto found = values_.find(path);
-    if (found != values_.end()) return found->second;
-    fail(path + " is missing");
-    return {};
+    return found == values_.end() ? std::string_view{} : xml::trimmed(found->second);
   }
 
-  template <typename Number>
-  Number number(const std::string& path, const char* kind) {
+  /// @param parse  gives an optional
+  template <typename Parse>
+  typename std::invoke_result_t<Parse, std::string_view>::value_type read(const std::string& path,
+                                                                          const char* expected, Parse parse) {
     const std::string_view text = raw(path);
-    const std::optional<Number> value = xml::to_number<Number>(text);
-    if (!value) fail(path + " is \"" + std::string{text} + "\", expected " + kind);
-    return value.value_or(Number{});
+    const auto value = parse(text);
+    if (text.empty()) {
+      fail(path + " is missing");
+    } else if (!value) {
+      fail(path + " is \"" + text::device_text(text) + "\", expected " + expected);
+    }
+    return value ? *value : std::remove_cvref_t<decltype(*value)>{};
   }
 
-  void fail(std::string sentence) {
-    if (!error_) error_ = root_.empty() ? std::move(sentence) : std::string{root_} + ": " + sentence;
+  void fail(const std::string& sentence) {
+    if (!error_) error_ = text::device_text(name_) + ": " + text::device_text(sentence);
   }
 
-  std::string_view root_;
-  std::vector<std::string_view> elements_;
+  std::string_view name_;
+  std::set<std::string_view> elements_;
   std::map<std::string, std::string_view> values_;
   std::optional<std::string> error_;
 };
 
-Command read_command(Document& document) {
+/// One document: the messages in it and what its root is called.
+struct Document {
+  std::string_view root;
+  std::vector<Fields> messages;  ///< the root itself, or what is below kManyInOne
+};
+
+constexpr std::string_view kManyInOne = "Robot";
+
+std::expected<Document, std::string> parse(std::string_view text) {
+  using Event = xml::Scanner::Event;
+  Document document;
+  xml::Scanner scanner{text};
+  std::size_t message_depth = 1;
+  for (;;) {
+    switch (scanner.next()) {
+      case Event::Open:
+        if (scanner.depth() == 1) {
+          document.root = scanner.name();
+          message_depth = document.root == kManyInOne ? 2 : 1;
+        }
+        if (scanner.depth() == message_depth) document.messages.emplace_back(scanner.name());
+        if (scanner.depth() == message_depth || scanner.depth() == message_depth + 1)
+          document.messages.back().take(scanner, scanner.depth() > message_depth);
+        break;
+      case Event::Text:
+      case Event::Close:
+        break;
+      case Event::End:
+        return document;
+      case Event::Malformed:
+        return std::unexpected((document.root.empty() ? "" : text::device_text(document.root) + ": ") +
+                               "not a well-formed document (at byte " + std::to_string(scanner.offset()) +
+                               ")");
+    }
+  }
+}
+
+Command read_command(Fields& fields) {
   using enum CommandType;
   Command command;
-  command.id = document.integer<std::int32_t>("Id");
-  command.type = document.enumerator("Type", {Ptp, StartRsi, NoOp});
-  command.velocity_percent = document.integer<int>("Vel");
-  command.acceleration_percent = document.integer<int>("Acc");
-  command.settle_ms = document.integer<int>("Settle");
-  command.axes_rad = document.axes_rad();
+  command.id = fields.integer<std::int32_t>("Id");
+  command.type = fields.enumerator("Type", {Ptp, StartRsi, NoOp});
+  command.velocity_percent = fields.integer<int>("Vel");
+  command.acceleration_percent = fields.integer<int>("Acc");
+  command.settle_ms = fields.integer<int>("Settle");
+  command.axes_rad = fields.axes_rad();
   return command;
 }
 
-Control read_control(Document& document) {
+Control read_control(Fields& fields) {
   using enum ControlOp;
   Control control;
-  control.id = document.integer<std::int32_t>("Id");
-  control.op = document.enumerator("Op", {SetOverride, Stop, ReleaseStop, Drives, AskState});
-  control.value = document.integer<int>("Val");
+  control.id = fields.integer<std::int32_t>("Id");
+  control.op = fields.enumerator("Op", {SetOverride, Stop, ReleaseStop, Drives, AskState});
+  control.value = fields.integer<int>("Val");
   return control;
 }
 
-Ack read_ack(Document& document) {
+Ack read_ack(Fields& fields) {
   using enum AckState;
   Ack ack;
-  ack.id = document.integer<std::int32_t>("Id");
-  ack.state = document.enumerator("State", {Accepted, Moving, InPosition, Rejected, Aborted});
-  ack.error = document.integer<int>("Err");
-  if (document.has("Ax")) ack.axes_rad = document.axes_rad();
+  ack.id = fields.integer<std::int32_t>("Id");
+  ack.state = fields.enumerator("State", {Accepted, Moving, InPosition, Rejected, Aborted});
+  ack.error = fields.integer<int>("Err");
+  if (fields.has("Ax")) ack.axes_rad = fields.axes_rad();
   return ack;
 }
 
-Hello read_hello(Document& document) {
+Hello read_hello(Fields& fields) {
   Hello hello;
-  hello.version = document.integer<int>("Ver");
-  hello.model = document.text("Model");
-  hello.serial = document.text("Serial");
-  hello.tool = document.integer<int>("Tool");
-  hello.base = document.integer<int>("Base");
-  hello.kss_version = document.text("KssVer");
+  hello.version = fields.integer<int>("Ver");
+  hello.model = fields.text("Model");
+  hello.serial = fields.text("Serial");
+  hello.tool = fields.integer_if_there("Tool");
+  hello.base = fields.integer_if_there("Base");
+  hello.kss_version = fields.text("KssVer");
   return hello;
 }
 
-State read_state(Document& document) {
+State read_state(Fields& fields) {
   State state;
-  state.sequence = document.integer<std::int32_t>("Seq");
-  state.id = document.integer<std::int32_t>("Id");
-  state.mode = document.enumerator(
+  state.sequence = fields.integer<std::int32_t>("Seq");
+  state.id = fields.integer<std::int32_t>("Id");
+  state.mode = fields.enumerator(
       "ModeOp", {OperatingMode::T1, OperatingMode::T2, OperatingMode::Aut, OperatingMode::Ext});
-  state.override_percent = document.integer<int>("OvPro");
+  state.override_percent = fields.integer<int>("OvPro");
   state.program =
-      document.enumerator("ProState", {ProgramState::Free, ProgramState::Reset, ProgramState::Active,
-                                       ProgramState::Stopped, ProgramState::Ended});
-  state.drives_ready = document.flag("PeriRdy");
-  state.no_emergency_stop = document.flag("AlarmStop");
-  state.gate_closed = document.flag("UserSaf");
-  state.stop_message = document.flag("StopMess");
-  state.moving = document.flag("ProMove");
-  state.in_position = document.flag("InPos");
-  state.axes_rad = document.axes_rad();
-  state.pose = document.six("Pos", kPoseNames);
-  state.base = document.integer<int>("Base.No");
-  state.tool = document.integer<int>("Tool.No");
+      fields.enumerator("ProState", {ProgramState::Free, ProgramState::Reset, ProgramState::Active,
+                                     ProgramState::Stopped, ProgramState::Ended});
+  state.drives_ready = fields.flag("PeriRdy");
+  state.no_emergency_stop = fields.flag("AlarmStop");
+  state.gate_closed = fields.flag("UserSaf");
+  state.stop_message = fields.flag("StopMess");
+  state.moving = fields.flag("ProMove");
+  state.in_position = fields.flag("InPos");
+  state.axes_rad = fields.axes_rad();
+  state.pose = fields.six("Pos", kPoseNames);
+  state.base = fields.integer_if_there("Base.No");
+  state.tool = fields.integer_if_there("Tool.No");
   return state;
 }
 
-template <typename Message>
-std::expected<Message, std::string> checked(const Document& document, Message message) {
-  if (document.error()) return std::unexpected(*document.error());
-  return message;
+std::string unknown(std::string_view root) {
+  return "the document <" + text::device_text(root) + "> is not known here";
 }
 
-template <typename Message>
-std::expected<Message, std::string> unknown(const Document& document) {
-  if (document.error()) return std::unexpected(*document.error());
-  return std::unexpected("the document <" + std::string{document.root()} + "> is not known here");
+std::optional<ToController> read_to_controller(Fields& fields) {
+  if (fields.name() == "Cmd") return read_command(fields);
+  if (fields.name() == "Ctl") return read_control(fields);
+  return std::nullopt;
+}
+
+std::optional<FromController> read_from_controller(Fields& fields) {
+  if (fields.name() == "Ack") return read_ack(fields);
+  if (fields.name() == "State") return read_state(fields);
+  if (fields.name() == "Hello") return read_hello(fields);
+  return std::nullopt;
 }
 
 }  // namespace
@@ -335,33 +397,29 @@ std::string encode(const FromController& message) {
 }
 
 std::expected<ToController, std::string> decode_to_controller(std::string_view text) {
-  Document document{text};
-  if (document.root() == "Cmd") {
-    ToController message = read_command(document);
-    return checked(document, std::move(message));
-  }
-  if (document.root() == "Ctl") {
-    ToController message = read_control(document);
-    return checked(document, std::move(message));
-  }
-  return unknown<ToController>(document);
+  auto document = parse(text);
+  if (!document) return std::unexpected(document.error());
+  if (document->messages.empty()) return std::unexpected(unknown(document->root));
+  Fields& fields = document->messages.front();
+  const std::optional<ToController> message = read_to_controller(fields);
+  if (!message) return std::unexpected(unknown(document->root));
+  if (fields.error()) return std::unexpected(*fields.error());
+  return *message;
 }
 
-std::expected<FromController, std::string> decode_from_controller(std::string_view text) {
-  Document document{text};
-  if (document.root() == "Ack") {
-    FromController message = read_ack(document);
-    return checked(document, std::move(message));
+std::expected<std::vector<FromController>, std::string> decode_from_controller(std::string_view text) {
+  auto document = parse(text);
+  if (!document) return std::unexpected(document.error());
+  std::vector<FromController> messages;
+  for (Fields& fields : document->messages) {
+    const bool says_nothing = fields.is_blank();
+    std::optional<FromController> message = read_from_controller(fields);
+    if (!message && document->root != kManyInOne) return std::unexpected(unknown(document->root));
+    if (!message || says_nothing) continue;
+    if (fields.error()) return std::unexpected(*fields.error());
+    messages.push_back(*std::move(message));
   }
-  if (document.root() == "State") {
-    FromController message = read_state(document);
-    return checked(document, std::move(message));
-  }
-  if (document.root() == "Hello") {
-    FromController message = read_hello(document);
-    return checked(document, std::move(message));
-  }
-  return unknown<FromController>(document);
+  return messages;
 }
 
 }  // namespace truepose::eki

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 namespace truepose::eki {
 
@@ -79,11 +80,11 @@ struct Ack {
 /// Controller to PC on CellLink, once after every connection: who it is.
 struct Hello {
   int version = kProtocolVersion;
-  std::string model;        ///< $ROBTRAFO or $MODEL_NAME
-  std::string serial;       ///< $KR_SERIALNO
-  int tool = 0;             ///< $ACT_TOOL
-  int base = 0;             ///< $ACT_BASE
-  std::string kss_version;  ///< $V_R1MADA or the KSS version
+  std::string model;            ///< $ROBTRAFO or $MODEL_NAME
+  std::string serial;           ///< $KR_SERIALNO
+  std::optional<int> tool = 0;  ///< $ACT_TOOL
+  std::optional<int> base = 0;  ///< $ACT_BASE
+  std::string kss_version;      ///< $V_R1MADA or the KSS version
 
   bool operator==(const Hello&) const = default;
 };
@@ -108,8 +109,8 @@ struct State {
   bool in_position = false;                   ///< no axis moves
   Axes axes_rad{};                            ///< $AXIS_ACT_MEAS
   std::array<double, 6> pose{};               ///< $POS_ACT: X Y Z in mm, A B C in deg
-  int base = 0;
-  int tool = 0;
+  std::optional<int> base = 0;                ///< $ACT_BASE; a state may come without
+  std::optional<int> tool = 0;                ///< $ACT_TOOL; likewise
 
   bool operator==(const State&) const = default;
 };
@@ -122,10 +123,14 @@ using FromController = std::variant<Hello, Ack, State>;
 std::string encode(const ToController& message);
 std::string encode(const FromController& message);
 
-/// The message of one complete document. Elements and attributes in any order, unknown ones skipped, since
-/// from EKI 6.1 every configured tag may be in every message. Error: one sentence that names the document and
-/// the field.
+/// What one complete document says. Elements and attributes in any order, unknown ones skipped. A number may
+/// have a plus sign, a whole one decimals of zero, a flag may be TRUE or FALSE, and an attribute without a
+/// value is as one that is not there. Error: one sentence that names the document and the field.
 std::expected<ToController, std::string> decode_to_controller(std::string_view document);
-std::expected<FromController, std::string> decode_from_controller(std::string_view document);
+
+/// The same of the controller: the messages of a document in its order. That is one, but from EKI 6.1 every
+/// configured tag comes with every message: one whose values are all empty says nothing. Hello, Ack and State
+/// are read as roots and, as KUKA's own examples have it, below one root <Robot>. Texts are device texts.
+std::expected<std::vector<FromController>, std::string> decode_from_controller(std::string_view document);
 
 }  // namespace truepose::eki

@@ -13,7 +13,7 @@ namespace truepose::emscon {
 std::string to_utf8(std::span<const char16_t> units);
 
 /// UTF-8 as UTF-16; malformed bytes become U+FFFD.
-std::u16string to_utf16(std::string_view text);
+std::u16string to_utf16(std::string_view utf8);
 
 /// The same cut to N units (never inside a surrogate pair) and filled with zeros.
 template <std::size_t N>

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "proto/emscon/utf16.hpp"
+#include "proto/text/device_text.hpp"
 
 /// Little-endian fields of fixed width. Reader and Writer are called alike, so one layout serves both
 /// directions.
@@ -67,7 +68,7 @@ class Reader {
   void name(std::string& text) {
     std::array<char16_t, kNameUnits> units{};
     for (char16_t& unit : units) unit = get_bits<std::uint16_t>();
-    text = to_utf8(units);
+    text = text::device_text(to_utf8(units));
   }
   bool ok() const { return ok_; }
   std::size_t offset() const { return offset_; }

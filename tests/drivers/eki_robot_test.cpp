@@ -254,6 +254,23 @@ TEST_F(EkiRobot, PassesOverAcksOfOtherCommandsAndTagsOfOtherMessages) {
   });
 }
 
+TEST_F(EkiRobot, UnderstandsAControllerThatSendsEveryTagBelowOneRoot) {
+  serve({[](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {
+    const std::string no_ack =
+        R"(<Ack Id="" State="" Err=""><Ax A1="" A2="" A3="" A4="" A5="" A6=""></Ax></Ack>)";
+    co_await peer->write("<Robot>" + no_ack + text(kHello) + "</Robot>");
+    const eki::ToController message = co_await peer->read();
+    const eki::Command command = std::get<eki::Command>(message);
+    co_await peer->write("<Robot>" + text(ack(command, InPosition)) + text(kHello) + "</Robot>");
+  }});
+  run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
+    const auto identity = co_await robot.connect(soon());
+    EXPECT_TRUE(identity) << identity.error().detail;
+    const auto q = co_await robot.move({target()}, soon());
+    EXPECT_TRUE(q) << q.error().detail;
+  });
+}
+
 TEST_F(EkiRobot, SaysWhyAMoveWasRejected) {
   serve({greet_and_answer({Rejected}, static_cast<int>(eki::AckError::OutOfRange))});
   run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {

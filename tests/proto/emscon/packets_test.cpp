@@ -221,6 +221,16 @@ TEST(EmsconPackets, CarriesNamesBeyondAsciiAndCutsLongOnesBetweenCharacters) {
   EXPECT_EQ(through_the_wire("a\xFF\xC3"), "a\xEF\xBF\xBD\xEF\xBF\xBD");
 }
 
+TEST(EmsconPackets, CarriesNamesThatMayBeLoggedAndPrinted) {
+  const auto through_the_wire = [](const std::string& name) {
+    const auto packet = decode_tracker_packet(
+        encode(Answer{CommandCode::GetReflectors, 0, ReflectorEntry{1, 1, {}, 0, name}}));
+    return std::get<ReflectorEntry>(std::get<Answer>(packet.value()).body).name;
+  };
+  EXPECT_EQ(through_the_wire("CCR-1.5in   "), "CCR-1.5in");
+  EXPECT_EQ(through_the_wire("a\nforged \x1B[2J\xC2\x9B\x7F"), "a forged \uFFFD[2J\uFFFD\uFFFD");
+}
+
 TEST(EmsconStatus, IsDescribedInASentenceWithItsNumber) {
   EXPECT_EQ(describe_status(39), "the tracker is not initialised (status 39)");
   EXPECT_EQ(describe_status(12), "a parameter is wrong or out of range (status 12)");

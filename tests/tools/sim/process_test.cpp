@@ -55,7 +55,7 @@ class EkiClient {
   std::optional<eki::FromController> next() {
     for (;;) {
       if (const auto document = splitter_.next().value())
-        return eki::decode_from_controller(*document).value();
+        return eki::decode_from_controller(*document).value().at(0);
       boost::system::error_code error;
       const std::size_t size = socket_.read_some(asio::buffer(buffer_), error);
       if (error) return std::nullopt;
