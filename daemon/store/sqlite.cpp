@@ -1,5 +1,7 @@
 #include "daemon/store/sqlite.hpp"
 
+#include "proto/text/device_text.hpp"
+
 namespace truepose::daemon::sqlite {
 
 void Statement::bound(int code) {
@@ -38,17 +40,32 @@ StoreResult<void> Statement::run() {
   }
 }
 
-std::string Statement::text(int column) const {
+std::string_view Statement::bytes(int column) const {
   const unsigned char* const bytes = sqlite3_column_text(statement_.get(), column);
   if (bytes == nullptr) return {};
-  const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column));
-  return {bytes, bytes + size};
+  return {reinterpret_cast<const char*>(bytes),
+          static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column))};
+}
+
+std::string Statement::text(int column) const {
+  return text::clean_text(bytes(column), text::LineBreaks::Blank);
+}
+
+std::string Statement::document(int column) const {
+  return text::clean_text(bytes(column), text::LineBreaks::Kept);
 }
 
 StoreResult<std::unique_ptr<Database>> Database::open(const std::string& file) {
+  return open(file, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+}
+
+StoreResult<std::unique_ptr<Database>> Database::open_to_read(const std::string& file) {
+  return open(file, SQLITE_OPEN_READONLY);
+}
+
+StoreResult<std::unique_ptr<Database>> Database::open(const std::string& file, int flags) {
   sqlite3* connection = nullptr;
-  const int code =
-      sqlite3_open_v2(file.c_str(), &connection, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
+  const int code = sqlite3_open_v2(file.c_str(), &connection, flags, nullptr);
   std::unique_ptr<Database> database{new Database{file, connection}};
   if (code != SQLITE_OK) return std::unexpected(database->error(code));
   sqlite3_extended_result_codes(connection, 1);

@@ -28,7 +28,10 @@ class Statement {
   StoreResult<void> run();
 
   /// Columns of the row, counted from 0.
+  /// One line, fit to be logged and sent, whatever has become of the file.
   std::string text(int column) const;
+  /// The same with the ends of its lines.
+  std::string document(int column) const;
   double number(int column) const { return sqlite3_column_double(statement_.get(), column); }
   std::int64_t integer(int column) const { return sqlite3_column_int64(statement_.get(), column); }
 
@@ -40,6 +43,7 @@ class Statement {
   Statement(Database& database, sqlite3_stmt* statement, int error)
       : database_{&database}, statement_{statement}, error_{error} {}
   void bound(int code);
+  std::string_view bytes(int column) const;
 
   Database* database_;
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
@@ -52,6 +56,7 @@ class Database {
  public:
   /// @param file  made where it does not exist
   static StoreResult<std::unique_ptr<Database>> open(const std::string& file);
+  static StoreResult<std::unique_ptr<Database>> open_to_read(const std::string& file);
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
@@ -72,6 +77,7 @@ class Database {
   struct Close {
     void operator()(sqlite3* connection) const { sqlite3_close_v2(connection); }
   };
+  static StoreResult<std::unique_ptr<Database>> open(const std::string& file, int flags);
   Database(std::string file, sqlite3* connection) : file_{std::move(file)}, connection_{connection} {}
 
   std::string file_;

@@ -202,7 +202,7 @@ CampaignRecord campaign_of(const Statement& row) {
           .tracker_model = row.text(7),
           .tracker_serial = row.text(8),
           .model_id = row.text(9),
-          .document = row.text(10)};
+          .document = row.document(10)};
 }
 
 ModelRecord model_of(const Statement& row) {
@@ -210,7 +210,7 @@ ModelRecord model_of(const Statement& row) {
           .created = row.text(1),
           .campaign_id = row.text(2),
           .robot_serial = row.text(3),
-          .yaml = row.text(4),
+          .yaml = row.document(4),
           .validation_before_mm = row.number(5),
           .validation_after_mm = row.number(6),
           .active = row.integer(7) != 0};
@@ -246,7 +246,9 @@ StoreResult<void> prepare_connection(Database& database) {
       "PRAGMA busy_timeout=2000; PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA foreign_keys=ON");
 }
 
-StoreResult<void> migrate(Database& database, const std::string& file) {
+/// The version of the schema, 0 of a database in which nothing is yet. Error: not a database of ours, or of a
+/// newer truepose.
+StoreResult<int> known_version(Database& database, const std::string& file) {
   const StoreResult<std::string> application = database.value("PRAGMA application_id");
   if (!application) return std::unexpected(application.error());
   const StoreResult<std::string> version = database.value("PRAGMA user_version");
@@ -263,10 +265,24 @@ StoreResult<void> migrate(Database& database, const std::string& file) {
                                       ", this one knows " + std::to_string(kSchemaVersion) +
                                       "); update truepose or choose another file"});
   }
+  return std::stoi(*version);
+}
+
+StoreResult<void> unharmed(Database& database, const std::string& file) {
+  const StoreResult<std::string> check = database.value("PRAGMA quick_check(1)");
+  if (!check) return std::unexpected(check.error());
+  if (*check != "ok")
+    return std::unexpected(StoreError{file + ": is damaged (" + *check + "); restore a backup"});
+  return {};
+}
+
+StoreResult<void> migrate(Database& database, const std::string& file) {
+  const StoreResult<int> version = known_version(database, file);
+  if (!version) return std::unexpected(version.error());
   std::string steps;
-  if (fresh) steps += kSchema1 + ("PRAGMA application_id=" + std::to_string(kApplicationId)) + ";";
-  if (std::stoll(*version) < 2) steps += kSchema2;
-  if (std::stoll(*version) < 3) steps += kSchema3;
+  if (*version == 0) steps += kSchema1 + ("PRAGMA application_id=" + std::to_string(kApplicationId)) + ";";
+  if (*version < 2) steps += kSchema2;
+  if (*version < 3) steps += kSchema3;
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
 }
 
@@ -310,18 +326,25 @@ StoreResult<Store> Store::open(const std::filesystem::path& file) {
   if (!database) return std::unexpected(in(kOperation, database.error()));
   const StoreResult<void> prepared = prepare_connection(**database);
   if (!prepared) return std::unexpected(in(kOperation, prepared.error()));
-  const StoreResult<std::string> check = (*database)->value("PRAGMA quick_check(1)");
+  const StoreResult<void> check = unharmed(**database, file.string());
   if (!check) return std::unexpected(in(kOperation, check.error()));
-  if (*check != "ok") {
-    return std::unexpected(
-        in(kOperation, {file.string() + ": is damaged (" + *check + "); restore a backup"}));
-  }
   StoreResult<Transaction> transaction = Transaction::begin(**database);
   if (!transaction) return std::unexpected(in(kOperation, transaction.error()));
   StoreResult<void> migrated = migrate(**database, file.string());
   if (migrated) migrated = transaction->commit();
   if (!migrated) return std::unexpected(in(kOperation, migrated.error()));
   return Store{std::make_unique<Impl>(Impl{std::move(*database)})};
+}
+
+StoreResult<void> Store::examine(const std::filesystem::path& file) {
+  constexpr std::string_view kOperation = "examining the store";
+  StoreResult<std::unique_ptr<Database>> database = Database::open_to_read(file.string());
+  if (!database) return std::unexpected(in(kOperation, database.error()));
+  const StoreResult<int> version = known_version(**database, file.string());
+  if (!version) return std::unexpected(in(kOperation, version.error()));
+  const StoreResult<void> check = unharmed(**database, file.string());
+  if (!check) return std::unexpected(in(kOperation, check.error()));
+  return {};
 }
 
 StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {

@@ -79,6 +79,8 @@ class Store {
  public:
   /// Opens or makes the file, checks it and brings its schema up to date.
   static StoreResult<Store> open(const std::filesystem::path& file);
+  /// Whether open() would take an existing file. Changes nothing in it.
+  static StoreResult<void> examine(const std::filesystem::path& file);
   Store(Store&&) noexcept;
   Store& operator=(Store&&) noexcept;
   ~Store();

@@ -156,6 +156,27 @@ TEST_F(StoreTest, KeepsCampaignsNewestFirstAndTheirDocumentsApart) {
   EXPECT_FALSE(*store.campaign("c3"));
 }
 
+TEST_F(StoreTest, GivesTextsThatMayBeLoggedAndSentWhateverHasBecomeOfTheFile) {
+  {
+    Store store = open();
+    ASSERT_TRUE(store.begin_campaign(campaign("c1")));
+    ASSERT_TRUE(store.add_model(model("m1", "2026-08-17T10:00:00Z")));
+  }
+  execute(
+      "UPDATE campaign SET robot_serial=CAST(x'3131FF0A1B5B324A' AS TEXT), document=CAST(x'7B0AC37D' AS "
+      "TEXT)");
+  execute(
+      "UPDATE model SET robot_serial=CAST(x'C328' AS TEXT), yaml=CAST(x'6E616D653A20611B0A09623A2031' AS "
+      "TEXT)");
+  Store store = open();
+  const auto read = store.campaign("c1").value().value();
+  EXPECT_EQ(read.robot_serial, "11\uFFFD \uFFFD[2J");
+  EXPECT_EQ(read.document, "{\n\uFFFD}");
+  const auto stored = store.model("m1").value().value();
+  EXPECT_EQ(stored.robot_serial, "\uFFFD(");
+  EXPECT_EQ(stored.yaml, "name: a\uFFFD\n\tb: 1");
+}
+
 TEST_F(StoreTest, WritesTheEndOfACampaignWithItsModelAndItsActivationOrNothingOfIt) {
   Store store = open();
   ASSERT_TRUE(store.begin_campaign(campaign("c1")));

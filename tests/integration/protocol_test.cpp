@@ -45,6 +45,18 @@ TEST(TheControlProtocol, RefusesAParameterThatItDoesNotKnowInEveryMethod) {
   }
 }
 
+TEST(TheControlProtocol, AnswersWhateverAControllerSaysOfItself) {
+  LiveCell::Options options;
+  options.scenario = {{"SIM-0001", "\"" + std::string(60'000, 'S') + "\\e[2J\""}};
+  LiveCell cell{options};
+  cell.start_daemon();
+  tools::RpcClient client = cell.client();
+  ASSERT_TRUE(client.call("cell.connect", {}));
+  const auto status = client.call("cell.status", {});
+  ASSERT_TRUE(status) << status.error().message;
+  EXPECT_EQ(status->at_pointer("/robot/serial").as_string(), std::string(200, 'S'));
+}
+
 const Eigen::Vector3d kTcp_mm{0, 0, 300};
 
 /// That the real arm's TCP is at these joints where the nominal one's is with the wrist stretched.
