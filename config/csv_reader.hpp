@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -11,9 +13,12 @@ namespace truepose::config {
 
 /// A CSV file with a header row (RFC 4180: quoted fields, LF or CRLF; a byte order mark is skipped). Every
 /// error is a ConfigError "file: row 7 (line 8): column: what", where row 1 is the first row of data. Blank
-/// lines are no rows.
+/// lines are no rows. It takes time and memory in proportion to the file, which has bounds.
 class CsvTable {
  public:
+  static constexpr std::size_t kMostBytes = std::size_t{64} << 20;
+  static constexpr std::size_t kMostRows = 1'000'000;
+
   static CsvTable read(const std::filesystem::path& file);
   static CsvTable parse(std::string_view text, const std::string& file_name);
 
@@ -23,21 +28,29 @@ class CsvTable {
   /// Index of a column that must be there.
   std::size_t column(std::string_view name) const { return header_.column(name); }
 
-  std::size_t row_count() const { return rows_.size(); }
-  const std::string& text(std::size_t row, std::size_t column) const { return rows_[row].fields[column]; }
+  std::size_t row_count() const { return lines_.size(); }
+  /// Valid as long as the table.
+  std::string_view text(std::size_t row, std::size_t column) const;
   /// A finite number that must be there.
-  double number(std::size_t row, std::size_t column) const { return header_.number(rows_[row], row, column); }
+  double number(std::size_t row, std::size_t column) const {
+    return header_.number(text(row, column), place(row), column);
+  }
 
   /// @param row  counted from 0
   [[noreturn]] void fail(std::size_t row, std::size_t column, std::string_view what) const {
-    header_.fail(rows_[row], row, column, what);
+    header_.fail(place(row), column, what);
   }
   /// An error of the file as a whole.
   [[noreturn]] void fail(std::string_view what) const { header_.fail(what); }
 
  private:
+  void add(const CsvRow& row);
+  CsvPlace place(std::size_t row) const { return {row, lines_[row]}; }
+
   CsvHeader header_;
-  std::vector<CsvRow> rows_;
+  std::vector<int> lines_;           // of each row
+  std::string fields_;               // of all rows, one behind the other
+  std::vector<std::uint32_t> ends_;  // of each field in fields_
 };
 
 }  // namespace truepose::config

@@ -30,6 +30,10 @@ CsvRow CsvScanner::record() {
   while (true) {
     row.fields.push_back(at('"') ? quoted_field() : plain_field());
     if (at(',')) {
+      if (row.fields.size() == kMostCsvColumns) {
+        throw ConfigError(*file_ + ": line " + std::to_string(line_) + ": more than " +
+                          std::to_string(kMostCsvColumns) + " columns");
+      }
       ++position_;
       continue;
     }
@@ -93,26 +97,24 @@ void CsvHeader::expect_only(const std::vector<std::string>& known) const {
   }
 }
 
-void CsvHeader::expect_width_of(const CsvRow& record, std::size_t row) const {
-  const std::size_t fields = record.fields.size();
-  if (fields < size()) fail(record, row, fields, "missing, the row ends before it");
+void CsvHeader::expect_width(std::size_t fields, CsvPlace place) const {
+  if (fields < size()) fail(place, fields, "missing, the row ends before it");
   if (fields > size()) {
-    fail(record, row, size() - 1,
+    fail(place, size() - 1,
          std::to_string(fields) + " fields in a row of " + std::to_string(size()) + " columns");
   }
 }
 
-double CsvHeader::number(const CsvRow& record, std::size_t row, std::size_t column) const {
-  const std::string& field = record.fields[column];
-  if (field.empty()) fail(record, row, column, "missing, expected a number");
+double CsvHeader::number(std::string_view field, CsvPlace place, std::size_t column) const {
+  if (field.empty()) fail(place, column, "missing, expected a number");
   const auto value = parse_number(field);
-  if (!value) fail(record, row, column, value.error());
+  if (!value) fail(place, column, value.error());
   return *value;
 }
 
-void CsvHeader::fail(const CsvRow& record, std::size_t row, std::size_t column, std::string_view what) const {
-  throw ConfigError(file_ + ": row " + std::to_string(row + 1) + " (line " + std::to_string(record.line) +
-                    "): " + names_[column] + ": " + std::string(what));
+void CsvHeader::fail(CsvPlace place, std::size_t column, std::string_view what) const {
+  throw ConfigError(file_ + ": row " + std::to_string(place.row + 1) + " (line " +
+                    std::to_string(place.line) + "): " + names_[column] + ": " + std::string(what));
 }
 
 void CsvHeader::fail(std::string_view what) const { throw ConfigError(file_ + ": " + std::string(what)); }

@@ -9,12 +9,20 @@
 
 namespace truepose::config {
 
+inline constexpr std::size_t kMostCsvColumns = 1000;
+
 struct CsvRow {
   std::vector<std::string> fields;
   int line = 0;  ///< where it begins
 };
 
-/// Cuts a text into records (RFC 4180: quoted fields, LF or CRLF).
+/// What an error calls a row of data.
+struct CsvPlace {
+  std::size_t row = 0;  ///< counted from 0
+  int line = 0;         ///< where it begins
+};
+
+/// Cuts a text into records (RFC 4180: quoted fields, LF or CRLF) of at most kMostCsvColumns fields.
 class CsvScanner {
  public:
   /// @param file  stands in the messages; outlives the scanner
@@ -49,12 +57,11 @@ class CsvHeader {
   std::size_t column(std::string_view name) const;
   void expect_only(const std::vector<std::string>& known) const;
 
-  /// Refuses a record of more or fewer fields. @param row  counted from 0
-  void expect_width_of(const CsvRow& record, std::size_t row) const;
-  double number(const CsvRow& record, std::size_t row, std::size_t column) const;
+  /// Refuses a record of more or fewer fields.
+  void expect_width(std::size_t fields, CsvPlace place) const;
+  double number(std::string_view field, CsvPlace place, std::size_t column) const;
 
-  [[noreturn]] void fail(const CsvRow& record, std::size_t row, std::size_t column,
-                         std::string_view what) const;
+  [[noreturn]] void fail(CsvPlace place, std::size_t column, std::string_view what) const;
   [[noreturn]] void fail(std::string_view what) const;
 
  private:

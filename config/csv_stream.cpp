@@ -17,7 +17,7 @@ bool CsvStream::next() {
   }
   row_ = std::move(*row);
   ++rows_;
-  header_.expect_width_of(row_, index());
+  header_.expect_width(row_.fields.size(), place());
   return true;
 }
 
@@ -25,16 +25,27 @@ bool CsvStream::next() {
 bool CsvStream::read_lines() {
   const bool is_first = lines_.empty();
   lines_.clear();
-  std::string line;
   bool is_open = false;
-  while ((lines_.empty() || is_open) && std::getline(in_, line)) {
-    if (std::ranges::count(line, '"') % 2 != 0) is_open = !is_open;
-    lines_ += line;
-    if (!in_.eof()) lines_ += '\n';
+  for (std::size_t read = 0; (read == 0 || is_open) && read_line(); read = lines_.size()) {
+    if (std::count(lines_.begin() + static_cast<std::ptrdiff_t>(read), lines_.end(), '"') % 2 != 0)
+      is_open = !is_open;
   }
   if (in_.bad()) throw ConfigError(file_ + ": cannot be read");
   if (is_first && lines_.starts_with("\xEF\xBB\xBF")) lines_.erase(0, 3);
   return !lines_.empty();
+}
+
+/// Puts the next line behind those that are there. @return false at the end
+bool CsvStream::read_line() {
+  const std::size_t before = lines_.size();
+  for (char c = 0; c != '\n' && in_.get(c);) {
+    if (lines_.size() == kMostBytesOfRow) {
+      throw ConfigError(file_ + ": line " + std::to_string(scanner_.line()) + ": a row of more than " +
+                        std::to_string(kMostBytesOfRow >> 20U) + " MiB");
+    }
+    lines_ += c;
+  }
+  return lines_.size() > before;
 }
 
 std::optional<CsvRow> CsvStream::next_record() {

@@ -10,6 +10,8 @@ namespace truepose::config {
 /// A CSV file read row by row, for files and pipes of any length; otherwise as CsvTable.
 class CsvStream {
  public:
+  static constexpr std::size_t kMostBytesOfRow = std::size_t{1} << 20;
+
   /// Reads the header row. @param file  stands in the messages
   CsvStream(std::istream& in, std::string file);
   CsvStream(const CsvStream&) = delete;
@@ -21,13 +23,15 @@ class CsvStream {
   bool next();
   /// Of the row: how many came before it.
   std::size_t index() const { return rows_ - 1; }
-  double number(std::size_t column) const { return header_.number(row_, index(), column); }
+  double number(std::size_t column) const { return header_.number(row_.fields[column], place(), column); }
   [[noreturn]] void fail(std::size_t column, std::string_view what) const {
-    header_.fail(row_, index(), column, what);
+    header_.fail(place(), column, what);
   }
 
  private:
+  CsvPlace place() const { return {index(), row_.line}; }
   bool read_lines();
+  bool read_line();
   std::optional<CsvRow> next_record();
 
   std::istream& in_;

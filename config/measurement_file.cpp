@@ -12,12 +12,7 @@ namespace {
 
 constexpr double kGreatestSigma_mm = 1000;
 
-int reflector_index(std::vector<std::string>& names, const std::string& name) {
-  const auto found = std::ranges::find(names, name);
-  const auto index = static_cast<int>(found - names.begin());
-  if (found == names.end()) names.push_back(name);
-  return index;
-}
+constexpr std::size_t kMostReflectors = 100;
 
 /// The columns of a measurement file. An optional field may be empty: not known.
 class MeasurementColumns {
@@ -34,7 +29,7 @@ class MeasurementColumns {
     point.row = static_cast<int>(row) + 1;
     point.q = q_.at(row);
     point.p_WS_mm = {table_.number(row, x_), table_.number(row, y_), table_.number(row, z_)};
-    point.smr = reflector_index(smr_names, smr(row));
+    point.smr = reflector_index(smr_names, row);
     point.set = set(row);
     point.sigma_mm = sigma_mm(row);
     point.direction = direction(row);
@@ -43,17 +38,30 @@ class MeasurementColumns {
   }
 
  private:
+  int reflector_index(std::vector<std::string>& names, std::size_t row) const {
+    const std::string name = smr(row);
+    const auto found = std::ranges::find(names, name);
+    const auto index = static_cast<int>(found - names.begin());
+    if (found != names.end()) return index;
+    if (names.size() == kMostReflectors) {
+      table_.fail(row, table_.column("smr"),
+                  "more than " + std::to_string(kMostReflectors) + " reflectors in one file");
+    }
+    names.push_back(name);
+    return index;
+  }
+
   std::string smr(std::size_t row) const {
     if (!table_.has("smr")) return "1";
     const std::size_t column = table_.column("smr");
     if (table_.text(row, column).empty()) table_.fail(row, column, "missing, expected a reflector's name");
-    return table_.text(row, column);
+    return std::string(table_.text(row, column));
   }
 
   PoseSet set(std::size_t row) const {
     if (!table_.has("set")) return PoseSet::Identify;
     const std::size_t column = table_.column("set");
-    const std::string& word = table_.text(row, column);
+    const std::string_view word = table_.text(row, column);
     if (word != "identify" && word != "validate") {
       table_.fail(row, column, "expected identify or validate, found " + in_quotes(word));
     }
@@ -65,7 +73,8 @@ class MeasurementColumns {
     const std::size_t column = table_.column("sigma");
     const double sigma = table_.number(row, column);
     if (sigma <= 0 || sigma > kGreatestSigma_mm) {
-      table_.fail(row, column, "expected more than 0 and at most 1000 mm, found " + table_.text(row, column));
+      table_.fail(row, column,
+                  "expected more than 0 and at most 1000 mm, found " + std::string(table_.text(row, column)));
     }
     return sigma;
   }
@@ -77,7 +86,7 @@ class MeasurementColumns {
     for (const std::size_t column : directions_) {
       const double side = table_.number(row, column);
       if (side != -1 && side != 0 && side != 1) {
-        table_.fail(row, column, "expected -1, 0 or 1, found " + table_.text(row, column));
+        table_.fail(row, column, "expected -1, 0 or 1, found " + std::string(table_.text(row, column)));
       }
       direction.push_back(static_cast<std::int8_t>(side));
     }

@@ -155,7 +155,7 @@ ModelFile parse_model(const std::string& text, const std::string& file_name) {
 }
 
 ModelFile load_model(const std::filesystem::path& file) {
-  return parse_model(read_text_file(file), file.string());
+  return parse_model(read_text_file(file, kMostBytesOfYaml), file.string());
 }
 
 }  // namespace truepose::config

@@ -23,7 +23,9 @@ class OptionalColumn {
  public:
   OptionalColumn(const CsvTable& table, std::string_view name)
       : table_(table), column_(table.has(name) ? std::optional(table.column(name)) : std::nullopt) {}
-  std::string at(std::size_t row) const { return column_ ? table_.text(row, *column_) : ""; }
+  std::string at(std::size_t row) const {
+    return column_ ? std::string(table_.text(row, *column_)) : std::string();
+  }
 
  private:
   const CsvTable& table_;
@@ -34,10 +36,10 @@ class OptionalColumn {
 class NameColumn {
  public:
   NameColumn(const CsvTable& table, std::string_view name) : table_(table), column_(table.column(name)) {}
-  const std::string& at(std::size_t row) const {
-    const std::string& text = table_.text(row, column_);
+  std::string at(std::size_t row) const {
+    const std::string_view text = table_.text(row, column_);
     if (text.empty()) table_.fail(row, column_, "missing, expected a name");
-    return text;
+    return std::string(text);
   }
   [[noreturn]] void fail(std::size_t row, std::string_view what) const { table_.fail(row, column_, what); }
 

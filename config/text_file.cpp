@@ -1,8 +1,8 @@
 #include "config/text_file.hpp"
 
+#include <array>
 #include <cerrno>
 #include <cstring>
-#include <iterator>
 
 namespace truepose::config {
 
@@ -17,15 +17,24 @@ std::ifstream open_to_read(const std::filesystem::path& file) {
   return in;
 }
 
-std::string read_bytes(const std::filesystem::path& file) {
+std::string read_bytes(const std::filesystem::path& file, std::size_t most) {
   std::ifstream in = open_to_read(file);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
+  std::string text;
+  std::array<char, 64 * 1024> block;
+  do {
+    in.read(block.data(), block.size());
+    text.append(block.data(), static_cast<std::size_t>(in.gcount()));
+    if (text.size() > most) {
+      throw ConfigError(file.string() + ": has more than " + std::to_string(most >> 20U) +
+                        " MiB, the most that is read of such a file");
+    }
+  } while (in);
   if (in.bad()) throw ConfigError(file.string() + ": cannot be read: " + std::strerror(errno));
   return text;
 }
 
-std::string read_text_file(const std::filesystem::path& file) {
-  std::string text = read_bytes(file);
+std::string read_text_file(const std::filesystem::path& file, std::size_t most) {
+  std::string text = read_bytes(file, most);
   if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
   return text;
 }

@@ -1,13 +1,13 @@
 #include "config/yaml_reader.hpp"
 
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <charconv>
+#include <unordered_map>
 
 #include "config/number_text.hpp"
 #include "config/suggestion.hpp"
 #include "config/text_file.hpp"
+#include "config/yaml_tree.hpp"
 
 namespace truepose::config {
 
@@ -28,35 +28,39 @@ bool is_integer(std::string_view text) {
 
 }  // namespace
 
-/// Turns yaml-cpp's tree into values of ours.
+/// Turns the tree of a text into values that stand alone.
 class YamlWalk {
  public:
   explicit YamlWalk(const std::string& file_name) : file_(std::make_shared<const std::string>(file_name)) {}
 
-  YamlValue value(const YAML::Node& node, const YAML::Mark& mark, std::string path, int depth) {
+  YamlValue value(const YamlNode& node, const YAML::Mark& mark, std::string path, int depth) {
     // An alias stands for a whole tree and may even contain itself.
-    if (depth > kDeepest || ++count_ > kMost) {
-      throw ConfigError(place(*file_, mark.line + 1, mark.column + 1) +
-                        "too many or too deeply nested values");
-    }
+    if (depth > kDeepest || ++count_ > kMost)
+      throw ConfigError(yaml_place(*file_, mark) + "too many or too deeply nested values");
     YamlValue result;
     result.file_ = file_;
     result.path_ = std::move(path);
     result.line_ = mark.line + 1;
     result.column_ = mark.column + 1;
-    if (node.IsScalar()) {
-      result.kind_ = YamlValue::Kind::Scalar;
-      result.text_ = node.Scalar();
-      result.quoted_ = node.Tag() != "?";
-    } else if (node.IsSequence()) {
-      result.kind_ = YamlValue::Kind::List;
-      for (std::size_t i = 0; i < node.size(); ++i) {
-        const std::string item = result.path_ + "[" + std::to_string(i + 1) + "]";
-        result.values_.push_back(value(node[i], node[i].Mark(), item, depth + 1));
-      }
-    } else if (node.IsMap()) {
-      result.kind_ = YamlValue::Kind::Map;
-      for (const auto& entry : node) add_entry(result, entry.first, entry.second, depth);
+    switch (node.kind) {
+      case YamlNode::Kind::Nothing:
+        break;
+      case YamlNode::Kind::Scalar:
+        result.kind_ = YamlValue::Kind::Scalar;
+        result.text_ = node.text;
+        result.quoted_ = node.quoted;
+        break;
+      case YamlNode::Kind::List:
+        result.kind_ = YamlValue::Kind::List;
+        for (const YamlNode* child : node.children) {
+          const std::string item = result.path_ + "[" + std::to_string(result.values_.size() + 1) + "]";
+          result.values_.push_back(value(*child, child->mark, item, depth + 1));
+        }
+        break;
+      case YamlNode::Kind::Map:
+        result.kind_ = YamlValue::Kind::Map;
+        add_entries(result, node.children, depth);
+        break;
     }
     return result;
   }
@@ -65,22 +69,32 @@ class YamlWalk {
   static constexpr int kDeepest = 20;
   static constexpr int kMost = 100'000;
 
-  void add_entry(YamlValue& map, const YAML::Node& key, const YAML::Node& node, int depth) {
-    const int line = key.Mark().line + 1, column = key.Mark().column + 1;
-    const std::string at = place(*file_, line, column);
-    if (!key.IsScalar()) throw ConfigError(at + "expected a plain name as key");
-    const std::string path = map.path_.empty() ? key.Scalar() : map.path_ + "." + key.Scalar();
-    if (const auto first = std::ranges::find(map.keys_, key.Scalar()); first != map.keys_.end()) {
-      const YamlValue& before = map.values_[static_cast<std::size_t>(first - map.keys_.begin())];
-      throw ConfigError(at + path + ": duplicate key, first given in line " +
-                        std::to_string(before.key_line_));
+  void add_entries(YamlValue& map, const std::vector<const YamlNode*>& children, int depth) {
+    std::unordered_map<std::string_view, int> lines;  // of the keys that came before
+    for (std::size_t i = 0; i + 1 < children.size(); i += 2) {
+      const YamlNode& key = *children[i];
+      const YamlNode& node = *children[i + 1];
+      if (key.kind != YamlNode::Kind::Scalar)
+        throw ConfigError(yaml_place(*file_, key.mark) + "expected a plain name as key");
+      const std::string path = (map.path_.empty() ? "" : map.path_ + ".") + shortened(key.text);
+      if (const auto [first, is_new] = lines.emplace(key.text, key.mark.line + 1); !is_new) {
+        throw ConfigError(yaml_place(*file_, key.mark) + path + ": duplicate key, first given in line " +
+                          std::to_string(first->second));
+      }
+      // The library gives an absent value the place of whatever comes next.
+      const bool is_absent = node.kind == YamlNode::Kind::Nothing;
+      YamlValue entry = value(node, is_absent ? key.mark : node.mark, path, depth + 1);
+      entry.key_line_ = key.mark.line + 1;
+      entry.key_column_ = key.mark.column + 1;
+      map.keys_.push_back(key.text);
+      map.values_.push_back(std::move(entry));
     }
-    // The library gives an absent value the place of whatever comes next.
-    YamlValue entry = value(node, node.IsNull() ? key.Mark() : node.Mark(), path, depth + 1);
-    entry.key_line_ = line;
-    entry.key_column_ = column;
-    map.keys_.push_back(key.Scalar());
-    map.values_.push_back(std::move(entry));
+  }
+
+  /// A key as part of the path of all that is below it.
+  static std::string shortened(const std::string& key) {
+    constexpr std::size_t kLongest = 60;
+    return key.size() > kLongest ? key.substr(0, kLongest) + "..." : key;
   }
 
   std::shared_ptr<const std::string> file_;
@@ -219,24 +233,24 @@ void YamlMap::read(std::string_view key, std::chrono::milliseconds& target, int 
   if (const YamlValue* value = find(key)) target = std::chrono::milliseconds(value->integer(min_ms, max_ms));
 }
 
+std::optional<std::string_view> YamlMap::choice(std::string_view key,
+                                                const std::vector<std::string_view>& words) const {
+  const YamlValue* value = find(key);
+  if (!value) return std::nullopt;
+  const auto found = std::ranges::find(words, value->text());
+  if (found != words.end()) return *found;
+  std::string all;
+  for (const std::string_view word : words) all += (all.empty() ? "" : ", ") + std::string(word);
+  value->fail("expected one of " + all + ", found " + in_quotes(value->text()));
+}
+
 YamlValue parse_yaml(const std::string& text, const std::string& file_name) {
-  std::vector<YAML::Node> documents;
-  try {
-    documents = YAML::LoadAll(text);
-  } catch (const YAML::Exception& error) {
-    throw ConfigError(place(file_name, error.mark.line + 1, error.mark.column + 1) +
-                      "not valid YAML: " + error.msg);
-  }
-  if (documents.empty()) throw ConfigError(place(file_name, 1, 1) + "the file is empty");
-  if (documents.size() > 1) {
-    const YAML::Mark mark = documents[1].Mark();
-    throw ConfigError(place(file_name, mark.line + 1, mark.column + 1) + "a second document, expected one");
-  }
-  return YamlWalk(file_name).value(documents[0], documents[0].Mark(), "", 0);
+  const YamlTree tree(text, file_name);
+  return YamlWalk(file_name).value(tree.root(), tree.root().mark, "", 0);
 }
 
 YamlValue read_yaml(const std::filesystem::path& file) {
-  return parse_yaml(read_text_file(file), file.string());
+  return parse_yaml(read_text_file(file, kMostBytesOfYaml), file.string());
 }
 
 }  // namespace truepose::config

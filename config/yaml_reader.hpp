@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <initializer_list>
@@ -24,8 +25,8 @@ struct Range {
 /// A value of a YAML file that knows where it stands. Every error is a ConfigError "file:line:column: path:
 /// what".
 ///
-/// The library's own tree is walked once and dropped: it accepts duplicate keys, reads 010 as 8 and .nan as a
-/// number, and even its const reads write.
+/// The library only parses: what it makes of a document accepts duplicate keys, reads 010 as 8 and .nan as a
+/// number.
 class YamlValue {
  public:
   double number(Range range) const;
@@ -83,21 +84,20 @@ class YamlMap {
   void read(std::string_view key, std::string& target) const;
   void read(std::string_view key, std::chrono::milliseconds& target, int min_ms, int max_ms) const;
 
-  /// One of a few words. `T` is an enum.
+  /// One of a few words, nothing where the key is absent.
+  std::optional<std::string_view> choice(std::string_view key,
+                                         const std::vector<std::string_view>& words) const;
+
+  /// One of a few words. `T` is what they mean.
   template <typename T>
   void read(std::string_view key, T& target,
-            std::initializer_list<std::pair<std::string_view, T>> words) const {
-    const YamlValue* value = find(key);
-    if (!value) return;
-    std::string all;
-    for (const auto& [word, meaning] : words) {
-      if (value->text() == word) {
-        target = meaning;
-        return;
-      }
-      all += (all.empty() ? "" : ", ") + std::string(word);
+            std::initializer_list<std::pair<std::string_view, T>> meanings) const {
+    std::vector<std::string_view> words;
+    for (const auto& [word, meaning] : meanings) words.push_back(word);
+    const auto chosen = choice(key, words);
+    for (const auto& [word, meaning] : meanings) {
+      if (chosen == word) target = meaning;
     }
-    value->fail("expected one of " + all + ", found '" + value->text() + "'");
   }
 
   const YamlValue& value() const { return value_; }
@@ -106,7 +106,9 @@ class YamlMap {
   const YamlValue& value_;
 };
 
-/// Parses one YAML document. `file_name` stands in the messages.
+inline constexpr std::size_t kMostBytesOfYaml = std::size_t{16} << 20;
+
+/// Parses one YAML document, in time and memory in proportion to it. `file_name` stands in the messages.
 YamlValue parse_yaml(const std::string& text, const std::string& file_name);
 YamlValue read_yaml(const std::filesystem::path& file);
 
