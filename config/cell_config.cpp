@@ -10,6 +10,7 @@
 #include "config/robot_payload.hpp"
 #include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
+#include "core/calibration/option_names.hpp"
 
 namespace truepose::config {
 
@@ -187,16 +188,10 @@ CalibrationConfig calibration_config(const YamlValue& value) {
     for (const YamlValue& multiple : harmonics->list())
       calibration.harmonics.push_back(static_cast<int>(multiple.integer(1, 10'000)));
   }
-  using Kinds = std::vector<RegressorKind>;
-  map.read("residual", calibration.residual,
-           {{"none", Kinds{}},
-            {"auto", Kinds(kAllRegressors.begin(), kAllRegressors.end())},
-            {"gp", Kinds{*regressor_kind("gp")}},
-            {"kriging", Kinds{*regressor_kind("kriging")}},
-            {"idw", Kinds{*regressor_kind("idw")}}});
-  map.read(
-      "loss", calibration.loss,
-      {{"squared", Loss::Squared}, {"huber", Loss::Huber}, {"igg3", Loss::Igg3}, {"tukey", Loss::Tukey}});
+  if (const auto residual = map.choice("residual", residual_names()))
+    calibration.residual = *residual_kinds(*residual);
+  if (const auto loss = map.choice("loss", names_of(kLossNames)))
+    calibration.loss = value_of(kLossNames, *loss);
   return calibration;
 }
 
@@ -209,11 +204,8 @@ Iso9283Config iso9283_config(const YamlValue& value) {
   if (map.find("edge_mm")) map.read("edge_mm", iso9283.cube.edge_mm.emplace(), {50, 5000});
   if (const YamlValue* orientation = map.find("orientation"))
     iso9283.cube.orientation = orientation_value(*orientation);
-  map.read("plane", iso9283.cube.plane,
-           {{"C1-C2-C7-C8", DiagonalPlane::C1C2C7C8},
-            {"C2-C3-C8-C5", DiagonalPlane::C2C3C8C5},
-            {"C3-C4-C5-C6", DiagonalPlane::C3C4C5C6},
-            {"C4-C1-C6-C7", DiagonalPlane::C4C1C6C7}});
+  if (const auto plane = map.choice("plane", names_of(kPlaneNames)))
+    iso9283.cube.plane = value_of(kPlaneNames, *plane);
   return iso9283;
 }
 

@@ -1,19 +1,11 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <string_view>
 
 #include "core/calibration/calibrate.hpp"
+#include "core/named.hpp"
 
 namespace truepose {
-
-/// A choice and its name on the command line and in documents.
-template <typename Value>
-struct Named {
-  std::string_view name;
-  Value value;
-};
 
 inline constexpr std::array kMethodNames{
     Named{"two-stage", CalibrationMethod::TwoStage},
@@ -34,17 +26,5 @@ inline constexpr std::array kPriorNames{
     Named{"off", PriorUse::Off},
     Named{"on", PriorUse::On},
 };
-
-/// The name of a value that the table holds.
-template <typename Value, std::size_t N>
-constexpr std::string_view name_of(const std::array<Named<Value>, N>& table, Value value) {
-  return std::ranges::find(table, value, &Named<Value>::value)->name;
-}
-
-/// The value of a name that the table holds.
-template <typename Value, std::size_t N>
-constexpr Value value_of(const std::array<Named<Value>, N>& table, std::string_view name) {
-  return std::ranges::find(table, name, &Named<Value>::name)->value;
-}
 
 }  // namespace truepose

@@ -4,6 +4,8 @@
 #include <Eigen/Geometry>
 #include <array>
 
+#include "core/named.hpp"
+
 namespace truepose {
 
 /// The cube of ISO 9283:1998, 6.8, in the part of the workspace that is used most, its edges parallel to the
@@ -18,6 +20,13 @@ struct TestCube {
 
 /// The planes of a cube that a test may lie in, each through two opposite edges (6.8).
 enum class DiagonalPlane { C1C2C7C8, C2C3C8C5, C3C4C5C6, C4C1C6C7 };
+
+inline constexpr std::array kPlaneNames{
+    Named{"C1-C2-C7-C8", DiagonalPlane::C1C2C7C8},
+    Named{"C2-C3-C8-C5", DiagonalPlane::C2C3C8C5},
+    Named{"C3-C4-C5-C6", DiagonalPlane::C3C4C5C6},
+    Named{"C4-C1-C6-C7", DiagonalPlane::C4C1C6C7},
+};
 
 /// C1 to C8, mm, base frame.
 std::array<Eigen::Vector3d, 8> cube_corners(const TestCube& cube);

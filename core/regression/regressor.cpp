@@ -119,6 +119,20 @@ std::optional<RegressorKind> regressor_kind(std::string_view name) {
   return static_cast<RegressorKind>(found - kNames.begin());
 }
 
+std::vector<std::string_view> residual_names() {
+  std::vector<std::string_view> names{"none", "auto"};
+  names.insert(names.end(), kNames.begin(), kNames.end());
+  return names;
+}
+
+std::optional<std::vector<RegressorKind>> residual_kinds(std::string_view name) {
+  if (name == "none") return std::vector<RegressorKind>{};
+  if (name == "auto") return std::vector(kAllRegressors.begin(), kAllRegressors.end());
+  const auto kind = regressor_kind(name);
+  if (!kind) return std::nullopt;
+  return std::vector{*kind};
+}
+
 std::optional<Eigen::VectorXd> Regressor::variance(const Eigen::Ref<const Eigen::VectorXd>&) const {
   return std::nullopt;
 }

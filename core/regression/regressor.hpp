@@ -36,6 +36,12 @@ inline constexpr std::array kAllRegressors{RegressorKind::GaussianProcess, Regre
 std::string_view name_of(RegressorKind kind);
 std::optional<RegressorKind> regressor_kind(std::string_view name);
 
+/// What a choice of residual fields is called: "none", "auto" (cross-validation chooses among all) or one
+/// kind.
+std::vector<std::string_view> residual_names();
+/// The kinds that such a name stands for. Nothing for any other name.
+std::optional<std::vector<RegressorKind>> residual_kinds(std::string_view name);
+
 /// All that a fitted regressor is, as plain numbers: written to a file and restored, it predicts the same to
 /// the last bit.
 struct RegressorState {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "config/cell_setup.hpp"
+#include "core/calibration/option_names.hpp"
 #include "core/kinematics/angles.hpp"
 #include "tests/config/error_of.hpp"
 #include "tests/temp_folder.hpp"
@@ -143,6 +144,23 @@ TEST_F(CellFile, NamesPlaceAndPathOfEveryMistake) {
             "cell.yaml:7:21: reflector.facing: a direction of no length");
   EXPECT_EQ(error(std::string(kSmallest) + "log_level: loud\n"),
             "cell.yaml:7:12: log_level: expected one of trace, debug, info, warn, error, found 'loud'");
+}
+
+TEST_F(CellFile, TakesEveryNameThatTheCommandLineTakes) {
+  for (const std::string_view name : residual_names()) {
+    const CellConfig cell =
+        load(std::string(kSmallest) + "calibration: {residual: " + std::string(name) + "}\n");
+    EXPECT_EQ(cell.calibration.residual, *residual_kinds(name)) << name;
+  }
+  for (const auto& loss : kLossNames) {
+    const CellConfig cell =
+        load(std::string(kSmallest) + "calibration: {loss: " + std::string(loss.name) + "}\n");
+    EXPECT_EQ(cell.calibration.loss, loss.value) << loss.name;
+  }
+  EXPECT_EQ(
+      error(std::string(kSmallest) + "calibration: {residual: fields}\n"),
+      "cell.yaml:7:25: calibration.residual: expected one of none, auto, gp, kriging, idw, mls, nn, found "
+      "'fields'");
 }
 
 TEST_F(CellFile, ReportsAMistakeInTheRobotFileThere) {

@@ -5,7 +5,7 @@
 
 namespace truepose::tools {
 
-CLI::Validator available(std::vector<std::string> values) {
+CLI::Validator available(std::vector<std::string_view> values) {
   const std::string all = CLI::detail::join(values, ", ");
   return {[values = std::move(values), all](const std::string& value) -> std::string {
             if (std::ranges::find(values, value) != values.end()) return {};

@@ -62,19 +62,6 @@ void add_validation(MeasurementData& data, const std::string& file, const RobotM
   }
 }
 
-template <typename Names>
-std::vector<std::string> names_of(const Names& named) {
-  std::vector<std::string> names;
-  for (const auto& entry : named) names.emplace_back(entry.name);
-  return names;
-}
-
-std::vector<std::string> residual_names() {
-  std::vector<std::string> names{"none", "auto"};
-  for (const RegressorKind kind : kAllRegressors) names.emplace_back(name_of(kind));
-  return names;
-}
-
 CalibrateOptions options_of(const CalibrateCommand& command) {
   CalibrateOptions options;
   options.method = value_of(kMethodNames, command.method);
@@ -83,11 +70,7 @@ CalibrateOptions options_of(const CalibrateCommand& command) {
   options.noise = noise_of(command.noise);
   options.deviation = command.deviation == "auto";
   options.harmonics = command.harmonics;
-  if (command.residual == "auto") {
-    options.residual.assign(kAllRegressors.begin(), kAllRegressors.end());
-  } else if (command.residual != "none") {
-    options.residual = {*regressor_kind(command.residual)};
-  }
+  options.residual = *residual_kinds(command.residual);
   return options;
 }
 

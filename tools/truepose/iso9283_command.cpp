@@ -27,17 +27,13 @@ struct Iso9283Command {
   bool fit_frame = false, as_json = false;
 };
 
-/// In the order of DiagonalPlane.
-const std::array<std::string, 4> kPlanes{"C1-C2-C7-C8", "C2-C3-C8-C5", "C3-C4-C5-C6", "C4-C1-C6-C7"};
-
 /// The commanded positions of a test, as a file of targets.
 void print_targets(const Iso9283Command& command) {
   TestCube cube{.edge_mm = command.cube[3]};
   cube.X_BC.translation() = Eigen::Vector3d(command.cube[0], command.cube[1], command.cube[2]);
-  const auto plane = std::ranges::find(kPlanes, command.plane) - kPlanes.begin();
   std::puts("point,x,y,z");
   int number = 0;
-  for (const Eigen::Vector3d& p : test_positions(cube, static_cast<DiagonalPlane>(plane))) {
+  for (const Eigen::Vector3d& p : test_positions(cube, value_of(kPlaneNames, command.plane))) {
     std::printf("P%d,%s,%s,%s\n", ++number, config::format_number(p.x()).c_str(),
                 config::format_number(p.y()).c_str(), config::format_number(p.z()).c_str());
   }
@@ -111,7 +107,7 @@ void add_iso9283_command(CLI::App& app) {
           ->expected(4)
           ->excludes(data);
   sub->add_option("--plane", command->plane, "Diagonal plane of the cube")
-      ->check(available({kPlanes.begin(), kPlanes.end()}))
+      ->check(available(names_of(kPlaneNames)))
       ->needs(cube);
   sub->add_option("--report", command->report_file, "Write a report here (HTML, one file)")->needs(data);
   sub->add_flag("--json", command->as_json, "One JSON document")->needs(data);

@@ -27,6 +27,6 @@ void add_drift_command(CLI::App& app, int& exit_code);
 void add_iso9283_command(CLI::App& app);
 
 /// Refuses a value that this version does not offer, and names those that it does.
-CLI::Validator available(std::vector<std::string> values);
+CLI::Validator available(std::vector<std::string_view> values);
 
 }  // namespace truepose::tools
