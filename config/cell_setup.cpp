@@ -1,8 +1,11 @@
 #include "config/cell_setup.hpp"
 
 #include <algorithm>
+#include <vector>
 
+#include "core/evaluation/cramer_rao.hpp"
 #include "core/kinematics/angles.hpp"
+#include "core/random.hpp"
 
 namespace truepose::config {
 namespace {
@@ -55,6 +58,22 @@ CalibrateOptions calibrate_options(const CellConfig& cell) {
   options.harmonics = cell.calibration.harmonics;
   options.residual = cell.calibration.residual;
   return options;
+}
+
+int fewest_poses_to_identify(const CellConfig& cell) {
+  constexpr int kPoses = 60;  // more than any arm of eight joints needs
+  const CalibratedCell nominal = rough_cell(cell);
+  Random random(0);
+  std::vector<JointVector> poses;
+  for (int i = 0; i < kPoses; ++i) {
+    JointVector& q = poses.emplace_back(nominal.robot.joint_count());
+    for (Eigen::Index j = 0; j < q.size(); ++j) {
+      const Joint& joint = nominal.robot.joints[static_cast<std::size_t>(j)];
+      q[j] = random.uniform(joint.min, joint.max);
+    }
+  }
+  const auto parameters = static_cast<int>(whitened_basis(position_jacobian(nominal, poses)).cols());
+  return parameters / 3 + 1;
 }
 
 CompensationOptions compensation_options(const CellConfig& cell, Approach approach) {

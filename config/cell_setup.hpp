@@ -20,6 +20,10 @@ PlanOptions plan_options(const CellConfig& cell, int poses);
 /// How the cell's campaigns identify.
 CalibrateOptions calibrate_options(const CellConfig& cell);
 
+/// The fewest poses that give more equations than the arm's geometry, its base and the reflector have
+/// parameters that can be told apart.
+int fewest_poses_to_identify(const CellConfig& cell);
+
 /// How the cell's targets are compensated: as its stream does.
 ///
 /// @param approach  directions in which the joints will have moved; outlives the options

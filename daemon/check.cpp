@@ -2,11 +2,17 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <iterator>
 
+#include "config/cell_setup.hpp"
+#include "daemon/address_check.hpp"
 #include "daemon/control/token_file.hpp"
 #include "daemon/ethernet_file.hpp"
 #include "daemon/realtime/stream_cycle.hpp"
+#include "daemon/store/store.hpp"
 
 namespace truepose::daemon {
 
@@ -14,6 +20,12 @@ namespace {
 
 namespace fs = std::filesystem;
 using Level = Finding::Level;
+
+constexpr std::chrono::milliseconds kFastCycle{4}, kSlowCycle{12};
+
+void append(std::vector<Finding>& findings, std::vector<Finding> more) {
+  std::ranges::move(more, std::back_inserter(findings));
+}
 
 void check_stream(const config::CellConfig& config, std::vector<Finding>& findings) {
   const std::string file = config.stream.ethernet_xml.string();
@@ -32,12 +44,21 @@ void check_stream(const config::CellConfig& config, std::vector<Finding>& findin
                                        *ethernet->axis_correction + " as " + ethernet->sentype});
   for (const std::string& sentence : rsi::lint(*ethernet))
     findings.push_back({Level::Warning, file + ": " + sentence});
-  const std::uint16_t port = config.stream.listen.port;
-  if (port != 0 && port != ethernet->port) {
-    findings.push_back({Level::Warning, file + ": the controller sends to port " +
-                                            std::to_string(ethernet->port) + ", but stream.listen is port " +
-                                            std::to_string(port)});
+  append(findings, check_stream_address(config.stream, *ethernet));
+  const auto cycle = config.stream.cycle;
+  if (cycle != kFastCycle && cycle != kSlowCycle) {
+    findings.push_back({Level::Warning, "stream.cycle_ms is " + std::to_string(cycle.count()) +
+                                            ", but controllers send every 4 ms (IPO_FAST) or 12 ms (IPO)"});
   }
+}
+
+std::vector<Finding> check_poses(const config::CellConfig& config) {
+  const int poses = config.campaign.identify_poses;
+  const int fewest = config::fewest_poses_to_identify(config);
+  if (poses >= fewest) return {};
+  return {{Level::Failure, "campaign.identify_poses is " + std::to_string(poses) +
+                               ", too few for the parameters of this arm: give at least " +
+                               std::to_string(fewest) + ", better twice as many"}};
 }
 
 Finding check_token(const fs::path& file) {
@@ -56,6 +77,8 @@ Finding check_store(const fs::path& file) {
   if (!fs::exists(file, none)) return {Level::Good, file.string() + ": will be made"};
   if (!fs::is_regular_file(file, none) || ::access(file.c_str(), R_OK | W_OK) != 0)
     return {Level::Failure, file.string() + ": is no file that this user can read and write"};
+  const StoreResult<void> known = Store::examine(file);
+  if (!known) return {Level::Failure, known.error().detail};
   return {Level::Good, file.string() + ": can be written"};
 }
 
@@ -64,6 +87,9 @@ Finding check_store(const fs::path& file) {
 std::vector<Finding> check(const config::CellConfig& config) {
   std::vector<Finding> findings;
   check_stream(config, findings);
+  append(findings, check_control_address(config.control));
+  append(findings, check_ports(config));
+  append(findings, check_poses(config));
   findings.push_back(check_token(config.control.token_file));
   findings.push_back(check_store(config.store));
   return findings;

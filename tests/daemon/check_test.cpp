@@ -3,10 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
+#include "daemon/store/store.hpp"
 #include "tests/daemon/stream_rig.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -24,13 +26,30 @@ class CheckTest : public testing::Test {
  protected:
   CheckTest() {
     config_.robot.model = nominal_arm();
-    config_.stream.ethernet_xml = fs::path{TRUEPOSE_SOURCE_DIR} / "config/kuka/rsi/truepose_rsi_ethernet.xml";
-    config_.stream.listen.port = 0;
+    config_.robot.eki_motion = {"10.0.0.1", 54600};
+    config_.robot.eki_state = {"10.0.0.1", 54601};
+    config_.tracker.address = {"10.0.0.2", 700};
+    config_.stream.ethernet_xml = rsi_file("192.168.44.10", "127.0.0.1");
+    config_.stream.listen = {"127.0.0.1", 49152};
     config_.control.token_file = folder_.write("token", "0123456789abcdef0123456789abcdef\n");
     fs::permissions(config_.control.token_file, fs::perms::owner_read | fs::perms::owner_write);
     config_.store = folder_.path() / "cell.sqlite";
   }
+  /// The shipped RSI configuration with another text in it.
+  fs::path rsi_file(const std::string& from, const std::string& to) {
+    std::ifstream shipped{fs::path{TRUEPOSE_SOURCE_DIR} / "config/kuka/rsi/truepose_rsi_ethernet.xml"};
+    std::string text{std::istreambuf_iterator<char>{shipped}, {}};
+    text.replace(text.find(from), from.size(), to);
+    return folder_.write("rsi.xml", text);
+  }
   std::vector<Finding> findings() const { return check(config_); }
+  std::string warnings() const {
+    std::string all;
+    for (const Finding& finding : findings()) {
+      if (finding.level == Level::Warning) all += finding.text + "\n";
+    }
+    return all;
+  }
   static auto failure(const std::string& text) {
     return Contains(
         testing::AllOf(Field(&Finding::level, Level::Failure), Field(&Finding::text, HasSubstr(text))));
@@ -51,24 +70,83 @@ TEST_F(CheckTest, FindsEverythingGoodInTheShippedFilesAndChangesNothing) {
 
 TEST_F(CheckTest, SaysWhereTheRsiConfigurationFails) {
   config_.stream.ethernet_xml = folder_.path() / "none.xml";
-  EXPECT_THAT(findings(), failure("none.xml: cannot be read"));
+  EXPECT_THAT(findings(), failure("none.xml: cannot be opened"));
   config_.stream.ethernet_xml = folder_.write("bad.xml", "<ROOT><CONFIG>");
   EXPECT_THAT(findings(), failure("bad.xml: "));
 }
 
 TEST_F(CheckTest, WarnsOfWhatMakesTheRsiConfigurationBehaveBadly) {
-  std::ifstream shipped{config_.stream.ethernet_xml};
-  std::string text{std::istreambuf_iterator<char>{shipped}, {}};
-  const auto hold = text.find("HOLDON=\"1\"");
-  ASSERT_NE(hold, text.npos);
-  text.replace(hold, 10, "HOLDON=\"0\"");
-  config_.stream.ethernet_xml = folder_.write("rsi.xml", text);
+  config_.stream.ethernet_xml = rsi_file("HOLDON=\"1\"", "HOLDON=\"0\"");
   EXPECT_THAT(findings(), warning("HOLDON"));
 }
 
-TEST_F(CheckTest, WarnsOfAControllerThatSendsToAnotherPort) {
-  config_.stream.listen.port = 1;
-  EXPECT_THAT(findings(), warning("stream.listen is port 1"));
+TEST_F(CheckTest, SaysWhereTheControllerSendsToAndWhereTheDaemonListens) {
+  const std::string file = config_.stream.ethernet_xml.string();
+  config_.stream.listen.port = 29152;
+  EXPECT_EQ(warnings(), "the controller sends to 127.0.0.1:49152 (IP_NUMBER and PORT of " + file +
+                            "), but stream.listen is 127.0.0.1:29152: make them the same\n");
+  config_.stream.listen = {"127.0.0.2", 49152};
+  EXPECT_THAT(warnings(), HasSubstr("but stream.listen is 127.0.0.2:49152"));
+  config_.stream.listen = {"127.0.0.2", 0};
+  EXPECT_THAT(warnings(), HasSubstr("but stream.listen is 127.0.0.2:0"));
+  config_.stream.listen = {"127.0.0.1", 0};
+  EXPECT_EQ(warnings(), "");
+  config_.stream.listen = {"0.0.0.0", 49152};
+  EXPECT_EQ(warnings(), "");
+}
+
+TEST_F(CheckTest, WarnsOfAnAddressThatThisMachineDoesNotHave) {
+  // 192.0.2.0/24 is for documentation: nobody has it.
+  config_.stream.ethernet_xml = rsi_file("192.168.44.10", "192.0.2.1");
+  config_.stream.listen = {"192.0.2.1", 49152};
+  EXPECT_EQ(warnings(),
+            "stream.listen: this machine does not have the address 192.0.2.1 now: the daemon cannot start "
+            "before its "
+            "network card has it\n");
+  config_.stream.listen = {"0.0.0.0", 49152};
+  EXPECT_THAT(warnings(), HasSubstr("the controller sends to 192.0.2.1:49152"));
+  EXPECT_THAT(warnings(), HasSubstr("but this machine does not have that address now"));
+}
+
+TEST_F(CheckTest, RefusesAnAddressThatIsNone) {
+  for (const char* bad : {"192.168.44", "192.168.44.256", "cell-pc", "::1", "0.0.0.0"}) {
+    config_.stream.ethernet_xml = rsi_file("192.168.44.10", bad);
+    EXPECT_THAT(findings(), failure("CONFIG/IP_NUMBER is \"" + std::string{bad} + "\"")) << bad;
+  }
+  config_.stream.ethernet_xml = rsi_file("192.168.44.10", "127.0.0.1");
+  config_.stream.listen.host = "::1";
+  EXPECT_THAT(findings(), failure("stream.listen: \"::1\" is not an IPv4 address"));
+  config_.control.listen.host = "cell-pc";
+  EXPECT_THAT(findings(), failure("control.listen: \"cell-pc\" is not an IP address"));
+  config_.control.listen.host = "0.0.0.0";
+  EXPECT_THAT(findings(), failure("can be reached from other machines"));
+}
+
+TEST_F(CheckTest, RefusesTwoKeysWithOnePort) {
+  config_.robot.eki_state = config_.robot.eki_motion;
+  EXPECT_THAT(findings(), failure("robot.eki_motion and robot.eki_state are both 10.0.0.1:54600"));
+  config_.robot.eki_state = {"localhost", 7210};
+  EXPECT_THAT(findings(), failure("robot.eki_state and control.listen are both 127.0.0.1:7210"));
+  config_.control.listen.port = 0;
+  EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));
+}
+
+TEST_F(CheckTest, WarnsOfACycleThatNoControllerHas) {
+  config_.stream.cycle = std::chrono::milliseconds{40};
+  EXPECT_EQ(warnings(), "stream.cycle_ms is 40, but controllers send every 4 ms (IPO_FAST) or 12 ms (IPO)\n");
+  config_.stream.cycle = std::chrono::milliseconds{12};
+  EXPECT_EQ(warnings(), "");
+}
+
+TEST_F(CheckTest, RefusesFewerPosesThanTheArmHasParameters) {
+  config_.reflector.p_FS_mm = {60, -50, 190};  // off axis 6: its turn shows
+  config_.campaign.coarse_after = 5;
+  for (int poses : {5, 8, 9}) {
+    config_.campaign.identify_poses = poses;
+    EXPECT_THAT(findings(), failure("campaign.identify_poses is " + std::to_string(poses)));
+  }
+  config_.campaign.identify_poses = 10;
+  EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));
 }
 
 TEST_F(CheckTest, RefusesATokenThatOthersCanReadOrGuessOrThatIsNotThere) {
@@ -86,6 +164,28 @@ TEST_F(CheckTest, RefusesAStoreThatCannotBeMade) {
   EXPECT_THAT(findings(), failure("there is no folder"));
   config_.store = folder_.path();
   EXPECT_THAT(findings(), failure("is no file"));
+}
+
+TEST_F(CheckTest, RefusesAStoreThatTheStartWouldRefuseAndLeavesItAsItIs) {
+  config_.store = config_.control.token_file;
+  EXPECT_THAT(findings(), failure("file is not a database"));
+  config_.store = folder_.write("other.sqlite", "");
+  EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));
+
+  config_.store = folder_.path() / "cell.sqlite";
+  ASSERT_TRUE(Store::open(config_.store));
+  const auto bytes = [this] {
+    std::ifstream file{config_.store, std::ios::binary};
+    return std::string{std::istreambuf_iterator<char>{file}, {}};
+  };
+  const std::string before = bytes();
+  EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));
+  EXPECT_EQ(bytes(), before);
+
+  std::string damaged = before;
+  damaged.replace(damaged.size() / 2, 2000, 2000, '\x7F');
+  config_.store = folder_.write("damaged.sqlite", damaged);
+  EXPECT_THAT(findings(), failure("damaged.sqlite"));
 }
 
 }  // namespace
