@@ -7,7 +7,7 @@
 
 namespace truepose {
 
-/// Seconds that this thread computes, the least of three runs: others on the machine hardly change them.
+/// Seconds that this thread computes, the less of two runs: others on the machine hardly change them.
 inline double cpu_seconds(const std::function<void()>& work) {
   const auto now = [] {
     timespec time{};
@@ -15,7 +15,7 @@ inline double cpu_seconds(const std::function<void()>& work) {
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
   };
   double least = std::numeric_limits<double>::max();
-  for (int run = 0; run < 3; ++run) {
+  for (int run = 0; run < 2; ++run) {
     const double begin = now();
     work();
     least = std::min(least, now() - begin);

@@ -98,9 +98,9 @@ TEST(YamlText, IsReadInTimeInProportionToIt) {
 
 TEST(YamlText, HasAMostOfValuesAndBytes) {
   const auto item = [](const std::string&) { return std::string("- 1\n"); };
-  EXPECT_EQ(yaml_error(repeated(99'999, item)), "no error");
   EXPECT_THAT(yaml_error(repeated(100'001, item)), HasSubstr("too many or too deeply nested values"));
-  EXPECT_THAT(yaml_error(repeated(300'000, item)), HasSubstr("f:200000:3: too many"));
+  // Before the tree has become larger than it may be.
+  EXPECT_THAT(yaml_error(repeated(250'000, item)), HasSubstr("f:200000:3: too many"));
   const TempFolder folder;
   const auto file = folder.write("large.yaml", std::string(kMostBytesOfYaml + 1, ' '));
   EXPECT_THAT(error([&] { read_yaml(file); }), HasSubstr("large.yaml: has more than 16 MiB"));
