@@ -1,13 +1,14 @@
 #include "drivers/leica/emscon_tracker.hpp"
 
-#include <cmath>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "drivers/deadline.hpp"
 #include "drivers/leica/emscon_connection.hpp"
+#include "drivers/plausible_point.hpp"
 #include "proto/emscon/status.hpp"
 
 namespace truepose::drivers {
@@ -73,9 +74,29 @@ Reading reading_of(const Result& result) {
            .humidity_percent = result.environment.humidity}};
 }
 
-bool is_finite(const SmrPoint& point) {
-  return point.p_WS_mm.allFinite() && point.std_mm.allFinite() && std::isfinite(point.temperature_c) &&
-         std::isfinite(point.pressure_mbar) && std::isfinite(point.humidity_percent);
+std::string_view name_at(std::span<const std::string_view> names, auto unit) {
+  const auto index = static_cast<std::size_t>(std::to_underlying(unit));
+  return index < names.size() ? names[index] : "unknown";
+}
+
+/// "mm, rad, C, mbar"
+std::string described(const Units& units) {
+  constexpr std::string_view kLengths[] = {"m", "mm", "um", "ft", "yd", "in"};
+  constexpr std::string_view kAngles[] = {"rad", "deg", "gon"};
+  constexpr std::string_view kTemperatures[] = {"C", "F"};
+  constexpr std::string_view kPressures[] = {"mbar", "hPa", "kPa", "mmHg", "psi", "inH2O", "inHg"};
+  std::string text{name_at(kLengths, units.length)};
+  text.append(", ").append(name_at(kAngles, units.angle));
+  text.append(", ").append(name_at(kTemperatures, units.temperature));
+  return text.append(", ").append(name_at(kPressures, units.pressure));
+}
+
+/// "reflector", and what is there in its place where that can be said.
+std::string described(const Setting& setting, const Body& found) {
+  std::string text{setting.name};
+  const auto* units = std::get_if<Units>(&found);
+  if (units != nullptr) text += " (it has " + described(*units) + ", needed are " + described(kUnits) + ")";
+  return text;
 }
 
 TrackerError beam_broken(const std::string& evidence) {
@@ -114,7 +135,7 @@ class EmsconTracker::Session {
   TrackerTask<std::int32_t> find_reflector_id();
   TrackerTask<void> set_search(double radius_mm);
   TrackerTask<void> write_settings();
-  TrackerTask<std::string_view> first_wrong_setting();
+  TrackerTask<std::string> first_wrong_setting();
   TrackerTask<void> ensure_settings();
   TrackerTask<Reading> reading();
 
@@ -211,8 +232,14 @@ TrackerTask<std::int32_t> EmsconTracker::Session::find_reflector_id() {
     }
     const ReflectorEntry& entry = std::get<ReflectorEntry>(answer->body);
     if (entry.total > 0) known += (known.empty() ? "" : ", ") + entry.name;
-    if (entry.total > 0 && entry.name == options_.reflector) found = entry.id;
+    const bool any = options_.reflector.empty();
+    if (entry.total > 0 && !found && (any || entry.name == options_.reflector)) found = entry.id;
     if (count++ >= entry.total) break;
+  }
+  if (known.empty()) {
+    co_return std::unexpected(
+        TrackerError{TrackerFault::Refused,
+                     "the tracker lists no reflectors: define one with the tracker's own software"});
   }
   if (!found) {
     co_return std::unexpected(
@@ -232,22 +259,22 @@ TrackerTask<void> EmsconTracker::Session::write_settings() {
   co_return TrackerResult<void>{};
 }
 
-/// @return the name of a setting that is not as wanted, or an empty one
-TrackerTask<std::string_view> EmsconTracker::Session::first_wrong_setting() {
+/// @return which setting is not as wanted, or nothing
+TrackerTask<std::string> EmsconTracker::Session::first_wrong_setting() {
   for (const Setting& setting : settings_) {
     const std::string what = "the tracker hides its " + std::string{setting.name};
     const auto answer = co_await ask(setting.get, what);
     if (!answer) co_return std::unexpected(answer.error());
     if (without_hardware_facts(answer->body) != without_hardware_facts(setting.wanted))
-      co_return setting.name;
+      co_return described(setting, answer->body);
   }
-  co_return std::string_view{};
+  co_return std::string{};
 }
 
 /// Reads the settings back, and writes them again where another program has changed them. Reading first,
 /// because every write raises events that cannot be told from another program's.
 TrackerTask<void> EmsconTracker::Session::ensure_settings() {
-  std::string_view wrong;
+  std::string wrong;
   for (int attempt = 0; settings_in_doubt_ && attempt < 3; ++attempt) {
     settings_in_doubt_ = false;
     const auto checked = co_await first_wrong_setting();
@@ -260,7 +287,7 @@ TrackerTask<void> EmsconTracker::Session::ensure_settings() {
     if (!written) co_return std::unexpected(written.error());
   }
   if (settings_in_doubt_) {
-    const std::string name{wrong.empty() ? "settings" : wrong};
+    const std::string name = wrong.empty() ? "settings" : wrong;
     co_return std::unexpected(
         TrackerError{TrackerFault::NotReady,
                      "the tracker does not keep its " + name + ": does another program change them?"});
@@ -413,10 +440,12 @@ TrackerTask<SmrPoint> EmsconTracker::Session::measure() {
     if (error.fault == TrackerFault::Refused) error.fault = TrackerFault::BeamBroken;
     co_return std::unexpected(error);
   }
-  if (!is_finite(result->point)) {
+  if (!result->point.p_WS_mm.allFinite()) {
     co_return std::unexpected(
         TrackerError{TrackerFault::Protocol, "the tracker sent a point that is not a number"});
   }
+  if (auto why_not = implausible(result->point))
+    co_return std::unexpected(TrackerError{TrackerFault::Refused, *std::move(why_not)});
   if (settings_in_doubt_) {
     co_return std::unexpected(TrackerError{
         TrackerFault::NotReady, "another program changed the tracker's settings during the measurement"});

@@ -13,7 +13,8 @@ namespace truepose::drivers {
 struct EmsconOptions {
   std::string host = "192.168.0.1";
   std::uint16_t port = 700;
-  std::string reflector = "CCR-1.5in";  ///< by the name that the tracker knows it by
+  std::string reflector =
+      "CCR-1.5in";  ///< by the name that the tracker knows it by; empty: the first that it lists
   std::chrono::milliseconds measure{2000};
   std::chrono::milliseconds search_timeout{10000};  ///< that the tracker itself gives a search
 };

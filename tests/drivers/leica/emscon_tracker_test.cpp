@@ -110,7 +110,8 @@ TEST_F(EmsconTrackerTest, RefusesATrackerThatDoesNotKeepItsUnits) {
   fake.script(GetUnits, [&] { fake.answer(GetUnits, 0, Units{.length = LengthUnit::Inch}); });
   const auto identity = connect();
   expect_fault(identity, TrackerFault::NotReady);
-  EXPECT_THAT(identity.error().detail, HasSubstr("units"));
+  EXPECT_THAT(identity.error().detail,
+              HasSubstr("its units (it has in, rad, C, mbar, needed are mm, rad, C, mbar)"));
 }
 
 TEST_F(EmsconTrackerTest, NamesTheAddressThatNobodyAnswersAt) {
@@ -184,7 +185,7 @@ TEST_F(EmsconTrackerTest, TakesTheResultBeforeOrAfterTheAnswerAndWhateverComesBe
   fake.script(StartMeasurement, [&] {
     fake.answer(StartMeasurement);
     fake.send(ReflectorPosResult{0, {9, 9, 9}});
-    fake.send(SingleMeasResult2{.v = {1001, 2000, -500}});
+    fake.send(SingleMeasResult2{.v = {1001, 2000, -500}, .environment = fake.result.environment});
     fake.event(SystemEvent::MeasurementReady);
   });
   expect_point(1001);
@@ -235,10 +236,54 @@ TEST_F(EmsconTrackerTest, NeverTurnsAFailedMeasurementIntoANumber) {
   expect_fault(measure(), TrackerFault::Protocol);
   bad.v[1] = 0;
   bad.std[2] = std::numeric_limits<double>::infinity();
-  expect_fault(measure(), TrackerFault::Protocol);
+  expect_fault(measure(), TrackerFault::Refused);
 
   fake.unscript(StartMeasurement);
   expect_point();
+}
+
+TEST_F(EmsconTrackerTest, RefusesAirAndSpreadsThatCannotBeAndSaysWhatCan) {
+  ASSERT_TRUE(connect());
+  SingleMeasResult sent = fake.result;
+  fake.script(StartMeasurement, [&] {
+    fake.answer(StartMeasurement);
+    fake.send(sent);
+  });
+  const auto refused = [&](double& number, double value) {
+    sent = fake.result;
+    number = value;
+    const auto point = measure();
+    expect_fault(point, TrackerFault::Refused);
+    return point ? "" : point.error().detail;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double kelvin_zero : {-273.0, 1e9, nan})
+    EXPECT_THAT(refused(sent.environment.temperature, kelvin_zero), HasSubstr("plausible are -20..60 C"));
+  EXPECT_THAT(refused(sent.environment.temperature, -273), HasSubstr("an air temperature of -273 C"));
+  for (const double vacuum : {0.0, -1.0, 1e5, nan})
+    EXPECT_THAT(refused(sent.environment.pressure, vacuum), HasSubstr("plausible are 500..1100 mbar"));
+  for (const double humidity : {-1.0, 101.0, nan})
+    EXPECT_THAT(refused(sent.environment.humidity, humidity), HasSubstr("plausible are 0..100 %"));
+  for (double& spread : sent.std) {
+    for (const double value : {-1.0, 1e9, nan})
+      EXPECT_THAT(refused(spread, value), HasSubstr("plausible are 0..100 mm"));
+  }
+  sent = fake.result;
+  expect_point();
+}
+
+TEST_F(EmsconTrackerTest, TakesTheFirstReflectorThatTheTrackerListsWhereNoneIsNamed) {
+  EmsconTracker any{io.get_executor(), clock, {.host = "127.0.0.1", .port = fake.port(), .reflector = ""}};
+  const auto identity = run(any.connect({}));
+  ASSERT_TRUE(identity) << identity.error().detail;
+  EXPECT_EQ(fake.kept[GetReflector], Body{ReflectorChoice{4}});
+}
+
+TEST_F(EmsconTrackerTest, SaysWhatToDoWithATrackerThatListsNoReflector) {
+  fake.script(GetReflectors, [&] { fake.answer(GetReflectors, 0, ReflectorEntry{}); });
+  const auto identity = connect();
+  expect_fault(identity, TrackerFault::Refused);
+  EXPECT_THAT(identity.error().detail, HasSubstr("the tracker lists no reflectors: define one"));
 }
 
 TEST_F(EmsconTrackerTest, DoesNotMeasureWithoutALock) {
