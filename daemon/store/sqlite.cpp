@@ -1,11 +1,15 @@
 #include "daemon/store/sqlite.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include "proto/text/device_text.hpp"
 
 namespace truepose::daemon::sqlite {
 
 void Statement::bound(int code) {
-  if (error_ == SQLITE_OK) error_ = code;
+  if (!error_ && code != SQLITE_OK) error_ = database_->error(code);
 }
 
 Statement& Statement::bind(std::string_view text) {
@@ -25,7 +29,7 @@ Statement& Statement::bind(std::int64_t number) {
 }
 
 StoreResult<bool> Statement::step() {
-  if (error_ != SQLITE_OK) return std::unexpected(database_->error(error_));
+  if (error_) return std::unexpected(*error_);
   const int code = sqlite3_step(statement_.get());
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) return false;
@@ -56,6 +60,9 @@ std::string Statement::document(int column) const {
 }
 
 StoreResult<std::unique_ptr<Database>> Database::open(const std::string& file) {
+  // SQLite would make it readable for everybody. Its other files take the rights of this one.
+  const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
+  if (made >= 0) ::close(made);
   return open(file, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
 }
 
@@ -76,7 +83,8 @@ Statement Database::prepare(std::string_view sql) {
   sqlite3_stmt* statement = nullptr;
   const int code =
       sqlite3_prepare_v2(connection_.get(), sql.data(), static_cast<int>(sql.size()), &statement, nullptr);
-  return Statement{*this, statement, code};
+  // At once: the words of an error are those of the last call.
+  return Statement{*this, statement, code == SQLITE_OK ? std::nullopt : std::optional{error(code)}};
 }
 
 StoreResult<void> Database::execute(const std::string& sql) {
@@ -95,6 +103,7 @@ StoreResult<std::string> Database::value(std::string_view sql) {
 StoreError Database::error(int code) {
   const char* const says = connection_ ? sqlite3_errmsg(connection_.get()) : sqlite3_errstr(code);
   StoreError error{file_ + ": " + says};
+  if ((code & 0xff) == SQLITE_FULL) error.detail += "; free space, then restart";
   if ((code & 0xff) == SQLITE_IOERR && !device_error_) device_error_ = error;
   return error;
 }

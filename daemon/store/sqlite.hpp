@@ -40,21 +40,22 @@ class Statement {
   struct Finalize {
     void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
   };
-  Statement(Database& database, sqlite3_stmt* statement, int error)
-      : database_{&database}, statement_{statement}, error_{error} {}
+  Statement(Database& database, sqlite3_stmt* statement, std::optional<StoreError> error)
+      : database_{&database}, statement_{statement}, error_{std::move(error)} {}
   void bound(int code);
   std::string_view bytes(int column) const;
 
   Database* database_;
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
-  int error_;  // first error of preparing or binding, told by step()
+  std::optional<StoreError>
+      error_;  // first one of preparing or binding, in SQLite's words of then; told by step()
   int next_ = 1;
 };
 
 /// One connection. Not thread-safe.
 class Database {
  public:
-  /// @param file  made where it does not exist
+  /// @param file  made where it does not exist, for its owner alone
   static StoreResult<std::unique_ptr<Database>> open(const std::string& file);
   static StoreResult<std::unique_ptr<Database>> open_to_read(const std::string& file);
   Database(const Database&) = delete;
@@ -68,7 +69,8 @@ class Database {
   StoreResult<std::string> value(std::string_view sql);
   int changes() const { return sqlite3_changes(connection_.get()); }
 
-  /// "cell.db: database or disk is full": the file and what SQLite says. Remembers errors of the device.
+  /// "cell.db: database or disk is full; free space, then restart": the file, what SQLite says and what to
+  /// do. Remembers errors of the device.
   StoreError error(int code);
   /// The error of the device that this connection met first.
   const std::optional<StoreError>& device_error() const { return device_error_; }

@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "daemon/store/sha256.hpp"
 #include "daemon/store/sqlite.hpp"
 
 namespace truepose::daemon {
@@ -18,7 +19,7 @@ using sqlite::Statement;
 using sqlite::Transaction;
 
 constexpr std::int64_t kApplicationId = 0x54505345;  // "TPSE", so that `file` and we know our own
-constexpr std::int64_t kSchemaVersion = 3;
+constexpr std::int64_t kSchemaVersion = 4;
 
 // Lists of joints are JSON text with every digit: a person can read them, json_each() too.
 constexpr const char* kSchema1 = R"sql(
@@ -151,6 +152,13 @@ UPDATE campaign SET kind = old_kind;
 ALTER TABLE campaign DROP COLUMN old_kind;
 )sql";
 
+// Models carry what shows that they are still the ones that were made. Those from before carry nothing: a
+// hash given to them now would vouch for whatever became of them.
+constexpr const char* kSchema4 = R"sql(
+ALTER TABLE model ADD COLUMN largest_correction_deg REAL NOT NULL DEFAULT 0;
+ALTER TABLE model ADD COLUMN sha256 TEXT NOT NULL DEFAULT '';
+)sql";
+
 constexpr const char* kDeactivate = "UPDATE model SET active=0 WHERE active=1";
 
 constexpr std::array<std::string_view, 6> kPurposes{"identify",  "validate", "remeasure",
@@ -213,7 +221,9 @@ ModelRecord model_of(const Statement& row) {
           .yaml = row.document(4),
           .validation_before_mm = row.number(5),
           .validation_after_mm = row.number(6),
-          .active = row.integer(7) != 0};
+          .active = row.integer(7) != 0,
+          .largest_correction_deg = row.number(8),
+          .sha256 = row.text(9)};
 }
 
 template <typename Record>
@@ -283,6 +293,7 @@ StoreResult<void> migrate(Database& database, const std::string& file) {
   if (*version == 0) steps += kSchema1 + ("PRAGMA application_id=" + std::to_string(kApplicationId)) + ";";
   if (*version < 2) steps += kSchema2;
   if (*version < 3) steps += kSchema3;
+  if (*version < 4) steps += kSchema4;
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
 }
 
@@ -292,9 +303,10 @@ struct Store::Impl {
   std::unique_ptr<Database> database;
 
   Statement inserted(const ModelRecord& m) {
-    Statement insert = database->prepare("INSERT INTO model VALUES (?,?,?,?,?,?,?,0)");
+    Statement insert = database->prepare("INSERT INTO model VALUES (?,?,?,?,?,?,?,0,?,?)");
     insert.bind(m.id).bind(m.created).bind(m.campaign_id).bind(m.robot_serial).bind(m.yaml);
     insert.bind(m.validation_before_mm).bind(m.validation_after_mm);
+    insert.bind(m.largest_correction_deg).bind(sha256_hex(m.yaml));
     return insert;
   }
   Statement activated(const std::string& id) {
@@ -302,6 +314,10 @@ struct Store::Impl {
     update.bind(id);
     return update;
   }
+
+  /// Brings what is committed from the log into the file itself, so that the file alone is the whole store.
+  /// Where somebody reads at that moment it is left to the next time: it is on the disk either way.
+  void gather() { static_cast<void>(database->value("PRAGMA wal_checkpoint(TRUNCATE)")); }
 
   /// Runs statements as one transaction: on the disk, or not at all.
   StoreResult<void> commit(std::string_view operation, const std::vector<Statement*>& statements) {
@@ -398,11 +414,17 @@ StoreResult<void> Store::end_campaign(const CampaignRecord& c, const std::option
   Statement update = impl_->database->prepare(
       "UPDATE campaign SET ended=?, state=?, reason=?, model_id=?, document=? WHERE id=?");
   update.bind(c.ended).bind(c.state).bind(c.reason).bind(c.model_id).bind(c.document).bind(c.id);
-  if (!made) return impl_->commit(operation, {&update});
-  Statement insert = impl_->inserted(*made);
-  if (!made->active) return impl_->commit(operation, {&insert, &update});
-  Statement none = impl_->database->prepare(kDeactivate), one = impl_->activated(made->id);
-  return impl_->commit(operation, {&insert, &update, &none, &one});
+  std::vector<Statement> of_model;
+  if (made) of_model.push_back(impl_->inserted(*made));
+  if (made && made->active) {
+    of_model.push_back(impl_->database->prepare(kDeactivate));
+    of_model.push_back(impl_->activated(made->id));
+  }
+  std::vector<Statement*> all{&update};
+  for (Statement& statement : of_model) all.push_back(&statement);
+  const StoreResult<void> ended = impl_->commit(operation, all);
+  if (ended) impl_->gather();
+  return ended;
 }
 
 StoreResult<int> Store::fail_interrupted(const std::string& ended) {
@@ -419,7 +441,7 @@ StoreResult<std::vector<CampaignRecord>> Store::campaigns() {
   return all<CampaignRecord>(
       impl_->database->prepare("SELECT id, started, ended, state, reason, robot_model, robot_serial, "
                                "tracker_model, tracker_serial, model_id, '', kind"
-                               " FROM campaign ORDER BY started DESC, rowid DESC"),
+                               " FROM campaign ORDER BY rowid DESC"),
       campaign_of);
 }
 
@@ -490,10 +512,12 @@ StoreResult<void> Store::activate_model(const std::string& id) {
 }
 
 StoreResult<std::vector<ModelRecord>> Store::models() {
-  return all<ModelRecord>(impl_->database->prepare("SELECT id, created, campaign_id, robot_serial, '', "
-                                                   "validation_before_mm, validation_after_mm, active"
-                                                   " FROM model ORDER BY created DESC, rowid DESC"),
-                          model_of);
+  return all<ModelRecord>(
+      impl_->database->prepare(
+          "SELECT id, created, campaign_id, robot_serial, '', "
+          "validation_before_mm, validation_after_mm, active, largest_correction_deg, sha256"
+          " FROM model ORDER BY rowid DESC"),
+      model_of);
 }
 
 StoreResult<std::optional<ModelRecord>> Store::model(const std::string& id) {

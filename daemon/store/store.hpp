@@ -55,7 +55,7 @@ struct CampaignRecord {
   std::string started;               ///< RFC 3339
   std::string ended;                 ///< empty while it runs
   std::string state;                 ///< "running", "done", "aborted", "failed"
-  std::string reason;                ///< for aborted and failed
+  std::string reason;                ///< for aborted and failed, and why a model was not activated
   std::string robot_model, robot_serial, tracker_model, tracker_serial;
   std::string model_id;  ///< of the model that it made, or empty
   std::string document;  ///< the calibration document (JSON), or empty
@@ -69,6 +69,10 @@ struct ModelRecord {
   std::string yaml;  ///< model file
   double validation_before_mm = 0, validation_after_mm = 0;
   bool active = false;
+  /// Of a joint over the poses that it was made from, deg (of a slide, as many 180/pi metres); 0: stored
+  /// before that was said.
+  double largest_correction_deg = 0;
+  std::string sha256;  ///< of the yaml, by the store when it took the model; empty: stored before that
 };
 
 /// The cell's memory: one SQLite file (WAL, synchronous=FULL). A call that returned without an error is on
@@ -89,12 +93,12 @@ class Store {
   StoreResult<void> add_point(const std::string& campaign_id, const StoredPoint& point);
   StoreResult<void> add_skipped(const std::string& campaign_id, const SkippedPose& skipped);
   /// Writes state, end, reason, model and document of a campaign, and in the same transaction the model that
-  /// it made, the active one from then on if it says so.
+  /// it made, the active one from then on if it says so. A copy of the file alone then holds all of it.
   StoreResult<void> end_campaign(const CampaignRecord& campaign, const std::optional<ModelRecord>& made = {});
   /// Ends as failed the campaigns that still run here, which those of a daemon that died do.
   /// @return how many
   StoreResult<int> fail_interrupted(const std::string& ended);
-  StoreResult<std::vector<CampaignRecord>> campaigns();  ///< newest first, without documents
+  StoreResult<std::vector<CampaignRecord>> campaigns();  ///< the last begun first, without documents
   StoreResult<std::optional<CampaignRecord>> campaign(const std::string& id);
   StoreResult<std::vector<StoredPoint>> points(const std::string& campaign_id);
   StoreResult<std::vector<SkippedPose>> skipped(const std::string& campaign_id);
@@ -102,7 +106,7 @@ class Store {
   StoreResult<void> add_model(const ModelRecord& model);
   /// In one transaction: this model active, every other not. An empty id deactivates.
   StoreResult<void> activate_model(const std::string& id);
-  StoreResult<std::vector<ModelRecord>> models();  ///< newest first, without yaml
+  StoreResult<std::vector<ModelRecord>> models();  ///< the last made first, without yaml
   StoreResult<std::optional<ModelRecord>> model(const std::string& id);
   StoreResult<std::optional<ModelRecord>> active_model();
 

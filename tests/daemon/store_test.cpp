@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -73,7 +74,8 @@ ModelRecord model(const std::string& id, const std::string& created) {
           .yaml = "name: " + id + "\n",
           .validation_before_mm = 1.0 / 3,
           .validation_after_mm = 0.04,
-          .active = false};
+          .active = false,
+          .largest_correction_deg = 0.25};
 }
 
 StoredPoint point(int pose) {
@@ -177,6 +179,56 @@ TEST_F(StoreTest, GivesTextsThatMayBeLoggedAndSentWhateverHasBecomeOfTheFile) {
   EXPECT_EQ(stored.yaml, "name: a\uFFFD\n\tb: 1");
 }
 
+TEST_F(StoreTest, ListsTheCampaignThatWasBegunLastFirstWhateverTheClockSaid) {
+  Store store = open();
+  ASSERT_TRUE(store.begin_campaign(campaign("c1")));
+  CampaignRecord set_back = campaign("c2");
+  set_back.started = "2019-01-01T00:00:00Z";
+  ASSERT_TRUE(store.begin_campaign(set_back));
+  EXPECT_EQ(store.campaigns()->front().id, "c2");
+  ASSERT_TRUE(store.add_model(model("m1", "2026-08-17T11:00:00Z")));
+  ASSERT_TRUE(store.add_model(model("m2", "2019-01-01T00:00:00Z")));
+  EXPECT_EQ(store.models()->front().id, "m2");
+}
+
+TEST_F(StoreTest, IsWholeInItsFileAloneAtTheEndOfACampaign) {
+  Store store = open();
+  ASSERT_TRUE(store.begin_campaign(campaign("c1")));
+  for (int pose = 0; pose < 20; ++pose) ASSERT_TRUE(store.add_point("c1", point(pose)));
+  CampaignRecord ended = campaign("c1");
+  ended.state = "done";
+  ended.model_id = "m1";
+  ModelRecord made = model("m1", "2026-08-17T11:00:00Z");
+  made.active = true;
+  ASSERT_TRUE(store.end_campaign(ended, made));
+
+  // A copy as a person makes it, of the one file that they know of, while the daemon goes on.
+  std::filesystem::copy_file(file_, folder_.path() / "copy.db");
+  StoreResult<Store> copy = Store::open(folder_.path() / "copy.db");
+  ASSERT_TRUE(copy) << copy.error().detail;
+  ASSERT_EQ(copy->campaigns()->size(), 1U);
+  EXPECT_EQ(copy->points("c1")->size(), 20U);
+  EXPECT_EQ(copy->active_model().value()->id, "m1");
+}
+
+TEST_F(StoreTest, IsForItsOwnerAlone) {
+  using std::filesystem::perms;
+  const mode_t before = umask(022);
+  Store store = open();
+  umask(before);
+  ASSERT_TRUE(store.begin_campaign(campaign("c1")));
+  for (const auto& file : std::filesystem::directory_iterator{folder_.path()})
+    EXPECT_EQ(file.status().permissions(), perms::owner_read | perms::owner_write) << file.path();
+}
+
+TEST_F(StoreTest, SaysInTheWordsOfTheDatabaseWhatIsWrongWithItsTables) {
+  Store store = open();
+  execute("ALTER TABLE skipped RENAME TO elsewhere");
+  EXPECT_THAT(store.add_skipped("c1", {}).error().detail, HasSubstr("no such table: skipped"));
+  execute("ALTER TABLE point RENAME COLUMN x_mm TO x");
+  EXPECT_THAT(store.points("c1").error().detail, HasSubstr("no such column: x_mm"));
+}
+
 TEST_F(StoreTest, WritesTheEndOfACampaignWithItsModelAndItsActivationOrNothingOfIt) {
   Store store = open();
   ASSERT_TRUE(store.begin_campaign(campaign("c1")));
@@ -248,6 +300,8 @@ TEST_F(StoreTest, HasAtMostOneActiveModel) {
     EXPECT_EQ((*models)[0].yaml, "");
   }
   EXPECT_EQ((*store.model("m1"))->yaml, "name: m1\n");
+  EXPECT_EQ((*store.model("m1"))->sha256, "156f890dd01a0e22971de33835aad50d24b7fd1858cfa86a894d7f1a42c55458");
+  EXPECT_EQ((*store.model("m1"))->largest_correction_deg, 0.25);
   EXPECT_EQ((*store.model("m1"))->validation_before_mm, 1.0 / 3);
   ASSERT_TRUE(store.activate_model(""));
   EXPECT_FALSE(*store.active_model());
@@ -305,6 +359,8 @@ TEST_F(StoreTest, KeepsTheKindsOfAFileThatKnewFewer) {
     ASSERT_TRUE(store.begin_campaign(drift));
     ASSERT_TRUE(store.add_point("d", point(2)));
   }
+  // Before models carried a hash.
+  execute("ALTER TABLE model DROP COLUMN sha256; ALTER TABLE model DROP COLUMN largest_correction_deg");
   execute("PRAGMA user_version=2");
   Store store = open();
   EXPECT_EQ(store.campaign("d").value()->kind, "drift");
@@ -315,7 +371,7 @@ TEST_F(StoreTest, LeavesAFileOfANewerVersionAlone) {
   open();
   execute("PRAGMA user_version=99");
   EXPECT_THAT(why_not_opened(file_), HasSubstr("newer truepose"));
-  execute("PRAGMA user_version=3");
+  execute("PRAGMA user_version=4");
   EXPECT_EQ(why_not_opened(file_), "");
 }
 
@@ -342,6 +398,8 @@ TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
     CREATE INDEX point_of_campaign ON point (campaign_id);
     ALTER TABLE campaign DROP COLUMN kind;
     ALTER TABLE model RENAME COLUMN validation_after_mm TO validation_geometric_mm;
+    ALTER TABLE model DROP COLUMN sha256;
+    ALTER TABLE model DROP COLUMN largest_correction_deg;
     PRAGMA user_version=1)sql");
 
   Store store = open();
@@ -351,6 +409,8 @@ TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
   ASSERT_EQ(points.size(), 1U);
   expect_equal(points[0], expected);
   EXPECT_EQ(store.model("m1").value()->validation_after_mm, 0.04);
+  EXPECT_EQ(store.model("m1").value()->sha256, "") << "a hash made now would vouch for whatever became of it";
+  EXPECT_EQ(store.model("m1").value()->largest_correction_deg, 0);
   EXPECT_TRUE(store.add_point("c1", point(3)));
   EXPECT_EQ(store.points("c1").value().at(1).purpose, PointPurpose::Reference);
 }
