@@ -103,8 +103,8 @@ struct CampaignConfig {
   double limit_margin_deg = 5;  ///< kept from the joint limits by planned poses
   double wrist_margin_deg = 3;  ///< least angle from a singular wrist
   DesignCriterion criterion = DesignCriterion::I;
-  int candidates = 2000;    ///< poses among which those to measure are chosen
-  int reference_every = 0;  ///< poses from one measurement of a reference pose to the next; 0: none
+  int candidates = 2000;     ///< poses among which those to measure are chosen
+  int reference_every = 10;  ///< poses from one measurement of a reference pose to the next; 0: none
   ApproachSide approach = ApproachSide::Any;
   double approach_deg = 2;  ///< way of every joint from the side from which it arrives
   bool remeasure = true;    ///< reach the validation poses with compensated joints and measure again

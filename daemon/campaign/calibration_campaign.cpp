@@ -7,8 +7,10 @@
 
 #include "config/cell_setup.hpp"
 #include "core/compensation/target_compensation.hpp"
+#include "core/evaluation/calibration_doubts.hpp"
 #include "core/evaluation/model_noise.hpp"
 #include "core/kinematics/forward.hpp"
+#include "core/kinematics/units.hpp"
 
 namespace truepose::daemon {
 
@@ -65,14 +67,20 @@ CampaignOutcome<void> CalibrationCampaign::plan() {
 void CalibrationCampaign::add_reference(const JointVector& q) {
   const auto every = static_cast<std::size_t>(session_.config().campaign.reference_every);
   Targets all;
-  const auto visit = [&] { all.push_back(session_.new_target(PointPurpose::Reference, q)); };
   for (std::size_t i = 0; i < identify_.size(); ++i) {
-    if (i % every == 0) visit();
+    if (i % every == 0) all.push_back(reference(q));
     all.push_back(identify_[i]);
   }
-  visit();
+  all.push_back(reference(q));
   session_.add_to_total(static_cast<int>(all.size() - identify_.size()));
   identify_ = std::move(all);
+}
+
+/// Always come to from the same side: play of the joints is no drift.
+MeasuringTarget CalibrationCampaign::reference(const JointVector& q) {
+  MeasuringTarget target = session_.new_target(PointPurpose::Reference, q);
+  target.way_rad = session_.config().campaign.approach_deg * kRadPerDeg;
+  return target;
 }
 
 CampaignOutcome<void> CalibrationCampaign::warm_up() {
@@ -100,7 +108,6 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_identify() {
   };
   auto measured = co_await session_.measure_all(identify_, after_each);
   if (!measured) co_return std::unexpected(measured.error());
-  result.reference_drift_mm = reference_drift_mm(result.points);
   co_return Done{};
 }
 
@@ -109,6 +116,15 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_validate() {
   auto measured = co_await session_.measure_all(validate_);
   if (!measured) co_return std::unexpected(measured.error());
   validate_ = *std::move(measured);
+  CampaignResult& result = session_.result();
+  const auto& last_reference = session_.planned().reference;
+  if (last_reference && !validate_.empty()) {
+    // What moved while it was validated shows as well.
+    session_.add_to_total(1);
+    auto visited = co_await session_.measure(reference(*last_reference));
+    if (!visited) co_return std::unexpected(visited.error());
+  }
+  result.reference_drift_mm = reference_drift_mm(result.points);
   co_return Done{};
 }
 
@@ -168,8 +184,27 @@ CampaignOutcome<void> CalibrationCampaign::identify() {
       noise_about_model(result.calibration, result.data, config::calibrate_options(session_.config()).noise);
   const auto& validate = result.calibration.validate;
   result.improves = validate && validate->after.mean < validate->before.mean;
+  if (validate) co_await doubt();
   session_.expect(result.calibration.cell);
   co_return Done{};
+}
+
+/// Asks whether the data contradict what was made of them.
+boost::asio::awaitable<void> CalibrationCampaign::doubt() {
+  CampaignResult& result = session_.result();
+  std::vector<Eigen::Vector3d> reference_mm;
+  for (const StoredPoint& point : result.points)
+    if (point.purpose == PointPurpose::Reference) reference_mm.push_back(point.p_WS_mm);
+  // The session outlives the job, and does nothing else meanwhile.
+  std::function<void()> job = [&result, reference_mm,
+                               stated = *config::calibrate_options(session_.config()).noise] {
+    result.doubts = calibration_doubts({.calibration = result.calibration,
+                                        .data = result.data,
+                                        .reference_mm = reference_mm,
+                                        .stated = stated});
+  };
+  co_await session_.compute(job);
+  for (const std::string& doubt : result.doubts) session_.report_trouble("the model is in doubt: " + doubt);
 }
 
 CampaignOutcome<void> CalibrationCampaign::remeasure() {
@@ -206,6 +241,8 @@ CampaignOutcome<CalibrationCampaign::Targets> CalibrationCampaign::compensate() 
     std::string reason;
     if (!session_.result().improves) {
       reason = "the calibrated arm is no better than the nominal one on the validation poses";
+    } else if (!session_.result().doubts.empty()) {
+      reason = "the arm is not led by a model that is in doubt: " + session_.result().doubts.front();
     } else if (!(*solved)[i]) {
       reason = "compensated: " + described((*solved)[i].error(), session_.config().robot.model);
     }

@@ -23,11 +23,13 @@ class CalibrationCampaign final : public CampaignProcedure {
 
   CampaignOutcome<void> plan();
   void add_reference(const JointVector& q);
+  MeasuringTarget reference(const JointVector& q);
   CampaignOutcome<void> warm_up();
   CampaignOutcome<void> measure_to_identify();
   CampaignOutcome<void> measure_to_validate();
   CampaignOutcome<void> fit_placement();
   CampaignOutcome<void> identify();
+  boost::asio::awaitable<void> doubt();
   CampaignOutcome<void> remeasure();
   CampaignOutcome<Targets> compensate();
   void judge_remeasured();

@@ -44,6 +44,8 @@ class CampaignObserver {
   virtual void on_skipped(const SkippedPose& skipped, const CampaignProgress& progress) = 0;
   /// A failed attempt, a lost device, a robot that is not ready: what happened and what is done about it.
   virtual void on_trouble(const std::string& sentence) = 0;
+  /// The campaign has paused itself, and moves nothing before it is resumed.
+  virtual void on_paused(const std::string& sentence) = 0;
 };
 
 }  // namespace truepose::daemon

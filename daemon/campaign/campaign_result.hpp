@@ -82,6 +82,9 @@ struct CampaignResult {
   std::vector<SkippedPose> skipped;
   /// The calibrated arm is nearer to the validation points than the nominal one: it may be activated.
   bool improves = false;
+  /// What contradicts the calibration, one sentence each: it is not activated without somebody who decides
+  /// so.
+  std::vector<std::string> doubts;
 };
 
 enum class CampaignFault { Device, WrongArm, Planning, Store, Calibration, Aborted, Internal };

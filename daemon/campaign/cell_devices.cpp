@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/evaluation/calibration_doubts.hpp"
 #include "core/kinematics/forward.hpp"
 #include "core/planning/tour.hpp"
 
@@ -56,6 +57,7 @@ DeviceError tracker_error(const drivers::TrackerError& error) {
   switch (error.fault) {
     case TrackerFault::NoTarget:
     case TrackerFault::BeamBroken:
+      return {Remedy::Retry, detail, true};
     case TrackerFault::Busy:
     case TrackerFault::Refused:
       return {Remedy::Retry, detail};
@@ -227,6 +229,8 @@ CellDevices::Outcome<drivers::SmrPoint> CellDevices::measure(Eigen::Vector3d p_W
     const TimePoint measured_by = clock_.now() + config_.tracker.measure + kMeasureReserve;
     auto point = co_await tracker_.measure(measured_by);
     if (!point) co_return std::unexpected(tracker_error(point.error()));
+    const auto steady = check_scatter(*point);
+    if (!steady) co_return std::unexpected(steady.error());
     const Eigen::Vector3d sum_mm = mean.p_WS_mm * (n - 1) + point->p_WS_mm;
     mean = *point;
     mean.p_WS_mm = sum_mm / n;
@@ -236,6 +240,21 @@ CellDevices::Outcome<drivers::SmrPoint> CellDevices::measure(Eigen::Vector3d p_W
   co_return std::unexpected(DeviceError{Remedy::Retry, "tracker: wrong reflector: found " + mm(off_mm) +
                                                            " from where ours should be, allowed are " +
                                                            mm(gate_mm)});
+}
+
+std::expected<void, DeviceError> CellDevices::check_scatter(const drivers::SmrPoint& point) const {
+  const MeasurementNoise stated{config_.tracker.noise, config_.robot.repeatability_mm};
+  const double stated_mm = std::sqrt(reading_covariance(point.p_WS_mm, stated).trace() / 3);
+  const double found_mm = point.std_mm.maxCoeff();
+  // Written so that a NaN is refused as well.
+  if (found_mm <= kMostScatter * stated_mm) return {};
+  char text[300];
+  std::snprintf(
+      text, sizeof text,
+      "tracker: the readings of this point scatter by %.3f mm, allowed are %.0f times the %.3f mm of "
+      "tracker.noise and robot.repeatability_mm (does the arm vibrate, or the air shimmer?)",
+      found_mm, kMostScatter, stated_mm);
+  return std::unexpected(DeviceError{Remedy::Retry, text});
 }
 
 asio::awaitable<void> CellDevices::stop() {

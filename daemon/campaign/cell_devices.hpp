@@ -38,7 +38,8 @@ enum class Remedy {
 
 struct DeviceError {
   Remedy remedy;
-  std::string detail;  ///< one sentence for the operator
+  std::string detail;      ///< one sentence for the operator
+  bool beam_lost = false;  ///< no reflector was seen, or not to the end
 };
 
 /// The robot and the tracker of a cell with the deadlines, checks and patience that using them together
@@ -66,7 +67,8 @@ class CellDevices {
   Outcome<JointVector> move(JointVector q);
 
   /// Aims at `p_W_mm` and measures what is found there. Farther from it than `gate_mm` is a wrong reflector:
-  /// an error.
+  /// an error, and so is a reading that by the tracker's own account scatters by more than kMostScatter times
+  /// the configured noise.
   /// @param readings  so many, one after the other; the point is their mean
   Outcome<drivers::SmrPoint> measure(Eigen::Vector3d p_W_mm, double search_radius_mm, double gate_mm,
                                      int readings = 1);
@@ -86,6 +88,8 @@ class CellDevices {
   /// The controller's own pose of the flange against the nominal arm's: a wrong arm, or a wrong robot file.
   std::expected<void, DeviceError> check_arm(const drivers::RobotIdentity& identity,
                                              const drivers::RobotState& state);
+  /// What the tracker itself says of a point against the noise that the cell states.
+  std::expected<void, DeviceError> check_scatter(const drivers::SmrPoint& point) const;
 
   const config::CellConfig& config_;
   drivers::Robot& robot_;

@@ -136,23 +136,48 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(
   co_await wait_while_paused();
   if (!first_pose_) first_pose_ = clock_.now();
   const int attempts = 1 + config_.campaign.retries;
-  std::string reason;
-  for (int n = 1; n <= attempts; ++n) {
-    auto point = co_await attempt(target);
-    if (point) {
-      Done kept = co_await keep(*point);
-      if (!kept) co_return std::unexpected(kept.error());
-      co_return *point;
+  int tried = 0;
+  DeviceError error{Remedy::Retry, ""};
+  do {
+    co_await wait_while_paused();
+    for (int n = 1; n <= attempts; ++n, ++tried) {
+      auto point = co_await attempt(target);
+      if (point) {
+        beamless_.reset();
+        Done kept = co_await keep(*point);
+        if (!kept) co_return std::unexpected(kept.error());
+        co_return *point;
+      }
+      error = point.error();
+      observer_.on_trouble("pose " + std::to_string(target.pose) + ", attempt " + std::to_string(n) + " of " +
+                           std::to_string(attempts) + ": " + error.detail);
+      Done recovered = co_await recover(error);
+      if (!recovered) co_return std::unexpected(recovered.error());
     }
-    reason = point.error().detail;
-    observer_.on_trouble("pose " + std::to_string(target.pose) + ", attempt " + std::to_string(n) + " of " +
-                         std::to_string(attempts) + ": " + reason);
-    Done recovered = co_await recover(point.error());
-    if (!recovered) co_return std::unexpected(recovered.error());
-  }
-  Done skipped = co_await skip(target, attempts, reason);
+  } while (pause_for_beam(target, error));
+  Done skipped = co_await skip(target, tried, error.detail);
   if (!skipped) co_return std::unexpected(skipped.error());
   co_return std::nullopt;
+}
+
+// One pose without a beam may hide the reflector; two in a row are a beam that is interrupted, and that is
+// somebody in the cell, or something that was put there. So the arm stands still from then on, and goes on
+// when a person says so: that the beam is back does not tell that the person who broke it has left.
+bool MeasuringSession::pause_for_beam(const MeasuringTarget& target, const DeviceError& error) {
+  if (!error.beam_lost) {
+    beamless_.reset();
+    return false;
+  }
+  const std::optional<int> before = std::exchange(beamless_, target.pose);
+  if (!before || *before == target.pose) return false;
+  paused_ = true;
+  observer_.on_paused(
+      "paused: the beam was lost at two poses in a row, " + std::to_string(*before) + " and " +
+      std::to_string(target.pose) +
+      "; see that nobody is in the cell and that nothing stands between tracker and reflector, "
+      "then resume the campaign");
+  observer_.on_progress(progress_);
+  return true;
 }
 
 /// What to measure in place of a pose that failed. Never more than were measured, so that a device that

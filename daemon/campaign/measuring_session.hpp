@@ -107,6 +107,10 @@ class MeasuringSession {
   Outcome<void> keep(StoredPoint point);
   Outcome<void> recover(DeviceError error);
   boost::asio::awaitable<void> wait_while_paused();
+  /// After the last attempt at a pose, which failed by `error`: pauses where the beam was lost at the pose
+  /// before as well.
+  /// @return whether it did, and the pose is to be tried again once somebody has resumed
+  bool pause_for_beam(const MeasuringTarget& target, const DeviceError& error);
   void count_pose();
   void count_error(double deviation_mm);
 
@@ -132,6 +136,7 @@ class MeasuringSession {
   bool placement_known_ = false;
   double reach_ = 1;
 
+  std::optional<int> beamless_;  ///< pose before this one, where it was given up because the beam was lost
   bool paused_ = false;
   std::unique_ptr<boost::asio::steady_timer> resumed_;
 };

@@ -8,8 +8,11 @@
 
 #include "config/cell_setup.hpp"
 #include "config/model_file.hpp"
+#include "core/compensation/largest_correction.hpp"
+#include "core/kinematics/units.hpp"
 #include "daemon/campaign/conditions_document.hpp"
 #include "daemon/campaign/proof_documents.hpp"
+#include "daemon/campaign/stored_model.hpp"
 #include "proto/control/calibration_document.hpp"
 #include "proto/control/drift_document.hpp"
 #include "proto/control/json_text.hpp"
@@ -89,6 +92,13 @@ std::string document_of(const CampaignResult& result, const CampaignRecord& reco
   return control::json_text(document);
 }
 
+std::string why_not_activated(const CampaignResult& result) {
+  std::string text = "the model was not activated: ";
+  if (!result.improves) return text + "it is no better than the nominal arm on validation poses";
+  for (const std::string& doubt : result.doubts) text += doubt + "; ";
+  return text + "look into that and identify again, or activate it by hand";
+}
+
 }  // namespace
 
 StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, WallClock wall_clock)
@@ -134,7 +144,8 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
     record_.reason = error->detail;
   }
   const bool calibrated = result && result->kind == CampaignKind::Calibration;
-  const bool activate = calibrated && result->improves && options_.activate;
+  const bool activate = calibrated && result->improves && result->doubts.empty() && options_.activate;
+  if (calibrated && options_.activate && !activate) record_.reason = why_not_activated(*result);
   if (calibrated) record_.model_id = options_.model_id;
   // There, because making the document takes longer than the event loop may be held.
   auto document = std::make_shared<std::string>();
@@ -169,6 +180,8 @@ ModelRecord StoreJournal::model_of(const CampaignResult& result, bool active) co
   model.robot_serial = file.serial;
   model.yaml = config::model_yaml(file);
   model.active = active;
+  model.largest_correction_deg =
+      largest_correction(options_.config.robot.model, file.cell, poses_of_task(result.points)) * kDegPerRad;
   if (validate) {
     model.validation_before_mm = validate->before.mean;
     model.validation_after_mm = validate->after.mean;

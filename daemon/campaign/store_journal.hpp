@@ -24,6 +24,7 @@ class StoreJournal final : public CampaignJournal {
     config::CellConfig config;  ///< the campaign's
     CampaignKind kind = CampaignKind::Calibration;
     bool activate = true;  ///< the model, if it beats the nominal arm on the validation poses
+                           ///< and nothing contradicts it
   };
 
   /// @param store_thread  the only one that touches `store`

@@ -1,5 +1,6 @@
 #include "daemon/cell/cell_json.hpp"
 
+#include <algorithm>
 #include <boost/json/value.hpp>
 
 #include "daemon/cell/stream_trouble.hpp"
@@ -20,9 +21,15 @@ std::string address(const config::Endpoint& endpoint) {
   return endpoint.host + ":" + std::to_string(endpoint.port);
 }
 
+/// Without a model the correction goes to zero, and nothing is corrected from then on.
+std::string_view modelless_state_name(const StreamStatus& status) {
+  const bool zero = std::ranges::all_of(status.correction_deg, [](double axis_deg) { return axis_deg == 0; });
+  return zero ? "waiting" : "ramping";
+}
+
 /// A stream without packets waits, whatever it did before.
-std::string_view stream_state_name(StreamState state, bool streaming, bool silent) {
-  switch (state) {
+std::string_view stream_state_name(const StreamStatus& status, bool streaming, bool silent) {
+  switch (status.state) {
     case StreamState::Fault:
       return "fault";
     case StreamState::Idle:
@@ -33,7 +40,8 @@ std::string_view stream_state_name(StreamState state, bool streaming, bool silen
     case StreamState::RampingOut:
       return silent ? "waiting" : "ramping";
     case StreamState::Active:
-      return silent ? "waiting" : "correcting";
+      if (silent) return "waiting";
+      return status.model == 0 ? modelless_state_name(status) : "correcting";
     case StreamState::Frozen:
       return "holding";
   }
@@ -43,6 +51,13 @@ std::string_view stream_state_name(StreamState state, bool streaming, bool silen
 json::value ms_or_null(std::optional<drivers::Duration> age) {
   if (!age) return {};
   return std::chrono::duration_cast<std::chrono::milliseconds>(*age).count();
+}
+
+std::string stream_reason(const StreamStatus& status, const StreamSurroundings& around, bool silent) {
+  const std::string why = reason(status);
+  if (!why.empty() || !around.streaming) return why;
+  if (silent) return silence_text(around.age);
+  return status.model == 0 ? "no model is active: nothing is corrected; activate one, or stop the stream" : "";
 }
 
 }  // namespace
@@ -159,11 +174,9 @@ json::object stream_json(const StreamStatus& status, const LatencyHistogram::Sum
       measured_deg.emplace_back(axis_deg && !silent ? json::value(*axis_deg) : json::value{});
     }
   }
-  std::string why = reason(status);
-  if (why.empty() && silent && around.streaming) why = silence_text(around.age);
   return {
-      {"state", stream_state_name(status.state, around.streaming, silent)},
-      {"reason", why},
+      {"state", stream_state_name(status, around.streaming, silent)},
+      {"reason", stream_reason(status, around, silent)},
       {"model_id", text_or_null(around.model_id)},
       {"peer", status.peer ? json::value(text(*status.peer)) : json::value{}},
       {"packet_age_ms", ms_or_null(around.age)},

@@ -154,6 +154,7 @@ CellStep on_outcome(const CellState& state, const CellEvent& event, TimePoint no
             return fault(e.reason, {C::StopStream, C::CloseDevices});
           },
 
+          [](const Running& s, const CampaignPaused&) { return go(Paused{s.campaign_id}); },
           [](const Running&, const CampaignEnded&) { return go(Ready{}); },
           [](const Paused&, const CampaignEnded&) { return go(Ready{}); },
           [](const Aborting&, const CampaignEnded&) { return go(Ready{}); },
@@ -206,6 +207,7 @@ std::vector<std::string> allowed_methods(const CellState& state) {
 
 std::string Refusal::sentence() const {
   std::string text = "not possible in state " + state;
+  if (!cause.empty()) return text + ", which ends by a restart: " + cause;
   if (allowed.empty()) return text + "; nothing is, until that ends";
   text += "; allowed: ";
   for (std::size_t i = 0; i < allowed.size(); ++i) text += (i == 0 ? "" : ", ") + allowed[i];
@@ -215,7 +217,11 @@ std::string Refusal::sentence() const {
 CellStep advance(const CellState& state, const CellEvent& event, TimePoint now, const CellLimits& limits) {
   if (is_request(event)) {
     if (auto step = carry_out(state, event, now)) return *std::move(step);
-    return {state, {}, Refusal{std::string{state_name(state)}, allowed_methods(state)}};
+    const auto* faulted = std::get_if<Faulted>(&state);
+    const bool for_good = faulted != nullptr && !faulted->acknowledgeable;
+    return {state,
+            {},
+            Refusal{std::string{state_name(state)}, allowed_methods(state), for_good ? faulted->reason : ""}};
   }
   if (const auto* tick = std::get_if<Tick>(&event)) return on_tick(state, *tick, now, limits);
   return on_outcome(state, event, now);

@@ -85,6 +85,8 @@ struct ConnectFailed {
 struct DeviceLost {
   std::string reason;
 };
+/// It has paused itself.
+struct CampaignPaused {};
 struct CampaignEnded {};
 /// The controller's program runs that opens RSI.
 struct StreamProgramStarted {};
@@ -104,8 +106,8 @@ using CellEvent =
     std::variant<ConnectRequested, DisconnectRequested, AcknowledgeRequested, CampaignStartRequested,
                  CampaignPauseRequested, CampaignResumeRequested, CampaignAbortRequested,
                  StreamStartRequested, StreamStopRequested, DevicesConnected, ConnectFailed, DeviceLost,
-                 CampaignEnded, StreamProgramStarted, StreamStarted, StreamEnded, StreamFaulted, StoreFailed,
-                 Tick>;
+                 CampaignPaused, CampaignEnded, StreamProgramStarted, StreamStarted, StreamEnded, StreamFaulted,
+                 StoreFailed, Tick>;
 
 enum class CellCommand {
   OpenDevices,
@@ -132,6 +134,7 @@ struct CellLimits {
 struct Refusal {
   std::string state;                 ///< name of the state that the cell is in
   std::vector<std::string> allowed;  ///< methods that the state does carry out, e.g. "campaign.start"
+  std::string cause{};               ///< of a fault that nothing but a restart ends
   /// "not possible in state campaign; allowed: campaign.pause, campaign.abort"
   std::string sentence() const;
 };

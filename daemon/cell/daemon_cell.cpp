@@ -186,21 +186,7 @@ DaemonCell::Reply DaemonCell::cell_acknowledge(json::object params) {
 
 DaemonCell::Reply DaemonCell::stream_start(json::object params) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
-  if (!active_) {
-    co_return std::unexpected(RpcError{ErrorCode::WrongState,
-                                       "no model is active; allowed: model.activate, campaign.start",
-                                       {},
-                                       std::string{state()},
-                                       {"model.activate", "campaign.start"}});
-  }
-  if (identities_ && identities_->robot.serial != active_->record.robot_serial) {
-    co_return std::unexpected(RpcError{ErrorCode::WrongState,
-                                       "the active model belongs to arm " + active_->record.robot_serial +
-                                           ", not to " + identities_->robot.serial,
-                                       {},
-                                       std::string{state()},
-                                       {"model.activate", "campaign.start"}});
-  }
+  if (const std::string why_not = model_trouble(); !why_not.empty()) co_return needs_model(why_not);
   if (auto refused = apply(StreamStartRequested{}, "asked for by an operator"))
     co_return std::unexpected(*refused);
   const TimePoint deadline = parts_.clock.now() + kStartProgram;
@@ -398,7 +384,7 @@ json::object DaemonCell::status_json() const {
   if (const auto* fault = std::get_if<Faulted>(&state_)) {
     faults.push_back(fault_json(cell_fault(fault->reason, state_since_)));
   }
-  for (const auto* standing : {&frozen_, &silent_, &unproven_}) {
+  for (const auto* standing : {&model_fault_, &frozen_, &silent_, &unproven_}) {
     if (*standing) faults.push_back(fault_json(**standing));
   }
   json::array allowed;

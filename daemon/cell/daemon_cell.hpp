@@ -14,6 +14,7 @@
 #include "config/cell_config.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/store_journal.hpp"
+#include "daemon/campaign/stored_model.hpp"
 #include "daemon/cell/cell_json.hpp"
 #include "daemon/cell/cell_state.hpp"
 #include "daemon/cell/stream_trouble.hpp"
@@ -52,7 +53,8 @@ class DaemonCell final : public CellService, private CampaignObserver {
   boost::asio::awaitable<std::expected<boost::json::value, control::RpcError>> call(
       std::string method, boost::json::object params) override;
 
-  /// Takes the active model from the store.
+  /// Takes the active model from the store. One that is no longer what was made is not worked with, and is a
+  /// fault until another is activated.
   boost::asio::awaitable<StoreResult<void>> load_active_model();
   /// Watches devices, stream and the states that have to pass by themselves. Ends when cancelled.
   boost::asio::awaitable<void> watch();
@@ -77,6 +79,11 @@ class DaemonCell final : public CellService, private CampaignObserver {
     std::optional<DriftReference> drift_reference;
   };
   struct CampaignRun;
+  /// A model as the store has it, and whether it still is the one that was made.
+  struct FoundModel {
+    ModelRecord record;
+    std::expected<StoredModel, std::string> checked;
+  };
 
   Reply system_config(boost::json::object params);
   Reply cell_status(boost::json::object params);
@@ -114,6 +121,11 @@ class DaemonCell final : public CellService, private CampaignObserver {
   Result start_campaign(const config::CellConfig& config, CampaignOrder order, bool activate = false);
   boost::asio::awaitable<void> run_campaign();
   boost::asio::awaitable<std::expected<ModelRecord, control::RpcError>> find_model(std::string id);
+  /// @param id  empty: the active one
+  boost::asio::awaitable<StoreResult<std::optional<FoundModel>>> find_checked(std::string id);
+  control::RpcError refused_model(const std::string& why_not) const;
+  /// @param sentence  why the active model is not worked with; empty: it is, or there is none
+  void judge_active_model(const std::string& sentence);
   boost::asio::awaitable<void> watch_cell();
   boost::asio::awaitable<void> watch_devices();
   boost::asio::awaitable<void> watch_robot();
@@ -127,6 +139,7 @@ class DaemonCell final : public CellService, private CampaignObserver {
   void on_point(const StoredPoint& point, double deviation_mm, const CampaignProgress& progress) override;
   void on_skipped(const SkippedPose& skipped, const CampaignProgress& progress) override;
   void on_trouble(const std::string& sentence) override;
+  void on_paused(const std::string& sentence) override { apply(CampaignPaused{}, sentence); }
 
   boost::json::object status_json() const;
   boost::json::object progress_json() const;
@@ -150,6 +163,7 @@ class DaemonCell final : public CellService, private CampaignObserver {
   StreamLog stream_log_{[](LogLevel level, const std::string& line) { log(level, line); }};
   StreamStatus before_stream_;  ///< when the stream was started last
   RefusedPackets refused_;
+  std::optional<Fault> model_fault_;  ///< stands while the store's active model is refused
   std::optional<Fault> frozen_;    ///< stands while the stream waits for an arm that does not follow
   std::optional<Fault> unproven_;  ///< stands while packets come and none can be answered
   TimePoint proven_{};             ///< when that was not so

@@ -73,6 +73,8 @@ asio::awaitable<void> DaemonCell::run_campaign() {
   const std::string reason =
       outcome ? "the campaign is done" : "the campaign ended: " + outcome.error().detail;
   outcome ? log_info(reason) : log_warning(reason);
+  if (const std::string& why_not = run.journal.record().reason; outcome && !why_not.empty())
+    log_warning(why_not);
   if (!outcome && outcome.error().fault == CampaignFault::Store) {
     apply(StoreFailed{"store: " + outcome.error().detail}, reason);
     parts_.events.publish(control::Topic::Campaign, progress_json());

@@ -13,6 +13,7 @@
 #include "daemon/log/log.hpp"
 #include "proto/control/arm_document.hpp"
 #include "proto/control/param_reader.hpp"
+#include "proto/control/rfc3339.hpp"
 
 // The model.* methods and targets.compensate.
 
@@ -63,23 +64,46 @@ class TargetRows {
 }  // namespace
 
 asio::awaitable<StoreResult<void>> DaemonCell::load_active_model() {
-  auto job = [this] { return parts_.store.active_model(); };
-  auto record = co_await parts_.store_thread.ask(job);
-  if (!record) co_return std::unexpected(record.error());
+  auto found = co_await find_checked("");
+  if (!found) co_return std::unexpected(found.error());
   active_.reset();
-  if (!*record) {
+  if (!*found || !(*found)->checked) {
     parts_.stream.use_no_model();
+    judge_active_model(*found ? (*found)->checked.error() : "");
     co_return StoreResult<void>{};
   }
-  try {
-    const config::ModelFile file = config::parse_model((*record)->yaml, "model " + (*record)->id);
-    active_ = Active{**record, file.cell, config::drift_reference(file)};
-  } catch (const config::ConfigError& error) {
-    co_return std::unexpected(StoreError{error.what()});
-  }
+  const StoredModel& model = *(*found)->checked;
+  active_ = Active{(*found)->record, model.file.cell, config::drift_reference(model.file)};
   parts_.stream.use_model(active_->cell.robot, ++model_number_,
                           config::kept_point_mm(parts_.config, active_->cell));
+  if (!model.unchecked.empty()) log_warning(model.unchecked);
+  judge_active_model("");
   co_return StoreResult<void>{};
+}
+
+void DaemonCell::judge_active_model(const std::string& sentence) {
+  if (model_fault_) publish_fault(*std::exchange(model_fault_, std::nullopt), false);
+  if (sentence.empty()) return;
+  log_error(sentence);
+  model_fault_ = Fault{"E_MODEL", "error", sentence, control::rfc3339(parts_.wall_clock())};
+  publish_fault(*model_fault_, true);
+}
+
+asio::awaitable<StoreResult<std::optional<DaemonCell::FoundModel>>> DaemonCell::find_checked(std::string id) {
+  auto job = [this, id]() -> StoreResult<std::optional<FoundModel>> {
+    auto record = id.empty() ? parts_.store.active_model() : parts_.store.model(id);
+    if (!record) return std::unexpected(record.error());
+    if (!*record) return std::nullopt;
+    const auto points = parts_.store.points((*record)->campaign_id);
+    if (!points) return std::unexpected(points.error());
+    return FoundModel{**record, checked_model(**record, *points, parts_.config)};
+  };
+  auto found = co_await parts_.store_thread.ask(job);
+  co_return found;
+}
+
+RpcError DaemonCell::refused_model(const std::string& why_not) const {
+  return {ErrorCode::WrongState, why_not, {}, std::string{state()}, allowed_methods(state_)};
 }
 
 asio::awaitable<std::expected<ModelRecord, RpcError>> DaemonCell::find_model(std::string id) {
@@ -128,23 +152,27 @@ DaemonCell::Reply DaemonCell::model_activate(json::object params) {
   control::ParamReader read{params};
   const std::string id = read.required(read.text("id"), "id");
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
-  auto record = co_await find_model(id);
-  if (!record) co_return std::unexpected(record.error());
+  auto found = co_await find_checked(id);
+  if (!found) co_return std::unexpected(RpcError{ErrorCode::Internal, found.error().detail});
+  if (!*found) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such model"});
+  const ModelRecord& record = (*found)->record;
   std::string why_not;
-  if (!(record->validation_after_mm < record->validation_before_mm)) {
+  if (!(record.validation_after_mm < record.validation_before_mm)) {
     why_not = "the model is no better than the nominal arm on validation poses";
-  } else if (identities_ && identities_->robot.serial != record->robot_serial) {
-    why_not = "the model belongs to arm " + record->robot_serial + ", not to " + identities_->robot.serial;
+  } else if (identities_ && identities_->robot.serial != record.robot_serial) {
+    why_not = "the model belongs to arm " + record.robot_serial + ", not to " + identities_->robot.serial;
+  } else if (!(*found)->checked) {
+    why_not = (*found)->checked.error();
+    log_error(why_not);
   }
-  if (!why_not.empty()) {
-    co_return std::unexpected(
-        RpcError{ErrorCode::WrongState, why_not, {}, std::string{state()}, allowed_methods(state_)});
-  }
+  if (!why_not.empty()) co_return std::unexpected(refused_model(why_not));
   auto job = [this, id] { return parts_.store.activate_model(id); };
   auto activated = co_await parts_.store_thread.ask(job);
   if (!activated) co_return std::unexpected(RpcError{ErrorCode::Internal, activated.error().detail});
   auto loaded = co_await load_active_model();
   if (!loaded) co_return std::unexpected(RpcError{ErrorCode::Internal, loaded.error().detail});
+  if (!active_)
+    co_return std::unexpected(refused_model(model_fault_ ? model_fault_->text : "no model is active"));
   publish_model("activated", active_->record);
   co_return model_json(active_->record);
 }
@@ -157,6 +185,7 @@ DaemonCell::Reply DaemonCell::model_deactivate(json::object params) {
   if (!deactivated) co_return std::unexpected(RpcError{ErrorCode::Internal, deactivated.error().detail});
   const std::optional<Active> before = std::exchange(active_, std::nullopt);
   parts_.stream.use_no_model();
+  judge_active_model("");
   if (before) publish_model("deactivated", before->record);
   co_return json::object{{"deactivated", before ? json::value(before->record.id) : json::value{}}};
 }
@@ -169,12 +198,17 @@ DaemonCell::Reply DaemonCell::targets_compensate(json::object params) {
   const std::string id = read.text("model_id").value_or("");
   if (joints.has_value() == poses.has_value()) read.fail("joints", "give exactly one of joints and poses");
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
-  auto record = co_await find_model(id);
-  if (!record) co_return std::unexpected(record.error());
+  auto found = co_await find_checked(id);
+  if (!found) co_return std::unexpected(RpcError{ErrorCode::Internal, found.error().detail});
+  if (!*found)
+    co_return std::unexpected(
+        RpcError{ErrorCode::NotFound, id.empty() ? "no model is active" : "no such model"});
+  if (!(*found)->checked) co_return std::unexpected(refused_model((*found)->checked.error()));
 
   const bool is_pose = poses.has_value();
-  auto job = [config = parts_.config, is_pose, rows = is_pose ? *poses : *joints, yaml = record->yaml] {
-    const TargetRows targets{config, config::parse_model(yaml, "model").cell};
+  auto job = [config = parts_.config, is_pose, rows = is_pose ? *poses : *joints,
+              cell = (*found)->checked->file.cell] {
+    const TargetRows targets{config, cell};
     std::vector<Solved> solved;
     for (const std::vector<double>& row : rows) solved.push_back(targets.solve(row, is_pose));
     return solved;

@@ -146,7 +146,7 @@ DaemonCell::Reply DaemonCell::drift_check(json::object params) {
 }
 
 std::string DaemonCell::model_trouble() const {
-  if (!active_) return "no model is active";
+  if (!active_) return model_fault_ ? model_fault_->text : "no model is active";
   if (!identities_ || identities_->robot.serial == active_->record.robot_serial) return {};
   return "the active model belongs to arm " + active_->record.robot_serial + ", not to " +
          identities_->robot.serial;

@@ -28,6 +28,7 @@ struct MockFaults {
   double tracker_silent = 0;
   double no_target = 0;
   double beam_broken = 0;
+  double scattering = 0;       ///< readings that are 3 mm apart, as the tracker itself says
   double wrong_reflector = 0;  ///< a search with a large radius finds another reflector, 60 to 100 mm off
 };
 
@@ -59,11 +60,15 @@ class MockCell {
   JointVector q() const;
 
   /// Where the reflector really is, repeatability of the last stop included.
-  Eigen::Vector3d p_WS_mm() const { return arm_.p_WS_mm(q()); }
+  Eigen::Vector3d p_WS_mm() const { return arm_.p_WS_mm(q()) + bumped_mm_; }
   bool visible() const { return arm_.visible(q()); }
-  Eigen::Vector3d reading_mm() { return noisy_reading(p_WS_mm(), options_.noise, random_); }
+  Eigen::Vector3d reading_mm(const TrackerNoiseModel& noise) {
+    return noisy_reading(p_WS_mm(), noise, random_);
+  }
+  /// Somebody ran into the tracker: from now on everything is elsewhere for it.
+  void bump_tracker(const Eigen::Vector3d& by_mm) { bumped_mm_ += by_mm; }
 
-  bool happens(double probability) { return random_.uniform() < probability; }
+  bool happens(double probability) { return probability > 0 && random_.uniform() < probability; }
   double uniform(double min, double max) { return random_.uniform(min, max); }
 
   /// A fault for which a device is gone or stopped until a moment.
@@ -74,6 +79,7 @@ class MockCell {
   Clock& clock_;
   Random random_;
   TrueArm arm_;
+  Eigen::Vector3d bumped_mm_{0, 0, 0};
   JointVector stand_;  ///< where the arm stands while there is no motion
   std::optional<JointMotion> motion_;
   TimePoint start_;

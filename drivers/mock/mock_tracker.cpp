@@ -53,9 +53,12 @@ asio::awaitable<std::expected<SmrPoint, TrackerError>> MockTracker::measure(Time
     co_return std::unexpected(
         TrackerError{TrackerFault::BeamBroken, "the beam was broken during the measurement"});
   }
+  const bool scattering = cell_.happens(cell_.options().faults.scattering);
+  const TrackerNoiseModel noise =
+      scattering ? TrackerNoiseModel{.range_mm = 3, .transverse_mm = 3} : cell_.options().noise;
   SmrPoint point;
-  point.p_WS_mm = cell_.reading_mm() + locked_offset_mm_;
-  point.std_mm.setConstant(cell_.options().noise.range_mm);
+  point.p_WS_mm = cell_.reading_mm(noise) + locked_offset_mm_;
+  point.std_mm.setConstant(noise.range_mm);
   point.temperature_c = 20;
   point.pressure_mbar = 1013;
   point.humidity_percent = 50;

@@ -31,9 +31,9 @@ const std::vector<CellEvent> kRequests{
     ConnectRequested{},           DisconnectRequested{},    AcknowledgeRequested{},
     CampaignStartRequested{"c2"}, CampaignPauseRequested{}, CampaignResumeRequested{},
     CampaignAbortRequested{},     StreamStartRequested{},   StreamStopRequested{}};
-const std::vector<CellEvent> kOutcomes{DevicesConnected{}, ConnectFailed{"x"}, DeviceLost{"x"},
-                                       CampaignEnded{},    StreamStarted{},    StreamEnded{},
-                                       StreamFaulted{"x"}, StoreFailed{"x"},   Tick{}};
+const std::vector<CellEvent> kOutcomes{
+    DevicesConnected{}, ConnectFailed{"x"}, DeviceLost{"x"},    CampaignPaused{}, CampaignEnded{},
+    StreamStarted{},    StreamEnded{},      StreamFaulted{"x"}, StoreFailed{"x"}, Tick{}};
 
 CellState after(const CellState& state, const CellEvent& event) { return advance(state, event, t0).next; }
 
@@ -97,6 +97,7 @@ TEST(CellState, FollowsTheTableOfTransitions) {
       {Running{"c1"}, CampaignAbortRequested{}, Aborting{"c1", t0}, {C::AbortCampaign}},
       {Paused{"c1"}, CampaignAbortRequested{}, Aborting{"c1", t0}, {C::AbortCampaign}},
       {Aborting{"c1", t0}, CampaignEnded{}, Ready{}, {}},
+      {Running{"c1"}, CampaignPaused{}, Paused{"c1"}, {}},
       {Running{"c1"}, CampaignEnded{}, Ready{}, {}},
       {Running{"c1"}, DeviceLost{"gone"}, Running{"c1"}, {}},
       {Ready{}, StreamStartRequested{}, StreamStarting{t0}, {C::StartStream}},
@@ -123,7 +124,9 @@ TEST(CellState, FollowsTheTableOfTransitions) {
 
 TEST(CellState, AFaultThatIsNotAcknowledgeableStays) {
   const CellState failed = Faulted{"disk full", false};
-  EXPECT_TRUE(advance(failed, AcknowledgeRequested{}, t0).refused);
+  const CellStep refused = advance(failed, AcknowledgeRequested{}, t0);
+  ASSERT_TRUE(refused.refused);
+  EXPECT_EQ(refused.refused->sentence(), "not possible in state fault, which ends by a restart: disk full");
   EXPECT_EQ(after(failed, DevicesConnected{}), failed);
 }
 

@@ -45,11 +45,20 @@ struct RecordingObserver final : daemon::CampaignObserver {
   void on_point(const daemon::StoredPoint& point, double deviation_mm,
                 const daemon::CampaignProgress& progress) override;
   void on_skipped(const daemon::SkippedPose& skipped, const daemon::CampaignProgress& progress) override;
-  void on_trouble(const std::string& sentence) override { troubles.push_back(sentence); }
+  void on_trouble(const std::string& sentence) override {
+    troubles.push_back(sentence);
+    if (at_trouble) at_trouble(sentence);
+  }
+  void on_paused(const std::string& sentence) override {
+    pauses.push_back(sentence);
+    if (at_pause) at_pause();
+  }
 
   std::vector<daemon::CampaignPhase> phases;
   std::vector<double> deviations_mm;
-  std::vector<std::string> troubles;
+  std::vector<std::string> troubles, pauses;
+  std::function<void(const std::string&)> at_trouble;
+  std::function<void()> at_pause;
   daemon::CampaignProgress last;
   std::function<void(const daemon::StoredPoint&)> at_point;
 };

@@ -97,6 +97,25 @@ TEST_F(StoreJournalTest, KeepsButDoesNotActivateAModelThatIsNoBetterThanTheNomin
   EXPECT_FALSE(kept.activated());
   EXPECT_FALSE(*store->active_model());
   EXPECT_EQ(store->models()->size(), 1U);
+  EXPECT_THAT(store->campaign("c1").value()->reason, HasSubstr("no better than the nominal arm"));
+}
+
+TEST_F(StoreJournalTest, KeepsButDoesNotActivateAModelThatItsDataContradictAndSaysWhy) {
+  StoreJournal kept = journal();
+  ASSERT_TRUE(finish(kept.begin({})));
+  const auto result = example_result(true);
+  result->doubts = {"the reference pose did not stay where it was", "the tracker moved"};
+  ASSERT_TRUE(finish(kept.end(result, std::nullopt)));
+  EXPECT_FALSE(kept.activated());
+  EXPECT_FALSE(*store->active_model());
+  const auto campaign = store->campaign("c1").value().value();
+  EXPECT_EQ(campaign.state, "done");
+  EXPECT_EQ(campaign.model_id, "m1");
+  EXPECT_EQ(campaign.reason, kept.record().reason);
+  EXPECT_EQ(campaign.reason,
+            "the model was not activated: the reference pose did not stay where it was; the tracker moved; "
+            "look into "
+            "that and identify again, or activate it by hand");
 }
 
 TEST_F(StoreJournalTest, DoesNotActivateWhereThatIsNotWanted) {

@@ -244,6 +244,11 @@ struct Soak::Observer final : daemon::CampaignObserver {
     ++soak.result_.troubles;
     soak.hash_.add(sentence);
   }
+  void on_paused(const std::string& sentence) override {
+    soak.hash_.add(sentence);
+    soak.step(daemon::CampaignPaused{});
+    if (resume) resume();
+  }
   void check(const daemon::CampaignProgress& progress) {
     EXPECT_GE(progress.done, done);
     EXPECT_LE(progress.done, progress.total);
@@ -251,6 +256,7 @@ struct Soak::Observer final : daemon::CampaignObserver {
   }
   Soak& soak;
   int done = 0;
+  std::function<void()> resume;  ///< an operator who has looked after the beam
 };
 
 drivers::MockFaults Soak::draw_faults() {
@@ -355,6 +361,13 @@ void Soak::run_campaign() {
     outcome.emplace(std::move(result));
     step(daemon::CampaignEnded{});
   });
+  observer.resume = [&] {
+    after(uniform(1, 900), [this, &campaign, &ended] {
+      if (ended) return;
+      const daemon::CellStep resumed = step(daemon::CampaignResumeRequested{});
+      if (!resumed.refused) campaign.resume();
+    });
+  };
   interfere(campaign, ended);
   ASSERT_TRUE(clock_.run(io_, [&] { return ended && actions_ == 0; })) << "the campaign hangs";
   ASSERT_EQ(clock_.sleepers(), 0U) << "somebody still waits for the clock";

@@ -1,0 +1,138 @@
+#include "daemon/campaign/stored_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <optional>
+
+#include "core/compensation/largest_correction.hpp"
+#include "core/evaluation/error_statistics.hpp"
+#include "core/kinematics/units.hpp"
+#include "daemon/store/sha256.hpp"
+
+namespace truepose::daemon {
+
+namespace {
+
+/// Why a model is refused, or nothing.
+using WhyNot = std::optional<std::string>;
+
+[[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...) {
+  char text[400];
+  va_list values;
+  va_start(values, format);
+  std::vsnprintf(text, sizeof text, format, values);
+  va_end(values);
+  return text;
+}
+
+WhyNot altered_text(const ModelRecord& record) {
+  const std::string now = sha256_hex(record.yaml);
+  if (record.sha256.empty() || record.sha256 == now) return std::nullopt;
+  return formatted("its text is not the one that was stored (SHA-256 %.12s..., stored was %.12s...)",
+                   now.c_str(), record.sha256.c_str());
+}
+
+/// Of the model at its own validation points; nothing where it has none.
+std::expected<std::optional<double>, std::string> validation_error_mm(const CalibratedCell& cell,
+                                                                      std::span<const StoredPoint> points) {
+  std::vector<Eigen::Vector3d> errors_mm;
+  for (const StoredPoint& point : points) {
+    if (point.purpose != PointPurpose::Validate) continue;
+    const auto smr = std::ranges::find(cell.reflectors, point.smr, &Reflector::name);
+    if (smr == cell.reflectors.end())
+      return std::unexpected("it knows no reflector \"" + point.smr + "\", by which it was validated");
+    const auto index = static_cast<int>(smr - cell.reflectors.begin());
+    errors_mm.push_back(cell.predict(point.q_actual, index, point.direction) - point.p_WS_mm);
+  }
+  if (errors_mm.empty()) return std::nullopt;
+  return error_statistics(errors_mm).mean;
+}
+
+WhyNot other_error(const ModelRecord& record, const config::ModelFile& file,
+                   std::span<const StoredPoint> points) {
+  const auto now_mm = validation_error_mm(file.cell, points);
+  if (!now_mm) return now_mm.error();
+  // Written so that a NaN is refused as well.
+  if (!*now_mm || std::abs(**now_mm - record.validation_after_mm) <= kReproduced_mm) return std::nullopt;
+  return formatted("it misses its own validation points by %.4f mm on average, when it was made by %.4f mm",
+                   **now_mm, record.validation_after_mm);
+}
+
+WhyNot larger_correction(const ModelRecord& record, const config::ModelFile& file,
+                         std::span<const StoredPoint> points, const config::CellConfig& config) {
+  const std::vector<JointVector> poses = poses_of_task(points);
+  const double now_deg = largest_correction(config.robot.model, file.cell, poses) * kDegPerRad;
+  const bool said = record.largest_correction_deg > 0;
+  const double most_deg =
+      said ? record.largest_correction_deg + kReproduced_deg : config.stream.max_total_deg;
+  if (now_deg <= most_deg) return std::nullopt;
+  return said ? formatted(
+                    "it corrects a joint by up to %.3f deg at the poses that it was made from, when it was "
+                    "made "
+                    "by %.3f deg (it, or the robot file, has been changed)",
+                    now_deg, record.largest_correction_deg)
+              : formatted(
+                    "it corrects a joint by up to %.3f deg at the poses that it was made from, more than "
+                    "stream.max_total_deg, %.3f deg",
+                    now_deg, config.stream.max_total_deg);
+}
+
+bool same_joints(const RobotModel& nominal, const RobotModel& calibrated,
+                 std::span<const StoredPoint> points) {
+  const int joints = nominal.joint_count();
+  return calibrated.joint_count() == joints &&
+         std::ranges::all_of(points, [joints](const StoredPoint& point) {
+           return point.q_target.size() == joints && point.q_actual.size() == joints;
+         });
+}
+
+std::string not_checked(const ModelRecord& record, std::span<const StoredPoint> points) {
+  std::string what;
+  if (record.sha256.empty())
+    what = "it was stored before models carried a hash: only its validation points show that it is unchanged";
+  if (points.empty()) {
+    if (!what.empty()) what += "; ";
+    what +=
+        "the points of its campaign are not in this store: its error and its corrections were not computed "
+        "again";
+  }
+  return what.empty() ? what : "model " + record.id + ": " + what;
+}
+
+}  // namespace
+
+std::vector<JointVector> poses_of_task(std::span<const StoredPoint> points) {
+  std::vector<JointVector> poses;
+  for (const StoredPoint& point : points) {
+    if (point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate)
+      poses.push_back(point.q_target);
+  }
+  return poses;
+}
+
+std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
+                                                      std::span<const StoredPoint> points,
+                                                      const config::CellConfig& config) {
+  const auto refused = [&record](const std::string& why) {
+    return std::unexpected("model " + record.id + " is refused: " + why +
+                           "; activate another model, or identify again");
+  };
+  if (const WhyNot altered = altered_text(record)) return refused(*altered);
+  StoredModel model{.file = {}, .unchecked = not_checked(record, points)};
+  try {
+    model.file = config::parse_model(record.yaml, "its text");
+  } catch (const config::ConfigError& error) {
+    return refused(error.what());
+  }
+  if (!same_joints(config.robot.model, model.file.cell.robot, points))
+    return refused("it, or a point that it was made from, has other joints than " + config.robot.model.name);
+  if (model.file.serial != record.robot_serial)
+    return refused("its text is of arm " + model.file.serial + ", its row of arm " + record.robot_serial);
+  if (const WhyNot other = other_error(record, model.file, points)) return refused(*other);
+  if (const WhyNot larger = larger_correction(record, model.file, points, config)) return refused(*larger);
+  return model;
+}
+
+}  // namespace truepose::daemon

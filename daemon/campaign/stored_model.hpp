@@ -1,0 +1,42 @@
+#pragma once
+
+#include <expected>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/cell_config.hpp"
+#include "config/model_file.hpp"
+#include "daemon/store/store.hpp"
+
+namespace truepose::daemon {
+
+/// A stored model that may be worked with.
+struct StoredModel {
+  config::ModelFile file;
+  std::string unchecked;  ///< what could not be checked and why, one sentence; empty: all was
+};
+
+/// The poses that a model has to be right at: those that it was identified and validated from.
+std::vector<JointVector> poses_of_task(std::span<const StoredPoint> points);
+
+/// Whether a stored model still is the one that was made. A disk may give back other bits, a backup other
+/// rows, and a person may have edited it: one digit can lead an arm wrong by hundreds of millimetres. So
+/// - its text has the hash that it was stored with,
+/// - its own validation points give the validation error that it was made with, to kReproduced_mm, and
+/// - it corrects no joint at the poses that it was made from by more than it did then, to kReproduced_deg;
+/// one
+///   that does not say how much that was, by no more than the stream may.
+///
+/// @param points  of the campaign that made it
+/// @return or one sentence: which model, what disagrees, and what to do
+std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
+                                                      std::span<const StoredPoint> points,
+                                                      const config::CellConfig& config);
+
+/// Every number of a model comes back from its text exactly, so that only the rounding of another compiler is
+/// to be allowed for.
+inline constexpr double kReproduced_mm = 1e-3;
+inline constexpr double kReproduced_deg = 1e-3;
+
+}  // namespace truepose::daemon

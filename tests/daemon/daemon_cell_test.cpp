@@ -1,0 +1,134 @@
+#include "daemon/cell/daemon_cell.hpp"
+
+#include <gmock/gmock.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <filesystem>
+
+#include "daemon/ethernet_file.hpp"
+#include "drivers/mock/mock_robot.hpp"
+#include "drivers/mock/mock_tracker.hpp"
+#include "drivers/mock/virtual_clock.hpp"
+#include "proto/control/json_text.hpp"
+#include "tests/daemon/example_calibration.hpp"
+#include "tests/daemon/example_cell.hpp"
+#include "tests/integration/sqlite_rows.hpp"
+#include "tests/temp_folder.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// A cell whose store holds the models of sound campaigns, m1 the active one.
+struct DaemonCellTest : testing::Test {
+  DaemonCellTest() {
+    for (const char* number : {"2", "1"}) keep_calibration(number);
+  }
+  void keep_calibration(const std::string& number) {
+    const auto result = std::make_shared<CampaignResult>(test::example_calibration(std::stoull(number)));
+    StoreJournal journal{{.campaign_id = "c" + number, .model_id = "m" + number, .config = config},
+                         *store,
+                         store_thread,
+                         wall_clock};
+    ASSERT_TRUE(finish(journal.begin(result->identities)));
+    for (const StoredPoint& point : result->points) ASSERT_TRUE(finish(journal.add_point(point)));
+    ASSERT_TRUE(finish(journal.end(result, std::nullopt)));
+  }
+  template <typename T>
+  T finish(asio::awaitable<T> work) {
+    io.restart();
+    std::optional<T> result;
+    asio::co_spawn(io, std::move(work), [&](std::exception_ptr failed, T value) {
+      EXPECT_FALSE(failed);
+      result.emplace(std::move(value));
+    });
+    io.run();
+    return *std::move(result);
+  }
+  /// What happens to the file behind the daemon's back.
+  void execute(const std::string& sql) { sqlite_rows(file, sql.c_str()); }
+  void load() { ASSERT_TRUE(finish(cell.load_active_model())); }
+  std::expected<json::value, control::RpcError> call(const std::string& method, json::object params = {}) {
+    return finish(cell.call(method, std::move(params)));
+  }
+  std::string refused(const std::string& method, json::object params = {}) {
+    const auto answer = call(method, std::move(params));
+    return answer ? "" : answer.error().message;
+  }
+  json::value status() { return call("cell.status").value(); }
+  std::string fault() {
+    const json::value now = status();
+    const json::array& faults = now.at("faults").as_array();
+    return faults.empty() ? "" : json::value_to<std::string>(faults.front().at("text"));
+  }
+
+  asio::io_context io;
+  drivers::VirtualClock clock;
+  config::CellConfig config = test::example_cell();
+  drivers::MockCell mock{test::example_truth(), clock};
+  drivers::MockRobot robot{mock};
+  drivers::MockTracker tracker{mock};
+  TempFolder folder;
+  const std::filesystem::path file = folder.path() / "cell.sqlite";
+  StoreResult<Store> store = Store::open(file);
+  Worker store_thread, compute_thread;
+  StoreJournal::WallClock wall_clock = [] { return std::chrono::system_clock::time_point{}; };
+  EventBus events{{1, 1'000'000, [] {}}, wall_clock};
+  std::unique_ptr<StreamCycle> stream =
+      StreamCycle::create(
+          config.robot.model,
+          read_ethernet(TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml").value(),
+          StreamOptions::of(config.stream))
+          .value();
+  DaemonCell cell{{io.get_executor(), config, robot, tracker, clock, *stream, *store, store_thread,
+                   compute_thread, events, wall_clock}};
+};
+
+TEST_F(DaemonCellTest, WorksWithTheModelThatItsStoreSaysIsActive) {
+  load();
+  EXPECT_EQ(status().at_pointer("/model/id"), "m1");
+  EXPECT_THAT(fault(), IsEmpty());
+  ASSERT_TRUE(call("model.activate", {{"id", "m2"}}));
+  EXPECT_EQ(status().at_pointer("/model/id"), "m2");
+}
+
+TEST_F(DaemonCellTest, DoesNotWorkWithAModelOfWhichADigitHasBecomeAnother) {
+  // Axis 1's zero, as a flipped bit or a person at the file may leave it.
+  execute("UPDATE model SET yaml=replace(yaml, 'theta: 0.00', 'theta: 0.04') WHERE id='m1'");
+  load();
+  EXPECT_TRUE(status().at("model").is_null()) << control::json_text(status().at("model"));
+  EXPECT_THAT(fault(), AllOf(HasSubstr("model m1 is refused"), HasSubstr("activate another model")));
+  EXPECT_THAT(refused("stream.start"), HasSubstr("model m1 is refused"));
+  EXPECT_THAT(refused("drift.check"), HasSubstr("model m1 is refused"));
+  EXPECT_THAT(refused("targets.compensate", {{"joints", {{0, -90, 90, 0, 30, 0}}}}), HasSubstr("is refused"));
+
+  ASSERT_TRUE(call("model.activate", {{"id", "m2"}}));
+  EXPECT_EQ(status().at_pointer("/model/id"), "m2");
+  EXPECT_THAT(fault(), IsEmpty()) << "another model is in force";
+}
+
+TEST_F(DaemonCellTest, DoesNotActivateAnAlteredModelAndKeepsTheOneInForce) {
+  load();
+  execute("UPDATE model SET yaml=replace(yaml, 'theta: 0.00', 'theta: 0.04'), sha256='' WHERE id='m2'");
+  EXPECT_THAT(refused("model.activate", {{"id", "m2"}}), HasSubstr("misses its own validation points"));
+  EXPECT_EQ(status().at_pointer("/model/id"), "m1");
+  EXPECT_EQ(store->active_model().value()->id, "m1");
+  EXPECT_THAT(fault(), IsEmpty());
+}
+
+TEST_F(DaemonCellTest, ForgetsTheFaultOfAModelThatIsDeactivated) {
+  execute("UPDATE model SET yaml=replace(yaml, 'theta: 0.00', 'theta: 0.04') WHERE id='m1'");
+  load();
+  EXPECT_THAT(fault(), HasSubstr("m1"));
+  ASSERT_TRUE(call("model.deactivate"));
+  EXPECT_THAT(fault(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace truepose::daemon

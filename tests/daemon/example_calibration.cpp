@@ -1,0 +1,53 @@
+#include "tests/daemon/example_calibration.hpp"
+
+#include <stdexcept>
+
+#include "config/cell_setup.hpp"
+#include "core/evaluation/model_noise.hpp"
+#include "core/simulation/tracker_noise.hpp"
+#include "core/simulation/true_arm.hpp"
+#include "tests/daemon/example_cell.hpp"
+
+namespace truepose::test {
+
+daemon::CampaignResult example_calibration(std::uint64_t seed) {
+  const config::CellConfig cell = example_cell();
+  const drivers::MockCellOptions truth = example_truth();
+  Random random{seed};
+  TrueArm arm{truth.truth, seed};
+  daemon::CampaignResult result;
+  result.identities = {{"#KR210R2700_2", "S1", "KSS"}, {"AT901", "T1", "1"}};
+  result.data.smr_names = {cell.reflector.name};
+  const int poses = cell.campaign.identify_poses + cell.campaign.validate_poses;
+  for (int pose = 0; pose < poses; ++pose) {
+    daemon::StoredPoint point;
+    point.pose = pose;
+    const bool identify = pose < cell.campaign.identify_poses;
+    point.purpose = identify ? daemon::PointPurpose::Identify : daemon::PointPurpose::Validate;
+    point.q_target = truth.q_start;
+    for (double& axis : point.q_target) axis += random.uniform(-0.6, 0.6);
+    point.q_commanded = point.q_actual = point.q_target;
+    point.smr = cell.reflector.name;
+    arm.stop_anew();
+    point.p_WS_mm = noisy_reading(arm.p_WS_mm(point.q_actual), truth.noise, random);
+    point.std_mm.setConstant(truth.noise.range_mm);
+    point.temperature_c = 20;
+    point.pressure_mbar = 1013;
+    point.humidity_percent = 50;
+    Measurement measurement;
+    measurement.q = point.q_actual;
+    measurement.p_WS_mm = point.p_WS_mm;
+    measurement.set = identify ? PoseSet::Identify : PoseSet::Validate;
+    result.data.points.push_back(measurement);
+    result.points.push_back(point);
+  }
+  const CalibrateOptions options = config::calibrate_options(cell);
+  auto calibration = calibrate(cell.robot.model, result.data, options);
+  if (!calibration) throw std::runtime_error{calibration.error().detail};
+  result.calibration = *std::move(calibration);
+  result.noise = noise_about_model(result.calibration, result.data, options.noise);
+  result.improves = true;
+  return result;
+}
+
+}  // namespace truepose::test

@@ -1,0 +1,154 @@
+#include "daemon/campaign/stored_model.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cctype>
+#include <functional>
+
+#include "core/compensation/largest_correction.hpp"
+#include "core/kinematics/units.hpp"
+#include "daemon/store/sha256.hpp"
+#include "tests/daemon/example_calibration.hpp"
+#include "tests/daemon/example_cell.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// A model as a sound campaign stores it, and what may become of it.
+struct StoredModelTest : testing::Test {
+  StoredModelTest() {
+    made.id = "m1";
+    made.robot_serial = file.serial = "S1";
+    file.name = config.robot.model.name;
+    file.cell = result.calibration.cell;
+    file.validation_mean_mm = made.validation_after_mm = result.calibration.validate->after.mean;
+    made.validation_before_mm = result.calibration.validate->before.mean;
+    made.largest_correction_deg =
+        largest_correction(config.robot.model, file.cell, poses_of_task(result.points)) * kDegPerRad;
+    made.yaml = config::model_yaml(file);
+    made.sha256 = sha256_hex(made.yaml);
+  }
+  std::string refusal(const ModelRecord& record) {
+    const auto checked = checked_model(record, result.points, config);
+    return checked ? "" : checked.error();
+  }
+  /// The same model with something changed in it, and its row as it was.
+  ModelRecord altered(const std::function<void(CalibratedCell&)>& change) {
+    config::ModelFile other = file;
+    change(other.cell);
+    ModelRecord record = made;
+    record.yaml = config::model_yaml(other);
+    return record;
+  }
+
+  config::CellConfig config = test::example_cell();
+  CampaignResult result = test::example_calibration();
+  config::ModelFile file;
+  ModelRecord made;
+};
+
+TEST_F(StoredModelTest, IsTakenAsItWasMade) {
+  const auto checked = checked_model(made, result.points, config);
+  ASSERT_TRUE(checked) << checked.error();
+  EXPECT_THAT(checked->unchecked, IsEmpty());
+  EXPECT_EQ(checked->file.cell.robot.joints[1].theta_rad, file.cell.robot.joints[1].theta_rad);
+  EXPECT_GT(made.largest_correction_deg, 0.1);
+  EXPECT_LT(made.largest_correction_deg, 1);
+}
+
+TEST_F(StoredModelTest, IsRefusedWhicheverOfItsDigitsIsAnother) {
+  int digits = 0;
+  for (std::size_t i = 0; i < made.yaml.size(); ++i) {
+    if (std::isdigit(static_cast<unsigned char>(made.yaml[i])) == 0) continue;
+    ModelRecord flipped = made;
+    flipped.yaml[i] = made.yaml[i] == '9' ? '0' : static_cast<char>(made.yaml[i] + 1);
+    EXPECT_THAT(refusal(flipped),
+                AllOf(HasSubstr("model m1 is refused"), HasSubstr("SHA-256"), HasSubstr("identify again")))
+        << "byte " << i;
+    ++digits;
+  }
+  EXPECT_GT(digits, 500);
+}
+
+/// What the review altered in a model, and what an altered row says of it.
+struct Alteration {
+  const char* name;
+  std::function<void(CalibratedCell&)> change;
+};
+const Alteration kAlterations[] = {
+    {"a zero of axis 1 that is 0.04 rad off",
+     [](CalibratedCell& cell) { cell.robot.joints[0].theta_rad += 0.04; }},
+    {"d4 that is 30 mm too long", [](CalibratedCell& cell) { cell.robot.joints[3].d_mm += 30; }},
+    {"an arm of 1950 in place of 1150 mm", [](CalibratedCell& cell) { cell.robot.joints[2].a_mm += 800; }},
+    {"a sign that is turned round", [](CalibratedCell& cell) { cell.robot.joints[4].alpha_rad *= -1; }},
+};
+
+TEST_F(StoredModelTest, IsRefusedWhereItIsWrongEvenWithoutAHash) {
+  for (const Alteration& alteration : kAlterations) {
+    ModelRecord record = altered(alteration.change);
+    EXPECT_THAT(refusal(record), HasSubstr("SHA-256")) << alteration.name;
+    record.sha256.clear();
+    EXPECT_THAT(refusal(record),
+                AllOf(HasSubstr("misses its own validation points by"), HasSubstr("when it was made")))
+        << alteration.name;
+  }
+}
+
+TEST_F(StoredModelTest, IsRefusedWhereItCorrectsMoreThanItSaidWhenItWasMade) {
+  // A base that turns with the arm: the points are hit as before, and the correction is another.
+  ModelRecord record = altered([](CalibratedCell& cell) {
+    cell.robot.joints[0].theta_rad += 0.04;
+    const double turn = -cell.robot.joints[0].sign * 0.04;
+    (void)turn;
+    const Eigen::Isometry3d X_WB = cell.base.isometry() * Eigen::AngleAxisd(-0.04, Eigen::Vector3d::UnitZ());
+    cell.base = BasePose::of(X_WB);
+  });
+  record.sha256.clear();
+  EXPECT_THAT(refusal(record),
+              AllOf(HasSubstr("it corrects a joint by up to 2."), HasSubstr("when it was made by 0.")));
+  record.largest_correction_deg = 0;
+  EXPECT_THAT(refusal(record), IsEmpty()) << "2.3 deg is within what the stream may do";
+  config.stream.max_total_deg = 2;
+  EXPECT_THAT(refusal(record), HasSubstr("stream.max_total_deg"));
+}
+
+TEST_F(StoredModelTest, SaysWhatOfAnOldOneCouldNotBeChecked) {
+  made.sha256.clear();
+  made.largest_correction_deg = 0;
+  auto checked = checked_model(made, result.points, config);
+  ASSERT_TRUE(checked) << checked.error();
+  EXPECT_THAT(checked->unchecked, HasSubstr("stored before models carried a hash"));
+  checked = checked_model(made, {}, config);
+  ASSERT_TRUE(checked) << checked.error();
+  EXPECT_THAT(checked->unchecked, HasSubstr("the points of its campaign are not in this store"));
+}
+
+TEST_F(StoredModelTest, IsRefusedWithoutAWordOfParsersWhereItsTextOrItsRowIsOfAnother) {
+  ModelRecord broken = made;
+  broken.yaml.resize(broken.yaml.size() / 2);
+  broken.sha256.clear();
+  EXPECT_THAT(refusal(broken),
+              AllOf(HasSubstr("model m1 is refused: its text"), HasSubstr("identify again")));
+  ModelRecord of_another = made;
+  of_another.robot_serial = "S2";
+  EXPECT_THAT(refusal(of_another), HasSubstr("its text is of arm S1, its row of arm S2"));
+  for (StoredPoint& point : result.points) point.q_target.conservativeResize(5);
+  EXPECT_THAT(refusal(made), HasSubstr("other joints"));
+}
+
+TEST(Sha256, GivesTheDigestsOfTheStandard) {
+  // FIPS 180-4, examples of SHA-256: one block, two blocks, a million bytes, and nothing at all.
+  EXPECT_EQ(sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(sha256_hex("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+  EXPECT_EQ(sha256_hex(std::string(1'000'000, 'a')),
+            "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+  EXPECT_EQ(sha256_hex(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+}
+
+}  // namespace
+}  // namespace truepose::daemon
