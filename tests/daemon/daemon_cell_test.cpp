@@ -130,5 +130,19 @@ TEST_F(DaemonCellTest, ForgetsTheFaultOfAModelThatIsDeactivated) {
   EXPECT_THAT(fault(), IsEmpty());
 }
 
+TEST(StreamJson, SaysCorrectingOfAStreamThatHasAModelAlone) {
+  const auto told = [](std::uint64_t model, double a1_deg) {
+    StreamStatus status;
+    status.state = StreamState::Active;
+    status.model = model;
+    status.correction_deg[0] = a1_deg;
+    return stream_json(status, {}, true, "");
+  };
+  EXPECT_EQ(told(1, 0.5).at("state"), "correcting");
+  EXPECT_EQ(told(0, 0.5).at("state"), "ramping") << "out of the model that was in force";
+  EXPECT_EQ(told(0, 0).at("state"), "waiting");
+  EXPECT_THAT(json::value_to<std::string>(told(0, 0).at("reason")), HasSubstr("no model is active"));
+}
+
 }  // namespace
 }  // namespace truepose::daemon

@@ -42,7 +42,7 @@ std::shared_ptr<CampaignResult> example_result(bool improves) {
 struct StoreJournalTest : testing::Test {
   StoreJournal journal(bool activate = true) {
     config::CellConfig config;
-    config.robot.model.name = "KR 210";
+    config.robot.model = test::kr210();
     return {
         {.campaign_id = "c1", .model_id = "m1", .config = config, .activate = activate}, *store, thread, [] {
           return std::chrono::system_clock::time_point{};

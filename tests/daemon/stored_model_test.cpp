@@ -102,8 +102,6 @@ TEST_F(StoredModelTest, IsRefusedWhereItCorrectsMoreThanItSaidWhenItWasMade) {
   // A base that turns with the arm: the points are hit as before, and the correction is another.
   ModelRecord record = altered([](CalibratedCell& cell) {
     cell.robot.joints[0].theta_rad += 0.04;
-    const double turn = -cell.robot.joints[0].sign * 0.04;
-    (void)turn;
     const Eigen::Isometry3d X_WB = cell.base.isometry() * Eigen::AngleAxisd(-0.04, Eigen::Vector3d::UnitZ());
     cell.base = BasePose::of(X_WB);
   });
