@@ -68,14 +68,15 @@ Doubt moved_reference(const CalibrationEvidence& evidence) {
   Eigen::Vector3d mean_mm(0, 0, 0);
   for (const Eigen::Vector3d& reading : readings_mm)
     mean_mm += reading / static_cast<double>(readings_mm.size());
-  double distance2 = 0;
-  for (const Eigen::Vector3d& reading : readings_mm)
+  double distance2 = 0, off_mm = 0;
+  for (const Eigen::Vector3d& reading : readings_mm) {
     distance2 += (reading - mean_mm).dot(information * (reading - mean_mm));
+    off_mm += (reading - mean_mm).norm() / static_cast<double>(readings_mm.size());
+  }
   const int degrees = 3 * (static_cast<int>(readings_mm.size()) - 1);
   const double apart_mm = farthest_apart_mm(readings_mm);
   const double accuracy_mm = evidence.calibration.validate->after.mean;
-  const bool large =
-      apart_mm > kLargeFactor * accuracy_mm || distance2 > kMostScatter * kMostScatter * degrees;
+  const bool large = off_mm > kLargeFactor * accuracy_mm || distance2 > kMostScatter * kMostScatter * degrees;
   if (!large || chi_square_tail(distance2, degrees) >= kSignificance) return std::nullopt;
   return sentence_of(
       "the reference pose did not stay where it was: its %zu measurements are up to %.3f mm apart%s",

@@ -61,22 +61,15 @@ WhyNot other_error(const ModelRecord& record, const config::ModelFile& file,
 }
 
 WhyNot larger_correction(const ModelRecord& record, const config::ModelFile& file,
-                         std::span<const StoredPoint> points, const config::CellConfig& config) {
-  const std::vector<JointVector> poses = poses_of_task(points);
-  const double now_deg = largest_correction(config.robot.model, file.cell, poses) * kDegPerRad;
-  const bool said = record.largest_correction_deg > 0;
-  const double most_deg =
-      said ? record.largest_correction_deg + kReproduced_deg : config.stream.max_total_deg;
-  if (now_deg <= most_deg) return std::nullopt;
-  return said ? formatted(
-                    "it corrects a joint by up to %.3f deg at the poses that it was made from, when it was "
-                    "made "
-                    "by %.3f deg (it, or the robot file, has been changed)",
-                    now_deg, record.largest_correction_deg)
-              : formatted(
-                    "it corrects a joint by up to %.3f deg at the poses that it was made from, more than "
-                    "stream.max_total_deg, %.3f deg",
-                    now_deg, config.stream.max_total_deg);
+                         std::span<const StoredPoint> points, const RobotModel& nominal) {
+  const double now_deg = largest_correction(nominal, file.cell, poses_of_task(points)) * kDegPerRad;
+  const double made_deg = record.largest_correction_deg;
+  if (made_deg == 0 || now_deg <= made_deg + kReproduced_deg) return std::nullopt;
+  return formatted(
+      "it corrects a joint by up to %.3f deg at the poses that it was made from, when it was made by %.3f "
+      "deg (it, or "
+      "the robot file, has been changed)",
+      now_deg, made_deg);
 }
 
 bool same_joints(const RobotModel& nominal, const RobotModel& calibrated,
@@ -91,7 +84,10 @@ bool same_joints(const RobotModel& nominal, const RobotModel& calibrated,
 std::string not_checked(const ModelRecord& record, std::span<const StoredPoint> points) {
   std::string what;
   if (record.sha256.empty())
-    what = "it was stored before models carried a hash: only its validation points show that it is unchanged";
+    what =
+        "it was stored before models carried a hash and their largest correction: only its validation points "
+        "show "
+        "that it is unchanged";
   if (points.empty()) {
     if (!what.empty()) what += "; ";
     what +=
@@ -131,7 +127,8 @@ std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
   if (model.file.serial != record.robot_serial)
     return refused("its text is of arm " + model.file.serial + ", its row of arm " + record.robot_serial);
   if (const WhyNot other = other_error(record, model.file, points)) return refused(*other);
-  if (const WhyNot larger = larger_correction(record, model.file, points, config)) return refused(*larger);
+  if (const WhyNot larger = larger_correction(record, model.file, points, config.robot.model))
+    return refused(*larger);
   return model;
 }
 

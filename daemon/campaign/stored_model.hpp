@@ -24,9 +24,9 @@ std::vector<JointVector> poses_of_task(std::span<const StoredPoint> points);
 /// rows, and a person may have edited it: one digit can lead an arm wrong by hundreds of millimetres. So
 /// - its text has the hash that it was stored with,
 /// - its own validation points give the validation error that it was made with, to kReproduced_mm, and
-/// - it corrects no joint at the poses that it was made from by more than it did then, to kReproduced_deg;
-/// one
-///   that does not say how much that was, by no more than the stream may.
+/// - it corrects no joint at the poses that it was made from by more than it did then, to kReproduced_deg.
+///
+/// Models that were stored before they carried the hash and the correction are judged by their points alone.
 ///
 /// @param points  of the campaign that made it
 /// @return or one sentence: which model, what disagrees, and what to do

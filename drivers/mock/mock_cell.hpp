@@ -68,7 +68,7 @@ class MockCell {
   /// Somebody ran into the tracker: from now on everything is elsewhere for it.
   void bump_tracker(const Eigen::Vector3d& by_mm) { bumped_mm_ += by_mm; }
 
-  bool happens(double probability) { return probability > 0 && random_.uniform() < probability; }
+  bool happens(double probability) { return random_.uniform() < probability; }
   double uniform(double min, double max) { return random_.uniform(min, max); }
 
   /// A fault for which a device is gone or stopped until a moment.

@@ -53,7 +53,8 @@ asio::awaitable<std::expected<SmrPoint, TrackerError>> MockTracker::measure(Time
     co_return std::unexpected(
         TrackerError{TrackerFault::BeamBroken, "the beam was broken during the measurement"});
   }
-  const bool scattering = cell_.happens(cell_.options().faults.scattering);
+  const double scatters = cell_.options().faults.scattering;
+  const bool scattering = scatters > 0 && cell_.happens(scatters);
   const TrackerNoiseModel noise =
       scattering ? TrackerNoiseModel{.range_mm = 3, .transverse_mm = 3} : cell_.options().noise;
   SmrPoint point;

@@ -164,8 +164,11 @@ TEST_F(CampaignTest, MeasuresTheReferencePoseAgainAndAgain) {
   EXPECT_THAT(
       references,
       AllOf(SizeIs(6), Each(references.front())));  // 16 poses: before 0, 5, 10, 15, and last; validated
-  for (const StoredPoint& point : journal.points)
-    if (point.purpose == PointPurpose::Reference) EXPECT_THAT(point.direction, AllOf(SizeIs(6), Each(1)));
+  for (const StoredPoint& point : journal.points) {
+    if (point.purpose == PointPurpose::Reference) {
+      EXPECT_THAT(point.direction, AllOf(SizeIs(6), Each(1)));
+    }
+  }
   const CampaignResult& result = ***outcome;
   EXPECT_THAT(result.reference_drift_mm, SizeIs(6));
   EXPECT_EQ(campaign->progress().done, campaign->progress().total);

@@ -65,7 +65,7 @@ struct DaemonCellTest : testing::Test {
   std::string fault() {
     const json::value now = status();
     const json::array& faults = now.at("faults").as_array();
-    return faults.empty() ? "" : json::value_to<std::string>(faults.front().at("text"));
+    return faults.empty() ? "" : std::string{faults.front().at("text").as_string().c_str()};
   }
 
   asio::io_context io;
@@ -141,7 +141,7 @@ TEST(StreamJson, SaysCorrectingOfAStreamThatHasAModelAlone) {
   EXPECT_EQ(told(1, 0.5).at("state"), "correcting");
   EXPECT_EQ(told(0, 0.5).at("state"), "ramping") << "out of the model that was in force";
   EXPECT_EQ(told(0, 0).at("state"), "waiting");
-  EXPECT_THAT(json::value_to<std::string>(told(0, 0).at("reason")), HasSubstr("no model is active"));
+  EXPECT_THAT(std::string{told(0, 0).at("reason").as_string().c_str()}, HasSubstr("no model is active"));
 }
 
 }  // namespace

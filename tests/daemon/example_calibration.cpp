@@ -25,6 +25,7 @@ daemon::CampaignResult example_calibration(std::uint64_t seed) {
     const bool identify = pose < cell.campaign.identify_poses;
     point.purpose = identify ? daemon::PointPurpose::Identify : daemon::PointPurpose::Validate;
     point.q_target = truth.q_start;
+    point.q_target[4] = 0.9;  // a wrist that is bent, as planned poses have it
     for (double& axis : point.q_target) axis += random.uniform(-0.6, 0.6);
     point.q_commanded = point.q_actual = point.q_target;
     point.smr = cell.reflector.name;

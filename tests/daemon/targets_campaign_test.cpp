@@ -129,7 +129,7 @@ TEST_F(TargetsTest, SaysOfATargetThatItsRoundsWereNotEnough) {
 }
 
 TEST_F(TargetsTest, GoesOnWithTheNextTargetWhereOneIsNotMeasured) {
-  truth.faults.no_target = 0.3;
+  truth.faults.tracker_busy = 0.15;
   config.campaign.retries = 0;
   const TargetsResult& result = drive({.targets = targets});
   EXPECT_THAT(result.targets, SizeIs(targets.size()));
