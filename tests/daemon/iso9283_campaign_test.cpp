@@ -128,7 +128,7 @@ TEST_F(Iso9283CampaignTest, SaysWhereNoCubeFits) {
 }
 
 TEST_F(Iso9283CampaignTest, EvaluatesTheCyclesThatWereMeasured) {
-  truth.faults.no_target = 0.1;
+  truth.faults.tracker_busy = 0.05;
   config.campaign.retries = 0;
   const Iso9283Test& test = run({.cell = model, .cycles = 10});
   EXPECT_FALSE(journal.skipped.empty());
