@@ -1,5 +1,7 @@
 #include "drivers/port_holder.hpp"
 
+#include <unistd.h>
+
 #include <charconv>
 #include <filesystem>
 #include <fstream>
@@ -63,6 +65,10 @@ std::string port_holder(Protocol protocol, std::uint16_t port) {
     const auto socket = find_socket(table, port, tcp);
     if (!socket) continue;
     if (const auto process = find_process(socket->inode)) return *process;
+    // We may look into these, so the one that had it is gone from the table of processes, or was never in
+    // ours.
+    if (::geteuid() == 0 || socket->uid == std::to_string(::geteuid()))
+      return "a process of uid " + socket->uid + " that is just ending, or runs in another container";
     return "another user's process (uid " + socket->uid + ")";
   }
   return "an unknown process";
