@@ -2,10 +2,12 @@
 
 #include "core/calibration/measurement_model.hpp"
 #include "core/calibration/parameters.hpp"
+#include "core/step_count.hpp"
 
 namespace truepose {
 
 LinearSystem linearise(const CalibratedCell& cell, const LeastSquaresProblem& problem) {
+  count_step();
   Eigen::VectorXd f;
   Eigen::MatrixXd J;
   residuals_with_jacobian(cell, problem.points, f, J);

@@ -5,6 +5,7 @@
 
 #include "core/compensation/constrained_step.hpp"
 #include "core/kinematics/residual_field.hpp"
+#include "core/step_count.hpp"
 
 namespace truepose {
 namespace {
@@ -131,6 +132,7 @@ TargetCompensation::Result TargetCompensation::at_joints(const JointVector& q,
 TargetCompensation::Result TargetCompensation::at_pose(const Eigen::Isometry3d& X_BF,
                                                        const JointVector& q_nominal,
                                                        const Eigen::Vector3d& p_F_mm) const {
+  count_step();
   if (!has_wrist() || options_.singular_below == 0) return exact(X_BF, q_nominal);
   const State start = state_at(q_nominal, p_F_mm);
   return start.apart() < options_.singular_below ? damped(X_BF, q_nominal, p_F_mm, start)

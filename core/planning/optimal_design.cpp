@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/random.hpp"
+#include "core/step_count.hpp"
 
 namespace truepose {
 namespace {
@@ -16,6 +17,7 @@ constexpr double kLeastExchangeGain = 1e-9;
 
 /// The candidate not yet chosen with the greatest gain; `otherwise` where none gains more than that one.
 std::size_t best_of(Design& design, std::size_t otherwise) {
+  count_step();
   const std::span<const double> gains = design.gains();
   std::size_t best = otherwise;
   double best_gain = (1 + kLeastExchangeGain) * gains[otherwise];
@@ -56,6 +58,7 @@ void add_randomly(Design& design, std::size_t candidates, int poses, Random& ran
 
 void add_greedily(Design& design, int poses) {
   for (auto left = poses - static_cast<int>(design.chosen().size()); left > 0; --left) {
+    count_step();
     const std::span<const double> gains = design.gains();
     std::optional<std::size_t> best;
     for (std::size_t k = 0; k < gains.size(); ++k) {

@@ -7,6 +7,8 @@
 #include <span>
 #include <utility>
 
+#include "core/step_count.hpp"
+
 namespace truepose {
 namespace {
 
@@ -136,6 +138,7 @@ std::optional<PoseFault> PoseChecker::approach_fault(const JointVector& q) {
 }
 
 void PoseChecker::place(const JointVector& q) {
+  count_step();
   link_frames(scene_.robot.joints, q, X_);
   X_BF_ = X_[scene_.robot.joints.size()] * scene_.robot.X_flange;
 }

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/random.hpp"
+#include "core/step_count.hpp"
 
 namespace truepose {
 namespace {
@@ -55,6 +56,7 @@ class LocalSearch {
   bool improve_once() {
     bool improved = false;
     for (std::size_t i = 0; i < order_.size(); ++i) {
+      count_step();
       for (std::size_t j = i + 2; j <= (i < first_ ? first_ : order_.size()); ++j) {
         if (within_reach(i, j)) improved |= reverse_and_move(i, j);
         improved |= swap(i, j - 1);
@@ -157,6 +159,7 @@ TourTimes::TourTimes(const TravelTime& time, std::span<const JointVector> poses,
       every_{static_cast<std::size_t>(options.reference_every)},
       between_(poses.size() * poses.size()) {
   for (std::size_t a = 0; a < poses_; ++a) {
+    count_step();
     for (std::size_t b = 0; b < a; ++b)
       between_[a * poses_ + b] = between_[b * poses_ + a] = time(poses[a], poses[b]);
   }

@@ -7,6 +7,7 @@
 
 #include "core/random.hpp"
 #include "core/regression/point_cloud.hpp"
+#include "core/step_count.hpp"
 
 namespace truepose {
 namespace {
@@ -67,6 +68,7 @@ std::expected<CrossValidation, std::string> cross_validate(RegressorKind kind, c
                          .squared_errors = std::vector<double>(static_cast<std::size_t>(count))};
   const std::vector<int> folds = deal_folds(count, options);
   for (int fold = 0; fold < options.folds; ++fold) {
+    count_step();
     std::vector<Eigen::Index> inside, outside;
     for (Eigen::Index i = 0; i < data.X.rows(); ++i)
       (folds[group_of(groups, i)] == fold ? outside : inside).push_back(i);

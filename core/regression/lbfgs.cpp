@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/calibration/line_search.hpp"
+#include "core/step_count.hpp"
 
 namespace truepose {
 namespace {
@@ -42,6 +43,7 @@ Minimum minimise(const Objective& objective, const Eigen::VectorXd& start, const
   best.value = objective(start, gradient);
   std::deque<Correction> corrections;
   for (int i = 0; i < options.max_iterations; ++i) {
+    count_step();
     const Eigen::VectorXd direction = -newton_like(corrections, gradient);
     Eigen::VectorXd trial_gradient(start.size());
     double trial_value = best.value;

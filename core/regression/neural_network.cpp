@@ -4,6 +4,7 @@
 
 #include "core/random.hpp"
 #include "core/regression/point_cloud.hpp"
+#include "core/step_count.hpp"
 
 namespace truepose {
 namespace {
@@ -44,6 +45,7 @@ class Training {
   void run(Precisions& precisions, bool adapt) {
     double damping = 1e-2;
     for (int i = 0; i < kMaxIterations && damping < 1e10; ++i) {
+      count_step();
       linearise();
       const double before = cost(w_, precisions);
       const double gain = before - step(precisions, before, damping);
