@@ -3,6 +3,7 @@
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/cancellation_signal.hpp>
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -16,7 +17,10 @@
 #include "daemon/control/control_server.hpp"
 #include "daemon/ethernet_file.hpp"
 #include "daemon/log/log.hpp"
+#include "daemon/service/lock_file.hpp"
+#include "daemon/service/runtime_folder.hpp"
 #include "daemon/service/service_manager.hpp"
+#include "daemon/service/watchdog.hpp"
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/kuka/rsi_link.hpp"
 #include "drivers/leica/emscon_tracker.hpp"
@@ -26,10 +30,15 @@
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
+namespace fs = std::filesystem;
 
 namespace {
 
 constexpr std::uint64_t kEventNumbers = 100'000;
+
+constexpr std::chrono::milliseconds kRsiPatience{2'000};  // its thread wakes ten times a second
+// A disk may take seconds for one commit, and one step of a large fit seconds on a busy PC.
+constexpr std::chrono::milliseconds kWorkPatience{30'000};
 
 /// The value, or the end of the start.
 template <typename T>
@@ -39,8 +48,14 @@ T started(std::expected<T, std::string> result) {
 }
 
 template <typename T>
+T started(std::expected<T, drivers::StartFailure> result) {
+  if (!result) throw StartError{result.error().text, result.error().may_pass};
+  return *std::move(result);
+}
+
+template <typename T>
 T kept(StoreResult<T> result) {
-  if (!result) throw StartError{"store: " + result.error().detail};
+  if (!result) throw StartError{"store: " + result.error().detail, result.error().may_pass};
   if constexpr (!std::is_void_v<T>) return *std::move(result);
 }
 
@@ -59,8 +74,12 @@ drivers::RsiLinkOptions link_options(const config::StreamConfig& stream) {
 /// Everything that runs, in the order in which it is started; taken down in the reverse order.
 class Daemon {
  public:
-  explicit Daemon(const config::CellConfig& config)
+  /// @param runtime  the cell's runtime folder; empty: none
+  Daemon(const config::CellConfig& config, const fs::path& runtime)
       : config_{config},
+        store_lock_{
+            started(LockFile::take(lock_of_store(config.store), "the store " + config.store.string()))},
+        runtime_lock_{lock_of_runtime(runtime)},
         store_{kept(Store::open(config.store))},
         events_{event_numbers(), [] { return std::chrono::system_clock::now(); }},
         stream_{started(StreamCycle::create(
@@ -76,11 +95,11 @@ class Daemon {
         cell_{{io_.get_executor(), config_, robot_, tracker_, clock_, *stream_, store_, store_thread_,
                compute_thread_, events_, [] { return std::chrono::system_clock::now(); }}},
         link_{started(drivers::RsiLink::start(link_options(config.stream), *stream_))},
-        server_{started(
-            ControlServer::start(io_.get_executor(),
-                                 {clock_, [] { return std::chrono::system_clock::now(); }, cell_, events_,
-                                  [](const std::string& sentence) { log_warning(sentence); }},
-                                 config.control, config.name))} {
+        server_{
+            started(ControlServer::start(io_.get_executor(),
+                                         {clock_, [] { return std::chrono::system_clock::now(); }, cell_,
+                                          events_, [](const std::string& sentence) { log_warning(sentence); }},
+                                         config.control, config.name))} {
     read_log([this](LogLevel level, std::string_view line) {
       events_.publish(control::Topic::Log, boost::json::object{{"level", name(level)}, {"text", line}});
     });
@@ -100,6 +119,11 @@ class Daemon {
   }
 
  private:
+  static std::optional<LockFile> lock_of_runtime(const fs::path& folder) {
+    if (folder.empty()) return std::nullopt;
+    return started(LockFile::take(folder / "lock", "the runtime folder " + folder.string()));
+  }
+
   EventNumbers event_numbers() {
     const std::uint64_t first = kept(store_.reserve_event_numbers(kEventNumbers));
     return {first, first + kEventNumbers, [this] { ask_for_numbers(); }};
@@ -130,6 +154,7 @@ class Daemon {
                                std::to_string(link_->port()) + ", RSI thread " + link_->scheduling();
     log_info("ready: " + status);
     tell_ready(status);
+    asio::co_spawn(io_, feed_watchdog(), asio::bind_cancellation_slot(stop_feeding_.slot(), asio::detached));
 
     auto token = asio::use_awaitable;
     co_await signals_.async_wait(token);
@@ -139,6 +164,7 @@ class Daemon {
     co_await cell_.shut_down();
     server_->stop();
     stop_watch_.emit(asio::cancellation_type::terminal);
+    stop_feeding_.emit(asio::cancellation_type::terminal);
     while (watching) {
       const drivers::TimePoint next = clock_.now() + std::chrono::milliseconds{10};
       co_await clock_.sleep_until(next);
@@ -146,10 +172,36 @@ class Daemon {
     link_.reset();
   }
 
+  /// Tells the service manager that all is well while every thread advances. Done by the io thread, which so
+  /// shows itself.
+  asio::awaitable<void> feed_watchdog() {
+    const auto period = watchdog_period();
+    if (!period) co_return;
+    Watchdog watchdog{{{"RSI", kRsiPatience,
+                        [this] {
+                          return Pulse{link_->heartbeats(), false};
+                        }},
+                       {"store", kWorkPatience, [this] { return store_thread_.pulse(); }},
+                       {"compute", kWorkPatience, [this] { return compute_thread_.pulse(); }}},
+                      clock_.now()};
+    bool told = false;
+    while (true) {
+      const auto stuck = watchdog.stuck(clock_.now());
+      if (!stuck) tell_alive();
+      if (stuck && !told)
+        log_error("the " + *stuck + " thread stands still; unless it goes on, the service is started anew");
+      told = stuck.has_value();
+      const drivers::TimePoint next = clock_.now() + *period / 4;
+      co_await clock_.sleep_until(next);
+    }
+  }
+
   const config::CellConfig& config_;
   asio::io_context io_{1};
   asio::signal_set signals_{io_, SIGTERM, SIGINT};  // before anything that has to be taken down in order
   drivers::SteadyClock clock_;
+  LockFile store_lock_;
+  std::optional<LockFile> runtime_lock_;
   Store store_;
   Worker store_thread_;
   Worker compute_thread_;
@@ -161,14 +213,18 @@ class Daemon {
   std::unique_ptr<drivers::RsiLink> link_;
   std::unique_ptr<ControlServer> server_;
   asio::cancellation_signal stop_watch_;
+  asio::cancellation_signal stop_feeding_;
   bool stopping_ = false;
 };
 
 }  // namespace
 
 void run(const config::CellConfig& config, const std::vector<std::string>& warnings) {
-  Daemon daemon{config};
+  const auto runtime = runtime_folder(config);
+  if (!runtime && !config.runtime.empty()) throw StartError{runtime.error()};
+  Daemon daemon{config, runtime.value_or(fs::path{})};
   for (const std::string& warning : warnings) log_warning(warning);
+  if (!runtime) log_warning(runtime.error());
   daemon.run();
 }
 

@@ -11,7 +11,13 @@ namespace truepose::daemon {
 /// The daemon cannot start: a port that is taken, a store that cannot be opened. what() is the one line.
 class StartError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit StartError(const std::string& sentence, bool may_pass = false)
+      : std::runtime_error{sentence}, may_pass_{may_pass} {}
+  /// Waiting may help: an address that is not there yet, a port that somebody has, a full disk.
+  bool may_pass() const { return may_pass_; }
+
+ private:
+  bool may_pass_;
 };
 
 /// Runs the cell until SIGTERM or SIGINT: corrections are ramped out, a campaign is aborted and recorded,

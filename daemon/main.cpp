@@ -16,7 +16,8 @@ namespace {
 using truepose::daemon::Finding;
 
 constexpr int kFailed = 1;
-constexpr int kBadInput = 2;
+constexpr int kBadInput = 2;     // the unit does not try again: a person has to mend it
+constexpr int kNotThereYet = 3;  // the unit tries again: an address, a port, room on the disk
 
 int complain(const char* what, int exit_code) {
   truepose::daemon::close_log();
@@ -77,7 +78,7 @@ int main(int argc, char** argv) try {
 } catch (const truepose::config::ConfigError& error) {
   return complain(error.what(), kBadInput);
 } catch (const truepose::daemon::StartError& error) {
-  return complain(error.what(), kBadInput);
+  return complain(error.what(), error.may_pass() ? kNotThereYet : kBadInput);
 } catch (const std::exception& error) {
   return complain(error.what(), kFailed);
 }

@@ -1,12 +1,16 @@
 #pragma once
 
+#include <atomic>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/thread_pool.hpp>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <type_traits>
 #include <utility>
+
+#include "daemon/service/watchdog.hpp"
 
 namespace truepose::daemon {
 
@@ -18,6 +22,9 @@ class Worker {
   boost::asio::awaitable<void> run(std::function<void()> job);
   /// Waits for the jobs under way and takes no more.
   void join() { pool_.join(); }
+  /// A job advances while it counts its steps (core/step_count.hpp); one that never does shows nothing until
+  /// its end.
+  Pulse pulse() const;
 
   /// The same for a job with a result.
   template <typename Job>
@@ -29,6 +36,10 @@ class Worker {
   }
 
  private:
+  void carry_out(const std::function<void()>& job);
+
+  std::atomic<std::uint64_t> waiting_{0};  ///< jobs not yet ended, the one under way included
+  std::atomic<std::uint64_t> beats_{0};
   boost::asio::thread_pool pool_{1};
 };
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <chrono>
+#include <optional>
 #include <string_view>
 
 namespace truepose::daemon {
@@ -11,5 +13,10 @@ void tell_ready(std::string_view status);
 /// One line for `systemctl status`.
 void tell_status(std::string_view status);
 void tell_stopping();
+
+/// Within which time the service manager wants to hear tell_alive() again, before it kills and restarts us;
+/// nothing where it does not watch.
+std::optional<std::chrono::microseconds> watchdog_period();
+void tell_alive();
 
 }  // namespace truepose::daemon

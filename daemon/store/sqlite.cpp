@@ -102,9 +102,10 @@ StoreResult<std::string> Database::value(std::string_view sql) {
 
 StoreError Database::error(int code) {
   const char* const says = connection_ ? sqlite3_errmsg(connection_.get()) : sqlite3_errstr(code);
-  StoreError error{file_ + ": " + says};
-  if ((code & 0xff) == SQLITE_FULL) error.detail += "; free space, then restart";
-  if ((code & 0xff) == SQLITE_IOERR && !device_error_) device_error_ = error;
+  const int kind = code & 0xff;
+  StoreError error{file_ + ": " + says, kind == SQLITE_FULL || kind == SQLITE_BUSY || kind == SQLITE_LOCKED};
+  if (kind == SQLITE_FULL) error.detail += "; free space, then restart";
+  if (kind == SQLITE_IOERR && !device_error_) device_error_ = error;
   return error;
 }
 

@@ -247,7 +247,7 @@ StoreResult<std::optional<Record>> first(Statement query, Record (*of)(const Sta
 
 /// Says which operation failed.
 StoreError in(std::string_view operation, const StoreError& error) {
-  return {std::string{operation} + ": " + error.detail};
+  return {std::string{operation} + ": " + error.detail, error.may_pass};
 }
 
 StoreResult<void> prepare_connection(Database& database) {

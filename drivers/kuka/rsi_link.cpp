@@ -49,7 +49,7 @@ struct BoundSocket {
 };
 
 /// Bound without SO_REUSEADDR: a second instance must fail instead of taking the datagrams away.
-std::expected<BoundSocket, std::string> bind_exclusively(const std::string& address, std::uint16_t port) {
+std::expected<BoundSocket, StartFailure> bind_exclusively(const std::string& address, std::uint16_t port) {
   const std::string where = address + ":" + std::to_string(port);
   sockaddr_in name{};
   name.sin_family = AF_INET;
@@ -70,12 +70,14 @@ std::expected<BoundSocket, std::string> bind_exclusively(const std::string& addr
   if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&name), size) != 0) {
     switch (errno) {
       case EADDRINUSE:
-        return std::unexpected("RSI address " + where + " is in use by " + port_holder(Protocol::Udp, port));
-      case EADDRNOTAVAIL:
         return std::unexpected(
+            StartFailure{"RSI address " + where + " is in use by " + port_holder(Protocol::Udp, port), true});
+      case EADDRNOTAVAIL:
+        return std::unexpected(StartFailure{
             "RSI address " + where +
-            " is not one of this machine's: give the network card that leads to the controller "
-            "this address, or change IP_NUMBER");
+                " is not one of this machine's: give the network card that leads to the controller "
+                "this address, or change IP_NUMBER",
+            true});
       default:
         return std::unexpected("RSI address " + where + ": " + error_text());
     }
@@ -149,6 +151,8 @@ class UdpRsiLink final : public RsiLink {
   std::string scheduling() const override { return scheduling_.text; }
   bool realtime() const { return scheduling_.complete; }
 
+  std::uint64_t heartbeats() const override { return heartbeats_.load(); }
+
   Counters counters() const override {
     return {received_.load(), answered_.load(), unanswered_.load(), truncated_.load(), send_failed_.load()};
   }
@@ -160,7 +164,7 @@ class UdpRsiLink final : public RsiLink {
     buffer_.fill(0);
     started_ = true;
     started_.notify_one();
-    while (!stop.stop_requested()) serve_one();
+    for (; !stop.stop_requested(); ++heartbeats_) serve_one();
   }
 
   void serve_one() noexcept {
@@ -200,6 +204,7 @@ class UdpRsiLink final : public RsiLink {
   RsiResponder& responder_;
   Scheduling scheduling_;  // written before started_
   std::atomic<bool> started_{false};
+  std::atomic<std::uint64_t> heartbeats_{0};
   std::atomic<std::uint64_t> received_{0}, answered_{0}, unanswered_{0}, truncated_{0}, send_failed_{0};
   std::array<char, kBufferBytes> buffer_;
   std::jthread thread_;  // last: it ends before what it uses
@@ -231,8 +236,8 @@ std::expected<std::uint32_t, std::string> ipv4_of(const std::string& host) {
   return ntohl(name.sin_addr.s_addr);
 }
 
-std::expected<std::unique_ptr<RsiLink>, std::string> RsiLink::start(const RsiLinkOptions& options,
-                                                                    RsiResponder& responder) {
+std::expected<std::unique_ptr<RsiLink>, StartFailure> RsiLink::start(const RsiLinkOptions& options,
+                                                                     RsiResponder& responder) {
   auto bound = bind_exclusively(options.address, options.port);
   if (!bound) return std::unexpected(bound.error());
   auto link = std::make_unique<UdpRsiLink>(std::move(*bound), options, responder);

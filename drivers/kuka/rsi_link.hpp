@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "drivers/clock.hpp"
+#include "drivers/start_failure.hpp"
 
 namespace truepose::drivers {
 
@@ -56,11 +57,13 @@ class RsiLink {
   };
   /// @return the running link, or one sentence that names the address and, where it can be found, who holds
   /// it.
-  static std::expected<std::unique_ptr<RsiLink>, std::string> start(const RsiLinkOptions& options,
-                                                                    RsiResponder& responder);
+  static std::expected<std::unique_ptr<RsiLink>, StartFailure> start(const RsiLinkOptions& options,
+                                                                     RsiResponder& responder);
   virtual ~RsiLink() = default;  ///< ends the thread
   virtual std::uint16_t port() const = 0;
   virtual Counters counters() const = 0;
+  /// Rises with every turn of the thread, ten times a second at least: a thread that hangs does not.
+  virtual std::uint64_t heartbeats() const = 0;
   /// How the thread really runs: "SCHED_FIFO 80, memory locked" or what was refused.
   virtual std::string scheduling() const = 0;
 };

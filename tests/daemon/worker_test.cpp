@@ -6,6 +6,10 @@
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
+#include <future>
+#include <stdexcept>
+
+#include "core/step_count.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -39,6 +43,35 @@ TEST(Worker, CarriesOutAJobWhoseCallerIsCancelledAtAnyMoment) {
     }
     EXPECT_TRUE(done_when_ended) << trial;
   }
+}
+
+TEST(Worker, ShowsItsStepsWhileItWorksAndThatItIsIdleAfterwards) {
+  asio::io_context io;
+  Worker worker;
+  EXPECT_TRUE(worker.pulse().idle);
+  std::promise<void> begun, go_on;
+  auto caller = [&]() -> asio::awaitable<void> {
+    std::function<void()> job = [&] {
+      begun.set_value();
+      go_on.get_future().wait();
+      count_step();
+      throw std::runtime_error{"also of a job that fails"};
+    };
+    co_await worker.run(job);
+  };
+  bool failed = false;
+  asio::co_spawn(io, caller(), [&](std::exception_ptr error) { failed = error != nullptr; });
+  io.poll();
+  begun.get_future().wait();
+  const Pulse before = worker.pulse();
+  EXPECT_FALSE(before.idle);
+  EXPECT_EQ(worker.pulse().beats, before.beats);  // it stands still
+  go_on.set_value();
+  worker.join();
+  io.run();
+  EXPECT_TRUE(failed);
+  EXPECT_GE(worker.pulse().beats, before.beats + 2);
+  EXPECT_TRUE(worker.pulse().idle);
 }
 
 }  // namespace

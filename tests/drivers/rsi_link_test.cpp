@@ -52,7 +52,7 @@ RsiLinkOptions loopback(std::uint16_t port = 0) {
 TEST(RsiLink, AnswersEachDatagramToItsSource) {
   Echo echo;
   const auto link = RsiLink::start(loopback(), echo);
-  ASSERT_TRUE(link) << link.error();
+  ASSERT_TRUE(link) << link.error().text;
   Controller first{(*link)->port()};
   Controller second{(*link)->port()};
   first.send("one");
@@ -69,7 +69,7 @@ TEST(RsiLink, AnswersEachDatagramToItsSource) {
 TEST(RsiLink, StaysQuietWhereTheResponderDoesAndCounts) {
   Echo echo;
   const auto link = RsiLink::start(loopback(), echo);
-  ASSERT_TRUE(link) << link.error();
+  ASSERT_TRUE(link) << link.error().text;
   Controller controller{(*link)->port()};
   for (const char* text : {"quiet", "a", "b"}) controller.send(text);
   EXPECT_EQ(controller.receive(), "a");
@@ -84,7 +84,7 @@ TEST(RsiLink, StaysQuietWhereTheResponderDoesAndCounts) {
 TEST(RsiLink, FreesItsPortWhenItEnds) {
   Echo echo;
   auto link = RsiLink::start(loopback(), echo);
-  ASSERT_TRUE(link) << link.error();
+  ASSERT_TRUE(link) << link.error().text;
   const std::uint16_t port = (*link)->port();
   link->reset();
   EXPECT_TRUE(RsiLink::start(loopback(port), echo));
@@ -93,20 +93,20 @@ TEST(RsiLink, FreesItsPortWhenItEnds) {
 TEST(RsiLink, NamesWhoHoldsThePort) {
   Echo echo;
   const auto link = RsiLink::start(loopback(), echo);
-  ASSERT_TRUE(link) << link.error();
+  ASSERT_TRUE(link) << link.error().text;
   const auto second = RsiLink::start(loopback((*link)->port()), echo);
   ASSERT_FALSE(second);
-  EXPECT_THAT(second.error(), HasSubstr("127.0.0.1:" + std::to_string((*link)->port()) + " is in use by "));
-  EXPECT_THAT(second.error(), HasSubstr("(process " + std::to_string(::getpid()) + ")"));
+  EXPECT_THAT(second.error().text, HasSubstr("127.0.0.1:" + std::to_string((*link)->port()) + " is in use by "));
+  EXPECT_THAT(second.error().text, HasSubstr("(process " + std::to_string(::getpid()) + ")"));
 }
 
 TEST(RsiLink, NamesAnAddressThatIsNotThisMachines) {
   Echo echo;
   RsiLinkOptions options = loopback();
   options.address = "192.0.2.1";
-  EXPECT_THAT(RsiLink::start(options, echo).error(), HasSubstr("192.0.2.1:0 is not one of this machine's"));
+  EXPECT_THAT(RsiLink::start(options, echo).error().text, HasSubstr("192.0.2.1:0 is not one of this machine's"));
   options.address = "controller";
-  EXPECT_THAT(RsiLink::start(options, echo).error(), HasSubstr("not an IPv4 address"));
+  EXPECT_THAT(RsiLink::start(options, echo).error().text, HasSubstr("not an IPv4 address"));
 }
 
 TEST(RsiLink, TellsHowItIsScheduled) {
@@ -122,10 +122,10 @@ TEST(RsiLink, RefusesToStartWithoutTheRealtimeThatIsRequired) {
   options.require_realtime = true;
   const auto link = RsiLink::start(options, echo);
   ASSERT_FALSE(link);
-  EXPECT_THAT(link.error(), HasSubstr("LimitRTPRIO"));
+  EXPECT_THAT(link.error().text, HasSubstr("LimitRTPRIO"));
   options.require_realtime = false;
   const auto best_effort = RsiLink::start(options, echo);
-  ASSERT_TRUE(best_effort) << best_effort.error();
+  ASSERT_TRUE(best_effort) << best_effort.error().text;
   EXPECT_THAT((*best_effort)->scheduling(), HasSubstr("refused"));
 }
 

@@ -71,16 +71,17 @@ LiveCell::LiveCell(const Options& options) {
                           {"127.0.0.1:54601", port("eki_state_port")},
                           {"127.0.0.1:49152", loopback(rsi_port)},
                           {"127.0.0.1:7000", port("tracker_port")},
-                          {"127.0.0.1:7210", loopback(0)}};
+                          {"127.0.0.1:7210", loopback(0)},
+                          {"#runtime: /run/truepose/demo", "runtime: run"}};
   folder_.write("cell.yaml", changed("cell.yaml", together(cell, options.cell)));
   folder_.write("token", "0123456789abcdef0123456789abcdef\n");
   std::filesystem::permissions(token_file(), std::filesystem::perms::owner_read);
 }
 
-void LiveCell::start_daemon() {
-  daemon_ =
-      std::make_unique<Process>(folder(), "trueposed", std::vector<std::string>{"--config", cell_file()},
-                                std::vector{notify_.environment()});
+void LiveCell::start_daemon(std::vector<std::string> environment) {
+  environment.push_back(notify_.environment());
+  daemon_ = std::make_unique<Process>(
+      folder(), "trueposed", std::vector<std::string>{"--config", cell_file()}, std::move(environment));
   std::string ready;
   while (ready.find("READY=1") == std::string::npos) {
     if (!daemon_->wait_readable(notify_.descriptor()))

@@ -37,7 +37,8 @@ class LiveCell {
   explicit LiveCell(const Options& options);
 
   /// Starts the daemon and waits until it says that it is ready.
-  void start_daemon();
+  /// @param environment  "NAME=value" each, besides our own
+  void start_daemon(std::vector<std::string> environment = {});
   /// Waits until the daemon tells the service manager this. @return false where it ended without
   bool daemon_tells(const std::string& text);
   Process& daemon() { return *daemon_; }
@@ -53,6 +54,10 @@ class LiveCell {
   /// Ends the simulator. @return what it counted
   boost::json::value end_simulator();
 
+  /// Writes a file into the cell's folder.
+  std::filesystem::path write(const std::string& name, const std::string& text) const {
+    return folder_.write(name, text);
+  }
   const std::filesystem::path& folder() const { return folder_.path(); }
   std::filesystem::path cell_file() const { return folder() / "cell.yaml"; }
   std::filesystem::path token_file() const { return folder() / "token"; }

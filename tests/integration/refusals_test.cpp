@@ -89,19 +89,47 @@ TEST(TheDaemon, NamesWhoHoldsItsControlPort) {
   const std::string port = std::to_string(holder.local_endpoint().port());
   const LiveCell cell{{.cell = {{"listen: 127.0.0.1:0", "listen: 127.0.0.1:" + port}}}};
   const Finished refused = run_daemon(cell);
-  expect_one_line(refused, 2);
+  expect_one_line(refused, 3);
   EXPECT_THAT(refused.err, AllOf(HasSubstr("control.listen"), HasSubstr(port),
                                  HasSubstr("(process " + std::to_string(getpid()) + ")")));
 }
 
 TEST(TheDaemon, NamesWhoHoldsItsRsiPort) {
   LiveCell cell;
-  cell.start_daemon();  // a second daemon on the same cell file finds the first one there
-  const Finished refused = run_daemon(cell);
-  expect_one_line(refused, 2);
+  cell.start_daemon();
+  const TempFolder
+      other;  // of a second cell that was copied from this one, with a store and a folder of its own
+  std::string copied = text_of(cell.cell_file());
+  copied.insert(copied.find("demo.sqlite"), other.path().string() + "/");
+  copied.insert(copied.find("runtime: run") + 9, other.path().string() + "/");
+  const Finished refused = run_program("trueposed", {"--config", cell.write("copied.yaml", copied)});
+  expect_one_line(refused, 3);
   EXPECT_THAT(refused.err,
               AllOf(HasSubstr("RSI address"),
                     HasSubstr("trueposed (process " + std::to_string(cell.daemon().pid()) + ")")));
+}
+
+TEST(TheDaemon, LeavesAStoreToTheDaemonThatHasIt) {
+  LiveCell cell;
+  cell.start_daemon();
+  const Finished refused = run_daemon(cell);
+  expect_one_line(refused, 3);
+  EXPECT_THAT(refused.err,
+              AllOf(HasSubstr("the store"), HasSubstr("demo.sqlite is in use by trueposed (process " +
+                                                      std::to_string(cell.daemon().pid()) + ")")));
+}
+
+TEST(TheDaemon, WaitsForAnAddressThatIsNotThereYetRatherThanForAPerson) {
+  const LiveCell cell{{.cell = {{"listen: 127.0.0.1:", "listen: 192.0.2.1:"}}}};
+  const Finished refused = run_daemon(cell);
+  expect_one_line(refused, 3);
+  EXPECT_THAT(refused.err, HasSubstr("192.0.2.1"));
+}
+
+TEST(TheDaemon, TellsTheServiceManagerThatItLivesAsOftenAsItIsAsked) {
+  LiveCell cell;
+  cell.start_daemon({"WATCHDOG_USEC=400000"});
+  for (int times = 0; times < 3; ++times) EXPECT_TRUE(cell.daemon_tells("WATCHDOG=1"));
 }
 
 TEST(TheDaemon, ChecksItsFilesWithoutStarting) {
