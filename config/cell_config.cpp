@@ -86,7 +86,7 @@ StreamConfig stream_config(const YamlValue& value, const path& folder) {
            {{"require", RealtimePolicy::Require},
             {"prefer", RealtimePolicy::Prefer},
             {"off", RealtimePolicy::Off}});
-  map.read("priority", stream.priority, 1, 98);
+  map.read("priority", stream.priority, 1, 80);  // LimitRTPRIO= of the unit
   map.read("max_step_deg", stream.max_step_deg, {0.0001, 1});
   check_speed(stream, map);
   map.read("max_total_deg", stream.max_total_deg, {0.001, 10});

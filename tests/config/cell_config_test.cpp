@@ -130,7 +130,7 @@ TEST_F(CellFile, NamesPlaceAndPathOfEveryMistake) {
   EXPECT_EQ(error_with("rsi.xml}", "rsi.xml, cycle_ms: 4.5}"),
             "cell.yaml:3:69: stream.cycle_ms: expected a whole number, found 4.5");
   EXPECT_EQ(error_with("rsi.xml}", "rsi.xml, priority: 99}"),
-            "cell.yaml:3:69: stream.priority: expected 1..98, found 99");
+            "cell.yaml:3:69: stream.priority: expected 1..80, found 99");
   EXPECT_EQ(error_with("rsi.xml}", "rsi.xml, realtime: on}"),
             "cell.yaml:3:69: stream.realtime: expected one of require, prefer, off, found 'on'");
   EXPECT_EQ(error(std::string(kSmallest) + "campaign: {remeasure: yes}\n"),
