@@ -98,7 +98,8 @@ class Daemon {
         server_{
             started(ControlServer::start(io_.get_executor(),
                                          {clock_, [] { return std::chrono::system_clock::now(); }, cell_,
-                                          events_, [](const std::string& sentence) { log_warning(sentence); }},
+                                          events_, [](const std::string& sentence) { log_warning(sentence); },
+                                          runtime.empty() ? fs::path{} : runtime / "control.sock"},
                                          config.control, config.name))} {
     read_log([this](LogLevel level, std::string_view line) {
       events_.publish(control::Topic::Log, boost::json::object{{"level", name(level)}, {"text", line}});

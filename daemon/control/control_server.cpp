@@ -1,9 +1,17 @@
 #include "daemon/control/control_server.hpp"
 
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <optional>
+#include <utility>
 
 #include "daemon/control/session.hpp"
 #include "daemon/control/token_file.hpp"
@@ -14,19 +22,23 @@ namespace truepose::daemon {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
+using local = asio::local::stream_protocol;
 using control::ErrorCode;
+using drivers::StartFailure;
 
 struct ControlServer::Impl {
   std::shared_ptr<SessionContext> context;
   tcp::acceptor acceptor;
+  std::optional<local::acceptor> local_acceptor;
 
-  void admit(tcp::socket socket);
+  void admit(Session::Socket socket, Peer peer);
+  bool make_room(const Peer& peer);
 };
 
 namespace {
 
-std::expected<tcp::acceptor, std::string> listen(asio::any_io_executor executor,
-                                                 const config::Endpoint& endpoint) {
+std::expected<tcp::acceptor, StartFailure> listen(asio::any_io_executor executor,
+                                                  const config::Endpoint& endpoint) {
   const std::string where = endpoint.host + ":" + std::to_string(endpoint.port);
   boost::system::error_code error;
   const asio::ip::address address =
@@ -43,54 +55,137 @@ std::expected<tcp::acceptor, std::string> listen(asio::any_io_executor executor,
   if (!error) acceptor.bind(local, error);
   if (!error) acceptor.listen(tcp::acceptor::max_listen_connections, error);
   if (error == asio::error::address_in_use)
-    return std::unexpected("control.listen: " + where + " is in use by " +
-                           drivers::port_holder(drivers::Protocol::Tcp, endpoint.port));
-  if (error) return std::unexpected("control.listen: " + where + ": " + error.message());
+    return std::unexpected(StartFailure{"control.listen: " + where + " is in use by " +
+                                            drivers::port_holder(drivers::Protocol::Tcp, endpoint.port),
+                                        true});
+  const bool may_pass = error == boost::system::errc::address_not_available;
+  if (error)
+    return std::unexpected(StartFailure{"control.listen: " + where + ": " + error.message(), may_pass});
   return acceptor;
+}
+
+/// The socket of the daemon before us is in the way: whoever calls this has the folder to himself.
+std::expected<local::acceptor, StartFailure> listen(asio::any_io_executor executor,
+                                                    const std::filesystem::path& path) {
+  const auto failed = [&](const std::string& why) {
+    return std::unexpected(StartFailure{"control socket " + path.string() + ": " + why});
+  };
+  if (path.native().size() >= sizeof(sockaddr_un::sun_path))
+    return failed("the path is too long for a socket; name a shorter one with the cell file's key runtime");
+  ::unlink(path.c_str());
+  boost::system::error_code error;
+  local::acceptor acceptor{executor};
+  acceptor.open({}, error);
+  if (!error) acceptor.bind(path.string(), error);
+  // Nobody can connect before it listens, so nobody comes in before its mode is set.
+  if (!error && ::chmod(path.c_str(), 0660) != 0) error = {errno, boost::system::system_category()};
+  if (!error) acceptor.listen(local::acceptor::max_listen_connections, error);
+  if (error) return failed(error.message());
+  return acceptor;
+}
+
+Peer peer_of(tcp::socket& socket) {
+  boost::system::error_code gone;
+  const tcp::endpoint theirs = socket.remote_endpoint(gone), ours = socket.local_endpoint(gone);
+  const asio::ip::address address = theirs.address();
+  // Every user of this machine has all of its loopback addresses.
+  return {address.is_loopback() ? "loopback" : address.to_string(),
+          ours.address().to_string() + " " + std::to_string(ours.port())};
+}
+
+/// Whoever could connect is root, our own user or of our group: the socket's mode lets in nobody else.
+Peer peer_of(local::socket& socket) {
+  ucred credentials{};
+  socklen_t size = sizeof credentials;
+  if (::getsockopt(socket.native_handle(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
+    return {"unknown user", {}, false};
+  return {"uid " + std::to_string(credentials.uid), {}, true};
 }
 
 }  // namespace
 
-void ControlServer::Impl::admit(tcp::socket socket) {
-  const std::size_t open = context->sessions.size();
-  const std::size_t most = context->limits.connections;
-  if (open >= 2 * most) return;  // those beyond `most` are only told why; even of these there is an end
-  const auto session = std::make_shared<Session>(std::move(socket), context);
-  if (open < most) return session->start();
-  session->refuse({ErrorCode::Busy, "closed: " + std::to_string(most) + " connections are open already"});
+/// Closes the guest of this peer that has waited longest: a silent one, else one that was wrong.
+/// @return false where each has shown that it knows the token
+bool ControlServer::Impl::make_room(const Peer& peer) {
+  std::size_t guests = 0;
+  Session* out = nullptr;
+  for (Session* session : context->sessions) {
+    const Session::Stage stage = session->stage();
+    if (session->peer() != peer.name || stage == Session::Stage::Open || stage == Session::Stage::Closing)
+      continue;
+    ++guests;
+    if (stage == Session::Stage::Right) continue;
+    const auto rank = [](const Session& of) {
+      return std::pair{of.stage() == Session::Stage::Wrong, of.number()};
+    };
+    if (!out || rank(*session) < rank(*out)) out = session;
+  }
+  if (guests < context->limits.guests_of_peer) return true;
+  if (out) out->shared_from_this()->stop();
+  return out != nullptr;
 }
 
-std::expected<std::unique_ptr<ControlServer>, std::string> ControlServer::start(
+void ControlServer::Impl::admit(Session::Socket socket, Peer peer) {
+  const ControlLimits& limits = context->limits;
+  // Those that are being told why they are closed stay for a moment; even of these there is an end.
+  if (context->sessions.size() >= limits.sessions + 4 * limits.guests_of_peer) return;
+  const bool room = make_room(peer);
+  const auto session = std::make_shared<Session>(std::move(socket), std::move(peer), context);
+  if (room) return session->start();
+  session->refuse({ErrorCode::Busy, "closed: too many are opening a session; try again"});
+}
+
+namespace {
+
+template <typename Acceptor, typename Admit>
+asio::awaitable<void> accept_all(Acceptor& acceptor, SessionContext& context, Admit admit) {
+  while (acceptor.is_open()) {
+    auto accepted = co_await acceptor.async_accept(asio::as_tuple(asio::use_awaitable));
+    auto& [error, socket] = accepted;
+    if (!acceptor.is_open()) co_return;
+    if (!error) {
+      Peer peer = peer_of(socket);
+      admit(std::move(socket), std::move(peer));
+      continue;
+    }
+    // Out of file descriptors, mostly: trying again at once would only burn the processor.
+    context.parts.warn("control: cannot accept a connection: " + error.message());
+    const drivers::TimePoint later = context.parts.clock.now() + std::chrono::milliseconds{100};
+    co_await context.parts.clock.sleep_until(later);
+  }
+}
+
+}  // namespace
+
+std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start(
     asio::any_io_executor executor, ControlServerParts parts, const config::ControlConfig& config,
     std::string cell_name, ControlLimits limits) {
   auto token = read_token(config.token_file);
   if (!token) return std::unexpected(token.error());
   auto acceptor = listen(executor, config.listen);
   if (!acceptor) return std::unexpected(acceptor.error());
+  std::optional<local::acceptor> local_acceptor;
+  if (!parts.socket.empty()) {
+    auto listening = listen(executor, parts.socket);
+    if (!listening) return std::unexpected(listening.error());
+    local_acceptor = std::move(*listening);
+  }
 
   auto context = std::make_shared<SessionContext>(
-      SessionContext{std::move(parts), limits, std::move(cell_name), std::move(*token), {}, {}, {}, {}, {}});
+      SessionContext{std::move(parts), limits, std::move(cell_name), std::move(*token), {}, {}, {}});
   for (std::string& method : context->parts.cell.methods()) context->cell_methods.insert(std::move(method));
   context->started = context->parts.clock.now();
   context->started_text = control::rfc3339(context->parts.wall_clock());
-  auto impl = std::make_shared<Impl>(Impl{std::move(context), std::move(*acceptor)});
+  auto impl =
+      std::make_shared<Impl>(Impl{std::move(context), std::move(*acceptor), std::move(local_acceptor)});
 
-  const auto accept = [](std::shared_ptr<Impl> server) -> asio::awaitable<void> {
-    while (server->acceptor.is_open()) {
-      auto accepted = co_await server->acceptor.async_accept(asio::as_tuple(asio::use_awaitable));
-      auto& [error, socket] = accepted;
-      if (!server->acceptor.is_open()) co_return;
-      if (!error) {
-        server->admit(std::move(socket));
-        continue;
-      }
-      // Out of file descriptors, mostly: trying again at once would only burn the processor.
-      server->context->parts.warn("control: cannot accept a connection: " + error.message());
-      const drivers::TimePoint later = server->context->parts.clock.now() + std::chrono::milliseconds{100};
-      co_await server->context->parts.clock.sleep_until(later);
-    }
+  const auto admit = [server = impl.get()](auto socket, Peer peer) {
+    server->admit(std::move(socket), std::move(peer));
   };
-  asio::co_spawn(executor, accept(impl), [impl](std::exception_ptr) {});
+  asio::co_spawn(executor, accept_all(impl->acceptor, *impl->context, admit), [impl](std::exception_ptr) {});
+  if (impl->local_acceptor)
+    asio::co_spawn(executor, accept_all(*impl->local_acceptor, *impl->context, admit),
+                   [impl](std::exception_ptr) {});
   return std::unique_ptr<ControlServer>{new ControlServer{std::move(impl)}};
 }
 
@@ -109,6 +204,10 @@ std::vector<std::string> ControlServer::methods() const {
 void ControlServer::stop() {
   boost::system::error_code ignored;
   impl_->acceptor.close(ignored);
+  if (impl_->local_acceptor && impl_->local_acceptor->is_open()) {
+    impl_->local_acceptor->close(ignored);
+    ::unlink(impl_->context->parts.socket.c_str());
+  }
   const std::set<Session*> sessions = impl_->context->sessions;
   for (Session* session : sessions) session->shared_from_this()->stop();
 }

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <expected>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -14,19 +15,24 @@
 #include "daemon/control/cell_service.hpp"
 #include "daemon/control/event_bus.hpp"
 #include "drivers/clock.hpp"
+#include "drivers/start_failure.hpp"
 
 namespace truepose::daemon {
 
 /// What one client, or many, may take.
 struct ControlLimits {
-  std::size_t connections = 32;
+  std::size_t sessions = 32;     ///< open ones
+  std::size_t of_one_peer = 24;  ///< of them; the rest is left to others
+  std::size_t guests_of_peer =
+      16;  ///< connections that have not opened a session: they take no session's place
   std::chrono::milliseconds hello{3'000};         ///< from connecting to session.hello
   std::chrono::milliseconds line{10'000};         ///< from a line's first byte to its last
   std::chrono::milliseconds idle{600'000};        ///< without a request, unless events are subscribed to
   std::chrono::milliseconds write_stall{10'000};  ///< a client that takes nothing for so long is gone
   std::chrono::milliseconds farewell{2'000};      ///< to read the reason before the connection is torn down
-  std::size_t hello_failures = 5;  ///< wrong tokens within hello_window; then nobody may log in
+  std::size_t hello_failures = 5;  ///< wrong tokens of one peer within hello_window; then it is answered late
   std::chrono::milliseconds hello_window{60'000};
+  std::chrono::milliseconds hello_delay{1'000};  ///< by so much, also where the token is right
 };
 
 /// What the server works with. All of it outlives the server and the event loop that it runs on.
@@ -36,9 +42,11 @@ struct ControlServerParts {
   CellService& cell;
   EventBus& events;
   std::function<void(const std::string&)> warn;  ///< logs one sentence
+  std::filesystem::path socket{};                ///< Unix socket for clients of this machine; empty: none
 };
 
-/// Serves the control protocol (proto/control/openrpc.json) to HMIs and the command line over TCP.
+/// Serves the control protocol (proto/control/openrpc.json) to HMIs and the command line, over TCP and over a
+/// Unix socket. Whoever may write to that one (our own user, our group and root) needs no token.
 ///
 /// Requests of one connection are answered in order; connections do not wait for each other. Runs on one
 /// thread: the executor's.
@@ -46,7 +54,7 @@ class ControlServer {
  public:
   /// Binds and starts to accept. Fails with one sentence: an address that is not loopback, a port in use (and
   /// by whom), a token file that is missing, readable by others or too short.
-  static std::expected<std::unique_ptr<ControlServer>, std::string> start(
+  static std::expected<std::unique_ptr<ControlServer>, drivers::StartFailure> start(
       boost::asio::any_io_executor executor, ControlServerParts parts, const config::ControlConfig& config,
       std::string cell_name, ControlLimits limits = {});
   ~ControlServer();

@@ -34,14 +34,17 @@ constexpr auto kNever = asio::steady_timer::time_point::max();
 }  // namespace
 
 const std::set<std::string, std::less<>>& Session::own_methods() {
-  static const std::set<std::string, std::less<>> kMethods{"session.hello", "system.info", "events.subscribe",
+  static const std::set<std::string, std::less<>> kMethods{"session.challenge",  "session.hello",
+                                                           "system.info",        "events.subscribe",
                                                            "events.unsubscribe", "rpc.discover"};
   return kMethods;
 }
 
-Session::Session(asio::ip::tcp::socket socket, std::shared_ptr<SessionContext> context)
+Session::Session(Socket socket, Peer peer, std::shared_ptr<SessionContext> context)
     : socket_{std::move(socket)},
+      peer_{std::move(peer)},
       context_{std::move(context)},
+      number_{++context_->last_number},
       wake_{socket_.get_executor(), kNever},
       drained_{socket_.get_executor(), kNever},
       lines_{control::kMaxLineBeforeHello},
@@ -103,7 +106,7 @@ asio::awaitable<void> Session::read_requests() {
     const std::size_t size = co_await read_some(until);
     if (size == 0) {
       if (until && context_->parts.clock.now() >= *until)
-        dismiss({ErrorCode::InvalidRequest, !authenticated_ ? "closed: no session.hello came in time"
+        dismiss({ErrorCode::InvalidRequest, !authenticated() ? "closed: no session.hello came in time"
                                             : line_started_.has_value()
                                                 ? "closed: the line did not end in time"
                                                 : "closed: nothing was asked for too long"});
@@ -127,7 +130,7 @@ asio::awaitable<void> Session::read_requests() {
     if (!finishing_ && lines_.overflowed())
       dismiss({ErrorCode::InvalidRequest,
                "closed: a line was longer than " +
-                   std::to_string(authenticated_ ? control::kMaxLine : control::kMaxLineBeforeHello) +
+                   std::to_string(authenticated() ? control::kMaxLine : control::kMaxLineBeforeHello) +
                    " bytes"});
   }
   co_await discard_input();
@@ -146,7 +149,7 @@ asio::awaitable<void> Session::discard_input() {
 
 std::optional<drivers::TimePoint> Session::deadline() const {
   const ControlLimits& limits = context_->limits;
-  if (!authenticated_) return connected_ + limits.hello;
+  if (!authenticated()) return connected_ + limits.hello;
   if (line_started_) return *line_started_ + limits.line;
   if (subscription_) return std::nullopt;
   return last_request_ + limits.idle;
@@ -169,7 +172,7 @@ asio::awaitable<void> Session::serve(std::string line) {
   auto request = control::decode_request(line);
   if (!request) {
     send(control::encode_error(request.error().id, request.error().error));
-    finishing_ = !authenticated_;
+    finishing_ = !authenticated();
     co_return;
   }
   // A notification has no answer, so nothing can be commanded by one.
@@ -177,10 +180,12 @@ asio::awaitable<void> Session::serve(std::string line) {
 
   const control::Id id = request->id;
   Result result;
-  if (authenticated_) {
+  if (authenticated()) {
     result = co_await call(std::move(*request));
   } else if (request->method == "session.hello") {
-    result = hello(request->params);
+    result = co_await hello(std::move(request->params));
+  } else if (request->method == "session.challenge") {
+    result = challenge(request->params);
   } else {
     result = std::unexpected(RpcError{ErrorCode::Unauthenticated, "the first request must be session.hello"});
   }
@@ -191,7 +196,7 @@ asio::awaitable<void> Session::serve(std::string line) {
         id, {ErrorCode::Internal, "the answer has " + std::to_string(reply.size()) +
                                       " bytes, more than a line may have; ask for less"});
   send(std::move(reply));
-  if (!authenticated_) finishing_ = true;
+  if (!authenticated() && !(result && request->method == "session.challenge")) finishing_ = true;
   // A client that asks without reading the answers waits, rather than filling our memory.
   while (!outgoing_.empty() && !finishing_) {
     const auto waited = co_await drained_.async_wait(asio::as_tuple(asio::use_awaitable));
@@ -200,7 +205,7 @@ asio::awaitable<void> Session::serve(std::string line) {
 }
 
 asio::awaitable<Session::Result> Session::call(control::Request request) {
-  if (request.method == "session.hello")
+  if (request.method == "session.hello" || request.method == "session.challenge")
     co_return std::unexpected(RpcError{ErrorCode::InvalidRequest, "the session is open already"});
   if (request.method == "system.info") co_return system_info(request.params);
   if (request.method == "events.subscribe") co_return subscribe(request.params);
@@ -227,34 +232,79 @@ asio::awaitable<Session::Result> Session::call(control::Request request) {
 
 // The server's own methods.
 
-Session::Result Session::hello(const json::object& params) {
+Session::Result Session::challenge(const json::object& params) {
+  ParamReader read{params};
+  if (auto error = read.finish()) return std::unexpected(*error);
+  terms_ = {peer_.endpoint, {}, control::new_nonce()};
+  return json::object{{"nonce", terms_.server_nonce}};
+}
+
+bool Session::is_right(const std::optional<std::string>& token,
+                       const std::optional<std::string>& proof) const {
+  if (token) return same_token(*token, context_->token);
+  if (proof) {
+    const bool asked = !terms_.server_nonce.empty();
+    return asked && same_token(*proof, session_proof(context_->token, control::Prover::Client, terms_));
+  }
+  return peer_.trusted;
+}
+
+std::optional<RpcError> Session::no_room() const {
+  std::size_t open = 0, of_peer = 0;
+  for (const Session* session : context_->sessions) {
+    if (session->stage() != Stage::Open) continue;
+    ++open;
+    if (session->peer() == peer()) ++of_peer;
+  }
+  if (open >= context_->limits.sessions)
+    return RpcError{ErrorCode::Busy, "closed: " + std::to_string(open) + " sessions are open already"};
+  if (of_peer >= context_->limits.of_one_peer)
+    return RpcError{ErrorCode::Busy,
+                    "closed: " + peer() + " has " + std::to_string(of_peer) + " sessions open already"};
+  return std::nullopt;
+}
+
+asio::awaitable<Session::Result> Session::hello(json::object params) {
   ParamReader read{params};
   const auto protocol = read.required(read.integer("protocol", 0, 1'000'000), "protocol");
-  const auto token = read.required(read.text("token", 2048), "token");
+  const auto token = read.text("token", 2048);
+  const auto nonce = read.text("nonce", 128);
+  const auto proof = read.text("proof", 128);
   if (protocol != kProtocol)
     read.fail("protocol", "this daemon speaks protocol " + std::to_string(kProtocol));
-  if (auto error = read.finish()) return std::unexpected(*error);
+  if (proof.has_value() != nonce.has_value()) read.fail("proof", "comes with a nonce, and a nonce with it");
+  if (nonce && !control::is_nonce(*nonce)) read.fail("nonce", "is 32 digits, 0-9 and a-f");
+  if (!token && !proof && !peer_.trusted) read.fail("token", "is missing");
+  if (auto error = read.finish()) co_return std::unexpected(*error);
+  terms_.client_nonce = nonce.value_or("");
 
-  auto& failures = context_->hello_failures;
+  // Looked at before the delay, so that whoever knows the token is not driven out by the many that do not.
+  stage_ = is_right(token, proof) ? Stage::Right : Stage::Wrong;
+  auto& failures = context_->hello_failures[peer()];
   const drivers::TimePoint now = context_->parts.clock.now();
   while (!failures.empty() && now - failures.front() >= context_->limits.hello_window) failures.pop_front();
-  // Not even the right token is looked at then: else guessing would go on at full speed.
-  if (failures.size() >= context_->limits.hello_failures)
-    return std::unexpected(RpcError{ErrorCode::RateLimited, "too many wrong tokens: try again in a minute"});
-  if (!same_token(token, context_->token)) {
-    failures.push_back(now);
-    context_->parts.warn("control: a client showed a wrong token");
-    return std::unexpected(
+  const bool suspected = failures.size() >= context_->limits.hello_failures;
+  if (stage_ == Stage::Wrong && !suspected) failures.push_back(now);
+  if (suspected && !(peer_.trusted && stage_ == Stage::Right)) {
+    const drivers::TimePoint then = now + context_->limits.hello_delay;
+    co_await context_->parts.clock.sleep_until(then);
+  }
+  if (stage_ == Stage::Wrong) {
+    if (!suspected) context_->parts.warn("control: a client (" + peer() + ") showed a wrong token");
+    co_return std::unexpected(
         RpcError{ErrorCode::Unauthenticated, "wrong token: use the content of the daemon's token file"});
   }
-  authenticated_ = true;
+  if (auto error = no_room()) co_return std::unexpected(*error);
+  stage_ = Stage::Open;
   lines_.set_max_line(control::kMaxLine);
-  return json::object{{"product", "trueposed"},
-                      {"version", TRUEPOSE_VERSION},
-                      {"protocol", kProtocol},
-                      {"cell", context_->cell_name},
-                      {"time", control::rfc3339(context_->parts.wall_clock())},
-                      {"next_seq", context_->parts.events.next_seq()}};
+  json::object welcome{{"product", "trueposed"},
+                       {"version", TRUEPOSE_VERSION},
+                       {"protocol", kProtocol},
+                       {"cell", context_->cell_name},
+                       {"time", control::rfc3339(context_->parts.wall_clock())},
+                       {"next_seq", context_->parts.events.next_seq()}};
+  if (proof) welcome["proof"] = session_proof(context_->token, control::Prover::Server, terms_);
+  co_return welcome;
 }
 
 Session::Result Session::system_info(const json::object& params) const {
@@ -336,7 +386,7 @@ asio::awaitable<void> Session::write_lines() {
     if (batch.empty()) {
       if (finishing_) {
         boost::system::error_code ignored;
-        socket_.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+        socket_.shutdown(asio::socket_base::shutdown_send, ignored);
         co_return;  // the reader closes, once the client has had time to read
       }
       const auto waited = co_await wake_.async_wait(asio::as_tuple(asio::use_awaitable));

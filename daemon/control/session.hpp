@@ -3,11 +3,12 @@
 #include <array>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/cancellation_signal.hpp>
-#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/json/value.hpp>
 #include <deque>
 #include <expected>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -16,10 +17,18 @@
 #include "daemon/control/control_server.hpp"
 #include "proto/control/line_splitter.hpp"
 #include "proto/control/request.hpp"
+#include "proto/control/session_proof.hpp"
 
 namespace truepose::daemon {
 
 class Session;
+
+/// Who is at the other end.
+struct Peer {
+  std::string name;      ///< "uid 1000" over the Unix socket, else the address; whom limits are counted for
+  std::string endpoint;  ///< of TCP: "127.0.0.1 7210", where the client found us
+  bool trusted = false;  ///< let in by the Unix socket's owner and mode: needs no token
+};
 
 /// What the sessions of one server share.
 struct SessionContext {
@@ -30,20 +39,34 @@ struct SessionContext {
   std::set<std::string, std::less<>> cell_methods;
   drivers::TimePoint started;
   std::string started_text;
-  std::deque<drivers::TimePoint> hello_failures;
-  std::set<Session*> sessions;  ///< those that live
+  std::map<std::string, std::deque<drivers::TimePoint>> hello_failures{};  ///< of each peer
+  std::set<Session*> sessions{};                                           ///< those that live
+  std::uint64_t last_number = 0;                                           ///< given to a session
 };
 
 /// One connection: a coroutine that reads and answers, and one that writes replies and events.
 class Session : public std::enable_shared_from_this<Session> {
  public:
+  using Socket = boost::asio::generic::stream_protocol::socket;
+  /// How far it has come.
+  enum class Stage {
+    Silent,  ///< nothing was asked yet
+    Wrong,   ///< it has shown that it does not know the token, and waits to be told so
+    Right,   ///< it has shown that it knows the token, or needs none
+    Open,
+    Closing,
+  };
   using Result = std::expected<boost::json::value, control::RpcError>;
 
   /// Methods that sessions answer themselves.
   static const std::set<std::string, std::less<>>& own_methods();
 
-  Session(boost::asio::ip::tcp::socket socket, std::shared_ptr<SessionContext> context);
+  Session(Socket socket, Peer peer, std::shared_ptr<SessionContext> context);
   ~Session();
+
+  Stage stage() const { return finishing_ ? Stage::Closing : stage_; }
+  const std::string& peer() const { return peer_.name; }
+  std::uint64_t number() const { return number_; }  ///< rises from connection to connection
 
   void start();
   /// Says why instead of serving, and closes.
@@ -61,7 +84,13 @@ class Session : public std::enable_shared_from_this<Session> {
   boost::asio::awaitable<void> serve(std::string line);
   boost::asio::awaitable<Result> call(control::Request request);
 
-  Result hello(const boost::json::object& params);
+  Result challenge(const boost::json::object& params);
+  boost::asio::awaitable<Result> hello(boost::json::object params);
+  /// Whether a hello shows that the client knows the token, or needs none.
+  bool is_right(const std::optional<std::string>& token, const std::optional<std::string>& proof) const;
+  /// What stands in the way of one more session of this peer.
+  std::optional<control::RpcError> no_room() const;
+  bool authenticated() const { return stage_ == Stage::Open; }
   Result system_info(const boost::json::object& params) const;
   Result subscribe(const boost::json::object& params);
   Result unsubscribe(const boost::json::object& params);
@@ -74,8 +103,12 @@ class Session : public std::enable_shared_from_this<Session> {
   void dismiss(control::RpcError error);
   void close();
 
-  boost::asio::ip::tcp::socket socket_;
+  Socket socket_;
+  Peer peer_;
   std::shared_ptr<SessionContext> context_;
+  std::uint64_t number_;
+  Stage stage_ = Stage::Silent;
+  control::SessionTerms terms_{};      ///< of a proof, once a nonce was asked for
   boost::asio::steady_timer wake_;     ///< cancelled when there is something to write
   boost::asio::steady_timer drained_;  ///< cancelled when something was written, and when the writer ended
   boost::asio::cancellation_signal cancel_;
@@ -86,7 +119,6 @@ class Session : public std::enable_shared_from_this<Session> {
   drivers::TimePoint connected_;
   drivers::TimePoint last_request_;
   std::optional<drivers::TimePoint> line_started_;
-  bool authenticated_ = false;
   bool finishing_ = false;  ///< write what is left, then close
   bool written_ = false;    ///< the writer has ended
 };

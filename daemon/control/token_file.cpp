@@ -1,9 +1,33 @@
 #include "daemon/control/token_file.hpp"
 
+#include <grp.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
 #include <fstream>
-#include <iterator>
+#include <string>
 
 namespace truepose::daemon {
+
+namespace {
+
+bool too_open(const struct stat& file) {
+  const bool for_our_group = file.st_gid == ::getegid();
+  const mode_t forbidden = for_our_group ? (S_IWGRP | S_IXGRP | S_IRWXO) : (S_IRWXG | S_IRWXO);
+  return (file.st_mode & forbidden) != 0;
+}
+
+/// What makes a file ours to read, and nobody else's: one that is another's has to be given to our group.
+std::string mending(const struct stat& found, const std::string& file) {
+  if (found.st_uid == ::geteuid()) return "; run: chmod 600 " + file;
+  const struct group* const ours = ::getgrgid(::getegid());
+  return "; run: chgrp " + (ours ? std::string{ours->gr_name} : std::to_string(::getegid())) + " " + file +
+         " && chmod 640 " + file;
+}
+
+}  // namespace
 
 std::expected<std::string, std::string> read_token(const std::filesystem::path& file) {
   namespace fs = std::filesystem;
@@ -13,19 +37,19 @@ std::expected<std::string, std::string> read_token(const std::filesystem::path& 
     return std::unexpected("token file " + file.string() + ": " + why);
   };
 
-  std::error_code error;
-  const fs::file_status status = fs::status(file, error);
-  if (!fs::exists(status))
+  struct stat found {};
+  if (::stat(file.c_str(), &found) != 0) {
+    if (errno != ENOENT) return bad(std::strerror(errno));
     return bad("does not exist; make one with: (umask 077; openssl rand -hex 16 > " + file.string() + ")");
-  if (!fs::is_regular_file(status)) return bad("is not a file");
-  if ((status.permissions() & (fs::perms::group_all | fs::perms::others_all)) != fs::perms::none)
-    return bad("others may read or write it; run: chmod 600 " + file.string());
+  }
+  if (!S_ISREG(found.st_mode)) return bad("is not a file");
+  if (too_open(found)) return bad("others may read or write it" + mending(found, file.string()));
 
   std::ifstream stream{file, std::ios::binary};
   std::string token;
   token.resize(kLongest + 1);
   stream.read(token.data(), static_cast<std::streamsize>(token.size()));
-  if (stream.bad() || !stream.is_open()) return bad("cannot be read");
+  if (stream.bad() || !stream.is_open()) return bad("cannot be read" + mending(found, file.string()));
   token.resize(static_cast<std::size_t>(stream.gcount()));
   constexpr std::string_view kSpace = " \t\r\n";
   token.erase(token.find_last_not_of(kSpace) + 1);

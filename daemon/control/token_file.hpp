@@ -7,7 +7,8 @@
 
 namespace truepose::daemon {
 
-/// Reads the secret that clients must show. The file must be ours alone (mode 0600 or stricter) and hold at
+/// Reads the secret that clients must show. Nobody but its owner may write the file, and nobody but we
+/// and our own primary group may read it (0600, or 0640 as root gives it to the service's group). It holds at
 /// least 16 characters; white space around them is dropped. The error is one sentence.
 std::expected<std::string, std::string> read_token(const std::filesystem::path& file);
 

@@ -6,8 +6,10 @@
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -24,6 +26,7 @@
 #include "proto/control/json_text.hpp"
 #include "proto/control/request.hpp"
 #include "proto/control/schema.hpp"
+#include "proto/control/session_proof.hpp"
 #include "tests/temp_folder.hpp"
 
 namespace truepose::daemon {
@@ -61,6 +64,11 @@ class ManualClock : public drivers::Clock {
     for (const auto& [when, timer] : sleepers_)
       if (when <= now_) timer->cancel();
   }
+  /// How many wait for a moment that is no farther away.
+  std::size_t sleepers_within(drivers::Duration time) const {
+    const auto end = sleepers_.upper_bound(now_ + time);
+    return static_cast<std::size_t>(std::distance(sleepers_.begin(), end));
+  }
 
  private:
   drivers::TimePoint now_{1h};
@@ -95,11 +103,14 @@ class FakeCell : public CellService {
 class Client {
  public:
   explicit Client(std::uint16_t port, int receive_buffer = 0) {
-    socket_.open(tcp::v4());
+    socket_.open(asio::generic::stream_protocol{tcp::v4()});
     if (receive_buffer > 0) socket_.set_option(tcp::socket::receive_buffer_size{receive_buffer});
     const timeval limit{.tv_sec = 30, .tv_usec = 0};
     ::setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-    socket_.connect({asio::ip::address_v4::loopback(), port});
+    socket_.connect(tcp::endpoint{asio::ip::address_v4::loopback(), port});
+  }
+  explicit Client(const fs::path& socket) {
+    socket_.connect(asio::local::stream_protocol::endpoint{socket.string()});
   }
   void send(std::string_view bytes) {
     boost::system::error_code gone;
@@ -128,6 +139,10 @@ class Client {
   Reply hello(std::string_view token = kToken) {
     return call("session.hello", {{"protocol", 1}, {"token", std::string{token}}});
   }
+  void send_hello(std::string_view token) {
+    send(control::encode_request(++id_, "session.hello", {{"protocol", 1}, {"token", std::string{token}}}));
+  }
+  bool nothing_came() { return socket_.available() == 0; }
   /// Code of the error of a call; 0 if it succeeded.
   int code(std::string_view method, const json::object& params = {}) { return code_of(call(method, params)); }
   static int code_of(const Reply& reply) {
@@ -136,7 +151,7 @@ class Client {
 
  private:
   asio::io_context context_;
-  tcp::socket socket_{context_};
+  asio::generic::stream_protocol::socket socket_{context_};
   std::string buffer_;
   std::int64_t id_ = 0;
 };
@@ -165,24 +180,36 @@ class ControlServerTest : public testing::Test {
     });
     done.get_future().wait();
   }
-  std::string try_start(const config::Endpoint& endpoint, ControlLimits limits = {}) {
-    std::string error;
+  fs::path socket() const { return folder_.path() / "control.sock"; }
+
+  /// @return why it did not start; no text where it did
+  drivers::StartFailure try_start(const config::Endpoint& endpoint, const ControlLimits& limits = {},
+                                  bool with_socket = false) {
+    drivers::StartFailure failure{""};
     on_loop([&] {
       auto server = ControlServer::start(
           io_.get_executor(),
           {clock_, [] { return std::chrono::system_clock::time_point{}; }, cell_, events_,
            [this](const std::string& text) {
              if (text.find("too slowly") != std::string::npos) too_slow_.set_value();
-           }},
+           },
+           with_socket ? socket() : fs::path{}},
           {endpoint, token_file()}, "cell 1", limits);
       if (server) server_ = std::move(*server);
-      if (!server) error = server.error();
+      if (!server) failure = server.error();
     });
-    return error;
+    return failure;
   }
-  std::uint16_t serve(ControlLimits limits = {}) {
-    EXPECT_EQ(try_start({"127.0.0.1", 0}, limits), "");
+  std::uint16_t serve(const ControlLimits& limits = {}) {
+    EXPECT_EQ(try_start({"127.0.0.1", 0}, limits, true).text, "");
     return server_->port();
+  }
+  /// Until so many sleep for having guessed, or being in company of who did.
+  void wait_for_hellos(std::size_t count) {
+    std::size_t late = 0;
+    while (late < count) {
+      on_loop([&] { late = clock_.sleepers_within(1s); });
+    }
   }
   void advance(drivers::Duration time) {
     on_loop([&] { clock_.advance(time); });
@@ -232,13 +259,106 @@ TEST_F(ControlServerTest, ClosesAfterAWrongTokenAnotherProtocolOrGarbage) {
   EXPECT_TRUE(garbage.closed());
 }
 
-TEST_F(ControlServerTest, LetsNobodyGuessTokensQuickly) {
-  const auto port = serve({.hello_failures = 2});
-  for (const int expected : {-32001, -32001, -32007})
-    EXPECT_EQ(Client::code_of(Client{port}.hello("wrong")), expected);
-  EXPECT_EQ(Client::code_of(Client{port}.hello()), -32007);
+TEST_F(ControlServerTest, AnswersAPeerThatGuessesTokensLateAndLetsTheRightTokenIn) {
+  const auto port = serve({.hello_failures = 2, .hello_delay = 1s});
+  for (int guess = 0; guess < 2; ++guess) EXPECT_EQ(Client::code_of(Client{port}.hello("wrong")), -32001);
+  Client wrong{port}, right{port};
+  wrong.send_hello("wrong");
+  right.send_hello(kToken);
+  wait_for_hellos(2);
+  EXPECT_TRUE(wrong.nothing_came());
+  EXPECT_TRUE(right.nothing_came());
+  advance(1s);
+  EXPECT_EQ(Client::code_of(wrong.reply()), -32001);
+  EXPECT_EQ(Client::code_of(right.reply()), 0);
   advance(60s);
-  EXPECT_EQ(Client::code_of(Client{port}.hello()), 0);
+  EXPECT_EQ(Client::code_of(Client{port}.hello()), 0);  // at once: time does not pass here
+}
+
+TEST_F(ControlServerTest, LetsTheRightTokenInHoweverManyConnectionsStandAndGuess) {
+  const auto port = serve({.guests_of_peer = 2, .hello_failures = 1, .hello_delay = 1s});
+  EXPECT_EQ(Client::code_of(Client{port}.hello("wrong")), -32001);
+  Client right{port};
+  right.send_hello(kToken);
+  wait_for_hellos(1);
+  std::vector<std::unique_ptr<Client>> crowd;
+  for (int i = 0; i < 20; ++i) {
+    crowd.push_back(std::make_unique<Client>(port));
+    if (i % 2 == 0) crowd.back()->send_hello("wrong");
+  }
+  for (int i = 0; i < 19; ++i) EXPECT_TRUE(crowd[static_cast<std::size_t>(i)]->closed()) << i;
+  advance(1s);
+  EXPECT_EQ(Client::code_of(right.reply()), 0);
+}
+
+TEST_F(ControlServerTest, KeepsPlacesForSessionsThatSilentConnectionsCannotTake) {
+  const auto port = serve({.sessions = 2, .guests_of_peer = 3});
+  Client first{port};
+  first.hello();
+  std::vector<std::unique_ptr<Client>> crowd;
+  for (int i = 0; i < 50; ++i) crowd.push_back(std::make_unique<Client>(port));
+  Client second{port};
+  EXPECT_EQ(Client::code_of(second.hello()), 0);
+  EXPECT_EQ(first.code("cell.status"), 0);
+}
+
+TEST_F(ControlServerTest, LeavesPlacesToOtherPeers) {
+  const auto port = serve({.of_one_peer = 1});
+  Client over_tcp{port}, another{port};
+  EXPECT_EQ(Client::code_of(over_tcp.hello()), 0);
+  EXPECT_THAT(another.hello().result.error().message, HasSubstr("loopback has 1 sessions open already"));
+  Client local{socket()};
+  EXPECT_EQ(local.code("session.hello", {{"protocol", 1}}), 0);
+}
+
+TEST_F(ControlServerTest, TakesNoTokenWhereTheKernelSaysWhoAsks) {
+  const auto port = serve();
+  EXPECT_EQ(fs::status(socket()).permissions(), fs::perms{0660});
+  Client local{socket()};
+  EXPECT_EQ(local.code("session.hello", {{"protocol", 1}}), 0);
+  EXPECT_EQ(local.code("cell.status"), 0);
+  EXPECT_EQ(Client{socket()}.code("session.hello", {{"protocol", 1}, {"token", "wrong"}}), -32001);
+  EXPECT_EQ(Client{port}.code("session.hello", {{"protocol", 1}}), -32602);
+}
+
+TEST_F(ControlServerTest, TakesTheSocketOverThatADeadDaemonLeft) {
+  {
+    asio::io_context context;
+    const asio::local::stream_protocol::acceptor dead{context, {socket().string()}};
+  }
+  ASSERT_TRUE(fs::exists(socket()));
+  serve();
+  EXPECT_EQ(Client{socket()}.code("session.hello", {{"protocol", 1}}), 0);
+  on_loop([this] { server_.reset(); });
+  EXPECT_FALSE(fs::exists(socket()));
+}
+
+TEST_F(ControlServerTest, OpensASessionForAClientThatProvesThatItKnowsTheToken) {
+  const auto port = serve();
+  const auto hello = [&](Client& client, const std::string& token, const std::string& endpoint) {
+    const Reply challenge = client.call("session.challenge");
+    const control::SessionTerms terms{endpoint, control::new_nonce(),
+                                      challenge.result->at("nonce").as_string().c_str()};
+    const Reply reply =
+        client.call("session.hello", {{"protocol", 1},
+                                      {"nonce", terms.client_nonce},
+                                      {"proof", session_proof(token, control::Prover::Client, terms)}});
+    if (reply.result)
+      EXPECT_EQ(reply.result->at("proof").as_string(), session_proof(kToken, control::Prover::Server, terms));
+    return Client::code_of(reply);
+  };
+  const std::string here = "127.0.0.1 " + std::to_string(port), token{kToken};
+  Client right{port}, wrong{port}, relayed{port}, unasked{port};
+  EXPECT_EQ(hello(right, token, here), 0);
+  EXPECT_EQ(right.code("cell.status"), 0);
+  EXPECT_EQ(hello(wrong, "another token of some length", here), -32001);
+  EXPECT_EQ(hello(relayed, token, "127.0.0.1 1"), -32001);  // made for whoever sits at another port
+  const control::SessionTerms without{here, control::new_nonce(), {}};
+  EXPECT_EQ(
+      unasked.code("session.hello", {{"protocol", 1},
+                                     {"nonce", without.client_nonce},
+                                     {"proof", session_proof(token, control::Prover::Client, without)}}),
+      -32001);
 }
 
 TEST_F(ControlServerTest, SaysWhenAMethodIsUnknownOrWhatItWasGivenIsWrong) {
@@ -351,13 +471,13 @@ TEST_F(ControlServerTest, ClosesWhoeverStaysSilentOrDawdles) {
   EXPECT_EQ(witness.code("cell.status"), 0);  // a subscriber may listen for days
 }
 
-TEST_F(ControlServerTest, RefusesMoreConnectionsThanItMayHold) {
-  const auto port = serve({.connections = 2});
+TEST_F(ControlServerTest, RefusesMoreSessionsThanItMayHold) {
+  const auto port = serve({.sessions = 2});
   Client first{port};
   Client second{port};
   first.hello();
   second.hello();
-  EXPECT_THAT(Client{port}.reply().result.error().message, HasSubstr("2 connections"));
+  EXPECT_THAT(Client{port}.hello().result.error().message, HasSubstr("2 sessions"));
 }
 
 TEST_F(ControlServerTest, SendsEachSubscriberItsTopics) {
@@ -431,24 +551,42 @@ TEST_F(ControlServerTest, ServesItsSchemaWhichKnowsItsMethods) {
 
 TEST_F(ControlServerTest, StartsOnlyWithAPrivateToken) {
   const config::Endpoint endpoint{"127.0.0.1", 0};
-  fs::permissions(token_file(), fs::perms::group_read, fs::perm_options::add);
-  EXPECT_THAT(try_start(endpoint), HasSubstr("chmod 600"));
+  fs::permissions(token_file(), fs::perms::others_read, fs::perm_options::add);
+  EXPECT_THAT(try_start(endpoint).text, HasSubstr("chmod 600"));
+  fs::permissions(token_file(), fs::perms{0660});
+  EXPECT_THAT(try_start(endpoint).text, HasSubstr("others may read or write it"));
   write_token("short");
-  EXPECT_THAT(try_start(endpoint), HasSubstr("16..1024 characters"));
+  EXPECT_THAT(try_start(endpoint).text, HasSubstr("16..1024 characters"));
   fs::remove(token_file());
-  EXPECT_THAT(try_start(endpoint), HasSubstr("does not exist"));
+  EXPECT_THAT(try_start(endpoint).text, HasSubstr("does not exist"));
+}
+
+TEST_F(ControlServerTest, StartsWithATokenThatItsOwnGroupMayRead) {
+  fs::permissions(token_file(), fs::perms{0640});
+  EXPECT_EQ(try_start({"127.0.0.1", 0}).text, "");
+}
+
+TEST_F(ControlServerTest, SaysHowATokenOfAnotherIsGivenToItsGroup) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root gives files away";
+  ASSERT_EQ(::chown(token_file().c_str(), 65534, 65534), 0);
+  fs::permissions(token_file(), fs::perms{0640});
+  EXPECT_THAT(try_start({"127.0.0.1", 0}).text, HasSubstr("run: chgrp root "));
+  ASSERT_EQ(::chown(token_file().c_str(), 65534, ::getegid()), 0);
+  EXPECT_EQ(try_start({"127.0.0.1", 0}).text, "");
 }
 
 TEST_F(ControlServerTest, ListensOnLoopbackOnly) {
-  EXPECT_THAT(try_start({"0.0.0.0", 0}), HasSubstr("needs TLS"));
-  EXPECT_THAT(try_start({"192.0.2.1", 0}), HasSubstr("needs TLS"));
-  EXPECT_THAT(try_start({"cell.example", 0}), HasSubstr("not an IP address"));
+  EXPECT_THAT(try_start({"0.0.0.0", 0}).text, HasSubstr("needs TLS"));
+  EXPECT_THAT(try_start({"192.0.2.1", 0}).text, HasSubstr("needs TLS"));
+  EXPECT_THAT(try_start({"cell.example", 0}).text, HasSubstr("not an IP address"));
 }
 
 TEST_F(ControlServerTest, SaysWhoHoldsItsPort) {
   asio::io_context context;
   const tcp::acceptor holder{context, {asio::ip::address_v4::loopback(), 0}};
-  EXPECT_THAT(try_start({"127.0.0.1", holder.local_endpoint().port()}),
+  const drivers::StartFailure failure = try_start({"127.0.0.1", holder.local_endpoint().port()});
+  EXPECT_TRUE(failure.may_pass);
+  EXPECT_THAT(failure.text,
               HasSubstr("is in use by daemon_control_ (process " + std::to_string(::getpid()) + ")"));
 }
 

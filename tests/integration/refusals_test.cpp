@@ -59,6 +59,13 @@ TEST(TheClient, IsRefusedWithAWrongTokenAndSaysSo) {
   EXPECT_THAT(refused.err, HasSubstr("wrong token"));
 }
 
+TEST(TheClient, NeedsNoTokenOverTheControlSocket) {
+  LiveCell cell;
+  cell.start_daemon();
+  const Finished told = run_program("truepose", {"status", "--daemon", cell.folder() / "run/control.sock"});
+  EXPECT_EQ(told.exit_code, 0) << told.err;
+}
+
 TEST(TheClient, SaysWhereNoDaemonRuns) {
   LiveCell cell;
   cell.start_daemon();

@@ -5,10 +5,13 @@
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/read_until.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
 #include <boost/json/parse.hpp>
 #include <filesystem>
 #include <fstream>
@@ -95,10 +98,11 @@ class OnlineTest : public testing::Test {
  protected:
   OnlineTest() {
     write_token("token", "0123456789abcdef");
+    fs::create_directory(socket().parent_path());
     on_loop([this] {
       server_ = daemon::ControlServer::start(io_.get_executor(),
                                              {clock_, [] { return std::chrono::system_clock::time_point{}; },
-                                              cell_, events_, [](const std::string&) {}},
+                                              cell_, events_, [](const std::string&) {}, socket()},
                                              {{"127.0.0.1", 0}, folder_.path() / "token"}, "cell 1")
                     .value();
       address_ = "127.0.0.1:" + std::to_string(server_->port());
@@ -109,6 +113,7 @@ class OnlineTest : public testing::Test {
     work_.reset();
     thread_.join();
   }
+  fs::path socket() const { return folder_.path() / "truepose-test/control.sock"; }
   void write_token(const char* file, const char* token) {
     std::ofstream{folder_.path() / file} << token << '\n';
     fs::permissions(folder_.path() / file, fs::perms::owner_read | fs::perms::owner_write);
@@ -247,6 +252,65 @@ TEST_F(OnlineTest, ADaemonThatIsNotThereIsNamed) {
   const Outcome outcome = run({"status"}, "token", address);
   EXPECT_EQ(outcome.exit_code, 3);
   EXPECT_THAT(outcome.err, HasSubstr(address + " cannot be reached"));
+}
+
+TEST_F(OnlineTest, AControlSocketNeedsNoToken) {
+  const Outcome outcome = run_all({"status", "--daemon", socket()});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+}
+
+TEST_F(OnlineTest, AControlSocketInAFolderOfEverybodyIsNotBelieved) {
+  fs::permissions(socket().parent_path(), fs::perms{0777});
+  const Outcome outcome = run_all({"status", "--daemon", socket()});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("others may write to its folder"));
+}
+
+TEST_F(OnlineTest, ControlSocketsAreFoundInTheUsersFolderAndInTheSystems) {
+  fs::create_directories(folder_.path() / "system/press");
+  const asio::local::stream_protocol::acceptor other{io_, {folder_.path() / "system/press/control.sock"}};
+  EXPECT_THAT(control_sockets(folder_.path(), folder_.path() / "system"),
+              testing::ElementsAre(socket(), folder_.path() / "system/press/control.sock"));
+  EXPECT_THAT(control_sockets({}, folder_.path() / "none"), testing::IsEmpty());
+}
+
+/// Somebody at a daemon's port who answers as a daemon would, and remembers what he was told.
+class Squatter {
+ public:
+  std::string address() const { return "127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port()); }
+  std::string heard() {
+    thread_.join();
+    return heard_;
+  }
+
+ private:
+  void serve() {
+    asio::ip::tcp::socket client = acceptor_.accept();
+    for (const char* result : {R"({"nonce": "00112233445566778899aabbccddeeff"})",
+                               R"({"product": "trueposed", "protocol": 1, "proof": "00"})"}) {
+      std::string line;
+      asio::read_until(client, asio::dynamic_buffer(line), '\n');
+      heard_ += line;
+      const std::string id = std::to_string(json::parse(line).at("id").as_int64());
+      asio::write(client,
+                  asio::buffer(R"({"jsonrpc": "2.0", "id": )" + id + R"(, "result": )" + result + "}\n"));
+    }
+  }
+
+  asio::io_context context_;
+  asio::ip::tcp::acceptor acceptor_{context_, {asio::ip::address_v4::loopback(), 0}};
+  std::string heard_;
+  std::thread thread_{[this] { serve(); }};
+};
+
+TEST_F(OnlineTest, WhoeverSquatsOnTheDaemonsPortIsNotTakenForItAndLearnsNoToken) {
+  Squatter squatter;
+  const Outcome outcome = run({"status"}, "token", squatter.address());
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("does not know the token"));
+  const std::string heard = squatter.heard();
+  EXPECT_THAT(heard, HasSubstr("session.hello"));
+  EXPECT_THAT(heard, testing::Not(HasSubstr("0123456789abcdef")));
 }
 
 TEST_F(OnlineTest, ADaemonThatStopsEndsAWatchWithItsReason) {

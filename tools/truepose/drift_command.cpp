@@ -75,7 +75,8 @@ void add_drift_command(CLI::App& app, int& exit_code) {
       sub->add_option("--model", command->arm.model, "Model file of the calibrated arm")->needs(data);
   data->needs(robot)->needs(model);
   add_noise_options(*sub, command->noise);
-  sub->add_option("--daemon", command->online.daemon, "HOST:PORT of the daemon")->capture_default_str();
+  sub->add_option("--daemon", command->online.daemon,
+                  "HOST:PORT of the daemon, or the path of its control socket");
   sub->add_option("--token-file", command->online.token_file, "file with the daemon's token")
       ->envname("TRUEPOSE_TOKEN_FILE");
   sub->add_flag("--json", command->online.json, "One JSON document");

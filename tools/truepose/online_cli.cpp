@@ -41,8 +41,11 @@ void add_online_commands(CLI::App& app, int& exit_code) {
 
   // Before the command or after it.
   const auto add_connection = [&](CLI::App& to) {
-    to.add_option("--daemon", a.online.daemon, "HOST:PORT of the daemon")->capture_default_str();
-    to.add_option("--token-file", a.online.token_file, "file with the daemon's token")
+    to.add_option(
+        "--daemon", a.online.daemon,
+        "HOST:PORT of the daemon, or the path of its control socket; default: the control socket of the one "
+        "that runs here, else 127.0.0.1:7210");
+    to.add_option("--token-file", a.online.token_file, "file with the daemon's token, for HOST:PORT")
         ->envname("TRUEPOSE_TOKEN_FILE");
   };
   add_connection(app);

@@ -10,7 +10,7 @@ namespace truepose::tools {
 
 /// Which daemon, and how to print. With `json`, standard output carries one JSON document and nothing else.
 struct OnlineOptions {
-  std::string daemon = "127.0.0.1:7210";
+  std::string daemon;  ///< as connect_to_daemon() takes it
   std::filesystem::path token_file;
   bool json = false;
 };

@@ -1,7 +1,5 @@
 #include "tools/truepose/rpc_client.hpp"
 
-#include <fcntl.h>
-#include <netdb.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -10,8 +8,9 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <memory>
 #include <utility>
+
+#include "proto/control/session_proof.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -20,58 +19,13 @@ namespace json = boost::json;
 using control::ErrorCode;
 using namespace std::chrono_literals;
 
-constexpr std::chrono::seconds kConnectPatience = 5s;
+constexpr std::chrono::seconds kHelloPatience = 5s;
 
-/// Waits for a socket. @return false when the time is over
-bool wait_for(int socket, short events, std::chrono::steady_clock::time_point deadline) {
-  while (true) {
-    int wait_ms = -1;
-    if (deadline != std::chrono::steady_clock::time_point::max()) {
-      const auto left =
-          std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
-      wait_ms = static_cast<int>(std::max<std::int64_t>(left.count(), 0));
-    }
-    pollfd watched{socket, events, 0};
-    const int ready = ::poll(&watched, 1, wait_ms);
-    if (ready > 0) return true;
-    if (ready == 0 || errno != EINTR) return false;
-  }
-}
-
-/// Connects to one address. @return 0, or the errno that says why not
-int try_connect(int socket, const addrinfo& address) {
-  if (::connect(socket, address.ai_addr, address.ai_addrlen) == 0) return 0;
-  if (errno != EINPROGRESS) return errno;
-  if (!wait_for(socket, POLLOUT, std::chrono::steady_clock::now() + kConnectPatience)) return ETIMEDOUT;
-  int error = 0;
-  socklen_t size = sizeof error;
-  ::getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
-  return error;
-}
-
-std::expected<int, ClientError> open_connection(const std::string& daemon) {
-  const auto colon = daemon.rfind(':');
-  if (colon == std::string::npos || colon == 0 || colon + 1 == daemon.size())
-    return std::unexpected(ClientError{kBadInput, "--daemon: expected HOST:PORT, found \"" + daemon + "\""});
-  std::string host = daemon.substr(0, colon);
-  if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
-
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  addrinfo* found = nullptr;
-  if (const int error = ::getaddrinfo(host.c_str(), daemon.c_str() + colon + 1, &hints, &found))
-    return std::unexpected(ClientError{kBadInput, "--daemon " + daemon + ": " + ::gai_strerror(error)});
-  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> addresses{found, &::freeaddrinfo};
-
-  int error = 0;
-  for (const addrinfo* address = found; address; address = address->ai_next) {
-    const int socket = ::socket(address->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    error = socket < 0 ? errno : try_connect(socket, *address);
-    if (error == 0) return socket;
-    if (socket >= 0) ::close(socket);
-  }
-  return std::unexpected(ClientError{kUnreachable, "the daemon at " + daemon + " cannot be reached (" +
-                                                       std::strerror(error) + "); is trueposed running?"});
+/// A text member; empty where there is none.
+std::string text_of(const json::value& object, std::string_view key) {
+  const json::object* const members = object.if_object();
+  const json::value* const member = members ? members->if_contains({key.data(), key.size()}) : nullptr;
+  return member && member->is_string() ? std::string{member->get_string()} : "";
 }
 
 std::expected<std::string, ClientError> read_token(const std::filesystem::path& file) {
@@ -123,14 +77,43 @@ RpcClient::~RpcClient() {
 
 std::expected<RpcClient, ClientError> RpcClient::connect(const std::string& daemon,
                                                          const std::filesystem::path& token_file) {
+  const auto connection = connect_to_daemon(daemon);
+  if (!connection) return std::unexpected(connection.error());
+  RpcClient client{connection->socket, connection->daemon};
+  const auto opened = connection->endpoint.empty() ? client.open_locally()
+                                                   : client.open_by_proof(connection->endpoint, token_file);
+  if (!opened) return std::unexpected(opened.error());
+  return client;
+}
+
+std::expected<void, ClientError> RpcClient::open_locally() {
+  const auto hello = call("session.hello", {{"protocol", 1}}, kHelloPatience);
+  if (!hello) return std::unexpected(hello.error());
+  return {};
+}
+
+// Whoever sits at the daemon's port learns nothing from it, and is found out unless he knows the token too.
+std::expected<void, ClientError> RpcClient::open_by_proof(const std::string& endpoint,
+                                                          const std::filesystem::path& token_file) {
   const auto token = read_token(token_file);
   if (!token) return std::unexpected(token.error());
-  const auto socket = open_connection(daemon);
-  if (!socket) return std::unexpected(socket.error());
-  RpcClient client{*socket, daemon};
-  const auto hello = client.call("session.hello", {{"protocol", 1}, {"token", *token}}, kConnectPatience);
+  const auto challenge = call("session.challenge", {}, kHelloPatience);
+  if (!challenge) return std::unexpected(challenge.error());
+  const ClientError stranger{
+      kUnreachable,
+      "whoever answers at " + daemon_ + " does not know the token: no trueposed, or one of another cell"};
+  const std::string server_nonce = text_of(*challenge, "nonce");
+  if (!control::is_nonce(server_nonce)) return std::unexpected(stranger);
+  const control::SessionTerms terms{endpoint, control::new_nonce(), server_nonce};
+  const auto hello = call("session.hello",
+                          {{"protocol", 1},
+                           {"nonce", terms.client_nonce},
+                           {"proof", session_proof(*token, control::Prover::Client, terms)}},
+                          kHelloPatience);
   if (!hello) return std::unexpected(hello.error());
-  return client;
+  if (text_of(*hello, "proof") != session_proof(*token, control::Prover::Server, terms))
+    return std::unexpected(stranger);
+  return {};
 }
 
 std::expected<json::value, ClientError> RpcClient::call(const std::string& method, const json::object& params,
@@ -171,7 +154,7 @@ ClientError RpcClient::lost(const std::string& why) const {
 }
 
 std::expected<void, ClientError> RpcClient::send(const std::string& line) {
-  const auto deadline = Clock::now() + kConnectPatience;
+  const auto deadline = Clock::now() + kHelloPatience;
   std::size_t sent = 0;
   while (sent < line.size()) {
     const ssize_t size = ::send(socket_, line.data() + sent, line.size() - sent, MSG_NOSIGNAL);

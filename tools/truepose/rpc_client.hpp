@@ -9,22 +9,17 @@
 
 #include "proto/control/line_splitter.hpp"
 #include "proto/control/request.hpp"
-#include "tools/truepose/exit_code.hpp"
+#include "tools/truepose/daemon_connection.hpp"
 
 namespace truepose::tools {
-
-/// Why a command ends without its result.
-struct ClientError {
-  int exit_code = kFailed;
-  std::string message;  ///< one sentence
-};
 
 /// A blocking client of the daemon's control protocol.
 class RpcClient {
  public:
-  /// Connects and opens the session. Errors: kBadInput for an address that cannot be read, a token file that
-  /// cannot be read and a wrong token; kUnreachable where nobody answers.
-  /// @param daemon  "127.0.0.1:7210", "[::1]:7210"
+  /// Connects and opens the session: over TCP by a proof that both ends know the token, which is not sent
+  /// itself; over a control socket without one. Errors: those of connect_to_daemon(); kBadInput for a token
+  /// file that cannot be read and a wrong token; kUnreachable for a daemon that does not know the token.
+  /// @param daemon  as connect_to_daemon() takes it
   static std::expected<RpcClient, ClientError> connect(const std::string& daemon,
                                                        const std::filesystem::path& token_file);
   RpcClient(RpcClient&& other) noexcept;
@@ -44,6 +39,9 @@ class RpcClient {
   using Clock = std::chrono::steady_clock;
 
   RpcClient(int socket, std::string daemon) : socket_{socket}, daemon_{std::move(daemon)} {}
+  std::expected<void, ClientError> open_locally();
+  std::expected<void, ClientError> open_by_proof(const std::string& endpoint,
+                                                 const std::filesystem::path& token_file);
   std::expected<void, ClientError> send(const std::string& line);
   std::expected<Message, ClientError> receive(Clock::time_point deadline);
   ClientError lost(const std::string& why) const;

@@ -1,0 +1,177 @@
+#include "tools/truepose/daemon_connection.hpp"
+
+#include <netdb.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <optional>
+
+namespace truepose::tools {
+
+/// Waits for a socket. @return false when the time is over
+bool wait_for(int socket, short events, std::chrono::steady_clock::time_point deadline) {
+  while (true) {
+    int wait_ms = -1;
+    if (deadline != std::chrono::steady_clock::time_point::max()) {
+      const auto left =
+          std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+      wait_ms = static_cast<int>(std::max<std::int64_t>(left.count(), 0));
+    }
+    pollfd watched{socket, events, 0};
+    const int ready = ::poll(&watched, 1, wait_ms);
+    if (ready > 0) return true;
+    if (ready == 0 || errno != EINTR) return false;
+  }
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+constexpr std::chrono::seconds kConnectPatience = 5s;
+constexpr const char* kDefaultTcp = "127.0.0.1:7210";
+
+/// As the daemon writes its own end: the address in digits, then the port.
+std::string endpoint_of(const addrinfo& address) {
+  std::array<char, NI_MAXHOST> host{};
+  std::array<char, NI_MAXSERV> port{};
+  ::getnameinfo(address.ai_addr, address.ai_addrlen, host.data(), host.size(), port.data(), port.size(),
+                NI_NUMERICHOST | NI_NUMERICSERV);
+  return std::string{host.data()} + " " + port.data();
+}
+
+/// Connects to one address. @return 0, or the errno that says why not
+int try_connect(int socket, const addrinfo& address) {
+  if (::connect(socket, address.ai_addr, address.ai_addrlen) == 0) return 0;
+  if (errno != EINPROGRESS) return errno;
+  if (!wait_for(socket, POLLOUT, std::chrono::steady_clock::now() + kConnectPatience)) return ETIMEDOUT;
+  int error = 0;
+  socklen_t size = sizeof error;
+  ::getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
+  return error;
+}
+
+std::expected<DaemonConnection, ClientError> connect_over_tcp(const std::string& daemon) {
+  const auto colon = daemon.rfind(':');
+  if (colon == std::string::npos || colon == 0 || colon + 1 == daemon.size())
+    return std::unexpected(ClientError{
+        kBadInput, "--daemon: expected HOST:PORT or the path of a control socket, found \"" + daemon + "\""});
+  std::string host = daemon.substr(0, colon);
+  if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
+
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  if (const int error = ::getaddrinfo(host.c_str(), daemon.c_str() + colon + 1, &hints, &found))
+    return std::unexpected(ClientError{kBadInput, "--daemon " + daemon + ": " + ::gai_strerror(error)});
+  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> addresses{found, &::freeaddrinfo};
+
+  int error = 0;
+  for (const addrinfo* address = found; address; address = address->ai_next) {
+    const int socket = ::socket(address->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    error = socket < 0 ? errno : try_connect(socket, *address);
+    if (error == 0) return DaemonConnection{socket, daemon, endpoint_of(*address)};
+    if (socket >= 0) ::close(socket);
+  }
+  return std::unexpected(ClientError{kUnreachable, "the daemon at " + daemon + " cannot be reached (" +
+                                                       std::strerror(error) + "); is trueposed running?"});
+}
+
+ClientError unreachable(const std::string& daemon, const std::string& why) {
+  return {kUnreachable,
+          "the daemon at " + daemon + " cannot be reached (" + why + "); is trueposed running?"};
+}
+
+/// Whether the process behind a control socket is the one that its folder belongs to. A folder that others
+/// may write would let anybody put a socket there.
+std::optional<std::string> stranger_behind(int socket, const fs::path& path) {
+  ucred server{};
+  socklen_t size = sizeof server;
+  struct stat folder {};
+  const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path{"."};
+  if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &server, &size) != 0 ||
+      ::stat(parent.c_str(), &folder) != 0)
+    return std::strerror(errno);
+  if ((folder.st_mode & (S_IWGRP | S_IWOTH)) != 0) return "others may write to its folder";
+  if (server.uid == 0 || server.uid == ::geteuid() || server.uid == folder.st_uid) return std::nullopt;
+  return "it is served by uid " + std::to_string(server.uid) + ", and its folder belongs to uid " +
+         std::to_string(folder.st_uid);
+}
+
+std::expected<DaemonConnection, ClientError> connect_locally(const fs::path& path) {
+  sockaddr_un name{};
+  name.sun_family = AF_UNIX;
+  if (path.native().size() >= sizeof name.sun_path)
+    return std::unexpected(
+        ClientError{kBadInput, "--daemon " + path.string() + ": is too long for a socket"});
+  path.native().copy(name.sun_path, sizeof name.sun_path - 1);
+  const int socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  const auto failed = [&](const std::string& why) {
+    if (socket >= 0) ::close(socket);
+    return std::unexpected(unreachable(path, why));
+  };
+  if (socket < 0 || ::connect(socket, reinterpret_cast<const sockaddr*>(&name), sizeof name) != 0)
+    return failed(std::strerror(errno));
+  if (const auto stranger = stranger_behind(socket, path)) return failed(*stranger);
+  return DaemonConnection{socket, path, {}};
+}
+
+/// The daemon of this machine, where there is one that lets us in.
+std::expected<std::optional<DaemonConnection>, ClientError> connect_to_only_one() {
+  const char* const user_folder = std::getenv("XDG_RUNTIME_DIR");
+  std::optional<DaemonConnection> only;
+  std::string names;
+  for (const fs::path& path : control_sockets(user_folder ? user_folder : "", "/run/truepose")) {
+    const auto connected = connect_locally(path);
+    if (!connected) continue;
+    names += " " + path.string();
+    if (only) ::close(connected->socket);
+    if (!only) only = *connected;
+  }
+  if (!only || names.find(' ', 1) == std::string::npos) return only;
+  ::close(only->socket);
+  return std::unexpected(ClientError{kBadInput, "several cells run here; choose one by --daemon:" + names});
+}
+
+}  // namespace
+
+std::vector<fs::path> control_sockets(const fs::path& user_folder, const fs::path& system_folder) {
+  std::vector<fs::path> found;
+  const auto look = [&](const fs::path& folder, const std::string& prefix) {
+    std::error_code none;
+    std::vector<fs::path> here;
+    for (fs::directory_iterator cell{folder, none}, end; !none && cell != end; cell.increment(none)) {
+      const fs::path socket = cell->path() / "control.sock";
+      std::error_code unseen;
+      if (cell->path().filename().string().starts_with(prefix) && fs::is_socket(socket, unseen))
+        here.push_back(socket);
+    }
+    std::ranges::sort(here);
+    found.insert(found.end(), here.begin(), here.end());
+  };
+  if (!user_folder.empty()) look(user_folder, "truepose-");
+  look(system_folder, "");
+  return found;
+}
+
+std::expected<DaemonConnection, ClientError> connect_to_daemon(const std::string& daemon) {
+  if (daemon.find('/') != std::string::npos) return connect_locally(daemon);
+  if (!daemon.empty()) return connect_over_tcp(daemon);
+  auto only = connect_to_only_one();
+  if (!only) return std::unexpected(only.error());
+  if (*only) return **only;
+  return connect_over_tcp(kDefaultTcp);
+}
+
+}  // namespace truepose::tools
