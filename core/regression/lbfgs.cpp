@@ -43,11 +43,11 @@ Minimum minimise(const Objective& objective, const Eigen::VectorXd& start, const
   best.value = objective(start, gradient);
   std::deque<Correction> corrections;
   for (int i = 0; i < options.max_iterations; ++i) {
-    count_step();
     const Eigen::VectorXd direction = -newton_like(corrections, gradient);
     Eigen::VectorXd trial_gradient(start.size());
     double trial_value = best.value;
     const auto along = [&](double step) {
+      count_step();  // each: among many points one takes seconds
       trial_value = objective(best.x + step * direction, trial_gradient);
       return LinePoint{trial_value, trial_gradient.dot(direction)};
     };

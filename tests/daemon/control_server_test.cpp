@@ -343,8 +343,9 @@ TEST_F(ControlServerTest, OpensASessionForAClientThatProvesThatItKnowsTheToken) 
         client.call("session.hello", {{"protocol", 1},
                                       {"nonce", terms.client_nonce},
                                       {"proof", session_proof(token, control::Prover::Client, terms)}});
-    if (reply.result)
+    if (reply.result) {
       EXPECT_EQ(reply.result->at("proof").as_string(), session_proof(kToken, control::Prover::Server, terms));
+    }
     return Client::code_of(reply);
   };
   const std::string here = "127.0.0.1 " + std::to_string(port), token{kToken};
