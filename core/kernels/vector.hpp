@@ -40,9 +40,14 @@ inline Vec all(double value) { return value - Vec{}; }
 
 template <int...>
 struct Indices {};
-template <int kCount>
-using IndicesTo = Indices<__integer_pack(kCount)...>;
-using Lanes = IndicesTo<kLanes>;
+/// Counts down in front of what it has counted: Count<3> is Count<0, 0, 1, 2>.
+template <int kLeft, int... kCounted>
+struct Count : Count<kLeft - 1, kLeft - 1, kCounted...> {};
+template <int... kCounted>
+struct Count<0, kCounted...> {
+  using Numbers = Indices<kCounted...>;
+};
+using Lanes = Count<kLanes>::Numbers;
 
 template <int... kLane>
 inline Vec lane_numbers(Indices<kLane...>) {

@@ -31,7 +31,6 @@ Eigen::MatrixXd inverse(const Eigen::MatrixXd& M) {
 
 Design::Design(const DesignProblem& problem, DesignCriterion criterion, const kernels::Kernels& kernels)
     : problem_{problem},
-      criterion_{criterion},
       kernels_{kernels},
       blocks_{static_cast<int>((problem.candidates() + kernels::kMostLanes - 1) / kernels::kMostLanes)},
       is_chosen_(problem.candidates()) {

@@ -53,7 +53,6 @@ class Design {
                     std::vector<kernels::Line>& S) const;
 
   const DesignProblem& problem_;
-  DesignCriterion criterion_;
   const kernels::Kernels& kernels_;
   int blocks_;
   std::vector<std::size_t> chosen_;
