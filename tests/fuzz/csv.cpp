@@ -1,0 +1,76 @@
+// Measurement files. Read at once or row by row they say the same; what is accepted comes back as it was
+// written.
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "config/csv_reader.hpp"
+#include "config/csv_stream.hpp"
+#include "config/measurement_file.hpp"
+#include "config/pose_files.hpp"
+#include "core/simulation/published_arm.hpp"
+#include "tests/fuzz/target.hpp"
+#include "tests/temp_folder.hpp"
+
+namespace truepose::fuzz {
+namespace {
+
+constexpr const char* kName = "input.csv";
+
+/// What becomes of `read`: its result, or why it was refused.
+template <typename Read>
+std::string outcome(Read read) {
+  try {
+    return read();
+  } catch (const config::ConfigError& error) {
+    expect(*error.what() != '\0', "a refusal says why");
+    return std::string("refused: ") + error.what();
+  }
+}
+
+std::string at_once(const std::string& text) {
+  const auto table = config::CsvTable::parse(text, kName);
+  std::string x;
+  for (std::size_t row = 0; row < table.row_count(); ++row)
+    x += std::to_string(table.number(row, table.column("x"))) + " ";
+  return x;
+}
+
+std::string row_by_row(const std::string& text) {
+  std::istringstream in{text};
+  config::CsvStream stream{in, kName};
+  std::string x;
+  while (stream.next()) x += std::to_string(stream.number(stream.header().column("x"))) + " ";
+  return x;
+}
+
+std::string written(const MeasurementData& data, const RobotModel& robot) {
+  std::ostringstream out;
+  config::write_measurements(out, data, robot);
+  return out.str();
+}
+
+bool is_refused(const std::string& outcome) { return outcome.starts_with("refused: "); }
+
+}  // namespace
+
+void csv(std::string_view input) {
+  static const TempFolder folder;
+  static const RobotModel robot = published_arm();
+  const std::string text{input};
+
+  // Of several faults each may name its first.
+  const std::string whole = outcome([&] { return at_once(text); });
+  const std::string rows = outcome([&] { return row_by_row(text); });
+  expect(whole == rows || (is_refused(whole) && is_refused(rows)), "rows are those of the table");
+
+  const std::filesystem::path file = folder.write(kName, text);
+  outcome([&] { return std::to_string(config::load_joints(file, robot).size()); });
+  const std::string once = outcome([&] { return written(config::load_measurements(file, robot), robot); });
+  if (is_refused(once)) return;
+  const std::filesystem::path again = folder.write("written.csv", once);
+  const std::string twice = outcome([&] { return written(config::load_measurements(again, robot), robot); });
+  expect(twice == once, "measurements come back as they were written: " + once + " and " + twice);
+}
+
+}  // namespace truepose::fuzz

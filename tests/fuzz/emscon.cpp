@@ -1,0 +1,76 @@
+// Packets of the tracker. A stream gives the same ones however it is cut; what is accepted can be written and
+// read.
+#include <cstdint>
+#include <span>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+#include "proto/emscon/packet_splitter.hpp"
+#include "proto/emscon/packets.hpp"
+#include "proto/emscon/status.hpp"
+#include "tests/fuzz/pieces.hpp"
+#include "tests/fuzz/target.hpp"
+
+namespace truepose::fuzz {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// The packets of a stream, up to the first error.
+std::vector<Bytes> packets(const std::vector<std::string_view>& pieces) {
+  emscon::PacketSplitter splitter;
+  std::vector<Bytes> packets;
+  for (const std::string_view piece : pieces) {
+    splitter.push({reinterpret_cast<const std::uint8_t*>(piece.data()), piece.size()});
+    while (true) {
+      const auto packet = splitter.next();
+      if (!packet) return packets;
+      if (!*packet) break;
+      packets.emplace_back((*packet)->begin(), (*packet)->end());
+    }
+  }
+  return packets;
+}
+
+/// Nothing for a packet that we have no use for.
+template <typename Packet>
+Bytes encoded(const Packet& packet) {
+  return std::visit(
+      [](const auto& kind) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(kind)>, emscon::Unknown>) {
+          return Bytes{};
+        } else {
+          return emscon::encode(kind);
+        }
+      },
+      packet);
+}
+
+/// Compares bytes, not values: a NaN is not even itself.
+template <typename Decode>
+void expect_round_trip(const Bytes& packet, Decode decode) {
+  const auto meaning = decode(packet);
+  if (!meaning) {
+    expect(!meaning.error().what.empty() && meaning.error().offset <= packet.size(), "a fault says where");
+    return;
+  }
+  const Bytes written = encoded(*meaning);
+  if (written.empty()) return;
+  expect(written.size() == packet.size(), "a packet is as long as what is written of it");
+  const auto again = decode(written);
+  expect(again && encoded(*again) == written, "what is written is read again");
+}
+
+}  // namespace
+
+void emscon(std::string_view input) {
+  const std::vector<Bytes> whole = packets({input});
+  expect(packets(pieces_of(input)) == whole, "a stream gives the same packets however it is cut");
+  for (const Bytes& packet : whole) {
+    expect_round_trip(packet, emscon::decode_tracker_packet);
+    expect_round_trip(packet, emscon::decode_client_packet);
+  }
+}
+
+}  // namespace truepose::fuzz

@@ -1,0 +1,122 @@
+// KRL programs: program, data list and $config.dat, in this order, with a line "====" between them. With the
+// same numbers a program stays the same byte for byte, and with other numbers it is the same program with
+// those.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "proto/krl/frame_data.hpp"
+#include "proto/krl/places.hpp"
+#include "proto/krl/program.hpp"
+#include "proto/krl/rewrite.hpp"
+#include "tests/fuzz/target.hpp"
+
+namespace truepose::fuzz {
+namespace {
+
+using krl::Edit;
+using krl::File;
+
+constexpr double kShift = 0.25;    // what every number is moved by
+constexpr double kGreatest = 1e6;  // beyond it a shift may be lost in rounding
+
+std::string_view next_part(std::string_view& text) {
+  constexpr std::string_view kSeparator = "====\n";
+  const std::size_t end = std::min(text.find(kSeparator), text.size());
+  const std::string_view part = text.substr(0, end);
+  text.remove_prefix(std::min(end + kSeparator.size(), text.size()));
+  return part;
+}
+
+/// Edits of SRC and DAT, one for every number of every point. `value` makes the new text of a number.
+template <typename NewText>
+std::pair<std::vector<Edit>, std::vector<Edit>> edits(const krl::Program& program,
+                                                      const krl::ProgramText& text, NewText new_text) {
+  std::pair<std::vector<Edit>, std::vector<Edit>> edits;
+  std::set<std::pair<File, std::size_t>> seen;
+  for (const krl::Point& point : program.points) {
+    const File file = point.position.spot.file;
+    expect(file != File::Config, "a point stands in the program");
+    const std::string_view source = file == File::Src ? text.src : text.dat;
+    for (const krl::Number& number : point.position.values) {
+      expect(number.begin < number.end && number.end <= source.size(), "a number stands in its text");
+      expect(seen.insert({file, number.begin}).second, "a number belongs to one point");
+      (file == File::Src ? edits.first : edits.second)
+          .push_back({number.begin, number.end, new_text(number, source)});
+    }
+  }
+  return edits;
+}
+
+/// "X5" would be another name, so a blank is put there: in front of .5 or 'B01', which may touch theirs.
+bool touches_its_name(const krl::Number& number, std::string_view source) {
+  return number.begin > 0 && source[number.begin] != '-' && source[number.begin - 1] != ' ';
+}
+
+void expect_the_same_with_its_own_numbers(const krl::Program& program, const krl::ProgramText& text) {
+  bool touches = false;
+  const auto [src, dat] = edits(program, text, [&](const krl::Number& number, std::string_view source) {
+    expect(!krl::is_changed(number, number.value), "a number that stays is not changed");
+    touches = touches || touches_its_name(number, source);
+    return std::string{source.substr(number.begin, number.end - number.begin)};
+  });
+  expect(krl::rewritten(text.src, {}) == text.src && krl::rewritten(text.dat, {}) == text.dat,
+         "without corrections a program stays as it is");
+  expect(touches || (krl::rewritten(text.src, src) == text.src && krl::rewritten(text.dat, dat) == text.dat),
+         "with its own numbers a program stays as it is");
+}
+
+void expect_the_new_numbers(const krl::Program& program, const krl::ProgramText& text) {
+  bool sane = true;
+  const auto [src_edits, dat_edits] = edits(program, text, [&](const krl::Number& number, std::string_view) {
+    sane = sane && std::abs(number.value) < kGreatest;
+    return krl::number_text(number.value + kShift);
+  });
+  if (!sane) return;
+  const std::string src = krl::rewritten(text.src, src_edits), dat = krl::rewritten(text.dat, dat_edits);
+  const auto again = krl::read_program({src, dat, text.config}, {});
+  expect(again.has_value(), "a corrected program is read again");
+  expect(again->points.size() == program.points.size() && again->steps.size() == program.steps.size(),
+         "a corrected program has the same points and steps");
+  for (std::size_t k = 0; k < program.points.size(); ++k) {
+    for (std::size_t i = 0; i < 6; ++i) {
+      const double moved =
+          again->points[k].position.values[i].value - program.points[k].position.values[i].value;
+      expect(std::abs(moved - kShift) < 1e-8, "a corrected program has the new numbers");
+    }
+  }
+}
+
+}  // namespace
+
+void krl(std::string_view input) {
+  krl::ProgramText text;
+  text.src = next_part(input);
+  text.dat = next_part(input);
+  text.config = input;
+
+  if (const auto data = krl::read_frame_data(text.config); !data)
+    expect(!data.error().what.empty() && data.error().at <= text.config.size(), "a fault says where");
+  const auto program = krl::read_program(text, {});
+  if (!program) {
+    const krl::Spot spot = program.error().spot;
+    const std::string_view source = spot.file == File::Src   ? text.src
+                                    : spot.file == File::Dat ? text.dat
+                                                             : text.config;
+    expect(!program.error().what.empty() && spot.at <= source.size(), "a fault says where");
+    expect(krl::Places{source}.of(spot.at).line >= 1, "a fault stands in a line");
+    return;
+  }
+  for (const krl::Step& step : program->steps)
+    expect((!step.point || *step.point < program->points.size()) && step.tool < program->frames.size() &&
+               step.base < program->frames.size(),
+           "a step names what is there");
+  expect_the_same_with_its_own_numbers(*program, text);
+  expect_the_new_numbers(*program, text);
+}
+
+}  // namespace truepose::fuzz
