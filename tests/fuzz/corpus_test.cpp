@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(Fuzz, Corpus,
                                          Target{"emscon", emscon}, Target{"krl", krl},
                                          Target{"rsi_config", rsi_config}, Target{"rsi_frame", rsi_frame},
                                          Target{"yaml", yaml}),
-                         [](const auto& info) { return std::string{info.param.name}; });
+                         [](const auto& test) { return std::string{test.param.name}; });
 
 }  // namespace
 }  // namespace truepose::fuzz

@@ -32,9 +32,9 @@ bool is_other_reader_s(const pugi::xml_parse_result& parsed, std::string_view te
 
 void expect_agreement(const pugi::xml_node& root, const char* name,
                       const std::array<const char*, 6>& attributes, const std::optional<Axes>& values,
-                      double scale) {
-  if (!values) return;
+                      double scale, bool unread) {
   const pugi::xml_node element = root.child(name);
+  if (!values) return expect(!element || unread, std::string{name} + " is read, or something is said of it");
   expect(element && !element.next_sibling(name), std::string{name} + " is there, and once");
   for (std::size_t i = 0; i < attributes.size(); ++i) {
     const char* text = element.attribute(attributes[i]).value();
@@ -51,17 +51,18 @@ void expect_agreement(const rsi::RobotFrame& frame, std::string_view datagram) {
   if (!parsed && is_other_reader_s(parsed, text)) return;
   expect(parsed, std::string{"an accepted frame is well formed, not: "} + parsed.description());
   const pugi::xml_node root = document.child("Rob");
+  const bool unread = frame.unread.has_value();
   expect(frame.ipoc == std::strtoull(root.child_value("IPOC"), nullptr, 10),
          "IPOC has the value of its text");
-  expect_agreement(root, "AIPos", kAxes, frame.aipos_rad, kRadPerDeg);
-  expect_agreement(root, "ASPos", kAxes, frame.aspos_rad, kRadPerDeg);
-  expect_agreement(root, "EIPos", kExternal, frame.eipos, 1);
-  expect_agreement(root, "ESPos", kExternal, frame.espos, 1);
+  expect_agreement(root, "AIPos", kAxes, frame.aipos_rad, kRadPerDeg, unread);
+  expect_agreement(root, "ASPos", kAxes, frame.aspos_rad, kRadPerDeg, unread);
+  expect_agreement(root, "EIPos", kExternal, frame.eipos, 1, unread);
+  expect_agreement(root, "ESPos", kExternal, frame.espos, 1, unread);
   const auto as_axes = [](const std::optional<rsi::CartesianPose>& p) {
     return p ? std::optional<Axes>{{p->x_mm, p->y_mm, p->z_mm, p->a_deg, p->b_deg, p->c_deg}} : std::nullopt;
   };
-  expect_agreement(root, "RIst", kPose, as_axes(frame.rist), 1);
-  expect_agreement(root, "RSol", kPose, as_axes(frame.rsol), 1);
+  expect_agreement(root, "RIst", kPose, as_axes(frame.rist), 1, unread);
+  expect_agreement(root, "RSol", kPose, as_axes(frame.rsol), 1, unread);
   if (frame.delay) {
     const char* delay = root.child("Delay").attribute("D").value();
     expect(static_cast<double>(*frame.delay) == std::strtod(delay, nullptr),
