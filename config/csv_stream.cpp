@@ -1,8 +1,28 @@
 #include "config/csv_stream.hpp"
 
-#include <algorithm>
+#include <string_view>
 
 namespace truepose::config {
+
+namespace {
+
+/// Whether a quoted field goes on behind `line`. A quote opens a field only as its first character, and again
+/// directly behind the quote that closed it.
+/// @param is_open  whether one goes on into the line
+bool is_open_behind(std::string_view line, bool is_open) {
+  bool may_open = true;
+  for (const char c : line) {
+    if (c == '"' && (is_open || may_open)) {
+      is_open = !is_open;
+      may_open = true;
+    } else {
+      may_open = c == ',' || c == '\r';
+    }
+  }
+  return is_open;
+}
+
+}  // namespace
 
 CsvStream::CsvStream(std::istream& in, std::string file)
     : in_(in), file_(std::move(file)), scanner_("", file_) {
@@ -26,10 +46,8 @@ bool CsvStream::read_lines() {
   const bool is_first = lines_.empty();
   lines_.clear();
   bool is_open = false;
-  for (std::size_t read = 0; (read == 0 || is_open) && read_line(); read = lines_.size()) {
-    if (std::count(lines_.begin() + static_cast<std::ptrdiff_t>(read), lines_.end(), '"') % 2 != 0)
-      is_open = !is_open;
-  }
+  for (std::size_t read = 0; (read == 0 || is_open) && read_line(); read = lines_.size())
+    is_open = is_open_behind(std::string_view{lines_}.substr(read), is_open);
   if (in_.bad()) throw ConfigError(file_ + ": cannot be read");
   if (is_first && lines_.starts_with("\xEF\xBB\xBF")) lines_.erase(0, 3);
   return !lines_.empty();

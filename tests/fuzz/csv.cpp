@@ -62,7 +62,8 @@ void csv(std::string_view input) {
   // Of several faults each may name its first.
   const std::string whole = outcome([&] { return at_once(text); });
   const std::string rows = outcome([&] { return row_by_row(text); });
-  expect(whole == rows || (is_refused(whole) && is_refused(rows)), "rows are those of the table");
+  expect(whole == rows || (is_refused(whole) && is_refused(rows)),
+         "rows are those of the table: " + whole + " and " + rows);
 
   const std::filesystem::path file = folder.write(kName, text);
   outcome([&] { return std::to_string(config::load_joints(file, robot).size()); });

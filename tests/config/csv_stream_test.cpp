@@ -1,0 +1,36 @@
+#include "config/csv_stream.hpp"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "config/csv_reader.hpp"
+
+namespace truepose::config {
+namespace {
+
+/// The column x, read row by row.
+std::vector<double> streamed(const std::string& text) {
+  std::istringstream in(text);
+  CsvStream rows(in, "f.csv");
+  std::vector<double> x;
+  while (rows.next()) x.push_back(rows.number(rows.header().column("x")));
+  return x;
+}
+
+TEST(CsvStream, TakesAQuoteThatOpensNoFieldForAnOrdinaryCharacter) {
+  for (const std::string header : {"a\",b,x\n", "a, \"b,x\n", "\"a\",b\"b,x\n"}) {
+    const std::string text = header + "1,2,3\n\"4\"\"\n\",5,6\n";
+    EXPECT_EQ(CsvTable::parse(text, "f.csv").row_count(), 2u) << text;
+    EXPECT_EQ(streamed(text), (std::vector<double>{3, 6})) << text;
+  }
+}
+
+TEST(CsvStream, TakesALineBreakInQuotesForPartOfItsField) {
+  EXPECT_EQ(streamed("a,b,x\r\n\"1\r\n\"\"2\",\"\n\",3\r\n4,\"\"\"\",6"), (std::vector<double>{3, 6}));
+}
+
+}  // namespace
+}  // namespace truepose::config
