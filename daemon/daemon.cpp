@@ -61,8 +61,17 @@ T kept(StoreResult<T> result) {
 
 StreamOptions stream_options(const config::CellConfig& config) {
   StreamOptions options = StreamOptions::of(config);
-  options.peer = started(drivers::ipv4_of(config.robot.rsi_peer));
+  const auto peer = drivers::ipv4_of(config.robot.rsi_peer);
+  // A name may be known only once the network is.
+  if (!peer) throw StartError{"robot.rsi_peer: " + peer.error(), true};
+  options.peer = *peer;
   return options;
+}
+
+/// What the process before this one knew of the controller; none where there is no folder for it.
+std::unique_ptr<StreamMemory> stream_memory(const fs::path& runtime) {
+  if (runtime.empty()) return nullptr;
+  return started(StreamMemory::open(runtime / "stream"));
 }
 
 drivers::RsiLinkOptions link_options(const config::StreamConfig& stream) {
@@ -82,8 +91,10 @@ class Daemon {
         runtime_lock_{lock_of_runtime(runtime)},
         store_{kept(Store::open(config.store))},
         events_{event_numbers(), [] { return std::chrono::system_clock::now(); }},
-        stream_{started(StreamCycle::create(
-            config.robot.model, started(read_ethernet(config.stream.ethernet_xml)), stream_options(config)))},
+        stream_memory_{stream_memory(runtime)},
+        stream_{started(StreamCycle::create(config.robot.model,
+                                            started(read_ethernet(config.stream.ethernet_xml)),
+                                            stream_options(config), stream_memory_.get()))},
         robot_{io_.get_executor(),
                clock_,
                {config.robot.eki_motion.host, config.robot.eki_motion.port, config.robot.eki_state.port,
@@ -207,6 +218,7 @@ class Daemon {
   Worker store_thread_;
   Worker compute_thread_;
   EventBus events_;
+  std::unique_ptr<StreamMemory> stream_memory_;
   std::unique_ptr<StreamCycle> stream_;
   drivers::KukaEkiRobot robot_;
   drivers::EmsconTracker tracker_;

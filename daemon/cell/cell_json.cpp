@@ -57,7 +57,8 @@ std::string stream_reason(const StreamStatus& status, const StreamSurroundings& 
   const std::string why = reason(status);
   if (!why.empty() || !around.streaming) return why;
   if (silent) return silence_text(around.age);
-  return status.model == 0 ? "no model is active: nothing is corrected; activate one, or stop the stream" : "";
+  return status.model == 0 ? "no model is active: nothing is corrected; activate one, or stop the stream"
+                           : "";
 }
 
 }  // namespace
@@ -189,6 +190,7 @@ json::object stream_json(const StreamStatus& status, const LatencyHistogram::Sum
       {"unproven", c.unproven},
       {"wrong_ipoc", c.wrong_ipoc},
       {"malformed", c.malformed},
+      {"partly_read", c.partly_read},
       {"foreign", c.foreign},
       {"refused", text_or_null(around.refused)},
       {"late", c.late},

@@ -106,8 +106,8 @@ using CellEvent =
     std::variant<ConnectRequested, DisconnectRequested, AcknowledgeRequested, CampaignStartRequested,
                  CampaignPauseRequested, CampaignResumeRequested, CampaignAbortRequested,
                  StreamStartRequested, StreamStopRequested, DevicesConnected, ConnectFailed, DeviceLost,
-                 CampaignPaused, CampaignEnded, StreamProgramStarted, StreamStarted, StreamEnded, StreamFaulted,
-                 StoreFailed, Tick>;
+                 CampaignPaused, CampaignEnded, StreamProgramStarted, StreamStarted, StreamEnded,
+                 StreamFaulted, StoreFailed, Tick>;
 
 enum class CellCommand {
   OpenDevices,

@@ -164,10 +164,10 @@ class DaemonCell final : public CellService, private CampaignObserver {
   StreamStatus before_stream_;  ///< when the stream was started last
   RefusedPackets refused_;
   std::optional<Fault> model_fault_;  ///< stands while the store's active model is refused
-  std::optional<Fault> frozen_;    ///< stands while the stream waits for an arm that does not follow
-  std::optional<Fault> unproven_;  ///< stands while packets come and none can be answered
-  TimePoint proven_{};             ///< when that was not so
-  std::optional<Fault> silent_;    ///< stands while a stream that goes on by itself waits for its controller
+  std::optional<Fault> frozen_;       ///< stands while the stream waits for an arm that does not follow
+  std::optional<Fault> unproven_;     ///< stands while packets come and none can be answered
+  TimePoint proven_{};                ///< when that was not so
+  std::optional<Fault> silent_;  ///< stands while a stream that goes on by itself waits for its controller
 };
 
 }  // namespace truepose::daemon

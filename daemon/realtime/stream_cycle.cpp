@@ -232,7 +232,18 @@ std::string_view StreamCycle::answer_controller(const drivers::Datagram& datagra
     return answer_malformed({.fault = rsi::FrameFault::Missing, .element = sends_aspos_ ? "ASPos" : "AIPos"},
                             datagram);
   }
+  if (frame->unread) tell_unread(*frame->unread, datagram);
   return answer_frame(*frame, datagram);
+}
+
+/// Counted, and told once in a session.
+void StreamCycle::tell_unread(const rsi::FrameError& error, const drivers::Datagram& datagram) noexcept {
+  ++status_.counters.partly_read;
+  if (std::exchange(unread_told_, true)) return;
+  emit({.kind = StreamEventKind::Malformed,
+        .source = datagram.source,
+        .excerpt = Excerpt::of(datagram.bytes),
+        .error = error});
 }
 
 std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
@@ -330,7 +341,7 @@ void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
   ++status_.counters.sessions;
   broken_ = unsolved_ = without_delay_ = since_arm_check_ = 0;
   rejected_ = implausible_ = not_following_ = 0;
-  malformed_before_ = false;
+  malformed_before_ = unread_told_ = false;
   replied_ipoc_.reset();
   last_commanded_.reset();
   effect_.restart();

@@ -111,6 +111,7 @@ class StreamCycle final : public drivers::RsiResponder {
   void take_commands() noexcept;
   void tell_foreign(const drivers::UdpSource& source) noexcept;
   std::string_view answer_controller(const drivers::Datagram& datagram) noexcept;
+  void tell_unread(const rsi::FrameError& error, const drivers::Datagram& datagram) noexcept;
   std::string_view answer_frame(const rsi::RobotFrame& frame, const drivers::Datagram& datagram) noexcept;
   std::string_view answer_malformed(const rsi::FrameError& error, const drivers::Datagram& datagram) noexcept;
   std::string_view answer_cycle(const rsi::RobotFrame& frame, const Hearing& hearing,
@@ -172,6 +173,7 @@ class StreamCycle final : public drivers::RsiResponder {
   double fade_ramp_ = 1;          // 0..1, straight in time
   bool refade_ = false;           // the next good cycle fades from what is in force
   bool malformed_before_ = false;
+  bool unread_told_ = false;
   bool late_before_ = false;
   bool armed_before_ = false;  // at the last frame
   double broken_ = 0;          // cycles in a row, as the next two

@@ -10,8 +10,8 @@
 #include "daemon/realtime/stream_log.hpp"
 #include "tests/daemon/stream_rig.hpp"
 
-// What broke the stream in attacks on the whole product, each as a sentence about what holds now. The rig fails a test
-// on any reply that the controller takes and that moves an axis by more than a step.
+// What broke the stream in attacks on the whole product, each as a sentence about what holds now. The rig
+// fails a test on any reply that the controller takes and that moves an axis by more than a step.
 namespace truepose::daemon {
 namespace {
 
@@ -76,7 +76,8 @@ TEST(AStreamUnderAttack, DoesNotFollowABurstThatKnowsTheTimeStampsButComesFromAn
   }
   rig.tick();
   EXPECT_EQ(rig.applied, before);
-  EXPECT_EQ(rig.status().counters.datagrams + 0u, 4u + kRamp + 2u + 1u) << "foreign datagrams are in no other figure";
+  EXPECT_EQ(rig.status().counters.datagrams + 0u, 4u + kRamp + 2u + 1u)
+      << "foreign datagrams are in no other figure";
 }
 
 TEST(AStreamUnderAttack, AnswersTheControllerOnItsNewPortOnceTheOldOneIsSilent) {
@@ -121,8 +122,9 @@ TEST(AStreamUnderAttack, KeepsItsCorrectionOverAGapLongerThanTheTimeoutThatItWas
 class ARestartedStream : public testing::Test {
  protected:
   ARestartedStream()
-      : file_{std::filesystem::path{testing::TempDir()} / ("stream-" + std::to_string(::getpid()) + "-" +
-                                                           testing::UnitTest::GetInstance()->current_test_info()->name())},
+      : file_{std::filesystem::path{testing::TempDir()} /
+              ("stream-" + std::to_string(::getpid()) + "-" +
+               testing::UnitTest::GetInstance()->current_test_info()->name())},
         memory_{StreamMemory::open(file_).value()} {}
   ~ARestartedStream() override { std::filesystem::remove(file_); }
 
@@ -196,7 +198,7 @@ TEST(AStreamUnderAttack, FindsWithinTwoSecondsThatItsCorrectionsDoNothingWhileTh
     for (; cycles < 5000 && rig.state() != StreamState::Frozen; ++cycles) {
       const double t = 0.004 * cycles;
       rig.q = start;
-      rig.q[0] += 60 * kRadPerDeg * std::sin(2 * t);        // 120 deg/s
+      rig.q[0] += 60 * kRadPerDeg * std::sin(2 * t);          // 120 deg/s
       rig.q[3] += 80 * kRadPerDeg * (1 - std::cos(2.5 * t));  // 200 deg/s
       rig.q[5] += 70 * kRadPerDeg * std::sin(3 * t + 1);
       actual += (rig.q - actual) / (1 + lag_cycles);
@@ -300,9 +302,10 @@ TEST(AStreamUnderAttack, ShowsTheFirstFrameOfASessionThatItDidNotUnderstand) {
   StreamRig rig;
   rig.settle();
   rig.send("<Rob Type=\"KUKA\"><ASPos A1=\"1\"/><IPOC>" + std::to_string(rig.ipoc + 4) + "</IPOC></Rob>");
-  EXPECT_THAT(told(*rig.cycle, StreamEventKind::Malformed),
-              testing::ElementsAre(testing::AllOf(HasSubstr("127.0.0.1:40000"), HasSubstr("ASPos.A2 is missing"),
-                                                  HasSubstr("it begins `<Rob Type=\"KUKA\"><ASPos A1=\"1\"/>"))));
+  EXPECT_THAT(
+      told(*rig.cycle, StreamEventKind::Malformed),
+      testing::ElementsAre(testing::AllOf(HasSubstr("127.0.0.1:40000"), HasSubstr("ASPos.A2 is missing"),
+                                          HasSubstr("it begins `<Rob Type=\"KUKA\"><ASPos A1=\"1\"/>"))));
 }
 
 }  // namespace

@@ -216,7 +216,10 @@ class History {
     }
     ++history_.cycles;
     const bool lost = daemon_down_ > 0 || (datagrams_lost_ > 0 && datagrams_lost_-- > 0);
-    if (!lost) exchange(*sent);
+    if (!lost) {
+      ++history_.heard;
+      exchange(*sent);
+    }
     judge(plant_.end_cycle());
     before_ = *sent;
   }

@@ -8,6 +8,7 @@ namespace truepose::daemon {
 /// What one controller and its stream went through, and how it ended.
 struct StreamHistory {
   std::uint64_t cycles = 0;    ///< of the controller's sessions
+  std::uint64_t heard = 0;     ///< of these, by a daemon that runs
   std::uint64_t answered = 0;  ///< with a reply that it took
   std::uint64_t sessions = 0;  ///< of the controller, the first included
   std::uint64_t restarts = 0;  ///< of the daemon

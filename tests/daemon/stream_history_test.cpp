@@ -22,14 +22,16 @@ TEST(StreamHistories, NeverMoveAnAxisFromWhatTheControllerHasInForceByMoreThanAS
     greatest = std::max(greatest, history.greatest_step);
     sum.greatest_correction_deg = std::max(sum.greatest_correction_deg, history.greatest_correction_deg);
     sum.cycles += history.cycles;
+    sum.heard += history.heard;
     sum.answered += history.answered;
     sum.sessions += history.sessions;
     sum.restarts += history.restarts;
     sum.foreign += history.foreign;
   }
-  const double answered = static_cast<double>(sum.answered) / static_cast<double>(sum.cycles);
+  const double answered = static_cast<double>(sum.answered) / static_cast<double>(sum.heard);
   std::printf(
-      "%llu histories: %llu cycles, %.1f %% answered, %llu sessions, %llu restarts of the daemon, %llu "
+      "%llu histories: %llu cycles, %.1f %% of what was heard answered, %llu sessions, %llu restarts of the "
+      "daemon, %llu "
       "foreign "
       "datagrams, corrections up to %.2f deg; greatest step %.4f of the bound\n",
       static_cast<unsigned long long>(histories()), static_cast<unsigned long long>(sum.cycles),
