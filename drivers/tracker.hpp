@@ -56,6 +56,8 @@ class Tracker {
                                                                         double search_radius_mm,
                                                                         TimePoint deadline) = 0;
   virtual boost::asio::awaitable<std::expected<SmrPoint, TrackerError>> measure(TimePoint deadline) = 0;
+  /// Whether it is still there and could measure.
+  virtual boost::asio::awaitable<std::expected<void, TrackerError>> check(TimePoint deadline) = 0;
   virtual void disconnect() noexcept = 0;
 };
 

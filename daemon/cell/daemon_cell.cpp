@@ -25,6 +25,7 @@ namespace {
 constexpr Duration kWatch = 100ms;
 constexpr Duration kTellStream = 1s;
 constexpr Duration kAskDevices = 1s;
+constexpr Duration kAskTracker = 5s;
 constexpr Duration kUnproven = 1s;  // a session that begins shows within some cycles that nothing is in force
 constexpr Duration kDeviceAnswer = 5s;
 constexpr Duration kStartProgram = 20s;
@@ -104,6 +105,7 @@ std::optional<RpcError> DaemonCell::apply(const CellEvent& event, const std::str
         devices_.disconnect();
         identities_.reset();
         robot_state_.reset();
+        stand(tracker_lost_, false, {});
         break;
       case CellCommand::PauseCampaign:
         campaign_->campaign.pause();
@@ -189,6 +191,7 @@ DaemonCell::Reply DaemonCell::stream_start(json::object params) {
   if (const std::string why_not = model_trouble(); !why_not.empty()) co_return needs_model(why_not);
   if (auto refused = apply(StreamStartRequested{}, "asked for by an operator"))
     co_return std::unexpected(*refused);
+  co_await devices_unasked();
   const TimePoint deadline = parts_.clock.now() + kStartProgram;
   auto started = co_await parts_.robot.start_stream_program(deadline);
   if (!started) {
@@ -249,8 +252,14 @@ asio::awaitable<void> DaemonCell::watch_cell() {
 
 /// A campaign talks with the devices itself. A device that takes its time must not keep watch_cell() waiting.
 asio::awaitable<void> DaemonCell::watch_devices() {
-  for (;;) {
+  for (TimePoint ask_tracker = parts_.clock.now();;) {
+    devices_asked_ = true;
     if (devices_may_be_asked()) co_await watch_robot();
+    if (devices_may_be_asked() && parts_.clock.now() >= ask_tracker) {
+      co_await watch_tracker();
+      ask_tracker = parts_.clock.now() + kAskTracker;
+    }
+    devices_asked_ = false;
     const TimePoint next = parts_.clock.now() + kAskDevices;
     co_await parts_.clock.sleep_until(next);
   }
@@ -260,11 +269,27 @@ bool DaemonCell::devices_may_be_asked() const {
   return std::holds_alternative<Ready>(state_) || std::holds_alternative<Streaming>(state_);
 }
 
+/// Calls to a device come one at a time.
+asio::awaitable<void> DaemonCell::devices_unasked() {
+  while (devices_asked_) {
+    const TimePoint next = parts_.clock.now() + 10ms;
+    co_await parts_.clock.sleep_until(next);
+  }
+}
+
+/// The stream does without the tracker; whoever is ready to measure does not.
+asio::awaitable<void> DaemonCell::watch_tracker() {
+  const TimePoint deadline = parts_.clock.now() + kDeviceAnswer;
+  auto asked = co_await parts_.tracker.check(deadline);
+  const std::string why = asked ? "" : "tracker: " + asked.error().detail;
+  if (!asked && std::holds_alternative<Ready>(state_)) apply(DeviceLost{why}, why);
+  stand(tracker_lost_, !asked && std::holds_alternative<Streaming>(state_),
+        {"E_TRACKER", "warning", why + "; the stream goes on without it", {}});
+}
+
 asio::awaitable<void> DaemonCell::watch_robot() {
-  robot_asked_ = true;
   const TimePoint deadline = parts_.clock.now() + kDeviceAnswer;
   auto asked = co_await parts_.robot.state(deadline);
-  robot_asked_ = false;
   if (asked) {
     robot_state_ = *asked;
   } else if (devices_may_be_asked()) {
@@ -384,7 +409,7 @@ json::object DaemonCell::status_json() const {
   if (const auto* fault = std::get_if<Faulted>(&state_)) {
     faults.push_back(fault_json(cell_fault(fault->reason, state_since_)));
   }
-  for (const auto* standing : {&model_fault_, &frozen_, &silent_, &unproven_}) {
+  for (const auto* standing : {&model_fault_, &frozen_, &silent_, &unproven_, &tracker_lost_}) {
     if (*standing) faults.push_back(fault_json(**standing));
   }
   json::array allowed;
@@ -404,7 +429,7 @@ json::object DaemonCell::status_json() const {
             {"why_not_ready", identities_ ? robot.why_not_ready : "not connected"},
             {"q_deg", control::joints_json(robot.q, parts_.config.robot.model)}}},
           {"tracker",
-           {{"connected", identities_.has_value()},
+           {{"connected", identities_.has_value() && !tracker_lost_},
             {"model", known.tracker.model},
             {"serial", known.tracker.serial},
             {"firmware", known.tracker.firmware},

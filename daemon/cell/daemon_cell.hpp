@@ -129,6 +129,8 @@ class DaemonCell final : public CellService, private CampaignObserver {
   boost::asio::awaitable<void> watch_cell();
   boost::asio::awaitable<void> watch_devices();
   boost::asio::awaitable<void> watch_robot();
+  boost::asio::awaitable<void> watch_tracker();
+  boost::asio::awaitable<void> devices_unasked();
   bool devices_may_be_asked() const;
   void watch_stream();
   void watch_silence(std::optional<Duration> age);
@@ -155,7 +157,7 @@ class DaemonCell final : public CellService, private CampaignObserver {
   std::string state_since_;
   std::optional<Identities> identities_;
   std::optional<drivers::RobotState> robot_state_;
-  bool robot_asked_ = false;               ///< a question of watch_robot() is under way
+  bool devices_asked_ = false;             ///< a question of watch_devices() is under way
   std::unique_ptr<CampaignRun> campaign_;  ///< the last one, running or ended
   std::optional<Active> active_;
   std::uint64_t model_number_ = 0;
@@ -163,10 +165,11 @@ class DaemonCell final : public CellService, private CampaignObserver {
   StreamLog stream_log_{[](LogLevel level, const std::string& line) { log(level, line); }};
   StreamStatus before_stream_;  ///< when the stream was started last
   RefusedPackets refused_;
-  std::optional<Fault> model_fault_;  ///< stands while the store's active model is refused
-  std::optional<Fault> frozen_;       ///< stands while the stream waits for an arm that does not follow
-  std::optional<Fault> unproven_;     ///< stands while packets come and none can be answered
-  TimePoint proven_{};                ///< when that was not so
+  std::optional<Fault> model_fault_;   ///< stands while the store's active model is refused
+  std::optional<Fault> frozen_;        ///< stands while the stream waits for an arm that does not follow
+  std::optional<Fault> unproven_;      ///< stands while packets come and none can be answered
+  TimePoint proven_{};                 ///< when that was not so
+  std::optional<Fault> tracker_lost_;  ///< stands while a stream runs without its tracker
   std::optional<Fault> silent_;  ///< stands while a stream that goes on by itself waits for its controller
 };
 

@@ -62,11 +62,7 @@ PointPurpose purpose_in(CampaignPhase phase) {
 
 asio::awaitable<void> DaemonCell::run_campaign() {
   CampaignRun& run = *campaign_;
-  // A question to the robot that was on its way when the campaign began.
-  while (robot_asked_) {
-    const TimePoint next = parts_.clock.now() + 10ms;
-    co_await parts_.clock.sleep_until(next);
-  }
+  co_await devices_unasked();
   auto outcome = co_await run.campaign.run();
   run.ended = true;
   if (outcome) identities_ = (*outcome)->identities;

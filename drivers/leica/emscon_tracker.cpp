@@ -110,6 +110,17 @@ TrackerError late(std::string_view what) {
 }  // namespace
 
 /// The dialogue with one tracker, without deadlines.
+namespace {
+
+std::optional<TrackerError> laser_trouble(const SystemStatus& system) {
+  if (system.laser == LaserStatus::Ready) return std::nullopt;
+  const std::string why = system.laser == LaserStatus::HeatingUp ? "is heating up" : "is not ready";
+  return TrackerError{TrackerFault::NotReady, "the tracker's laser " + why + " (status " +
+                                                  std::to_string(std::to_underlying(system.laser)) + ")"};
+}
+
+}  // namespace
+
 class EmsconTracker::Session {
  public:
   Session(asio::any_io_executor executor, Clock& the_clock, EmsconOptions options)
@@ -120,6 +131,7 @@ class EmsconTracker::Session {
   TrackerTask<TrackerIdentity> connect();
   TrackerTask<void> aim(Eigen::Vector3d p_W_mm, double search_radius_mm);
   TrackerTask<SmrPoint> measure();
+  TrackerTask<void> check();
   void close() noexcept { connection_.close(); }
 
   Clock& clock;
@@ -295,6 +307,14 @@ TrackerTask<void> EmsconTracker::Session::ensure_settings() {
   co_return TrackerResult<void>{};
 }
 
+TrackerTask<void> EmsconTracker::Session::check() {
+  const auto answer = co_await ask(CommandCode::GetSystemStatus, "the tracker hides its status");
+  if (!answer) co_return std::unexpected(answer.error());
+  if (auto why = laser_trouble(std::get<SystemStatus>(answer->body)))
+    co_return std::unexpected(*std::move(why));
+  co_return TrackerResult<void>{};
+}
+
 TrackerTask<TrackerIdentity> EmsconTracker::Session::connect() {
   measurement_unfinished_ = false;
   settings_in_doubt_ = true;
@@ -307,12 +327,7 @@ TrackerTask<TrackerIdentity> EmsconTracker::Session::connect() {
   if (!units) co_return std::unexpected(units.error());
   const auto system = co_await initialize();
   if (!system) co_return std::unexpected(system.error());
-  if (system->laser != LaserStatus::Ready) {
-    const std::string why = system->laser == LaserStatus::HeatingUp ? "is heating up" : "is not ready";
-    co_return std::unexpected(
-        TrackerError{TrackerFault::NotReady, "the tracker's laser " + why + " (status " +
-                                                 std::to_string(std::to_underlying(system->laser)) + ")"});
-  }
+  if (auto why = laser_trouble(*system)) co_return std::unexpected(*std::move(why));
   const auto reflector = co_await find_reflector_id();
   if (!reflector) co_return std::unexpected(reflector.error());
 
@@ -481,6 +496,13 @@ asio::awaitable<std::expected<SmrPoint, TrackerError>> EmsconTracker::measure(Ti
   const auto point = co_await before(session_->clock, deadline, std::move(measuring));
   if (!point) co_return std::unexpected(late("gave no measurement"));
   co_return *point;
+}
+
+asio::awaitable<std::expected<void, TrackerError>> EmsconTracker::check(TimePoint deadline) {
+  auto checking = session_->check();
+  const auto checked = co_await before(session_->clock, deadline, std::move(checking));
+  if (!checked) co_return std::unexpected(late("did not say how it is"));
+  co_return *checked;
 }
 
 void EmsconTracker::disconnect() noexcept { session_->close(); }

@@ -35,6 +35,7 @@ class EmsconTracker final : public Tracker {
                                                                 double search_radius_mm,
                                                                 TimePoint deadline) override;
   boost::asio::awaitable<std::expected<SmrPoint, TrackerError>> measure(TimePoint deadline) override;
+  boost::asio::awaitable<std::expected<void, TrackerError>> check(TimePoint deadline) override;
   void disconnect() noexcept override;
 
  private:

@@ -66,6 +66,11 @@ asio::awaitable<std::expected<SmrPoint, TrackerError>> MockTracker::measure(Time
   co_return point;
 }
 
+asio::awaitable<std::expected<void, TrackerError>> MockTracker::check(TimePoint) {
+  if (!connected_) co_return std::unexpected(TrackerError{TrackerFault::Disconnected, "not connected"});
+  co_return std::expected<void, TrackerError>{};
+}
+
 asio::awaitable<std::optional<TrackerError>> MockTracker::link_fault(TimePoint deadline) {
   Clock& clock = cell_.clock();
   const MockFaults& faults = cell_.options().faults;

@@ -17,6 +17,7 @@ class MockTracker final : public Tracker {
                                                                 double search_radius_mm,
                                                                 TimePoint deadline) override;
   boost::asio::awaitable<std::expected<SmrPoint, TrackerError>> measure(TimePoint deadline) override;
+  boost::asio::awaitable<std::expected<void, TrackerError>> check(TimePoint deadline) override;
   void disconnect() noexcept override { connected_ = false; }
 
   bool connected() const { return connected_; }

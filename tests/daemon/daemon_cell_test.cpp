@@ -2,9 +2,13 @@
 
 #include <gmock/gmock.h>
 
+#include <boost/asio/bind_cancellation_slot.hpp>
+#include <boost/asio/cancellation_signal.hpp>
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
 #include <filesystem>
+#include <functional>
 
 #include "daemon/ethernet_file.hpp"
 #include "drivers/mock/mock_robot.hpp"
@@ -13,6 +17,7 @@
 #include "proto/control/json_text.hpp"
 #include "tests/daemon/example_calibration.hpp"
 #include "tests/daemon/example_cell.hpp"
+#include "tests/daemon/stream_rig.hpp"
 #include "tests/integration/sqlite_rows.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -24,6 +29,7 @@ namespace json = boost::json;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using namespace std::chrono_literals;
 
 /// A cell whose store holds the models of sound campaigns, m1 the active one.
 struct DaemonCellTest : testing::Test {
@@ -62,8 +68,8 @@ struct DaemonCellTest : testing::Test {
     return answer ? "" : answer.error().message;
   }
   json::value status() { return call("cell.status").value(); }
-  std::string fault() {
-    const json::value now = status();
+  std::string fault() { return fault_of(status()); }
+  static std::string fault_of(const json::value& now) {
     const json::array& faults = now.at("faults").as_array();
     return faults.empty() ? "" : std::string{faults.front().at("text").as_string().c_str()};
   }
@@ -84,7 +90,7 @@ struct DaemonCellTest : testing::Test {
       StreamCycle::create(
           config.robot.model,
           read_ethernet(TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml").value(),
-          StreamOptions::of(config.stream))
+          StreamOptions::of(config))
           .value();
   DaemonCell cell{{io.get_executor(), config, robot, tracker, clock, *stream, *store, store_thread,
                    compute_thread, events, wall_clock}};
@@ -130,13 +136,131 @@ TEST_F(DaemonCellTest, ForgetsTheFaultOfAModelThatIsDeactivated) {
   EXPECT_THAT(fault(), IsEmpty());
 }
 
+/// A cell that is watched, beside a controller that sends every 4 ms until it falls silent.
+struct AWatchedStream : DaemonCellTest {
+  using Script = std::function<asio::awaitable<void>()>;
+
+  AWatchedStream() {
+    rig.cycle = std::move(stream);  // which the cell refers to
+    load();
+    sends = false;
+    play([this]() -> asio::awaitable<void> {
+      const auto connected = co_await cell.call("cell.connect", {});
+      EXPECT_TRUE(connected);
+    });
+    sends = true;
+  }
+  asio::awaitable<void> pass(drivers::Duration time) {
+    const drivers::TimePoint then = clock.now() + time;
+    co_await clock.sleep_until(then);
+  }
+  asio::awaitable<void> controller() {
+    while (sends) {
+      rig.set_time(clock.now());
+      rig.tick();
+      co_await pass(4ms);
+    }
+  }
+  void play(Script script) {
+    asio::cancellation_signal end;
+    bool ended = false;
+    asio::co_spawn(io, cell.watch(), asio::bind_cancellation_slot(end.slot(), asio::detached));
+    asio::co_spawn(io, controller(), asio::detached);
+    const auto act = [&]() -> asio::awaitable<void> {
+      co_await script();
+      sends = false;
+      end.emit(asio::cancellation_type::terminal);
+      co_await pass(10ms);
+      ended = true;
+    };
+    asio::co_spawn(io, act, asio::detached);
+    EXPECT_TRUE(clock.run(io, [&] { return ended; }));
+  }
+
+  StreamRig rig;
+  bool sends = true;
+};
+
+TEST_F(AWatchedStream, IsAFaultHalfASecondAfterItsControllerFellSilent) {
+  play([this]() -> asio::awaitable<void> {
+    const auto started = co_await cell.call("stream.start", {});
+    EXPECT_TRUE(started) << started.error().message;
+    co_await pass(2s);
+    auto now = co_await cell.call("cell.status", {});
+    EXPECT_EQ(now->at("state"), "streaming");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "correcting");
+    sends = false;
+    co_await pass(500ms);
+    now = co_await cell.call("cell.status", {});
+    EXPECT_EQ(now->at("state"), "fault");
+    EXPECT_NE(now->at_pointer("/stream/state"), "correcting");
+    EXPECT_THAT(fault_of(*now), HasSubstr("has sent no RSI packet for 0."));
+  });
+}
+
+TEST_F(AWatchedStream, SaysWhatToLookAtWhereNoPacketComes) {
+  sends = false;
+  play([this]() -> asio::awaitable<void> {
+    const drivers::TimePoint asked = clock.now();
+    const auto started = co_await cell.call("stream.start", {});
+    EXPECT_FALSE(started);
+    EXPECT_LE(clock.now() - asked, 5s);
+    EXPECT_THAT(started.error().message,
+                AllOf(HasSubstr("no packet came to"), HasSubstr("IP_NUMBER and PORT"), HasSubstr("RSI_ON")));
+  });
+}
+
+TEST_F(AWatchedStream, DoesNotStartOnPacketsThatItCannotReadAndSaysWhy) {
+  sends = false;
+  play([this]() -> asio::awaitable<void> {
+    const auto garble = [&]() -> asio::awaitable<void> {
+      for (int i = 0; i < 1000; ++i) {
+        rig.set_time(clock.now());
+        rig.send("<Rob Type=\"KUKA\"><IPOC>" + std::to_string(4 * i) + "</IPOC></Rob>");
+        co_await pass(4ms);
+      }
+    };
+    asio::co_spawn(io, garble, asio::detached);
+    const auto started = co_await cell.call("stream.start", {});
+    EXPECT_FALSE(started);
+    EXPECT_THAT(started.error().message, AllOf(HasSubstr("none was understood"),
+                                               HasSubstr("ASPos is missing"), HasSubstr("127.0.0.1:40000")));
+  });
+}
+
+TEST_F(AWatchedStream, TellsThatTheRobotIsGoneWhileItStreams) {
+  play([this]() -> asio::awaitable<void> {
+    const auto started = co_await cell.call("stream.start", {});
+    EXPECT_TRUE(started);
+    robot.disconnect();
+    co_await pass(2s);
+    const auto now = co_await cell.call("cell.status", {});
+    EXPECT_EQ(now->at("state"), "fault");
+    EXPECT_EQ(now->at_pointer("/robot/connected"), false);
+  });
+}
+
+TEST_F(AWatchedStream, GoesOnWithoutItsTrackerAndSaysSo) {
+  play([this]() -> asio::awaitable<void> {
+    const auto started = co_await cell.call("stream.start", {});
+    EXPECT_TRUE(started);
+    tracker.disconnect();
+    co_await pass(7s);
+    const auto now = co_await cell.call("cell.status", {});
+    EXPECT_EQ(now->at_pointer("/stream/state"), "correcting");
+    EXPECT_EQ(now->at_pointer("/tracker/connected"), false);
+    EXPECT_THAT(fault_of(*now), HasSubstr("the stream goes on without it"));
+  });
+}
+
 TEST(StreamJson, SaysCorrectingOfAStreamThatHasAModelAlone) {
   const auto told = [](std::uint64_t model, double a1_deg) {
     StreamStatus status;
     status.state = StreamState::Active;
     status.model = model;
     status.correction_deg[0] = a1_deg;
-    return stream_json(status, {}, true, "");
+    return stream_json(status, {},
+                       {.streaming = true, .age = drivers::Duration{0}, .refused = "", .model_id = ""});
   };
   EXPECT_EQ(told(1, 0.5).at("state"), "correcting");
   EXPECT_EQ(told(0, 0.5).at("state"), "ramping") << "out of the model that was in force";

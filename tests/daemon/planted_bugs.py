@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+"""Plants one bug after another into a copy of the stream and sees whether its random histories find it.
+
+    tests/daemon/planted_bugs.py [HISTORIES]      1000 unless said otherwise; needs build/release
+
+Ends with 0 where the stream as it is passes and every bug is found. The bugs are those that attacks on the product found, or that
+would be easiest to make again.
+"""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+TREE = pathlib.Path(__file__).resolve().parents[2]
+BUILD = TREE / "build/release"
+SESSION = "daemon/realtime/controller_session.cpp"
+IN_FORCE = "daemon/realtime/correction_in_force.cpp"
+CYCLE = "daemon/realtime/stream_cycle.cpp"
+PIN = "daemon/realtime/peer_pin.hpp"
+
+# name: [(file, what stands there, what is put in its place), ...]
+BUGS = {
+    "as it is": [],
+    "zero at the start, whatever is in force": [
+        (IN_FORCE, "  if (knowledge_ == Knowledge::Doubtful) settle_doubt(evidence, step);",
+         "  set(CorrectionRange::of(zero()));"),
+    ],
+    "a source that is not pinned": [
+        (PIN, "    if (address_ && source.address != *address_) return false;", ""),
+        (PIN, "    return !pinned_ || source == *pinned_ || now - heard_ >= release_;", "    return true;"),
+        (PIN, "    return other;", "    return other && !heard_.time_since_epoch().count();"),
+    ],
+    "a timeout of the controller that is a constant": [
+        (SESSION, "  sequence_.advance(frame.ipoc, position);\n  received_before_ = received_;\n  settle(",
+         "  if (position.elapsed > 100) in_force_.set(CorrectionRange::of(JointVector::Zero(6))), hearing.settled = true;\n"
+         "  sequence_.advance(frame.ipoc, position);\n  received_before_ = received_;\n  settle("),
+    ],
+    "a bound of each datagram, not of what is in force": [
+        (CYCLE, "bound_correction(wanted, session_.in_force(), commanded, bounds_)",
+         "bound_correction(wanted, CorrectionRange::of(correction_), commanded, bounds_)"),
+        (CYCLE, "!free || hearing.missed ||", "!free ||"),
+    ],
+    "a new start that is judged on one axis": [
+        (SESSION, "  if (longer_than_counted || (long_silence && !receipt.alive)) {",
+         "  const auto one_axis = [&] {\n"
+         "    Eigen::Index axis = 0;\n"
+         "    const double largest = in_force_.last_sent().cwiseAbs().maxCoeff(&axis);\n"
+         "    const auto a = static_cast<std::size_t>(axis);\n"
+         "    return frame.aipos_rad && frame.aspos_rad &&\n"
+         "           std::abs((*frame.aipos_rad)[a] - (*frame.aspos_rad)[a]) < largest / 10;\n"
+         "  };\n"
+         "  if (long_silence && one_axis()) {\n"
+         "    in_force_.set(CorrectionRange::of(JointVector::Zero(6)));\n"
+         "    hearing.settled = true;\n"
+         "  }\n"
+         "  if (false) {"),
+    ],
+}
+OF_THE_STREAM = ["controller_session", "correction_in_force", "effect_evidence", "effect_watch", "ipoc_sequence",
+                 "latency_histogram", "reply_receipts", "stream_cycle", "stream_log", "stream_memory", "stream_status"]
+OF_THE_TEST = ["stream_history", "stream_history_test", "plant"]
+FLAGS = ["-std=c++23", "-O1", "-DNDEBUG", "-isystem", "/usr/include/eigen3", "-I.", '-DTRUEPOSE_VERSION="0"',
+         f'-DTRUEPOSE_SOURCE_DIR="{TREE}"']
+
+
+def plant(folder, changes):
+    for file, old, new in changes:
+        text = (folder / file).read_text()
+        if old not in text:
+            sys.exit(f"{file} no longer has what the bug takes the place of: {old!r}")
+        (folder / file).write_text(text.replace(old, new, 1))
+
+
+def compile_in(folder):
+    sources = [f"daemon/realtime/{name}.cpp" for name in OF_THE_STREAM] + [f"tests/daemon/{n}.cpp" for n in OF_THE_TEST]
+    objects = []
+    pending = []
+    for source in sources:
+        objects.append(source.replace("/", "_") + ".o")
+        pending.append(subprocess.Popen(["ccache", "g++", *FLAGS, "-c", source, "-o", objects[-1]], cwd=folder))
+        if len(pending) == os.cpu_count():
+            if pending.pop(0).wait() != 0:
+                sys.exit("a planted bug does not compile")
+    if any([job.wait() != 0 for job in pending]):
+        sys.exit("a planted bug does not compile")
+    libraries = [str(BUILD / f"{part}/libtruepose_{part}.a") for part in ("drivers", "config", "proto", "core")]
+    subprocess.run(["g++", "-o", "histories", *objects, "-Wl,--start-group", *libraries, "-Wl,--end-group", "-lgtest",
+                    "-lgtest_main", "-lyaml-cpp", "-lpugixml", "-lpthread"], cwd=folder, check=True)
+
+
+def main():
+    histories = sys.argv[1] if len(sys.argv) > 1 else "1000"
+    wrong = 0
+    for name, changes in BUGS.items():
+        with tempfile.TemporaryDirectory() as place:
+            folder = pathlib.Path(place)
+            for part in ("daemon", "drivers", "proto", "core", "config", "tests/daemon"):
+                shutil.copytree(TREE / part, folder / part)
+            plant(folder, changes)
+            compile_in(folder)
+            run = subprocess.run(["./histories", "--gtest_brief=1"], cwd=folder, capture_output=True, text=True,
+                                 env=os.environ | {"TRUEPOSE_STREAM_HISTORIES": histories})
+            found = run.returncode != 0
+            first = next((line for line in run.stdout.splitlines() if line.startswith(("seed", histories))), "")
+            print(f"{'found ' if found else 'passes'}  {name}: {first}", flush=True)
+            wrong += found != bool(changes)
+    sys.exit(1 if wrong else 0)
+
+
+if __name__ == "__main__":
+    main()
