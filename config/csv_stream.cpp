@@ -46,10 +46,11 @@ bool CsvStream::read_lines() {
   const bool is_first = lines_.empty();
   lines_.clear();
   bool is_open = false;
-  for (std::size_t read = 0; (read == 0 || is_open) && read_line(); read = lines_.size())
+  for (std::size_t read = 0; (read == 0 || is_open) && read_line(); read = lines_.size()) {
+    if (is_first && read == 0 && lines_.starts_with("\xEF\xBB\xBF")) lines_.erase(0, 3);
     is_open = is_open_behind(std::string_view{lines_}.substr(read), is_open);
+  }
   if (in_.bad()) throw ConfigError(file_ + ": cannot be read");
-  if (is_first && lines_.starts_with("\xEF\xBB\xBF")) lines_.erase(0, 3);
   return !lines_.empty();
 }
 

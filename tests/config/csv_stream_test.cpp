@@ -30,6 +30,7 @@ TEST(CsvStream, TakesAQuoteThatOpensNoFieldForAnOrdinaryCharacter) {
 
 TEST(CsvStream, TakesALineBreakInQuotesForPartOfItsField) {
   EXPECT_EQ(streamed("a,b,x\r\n\"1\r\n\"\"2\",\"\n\",3\r\n4,\"\"\"\",6"), (std::vector<double>{3, 6}));
+  EXPECT_EQ(streamed("\xEF\xBB\xBF\"a\nb\",x\n1,2\n"), std::vector<double>{2});
 }
 
 }  // namespace

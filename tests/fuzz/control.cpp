@@ -64,7 +64,8 @@ void read_request(const std::string& line) {
 
 void control(std::string_view input) {
   const std::vector<std::string> whole = lines({input});
-  expect(lines(pieces_of(input)) == whole, "a stream gives the same lines however it is cut");
+  expect(lines(pieces_of(input)) == whole && lines(bytes_of(input)) == whole,
+         "a stream gives the same lines however it is cut");
   for (const std::string& line : whole) {
     read_request(line);
     if (const auto message = control::decode_server_line(line); !message)

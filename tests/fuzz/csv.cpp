@@ -1,5 +1,6 @@
 // Measurement files. Read at once or row by row they say the same; what is accepted comes back as it was
 // written.
+#include <filesystem>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -28,8 +29,8 @@ std::string outcome(Read read) {
   }
 }
 
-std::string at_once(const std::string& text) {
-  const auto table = config::CsvTable::parse(text, kName);
+std::string at_once(const std::filesystem::path& file) {
+  const auto table = config::CsvTable::read(file);
   std::string x;
   for (std::size_t row = 0; row < table.row_count(); ++row)
     x += std::to_string(table.number(row, table.column("x"))) + " ";
@@ -59,13 +60,14 @@ void csv(std::string_view input) {
   static const RobotModel robot = published_arm();
   const std::string text{input};
 
+  const std::filesystem::path file = folder.write(kName, text);
+
   // Of several faults each may name its first.
-  const std::string whole = outcome([&] { return at_once(text); });
+  const std::string whole = outcome([&] { return at_once(file); });
   const std::string rows = outcome([&] { return row_by_row(text); });
   expect(whole == rows || (is_refused(whole) && is_refused(rows)),
          "rows are those of the table: " + whole + " and " + rows);
 
-  const std::filesystem::path file = folder.write(kName, text);
   outcome([&] { return std::to_string(config::load_joints(file, robot).size()); });
   const std::string once = outcome([&] { return written(config::load_measurements(file, robot), robot); });
   if (is_refused(once)) return;

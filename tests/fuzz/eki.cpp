@@ -73,7 +73,8 @@ void expect_round_trip(const std::string& document, Decoded<Message> (*decode)(c
 
 void eki(std::string_view input) {
   const std::vector<std::string> whole = documents({input});
-  expect(documents(pieces_of(input)) == whole, "a stream gives the same documents however it is cut");
+  expect(documents(pieces_of(input)) == whole && documents(bytes_of(input)) == whole,
+         "a stream gives the same documents however it is cut");
   for (const std::string& document : whole) {
     expect_round_trip(document, from_controller);
     expect_round_trip(document, to_controller);

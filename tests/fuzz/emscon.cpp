@@ -33,6 +33,15 @@ std::vector<Bytes> packets(const std::vector<std::string_view>& pieces) {
   return packets;
 }
 
+/// Whether a stream begins with a whole packet: its size comes first, in little-endian bytes.
+bool begins_with_packet(std::string_view stream) {
+  if (stream.size() < 4) return false;
+  std::uint64_t size = 0;
+  for (std::size_t i = 4; i-- > 0;) size = size << 8 | static_cast<unsigned char>(stream[i]);
+  return size >= emscon::PacketSplitter::kHeadSize && size <= emscon::PacketSplitter::kMaxPacketSize &&
+         size <= stream.size();
+}
+
 /// Nothing for a packet that we have no use for.
 template <typename Packet>
 Bytes encoded(const Packet& packet) {
@@ -66,11 +75,15 @@ void expect_round_trip(const Bytes& packet, Decode decode) {
 
 void emscon(std::string_view input) {
   const std::vector<Bytes> whole = packets({input});
-  expect(packets(pieces_of(input)) == whole, "a stream gives the same packets however it is cut");
+  expect(packets(pieces_of(input)) == whole && packets(bytes_of(input)) == whole,
+         "a stream gives the same packets however it is cut");
   for (const Bytes& packet : whole) {
+    expect(begins_with_packet(input), "what is no packet is not handed out");
+    input.remove_prefix(packet.size());
     expect_round_trip(packet, emscon::decode_tracker_packet);
     expect_round_trip(packet, emscon::decode_client_packet);
   }
+  expect(!begins_with_packet(input), "every whole packet is handed out");
 }
 
 }  // namespace truepose::fuzz

@@ -23,4 +23,11 @@ inline std::vector<std::string_view> pieces_of(std::string_view stream) {
   return pieces;
 }
 
+/// The same cut between any two bytes.
+inline std::vector<std::string_view> bytes_of(std::string_view stream) {
+  std::vector<std::string_view> bytes;
+  for (std::size_t i = 0; i < stream.size(); ++i) bytes.push_back(stream.substr(i, 1));
+  return bytes;
+}
+
 }  // namespace truepose::fuzz
