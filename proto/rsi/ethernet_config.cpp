@@ -10,12 +10,32 @@
 namespace truepose::rsi {
 namespace {
 
-constexpr int kMaxChannels = 64;  // inputs and outputs of the ETHERNET object
-constexpr std::string_view kXmlSpecial = "<>&\"'";
+constexpr int kMaxChannels = 64;          // inputs and outputs of the ETHERNET object
+constexpr std::size_t kLongestName = 64;  // a reply with all its names fits into its buffer
 
 bool equal_ignoring_case(std::string_view a, std::string_view b) {
   return std::ranges::equal(
       a, b, [](unsigned char x, unsigned char y) { return std::toupper(x) == std::toupper(y); });
+}
+
+bool is_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' ||
+         static_cast<unsigned char>(c) >= 0x80;
+}
+
+/// Whether a reply can carry the text as the name of an element.
+bool is_name(std::string_view text) {
+  const auto goes_on = [](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '.' || c == '-'; };
+  return !text.empty() && text.size() <= kLongestName && is_letter(text[0]) &&
+         std::ranges::all_of(text, goes_on);
+}
+
+/// Whether a reply can carry the text in quotes.
+bool is_plain(std::string_view text) {
+  const auto is_plain_one = [](char c) {
+    return static_cast<unsigned char>(c) >= ' ' && c != 0x7f && !std::string_view{"<>&\"'"}.contains(c);
+  };
+  return !text.empty() && text.size() <= kLongestName && std::ranges::all_of(text, is_plain_one);
 }
 
 std::optional<bool> to_flag(std::string_view text) {
@@ -41,7 +61,7 @@ std::expected<Element, std::string> read_element(const pugi::xml_node& node, boo
     return std::unexpected("element " + element.tag + ": " + attribute + " is \"" +
                            node.attribute(attribute).value() + "\", expected " + expected);
   };
-  if (element.tag.find_first_of(kXmlSpecial) != std::string::npos) return wrong("TAG", "a plain name");
+  if (!is_name(element.tag)) return wrong("TAG", "a name of letters and digits");
 
   const std::optional<ElementType> type = to_type(node.attribute("TYPE").value());
   if (!type) return wrong("TYPE", "BOOL, STRING, LONG or DOUBLE");
@@ -125,7 +145,7 @@ std::expected<EthernetConfig, std::string> parse_ethernet_config(std::string_vie
   }
   config.port = *port;
   config.sentype = xml::trimmed(settings.child_value("SENTYPE"));
-  if (config.sentype.empty() || config.sentype.find_first_of(kXmlSpecial) != std::string::npos) {
+  if (!is_plain(config.sentype)) {
     return std::unexpected("CONFIG/SENTYPE is \"" + config.sentype + "\", expected a plain name");
   }
   if (const pugi::xml_node only_send = settings.child("ONLYSEND")) {

@@ -91,6 +91,19 @@ TEST(EthernetConfig, RefusesWhatItCannotBelieveAndNamesIt) {
               HasSubstr("element Stop: TYPE"));
 }
 
+TEST(EthernetConfig, RefusesNamesThatAReplyCannotCarry) {
+  for (const std::string name :
+       {"A\nB", "A\x1d", "A&lt;", "a name of more than sixty-four characters, which nobody has ever read"})
+    EXPECT_THAT(error_of(replaced(shipped(), "<SENTYPE>TruePose", "<SENTYPE>" + name)), HasSubstr("SENTYPE"));
+  EXPECT_EQ(parsed(replaced(shipped(), "<SENTYPE>TruePose", "<SENTYPE>True Pose")).sentype, "True Pose");
+  for (const char* name : {"S top", "S/", "S=", "1", "-S", "!S", "S\t",
+                           "SSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSSS"})
+    EXPECT_THAT(error_of(replaced(shipped(), "\"Stop\"", "\"" + std::string{name} + "\"")),
+                HasSubstr("TAG is"))
+        << name;
+  EXPECT_EQ(parsed(replaced(shipped(), "\"Stop\"", "\"Out.01\"")).stop, std::nullopt);
+}
+
 TEST(EthernetConfig, EveryTruncationIsAnErrorOrACompleteConfiguration) {
   const std::string xml = shipped();
   const std::size_t complete = xml.rfind("</ROOT>");
