@@ -18,14 +18,14 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-constexpr int kRamp = 250;
+constexpr int kRampCycles = 250;
 const RobotModel kFarOff = real_arm(20);  // corrections of more than a degree
 
 void correct(StreamRig& rig, const RobotModel& arm = kFarOff) {
   rig.settle();
   rig.cycle->use_model(arm, 1);
   rig.cycle->engage();
-  rig.ticks(kRamp + 2);
+  rig.ticks(kRampCycles + 2);
   ASSERT_EQ(rig.state(), StreamState::Active) << reason(rig.status());
 }
 
@@ -76,7 +76,7 @@ TEST(AStreamUnderAttack, DoesNotFollowABurstThatKnowsTheTimeStampsButComesFromAn
   }
   rig.tick();
   EXPECT_EQ(rig.applied, before);
-  EXPECT_EQ(rig.status().counters.datagrams + 0u, 4u + kRamp + 2u + 1u)
+  EXPECT_EQ(rig.status().counters.datagrams + 0u, 4u + kRampCycles + 2u + 1u)
       << "foreign datagrams are in no other figure";
 }
 
@@ -148,7 +148,7 @@ TEST_F(ARestartedStream, GoesOnFromTheCorrectionThatTheProcessBeforeItLeft) {
   rig.tick();
   EXPECT_EQ(rig.applied, before) << "held in the first cycle";
   EXPECT_EQ(rig.state(), StreamState::RampingOut) << "nobody has started the stream of this process";
-  rig.ticks(2 * kRamp);
+  rig.ticks(2 * kRampCycles);
   EXPECT_TRUE(rig.applied.isZero(0));
 }
 
@@ -160,7 +160,7 @@ TEST_F(ARestartedStream, AdoptsWhatIsInForceWhereNothingWasLeftAndTheArmStands) 
   EXPECT_GT(rig.largest_applied_deg(), 1) << "not answered";
   EXPECT_EQ(rig.state(), StreamState::Unproven);
   EXPECT_THAT(reason(rig.status()), HasSubstr("as soon as the arm stands"));
-  rig.ticks(2 * kRamp);
+  rig.ticks(2 * kRampCycles);
   EXPECT_TRUE(rig.applied.isZero(0)) << "ramped out, a step at a time";
 }
 
@@ -205,7 +205,7 @@ TEST(AStreamUnderAttack, FindsWithinTwoSecondsThatItsCorrectionsDoNothingWhileTh
       rig.stuck = actual;  // the names differ: nothing of the correction arrives
       rig.tick();
     }
-    EXPECT_LE(cycles, kRamp + 500) << "within 2 s of the whole correction";
+    EXPECT_LE(cycles, kRampCycles + 500) << "within 2 s of the whole correction";
     EXPECT_THAT(reason(rig.status()), HasSubstr("gives the correction another name"));
   }
 }
@@ -243,12 +243,12 @@ TEST(AStreamUnderAttack, MustBeStartedAnewAfterTheControllerFellSilent) {
   rig.pass(500ms);
   for (int lost = 0; lost < 125; ++lost) rig.ipoc += 4;
   rig.delay += 125;
-  rig.ticks(2 * kRamp);
+  rig.ticks(2 * kRampCycles);
   EXPECT_EQ(rig.state(), StreamState::Idle);
   EXPECT_TRUE(rig.applied.isZero(0));
   EXPECT_THAT(told(*rig.cycle, StreamEventKind::Disarmed), testing::ElementsAre(HasSubstr("started anew")));
   rig.cycle->engage();
-  rig.ticks(kRamp + 2);
+  rig.ticks(kRampCycles + 2);
   EXPECT_EQ(rig.state(), StreamState::Active);
 }
 
@@ -260,7 +260,7 @@ TEST(AStreamUnderAttack, GoesOnByItselfAfterASilenceWhereTheCellSaysSo) {
   rig.pass(500ms);
   for (int lost = 0; lost < 125; ++lost) rig.ipoc += 4;
   rig.delay += 125;
-  rig.ticks(2 * kRamp);
+  rig.ticks(2 * kRampCycles);
   EXPECT_EQ(rig.state(), StreamState::Active);
   EXPECT_GT(rig.largest_applied_deg(), 1);
 }
