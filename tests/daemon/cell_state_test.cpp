@@ -32,8 +32,9 @@ const std::vector<CellEvent> kRequests{
     CampaignStartRequested{"c2"}, CampaignPauseRequested{}, CampaignResumeRequested{},
     CampaignAbortRequested{},     StreamStartRequested{},   StreamStopRequested{}};
 const std::vector<CellEvent> kOutcomes{
-    DevicesConnected{}, ConnectFailed{"x"}, DeviceLost{"x"},    CampaignPaused{}, CampaignEnded{},
-    StreamStarted{},    StreamEnded{},      StreamFaulted{"x"}, StoreFailed{"x"}, Tick{}};
+    DevicesConnected{}, ConnectFailed{"x"},     DeviceLost{"x"}, CampaignPaused{},
+    CampaignEnded{},    StreamProgramStarted{}, StreamStarted{}, StreamEnded{},
+    StreamFaulted{"x"}, StoreFailed{"x"},       Tick{}};
 
 CellState after(const CellState& state, const CellEvent& event) { return advance(state, event, t0).next; }
 

@@ -75,9 +75,16 @@ TEST_F(CheckTest, SaysWhereTheRsiConfigurationFails) {
   EXPECT_THAT(findings(), failure("bad.xml: "));
 }
 
-TEST_F(CheckTest, WarnsOfWhatMakesTheRsiConfigurationBehaveBadly) {
+TEST_F(CheckTest, RefusesAnRsiConfigurationUnderWhichACorrectionCouldJump) {
   config_.stream.ethernet_xml = rsi_file("HOLDON=\"1\"", "HOLDON=\"0\"");
-  EXPECT_THAT(findings(), warning("HOLDON"));
+  EXPECT_THAT(findings(), failure("HOLDON"));
+  config_.stream.ethernet_xml = rsi_file("DEF_Delay", "DEF_Tech.C1");
+  EXPECT_THAT(findings(), failure("DEF_Delay"));
+}
+
+TEST_F(CheckTest, WarnsOfWhatTheRsiConfigurationLacks) {
+  config_.stream.ethernet_xml = rsi_file("DEF_RIst", "DEF_Tech.C1");
+  EXPECT_THAT(findings(), warning("DEF_RIst"));
 }
 
 TEST_F(CheckTest, SaysWhereTheControllerSendsToAndWhereTheDaemonListens) {

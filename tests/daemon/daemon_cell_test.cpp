@@ -145,10 +145,15 @@ struct AWatchedStream : DaemonCellTest {
     load();
     sends = false;
     play([this]() -> asio::awaitable<void> {
-      const auto connected = co_await cell.call("cell.connect", {});
+      const auto connected = co_await ask("cell.connect");
       EXPECT_TRUE(connected);
     });
     sends = true;
+  }
+  asio::awaitable<std::expected<json::value, control::RpcError>> ask(const char* method) {
+    auto asked = cell.call(method, json::object{});
+    auto answer = co_await std::move(asked);
+    co_return answer;
   }
   asio::awaitable<void> pass(drivers::Duration time) {
     const drivers::TimePoint then = clock.now() + time;
@@ -167,7 +172,8 @@ struct AWatchedStream : DaemonCellTest {
     asio::co_spawn(io, cell.watch(), asio::bind_cancellation_slot(end.slot(), asio::detached));
     asio::co_spawn(io, controller(), asio::detached);
     const auto act = [&]() -> asio::awaitable<void> {
-      co_await script();
+      auto played = script();
+      co_await std::move(played);
       sends = false;
       end.emit(asio::cancellation_type::terminal);
       co_await pass(10ms);
@@ -183,15 +189,15 @@ struct AWatchedStream : DaemonCellTest {
 
 TEST_F(AWatchedStream, IsAFaultHalfASecondAfterItsControllerFellSilent) {
   play([this]() -> asio::awaitable<void> {
-    const auto started = co_await cell.call("stream.start", {});
+    const auto started = co_await ask("stream.start");
     EXPECT_TRUE(started) << started.error().message;
     co_await pass(2s);
-    auto now = co_await cell.call("cell.status", {});
+    auto now = co_await ask("cell.status");
     EXPECT_EQ(now->at("state"), "streaming");
     EXPECT_EQ(now->at_pointer("/stream/state"), "correcting");
     sends = false;
     co_await pass(500ms);
-    now = co_await cell.call("cell.status", {});
+    now = co_await ask("cell.status");
     EXPECT_EQ(now->at("state"), "fault");
     EXPECT_NE(now->at_pointer("/stream/state"), "correcting");
     EXPECT_THAT(fault_of(*now), HasSubstr("has sent no RSI packet for 0."));
@@ -202,7 +208,7 @@ TEST_F(AWatchedStream, SaysWhatToLookAtWhereNoPacketComes) {
   sends = false;
   play([this]() -> asio::awaitable<void> {
     const drivers::TimePoint asked = clock.now();
-    const auto started = co_await cell.call("stream.start", {});
+    const auto started = co_await ask("stream.start");
     EXPECT_FALSE(started);
     EXPECT_LE(clock.now() - asked, 5s);
     EXPECT_THAT(started.error().message,
@@ -221,7 +227,7 @@ TEST_F(AWatchedStream, DoesNotStartOnPacketsThatItCannotReadAndSaysWhy) {
       }
     };
     asio::co_spawn(io, garble, asio::detached);
-    const auto started = co_await cell.call("stream.start", {});
+    const auto started = co_await ask("stream.start");
     EXPECT_FALSE(started);
     EXPECT_THAT(started.error().message, AllOf(HasSubstr("none was understood"),
                                                HasSubstr("ASPos is missing"), HasSubstr("127.0.0.1:40000")));
@@ -230,11 +236,11 @@ TEST_F(AWatchedStream, DoesNotStartOnPacketsThatItCannotReadAndSaysWhy) {
 
 TEST_F(AWatchedStream, TellsThatTheRobotIsGoneWhileItStreams) {
   play([this]() -> asio::awaitable<void> {
-    const auto started = co_await cell.call("stream.start", {});
+    const auto started = co_await ask("stream.start");
     EXPECT_TRUE(started);
     robot.disconnect();
     co_await pass(2s);
-    const auto now = co_await cell.call("cell.status", {});
+    const auto now = co_await ask("cell.status");
     EXPECT_EQ(now->at("state"), "fault");
     EXPECT_EQ(now->at_pointer("/robot/connected"), false);
   });
@@ -242,11 +248,11 @@ TEST_F(AWatchedStream, TellsThatTheRobotIsGoneWhileItStreams) {
 
 TEST_F(AWatchedStream, GoesOnWithoutItsTrackerAndSaysSo) {
   play([this]() -> asio::awaitable<void> {
-    const auto started = co_await cell.call("stream.start", {});
+    const auto started = co_await ask("stream.start");
     EXPECT_TRUE(started);
     tracker.disconnect();
     co_await pass(7s);
-    const auto now = co_await cell.call("cell.status", {});
+    const auto now = co_await ask("cell.status");
     EXPECT_EQ(now->at_pointer("/stream/state"), "correcting");
     EXPECT_EQ(now->at_pointer("/tracker/connected"), false);
     EXPECT_THAT(fault_of(*now), HasSubstr("the stream goes on without it"));
