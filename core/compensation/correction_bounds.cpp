@@ -27,8 +27,11 @@ bool usable(const JointVector& wanted, const CorrectionRange& in_force, const Jo
 
 /// Halfway, on the grid.
 JointVector middle(const CorrectionRange& range, double resolution) {
-  JointVector result = (range.min + range.max) / 2;
-  for (double& x : result) x = std::nearbyint(x / resolution) * resolution;
+  JointVector result = range.min;
+  for (Eigen::Index i = 0; i < result.size(); ++i) {
+    if (range.min[i] == range.max[i]) continue;
+    result[i] = std::nearbyint((range.min[i] + range.max[i]) / 2 / resolution) * resolution;
+  }
   return result;
 }
 

@@ -186,10 +186,10 @@ TEST(EmsconPackets, ReturnsAPacketOfAnUnknownTypeAsUnknown) {
 }
 
 TEST(EmsconPackets, KeepsTheCodeOfAnUnknownCommandAndItsAnswer) {
-  const Bytes command = bytes_of("10000000 00000000 82000000 01000000");
-  EXPECT_EQ(decode_client_packet(command), (ClientPacket{Command{CommandCode{130}, {}}}));
-  const Bytes answer = bytes_of("14000000 00000000 82000000 00000000 01000000");
-  EXPECT_EQ(decode_tracker_packet(answer), (TrackerPacket{Answer{CommandCode{130}, 0, {}}}));
+  const Bytes command = bytes_of("10000000 00000000 28230000 01000000");
+  EXPECT_EQ(decode_client_packet(command), (ClientPacket{Command{CommandCode{9000}, {}}}));
+  const Bytes answer = bytes_of("14000000 00000000 28230000 00000000 01000000");
+  EXPECT_EQ(decode_tracker_packet(answer), (TrackerPacket{Answer{CommandCode{9000}, 0, {}}}));
 }
 
 TEST(EmsconPackets, AcceptsARefusalWithAndWithoutTheBodyOfTheAnswer) {

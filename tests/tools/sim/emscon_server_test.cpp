@@ -234,13 +234,17 @@ TEST_F(SimulatedTracker, StopsAMeasurementThatRanIntoItsDeadline) {
 
 TEST_F(SimulatedTracker, MeasuresWhereTheTrackerWasPushedAndWhatItSaysIsWrong) {
   ASSERT_TRUE(connect());
-  server.disturb({.moved_mm = {5, 0, 0}, .bias_mm = {0, 2, 0}, .std_mm = 1e9, .temperature_c = -273});
+  server.disturb({.moved_mm = {5, 0, 0}, .bias_mm = {0, 2, 0}, .std_mm = 50, .temperature_c = 55});
   ASSERT_TRUE(aim());
   const auto point = measure();
   ASSERT_TRUE(point) << point.error().detail;
   EXPECT_LT((point->p_WS_mm - *target.p_WS_mm - Eigen::Vector3d(5, 2, 0)).norm(), 5 * kSigma_mm);
-  EXPECT_NEAR(point->std_mm.x(), 1e9, 1);
-  EXPECT_NEAR(point->temperature_c, -273, 1e-9);
+  EXPECT_NEAR(point->std_mm.x(), 50, 1e-9);
+  EXPECT_NEAR(point->temperature_c, 55, 1e-9);
+  server.disturb({.temperature_c = -273});
+  const auto cold = measure();
+  ASSERT_FALSE(cold);
+  EXPECT_NE(cold.error().detail.find("-273 C"), std::string::npos) << cold.error().detail;
 }
 
 /// A client that says what it likes, and hears all of it.

@@ -91,10 +91,8 @@ TEST_F(Wire, LosesDatagramsAndReachesThePcAgain) {
   EXPECT_EQ(ipocs(7), (Numbers{1, 2, 7, 8, 11, 12, 13}));
 }
 
-TEST_F(Wire, LosesRepliesInBurstsThatComeAgain) {
-  ScenarioFault burst = fault(Kind::RsiLoseReplies, 2, 3);
-  burst.every = 5;
-  start({burst});
+TEST_F(Wire, LosesRepliesFromTheCycleOnInWhichTheScenarioSaysSo) {
+  start({fault(Kind::RsiLoseReplies, 2, 1000)});
   const rsi::SensorFrameCodec codec{
       rsi::parse_ethernet_config(text_of(TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml"))
           .value()};
@@ -105,10 +103,9 @@ TEST_F(Wire, LosesRepliesInBurstsThatComeAgain) {
   }
   runner_->stop();
   const RsiCounters counters = runner_->statistics().counters;
-  // In cycles 2 to 4, 7 to 9, 12 to 14 and 17 to 19 nothing gets through; whether the others were answered in
-  // time is up to the machine.
-  EXPECT_LE(counters.answered + counters.late, 21u - 12u);
-  EXPECT_GE(counters.answered + counters.late, 1u);
+  // Whether the first was answered in time is up to the machine.
+  EXPECT_LE(counters.answered + counters.late, 1u);
+  EXPECT_GE(counters.lost, 20u);
 }
 
 TEST_F(Wire, SendsDatagramsTwiceAndInAnotherOrder) {
