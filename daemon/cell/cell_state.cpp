@@ -162,7 +162,8 @@ CellStep on_outcome(const CellState& state, const CellEvent& event, TimePoint no
           [&](const StreamStarting&, const StreamProgramStarted&) {
             return go(StreamStarting{now, true});
           },
-          [](const StreamStarting&, const StreamStarted&) { return go(Streaming{}); },
+          // Packets that came before are of a program that was running already.
+          [](const StreamStarting& s, const StreamStarted&) { return s.program_runs ? go(Streaming{}) : go(s); },
           [](const StreamStarting&, const StreamEnded&) { return go(Ready{}); },
           [](const Streaming&, const StreamEnded&) { return go(Ready{}); },
           [](const StreamStopping&, const StreamEnded&) { return go(Ready{}); },

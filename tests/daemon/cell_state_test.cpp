@@ -102,7 +102,9 @@ TEST(CellState, FollowsTheTableOfTransitions) {
       {Running{"c1"}, CampaignEnded{}, Ready{}, {}},
       {Running{"c1"}, DeviceLost{"gone"}, Running{"c1"}, {}},
       {Ready{}, StreamStartRequested{}, StreamStarting{t0}, {C::StartStream}},
-      {StreamStarting{t0}, StreamStarted{}, Streaming{}, {}},
+      {StreamStarting{t0}, StreamProgramStarted{}, StreamStarting{t0, true}, {}},
+      {StreamStarting{t0}, StreamStarted{}, StreamStarting{t0}, {}},
+      {StreamStarting{t0, true}, StreamStarted{}, Streaming{}, {}},
       {Streaming{}, StreamStopRequested{}, StreamStopping{t0}, {C::StopStream}},
       {StreamStopping{t0}, StreamEnded{}, Ready{}, {}},
       {Streaming{}, StreamEnded{}, Ready{}, {}},
@@ -152,14 +154,17 @@ TEST(CellState, StatesThatPassByThemselvesFaultWhenTheyDoNot) {
 
 TEST(CellState, EveryStateIsReachedFromDisconnected) {
   std::set<std::size_t> seen{CellState{Disconnected{}}.index()};
-  std::vector<CellState> open{Disconnected{}};
+  std::vector<CellState> open{Disconnected{}}, known = open;
   while (!open.empty()) {
     const CellState state = open.back();
     open.pop_back();
     for (const auto* events : {&kRequests, &kOutcomes}) {
       for (const CellEvent& event : *events) {
         const CellState next = after(state, event);
-        if (seen.insert(next.index()).second) open.push_back(next);
+        seen.insert(next.index());
+        if (std::ranges::find(known, next) != known.end()) continue;
+        known.push_back(next);
+        open.push_back(next);
       }
     }
   }

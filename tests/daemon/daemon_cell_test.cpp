@@ -2,9 +2,13 @@
 
 #include <gmock/gmock.h>
 
+#include <boost/asio/bind_cancellation_slot.hpp>
+#include <boost/asio/cancellation_signal.hpp>
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
 #include <filesystem>
+#include <functional>
 
 #include "daemon/ethernet_file.hpp"
 #include "drivers/mock/mock_robot.hpp"
@@ -13,6 +17,7 @@
 #include "proto/control/json_text.hpp"
 #include "tests/daemon/example_calibration.hpp"
 #include "tests/daemon/example_cell.hpp"
+#include "tests/daemon/stream_rig.hpp"
 #include "tests/integration/sqlite_rows.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -24,6 +29,7 @@ namespace json = boost::json;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using namespace std::chrono_literals;
 
 StreamOptions stream_in_virtual_time(const config::CellConfig& config) {
   StreamOptions options = StreamOptions::of(config);
@@ -134,6 +140,126 @@ TEST_F(DaemonCellTest, ForgetsTheFaultOfAModelThatIsDeactivated) {
   EXPECT_THAT(fault(), HasSubstr("m1"));
   ASSERT_TRUE(call("model.deactivate"));
   EXPECT_THAT(fault(), IsEmpty());
+}
+
+/// A cell that is watched, beside a controller that sends every 4 ms until it falls silent.
+struct AWatchedStream : DaemonCellTest {
+  using Script = std::function<asio::awaitable<void>()>;
+
+  AWatchedStream() {
+    rig.cycle = std::move(stream);  // which the cell refers to
+    execute("UPDATE model SET robot_serial='MOCK-0001', yaml=replace(yaml, 'S1', 'MOCK-0001'), sha256=''");
+    load();
+    sends = false;
+    play([this]() -> asio::awaitable<void> {
+      const auto connected = co_await ask("cell.connect");
+      EXPECT_TRUE(connected);
+    });
+    sends = true;
+  }
+  asio::awaitable<std::expected<json::value, control::RpcError>> ask(const char* method) {
+    auto asked = cell.call(method, json::object{});
+    auto answer = co_await std::move(asked);
+    co_return answer;
+  }
+  asio::awaitable<void> pass(drivers::Duration time) {
+    const drivers::TimePoint then = clock.now() + time;
+    co_await clock.sleep_until(then);
+  }
+  asio::awaitable<void> controller() {
+    while (sends) {
+      rig.set_time(clock.now());
+      garbled ? garble() : static_cast<void>(rig.tick());
+      co_await pass(4ms);
+    }
+  }
+  void garble() {
+    rig.ipoc += rig.step;
+    rig.send("<Rob Type=\"KUKA\"><IPOC>" + std::to_string(rig.ipoc) + "</IPOC></Rob>");
+  }
+  void play(Script script) {
+    asio::cancellation_signal end;
+    bool ended = false;
+    asio::co_spawn(io, cell.watch(), asio::bind_cancellation_slot(end.slot(), asio::detached));
+    asio::co_spawn(io, controller(), asio::detached);
+    const auto act = [&]() -> asio::awaitable<void> {
+      auto played = script();
+      co_await std::move(played);
+      sends = false;
+      end.emit(asio::cancellation_type::terminal);
+      co_await pass(10ms);
+      ended = true;
+    };
+    asio::co_spawn(io, act, asio::detached);
+    EXPECT_TRUE(clock.run(io, [&] { return ended; }));
+  }
+
+  StreamRig rig;
+  bool sends = true, garbled = false;
+};
+
+TEST_F(AWatchedStream, IsAFaultHalfASecondAfterItsControllerFellSilent) {
+  play([this]() -> asio::awaitable<void> {
+    const auto started = co_await ask("stream.start");
+    EXPECT_TRUE(started) << started.error().message;
+    co_await pass(2s);
+    auto now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "streaming");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "correcting") << control::json_text(now->at("stream"));
+    sends = false;
+    co_await pass(500ms);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "fault");
+    EXPECT_NE(now->at_pointer("/stream/state"), "correcting");
+    EXPECT_THAT(fault_of(*now), HasSubstr("has sent no RSI packet for 0."));
+  });
+}
+
+TEST_F(AWatchedStream, SaysWhatToLookAtWhereNoPacketComes) {
+  sends = false;
+  play([this]() -> asio::awaitable<void> {
+    const drivers::TimePoint asked = clock.now();
+    const auto started = co_await ask("stream.start");
+    EXPECT_FALSE(started);
+    EXPECT_LE(clock.now() - asked, 5s);
+    EXPECT_THAT(started.error().message,
+                AllOf(HasSubstr("no packet came to"), HasSubstr("IP_NUMBER and PORT"), HasSubstr("RSI_ON")));
+  });
+}
+
+TEST_F(AWatchedStream, DoesNotStartOnPacketsThatItCannotReadAndSaysWhy) {
+  garbled = true;
+  play([this]() -> asio::awaitable<void> {
+    const auto started = co_await ask("stream.start");
+    EXPECT_FALSE(started);
+    EXPECT_THAT(started.error().message, AllOf(HasSubstr("none was understood"),
+                                               HasSubstr("ASPos is missing"), HasSubstr("127.0.0.1:40000")));
+  });
+}
+
+TEST_F(AWatchedStream, TellsThatTheRobotIsGoneWhileItStreams) {
+  play([this]() -> asio::awaitable<void> {
+    const auto started = co_await ask("stream.start");
+    EXPECT_TRUE(started);
+    robot.disconnect();
+    co_await pass(2s);
+    const auto now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "fault");
+    EXPECT_EQ(now->at_pointer("/robot/connected"), false);
+  });
+}
+
+TEST_F(AWatchedStream, GoesOnWithoutItsTrackerAndSaysSo) {
+  play([this]() -> asio::awaitable<void> {
+    const auto started = co_await ask("stream.start");
+    EXPECT_TRUE(started);
+    tracker.disconnect();
+    co_await pass(7s);
+    const auto now = co_await ask("cell.status");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "correcting") << control::json_text(now->at("stream"));
+    EXPECT_EQ(now->at_pointer("/tracker/connected"), false);
+    EXPECT_THAT(fault_of(*now), HasSubstr("the stream goes on without it"));
+  });
 }
 
 TEST(StreamJson, SaysCorrectingOfAStreamThatHasAModelAlone) {
