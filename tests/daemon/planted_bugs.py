@@ -87,7 +87,7 @@ def compile_in(folder):
         sys.exit("a planted bug does not compile")
     libraries = [str(BUILD / f"{part}/libtruepose_{part}.a") for part in ("drivers", "config", "proto", "core")]
     subprocess.run(["g++", "-o", "histories", *objects, "-Wl,--start-group", *libraries, "-Wl,--end-group", "-lgtest",
-                    "-lgtest_main", "-lyaml-cpp", "-lpugixml", "-lboost_json", "-lspdlog", "-lfmt", "-lpthread"], cwd=folder, check=True)
+                    "-lgtest_main", "-lyaml-cpp", "-lpugixml", "-lboost_json", "-lcrypto", "-lspdlog", "-lfmt", "-lpthread"], cwd=folder, check=True)
 
 
 def main():
