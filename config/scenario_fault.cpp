@@ -15,7 +15,7 @@ using Fault = ScenarioFault;
 using Kind = Fault::Kind;
 using Unit = Fault::Unit;
 
-constexpr std::int64_t kLongest = std::int64_t{1'000} * 31'536'000;  // a year in ms
+constexpr std::int64_t kLongestTime = std::int64_t{1'000} * 31'536'000;  // a year in ms
 
 /// The keys that say when, in each of the units.
 struct When {
@@ -76,9 +76,9 @@ void read_when(const YamlMap& map, Fault& fault) {
     }
   }
   fault.unit = when.unit;
-  fault.at = map.at(when.at).integer(when.unit == Unit::Milliseconds ? 0 : 1, kLongest);
-  if (const YamlValue* lasts = map.find(when.lasts)) fault.lasts = lasts->integer(0, kLongest);
-  if (const YamlValue* every = map.find(when.every)) fault.every = every->integer(1, kLongest);
+  fault.at = map.at(when.at).integer(when.unit == Unit::Milliseconds ? 0 : 1, kLongestTime);
+  if (const YamlValue* lasts = map.find(when.lasts)) fault.lasts = lasts->integer(0, kLongestTime);
+  if (const YamlValue* every = map.find(when.every)) fault.every = every->integer(1, kLongestTime);
 }
 
 void read_values(const YamlMap& map, Fault& fault) {
@@ -89,7 +89,7 @@ void read_values(const YamlMap& map, Fault& fault) {
   map.read("temperature_c", fault.temperature_c, kAny);
   map.read("pressure_mbar", fault.pressure_mbar, kAny);
   map.read("humidity_percent", fault.humidity_percent, kAny);
-  if (const YamlValue* by = map.find("ipoc_by")) fault.ipoc_by = by->integer(-kLongest, kLongest);
+  if (const YamlValue* by = map.find("ipoc_by")) fault.ipoc_by = by->integer(-kLongestTime, kLongestTime);
   if (const YamlValue* ipoc = map.find("ipoc")) fault.ipoc = ipoc->seed();
   map.read("from", fault.from);
 }
