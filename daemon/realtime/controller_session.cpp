@@ -92,7 +92,6 @@ void ControllerSession::go_on(const rsi::RobotFrame& frame, const IpocSequence::
   const ReplyReceipts::Verdict receipt = receipts_.read(frame.delay, position.elapsed);
   if (receipt.taken) in_force_.taken();
   hearing.elapsed = position.elapsed;
-  hearing.follows = position.elapsed == 1;
   hearing.missed = receipt.missed;
   hearing.late = receipt.late;
 

@@ -39,7 +39,6 @@ class ControllerSession {
     Turn turn = Turn::Unproven;
     bool began = false;         ///< a session whose controller nothing is known of
     bool settled = false;       ///< what is in force has just become known, perhaps anew
-    bool follows = false;       ///< the cycle after the one before
     bool missed = false;        ///< the last reply is not known to have been taken: hold
     std::uint64_t elapsed = 0;  ///< cycles since the datagram before; 0 at the beginning
     std::uint64_t late = 0;     ///< replies that the controller did not have in time

@@ -29,8 +29,12 @@ class EffectWatch {
   explicit EffectWatch(double cycle_ms);
 
   void restart() noexcept;
-  /// One cycle. @return whether a new judgement is there: four times a second, once a second has been seen
-  bool take(const JointVector& commanded, const JointVector& correction, const JointVector& actual) noexcept;
+  /// One cycle.
+  /// @param elapsed  cycles since the one before: of a few that were lost the axes between are known well
+  ///                 enough, after more of them it begins anew
+  /// @return whether a new judgement is there: four times a second, once a second has been seen
+  bool take(const JointVector& commanded, const JointVector& correction, const JointVector& actual,
+            std::uint64_t elapsed = 1) noexcept;
 
   /// Mean of the last second that lag and motion do not explain: measured less sent correction, rad.
   const Vector& missing() const noexcept { return missing_; }
@@ -56,6 +60,10 @@ class EffectWatch {
     int cycles = 0;
   };
 
+  void expect(const Vector& expected, std::uint64_t elapsed) noexcept;
+  const Vector& expected_ago(int cycles) const noexcept {
+    return expected_[(taken_ - 1 - static_cast<std::uint64_t>(cycles)) % kCapacity];
+  }
   void judge() noexcept;
 
   std::array<int, kDelays> delays_{};  // cycles

@@ -1,13 +1,10 @@
 #include "daemon/realtime/stream_cycle.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <utility>
-
-#include "core/kinematics/forward.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -18,18 +15,6 @@ constexpr int kAxes = 6;
 constexpr double kGreatestMotionRad = 3 * kRadPerDeg;
 // So many implausible frames in a row are believed after all.
 constexpr int kImplausibleFrames = 10;
-// So many judgements in a row, a quarter of a second each, that the arm does not follow are believed.
-constexpr int kNotFollowing = 2;
-// By so many standard deviations a measured correction differs from the sent one before that is believed.
-constexpr double kSigmas = 4;
-// KR C2 counts cycles, all others milliseconds.
-constexpr std::uint64_t kCountsCycles = 1;
-// A reply sent so soon was in time, and datagrams so close together come out of a backlog.
-constexpr std::chrono::milliseconds kInTime{1};
-
-/// Start and end without a kink, so that a ramp does not jerk the arm.
-double smooth(double x) { return x * x * (3 - 2 * x); }
-
 /// The number between the only <IPOC> and </IPOC> of a datagram that is otherwise not understood.
 std::optional<std::uint64_t> readable_ipoc(std::string_view datagram) noexcept {
   constexpr std::string_view kOpen = "<IPOC>", kClose = "</IPOC>";
@@ -41,19 +26,6 @@ std::optional<std::uint64_t> readable_ipoc(std::string_view datagram) noexcept {
   const auto [rest, error] = std::from_chars(first, end, ipoc);
   if (error != std::errc{} || !std::string_view(rest, end).starts_with(kClose)) return std::nullopt;
   return ipoc;
-}
-
-CorrectionBounds bounds_of(const RobotModel& robot, const StreamOptions& options) {
-  CorrectionBounds bounds{.max_step = options.max_step_rad,
-                          .max_total = options.max_total_rad,
-                          .min = JointVector(robot.joint_count()),
-                          .max = JointVector(robot.joint_count()),
-                          .limit_margin = options.limit_margin_rad};
-  for (Eigen::Index i = 0; i < robot.joint_count(); ++i) {
-    bounds.min[i] = robot.joints[static_cast<std::size_t>(i)].min;
-    bounds.max[i] = robot.joints[static_cast<std::size_t>(i)].max;
-  }
-  return bounds;
 }
 
 /// For the solver: the limits are bound_correction()'s to keep, which holds one axis at its limit where the
@@ -78,69 +50,12 @@ SessionOptions session_options(const StreamOptions& options) {
           .listening_since = options.now()};
 }
 
-/// Why a configuration of the controller cannot carry the stream; nothing where it can.
-std::optional<std::string> unfit(const rsi::EthernetConfig& ethernet) {
-  if (ethernet.only_send)
-    return "the RSI configuration has ONLYSEND=TRUE: the controller takes no correction";
-  if (!ethernet.axis_correction)
-    return "the RSI configuration receives no axis correction (an element with A1 to A6)";
-  for (const rsi::Element& element : ethernet.receive) {
-    if (element.tag.starts_with(*ethernet.axis_correction + ".A") && !element.hold_on)
-      return "the RSI configuration gives " + element.tag +
-             " HOLDON=\"0\": one lost packet would take the whole correction away in one cycle; give it "
-             "HOLDON=\"1\"";
-  }
-  if (!ethernet.sends("ASPos") && !ethernet.sends("AIPos"))
-    return "the RSI configuration sends neither DEF_ASPos nor DEF_AIPos: the commanded axes are unknown";
-  if (!ethernet.sends("Delay"))
-    return "the RSI configuration does not send DEF_Delay: a reply that was lost could not be told from one "
-           "that was "
-           "taken, and the next would be a jump; add it to the SEND list";
-  return std::nullopt;
-}
-
-std::optional<std::string> unfit(const StreamOptions& options) {
-  const double greatest = 90 * kRadPerDeg;
-  const double grid = CorrectionBounds{}.resolution;
-  if (!(options.max_step_rad >= grid && options.max_step_rad <= greatest) ||
-      !(options.max_total_rad >= grid && options.max_total_rad <= greatest) || options.ramp_cycles < 1)
-    return "step, total and ramp of the correction must be positive, and the first two at most 90 deg";
-  if (options.cycle < std::chrono::milliseconds{1} || options.timeout_cycles < 1)
-    return "cycle and timeout of the controller must be positive";
-  return std::nullopt;
-}
-
 }  // namespace
-
-StreamOptions StreamOptions::of(const config::CellConfig& cell) {
-  const config::StreamConfig& config = cell.stream;
-  const auto cycles = [&](std::chrono::milliseconds time) {
-    return std::max(1, static_cast<int>(time / config.cycle));
-  };
-  using namespace std::chrono_literals;
-  return {.max_step_rad = config.max_step_deg * kRadPerDeg,
-          .max_total_rad = config.max_total_deg * kRadPerDeg,
-          .limit_margin_rad = config.limit_margin_deg * kRadPerDeg,
-          .singular_below_rad = config.singular_deg * kRadPerDeg,
-          .ramp_cycles = cycles(config.ramp),
-          .broken_cycles = cycles(1s),
-          .timeout_cycles = config.timeout_cycles,
-          .cycle = config.cycle,
-          .disarm_after = config.rearm == config::Rearm::Automatic ? std::nullopt : std::optional{400ms},
-          .max_fk_deviation_mm = cell.robot.max_fk_deviation_mm};
-}
 
 std::expected<std::unique_ptr<StreamCycle>, std::string> StreamCycle::create(
     const RobotModel& nominal, const rsi::EthernetConfig& ethernet, const StreamOptions& options,
     StreamMemory* memory) {
-  const auto revolute = [](const Joint& joint) { return joint.type == JointType::Revolute; };
-  if (nominal.joint_count() != kAxes ||
-      !std::all_of(nominal.joints.begin(), nominal.joints.end(), revolute)) {
-    return std::unexpected("the stream corrects six revolute axes, but " + nominal.name +
-                           " has other joints");
-  }
-  if (const auto why = unfit(ethernet)) return std::unexpected(*why);
-  if (const auto why = unfit(options)) return std::unexpected(*why);
+  if (auto why = why_unfit(nominal, ethernet, options)) return std::unexpected(std::move(*why));
   return std::unique_ptr<StreamCycle>(new StreamCycle(nominal, ethernet, options, memory));
 }
 
@@ -148,17 +63,19 @@ StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& e
                          const StreamOptions& options, StreamMemory* memory)
     : nominal_{nominal},
       options_{options},
-      bounds_{bounds_of(nominal, options)},
+      bounds_{options.bounds(nominal)},
       codec_{ethernet},
       has_stop_{ethernet.stop.has_value()},
       sends_aspos_{ethernet.sends("ASPos")},
-      second_cycles_{1000.0 / static_cast<double>(options.cycle.count())},
       session_{session_options(options), memory},
-      effect_{static_cast<double>(options.cycle.count())},
+      late_replies_{options.cycles_per_second(), options.rejected_cycles},
+      following_{static_cast<double>(options.cycle.count()), options.following_tolerance_rad},
+      arm_check_{nominal, options.cycle, options.max_fk_deviation_mm},
+      ramp_{options.ramp_cycles, kAxes},
       correction_{session_.last_sent()},
-      model_correction_{JointVector::Zero(kAxes)},
-      fade_{JointVector::Zero(kAxes)},
-      refade_{!correction_.isZero(0)} {}
+      model_correction_{JointVector::Zero(kAxes)} {
+  if (!correction_.isZero(0)) ramp_.start_from_current();
+}
 
 void StreamCycle::use_model(const RobotModel& calibrated, std::uint64_t number,
                             const Eigen::Vector3d& p_F_mm) {
@@ -191,9 +108,9 @@ std::string_view StreamCycle::answer(const drivers::Datagram& datagram) noexcept
   const std::string_view bytes = answer_controller(datagram);
   update_state();
   publish();
-  received_ = datagram.received;
-  last_turnaround_ = options_.now() - datagram.received;
-  turnaround_.record(last_turnaround_);
+  const drivers::TimePoint done = options_.now();
+  late_replies_.dealt_with(datagram.received, done);
+  turnaround_.record(done - datagram.received);
   return bytes;
 }
 
@@ -210,7 +127,7 @@ void StreamCycle::tell_foreign(const drivers::UdpSource& source) noexcept {
 void StreamCycle::take_commands() noexcept {
   if (model_.take()) {
     status_.model = model_.front().number;
-    refade_ = true;
+    ramp_.start_from_current();
     emit({.kind = StreamEventKind::ModelChanged, .value = status_.model});
   }
   const std::uint32_t acknowledged = acknowledged_.load(std::memory_order_acquire);
@@ -218,9 +135,10 @@ void StreamCycle::take_commands() noexcept {
     acknowledged_seen_ = acknowledged;
     status_.fault = StreamFault::None;
     status_.detail = {};
-    broken_ = unsolved_ = without_delay_ = since_arm_check_ = 0;
-    rejected_ = not_following_ = 0;
-    effect_.restart();
+    broken_ = unsolved_ = 0;
+    late_replies_.restart();
+    following_.restart();
+    arm_check_.restart();
   }
 }
 
@@ -261,7 +179,7 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
     case Turn::Unproven:
       ++status_.counters.unproven;
       last_commanded_.reset();
-      effect_.restart();
+      following_.restart();
       return {};
     case Turn::Answer:
       return answer_cycle(frame, hearing, datagram.received);
@@ -279,16 +197,14 @@ std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const H
   }
   if (!plausible(commanded, hearing)) return hold();
 
-  watch_receipts(frame, hearing, received);
-  watch_effect(frame, hearing);
-  watch_arm(frame, hearing);
+  watch(frame, hearing, received);
   last_commanded_ = commanded;
   for (Eigen::Index i = 0; i < kAxes; ++i) {
     status_.commanded_deg[static_cast<std::size_t>(i)] = commanded[i] * kDegPerRad;
   }
 
   const bool free = status_.fault == StreamFault::None;
-  if (!free) refade_ = true;
+  if (!free) ramp_.start_from_current();
   const std::uint64_t cycles =
       hearing.settled ? 1 : hearing.elapsed;  // what was not answered is no part of a ramp
   if (!free || hearing.missed || !correct(commanded, static_cast<double>(cycles))) return hold();
@@ -310,7 +226,7 @@ std::string_view StreamCycle::answer_malformed(const rsi::FrameError& error,
     ++status_.counters.unanswered;
     return {};
   }
-  effect_.restart();
+  following_.restart();
   return replied_ipoc_ == ipoc ? repeat(*ipoc) : hold();
 }
 
@@ -339,12 +255,14 @@ std::string_view StreamCycle::reply() noexcept {
 
 void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
   ++status_.counters.sessions;
-  broken_ = unsolved_ = without_delay_ = since_arm_check_ = 0;
-  rejected_ = implausible_ = not_following_ = 0;
+  broken_ = unsolved_ = 0;
+  implausible_ = 0;
+  late_replies_.restart();
+  arm_check_.restart();
   malformed_before_ = unread_told_ = false;
   replied_ipoc_.reset();
   last_commanded_.reset();
-  effect_.restart();
+  following_.restart();
   emit({.kind = StreamEventKind::SessionStarted, .value = session_.ipoc(), .source = source});
 }
 
@@ -360,14 +278,11 @@ void StreamCycle::adopt(const JointVector& commanded) noexcept {
                                                    : JointVector{(in_force.min + in_force.max) / 2};
   const JointVector before =
       std::exchange(correction_, bound_correction(likely, in_force, commanded, bounds_).correction);
-  if (before != correction_) effect_.restart();
+  if (before != correction_) following_.restart();
   if (correction_.isZero(0)) {
-    ramp_ = 0;
-    fade_.setZero();
-    fade_ramp_ = 1;
-    refade_ = false;
+    ramp_.reset();
   } else {
-    refade_ = true;
+    ramp_.start_from_current();
   }
   emit({.kind = StreamEventKind::SessionProven,
         .value =
@@ -403,71 +318,18 @@ bool StreamCycle::plausible(const JointVector& commanded, const Hearing& hearing
   if (!far) return true;
   if (implausible_ < kImplausibleFrames) return false;
   implausible_ = 0;
-  refade_ = true;
+  ramp_.start_from_current();
   return true;
 }
 
-/// Looks for replies that were sent in time and not taken.
-void StreamCycle::watch_receipts(const rsi::RobotFrame& frame, const Hearing& hearing,
-                                 drivers::TimePoint received) noexcept {
-  without_delay_ = frame.delay ? 0 : without_delay_ + static_cast<double>(hearing.elapsed);
-  if (without_delay_ >= second_cycles_) raise(StreamFault::NoDelay);
-  if (hearing.late == 0) {
-    if (!hearing.missed) rejected_ = 0;
-    late_before_ = false;
-    return;
-  }
+/// Whether our replies arrive, the arm does what they say, and is the one that we were told.
+void StreamCycle::watch(const rsi::RobotFrame& frame, const Hearing& hearing,
+                        drivers::TimePoint received) noexcept {
+  raise(late_replies_.take(frame, hearing, received));
   status_.counters.late += hearing.late;
-  if (!std::exchange(late_before_, true)) emit({.kind = StreamEventKind::RepliesLate, .value = hearing.late});
-  const bool sent_in_time =
-      hearing.elapsed == 1 && received_ && last_turnaround_ < kInTime && received - *received_ > kInTime;
-  rejected_ = sent_in_time ? rejected_ + 1 : 0;
-  if (rejected_ >= options_.rejected_cycles) raise(StreamFault::RepliesRejected);
-}
-
-/// Whether the arm does what is sent, in motion too.
-void StreamCycle::watch_effect(const rsi::RobotFrame& frame, const Hearing& hearing) noexcept {
-  if (!frame.aspos_rad || !frame.aipos_rad || !hearing.follows) {
-    effect_.restart();
-    return;
-  }
-  if (!effect_.take(vector_of(*frame.aspos_rad), correction_, vector_of(*frame.aipos_rad))) return;
-  Eigen::Index worst = 0;
-  const EffectWatch::Vector beyond = effect_.missing().cwiseAbs() - kSigmas * effect_.sigma();
-  const bool follows = beyond.maxCoeff(&worst) <= options_.following_tolerance_rad;
-  not_following_ = follows ? 0 : not_following_ + 1;
-  for (Eigen::Index i = 0; i < kAxes; ++i) {
-    const bool told = kSigmas * effect_.sigma()[i] <= options_.following_tolerance_rad;
-    auto& measured_deg = status_.measured_deg[static_cast<std::size_t>(i)];
-    measured_deg.reset();
-    if (told) measured_deg = (correction_[i] + effect_.missing()[i]) * kDegPerRad;
-  }
-  if (not_following_ < kNotFollowing) return;
-  const double sent = effect_.sent()[worst], measured = sent + effect_.missing()[worst];
-  raise(StreamFault::NotFollowing,
-        {.axis = static_cast<int>(worst) + 1, .value = measured * kDegPerRad, .limit = sent * kDegPerRad});
-}
-
-/// Whether this is the arm and the cycle that we were told: at the beginning of a session, then once a
-/// second.
-void StreamCycle::watch_arm(const rsi::RobotFrame& frame, const Hearing& hearing) noexcept {
-  since_arm_check_ -= static_cast<double>(hearing.elapsed);
-  if (since_arm_check_ > 0) return;
-  since_arm_check_ = second_cycles_;
-  const std::uint64_t step = session_.step(), cycle_ms = static_cast<std::uint64_t>(options_.cycle.count());
-  if (step == 0) {
-    since_arm_check_ = 1;
-  } else if (step != cycle_ms && step != kCountsCycles) {
-    raise(StreamFault::WrongCycle,
-          {.axis = 0, .value = static_cast<double>(step), .limit = static_cast<double>(cycle_ms)});
-  }
-  if (!frame.rist || !frame.aipos_rad) return;
-  const Eigen::Vector3d p_BF_mm = forward_kinematics(nominal_, vector_of(*frame.aipos_rad)).translation();
-  const double off_mm =
-      (Eigen::Vector3d{frame.rist->x_mm, frame.rist->y_mm, frame.rist->z_mm} - p_BF_mm).norm();
-  if (off_mm > options_.max_fk_deviation_mm) {
-    raise(StreamFault::WrongArm, {.axis = 0, .value = off_mm, .limit = options_.max_fk_deviation_mm});
-  }
+  if (late_replies_.began()) emit({.kind = StreamEventKind::RepliesLate, .value = hearing.late});
+  raise(following_.take(frame, correction_, hearing.elapsed));
+  raise(arm_check_.take(frame, hearing.elapsed, session_.step()));
 }
 
 /// Brings model_correction_ up to date. @return false where the calibrated arm has no solution, or none near
@@ -487,30 +349,19 @@ bool StreamCycle::solve(const JointVector& commanded) noexcept {
 /// Moves the correction on by one reply. @return false where it was held instead
 bool StreamCycle::correct(const JointVector& commanded, double cycles) noexcept {
   const bool engaged = engaged_.load(std::memory_order_acquire);
-  const double step = cycles / options_.ramp_cycles;
-  const double ramp = std::clamp(ramp_ + (engaged ? step : -step), 0.0, 1.0);
-  if (ramp > 0 && !solve(commanded)) {
+  if (ramp_.asks_model(engaged, cycles) && !solve(commanded)) {
     ++status_.counters.no_solution;
     if (engaged) {
-      refade_ = true;
+      ramp_.start_from_current();
       unsolved_ += cycles;
-      if (unsolved_ >= options_.broken_cycles) raise(StreamFault::NoSolution);
+      if (unsolved_ >= options_.broken_cycles) raise(FoundFault{StreamFault::NoSolution, {}});
       return false;
     }
     // On the way out the model's last wish serves: the correction must come to zero in any case.
   }
   unsolved_ = 0;
-  ramp_ = ramp;
-  status_.gain = smooth(ramp_);
-
-  JointVector wanted = status_.gain * model_correction_;
-  if (std::exchange(refade_, false)) {
-    fade_ = correction_ - wanted;
-    fade_ramp_ = 0;
-  } else {
-    fade_ramp_ = std::min(1.0, fade_ramp_ + step);
-  }
-  wanted += (1 - smooth(fade_ramp_)) * fade_;
+  const JointVector wanted = ramp_.advance(engaged, cycles, model_correction_, correction_);
+  status_.gain = ramp_.gain();
 
   const BoundedCorrection bounded = bound_correction(wanted, session_.in_force(), commanded, bounds_);
   count(bounded.clamps);
@@ -519,18 +370,19 @@ bool StreamCycle::correct(const JointVector& commanded, double cycles) noexcept 
   correction_ = bounded.correction;
 
   broken_ = engaged && bounded.clamps.broken() ? broken_ + cycles : 0;
-  if (broken_ >= options_.broken_cycles) raise(StreamFault::BoundBroken, broken_bound(wanted, bounded));
+  if (broken_ >= options_.broken_cycles) raise(broken_bound(wanted, bounded));
   return !bounded.clamps.not_finite;
 }
 
 /// The axis that gets least of what the model asks for.
-FaultDetail StreamCycle::broken_bound(const JointVector& wanted,
-                                      const BoundedCorrection& bounded) const noexcept {
+FoundFault StreamCycle::broken_bound(const JointVector& wanted,
+                                     const BoundedCorrection& bounded) const noexcept {
   Eigen::Index axis = 0;
   (wanted - bounded.correction).cwiseAbs().maxCoeff(&axis);
   const double limit = bounded.clamps.total ? bounds_.max_total : std::abs(bounded.correction[axis]);
   return {
-      .axis = static_cast<int>(axis) + 1, .value = wanted[axis] * kDegPerRad, .limit = limit * kDegPerRad};
+      StreamFault::BoundBroken,
+      {.axis = static_cast<int>(axis) + 1, .value = wanted[axis] * kDegPerRad, .limit = limit * kDegPerRad}};
 }
 
 void StreamCycle::count(const CorrectionClamps& clamps) noexcept {
@@ -541,14 +393,15 @@ void StreamCycle::count(const CorrectionClamps& clamps) noexcept {
   counters.clamped_not_finite += clamps.not_finite;
 }
 
-void StreamCycle::raise(StreamFault fault, const FaultDetail& detail) noexcept {
-  if (status_.fault != StreamFault::None) return;
-  status_.fault = fault;
-  status_.detail = detail;
+/// The first fault stays until it is acknowledged.
+void StreamCycle::raise(const std::optional<FoundFault>& found) noexcept {
+  if (!found || status_.fault != StreamFault::None) return;
+  status_.fault = found->fault;
+  status_.detail = found->detail;
 }
 
 void StreamCycle::update_state() noexcept {
-  const bool at_rest = ramp_ == 0 && correction_.isZero(0) && (fade_ramp_ == 1 || fade_.isZero(0));
+  const bool at_rest = ramp_.out() && correction_.isZero(0);
   StreamState state = StreamState::Idle;
   if (status_.fault == StreamFault::NotFollowing) {
     state = StreamState::Frozen;
@@ -557,7 +410,7 @@ void StreamCycle::update_state() noexcept {
   } else if (session_.begun() && !session_.known()) {
     state = StreamState::Unproven;
   } else if (engaged_.load(std::memory_order_acquire)) {
-    state = ramp_ < 1 ? StreamState::RampingIn : StreamState::Active;
+    state = ramp_.full() ? StreamState::Active : StreamState::RampingIn;
   } else if (!at_rest) {
     state = StreamState::RampingOut;
   }
@@ -576,6 +429,7 @@ void StreamCycle::publish() noexcept {
   for (Eigen::Index i = 0; i < kAxes; ++i) {
     status_.correction_deg[static_cast<std::size_t>(i)] = correction_[i] * kDegPerRad;
   }
+  status_.measured_deg = following_.measured_deg();
   status_.peer = session_.peer();
   status_.ipoc = session_.ipoc();
   status_.ipoc_step = session_.step();

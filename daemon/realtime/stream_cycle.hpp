@@ -2,7 +2,6 @@
 
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <expected>
 #include <memory>
@@ -11,43 +10,23 @@
 #include <string>
 #include <string_view>
 
-#include "config/cell_config.hpp"
 #include "core/compensation/correction_bounds.hpp"
 #include "core/compensation/target_compensation.hpp"
-#include "core/kinematics/angles.hpp"
 #include "core/kinematics/robot_model.hpp"
+#include "daemon/realtime/arm_check.hpp"
 #include "daemon/realtime/controller_session.hpp"
-#include "daemon/realtime/effect_watch.hpp"
+#include "daemon/realtime/correction_ramp.hpp"
+#include "daemon/realtime/following_check.hpp"
+#include "daemon/realtime/late_replies.hpp"
 #include "daemon/realtime/latency_histogram.hpp"
 #include "daemon/realtime/snapshot_exchange.hpp"
 #include "daemon/realtime/spsc_ring.hpp"
+#include "daemon/realtime/stream_options.hpp"
 #include "daemon/realtime/stream_status.hpp"
 #include "drivers/kuka/rsi_link.hpp"
 #include "proto/rsi/frame_codec.hpp"
 
 namespace truepose::daemon {
-
-/// How the stream behaves. A cycle is a step of the controller's IPOC, never of this machine's clock.
-struct StreamOptions {
-  double max_step_rad = 0;
-  double max_total_rad = 0;
-  double limit_margin_rad = 0;
-  double singular_below_rad = 0;  ///< CompensationOptions::singular_below
-  int ramp_cycles = 250;          ///< from no correction to all of it, and from one model to the next
-  int broken_cycles = 250;        ///< a bound broken for so many in a row is a fault
-  double following_tolerance_rad = 0.05 * kRadPerDeg;  ///< measured and sent correction may differ by so much
-  int rejected_cycles = 8;   ///< so many late replies in a row that were sent in time are a fault
-  int timeout_cycles = 100;  ///< the controller's: a packet further ahead must be borne out by others
-  std::chrono::milliseconds cycle{4};
-  /// After a silence of the controller of so long the stream must be started anew; none: it goes on by
-  /// itself.
-  std::optional<std::chrono::milliseconds> disarm_after = std::chrono::milliseconds{400};
-  std::optional<std::uint32_t> peer;  ///< the controller's IPv4 address; none: any
-  double max_fk_deviation_mm = 1;     ///< RIst against the nominal arm at AIPos
-  drivers::TimePoint (*now)() noexcept = &std::chrono::steady_clock::now;  ///< for the turnaround only
-
-  static StreamOptions of(const config::CellConfig& cell);
-};
 
 /// One RSI cycle, from the controller's datagram to the reply.
 ///
@@ -126,16 +105,13 @@ class StreamCycle final : public drivers::RsiResponder {
 
   std::optional<JointVector> commanded_axes(const rsi::RobotFrame& frame) const noexcept;
   bool plausible(const JointVector& commanded, const Hearing& hearing) noexcept;
-  void watch_receipts(const rsi::RobotFrame& frame, const Hearing& hearing,
-                      drivers::TimePoint received) noexcept;
-  void watch_effect(const rsi::RobotFrame& frame, const Hearing& hearing) noexcept;
-  void watch_arm(const rsi::RobotFrame& frame, const Hearing& hearing) noexcept;
+  void watch(const rsi::RobotFrame& frame, const Hearing& hearing, drivers::TimePoint received) noexcept;
   bool solve(const JointVector& commanded) noexcept;
   bool correct(const JointVector& commanded, double cycles) noexcept;
   void count(const CorrectionClamps& clamps) noexcept;
-  FaultDetail broken_bound(const JointVector& wanted, const BoundedCorrection& bounded) const noexcept;
+  FoundFault broken_bound(const JointVector& wanted, const BoundedCorrection& bounded) const noexcept;
 
-  void raise(StreamFault fault, const FaultDetail& detail = {}) noexcept;
+  void raise(const std::optional<FoundFault>& found) noexcept;
   void update_state() noexcept;
   void emit(StreamEvent event) noexcept;
   void publish() noexcept;
@@ -147,7 +123,6 @@ class StreamCycle final : public drivers::RsiResponder {
   const rsi::SensorFrameCodec codec_;
   const bool has_stop_;
   const bool sends_aspos_;
-  const double second_cycles_;
 
   // Between the threads.
   SnapshotExchange<Model> model_;
@@ -160,7 +135,10 @@ class StreamCycle final : public drivers::RsiResponder {
 
   // The realtime thread's own.
   ControllerSession session_;
-  EffectWatch effect_;
+  LateReplies late_replies_;
+  FollowingCheck following_;
+  ArmCheck arm_check_;
+  CorrectionRamp ramp_;
   StreamStatus status_;
   std::array<char, rsi::kMaxFrameBytes> buffer_{};
   std::optional<std::uint64_t> replied_ipoc_;  // of the reply in buffer_
@@ -168,23 +146,12 @@ class StreamCycle final : public drivers::RsiResponder {
   std::uint32_t acknowledged_seen_ = 0;
   JointVector correction_;        // sent last
   JointVector model_correction_;  // the model's last wish at full gain
-  JointVector fade_;              // what is faded out after a change of the model or a long hold
-  double ramp_ = 0;               // 0..1, straight in time
-  double fade_ramp_ = 1;          // 0..1, straight in time
-  bool refade_ = false;           // the next good cycle fades from what is in force
   bool malformed_before_ = false;
   bool unread_told_ = false;
-  bool late_before_ = false;
   bool armed_before_ = false;  // at the last frame
-  double broken_ = 0;          // cycles in a row, as the next two
+  double broken_ = 0;          // cycles in a row, as the next
   double unsolved_ = 0;
-  double without_delay_ = 0;
-  int not_following_ = 0;  // judgements in a row
-  int rejected_ = 0;
-  int implausible_ = 0;
-  double since_arm_check_ = 0;  // cycles
-  std::optional<drivers::TimePoint> received_;
-  std::chrono::nanoseconds last_turnaround_{0};
+  int implausible_ = 0;  // frames in a row
   std::optional<JointVector> last_commanded_;
   std::array<std::uint32_t, 8> foreign_{};  // addresses that were named
   std::size_t foreign_count_ = 0;

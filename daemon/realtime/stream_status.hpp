@@ -45,6 +45,11 @@ struct FaultDetail {
   double limit = 0;  ///< in the same unit
 };
 
+struct FoundFault {
+  StreamFault fault = StreamFault::None;
+  FaultDetail detail{};
+};
+
 /// Every datagram of the controller is in exactly one of answered, held, duplicate, wrong_ipoc, unproven and
 /// unanswered.
 struct StreamCounters {

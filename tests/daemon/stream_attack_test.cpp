@@ -185,48 +185,68 @@ TEST_F(ARestartedStream, DoesNotBelieveAPageThatIsNotWhole) {
   EXPECT_FALSE(memory_->last());
 }
 
+/// An arm at full speed, whose drives trail by a lag, on a link that now and then loses something.
+struct MovingArm {
+  double lag_cycles = 0;
+  bool takes_corrections = true;
+  int datagram_lost_every = 0;  ///< cycles; 0 = never
+  int reply_lost_every = 0;
+
+  void tick(StreamRig& rig, int cycle, double t_s) {
+    if (cycle == 0) start = actual = rig.q;
+    rig.q = start;
+    rig.q[0] += 60 * kRadPerDeg * std::sin(2 * t_s);          // 120 deg/s
+    rig.q[3] += 80 * kRadPerDeg * (1 - std::cos(2.5 * t_s));  // 200 deg/s
+    rig.q[5] += 70 * kRadPerDeg * (std::sin(3 * t_s + 1) - std::sin(1));
+    JointVector towards = rig.q;
+    if (takes_corrections) towards += rig.applied;
+    actual += (towards - actual) / (1 + lag_cycles);
+    rig.stuck = actual;
+    const auto lost = [cycle](int every) { return every > 0 && cycle % every == every - 1; };
+    rig.tick({.datagram_lost = lost(datagram_lost_every), .reply_lost = lost(reply_lost_every)});
+  }
+
+  JointVector start{}, actual{};
+};
+
+const MovingArm kMovingArms[] = {
+    {.lag_cycles = 0},
+    {.lag_cycles = 10},
+    {.lag_cycles = 25},
+    {.lag_cycles = 10, .datagram_lost_every = 40},
+    {.lag_cycles = 10, .reply_lost_every = 40},
+};
+
+std::string told(const MovingArm& arm) {
+  return testing::PrintToString(arm.lag_cycles) + " cycles of lag, a datagram lost in " +
+         std::to_string(arm.datagram_lost_every) + ", a reply in " + std::to_string(arm.reply_lost_every);
+}
+
 TEST(AStreamUnderAttack, FindsWithinTwoSecondsThatItsCorrectionsDoNothingWhileTheArmMovesAtFullSpeed) {
-  for (const double lag_cycles : {0.0, 10.0, 25.0}) {
-    SCOPED_TRACE(testing::Message() << "lag " << lag_cycles << " cycles");
+  for (MovingArm arm : kMovingArms) {
+    SCOPED_TRACE(told(arm));
+    arm.takes_corrections = false;  // the names differ: nothing of the correction arrives
     StreamRig rig;
     rig.settle();
     rig.cycle->use_model(kFarOff, 1);
     rig.cycle->engage();
-    const JointVector start = rig.q;
-    JointVector actual = rig.q;
     int cycles = 0;
-    for (; cycles < 5000 && rig.state() != StreamState::Frozen; ++cycles) {
-      const double t = 0.004 * cycles;
-      rig.q = start;
-      rig.q[0] += 60 * kRadPerDeg * std::sin(2 * t);          // 120 deg/s
-      rig.q[3] += 80 * kRadPerDeg * (1 - std::cos(2.5 * t));  // 200 deg/s
-      rig.q[5] += 70 * kRadPerDeg * std::sin(3 * t + 1);
-      actual += (rig.q - actual) / (1 + lag_cycles);
-      rig.stuck = actual;  // the names differ: nothing of the correction arrives
-      rig.tick();
-    }
+    for (; cycles < 5000 && rig.state() != StreamState::Frozen; ++cycles)
+      arm.tick(rig, cycles, 0.004 * cycles);
     EXPECT_LE(cycles, kRampCycles + 500) << "within 2 s of the whole correction";
     EXPECT_THAT(reason(rig.status()), HasSubstr("gives the correction another name"));
   }
 }
 
 TEST(AStreamUnderAttack, MeasuresTheCorrectionBesideTheOneThatItSendsAndAcceptsAnyLag) {
-  for (const double lag_cycles : {0.0, 10.0, 25.0}) {
-    SCOPED_TRACE(testing::Message() << "lag " << lag_cycles << " cycles");
+  for (MovingArm arm : kMovingArms) {
+    SCOPED_TRACE(told(arm));
     StreamRig rig;
     rig.settle();
     rig.cycle->use_model(kFarOff, 1);
     rig.cycle->engage();
-    const JointVector start = rig.q;
-    JointVector actual = rig.q;
     for (int cycle = 0; cycle < 5000; ++cycle) {
-      const double t = 0.004 * std::min(cycle, 4000);  // then it stands
-      rig.q = start;
-      rig.q[0] += 60 * kRadPerDeg * std::sin(2 * t);
-      rig.q[3] += 80 * kRadPerDeg * (1 - std::cos(2.5 * t));
-      actual += (rig.q + rig.applied - actual) / (1 + lag_cycles);
-      rig.stuck = actual;
-      rig.tick();
+      arm.tick(rig, cycle, 0.004 * std::min(cycle, 4000));  // then it stands
       ASSERT_EQ(rig.status().fault, StreamFault::None) << reason(rig.status()) << " in cycle " << cycle;
     }
     const StreamStatus status = rig.status();
@@ -235,6 +255,16 @@ TEST(AStreamUnderAttack, MeasuresTheCorrectionBesideTheOneThatItSendsAndAcceptsA
       EXPECT_NEAR(*status.measured_deg[i], status.correction_deg[i], 0.002);
     }
   }
+}
+
+TEST(AStreamUnderAttack, ShowsNoMeasuredCorrectionOfASessionThatIsOver) {
+  StreamRig rig;
+  correct(rig);
+  rig.ticks(500);
+  ASSERT_TRUE(rig.status().measured_deg[0]);
+  rig.restart(rig.ipoc + 4'000);
+  rig.ticks(50);
+  EXPECT_FALSE(rig.status().measured_deg[0]);
 }
 
 TEST(AStreamUnderAttack, MustBeStartedAnewAfterTheControllerFellSilent) {

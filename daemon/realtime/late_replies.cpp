@@ -1,0 +1,32 @@
+#include "daemon/realtime/late_replies.hpp"
+
+#include <chrono>
+
+namespace truepose::daemon {
+namespace {
+
+// A reply sent so soon was in time, and datagrams so close together come out of a backlog.
+constexpr std::chrono::milliseconds kInTime{1};
+
+}  // namespace
+
+std::optional<FoundFault> LateReplies::take(const rsi::RobotFrame& frame,
+                                            const ControllerSession::Hearing& hearing,
+                                            drivers::TimePoint received) noexcept {
+  without_delay_ = frame.delay ? 0 : without_delay_ + static_cast<double>(hearing.elapsed);
+  const bool late = hearing.late > 0;
+  began_ = late && !late_before_;
+  late_before_ = late;
+  const bool sent_in_time =
+      hearing.elapsed == 1 && received_ && turnaround_ < kInTime && received - *received_ > kInTime;
+  if (late) {
+    rejected_ = sent_in_time ? rejected_ + 1 : 0;
+  } else if (!hearing.missed) {
+    rejected_ = 0;
+  }
+  if (without_delay_ >= second_cycles_) return FoundFault{StreamFault::NoDelay, {}};
+  if (late && rejected_ >= rejected_cycles_) return FoundFault{StreamFault::RepliesRejected, {}};
+  return std::nullopt;
+}
+
+}  // namespace truepose::daemon

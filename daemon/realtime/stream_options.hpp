@@ -1,0 +1,47 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "config/cell_config.hpp"
+#include "core/compensation/correction_bounds.hpp"
+#include "core/kinematics/robot_model.hpp"
+#include "core/kinematics/units.hpp"
+#include "drivers/clock.hpp"
+#include "proto/rsi/ethernet_config.hpp"
+
+namespace truepose::daemon {
+
+/// How the stream behaves. A cycle is a step of the controller's IPOC, never of this machine's clock.
+struct StreamOptions {
+  double max_step_rad = 0;
+  double max_total_rad = 0;
+  double limit_margin_rad = 0;
+  double singular_below_rad = 0;  ///< CompensationOptions::singular_below
+  int ramp_cycles = 250;          ///< from no correction to all of it, and from one model to the next
+  int broken_cycles = 250;        ///< a bound broken for so many in a row is a fault
+  double following_tolerance_rad = 0.05 * kRadPerDeg;  ///< measured and sent correction may differ by so much
+  int rejected_cycles = 8;   ///< so many late replies in a row that were sent in time are a fault
+  int timeout_cycles = 100;  ///< the controller's: a packet further ahead must be borne out by others
+  std::chrono::milliseconds cycle{4};
+  /// After a silence of the controller of so long the stream must be started anew; none: it goes on by
+  /// itself.
+  std::optional<std::chrono::milliseconds> disarm_after = std::chrono::milliseconds{400};
+  std::optional<std::uint32_t> peer;  ///< the controller's IPv4 address; none: any
+  double max_fk_deviation_mm = 1;     ///< RIst against the nominal arm at AIPos
+  drivers::TimePoint (*now)() noexcept = &std::chrono::steady_clock::now;  ///< for the turnaround only
+
+  static StreamOptions of(const config::CellConfig& cell);
+
+  double cycles_per_second() const { return 1000.0 / static_cast<double>(cycle.count()); }
+  CorrectionBounds bounds(const RobotModel& robot) const;
+};
+
+/// Why this arm cannot be corrected under these options by a controller of that configuration, in one
+/// sentence; nothing where it can.
+std::optional<std::string> why_unfit(const RobotModel& nominal, const rsi::EthernetConfig& ethernet,
+                                     const StreamOptions& options);
+
+}  // namespace truepose::daemon
