@@ -60,7 +60,7 @@ CalibrateOptions calibrate_options(const CellConfig& cell) {
   return options;
 }
 
-int fewest_poses_to_identify(const CellConfig& cell) {
+std::optional<std::string> too_few_poses(const CellConfig& cell) {
   constexpr int kPoses = 60;  // more than any arm of eight joints needs
   const CalibratedCell nominal = rough_cell(cell);
   Random random(0);
@@ -73,7 +73,11 @@ int fewest_poses_to_identify(const CellConfig& cell) {
     }
   }
   const auto parameters = static_cast<int>(whitened_basis(position_jacobian(nominal, poses)).cols());
-  return parameters / 3 + 1;
+  const int fewest = parameters / 3 + 1;
+  if (cell.campaign.identify_poses >= fewest) return std::nullopt;
+  return std::to_string(cell.campaign.identify_poses) +
+         " are too few for the parameters of this arm: give at least " + std::to_string(fewest) +
+         ", better twice as many";
 }
 
 CompensationOptions compensation_options(const CellConfig& cell, Approach approach) {

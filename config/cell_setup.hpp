@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <string>
+
 #include "config/cell_config.hpp"
 #include "core/calibration/calibrate.hpp"
 #include "core/compensation/target_compensation.hpp"
@@ -20,9 +23,9 @@ PlanOptions plan_options(const CellConfig& cell, int poses);
 /// How the cell's campaigns identify.
 CalibrateOptions calibrate_options(const CellConfig& cell);
 
-/// The fewest poses that give more equations than the arm's geometry, its base and the reflector have
-/// parameters that can be told apart.
-int fewest_poses_to_identify(const CellConfig& cell);
+/// Why campaign.identify_poses are too few, and what to give: they must yield more equations than the arm's
+/// geometry, its base and the reflector have parameters that can be told apart. Nothing where they do.
+std::optional<std::string> too_few_poses(const CellConfig& cell);
 
 /// How the cell's targets are compensated: as its stream does.
 ///

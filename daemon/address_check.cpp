@@ -7,6 +7,8 @@
 #include <iterator>
 #include <optional>
 
+#include "daemon/control/control_address.hpp"
+
 namespace truepose::daemon {
 
 namespace {
@@ -67,16 +69,9 @@ std::vector<Finding> check_stream_address(const config::StreamConfig& stream,
 }
 
 std::vector<Finding> check_control_address(const config::ControlConfig& control) {
-  boost::system::error_code error;
-  const std::string& host = control.listen.host;
-  const ip::address address = ip::make_address(host == "localhost" ? "127.0.0.1" : host, error);
-  if (error) return {{Level::Failure, "control.listen: \"" + host + "\" is not an IP address"}};
-  if (!address.is_loopback()) {
-    return {
-        {Level::Failure, "control.listen: " + text_of(control.listen) +
-                             " can be reached from other machines, which needs TLS; listen on 127.0.0.1"}};
-  }
-  return {};
+  const auto address = control_address(control.listen);
+  if (address) return {};
+  return {{Level::Failure, address.error()}};
 }
 
 std::vector<Finding> check_ports(const config::CellConfig& config) {

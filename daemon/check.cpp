@@ -53,12 +53,9 @@ void check_stream(const config::CellConfig& config, std::vector<Finding>& findin
 }
 
 std::vector<Finding> check_poses(const config::CellConfig& config) {
-  const int poses = config.campaign.identify_poses;
-  const int fewest = config::fewest_poses_to_identify(config);
-  if (poses >= fewest) return {};
-  return {{Level::Failure, "campaign.identify_poses is " + std::to_string(poses) +
-                               ", too few for the parameters of this arm: give at least " +
-                               std::to_string(fewest) + ", better twice as many"}};
+  const auto why = config::too_few_poses(config);
+  if (!why) return {};
+  return {{Level::Failure, "campaign.identify_poses: " + *why}};
 }
 
 Finding check_token(const fs::path& file) {

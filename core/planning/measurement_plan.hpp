@@ -24,7 +24,7 @@ struct PlanOptions {
   MeasurementNoise noise;
   JointVector start;        ///< where the arm is before the first pose
   int reference_every = 0;  ///< poses from one visit to the reference pose to the next; 0: none
-  int random_sets = 20;  ///< of poses and of orders, to compare with; 0: no comparison
+  int random_sets = 20;     ///< of poses and of orders, to compare with; 0: no comparison
   std::vector<int> sizes{10, 15, 20, 30, 40, 60, 80, 100};  ///< of designs to say how many poses are enough
 };
 

@@ -96,8 +96,8 @@ class PoseChecker {
   /// What the arm touches at q: the part of fault_of() that matters on the way.
   std::optional<PoseFault> collision_at(const JointVector& q);
 
-  /// How much farther than it must the arm is from touching anything at q, mm; negative where collision_at() finds
-  /// a fault.
+  /// How much farther than it must the arm is from touching anything at q, mm; negative where collision_at()
+  /// finds a fault.
   double spare_mm(const JointVector& q);
 
   /// Bounds what a motion of all joints in step changes of spare_mm().

@@ -67,8 +67,7 @@ WhyNot larger_correction(const ModelRecord& record, const config::ModelFile& fil
   if (made_deg == 0 || now_deg <= made_deg + kReproduced_deg) return std::nullopt;
   return formatted(
       "it corrects a joint by up to %.3f deg at the poses that it was made from, when it was made by %.3f "
-      "deg (it, or "
-      "the robot file, has been changed)",
+      "deg (it, or the robot file, has been changed)",
       now_deg, made_deg);
 }
 
@@ -86,8 +85,7 @@ std::string not_checked(const ModelRecord& record, std::span<const StoredPoint> 
   if (record.sha256.empty())
     what =
         "it was stored before models carried a hash and their largest correction: only its validation points "
-        "show "
-        "that it is unchanged";
+        "show that it is unchanged";
   if (points.empty()) {
     if (!what.empty()) what += "; ";
     what +=

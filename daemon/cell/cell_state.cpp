@@ -163,7 +163,9 @@ CellStep on_outcome(const CellState& state, const CellEvent& event, TimePoint no
             return go(StreamStarting{now, true});
           },
           // Packets that came before are of a program that was running already.
-          [](const StreamStarting& s, const StreamStarted&) { return s.program_runs ? go(Streaming{}) : go(s); },
+          [](const StreamStarting& s, const StreamStarted&) {
+            return s.program_runs ? go(Streaming{}) : go(s);
+          },
           [](const StreamStarting&, const StreamEnded&) { return go(Ready{}); },
           [](const Streaming&, const StreamEnded&) { return go(Ready{}); },
           [](const StreamStopping&, const StreamEnded&) { return go(Ready{}); },

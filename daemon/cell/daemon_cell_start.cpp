@@ -84,6 +84,7 @@ DaemonCell::Reply DaemonCell::start_calibration(json::object params) {
   read_seed(read, plan);
   plan.remeasure = read.boolean("remeasure").value_or(plan.remeasure);
   const bool activate = read.boolean("activate").value_or(true);
+  if (const auto why = config::too_few_poses(config)) read.fail("identify_poses", *why);
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
   co_return start_campaign(config, CalibrationOrder{}, activate);
 }

@@ -13,6 +13,7 @@
 #include <optional>
 #include <utility>
 
+#include "daemon/control/control_address.hpp"
 #include "daemon/control/session.hpp"
 #include "daemon/control/token_file.hpp"
 #include "drivers/port_holder.hpp"
@@ -40,14 +41,10 @@ namespace {
 std::expected<tcp::acceptor, StartFailure> listen(asio::any_io_executor executor,
                                                   const config::Endpoint& endpoint) {
   const std::string where = endpoint.host + ":" + std::to_string(endpoint.port);
+  const auto address = control_address(endpoint);
+  if (!address) return std::unexpected(address.error());
+  const tcp::endpoint local{*address, endpoint.port};
   boost::system::error_code error;
-  const asio::ip::address address =
-      asio::ip::make_address(endpoint.host == "localhost" ? "127.0.0.1" : endpoint.host, error);
-  if (error) return std::unexpected("control.listen: \"" + endpoint.host + "\" is not an IP address");
-  if (!address.is_loopback())
-    return std::unexpected("control.listen: " + where +
-                           " can be reached from other machines, which needs TLS; listen on 127.0.0.1");
-  const tcp::endpoint local{address, endpoint.port};
   tcp::acceptor acceptor{executor};
   acceptor.open(local.protocol(), error);
   // The port may still have connections of the daemon before us that are closing.

@@ -381,9 +381,8 @@ StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredP
   if (!finite(p)) return std::unexpected(in(operation, {"a number is not finite"}));
   Statement insert = impl_->database->prepare(
       "INSERT INTO point (campaign_id, pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, "
-      "y_mm, z_mm,"
-      " std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time)"
-      " VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
+      "y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time) "
+      "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
   insert.bind(campaign_id).bind(std::int64_t{p.pose}).bind(kPurposes[static_cast<std::size_t>(p.purpose)]);
   insert.bind(array_text(p.q_target))
       .bind(array_text(p.q_commanded))
@@ -454,9 +453,8 @@ StoreResult<std::optional<CampaignRecord>> Store::campaign(const std::string& id
 StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_id) {
   Statement query = impl_->database->prepare(
       "SELECT pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, y_mm, z_mm, std_x_mm, "
-      "std_y_mm, "
-      "std_z_mm,"
-      " temperature_c, pressure_mbar, humidity_percent, time FROM point WHERE campaign_id=? ORDER BY number");
+      "std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time FROM point WHERE "
+      "campaign_id=? ORDER BY number");
   query.bind(campaign_id);
   std::vector<StoredPoint> points;
   for (;;) {

@@ -107,11 +107,6 @@ TrackerError late(std::string_view what) {
   return {TrackerFault::Timeout, "the tracker " + std::string{what} + " before the deadline"};
 }
 
-}  // namespace
-
-/// The dialogue with one tracker, without deadlines.
-namespace {
-
 std::optional<TrackerError> laser_trouble(const SystemStatus& system) {
   if (system.laser == LaserStatus::Ready) return std::nullopt;
   const std::string why = system.laser == LaserStatus::HeatingUp ? "is heating up" : "is not ready";
@@ -121,6 +116,7 @@ std::optional<TrackerError> laser_trouble(const SystemStatus& system) {
 
 }  // namespace
 
+/// The dialogue with one tracker, without deadlines.
 class EmsconTracker::Session {
  public:
   Session(asio::any_io_executor executor, Clock& the_clock, EmsconOptions options)

@@ -137,8 +137,7 @@ std::string transfer_warning(const Calibration& calibration, const MeasurementDa
   if (!(worst_mm > nominal_mm)) return {};
   return fmt::format(
       "Measure poses towards the joints {}: {}, and there the position is predicted with a standard "
-      "deviation "
-      "of {:.3g} mm, more than the nominal arm's mean error of {:.3g} mm.",
+      "deviation of {:.3g} mm, more than the nominal arm's mean error of {:.3g} mm.",
       worst_joints(calibration), not_measured(calibration, data), worst_mm, nominal_mm);
 }
 

@@ -150,7 +150,7 @@ TEST_F(CheckTest, RefusesFewerPosesThanTheArmHasParameters) {
   config_.campaign.coarse_after = 5;
   for (int poses : {5, 8, 9}) {
     config_.campaign.identify_poses = poses;
-    EXPECT_THAT(findings(), failure("campaign.identify_poses is " + std::to_string(poses)));
+    EXPECT_THAT(findings(), failure("campaign.identify_poses: " + std::to_string(poses) + " are too few"));
   }
   config_.campaign.identify_poses = 10;
   EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));

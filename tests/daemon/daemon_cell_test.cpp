@@ -134,6 +134,14 @@ TEST_F(DaemonCellTest, DoesNotActivateAnAlteredModelAndKeepsTheOneInForce) {
   EXPECT_THAT(fault(), IsEmpty());
 }
 
+TEST_F(DaemonCellTest, RefusesACampaignOfTooFewPosesBeforeTheArmMoves) {
+  EXPECT_EQ(
+      refused("campaign.start", {{"identify_poses", 8}}),
+      "params.identify_poses: 8 are too few for the parameters of this arm: give at least 10, better twice "
+      "as many");
+  EXPECT_EQ(status().at("state"), "disconnected");
+}
+
 TEST_F(DaemonCellTest, ForgetsTheFaultOfAModelThatIsDeactivated) {
   execute("UPDATE model SET yaml=replace(yaml, 'theta: 0.00', 'theta: 0.04') WHERE id='m1'");
   load();

@@ -104,7 +104,8 @@ TEST(ACampaignOverTheRealProtocols, FindsTheArmsErrorsKeepsEveryPointAndActivate
     EXPECT_GE(event.data.at("done").as_int64(), last_done);
     last_done = event.data.at("done").as_int64();
   }
-  EXPECT_EQ(points, 28);  // the reference before poses 0 and 10, after the last to identify and after validation
+  EXPECT_EQ(points,
+            28);  // the reference before poses 0 and 10, after the last to identify and after validation
   EXPECT_EQ(last_done, 28);
 
   cell.daemon().terminate();

@@ -137,8 +137,7 @@ std::string first_trial_section(const json::object& document) {
       figure(curves(document, "gross errors", "errors"), "The same where points were grossly wrong", "pose");
   if (figures.empty()) return "";
   return "<section class=\"whole\">\n<h2>The first trial</h2>\n<p class=\"note\">How the methods converge, "
-         "and "
-         "what they leave.</p>\n<div class=\"charts\">\n" +
+         "and what they leave.</p>\n<div class=\"charts\">\n" +
          figures + "</div>\n</section>\n";
 }
 

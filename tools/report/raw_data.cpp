@@ -95,8 +95,7 @@ std::string raw_data_section(const std::vector<EmbeddedFile>& files) {
   if (files.empty()) return "";
   std::string html =
       "<section class=\"whole raw\">\n<h2>Raw data</h2>\n<p class=\"note\">This page carries what it was "
-      "made "
-      "from, so that every figure can be computed again.</p>\n<ul class=\"files\">\n";
+      "made from, so that every figure can be computed again.</p>\n<ul class=\"files\">\n";
   for (const EmbeddedFile& file : files) {
     html +=
         fmt::format("<li><a download=\"{0}\" href=\"data:{1};base64,{2}\">{0}</a> ({3:.0f} kB): {4}</li>\n",
