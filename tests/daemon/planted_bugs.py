@@ -58,8 +58,7 @@ BUGS = {
          "  if (false) {"),
     ],
 }
-OF_THE_STREAM = ["controller_session", "correction_in_force", "effect_evidence", "effect_watch", "ipoc_sequence",
-                 "latency_histogram", "reply_receipts", "stream_cycle", "stream_log", "stream_memory", "stream_status"]
+OF_THE_STREAM = sorted(file.stem for file in (TREE / "daemon/realtime").glob("*.cpp"))
 OF_THE_TEST = ["stream_history", "stream_history_test", "plant"]
 FLAGS = ["-std=c++23", "-O1", "-DNDEBUG", "-isystem", "/usr/include/eigen3", "-I.", '-DTRUEPOSE_VERSION="0"',
          f'-DTRUEPOSE_SOURCE_DIR="{TREE}"']
