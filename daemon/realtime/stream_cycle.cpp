@@ -26,6 +26,8 @@ constexpr double kSigmas = 4;
 constexpr std::uint64_t kCountsCycles = 1;
 // A reply sent so soon was in time, and datagrams so close together come out of a backlog.
 constexpr std::chrono::milliseconds kInTime{1};
+// Malformed packets that come after such a pause may be malformed for another reason than those before it.
+constexpr std::chrono::seconds kNewRow{1};
 
 /// Start and end without a kink, so that a ramp does not jerk the arm.
 double smooth(double x) { return x * x * (3 - 2 * x); }
@@ -155,6 +157,7 @@ StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& e
       second_cycles_{1000.0 / static_cast<double>(options.cycle.count())},
       session_{session_options(options), memory},
       effect_{static_cast<double>(options.cycle.count())},
+      missing_{ethernet},
       correction_{session_.last_sent()},
       model_correction_{JointVector::Zero(kAxes)},
       fade_{JointVector::Zero(kAxes)},
@@ -218,7 +221,8 @@ void StreamCycle::take_commands() noexcept {
     acknowledged_seen_ = acknowledged;
     status_.fault = StreamFault::None;
     status_.detail = {};
-    broken_ = unsolved_ = without_delay_ = since_arm_check_ = 0;
+    broken_ = unsolved_ = since_arm_check_ = 0;
+    missing_.restart();
     rejected_ = not_following_ = 0;
     effect_.restart();
   }
@@ -240,9 +244,9 @@ std::string_view StreamCycle::answer_controller(const drivers::Datagram& datagra
 void StreamCycle::tell_unread(const rsi::FrameError& error, const drivers::Datagram& datagram) noexcept {
   ++status_.counters.partly_read;
   if (std::exchange(unread_told_, true)) return;
-  emit({.kind = StreamEventKind::Malformed,
+  emit({.kind = StreamEventKind::PartlyRead,
         .source = datagram.source,
-        .excerpt = Excerpt::of(datagram.bytes),
+        .excerpt = Excerpt::of(datagram.bytes, error.offset),
         .error = error});
 }
 
@@ -252,6 +256,7 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
   disarm_after_silence(datagram.received);
   const Hearing hearing = session_.hear(frame, datagram.source, datagram.received);
   if (hearing.began) begin_session(datagram.source);
+  watch_cycle();
   switch (hearing.turn) {
     case Turn::Repeat:
       return repeat(frame.ipoc);
@@ -299,10 +304,11 @@ std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const H
 std::string_view StreamCycle::answer_malformed(const rsi::FrameError& error,
                                                const drivers::Datagram& datagram) noexcept {
   ++status_.counters.malformed;
-  if (!std::exchange(malformed_before_, true)) {
+  const bool after_pause = received_ && datagram.received - *received_ >= kNewRow;
+  if (!std::exchange(malformed_before_, true) || after_pause) {
     emit({.kind = StreamEventKind::Malformed,
           .source = datagram.source,
-          .excerpt = Excerpt::of(datagram.bytes),
+          .excerpt = Excerpt::of(datagram.bytes, error.offset),
           .error = error});
   }
   const auto ipoc = readable_ipoc(datagram.bytes);
@@ -339,7 +345,8 @@ std::string_view StreamCycle::reply() noexcept {
 
 void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
   ++status_.counters.sessions;
-  broken_ = unsolved_ = without_delay_ = since_arm_check_ = 0;
+  broken_ = unsolved_ = since_arm_check_ = 0;
+  missing_.restart();
   rejected_ = implausible_ = not_following_ = 0;
   malformed_before_ = unread_told_ = false;
   replied_ipoc_.reset();
@@ -410,8 +417,8 @@ bool StreamCycle::plausible(const JointVector& commanded, const Hearing& hearing
 /// Looks for replies that were sent in time and not taken.
 void StreamCycle::watch_receipts(const rsi::RobotFrame& frame, const Hearing& hearing,
                                  drivers::TimePoint received) noexcept {
-  without_delay_ = frame.delay ? 0 : without_delay_ + static_cast<double>(hearing.elapsed);
-  if (without_delay_ >= second_cycles_) raise(StreamFault::NoDelay);
+  const std::string_view missing = missing_.take(frame, static_cast<double>(hearing.elapsed), second_cycles_);
+  if (!missing.empty()) raise(StreamFault::NotSent, {.element = missing});
   if (hearing.late == 0) {
     if (!hearing.missed) rejected_ = 0;
     late_before_ = false;
@@ -448,19 +455,20 @@ void StreamCycle::watch_effect(const rsi::RobotFrame& frame, const Hearing& hear
         {.axis = static_cast<int>(worst) + 1, .value = measured * kDegPerRad, .limit = sent * kDegPerRad});
 }
 
-/// Whether this is the arm and the cycle that we were told: at the beginning of a session, then once a
-/// second.
+/// Whether this is the cycle that we were told. Known before anything of what is in force: how long that
+/// takes to see depends on it.
+void StreamCycle::watch_cycle() noexcept {
+  const std::uint64_t step = session_.step(), cycle_ms = static_cast<std::uint64_t>(options_.cycle.count());
+  if (step == 0 || step == cycle_ms || step == kCountsCycles) return;
+  raise(StreamFault::WrongCycle,
+        {.axis = 0, .value = static_cast<double>(step), .limit = static_cast<double>(cycle_ms)});
+}
+
+/// Whether this is the arm that we were told: at the beginning of a session, then once a second.
 void StreamCycle::watch_arm(const rsi::RobotFrame& frame, const Hearing& hearing) noexcept {
   since_arm_check_ -= static_cast<double>(hearing.elapsed);
   if (since_arm_check_ > 0) return;
   since_arm_check_ = second_cycles_;
-  const std::uint64_t step = session_.step(), cycle_ms = static_cast<std::uint64_t>(options_.cycle.count());
-  if (step == 0) {
-    since_arm_check_ = 1;
-  } else if (step != cycle_ms && step != kCountsCycles) {
-    raise(StreamFault::WrongCycle,
-          {.axis = 0, .value = static_cast<double>(step), .limit = static_cast<double>(cycle_ms)});
-  }
   if (!frame.rist || !frame.aipos_rad) return;
   const Eigen::Vector3d p_BF_mm = forward_kinematics(nominal_, vector_of(*frame.aipos_rad)).translation();
   const double off_mm =
@@ -556,7 +564,7 @@ void StreamCycle::update_state() noexcept {
     state = StreamState::Fault;
   } else if (session_.begun() && !session_.known()) {
     state = StreamState::Unproven;
-  } else if (engaged_.load(std::memory_order_acquire)) {
+  } else if (session_.begun() && engaged_.load(std::memory_order_acquire)) {
     state = ramp_ < 1 ? StreamState::RampingIn : StreamState::Active;
   } else if (!at_rest) {
     state = StreamState::RampingOut;

@@ -19,6 +19,7 @@
 #include "daemon/realtime/controller_session.hpp"
 #include "daemon/realtime/effect_watch.hpp"
 #include "daemon/realtime/latency_histogram.hpp"
+#include "daemon/realtime/missing_elements.hpp"
 #include "daemon/realtime/snapshot_exchange.hpp"
 #include "daemon/realtime/spsc_ring.hpp"
 #include "daemon/realtime/stream_status.hpp"
@@ -129,6 +130,7 @@ class StreamCycle final : public drivers::RsiResponder {
   void watch_receipts(const rsi::RobotFrame& frame, const Hearing& hearing,
                       drivers::TimePoint received) noexcept;
   void watch_effect(const rsi::RobotFrame& frame, const Hearing& hearing) noexcept;
+  void watch_cycle() noexcept;
   void watch_arm(const rsi::RobotFrame& frame, const Hearing& hearing) noexcept;
   bool solve(const JointVector& commanded) noexcept;
   bool correct(const JointVector& commanded, double cycles) noexcept;
@@ -161,6 +163,7 @@ class StreamCycle final : public drivers::RsiResponder {
   // The realtime thread's own.
   ControllerSession session_;
   EffectWatch effect_;
+  MissingElements missing_;
   StreamStatus status_;
   std::array<char, rsi::kMaxFrameBytes> buffer_{};
   std::optional<std::uint64_t> replied_ipoc_;  // of the reply in buffer_
@@ -178,7 +181,6 @@ class StreamCycle final : public drivers::RsiResponder {
   bool armed_before_ = false;  // at the last frame
   double broken_ = 0;          // cycles in a row, as the next two
   double unsolved_ = 0;
-  double without_delay_ = 0;
   int not_following_ = 0;  // judgements in a row
   int rejected_ = 0;
   int implausible_ = 0;

@@ -93,11 +93,7 @@ struct DaemonCellTest : testing::Test {
   StoreJournal::WallClock wall_clock = [] { return std::chrono::system_clock::time_point{}; };
   EventBus events{{1, 1'000'000, [] {}}, wall_clock};
   std::unique_ptr<StreamCycle> stream =
-      StreamCycle::create(
-          config.robot.model,
-          read_ethernet(TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml").value(),
-          stream_in_virtual_time(config))
-          .value();
+      StreamCycle::create(config.robot.model, ethernet_config(), stream_in_virtual_time(config)).value();
   DaemonCell cell{{io.get_executor(), config, robot, tracker, clock, *stream, *store, store_thread,
                    compute_thread, events, wall_clock}};
 };
