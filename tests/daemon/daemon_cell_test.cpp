@@ -208,6 +208,7 @@ TEST_F(AWatchedStream, IsAFaultHalfASecondAfterItsControllerFellSilent) {
     EXPECT_EQ(now->at("state"), "fault");
     EXPECT_NE(now->at_pointer("/stream/state"), "correcting");
     EXPECT_THAT(fault_of(*now), HasSubstr("has sent no RSI packet for 0."));
+    EXPECT_EQ(now->at_pointer("/stream/reason").as_string(), fault_of(*now));
   });
 }
 
@@ -230,6 +231,30 @@ TEST_F(AWatchedStream, DoesNotStartOnPacketsThatItCannotReadAndSaysWhy) {
     EXPECT_FALSE(started);
     EXPECT_THAT(started.error().message, AllOf(HasSubstr("none was understood"),
                                                HasSubstr("ASPos is missing"), HasSubstr("127.0.0.1:40000")));
+  });
+}
+
+TEST_F(AWatchedStream, SaysWhatIsWrongWithTheControllersPacketsWhileItStillWaitsForGoodOnes) {
+  garbled = true;
+  play([this]() -> asio::awaitable<void> {
+    bool started = false;
+    asio::co_spawn(
+        io,
+        [&]() -> asio::awaitable<void> {
+          EXPECT_FALSE(co_await ask("stream.start"));
+          started = true;
+        },
+        asio::detached);
+    co_await pass(2s);
+    auto now = co_await ask("stream.status");
+    EXPECT_EQ(now->at("state"), "waiting");
+    EXPECT_THAT(now->at("reason").as_string().c_str(),
+                AllOf(HasSubstr("none was understood"), HasSubstr("ASPos is missing"),
+                      HasSubstr(config.stream.ethernet_xml)));
+    while (!started) co_await pass(100ms);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "off");
+    EXPECT_EQ(now->at_pointer("/stream/reason").as_string(), fault_of(*now));
   });
 }
 
@@ -264,8 +289,9 @@ TEST(StreamJson, SaysCorrectingOfAStreamThatHasAModelAlone) {
     status.state = StreamState::Active;
     status.model = model;
     status.correction_deg[0] = a1_deg;
-    return stream_json(status, {},
-                       {.streaming = true, .age = drivers::Duration{0}, .refused = "", .model_id = ""});
+    return stream_json(
+        status, {},
+        {.streaming = true, .age = drivers::Duration{0}, .refused = "", .trouble = "", .model_id = ""});
   };
   EXPECT_EQ(told(1, 0.5).at("state"), "correcting");
   EXPECT_EQ(told(0, 0.5).at("state"), "ramping") << "out of the model that was in force";
