@@ -38,6 +38,7 @@ struct StreamSurroundings {
   bool streaming = false;                ///< the cell is in its state "streaming"
   std::optional<drivers::Duration> age;  ///< of the controller's last good packet, where there was one
   std::string refused;                   ///< the last packet that was not taken, in words; empty = none
+  std::string trouble;  ///< why it does not run, which the realtime thread does not know; empty = it may
   std::string model_id;
 };
 

@@ -98,6 +98,7 @@ std::optional<RpcError> DaemonCell::apply(const CellEvent& event, const std::str
     return RpcError{
         ErrorCode::WrongState, step.refused->sentence(), {}, step.refused->state, step.refused->allowed};
   }
+  const bool was_streaming = streaming();
   const CellState before = std::exchange(state_, std::move(step.next));
   for (const CellCommand command : step.commands) {
     switch (command) {
@@ -133,7 +134,10 @@ std::optional<RpcError> DaemonCell::apply(const CellEvent& event, const std::str
 
   state_reason_ = reason;
   const auto* fault = std::get_if<Faulted>(&state_);
-  if (fault != nullptr) state_reason_ = fault->reason;
+  if (fault != nullptr) {
+    state_reason_ = fault->reason;
+    stream_broke_off_ = was_streaming;
+  }
   const std::string since = std::exchange(state_since_, control::rfc3339(parts_.wall_clock()));
   const std::string line =
       "cell " + std::string{state_name(before)} + " -> " + std::string{state()} + ": " + state_reason_;
@@ -192,6 +196,7 @@ DaemonCell::Reply DaemonCell::stream_start(json::object params) {
   if (auto refused = apply(StreamStartRequested{}, "asked for by an operator"))
     co_return std::unexpected(*refused);
   co_await devices_unasked();
+  before_request_ = parts_.stream.status();
   const TimePoint deadline = parts_.clock.now() + kStartProgram;
   auto started = co_await parts_.robot.start_stream_program(deadline);
   if (!started) {
@@ -239,7 +244,7 @@ asio::awaitable<void> DaemonCell::watch() {
 
 asio::awaitable<void> DaemonCell::watch_cell() {
   for (TimePoint tell = parts_.clock.now();;) {
-    apply(Tick{no_answer_text(before_stream_, parts_.stream.status(), refused_, parts_.config)}, "");
+    apply(Tick{no_answer(parts_.stream.status())}, "");
     watch_stream();
     if (parts_.clock.now() >= tell) {
       tell = parts_.clock.now() + kTellStream;
@@ -332,10 +337,12 @@ void DaemonCell::watch_silence(std::optional<Duration> age) {
   const bool goes_on_by_itself =
       parts_.config.stream.rearm == config::Rearm::Automatic && std::holds_alternative<Streaming>(state_);
   if (silent && !goes_on_by_itself) {
-    apply(StreamFaulted{silence_text(age) +
-                        ", and holds the correction that it has; look at the robot program, the "
-                        "controller and the cable, then acknowledge and start the stream anew"},
-          "");
+    apply(
+        StreamFaulted{silence_text(age) +
+                      ", and holds the correction that it has; look at the robot program, the messages on "
+                      "the pendant and the cable of the RSI network, then acknowledge, connect and start the "
+                      "stream anew"},
+        "");
   }
   stand(silent_, silent && goes_on_by_itself,
         {"E_STREAM_SILENT",
@@ -393,12 +400,25 @@ bool DaemonCell::streaming() const {
          std::holds_alternative<StreamStopping>(state_);
 }
 
+std::string DaemonCell::no_answer(const StreamStatus& now) const {
+  return no_answer_text(before_request_, now, refused_, parts_.config);
+}
+
+/// Why there is no stream, in the words of the fault that ended it or will end its start.
+std::string DaemonCell::stream_trouble(const StreamStatus& now) const {
+  if (const auto* fault = std::get_if<Faulted>(&state_)) return stream_broke_off_ ? fault->reason : "";
+  const auto* starting = std::get_if<StreamStarting>(&state_);
+  const bool late = starting && starting->program_runs && parts_.clock.now() - starting->since >= kSilence;
+  return late ? no_answer(now) : "";
+}
+
 json::object DaemonCell::stream_now_json() const {
   const StreamStatus status = parts_.stream.status();
   return stream_json(status, parts_.stream.turnaround(),
                      {.streaming = streaming(),
                       .age = packet_age(status, parts_.clock.now()),
                       .refused = refused_.last,
+                      .trouble = stream_trouble(status),
                       .model_id = active_ ? active_->record.id : ""});
 }
 

@@ -146,6 +146,8 @@ class DaemonCell final : public CellService, private CampaignObserver {
   boost::json::object status_json() const;
   boost::json::object progress_json() const;
   boost::json::object stream_now_json() const;
+  std::string no_answer(const StreamStatus& now) const;
+  std::string stream_trouble(const StreamStatus& now) const;
   void publish_fault(const Fault& fault, bool standing);
   void publish_model(const char* change, const ModelRecord& record);
   bool streaming() const;
@@ -163,7 +165,9 @@ class DaemonCell final : public CellService, private CampaignObserver {
   std::uint64_t model_number_ = 0;
   StreamState stream_state_ = StreamState::Idle;
   StreamLog stream_log_{[](LogLevel level, const std::string& line) { log(level, line); }};
-  StreamStatus before_stream_;  ///< when the stream was started last
+  StreamStatus before_request_;    ///< when the stream was asked for last
+  StreamStatus before_stream_;     ///< when its program ran
+  bool stream_broke_off_ = false;  ///< the fault, where there is one, ended a stream
   RefusedPackets refused_;
   std::optional<Fault> model_fault_;   ///< stands while the store's active model is refused
   std::optional<Fault> frozen_;        ///< stands while the stream waits for an arm that does not follow

@@ -16,25 +16,28 @@ std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, 
   if (std::string why = reason(now); !why.empty()) return why;
   const StreamCounters &was = before.counters, &is = now.counters;
   const std::string port = config.stream.listen.host + ":" + std::to_string(config.stream.listen.port);
+  const std::string file = config.stream.ethernet_xml.string();
   if (is.malformed > was.malformed) {
     return std::to_string(is.malformed - was.malformed) + " packets came to " + port +
-           " and none was understood: " + refused.malformed;
+           " and none was understood: " + refused.malformed +
+           "; the ethernet configuration on the controller must be the one that truepose reads, " + file +
+           ": load that one there";
   }
   if (is.foreign > was.foreign && refused.foreign) {
     return std::to_string(is.foreign - was.foreign) + " packets came to " + port +
            ", but not from the controller (" + config.robot.rsi_peer + "): the last new sender is " +
            text(*refused.foreign) +
-           "; if that is the controller's address in the RSI network, give it as robot.rsi_peer";
+           "; if that is the controller's address in the RSI network, give it as robot.rsi_peer and restart "
+           "trueposed, else look where the controller sends to, and stop that sender";
   }
   if (is.wrong_ipoc > was.wrong_ipoc || is.unproven > was.unproven)
     return "the controller's packets follow no order: its IPOC does not rise from packet to packet";
   return "no packet came to " + port +
-         ": look whether IP_NUMBER and PORT of the ethernet configuration on the "
-         "controller are this address, as in " +
-         config.stream.ethernet_xml.string() +
-         ", whether its RSI network is the one of this card and no firewall drops UDP, and whether the "
-         "program has "
-         "come to RSI_ON";
+         ": this address must be IP_NUMBER and PORT of the ethernet configuration on the controller (here " +
+         file +
+         "), its RSI network must be the one of this card, no firewall may drop UDP, and the program must "
+         "have "
+         "come to RSI_ON; where the pendant shows RSITimeout, it has, and the packets go elsewhere";
 }
 
 }  // namespace truepose::daemon

@@ -19,14 +19,16 @@ ArmCheck::ArmCheck(const RobotModel& nominal, std::chrono::milliseconds cycle, d
       second_cycles_{1000.0 / static_cast<double>(cycle.count())},
       max_deviation_mm_{max_deviation_mm} {}
 
-std::optional<FoundFault> ArmCheck::take(const rsi::RobotFrame& frame, std::uint64_t elapsed,
-                                         std::uint64_t step) noexcept {
+std::optional<FoundFault> ArmCheck::cycle(std::uint64_t step) const noexcept {
+  if (step == 0 || step == cycle_ms_ || step == kCountsCycles) return std::nullopt;
+  return FoundFault{StreamFault::WrongCycle,
+                    {.value = static_cast<double>(step), .limit = static_cast<double>(cycle_ms_)}};
+}
+
+std::optional<FoundFault> ArmCheck::arm(const rsi::RobotFrame& frame, std::uint64_t elapsed) noexcept {
   wait_ -= static_cast<double>(elapsed);
   if (wait_ > 0) return std::nullopt;
-  wait_ = step == 0 ? 1 : second_cycles_;
-  if (step != 0 && step != cycle_ms_ && step != kCountsCycles)
-    return FoundFault{StreamFault::WrongCycle,
-                      {.value = static_cast<double>(step), .limit = static_cast<double>(cycle_ms_)}};
+  wait_ = second_cycles_;
   if (!frame.rist || !frame.aipos_rad) return std::nullopt;
   const Eigen::Vector3d p_BF_mm = forward_kinematics(nominal_, vector_of(*frame.aipos_rad)).translation();
   const double off_mm =

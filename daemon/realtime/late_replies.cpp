@@ -10,10 +10,8 @@ constexpr std::chrono::milliseconds kInTime{1};
 
 }  // namespace
 
-std::optional<FoundFault> LateReplies::take(const rsi::RobotFrame& frame,
-                                            const ControllerSession::Hearing& hearing,
+std::optional<FoundFault> LateReplies::take(const ControllerSession::Hearing& hearing,
                                             drivers::TimePoint received) noexcept {
-  without_delay_ = frame.delay ? 0 : without_delay_ + static_cast<double>(hearing.elapsed);
   const bool late = hearing.late > 0;
   began_ = late && !late_before_;
   late_before_ = late;
@@ -24,7 +22,6 @@ std::optional<FoundFault> LateReplies::take(const rsi::RobotFrame& frame,
   } else if (!hearing.missed) {
     rejected_ = 0;
   }
-  if (without_delay_ >= second_cycles_) return FoundFault{StreamFault::NoDelay, {}};
   if (late && rejected_ >= rejected_cycles_) return FoundFault{StreamFault::RepliesRejected, {}};
   return std::nullopt;
 }

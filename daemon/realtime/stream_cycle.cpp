@@ -15,6 +15,9 @@ constexpr int kAxes = 6;
 constexpr double kGreatestMotionRad = 3 * kRadPerDeg;
 // So many implausible frames in a row are believed after all.
 constexpr int kImplausibleFrames = 10;
+// Malformed packets that come after such a pause may be malformed for another reason than those before it.
+constexpr std::chrono::seconds kNewRow{1};
+
 /// The number between the only <IPOC> and </IPOC> of a datagram that is otherwise not understood.
 std::optional<std::uint64_t> readable_ipoc(std::string_view datagram) noexcept {
   constexpr std::string_view kOpen = "<IPOC>", kClose = "</IPOC>";
@@ -68,7 +71,8 @@ StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& e
       has_stop_{ethernet.stop.has_value()},
       sends_aspos_{ethernet.sends("ASPos")},
       session_{session_options(options), memory},
-      late_replies_{options.cycles_per_second(), options.rejected_cycles},
+      missing_{ethernet, options.cycles_per_second()},
+      late_replies_{options.rejected_cycles},
       following_{static_cast<double>(options.cycle.count()), options.following_tolerance_rad},
       arm_check_{nominal, options.cycle, options.max_fk_deviation_mm},
       ramp_{options.ramp_cycles, kAxes},
@@ -110,6 +114,7 @@ std::string_view StreamCycle::answer(const drivers::Datagram& datagram) noexcept
   publish();
   const drivers::TimePoint done = options_.now();
   late_replies_.dealt_with(datagram.received, done);
+  received_ = datagram.received;
   turnaround_.record(done - datagram.received);
   return bytes;
 }
@@ -136,6 +141,7 @@ void StreamCycle::take_commands() noexcept {
     status_.fault = StreamFault::None;
     status_.detail = {};
     broken_ = unsolved_ = 0;
+    missing_.restart();
     late_replies_.restart();
     following_.restart();
     arm_check_.restart();
@@ -158,9 +164,9 @@ std::string_view StreamCycle::answer_controller(const drivers::Datagram& datagra
 void StreamCycle::tell_unread(const rsi::FrameError& error, const drivers::Datagram& datagram) noexcept {
   ++status_.counters.partly_read;
   if (std::exchange(unread_told_, true)) return;
-  emit({.kind = StreamEventKind::Malformed,
+  emit({.kind = StreamEventKind::PartlyRead,
         .source = datagram.source,
-        .excerpt = Excerpt::of(datagram.bytes),
+        .excerpt = Excerpt::of(datagram.bytes, error.offset),
         .error = error});
 }
 
@@ -170,6 +176,8 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
   disarm_after_silence(datagram.received);
   const Hearing hearing = session_.hear(frame, datagram.source, datagram.received);
   if (hearing.began) begin_session(datagram.source);
+  // Before anything of what is in force is known: how long that takes to see depends on it.
+  raise(arm_check_.cycle(session_.step()));
   switch (hearing.turn) {
     case Turn::Repeat:
       return repeat(frame.ipoc);
@@ -215,10 +223,11 @@ std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const H
 std::string_view StreamCycle::answer_malformed(const rsi::FrameError& error,
                                                const drivers::Datagram& datagram) noexcept {
   ++status_.counters.malformed;
-  if (!std::exchange(malformed_before_, true)) {
+  const bool after_pause = received_ && datagram.received - *received_ >= kNewRow;
+  if (!std::exchange(malformed_before_, true) || after_pause) {
     emit({.kind = StreamEventKind::Malformed,
           .source = datagram.source,
-          .excerpt = Excerpt::of(datagram.bytes),
+          .excerpt = Excerpt::of(datagram.bytes, error.offset),
           .error = error});
   }
   const auto ipoc = readable_ipoc(datagram.bytes);
@@ -257,6 +266,7 @@ void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
   ++status_.counters.sessions;
   broken_ = unsolved_ = 0;
   implausible_ = 0;
+  missing_.restart();
   late_replies_.restart();
   arm_check_.restart();
   malformed_before_ = unread_told_ = false;
@@ -325,11 +335,12 @@ bool StreamCycle::plausible(const JointVector& commanded, const Hearing& hearing
 /// Whether our replies arrive, the arm does what they say, and is the one that we were told.
 void StreamCycle::watch(const rsi::RobotFrame& frame, const Hearing& hearing,
                         drivers::TimePoint received) noexcept {
-  raise(late_replies_.take(frame, hearing, received));
+  raise(missing_.take(frame, hearing.elapsed));
+  raise(late_replies_.take(hearing, received));
   status_.counters.late += hearing.late;
   if (late_replies_.began()) emit({.kind = StreamEventKind::RepliesLate, .value = hearing.late});
   raise(following_.take(frame, correction_, hearing.elapsed));
-  raise(arm_check_.take(frame, hearing.elapsed, session_.step()));
+  raise(arm_check_.arm(frame, hearing.elapsed));
 }
 
 /// Brings model_correction_ up to date. @return false where the calibrated arm has no solution, or none near
@@ -409,7 +420,7 @@ void StreamCycle::update_state() noexcept {
     state = StreamState::Fault;
   } else if (session_.begun() && !session_.known()) {
     state = StreamState::Unproven;
-  } else if (engaged_.load(std::memory_order_acquire)) {
+  } else if (session_.begun() && engaged_.load(std::memory_order_acquire)) {
     state = ramp_.full() ? StreamState::Active : StreamState::RampingIn;
   } else if (!at_rest) {
     state = StreamState::RampingOut;

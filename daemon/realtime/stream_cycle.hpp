@@ -19,6 +19,7 @@
 #include "daemon/realtime/following_check.hpp"
 #include "daemon/realtime/late_replies.hpp"
 #include "daemon/realtime/latency_histogram.hpp"
+#include "daemon/realtime/missing_elements.hpp"
 #include "daemon/realtime/snapshot_exchange.hpp"
 #include "daemon/realtime/spsc_ring.hpp"
 #include "daemon/realtime/stream_options.hpp"
@@ -135,6 +136,7 @@ class StreamCycle final : public drivers::RsiResponder {
 
   // The realtime thread's own.
   ControllerSession session_;
+  MissingElements missing_;
   LateReplies late_replies_;
   FollowingCheck following_;
   ArmCheck arm_check_;
@@ -151,7 +153,8 @@ class StreamCycle final : public drivers::RsiResponder {
   bool armed_before_ = false;  // at the last frame
   double broken_ = 0;          // cycles in a row, as the next
   double unsolved_ = 0;
-  int implausible_ = 0;  // frames in a row
+  int implausible_ = 0;                         // frames in a row
+  std::optional<drivers::TimePoint> received_;  // the datagram before
   std::optional<JointVector> last_commanded_;
   std::array<std::uint32_t, 8> foreign_{};  // addresses that were named
   std::size_t foreign_count_ = 0;

@@ -16,6 +16,12 @@ std::string degrees(std::uint64_t microdegrees) {
   return text.data();
 }
 
+/// "ASPos.A2 is missing (at byte 30); it begins `<Rob Type="KUKA">`"
+std::string error_text(const StreamEvent& event) {
+  return rsi::describe(event.error) + (event.excerpt.begin == 0 ? "; it begins `" : "; there it reads `") +
+         event.excerpt.text() + "`";
+}
+
 bool always_said(StreamEventKind kind) {
   return kind == StreamEventKind::StateChanged || kind == StreamEventKind::ModelChanged ||
          kind == StreamEventKind::SessionProven || kind == StreamEventKind::Foreign ||
@@ -34,6 +40,7 @@ LogLevel level_of(const StreamEvent& event) {
     case StreamEventKind::Foreign:
     case StreamEventKind::Disarmed:
     case StreamEventKind::Malformed:
+    case StreamEventKind::PartlyRead:
     case StreamEventKind::PacketsLost:
     case StreamEventKind::RepliesLate:
       return LogLevel::Warning;
@@ -57,9 +64,11 @@ std::string describe(const StreamEvent& event) {
       return std::string{name(event.state)} + (why.empty() ? "" : at + ": " + why);
     }
     case StreamEventKind::Malformed:
-      return "a packet of " + text(event.source) + " was not understood after IPOC " +
-             std::to_string(event.ipoc) + ": " + rsi::describe(event.error) + "; it begins `" +
-             event.excerpt.text() + "`";
+      return "a packet of " + text(event.source) + " was not understood" +
+             (event.ipoc == 0 ? "" : " after IPOC " + std::to_string(event.ipoc)) + ": " + error_text(event);
+    case StreamEventKind::PartlyRead:
+      return "the packets of " + text(event.source) + " can be read in part alone" + at + ": " +
+             error_text(event);
     case StreamEventKind::PacketsLost:
       return counted(event.value, "cycle", "cycles") + " lost before IPOC " + std::to_string(event.ipoc);
     case StreamEventKind::RepliesLate:
@@ -68,9 +77,9 @@ std::string describe(const StreamEvent& event) {
       return event.value == 0 ? "no model is in force" : "another model is in force";
     case StreamEventKind::Foreign:
       return "packets of " + text(event.source) +
-             " are dropped: they are not from the controller and the port that its session began with; if "
-             "that is "
-             "the controller's address in the RSI network, give it as robot.rsi_peer";
+             " are dropped: the controller is expected at robot.rsi_peer (left out: the host of "
+             "robot.eki_motion) and at the port that its session began with; if this is its address in the "
+             "RSI network, give it as robot.rsi_peer, else stop that sender";
     case StreamEventKind::Disarmed:
       return "the controller was silent for " + std::to_string(event.value) +
              " ms: the correction is ramped out until the stream is started anew";
@@ -88,6 +97,8 @@ std::string sum_line(StreamEventKind kind, std::uint64_t events, std::uint64_t v
       return counted(events, "more session", "more sessions") + " of the controller" + in;
     case StreamEventKind::Malformed:
       return counted(events, "more row", "more rows") + " of packets that were not understood" + in;
+    case StreamEventKind::PartlyRead:
+      return counted(events, "more session", "more sessions") + " of packets that were read in part" + in;
     case StreamEventKind::PacketsLost:
       return counted(values, "more cycle", "more cycles") + " lost in " + counted(events, "gap", "gaps") + in;
     case StreamEventKind::RepliesLate:

@@ -15,6 +15,13 @@ std::string deg(double value) { return number("%.3f", value) + " deg"; }
 
 std::string axis(const FaultDetail& detail) { return "A" + std::to_string(detail.axis); }
 
+/// What an element is watched for.
+std::string_view shown_by(std::string_view element) {
+  if (element == "Delay") return "which replies it has taken";
+  if (element == "AIPos") return "whether the arm follows the correction";
+  return "whether it is the arm of robot.file";
+}
+
 std::string fault_reason(StreamFault fault, const FaultDetail& detail) {
   switch (fault) {
     case StreamFault::None:
@@ -22,10 +29,9 @@ std::string fault_reason(StreamFault fault, const FaultDetail& detail) {
     case StreamFault::NotFollowing:
       return "the axes do not follow the correction: " + axis(detail) + " is sent " + deg(detail.limit) +
              " and AIPos - ASPos shows about " + number("%.2f", detail.value) + " deg" +
-             "; the robot program is stopped or not at RSI_MOVECORR, or the controller's RSI context or its "
-             "ethernet "
-             "configuration gives the correction another name than truepose reads: put that right, start it, "
-             "then "
+             "; the robot program is stopped or not at RSI_MOVECORR, or the ethernet configuration on the "
+             "controller has another name for the correction than the one that truepose reads "
+             "(stream.ethernet_xml), or the RSI context does not lead it to AXISCORR: put that right, then "
              "acknowledge";
     case StreamFault::BoundBroken:
       return "the model asked for more than the correction bounds allow for too long: " + axis(detail) +
@@ -35,24 +41,30 @@ std::string fault_reason(StreamFault fault, const FaultDetail& detail) {
       return "the calibrated arm cannot reach the commanded poses, or only by corrections as large as a "
              "singularity asks for; check the program and the model, then acknowledge";
     case StreamFault::RepliesRejected:
-      return "the controller rejects replies that were sent in time: check SENTYPE, names and IPOC in its "
-             "RSI ethernet configuration, then acknowledge";
+      return "the controller does not take replies that were sent in time: the ethernet configuration on it "
+             "has another SENTYPE or other names than the one that truepose reads (stream.ethernet_xml): "
+             "load "
+             "that one there, then acknowledge";
     case StreamFault::WrongCycle:
       return "the controller's IPOC rises by " + number("%.0f", detail.value) +
              " from packet to packet, but stream.cycle_ms is " + number("%.0f", detail.limit) +
-             ": give the cycle in which the program starts RSI (4 for #IPO_FAST, 12 for #IPO), and restart "
-             "truepose";
-    case StreamFault::NoDelay:
-      return "the controller's packets have no Delay that can be read, and without it nobody knows which "
-             "replies it "
-             "has taken: add DEF_Delay to the SEND list of its RSI ethernet configuration, then acknowledge";
+             ": set stream.cycle_ms to the cycle in which the program starts RSI (4 for #IPO_FAST, 12 for "
+             "#IPO) and restart trueposed, or start RSI in the other, then acknowledge";
+    case StreamFault::NotSent: {
+      const std::string element{detail.element};
+      return "the controller's packets have no " + element +
+             " that can be read, and without it nobody sees " + std::string{shown_by(element)} +
+             ": the ethernet configuration on the controller is another than the one that truepose reads "
+             "(stream.ethernet_xml), which sends DEF_" +
+             element + ": load that one there, then acknowledge";
+    }
     case StreamFault::WrongArm:
       return "the controller's pose RIst is " + number("%.1f", detail.value) +
              " mm from where the robot file's arm has its flange at AIPos (allowed " +
              number("%.1f", detail.limit) +
-             "): it is another arm, or the program uses a tool or base; correct robot.file, or start RSI "
-             "with tool 0 "
-             "and base 0, then acknowledge";
+             "): it is another arm, or the program has a tool or a base: correct robot.file, or start RSI "
+             "with "
+             "tool 0 and base 0 (BAS(#TOOL,0) and BAS(#BASE,0) before RSI_ON), then acknowledge";
   }
   return "";
 }

@@ -32,17 +32,18 @@ enum class StreamFault : std::uint8_t {
                 ///< to stop
   RepliesRejected,  ///< the controller counts replies as late that were sent in time
   WrongCycle,       ///< the controller's IPOC does not rise by the configured cycle
-  NoDelay,          ///< no frame says how many replies the controller missed
-  WrongArm,         ///< RIst is not where the nominal arm's flange is at AIPos
+  NotSent,   ///< no frame has an element that the configuration sends, and that the stream is watched by
+  WrongArm,  ///< RIst is not where the nominal arm's flange is at AIPos
 };
 
 std::string_view name(StreamState state);
 
 /// What a fault is about, as far as it has an axis and numbers.
 struct FaultDetail {
-  int axis = 0;      ///< 1..6; 0 = none
-  double value = 0;  ///< deg; WrongCycle: the IPOC's step; WrongArm: mm
-  double limit = 0;  ///< in the same unit
+  int axis = 0;                ///< 1..6; 0 = none
+  double value = 0;            ///< deg; WrongCycle: the IPOC's step; WrongArm: mm
+  double limit = 0;            ///< in the same unit
+  std::string_view element{};  ///< NotSent: its name, a constant
 };
 
 struct FoundFault {
@@ -103,22 +104,28 @@ enum class StreamEventKind : std::uint8_t {
   SessionProven,   ///< what is in force is known; value = greatest of it on an axis, microdegrees
   StateChanged,    ///< state, fault and detail as they are now
   Malformed,       ///< the first of a session, or of a row; source, bytes, error
+  PartlyRead,      ///< the first of a session that has an element which cannot be read; source, bytes, error
   PacketsLost,     ///< value = cycles
   RepliesLate,     ///< value = how many
   ModelChanged,    ///< value = its number
   Foreign,         ///< a datagram of somebody else, once for each address; source
   Disarmed,        ///< the controller was silent for long; value = milliseconds
 };
-inline constexpr std::size_t kStreamEventKinds = 9;
+inline constexpr std::size_t kStreamEventKinds = 10;
 
-/// The beginning of a datagram, for people.
+/// Part of a datagram, for people.
 struct Excerpt {
   std::array<char, 80> bytes{};
+  std::size_t begin = 0;  ///< in the datagram
   std::size_t size = 0;
 
-  static Excerpt of(std::string_view datagram) {
+  /// @param at  a byte of the datagram, which is in the middle where there is enough on both sides
+  static Excerpt of(std::string_view datagram, std::size_t at) {
     Excerpt excerpt;
-    excerpt.size = datagram.copy(excerpt.bytes.data(), excerpt.bytes.size());
+    const std::size_t most = excerpt.bytes.size();
+    const std::size_t last = datagram.size() > most ? datagram.size() - most : 0;
+    excerpt.begin = std::min(at > most / 2 ? at - most / 2 : 0, last);
+    excerpt.size = datagram.copy(excerpt.bytes.data(), most, excerpt.begin);
     return excerpt;
   }
   /// What is not printable ASCII as '.'.

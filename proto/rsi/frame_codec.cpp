@@ -209,7 +209,8 @@ class FrameWriter {
 std::string describe(const FrameError& error) {
   std::string field{error.element};
   if (!error.attribute.empty()) field.append(".").append(error.attribute);
-  const std::string where = " (at byte " + std::to_string(error.offset) + ")";
+  // What a frame does not have at all is nowhere.
+  const std::string where = error.offset == 0 ? "" : " (at byte " + std::to_string(error.offset) + ")";
   switch (error.fault) {
     case FrameFault::Malformed:
       return "not a well-formed frame" + where;

@@ -93,11 +93,7 @@ struct DaemonCellTest : testing::Test {
   StoreJournal::WallClock wall_clock = [] { return std::chrono::system_clock::time_point{}; };
   EventBus events{{1, 1'000'000, [] {}}, wall_clock};
   std::unique_ptr<StreamCycle> stream =
-      StreamCycle::create(
-          config.robot.model,
-          read_ethernet(TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml").value(),
-          stream_in_virtual_time(config))
-          .value();
+      StreamCycle::create(config.robot.model, ethernet_config(), stream_in_virtual_time(config)).value();
   DaemonCell cell{{io.get_executor(), config, robot, tracker, clock, *stream, *store, store_thread,
                    compute_thread, events, wall_clock}};
 };
@@ -220,6 +216,7 @@ TEST_F(AWatchedStream, IsAFaultHalfASecondAfterItsControllerFellSilent) {
     EXPECT_EQ(now->at("state"), "fault");
     EXPECT_NE(now->at_pointer("/stream/state"), "correcting");
     EXPECT_THAT(fault_of(*now), HasSubstr("has sent no RSI packet for 0."));
+    EXPECT_EQ(now->at_pointer("/stream/reason").as_string(), fault_of(*now));
   });
 }
 
@@ -242,6 +239,30 @@ TEST_F(AWatchedStream, DoesNotStartOnPacketsThatItCannotReadAndSaysWhy) {
     EXPECT_FALSE(started);
     EXPECT_THAT(started.error().message, AllOf(HasSubstr("none was understood"),
                                                HasSubstr("ASPos is missing"), HasSubstr("127.0.0.1:40000")));
+  });
+}
+
+TEST_F(AWatchedStream, SaysWhatIsWrongWithTheControllersPacketsWhileItStillWaitsForGoodOnes) {
+  garbled = true;
+  play([this]() -> asio::awaitable<void> {
+    bool started = false;
+    asio::co_spawn(
+        io,
+        [&]() -> asio::awaitable<void> {
+          EXPECT_FALSE(co_await ask("stream.start"));
+          started = true;
+        },
+        asio::detached);
+    co_await pass(2s);
+    auto now = co_await ask("stream.status");
+    EXPECT_EQ(now->at("state"), "waiting");
+    EXPECT_THAT(now->at("reason").as_string().c_str(),
+                AllOf(HasSubstr("none was understood"), HasSubstr("ASPos is missing"),
+                      HasSubstr(config.stream.ethernet_xml)));
+    while (!started) co_await pass(100ms);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "off");
+    EXPECT_EQ(now->at_pointer("/stream/reason").as_string(), fault_of(*now));
   });
 }
 
@@ -276,8 +297,9 @@ TEST(StreamJson, SaysCorrectingOfAStreamThatHasAModelAlone) {
     status.state = StreamState::Active;
     status.model = model;
     status.correction_deg[0] = a1_deg;
-    return stream_json(status, {},
-                       {.streaming = true, .age = drivers::Duration{0}, .refused = "", .model_id = ""});
+    return stream_json(
+        status, {},
+        {.streaming = true, .age = drivers::Duration{0}, .refused = "", .trouble = "", .model_id = ""});
   };
   EXPECT_EQ(told(1, 0.5).at("state"), "correcting");
   EXPECT_EQ(told(0, 0.5).at("state"), "ramping") << "out of the model that was in force";

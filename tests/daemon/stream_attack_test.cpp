@@ -234,7 +234,7 @@ TEST(AStreamUnderAttack, FindsWithinTwoSecondsThatItsCorrectionsDoNothingWhileTh
     for (; cycles < 5000 && rig.state() != StreamState::Frozen; ++cycles)
       arm.tick(rig, cycles, 0.004 * cycles);
     EXPECT_LE(cycles, kRampCycles + 500) << "within 2 s of the whole correction";
-    EXPECT_THAT(reason(rig.status()), HasSubstr("gives the correction another name"));
+    EXPECT_THAT(reason(rig.status()), HasSubstr("another name for the correction"));
   }
 }
 
@@ -317,15 +317,54 @@ TEST(AStreamUnderAttack, CorrectsNoOtherArmThanTheRobotFileDescribes) {
   EXPECT_THAT(reason(rig.status()), HasSubstr("mm from where the robot file's arm has its flange"));
 }
 
-TEST(AStreamUnderAttack, SaysThatTheControllerSendsNoDelay) {
-  StreamRig rig;
-  rig.sends_delay = false;
-  rig.settle();
+TEST(AStreamUnderAttack, SaysWhatTheControllerDoesNotSendThoughItsConfigurationDoes) {
+  const auto fault_without = [](const std::string& element, const rsi::EthernetConfig& config) {
+    StreamRig rig{stream_options(), config};
+    rig.sends_delay = element != "Delay";
+    rig.sends_aipos = element != "AIPos";
+    rig.ticks(40);
+    rig.cycle->use_model(kFarOff, 1);
+    rig.cycle->engage();
+    rig.ticks(300);
+    EXPECT_EQ(rig.status().fault, StreamFault::NotSent) << element;
+    return reason(rig.status());
+  };
+  for (const std::string element : {"Delay", "AIPos"}) {
+    EXPECT_THAT(fault_without(element, ethernet_config()),
+                testing::AllOf(HasSubstr("have no " + element), HasSubstr("which sends DEF_" + element)));
+  }
+  EXPECT_THAT(fault_without("RIst", shipped_ethernet_config()), HasSubstr("have no RIst"));
+}
+
+TEST(AStreamUnderAttack, DoesWithoutWhatItsConfigurationDoesNotSend) {
+  rsi::EthernetConfig config = ethernet_config();
+  std::erase_if(config.send, [](const rsi::Element& element) { return element.tag == "DEF_AIPos"; });
+  StreamRig rig{stream_options(), config};
+  rig.sends_aipos = false;
+  rig.ticks(40);
   rig.cycle->use_model(kFarOff, 1);
   rig.cycle->engage();
-  rig.ticks(300);
-  EXPECT_EQ(rig.status().fault, StreamFault::NoDelay);
-  EXPECT_LE(rig.largest_applied_deg(), 0.02);
+  rig.ticks(600);
+  EXPECT_EQ(rig.status().fault, StreamFault::None) << reason(rig.status());
+}
+
+TEST(AStreamUnderAttack, NamesAnotherCycleOfAFastArmBeforeItKnowsWhatIsInForce) {
+  StreamRig rig;  // of 4 ms
+  rig.step = 12;
+  const JointVector start = rig.q;
+  JointVector actual = rig.q;
+  int cycles = 0;
+  for (; cycles < 400 && rig.state() != StreamState::Fault; ++cycles) {
+    const double t = 0.012 * cycles;
+    rig.q = start;
+    rig.q[3] += 80 * kRadPerDeg * (1 - std::cos(2.5 * t));
+    rig.q[5] += 70 * kRadPerDeg * std::sin(3 * t);
+    actual += (rig.q - actual) / 9;
+    rig.stuck = actual;
+    rig.tick();
+  }
+  EXPECT_LE(cycles, 10) << name(rig.state());
+  EXPECT_THAT(reason(rig.status()), HasSubstr("IPOC rises by 12"));
 }
 
 TEST(AStreamUnderAttack, ShowsTheFirstFrameOfASessionThatItDidNotUnderstand) {
@@ -336,6 +375,33 @@ TEST(AStreamUnderAttack, ShowsTheFirstFrameOfASessionThatItDidNotUnderstand) {
       told(*rig.cycle, StreamEventKind::Malformed),
       testing::ElementsAre(testing::AllOf(HasSubstr("127.0.0.1:40000"), HasSubstr("ASPos.A2 is missing"),
                                           HasSubstr("it begins `<Rob Type=\"KUKA\"><ASPos A1=\"1\"/>"))));
+}
+
+TEST(AStreamUnderAttack, ShowsWhatIsNotUnderstoodAnewAfterAPause) {
+  StreamRig rig;
+  const auto told_of = [&rig](const std::string& bytes) {
+    rig.send(bytes);
+    return told(*rig.cycle, StreamEventKind::Malformed);
+  };
+  EXPECT_THAT(told_of("<Rob><IPOC>4</IPOC></Rob>"), testing::ElementsAre(HasSubstr("ASPos is missing; it")));
+  EXPECT_THAT(told_of("<Rob><IPOC>8</IPOC></Rob>"), testing::IsEmpty());
+  rig.pass(2s);  // somebody loads another configuration, and another wrong one
+  EXPECT_THAT(told_of("<Rab><IPOC>12</IPOC></Rab>"),
+              testing::ElementsAre(HasSubstr("not of the kind <Rob>")));
+}
+
+TEST(AStreamUnderAttack, ShowsThePlaceOfAnElementThatItCannotReadAndGoesOnWithoutIt) {
+  StreamRig rig;
+  rig.settle();
+  rig.ipoc += 4;
+  std::string bad = rig.datagram();
+  bad.replace(bad.find(" A6=", bad.find("<AIPos")), 4, " B6=");
+  EXPECT_NE(rig.send(bad), "");
+  EXPECT_EQ(rig.status().counters.partly_read, 1u);
+  EXPECT_THAT(told(*rig.cycle, StreamEventKind::PartlyRead),
+              testing::ElementsAre(testing::AllOf(HasSubstr("can be read in part alone"),
+                                                  HasSubstr("AIPos.A6 is missing (at byte"),
+                                                  HasSubstr("there it reads `"), HasSubstr(" B6="))));
 }
 
 }  // namespace

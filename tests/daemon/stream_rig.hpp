@@ -60,11 +60,18 @@ inline RobotModel real_arm(double scale = 1) {
   return robot;
 }
 
-inline rsi::EthernetConfig ethernet_config() {
+inline rsi::EthernetConfig shipped_ethernet_config() {
   std::ifstream file{TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml"};
   std::ostringstream text;
   text << file.rdbuf();
   return rsi::parse_ethernet_config(text.str()).value();
+}
+
+/// As the rig's controller has it: without RIst, which only those tests send that are about it.
+inline rsi::EthernetConfig ethernet_config() {
+  rsi::EthernetConfig config = shipped_ethernet_config();
+  std::erase_if(config.send, [](const rsi::Element& element) { return element.tag == "DEF_RIst"; });
+  return config;
 }
 
 inline StreamOptions stream_options() {
@@ -134,8 +141,10 @@ class StreamRig {
     if (sends_delay) frame.delay = delay;
     frame.rist = rist;
     const JointVector actual = stuck ? *stuck : JointVector{q + applied};
-    frame.aipos_rad.emplace();
-    std::copy(actual.begin(), actual.end(), frame.aipos_rad->begin());
+    if (sends_aipos) {
+      frame.aipos_rad.emplace();
+      std::copy(actual.begin(), actual.end(), frame.aipos_rad->begin());
+    }
     if (sends_aspos_) {
       frame.aspos_rad.emplace();
       std::copy(q.begin(), q.end(), frame.aspos_rad->begin());
@@ -173,7 +182,7 @@ class StreamRig {
   std::unique_ptr<StreamCycle> cycle;
   drivers::UdpSource source{0x7f000001, 40'000};
   std::optional<rsi::CartesianPose> rist;  ///< sent where it is set
-  bool sends_delay = true;
+  bool sends_delay = true, sends_aipos = true;
   std::uint64_t ipoc = 4'208'163;
   std::uint64_t step = 4;
   std::int64_t delay = 0;
