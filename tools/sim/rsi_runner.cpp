@@ -100,7 +100,8 @@ class RsiRunner::Session {
     steady_clock::time_point tick = steady_clock::now();
     while (!end && !stopping_) {
       begin_faults(tick);
-      send(client_.begin_cycle());
+      const std::string_view datagram = client_.begin_cycle();
+      if (!stopping_) send(datagram);  // a controller that is stopped while it is silent stays so
       tick += cycle_;
       receive_until(tick);
       sleep_until(tick);

@@ -65,6 +65,8 @@ void add_online_commands(CLI::App& app, int& exit_code) {
           [](const Arguments& x) { return status(x.online); });
   command(app, "connect", "connect robot and tracker",
           [](const Arguments& x) { return connect_cell(x.online); });
+  command(app, "acknowledge", "clear a fault whose cause is gone, or let a stream that holds go on",
+          [](const Arguments& x) { return acknowledge_cell(x.online); });
 
   CLI::App& campaign = group("campaign", "measure and identify the arm");
   CLI::App* start = command(campaign, "start", "start a campaign", [](const Arguments& x) {

@@ -168,6 +168,7 @@ std::expected<void, ClientError> write_files(RpcClient& client, const json::valu
 
 int status(const OnlineOptions& online) { return ask(online, "cell.status", {}, status_text); }
 int connect_cell(const OnlineOptions& online) { return ask(online, "cell.connect", {}, status_text); }
+int acknowledge_cell(const OnlineOptions& online) { return ask(online, "cell.acknowledge", {}, status_text); }
 
 int campaign_start(const OnlineOptions& online, const CampaignStartOptions& start) {
   json::object params;

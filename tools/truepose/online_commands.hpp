@@ -46,6 +46,7 @@ struct EventsOptions {
 /// code.
 int status(const OnlineOptions& online);
 int connect_cell(const OnlineOptions& online);
+int acknowledge_cell(const OnlineOptions& online);
 
 int campaign_start(const OnlineOptions& online, const CampaignStartOptions& start);
 /// @param action  "pause", "resume" or "abort"

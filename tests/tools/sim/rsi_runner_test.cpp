@@ -118,6 +118,13 @@ TEST_F(Wire, IsSilentWhileItsClockGoesOn) {
   EXPECT_EQ(ipocs(5), (Numbers{1, 2, 3, 54, 55}));
 }
 
+TEST_F(Wire, IsSilentToItsEndWhereItIsStoppedMeanwhile) {
+  start({fault(Kind::RsiSilence, 3, 100'000)});
+  EXPECT_EQ(ipocs(2), (Numbers{1, 2}));
+  runner_->stop();
+  EXPECT_EQ(pc_.available(), 0u);
+}
+
 TEST_F(Wire, SwitchesRsiOffAndOnAndThenSendsFromAnotherPort) {
   ScenarioFault at_zero = fault(Kind::RsiRestart, 6, 2);
   at_zero.ipoc = kWireIpoc + 1000;

@@ -1,0 +1,218 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/json/parse.hpp>
+#include <boost/json/value.hpp>
+#include <cstdio>
+#include <ctime>
+
+#include "tests/integration/live_cell.hpp"
+
+// What goes wrong between a controller and its stream is said to who starts it, in status, events and log,
+// soon and with what to do about it.
+
+namespace truepose {
+namespace {
+
+namespace json = boost::json;
+using testing::AllOf;
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using Words = testing::Matcher<const std::string&>;
+
+const std::string kEthernetFile = TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml";
+const std::string kRobotFile = TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml";
+
+constexpr double kSoon_s = 5;
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  if (text.find(from) == std::string::npos) throw std::runtime_error{"there is no " + from};
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+/// s between two times as events tell them.
+double seconds_between(const std::string& from, const std::string& to) {
+  const auto seconds = [](const std::string& rfc3339) {
+    std::tm tm{};
+    double s = 0;
+    if (std::sscanf(rfc3339.c_str(), "%d-%d-%dT%d:%d:%lfZ", &tm.tm_year, &tm.tm_mon, &tm.tm_mday, &tm.tm_hour,
+                    &tm.tm_min, &s) != 6)
+      throw std::runtime_error{rfc3339 + " is no time"};
+    tm.tm_year -= 1900;
+    --tm.tm_mon;
+    return static_cast<double>(timegm(&tm)) + s;
+  };
+  return seconds(to) - seconds(from);
+}
+
+/// A cell that has a model and is ready to stream, and a client that hears of what happens.
+class ATroubledStream : public testing::Test {
+ protected:
+  void begin(LiveCell::Options options) {
+    options.speedup = 2000;
+    cell_.emplace(options);
+    cell_->start_daemon();
+    const Finished campaign = small_campaign(*cell_);
+    ASSERT_EQ(campaign.exit_code, 0) << campaign.err << cell_->daemon().errors();
+    client_.emplace(cell_->client());
+    ASSERT_TRUE(
+        client_->call("events.subscribe", {{"topics", json::array{"cell", "stream", "fault", "log"}}}));
+  }
+  /// As `begin`, with a controller that has loaded another configuration than truepose reads.
+  void begin_with_ethernet(const std::string& text, const std::string& instead) {
+    const auto file = folder_.write("controller.xml", replaced(text_of(kEthernetFile), text, instead));
+    begin({.scenario = {{kEthernetFile, file}}});
+  }
+
+  Finished start() { return started_ = cell_->truepose({"stream", "start"}); }
+  void expect_no_start(const Words& words) {
+    const Finished refused = start();
+    EXPECT_EQ(refused.exit_code, 3) << refused.out << refused.err;
+    EXPECT_THAT(refused.err, words);
+    EXPECT_EQ(std::ranges::count(refused.err, '\n'), 1) << refused.err;
+  }
+
+  /// Waits for the fault with this code, and looks for the words wherever a person may look.
+  void expect_named(const std::string& code, const Words& words) {
+    const control::Event fault = wait_for_fault(code);
+    EXPECT_THAT(std::string{fault.data.at("text").as_string()}, words);
+    const double named_after_s = seconds_between(begun_, fault.time);
+    EXPECT_LE(named_after_s, kSoon_s);
+    EXPECT_THAT(lines_of(cell_->daemon().errors(), code == "E_CELL" ? " error " : " warning "), words)
+        << "log";
+    EXPECT_THAT(told({"status"}), AllOf(words, HasSubstr(code)));
+    EXPECT_THAT(told({"stream", "status"}), words);
+    const json::value status = json::parse(told({"status", "--json"}));
+    EXPECT_THAT(std::string{status.at_pointer("/faults/0/text").as_string()}, words);
+    EXPECT_THAT(std::string{status.at_pointer("/stream/reason").as_string()}, words);
+    // To who comes later, too.
+    EXPECT_THAT(
+        told({"events", "--after", std::to_string(fault.seq - 1), "--topics", "fault", "--count", "1"}),
+        words);
+    std::printf("named %.2f s after the start was asked for\nstart:  %s%sevent:  %s\n%s%s", named_after_s,
+                started_.exit_code == 0 ? "good\n" : "", started_.err.c_str(),
+                fault.data.at("text").as_string().c_str(), told({"status"}).c_str(),
+                told({"stream", "status"}).c_str());
+  }
+
+  std::string told(const std::vector<std::string>& command) const {
+    const Finished asked = cell_->truepose(command);
+    EXPECT_EQ(asked.exit_code, 0) << asked.err;
+    return asked.out;
+  }
+
+  TempFolder folder_;
+  std::optional<LiveCell> cell_;
+
+ private:
+  control::Event wait_for_fault(const std::string& code) {
+    for (;;) {
+      auto event = client_->next_event();
+      if (!event) throw std::runtime_error{event.error().message};
+      if (event->topic == "cell" && event->data.at("state") == "streaming") begun_ = event->time;
+      if (event->topic == "fault" && event->data.at("code").as_string() == code &&
+          event->data.at("standing") == true)
+        return *std::move(event);
+    }
+  }
+  static std::string lines_of(const std::string& log, const std::string& level) {
+    std::string lines;
+    for (std::size_t begin = 0, end; (end = log.find('\n', begin)) != std::string::npos; begin = end + 1) {
+      const std::string line = log.substr(begin, end + 1 - begin);
+      if (line.find(level) != std::string::npos) lines += line;
+    }
+    return lines;
+  }
+
+  std::optional<tools::RpcClient> client_;
+  Finished started_;
+  std::string begun_;  // when the stream was asked for
+};
+
+TEST_F(ATroubledStream, SaysThatTheControllerTakesTheCorrectionUnderAnotherName) {
+  begin_with_ethernet("AK.A", "AKorr.A");
+  EXPECT_EQ(start().exit_code, 0) << "every packet is answered";
+  expect_named("E_STREAM_FROZEN",
+               AllOf(ContainsRegex("A[1-6] is sent -?[0-9.]+ deg and AIPos - ASPos shows"),
+                     HasSubstr("another name for the correction"), HasSubstr("stream.ethernet_xml")));
+  EXPECT_EQ(json::parse(told({"stream", "status", "--json"})).at("state"), "holding");
+}
+
+TEST_F(ATroubledStream, SaysThatTheControllerTakesAnotherSentype) {
+  begin_with_ethernet("<SENTYPE>TruePose", "<SENTYPE>ImFree");
+  const Words words = AllOf(HasSubstr("does not take replies"), HasSubstr("another SENTYPE or other names"),
+                            HasSubstr("stream.ethernet_xml"));
+  start();  // refused where the fault comes before the answer
+  expect_named("E_CELL", words);
+}
+
+TEST_F(ATroubledStream, SaysThatTheControllerDoesNotSendTheCommandedAxes) {
+  begin_with_ethernet(R"(<ELEMENT TAG="DEF_ASPos" TYPE="DOUBLE" INDX="INTERNAL"/>)", "");
+  const Words words = AllOf(HasSubstr("packets came to 127.0.0.1:"), HasSubstr("none was understood"),
+                            HasSubstr("a packet of 127.0.0.1:"), HasSubstr("ASPos is missing"),
+                            HasSubstr("load that one there"), HasSubstr(kEthernetFile));
+  expect_no_start(words);
+  expect_named("E_CELL", words);
+}
+
+TEST_F(ATroubledStream, SaysThatItCannotSeeWhetherTheArmFollowsWhereTheActualAxesHaveAnotherName) {
+  begin_with_ethernet(R"(TAG="DEF_AIPos" TYPE="DOUBLE" INDX="INTERNAL")",
+                      R"(TAG="AIPos.Axis1" TYPE="DOUBLE" INDX="1")");
+  start();
+  expect_named("E_CELL", AllOf(HasSubstr("no AIPos"), HasSubstr("whether the arm follows"),
+                               HasSubstr("DEF_AIPos"), HasSubstr("stream.ethernet_xml")));
+  EXPECT_THAT(cell_->daemon().errors(), HasSubstr("AIPos.A1 is missing (at byte")) << "what came instead";
+}
+
+TEST_F(ATroubledStream, SaysThatItsControllerFellSilentAndStartsAnewAsItSays) {
+  begin({.faults = "[{kind: rsi-silence, at_cycle: 300, lasts_cycles: 100000}]"});
+  EXPECT_EQ(start().exit_code, 0);
+  expect_named("E_CELL", AllOf(ContainsRegex("no RSI packet for [0-4]\\.[0-9] s"), HasSubstr("the pendant"),
+                               HasSubstr("acknowledge, connect and start the stream anew")));
+  EXPECT_EQ(json::parse(told({"stream", "status", "--json"})).at("cycles"), 299);
+  told({"acknowledge"});
+  told({"connect"});
+  EXPECT_EQ(start().exit_code, 0) << cell_->daemon().errors();
+}
+
+TEST_F(ATroubledStream, SaysWhereNoPacketCameTo) {
+  // The controller sends to 127.0.0.1.
+  begin({.cell = {{"listen: 127.0.0.1", "listen: 127.0.0.2"}}});
+  const Words words = AllOf(HasSubstr("no packet came to 127.0.0.2:"), HasSubstr("IP_NUMBER and PORT"),
+                            HasSubstr(kEthernetFile), HasSubstr("RSITimeout"));
+  expect_no_start(words);
+  expect_named("E_CELL", words);
+}
+
+TEST_F(ATroubledStream, SaysFromWherePacketsCameThatAreNotTheControllers) {
+  begin({.cell = {{"rsi_peer: 127.0.0.1", "rsi_peer: 127.0.0.2"}}});
+  const Words words = AllOf(
+      ContainsRegex("[0-9]+ packets came to 127.0.0.1:"), HasSubstr("not from the controller (127.0.0.2)"),
+      HasSubstr("the last new sender is 127.0.0.1:"), HasSubstr("give it as robot.rsi_peer"));
+  expect_no_start(words);
+  expect_named("E_CELL", words);
+  EXPECT_THAT(cell_->daemon().errors(), HasSubstr("are dropped: the controller is expected at"));
+}
+
+TEST_F(ATroubledStream, SaysThatTheControllerHasAnotherCycle) {
+  begin({.scenario = {{"cycle_ms: 4", "cycle_ms: 12"}}});
+  const Words words =
+      AllOf(HasSubstr("IPOC rises by 12"), HasSubstr("stream.cycle_ms is 4"), HasSubstr("12 for #IPO"));
+  expect_no_start(words);
+  expect_named("E_CELL", words);
+}
+
+TEST_F(ATroubledStream, SaysThatTheControllerHasAnotherArmOrAToolOrABase) {
+  const auto arm = folder_.write("arm.yaml", replaced(text_of(kRobotFile), "a: 1150", "a: 1050"));
+  begin({.scenario = {{"  cycle_ms: 4", "  arm: " + arm.string() + "\n  cycle_ms: 4"}}});
+  const Words words = AllOf(HasSubstr("RIst is 100.0 mm from"), HasSubstr("(allowed 1.0)"),
+                            HasSubstr("correct robot.file"), HasSubstr("BAS(#TOOL,0) and BAS(#BASE,0)"));
+  expect_no_start(words);
+  expect_named("E_CELL", words);
+}
+
+}  // namespace
+}  // namespace truepose
