@@ -59,12 +59,17 @@ T kept(StoreResult<T> result) {
   if constexpr (!std::is_void_v<T>) return *std::move(result);
 }
 
-StreamOptions stream_options(const config::CellConfig& config) {
-  StreamOptions options = StreamOptions::of(config);
-  const auto peer = drivers::ipv4_of(config.robot.rsi_peer);
+/// The controller's address.
+std::uint32_t rsi_peer(const config::RobotConfig& robot) {
+  const auto peer = drivers::ipv4_of(robot.rsi_peer);
   // A name may be known only once the network is.
   if (!peer) throw StartError{"robot.rsi_peer: " + peer.error(), true};
-  options.peer = *peer;
+  return *peer;
+}
+
+StreamOptions stream_options(const config::CellConfig& config, std::uint32_t peer) {
+  StreamOptions options = StreamOptions::of(config);
+  options.peer = peer;
   return options;
 }
 
@@ -74,10 +79,10 @@ std::unique_ptr<StreamMemory> stream_memory(const fs::path& runtime) {
   return started(StreamMemory::open(runtime / "stream"));
 }
 
-drivers::RsiLinkOptions link_options(const config::StreamConfig& stream) {
+drivers::RsiLinkOptions link_options(const config::StreamConfig& stream, std::uint32_t peer) {
   const bool off = stream.realtime == config::RealtimePolicy::Off;
   return {stream.listen.host, stream.listen.port, off ? 0 : stream.priority,
-          stream.realtime == config::RealtimePolicy::Require};
+          stream.realtime == config::RealtimePolicy::Require, peer};
 }
 
 /// Everything that runs, in the order in which it is started; taken down in the reverse order.
@@ -91,10 +96,11 @@ class Daemon {
         runtime_lock_{lock_of_runtime(runtime)},
         store_{kept(Store::open(config.store))},
         events_{event_numbers(), [] { return std::chrono::system_clock::now(); }},
+        peer_{rsi_peer(config.robot)},
         stream_memory_{stream_memory(runtime)},
         stream_{started(StreamCycle::create(config.robot.model,
                                             started(read_ethernet(config.stream.ethernet_xml)),
-                                            stream_options(config), stream_memory_.get()))},
+                                            stream_options(config, peer_), stream_memory_.get()))},
         robot_{io_.get_executor(),
                clock_,
                {config.robot.eki_motion.host, config.robot.eki_motion.port, config.robot.eki_state.port,
@@ -105,7 +111,7 @@ class Daemon {
                   config.tracker.measure}},
         cell_{{io_.get_executor(), config_, robot_, tracker_, clock_, *stream_, store_, store_thread_,
                compute_thread_, events_, [] { return std::chrono::system_clock::now(); }}},
-        link_{started(drivers::RsiLink::start(link_options(config.stream), *stream_))},
+        link_{started(drivers::RsiLink::start(link_options(config.stream, peer_), *stream_))},
         server_{
             started(ControlServer::start(io_.get_executor(),
                                          {clock_, [] { return std::chrono::system_clock::now(); }, cell_,
@@ -218,6 +224,7 @@ class Daemon {
   Worker store_thread_;
   Worker compute_thread_;
   EventBus events_;
+  std::uint32_t peer_;
   std::unique_ptr<StreamMemory> stream_memory_;
   std::unique_ptr<StreamCycle> stream_;
   drivers::KukaEkiRobot robot_;

@@ -1,29 +1,17 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <expected>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "drivers/clock.hpp"
+#include "drivers/kuka/udp_source.hpp"
 #include "drivers/start_failure.hpp"
 
 namespace truepose::drivers {
-
-/// An IPv4 address and a UDP port, both in the byte order of this machine.
-struct UdpSource {
-  std::uint32_t address = 0;
-  std::uint16_t port = 0;
-  friend bool operator==(const UdpSource&, const UdpSource&) = default;
-};
-
-/// "192.168.44.1:52000"
-std::string text(const UdpSource& source);
-
-/// The IPv4 address of a host, by its number or its name; or one sentence.
-std::expected<std::uint32_t, std::string> ipv4_of(const std::string& host);
 
 struct Datagram {
   std::string_view bytes;
@@ -45,9 +33,13 @@ struct RsiLinkOptions {
   std::uint16_t port = 0;         ///< 0 picks a free one
   int priority = 80;              ///< SCHED_FIFO, 0 = ordinary scheduling
   bool require_realtime = false;  ///< refuse to start without SCHED_FIFO and locked memory
+  /// The controller's IPv4 address, whose datagrams never wait for those of others; none: all are read as
+  /// they come.
+  std::optional<std::uint32_t> controller{};
 };
 
-/// The RSI socket on its own thread: blocking receive, answer, send to the datagram's source.
+/// The RSI port on its own thread: blocking receive, answer, send to the datagram's source. Others than the
+/// controller are heard after its datagram of the cycle, some each time, or while it is silent.
 ///
 /// Exclusive bind, 64 KB buffer, datagrams that were cut are not answered.
 class RsiLink {

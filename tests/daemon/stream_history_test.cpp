@@ -19,6 +19,7 @@ TEST(StreamHistories, NeverMoveAnAxisFromWhatTheControllerHasInForceByMoreThanAS
   for (std::uint64_t seed = 1; seed <= histories(); ++seed) {
     const StreamHistory history = stream_history(seed);
     ASSERT_LE(history.greatest_step, 1) << "seed " << seed << ": " << history.worst;
+    ASSERT_EQ(history.broken, "") << "seed " << seed << ": " << history.worst;
     greatest = std::max(greatest, history.greatest_step);
     sum.greatest_correction_deg = std::max(sum.greatest_correction_deg, history.greatest_correction_deg);
     sum.cycles += history.cycles;

@@ -2,11 +2,15 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
+#include <chrono>
+#include <semaphore>
 #include <string>
 
 namespace truepose::drivers {
@@ -24,25 +28,57 @@ class Echo final : public RsiResponder {
   }
 };
 
-/// The controller's side.
+/// As Echo, but waits at "wait" until it is told to go on; counts what it is given.
+class Busy final : public RsiResponder {
+ public:
+  std::string_view answer(const Datagram& datagram) noexcept override {
+    if (datagram.bytes == "wait") {
+      busy_.release();
+      go_on_.acquire();
+    }
+    if (datagram.bytes.starts_with("stranger")) {
+      strangers_.release();
+      return {};
+    }
+    return datagram.bytes;
+  }
+  void wait_until_busy() { busy_.acquire(); }
+  void go_on() { go_on_.release(); }
+  bool hears_a_stranger() { return strangers_.try_acquire_for(std::chrono::seconds{10}); }
+
+ private:
+  std::binary_semaphore busy_{0}, go_on_{0};
+  std::counting_semaphore<> strangers_{0};
+};
+
+/// Who sends to the link: the controller, or somebody else.
 class Controller {
  public:
-  explicit Controller(std::uint16_t port) : link_{asio::ip::address_v4::loopback(), port} {}
+  explicit Controller(std::uint16_t port, const char* address = "127.0.0.1")
+      : link_{asio::ip::address_v4::loopback(), port},
+        socket_{context_, {asio::ip::make_address(address), 0}} {
+    const timeval patience{.tv_sec = 10, .tv_usec = 0};
+    ::setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  }
 
   void send(const std::string& text) { socket_.send_to(asio::buffer(text), link_); }
 
+  /// The next reply; "nothing" where none comes.
   std::string receive() {
     static std::array<char, 65536> bytes;
-    udp::endpoint from;
-    const std::size_t size = socket_.receive_from(asio::buffer(bytes), from);
-    EXPECT_EQ(from, link_);
-    return {bytes.data(), size};
+    sockaddr_in from{};
+    socklen_t length = sizeof from;
+    const ssize_t size = ::recvfrom(socket_.native_handle(), bytes.data(), bytes.size(), 0,
+                                    reinterpret_cast<sockaddr*>(&from), &length);
+    if (size < 0) return "nothing";
+    EXPECT_EQ(ntohs(from.sin_port), link_.port());
+    return {bytes.data(), static_cast<std::size_t>(size)};
   }
 
  private:
   asio::io_context context_;
   udp::endpoint link_;
-  udp::socket socket_{context_, udp::endpoint{asio::ip::address_v4::loopback(), 0}};
+  udp::socket socket_;
 };
 
 RsiLinkOptions loopback(std::uint16_t port = 0) {
@@ -81,6 +117,74 @@ TEST(RsiLink, StaysQuietWhereTheResponderDoesAndCounts) {
   EXPECT_EQ(counters.truncated + counters.send_failed, 0u);
 }
 
+constexpr std::uint32_t kLoopback = 0x7f000001;
+
+RsiLinkOptions for_the_controller() {
+  RsiLinkOptions options = loopback();
+  options.controller = kLoopback;
+  return options;
+}
+
+/// More than a socket's buffer holds, while the thread that would read it is busy.
+void fill_the_buffer(Controller& stranger) {
+  for (int i = 0; i < 50; ++i) stranger.send("stranger" + std::string(60'000, 'x'));
+  for (int i = 0; i < 1000; ++i) stranger.send("stranger");  // and what is left of it
+}
+
+TEST(RsiLink, ReadsTheControllerHoweverMuchOthersSend) {
+  Busy responder;
+  const auto link = RsiLink::start(for_the_controller(), responder);
+  ASSERT_TRUE(link) << link.error().text;
+  Controller controller{(*link)->port()}, elsewhere{(*link)->port(), "127.0.0.2"};
+  controller.send("wait");
+  responder.wait_until_busy();
+  fill_the_buffer(elsewhere);
+  for (const char* text : {"a", "b", "c"}) controller.send(text);
+  responder.go_on();
+  for (const char* text : {"wait", "a", "b", "c"}) EXPECT_EQ(controller.receive(), text);
+}
+
+TEST(RsiLink, ReadsTheControllerHoweverMuchComesFromItsAddressByOtherPorts) {
+  Busy responder;
+  const auto link = RsiLink::start(for_the_controller(), responder);
+  ASSERT_TRUE(link) << link.error().text;
+  Controller controller{(*link)->port()}, other_port{(*link)->port()};
+  controller.send("hello");
+  EXPECT_EQ(controller.receive(), "hello");
+  controller.send("wait");
+  responder.wait_until_busy();
+  fill_the_buffer(other_port);
+  for (const char* text : {"a", "b", "c"}) controller.send(text);
+  responder.go_on();
+  for (const char* text : {"wait", "a", "b", "c"}) EXPECT_EQ(controller.receive(), text);
+}
+
+TEST(RsiLink, HearsStrangersBesideTheControllerAndWhereThereIsNone) {
+  Busy responder;
+  const auto link = RsiLink::start(for_the_controller(), responder);
+  ASSERT_TRUE(link) << link.error().text;
+  Controller controller{(*link)->port()}, elsewhere{(*link)->port(), "127.0.0.2"};
+  for (int i = 0; i < 20; ++i) elsewhere.send("stranger");
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(responder.hears_a_stranger()) << i;
+  controller.send("hello");
+  EXPECT_EQ(controller.receive(), "hello");
+  for (int i = 0; i < 20; ++i) elsewhere.send("stranger");
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(responder.hears_a_stranger()) << i;
+}
+
+TEST(RsiLink, AnswersAControllerThatGoesOnAtAnotherPort) {
+  Echo echo;
+  const auto link = RsiLink::start(for_the_controller(), echo);
+  ASSERT_TRUE(link) << link.error().text;
+  for (const char* text : {"one", "two", "three"}) {
+    Controller controller{(*link)->port()};
+    for (int i = 0; i < 5; ++i) {
+      controller.send(text);
+      EXPECT_EQ(controller.receive(), text);
+    }
+  }
+}
+
 TEST(RsiLink, FreesItsPortWhenItEnds) {
   Echo echo;
   auto link = RsiLink::start(loopback(), echo);
@@ -96,7 +200,8 @@ TEST(RsiLink, NamesWhoHoldsThePort) {
   ASSERT_TRUE(link) << link.error().text;
   const auto second = RsiLink::start(loopback((*link)->port()), echo);
   ASSERT_FALSE(second);
-  EXPECT_THAT(second.error().text, HasSubstr("127.0.0.1:" + std::to_string((*link)->port()) + " is in use by "));
+  EXPECT_THAT(second.error().text,
+              HasSubstr("127.0.0.1:" + std::to_string((*link)->port()) + " is in use by "));
   EXPECT_THAT(second.error().text, HasSubstr("(process " + std::to_string(::getpid()) + ")"));
 }
 
@@ -104,7 +209,8 @@ TEST(RsiLink, NamesAnAddressThatIsNotThisMachines) {
   Echo echo;
   RsiLinkOptions options = loopback();
   options.address = "192.0.2.1";
-  EXPECT_THAT(RsiLink::start(options, echo).error().text, HasSubstr("192.0.2.1:0 is not one of this machine's"));
+  EXPECT_THAT(RsiLink::start(options, echo).error().text,
+              HasSubstr("192.0.2.1:0 is not one of this machine's"));
   options.address = "controller";
   EXPECT_THAT(RsiLink::start(options, echo).error().text, HasSubstr("not an IPv4 address"));
 }

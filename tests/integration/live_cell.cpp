@@ -51,14 +51,13 @@ std::uint16_t free_udp_port() {
 }
 
 LiveCell::LiveCell(const Options& options) {
-  const std::uint16_t rsi_port = free_udp_port();
   const Replacements scenario{{"../robots", kConfig + "/robots"},
                               {"../kuka", kConfig + "/kuka"},
                               {"faults: []", "faults: " + options.faults}};
   folder_.write("scenario.yaml", changed("scenarios/demo.yaml", together(scenario, options.scenario)));
   simulator_ = std::make_unique<sim::SimulatorProcess>(
       folder_, std::vector<std::string>{"--scenario", folder() / "scenario.yaml", "--ready-file",
-                                        folder() / "ready.json", "--rsi-target", loopback(rsi_port),
+                                        folder() / "ready.json", "--rsi-target", loopback(rsi_port_),
                                         "--speedup", std::to_string(options.speedup), "--json"});
   const std::string ready = simulator_->ready(folder() / "ready.json");
   if (ready.empty()) throw std::runtime_error{"no simulator: " + simulator_->errors()};
@@ -69,7 +68,7 @@ LiveCell::LiveCell(const Options& options) {
                           {"kuka/rsi", kConfig + "/kuka/rsi"},
                           {"127.0.0.1:54600", port("eki_port")},
                           {"127.0.0.1:54601", port("eki_state_port")},
-                          {"127.0.0.1:49152", loopback(rsi_port)},
+                          {"127.0.0.1:49152", loopback(rsi_port_)},
                           {"127.0.0.1:7000", port("tracker_port")},
                           {"127.0.0.1:7210", loopback(0)},
                           {"#runtime: /run/truepose/demo", "runtime: run"}};

@@ -20,6 +20,10 @@ namespace truepose {
 /// Texts of a shipped file and what stands there instead.
 using Replacements = std::vector<std::pair<std::string, std::string>>;
 
+/// The bound of config/cell.yaml, and half the last digit that an axis' correction is sent with before and
+/// after the step.
+inline constexpr double kMaxStep_deg = 0.02 + 1e-6;
+
 /// A UDP port that nobody has, for a program that has to be told one.
 std::uint16_t free_udp_port();
 
@@ -48,6 +52,8 @@ class LiveCell {
   /// A session with the daemon.
   tools::RpcClient client() const;
   std::uint16_t control_port() const { return control_port_; }
+  /// Where the daemon listens for the controller.
+  std::uint16_t rsi_port() const { return rsi_port_; }
 
   /// What the simulator counted so far.
   boost::json::value simulated();
@@ -69,6 +75,7 @@ class LiveCell {
   std::unique_ptr<sim::SimulatorProcess> simulator_;
   std::unique_ptr<Process> daemon_;
   std::uint16_t control_port_ = 0;
+  std::uint16_t rsi_port_ = free_udp_port();
 };
 
 /// The number at a JSON pointer, which must be there.

@@ -15,8 +15,6 @@ namespace {
 namespace json = boost::json;
 
 constexpr double kCyclesPerSecond = 250;
-// config/cell.yaml, and half the last digit that an axis' correction is sent with before and after the step.
-constexpr double kMaxStep_deg = 0.02 + 1e-6;
 
 /// How long the stream runs undisturbed: an acceptance run sets TRUEPOSE_STREAM_SECONDS.
 double stream_seconds() {

@@ -26,7 +26,7 @@ constexpr double kHours = 20;
 #endif
 
 double hours() { return number("TRUEPOSE_SOAK_HOURS", kHours); }
-double stream_hours() { return number("TRUEPOSE_SOAK_STREAM_HOURS", 0.25); }
+double stream_hours() { return number("TRUEPOSE_SOAK_STREAM_HOURS", 1); }
 
 std::uint64_t seed() {
   const char* text = std::getenv("TRUEPOSE_SOAK_SEED");
@@ -57,16 +57,22 @@ TEST(CampaignSoak, TheSameSeedDoesTheSameAgainAndAnotherSeedDoesNot) {
   EXPECT_NE(first.hash, other.hash);
 }
 
-TEST(StreamSoak, HoldsItsBoundsThroughLostRepeatedAndDamagedDatagramsAndRestarts) {
+TEST(StreamSoak, KeepsItsPromisesThroughStrangersGapsBacklogsRestartsAndSilence) {
   const StreamSoak soak = soak_stream(seed(), stream_hours());
+  const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   std::printf(
-      "seed %llu: %.2f h of the stream, %llu cycles (%llu answered, %llu held, %llu lost, %llu sessions), "
-      "largest step %.6f deg, replies %016llx\n",
-      static_cast<unsigned long long>(seed()), soak.hours, static_cast<unsigned long long>(soak.cycles),
-      static_cast<unsigned long long>(soak.answered), static_cast<unsigned long long>(soak.held),
-      static_cast<unsigned long long>(soak.lost), static_cast<unsigned long long>(soak.sessions),
-      soak.max_step_deg, static_cast<unsigned long long>(soak.hash));
-  EXPECT_GT(soak.answered, soak.cycles / 2);
+      "seed %llu: %.2f h of the stream in %d cells, %llu cycles (%llu heard, %llu answered in time), %llu "
+      "sessions, %llu restarts of the daemon, %llu stalls, %llu silences, %llu foreign datagrams; largest "
+      "step "
+      "%.6f of the bound, corrections up to %.2f deg, replies %016llx\n",
+      count(seed()), soak.hours, soak.cells, count(soak.cycles), count(soak.heard), count(soak.answered),
+      count(soak.sessions), count(soak.restarts), count(soak.stalls), count(soak.silences),
+      count(soak.foreign), soak.greatest_step, soak.greatest_correction_deg, count(soak.hash));
+  EXPECT_GT(soak.answered, soak.heard / 2);
+  EXPECT_GT(soak.greatest_correction_deg, 1);
+  for (const std::uint64_t happened :
+       {soak.sessions, soak.restarts, soak.stalls, soak.silences, soak.foreign})
+    EXPECT_GT(happened, 2U);
 }
 
 TEST(StreamSoak, TheSameSeedGivesTheSameReplies) {

@@ -33,9 +33,18 @@ json::object truth(const config::Scenario& scenario) {
           {"links", std::move(links)}};
 }
 
+json::object turnaround_us(const TurnaroundHistogram& turnaround) {
+  json::array counts;
+  for (const auto& [us, count] : turnaround.counts()) counts.push_back(json::array{us, count});
+  return {{"p50", turnaround.percentile_us(0.5)},
+          {"p99", turnaround.percentile_us(0.99)},
+          {"p999", turnaround.percentile_us(0.999)},
+          {"max", turnaround.max_us()},
+          {"counts", std::move(counts)}};
+}
+
 json::object rsi(const RsiStatistics& statistics) {
   const RsiCounters& counters = statistics.counters;
-  const TurnaroundHistogram& turnaround = statistics.turnaround;
   return {{"cycles", counters.cycles},
           {"answered", counters.answered},
           {"late", counters.late},
@@ -45,10 +54,7 @@ json::object rsi(const RsiStatistics& statistics) {
           {"clamped", counters.clamped},
           {"max_step_deg", counters.max_step_rad * kDegPerRad},
           {"correction_deg", counters.correction_rad * kDegPerRad},
-          {"turnaround_us", json::object{{"p50", turnaround.percentile_us(0.5)},
-                                         {"p99", turnaround.percentile_us(0.99)},
-                                         {"p999", turnaround.percentile_us(0.999)},
-                                         {"max", turnaround.max_us()}}},
+          {"turnaround_us", turnaround_us(statistics.turnaround)},
           {"sessions", statistics.sessions},
           {"timeouts", statistics.timeouts},
           {"overruns", statistics.overruns},

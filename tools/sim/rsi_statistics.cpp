@@ -30,6 +30,14 @@ std::int64_t TurnaroundHistogram::percentile_us(double share) const {
   return max_us_;
 }
 
+std::vector<std::pair<std::int64_t, std::uint32_t>> TurnaroundHistogram::counts() const {
+  std::vector<std::pair<std::int64_t, std::uint32_t>> counts;
+  for (std::size_t us = 0; us < kBins; ++us) {
+    if (bins_[us] > 0) counts.emplace_back(us, bins_[us]);
+  }
+  return counts;
+}
+
 void SecondSenders::add(const RsiCounters& counters) {
   add(SecondSenders{counters.cycles, counters.answered, counters.max_step_rad});
 }

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "tools/sim/rsi_client.hpp"
@@ -18,6 +19,10 @@ class TurnaroundHistogram {
   /// without any.
   std::int64_t percentile_us(double share) const;
   std::int64_t max_us() const { return max_us_; }
+
+  /// How many answers took so many whole microseconds, rounded up; those that none took left out. The
+  /// difference of two such lists is that of the time between them.
+  std::vector<std::pair<std::int64_t, std::uint32_t>> counts() const;
 
  private:
   // Slower answers share the last bin; max_us() knows the slowest.

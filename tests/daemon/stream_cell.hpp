@@ -1,0 +1,152 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/random.hpp"
+#include "daemon/realtime/stream_cycle.hpp"
+#include "tests/daemon/plant.hpp"
+#include "tests/daemon/robot_program.hpp"
+
+namespace truepose::daemon {
+
+/// How a cell is made up, beyond what its seed chooses, and what befalls it.
+struct StreamCellOptions {
+  std::optional<int> cycle_ms{};    ///< of the controller; none: the seed chooses 4 or 12
+  double rarity = 1;                ///< everything happens so many times more seldom
+  double longest_gap_cycles = 200;  ///< of lost datagrams or replies, and of a pause of the controller
+  double longest_stall_cycles = 0;  ///< for which the daemon does not run now and then, and finds a backlog
+  bool rearms = true;               ///< `rearm: automatic`: the correction goes on after a silence
+};
+
+/// What one controller and its stream went through, and how it ended.
+struct StreamHistory {
+  std::uint64_t cycles = 0;    ///< of the controller's sessions
+  std::uint64_t heard = 0;     ///< of these, by a daemon that runs
+  std::uint64_t answered = 0;  ///< with a reply that it took
+  std::uint64_t sessions = 0;  ///< of the controller, the first included
+  std::uint64_t restarts = 0;  ///< of the daemon
+  std::uint64_t stalls = 0;    ///< of the daemon
+  std::uint64_t silences = 0;  ///< that disarm a stream
+  std::uint64_t foreign = 0;   ///< datagrams of others
+  double greatest_step = 0;  ///< of a correction in force, in bounds of a cycle: 1 = as much as was promised
+  double greatest_correction_deg = 0;
+  std::string worst;   ///< when and where, and in which cell
+  std::string broken;  ///< the first of the other promises that was not kept; empty: all were
+};
+
+/// A file in memory for what one daemon leaves to the next, gone at the end.
+class StreamPage {
+ public:
+  StreamPage();
+  ~StreamPage() { lose(); }
+  StreamPage(const StreamPage&) = delete;
+  StreamPage& operator=(const StreamPage&) = delete;
+  std::unique_ptr<StreamMemory> open() const { return StreamMemory::open(file_).value(); }
+  void lose() const { std::filesystem::remove(file_); }
+
+ private:
+  std::filesystem::path file_;
+};
+
+/// A controller that the seed makes up (cycle, dead time and lag up to 100 ms, Timeout 10 to 10000, how it
+/// counts, with ASPos or without), its stream, and everything that can happen to them: a second sender,
+/// losses in either direction, datagrams that are damaged, repeated or overtake each other, restarts of
+/// controller, daemon and machine, commands of operators; up to 200 deg/s, corrections up to 3 deg.
+///
+/// All in virtual time, the same again from the same seed. One cell at a time: the daemon's clock is one.
+class StreamCell {
+ public:
+  explicit StreamCell(std::uint64_t seed, const StreamCellOptions& options = {});
+
+  /// Is told every reply of the daemon.
+  void on_reply(std::function<void(std::string_view)> told) { told_ = std::move(told); }
+
+  /// One cycle of the controller.
+  void cycle();
+
+  /// So far.
+  StreamHistory history() const;
+  const test::PlantOptions& controller() const { return plant_options_; }
+  drivers::TimePoint now() const { return now_; }
+  /// When the daemon was last given a good frame from the controller's address.
+  drivers::TimePoint heard() const { return heard_; }
+  /// None where the daemon does not run.
+  std::optional<StreamStatus> status() const;
+
+ private:
+  double within(double a, double b) { return a + (b - a) * random_.uniform(); }
+  bool one_in(double n) { return random_.uniform() * n < 1; }
+  bool seldom(double cycles) { return one_in(cycles * options_.rarity); }
+  std::uint64_t pick(std::uint64_t n) {
+    return static_cast<std::uint64_t>(random_.uniform() * static_cast<double>(n));
+  }
+  std::uint64_t gap();
+
+  test::PlantOptions random_plant();
+  rsi::EthernetConfig random_config();
+  RobotModel random_arm();
+
+  void start_daemon();
+  void end_daemon();
+  bool daemon_runs() const { return daemon_down_ == 0; }
+  void operate();
+  void engage();
+  void happen();
+  void stall();
+  void restart_controller();
+
+  void exchange(const test::Plant::Sent& sent);
+  void send_foreign();
+  std::string frame(const test::Plant::Sent& sent) const;
+  std::string damaged(std::string bytes);
+
+  struct OnTheWay {
+    std::string bytes;
+    drivers::UdpSource source;
+    drivers::TimePoint received;
+    std::optional<std::uint64_t> ipoc;  // of a good frame
+  };
+  void deliver(std::string bytes, const drivers::UdpSource& source, std::optional<std::uint64_t> ipoc);
+  void answer(const OnTheWay& datagram);
+  void note_silence(drivers::TimePoint received);
+  void read_backlog();
+
+  void judge(const test::Plant::State& state);
+  void check();
+  void expect(bool kept, const std::string& promise);
+
+  StreamCellOptions options_;
+  Random random_;
+  test::PlantOptions plant_options_;
+  test::Plant plant_;
+  test::RobotProgram program_;
+  rsi::EthernetConfig config_;
+  rsi::SensorFrameCodec codec_;
+  RobotModel arm_;
+  bool drives_ = true;
+  drivers::TimePoint now_{std::chrono::hours{1}};
+  drivers::TimePoint heard_{now_};
+  StreamPage page_;
+  std::unique_ptr<StreamMemory> memory_;
+  std::unique_ptr<StreamCycle> cycle_;
+  std::uint64_t datagrams_lost_ = 0, replies_lost_ = 0, daemon_down_ = 0, foreign_cycles_ = 0;
+  std::uint64_t stalled_cycles_ = 0;
+  std::deque<OnTheWay> backlog_;
+  std::optional<test::Plant::Sent> before_;
+  std::uint64_t given_ = 0;          // datagrams to this daemon
+  std::uint64_t foreign_given_ = 0;  // of these, from another address
+  bool heard_before_ = false;        // a good frame, by this daemon
+  bool engaged_since_heard_ = false;
+  bool disarmed_ = false;
+  StreamHistory history_;
+  std::function<void(std::string_view)> told_;
+};
+
+}  // namespace truepose::daemon
