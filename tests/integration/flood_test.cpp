@@ -149,8 +149,8 @@ TEST(AStreamUnderAFlood, KeepsItsStepsAnswersTheControllerAloneAndCountsWhatItDr
   ASSERT_EQ(start.exit_code, 0) << start.err << cell.daemon().errors();
   const Clock::time_point started = Clock::now();
   tools::RpcClient client = cell.client();
-  const auto state = [&] { return status_of(client).at("state"); };
-  while (state() != "correcting") std::this_thread::sleep_for(kTick);
+  const auto ramps = [&] { return status_of(client).at("state") == "ramping"; };
+  while (ramps()) std::this_thread::sleep_for(kTick);
 
   const std::uint16_t port = cell.rsi_port();
   Flood flood{port, HostileDatagrams{20260519, first_ipoc(cell.daemon().errors()), started}};
