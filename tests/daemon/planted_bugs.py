@@ -59,7 +59,7 @@ BUGS = {
     ],
 }
 OF_THE_STREAM = ["controller_session", "correction_in_force", "effect_evidence", "effect_watch", "ipoc_sequence",
-                 "latency_histogram", "reply_receipts", "stream_cycle", "stream_log", "stream_memory", "stream_status"]
+                 "latency_histogram", "missing_elements", "reply_receipts", "stream_cycle", "stream_log", "stream_memory", "stream_status"]
 OF_THE_TEST = ["stream_history", "stream_history_test", "plant"]
 FLAGS = ["-std=c++23", "-O1", "-DNDEBUG", "-isystem", "/usr/include/eigen3", "-I.", '-DTRUEPOSE_VERSION="0"',
          f'-DTRUEPOSE_SOURCE_DIR="{TREE}"']
