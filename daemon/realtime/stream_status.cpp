@@ -43,8 +43,7 @@ std::string fault_reason(StreamFault fault, const FaultDetail& detail) {
     case StreamFault::RepliesRejected:
       return "the controller does not take replies that were sent in time: the ethernet configuration on it "
              "has another SENTYPE or other names than the one that truepose reads (stream.ethernet_xml): "
-             "load "
-             "that one there, then acknowledge";
+             "load that one there, then acknowledge";
     case StreamFault::WrongCycle:
       return "the controller's IPOC rises by " + number("%.0f", detail.value) +
              " from packet to packet, but stream.cycle_ms is " + number("%.0f", detail.limit) +
@@ -63,8 +62,7 @@ std::string fault_reason(StreamFault fault, const FaultDetail& detail) {
              " mm from where the robot file's arm has its flange at AIPos (allowed " +
              number("%.1f", detail.limit) +
              "): it is another arm, or the program has a tool or a base: correct robot.file, or start RSI "
-             "with "
-             "tool 0 and base 0 (BAS(#TOOL,0) and BAS(#BASE,0) before RSI_ON), then acknowledge";
+             "with tool 0 and base 0 (BAS(#TOOL,0) and BAS(#BASE,0) before RSI_ON), then acknowledge";
   }
   return "";
 }
@@ -94,8 +92,7 @@ std::string_view name(StreamState state) {
 std::string reason(const StreamStatus& status) {
   if (status.state == StreamState::Unproven)
     return "what correction the controller has in force is not known, and any answer could be a jump: it is "
-           "answered "
-           "as soon as the arm stands, or has a new session and no correction";
+           "answered as soon as the arm stands, or has a new session and no correction";
   return fault_reason(status.fault, status.detail);
 }
 

@@ -17,8 +17,8 @@ namespace truepose::drivers {
 namespace {
 
 constexpr std::size_t kStackBytes = 256 * 1024;  // touched before the first datagram
-// What others send is read at this pace: the longest take a twentieth of a cycle, and what comes faster is the
-// kernel's to drop.
+// What others send is read at this pace: the longest take a twentieth of a cycle, and what comes faster is
+// the kernel's to drop.
 constexpr int kOthersATurn = 16;
 
 std::string error_text() { return std::strerror(errno); }

@@ -92,8 +92,7 @@ void print_plan(const config::CellConfig& cell, const MeasurementPlan& plan, con
   if (cell.robot.body.empty()) {
     std::puts(
         "\nThe robot file says nothing of the arm's body: only its joint centres are kept clear of floor, "
-        "tracker and "
-        "obstacles. Watch the first run.");
+        "tracker and obstacles. Watch the first run.");
   }
 }
 

@@ -32,8 +32,7 @@ constexpr double kSameJoints_rad = 1e-6;
 
 constexpr std::string_view kNearestNote =
     "S and T are missing, here first: such positions are taken as the controller would come to them, nearest "
-    "to "
-    "the position before";
+    "to the position before";
 constexpr int kAccurateRobotBit = 0b10000;  // of S
 constexpr std::string_view kAccurateRobotNote =
     "S has bit 4, here first: taught on an arm with KUKA's own accuracy model; where that is active, two "
@@ -41,8 +40,7 @@ constexpr std::string_view kAccurateRobotNote =
 
 constexpr std::string_view kDampedNote =
     "next to the wrist singularity, here first: the TCP comes to its position, its orientation is corrected "
-    "as "
-    "far as axes 4 and 6 need not turn far for it (--singular-bound)";
+    "as far as axes 4 and 6 need not turn far for it (--singular-bound)";
 
 struct Correction {
   std::array<double, 6> values{};  // as in Position, mm and deg
