@@ -237,6 +237,14 @@ std::string axes_text(const json::value& document, std::string_view path) {
   return line + "deg";
 }
 
+std::string measured_text(const json::value& stream) {
+  const json::array& axes = list(stream, "/measured_deg");
+  const bool unknown = std::ranges::all_of(axes, [](const json::value& axis) { return axis.is_null(); });
+  if (!axes.empty() && unknown)
+    return "not told from the drives' lag yet: the arm moves evenly, or is watched for less than 2 s";
+  return axes_text(stream, "/measured_deg");
+}
+
 std::string stream_text(const json::value& stream) {
   return table(
       {{"state", stream_line(stream)},
@@ -252,8 +260,8 @@ std::string stream_text(const json::value& stream) {
        {"trouble", "late " + text(stream, "/late") + ", lost " + text(stream, "/lost") + ", at a bound " +
                        text(stream, "/clamped") + ", no solution " + text(stream, "/no_solution")},
        {"refused last", text(stream, "/refused")},
-       {"correction",
-        axes_text(stream, "/correction_deg") + " sent, " + axes_text(stream, "/measured_deg") + " measured"},
+       {"correction", axes_text(stream, "/correction_deg")},
+       {"measured", measured_text(stream)},
        {"largest step", fixed(stream, "/max_step_deg", 5, " deg")},
        {"turnaround", "p50 " + fixed(stream, "/turnaround_us/p50", 0) + ", p99 " +
                           fixed(stream, "/turnaround_us/p99", 0) + ", p99.9 " +
