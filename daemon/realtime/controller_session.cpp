@@ -13,6 +13,9 @@ constexpr std::chrono::milliseconds kShortestRestart{40};
 // Later than its IPOC says, a datagram may be of a count that began anew and came to the same numbers.
 constexpr std::chrono::milliseconds kLateForItsIpoc{100};
 
+// One frame may be damaged.
+constexpr int kFramesThatProve = 3;
+
 ArmLag lag_of(const SessionOptions& options) {
   const auto cycle_ms = static_cast<double>(options.cycle.count());
   return {.dead_cycles =
@@ -84,6 +87,7 @@ void ControllerSession::begin(const rsi::RobotFrame& frame) noexcept {
   receipts_.read(frame.delay, 0);
   in_force_.forget();
   evidence_.restart();
+  fewer_counted_ = 0;
   received_before_ = received_;
 }
 
@@ -119,9 +123,12 @@ void ControllerSession::settle(const rsi::RobotFrame& frame, std::uint64_t forwa
     if (received_ - silent_since_ >= options_.greatest_dead_time)
       evidence_.take(vector_of(*frame.aspos_rad), vector_of(*frame.aipos_rad), forward);
     hearing.settled = in_force_.settle(evidence_, options_.step_rad);
-  } else if (began_in_our_silence(frame)) {
-    in_force_.set(CorrectionRange::of(JointVector::Zero(6)));
-    hearing.settled = true;
+  } else {
+    fewer_counted_ = began_in_our_silence(frame) ? fewer_counted_ + 1 : 0;
+    if (fewer_counted_ >= kFramesThatProve) {
+      in_force_.set(CorrectionRange::of(JointVector::Zero(6)));
+      hearing.settled = true;
+    }
   }
   if (!known()) hearing.turn = Turn::Unproven;
 }

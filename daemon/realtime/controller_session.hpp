@@ -83,6 +83,7 @@ class ControllerSession {
   ReplyReceipts receipts_;
   CorrectionInForce in_force_;
   EffectEvidence evidence_;
+  int fewer_counted_ = 0;  // frames in a row that show a controller that began in our silence
   drivers::TimePoint received_{};         // of the datagram that is heard
   drivers::TimePoint received_before_{};  // of the one of this session before it
   drivers::TimePoint silent_since_;       // no reply was sent since
