@@ -19,6 +19,8 @@ using std::chrono::steady_clock;
 
 namespace {
 
+using Kind = config::ScenarioFault::Kind;
+
 /// Streams of random numbers that must not share a seed.
 constexpr std::uint64_t kNoiseStream = 0x6e6f697365u;
 
@@ -270,7 +272,6 @@ void SimulatedCell::schedule(const config::ScenarioFault& fault, std::chrono::mi
 }
 
 void SimulatedCell::misbehave(const config::ScenarioFault& fault) {
-  using Kind = config::ScenarioFault::Kind;
   const std::chrono::milliseconds lasts{fault.lasts};
   const auto shorter = std::chrono::ceil<std::chrono::milliseconds>(shortened(lasts, options_.speedup));
   if (is_of_rsi(fault)) {
@@ -318,7 +319,6 @@ void SimulatedCell::point_begins(std::uint64_t number) {
 
 /// What the scenario says of the tracker at this time and this point, all together.
 void SimulatedCell::disturb_tracker() {
-  using Kind = config::ScenarioFault::Kind;
   // A timer rings a rounding error before its time.
   const auto ms = std::chrono::ceil<std::chrono::milliseconds>(now()).count();
   TrackerDisturbance disturbance{.bias_mm = scenario_.bias_mm,
