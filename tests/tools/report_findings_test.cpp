@@ -49,8 +49,8 @@ json::object telling_document() {
       {"point": 3, "row": 7, "pose": 2, "smr": "left", "residual_mm": 12.5, "sigmas": 300},
       {"point": 4, "row": 8, "residual_mm": 1.5, "sigmas": 30}])");
   json::object& observability = document["observability"].as_object();
-  observability["unknown"] = {"link2.d and link3.d move together: only their sum is known"};
-  observability["weak"] = {"link5.beta is weakly known: sigma is 3 times the usual deviation"};
+  observability["unknown"] = json::array{"link2.d and link3.d move together: only their sum is known"};
+  observability["weak"] = json::array{"link5.beta is weakly known: sigma is 3 times the usual deviation"};
   document["rank_gap"] = 1.3e12;
   document["prior"] = {{"used", true}, {"length_mm", 0.3}, {"angle_rad", 3e-4}};
   document["parameters"].as_array()[3].as_object()["data_share"] = 0.25;

@@ -78,7 +78,7 @@ TEST(ReportConditions, SayHowFarTheReferencePoseDrifted) {
   const std::string html = render_html(document);
   EXPECT_THAT(html, HasSubstr("0.031 mm at most, 0.025 mm at the end"));
   EXPECT_EQ(parsed(html).select_nodes("//h2[.='Drift while it was measured']/..//circle[title]").size(), 4U);
-  document["reference_drift_mm"] = {0.0};
+  document["reference_drift_mm"] = json::array{0.0};
   EXPECT_THAT(render_html(document), Not(HasSubstr("Drift while")));
 }
 

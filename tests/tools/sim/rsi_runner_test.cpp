@@ -154,10 +154,12 @@ TEST_F(Wire, HasASecondControllerBesideItThatCountsForItself) {
   ScenarioFault second = fault(Kind::RsiSecondSender, 3, 0);
   second.from = "127.0.0.2";
   start({second});
-  Heard stranger;
-  do {
-    stranger = hear();
-  } while (stranger.from.address().to_string() != "127.0.0.2");
+  const auto hear_stranger = [this] {
+    for (;;) {
+      if (const Heard heard = hear(); heard.from.address().to_string() == "127.0.0.2") return heard;
+    }
+  };
+  const Heard stranger = hear_stranger();
   EXPECT_GT(stranger.ipoc, kWireIpoc + 1'000'000);
   const rsi::SensorFrameCodec codec{
       rsi::parse_ethernet_config(text_of(TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml"))
@@ -167,7 +169,7 @@ TEST_F(Wire, HasASecondControllerBesideItThatCountsForItself) {
   pc_.send_to(boost::asio::buffer(
                   codec.encode({.ipoc = stranger.ipoc, .axis_correction_rad = correction}, reply).value()),
               stranger.from);
-  hear();
+  hear_stranger();  // so that its first cycle is over, and counted
   runner_->stop();
   const RsiStatistics statistics = runner_->statistics();
   EXPECT_GE(statistics.second_senders.cycles, 1u);
