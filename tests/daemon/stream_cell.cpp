@@ -60,6 +60,19 @@ StreamHistory StreamCell::history() const {
   return history;
 }
 
+void StreamHistory::add(const StreamHistory& other) {
+  cycles += other.cycles;
+  heard += other.heard;
+  answered += other.answered;
+  sessions += other.sessions;
+  restarts += other.restarts;
+  stalls += other.stalls;
+  silences += other.silences;
+  foreign += other.foreign;
+  greatest_step = std::max(greatest_step, other.greatest_step);
+  greatest_correction_deg = std::max(greatest_correction_deg, other.greatest_correction_deg);
+}
+
 std::optional<StreamStatus> StreamCell::status() const {
   if (!daemon_runs()) return std::nullopt;
   return cycle_->status();

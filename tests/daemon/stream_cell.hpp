@@ -39,6 +39,9 @@ struct StreamHistory {
   double greatest_correction_deg = 0;
   std::string worst;   ///< when and where, and in which cell
   std::string broken;  ///< the first of the other promises that was not kept; empty: all were
+
+  /// Adds up what was counted, and keeps the greater of what was greatest.
+  void add(const StreamHistory& other);
 };
 
 /// A file in memory for what one daemon leaves to the next, gone at the end.

@@ -73,20 +73,6 @@ std::chrono::duration<double> run(StreamCell& cell, std::chrono::duration<double
   return passed();
 }
 
-void add(StreamSoak& soak, const daemon::StreamHistory& history) {
-  ++soak.cells;
-  soak.cycles += history.cycles;
-  soak.heard += history.heard;
-  soak.answered += history.answered;
-  soak.sessions += history.sessions;
-  soak.restarts += history.restarts;
-  soak.stalls += history.stalls;
-  soak.silences += history.silences;
-  soak.foreign += history.foreign;
-  soak.greatest_step = std::max(soak.greatest_step, history.greatest_step);
-  soak.greatest_correction_deg = std::max(soak.greatest_correction_deg, history.greatest_correction_deg);
-}
-
 }  // namespace
 
 StreamSoak soak_stream(std::uint64_t seed, double hours) {
@@ -102,7 +88,8 @@ StreamSoak soak_stream(std::uint64_t seed, double hours) {
     const daemon::StreamHistory history = cell.history();
     EXPECT_LE(history.greatest_step, 1) << history.worst;
     EXPECT_EQ(history.broken, "") << history.worst;
-    add(soak, history);
+    ++soak.cells;
+    soak.add(history);
   }
   soak.hash = hash.value();
   return soak;

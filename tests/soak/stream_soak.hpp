@@ -2,17 +2,15 @@
 
 #include <cstdint>
 
+#include "tests/daemon/stream_cell.hpp"
+
 namespace truepose::soak {
 
 /// What a soak of the correction stream came to. Broken promises are reported as test failures where they
 /// break.
-struct StreamSoak {
+struct StreamSoak : daemon::StreamHistory {
   double hours = 0;
   int cells = 0;
-  std::uint64_t cycles = 0, heard = 0, answered = 0;
-  std::uint64_t sessions = 0, restarts = 0, stalls = 0, silences = 0, foreign = 0;
-  double greatest_step = 0;  ///< at the controller, in bounds of a cycle
-  double greatest_correction_deg = 0;
   std::uint64_t hash = 0;  ///< of every reply, in order
 };
 
