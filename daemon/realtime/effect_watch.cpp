@@ -1,110 +1,166 @@
 #include "daemon/realtime/effect_watch.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 namespace truepose::daemon {
 namespace {
 
-constexpr std::array<double, 9> kDelays_ms{8, 16, 32, 48, 64, 96, 128, 192, 256};
 constexpr double kBlock_ms = 250;
-// What the arm does beyond any lag: resolution, friction, the last decimal.
+// What the arm does beyond any lag: resolution, friction, the last decimal; and a share of what it trails,
+// since a lag is not quite the same in every pose and at every speed.
 constexpr double kNoiseRad = 0.002 * kRadPerDeg;
-// What a lag does not explain goes on for some cycles, so that neighbours say the same.
+constexpr double kOfTrailing = 0.01;
+// What a lag does not explain goes on for some cycles, in which neighbours say the same: so many count as
+// one.
 constexpr double kCorrelated = 12;
+// 1 / variance of m: none or all of the correction arrives.
+constexpr double kGoesWithCorrection = 1;
+// What is left of a lag after the longest delay is at most this.
+constexpr double kGreatestRest = 0.8;
 // So many cycles on, the axes between are near enough on a line: at 4000 deg/s^2 within 0.07 deg, in few
 // rows.
 constexpr std::uint64_t kBridged = 3;
 
+template <std::size_t n>
+std::array<int, n> in_cycles(const std::array<double, n>& delays_ms, double cycle_ms, std::size_t capacity) {
+  std::array<int, n> cycles;
+  std::ranges::transform(delays_ms, cycles.begin(), [&](double delay_ms) {
+    return std::clamp(static_cast<int>(std::lround(delay_ms / cycle_ms)), 1, static_cast<int>(capacity) - 1);
+  });
+  return cycles;
+}
+
 }  // namespace
 
 EffectWatch::EffectWatch(double cycle_ms)
-    : block_cycles_{std::max(1, static_cast<int>(std::lround(kBlock_ms / cycle_ms)))} {
-  std::ranges::transform(kDelays_ms, delays_.begin(), [&](double delay_ms) {
-    return std::clamp(static_cast<int>(std::lround(delay_ms / cycle_ms)), 1, static_cast<int>(kCapacity) - 1);
-  });
-}
+    : told_delays_{in_cycles(LagKnowledge::kToldDelays_ms, cycle_ms, kCapacity)},
+      actual_delays_{in_cycles(LagKnowledge::kActualDelays_ms, cycle_ms, kCapacity)},
+      block_cycles_{std::max(kAxes, static_cast<int>(std::lround(kBlock_ms / cycle_ms)))} {}
 
 void EffectWatch::restart() noexcept {
   taken_ = 0;
-  blocks_[0] = {};
   block_ = 0;
+  blocks_[block_] = {};
   full_blocks_ = 0;
-  judged_ = false;
+  next_axis_ = kAxes;
 }
 
-void EffectWatch::expect(const Vector& expected, std::uint64_t elapsed) noexcept {
+void EffectWatch::Sums::add(const Unknowns& row, double difference) noexcept {
+  normal.noalias() += row * row.transpose();
+  right.noalias() += difference * row;
+  squares += difference * difference;
+}
+
+void EffectWatch::Sums::add(const Sums& sums, double weight) noexcept {
+  normal += weight * sums.normal;
+  right += weight * sums.right;
+  squares += weight * sums.squares;
+}
+
+void EffectWatch::remember(const Axes& now, std::uint64_t elapsed) noexcept {
   if (taken_ > 0 && elapsed > kBridged) restart();
+  const auto append = [this](const Axes& axes) { axes_[taken_++ % kCapacity] = axes; };
   if (taken_ > 0) {
-    const Vector last = expected_ago(0), step = (expected - last) / static_cast<double>(elapsed);
+    const Axes last = ago(0);
     for (std::uint64_t lost = 1; lost < elapsed; ++lost) {
-      expected_[taken_ % kCapacity] = last + static_cast<double>(lost) * step;
-      ++taken_;
+      const double share = static_cast<double>(lost) / static_cast<double>(elapsed);
+      append({last.expected + share * (now.expected - last.expected),
+              last.actual + share * (now.actual - last.actual)});
     }
   }
-  expected_[taken_ % kCapacity] = expected;
-  ++taken_;
+  append(now);
 }
 
 bool EffectWatch::take(const JointVector& commanded, const JointVector& correction, const JointVector& actual,
                        std::uint64_t elapsed) noexcept {
-  const Vector expected = commanded + correction;
-  expect(expected, elapsed);
-  if (taken_ <= static_cast<std::uint64_t>(delays_.back())) return false;
+  const Axes now{commanded + correction, actual};
+  remember(now, elapsed);
+  if (taken_ <= static_cast<std::uint64_t>(told_delays_.back())) return false;
 
-  const Vector difference = actual - expected;
-  std::array<Vector, kDelays> earlier;
-  for (std::size_t k = 0; k < kDelays; ++k) {
-    earlier[k] = expected_ago(delays_[k]) - expected;
-  }
   Block& block = blocks_[block_];
   for (int axis = 0; axis < kAxes; ++axis) {
     Unknowns row;
-    for (std::size_t k = 0; k < kDelays; ++k) row[static_cast<Eigen::Index>(k)] = earlier[k][axis];
-    row[kDelays] = 1;
-    Sums& sums = block.axes[static_cast<std::size_t>(axis)];
-    sums.normal.noalias() += row * row.transpose();
-    sums.right.noalias() += difference[axis] * row;
-    sums.squares += difference[axis] * difference[axis];
+    Eigen::Index i = 0;
+    for (const int delay : told_delays_) row[i++] = ago(delay).expected[axis] - now.expected[axis];
+    for (const int delay : actual_delays_) row[i++] = ago(delay).actual[axis] - now.expected[axis];
+    row.tail<2>() << 1, correction[axis];
+    block.axes[static_cast<std::size_t>(axis)].add(row, now.actual[axis] - now.expected[axis]);
   }
   block.sent += correction;
-  if (++block.cycles < block_cycles_) return false;
-
-  full_blocks_ = std::min(full_blocks_ + 1, kBlocks);
-  if (full_blocks_ == kBlocks) judge();
-  block_ = (block_ + 1) % kBlocks;
-  blocks_[block_] = {};
-  return judged_;
+  if (++block.cycles == block_cycles_) {
+    block_ = (block_ + 1) % blocks_.size();
+    blocks_[block_] = {};
+    full_blocks_ = std::min(full_blocks_ + 1, kBlocks);
+    if (full_blocks_ == kBlocks) next_axis_ = 0;
+  }
+  return judge_next_axis();
 }
 
-void EffectWatch::judge() noexcept {
-  judged_ = true;
-  const double cycles = kBlocks * block_cycles_;
-  sent_.setZero();
-  for (const Block& block : blocks_) sent_ += block.sent / cycles;
-  for (int axis = 0; axis < kAxes; ++axis) {
-    Sums sums;
-    for (const Block& block : blocks_) {
-      const Sums& part = block.axes[static_cast<std::size_t>(axis)];
-      sums.normal += part.normal;
-      sums.right += part.right;
-      sums.squares += part.squares;
-    }
-    // Twice: with the noise that is expected, then with the one that was left.
-    double variance = kNoiseRad * kNoiseRad;
-    for (int pass = 0; pass < 2; ++pass) {
-      Normal information = sums.normal / variance;
-      information.diagonal().head<kDelays>().array() += 1;
-      const Eigen::LDLT<Normal> factors{information};
-      const Unknowns best = factors.solve(sums.right / variance);
-      const Unknowns offset = factors.solve(Unknowns::Unit(kDelays));
-      missing_[axis] = best[kDelays];
-      sigma_[axis] = std::sqrt(std::max(0.0, offset[kDelays]) * kCorrelated);
-      const double left = sums.squares - 2 * best.dot(sums.right) + best.dot(sums.normal * best);
-      variance = std::max(kNoiseRad * kNoiseRad, left / cycles);
-    }
+/// @return whether it was the last one
+bool EffectWatch::judge_next_axis() noexcept {
+  if (next_axis_ == kAxes) return false;
+  judge(next_axis_);
+  learn_lag(next_axis_);
+  return ++next_axis_ == kAxes;
+}
+
+/// 1 / variance of the measurements of a block.
+double EffectWatch::weight(const Sums& block) const noexcept {
+  const double trailing = block.squares / block_cycles_;
+  return 1 / (kCorrelated * (kNoiseRad * kNoiseRad + kOfTrailing * kOfTrailing * trailing));
+}
+
+void EffectWatch::judge(int axis) noexcept {
+  Sums sums;
+  sent_[axis] = 0;
+  for (int age = 1; age <= kBlocks; ++age) {
+    const Block& block = full_block(age);
+    const Sums& part = block.axes[static_cast<std::size_t>(axis)];
+    sums.add(part, weight(part));
+    sent_[axis] += block.sent[axis] / (kBlocks * block_cycles_);
   }
+  LagKnowledge lag = lags_[static_cast<std::size_t>(axis)];
+  lag.fade(kBlocks);
+  Normal known = Normal::Zero();
+  known.topLeftCorner<kWeights, kWeights>() = lag.information();
+  known(kUnknowns - 1, kUnknowns - 1) = kGoesWithCorrection;
+  Unknowns known_right = Unknowns::Zero();
+  known_right.head<kWeights>() = known.topLeftCorner<kWeights, kWeights>() * lag.weights();
+
+  // Twice: with the variance that is expected, then with the one that was found.
+  double misfit = 1;
+  for (int pass = 0; pass < 2; ++pass) {
+    const Eigen::LDLT<Normal> factors{known + sums.normal / misfit};
+    const Unknowns best = factors.solve(known_right + sums.right / misfit);
+    const double rest = best.segment<LagKnowledge::kActual>(LagKnowledge::kTold).sum();
+    const double share = 1 - std::min(rest, kGreatestRest);
+    missing_[axis] = (best[kWeights] + best[kWeights + 1] * sent_[axis]) / share;
+    Unknowns gradient = Unknowns::Zero();
+    gradient.segment<LagKnowledge::kActual>(LagKnowledge::kTold).setConstant(missing_[axis] / share);
+    gradient.tail<2>() << 1 / share, sent_[axis] / share;
+    sigma_[axis] = std::sqrt(std::max(0.0, gradient.dot(factors.solve(gradient))));
+    const double left = sums.squares - 2 * best.dot(sums.right) + best.dot(sums.normal * best);
+    misfit = std::max(1.0, left * kCorrelated / (kBlocks * block_cycles_));
+  }
+  misfit_[axis] = misfit;
+}
+
+/// From the block that leaves the window next: of the lag alone, whatever was missing in it.
+void EffectWatch::learn_lag(int axis) noexcept {
+  const Sums& part = full_block(kBlocks).axes[static_cast<std::size_t>(axis)];
+  Sums sums;
+  sums.add(part, weight(part) / misfit_[axis]);
+  Eigen::Matrix2d missing = sums.normal.bottomRightCorner<2, 2>();
+  missing(1, 1) += kGoesWithCorrection;
+  const Eigen::Matrix<double, kWeights, 2> shared = sums.normal.topRightCorner<kWeights, 2>();
+  const Eigen::Matrix<double, kWeights, 2> share = shared * missing.inverse();
+  LagKnowledge& lag = lags_[static_cast<std::size_t>(axis)];
+  lag.fade(1);
+  lag.learn(sums.normal.topLeftCorner<kWeights, kWeights>() - share * shared.transpose(),
+            sums.right.head<kWeights>() - share * sums.right.tail<2>());
 }
 
 }  // namespace truepose::daemon

@@ -6,20 +6,24 @@
 
 #include "core/kinematics/robot_model.hpp"
 #include "core/kinematics/units.hpp"
+#include "daemon/realtime/lag_knowledge.hpp"
 
 namespace truepose::daemon {
 
 /// Whether the corrections that are sent move the arm: the correction as measured, AIPos - ASPos less what
 /// the arm trails, beside the one that is sent.
 ///
-/// With w = ASPos + correction sent and y = AIPos, an arm that follows, however late, has
+/// With w = ASPos + c, c the correction sent, and y = AIPos, an arm that follows, however late, has
 ///
-///   y(t) - w(t) = sum_k b_k (w(t - d_k) - w(t)) + e,   e = 0,
+///   y(t) - w(t) = sum_k b_k (w(t - d_k) - w(t)) + sum_j a_j (y(t - D_j) - w(t)) + n(t),   n = 0,
 ///
-/// for delays d_k up to a quarter of a second: any lag is such a sum, and it is none of our business which.
-/// So e and b are estimated axis by axis over the last second, with a weak prior on b (mean 0, standard
-/// deviation 1). Where an axis stands, e is simply y - w; where it moves, lag and motion are in the b; where
-/// it moves so evenly that both would explain the same, e is uncertain and says so. No allocation.
+/// for delays up to a quarter of a second: any lag is such a sum, with the a_j for what goes on longer, and
+/// it is none of our business which. Of an arm that does not follow n(t) = e + m c(t) is something, and
+/// n / (1 - sum a) is missing; m c where it goes with the correction. All are estimated axis by axis over the
+/// last second, a and b together with what was learned of them in the seconds before, whatever was missing
+/// then. Where an axis stands, e is simply y - w; where it moves, lag and motion are in a and b; where these
+/// are not known well enough to tell both from each other, what is missing is uncertain and says so.
+/// No allocation.
 class EffectWatch {
  public:
   static constexpr int kAxes = 6;
@@ -28,6 +32,7 @@ class EffectWatch {
   /// @param cycle_ms  of the controller
   explicit EffectWatch(double cycle_ms);
 
+  /// Begins anew, but for what is known of the arm's lag.
   void restart() noexcept;
   /// One cycle.
   /// @param elapsed  cycles since the one before: of a few that were lost the axes between are known well
@@ -40,41 +45,55 @@ class EffectWatch {
   const Vector& missing() const noexcept { return missing_; }
   const Vector& sent() const noexcept { return sent_; }    ///< mean of the correction in that second
   const Vector& sigma() const noexcept { return sigma_; }  ///< of missing()
-  bool judged() const noexcept { return judged_; }
 
  private:
-  static constexpr int kDelays = 9;
-  static constexpr int kUnknowns = kDelays + 1;  // and e
-  static constexpr int kBlocks = 4;
-  static constexpr std::size_t kCapacity = 512;  // cycles: more than the longest delay at 1 ms
+  static constexpr int kWeights = LagKnowledge::kWeights;  // b, a
+  static constexpr int kUnknowns = kWeights + 2;           // and e, m
+  static constexpr int kBlocks = 4;                        // of the second that is judged
+  static constexpr std::size_t kCapacity = 512;            // cycles: more than the longest delay at 1 ms
   using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
   using Normal = Eigen::Matrix<double, kUnknowns, kUnknowns>;
-  struct Sums {  // of one axis over one block
+  struct Sums {  // of one axis
     Normal normal = Normal::Zero();
     Unknowns right = Unknowns::Zero();
     double squares = 0;
+
+    void add(const Unknowns& row, double difference) noexcept;
+    void add(const Sums& sums, double weight) noexcept;
   };
   struct Block {
     std::array<Sums, kAxes> axes;
     Vector sent = Vector::Zero();  // sum
     int cycles = 0;
   };
+  struct Axes {
+    Vector expected, actual;
+  };
 
-  void expect(const Vector& expected, std::uint64_t elapsed) noexcept;
-  const Vector& expected_ago(int cycles) const noexcept {
-    return expected_[(taken_ - 1 - static_cast<std::uint64_t>(cycles)) % kCapacity];
+  void remember(const Axes& now, std::uint64_t elapsed) noexcept;
+  const Axes& ago(int cycles) const noexcept {
+    return axes_[(taken_ - 1 - static_cast<std::uint64_t>(cycles)) % kCapacity];
   }
-  void judge() noexcept;
+  double weight(const Sums& block) const noexcept;
+  const Block& full_block(int age) const noexcept {  // 1 = the last one
+    return blocks_[(block_ + blocks_.size() - static_cast<std::size_t>(age)) % blocks_.size()];
+  }
+  bool judge_next_axis() noexcept;
+  void judge(int axis) noexcept;
+  void learn_lag(int axis) noexcept;
 
-  std::array<int, kDelays> delays_{};  // cycles
+  std::array<int, LagKnowledge::kTold> told_delays_{};  // cycles
+  std::array<int, LagKnowledge::kActual> actual_delays_{};
   int block_cycles_;
-  std::array<Vector, kCapacity> expected_{};
+  std::array<Axes, kCapacity> axes_{};
   std::uint64_t taken_ = 0;
-  std::array<Block, kBlocks> blocks_{};
+  std::array<Block, kBlocks + 1> blocks_{};  // and the one that is being filled
   std::size_t block_ = 0;
   int full_blocks_ = 0;
-  bool judged_ = false;
+  int next_axis_ = kAxes;  // to be judged: one a cycle, so that no cycle takes long
+  std::array<LagKnowledge, kAxes> lags_{};
   Vector missing_ = Vector::Zero(), sent_ = Vector::Zero(), sigma_ = Vector::Zero();
+  Vector misfit_ = Vector::Ones();  // of the last judgement: variance found, by the expected one
 };
 
 }  // namespace truepose::daemon

@@ -26,10 +26,12 @@ std::optional<FoundFault> FollowingCheck::take(const rsi::RobotFrame& frame, con
   }
   if (!effect_.take(vector_of(*frame.aspos_rad), correction, vector_of(*frame.aipos_rad), elapsed))
     return std::nullopt;
-  Eigen::Index worst = 0;
   const EffectWatch::Vector uncertain = kSigmas * effect_.sigma();
-  const EffectWatch::Vector beyond = effect_.missing().cwiseAbs() - uncertain;
-  const bool follows = beyond.maxCoeff(&worst) <= tolerance_rad_;
+  // The axis of which it is surest.
+  Eigen::Index worst = 0;
+  const double surest =
+      (effect_.missing().cwiseAbs().array() / (uncertain.array() + tolerance_rad_)).maxCoeff(&worst);
+  const bool follows = surest <= 1;
   not_following_ = follows ? 0 : not_following_ + 1;
   for (Eigen::Index i = 0; i < EffectWatch::kAxes; ++i) {
     auto& measured_deg = measured_deg_[static_cast<std::size_t>(i)];
@@ -38,9 +40,11 @@ std::optional<FoundFault> FollowingCheck::take(const rsi::RobotFrame& frame, con
   }
   if (not_following_ < kNotFollowing) return std::nullopt;
   const double sent = effect_.sent()[worst], measured = sent + effect_.missing()[worst];
-  return FoundFault{
-      StreamFault::NotFollowing,
-      {.axis = static_cast<int>(worst) + 1, .value = measured * kDegPerRad, .limit = sent * kDegPerRad}};
+  return FoundFault{StreamFault::NotFollowing,
+                    {.axis = static_cast<int>(worst) + 1,
+                     .value = measured * kDegPerRad,
+                     .limit = sent * kDegPerRad,
+                     .uncertain = uncertain[worst] * kDegPerRad}};
 }
 
 }  // namespace truepose::daemon

@@ -28,7 +28,8 @@ std::string fault_reason(StreamFault fault, const FaultDetail& detail) {
       return "";
     case StreamFault::NotFollowing:
       return "the axes do not follow the correction: " + axis(detail) + " is sent " + deg(detail.limit) +
-             " and AIPos - ASPos shows about " + number("%.2f", detail.value) + " deg" +
+             " and AIPos - ASPos shows " + number("%.2f", detail.value) + " +- " +
+             number("%.2f", detail.uncertain) + " deg" +
              "; the robot program is stopped or not at RSI_MOVECORR, or the ethernet configuration on the "
              "controller has another name for the correction than the one that truepose reads "
              "(stream.ethernet_xml), or the RSI context does not lead it to AXISCORR: put that right, then "

@@ -43,6 +43,7 @@ struct FaultDetail {
   int axis = 0;                ///< 1..6; 0 = none
   double value = 0;            ///< deg; WrongCycle: the IPOC's step; WrongArm: mm
   double limit = 0;            ///< in the same unit
+  double uncertain = 0;        ///< NotFollowing: value is known to so much
   std::string_view element{};  ///< NotSent: its name, a constant
 };
 

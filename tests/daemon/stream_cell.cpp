@@ -340,6 +340,7 @@ void StreamCell::check() {
   expect(status.max_step_deg <= kMaxStep_deg + kGrid_deg,
          "the stream itself tells of a step above the bound");
   expect(history_.greatest_correction_deg <= kMaxTotal_deg + kGrid_deg, "a correction is above its bound");
+  expect(status.fault != StreamFault::NotFollowing, "an arm that follows is accused");
 }
 
 void StreamCell::expect(bool kept, const std::string& promise) {

@@ -477,10 +477,12 @@ TEST(StreamCycle, FreezesWhenTheAxesDoNotFollowAndGoesOnWhenAcknowledged) {
 TEST(StreamCycle, IsNotFrozenByAnArmThatTrailsItsCommandInMotion) {
   StreamRig rig;
   engage(rig);
-  for (int i = 0; i < 3000; ++i) {
+  constexpr std::size_t kDeadCycles = 25;
+  std::vector<JointVector> given(kDeadCycles, rig.q + rig.applied);
+  for (std::size_t i = 0; i < 3000; ++i) {
     rig.q[0] += 0.02 * kRadPerDeg;
-    rig.stuck = rig.q + rig.applied;
-    (*rig.stuck)[0] -= 25 * 0.02 * kRadPerDeg;
+    given.push_back(rig.q + rig.applied);
+    rig.stuck = given[i];
     rig.tick();
   }
   EXPECT_EQ(rig.state(), StreamState::Active);
