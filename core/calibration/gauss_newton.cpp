@@ -5,6 +5,7 @@
 
 #include "core/calibration/identifiability.hpp"
 #include "core/calibration/line_search.hpp"
+#include "core/calibration/normal_equations.hpp"
 #include "core/calibration/parameters.hpp"
 #include "core/linear_algebra/decompositions.hpp"
 
@@ -22,10 +23,91 @@ Eigen::VectorXd least_squares_step(const LinearSystem& system) {
   return -norm.cwiseInverse().cwiseProduct(smallest_solution(unit, system.f, kRankTolerance));
 }
 
-}  // namespace
+/// Squared pivots at unit column norm below this mean columns so dependent (condition above about 1e5) that
+/// the normal equations lose digits that the fit needs.
+constexpr double kSmallestPivot = 1e-10;
 
-FitResult gauss_newton(const CalibratedCell& start, const LeastSquaresProblem& problem,
-                       const GaussNewtonOptions& options) {
+/// The step of the free parameters, with room reused from one iteration to the next.
+class NormalStep {
+ public:
+  explicit NormalStep(int size)
+      : size_{size},
+        stride_{(size + kernels::kMostLanes) / kernels::kMostLanes * kernels::kMostLanes},
+        lines_(static_cast<std::size_t>(size * stride_ / kernels::kMostLanes + 1)),
+        scale_(size),
+        step_(size) {}
+
+  /// Solves J'WJ step = -J'Wf; false where that would lose digits.
+  bool solve(const NormalEquations& equations, const kernels::Kernels& code) {
+    for (int i = 0; i < size_; ++i) scale_[i] = 1 / std::sqrt(equations.product(i, i));
+    double* const A = lines_[0].value;
+    for (int i = 0; i < size_; ++i) {
+      double* const column = A + i * stride_;
+      for (int j = i; j < size_; ++j) column[j] = equations.product(i, j) * scale_[i] * scale_[j];
+      column[size_] = -equations.gradient(i) * scale_[i];
+    }
+    // Written so that a NaN, of a column of zeros, fails.
+    if (!(code.solve_positive(A, stride_, size_, step_.data()) > kSmallestPivot)) return false;
+    step_.array() *= scale_.array();
+    return true;
+  }
+
+  const Eigen::VectorXd& step() const { return step_; }
+
+  /// |J step|^2, the decrease that the step promises, mm^2.
+  double promised(const NormalEquations& equations) const {
+    double along = 0;
+    for (int i = 0; i < size_; ++i) along -= equations.gradient(i) * step_[i];
+    return along;
+  }
+
+ private:
+  int size_, stride_;
+  std::vector<kernels::Line> lines_;
+  Eigen::VectorXd scale_, step_;
+};
+
+/// Full steps by Cholesky's factorisation at unit column norm. Does not allocate inside an iteration.
+std::optional<FitResult> by_normal_equations(const CalibratedCell& start, const LeastSquaresProblem& problem,
+                                             const GaussNewtonOptions& options,
+                                             const kernels::Kernels& code) {
+  // The coordinates of a predicted point are not known better than this (mm).
+  constexpr double kRounding_mm = 1e-10;
+  const ParameterLayout layout = ParameterLayout::of(start);
+  const auto of_links = [&](int parameter) { return parameter >= layout.link(0); };
+  if (std::ranges::count_if(problem.free, of_links) > NormalEquations::kMostLinkParameters)
+    return std::nullopt;
+  FitResult result{.cell = start, .solver = StepSolver::NormalEquations};
+  result.rms_mm.reserve(static_cast<std::size_t>(options.max_iterations));
+  PreparedPoints points(start.robot, problem.points, layout.reflectors, problem.W, code);
+  NormalEquations equations(start, points, problem.free, problem.prior);
+  NormalStep step(static_cast<int>(problem.free.size()));
+  Eigen::VectorXd direction = Eigen::VectorXd::Zero(layout.size());
+
+  equations.evaluate(start);
+  while (result.iterations < options.max_iterations) {
+    ++result.iterations;
+    if (!step.solve(equations, code)) return std::nullopt;
+    for (std::size_t k = 0; k < problem.free.size(); ++k)
+      direction[problem.free[k]] = step.step()[static_cast<Eigen::Index>(k)];
+    const double change = std::sqrt(step.promised(equations) / points.size());
+    const double rms = std::sqrt(equations.cost() / points.size());
+    if (!std::isfinite(change)) return std::nullopt;
+    result.rms_mm.push_back(rms);
+    move_by(result.cell, direction);
+    if (change < std::max(options.tolerance_mm, 1e-6 * rms)) {
+      result.converged = true;
+      return result;
+    }
+    equations.evaluate(result.cell);
+    // Written so that a NaN fails.
+    if (!(std::sqrt(equations.cost() / points.size()) <= rms + kRounding_mm)) return std::nullopt;
+  }
+  return result;
+}
+
+FitResult by_orthogonal_factors(const CalibratedCell& start, const LeastSquaresProblem& problem,
+                                const GaussNewtonOptions& options) {
   const int size = ParameterLayout::of(start).size();
   const double root_points = std::sqrt(static_cast<double>(problem.points.size()));
   FitResult result{.cell = start};
@@ -67,6 +149,21 @@ FitResult gauss_newton(const CalibratedCell& start, const LeastSquaresProblem& p
     system = std::move(next);  // the search ends on the step that it returns
   }
   return result;
+}
+
+}  // namespace
+
+std::optional<FitResult> gauss_newton_by(StepSolver solver, const CalibratedCell& start,
+                                         const LeastSquaresProblem& problem,
+                                         const GaussNewtonOptions& options, const kernels::Kernels& code) {
+  if (solver == StepSolver::Orthogonal) return by_orthogonal_factors(start, problem, options);
+  return by_normal_equations(start, problem, options, code);
+}
+
+FitResult gauss_newton(const CalibratedCell& start, const LeastSquaresProblem& problem,
+                       const GaussNewtonOptions& options) {
+  if (auto fit = by_normal_equations(start, problem, options, kernels::best())) return *std::move(fit);
+  return by_orthogonal_factors(start, problem, options);
 }
 
 }  // namespace truepose

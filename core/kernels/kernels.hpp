@@ -56,8 +56,12 @@ struct InverseOutcome {
 struct PointBlock {
   const double* measured[3];  ///< tracker frame, mm
   const double* weight;       ///< 0 for padding
-  const double* first;        ///< of joint i at first + i * stride: cosine of the turn, or the slide (mm)
-  const double* second;       ///< sine of the turn
+  /// The upper triangle, row by row, of the matrix that multiplies a point's residual in the tracker frame;
+  /// null where `weight` does.
+  const double* whitening[6];
+  const double* basis;   ///< of deviation term t at basis + t * stride, the joint's sign included
+  const double* first;   ///< of joint i at first + i * stride: cosine of the turn, or the slide (mm)
+  const double* second;  ///< sine of the turn
   int stride;
   int count;  ///< a multiple of kMostLanes
 };
@@ -70,29 +74,34 @@ enum class ColumnKind { A, Alpha, D, Theta, Beta };
 struct LinkColumn {
   ColumnKind kind;
   int link;
+  int term = -1;  ///< of a deviation, whose basis multiplies the column; -1 = the link's own
 };
 
 /// The arm that the points are compared with, and the columns wanted.
 struct PointModel {
   const Arm* arm;
-  double rotation[9];         ///< R_WB, column by column
-  double origin[3];           ///< of the base in the tracker frame, mm
-  double reflector[3];        ///< in the flange frame, mm
-  const LinkColumn* columns;  ///< ascending in link
+  double rotation[9];   ///< R_WB, column by column
+  double origin[3];     ///< of the base in the tracker frame, mm
+  double reflector[3];  ///< in the flange frame, mm
+  const LinkColumn* columns;
   int column_count;
 };
 
 /// Local columns that come before those of the links: the residual, three turns of the base about its own
 /// axes, three coordinates of the reflector.
 inline constexpr int kFixedColumns = 7;
-inline constexpr int kMostColumns = kFixedColumns + 5 * kMostJoints + 1;
+/// Behind those of the links where points are whitened: three translations of the base along its own axes.
+/// Where they are weighed the translations' products are sums of the other columns.
+inline constexpr int kTranslations = 3;
+inline constexpr int kMostLinkColumns = 160;
+inline constexpr int kMostColumns = kFixedColumns + kMostLinkColumns + kTranslations;
 
 /// Weighted sums over points, all vectors in the base frame.
 struct PointSums {
   double* gram;  ///< dot products of the local columns, row i at gram + i * stride, those with j >= i; kBlock
                  ///< rows and columns more than those
-  double* sum;   ///< of each local column, three coordinates
-  double weight;  ///< sum of the squared weights
+  double* sum;   ///< of each local column, three coordinates; not where points are whitened
+  double weight;  ///< sum of the squared weights; not where points are whitened
   int stride;
 };
 

@@ -16,6 +16,7 @@ inline Lane3 operator*(const Lane3& a, double s) { return {a.x * s, a.y * s, a.z
 inline Lane3 cross(const Lane3& a, const Lane3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+inline Vec dot(const Lane3& a, const Lane3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline Lane3 all3(const double* v) { return {all(v[0]), all(v[1]), all(v[2])}; }
 
 /// A frame of another pose in each lane.

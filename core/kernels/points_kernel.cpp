@@ -4,7 +4,7 @@
 namespace truepose::kernels::TRUEPOSE_KERNEL_ISA {
 namespace {
 
-/// The weighted local columns of up to kChunk points: three coordinates of `points` numbers each.
+/// The scaled local columns of up to kChunk points: three coordinates of `points` numbers each.
 struct Chunk {
   double* columns;
   int points;
@@ -42,6 +42,33 @@ void link_frames(const Arm& arm, const PointBlock& points, int k, LaneFrames& X)
   }
 }
 
+/// What multiplies a vector of the base frame before it counts: a weight.
+struct Weight {
+  Vec w;
+
+  Weight(const PointModel&, const PointBlock& points, int k) : w{load(points.weight + k)} {}
+  Lane3 operator()(const Lane3& v) const { return v * w; }
+};
+
+/// Or the matrix that whitens in the tracker frame, times the base's rotation.
+struct Whitening {
+  Lane3 row[3];
+
+  Whitening(const PointModel& model, const PointBlock& points, int k) {
+    Vec U[6];
+    for (int i = 0; i < 6; ++i) U[i] = load(points.whitening[i] + k);
+    const double* const R = model.rotation;
+    const auto turned = [R](Vec x, Vec y, Vec z) {
+      return Lane3{x * R[0] + y * R[1] + z * R[2], x * R[3] + y * R[4] + z * R[5],
+                   x * R[6] + y * R[7] + z * R[8]};
+    };
+    row[0] = turned(U[0], U[1], U[2]);
+    row[1] = turned(Vec{}, U[3], U[4]);
+    row[2] = turned(Vec{}, Vec{}, U[5]);
+  }
+  Lane3 operator()(const Lane3& v) const { return {dot(row[0], v), dot(row[1], v), dot(row[2], v)}; }
+};
+
 /// Derivative of the point P to a parameter of link `column.link`; see measurement_model.cpp for where these
 /// come from.
 Lane3 derivative(const PointModel& model, const LinkColumn& column, const LaneFrames& X, const Lane3& P) {
@@ -63,6 +90,7 @@ Lane3 derivative(const PointModel& model, const LinkColumn& column, const LaneFr
 }
 
 /// Fills the columns of the points from k on, in the base frame.
+template <typename Scale>
 void linearise(const PointModel& model, const PointBlock& points, int k, const Chunk& chunk) {
   const Arm& arm = *model.arm;
   for (int at = 0; at < chunk.points; at += kLanes) {
@@ -70,7 +98,7 @@ void linearise(const PointModel& model, const PointBlock& points, int k, const C
     link_frames(arm, points, k + at, X);
     const LaneFrame flange = flange_frame(X[arm.joints], arm);
     const Lane3 P = along(flange, model.reflector) + flange.p;
-    const Vec w = load(points.weight + k + at);
+    const Scale scaled(model, points, k + at);
 
     const Lane3 from_base{load(points.measured[0] + k + at) - model.origin[0],
                           load(points.measured[1] + k + at) - model.origin[1],
@@ -80,17 +108,32 @@ void linearise(const PointModel& model, const PointBlock& points, int k, const C
     };
     const Lane3 measured{base_axis(model.rotation), base_axis(model.rotation + 3),
                          base_axis(model.rotation + 6)};
-    chunk.put(0, at, (P - measured) * w);
+    chunk.put(0, at, scaled(P - measured));
 
-    const Lane3 wP = P * w;
-    chunk.put(1, at, {Vec{}, -wP.z, wP.y});
-    chunk.put(2, at, {wP.z, Vec{}, -wP.x});
-    chunk.put(3, at, {-wP.y, wP.x, Vec{}});
-    chunk.put(4, at, flange.x * w);
-    chunk.put(5, at, flange.y * w);
-    chunk.put(6, at, flange.z * w);
-    for (int c = 0; c < model.column_count; ++c)
-      chunk.put(kFixedColumns + c, at, derivative(model, model.columns[c], X, P) * w);
+    chunk.put(1, at, scaled({Vec{}, -P.z, P.y}));
+    chunk.put(2, at, scaled({P.z, Vec{}, -P.x}));
+    chunk.put(3, at, scaled({-P.y, P.x, Vec{}}));
+    chunk.put(4, at, scaled(flange.x));
+    chunk.put(5, at, scaled(flange.y));
+    chunk.put(6, at, scaled(flange.z));
+    for (int c = 0; c < model.column_count; ++c) {
+      const LinkColumn& column = model.columns[c];
+      Lane3 value = derivative(model, column, X, P);
+      if (column.term >= 0) value = value * load(points.basis + column.term * points.stride + k + at);
+      chunk.put(kFixedColumns + c, at, scaled(value));
+    }
+  }
+}
+
+/// The translations' columns of the points from k on: the base's axes.
+void add_translations(const PointModel& model, const PointBlock& points, int k, const Chunk& chunk) {
+  const int first = kFixedColumns + model.column_count;
+  for (int at = 0; at < chunk.points; at += kLanes) {
+    const Whitening whitened(model, points, k + at);
+    const Vec one = all(1), zero{};
+    chunk.put(first, at, whitened({one, zero, zero}));
+    chunk.put(first + 1, at, whitened({zero, one, zero}));
+    chunk.put(first + 2, at, whitened({zero, zero, one}));
   }
 }
 
@@ -127,8 +170,13 @@ void add_block(const Chunk& chunk, int i, int j, int count, PointSums& sums_out)
   }
 }
 
-/// The sums that the base's translation makes: its columns are the axes themselves.
-void add_translations(const Chunk& chunk, const double* weight, int count, Vec (*lane_sums)[3]) {
+void add_gram(const Chunk& chunk, int count, PointSums& out) {
+  for (int i = 0; i < count; i += kBlockRows)
+    for (int j = i; j < count; j += kBlockColumns) add_block(chunk, i, j, count, out);
+}
+
+/// The sums that the base's translation makes where points are weighed: its columns are the axes themselves.
+void sum_columns(const Chunk& chunk, const double* weight, int count, Vec (*lane_sums)[3]) {
   for (int c = 0; c < count; ++c) {
     for (int axis = 0; axis < 3; ++axis) {
       const double* const column = chunk.column(c) + axis * chunk.points;
@@ -138,28 +186,48 @@ void add_translations(const Chunk& chunk, const double* weight, int count, Vec (
   }
 }
 
-}  // namespace
+Chunk chunk_from(double* columns, const PointBlock& points, int k) {
+  return {columns, points.count - k < kChunk ? points.count - k : kChunk};
+}
 
-void point_sums(const PointModel& model, const PointBlock& points, double* columns, PointSums& out) {
+void whitened_sums(const PointModel& model, const PointBlock& points, double* columns, PointSums& out) {
+  for (int k = 0; k < points.count; k += kChunk) {
+    const Chunk chunk = chunk_from(columns, points, k);
+    linearise<Whitening>(model, points, k, chunk);
+    add_translations(model, points, k, chunk);
+    add_gram(chunk, kFixedColumns + model.column_count + kTranslations, out);
+  }
+}
+
+void weighted_sums(const PointModel& model, const PointBlock& points, double* columns, PointSums& out) {
   const int count = kFixedColumns + model.column_count;
   Vec lane_sums[kMostColumns][3];
   for (int c = 0; c < count; ++c)
     for (Vec& axis : lane_sums[c]) axis = Vec{};
   Vec weight{};
   for (int k = 0; k < points.count; k += kChunk) {
-    const Chunk chunk{columns, points.count - k < kChunk ? points.count - k : kChunk};
-    linearise(model, points, k, chunk);
-    add_translations(chunk, points.weight + k, count, lane_sums);
+    const Chunk chunk = chunk_from(columns, points, k);
+    linearise<Weight>(model, points, k, chunk);
+    sum_columns(chunk, points.weight + k, count, lane_sums);
     for (int at = 0; at < chunk.points; at += kLanes) {
       const Vec w = load(points.weight + k + at);
       weight += w * w;
     }
-    for (int i = 0; i < count; i += kBlockRows)
-      for (int j = i; j < count; j += kBlockColumns) add_block(chunk, i, j, count, out);
+    add_gram(chunk, count, out);
   }
   for (int c = 0; c < count; ++c)
     for (int axis = 0; axis < 3; ++axis) out.sum[3 * c + axis] += sum(lane_sums[c][axis]);
   out.weight += sum(weight);
+}
+
+}  // namespace
+
+void point_sums(const PointModel& model, const PointBlock& points, double* columns, PointSums& out) {
+  if (points.whitening[0] != nullptr) {
+    whitened_sums(model, points, columns, out);
+  } else {
+    weighted_sums(model, points, columns, out);
+  }
 }
 
 }  // namespace truepose::kernels::TRUEPOSE_KERNEL_ISA

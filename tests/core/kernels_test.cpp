@@ -5,10 +5,9 @@
 
 #include "core/calibration/gauss_newton.hpp"
 #include "core/calibration/identifiability.hpp"
+#include "core/calibration/normal_equations.hpp"
 #include "core/calibration/parameters.hpp"
 #include "core/kernels/arm_kernel.hpp"
-#include "core/kernels/fast_gauss_newton.hpp"
-#include "core/kernels/normal_equations.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/linear_algebra/decompositions.hpp"
 #include "core/random.hpp"
@@ -337,12 +336,28 @@ TEST(BestKernels, AreThoseOfTheBestInstructionSetOfTheMachine) {
   EXPECT_TRUE(kernels::available(Isa::Baseline));
 }
 
+/// How much the points of a problem count.
+enum class Weighed { Alike, ByNumber, ByMatrix };
+
 /// A cell with points of every reflector in turn, off by `noise_mm` from what a cell moved a little would
 /// show.
 struct Problem {
   CalibratedCell start;
   std::vector<Measurement> points;
-  Eigen::VectorXd weights;
+  Prior prior{};
+
+  LeastSquaresProblem of(std::vector<int> free, Weighed weighed, std::uint64_t seed = 1) const {
+    LeastSquaresProblem out{.points = points, .free = std::move(free), .W = {}, .prior = prior};
+    Random random{seed};
+    while (weighed != Weighed::Alike && out.W.size() < points.size()) {
+      Eigen::Matrix3d W = random.uniform(0.2, 1) * Eigen::Matrix3d::Identity();
+      if (weighed == Weighed::ByMatrix)
+        W += Eigen::Matrix3d::NullaryExpr([&](auto, auto) { return random.uniform(-0.1, 0.1); });
+      if (random.next() % 10 == 0) W.setZero();  // a gross error
+      out.W.push_back(W);
+    }
+    return out;
+  }
 };
 
 Problem problem(const RobotModel& robot, int reflectors, int count, double noise_mm, Random& random) {
@@ -355,14 +370,12 @@ Problem problem(const RobotModel& robot, int reflectors, int count, double noise
   for (Eigen::Index i = 0; i < step.size(); ++i) step[i] = 1e-3 * random.normal();
   for (const int i : {0, 1, 2, 6, 7, 8}) step[i] *= 1000;
   const CalibratedCell truth = moved(out.start, step);
-  out.weights.resize(count);
   for (int n = 0; n < count; ++n) {
     Measurement point{.q = random_joints(robot, random),
                       .smr = static_cast<int>(random.next() % static_cast<std::uint64_t>(reflectors))};
     point.p_WS_mm = truth.predict(point.q, point.smr);
     for (double& x : point.p_WS_mm) x += noise_mm * random.normal();
     out.points.push_back(point);
-    out.weights[n] = random.uniform(0.2, 1);
   }
   return out;
 }
@@ -373,20 +386,38 @@ std::vector<int> all_parameters(const CalibratedCell& cell) {
   return free;
 }
 
-LeastSquaresProblem least_squares(std::span<const Measurement> points, std::vector<int> free,
-                                  const Eigen::VectorXd& weights) {
-  LeastSquaresProblem result{.points = points, .free = std::move(free), .W = {}, .prior = {}};
-  for (const double weight : weights) result.W.push_back(weight * Eigen::Matrix3d::Identity());
-  return result;
+constexpr Weighed kWeighed[] = {Weighed::Alike, Weighed::ByNumber, Weighed::ByMatrix};
+
+/// Every joint of `robot` deviates, in all the ways there are.
+void add_deviations(Problem& at, Random& random) {
+  RobotModel& robot = at.start.robot;
+  robot.torque_joints = robot.joints;
+  for (int i = 0; i < robot.joint_count(); ++i) {
+    const bool turns = robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
+    robot.deviation.push_back({i, turns ? DeviationBasis::Sine : DeviationBasis::Scale, 1, 0});
+    robot.deviation.push_back({i, DeviationBasis::Approach, 1, 0});
+    if (turns) robot.deviation.push_back({i, DeviationBasis::Weight, robot.joint_count() + 1, 0});
+  }
+  for (DeviationTerm& term : robot.deviation) term.coefficient = 1e-3 * random.normal();
+  for (Measurement& point : at.points) {
+    for (int i = 0; i < robot.joint_count(); ++i) point.direction.push_back(random.uniform() < 0.5 ? -1 : 1);
+  }
 }
 
-void expect_normal_equations(const Problem& at, const std::vector<int>& free, const Eigen::VectorXd& weights,
-                             const kernels::Kernels& code) {
-  const LinearSystem expected = linearise(at.start, least_squares(at.points, free, weights));
-  const PreparedPoints points(at.start.robot, at.points, static_cast<int>(at.start.reflectors.size()),
-                              weights, code);
-  NormalEquations equations(at.start, points, free);
-  equations.evaluate(at.start);
+/// Something is known of every second parameter.
+void add_prior(Problem& at, Random& random) {
+  const int size = ParameterLayout::of(at.start).size();
+  at.prior.centre =
+      parameter_values(at.start) + Eigen::VectorXd::NullaryExpr(size, [&] { return 0.01 * random.normal(); });
+  at.prior.weight =
+      Eigen::VectorXd::NullaryExpr(size, [&](Eigen::Index k) { return k % 2 == 0 ? 0.5 : 0.0; });
+}
+
+void expect_normal_equations(const CalibratedCell& cell, const LeastSquaresProblem& wanted,
+                             PreparedPoints& points) {
+  const LinearSystem expected = linearise(cell, wanted);
+  NormalEquations equations(cell, points, wanted.free, wanted.prior);
+  equations.evaluate(cell);
   const Eigen::VectorXd norm = column_norms(expected.J).cwiseInverse();
   const Eigen::MatrixXd difference = equations.matrix() - expected.J.transpose() * expected.J;
   EXPECT_LT((norm.asDiagonal() * difference * norm.asDiagonal()).cwiseAbs().maxCoeff(), 1e-12);
@@ -395,14 +426,22 @@ void expect_normal_equations(const Problem& at, const std::vector<int>& free, co
   EXPECT_NEAR(equations.cost(), expected.f.squaredNorm(), 1e-12 * expected.f.squaredNorm());
 }
 
+void expect_normal_equations(const Problem& at, const std::vector<int>& free, const kernels::Kernels& code) {
+  for (const Weighed weighed : kWeighed) {
+    const LeastSquaresProblem wanted = at.of(free, weighed);
+    PreparedPoints points(at.start.robot, at.points, static_cast<int>(at.start.reflectors.size()), wanted.W,
+                          code);
+    expect_normal_equations(at.start, wanted, points);
+  }
+}
+
 TEST_P(Kernels, SumTheNormalEquationsOfTheReferenceForEveryParameter) {
   Random random{6};
   for (const std::string& types : kArms) {
     for (const int reflectors : {1, 3}) {
       for (const int count : {1, 8, 31, 33, 100}) {
         const Problem at = problem(random_arm(types, random), reflectors, count, 0.1, random);
-        expect_normal_equations(at, all_parameters(at.start), {}, code());
-        expect_normal_equations(at, all_parameters(at.start), at.weights, code());
+        expect_normal_equations(at, all_parameters(at.start), code());
       }
     }
   }
@@ -411,50 +450,81 @@ TEST_P(Kernels, SumTheNormalEquationsOfTheReferenceForEveryParameter) {
 TEST_P(Kernels, SumTheNormalEquationsOfAnySelectionOfParameters) {
   Random random{7};
   for (int trial = 0; trial < 50; ++trial) {
-    const Problem at = problem(random_arm("RRPRRR", random), 2, 40, 0.1, random);
+    Problem at = problem(random_arm("RRPRRR", random), 2, 40, 0.1, random);
+    if (trial % 2 == 0) add_deviations(at, random);
+    if (trial % 3 == 0) add_prior(at, random);
     std::vector<int> free;
     for (const int k : all_parameters(at.start))
       if (random.uniform() < 0.4) free.push_back(k);
-    expect_normal_equations(at, free, at.weights, code());
+    expect_normal_equations(at, free, code());
   }
 }
 
-TEST_P(Kernels, TakeOtherWeightsForPreparedPoints) {
+TEST_P(Kernels, TakeOtherWeightsAndDeviationsForPreparedPoints) {
   Random random{8};
-  const Problem at = problem(kr210(false), 2, 40, 0.1, random);
-  const std::vector<int> free = all_parameters(at.start);
+  Problem at = problem(kr210(false), 2, 40, 0.1, random);
+  add_deviations(at, random);
   PreparedPoints points(at.start.robot, at.points, 2, {}, code());
-  points.reweight(at.weights);
-  NormalEquations equations(at.start, points, free);
-  equations.evaluate(at.start);
-  const LinearSystem expected = linearise(at.start, least_squares(at.points, free, at.weights));
-  EXPECT_NEAR(equations.cost(), expected.f.squaredNorm(), 1e-12 * expected.f.squaredNorm());
+  for (const Weighed weighed : {Weighed::ByMatrix, Weighed::ByNumber, Weighed::Alike}) {
+    for (DeviationTerm& term : at.start.robot.deviation) term.coefficient = 1e-3 * random.normal();
+    const LeastSquaresProblem wanted = at.of(all_parameters(at.start), weighed);
+    points.reweight(wanted.W);
+    expect_normal_equations(at.start, wanted, points);
+  }
 }
 
 std::vector<int> kept_parameters(const Problem& at) {
-  return identifiability(
-             linearise(at.start, least_squares(at.points, all_parameters(at.start), at.weights)).J,
-             conventional_preference(ParameterLayout::of(at.start)))
+  const ParameterLayout layout = ParameterLayout::of(at.start);
+  std::vector<int> geometry(static_cast<std::size_t>(layout.deviation(0)));
+  std::iota(geometry.begin(), geometry.end(), 0);
+  return identifiability(linearise(at.start, at.of(geometry, Weighed::Alike)).J,
+                         conventional_preference({layout.reflectors, layout.joints, 0}))
       .kept;
+}
+
+/// By both ways from the same start.
+void expect_same_end(const Problem& at, const LeastSquaresProblem& wanted, const kernels::Kernels& code,
+                     Random& random) {
+  const FitResult expected = gauss_newton_by(StepSolver::Orthogonal, at.start, wanted).value();
+  const auto actual = gauss_newton_by(StepSolver::NormalEquations, at.start, wanted, {}, code);
+  ASSERT_TRUE(expected.converged);
+  ASSERT_TRUE(actual.has_value());
+  EXPECT_TRUE(actual->converged);
+  for (int k = 0; k < 100; ++k) {
+    const JointVector q = random_joints(at.start.robot, random);
+    EXPECT_LT((actual->cell.predict(q, 0) - expected.cell.predict(q, 0)).norm(), 1e-9);
+  }
 }
 
 TEST_P(Kernels, EndTheFitWhereTheLineSearchEndsIt) {
   Random random{9};
   for (const double noise_mm : {0., 0.05, 0.5}) {
     for (const int reflectors : {1, 3}) {
-      const Problem at = problem(kr210(false), reflectors, 80, noise_mm, random);
-      const std::vector<int> free = kept_parameters(at);
-      const FitResult expected = gauss_newton(at.start, least_squares(at.points, free, at.weights));
-      const auto actual = fast_gauss_newton(
-          at.start, PreparedPoints(at.start.robot, at.points, reflectors, at.weights, code()), free);
-      ASSERT_TRUE(expected.converged);
-      ASSERT_TRUE(actual.has_value());
-      EXPECT_TRUE(actual->converged);
-      for (int k = 0; k < 100; ++k) {
-        const JointVector q = random_joints(at.start.robot, random);
-        EXPECT_LT((actual->cell.predict(q, 0) - expected.cell.predict(q, 0)).norm(), 1e-9) << noise_mm;
+      for (const Weighed weighed : kWeighed) {
+        SCOPED_TRACE(testing::Message() << noise_mm << " mm, " << reflectors << " reflectors, weighed "
+                                        << static_cast<int>(weighed));
+        const Problem at = problem(kr210(false), reflectors, 80, noise_mm, random);
+        expect_same_end(at, at.of(kept_parameters(at), weighed), code(), random);
       }
     }
+  }
+}
+
+TEST_P(Kernels, EndTheFitOfDeviationsUnderAPriorThereToo) {
+  Random random{17};
+  for (const Weighed weighed : kWeighed) {
+    SCOPED_TRACE(static_cast<int>(weighed));
+    Problem at = problem(kr210(false), 2, 120, 0.02, random);
+    const std::vector<int> geometry = kept_parameters(at);
+    add_deviations(at, random);
+    add_prior(at, random);
+    LeastSquaresProblem wanted = at.of(geometry, weighed);
+    const ParameterLayout layout = ParameterLayout::of(at.start);
+    for (int t = 0; t < layout.deviations; ++t) {
+      wanted.free.push_back(layout.deviation(t));
+      wanted.prior.weight[layout.deviation(t)] = 20;
+    }
+    expect_same_end(at, wanted, code(), random);
   }
 }
 
@@ -463,16 +533,15 @@ TEST_P(Kernels, LeaveAFitThatDoesNotDescendToTheLineSearchAndEndOthersAtAMinimum
   int left = 0, ended = 0;
   for (int trial = 0; trial < 60; ++trial) {
     Problem at = problem(kr210(false), 1, 40, 0.05, random);
-    const std::vector<int> free = kept_parameters(at);
+    const LeastSquaresProblem wanted = at.of(kept_parameters(at), Weighed::Alike);
     for (Joint& joint : at.start.robot.joints) joint.theta_rad += random.uniform(-1, 1);
-    const PreparedPoints points(at.start.robot, at.points, 1, {}, code());
-    const auto fit = fast_gauss_newton(at.start, points, free);
+    const auto fit = gauss_newton_by(StepSolver::NormalEquations, at.start, wanted, {}, code());
     left += !fit;
     if (!fit || !fit->converged) continue;
     ++ended;
     for (std::size_t k = 1; k < fit->rms_mm.size(); ++k)
       EXPECT_LE(fit->rms_mm[k], fit->rms_mm[k - 1] + 1e-9) << "step " << k;
-    const LinearSystem end = linearise(fit->cell, least_squares(at.points, free, {}));
+    const LinearSystem end = linearise(fit->cell, wanted);
     const Eigen::VectorXd slope = end.J.transpose() * end.f;
     EXPECT_LT(column_norms(end.J).cwiseInverse().cwiseProduct(slope).norm(), 1e-4 * end.f.norm());
   }
@@ -482,20 +551,25 @@ TEST_P(Kernels, LeaveAFitThatDoesNotDescendToTheLineSearchAndEndOthersAtAMinimum
 
 TEST_P(Kernels, FitWithoutAllocatingInAnIteration) {
   Random random{12};
-  const Problem at = problem(kr210(false), 2, 80, 0.05, random);
-  const std::vector<int> free = kept_parameters(at);
-  PreparedPoints points(at.start.robot, at.points, 2, at.weights, code());
+  Problem at = problem(kr210(false), 2, 80, 0.05, random);
+  add_deviations(at, random);
+  const LeastSquaresProblem wanted = at.of(kept_parameters(at), Weighed::ByMatrix);
   const auto allocated = [&](int iterations) {
     const std::size_t before = malloc_count().value_or(0);
-    const auto fit = fast_gauss_newton(at.start, points, free, {.max_iterations = iterations});
+    const auto fit = gauss_newton_by(StepSolver::NormalEquations, at.start, wanted,
+                                     {.max_iterations = iterations}, code());
     EXPECT_EQ(fit.value().iterations, iterations);
     return malloc_count().value_or(0) - before;
   };
   EXPECT_EQ(allocated(3), allocated(1));
+}
 
-  const std::size_t before = malloc_count().value_or(0);
-  points.reweight(at.weights);
-  EXPECT_EQ(malloc_count().value_or(0), before);
+TEST_P(Kernels, LeaveAFitWithDependentColumnsToTheLineSearch) {
+  Random random{10};
+  const Problem at = problem(kr210(false), 1, 80, 0.05, random);
+  const LeastSquaresProblem wanted = at.of(all_parameters(at.start), Weighed::Alike);
+  EXPECT_FALSE(gauss_newton_by(StepSolver::NormalEquations, at.start, wanted, {}, code()));
+  EXPECT_EQ(gauss_newton(at.start, wanted).solver, StepSolver::Orthogonal);
 }
 
 TEST_P(Kernels, EvaluateAndInvertAnArmWithoutAllocating) {
@@ -508,13 +582,6 @@ TEST_P(Kernels, EvaluateAndInvertAnArmWithoutAllocating) {
   arm.forward_with_jacobian(q, at);
   EXPECT_TRUE(arm.inverse_near(arm.forward(q), seed).has_value());
   EXPECT_EQ(malloc_count().value_or(0), before);
-}
-
-TEST_P(Kernels, LeaveAFitWithDependentColumnsToTheLineSearch) {
-  Random random{10};
-  const Problem at = problem(kr210(false), 1, 80, 0.05, random);
-  const PreparedPoints points(at.start.robot, at.points, 1, {}, code());
-  EXPECT_FALSE(fast_gauss_newton(at.start, points, all_parameters(at.start)).has_value());
 }
 
 }  // namespace

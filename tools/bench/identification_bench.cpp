@@ -1,6 +1,6 @@
 #include <benchmark/benchmark.h>
 
-#include "core/kernels/fast_gauss_newton.hpp"
+#include "core/calibration/gauss_newton.hpp"
 #include "tools/bench/ceres_fit.hpp"
 #include "tools/bench/jobs.hpp"
 
@@ -20,9 +20,8 @@ void identify_auto(benchmark::State& state) { identify(state, fit_ceres_auto); }
 void identify_tuned(benchmark::State& state) { identify(state, fit_ceres_tuned); }
 void identify_truepose(benchmark::State& state) {
   identify(state, [](const Identification& job) {
-    const PreparedPoints points(job.start.robot, job.points, 1, {}, code());
-    const auto fit = fast_gauss_newton(job.start, points, job.free);
-    return fit ? fit->cell : job.start;
+    const LeastSquaresProblem problem{.points = job.points, .free = job.free, .W = {}, .prior = {}};
+    return gauss_newton(job.start, problem).cell;
   });
 }
 
