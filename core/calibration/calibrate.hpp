@@ -8,6 +8,7 @@
 
 #include "core/calibration/calibrated_cell.hpp"
 #include "core/calibration/deviation_selection.hpp"
+#include "core/calibration/gauss_newton.hpp"
 #include "core/calibration/measurement.hpp"
 #include "core/calibration/measurement_noise.hpp"
 #include "core/calibration/null_space.hpp"
@@ -103,6 +104,7 @@ struct Calibration {
   bool converged = false;
   int coarse_iterations = 0;
   int fine_iterations = 0;
+  StepSolver fine_solver = StepSolver::Orthogonal;
   std::vector<double> coarse_rms_mm, fine_rms_mm;  ///< before each iteration, per point, whitened
   CalibratedCell coarse;                           ///< nominal arm with base and reflectors fitted
   CalibratedCell geometric;                        ///< after the fine stage

@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/calibration/cell_predictions.hpp"
 #include "core/calibration/parameters.hpp"
 #include "core/kinematics/angles.hpp"
 
 namespace truepose {
 namespace {
 
-Eigen::Vector3d error_mm(const CalibratedCell& cell, const Measurement& m) {
-  return cell.predict(m.q, m.smr, m.direction) - m.p_WS_mm;
+Eigen::Vector3d error_mm(const CellPredictions& predicted, const Measurement& m) {
+  return predicted.at(m.q, m.smr, m.direction) - m.p_WS_mm;
 }
 
 /// The fit turns the base about the tracker's axes; what is printed are its Euler angles.
@@ -51,13 +52,14 @@ std::vector<IdentifiedParameter> parameters(const Identification& id) {
 std::vector<RejectedPoint> rejected(const Identification& id) {
   CalibratedCell judge = id.fit.cell;
   judge.robot.field = nullptr;  // came after the judgement
+  const CellPredictions predicted(judge);
   std::vector<RejectedPoint> rejected;
   std::size_t i = 0;  // among the points to identify
   for (std::size_t k = 0; k < id.data.points.size(); ++k) {
     const Measurement& m = id.data.points[k];
     if (m.set != PoseSet::Identify) continue;
     if (id.points.weights()[i] == 0) {
-      const Eigen::Vector3d error = error_mm(judge, m);
+      const Eigen::Vector3d error = error_mm(predicted, m);
       rejected.push_back({k, error.norm(), id.points.whitened_length(i, error) / id.points.sigma_mm()});
     }
     ++i;
@@ -66,9 +68,10 @@ std::vector<RejectedPoint> rejected(const Identification& id) {
 }
 
 std::vector<PointErrors> point_errors(const Calibration& result, const MeasurementData& data) {
+  const CellPredictions before(result.coarse), geometric(result.geometric), after(result.cell);
   std::vector<PointErrors> errors;
   for (const Measurement& m : data.points) {
-    errors.push_back({error_mm(result.coarse, m), error_mm(result.geometric, m), error_mm(result.cell, m)});
+    errors.push_back({error_mm(before, m), error_mm(geometric, m), error_mm(after, m)});
   }
   return errors;
 }
@@ -93,6 +96,7 @@ StageErrors stage_errors(const Calibration& result, const MeasurementData& data,
 Calibration summary(Identification id) {
   Calibration& result = id.result;
   result.cell = id.fit.cell;
+  result.fine_solver = id.fit.solver;
   result.sigma0_mm = id.uncertainty.sigma0_mm;
   result.covariance = id.uncertainty.covariance;
   result.parameters = parameters(id);

@@ -4,6 +4,7 @@
 #include "core/calibration/identifiability.hpp"
 #include "core/calibration/identification.hpp"
 #include "core/calibration/ridge.hpp"
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
@@ -62,11 +63,11 @@ void use_prior(Identification& id) {
 std::optional<CalibrationError> judge_poses(Identification& id) {
   const ParameterLayout layout = ParameterLayout::of(id.result.coarse);
   id.problem = id.points.problem(first_parameters(layout.size()));
-  const Identifiability known =
-      identifiability(linearise(id.result.coarse, id.problem).J, conventional_preference(layout));
+  const Eigen::MatrixXd J = triangular_factor(linearise(id.result.coarse, id.problem).J);
+  const Identifiability known = identifiability(J, conventional_preference(layout));
   id.result.rank = known.rank;
   id.result.rank_gap = known.gap;
-  id.result.condition = known.condition;
+  id.result.condition = condition_of(J, known.kept);
   id.identified = known.kept;
   id.problem.free = free_of(id.options, known, layout.size());
   const int equations = id.points.equations();
@@ -79,7 +80,8 @@ std::optional<CalibrationError> judge_poses(Identification& id) {
 /// What the poses show of the fitted geometry, and what they leave open.
 void describe_known(Identification& id) {
   const ParameterLayout layout = ParameterLayout::of(id.fit.cell);
-  const Eigen::MatrixXd J = linearise(id.fit.cell, id.points.problem(first_parameters(layout.size()))).J;
+  const Eigen::MatrixXd J =
+      triangular_factor(linearise(id.fit.cell, id.points.problem(first_parameters(layout.size()))).J);
   NullSpace open = null_space(J / id.uncertainty.sigma0_mm, parameter_names(id.fit.cell),
                               conventional_preference(layout), usual_deviation(layout));
   id.result.unknown = std::move(open.unknown);

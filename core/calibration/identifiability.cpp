@@ -13,25 +13,30 @@ Eigen::VectorXd column_norms(const Eigen::MatrixXd& J) {
 
 Identifiability identifiability(const Eigen::MatrixXd& J, const Eigen::VectorXd& preference) {
   Identifiability result;
-  const Eigen::MatrixXd unit = J * column_norms(J).cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd unit = triangular_factor(J * column_norms(J).cwiseInverse().asDiagonal());
   const Eigen::VectorXd pivots = pivoted_qr(unit).pivots;
   while (result.rank < pivots.size() && pivots[result.rank] > kRankTolerance * pivots[0]) ++result.rank;
   result.gap = result.rank < pivots.size() && result.rank > 0 && pivots[result.rank] > 0
                    ? pivots[result.rank - 1] / pivots[result.rank]
                    : std::numeric_limits<double>::infinity();
 
-  // The preference steers which columns the pivoting meets first; the rank above is judged without it.
-  result.kept = pivoted_qr(unit * preference.asDiagonal()).order;
+  // The preference steers which columns the pivoting meets first; the rank above is judged without it. Of
+  // columns that are alike to rounding it is the first.
+  constexpr double kFirst = 1e-10;
+  const Eigen::VectorXd places = Eigen::VectorXd::LinSpaced(J.cols(), 0, static_cast<double>(J.cols() - 1));
+  const Eigen::VectorXd steered = preference.array() * (1 - kFirst * places.array());
+  result.kept = pivoted_qr(unit * steered.asDiagonal()).order;
   result.kept.resize(static_cast<std::size_t>(result.rank));
   std::ranges::sort(result.kept);
-
-  if (result.rank > 0) {
-    Eigen::MatrixXd kept(J.rows(), result.rank);
-    for (int k = 0; k < result.rank; ++k) kept.col(k) = unit.col(result.kept[static_cast<std::size_t>(k)]);
-    const Eigen::VectorXd singular = singular_values(kept);
-    result.condition = singular[0] / singular[result.rank - 1];
-  }
   return result;
+}
+
+double condition_of(const Eigen::MatrixXd& J, const std::vector<int>& columns) {
+  if (columns.empty()) return 0;
+  const Eigen::MatrixXd kept = J(Eigen::all, columns);
+  const Eigen::VectorXd singular =
+      singular_values(triangular_factor(kept * column_norms(kept).cwiseInverse().asDiagonal()));
+  return singular[0] / singular[singular.size() - 1];
 }
 
 Eigen::VectorXd conventional_preference(const ParameterLayout& layout) {

@@ -15,7 +15,6 @@ inline constexpr double kRankTolerance = 1e-9;
 struct Identifiability {
   int rank = 0;
   double gap = 0;         ///< smallest pivot kept over the largest dropped; infinite where none was dropped
-  double condition = 0;   ///< of the kept columns at unit norm
   std::vector<int> kept;  ///< as many independent columns as the rank, in ascending order
 };
 
@@ -27,6 +26,9 @@ Eigen::VectorXd column_norms(const Eigen::MatrixXd& J);
 /// @param preference  of each column, > 0: among columns that say the same, the more preferred is kept
 /// Source: method's paper, eq. 20 with its permutation: J P = Q [R; 0].
 Identifiability identifiability(const Eigen::MatrixXd& J, const Eigen::VectorXd& preference);
+
+/// Condition of some columns at unit norm; 0 of none.
+double condition_of(const Eigen::MatrixXd& J, const std::vector<int>& columns);
 
 /// The project's convention on which parameters speak for a redundant group: base and reflectors before
 /// links, the four of Denavit and Hartenberg before beta, theta before d. Predictions do not depend on it;

@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/kinematics/forward.hpp"
+#include "core/kernels/flange_poses.hpp"
 #include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
 
-/// Of singular values beside the largest: what is below is rounding.
-constexpr double kTolerance = 1e-10;
+/// Of pivots of normal equations beside the largest: below, the poses do not tell the unknown.
+constexpr double kTolerance = 1e-12;
 
 /// The rotation nearest to M.
 Eigen::Matrix3d projected_to_rotation(const Eigen::Matrix3d& M) {
@@ -22,51 +22,88 @@ Eigen::Matrix3d projected_to_rotation(const Eigen::Matrix3d& M) {
   return U * V.transpose();
 }
 
+/// A point as the linear problems see it.
+struct Sight {
+  Eigen::Vector3d c;  ///< measured, about the centre of all
+  Eigen::Isometry3d flange;
+  Eigen::Index t;  ///< first of the reflector's unknowns, counted from the first reflector's
+};
+
+/// A x = b of some unknowns and the reflectors behind them, summed over points.
+struct NormalSums {
+  Eigen::MatrixXd A;  ///< lower half
+  Eigen::VectorXd b;
+
+  explicit NormalSums(Eigen::Index size)
+      : A{Eigen::MatrixXd::Zero(size, size)}, b{Eigen::VectorXd::Zero(size)} {}
+  Eigen::VectorXd solution() const {
+    return smallest_solution(A.selfadjointView<Eigen::Lower>(), b, kTolerance);
+  }
+};
+
+/// Rows of scale * R' (9), s (3), t of each reflector: R' c - s - R_k t = p_k.
+Eigen::VectorXd affine_solution(const std::vector<Sight>& sights, double scale, Eigen::Index reflectors) {
+  NormalSums sums(12 + 3 * reflectors);
+  for (const Sight& sight : sights) {
+    const Eigen::Vector3d c = sight.c / scale, p = sight.flange.translation();
+    const Eigen::Matrix3d R = sight.flange.linear();
+    const Eigen::Index t = 12 + sight.t;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      sums.A.block<3, 3>(3 * i, 3 * i) += c * c.transpose();
+      sums.A.block<1, 3>(9 + i, 3 * i) -= c.transpose();
+      sums.A.block<3, 3>(t, 3 * i) -= R.row(i).transpose() * c.transpose();
+      sums.b.segment<3>(3 * i) += p[i] * c;
+    }
+    sums.A.block<3, 3>(9, 9) += Eigen::Matrix3d::Identity();
+    sums.A.block<3, 3>(t, 9) += R.transpose();
+    sums.A.block<3, 3>(t, t) += Eigen::Matrix3d::Identity();
+    sums.b.segment<3>(9) -= p;
+    sums.b.segment<3>(t) -= R.transpose() * p;
+  }
+  return sums.solution();
+}
+
+/// P and t of each reflector: P + R R_k t = c - R p_k, with R known.
+Eigen::VectorXd positions_solution(const std::vector<Sight>& sights, const Eigen::Matrix3d& R_WB,
+                                   Eigen::Index reflectors) {
+  NormalSums sums(3 + 3 * reflectors);
+  for (const Sight& sight : sights) {
+    const Eigen::Matrix3d R = R_WB * sight.flange.linear();
+    const Eigen::Vector3d off = sight.c - R_WB * sight.flange.translation();
+    const Eigen::Index t = 3 + sight.t;
+    sums.A.block<3, 3>(0, 0) += Eigen::Matrix3d::Identity();
+    sums.A.block<3, 3>(t, 0) += R.transpose();
+    sums.A.block<3, 3>(t, t) += Eigen::Matrix3d::Identity();
+    sums.b.head<3>() += off;
+    sums.b.segment<3>(t) += R.transpose() * off;
+  }
+  return sums.solution();
+}
+
 }  // namespace
 
 CalibratedCell linear_start(const RobotModel& arm, std::span<const std::string> smr_names,
                             std::span<const Measurement> points) {
-  const auto rows = 3 * static_cast<Eigen::Index>(points.size());
-  const auto reflector_columns = 3 * static_cast<Eigen::Index>(smr_names.size());
-
+  const auto reflectors = static_cast<Eigen::Index>(smr_names.size());
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   for (const Measurement& point : points) centre += point.p_WS_mm;
   centre /= static_cast<double>(points.size());
+
+  const FlangePoses flange(arm);
+  std::vector<Sight> sights;
   double scale = 0;
-  for (const Measurement& point : points) scale = std::max(scale, (point.p_WS_mm - centre).norm());
-
-  std::vector<Eigen::Isometry3d> flange;
-  flange.reserve(points.size());
-  for (const Measurement& point : points) flange.push_back(forward_kinematics(arm, point.q));
-
-  // Unknowns: rows of scale * R', then s about the centre, then t of each reflector.
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(rows, 12 + reflector_columns);
-  Eigen::VectorXd b(rows);
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    const auto row = 3 * static_cast<Eigen::Index>(k);
-    const Eigen::Vector3d c = (points[k].p_WS_mm - centre) / scale;
-    for (int i = 0; i < 3; ++i) A.block<1, 3>(row + i, 3 * i) = c.transpose();
-    A.block<3, 3>(row, 9) = -Eigen::Matrix3d::Identity();
-    A.block<3, 3>(row, 12 + 3 * points[k].smr) = -flange[k].linear();
-    b.segment<3>(row) = flange[k].translation();
+  for (const Measurement& point : points) {
+    sights.push_back({point.p_WS_mm - centre, flange.at(point.q), 3 * point.smr});
+    scale = std::max(scale, sights.back().c.norm());
   }
-  const Eigen::VectorXd unknowns = smallest_solution(A, b, kTolerance);
+
+  const Eigen::VectorXd unknowns = affine_solution(sights, scale, reflectors);
   const Eigen::Matrix3d M = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(unknowns.data());
-  const Eigen::Matrix3d R = projected_to_rotation(M.transpose());
-
-  // R p_k + R R_k t + P = c with R known.
-  Eigen::MatrixXd A_position = Eigen::MatrixXd::Zero(rows, 3 + reflector_columns);
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    const auto row = 3 * static_cast<Eigen::Index>(k);
-    A_position.block<3, 3>(row, 0).setIdentity();
-    A_position.block<3, 3>(row, 3 + 3 * points[k].smr) = R * flange[k].linear();
-    b.segment<3>(row) = points[k].p_WS_mm - R * flange[k].translation();
-  }
-  const Eigen::VectorXd positions = smallest_solution(A_position, b, kTolerance);
-
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-  X_WB.linear() = R;
-  X_WB.translation() = positions.head<3>();
+  X_WB.linear() = projected_to_rotation(M.transpose());
+  const Eigen::VectorXd positions = positions_solution(sights, X_WB.linear(), reflectors);
+  X_WB.translation() = centre + positions.head<3>();
+
   CalibratedCell cell{arm, BasePose::of(X_WB), {}};
   for (std::size_t k = 0; k < smr_names.size(); ++k) {
     cell.reflectors.push_back({smr_names[k], positions.segment<3>(3 + 3 * static_cast<Eigen::Index>(k))});

@@ -7,13 +7,15 @@
 namespace truepose {
 
 std::vector<int> pose_numbers(std::span<const Measurement> points) {
-  std::map<std::vector<double>, int> number_of;
+  const auto before = [](const JointVector* a, const JointVector* b) {
+    return std::ranges::lexicographical_compare(*a, *b);
+  };
+  std::map<const JointVector*, int, decltype(before)> number_of(before);
   std::vector<int> numbers;
   numbers.reserve(points.size());
   for (const Measurement& point : points) {
-    std::vector<double> joints(point.q.begin(), point.q.end());
     const int next = static_cast<int>(number_of.size());
-    numbers.push_back(number_of.emplace(std::move(joints), next).first->second);
+    numbers.push_back(number_of.emplace(&point.q, next).first->second);
   }
   return numbers;
 }

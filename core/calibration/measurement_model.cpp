@@ -1,6 +1,11 @@
 #include "core/calibration/measurement_model.hpp"
 
+#include <algorithm>
+#include <vector>
+
+#include "core/calibration/cell_predictions.hpp"
 #include "core/calibration/parameters.hpp"
+#include "core/calibration/prepared_points.hpp"
 #include "core/kinematics/forward.hpp"
 
 namespace truepose {
@@ -60,25 +65,82 @@ Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVec
 
 Eigen::VectorXd residuals(const CalibratedCell& cell, std::span<const Measurement> points) {
   Eigen::VectorXd f(3 * static_cast<Eigen::Index>(points.size()));
+  const CellPredictions predicted(cell);
   Eigen::Index row = 0;
   for (const Measurement& point : points) {
-    f.segment<3>(row) = cell.predict(point.q, point.smr, point.direction) - point.p_WS_mm;
+    f.segment<3>(row) = predicted.at(point.q, point.smr, point.direction) - point.p_WS_mm;
     row += 3;
   }
   return f;
 }
 
+namespace {
+
+/// The kernels' columns of a chunk of one reflector's points, taken to the tracker frame and to the rows of
+/// the points.
+class Rows {
+ public:
+  Rows(const CalibratedCell& cell, const ParameterLayout& layout, Eigen::VectorXd& f, Eigen::MatrixXd& J)
+      : R_WB_{cell.base.isometry().linear()}, layout_{layout}, f_{f}, J_{J} {}
+
+  /// @param columns  of `count` points
+  /// @param rows     first row of each of them; -1 where it is padding
+  void put(const double* columns, int count, std::span<const Eigen::Index> rows, int reflector) {
+    for (int k = 0; k < count; ++k) {
+      const Eigen::Index row = rows[static_cast<std::size_t>(k)];
+      if (row < 0) continue;
+      const auto local = [&](int column) {
+        const double* const at = columns + 3 * kernels::kChunk * column + k;
+        return Eigen::Vector3d(at[0], at[count], at[2 * count]);
+      };
+      f_.segment<3>(row) = R_WB_ * local(0);
+      J_.block<3, 3>(row, 0).setIdentity();
+      Eigen::Matrix3d turns, of_reflector;
+      for (int axis = 0; axis < 3; ++axis) {
+        turns.col(axis) = local(1 + axis);
+        of_reflector.col(axis) = local(4 + axis);
+      }
+      J_.block<3, 3>(row, 3) = R_WB_ * turns * R_WB_.transpose();
+      J_.block<3, 3>(row, layout_.reflector(reflector)) = R_WB_ * of_reflector;
+      for (int i = layout_.link(0); i < layout_.size(); ++i)
+        J_.block<3, 1>(row, i) = R_WB_ * local(kernels::kFixedColumns + i - layout_.link(0));
+    }
+  }
+
+ private:
+  Eigen::Matrix3d R_WB_;
+  const ParameterLayout& layout_;
+  Eigen::VectorXd& f_;
+  Eigen::MatrixXd& J_;
+};
+
+}  // namespace
+
 void residuals_with_jacobian(const CalibratedCell& cell, std::span<const Measurement> points,
                              Eigen::VectorXd& f, Eigen::MatrixXd& J) {
+  const ParameterLayout layout = ParameterLayout::of(cell);
   f.resize(3 * static_cast<Eigen::Index>(points.size()));
-  J.resize(f.size(), ParameterLayout::of(cell).size());
-  PointJacobian point_jacobian;
-  Eigen::Index row = 0;
-  for (const Measurement& point : points) {
-    f.segment<3>(row) =
-        predict_with_jacobian(cell, point.q, point.smr, point_jacobian, point.direction) - point.p_WS_mm;
-    J.middleRows<3>(row) = point_jacobian;
-    row += 3;
+  J.setZero(f.size(), layout.size());
+  std::vector<kernels::LinkColumn> columns;
+  for (int i = layout.link(0); i < layout.size(); ++i) columns.push_back(link_column(cell.robot, layout, i));
+  const PreparedPoints prepared(cell.robot, points, layout.reflectors);
+  std::vector<Eigen::Index> rows(static_cast<std::size_t>(prepared.first_of(layout.reflectors)), -1);
+  for (std::size_t n = 0; n < points.size(); ++n)
+    rows[static_cast<std::size_t>(prepared.places()[n])] = 3 * static_cast<Eigen::Index>(n);
+
+  PreparedModel model(cell, columns);
+  std::vector<kernels::Line> chunk((kernels::kFixedColumns + columns.size()) * 3 * kernels::kChunk /
+                                   kernels::kMostLanes);
+  Rows out(cell, layout, f, J);
+  for (int k = 0; k < layout.reflectors; ++k) {
+    const kernels::PointModel& of_reflector = model.of(cell.reflectors[static_cast<std::size_t>(k)]);
+    const kernels::PointBlock block = prepared.of_reflector(k);
+    for (int first = 0; first < block.count; first += kernels::kChunk) {
+      const int count = std::min(kernels::kChunk, block.count - first);
+      prepared.code().point_columns(of_reflector, block, first, chunk[0].value);
+      out.put(chunk[0].value, count,
+              std::span(rows).subspan(static_cast<std::size_t>(prepared.first_of(k) + first)), k);
+    }
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/calibration/cell_predictions.hpp"
 #include "core/calibration/gauss_newton.hpp"
 #include "core/calibration/linear_start.hpp"
 #include "core/calibration/measurement_model.hpp"
@@ -11,7 +12,6 @@
 #include "core/calibration/parameters.hpp"
 #include "core/calibration/reflector_labels.hpp"
 #include "core/evaluation/median.hpp"
-#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
@@ -32,6 +32,7 @@ constexpr std::size_t kFewestPointsToTrim = 20;
 constexpr std::size_t kFewestPointsToIdentify = 20;
 constexpr int kIdentifyIterations = 10;
 constexpr double kBetterIdentified = 1.3;
+constexpr double kExplained = 0.1;  // what is left of the error once the links are identified
 constexpr double kShows_mm = 0.05;  // more than bearings and gears leave at random
 
 using Points = std::vector<Measurement>;
@@ -48,9 +49,10 @@ Points sampled(const MeasurementData& data, std::size_t most_poses) {
 }
 
 std::vector<double> misses(const CalibratedCell& cell, std::span<const Measurement> points) {
+  const CellPredictions predicted(cell);
   std::vector<double> miss_mm;
   for (const Measurement& point : points) {
-    miss_mm.push_back((cell.predict(point.q, point.smr) - point.p_WS_mm).norm());
+    miss_mm.push_back((predicted.at(point.q, point.smr) - point.p_WS_mm).norm());
   }
   return miss_mm;
 }
@@ -101,34 +103,48 @@ double fitted_error(const Hypothesis& guess, Names names) {
   return median(misses(placed(guess, names), guess.points));
 }
 
-/// Squared weights that hold each parameter to where it is, against points of 0.1 mm: links with 3 mm and
-/// 15 mrad, base and reflectors hardly. Without them a fit diverges where a reflector is right on an axis.
-Eigen::VectorXd prior_information(const ParameterLayout& layout) {
-  constexpr double kPoint_mm = 0.1, kLink_mm = 3, kLink_rad = 0.015, kFree = 1000;
-  Eigen::VectorXd weight = Eigen::VectorXd::Constant(layout.size(), kPoint_mm / kFree);
+// Standard deviations that hold the links to where they are, against points of 0.1 mm; base and reflectors
+// hardly. Without them a fit diverges where a reflector is right on an axis.
+constexpr double kPoint_mm = 0.1, kLink_mm = 3, kLink_rad = 0.015, kFree = 1000;
+
+Eigen::VectorXd link_sigmas(const ParameterLayout& layout) {
+  Eigen::VectorXd sigma = Eigen::VectorXd::Constant(layout.size(), kFree);
   for (int i = 0; i < layout.joints; ++i) {
-    weight.segment<5>(layout.link(i)) << kPoint_mm / kLink_mm, kPoint_mm / kLink_rad, kPoint_mm / kLink_mm,
-        kPoint_mm / kLink_rad, kPoint_mm / kLink_rad;
+    sigma.segment<5>(layout.link(i)) << kLink_mm, kLink_rad, kLink_mm, kLink_rad, kLink_rad;
   }
-  return weight.cwiseAbs2();
+  return sigma;
+}
+
+/// The links identified too, from where base and reflectors were placed.
+CalibratedCell identified(const Hypothesis& guess, const CalibratedCell& placed) {
+  const ParameterLayout layout = ParameterLayout::of(placed);
+  const LeastSquaresProblem problem{
+      .points = guess.points,
+      .free = first_parameters(layout.deviation(0)),
+      .W = {},
+      .prior = {.centre = parameter_values(placed),
+                .weight = (kPoint_mm * link_sigmas(layout).cwiseInverse()).eval()}};
+  return gauss_newton(placed, problem, {.max_iterations = kIdentifyIterations}).cell;
 }
 
 /// What the arm leaves with its links identified too.
 double identified_error(const Hypothesis& guess, Names names) {
-  CalibratedCell cell = placed(guess, names);
-  const Eigen::VectorXd prior = prior_information(ParameterLayout::of(cell));
-  Eigen::VectorXd f, change = Eigen::VectorXd::Zero(prior.size());
-  Eigen::MatrixXd J;
-  for (int iteration = 0; iteration < kIdentifyIterations; ++iteration) {
-    residuals_with_jacobian(cell, guess.points, f, J);
-    Eigen::MatrixXd information = J.transpose() * J;
-    information.diagonal() += prior;
-    const Eigen::VectorXd step =
-        -solve_symmetric(information, J.transpose() * f + prior.cwiseProduct(change));
-    cell = moved(cell, step);
-    change += step;
-  }
-  return median(misses(cell, guess.points));
+  return median(misses(identified(guess, placed(guess, names)), guess.points));
+}
+
+/// Whether the links need only be off by what arms are off by to explain the points: then no mistake does it
+/// better.
+bool merely_deviates(const Hypothesis& as_given, Names names) {
+  constexpr double kMostSigmas = 3;
+  const CalibratedCell start = placed(as_given, names);
+  const CalibratedCell cell = identified(as_given, start);
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  const int links = layout.link(layout.joints) - layout.link(0);
+  const Eigen::VectorXd off = (parameter_values(cell) - parameter_values(start))
+                                  .cwiseQuotient(link_sigmas(layout))
+                                  .segment(layout.link(0), links);
+  return off.cwiseAbs().maxCoeff() < kMostSigmas &&
+         median(misses(cell, as_given.points)) < kExplained * as_given.error_mm;
 }
 
 Hypothesis mended(const Hypothesis& as_given, const Mistake& mistake) {
@@ -250,7 +266,8 @@ std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementDat
   if (pose_groups(data.points).size() < kPosesToJudge) return std::nullopt;
   Hypothesis as_given{.what = {}, .arm = nominal, .points = sampled(data, kPoses)};
   as_given.error_mm = fitted_error(as_given, data.smr_names);
-  auto gross = as_given.error_mm > kDeviates_mm ? gross_mistake(as_given, data.smr_names) : std::nullopt;
+  const bool off = as_given.error_mm > kDeviates_mm && !merely_deviates(as_given, data.smr_names);
+  auto gross = off ? gross_mistake(as_given, data.smr_names) : std::nullopt;
   auto mixed = mixed_reflectors(nominal, data);
   if (mixed && (!gross || mixed->mended_mm < gross->mended_mm)) return mixed;
   if (gross) return gross;

@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "core/kernels/arm_kernel.hpp"
 #include "core/step_count.hpp"
 
 namespace truepose {
@@ -14,19 +13,6 @@ constexpr int kBase = ParameterLayout::kBase;
 
 std::size_t lines_of(int numbers) {
   return static_cast<std::size_t>((numbers + kernels::kMostLanes - 1) / kernels::kMostLanes);
-}
-
-/// The column of a deviation is its joint's zero (prismatic: its length), times the basis.
-kernels::LinkColumn link_column(const RobotModel& robot, const ParameterLayout& layout, int parameter) {
-  if (parameter < layout.deviation(0)) {
-    const int of_links = parameter - layout.link(0);
-    return {static_cast<kernels::ColumnKind>(of_links % ParameterLayout::kLink),
-            of_links / ParameterLayout::kLink};
-  }
-  const int term = parameter - layout.deviation(0);
-  const int joint = robot.deviation[static_cast<std::size_t>(term)].joint;
-  const bool turns = robot.joints[static_cast<std::size_t>(joint)].type == JointType::Revolute;
-  return {turns ? kernels::ColumnKind::Theta : kernels::ColumnKind::D, joint, term};
 }
 
 }  // namespace
@@ -61,21 +47,14 @@ int NormalEquations::local_columns() const {
 void NormalEquations::evaluate(const CalibratedCell& cell) {
   count_step();
   points_.deviate(cell.robot);
-  const kernels::Arm arm = folded(cell.robot);
-  const Eigen::Isometry3d X_WB = cell.base.isometry();
-  kernels::PointModel model{
-      .arm = &arm, .columns = columns_.data(), .column_count = static_cast<int>(columns_.size())};
-  Eigen::Map<Eigen::Matrix3d>(model.rotation) = X_WB.linear();
-  Eigen::Map<Eigen::Vector3d>(model.origin) = X_WB.translation();
-
+  PreparedModel model(cell, columns_);
   all_.setZero();
   gradient_.setZero();
   cost_ = 0;
   for (int k = 0; k < layout_.reflectors; ++k) {
-    Eigen::Map<Eigen::Vector3d>(model.reflector) = cell.reflectors[static_cast<std::size_t>(k)].p_FS_mm;
-    add(model, k);
+    add(model.of(cell.reflectors[static_cast<std::size_t>(k)]), k);
   }
-  turn_base_to_tracker(X_WB.linear());
+  turn_base_to_tracker(Eigen::Map<const Eigen::Matrix3d>(model.model.rotation));
   add_prior(cell);
 }
 

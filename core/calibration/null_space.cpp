@@ -178,6 +178,10 @@ std::vector<Combination> weak_combinations(const Eigen::MatrixXd& J, const std::
                                            std::span<const std::string> names,
                                            const Eigen::VectorXd& usual_deviation) {
   const Eigen::MatrixXd whitened = J(Eigen::all, independent) * usual_deviation(independent).asDiagonal();
+  // The inverse's norm bounds all sigmas: mostly nothing is weak.
+  if (const InverseGram inverse = inverse_gram(whitened, kRankTolerance);
+      inverse.rank == whitened.cols() && inverse.value.trace() < 1)
+    return {};
   const Svd svd = thin_svd(whitened);
   std::vector<Weak> weak;
   for (Eigen::Index i = svd.s.size(); i-- > 0 && svd.s[i] < 1;) {
@@ -213,15 +217,15 @@ Eigen::VectorXd usual_deviation(const ParameterLayout& layout) {
   return deviation;
 }
 
-NullSpace null_space(const Eigen::MatrixXd& J, std::span<const std::string> names,
+NullSpace null_space(const Eigen::MatrixXd& J_all, std::span<const std::string> names,
                      const Eigen::VectorXd& preference, const Eigen::VectorXd& usual_deviation) {
+  const Eigen::MatrixXd J = triangular_factor(J_all);
   const Identifiability known = identifiability(J, preference);
   const Eigen::VectorXd norms = column_norms(J);
-  // Rows of zeros: with fewer rows than columns the null space is larger than a thin V shows.
-  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(std::max(J.rows(), J.cols()), J.cols());
+  // Rows of zeros: with fewer rows than columns more is open.
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(J.cols(), J.cols());
   unit.topRows(J.rows()) = J * norms.cwiseInverse().asDiagonal();
-  const Echelon scaled =
-      reduced_echelon(thin_svd(unit).V.rightCols(J.cols() - known.rank), dispensable_first(preference));
+  const Echelon scaled = reduced_echelon(null_basis(unit, known.rank), dispensable_first(preference));
 
   NullSpace result{.rank = known.rank, .gap = known.gap, .basis = scaled.columns, .unknown = {}, .weak = {}};
   result.basis.array().colwise() /= norms.array();

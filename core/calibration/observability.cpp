@@ -7,7 +7,7 @@
 namespace truepose {
 
 ObservabilityIndices observability(const Eigen::MatrixXd& scaled, int poses) {
-  const Eigen::ArrayXd s = singular_values(scaled);
+  const Eigen::ArrayXd s = singular_values(triangular_factor(scaled));
   const double largest = s[0], smallest = s[s.size() - 1];
   return {.o1 = std::exp(s.log().mean()) / std::sqrt(static_cast<double>(poses)),
           .o2 = smallest / largest,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "core/kernels/arm_kernel.hpp"
 #include "core/kinematics/joint_deviation.hpp"
 
 namespace truepose {
@@ -114,6 +115,31 @@ kernels::PointBlock PreparedPoints::of_reflector(int reflector) const {
                             .count = end - begin};
   for (int i = 0; whitened_ && i < 6; ++i) block.whitening[i] = row(kWhitening + i) + begin;
   return block;
+}
+
+kernels::LinkColumn link_column(const RobotModel& robot, const ParameterLayout& layout, int parameter) {
+  if (parameter < layout.deviation(0)) {
+    const int of_links = parameter - layout.link(0);
+    return {static_cast<kernels::ColumnKind>(of_links % ParameterLayout::kLink),
+            of_links / ParameterLayout::kLink};
+  }
+  const int term = parameter - layout.deviation(0);
+  const int joint = robot.deviation[static_cast<std::size_t>(term)].joint;
+  const bool turns = robot.joints[static_cast<std::size_t>(joint)].type == JointType::Revolute;
+  return {turns ? kernels::ColumnKind::Theta : kernels::ColumnKind::D, joint, term};
+}
+
+PreparedModel::PreparedModel(const CalibratedCell& cell, const std::vector<kernels::LinkColumn>& columns)
+    : arm{folded(cell.robot)},
+      model{.arm = &arm, .columns = columns.data(), .column_count = static_cast<int>(columns.size())} {
+  const Eigen::Isometry3d X_WB = cell.base.isometry();
+  Eigen::Map<Eigen::Matrix3d>(model.rotation) = X_WB.linear();
+  Eigen::Map<Eigen::Vector3d>(model.origin) = X_WB.translation();
+}
+
+const kernels::PointModel& PreparedModel::of(const Reflector& reflector) {
+  Eigen::Map<Eigen::Vector3d>(model.reflector) = reflector.p_FS_mm;
+  return model;
 }
 
 }  // namespace truepose

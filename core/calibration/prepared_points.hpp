@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/calibration/measurement.hpp"
+#include "core/calibration/parameters.hpp"
 #include "core/kernels/kernels.hpp"
 
 namespace truepose {
@@ -32,8 +33,11 @@ class PreparedPoints {
   int reflectors() const { return static_cast<int>(begin_.size()) - 1; }
   const kernels::Kernels& code() const { return *code_; }
 
+  /// Of each point, in the caller's order: its number within the arrays.
+  const std::vector<int>& places() const { return place_; }
   /// Whether some points are whitened and not merely weighed.
   bool whitened() const { return whitened_; }
+  int first_of(int reflector) const { return begin_[static_cast<std::size_t>(reflector)]; }
   /// The points of one reflector, padded with points of weight 0.
   kernels::PointBlock of_reflector(int reflector) const;
 
@@ -58,6 +62,20 @@ class PreparedPoints {
   std::vector<double> coefficients_;  ///< of the deviations, as the joints stand
   bool placed_ = false;
   bool whitened_ = false;
+};
+
+/// The kernels' column of a parameter of a link or of a deviation. The column of a deviation is its joint's
+/// zero (prismatic: its length), times the basis.
+kernels::LinkColumn link_column(const RobotModel& robot, const ParameterLayout& layout, int parameter);
+
+/// The arm, base and columns of a cell in the kernels' form; the reflector is set for each.
+struct PreparedModel {
+  kernels::Arm arm;
+  kernels::PointModel model;
+
+  PreparedModel(const CalibratedCell& cell, const std::vector<kernels::LinkColumn>& columns);
+  PreparedModel(const PreparedModel&) = delete;
+  const kernels::PointModel& of(const Reflector& reflector);
 };
 
 }  // namespace truepose

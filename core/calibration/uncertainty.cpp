@@ -13,13 +13,11 @@ namespace truepose {
 namespace {
 
 /// (J'J)^-1 by the pseudo-inverse at unit column norm.
-Eigen::MatrixXd inverse_of_normal_matrix(const Eigen::MatrixXd& J) {
+InverseGram inverse_of_normal_matrix(const Eigen::MatrixXd& J) {
   const Eigen::VectorXd inverse_norm = column_norms(J).cwiseInverse();
-  const Svd svd = thin_svd(J * inverse_norm.asDiagonal());
-  const Eigen::VectorXd variance =
-      svd.s.unaryExpr([&](double v) { return v > kRankTolerance * svd.s[0] ? 1 / (v * v) : 0.0; });
-  const Eigen::MatrixXd scaled = inverse_norm.asDiagonal() * svd.V;
-  return scaled * variance.asDiagonal() * scaled.transpose();
+  InverseGram inverse = inverse_gram(J * inverse_norm.asDiagonal(), kRankTolerance);
+  inverse.value = inverse_norm.asDiagonal() * inverse.value * inverse_norm.asDiagonal();
+  return inverse;
 }
 
 }  // namespace
@@ -27,9 +25,16 @@ Eigen::MatrixXd inverse_of_normal_matrix(const Eigen::MatrixXd& J) {
 ParameterUncertainty uncertainty_of(const LinearSystem& system, const LeastSquaresProblem& problem,
                                     int parameters, int equations) {
   const Eigen::Index data_rows = 3 * static_cast<Eigen::Index>(problem.points.size());
-  const auto J_data = system.J.topRows(data_rows);
-  const Eigen::MatrixXd inverse = inverse_of_normal_matrix(system.J);
-  const double determined = (J_data.transpose() * J_data).cwiseProduct(inverse).sum();
+  const auto [inverse, rank] = inverse_of_normal_matrix(system.J);
+  const auto weight = [&](std::size_t i) {
+    return problem.prior.weight.size() > 0 ? problem.prior.weight[problem.free[i]] : 0.0;
+  };
+  // What the prior says of a parameter, the data do not.
+  double determined = rank;
+  for (std::size_t i = 0; i < problem.free.size(); ++i) {
+    const auto a = static_cast<Eigen::Index>(i);
+    determined -= inverse(a, a) * weight(i) * weight(i);
+  }
 
   ParameterUncertainty result;
   result.sigma0_mm =
@@ -43,8 +48,7 @@ ParameterUncertainty uncertainty_of(const LinearSystem& system, const LeastSquar
       result.covariance(problem.free[i], problem.free[j]) =
           variance0 * inverse(a, static_cast<Eigen::Index>(j));
     }
-    const double weight = problem.prior.weight.size() > 0 ? problem.prior.weight[problem.free[i]] : 0.0;
-    result.data_share[problem.free[i]] = std::clamp(1 - inverse(a, a) * weight * weight, 0.0, 1.0);
+    result.data_share[problem.free[i]] = std::clamp(1 - inverse(a, a) * weight(i) * weight(i), 0.0, 1.0);
   }
   return result;
 }
@@ -75,17 +79,27 @@ std::vector<JointVector> poses_within_limits(const RobotModel& robot, int count,
 
 TransferUncertainty transfer_uncertainty(const CalibratedCell& cell, const Eigen::MatrixXd& covariance,
                                          std::span<const JointVector> poses) {
-  TransferUncertainty result;
-  double sum = 0;
-  for (const JointVector& q : poses) {
-    const double variance = position_covariance(cell, covariance, q, 0).trace();
-    sum += variance;
-    if (variance > result.max_mm * result.max_mm) {
-      result.max_mm = std::sqrt(variance);
-      result.worst = q;
-    }
+  std::vector<Measurement> points;
+  for (const JointVector& q : poses) points.push_back({.q = q, .p_WS_mm = Eigen::Vector3d::Zero()});
+  Eigen::VectorXd f;
+  Eigen::MatrixXd J;
+  residuals_with_jacobian(cell, points, f, J);
+  std::vector<Eigen::Index> known;
+  for (Eigen::Index k = 0; k < covariance.rows(); ++k) {
+    if (covariance(k, k) > 0) known.push_back(k);
   }
-  result.rms_mm = std::sqrt(sum / static_cast<double>(poses.size()));
+  const Eigen::MatrixXd J_known = J(Eigen::all, known);
+  const Eigen::VectorXd variances =
+      (J_known * covariance(known, known)).cwiseProduct(J_known).rowwise().sum();
+
+  TransferUncertainty result;
+  for (std::size_t n = 0; n < poses.size(); ++n) {
+    const double variance = variances.segment<3>(3 * static_cast<Eigen::Index>(n)).sum();
+    if (variance <= result.max_mm * result.max_mm) continue;
+    result.max_mm = std::sqrt(variance);
+    result.worst = poses[n];
+  }
+  result.rms_mm = std::sqrt(variances.sum() / static_cast<double>(poses.size()));
   return result;
 }
 

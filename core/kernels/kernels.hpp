@@ -129,6 +129,11 @@ struct Kernels {
   /// doubles each, aligned.
   void (*point_sums)(const PointModel& model, const PointBlock& points, double* columns, PointSums& sums);
 
+  /// The weighted local columns of the points from `first` on, kChunk of them or those that are left (a
+  /// multiple of kMostLanes), as point_sums() has them: three coordinates of so many numbers each, columns
+  /// 3 kChunk apart.
+  void (*point_columns)(const PointModel& model, const PointBlock& points, int first, double* columns);
+
   /// Solves A x = b for a positive definite A (n x n, lower half used) with b' as row n below it; both are
   /// overwritten. Column by column, the stride a multiple of kMostLanes and above n, aligned.
   /// @return the smallest squared pivot; not positive where A is not positive definite, and x is not set

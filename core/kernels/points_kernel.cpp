@@ -222,6 +222,10 @@ void weighted_sums(const PointModel& model, const PointBlock& points, double* co
 
 }  // namespace
 
+void point_columns(const PointModel& model, const PointBlock& points, int first, double* columns) {
+  linearise<Weight>(model, points, first, chunk_from(columns, points, first));
+}
+
 void point_sums(const PointModel& model, const PointBlock& points, double* columns, PointSums& out) {
   if (points.whitening[0] != nullptr) {
     whitened_sums(model, points, columns, out);

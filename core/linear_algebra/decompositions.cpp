@@ -7,12 +7,18 @@
 namespace truepose {
 
 Svd thin_svd(const Eigen::MatrixXd& A) {
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::BDCSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
   return {svd.matrixU(), svd.singularValues(), svd.matrixV()};
 }
 
+Eigen::MatrixXd triangular_factor(Eigen::MatrixXd A) {
+  if (A.rows() <= A.cols()) return A;
+  const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(A);
+  return A.topRows(A.cols()).triangularView<Eigen::Upper>();
+}
+
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& A) {
-  return Eigen::JacobiSVD<Eigen::MatrixXd>(A).singularValues();
+  return Eigen::BDCSVD<Eigen::MatrixXd>(A).singularValues();
 }
 
 Eigen::VectorXd smallest_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double tolerance) {
@@ -25,6 +31,34 @@ PivotedQr pivoted_qr(const Eigen::MatrixXd& A) {
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
   const auto& order = qr.colsPermutation().indices();
   return {{order.data(), order.data() + order.size()}, qr.matrixQR().diagonal().cwiseAbs()};
+}
+
+Eigen::MatrixXd null_basis(const Eigen::MatrixXd& A, int rank) {
+  const Eigen::Index open = A.cols() - rank;
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(A.cols(), A.cols()).rightCols(open);
+  const auto R = qr.matrixQR().topRows(rank);
+  basis.topRows(rank) = -R.leftCols(rank).triangularView<Eigen::Upper>().solve(R.rightCols(open));
+  basis = (qr.colsPermutation() * basis).eval();
+  const Eigen::MatrixXd Q =
+      Eigen::HouseholderQR<Eigen::MatrixXd>(basis).householderQ() * Eigen::MatrixXd::Identity(A.cols(), open);
+  return Q;
+}
+
+InverseGram inverse_gram(const Eigen::MatrixXd& A, double tolerance) {
+  const Eigen::MatrixXd R = triangular_factor(A);
+  const Eigen::Index n = A.cols();
+  if (R.rows() == n && (R.diagonal().array() != 0).all()) {
+    const Eigen::MatrixXd inverse = R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(n, n));
+    // The Frobenius norms bound the condition from above.
+    if (R.norm() * inverse.norm() * tolerance < 1)
+      return {inverse * inverse.transpose(), static_cast<int>(n)};
+  }
+  const Svd svd = thin_svd(R);
+  const Eigen::VectorXd variance =
+      svd.s.unaryExpr([&](double v) { return v > tolerance * svd.s[0] ? 1 / (v * v) : 0.0; });
+  return {svd.V * variance.asDiagonal() * svd.V.transpose(),
+          static_cast<int>((variance.array() > 0).count())};
 }
 
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {

@@ -17,6 +17,10 @@ struct Svd {
 };
 Svd thin_svd(const Eigen::MatrixXd& A);
 
+/// R of A = Q R, square: A's singular values, its V and its pivots, in as many rows as it has columns. A
+/// itself where it has no more rows.
+Eigen::MatrixXd triangular_factor(Eigen::MatrixXd A);
+
 /// In descending order, as many as the smaller dimension of A.
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& A);
 
@@ -30,6 +34,17 @@ struct PivotedQr {
   Eigen::VectorXd pivots;  ///< magnitudes of the diagonal of R, as many as the smaller dimension of A
 };
 PivotedQr pivoted_qr(const Eigen::MatrixXd& A);
+
+/// Orthonormal columns that span the x with A x = 0, of a square A of that rank: as many as A has columns
+/// beyond it.
+Eigen::MatrixXd null_basis(const Eigen::MatrixXd& A, int rank);
+
+/// (A'A)^+, the singular values up to `tolerance` times the largest counted as zero, and how many are not.
+struct InverseGram {
+  Eigen::MatrixXd value;
+  int rank = 0;
+};
+InverseGram inverse_gram(const Eigen::MatrixXd& A, double tolerance);
 
 /// X with A X = B, A symmetric and positive definite to rounding, by LDL'. Reads the lower triangle of A.
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);

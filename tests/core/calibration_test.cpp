@@ -129,6 +129,22 @@ TEST(Calibrate, ReachesTheGoldenOptimumOfEveryDataSet) {
   }
 }
 
+/// What the product's speed rests on: whatever is weighed, whitened, held by a prior or deviates.
+TEST(Calibrate, SolvesItsStepsByTheKernels) {
+  const auto file = golden::load("identify");
+  const MeasurementData data = golden::data_set(file, 1, "true").data;
+  CalibrateOptions noise, robust, prior, deviation;
+  noise.noise = MeasurementNoise{.tracker = {0.005, 0.001, 0.01, 0.004}, .repeatability_mm = 0.02};
+  robust.loss = Loss::Tukey;
+  prior.prior = PriorUse::On;
+  deviation.deviation = true;
+  for (const CalibrateOptions& options : {CalibrateOptions{}, noise, robust, prior, deviation}) {
+    const auto result = calibrate(golden::nominal(file), data, options);
+    ASSERT_TRUE(result) << result.error().detail;
+    EXPECT_EQ(result->fine_solver, StepSolver::NormalEquations);
+  }
+}
+
 TEST(Calibrate, LeavesNothingOfNoiseFreeErrorsAtFreshPoses) {
   const auto file = golden::load("identify");
   for (const CalibrationMethod method : {CalibrationMethod::TwoStage, CalibrationMethod::LeastSquares}) {

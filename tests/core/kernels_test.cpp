@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "core/calibration/gauss_newton.hpp"
 #include "core/calibration/identifiability.hpp"
+#include "core/calibration/measurement_model.hpp"
 #include "core/calibration/normal_equations.hpp"
 #include "core/calibration/parameters.hpp"
 #include "core/kernels/arm_kernel.hpp"
@@ -413,9 +415,37 @@ void add_prior(Problem& at, Random& random) {
       Eigen::VectorXd::NullaryExpr(size, [&](Eigen::Index k) { return k % 2 == 0 ? 0.5 : 0.0; });
 }
 
+/// linearise() point by point, by the plain kinematics.
+LinearSystem reference(const CalibratedCell& cell, const LeastSquaresProblem& problem) {
+  const auto points = static_cast<Eigen::Index>(problem.points.size());
+  std::vector<int> known;
+  for (const int k : problem.free)
+    if (problem.prior.weight.size() > 0 && problem.prior.weight[k] > 0) known.push_back(k);
+  const auto rows = 3 * points + static_cast<Eigen::Index>(known.size());
+  LinearSystem out{Eigen::VectorXd::Zero(rows),
+                   Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(problem.free.size()))};
+  PointJacobian J;
+  for (Eigen::Index n = 0; n < points; ++n) {
+    const auto i = static_cast<std::size_t>(n);
+    const Measurement& point = problem.points[i];
+    const Eigen::Matrix3d W = problem.W.empty() ? Eigen::Matrix3d::Identity() : problem.W[i];
+    out.f.segment<3>(3 * n) =
+        W * (predict_with_jacobian(cell, point.q, point.smr, J, point.direction) - point.p_WS_mm);
+    out.J.middleRows<3>(3 * n) = W * J(Eigen::all, problem.free);
+  }
+  const Eigen::VectorXd values = parameter_values(cell);
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const Eigen::Index row = 3 * points + static_cast<Eigen::Index>(i);
+    const double weight = problem.prior.weight[known[i]];
+    out.f[row] = weight * (values[known[i]] - problem.prior.centre[known[i]]);
+    out.J(row, std::ranges::find(problem.free, known[i]) - problem.free.begin()) = weight;
+  }
+  return out;
+}
+
 void expect_normal_equations(const CalibratedCell& cell, const LeastSquaresProblem& wanted,
                              PreparedPoints& points) {
-  const LinearSystem expected = linearise(cell, wanted);
+  const LinearSystem expected = reference(cell, wanted);
   NormalEquations equations(cell, points, wanted.free, wanted.prior);
   equations.evaluate(cell);
   const Eigen::VectorXd norm = column_norms(expected.J).cwiseInverse();
@@ -432,6 +462,26 @@ void expect_normal_equations(const Problem& at, const std::vector<int>& free, co
     PreparedPoints points(at.start.robot, at.points, static_cast<int>(at.start.reflectors.size()), wanted.W,
                           code);
     expect_normal_equations(at.start, wanted, points);
+  }
+}
+
+TEST(Linearise, SaysWhatThePlainKinematicsSayOfEveryParameter) {
+  Random random{18};
+  for (const std::string& types : kArms) {
+    for (const bool deviates : {false, true}) {
+      SCOPED_TRACE(types + (deviates ? ", deviating" : ""));
+      Problem at = problem(random_arm(types, random), 3, 70, 0.1, random);
+      if (deviates) add_deviations(at, random);
+      add_prior(at, random);
+      const LeastSquaresProblem wanted = at.of(all_parameters(at.start), Weighed::ByMatrix);
+      const LinearSystem expected = reference(at.start, wanted), actual = linearise(at.start, wanted);
+      EXPECT_LT((actual.f - expected.f).cwiseAbs().maxCoeff(), 1e-10);
+      const Eigen::VectorXd norm = column_norms(expected.J).cwiseInverse();
+      EXPECT_LT(((actual.J - expected.J) * norm.asDiagonal()).cwiseAbs().maxCoeff(), 1e-13);
+      const Eigen::VectorXd unweighed = residuals(at.start, at.points);
+      const LinearSystem alike = reference(at.start, at.of(all_parameters(at.start), Weighed::Alike));
+      EXPECT_LT((unweighed - alike.f.head(unweighed.size())).cwiseAbs().maxCoeff(), 1e-10);
+    }
   }
 }
 
