@@ -139,6 +139,10 @@ struct Kernels {
   /// @return the smallest squared pivot; not positive where A is not positive definite, and x is not set
   double (*solve_positive)(double* A, int stride, int n, double* x);
 
+  /// Leaves R of A = Q R in the upper triangle of A, by reflections; what is below means nothing. Column by
+  /// column; `rows` a multiple of kMostLanes, padded with zeros. `v` is room for as many numbers.
+  void (*triangulate)(double* A, long stride, int rows, int columns, double* v);
+
   // Choosing poses. Candidates stand in blocks of kMostLanes, one a lane; a matrix of each candidate is kept
   // entry by entry, row by row, of a symmetric 3 x 3 one those with row <= column.
 

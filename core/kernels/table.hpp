@@ -14,11 +14,12 @@
   void point_sums(const PointModel& model, const PointBlock& points, double* columns, PointSums& sums);     \
   void point_columns(const PointModel& model, const PointBlock& points, int first, double* columns);        \
   double solve_positive(double* A, int stride, int n, double* x);                                           \
+  void triangulate(double* A, long stride, int rows, int columns, double* v);                               \
   void project(const double* rows, int blocks, int columns, const double* U, double* X);                    \
   void add_products(const double* X, const double* Y, double factor, int blocks, double* S);                \
   void volume_gains(const double* V, int blocks, double* gain);                                             \
   void variance_gains(const double* V, const double* W, int blocks, double* gain);                          \
-  inline constexpr Kernels kKernels{sincos_array, forward,      forward_batch, forward_jacobian,            \
-                                    inverse,      point_sums,   point_columns, solve_positive,              \
-                                    project,      add_products, volume_gains,  variance_gains};             \
+  inline constexpr Kernels kKernels{sincos_array, forward,       forward_batch,  forward_jacobian, inverse, \
+                                    point_sums,   point_columns, solve_positive, triangulate,      project, \
+                                    add_products, volume_gains,  variance_gains};                           \
   }

@@ -1,8 +1,11 @@
 #include "core/linear_algebra/decompositions.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+
+#include "core/kernels/kernels.hpp"
 
 namespace truepose {
 
@@ -11,13 +14,26 @@ Svd thin_svd(const Eigen::MatrixXd& A) {
   return {svd.matrixU(), svd.singularValues(), svd.matrixV()};
 }
 
-Eigen::MatrixXd triangular_factor(Eigen::MatrixXd A) {
+Eigen::MatrixXd triangular_factor(const Eigen::MatrixXd& A) {
+  constexpr Eigen::Index kLanes = kernels::kMostLanes;
   if (A.rows() <= A.cols()) return A;
-  const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(A);
-  return A.topRows(A.cols()).triangularView<Eigen::Upper>();
+  const Eigen::Index rows = (A.rows() + kLanes - 1) / kLanes * kLanes;
+  Eigen::MatrixXd work(rows, A.cols() + 1);  // and a column of room
+  work.topLeftCorner(A.rows(), A.cols()) = A;
+  work.bottomRows(rows - A.rows()).setZero();
+  kernels::best().triangulate(work.data(), rows, static_cast<int>(rows), static_cast<int>(A.cols()),
+                              work.col(A.cols()).data());
+  return work.topLeftCorner(A.cols(), A.cols()).triangularView<Eigen::Upper>();
 }
 
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& A) {
+  // From A'A where that loses no digits that anybody reads: many times faster.
+  constexpr double kBadly = 1e-6;  // of squares: below, the smallest is known to less than 1e-9 of itself
+  const bool wide = A.cols() > A.rows();
+  const Eigen::MatrixXd gram = wide ? Eigen::MatrixXd{A * A.transpose()} : Eigen::MatrixXd{A.transpose() * A};
+  const Eigen::VectorXd squares =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(gram, Eigen::EigenvaluesOnly).eigenvalues().reverse();
+  if (squares[squares.size() - 1] > kBadly * squares[0]) return squares.cwiseSqrt();
   return Eigen::BDCSVD<Eigen::MatrixXd>(A).singularValues();
 }
 

@@ -19,7 +19,7 @@ Svd thin_svd(const Eigen::MatrixXd& A);
 
 /// R of A = Q R, square: A's singular values, its V and its pivots, in as many rows as it has columns. A
 /// itself where it has no more rows.
-Eigen::MatrixXd triangular_factor(Eigen::MatrixXd A);
+Eigen::MatrixXd triangular_factor(const Eigen::MatrixXd& A);
 
 /// In descending order, as many as the smaller dimension of A.
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& A);

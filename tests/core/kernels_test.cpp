@@ -465,6 +465,24 @@ void expect_normal_equations(const Problem& at, const std::vector<int>& free, co
   }
 }
 
+TEST_P(Kernels, LeaveTheTriangularFactorOfATallMatrix) {
+  Random random{19};
+  for (const auto& [rows, columns] : {std::pair{8, 1}, {16, 7}, {96, 27}, {640, 36}, {48, 48}}) {
+    Eigen::MatrixXd A = Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return random.normal(); });
+    if (columns > 10) A.col(3) = A.col(7);  // dependent
+    if (columns > 20) A.col(5).setZero();
+    A.bottomRows(3).setZero();
+    Eigen::MatrixXd work = A;
+    Eigen::VectorXd room(rows);
+    code().triangulate(work.data(), rows, rows, columns, room.data());
+    const Eigen::MatrixXd R = work.topRows(columns).triangularView<Eigen::Upper>();
+    const Eigen::MatrixXd expected = A.transpose() * A;
+    EXPECT_LT((R.transpose() * R - expected).cwiseAbs().maxCoeff(), 1e-13 * (1 + expected.norm()));
+    // And not from the products: what depends is zero to rounding, not to its root.
+    EXPECT_LT((R.col(7 % columns) - R.col((columns > 10 ? 3 : 7) % columns)).norm(), 1e-13 * R.norm());
+  }
+}
+
 TEST(Linearise, SaysWhatThePlainKinematicsSayOfEveryParameter) {
   Random random{18};
   for (const std::string& types : kArms) {

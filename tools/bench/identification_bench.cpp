@@ -1,5 +1,6 @@
 #include <benchmark/benchmark.h>
 
+#include "core/calibration/calibrate.hpp"
 #include "core/calibration/gauss_newton.hpp"
 #include "tools/bench/ceres_fit.hpp"
 #include "tools/bench/jobs.hpp"
@@ -25,10 +26,21 @@ void identify_truepose(benchmark::State& state) {
   });
 }
 
+/// All that `truepose calibrate` asks for by default: the check of the model, both stages, what the poses
+/// leave open, the uncertainty of parameters and predictions.
+void calibrate_truepose(benchmark::State& state) {
+  identify(state, [](const Identification& job) {
+    const MeasurementData data{.smr_names = {job.start.reflectors.front().name}, .points = job.points};
+    const auto calibration = calibrate(job.start.robot, data);
+    return calibration ? calibration->cell : job.start;
+  });
+}
+
 void points(benchmark::internal::Benchmark* job) { job->Arg(30)->Arg(100)->Arg(300)->Arg(1000); }
 BENCHMARK(identify_auto)->Name("identify/ceres_auto")->Apply(points);
 BENCHMARK(identify_tuned)->Name("identify/ceres_tuned")->Apply(points);
 BENCHMARK(identify_truepose)->Name("identify/truepose")->Apply(points);
+BENCHMARK(calibrate_truepose)->Name("calibrate/truepose")->Apply(points);
 
 }  // namespace
 }  // namespace truepose::bench

@@ -1,0 +1,54 @@
+#include "core/kernels/table.hpp"
+#include "core/kernels/vector.hpp"
+
+namespace truepose::kernels::TRUEPOSE_KERNEL_ISA {
+namespace {
+
+/// Columns that are reflected at a time.
+inline constexpr int kTogether = 4;
+
+/// Reflects kColumns columns: a -= beta v v'a. Rows before `begin` are zero in v.
+template <int kColumns>
+void reflect(const double* v, double beta, double* columns, long stride, int begin, int rows) {
+  Vec sums_of[kColumns] = {};
+  for (int i = begin; i < rows; i += kLanes) {
+    const Vec at = load(v + i);
+#pragma GCC unroll 4
+    for (int c = 0; c < kColumns; ++c) sums_of[c] += at * load(columns + c * stride + i);
+  }
+  Vec along[kColumns];
+  for (int c = 0; c < kColumns; ++c) along[c] = all(beta * sum(sums_of[c]));
+  for (int i = begin; i < rows; i += kLanes) {
+    const Vec at = load(v + i);
+#pragma GCC unroll 4
+    for (int c = 0; c < kColumns; ++c) {
+      double* const to = columns + c * stride + i;
+      store(to, load(to) - along[c] * at);
+    }
+  }
+}
+
+}  // namespace
+
+void triangulate(double* A, long stride, int rows, int columns, double* v) {
+  for (int k = 0; k < columns; ++k) {
+    double* const pivot = A + k * stride;
+    const int begin = k / kLanes * kLanes;
+    for (int i = begin; i < rows; ++i) v[i] = i < k ? 0 : pivot[i];
+    Vec squares{};
+    for (int i = begin; i < rows; i += kLanes) squares += load(v + i) * load(v + i);
+    const double length = __builtin_sqrt(sum(squares));
+    if (!(length > 0)) continue;
+    // Away from the axis, so that nothing cancels.
+    const double diagonal = pivot[k] > 0 ? -length : length;
+    v[k] -= diagonal;
+    const double beta = 1 / (length * __builtin_fabs(v[k]));
+    int j = k + 1;
+    for (; j + kTogether <= columns; j += kTogether)
+      reflect<kTogether>(v, beta, A + j * stride, stride, begin, rows);
+    for (; j < columns; ++j) reflect<1>(v, beta, A + j * stride, stride, begin, rows);
+    pivot[k] = diagonal;
+  }
+}
+
+}  // namespace truepose::kernels::TRUEPOSE_KERNEL_ISA
