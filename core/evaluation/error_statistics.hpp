@@ -27,4 +27,11 @@ struct ErrorStatistics {
 /// @param errors  at least one error vector, mm
 ErrorStatistics error_statistics(std::span<const Eigen::Vector3d> errors);
 
+/// Whether a model is better than another by what both leave of the same points: by the mean error. The one
+/// answer to it, in campaigns, on the command line and in reports.
+inline bool improves(double before_mean_mm, double after_mean_mm) { return after_mean_mm < before_mean_mm; }
+inline bool improves(const ErrorStatistics& before, const ErrorStatistics& after) {
+  return improves(before.mean, after.mean);
+}
+
 }  // namespace truepose

@@ -10,13 +10,13 @@ inline constexpr int kTogether = 4;
 /// Reflects kColumns columns: a -= beta v v'a. Rows before `begin` are zero in v.
 template <int kColumns>
 void reflect(const double* v, double beta, double* columns, long stride, int begin, int rows) {
-  Vec sums_of[kColumns] = {};
+  Vec sums_of[kTogether] = {};
   for (int i = begin; i < rows; i += kLanes) {
     const Vec at = load(v + i);
 #pragma GCC unroll 4
     for (int c = 0; c < kColumns; ++c) sums_of[c] += at * load(columns + c * stride + i);
   }
-  Vec along[kColumns];
+  Vec along[kTogether];
   for (int c = 0; c < kColumns; ++c) along[c] = all(beta * sum(sums_of[c]));
   for (int i = begin; i < rows; i += kLanes) {
     const Vec at = load(v + i);

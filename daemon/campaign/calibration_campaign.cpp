@@ -183,7 +183,7 @@ CampaignOutcome<void> CalibrationCampaign::identify() {
   result.noise =
       noise_about_model(result.calibration, result.data, config::calibrate_options(session_.config()).noise);
   const auto& validate = result.calibration.validate;
-  result.improves = validate && validate->after.mean < validate->before.mean;
+  result.improves = validate && improves(validate->before, validate->after);
   if (validate) co_await doubt();
   session_.expect(result.calibration.cell);
   co_return Done{};

@@ -4,6 +4,7 @@
 #include "config/cell_setup.hpp"
 #include "config/model_file.hpp"
 #include "core/compensation/target_compensation.hpp"
+#include "core/evaluation/error_statistics.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/joint_units.hpp"
 #include "core/kinematics/spherical_wrist.hpp"
@@ -157,7 +158,7 @@ DaemonCell::Reply DaemonCell::model_activate(json::object params) {
   if (!*found) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such model"});
   const ModelRecord& record = (*found)->record;
   std::string why_not;
-  if (!(record.validation_after_mm < record.validation_before_mm)) {
+  if (!improves(record.validation_before_mm, record.validation_after_mm)) {
     why_not = "the model is no better than the nominal arm on validation poses";
   } else if (identities_ && identities_->robot.serial != record.robot_serial) {
     why_not = "the model belongs to arm " + record.robot_serial + ", not to " + identities_->robot.serial;

@@ -45,6 +45,25 @@ class ReportCommand : public testing::Test {
   std::string out_, err_;
 };
 
+TEST_F(ReportCommand, EndsByWhatAllLayersLeaveAsCalibrateDoes) {
+  const auto with_means = [](double before, double geometric, double after) {
+    json::object document = report::sample_document(5, true);
+    json::object& validate = document.at("validate").as_object();
+    validate.at("before").as_object()["mean"] = before;
+    validate.at("geometric").as_object()["mean"] = geometric;
+    validate.at("after").as_object()["mean"] = after;
+    return document;
+  };
+  EXPECT_EQ(report(with_means(2, 1, 3)), 1) << "a residual field that spoils it";
+  EXPECT_EQ(err_, "truepose: on validation poses the calibrated arm is no better than the nominal one\n");
+  EXPECT_THAT(out_, HasSubstr("no improvement"));
+  EXPECT_EQ(report(with_means(2, 3, 1)), 0) << err_;
+  json::object document = with_means(2, 1, 1);
+  document["converged"] = false;
+  EXPECT_EQ(report(document), 1);
+  EXPECT_EQ(err_, "truepose: the identification did not converge\n");
+}
+
 TEST_F(ReportCommand, WritesThePageAndTheDocumentWithTheTruthBesideIt) {
   folder_.write("truth.json", json::serialize(report::full_document(5).at("truth")));
   ReportOptions options;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/calibration/calibrate.hpp"
+#include "core/evaluation/error_statistics.hpp"
 #include "tools/report/report_findings.hpp"
 #include "tools/report/report_setup.hpp"
 
@@ -74,6 +75,7 @@ struct ReportDocument {
   std::vector<Point> judged_points() const;
   /// The best that was shown: re-measured, else after all layers.
   const ErrorStatistics& achieved() const { return remeasured ? *remeasured : judged().after; }
+  bool improved() const { return improves(judged().before, achieved()); }
 };
 
 /// Reads a calibration document, extended as render_html says.

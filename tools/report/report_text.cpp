@@ -89,13 +89,21 @@ std::string render_text(const boost::json::object& json) {
   std::string text = tables(document);
 
   const double before = document.judged().before.mean, after = document.achieved().mean;
-  text += fmt::format("\nMean position error {} mm -> {} mm, {}. {} of {} geometric parameters determined.\n",
-                      error_text(before), error_text(after),
-                      after < before ? factor_text(before, after) + " times more accurate" : "no improvement",
-                      document.rank, document.geometric_parameters());
+  text += fmt::format(
+      "\nMean position error {} mm -> {} mm, {}. {} of {} geometric parameters determined.\n",
+      error_text(before), error_text(after),
+      document.improved() ? factor_text(before, after) + " times more accurate" : "no improvement",
+      document.rank, document.geometric_parameters());
   if (!document.converged) text += "The identification did not converge: do not use this model.\n";
   if (!document.validate) text += "Nothing was validated: these are the errors of the fitted points.\n";
   return text + findings_text(document);
+}
+
+std::string why_unusable(const boost::json::object& json) {
+  const ReportDocument document = read_document(json);
+  if (!document.converged) return "the identification did not converge";
+  if (!document.validate || document.improved()) return {};
+  return "on validation poses the calibrated arm is no better than the nominal one";
 }
 
 }  // namespace truepose::report

@@ -11,4 +11,10 @@ namespace truepose::report {
 /// @param document  as for render_html; throws like it
 std::string render_text(const boost::json::object& document);
 
+/// Why a calibration must not be used, a clause; empty: nothing is against it. Whoever ends with an exit code
+/// asks this.
+///
+/// @param document  as for render_html; throws like it
+std::string why_unusable(const boost::json::object& document);
+
 }  // namespace truepose::report

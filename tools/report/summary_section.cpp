@@ -18,10 +18,6 @@ std::string plural(long long n, std::string_view one, std::string_view many) {
   return fmt::format("{} {}", n, n == 1 ? one : many);
 }
 
-bool improved(const ReportDocument& document) {
-  return document.achieved().mean < document.judged().before.mean;
-}
-
 std::string bar(std::string_view name, std::string_view color, double mm, double longest_mm) {
   const double percent = longest_mm > 0 ? 100 * mm / longest_mm : 0;
   return fmt::format(
@@ -128,7 +124,7 @@ Verdict verdict_of(const ReportDocument& document) {
     return {Refuse,
             "Do not use this model: the identification did not converge. Check the robot file and the "
             "measurements, and identify again."};
-  if (!improved(document))
+  if (!document.improved())
     return {
         Refuse,
         "Do not use this model: the arm it describes is no nearer to the measurements than the data "
@@ -164,8 +160,8 @@ std::string summary_section(const ReportDocument& document) {
              "class=\"headline\"><span "
              "class=\"was\">{} <small>mm</small></span><span class=\"arrow\">→</span><span class=\"{}\">{} "
              "<small>mm</small></span><span class=\"factor\">{}</span></p>\n",
-             error_text(before), improved(document) ? "now" : "was", error_text(after),
-             improved(document) ? factor_text(before, after) + " times more accurate" : "no improvement") +
+             error_text(before), document.improved() ? "now" : "was", error_text(after),
+             document.improved() ? factor_text(before, after) + " times more accurate" : "no improvement") +
          fmt::format("<p class=\"verdict {}\">{}</p>\n", class_of(verdict.kind),
                      xml::escaped(verdict.sentence)) +
          before_and_after(document) + bars(document) + badges(document) + "</section>\n";

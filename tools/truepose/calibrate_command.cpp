@@ -130,16 +130,6 @@ void describe(json::object& document, const CalibrateCommand& command, const Rob
     options[option.key()] = std::move(option.value());
 }
 
-/// Why the result must not be trusted, or nothing.
-std::string failure(const json::object& document) {
-  if (!document.at("converged").as_bool()) return "the identification did not converge";
-  const json::value* validate = document.if_contains("validate");
-  if (!validate) return {};
-  const auto mean_mm = [&](const char* stage) { return validate->at(stage).at("mean").to_number<double>(); };
-  if (mean_mm("after") < mean_mm("before")) return {};
-  return "on validation poses the calibrated arm is no better than the nominal one";
-}
-
 void print_summary(const CalibrateCommand& command, const RobotModel& robot, const Outcome& outcome) {
   const Calibration& calibration = outcome.calibration;
   std::printf("%s: %s, %d coarse and %d fine iterations, rank %d, condition %.1f\n", robot.name.c_str(),
@@ -169,7 +159,7 @@ int run_calibrate(const CalibrateCommand& command) {
   } else {
     print_summary(command, robot, outcome);
   }
-  const std::string why = failure(outcome.document);
+  const std::string why = report::why_unusable(outcome.document);
   if (why.empty()) return kDone;
   std::cerr << "truepose: " << command.data_file << ": " << why << '\n';
   return kFailed;

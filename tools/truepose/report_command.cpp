@@ -86,13 +86,6 @@ Result<void> write_file(const std::filesystem::path& file, const std::string& te
   return std::unexpected(ClientError{kFailed, file.string() + ": cannot be written"});
 }
 
-bool worked(const json::object& document) {
-  if (!document.at("converged").as_bool()) return false;
-  const json::value* validate = document.if_contains("validate");
-  return validate == nullptr || validate->at("geometric").at("mean").to_number<double>() <
-                                    validate->at("before").at("mean").to_number<double>();
-}
-
 Result<int> report(const OnlineOptions& online, const ReportOptions& options) {
   auto document =
       options.document.empty() ? fetch_document(online, options.campaign) : read_document(options.document);
@@ -122,7 +115,10 @@ Result<int> report(const OnlineOptions& online, const ReportOptions& options) {
     if (auto written = write_file(options.json, text); !written) return std::unexpected(written.error());
   }
   std::fputs(online.json ? text.c_str() : table.c_str(), stdout);
-  return worked(*document) ? kDone : kFailed;
+  const std::string why = report::why_unusable(*document);
+  if (why.empty()) return kDone;
+  std::fprintf(stderr, "truepose: %s\n", why.c_str());
+  return kFailed;
 }
 
 }  // namespace
