@@ -3,11 +3,11 @@
 
 #include "config/cell_setup.hpp"
 #include "config/model_file.hpp"
+#include "core/compensation/nominal_inverse.hpp"
 #include "core/compensation/target_compensation.hpp"
 #include "core/evaluation/error_statistics.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/joint_units.hpp"
-#include "core/kinematics/spherical_wrist.hpp"
 #include "daemon/cell/campaign_run.hpp"
 #include "daemon/cell/cell_json.hpp"
 #include "daemon/cell/page.hpp"
@@ -34,19 +34,18 @@ class TargetRows {
  public:
   TargetRows(const config::CellConfig& config, const CalibratedCell& real)
       : nominal_{config.robot.model},
-        inverse_{SphericalWristInverse::of(nominal_)},
+        inverse_{nominal_, std::nullopt},
         compensation_{nominal_, real.robot, config::compensation_options(config)},
         p_F_mm_{config::kept_point_mm(config, real)} {}
 
-  Solved solve(const std::vector<double>& row, bool is_pose) const {
+  Solved solve(const std::vector<double>& row, bool is_pose) {
     return is_pose ? at_pose(row) : told(compensation_.at_joints(joints_from(row, nominal_), p_F_mm_));
   }
 
  private:
-  Solved at_pose(const std::vector<double>& row) const {
-    if (!inverse_) return std::unexpected(inverse_.error());
+  Solved at_pose(const std::vector<double>& row) {
     const Eigen::Isometry3d X_BF = pose_from_kuka({row[0], row[1], row[2]}, {row[3], row[4], row[5]});
-    const auto q = inverse_->nearest(X_BF, JointVector::Zero(nominal_.joint_count()));
+    const auto q = inverse_.at_pose(X_BF);
     if (!q) return std::unexpected(q.error());
     return told(compensation_.at_pose(X_BF, *q, p_F_mm_));
   }
@@ -57,7 +56,7 @@ class TargetRows {
   }
 
   const RobotModel& nominal_;
-  std::expected<SphericalWristInverse, std::string> inverse_;
+  NominalInverse inverse_;
   TargetCompensation compensation_;
   Eigen::Vector3d p_F_mm_;
 };
@@ -209,7 +208,7 @@ DaemonCell::Reply DaemonCell::targets_compensate(json::object params) {
   const bool is_pose = poses.has_value();
   auto job = [config = parts_.config, is_pose, rows = is_pose ? *poses : *joints,
               cell = (*found)->checked->file.cell] {
-    const TargetRows targets{config, cell};
+    TargetRows targets{config, cell};
     std::vector<Solved> solved;
     for (const std::vector<double>& row : rows) solved.push_back(targets.solve(row, is_pose));
     return solved;

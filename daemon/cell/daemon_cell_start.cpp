@@ -5,9 +5,9 @@
 #include <boost/uuid/uuid_io.hpp>
 #include <limits>
 
+#include "core/compensation/nominal_inverse.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/joint_units.hpp"
-#include "core/kinematics/spherical_wrist.hpp"
 #include "daemon/cell/campaign_run.hpp"
 #include "proto/control/param_reader.hpp"
 
@@ -36,19 +36,15 @@ void read_seed(ParamReader& read, config::CampaignConfig& campaign) {
 /// The joints of the nominal arm at poses of the flange (mm, KUKA's angles in deg); an error names the row.
 std::expected<std::vector<JointVector>, RpcError> joints_at(const std::vector<std::vector<double>>& poses,
                                                             const RobotModel& nominal) {
-  const auto inverse = SphericalWristInverse::of(nominal);
-  if (!inverse)
-    return std::unexpected(RpcError{ErrorCode::InvalidParams, "params.poses: " + inverse.error()});
+  NominalInverse inverse(nominal, std::nullopt);
   std::vector<JointVector> joints;
-  JointVector q_near = JointVector::Zero(nominal.joint_count());
   for (const std::vector<double>& row : poses) {
-    const auto q =
-        inverse->nearest(pose_from_kuka({row[0], row[1], row[2]}, {row[3], row[4], row[5]}), q_near);
+    const auto q = inverse.at_pose(pose_from_kuka({row[0], row[1], row[2]}, {row[3], row[4], row[5]}));
     if (!q) {
       const std::string key = "params.poses[" + std::to_string(joints.size()) + "]";
       return std::unexpected(RpcError{ErrorCode::InvalidParams, key + ": cannot be reached", key});
     }
-    joints.push_back(q_near = *q);
+    joints.push_back(*q);
   }
   return joints;
 }

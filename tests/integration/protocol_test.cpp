@@ -94,6 +94,33 @@ void expect_compensated(tools::RpcClient& client) {
   EXPECT_THAT(beyond.error().message, testing::HasSubstr("params.joints[0]: joint 6 would have to go to"));
 }
 
+/// That the daemon and the command line lead the arm to the same flange poses by the same joints.
+void expect_joints_of_the_command_line(const LiveCell& cell, tools::RpcClient& client) {
+  const json::array poses{json::array{1700, 0, 1500, 0, 60, 0}, json::array{1500, 800, 1200, 20, 70, 30},
+                          json::array{-1300, 900, 1700, 140, 100, 10}};
+  std::string rows = "x,y,z,a,b,c\n";
+  for (const json::value& pose : poses) {
+    const std::string row = json::serialize(pose);
+    rows += row.substr(1, row.size() - 2) + "\n";
+  }
+  const auto online = client.call("targets.compensate", {{"poses", poses}});
+  ASSERT_TRUE(online) << online.error().message;
+  const auto exported = client.call("model.export", {});
+  ASSERT_TRUE(exported) << exported.error().message;
+  const Finished offline = run_program(
+      "truepose", {"compensate", "--robot", TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml",
+                   "--model", cell.write("exported.yaml", exported->at("yaml").as_string().c_str()),
+                   "--poses", cell.write("poses.csv", rows), "--json"});
+  ASSERT_EQ(offline.exit_code, 0) << offline.err;
+  const json::value document = json::parse(offline.out);
+  for (std::size_t row = 0; row < poses.size(); ++row) {
+    for (std::size_t i = 0; i < 6; ++i)
+      EXPECT_NEAR(online->at("joints").at(row).at(i).to_number<double>(),
+                  document.at("joints").at(row).at(i).to_number<double>(), 1e-6)
+          << "pose " << row << ", A" << i + 1;
+  }
+}
+
 TEST(TheControlProtocol, AnswersAndTellsWhatItsSchemaSays) {
   LiveCell cell{{.cell = {{"singular_deg: 20 ", "singular_deg: 5\n  tcp: {x: 0, y: 0, z: 300} "}}}};
   cell.start_daemon();
@@ -118,6 +145,7 @@ TEST(TheControlProtocol, AnswersAndTellsWhatItsSchemaSays) {
   expect_fits("targets.compensate", {{"joints", json::array{json::array{0, -90, 90, 0, 35, 0}}}});
   expect_fits("targets.compensate", {{"poses", json::array{json::array{1700, 0, 1500, 0, 60, 0}}}});
   expect_compensated(client);
+  expect_joints_of_the_command_line(cell, client);
   for (const char* kind : {"targets", "iso9283"}) {
     std::vector<std::string> start{"campaign", "start", "--kind", kind, "--watch"};
     const bool cycles = start[3] == "iso9283";

@@ -35,7 +35,7 @@ std::string declaration(int k, const Eigen::Isometry3d& X_BF, const tools::Statu
 /// A program as a controller saves it: its positions in the data list, a motion to each.
 ProgramFiles make_program() {
   const RobotModel nominal = kr210(false);
-  const auto inverse = tools::StatusTurnInverse::of(nominal).value();
+  const auto inverse = StatusTurnInverse::of(nominal).value();
   ProgramFiles files;
   Random random{6};
   const std::vector<JointVector> joints = random_poses(nominal, kPoints, random);
@@ -56,7 +56,7 @@ const krl::StartFrames kAtFlange{Eigen::Isometry3d::Identity(), Eigen::Isometry3
 void program(benchmark::State& state) {
   static const ProgramFiles files = make_program();
   const RobotModel nominal = kr210(false), real = kr210(true);
-  const auto inverse = tools::StatusTurnInverse::of(nominal).value();
+  const auto inverse = StatusTurnInverse::of(nominal).value();
   double corrected = 0;
   for (auto _ : state) {
     const auto read = krl::read_program({files.src, files.dat, {}}, kAtFlange).value();

@@ -11,7 +11,7 @@
 #include "core/calibration/uncertainty.hpp"
 #include "core/kinematics/joint_units.hpp"
 #include "tools/truepose/exit_code.hpp"
-#include "tools/truepose/nominal_inverse.hpp"
+#include "core/compensation/nominal_inverse.hpp"
 #include "tools/truepose/reached_target.hpp"
 #include "tools/truepose/target_reader.hpp"
 #include "tools/truepose/unfinished_file.hpp"

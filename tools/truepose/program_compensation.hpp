@@ -6,7 +6,7 @@
 #include "core/compensation/target_compensation.hpp"
 #include "proto/krl/program.hpp"
 #include "proto/krl/rewrite.hpp"
-#include "tools/truepose/status_turn.hpp"
+#include "core/kinematics/status_turn.hpp"
 
 namespace truepose::tools {
 

@@ -7,7 +7,7 @@
 
 #include "core/kinematics/spherical_wrist.hpp"
 
-namespace truepose::tools {
+namespace truepose {
 
 /// The two numbers by which a KRL position tells apart the joint positions that lead to its pose.
 ///
@@ -57,4 +57,4 @@ class StatusTurnInverse {
   SphericalWristInverse closed_form_;
 };
 
-}  // namespace truepose::tools
+}  // namespace truepose

@@ -1,4 +1,4 @@
-#include "tools/truepose/status_turn.hpp"
+#include "core/kinematics/status_turn.hpp"
 
 #include <array>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
 
-namespace truepose::tools {
+namespace truepose {
 
 namespace {
 
@@ -130,4 +130,4 @@ std::expected<JointVector, std::string> StatusTurnInverse::solve(
                          " within its joint limits");
 }
 
-}  // namespace truepose::tools
+}  // namespace truepose

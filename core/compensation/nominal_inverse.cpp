@@ -1,8 +1,8 @@
-#include "tools/truepose/nominal_inverse.hpp"
+#include "core/compensation/nominal_inverse.hpp"
 
 #include "core/random.hpp"
 
-namespace truepose::tools {
+namespace truepose {
 
 namespace {
 
@@ -71,4 +71,4 @@ NominalInverse::Result NominalInverse::at_position(const Eigen::Vector3d& p_B_mm
       [&](const JointVector& seed) { return itself_.at_position(p_B_mm, seed, p_F_mm); }));
 }
 
-}  // namespace truepose::tools
+}  // namespace truepose

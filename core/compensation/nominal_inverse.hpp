@@ -6,9 +6,9 @@
 
 #include "core/compensation/target_compensation.hpp"
 #include "core/kinematics/spherical_wrist.hpp"
-#include "tools/truepose/status_turn.hpp"
+#include "core/kinematics/status_turn.hpp"
 
-namespace truepose::tools {
+namespace truepose {
 
 /// Joint positions of the nominal arm at one target after the other, each on the branch nearest to the target
 /// before it.
@@ -39,4 +39,4 @@ class NominalInverse {
   JointVector q_near_;
 };
 
-}  // namespace truepose::tools
+}  // namespace truepose

@@ -1,4 +1,4 @@
-#include "tools/truepose/status_turn.hpp"
+#include "core/kinematics/status_turn.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include "core/simulation/published_arm.hpp"
 #include "tests/tools/kuka_controller_oracle.hpp"
 
-namespace truepose::tools {
+namespace truepose {
 namespace {
 
 const RobotModel kArm = published_arm();
@@ -110,4 +110,4 @@ TEST(StatusTurn, WhatCannotBeReachedIsSaid) {
 }
 
 }  // namespace
-}  // namespace truepose::tools
+}  // namespace truepose
