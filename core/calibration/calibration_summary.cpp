@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/calibration/cell_predictions.hpp"
+#include "core/calibration/measurement_model.hpp"
 #include "core/calibration/parameters.hpp"
 #include "core/kinematics/angles.hpp"
 
 namespace truepose {
 namespace {
 
-Eigen::Vector3d error_mm(const CellPredictions& predicted, const Measurement& m) {
-  return predicted.at(m.q, m.smr, m.direction) - m.p_WS_mm;
+Eigen::Vector3d error_mm(const Eigen::VectorXd& residuals, std::size_t point) {
+  return residuals.segment<3>(3 * static_cast<Eigen::Index>(point));
 }
 
 /// The fit turns the base about the tracker's axes; what is printed are its Euler angles.
@@ -52,14 +52,14 @@ std::vector<IdentifiedParameter> parameters(const Identification& id) {
 std::vector<RejectedPoint> rejected(const Identification& id) {
   CalibratedCell judge = id.fit.cell;
   judge.robot.field = nullptr;  // came after the judgement
-  const CellPredictions predicted(judge);
+  const Eigen::VectorXd errors = residuals(judge, id.data.points);
   std::vector<RejectedPoint> rejected;
   std::size_t i = 0;  // among the points to identify
   for (std::size_t k = 0; k < id.data.points.size(); ++k) {
     const Measurement& m = id.data.points[k];
     if (m.set != PoseSet::Identify) continue;
     if (id.points.weights()[i] == 0) {
-      const Eigen::Vector3d error = error_mm(predicted, m);
+      const Eigen::Vector3d error = error_mm(errors, k);
       rejected.push_back({k, error.norm(), id.points.whitened_length(i, error) / id.points.sigma_mm()});
     }
     ++i;
@@ -68,11 +68,12 @@ std::vector<RejectedPoint> rejected(const Identification& id) {
 }
 
 std::vector<PointErrors> point_errors(const Calibration& result, const MeasurementData& data) {
-  const CellPredictions before(result.coarse), geometric(result.geometric), after(result.cell);
+  const Eigen::VectorXd before = residuals(result.coarse, data.points),
+                        geometric = residuals(result.geometric, data.points),
+                        after = residuals(result.cell, data.points);
   std::vector<PointErrors> errors;
-  for (const Measurement& m : data.points) {
-    errors.push_back({error_mm(before, m), error_mm(geometric, m), error_mm(after, m)});
-  }
+  for (std::size_t k = 0; k < data.points.size(); ++k)
+    errors.push_back({error_mm(before, k), error_mm(geometric, k), error_mm(after, k)});
   return errors;
 }
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/kernels/flange_poses.hpp"
+#include "core/calibration/measurement_model.hpp"
 #include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
@@ -89,11 +89,11 @@ CalibratedCell linear_start(const RobotModel& arm, std::span<const std::string> 
   for (const Measurement& point : points) centre += point.p_WS_mm;
   centre /= static_cast<double>(points.size());
 
-  const FlangePoses flange(arm);
+  const std::vector<Eigen::Isometry3d> flange = flange_poses(arm, points);
   std::vector<Sight> sights;
   double scale = 0;
-  for (const Measurement& point : points) {
-    sights.push_back({point.p_WS_mm - centre, flange.at(point.q), 3 * point.smr});
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    sights.push_back({points[k].p_WS_mm - centre, flange[k], 3 * points[k].smr});
     scale = std::max(scale, sights.back().c.norm());
   }
 

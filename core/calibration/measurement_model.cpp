@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <vector>
 
-#include "core/calibration/cell_predictions.hpp"
 #include "core/calibration/parameters.hpp"
 #include "core/calibration/prepared_points.hpp"
+#include "core/kernels/arm_kernel.hpp"
 #include "core/kinematics/forward.hpp"
+#include "core/kinematics/residual_field.hpp"
 
 namespace truepose {
 namespace {
@@ -63,13 +64,31 @@ Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVec
   return P;
 }
 
+std::vector<Eigen::Isometry3d> flange_poses(const RobotModel& robot, std::span<const Measurement> points) {
+  const auto count = static_cast<Eigen::Index>(points.size());
+  Eigen::ArrayXXd q(count, robot.joint_count());
+  for (Eigen::Index n = 0; n < count; ++n) {
+    const Measurement& point = points[static_cast<std::size_t>(n)];
+    q.row(n) = true_joints(robot, point.q, point.direction).transpose();
+  }
+  PoseColumns columns(count, 12);
+  ArmKernel{robot}.forward(q, columns);
+  std::vector<Eigen::Isometry3d> X_BF(points.size(), Eigen::Isometry3d::Identity());
+  for (Eigen::Index n = 0; n < count; ++n) {
+    Eigen::Isometry3d& X = X_BF[static_cast<std::size_t>(n)];
+    for (int axis = 0; axis < 4; ++axis) X.matrix().col(axis).head<3>() = columns.row(n).segment<3>(3 * axis);
+    if (robot.field) X = robot.field->displaced(points[static_cast<std::size_t>(n)].q, X);
+  }
+  return X_BF;
+}
+
 Eigen::VectorXd residuals(const CalibratedCell& cell, std::span<const Measurement> points) {
   Eigen::VectorXd f(3 * static_cast<Eigen::Index>(points.size()));
-  const CellPredictions predicted(cell);
-  Eigen::Index row = 0;
-  for (const Measurement& point : points) {
-    f.segment<3>(row) = predicted.at(point.q, point.smr, point.direction) - point.p_WS_mm;
-    row += 3;
+  const Eigen::Isometry3d X_WB = cell.base.isometry();
+  const std::vector<Eigen::Isometry3d> X_BF = flange_poses(cell.robot, points);
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    const Eigen::Vector3d& p_FS_mm = cell.reflectors[static_cast<std::size_t>(points[n].smr)].p_FS_mm;
+    f.segment<3>(3 * static_cast<Eigen::Index>(n)) = X_WB * (X_BF[n] * p_FS_mm) - points[n].p_WS_mm;
   }
   return f;
 }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <vector>
 
 #include "core/calibration/calibrated_cell.hpp"
 #include "core/calibration/measurement.hpp"
@@ -19,6 +20,9 @@ using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 /// method's paper, eqs 7 to 11, with beta first and the lever arm ending at the target.
 Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVector& q, int smr,
                                       PointJacobian& J, Approach approach = {});
+
+/// forward_kinematics() at every point, deviations and field included, all together by the kernels.
+std::vector<Eigen::Isometry3d> flange_poses(const RobotModel& robot, std::span<const Measurement> points);
 
 /// Predicted minus measured positions of all points, stacked (3N, mm).
 Eigen::VectorXd residuals(const CalibratedCell& cell, std::span<const Measurement> points);

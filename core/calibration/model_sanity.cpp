@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/calibration/cell_predictions.hpp"
 #include "core/calibration/gauss_newton.hpp"
 #include "core/calibration/linear_start.hpp"
 #include "core/calibration/measurement_model.hpp"
@@ -49,11 +48,9 @@ Points sampled(const MeasurementData& data, std::size_t most_poses) {
 }
 
 std::vector<double> misses(const CalibratedCell& cell, std::span<const Measurement> points) {
-  const CellPredictions predicted(cell);
+  const Eigen::VectorXd f = residuals(cell, points);
   std::vector<double> miss_mm;
-  for (const Measurement& point : points) {
-    miss_mm.push_back((predicted.at(point.q, point.smr) - point.p_WS_mm).norm());
-  }
+  for (Eigen::Index row = 0; row < f.size(); row += 3) miss_mm.push_back(f.segment<3>(row).norm());
   return miss_mm;
 }
 
