@@ -1,3 +1,5 @@
+#include "core/kernels/dispatch.hpp"
+
 #include "core/kernels/table.hpp"
 
 TRUEPOSE_KERNELS_OF(baseline)
@@ -24,11 +26,18 @@ const Kernels& kernels_for([[maybe_unused]] Isa isa) {
   return baseline::kKernels;
 }
 
-const Kernels& best() {
-  static const Kernels& chosen = available(Isa::Avx512) ? kernels_for(Isa::Avx512)
-                                 : available(Isa::Avx2) ? kernels_for(Isa::Avx2)
-                                                        : kernels_for(Isa::Baseline);
-  return chosen;
+namespace {
+
+const Kernels*& chosen() {
+  static const Kernels* kernels = &kernels_for(available(Isa::Avx512) ? Isa::Avx512
+                                               : available(Isa::Avx2) ? Isa::Avx2
+                                                                      : Isa::Baseline);
+  return kernels;
 }
+
+}  // namespace
+
+const Kernels& best() { return *chosen(); }
+void use(Isa isa) { chosen() = &kernels_for(isa); }
 
 }  // namespace truepose::kernels

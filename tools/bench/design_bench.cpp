@@ -86,7 +86,7 @@ std::vector<std::size_t> rank_three() {
 }
 
 std::vector<std::size_t> ours() {
-  Design design{problem(), DesignCriterion::D, code()};
+  Design design{problem(), DesignCriterion::D};
   add_greedily(design, kPoses);
   return design.chosen();
 }

@@ -39,13 +39,13 @@ void forward_kdl(benchmark::State& state) {
 }
 
 void forward_truepose(benchmark::State& state) {
-  const ArmKernel arm{kr210(true), code()};
+  const ArmKernel arm{kr210(true)};
   for_each_pose(state, joint_positions(kPoses),
                 [&](const JointVector& q) { benchmark::DoNotOptimize(arm.forward(q)); });
 }
 
 void forward_batch_truepose(benchmark::State& state) {
-  const ArmKernel arm{kr210(true), code()};
+  const ArmKernel arm{kr210(true)};
   const std::vector<JointVector> positions = joint_positions(kPoses);
   Eigen::ArrayXXd q(kPoses, 6);
   for (int k = 0; k < kPoses; ++k) q.row(k) = positions[static_cast<std::size_t>(k)].transpose();
@@ -69,7 +69,7 @@ void jacobian_kdl(benchmark::State& state) {
 }
 
 void jacobian_truepose(benchmark::State& state) {
-  const ArmKernel arm{kr210(true), code()};
+  const ArmKernel arm{kr210(true)};
   PoseAndJacobian at;
   for_each_pose(state, joint_positions(kPoses), [&](const JointVector& q) {
     arm.forward_with_jacobian(q, at);

@@ -83,7 +83,7 @@ void inverse_nr_jl(benchmark::State& state) {
 }
 
 void inverse_truepose(benchmark::State& state) {
-  const ArmKernel arm{kr210(true), code()};
+  const ArmKernel arm{kr210(true)};
   const std::vector<InverseTarget>& targets = inverse_targets();
   const PoseInverseOptions options{.position_tolerance_mm = 1e-6, .rotation_tolerance_rad = 1e-9, .leaps = 8};
   solve_targets(state, [&](std::size_t k) {

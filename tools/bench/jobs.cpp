@@ -45,12 +45,7 @@ std::vector<int> separable(const ParameterLayout& layout) {
   return free;
 }
 
-const kernels::Kernels* measured = &kernels::best();
-
 }  // namespace
-
-const kernels::Kernels& code() { return *measured; }
-void measure(kernels::Isa isa) { measured = &kernels::kernels_for(isa); }
 
 RobotModel kr210(bool calibrated) {
   const double on = calibrated ? 1 : 0;

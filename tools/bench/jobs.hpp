@@ -4,14 +4,8 @@
 
 #include "core/calibration/calibrated_cell.hpp"
 #include "core/calibration/measurement.hpp"
-#include "core/kernels/kernels.hpp"
 
 namespace truepose::bench {
-
-/// The kernels that are measured: the best of this machine, or others for comparison.
-const kernels::Kernels& code();
-/// @param isa  available
-void measure(kernels::Isa isa);
 
 /// The KR 210 R2700-2 and, in `calibrated`, the errors that the method's paper injects (tables 1 and 2).
 RobotModel kr210(bool calibrated);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/kernels/dispatch.hpp"
 #include "core/regression/regressor.hpp"
 #include "tools/bench/jobs.hpp"
 
@@ -162,7 +163,7 @@ int main(int argc, char** argv) {
       std::fprintf(stderr, "%s: this machine has no such instruction set\n", words[0].c_str());
       return 2;
     }
-    truepose::bench::measure(isa);
+    truepose::kernels::use(isa);
     words.erase(words.begin());
   }
   const bool table = words.empty();
