@@ -72,7 +72,7 @@ std::optional<FitResult> by_normal_equations(const CalibratedCell& start, const 
                                              const GaussNewtonOptions& options,
                                              const kernels::Kernels& code) {
   // The coordinates of a predicted point are not known better than this (mm).
-  constexpr double kRounding_mm = 1e-10;
+  constexpr double kCoordinateRounding_mm = 1e-10;
   const ParameterLayout layout = ParameterLayout::of(start);
   const auto of_links = [&](int parameter) { return parameter >= layout.link(0); };
   if (std::ranges::count_if(problem.free, of_links) > NormalEquations::kMostLinkParameters)
@@ -101,7 +101,7 @@ std::optional<FitResult> by_normal_equations(const CalibratedCell& start, const 
     }
     equations.evaluate(result.cell);
     // Written so that a NaN fails.
-    if (!(std::sqrt(equations.cost() / points.size()) <= rms + kRounding_mm)) return std::nullopt;
+    if (!(std::sqrt(equations.cost() / points.size()) <= rms + kCoordinateRounding_mm)) return std::nullopt;
   }
   return result;
 }

@@ -100,27 +100,27 @@ double fitted_error(const Hypothesis& guess, Names names) {
   return median(misses(placed(guess, names), guess.points));
 }
 
-// Standard deviations that hold the links to where they are, against points of 0.1 mm; base and reflectors
-// hardly. Without them a fit diverges where a reflector is right on an axis.
-constexpr double kPoint_mm = 0.1, kLink_mm = 3, kLink_rad = 0.015, kFree = 1000;
-
+/// Standard deviations that hold the links to where they are; base and reflectors hardly. Without them a fit
+/// diverges where a reflector is right on an axis.
 Eigen::VectorXd link_sigmas(const ParameterLayout& layout) {
-  Eigen::VectorXd sigma = Eigen::VectorXd::Constant(layout.size(), kFree);
+  constexpr double kLinkLength_mm = 3, kLinkAngle_rad = 0.015, kHardly = 1000;
+  Eigen::VectorXd sigma = Eigen::VectorXd::Constant(layout.size(), kHardly);
   for (int i = 0; i < layout.joints; ++i) {
-    sigma.segment<5>(layout.link(i)) << kLink_mm, kLink_rad, kLink_mm, kLink_rad, kLink_rad;
+    sigma.segment<5>(layout.link(i)) << kLinkLength_mm, kLinkAngle_rad, kLinkLength_mm, kLinkAngle_rad, kLinkAngle_rad;
   }
   return sigma;
 }
 
 /// The links identified too, from where base and reflectors were placed.
 CalibratedCell identified(const Hypothesis& guess, const CalibratedCell& placed) {
+  constexpr double kReading_mm = 0.1;
   const ParameterLayout layout = ParameterLayout::of(placed);
   const LeastSquaresProblem problem{
       .points = guess.points,
       .free = first_parameters(layout.deviation(0)),
       .W = {},
       .prior = {.centre = parameter_values(placed),
-                .weight = (kPoint_mm * link_sigmas(layout).cwiseInverse()).eval()}};
+                .weight = (kReading_mm * link_sigmas(layout).cwiseInverse()).eval()}};
   return gauss_newton(placed, problem, {.max_iterations = kIdentifyIterations}).cell;
 }
 
