@@ -21,7 +21,7 @@ struct ProgramFiles {
   std::string dat = "DEFDAT BIG\n";
 };
 
-std::string declaration(int k, const Eigen::Isometry3d& X_BF, const tools::StatusTurn& at) {
+std::string declaration(int k, const Eigen::Isometry3d& X_BF, const StatusTurn& at) {
   const Eigen::Vector3d abc_deg = kuka_abc_deg(X_BF.linear());
   const Eigen::Vector3d p_mm = X_BF.translation();
   char line[240];
