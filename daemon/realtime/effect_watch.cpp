@@ -61,7 +61,8 @@ void EffectWatch::Sums::add(const Sums& sums, double weight) noexcept {
 }
 
 void EffectWatch::remember(const Axes& now, std::uint64_t elapsed) noexcept {
-  if (taken_ > 0 && elapsed > kBridged) restart();
+  if (elapsed > static_cast<std::uint64_t>(kBlocks * block_cycles_)) restart();
+  if (elapsed > kBridged) taken_ = 0;
   const auto append = [this](const Axes& axes) { axes_[taken_++ % kCapacity] = axes; };
   if (taken_ > 0) {
     const Axes last = ago(0);

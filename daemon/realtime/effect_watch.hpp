@@ -36,7 +36,8 @@ class EffectWatch {
   void restart() noexcept;
   /// One cycle.
   /// @param elapsed  cycles since the one before: of a few that were lost the axes between are known well
-  ///                 enough, after more of them it begins anew
+  ///                 enough, after more of them a quarter of a second is waited for, after a second it begins
+  ///                 anew
   /// @return whether a new judgement is there: four times a second, once a second has been seen
   bool take(const JointVector& commanded, const JointVector& correction, const JointVector& actual,
             std::uint64_t elapsed = 1) noexcept;

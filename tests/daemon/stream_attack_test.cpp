@@ -198,6 +198,7 @@ struct MovingArm {
   double friction_deg = 0;      ///< so far an axis stays behind whatever its speed
   int leg_cycles = 0;           ///< A4 goes there and back by 480 deg in so many, evenly; else it swings
   int datagram_lost_every = 0;  ///< cycles; 0 = never
+  int lost_in_a_row = 1;
   int reply_lost_every = 0;
   bool takes_corrections = true;
 
@@ -215,8 +216,11 @@ struct MovingArm {
     const double lag = lag_cycles * (1 + lag_swings_by * std::sin(2 * std::numbers::pi * cycle * 0.004 / 7));
     actual += (given[given.size() - 1 - dead_cycles] - actual) / (1 + lag);
     rig.stuck = actual - friction_deg * kRadPerDeg * (rig.q - before).cwiseSign();
-    const auto lost = [cycle](int every) { return every > 0 && cycle % every == every - 1; };
-    rig.tick({.datagram_lost = lost(datagram_lost_every), .reply_lost = lost(reply_lost_every)});
+    const auto lost = [cycle](int every, int in_a_row) {
+      return every > 0 && cycle % every >= every - in_a_row;
+    };
+    rig.tick(
+        {.datagram_lost = lost(datagram_lost_every, lost_in_a_row), .reply_lost = lost(reply_lost_every, 1)});
   }
   /// The program has stopped.
   void stand(StreamRig& rig, int cycles) {
@@ -255,6 +259,7 @@ const MovingArm kMovingArms[] = {
     {.lag_cycles = 10, .lag_swings_by = 0.02},
     {.lag_cycles = 10, .friction_deg = 0.02},
     {.lag_cycles = 10, .datagram_lost_every = 40},
+    {.lag_cycles = 10, .datagram_lost_every = 200, .lost_in_a_row = 6},
     {.lag_cycles = 10, .reply_lost_every = 40},
 };
 
@@ -272,8 +277,9 @@ std::vector<MovingArm> moving_arms() {
 std::string told(const MovingArm& arm) {
   std::ostringstream text;
   text << "legs of " << arm.leg_cycles << " cycles, " << arm.lag_cycles << " cycles of lag that swings by "
-       << arm.lag_swings_by << ", " << arm.dead_cycles << " dead, friction " << arm.friction_deg
-       << " deg, a datagram lost in " << arm.datagram_lost_every << ", a reply in " << arm.reply_lost_every;
+       << arm.lag_swings_by << ", " << arm.dead_cycles << " dead, friction " << arm.friction_deg << " deg, "
+       << arm.lost_in_a_row << " datagrams lost in " << arm.datagram_lost_every << ", a reply in "
+       << arm.reply_lost_every;
   return text.str();
 }
 

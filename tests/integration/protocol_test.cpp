@@ -110,7 +110,7 @@ void expect_joints_of_the_command_line(const LiveCell& cell, tools::RpcClient& c
   const Finished offline = run_program(
       "truepose", {"compensate", "--robot", TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml",
                    "--model", cell.write("exported.yaml", exported->at("yaml").as_string().c_str()),
-                   "--poses", cell.write("poses.csv", rows), "--json"});
+                   "--poses", cell.write("poses.csv", rows), "--singular-below", "5", "--json"});
   ASSERT_EQ(offline.exit_code, 0) << offline.err;
   const json::value document = json::parse(offline.out);
   for (std::size_t row = 0; row < poses.size(); ++row) {

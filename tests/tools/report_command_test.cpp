@@ -83,15 +83,6 @@ TEST_F(ReportCommand, PrintsTheDocumentAndNothingElseAsJson) {
   EXPECT_TRUE(json::parse(out_).at("converged").as_bool());
 }
 
-TEST_F(ReportCommand, FailsWhereTheValidationIsNoBetterOrNothingConverged) {
-  json::object worse = report::sample_document(5, true);
-  worse["validate"].as_object()["geometric"] = worse["validate"].as_object()["before"];
-  EXPECT_EQ(report(worse), 1);
-  json::object lost = report::sample_document(5, true);
-  lost["converged"] = false;
-  EXPECT_EQ(report(lost), 1);
-}
-
 TEST_F(ReportCommand, RefusesADocumentThatItCannotReadAndWritesNothing) {
   json::object broken = report::sample_document(5, true);
   broken["identify"] = 3;
