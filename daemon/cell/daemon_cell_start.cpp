@@ -5,6 +5,7 @@
 #include <boost/uuid/uuid_io.hpp>
 #include <limits>
 
+#include "config/cell_setup.hpp"
 #include "core/compensation/nominal_inverse.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/kinematics/joint_units.hpp"

@@ -2,16 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "core/calibration/identifiability.hpp"
 #include "core/calibration/measurement_model.hpp"
 #include "tests/core/example_arms.hpp"
 
 namespace truepose {
 namespace {
-
-constexpr double kNoPrior = std::numeric_limits<double>::infinity();
 
 TEST(Observability, MatchesTheDefinitionsOnKnownSingularValues) {
   const Eigen::MatrixXd J = Eigen::Vector3d(8, 4, 2).asDiagonal();
