@@ -56,7 +56,7 @@ json::value ms_or_null(std::optional<drivers::Duration> age) {
 std::string stream_reason(const StreamStatus& status, const StreamSurroundings& around, bool silent) {
   if (const std::string why = reason(status); !why.empty()) return why;
   if (!around.trouble.empty() || !around.streaming) return around.trouble;
-  if (silent) return silence_text(around.age);
+  if (silent) return old_packet_text(status, around.age);
   return status.model == 0 ? "no model is active: nothing is corrected; activate one, or stop the stream"
                            : "";
 }

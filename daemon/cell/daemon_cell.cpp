@@ -22,7 +22,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr Duration kWatch = 100ms;
+constexpr Duration kWatch = 50ms;  // a silent controller is told within half a second of its last packet
 constexpr Duration kTellStream = 1s;
 constexpr Duration kAskDevices = 1s;
 constexpr Duration kAskTracker = 5s;
@@ -320,7 +320,7 @@ void DaemonCell::watch_stream() {
   stand(frozen_, frozen, {"E_STREAM_FROZEN", "warning", reason(status), {}});
   if (status.state != StreamState::Unproven || before != status.state) proven_ = now;
   stand(unproven_, now - proven_ >= kUnproven, {"E_STREAM_UNPROVEN", "warning", reason(status), {}});
-  watch_silence(packet_age(status, now));
+  watch_silence(silence(status));
   if (status.state == StreamState::Fault) {
     if (streaming()) apply(StreamFaulted{reason(status)}, "");
   } else if (std::holds_alternative<StreamStopping>(state_)) {
@@ -331,14 +331,14 @@ void DaemonCell::watch_stream() {
 }
 
 /// A controller that falls silent while it is corrected, or should be ramped out, is told at once.
-void DaemonCell::watch_silence(std::optional<Duration> age) {
+void DaemonCell::watch_silence(std::optional<Duration> lasts) {
   const bool on = std::holds_alternative<Streaming>(state_) || std::holds_alternative<StreamStopping>(state_);
-  const bool silent = on && (!age || *age >= kSilence);
+  const bool silent = on && (!lasts || *lasts >= kSilence);
   const bool goes_on_by_itself =
       parts_.config.stream.rearm == config::Rearm::Automatic && std::holds_alternative<Streaming>(state_);
   if (silent && !goes_on_by_itself) {
     apply(
-        StreamFaulted{silence_text(age) +
+        StreamFaulted{silence_text(lasts) +
                       ", and holds the correction that it has; look at the robot program, the messages on "
                       "the pendant and the cable of the RSI network, then acknowledge, connect and start the "
                       "stream anew"},
@@ -347,7 +347,7 @@ void DaemonCell::watch_silence(std::optional<Duration> age) {
   stand(silent_, silent && goes_on_by_itself,
         {"E_STREAM_SILENT",
          "warning",
-         silence_text(age) + "; the correction goes on when it does (rearm: automatic)",
+         silence_text(lasts) + "; the correction goes on when it does (rearm: automatic)",
          {}});
 }
 

@@ -133,7 +133,7 @@ class DaemonCell final : public CellService, private CampaignObserver {
   boost::asio::awaitable<void> devices_unasked();
   bool devices_may_be_asked() const;
   void watch_stream();
-  void watch_silence(std::optional<Duration> age);
+  void watch_silence(std::optional<Duration> lasts);
   void stand(std::optional<Fault>& standing, bool stands, Fault fault);
   static std::optional<Duration> packet_age(const StreamStatus& status, TimePoint now);
 

@@ -4,11 +4,26 @@
 
 namespace truepose::daemon {
 
-std::string silence_text(std::optional<drivers::Duration> age) {
-  if (!age) return "the controller has sent no RSI packet yet";
+namespace {
+
+std::string seconds_text(drivers::Duration time) {
   std::array<char, 32> seconds;
-  std::snprintf(seconds.data(), seconds.size(), "%.1f", std::chrono::duration<double>(*age).count());
-  return "the controller has sent no RSI packet for " + std::string{seconds.data()} + " s";
+  std::snprintf(seconds.data(), seconds.size(), "%.1f s", std::chrono::duration<double>(time).count());
+  return seconds.data();
+}
+
+}  // namespace
+
+std::string silence_text(std::optional<drivers::Duration> silence) {
+  if (!silence) return "the controller has sent no RSI packet yet";
+  return "the controller has sent no RSI packet for " + seconds_text(*silence);
+}
+
+std::string old_packet_text(const StreamStatus& status, std::optional<drivers::Duration> age) {
+  const auto known = silence(status);
+  if (!age || !known || *known >= kSilence) return silence_text(age);
+  return "this PC has not run truepose's RSI thread for " + seconds_text(*age - *known) +
+         ": look at its load, and at the scheduling that the log names at the start";
 }
 
 std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, const RefusedPackets& refused,

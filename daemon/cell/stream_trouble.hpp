@@ -13,8 +13,12 @@ namespace truepose::daemon {
 inline constexpr std::chrono::milliseconds kSilence{400};
 
 /// "the controller has sent no RSI packet for 0.6 s"
-/// @param age  of its last good packet; none: there was none
-std::string silence_text(std::optional<drivers::Duration> age);
+/// @param silence  none: there was no packet yet
+std::string silence_text(std::optional<drivers::Duration> silence);
+
+/// As silence_text() for a packet so old, whether it is the controller that is silent or this PC that does not
+/// read what it sends.
+std::string old_packet_text(const StreamStatus& status, std::optional<drivers::Duration> age);
 
 /// What came to the RSI port and was not taken for the controller's, as far as the log was told of it.
 struct RefusedPackets {

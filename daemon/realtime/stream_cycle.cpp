@@ -108,6 +108,7 @@ std::string_view StreamCycle::answer(const drivers::Datagram& datagram) noexcept
     return {};
   }
   ++status_.counters.datagrams;
+  status_.read_until = datagram.received;
   take_commands();
   const std::string_view bytes = answer_controller(datagram);
   update_state();
@@ -117,6 +118,11 @@ std::string_view StreamCycle::answer(const drivers::Datagram& datagram) noexcept
   received_ = datagram.received;
   turnaround_.record(done - datagram.received);
   return bytes;
+}
+
+void StreamCycle::nothing_came(drivers::TimePoint until) noexcept {
+  status_.read_until = until;
+  publish();
 }
 
 /// Counted, and named once for each address.

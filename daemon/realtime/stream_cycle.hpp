@@ -54,6 +54,7 @@ class StreamCycle final : public drivers::RsiResponder {
 
   // No allocation, lock, log, exception or system call.
   std::string_view answer(const drivers::Datagram& datagram) noexcept override;
+  void nothing_came(drivers::TimePoint until) noexcept override;
 
   /// Corrects for `calibrated` (as many joints as the nominal arm) from the next cycle on, cross-faded from
   /// what is in force.

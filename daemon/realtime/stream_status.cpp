@@ -1,5 +1,6 @@
 #include "daemon/realtime/stream_status.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
 namespace truepose::daemon {
@@ -88,6 +89,11 @@ std::string_view name(StreamState state) {
       return "fault";
   }
   return "unknown";
+}
+
+std::optional<drivers::Duration> silence(const StreamStatus& status) {
+  if (!status.heard) return std::nullopt;
+  return std::max(drivers::Duration{0}, status.read_until - *status.heard);
 }
 
 std::string reason(const StreamStatus& status) {

@@ -84,6 +84,7 @@ struct StreamStatus {
   FaultDetail detail;  ///< of the fault
   StreamCounters counters;
   std::optional<drivers::TimePoint> heard;  ///< when the controller's last good frame came in
+  drivers::TimePoint read_until{};          ///< all that it had sent by then has been read
   std::optional<drivers::UdpSource> peer;   ///< the controller, as it sends
   std::uint64_t ipoc = 0;
   std::uint64_t ipoc_step = 0;  ///< learned from the controller; 0 = not yet known
@@ -96,6 +97,10 @@ struct StreamStatus {
   std::array<std::optional<double>, 6> measured_deg{};
   std::array<double, 6> commanded_deg{};  ///< axes that the robot program commands
 };
+
+/// For how long the controller is known to have sent no good frame; none where it never has sent one. Shorter
+/// than the frame's age where this machine does not read what came.
+std::optional<drivers::Duration> silence(const StreamStatus& status);
 
 /// One sentence for the operator, with what to do; empty where the stream does what it should.
 std::string reason(const StreamStatus& status);

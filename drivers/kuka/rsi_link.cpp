@@ -7,6 +7,7 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <thread>
 #include <utility>
@@ -85,15 +86,19 @@ class UdpRsiLink final : public RsiLink {
   }
 
   void serve() noexcept {
-    if (const auto datagram = port_.receive()) {
+    auto datagram = port_.receive();
+    const TimePoint looked = std::chrono::steady_clock::now();
+    if (!datagram) datagram = port_.receive_pending();  // a thread that was kept from running is woken late
+    if (datagram) {
       answer(*datagram);
     } else {
+      responder_.nothing_came(looked);
       port_.expect_any_port();  // silent for so long, the controller may come back with another one
     }
     for (int i = 0; i < kOthersATurn; ++i) {
-      const auto datagram = port_.receive_from_others();
-      if (!datagram) return;
-      answer(*datagram);
+      const auto other = port_.receive_from_others();
+      if (!other) return;
+      answer(*other);
     }
   }
 

@@ -26,6 +26,9 @@ class RsiResponder {
   virtual ~RsiResponder() = default;
   /// @return the reply to the datagram's source, valid until the next call; empty = do not answer
   virtual std::string_view answer(const Datagram& datagram) noexcept = 0;
+  /// All that the controller had sent by `until` has been answered: what this machine kept from being read is
+  /// no silence of the controller. Told while nothing comes, every 30 ms.
+  virtual void nothing_came(TimePoint until) noexcept = 0;
 };
 
 struct RsiLinkOptions {

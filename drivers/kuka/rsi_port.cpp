@@ -158,6 +158,10 @@ void RsiPort::expect_any_port() noexcept {
 
 std::optional<RsiPort::Received> RsiPort::receive() noexcept { return receive(socket_, 0); }
 
+std::optional<RsiPort::Received> RsiPort::receive_pending() noexcept {
+  return receive(socket_, MSG_DONTWAIT);
+}
+
 std::optional<RsiPort::Received> RsiPort::receive_from_others() noexcept {
   if (others_.get() < 0) return std::nullopt;
   return receive(others_, MSG_DONTWAIT);

@@ -34,8 +34,11 @@ class RsiPort {
     Datagram datagram;  ///< valid until the next is received
     bool cut = false;   ///< longer than the buffer
   };
-  /// Waits for the controller's next datagram. @return nothing when none came for 30 ms
+  /// Waits for the controller's next datagram. @return nothing when none came for 30 ms, or the process was
+  /// stopped meanwhile
   std::optional<Received> receive() noexcept;
+  /// Does not wait.
+  std::optional<Received> receive_pending() noexcept;
   /// Does not wait.
   std::optional<Received> receive_from_others() noexcept;
   /// @return whether it went out whole

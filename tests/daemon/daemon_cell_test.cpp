@@ -171,10 +171,13 @@ struct AWatchedStream : DaemonCellTest {
     co_await clock.sleep_until(then);
   }
   asio::awaitable<void> controller() {
-    while (sends) {
+    for (; !over; co_await pass(4ms)) {
       rig.set_time(clock.now());
-      garbled ? garble() : static_cast<void>(rig.tick());
-      co_await pass(4ms);
+      if (!sends) {
+        if (read) rig.cycle->nothing_came(clock.now());
+      } else {
+        garbled ? garble() : static_cast<void>(rig.tick());
+      }
     }
   }
   void garble() {
@@ -184,12 +187,13 @@ struct AWatchedStream : DaemonCellTest {
   void play(Script script) {
     asio::cancellation_signal end;
     bool ended = false;
+    over = false;
     asio::co_spawn(io, cell.watch(), asio::bind_cancellation_slot(end.slot(), asio::detached));
     asio::co_spawn(io, controller(), asio::detached);
     const auto act = [&]() -> asio::awaitable<void> {
       auto played = script();
       co_await std::move(played);
-      sends = false;
+      over = true;
       end.emit(asio::cancellation_type::terminal);
       co_await pass(10ms);
       ended = true;
@@ -199,7 +203,8 @@ struct AWatchedStream : DaemonCellTest {
   }
 
   StreamRig rig;
-  bool sends = true, garbled = false;
+  bool sends = true, garbled = false, over = false;
+  bool read = true;  // by the realtime thread
 };
 
 TEST_F(AWatchedStream, IsAFaultHalfASecondAfterItsControllerFellSilent) {
@@ -217,6 +222,25 @@ TEST_F(AWatchedStream, IsAFaultHalfASecondAfterItsControllerFellSilent) {
     EXPECT_NE(now->at_pointer("/stream/state"), "correcting");
     EXPECT_THAT(fault_of(*now), HasSubstr("has sent no RSI packet for 0."));
     EXPECT_EQ(now->at_pointer("/stream/reason").as_string(), fault_of(*now));
+  });
+}
+
+TEST_F(AWatchedStream, DoesNotBlameTheControllerWhereThisMachineDoesNotRead) {
+  play([this]() -> asio::awaitable<void> {
+    const auto started = co_await ask("stream.start");
+    EXPECT_TRUE(started) << started.error().message;
+    co_await pass(2s);
+    sends = read = false;
+    co_await pass(1s);
+    auto now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "streaming");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "waiting") << "nothing is corrected";
+    EXPECT_THAT(std::string{now->at_pointer("/stream/reason").as_string()},
+                HasSubstr("this PC has not run truepose's RSI thread for 1.0 s"));
+    read = true;
+    co_await pass(100ms);
+    now = co_await ask("cell.status");
+    EXPECT_THAT(fault_of(*now), HasSubstr("the controller has sent no RSI packet for 1."));
   });
 }
 

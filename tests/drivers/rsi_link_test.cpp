@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <chrono>
@@ -20,17 +21,32 @@ namespace asio = boost::asio;
 using asio::ip::udp;
 using testing::HasSubstr;
 
-/// Answers with what it got, and with nothing to "quiet".
+/// Answers with what it got, and with nothing to "quiet"; counts how often nothing came.
 class Echo final : public RsiResponder {
  public:
+  void nothing_came(TimePoint until) noexcept override {
+    until_ = until;
+    nothing_.release();
+  }
+  /// @return until when nothing had come
+  TimePoint wait_until_nothing_comes() {
+    nothing_.acquire();
+    return until_;
+  }
+
   std::string_view answer(const Datagram& datagram) noexcept override {
     return datagram.bytes == "quiet" ? std::string_view{} : datagram.bytes;
   }
+
+ private:
+  std::atomic<TimePoint> until_;
+  std::counting_semaphore<> nothing_{0};
 };
 
 /// As Echo, but waits at "wait" until it is told to go on; counts what it is given.
 class Busy final : public RsiResponder {
  public:
+  void nothing_came(TimePoint) noexcept override {}
   std::string_view answer(const Datagram& datagram) noexcept override {
     if (datagram.bytes == "wait") {
       busy_.release();
@@ -115,6 +131,21 @@ TEST(RsiLink, StaysQuietWhereTheResponderDoesAndCounts) {
   EXPECT_EQ(counters.unanswered, 1u);
   EXPECT_GE(counters.answered, 1u) << "a reply is counted once it has been sent";
   EXPECT_EQ(counters.truncated + counters.send_failed, 0u);
+}
+
+TEST(RsiLink, TellsWhileNothingComesUntilWhenThatIs) {
+  Echo echo;
+  const auto link = RsiLink::start(loopback(), echo);
+  ASSERT_TRUE(link) << link.error().text;
+  Controller controller{(*link)->port()};
+  controller.send("a");
+  EXPECT_EQ(controller.receive(), "a");
+  const TimePoint answered = std::chrono::steady_clock::now();
+  TimePoint until;
+  do {
+    until = echo.wait_until_nothing_comes();
+  } while (until < answered);
+  EXPECT_LE(until, std::chrono::steady_clock::now());
 }
 
 constexpr std::uint32_t kLoopback = 0x7f000001;
