@@ -13,6 +13,7 @@
 #include "core/simulation/measurement_campaign.hpp"
 #include "core/simulation/published_errors.hpp"
 #include "tests/core/planning_example.hpp"
+#include "tests/trials.hpp"
 
 namespace truepose {
 namespace {
@@ -22,7 +23,7 @@ TEST(Tour, IsWithinThreePercentOfOneSearchedAHundredTimesLonger) {
                                                                  const JointVector& to) {
     return travel_time_s(robot, from, to);
   };
-  for (const std::uint64_t seed : {3u, 4u, 5u}) {
+  for (std::uint64_t seed = 3; seed < (all_trials() ? 6 : 4); ++seed) {
     const auto all = draw_candidates(test::planning_scene(), {.poses = 50, .seed = seed}, 50)->poses;
     TourOptions quick{.start = JointVector::Zero(6)}, longer = quick;
     quick.kicks = 300;
@@ -97,9 +98,9 @@ TEST(PlannedPoses, OfThirtyPredictAFifthBetterThanRandomOnesAndTheWorstPredicted
   const Scene scene = test::planning_scene();
   CalibratedCell truth = test::planning_cell();
   truth.robot = with_published_errors(scene.robot);
-  constexpr int kSeeds = 100;
+  const int seeds = trials(100);
   Thirty planned, random, planned_visible, random_visible;
-  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+  for (std::uint64_t seed = 0; seed < static_cast<std::uint64_t>(seeds); ++seed) {
     const auto candidates = draw_candidates(scene, {.poses = 2000, .seed = seed}, 2000);
     const auto task = draw_task(scene, {}, seed), workspace = draw_task(scene, {}, seed + 1'000'000);
     const auto visible = draw_candidates(scene, {.poses = 400, .seed = seed + 1'000'000}, 400);
@@ -112,11 +113,11 @@ TEST(PlannedPoses, OfThirtyPredictAFifthBetterThanRandomOnesAndTheWorstPredicted
       const Judged fit = judged(truth, poses, at, seed);
       const PredictedError predicted =
           predicted_error({test::planning_cell(), candidates->poses, at, kNoise}, chosen);
-      of.rmse += fit.rmse_mm / kSeeds;
-      of.worst += fit.worst_mm / kSeeds;
+      of.rmse += fit.rmse_mm / seeds;
+      of.worst += fit.worst_mm / seeds;
       of.worst_of_all = std::max(of.worst_of_all, fit.worst_mm);
       of.worst_predicted = std::max(of.worst_predicted, predicted.max_mm);
-      of.surprise += std::pow(fit.rmse_mm / predicted.rms_mm, 2) / kSeeds;
+      of.surprise += std::pow(fit.rmse_mm / predicted.rms_mm, 2) / seeds;
     };
     const auto design = optimal_design(problem, {.poses = kPoses, .seed = seed});
     judge(planned, design, *workspace);
@@ -126,30 +127,31 @@ TEST(PlannedPoses, OfThirtyPredictAFifthBetterThanRandomOnesAndTheWorstPredicted
   }
   print("workspace", planned, random);
   print("visible", planned_visible, random_visible);
-  EXPECT_LT(planned.rmse, 0.80 * random.rmse);
-  EXPECT_LT(planned.worst_predicted, 0.60 * random.worst_predicted);
-  EXPECT_LT(planned.worst, 0.75 * random.worst);
-  EXPECT_LT(planned_visible.rmse, 0.82 * random_visible.rmse);
-  EXPECT_LT(planned_visible.worst_predicted, 0.60 * random_visible.worst_predicted);
-  EXPECT_LT(planned_visible.worst, 0.77 * random_visible.worst);
+  EXPECT_LT(planned.rmse, widened(0.80, 0.05) * random.rmse);
+  EXPECT_LT(planned.worst_predicted, widened(0.60, 0.1) * random.worst_predicted);
+  EXPECT_LT(planned.worst, widened(0.75, 0.05) * random.worst);
+  EXPECT_LT(planned_visible.rmse, widened(0.82, 0.05) * random_visible.rmse);
+  EXPECT_LT(planned_visible.worst_predicted, widened(0.60, 0.1) * random_visible.worst_predicted);
+  EXPECT_LT(planned_visible.worst, widened(0.77, 0.05) * random_visible.worst);
   for (const Thirty& of : {planned, random, planned_visible, random_visible}) {
-    EXPECT_GT(of.surprise, 0.9);
-    EXPECT_LT(of.surprise, 1.1);
+    EXPECT_GT(of.surprise, widened(0.9, -0.4));
+    EXPECT_LT(of.surprise, widened(1.1, 0.4));
   }
 }
 
 TEST(PlannedPoses, AreWithinFourPercentOfWhatNoChoiceGoesBelow) {
   const Scene scene = test::planning_scene();
   double random_mm = 0, planned_mm = 0, bound_mm = 0;
-  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+  const int seeds = all_trials() ? 5 : 1;
+  for (std::uint64_t seed = 0; seed < static_cast<std::uint64_t>(seeds); ++seed) {
     const auto candidates = draw_candidates(scene, {.poses = 2000, .seed = seed}, 2000);
     const auto task = draw_task(scene, {}, seed);
     ASSERT_TRUE(candidates && task);
     const DesignProblem problem{test::planning_cell(), candidates->poses, *task, kNoise};
-    random_mm += predicted_error(problem, random_choice()).rms_mm / 5;
+    random_mm += predicted_error(problem, random_choice()).rms_mm / seeds;
     planned_mm +=
-        predicted_error(problem, optimal_design(problem, {.poses = kPoses, .seed = seed})).rms_mm / 5;
-    bound_mm += error_bound(problem, kPoses).rms_mm / 5;
+        predicted_error(problem, optimal_design(problem, {.poses = kPoses, .seed = seed})).rms_mm / seeds;
+    bound_mm += error_bound(problem, kPoses).rms_mm / seeds;
   }
   std::printf("predicted RMS: random %.4f, planned %.4f, no choice below %.4f mm (%.0f %% lower)\n",
               random_mm, planned_mm, bound_mm, 100 * (1 - bound_mm / random_mm));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -11,6 +12,7 @@
 #include "daemon/realtime/latency_histogram.hpp"
 #include "daemon/realtime/snapshot_exchange.hpp"
 #include "daemon/realtime/spsc_ring.hpp"
+#include "tests/daemon/stream_rig.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -135,6 +137,38 @@ TEST(LatencyHistogram, TakesTheShortestAndTheLongestDurations) {
   EXPECT_EQ(histogram.summary().count, 6u);
   EXPECT_EQ(histogram.summary().p50_us, 0);
   EXPECT_NEAR(histogram.summary().max_us, 9.22e15, 1e13);
+}
+
+TEST(StreamCycle, IsCommandedAndReadFromOtherThreadsWhileItRuns) {
+  StreamRig rig;
+  std::atomic<bool> done{false};
+  std::thread commander{[&] {
+    for (std::uint64_t i = 1; i <= 200; ++i) {
+      rig.cycle->use_model(real_arm(i % 2 == 0 ? 1 : -1), i);
+      i % 3 == 0 ? rig.cycle->disengage() : rig.cycle->engage();
+      rig.cycle->acknowledge();
+      std::this_thread::yield();
+    }
+    done = true;
+  }};
+  std::thread reader{[&] {
+    std::uint64_t last = 0;
+    while (!done) {
+      const StreamStatus status = rig.cycle->status();
+      EXPECT_GE(status.counters.datagrams, last);
+      last = status.counters.datagrams;
+      const StreamCounters& c = status.counters;
+      EXPECT_EQ(c.datagrams, c.answered + c.held + c.duplicate + c.wrong_ipoc + c.unproven + c.unanswered)
+          << "a torn status";
+      rig.cycle->turnaround();
+      for (StreamEvent event; rig.cycle->next_event(event);) EXPECT_LE(event.value, 5'000'000u);
+    }
+  }};
+  while (!done) rig.tick();
+  commander.join();
+  reader.join();
+  rig.ticks(2);
+  EXPECT_EQ(rig.status().model, 200u);
 }
 
 }  // namespace

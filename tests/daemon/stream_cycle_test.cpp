@@ -2,10 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <limits>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -674,38 +672,6 @@ TEST(StreamCycle, IsRefusedWithAConfigurationThatCannotCarryCorrections) {
   StreamOptions options = stream_options();
   options.max_step_rad = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(refused(ethernet_config(), nominal_arm(), options));
-}
-
-TEST(StreamCycle, IsCommandedAndReadFromOtherThreadsWhileItRuns) {
-  StreamRig rig;
-  std::atomic<bool> done{false};
-  std::thread commander{[&] {
-    for (std::uint64_t i = 1; i <= 200; ++i) {
-      rig.cycle->use_model(real_arm(i % 2 == 0 ? 1 : -1), i);
-      i % 3 == 0 ? rig.cycle->disengage() : rig.cycle->engage();
-      rig.cycle->acknowledge();
-      std::this_thread::yield();
-    }
-    done = true;
-  }};
-  std::thread reader{[&] {
-    std::uint64_t last = 0;
-    while (!done) {
-      const StreamStatus status = rig.cycle->status();
-      EXPECT_GE(status.counters.datagrams, last);
-      last = status.counters.datagrams;
-      const StreamCounters& c = status.counters;
-      EXPECT_EQ(c.datagrams, c.answered + c.held + c.duplicate + c.wrong_ipoc + c.unproven + c.unanswered)
-          << "a torn status";
-      rig.cycle->turnaround();
-      for (StreamEvent event; rig.cycle->next_event(event);) EXPECT_LE(event.value, 5'000'000u);
-    }
-  }};
-  while (!done) rig.tick();
-  commander.join();
-  reader.join();
-  rig.ticks(2);
-  EXPECT_EQ(rig.status().model, 200u);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "tests/soak/campaign_soak.hpp"
 #include "tests/soak/stream_soak.hpp"
+#include "tests/trials.hpp"
 
 namespace truepose::soak {
 namespace {
@@ -19,13 +20,7 @@ double number(const char* variable, double otherwise) {
   return text == nullptr ? otherwise : std::stod(text);
 }
 
-#ifdef __SANITIZE_ADDRESS__
-constexpr double kHours = 8;  // planning is an order of magnitude slower there
-#else
-constexpr double kHours = 20;
-#endif
-
-double hours() { return number("TRUEPOSE_SOAK_HOURS", kHours); }
+double hours() { return number("TRUEPOSE_SOAK_HOURS", all_trials() ? 20 : 4); }
 double stream_hours() { return number("TRUEPOSE_SOAK_STREAM_HOURS", 1); }
 
 std::uint64_t seed() {
