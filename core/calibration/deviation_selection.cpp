@@ -8,6 +8,7 @@
 #include "core/calibration/measurement_model.hpp"
 #include "core/calibration/parameters.hpp"
 #include "core/linear_algebra/decompositions.hpp"
+#include "core/linear_algebra/products.hpp"
 
 namespace truepose {
 namespace {
@@ -69,7 +70,7 @@ struct Normal {
 };
 
 Normal normal_of(const Eigen::MatrixXd& J, const Eigen::VectorXd& f) {
-  return {J.transpose() * J, J.transpose() * f, f.squaredNorm()};
+  return {gram(J), transposed_times(J, f), f.squaredNorm()};
 }
 
 /// The geometric parameters come first, `geometry` of them.
@@ -87,17 +88,16 @@ Fold eliminated(const Normal& all, const Normal& here, Eigen::Index geometry) {
   const Eigen::VectorXd c = solved.col(terms);
 
   Fold fold;
-  fold.normal = rest.bottomRightCorner(terms, terms) - rest.bottomLeftCorner(terms, geometry) * C;
-  fold.right = rest_right.tail(terms) - C.transpose() * rest_right.head(geometry);
+  fold.normal = rest.bottomRightCorner(terms, terms) - times(rest.bottomLeftCorner(terms, geometry), C);
+  fold.right = rest_right.tail(terms) - transposed_times(C, rest_right.head(geometry));
   // Here: f + J_g x_g + J_d x_d = (f - J_g c) + (J_d - J_g C) x_d.
   const auto gg_here = here.JtJ.topLeftCorner(geometry, geometry);
   const auto gd_here = here.JtJ.topRightCorner(geometry, terms);
-  fold.here_square = here.ff - 2 * c.dot(here.Jtf.head(geometry)) + c.dot(gg_here * c);
-  fold.here_right = here.Jtf.tail(terms) - C.transpose() * here.Jtf.head(geometry) - gd_here.transpose() * c +
-                    C.transpose() * (gg_here * c);
-  const Eigen::MatrixXd CtD = C.transpose() * gd_here;
-  fold.here_normal =
-      here.JtJ.bottomRightCorner(terms, terms) - CtD - CtD.transpose() + C.transpose() * gg_here * C;
+  const Eigen::VectorXd gg_c = times(gg_here, c), without_c = here.Jtf.head(geometry) - gg_c;
+  fold.here_square = here.ff - 2 * c.dot(here.Jtf.head(geometry)) + c.dot(gg_c);
+  fold.here_right = here.Jtf.tail(terms) - transposed_times(C, without_c) - transposed_times(gd_here, c);
+  const Eigen::MatrixXd CtD = transposed_times(C, gd_here), CtGC = transposed_times(C, times(gg_here, C));
+  fold.here_normal = here.JtJ.bottomRightCorner(terms, terms) - CtD - CtD.transpose() + CtGC;
   return fold;
 }
 
@@ -115,7 +115,7 @@ std::vector<double> left_out_errors(std::span<const Fold> folds, const std::vect
     const Eigen::VectorXd x = -solve_symmetric(normal, Eigen::VectorXd(fold.right(active)));
     const Eigen::VectorXd here_right = fold.here_right(active);
     const Eigen::MatrixXd here_normal = fold.here_normal(active, active);
-    errors.push_back(fold.here_square + 2 * x.dot(here_right) + x.dot(here_normal * x));
+    errors.push_back(fold.here_square + 2 * x.dot(here_right) + times(here_normal, x).col(0).dot(x));
   }
   return errors;
 }

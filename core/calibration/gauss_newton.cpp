@@ -8,6 +8,7 @@
 #include "core/calibration/normal_equations.hpp"
 #include "core/calibration/parameters.hpp"
 #include "core/linear_algebra/decompositions.hpp"
+#include "core/linear_algebra/products.hpp"
 
 namespace truepose {
 namespace {
@@ -117,7 +118,7 @@ FitResult by_orthogonal_factors(const CalibratedCell& start, const LeastSquaresP
     const Eigen::VectorXd step = least_squares_step(system);
     if (!step.allFinite()) return result;
     const Eigen::VectorXd direction = scattered(step, problem.free, size);
-    const double change = (system.J * step).norm() / root_points;
+    const double change = times(system.J, step).norm() / root_points;
     const double rms = system.f.norm() / root_points;
     result.rms_mm.push_back(rms);
     // A decrease of less than 1e-12 of the objective is lost in its rounding, so a line search cannot judge
@@ -135,9 +136,9 @@ FitResult by_orthogonal_factors(const CalibratedCell& start, const LeastSquaresP
     LinearSystem next;
     const auto line = [&](double length) {
       next = linearise(moved(result.cell, length * direction), problem);
-      return LinePoint{0.5 * next.f.squaredNorm(), next.f.dot(next.J * step)};
+      return LinePoint{0.5 * next.f.squaredNorm(), times(next.J, step).col(0).dot(next.f)};
     };
-    const LinePoint here{0.5 * system.f.squaredNorm(), system.f.dot(system.J * step)};
+    const LinePoint here{0.5 * system.f.squaredNorm(), times(system.J, step).col(0).dot(system.f)};
     const auto length = strong_wolfe_step(line, here);
     // Near the minimum a decrease may be lost in the rounding of positions metres away.
     if (!length && change > kNegligible * rms) return result;

@@ -6,6 +6,7 @@
 #include "core/calibration/identifiability.hpp"
 #include "core/calibration/parameters.hpp"
 #include "core/linear_algebra/decompositions.hpp"
+#include "core/linear_algebra/products.hpp"
 
 namespace truepose {
 namespace {
@@ -29,8 +30,8 @@ FitResult levenberg_marquardt(const CalibratedCell& start, const LeastSquaresPro
     result.rms_mm.push_back(std::sqrt(cost) / root_points);
     const Eigen::VectorXd inverse_norm = column_norms(system.J).cwiseInverse();
     const Eigen::MatrixXd J = system.J * inverse_norm.asDiagonal();
-    const Eigen::VectorXd g = J.transpose() * system.f;
-    Eigen::MatrixXd normal = J.transpose() * J;
+    const Eigen::VectorXd g = transposed_times(J, system.f);
+    Eigen::MatrixXd normal = gram(J);
     normal.diagonal().array() += damping;
     const Eigen::VectorXd scaled_step = -solve_symmetric(normal, g);
     const Eigen::VectorXd direction = scattered(inverse_norm.cwiseProduct(scaled_step), problem.free, size);
@@ -39,7 +40,7 @@ FitResult levenberg_marquardt(const CalibratedCell& start, const LeastSquaresPro
     LinearSystem next = linearise(next_cell, problem);
     const double predicted = scaled_step.dot(damping * scaled_step - g);
     const double gain = (cost - next.f.squaredNorm()) / predicted;
-    const double change = (J * scaled_step).norm() / root_points;
+    const double change = times(J, scaled_step).norm() / root_points;
     const bool small = change < std::max(options.tolerance_mm, 1e-6 * std::sqrt(cost) / root_points);
     if (gain > 0 || small) {
       result.cell = next_cell;

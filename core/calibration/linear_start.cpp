@@ -1,6 +1,5 @@
 #include "core/calibration/linear_start.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 

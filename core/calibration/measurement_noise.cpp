@@ -1,12 +1,11 @@
 #include "core/calibration/measurement_noise.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "core/kinematics/units.hpp"
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
@@ -26,9 +25,8 @@ Whitening by_model(std::span<const Measurement> points, const MeasurementNoise& 
   double finest_variance = std::numeric_limits<double>::infinity();
   for (const Measurement& point : points) {
     const Eigen::Matrix3d covariance = reading_covariance(point.p_WS_mm, noise);
-    const Eigen::Matrix3d L = covariance.llt().matrixL();
-    whitening.W.push_back(L.triangularView<Eigen::Lower>().solve(Eigen::Matrix3d::Identity()));
-    finest_variance = std::min(finest_variance, covariance.selfadjointView<Eigen::Lower>().eigenvalues()[0]);
+    whitening.W.push_back(inverse_cholesky(covariance));
+    finest_variance = std::min(finest_variance, eigenvalues(covariance)[0]);
   }
   whitening.finest_mm = std::sqrt(finest_variance);
   for (Eigen::Matrix3d& W : whitening.W) W *= whitening.finest_mm;

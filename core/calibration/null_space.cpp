@@ -1,6 +1,5 @@
 #include "core/calibration/null_space.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -8,6 +7,7 @@
 
 #include "core/calibration/identifiability.hpp"
 #include "core/linear_algebra/decompositions.hpp"
+#include "core/linear_algebra/products.hpp"
 
 namespace truepose {
 namespace {
@@ -42,7 +42,7 @@ std::vector<int> pivot_rows(const Eigen::MatrixXd& basis, const std::vector<int>
       if (static_cast<Eigen::Index>(rows.size()) == basis.cols()) break;
       if (left.row(row).norm() <= least) continue;
       const Eigen::VectorXd direction = left.row(row).transpose().normalized();
-      left -= left * direction * direction.transpose();
+      left -= times_transposed(times(left, direction), direction);
       rows.push_back(row);
     }
   }
@@ -58,7 +58,7 @@ struct Echelon {
 Echelon reduced_echelon(const Eigen::MatrixXd& basis, const std::vector<int>& order) {
   Echelon echelon{.pivots = pivot_rows(basis, order), .columns = {}};
   const Eigen::MatrixXd pivots = basis(echelon.pivots, Eigen::all);
-  echelon.columns = basis * pivots.inverse();
+  echelon.columns = times(basis, inverse(pivots));
   echelon.columns(echelon.pivots, Eigen::all).setIdentity();
   return echelon;
 }

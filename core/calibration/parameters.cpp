@@ -1,5 +1,6 @@
 #include "core/calibration/parameters.hpp"
 
+#include "core/kinematics/angles.hpp"
 #include "core/kinematics/joint_deviation.hpp"
 
 namespace truepose {
@@ -46,10 +47,7 @@ void move_by(CalibratedCell& cell, const Eigen::VectorXd& step) {
   const ParameterLayout layout = ParameterLayout::of(cell);
   Eigen::Isometry3d X_WB = cell.base.isometry();
   X_WB.translation() += step.head<3>();
-  const Eigen::Vector3d turn = step.segment<3>(3);
-  if (const double angle = turn.norm(); angle > 0) {
-    X_WB.linear() = Eigen::AngleAxisd(angle, turn / angle) * X_WB.linear();
-  }
+  X_WB.linear() = rotation_by(step.segment<3>(3)) * X_WB.linear();
   cell.base = BasePose::of(X_WB);
   for (int k = 0; k < layout.reflectors; ++k) {
     cell.reflectors[static_cast<std::size_t>(k)].p_FS_mm += step.segment<3>(layout.reflector(k));

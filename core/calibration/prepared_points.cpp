@@ -1,11 +1,11 @@
 #include "core/calibration/prepared_points.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cassert>
 
 #include "core/kernels/arm_kernel.hpp"
 #include "core/kinematics/joint_deviation.hpp"
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
@@ -18,7 +18,7 @@ bool is_weight(const Eigen::Matrix3d& W) { return W == W(0, 0) * Eigen::Matrix3d
 
 /// U, upper triangular, with U'U = W'W: the same to a sum of squares.
 Eigen::Matrix3d triangular(const Eigen::Matrix3d& W) {
-  return is_weight(W) ? W : Eigen::Matrix3d{(W.transpose() * W).llt().matrixU()};
+  return is_weight(W) ? W : Eigen::Matrix3d{cholesky(W.transpose() * W).transpose()};
 }
 
 }  // namespace

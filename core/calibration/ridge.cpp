@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/linear_algebra/decompositions.hpp"
+#include "core/linear_algebra/products.hpp"
 
 namespace truepose {
 
@@ -16,8 +17,8 @@ Prior ridge_prior(const CalibratedCell& cell, const LeastSquaresProblem& problem
   for (Eigen::Index k = 0; k < weight.size(); ++k) {
     weight[k] = unit.weight[problem.free[static_cast<std::size_t>(k)]];
   }
-  const Eigen::MatrixXd normal = system.J.transpose() * system.J;
-  const Eigen::VectorXd g = system.J.transpose() * system.f;
+  const Eigen::MatrixXd normal = gram(system.J);
+  const Eigen::VectorXd g = transposed_times(system.J, system.f);
   const auto equations = static_cast<double>(system.f.size());
 
   double best_score = std::numeric_limits<double>::infinity(), best_sigma = 0;
@@ -25,7 +26,7 @@ Prior ridge_prior(const CalibratedCell& cell, const LeastSquaresProblem& problem
     Eigen::MatrixXd shrunk = normal;
     shrunk.diagonal() += (sigma * weight).cwiseAbs2();
     const double determined = solve_symmetric(shrunk, normal).trace();
-    const double square = (system.f - system.J * solve_symmetric(shrunk, g)).squaredNorm();
+    const double square = (system.f - times(system.J, solve_symmetric(shrunk, g))).squaredNorm();
     const double freedom = 1 - determined / equations;
     const double score = square / (freedom * freedom);
     if (score >= best_score) continue;

@@ -7,6 +7,7 @@
 #include "core/calibration/identifiability.hpp"
 #include "core/calibration/measurement_model.hpp"
 #include "core/linear_algebra/decompositions.hpp"
+#include "core/linear_algebra/products.hpp"
 #include "core/random.hpp"
 
 namespace truepose {
@@ -57,7 +58,7 @@ Eigen::Matrix3d position_covariance(const CalibratedCell& cell, const Eigen::Mat
                                     const JointVector& q, int smr) {
   PointJacobian J;
   predict_with_jacobian(cell, q, smr, J);
-  return J * covariance * J.transpose();
+  return congruence(J, covariance);
 }
 
 std::vector<JointVector> poses_within_limits(const RobotModel& robot, int count, std::uint64_t seed) {
@@ -89,8 +90,7 @@ TransferUncertainty transfer_uncertainty(const CalibratedCell& cell, const Eigen
     if (covariance(k, k) > 0) known.push_back(k);
   }
   const Eigen::MatrixXd J_known = J(Eigen::all, known);
-  const Eigen::VectorXd variances =
-      (J_known * covariance(known, known)).cwiseProduct(J_known).rowwise().sum();
+  const Eigen::VectorXd variances = congruence_diagonal(J_known, covariance(known, known));
 
   TransferUncertainty result;
   for (std::size_t n = 0; n < poses.size(); ++n) {

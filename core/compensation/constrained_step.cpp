@@ -1,8 +1,8 @@
 #include "core/compensation/constrained_step.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <array>
+
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
@@ -79,12 +79,12 @@ std::optional<WristStep> wrist_step(const PositionTask& task, const Eigen::Vecto
   const auto turns = J_r.lazyProduct(Z).eval();
   Eigen::Matrix<double, 3, kSides> wanted = -J_r.lazyProduct(all->particular);
   wanted.col(0) += rotation_error;
-  const auto H =
-      (turns.transpose().lazyProduct(turns) + kLeastStiffness * Z.transpose().lazyProduct(Z)).eval();
-  const auto b =
+  auto H = (turns.transpose().lazyProduct(turns) + kLeastStiffness * Z.transpose().lazyProduct(Z)).eval();
+  auto b =
       (turns.transpose().lazyProduct(wanted) - kLeastStiffness * Z.transpose().lazyProduct(all->particular))
           .eval();
-  const Steps x = all->particular + Z.lazyProduct(H.llt().solve(b).eval());
+  solve_positive_in_place(H, b);
+  const Steps x = all->particular + Z.lazyProduct(b);
   if (!x.allFinite()) return std::nullopt;
 
   WristStep step{.others = x.col(0), .opposite = x.col(1)};
@@ -108,7 +108,7 @@ std::optional<JointVector> nearest_step(const PositionTask& task, const JointVec
   }
   Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMost, 1> x(n + 3);
   x << wanted, task.p_error;
-  x = K.partialPivLu().solve(x).eval();
+  solve_in_place(K, x);
   if (!x.allFinite()) return std::nullopt;
   return JointVector(x.head(n));
 }

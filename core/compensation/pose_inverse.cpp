@@ -28,7 +28,7 @@ std::expected<PoseInverseResult, PoseInverseFault> deviating_inverse_near(const 
         result.residual_rad <= options.rotation_tolerance_rad) {
       return result;
     }
-    const auto solved = geometry.inverse_near(X_geometry * X_now.inverse() * X_BF, joints, options);
+    const auto solved = geometry.inverse_near(X_geometry * inverse_of(X_now) * X_BF, joints, options);
     if (!solved) return std::unexpected(solved.error());
     result.q += solved->q - joints;
     result.iterations += solved->iterations;

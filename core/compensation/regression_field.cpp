@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
 #include "core/kinematics/units.hpp"
 #include "core/linear_algebra/decompositions.hpp"
@@ -80,9 +81,7 @@ Eigen::Isometry3d RegressionField::displaced(const JointVector& q,
   regressor_->predict(features_of(joints_, q), y);
   Eigen::Isometry3d X = X_BF;
   if (y.size() == 6) {
-    const Eigen::Vector3d turn = y.tail<3>() / kTurnLever_mm;
-    const double angle = turn.norm();
-    if (angle > 0) X.linear() = Eigen::AngleAxisd(angle, turn / angle) * X.linear();
+    X.linear() = rotation_by(y.tail<3>() / kTurnLever_mm) * X_BF.linear();
   }
   X.translation() = X_BF * p_F_mm_ + y.head<3>() - X.linear() * p_F_mm_;
   return X;
@@ -95,7 +94,7 @@ int field_features(const RobotModel& robot) {
 FieldData field_data(const CalibratedCell& cell, std::span<const Measurement> points) {
   const std::vector<int> pose = pose_numbers(points);
   const int poses = count_poses(points);
-  const Eigen::Isometry3d X_BW = cell.base.isometry().inverse();
+  const Eigen::Isometry3d X_BW = inverse_of(cell.base.isometry());
   std::vector<std::vector<Reading>> readings(static_cast<std::size_t>(poses));
   std::vector<const Measurement*> of_pose(static_cast<std::size_t>(poses));
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/compensation/constrained_step.hpp"
+#include "core/kinematics/angles.hpp"
 #include "core/kinematics/residual_field.hpp"
 #include "core/step_count.hpp"
 
@@ -29,11 +30,6 @@ JointVector scales_of(const RobotModel& robot) {
     scales[i] = turns ? 1 : kLength_mm;
   }
   return scales;
-}
-
-Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
-  const Eigen::AngleAxisd turn(Eigen::Matrix3d(to * from.transpose()));
-  return turn.angle() * turn.axis();
 }
 
 /// The step, shortened where it is long.
@@ -161,7 +157,7 @@ TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X
   double lambda_squared = 0;
   for (; result.iterations < kMaxSteps; ++result.iterations) {
     if (result.iterations > 0) state = state_at(result.q, p_F_mm);
-    const Eigen::Vector3d rotation_error = rotation_vector(state.X_BF.linear(), X_BF.linear());
+    const Eigen::Vector3d rotation_error = turn_between(state.X_BF.linear(), X_BF.linear());
     state.task.p_error = (p_B_mm - state.p_B_mm) / kLength_mm;
     const auto step = wrist_step(state.task, rotation_error, sense);
     if (!step) {

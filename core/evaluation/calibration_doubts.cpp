@@ -1,6 +1,5 @@
 #include "core/evaluation/calibration_doubts.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdarg>
@@ -11,6 +10,7 @@
 #include "core/evaluation/drift_check.hpp"
 #include "core/evaluation/model_noise.hpp"
 #include "core/evaluation/step_in_time.hpp"
+#include "core/linear_algebra/decompositions.hpp"
 
 namespace truepose {
 namespace {
@@ -64,13 +64,13 @@ std::string moment_of(std::span<const Eigen::Vector3d> readings_mm) {
 Doubt moved_reference(const CalibrationEvidence& evidence) {
   const auto readings_mm = evidence.reference_mm;
   if (readings_mm.size() < 2) return std::nullopt;
-  const Eigen::Matrix3d information = reading_covariance(readings_mm.front(), evidence.stated).inverse();
+  const Eigen::Matrix3d W = inverse_cholesky(reading_covariance(readings_mm.front(), evidence.stated));
   Eigen::Vector3d mean_mm(0, 0, 0);
   for (const Eigen::Vector3d& reading : readings_mm)
     mean_mm += reading / static_cast<double>(readings_mm.size());
   double distance2 = 0, off_mm = 0;
   for (const Eigen::Vector3d& reading : readings_mm) {
-    distance2 += (reading - mean_mm).dot(information * (reading - mean_mm));
+    distance2 += (W * (reading - mean_mm)).squaredNorm();
     off_mm += (reading - mean_mm).norm() / static_cast<double>(readings_mm.size());
   }
   const int degrees = 3 * (static_cast<int>(readings_mm.size()) - 1);

@@ -13,6 +13,7 @@
 #include "core/evaluation/rigid_fit.hpp"
 #include "core/kinematics/angles.hpp"
 #include "core/linear_algebra/decompositions.hpp"
+#include "core/linear_algebra/products.hpp"
 
 namespace truepose {
 namespace {
@@ -59,9 +60,9 @@ LinearFit linear_fit(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
   found.rank = static_cast<int>((svd.s.array() > kRankTolerance * svd.s[0]).count());
   const Eigen::MatrixXd V =
       scale.asDiagonal() * svd.V.leftCols(found.rank) * svd.s.head(found.rank).cwiseInverse().asDiagonal();
-  found.x = V * (svd.U.leftCols(found.rank).transpose() * b);
+  found.x = times(V, transposed_times(svd.U.leftCols(found.rank), b));
   found.sigma = V.rowwise().norm();
-  found.left = (A * found.x - b).squaredNorm();
+  found.left = (times(A, found.x) - b).squaredNorm();
   return found;
 }
 
@@ -90,9 +91,9 @@ Eigen::VectorXd moved_between(const CalibratedCell& from, const CalibratedCell& 
                               const Candidate& candidate) {
   const auto index = static_cast<std::size_t>(candidate.index);
   if (candidate.kind == DriftCauseKind::Base) {
-    const Eigen::AngleAxisd turn(to.base.isometry().linear() * from.base.isometry().linear().transpose());
     Eigen::VectorXd moved(6);
-    moved << to.base.p_mm - from.base.p_mm, turn.angle() * turn.axis();
+    moved << to.base.p_mm - from.base.p_mm,
+        turn_between(from.base.isometry().linear(), to.base.isometry().linear());
     return moved;
   }
   if (candidate.kind == DriftCauseKind::Reflector)
@@ -117,7 +118,7 @@ std::optional<Fitted> fitted(const Candidate& candidate, const DriftReference& r
     const Eigen::MatrixXd A = reading ? Eigen::MatrixXd(residuals->inverse.middleCols<3>(3 * candidate.index))
                                       : Eigen::MatrixXd(residuals->J(Eigen::all, candidate.free));
     found = linear_fit(A, residuals->r);
-    if (reading || (A * found.x).norm() < kDone) break;
+    if (reading || times(A, found.x).norm() < kDone) break;
     move_by(cell, scattered(found.x, candidate.free, ParameterLayout::of(cell).size()));
   }
   const auto equations = 3 * static_cast<int>(points.size());

@@ -1,23 +1,13 @@
 #include "core/evaluation/pose_characteristics.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
+#include "core/kinematics/angles.hpp"
+
 namespace truepose {
 namespace {
-
-/// v with B = exp(v) A: the turn from A to B about the axes of the base, rad.
-Eigen::Vector3d turn_between(const Eigen::Matrix3d& A, const Eigen::Matrix3d& B) {
-  const Eigen::AngleAxisd turn(Eigen::Quaterniond(B * A.transpose()));
-  return turn.angle() * turn.axis();
-}
-
-Eigen::Matrix3d turned(const Eigen::Matrix3d& R, const Eigen::Vector3d& turn) {
-  const double angle = turn.norm();
-  return angle > 0 ? Eigen::AngleAxisd(angle, turn / angle) * R : R;
-}
 
 bool all_oriented(std::span<const TestPose> poses) {
   return std::ranges::all_of(poses, [](const TestPose& pose) { return pose.R.has_value(); });
@@ -32,7 +22,7 @@ Eigen::Matrix3d mean_orientation(std::span<const TestPose> poses) {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (const TestPose& pose : poses) mean += turn_between(R, *pose.R);
     mean /= static_cast<double>(poses.size());
-    R = turned(R, mean);
+    R = rotation_by(mean) * R;
     if (mean.norm() < kDone_rad) break;
   }
   return R;

@@ -1,6 +1,5 @@
 #include "core/evaluation/rigid_fit.hpp"
 
-#include <Eigen/LU>
 #include <cassert>
 #include <numeric>
 

@@ -6,6 +6,7 @@
 #include "core/evaluation/chi_square.hpp"
 #include "core/evaluation/drift_causes.hpp"
 #include "core/linear_algebra/decompositions.hpp"
+#include "core/linear_algebra/products.hpp"
 
 namespace truepose {
 namespace {
@@ -23,7 +24,7 @@ Eigen::MatrixXd span_of(const Eigen::MatrixXd& A) {
 /// What of a step's six columns, and of the residuals, is left beside the parameters.
 struct Beside {
   const Eigen::MatrixXd& U;
-  Eigen::MatrixXd operator()(const Eigen::MatrixXd& A) const { return A - U * (U.transpose() * A); }
+  Eigen::MatrixXd operator()(const Eigen::MatrixXd& A) const { return A - times(U, transposed_times(U, A)); }
 };
 
 }  // namespace
@@ -56,10 +57,10 @@ std::optional<StepInTime> step_in_time(const CalibratedCell& cell, std::span<con
     const Eigen::VectorXd scale = column_norms(step).cwiseInverse();
     const Eigen::MatrixXd A = beside(step) * scale.asDiagonal();
     const Eigen::VectorXd x = smallest_solution(A, r, kRankTolerance);
-    const double left = (A * x - r).squaredNorm();
+    const double left = (times(A, x) - r).squaredNorm();
     if (left >= least) continue;
     least = left;
-    const Eigen::VectorXd moved = moves.bottomRows(rows) * (scale.asDiagonal() * x);
+    const Eigen::VectorXd moved = times(moves.bottomRows(rows), scale.cwiseProduct(x));
     found = StepInTime{.first = first, .moved_mm = moved.reshaped(3, rows / 3).colwise().norm().mean()};
   }
   return found;

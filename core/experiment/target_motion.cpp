@@ -2,6 +2,7 @@
 
 #include "core/compensation/target_compensation.hpp"
 #include "core/compensation/tracker_loop.hpp"
+#include "core/kinematics/angles.hpp"
 
 namespace truepose {
 
@@ -10,7 +11,7 @@ std::optional<JointVector> joints_for_reflector(const CalibratedCell& cell, cons
                                                 const ApproachDirections& directions) {
   const TargetCompensation arm{cell.robot, cell.robot, {.approach = directions}};
   const auto found =
-      arm.at_position(cell.base.isometry().inverse() * p_WS_mm, q_seed, cell.reflectors.front().p_FS_mm);
+      arm.at_position(inverse_of(cell.base.isometry()) * p_WS_mm, q_seed, cell.reflectors.front().p_FS_mm);
   if (!found) return std::nullopt;
   return found->q;
 }

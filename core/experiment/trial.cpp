@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/calibration/parameters.hpp"
+#include "core/kinematics/angles.hpp"
 #include "core/random.hpp"
 #include "core/simulation/published_errors.hpp"
 
@@ -32,8 +33,7 @@ Trial draw_trial(const RobotModel& nominal, const ExperimentOptions& options, in
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   X_WB.translation() = around(3000, 6000, random);
   X_WB.translation().z() = random.uniform(-1000, 0);
-  const Eigen::Vector3d turn = within(std::numbers::pi / 2, random);
-  X_WB.rotate(Eigen::AngleAxisd{turn.norm(), turn.normalized()});
+  X_WB.linear() = rotation_by(within(std::numbers::pi / 2, random));
   Eigen::Vector3d p_FS_mm = around(100, 250, random);
   p_FS_mm.z() = random.uniform(50, 150);
 

@@ -39,8 +39,25 @@ Eigen::Isometry3d pose_from_kuka(const Eigen::Vector3d& xyz_mm, const Eigen::Vec
 
 Eigen::Vector3d kuka_abc_deg(const Eigen::Matrix3d& R) { return angles_zyx(R).reverse() * kDegPerRad; }
 
-double angle_between(const Eigen::Matrix3d& A, const Eigen::Matrix3d& B) {
-  return Eigen::AngleAxisd(A.transpose() * B).angle();
+double angle_between(const Eigen::Matrix3d& A, const Eigen::Matrix3d& B) { return turn_between(A, B).norm(); }
+
+Eigen::Vector3d turn_between(const Eigen::Matrix3d& A, const Eigen::Matrix3d& B) {
+  const Eigen::Matrix3d R = B * A.transpose();
+  const Eigen::AngleAxisd turn(R);
+  return turn.angle() * turn.axis();
+}
+
+Eigen::Matrix3d rotation_by(const Eigen::Vector3d& turn) {
+  const double angle = turn.norm();
+  if (!(angle > 0)) return Eigen::Matrix3d::Identity();
+  return Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+}
+
+Eigen::Isometry3d inverse_of(const Eigen::Isometry3d& X) {
+  Eigen::Isometry3d inverse = Eigen::Isometry3d::Identity();
+  inverse.linear() = X.linear().transpose();
+  inverse.translation() = -(inverse.linear() * X.translation());
+  return inverse;
 }
 
 }  // namespace truepose

@@ -27,4 +27,13 @@ Eigen::Vector3d kuka_abc_deg(const Eigen::Matrix3d& R);
 /// Angle (rad) of the rotation that takes A to B.
 double angle_between(const Eigen::Matrix3d& A, const Eigen::Matrix3d& B);
 
+/// v with B = rotation_by(v) A: axis times angle (rad) of the turn from A to B.
+Eigen::Vector3d turn_between(const Eigen::Matrix3d& A, const Eigen::Matrix3d& B);
+
+/// The rotation about the axis of `turn` by its length (rad).
+Eigen::Matrix3d rotation_by(const Eigen::Vector3d& turn);
+
+/// X^-1. Compiled once: Eigen's own brings inverses of every kind of transformation with it.
+Eigen::Isometry3d inverse_of(const Eigen::Isometry3d& X);
+
 }  // namespace truepose

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
 
 namespace truepose {
@@ -79,7 +80,7 @@ SphericalWristInverse::Solutions SphericalWristInverse::all(const Eigen::Isometr
   Joint foot = joint[0];
   foot.theta_rad = 0;
   foot.d_mm = 0;
-  const Eigen::Isometry3d X_06 = link_transform(foot, 0).inverse() * X_BF * robot_.X_flange.inverse();
+  const Eigen::Isometry3d X_06 = inverse_of(link_transform(foot, 0)) * X_BF * inverse_of(robot_.X_flange);
   const Eigen::Vector3d wrist = X_06 * Eigen::Vector3d(0, 0, -joint[5].d_mm);
 
   const double offset = joint[1].d_mm + joint[2].d_mm;  // of the arm's plane from axis 1

@@ -51,10 +51,10 @@ std::array<double, 3> StatusTurnInverse::status_measures(const JointVector& q) c
   LinkFrames X_B;
   link_frames(joints, q, X_B);
   // The base frame turned by A1 about axis 1.
-  const Eigen::Isometry3d X_turned = X_B[1] * link_transform(joints[0], 0).inverse();
-  const double wrist_x_mm = (X_turned.inverse() * X_B[5].translation()).x();
+  const Eigen::Isometry3d X_turned = X_B[1] * inverse_of(link_transform(joints[0], 0));
+  const double wrist_x_mm = (inverse_of(X_turned) * X_B[5].translation()).x();
   // In link frame 3, x points away from axis 2: the forearm is in line with it where its angle is 0.
-  const Eigen::Vector3d forearm = X_B[3].inverse() * X_B[5].translation();
+  const Eigen::Vector3d forearm = inverse_of(X_B[3]) * X_B[5].translation();
   const Eigen::Vector3d upper_arm =
       X_B[3].linear().transpose() * (X_B[3].translation() - X_B[2].translation());
   const double elbow = std::atan2(upper_arm.x() * forearm.y() - upper_arm.y() * forearm.x(),

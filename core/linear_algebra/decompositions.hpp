@@ -49,4 +49,48 @@ InverseGram inverse_gram(const Eigen::MatrixXd& A, double tolerance);
 /// X with A X = B, A symmetric and positive definite to rounding, by LDL'. Reads the lower triangle of A.
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
+/// A^-1 of a square A of full rank.
+Eigen::MatrixXd inverse(const Eigen::MatrixXd& A);
+
+/// In ascending order, of a symmetric A. Reads the lower triangle.
+Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& A);
+
+/// A = L L', A symmetric and positive definite. Reads the lower triangle of A.
+class CholeskyFactor {
+ public:
+  explicit CholeskyFactor(Eigen::MatrixXd A);
+
+  /// Whether A is positive definite. Without it the rest means nothing.
+  bool succeeded() const { return succeeded_; }
+  const Eigen::MatrixXd& L() const { return L_; }
+
+  /// X with A X = B.
+  Eigen::MatrixXd solve(Eigen::MatrixXd B) const;
+  /// X with L X = B.
+  Eigen::MatrixXd solve_lower(Eigen::MatrixXd B) const;
+  /// A^-1.
+  Eigen::MatrixXd inverse() const;
+  /// L^-1.
+  Eigen::MatrixXd inverse_lower() const;
+  /// Logarithm of the determinant of A.
+  double log_determinant() const;
+
+ private:
+  Eigen::MatrixXd L_;
+  bool succeeded_ = false;
+};
+
+/// L of A = L L', A symmetric and positive definite, and its inverse. Reads the lower triangle of A. Does not
+/// allocate.
+Eigen::Matrix3d cholesky(const Eigen::Matrix3d& A);
+Eigen::Matrix3d inverse_cholesky(const Eigen::Matrix3d& A);
+
+/// X with A X = B in place of B, A symmetric and positive definite; its L in place of its lower triangle,
+/// which alone is read. Does not allocate for a few tens of rows.
+void solve_positive_in_place(Eigen::Ref<Eigen::MatrixXd> A, Eigen::Ref<Eigen::MatrixXd> B);
+
+/// x with A x = b in place of b, A square, by Gauss' elimination with row pivots, which leaves A changed; not
+/// finite where A has less than full rank. Does not allocate.
+void solve_in_place(Eigen::Ref<Eigen::MatrixXd> A, Eigen::Ref<Eigen::VectorXd> b);
+
 }  // namespace truepose

@@ -1,9 +1,11 @@
 #include "core/planning/design.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+
+#include "core/linear_algebra/decompositions.hpp"
+#include "core/linear_algebra/products.hpp"
 
 namespace truepose {
 namespace {
@@ -17,14 +19,9 @@ const double* data(const std::vector<kernels::Line>& lines) { return lines.front
 Eigen::MatrixXd information(const DesignProblem& problem, std::span<const std::size_t> chosen) {
   Eigen::MatrixXd M = Eigen::MatrixXd::Identity(problem.parameters(), problem.parameters());
   for (const std::size_t k : chosen) {
-    const auto A = problem.rows(k);
-    M.noalias() += A.transpose() * A;
+    M += gram(problem.rows(k));
   }
   return M;
-}
-
-Eigen::MatrixXd inverse(const Eigen::MatrixXd& M) {
-  return M.llt().solve(Eigen::MatrixXd::Identity(M.rows(), M.cols()));
 }
 
 }  // namespace
@@ -65,41 +62,41 @@ void Design::remove(std::size_t candidate) {
 /// C changes by - sign U U', with U U' = C A' (I + sign A C A')^-1 A C.
 void Design::change(std::size_t candidate, double sign) {
   const auto A = problem_.rows(candidate);
-  const Columns CA = C_ * A.transpose();
-  const Eigen::Matrix3d S = Eigen::Matrix3d::Identity() + sign * A * CA;
-  const Columns U = S.llt().matrixL().solve(CA.transpose()).transpose();
-  project(U, X_);
+  const Rows AC = times(A, C_);
+  const Eigen::Matrix3d ACA = times_transposed(AC, A);
+  const Rows Ut = times(inverse_cholesky(Eigen::Matrix3d::Identity() + sign * ACA), AC);
+  project(Ut, X_);
   add_products(X_, X_, -sign / 2, V_);
   if (T_.size() > 0) {
-    const Columns TU = T_ * U;
-    const Eigen::Matrix3d UTU = U.transpose() * TU;
-    project(C_ * TU - sign / 2 * U * UTU, Y_);
+    const Rows UtT = times(Ut, T_);
+    const Eigen::Matrix3d UTU = times_transposed(UtT, Ut);
+    project(times(UtT, C_) - sign / 2 * times(UTU, Ut), Y_);
     add_products(X_, Y_, -sign, W_);
   }
-  C_.noalias() -= sign * U * U.transpose();
+  C_ -= sign * gram(Ut);
 }
 
 void Design::refresh() {
-  C_ = inverse(information(problem_, chosen_));
+  C_ = CholeskyFactor(information(problem_, chosen_)).inverse();
   std::ranges::fill(V_, kernels::Line{});
   std::ranges::fill(W_, kernels::Line{});
   // C = L L' and T = R'R, three columns at a time.
-  const Eigen::MatrixXd L = C_.llt().matrixL();
-  const Eigen::MatrixXd CTC = T_.size() > 0 ? Eigen::MatrixXd{C_ * T_ * C_} : Eigen::MatrixXd{};
+  const Eigen::MatrixXd L = CholeskyFactor(C_).L();
+  const Eigen::MatrixXd CTC = T_.size() > 0 ? congruence(C_, T_) : Eigen::MatrixXd{};
   const auto n = C_.cols();
   for (Eigen::Index first = 0; first < n; first += 3) {
     const auto count = std::min<Eigen::Index>(3, n - first);
-    Columns U = Columns::Zero(n, 3);
-    U.leftCols(count) = L.middleCols(first, count);
-    project(U, X_);
+    Rows Ut = Rows::Zero(3, n);
+    Ut.topRows(count) = L.middleCols(first, count).transpose();
+    project(Ut, X_);
     add_products(X_, X_, 0.5, V_);
     if (T_.size() == 0) continue;
-    U.setZero();
-    U.leftCols(count) = CTC.middleCols(first, count);
-    project(U, X_);
-    U.setZero();
-    for (Eigen::Index i = 0; i < count; ++i) U(first + i, i) = 1;
-    project(U, Y_);
+    Ut.setZero();
+    Ut.topRows(count) = CTC.middleCols(first, count).transpose();
+    project(Ut, X_);
+    Ut.setZero();
+    for (Eigen::Index i = 0; i < count; ++i) Ut(i, first + i) = 1;
+    project(Ut, Y_);
     add_products(X_, Y_, 0.5, W_);
   }
   if (T_.size() == 0) return;
@@ -125,11 +122,11 @@ void Design::reckon_gains() {
 
 double Design::cost() const {
   if (T_.size() > 0) return T_.cwiseProduct(C_).sum();
-  return 2 * Eigen::MatrixXd{C_.llt().matrixL()}.diagonal().array().log().sum();
+  return CholeskyFactor(C_).log_determinant();
 }
 
-void Design::project(const Columns& U, std::vector<kernels::Line>& X) const {
-  kernels_.project(data(problem_.blocks()), blocks_, static_cast<int>(problem_.parameters()), U.data(),
+void Design::project(const Rows& Ut, std::vector<kernels::Line>& X) const {
+  kernels_.project(data(problem_.blocks()), blocks_, static_cast<int>(problem_.parameters()), Ut.data(),
                    data(X));
 }
 
@@ -140,7 +137,7 @@ void Design::add_products(const std::vector<kernels::Line>& X, const std::vector
 
 PredictedError predicted_error(const DesignProblem& problem, const Eigen::MatrixXd& covariance) {
   const Eigen::MatrixXd& J = problem.task_rows();
-  const Eigen::VectorXd variance = (J * covariance).cwiseProduct(J).rowwise().sum();
+  const Eigen::VectorXd variance = congruence_diagonal(J, covariance);
   PredictedError error;
   for (Eigen::Index i = 0; i < variance.size(); i += 3) {
     error.rms_mm += variance.segment<3>(i).sum();
@@ -151,7 +148,7 @@ PredictedError predicted_error(const DesignProblem& problem, const Eigen::Matrix
 }
 
 PredictedError predicted_error(const DesignProblem& problem, std::span<const std::size_t> chosen) {
-  return predicted_error(problem, inverse(information(problem, chosen)));
+  return predicted_error(problem, CholeskyFactor(information(problem, chosen)).inverse());
 }
 
 }  // namespace truepose

@@ -44,11 +44,11 @@ class Design {
   const Eigen::MatrixXd& covariance() const { return C_; }
 
  private:
-  using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+  using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
   void change(std::size_t candidate, double sign);
   void reckon_gains();
-  void project(const Columns& U, std::vector<kernels::Line>& X) const;
+  void project(const Rows& Ut, std::vector<kernels::Line>& X) const;
   void add_products(const std::vector<kernels::Line>& X, const std::vector<kernels::Line>& Y, double factor,
                     std::vector<kernels::Line>& S) const;
 

@@ -1,10 +1,10 @@
 #include "core/planning/design_problem.hpp"
 
-#include <Eigen/Cholesky>
-
 #include "core/calibration/measurement_model.hpp"
 #include "core/calibration/parameters.hpp"
 #include "core/evaluation/cramer_rao.hpp"
+#include "core/linear_algebra/decompositions.hpp"
+#include "core/linear_algebra/products.hpp"
 
 namespace truepose {
 namespace {
@@ -34,7 +34,7 @@ DesignProblem::DesignProblem(const CalibratedCell& cell, std::span<const JointVe
     : candidates_{candidates.size()} {
   const Eigen::VectorXd scale = scales(cell, prior);
   task_rows_ = position_jacobian(cell, task) * scale.asDiagonal();
-  task_ = task_rows_.transpose() * task_rows_ / static_cast<double>(task.size());
+  task_ = gram(task_rows_) / static_cast<double>(task.size());
 
   const auto columns = static_cast<std::size_t>(scale.size());
   blocks_.assign((candidates_ + kMostLanes - 1) / kMostLanes * 3 * columns, {});
@@ -42,7 +42,7 @@ DesignProblem::DesignProblem(const CalibratedCell& cell, std::span<const JointVe
   for (std::size_t k = 0; k < candidates_; ++k) {
     const Eigen::Vector3d p_WS_mm = predict_with_jacobian(cell, candidates[k], 0, J);
     const PoseRows whitened =
-        reading_covariance(p_WS_mm, noise).llt().matrixL().solve(PoseRows{J * scale.asDiagonal()});
+        times(inverse_cholesky(reading_covariance(p_WS_mm, noise)), J * scale.asDiagonal());
     kernels::Line* block = &blocks_[k / kMostLanes * 3 * columns];
     for (std::size_t i = 0; i < 3 * columns; ++i) {
       block[i].value[k % kMostLanes] =

@@ -1,10 +1,12 @@
 #include "core/planning/error_bound.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <functional>
+
+#include "core/linear_algebra/decompositions.hpp"
+#include "core/linear_algebra/products.hpp"
 
 namespace truepose {
 namespace {
@@ -29,14 +31,14 @@ MatrixXd all_rows(const DesignProblem& problem) {
 
 /// trace(R_k S R_k') of every three rows R_k.
 VectorXd traces(const MatrixXd& rows, const MatrixXd& S) {
-  const VectorXd of_rows = (rows * S).cwiseProduct(rows).rowwise().sum();
+  const VectorXd of_rows = congruence_diagonal(rows, S);
   return of_rows.reshaped(3, of_rows.size() / 3).colwise().sum().transpose();
 }
 
 /// Sum of w_k R_k' R_k.
 MatrixXd weighed(const MatrixXd& rows, const VectorXd& w) {
   const VectorXd of_rows = w.transpose().replicate(3, 1).reshaped();
-  return rows.transpose() * of_rows.asDiagonal() * rows;
+  return transposed_times(rows, of_rows.asDiagonal() * rows);
 }
 
 double sum_of_greatest(VectorXd values, int count) {
@@ -65,9 +67,9 @@ double variance_bound(const DesignProblem& problem, const MatrixXd& rows, int po
   double bound = 0;
   for (int step = 0; step < kMostSteps; ++step) {
     const MatrixXd M = MatrixXd::Identity(n, n) + weighed(rows, parts);
-    const MatrixXd C = M.llt().solve(MatrixXd::Identity(n, n));
+    const MatrixXd C = CholeskyFactor(M).inverse();
     const VectorXd variances = traces(task, C);
-    const VectorXd slopes = traces(rows, C * weighed(task, weights) * C);
+    const VectorXd slopes = traces(rows, congruence(C, weighed(task, weights)));
     bound = std::max(bound, weights.dot(variances) - sum_of_greatest(slopes, poses) + slopes.dot(parts));
     const double found = of == Of::Mean ? variances.mean() : variances.maxCoeff();
     if (bound >= (1 - kGap) * found) break;

@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "core/kinematics/angles.hpp"
 #include "core/step_count.hpp"
 
 namespace truepose {
@@ -88,7 +89,7 @@ std::string_view fault_text(PoseFault fault) { return kTexts[static_cast<std::si
 PoseChecker::PoseChecker(Scene scene)
     : scene_{std::move(scene)},
       parts_{scene_.body.empty() ? joint_centres(scene_.robot.joint_count()) : scene_.body},
-      p_BT_mm_{scene_.sight.X_WB.inverse().translation()},
+      p_BT_mm_{inverse_of(scene_.sight.X_WB).translation()},
       tracker_{p_BT_mm_,
                {p_BT_mm_.x(), p_BT_mm_.y(), std::min(p_BT_mm_.z(), scene_.surroundings.floor_mm)},
                scene_.surroundings.tracker_radius_mm},

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "core/linear_algebra/products.hpp"
+
 namespace truepose {
 
 /// How alike the errors of two poses are, by their distance; 1 at distance zero. Both are given in the
@@ -29,7 +31,7 @@ Array correlation_slope(Correlation kind, const Array& u) {
 
 /// Squared distances between all rows of A and all rows of B.
 inline Eigen::ArrayXXd squared_distances(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
-  Eigen::MatrixXd u = -2 * A * B.transpose();
+  Eigen::MatrixXd u = -2 * times_transposed(A, B);
   u.colwise() += A.rowwise().squaredNorm();
   u.rowwise() += B.rowwise().squaredNorm().transpose();
   return u.array().max(0);

@@ -58,7 +58,7 @@ class GaussianProcess final : public Regressor {
     Eigen::VectorXd r(alpha_.rows());
     for (int b = 0; b < points_.blocks(); ++b)
       r.segment<kBlock>(b * kBlock) = correlation_of(hyper_.correlation, points_.squared_distances(z, b));
-    const double known = factor_.matrixL().solve(r.head(state_.Y.rows())).squaredNorm();
+    const double known = factor_.solve_lower(r.head(state_.Y.rows())).squaredNorm();
     return signal_ * std::max(0.0, 1 - known);
   }
 
@@ -74,7 +74,7 @@ class GaussianProcess final : public Regressor {
   RegressorState state_;
   GaussianProcessHyper hyper_;
   FeatureScale scale_;
-  Eigen::LLT<Eigen::MatrixXd> factor_;
+  CholeskyFactor factor_;
   BlockedPoints points_;
   Eigen::MatrixXd alpha_;
   Eigen::VectorXd signal_;

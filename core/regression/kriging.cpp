@@ -1,7 +1,6 @@
 #include "core/regression/kriging.hpp"
 
-#include <Eigen/Cholesky>
-
+#include "core/linear_algebra/decompositions.hpp"
 #include "core/regression/point_cloud.hpp"
 #include "core/regression/semivariogram.hpp"
 
@@ -34,14 +33,13 @@ class LocalKriging {
       c[i] = variogram.sill * variogram.correlation(near[static_cast<std::size_t>(i)].distance);
       for (Eigen::Index j = 0; j <= i; ++j) C(i, j) = all(point(i), point(j));
     }
-    weights_ = c;
-    Column ones = Column::Ones(k);
-    Eigen::LLT<Eigen::Ref<Square>> factor{C};
-    factor.solveInPlace(weights_);
-    factor.solveInPlace(ones);
+    Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::ColMajor, kMaxNeighbours, 2> solved(k, 2);
+    solved.col(0) = c;
+    solved.col(1).setOnes();
+    solve_positive_in_place(C, solved);
     // The multiplier of the condition that the weights sum to one: any constant is predicted exactly.
-    const double multiplier = (weights_.sum() - 1) / ones.sum();
-    weights_ -= multiplier * ones;
+    const double multiplier = (solved.col(0).sum() - 1) / solved.col(1).sum();
+    weights_ = solved.col(0) - multiplier * solved.col(1);
     variance_ = std::max(0.0, variogram.sill - weights_.dot(c) - multiplier);
   }
 

@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "core/linear_algebra/products.hpp"
+
 namespace truepose {
 namespace {
 
@@ -20,14 +22,14 @@ constexpr double kLeastNoiseRatio = 1e-7;
 
 }  // namespace
 
-Eigen::LLT<Eigen::MatrixXd> factorise(const Eigen::MatrixXd& Z, const GaussianProcessHyper& hyper) {
+CholeskyFactor factorise(const Eigen::MatrixXd& Z, const GaussianProcessHyper& hyper) {
   const Eigen::MatrixXd scaled = Z * hyper.lengths.cwiseInverse().asDiagonal();
   Eigen::MatrixXd C = correlation_of(hyper.correlation, squared_distances(scaled, scaled)).matrix();
   C.diagonal().setConstant(1 + hyper.noise_ratio);
-  Eigen::LLT<Eigen::MatrixXd> factor{C};
-  for (double jitter = 1e-10; factor.info() != Eigen::Success && jitter < 1; jitter *= 10) {
+  CholeskyFactor factor{C};
+  for (double jitter = 1e-10; !factor.succeeded() && jitter < 1; jitter *= 10) {
     C.diagonal().setConstant(1 + hyper.noise_ratio + jitter);
-    factor.compute(C);
+    factor = CholeskyFactor{C};
   }
   return factor;
 }
@@ -56,18 +58,17 @@ double MarginalLikelihood::operator()(const Eigen::VectorXd& log_hyper, Eigen::V
   const double m = static_cast<double>(T_.cols());
   const GaussianProcessHyper at = hyper(log_hyper);
   gradient = Eigen::VectorXd::Zero(d + 1);
-  const auto factor = factorise(Z_, at);
-  if (!log_hyper.allFinite() || factor.info() != Eigen::Success)
-    return std::numeric_limits<double>::infinity();
+  const CholeskyFactor factor = factorise(Z_, at);
+  if (!log_hyper.allFinite() || !factor.succeeded()) return std::numeric_limits<double>::infinity();
 
   const Eigen::MatrixXd alpha = factor.solve(T_);
   const Eigen::VectorXd signal = T_.cwiseProduct(alpha).colwise().sum().transpose() / static_cast<double>(N);
-  const double log_determinant = 2 * factor.matrixLLT().diagonal().array().log().sum();
-  const double value = 0.5 * (static_cast<double>(N) * signal.array().log().sum() + m * log_determinant);
+  const double value =
+      0.5 * (static_cast<double>(N) * signal.array().log().sum() + m * factor.log_determinant());
 
   // The derivative to a parameter p is tr(W dC/dp) / 2.
-  Eigen::MatrixXd W = m * factor.solve(Eigen::MatrixXd::Identity(N, N));
-  W.noalias() -= alpha * signal.cwiseInverse().asDiagonal() * alpha.transpose();
+  Eigen::MatrixXd W = m * factor.inverse();
+  W -= times_transposed(alpha * signal.cwiseInverse().asDiagonal(), alpha);
   gradient[d] = 0.5 * std::exp(log_hyper[d]) * W.trace();
 
   // dC/dlog l_k = -2 R'(u) (z_ik - z_jk)^2 / l_k^2, summed without forming it: A is symmetric.
@@ -75,8 +76,8 @@ double MarginalLikelihood::operator()(const Eigen::VectorXd& log_hyper, Eigen::V
   const Eigen::ArrayXXd u = squared_distances(scaled, scaled);
   const Eigen::MatrixXd A = (W.array() * correlation_slope(correlation_, u)).matrix();
   const Eigen::VectorXd row_sums = A.rowwise().sum();
-  gradient.head(d) = -2 * (scaled.cwiseAbs2().transpose() * row_sums -
-                           scaled.cwiseProduct(A * scaled).colwise().sum().transpose());
+  gradient.head(d) = -2 * (transposed_times(scaled.cwiseAbs2(), row_sums) -
+                           scaled.cwiseProduct(times(A, scaled)).colwise().sum().transpose());
   return value + prior(log_hyper, gradient);
 }
 

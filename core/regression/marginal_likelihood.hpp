@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include "core/linear_algebra/decompositions.hpp"
 #include "core/regression/correlation.hpp"
 
 namespace truepose {
@@ -15,7 +15,7 @@ struct GaussianProcessHyper {
 };
 
 /// Cholesky factor of C = R + noise_ratio I, with the least jitter that makes it positive definite.
-Eigen::LLT<Eigen::MatrixXd> factorise(const Eigen::MatrixXd& Z, const GaussianProcessHyper& hyper);
+CholeskyFactor factorise(const Eigen::MatrixXd& Z, const GaussianProcessHyper& hyper);
 
 /// Negative logarithm of the evidence for hyper-parameters, with a weak prior on them.
 ///

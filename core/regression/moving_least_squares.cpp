@@ -1,10 +1,10 @@
 #include "core/regression/moving_least_squares.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <span>
 
+#include "core/linear_algebra/decompositions.hpp"
 #include "core/regression/point_cloud.hpp"
 
 namespace truepose {
@@ -89,10 +89,9 @@ class LocalPlane {
   void add_value(double ridge, double belief, const Eigen::MatrixXd& Y, Eigen::Ref<Eigen::VectorXd> y) const {
     Normal ridged = N_;
     ridged.diagonal().array() += ridge;
-    Eigen::LLT<Eigen::Ref<Normal>> factor{ridged};
     // The value is linear in the targets: each counts by its row times the first column of the inverse.
     Coefficients first = Coefficients::Unit(N_.rows(), 0);
-    factor.solveInPlace(first);
+    solve_positive_in_place(ridged, first);
     for (Eigen::Index k = 0; k < rows_.cols(); ++k)
       y += (belief * root_weight_[k] * rows_.col(k).dot(first)) * Y.row(point(k)).transpose();
   }

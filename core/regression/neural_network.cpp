@@ -1,7 +1,9 @@
 #include "core/regression/neural_network.hpp"
 
-#include <Eigen/Cholesky>
+#include <utility>
 
+#include "core/linear_algebra/decompositions.hpp"
+#include "core/linear_algebra/products.hpp"
 #include "core/random.hpp"
 #include "core/regression/point_cloud.hpp"
 #include "core/step_count.hpp"
@@ -59,13 +61,14 @@ class Training {
  private:
   Eigen::MatrixXd hidden(const Eigen::VectorXd& w) const {
     const auto W1 = shape_.W1(w.data());
-    return ((Z_ * W1.leftCols(shape_.inputs).transpose()).rowwise() + W1.col(shape_.inputs).transpose())
+    return (times_transposed(Z_, W1.leftCols(shape_.inputs)).rowwise() + W1.col(shape_.inputs).transpose())
         .array()
         .tanh();
   }
   Eigen::MatrixXd errors(const Eigen::MatrixXd& A, const Eigen::VectorXd& w) const {
     const auto W2 = shape_.W2(w.data());
-    return ((A * W2.leftCols(shape_.hidden).transpose()).rowwise() + W2.col(shape_.hidden).transpose()) - T_;
+    return (times_transposed(A, W2.leftCols(shape_.hidden)).rowwise() + W2.col(shape_.hidden).transpose()) -
+           T_;
   }
   double cost(const Eigen::VectorXd& w, const Precisions& p) const {
     return 0.5 * (p.noise * errors(hidden(w), w).squaredNorm() + p.decay * w.squaredNorm());
@@ -84,10 +87,8 @@ class Training {
     Eigen::MatrixXd B(Z_.rows(), H + 1);  // derivatives of a target to the weights behind it
     B << A, Eigen::VectorXd::Ones(Z_.rows());
 
-    Eigen::MatrixXd GtG = Eigen::MatrixXd::Zero(first, first);
-    GtG.selfadjointView<Eigen::Lower>().rankUpdate(G.transpose());
-    const Eigen::MatrixXd W2tW2 = W2.transpose() * W2;
-    const Eigen::MatrixXd BtG = B.transpose() * G, BtB = B.transpose() * B;
+    const Eigen::MatrixXd GtG = gram(G), W2tW2 = gram(W2);
+    const Eigen::MatrixXd BtG = transposed_times(B, G), BtB = gram(B);
     JtJ_ = Eigen::MatrixXd::Zero(w_.size(), w_.size());
     JtJ_.topLeftCorner(first, first) =
         GtG.cwiseProduct(W2tW2.replicate(shape_.inputs + 1, shape_.inputs + 1));
@@ -97,11 +98,11 @@ class Training {
       JtJ_(weights, Eigen::seqN(0, first)) = BtG * onward.asDiagonal();
       JtJ_(weights, weights) = BtB;
     }
-    const Eigen::MatrixXd back = E * W2;  // errors, as the hidden layer sees them
+    const Eigen::MatrixXd back = times(E, W2);  // errors, as the hidden layer sees them
     Jte_.resize(w_.size());
     for (Eigen::Index k = 0; k <= shape_.inputs; ++k)
       Jte_.segment(k * H, H) = G.middleCols(k * H, H).cwiseProduct(back).colwise().sum().transpose();
-    Jte_.tail(m * (H + 1)) = (E.transpose() * B).reshaped();
+    Jte_.tail(m * (H + 1)) = transposed_times(E, B).reshaped();
     squared_error_ = E.squaredNorm();
   }
 
@@ -110,8 +111,7 @@ class Training {
     for (; damping < 1e10; damping *= 10) {
       Eigen::MatrixXd H = p.noise * JtJ_;
       H.diagonal().array() += p.decay + damping;
-      const Eigen::VectorXd trial =
-          w_ - H.selfadjointView<Eigen::Lower>().llt().solve(p.noise * Jte_ + p.decay * w_);
+      const Eigen::VectorXd trial = w_ - CholeskyFactor(std::move(H)).solve(p.noise * Jte_ + p.decay * w_);
       const double after = cost(trial, p);
       if (!(after < before)) continue;
       w_ = trial;
@@ -125,10 +125,9 @@ class Training {
   void follow_evidence(Precisions& p) const {
     Eigen::MatrixXd H = p.noise * JtJ_;
     H.diagonal().array() += p.decay;
-    const Eigen::Index P = w_.size();
-    const Eigen::LLT<Eigen::MatrixXd> factor{H};
-    const double trace = factor.matrixL().solve(Eigen::MatrixXd::Identity(P, P)).squaredNorm();  // of H^-1
-    const double known = std::clamp(static_cast<double>(P) - p.decay * trace, 1e-3, static_cast<double>(P));
+    const double trace = CholeskyFactor(std::move(H)).inverse_lower().squaredNorm();  // of H^-1
+    const auto P = static_cast<double>(w_.size());
+    const double known = std::clamp(P - p.decay * trace, 1e-3, P);
     const double residuals = static_cast<double>(T_.size());
     p.decay = std::clamp(known / w_.squaredNorm(), 1e-4, 1e4);
     p.noise = std::clamp((residuals - std::min(known, 0.9 * residuals)) / squared_error_, 1e-2, 1e8);

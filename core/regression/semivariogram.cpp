@@ -1,9 +1,10 @@
 #include "core/regression/semivariogram.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "core/linear_algebra/products.hpp"
 
 namespace truepose {
 namespace {
@@ -58,18 +59,25 @@ Fit fit_linear(Semivariogram variogram, const std::vector<Pairs>& bins) {
     A.row(i) << weight, weight * (1 - variogram.correlation(bin.distance));
     b[i] = weight * bin.gamma;
   }
-  const Eigen::Matrix2d N = A.transpose() * A;
-  const Eigen::Vector2d r = A.transpose() * b;
-  Eigen::Vector2d best =
-      N.determinant() > 1e-12 * N(0, 0) * N(1, 1) ? (N.inverse() * r).eval() : Eigen::Vector2d{-1, -1};
+  const Eigen::Matrix2d N = gram(A);
+  const Eigen::Vector2d r = transposed_times(A, b);
+  const double determinant = N(0, 0) * N(1, 1) - N(1, 0) * N(0, 1);
+  Eigen::Vector2d best{-1, -1};
+  if (determinant > 1e-12 * N(0, 0) * N(1, 1)) {
+    best[0] = (N(1, 1) * r[0] - N(0, 1) * r[1]) / determinant;
+    best[1] = (N(0, 0) * r[1] - N(1, 0) * r[0]) / determinant;
+  }
+  const auto left = [&](const Eigen::Vector2d& x) {
+    return (x[0] * A.col(0) + x[1] * A.col(1) - b).squaredNorm();
+  };
   if (best.minCoeff() < 0) {
     const Eigen::Vector2d nugget_only{r[0] / N(0, 0), 0};
     const Eigen::Vector2d sill_only{0, N(1, 1) > 0 ? r[1] / N(1, 1) : 0};
-    best = (A * nugget_only - b).norm() < (A * sill_only - b).norm() ? nugget_only : sill_only;
+    best = left(nugget_only) < left(sill_only) ? nugget_only : sill_only;
   }
   variogram.nugget = best[0];
   variogram.sill = best[1];
-  return {variogram, (A * best - b).squaredNorm()};
+  return {variogram, left(best)};
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/kinematics/angles.hpp"
 #include "core/kinematics/forward.hpp"
 
 namespace truepose {
@@ -46,7 +47,7 @@ Eigen::Vector3d TrueArm::p_WS_mm(const JointVector& q) const {
 bool TrueArm::visible(const JointVector& q) const {
   const Eigen::Isometry3d X_BF_true = X_BF(q);
   const Eigen::Vector3d p_BS_mm = X_BF_true * setup_.p_FS_mm;
-  const Eigen::Vector3d to_tracker_B = (setup_.X_WB.inverse().translation() - p_BS_mm).normalized();
+  const Eigen::Vector3d to_tracker_B = (inverse_of(setup_.X_WB).translation() - p_BS_mm).normalized();
   const Eigen::Vector3d facing_B = X_BF_true.linear() * setup_.facing_F;
   return p_BS_mm.z() > 0 && facing_B.dot(to_tracker_B) >= std::cos(setup_.acceptance_rad);
 }
