@@ -1,6 +1,5 @@
 #include "config/cell_config.hpp"
 
-#include <charconv>
 #include <sstream>
 #include <utility>
 
@@ -18,28 +17,10 @@ namespace {
 
 using std::filesystem::path;
 
-/// A device has a port; our own socket may take port 0, any free one.
-enum class PortZero { Refused, Allowed };
-
-Endpoint endpoint(const YamlValue& value, PortZero zero = PortZero::Refused) {
-  const std::string& text = value.text();
-  const std::size_t colon = text.rfind(':');
-  if (colon == std::string::npos || colon == 0) value.fail("expected host:port, found " + in_quotes(text));
-  std::string host = text.substr(0, colon);
-  if (host.starts_with('[') && host.ends_with(']')) {
-    host = host.substr(1, host.size() - 2);
-  } else if (host.find(':') != std::string::npos) {
-    value.fail("expected host:port, found " + in_quotes(text) + ": an IPv6 address stands in brackets");
-  }
-  Endpoint result{.host = std::move(host)};
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, result.port);
-  const bool is_zero = result.port == 0 && zero == PortZero::Refused;
-  if (error != std::errc() || stop != end || is_zero) {
-    value.fail("expected a port of " + std::string(zero == PortZero::Refused ? "1" : "0") +
-               "..65535, found " + in_quotes(text.substr(colon + 1)));
-  }
-  return result;
+Endpoint endpoint(const YamlValue& value, std::uint16_t least_port = 1) {
+  auto read = parse_endpoint(value.text(), least_port);
+  if (!read) value.fail(read.error());
+  return *std::move(read);
 }
 
 RobotConfig robot_config(const YamlValue& value, const path& folder) {
@@ -77,7 +58,7 @@ StreamConfig stream_config(const YamlValue& value, const path& folder) {
                     {"listen", "ethernet_xml", "cycle_ms", "timeout_cycles", "rearm", "realtime", "priority",
                      "max_step_deg", "max_total_deg", "limit_margin_deg", "singular_deg", "tcp", "ramp_ms"});
   StreamConfig stream;
-  stream.listen = endpoint(map.at("listen"), PortZero::Allowed);
+  stream.listen = endpoint(map.at("listen"), 0);
   stream.ethernet_xml = map.at("ethernet_xml").path_from(folder);
   map.read("cycle_ms", stream.cycle, 1, 100);
   map.read("timeout_cycles", stream.timeout_cycles, 1, 100'000);
@@ -212,7 +193,7 @@ Iso9283Config iso9283_config(const YamlValue& value) {
 ControlConfig control_config(const YamlValue& value, const path& folder) {
   const YamlMap map(value, {"listen", "token_file"});
   ControlConfig control;
-  if (const YamlValue* listen = map.find("listen")) control.listen = endpoint(*listen, PortZero::Allowed);
+  if (const YamlValue* listen = map.find("listen")) control.listen = endpoint(*listen, 0);
   control.token_file = map.at("token_file").path_from(folder);
   return control;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/config_error.hpp"
+#include "config/endpoint.hpp"
 #include "core/calibration/measurement_noise.hpp"
 #include "core/calibration/robust_loss.hpp"
 #include "core/evaluation/iso9283.hpp"
@@ -19,11 +20,6 @@
 #include "core/regression/regressor.hpp"
 
 namespace truepose::config {
-
-struct Endpoint {
-  std::string host;
-  std::uint16_t port = 0;
-};
 
 /// How a controller is reached and which arm it must be.
 struct RobotConfig {

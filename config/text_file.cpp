@@ -4,6 +4,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "config/unfinished_file.hpp"
+
 namespace truepose::config {
 
 std::ifstream open_to_read(const std::filesystem::path& file) {
@@ -40,11 +42,7 @@ std::string read_text_file(const std::filesystem::path& file, std::size_t most) 
 }
 
 void write_text_file(const std::filesystem::path& file, const std::string& text) {
-  errno = 0;
-  std::ofstream out(file, std::ios::binary | std::ios::trunc);
-  out << text;
-  out.close();
-  if (!out) throw ConfigError(file.string() + ": cannot be written: " + std::strerror(errno));
+  write_together({{file, text}});
 }
 
 }  // namespace truepose::config

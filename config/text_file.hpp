@@ -22,7 +22,8 @@ std::string read_bytes(const std::filesystem::path& file, std::size_t most = kMo
 /// The whole text of a file, without a byte order mark. Throws ConfigError in the same cases.
 std::string read_text_file(const std::filesystem::path& file, std::size_t most = kMostBytesOfFile);
 
-/// Writes the whole of a file. Throws ConfigError where that fails.
+/// Writes a file that is seen whole or not at all. Throws ConfigError where that fails, and leaves the file
+/// that was there.
 void write_text_file(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace truepose::config

@@ -1,8 +1,12 @@
-#include <CLI/CLI.hpp>
+#include <getopt.h>
+
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -18,6 +22,16 @@ using truepose::daemon::Finding;
 constexpr int kFailed = 1;
 constexpr int kBadInput = 2;     // the unit does not try again: a person has to mend it
 constexpr int kNotThereYet = 3;  // the unit tries again: an address, a port, room on the disk
+
+constexpr const char* kHelp =
+    R"(Calibrates one robot cell with a laser tracker and corrects its arm while it works.
+Usage: trueposed --config FILE [--check]
+
+  --config FILE  cell file
+  --check        check the cell file and every file that it names, and exit
+  --version      print the version and exit
+  -h, --help     print this and exit
+)";
 
 int complain(const char* what, int exit_code) {
   truepose::daemon::close_log();
@@ -39,27 +53,58 @@ void print(const Finding& finding) {
   }
 }
 
+struct UsageError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct Arguments {
+  std::filesystem::path file;
+  bool check_only = false;
+};
+
+/// @return none where a text was asked for, and is printed. Throws UsageError
+std::optional<Arguments> read_arguments(int argc, char** argv) {
+  const std::array options{option{"config", required_argument, nullptr, 'c'},
+                           option{"check", no_argument, nullptr, 'k'},
+                           option{"version", no_argument, nullptr, 'v'},
+                           option{"help", no_argument, nullptr, 'h'}, option{}};
+  Arguments arguments;
+  opterr = 0;
+  for (int found; (found = getopt_long(argc, argv, ":h", options.data(), nullptr)) != -1;) {
+    switch (found) {
+      case 'c':
+        arguments.file = optarg;
+        break;
+      case 'k':
+        arguments.check_only = true;
+        break;
+      case 'v':
+        std::puts("trueposed " TRUEPOSE_VERSION);
+        return std::nullopt;
+      case 'h':
+        std::fputs(kHelp, stdout);
+        return std::nullopt;
+      case ':':
+        throw UsageError{std::string{argv[optind - 1]} + " needs a value"};
+      default:
+        throw UsageError{std::string{argv[optind - 1]} + " is no option"};
+    }
+  }
+  if (optind < argc) throw UsageError{std::string{argv[optind]} + " belongs to no option"};
+  if (arguments.file.empty()) throw UsageError{"--config is required"};
+  return arguments;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
-  CLI::App app{"Calibrates one robot cell with a laser tracker and corrects its arm while it works.",
-               "trueposed"};
-  app.set_version_flag("--version", "trueposed " TRUEPOSE_VERSION);
-  std::filesystem::path file;
-  bool check_only = false;
-  app.add_option("--config", file, "cell file")->required();
-  app.add_flag("--check", check_only, "check the cell file and every file that it names, and exit");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    return complain((std::string{error.what()} + " (see trueposed --help)").c_str(), kBadInput);
-  }
-
+  const auto arguments = read_arguments(argc, argv);
+  if (!arguments) return 0;
+  const std::filesystem::path& file = arguments->file;
   const truepose::config::CellConfig config = truepose::config::load_cell(file);
   const std::vector<Finding> findings = truepose::daemon::check(config);
   const auto failed = [](const Finding& finding) { return finding.level == Finding::Level::Failure; };
-  if (check_only) {
+  if (arguments->check_only) {
     for (const Finding& finding : findings) print(finding);
     if (std::any_of(findings.begin(), findings.end(), failed)) return kBadInput;
     std::printf("%s: good\n", file.c_str());
@@ -75,6 +120,8 @@ int main(int argc, char** argv) try {
   truepose::daemon::run(config, warnings);
   truepose::daemon::close_log();
   return 0;
+} catch (const UsageError& error) {
+  return complain((std::string{error.what()} + " (see trueposed --help)").c_str(), kBadInput);
 } catch (const truepose::config::ConfigError& error) {
   return complain(error.what(), kBadInput);
 } catch (const truepose::daemon::StartError& error) {

@@ -23,7 +23,7 @@ class NormalEquations {
   NormalEquations(const CalibratedCell& cell, PreparedPoints& points, const std::vector<int>& free,
                   const Prior& prior);
 
-  /// Evaluates all of them at `cell`, whose deviations become those of the points. Does not allocate.
+  /// Evaluates all of them at `cell`, whose deviations become those of the points. Allocates for a prior alone.
   void evaluate(const CalibratedCell& cell);
 
   int size() const { return static_cast<int>(place_.size()); }

@@ -176,5 +176,17 @@ TEST(TheDaemon, RefusesAnArmWhoseKinematicsAreAnothers) {
   EXPECT_THAT(refused.err, AllOf(HasSubstr("wrong arm or wrong robot file"), HasSubstr("30.00 mm")));
 }
 
+TEST(TheDaemon, RefusesBadUsageInOneLineAndHelps) {
+  for (const std::vector<std::string>& usage : std::vector<std::vector<std::string>>{
+           {}, {"--config"}, {"--nonsense"}, {"--config", "cell.yaml", "more"}}) {
+    const Finished refused = run_program("trueposed", usage);
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, testing::EndsWith(" (see trueposed --help)\n"));
+    EXPECT_EQ(std::ranges::count(refused.err, '\n'), 1) << refused.err;
+  }
+  EXPECT_THAT(run_program("trueposed", {"--help"}).out, HasSubstr("--config FILE"));
+  EXPECT_THAT(run_program("trueposed", {"--version"}).out, testing::StartsWith("trueposed "));
+}
+
 }  // namespace
 }  // namespace truepose

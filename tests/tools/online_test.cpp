@@ -254,6 +254,12 @@ TEST_F(OnlineTest, ADaemonThatIsNotThereIsNamed) {
   EXPECT_THAT(outcome.err, HasSubstr(address + " cannot be reached"));
 }
 
+TEST_F(OnlineTest, SaysWhatAnAddressOfTheDaemonLooksLike) {
+  const Outcome outcome = run({"status"}, "token", "localhost:none");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("--daemon: expected a port of 1..65535, found 'none'"));
+}
+
 TEST_F(OnlineTest, AControlSocketNeedsNoToken) {
   const Outcome outcome = run_all({"status", "--daemon", socket()});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;

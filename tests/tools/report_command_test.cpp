@@ -100,7 +100,7 @@ TEST_F(ReportCommand, RefusesADocumentThatItCannotReadAndWritesNothing) {
 TEST_F(ReportCommand, SaysWhichFileCannotBeWritten) {
   ReportOptions options;
   options.html = folder_.path() / "no folder" / "report.html";
-  EXPECT_EQ(report(report::sample_document(5, true), options), 1);
+  EXPECT_EQ(report(report::sample_document(5, true), options), 2);
   EXPECT_THAT(err_, HasSubstr("report.html: cannot be written"));
 }
 

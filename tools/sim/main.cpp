@@ -7,7 +7,6 @@
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
 #include <boost/system/system_error.hpp>
-#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -17,12 +16,13 @@
 #include <stdexcept>
 #include <string>
 
+#include "config/endpoint.hpp"
 #include "config/scenario.hpp"
+#include "config/text_file.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/cell_report.hpp"
 #include "tools/sim/robot_datagram.hpp"
 #include "tools/sim/simulated_cell.hpp"
-#include "tools/sim/whole_file.hpp"
 
 namespace {
 
@@ -79,14 +79,10 @@ void choose_rsi_target(Options& options, const rsi::EthernetConfig& ethernet) {
   std::string host = ethernet.address;
   std::uint16_t port = ethernet.port;
   if (!options.rsi_target.empty()) {
-    const std::size_t colon = options.rsi_target.rfind(':');
-    host = options.rsi_target.substr(0, colon);
-    const char* const end = options.rsi_target.data() + options.rsi_target.size();
-    const char* const begin = colon == std::string::npos ? end : options.rsi_target.data() + colon + 1;
-    const auto [parsed, error] = std::from_chars(begin, end, port);
-    if (error != std::errc{} || parsed != end || port == 0 || host.empty()) {
-      throw UsageError{"--rsi-target: expected HOST:PORT, found '" + options.rsi_target + "'"};
-    }
+    const auto target = config::parse_endpoint(options.rsi_target);
+    if (!target) throw UsageError{"--rsi-target: " + target.error()};
+    host = target->host;
+    port = target->port;
   }
   asio::io_context context;
   boost::system::error_code unknown;
@@ -127,8 +123,10 @@ int run(Options options) {
   asio::signal_set asks{io, SIGUSR1};
   report_when_asked(asks, cell, scenario);
 
-  if (!options.truth_file.empty()) sim::write_whole(options.truth_file, sim::truth_json(scenario));
-  if (!options.ready_file.empty()) sim::write_whole(options.ready_file, ready_text(cell.ports()));
+  if (!options.truth_file.empty())
+    config::write_text_file(options.truth_file, sim::truth_json(scenario) + "\n");
+  if (!options.ready_file.empty())
+    config::write_text_file(options.ready_file, ready_text(cell.ports()) + "\n");
   if (!options.json) {
     const sim::SimulatedCell::Ports ports = cell.ports();
     std::printf("EKI %u and %u, tracker %u, RSI to %s:%u\n", ports.eki, ports.eki_state, ports.tracker,

@@ -6,17 +6,18 @@
 #include <iostream>
 
 #include "config/text_file.hpp"
+#include "config/unfinished_file.hpp"
 #include "core/kinematics/angles.hpp"
 #include "tools/truepose/exit_code.hpp"
 #include "tools/truepose/program_compensation.hpp"
 #include "tools/truepose/program_summary.hpp"
-#include "tools/truepose/written_together.hpp"
 
 namespace truepose::tools {
 
 namespace {
 
 using config::ConfigError;
+using config::TextFile;
 
 std::string bytes_of(const std::filesystem::path& file) {
   return file.empty() ? std::string{} : config::read_bytes(file);
@@ -44,7 +45,7 @@ void write(const ProgramOptions& options, const krl::ProgramText& text, const Pr
   require_place(!done.dat_edits.empty(), options.dat, options.out_dat, "--out-dat");
   if (!options.out_src.empty()) files.push_back({options.out_src, krl::rewritten(text.src, done.src_edits)});
   if (!options.out_dat.empty()) files.push_back({options.out_dat, krl::rewritten(text.dat, done.dat_edits)});
-  write_together(files);
+  config::write_together(files);
 }
 
 }  // namespace

@@ -8,13 +8,13 @@
 #include <iostream>
 
 #include "config/text_file.hpp"
+#include "config/unfinished_file.hpp"
 #include "core/calibration/uncertainty.hpp"
+#include "core/compensation/nominal_inverse.hpp"
 #include "core/kinematics/joint_units.hpp"
 #include "tools/truepose/exit_code.hpp"
-#include "core/compensation/nominal_inverse.hpp"
 #include "tools/truepose/reached_target.hpp"
 #include "tools/truepose/target_reader.hpp"
-#include "tools/truepose/unfinished_file.hpp"
 
 namespace truepose::tools {
 
@@ -22,6 +22,7 @@ namespace {
 
 namespace json = boost::json;
 using config::ConfigError;
+using config::UnfinishedFile;
 
 constexpr std::string_view kStandard = "-";
 constexpr const char* kNoSigma = ": tells no covariance, so no sigma_mm is given; calibrate again to have it";

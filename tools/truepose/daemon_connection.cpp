@@ -16,6 +16,8 @@
 #include <memory>
 #include <optional>
 
+#include "config/endpoint.hpp"
+
 namespace truepose::tools {
 
 /// Waits for a socket. @return false when the time is over
@@ -63,17 +65,15 @@ int try_connect(int socket, const addrinfo& address) {
 }
 
 std::expected<DaemonConnection, ClientError> connect_over_tcp(const std::string& daemon) {
-  const auto colon = daemon.rfind(':');
-  if (colon == std::string::npos || colon == 0 || colon + 1 == daemon.size())
-    return std::unexpected(ClientError{
-        kBadInput, "--daemon: expected HOST:PORT or the path of a control socket, found \"" + daemon + "\""});
-  std::string host = daemon.substr(0, colon);
-  if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
+  const auto endpoint = config::parse_endpoint(daemon);
+  if (!endpoint)
+    return std::unexpected(
+        ClientError{kBadInput, "--daemon: " + endpoint.error() + ", nor is it the path of a control socket"});
 
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
-  if (const int error = ::getaddrinfo(host.c_str(), daemon.c_str() + colon + 1, &hints, &found))
+  if (const int error = ::getaddrinfo(endpoint->host.c_str(), std::to_string(endpoint->port).c_str(), &hints, &found))
     return std::unexpected(ClientError{kBadInput, "--daemon " + daemon + ": " + ::gai_strerror(error)});
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> addresses{found, &::freeaddrinfo};
 

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <fstream>
 
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
@@ -273,9 +272,7 @@ int model_export(const OnlineOptions& online, const std::string& id, const std::
   if (!client) return fail(client.error());
   const auto model = client->call("model.export", id_params(id));
   if (!model) return fail(model.error());
-  std::ofstream file{out, std::ios::binary};
-  file << member(*model, "/yaml") << std::flush;
-  if (!file) return fail({kFailed, out.string() + ": cannot be written"});
+  config::write_text_file(out, member(*model, "/yaml"));
   if (online.json) {
     print_json({{"id", member(*model, "/id")}, {"file", out.string()}});
   } else {

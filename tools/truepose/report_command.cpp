@@ -10,7 +10,10 @@
 #include <sstream>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
+#include "config/config_error.hpp"
+#include "config/unfinished_file.hpp"
 #include "proto/control/json_text.hpp"
 #include "tools/report/report_html.hpp"
 #include "tools/report/report_text.hpp"
@@ -73,19 +76,6 @@ Result<json::object> fetch_document(const OnlineOptions& online, const std::stri
   return document;
 }
 
-/// All of it, or the file that was there before.
-Result<void> write_file(const std::filesystem::path& file, const std::string& text) {
-  const std::filesystem::path part = file.string() + ".part";
-  std::ofstream out{part};
-  out << text;
-  out.close();
-  std::error_code failed;
-  if (out) std::filesystem::rename(part, file, failed);
-  if (out && !failed) return {};
-  std::filesystem::remove(part, failed);
-  return std::unexpected(ClientError{kFailed, file.string() + ": cannot be written"});
-}
-
 Result<int> report(const OnlineOptions& online, const ReportOptions& options) {
   auto document =
       options.document.empty() ? fetch_document(online, options.campaign) : read_document(options.document);
@@ -108,12 +98,10 @@ Result<int> report(const OnlineOptions& online, const ReportOptions& options) {
       report::render_html(*document, {iso9283 ? &*iso9283 : nullptr, experiment ? &*experiment : nullptr});
   const std::string table = report::render_text(*document);
   const std::string text = control::json_text(*document) + "\n";
-  if (!options.html.empty()) {
-    if (auto written = write_file(options.html, html); !written) return std::unexpected(written.error());
-  }
-  if (!options.json.empty()) {
-    if (auto written = write_file(options.json, text); !written) return std::unexpected(written.error());
-  }
+  std::vector<config::TextFile> files;
+  if (!options.html.empty()) files.push_back({options.html, html});
+  if (!options.json.empty()) files.push_back({options.json, text});
+  config::write_together(files);
   std::fputs(online.json ? text.c_str() : table.c_str(), stdout);
   const std::string why = report::why_unusable(*document);
   if (why.empty()) return kDone;
@@ -128,6 +116,9 @@ int report_campaign(const OnlineOptions& online, const ReportOptions& options) t
   if (done) return *done;
   std::fprintf(stderr, "truepose: %s\n", done.error().message.c_str());
   return done.error().exit_code;
+} catch (const config::ConfigError& error) {
+  std::fprintf(stderr, "truepose: %s\n", error.what());
+  return kBadInput;
 } catch (const std::invalid_argument& unusable) {
   std::fprintf(stderr, "truepose: the document cannot be reported: %s\n", unusable.what());
   return kBadInput;

@@ -243,7 +243,7 @@ TEST_F(SimulatorTest, RefusesBadUsageWithOneLine) {
   SimulatorProcess simulator{folder_,
                              {"--scenario", folder_.path() / "scenario.yaml", "--rsi-target", "127.0.0.1"}};
   EXPECT_EQ(simulator.wait(), 2);
-  EXPECT_THAT(simulator.errors(), HasSubstr("HOST:PORT"));
+  EXPECT_THAT(simulator.errors(), HasSubstr("--rsi-target: expected host:port"));
 }
 
 }  // namespace
