@@ -45,7 +45,7 @@ UnfinishedFile::~UnfinishedFile() {
 }
 
 void UnfinishedFile::close() {
-  errno = 0;
+  if (out_) errno = 0;  // else it says why the writing failed
   out_.close();
   if (!out_ || (!beside_.empty() && !synced(beside_))) fail();
 }
