@@ -4,13 +4,11 @@
 #include <string>
 
 #include "config/cell_config.hpp"
+#include "daemon/realtime/stream_options.hpp"
 #include "daemon/realtime/stream_status.hpp"
 #include "drivers/clock.hpp"
 
 namespace truepose::daemon {
-
-/// A controller from which nothing came for so long is silent: it sends every 4 or 12 ms.
-inline constexpr std::chrono::milliseconds kSilence{400};
 
 /// "the controller has sent no RSI packet for 0.6 s"
 /// @param silence  none: there was no packet yet

@@ -57,7 +57,7 @@ StreamOptions StreamOptions::of(const config::CellConfig& cell) {
           .broken_cycles = cycles(1s),
           .timeout_cycles = config.timeout_cycles,
           .cycle = config.cycle,
-          .disarm_after = config.rearm == config::Rearm::Automatic ? std::nullopt : std::optional{400ms},
+          .disarm_after = config.rearm == config::Rearm::Automatic ? std::nullopt : std::optional{kSilence},
           .max_fk_deviation_mm = cell.robot.max_fk_deviation_mm};
 }
 

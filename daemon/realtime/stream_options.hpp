@@ -14,6 +14,9 @@
 
 namespace truepose::daemon {
 
+/// A controller from which nothing came for so long is silent: it sends every 4 or 12 ms.
+inline constexpr std::chrono::milliseconds kSilence{400};
+
 /// How the stream behaves. A cycle is a step of the controller's IPOC, never of this machine's clock.
 struct StreamOptions {
   double max_step_rad = 0;
@@ -28,7 +31,7 @@ struct StreamOptions {
   std::chrono::milliseconds cycle{4};
   /// After a silence of the controller of so long the stream must be started anew; none: it goes on by
   /// itself.
-  std::optional<std::chrono::milliseconds> disarm_after = std::chrono::milliseconds{400};
+  std::optional<std::chrono::milliseconds> disarm_after = kSilence;
   std::optional<std::uint32_t> peer;  ///< the controller's IPv4 address; none: any
   double max_fk_deviation_mm = 1;     ///< RIst against the nominal arm at AIPos
   drivers::TimePoint (*now)() noexcept = &std::chrono::steady_clock::now;  ///< for the turnaround only
