@@ -9,7 +9,7 @@
 #include "config/robot_payload.hpp"
 #include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
-#include "core/calibration/option_names.hpp"
+#include "core/identify/option_names.hpp"
 
 namespace truepose::config {
 

@@ -10,14 +10,14 @@
 
 #include "config/config_error.hpp"
 #include "config/endpoint.hpp"
-#include "core/calibration/measurement_noise.hpp"
-#include "core/calibration/robust_loss.hpp"
-#include "core/evaluation/iso9283.hpp"
-#include "core/kinematics/robot_model.hpp"
-#include "core/planning/design.hpp"
-#include "core/planning/scene.hpp"
-#include "core/planning/test_cube_poses.hpp"
-#include "core/regression/regressor.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/field/regressor.hpp"
+#include "core/identify/measurement.hpp"
+#include "core/identify/robust_fit.hpp"
+#include "core/judge/iso9283.hpp"
+#include "core/plan/design.hpp"
+#include "core/plan/scene.hpp"
+#include "core/plan/test_cube_poses.hpp"
 
 namespace truepose::config {
 

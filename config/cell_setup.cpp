@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "core/evaluation/cramer_rao.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/random.hpp"
+#include "core/judge/cramer_rao.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/random.hpp"
 
 namespace truepose::config {
 namespace {

@@ -4,9 +4,9 @@
 #include <string>
 
 #include "config/cell_config.hpp"
-#include "core/calibration/calibrate.hpp"
-#include "core/compensation/target_compensation.hpp"
-#include "core/planning/measurement_plan.hpp"
+#include "core/compensate/target_compensation.hpp"
+#include "core/identify/calibrate.hpp"
+#include "core/plan/measurement_plan.hpp"
 
 namespace truepose::config {
 

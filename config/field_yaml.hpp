@@ -3,7 +3,7 @@
 #include <string>
 
 #include "config/yaml_reader.hpp"
-#include "core/compensation/regression_field.hpp"
+#include "core/identify/regression_field.hpp"
 
 namespace truepose::config {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "config/csv_reader.hpp"
-#include "core/kinematics/joint_units.hpp"
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/joint_units.hpp"
+#include "core/arm/robot_model.hpp"
 
 namespace truepose::config {
 

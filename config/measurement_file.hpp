@@ -4,7 +4,7 @@
 #include <ostream>
 
 #include "config/config_error.hpp"
-#include "core/calibration/measurement.hpp"
+#include "core/identify/measurement.hpp"
 
 namespace truepose::config {
 

@@ -7,8 +7,8 @@
 #include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
 #include "config/yaml_text.hpp"
-#include "core/calibration/parameters.hpp"
-#include "core/evaluation/model_noise.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/judge/model_noise.hpp"
 
 namespace truepose::config {
 

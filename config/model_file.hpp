@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "config/config_error.hpp"
-#include "core/calibration/calibrate.hpp"
-#include "core/evaluation/drift_residuals.hpp"
+#include "core/identify/calibrate.hpp"
+#include "core/judge/drift_causes.hpp"
 
 namespace truepose::config {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "config/number_text.hpp"
-#include "core/kinematics/joint_deviation.hpp"
+#include "core/arm/joint_deviation.hpp"
 
 namespace truepose::config {
 

@@ -3,7 +3,7 @@
 #include <span>
 #include <string>
 
-#include "core/calibration/calibrate.hpp"
+#include "core/identify/calibrate.hpp"
 
 namespace truepose::config {
 

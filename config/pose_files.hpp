@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "config/config_error.hpp"
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
 
 namespace truepose::config {
 

@@ -5,8 +5,8 @@
 #include "config/robot_payload.hpp"
 #include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/joint_units.hpp"
+#include "core/arm/joint_units.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::config {
 

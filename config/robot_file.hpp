@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "config/config_error.hpp"
-#include "core/kinematics/robot_model.hpp"
-#include "core/planning/scene.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/plan/scene.hpp"
 
 namespace truepose::config {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "config/yaml_reader.hpp"
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
 
 namespace truepose::config {
 

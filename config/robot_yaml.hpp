@@ -3,7 +3,7 @@
 #include <string>
 
 #include "config/yaml_reader.hpp"
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
 
 namespace truepose::config {
 

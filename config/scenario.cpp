@@ -5,9 +5,9 @@
 #include "config/robot_file.hpp"
 #include "config/yaml_poses.hpp"
 #include "config/yaml_reader.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/joint_units.hpp"
-#include "core/random.hpp"
+#include "core/arm/joint_units.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/random.hpp"
 
 namespace truepose::config {
 

@@ -10,8 +10,8 @@
 
 #include "config/config_error.hpp"
 #include "config/scenario_fault.hpp"
-#include "core/kinematics/robot_model.hpp"
-#include "core/simulation/non_geometric_errors.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/simulate/true_arm.hpp"
 
 namespace truepose::config {
 

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "config/csv_reader.hpp"
-#include "core/evaluation/rigid_fit.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/rigid_fit.hpp"
 
 namespace truepose::config {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "config/config_error.hpp"
-#include "core/evaluation/iso9283.hpp"
+#include "core/judge/iso9283.hpp"
 
 namespace truepose::config {
 

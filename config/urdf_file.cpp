@@ -1,8 +1,8 @@
 #include "config/urdf_file.hpp"
 
 #include "config/number_text.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::config {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
 
 namespace truepose::config {
 

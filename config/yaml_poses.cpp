@@ -1,7 +1,7 @@
 #include "config/yaml_poses.hpp"
 
 #include "config/ranges.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::config {
 

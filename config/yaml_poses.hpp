@@ -3,8 +3,8 @@
 #include <Eigen/Geometry>
 
 #include "config/yaml_reader.hpp"
-#include "core/kinematics/robot_model.hpp"
-#include "core/planning/scene.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/plan/scene.hpp"
 
 namespace truepose::config {
 

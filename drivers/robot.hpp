@@ -5,7 +5,7 @@
 #include <expected>
 #include <string>
 
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
 #include "drivers/clock.hpp"
 
 namespace truepose::drivers {

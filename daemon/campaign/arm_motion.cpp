@@ -3,8 +3,8 @@
 #include <cmath>
 #include <utility>
 
-#include "core/kinematics/angles.hpp"
-#include "core/planning/scene.hpp"
+#include "core/math/angles.hpp"
+#include "core/plan/scene.hpp"
 
 namespace truepose::daemon {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "config/cell_config.hpp"
-#include "core/planning/pose_supply.hpp"
+#include "core/plan/pose_supply.hpp"
 #include "daemon/campaign/cell_devices.hpp"
 
 namespace truepose::daemon {

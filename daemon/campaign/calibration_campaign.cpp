@@ -6,11 +6,11 @@
 #include <utility>
 
 #include "config/cell_setup.hpp"
-#include "core/compensation/target_compensation.hpp"
-#include "core/evaluation/calibration_doubts.hpp"
-#include "core/evaluation/model_noise.hpp"
-#include "core/kinematics/forward.hpp"
-#include "core/kinematics/units.hpp"
+#include "core/arm/forward.hpp"
+#include "core/compensate/target_compensation.hpp"
+#include "core/judge/calibration_doubts.hpp"
+#include "core/judge/model_noise.hpp"
+#include "core/math/units.hpp"
 
 namespace truepose::daemon {
 

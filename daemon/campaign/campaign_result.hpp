@@ -7,11 +7,11 @@
 #include <string_view>
 #include <vector>
 
-#include "core/calibration/calibrate.hpp"
-#include "core/compensation/tracker_loop.hpp"
-#include "core/evaluation/drift_check.hpp"
-#include "core/evaluation/iso9283.hpp"
-#include "core/evaluation/test_cube.hpp"
+#include "core/compensate/tracker_loop.hpp"
+#include "core/identify/calibrate.hpp"
+#include "core/judge/drift_check.hpp"
+#include "core/judge/iso9283.hpp"
+#include "core/judge/test_cube.hpp"
 #include "daemon/campaign/cell_devices.hpp"
 #include "daemon/store/store.hpp"
 #include "proto/control/iso9283_document.hpp"

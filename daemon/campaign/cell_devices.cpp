@@ -6,9 +6,9 @@
 #include <optional>
 #include <utility>
 
-#include "core/evaluation/calibration_doubts.hpp"
-#include "core/kinematics/forward.hpp"
-#include "core/planning/tour.hpp"
+#include "core/arm/forward.hpp"
+#include "core/judge/calibration_doubts.hpp"
+#include "core/plan/tour.hpp"
 
 namespace truepose::daemon {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/planning/test_cube_poses.hpp"
+#include "core/plan/test_cube_poses.hpp"
 #include "daemon/campaign/campaign_procedure.hpp"
 #include "daemon/campaign/measuring_session.hpp"
 

@@ -1,7 +1,7 @@
 #include "daemon/campaign/known_cell.hpp"
 
 #include "config/cell_setup.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::daemon {
 

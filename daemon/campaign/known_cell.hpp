@@ -1,8 +1,8 @@
 #pragma once
 
 #include "config/cell_config.hpp"
-#include "core/calibration/calibrated_cell.hpp"
-#include "core/planning/scene.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/plan/scene.hpp"
 
 namespace truepose::daemon {
 

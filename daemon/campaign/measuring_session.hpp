@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "config/cell_config.hpp"
-#include "core/planning/pose_supply.hpp"
+#include "core/plan/pose_supply.hpp"
 #include "daemon/campaign/arm_motion.hpp"
 #include "daemon/campaign/campaign_journal.hpp"
 #include "daemon/campaign/campaign_observer.hpp"

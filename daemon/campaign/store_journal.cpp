@@ -8,8 +8,8 @@
 
 #include "config/cell_setup.hpp"
 #include "config/model_file.hpp"
-#include "core/compensation/largest_correction.hpp"
-#include "core/kinematics/units.hpp"
+#include "core/compensate/largest_correction.hpp"
+#include "core/math/units.hpp"
 #include "daemon/campaign/conditions_document.hpp"
 #include "daemon/campaign/proof_documents.hpp"
 #include "daemon/campaign/stored_model.hpp"

@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <optional>
 
-#include "core/compensation/largest_correction.hpp"
-#include "core/evaluation/error_statistics.hpp"
-#include "core/kinematics/units.hpp"
+#include "core/compensate/largest_correction.hpp"
+#include "core/math/statistics.hpp"
+#include "core/math/units.hpp"
 #include "daemon/store/sha256.hpp"
 
 namespace truepose::daemon {

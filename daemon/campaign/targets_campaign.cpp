@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "config/cell_setup.hpp"
-#include "core/compensation/target_compensation.hpp"
+#include "core/compensate/target_compensation.hpp"
 #include "daemon/campaign/known_cell.hpp"
 
 namespace truepose::daemon {

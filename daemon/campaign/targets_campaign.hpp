@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/compensation/tracker_loop.hpp"
+#include "core/compensate/tracker_loop.hpp"
 #include "daemon/campaign/campaign_procedure.hpp"
 #include "daemon/campaign/measuring_session.hpp"
 

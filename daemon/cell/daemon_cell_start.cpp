@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "config/cell_setup.hpp"
-#include "core/compensation/nominal_inverse.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/joint_units.hpp"
+#include "core/arm/joint_units.hpp"
+#include "core/compensate/nominal_inverse.hpp"
+#include "core/math/angles.hpp"
 #include "daemon/cell/campaign_run.hpp"
 #include "proto/control/param_reader.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
 #include "daemon/realtime/controller_session.hpp"
 
 namespace truepose::daemon {

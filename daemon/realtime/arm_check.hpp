@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
 #include "daemon/realtime/stream_status.hpp"
 #include "proto/rsi/frame_codec.hpp"
 

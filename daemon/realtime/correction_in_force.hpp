@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/compensation/correction_bounds.hpp"
+#include "core/compensate/correction_bounds.hpp"
 #include "daemon/realtime/effect_evidence.hpp"
 
 namespace truepose::daemon {

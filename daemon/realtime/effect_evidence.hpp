@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/compensation/correction_bounds.hpp"
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/compensate/correction_bounds.hpp"
 
 namespace truepose::daemon {
 

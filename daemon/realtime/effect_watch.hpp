@@ -4,8 +4,8 @@
 #include <array>
 #include <cstdint>
 
-#include "core/kinematics/robot_model.hpp"
-#include "core/kinematics/units.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/math/units.hpp"
 #include "daemon/realtime/lag_knowledge.hpp"
 
 namespace truepose::daemon {

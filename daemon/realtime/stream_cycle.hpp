@@ -10,9 +10,9 @@
 #include <string>
 #include <string_view>
 
-#include "core/compensation/correction_bounds.hpp"
-#include "core/compensation/target_compensation.hpp"
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/compensate/correction_bounds.hpp"
+#include "core/compensate/target_compensation.hpp"
 #include "daemon/realtime/arm_check.hpp"
 #include "daemon/realtime/controller_session.hpp"
 #include "daemon/realtime/correction_ramp.hpp"

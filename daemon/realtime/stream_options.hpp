@@ -6,9 +6,9 @@
 #include <string>
 
 #include "config/cell_config.hpp"
-#include "core/compensation/correction_bounds.hpp"
-#include "core/kinematics/robot_model.hpp"
-#include "core/kinematics/units.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/compensate/correction_bounds.hpp"
+#include "core/math/units.hpp"
 #include "drivers/clock.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/calibration/measurement.hpp"
+#include "core/identify/measurement.hpp"
 
 namespace truepose::daemon {
 

@@ -8,7 +8,7 @@
 #include <random>
 #include <utility>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "drivers/deadline.hpp"
 #include "drivers/kuka/eki_channel.hpp"
 

@@ -6,10 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "core/kinematics/robot_model.hpp"
-#include "core/simulation/joint_motion.hpp"
-#include "core/simulation/tracker_noise.hpp"
-#include "core/simulation/true_arm.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/simulate/joint_motion.hpp"
+#include "core/simulate/true_arm.hpp"
 #include "drivers/clock.hpp"
 
 namespace truepose::drivers {

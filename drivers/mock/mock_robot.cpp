@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
 
 namespace truepose::drivers {
 

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <utility>
 
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/joint_units.hpp"
+#include "core/arm/joint_units.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::control {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <boost/json/fwd.hpp>
 
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
 
 namespace truepose::control {
 

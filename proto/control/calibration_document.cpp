@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/calibration/option_names.hpp"
+#include "core/identify/option_names.hpp"
 #include "proto/control/arm_document.hpp"
 #include "proto/control/transfer_document.hpp"
 

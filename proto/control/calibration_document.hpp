@@ -2,7 +2,7 @@
 
 #include <boost/json/fwd.hpp>
 
-#include "core/calibration/calibrate.hpp"
+#include "core/identify/calibrate.hpp"
 
 namespace truepose::control {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-#include "core/evaluation/drift_check.hpp"
+#include "core/judge/drift_check.hpp"
 
 namespace truepose::control {
 

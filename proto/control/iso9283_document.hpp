@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-#include "core/evaluation/iso9283.hpp"
+#include "core/judge/iso9283.hpp"
 
 namespace truepose::control {
 

@@ -3,7 +3,7 @@
 #include <boost/json/object.hpp>
 #include <string>
 
-#include "core/calibration/option_names.hpp"
+#include "core/identify/option_names.hpp"
 
 namespace truepose::control {
 namespace {

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/kinematics/joint_units.hpp"
+#include "core/arm/joint_units.hpp"
 
 namespace truepose::control {
 namespace {

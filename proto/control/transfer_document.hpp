@@ -3,7 +3,7 @@
 #include <boost/json/fwd.hpp>
 #include <string>
 
-#include "core/calibration/calibrate.hpp"
+#include "core/identify/calibrate.hpp"
 
 namespace truepose::control {
 

@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "proto/text/device_text.hpp"
 #include "proto/xml/escape.hpp"
 #include "proto/xml/scanner.hpp"

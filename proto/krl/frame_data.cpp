@@ -1,6 +1,6 @@
 #include "proto/krl/frame_data.hpp"
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::krl {
 namespace {

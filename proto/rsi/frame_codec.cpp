@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "proto/xml/scanner.hpp"
 
 namespace truepose::rsi {

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "config/cell_setup.hpp"
-#include "core/calibration/option_names.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/identify/option_names.hpp"
+#include "core/math/angles.hpp"
 #include "tests/config/error_of.hpp"
 #include "tests/temp_folder.hpp"
 

@@ -7,8 +7,8 @@
 #include "config/csv_reader.hpp"
 #include "config/parameter_csv.hpp"
 #include "config/urdf_file.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"
 
 namespace truepose::config {

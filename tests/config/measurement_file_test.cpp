@@ -6,7 +6,7 @@
 
 #include "config/number_text.hpp"
 #include "config/pose_files.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "tests/config/error_of.hpp"
 #include "tests/temp_folder.hpp"
 

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "core/calibration/parameters.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/random.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/random.hpp"
 #include "tests/config/error_of.hpp"
 
 namespace truepose::config {

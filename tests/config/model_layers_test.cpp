@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "config/model_file.hpp"
-#include "core/compensation/regression_field.hpp"
-#include "core/kinematics/forward.hpp"
-#include "core/random.hpp"
+#include "core/arm/forward.hpp"
+#include "core/identify/regression_field.hpp"
+#include "core/math/random.hpp"
 #include "tests/config/error_of.hpp"
 
 namespace truepose::config {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
 #include "tests/config/error_of.hpp"
 #include "tests/temp_folder.hpp"
 

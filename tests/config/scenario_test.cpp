@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "tests/config/error_of.hpp"
 #include "tests/temp_folder.hpp"
 

@@ -3,8 +3,8 @@
 #include "config/cell_config.hpp"
 #include "config/robot_file.hpp"
 #include "config/scenario.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::config {
 namespace {

@@ -2,13 +2,13 @@
 
 #include <iostream>
 
-#include "core/calibration/calibrate.hpp"
-#include "core/calibration/identifiability.hpp"
-#include "core/calibration/line_search.hpp"
-#include "core/calibration/measurement_model.hpp"
-#include "core/calibration/parameters.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
+#include "core/identify/calibrate.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/identifiability.hpp"
+#include "core/identify/measurement_model.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/line_search.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/golden.hpp"
 

@@ -1,9 +1,9 @@
-#include "core/evaluation/chi_square.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
+
+#include "core/math/statistics.hpp"
 
 namespace truepose {
 namespace {

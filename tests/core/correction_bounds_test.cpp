@@ -1,4 +1,4 @@
-#include "core/compensation/correction_bounds.hpp"
+#include "core/compensate/correction_bounds.hpp"
 
 #include <gtest/gtest.h>
 

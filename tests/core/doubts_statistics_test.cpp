@@ -4,9 +4,9 @@
 #include <functional>
 #include <iostream>
 
-#include "core/evaluation/calibration_doubts.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/simulation/tracker_noise.hpp"
+#include "core/judge/calibration_doubts.hpp"
+#include "core/math/angles.hpp"
+#include "core/simulate/true_arm.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/example_campaigns.hpp"
 

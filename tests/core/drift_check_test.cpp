@@ -1,10 +1,10 @@
-#include "core/evaluation/drift_check.hpp"
+#include "core/judge/drift_check.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/evaluation/model_noise.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/simulation/published_arm.hpp"
+#include "core/judge/model_noise.hpp"
+#include "core/math/angles.hpp"
+#include "core/simulate/published_arm.hpp"
 
 namespace truepose {
 namespace {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <iostream>
 
-#include "core/evaluation/drift_check.hpp"
-#include "core/evaluation/model_noise.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/judge/drift_check.hpp"
+#include "core/judge/model_noise.hpp"
+#include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/example_campaigns.hpp"
 #include "tests/trials.hpp"

@@ -3,7 +3,7 @@
 #include <array>
 #include <numbers>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::example {
 namespace {

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "core/calibration/calibrated_cell.hpp"
-#include "core/calibration/measurement.hpp"
-#include "core/random.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/measurement.hpp"
+#include "core/math/random.hpp"
 
 /// Arms of several kinds, as they might really be, and what a tracker would read of them.
 namespace truepose::example {

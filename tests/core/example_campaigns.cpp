@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "core/simulation/published_errors.hpp"
 #include "tests/core/example_arms.hpp"
+#include "core/simulate/published_arm.hpp"
 
 namespace truepose::example {
 

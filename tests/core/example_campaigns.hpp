@@ -2,8 +2,8 @@
 
 #include <expected>
 
-#include "core/calibration/calibrate.hpp"
-#include "core/simulation/measurement_campaign.hpp"
+#include "core/identify/calibrate.hpp"
+#include "core/simulate/measurement_campaign.hpp"
 
 /// Campaigns on a simulated KR 210 with the published errors, and how well a fit of them predicts.
 namespace truepose::example {

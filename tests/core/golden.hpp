@@ -4,8 +4,8 @@
 #include <boost/json.hpp>
 #include <string>
 
-#include "core/calibration/calibrated_cell.hpp"
-#include "core/calibration/measurement.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/measurement.hpp"
 
 /// The reference values of tests/golden (50-digit arithmetic; its README says how they were made).
 namespace truepose::golden {

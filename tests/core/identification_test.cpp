@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "core/calibration/calibrate.hpp"
-#include "core/calibration/measurement_noise.hpp"
-#include "core/calibration/robust_loss.hpp"
+#include "core/identify/calibrate.hpp"
+#include "core/identify/measurement.hpp"
+#include "core/identify/robust_fit.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/example_campaigns.hpp"
 

@@ -1,13 +1,13 @@
-#include "core/kinematics/joint_deviation.hpp"
+#include "core/arm/joint_deviation.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/calibration/measurement_model.hpp"
-#include "core/calibration/parameters.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
-#include "core/kinematics/residual_field.hpp"
-#include "core/random.hpp"
+#include "core/arm/forward.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/measurement_model.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/random.hpp"
 #include "tests/core/two_joints.hpp"
 
 namespace truepose {

@@ -4,15 +4,15 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/calibration/gauss_newton.hpp"
-#include "core/calibration/identifiability.hpp"
-#include "core/calibration/measurement_model.hpp"
-#include "core/calibration/normal_equations.hpp"
-#include "core/calibration/parameters.hpp"
-#include "core/kernels/arm_kernel.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/linear_algebra/decompositions.hpp"
-#include "core/random.hpp"
+#include "core/arm/arm_kernel.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/identifiability.hpp"
+#include "core/identify/least_squares_solver.hpp"
+#include "core/identify/measurement_model.hpp"
+#include "core/identify/normal_equations.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/dense_algebra.hpp"
+#include "core/math/random.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/malloc_count.hpp"
 

@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
-#include "core/compensation/pose_inverse.hpp"
-#include "core/compensation/target_compensation.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
-#include "core/kinematics/spherical_wrist.hpp"
+#include "core/arm/forward.hpp"
+#include "core/arm/pose_inverse.hpp"
+#include "core/arm/spherical_wrist.hpp"
+#include "core/compensate/target_compensation.hpp"
+#include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/golden.hpp"
 

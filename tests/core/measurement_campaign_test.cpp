@@ -1,4 +1,4 @@
-#include "core/simulation/measurement_campaign.hpp"
+#include "core/simulate/measurement_campaign.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "config/robot_file.hpp"
-#include "core/calibration/calibrate.hpp"
-#include "core/kinematics/forward.hpp"
-#include "core/simulation/published_errors.hpp"
+#include "core/arm/forward.hpp"
+#include "core/identify/calibrate.hpp"
+#include "core/simulate/published_arm.hpp"
 
 namespace truepose {
 namespace {

@@ -1,10 +1,10 @@
-#include "core/planning/measurement_plan.hpp"
+#include "core/plan/measurement_plan.hpp"
 
 #include <gmock/gmock.h>
 
 #include <algorithm>
 
-#include "core/planning/tour.hpp"
+#include "core/plan/tour.hpp"
 #include "tests/core/planning_example.hpp"
 #include "tests/core/scene_oracle.hpp"
 

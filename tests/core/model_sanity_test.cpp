@@ -1,4 +1,4 @@
-#include "core/calibration/model_sanity.hpp"
+#include "core/identify/model_sanity.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 #include "config/measurement_file.hpp"
 #include "config/robot_file.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"
 
 namespace truepose {

@@ -1,8 +1,8 @@
-#include "core/planning/motion.hpp"
+#include "core/plan/motion.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/planning/candidates.hpp"
+#include "core/plan/candidates.hpp"
 #include "tests/core/planning_example.hpp"
 #include "tests/core/scene_oracle.hpp"
 

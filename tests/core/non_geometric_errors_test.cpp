@@ -1,11 +1,10 @@
-#include "core/simulation/non_geometric_errors.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
+#include "core/simulate/true_arm.hpp"
 #include "tests/core/two_joints.hpp"
 
 namespace truepose {

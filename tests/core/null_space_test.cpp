@@ -1,11 +1,11 @@
-#include "core/calibration/null_space.hpp"
+#include "core/identify/null_space.hpp"
 
 #include <gmock/gmock.h>
 
 #include <algorithm>
 
-#include "core/calibration/identifiability.hpp"
-#include "core/calibration/measurement_model.hpp"
+#include "core/identify/identifiability.hpp"
+#include "core/identify/measurement_model.hpp"
 #include "tests/core/example_arms.hpp"
 
 namespace truepose {

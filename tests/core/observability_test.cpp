@@ -1,9 +1,7 @@
-#include "core/calibration/observability.hpp"
-
 #include <gtest/gtest.h>
 
-#include "core/calibration/identifiability.hpp"
-#include "core/calibration/measurement_model.hpp"
+#include "core/identify/identifiability.hpp"
+#include "core/identify/measurement_model.hpp"
 #include "tests/core/example_arms.hpp"
 
 namespace truepose {

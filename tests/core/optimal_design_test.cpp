@@ -1,4 +1,4 @@
-#include "core/planning/optimal_design.hpp"
+#include "core/plan/optimal_design.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 #include <limits>
 #include <numeric>
 
-#include "core/evaluation/cramer_rao.hpp"
-#include "core/planning/error_bound.hpp"
-#include "core/random.hpp"
-#include "core/simulation/measurement_campaign.hpp"
+#include "core/judge/cramer_rao.hpp"
+#include "core/math/random.hpp"
+#include "core/plan/optimal_design.hpp"
+#include "core/simulate/measurement_campaign.hpp"
 #include "tests/core/planning_example.hpp"
 
 namespace truepose {

@@ -3,8 +3,8 @@
 #include <Eigen/SVD>
 #include <cmath>
 
-#include "core/calibration/calibrate.hpp"
-#include "core/calibration/measurement_model.hpp"
+#include "core/identify/calibrate.hpp"
+#include "core/identify/measurement_model.hpp"
 #include "tests/core/example_arms.hpp"
 
 namespace truepose {

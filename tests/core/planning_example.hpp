@@ -1,9 +1,9 @@
 #pragma once
 
 #include "config/robot_file.hpp"
-#include "core/calibration/calibrated_cell.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/planning/scene.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/math/angles.hpp"
+#include "core/plan/scene.hpp"
 
 namespace truepose::test {
 

@@ -6,14 +6,14 @@
 #include <numeric>
 #include <string>
 
-#include "core/calibration/calibrate.hpp"
-#include "core/planning/error_bound.hpp"
-#include "core/planning/measurement_plan.hpp"
-#include "core/planning/tour.hpp"
-#include "core/simulation/measurement_campaign.hpp"
-#include "core/simulation/published_errors.hpp"
+#include "core/identify/calibrate.hpp"
+#include "core/plan/measurement_plan.hpp"
+#include "core/plan/optimal_design.hpp"
+#include "core/plan/tour.hpp"
+#include "core/simulate/measurement_campaign.hpp"
 #include "tests/core/planning_example.hpp"
 #include "tests/trials.hpp"
+#include "core/simulate/published_arm.hpp"
 
 namespace truepose {
 namespace {

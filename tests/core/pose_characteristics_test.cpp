@@ -1,4 +1,4 @@
-#include "core/evaluation/pose_characteristics.hpp"
+#include "core/judge/pose_characteristics.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/evaluation/iso9283.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/random.hpp"
+#include "core/judge/iso9283.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/random.hpp"
 #include "tests/core/iso9283_example.hpp"
 
 namespace truepose {

@@ -1,4 +1,4 @@
-#include "core/planning/pose_supply.hpp"
+#include "core/plan/pose_supply.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,11 +6,10 @@
 #include <map>
 #include <string>
 
-#include "core/random.hpp"
-#include "core/regression/cross_validation.hpp"
-#include "core/regression/marginal_likelihood.hpp"
-#include "core/regression/regressor.hpp"
-#include "core/regression/select_regressor.hpp"
+#include "core/field/gaussian_process.hpp"
+#include "core/field/regressor.hpp"
+#include "core/field/select_regressor.hpp"
+#include "core/math/random.hpp"
 #include "tests/core/malloc_count.hpp"
 
 namespace truepose {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/planning/scene.hpp"
+#include "core/plan/scene.hpp"
 
 namespace truepose::test {
 

@@ -1,4 +1,4 @@
-#include "core/planning/scene.hpp"
+#include "core/plan/scene.hpp"
 
 #include <gmock/gmock.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/planning/candidates.hpp"
-#include "core/random.hpp"
+#include "core/math/random.hpp"
+#include "core/plan/candidates.hpp"
 #include "tests/core/planning_example.hpp"
 #include "tests/core/scene_oracle.hpp"
 

@@ -5,11 +5,10 @@
 #include <numbers>
 #include <vector>
 
-#include "core/kinematics/forward.hpp"
-#include "core/random.hpp"
-#include "core/simulation/joint_motion.hpp"
-#include "core/simulation/tracker_noise.hpp"
-#include "core/simulation/true_arm.hpp"
+#include "core/arm/forward.hpp"
+#include "core/math/random.hpp"
+#include "core/simulate/joint_motion.hpp"
+#include "core/simulate/true_arm.hpp"
 #include "tests/core/two_joints.hpp"
 
 namespace truepose {

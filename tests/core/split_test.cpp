@@ -1,8 +1,8 @@
-#include "core/evaluation/split.hpp"
-
 #include <gtest/gtest.h>
 
 #include <map>
+
+#include "core/identify/measurement.hpp"
 
 namespace truepose {
 namespace {

@@ -7,8 +7,8 @@
 #include <iostream>
 #include <map>
 
-#include "core/calibration/calibrate.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/identify/calibrate.hpp"
+#include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/example_campaigns.hpp"
 #include "tests/core/golden.hpp"

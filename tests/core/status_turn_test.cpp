@@ -1,14 +1,14 @@
-#include "core/kinematics/status_turn.hpp"
+#include "core/arm/status_turn.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
-#include "core/random.hpp"
-#include "core/simulation/published_arm.hpp"
+#include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/random.hpp"
 #include "tests/tools/kuka_controller_oracle.hpp"
+#include "core/simulate/published_arm.hpp"
 
 namespace truepose {
 namespace {

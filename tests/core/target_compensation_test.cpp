@@ -1,17 +1,16 @@
-#include "core/compensation/target_compensation.hpp"
+#include "core/compensate/target_compensation.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <memory>
 
-#include "core/kinematics/residual_field.hpp"
-#include "core/kinematics/spherical_wrist.hpp"
-#include "core/random.hpp"
-#include "core/simulation/published_arm.hpp"
-#include "core/simulation/published_errors.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/arm/spherical_wrist.hpp"
+#include "core/math/random.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/malloc_count.hpp"
+#include "core/simulate/published_arm.hpp"
 
 namespace truepose {
 namespace {

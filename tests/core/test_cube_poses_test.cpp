@@ -1,4 +1,4 @@
-#include "core/planning/test_cube_poses.hpp"
+#include "core/plan/test_cube_poses.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/planning/motion.hpp"
+#include "core/plan/motion.hpp"
 #include "tests/core/planning_example.hpp"
 
 namespace truepose {

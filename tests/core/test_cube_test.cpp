@@ -1,11 +1,11 @@
-#include "core/evaluation/test_cube.hpp"
+#include "core/judge/test_cube.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/evaluation/rigid_fit.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/rigid_fit.hpp"
 
 namespace truepose {
 namespace {

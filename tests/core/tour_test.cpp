@@ -1,4 +1,4 @@
-#include "core/planning/tour.hpp"
+#include "core/plan/tour.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/planning/candidates.hpp"
+#include "core/plan/candidates.hpp"
 #include "tests/core/planning_example.hpp"
 
 namespace truepose {

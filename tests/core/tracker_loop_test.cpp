@@ -1,12 +1,12 @@
-#include "core/compensation/tracker_loop.hpp"
+#include "core/compensate/tracker_loop.hpp"
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <functional>
 
-#include "core/kinematics/angles.hpp"
-#include "core/random.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/random.hpp"
 #include "tests/core/example_arms.hpp"
 
 namespace truepose {

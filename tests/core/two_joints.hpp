@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
 
 namespace truepose {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <set>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "tests/daemon/campaign_fixture.hpp"
 
 namespace truepose::daemon {

@@ -3,9 +3,8 @@
 #include <stdexcept>
 
 #include "config/cell_setup.hpp"
-#include "core/evaluation/model_noise.hpp"
-#include "core/simulation/tracker_noise.hpp"
-#include "core/simulation/true_arm.hpp"
+#include "core/judge/model_noise.hpp"
+#include "core/simulate/true_arm.hpp"
 #include "tests/daemon/example_cell.hpp"
 
 namespace truepose::test {

@@ -3,7 +3,7 @@
 #include <array>
 #include <utility>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::test {
 

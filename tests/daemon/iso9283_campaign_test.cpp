@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "tests/daemon/campaign_fixture.hpp"
 
 namespace truepose::daemon {

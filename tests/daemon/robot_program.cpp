@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "tests/daemon/stream_rig.hpp"
 
 namespace truepose::test {

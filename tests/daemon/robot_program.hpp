@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "tests/daemon/plant.hpp"
 
 namespace truepose::test {

@@ -5,8 +5,8 @@
 #include <cctype>
 #include <functional>
 
-#include "core/compensation/largest_correction.hpp"
-#include "core/kinematics/units.hpp"
+#include "core/compensate/largest_correction.hpp"
+#include "core/math/units.hpp"
 #include "daemon/store/sha256.hpp"
 #include "tests/daemon/example_calibration.hpp"
 #include "tests/daemon/example_cell.hpp"

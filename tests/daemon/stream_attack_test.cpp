@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
 #include "daemon/realtime/stream_log.hpp"
 #include "tests/daemon/stream_rig.hpp"
 

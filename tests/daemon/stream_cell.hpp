@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "daemon/realtime/stream_cycle.hpp"
 #include "tests/daemon/plant.hpp"
 #include "tests/daemon/robot_program.hpp"

@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
-#include "core/compensation/target_compensation.hpp"
-#include "core/kinematics/forward.hpp"
-#include "core/simulation/published_errors.hpp"
+#include "core/arm/forward.hpp"
+#include "core/compensate/target_compensation.hpp"
 #include "tests/daemon/malloc_guard.hpp"
 #include "tests/daemon/stream_rig.hpp"
+#include "core/simulate/published_arm.hpp"
 
 namespace truepose::daemon {
 namespace {

@@ -15,8 +15,8 @@
 #include <string>
 #include <string_view>
 
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/math/angles.hpp"
 #include "daemon/realtime/stream_cycle.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "proto/rsi/frame_codec.hpp"

@@ -4,8 +4,8 @@
 #include <set>
 
 #include "config/cell_setup.hpp"
-#include "core/evaluation/error_statistics.hpp"
-#include "core/planning/candidates.hpp"
+#include "core/math/statistics.hpp"
+#include "core/plan/candidates.hpp"
 #include "tests/daemon/campaign_fixture.hpp"
 
 namespace truepose::daemon {

@@ -20,7 +20,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "drivers/steady_clock.hpp"
 #include "proto/eki/document_splitter.hpp"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
 #include "drivers/mock/mock_robot.hpp"
 #include "drivers/mock/mock_tracker.hpp"
 #include "drivers/mock/virtual_clock.hpp"

@@ -9,9 +9,9 @@
 #include "config/csv_stream.hpp"
 #include "config/measurement_file.hpp"
 #include "config/pose_files.hpp"
-#include "core/simulation/published_arm.hpp"
 #include "tests/fuzz/target.hpp"
 #include "tests/temp_folder.hpp"
+#include "core/simulate/published_arm.hpp"
 
 namespace truepose::fuzz {
 namespace {

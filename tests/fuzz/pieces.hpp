@@ -3,7 +3,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 
 namespace truepose::fuzz {
 

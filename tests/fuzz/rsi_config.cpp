@@ -6,7 +6,7 @@
 #include <pugixml.hpp>
 #include <string>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "proto/rsi/frame_codec.hpp"
 #include "tests/fuzz/target.hpp"

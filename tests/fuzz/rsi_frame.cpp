@@ -5,7 +5,7 @@
 #include <pugixml.hpp>
 #include <string>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "proto/rsi/frame_codec.hpp"
 #include "tests/fuzz/target.hpp"
 

@@ -16,7 +16,7 @@
 #include <sstream>
 #include <thread>
 
-#include "core/evaluation/median.hpp"
+#include "core/math/statistics.hpp"
 #include "tests/integration/hostile_datagrams.hpp"
 #include "tests/integration/live_cell.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "proto/rsi/frame_codec.hpp"
 
 namespace truepose {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 
 namespace truepose {
 

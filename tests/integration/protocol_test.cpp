@@ -9,8 +9,8 @@
 
 #include "config/model_file.hpp"
 #include "config/robot_file.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
 #include "daemon/cell/daemon_cell.hpp"
 #include "proto/control/schema.hpp"
 #include "tests/integration/live_cell.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "proto/eki/document_splitter.hpp"
 #include "proto/eki/messages.hpp"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "proto/krl/places.hpp"
 #include "proto/krl/rewrite.hpp"
 #include "tests/proto/krl_corpus.hpp"

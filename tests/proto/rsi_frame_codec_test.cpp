@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "proto/rsi/frame_codec.hpp"
 #include "tests/proto/allocation_guard.hpp"
 

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/cell/cell_state.hpp"
 #include "drivers/mock/mock_robot.hpp"

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <iterator>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "daemon/cell/cell_json.hpp"
 #include "daemon/cell/stream_trouble.hpp"
 #include "tests/daemon/stream_cell.hpp"

@@ -11,15 +11,15 @@
 #include "config/model_file.hpp"
 #include "config/pose_files.hpp"
 #include "config/robot_file.hpp"
-#include "core/calibration/parameters.hpp"
-#include "core/calibration/uncertainty.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
-#include "core/simulation/published_errors.hpp"
+#include "core/arm/forward.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/uncertainty.hpp"
+#include "core/math/angles.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 #include "tests/tools/page.hpp"
 #include "tests/tools/robot_file.hpp"
+#include "core/simulate/published_arm.hpp"
 
 namespace truepose {
 namespace {

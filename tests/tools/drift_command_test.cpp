@@ -6,11 +6,11 @@
 #include "config/measurement_file.hpp"
 #include "config/model_file.hpp"
 #include "config/robot_file.hpp"
-#include "core/simulation/measurement_campaign.hpp"
-#include "core/simulation/published_errors.hpp"
+#include "core/simulate/measurement_campaign.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 #include "tests/tools/robot_file.hpp"
+#include "core/simulate/published_arm.hpp"
 
 namespace truepose {
 namespace {

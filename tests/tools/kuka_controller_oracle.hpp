@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
 
 /// What a controller of the KR 210 R2700-2 makes of positions: written from the arm's drawing and KUKA's
 /// words for S and T, without the code under test.

@@ -10,7 +10,7 @@
 
 #include "config/pose_files.hpp"
 #include "config/robot_file.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 

@@ -7,15 +7,14 @@
 #include <cmath>
 #include <sstream>
 
-#include "core/compensation/target_compensation.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
-#include "core/random.hpp"
-#include "core/simulation/published_arm.hpp"
-#include "core/simulation/published_errors.hpp"
+#include "core/arm/forward.hpp"
+#include "core/compensate/target_compensation.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/random.hpp"
 #include "proto/krl/frame_data.hpp"
 #include "tests/proto/krl_corpus.hpp"
 #include "tests/tools/kuka_controller_oracle.hpp"
+#include "core/simulate/published_arm.hpp"
 
 namespace truepose::tools {
 namespace {

@@ -14,8 +14,8 @@
 
 #include "config/measurement_file.hpp"
 #include "config/robot_file.hpp"
-#include "core/calibration/calibrated_cell.hpp"
-#include "core/simulation/measurement_campaign.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/simulate/measurement_campaign.hpp"
 #include "tests/process.hpp"
 #include "tests/report_schema.hpp"
 #include "tests/temp_folder.hpp"

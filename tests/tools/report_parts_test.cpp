@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "tests/tools/page.hpp"
 #include "tests/tools/sample_document.hpp"
 #include "tools/report/error_cloud.hpp"

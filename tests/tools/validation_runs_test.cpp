@@ -11,7 +11,7 @@
 #include "config/measurement_file.hpp"
 #include "config/model_file.hpp"
 #include "config/robot_file.hpp"
-#include "core/simulation/measurement_campaign.hpp"
+#include "core/simulate/measurement_campaign.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 

@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "core/calibration/parameters.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::bench {
 namespace {

@@ -1,8 +1,8 @@
 #include <benchmark/benchmark.h>
 
-#include "core/compensation/target_compensation.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/random.hpp"
+#include "core/compensate/target_compensation.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/random.hpp"
 #include "tools/bench/jobs.hpp"
 
 namespace truepose::bench {

@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <limits>
 
-#include "core/planning/optimal_design.hpp"
+#include "core/plan/optimal_design.hpp"
 #include "tools/bench/jobs.hpp"
 
 // Choosing 50 of 2000 poses, one by one, for the greatest determinant of the information of 39 parameters.

@@ -3,7 +3,7 @@
 #include <kdl/chainfksolverpos_recursive.hpp>
 #include <kdl/chainjnttojacsolver.hpp>
 
-#include "core/kernels/arm_kernel.hpp"
+#include "core/arm/arm_kernel.hpp"
 #include "tools/bench/jobs.hpp"
 #include "tools/bench/kdl_arm.hpp"
 

@@ -1,7 +1,7 @@
 #include <benchmark/benchmark.h>
 
-#include "core/calibration/calibrate.hpp"
-#include "core/calibration/gauss_newton.hpp"
+#include "core/identify/calibrate.hpp"
+#include "core/identify/least_squares_solver.hpp"
 #include "tools/bench/ceres_fit.hpp"
 #include "tools/bench/jobs.hpp"
 

@@ -5,8 +5,8 @@
 #include <kdl/chainiksolverpos_nr_jl.hpp>
 #include <kdl/chainiksolvervel_pinv.hpp>
 
-#include "core/kernels/arm_kernel.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/arm/arm_kernel.hpp"
+#include "core/math/angles.hpp"
 #include "tools/bench/jobs.hpp"
 #include "tools/bench/kdl_arm.hpp"
 

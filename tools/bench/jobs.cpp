@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "core/calibration/parameters.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
-#include "core/random.hpp"
+#include "core/arm/forward.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/random.hpp"
 
 namespace truepose::bench {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "core/calibration/calibrated_cell.hpp"
-#include "core/calibration/measurement.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/measurement.hpp"
 
 namespace truepose::bench {
 

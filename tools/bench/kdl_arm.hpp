@@ -2,8 +2,8 @@
 
 #include <kdl/chain.hpp>
 
-#include "core/kinematics/forward.hpp"
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/forward.hpp"
+#include "core/arm/robot_model.hpp"
 
 namespace truepose::bench {
 

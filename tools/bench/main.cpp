@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/field/regressor.hpp"
 #include "core/kernels/dispatch.hpp"
-#include "core/regression/regressor.hpp"
 #include "tools/bench/jobs.hpp"
 
 namespace {

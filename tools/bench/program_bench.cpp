@@ -3,9 +3,9 @@
 #include <cstdio>
 #include <string>
 
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
-#include "core/simulation/measurement_campaign.hpp"
+#include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
+#include "core/simulate/measurement_campaign.hpp"
 #include "proto/krl/program.hpp"
 #include "proto/krl/rewrite.hpp"
 #include "tools/bench/jobs.hpp"

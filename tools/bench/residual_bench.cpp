@@ -3,9 +3,9 @@
 #include <cmath>
 #include <map>
 
-#include "core/calibration/calibrate.hpp"
-#include "core/compensation/regression_field.hpp"
-#include "core/simulation/measurement_campaign.hpp"
+#include "core/identify/calibrate.hpp"
+#include "core/identify/regression_field.hpp"
+#include "core/simulate/measurement_campaign.hpp"
 #include "tools/bench/jobs.hpp"
 
 namespace truepose::bench {

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <limits>
 
-#include "core/evaluation/median.hpp"
+#include "core/math/statistics.hpp"
 #include "proto/xml/escape.hpp"
 #include "tools/report/svg_chart.hpp"
 

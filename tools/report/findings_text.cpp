@@ -7,7 +7,7 @@
 #include <functional>
 #include <utility>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "tools/report/number_text.hpp"
 
 namespace truepose::report {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/xml/escape.hpp"
 #include "tools/report/html_page.hpp"

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/evaluation/median.hpp"
-#include "core/kinematics/forward.hpp"
-#include "core/kinematics/joint_units.hpp"
+#include "core/arm/forward.hpp"
+#include "core/arm/joint_units.hpp"
+#include "core/math/statistics.hpp"
 #include "tools/report/local_regression.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_style.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "core/evaluation/median.hpp"
+#include "core/math/statistics.hpp"
 
 namespace truepose::report {
 namespace {

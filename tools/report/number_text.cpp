@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::report {
 namespace {

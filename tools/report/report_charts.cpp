@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/evaluation/median.hpp"
+#include "core/math/statistics.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_style.hpp"
 #include "tools/report/svg_chart.hpp"

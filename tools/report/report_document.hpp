@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/calibration/calibrate.hpp"
-#include "core/evaluation/error_statistics.hpp"
+#include "core/identify/calibrate.hpp"
+#include "core/math/statistics.hpp"
 #include "tools/report/report_findings.hpp"
 #include "tools/report/report_setup.hpp"
 

@@ -3,9 +3,9 @@
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 
-#include "core/calibration/calibrated_cell.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/joint_units.hpp"
+#include "core/arm/joint_units.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/math/angles.hpp"
 #include "tools/report/json_node.hpp"
 
 namespace truepose::report {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
 
 namespace truepose::report {
 

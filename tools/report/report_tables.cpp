@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string_view>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "proto/xml/escape.hpp"
 #include "tools/report/findings_text.hpp"
 #include "tools/report/number_text.hpp"

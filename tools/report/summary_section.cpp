@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/evaluation/median.hpp"
+#include "core/math/statistics.hpp"
 #include "proto/xml/escape.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report_style.hpp"

@@ -4,7 +4,7 @@
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::sim {
 namespace {

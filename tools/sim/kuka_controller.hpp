@@ -8,8 +8,8 @@
 #include <variant>
 #include <vector>
 
-#include "core/kinematics/robot_model.hpp"
-#include "core/simulation/joint_motion.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/simulate/joint_motion.hpp"
 #include "proto/eki/messages.hpp"
 
 namespace truepose::sim {

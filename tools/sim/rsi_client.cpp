@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::sim {
 namespace {

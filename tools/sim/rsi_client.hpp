@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "proto/rsi/frame_codec.hpp"
 #include "tools/sim/kuka_controller.hpp"

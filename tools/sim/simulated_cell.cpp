@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/kinematics/angles.hpp"
-#include "core/simulation/tracker_noise.hpp"
+#include "core/math/angles.hpp"
+#include "core/simulate/true_arm.hpp"
 #include "tools/sim/port_error.hpp"
 
 namespace truepose::sim {

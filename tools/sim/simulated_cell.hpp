@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "config/scenario.hpp"
-#include "core/random.hpp"
-#include "core/simulation/true_arm.hpp"
+#include "core/math/random.hpp"
+#include "core/simulate/true_arm.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/eki_server.hpp"
 #include "tools/sim/emscon_server.hpp"

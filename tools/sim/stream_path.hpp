@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/kinematics/robot_model.hpp"
-#include "core/simulation/joint_motion.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/simulate/joint_motion.hpp"
 
 namespace truepose::sim {
 

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "proto/emscon/status.hpp"
 #include "tools/sim/coordinates.hpp"
 

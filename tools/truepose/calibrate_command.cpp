@@ -10,8 +10,8 @@
 
 #include "config/measurement_file.hpp"
 #include "config/text_file.hpp"
-#include "core/calibration/option_names.hpp"
-#include "core/evaluation/model_noise.hpp"
+#include "core/identify/option_names.hpp"
+#include "core/judge/model_noise.hpp"
 #include "proto/control/calibration_document.hpp"
 #include "proto/control/options_document.hpp"
 #include "proto/control/rfc3339.hpp"

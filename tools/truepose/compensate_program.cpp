@@ -7,7 +7,7 @@
 
 #include "config/text_file.hpp"
 #include "config/unfinished_file.hpp"
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 #include "tools/truepose/exit_code.hpp"
 #include "tools/truepose/program_compensation.hpp"
 #include "tools/truepose/program_summary.hpp"

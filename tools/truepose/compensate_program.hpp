@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/compensation/target_compensation.hpp"
+#include "core/compensate/target_compensation.hpp"
 
 namespace CLI {
 class App;

@@ -9,9 +9,9 @@
 
 #include "config/text_file.hpp"
 #include "config/unfinished_file.hpp"
-#include "core/calibration/uncertainty.hpp"
-#include "core/compensation/nominal_inverse.hpp"
-#include "core/kinematics/joint_units.hpp"
+#include "core/arm/joint_units.hpp"
+#include "core/compensate/nominal_inverse.hpp"
+#include "core/identify/uncertainty.hpp"
 #include "tools/truepose/exit_code.hpp"
 #include "tools/truepose/reached_target.hpp"
 #include "tools/truepose/target_reader.hpp"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/compensation/target_compensation.hpp"
+#include "core/compensate/target_compensation.hpp"
 #include "tools/truepose/arm_files.hpp"
 
 namespace truepose::tools {

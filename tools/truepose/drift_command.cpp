@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "config/measurement_file.hpp"
-#include "core/evaluation/drift_check.hpp"
+#include "core/judge/drift_check.hpp"
 #include "proto/control/drift_document.hpp"
 #include "tools/truepose/arm_files.hpp"
 #include "tools/truepose/drift_text.hpp"

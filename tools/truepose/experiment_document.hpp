@@ -2,7 +2,7 @@
 
 #include <boost/json/fwd.hpp>
 
-#include "core/experiment/experiment.hpp"
+#include "tools/experiment/experiment.hpp"
 
 namespace truepose::tools {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "core/experiment/experiment.hpp"
+#include "tools/experiment/experiment.hpp"
 
 namespace truepose::tools {
 

@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "config/pose_files.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
 #include "tools/truepose/arm_files.hpp"
 #include "tools/truepose/offline_commands.hpp"
 

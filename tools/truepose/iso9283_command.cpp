@@ -10,7 +10,7 @@
 #include "config/number_text.hpp"
 #include "config/test_cycle_file.hpp"
 #include "config/text_file.hpp"
-#include "core/evaluation/test_cube.hpp"
+#include "core/judge/test_cube.hpp"
 #include "proto/control/iso9283_document.hpp"
 #include "tools/report/iso9283_section.hpp"
 #include "tools/truepose/iso9283_text.hpp"

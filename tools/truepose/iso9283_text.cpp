@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "core/kinematics/angles.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::tools {
 namespace {

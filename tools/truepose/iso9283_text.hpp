@@ -3,7 +3,7 @@
 #include <span>
 #include <string>
 
-#include "core/evaluation/iso9283.hpp"
+#include "core/judge/iso9283.hpp"
 #include "proto/control/iso9283_document.hpp"
 
 namespace truepose::tools {

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "core/calibration/measurement_noise.hpp"
+#include "core/identify/measurement.hpp"
 
 namespace CLI {
 class App;

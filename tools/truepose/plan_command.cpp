@@ -9,7 +9,7 @@
 #include "config/cell_setup.hpp"
 #include "config/pose_files.hpp"
 #include "config/text_file.hpp"
-#include "core/planning/error_bound.hpp"
+#include "core/plan/optimal_design.hpp"
 #include "proto/control/arm_document.hpp"
 #include "tools/truepose/offline_commands.hpp"
 

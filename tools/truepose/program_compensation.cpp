@@ -6,9 +6,9 @@
 #include <set>
 #include <sstream>
 
-#include "core/compensation/pose_inverse.hpp"
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
+#include "core/arm/pose_inverse.hpp"
+#include "core/math/angles.hpp"
 #include "proto/krl/frame_data.hpp"
 
 namespace truepose::tools {

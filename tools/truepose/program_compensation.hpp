@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "core/compensation/target_compensation.hpp"
+#include "core/arm/status_turn.hpp"
+#include "core/compensate/target_compensation.hpp"
 #include "proto/krl/program.hpp"
 #include "proto/krl/rewrite.hpp"
-#include "core/kinematics/status_turn.hpp"
 
 namespace truepose::tools {
 

@@ -5,7 +5,7 @@
 
 #include "config/joint_columns.hpp"
 #include "config/number_text.hpp"
-#include "core/kinematics/joint_units.hpp"
+#include "core/arm/joint_units.hpp"
 #include "proto/control/arm_document.hpp"
 
 namespace truepose::tools {

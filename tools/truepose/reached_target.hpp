@@ -4,7 +4,7 @@
 #include <iosfwd>
 #include <optional>
 
-#include "core/compensation/target_compensation.hpp"
+#include "core/compensate/target_compensation.hpp"
 #include "tools/report/compensation_html.hpp"
 
 namespace truepose::tools {

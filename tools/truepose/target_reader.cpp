@@ -2,7 +2,7 @@
 
 #include "config/joint_columns.hpp"
 #include "config/pose_files.hpp"
-#include "core/kinematics/joint_units.hpp"
+#include "core/arm/joint_units.hpp"
 
 namespace truepose::tools {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "config/csv_stream.hpp"
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
 
 namespace truepose::tools {
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "config/config_error.hpp"
-#include "core/evaluation/split.hpp"
+#include "core/identify/measurement.hpp"
 #include "proto/control/calibration_document.hpp"
 #include "tools/truepose/mean_document.hpp"
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "core/calibration/calibrate.hpp"
+#include "core/identify/calibrate.hpp"
 
 namespace truepose::tools {
 

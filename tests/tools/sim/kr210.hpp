@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <numbers>
 
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/robot_model.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::sim {
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <vector>
 
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
 #include "tests/tools/sim/kr210.hpp"
 
 namespace truepose::sim {

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/kinematics/angles.hpp"
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
 #include "tests/tools/sim/kr210.hpp"
 #include "tools/sim/rsi_statistics.hpp"
 

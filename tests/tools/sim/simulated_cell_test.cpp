@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "core/kinematics/forward.hpp"
+#include "core/arm/forward.hpp"
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/leica/emscon_tracker.hpp"
 #include "drivers/steady_clock.hpp"

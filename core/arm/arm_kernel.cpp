@@ -1,0 +1,98 @@
+#include "core/arm/arm_kernel.hpp"
+
+#include <Eigen/Core>
+#include <cassert>
+#include <cmath>
+
+namespace truepose {
+
+static_assert(kernels::kMostJoints == kMaxJoints);
+
+namespace {
+
+/// As link_transform() at q = 0, without taking the sines again.
+void transform(const kernels::Link& link, double* T) {
+  const double ca = link.cos_alpha, sa = link.sin_alpha, cb = link.cos_beta, sb = link.sin_beta;
+  const double ct = link.cos_theta, st = link.sin_theta;
+  Eigen::Map<Eigen::Matrix4d>(T) << cb * ct + sb * sa * st, sb * sa * ct - cb * st, sb * ca,
+      cb * link.a_mm + sb * ca * link.d_mm,                                                           //
+      ca * st, ca * ct, -sa, -sa * link.d_mm,                                                         //
+      cb * sa * st - sb * ct, sb * st + cb * sa * ct, cb * ca, cb * ca * link.d_mm - sb * link.a_mm,  //
+      0, 0, 0, 1;
+}
+
+}  // namespace
+
+kernels::Arm folded(const RobotModel& robot) {
+  kernels::Arm arm{};
+  arm.joints = robot.joint_count();
+  for (int i = 0; i < arm.joints; ++i) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    arm.link[i] = {.cos_beta = std::cos(joint.beta_rad),
+                   .sin_beta = std::sin(joint.beta_rad),
+                   .cos_alpha = std::cos(joint.alpha_rad),
+                   .sin_alpha = std::sin(joint.alpha_rad),
+                   .a_mm = joint.a_mm,
+                   .theta_rad = joint.theta_rad,
+                   .cos_theta = std::cos(joint.theta_rad),
+                   .sin_theta = std::sin(joint.theta_rad),
+                   .d_mm = joint.d_mm};
+    transform(arm.link[i], arm.transform[i]);
+    (joint.type == JointType::Revolute ? arm.turn : arm.slide)[i] = joint.sign;
+  }
+  Eigen::Map<Eigen::Matrix4d>(arm.transform[arm.joints]) = robot.X_flange.matrix();
+  arm.bare = robot.X_flange.matrix().isIdentity(0);
+  return arm;
+}
+
+ArmKernel::ArmKernel(const RobotModel& robot, const kernels::Kernels& code)
+    : arm_{folded(robot)}, code_{&code} {
+  assert(1 <= arm_.joints && arm_.joints <= kMaxJoints);
+}
+
+Eigen::Isometry3d ArmKernel::forward(const JointVector& q) const {
+  assert(q.size() == joint_count());
+  Eigen::Isometry3d X_BF;
+  code_->forward(arm_, q.data(), X_BF.data());
+  return X_BF;
+}
+
+void ArmKernel::forward(const Eigen::Ref<const Eigen::ArrayXXd>& q, Eigen::Ref<PoseColumns> X_BF) const {
+  assert(q.cols() == joint_count() && X_BF.rows() == q.rows());
+  code_->forward_batch(arm_, q.data(), q.outerStride(), X_BF.data(), X_BF.outerStride(),
+                       static_cast<int>(q.rows()));
+}
+
+void ArmKernel::forward_with_jacobian(const JointVector& q, PoseAndJacobian& out) const {
+  assert(q.size() == joint_count());
+  out.J.resize(6, joint_count());
+  code_->forward_jacobian(arm_, q.data(), out.X_BF.data(), out.J.data());
+}
+
+std::expected<PoseInverseResult, PoseInverseFault> ArmKernel::inverse_near(
+    const Eigen::Isometry3d& X_BF, const JointVector& q_seed, const PoseInverseOptions& options) const {
+  assert(q_seed.size() == joint_count());
+  PoseInverseResult result{.q = q_seed};
+  const kernels::InverseOutcome outcome =
+      code_->inverse(arm_, X_BF.data(),
+                     {.position_tolerance_mm = options.position_tolerance_mm,
+                      .rotation_tolerance_rad = options.rotation_tolerance_rad,
+                      .length_mm = options.length_mm,
+                      .max_iterations = options.max_iterations,
+                      .leaps = options.leaps},
+                     result.q.data());
+  switch (outcome.status) {
+    case kernels::InverseStatus::Converged:
+      break;
+    case kernels::InverseStatus::DidNotConverge:
+      return std::unexpected(PoseInverseFault::DidNotConverge);
+    case kernels::InverseStatus::NotFinite:
+      return std::unexpected(PoseInverseFault::NotFinite);
+  }
+  result.residual_mm = outcome.residual_mm;
+  result.residual_rad = outcome.residual_rad;
+  result.iterations = outcome.iterations;
+  return result;
+}
+
+}  // namespace truepose

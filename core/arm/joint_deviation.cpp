@@ -1,0 +1,111 @@
+#include "core/arm/joint_deviation.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "core/arm/forward.hpp"
+#include "core/math/units.hpp"
+
+namespace truepose {
+namespace {
+
+constexpr double kKilonewtonsPerKg = 9.80665e-3;
+
+/// The frames by which torques are reckoned, where there are any.
+void torque_frames(const RobotModel& robot, const JointVector& q, LinkFrames& X_B) {
+  const bool any = std::ranges::any_of(robot.deviation, [](const DeviationTerm& term) {
+    return term.basis == DeviationBasis::Gravity || term.basis == DeviationBasis::Weight;
+  });
+  if (any) link_frames(robot.torque_joints.empty() ? robot.joints : robot.torque_joints, q, X_B);
+}
+
+/// Torque (force times m) about joint i, in the sense of +q, of a unit force along gravity at p_B_mm; for a
+/// prismatic joint the force along it.
+double moment(const RobotModel& robot, const LinkFrames& X_B, std::size_t i, const Eigen::Vector3d& p_B_mm) {
+  const Joint& joint = robot.joints[i];
+  const Eigen::Vector3d axis = joint.sign * X_B[i + 1].linear().col(2);
+  if (joint.type == JointType::Prismatic) return axis.dot(robot.gravity_B);
+  const Eigen::Vector3d lever_mm = p_B_mm - X_B[i + 1].translation();
+  return kMetresPerMm * axis.dot(lever_mm.cross(robot.gravity_B));
+}
+
+Eigen::Vector3d weight_point(const RobotModel& robot, const LinkFrames& X_B, int order) {
+  const auto frame = static_cast<std::size_t>(order);
+  if (frame <= robot.joints.size()) return X_B[frame].translation();
+  return (X_B[robot.joints.size()] * robot.X_flange).translation();
+}
+
+double gravity_torque(const RobotModel& robot, const LinkFrames& X_B, std::size_t i) {
+  double torque = 0;
+  for (std::size_t k = i; k < robot.masses.size(); ++k) {
+    const LinkMass& mass = robot.masses[k];
+    torque += kKilonewtonsPerKg * mass.mass_kg * moment(robot, X_B, i, X_B[k + 1] * mass.centre_mm);
+  }
+  return torque;
+}
+
+/// Value of one term; X_B by torque_frames().
+double basis_value(const RobotModel& robot, const LinkFrames& X_B, const JointVector& q, Approach approach,
+                   const DeviationTerm& term) {
+  const auto i = static_cast<std::size_t>(term.joint);
+  switch (term.basis) {
+    case DeviationBasis::Sine:
+      return std::sin(term.order * q[term.joint]);
+    case DeviationBasis::Cosine:
+      return std::cos(term.order * q[term.joint]);
+    case DeviationBasis::Gravity:
+      return gravity_torque(robot, X_B, i);
+    case DeviationBasis::Weight:
+      return moment(robot, X_B, i, weight_point(robot, X_B, term.order));
+    case DeviationBasis::Approach:
+      return i < approach.size() ? approach[i] : 0;
+    case DeviationBasis::Scale:
+      return kMetresPerMm * q[term.joint];
+  }
+  return 0;
+}
+
+}  // namespace
+
+void deviation_basis(const RobotModel& robot, const JointVector& q, Approach approach,
+                     std::span<double> values) {
+  assert(values.size() == robot.deviation.size());
+  LinkFrames X_B;
+  torque_frames(robot, q, X_B);
+  for (std::size_t t = 0; t < values.size(); ++t) {
+    values[t] = basis_value(robot, X_B, q, approach, robot.deviation[t]);
+  }
+}
+
+JointVector true_joints(const RobotModel& robot, const JointVector& q, Approach approach) {
+  JointVector out = q;
+  LinkFrames X_B;
+  torque_frames(robot, q, X_B);
+  for (const DeviationTerm& term : robot.deviation) {
+    out[term.joint] += term.coefficient * basis_value(robot, X_B, q, approach, term);
+  }
+  return out;
+}
+
+std::string deviation_name(const DeviationTerm& term) {
+  const std::string joint = "joint" + std::to_string(term.joint + 1);
+  const std::string order = std::to_string(term.order);
+  switch (term.basis) {
+    case DeviationBasis::Sine:
+      return joint + ".sin" + order;
+    case DeviationBasis::Cosine:
+      return joint + ".cos" + order;
+    case DeviationBasis::Gravity:
+      return joint + ".gravity";
+    case DeviationBasis::Weight:
+      return joint + ".weight" + order;
+    case DeviationBasis::Approach:
+      return joint + ".approach";
+    case DeviationBasis::Scale:
+      return joint + ".scale";
+  }
+  return joint;
+}
+
+}  // namespace truepose

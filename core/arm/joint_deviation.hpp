@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/arm/robot_model.hpp"
+
+namespace truepose {
+
+/// Direction in which each joint last moved: 1 upwards, -1 downwards, 0 unknown; empty = all unknown.
+using Approach = std::span<const std::int8_t>;
+
+/// Values of the basis functions of `robot.deviation` at encoder positions q, one per term.
+///
+/// Gravity torques are those at q itself, without deviations. Does not allocate.
+/// @param values  robot.deviation.size() of them
+void deviation_basis(const RobotModel& robot, const JointVector& q, Approach approach,
+                     std::span<double> values);
+
+/// Where the joints truly stand when their encoders read q: q plus the deviation of every term. Does not
+/// allocate.
+JointVector true_joints(const RobotModel& robot, const JointVector& q, Approach approach = {});
+
+/// "joint2.sin1", "joint2.cos1", "joint2.gravity", "joint2.weight4" (weight7 = the flange of a six-axis arm),
+/// "joint2.approach", "joint1.scale".
+std::string deviation_name(const DeviationTerm& term);
+
+}  // namespace truepose

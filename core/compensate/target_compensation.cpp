@@ -1,0 +1,242 @@
+#include "core/compensate/target_compensation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+
+#include "core/arm/joint_units.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/compensate/constrained_step.hpp"
+#include "core/math/angles.hpp"
+#include "core/step_count.hpp"
+
+namespace truepose {
+
+std::string described(const CompensationFault& fault, const RobotModel& nominal) {
+  const Joint& joint = nominal.joints[static_cast<std::size_t>(fault.joint)];
+  const double unit = unit_of(joint);
+  std::ostringstream text;
+  switch (fault.kind) {
+    case CompensationFault::Kind::DidNotConverge:
+      text << "the calibrated arm cannot reach it: it is at the end of the arm's reach or in a singularity; "
+              "move it away from there";
+      break;
+    case CompensationFault::Kind::NotFinite:
+      text << "the inverse of the calibrated arm is not finite";
+      break;
+    case CompensationFault::Kind::BeyondLimit:
+      text << "joint " << fault.joint + 1 << " would have to go to " << fault.q_wrong / unit << ' '
+           << unit_name(joint) << ", its limits are " << joint.min / unit << ".." << joint.max / unit;
+      break;
+    case CompensationFault::Kind::TooFar:
+      text << "joint " << fault.joint + 1 << " would have to be corrected by " << std::fixed
+           << std::setprecision(1) << fault.too_large / unit << ' ' << unit_name(joint)
+           << ": too near to a singularity; move it away from there";
+      break;
+  }
+  return text.str();
+}
+
+namespace {
+
+constexpr int kMaxSteps = 100;
+constexpr double kLargestStep = 0.2;  // rad: from far away Newton does not leave the branch
+constexpr double kTolerance_mm = 1e-9;
+constexpr double kTolerance_rad = 1e-12;
+constexpr double kStill = 1e-10;  // rad: steps below do not count
+
+constexpr double kLeastRatio = 0.03;    // of e to the bound
+constexpr double kDampingRatio = 0.55;  // of lambda to that ratio
+// The common turn may leave nothing of the bound, but a damping must stay finite.
+constexpr double kLeastPartOfBound = 0.1;
+
+/// Joint steps in the unit of the tasks, for which a millimetre of a slide is 1 / kLength_mm.
+JointVector scales_of(const RobotModel& robot) {
+  JointVector scales(robot.joint_count());
+  for (Eigen::Index i = 0; i < scales.size(); ++i) {
+    const bool turns = robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
+    scales[i] = turns ? 1 : kLength_mm;
+  }
+  return scales;
+}
+
+/// The step, shortened where it is long.
+JointVector shortened(const JointVector& step) {
+  const double longest = step.cwiseAbs().maxCoeff();
+  return longest > kLargestStep ? JointVector(step * (kLargestStep / longest)) : step;
+}
+
+/// lambda^2 of TargetCompensation.
+/// @param apart  2 sin of half the angle between axes 4 and 6
+double damping(const WristStep& first, double common, double apart, const CompensationOptions& options) {
+  const double bound =
+      std::max(options.singular_bound - std::abs(common), kLeastPartOfBound * options.singular_bound);
+  const double ratio_squared = first.e_squared / (bound * bound) + kLeastRatio * kLeastRatio;
+  const double below_squared = std::min(4 * ratio_squared, options.singular_below * options.singular_below);
+  const double inside = std::max(0.0, 1 - apart * apart / below_squared);
+  return kDampingRatio * kDampingRatio * ratio_squared * inside * inside;
+}
+
+}  // namespace
+
+/// The calibrated arm at some joints.
+struct TargetCompensation::State {
+  Eigen::Isometry3d X_BF;
+  PositionTask task;  // its error is still to be set
+  Eigen::Vector3d p_B_mm;
+
+  double sense() const {  // of axis 6 to axis 4
+    return axis(task.J.cols() - 3).dot(axis(task.J.cols() - 1)) > 0 ? 1 : -1;
+  }
+  double apart() const { return (axis(task.J.cols() - 3) - sense() * axis(task.J.cols() - 1)).norm(); }
+
+ private:
+  Eigen::Vector3d axis(Eigen::Index joint) const { return task.J.col(joint).tail<3>(); }
+};
+
+TargetCompensation::TargetCompensation(const RobotModel& nominal, const RobotModel& calibrated,
+                                       const CompensationOptions& options)
+    : nominal_{nominal},
+      calibrated_{calibrated},
+      nominal_geometry_{nominal},
+      geometry_{calibrated},
+      options_{options} {}
+
+bool TargetCompensation::has_wrist() const {
+  const auto& joints = calibrated_.joints;
+  return joints.size() >= 6 && std::all_of(joints.end() - 3, joints.end(), [](const Joint& joint) {
+           return joint.type == JointType::Revolute;
+         });
+}
+
+TargetCompensation::State TargetCompensation::state_at(const JointVector& q,
+                                                       const Eigen::Vector3d& p_F_mm) const {
+  const bool deviates = !calibrated_.deviation.empty();
+  PoseAndJacobian now;
+  geometry_.forward_with_jacobian(deviates ? true_joints(calibrated_, q, options_.approach) : q, now);
+  State state{now.X_BF, {now.J, {}}, {}};
+  if (calibrated_.field) state.X_BF = calibrated_.field->displaced(q, now.X_BF);
+  const Eigen::Vector3d lever = state.X_BF.linear() * p_F_mm;
+  state.p_B_mm = state.X_BF.translation() + lever;
+  const JointVector scales = scales_of(calibrated_);
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const Eigen::Vector3d axis = now.J.col(i).tail<3>();
+    state.task.J.col(i).head<3>() += axis.cross(lever);
+    state.task.J.col(i).head<3>() *= scales[i] / kLength_mm;
+  }
+  return state;
+}
+
+TargetCompensation::Result TargetCompensation::near(const JointVector& q_nominal,
+                                                    const CompensatedTarget& target) const {
+  Eigen::Index joint = 0;
+  const JointVector correction = target.q - q_nominal;
+  const double largest = correction.cwiseQuotient(scales_of(nominal_)).cwiseAbs().maxCoeff(&joint);
+  if (largest <= options_.largest_correction) return within_limits(target);
+  return std::unexpected(CompensationFault{.kind = CompensationFault::Kind::TooFar,
+                                           .joint = static_cast<int>(joint),
+                                           .too_large = correction[joint]});
+}
+
+TargetCompensation::Result TargetCompensation::within_limits(const CompensatedTarget& target) const {
+  for (int i = 0; i < nominal_.joint_count(); ++i) {
+    const Joint& joint = nominal_.joints[static_cast<std::size_t>(i)];
+    if (!(target.q[i] >= joint.min && target.q[i] <= joint.max))
+      return std::unexpected(CompensationFault{
+          .kind = CompensationFault::Kind::BeyondLimit, .joint = i, .q_wrong = target.q[i]});
+  }
+  return target;
+}
+
+TargetCompensation::Result TargetCompensation::at_joints(const JointVector& q,
+                                                         const Eigen::Vector3d& p_F_mm) const {
+  return at_pose(nominal_geometry_.forward(q), q, p_F_mm);
+}
+
+TargetCompensation::Result TargetCompensation::at_pose(const Eigen::Isometry3d& X_BF,
+                                                       const JointVector& q_nominal,
+                                                       const Eigen::Vector3d& p_F_mm) const {
+  count_step();
+  if (!has_wrist() || options_.singular_below == 0) return exact(X_BF, q_nominal);
+  const State start = state_at(q_nominal, p_F_mm);
+  return start.apart() < options_.singular_below ? damped(X_BF, q_nominal, p_F_mm, start)
+                                                 : exact(X_BF, q_nominal);
+}
+
+TargetCompensation::Result TargetCompensation::exact(const Eigen::Isometry3d& X_BF,
+                                                     const JointVector& q_nominal) const {
+  const auto solved = inverse_near(calibrated_, geometry_, X_BF, q_nominal, {.approach = options_.approach});
+  if (solved)
+    return near(q_nominal, {solved->q, solved->residual_mm, solved->residual_rad, solved->iterations});
+  using Kind = CompensationFault::Kind;
+  return std::unexpected(CompensationFault{
+      solved.error() == PoseInverseFault::NotFinite ? Kind::NotFinite : Kind::DidNotConverge});
+}
+
+TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X_BF,
+                                                      const JointVector& q_nominal,
+                                                      const Eigen::Vector3d& p_F_mm, State state) const {
+  using Kind = CompensationFault::Kind;
+  const JointVector scales = scales_of(calibrated_);
+  const Eigen::Vector3d p_B_mm = X_BF * p_F_mm;
+  const Eigen::Index axis_4 = q_nominal.size() - 3, axis_6 = q_nominal.size() - 1;
+  CompensatedTarget result{.q = q_nominal, .damped = true};
+  const double sense = -state.sense();
+  double lambda_squared = 0;
+  for (; result.iterations < kMaxSteps; ++result.iterations) {
+    if (result.iterations > 0) state = state_at(result.q, p_F_mm);
+    const Eigen::Vector3d rotation_error = turn_between(state.X_BF.linear(), X_BF.linear());
+    state.task.p_error = (p_B_mm - state.p_B_mm) / kLength_mm;
+    const auto step = wrist_step(state.task, rotation_error, sense);
+    if (!step) {
+      const bool is_target_finite = X_BF.matrix().allFinite();
+      return std::unexpected(CompensationFault{is_target_finite ? Kind::DidNotConverge : Kind::NotFinite});
+    }
+    if (result.iterations == 0) {
+      lambda_squared = damping(*step, step->others[axis_4], state.apart(), options_);
+      if (lambda_squared == 0) return exact(X_BF, q_nominal);
+    }
+
+    const JointVector correction = result.q - q_nominal;
+    const double u = (correction[axis_4] + sense * correction[axis_6]) / 2;
+    const double t = (step->e_s - lambda_squared * u) / (step->s_squared + lambda_squared);
+    const JointVector move = step->others + t * step->opposite;
+    result.residual_mm = (p_B_mm - state.p_B_mm).norm();
+    result.residual_rad = rotation_error.norm();
+    if (result.residual_mm <= kTolerance_mm && move.cwiseAbs().maxCoeff() <= kStill)
+      return near(q_nominal, result);
+    result.q += shortened(move).cwiseProduct(scales);
+  }
+  return std::unexpected(CompensationFault{Kind::DidNotConverge});
+}
+
+TargetCompensation::Result TargetCompensation::at_position(const Eigen::Vector3d& p_B_mm,
+                                                           const JointVector& q_near,
+                                                           const Eigen::Vector3d& p_F_mm) const {
+  const JointVector scales = scales_of(calibrated_);
+  JointVector q_goal = q_near;  // a held joint's goal is its limit
+  std::bitset<kMaxJoints> held;
+  CompensatedTarget result{.q = q_near};
+  for (; result.iterations < kMaxSteps; ++result.iterations) {
+    State state = state_at(result.q, p_F_mm);
+    state.task.p_error = (p_B_mm - state.p_B_mm) / kLength_mm;
+    const auto step = nearest_step(state.task, (q_goal - result.q).cwiseQuotient(scales), held);
+    if (!step) return std::unexpected(CompensationFault{CompensationFault::Kind::NotFinite});
+    result.residual_mm = (p_B_mm - state.p_B_mm).norm();
+    if (result.residual_mm > kTolerance_mm || step->cwiseAbs().maxCoeff() > kStill) {
+      result.q += shortened(*step).cwiseProduct(scales);
+      continue;
+    }
+    const auto checked = within_limits(result);
+    if (checked || checked.error().kind != CompensationFault::Kind::BeyondLimit) return checked;
+    const int i = checked.error().joint;
+    const Joint& joint = nominal_.joints[static_cast<std::size_t>(i)];
+    if (held[static_cast<std::size_t>(i)]) return checked;
+    held.set(static_cast<std::size_t>(i));
+    q_goal[i] = std::clamp(result.q[i], joint.min, joint.max);
+  }
+  return std::unexpected(CompensationFault{CompensationFault::Kind::DidNotConverge});
+}
+
+}  // namespace truepose

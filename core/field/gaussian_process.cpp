@@ -1,0 +1,213 @@
+#include "core/field/gaussian_process.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "core/field/point_cloud.hpp"
+#include "core/math/dense_algebra.hpp"
+#include "core/math/lbfgs.hpp"
+#include "core/math/random.hpp"
+
+namespace truepose {
+namespace {
+
+/// Priors on the logarithms: wide enough to let data speak, narrow enough that a length of a feature that
+/// says nothing, or the noise of data without noise, stays where the matrices are well conditioned.
+struct LogPrior {
+  double mean, sigma;
+};
+constexpr LogPrior kLength{1.5, 1.5};
+constexpr LogPrior kNoise{-2, 3};
+
+/// Least ratio of noise to signal: keeps rounding errors out of predictions where data are free of noise.
+constexpr double kLeastNoiseRatio = 1e-7;
+
+}  // namespace
+
+CholeskyFactor factorise(const Eigen::MatrixXd& Z, const GaussianProcessHyper& hyper) {
+  const Eigen::MatrixXd scaled = Z * hyper.lengths.cwiseInverse().asDiagonal();
+  Eigen::MatrixXd C = correlation_of(hyper.correlation, squared_distances(scaled, scaled)).matrix();
+  C.diagonal().setConstant(1 + hyper.noise_ratio);
+  CholeskyFactor factor{C};
+  for (double jitter = 1e-10; !factor.succeeded() && jitter < 1; jitter *= 10) {
+    C.diagonal().setConstant(1 + hyper.noise_ratio + jitter);
+    factor = CholeskyFactor{C};
+  }
+  return factor;
+}
+
+MarginalLikelihood::MarginalLikelihood(Eigen::MatrixXd Z, Eigen::MatrixXd T, Correlation correlation)
+    : Z_{std::move(Z)}, T_{std::move(T)}, correlation_{correlation} {}
+
+GaussianProcessHyper MarginalLikelihood::hyper(const Eigen::VectorXd& log_hyper) const {
+  return {correlation_, log_hyper.head(Z_.cols()).array().exp(),
+          kLeastNoiseRatio + std::exp(log_hyper[Z_.cols()])};
+}
+
+double MarginalLikelihood::prior(const Eigen::VectorXd& log_hyper, Eigen::VectorXd& gradient) const {
+  double value = 0;
+  for (Eigen::Index k = 0; k < log_hyper.size(); ++k) {
+    const LogPrior& prior = k < Z_.cols() ? kLength : kNoise;
+    const double deviation = (log_hyper[k] - prior.mean) / prior.sigma;
+    value += 0.5 * deviation * deviation;
+    gradient[k] += deviation / prior.sigma;
+  }
+  return value;
+}
+
+double MarginalLikelihood::operator()(const Eigen::VectorXd& log_hyper, Eigen::VectorXd& gradient) const {
+  const Eigen::Index N = Z_.rows(), d = Z_.cols();
+  const double m = static_cast<double>(T_.cols());
+  const GaussianProcessHyper at = hyper(log_hyper);
+  gradient = Eigen::VectorXd::Zero(d + 1);
+  const CholeskyFactor factor = factorise(Z_, at);
+  if (!log_hyper.allFinite() || !factor.succeeded()) return std::numeric_limits<double>::infinity();
+
+  const Eigen::MatrixXd alpha = factor.solve(T_);
+  const Eigen::VectorXd signal = T_.cwiseProduct(alpha).colwise().sum().transpose() / static_cast<double>(N);
+  const double value =
+      0.5 * (static_cast<double>(N) * signal.array().log().sum() + m * factor.log_determinant());
+
+  // The derivative to a parameter p is tr(W dC/dp) / 2.
+  Eigen::MatrixXd W = m * factor.inverse();
+  W -= times_transposed(alpha * signal.cwiseInverse().asDiagonal(), alpha);
+  gradient[d] = 0.5 * std::exp(log_hyper[d]) * W.trace();
+
+  // dC/dlog l_k = -2 R'(u) (z_ik - z_jk)^2 / l_k^2, summed without forming it: A is symmetric.
+  const Eigen::MatrixXd scaled = Z_ * at.lengths.cwiseInverse().asDiagonal();
+  const Eigen::ArrayXXd u = squared_distances(scaled, scaled);
+  const Eigen::MatrixXd A = (W.array() * correlation_slope(correlation_, u)).matrix();
+  const Eigen::VectorXd row_sums = A.rowwise().sum();
+  gradient.head(d) = -2 * (transposed_times(scaled.cwiseAbs2(), row_sums) -
+                           scaled.cwiseProduct(times(A, scaled)).colwise().sum().transpose());
+  return value + prior(log_hyper, gradient);
+}
+
+namespace {
+
+/// Points that choose among the starts, and that refine the winner: the cost of one evaluation grows with
+/// their cube, what they add to d + 1 numbers does not.
+constexpr int kStartPoints = 100;
+constexpr int kRefinePoints = 250;
+
+std::string length_name(Eigen::Index k) { return "length." + std::to_string(k); }
+
+GaussianProcessHyper hyper_of(const RegressorState& state) {
+  GaussianProcessHyper hyper;
+  hyper.correlation = state.hyper.at("matern") > 0 ? Correlation::Matern52 : Correlation::SquaredExponential;
+  hyper.noise_ratio = state.hyper.at("noise_ratio");
+  hyper.lengths.resize(state.X.cols());
+  for (Eigen::Index k = 0; k < hyper.lengths.size(); ++k) hyper.lengths[k] = state.hyper.at(length_name(k));
+  return hyper;
+}
+
+class GaussianProcess final : public Regressor {
+ public:
+  explicit GaussianProcess(const RegressorState& state)
+      : state_{state},
+        hyper_{hyper_of(state)},
+        scale_{state.X},
+        factor_{factorise(scale_.apply_all(state.X), hyper_)},
+        points_{scale_.apply_all(state.X) * hyper_.lengths.cwiseInverse().asDiagonal()},
+        alpha_{Eigen::MatrixXd::Zero(points_.blocks() * kBlock, state.Y.cols())} {
+    alpha_.topRows(state.Y.rows()) = factor_.solve(state.Y);
+    signal_ = state.Y.cwiseProduct(alpha_.topRows(state.Y.rows())).colwise().mean();
+  }
+
+  void predict(const Eigen::Ref<const Eigen::VectorXd>& x,
+               Eigen::Ref<Eigen::VectorXd> y) const noexcept override {
+    const Features z = scaled(x);
+    y.setZero();
+    for (int b = 0; b < points_.blocks(); ++b) {
+      const BlockedPoints::Block r = correlation_of(hyper_.correlation, points_.squared_distances(z, b));
+      for (Eigen::Index j = 0; j < y.size(); ++j)
+        y[j] += (alpha_.col(j).segment<kBlock>(b * kBlock).array() * r).sum();
+    }
+  }
+
+  std::optional<Eigen::VectorXd> variance(const Eigen::Ref<const Eigen::VectorXd>& x) const override {
+    const Features z = scaled(x);
+    Eigen::VectorXd r(alpha_.rows());
+    for (int b = 0; b < points_.blocks(); ++b)
+      r.segment<kBlock>(b * kBlock) = correlation_of(hyper_.correlation, points_.squared_distances(z, b));
+    const double known = factor_.solve_lower(r.head(state_.Y.rows())).squaredNorm();
+    return signal_ * std::max(0.0, 1 - known);
+  }
+
+  RegressorState state() const override { return state_; }
+
+ private:
+  static constexpr int kBlock = BlockedPoints::kBlock;
+
+  Features scaled(const Eigen::Ref<const Eigen::VectorXd>& x) const {
+    return scale_.apply(x).cwiseQuotient(hyper_.lengths);
+  }
+
+  RegressorState state_;
+  GaussianProcessHyper hyper_;
+  FeatureScale scale_;
+  CholeskyFactor factor_;
+  BlockedPoints points_;
+  Eigen::MatrixXd alpha_;
+  Eigen::VectorXd signal_;
+};
+
+/// The first `wanted` points of a fixed shuffle.
+MarginalLikelihood likelihood_of_some(const Eigen::MatrixXd& Z, const Eigen::MatrixXd& T, int wanted,
+                                      Correlation correlation) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(Z.rows()));
+  std::iota(order.begin(), order.end(), 0);
+  Random random{0};
+  for (std::size_t i = order.size() - 1; i > 0; --i) std::swap(order[i], order[random.next() % (i + 1)]);
+  order.resize(std::min(order.size(), static_cast<std::size_t>(wanted)));
+  return {Z(order, Eigen::all), T(order, Eigen::all), correlation};
+}
+
+Eigen::VectorXd start(Eigen::Index d, double length, double noise_ratio) {
+  Eigen::VectorXd log_hyper = Eigen::VectorXd::Constant(d + 1, std::log(length));
+  log_hyper[d] = std::log(noise_ratio);
+  return log_hyper;
+}
+
+struct MostEvident {
+  GaussianProcessHyper hyper;
+  double negative_log_evidence = 0;
+};
+
+MostEvident maximise_evidence(const Eigen::MatrixXd& Z, const Eigen::MatrixXd& T, Correlation correlation) {
+  const double unit = std::sqrt(static_cast<double>(Z.cols()));
+  const MarginalLikelihood coarse = likelihood_of_some(Z, T, kStartPoints, correlation);
+  Minimum best{{}, std::numeric_limits<double>::infinity()};
+  // A smooth field, a rough one, and one of which noise hides the most.
+  for (const auto& [length, noise_ratio] : {std::pair{2 * unit, 0.01}, {0.5 * unit, 0.1}, {unit, 1.0}}) {
+    Minimum found = minimise(coarse, start(Z.cols(), length, noise_ratio), {.tolerance = 1e-2});
+    if (found.value < best.value) best = std::move(found);
+  }
+  const MarginalLikelihood fine = likelihood_of_some(Z, T, kRefinePoints, correlation);
+  best = minimise(fine, best.x, {.tolerance = 1e-2});
+  return {fine.hyper(best.x), best.value};
+}
+
+}  // namespace
+
+std::map<std::string, double> gaussian_process_hyper(const RegressionData& data) {
+  const Eigen::MatrixXd Z = FeatureScale{data.X}.apply_all(data.X);
+  const Eigen::MatrixXd T = data.Y * target_scale(data.Y).cwiseInverse().asDiagonal();
+  const MostEvident smooth = maximise_evidence(Z, T, Correlation::SquaredExponential);
+  const MostEvident rough = maximise_evidence(Z, T, Correlation::Matern52);
+  const GaussianProcessHyper& best =
+      smooth.negative_log_evidence < rough.negative_log_evidence ? smooth.hyper : rough.hyper;
+  std::map<std::string, double> hyper{{"matern", best.correlation == Correlation::Matern52 ? 1 : 0},
+                                      {"noise_ratio", best.noise_ratio}};
+  for (Eigen::Index k = 0; k < best.lengths.size(); ++k) hyper[length_name(k)] = best.lengths[k];
+  return hyper;
+}
+
+RegressorPtr make_gaussian_process(const RegressorState& state) {
+  return std::make_shared<GaussianProcess>(state);
+}
+
+}  // namespace truepose

@@ -1,0 +1,142 @@
+#include "core/field/select_regressor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "core/field/point_cloud.hpp"
+#include "core/math/random.hpp"
+#include "core/step_count.hpp"
+
+namespace truepose {
+namespace {
+
+constexpr Eigen::Index kFewPoints = 150;
+
+/// The fold of each group: groups shuffled by the seed, then dealt one by one.
+std::vector<int> deal_folds(int groups, const CrossValidationOptions& options) {
+  std::vector<std::size_t> order(static_cast<std::size_t>(groups));
+  std::iota(order.begin(), order.end(), 0);
+  Random random{options.seed};
+  for (std::size_t i = order.size() - 1; i > 0; --i) std::swap(order[i], order[random.next() % (i + 1)]);
+  std::vector<int> folds(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) folds[order[i]] = static_cast<int>(i) % options.folds;
+  return folds;
+}
+
+std::size_t group_of(const std::vector<int>& groups, Eigen::Index point) {
+  return static_cast<std::size_t>(groups[static_cast<std::size_t>(point)]);
+}
+
+RegressionData take(const RegressionData& data, const std::vector<Eigen::Index>& points,
+                    const std::vector<int>& groups) {
+  RegressionData some{data.X(points, Eigen::all), data.Y(points, Eigen::all), {}};
+  for (const Eigen::Index i : points) some.groups.push_back(static_cast<int>(group_of(groups, i)));
+  return some;
+}
+
+/// rms and its standard error from the squared errors of groups.
+void summarise(CrossValidation& result, Eigen::Index points) {
+  const auto& errors = result.squared_errors;
+  const double groups = static_cast<double>(errors.size()), N = static_cast<double>(points);
+  const double sum = std::accumulate(errors.begin(), errors.end(), 0.0);
+  double spread = 0;
+  for (const double e : errors) spread += (e - sum / groups) * (e - sum / groups);
+  result.rms = std::sqrt(sum / N);
+  // Of the mean square first: sqrt(groups * variance between them) / N; then through the root.
+  const double of_mean_square = std::sqrt(groups * spread / (groups - 1)) / N;
+  result.standard_error = result.rms > 0 ? of_mean_square / (2 * result.rms) : 0;
+}
+
+}  // namespace
+
+std::expected<CrossValidation, std::string> cross_validate(RegressorKind kind, const RegressionData& data,
+                                                           const CrossValidationOptions& options) {
+  const std::vector<int> groups = group_numbers(data.groups, data.X.rows());
+  const int count = groups.empty() ? 0 : *std::ranges::max_element(groups) + 1;
+  if (count < 2 || options.folds < 2)
+    return std::unexpected{"cross-validation needs two groups and two folds"};
+
+  std::optional<RegressorState> on_all;
+  if (data.X.rows() > kFewPoints) {
+    const auto fitted = fit_regressor(kind, data);
+    if (!fitted) return std::unexpected{fitted.error()};
+    on_all = (*fitted)->state();
+  }
+  CrossValidation result{.kind = kind,
+                         .squared_errors = std::vector<double>(static_cast<std::size_t>(count))};
+  const std::vector<int> folds = deal_folds(count, options);
+  for (int fold = 0; fold < options.folds; ++fold) {
+    count_step();
+    std::vector<Eigen::Index> inside, outside;
+    for (Eigen::Index i = 0; i < data.X.rows(); ++i)
+      (folds[group_of(groups, i)] == fold ? outside : inside).push_back(i);
+    if (outside.empty()) continue;
+    const RegressionData rest = take(data, inside, groups);
+    const auto fitted = on_all ? refit_regressor(*on_all, rest) : fit_regressor(kind, rest);
+    if (!fitted) return std::unexpected{fitted.error()};
+    for (const Eigen::Index i : outside) {
+      Eigen::VectorXd y(data.Y.cols());
+      (*fitted)->predict(data.X.row(i).transpose(), y);
+      result.squared_errors[group_of(groups, i)] += (data.Y.row(i).transpose() - y).squaredNorm();
+    }
+  }
+  summarise(result, data.X.rows());
+  return result;
+}
+
+namespace {
+
+constexpr double kLeastRegressorGain = 0.02;
+/// Standard errors that a gain must exceed, where groups are many. Of few groups the standard error itself is
+/// uncertain, and the best of several kinds is compared: 3 for 20 groups.
+constexpr double kStandardErrors = 2;
+constexpr double kFewGroups = 10;
+
+/// Squared length of the targets of each group: the errors of predicting zero.
+std::vector<double> squared_targets(const RegressionData& data) {
+  const std::vector<int> groups = group_numbers(data.groups, data.X.rows());
+  std::vector<double> sums(static_cast<std::size_t>(*std::ranges::max_element(groups)) + 1);
+  for (Eigen::Index i = 0; i < data.Y.rows(); ++i)
+    sums[static_cast<std::size_t>(groups[static_cast<std::size_t>(i)])] += data.Y.row(i).squaredNorm();
+  return sums;
+}
+
+/// Whether the errors are smaller than those without by more than chance.
+bool beyond_chance(const std::vector<double>& without, const std::vector<double>& with) {
+  const double groups = static_cast<double>(without.size());
+  double sum = 0, squares = 0;
+  for (std::size_t g = 0; g < without.size(); ++g) {
+    const double gain = without[g] - with[g];
+    sum += gain;
+    squares += gain * gain;
+  }
+  const double variance = (squares - sum * sum / groups) / (groups - 1);
+  return sum > kStandardErrors * (1 + kFewGroups / groups) * std::sqrt(groups * variance);
+}
+
+}  // namespace
+
+std::expected<RegressorSelection, std::string> select_regressor(const RegressionData& data,
+                                                                std::span<const RegressorKind> kinds,
+                                                                const CrossValidationOptions& options) {
+  RegressorSelection selection;
+  for (const RegressorKind kind : kinds) {
+    auto tried = cross_validate(kind, data, options);
+    if (!tried) return std::unexpected{tried.error()};
+    selection.tried.push_back(std::move(*tried));
+  }
+  selection.rms_zero = std::sqrt(data.Y.squaredNorm() / static_cast<double>(data.Y.rows()));
+  const auto best = std::ranges::min_element(selection.tried, {}, &CrossValidation::rms);
+  if (best == selection.tried.end() || best->rms >= (1 - kLeastRegressorGain) * selection.rms_zero ||
+      !beyond_chance(squared_targets(data), best->squared_errors))
+    return selection;
+  auto fitted = fit_regressor(best->kind, data);
+  if (!fitted) return std::unexpected{fitted.error()};
+  selection.kind = best->kind;
+  selection.regressor = std::move(*fitted);
+  return selection;
+}
+
+}  // namespace truepose

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <expected>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/field/regressor.hpp"
+
+namespace truepose {
+
+struct CrossValidationOptions {
+  int folds = 8;  ///< at most as many as there are groups
+  std::uint64_t seed = 0;
+};
+
+/// How a kind of regressor predicts points that it has not seen. The error of a point is the length of its
+/// error vector.
+struct CrossValidation {
+  RegressorKind kind = RegressorKind::GaussianProcess;
+  double rms = 0;
+  double standard_error = 0;           ///< of the rms, from the spread between groups
+  std::vector<double> squared_errors;  ///< of each group, summed over its points; groups in ascending order
+};
+
+/// Leaves out one fold after the other and predicts it from the rest; points of one group share a fold.
+///
+/// Hyper-parameters are found again for every fold where the points are few enough for them to learn
+/// something from those left out (up to 150), else once on all. Errors: those of fit_regressor(), for the
+/// points that remain where a fold is left out; fewer than two groups or folds.
+std::expected<CrossValidation, std::string> cross_validate(RegressorKind kind, const RegressionData& data,
+                                                           const CrossValidationOptions& options = {});
+
+struct RegressorSelection {
+  std::optional<RegressorKind> kind;   ///< nothing: no residual field predicts better than zero
+  RegressorPtr regressor;              ///< fitted to all data; null with no kind
+  double rms_zero = 0;                 ///< of predicting zero: the error without a residual field
+  std::vector<CrossValidation> tried;  ///< of each kind asked for, in that order
+};
+
+/// Chooses the kind with the smallest cross-validation error, and none unless that improves on predicting
+/// zero beyond chance: by more than 2 % of the rms and more than 2 standard errors (3 for 20 groups) of the
+/// paired differences between groups.
+/// Errors: those of cross_validate().
+std::expected<RegressorSelection, std::string> select_regressor(
+    const RegressionData& data, std::span<const RegressorKind> kinds = kAllRegressors,
+    const CrossValidationOptions& options = {});
+
+}  // namespace truepose

@@ -1,0 +1,153 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <expected>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/field/select_regressor.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/deviation_selection.hpp"
+#include "core/identify/identifiability.hpp"
+#include "core/identify/least_squares_solver.hpp"
+#include "core/identify/measurement.hpp"
+#include "core/identify/null_space.hpp"
+#include "core/identify/prior.hpp"
+#include "core/identify/robust_fit.hpp"
+#include "core/identify/uncertainty.hpp"
+#include "core/math/statistics.hpp"
+
+namespace truepose {
+
+enum class CalibrationMethod {
+  TwoStage,            ///< the paper's: redundant columns removed by QR, the rest fitted
+  LeastSquares,        ///< every column at once, the smallest correction (pseudo-inverse) among equal ones
+  GaussNewton,         ///< two stages without a line search: every step is taken whole
+  LevenbergMarquardt,  ///< every column at once, damped
+  Ridge,               ///< every column at once, shrunk; how much, by generalised cross-validation
+  ParticleSwarm,       ///< base and reflectors by a swarm from anywhere, then as LeastSquares
+};
+
+/// Whether deviations from the data sheet are taken as small before they are measured.
+enum class PriorUse {
+  Auto,  ///< where the poses do not excite the arm
+  Off,
+  On,
+};
+
+struct CalibrateOptions {
+  CalibrationMethod method = CalibrationMethod::TwoStage;
+  Loss loss = Loss::Squared;
+  PriorUse prior = PriorUse::Auto;
+  PriorScale prior_scale;
+  std::optional<MeasurementNoise> noise;  ///< where points do not state their sigma; none: all alike
+  bool deviation = false;                 ///< look for deviations of the joints and keep those that help
+  std::vector<int> harmonics{1, 2};       ///< multiples of a joint's angle to look for
+  /// Residual field: none; the one of these kinds; or with several the best of them under cross-validation,
+  /// and none where none helps.
+  std::vector<RegressorKind> residual;
+  bool check_model =
+      true;  ///< refuse a nominal arm that cannot be right, and say which mistake explains the data
+  std::optional<CalibratedCell> start;  ///< where the coarse stage starts; none: found without a guess
+  int max_coarse_iterations = 200;
+  int max_fine_iterations = 50;
+};
+
+enum class CalibrationFault {
+  TooFewPoses,
+  NotFinite,
+  NotSeparable,  ///< base and reflector offset cannot be told apart
+  WrongModel,    ///< the nominal arm cannot be right
+};
+
+struct CalibrationError {
+  CalibrationFault fault;
+  std::string detail;  ///< one sentence for the operator
+};
+
+/// One parameter and what became of it. Names as in parameter_names().
+struct IdentifiedParameter {
+  std::string name;
+  double nominal = 0;  ///< mm or rad; 0 for base and reflectors
+  double value = 0;
+  double sigma = 0;         ///< standard deviation, same unit; 0 where not identified
+  bool identified = false;  ///< false: kept at nominal, because others take its place
+  double data_share = 0;    ///< 1: known from the data alone; less: the prior says the rest
+};
+
+/// Error statistics of one set of points through the stages.
+struct StageErrors {
+  int poses = 0;
+  int points = 0;
+  ErrorStatistics before;     ///< nominal arm, base and reflectors fitted (coarse stage)
+  ErrorStatistics geometric;  ///< after the fine stage
+  ErrorStatistics after;      ///< after all layers of the options
+};
+
+/// Error vectors (predicted minus measured, mm, tracker frame) of one point through the stages.
+struct PointErrors {
+  Eigen::Vector3d before, geometric, after;
+};
+
+/// A point that the loss took out of the identification.
+struct RejectedPoint {
+  std::size_t point = 0;  ///< index into MeasurementData::points
+  double residual_mm =
+      0;              ///< length of its error under the model fitted to the others, residual field left out
+  double sigmas = 0;  ///< the same, whitened, in standard deviations of one coordinate
+};
+
+struct Calibration {
+  CalibrationMethod method = CalibrationMethod::TwoStage;
+  bool converged = false;
+  int coarse_iterations = 0;
+  int fine_iterations = 0;
+  StepSolver fine_solver = StepSolver::Orthogonal;
+  std::vector<double> coarse_rms_mm, fine_rms_mm;  ///< before each iteration, per point, whitened
+  CalibratedCell coarse;                           ///< nominal arm with base and reflectors fitted
+  CalibratedCell geometric;                        ///< after the fine stage
+  CalibratedCell cell;                             ///< calibrated arm with all layers
+  std::vector<IdentifiedParameter> parameters;
+  Eigen::MatrixXd covariance;  ///< of the parameters, order of ParameterLayout, the base's rotation as a turn
+  int rank = 0;
+  double rank_gap = 0;                 ///< smallest pivot kept over the largest dropped
+  double condition = 0;                ///< of the kept columns, scaled to unit norm
+  ObservabilityIndices observability;  ///< of the same
+  std::vector<Combination> unknown;    ///< what no pose shows, in words
+  std::vector<Combination> weak;       ///< what the data say less about than the data sheet
+  double sigma0_mm = 0;  ///< estimated standard deviation of one coordinate of a point of weight 1
+  bool prior_used = false;
+  PriorScale prior_scale;  ///< as used
+  std::vector<RejectedPoint> rejected;
+  std::optional<DeviationChoice> deviation;
+  std::optional<RegressorSelection> residual;
+  TransferUncertainty transfer;  ///< over the joint limits
+  StageErrors identify;
+  std::optional<StageErrors> validate;
+  std::vector<PointErrors> points;  ///< in the order of MeasurementData::points
+
+  /// How well a predicted reflector position is known: mm^2, tracker frame. Nothing is added for the residual
+  /// field.
+  Eigen::Matrix3d position_covariance(const JointVector& q, int smr) const {
+    return truepose::position_covariance(cell, covariance, q, smr);
+  }
+};
+
+/// Fits base and reflectors alone, the arm held at `arm`: the coarse stage. Few poses suffice, so a campaign
+/// aims with it.
+///
+/// @param points  at least five poses of varying orientation, used whatever their set
+std::expected<CalibratedCell, CalibrationError> coarse_fit(const RobotModel& arm,
+                                                           const MeasurementData& data);
+
+/// Identifies base, reflectors and link errors from the points marked Identify, and judges them on those
+/// marked Validate.
+///
+/// @param nominal  the data sheet's arm
+/// @param data     points to identify: more equations than identifiable parameters (9 poses of one reflector
+/// give 27) Source: method's paper, coarse stage (eqs 12 to 19) and fine stage (eqs 20 to 26).
+std::expected<Calibration, CalibrationError> calibrate(const RobotModel& nominal, const MeasurementData& data,
+                                                       const CalibrateOptions& options = {});
+
+}  // namespace truepose

@@ -1,0 +1,92 @@
+#include "core/identify/calibrated_cell.hpp"
+
+#include "core/arm/forward.hpp"
+#include "core/arm/joint_deviation.hpp"
+#include "core/math/angles.hpp"
+
+namespace truepose {
+
+Eigen::Isometry3d BasePose::isometry() const {
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  X_WB.linear() = rotation_zyx(rxyz_rad.z(), rxyz_rad.y(), rxyz_rad.x());
+  X_WB.translation() = p_mm;
+  return X_WB;
+}
+
+BasePose BasePose::of(const Eigen::Isometry3d& X_WB) {
+  return {X_WB.translation(), angles_zyx(X_WB.linear())};
+}
+
+Eigen::Vector3d CalibratedCell::predict(const JointVector& q, int smr, Approach approach) const {
+  const Eigen::Isometry3d X_BF = forward_kinematics(robot, q, approach);
+  return base.isometry() * (X_BF * reflectors[static_cast<std::size_t>(smr)].p_FS_mm);
+}
+
+ParameterLayout ParameterLayout::of(const CalibratedCell& cell) {
+  return {.reflectors = static_cast<int>(cell.reflectors.size()),
+          .joints = cell.robot.joint_count(),
+          .deviations = static_cast<int>(cell.robot.deviation.size())};
+}
+
+std::vector<std::string> parameter_names(const CalibratedCell& cell) {
+  std::vector<std::string> names{"base.x", "base.y", "base.z", "base.rx", "base.ry", "base.rz"};
+  for (const Reflector& reflector : cell.reflectors) {
+    for (const char* axis : {".x", ".y", ".z"}) names.push_back("smr." + reflector.name + axis);
+  }
+  for (int i = 1; i <= cell.robot.joint_count(); ++i) {
+    for (const char* entry : {".a", ".alpha", ".d", ".theta", ".beta"}) {
+      names.push_back("link" + std::to_string(i) + entry);
+    }
+  }
+  for (const DeviationTerm& term : cell.robot.deviation) names.push_back(deviation_name(term));
+  return names;
+}
+
+Eigen::VectorXd parameter_values(const CalibratedCell& cell) {
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  Eigen::VectorXd values(layout.size());
+  values.head<6>() << cell.base.p_mm, cell.base.rxyz_rad;
+  for (int k = 0; k < layout.reflectors; ++k) {
+    values.segment<3>(layout.reflector(k)) = cell.reflectors[static_cast<std::size_t>(k)].p_FS_mm;
+  }
+  for (int i = 0; i < layout.joints; ++i) {
+    const Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
+    values.segment<5>(layout.link(i)) << joint.a_mm, joint.alpha_rad, joint.d_mm, joint.theta_rad,
+        joint.beta_rad;
+  }
+  for (int t = 0; t < layout.deviations; ++t) {
+    values[layout.deviation(t)] = cell.robot.deviation[static_cast<std::size_t>(t)].coefficient;
+  }
+  return values;
+}
+
+void move_by(CalibratedCell& cell, const Eigen::VectorXd& step) {
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  Eigen::Isometry3d X_WB = cell.base.isometry();
+  X_WB.translation() += step.head<3>();
+  X_WB.linear() = rotation_by(step.segment<3>(3)) * X_WB.linear();
+  cell.base = BasePose::of(X_WB);
+  for (int k = 0; k < layout.reflectors; ++k) {
+    cell.reflectors[static_cast<std::size_t>(k)].p_FS_mm += step.segment<3>(layout.reflector(k));
+  }
+  for (int i = 0; i < layout.joints; ++i) {
+    Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
+    const auto d = step.segment<5>(layout.link(i));
+    joint.a_mm += d[0];
+    joint.alpha_rad += d[1];
+    joint.d_mm += d[2];
+    joint.theta_rad += d[3];
+    joint.beta_rad += d[4];
+  }
+  for (int t = 0; t < layout.deviations; ++t) {
+    cell.robot.deviation[static_cast<std::size_t>(t)].coefficient += step[layout.deviation(t)];
+  }
+}
+
+CalibratedCell moved(const CalibratedCell& cell, const Eigen::VectorXd& step) {
+  CalibratedCell out = cell;
+  move_by(out, step);
+  return out;
+}
+
+}  // namespace truepose

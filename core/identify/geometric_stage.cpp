@@ -1,0 +1,115 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/identify/identifiability.hpp"
+#include "core/identify/identification.hpp"
+#include "core/identify/prior.hpp"
+#include "core/math/dense_algebra.hpp"
+
+namespace truepose {
+namespace {
+
+/// The arm counts as not excited where the prediction elsewhere is so many times worse than one measurement.
+constexpr double kPoorTransfer = 4;
+constexpr int kWidthEstimates = 4;
+
+/// Parameters that are fitted where nothing but the data is known of them.
+std::vector<int> free_of(const CalibrateOptions& options, const Identifiability& known, int size) {
+  const bool two_stage =
+      options.method == CalibrationMethod::TwoStage || options.method == CalibrationMethod::GaussNewton;
+  return two_stage ? known.kept : first_parameters(size);
+}
+
+bool prior_wanted(const Identification& id) {
+  if (id.options.method == CalibrationMethod::Ridge) return false;
+  if (id.options.prior != PriorUse::Auto) return id.options.prior == PriorUse::On;
+  return !(id.result.transfer.rms_mm <= kPoorTransfer * std::sqrt(3.0) * id.uncertainty.sigma0_mm);
+}
+
+/// Root mean square of the link errors in standard deviations of the prior, their uncertainty included.
+double deviation_in_priors(const Identification& id) {
+  const ParameterLayout layout = ParameterLayout::of(id.fit.cell);
+  const Eigen::VectorXd values = parameter_values(id.fit.cell);
+  double sum = 0;
+  for (int k = layout.link(0); k < layout.link(layout.joints); ++k) {
+    const double per_unit = id.problem.prior.weight[k] / id.uncertainty.sigma0_mm;
+    const double off = values[k] - id.problem.prior.centre[k];
+    sum += per_unit * per_unit * (off * off + id.uncertainty.covariance(k, k));
+  }
+  return std::sqrt(sum / (ParameterLayout::kLink * layout.joints));
+}
+
+/// Refits with the prior, its width and the noise estimated from what they leave (expectation and
+/// maximisation).
+void use_prior(Identification& id) {
+  const CalibratedCell nominal{id.nominal, id.fit.cell.base, id.fit.cell.reflectors};
+  const PriorScale least = id.options.prior_scale;
+  PriorScale scale = least;
+  id.problem.free = first_parameters(ParameterLayout::of(nominal).size());
+  id.fit.cell = id.result.coarse;
+  for (int i = 0; i < kWidthEstimates; ++i) {
+    id.problem.prior = prior_of(nominal, scale, id.uncertainty.sigma0_mm);
+    id.fit = solve(id.options, id.fit.cell, id.problem, id.options.max_fine_iterations);
+    id.result.fine_iterations += id.fit.iterations;
+    assess(id);
+    const double width = deviation_in_priors(id);
+    scale.length_mm = std::max(least.length_mm, scale.length_mm * width);
+    scale.angle_rad = std::max(least.angle_rad, scale.angle_rad * width);
+  }
+  id.result.prior_scale = scale;
+}
+
+/// What the poses can tell of the links, judged before they are fitted.
+std::optional<CalibrationError> judge_poses(Identification& id) {
+  const ParameterLayout layout = ParameterLayout::of(id.result.coarse);
+  id.problem = id.points.problem(first_parameters(layout.size()));
+  const Eigen::MatrixXd J = triangular_factor(linearise(id.result.coarse, id.problem).J);
+  const Identifiability known = identifiability(J, conventional_preference(layout));
+  id.result.rank = known.rank;
+  id.result.rank_gap = known.gap;
+  id.result.condition = condition_of(J, known.kept);
+  id.identified = known.kept;
+  id.problem.free = free_of(id.options, known, layout.size());
+  const int equations = id.points.equations();
+  if (equations > known.rank) return std::nullopt;
+  return CalibrationError{CalibrationFault::TooFewPoses,
+                          std::to_string(equations / 3) + " points give " + std::to_string(equations) +
+                              " equations for at least as many parameters: measure more poses"};
+}
+
+/// What the poses show of the fitted geometry, and what they leave open.
+void describe_known(Identification& id) {
+  const ParameterLayout layout = ParameterLayout::of(id.fit.cell);
+  const Eigen::MatrixXd J =
+      triangular_factor(linearise(id.fit.cell, id.points.problem(first_parameters(layout.size()))).J);
+  NullSpace open = null_space(J / id.uncertainty.sigma0_mm, parameter_names(id.fit.cell),
+                              conventional_preference(layout), usual_deviation(layout));
+  id.result.unknown = std::move(open.unknown);
+  id.result.weak = std::move(open.weak);
+  const Eigen::MatrixXd kept = J(Eigen::all, id.identified);
+  id.result.observability =
+      observability(kept * column_norms(kept).cwiseInverse().asDiagonal(), count_poses(id.points.points()));
+}
+
+}  // namespace
+
+std::optional<CalibrationError> fit_geometry(Identification& id, Weighing weighing) {
+  if (auto error = judge_poses(id)) return error;
+  if (id.options.method == CalibrationMethod::Ridge) {
+    id.problem.prior = ridge_prior(id.result.coarse, id.problem, id.options.prior_scale);
+  }
+  id.fit = weighing == Weighing::Anew
+               ? fit_under_loss(id, id.result.coarse)
+               : solve(id.options, id.result.coarse, id.problem, id.options.max_fine_iterations);
+  id.result.fine_iterations = id.fit.iterations;
+  id.result.fine_rms_mm = id.fit.rms_mm;
+  assess(id);
+  id.result.prior_used = prior_wanted(id);
+  if (id.result.prior_used) use_prior(id);
+  id.result.converged = id.result.converged && id.fit.converged;
+  id.result.geometric = id.fit.cell;
+  describe_known(id);
+  return std::nullopt;
+}
+
+}  // namespace truepose

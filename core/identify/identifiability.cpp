@@ -1,0 +1,61 @@
+#include "core/identify/identifiability.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/math/dense_algebra.hpp"
+
+namespace truepose {
+
+Eigen::VectorXd column_norms(const Eigen::MatrixXd& J) {
+  return J.colwise().norm().transpose().unaryExpr([](double n) { return n > 0 ? n : 1.0; });
+}
+
+Identifiability identifiability(const Eigen::MatrixXd& J, const Eigen::VectorXd& preference) {
+  Identifiability result;
+  const Eigen::MatrixXd unit = triangular_factor(J * column_norms(J).cwiseInverse().asDiagonal());
+  const Eigen::VectorXd pivots = pivoted_qr(unit).pivots;
+  while (result.rank < pivots.size() && pivots[result.rank] > kRankTolerance * pivots[0]) ++result.rank;
+  result.gap = result.rank < pivots.size() && result.rank > 0 && pivots[result.rank] > 0
+                   ? pivots[result.rank - 1] / pivots[result.rank]
+                   : std::numeric_limits<double>::infinity();
+
+  // The preference steers which columns the pivoting meets first; the rank above is judged without it. Of
+  // columns that are alike to rounding it is the first.
+  constexpr double kFirst = 1e-10;
+  const Eigen::VectorXd places = Eigen::VectorXd::LinSpaced(J.cols(), 0, static_cast<double>(J.cols() - 1));
+  const Eigen::VectorXd steered = preference.array() * (1 - kFirst * places.array());
+  result.kept = pivoted_qr(unit * steered.asDiagonal()).order;
+  result.kept.resize(static_cast<std::size_t>(result.rank));
+  std::ranges::sort(result.kept);
+  return result;
+}
+
+double condition_of(const Eigen::MatrixXd& J, const std::vector<int>& columns) {
+  if (columns.empty()) return 0;
+  const Eigen::MatrixXd kept = J(Eigen::all, columns);
+  const Eigen::VectorXd singular =
+      singular_values(triangular_factor(kept * column_norms(kept).cwiseInverse().asDiagonal()));
+  return singular[0] / singular[singular.size() - 1];
+}
+
+Eigen::VectorXd conventional_preference(const ParameterLayout& layout) {
+  Eigen::VectorXd preference = Eigen::VectorXd::Constant(layout.size(), 1e3);
+  for (int i = 0; i < layout.joints; ++i) {
+    preference.segment<5>(layout.link(i)) << 1, 1, 0.5, 1, 0.1;
+  }
+  return preference;
+}
+
+ObservabilityIndices observability(const Eigen::MatrixXd& scaled, int poses) {
+  const Eigen::ArrayXd s = singular_values(triangular_factor(scaled));
+  const double largest = s[0], smallest = s[s.size() - 1];
+  return {.o1 = std::exp(s.log().mean()) / std::sqrt(static_cast<double>(poses)),
+          .o2 = smallest / largest,
+          .o3 = smallest,
+          .o4 = smallest * smallest / largest,
+          .o5 = 1 / s.inverse().sum()};
+}
+
+}  // namespace truepose

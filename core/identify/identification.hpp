@@ -1,0 +1,65 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/identify/calibrate.hpp"
+#include "core/identify/least_squares_solver.hpp"
+#include "core/identify/weighted_points.hpp"
+
+namespace truepose {
+
+/// One identification: what each of its stages leaves for the next. Keeps references to its arguments.
+struct Identification {
+  Identification(const RobotModel& arm, const MeasurementData& measured, const CalibrateOptions& wanted);
+
+  const RobotModel& nominal;
+  const MeasurementData& data;
+  const CalibrateOptions& options;
+  WeightedPoints points;  ///< those to identify
+  LeastSquaresProblem problem;
+  std::vector<int> identified;  ///< independent parameters of the geometry
+  FitResult fit;
+  ParameterUncertainty uncertainty;
+  Calibration result;
+};
+
+/// Whether a stage weighs the points by its own model, or keeps the weights that they have.
+enum class Weighing { Anew, Kept };
+
+/// @name The stages, in their order
+/// Each changes `id.fit` to its cell and notes in `id.result` what it found.
+/// @{
+/// Coarse: base and reflectors, the arm held at the nominal one.
+/// Errors: NotSeparable.
+std::optional<CalibrationError> fit_base_and_reflectors(Identification& id);
+/// Fine: all that the data and, where it is wanted, the prior tell of the links. Errors: TooFewPoses.
+std::optional<CalibrationError> fit_geometry(Identification& id, Weighing weighing = Weighing::Anew);
+/// The deviations of the joints that pay under cross-validation, together with the geometry.
+void fit_deviations(Identification& id);
+/// A field over what is left. Errors: TooFewPoses.
+std::optional<CalibrationError> fit_residual(Identification& id);
+/// @}
+
+/// Solves by the method of the options.
+FitResult solve(const CalibrateOptions& options, const CalibratedCell& start,
+                const LeastSquaresProblem& problem, int max_iterations);
+
+/// Solves `id.problem` from a cell, under any loss but the squared one by the robust chain: weights from a
+/// redescending fit, then the plain fit under these weights.
+FitResult fit_under_loss(Identification& id, const CalibratedCell& start);
+
+/// The present problem with the trusted points alone.
+struct TrustedProblem {
+  std::vector<Measurement> points;
+  LeastSquaresProblem problem;  ///< of these points
+};
+TrustedProblem trusted_problem(const Identification& id);
+
+/// How well the present fit is known, at the poses and elsewhere.
+void assess(Identification& id);
+
+/// 0 .. count - 1
+std::vector<int> first_parameters(int count);
+
+}  // namespace truepose

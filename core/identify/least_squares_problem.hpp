@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/measurement.hpp"
+
+namespace truepose {
+
+/// Gaussian knowledge of parameters from before the measurement, in the order of ParameterLayout.
+struct Prior {
+  Eigen::VectorXd centre;  ///< expected values, mm and rad
+  Eigen::VectorXd
+      weight;  ///< expected residual (mm) over standard deviation of the parameter; 0 = nothing known
+};
+
+/// What to fit: some parameters of a cell to measured points.
+struct LeastSquaresProblem {
+  std::span<const Measurement> points;
+  std::vector<int> free;           ///< indices of ParameterLayout; all others are held
+  std::vector<Eigen::Matrix3d> W;  ///< multiplies each point's residual; empty = identity
+  Prior prior;                     ///< empty vectors = none
+};
+
+/// Whitened residuals (predicted minus measured) and their derivative to the free parameters: 3 rows a point,
+/// then one for each free parameter of which the prior knows something.
+struct LinearSystem {
+  Eigen::VectorXd f;
+  Eigen::MatrixXd J;
+};
+LinearSystem linearise(const CalibratedCell& cell, const LeastSquaresProblem& problem);
+
+/// `step` of the free parameters as one of all (layout order).
+Eigen::VectorXd scattered(const Eigen::VectorXd& step, const std::vector<int>& free, int size);
+
+}  // namespace truepose

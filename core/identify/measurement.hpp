@@ -1,0 +1,97 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/arm/robot_model.hpp"
+
+namespace truepose {
+
+/// What a measured pose is for. Validation poses never touch the identification.
+enum class PoseSet { Identify, Validate };
+
+/// One reflector reading of a standing arm.
+struct Measurement {
+  JointVector q;                     ///< joint positions (rad, mm)
+  Eigen::Vector3d p_WS_mm{0, 0, 0};  ///< reflector centre in the tracker frame
+  int smr = 0;                       ///< index into MeasurementData::smr_names
+  PoseSet set = PoseSet::Identify;
+  std::optional<double> sigma_mm;      ///< standard uncertainty per axis, where known
+  std::vector<std::int8_t> direction;  ///< side from which each joint arrived (-1, 0, 1); empty = unknown
+  std::string time;                    ///< RFC 3339, or empty
+  int row = 0;                         ///< row of the file it came from (1 = first data row), 0 = no file
+};
+
+struct MeasurementData {
+  std::vector<std::string> smr_names;  ///< in the order of first appearance
+  std::vector<Measurement> points;
+};
+
+/// The number of each point's pose, from 0 in the order of first appearance. Points with the same joints are
+/// of one pose.
+std::vector<int> pose_numbers(std::span<const Measurement> points);
+
+/// Indices of the points of each pose, poses in the same order.
+std::vector<std::vector<std::size_t>> pose_groups(std::span<const Measurement> points);
+
+int count_poses(std::span<const Measurement> points);
+
+/// The points of one set, in their order.
+std::vector<Measurement> points_of(const MeasurementData& data, PoseSet set);
+
+/// Standard deviations of a tracker's reading along the beam and in each direction across it: a constant and
+/// a part that grows with the distance.
+///
+/// Spherical, since a tracker knows distances better than directions: its cloud of errors is flat along the
+/// beam.
+struct TrackerNoiseModel {
+  double range_mm = 0;
+  double range_mm_per_m = 0;
+  double transverse_mm = 0;
+  double transverse_mm_per_m = 0;
+};
+
+/// What blurs one measured point: the tracker's reading, and the arm, which does not come back to the same
+/// place.
+struct MeasurementNoise {
+  TrackerNoiseModel tracker;
+  double repeatability_mm = 0;  ///< standard deviation per axis of the arm's position
+};
+
+/// Covariance (mm^2, tracker frame, the tracker at its origin) of one reading at p_WS.
+Eigen::Matrix3d reading_covariance(const Eigen::Vector3d& p_WS_mm, const MeasurementNoise& noise);
+
+/// What makes the residuals of points alike: W with W'W = s^2 times the inverse covariance of a point, where
+/// s is the finest standard deviation of all, so that a whitened residual stays in mm.
+struct Whitening {
+  std::vector<Eigen::Matrix3d> W;  ///< one per point; empty = all points alike, their noise unknown
+  double finest_mm = 0;            ///< s, 0 where the noise is unknown
+};
+
+/// By each point's stated sigma where every point has one, else by the noise model where there is one, else
+/// all alike.
+Whitening whitening_of(std::span<const Measurement> points, const std::optional<MeasurementNoise>& noise);
+
+/// Marks part of the poses to identify and the rest to validate. Points with the same joints are one pose and
+/// stay together, so that no validation pose has been seen by the identification.
+///
+/// Poses are numbered in the order of first appearance and shuffled by Fisher and Yates: for i = P - 1 down
+/// to 1, swap pose i with pose n mod (i + 1), n the next number of SplitMix64 begun with the seed. The first
+/// round(fraction * P) identify.
+///
+/// @param fraction  of the poses that identify, 0 to 1
+void split_poses(MeasurementData& data, double fraction, std::uint64_t seed);
+
+/// Marks the poses of one fold of a K-fold cross-validation to validate and all others to identify. The poses
+/// are shuffled as in split_poses(), and the one at place n belongs to fold n mod K: over all folds every
+/// pose validates once, and folds differ by one pose at most.
+///
+/// @param folds  K, at least 2
+/// @param fold   0 to K - 1
+void hold_out_fold(MeasurementData& data, int folds, int fold, std::uint64_t seed);
+
+}  // namespace truepose

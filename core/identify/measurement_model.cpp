@@ -1,0 +1,166 @@
+#include "core/identify/measurement_model.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "core/arm/arm_kernel.hpp"
+#include "core/arm/forward.hpp"
+#include "core/arm/robot_model.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/prepared_points.hpp"
+
+namespace truepose {
+namespace {
+
+/// A deviation moves its joint: the column of theta (prismatic: of d) times the value of its basis.
+void fill_deviation_columns(const RobotModel& robot, const JointVector& q, Approach approach,
+                            const ParameterLayout& layout, PointJacobian& J) {
+  if (layout.deviations == 0) return;
+  std::vector<double> basis(robot.deviation.size());
+  deviation_basis(robot, q, approach, basis);
+  for (std::size_t t = 0; t < basis.size(); ++t) {
+    const int i = robot.deviation[t].joint;
+    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    const int column = layout.link(i) + (joint.type == JointType::Revolute ? 3 : 2);
+    J.col(layout.deviation(static_cast<int>(t))) = joint.sign * basis[t] * J.col(column);
+  }
+}
+
+}  // namespace
+
+Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVector& q, int smr,
+                                      PointJacobian& J, Approach approach) {
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  const Eigen::Isometry3d X_WB = cell.base.isometry();
+  LinkFrames X_B;
+  link_frames(cell.robot.joints, true_joints(cell.robot, q, approach), X_B);
+  const Eigen::Isometry3d X_WF = X_WB * X_B[cell.robot.joints.size()] * cell.robot.X_flange;
+  const Eigen::Vector3d P = X_WF * cell.reflectors[static_cast<std::size_t>(smr)].p_FS_mm;
+
+  J.setZero(3, layout.size());
+  J.leftCols<3>().setIdentity();
+  const Eigen::Vector3d lever = P - X_WB.translation();
+  for (int k = 0; k < 3; ++k) J.col(3 + k) = Eigen::Vector3d::Unit(k).cross(lever);
+  J.middleCols<3>(layout.reflector(smr)) = X_WF.linear();
+
+  for (int i = 0; i < layout.joints; ++i) {
+    const auto link = static_cast<std::size_t>(i);
+    const Eigen::Isometry3d before = X_WB * X_B[link];
+    const Eigen::Isometry3d after = X_WB * X_B[link + 1];
+    const Eigen::Vector3d from_before = P - before.translation();
+    const Eigen::Vector3d y = before.linear().col(1);
+    const Eigen::Vector3d x =
+        before.linear() * (Eigen::AngleAxisd(cell.robot.joints[link].beta_rad, Eigen::Vector3d::UnitY()) *
+                           Eigen::Vector3d::UnitX());
+    const Eigen::Vector3d z = after.linear().col(2);
+    auto columns = J.middleCols<5>(layout.link(i));
+    columns.col(0) = x;
+    columns.col(1) = x.cross(from_before);
+    columns.col(2) = z;
+    columns.col(3) = z.cross(P - after.translation());
+    columns.col(4) = y.cross(from_before);
+  }
+  fill_deviation_columns(cell.robot, q, approach, layout, J);
+  return P;
+}
+
+std::vector<Eigen::Isometry3d> flange_poses(const RobotModel& robot, std::span<const Measurement> points) {
+  const auto count = static_cast<Eigen::Index>(points.size());
+  Eigen::ArrayXXd q(count, robot.joint_count());
+  for (Eigen::Index n = 0; n < count; ++n) {
+    const Measurement& point = points[static_cast<std::size_t>(n)];
+    q.row(n) = true_joints(robot, point.q, point.direction).transpose();
+  }
+  PoseColumns columns(count, 12);
+  ArmKernel{robot}.forward(q, columns);
+  std::vector<Eigen::Isometry3d> X_BF(points.size(), Eigen::Isometry3d::Identity());
+  for (Eigen::Index n = 0; n < count; ++n) {
+    Eigen::Isometry3d& X = X_BF[static_cast<std::size_t>(n)];
+    for (int axis = 0; axis < 4; ++axis) X.matrix().col(axis).head<3>() = columns.row(n).segment<3>(3 * axis);
+    if (robot.field) X = robot.field->displaced(points[static_cast<std::size_t>(n)].q, X);
+  }
+  return X_BF;
+}
+
+Eigen::VectorXd residuals(const CalibratedCell& cell, std::span<const Measurement> points) {
+  Eigen::VectorXd f(3 * static_cast<Eigen::Index>(points.size()));
+  const Eigen::Isometry3d X_WB = cell.base.isometry();
+  const std::vector<Eigen::Isometry3d> X_BF = flange_poses(cell.robot, points);
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    const Eigen::Vector3d& p_FS_mm = cell.reflectors[static_cast<std::size_t>(points[n].smr)].p_FS_mm;
+    f.segment<3>(3 * static_cast<Eigen::Index>(n)) = X_WB * (X_BF[n] * p_FS_mm) - points[n].p_WS_mm;
+  }
+  return f;
+}
+
+namespace {
+
+/// The kernels' columns of a chunk of one reflector's points, taken to the tracker frame and to the rows of
+/// the points.
+class Rows {
+ public:
+  Rows(const CalibratedCell& cell, const ParameterLayout& layout, Eigen::VectorXd& f, Eigen::MatrixXd& J)
+      : R_WB_{cell.base.isometry().linear()}, layout_{layout}, f_{f}, J_{J} {}
+
+  /// @param columns  of `count` points
+  /// @param rows     first row of each of them; -1 where it is padding
+  void put(const double* columns, int count, std::span<const Eigen::Index> rows, int reflector) {
+    for (int k = 0; k < count; ++k) {
+      const Eigen::Index row = rows[static_cast<std::size_t>(k)];
+      if (row < 0) continue;
+      const auto local = [&](int column) {
+        const double* const at = columns + 3 * kernels::kChunk * column + k;
+        return Eigen::Vector3d(at[0], at[count], at[2 * count]);
+      };
+      f_.segment<3>(row) = R_WB_ * local(0);
+      J_.block<3, 3>(row, 0).setIdentity();
+      Eigen::Matrix3d turns, of_reflector;
+      for (int axis = 0; axis < 3; ++axis) {
+        turns.col(axis) = local(1 + axis);
+        of_reflector.col(axis) = local(4 + axis);
+      }
+      J_.block<3, 3>(row, 3) = R_WB_ * turns * R_WB_.transpose();
+      J_.block<3, 3>(row, layout_.reflector(reflector)) = R_WB_ * of_reflector;
+      for (int i = layout_.link(0); i < layout_.size(); ++i)
+        J_.block<3, 1>(row, i) = R_WB_ * local(kernels::kFixedColumns + i - layout_.link(0));
+    }
+  }
+
+ private:
+  Eigen::Matrix3d R_WB_;
+  const ParameterLayout& layout_;
+  Eigen::VectorXd& f_;
+  Eigen::MatrixXd& J_;
+};
+
+}  // namespace
+
+void residuals_with_jacobian(const CalibratedCell& cell, std::span<const Measurement> points,
+                             Eigen::VectorXd& f, Eigen::MatrixXd& J) {
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  f.resize(3 * static_cast<Eigen::Index>(points.size()));
+  J.setZero(f.size(), layout.size());
+  std::vector<kernels::LinkColumn> columns;
+  for (int i = layout.link(0); i < layout.size(); ++i) columns.push_back(link_column(cell.robot, layout, i));
+  const PreparedPoints prepared(cell.robot, points, layout.reflectors);
+  std::vector<Eigen::Index> rows(static_cast<std::size_t>(prepared.first_of(layout.reflectors)), -1);
+  for (std::size_t n = 0; n < points.size(); ++n)
+    rows[static_cast<std::size_t>(prepared.places()[n])] = 3 * static_cast<Eigen::Index>(n);
+
+  PreparedModel model(cell, columns);
+  std::vector<kernels::Line> chunk((kernels::kFixedColumns + columns.size()) * 3 * kernels::kChunk /
+                                   kernels::kMostLanes);
+  Rows out(cell, layout, f, J);
+  for (int k = 0; k < layout.reflectors; ++k) {
+    const kernels::PointModel& of_reflector = model.of(cell.reflectors[static_cast<std::size_t>(k)]);
+    const kernels::PointBlock block = prepared.of_reflector(k);
+    for (int first = 0; first < block.count; first += kernels::kChunk) {
+      const int count = std::min(kernels::kChunk, block.count - first);
+      prepared.code().point_columns(of_reflector, block, first, chunk[0].value);
+      out.put(chunk[0].value, count,
+              std::span(rows).subspan(static_cast<std::size_t>(prepared.first_of(k) + first)), k);
+    }
+  }
+}
+
+}  // namespace truepose

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/measurement.hpp"
+
+namespace truepose {
+
+/// Jacobian of a reflector's predicted position: 3 x ParameterLayout::size(), mm per mm or rad.
+using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+
+/// Where the tracker should see reflector `smr` at joints `q` (p_WS, mm), and its derivative to every
+/// parameter.
+///
+/// Every column is a cross product or an axis: of frame i-1 and i with the lever arm to the target, in the
+/// tracker frame. The residual field is not regarded: it is fitted to what the parameters leave. Source:
+/// method's paper, eqs 7 to 11, with beta first and the lever arm ending at the target.
+Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVector& q, int smr,
+                                      PointJacobian& J, Approach approach = {});
+
+/// forward_kinematics() at every point, deviations and field included, all together by the kernels.
+std::vector<Eigen::Isometry3d> flange_poses(const RobotModel& robot, std::span<const Measurement> points);
+
+/// Predicted minus measured positions of all points, stacked (3N, mm).
+Eigen::VectorXd residuals(const CalibratedCell& cell, std::span<const Measurement> points);
+
+/// The same with the derivative to every parameter (3N x ParameterLayout::size()).
+void residuals_with_jacobian(const CalibratedCell& cell, std::span<const Measurement> points,
+                             Eigen::VectorXd& f, Eigen::MatrixXd& J);
+
+}  // namespace truepose

@@ -1,0 +1,137 @@
+#include "core/identify/normal_equations.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "core/step_count.hpp"
+
+namespace truepose {
+namespace {
+
+constexpr int kBase = ParameterLayout::kBase;
+
+std::size_t lines_of(int numbers) {
+  return static_cast<std::size_t>((numbers + kernels::kMostLanes - 1) / kernels::kMostLanes);
+}
+
+}  // namespace
+
+NormalEquations::NormalEquations(const CalibratedCell& cell, PreparedPoints& points,
+                                 const std::vector<int>& free, const Prior& prior)
+    : points_{points}, layout_{ParameterLayout::of(cell)}, free_{free}, prior_{prior} {
+  assert(layout_.joints == points.joint_count() && layout_.reflectors == points.reflectors());
+  const int first_link = layout_.link(0);
+  for (const int parameter : free) {
+    if (parameter < first_link) {
+      place_.push_back(parameter);
+      continue;
+    }
+    place_.push_back(first_link + static_cast<int>(columns_.size()));
+    columns_.push_back(link_column(cell.robot, layout_, parameter));
+  }
+  assert(columns_.size() <= kMostLinkParameters);
+  const int local = local_columns();
+  all_.resize(first_link + static_cast<int>(columns_.size()), first_link + static_cast<int>(columns_.size()));
+  gradient_.resize(all_.rows());
+  chunk_.resize(lines_of(local * 3 * kernels::kChunk));
+  gram_.resize(lines_of((local + kernels::kBlock) * (local + kernels::kBlock)));
+  sums_.resize(3, local);
+}
+
+int NormalEquations::local_columns() const {
+  return kernels::kFixedColumns + static_cast<int>(columns_.size()) +
+         (points_.whitened() ? kernels::kTranslations : 0);
+}
+
+void NormalEquations::evaluate(const CalibratedCell& cell) {
+  count_step();
+  points_.deviate(cell.robot);
+  PreparedModel model(cell, columns_);
+  all_.setZero();
+  gradient_.setZero();
+  cost_ = 0;
+  for (int k = 0; k < layout_.reflectors; ++k) {
+    add(model.of(cell.reflectors[static_cast<std::size_t>(k)]), k);
+  }
+  turn_base_to_tracker(Eigen::Map<const Eigen::Matrix3d>(model.model.rotation));
+  add_prior(cell);
+}
+
+void NormalEquations::add(const kernels::PointModel& model, int reflector) {
+  const int local = static_cast<int>(sums_.cols());
+  const int stride = local + kernels::kBlock;
+  std::fill(gram_.begin(), gram_.end(), kernels::Line{});
+  sums_.setZero();
+  kernels::PointSums sums{.gram = gram_[0].value, .sum = sums_.data(), .weight = 0, .stride = stride};
+  points_.code().point_sums(model, points_.of_reflector(reflector), chunk_[0].value, sums);
+  const auto dot = [&](int i, int j) { return sums.gram[i * stride + j]; };
+  cost_ += dot(0, 0);
+  for (int i = 1; i < local; ++i) {
+    const int first = place_of_local(i, reflector);
+    gradient_[first] += dot(0, i);
+    for (int j = i; j < local; ++j) {
+      const int second = place_of_local(j, reflector);
+      all_(std::min(first, second), std::max(first, second)) += dot(i, j);
+    }
+  }
+  if (!points_.whitened()) add_translations(sums, reflector);
+}
+
+/// Of the kernel's columns from 1 on: the base's turn, the reflector, the links, the base's translation.
+int NormalEquations::place_of_local(int column, int reflector) const {
+  const int translations = kernels::kFixedColumns + static_cast<int>(columns_.size());
+  if (column < 4) return kBase / 2 + column - 1;
+  if (column < kernels::kFixedColumns) return layout_.reflector(reflector) + column - 4;
+  if (column < translations) return layout_.link(0) + column - kernels::kFixedColumns;
+  return column - translations;
+}
+/// Where points are weighed the translations' columns are the axes, times the weight.
+void NormalEquations::add_translations(const kernels::PointSums& sums, int reflector) {
+  gradient_.head<3>() += sums_.col(0);
+  all_.diagonal().head<3>().array() += sums.weight;
+  for (int i = 1; i < sums_.cols(); ++i) all_.col(place_of_local(i, reflector)).head<3>() += sums_.col(i);
+}
+
+void NormalEquations::add_prior(const CalibratedCell& cell) {
+  if (prior_.weight.size() == 0) return;
+  const Eigen::VectorXd values = parameter_values(cell);
+  for (int i = 0; i < size(); ++i) {
+    const int parameter = free_[static_cast<std::size_t>(i)];
+    const double weight = prior_.weight[parameter];
+    const double off = weight * (values[parameter] - prior_.centre[parameter]);
+    all_(place(i), place(i)) += weight * weight;
+    gradient_[place(i)] += weight * off;
+    cost_ += off * off;
+  }
+}
+
+void NormalEquations::turn_base_to_tracker(const Eigen::Matrix3d& R_WB) {
+  gradient_.head<3>() = (R_WB * gradient_.head<3>()).eval();
+  gradient_.segment<3>(3) = (R_WB * gradient_.segment<3>(3)).eval();
+  all_.block<3, 3>(0, 3) = (R_WB * all_.block<3, 3>(0, 3) * R_WB.transpose()).eval();
+  // Of translations and turns among themselves only the upper half was summed.
+  for (const Eigen::Index own : {0, 3}) {
+    const Eigen::Matrix3d among = all_.block<3, 3>(own, own).selfadjointView<Eigen::Upper>();
+    all_.block<3, 3>(own, own) = R_WB * among * R_WB.transpose();
+  }
+  for (Eigen::Index j = kBase; j < all_.cols(); ++j) {
+    all_.col(j).head<3>() = (R_WB * all_.col(j).head<3>()).eval();
+    all_.col(j).segment<3>(3) = (R_WB * all_.col(j).segment<3>(3)).eval();
+  }
+}
+
+Eigen::VectorXd NormalEquations::gradient() const {
+  Eigen::VectorXd g(size());
+  for (int i = 0; i < size(); ++i) g[i] = gradient(i);
+  return g;
+}
+
+Eigen::MatrixXd NormalEquations::matrix() const {
+  Eigen::MatrixXd A(size(), size());
+  for (int i = 0; i < size(); ++i)
+    for (int j = i; j < size(); ++j) A(i, j) = A(j, i) = product(i, j);
+  return A;
+}
+
+}  // namespace truepose

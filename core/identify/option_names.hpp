@@ -1,0 +1,30 @@
+#pragma once
+
+#include <array>
+
+#include "core/identify/calibrate.hpp"
+#include "core/named.hpp"
+
+namespace truepose {
+
+inline constexpr std::array kMethodNames{
+    Named{"two-stage", CalibrationMethod::TwoStage},
+    Named{"least-squares", CalibrationMethod::LeastSquares},
+    Named{"gauss-newton", CalibrationMethod::GaussNewton},
+    Named{"levenberg-marquardt", CalibrationMethod::LevenbergMarquardt},
+    Named{"ridge", CalibrationMethod::Ridge},
+    Named{"particle-swarm", CalibrationMethod::ParticleSwarm},
+};
+inline constexpr std::array kLossNames{
+    Named{"squared", Loss::Squared},
+    Named{"huber", Loss::Huber},
+    Named{"igg3", Loss::Igg3},
+    Named{"tukey", Loss::Tukey},
+};
+inline constexpr std::array kPriorNames{
+    Named{"auto", PriorUse::Auto},
+    Named{"off", PriorUse::Off},
+    Named{"on", PriorUse::On},
+};
+
+}  // namespace truepose

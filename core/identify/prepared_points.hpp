@@ -1,0 +1,81 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/measurement.hpp"
+#include "core/kernels/kernels.hpp"
+
+namespace truepose {
+
+/// Measured points in the layout of the kernels: by reflector, one array a coordinate, with the sines and
+/// cosines of the joints, which an identification needs in every iteration and which change with the
+/// deviations alone.
+///
+/// Depends on the arm by the types and signs of its joints, and by the bases of its deviations.
+class PreparedPoints {
+ public:
+  /// @param reflectors  how many the points' `smr` may name
+  /// @param W           multiplies the residual of each point (tracker frame); empty = all alike
+  PreparedPoints(const RobotModel& robot, std::span<const Measurement> points, int reflectors,
+                 std::span<const Eigen::Matrix3d> W = {}, const kernels::Kernels& code = kernels::best());
+
+  /// Other weights for the same points, as a robust loss needs; empty = all alike.
+  void reweight(std::span<const Eigen::Matrix3d> W);
+  /// Puts the joints where `robot`, with other coefficients of the same deviations, has them. Does not
+  /// allocate.
+  void deviate(const RobotModel& robot);
+
+  int size() const { return static_cast<int>(place_.size()); }
+  int joint_count() const { return static_cast<int>(joints_.size()); }
+  int reflectors() const { return static_cast<int>(begin_.size()) - 1; }
+  const kernels::Kernels& code() const { return *code_; }
+
+  /// Of each point, in the caller's order: its number within the arrays.
+  const std::vector<int>& places() const { return place_; }
+  /// Whether some points are whitened and not merely weighed.
+  bool whitened() const { return whitened_; }
+  int first_of(int reflector) const { return begin_[static_cast<std::size_t>(reflector)]; }
+  /// The points of one reflector, padded with points of weight 0.
+  kernels::PointBlock of_reflector(int reflector) const;
+
+ private:
+  /// Arrays over all points, of so many numbers each; joints, readings and bases one for each of theirs.
+  enum Row { kX, kY, kZ, kWeight, kWhitening, kJoints = kWhitening + 6 };
+
+  double* row(int number) { return lines_[static_cast<std::size_t>(number * row_lines_)].value; }
+  const double* row(int number) const { return lines_[static_cast<std::size_t>(number * row_lines_)].value; }
+  int first_row(int joint) const { return kJoints + joint; }
+  int second_row(int joint) const { return kJoints + joint_count() + joint; }
+  int reading_row(int joint) const { return kJoints + 2 * joint_count() + joint; }
+  int basis_row(int term) const { return kJoints + 3 * joint_count() + term; }
+  void place_bases(const RobotModel& robot, std::span<const Measurement> points);
+
+  const kernels::Kernels* code_;
+  std::vector<JointType> joints_;
+  int row_lines_ = 0;  ///< length of an array over all points
+  std::vector<kernels::Line> lines_;
+  std::vector<int> begin_;            ///< first place of each reflector's points, and the end of all
+  std::vector<int> place_;            ///< of each point, in the caller's order
+  std::vector<double> coefficients_;  ///< of the deviations, as the joints stand
+  bool placed_ = false;
+  bool whitened_ = false;
+};
+
+/// The kernels' column of a parameter of a link or of a deviation. The column of a deviation is its joint's
+/// zero (prismatic: its length), times the basis.
+kernels::LinkColumn link_column(const RobotModel& robot, const ParameterLayout& layout, int parameter);
+
+/// The arm, base and columns of a cell in the kernels' form; the reflector is set for each.
+struct PreparedModel {
+  kernels::Arm arm;
+  kernels::PointModel model;
+
+  PreparedModel(const CalibratedCell& cell, const std::vector<kernels::LinkColumn>& columns);
+  PreparedModel(const PreparedModel&) = delete;
+  const kernels::PointModel& of(const Reflector& reflector);
+};
+
+}  // namespace truepose

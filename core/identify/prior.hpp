@@ -1,0 +1,26 @@
+#pragma once
+
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/least_squares_problem.hpp"
+
+namespace truepose {
+
+/// Standard deviations with which the parameters of a real arm scatter about its data sheet.
+struct PriorScale {
+  double length_mm = 0.3;     ///< a, d
+  double angle_rad = 0.3e-3;  ///< alpha, theta, beta
+  double deviation = 0.3e-3;  ///< coefficient of a deviation term, rad (mm) per unit of its basis
+};
+
+/// The prior around `nominal` that knows nothing of base and reflectors.
+///
+/// @param sigma_mm  standard deviation of one coordinate of a whitened residual
+Prior prior_of(const CalibratedCell& nominal, const PriorScale& scale, double sigma_mm);
+
+/// The prior whose strength generalised cross-validation chooses in the problem linearised at `cell`.
+///
+/// Source: Golub, Heath, Wahba, Generalized cross-validation as a method for choosing a good ridge parameter,
+/// 1979.
+Prior ridge_prior(const CalibratedCell& cell, const LeastSquaresProblem& problem, const PriorScale& scale);
+
+}  // namespace truepose

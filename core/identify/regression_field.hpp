@@ -1,0 +1,52 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/arm/robot_model.hpp"
+#include "core/field/regressor.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/measurement.hpp"
+
+namespace truepose {
+
+/// A residual field by regression on cosine and sine of every revolute joint's angle and of its double, where
+/// gears err, and on the position of every prismatic one. Arms of more than eight joints: of the angle alone.
+///
+/// It moves a point of the flange (in the base frame, mm) and, where the measurements told it, turns the
+/// flange about that point: where only one reflector was measured, nothing is known of the orientation.
+class RegressionField final : public ResidualField {
+ public:
+  /// @param robot      whose joints' types say what the features are
+  /// @param regressor  of 3 targets (displacement) or 6 (and rotation vector times kTurnLever_mm)
+  /// @param p_F_mm     the point, in the flange frame
+  RegressionField(const RobotModel& robot, RegressorPtr regressor, const Eigen::Vector3d& p_F_mm);
+
+  Eigen::Isometry3d displaced(const JointVector& q, const Eigen::Isometry3d& X_BF) const noexcept override;
+
+  const RegressorPtr& regressor() const { return regressor_; }
+  const Eigen::Vector3d& p_F_mm() const { return p_F_mm_; }
+
+ private:
+  std::vector<JointType> joints_;
+  RegressorPtr regressor_;
+  Eigen::Index targets_;
+  Eigen::Vector3d p_F_mm_;
+};
+
+/// How many features a field over this arm has: columns of its regressor's X.
+int field_features(const RobotModel& robot);
+
+/// Length (mm) by which a rotation is weighed against a displacement.
+inline constexpr double kTurnLever_mm = 100;
+
+/// What a residual field has to explain: the displacement of every pose, one group per pose, and the point of
+/// the flange to which they apply. With three or more reflectors on every pose the turn of the flange is told
+/// too.
+struct FieldData {
+  RegressionData regression;
+  Eigen::Vector3d p_F_mm{0, 0, 0};
+};
+FieldData field_data(const CalibratedCell& cell, std::span<const Measurement> points);
+
+}  // namespace truepose

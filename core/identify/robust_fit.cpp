@@ -1,0 +1,177 @@
+#include "core/identify/robust_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/linear_start.hpp"
+#include "core/identify/measurement_model.hpp"
+#include "core/identify/prior.hpp"
+#include "core/math/random.hpp"
+#include "core/math/statistics.hpp"
+
+namespace truepose {
+
+double huber_weight(double length, double knee) { return length <= knee ? 1.0 : knee / length; }
+
+double igg3_weight(double length, double knee, double cut) {
+  if (length <= knee) return 1.0;
+  if (length >= cut) return 0.0;
+  const double left = (cut - length) / (cut - knee);
+  return knee / length * left * left;
+}
+
+double tukey_weight(double length, double cut) {
+  if (length >= cut) return 0.0;
+  const double left = 1 - length * length / (cut * cut);
+  return left * left;
+}
+
+double sigma_from_median(std::span<const double> lengths) {
+  constexpr double kMedianOfChi3 = 1.5381722544550522;
+  return median({lengths.begin(), lengths.end()}) / kMedianOfChi3;
+}
+
+namespace {
+
+constexpr double kHuberKnee = 2.5, kTukeyCut = 6, kRejectBeyond = 5;
+constexpr double kIgg3Knee = 3, kIgg3Cut = 6;
+constexpr int kSubsets = 40, kSubsetSize = 8;
+constexpr double kFewestEffectivePoints = 12;
+// Wide enough for any arm that is not broken: it only keeps weak directions from running away.
+constexpr PriorScale kWide{.length_mm = 3, .angle_rad = 15e-3, .deviation = 15e-3};
+
+std::vector<double> whitened_lengths(const CalibratedCell& cell, std::span<const Measurement> points,
+                                     std::span<const Eigen::Matrix3d> W) {
+  const Eigen::VectorXd f = residuals(cell, points);
+  std::vector<double> lengths(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d r = f.segment<3>(3 * static_cast<Eigen::Index>(i));
+    lengths[i] = (W.empty() ? r : Eigen::Vector3d{W[i] * r}).norm();
+  }
+  return lengths;
+}
+
+/// A subset with a point of every reflector, so that none is left without an equation.
+std::vector<Measurement> random_subset(std::span<const Measurement> points, std::size_t reflectors,
+                                       Random& random) {
+  std::vector<std::size_t> order(points.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  for (std::size_t i = order.size(); i-- > 1;) std::swap(order[i], order[random.next() % (i + 1)]);
+  const std::size_t wanted = kSubsetSize + 4 * (reflectors - 1);
+  std::vector<std::size_t> taken(reflectors, 0);
+  std::vector<Measurement> subset;
+  for (const std::size_t i : order) {
+    const auto smr = static_cast<std::size_t>(points[i].smr);
+    if (subset.size() >= wanted && taken[smr] > 1) continue;
+    ++taken[smr];
+    subset.push_back(points[i]);
+    if (subset.size() >= wanted && std::ranges::min(taken) > 1) break;
+  }
+  return subset;
+}
+
+std::vector<Eigen::Matrix3d> reweighted(std::size_t points, std::span<const Eigen::Matrix3d> W,
+                                        std::span<const double> weights) {
+  std::vector<Eigen::Matrix3d> out(W.begin(), W.end());
+  out.resize(points, Eigen::Matrix3d::Identity());
+  for (std::size_t i = 0; i < points; ++i) out[i] *= std::sqrt(weights[i]);
+  return out;
+}
+
+/// Weights of a step of the chain. The scale grows until enough points carry it.
+template <typename Weight>
+std::vector<double> carried_weights(std::span<const double> lengths, double sigma, const Weight& weight) {
+  const double fewest = std::min(kFewestEffectivePoints, static_cast<double>(lengths.size()));
+  std::vector<double> weights(lengths.size());
+  for (;; sigma *= 1.5) {
+    std::ranges::transform(lengths, weights.begin(), [&](double l) { return weight(l / sigma); });
+    if (std::accumulate(weights.begin(), weights.end(), 0.0) >= fewest || !(sigma < 1e9)) return weights;
+  }
+}
+
+double huber(double u) { return huber_weight(u, kHuberKnee); }
+double tukey(double u) { return tukey_weight(u, kTukeyCut); }
+
+CalibratedCell one_step(const CalibratedCell& cell, LeastSquaresProblem& problem,
+                        std::span<const Eigen::Matrix3d> W, std::span<const double> weights) {
+  problem.W = reweighted(problem.points.size(), W, weights);
+  return gauss_newton(cell, problem, {.max_iterations = 1}).cell;
+}
+
+double positive(double sigma) { return std::max(sigma, 1e-12); }
+
+}  // namespace
+
+CalibratedCell robust_start(const RobotModel& arm, std::span<const std::string> smr_names,
+                            std::span<const Measurement> points, std::span<const Eigen::Matrix3d> W) {
+  CalibratedCell best = linear_start(arm, smr_names, points);
+  double best_median = median(whitened_lengths(best, points, W));
+  Random random(0);
+  for (int i = 0; i < kSubsets; ++i) {
+    const std::vector<Measurement> subset = random_subset(points, smr_names.size(), random);
+    const CalibratedCell candidate = linear_start(arm, smr_names, subset);
+    const double candidate_median = median(whitened_lengths(candidate, points, W));
+    if (candidate_median < best_median) {
+      best = candidate;
+      best_median = candidate_median;
+    }
+  }
+
+  LeastSquaresProblem problem{.points = points, .free = {}, .W = {}, .prior = {}};
+  problem.free.resize(static_cast<std::size_t>(ParameterLayout::of(best).link(0)));
+  std::iota(problem.free.begin(), problem.free.end(), 0);
+  for (int i = 0; i < 9; ++i) {
+    const std::vector<double> lengths = whitened_lengths(best, points, W);
+    const double sigma = positive(sigma_from_median(lengths));
+    const std::vector<double> weights =
+        i < 3 ? carried_weights(lengths, sigma, huber) : carried_weights(lengths, sigma, tukey);
+    best = one_step(best, problem, W, weights);
+  }
+  return best;
+}
+
+RobustFit robust_fit(const CalibratedCell& start, const LeastSquaresProblem& problem) {
+  const auto equations = 3.0 * static_cast<double>(problem.points.size());
+  const double freedom = std::max(0.1, 1 - static_cast<double>(problem.free.size()) / equations);
+  LeastSquaresProblem step = problem;
+  RobustFit fit{.cell = start};
+  for (int i = 0; i < 18; ++i) {
+    const std::vector<double> lengths = whitened_lengths(fit.cell, problem.points, problem.W);
+    if (i < 5) fit.sigma_mm = positive(sigma_from_median(lengths) / std::sqrt(freedom));
+    const std::vector<double> weights = i < 10 ? carried_weights(lengths, fit.sigma_mm, huber)
+                                               : carried_weights(lengths, fit.sigma_mm, tukey);
+    step.prior = prior_of(start, kWide, fit.sigma_mm);
+    fit.cell = one_step(fit.cell, step, problem.W, weights);
+  }
+  fit.sigma_mm =
+      positive(sigma_from_median(whitened_lengths(fit.cell, problem.points, problem.W)) / std::sqrt(freedom));
+  return fit;
+}
+
+std::vector<double> point_weights(const CalibratedCell& cell, std::span<const Measurement> points,
+                                  std::span<const Eigen::Matrix3d> W, Loss loss, double sigma_mm) {
+  std::vector<double> weights = whitened_lengths(cell, points, W);
+  for (double& weight : weights) {
+    const double u = weight / sigma_mm;
+    switch (loss) {
+      case Loss::Squared:
+        weight = 1;
+        break;
+      case Loss::Huber:
+        weight = huber_weight(u, kHuberKnee);
+        break;
+      case Loss::Igg3:
+        weight = igg3_weight(u, kIgg3Knee, kIgg3Cut);
+        break;
+      case Loss::Tukey:
+        weight = u <= kRejectBeyond ? 1 : 0;
+        break;
+    }
+  }
+  return weights;
+}
+
+}  // namespace truepose

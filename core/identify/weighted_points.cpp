@@ -1,0 +1,66 @@
+#include "core/identify/weighted_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/identify/robust_fit.hpp"
+
+namespace truepose {
+namespace {
+
+template <typename T>
+std::vector<T> those_trusted(const std::vector<T>& all, const std::vector<bool>& trusted) {
+  std::vector<T> some;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (trusted[i]) some.push_back(all[i]);
+  }
+  return some;
+}
+
+}  // namespace
+
+WeightedPoints::WeightedPoints(std::vector<Measurement> points, const std::optional<MeasurementNoise>& noise)
+    : points_{std::move(points)},
+      whitening_{whitening_of(points_, noise).W},
+      weights_(points_.size(), 1.0),
+      trusted_(points_.size(), true) {}
+
+int WeightedPoints::equations() const { return 3 * static_cast<int>(std::ranges::count(trusted_, true)); }
+
+std::vector<Measurement> WeightedPoints::trusted_points() const { return those_trusted(points_, trusted_); }
+
+double WeightedPoints::whitened_length(std::size_t point, const Eigen::Vector3d& error_mm) const {
+  return whitening_.empty() ? error_mm.norm() : (whitening_[point] * error_mm).norm();
+}
+
+LeastSquaresProblem WeightedPoints::problem(std::vector<int> free) const {
+  return {.points = points_, .free = std::move(free), .W = weighted_whitening(), .prior = {}};
+}
+
+std::vector<Eigen::Matrix3d> WeightedPoints::weighted_whitening() const {
+  std::vector<Eigen::Matrix3d> W = whitening_;
+  W.resize(points_.size(), Eigen::Matrix3d::Identity());
+  for (std::size_t i = 0; i < W.size(); ++i) W[i] *= std::sqrt(weights_[i]);
+  return W;
+}
+
+std::vector<Eigen::Matrix3d> WeightedPoints::trusted_whitening() const {
+  return those_trusted(weighted_whitening(), trusted_);
+}
+
+bool WeightedPoints::weigh(const CalibratedCell& cell, Loss loss, double sigma_mm) {
+  constexpr double kSame = 1e-6;
+  sigma_mm_ = sigma_mm;
+  // Huber's weights are never zero: Tukey's cut tells which of its points are gross errors.
+  const Loss judge = loss == Loss::Huber ? Loss::Tukey : loss;
+  const std::vector<double> judged = point_weights(cell, points_, whitening_, judge, sigma_mm);
+  for (std::size_t i = 0; i < judged.size(); ++i) trusted_[i] = judged[i] > 0;
+  std::vector<double> weights = point_weights(cell, points_, whitening_, loss, sigma_mm);
+  if (std::ranges::equal(weights, weights_, [](double a, double b) { return std::abs(a - b) < kSame; }))
+    return false;
+  weights_ = std::move(weights);
+  return true;
+}
+
+}  // namespace truepose

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/identify/least_squares_problem.hpp"
+#include "core/identify/measurement.hpp"
+#include "core/identify/robust_fit.hpp"
+
+namespace truepose {
+
+/// The points of an identification and how much each counts: whitened by its noise, weighed by the loss.
+///
+/// A point is trusted unless it is a gross error. One that the loss leaves in, for all that (Huber), may sway
+/// a fit a little, but not choose what is fitted. Problems point into it: it must outlive them, and may be
+/// moved but not copied.
+class WeightedPoints {
+ public:
+  /// Every point of weight 1.
+  WeightedPoints(std::vector<Measurement> points, const std::optional<MeasurementNoise>& noise);
+  WeightedPoints(WeightedPoints&&) = default;
+
+  const std::vector<Measurement>& points() const { return points_; }
+  const std::vector<Eigen::Matrix3d>& whitening() const { return whitening_; }  ///< empty = identity
+  const std::vector<double>& weights() const { return weights_; }
+
+  const std::vector<bool>& trusted() const { return trusted_; }
+  std::vector<Measurement> trusted_points() const;
+
+  /// Coordinates of the trusted points.
+  int equations() const;
+  /// Length (mm) of a point's error once whitened.
+  double whitened_length(std::size_t point, const Eigen::Vector3d& error_mm) const;
+
+  /// The problem of fitting `free` under the present weights.
+  LeastSquaresProblem problem(std::vector<int> free) const;
+  /// The whitening times the root of the weight, of each point.
+  std::vector<Eigen::Matrix3d> weighted_whitening() const;
+  /// The same of the trusted points.
+  std::vector<Eigen::Matrix3d> trusted_whitening() const;
+
+  /// Weighs every point anew by how far it is from `cell`, unless all weights would stay as they are.
+  /// @param sigma_mm  of one coordinate of a good point's whitened residual
+  /// @return whether a weight changed
+  bool weigh(const CalibratedCell& cell, Loss loss, double sigma_mm);
+
+  double sigma_mm() const { return sigma_mm_; }  ///< by which the points were weighed last
+
+ private:
+  std::vector<Measurement> points_;
+  std::vector<Eigen::Matrix3d> whitening_;
+  std::vector<double> weights_;
+  std::vector<bool> trusted_;
+  double sigma_mm_ = 1;
+};
+
+}  // namespace truepose

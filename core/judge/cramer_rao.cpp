@@ -1,0 +1,37 @@
+#include "core/judge/cramer_rao.hpp"
+
+#include <cmath>
+
+#include "core/identify/identifiability.hpp"
+#include "core/identify/measurement_model.hpp"
+#include "core/math/dense_algebra.hpp"
+
+namespace truepose {
+
+Eigen::MatrixXd position_jacobian(const CalibratedCell& cell, std::span<const JointVector> poses) {
+  Eigen::MatrixXd J(3 * static_cast<Eigen::Index>(poses.size()), ParameterLayout::of(cell).size());
+  PointJacobian J_pose;
+  Eigen::Index row = 0;
+  for (const JointVector& q : poses) {
+    predict_with_jacobian(cell, q, 0, J_pose);
+    J.middleRows<3>(row) = J_pose;
+    row += 3;
+  }
+  return J;
+}
+
+Eigen::MatrixXd whitened_basis(const Eigen::MatrixXd& J) {
+  const Eigen::VectorXd inverse_norm = column_norms(J).cwiseInverse();
+  const Svd svd = thin_svd(J * inverse_norm.asDiagonal());
+  const Eigen::Index rank = (svd.s.array() > kRankTolerance * svd.s[0]).count();
+  return inverse_norm.asDiagonal() * svd.V.leftCols(rank) * svd.s.head(rank).cwiseInverse().asDiagonal();
+}
+
+double cramer_rao_rms_mm(const CalibratedCell& truth, std::span<const JointVector> measured,
+                         std::span<const JointVector> elsewhere, double sigma_mm) {
+  const Eigen::MatrixXd basis = whitened_basis(position_jacobian(truth, measured));
+  const double spread = (position_jacobian(truth, elsewhere) * basis).norm();
+  return sigma_mm * spread / std::sqrt(static_cast<double>(elsewhere.size()));
+}
+
+}  // namespace truepose

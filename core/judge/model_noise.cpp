@@ -1,0 +1,39 @@
+#include "core/judge/model_noise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace truepose {
+namespace {
+
+MeasurementNoise scaled(const MeasurementNoise& noise, double factor) {
+  return {.tracker = {.range_mm = factor * noise.tracker.range_mm,
+                      .range_mm_per_m = factor * noise.tracker.range_mm_per_m,
+                      .transverse_mm = factor * noise.tracker.transverse_mm,
+                      .transverse_mm_per_m = factor * noise.tracker.transverse_mm_per_m},
+          .repeatability_mm = factor * noise.repeatability_mm};
+}
+
+}  // namespace
+
+MeasurementNoise noise_about_model(const Calibration& calibration, const MeasurementData& data,
+                                   const std::optional<MeasurementNoise>& stated) {
+  const std::vector<Measurement> points = points_of(data, PoseSet::Identify);
+  const Whitening whitening = whitening_of(points, stated);
+  if (whitening.W.empty()) return {.repeatability_mm = calibration.sigma0_mm};
+  const double factor = calibration.sigma0_mm / whitening.finest_mm;
+  if (!std::ranges::all_of(points, &std::optional<double>::has_value, &Measurement::sigma_mm))
+    return scaled(*stated, factor);
+  // Each point stated its own: a later point is taken as their root mean square.
+  double variance = 0;
+  for (const Measurement& point : points) variance += *point.sigma_mm * *point.sigma_mm;
+  return {.repeatability_mm = factor * std::sqrt(variance / static_cast<double>(points.size()))};
+}
+
+MeasurementNoise noise_of_mean_error(double mean_mm) {
+  // The length of three normal coordinates is sqrt(8 / pi) of their standard deviations on average.
+  return {.repeatability_mm = mean_mm / std::sqrt(8 / std::numbers::pi)};
+}
+
+}  // namespace truepose

@@ -1,0 +1,205 @@
+#include "core/math/dense_algebra.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <cmath>
+#include <utility>
+
+#include "core/kernels/kernels.hpp"
+
+namespace truepose {
+namespace {
+
+using InPlaceCholesky = Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>;
+
+}  // namespace
+
+Svd thin_svd(const Eigen::MatrixXd& A) {
+  // Jacobi's, of the triangular factor: ours have some tens of columns at most. Eigen's BDCSVD and its own
+  // choice of a factor take longer to compile than all other decompositions together.
+  if (A.cols() > A.rows()) {
+    const Svd svd = thin_svd(A.transpose());
+    return {svd.V, svd.s, svd.U};
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
+  const Eigen::Index n = A.cols();
+  const Eigen::MatrixXd R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+  const Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner> svd(
+      R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::MatrixXd U = Eigen::MatrixXd::Zero(A.rows(), n);
+  U.topRows(n) = svd.matrixU();
+  U.applyOnTheLeft(qr.householderQ());
+  return {U, svd.singularValues(), qr.colsPermutation() * svd.matrixV()};
+}
+
+Eigen::MatrixXd triangular_factor(const Eigen::MatrixXd& A) {
+  constexpr Eigen::Index kLanes = kernels::kMostLanes;
+  if (A.rows() <= A.cols()) return A;
+  const Eigen::Index rows = (A.rows() + kLanes - 1) / kLanes * kLanes;
+  Eigen::MatrixXd work(rows, A.cols() + 1);  // and a column of room
+  work.topLeftCorner(A.rows(), A.cols()) = A;
+  work.bottomRows(rows - A.rows()).setZero();
+  kernels::best().triangulate(work.data(), rows, static_cast<int>(rows), static_cast<int>(A.cols()),
+                              work.col(A.cols()).data());
+  return work.topLeftCorner(A.cols(), A.cols()).triangularView<Eigen::Upper>();
+}
+
+Eigen::VectorXd singular_values(const Eigen::MatrixXd& A) {
+  // From A'A where that loses no digits that anybody reads: many times faster.
+  constexpr double kBadly = 1e-6;  // of squares: below, the smallest is known to less than 1e-9 of itself
+  const bool wide = A.cols() > A.rows();
+  const Eigen::VectorXd squares = eigenvalues(wide ? times_transposed(A, A) : gram(A)).reverse();
+  if (squares[squares.size() - 1] > kBadly * squares[0]) return squares.cwiseSqrt();
+  return thin_svd(A).s;
+}
+
+Eigen::VectorXd smallest_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double tolerance) {
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr(A.rows(), A.cols());
+  qr.setThreshold(tolerance);
+  return qr.compute(A).solve(b);
+}
+
+PivotedQr pivoted_qr(const Eigen::MatrixXd& A) {
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
+  const auto& order = qr.colsPermutation().indices();
+  return {{order.data(), order.data() + order.size()}, qr.matrixQR().diagonal().cwiseAbs()};
+}
+
+Eigen::MatrixXd null_basis(const Eigen::MatrixXd& A, int rank) {
+  const Eigen::Index open = A.cols() - rank;
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(A.cols(), A.cols()).rightCols(open);
+  const auto R = qr.matrixQR().topRows(rank);
+  basis.topRows(rank) = -R.leftCols(rank).triangularView<Eigen::Upper>().solve(R.rightCols(open));
+  basis = (qr.colsPermutation() * basis).eval();
+  const Eigen::MatrixXd Q =
+      Eigen::HouseholderQR<Eigen::MatrixXd>(basis).householderQ() * Eigen::MatrixXd::Identity(A.cols(), open);
+  return Q;
+}
+
+InverseGram inverse_gram(const Eigen::MatrixXd& A, double tolerance) {
+  const Eigen::MatrixXd R = triangular_factor(A);
+  const Eigen::Index n = A.cols();
+  if (R.rows() == n && (R.diagonal().array() != 0).all()) {
+    const Eigen::MatrixXd inverse = R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(n, n));
+    // The Frobenius norms bound the condition from above.
+    if (R.norm() * inverse.norm() * tolerance < 1)
+      return {times_transposed(inverse, inverse), static_cast<int>(n)};
+  }
+  const Svd svd = thin_svd(R);
+  const Eigen::VectorXd variance =
+      svd.s.unaryExpr([&](double v) { return v > tolerance * svd.s[0] ? 1 / (v * v) : 0.0; });
+  return {times_transposed(svd.V * variance.asDiagonal(), svd.V),
+          static_cast<int>((variance.array() > 0).count())};
+}
+
+Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
+  return Eigen::LDLT<Eigen::MatrixXd>(A).solve(B);
+}
+
+Eigen::MatrixXd inverse(const Eigen::MatrixXd& A) {
+  return Eigen::HouseholderQR<Eigen::MatrixXd>(A).solve(Eigen::MatrixXd::Identity(A.rows(), A.cols()));
+}
+
+Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& A) {
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
+CholeskyFactor::CholeskyFactor(Eigen::MatrixXd A) : L_{std::move(A)} {
+  Eigen::Ref<Eigen::MatrixXd> in_place{L_};
+  succeeded_ = InPlaceCholesky(in_place).info() == Eigen::Success;
+  L_.triangularView<Eigen::StrictlyUpper>().setZero();
+}
+
+Eigen::MatrixXd CholeskyFactor::solve(Eigen::MatrixXd B) const {
+  L_.triangularView<Eigen::Lower>().solveInPlace(B);
+  L_.transpose().triangularView<Eigen::Upper>().solveInPlace(B);
+  return B;
+}
+
+Eigen::MatrixXd CholeskyFactor::solve_lower(Eigen::MatrixXd B) const {
+  L_.triangularView<Eigen::Lower>().solveInPlace(B);
+  return B;
+}
+
+Eigen::MatrixXd CholeskyFactor::inverse() const {
+  return solve(Eigen::MatrixXd::Identity(L_.rows(), L_.cols()));
+}
+
+Eigen::MatrixXd CholeskyFactor::inverse_lower() const {
+  return solve_lower(Eigen::MatrixXd::Identity(L_.rows(), L_.cols()));
+}
+
+double CholeskyFactor::log_determinant() const { return 2 * L_.diagonal().array().log().sum(); }
+
+Eigen::Matrix3d cholesky(const Eigen::Matrix3d& A) {
+  Eigen::Matrix3d L = Eigen::Matrix3d::Zero();
+  L(0, 0) = std::sqrt(A(0, 0));
+  L(1, 0) = A(1, 0) / L(0, 0);
+  L(2, 0) = A(2, 0) / L(0, 0);
+  L(1, 1) = std::sqrt(A(1, 1) - L(1, 0) * L(1, 0));
+  L(2, 1) = (A(2, 1) - L(2, 0) * L(1, 0)) / L(1, 1);
+  L(2, 2) = std::sqrt(A(2, 2) - L(2, 0) * L(2, 0) - L(2, 1) * L(2, 1));
+  return L;
+}
+
+Eigen::Matrix3d inverse_cholesky(const Eigen::Matrix3d& A) {
+  const Eigen::Matrix3d L = cholesky(A);
+  Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < 3; ++i) W(i, i) = 1 / L(i, i);
+  W(1, 0) = -L(1, 0) * W(0, 0) * W(1, 1);
+  W(2, 1) = -L(2, 1) * W(1, 1) * W(2, 2);
+  W(2, 0) = -(L(2, 0) * W(0, 0) + L(2, 1) * W(1, 0)) * W(2, 2);
+  return W;
+}
+
+void solve_positive_in_place(Eigen::Ref<Eigen::MatrixXd> A, Eigen::Ref<Eigen::MatrixXd> B) {
+  const InPlaceCholesky factor(A);
+  for (Eigen::Index c = 0; c < B.cols(); ++c) factor.solveInPlace(B.col(c));
+}
+
+void solve_in_place(Eigen::Ref<Eigen::MatrixXd> A, Eigen::Ref<Eigen::VectorXd> b) {
+  const Eigen::Index n = A.rows();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    Eigen::Index pivot = k;
+    for (Eigen::Index i = k + 1; i < n; ++i) {
+      if (std::abs(A(i, k)) > std::abs(A(pivot, k))) pivot = i;
+    }
+    for (Eigen::Index j = k; pivot != k && j < n; ++j) std::swap(A(k, j), A(pivot, j));
+    std::swap(b[k], b[pivot]);
+    for (Eigen::Index i = k + 1; i < n; ++i) A(i, k) /= A(k, k);
+    for (Eigen::Index j = k + 1; j < n; ++j) {
+      for (Eigen::Index i = k + 1; i < n; ++i) A(i, j) -= A(i, k) * A(k, j);
+    }
+    for (Eigen::Index i = k + 1; i < n; ++i) b[i] -= A(i, k) * b[k];
+  }
+  for (Eigen::Index k = n; k-- > 0;) {
+    b[k] /= A(k, k);
+    for (Eigen::Index i = 0; i < k; ++i) b[i] -= A(i, k) * b[k];
+  }
+}
+
+using ConstRef = Eigen::Ref<const Eigen::MatrixXd>;
+
+Eigen::MatrixXd times(const ConstRef& A, const ConstRef& B) { return A * B; }
+
+Eigen::MatrixXd times_transposed(const ConstRef& A, const ConstRef& B) { return A * B.transpose(); }
+
+Eigen::MatrixXd transposed_times(const ConstRef& A, const ConstRef& B) { return A.transpose() * B; }
+
+Eigen::MatrixXd gram(const ConstRef& A) {
+  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(A.cols(), A.cols());
+  G.selfadjointView<Eigen::Lower>().rankUpdate(A.transpose());
+  G.triangularView<Eigen::StrictlyUpper>() = G.transpose();
+  return G;
+}
+
+Eigen::MatrixXd congruence(const ConstRef& A, const ConstRef& C) { return times_transposed(times(A, C), A); }
+
+Eigen::VectorXd congruence_diagonal(const ConstRef& A, const ConstRef& C) {
+  return times(A, C).cwiseProduct(A).rowwise().sum();
+}
+
+}  // namespace truepose

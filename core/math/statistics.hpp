@@ -1,0 +1,54 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace truepose {
+
+/// The upper median; 0 of nothing.
+inline double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Statistics of one coordinate of a position error, mm.
+struct AxisStatistics {
+  double mean_abs = 0;
+  double rms = 0;
+  double max_abs = 0;
+};
+
+/// Statistics of the length of a position error and of its coordinates, mm.
+struct ErrorStatistics {
+  int count = 0;
+  double mean = 0;
+  double rms = 0;
+  double max = 0;
+  double min = 0;
+  double std = 0;  ///< sample standard deviation (n - 1); 0 for a single error
+  AxisStatistics x, y, z;
+};
+
+/// @param errors  at least one error vector, mm
+ErrorStatistics error_statistics(std::span<const Eigen::Vector3d> errors);
+
+/// Whether a model is better than another by what both leave of the same points: by the mean error. The one
+/// answer to it, in campaigns, on the command line and in reports.
+inline bool improves(double before_mean_mm, double after_mean_mm) { return after_mean_mm < before_mean_mm; }
+inline bool improves(const ErrorStatistics& before, const ErrorStatistics& after) {
+  return improves(before.mean, after.mean);
+}
+
+/// Probability that a chi-square variable exceeds x: 1 where x <= 0. Exact to about 1e-13 of itself.
+///
+/// @param degrees  of freedom, at least 1
+/// Source: Abramowitz, Stegun, Handbook of Mathematical Functions (1964), 26.4.4 (odd degrees) and 26.4.5
+/// (even degrees): finite sums of positive terms.
+double chi_square_tail(double x, int degrees);
+
+}  // namespace truepose

@@ -1,0 +1,183 @@
+#include "tools/experiment/method_comparison.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "core/identify/calibrate.hpp"
+#include "core/judge/cramer_rao.hpp"
+#include "tools/experiment/trial.hpp"
+
+namespace truepose {
+namespace {
+
+enum class Start { Unaided, FromGuess };
+
+struct Method {
+  std::string name;
+  TrialData data;
+  Start start;
+  CalibrateOptions options;
+  bool knows_gross_errors = false;  ///< the oracle: gross errors are taken out before the fit
+};
+
+std::vector<Method> all_methods() {
+  using enum CalibrationMethod;
+  using enum TrialData;
+  const CalibrateOptions plain{.prior = PriorUse::Off, .check_model = false};
+  const auto by = [&](CalibrationMethod method) {
+    CalibrateOptions options = plain;
+    options.method = method;
+    return options;
+  };
+  const auto with = [&](Loss loss) {
+    CalibrateOptions options = plain;
+    options.loss = loss;
+    return options;
+  };
+  CalibrateOptions with_prior = plain;
+  with_prior.prior = PriorUse::On;
+  return {
+      {"least-squares", Noisy, Start::FromGuess, by(LeastSquares)},
+      {"gauss-newton", Noisy, Start::FromGuess, by(GaussNewton)},
+      {"levenberg-marquardt", Noisy, Start::FromGuess, by(LevenbergMarquardt)},
+      {"two-stage from the guess", Noisy, Start::FromGuess, plain},
+      {"particle-swarm", Noisy, Start::Unaided, by(ParticleSwarm)},
+      {"ridge", Noisy, Start::Unaided, by(Ridge)},
+      {"two-stage with prior", Noisy, Start::Unaided, with_prior},
+      {"two-stage", Noisy, Start::Unaided, plain},
+      {"two-stage", NoiseFree, Start::Unaided, plain},
+      // The oracle comes first of those with gross errors: the others are measured against it.
+      {"oracle", GrossErrors, Start::Unaided, plain, true},
+      {"two-stage", GrossErrors, Start::Unaided, plain},
+      {"robust two-stage (huber)", GrossErrors, Start::Unaided, with(Loss::Huber)},
+      {"robust two-stage (igg3)", GrossErrors, Start::Unaided, with(Loss::Igg3)},
+      {"robust two-stage (tukey)", GrossErrors, Start::Unaided, with(Loss::Tukey)},
+  };
+}
+
+/// What becomes of a method's trials.
+struct MethodTally {
+  std::vector<Eigen::Vector3d> errors;
+  std::vector<double> times_s;
+  std::vector<double> convergence_mm, first_errors_mm;  // of the first trial
+  int converged = 0;
+  int iterations = 0;
+  int near_oracle = 0;
+};
+
+MeasurementData points_to_fit(const SimulatedCampaign& campaign, bool without_gross) {
+  MeasurementData data{.smr_names = campaign.data.smr_names};
+  for (std::size_t i = 0; i < campaign.data.points.size(); ++i) {
+    if (campaign.data.points[i].set != PoseSet::Identify || (without_gross && campaign.gross[i])) continue;
+    data.points.push_back(campaign.data.points[i]);
+  }
+  return data;
+}
+
+std::vector<Eigen::Vector3d> errors_at_validation(const CalibratedCell& cell,
+                                                  const SimulatedCampaign& campaign) {
+  std::vector<Eigen::Vector3d> errors;
+  for (std::size_t i = 0; i < campaign.data.points.size(); ++i) {
+    const Measurement& point = campaign.data.points[i];
+    if (point.set == PoseSet::Validate) errors.push_back(cell.predict(point.q, 0) - campaign.p_true_mm[i]);
+  }
+  return errors;
+}
+
+std::vector<double> lengths(const std::vector<Eigen::Vector3d>& errors) {
+  std::vector<double> lengths_mm;
+  for (const Eigen::Vector3d& error : errors) lengths_mm.push_back(error.norm());
+  return lengths_mm;
+}
+
+/// Fits one trial.
+/// @return its RMS error at the validation poses, or nothing where there is no fit
+std::optional<double> run(const Method& method, const RobotModel& nominal, const Trial& trial,
+                          const SimulatedCampaign& campaign, const ExperimentHooks& hooks,
+                          MethodTally& tally) {
+  CalibrateOptions options = method.options;
+  if (method.start == Start::FromGuess) options.start = trial.guess;
+  const MeasurementData data = points_to_fit(campaign, method.knows_gross_errors);
+  const double begin_s = hooks.clock_s ? hooks.clock_s() : 0;
+  const auto fit = calibrate(nominal, data, options);
+  tally.times_s.push_back(hooks.clock_s ? hooks.clock_s() - begin_s : 0);
+  if (!fit) return std::nullopt;
+
+  const auto errors = errors_at_validation(fit->cell, campaign);
+  if (tally.times_s.size() == 1) {
+    tally.convergence_mm = fit->coarse_rms_mm;
+    std::ranges::copy(fit->fine_rms_mm, std::back_inserter(tally.convergence_mm));
+    tally.first_errors_mm = lengths(errors);
+  }
+  if (fit->converged) {
+    ++tally.converged;
+    tally.iterations += fit->coarse_iterations + fit->fine_iterations;
+    tally.errors.insert(tally.errors.end(), errors.begin(), errors.end());
+  }
+  return error_statistics(errors).rms;
+}
+
+/// The value that a share of them lies below.
+double quantile(std::vector<double>& values, double share) {
+  const auto place =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, place);
+  return *place;
+}
+
+Quartiles quartiles(const std::vector<Eigen::Vector3d>& errors) {
+  std::vector<double> lengths_mm = lengths(errors);
+  return {quantile(lengths_mm, 0.25), quantile(lengths_mm, 0.5), quantile(lengths_mm, 0.75)};
+}
+
+MethodResult result_of(const Method& method, MethodTally& tally, int trials, double bound_rms_mm) {
+  MethodResult result{.method = method.name,
+                      .data = method.data,
+                      .converged = static_cast<double>(tally.converged) / trials,
+                      .time_s = quantile(tally.times_s, 0.5),
+                      .convergence_mm = std::move(tally.convergence_mm),
+                      .errors_mm = std::move(tally.first_errors_mm)};
+  if (tally.converged == 0) return result;
+  result.validation = error_statistics(tally.errors);
+  result.quartiles = quartiles(tally.errors);
+  result.iterations = static_cast<double>(tally.iterations) / tally.converged;
+  if (method.data != TrialData::NoiseFree) result.rmse_over_bound = result.validation.rms / bound_rms_mm;
+  if (method.data == TrialData::GrossErrors)
+    result.within_2_percent_of_oracle = static_cast<double>(tally.near_oracle) / trials;
+  return result;
+}
+
+}  // namespace
+
+MethodComparison compare_methods(const RobotModel& nominal, const ExperimentOptions& options,
+                                 const ExperimentHooks& hooks) {
+  const std::vector<Method> methods = all_methods();
+  std::vector<MethodTally> tallies(methods.size());
+  double bound_squares = 0;
+  for (int index = 0; index < options.trials; ++index) {
+    if (hooks.progress) hooks.progress(static_cast<double>(index) / options.trials, "methods");
+    const Trial trial = draw_trial(nominal, options, index);
+    const double bound_mm =
+        cramer_rao_rms_mm(trial.truth, trial.identify, trial.validate, reading_sigma_mm(options));
+    bound_squares += bound_mm * bound_mm;
+
+    double oracle_mm = 0;
+    for (std::size_t k = 0; k < methods.size(); ++k) {
+      const SimulatedCampaign campaign = measure_trial(trial, options, methods[k].data);
+      const auto rms_mm = run(methods[k], nominal, trial, campaign, hooks, tallies[k]);
+      if (methods[k].knows_gross_errors) oracle_mm = rms_mm.value_or(0);
+      if (methods[k].data == TrialData::GrossErrors && rms_mm)
+        tallies[k].near_oracle += *rms_mm <= 1.02 * oracle_mm;
+    }
+  }
+
+  MethodComparison comparison{.bound_rms_mm = std::sqrt(bound_squares / options.trials)};
+  for (std::size_t k = 0; k < methods.size(); ++k)
+    comparison.methods.push_back(result_of(methods[k], tallies[k], options.trials, comparison.bound_rms_mm));
+  return comparison;
+}
+
+}  // namespace truepose
