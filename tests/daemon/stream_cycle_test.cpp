@@ -417,6 +417,21 @@ TEST(StreamCycle, ComesToZeroEvenWhereTheModelHasNoSolution) {
   EXPECT_EQ(rig.state(), StreamState::Idle);
 }
 
+TEST(StreamCycle, CountsTheCyclesInWhichAJointLimitHeldTheCorrectionBack) {
+  int held_back = 0;
+  for (const double end_deg : {-184.99, 184.99}) {
+    StreamRig rig;
+    rig.q[0] = end_deg * kRadPerDeg;
+    rig.settle();
+    rig.cycle->use_model(real_arm(3), 1);
+    rig.cycle->engage();
+    rig.ticks(kRamp + 2);
+    EXPECT_LE(std::abs(rig.q[0] + rig.applied[0]), 185 * kRadPerDeg);
+    held_back += rig.status().counters.clamped_limit > 0;
+  }
+  EXPECT_EQ(held_back, 1) << "the correction of axis 1 leads out of its range at one of its ends";
+}
+
 TEST(StreamCycle, FaultsHoldsAndAsksToStopWhenABoundIsBrokenForLong) {
   StreamOptions options = stream_options();
   options.max_total_rad = 0.03 * kRadPerDeg;
