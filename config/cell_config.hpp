@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "config/config_error.hpp"
-#include "config/endpoint.hpp"
+#include "config/number_text.hpp"
+#include "config/text_file.hpp"
 #include "core/arm/robot_model.hpp"
 #include "core/field/regressor.hpp"
 #include "core/identify/measurement.hpp"

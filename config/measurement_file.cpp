@@ -1,18 +1,55 @@
 #include "config/measurement_file.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "config/csv_reader.hpp"
-#include "config/joint_columns.hpp"
 #include "config/number_text.hpp"
+#include "core/identify/option_names.hpp"
 
 namespace truepose::config {
+
+std::string joint_field(double q, const Joint& joint) {
+  const double value = q / unit_of(joint);
+  // The division rounds, so the value that was multiplied may be a neighbour.
+  for (const double toward :
+       {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()}) {
+    const double neighbour = std::nextafter(value, toward);
+    if (value * unit_of(joint) != q && neighbour * unit_of(joint) == q) return format_number(neighbour);
+  }
+  return format_number(value);
+}
+
+std::vector<std::string> joint_column_names(std::string_view prefix, const RobotModel& robot) {
+  std::vector<std::string> names;
+  for (int i = 1; i <= robot.joint_count(); ++i) names.push_back(std::string(prefix) + std::to_string(i));
+  return names;
+}
 
 namespace {
 
 constexpr double kGreatestSigma_mm = 1000;
 
 constexpr std::size_t kMostReflectors = 100;
+
+/// The columns q1..qN of a table. Throws ConfigError where one is missing.
+class JointColumns {
+ public:
+  JointColumns(const CsvTable& table, const RobotModel& robot) : table_(table), robot_(robot) {
+    for (const std::string& name : joint_column_names("q", robot)) columns_.push_back(table.column(name));
+  }
+  JointVector at(std::size_t row) const {
+    std::vector<double> deg_mm;
+    for (const std::size_t column : columns_) deg_mm.push_back(table_.number(row, column));
+    return joints_from(deg_mm, robot_);
+  }
+
+ private:
+  const CsvTable& table_;
+  const RobotModel& robot_;
+  std::vector<std::size_t> columns_;
+};
 
 /// The columns of a measurement file. An optional field may be empty: not known.
 class MeasurementColumns {
@@ -62,10 +99,10 @@ class MeasurementColumns {
     if (!table_.has("set")) return PoseSet::Identify;
     const std::size_t column = table_.column("set");
     const std::string_view word = table_.text(row, column);
-    if (word != "identify" && word != "validate") {
+    const auto* const named = std::ranges::find(kPoseSetNames, word, &Named<PoseSet>::name);
+    if (named == kPoseSetNames.end())
       table_.fail(row, column, "expected identify or validate, found " + in_quotes(word));
-    }
-    return word == "identify" ? PoseSet::Identify : PoseSet::Validate;
+    return named->value;
   }
 
   std::optional<double> sigma_mm(std::size_t row) const {
@@ -99,16 +136,30 @@ class MeasurementColumns {
   std::vector<std::size_t> directions_;
 };
 
-/// A field in quotes where the format needs them.
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos && !text.starts_with(' ') && !text.ends_with(' '))
-    return text;
-  std::string field = "\"";
-  for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
-  return field + '"';
+}  // namespace
+
+std::vector<JointVector> load_joints(const std::filesystem::path& file, const RobotModel& robot) {
+  const CsvTable table = CsvTable::read(file);
+  std::vector<std::string> known = joint_column_names("q", robot);
+  known.insert(known.end(), kReachColumns.begin(), kReachColumns.end());
+  table.expect_only(known);
+  const JointColumns columns(table, robot);
+  std::vector<JointVector> joints;
+  for (std::size_t row = 0; row < table.row_count(); ++row) joints.push_back(columns.at(row));
+  return joints;
 }
 
-}  // namespace
+void write_joints(std::ostream& out, const std::vector<JointVector>& joints, const RobotModel& robot) {
+  const std::vector<std::string> names = joint_column_names("q", robot);
+  for (std::size_t i = 0; i < names.size(); ++i) out << (i ? "," : "") << names[i];
+  out << '\n';
+  for (const JointVector& q : joints) {
+    for (int i = 0; i < robot.joint_count(); ++i) {
+      out << (i ? "," : "") << joint_field(q[i], robot.joints[static_cast<std::size_t>(i)]);
+    }
+    out << '\n';
+  }
+}
 
 MeasurementData load_measurements(const std::filesystem::path& file, const RobotModel& robot) {
   const CsvTable table = CsvTable::read(file);
@@ -141,7 +192,7 @@ void write_measurements(std::ostream& out, const MeasurementData& data, const Ro
     }
     for (const double coordinate : point.p_WS_mm) out << format_number(coordinate) << ',';
     out << csv_field(data.smr_names[static_cast<std::size_t>(point.smr)]) << ',';
-    out << (point.set == PoseSet::Identify ? "identify," : "validate,");
+    out << name_of(kPoseSetNames, point.set) << ',';
     out << (point.sigma_mm ? format_number(*point.sigma_mm) : "") << ',';
     if (directions) {
       for (std::size_t i = 0; i < robot.joints.size(); ++i) {

@@ -2,11 +2,31 @@
 
 #include <filesystem>
 #include <ostream>
+#include <string>
+#include <string_view>
+#include <vector>
 
-#include "config/config_error.hpp"
+#include "core/arm/joint_units.hpp"
+#include "core/arm/robot_model.hpp"
 #include "core/identify/measurement.hpp"
 
 namespace truepose::config {
+
+/// A joint position as a file writes it. It reads back as exactly `q` where `q` came from such a text.
+std::string joint_field(double q, const Joint& joint);
+
+/// "q1".."qN" for the prefix "q".
+std::vector<std::string> joint_column_names(std::string_view prefix, const RobotModel& robot);
+
+/// What a file of joint positions may tell beside them: how well each reaches its target.
+inline const std::vector<std::string> kReachColumns{"residual_mm", "residual_deg", "sigma_mm"};
+
+/// Reads joint positions (CSV, columns q1..qN in deg or mm; kReachColumns are passed over). Throws
+/// ConfigError naming file, row and column.
+std::vector<JointVector> load_joints(const std::filesystem::path& file, const RobotModel& robot);
+
+/// Writes joint positions in the format that load_joints reads.
+void write_joints(std::ostream& out, const std::vector<JointVector>& joints, const RobotModel& robot);
 
 /// Reads a measurement file (CSV with a header row, any column order; q1..qN in deg or mm, x,y,z in mm,
 /// optional smr, set, sigma, dir1..dirN, time). Throws ConfigError naming file, row and column.

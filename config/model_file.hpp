@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "config/config_error.hpp"
+#include "config/text_file.hpp"
 #include "core/identify/calibrate.hpp"
 #include "core/judge/drift_causes.hpp"
 

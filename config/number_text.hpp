@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <expected>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -16,5 +18,18 @@ std::string format_number(double value);
 
 /// `text` in single quotes for a message: cut where it is long, control characters as '?'.
 std::string in_quotes(std::string_view text);
+
+/// ", did you mean 'x'?" for the known name nearest to a misspelt one, or nothing where none is near.
+std::string suggestion(std::string_view misspelt, std::span<const std::string> known);
+
+struct Endpoint {
+  std::string host;
+  std::uint16_t port = 0;
+};
+
+/// Reads HOST:PORT, an IPv6 address in brackets.
+/// @param least_port  1 for a peer; 0 for a socket of ours, which may take any free one
+/// @return what was expected and found, where it is not that
+std::expected<Endpoint, std::string> parse_endpoint(std::string_view text, std::uint16_t least_port = 1);
 
 }  // namespace truepose::config

@@ -1,99 +1,117 @@
 #include "config/robot_file.hpp"
 
-#include "config/joint_list.hpp"
-#include "config/ranges.hpp"
-#include "config/robot_payload.hpp"
-#include "config/yaml_poses.hpp"
-#include "config/yaml_reader.hpp"
-#include "core/arm/joint_units.hpp"
-#include "core/math/angles.hpp"
+#include <algorithm>
+
+#include "config/yaml_layout.hpp"
 
 namespace truepose::config {
 
+/// A value whose record is read later.
+struct Unread {
+  void read(const YamlValue& value, std::optional<YamlValue>& x) const { x = value; }
+};
+
+/// A robot file as it stands there; mm, deg, deg/s, kg.
+struct RobotText {
+  struct Link {
+    Joint joint;
+    std::optional<LinkMass> mass;
+    std::optional<YamlValue> body;
+  };
+  std::string name;
+  std::vector<Link> joints;
+  Eigen::Isometry3d X_flange = Eigen::Isometry3d::Identity();
+  std::optional<YamlValue> payload;
+  Eigen::Vector3d gravity_B{0, 0, -1};
+  std::optional<YamlValue> base_body;
+};
+
+void layout(auto& io, Is<RobotText::Link> auto& x) {
+  layout_in_deg(io, x.joint);
+  io.defaulted("acceleration", x.joint.acceleration, InUnit{unit_of(x.joint)}, Range{0, 100'000});
+  io.optional("mass", x.mass);
+  io.optional("body", x.body, Unread{});
+}
+void check(const auto& io, const RobotText::Link& x) {
+  if (x.joint.min >= x.joint.max) io.at("min").fail("expected less than max");
+  if (x.joint.speed == 0) io.at("speed").fail("expected more than 0");
+}
+
+struct LinkCount {
+  std::string fault(const std::vector<RobotText::Link>& links) const {
+    if (!links.empty() && links.size() <= kMaxJoints) return {};
+    return "expected 1.." + std::to_string(kMaxJoints) + " joints, found " + std::to_string(links.size());
+  }
+};
+
+void layout(auto& io, Is<RobotText> auto& x) {
+  io("name", x.name);
+  io("joints", x.joints, LinkCount{});
+  io.optional("flange", x.X_flange, KukaPose{});
+  io.optional("payload", x.payload, Unread{});
+  io.optional("gravity", x.gravity_B, Direction{});
+  io.optional("base_body", x.base_body, Unread{});
+}
+/// One mass per joint, or none at all.
+void check(const auto& io, const RobotText& x) {
+  const auto has_mass = [](const RobotText::Link& link) { return link.mass.has_value(); };
+  const auto without = std::ranges::find_if_not(x.joints, has_mass);
+  if (without == x.joints.end() || std::ranges::none_of(x.joints, has_mass)) return;
+  io.at("joints").list()[static_cast<std::size_t>(without - x.joints.begin())].fail(
+      "missing key 'mass': give one to every joint or to none");
+}
+
 namespace {
 
-constexpr Range kAxisDeg{-100'000, 100'000};  // an axis may turn without end
-constexpr Range kSpeed{0, 100'000};
-
-YamlMap joint_map(const YamlValue& joint) {
-  return {joint,
-          {"type", "a", "alpha", "d", "theta", "beta", "sign", "min", "max", "speed", "acceleration", "mass",
-           "body"}};
+RobotText read_robot(const std::filesystem::path& file) {
+  RobotText text;
+  read_value(read_yaml(file), text);
+  return text;
 }
 
-Joint joint(const YamlValue& value) {
-  const YamlMap map = joint_map(value);
-  Joint joint;
-  map.read("type", joint.type, {{"revolute", JointType::Revolute}, {"prismatic", JointType::Prismatic}});
-  joint.a_mm = map.at("a").number(kMm);
-  joint.alpha_rad = map.at("alpha").number(kDeg) * kRadPerDeg;
-  joint.d_mm = map.at("d").number(kMm);
-  joint.theta_rad = map.at("theta").number(kDeg) * kRadPerDeg;
-  double beta_deg = 0;
-  map.read("beta", beta_deg, kDeg);
-  joint.beta_rad = beta_deg * kRadPerDeg;
-
-  joint.sign = static_cast<double>(map.at("sign").integer(-1, 1));
-  if (joint.sign == 0) map.at("sign").fail("expected -1 or 1, found 0");
-
-  const double per_unit = unit_of(joint);
-  joint.min = map.at("min").number(kAxisDeg) * per_unit;
-  joint.max = map.at("max").number(kAxisDeg) * per_unit;
-  if (joint.min >= joint.max) map.at("min").fail("expected less than max");
-  joint.speed = map.at("speed").number(kSpeed) * per_unit;
-  if (joint.speed == 0) map.at("speed").fail("expected more than 0");
-  map.read("acceleration", joint.acceleration, kSpeed);
-  joint.acceleration *= per_unit;
-  return joint;
+void add_parts(std::vector<BodyPart>& body, int link, const std::optional<YamlValue>& value) {
+  std::vector<Capsule> capsules;
+  if (value) read_value(*value, capsules);
+  for (const Capsule& capsule : capsules) body.push_back({link, capsule});
 }
 
-/// One per joint, or none at all.
-std::vector<LinkMass> masses_value(const YamlValue& joints) {
-  std::vector<LinkMass> masses;
-  const YamlValue* without = nullptr;
-  for (const YamlValue& joint : joints.list()) {
-    if (const YamlValue* mass = joint_map(joint).find("mass")) {
-      masses.push_back(mass_value(*mass));
-    } else if (!without) {
-      without = &joint;
-    }
-  }
-  if (without && !masses.empty()) without->fail("missing key 'mass': give one to every joint or to none");
-  return masses;
-}
-
-YamlMap robot_map(const YamlValue& root) {
-  return {root, {"name", "joints", "flange", "payload", "gravity", "base_body"}};
-}
-
-void add_parts(std::vector<BodyPart>& body, int link, const YamlValue* capsules) {
-  if (!capsules) return;
-  for (const Capsule& capsule : capsules_value(*capsules)) body.push_back({link, capsule});
+/// One mass in place of two that move together.
+LinkMass together(const LinkMass& a, const LinkMass& b) {
+  const double sum_kg = a.mass_kg + b.mass_kg;
+  if (sum_kg == 0) return a;
+  return {.mass_kg = sum_kg, .centre_mm = (a.mass_kg * a.centre_mm + b.mass_kg * b.centre_mm) / sum_kg};
 }
 
 }  // namespace
 
+void add_payload(RobotModel& robot, const YamlValue& value) {
+  if (robot.masses.empty()) value.fail("expected a mass for every joint too");
+  LinkMass payload;
+  read_value(value, payload);
+  payload.centre_mm = robot.X_flange * payload.centre_mm;
+  robot.masses.back() = together(robot.masses.back(), payload);
+}
+
 RobotModel load_robot(const std::filesystem::path& file) {
-  const YamlValue root = read_yaml(file);
-  const YamlMap map = robot_map(root);
+  const RobotText text = read_robot(file);
   RobotModel robot;
-  robot.name = map.at("name").text();
-  robot.joints = joints_value(map.at("joints"), joint);
-  if (const YamlValue* flange = map.find("flange")) robot.X_flange = pose_value(*flange);
-  robot.masses = masses_value(map.at("joints"));
-  if (const YamlValue* payload = map.find("payload")) add_payload(robot, *payload);
-  if (const YamlValue* gravity = map.find("gravity")) robot.gravity_B = direction_value(*gravity);
+  robot.name = text.name;
+  robot.X_flange = text.X_flange;
+  robot.gravity_B = text.gravity_B;
+  for (const RobotText::Link& link : text.joints) {
+    robot.joints.push_back(link.joint);
+    if (link.mass) robot.masses.push_back(*link.mass);
+  }
+  if (text.payload) add_payload(robot, *text.payload);
   return robot;
 }
 
 std::vector<BodyPart> load_body(const std::filesystem::path& file) {
-  const YamlValue root = read_yaml(file);
-  const YamlMap map = robot_map(root);
+  const RobotText text = read_robot(file);
   std::vector<BodyPart> body;
-  add_parts(body, 0, map.find("base_body"));
+  add_parts(body, 0, text.base_body);
   int link = 0;
-  for (const YamlValue& joint : map.at("joints").list())
-    add_parts(body, ++link, joint_map(joint).find("body"));
+  for (const RobotText::Link& each : text.joints) add_parts(body, ++link, each.body);
   return body;
 }
 

@@ -1,196 +1,351 @@
 #include "config/scenario.hpp"
 
 #include <algorithm>
+#include <array>
+#include <string_view>
 
 #include "config/robot_file.hpp"
-#include "config/yaml_poses.hpp"
-#include "config/yaml_reader.hpp"
-#include "core/arm/joint_units.hpp"
-#include "core/math/angles.hpp"
+#include "config/yaml_layout.hpp"
 #include "core/math/random.hpp"
 
 namespace truepose::config {
 
-namespace {
-
-using std::filesystem::path;
+using Fault = ScenarioFault;
+using FaultKind = Fault::Kind;
+using FaultUnit = Fault::Unit;
 
 constexpr Range kErrorMm{-100, 100};
 constexpr Range kErrorRad{-0.1, 0.1};
 constexpr Range kNoiseMm{0, 10};
+constexpr Range kReported{-1e12, 1e12};  // a broken sensor says anything
+constexpr std::array kDelays{Named{"cumulative", false}, Named{"consecutive", true}};
 
-void add_listed_errors(std::vector<Joint>& joints, const YamlValue& errors) {
-  if (errors.list().size() != joints.size()) {
-    errors.fail("expected one entry for each of the " + std::to_string(joints.size()) + " joints, found " +
-                std::to_string(errors.list().size()));
-  }
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    const YamlMap map(errors.list()[i], {"a", "alpha", "d", "theta", "beta"});
-    Joint error;
-    map.read("a", error.a_mm, kErrorMm);
-    map.read("alpha", error.alpha_rad, kErrorRad);
-    map.read("d", error.d_mm, kErrorMm);
-    map.read("theta", error.theta_rad, kErrorRad);
-    map.read("beta", error.beta_rad, kErrorRad);
-    joints[i].a_mm += error.a_mm;
-    joints[i].alpha_rad += error.alpha_rad;
-    joints[i].d_mm += error.d_mm;
-    joints[i].theta_rad += error.theta_rad;
-    joints[i].beta_rad += error.beta_rad;
-  }
+// ---- What the arm really is
+
+/// What is added to the link parameters of one joint.
+struct LinkError {
+  double a_mm = 0, alpha_rad = 0, d_mm = 0, theta_rad = 0, beta_rad = 0;
+};
+void layout(auto& io, Is<LinkError> auto& x) {
+  io.optional("a", x.a_mm, kErrorMm);
+  io.optional("alpha", x.alpha_rad, kErrorRad);
+  io.optional("d", x.d_mm, kErrorMm);
+  io.optional("theta", x.theta_rad, kErrorRad);
+  io.optional("beta", x.beta_rad, kErrorRad);
 }
 
 /// Every parameter off by a uniform error within +-mm or +-rad, the same for the same seed on every machine.
-void add_drawn_errors(std::vector<Joint>& joints, const YamlValue& errors) {
-  const YamlMap map(errors, {"seed", "mm", "rad"});
-  Random random(map.at("seed").seed());
-  const double mm = map.at("mm").number({0, kErrorMm.max}), rad = map.at("rad").number({0, kErrorRad.max});
-  for (Joint& joint : joints) {
-    joint.a_mm += random.uniform(-mm, mm);
-    joint.alpha_rad += random.uniform(-rad, rad);
-    joint.d_mm += random.uniform(-mm, mm);
-    joint.theta_rad += random.uniform(-rad, rad);
-    joint.beta_rad += random.uniform(-rad, rad);
+struct DrawnErrors {
+  std::uint64_t seed = 0;
+  double mm = 0, rad = 0;
+};
+void layout(auto& io, Is<DrawnErrors> auto& x) {
+  io("seed", x.seed);
+  io("mm", x.mm, Range{0, kErrorMm.max});
+  io("rad", x.rad, Range{0, kErrorRad.max});
+}
+
+struct PerJoint {
+  std::size_t joints;
+  std::string_view first = "expected one entry for each";
+  void check(const YamlValue& list) const {
+    if (list.list().size() == joints) return;
+    list.fail(std::string{first} + " of the " + std::to_string(joints) + " joints, found " +
+              std::to_string(list.list().size()));
+  }
+};
+
+/// Errors listed joint by joint, or drawn.
+struct LinkErrors {
+  void read(const YamlValue& value, RobotModel& truth) const {
+    std::vector<LinkError> errors;
+    if (value.is_list()) {
+      PerJoint{truth.joints.size()}.check(value);
+      read_value(value, errors);
+    } else {
+      DrawnErrors drawn;
+      read_value(value, drawn);
+      Random random(drawn.seed);
+      const auto mm = [&] { return random.uniform(-drawn.mm, drawn.mm); };
+      const auto rad = [&] { return random.uniform(-drawn.rad, drawn.rad); };
+      // Braces: drawn in this order.
+      for (std::size_t i = 0; i < truth.joints.size(); ++i)
+        errors.push_back({mm(), rad(), mm(), rad(), rad()});
+    }
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      Joint& joint = truth.joints[i];
+      joint.a_mm += errors[i].a_mm;
+      joint.alpha_rad += errors[i].alpha_rad;
+      joint.d_mm += errors[i].d_mm;
+      joint.theta_rad += errors[i].theta_rad;
+      joint.beta_rad += errors[i].beta_rad;
+    }
+  }
+};
+
+void layout(auto& io, Is<HeavyArmOptions> auto& x) {
+  io.optional("payload_kg", x.payload_kg, Range{0, 1000});
+  io.optional("compliance", x.compliance);
+  io.optional("harmonics", x.harmonics);
+  io.optional("backlash_deg", x.backlash_rad, Degrees{}, Range{0, 1});
+  io.optional("seed", x.seed);
+}
+
+/// Errors of the joints' drives.
+struct DriveErrors {
+  const RobotModel& robot;
+  void read(const YamlValue& value, NonGeometricErrors& drives) const {
+    const bool heavy_arm =
+        robot.joints.size() == 6 && std::ranges::all_of(robot.joints, [](const Joint& joint) {
+          return joint.type == JointType::Revolute;
+        });
+    if (!heavy_arm) value.fail("known for arms of six revolute joints alone; leave it out");
+    HeavyArmOptions options;
+    read_value(value, options);
+    drives = heavy_arm_errors(options);
+  }
+};
+
+// ---- When it misbehaves, and how
+
+constexpr std::array kFaults{Named{"beam-break", FaultKind::BeamBreak},
+                             Named{"tracker-restart", FaultKind::TrackerRestart},
+                             Named{"tracker-bump", FaultKind::TrackerBump},
+                             Named{"tracker-bias", FaultKind::TrackerBias},
+                             Named{"tracker-noise", FaultKind::TrackerNoise},
+                             Named{"tracker-std", FaultKind::TrackerStd},
+                             Named{"tracker-air", FaultKind::TrackerAir},
+                             Named{"eki-drop", FaultKind::EkiDrop},
+                             Named{"rsi-drop", FaultKind::RsiDrop},
+                             Named{"rsi-lose-datagrams", FaultKind::RsiLoseDatagrams},
+                             Named{"rsi-lose-replies", FaultKind::RsiLoseReplies},
+                             Named{"rsi-duplicate", FaultKind::RsiDuplicate},
+                             Named{"rsi-reorder", FaultKind::RsiReorder},
+                             Named{"rsi-silence", FaultKind::RsiSilence},
+                             Named{"rsi-restart", FaultKind::RsiRestart},
+                             Named{"rsi-ipoc", FaultKind::RsiIpoc},
+                             Named{"rsi-ignore", FaultKind::RsiIgnore},
+                             Named{"rsi-second-sender", FaultKind::RsiSecondSender}};
+
+constexpr std::int64_t kLongestTime = std::int64_t{1'000} * 31'536'000;  // a year in ms
+
+/// The keys that say when, in each of the units.
+struct When {
+  FaultUnit unit;
+  std::string_view at, lasts, every;
+};
+constexpr std::array kWhens{When{FaultUnit::Milliseconds, "at_ms", "lasts_ms", "every_ms"},
+                            When{FaultUnit::Cycles, "at_cycle", "lasts_cycles", "every_cycles"},
+                            When{FaultUnit::Points, "at_point", "lasts_points", "every_points"}};
+
+bool counts_cycles(FaultKind kind) { return kind >= FaultKind::RsiDrop; }
+bool counts_points(FaultKind kind) { return kind >= FaultKind::TrackerBump && kind <= FaultKind::TrackerAir; }
+
+bool can_count(FaultKind kind, FaultUnit unit) {
+  if (unit == FaultUnit::Cycles) return counts_cycles(kind);
+  return unit == FaultUnit::Milliseconds || counts_points(kind);
+}
+
+std::vector<std::string_view> values_of(FaultKind kind) {
+  switch (kind) {
+    case FaultKind::TrackerBump:
+    case FaultKind::TrackerBias:
+      return {"by_mm"};
+    case FaultKind::TrackerNoise:
+      return {"sigma_mm"};
+    case FaultKind::TrackerStd:
+      return {"std_mm"};
+    case FaultKind::TrackerAir:
+      return {"temperature_c", "pressure_mbar", "humidity_percent"};
+    case FaultKind::RsiIpoc:
+      return {"ipoc_by"};
+    case FaultKind::RsiRestart:
+      return {"ipoc"};
+    case FaultKind::RsiSecondSender:
+      return {"from"};
+    default:
+      return {};
   }
 }
 
-NonGeometricErrors drives_value(const YamlValue& value, const RobotModel& robot) {
-  const bool heavy_arm =
-      robot.joints.size() == 6 &&
-      std::ranges::all_of(robot.joints, [](const Joint& joint) { return joint.type == JointType::Revolute; });
-  if (!heavy_arm) value.fail("known for arms of six revolute joints alone; leave it out");
-  const YamlMap map(value, {"payload_kg", "compliance", "harmonics", "backlash_deg", "seed"});
-  HeavyArmOptions options;
-  double backlash_deg = 0;
-  map.read("payload_kg", options.payload_kg, {0, 1000});
-  map.read("compliance", options.compliance);
-  map.read("harmonics", options.harmonics);
-  map.read("backlash_deg", backlash_deg, {0, 1});
-  options.backlash_rad = backlash_deg * kRadPerDeg;
-  if (const YamlValue* seed = map.find("seed")) options.seed = seed->seed();
-  return heavy_arm_errors(options);
-}
-
-Scenario::TrackerNoise tracker_noise_value(const YamlValue& value) {
-  const YamlMap map(value, {"range_mm", "range_mm_per_m", "transverse_mm", "transverse_mm_per_m"});
-  Scenario::TrackerNoise noise;
-  map.read("range_mm", noise.range_mm, kNoiseMm);
-  map.read("range_mm_per_m", noise.range_mm_per_m, kNoiseMm);
-  map.read("transverse_mm", noise.transverse_mm, kNoiseMm);
-  map.read("transverse_mm_per_m", noise.transverse_mm_per_m, kNoiseMm);
-  return noise;
-}
-
-void read_reflector(const YamlValue& value, Scenario& scenario) {
-  const YamlMap map(value, {"offset_mm", "facing", "acceptance_deg"});
-  scenario.p_FS_mm = point_value(map.at("offset_mm"));
-  if (const YamlValue* facing = map.find("facing")) scenario.facing_F = direction_value(*facing);
-  map.read("acceptance_deg", scenario.acceptance_deg, {1, 180});
-}
-
-void read_controller(const YamlValue& value, Scenario& scenario) {
-  const YamlMap map(value, {"model", "serial"});
-  map.read("model", scenario.robot_model);
-  map.read("serial", scenario.robot_serial);
-}
-
-Scenario::Air air_value(const YamlValue& value) {
-  constexpr Range kAny{-1e12, 1e12};  // a broken sensor says anything
-  const YamlMap map(value, {"temperature_c", "pressure_mbar", "humidity_percent"});
-  Scenario::Air air;
-  map.read("temperature_c", air.temperature_c, kAny);
-  map.read("pressure_mbar", air.pressure_mbar, kAny);
-  map.read("humidity_percent", air.humidity_percent, kAny);
-  return air;
-}
-
-void read_tracker(const YamlValue& value, Scenario& scenario) {
-  const YamlMap map(value, {"noise", "reflector", "bias_mm", "std_mm", "air", "power_lock"});
-  if (const YamlValue* noise = map.find("noise")) scenario.noise = tracker_noise_value(*noise);
-  map.read("reflector", scenario.reflector_name);
-  if (const YamlValue* bias = map.find("bias_mm")) scenario.bias_mm = point_value(*bias);
-  if (const YamlValue* std_mm = map.find("std_mm")) scenario.std_mm = std_mm->number({-1e12, 1e12});
-  if (const YamlValue* air = map.find("air")) scenario.air = air_value(*air);
-  map.read("power_lock", scenario.power_lock);
-}
-
-std::vector<double> lag_value(const YamlValue& value, const RobotModel& robot) {
-  constexpr Range kLag{0, 1000};
-  if (!value.is_list()) return {value.number(kLag)};
-  if (value.list().size() != robot.joints.size()) {
-    value.fail("expected one time, or one for each of the " + std::to_string(robot.joints.size()) +
-               " joints, found " + std::to_string(value.list().size()));
+void layout(auto& io, Is<Fault> auto& x) {
+  constexpr Whole kMoment{0, kLongestTime}, kPeriod{1, kLongestTime};
+  io("kind", x.kind, kFaults);
+  for (const When& when : kWhens) {
+    if (io.has(when.at, false)) x.unit = when.unit;
+    io.optional(when.at, x.at, when.unit == FaultUnit::Milliseconds ? kMoment : kPeriod);
+    io.optional(when.lasts, x.lasts, kMoment);
+    io.optional(when.every, x.every, kPeriod);
   }
-  std::vector<double> lags;
-  for (const YamlValue& axis : value.list()) lags.push_back(axis.number(kLag));
-  return lags;
+  io.optional("by_mm", x.by_mm, kPoint);
+  io.optional("sigma_mm", x.sigma_mm, Range{0, 1000});
+  io.optional("std_mm", x.std_mm, kReported);
+  io.optional("temperature_c", x.temperature_c, kReported);
+  io.optional("pressure_mbar", x.pressure_mbar, kReported);
+  io.optional("humidity_percent", x.humidity_percent, kReported);
+  io.optional("ipoc_by", x.ipoc_by, Whole{-kLongestTime, kLongestTime});
+  io.optional("ipoc", x.ipoc);
+  io.optional("from", x.from);
 }
 
-void read_rsi(const YamlValue& value, const path& folder, Scenario& scenario) {
-  const YamlMap map(
-      value, {"cycle_ms", "timeout_cycles", "axis_corr_limit_deg", "ethernet_xml", "dead_time_ms", "lag_ms",
-              "hold_on", "ignores_correction", "delay", "precision", "source_port", "arm"});
-  map.read("cycle_ms", scenario.cycle, 1, 100);
-  map.read("timeout_cycles", scenario.rsi_timeout_cycles, 1, 100'000);
-  map.read("axis_corr_limit_deg", scenario.axis_corr_limit_deg, {0.001, 100});
-  scenario.ethernet_xml = map.at("ethernet_xml").path_from(folder);
-  map.read("dead_time_ms", scenario.dead_time_ms, {0, 100});
-  if (const YamlValue* lag = map.find("lag_ms")) scenario.lag_ms = lag_value(*lag, scenario.nominal);
-  if (const YamlValue* hold_on = map.find("hold_on")) scenario.hold_on = hold_on->boolean();
-  map.read("ignores_correction", scenario.ignores_correction);
-  map.read("delay", scenario.consecutive_delay, {{"cumulative", false}, {"consecutive", true}});
-  map.read("precision", scenario.rsi_decimals, 0, 15);
-  if (const YamlValue* port = map.find("source_port"))
-    scenario.rsi_source_port = static_cast<std::uint16_t>(port->integer(0, 65535));
-  if (const YamlValue* arm = map.find("arm")) scenario.rsi_arm = load_robot(arm->path_from(folder));
-}
-
-/// A list of axis positions in deg (mm), within the joint limits.
-JointVector joints_value(const YamlValue& value, const RobotModel& robot) {
-  if (value.list().size() != robot.joints.size()) {
-    value.fail("expected " + std::to_string(robot.joint_count()) + " axes, found " +
-               std::to_string(value.list().size()));
+/// That it says when, in one unit, which its kind can count.
+void check_when(const auto& io, const Fault& fault) {
+  const When* found = nullptr;
+  for (const When& when : kWhens) {
+    if (!io.has(when.at, false)) continue;
+    if (found) io.at(when.at).fail("expected one of at_ms, at_cycle, at_point, and there is another");
+    found = &when;
   }
-  JointVector q(robot.joint_count());
-  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-    const Joint& joint = robot.joints[i];
-    const YamlValue& axis = value.list()[i];
-    const double position = axis.number({-1e6, 1e6}) * unit_of(joint);
-    if (position < joint.min || position > joint.max)
-      axis.fail("outside the limits of joint " + std::to_string(i + 1));
-    q[static_cast<Eigen::Index>(i)] = position;
+  if (!found) io.place().fail("missing key 'at_ms', 'at_cycle' or 'at_point'");
+  if (!can_count(fault.kind, found->unit)) io.at(found->at).fail("this kind of fault cannot be counted so");
+  for (const When& other : kWhens) {
+    for (const std::string_view key : {other.lasts, other.every}) {
+      if (io.has(key, false) && &other != found)
+        io.at(key).fail("does not go with " + std::string{found->at});
+    }
   }
-  return q;
 }
 
-}  // namespace
+/// That it has what belongs to its kind, and nothing else.
+void check(const auto& io, const Fault& fault) {
+  const std::vector<std::string_view> own = values_of(fault.kind);
+  for (const std::string_view key : {"by_mm", "sigma_mm", "std_mm", "temperature_c", "pressure_mbar",
+                                     "humidity_percent", "ipoc_by", "ipoc", "from"}) {
+    if (io.has(key, false) && std::ranges::count(own, key) == 0)
+      io.at(key).fail("does not belong to " + std::string{name_of(kFaults, fault.kind)});
+  }
+  const bool needed = fault.kind != FaultKind::TrackerAir && fault.kind != FaultKind::RsiRestart &&
+                      fault.kind != FaultKind::RsiSecondSender;
+  if (needed && !own.empty()) io.at(own.front());
+  check_when(io, fault);
+}
 
-Scenario load_scenario(const path& file) {
-  const YamlValue root = read_yaml(file);
-  const YamlMap map(root, {"robot", "errors", "drives", "repeatability_mm", "placement", "reflector",
-                           "controller", "tracker", "rsi", "stream_path", "faults"});
-  const path folder = file.parent_path();
+// ---- The scenario, part by part
+
+void layout(auto& io, Is<Scenario::TrackerNoise> auto& x) {
+  io.optional("range_mm", x.range_mm, kNoiseMm);
+  io.optional("range_mm_per_m", x.range_mm_per_m, kNoiseMm);
+  io.optional("transverse_mm", x.transverse_mm, kNoiseMm);
+  io.optional("transverse_mm_per_m", x.transverse_mm_per_m, kNoiseMm);
+}
+
+void layout(auto& io, Is<Scenario::Air> auto& x) {
+  io.optional("temperature_c", x.temperature_c, kReported);
+  io.optional("pressure_mbar", x.pressure_mbar, kReported);
+  io.optional("humidity_percent", x.humidity_percent, kReported);
+}
+
+// Parts of the file whose members are the scenario's own.
+
+struct ReflectorPart {
+  Scenario& scenario;
+};
+struct ControllerPart {
+  Scenario& scenario;
+};
+struct TrackerPart {
+  Scenario& scenario;
+};
+struct RsiPart {
+  Scenario& scenario;
+};
+
+void layout(auto& io, ReflectorPart& x) {
+  io("offset_mm", x.scenario.p_FS_mm, kPoint);
+  io.optional("facing", x.scenario.facing_F, Direction{});
+  io.optional("acceptance_deg", x.scenario.acceptance_deg, Range{1, 180});
+}
+
+void layout(auto& io, ControllerPart& x) {
+  io.optional("model", x.scenario.robot_model);
+  io.optional("serial", x.scenario.robot_serial);
+}
+
+void layout(auto& io, TrackerPart& x) {
+  io.optional("noise", x.scenario.noise);
+  io.optional("reflector", x.scenario.reflector_name);
+  io.optional("bias_mm", x.scenario.bias_mm, kPoint);
+  io.optional("std_mm", x.scenario.std_mm, kReported);
+  io.optional("air", x.scenario.air);
+  io.optional("power_lock", x.scenario.power_lock);
+}
+
+/// One time of all axes, or one of each.
+struct Lag {
+  std::size_t joints;
+  void read(const YamlValue& value, std::vector<double>& lag_ms) const {
+    constexpr Range kLag{0, 1000};
+    if (!value.is_list()) {
+      lag_ms = {value.number(kLag)};
+      return;
+    }
+    PerJoint{joints, "expected one time, or one for each"}.check(value);
+    read_value(value, lag_ms, kLag);
+  }
+};
+
+/// The arm of another file.
+struct RobotOf {
+  void read(const YamlValue& value, auto& robot) const { robot = load_robot(value.file()); }
+};
+
+void layout(auto& io, RsiPart& part) {
+  Scenario& x = part.scenario;
+  io.optional("cycle_ms", x.cycle, Whole{1, 100});
+  io.optional("timeout_cycles", x.rsi_timeout_cycles, Whole{1, 100'000});
+  io.optional("axis_corr_limit_deg", x.axis_corr_limit_deg, Range{0.001, 100});
+  io("ethernet_xml", x.ethernet_xml);
+  io.optional("dead_time_ms", x.dead_time_ms, Range{0, 100});
+  io.optional("lag_ms", x.lag_ms, Lag{x.nominal.joints.size()});
+  io.optional("hold_on", x.hold_on);
+  io.optional("ignores_correction", x.ignores_correction);
+  io.optional("delay", x.consecutive_delay, kDelays);
+  io.optional("precision", x.rsi_decimals, Whole{0, 15});
+  io.optional("source_port", x.rsi_source_port, Whole{0, 65535});
+  io.optional("arm", x.rsi_arm, RobotOf{});
+}
+
+/// Lists of axis positions in deg (mm), within the joint limits.
+struct Stops {
+  const RobotModel& robot;
+  void read(const YamlValue& value, std::vector<JointVector>& stops) const {
+    for (const YamlValue& stop : value.list()) stops.push_back(position(stop));
+  }
+  JointVector position(const YamlValue& value) const {
+    if (value.list().size() != robot.joints.size()) {
+      value.fail("expected " + std::to_string(robot.joint_count()) + " axes, found " +
+                 std::to_string(value.list().size()));
+    }
+    JointVector q(robot.joint_count());
+    for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+      const Joint& joint = robot.joints[i];
+      const YamlValue& axis = value.list()[i];
+      const double at = axis.number({-1e6, 1e6}) * unit_of(joint);
+      if (at < joint.min || at > joint.max) axis.fail("outside the limits of joint " + std::to_string(i + 1));
+      q[static_cast<Eigen::Index>(i)] = at;
+    }
+    return q;
+  }
+};
+
+void layout(auto& io, Is<Scenario> auto& x) {
+  io("robot", x.nominal, RobotOf{});
+  io.on_read(x, [](auto& scenario) { scenario.truth = scenario.nominal; });
+  io.optional("errors", x.truth, LinkErrors{});
+  io.optional("drives", x.drives, DriveErrors{x.nominal});
+  io.optional("repeatability_mm", x.repeatability_mm, kNoiseMm);
+  io("placement", x.X_WB, KukaPose{});
+  io("reflector", ReflectorPart{x});
+  io.optional("controller", ControllerPart{x});
+  io.optional("tracker", TrackerPart{x});
+  io("rsi", RsiPart{x});
+  io.optional("stream_path", x.stream_path, Stops{x.nominal});
+  io.optional("faults", x.faults);
+}
+
+Scenario load_scenario(const std::filesystem::path& file) {
   Scenario scenario;
-  scenario.nominal = load_robot(map.at("robot").path_from(folder));
-  scenario.truth = scenario.nominal;
-  if (const YamlValue* errors = map.find("errors")) {
-    errors->is_list() ? add_listed_errors(scenario.truth.joints, *errors)
-                      : add_drawn_errors(scenario.truth.joints, *errors);
-  }
-  if (const YamlValue* drives = map.find("drives")) scenario.drives = drives_value(*drives, scenario.nominal);
-  map.read("repeatability_mm", scenario.repeatability_mm, kNoiseMm);
-  scenario.X_WB = pose_value(map.at("placement"));
-  read_reflector(map.at("reflector"), scenario);
-  if (const YamlValue* controller = map.find("controller")) read_controller(*controller, scenario);
-  if (const YamlValue* tracker = map.find("tracker")) read_tracker(*tracker, scenario);
-  read_rsi(map.at("rsi"), folder, scenario);
-  if (const YamlValue* stops = map.find("stream_path")) {
-    for (const YamlValue& stop : stops->list())
-      scenario.stream_path.push_back(joints_value(stop, scenario.nominal));
-  }
-  if (const YamlValue* faults = map.find("faults")) {
-    for (const YamlValue& fault : faults->list()) scenario.faults.push_back(fault_value(fault));
-  }
+  read_value(read_yaml(file), scenario);
   return scenario;
 }
 

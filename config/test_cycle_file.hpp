@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "config/config_error.hpp"
+#include "config/text_file.hpp"
 #include "core/judge/iso9283.hpp"
 
 namespace truepose::config {

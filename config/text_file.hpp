@@ -3,11 +3,18 @@
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
 #include <string>
-
-#include "config/config_error.hpp"
+#include <vector>
 
 namespace truepose::config {
+
+/// A file that cannot be used. what() is the one line for the operator: "cell.yaml:12:9: tracker.port:
+/// expected 1..65535, found 99999", or "poses.csv: row 7: q3: not a number: 'abc'".
+class ConfigError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 /// A file opened to be read byte for byte. Throws ConfigError where it cannot be.
 std::ifstream open_to_read(const std::filesystem::path& file);
@@ -25,5 +32,38 @@ std::string read_text_file(const std::filesystem::path& file, std::size_t most =
 /// Writes a file that is seen whole or not at all. Throws ConfigError where that fails, and leaves the file
 /// that was there.
 void write_text_file(const std::filesystem::path& file, const std::string& text);
+
+/// A file that takes its place, or replaces the one there, only once it is written in full and on the disk:
+/// until then it lies beside it under another name, and goes away if it is given up. What is no file (a pipe,
+/// a terminal) is written to as it is. Every function throws ConfigError where it fails.
+class UnfinishedFile {
+ public:
+  explicit UnfinishedFile(const std::filesystem::path& path);
+  ~UnfinishedFile();
+  UnfinishedFile(UnfinishedFile&&) = default;
+  UnfinishedFile& operator=(UnfinishedFile&&) = delete;
+
+  std::ostream& stream() { return out_; }
+  /// All is written.
+  void close();
+  /// After close().
+  void take_place();
+
+ private:
+  [[noreturn]] void fail() const;
+
+  std::filesystem::path path_, beside_;  // beside_: empty where there is nothing to clean up
+  std::ofstream out_;
+};
+
+/// A file to be and what shall be in it.
+struct TextFile {
+  std::filesystem::path path;
+  std::string text;
+};
+
+/// Writes files that belong together: none of them appears, or is replaced, before all are written in full
+/// beside their places. Throws ConfigError.
+void write_together(const std::vector<TextFile>& files);
 
 }  // namespace truepose::config

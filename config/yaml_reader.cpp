@@ -1,13 +1,17 @@
 #include "config/yaml_reader.hpp"
 
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/mark.h>
+#include <yaml-cpp/parser.h>
+
 #include <algorithm>
 #include <charconv>
+#include <deque>
+#include <sstream>
 #include <unordered_map>
 
 #include "config/number_text.hpp"
-#include "config/suggestion.hpp"
-#include "config/text_file.hpp"
-#include "config/yaml_tree.hpp"
 
 namespace truepose::config {
 
@@ -17,6 +21,10 @@ std::string place(const std::string& file, int line, int column) {
   return file + ":" + std::to_string(line) + ":" + std::to_string(column) + ": ";
 }
 
+std::string yaml_place(const std::string& file, const YAML::Mark& mark) {
+  return place(file, mark.line + 1, mark.column + 1);
+}
+
 std::string expected_range(const std::string& min, const std::string& max) {
   return "expected " + min + ".." + max;
 }
@@ -24,6 +32,106 @@ std::string expected_range(const std::string& min, const std::string& max) {
 bool is_integer(std::string_view text) {
   if (text.starts_with('-')) text.remove_prefix(1);
   return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+/// One value of a YAML text as the library's parser tells it. An alias is the very node that it stands for,
+/// so a tree may contain itself.
+struct YamlNode {
+  enum class Kind { Nothing, Scalar, List, Map };
+
+  Kind kind = Kind::Nothing;
+  YAML::Mark mark;
+  std::string text;                       ///< of a scalar
+  bool quoted = false;                    ///< a scalar in quotes or with a tag
+  std::vector<const YamlNode*> children;  ///< of a list; of a map: key, value, key, value ...
+};
+
+/// The nodes of a text that is one YAML document; the first is its root. The library's own loader never ends
+/// where a comma stands in place of a value, and its tree takes many times the memory.
+class YamlTree {
+ public:
+  /// Throws ConfigError. @param file_name  stands in the messages
+  YamlTree(const std::string& text, const std::string& file_name);
+
+  const YamlNode& root() const { return nodes_.front(); }
+
+ private:
+  class Builder;
+
+  std::deque<YamlNode> nodes_;
+};
+
+/// Makes nodes of the parser's events.
+class YamlTree::Builder : public YAML::EventHandler {
+ public:
+  Builder(std::deque<YamlNode>& nodes, const std::string& text, const std::string& file)
+      : nodes_(nodes), text_(text), file_(file) {}
+
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    // The parser leaves a comma where it stands and goes on with a next document, for ever.
+    const auto position = static_cast<std::size_t>(mark.pos);
+    if (open_.empty() && position < text_.size() && text_[position] == ',')
+      throw ConfigError(yaml_place(file_, mark) + "not valid YAML: a comma in place of a value");
+    add(YamlNode::Kind::Nothing, mark, anchor);
+  }
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& value) override {
+    YamlNode& node = add(YamlNode::Kind::Scalar, mark, anchor);
+    node.text = value;
+    node.quoted = tag != "?";
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
+    open_.push_back(&add(YamlNode::Kind::List, mark, anchor));
+  }
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value) override {
+    open_.push_back(&add(YamlNode::Kind::Map, mark, anchor));
+  }
+  void OnSequenceEnd() override { open_.pop_back(); }
+  void OnMapEnd() override { open_.pop_back(); }
+  void OnAlias(const YAML::Mark&, YAML::anchor_t anchor) override { attach(*anchored_.at(anchor)); }
+
+ private:
+  YamlNode& add(YamlNode::Kind kind, const YAML::Mark& mark, YAML::anchor_t anchor) {
+    if (open_.empty() && !nodes_.empty())
+      throw ConfigError(yaml_place(file_, mark) + "a second document, expected one");
+    if (nodes_.size() == kMostNodesOfYaml)
+      throw ConfigError(yaml_place(file_, mark) + "too many or too deeply nested values");
+    YamlNode& node = nodes_.emplace_back();
+    node.kind = kind;
+    node.mark = mark;
+    // The parser counts anchors from 1.
+    if (anchored_.size() <= anchor) anchored_.resize(anchor + 1, nullptr);
+    anchored_[anchor] = &node;
+    attach(node);
+    return node;
+  }
+
+  void attach(const YamlNode& node) {
+    if (!open_.empty()) open_.back()->children.push_back(&node);
+  }
+
+  std::deque<YamlNode>& nodes_;
+  const std::string& text_;
+  const std::string& file_;
+  std::vector<YamlNode*> open_;
+  std::vector<const YamlNode*> anchored_;
+};
+
+YamlTree::YamlTree(const std::string& text, const std::string& file_name) {
+  std::istringstream in(text);
+  try {
+    YAML::Parser parser(in);
+    Builder builder(nodes_, text, file_name);
+    if (!parser.HandleNextDocument(builder) || nodes_.empty())
+      throw ConfigError(file_name + ":1:1: the file is empty");
+    parser.HandleNextDocument(builder);
+  } catch (const YAML::Exception& error) {
+    throw ConfigError(yaml_place(file_name, error.mark) + "not valid YAML: " + error.msg);
+  }
 }
 
 }  // namespace
@@ -174,8 +282,16 @@ bool YamlValue::boolean() const {
   return word == "true";
 }
 
-std::filesystem::path YamlValue::path_from(const std::filesystem::path& folder) const {
-  return (folder / text()).lexically_normal();
+std::string_view YamlValue::word(const std::vector<std::string_view>& words) const {
+  const auto found = std::ranges::find(words, text());
+  if (found != words.end()) return *found;
+  std::string all;
+  for (const std::string_view word : words) all += (all.empty() ? "" : ", ") + std::string(word);
+  fail("expected one of " + all + ", found " + in_quotes(text()));
+}
+
+std::filesystem::path YamlValue::file() const {
+  return (std::filesystem::path(*file_).parent_path() / text()).lexically_normal();
 }
 
 const std::vector<YamlValue>& YamlValue::list() const {
@@ -183,22 +299,21 @@ const std::vector<YamlValue>& YamlValue::list() const {
   return values_;
 }
 
-std::map<std::string, double> YamlValue::numbers(Range range) const {
+std::vector<std::pair<std::string, YamlValue>> YamlValue::members() const {
   if (kind_ != Kind::Map) fail("expected a map of numbers, found " + described());
-  std::map<std::string, double> numbers;
-  for (std::size_t i = 0; i < keys_.size(); ++i) numbers.emplace(keys_[i], values_[i].number(range));
-  return numbers;
+  std::vector<std::pair<std::string, YamlValue>> members;
+  for (std::size_t i = 0; i < keys_.size(); ++i) members.emplace_back(keys_[i], values_[i]);
+  return members;
 }
 
-YamlMap::YamlMap(const YamlValue& value, std::initializer_list<std::string_view> known) : value_(value) {
+YamlMap::YamlMap(const YamlValue& value, const std::vector<std::string>& known) : value_(value) {
   if (value.kind_ != YamlValue::Kind::Map) value.fail("expected a map of keys, found " + value.described());
   for (std::size_t i = 0; i < value.keys_.size(); ++i) {
     const std::string& key = value.keys_[i];
     if (std::ranges::find(known, key) != known.end()) continue;
-    const std::vector<std::string> names(known.begin(), known.end());
     const YamlValue& entry = value.values_[i];
     throw ConfigError(place(*entry.file_, entry.key_line_, entry.key_column_) + entry.path_ +
-                      ": unknown key" + suggestion(key, names));
+                      ": unknown key" + suggestion(key, known));
   }
 }
 
@@ -211,37 +326,6 @@ const YamlValue* YamlMap::find(std::string_view key) const {
 const YamlValue& YamlMap::at(std::string_view key) const {
   if (const YamlValue* value = find(key)) return *value;
   value_.fail("missing key '" + std::string(key) + "'");
-}
-
-void YamlMap::read(std::string_view key, double& target, Range range) const {
-  if (const YamlValue* value = find(key)) target = value->number(range);
-}
-
-void YamlMap::read(std::string_view key, int& target, int min, int max) const {
-  if (const YamlValue* value = find(key)) target = static_cast<int>(value->integer(min, max));
-}
-
-void YamlMap::read(std::string_view key, bool& target) const {
-  if (const YamlValue* value = find(key)) target = value->boolean();
-}
-
-void YamlMap::read(std::string_view key, std::string& target) const {
-  if (const YamlValue* value = find(key)) target = value->text();
-}
-
-void YamlMap::read(std::string_view key, std::chrono::milliseconds& target, int min_ms, int max_ms) const {
-  if (const YamlValue* value = find(key)) target = std::chrono::milliseconds(value->integer(min_ms, max_ms));
-}
-
-std::optional<std::string_view> YamlMap::choice(std::string_view key,
-                                                const std::vector<std::string_view>& words) const {
-  const YamlValue* value = find(key);
-  if (!value) return std::nullopt;
-  const auto found = std::ranges::find(words, value->text());
-  if (found != words.end()) return *found;
-  std::string all;
-  for (const std::string_view word : words) all += (all.empty() ? "" : ", ") + std::string(word);
-  value->fail("expected one of " + all + ", found " + in_quotes(value->text()));
 }
 
 YamlValue parse_yaml(const std::string& text, const std::string& file_name) {

@@ -1,11 +1,8 @@
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <initializer_list>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,14 +10,14 @@
 #include <utility>
 #include <vector>
 
-#include "config/config_error.hpp"
+#include "config/text_file.hpp"
+#include "proto/record/layout.hpp"
 
 namespace truepose::config {
 
-/// Bounds of a number, both included.
-struct Range {
-  double min, max;
-};
+using record::Range, record::Whole;
+
+class YamlMap;
 
 /// A value of a YAML file that knows where it stands. Every error is a ConfigError "file:line:column: path:
 /// what".
@@ -29,6 +26,8 @@ struct Range {
 /// number.
 class YamlValue {
  public:
+  using Map = YamlMap;
+
   double number(Range range) const;
   std::int64_t integer(std::int64_t min, std::int64_t max) const;
   std::uint64_t seed() const;  ///< any unsigned 64-bit integer
@@ -37,11 +36,13 @@ class YamlValue {
   const std::string& text() const;
   /// A scalar that may be "".
   const std::string& text_or_empty() const;
-  /// A file's path; a relative one starts at `folder`, that of the file that names it.
-  std::filesystem::path path_from(const std::filesystem::path& folder) const;
+  /// One of a few words.
+  std::string_view word(const std::vector<std::string_view>& words) const;
+  /// A file's path; a relative one starts at the folder of the file that names it.
+  std::filesystem::path file() const;
   const std::vector<YamlValue>& list() const;
-  /// A map of any names to numbers.
-  std::map<std::string, double> numbers(Range range) const;
+  /// Of a map of numbers of any names.
+  std::vector<std::pair<std::string, YamlValue>> members() const;
   bool is_list() const { return kind_ == Kind::List; }
 
   [[noreturn]] void fail(std::string_view what) const;
@@ -70,42 +71,20 @@ class YamlValue {
 /// default.
 class YamlMap {
  public:
-  YamlMap(const YamlValue& value, std::initializer_list<std::string_view> known);
+  YamlMap(const YamlValue& value, const std::vector<std::string>& known);
 
   bool has(std::string_view key) const { return find(key) != nullptr; }
   const YamlValue* find(std::string_view key) const;
   /// The value of a key that must be there.
   const YamlValue& at(std::string_view key) const;
-
-  // Keep `target` as it is where the key is absent.
-  void read(std::string_view key, double& target, Range range) const;
-  void read(std::string_view key, int& target, int min, int max) const;
-  void read(std::string_view key, bool& target) const;
-  void read(std::string_view key, std::string& target) const;
-  void read(std::string_view key, std::chrono::milliseconds& target, int min_ms, int max_ms) const;
-
-  /// One of a few words, nothing where the key is absent.
-  std::optional<std::string_view> choice(std::string_view key,
-                                         const std::vector<std::string_view>& words) const;
-
-  /// One of a few words. `T` is what they mean.
-  template <typename T>
-  void read(std::string_view key, T& target,
-            std::initializer_list<std::pair<std::string_view, T>> meanings) const {
-    std::vector<std::string_view> words;
-    for (const auto& [word, meaning] : meanings) words.push_back(word);
-    const auto chosen = choice(key, words);
-    for (const auto& [word, meaning] : meanings) {
-      if (chosen == word) target = meaning;
-    }
-  }
-
   const YamlValue& value() const { return value_; }
 
  private:
   const YamlValue& value_;
 };
 
+/// More values than any file of ours has, an alias counted once.
+inline constexpr std::size_t kMostNodesOfYaml = 200'000;
 inline constexpr std::size_t kMostBytesOfYaml = std::size_t{16} << 20;
 
 /// Parses one YAML document, in time and memory in proportion to it. `file_name` stands in the messages.

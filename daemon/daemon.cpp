@@ -25,7 +25,7 @@
 #include "drivers/kuka/rsi_link.hpp"
 #include "drivers/leica/emscon_tracker.hpp"
 #include "drivers/steady_clock.hpp"
-#include "proto/control/rfc3339.hpp"
+#include "proto/control/json_text.hpp"
 
 namespace truepose::daemon {
 

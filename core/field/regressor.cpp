@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "core/field/gaussian_process.hpp"
@@ -14,7 +15,6 @@
 namespace truepose {
 namespace {
 
-constexpr std::array kNames{"gp", "kriging", "idw", "mls", "nn"};
 constexpr Eigen::Index kFewestPoints = 4;
 
 using Hyper = std::map<std::string, double>;
@@ -111,17 +111,17 @@ RegressorState fit(RegressorKind kind, const RegressionData& data) {
 
 }  // namespace
 
-std::string_view name_of(RegressorKind kind) { return kNames[static_cast<std::size_t>(kind)]; }
+std::string_view name_of(RegressorKind kind) { return name_of(kRegressorNames, kind); }
 
 std::optional<RegressorKind> regressor_kind(std::string_view name) {
-  const auto found = std::ranges::find(kNames, name);
-  if (found == kNames.end()) return std::nullopt;
-  return static_cast<RegressorKind>(found - kNames.begin());
+  const auto found = std::ranges::find(kRegressorNames, name, &Named<RegressorKind>::name);
+  if (found == kRegressorNames.end()) return std::nullopt;
+  return found->value;
 }
 
 std::vector<std::string_view> residual_names() {
   std::vector<std::string_view> names{"none", "auto"};
-  names.insert(names.end(), kNames.begin(), kNames.end());
+  std::ranges::copy(names_of(kRegressorNames), std::back_inserter(names));
   return names;
 }
 

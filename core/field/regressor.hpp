@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/named.hpp"
+
 namespace truepose {
 
 /// Bounds that let a prediction live on the stack.
@@ -32,7 +34,11 @@ inline constexpr std::array kAllRegressors{RegressorKind::GaussianProcess, Regre
                                            RegressorKind::InverseDistance, RegressorKind::MovingLeastSquares,
                                            RegressorKind::NeuralNetwork};
 
-/// "gp", "kriging", "idw", "mls", "nn".
+inline constexpr std::array kRegressorNames{
+    Named{"gp", RegressorKind::GaussianProcess}, Named{"kriging", RegressorKind::Kriging},
+    Named{"idw", RegressorKind::InverseDistance}, Named{"mls", RegressorKind::MovingLeastSquares},
+    Named{"nn", RegressorKind::NeuralNetwork}};
+
 std::string_view name_of(RegressorKind kind);
 std::optional<RegressorKind> regressor_kind(std::string_view name);
 

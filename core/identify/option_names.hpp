@@ -21,6 +21,10 @@ inline constexpr std::array kLossNames{
     Named{"igg3", Loss::Igg3},
     Named{"tukey", Loss::Tukey},
 };
+inline constexpr std::array kPoseSetNames{
+    Named{"identify", PoseSet::Identify},
+    Named{"validate", PoseSet::Validate},
+};
 inline constexpr std::array kPriorNames{
     Named{"auto", PriorUse::Auto},
     Named{"off", PriorUse::Off},

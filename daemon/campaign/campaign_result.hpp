@@ -14,7 +14,7 @@
 #include "core/judge/test_cube.hpp"
 #include "daemon/campaign/cell_devices.hpp"
 #include "daemon/store/store.hpp"
-#include "proto/control/iso9283_document.hpp"
+#include "proto/record/iso9283_document.hpp"
 
 namespace truepose::daemon {
 
@@ -53,7 +53,7 @@ struct Iso9283Stop {
 
 /// An ISO 9283 test, its attained poses brought into the robot's base.
 struct Iso9283Test {
-  control::Iso9283Frame frame = control::Iso9283Frame::Model;
+  record::Iso9283Frame frame = record::Iso9283Frame::Model;
   bool compensated = true;
   TestCube cube;
   std::vector<Iso9283Stop> stops;  ///< of a cycle, in their order

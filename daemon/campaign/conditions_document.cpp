@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "config/cell_setup.hpp"
-#include "proto/control/options_document.hpp"
+#include "proto/record/calibration_document.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -54,7 +54,7 @@ json::object options_document(const config::CellConfig& config) {
                             std::to_string(campaign.validate_poses) + " to validate"},
       {"Poses chosen", std::string{kCriteria[static_cast<std::size_t>(campaign.criterion)]} +
                            "-optimal, of " + std::to_string(campaign.candidates) + " candidates"}};
-  for (auto& option : control::options_json(config::calibrate_options(config)))
+  for (auto& option : record::options_json(config::calibrate_options(config)))
     options[option.key()] = std::move(option.value());
   return options;
 }

@@ -167,7 +167,7 @@ CampaignOutcome<void> Iso9283Campaign::evaluate() {
     if (!fitted) co_return std::unexpected(CampaignError{CampaignFault::Calibration, fitted.error()});
     X_BW = *fitted;
   }
-  Iso9283Test test{.frame = order_.cell ? control::Iso9283Frame::Model : control::Iso9283Frame::Fitted,
+  Iso9283Test test{.frame = order_.cell ? record::Iso9283Frame::Model : record::Iso9283Frame::Fitted,
                    .compensated = order_.compensate,
                    .cube = poses_.cube,
                    .stops = {stops_.begin(), stops_.end()},

@@ -5,7 +5,7 @@
 #include <boost/json/object.hpp>
 #include <cmath>
 
-#include "proto/control/arm_document.hpp"
+#include "proto/record/arm_document.hpp"
 
 namespace truepose::daemon {
 
@@ -22,7 +22,7 @@ json::object target_json(const TargetOutcome& outcome, std::size_t number, const
   return {{"target", number},
           {"reached", outcome.reached},
           {"reason", outcome.reason},
-          {"joints_deg", control::joints_json(outcome.q, robot)},
+          {"joints_deg", record::joints_json(outcome.q, robot)},
           {"errors_mm", std::move(errors)},
           {"averaged_mm", rounded(outcome.averaged_error_mm)}};
 }
@@ -45,7 +45,7 @@ json::object targets_document(const TargetsResult& result, const RobotModel& rob
 }
 
 json::object iso9283_campaign_document(const Iso9283Test& test) {
-  json::object document = control::iso9283_document(test.result, test.points, test.frame);
+  json::object document = record::iso9283_document(test.result, test.points, test.frame);
   document["compensated"] = test.compensated;
   json::object cube = position_json(test.cube.X_BC.translation());
   cube["edge"] = test.cube.edge_mm;

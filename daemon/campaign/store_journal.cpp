@@ -13,11 +13,9 @@
 #include "daemon/campaign/conditions_document.hpp"
 #include "daemon/campaign/proof_documents.hpp"
 #include "daemon/campaign/stored_model.hpp"
-#include "proto/control/calibration_document.hpp"
-#include "proto/control/drift_document.hpp"
 #include "proto/control/json_text.hpp"
-#include "proto/control/options_document.hpp"
-#include "proto/control/rfc3339.hpp"
+#include "proto/record/calibration_document.hpp"
+#include "proto/record/drift_document.hpp"
 
 namespace truepose::daemon {
 
@@ -68,21 +66,21 @@ std::string document_of(const CampaignResult& result, const CampaignRecord& reco
                         const config::CellConfig& config, const std::map<int, std::string>& times) {
   const MeasurementData data = timed(result, times);
   if (result.drift)
-    return control::json_text(control::drift_document(*result.drift, *result.drift_reference, data.points));
+    return control::json_text(record::drift_document(*result.drift, *result.drift_reference, data.points));
   if (result.targets) return control::json_text(targets_document(*result.targets, config.robot.model));
   if (result.iso9283) return control::json_text(iso9283_campaign_document(*result.iso9283));
-  json::object document = control::calibration_document(result.calibration, data, result.elapsed_s);
+  json::object document = record::calibration_document(result.calibration, data, result.elapsed_s);
   document["campaign"] = "Campaign " + record.id.substr(0, 8);
   document["robot"] = record.robot_model + ", serial " + record.robot_serial;
   document["tracker"] = record.tracker_model + ", serial " + record.tracker_serial;
   document["model"] = record.model_id;
   document["date"] = record.ended;
   document["options"] = options_document(config);
-  document["noise"] = control::noise_json(*config::calibrate_options(config).noise);
+  document["noise"] = record::noise_json(*config::calibrate_options(config).noise);
   document["conditions"] = conditions_document(result, record);
   document["skipped"] = skipped_document(result);
   if (result.remeasured) {
-    document["remeasured"] = control::statistics_json(*result.remeasured);
+    document["remeasured"] = record::statistics_json(*result.remeasured);
     document["remeasured_points"] = remeasured_points(result);
   }
   if (!result.reference_drift_mm.empty()) {

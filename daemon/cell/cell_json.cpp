@@ -4,7 +4,7 @@
 #include <boost/json/value.hpp>
 
 #include "daemon/cell/stream_trouble.hpp"
-#include "proto/control/arm_document.hpp"
+#include "proto/record/arm_document.hpp"
 
 namespace truepose::daemon {
 
@@ -105,9 +105,9 @@ json::object point_json(const RobotModel& robot, const StoredPoint& point) {
   return {{"pose", point.pose},
           {"purpose", purpose_name(point.purpose)},
           {"smr", point.smr},
-          {"q_target_deg", control::joints_json(point.q_target, robot)},
-          {"q_commanded_deg", control::joints_json(point.q_commanded, robot)},
-          {"q_actual_deg", control::joints_json(point.q_actual, robot)},
+          {"q_target_deg", record::joints_json(point.q_target, robot)},
+          {"q_commanded_deg", record::joints_json(point.q_commanded, robot)},
+          {"q_actual_deg", record::joints_json(point.q_actual, robot)},
           {"p_mm", vector_json(point.p_WS_mm)},
           {"std_mm", vector_json(point.std_mm)},
           {"time", point.time}};

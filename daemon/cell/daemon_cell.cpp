@@ -8,9 +8,9 @@
 #include "daemon/cell/campaign_run.hpp"
 #include "daemon/cell/cell_json.hpp"
 #include "daemon/log/log.hpp"
-#include "proto/control/arm_document.hpp"
+#include "proto/control/json_text.hpp"
 #include "proto/control/param_reader.hpp"
-#include "proto/control/rfc3339.hpp"
+#include "proto/record/arm_document.hpp"
 
 namespace truepose::daemon {
 
@@ -447,7 +447,7 @@ json::object DaemonCell::status_json() const {
             {"software", known.robot.software},
             {"ready", robot.ready},
             {"why_not_ready", identities_ ? robot.why_not_ready : "not connected"},
-            {"q_deg", control::joints_json(robot.q, parts_.config.robot.model)}}},
+            {"q_deg", record::joints_json(robot.q, parts_.config.robot.model)}}},
           {"tracker",
            {{"connected", identities_.has_value() && !tracker_lost_},
             {"model", known.tracker.model},

@@ -12,9 +12,9 @@
 #include "daemon/cell/cell_json.hpp"
 #include "daemon/cell/page.hpp"
 #include "daemon/log/log.hpp"
-#include "proto/control/arm_document.hpp"
+#include "proto/control/json_text.hpp"
 #include "proto/control/param_reader.hpp"
-#include "proto/control/rfc3339.hpp"
+#include "proto/record/arm_document.hpp"
 
 // The model.* methods and targets.compensate.
 
@@ -221,7 +221,7 @@ DaemonCell::Reply DaemonCell::targets_compensate(json::object params) {
           std::string{"params."} + (is_pose ? "poses" : "joints") + "[" + std::to_string(i) + "]";
       co_return std::unexpected(RpcError{ErrorCode::InvalidParams, key + ": " + solved[i].error(), key});
     }
-    q_deg.push_back(control::joints_json(solved[i]->q, nominal));
+    q_deg.push_back(record::joints_json(solved[i]->q, nominal));
     residual_mm.emplace_back(solved[i]->residual_mm);
     residual_deg.emplace_back(solved[i]->residual_rad * kDegPerRad);
     iterations.emplace_back(solved[i]->iterations);

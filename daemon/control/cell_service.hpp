@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "proto/control/rpc_error.hpp"
+#include "proto/control/request.hpp"
 
 namespace truepose::daemon {
 

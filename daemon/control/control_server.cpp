@@ -17,7 +17,7 @@
 #include "daemon/control/session.hpp"
 #include "daemon/control/token_file.hpp"
 #include "drivers/port_holder.hpp"
-#include "proto/control/rfc3339.hpp"
+#include "proto/control/json_text.hpp"
 
 namespace truepose::daemon {
 

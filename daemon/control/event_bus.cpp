@@ -4,8 +4,8 @@
 #include <boost/json/value.hpp>
 #include <utility>
 
+#include "proto/control/json_text.hpp"
 #include "proto/control/request.hpp"
-#include "proto/control/rfc3339.hpp"
 
 namespace truepose::daemon {
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "proto/control/event_topic.hpp"
+#include "proto/control/request.hpp"
 
 namespace truepose::daemon {
 

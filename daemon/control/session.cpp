@@ -12,7 +12,6 @@
 #include "daemon/control/token_file.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/control/param_reader.hpp"
-#include "proto/control/rfc3339.hpp"
 #include "proto/control/schema.hpp"
 
 namespace truepose::daemon {
@@ -328,7 +327,9 @@ Session::Result Session::subscribe(const json::object& params) {
   const auto names = read.texts("topics");
   const auto after = read.integer("after", 0, static_cast<std::int64_t>(next) - 1);
   std::set<control::Topic> topics;
-  if (!names) topics.insert(control::kAllTopics.begin(), control::kAllTopics.end());
+  if (!names) {
+    for (const auto& [name, topic] : control::kTopics) topics.insert(topic);
+  }
   for (const std::string& name : names.value_or(std::vector<std::string>{})) {
     const auto topic = control::topic_from_name(name);
     if (topic) topics.insert(*topic);

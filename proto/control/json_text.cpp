@@ -6,6 +6,7 @@
 #include <boost/json/value.hpp>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <set>
 #include <vector>
 
@@ -125,6 +126,16 @@ std::string json_text(const json::value& value) {
   return out;
 }
 
+std::string json_excerpt(const json::value& value) {
+  constexpr std::size_t kLongest = 40;
+  std::string text = json_text(value);
+  if (text.size() <= kLongest) return text;
+  std::size_t end = kLongest;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80)
+    --end;  // not inside a UTF-8 sequence
+  return text.substr(0, end) + "...";
+}
+
 std::expected<json::value, std::string> parse_json(std::string_view text) {
   json::parse_options options;
   options.max_depth = kMaxDepth;
@@ -140,6 +151,19 @@ std::expected<json::value, std::string> parse_json(std::string_view text) {
   json::value value = json::parse(json::string_view{text.data(), text.size()}, error, {}, options);
   if (error) return std::unexpected(error.message());
   return value;
+}
+
+std::string rfc3339(std::chrono::system_clock::time_point time) {
+  using namespace std::chrono;
+  const auto day = floor<days>(time);
+  const year_month_day date{day};
+  const hh_mm_ss clock{floor<milliseconds>(time - day)};
+  char text[40];
+  std::snprintf(text, sizeof text, "%04d-%02u-%02uT%02d:%02d:%02d.%03dZ", static_cast<int>(date.year()),
+                static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
+                static_cast<int>(clock.hours().count()), static_cast<int>(clock.minutes().count()),
+                static_cast<int>(clock.seconds().count()), static_cast<int>(clock.subseconds().count()));
+  return text;
 }
 
 }  // namespace truepose::control

@@ -18,11 +18,27 @@ class LineSplitter {
   explicit LineSplitter(std::size_t max_line) : max_line_{max_line} {}
   void set_max_line(std::size_t max_line) { max_line_ = max_line; }
 
-  void push(std::string_view bytes);
+  void push(std::string_view bytes) {
+    buffer_.erase(0, begin_);
+    begin_ = 0;
+    buffer_.append(bytes);
+  }
   /// The next whole line, without its newline; nothing when there is none yet or the line is too long.
-  std::optional<std::string> next();
+  std::optional<std::string> next() {
+    while (true) {
+      const auto end = buffer_.find('\n', begin_);
+      if (end == std::string::npos || end - begin_ > max_line_) return std::nullopt;
+      std::string line = buffer_.substr(begin_, end - begin_);
+      begin_ = end + 1;
+      if (line.ends_with('\r')) line.pop_back();
+      if (!line.empty()) return line;
+    }
+  }
   /// The line at the front is longer than allowed: there is no way to go on with this stream.
-  bool overflowed() const;
+  bool overflowed() const {
+    const auto end = buffer_.find('\n', begin_);
+    return (end == std::string::npos ? buffer_.size() : end) - begin_ > max_line_;
+  }
   /// Bytes of an unfinished line are waiting for their end.
   bool partial() const { return begin_ < buffer_.size(); }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
-#include <cmath>
 
 #include "proto/control/json_text.hpp"
 
@@ -11,17 +10,6 @@ namespace truepose::control {
 namespace {
 
 namespace json = boost::json;
-
-/// What was found, short enough for a sentence.
-std::string excerpt(const json::value& value) {
-  constexpr std::size_t kLongest = 40;
-  std::string text = json_text(value);
-  if (text.size() <= kLongest) return text;
-  std::size_t end = kLongest;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80)
-    --end;  // not inside a UTF-8 sequence
-  return text.substr(0, end) + "...";
-}
 
 std::string plain(double number) { return json_text(json::value(number)); }
 
@@ -41,7 +29,7 @@ void ParamReader::fail(std::string_view key, std::string_view reason) {
 }
 
 void ParamReader::expected(std::string_view key, std::string_view what, const json::value& found) {
-  fail(key, "expected " + std::string{what} + ", found " + excerpt(found));
+  fail(key, "expected " + std::string{what} + ", found " + json_excerpt(found));
 }
 
 void ParamReader::fail_missing(std::string_view key) { fail(key, "is missing"); }

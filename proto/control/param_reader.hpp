@@ -1,6 +1,5 @@
 #pragma once
 
-#include <boost/json/fwd.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
@@ -10,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "proto/control/rpc_error.hpp"
+#include "proto/control/request.hpp"
 
 namespace truepose::control {
 

@@ -1,6 +1,6 @@
 #include "proto/control/request.hpp"
 
-#include <optional>
+#include <algorithm>
 
 #include "proto/control/json_text.hpp"
 
@@ -59,6 +59,28 @@ RpcError read_error(const json::object& error) {
 }
 
 }  // namespace
+
+std::string_view symbol(ErrorCode code) {
+  static constexpr std::array kSymbols{Named{"E_PARSE", ErrorCode::ParseError},
+                                       Named{"E_REQUEST", ErrorCode::InvalidRequest},
+                                       Named{"E_METHOD", ErrorCode::MethodNotFound},
+                                       Named{"E_PARAMS", ErrorCode::InvalidParams},
+                                       Named{"E_INTERNAL", ErrorCode::Internal},
+                                       Named{"E_UNAUTHENTICATED", ErrorCode::Unauthenticated},
+                                       Named{"E_FORBIDDEN", ErrorCode::Forbidden},
+                                       Named{"E_STATE", ErrorCode::WrongState},
+                                       Named{"E_NOT_FOUND", ErrorCode::NotFound},
+                                       Named{"E_DEVICE", ErrorCode::Device},
+                                       Named{"E_BUSY", ErrorCode::Busy},
+                                       Named{"E_RATE", ErrorCode::RateLimited}};
+  const auto* const found = std::ranges::find(kSymbols, code, &Named<ErrorCode>::value);
+  return found == kSymbols.end() ? "E_INTERNAL" : found->name;
+}
+
+std::optional<Topic> topic_from_name(std::string_view name) {
+  const auto* const found = std::ranges::find(kTopics, name, &Named<Topic>::name);
+  return found == kTopics.end() ? std::nullopt : std::optional{found->value};
+}
 
 std::expected<Request, BadRequest> decode_request(std::string_view line) {
   auto parsed = parse_json(line);

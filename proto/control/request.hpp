@@ -4,14 +4,55 @@
 #include <boost/json/value.hpp>
 #include <cstdint>
 #include <expected>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
-#include "proto/control/event_topic.hpp"
-#include "proto/control/rpc_error.hpp"
+#include "core/named.hpp"
 
 namespace truepose::control {
+
+/// Error codes on the wire: those of JSON-RPC 2.0, then ours.
+enum class ErrorCode : int {
+  ParseError = -32700,
+  InvalidRequest = -32600,
+  MethodNotFound = -32601,
+  InvalidParams = -32602,
+  Internal = -32603,
+  Unauthenticated = -32001,
+  Forbidden = -32002,
+  WrongState = -32003,
+  NotFound = -32004,
+  Device = -32005,
+  Busy = -32006,
+  RateLimited = -32007,
+};
+
+/// The stable name that programs may branch on, sent as error.data.code: "E_STATE".
+std::string_view symbol(ErrorCode code);
+
+/// Why a request was not carried out.
+struct RpcError {
+  ErrorCode code = ErrorCode::Internal;
+  std::string message;                 ///< one sentence for the operator
+  std::string path{};                  ///< offending parameter ("params.poses"), InvalidParams
+  std::string state{};                 ///< the present state, WrongState
+  std::vector<std::string> allowed{};  ///< methods that this state allows, WrongState
+};
+
+enum class Topic { Cell, Campaign, Measurement, Stream, Model, Fault, Log };
+/// What events are about, by its name on the wire.
+inline constexpr std::array kTopics{Named{"cell", Topic::Cell},
+                                    Named{"campaign", Topic::Campaign},
+                                    Named{"measurement", Topic::Measurement},
+                                    Named{"stream", Topic::Stream},
+                                    Named{"model", Topic::Model},
+                                    Named{"fault", Topic::Fault},
+                                    Named{"log", Topic::Log}};
+inline std::string_view name(Topic topic) { return name_of(kTopics, topic); }
+std::optional<Topic> topic_from_name(std::string_view name);
 
 /// Id of a request; none for a notification, which is never answered (nor are its params read).
 using Id = std::variant<std::monostate, std::int64_t, std::string>;

@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "core/math/angles.hpp"
+#include "proto/record/forms.hpp"
 #include "proto/text/device_text.hpp"
 #include "proto/xml/escape.hpp"
 #include "proto/xml/scanner.hpp"
@@ -17,115 +17,143 @@
 namespace truepose::eki {
 namespace {
 
+using record::Degrees, record::Is;
+
 using Names = std::array<std::string_view, 6>;
 constexpr Names kAxisNames{"A1", "A2", "A3", "A4", "A5", "A6"};
 constexpr Names kPoseNames{"X", "Y", "Z", "A", "B", "C"};
-constexpr int kDecimals = 6;  // KRL's REAL has seven digits
 
-Axes scaled(Axes values, double factor) {
-  for (double& value : values) value *= factor;
-  return values;
+// ---- Layouts: the attributes of each message in the order in which they are written, those of a child
+// behind its name: "Ax.A1". Enumerations are numbers, of which those listed have a meaning.
+
+template <class Message>
+constexpr std::string_view kElement{};
+template <>
+constexpr std::string_view kElement<Command> = "Cmd";
+template <>
+constexpr std::string_view kElement<Control> = "Ctl";
+template <>
+constexpr std::string_view kElement<Ack> = "Ack";
+template <>
+constexpr std::string_view kElement<Hello> = "Hello";
+template <>
+constexpr std::string_view kElement<State> = "State";
+
+void layout(auto& io, Is<Command> auto& x) {
+  using enum CommandType;
+  io("Id", x.id);
+  io("Type", x.type, {Ptp, StartRsi, NoOp});
+  io("Vel", x.velocity_percent);
+  io("Acc", x.acceleration_percent);
+  io("Settle", x.settle_ms);
+  io.six("Ax", kAxisNames, x.axes_rad, Degrees{});
+}
+void layout(auto& io, Is<Control> auto& x) {
+  using enum ControlOp;
+  io("Id", x.id);
+  io("Op", x.op, {SetOverride, Stop, ReleaseStop, Drives, AskState});
+  io("Val", x.value);
+}
+void layout(auto& io, Is<Ack> auto& x) {
+  using enum AckState;
+  io("Id", x.id);
+  io("State", x.state, {Accepted, Moving, InPosition, Rejected, Aborted});
+  io("Err", x.error);
+  io.six("Ax", kAxisNames, x.axes_rad, Degrees{});
+}
+void layout(auto& io, Is<Hello> auto& x) {
+  io("Ver", x.version);
+  io("Model", x.model);
+  io("Serial", x.serial);
+  io("Tool", x.tool);
+  io("Base", x.base);
+  io("KssVer", x.kss_version);
+}
+void layout(auto& io, Is<State> auto& x) {
+  using enum OperatingMode;
+  using enum ProgramState;
+  io("Seq", x.sequence);
+  io("Id", x.id);
+  io("ModeOp", x.mode, {T1, T2, Aut, Ext});
+  io("OvPro", x.override_percent);
+  io("ProState", x.program, {Free, Reset, Active, Stopped, Ended});
+  io("PeriRdy", x.drives_ready);
+  io("AlarmStop", x.no_emergency_stop);
+  io("UserSaf", x.gate_closed);
+  io("StopMess", x.stop_message);
+  io("ProMove", x.moving);
+  io("InPos", x.in_position);
+  io.six("Ax", kAxisNames, x.axes_rad, Degrees{});
+  io.six("Pos", kPoseNames, x.pose);
+  io("Base.No", x.base);
+  io("Tool.No", x.tool);
 }
 
-// ---- writing
+// ---- Writing
 
 /// One element with its children; written as an open and close pair.
 class Element {
  public:
   explicit Element(std::string_view name) : name_{name} { text_.append("<").append(name); }
 
-  Element& set(std::string_view name, std::string_view value) {
-    text_.append(" ").append(name).append("=\"").append(xml::escaped(value)).append("\"");
-    return *this;
+  void operator()(std::string_view path, std::string_view value) {
+    const std::size_t dot = path.find('.');
+    if (dot != std::string_view::npos) return child(path.substr(0, dot))(path.substr(dot + 1), value);
+    text_.append(" ").append(path).append("=\"").append(xml::escaped(value)).append("\"");
   }
-  Element& set(std::string_view name, std::integral auto value) { return set(name, std::to_string(+value)); }
-  Element& set(const Names& names, const std::array<double, 6>& values) {
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      std::array<char, 400> digits;  // room for the longest double without exponent
-      const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), values[i],
-                                     std::chars_format::fixed, kDecimals);
-      set(names[i], std::string_view{digits.data(), end.ptr});
-    }
-    return *this;
+  void operator()(std::string_view path, std::integral auto value) { (*this)(path, std::to_string(+value)); }
+  void operator()(std::string_view path, const std::optional<int>& value) {
+    if (value) (*this)(path, *value);
   }
-  Element& add(const Element& child) {
-    children_ += child.str();
-    return *this;
+  template <class Enum>
+  void operator()(std::string_view path, Enum value, std::initializer_list<Enum>) {
+    (*this)(path, static_cast<int>(value));
   }
-  Element& set_if(std::string_view name, std::optional<int> value) {
-    return value ? set(name, *value) : *this;
+  template <class... Form>
+  void six(std::string_view element, const Names& names, const std::array<double, 6>& values,
+           const Form&... form) {
+    for (std::size_t i = 0; i < names.size(); ++i)
+      child(element)(names[i], number(form_of(values[i], form...)));
   }
-  Element& add_if(bool there, const Element& child) { return there ? add(child) : *this; }
-  std::string str() const { return text_ + ">" + children_ + "</" + std::string{name_} + ">"; }
+  template <class... Form>
+  void six(std::string_view element, const Names& names, const std::optional<Axes>& values,
+           const Form&... form) {
+    if (values) six(element, names, *values, form...);
+  }
+  std::string str() const {
+    std::string children;
+    for (const Element& child : children_) children += child.str();
+    return text_ + ">" + children + "</" + std::string{name_} + ">";
+  }
 
  private:
+  Element& child(std::string_view name) {
+    if (children_.empty() || children_.back().name_ != name) children_.emplace_back(name);
+    return children_.back();
+  }
+  static double form_of(double value) { return value; }
+  static double form_of(double value, Degrees degrees) { return degrees.form_of(value); }
+  static std::string number(double value) {
+    constexpr int kDecimals = 6;   // KRL's REAL has seven digits
+    std::array<char, 400> digits;  // room for the longest double without exponent
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value,
+                                   std::chars_format::fixed, kDecimals);
+    return {digits.data(), end.ptr};
+  }
+
   std::string_view name_;
   std::string text_;
-  std::string children_;
+  std::vector<Element> children_;
 };
 
-Element axes_element(const Axes& axes_rad) {
-  return Element{"Ax"}.set(kAxisNames, scaled(axes_rad, kDegPerRad));
-}
-
-std::string to_xml(const Command& command) {
-  return Element{"Cmd"}
-      .set("Id", command.id)
-      .set("Type", static_cast<int>(command.type))
-      .set("Vel", command.velocity_percent)
-      .set("Acc", command.acceleration_percent)
-      .set("Settle", command.settle_ms)
-      .add(axes_element(command.axes_rad))
-      .str();
-}
-
-std::string to_xml(const Control& control) {
-  return Element{"Ctl"}
-      .set("Id", control.id)
-      .set("Op", static_cast<int>(control.op))
-      .set("Val", control.value)
-      .str();
-}
-
-std::string to_xml(const Ack& ack) {
-  Element element{"Ack"};
-  element.set("Id", ack.id).set("State", static_cast<int>(ack.state)).set("Err", ack.error);
-  if (ack.axes_rad) element.add(axes_element(*ack.axes_rad));
+template <class Message>
+std::string written(const Message& message) {
+  Element element{kElement<Message>};
+  layout(element, message);
   return element.str();
 }
 
-std::string to_xml(const Hello& hello) {
-  return Element{"Hello"}
-      .set("Ver", hello.version)
-      .set("Model", hello.model)
-      .set("Serial", hello.serial)
-      .set_if("Tool", hello.tool)
-      .set_if("Base", hello.base)
-      .set("KssVer", hello.kss_version)
-      .str();
-}
-
-std::string to_xml(const State& state) {
-  return Element{"State"}
-      .set("Seq", state.sequence)
-      .set("Id", state.id)
-      .set("ModeOp", static_cast<int>(state.mode))
-      .set("OvPro", state.override_percent)
-      .set("ProState", static_cast<int>(state.program))
-      .set("PeriRdy", state.drives_ready)
-      .set("AlarmStop", state.no_emergency_stop)
-      .set("UserSaf", state.gate_closed)
-      .set("StopMess", state.stop_message)
-      .set("ProMove", state.moving)
-      .set("InPos", state.in_position)
-      .add(axes_element(state.axes_rad))
-      .add(Element{"Pos"}.set(kPoseNames, state.pose))
-      .add_if(state.base.has_value(), Element{"Base"}.set_if("No", state.base))
-      .add_if(state.tool.has_value(), Element{"Tool"}.set_if("No", state.tool))
-      .str();
-}
-
-// ---- reading
+// ---- Reading
 
 /// Replaces the entities of XML; empty if there is one that XML does not have.
 std::optional<std::string> unescaped(std::string_view text) {
@@ -177,64 +205,56 @@ class Fields {
     return !error_ &&
            std::ranges::all_of(values_, [](const auto& v) { return xml::trimmed(v.second).empty(); });
   }
-  /// Whether any attribute of the child has a value.
-  bool has(std::string_view element) const {
-    return std::ranges::any_of(values_, [&](const auto& v) {
-      return v.first.starts_with(element) && v.first[element.size()] == '.' &&
-             !xml::trimmed(v.second).empty();
-    });
-  }
-
-  std::string text(const std::string& path) {
+  void operator()(const std::string& path, std::string& x) {
     const auto found = values_.find(path);
     const std::optional<std::string> value = unescaped(found == values_.end() ? "" : found->second);
     if (found == values_.end()) fail(path + " is missing");
     if (!value) fail(path + " has an unknown entity");
-    return text::device_text(value.value_or(""));
+    x = text::device_text(value.value_or(""));
   }
-
-  template <typename Integer>
-  Integer integer(const std::string& path) {
-    const auto value = read(path, "an integer", [](std::string_view text) {
+  template <std::integral Integer>
+  void operator()(const std::string& path, Integer& x) {
+    x = static_cast<Integer>(read(path, "an integer", [](std::string_view text) {
       const auto whole = xml::to_whole_number(text);
       return whole && std::in_range<Integer>(*whole) ? whole : std::nullopt;
-    });
-    return static_cast<Integer>(value);
+    }));
   }
-
-  std::optional<int> integer_if_there(const std::string& path) {
-    return raw(path).empty() ? std::nullopt : std::optional{integer<int>(path)};
-  }
-
-  bool flag(const std::string& path) {
-    return read(path, "0 or 1, or FALSE or TRUE", [](std::string_view text) -> std::optional<bool> {
+  void operator()(const std::string& path, bool& x) {
+    x = read(path, "0 or 1, or FALSE or TRUE", [](std::string_view text) -> std::optional<bool> {
       if (equal_ignoring_case(text, "TRUE")) return true;
       if (equal_ignoring_case(text, "FALSE")) return false;
       const auto number = xml::to_whole_number(text);
       return number == 0 || number == 1 ? std::optional{number == 1} : std::nullopt;
     });
   }
-
-  /// @param allowed  every enumerator
-  template <typename Enum>
-  Enum enumerator(const std::string& path, std::initializer_list<Enum> allowed) {
-    const int value = integer<int>(path);
-    for (const Enum candidate : allowed) {
-      if (static_cast<int>(candidate) == value) return candidate;
-    }
-    fail(path + " is " + std::to_string(value) + ", which has no meaning");
-    return *allowed.begin();
+  void operator()(const std::string& path, std::optional<int>& x) {
+    x.reset();
+    if (!raw(path).empty()) (*this)(path, x.emplace());
   }
-
-  std::array<double, 6> six(const std::string& element, const Names& names) {
-    std::array<double, 6> values{};
+  template <class Enum>
+  void operator()(const std::string& path, Enum& x, std::initializer_list<Enum> allowed) {
+    int number = 0;
+    (*this)(path, number);
+    x = static_cast<Enum>(number);
+    if (std::ranges::count(allowed, x) == 0)
+      fail(path + " is " + std::to_string(number) + ", which has no meaning");
+  }
+  template <class... Form>
+  void six(const std::string& element, const Names& names, std::array<double, 6>& values,
+           const Form&... form) {
     for (std::size_t i = 0; i < names.size(); ++i) {
       values[i] = read(element + "." + std::string{names[i]}, "a finite number", xml::to_number<double>);
+      ((values[i] = form.value_of(values[i])), ...);
     }
-    return values;
   }
-
-  Axes axes_rad() { return scaled(six("Ax", kAxisNames), kRadPerDeg); }
+  /// There are such values where any attribute of the child has one.
+  template <class... Form>
+  void six(const std::string& element, const Names& names, std::optional<Axes>& values, const Form&... form) {
+    const bool there = std::ranges::any_of(values_, [&](const auto& v) {
+      return v.first.starts_with(element + ".") && !xml::trimmed(v.second).empty();
+    });
+    if (there) six(element, names, values.emplace(), form...);
+  }
 
  private:
   /// What is written there, or nothing.
@@ -304,96 +324,31 @@ std::expected<Document, std::string> parse(std::string_view text) {
   }
 }
 
-Command read_command(Fields& fields) {
-  using enum CommandType;
-  Command command;
-  command.id = fields.integer<std::int32_t>("Id");
-  command.type = fields.enumerator("Type", {Ptp, StartRsi, NoOp});
-  command.velocity_percent = fields.integer<int>("Vel");
-  command.acceleration_percent = fields.integer<int>("Acc");
-  command.settle_ms = fields.integer<int>("Settle");
-  command.axes_rad = fields.axes_rad();
-  return command;
-}
-
-Control read_control(Fields& fields) {
-  using enum ControlOp;
-  Control control;
-  control.id = fields.integer<std::int32_t>("Id");
-  control.op = fields.enumerator("Op", {SetOverride, Stop, ReleaseStop, Drives, AskState});
-  control.value = fields.integer<int>("Val");
-  return control;
-}
-
-Ack read_ack(Fields& fields) {
-  using enum AckState;
-  Ack ack;
-  ack.id = fields.integer<std::int32_t>("Id");
-  ack.state = fields.enumerator("State", {Accepted, Moving, InPosition, Rejected, Aborted});
-  ack.error = fields.integer<int>("Err");
-  if (fields.has("Ax")) ack.axes_rad = fields.axes_rad();
-  return ack;
-}
-
-Hello read_hello(Fields& fields) {
-  Hello hello;
-  hello.version = fields.integer<int>("Ver");
-  hello.model = fields.text("Model");
-  hello.serial = fields.text("Serial");
-  hello.tool = fields.integer_if_there("Tool");
-  hello.base = fields.integer_if_there("Base");
-  hello.kss_version = fields.text("KssVer");
-  return hello;
-}
-
-State read_state(Fields& fields) {
-  State state;
-  state.sequence = fields.integer<std::int32_t>("Seq");
-  state.id = fields.integer<std::int32_t>("Id");
-  state.mode = fields.enumerator(
-      "ModeOp", {OperatingMode::T1, OperatingMode::T2, OperatingMode::Aut, OperatingMode::Ext});
-  state.override_percent = fields.integer<int>("OvPro");
-  state.program =
-      fields.enumerator("ProState", {ProgramState::Free, ProgramState::Reset, ProgramState::Active,
-                                     ProgramState::Stopped, ProgramState::Ended});
-  state.drives_ready = fields.flag("PeriRdy");
-  state.no_emergency_stop = fields.flag("AlarmStop");
-  state.gate_closed = fields.flag("UserSaf");
-  state.stop_message = fields.flag("StopMess");
-  state.moving = fields.flag("ProMove");
-  state.in_position = fields.flag("InPos");
-  state.axes_rad = fields.axes_rad();
-  state.pose = fields.six("Pos", kPoseNames);
-  state.base = fields.integer_if_there("Base.No");
-  state.tool = fields.integer_if_there("Tool.No");
-  return state;
-}
-
 std::string unknown(std::string_view root) {
   return "the document <" + text::device_text(root) + "> is not known here";
 }
 
-std::optional<ToController> read_to_controller(Fields& fields) {
-  if (fields.name() == "Cmd") return read_command(fields);
-  if (fields.name() == "Ctl") return read_control(fields);
-  return std::nullopt;
+template <class Message>
+Message read(Fields& fields) {
+  Message message;
+  layout(fields, message);
+  return message;
 }
 
-std::optional<FromController> read_from_controller(Fields& fields) {
-  if (fields.name() == "Ack") return read_ack(fields);
-  if (fields.name() == "State") return read_state(fields);
-  if (fields.name() == "Hello") return read_hello(fields);
-  return std::nullopt;
+/// The one of some messages that has the name of the element.
+template <class... Messages>
+void read_one(Fields& fields, std::optional<std::variant<Messages...>>& message) {
+  ((fields.name() == kElement<Messages> ? void(message = read<Messages>(fields)) : void()), ...);
 }
 
 }  // namespace
 
 std::string encode(const ToController& message) {
-  return std::visit([](const auto& m) { return to_xml(m); }, message);
+  return std::visit([](const auto& m) { return written(m); }, message);
 }
 
 std::string encode(const FromController& message) {
-  return std::visit([](const auto& m) { return to_xml(m); }, message);
+  return std::visit([](const auto& m) { return written(m); }, message);
 }
 
 std::expected<ToController, std::string> decode_to_controller(std::string_view text) {
@@ -401,7 +356,8 @@ std::expected<ToController, std::string> decode_to_controller(std::string_view t
   if (!document) return std::unexpected(document.error());
   if (document->messages.empty()) return std::unexpected(unknown(document->root));
   Fields& fields = document->messages.front();
-  const std::optional<ToController> message = read_to_controller(fields);
+  std::optional<ToController> message;
+  read_one(fields, message);
   if (!message) return std::unexpected(unknown(document->root));
   if (fields.error()) return std::unexpected(*fields.error());
   return *message;
@@ -413,7 +369,8 @@ std::expected<std::vector<FromController>, std::string> decode_from_controller(s
   std::vector<FromController> messages;
   for (Fields& fields : document->messages) {
     const bool says_nothing = fields.is_blank();
-    std::optional<FromController> message = read_from_controller(fields);
+    std::optional<FromController> message;
+    read_one(fields, message);
     if (!message && document->root != kManyInOne) return std::unexpected(unknown(document->root));
     if (!message || says_nothing) continue;
     if (fields.error()) return std::unexpected(*fields.error());

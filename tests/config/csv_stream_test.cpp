@@ -1,5 +1,3 @@
-#include "config/csv_stream.hpp"
-
 #include <gtest/gtest.h>
 
 #include <sstream>

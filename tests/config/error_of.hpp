@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "config/config_error.hpp"
+#include "config/text_file.hpp"
 
 namespace truepose::config {
 

@@ -5,8 +5,7 @@
 #include <sstream>
 
 #include "config/csv_reader.hpp"
-#include "config/parameter_csv.hpp"
-#include "config/urdf_file.hpp"
+#include "config/model_export.hpp"
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"

@@ -7,7 +7,6 @@
 #include <string>
 
 #include "config/csv_reader.hpp"
-#include "config/csv_stream.hpp"
 #include "config/measurement_file.hpp"
 #include "config/robot_file.hpp"
 #include "config/text_file.hpp"

@@ -5,7 +5,6 @@
 #include <sstream>
 
 #include "config/number_text.hpp"
-#include "config/pose_files.hpp"
 #include "core/math/angles.hpp"
 #include "tests/config/error_of.hpp"
 #include "tests/temp_folder.hpp"

@@ -6,6 +6,34 @@
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
 #include "tests/config/error_of.hpp"
+#include "tests/members.hpp"
+
+namespace truepose {
+
+template <>
+inline constexpr int kMembers<config::ModelFile> = 8;
+template <>
+inline constexpr int kMembers<CalibratedCell> = 3;
+template <>
+inline constexpr int kMembers<RobotModel> = 8;
+template <>
+inline constexpr int kMembers<Joint> = 11;
+template <>
+inline constexpr int kMembers<LinkMass> = 2;
+template <>
+inline constexpr int kMembers<DeviationTerm> = 4;
+template <>
+inline constexpr int kMembers<BasePose> = 2;
+template <>
+inline constexpr int kMembers<Reflector> = 2;
+template <>
+inline constexpr int kMembers<IdentifiedParameter> = 6;
+template <>
+inline constexpr int kMembers<MeasurementNoise> = 2;
+template <>
+inline constexpr int kMembers<TrackerNoiseModel> = 4;
+
+}  // namespace truepose
 
 namespace truepose::config {
 namespace {
@@ -42,6 +70,18 @@ ModelFile model_of(std::uint64_t seed) {
                        .data_share = 1.0 / 3},
                       {.name = "link2.a", .nominal = mm(), .value = mm(), .sigma = 0, .identified = false}};
   return model;
+}
+
+TEST(ModelFile, ReadsBackEveryMemberThatIsWritten) {
+  ModelFile model;
+  Filler{}(model);
+  RobotModel& robot = model.cell.robot;
+  robot.gravity_B.normalize();
+  for (DeviationTerm& term : robot.deviation) term.joint = 1;
+  const int size = ParameterLayout::of(model.cell).size();
+  model.covariance = Eigen::MatrixXd::Identity(size, size);
+  model.covariance(2, 1) = model.covariance(1, 2) = 0.3;
+  EXPECT_TRUE(same(parse_model(model_yaml(model), "model.yaml"), model)) << model_yaml(model);
 }
 
 TEST(ModelFile, ComesBackToTheLastBit) {

@@ -1,5 +1,3 @@
-#include "config/unfinished_file.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -9,7 +7,6 @@
 #include <iterator>
 #include <string>
 
-#include "config/config_error.hpp"
 #include "config/text_file.hpp"
 #include "tests/temp_folder.hpp"
 

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "tests/core/example_arms.hpp"
 #include "core/simulate/published_arm.hpp"
+#include "tests/core/example_arms.hpp"
 
 namespace truepose::example {
 

@@ -11,9 +11,9 @@
 #include "core/plan/optimal_design.hpp"
 #include "core/plan/tour.hpp"
 #include "core/simulate/measurement_campaign.hpp"
+#include "core/simulate/published_arm.hpp"
 #include "tests/core/planning_example.hpp"
 #include "tests/trials.hpp"
-#include "core/simulate/published_arm.hpp"
 
 namespace truepose {
 namespace {

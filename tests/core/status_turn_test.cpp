@@ -7,8 +7,8 @@
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
-#include "tests/tools/kuka_controller_oracle.hpp"
 #include "core/simulate/published_arm.hpp"
+#include "tests/tools/kuka_controller_oracle.hpp"
 
 namespace truepose {
 namespace {

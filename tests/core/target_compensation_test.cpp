@@ -8,9 +8,9 @@
 #include "core/arm/robot_model.hpp"
 #include "core/arm/spherical_wrist.hpp"
 #include "core/math/random.hpp"
+#include "core/simulate/published_arm.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/malloc_count.hpp"
-#include "core/simulate/published_arm.hpp"
 
 namespace truepose {
 namespace {

@@ -7,8 +7,8 @@
 #include <boost/json/value.hpp>
 #include <thread>
 
+#include "proto/control/json_text.hpp"
 #include "proto/control/request.hpp"
-#include "proto/control/rfc3339.hpp"
 
 namespace truepose::daemon {
 namespace {

@@ -53,7 +53,7 @@ TEST_F(Iso9283CampaignTest, IsAccurateWithTheModelAndMillimetresOffWithout) {
 
 TEST_F(Iso9283CampaignTest, FitsTheFrameWhereNoModelKnowsIt) {
   const Iso9283Test& test = run({.compensate = false, .cycles = 3});
-  EXPECT_EQ(test.frame, control::Iso9283Frame::Fitted);
+  EXPECT_EQ(test.frame, record::Iso9283Frame::Fitted);
   EXPECT_THAT(accuracies_mm(test), Each(Lt(5)));
   for (const CycleSet& set : test.result.sets)
     EXPECT_LT(set.characteristics.repeatability.l_mm, 0.2) << "which does not depend on the frame";

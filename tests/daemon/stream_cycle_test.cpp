@@ -9,9 +9,9 @@
 
 #include "core/arm/forward.hpp"
 #include "core/compensate/target_compensation.hpp"
+#include "core/simulate/published_arm.hpp"
 #include "tests/daemon/malloc_guard.hpp"
 #include "tests/daemon/stream_rig.hpp"
-#include "core/simulate/published_arm.hpp"
 
 namespace truepose::daemon {
 namespace {

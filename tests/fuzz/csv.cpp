@@ -6,12 +6,10 @@
 #include <vector>
 
 #include "config/csv_reader.hpp"
-#include "config/csv_stream.hpp"
 #include "config/measurement_file.hpp"
-#include "config/pose_files.hpp"
+#include "core/simulate/published_arm.hpp"
 #include "tests/fuzz/target.hpp"
 #include "tests/temp_folder.hpp"
-#include "core/simulate/published_arm.hpp"
 
 namespace truepose::fuzz {
 namespace {

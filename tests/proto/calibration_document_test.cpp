@@ -1,4 +1,4 @@
-#include "proto/control/calibration_document.hpp"
+#include "proto/record/calibration_document.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,9 +10,9 @@
 #include <tuple>
 #include <vector>
 
-#include "proto/control/transfer_document.hpp"
+#include "proto/record/transfer.hpp"
 
-namespace truepose::control {
+namespace truepose::record {
 namespace {
 
 namespace json = boost::json;
@@ -148,14 +148,14 @@ Sample transferred() {
 TEST(CalibrationDocument, WarnsOfPosesThatArePredictedWorseThanTheNominalArmErrs) {
   Sample s = transferred();
   EXPECT_EQ(
-      transfer_json(s.calibration, s.data).at("warning"),
+      transfer_of(s.calibration, s.data).warning,
       "Measure poses towards the joints -90 deg, 100 mm: joint 1 was measured from 0 to 90 deg only, and "
       "there the position is predicted with a standard deviation of 4.56 mm, more than the nominal arm's "
       "mean error of 2.86 mm.");
   s.calibration.transfer.worst = Eigen::Vector2d{0.1, 100};
   EXPECT_THAT(transfer_warning(s.calibration, s.data), testing::HasSubstr("no pose near them was measured"));
   s.calibration.transfer.max_mm = 2.8;
-  EXPECT_FALSE(transfer_json(s.calibration, s.data).contains("warning"));
+  EXPECT_EQ(transfer_of(s.calibration, s.data).warning, "");
 }
 
 TEST(CalibrationDocument, MapsTheUncertaintyOverTheLimitsOfTwoJoints) {
@@ -217,4 +217,4 @@ TEST(CalibrationDocumentDeathTest, RefusesANumberThatJsonCannotHold) {
 #endif
 
 }  // namespace
-}  // namespace truepose::control
+}  // namespace truepose::record

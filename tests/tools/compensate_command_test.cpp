@@ -8,18 +8,18 @@
 #include <fstream>
 #include <sstream>
 
+#include "config/measurement_file.hpp"
 #include "config/model_file.hpp"
-#include "config/pose_files.hpp"
 #include "config/robot_file.hpp"
 #include "core/arm/forward.hpp"
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/uncertainty.hpp"
 #include "core/math/angles.hpp"
+#include "core/simulate/published_arm.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 #include "tests/tools/page.hpp"
 #include "tests/tools/robot_file.hpp"
-#include "core/simulate/published_arm.hpp"
 
 namespace truepose {
 namespace {

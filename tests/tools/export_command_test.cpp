@@ -1,10 +1,9 @@
 #include <gtest/gtest.h>
 
+#include "config/model_export.hpp"
 #include "config/model_file.hpp"
-#include "config/parameter_csv.hpp"
 #include "config/robot_file.hpp"
 #include "config/text_file.hpp"
-#include "config/urdf_file.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 

@@ -7,10 +7,10 @@
 #include "config/model_file.hpp"
 #include "config/number_text.hpp"
 #include "core/math/angles.hpp"
+#include "core/simulate/published_arm.hpp"
 #include "tests/core/iso9283_example.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
-#include "core/simulate/published_arm.hpp"
 
 namespace truepose {
 namespace {

@@ -4,10 +4,8 @@
 #include <boost/json.hpp>
 #include <fstream>
 
-#include "config/joint_columns.hpp"
 #include "config/measurement_file.hpp"
 #include "config/model_file.hpp"
-#include "config/pose_files.hpp"
 #include "config/robot_file.hpp"
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"

@@ -7,7 +7,6 @@
 #include "config/measurement_file.hpp"
 #include "config/model_file.hpp"
 #include "config/number_text.hpp"
-#include "config/pose_files.hpp"
 #include "config/robot_file.hpp"
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"

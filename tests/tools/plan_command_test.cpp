@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "config/pose_files.hpp"
+#include "config/measurement_file.hpp"
 #include "config/robot_file.hpp"
 #include "core/math/angles.hpp"
 #include "tests/process.hpp"

@@ -6,11 +6,11 @@
 
 #include "config/model_file.hpp"
 #include "config/robot_file.hpp"
+#include "core/simulate/published_arm.hpp"
 #include "tests/process.hpp"
 #include "tests/proto/krl_corpus.hpp"
 #include "tests/temp_folder.hpp"
 #include "tests/tools/robot_file.hpp"
-#include "core/simulate/published_arm.hpp"
 
 namespace truepose {
 namespace {

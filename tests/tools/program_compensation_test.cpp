@@ -11,10 +11,10 @@
 #include "core/compensate/target_compensation.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
+#include "core/simulate/published_arm.hpp"
 #include "proto/krl/frame_data.hpp"
 #include "tests/proto/krl_corpus.hpp"
 #include "tests/tools/kuka_controller_oracle.hpp"
-#include "core/simulate/published_arm.hpp"
 
 namespace truepose::tools {
 namespace {

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "proto/control/calibration_document.hpp"
+#include "proto/record/calibration_document.hpp"
 
 namespace truepose::report {
 namespace {
@@ -96,7 +96,7 @@ json::object sample(std::mt19937& random, int points, bool validated) {
   MeasurementData data{.smr_names = {"1"}, .points = {}};
   calibration.identify = add_set(calibration, data, random, points, PoseSet::Identify);
   if (validated) calibration.validate = add_set(calibration, data, random, points, PoseSet::Validate);
-  return control::calibration_document(calibration, data, 0.0042);
+  return record::calibration_document(calibration, data, 0.0042);
 }
 
 }  // namespace
@@ -110,7 +110,7 @@ json::object full_document(int points) {
   std::mt19937 random{kSeed};
   json::object document = sample(random, points, true);
   const std::vector<Eigen::Vector3d> remeasured = random_errors(random, points, 0.3);
-  document["remeasured"] = control::statistics_json(statistics(remeasured));
+  document["remeasured"] = record::statistics_json(statistics(remeasured));
   json::array list;
   for (const Eigen::Vector3d& e : remeasured) {
     const int pose = points + 1 + static_cast<int>(list.size());

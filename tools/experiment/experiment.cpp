@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <iterator>
 
+#include "core/simulate/published_arm.hpp"
 #include "tools/experiment/design_comparison.hpp"
 #include "tools/experiment/layer_comparison.hpp"
 #include "tools/experiment/method_comparison.hpp"
-#include "core/simulate/published_arm.hpp"
 #include "tools/experiment/published_comparison.hpp"
 
 namespace truepose {

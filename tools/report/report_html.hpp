@@ -14,7 +14,7 @@ struct FurtherDocuments {
 /// One self-contained HTML page (well-formed XML, no external file) of a calibration document. It carries the
 /// documents and the measurements for download.
 ///
-/// @param document  control::calibration_document, optionally extended by
+/// @param document  record::calibration_document, optionally extended by
 ///   "remeasured": S, "remeasured_points": [{"pose","smr","error":[x,y,z]}] (pose as in "points", mm, in the
 ///   tracker's frame, wanted minus measured),
 ///   "stream":

@@ -30,7 +30,7 @@ Joint joint(const Node& node) {
   return joint;
 }
 
-/// Of control::arm_document(), as far as reports need it.
+/// Of record::arm_document(), as far as reports need it.
 RobotModel arm(const Node& node) {
   RobotModel robot;
   robot.name = node.find("name").text();

@@ -16,7 +16,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "config/endpoint.hpp"
+#include "config/number_text.hpp"
 #include "config/scenario.hpp"
 #include "config/text_file.hpp"
 #include "proto/rsi/ethernet_config.hpp"

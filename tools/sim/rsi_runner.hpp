@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "config/scenario_fault.hpp"
+#include "config/scenario.hpp"
 #include "tools/sim/rsi_client.hpp"
 #include "tools/sim/rsi_statistics.hpp"
 

@@ -12,9 +12,8 @@
 #include "config/text_file.hpp"
 #include "core/identify/option_names.hpp"
 #include "core/judge/model_noise.hpp"
-#include "proto/control/calibration_document.hpp"
-#include "proto/control/options_document.hpp"
-#include "proto/control/rfc3339.hpp"
+#include "proto/control/json_text.hpp"
+#include "proto/record/calibration_document.hpp"
 #include "tools/report/report_html.hpp"
 #include "tools/report/report_text.hpp"
 #include "tools/truepose/arm_files.hpp"
@@ -81,8 +80,8 @@ Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot,
   auto result = calibrate(robot, data, options);
   if (!result) throw ConfigError(command.data_file + ": " + result.error().detail);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-  json::object document = control::calibration_document(*result, data, elapsed.count());
-  if (options.noise) document["noise"] = control::noise_json(*options.noise);
+  json::object document = record::calibration_document(*result, data, elapsed.count());
+  if (options.noise) document["noise"] = record::noise_json(*options.noise);
   const MeasurementNoise noise = noise_about_model(*result, data, options.noise);
   return {.calibration = std::move(*result), .document = std::move(document), .noise = noise};
 }
@@ -126,7 +125,7 @@ void describe(json::object& document, const CalibrateCommand& command, const Rob
   document["files"] = std::move(files);
   json::object& options = document["options"].emplace_object();
   options["Validation"] = validation_text(command);
-  for (auto& option : control::options_json(options_of(command)))
+  for (auto& option : record::options_json(options_of(command)))
     options[option.key()] = std::move(option.value());
 }
 

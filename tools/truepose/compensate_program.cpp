@@ -6,7 +6,6 @@
 #include <iostream>
 
 #include "config/text_file.hpp"
-#include "config/unfinished_file.hpp"
 #include "core/math/angles.hpp"
 #include "tools/truepose/exit_code.hpp"
 #include "tools/truepose/program_compensation.hpp"

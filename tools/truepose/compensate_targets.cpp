@@ -8,7 +8,6 @@
 #include <iostream>
 
 #include "config/text_file.hpp"
-#include "config/unfinished_file.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/compensate/nominal_inverse.hpp"
 #include "core/identify/uncertainty.hpp"

@@ -16,7 +16,7 @@
 #include <memory>
 #include <optional>
 
-#include "config/endpoint.hpp"
+#include "config/number_text.hpp"
 
 namespace truepose::tools {
 
@@ -73,7 +73,8 @@ std::expected<DaemonConnection, ClientError> connect_over_tcp(const std::string&
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
-  if (const int error = ::getaddrinfo(endpoint->host.c_str(), std::to_string(endpoint->port).c_str(), &hints, &found))
+  if (const int error =
+          ::getaddrinfo(endpoint->host.c_str(), std::to_string(endpoint->port).c_str(), &hints, &found))
     return std::unexpected(ClientError{kBadInput, "--daemon " + daemon + ": " + ::gai_strerror(error)});
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> addresses{found, &::freeaddrinfo};
 

@@ -6,7 +6,7 @@
 
 #include "config/measurement_file.hpp"
 #include "core/judge/drift_check.hpp"
-#include "proto/control/drift_document.hpp"
+#include "proto/record/drift_document.hpp"
 #include "tools/truepose/arm_files.hpp"
 #include "tools/truepose/drift_text.hpp"
 #include "tools/truepose/exit_code.hpp"
@@ -52,7 +52,7 @@ int run_drift(const DriftCommand& command) {
   }
   const auto check = drift_check(*reference, points);
   if (!check) throw ConfigError(command.data_file + ": " + check.error());
-  const json::object document = control::drift_document(*check, *reference, points);
+  const json::object document = record::drift_document(*check, *reference, points);
   if (command.online.json) {
     std::cout << document << '\n';
   } else {

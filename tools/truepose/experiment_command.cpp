@@ -13,9 +13,9 @@
 
 #include "config/robot_file.hpp"
 #include "config/text_file.hpp"
+#include "core/simulate/published_arm.hpp"
 #include "proto/control/json_text.hpp"
 #include "tools/experiment/experiment.hpp"
-#include "core/simulate/published_arm.hpp"
 #include "tools/report/experiment_html.hpp"
 #include "tools/truepose/exit_code.hpp"
 #include "tools/truepose/experiment_document.hpp"

@@ -3,7 +3,7 @@
 #include <boost/json.hpp>
 #include <string_view>
 
-#include "proto/control/calibration_document.hpp"
+#include "proto/record/calibration_document.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -46,7 +46,7 @@ json::object method_json(const MethodResult& method) {
                       {"convergence", json::value_from(method.convergence_mm)},
                       {"errors", json::value_from(method.errors_mm)}};
   if (method.converged > 0) {
-    object["validation"] = control::statistics_json(method.validation);
+    object["validation"] = record::statistics_json(method.validation);
     object["quartiles"] = {method.quartiles.lower, method.quartiles.median, method.quartiles.upper};
     if (method.data != TrialData::NoiseFree) object["rmse_over_bound"] = method.rmse_over_bound;
   }
@@ -64,7 +64,7 @@ json::object layer_json(const LayerResult& layer) {
           {"rigid", layer.rigid},
           {"poses", layer.poses},
           {"backlash_deg", layer.backlash_deg},
-          {"validation", control::statistics_json(layer.validation)},
+          {"validation", record::statistics_json(layer.validation)},
           {"model_rms", layer.model_rms_mm}};
 }
 

@@ -14,7 +14,7 @@ namespace truepose::tools {
 /// "published":[{"figure","source","published_mean","mean","explanation"}]}.
 ///
 /// "rmse_over_bound" is null without noise, "within_2_percent_of_oracle" is there with gross errors alone. S
-/// is control::statistics_json; of a method that never converged it is null, as are its quartiles.
+/// is record::statistics_json; of a method that never converged it is null, as are its quartiles.
 boost::json::object experiment_document(const ExperimentOptions& options, const ExperimentResult& result);
 
 }  // namespace truepose::tools

@@ -1,10 +1,9 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "config/model_export.hpp"
 #include "config/model_file.hpp"
-#include "config/parameter_csv.hpp"
 #include "config/text_file.hpp"
-#include "config/urdf_file.hpp"
 #include "tools/truepose/offline_commands.hpp"
 
 namespace truepose::tools {

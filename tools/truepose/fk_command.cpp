@@ -4,7 +4,7 @@
 #include <iostream>
 #include <memory>
 
-#include "config/pose_files.hpp"
+#include "config/measurement_file.hpp"
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
 #include "tools/truepose/arm_files.hpp"

@@ -11,7 +11,7 @@
 #include "config/test_cycle_file.hpp"
 #include "config/text_file.hpp"
 #include "core/judge/test_cube.hpp"
-#include "proto/control/iso9283_document.hpp"
+#include "proto/record/iso9283_document.hpp"
 #include "tools/report/iso9283_section.hpp"
 #include "tools/truepose/iso9283_text.hpp"
 #include "tools/truepose/offline_commands.hpp"
@@ -53,20 +53,20 @@ std::vector<report::EmbeddedFile> embedded_files(const Iso9283Command& command) 
 
 void evaluate(const Iso9283Command& command) {
   std::vector<TestPoint> points = config::load_test_cycles(command.data_file, command.targets_file);
-  control::Iso9283Frame frame = control::Iso9283Frame::AsGiven;
+  record::Iso9283Frame frame = record::Iso9283Frame::AsGiven;
   if (!command.model_file.empty()) {
-    frame = control::Iso9283Frame::Model;
+    frame = record::Iso9283Frame::Model;
     points =
         in_base(std::move(points), config::load_model(command.model_file).cell.base.isometry().inverse());
   } else if (command.fit_frame) {
-    frame = control::Iso9283Frame::Fitted;
+    frame = record::Iso9283Frame::Fitted;
     const auto X_BM = fitted_frame(points);
     if (!X_BM) throw ConfigError(command.data_file + ": --fit-frame: " + X_BM.error());
     points = in_base(std::move(points), *X_BM);
   }
   const auto result = evaluate_iso9283(points);
   if (!result) throw ConfigError(command.data_file + ": " + result.error());
-  const boost::json::object document = control::iso9283_document(*result, points, frame);
+  const boost::json::object document = record::iso9283_document(*result, points, frame);
   if (!command.report_file.empty())
     config::write_text_file(command.report_file, report::render_iso9283_html(document, command.data_file,
                                                                              embedded_files(command)));

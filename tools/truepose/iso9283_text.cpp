@@ -9,13 +9,13 @@
 namespace truepose::tools {
 namespace {
 
-std::string frame_text(control::Iso9283Frame frame) {
+std::string frame_text(record::Iso9283Frame frame) {
   switch (frame) {
-    case control::Iso9283Frame::AsGiven:
+    case record::Iso9283Frame::AsGiven:
       return "Measured poses were taken as given, in the frame of the commanded ones.\n";
-    case control::Iso9283Frame::Model:
+    case record::Iso9283Frame::Model:
       return "Measured poses were brought into the robot's base by the model's base pose.\n";
-    case control::Iso9283Frame::Fitted:
+    case record::Iso9283Frame::Fitted:
       return "The measuring frame was fitted to the commanded positions: AP is relative to that fit, and the "
              "absolute one is greater.\n";
   }
@@ -62,7 +62,7 @@ std::string characteristics_table(const Iso9283Result& result, std::span<const T
 }  // namespace
 
 std::string iso9283_text(const Iso9283Result& result, std::span<const TestPoint> points,
-                         control::Iso9283Frame frame) {
+                         record::Iso9283Frame frame) {
   std::string text = "ISO 9283:1998. " + frame_text(frame);
   if (result.fewest_cycles < kIso9283Cycles) {
     text +=

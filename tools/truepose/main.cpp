@@ -4,7 +4,7 @@
 #include <exception>
 #include <string>
 
-#include "config/config_error.hpp"
+#include "config/text_file.hpp"
 #include "tools/truepose/exit_code.hpp"
 #include "tools/truepose/offline_commands.hpp"
 #include "tools/truepose/online_cli.hpp"

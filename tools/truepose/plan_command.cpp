@@ -7,10 +7,10 @@
 #include <sstream>
 
 #include "config/cell_setup.hpp"
-#include "config/pose_files.hpp"
+#include "config/measurement_file.hpp"
 #include "config/text_file.hpp"
 #include "core/plan/optimal_design.hpp"
-#include "proto/control/arm_document.hpp"
+#include "proto/record/arm_document.hpp"
 #include "tools/truepose/offline_commands.hpp"
 
 namespace truepose::tools {
@@ -44,7 +44,7 @@ json::object error_json(const PredictedError& error) {
 
 json::object plan_json(const RobotModel& robot, const MeasurementPlan& plan, const PredictedError& bound) {
   json::array poses, sizes;
-  for (const JointVector& q : plan.poses) poses.push_back(control::joints_json(q, robot));
+  for (const JointVector& q : plan.poses) poses.push_back(record::joints_json(q, robot));
   for (const DesignSize& size : plan.sizes) {
     json::object one = error_json(size.error);
     one["poses"] = size.poses;
@@ -62,7 +62,7 @@ json::object plan_json(const RobotModel& robot, const MeasurementPlan& plan, con
           {"travel_s", plan.travel_s},
           {"random_travel_s", plan.random_travel_s},
           {"reference",
-           plan.reference ? json::value(control::joints_json(*plan.reference, robot)) : json::value{}},
+           plan.reference ? json::value(record::joints_json(*plan.reference, robot)) : json::value{}},
           {"candidates", plan.candidates.poses.size()},
           {"tried", plan.candidates.tried},
           {"rejected", std::move(rejected)}};

@@ -3,10 +3,10 @@
 #include <boost/json.hpp>
 #include <ostream>
 
-#include "config/joint_columns.hpp"
+#include "config/measurement_file.hpp"
 #include "config/number_text.hpp"
 #include "core/arm/joint_units.hpp"
-#include "proto/control/arm_document.hpp"
+#include "proto/record/arm_document.hpp"
 
 namespace truepose::tools {
 
@@ -45,7 +45,7 @@ void append(json::object& document, const RobotModel& robot, const ReachedTarget
   const auto add = [&](const char* name, json::value value) {
     if (json::value* column = document.if_contains(name)) column->as_array().push_back(std::move(value));
   };
-  add("joints", control::joints_json(reached.q, robot));
+  add("joints", record::joints_json(reached.q, robot));
   add("residual_mm", reached.residual_mm);
   add("iterations", reached.iterations);
   add("residual_deg", reached.residual_rad * kDegPerRad);

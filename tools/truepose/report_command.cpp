@@ -12,8 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "config/config_error.hpp"
-#include "config/unfinished_file.hpp"
+#include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
 #include "tools/report/report_html.hpp"
 #include "tools/report/report_text.hpp"

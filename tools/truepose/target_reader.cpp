@@ -1,7 +1,6 @@
 #include "tools/truepose/target_reader.hpp"
 
-#include "config/joint_columns.hpp"
-#include "config/pose_files.hpp"
+#include "config/measurement_file.hpp"
 #include "core/arm/joint_units.hpp"
 
 namespace truepose::tools {

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "config/csv_stream.hpp"
+#include "config/csv_reader.hpp"
 #include "core/arm/robot_model.hpp"
 
 namespace truepose::tools {

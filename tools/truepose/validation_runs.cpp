@@ -4,9 +4,9 @@
 #include <optional>
 #include <utility>
 
-#include "config/config_error.hpp"
+#include "config/text_file.hpp"
 #include "core/identify/measurement.hpp"
-#include "proto/control/calibration_document.hpp"
+#include "proto/record/calibration_document.hpp"
 #include "tools/truepose/mean_document.hpp"
 
 namespace truepose::tools {
@@ -109,7 +109,7 @@ Outcome over_folds(const CalibrateOnce& calibrate_once, MeasurementData data, in
   Outcome all = calibrate_once(data);
   runs.converged = runs.converged && all.calibration.converged;
   all.calibration.validate = unseen.statistics(poses);
-  all.document["validate"] = control::stages_json(*all.calibration.validate);
+  all.document["validate"] = record::stages_json(*all.calibration.validate);
   all.document["fold_points"] = std::move(unseen).documents();
   std::move(runs).describe(all.document, "folds");
   return all;

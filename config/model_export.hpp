@@ -1,0 +1,23 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "core/identify/calibrate.hpp"
+
+namespace truepose::config {
+
+/// The identified parameters as CSV: name,unit,nominal,value,deviation,sigma,identified,data_share, every
+/// number with the digits that bring it back exactly. Empty fields: nominal and deviation of what has no data
+/// sheet (base, reflectors, deviations of joints), and sigma of what was not identified.
+///
+/// @param robot  the calibrated arm, whose deviations say their units
+std::string parameter_csv(std::span<const IdentifiedParameter> parameters, const RobotModel& robot);
+
+/// The arm as URDF (m, rad): base_link, link_1 .. link_N and flange, joined by joint_1 .. joint_N and the
+/// fixed joint_flange. Kinematics alone: no masses or shapes, and a
+/// comment says so where joints deviate or a residual field is left out. The frames are
+/// forward_kinematics()'s, and each number has the digits that bring it back exactly.
+std::string urdf(const RobotModel& robot);
+
+}  // namespace truepose::config

@@ -1,0 +1,385 @@
+#include "proto/record/calibration_document.hpp"
+
+#include <cassert>
+#include <cmath>
+
+#include "core/identify/option_names.hpp"
+#include "proto/record/forms.hpp"
+#include "proto/record/json_io.hpp"
+
+namespace truepose::record {
+
+namespace json = boost::json;
+
+/// The kind of residual field that was chosen, or "none".
+struct ChosenKind {
+  friend std::vector<std::string_view> words_of(ChosenKind) {
+    std::vector<std::string_view> words = names_of(kRegressorNames);
+    words.insert(words.begin(), "none");
+    return words;
+  }
+  friend std::string_view word_of(ChosenKind, const std::optional<RegressorKind>& kind) {
+    return kind ? name_of(*kind) : "none";
+  }
+  friend std::optional<RegressorKind> meaning_of(ChosenKind, std::string_view word) {
+    return regressor_kind(word);
+  }
+};
+
+/// A count, in the mean of several documents a number.
+struct Rounded {
+  void read(const JsonPlace& place, int& count) const {
+    count = static_cast<int>(std::lround(place.number({0, 1e9})));
+  }
+};
+
+/// Reflectors by name: {"1": {x, y, z}}.
+struct ReflectorsByName {
+  ByName<Eigen::Vector3d> form_of(const std::vector<Reflector>& reflectors) const {
+    ByName<Eigen::Vector3d> form;
+    for (const Reflector& reflector : reflectors) form.emplace_back(reflector.name, reflector.p_FS_mm);
+    return form;
+  }
+  std::vector<Reflector> value_of(const ByName<Eigen::Vector3d>& form) const {
+    std::vector<Reflector> reflectors;
+    for (const auto& [name, p_FS_mm] : form) reflectors.push_back({name, p_FS_mm});
+    return reflectors;
+  }
+};
+
+/// Noise as documents have it: what is usual, and what is not where there is some.
+struct StatedNoise {
+  struct Form {
+    MeasurementNoise noise;
+  };
+  Form form_of(const MeasurementNoise& noise) const { return {noise}; }
+  MeasurementNoise value_of(const Form& form) const { return form.noise; }
+};
+
+// ---- Layouts: the members of each record in the order of the document
+
+void layout(auto& io, Is<StatedNoise::Form> auto& x) {
+  auto& tracker = x.noise.tracker;
+  io.defaulted("range_mm", tracker.range_mm, kNotNegative);
+  io.defaulted("transverse_mm_per_m", tracker.transverse_mm_per_m, kNotNegative);
+  io.defaulted("repeatability_mm", x.noise.repeatability_mm, kNotNegative);
+  io.optional("range_mm_per_m", Unless{0.0, tracker.range_mm_per_m}, kNotNegative);
+  io.optional("transverse_mm", Unless{0.0, tracker.transverse_mm}, kNotNegative);
+}
+void layout(auto& io, Is<AxisStatistics> auto& x) {
+  io("mean_abs", x.mean_abs);
+  io("rms", x.rms);
+  io("max", x.max_abs);
+}
+void layout(auto& io, Is<ErrorStatistics> auto& x) {
+  io("mean", x.mean);
+  io("rms", x.rms);
+  io("max", x.max);
+  io("min", x.min);
+  io("std", x.std);
+  io("x", x.x);
+  io("y", x.y);
+  io("z", x.z);
+}
+void layout(auto& io, Is<StageErrors> auto& x) {
+  io("poses", x.poses, Rounded{});
+  io("points", x.points, Rounded{});
+  io("before", x.before);
+  io("geometric", x.geometric);
+  io("after", x.after);
+  io.on_read(x,
+             [](auto& read) { read.before.count = read.geometric.count = read.after.count = read.points; });
+}
+void layout(auto& io, Is<Iterations> auto& x) {
+  io("coarse", x.coarse, kCount);
+  io("fine", x.fine, kCount);
+}
+void layout(auto& io, Is<DeviationGain> auto& x) {
+  io("name", x.name);
+  io("chosen", x.chosen);
+  io("rms_mm", x.rms_mm);
+}
+void layout(auto& io, Is<DeviationChoice> auto& x) {
+  io("geometric_rms_mm", x.geometric_rms_mm);
+  io("rms_mm", x.rms_mm);
+  io("scale", x.scale);
+  io("groups", x.gains);
+}
+void layout(auto& io, Is<CrossValidation> auto& x) {
+  io("name", x.kind, kRegressorNames);
+  io("rms_mm", x.rms);
+  io("standard_error_mm", x.standard_error);
+}
+void layout(auto& io, Is<RegressorSelection> auto& x) {
+  io("chosen", x.kind, ChosenKind{});
+  io("without_rms_mm", x.rms_zero);
+  io("tried", x.tried);
+}
+void layout(auto& io, Is<Observability> auto& x) {
+  io("o1", x.indices.o1);
+  io("o2", x.indices.o2);
+  io("o3", x.indices.o3);
+  io("o4", x.indices.o4);
+  io("o5", x.indices.o5);
+  io("unknown", x.unknown);
+  io("weak", x.weak);
+}
+void layout(auto& io, Is<UsedPrior> auto& x) {
+  io("used", x.used);
+  if (!io.has("length_mm", x.used)) return;
+  io("length_mm", x.scale.length_mm);
+  io("angle_rad", x.scale.angle_rad);
+}
+void layout(auto& io, Is<Sweep> auto& x) {
+  io("joint", x.joint, kNumber);
+  io("from", x.from);
+  io("to", x.to);
+  io("count", x.count, Whole{2});
+}
+void layout(auto& io, Is<UncertaintyMap> auto& x) {
+  io("x", x.x);
+  io("y", x.y);
+  io("held", x.held);
+  io("sigma_mm", x.sigma_mm);
+}
+void check(const auto& io, const UncertaintyMap& x) {
+  if (x.sigma_mm.size() != static_cast<std::size_t>(x.y.count))
+    io.at("sigma_mm").fail("expected a list for each y");
+  for (const std::vector<double>& row : x.sigma_mm) {
+    if (row.size() != static_cast<std::size_t>(x.x.count))
+      io.at("sigma_mm").fail("expected a number for each x");
+  }
+  for (const Sweep& sweep : {x.x, x.y}) {
+    if (static_cast<std::size_t>(sweep.joint) > x.held.size()) io.at("held").fail("expected every joint");
+  }
+}
+void layout(auto& io, Is<Transfer> auto& x) {
+  io("rms_mm", x.rms_mm);
+  io("max_mm", x.max_mm);
+  io("worst_joints", x.worst_joints);
+  io.optional("warning", x.warning);
+  io.defaulted("maps", x.maps);
+}
+void layout(auto& io, Is<Rejected> auto& x) {
+  io.defaulted("point", x.point, kNumber);
+  io("row", x.row, kCount);
+  io.defaulted("pose", x.pose, kNumber);
+  io.defaulted("smr", x.smr);
+  io("residual_mm", x.residual_mm);
+  io("sigmas", x.sigmas);
+}
+void layout(auto& io, Is<Point> auto& x) {
+  io("pose", x.pose, kNumber);
+  io("set", x.set, kPoseSetNames);
+  io("smr", x.smr);
+  io.defaulted("joints", x.joints);
+  io.optional("position", x.position);
+  io.optional("sigma", x.sigma);
+  io.optional("direction", x.direction, Whole{-1, 1});
+  io.optional("time", x.time);
+  io("before", x.before);
+  io("geometric", x.geometric);
+  io("after", x.after);
+}
+void layout(auto& io, Is<StageSpread> auto& x) {
+  io("mean", x.mean);
+  io("max", x.max);
+  io("rms", x.rms);
+}
+void layout(auto& io, Is<Spread> auto& x) {
+  io("over", x.over, kRunNames);
+  io("count", x.count, Whole{2});
+  io("before", x.before);
+  io("geometric", x.geometric);
+  io("after", x.after);
+}
+void layout(auto& io, Is<Extent> auto& x) {
+  io("min", x.min);
+  io("max", x.max);
+}
+void layout(auto& io, Is<Conditions> auto& x) {
+  io("started", x.started);
+  io("ended", x.ended);
+  io("poses_measured", x.poses_measured, kCount);
+  io("poses_skipped", x.poses_skipped, kCount);
+  io.optional("temperature_c", x.temperature_c);
+  io.optional("pressure_mbar", x.pressure_mbar);
+  io.optional("humidity_percent", x.humidity_percent);
+}
+void layout(auto& io, Is<Skipped> auto& x) {
+  io("pose", x.pose, kNumber);
+  io("attempts", x.attempts, kCount);
+  io("reason", x.reason);
+}
+void layout(auto& io, Is<Remeasured> auto& x) {
+  io("pose", x.pose, kNumber);
+  io("smr", x.smr);
+  io("error", x.error);
+}
+void layout(auto& io, Is<Stream::Turnaround> auto& x) {
+  io("p50", x.p50);
+  io("p99", x.p99);
+  io("p999", x.p999);
+  io("max", x.max);
+}
+void layout(auto& io, Is<Stream> auto& x) {
+  constexpr Whole kMany{0, std::numeric_limits<std::int64_t>::max()};
+  io("cycles", x.cycles, kMany);
+  io("answered", x.answered, kMany);
+  io("late", x.late, kMany);
+  io("wrong_ipoc", x.wrong_ipoc, kMany);
+  io.defaulted("unproven", x.unproven, kMany);
+  io.defaulted("sessions", x.sessions, kMany);
+  io("max_step_deg", x.max_step_deg);
+  io("turnaround_us", x.turnaround_us);
+}
+void layout(auto& io, Is<CalibrationDocument> auto& x) {
+  io("method", x.method, kMethodNames);
+  io("converged", x.converged);
+  io("iterations", x.iterations);
+  io("elapsed_s", x.elapsed_s);
+  io("identify", x.identify);
+  io.optional("validate", x.validate);
+  io("rank", x.rank, kCount);
+  io.optional("rank_gap", x.rank_gap);
+  io("condition", x.condition);
+  io.optional("sigma0_mm", x.sigma0_mm);
+  io.optional("deviation", x.deviation);
+  io.optional("residual", x.residual);
+  io.optional("observability", x.observability);
+  io.optional("prior", x.prior);
+  io.optional("transfer", x.transfer);
+  io.defaulted("rejected", x.rejected);
+  io.optional("base", x.base);
+  io.defaulted("smr", x.smr, ReflectorsByName{}, Xyz{});
+  io("parameters", x.parameters);
+  io.optional("arm", x.arm);
+  io.defaulted("points", x.points);
+
+  io.optional("noise", x.noise, StatedNoise{});
+  io.optional("spread", x.spread);
+  io.optional("fold_points", x.fold_points);
+  io.optional("robot", x.robot);
+  io.optional("tracker", x.tracker);
+  io.optional("campaign", x.campaign);
+  io.optional("model", x.model);
+  io.optional("date", x.date);
+  io.optional("files", x.files);
+  io.optional("options", x.options);
+  io.optional("conditions", x.conditions);
+  io.optional("skipped", x.skipped);
+  io.optional("reference_drift_mm", x.reference_drift_mm);
+  io.optional("remeasured", x.remeasured);
+  io.optional("remeasured_points", x.remeasured_points);
+  io.optional("stream", x.stream);
+}
+
+// ---- What of a calibration goes into its document
+
+namespace {
+
+std::vector<std::string> sentences(const std::vector<Combination>& combinations) {
+  std::vector<std::string> result;
+  for (const Combination& combination : combinations) result.push_back(combination.sentence);
+  return result;
+}
+
+Rejected rejected_of(const RejectedPoint& rejected, const MeasurementData& data,
+                     const std::vector<int>& poses) {
+  const Measurement& m = data.points[rejected.point];
+  return {.point = rejected.point + 1,
+          .row = m.row,
+          .pose = poses[rejected.point] + 1,
+          .smr = data.smr_names[static_cast<std::size_t>(m.smr)],
+          .residual_mm = rejected.residual_mm,
+          .sigmas = rejected.sigmas};
+}
+
+Point point_of(const Measurement& m, const MeasurementData& data, const RobotModel& robot, int pose,
+               const PointErrors& errors) {
+  return {.pose = pose,
+          .set = m.set,
+          .smr = data.smr_names[static_cast<std::size_t>(m.smr)],
+          .joints = in_deg_mm(m.q, robot),
+          .position = m.p_WS_mm,
+          .sigma = m.sigma_mm,
+          .direction = m.direction,
+          .time = m.time,
+          .before = errors.before,
+          .geometric = errors.geometric,
+          .after = errors.after};
+}
+
+CalibrationDocument document_of(const Calibration& c, const MeasurementData& data, double elapsed_s) {
+  assert(c.points.size() == data.points.size());
+  const std::vector<int> poses = pose_numbers(data.points);
+  CalibrationDocument x;
+  x.method = c.method;
+  x.converged = c.converged;
+  x.iterations = {c.coarse_iterations, c.fine_iterations};
+  x.elapsed_s = elapsed_s;
+  x.identify = c.identify;
+  x.validate = c.validate;
+  x.rank = c.rank;
+  if (std::isfinite(c.rank_gap)) x.rank_gap = c.rank_gap;
+  x.condition = c.condition;
+  x.sigma0_mm = c.sigma0_mm;
+  x.deviation = c.deviation;
+  x.residual = c.residual;
+  x.observability = {c.observability, sentences(c.unknown), sentences(c.weak)};
+  x.prior = {c.prior_used, c.prior_scale};
+  if (c.transfer.worst.size() > 0) x.transfer = transfer_of(c, data);
+  for (const RejectedPoint& rejected : c.rejected) x.rejected.push_back(rejected_of(rejected, data, poses));
+  x.base = c.cell.base;
+  x.smr = c.cell.reflectors;
+  x.parameters = c.parameters;
+  x.arm = Arm::of(c.coarse.robot);
+  for (std::size_t i = 0; i < data.points.size(); ++i)
+    x.points.push_back(point_of(data.points[i], data, c.cell.robot, poses[i] + 1, c.points[i]));
+  return x;
+}
+
+std::string residual_text(const CalibrateOptions& options) {
+  if (options.residual.empty()) return "none";
+  return options.residual.size() > 1 ? "auto" : std::string{name_of(options.residual.front())};
+}
+
+std::string harmonics_text(const CalibrateOptions& options) {
+  std::string text;
+  for (const int order : options.harmonics) text += (text.empty() ? "" : ", ") + std::to_string(order);
+  return text;
+}
+
+}  // namespace
+
+json::object statistics_json(const ErrorStatistics& statistics) { return to_json(statistics); }
+
+json::object stages_json(const StageErrors& stages) { return to_json(stages); }
+
+json::object noise_json(const MeasurementNoise& noise) { return to_json(StatedNoise::Form{noise}); }
+
+json::object options_json(const CalibrateOptions& options) {
+  json::object document{{"Loss", name_of(kLossNames, options.loss)},
+                        {"Prior", name_of(kPriorNames, options.prior)},
+                        {"Joint deviations", options.deviation ? "auto" : "none"},
+                        {"Residual field", residual_text(options)}};
+  if (options.deviation) document["Harmonics looked for"] = harmonics_text(options);
+  return document;
+}
+
+json::object calibration_document(const Calibration& calibration, const MeasurementData& data,
+                                  double elapsed_s) {
+  return calibration_document(document_of(calibration, data, elapsed_s));
+}
+
+json::object calibration_document(const CalibrationDocument& document) { return to_json(document); }
+
+std::expected<CalibrationDocument, std::string> read_calibration_document(const json::object& document) {
+  auto read = from_json<CalibrationDocument>(document);
+  if (read && read->remeasured) {
+    read->remeasured->count = read->validate ? read->validate->points : read->identify.points;
+  }
+  return read;
+}
+
+}  // namespace truepose::record

@@ -1,0 +1,161 @@
+#pragma once
+
+#include <boost/json/fwd.hpp>
+#include <cstdint>
+#include <expected>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/identify/calibrate.hpp"
+#include "proto/record/arm_document.hpp"
+#include "proto/record/layout.hpp"
+#include "proto/record/transfer.hpp"
+
+/// The document of one calibration, mm and rad: what `truepose calibrate --json` prints, what the daemon
+/// keeps of a campaign, and what reports are made of. Its schema is proto/control/report.schema.json.
+namespace truepose::record {
+
+/// One measurement, in the words of a measurement file, and its errors through the stages: predicted minus
+/// measured, mm, tracker frame.
+struct Point {
+  int pose = 0;  ///< from 1; points with the same joints have the same
+  PoseSet set = PoseSet::Identify;
+  std::string smr;
+  std::vector<double> joints;               ///< deg (mm for a prismatic joint); empty in documents of before
+  std::optional<Eigen::Vector3d> position;  ///< mm, tracker frame; likewise
+  std::optional<double> sigma;              ///< mm
+  std::vector<std::int8_t> direction;
+  std::string time;
+  Eigen::Vector3d before{0, 0, 0}, geometric{0, 0, 0}, after{0, 0, 0};
+};
+
+struct Rejected {
+  std::size_t point = 0;  ///< from 1, as `row` and `pose`; 0: not known
+  int row = 0, pose = 0;
+  std::string smr;
+  double residual_mm = 0, sigmas = 0;
+};
+
+struct Observability {
+  ObservabilityIndices indices;
+  std::vector<std::string> unknown, weak;  ///< sentences
+};
+
+/// How far the link errors were taken as small before they were measured.
+struct UsedPrior {
+  bool used = false;
+  PriorScale scale;
+};
+
+struct Iterations {
+  int coarse = 0, fine = 0;
+};
+
+/// Standard deviations of a stage's errors over the runs of a validation, mm.
+struct StageSpread {
+  double mean = 0, max = 0, rms = 0;
+};
+enum class Runs { Splits, Folds };
+inline constexpr std::array kRunNames{Named{"splits", Runs::Splits}, Named{"folds", Runs::Folds}};
+struct Spread {
+  Runs over = Runs::Splits;
+  int count = 0;
+  StageSpread before, geometric, after;
+};
+
+/// From the smallest to the greatest value that was met.
+struct Extent {
+  double min = 0, max = 0;
+};
+/// Under which conditions a campaign measured.
+struct Conditions {
+  std::string started, ended;  ///< RFC 3339
+  int poses_measured = 0, poses_skipped = 0;
+  std::optional<Extent> temperature_c, pressure_mbar, humidity_percent;
+};
+/// A pose that was planned and has no point.
+struct Skipped {
+  int pose = 0;  ///< number in the plan, from 1
+  int attempts = 0;
+  std::string reason;
+};
+/// A validation pose that was reached with compensated joints and measured again.
+struct Remeasured {
+  int pose = 0;  ///< of `points`
+  std::string smr;
+  Eigen::Vector3d error{0, 0, 0};
+};
+
+/// How the stream of corrections went.
+struct Stream {
+  std::int64_t cycles = 0, answered = 0, late = 0, wrong_ipoc = 0;
+  std::int64_t unproven = 0, sessions = 1;
+  double max_step_deg = 0;
+  struct Turnaround {
+    double p50 = 0, p99 = 0, p999 = 0, max = 0;
+  } turnaround_us;  ///< from a datagram's arrival to its reply
+};
+
+struct CalibrationDocument {
+  CalibrationMethod method = CalibrationMethod::TwoStage;
+  bool converged = false;
+  Iterations iterations;
+  double elapsed_s = 0;
+  StageErrors identify;
+  std::optional<StageErrors> validate;
+  int rank = 0;
+  std::optional<double> rank_gap;  ///< where a parameter could not be determined
+  double condition = 0;
+  std::optional<double> sigma0_mm;
+  std::optional<DeviationChoice> deviation;    ///< without its terms
+  std::optional<RegressorSelection> residual;  ///< without its regressor
+  std::optional<Observability> observability;
+  std::optional<UsedPrior> prior;
+  std::optional<Transfer> transfer;  ///< where the covariance is known
+  std::vector<Rejected> rejected;
+  std::optional<BasePose> base;
+  std::vector<Reflector> smr;
+  std::vector<IdentifiedParameter> parameters;
+  std::optional<Arm> arm;  ///< nominal
+  std::vector<Point> points;
+
+  // What commands and campaigns add.
+  std::optional<MeasurementNoise> noise;
+  std::optional<Spread> spread;
+  std::vector<Point> fold_points;
+  std::string robot, tracker, campaign, model, date;  ///< empty where not known
+  ByName<std::string> files, options;
+  std::optional<Conditions> conditions;
+  std::vector<Skipped> skipped;
+  std::vector<double> reference_drift_mm;
+  std::optional<ErrorStatistics> remeasured;
+  std::vector<Remeasured> remeasured_points;
+  std::optional<Stream> stream;
+};
+
+/// Error statistics as every document of ours carries them, mm:
+/// {"mean","rms","max","min","std","x":{"mean_abs","rms","max"},"y":{..},"z":{..}}.
+boost::json::object statistics_json(const ErrorStatistics& statistics);
+
+/// The errors of one set of points as documents carry them: {"poses","points","before","geometric","after"}.
+boost::json::object stages_json(const StageErrors& stages);
+
+/// {"range_mm","transverse_mm_per_m","repeatability_mm"[,"range_mm_per_m","transverse_mm"]}, one standard
+/// deviation each; the last two where they are not 0.
+boost::json::object noise_json(const MeasurementNoise& noise);
+
+/// How a calibration was made, in words, for whom reads its document later: {"Loss": "squared", ...}.
+boost::json::object options_json(const CalibrateOptions& options);
+
+/// @param data       the measurements that `calibration` came from
+/// @param elapsed_s  time that the identification took
+boost::json::object calibration_document(const Calibration& calibration, const MeasurementData& data,
+                                         double elapsed_s);
+boost::json::object calibration_document(const CalibrationDocument& document);
+
+/// Reads such a document, of today or of before. @return it, or one sentence that names the member
+std::expected<CalibrationDocument, std::string> read_calibration_document(
+    const boost::json::object& document);
+
+}  // namespace truepose::record

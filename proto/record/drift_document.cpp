@@ -1,0 +1,86 @@
+#include "proto/record/drift_document.hpp"
+
+#include "proto/record/forms.hpp"
+#include "proto/record/json_io.hpp"
+
+namespace truepose::record {
+
+void layout(auto& io, Is<DriftDocument::Error> auto& x) {
+  io("row", x.row, kCount);
+  layout_xyz(io, x.error, kAny);
+  io("length", x.length);
+}
+void layout(auto& io, Is<DriftDocument::Cause> auto& x) {
+  io("kind", x.kind, kDriftCauses);
+  if (x.kind == DriftCauseKind::Reflector) io("smr", x.smr);
+  if (x.kind == DriftCauseKind::JointZero) io("joint", x.joint, kNumber);
+  if (x.kind == DriftCauseKind::Reading) io("row", x.row, kCount);
+  io("text", x.text);
+  io("moved", x.moved);
+  io("sigma", x.sigma);
+  io("probability", x.probability);
+  io("explains", x.explains);
+}
+void layout(auto& io, Is<DriftDocument> auto& x) {
+  io("verdict", x.verdict, kDriftVerdicts);
+  io("reason", x.reason);
+  io("mean", x.mean);
+  io("max", x.max);
+  io("reference", x.reference);
+  io("distance2", x.distance2);
+  io("degrees", x.degrees, kCount);
+  io("probability", x.probability);
+  io("parameters", x.uncertain_parameters, kParameterTrust);
+  io("points", x.points);
+  io("causes", x.causes);
+  io("alternatives", x.alternatives);
+}
+
+namespace {
+
+std::vector<DriftDocument::Cause> causes_of(const std::vector<DriftCause>& causes, const CalibratedCell& cell,
+                                            std::span<const Measurement> points) {
+  std::vector<DriftDocument::Cause> result;
+  for (const DriftCause& cause : causes) {
+    const auto index = static_cast<std::size_t>(cause.index);
+    result.push_back({.kind = cause.kind,
+                      .smr = cause.kind == DriftCauseKind::Reflector ? cell.reflectors[index].name : "",
+                      .joint = cause.index + 1,
+                      .row = cause.kind == DriftCauseKind::Reading ? points[index].row : 0,
+                      .text = described(cause, cell, points),
+                      .moved = cause.moved,
+                      .sigma = cause.sigma,
+                      .probability = cause.probability,
+                      .explains = cause.explains()});
+  }
+  return result;
+}
+
+}  // namespace
+
+boost::json::object drift_document(const DriftDocument& document) { return to_json(document); }
+
+boost::json::object drift_document(const DriftCheck& check, const DriftReference& reference,
+                                   std::span<const Measurement> points) {
+  std::vector<DriftDocument::Error> errors;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    errors.push_back({points[i].row, check.errors_mm[i], check.errors_mm[i].norm()});
+  return to_json(DriftDocument{.verdict = check.verdict,
+                               .reason = check.reason,
+                               .mean = check.mean_mm,
+                               .max = check.max_mm,
+                               .reference = check.reference_mm,
+                               .distance2 = check.distance2,
+                               .degrees = check.degrees,
+                               .probability = check.probability,
+                               .uncertain_parameters = reference.covariance.size() > 0,
+                               .points = std::move(errors),
+                               .causes = causes_of(check.causes, reference.cell, points),
+                               .alternatives = causes_of(check.alternatives, reference.cell, points)});
+}
+
+std::expected<DriftDocument, std::string> read_drift_document(const boost::json::object& document) {
+  return from_json<DriftDocument>(document);
+}
+
+}  // namespace truepose::record

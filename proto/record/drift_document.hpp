@@ -1,0 +1,60 @@
+#pragma once
+
+#include <boost/json/object.hpp>
+#include <expected>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/judge/drift_check.hpp"
+#include "core/named.hpp"
+
+namespace truepose::record {
+
+inline constexpr std::array kDriftVerdicts{Named{"ok", DriftVerdict::Ok},
+                                           Named{"warning", DriftVerdict::Warning},
+                                           Named{"failed", DriftVerdict::Failed}};
+inline constexpr std::array kDriftCauses{
+    Named{"base", DriftCauseKind::Base}, Named{"reflector", DriftCauseKind::Reflector},
+    Named{"joint_zero", DriftCauseKind::JointZero}, Named{"reading", DriftCauseKind::Reading}};
+/// Whether the check took the model's parameters as uncertain.
+inline constexpr std::array kParameterTrust{Named{"uncertain", true}, Named{"taken as exact", false}};
+
+/// The document of `truepose drift --json` and of drift.check: verdict, reason, errors point by point (mm,
+/// predicted less measured, by their rows), and what the points say of the cause.
+struct DriftDocument {
+  struct Error {
+    int row = 0;
+    Eigen::Vector3d error{0, 0, 0};
+    double length = 0;
+  };
+  struct Cause {
+    DriftCauseKind kind = DriftCauseKind::Base;
+    std::string smr;  ///< of a reflector
+    int joint = 0;    ///< from 1, of a joint
+    int row = 0;      ///< of a reading
+    std::string text;
+    Eigen::VectorXd moved, sigma;
+    double probability = 0;
+    bool explains = false;
+  };
+
+  DriftVerdict verdict = DriftVerdict::Ok;
+  std::string reason;
+  double mean = 0, max = 0, reference = 0;  ///< mm
+  double distance2 = 0;
+  int degrees = 0;
+  double probability = 0;
+  bool uncertain_parameters = false;
+  std::vector<Error> points;
+  std::vector<Cause> causes, alternatives;
+};
+
+boost::json::object drift_document(const DriftDocument& document);
+boost::json::object drift_document(const DriftCheck& check, const DriftReference& reference,
+                                   std::span<const Measurement> points);
+/// @return the document, or one sentence that names the member
+std::expected<DriftDocument, std::string> read_drift_document(const boost::json::object& document);
+
+}  // namespace truepose::record

@@ -1,0 +1,99 @@
+#include "proto/record/iso9283_document.hpp"
+
+#include "proto/record/forms.hpp"
+#include "proto/record/json_io.hpp"
+
+namespace truepose::record {
+
+/// "a", "b" and "c", all of them or none.
+void layout_angles(auto& io, auto& abc_rad) {
+  if (!io.has("a", abc_rad.has_value())) return;
+  io.on_read(abc_rad, [](auto& abc) { abc.emplace(); });
+  io("a", abc_rad->x());
+  io("b", abc_rad->y());
+  io("c", abc_rad->z());
+}
+void layout(auto& io, Is<PoseAccuracy> auto& x) {
+  io("p", x.p_mm);
+  layout_xyz(io, x.xyz_mm, kAny);
+  layout_angles(io, x.abc_rad);
+}
+void layout(auto& io, Is<PoseRepeatability> auto& x) {
+  io("l", x.l_mm);
+  io("mean", x.mean_mm);
+  io("std", x.std_mm);
+  layout_angles(io, x.abc_rad);
+}
+void layout(auto& io, Is<AccuracyVariation> auto& x) {
+  io("p", x.p_mm);
+  layout_angles(io, x.abc_rad);
+}
+
+/// One part of a drift, a length under its own key and three angles: dAP and dRP.
+template <class Number, class Angles>
+struct DriftPart {
+  std::string_view key;
+  Number& length_mm;
+  Angles& abc_rad;
+};
+template <class Number, class Angles>
+void layout(auto& io, const DriftPart<Number, Angles>& x) {
+  io(x.key, x.length_mm);
+  layout_angles(io, x.abc_rad);
+}
+void layout(auto& io, Is<Iso9283Document::Set> auto& x) {
+  io("point", x.point);
+  io("direction", x.direction);
+  io("time", x.time);
+  io("cycles", x.cycles, kCount);
+  io("AP", x.characteristics.accuracy);
+  io("RP", x.characteristics.repeatability);
+}
+void layout(auto& io, Is<Iso9283Document::Variation> auto& x) {
+  io("point", x.point);
+  io("time", x.time);
+  io("directions", x.directions);
+  io("vAP", x.variation);
+}
+void layout(auto& io, Is<Iso9283Document::Drift> auto& x) {
+  io("point", x.point);
+  io("direction", x.direction);
+  io("times", x.times);
+  io("dAP", DriftPart{"p", x.drift.ap_p_mm, x.drift.ap_abc_rad});
+  io("dRP", DriftPart{"l", x.drift.rp_l_mm, x.drift.rp_abc_rad});
+  io("moved", x.drift.moved_mm);
+}
+void layout(auto& io, Is<Iso9283Document> auto& x) {
+  io("standard", x.standard);
+  io("frame", x.frame, kIso9283Frames);
+  io("cycles", x.cycles, kCount);
+  io("complete", x.complete);
+  io("sets", x.sets);
+  io("variations", x.variations);
+  io("drifts", x.drifts);
+}
+
+boost::json::object iso9283_document(const Iso9283Document& document) { return to_json(document); }
+
+boost::json::object iso9283_document(const Iso9283Result& result, std::span<const TestPoint> points,
+                                     Iso9283Frame frame) {
+  Iso9283Document x{.frame = frame,
+                    .cycles = result.fewest_cycles,
+                    .complete = result.fewest_cycles >= kIso9283Cycles,
+                    .sets = {},
+                    .variations = {},
+                    .drifts = {}};
+  for (const CycleSet& set : result.sets)
+    x.sets.push_back({points[set.point].name, set.direction, set.series, set.cycles, set.characteristics});
+  for (const PointVariation& v : result.variations)
+    x.variations.push_back({points[v.point].name, v.series, v.directions, v.variation});
+  for (const PointDrift& d : result.drifts)
+    x.drifts.push_back({points[d.point].name, d.direction, d.series, d.drift});
+  return to_json(x);
+}
+
+std::expected<Iso9283Document, std::string> read_iso9283_document(const boost::json::object& document) {
+  return from_json<Iso9283Document>(document);
+}
+
+}  // namespace truepose::record

@@ -1,0 +1,245 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/json.hpp>
+#include <fstream>
+#include <iterator>
+
+#include "proto/record/calibration_document.hpp"
+#include "proto/record/drift_document.hpp"
+#include "proto/record/iso9283_document.hpp"
+#include "tests/members.hpp"
+
+namespace truepose {
+
+using namespace record;  // NOLINT: the numbers of the members of its records
+
+template <>
+inline constexpr int kMembers<CalibrationDocument> = 37;
+template <>
+inline constexpr int kMembers<Point> = 11;
+template <>
+inline constexpr int kMembers<Rejected> = 6;
+template <>
+inline constexpr int kMembers<Observability> = 3;
+template <>
+inline constexpr int kMembers<ObservabilityIndices> = 5;
+template <>
+inline constexpr int kMembers<UsedPrior> = 2;
+template <>
+inline constexpr int kMembers<PriorScale> = 3;
+template <>
+inline constexpr int kMembers<Iterations> = 2;
+template <>
+inline constexpr int kMembers<StageSpread> = 3;
+template <>
+inline constexpr int kMembers<Spread> = 5;
+template <>
+inline constexpr int kMembers<Extent> = 2;
+template <>
+inline constexpr int kMembers<Conditions> = 7;
+template <>
+inline constexpr int kMembers<Skipped> = 3;
+template <>
+inline constexpr int kMembers<Remeasured> = 3;
+template <>
+inline constexpr int kMembers<Stream> = 8;
+template <>
+inline constexpr int kMembers<Stream::Turnaround> = 4;
+template <>
+inline constexpr int kMembers<AxisStatistics> = 3;
+template <>
+inline constexpr int kMembers<ErrorStatistics> = 9;
+template <>
+inline constexpr int kMembers<StageErrors> = 5;
+template <>
+inline constexpr int kMembers<DeviationGain> = 3;
+template <>
+inline constexpr int kMembers<DeviationTerm> = 4;
+template <>
+inline constexpr int kMembers<DeviationChoice> = 5;
+template <>
+inline constexpr int kMembers<CrossValidation> = 4;
+template <>
+inline constexpr int kMembers<RegressorSelection> = 4;
+template <>
+inline constexpr int kMembers<Transfer> = 5;
+template <>
+inline constexpr int kMembers<UncertaintyMap> = 4;
+template <>
+inline constexpr int kMembers<Sweep> = 4;
+template <>
+inline constexpr int kMembers<BasePose> = 2;
+template <>
+inline constexpr int kMembers<Reflector> = 2;
+template <>
+inline constexpr int kMembers<IdentifiedParameter> = 6;
+template <>
+inline constexpr int kMembers<Arm> = 4;
+template <>
+inline constexpr int kMembers<ArmJoint> = 2;
+template <>
+inline constexpr int kMembers<ArmJoint::Mass> = 1;
+template <>
+inline constexpr int kMembers<LinkMass> = 2;
+template <>
+inline constexpr int kMembers<Joint> = 11;
+template <>
+inline constexpr int kMembers<MeasurementNoise> = 2;
+template <>
+inline constexpr int kMembers<TrackerNoiseModel> = 4;
+template <>
+inline constexpr int kMembers<DriftDocument> = 12;
+template <>
+inline constexpr int kMembers<DriftDocument::Error> = 3;
+template <>
+inline constexpr int kMembers<DriftDocument::Cause> = 9;
+template <>
+inline constexpr int kMembers<Iso9283Document> = 7;
+template <>
+inline constexpr int kMembers<Iso9283Document::Set> = 5;
+template <>
+inline constexpr int kMembers<Iso9283Document::Variation> = 4;
+template <>
+inline constexpr int kMembers<Iso9283Document::Drift> = 4;
+template <>
+inline constexpr int kMembers<SeriesCharacteristics> = 2;
+template <>
+inline constexpr int kMembers<PoseAccuracy> = 3;
+template <>
+inline constexpr int kMembers<PoseRepeatability> = 4;
+template <>
+inline constexpr int kMembers<AccuracyVariation> = 2;
+template <>
+inline constexpr int kMembers<PoseDrift> = 5;
+
+namespace record {
+namespace {
+
+namespace json = boost::json;
+using testing::HasSubstr;
+
+/// A document with every member set, as far as one may have it.
+CalibrationDocument full_document() {
+  CalibrationDocument x;
+  Filler{}(x);
+  // What a document does not say.
+  x.deviation->terms.clear();
+  for (CrossValidation& tried : x.residual->tried) tried.squared_errors.clear();
+  x.prior->scale.deviation = PriorScale{}.deviation;
+  for (ArmJoint& each : x.arm->joints) {
+    each.joint.acceleration = 0;
+    each.joint.sign = -1;
+  }
+  for (StageErrors* stages : {&x.identify, &*x.validate})
+    stages->before.count = stages->geometric.count = stages->after.count = stages->points;
+  x.remeasured->count = x.validate->points;
+  for (UncertaintyMap& map : x.transfer->maps) {
+    map.x.joint = map.y.joint = 1;
+    map.x.count = map.y.count = 2;
+  }
+  x.spread->count = 3;
+  return x;
+}
+
+std::string error_of(json::object document) { return read_calibration_document(document).error(); }
+
+TEST(CalibrationDocumentReader, ReadsBackEveryMemberThatIsWritten) {
+  const CalibrationDocument x = full_document();
+  const auto read = read_calibration_document(calibration_document(x));
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_TRUE(same(*read, x));
+}
+
+TEST(CalibrationDocumentReader, ReadsDocumentsThatSayNoMoreThanTheFirstVersionsDid) {
+  json::object document = calibration_document(full_document());
+  const std::vector<std::string> needed{"method",   "converged", "iterations", "elapsed_s",
+                                        "identify", "rank",      "condition",  "parameters"};
+  std::vector<std::string> all;
+  for (const auto& [key, value] : document) all.emplace_back(key);
+  for (const std::string& key : all) {
+    if (std::ranges::find(needed, key) == needed.end()) document.erase(key);
+  }
+  for (json::value& parameter : document["parameters"].as_array()) parameter.as_object().erase("data_share");
+  const auto read = read_calibration_document(document);
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_TRUE(read->points.empty());
+  EXPECT_EQ(read->parameters[0].data_share, 1);
+  for (const std::string& key : needed) {
+    json::object without = document;
+    without.erase(key);
+    EXPECT_EQ(error_of(without), "missing key '" + key + "'");
+  }
+}
+
+TEST(CalibrationDocumentReader, NamesTheMemberThatIsWrongAndWhatItFound) {
+  const json::object document = calibration_document(full_document());
+  const auto with = [&](const char* pointer, const json::value& value) {
+    json::value changed = document;
+    changed.at_pointer(pointer) = value;
+    return error_of(changed.as_object());
+  };
+  EXPECT_EQ(with("/points/1/pose", 0), "points[1].pose: expected a whole number of 1 or more, found 0");
+  EXPECT_EQ(with("/points/1/pose", 1.5), "points[1].pose: expected a whole number of 1 or more, found 1.5");
+  EXPECT_EQ(with("/points/0/set", "both"),
+            "points[0].set: expected one of identify, validate, found \"both\"");
+  EXPECT_EQ(with("/points/0/before", json::array{1, 2}), "points[0].before: expected 3 numbers, found 2");
+  EXPECT_EQ(with("/identify/after/x/rms", "a"), "identify.after.x.rms: expected a number, found \"a\"");
+  EXPECT_EQ(with("/parameters/0/data_share", 2),
+            "parameters[0].data_share: expected a number 0.0..1.0, found 2");
+  EXPECT_EQ(with("/rank", nullptr), "rank: expected a whole number of 0 or more, found null");
+  EXPECT_EQ(with("/smr", 3), "smr: expected an object, found 3");
+  EXPECT_EQ(with("/arm/joints/1/sign", 0), "arm.joints[1].sign: expected -1 or 1, found 0");
+  EXPECT_EQ(with("/transfer/maps/0/sigma_mm", json::array{}),
+            "transfer.maps[0].sigma_mm: expected a list for each y");
+  EXPECT_THAT(with("/residual/chosen", "magic"),
+              HasSubstr("residual.chosen: expected one of none, gp, kriging"));
+}
+
+TEST(DriftDocumentReader, ReadsBackEveryMemberThatIsWritten) {
+  DriftDocument x;
+  Filler{}(x);
+  for (auto* causes : {&x.causes, &x.alternatives}) {
+    causes->resize(4);
+    for (std::size_t i = 0; i < 4; ++i) {
+      DriftDocument::Cause& cause = (*causes)[i];
+      cause = causes->front();
+      cause.kind = static_cast<DriftCauseKind>(i);
+      if (cause.kind != DriftCauseKind::Reflector) cause.smr = "";
+      cause.joint = cause.kind == DriftCauseKind::JointZero ? 7 : 0;
+      if (cause.kind != DriftCauseKind::Reading) cause.row = 0;
+    }
+  }
+  const auto read = read_drift_document(drift_document(x));
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_TRUE(same(*read, x));
+}
+
+TEST(Iso9283DocumentReader, ReadsBackEveryMemberThatIsWrittenWithAnglesAndWithout) {
+  Iso9283Document x;
+  Filler{}(x);
+  x.sets[1].characteristics.accuracy.abc_rad.reset();
+  x.sets[1].characteristics.repeatability.abc_rad.reset();
+  x.variations[1].variation.abc_rad.reset();
+  x.drifts[1].drift.ap_abc_rad.reset();
+  const auto read = read_iso9283_document(iso9283_document(x));
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_TRUE(same(*read, x));
+}
+
+TEST(CalibrationDocumentSchema, HasEveryMemberOfTheRecordAndNoOther) {
+  const json::object document = calibration_document(full_document());
+  std::ifstream file{TRUEPOSE_SOURCE_DIR "/proto/control/report.schema.json"};
+  const json::value schema = json::parse(std::string{std::istreambuf_iterator<char>{file}, {}});
+  const json::object& properties = schema.at("properties").as_object();
+  for (const auto& [key, value] : document) EXPECT_TRUE(properties.contains(key)) << key;
+  for (const auto& [key, value] : properties) {
+    if (key == "splits" || key == "truth") continue;  // of experiments alone
+    EXPECT_TRUE(document.contains(key)) << key;
+  }
+}
+
+}  // namespace
+}  // namespace record
+}  // namespace truepose
