@@ -10,7 +10,7 @@
 
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
-#include "tools/report/experiment_html.hpp"
+#include "tools/report/report.hpp"
 
 namespace truepose {
 namespace {

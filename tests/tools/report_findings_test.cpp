@@ -11,9 +11,7 @@
 
 #include "tests/tools/page.hpp"
 #include "tests/tools/sample_document.hpp"
-#include "tools/report/heat_map.hpp"
-#include "tools/report/report_html.hpp"
-#include "tools/report/report_text.hpp"
+#include "tools/report/report.hpp"
 
 namespace truepose::report {
 namespace {
@@ -232,17 +230,6 @@ TEST(ReportFindings, RefuseAMapThatIsNotAGrid) {
 TEST(ReportFindings, ShowTheNoiseThatWasTaken) {
   EXPECT_THAT(render_html(telling_document()),
               HasSubstr("0.010 mm along the beam, 0.0060 mm/m across it, repeatability 0.020 mm"));
-}
-
-TEST(ColorScale, RunsFromLightToDarkAndIsLogarithmicOverDecades) {
-  const ColorScale narrow{1, 5}, wide{0.01, 1}, flat{1, 1};
-  EXPECT_EQ(narrow.color(1), "#f1f6fb");
-  EXPECT_EQ(narrow.color(5), "#082a54");
-  EXPECT_EQ(narrow.color(99), narrow.color(5));
-  EXPECT_FALSE(narrow.logarithmic());
-  EXPECT_TRUE(wide.logarithmic());
-  EXPECT_EQ(wide.color(0.1), narrow.color(3));  // the middle of either
-  EXPECT_EQ(flat.color(1), "#f1f6fb");
 }
 
 }  // namespace

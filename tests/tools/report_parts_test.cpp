@@ -3,22 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <boost/json.hpp>
-#include <cmath>
-#include <numbers>
 #include <pugixml.hpp>
+#include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "core/math/random.hpp"
 #include "tests/tools/page.hpp"
 #include "tests/tools/sample_document.hpp"
-#include "tools/report/error_cloud.hpp"
-#include "tools/report/iso9283_section.hpp"
-#include "tools/report/local_regression.hpp"
-#include "tools/report/raw_data.hpp"
-#include "tools/report/report_html.hpp"
-#include "tools/report/summary_section.hpp"
+#include "tools/report/report.hpp"
+#include "tools/report/sections.hpp"
 
 namespace truepose::report {
 namespace {
@@ -119,24 +112,6 @@ TEST(ReportCloud, DrawsEveryArrowInEveryViewAndTheSameFactorInBeforeAndAfter) {
   EXPECT_EQ(page.select_nodes("//div[@class='cloud']//svg").size(), 6U);
 }
 
-TEST(ReportCloud, ShowsTheTrueProportionsFromAbove) {
-  constexpr double kDown = std::numbers::pi / 2;
-  const Cloud cloud{.arrows = {{{1000, 0, 500}, {0, 1, 0}, "one"}, {{0, 2000, 900}, {1, 0, 0}, "two"}},
-                    .tracker_mm = {9000, 0, 0},
-                    .exaggeration = 100};
-  const pugi::xml_document view = parsed(cloud_svg(
-      cloud, {.title = "t", .id = "i", .color = "#000000", .azimuth_rad = -kDown, .elevation_rad = kDown}));
-  const auto arrows = view.select_nodes("//line[@class='arrow']");
-  const auto number = [&](std::size_t arrow, const char* name) {
-    return arrows[arrow].node().attribute(name).as_double();
-  };
-  // x to the right and y up the paper; the second place is 1 m to the left of the first and 2 m up.
-  EXPECT_NEAR((number(0, "y1") - number(1, "y1")) / (number(0, "x1") - number(1, "x1")), 2, 0.01);
-  // Both arrows are drawn 100 mm long.
-  EXPECT_NEAR(number(0, "y1") - number(0, "y2"), number(1, "x2") - number(1, "x1"), 0.2);
-  EXPECT_GT(number(0, "y1") - number(0, "y2"), 1);
-}
-
 TEST(ReportCloud, ThinsOutVeryManyPointsAndSaysSo) {
   const std::string html = render_html(sample_document(600, true));
   EXPECT_THAT(html, HasSubstr("200 of 600 points, evenly chosen."));
@@ -157,25 +132,6 @@ TEST(ReportJoints, ShowAnErrorAlongAJointsMotionOverThatJoint) {
   EXPECT_EQ(page.select_nodes("//svg[@aria-label='Joint 1, mm']//path[@class='curve']").size(), 2U);
 }
 
-TEST(LocalRegression, FollowsAWaveAndAStraightLineThroughNoiseAndPastAGrossError) {
-  constexpr double kRadians = std::numbers::pi / 180;
-  Random random{20260512};
-  std::vector<std::pair<double, double>> wave, line;
-  for (int i = 0; i <= 360; i += 2) {
-    wave.emplace_back(i, std::sin(2 * i * kRadians) + 0.2 * random.normal());
-    line.emplace_back(i, 0.05 * i - 7 + 0.2 * random.normal());
-  }
-  wave[50].second = line[100].second = 80;
-  for (const auto& [x, y] : local_regression(wave, 12, 60))
-    EXPECT_NEAR(y, std::sin(2 * x * kRadians), 0.35) << x;
-  for (const auto& [x, y] : local_regression(line, 12, 60)) EXPECT_NEAR(y, 0.05 * x - 7, 0.3) << x;
-}
-
-TEST(LocalRegression, HasNoCurveForHardlyAnyPoints) {
-  EXPECT_TRUE(local_regression({{1, 1}, {2, 2}}, 1, 10).empty());
-  EXPECT_TRUE(local_regression({{1, 1}, {1, 2}, {1, 3}, {1, 4}, {1, 5}}, 1, 10).empty());
-}
-
 TEST(RawData, IsAMeasurementFileWithQuotedNamesAndTheColumnsThatAllPointsHave) {
   const json::value document = json::parse(R"({"points": [
       {"set": "identify", "smr": "a \"b\", c", "joints": [1.5, -90], "position": [1, 2.25, 3], "sigma": 0.01, "direction": [1, -1]},
@@ -193,16 +149,6 @@ TEST(RawData, IsNotOfferedWhereAnOlderDocumentDoesNotSayWhereThePointsWere) {
   const std::string html = render_html(document);
   EXPECT_THAT(html, Not(HasSubstr("measurements.csv")));
   EXPECT_THAT(html, Not(HasSubstr("Where the errors are")));
-}
-
-TEST(RawData, IsEncodedInTheLinkItself) {
-  const std::string html = raw_data_section({{"<f>.txt", "text/plain",
-                                              std::string("\x00\xff"
-                                                          "ab",
-                                                          4),
-                                              "about it"}});
-  EXPECT_THAT(html, HasSubstr("href=\"data:text/plain;base64,AP9hYg==\""));
-  EXPECT_THAT(html, HasSubstr("download=\"&lt;f&gt;.txt\""));
 }
 
 json::object iso_document() {
@@ -229,6 +175,14 @@ TEST(Iso9283Report, ShowsEverySetItsVariationAndDriftAndWhetherItComplies) {
   EXPECT_THAT(html, HasSubstr("href=\"data:text/csv;base64,YQ==\""));
   EXPECT_THAT(html, HasSubstr("vAP<sub>p</sub> 0.0310 mm over 2 directions"));
   EXPECT_THAT(html, HasSubstr("from 0 min to 60 min; the mean position moved by 0.0110 mm"));
+}
+
+TEST(Iso9283Report, NamesTheMemberThatIsMissing) {
+  json::object document = iso_document();
+  document["sets"].at(0).at("AP").as_object().erase("p");
+  EXPECT_THAT(
+      [&] { render_iso9283_html(document, "test.csv", {}); },
+      testing::ThrowsMessage<std::invalid_argument>("ISO 9283 document: 'sets[0].AP.p' is not a number"));
 }
 
 TEST(Iso9283Report, CanBeASectionOfACalibrationsPage) {

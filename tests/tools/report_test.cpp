@@ -1,3 +1,5 @@
+#include "tools/report/report.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,9 +14,6 @@
 
 #include "tests/tools/page.hpp"
 #include "tests/tools/sample_document.hpp"
-#include "tools/report/report_html.hpp"
-#include "tools/report/report_text.hpp"
-#include "tools/report/svg_chart.hpp"
 
 namespace truepose::report {
 namespace {
@@ -191,32 +190,6 @@ TEST(ReportText, SaysWhatNotToTrust) {
   EXPECT_THAT(text, Not(HasSubstr("Validation")));
   EXPECT_THAT(text, HasSubstr("did not converge"));
   EXPECT_THAT(text, HasSubstr("Nothing was validated"));
-}
-
-TEST(Chart, TicksAreRoundNumbersThatCoverTheValues) {
-  EXPECT_THAT(nice_ticks(0, 4.465, 5), ElementsAre(0, 1, 2, 3, 4, 5));
-  EXPECT_THAT(nice_ticks(-3.5, 3.2, 5), ElementsAre(-4, -2, 0, 2, 4));
-  EXPECT_EQ(nice_ticks(0, 0, 5).front(), 0);
-  EXPECT_THAT(log_ticks(0.6, 4, 7), ElementsAre(0.5, 1, 2, 5));
-  const std::vector<double> wide = log_ticks(3e-13, 4.5, 7);
-  EXPECT_LE(wide.front(), 3e-13);
-  EXPECT_GE(wide.back(), 4.5);
-  EXPECT_LE(wide.size(), 9u);
-}
-
-TEST(Chart, IsDrawnEvenWhereAllValuesAreZeroOrThereIsOnlyOne) {
-  for (const bool log_y : {false, true}) {
-    PointChart chart{.title = "t",
-                     .x_label = "x",
-                     .y_unit = "mm",
-                     .log_y = log_y,
-                     .series = {{"s", "#000000", Marker::Circle, {{1, 0, "p"}}}}};
-    const std::string svg = point_chart_svg(chart);
-    EXPECT_THAT(svg, Not(HasSubstr("nan")));
-    EXPECT_THAT(svg, Not(HasSubstr("inf")));
-    parsed(svg);
-    parsed(histogram_svg({.title = "h", .x_label = "x", .color = "#000000", .values = {0}}));
-  }
 }
 
 }  // namespace

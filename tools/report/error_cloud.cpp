@@ -1,31 +1,35 @@
-#include "tools/report/error_cloud.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <limits>
+#include <cstddef>
+#include <numbers>
 
 #include "core/math/statistics.hpp"
 #include "proto/xml/escape.hpp"
-#include "tools/report/svg_chart.hpp"
+#include "tools/report/charts.hpp"
+#include "tools/report/number_text.hpp"
+#include "tools/report/page.hpp"
+#include "tools/report/sections.hpp"
 
 namespace truepose::report {
 namespace {
 
-constexpr double kCloudWidth = 480, kCloudHeight = 360;
-constexpr double kCloudTop = 28;     // below the title
-constexpr double kCloudMargin = 12;  // around the cloud
+constexpr double kWidth = 480, kHeight = 360;
+constexpr double kTop = 28;     // below the title
+constexpr double kMargin = 12;  // around the cloud
+constexpr double kMiddleX = kWidth / 2, kMiddleY = (kHeight + kTop) / 2;
 // Of the cloud's size: few arrows may be long, many would hide each other.
 constexpr double kCrowd = 0.8, kMedianPart = 0.12;
+// More arrows hide each other, and make the page heavy.
+constexpr std::size_t kMostArrows = 250;
 
 /// The box that a view shows: all places, the robot's base, and the floor up to whole squares of its grid.
-struct Box {
+struct Workspace {
   Eigen::Vector3d lo{0, 0, 0}, hi{0, 0, 0};
   double grid_mm = 1;
 
-  explicit Box(const std::vector<CloudArrow>& arrows) {
+  explicit Workspace(const std::vector<CloudArrow>& arrows) {
     for (const CloudArrow& arrow : arrows) {
       lo = lo.cwiseMin(arrow.place);
       hi = hi.cwiseMax(arrow.place);
@@ -39,15 +43,18 @@ struct Box {
 
 /// Parallel projection: mm of the base frame to the paper, as large as the places, the floor and the base
 /// fit.
-class Projection {
- public:
-  Projection(const Box& box, const std::vector<CloudArrow>& arrows, double azimuth, double elevation)
-      : right_{-std::sin(azimuth), std::cos(azimuth), 0},
-        up_{-std::sin(elevation) * std::cos(azimuth), -std::sin(elevation) * std::sin(azimuth),
-            std::cos(elevation)} {
+struct Projection {
+  double azimuth, elevation;
+  Eigen::Vector3d right{-std::sin(azimuth), std::cos(azimuth), 0};
+  Eigen::Vector3d up{-std::sin(elevation) * std::cos(azimuth), -std::sin(elevation) * std::sin(azimuth),
+                     std::cos(elevation)};
+  Eigen::Vector3d center{0, 0, 0};
+  double scale = 1;
+
+  void fit(const Workspace& box, const std::vector<CloudArrow>& arrows) {
     Eigen::Vector2d lo{0, 0}, hi{0, 0};
     const auto include = [&](const Eigen::Vector3d& p) {
-      const Eigen::Vector2d seen{right_.dot(p), up_.dot(p)};
+      const Eigen::Vector2d seen{right.dot(p), up.dot(p)};
       lo = lo.cwiseMin(seen);
       hi = hi.cwiseMax(seen);
     };
@@ -57,125 +64,119 @@ class Projection {
     for (const CloudArrow& arrow : arrows) include(arrow.place);
     const Eigen::Vector2d middle = (lo + hi) / 2, size = (hi - lo).cwiseMax(1);
     const Eigen::Vector3d inside = (box.lo + box.hi) / 2;  // what the cloud turns about
-    center_ = inside + (middle.x() - right_.dot(inside)) * right_ + (middle.y() - up_.dot(inside)) * up_;
-    scale_ = std::min((kCloudWidth - 2 * kCloudMargin) / size.x(),
-                      (kCloudHeight - kCloudTop - 2 * kCloudMargin) / size.y());
+    center = inside + (middle.x() - right.dot(inside)) * right + (middle.y() - up.dot(inside)) * up;
+    scale = std::min((kWidth - 2 * kMargin) / size.x(), (kHeight - kTop - 2 * kMargin) / size.y());
   }
 
   Eigen::Vector2d operator()(const Eigen::Vector3d& p) const {
-    return {kMiddleX + scale_ * right_.dot(p - center_), kMiddleY - scale_ * up_.dot(p - center_)};
+    return {kMiddleX + scale * right.dot(p - center), kMiddleY - scale * up.dot(p - center)};
   }
 
-  const Eigen::Vector3d& center() const { return center_; }
-  double scale() const { return scale_; }
-
-  static constexpr double kMiddleX = kCloudWidth / 2, kMiddleY = (kCloudHeight + kCloudTop) / 2;
-
- private:
-  Eigen::Vector3d center_, right_, up_;
-  double scale_ = 1;
+  /// How the script has to look at the cloud.
+  std::string attributes() const {
+    return fmt::format(R"( data-azimuth="{:.4f}" data-elevation="{:.4f}" data-scale="{:.6f}" )"
+                       R"(data-center="{:.1f} {:.1f} {:.1f}" data-middle="{:.1f} {:.1f}")",
+                       azimuth, elevation, scale, center.x(), center.y(), center.z(), kMiddleX, kMiddleY);
+  }
 };
 
-class Scene {
- public:
-  Scene(const Cloud& cloud, const CloudView& view)
-      : box_{cloud.arrows}, project_{box_, cloud.arrows, view.azimuth_rad, view.elevation_rad} {
-    const Eigen::Vector3d& c = project_.center();
-    put(R"(<svg xmlns="http://www.w3.org/2000/svg" class="chart cloud-view{}" viewBox="0 0 {} {}" role="img" )"
-        R"(aria-label="{}" data-azimuth="{:.4f}" data-elevation="{:.4f}" data-scale="{:.6f}" )"
-        R"(data-center="{:.1f} {:.1f} {:.1f}" data-middle="{:.1f} {:.1f}">)",
-        view.turns ? " turns" : "", kCloudWidth, kCloudHeight, xml::escaped(view.title), view.azimuth_rad,
-        view.elevation_rad, project_.scale(), c.x(), c.y(), c.z(), Projection::kMiddleX,
-        Projection::kMiddleY);
-    put(R"(<defs><marker id="{}" viewBox="0 0 6 6" refX="4" refY="3" markerWidth="3.6" markerHeight="3.6" )"
-        R"(orient="auto"><path d="M0 0L6 3L0 6z" fill="{}"/></marker></defs>)",
-        view.id, view.color);
-    put(R"(<text class="chart-title" x="0" y="14">{}</text>)", xml::escaped(view.title));
-  }
-
-  void floor() {
-    const double step = box_.grid_mm;
-    const Eigen::Vector3d &from = box_.lo, &to = box_.hi;
-    for (double x = from.x(); x < to.x() + step / 2; x += step)
-      line("grid", {x, from.y(), 0}, {x, to.y(), 0});
-    for (double y = from.y(); y < to.y() + step / 2; y += step)
-      line("grid", {from.x(), y, 0}, {to.x(), y, 0});
-    put(R"(<text class="tick" text-anchor="end" x="{}" y="14">grid {:g} m</text>)", kCloudWidth, step / 1000);
-  }
-
-  void base() {
-    const double length = 0.12 * box_.size();
-    static constexpr const char* kNames[] = {"x", "y", "z"};
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3d end = length * Eigen::Vector3d::Unit(k);
-      line("base-axis", Eigen::Vector3d::Zero(), end);
-      text(kNames[k], 1.18 * end);
-    }
-    const Eigen::Vector2d p = project_(Eigen::Vector3d::Zero());
-    put(R"(<circle class="base" data-p="0 0 0" cx="{:.1f}" cy="{:.1f}" r="4"><title>Robot base</title></circle>)",
-        p.x(), p.y());
-  }
-
-  /// Its beam from the base, as far as the paper goes, and its name where it stands or the beam leaves.
-  void tracker(const Eigen::Vector3d& place) {
-    line("beam", Eigen::Vector3d::Zero(), place);
-    const Eigen::Vector2d p = project_(place), start = project_(Eigen::Vector3d::Zero());
-    put(R"(<rect class="tracker" data-p="{}" x="{:.1f}" y="{:.1f}" width="8" height="8"/>)", numbers(place),
-        p.x() - 4, p.y() - 4);
-    double part = 1;
-    const Eigen::Vector2d lo{50, kCloudTop + 14}, hi{kCloudWidth - 50, kCloudHeight - 10};
-    for (int k = 0; k < 2; ++k) {
-      if (p[k] > hi[k]) part = std::min(part, (hi[k] - start[k]) / (p[k] - start[k]));
-      if (p[k] < lo[k]) part = std::min(part, (lo[k] - start[k]) / (p[k] - start[k]));
-    }
-    const Eigen::Vector2d at = start + std::max(part, 0.0) * (p - start);
-    put(R"(<text class="legend tracker-name" text-anchor="middle" data-p="{}" data-from="0 0 0" x="{:.1f}" y="{:.1f}">)"
-        R"(tracker, {:.1f} m</text>)",
-        numbers(place), at.x(), at.y() - 8, place.norm() / 1000);
-  }
-
-  void arrows(const Cloud& cloud, const CloudView& view) {
-    put(R"(<g stroke="{}" stroke-width="1.4">)", view.color);
-    for (const CloudArrow& arrow : cloud.arrows) {
-      const Eigen::Vector3d end = arrow.place + cloud.exaggeration * arrow.error;
-      put("<line class=\"arrow\" marker-end=\"url(#{})\" {}><title>{}</title></line>", view.id,
-          ends(arrow.place, end), xml::escaped(arrow.label));
-    }
-    put("</g>");
-  }
-
-  std::string finish() && { return std::move(svg_) + "</svg>\n"; }
-
- private:
-  template <typename... Args>
-  void put(fmt::format_string<Args...> format, Args&&... args) {
-    fmt::format_to(std::back_inserter(svg_), format, std::forward<Args>(args)...);
-  }
+/// What a view is drawn on. The script finds the places of what it moves as data-p and data-q (mm).
+struct Scene {
+  Plot& plot;
+  const Projection& project;
 
   static std::string numbers(const Eigen::Vector3d& p) {
     return fmt::format("{:.0f} {:.0f} {:.0f}", p.x(), p.y(), p.z());
   }
 
-  std::string ends(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
-    const Eigen::Vector2d p = project_(from), q = project_(to);
-    return fmt::format(R"(data-p="{}" data-q="{}" x1="{:.1f}" y1="{:.1f}" x2="{:.1f}" y2="{:.1f}")",
-                       numbers(from), numbers(to), p.x(), p.y(), q.x(), q.y());
+  /// Left open for a title.
+  void line(std::string_view attributes, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    const Eigen::Vector2d p = project(from), q = project(to);
+    plot.put(R"(<line {} data-p="{}" data-q="{}" x1="{:.1f}" y1="{:.1f}" x2="{:.1f}" y2="{:.1f}")",
+             attributes, numbers(from), numbers(to), p.x(), p.y(), q.x(), q.y());
   }
 
-  void line(std::string_view kind, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-    put("<line class=\"{}\" {}/>", kind, ends(from, to));
+  void floor(const Workspace& box) {
+    const double step = box.grid_mm;
+    const Eigen::Vector3d &from = box.lo, &to = box.hi;
+    const auto grid = [this](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+      line(R"(class="grid")", a, b);
+      plot.put("/>");
+    };
+    for (double x = from.x(); x < to.x() + step / 2; x += step) grid({x, from.y(), 0}, {x, to.y(), 0});
+    for (double y = from.y(); y < to.y() + step / 2; y += step) grid({from.x(), y, 0}, {to.x(), y, 0});
+    plot.put(R"(<text class="tick" text-anchor="end" x="{}" y="14">grid {:g} m</text>)", kWidth, step / 1000);
   }
 
-  void text(std::string_view name, const Eigen::Vector3d& place) {
-    const Eigen::Vector2d p = project_(place);
-    put(R"(<text class="tick" text-anchor="middle" dy="4" data-p="{}" x="{:.1f}" y="{:.1f}">{}</text>)",
-        numbers(place), p.x(), p.y(), name);
+  void base(double length) {
+    const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d end = length * Eigen::Vector3d::Unit(k), beyond = 1.18 * end;
+      line(R"(class="base-axis")", origin, end);
+      const Eigen::Vector2d p = project(beyond);
+      plot.put(
+          R"(/><text class="tick" text-anchor="middle" dy="4" data-p="{}" x="{:.1f}" y="{:.1f}">{}</text>)",
+          numbers(beyond), p.x(), p.y(), "xyz"[k]);
+    }
+    const Eigen::Vector2d p = project(origin);
+    plot.put(
+        R"(<circle class="base" data-p="0 0 0" cx="{:.1f}" cy="{:.1f}" r="4"><title>Robot base</title></circle>)",
+        p.x(), p.y());
   }
 
-  Box box_;
-  Projection project_;
-  std::string svg_;
+  /// Its beam from the base, as far as the paper goes, and its name where it stands or the beam leaves.
+  void tracker(const Eigen::Vector3d& place) {
+    line(R"(class="beam")", Eigen::Vector3d::Zero(), place);
+    const Eigen::Vector2d p = project(place), start = project(Eigen::Vector3d::Zero());
+    plot.put(R"(/><rect class="tracker" data-p="{}" x="{:.1f}" y="{:.1f}" width="8" height="8"/>)",
+             numbers(place), p.x() - 4, p.y() - 4);
+    double part = 1;
+    const Eigen::Vector2d lo{50, kTop + 14}, hi{kWidth - 50, kHeight - 10};
+    for (int k = 0; k < 2; ++k) {
+      if (p[k] > hi[k]) part = std::min(part, (hi[k] - start[k]) / (p[k] - start[k]));
+      if (p[k] < lo[k]) part = std::min(part, (lo[k] - start[k]) / (p[k] - start[k]));
+    }
+    const Eigen::Vector2d at = start + std::max(part, 0.0) * (p - start);
+    plot.put(
+        R"(<text class="legend tracker-name" text-anchor="middle" data-p="{}" data-from="0 0 0" x="{:.1f}" y="{:.1f}">)"
+        R"(tracker, {:.1f} m</text>)",
+        numbers(place), at.x(), at.y() - 8, place.norm() / 1000);
+  }
 };
+
+/// Every k-th point, so that at most so many are left.
+std::vector<Point> thinned(const std::vector<Point>& points) {
+  const std::size_t step = (points.size() + kMostArrows - 1) / kMostArrows;
+  std::vector<Point> result;
+  for (std::size_t i = 0; i < points.size(); i += std::max<std::size_t>(step, 1)) result.push_back(points[i]);
+  return result;
+}
+
+/// The settings of the switch, each with its cloud.
+using Panels = std::vector<std::pair<std::string_view, Cloud>>;
+
+Panels panels_of(const ReportDocument& document, const std::vector<Point>& points) {
+  const Eigen::Isometry3d X_BW = document.X_WB->inverse();
+  Cloud before{.color = kBeforeColor, .arrows = {}, .tracker_mm = X_BW.translation()}, after = before;
+  after.color = stages_of(document, document.judging()).back().color;
+  for (const Point& p : points) {
+    const auto add = [&](Cloud& cloud, const Eigen::Vector3d& error) {
+      cloud.arrows.push_back(
+          {X_BW * *p.position, X_BW.linear() * error,
+           fmt::format("Pose {}, reflector {}: {} mm", p.pose, p.smr, error_text(error.norm()))});
+    };
+    add(before, p.errors.before);
+    if (!document.remeasured) add(after, p.errors.after);
+    if (document.remeasured && p.remeasured) add(after, *p.remeasured);
+  }
+  before.exaggeration = after.exaggeration = exaggeration_of(before.arrows);
+  if (after.arrows.empty()) return {{"Before", before}};
+  Cloud enlarged = after;
+  enlarged.exaggeration = exaggeration_of(after.arrows);
+  Panels result{{"Before", before}, {"After", after}};
+  if (enlarged.exaggeration > after.exaggeration) result.emplace_back("After, enlarged", enlarged);
+  return result;
+}
 
 }  // namespace
 
@@ -186,7 +187,7 @@ double exaggeration_of(const std::vector<CloudArrow>& arrows) {
   const double usual = median(lengths);
   if (!(usual > 0)) return 1;
   const double part = std::min(kMedianPart, kCrowd / std::sqrt(static_cast<double>(arrows.size())));
-  const double wanted = Box{arrows}.size() * part / usual;
+  const double wanted = Workspace{arrows}.size() * part / usual;
   const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
   for (const double factor : {5.0, 2.0}) {
     if (factor * decade <= wanted) return factor * decade;
@@ -194,13 +195,58 @@ double exaggeration_of(const std::vector<CloudArrow>& arrows) {
   return decade;
 }
 
-std::string cloud_svg(const Cloud& cloud, const CloudView& view) {
-  Scene scene{cloud, view};
-  scene.floor();
+std::string cloud_svg(const Cloud& cloud, CloudSide side, std::string_view id) {
+  constexpr double kPi = std::numbers::pi;
+  const bool above = side == CloudSide::Above;
+  Projection project = above ? Projection{-kPi / 2, kPi / 2} : Projection{-kPi / 3, kPi / 7};
+  const Workspace box{cloud.arrows};
+  project.fit(box, cloud.arrows);
+  Plot plot{above ? "From above" : "From the side", kWidth, kHeight,
+            above ? "chart cloud-view" : "chart cloud-view turns", project.attributes()};
+  plot.put(
+      R"(<defs><marker id="{}" viewBox="0 0 6 6" refX="4" refY="3" markerWidth="3.6" markerHeight="3.6" )"
+      R"(orient="auto"><path d="M0 0L6 3L0 6z" fill="{}"/></marker></defs>)",
+      id, cloud.color);
+  Scene scene{plot, project};
+  scene.floor(box);
   scene.tracker(cloud.tracker_mm);
-  scene.base();
-  scene.arrows(cloud, view);
-  return std::move(scene).finish();
+  scene.base(0.12 * box.size());
+  plot.put(R"(<g stroke="{}" stroke-width="1.4">)", cloud.color);
+  for (const CloudArrow& arrow : cloud.arrows) {
+    scene.line(fmt::format("class=\"arrow\" marker-end=\"url(#{})\"", id), arrow.place,
+               arrow.place + cloud.exaggeration * arrow.error);
+    plot.put("><title>{}</title></line>", xml::escaped(arrow.label));
+  }
+  plot.put("</g>");
+  return std::move(plot).finish();
+}
+
+std::string cloud_section(const ReportDocument& document) {
+  const std::vector<Point> all = document.judged_points();
+  if (all.empty() || !document.X_WB) return "";
+  if (!std::ranges::all_of(all, [](const Point& p) { return p.position.has_value(); })) return "";
+  const std::vector<Point> points = thinned(all);
+  std::string labels, views;
+  int k = 0;
+  for (const auto& [name, cloud] : panels_of(document, points)) {
+    labels += fmt::format(
+        "<input type=\"radio\" name=\"cloud\" id=\"cloud{0}\"{1}/><label for=\"cloud{0}\">{2}</label>\n", k,
+        k == 0 ? " checked=\"checked\"" : "", name);
+    views +=
+        fmt::format("<div class=\"views view{}\">\n<h3>{}, errors drawn {:g} times as long</h3>\n{}</div>\n",
+                    k, name, cloud.exaggeration,
+                    charts(cloud_svg(cloud, CloudSide::Side, fmt::format("tip{}a", k)) +
+                           cloud_svg(cloud, CloudSide::Above, fmt::format("tip{}b", k))));
+    ++k;
+  }
+  const std::string lead = fmt::format(
+      "{} Each arrow starts where the reflector was measured and points to where {}. In the robot's base "
+      "frame.<span class=\"screen\"> Drag the view from the side to turn it.</span>",
+      points.size() < all.size() ? fmt::format("{} of {} points, evenly chosen.", points.size(), all.size())
+                                 : fmt::format("All {} {} points.", all.size(), document.judging_name()),
+      document.remeasured ? "it was predicted (before) or wanted (after)" : "the model predicts it");
+  return section("Where the errors are",
+                 note(lead) + fmt::format("<div class=\"cloud\">\n{}{}</div>\n", labels, views), "clouds");
 }
 
 }  // namespace truepose::report

@@ -5,31 +5,44 @@
 #include <boost/json/value.hpp>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace truepose::report {
 
 namespace json = boost::json;
 
 void Node::fail(std::string_view expected) const {
-  throw std::invalid_argument("calibration document: '" + path_ + "' is not " + std::string(expected));
+  throw std::invalid_argument(std::string(kind_) + ": '" + path_ + "' is not " + std::string(expected));
 }
 
-bool Node::is_object() const { return exists() && value_->is_object(); }
+bool Node::is_null() const { return value_ != nullptr && value_->is_null(); }
 
-Node Node::find(std::string_view key) const {
-  return {object().if_contains(key), path_ + "." + std::string(key)};
+bool Node::is_object() const { return object_ != nullptr || (value_ != nullptr && value_->is_object()); }
+
+Node Node::operator[](std::string_view key) const {
+  return {object().if_contains(key), kind_, (path_.empty() ? "" : path_ + ".") + std::string(key)};
 }
 
 double Node::number() const {
-  if (!exists() || !value_->is_number()) fail("a number");
+  if (value_ == nullptr || !value_->is_number()) fail("a number");
   const double number = value_->to_number<double>();
   if (!std::isfinite(number)) fail("a finite number");
   return number;
 }
 
 long long Node::integer() const {
-  if (!exists() || !value_->is_int64()) fail("a whole number");
+  // A document that was not read but made here has unsigned ones too.
+  if (value_ != nullptr && value_->is_uint64() && std::in_range<long long>(value_->get_uint64()))
+    return static_cast<long long>(value_->get_uint64());
+  if (value_ == nullptr || !value_->is_int64()) fail("a whole number");
   return value_->get_int64();
+}
+
+std::uint64_t Node::natural() const {
+  if (value_ != nullptr && value_->is_uint64()) return value_->get_uint64();
+  const long long value = integer();
+  if (value < 0) fail("a whole number from 0");
+  return static_cast<std::uint64_t>(value);
 }
 
 int Node::count() const {
@@ -39,38 +52,26 @@ int Node::count() const {
 }
 
 bool Node::flag() const {
-  if (!exists() || !value_->is_bool()) fail("true or false");
+  if (value_ == nullptr || !value_->is_bool()) fail("true or false");
   return value_->get_bool();
 }
 
 std::string Node::text() const {
-  if (!exists() || !value_->is_string()) fail("a text");
+  if (value_ == nullptr || !value_->is_string()) fail("a text");
   return std::string(value_->get_string());
 }
 
 const json::object& Node::object() const {
   if (!is_object()) fail("an object");
-  return value_->get_object();
+  return object_ != nullptr ? *object_ : value_->get_object();
 }
 
 std::vector<Node> Node::elements() const {
-  if (!exists() || !value_->is_array()) fail("an array");
+  if (value_ == nullptr || !value_->is_array()) fail("an array");
   std::vector<Node> result;
   for (const json::value& element : value_->get_array()) {
-    result.emplace_back(&element, path_ + "[" + std::to_string(result.size()) + "]");
+    result.push_back({&element, kind_, path_ + "[" + std::to_string(result.size()) + "]"});
   }
-  return result;
-}
-
-std::vector<double> Node::numbers() const {
-  std::vector<double> result;
-  for (const Node& element : elements()) result.push_back(element.number());
-  return result;
-}
-
-std::vector<std::string> Node::texts() const {
-  std::vector<std::string> result;
-  for (const Node& element : elements()) result.push_back(element.text());
   return result;
 }
 
@@ -78,6 +79,10 @@ Eigen::Vector3d Node::vector() const {
   const std::vector<double> xyz = numbers();
   if (xyz.size() != 3) fail("an array of three numbers");
   return {xyz[0], xyz[1], xyz[2]};
+}
+
+Eigen::Vector3d Node::xyz() const {
+  return {(*this)["x"].number(), (*this)["y"].number(), (*this)["z"].number()};
 }
 
 }  // namespace truepose::report

@@ -1,42 +1,52 @@
-#include "tools/report/summary_section.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string_view>
-#include <vector>
+#include <array>
+#include <cstddef>
 
 #include "core/math/statistics.hpp"
 #include "proto/xml/escape.hpp"
 #include "tools/report/number_text.hpp"
-#include "tools/report/report_style.hpp"
+#include "tools/report/page.hpp"
+#include "tools/report/sections.hpp"
 
 namespace truepose::report {
 namespace {
 
+constexpr std::array kVerdictClasses{"use", "caution", "refuse"};  // of Verdict::Kind
+
 std::string plural(long long n, std::string_view one, std::string_view many) {
   return fmt::format("{} {}", n, n == 1 ? one : many);
-}
-
-std::string bar(std::string_view name, std::string_view color, double mm, double longest_mm) {
-  const double percent = longest_mm > 0 ? 100 * mm / longest_mm : 0;
-  return fmt::format(
-      "<span>{}</span><span class=\"bar\"><i style=\"width: {:.2f}%; background: {}\"></i></span><b>{} "
-      "mm</b>\n",
-      name, percent, color, error_text(mm));
 }
 
 std::string badge(bool good, std::string_view text) {
   return fmt::format("<li{}>{}</li>\n", good ? "" : " class=\"warning\"", text);
 }
 
+/// A badge of something that went wrong so many times; none for never.
+std::string badge_of_count(std::size_t count, std::string_view one, std::string_view many) {
+  return count == 0 ? "" : badge(false, plural(static_cast<long long>(count), one, many));
+}
+
 std::string validation_badge(const ReportDocument& document) {
   if (!document.validate) return badge(false, "Not validated: the figures are those of the fitted points");
   const int poses = document.validate->poses;
   if (document.cross_validated())
-    return badge(
-        true, fmt::format("Cross-validated on {} poses in {} folds", poses, document.findings.spread->count));
+    return badge(true, fmt::format("Cross-validated on {} poses in {} folds", poses, document.spread->runs));
   return badge(true, "Validated on " + plural(poses, "separate pose", "separate poses"));
+}
+
+std::string stream_badge(const Node& stream) {
+  if (!stream.exists()) return "";
+  const long long unproven = stream["unproven"].integer_or(0), late = stream["late"].integer(),
+                  sessions = stream["sessions"].integer_or(1);
+  const long long unanswered = stream["cycles"].integer() - stream["answered"].integer() - unproven;
+  if (unanswered != 0 || late != 0 || stream["wrong_ipoc"].integer() != 0)
+    return badge(false, fmt::format("Stream: {} late, {} unanswered", late, unanswered));
+  const std::string but = unproven == 0 ? ""
+                                        : fmt::format(", but the first {} of {}", unproven,
+                                                      plural(sessions, "session", "sessions"));
+  return badge(true, "Every stream cycle answered in time" + but);
 }
 
 std::string badges(const ReportDocument& document) {
@@ -45,26 +55,12 @@ std::string badges(const ReportDocument& document) {
       document.converged ? badge(true, "Converged") : badge(false, "Not converged: do not use this model");
   html += validation_badge(document);
   if (document.remeasured) html += badge(true, "Compensated poses measured again");
-  if (const auto& transfer = document.findings.transfer; transfer && !transfer->warning.empty()) {
+  if (document.transfer && !document.transfer->warning.empty())
     html += badge(false, "Not known well everywhere: measure more poses");
-  }
-  if (const std::size_t rejected = document.findings.rejected.size(); rejected > 0) {
-    html +=
-        badge(false, plural(static_cast<long long>(rejected), "point was rejected", "points were rejected"));
-  }
-  if (const std::size_t skipped = document.setup.skipped.size(); skipped > 0) {
-    html += badge(false, plural(static_cast<long long>(skipped), "pose was skipped", "poses were skipped"));
-  }
-  if (document.stream) {
-    const Stream& s = *document.stream;
-    const long long unanswered = s.cycles - s.answered - s.unproven;
-    const bool clean = unanswered == 0 && s.late == 0 && s.wrong_ipoc == 0;
-    const std::string but = s.unproven == 0 ? ""
-                                            : fmt::format(", but the first {} of {}", s.unproven,
-                                                          plural(s.sessions, "session", "sessions"));
-    html += badge(clean, clean ? "Every stream cycle answered in time" + but
-                               : fmt::format("Stream: {} late, {} unanswered", s.late, unanswered));
-  }
+  html += badge_of_count(document.rejected.size(), "point was rejected", "points were rejected") +
+          badge_of_count(document.json["skipped"].elements_or_none().size(), "pose was skipped",
+                         "poses were skipped") +
+          stream_badge(document.json["stream"]);
   return html + "</ul>\n";
 }
 
@@ -72,7 +68,7 @@ std::string badges(const ReportDocument& document) {
 long long points_far_off(const ReportDocument& document) {
   constexpr double kMedians = 10;
   std::vector<double> errors;
-  for (const Point& p : document.judged_points()) errors.push_back(p.after.norm());
+  for (const Point& p : document.judged_points()) errors.push_back(p.errors.after.norm());
   const double limit = kMedians * median(errors);
   return std::ranges::count_if(errors, [limit](double error) { return error > limit; });
 }
@@ -83,7 +79,7 @@ std::string_view points_text(const ReportDocument& document) {
 }
 
 std::string before_and_after(const ReportDocument& document) {
-  const Stages& judged = document.judged();
+  const StageErrors& judged = document.judged();
   const double before = judged.before.mean, after = document.achieved().mean;
   return fmt::format(
       "<p>On {} {} the mean error went from {}&#160;mm to {}&#160;mm, the largest from {}&#160;mm to "
@@ -94,26 +90,16 @@ std::string before_and_after(const ReportDocument& document) {
 }
 
 std::string bars(const ReportDocument& document) {
-  const Stages& judged = document.judged();
-  const double before = judged.before.mean, after = document.achieved().mean;
-  const double longest = std::max({before, judged.geometric.mean, judged.after.mean, after});
-  std::string html = "<div class=\"bars\">\n" + bar("Before", kBeforeColor, before, longest) +
-                     bar("Geometric", kGeometricColor, judged.geometric.mean, longest);
-  if (has_layers(judged)) html += bar("All layers", kLayersColor, judged.after.mean, longest);
-  if (document.remeasured) html += bar("Compensated", kCompensatedColor, after, longest);
-  return html + "</div>\n";
-}
-
-std::string_view class_of(Verdict::Kind kind) {
-  switch (kind) {
-    case Verdict::Kind::Use:
-      return "use";
-    case Verdict::Kind::Caution:
-      return "caution";
-    case Verdict::Kind::Refuse:
-      return "refuse";
+  const std::vector<Stage> stages = stages_of(document, document.judging());
+  double longest_mm = 0;
+  for (const Stage& stage : stages) longest_mm = std::max(longest_mm, stage.errors->mean);
+  std::string html = "<div class=\"bars\">\n";
+  for (const Stage& stage : stages) {
+    const double mm = stage.errors->mean;
+    html += fmt::format("<span>{}</span>{}<b>{} mm</b>\n", stage.name,
+                        bar(longest_mm > 0 ? 100 * mm / longest_mm : 0, stage.color), error_text(mm));
   }
-  return {};
+  return html + "</div>\n";
 }
 
 }  // namespace
@@ -133,7 +119,7 @@ Verdict verdict_of(const ReportDocument& document) {
     return {Caution,
             "Do not rely on this model yet: nothing but the points it was fitted to shows how good it is. "
             "Measure more poses and validate on them."};
-  if (const auto& transfer = document.findings.transfer; transfer && !transfer->warning.empty())
+  if (const auto& transfer = document.transfer; transfer && !transfer->warning.empty())
     return {Caution,
             "Use this model only where poses were measured: elsewhere it may be worse than the data sheet. "
             "Measure more poses, spread over the workspace, to use it everywhere."};
@@ -153,18 +139,15 @@ Verdict verdict_of(const ReportDocument& document) {
 }
 
 std::string summary_section(const ReportDocument& document) {
-  const double before = document.judged().before.mean, after = document.achieved().mean;
   const Verdict verdict = verdict_of(document);
-  return fmt::format(
-             "<section class=\"summary\">\n<p class=\"eyebrow\">Mean position error</p>\n<p "
-             "class=\"headline\"><span "
-             "class=\"was\">{} <small>mm</small></span><span class=\"arrow\">→</span><span class=\"{}\">{} "
-             "<small>mm</small></span><span class=\"factor\">{}</span></p>\n",
-             error_text(before), document.improved() ? "now" : "was", error_text(after),
-             document.improved() ? factor_text(before, after) + " times more accurate" : "no improvement") +
-         fmt::format("<p class=\"verdict {}\">{}</p>\n", class_of(verdict.kind),
-                     xml::escaped(verdict.sentence)) +
-         before_and_after(document) + bars(document) + badges(document) + "</section>\n";
+  const std::string headline = fmt::format(
+      "<p class=\"eyebrow\">Mean position error</p>\n<p class=\"headline\"><span class=\"was\">{} "
+      "<small>mm</small></span><span class=\"arrow\">→</span><span class=\"{}\">{} "
+      "<small>mm</small></span><span class=\"factor\">{}</span></p>\n<p class=\"verdict {}\">{}</p>\n",
+      error_text(document.judged().before.mean), document.improved() ? "now" : "was",
+      error_text(document.achieved().mean), improvement_text(document),
+      kVerdictClasses[static_cast<std::size_t>(verdict.kind)], xml::escaped(verdict.sentence));
+  return section("", headline + before_and_after(document) + bars(document) + badges(document), "summary");
 }
 
 }  // namespace truepose::report

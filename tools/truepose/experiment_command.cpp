@@ -16,7 +16,7 @@
 #include "core/simulate/published_arm.hpp"
 #include "proto/control/json_text.hpp"
 #include "tools/experiment/experiment.hpp"
-#include "tools/report/experiment_html.hpp"
+#include "tools/report/report.hpp"
 #include "tools/truepose/exit_code.hpp"
 #include "tools/truepose/experiment_document.hpp"
 #include "tools/truepose/experiment_text.hpp"

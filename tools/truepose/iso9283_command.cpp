@@ -12,7 +12,7 @@
 #include "config/text_file.hpp"
 #include "core/judge/test_cube.hpp"
 #include "proto/record/iso9283_document.hpp"
-#include "tools/report/iso9283_section.hpp"
+#include "tools/report/report.hpp"
 #include "tools/truepose/iso9283_text.hpp"
 #include "tools/truepose/offline_commands.hpp"
 

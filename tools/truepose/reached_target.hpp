@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core/compensate/target_compensation.hpp"
-#include "tools/report/compensation_html.hpp"
+#include "tools/report/report.hpp"
 
 namespace truepose::tools {
 

@@ -14,8 +14,7 @@
 
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
-#include "tools/report/report_html.hpp"
-#include "tools/report/report_text.hpp"
+#include "tools/report/report.hpp"
 #include "tools/truepose/exit_code.hpp"
 #include "tools/truepose/rpc_client.hpp"
 

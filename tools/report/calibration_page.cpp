@@ -1,0 +1,111 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/json/object.hpp>
+#include <iomanip>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "proto/control/json_text.hpp"
+#include "tools/report/page.hpp"
+#include "tools/report/report.hpp"
+#include "tools/report/sections.hpp"
+
+namespace truepose::report {
+namespace {
+
+namespace json = boost::json;
+
+/// "Leica AT960, serial 4 · Campaign 0cd9d377 · 2026-11-21 21:34 UTC", of which what is not known is left
+/// out.
+std::string identity(const Node& document) {
+  const auto said = [&document](const char* key) { return document[key].text_or_empty(); };
+  const std::string model = said("model");
+  std::string text;
+  for (const std::string& part :
+       {said("tracker"), said("campaign"), model.empty() ? model : "Model " + model.substr(0, 8),
+        time_text(said("date"))}) {
+    if (!part.empty()) text += (text.empty() ? "" : " · ") + part;
+  }
+  return text;
+}
+
+std::string csv_text(std::string_view text) {
+  std::ostringstream field;
+  field << std::quoted(text, '"', '"');
+  return field.str();
+}
+
+/// The shortest texts that bring the numbers back.
+std::string fields(const Node& numbers) {
+  std::string text;
+  for (const double number : numbers.numbers()) text += fmt::format("{},", number);
+  return text;
+}
+
+/// A column that some points may lack is there only where all have it: a measurement file has no empty cells.
+bool all_have(const std::vector<Node>& points, std::string_view member) {
+  return std::ranges::all_of(points, [&](const Node& point) { return point[member].exists(); });
+}
+
+std::vector<EmbeddedFile> embedded_files(const json::object& document, const FurtherDocuments& further) {
+  std::vector<EmbeddedFile> files;
+  if (std::string csv = measurements_csv(document); !csv.empty()) {
+    files.push_back({"measurements.csv", "text/csv", std::move(csv),
+                     "what was measured, as truepose calibrate --data reads it"});
+  }
+  if (const json::value* arm = document.if_contains("arm")) {
+    files.push_back({"robot.yaml", "application/yaml", control::json_text(*arm) + "\n",
+                     "the data sheet's arm, as truepose calibrate --robot reads it"});
+  }
+  const auto add = [&files](const char* name, const json::object& from, const char* about) {
+    files.push_back({name, "application/json", control::json_text(from) + "\n", about});
+  };
+  add("report.json", document, "everything that is shown here, as truepose report --document reads it");
+  if (further.iso9283) add("iso9283.json", *further.iso9283, "the test by ISO 9283");
+  if (further.experiment) add("experiment.json", *further.experiment, "the experiment");
+  return files;
+}
+
+}  // namespace
+
+std::string measurements_csv(const json::object& document) {
+  const std::vector<Node> points = Node{document, "calibration document"}["points"].elements_or_none();
+  if (points.empty() || !all_have(points, "position")) return {};
+  const bool direction = all_have(points, "direction"), sigma = all_have(points, "sigma"),
+             time = all_have(points, "time");
+
+  std::string csv;
+  const std::size_t joints = points.front()["joints"].elements().size();
+  for (std::size_t i = 1; i <= joints; ++i) csv += fmt::format("q{},", i);
+  csv += "x,y,z,";
+  for (std::size_t i = 1; direction && i <= joints; ++i) csv += fmt::format("dir{},", i);
+  csv += fmt::format("{}{}smr,set\n", sigma ? "sigma," : "", time ? "time," : "");
+  for (const Node& point : points) {
+    csv += fields(point["joints"]) + fields(point["position"]);
+    if (direction) csv += fields(point["direction"]);
+    if (sigma) csv += fmt::format("{},", point["sigma"].number());
+    if (time) csv += csv_text(point["time"].text()) + ",";
+    csv += csv_text(point["smr"].text()) + "," + point["set"].text() + "\n";
+  }
+  return csv;
+}
+
+std::string render_html(const json::object& json, const FurtherDocuments& further) {
+  const ReportDocument document = read_document(json);
+  const std::string robot = document.robot.empty() ? "Robot arm" : document.robot;
+  std::string body = page_header("Calibration report", robot, identity(document.json));
+  for (const auto section :
+       {summary_section, statistics_section, conditions_section, histogram_section, cloud_section,
+        point_sections, joint_section, layer_section, transfer_section, rejected_section, drift_section,
+        parameters_section, unknown_section, stream_section}) {
+    body += section(document);
+  }
+  if (further.iso9283) body += iso9283_section(*further.iso9283);
+  if (further.experiment) body += experiment_sections(*further.experiment);
+  body += raw_data_section(embedded_files(json, further));
+  return html_page(robot + ": calibration report", body);
+}
+
+}  // namespace truepose::report

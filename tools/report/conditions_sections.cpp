@@ -1,0 +1,200 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/json/object.hpp>
+#include <cstddef>
+#include <map>
+
+#include "proto/xml/escape.hpp"
+#include "tools/report/charts.hpp"
+#include "tools/report/number_text.hpp"
+#include "tools/report/page.hpp"
+#include "tools/report/sections.hpp"
+
+namespace truepose::report {
+namespace {
+
+std::string facts_section(std::string_view title, std::string_view tables) {
+  return section(title, fmt::format("<div class=\"columns\">\n{}</div>\n", tables), "whole");
+}
+
+/// "0.005 mm + 0.001 mm/m"
+std::string with_distance_text(double mm, double mm_per_m) {
+  if (mm_per_m == 0) return sigma_text(mm) + " mm";
+  return (mm == 0 ? "" : sigma_text(mm) + " mm + ") + sigma_text(mm_per_m) + " mm/m";
+}
+
+std::string noise_text(const Node& noise) {
+  const auto value = [&noise](const char* key) { return noise[key].number_or(0); };
+  return fmt::format("{} along the beam, {} across it, repeatability {} mm",
+                     with_distance_text(value("range_mm"), value("range_mm_per_m")),
+                     with_distance_text(value("transverse_mm"), value("transverse_mm_per_m")),
+                     sigma_text(value("repeatability_mm")));
+}
+
+std::string range_text(const Node& range, std::string_view unit) {
+  if (!range.exists()) return "";
+  const std::string lo = fmt::format("{:.1f}", range["min"].number()),
+                    hi = fmt::format("{:.1f}", range["max"].number());
+  return lo == hi ? fmt::format("{} {}", lo, unit) : fmt::format("{} to {} {}", lo, hi, unit);
+}
+
+Facts arm_facts(const ReportDocument& document) {
+  Facts facts{{"Robot", xml::escaped(document.robot)}};
+  if (!document.arm) return facts;
+  const RobotModel& arm = *document.arm;
+  if (arm.name != document.robot) facts.emplace_back("Data sheet", xml::escaped(arm.name));
+  facts.emplace_back("Joints", fmt::format("{}", arm.joints.size()));
+  double kg = 0;
+  for (const LinkMass& mass : arm.masses) kg += mass.mass_kg;
+  if (kg > 0) facts.emplace_back("Mass moved, payload included", fmt::format("{:.4g} kg", kg));
+  return facts;
+}
+
+/// "1: 60 points, 2: 58 points"
+std::string reflector_text(const ReportDocument& document) {
+  std::map<std::string, int> points;
+  for (const Point& p : document.points) ++points[p.smr];
+  std::string text;
+  for (const auto& [name, count] : points)
+    text += fmt::format("{}{}: {} points", text.empty() ? "" : ", ", name, count);
+  return text;
+}
+
+Facts measurement_facts(const ReportDocument& document) {
+  Facts facts{{"Tracker", xml::escaped(document.json["tracker"].text_or_empty())}};
+  if (document.X_WB) {
+    facts.emplace_back("Tracker from the robot's base",
+                       fmt::format("{:.2f} m", document.X_WB->translation().norm() / 1000));
+  }
+  facts.emplace_back("Reflectors", xml::escaped(reflector_text(document)));
+  const Node conditions = document.json["conditions"];
+  if (!conditions.exists()) return facts;
+  facts.emplace_back("Time", xml::escaped(time_text(conditions["started"].text()) + " to " +
+                                          time_text(conditions["ended"].text())));
+  facts.emplace_back("Poses", fmt::format("{} measured, {} skipped", conditions["poses_measured"].count(),
+                                          conditions["poses_skipped"].count()));
+  facts.emplace_back("Air temperature", range_text(conditions["temperature_c"], "°C"));
+  facts.emplace_back("Air pressure", range_text(conditions["pressure_mbar"], "mbar"));
+  facts.emplace_back("Humidity", range_text(conditions["humidity_percent"], "%"));
+  return facts;
+}
+
+Facts skipped_facts(const Node& skipped) {
+  Facts facts;
+  for (const Node& pose : skipped.elements_or_none()) {
+    const int attempts = pose["attempts"].count();
+    facts.emplace_back(fmt::format("Pose {}, after {} {}", pose["pose"].count(), attempts,
+                                   attempts == 1 ? "attempt" : "attempts"),
+                       xml::escaped(pose["reason"].text()));
+  }
+  return facts;
+}
+
+void add_texts(Facts& facts, const Node& texts) {
+  if (!texts.exists()) return;
+  for (const auto& member : texts.object())
+    facts.emplace_back(xml::escaped(member.key()), xml::escaped(texts[member.key()].text()));
+}
+
+Facts identification_facts(const ReportDocument& document) {
+  const auto counts = [](const StageErrors& set) {
+    return fmt::format("{} poses, {} points", set.poses, set.points);
+  };
+  const Node& json = document.json;
+  Facts facts;
+  add_texts(facts, json["files"]);
+  facts.emplace_back("Model", xml::escaped(json["model"].text_or_empty()));
+  facts.emplace_back("Method", xml::escaped(json["method"].text()));
+  add_texts(facts, json["options"]);
+  facts.emplace_back("Identified with", counts(document.identify));
+  facts.emplace_back("Validated with", document.validate ? counts(*document.validate) : "nothing");
+  if (json["noise"].exists()) facts.emplace_back("Noise of a point, as given", noise_text(json["noise"]));
+  return facts;
+}
+
+std::string elapsed_text(double seconds) {
+  return seconds < 1 ? fmt::format("{:.3g} ms", 1000 * seconds) : fmt::format("{:.3g} s", seconds);
+}
+
+Facts result_facts(const ReportDocument& document) {
+  const Node &json = document.json, iterations = json["iterations"], sigma0 = json["sigma0_mm"];
+  return {
+      {"Converged", document.converged ? "yes" : "no"},
+      {"Iterations",
+       fmt::format("{} coarse, {} fine", iterations["coarse"].count(), iterations["fine"].count())},
+      {"Time to identify", elapsed_text(json["elapsed_s"].number())},
+      {"Geometric parameters determined",
+       fmt::format("{} of {}", document.rank, document.geometric_parameters())},
+      {"Condition number", fmt::format("{:.4g} (columns scaled to unit norm)", json["condition"].number())},
+      {"Noise of one coordinate, from the residuals",
+       sigma0.exists() ? sigma_text(sigma0.number()) + " mm" : ""}};
+}
+
+}  // namespace
+
+std::string time_text(const std::string& rfc3339) {
+  const bool known = rfc3339.size() >= 20 && rfc3339[10] == 'T' && rfc3339.back() == 'Z';
+  return known ? rfc3339.substr(0, 10) + " " + rfc3339.substr(11, 5) + " UTC" : rfc3339;
+}
+
+std::string conditions_section(const ReportDocument& document) {
+  const std::string left = facts_table("Arm", arm_facts(document)) +
+                           facts_table("Measurement", measurement_facts(document)) +
+                           facts_table("Poses that were skipped", skipped_facts(document.json["skipped"]));
+  const std::string right = facts_table("Identification", identification_facts(document)) +
+                            facts_table("Result", result_facts(document));
+  return facts_section("Conditions", fmt::format("<div>\n{}</div>\n<div>\n{}</div>\n", left, right));
+}
+
+std::string drift_section(const ReportDocument& document) {
+  const Node node = document.json["reference_drift_mm"];
+  const std::vector<double> drift = node.exists() ? node.numbers() : std::vector<double>();
+  if (drift.size() < 2) return "";
+  Series series{"Reference pose", kGeometricColor};
+  for (std::size_t i = 0; i < drift.size(); ++i) {
+    series.points.push_back({static_cast<double>(i + 1), drift[i],
+                             fmt::format("Measurement {}: {} mm", i + 1, error_text(drift[i]))});
+  }
+  const std::string lead = fmt::format(
+      "One pose was measured {} times in between. Its distance from where it was first shows what the "
+      "tracker's stand, the robot's base and the arm's temperature did meanwhile: {} mm at most, {} mm at the "
+      "end.",
+      drift.size(), error_text(std::ranges::max(drift)), error_text(drift.back()));
+  const std::string svg = point_chart_svg({.title = "Distance from the first measurement",
+                                           .x_label = "measurement of the reference pose",
+                                           .y_unit = "mm",
+                                           .series = {std::move(series)}});
+  return section("Drift while it was measured", note(lead) + charts(svg), "whole");
+}
+
+std::string stream_section(const ReportDocument& document) {
+  const Node stream = document.json["stream"];
+  if (!stream.exists()) return "";
+  const long long cycles = stream["cycles"].integer();
+  const auto of_cycles = [cycles](long long n) {
+    const std::string count = fmt::format("{}", n);
+    if (cycles <= 0) return count;
+    return fmt::format("{} ({:.4g} %)", count, 100 * static_cast<double>(n) / static_cast<double>(cycles));
+  };
+  const auto turnaround = [&stream](const char* key) {
+    return fmt::format("{:.0f} µs", stream["turnaround_us"][key].number());
+  };
+  return facts_section(
+      "Stream of corrections",
+      facts_table("",
+                  {{"Cycles", fmt::format("{}", cycles)},
+                   {"Answered", of_cycles(stream["answered"].integer())},
+                   {"Late", of_cycles(stream["late"].integer())},
+                   {"Not answered: at the start of sessions, until known what is in force",
+                    of_cycles(stream["unproven"].integer_or(0))},
+                   {"Not answered: out of order by their IPOC", of_cycles(stream["wrong_ipoc"].integer())},
+                   {"Largest step of the correction in one cycle",
+                    fmt::format("{:.4g} deg", stream["max_step_deg"].number())},
+                   {"Time from a datagram to its reply, median", turnaround("p50")},
+                   {"99 % within", turnaround("p99")},
+                   {"99.9 % within", turnaround("p999")},
+                   {"Slowest", turnaround("max")}}));
+}
+
+}  // namespace truepose::report

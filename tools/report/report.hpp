@@ -1,0 +1,84 @@
+#pragma once
+
+#include <boost/json/fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace truepose::report {
+
+// The reports that commands print and write. Every page is one self-contained file: well-formed XML, no
+// external file, and it prints without its script. A document of which a member is missing or of the wrong
+// kind is refused by std::invalid_argument with one sentence that names the member.
+
+/// Documents that a calibration's page has sections of besides its own; null where there is none.
+struct FurtherDocuments {
+  const boost::json::object* iso9283 = nullptr;     ///< as `truepose iso9283 --json` prints it
+  const boost::json::object* experiment = nullptr;  ///< as `truepose experiment --json` prints it
+};
+
+/// The page of a calibration document. It carries the documents and the measurements for download.
+///
+/// @param document  record::calibration_document, optionally extended by
+///   "remeasured": S, "remeasured_points": [{"pose","smr","error":[x,y,z]}] (pose as in "points", mm, in the
+///   tracker's frame, wanted minus measured),
+///   "stream":
+///   {"cycles","answered","late","wrong_ipoc","max_step_deg","turnaround_us":{"p50","p99","p999","max"}},
+///   "truth": {"base":{x,y,z,rx,ry,rz}, "smr":{x,y,z}, "links":[{"a","alpha","d","theta","beta"}]}, the
+///   values (not the deviations) of a simulated arm, mm and rad; "smr" may also hold {x,y,z} by the
+///   reflector's name; "robot", "tracker", "campaign", "model": texts that say which; "date" (RFC 3339);
+///   "spread" and "fold_points" of a validation in several runs; "noise":
+///   {"range_mm","transverse_mm_per_m","repeatability_mm"}; "conditions" and "skipped" of a campaign;
+///   "reference_drift_mm": [mm]; "options" and "files": texts by what they are. report.schema.json has it
+///   all. What a document does not hold has no section.
+std::string render_html(const boost::json::object& document, const FurtherDocuments& further = {});
+
+/// The table of errors before and after each stage for a terminal, with the verdict below it, ending in a
+/// newline.
+///
+/// @param document  as for render_html
+std::string render_text(const boost::json::object& document);
+
+/// Why a calibration must not be used, a clause; empty: nothing is against it. Whoever ends with an exit code
+/// asks this.
+///
+/// @param document  as for render_html
+std::string why_unusable(const boost::json::object& document);
+
+/// A file that a page carries for download.
+struct EmbeddedFile {
+  std::string name, type, content;  ///< type: as in "text/csv"
+  std::string about;                ///< one sentence
+};
+
+/// The page of an ISO 9283 document, as `truepose iso9283 --json` prints it, which it carries for download.
+///
+/// @param data_file  which was evaluated
+/// @param files      what it was evaluated from, for download too
+std::string render_iso9283_html(const boost::json::object& document, const std::string& data_file,
+                                std::vector<EmbeddedFile> files);
+
+/// The page of an experiment document, as `truepose experiment --json` prints it, which it carries for
+/// download.
+std::string render_experiment_html(const boost::json::object& document);
+
+/// What was done for one target: what was added to each joint (deg or mm), and what is left.
+struct CompensationRow {
+  double residual_mm = 0;
+  double residual_deg = 0;
+  std::optional<double> sigma_mm;
+  bool damped = false;
+  std::vector<double> corrections;
+};
+
+struct CompensationReport {
+  std::string robot, targets;  ///< names
+  bool position_only = false;
+  std::vector<CompensationRow> rows;  ///< at least one, all with as many corrections
+};
+
+/// The page of compensated targets: corrections, residuals and standard deviations over the targets. Of very
+/// many targets every k-th is drawn.
+std::string render_compensation_html(const CompensationReport& report);
+
+}  // namespace truepose::report
