@@ -13,7 +13,7 @@
 #include "tests/process.hpp"
 #include "tests/simulator_process.hpp"
 #include "tests/temp_folder.hpp"
-#include "tools/truepose/rpc_client.hpp"
+#include "tools/truepose/online/rpc_client.hpp"
 
 namespace truepose {
 

@@ -1,7 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <CLI/CLI.hpp>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -20,9 +19,9 @@
 
 #include "daemon/control/control_server.hpp"
 #include "tests/temp_folder.hpp"
-#include "tools/truepose/online_cli.hpp"
-#include "tools/truepose/online_text.hpp"
-#include "tools/truepose/rpc_client.hpp"
+#include "tools/truepose/online/online_commands.hpp"
+#include "tools/truepose/online/online_text.hpp"
+#include "tools/truepose/online/rpc_client.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -135,13 +134,9 @@ class OnlineTest : public testing::Test {
   }
 
   Outcome run_all(std::vector<std::string> words) {
-    std::ranges::reverse(words);  // as CLI11 wants them
-    CLI::App app;
-    int exit_code = -1;
-    add_online_commands(app, exit_code);
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
-    app.parse(words);
+    const int exit_code = run_command_line(online_commands(), std::move(words));
     return {exit_code, testing::internal::GetCapturedStdout(), testing::internal::GetCapturedStderr()};
   }
 
@@ -333,8 +328,8 @@ TEST(OnlineText, OfAStrangeDaemonIsStillText) {
   for (const char* answer :
        {"null", "3", "[]", "{}", R"({"campaigns":3,"models":[null],"model":7,"faults":[[]]})"}) {
     const json::value value = json::parse(answer);
-    for (const auto render :
-         {progress_line, status_text, campaigns_text, campaign_text, models_text, model_text, stream_text})
+    for (const auto render : {progress_line, status_text, campaigns_text, campaign_text, models_text,
+                              model_text, stream_text, drift_text})
       EXPECT_FALSE(render(value).empty()) << answer;
   }
 }

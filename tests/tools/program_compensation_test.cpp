@@ -1,5 +1,5 @@
 // What becomes of the positions of a KRL program, judged by a controller and an arm of the tests' own.
-#include "tools/truepose/program_compensation.hpp"
+#include "tools/truepose/krl/program_compensation.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

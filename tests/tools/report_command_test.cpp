@@ -1,5 +1,3 @@
-#include "tools/truepose/report_command.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +7,7 @@
 
 #include "tests/temp_folder.hpp"
 #include "tests/tools/sample_document.hpp"
+#include "tools/truepose/online/online_commands.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -35,7 +34,7 @@ class ReportCommand : public testing::Test {
     std::ofstream{options.document} << json::serialize(document);
     CaptureStdout();
     CaptureStderr();
-    const int exit_code = report_campaign({.json = as_json}, options);
+    const int exit_code = exit_code_of([&] { return report_campaign({.json = as_json}, options); });
     out_ = GetCapturedStdout();
     err_ = GetCapturedStderr();
     return exit_code;

@@ -6,17 +6,10 @@
 #include "core/identify/calibrated_cell.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
+#include "core/simulate/published_arm.hpp"
 
 namespace truepose::bench {
 namespace {
-
-/// a, alpha, d, theta (mm, deg), sign, min, max (deg); errors of a, alpha, d, theta, beta (mm, rad).
-constexpr double kLinks[6][12] = {{0, 0, 645, 0, -1, -185, 185, 0.45, 0.003, 0.72, 0.0015, 0},
-                                  {330, -90, 0, 0, 1, -140, -5, 0.63, 0.002, 0.43, 0.0032, 0},
-                                  {1150, 0, 0, -90, 1, -120, 168, 0.55, 0.003, 0.21, 0.0026, 0.001},
-                                  {115, -90, 1220, 0, -1, -350, 350, 0.32, 0.006, 0.32, 0.0018, 0},
-                                  {0, 90, 0, 0, 1, -125, 125, 0.72, 0.004, 0.51, 0.0012, 0},
-                                  {0, -90, 215, 180, -1, -350, 350, 0.23, 0.005, 0.62, 0.0022, 0}};
 
 JointVector random_joints(const RobotModel& robot, Random& random) {
   JointVector q(robot.joint_count());
@@ -48,19 +41,7 @@ std::vector<int> separable(const ParameterLayout& layout) {
 }  // namespace
 
 RobotModel kr210(bool calibrated) {
-  const double on = calibrated ? 1 : 0;
-  RobotModel robot{.name = "KR 210 R2700-2"};
-  for (const auto& link : kLinks) {
-    robot.joints.push_back({.a_mm = link[0] + on * link[7],
-                            .alpha_rad = link[1] * kRadPerDeg + on * link[8],
-                            .d_mm = link[2] + on * link[9],
-                            .theta_rad = link[3] * kRadPerDeg + on * link[10],
-                            .beta_rad = on * link[11],
-                            .sign = link[4],
-                            .min = link[5] * kRadPerDeg,
-                            .max = link[6] * kRadPerDeg});
-  }
-  return robot;
+  return calibrated ? with_published_errors(published_arm()) : published_arm();
 }
 
 std::vector<JointVector> joint_positions(int count) {

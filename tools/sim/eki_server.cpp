@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "proto/eki/document_splitter.hpp"
-#include "tools/sim/port_error.hpp"
 
 namespace truepose::sim {
 

@@ -1,14 +1,25 @@
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
+#include <boost/system/error_code.hpp>
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <stdexcept>
 #include <string>
 
 #include "proto/eki/messages.hpp"
 
 namespace truepose::sim {
+
+/// A port that cannot be listened on. what() is the operator's line: which, why, and what to do.
+class PortError : public std::runtime_error {
+ public:
+  PortError(const std::string& whose, std::uint16_t port, const boost::system::error_code& reason)
+      : std::runtime_error{
+            whose + " port " + std::to_string(port) + ": " + reason.message() +
+            "; choose another, or see who holds it: ss -ltnp 'sport = :" + std::to_string(port) + "'"} {}
+};
 
 /// Who acts on what comes over the two EKI channels. Called on the server's executor.
 class EkiListener {

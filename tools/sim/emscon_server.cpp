@@ -20,7 +20,6 @@
 #include "proto/emscon/packet_splitter.hpp"
 #include "proto/emscon/packets.hpp"
 #include "proto/emscon/status.hpp"
-#include "tools/sim/coordinates.hpp"
 #include "tools/sim/tracker_settings.hpp"
 
 namespace truepose::sim {
@@ -216,47 +215,54 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     if (job_) return answer(command.code, status::kServerBusy);
     if (const auto packets = settings_.handle(command)) {
       for (const TrackerPacket& packet : *packets) send(packet);
-      return;
+    } else if (auto state = known_state(command.code)) {
+      answer(command.code, status::kAllOk, *std::move(state));
+    } else if (command.code == CommandCode::StartNivelMeasurement) {
+      answer(command.code, status::kNotImplemented);
+    } else if (command.code == CommandCode::ExitApplication) {
+      if (client_) client_->send_and_close(Answer{command.code, status::kAllOk, {}});
+    } else if (command.code == CommandCode::Initialize) {
+      spawn(initialize(shared_from_this(), begin_job()));
+    } else if (!initialized_) {
+      answer(command.code, status::kNotInitialized);
+    } else {
+      point_or_measure(command);
     }
-    switch (command.code) {
+  }
+
+  /// What a tracker can say of itself before it is initialised.
+  std::optional<Body> known_state(CommandCode code) const {
+    switch (code) {
       case CommandCode::GetSystemStatus:
-        return answer(command.code, status::kAllOk, system_status());
+        return system_status();
       case CommandCode::GetTrackerStatus:
-        return answer(command.code, status::kAllOk, TrackerStatus{readiness()});
+        return TrackerStatus{readiness()};
       case CommandCode::GetMeasurementStatusInfo:
-        return answer(command.code, status::kAllOk, MeasurementStatusInfo{0, status_mask()});
+        return MeasurementStatusInfo{0, status_mask()};
       case CommandCode::GetTrackerInfo:
-        return answer(command.code, status::kAllOk, TrackerInfo{kAt401, "truepose simulated tracker"});
+        return TrackerInfo{kAt401, "truepose simulated tracker"};
       case CommandCode::GetAt4xxInfo:
-        return answer(command.code, status::kAllOk, at4xx_info());
+        return at4xx_info();
       case CommandCode::GetSystemSoftwareVersion:
-        return answer(command.code, status::kAllOk, SoftwareVersion{"3.8.900 (simulated)"});
+        return SoftwareVersion{"3.8.900 (simulated)"};
       case CommandCode::GetFace:
-        return answer(command.code, status::kAllOk, FaceAnswer{face_});
+        return FaceAnswer{face_};
       case CommandCode::GetObjectTemperature:
-        return answer(command.code, status::kAllOk,
-                      ObjectTemperature{settings_.from_metric(disturbance_.temperature_c, 0, 0).temperature});
+        return ObjectTemperature{settings_.from_metric(disturbance_.temperature_c, 0, 0).temperature};
       case CommandCode::ClearCommandQueue:
-        return answer(command.code, status::kAllOk);
-      case CommandCode::StartNivelMeasurement:
-        return answer(command.code, status::kNotImplemented);
-      case CommandCode::ExitApplication:
-        if (client_) client_->send_and_close(Answer{command.code, status::kAllOk, {}});
-        return;
-      case CommandCode::Initialize:
-        return spawn(initialize(shared_from_this(), begin_job()));
+        return Body{};
       default:
-        break;
+        return std::nullopt;
     }
-    if (!initialized_) return answer(command.code, status::kNotInitialized);
+  }
+
+  void point_or_measure(const Command& command) {
     switch (command.code) {
       case CommandCode::GetDirection:
         return answer(command.code, status::kAllOk, direction());
       case CommandCode::ReleaseMotors:
       case CommandCode::Park:
       case CommandCode::GoBirdBath:
-        lose_lock();
-        return answer(command.code, status::kAllOk);
       case CommandCode::GoBirdBath2:
       case CommandCode::MoveHv:
         lose_lock();

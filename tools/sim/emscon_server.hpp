@@ -9,9 +9,23 @@
 #include <optional>
 #include <string>
 
-#include "tools/sim/simulated_target.hpp"
-
 namespace truepose::sim {
+
+/// What the simulated tracker could see at one moment.
+struct TargetSight {
+  /// True centre of the SMR in the tracker's frame, mm; nothing while the beam cannot return from it (turned
+  /// out of its acceptance cone, or hidden by the arm).
+  std::optional<Eigen::Vector3d> p_WS_mm;
+  bool moving = false;                          ///< the arm is not standing still
+  std::chrono::steady_clock::time_point stamp;  ///< the moment this is true for
+};
+
+/// The one SMR that the simulated arm carries. Asked from the tracker's executor; must not block.
+class SimulatedTarget {
+ public:
+  virtual ~SimulatedTarget() = default;
+  virtual TargetSight look() const = 0;
+};
 
 /// One measured point of a target that truly stands at `p_true_mm`: its scatter is that of the whole
 /// measurement, not of the single readings that it averages. mm, tracker frame.

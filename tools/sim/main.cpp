@@ -1,37 +1,64 @@
+#include <getopt.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
+#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/signal_set.hpp>
+#include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
 #include <boost/system/system_error.hpp>
+#include <charconv>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "config/number_text.hpp"
 #include "config/scenario.hpp"
 #include "config/text_file.hpp"
+#include "core/math/angles.hpp"
 #include "proto/rsi/ethernet_config.hpp"
-#include "tools/sim/cell_report.hpp"
-#include "tools/sim/robot_datagram.hpp"
+#include "tools/sim/rsi_datagrams.hpp"
 #include "tools/sim/simulated_cell.hpp"
 
 namespace {
 
 namespace asio = boost::asio;
+namespace json = boost::json;
 namespace config = truepose::config;
 namespace rsi = truepose::rsi;
 namespace sim = truepose::sim;
 
 constexpr int kBadUsage = 2;
+constexpr const char* kSeeHelp = "; --help shows the options";
+
+constexpr const char* kHelp =
+    R"(A simulated robot cell: a KUKA controller (EKI, RSI) and a laser tracker (emScon) over real sockets.
+Usage: truepose-sim [OPTIONS]
+
+Options:
+  -h,--help                   Print this help message and exit
+  --scenario TEXT REQUIRED    what the cell is and how it errs (YAML)
+  --seed UINT                 of repeatability and tracker noise
+  --rsi-target TEXT           HOST:PORT that the RSI datagrams go to, instead of the address in the RSI ethernet XML
+  --eki-port UINT             CellLink; CellState listens on the next one; 0 picks two
+  --tracker-port UINT         emScon; 0 picks one
+  --ready-file TEXT           written with the ports once all of them are open
+  --truth-file TEXT           written with the injected errors
+  --speedup FLOAT:FLOAT in [0.1 - 10000]
+                              robot and tracker are this much faster; RSI keeps real time
+  --json                      print one document with the statistics at the end, and nothing else
+
+)";
 
 struct Options {
   std::filesystem::path scenario;
@@ -47,20 +74,65 @@ struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-void describe_options(CLI::App& app, Options& options) {
-  app.add_option("--scenario", options.scenario, "what the cell is and how it errs (YAML)")->required();
-  app.add_option("--seed", options.cell.seed, "of repeatability and tracker noise");
-  app.add_option("--rsi-target", options.rsi_target,
-                 "HOST:PORT that the RSI datagrams go to, instead of the address in the RSI ethernet XML");
-  app.add_option("--eki-port", options.cell.eki_port,
-                 "CellLink; CellState listens on the next one; 0 picks two");
-  app.add_option("--tracker-port", options.cell.tracker_port, "emScon; 0 picks one");
-  app.add_option("--ready-file", options.ready_file, "written with the ports once all of them are open");
-  app.add_option("--truth-file", options.truth_file, "written with the injected errors");
-  app.add_option("--speedup", options.cell.speedup,
-                 "robot and tracker are this much faster; RSI keeps real time")
-      ->check(CLI::Range(0.1, 10'000.0));
-  app.add_flag("--json", options.json, "print one document with the statistics at the end, and nothing else");
+/// The value of the option that was just read. Throws UsageError where it is no such number.
+template <typename Number>
+Number number_of(const char* option, const char* expected, Number least, Number most) {
+  const std::string_view text{optarg};
+  Number number{};
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (fault != std::errc{} || end != text.data() + text.size() || !(number >= least && number <= most))
+    throw UsageError{std::string{option} + ": expected " + expected + ", found " + config::in_quotes(text) +
+                     kSeeHelp};
+  return number;
+}
+
+std::uint16_t port_of(const char* option) {
+  return number_of<std::uint16_t>(option, "a port of 0..65535", 0, 65535);
+}
+
+/// An option, and what it does with its value.
+struct Known {
+  const char* name;
+  void (*take)(Options& options);
+  int argument = required_argument;
+};
+
+constexpr std::array kKnown{
+    Known{"scenario", [](Options& o) { o.scenario = optarg; }},
+    Known{"seed",
+          [](Options& o) {
+            o.cell.seed = number_of<std::uint64_t>("--seed", "a whole number", 0, UINT64_MAX);
+          }},
+    Known{"rsi-target", [](Options& o) { o.rsi_target = optarg; }},
+    Known{"eki-port", [](Options& o) { o.cell.eki_port = port_of("--eki-port"); }},
+    Known{"tracker-port", [](Options& o) { o.cell.tracker_port = port_of("--tracker-port"); }},
+    Known{"ready-file", [](Options& o) { o.ready_file = optarg; }},
+    Known{"truth-file", [](Options& o) { o.truth_file = optarg; }},
+    Known{"speedup",
+          [](Options& o) { o.cell.speedup = number_of("--speedup", "a number of 0.1..10000", 0.1, 1e4); }},
+    Known{"json", [](Options& o) { o.json = true; }, no_argument}};
+
+/// @return none where help was asked for, and is printed. Throws UsageError
+std::optional<Options> read_options(int argc, char** argv) {
+  std::array<option, kKnown.size() + 2> names{};  // the last one ends the list
+  for (std::size_t i = 0; i < kKnown.size(); ++i)
+    names[i] = {kKnown[i].name, kKnown[i].argument, nullptr, static_cast<int>(i)};
+  names[kKnown.size()] = {"help", no_argument, nullptr, 'h'};
+  Options options;
+  opterr = 0;
+  for (int found; (found = getopt_long(argc, argv, ":h", names.data(), nullptr)) != -1;) {
+    if (found == 'h') {
+      std::fputs(kHelp, stdout);
+      return std::nullopt;
+    }
+    const std::string word = argv[optind - 1];
+    if (found == ':') throw UsageError{word + " needs a value" + kSeeHelp};
+    if (found == '?') throw UsageError{word + " is no option" + kSeeHelp};
+    kKnown[static_cast<std::size_t>(found)].take(options);
+  }
+  if (optind < argc) throw UsageError{std::string{argv[optind]} + " belongs to no option" + kSeeHelp};
+  if (options.scenario.empty()) throw UsageError{std::string{"--scenario is required"} + kSeeHelp};
+  return options;
 }
 
 rsi::EthernetConfig load_ethernet_config(const std::filesystem::path& file) {
@@ -93,11 +165,76 @@ void choose_rsi_target(Options& options, const rsi::EthernetConfig& ethernet) {
   options.cell.rsi_port = port;
 }
 
+json::object truth(const config::Scenario& scenario) {
+  const Eigen::Vector3d p = scenario.X_WB.translation();
+  const Eigen::Vector3d angles = truepose::angles_zyx(scenario.X_WB.linear());
+  const Eigen::Vector3d& smr = scenario.p_FS_mm;
+  json::array links;
+  for (const truepose::Joint& joint : scenario.truth.joints) {
+    links.push_back(json::object{{"a", joint.a_mm},
+                                 {"alpha", joint.alpha_rad},
+                                 {"d", joint.d_mm},
+                                 {"theta", joint.theta_rad},
+                                 {"beta", joint.beta_rad}});
+  }
+  return {{"base", json::object{{"x", p.x()},
+                                {"y", p.y()},
+                                {"z", p.z()},
+                                {"rx", angles.x()},
+                                {"ry", angles.y()},
+                                {"rz", angles.z()}}},
+          {"smr", json::object{{"x", smr.x()}, {"y", smr.y()}, {"z", smr.z()}}},
+          {"links", std::move(links)}};
+}
+
+json::object turnaround_us(const sim::TurnaroundHistogram& turnaround) {
+  json::array counts;
+  for (const auto& [us, count] : turnaround.counts()) counts.push_back(json::array{us, count});
+  return {{"p50", turnaround.percentile_us(0.5)},
+          {"p99", turnaround.percentile_us(0.99)},
+          {"p999", turnaround.percentile_us(0.999)},
+          {"max", turnaround.max_us()},
+          {"counts", std::move(counts)}};
+}
+
+json::object rsi_json(const sim::RsiStatistics& statistics) {
+  const sim::RsiCounters& counters = statistics.counters;
+  return {{"cycles", counters.cycles},
+          {"answered", counters.answered},
+          {"late", counters.late},
+          {"lost", counters.lost},
+          {"wrong_ipoc", counters.wrong_ipoc},
+          {"rejected", counters.rejected},
+          {"clamped", counters.clamped},
+          {"max_step_deg", counters.max_step_rad * truepose::kDegPerRad},
+          {"correction_deg", counters.correction_rad * truepose::kDegPerRad},
+          {"turnaround_us", turnaround_us(statistics.turnaround)},
+          {"sessions", statistics.sessions},
+          {"timeouts", statistics.timeouts},
+          {"overruns", statistics.overruns},
+          {"second_senders",
+           json::object{{"cycles", statistics.second_senders.cycles},
+                        {"answered", statistics.second_senders.answered},
+                        {"max_step_deg", statistics.second_senders.max_step_rad * truepose::kDegPerRad}}}};
+}
+
+/// The injected truth, mm and rad: {"base": {x,y,z,rx,ry,rz}, "smr": {x,y,z}, "links":
+/// [{a,alpha,d,theta,beta}...]}.
+std::string truth_json(const config::Scenario& scenario) { return json::serialize(truth(scenario)); }
+
+/// What the cell did, with the truth: {"rsi": {...}, "moves", "measurements", "truth": {...}}.
+std::string statistics_json(const sim::CellStatistics& statistics, const config::Scenario& scenario) {
+  return json::serialize(json::object{{"rsi", rsi_json(statistics.rsi)},
+                                      {"moves", statistics.moves},
+                                      {"measurements", statistics.measurements},
+                                      {"truth", truth(scenario)}});
+}
+
 std::string ready_text(const sim::SimulatedCell::Ports& ports) {
-  return boost::json::serialize(boost::json::object{{"eki_port", ports.eki},
-                                                    {"eki_state_port", ports.eki_state},
-                                                    {"tracker_port", ports.tracker},
-                                                    {"pid", getpid()}});
+  return json::serialize(json::object{{"eki_port", ports.eki},
+                                      {"eki_state_port", ports.eki_state},
+                                      {"tracker_port", ports.tracker},
+                                      {"pid", getpid()}});
 }
 
 /// SIGUSR1 writes the statistics so far to standard error, one line.
@@ -105,7 +242,7 @@ void report_when_asked(asio::signal_set& asks, const sim::SimulatedCell& cell,
                        const config::Scenario& scenario) {
   asks.async_wait([&](boost::system::error_code cancelled, int) {
     if (cancelled) return;
-    std::fprintf(stderr, "%s\n", sim::statistics_json(cell.statistics(), scenario).c_str());
+    std::fprintf(stderr, "%s\n", statistics_json(cell.statistics(), scenario).c_str());
     report_when_asked(asks, cell, scenario);
   });
 }
@@ -123,8 +260,7 @@ int run(Options options) {
   asio::signal_set asks{io, SIGUSR1};
   report_when_asked(asks, cell, scenario);
 
-  if (!options.truth_file.empty())
-    config::write_text_file(options.truth_file, sim::truth_json(scenario) + "\n");
+  if (!options.truth_file.empty()) config::write_text_file(options.truth_file, truth_json(scenario) + "\n");
   if (!options.ready_file.empty())
     config::write_text_file(options.ready_file, ready_text(cell.ports()) + "\n");
   if (!options.json) {
@@ -135,32 +271,17 @@ int run(Options options) {
   }
   io.run();
 
-  if (options.json) std::puts(sim::statistics_json(cell.statistics(), scenario).c_str());
+  if (options.json) std::puts(statistics_json(cell.statistics(), scenario).c_str());
   if (!options.ready_file.empty()) std::filesystem::remove(options.ready_file);
   return 0;
-}
-
-int refuse(const std::string& line) {
-  std::fprintf(stderr, "truepose-sim: %s\n", line.c_str());
-  return kBadUsage;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
-  CLI::App app{
-      "A simulated robot cell: a KUKA controller (EKI, RSI) and a laser tracker (emScon) over real sockets.",
-      "truepose-sim"};
-  Options options;
-  describe_options(app, options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& e) {
-    return refuse(std::string{e.what()} + "; --help shows the options");
-  }
-  return run(std::move(options));
+  auto options = read_options(argc, argv);
+  return options ? run(*std::move(options)) : 0;
 } catch (const std::exception& e) {
-  return refuse(e.what());
+  std::fprintf(stderr, "truepose-sim: %s\n", e.what());
+  return kBadUsage;
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -10,15 +11,60 @@
 #include <vector>
 
 #include "core/arm/robot_model.hpp"
+#include "core/simulate/joint_motion.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "proto/rsi/frame_codec.hpp"
 #include "tools/sim/kuka_controller.hpp"
-#include "tools/sim/reply_names.hpp"
-#include "tools/sim/robot_datagram.hpp"
-#include "tools/sim/servo.hpp"
-#include "tools/sim/stream_path.hpp"
+#include "tools/sim/rsi_datagrams.hpp"
 
 namespace truepose::sim {
+
+/// The programmed path of the RSI program: point to point through `points`, in a loop, from the first one.
+class StreamPath {
+ public:
+  /// @param points  at least one; a single one is stood at
+  StreamPath(RobotModel nominal, std::vector<JointVector> points, double speed_scale);
+
+  JointVector position() const;
+  void advance(Seconds dt);
+  bool moving() const { return points_.size() > 1; }
+
+ private:
+  JointMotion leg() const;
+
+  RobotModel nominal_;
+  std::vector<JointVector> points_;
+  double speed_scale_;
+  std::size_t from_ = 0;
+  Seconds on_leg_{0};
+  JointMotion motion_;
+};
+
+struct ServoSetup {
+  Seconds dead_time{0};      ///< from a set point to the first motion
+  std::vector<Seconds> lag;  ///< time constant of each axis' first-order lag; none follows at once
+};
+
+/// The drives: where the axes are for what they are given, cycle by cycle of the controller.
+class Servo {
+ public:
+  Servo(ServoSetup setup, Seconds cycle);
+
+  /// One cycle. @return where the axes are
+  const JointVector& follow(const JointVector& given);
+  void stand_at(const JointVector& q);
+  const JointVector& position() const { return position_; }
+
+ private:
+  const JointVector& given_ago(std::size_t cycles) const;
+
+  std::size_t dead_cycles_;         // whole ones
+  double dead_part_;                // of one more
+  JointVector share_;               // of its way that an axis goes in a cycle; empty: all of it
+  std::vector<JointVector> given_;  // a ring
+  std::size_t newest_ = 0;
+  JointVector position_;
+};
 
 struct RsiSetup {
   RobotModel nominal;  ///< the arm that RIst and RSol are of

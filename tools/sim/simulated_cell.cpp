@@ -11,7 +11,6 @@
 
 #include "core/math/angles.hpp"
 #include "core/simulate/true_arm.hpp"
-#include "tools/sim/port_error.hpp"
 
 namespace truepose::sim {
 

@@ -19,8 +19,6 @@
 #include "tools/sim/emscon_server.hpp"
 #include "tools/sim/kuka_controller.hpp"
 #include "tools/sim/rsi_runner.hpp"
-#include "tools/sim/rsi_statistics.hpp"
-#include "tools/sim/simulated_target.hpp"
 
 namespace truepose::sim {
 

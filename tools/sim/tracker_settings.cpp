@@ -1,5 +1,6 @@
 #include "tools/sim/tracker_settings.hpp"
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -7,13 +8,57 @@
 
 #include "core/math/angles.hpp"
 #include "proto/emscon/status.hpp"
-#include "tools/sim/coordinates.hpp"
 
 namespace truepose::sim {
 
 using namespace emscon;
 
 namespace {
+
+bool is_spherical(CoordinateSystem system) {
+  return system == CoordinateSystem::Scw || system == CoordinateSystem::Scc;
+}
+bool is_cylindrical(CoordinateSystem system) {
+  return system == CoordinateSystem::Ccw || system == CoordinateSystem::Ccc;
+}
+
+/// +1 where the horizontal angle runs counter-clockwise.
+double turn(CoordinateSystem system) {
+  return system == CoordinateSystem::Ccw || system == CoordinateSystem::Scw ? -1 : 1;
+}
+
+Eigen::Vector3d axis_signs(CoordinateSystem system) {
+  return {system == CoordinateSystem::LhrX ? -1.0 : 1.0, system == CoordinateSystem::LhrY ? -1.0 : 1.0,
+          system == CoordinateSystem::LhrZ ? -1.0 : 1.0};
+}
+
+/// Partial derivatives of the values by x, y and z.
+Eigen::Matrix3d derivatives(CoordinateSystem system, const Eigen::Vector3d& p_mm) {
+  if (!is_spherical(system) && !is_cylindrical(system)) return axis_signs(system).asDiagonal();
+  const double across = std::hypot(p_mm.x(), p_mm.y()), distance = p_mm.norm();
+  const Eigen::RowVector3d horizontal =
+      turn(system) / (across * across) * Eigen::RowVector3d{-p_mm.y(), p_mm.x(), 0};
+  const Eigen::RowVector3d outwards{p_mm.x() / across, p_mm.y() / across, 0};
+  Eigen::Matrix3d by_p;
+  if (is_cylindrical(system)) {
+    by_p << horizontal, outwards, Eigen::RowVector3d::UnitZ();
+  } else {
+    by_p << horizontal, (p_mm.z() * outwards - across * Eigen::RowVector3d::UnitZ()) / (distance * distance),
+        p_mm.transpose() / distance;
+  }
+  return by_p;
+}
+
+Eigen::Vector3d std_in_system(CoordinateSystem system, const Eigen::Vector3d& p_mm,
+                              const Eigen::Vector3d& std_mm) {
+  const Eigen::Vector3d variances = derivatives(system, p_mm).cwiseAbs2() * std_mm.cwiseAbs2();
+  return variances.cwiseSqrt();
+}
+
+bool is_angle(CoordinateSystem system, Eigen::Index index) {
+  return (index == 0 && (is_spherical(system) || is_cylindrical(system))) ||
+         (index == 1 && is_spherical(system));
+}
 
 constexpr std::array kMmPerUnit{1000.0, 1.0, 0.001, 304.8, 914.4, 25.4};
 constexpr std::array kUnitsPerRad{1.0, kDegPerRad, 200 / std::numbers::pi};
@@ -40,95 +85,71 @@ double at(const std::array<double, N>& factors, auto value) {
 
 }  // namespace
 
+Eigen::Vector3d in_system(CoordinateSystem system, const Eigen::Vector3d& p_mm) {
+  const double horizontal = turn(system) * std::atan2(p_mm.y(), p_mm.x());
+  const double across = std::hypot(p_mm.x(), p_mm.y());
+  if (is_cylindrical(system)) return {horizontal, across, p_mm.z()};
+  if (is_spherical(system)) return {horizontal, std::atan2(across, p_mm.z()), p_mm.norm()};
+  return axis_signs(system).cwiseProduct(p_mm);
+}
+
+Eigen::Vector3d out_of_system(CoordinateSystem system, const Eigen::Vector3d& values) {
+  const double horizontal = turn(system) * values[0];
+  const Eigen::Vector3d outwards{std::cos(horizontal), std::sin(horizontal), 0};
+  if (is_cylindrical(system)) return values[1] * outwards + values[2] * Eigen::Vector3d::UnitZ();
+  if (is_spherical(system))
+    return values[2] * (std::sin(values[1]) * outwards + std::cos(values[1]) * Eigen::Vector3d::UnitZ());
+  return axis_signs(system).cwiseProduct(values);
+}
+
 std::optional<std::vector<TrackerPacket>> TrackerSettings::handle(const Command& command) {
-  const auto got = [&](const auto& value) { return Packets{Answer{command.code, status::kAllOk, value}}; };
-  const auto set = [&]<class T>(T& stored, SystemEvent event, bool valid = true) {
-    if (!valid) return Packets{Answer{command.code, kOutOfRange, {}}};
-    stored = std::get<T>(command.body);
-    return Packets{Answer{command.code, status::kAllOk, {}}, SystemStatusChange{event}};
+  if (command.code == CommandCode::GetReflectors) return reflectors();
+  std::optional<Packets> packets;
+  const auto setting = [&]<class T>(CommandCode set, CommandCode get, T& stored, SystemEvent event,
+                                    std::type_identity_t<bool (*)(const T&)> is_valid = nullptr) {
+    if (command.code == get) packets = {Answer{command.code, status::kAllOk, stored}};
+    if (command.code != set) return;
+    const T& wanted = std::get<T>(command.body);
+    if (is_valid && !is_valid(wanted)) {
+      packets = {Answer{command.code, kOutOfRange, {}}};
+      return;
+    }
+    stored = wanted;
+    packets = {Answer{command.code, status::kAllOk, {}}, SystemStatusChange{event}};
   };
-  switch (command.code) {
-    case CommandCode::SetUnits: {
-      const Units& units = std::get<Units>(command.body);
-      const bool valid = is_one_of(kMmPerUnit, units.length) && is_one_of(kUnitsPerRad, units.angle) &&
-                         is_one_of(kUnitsPerMbar, units.pressure);
-      return set(units_, SystemEvent::UnitsChanged, valid);
-    }
-    case CommandCode::GetUnits:
-      return got(units_);
-    case CommandCode::SetCoordinateSystemType: {
-      const auto system = std::get<CoordinateSystemChoice>(command.body).system;
-      const bool valid = system >= CoordinateSystem::Rhr && system <= CoordinateSystem::Scc;
-      return set(coordinates_, SystemEvent::CoordinateSystemChanged, valid);
-    }
-    case CommandCode::GetCoordinateSystemType:
-      return got(coordinates_);
-    case CommandCode::SetMeasurementMode: {
-      const bool valid = std::get<MeasurementModeChoice>(command.body).mode == MeasurementMode::Stationary;
-      return set(mode_, SystemEvent::MeasurementModeChanged, valid);
-    }
-    case CommandCode::GetMeasurementMode:
-      return got(mode_);
-    case CommandCode::SetStationaryModeParams: {
-      const bool valid = std::get<StationaryModeParams>(command.body).measure_ms > 0;
-      return set(stationary_, SystemEvent::StationaryParamsChanged, valid);
-    }
-    case CommandCode::GetStationaryModeParams:
-      return got(stationary_);
-    case CommandCode::SetSearchParams: {
-      const bool valid = std::get<SearchParams>(command.body).radius > 0;
-      return set(search_, SystemEvent::SearchParamsChanged, valid);
-    }
-    case CommandCode::GetSearchParams:
-      return got(search_);
-    case CommandCode::SetSystemSettings:
-      return set(system_, SystemEvent::SystemSettingsChanged);
-    case CommandCode::GetSystemSettings:
-      return got(system_);
-    case CommandCode::SetTransformationParams:
-      return set(transformation_, SystemEvent::TransformationChanged);
-    case CommandCode::GetTransformationParams:
-      return got(transformation_);
-    case CommandCode::SetStationOrientationParams:
-      return set(orientation_, SystemEvent::StationOrientationChanged);
-    case CommandCode::GetStationOrientationParams:
-      return got(orientation_);
-    case CommandCode::SetEnvironmentParams:
-      return set(environment_, SystemEvent::EnvironmentChanged);
-    case CommandCode::GetEnvironmentParams:
-      return got(environment_);
-    case CommandCode::SetStatisticMode:
-      return set(statistic_, SystemEvent::StatisticModeChanged);
-    case CommandCode::GetStatisticMode:
-      return got(statistic_);
-    case CommandCode::SetRefractionParams:
-      return set(refraction_, SystemEvent::RefractionChanged);
-    case CommandCode::GetRefractionParams:
-      return got(refraction_);
-    case CommandCode::SetContinuousTimeModeParams:
-      return set(continuous_time_, SystemEvent::ContinuousTimeParamsChanged);
-    case CommandCode::GetContinuousTimeModeParams:
-      return got(continuous_time_);
-    case CommandCode::SetContinuousDistanceModeParams:
-      return set(continuous_distance_, SystemEvent::ContinuousDistanceParamsChanged);
-    case CommandCode::GetContinuousDistanceModeParams:
-      return got(continuous_distance_);
-    case CommandCode::SetAdmParams:
-      return set(adm_, SystemEvent::AdmParamsChanged);
-    case CommandCode::GetAdmParams:
-      return got(adm_);
-    case CommandCode::SetReflector: {
-      const std::int32_t id = std::get<ReflectorChoice>(command.body).id;
-      return set(reflector_, SystemEvent::ReflectorChanged,
-                 id >= 1 && id <= static_cast<int>(kReflectors.size()));
-    }
-    case CommandCode::GetReflector:
-      return got(reflector_);
-    case CommandCode::GetReflectors:
-      return reflectors();
-    default:
-      return handle_parameter(command);
-  }
+  using enum CommandCode;
+  setting(SetUnits, GetUnits, units_, SystemEvent::UnitsChanged, [](const Units& units) {
+    return is_one_of(kMmPerUnit, units.length) && is_one_of(kUnitsPerRad, units.angle) &&
+           is_one_of(kUnitsPerMbar, units.pressure);
+  });
+  setting(SetCoordinateSystemType, GetCoordinateSystemType, coordinates_,
+          SystemEvent::CoordinateSystemChanged, [](const CoordinateSystemChoice& choice) {
+            return choice.system >= CoordinateSystem::Rhr && choice.system <= CoordinateSystem::Scc;
+          });
+  setting(SetMeasurementMode, GetMeasurementMode, mode_, SystemEvent::MeasurementModeChanged,
+          [](const MeasurementModeChoice& choice) { return choice.mode == MeasurementMode::Stationary; });
+  setting(SetStationaryModeParams, GetStationaryModeParams, stationary_, SystemEvent::StationaryParamsChanged,
+          [](const StationaryModeParams& params) { return params.measure_ms > 0; });
+  setting(SetSearchParams, GetSearchParams, search_, SystemEvent::SearchParamsChanged,
+          [](const SearchParams& params) { return params.radius > 0; });
+  setting(SetReflector, GetReflector, reflector_, SystemEvent::ReflectorChanged,
+          [](const ReflectorChoice& choice) {
+            return choice.id >= 1 && choice.id <= static_cast<int>(kReflectors.size());
+          });
+  setting(SetSystemSettings, GetSystemSettings, system_, SystemEvent::SystemSettingsChanged);
+  setting(SetTransformationParams, GetTransformationParams, transformation_,
+          SystemEvent::TransformationChanged);
+  setting(SetStationOrientationParams, GetStationOrientationParams, orientation_,
+          SystemEvent::StationOrientationChanged);
+  setting(SetEnvironmentParams, GetEnvironmentParams, environment_, SystemEvent::EnvironmentChanged);
+  setting(SetStatisticMode, GetStatisticMode, statistic_, SystemEvent::StatisticModeChanged);
+  setting(SetRefractionParams, GetRefractionParams, refraction_, SystemEvent::RefractionChanged);
+  setting(SetContinuousTimeModeParams, GetContinuousTimeModeParams, continuous_time_,
+          SystemEvent::ContinuousTimeParamsChanged);
+  setting(SetContinuousDistanceModeParams, GetContinuousDistanceModeParams, continuous_distance_,
+          SystemEvent::ContinuousDistanceParamsChanged);
+  setting(SetAdmParams, GetAdmParams, adm_, SystemEvent::AdmParamsChanged);
+  return packets ? packets : handle_parameter(command);
 }
 
 /// Parameters that nobody has set are zero.

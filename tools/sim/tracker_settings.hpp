@@ -7,9 +7,20 @@
 #include <optional>
 #include <vector>
 
+#include "proto/emscon/enums.hpp"
 #include "proto/emscon/packets.hpp"
 
 namespace truepose::sim {
+
+/// The three values of a point in one of the tracker's coordinate systems: mm and rad.
+///
+/// Left-handed systems have one axis reversed. Angles run clockwise or counter-clockwise seen from above.
+/// Spherical values are the horizontal angle, the angle from the zenith and the distance, as a public client
+/// prints them; the order of the cylindrical ones (angle, distance from the axis, height) is not public, and
+/// invented.
+Eigen::Vector3d in_system(emscon::CoordinateSystem system, const Eigen::Vector3d& p_mm);
+/// The other way, to right-handed Cartesian mm.
+Eigen::Vector3d out_of_system(emscon::CoordinateSystem system, const Eigen::Vector3d& values);
 
 /// What a client can write into a simulated tracker and read back. Starts as a tracker comes: metres, nothing
 /// switched on.

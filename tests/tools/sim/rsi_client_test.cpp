@@ -13,7 +13,7 @@
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
 #include "tests/tools/sim/kr210.hpp"
-#include "tools/sim/rsi_statistics.hpp"
+#include "tools/sim/rsi_runner.hpp"
 
 namespace truepose::sim {
 namespace {

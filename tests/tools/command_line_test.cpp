@@ -1,0 +1,217 @@
+// The table of the commands that the daemon answers, how words become values, and tables of text.
+#include "tools/truepose/command_line.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <boost/json/parse.hpp>
+#include <map>
+#include <set>
+
+#include "config/text_file.hpp"
+#include "proto/control/schema.hpp"
+#include "tools/truepose/online/online_commands.hpp"
+#include "tools/truepose/text.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace json = boost::json;
+using testing::HasSubstr;
+
+// ---- The table and the schema ----
+
+const json::array& schema_of_methods() {
+  static const json::value schema = json::parse(control::openrpc_text());
+  return schema.at("methods").as_array();
+}
+
+/// The schema of a parameter; null where the method has none of that name.
+const json::value* schema_of(const std::string& method, const std::string& parameter) {
+  for (const json::value& described : schema_of_methods()) {
+    if (described.at("name").as_string() != method) continue;
+    for (const json::value& one : described.at("params").as_array()) {
+      if (one.at("name").as_string() == parameter) return &one;
+    }
+  }
+  return nullptr;
+}
+
+/// As JSON schema names the values that this target takes.
+std::string type_of(const OptionTarget& target) {
+  return std::visit(
+      []<class T>(T*) -> std::string {
+        if constexpr (std::same_as<T, bool> || std::same_as<T, std::optional<bool>>) return "boolean";
+        if constexpr (std::same_as<T, double> || std::same_as<T, std::optional<double>>) return "number";
+        if constexpr (std::same_as<T, std::string> || std::same_as<T, std::filesystem::path>) return "string";
+        if constexpr (requires(T value) { value.push_back(value.front()); }) return "array";
+        return "integer";
+      },
+      target);
+}
+
+/// Methods that no command calls, and why.
+const std::map<std::string, std::string> kWithoutCommand{
+    {"session.challenge", "every command opens its session with it"},
+    {"session.hello", "every command opens its session with it"},
+    {"system.info", "for programs; by hand with `truepose call`"},
+    {"system.config", "for programs; by hand with `truepose call`"},
+    {"cell.disconnect", "the daemon keeps its devices; by hand with `truepose call`"},
+    {"drift.check", "`truepose drift`, which judges files too, and so is no row of the table"},
+    {"targets.compensate", "for programs; files are compensated by `truepose compensate`"},
+    {"events.unsubscribe", "a command ends with its session"}};
+
+TEST(CommandTable, EveryMethodOfTheDaemonHasACommandOrAReasonForHavingNone) {
+  std::set<std::string> called;
+  for (const Command& command : online_commands().commands) called.insert(command.method);
+  for (const std::string& method : control::schema_methods())
+    EXPECT_NE(called.contains(method), kWithoutCommand.contains(method)) << method;
+  for (const auto& [method, reason] : kWithoutCommand)
+    EXPECT_THAT(control::schema_methods(), testing::Contains(method)) << "is no longer a method";
+}
+
+TEST(CommandTable, EveryCommandCallsAMethodOfTheDaemon) {
+  for (const Command& command : online_commands().commands) {
+    const bool needs_none = !command.run || command.name == "call";
+    if (needs_none) {
+      EXPECT_EQ(command.method, "") << command.name;
+    } else {
+      EXPECT_THAT(control::schema_methods(), testing::Contains(command.method)) << command.name;
+    }
+  }
+}
+
+TEST(CommandTable, EveryParameterThatACommandSendsIsInTheSchemaWithItsType) {
+  for (const Command& command : online_commands().commands) {
+    for (const Option& option : command.options) {
+      if (option.rules.key.empty()) continue;
+      const json::value* const parameter = schema_of(command.method, option.rules.key);
+      ASSERT_TRUE(parameter) << command.name << " " << option.name << ": " << option.rules.key;
+      EXPECT_EQ(parameter->at("schema").at("type").as_string(), type_of(option.target))
+          << command.name << " " << option.name;
+    }
+  }
+}
+
+TEST(CommandTable, WhatAMethodRequiresItsCommandRequires) {
+  for (const Command& command : online_commands().commands) {
+    for (const Option& option : command.options) {
+      const json::value* const parameter = schema_of(command.method, option.rules.key);
+      if (!parameter || !parameter->as_object().contains("required")) continue;
+      EXPECT_EQ(parameter->at("required").as_bool(), option.rules.required)
+          << command.name << " " << option.name;
+    }
+  }
+}
+
+// ---- Words ----
+
+struct Values {
+  bool flag = false;
+  std::optional<bool> choice;
+  int number = 7;
+  std::optional<double> share;
+  std::string word;
+  std::vector<double> list;
+  std::string by_place;
+};
+
+CommandLine line_of(Values& v, const std::function<int()>& run) {
+  return {.options = {},
+          .commands = {{.name = "group", .help = "some commands"},
+                       {.name = "group work",
+                        .help = "works",
+                        .options = {{"--flag", &v.flag, "a flag"},
+                                    {"--choice", &v.choice, "a choice"},
+                                    {"--number", &v.number, "a number", {.check = in_range(5, 10)}},
+                                    {"--share", &v.share, "a share", {.needs = {"--flag"}}},
+                                    {"--word",
+                                     &v.word,
+                                     "a word",
+                                     {.check = available({"red", "blue"}), .excludes = {"--share"}}},
+                                    {"--list", &v.list, "a list", {.count = 2}},
+                                    {"PLACE", &v.by_place, "a value by its place"}},
+                        .run = run}}};
+}
+
+class Words : public testing::Test {
+ protected:
+  int run(
+      const std::vector<std::string>& words, const std::function<int()>& work = [] { return 0; }) {
+    values_ = {};
+    std::vector<std::string> all{"group", "work"};
+    all.insert(all.end(), words.begin(), words.end());
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    const int exit_code = run_command_line(line_of(values_, work), all);
+    out_ = testing::internal::GetCapturedStdout();
+    err_ = testing::internal::GetCapturedStderr();
+    return exit_code;
+  }
+  Values values_;
+  std::string out_, err_;
+};
+
+TEST_F(Words, GoWhereTheirOptionsSay) {
+  ASSERT_EQ(run({"here", "--flag", "--no-choice", "--number", "9", "--share=0.5", "--list", "1.5,-2"}), 0)
+      << err_;
+  EXPECT_TRUE(values_.flag);
+  EXPECT_EQ(values_.choice, false);
+  EXPECT_EQ(values_.number, 9);
+  EXPECT_EQ(values_.share, 0.5);
+  EXPECT_EQ(values_.list, (std::vector{1.5, -2.0}));
+  EXPECT_EQ(values_.by_place, "here");
+}
+
+TEST_F(Words, ThatAreMissingLeaveValuesAsTheyAre) {
+  ASSERT_EQ(run({}), 0) << err_;
+  EXPECT_EQ(values_.number, 7);
+  EXPECT_FALSE(values_.choice || values_.share);
+}
+
+TEST_F(Words, ThatDoNotFitAreRefusedInOneLine) {
+  const std::string see = " (see truepose --help)\n";
+  const auto refusal = [this](const std::vector<std::string>& words) {
+    EXPECT_EQ(run(words), kBadInput);
+    EXPECT_EQ(out_, "");
+    return err_;
+  };
+  EXPECT_EQ(refusal({"--number", "11"}), "truepose: --number: Value 11 not in range 5 to 10" + see);
+  EXPECT_EQ(refusal({"--word", "green"}),
+            "truepose: --word: 'green' is not available in this version (available: red, blue)" + see);
+  EXPECT_EQ(refusal({"--share", "0.5"}), "truepose: --share requires --flag" + see);
+  EXPECT_EQ(refusal({"--flag", "--share", "1", "--word", "red"}), "truepose: --share excludes --word" + see);
+  EXPECT_EQ(refusal({"--choice", "--no-choice"}), "truepose: --choice excludes --no-choice" + see);
+  EXPECT_THAT(refusal({"--list", "1,2,3"}), HasSubstr("--list"));
+}
+
+TEST_F(Words, EndAsTheCommandEnds) {
+  EXPECT_EQ(run({}, [] { return 1; }), 1);
+  EXPECT_EQ(run({}, []() -> int { throw CommandError{kUnreachable, "nobody\nthere"}; }), 3);
+  EXPECT_EQ(err_, "truepose: nobody there\n");
+  EXPECT_EQ(run({}, []() -> int { throw config::ConfigError{"a.yaml: bad"}; }), 2);
+  EXPECT_EQ(err_, "truepose: a.yaml: bad\n");
+  EXPECT_EQ(run({}, []() -> int { throw std::runtime_error{"broken"}; }), 1);
+  EXPECT_EQ(run({}, []() -> int { throw bad_usage("a without b"); }), 2);
+  EXPECT_EQ(err_, "truepose: a without b (see truepose --help)\n");
+}
+
+TEST_F(Words, AskForHelpOnStandardOutput) {
+  EXPECT_EQ(run({"--help"}), 0);
+  EXPECT_THAT(out_, HasSubstr("--number INT:INT in [5 - 10]"));
+  EXPECT_THAT(out_, HasSubstr("--share FLOAT Needs: --flag Excludes: --word"));
+}
+
+// ---- Tables ----
+
+TEST(TextTable, HasColumnsAsWideAsTheirWidestCellAndNoSpacesAtTheEnds) {
+  EXPECT_EQ(text_table({{"a", "bcd", ""}, {"long", "x"}}), "a     bcd\nlong  x\n");
+}
+
+TEST(TextTable, AlignsToEitherSideAndMovesWhatFollowsAWiderCell) {
+  EXPECT_EQ(text_table({{-4}, {5}, {3, 1}}, {{"ab", "1.5", "x"}, {"abcdef", "12", "y"}, {}, {"ab"}}),
+            "ab    1.5   x\nabcdef   12   y\n\nab\n");
+}
+
+}  // namespace
+}  // namespace truepose::tools

@@ -1,0 +1,129 @@
+#include "tools/truepose/command_line.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <map>
+
+#include "config/text_file.hpp"
+
+namespace truepose::tools {
+namespace {
+
+int complain(std::string message, int exit_code) {
+  std::ranges::replace(message, '\n', ' ');
+  std::fprintf(stderr, "truepose: %s\n", message.c_str());
+  return exit_code;
+}
+
+Check check_of(const CLI::Validator& validator) {
+  return {validator.get_description(), [validator](const std::string& value) { return validator(value); }};
+}
+
+CLI::Option* add_target(CLI::App& to, const Option& option, bool* value) {
+  return to.add_flag(option.name, *value, option.help);
+}
+
+CLI::Option* add_target(CLI::App& to, const Option& option, std::optional<bool>* value) {
+  CLI::Option* yes = to.add_flag_callback(
+      option.name, [value] { *value = true; }, option.help);
+  to.add_flag_callback(
+        "--no-" + option.name.substr(2), [value] { *value = false; }, "do not")
+      ->excludes(yes);
+  return yes;
+}
+
+template <typename T>
+CLI::Option* add_target(CLI::App& to, const Option& option, T* value) {
+  return to.add_option(option.name, *value, option.help);
+}
+
+template <typename T>
+CLI::Option* add_target(CLI::App& to, const Option& option, std::vector<T>* value) {
+  return to.add_option(option.name, *value, option.help)->delimiter(',');
+}
+
+CLI::Option* add_option(CLI::App& to, const Option& option) {
+  const OptionRules& rules = option.rules;
+  CLI::Option* const added =
+      std::visit([&](auto* value) { return add_target(to, option, value); }, option.target);
+  if (rules.required) added->required();
+  if (rules.check) added->check(CLI::Validator{rules.check->why_not, rules.check->shown});
+  if (!rules.type.empty()) added->type_name(rules.type);
+  if (rules.count > 0) added->expected(rules.count);
+  if (!rules.environment.empty()) added->envname(rules.environment);
+  if (rules.shows_default) added->capture_default_str();
+  return added;
+}
+
+void add_options(CLI::App& to, const std::vector<Option>& options, CLI::App* subjects = nullptr) {
+  std::map<std::string, CLI::Option*> added;
+  for (const Option& option : options)
+    added[option.name] = add_option(option.rules.is_subject ? *subjects : to, option);
+  for (const Option& option : options) {
+    for (const std::string& other : option.rules.needs) added[option.name]->needs(added.at(other));
+    for (const std::string& other : option.rules.excludes) added[option.name]->excludes(added.at(other));
+  }
+}
+
+/// @param app  a command "campaign start" is added to the group before it
+void add_command(CLI::App& app, const Command& command, int& exit_code) {
+  const std::size_t space = command.name.find(' ');
+  CLI::App& parent = space == std::string::npos ? app : *app.get_subcommand(command.name.substr(0, space));
+  CLI::App* const sub = parent.add_subcommand(command.name.substr(space + 1), command.help);
+  if (!command.run) {
+    sub->require_subcommand(1);
+    return;
+  }
+  CLI::App* const subjects = command.subjects.empty()
+                                 ? nullptr
+                                 : sub->add_option_group("targets", command.subjects)->require_option(1);
+  add_options(*sub, command.options, subjects);
+  sub->callback([&] { exit_code = command.run(); });
+}
+
+}  // namespace
+
+CommandError bad_usage(const std::string& message) { return {kBadInput, message + " (see truepose --help)"}; }
+
+Check in_range(int least, int most) { return check_of(CLI::Range{least, most}); }
+Check in_range(double least, double most) { return check_of(CLI::Range{least, most}); }
+Check member_of(std::vector<std::string> values) { return check_of(CLI::IsMember{std::move(values)}); }
+
+Check available(std::vector<std::string_view> values) {
+  const std::string all = CLI::detail::join(values, ", ");
+  return {"{" + all + "}", [values = std::move(values), all](const std::string& value) -> std::string {
+            if (std::ranges::find(values, value) != values.end()) return {};
+            return "'" + value + "' is not available in this version (available: " + all + ")";
+          }};
+}
+
+int run_command_line(const CommandLine& line, std::vector<std::string> words) {
+  return exit_code_of([&] {
+    int exit_code = kDone;
+    CLI::App app{"Calibrates industrial robots with a laser tracker, and corrects them while they work.",
+                 "truepose"};
+    app.set_version_flag("--version", "truepose " TRUEPOSE_VERSION);
+    app.require_subcommand(1);
+    add_options(app, line.options);
+    for (const Command& command : line.commands) add_command(app, command, exit_code);
+    try {
+      std::ranges::reverse(words);  // as CLI11 takes them
+      app.parse(std::move(words));
+    } catch (const CLI::ParseError& error) {
+      if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+      throw bad_usage(error.what());
+    }
+    return exit_code;
+  });
+}
+
+int exit_code_of(const std::function<int()>& work) try { return work(); } catch (const CommandError& error) {
+  return complain(error.message, error.exit_code);
+} catch (const config::ConfigError& error) {
+  return complain(error.what(), kBadInput);
+} catch (const std::exception& error) {
+  return complain(error.what(), kFailed);
+}
+
+}  // namespace truepose::tools

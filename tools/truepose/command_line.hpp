@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstdint>
+#include <expected>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace truepose::tools {
+
+/// What every command ends with.
+enum ExitCode {
+  kDone = 0,
+  kFailed = 1,       ///< the work failed: not converged, validation worse, a target out of reach
+  kBadInput = 2,     ///< usage, or a file that cannot be used
+  kUnreachable = 3,  ///< the daemon or a device
+};
+
+/// Why a command ends without its result, or though it printed it. Thrown, it becomes a line on standard
+/// error and the exit code.
+struct CommandError {
+  int exit_code = kFailed;
+  std::string message;  ///< one sentence
+};
+
+/// Options that do not go together, or one that is missing.
+CommandError bad_usage(const std::string& message);
+
+/// Throws CommandError.
+template <typename T>
+T value_or_throw(std::expected<T, CommandError> result) {
+  if (!result) throw std::move(result.error());
+  return *std::move(result);
+}
+
+/// What an option's value may be.
+struct Check {
+  std::string shown;                                             ///< in --help
+  std::function<std::string(const std::string& value)> why_not;  ///< empty for a value that may be
+};
+Check in_range(int least, int most);
+Check in_range(double least, double most);
+Check member_of(std::vector<std::string> values);
+/// Refuses a value that this version does not offer, and names those that it does.
+Check available(std::vector<std::string_view> values);
+
+/// Where the value of an option goes, which says its type. An optional stays empty where the option is not
+/// given; the parts of a list stand between commas; a bool is a flag, and an optional one has a --no-...
+/// beside it.
+using OptionTarget =
+    std::variant<bool*, std::optional<bool>*, int*, std::optional<int>*, std::optional<std::int64_t>*,
+                 std::uint64_t*, std::optional<std::uint64_t>*, double*, std::optional<double>*, std::string*,
+                 std::filesystem::path*, std::vector<int>*, std::vector<double>*, std::vector<std::string>*>;
+
+struct OptionRules {
+  bool required = false;
+  bool shows_default = false;
+  std::optional<Check> check{};
+  std::string type{};                            ///< in --help, in place of what the target says
+  int count = 0;                                 ///< of the parts of a list; 0: any
+  std::vector<std::string> needs{}, excludes{};  ///< other options of the command
+  std::string environment{};                     ///< variable that stands for it
+  bool is_subject = false;  ///< of several, exactly one is given: what the command is about
+  std::string key{};        ///< parameter of the command's method that it becomes
+  bool flag_sends = true;   ///< as that parameter
+};
+
+/// An option of a command.
+struct Option {
+  std::string name;  ///< "--robot"; without dashes it goes by its place
+  OptionTarget target;
+  std::string help;
+  OptionRules rules{};
+};
+
+struct Command {
+  std::string name;  ///< "status", "campaign start"
+  std::string help;
+  std::vector<Option> options{};
+  std::function<int()> run{};  ///< @return the exit code. May throw. None: a group, as "campaign"
+  std::string method{};        ///< of the daemon that it calls
+  std::string subjects{};      ///< what those of its options are that are subjects
+};
+
+struct CommandLine {
+  std::vector<Option> options;  ///< before the command
+  std::vector<Command> commands;
+};
+
+/// Runs the command that the words ask for. @return the exit code
+int run_command_line(const CommandLine& line, std::vector<std::string> words);
+
+/// Does the work; what it throws becomes a line on standard error. @return the exit code
+int exit_code_of(const std::function<int()>& work);
+
+}  // namespace truepose::tools

@@ -1,0 +1,278 @@
+#include "tools/truepose/krl/program_compensation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <set>
+#include <sstream>
+
+#include "core/arm/forward.hpp"
+#include "core/arm/pose_inverse.hpp"
+#include "core/math/angles.hpp"
+#include "proto/krl/frame_data.hpp"
+
+namespace truepose::tools {
+namespace {
+
+using krl::File;
+using krl::FrameValue;
+using krl::Point;
+using krl::PositionForm;
+using krl::Spot;
+using krl::Step;
+using State = FrameValue::State;
+
+// Arms are wrong by millimetres.
+constexpr double kLargestMove_mm = 50;
+// What the inverse and the forward kinematics leave of a position that needs no change.
+constexpr double kUnmoved_mm = 1e-7;
+constexpr double kUnmoved_rad = 1e-9;
+constexpr double kSameJoints_rad = 1e-6;
+
+constexpr std::string_view kNearestNote =
+    "S and T are missing, here first: such positions are taken as the controller would come to them, nearest "
+    "to the position before";
+constexpr int kAccurateRobotBit = 0b10000;  // of S
+constexpr std::string_view kAccurateRobotNote =
+    "S has bit 4, here first: taught on an arm with KUKA's own accuracy model; where that is active, two "
+    "corrections would add up";
+
+constexpr std::string_view kDampedNote =
+    "next to the wrist singularity, here first: the TCP comes to its position, its orientation is corrected "
+    "as far as axes 4 and 6 need not turn far for it (--singular-bound)";
+
+struct Correction {
+  std::array<double, 6> values{};  // as in Position, mm and deg
+  StatusTurn status_turn;
+  double mm = 0, deg = 0;
+  bool is_none = false;
+  bool is_damped = false;  // its orientation is not what it should be
+};
+
+std::optional<int> bits(const std::optional<krl::Number>& number) {
+  return number ? std::optional(static_cast<int>(number->value)) : std::nullopt;
+}
+
+JointVector joints_of(const krl::Position& position) {
+  JointVector q(6);
+  for (std::size_t i = 0; i < 6; ++i) q[static_cast<Eigen::Index>(i)] = position.values[i].value * kRadPerDeg;
+  return q;
+}
+
+std::string too_large(double mm) {
+  if (mm <= kLargestMove_mm) return {};
+  char text[80];
+  std::snprintf(text, sizeof text, "the correction would be %.0f mm, which no arm is wrong by", mm);
+  return text;
+}
+
+/// Why a frame of a motion is not known, where the operator can help.
+std::optional<std::string> missing(const FrameValue& frame, bool is_tool) {
+  const std::string name = is_tool ? "tool" : "base", capitals = is_tool ? "TOOL" : "BASE";
+  if (frame.state == State::Unset)
+    return "the " + name + " of this motion is not known; set it before with $" + capitals + " or BAS(#" +
+           capitals + ",n), or give --" + name + " x,y,z,a,b,c";
+  if (frame.state == State::NoData)
+    return capitals + "_DATA[" + std::to_string(frame.number) +
+           "] is not known; give a $config.dat that has it (--config-dat)";
+  return std::nullopt;
+}
+
+/// Why a frame of a motion is not known, where nobody can help.
+std::optional<std::string> uncertain(const FrameValue& frame, bool is_tool) {
+  if (frame.state == State::Known) return std::nullopt;
+  if (frame.state == State::Moving)
+    return "BASE_DATA[" + std::to_string(frame.number) + "] is carried by an external axis";
+  return std::string(is_tool ? "the tool" : "the base") + " is computed by the program";
+}
+
+class Compensator {
+ public:
+  Compensator(const krl::Program& program, const RobotModel& nominal, const StatusTurnInverse& inverse,
+              const RobotModel& calibrated, const CompensationOptions& bounds)
+      : program_{program},
+        nominal_{nominal},
+        inverse_{inverse},
+        compensation_{nominal, calibrated, bounds},
+        states_(program.points.size()) {
+    result_.left = program.left;
+    result_.notes = program.notes;
+  }
+
+  std::expected<ProgramCompensation, krl::ProgramFault> run() {
+    for (const Step& step : program_.steps) {
+      if (const auto done = visit(step); !done) return std::unexpected(done.error());
+    }
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      const Point& point = program_.points[i];
+      if (point.position.spot.file == File::Config) continue;
+      ++result_.points;
+      const auto& correction = states_[i].correction;
+      if (!correction || correction->is_none) continue;
+      result_.changes.push_back(
+          {point.position.spot, std::string(point.name), correction->mm, correction->deg});
+      add_edits(point, *correction);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  /// What is known of a point from its first motion on.
+  struct PointState {
+    const Step* first = nullptr;
+    JointVector q;
+    std::optional<Correction> correction;
+    bool is_left = false;
+  };
+
+  std::expected<void, krl::ProgramFault> visit(const Step& step) {
+    if (!step.point) {
+      q_near_.reset();
+      return {};
+    }
+    const Point& point = program_.points[*step.point];
+    const bool is_ours = point.position.spot.file != File::Config;
+    if (point.position.form == PositionForm::Cartesian) {
+      const auto tool_missing = missing(tool(step), true), base_missing = missing(base(step), false);
+      if (is_ours && !step.fixed_tool && (tool_missing || base_missing))
+        return std::unexpected(krl::ProgramFault{step.spot, tool_missing ? *tool_missing : *base_missing});
+    }
+    const auto q = nominal_joints(step, point);
+    q_near_ = q ? std::optional(*q) : std::nullopt;
+    if (is_ours) use(step, point, q);
+    return {};
+  }
+
+  std::expected<JointVector, std::string> nominal_joints(const Step& step, const Point& point) {
+    if (point.position.form == PositionForm::Axes) return joints_of(point.position);
+    if (step.fixed_tool)
+      return std::unexpected("the arm carries the workpiece (IPO_FRAME #TCP), which is not supported");
+    if (auto why = uncertain(tool(step), true)) return std::unexpected(*why);
+    if (auto why = uncertain(base(step), false)) return std::unexpected(*why);
+    const krl::Position& position = point.position;
+    const auto status = bits(position.status), turn = bits(position.turn);
+    if (!(status && turn) && q_near_) note_once(kNearestNote, step.spot);
+    if (status && (*status & kAccurateRobotBit)) note_once(kAccurateRobotNote, step.spot);
+    return inverse_.solve(flange_of(step, krl::pose_of(position)), status, turn, q_near_);
+  }
+
+  std::expected<Correction, std::string> correction(const Step& step, const Point& point,
+                                                    const JointVector& q) const {
+    const bool of_axes = point.position.form == PositionForm::Axes;
+    const Eigen::Isometry3d X = of_axes ? forward_kinematics(nominal_, q) : krl::pose_of(point.position);
+    const bool knows_tcp = tool(step).state == State::Known;
+    const Eigen::Vector3d p_F_mm =
+        knows_tcp ? Eigen::Vector3d(tool(step).X.translation()) : Eigen::Vector3d(0, 0, 0);
+    const auto solved = compensation_.at_pose(of_axes ? X : flange_of(step, X), q, p_F_mm);
+    if (!solved) return std::unexpected(described(solved.error(), nominal_));
+
+    const Eigen::Isometry3d X_BF = forward_kinematics(nominal_, solved->q);
+    const Eigen::Isometry3d X_new = of_axes ? X_BF : tcp_of(step, X_BF);
+    const double rad = angle_between(X.linear(), X_new.linear());
+    Correction result{.mm = (X_new.translation() - X.translation()).norm(), .deg = rad * kDegPerRad};
+    if (std::string why = too_large(result.mm); !why.empty()) return std::unexpected(why);
+
+    result.is_damped = solved->damped && solved->residual_rad > kUnmoved_rad;
+    result.is_none = result.mm < kUnmoved_mm && rad < kUnmoved_rad;
+    result.status_turn = inverse_.of_joints(solved->q, StatusTurn{bits(point.position.status).value_or(0),
+                                                                  bits(point.position.turn).value_or(0)});
+    const Eigen::Vector3d abc = kuka_abc_deg(X_new.linear());
+    for (std::size_t i = 0; i < 6; ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      result.values[i] = of_axes ? solved->q[k] * kDegPerRad : i < 3 ? X_new.translation()[k] : abc[k - 3];
+    }
+    return result;
+  }
+
+  void leave(const Step& step, std::string why, std::optional<Spot> because = {}) {
+    PointState& state = states_[*step.point];
+    state.correction.reset();
+    if (state.is_left) return;
+    state.is_left = true;
+    const Point& point = program_.points[*step.point];
+    result_.left.push_back({step.spot, std::string(point.name), std::move(why), because, true});
+  }
+
+  void use(const Step& step, const Point& point, const std::expected<JointVector, std::string>& q) {
+    PointState& state = states_[*step.point];
+    if (state.is_left) return;
+    // Other joints for the same numbers: either correction would be wrong at the other motion, and a second
+    // point is the programmer's to teach.
+    if (state.first && !(q && (state.q - *q).cwiseAbs().maxCoeff() < kSameJoints_rad))
+      return leave(step, "is used before with another tool, base or configuration", state.first->spot);
+    if (state.first) return;
+    if (!q) return leave(step, q.error());
+    state.first = &step;
+    state.q = *q;
+    auto result = correction(step, point, *q);
+    if (!result) return leave(step, result.error());
+    if (result->is_damped) note_once(kDampedNote, step.spot);
+    state.correction = *result;
+  }
+
+  void note_once(std::string_view text, Spot spot) {
+    if (noted_.insert(text).second) result_.notes.push_back({spot, std::string(text)});
+  }
+  void add_edits(const Point& point, const Correction& correction) {
+    auto& edits = point.position.spot.file == File::Src ? result_.src_edits : result_.dat_edits;
+    const bool of_axes = point.position.form == PositionForm::Axes;
+    for (std::size_t i = 0; i < 6; ++i) {
+      const krl::Number& number = point.position.values[i];
+      double value = correction.values[i];
+      // A = -180 and A = 180 are the same angle.
+      const double difference = value - number.value;
+      if (!of_axes && i >= 3 && !krl::is_changed(number, number.value + std::remainder(difference, 360.0)))
+        continue;
+      if (krl::is_changed(number, value))
+        edits.push_back({number.begin, number.end, krl::number_text(value)});
+    }
+    if (!of_axes) add_status_turn_edits(point, correction.status_turn);
+  }
+
+  void add_status_turn_edits(const Point& point, const StatusTurn& now) {
+    auto& edits = point.position.spot.file == File::Src ? result_.src_edits : result_.dat_edits;
+    const auto write = [&](const char* name, const std::optional<krl::Number>& number, int mask, int value) {
+      if (!number) return;
+      const int old = static_cast<int>(number->value), changed = (old & ~mask) | value;
+      if (changed == old) return;
+      edits.push_back({number->begin, number->end, std::to_string(changed)});
+      std::ostringstream text;
+      if (!point.name.empty()) text << point.name << ": ";
+      text << name << " becomes " << changed << " (was " << old << "), an axis goes across its boundary";
+      result_.notes.push_back({point.position.spot, text.str()});
+    };
+    write("S", point.position.status, kStatusBits, now.status);
+    write("T", point.position.turn, kTurnBits, now.turn);
+  }
+
+  const FrameValue& tool(const Step& step) const { return program_.frames[step.tool]; }
+  const FrameValue& base(const Step& step) const { return program_.frames[step.base]; }
+  /// The flange's pose in the robot base for a TCP's pose in the base, and back.
+  Eigen::Isometry3d flange_of(const Step& step, const Eigen::Isometry3d& X) const {
+    return base(step).X * X * tool(step).X.inverse();
+  }
+  Eigen::Isometry3d tcp_of(const Step& step, const Eigen::Isometry3d& X_BF) const {
+    return base(step).X.inverse() * X_BF * tool(step).X;
+  }
+
+  const krl::Program& program_;
+  const RobotModel& nominal_;
+  const StatusTurnInverse& inverse_;
+  TargetCompensation compensation_;
+  std::vector<PointState> states_;
+  std::optional<JointVector> q_near_;  // of the target before
+  std::set<std::string_view> noted_;
+  ProgramCompensation result_;
+};
+
+}  // namespace
+
+std::expected<ProgramCompensation, krl::ProgramFault> compensate_program(const krl::Program& program,
+                                                                         const RobotModel& nominal,
+                                                                         const StatusTurnInverse& inverse,
+                                                                         const RobotModel& calibrated,
+                                                                         const CompensationOptions& bounds) {
+  return Compensator(program, nominal, inverse, calibrated, bounds).run();
+}
+
+}  // namespace truepose::tools

@@ -1,0 +1,97 @@
+// What an arm is to others: its flange poses, and files for other programs.
+#include <boost/json.hpp>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+
+#include "config/measurement_file.hpp"
+#include "config/model_export.hpp"
+#include "config/text_file.hpp"
+#include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
+#include "tools/truepose/offline/arm_options.hpp"
+#include "tools/truepose/offline/offline_commands.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace json = boost::json;
+
+struct FkCommand {
+  ArmFiles arm;
+  std::string joints_file;
+  bool as_json = false;
+};
+
+json::array row_major(const Eigen::Isometry3d& X) {
+  json::array numbers;
+  for (int i = 0; i < 16; ++i) numbers.emplace_back(X(i / 4, i % 4));
+  return numbers;
+}
+
+void print_pose(const Eigen::Isometry3d& X) {
+  const Eigen::Vector3d abc_deg = kuka_abc_deg(X.linear());
+  std::printf("%.6f,%.6f,%.6f,%.8f,%.8f,%.8f\n", X(0, 3), X(1, 3), X(2, 3), abc_deg.x(), abc_deg.y(),
+              abc_deg.z());
+}
+
+int run_fk(const FkCommand& command) {
+  const RobotModel nominal = config::load_robot(command.arm.robot);
+  const RobotModel robot =
+      command.arm.model.empty() ? nominal : load_model_of(nominal, command.arm.model).cell.robot;
+  const auto joints = config::load_joints(command.joints_file, nominal);
+  if (!command.as_json) {
+    std::puts("x,y,z,a,b,c");
+    for (const JointVector& q : joints) print_pose(forward_kinematics(robot, q));
+    return kDone;
+  }
+  json::array poses;
+  for (const JointVector& q : joints) poses.push_back(row_major(forward_kinematics(robot, q)));
+  std::cout << json::object{{"poses", std::move(poses)}} << '\n';
+  return kDone;
+}
+
+struct ExportCommand {
+  std::string model_file, urdf_file, csv_file;
+};
+
+int run_export(const ExportCommand& command) {
+  if (command.urdf_file.empty() && command.csv_file.empty()) throw bad_usage("export needs --urdf or --csv");
+  const config::ModelFile model = config::load_model(command.model_file);
+  const RobotModel& robot = model.cell.robot;
+  if (!command.urdf_file.empty()) config::write_text_file(command.urdf_file, config::urdf(robot));
+  if (!command.csv_file.empty())
+    config::write_text_file(command.csv_file, config::parameter_csv(model.parameters, robot));
+  return kDone;
+}
+
+}  // namespace
+
+Command fk_command() {
+  const auto command = std::make_shared<FkCommand>();
+  FkCommand& c = *command;
+  return {.name = "fk",
+          .help = "Flange poses of joint positions, in the robot base frame",
+          .options = {Option("--robot", &c.arm.robot, "Robot file (YAML)", {.required = true}),
+                      Option("--model", &c.arm.model,
+                             "Model file of the calibrated arm; without it the nominal arm"),
+                      Option("--joints", &c.joints_file, "Joint positions (CSV: q1..qN in deg or mm)",
+                             {.required = true}),
+                      Option("--json", &c.as_json, "One JSON document: 16 numbers a pose, row major, mm")},
+          .run = [command] { return run_fk(*command); }};
+}
+
+Command export_command() {
+  const auto command = std::make_shared<ExportCommand>();
+  ExportCommand& c = *command;
+  return {
+      .name = "export",
+      .help = "Writes a calibrated arm for other programs",
+      .options = {Option("--model", &c.model_file, "Model file of the calibrated arm", {.required = true}),
+                  Option("--urdf", &c.urdf_file,
+                         "Kinematics (URDF); deviations of joints and a residual field do not fit into it"),
+                  Option("--csv", &c.csv_file, "Every parameter with its unit, sigma and share of the data")},
+      .run = [command] { return run_export(*command); }};
+}
+
+}  // namespace truepose::tools

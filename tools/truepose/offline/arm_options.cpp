@@ -1,0 +1,73 @@
+#include "tools/truepose/offline/arm_options.hpp"
+
+#include <string_view>
+#include <vector>
+
+#include "config/number_text.hpp"
+
+namespace truepose::tools {
+namespace {
+
+/// The numbers of "0.005,0.006", or none where they are not `count` numbers above 0.
+std::vector<double> positive_numbers(std::string_view text, std::size_t count) {
+  std::vector<double> numbers;
+  while (true) {
+    const std::size_t comma = text.find(',');
+    const auto number = config::parse_number(text.substr(0, comma));
+    if (!number || !(*number > 0)) return {};
+    numbers.push_back(*number);
+    if (comma == std::string_view::npos) break;
+    text.remove_prefix(comma + 1);
+  }
+  return numbers.size() == count ? numbers : std::vector<double>{};
+}
+
+Check positive(std::size_t count, const std::string& form) {
+  return {"", [=](const std::string& text) -> std::string {
+            if (!positive_numbers(text, count).empty()) return {};
+            return config::in_quotes(text) + " is not " + form;
+          }};
+}
+
+}  // namespace
+
+config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem::path& file) {
+  config::ModelFile model = config::load_model(file);
+  if (model.name != nominal.name || model.cell.robot.joint_count() != nominal.joint_count()) {
+    throw config::ConfigError(file.string() + ": the model of '" + model.name + "' with " +
+                              std::to_string(model.cell.robot.joint_count()) +
+                              " joints, but the robot file is of '" + nominal.name + "' with " +
+                              std::to_string(nominal.joint_count()));
+  }
+  return model;
+}
+
+Option tracker_noise_option(NoiseOptions& noise) {
+  return {"--tracker-noise",
+          &noise.tracker,
+          "Standard deviation of the tracker's reading along the beam (mm) and across it (mm per m of "
+          "distance), where points do not state their sigma",
+          {.check = positive(2, "RANGE_MM,TRANSVERSE_MM_PER_M, two numbers above 0 such as 0.01,0.006"),
+           .type = "RANGE_MM,TRANSVERSE_MM_PER_M"}};
+}
+
+Option repeatability_option(NoiseOptions& noise) {
+  return {"--repeatability",
+          &noise.repeatability,
+          "Standard deviation per axis of the arm's position when it comes back to a pose, added to "
+          "the tracker's noise",
+          {.check = positive(1, "a length in mm above 0 such as 0.02"), .type = "MM"}};
+}
+
+std::optional<MeasurementNoise> noise_of(const NoiseOptions& options) {
+  if (options.tracker.empty() && options.repeatability.empty()) return std::nullopt;
+  MeasurementNoise noise;
+  if (!options.tracker.empty()) {
+    const std::vector<double> numbers = positive_numbers(options.tracker, 2);
+    noise.tracker = {.range_mm = numbers[0], .transverse_mm_per_m = numbers[1]};
+  }
+  if (!options.repeatability.empty()) noise.repeatability_mm = positive_numbers(options.repeatability, 1)[0];
+  return noise;
+}
+
+}  // namespace truepose::tools

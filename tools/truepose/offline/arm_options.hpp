@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "config/model_file.hpp"
+#include "config/robot_file.hpp"
+#include "core/identify/measurement.hpp"
+#include "tools/truepose/command_line.hpp"
+
+namespace truepose::tools {
+
+/// The files that say which arm a command is about.
+struct ArmFiles {
+  std::filesystem::path robot;
+  std::filesystem::path model;  ///< empty = none given
+};
+
+/// Reads a model file and refuses one of another arm than `nominal`. Throws ConfigError.
+config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem::path& file);
+
+/// What blurs a measured point, as the command line says it. Checked by the parser; empty where not given.
+struct NoiseOptions {
+  std::string tracker, repeatability;
+};
+
+Option tracker_noise_option(NoiseOptions& noise);
+Option repeatability_option(NoiseOptions& noise);
+
+/// Nothing where neither is given: all points are taken alike.
+std::optional<MeasurementNoise> noise_of(const NoiseOptions& options);
+
+}  // namespace truepose::tools

@@ -1,0 +1,201 @@
+#include <algorithm>
+#include <boost/json.hpp>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "config/measurement_file.hpp"
+#include "config/text_file.hpp"
+#include "core/identify/option_names.hpp"
+#include "core/judge/model_noise.hpp"
+#include "proto/control/json_text.hpp"
+#include "proto/record/calibration_document.hpp"
+#include "tools/report/report.hpp"
+#include "tools/truepose/offline/arm_options.hpp"
+#include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/offline/validation_runs.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace json = boost::json;
+using config::ConfigError;
+
+struct CalibrateCommand {
+  std::string robot_file, data_file, validate_file, out_file, report_file;
+  std::optional<double> split;
+  std::optional<int> folds;
+  std::optional<std::uint64_t> seed;
+  int repeat = 1;
+  std::string method = "two-stage", deviation = "none", residual = "none", loss = "squared", prior = "auto";
+  std::vector<int> harmonics{1, 2};
+  NoiseOptions noise;
+  bool as_json = false;
+};
+
+/// Points of another file, all to validate. Reflectors are matched by name.
+void add_validation(MeasurementData& data, const std::string& file, const RobotModel& robot) {
+  // A point that was marked to validate is never used to identify, whatever else is given.
+  std::erase_if(data.points, [](const Measurement& point) { return point.set == PoseSet::Validate; });
+  MeasurementData validation = config::load_measurements(file, robot);
+  std::vector<int> index_of;
+  for (const std::string& name : validation.smr_names) {
+    const auto found = std::ranges::find(data.smr_names, name);
+    if (found == data.smr_names.end()) {
+      throw ConfigError(file + ": smr: reflector '" + name + "' has no points in the data to identify");
+    }
+    index_of.push_back(static_cast<int>(found - data.smr_names.begin()));
+  }
+  for (Measurement& point : validation.points) {
+    point.set = PoseSet::Validate;
+    point.smr = index_of[static_cast<std::size_t>(point.smr)];
+    data.points.push_back(std::move(point));
+  }
+}
+
+CalibrateOptions options_of(const CalibrateCommand& command) {
+  CalibrateOptions options;
+  options.method = value_of(kMethodNames, command.method);
+  options.loss = value_of(kLossNames, command.loss);
+  options.prior = value_of(kPriorNames, command.prior);
+  options.noise = noise_of(command.noise);
+  options.deviation = command.deviation == "auto";
+  options.harmonics = command.harmonics;
+  options.residual = *residual_kinds(command.residual);
+  return options;
+}
+
+Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot,
+                       const MeasurementData& data) {
+  const CalibrateOptions options = options_of(command);
+  const auto start = std::chrono::steady_clock::now();
+  auto result = calibrate(robot, data, options);
+  if (!result) throw ConfigError(command.data_file + ": " + result.error().detail);
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  json::object document = record::calibration_document(*result, data, elapsed.count());
+  if (options.noise) document["noise"] = record::noise_json(*options.noise);
+  const MeasurementNoise noise = noise_about_model(*result, data, options.noise);
+  return {.calibration = std::move(*result), .document = std::move(document), .noise = noise};
+}
+
+Outcome validated(const CalibrateCommand& command, const RobotModel& robot, MeasurementData data) {
+  const auto once = [&](const MeasurementData& marked) { return calibrate_once(command, robot, marked); };
+  const std::uint64_t seed = command.seed.value_or(0);
+  if (command.split) return over_splits(once, std::move(data), *command.split, seed, command.repeat);
+  if (command.folds) return over_folds(once, std::move(data), *command.folds, seed);
+  return once(data);
+}
+
+config::ModelFile model_of(const RobotModel& robot, const Outcome& outcome) {
+  const Calibration& calibration = outcome.calibration;
+  return {.name = robot.name,
+          .serial = "",
+          .created = control::rfc3339(std::chrono::system_clock::now()),
+          .cell = calibration.cell,
+          .parameters = calibration.parameters,
+          .validation_mean_mm = calibration.validate ? calibration.validate->after.mean : 0,
+          .covariance = calibration.covariance,
+          .noise = outcome.noise};
+}
+
+std::string validation_text(const CalibrateCommand& command) {
+  const std::string seed = ", seed " + std::to_string(command.seed.value_or(0));
+  if (command.folds) return std::to_string(*command.folds) + " folds" + seed;
+  if (!command.split)
+    return command.validate_file.empty() ? "poses marked in the data" : "poses of a file of their own";
+  const std::string percent = std::to_string(std::lround(100 * *command.split));
+  return percent + " % of the poses identify, the others validate" + seed +
+         (command.repeat > 1 ? " and the next " + std::to_string(command.repeat - 1) : "");
+}
+
+/// What was calibrated from what and how, for whom reads the document later.
+void describe(json::object& document, const CalibrateCommand& command, const RobotModel& robot) {
+  document["robot"] = robot.name;
+  document["date"] = control::rfc3339(std::chrono::system_clock::now());
+  json::object files{{"Robot file", command.robot_file}, {"Measurements", command.data_file}};
+  if (!command.validate_file.empty()) files["Measurements to validate"] = command.validate_file;
+  document["files"] = std::move(files);
+  json::object& options = document["options"].emplace_object();
+  options["Validation"] = validation_text(command);
+  for (auto& option : record::options_json(options_of(command)))
+    options[option.key()] = std::move(option.value());
+}
+
+void print_summary(const CalibrateCommand& command, const RobotModel& robot, const Outcome& outcome) {
+  const Calibration& calibration = outcome.calibration;
+  std::printf("%s: %s, %d coarse and %d fine iterations, rank %d, condition %.1f\n", robot.name.c_str(),
+              outcome.document.at("converged").as_bool() ? "converged" : "not converged",
+              calibration.coarse_iterations, calibration.fine_iterations, calibration.rank,
+              calibration.condition);
+  if (command.repeat > 1)
+    std::printf("All but the validation is that of the first of %d splits.\n", command.repeat);
+  std::printf("\n%s", report::render_text(outcome.document).c_str());
+}
+
+int run_calibrate(const CalibrateCommand& command) {
+  if (command.seed && !command.split && !command.folds) throw bad_usage("--seed requires --split or --folds");
+  const RobotModel robot = config::load_robot(command.robot_file);
+  MeasurementData data = config::load_measurements(command.data_file, robot);
+  if (!command.validate_file.empty()) add_validation(data, command.validate_file, robot);
+  Outcome outcome = validated(command, robot, std::move(data));
+  describe(outcome.document, command, robot);
+
+  if (!command.out_file.empty()) {
+    config::write_text_file(command.out_file, config::model_yaml(model_of(robot, outcome)));
+  }
+  if (!command.report_file.empty()) {
+    config::write_text_file(command.report_file, report::render_html(outcome.document));
+  }
+  if (command.as_json) {
+    std::cout << outcome.document << '\n';
+  } else {
+    print_summary(command, robot, outcome);
+  }
+  if (const std::string why = report::why_unusable(outcome.document); !why.empty())
+    throw CommandError{kFailed, command.data_file + ": " + why};
+  return kDone;
+}
+
+}  // namespace
+
+Command calibrate_command() {
+  const auto command = std::make_shared<CalibrateCommand>();
+  CalibrateCommand& c = *command;
+  return {
+      .name = "calibrate",
+      .help = "Identifies how a real arm differs from its data sheet",
+      .options =
+          {Option("--robot", &c.robot_file, "Robot file (YAML)", {.required = true}),
+           Option("--data", &c.data_file, "Measurements (CSV); rows marked set=validate validate",
+                  {.required = true}),
+           Option("--validate", &c.validate_file,
+                  "Measurements that validate, in place of those marked in the data"),
+           Option("--split", &c.split, "Part of the poses that identify; the rest validate",
+                  {.check = in_range(0.01, 0.99), .excludes = {"--validate"}}),
+           Option("--folds", &c.folds,
+                  "Cross-validation: as many parts of the poses, each predicted from the others; the arm is "
+                  "identified from all",
+                  {.check = in_range(2, 10'000), .excludes = {"--validate", "--split"}}),
+           Option("--seed", &c.seed, "Of the split or the folds"),
+           Option("--repeat", &c.repeat, "Splits with as many seeds, their mean and standard deviation",
+                  {.check = in_range(1, 10'000), .needs = {"--split"}}),
+           Option("--method", &c.method, "Identification", {.check = available(names_of(kMethodNames))}),
+           Option("--deviation", &c.deviation, "Deviations of the joints: those that cross-validation keeps",
+                  {.check = available({"none", "auto"})}),
+           Option("--harmonics", &c.harmonics, "Multiples of a joint's angle to look for, as 1,2,162",
+                  {.check = in_range(1, 10'000)}),
+           Option("--residual", &c.residual, "Residual field", {.check = available(residual_names())}),
+           Option("--loss", &c.loss, "Weight of a residual", {.check = available(names_of(kLossNames))}),
+           Option("--prior", &c.prior, "Whether deviations from the data sheet are taken as small",
+                  {.check = available(names_of(kPriorNames))}),
+           tracker_noise_option(c.noise), repeatability_option(c.noise),
+           Option("--out", &c.out_file, "Write the calibrated arm here (model file, YAML)"),
+           Option("--report", &c.report_file, "Write a report here (HTML, one file)"),
+           Option("--json", &c.as_json, "One JSON document")},
+      .run = [command] { return run_calibrate(*command); }};
+}
+
+}  // namespace truepose::tools

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/compensate/target_compensation.hpp"
+#include "tools/truepose/offline/arm_options.hpp"
+
+namespace truepose::tools {
+
+/// What `truepose compensate` is asked for. What is empty was not given.
+struct CompensateOptions {
+  ArmFiles arm;
+  CompensationOptions bounds;
+  std::optional<Eigen::Isometry3d> X_FT;  ///< the tool; of a program the one at its start
+  std::string out_file;                   ///< "-" = standard output
+  bool as_json = false;
+
+  // Targets, joints or poses
+  std::string joints_file, poses_file;  ///< one of them; "-" = standard input
+  std::string report_file;
+  std::vector<double> near;  ///< deg (mm) per joint
+  bool position_only = false;
+
+  // A KRL program
+  std::filesystem::path src, dat, config_dat, out_dat;
+  std::optional<Eigen::Isometry3d> X_base;  ///< at its start
+};
+
+/// Solves the targets one by one and writes the joints to command: rows as they come, or one JSON document.
+/// Throws CommandError where a target is not reached, which leaves no file, and ConfigError.
+int run_compensate_targets(const CompensateOptions& options, const RobotModel& nominal,
+                           const config::ModelFile& model);
+
+/// Corrects a KRL program, writes it where that was asked for, and prints what was done. Throws CommandError
+/// where a position stays uncorrected that should not, and ConfigError; then nothing is written.
+int run_compensate_program(const CompensateOptions& options, const RobotModel& nominal,
+                           const RobotModel& calibrated);
+
+}  // namespace truepose::tools

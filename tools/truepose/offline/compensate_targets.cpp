@@ -1,0 +1,348 @@
+#include <algorithm>
+#include <boost/json.hpp>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+#include "config/csv_reader.hpp"
+#include "config/measurement_file.hpp"
+#include "config/number_text.hpp"
+#include "config/text_file.hpp"
+#include "core/arm/joint_units.hpp"
+#include "core/compensate/nominal_inverse.hpp"
+#include "core/identify/uncertainty.hpp"
+#include "proto/record/arm_document.hpp"
+#include "tools/report/report.hpp"
+#include "tools/truepose/offline/compensate.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace json = boost::json;
+using config::ConfigError;
+using config::UnfinishedFile;
+
+// ---- Targets as they are read ----
+
+/// What the rows of a file say of each target.
+enum class TargetForm { Joints, Poses, Positions };
+
+/// One row. What the form does not tell is not set.
+struct Target {
+  JointVector q;        ///< Joints
+  Eigen::Isometry3d X;  ///< Poses; Positions: its translation alone. mm, robot base frame
+  std::optional<int> status, turn;
+};
+
+/// Targets from CSV, one at a time: q1..qN, or x,y,z,a,b,c (mm, deg) with KUKA's status and turn (s,t) where
+/// they are told, or x,y,z alone. Throws ConfigError naming file, row and column.
+class TargetReader {
+ public:
+  TargetReader(std::istream& in, const std::string& file, const RobotModel& robot, bool of_joints)
+      : robot_(robot), rows_(in, file), form_(of_joints ? TargetForm::Joints : TargetForm::Positions) {
+    const config::CsvHeader& header = rows_.header();
+    const auto any_of = [&header](std::initializer_list<const char*> names) {
+      return std::ranges::any_of(names, [&header](const char* name) { return header.has(name); });
+    };
+    std::vector<std::string> names{"x", "y", "z"}, known{"x", "y", "z", "a", "b", "c", "s", "t"};
+    if (of_joints) {
+      known = names = config::joint_column_names("q", robot);
+      known.insert(known.end(), config::kReachColumns.begin(), config::kReachColumns.end());
+    } else if (any_of({"a", "b", "c", "s", "t"})) {
+      form_ = TargetForm::Poses;
+      names.insert(names.end(), {"a", "b", "c"});
+    }
+    header.expect_only(known);
+    for (const std::string& name : names) columns_.push_back(header.column(name));
+    if (header.has("s")) status_ = header.column("s");
+    if (header.has("t")) turn_ = header.column("t");
+  }
+
+  TargetForm form() const { return form_; }
+  bool has_status() const { return status_.has_value(); }
+  /// Of the last target: its row, the first is 1.
+  std::size_t row() const { return rows_.index() + 1; }
+
+  /// The next target, or nothing at the end.
+  std::optional<Target> next() {
+    if (!rows_.next()) return std::nullopt;
+    Target target{.q = {}, .X = Eigen::Isometry3d::Identity(), .status = {}, .turn = {}};
+    std::vector<double> v;
+    for (const std::size_t column : columns_) v.push_back(rows_.number(column));
+    if (form_ == TargetForm::Joints) {
+      target.q = joints_from(v, robot_);
+      return target;
+    }
+    v.resize(6);
+    target.X = pose_from_kuka({v[0], v[1], v[2]}, {v[3], v[4], v[5]});
+    if (status_) target.status = bits(*status_, 255);
+    if (turn_) target.turn = bits(*turn_, 4095);
+    return target;
+  }
+
+ private:
+  int bits(std::size_t column, int most) const {
+    const double value = rows_.number(column);
+    if (!(value >= 0 && value <= most && value == static_cast<int>(value)))
+      rows_.fail(column, "expected a whole number from 0 to " + std::to_string(most));
+    return static_cast<int>(value);
+  }
+
+  const RobotModel& robot_;
+  config::CsvStream rows_;
+  TargetForm form_;
+  std::vector<std::size_t> columns_;
+  std::optional<std::size_t> status_, turn_;
+};
+
+// ---- What became of them, as it is written ----
+
+/// What became of a target.
+struct ReachedTarget {
+  JointVector q_nominal;
+  CompensatedTarget compensated;
+  std::optional<double> sigma_mm;  ///< of the position where the arm will stand
+};
+
+/// What is told of a target beside its joints, deg and mm.
+struct ReachColumn {
+  const char* name;
+  json::value (*of)(const ReachedTarget& target);
+  bool is_in_csv = true;
+};
+
+std::vector<ReachColumn> reach_columns(bool with_orientation, bool with_sigma) {
+  std::vector<ReachColumn> columns{
+      {"residual_mm", [](const ReachedTarget& t) -> json::value { return t.compensated.residual_mm; }},
+      {"iterations", [](const ReachedTarget& t) -> json::value { return t.compensated.iterations; }, false}};
+  if (with_orientation) {
+    columns.push_back({"residual_deg", [](const ReachedTarget& t) -> json::value {
+                         return t.compensated.residual_rad * kDegPerRad;
+                       }});
+    columns.push_back(
+        {"damped", [](const ReachedTarget& t) -> json::value { return t.compensated.damped; }, false});
+  }
+  if (with_sigma)
+    columns.push_back({"sigma_mm", [](const ReachedTarget& t) -> json::value { return t.sigma_mm.value(); }});
+  return columns;
+}
+
+/// A row of the report, deg and mm.
+report::CompensationRow report_row(const RobotModel& robot, const ReachedTarget& target) {
+  return {.residual_mm = target.compensated.residual_mm,
+          .residual_deg = target.compensated.residual_rad * kDegPerRad,
+          .sigma_mm = target.sigma_mm,
+          .damped = target.compensated.damped,
+          .corrections = in_deg_mm(target.compensated.q - target.q_nominal, robot)};
+}
+
+// ---- The way from one to the other ----
+
+constexpr std::string_view kStandard = "-";
+constexpr const char* kNoSigma = ": tells no covariance, so no sigma_mm is given; calibrate again to have it";
+
+/// Standard deviation (length of the vector, mm) of where the arm will stand, told by the model's covariance
+/// and the arm's repeatability. It is that of the first reflector: of that point the measurements tell, while
+/// what they know of the arm alone is mixed with what they know of base and tool.
+class PositionSigma {
+ public:
+  explicit PositionSigma(const config::ModelFile& model) : model_(model) {}
+
+  bool is_known() const { return model_.covariance.size() > 0 && !model_.cell.reflectors.empty(); }
+  double at(const JointVector& q) const {
+    const double repeatability = model_.noise ? model_.noise->repeatability_mm : 0;
+    const double of_model = position_covariance(model_.cell, model_.covariance, q, 0).trace();
+    return std::sqrt(std::max(0.0, of_model) + 3 * repeatability * repeatability);
+  }
+
+ private:
+  const config::ModelFile& model_;
+};
+
+std::optional<JointVector> near_of(const std::vector<double>& values, const RobotModel& nominal) {
+  if (values.empty()) return std::nullopt;
+  if (values.size() != nominal.joints.size())
+    throw ConfigError("--near: " + std::to_string(values.size()) + " joint positions for an arm with " +
+                      std::to_string(nominal.joints.size()) + " joints");
+  return joints_from(values, nominal);
+}
+
+class Targets {
+ public:
+  Targets(const CompensateOptions& options, const RobotModel& nominal, const config::ModelFile& model,
+          TargetForm form, bool by_status)
+      : nominal_(nominal),
+        sigma_(model),
+        form_(form),
+        by_status_(by_status),
+        X_FT_(options.X_FT.value_or(Eigen::Isometry3d::Identity())),
+        position_only_(options.position_only || form == TargetForm::Positions),
+        inverse_(nominal, near_of(options.near, nominal)),
+        compensation_(nominal, model.cell.robot, options.bounds) {}
+
+  bool is_position_only() const { return position_only_; }
+  bool tells_sigma() const { return sigma_.is_known(); }
+
+  std::expected<ReachedTarget, std::string> reach(const Target& target) {
+    const auto q = nominal_joints(target);
+    if (!q) return std::unexpected(q.error());
+    const auto compensated = compensate(target, *q);
+    if (!compensated) return std::unexpected(described(compensated.error(), nominal_));
+    ReachedTarget reached{.q_nominal = *q, .compensated = *compensated, .sigma_mm = {}};
+    if (sigma_.is_known()) reached.sigma_mm = sigma_.at(compensated->q);
+    return reached;
+  }
+
+ private:
+  Eigen::Vector3d p_F_mm() const { return X_FT_.translation(); }
+  Eigen::Isometry3d flange(const Target& target) const { return target.X * X_FT_.inverse(); }
+
+  NominalInverse::Result nominal_joints(const Target& target) {
+    if (form_ == TargetForm::Joints) return target.q;
+    if (form_ == TargetForm::Positions) return inverse_.at_position(target.X.translation(), p_F_mm());
+    if (by_status_) return inverse_.at_pose(flange(target), target.status, target.turn);
+    return inverse_.at_pose(flange(target));
+  }
+
+  TargetCompensation::Result compensate(const Target& target, const JointVector& q) const {
+    if (position_only_) {
+      const bool of_joints = form_ == TargetForm::Joints;
+      const Eigen::Vector3d p_B_mm =
+          of_joints ? Eigen::Vector3d(forward_kinematics(nominal_, q) * p_F_mm()) : target.X.translation();
+      return compensation_.at_position(p_B_mm, q, p_F_mm());
+    }
+    if (form_ == TargetForm::Joints) return compensation_.at_joints(q, p_F_mm());
+    return compensation_.at_pose(flange(target), q, p_F_mm());
+  }
+
+  const RobotModel& nominal_;
+  PositionSigma sigma_;
+  TargetForm form_;
+  bool by_status_;
+  Eigen::Isometry3d X_FT_;
+  bool position_only_;
+  NominalInverse inverse_;
+  TargetCompensation compensation_;
+};
+
+/// Where the results go: rows at once, what must be whole at the end.
+class Output {
+ public:
+  Output(const CompensateOptions& options, const RobotModel& nominal, const Targets& targets,
+         const std::string& file)
+      : options_(options),
+        nominal_(nominal),
+        columns_(reach_columns(!targets.is_position_only(), targets.tells_sigma())),
+        tells_sigma_(targets.tells_sigma()),
+        report_{nominal.name, file, targets.is_position_only(), {}} {
+    document_["joints"] = json::array{};
+    for (const ReachColumn& column : columns_) document_[column.name] = json::array{};
+    if (!options.out_file.empty() && options.out_file != kStandard) out_.emplace(options.out_file);
+    if (!options.report_file.empty()) report_file_.emplace(options.report_file);
+    if (std::ostream* out = csv()) {
+      std::string header;
+      for (const std::string& name : config::joint_column_names("q", nominal)) header += name + ',';
+      for (const ReachColumn& column : columns_) {
+        if (column.is_in_csv) header += std::string{column.name} + ',';
+      }
+      write_line(*out, std::move(header));
+      out->flush();
+    }
+  }
+
+  /// @param flush  a reader may be waiting for this row before it sends the next
+  void add(const ReachedTarget& target, bool flush) {
+    if (std::ostream* out = csv()) {
+      write_line(*out, row_of(target));
+      if (flush) out->flush();
+      if (!*out) throw ConfigError("the joint positions cannot be written");
+    }
+    if (options_.as_json) {
+      document_["joints"].as_array().push_back(record::joints_json(target.compensated.q, nominal_));
+      for (const ReachColumn& column : columns_)
+        document_[column.name].as_array().push_back(column.of(target));
+    }
+    if (report_file_) report_.rows.push_back(report_row(nominal_, target));
+  }
+
+  void finish() {
+    if (report_file_) report_file_->stream() << report::render_compensation_html(report_);
+    if (!tells_sigma_) note(options_.arm.model.string() + kNoSigma);
+    if (options_.as_json) std::cout << document_ << '\n';
+    if (!std::cout.flush()) throw ConfigError("standard output cannot be written");
+    for (auto* file : {&out_, &report_file_}) {
+      if (*file) (*file)->close();
+    }
+    for (auto* file : {&out_, &report_file_}) {
+      if (*file) (*file)->take_place();
+    }
+  }
+
+ private:
+  std::string row_of(const ReachedTarget& target) const {
+    std::string row;
+    for (std::size_t i = 0; i < nominal_.joints.size(); ++i)
+      row +=
+          config::joint_field(target.compensated.q[static_cast<Eigen::Index>(i)], nominal_.joints[i]) + ',';
+    for (const ReachColumn& column : columns_) {
+      if (column.is_in_csv) row += config::format_number(column.of(target).as_double()) + ',';
+    }
+    return row;
+  }
+  /// @param cells  a comma behind each
+  static void write_line(std::ostream& out, std::string cells) {
+    cells.back() = '\n';
+    out << cells;
+  }
+  void note(std::string text) {
+    if (options_.as_json) {
+      document_["notes"] = json::array{std::move(text)};
+    } else {
+      std::cerr << "truepose: " << text << '\n';
+    }
+  }
+  std::ostream* csv() {
+    if (out_) return &out_->stream();
+    return options_.as_json ? nullptr : &std::cout;
+  }
+
+  const CompensateOptions& options_;
+  const RobotModel& nominal_;
+  std::vector<ReachColumn> columns_;
+  bool tells_sigma_;
+  std::optional<UnfinishedFile> out_, report_file_;
+  json::object document_;
+  report::CompensationReport report_;
+};
+
+}  // namespace
+
+int run_compensate_targets(const CompensateOptions& options, const RobotModel& nominal,
+                           const config::ModelFile& model) {
+  std::ios::sync_with_stdio(false);
+  const bool of_joints = !options.joints_file.empty();
+  const std::string& name = of_joints ? options.joints_file : options.poses_file;
+  const bool is_standard = name == kStandard;
+  const bool is_pipe = is_standard || !std::filesystem::is_regular_file(name);
+  const std::string file = is_standard ? "standard input" : name;
+  std::ifstream opened;
+  if (!is_standard) opened = config::open_to_read(name);
+  std::istream& in = is_standard ? std::cin : opened;
+
+  TargetReader reader(in, file, nominal, of_joints);
+  Targets targets(options, nominal, model, reader.form(), reader.has_status());
+  Output output(options, nominal, targets, file);
+  while (const auto target = reader.next()) {
+    const auto reached = targets.reach(*target);
+    if (!reached) {
+      std::cout.flush();
+      throw CommandError{kFailed, file + ": row " + std::to_string(reader.row()) + ": " + reached.error()};
+    }
+    output.add(*reached, is_pipe && in.rdbuf()->in_avail() <= 0);
+  }
+  output.finish();
+  return kDone;
+}
+
+}  // namespace truepose::tools

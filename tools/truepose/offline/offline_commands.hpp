@@ -1,0 +1,19 @@
+#pragma once
+
+#include "tools/truepose/command_line.hpp"
+
+namespace truepose::tools {
+
+// The commands that work on files alone. Each writes its results to standard output, and ends with kFailed
+// where:
+
+Command calibrate_command();   ///< the identification did not converge, or made things worse
+Command compensate_command();  ///< a target cannot be reached
+Command drift_command();  ///< the model is no longer right; without a file the daemon measures and judges
+Command experiment_command();  ///< the two-stage fit did not converge in every trial
+Command export_command();
+Command fk_command();
+Command iso9283_command();
+Command plan_command();
+
+}  // namespace truepose::tools

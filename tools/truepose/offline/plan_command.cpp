@@ -1,0 +1,144 @@
+#include <fmt/format.h>
+
+#include <boost/json.hpp>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <sstream>
+
+#include "config/cell_setup.hpp"
+#include "config/measurement_file.hpp"
+#include "config/text_file.hpp"
+#include "core/plan/optimal_design.hpp"
+#include "proto/record/arm_document.hpp"
+#include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/text.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace json = boost::json;
+
+struct PlanCommand {
+  std::string robot_file, cell_file, out_file;
+  int poses = 50;
+  std::optional<int> candidates;
+  std::optional<std::uint64_t> seed;
+  std::string criterion;
+  bool as_json = false;
+};
+
+config::CellConfig cell_of(const PlanCommand& command) {
+  config::CellConfig cell = config::load_cell(command.cell_file);
+  if (!command.robot_file.empty()) config::use_robot(cell, command.robot_file);
+  if (command.candidates) cell.campaign.candidates = *command.candidates;
+  if (command.seed) cell.campaign.seed = *command.seed;
+  if (command.criterion == "d") cell.campaign.criterion = DesignCriterion::D;
+  if (command.criterion == "a") cell.campaign.criterion = DesignCriterion::A;
+  if (command.criterion == "i") cell.campaign.criterion = DesignCriterion::I;
+  return cell;
+}
+
+json::object error_json(const PredictedError& error) {
+  return {{"rms_mm", error.rms_mm}, {"max_mm", error.max_mm}};
+}
+
+json::object plan_json(const RobotModel& robot, const MeasurementPlan& plan, const PredictedError& bound) {
+  json::array poses, sizes;
+  for (const JointVector& q : plan.poses) poses.push_back(record::joints_json(q, robot));
+  for (const DesignSize& size : plan.sizes) {
+    json::object one = error_json(size.error);
+    one["poses"] = size.poses;
+    sizes.push_back(std::move(one));
+  }
+  json::object rejected;
+  for (std::size_t i = 0; i < kPoseFaults; ++i)
+    rejected[fault_text(static_cast<PoseFault>(i))] = plan.candidates.faults[i];
+  return {{"poses", std::move(poses)},
+          {"predicted", error_json(plan.predicted)},
+          {"random", error_json(plan.random)},
+          {"bound", error_json(bound)},
+          {"sizes", std::move(sizes)},
+          {"enough", plan.enough ? json::value(*plan.enough) : json::value{}},
+          {"travel_s", plan.travel_s},
+          {"random_travel_s", plan.random_travel_s},
+          {"reference",
+           plan.reference ? json::value(record::joints_json(*plan.reference, robot)) : json::value{}},
+          {"candidates", plan.candidates.poses.size()},
+          {"tried", plan.candidates.tried},
+          {"rejected", std::move(rejected)}};
+}
+
+void print_plan(const config::CellConfig& cell, const MeasurementPlan& plan, const PredictedError& bound) {
+  std::printf("%zu poses of %zu candidates (%d joint positions tried)\n\n", plan.poses.size(),
+              plan.candidates.poses.size(), plan.candidates.tried);
+  for (std::size_t i = 0; i < kPoseFaults; ++i) {
+    if (plan.candidates.faults[i] == 0) continue;
+    std::printf("%9d %s\n", plan.candidates.faults[i],
+                std::string(fault_text(static_cast<PoseFault>(i))).c_str());
+  }
+  std::vector<Cells> rows;
+  const auto add = [&rows](const std::string& name, const PredictedError& error) {
+    rows.push_back({name, fmt::format("{:.4f}", error.rms_mm), fmt::format("{:.4f}", error.max_mm)});
+  };
+  add("these poses", plan.predicted);
+  add("random ones, as many", plan.random);
+  add("no choice goes below", bound);
+  for (const DesignSize& size : plan.sizes) add(std::to_string(size.poses) + " poses", size.error);
+  std::printf("\npredicted error over the task, mm   RMS     worst\n%s",
+              text_table({{-32, 2}, {6, 1}, {6, 2}}, rows).c_str());
+  if (plan.enough) {
+    std::printf("\n%d poses are enough: twice as many would make a compensated arm less than 5 %% better.\n",
+                *plan.enough);
+  }
+  std::printf("\nmotions %.0f s, in a random order %.0f s\n", plan.travel_s, plan.random_travel_s);
+  if (cell.robot.body.empty()) {
+    std::puts(
+        "\nThe robot file says nothing of the arm's body: only its joint centres are kept clear of floor, "
+        "tracker and obstacles. Watch the first run.");
+  }
+}
+
+int run_plan(const PlanCommand& command) {
+  const config::CellConfig cell = cell_of(command);
+  const auto plan = plan_measurements(config::rough_cell(cell), config::scene_of(cell),
+                                      config::plan_options(cell, command.poses));
+  if (!plan) throw config::ConfigError(command.cell_file + ": " + plan.error());
+  if (!command.out_file.empty()) {
+    std::ostringstream out;
+    config::write_joints(out, plan->poses, cell.robot.model);
+    config::write_text_file(command.out_file, out.str());
+  }
+  const PredictedError bound = error_bound(*plan->problem, command.poses);
+  if (command.as_json) {
+    std::cout << plan_json(cell.robot.model, *plan, bound) << '\n';
+  } else {
+    print_plan(cell, *plan, bound);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+Command plan_command() {
+  const auto command = std::make_shared<PlanCommand>();
+  PlanCommand& c = *command;
+  return {.name = "plan",
+          .help = "Chooses and orders poses to measure: reachable, clear, visible and worth it",
+          .options = {Option("--robot", &c.robot_file, "Robot file (YAML) in place of the cell's"),
+                      Option("--cell", &c.cell_file, "Cell file (YAML)", {.required = true}),
+                      Option("--poses", &c.poses, "How many",
+                             {.shows_default = true, .check = in_range(5, 1000)}),
+                      Option("--candidates", &c.candidates, "Random poses to choose from; else the cell's",
+                             {.check = in_range(10, 100'000)}),
+                      Option("--seed", &c.seed, "Of the candidates; else the cell's"),
+                      Option("--criterion", &c.criterion,
+                             "i: best predictions over the task; d, a: best parameters; else the cell's",
+                             {.check = available({"i", "d", "a"})}),
+                      Option("--out", &c.out_file, "Write the joint positions here (CSV)"),
+                      Option("--json", &c.as_json, "One JSON document; joints in deg and mm")},
+          .run = [command] { return run_plan(*command); }};
+}
+
+}  // namespace truepose::tools

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <boost/json/object.hpp>
+#include <cstdint>
+#include <functional>
+
+#include "core/identify/calibrate.hpp"
+
+namespace truepose::tools {
+
+/// A calibration and its document.
+struct Outcome {
+  Calibration calibration;
+  boost::json::object document;
+  MeasurementNoise noise;  ///< of a point about the model
+};
+
+/// Calibrates from the points marked to identify; throws ConfigError.
+using CalibrateOnce = std::function<Outcome(const MeasurementData&)>;
+
+/// One calibration for each of `repeat` seeds, `fraction` of the poses identifying. The result is that of the
+/// first; with several, "validate" holds the means, "spread" the standard deviations and
+/// "splits" each one.
+Outcome over_splits(const CalibrateOnce& calibrate_once, MeasurementData data, double fraction,
+                    std::uint64_t seed, int repeat);
+
+/// K-fold cross-validation. The result is identified from all poses, but "validate" holds the errors of every
+/// point as the fit predicts it that has not seen its pose, "fold_points" each of them (as "points"),
+/// "spread" the standard deviations over the folds and "splits" each fold.
+Outcome over_folds(const CalibrateOnce& calibrate_once, MeasurementData data, int folds, std::uint64_t seed);
+
+}  // namespace truepose::tools

@@ -1,0 +1,235 @@
+#include "tools/truepose/online/campaign_commands.hpp"
+
+#include <unistd.h>
+
+#include <boost/json/array.hpp>
+#include <boost/json/value.hpp>
+#include <cstdio>
+#include <vector>
+
+#include "config/csv_reader.hpp"
+#include "config/text_file.hpp"
+#include "proto/control/json_text.hpp"
+#include "tools/truepose/online/online_text.hpp"
+#include "tools/truepose/online/rpc_client.hpp"
+#include "tools/truepose/text.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace json = boost::json;
+
+// ---- Files ----
+
+/// "q1" for the first joint.
+std::string joint_column(std::size_t number) {
+  std::string name{"q"};
+  return name += std::to_string(number);
+}
+
+/// The joints' columns, as many as the file has.
+std::vector<std::string> joint_columns_of(const config::CsvTable& table) {
+  std::vector<std::string> names;
+  while (table.has(joint_column(names.size() + 1))) names.push_back(joint_column(names.size() + 1));
+  return names;
+}
+
+/// The joints that were found for targets, CSV: q1..qN, and the last error in residual_mm. Targets without
+/// joints are left out.
+///
+/// @param targets  TargetsDocument of the control protocol
+std::string joints_csv(const json::value& targets) {
+  std::string header, rows;
+  for (const json::value& target : targets.at("targets").as_array()) {
+    const json::array& joints = target.at("joints_deg").as_array();
+    if (joints.empty()) continue;
+    header.clear();
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      header += joint_column(i + 1) + ",";
+      rows += control::json_text(joints[i]) + ",";
+    }
+    rows += control::json_text(target.at("errors_mm").as_array().back()) + "\n";
+  }
+  return header + "residual_mm\n" + rows;
+}
+
+/// The cycles of an ISO 9283 test, CSV as `truepose iso9283` reads it: points in the tracker's frame, where
+/// they were commanded in the robot's base. The rows of several campaigns in one file show the drift.
+///
+/// @param iso9283  Iso9283Document of the control protocol
+/// @param started  of the campaign, which names the series
+/// @param points   all points of the campaign
+std::string cycles_csv(const json::value& iso9283, const std::string& started, const json::array& points) {
+  const json::array& commanded = iso9283.at("commanded").as_array();
+  std::string csv = "time,point,cycle,direction,x,y,z,cx,cy,cz\n";
+  for (const json::value& point : points) {
+    const auto pose = point.at("pose").to_number<std::size_t>();
+    const json::value& asked = commanded[pose % commanded.size()];
+    csv += started;
+    (csv += ',') += asked.at("point").as_string();
+    (csv += ',') += std::to_string(pose / commanded.size() + 1);
+    csv += ',';
+    if (const json::value* direction = asked.as_object().if_contains("direction"))
+      csv += direction->as_string();
+    for (const json::value& coordinate : point.at("p_mm").as_array())
+      (csv += ',') += control::json_text(coordinate);
+    for (const char* axis : {"x", "y", "z"}) (csv += ',') += control::json_text(asked.at(axis));
+    csv += '\n';
+  }
+  return csv;
+}
+
+/// All points of a campaign, page by page.
+json::array all_points(RpcClient& client, const std::string& id) {
+  json::array points;
+  for (;;) {
+    const json::object params{
+        {"id", id}, {"points_offset", points.size()}, {"points_limit", 50}};  // that surely fit into a line
+    const json::value page = value_or_throw(client.call("campaign.get", params));
+    const json::array& more = page.at("points").as_array();
+    if (more.empty()) return points;
+    points.insert(points.end(), more.begin(), more.end());
+  }
+}
+
+/// @param kind  what the campaign must be to have the document: "targets", "iso9283"
+const json::value& document_of(const json::value& campaign, const std::string& kind) {
+  const json::value* const document = campaign.as_object().if_contains(kind);
+  if (document && !document->is_null()) return *document;
+  throw CommandError{kFailed, "campaign " + string_at(campaign, "/campaign/id") + " is not of kind " + kind +
+                                  ", or is not done"};
+}
+
+void write_files(RpcClient& client, const json::value& campaign, const CampaignFiles& files) {
+  if (!files.joints.empty())
+    config::write_text_file(files.joints, joints_csv(document_of(campaign, "targets")));
+  if (!files.cycles.empty()) {
+    const json::value& iso9283 = document_of(campaign, "iso9283");
+    const json::array points = all_points(client, string_at(campaign, "/campaign/id"));
+    config::write_text_file(files.cycles,
+                            cycles_csv(iso9283, string_at(campaign, "/campaign/started"), points));
+  }
+  if (!files.document.empty()) {
+    const json::value& document = document_of(campaign, string_at(campaign, "/campaign/kind"));
+    config::write_text_file(files.document, control::json_text(document) + "\n");
+  }
+}
+
+// ---- Progress ----
+
+bool is_over(const std::string& phase) { return phase == "done" || phase == "aborted" || phase == "failed"; }
+
+/// Shows progress: on a terminal one line that is written over, else a line each time.
+class ProgressDisplay {
+ public:
+  explicit ProgressDisplay(bool silent) : silent_{silent}, overwrite_{::isatty(STDOUT_FILENO) == 1} {}
+  void show(const json::value& progress) const {
+    if (silent_) return;
+    const bool last = is_over(string_at(progress, "/phase"));
+    print((overwrite_ ? "\r\x1b[K" : "") + progress_line(progress) + (overwrite_ && !last ? "" : "\n"));
+  }
+
+ private:
+  bool silent_;
+  bool overwrite_;
+};
+
+/// Shows the progress of a campaign whose events this client already gets, until it is over.
+/// @return its last progress
+json::value follow_progress(RpcClient& client, const std::string& id, json::value progress, bool silent) {
+  const ProgressDisplay display{silent};
+  display.show(progress);
+  while (!is_over(string_at(progress, "/phase"))) {
+    const control::Event event = value_or_throw(client.next_event());
+    json::value data = event.data;
+    if (event.topic != "campaign" || string_at(data, "/id") != id) continue;
+    progress = std::move(data);
+    display.show(progress);
+  }
+  return progress;
+}
+
+RpcClient connect_for_campaign(const OnlineOptions& online) {
+  RpcClient client = value_or_throw(RpcClient::connect(online.daemon, online.token_file));
+  // Before anything else, so that no event is missed.
+  value_or_throw(client.call("events.subscribe", {{"topics", json::array{"campaign"}}}));
+  return client;
+}
+
+/// Follows a campaign whose events this client already gets.
+int follow(RpcClient& client, const OnlineOptions& online, const json::object& params) {
+  const json::value present = value_or_throw(client.call("campaign.get", params));
+  const json::value* const begun = find_at(present, "/progress");
+  if (!begun) {  // over already
+    print(online, present, campaign_text);
+    return string_at(present, "/campaign/state") == "done" ? kDone : kFailed;
+  }
+  const json::value progress =
+      follow_progress(client, string_at(present, "/campaign/id"), *begun, online.json);
+  if (online.json) print(online, progress, progress_line);
+  return string_at(progress, "/phase") == "done" ? kDone : kFailed;
+}
+
+}  // namespace
+
+json::object targets_of_file(const std::filesystem::path& file) {
+  const config::CsvTable table = config::CsvTable::read(file);
+  std::vector<std::string> names = joint_columns_of(table);
+  const bool are_joints = !names.empty();
+  if (!are_joints) names = {"x", "y", "z", "a", "b", "c"};
+  std::vector<std::string> known = names;
+  if (are_joints) known.insert(known.end(), {"residual_mm", "residual_deg", "sigma_mm"});
+  table.expect_only(known);
+  std::vector<std::size_t> columns;
+  for (const std::string& name : names) columns.push_back(table.column(name));
+  json::array rows;
+  for (std::size_t row = 0; row < table.row_count(); ++row) {
+    json::array values;
+    for (const std::size_t column : columns) values.emplace_back(table.number(row, column));
+    rows.push_back(std::move(values));
+  }
+  return {{are_joints ? "joints" : "poses", std::move(rows)}};
+}
+
+int start_and_watch(const OnlineOptions& online, const json::object& params) {
+  RpcClient client = connect_for_campaign(online);
+  const json::value started = value_or_throw(client.call("campaign.start", params));
+  const json::object id{{"id", string_at(started, "/id")}};
+  const int exit_code = follow(client, online, id);
+  // A calibration has its report; what the others found is short.
+  if (exit_code == kDone && !online.json && params.contains("kind"))
+    print(online, value_or_throw(client.call("campaign.get", id)), campaign_text);
+  return exit_code;
+}
+
+int watch_campaign(const OnlineOptions& online, const json::object& params) {
+  RpcClient client = connect_for_campaign(online);
+  return follow(client, online, params);
+}
+
+int show_campaign(const OnlineOptions& online, const json::object& params, const CampaignFiles& files) {
+  RpcClient client = value_or_throw(RpcClient::connect(online.daemon, online.token_file));
+  const json::value found = value_or_throw(client.call("campaign.get", params));
+  write_files(client, found, files);
+  print(online, found, campaign_text);
+  return kDone;
+}
+
+int check_drift(const OnlineOptions& online) {
+  RpcClient client = connect_for_campaign(online);
+  const json::value started = value_or_throw(client.call("drift.check", {}));
+  const std::string id = string_at(started, "/id");
+  json::value found = value_or_throw(client.call("campaign.get", {{"id", id}}));
+  if (!found.at("progress").is_null()) {
+    follow_progress(client, id, found.at("progress"), online.json);
+    found = value_or_throw(client.call("campaign.get", {{"id", id}}));
+  }
+  const json::value& document = found.at("drift");
+  if (document.is_null())
+    throw CommandError{kFailed, "the drift check " + string_at(found, "/campaign/state") + ": " +
+                                    string_at(found, "/campaign/reason")};
+  print(online, document, [](const json::value& drift) { return "\n" + drift_text(drift); });
+  return string_at(document, "/verdict") == "failed" ? kFailed : kDone;
+}
+
+}  // namespace truepose::tools

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <boost/json/object.hpp>
+#include <filesystem>
+#include <string>
+
+#include "tools/truepose/online/online_commands.hpp"
+
+namespace truepose::tools {
+
+// The commands about campaigns that are more than a call and its text. All throw CommandError, and
+// ConfigError for files; all return the exit code.
+
+/// Files to write what a campaign found to; empty: none.
+struct CampaignFiles {
+  std::filesystem::path joints;    ///< found for targets, as truepose fk and compensate read them
+  std::filesystem::path cycles;    ///< of an ISO 9283 test, as truepose iso9283 reads them
+  std::filesystem::path document;  ///< of a kind that is no calibration (JSON)
+};
+
+/// Targets of a campaign from CSV: {"joints": rows} of q1..qN, or {"poses": rows} of x,y,z,a,b,c.
+boost::json::object targets_of_file(const std::filesystem::path& file);
+
+/// Starts a campaign and follows it to its end; of one that is no calibration, shows what it found.
+int start_and_watch(const OnlineOptions& online, const boost::json::object& params);
+/// Follows a campaign to its end; succeeds if it ends as done.
+/// @param params  {"id"}, or nothing for the newest
+int watch_campaign(const OnlineOptions& online, const boost::json::object& params);
+int show_campaign(const OnlineOptions& online, const boost::json::object& params, const CampaignFiles& files);
+
+}  // namespace truepose::tools

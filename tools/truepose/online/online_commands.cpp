@@ -1,0 +1,299 @@
+#include "tools/truepose/online/online_commands.hpp"
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/value_from.hpp>
+#include <cstdio>
+#include <memory>
+#include <type_traits>
+
+#include "config/text_file.hpp"
+#include "proto/control/json_text.hpp"
+#include "tools/truepose/online/campaign_commands.hpp"
+#include "tools/truepose/online/online_text.hpp"
+#include "tools/truepose/online/rpc_client.hpp"
+#include "tools/truepose/text.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace json = boost::json;
+
+/// Everything that options are read into.
+struct Arguments {
+  OnlineOptions online;
+  std::string id;
+  std::filesystem::path out;
+  // campaign start
+  std::string kind = "calibration";
+  std::filesystem::path targets;
+  std::optional<int> rounds, readings, cycles, identify_poses, validate_poses;
+  std::optional<double> tolerance_mm;
+  std::optional<bool> variation, remeasure;
+  std::optional<std::int64_t> seed;
+  bool uncompensated = false, no_activate = false, watch = false;
+  // the others
+  CampaignFiles files;
+  std::vector<std::string> topics;
+  std::optional<std::int64_t> after;
+  std::optional<std::uint64_t> count;
+  std::string method, params;
+  ReportOptions report;
+};
+
+/// A command that the daemon answers: it calls the method with those of its options that are parameters of
+/// it, and prints the answer.
+struct Row {
+  std::string name, method, help;
+  std::vector<Option> options{};
+  std::string (*text)(const json::value& answer) = nullptr;
+  int (*run)(const Arguments& given, const json::object& params) = nullptr;  ///< where that is not all
+};
+
+// ---- Texts of one sentence ----
+
+std::string started_text(const json::value& started) {
+  return "campaign " + string_at(started, "/id") + " runs; follow it with: truepose campaign watch\n";
+}
+
+std::string progress_text(const json::value& progress) { return progress_line(progress) + "\n"; }
+
+std::string activated_text(const json::value& model) {
+  return "model " + string_at(model, "/id") + " is active\n";
+}
+
+std::string deactivated_text(const json::value& result) {
+  const std::string id = string_at(result, "/deactivated");
+  return id.empty() ? "no model was active\n" : "model " + id + " is no longer active\n";
+}
+
+std::string exported_text(const json::value& model) { return string_at(model, "/yaml"); }
+
+std::string answer_text(const json::value& answer) { return control::json_text(answer) + "\n"; }
+
+// ---- Commands that are more than a call and its text ----
+
+int ask(const OnlineOptions& online, const std::string& method, const json::object& params,
+        std::string (*text)(const json::value&)) {
+  RpcClient client = value_or_throw(RpcClient::connect(online.daemon, online.token_file));
+  print(online, value_or_throw(client.call(method, params)), text);
+  return kDone;
+}
+
+int start_campaign(const Arguments& given, const json::object& params) {
+  json::object all = given.targets.empty() ? json::object{} : targets_of_file(given.targets);
+  for (const auto& [key, value] : params) {
+    if (key != "kind" || given.kind != "calibration") all[key] = value;
+  }
+  if (given.watch) return start_and_watch(given.online, all);
+  return ask(given.online, "campaign.start", all, started_text);
+}
+
+int export_model(const Arguments& given, const json::object& params) {
+  if (given.out.empty()) return ask(given.online, "model.export", params, exported_text);
+  RpcClient client = value_or_throw(RpcClient::connect(given.online.daemon, given.online.token_file));
+  const json::value model = value_or_throw(client.call("model.export", params));
+  config::write_text_file(given.out, string_at(model, "/yaml"));
+  print(given.online, {{"id", string_at(model, "/id")}, {"file", given.out.string()}},
+        [](const json::value& written) {
+          return "model " + string_at(written, "/id") + " written to " + string_at(written, "/file") + "\n";
+        });
+  return kDone;
+}
+
+int print_events(const Arguments& given, const json::object& params) {
+  RpcClient client = value_or_throw(RpcClient::connect(given.online.daemon, given.online.token_file));
+  const json::value subscribed = value_or_throw(client.call("events.subscribe", params));
+  if (const json::value* complete = find_at(subscribed, "/complete"); complete && *complete == false)
+    std::fprintf(stderr, "truepose: some events since number %lld are no longer kept\n",
+                 static_cast<long long>(given.after.value_or(0)));
+  for (std::uint64_t seen = 0; !given.count || seen < *given.count; ++seen) {
+    const control::Event event = value_or_throw(client.next_event());
+    print(given.online.json
+              ? answer_text(
+                    {{"seq", event.seq}, {"time", event.time}, {"topic", event.topic}, {"data", event.data}})
+              : event_line(event) + "\n");
+  }
+  return kDone;
+}
+
+int call_method(const Arguments& given, const json::object&) {
+  if (given.params.empty()) return ask(given.online, given.method, {}, answer_text);
+  const auto parsed = control::parse_json(given.params);
+  if (!parsed) throw CommandError{kBadInput, "call: JSON: " + parsed.error()};
+  if (!parsed->is_object())
+    throw CommandError{kBadInput, "call: JSON: expected an object, such as {\"limit\": 5}"};
+  return ask(given.online, given.method, parsed->get_object(), answer_text);
+}
+
+// ---- The table ----
+
+std::vector<Option> connection_options(OnlineOptions& online) {
+  return {
+      {"--daemon", &online.daemon,
+       "HOST:PORT of the daemon, or the path of its control socket; default: the control socket of the one "
+       "that runs here, else 127.0.0.1:7210"},
+      {"--token-file",
+       &online.token_file,
+       "file with the daemon's token, for HOST:PORT",
+       {.environment = "TRUEPOSE_TOKEN_FILE"}}};
+}
+
+// clang-format off
+std::vector<Row> table(Arguments& a) {
+  const auto id = [&a](const char* help, bool required = false) {
+    return Option{"ID", &a.id, help, {.required = required, .key = "id"}};
+  };
+  return {
+      {"status", "cell.status", "what the cell does, its devices, model, stream and faults", {}, status_text},
+      {"connect", "cell.connect", "connect robot and tracker", {}, status_text},
+      {"acknowledge", "cell.acknowledge", "clear a fault whose cause is gone, or let a stream that holds go on",
+       {}, status_text},
+
+      {"campaign", "", "measure and identify the arm"},
+      {"campaign start", "campaign.start", "start a campaign",
+       {{"--kind", &a.kind, "what to measure for",
+         {.shows_default = true, .check = member_of({"calibration", "targets", "iso9283"}), .key = "kind"}},
+        {"--targets", &a.targets,
+         "targets (CSV: q1..qN in deg, or x,y,z,a,b,c of the flange); default: validation poses of a plan"},
+        {"--rounds", &a.rounds, "corrections of a target at most", {.key = "rounds"}},
+        {"--tolerance", &a.tolerance_mm, "mm to which the mean of its readings must come",
+         {.key = "tolerance_mm"}},
+        {"--readings", &a.readings, "of the tracker in each round", {.key = "readings"}},
+        {"--cycles", &a.cycles, "of an ISO 9283 test; default as configured", {.key = "cycles"}},
+        {"--variation", &a.variation,
+         "ISO 9283: come to P1, P2 and P4 along the three axes of the base too, for vAP; default as "
+         "configured",
+         {.key = "variation"}},
+        {"--uncompensated", &a.uncompensated, "ISO 9283 of the nominal arm; needs no model",
+         {.key = "compensate", .flag_sends = false}},
+        {"--identify", &a.identify_poses, "poses to identify from", {.key = "identify_poses"}},
+        {"--validate", &a.validate_poses, "poses to validate on", {.key = "validate_poses"}},
+        {"--seed", &a.seed, "seed of the planner", {.key = "seed"}},
+        {"--remeasure", &a.remeasure,
+         "measure the validation poses again with compensated joints; default as configured",
+         {.key = "remeasure"}},
+        {"--no-activate", &a.no_activate, "keep the model inactive", {.key = "activate", .flag_sends = false}},
+        {"--watch", &a.watch, "follow it to its end"}},
+       nullptr, start_campaign},
+      {"campaign pause", "campaign.pause", "pause the campaign that runs", {}, progress_text},
+      {"campaign resume", "campaign.resume", "resume the campaign that runs", {}, progress_text},
+      {"campaign abort", "campaign.abort", "abort the campaign that runs", {}, progress_text},
+      {"campaign list", "campaign.list", "campaigns, newest first", {}, campaigns_text},
+      {"campaign show", "campaign.get", "one campaign",
+       {id("campaign; default: the newest"),
+        {"--joints", &a.files.joints, "write the joints that were found for targets here (CSV)"},
+        {"--cycles", &a.files.cycles,
+         "write the cycles of an ISO 9283 test here (CSV), as truepose iso9283 --data reads them"},
+        {"--document", &a.files.document,
+         "write what it found here (JSON); of an ISO 9283 test, as truepose report --iso9283 reads it"}},
+       nullptr,
+       [](const Arguments& x, const json::object& params) { return show_campaign(x.online, params, x.files); }},
+      {"campaign watch", "campaign.get", "follow a campaign to its end", {id("campaign; default: the newest")},
+       nullptr,
+       [](const Arguments& x, const json::object& params) { return watch_campaign(x.online, params); }},
+
+      {"model", "", "the models that campaigns made"},
+      {"model list", "model.list", "models, newest first", {}, models_text},
+      {"model show", "model.get", "one model with its parameters",
+       {id("model; default: the active one")}, model_text},
+      {"model activate", "model.activate", "let a model correct the arm", {id("model", true)}, activated_text},
+      {"model deactivate", "model.deactivate", "let no model correct the arm", {}, deactivated_text},
+      {"model export", "model.export", "write a model file",
+       {id("model; default: the active one"), {"--out", &a.out, "file; default: standard output"}},
+       nullptr, export_model},
+
+      {"stream", "", "correct the arm while it works"},
+      {"stream start", "stream.start", "ramp the corrections in", {}, stream_text},
+      {"stream stop", "stream.stop", "ramp them out", {}, stream_text},
+      {"stream status", "stream.status", "counters of the stream", {}, stream_text},
+
+      {"events", "events.subscribe", "print what happens",
+       {{"--topics", &a.topics, "cell, campaign, measurement, stream, model, fault, log", {.key = "topics"}},
+        {"--after", &a.after, "number of the last event seen: what followed comes first", {.key = "after"}},
+        {"--count", &a.count, "end after so many"}},
+       nullptr, print_events},
+      {"call", "", "call any method of the daemon",
+       {{"METHOD", &a.method, "such as cell.status", {.required = true}},
+        {"JSON", &a.params, "its parameters, an object"}},
+       nullptr, call_method},
+      {"report", "report.get", "errors before and after: a table, and a page to keep",
+       {{"ID", &a.report.campaign, "campaign; default: the newest that is done", {.key = "id"}},
+        {"--document", &a.report.document, "a calibration document (JSON) instead of the daemon's",
+         {.excludes = {"ID"}}},
+        {"--truth", &a.report.truth, "what a simulated arm really is (truepose-sim --truth-file)"},
+        {"--iso9283", &a.report.iso9283,
+         "an ISO 9283 test (truepose iso9283 --json), to be a section of the page"},
+        {"--experiment", &a.report.experiment,
+         "an experiment (truepose experiment --json), to be sections of the page"},
+        {"--html", &a.report.html, "write the page here"},
+        {"--out-json", &a.report.json, "write the document here"}},
+       nullptr, [](const Arguments& x, const json::object&) { return report_campaign(x.online, x.report); }},
+  };
+}
+// clang-format on
+
+// ---- From rows to commands ----
+
+/// The value of an option as a parameter; nothing where the option is not given.
+std::optional<json::value> parameter_of(const Option& option) {
+  return std::visit(
+      [&]<class T>(T* value) -> std::optional<json::value> {
+        if constexpr (std::same_as<T, bool>) {
+          return *value ? std::optional<json::value>{option.rules.flag_sends} : std::nullopt;
+        } else if constexpr (std::same_as<T, std::string>) {
+          return value->empty() ? std::nullopt : std::optional<json::value>{*value};
+        } else if constexpr (std::same_as<T, std::filesystem::path>) {
+          return value->empty() ? std::nullopt : std::optional<json::value>{value->string()};
+        } else if constexpr (requires { value->has_value(); }) {
+          return *value ? std::optional<json::value>{**value} : std::nullopt;
+        } else if constexpr (requires { value->begin(); }) {
+          return value->empty() ? std::nullopt : std::optional<json::value>{json::value_from(*value)};
+        } else {
+          return *value;
+        }
+      },
+      option.target);
+}
+
+json::object parameters_of(const std::vector<Option>& options) {
+  json::object params;
+  for (const Option& option : options) {
+    if (option.rules.key.empty()) continue;
+    if (auto value = parameter_of(option)) params[option.rules.key] = *std::move(value);
+  }
+  return params;
+}
+
+Command command_of(const Row& row, const std::shared_ptr<Arguments>& arguments) {
+  Command command{.name = row.name, .help = row.help, .method = row.method};
+  if (!row.text && !row.run) return command;  // a group
+  command.options = connection_options(arguments->online);
+  command.options.push_back({"--json", &arguments->online.json, "print one JSON document"});
+  command.options.insert(command.options.end(), row.options.begin(), row.options.end());
+  command.run = [row, arguments] {
+    const json::object params = parameters_of(row.options);
+    return row.run ? row.run(*arguments, params) : ask(arguments->online, row.method, params, row.text);
+  };
+  return command;
+}
+
+}  // namespace
+
+void print(const std::string& text) {
+  std::fputs(text.c_str(), stdout);
+  std::fflush(stdout);
+}
+
+void print(const OnlineOptions& online, const json::value& answer, std::string (*text)(const json::value&)) {
+  print(online.json ? control::json_text(answer) + "\n" : text(answer));
+}
+
+CommandLine online_commands() {
+  const auto arguments = std::make_shared<Arguments>();
+  CommandLine line{.options = connection_options(arguments->online), .commands = {}};
+  for (const Row& row : table(*arguments)) line.commands.push_back(command_of(row, arguments));
+  return line;
+}
+
+}  // namespace truepose::tools

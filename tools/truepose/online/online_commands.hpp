@@ -1,0 +1,46 @@
+#pragma once
+
+#include <boost/json/fwd.hpp>
+#include <filesystem>
+#include <string>
+
+#include "tools/truepose/command_line.hpp"
+
+namespace truepose::tools {
+
+/// Which daemon, and how to print. With `json`, standard output carries one JSON document and nothing else.
+struct OnlineOptions {
+  std::string daemon;  ///< as RpcClient::connect() takes it
+  std::filesystem::path token_file;
+  bool json = false;
+};
+
+/// The commands that talk to the daemon, and the options that say to which.
+CommandLine online_commands();
+
+/// Prints, at once.
+void print(const std::string& text);
+/// The answer, as JSON where that was asked for.
+void print(const OnlineOptions& online, const boost::json::value& answer,
+           std::string (*text)(const boost::json::value& answer));
+
+/// Lets the daemon measure a few poses and judge its active model. @return kFailed where that is no longer
+/// right. Throws CommandError.
+int check_drift(const OnlineOptions& online);
+
+/// What a report is made of and where it goes. Empty paths are not read or written.
+struct ReportOptions {
+  std::string campaign;            ///< id; empty: the newest that is done
+  std::filesystem::path document;  ///< a calibration document on a file instead of the daemon's
+  std::filesystem::path truth;     ///< what a simulated arm really is, to stand beside what was identified
+  std::filesystem::path iso9283, experiment;  ///< documents that the page gets sections of
+  std::filesystem::path html, json;           ///< files to write
+};
+
+/// Reports a campaign: prints the table of errors (with `--json` the whole document) and writes the files
+/// asked for. The document is that of `calibrate --json` with what was measured again and, where it runs, the
+/// state of the stream. Throws CommandError: kFailed where the calibration did not converge or its validation
+/// is no better than the nominal arm's.
+int report_campaign(const OnlineOptions& online, const ReportOptions& options);
+
+}  // namespace truepose::tools

@@ -1,0 +1,99 @@
+#include <algorithm>
+#include <boost/json.hpp>
+#include <boost/system/system_error.hpp>
+#include <cstdio>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "config/text_file.hpp"
+#include "proto/control/json_text.hpp"
+#include "tools/report/report.hpp"
+#include "tools/truepose/online/online_commands.hpp"
+#include "tools/truepose/online/rpc_client.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::int64_t kPage = 50;
+
+json::object read_document(const std::filesystem::path& file) {
+  std::ifstream in{file};
+  std::stringstream text;
+  text << in.rdbuf();
+  if (!in) throw CommandError{kBadInput, file.string() + ": cannot be read"};
+  const auto value = control::parse_json(text.str());
+  if (!value) throw CommandError{kBadInput, file.string() + ": " + value.error()};
+  if (!value->is_object()) throw CommandError{kBadInput, file.string() + ": not a JSON object"};
+  return value->as_object();
+}
+
+std::optional<json::object> read_if_given(const std::filesystem::path& file) {
+  return file.empty() ? std::nullopt : std::optional{read_document(file)};
+}
+
+void append(json::object& to, const json::object& page, const char* list) {
+  const json::value* more = page.if_contains(list);
+  if (more == nullptr) return;
+  json::array& points = to[list].is_array() ? to[list].get_array() : to[list].emplace_array();
+  for (const json::value& point : more->as_array()) points.push_back(point);
+}
+
+/// The campaign's document with all pages of its points, and the stream's counters if it has run.
+json::object fetch_document(const OnlineOptions& online, const std::string& campaign) {
+  RpcClient client = value_or_throw(RpcClient::connect(online.daemon, online.token_file));
+  json::object document;
+  std::string id = campaign;
+  for (std::int64_t offset = 0, total = 1; offset < total; offset += kPage) {
+    json::object params{{"points_offset", offset}, {"points_limit", kPage}};
+    if (!id.empty()) params["id"] = id;
+    const json::value reply = value_or_throw(client.call("report.get", params));
+    id = reply.at("id").as_string();
+    total = reply.at("points_total").to_number<std::int64_t>();
+    const json::object& page = reply.at("document").as_object();
+    if (offset == 0) {
+      document = page;
+      continue;
+    }
+    for (const char* list : {"points", "remeasured_points", "skipped"}) append(document, page, list);
+  }
+  const json::value stream = value_or_throw(client.call("stream.status", {}));
+  if (stream.at("cycles").to_number<std::int64_t>() > 0) document["stream"] = stream;
+  return document;
+}
+
+}  // namespace
+
+int report_campaign(const OnlineOptions& online, const ReportOptions& options) try {
+  json::object document =
+      options.document.empty() ? fetch_document(online, options.campaign) : read_document(options.document);
+  if (auto truth = read_if_given(options.truth)) document["truth"] = *std::move(truth);
+  const auto iso9283 = read_if_given(options.iso9283), experiment = read_if_given(options.experiment);
+  // Rendered before anything is written, so that a document that cannot be used leaves no file behind.
+  const std::string html =
+      report::render_html(document, {iso9283 ? &*iso9283 : nullptr, experiment ? &*experiment : nullptr});
+  const std::string table = report::render_text(document);
+  const std::string text = control::json_text(document) + "\n";
+  std::vector<config::TextFile> files;
+  if (!options.html.empty()) files.push_back({options.html, html});
+  if (!options.json.empty()) files.push_back({options.json, text});
+  config::write_together(files);
+  std::fputs(online.json ? text.c_str() : table.c_str(), stdout);
+  if (std::string why = report::why_unusable(document); !why.empty())
+    throw CommandError{kFailed, std::move(why)};
+  return kDone;
+} catch (const std::invalid_argument& unusable) {
+  throw CommandError{kBadInput, std::string{"the document cannot be reported: "} + unusable.what()};
+} catch (const boost::system::system_error& unusable) {
+  throw CommandError{
+      kBadInput,
+      std::string{"--iso9283 or --experiment: not a document as those commands print it with --json: "} +
+          unusable.what()};
+}
+
+}  // namespace truepose::tools
