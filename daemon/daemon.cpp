@@ -15,12 +15,10 @@
 
 #include "daemon/cell/daemon_cell.hpp"
 #include "daemon/control/control_server.hpp"
-#include "daemon/ethernet_file.hpp"
 #include "daemon/log/log.hpp"
-#include "daemon/service/lock_file.hpp"
+#include "daemon/realtime/stream_options.hpp"
 #include "daemon/service/runtime_folder.hpp"
 #include "daemon/service/service_manager.hpp"
-#include "daemon/service/watchdog.hpp"
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/kuka/rsi_link.hpp"
 #include "drivers/leica/emscon_tracker.hpp"

@@ -64,10 +64,9 @@ struct Arguments {
 
 /// @return none where a text was asked for, and is printed. Throws UsageError
 std::optional<Arguments> read_arguments(int argc, char** argv) {
-  const std::array options{option{"config", required_argument, nullptr, 'c'},
-                           option{"check", no_argument, nullptr, 'k'},
-                           option{"version", no_argument, nullptr, 'v'},
-                           option{"help", no_argument, nullptr, 'h'}, option{}};
+  const std::array options{
+      option{"config", required_argument, nullptr, 'c'}, option{"check", no_argument, nullptr, 'k'},
+      option{"version", no_argument, nullptr, 'v'}, option{"help", no_argument, nullptr, 'h'}, option{}};
   Arguments arguments;
   opterr = 0;
   for (int found; (found = getopt_long(argc, argv, ":h", options.data(), nullptr)) != -1;) {

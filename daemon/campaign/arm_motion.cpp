@@ -39,15 +39,14 @@ std::vector<std::int8_t> direction_after(std::vector<std::int8_t> direction, con
 CellDevices::Outcome<JointVector> ArmMotion::drive(JointVector q) {
   auto here = co_await devices_.position();
   if (!here) co_return here;
-  auto way = std::make_shared<std::optional<std::vector<JointVector>>>();
-  std::function<void()> job = [way, poses = poses_, from = *here, q] { *way = poses->way(from, q); };
-  co_await compute_(job);
-  if (!*way) {
+  auto job = [poses = poses_, from = *here, q] { return poses->way(from, q); };
+  auto way = co_await result_of(compute_, job);
+  if (!way) {
     co_return std::unexpected(
         DeviceError{Remedy::Retry, "no clear way was found from where the arm stands; move it by hand"});
   }
-  (*way)->push_back(q);
-  for (const JointVector& stop : **way) {
+  way->push_back(q);
+  for (const JointVector& stop : *way) {
     const JointVector from = *here;
     here = co_await devices_.move(stop);
     if (!here) co_return here;

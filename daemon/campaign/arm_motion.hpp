@@ -2,7 +2,6 @@
 
 #include <boost/asio/awaitable.hpp>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -10,11 +9,9 @@
 #include "config/cell_config.hpp"
 #include "core/plan/pose_supply.hpp"
 #include "daemon/campaign/cell_devices.hpp"
+#include "daemon/threads/worker.hpp"
 
 namespace truepose::daemon {
-
-/// Runs a job where it may take long and returns when it is done: a pool of threads, or in place in tests.
-using RunCompute = std::function<boost::asio::awaitable<void>(std::function<void()>)>;
 
 /// The way (rad; prismatic: as many metres) by which every joint comes to a pose, from below where positive;
 /// 0 where the campaign prescribes no side.
@@ -29,7 +26,7 @@ std::vector<std::int8_t> direction_after(std::vector<std::int8_t> direction, con
 class ArmMotion {
  public:
   /// @param robot, devices  outlive it
-  ArmMotion(const RobotModel& robot, CellDevices& devices, RunCompute compute)
+  ArmMotion(const RobotModel& robot, CellDevices& devices, RunJob compute)
       : robot_{robot}, devices_{devices}, compute_{std::move(compute)} {}
 
   /// Needed before the first motion.
@@ -46,7 +43,7 @@ class ArmMotion {
  private:
   const RobotModel& robot_;
   CellDevices& devices_;
-  RunCompute compute_;
+  RunJob compute_;
   std::shared_ptr<PoseSupply> poses_;
   std::vector<std::int8_t> direction_;
 };

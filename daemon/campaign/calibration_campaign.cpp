@@ -1,5 +1,3 @@
-#include "daemon/campaign/calibration_campaign.hpp"
-
 #include <algorithm>
 #include <cstdio>
 #include <memory>
@@ -11,6 +9,7 @@
 #include "core/judge/calibration_doubts.hpp"
 #include "core/judge/model_noise.hpp"
 #include "core/math/units.hpp"
+#include "daemon/campaign/campaign.hpp"
 
 namespace truepose::daemon {
 
@@ -29,6 +28,32 @@ std::vector<double> reference_drift_mm(const std::vector<StoredPoint>& points) {
   }
   return drift_mm;
 }
+
+class CalibrationCampaign final : public CampaignProcedure {
+ public:
+  explicit CalibrationCampaign(MeasuringSession& session);
+  CampaignOutcome<void> run() override;
+
+ private:
+  using Targets = std::vector<MeasuringTarget>;
+
+  CampaignOutcome<void> plan();
+  void add_reference(const JointVector& q);
+  MeasuringTarget reference(const JointVector& q);
+  CampaignOutcome<void> warm_up();
+  CampaignOutcome<void> measure_to_identify();
+  CampaignOutcome<void> measure_to_validate();
+  CampaignOutcome<void> fit_placement();
+  CampaignOutcome<void> identify();
+  boost::asio::awaitable<void> doubt();
+  CampaignOutcome<void> remeasure();
+  CampaignOutcome<Targets> compensate();
+  void judge_remeasured();
+  CalibrationResult& found() { return session_.result().as<CalibrationResult>(); }
+
+  MeasuringSession& session_;
+  Targets identify_, validate_;
+};
 
 }  // namespace
 
@@ -97,13 +122,12 @@ CampaignOutcome<void> CalibrationCampaign::warm_up() {
 
 CampaignOutcome<void> CalibrationCampaign::measure_to_identify() {
   session_.enter(CampaignPhase::Identify);
-  CampaignResult& result = session_.result();
   // With every further pose the fit reaches farther beyond those that it was made from.
-  const auto after_each = [this, &result]() -> CampaignOutcome<void> {
-    const bool enough =
-        static_cast<int>(result.data.points.size()) >= session_.config().campaign.coarse_after;
+  const auto after_each = [this]() -> CampaignOutcome<void> {
+    const std::size_t points = session_.data().points.size();
     Done fitted;
-    if (enough) fitted = co_await fit_placement();
+    if (static_cast<int>(points) >= session_.config().campaign.coarse_after)
+      fitted = co_await fit_placement();
     co_return fitted;
   };
   auto measured = co_await session_.measure_all(identify_, after_each);
@@ -116,7 +140,6 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_validate() {
   auto measured = co_await session_.measure_all(validate_);
   if (!measured) co_return std::unexpected(measured.error());
   validate_ = *std::move(measured);
-  CampaignResult& result = session_.result();
   const auto& last_reference = session_.planned().reference;
   if (last_reference && !validate_.empty()) {
     // What moved while it was validated shows as well.
@@ -124,7 +147,7 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_validate() {
     auto visited = co_await session_.measure(reference(*last_reference));
     if (!visited) co_return std::unexpected(visited.error());
   }
-  result.reference_drift_mm = reference_drift_mm(result.points);
+  found().reference_drift_mm = reference_drift_mm(session_.result().points);
   co_return Done{};
 }
 
@@ -132,17 +155,16 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_validate() {
 /// look.
 CampaignOutcome<void> CalibrationCampaign::fit_placement() {
   const CampaignResult& result = session_.result();
-  auto fitted = std::make_shared<std::expected<CalibratedCell, CalibrationError>>();
-  std::function<void()> job = [fitted, robot = session_.config().robot.model, data = result.data] {
-    *fitted = coarse_fit(robot, data);
+  auto job = [robot = session_.config().robot.model, data = session_.data()] {
+    return coarse_fit(robot, data);
   };
-  co_await session_.compute(job);
-  if (!*fitted) {
+  auto fitted = co_await session_.compute(job);
+  if (!fitted) {
     // What served so far goes on serving; the next point brings another try.
-    session_.report_trouble("base and reflector are not known yet: " + fitted->error().detail);
+    session_.report_trouble("base and reflector are not known yet: " + fitted.error().detail);
     co_return Done{};
   }
-  const CalibratedCell& cell = **fitted;
+  const CalibratedCell& cell = *fitted;
   for (std::size_t i = 0; i < result.points.size(); ++i) {
     const StoredPoint& point = result.points[i];
     const double off_mm = (point.p_WS_mm - cell.predict(point.q_actual, 0)).norm();
@@ -155,33 +177,33 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
     co_return std::unexpected(CampaignError{CampaignFault::Calibration, text});
   }
   // A fit from few points is good where they are, and less so elsewhere.
-  const bool few = static_cast<int>(result.data.points.size()) < 2 * session_.config().campaign.coarse_after;
+  const int points = static_cast<int>(session_.data().points.size());
+  const bool few = points < 2 * session_.config().campaign.coarse_after;
   session_.expect(cell, few ? 2 : 1);
   co_return Done{};
 }
 
 CampaignOutcome<void> CalibrationCampaign::identify() {
   session_.enter(CampaignPhase::Compute);
-  CampaignResult& result = session_.result();
-  auto calibrated = std::make_shared<std::expected<Calibration, CalibrationError>>();
-  std::function<void()> job = [calibrated, robot = session_.config().robot.model, data = result.data,
-                               options = config::calibrate_options(session_.config())] {
-    *calibrated = calibrate(robot, data, options);
-  };
+  CalibrationResult& result = found();
+  const MeasurementData data = session_.data();
+  const CalibrateOptions options = config::calibrate_options(session_.config());
   const TimePoint begun = session_.clock().now();
-  co_await session_.compute(job);
+  auto job = [robot = session_.config().robot.model, data, options] {
+    return calibrate(robot, data, options);
+  };
+  auto calibrated = co_await session_.compute(job);
   result.elapsed_s = std::chrono::duration<double>(session_.clock().now() - begun).count();
-  if (!*calibrated) {
-    co_return std::unexpected(CampaignError{CampaignFault::Calibration, calibrated->error().detail});
+  if (!calibrated) {
+    co_return std::unexpected(CampaignError{CampaignFault::Calibration, calibrated.error().detail});
   }
-  Calibration& calibration = **calibrated;
+  Calibration& calibration = *calibrated;
   if (!calibration.converged) {
     co_return std::unexpected(
         CampaignError{CampaignFault::Calibration, "the identification did not converge"});
   }
   result.calibration = std::move(calibration);
-  result.noise =
-      noise_about_model(result.calibration, result.data, config::calibrate_options(session_.config()).noise);
+  result.noise = noise_about_model(result.calibration, data, options.noise);
   const auto& validate = result.calibration.validate;
   result.improves = validate && improves(validate->before, validate->after);
   if (validate) co_await doubt();
@@ -191,19 +213,17 @@ CampaignOutcome<void> CalibrationCampaign::identify() {
 
 /// Asks whether the data contradict what was made of them.
 boost::asio::awaitable<void> CalibrationCampaign::doubt() {
-  CampaignResult& result = session_.result();
+  CalibrationResult& result = found();
   std::vector<Eigen::Vector3d> reference_mm;
-  for (const StoredPoint& point : result.points)
+  for (const StoredPoint& point : session_.result().points)
     if (point.purpose == PointPurpose::Reference) reference_mm.push_back(point.p_WS_mm);
   // The session outlives the job, and does nothing else meanwhile.
-  std::function<void()> job = [&result, reference_mm,
-                               stated = *config::calibrate_options(session_.config()).noise] {
-    result.doubts = calibration_doubts({.calibration = result.calibration,
-                                        .data = result.data,
-                                        .reference_mm = reference_mm,
-                                        .stated = stated});
+  auto job = [&result, reference_mm, data = session_.data(),
+              stated = *config::calibrate_options(session_.config()).noise] {
+    return calibration_doubts(
+        {.calibration = result.calibration, .data = data, .reference_mm = reference_mm, .stated = stated});
   };
-  co_await session_.compute(job);
+  result.doubts = co_await session_.compute(job);
   for (const std::string& doubt : result.doubts) session_.report_trouble("the model is in doubt: " + doubt);
 }
 
@@ -223,51 +243,57 @@ CampaignOutcome<CalibrationCampaign::Targets> CalibrationCampaign::compensate() 
   for (MeasuringTarget& target : targets) {
     target = session_.new_target(PointPurpose::Remeasure, target.q_target);
   }
-  auto solved = std::make_shared<std::vector<TargetCompensation::Result>>();
-  std::function<void()> job = [solved, targets, config = session_.config(), expected = session_.expected()] {
+  auto job = [targets, config = session_.config(), expected = session_.expected()] {
+    std::vector<TargetCompensation::Result> results;
     const RobotModel& nominal = config.robot.model;
     for (const MeasuringTarget& target : targets) {
       const std::vector<std::int8_t> direction = approach_direction(target, nominal);
       const TargetCompensation compensation{nominal, expected.robot,
                                             config::compensation_options(config, direction)};
       // Next to the wrist singularity the reflector's position is kept: it is what will be measured.
-      solved->push_back(compensation.at_joints(target.q_target, expected.reflectors.front().p_FS_mm));
+      results.push_back(compensation.at_joints(target.q_target, expected.reflectors.front().p_FS_mm));
     }
+    return results;
   };
-  co_await session_.compute(job);
+  auto solved = co_await session_.compute(job);
 
   Targets reachable;
   for (std::size_t i = 0; i < targets.size(); ++i) {
     std::string reason;
-    if (!session_.result().improves) {
+    if (!found().improves) {
       reason = "the calibrated arm is no better than the nominal one on the validation poses";
-    } else if (!session_.result().doubts.empty()) {
-      reason = "the arm is not led by a model that is in doubt: " + session_.result().doubts.front();
-    } else if (!(*solved)[i]) {
-      reason = "compensated: " + described((*solved)[i].error(), session_.config().robot.model);
+    } else if (!found().doubts.empty()) {
+      reason = "the arm is not led by a model that is in doubt: " + found().doubts.front();
+    } else if (!solved[i]) {
+      reason = "compensated: " + described(solved[i].error(), session_.config().robot.model);
     }
     if (!reason.empty()) {
       Done skipped = co_await session_.skip(targets[i], 0, reason);
       if (!skipped) co_return std::unexpected(skipped.error());
       continue;
     }
-    targets[i].q_commanded = (*solved)[i]->q;
+    targets[i].q_commanded = solved[i]->q;
     reachable.push_back(targets[i]);
   }
   co_return reachable;
 }
 
 void CalibrationCampaign::judge_remeasured() {
-  CampaignResult& result = session_.result();
+  CalibrationResult& result = found();
   const CalibratedCell& cell = result.calibration.cell;
   // Where the nominal arm was asked to be, seen from the identified base.
   const CalibratedCell asked{session_.config().robot.model, cell.base, cell.reflectors};
-  for (const StoredPoint& point : result.points) {
+  std::vector<Eigen::Vector3d> errors_mm;
+  for (const StoredPoint& point : session_.result().points) {
     if (point.purpose != PointPurpose::Remeasure) continue;
-    result.remeasured_errors_mm.push_back(point.p_WS_mm - asked.predict(point.q_target, 0));
+    errors_mm.push_back(point.p_WS_mm - asked.predict(point.q_target, 0));
+    result.remeasured_points.push_back({point, errors_mm.back()});
   }
-  if (result.remeasured_errors_mm.empty()) return;
-  result.remeasured = error_statistics(result.remeasured_errors_mm);
+  if (!errors_mm.empty()) result.remeasured = error_statistics(errors_mm);
+}
+
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, CalibrationOrder) {
+  return std::make_unique<CalibrationCampaign>(session);
 }
 
 }  // namespace truepose::daemon

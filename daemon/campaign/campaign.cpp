@@ -7,9 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include "daemon/campaign/calibration_campaign.hpp"
-#include "daemon/campaign/drift_campaign.hpp"
-
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
@@ -18,29 +15,14 @@ namespace {
 
 using Done = std::expected<void, CampaignError>;
 
-struct MakeProcedure {
-  MeasuringSession& session;
-  std::unique_ptr<CampaignProcedure> operator()(CalibrationOrder) const {
-    return std::make_unique<CalibrationCampaign>(session);
-  }
-  std::unique_ptr<CampaignProcedure> operator()(DriftReference reference) const {
-    return std::make_unique<DriftCampaign>(session, std::move(reference));
-  }
-  std::unique_ptr<CampaignProcedure> operator()(TargetsOrder order) const {
-    return std::make_unique<TargetsCampaign>(session, std::move(order));
-  }
-  std::unique_ptr<CampaignProcedure> operator()(Iso9283Order order) const {
-    return std::make_unique<Iso9283Campaign>(session, std::move(order));
-  }
-};
-
 }  // namespace
 
 Campaign::Campaign(config::CellConfig config, CampaignDevices devices, CampaignJournal& journal,
-                   CampaignObserver& observer, RunCompute run_compute, CampaignOrder order)
+                   CampaignObserver& observer, RunJob run_compute, CampaignOrder order)
     : config_{std::move(config)},
       session_{config_, devices, journal, observer, std::move(run_compute)},
-      procedure_{std::visit(MakeProcedure{session_}, std::move(order))} {}
+      procedure_{std::visit([this](auto of_kind) { return procedure_of(session_, std::move(of_kind)); },
+                            std::move(order))} {}
 
 asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignError>> Campaign::run() {
   const auto executor = co_await asio::this_coro::executor;

@@ -5,26 +5,48 @@
 #include <expected>
 #include <memory>
 #include <string>
-#include <variant>
 
-#include "daemon/campaign/campaign_procedure.hpp"
-#include "daemon/campaign/iso9283_campaign.hpp"
 #include "daemon/campaign/measuring_session.hpp"
-#include "daemon/campaign/targets_campaign.hpp"
 
 namespace truepose::daemon {
 
-struct CalibrationOrder {};
+/// What one kind of campaign does with a session once the devices are connected. Made before that, when it
+/// says how many poses there will be.
+class CampaignProcedure {
+ public:
+  virtual ~CampaignProcedure() = default;
+  virtual CampaignOutcome<void> run() = 0;
+};
 
-/// What a campaign is to do; a check of drift comes with the active model.
-using CampaignOrder = std::variant<CalibrationOrder, DriftReference, TargetsOrder, Iso9283Order>;
+/// Identifies the arm from planned poses, validates on others, and proves by measuring again that
+/// compensation works.
+///
+/// The poses are numbered: those planned to identify, those planned to validate, then what comes up on the
+/// way (measurements of the reference pose, substitutes of poses that failed), then the validation poses
+/// again with compensated joints.
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, CalibrationOrder);
+
+/// Measures a few poses and judges whether the active model is still right.
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, DriftReference reference);
+
+/// Finds for each target the joints at which the real arm stands there: starts from those of the active
+/// model, and corrects them by the tracker in the loop. A target is where the nominal arm would hold the
+/// reflector, seen from the model's base.
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, TargetsOrder order);
+
+/// Measures the cycles of an ISO 9283 test (P5 to P1, each from the one before, then P4, P2 and P1 along each
+/// axis where that was ordered), and evaluates them. With a model, accuracy is that in the robot's base;
+/// without, the frame is fitted to the five points.
+///
+/// The poses are numbered as they are measured, as many to a cycle as it has stops.
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, Iso9283Order order);
 
 /// One campaign, from connecting the devices to the end in the journal.
 class Campaign {
  public:
   /// What is referred to outlives run().
   Campaign(config::CellConfig config, CampaignDevices devices, CampaignJournal& journal,
-           CampaignObserver& observer, RunCompute run_compute, CampaignOrder order = CalibrationOrder{});
+           CampaignObserver& observer, RunJob run_compute, CampaignOrder order = CalibrationOrder{});
 
   /// Runs the whole campaign, once. It ends in the journal in every case. End it early by abort(), not by
   /// cancelling.

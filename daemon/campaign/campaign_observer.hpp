@@ -1,10 +1,13 @@
 #pragma once
 
+#include <array>
+#include <boost/asio/awaitable.hpp>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "daemon/store/store.hpp"
+#include "daemon/campaign/campaign_result.hpp"
 
 namespace truepose::daemon {
 
@@ -22,7 +25,12 @@ enum class CampaignPhase {
 };
 
 /// The name on the wire: "warming_up", "remeasuring", "correcting".
-std::string_view phase_name(CampaignPhase phase);
+inline std::string_view phase_name(CampaignPhase phase) {
+  constexpr std::array<std::string_view, 10> names{"connecting", "computing", "warming_up",  "identifying",
+                                                   "validating", "computing", "remeasuring", "correcting",
+                                                   "cycling",    "activating"};
+  return names[static_cast<std::size_t>(phase)];
+}
 
 struct CampaignProgress {
   CampaignPhase phase = CampaignPhase::Connect;
@@ -44,8 +52,25 @@ class CampaignObserver {
   virtual void on_skipped(const SkippedPose& skipped, const CampaignProgress& progress) = 0;
   /// A failed attempt, a lost device, a robot that is not ready: what happened and what is done about it.
   virtual void on_trouble(const std::string& sentence) = 0;
+  /// @param reason  why the campaign waits for the device; empty: it answers again
+  virtual void on_waiting(CellDevice /*device*/, const std::string& /*reason*/) {}
   /// The campaign has paused itself, and moves nothing before it is resumed.
   virtual void on_paused(const std::string& sentence) = 0;
+};
+
+/// Keeps one campaign. What returned without an error is on the disk. It stamps times and knows the
+/// campaign's id.
+class CampaignJournal {
+ public:
+  virtual ~CampaignJournal() = default;
+  /// Called once, when the devices are known (or could not be reached: then their names are empty).
+  virtual boost::asio::awaitable<StoreResult<void>> begin(Identities identities) = 0;
+  /// @return the point as it was kept, with its time
+  virtual boost::asio::awaitable<StoreResult<StoredPoint>> add_point(StoredPoint point) = 0;
+  virtual boost::asio::awaitable<StoreResult<void>> add_skipped(SkippedPose skipped) = 0;
+  /// @param result  of a campaign that is done; null otherwise
+  virtual boost::asio::awaitable<StoreResult<void>> end(std::shared_ptr<const CampaignResult> result,
+                                                        std::optional<CampaignError> error) = 0;
 };
 
 }  // namespace truepose::daemon

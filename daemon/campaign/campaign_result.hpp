@@ -1,10 +1,12 @@
 #pragma once
 
+#include <array>
 #include <boost/asio/awaitable.hpp>
 #include <expected>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "core/compensate/tracker_loop.hpp"
@@ -18,16 +20,59 @@
 
 namespace truepose::daemon {
 
-/// What a campaign is for.
-enum class CampaignKind {
-  Calibration,
-  DriftCheck,  ///< whether the active model is still right, by a few poses
-  Targets,     ///< joints at which the arm stands at given targets, by the tracker in the loop
-  Iso9283,     ///< pose accuracy and repeatability
+// What a campaign is to do, kind by kind.
+
+/// Identify the arm.
+struct CalibrationOrder {};
+
+/// Find the joints at which the arm stands at given targets, by the tracker in the loop.
+struct TargetsOrder {
+  CalibratedCell cell;  ///< the active model
+  /// Joints at which the nominal arm would be at each target; none: validation poses of a plan, as many as
+  /// configured.
+  std::vector<JointVector> targets;
+  TrackerLoopOptions loop;
+  int readings = 3;  ///< of the tracker in each round
 };
 
-/// The name on the wire and in the store: "calibration", "drift", "targets", "iso9283".
-std::string_view kind_name(CampaignKind kind);
+/// Find pose accuracy and repeatability.
+struct Iso9283Order {
+  std::optional<CalibratedCell> cell;  ///< the active model, where there is one
+  bool compensate = true;              ///< by the model, which must then be given
+  int cycles = kIso9283Cycles;
+  bool variation = false;  ///< come to P1, P2 and P4 along the three axes of the base too
+};
+
+/// A check of drift asks whether the active model, which it comes with, is still right.
+using CampaignOrder = std::variant<CalibrationOrder, DriftReference, TargetsOrder, Iso9283Order>;
+
+// What it came to.
+
+/// A validation pose that was reached again with compensated joints.
+struct RemeasuredPoint {
+  StoredPoint point;
+  Eigen::Vector3d error_mm;  ///< measured minus asked for, tracker frame
+};
+
+struct CalibrationResult {
+  Calibration calibration;
+  MeasurementNoise noise;                     ///< of a point about the calibrated model
+  double elapsed_s = 0;                       ///< time that the identification took
+  std::optional<ErrorStatistics> remeasured;  ///< of the points measured again
+  std::vector<RemeasuredPoint> remeasured_points;
+  /// Distances of the reference pose from where it was measured first, in the order of measuring.
+  std::vector<double> reference_drift_mm;
+  /// The calibrated arm is nearer to the validation points than the nominal one: it may be activated.
+  bool improves = false;
+  /// What contradicts the calibration, one sentence each: it is not activated without somebody who decides
+  /// so.
+  std::vector<std::string> doubts;
+};
+
+struct DriftResult {
+  DriftReference reference;
+  DriftCheck check;
+};
 
 /// What the tracker loop came to at one target.
 struct TargetOutcome {
@@ -61,31 +106,40 @@ struct Iso9283Test {
   Iso9283Result result;
 };
 
+/// What a campaign of each kind comes to, in the order of the orders.
+using CampaignFindings = std::variant<CalibrationResult, DriftResult, TargetsResult, Iso9283Test>;
+
+/// The names of the kinds on the wire and in the store.
+inline constexpr std::array<std::string_view, 4> kCampaignKinds{"calibration", "drift", "targets", "iso9283"};
+
+/// @param of  an order, or what came of it
+template <typename... Kinds>
+std::string_view kind_name(const std::variant<Kinds...>& of) {
+  static_assert(sizeof...(Kinds) == kCampaignKinds.size());
+  return kCampaignKinds[of.index()];
+}
+
 struct CampaignResult {
-  CampaignKind kind = CampaignKind::Calibration;
   Identities identities;
-  // Of a drift check:
-  std::optional<DriftReference> drift_reference;
-  std::optional<DriftCheck> drift;
-  std::optional<TargetsResult> targets;
-  std::optional<Iso9283Test> iso9283;
-  // Of a calibration:
-  Calibration calibration;
-  MeasurementNoise noise;                             ///< of a point about the calibrated model
-  double elapsed_s = 0;                               ///< time that the identification took
-  MeasurementData data;                               ///< what was identified and validated from
-  std::optional<ErrorStatistics> remeasured;          ///< validation poses reached with compensated joints
-  std::vector<Eigen::Vector3d> remeasured_errors_mm;  ///< measured minus asked for, tracker frame
-  /// Distances of the reference pose from where it was measured first, in the order of measuring.
-  std::vector<double> reference_drift_mm;
   std::vector<StoredPoint> points;
   std::vector<SkippedPose> skipped;
-  /// The calibrated arm is nearer to the validation points than the nominal one: it may be activated.
-  bool improves = false;
-  /// What contradicts the calibration, one sentence each: it is not activated without somebody who decides
-  /// so.
-  std::vector<std::string> doubts;
+  CampaignFindings findings;
+
+  template <typename Kind>
+  Kind& as() {
+    return std::get<Kind>(findings);
+  }
+  template <typename Kind>
+  const Kind& as() const {
+    return std::get<Kind>(findings);
+  }
 };
+
+/// The points to identify and to validate from, in the order of measuring.
+/// @param smr  the reflector's name
+MeasurementData measurement_data(const std::vector<StoredPoint>& points, const std::string& smr);
+/// Those that a check of drift judges, numbered from 1 as the rows of a file.
+std::vector<Measurement> numbered_points(const std::vector<StoredPoint>& points);
 
 enum class CampaignFault { Device, WrongArm, Planning, Store, Calibration, Aborted, Internal };
 

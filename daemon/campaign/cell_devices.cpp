@@ -84,40 +84,47 @@ double deviation_mm(const Eigen::Isometry3d& A, const Eigen::Isometry3d& B) {
 
 }  // namespace
 
-CellDevices::CellDevices(const config::CellConfig& config, CampaignDevices devices,
-                         std::function<void(const std::string&)> on_trouble)
+CellDevices::CellDevices(const config::CellConfig& config, CampaignDevices devices, OnTrouble on_trouble,
+                         OnWaiting on_waiting)
     : config_{config},
       robot_{devices.robot},
       tracker_{devices.tracker},
       clock_{devices.clock},
-      on_trouble_{std::move(on_trouble)} {}
+      on_trouble_{std::move(on_trouble)},
+      on_waiting_{std::move(on_waiting)} {}
 
 CellDevices::Outcome<Identities> CellDevices::connect() {
   disconnect();
   auto robot = co_await connect_robot();
   if (!robot) co_return std::unexpected(robot.error());
+  await(CellDevice::Tracker, "it has to connect");
   auto tracker = co_await connect_tracker();
   if (!tracker) co_return std::unexpected(tracker.error());
+  await(CellDevice::Tracker, {});
   Identities identities{*std::move(robot), *std::move(tracker)};
   co_return identities;
 }
 
-CellDevices::Outcome<void> CellDevices::recover(Remedy remedy) {
-  if (remedy == Remedy::WaitForRobot) {
+CellDevices::Outcome<void> CellDevices::recover(DeviceError lost) {
+  if (lost.remedy == Remedy::WaitForRobot) {
     auto ready = co_await wait_for_robot();
     if (ready || ready.error().remedy != Remedy::ReconnectRobot) co_return ready;
-    remedy = Remedy::ReconnectRobot;
+    lost = ready.error();
   }
+  const CellDevice device =
+      lost.remedy == Remedy::ReconnectTracker ? CellDevice::Tracker : CellDevice::Controller;
+  await(device, lost.detail);
   const TimePoint give_up = clock_.now() + kPatience;
   for (Duration pause = kFirstPause;; pause = std::min<Duration>(2 * pause, kLongestPause)) {
     std::optional<DeviceError> error;
-    if (remedy == Remedy::ReconnectRobot) {
+    if (device == CellDevice::Controller) {
       auto connected = co_await connect_robot();
       if (!connected) error = connected.error();
-    } else if (remedy == Remedy::ReconnectTracker) {
+    } else {
       auto connected = co_await connect_tracker();
       if (!connected) error = connected.error();
     }
+    await(device, error ? error->detail : "");
     if (!error) co_return std::expected<void, DeviceError>{};
     if (error->remedy == Remedy::WrongArm) co_return std::unexpected(*error);
     const TimePoint next = clock_.now() + pause;
@@ -178,6 +185,7 @@ CellDevices::Outcome<void> CellDevices::wait_for_robot() {
     const TimePoint deadline = clock_.now() + kAnswer;
     auto state = co_await robot_.state(deadline);
     if (!state) co_return std::unexpected(robot_error(state.error()));
+    await(CellDevice::Controller, state->ready ? "" : state->why_not_ready);
     if (state->ready) co_return std::expected<void, DeviceError>{};
     if (clock_.now() > give_up) {
       co_return std::unexpected(

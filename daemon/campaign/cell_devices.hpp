@@ -15,6 +15,8 @@ namespace truepose::daemon {
 using drivers::Duration;
 using drivers::TimePoint;
 
+enum class CellDevice { Controller, Tracker };
+
 struct CampaignDevices {
   drivers::Robot& robot;
   drivers::Tracker& tracker;
@@ -46,9 +48,13 @@ struct DeviceError {
 /// needs.
 class CellDevices {
  public:
+  using OnTrouble = std::function<void(const std::string&)>;
+  using OnWaiting = std::function<void(CellDevice, const std::string& reason)>;
+
   /// @param on_trouble  is told of every failure that is being dealt with
-  CellDevices(const config::CellConfig& config, CampaignDevices devices,
-              std::function<void(const std::string&)> on_trouble);
+  /// @param on_waiting  is told which device is waited for and why, and without a reason that it answers
+  CellDevices(const config::CellConfig& config, CampaignDevices devices, OnTrouble on_trouble,
+              OnWaiting on_waiting = {});
 
   template <typename T>
   using Outcome = boost::asio::awaitable<std::expected<T, DeviceError>>;
@@ -58,7 +64,7 @@ class CellDevices {
 
   /// Does what a failure asks for: reconnects with growing pauses, or waits until the robot may move.
   /// Fails with GiveUp when that takes longer than kPatience, or with WrongArm.
-  Outcome<void> recover(Remedy remedy);
+  Outcome<void> recover(DeviceError lost);
 
   /// The actual joint positions.
   Outcome<JointVector> position();
@@ -85,6 +91,9 @@ class CellDevices {
   Outcome<drivers::RobotIdentity> connect_robot();
   Outcome<drivers::TrackerIdentity> connect_tracker();
   Outcome<void> wait_for_robot();
+  void await(CellDevice device, const std::string& reason) const {
+    if (on_waiting_) on_waiting_(device, reason);
+  }
   /// The controller's own pose of the flange against the nominal arm's: a wrong arm, or a wrong robot file.
   std::expected<void, DeviceError> check_arm(const drivers::RobotIdentity& identity,
                                              const drivers::RobotState& state);
@@ -95,7 +104,8 @@ class CellDevices {
   drivers::Robot& robot_;
   drivers::Tracker& tracker_;
   drivers::Clock& clock_;
-  std::function<void(const std::string&)> on_trouble_;
+  OnTrouble on_trouble_;
+  OnWaiting on_waiting_;
 };
 
 }  // namespace truepose::daemon

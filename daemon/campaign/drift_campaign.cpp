@@ -1,9 +1,8 @@
-#include "daemon/campaign/drift_campaign.hpp"
-
 #include <memory>
 #include <utility>
 
 #include "config/cell_setup.hpp"
+#include "daemon/campaign/campaign.hpp"
 
 namespace truepose::daemon {
 
@@ -14,13 +13,25 @@ constexpr double kReach = 2;
 
 using Done = std::expected<void, CampaignError>;
 
+class DriftCampaign final : public CampaignProcedure {
+ public:
+  DriftCampaign(MeasuringSession& session, DriftReference reference);
+  CampaignOutcome<void> run() override;
+
+ private:
+  CampaignOutcome<void> plan();
+  CampaignOutcome<void> judge();
+
+  MeasuringSession& session_;
+  std::vector<MeasuringTarget> targets_;
+};
+
 }  // namespace
 
 DriftCampaign::DriftCampaign(MeasuringSession& session, DriftReference reference) : session_{session} {
   session_.expect(reference.cell, kReach);
   session_.add_to_total(session_.config().campaign.drift_poses);
-  session_.result().kind = CampaignKind::DriftCheck;
-  session_.result().drift_reference = std::move(reference);
+  session_.result().findings = DriftResult{std::move(reference), {}};
 }
 
 CampaignOutcome<void> DriftCampaign::run() {
@@ -51,18 +62,18 @@ CampaignOutcome<void> DriftCampaign::plan() {
 
 CampaignOutcome<void> DriftCampaign::judge() {
   session_.enter(CampaignPhase::Compute);
-  CampaignResult& result = session_.result();
-  std::vector<Measurement> points = result.data.points;
-  for (std::size_t i = 0; i < points.size(); ++i) points[i].row = static_cast<int>(i) + 1;
-  auto check = std::make_shared<std::expected<DriftCheck, std::string>>();
-  std::function<void()> job = [check, reference = *result.drift_reference, points] {
-    *check = drift_check(reference, points);
+  DriftResult& result = session_.result().as<DriftResult>();
+  auto job = [reference = result.reference, points = numbered_points(session_.result().points)] {
+    return drift_check(reference, points);
   };
-  co_await session_.compute(job);
-  if (!*check) co_return std::unexpected(CampaignError{CampaignFault::Calibration, check->error()});
-  result.data.points = std::move(points);
-  result.drift = **check;
+  auto check = co_await session_.compute(job);
+  if (!check) co_return std::unexpected(CampaignError{CampaignFault::Calibration, check.error()});
+  result.check = *std::move(check);
   co_return Done{};
+}
+
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, DriftReference reference) {
+  return std::make_unique<DriftCampaign>(session, std::move(reference));
 }
 
 }  // namespace truepose::daemon

@@ -1,11 +1,10 @@
-#include "daemon/campaign/iso9283_campaign.hpp"
-
 #include <memory>
 #include <utility>
 
 #include "config/cell_setup.hpp"
 #include "core/compensate/target_compensation.hpp"
-#include "daemon/campaign/known_cell.hpp"
+#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/stored_model.hpp"
 
 namespace truepose::daemon {
 
@@ -23,12 +22,40 @@ std::string direction_name(const PointApproach& approach) {
   return {approach.upwards ? '+' : '-', "xyz"[approach.axis]};
 }
 
+class Iso9283Campaign final : public CampaignProcedure {
+ public:
+  Iso9283Campaign(MeasuringSession& session, Iso9283Order order);
+  CampaignOutcome<void> run() override;
+
+ private:
+  /// A stop and its joints.
+  struct Stop : Iso9283Stop {
+    JointVector q_target, q_commanded;
+    JointVector q_from;                   ///< empty: the stop before
+    std::vector<std::int8_t> directions;  ///< of the joints there, see DeviationBasis::Approach
+  };
+
+  CampaignOutcome<void> plan();
+  std::vector<Stop> stops() const;
+  void foresee_directions();
+  std::expected<void, std::string> compensate();
+  MeasuringTarget target_of(const Stop& stop);
+  CampaignOutcome<void> measure_cycles();
+  std::vector<TestPoint> measured_points();
+  CampaignOutcome<void> evaluate();
+
+  MeasuringSession& session_;
+  Iso9283Order order_;
+  TestCubePoses poses_;
+  std::vector<Stop> stops_;
+};
+
 }  // namespace
 
 Iso9283Campaign::Iso9283Campaign(MeasuringSession& session, Iso9283Order order)
     : session_{session}, order_{std::move(order)} {
   if (order_.cell) session_.expect(*order_.cell);
-  session_.result().kind = CampaignKind::Iso9283;
+  session_.result().findings = Iso9283Test{};
   const std::size_t stops = kPoints + (order_.variation ? kApproaches : 0);
   session_.add_to_total(static_cast<int>(stops) * order_.cycles);
 }
@@ -51,15 +78,14 @@ CampaignOutcome<void> Iso9283Campaign::plan() {
   Scene scene = config::scene_of(config);
   scene.sight.X_WB = cell.base.isometry();
   scene.sight.p_FS_mm = cell.reflectors.front().p_FS_mm;
-  auto placed = std::make_shared<std::expected<TestCubePoses, std::string>>();
   TestCubeWish wish = config.iso9283.cube;
   wish.seed = config.campaign.seed;
   wish.task = config.task;
   wish.approach_mm = order_.variation ? kApproach_mm : 0;
-  std::function<void()> job = [placed, scene, wish] { *placed = place_test_cube(scene, wish); };
-  co_await session_.compute(job);
-  if (!*placed) co_return std::unexpected(CampaignError{CampaignFault::Planning, placed->error()});
-  poses_ = **placed;
+  auto job = [scene, wish] { return place_test_cube(scene, wish); };
+  auto placed = co_await session_.compute(job);
+  if (!placed) co_return std::unexpected(CampaignError{CampaignFault::Planning, placed.error()});
+  poses_ = *std::move(placed);
   stops_ = stops();
   if (!order_.compensate) co_return done;
   const auto compensated = compensate();
@@ -176,8 +202,12 @@ CampaignOutcome<void> Iso9283Campaign::evaluate() {
   auto result = evaluate_iso9283(test.points);
   if (!result) co_return std::unexpected(CampaignError{CampaignFault::Calibration, result.error()});
   test.result = *std::move(result);
-  session_.result().iso9283 = std::move(test);
+  session_.result().findings = std::move(test);
   co_return Done{};
+}
+
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, Iso9283Order order) {
+  return std::make_unique<Iso9283Campaign>(session, std::move(order));
 }
 
 }  // namespace truepose::daemon

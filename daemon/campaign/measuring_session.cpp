@@ -1,8 +1,5 @@
 #include "daemon/campaign/measuring_session.hpp"
 
-#include <boost/asio/redirect_error.hpp>
-#include <boost/asio/this_coro.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <utility>
 
 #include "config/cell_setup.hpp"
@@ -33,18 +30,17 @@ std::vector<std::int8_t> approach_direction(const MeasuringTarget& target, const
 }
 
 MeasuringSession::MeasuringSession(const config::CellConfig& config, CampaignDevices devices,
-                                   CampaignJournal& journal, CampaignObserver& observer,
-                                   RunCompute run_compute)
+                                   CampaignJournal& journal, CampaignObserver& observer, RunJob run_compute)
     : config_{config},
-      devices_{config_, devices, [&observer](const std::string& sentence) { observer.on_trouble(sentence); }},
+      devices_{
+          config_, devices, [&observer](const std::string& sentence) { observer.on_trouble(sentence); },
+          [&observer](CellDevice device, const std::string& reason) { observer.on_waiting(device, reason); }},
       clock_{devices.clock},
       journal_{journal},
       observer_{observer},
       run_compute_{std::move(run_compute)},
       motion_{config_.robot.model, devices_, run_compute_},
-      expected_{config::rough_cell(config_)} {
-  result_->data.smr_names = {config_.reflector.name};
-}
+      expected_{config::rough_cell(config_)} {}
 
 MeasuringSession::Outcome<void> MeasuringSession::connect() {
   enter(CampaignPhase::Connect);
@@ -74,13 +70,12 @@ MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, Plan
   options.random_sets = 0;
   auto here = co_await devices_.position();
   if (here) options.start = *here;
-  auto made = std::make_shared<std::expected<PoseSupply, std::string>>(std::unexpect);
-  std::function<void()> job = [made, cell, scene = config::scene_of(config_), options] {
-    *made = PoseSupply::make(cell, scene, options);
+  auto job = [cell, scene = config::scene_of(config_), options] {
+    return PoseSupply::make(cell, scene, options);
   };
-  co_await run_compute_(job);
-  if (!*made) co_return std::unexpected(CampaignError{CampaignFault::Planning, made->error()});
-  poses_ = std::make_shared<PoseSupply>(std::move(**made));
+  auto made = co_await compute(job);
+  if (!made) co_return std::unexpected(CampaignError{CampaignFault::Planning, made.error()});
+  poses_ = std::make_shared<PoseSupply>(*std::move(made));
   motion_.use_ways_of(poses_);
   co_return Done{};
 }
@@ -186,16 +181,15 @@ MeasuringSession::Outcome<std::optional<MeasuringTarget>> MeasuringSession::subs
     MeasuringTarget failed) {
   if (failed.replacement == Replacement::None || substitutes_ >= static_cast<int>(result_->points.size()))
     co_return std::nullopt;
-  auto other = std::make_shared<std::optional<JointVector>>();
-  std::function<void()> job = [other, poses = poses_, failed] {
-    *other = failed.replacement == Replacement::Informative ? poses->substitute(failed.q_target)
-                                                            : poses->validation_substitute(failed.q_target);
+  const bool informative = failed.replacement == Replacement::Informative;
+  auto job = [poses = poses_, q = failed.q_target, informative] {
+    return informative ? poses->substitute(q) : poses->validation_substitute(q);
   };
-  co_await run_compute_(job);
-  if (!*other) co_return std::nullopt;
+  auto other = co_await compute(job);
+  if (!other) co_return std::nullopt;
   ++substitutes_;
   ++progress_.total;
-  const MeasuringTarget target = new_target(failed.purpose, **other, failed.replacement);
+  const MeasuringTarget target = new_target(failed.purpose, *other, failed.replacement);
   observer_.on_trouble("pose " + std::to_string(failed.pose) + " is replaced by pose " +
                        std::to_string(target.pose));
   co_return target;
@@ -236,15 +230,8 @@ CellDevices::Outcome<StoredPoint> MeasuringSession::attempt(MeasuringTarget targ
 MeasuringSession::Outcome<void> MeasuringSession::keep(StoredPoint point) {
   auto stored = co_await journal_.add_point(point);
   if (!stored) co_return std::unexpected(store_failed(stored.error()));
+  point = *std::move(stored);
   result_->points.push_back(point);
-  if (point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate) {
-    Measurement measurement;
-    measurement.q = point.q_actual;
-    measurement.direction = point.direction;
-    measurement.p_WS_mm = point.p_WS_mm;
-    measurement.set = point.purpose == PointPurpose::Identify ? PoseSet::Identify : PoseSet::Validate;
-    result_->data.points.push_back(measurement);
-  }
   const double deviation_mm = (point.p_WS_mm - expected_.predict(point.q_actual, 0, point.direction)).norm();
   if (placement_known_) count_error(deviation_mm);
   count_pose();
@@ -274,7 +261,7 @@ MeasuringSession::Outcome<void> MeasuringSession::recover(DeviceError error) {
     co_await clock_.sleep_until(next);
     co_return Done{};
   }
-  auto recovered = co_await devices_.recover(error.remedy);
+  auto recovered = co_await devices_.recover(std::move(error));
   if (!recovered) co_return std::unexpected(fatal(recovered.error()));
   co_return Done{};
 }
@@ -286,21 +273,12 @@ void MeasuringSession::pause() {
 
 void MeasuringSession::resume() {
   paused_ = false;
-  if (resumed_) resumed_->cancel();
+  resumed_.notify();
   observer_.on_progress(progress_);
 }
 
 asio::awaitable<void> MeasuringSession::wait_while_paused() {
-  if (!resumed_) {
-    const auto executor = co_await asio::this_coro::executor;
-    resumed_ = std::make_unique<asio::steady_timer>(executor);
-  }
-  while (paused_) {
-    resumed_->expires_at(asio::steady_timer::time_point::max());
-    boost::system::error_code woken;
-    auto token = asio::redirect_error(asio::use_awaitable, woken);
-    co_await resumed_->async_wait(token);
-  }
+  while (paused_) co_await resumed_.wait();
 }
 
 void MeasuringSession::enter(CampaignPhase phase) {

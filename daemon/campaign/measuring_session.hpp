@@ -1,7 +1,6 @@
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <expected>
 #include <functional>
 #include <memory>
@@ -12,10 +11,11 @@
 #include "config/cell_config.hpp"
 #include "core/plan/pose_supply.hpp"
 #include "daemon/campaign/arm_motion.hpp"
-#include "daemon/campaign/campaign_journal.hpp"
 #include "daemon/campaign/campaign_observer.hpp"
 #include "daemon/campaign/campaign_result.hpp"
 #include "daemon/campaign/cell_devices.hpp"
+#include "daemon/threads/signal.hpp"
+#include "daemon/threads/worker.hpp"
 
 namespace truepose::daemon {
 
@@ -51,7 +51,7 @@ class MeasuringSession {
 
   /// What is referred to outlives the session.
   MeasuringSession(const config::CellConfig& config, CampaignDevices devices, CampaignJournal& journal,
-                   CampaignObserver& observer, RunCompute run_compute);
+                   CampaignObserver& observer, RunJob run_compute);
 
   /// Connects the devices and begins the journal.
   Outcome<void> connect();
@@ -85,7 +85,11 @@ class MeasuringSession {
                                                     std::function<Outcome<void>()> after_each = {});
   Outcome<void> skip(MeasuringTarget target, int attempts, std::string reason);
 
-  boost::asio::awaitable<void> compute(std::function<void()> job) { return run_compute_(std::move(job)); }
+  /// What the job returns, which may take long.
+  template <typename Job>
+  boost::asio::awaitable<std::invoke_result_t<Job>> compute(Job job) {
+    return result_of(run_compute_, std::move(job));
+  }
   void report_trouble(const std::string& sentence) { observer_.on_trouble(sentence); }
   void enter(CampaignPhase phase);
   /// @param poses  fewer than none where some turn out not to be needed
@@ -99,6 +103,8 @@ class MeasuringSession {
   drivers::Clock& clock() const { return clock_; }
   const CampaignProgress& progress() const { return progress_; }
   CampaignResult& result() { return *result_; }
+  /// What there is so far to identify and to validate from.
+  MeasurementData data() const { return measurement_data(result_->points, config_.reflector.name); }
   std::shared_ptr<const CampaignResult> shared_result() const { return result_; }
 
  private:
@@ -119,7 +125,7 @@ class MeasuringSession {
   drivers::Clock& clock_;
   CampaignJournal& journal_;
   CampaignObserver& observer_;
-  RunCompute run_compute_;
+  RunJob run_compute_;
   ArmMotion motion_;
   std::shared_ptr<CampaignResult> result_ = std::make_shared<CampaignResult>();
   bool begun_ = false;  ///< in the journal
@@ -138,7 +144,7 @@ class MeasuringSession {
 
   std::optional<int> beamless_;  ///< pose before this one, where it was given up because the beam was lost
   bool paused_ = false;
-  std::unique_ptr<boost::asio::steady_timer> resumed_;
+  Signal resumed_;
 };
 
 }  // namespace truepose::daemon

@@ -1,47 +1,102 @@
 #include "daemon/campaign/store_journal.hpp"
 
 #include <algorithm>
+#include <array>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
+#include <cmath>
+#include <set>
+#include <string_view>
 #include <utility>
-#include <vector>
 
 #include "config/cell_setup.hpp"
 #include "config/model_file.hpp"
 #include "core/compensate/largest_correction.hpp"
 #include "core/math/units.hpp"
-#include "daemon/campaign/conditions_document.hpp"
-#include "daemon/campaign/proof_documents.hpp"
 #include "daemon/campaign/stored_model.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/arm_document.hpp"
 #include "proto/record/calibration_document.hpp"
 #include "proto/record/drift_document.hpp"
 
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
+namespace json = boost::json;
 
 namespace {
 
-namespace json = boost::json;
+json::object range_json(const std::vector<StoredPoint>& points, double StoredPoint::*quantity) {
+  const auto [min, max] = std::ranges::minmax(points, {}, quantity);
+  return {{"min", min.*quantity}, {"max", max.*quantity}};
+}
+
+std::size_t poses_of(const std::vector<StoredPoint>& points) {
+  std::set<int> poses;
+  for (const StoredPoint& point : points) {
+    if (point.purpose != PointPurpose::Reference) poses.insert(point.pose);
+  }
+  return poses.size();
+}
+
+/// Under which conditions a campaign measured: {"started","ended","poses_measured","poses_skipped",
+/// "temperature_c":{"min","max"},"pressure_mbar","humidity_percent"}, the ranges over all points; without
+/// them where the tracker told no air pressure, as one without a weather station. Measurements of the
+/// reference pose are not counted.
+json::object conditions_document(const CampaignResult& result, const CampaignRecord& record) {
+  const std::vector<StoredPoint>& points = result.points;
+  json::object conditions{{"started", record.started},
+                          {"ended", record.ended},
+                          {"poses_measured", poses_of(points)},
+                          {"poses_skipped", result.skipped.size()}};
+  if (points.empty() || std::ranges::max(points, {}, &StoredPoint::pressure_mbar).pressure_mbar <= 0)
+    return conditions;
+  conditions["temperature_c"] = range_json(points, &StoredPoint::temperature_c);
+  conditions["pressure_mbar"] = range_json(points, &StoredPoint::pressure_mbar);
+  conditions["humidity_percent"] = range_json(points, &StoredPoint::humidity_percent);
+  return conditions;
+}
+
+/// How a campaign of the cell chooses its poses and identifies, in words: {"Poses planned": "30 to identify,
+/// 30 to validate", ...}.
+json::object options_document(const config::CellConfig& config) {
+  constexpr std::array<std::string_view, 3> kCriteria{"D", "A", "I"};
+  const config::CampaignConfig& campaign = config.campaign;
+  json::object options{
+      {"Poses planned", std::to_string(campaign.identify_poses) + " to identify, " +
+                            std::to_string(campaign.validate_poses) + " to validate"},
+      {"Poses chosen", std::string{kCriteria[static_cast<std::size_t>(campaign.criterion)]} +
+                           "-optimal, of " + std::to_string(campaign.candidates) + " candidates"}};
+  for (auto& option : record::options_json(config::calibrate_options(config)))
+    options[option.key()] = std::move(option.value());
+  return options;
+}
+
+/// The poses that have no point: [{"pose","attempts","reason"}], "pose" being their number in the plan.
+json::array skipped_document(const CampaignResult& result) {
+  json::array list;
+  for (const SkippedPose& pose : result.skipped) {
+    list.push_back(
+        json::object{{"pose", pose.pose + 1}, {"attempts", pose.attempts}, {"reason", pose.reason}});
+  }
+  return list;
+}
 
 /// Errors of the points measured again (wanted minus measured, as in "points"), with the numbers that the
 /// document gives to their validation poses.
-json::array remeasured_points(const CampaignResult& result) {
+json::array remeasured_document(const CampaignResult& result) {
   std::vector<const StoredPoint*> first;  // in the order in which the document numbers them from 1
   for (const StoredPoint& point : result.points) {
     if (point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate)
       first.push_back(&point);
   }
   json::array points;
-  std::size_t k = 0;
-  for (const StoredPoint& point : result.points) {
-    if (point.purpose != PointPurpose::Remeasure) continue;
-    const Eigen::Vector3d error = -result.remeasured_errors_mm[k++];
+  for (const auto& [point, error_mm] : result.as<CalibrationResult>().remeasured_points) {
     const auto before = std::ranges::find_if(first, [&](const StoredPoint* other) {
       return other->purpose == PointPurpose::Validate && other->q_target == point.q_target;
     });
     if (before == first.end()) continue;  // never measured for validation: nothing to show it beside
+    const Eigen::Vector3d error = -error_mm;
     points.push_back(json::object{{"pose", before - first.begin() + 1},
                                   {"smr", point.smr},
                                   {"error", {error.x(), error.y(), error.z()}}});
@@ -49,27 +104,66 @@ json::array remeasured_points(const CampaignResult& result) {
   return points;
 }
 
-/// What was identified and validated from, with the times of the points.
-MeasurementData timed(const CampaignResult& result, const std::map<int, std::string>& times) {
-  MeasurementData data = result.data;
-  std::size_t i = 0;
-  for (const StoredPoint& point : result.points) {
-    if (point.purpose != PointPurpose::Identify && point.purpose != PointPurpose::Validate) continue;
-    data.points[i++].time = times.at(point.pose);
+/// Whole 0.1 um: what follows tells nothing, and a hundred targets are to fit into one message.
+double rounded(double mm) { return std::round(mm * 1e4) / 1e4; }
+
+json::object target_json(const TargetOutcome& outcome, std::size_t number, const RobotModel& robot) {
+  json::array errors;
+  for (const double error_mm : outcome.errors_mm) errors.emplace_back(rounded(error_mm));
+  return {{"target", number},
+          {"reached", outcome.reached},
+          {"reason", outcome.reason},
+          {"joints_deg", record::joints_json(outcome.q, robot)},
+          {"errors_mm", std::move(errors)},
+          {"averaged_mm", rounded(outcome.averaged_error_mm)}};
+}
+
+json::object position_json(const Eigen::Vector3d& p_mm) {
+  return {{"x", p_mm.x()}, {"y", p_mm.y()}, {"z", p_mm.z()}};
+}
+
+/// What the tracker loop came to:
+/// {"tolerance_mm","rounds","readings","reached","targets":[{"target","reached",
+/// "reason","joints_deg","errors_mm","averaged_mm"}]}, joints in deg (mm of a slide), empty where there are
+/// none; errors rounded to 0.1 um.
+json::object targets_document(const TargetsResult& result, const RobotModel& robot) {
+  json::array targets;
+  for (const TargetOutcome& outcome : result.targets)
+    targets.push_back(target_json(outcome, targets.size() + 1, robot));
+  return {{"tolerance_mm", result.loop.tolerance_mm},
+          {"rounds", result.loop.rounds},
+          {"readings", result.readings},
+          {"reached", std::ranges::count(result.targets, true, &TargetOutcome::reached)},
+          {"targets", std::move(targets)}};
+}
+
+/// The document of `truepose iso9283` with how it was measured: "compensated", "cube" {"x","y","z","edge"}
+/// and "commanded" [{"point","x","y","z"}] in the order of a cycle, all in mm in the base frame.
+json::object iso9283_document_of(const Iso9283Test& test) {
+  json::object document = record::iso9283_document(test.result, test.points, test.frame);
+  document["compensated"] = test.compensated;
+  json::object cube = position_json(test.cube.X_BC.translation());
+  cube["edge"] = test.cube.edge_mm;
+  document["cube"] = std::move(cube);
+  json::array commanded;
+  for (const Iso9283Stop& stop : test.stops) {
+    const TestPoint& point = test.points[stop.point];
+    json::object position = position_json(point.commanded.p_mm);
+    position["point"] = point.name;
+    if (!stop.direction.empty()) position["direction"] = stop.direction;
+    commanded.push_back(std::move(position));
   }
-  return data;
+  document["commanded"] = std::move(commanded);
+  return document;
 }
 
 /// The document that reports are made of: that of the calibration, what measuring again has shown, and how it
-/// was measured; or that of the other kinds.
-std::string document_of(const CampaignResult& result, const CampaignRecord& record,
-                        const config::CellConfig& config, const std::map<int, std::string>& times) {
-  const MeasurementData data = timed(result, times);
-  if (result.drift)
-    return control::json_text(record::drift_document(*result.drift, *result.drift_reference, data.points));
-  if (result.targets) return control::json_text(targets_document(*result.targets, config.robot.model));
-  if (result.iso9283) return control::json_text(iso9283_campaign_document(*result.iso9283));
-  json::object document = record::calibration_document(result.calibration, data, result.elapsed_s);
+/// was measured.
+json::object calibration_document_of(const CampaignResult& result, const CampaignRecord& record,
+                                     const config::CellConfig& config) {
+  const auto& found = result.as<CalibrationResult>();
+  const MeasurementData data = measurement_data(result.points, config.reflector.name);
+  json::object document = record::calibration_document(found.calibration, data, found.elapsed_s);
   document["campaign"] = "Campaign " + record.id.substr(0, 8);
   document["robot"] = record.robot_model + ", serial " + record.robot_serial;
   document["tracker"] = record.tracker_model + ", serial " + record.tracker_serial;
@@ -79,18 +173,30 @@ std::string document_of(const CampaignResult& result, const CampaignRecord& reco
   document["noise"] = record::noise_json(*config::calibrate_options(config).noise);
   document["conditions"] = conditions_document(result, record);
   document["skipped"] = skipped_document(result);
-  if (result.remeasured) {
-    document["remeasured"] = record::statistics_json(*result.remeasured);
-    document["remeasured_points"] = remeasured_points(result);
+  if (found.remeasured) {
+    document["remeasured"] = record::statistics_json(*found.remeasured);
+    document["remeasured_points"] = remeasured_document(result);
   }
-  if (!result.reference_drift_mm.empty()) {
+  if (!found.reference_drift_mm.empty()) {
     document["reference_drift_mm"] =
-        json::array(result.reference_drift_mm.begin(), result.reference_drift_mm.end());
+        json::array(found.reference_drift_mm.begin(), found.reference_drift_mm.end());
   }
-  return control::json_text(document);
+  return document;
 }
 
-std::string why_not_activated(const CampaignResult& result) {
+std::string document_of(const CampaignResult& result, const CampaignRecord& record,
+                        const config::CellConfig& config) {
+  if (const auto* drift = std::get_if<DriftResult>(&result.findings))
+    return control::json_text(
+        record::drift_document(drift->check, drift->reference, numbered_points(result.points)));
+  if (const auto* targets = std::get_if<TargetsResult>(&result.findings))
+    return control::json_text(targets_document(*targets, config.robot.model));
+  if (const auto* test = std::get_if<Iso9283Test>(&result.findings))
+    return control::json_text(iso9283_document_of(*test));
+  return control::json_text(calibration_document_of(result, record, config));
+}
+
+std::string why_not_activated(const CalibrationResult& result) {
   std::string text = "the model was not activated: ";
   if (!result.improves) return text + "it is no better than the nominal arm on validation poses";
   for (const std::string& doubt : result.doubts) text += doubt + "; ";
@@ -105,7 +211,7 @@ StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, 
       store_thread_{store_thread},
       wall_clock_{std::move(wall_clock)} {
   record_.id = options_.campaign_id;
-  record_.kind = kind_name(options_.kind);
+  record_.kind = options_.kind;
   record_.state = "running";
   record_.started = control::rfc3339(wall_clock_());
 }
@@ -120,11 +226,12 @@ asio::awaitable<StoreResult<void>> StoreJournal::begin(Identities identities) {
   co_return kept;
 }
 
-asio::awaitable<StoreResult<void>> StoreJournal::add_point(StoredPoint point) {
-  point.time = times_[point.pose] = control::rfc3339(wall_clock_());
+asio::awaitable<StoreResult<StoredPoint>> StoreJournal::add_point(StoredPoint point) {
+  point.time = control::rfc3339(wall_clock_());
   auto job = [this, point] { return store_.add_point(options_.campaign_id, point); };
   auto kept = co_await store_thread_.ask(job);
-  co_return kept;
+  if (!kept) co_return std::unexpected(kept.error());
+  co_return point;
 }
 
 asio::awaitable<StoreResult<void>> StoreJournal::add_skipped(SkippedPose skipped) {
@@ -141,34 +248,36 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
     record_.state = error->fault == CampaignFault::Aborted ? "aborted" : "failed";
     record_.reason = error->detail;
   }
-  const bool calibrated = result && result->kind == CampaignKind::Calibration;
-  const bool activate = calibrated && result->improves && result->doubts.empty() && options_.activate;
-  if (calibrated && options_.activate && !activate) record_.reason = why_not_activated(*result);
+  const auto* calibrated = result ? std::get_if<CalibrationResult>(&result->findings) : nullptr;
+  const bool activate = calibrated && calibrated->improves && calibrated->doubts.empty() && options_.activate;
+  if (calibrated && options_.activate && !activate) record_.reason = why_not_activated(*calibrated);
   if (calibrated) record_.model_id = options_.model_id;
   // There, because making the document takes longer than the event loop may be held.
-  auto document = std::make_shared<std::string>();
-  auto job = [this, record = record_, times = times_, result, calibrated, activate, document]() mutable {
+  auto document = [record = record_, result, this] {
+    return result ? document_of(*result, record, options_.config) : std::string{};
+  };
+  record_.document = co_await store_thread_.ask(document);
+  auto job = [this, record = record_, result, calibrated, activate] {
     std::optional<ModelRecord> model;
-    if (result) record.document = *document = document_of(*result, record, options_.config, times);
     if (calibrated) model = model_of(*result, activate);
     return store_.end_campaign(record, model);
   };
   auto kept = co_await store_thread_.ask(job);
-  record_.document = *document;
   activated_ = kept && activate;
   co_return kept;
 }
 
 ModelRecord StoreJournal::model_of(const CampaignResult& result, bool active) const {
-  const auto& validate = result.calibration.validate;
+  const auto& found = result.as<CalibrationResult>();
+  const auto& validate = found.calibration.validate;
   config::ModelFile file;
   file.name = options_.config.robot.model.name;
   file.serial = result.identities.robot.serial;
   file.created = record_.ended;
-  file.cell = result.calibration.cell;
-  file.parameters = result.calibration.parameters;
-  file.covariance = result.calibration.covariance;
-  file.noise = result.noise;
+  file.cell = found.calibration.cell;
+  file.parameters = found.calibration.parameters;
+  file.covariance = found.calibration.covariance;
+  file.noise = found.noise;
   if (validate) file.validation_mean_mm = validate->after.mean;
 
   ModelRecord model;

@@ -2,13 +2,13 @@
 
 #include <chrono>
 #include <functional>
-#include <map>
 #include <string>
+#include <string_view>
 
 #include "config/cell_config.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/store/store.hpp"
-#include "daemon/worker.hpp"
+#include "daemon/threads/worker.hpp"
 
 namespace truepose::daemon {
 
@@ -22,7 +22,7 @@ class StoreJournal final : public CampaignJournal {
     std::string campaign_id;    ///< UUID
     std::string model_id;       ///< UUID of the model, should one come of it
     config::CellConfig config;  ///< the campaign's
-    CampaignKind kind = CampaignKind::Calibration;
+    std::string_view kind = kCampaignKinds.front();
     bool activate = true;  ///< the model, if it beats the nominal arm on the validation poses
                            ///< and nothing contradicts it
   };
@@ -31,7 +31,7 @@ class StoreJournal final : public CampaignJournal {
   StoreJournal(Options options, Store& store, Worker& store_thread, WallClock wall_clock);
 
   boost::asio::awaitable<StoreResult<void>> begin(Identities identities) override;
-  boost::asio::awaitable<StoreResult<void>> add_point(StoredPoint point) override;
+  boost::asio::awaitable<StoreResult<StoredPoint>> add_point(StoredPoint point) override;
   boost::asio::awaitable<StoreResult<void>> add_skipped(SkippedPose skipped) override;
   boost::asio::awaitable<StoreResult<void>> end(std::shared_ptr<const CampaignResult> result,
                                                 std::optional<CampaignError> error) override;
@@ -47,7 +47,6 @@ class StoreJournal final : public CampaignJournal {
   Worker& store_thread_;
   WallClock wall_clock_;
   CampaignRecord record_;
-  std::map<int, std::string> times_;  ///< of the points, by pose
   bool activated_ = false;
 };
 

@@ -6,10 +6,11 @@
 #include <cstdio>
 #include <optional>
 
+#include "config/cell_setup.hpp"
 #include "core/compensate/largest_correction.hpp"
+#include "core/math/angles.hpp"
 #include "core/math/statistics.hpp"
-#include "core/math/units.hpp"
-#include "daemon/store/sha256.hpp"
+#include "daemon/store/store.hpp"
 
 namespace truepose::daemon {
 
@@ -128,6 +129,19 @@ std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
   if (const WhyNot larger = larger_correction(record, model.file, points, config.robot.model))
     return refused(*larger);
   return model;
+}
+
+CalibratedCell known_cell(const config::CellConfig& config, const CalibratedCell& model) {
+  return {config.robot.model, model.base, model.reflectors};
+}
+
+Scene known_scene(const config::CellConfig& config, const CalibratedCell& model) {
+  Scene scene = config::scene_of(config);
+  scene.sight.X_WB = model.base.isometry();
+  scene.sight.p_FS_mm = model.reflectors.front().p_FS_mm;
+  scene.sight.acceptance_rad = config.reflector.acceptance_deg * kRadPerDeg;
+  scene.limit_margin_rad = scene.limit_margin_mm = scene.wrist_margin_rad = 0;
+  return scene;
 }
 
 }  // namespace truepose::daemon

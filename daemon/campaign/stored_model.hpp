@@ -7,6 +7,8 @@
 
 #include "config/cell_config.hpp"
 #include "config/model_file.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/plan/scene.hpp"
 #include "daemon/store/store.hpp"
 
 namespace truepose::daemon {
@@ -38,5 +40,11 @@ std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
 /// to be allowed for.
 inline constexpr double kReproduced_mm = 1e-3;
 inline constexpr double kReproduced_deg = 1e-3;
+
+/// The nominal arm where an active model says that the base and the reflector are: what targets refer to.
+CalibratedCell known_cell(const config::CellConfig& config, const CalibratedCell& model);
+
+/// What poses that a user asks for are judged by: the placement is known, and no margins are kept.
+Scene known_scene(const config::CellConfig& config, const CalibratedCell& model);
 
 }  // namespace truepose::daemon

@@ -1,11 +1,10 @@
-#include "daemon/campaign/targets_campaign.hpp"
-
 #include <cstdio>
 #include <utility>
 
 #include "config/cell_setup.hpp"
 #include "core/compensate/target_compensation.hpp"
-#include "daemon/campaign/known_cell.hpp"
+#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/stored_model.hpp"
 
 namespace truepose::daemon {
 
@@ -33,13 +32,34 @@ std::string why_not(const TrackerLoop& loop) {
   return {};
 }
 
+class TargetsCampaign final : public CampaignProcedure {
+ public:
+  TargetsCampaign(MeasuringSession& session, TargetsOrder order);
+  CampaignOutcome<void> run() override;
+
+ private:
+  /// Where the loop begins at one target, or why it does not.
+  struct Start {
+    JointVector q;
+    std::string refusal;
+  };
+
+  CampaignOutcome<void> plan();
+  CampaignOutcome<void> prepare();
+  CampaignOutcome<void> close_in(MeasuringTarget target, Start start);
+
+  MeasuringSession& session_;
+  TargetsOrder order_;
+  std::vector<MeasuringTarget> targets_;
+  std::vector<Start> starts_;
+};
+
 }  // namespace
 
 TargetsCampaign::TargetsCampaign(MeasuringSession& session, TargetsOrder order)
     : session_{session}, order_{std::move(order)} {
   session_.expect(order_.cell);
-  session_.result().kind = CampaignKind::Targets;
-  session_.result().targets = TargetsResult{order_.loop, order_.readings, {}};
+  session_.result().findings = TargetsResult{order_.loop, order_.readings, {}};
   const int targets = order_.targets.empty() ? session_.config().campaign.validate_poses
                                              : static_cast<int>(order_.targets.size());
   session_.add_to_total(targets * order_.loop.rounds);
@@ -75,8 +95,8 @@ CampaignOutcome<void> TargetsCampaign::plan() {
 /// The joints that the active model asks for, and whether the arm may go there.
 CampaignOutcome<void> TargetsCampaign::prepare() {
   session_.enter(CampaignPhase::Compute);
-  auto starts = std::make_shared<std::vector<Start>>();
-  std::function<void()> job = [starts, targets = targets_, config = session_.config(), cell = order_.cell] {
+  auto job = [targets = targets_, config = session_.config(), cell = order_.cell] {
+    std::vector<Start> starts;
     const RobotModel& nominal = config.robot.model;
     PoseChecker checker{known_scene(config, cell)};
     for (const MeasuringTarget& target : targets) {
@@ -85,21 +105,21 @@ CampaignOutcome<void> TargetsCampaign::prepare() {
                                             config::compensation_options(config, direction)};
       const auto solved = compensation.at_joints(target.q_target, cell.reflectors.front().p_FS_mm);
       if (!solved) {
-        starts->push_back({{}, "compensated: " + described(solved.error(), nominal)});
+        starts.push_back({{}, "compensated: " + described(solved.error(), nominal)});
       } else if (const auto fault = checker.fault_of(solved->q)) {
-        starts->push_back({{}, "the pose " + std::string{fault_text(*fault)}});
+        starts.push_back({{}, "the pose " + std::string{fault_text(*fault)}});
       } else {
-        starts->push_back({solved->q, {}});
+        starts.push_back({solved->q, {}});
       }
     }
+    return starts;
   };
-  co_await session_.compute(job);
-  starts_ = std::move(*starts);
+  starts_ = co_await session_.compute(job);
   co_return Done{};
 }
 
 CampaignOutcome<void> TargetsCampaign::close_in(MeasuringTarget target, Start start) {
-  std::vector<TargetOutcome>& outcomes = session_.result().targets->targets;
+  std::vector<TargetOutcome>& outcomes = session_.result().as<TargetsResult>().targets;
   outcomes.push_back({.q_target = target.q_target, .reason = start.refusal});
   TargetOutcome& outcome = outcomes.back();
   if (!start.refusal.empty()) {
@@ -127,6 +147,10 @@ CampaignOutcome<void> TargetsCampaign::close_in(MeasuringTarget target, Start st
   outcome.reached = loop.end() == TrackerLoopEnd::Reached;
   if (loop.end()) outcome.reason = why_not(loop);
   co_return Done{};
+}
+
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, TargetsOrder order) {
+  return std::make_unique<TargetsCampaign>(session, std::move(order));
 }
 
 }  // namespace truepose::daemon

@@ -36,6 +36,23 @@ CellStep go(CellState next, std::vector<CellCommand> commands = {}) {
   return {std::move(next), std::move(commands), std::nullopt};
 }
 
+/// States that a device can hold up.
+template <typename State>
+concept HeldUp = requires(State state) {
+  state.waiting;
+};
+
+template <HeldUp State>
+CellStep held_up(State state, const DeviceAwaited& by, TimePoint now) {
+  const bool same = state.waiting && state.waiting->device == by.device;
+  if (!by.reason.empty()) {
+    state.waiting = Waiting{by.device, same ? state.waiting->since : now, by.reason};
+  } else if (same) {
+    state.waiting.reset();
+  }
+  return go(std::move(state));
+}
+
 CellStep fault(std::string reason, std::vector<CellCommand> commands, bool acknowledgeable = true) {
   return go(Faulted{std::move(reason), acknowledgeable}, std::move(commands));
 }
@@ -65,13 +82,13 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
             return go(StreamStarting{now}, {C::StartStream});
           },
           [&](const Running& running, const CampaignPauseRequested&) -> Maybe {
-            return go(Paused{running.campaign_id}, {C::PauseCampaign});
+            return go(Paused{running.campaign_id, running.waiting}, {C::PauseCampaign});
           },
           [&](const Running& running, const CampaignAbortRequested&) -> Maybe {
             return go(Aborting{running.campaign_id, now}, {C::AbortCampaign});
           },
           [&](const Paused& paused, const CampaignResumeRequested&) -> Maybe {
-            return go(Running{paused.campaign_id}, {C::ResumeCampaign});
+            return go(Running{paused.campaign_id, paused.waiting}, {C::ResumeCampaign});
           },
           [&](const Paused& paused, const CampaignAbortRequested&) -> Maybe {
             return go(Aborting{paused.campaign_id, now}, {C::AbortCampaign});
@@ -99,28 +116,24 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
 /// States that pass by themselves, when they do not.
 CellStep on_tick(const CellState& state, const Tick& tick, TimePoint now, const CellLimits& limits) {
   using C = CellCommand;
-  return std::visit(Overloaded{
-                        [&](const Connecting& s) {
-                          if (now - s.since < limits.connecting) return go(s);
-                          return fault("the devices did not connect in time", {C::CloseDevices});
-                        },
-                        [&](const Aborting& s) {
-                          if (now - s.since < limits.aborting) return go(s);
-                          return fault("the campaign did not end in time after its abort", {C::CloseDevices});
-                        },
-                        [&](const StreamStarting& s) {
-                          if (!s.program_runs && now - s.since < limits.stream_program) return go(s);
-                          if (s.program_runs && now - s.since < limits.stream_starting) return go(s);
-                          return fault("no RSI packet could be answered: " + tick.no_packet_answered,
-                                       {C::StopStream, C::CloseDevices});
-                        },
-                        [&](const StreamStopping& s) {
-                          if (now - s.since < limits.stream_stopping) return go(s);
-                          return fault("the correction was not ramped out in time", {C::CloseDevices});
-                        },
-                        [](const auto& s) { return go(s); },
-                    },
-                    state);
+  const auto due = deadline(state, limits);
+  if (!due || now < *due) return go(state);
+  return std::visit(
+      Overloaded{
+          [](const Connecting&) { return fault("the devices did not connect in time", {C::CloseDevices}); },
+          [](const Aborting&) {
+            return fault("the campaign did not end in time after its abort", {C::CloseDevices});
+          },
+          [&](const StreamStarting&) {
+            return fault("no RSI packet could be answered: " + tick.no_packet_answered,
+                         {C::StopStream, C::CloseDevices});
+          },
+          [](const StreamStopping&) {
+            return fault("the correction was not ramped out in time", {C::CloseDevices});
+          },
+          [](const auto& s) { return go(s); },
+      },
+      state);
 }
 
 /// What the daemon found out. An outcome of something that was given up meanwhile changes nothing.
@@ -154,7 +167,11 @@ CellStep on_outcome(const CellState& state, const CellEvent& event, TimePoint no
             return fault(e.reason, {C::StopStream, C::CloseDevices});
           },
 
-          [](const Running& s, const CampaignPaused&) { return go(Paused{s.campaign_id}); },
+          [&]<HeldUp State>(const State& s, const DeviceAwaited& e) { return held_up(s, e, now); },
+
+          [](const Running& s, const CampaignPaused&) {
+            return go(Paused{s.campaign_id, s.waiting});
+          },
           [](const Running&, const CampaignEnded&) { return go(Ready{}); },
           [](const Paused&, const CampaignEnded&) { return go(Ready{}); },
           [](const Aborting&, const CampaignEnded&) { return go(Ready{}); },
@@ -196,6 +213,37 @@ std::string_view state_name(const CellState& state) {
                         [](const Streaming&) { return std::string_view{"streaming"}; },
                         [](const StreamStopping&) { return std::string_view{"streaming"}; },
                         [](const Faulted&) { return std::string_view{"fault"}; },
+                    },
+                    state);
+}
+
+std::optional<Waiting> waiting(const CellState& state) {
+  using Maybe = std::optional<Waiting>;
+  return std::visit(
+      Overloaded{
+          [](const Connecting& s) -> Maybe {
+            return s.waiting ? s.waiting : Waiting{CellDevice::Controller, s.since, "it has to connect"};
+          },
+          [](const StreamStarting& s) -> Maybe {
+            return Waiting{CellDevice::Controller, s.since,
+                           s.program_runs ? "its RSI packets have to come" : "its RSI program has to start"};
+          },
+          []<HeldUp State>(const State& s) -> Maybe { return s.waiting; },
+          [](const auto&) -> Maybe { return std::nullopt; },
+      },
+      state);
+}
+
+std::optional<TimePoint> deadline(const CellState& state, const CellLimits& limits) {
+  using Maybe = std::optional<TimePoint>;
+  return std::visit(Overloaded{
+                        [&](const Connecting& s) -> Maybe { return s.since + limits.connecting; },
+                        [&](const Aborting& s) -> Maybe { return s.since + limits.aborting; },
+                        [&](const StreamStarting& s) -> Maybe {
+                          return s.since + (s.program_runs ? limits.stream_starting : limits.stream_program);
+                        },
+                        [&](const StreamStopping& s) -> Maybe { return s.since + limits.stream_stopping; },
+                        [](const auto&) -> Maybe { return std::nullopt; },
                     },
                     state);
 }

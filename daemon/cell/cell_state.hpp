@@ -7,12 +7,17 @@
 #include <variant>
 #include <vector>
 
-#include "drivers/clock.hpp"
+#include "daemon/campaign/cell_devices.hpp"
 
 namespace truepose::daemon {
 
-using drivers::Duration;
-using drivers::TimePoint;
+/// A device that has to answer before the state goes on.
+struct Waiting {
+  CellDevice device = CellDevice::Controller;
+  TimePoint since;
+  std::string reason;  ///< what it is waited for to do, or what has happened to it
+  bool operator==(const Waiting&) const = default;
+};
 
 // States: each holds only what is true in it.
 struct Disconnected {
@@ -20,6 +25,7 @@ struct Disconnected {
 };
 struct Connecting {
   TimePoint since;
+  std::optional<Waiting> waiting{};
   bool operator==(const Connecting&) const = default;
 };
 struct Ready {
@@ -27,10 +33,12 @@ struct Ready {
 };
 struct Running {
   std::string campaign_id;
+  std::optional<Waiting> waiting{};
   bool operator==(const Running&) const = default;
 };
 struct Paused {
   std::string campaign_id;
+  std::optional<Waiting> waiting{};
   bool operator==(const Paused&) const = default;
 };
 struct Aborting {
@@ -44,6 +52,7 @@ struct StreamStarting {
   bool operator==(const StreamStarting&) const = default;
 };
 struct Streaming {
+  std::optional<Waiting> waiting{};
   bool operator==(const Streaming&) const = default;
 };
 /// Corrections are ramped out.
@@ -65,6 +74,9 @@ using CellState = std::variant<Disconnected, Connecting, Ready, Running, Paused,
 /// still is "campaign", and a stream that starts or stops "streaming".
 std::string_view state_name(const CellState& state);
 
+/// Which device the state waits for, and since when; none where it waits for none.
+std::optional<Waiting> waiting(const CellState& state);
+
 // Requests of operators.
 struct ConnectRequested {};
 struct DisconnectRequested {};
@@ -84,6 +96,11 @@ struct ConnectFailed {
 };
 struct DeviceLost {
   std::string reason;
+};
+/// What is under way goes on once the device answers.
+struct DeviceAwaited {
+  CellDevice device = CellDevice::Controller;
+  std::string reason;  ///< empty: it answers again
 };
 /// It has paused itself.
 struct CampaignPaused {};
@@ -106,8 +123,8 @@ using CellEvent =
     std::variant<ConnectRequested, DisconnectRequested, AcknowledgeRequested, CampaignStartRequested,
                  CampaignPauseRequested, CampaignResumeRequested, CampaignAbortRequested,
                  StreamStartRequested, StreamStopRequested, DevicesConnected, ConnectFailed, DeviceLost,
-                 CampaignPaused, CampaignEnded, StreamProgramStarted, StreamStarted, StreamEnded,
-                 StreamFaulted, StoreFailed, Tick>;
+                 DeviceAwaited, CampaignPaused, CampaignEnded, StreamProgramStarted, StreamStarted,
+                 StreamEnded, StreamFaulted, StoreFailed, Tick>;
 
 enum class CellCommand {
   OpenDevices,
@@ -138,6 +155,9 @@ struct Refusal {
   /// "not possible in state campaign; allowed: campaign.pause, campaign.abort"
   std::string sentence() const;
 };
+
+/// When Tick is due, because the state then has lasted too long; none where it may last for ever.
+std::optional<TimePoint> deadline(const CellState& state, const CellLimits& limits = {});
 
 struct CellStep {
   CellState next;

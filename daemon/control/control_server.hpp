@@ -1,6 +1,9 @@
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/ip/address.hpp>
+#include <boost/json/fwd.hpp>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -9,15 +12,43 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/cell_config.hpp"
-#include "daemon/control/cell_service.hpp"
 #include "daemon/control/event_bus.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/start_failure.hpp"
+#include "proto/control/request.hpp"
 
 namespace truepose::daemon {
+
+/// What the control server serves: the cell's methods, as openrpc.json describes them.
+class CellService {
+ public:
+  virtual ~CellService() = default;
+
+  /// Every method that call() knows; the server answers "method not found" to others. session.hello,
+  /// system.info, events.subscribe, events.unsubscribe and rpc.discover are the server's own.
+  virtual std::vector<std::string> methods() const = 0;
+
+  /// Carries out one call, on the io thread. It may take long: other connections are served meanwhile, and
+  /// calls of several connections overlap. A client that goes away does not cancel its call; the server's
+  /// stop does (it then throws operation_aborted). Any other exception is answered as an internal error.
+  virtual boost::asio::awaitable<std::expected<boost::json::value, control::RpcError>> call(
+      std::string method, boost::json::object params) = 0;
+};
+
+/// The address of control.listen. @return it, or why the control port cannot be there and what to do
+std::expected<boost::asio::ip::address, std::string> control_address(const config::Endpoint& listen);
+
+/// Reads the secret that clients must show. Nobody but its owner may write the file, and nobody but we
+/// and our own primary group may read it (0600, or 0640 as root gives it to the service's group). It holds at
+/// least 16 characters; white space around them is dropped. The error is one sentence.
+std::expected<std::string, std::string> read_token(const std::filesystem::path& file);
+
+/// Compares in a time that depends on the length of `given` alone, so that a guess learns nothing from it.
+bool same_token(std::string_view given, std::string_view secret);
 
 /// What one client, or many, may take.
 struct ControlLimits {

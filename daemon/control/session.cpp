@@ -9,7 +9,7 @@
 #include <boost/asio/write.hpp>
 #include <utility>
 
-#include "daemon/control/token_file.hpp"
+#include "daemon/control/control_server.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/control/param_reader.hpp"
 #include "proto/control/schema.hpp"

@@ -1,17 +1,121 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "daemon/realtime/correction_in_force.hpp"
-#include "daemon/realtime/effect_evidence.hpp"
-#include "daemon/realtime/ipoc_sequence.hpp"
-#include "daemon/realtime/peer_pin.hpp"
-#include "daemon/realtime/reply_receipts.hpp"
 #include "daemon/realtime/stream_memory.hpp"
 #include "drivers/clock.hpp"
+#include "drivers/kuka/rsi_link.hpp"
 #include "proto/rsi/frame_codec.hpp"
 
 namespace truepose::daemon {
+
+/// Whose datagrams are the controller's: those from its address, and of these from the one port that its
+/// session began with. Another port is heard only when that one has been silent for as long as a controller
+/// needs to begin anew.
+class PeerPin {
+ public:
+  /// @param address  the controller's, IPv4; none: the first that sends a good frame
+  PeerPin(std::optional<std::uint32_t> address, drivers::Duration release)
+      : address_{address}, release_{release} {}
+
+  bool admits(const drivers::UdpSource& source, drivers::TimePoint now) const noexcept {
+    if (address_ && source.address != *address_) return false;
+    return !pinned_ || source == *pinned_ || now - heard_ >= release_;
+  }
+
+  /// An admitted source has sent a frame that can be believed.
+  /// @return whether it is another one than before
+  bool pin(const drivers::UdpSource& source, drivers::TimePoint now) noexcept {
+    const bool other = pinned_ != source;
+    pinned_ = source;
+    heard_ = now;
+    return other;
+  }
+
+  const std::optional<drivers::UdpSource>& pinned() const noexcept { return pinned_; }
+  drivers::TimePoint heard() const noexcept { return heard_; }
+
+ private:
+  std::optional<std::uint32_t> address_;
+  drivers::Duration release_;
+  std::optional<drivers::UdpSource> pinned_;
+  drivers::TimePoint heard_;
+};
+
+/// Tells from a datagram's time stamp (IPOC) whether it is the next of its session, an old one, or one that
+/// does not fit. The step from cycle to cycle is learned.
+class IpocSequence {
+ public:
+  enum class Place {
+    Next,       ///< goes on from the last, perhaps after a gap
+    Duplicate,  ///< the last once more
+    Stale,      ///< from before the last, or between two cycles
+    Jump,       ///< too far ahead or behind: damaged, or of a controller that counts anew
+  };
+  struct Position {
+    Place place = Place::Next;
+    std::uint64_t forward = 0;  ///< IPOC since the last datagram; 0 where it does not lie ahead
+    std::uint64_t elapsed = 1;  ///< the same in cycles
+  };
+
+  /// @param gap_cycles  a datagram further ahead than so many cycles must be borne out by others
+  explicit IpocSequence(int gap_cycles) : gap_cycles_{static_cast<std::uint64_t>(gap_cycles)} {}
+
+  bool begun() const noexcept { return begun_; }
+  Position place(std::uint64_t ipoc) const noexcept;
+  /// Whether a datagram that does not follow is the controller's new count all the same: the third in a row
+  /// that goes on from the one before it. A single one is a damaged stamp, two may have overtaken each other.
+  bool bears_out(std::uint64_t ipoc) noexcept;
+
+  /// Begins a count, of which nothing is known but the step, where the caller knows that too.
+  void start(std::uint64_t ipoc, std::uint64_t step = 0) noexcept;
+  void advance(std::uint64_t ipoc, const Position& position) noexcept;
+
+  std::uint64_t last() const noexcept { return last_; }
+  std::uint64_t step() const noexcept { return step_; }  ///< IPOC per cycle; 0 = not yet known
+
+ private:
+  std::uint64_t gap_cycles_;
+  bool begun_ = false;
+  std::uint64_t last_ = 0;
+  std::uint64_t step_ = 0;
+  std::uint64_t last_forward_ = 0;
+  std::uint64_t other_ = 0;  // the last datagram that did not follow
+  int others_ = 0;           // so many of them in a row, each after the one before
+};
+
+/// What the controller's count of cycles without a reply in time (Delay) tells of ours. Whether it adds them
+/// up or counts those in a row is not documented: what is concluded here holds for both.
+class ReplyReceipts {
+ public:
+  struct Verdict {
+    bool taken = false;      ///< the reply since the count before was taken
+    bool missed = false;     ///< there was a reply, and it is not known to have been taken
+    bool alive = false;      ///< every cycle since is counted: the session is the same as before
+    std::uint64_t late = 0;  ///< replies that were sent and came late or not at all
+  };
+
+  void restart() noexcept { *this = {}; }
+  /// The count as it was when a reply to that same cycle went out, as far as is known.
+  void resume(std::optional<std::int64_t> delay) noexcept {
+    restart();
+    before_ = delay;
+    replies_ = 1;
+  }
+  void replied() noexcept { ++replies_; }
+  std::optional<std::int64_t> last() const noexcept { return before_; }
+
+  /// @param delay    of the frame that came now, where it has one
+  /// @param elapsed  cycles since the frame before
+  Verdict read(std::optional<std::int64_t> delay, std::uint64_t elapsed) noexcept;
+
+ private:
+  std::optional<std::int64_t> before_;
+  std::int64_t cycles_ = 0;   // since `before_`
+  std::int64_t replies_ = 0;  // sent in these cycles
+};
 
 JointVector vector_of(const rsi::Axes& axes);
 
@@ -83,7 +187,7 @@ class ControllerSession {
   ReplyReceipts receipts_;
   CorrectionInForce in_force_;
   EffectEvidence evidence_;
-  int fewer_counted_ = 0;  // frames in a row that show a controller that began in our silence
+  int fewer_counted_ = 0;                 // frames in a row that show a controller that began in our silence
   drivers::TimePoint received_{};         // of the datagram that is heard
   drivers::TimePoint received_before_{};  // of the one of this session before it
   drivers::TimePoint silent_since_;       // no reply was sent since

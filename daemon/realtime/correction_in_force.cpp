@@ -1,7 +1,15 @@
 #include "daemon/realtime/correction_in_force.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 namespace truepose::daemon {
+
 namespace {
+
+// An axis so fast says within a few cycles by how much the arm trails: 0.5 deg/s at 4 ms.
+constexpr double kFastRad = 0.002 * kRadPerDeg;
 
 // Of a step: what is left of it is for the noise of the axes.
 constexpr double kReach = 0.9;
@@ -26,6 +34,82 @@ CorrectionRange with_zero(CorrectionRange range) {
 }
 
 }  // namespace
+
+void EffectEvidence::restart() noexcept {
+  taken_ = 0;
+  forward_ = 0;
+  whole_ = false;
+}
+
+void EffectEvidence::take(const JointVector& commanded, const JointVector& actual,
+                          std::uint64_t forward) noexcept {
+  if (taken_ > 1 && forward != forward_) restart();
+  forward_ = forward;
+  cycles_[taken_ % kCapacity] = {commanded, actual};
+  ++taken_;
+  narrow();
+}
+
+/// Takes the last cycle's interval into the intersection. Where that becomes empty, the premise is broken:
+/// the correction does change, or the arm is no such arm; what was seen so far says nothing.
+void EffectEvidence::narrow() noexcept {
+  const int window = std::min(lag_.dead_cycles, static_cast<int>(kCapacity) - 2);
+  if (seen() < window + 2) return;
+  Vector lowest = back(0).commanded, highest = lowest;
+  for (int i = 1; i <= window; ++i) {
+    lowest = lowest.cwiseMin(back(i).commanded);
+    highest = highest.cwiseMax(back(i).commanded);
+  }
+  const Vector& actual = back(0).actual;
+  const Vector still_to_go = (actual - back(1).actual) * lag_.lag_cycles;
+  const Vector noise = Vector::Constant(lag_.noise_rad);
+  const Vector from = actual + still_to_go.cwiseMin(Vector::Zero()) - highest - noise;
+  const Vector to = actual + still_to_go.cwiseMax(Vector::Zero()) - lowest + noise;
+  min_ = whole_ ? min_.cwiseMax(from) : from;
+  max_ = whole_ ? max_.cwiseMin(to) : to;
+  whole_ = true;
+  if ((max_ - min_).minCoeff() < 0) restart();
+}
+
+std::optional<CorrectionRange> EffectEvidence::range() const noexcept {
+  if (!whole_) return std::nullopt;
+  return CorrectionRange{min_, max_};
+}
+
+std::optional<CorrectionRange> EffectEvidence::at_rest() const noexcept {
+  if (seen() < kJudged) return std::nullopt;
+  for (int i = 1; i < kJudged; ++i) {
+    if ((back(i).commanded - back(0).commanded).cwiseAbs().maxCoeff() > lag_.noise_rad) return std::nullopt;
+  }
+  const Vector difference = back(0).actual - back(0).commanded;
+  const Vector still_to_go = (back(0).actual - back(kJudged - 1).actual) * (lag_.lag_cycles / (kJudged - 1));
+  const Vector noise = Vector::Constant(lag_.noise_rad);
+  return CorrectionRange{difference + still_to_go.cwiseMin(Vector::Zero()) - noise,
+                         difference + still_to_go.cwiseMax(Vector::Zero()) + noise};
+}
+
+bool EffectEvidence::agrees_in_motion(const JointVector& correction) const noexcept {
+  if (seen() < kJudged) return false;
+  double least_lag = 0, greatest_lag = lag_.dead_cycles + lag_.lag_cycles;
+  std::array<bool, kAxes> fast{};
+  for (int i = 0; i + 1 < kJudged; ++i) {
+    const Vector motion = back(i).commanded - back(i + 1).commanded;
+    const Vector behind = back(i).commanded + correction - back(i).actual;
+    for (int axis = 0; axis < kAxes; ++axis) {
+      const double speed = motion[axis];
+      if (std::abs(speed) * (lag_.dead_cycles + lag_.lag_cycles) < lag_.noise_rad) {  // stands
+        if (std::abs(behind[axis]) > 2 * lag_.noise_rad) return false;
+        continue;
+      }
+      // behind = lag * speed, to within the noise
+      const double a = (behind[axis] - lag_.noise_rad) / speed, b = (behind[axis] + lag_.noise_rad) / speed;
+      least_lag = std::max(least_lag, std::min(a, b));
+      greatest_lag = std::min(greatest_lag, std::max(a, b));
+      fast[static_cast<std::size_t>(axis)] |= std::abs(speed) > kFastRad;
+    }
+  }
+  return least_lag <= greatest_lag && std::ranges::count(fast, true) >= 2;
+}
 
 void CorrectionInForce::forget() noexcept {
   knowledge_ = Knowledge::Unknown;

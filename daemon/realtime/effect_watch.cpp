@@ -6,7 +6,14 @@
 #include <cmath>
 
 namespace truepose::daemon {
+
 namespace {
+
+// Standard deviations of the weights of a lag of which nothing is known: any fits, and what is left of it
+// after a quarter of a second is a small part.
+constexpr double kToldSigma = 1, kActualSigma = 0.3;
+// Of the change in a quarter of a second: a share of each weight, and of any weight.
+constexpr double kRelativeChange = 0.01, kAnyChange = 0.0003;
 
 constexpr double kBlock_ms = 250;
 // What the arm does beyond any lag: resolution, friction, the last decimal; and a share of what it trails,
@@ -34,6 +41,28 @@ std::array<int, n> in_cycles(const std::array<double, n>& delays_ms, double cycl
 }
 
 }  // namespace
+
+LagKnowledge::LagKnowledge() {
+  covariance_.diagonal().head<kTold>().setConstant(kToldSigma * kToldSigma);
+  covariance_.diagonal().tail<kActual>().setConstant(kActualSigma * kActualSigma);
+}
+
+void LagKnowledge::fade(int quarters) noexcept {
+  const Weights change =
+      kRelativeChange * kRelativeChange * weights_.cwiseAbs2() + Weights::Constant(kAnyChange * kAnyChange);
+  covariance_.diagonal() += quarters * change;
+}
+
+void LagKnowledge::learn(const Matrix& added, const Weights& right) noexcept {
+  const Matrix before = information();
+  const Eigen::LDLT<Matrix> sum{before + added};
+  weights_ = sum.solve(before * weights_ + right);
+  covariance_ = sum.solve(Matrix::Identity());
+}
+
+LagKnowledge::Matrix LagKnowledge::information() const noexcept {
+  return Eigen::LDLT<Matrix>{covariance_}.solve(Matrix::Identity());
+}
 
 EffectWatch::EffectWatch(double cycle_ms)
     : told_delays_{in_cycles(LagKnowledge::kToldDelays_ms, cycle_ms, kCapacity)},

@@ -2,8 +2,12 @@
 
 #include <algorithm>
 
+#include "config/text_file.hpp"
+
 namespace truepose::daemon {
 namespace {
+
+constexpr std::size_t kMostEthernetBytes = std::size_t{1} << 20;
 
 std::optional<std::string> why_unfit(const RobotModel& nominal) {
   const auto revolute = [](const Joint& joint) { return joint.type == JointType::Revolute; };
@@ -79,6 +83,16 @@ std::optional<std::string> why_unfit(const RobotModel& nominal, const rsi::Ether
   if (auto why = why_unfit(nominal)) return why;
   if (auto why = why_unfit(ethernet)) return why;
   return why_unfit(options);
+}
+
+std::expected<rsi::EthernetConfig, std::string> read_ethernet(const std::filesystem::path& file) {
+  try {
+    auto ethernet = rsi::parse_ethernet_config(config::read_text_file(file, kMostEthernetBytes));
+    if (!ethernet) return std::unexpected(file.string() + ": " + ethernet.error());
+    return ethernet;
+  } catch (const config::ConfigError& error) {
+    return std::unexpected(error.what());
+  }
 }
 
 }  // namespace truepose::daemon

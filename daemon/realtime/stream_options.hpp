@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <cstdint>
+#include <expected>
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -46,5 +48,9 @@ struct StreamOptions {
 /// sentence; nothing where it can.
 std::optional<std::string> why_unfit(const RobotModel& nominal, const rsi::EthernetConfig& ethernet,
                                      const StreamOptions& options);
+
+/// Reads the RSI ethernet configuration that the controller loads as well. The error is one sentence that
+/// names the file.
+std::expected<rsi::EthernetConfig, std::string> read_ethernet(const std::filesystem::path& file);
 
 }  // namespace truepose::daemon

@@ -1,8 +1,15 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
+#include <functional>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
+
+#include "daemon/threads/worker.hpp"
+#include "drivers/clock.hpp"
 
 namespace truepose::daemon {
 
@@ -10,13 +17,34 @@ namespace truepose::daemon {
 
 /// The sockets are bound and requests are served.
 void tell_ready(std::string_view status);
-/// One line for `systemctl status`.
-void tell_status(std::string_view status);
 void tell_stopping();
 
 /// Within which time the service manager wants to hear tell_alive() again, before it kills and restarts us;
 /// nothing where it does not watch.
 std::optional<std::chrono::microseconds> watchdog_period();
 void tell_alive();
+
+/// Judges whether threads advance, so that the service manager is told so only where it is true.
+class Watchdog {
+ public:
+  struct Thread {
+    std::string name;
+    std::chrono::milliseconds patience;  ///< how long it may work between two beats
+    std::function<Pulse()> pulse;
+  };
+  Watchdog(std::vector<Thread> threads, drivers::TimePoint now);
+
+  /// Looks at every thread; to be called several times within the shortest patience.
+  /// @return the first that has stood still for longer than its patience
+  std::optional<std::string> stuck(drivers::TimePoint now);
+
+ private:
+  struct Watched {
+    Thread thread;
+    std::uint64_t beats;
+    drivers::TimePoint advanced;
+  };
+  std::vector<Watched> watched_;
+};
 
 }  // namespace truepose::daemon

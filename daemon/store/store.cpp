@@ -1,5 +1,7 @@
 #include "daemon/store/store.hpp"
 
+#include <openssl/sha.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -8,7 +10,6 @@
 #include <system_error>
 #include <utility>
 
-#include "daemon/store/sha256.hpp"
 #include "daemon/store/sqlite.hpp"
 
 namespace truepose::daemon {
@@ -450,6 +451,18 @@ StoreResult<std::optional<CampaignRecord>> Store::campaign(const std::string& id
   return first<CampaignRecord>(std::move(query), campaign_of);
 }
 
+StoreResult<std::optional<CampaignRecord>> Store::last_campaign() {
+  return first<CampaignRecord>(impl_->database->prepare("SELECT * FROM campaign ORDER BY rowid DESC LIMIT 1"),
+                               campaign_of);
+}
+
+StoreResult<std::optional<CampaignRecord>> Store::last_calibration() {
+  return first<CampaignRecord>(
+      impl_->database->prepare("SELECT * FROM campaign WHERE kind='calibration' AND state='done' "
+                               "ORDER BY rowid DESC LIMIT 1"),
+      campaign_of);
+}
+
 StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_id) {
   Statement query = impl_->database->prepare(
       "SELECT pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, y_mm, z_mm, std_x_mm, "
@@ -537,6 +550,18 @@ StoreResult<std::uint64_t> Store::reserve_event_numbers(std::uint64_t count) {
   const StoreResult<bool> row = query.step();
   if (!row) return std::unexpected(row.error());
   return static_cast<std::uint64_t>(query.integer(0)) - count + 1;
+}
+
+std::string sha256_hex(std::string_view bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
+  SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
+  std::string hex;
+  for (const unsigned char byte : digest) {
+    hex += kDigits[byte >> 4];
+    hex += kDigits[byte & 15];
+  }
+  return hex;
 }
 
 }  // namespace truepose::daemon

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/identify/measurement.hpp"
@@ -101,6 +102,8 @@ class Store {
   StoreResult<int> fail_interrupted(const std::string& ended);
   StoreResult<std::vector<CampaignRecord>> campaigns();  ///< the last begun first, without documents
   StoreResult<std::optional<CampaignRecord>> campaign(const std::string& id);
+  StoreResult<std::optional<CampaignRecord>> last_campaign();     ///< begun
+  StoreResult<std::optional<CampaignRecord>> last_calibration();  ///< begun, of those that were done
   StoreResult<std::vector<StoredPoint>> points(const std::string& campaign_id);
   StoreResult<std::vector<SkippedPose>> skipped(const std::string& campaign_id);
 
@@ -120,5 +123,8 @@ class Store {
   explicit Store(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
+
+/// SHA-256 (FIPS 180-4) of some bytes, as 64 hexadecimal digits.
+std::string sha256_hex(std::string_view bytes);
 
 }  // namespace truepose::daemon

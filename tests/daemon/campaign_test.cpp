@@ -42,13 +42,13 @@ TEST_F(CampaignTest, CalibratesTheArmAndShowsByMeasuringAgainThatCompensationWor
               ElementsAre(CampaignPhase::Connect, CampaignPhase::Plan, CampaignPhase::WarmUp,
                           CampaignPhase::Identify, CampaignPhase::Validate, CampaignPhase::Compute,
                           CampaignPhase::Remeasure, CampaignPhase::Finish));
-  ASSERT_TRUE(result.calibration.validate);
-  EXPECT_TRUE(result.improves);
-  EXPECT_GT(result.calibration.validate->before.mean, 1.0);
-  EXPECT_LT(result.calibration.validate->geometric.mean, 0.06);
-  ASSERT_TRUE(result.remeasured);
-  EXPECT_EQ(result.remeasured->count, 30);
-  EXPECT_LT(result.remeasured->mean, 0.06);
+  ASSERT_TRUE(result.as<CalibrationResult>().calibration.validate);
+  EXPECT_TRUE(result.as<CalibrationResult>().improves);
+  EXPECT_GT(result.as<CalibrationResult>().calibration.validate->before.mean, 1.0);
+  EXPECT_LT(result.as<CalibrationResult>().calibration.validate->geometric.mean, 0.06);
+  ASSERT_TRUE(result.as<CalibrationResult>().remeasured);
+  EXPECT_EQ(result.as<CalibrationResult>().remeasured->count, 30);
+  EXPECT_LT(result.as<CalibrationResult>().remeasured->mean, 0.06);
   EXPECT_EQ(observer.last.done, 90);
   EXPECT_EQ(observer.last.time_left_s, 0);
 }
@@ -71,12 +71,12 @@ TEST_F(CampaignTest, LooksWhereTheReflectorIsOnceTheFirstPosesHaveShownIt) {
 struct SlowJournal final : CampaignJournal {
   SlowJournal(drivers::Clock& c, std::optional<drivers::MockCell>& m) : clock{c}, cell{m} {}
   asio::awaitable<StoreResult<void>> begin(Identities) override { co_return StoreResult<void>{}; }
-  asio::awaitable<StoreResult<void>> add_point(StoredPoint point) override {
+  asio::awaitable<StoreResult<StoredPoint>> add_point(StoredPoint point) override {
     const TimePoint written = clock.now() + 20s;
     co_await clock.sleep_until(written);
     ++points;
     EXPECT_EQ(cell->q(), point.q_actual) << "the arm moved on before point " << points << " was on the disk";
-    co_return StoreResult<void>{};
+    co_return point;
   }
   asio::awaitable<StoreResult<void>> add_skipped(SkippedPose) override { co_return StoreResult<void>{}; }
   asio::awaitable<StoreResult<void>> end(std::shared_ptr<const CampaignResult>,
@@ -170,10 +170,10 @@ TEST_F(CampaignTest, MeasuresTheReferencePoseAgainAndAgain) {
     }
   }
   const CampaignResult& result = ***outcome;
-  EXPECT_THAT(result.reference_drift_mm, SizeIs(6));
+  EXPECT_THAT(result.as<CalibrationResult>().reference_drift_mm, SizeIs(6));
   EXPECT_EQ(campaign->progress().done, campaign->progress().total);
-  EXPECT_THAT(result.reference_drift_mm, Each(AllOf(Ge(0), Lt(0.2))));
-  EXPECT_EQ(result.data.points.size(), 28U) << "the reference identifies nothing";
+  EXPECT_THAT(result.as<CalibrationResult>().reference_drift_mm, Each(AllOf(Ge(0), Lt(0.2))));
+  EXPECT_EQ(measurement_data(result.points, "1").points.size(), 28U) << "the reference identifies nothing";
 }
 
 TEST_F(CampaignTest, ComesToEveryPoseFromTheSideThatItIsTold) {
@@ -191,7 +191,8 @@ TEST_F(CampaignTest, ComesFromBothSidesInTurnSoThatBacklashShows) {
   ASSERT_TRUE(*outcome) << outcome->error().detail;
   for (const StoredPoint& point : journal.points)
     EXPECT_THAT(point.direction, Each(point.pose % 2 == 0 ? 1 : -1)) << point.pose;
-  for (const Measurement& point : (***outcome).data.points) EXPECT_THAT(point.direction, SizeIs(6));
+  for (const Measurement& point : measurement_data((***outcome).points, "1").points)
+    EXPECT_THAT(point.direction, SizeIs(6));
 }
 
 TEST_F(CampaignTest, CorrectsWhatTheJointsDoBeyondGeometryWhereThatIsAskedFor) {
@@ -204,11 +205,13 @@ TEST_F(CampaignTest, CorrectsWhatTheJointsDoBeyondGeometryWhereThatIsAskedFor) {
   ASSERT_TRUE(go_on());
   ASSERT_TRUE(*outcome) << outcome->error().detail;
   const CampaignResult& result = ***outcome;
-  ASSERT_TRUE(result.calibration.validate && result.remeasured);
-  const double geometric_mm = result.calibration.validate->geometric.mean;
+  ASSERT_TRUE(result.as<CalibrationResult>().calibration.validate &&
+              result.as<CalibrationResult>().remeasured);
+  const double geometric_mm = result.as<CalibrationResult>().calibration.validate->geometric.mean;
   EXPECT_GT(geometric_mm, 0.2) << "or the arm shows nothing";
-  EXPECT_LT(result.calibration.validate->after.mean, geometric_mm / 4);
-  EXPECT_LT(result.remeasured->mean, geometric_mm / 4) << "the corrected arm, measured";
+  EXPECT_LT(result.as<CalibrationResult>().calibration.validate->after.mean, geometric_mm / 4);
+  EXPECT_LT(result.as<CalibrationResult>().remeasured->mean, geometric_mm / 4)
+      << "the corrected arm, measured";
 }
 
 /// Checks by five poses what a calibration of the example cell found, in a cell like `truth`.
@@ -218,15 +221,15 @@ struct DriftTest : CampaignTest {
     start();
     EXPECT_TRUE(go_on() && *outcome);
     const CampaignResult& made = ***outcome;
-    reference = {.cell = made.calibration.cell,
-                 .covariance = made.calibration.covariance,
-                 .noise = made.noise,
-                 .validation_mean_mm = made.calibration.validate->after.mean};
+    reference = {.cell = made.as<CalibrationResult>().calibration.cell,
+                 .covariance = made.as<CalibrationResult>().calibration.covariance,
+                 .noise = made.as<CalibrationResult>().noise,
+                 .validation_mean_mm = made.as<CalibrationResult>().calibration.validate->after.mean};
     if (since) since();
     start(reference);
     EXPECT_TRUE(go_on() && *outcome);
     EXPECT_EQ(journal.points.size(), 5U);
-    return (***outcome).drift.value();
+    return (***outcome).as<DriftResult>().check;
   }
   std::function<void()> since;  ///< what happens after the calibration
   DriftReference reference;
@@ -362,31 +365,34 @@ struct BadDataTest : CampaignTest {
 
 TEST_F(BadDataTest, ASoundCampaignIsNotInDoubt) {
   const CampaignResult& result = bumped(0, PointPurpose::Identify, 9);
-  EXPECT_TRUE(result.improves);
-  EXPECT_LT(result.calibration.validate->after.mean, 0.06);
-  EXPECT_THAT(result.doubts, IsEmpty());
+  EXPECT_TRUE(result.as<CalibrationResult>().improves);
+  EXPECT_LT(result.as<CalibrationResult>().calibration.validate->after.mean, 0.06);
+  EXPECT_THAT(result.as<CalibrationResult>().doubts, IsEmpty());
 }
 
 TEST_F(BadDataTest, ATrackerThatIsBumpedWhileItIdentifiesLeavesTheModelInDoubt) {
   const CampaignResult& result = bumped(5, PointPurpose::Identify, 9);
-  EXPECT_GT(result.calibration.validate->after.mean, 0.5);
-  EXPECT_THAT(result.doubts, Contains(HasSubstr("the reference pose did not stay where it was")));
-  EXPECT_FALSE(result.remeasured) << "the arm is not led by it";
+  EXPECT_GT(result.as<CalibrationResult>().calibration.validate->after.mean, 0.5);
+  EXPECT_THAT(result.as<CalibrationResult>().doubts,
+              Contains(HasSubstr("the reference pose did not stay where it was")));
+  EXPECT_FALSE(result.as<CalibrationResult>().remeasured) << "the arm is not led by it";
   EXPECT_THAT(observer.troubles, Contains(HasSubstr("the model is in doubt")));
 }
 
 TEST_F(BadDataTest, ATrackerThatIsBumpedWhileItIdentifiesIsSeenWithoutAReferenceToo) {
   config.campaign.reference_every = 0;
   const CampaignResult& result = bumped(5, PointPurpose::Identify, 9);
-  EXPECT_THAT(result.doubts, Contains(HasSubstr("between the points 9 and 10")));
+  EXPECT_THAT(result.as<CalibrationResult>().doubts, Contains(HasSubstr("between the points 9 and 10")));
 }
 
 TEST_F(BadDataTest, ATrackerThatIsBumpedBeforeValidationLeavesTheModelInDoubt) {
   for (const int reference_every : {config.campaign.reference_every, 0}) {
     config.campaign.reference_every = reference_every;
     const CampaignResult& result = bumped(2, PointPurpose::Identify, 19);
-    EXPECT_GT(result.calibration.validate->after.mean, 1);
-    EXPECT_THAT(result.doubts, Contains(HasSubstr("the validation points are off by"))) << reference_every;
+    EXPECT_GT(result.as<CalibrationResult>().calibration.validate->after.mean, 1);
+    EXPECT_THAT(result.as<CalibrationResult>().doubts,
+                Contains(HasSubstr("the validation points are off by")))
+        << reference_every;
   }
 }
 
@@ -397,8 +403,8 @@ TEST_F(BadDataTest, PointsThatTheTrackerItselfCallsNoisyAreMeasuredAgainAndNever
   ASSERT_TRUE(*outcome) << outcome->error().detail;
   for (const StoredPoint& point : journal.points) EXPECT_LT(point.std_mm.maxCoeff(), 0.1);
   EXPECT_THAT(observer.troubles, Contains(HasSubstr("the readings of this point scatter by 3.000 mm")));
-  EXPECT_THAT((***outcome).doubts, IsEmpty());
-  EXPECT_LT((***outcome).calibration.validate->after.mean, 0.06);
+  EXPECT_THAT((***outcome).as<CalibrationResult>().doubts, IsEmpty());
+  EXPECT_LT((***outcome).as<CalibrationResult>().calibration.validate->after.mean, 0.06);
 }
 
 TEST_F(BadDataTest, NothingIsIdentifiedWhereEveryPointIsNoisyByTheTrackersOwnAccount) {
@@ -417,8 +423,10 @@ TEST_F(BadDataTest, NoiseThatTheTrackerDoesNotReportLeavesTheModelInDoubt) {
   start();
   ASSERT_TRUE(go_on());
   ASSERT_TRUE(*outcome) << outcome->error().detail;
-  EXPECT_THAT((***outcome).doubts, Contains(HasSubstr("the reference pose did not stay where it was")));
-  EXPECT_THAT((***outcome).doubts, Contains(HasSubstr("times the noise that is configured")));
+  EXPECT_THAT((***outcome).as<CalibrationResult>().doubts,
+              Contains(HasSubstr("the reference pose did not stay where it was")));
+  EXPECT_THAT((***outcome).as<CalibrationResult>().doubts,
+              Contains(HasSubstr("times the noise that is configured")));
 }
 
 TEST_F(CampaignTest, AnAbortStopsTheArmOnItsWayAndIsRecorded) {
@@ -471,8 +479,8 @@ TEST_F(CampaignTest, DoesNotCompensateWithACalibrationThatIsNoBetterThanTheDataS
   start();
   ASSERT_TRUE(go_on());
   ASSERT_TRUE(*outcome) << outcome->error().detail;
-  EXPECT_FALSE((**outcome)->improves);
-  EXPECT_FALSE((**outcome)->remeasured);
+  EXPECT_FALSE((**outcome)->as<CalibrationResult>().improves);
+  EXPECT_FALSE((**outcome)->as<CalibrationResult>().remeasured);
   EXPECT_EQ(journal.points.size(), 22U);
   ASSERT_EQ(journal.skipped.size(), 12U);
   EXPECT_THAT(journal.skipped[0].reason, HasSubstr("no better"));

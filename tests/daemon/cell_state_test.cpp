@@ -34,7 +34,7 @@ const std::vector<CellEvent> kRequests{
 const std::vector<CellEvent> kOutcomes{
     DevicesConnected{}, ConnectFailed{"x"},     DeviceLost{"x"}, CampaignPaused{},
     CampaignEnded{},    StreamProgramStarted{}, StreamStarted{}, StreamEnded{},
-    StreamFaulted{"x"}, StoreFailed{"x"},       Tick{}};
+    StreamFaulted{"x"}, StoreFailed{"x"},       Tick{},          DeviceAwaited{CellDevice::Tracker, "x"}};
 
 CellState after(const CellState& state, const CellEvent& event) { return advance(state, event, t0).next; }
 
@@ -150,6 +150,42 @@ TEST(CellState, StatesThatPassByThemselvesFaultWhenTheyDoNot) {
     EXPECT_FALSE(step.commands.empty());
   }
   EXPECT_EQ(advance(Streaming{}, Tick{}, t0 + 1000h, limits).next, CellState{Streaming{}});
+}
+
+TEST(CellState, SaysWhichDeviceItWaitsForAndSinceWhen) {
+  const Waiting controller{CellDevice::Controller, t0, "it has to connect"};
+  const Waiting tracker{CellDevice::Tracker, t0, "it restarted"};
+  EXPECT_EQ(waiting(Connecting{t0}), controller);
+  EXPECT_EQ(waiting(after(Connecting{t0}, DeviceAwaited{CellDevice::Tracker, "it restarted"})), tracker);
+  EXPECT_EQ(waiting(StreamStarting{t0})->device, CellDevice::Controller);
+  for (const CellState& state : {CellState{Running{"c1"}}, CellState{Paused{"c1"}}, CellState{Streaming{}}}) {
+    EXPECT_FALSE(waiting(state)) << state_name(state);
+    const CellState held_up = after(state, DeviceAwaited{CellDevice::Tracker, "it restarted"});
+    EXPECT_EQ(waiting(held_up), tracker) << state_name(state);
+    const CellState later =
+        advance(held_up, DeviceAwaited{CellDevice::Tracker, "it does not answer"}, t0 + 1min).next;
+    EXPECT_EQ(waiting(later)->since, t0) << "as long as it is the same";
+    EXPECT_EQ(waiting(later)->reason, "it does not answer");
+    EXPECT_TRUE(waiting(after(later, DeviceAwaited{CellDevice::Controller, ""}))) << "another one answers";
+    EXPECT_EQ(after(later, DeviceAwaited{CellDevice::Tracker, ""}), state);
+  }
+  const CellState held_up = Running{"c1", tracker};
+  EXPECT_EQ(waiting(after(held_up, CampaignPauseRequested{})), tracker) << "a pause does not bring it back";
+  EXPECT_FALSE(waiting(after(held_up, CampaignEnded{})));
+  EXPECT_EQ(after(Ready{}, DeviceAwaited{CellDevice::Tracker, "x"}), CellState{Ready{}});
+}
+
+TEST(CellState, NamesTheMomentAtWhichAStateHasLastedTooLong) {
+  const CellLimits limits;
+  EXPECT_EQ(deadline(Connecting{t0}), t0 + limits.connecting);
+  EXPECT_EQ(deadline(StreamStarting{t0}), t0 + limits.stream_program);
+  EXPECT_EQ(deadline(StreamStarting{t0, true}), t0 + limits.stream_starting);
+  for (const CellState& state : kStates) {
+    const auto due = deadline(state);
+    if (!due) continue;
+    EXPECT_EQ(advance(state, Tick{}, *due - 1ns).next, state);
+    EXPECT_TRUE(std::holds_alternative<Faulted>(advance(state, Tick{}, *due).next)) << state_name(state);
+  }
 }
 
 TEST(CellState, EveryStateIsReachedFromDisconnected) {

@@ -16,7 +16,6 @@ daemon::CampaignResult example_calibration(std::uint64_t seed) {
   TrueArm arm{truth.truth, seed};
   daemon::CampaignResult result;
   result.identities = {{"#KR210R2700_2", "S1", "KSS"}, {"AT901", "T1", "1"}};
-  result.data.smr_names = {cell.reflector.name};
   const int poses = cell.campaign.identify_poses + cell.campaign.validate_poses;
   for (int pose = 0; pose < poses; ++pose) {
     daemon::StoredPoint point;
@@ -34,19 +33,16 @@ daemon::CampaignResult example_calibration(std::uint64_t seed) {
     point.temperature_c = 20;
     point.pressure_mbar = 1013;
     point.humidity_percent = 50;
-    Measurement measurement;
-    measurement.q = point.q_actual;
-    measurement.p_WS_mm = point.p_WS_mm;
-    measurement.set = identify ? PoseSet::Identify : PoseSet::Validate;
-    result.data.points.push_back(measurement);
     result.points.push_back(point);
   }
   const CalibrateOptions options = config::calibrate_options(cell);
-  auto calibration = calibrate(cell.robot.model, result.data, options);
+  const MeasurementData data = daemon::measurement_data(result.points, cell.reflector.name);
+  auto calibration = calibrate(cell.robot.model, data, options);
   if (!calibration) throw std::runtime_error{calibration.error().detail};
-  result.calibration = *std::move(calibration);
-  result.noise = noise_about_model(result.calibration, result.data, options.noise);
-  result.improves = true;
+  auto& found = result.as<daemon::CalibrationResult>();
+  found.calibration = *std::move(calibration);
+  found.noise = noise_about_model(found.calibration, data, options.noise);
+  found.improves = true;
   return result;
 }
 

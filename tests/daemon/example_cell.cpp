@@ -102,12 +102,13 @@ asio::awaitable<daemon::StoreResult<void>> MemoryJournal::begin(daemon::Identiti
   co_return daemon::StoreResult<void>{};
 }
 
-asio::awaitable<daemon::StoreResult<void>> MemoryJournal::add_point(daemon::StoredPoint point) {
+asio::awaitable<daemon::StoreResult<daemon::StoredPoint>> MemoryJournal::add_point(
+    daemon::StoredPoint point) {
   if (static_cast<int>(points.size()) == fail_at_point) {
     co_return std::unexpected(daemon::StoreError{"database or disk is full"});
   }
   points.push_back(point);
-  co_return daemon::StoreResult<void>{};
+  co_return point;
 }
 
 asio::awaitable<daemon::StoreResult<void>> MemoryJournal::add_skipped(daemon::SkippedPose pose) {

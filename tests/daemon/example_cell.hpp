@@ -26,7 +26,8 @@ drivers::MockCellOptions example_truth();
 /// A journal in memory that can be told to fail.
 struct MemoryJournal final : daemon::CampaignJournal {
   boost::asio::awaitable<daemon::StoreResult<void>> begin(daemon::Identities identities) override;
-  boost::asio::awaitable<daemon::StoreResult<void>> add_point(daemon::StoredPoint point) override;
+  boost::asio::awaitable<daemon::StoreResult<daemon::StoredPoint>> add_point(
+      daemon::StoredPoint point) override;
   boost::asio::awaitable<daemon::StoreResult<void>> add_skipped(daemon::SkippedPose skipped) override;
   boost::asio::awaitable<daemon::StoreResult<void>> end(std::shared_ptr<const daemon::CampaignResult> result,
                                                         std::optional<daemon::CampaignError> error) override;

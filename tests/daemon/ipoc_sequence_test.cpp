@@ -1,6 +1,6 @@
-#include "daemon/realtime/ipoc_sequence.hpp"
-
 #include <gtest/gtest.h>
+
+#include "daemon/realtime/controller_session.hpp"
 
 namespace truepose::daemon {
 namespace {

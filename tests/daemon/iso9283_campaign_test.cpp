@@ -21,7 +21,7 @@ struct Iso9283CampaignTest : CampaignTest {
     start(std::move(order));
     EXPECT_TRUE(go_on());
     EXPECT_TRUE(*outcome) << outcome->error().detail;
-    return *(***outcome).iso9283;
+    return (***outcome).as<Iso9283Test>();
   }
   std::vector<double> accuracies_mm(const Iso9283Test& test) const {
     std::vector<double> ap_mm;

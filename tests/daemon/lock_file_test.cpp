@@ -1,8 +1,7 @@
-#include "daemon/service/lock_file.hpp"
-
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "daemon/service/runtime_folder.hpp"
 #include "tests/temp_folder.hpp"
 
 namespace truepose::daemon {

@@ -18,7 +18,7 @@ BUILD = TREE / "build/release"
 SESSION = "daemon/realtime/controller_session.cpp"
 IN_FORCE = "daemon/realtime/correction_in_force.cpp"
 CYCLE = "daemon/realtime/stream_cycle.cpp"
-PIN = "daemon/realtime/peer_pin.hpp"
+PIN = "daemon/realtime/controller_session.hpp"
 
 # name: [(file, what stands there, what is put in its place), ...]
 BUGS = {

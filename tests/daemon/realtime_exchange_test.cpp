@@ -9,9 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/realtime/latency_histogram.hpp"
-#include "daemon/realtime/snapshot_exchange.hpp"
-#include "daemon/realtime/spsc_ring.hpp"
+#include "daemon/realtime/lock_free.hpp"
 #include "tests/daemon/stream_rig.hpp"
 
 namespace truepose::daemon {

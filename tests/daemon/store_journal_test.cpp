@@ -28,14 +28,15 @@ StoredPoint example_point(int pose) {
 std::shared_ptr<CampaignResult> example_result(bool improves) {
   auto result = std::make_shared<CampaignResult>();
   result->identities = {{"#KR210R2700_2", "S1", "KSS"}, {"AT901", "T1", "1"}};
-  result->calibration.cell = {test::kr210_with_errors(), {}, {{"1", {1, 2, 3}}}};
-  result->calibration.coarse = {test::kr210(), {}, {{"1", {1, 2, 3}}}};
-  result->calibration.validate.emplace();
-  result->calibration.validate->before.mean = 3;
-  result->calibration.validate->geometric.mean = 0.04;
-  result->remeasured.emplace();
-  result->remeasured->mean = 0.05;
-  result->improves = improves;
+  auto& found = result->as<CalibrationResult>();
+  found.calibration.cell = {test::kr210_with_errors(), {}, {{"1", {1, 2, 3}}}};
+  found.calibration.coarse = {test::kr210(), {}, {{"1", {1, 2, 3}}}};
+  found.calibration.validate.emplace();
+  found.calibration.validate->before.mean = 3;
+  found.calibration.validate->geometric.mean = 0.04;
+  found.remeasured.emplace();
+  found.remeasured->mean = 0.05;
+  found.improves = improves;
   return result;
 }
 
@@ -104,7 +105,8 @@ TEST_F(StoreJournalTest, KeepsButDoesNotActivateAModelThatItsDataContradictAndSa
   StoreJournal kept = journal();
   ASSERT_TRUE(finish(kept.begin({})));
   const auto result = example_result(true);
-  result->doubts = {"the reference pose did not stay where it was", "the tracker moved"};
+  result->as<CalibrationResult>().doubts = {"the reference pose did not stay where it was",
+                                            "the tracker moved"};
   ASSERT_TRUE(finish(kept.end(result, std::nullopt)));
   EXPECT_FALSE(kept.activated());
   EXPECT_FALSE(*store->active_model());

@@ -7,7 +7,7 @@
 
 #include "core/compensate/largest_correction.hpp"
 #include "core/math/units.hpp"
-#include "daemon/store/sha256.hpp"
+#include "daemon/store/store.hpp"
 #include "tests/daemon/example_calibration.hpp"
 #include "tests/daemon/example_cell.hpp"
 
@@ -24,9 +24,10 @@ struct StoredModelTest : testing::Test {
     made.id = "m1";
     made.robot_serial = file.serial = "S1";
     file.name = config.robot.model.name;
-    file.cell = result.calibration.cell;
-    file.validation_mean_mm = made.validation_after_mm = result.calibration.validate->after.mean;
-    made.validation_before_mm = result.calibration.validate->before.mean;
+    file.cell = result.as<CalibrationResult>().calibration.cell;
+    file.validation_mean_mm = made.validation_after_mm =
+        result.as<CalibrationResult>().calibration.validate->after.mean;
+    made.validation_before_mm = result.as<CalibrationResult>().calibration.validate->before.mean;
     made.largest_correction_deg =
         largest_correction(config.robot.model, file.cell, poses_of_task(result.points)) * kDegPerRad;
     made.yaml = config::model_yaml(file);

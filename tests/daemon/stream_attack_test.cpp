@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/arm/forward.hpp"
-#include "daemon/realtime/stream_log.hpp"
+#include "daemon/realtime/stream_status.hpp"
 #include "tests/daemon/stream_rig.hpp"
 
 // What broke the stream in attacks on the whole product, each as a sentence about what holds now. The rig

@@ -1,10 +1,9 @@
-#include "daemon/realtime/stream_log.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <vector>
 
+#include "daemon/realtime/stream_status.hpp"
 #include "tests/daemon/stream_rig.hpp"
 
 namespace truepose::daemon {

@@ -35,14 +35,14 @@ struct TargetsTest : CampaignTest {
     config.campaign.remeasure = false;
     start();
     ASSERT_TRUE(go_on() && *outcome);
-    model = (***outcome).calibration.cell;
+    model = (***outcome).as<CalibrationResult>().calibration.cell;
   }
   const TargetsResult& drive(TargetsOrder order) {
     order.cell = model;
     start(std::move(order));
     EXPECT_TRUE(go_on());
     EXPECT_TRUE(*outcome) << outcome->error().detail;
-    return *(***outcome).targets;
+    return (***outcome).as<TargetsResult>();
   }
   /// How far the real arm is from a target, stopped there once more.
   Eigen::Vector3d true_error_mm(const TargetOutcome& target) {

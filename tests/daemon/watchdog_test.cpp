@@ -1,6 +1,6 @@
-#include "daemon/service/watchdog.hpp"
-
 #include <gtest/gtest.h>
+
+#include "daemon/service/service_manager.hpp"
 
 namespace truepose::daemon {
 namespace {

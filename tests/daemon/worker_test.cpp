@@ -1,4 +1,4 @@
-#include "daemon/worker.hpp"
+#include "daemon/threads/worker.hpp"
 
 #include <gtest/gtest.h>
 

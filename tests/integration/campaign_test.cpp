@@ -3,11 +3,11 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 #include <boost/json/value.hpp>
 #include <fstream>
-#include <ostream>
 #include <set>
 
 #include "proto/control/json_text.hpp"
@@ -322,29 +322,19 @@ TEST(ADaemonThatIsStopped, EndsTheCampaignAndStopsTheArm) {
   EXPECT_EQ(again.exit_code, 0) << again.err << cell.daemon().errors();
 }
 
-/// What goes wrong, how often in the cell's time, for how long, and whom the daemon blames.
-struct Trouble {
-  const char* kind;
-  int every_ms;
-  int lasts_ms;
-  const char* blamed;
-};
-
-void PrintTo(const Trouble& trouble, std::ostream* out) { *out << trouble.kind; }
-
-class ACampaignInTrouble : public testing::TestWithParam<Trouble> {};
-
-TEST_P(ACampaignInTrouble, EndsAndEveryPoseHasItsPointOrAReason) {
-  const Trouble& trouble = GetParam();
+// What each trouble does alone is tested in virtual time (tests/daemon/campaign_service_test.cpp).
+TEST(ACampaignInTroubleOfEveryKind, EndsAndEveryPoseHasItsPointOrAReason) {
+  constexpr std::array kTroubles{"kind: beam-break, lasts_ms: 3000", "kind: eki-drop, lasts_ms: 6000",
+                                 "kind: tracker-restart, lasts_ms: 0"};
   std::string faults;
-  for (int n = 1; n <= 60; ++n)
-    faults += (n == 1 ? "[" : ", ") + std::string{"{at_ms: "} + std::to_string(n * trouble.every_ms) +
-              ", kind: " + trouble.kind + ", lasts_ms: " + std::to_string(trouble.lasts_ms) + "}";
+  for (std::size_t n = 1; n <= 60; ++n)
+    faults += (n == 1 ? "[" : ", ") + std::string{"{at_ms: "} + std::to_string(n * 40'000) + ", " +
+              kTroubles[n % kTroubles.size()] + "}";
   LiveCell cell{{.speedup = 20, .faults = faults + "]"}};
   cell.start_daemon();
   tools::RpcClient client = cell.client();
   called(client, "events.subscribe", {{"topics", json::array{"campaign", "cell", "log"}}});
-  called(client, "campaign.start", {{"identify_poses", 14}, {"validate_poses", 6}, {"remeasure", false}});
+  called(client, "campaign.start", {{"identify_poses", 12}, {"validate_poses", 4}, {"remeasure", false}});
   std::vector<control::Event> events;
   while (events.empty() || !is_end_of_campaign(events.back())) {
     const auto more = events_until(client, is_end_or_pause);
@@ -352,10 +342,12 @@ TEST_P(ACampaignInTrouble, EndsAndEveryPoseHasItsPointOrAReason) {
     // Where the beam stays away the campaign waits for somebody who has looked at the cell.
     if (is_pause(events.back())) called(client, "campaign.resume");
   }
-  const auto complaints = std::ranges::count_if(events, [&](const control::Event& event) {
-    return event.topic == "log" && control::json_text(event.data.at("text")).contains(trouble.blamed);
-  });
-  EXPECT_GT(complaints, 0) << cell.daemon().errors();
+  for (const char* blamed : {"tracker: ", "robot: "}) {
+    const auto complaints = std::ranges::count_if(events, [&](const control::Event& event) {
+      return event.topic == "log" && control::json_text(event.data.at("text")).contains(blamed);
+    });
+    EXPECT_GT(complaints, 0) << blamed << cell.daemon().errors();
+  }
 
   const json::value found = called(client, "campaign.get", {{"points_limit", 100}});
   EXPECT_EQ(found.at_pointer("/campaign/state"), "done") << cell.daemon().errors();
@@ -365,20 +357,10 @@ TEST_P(ACampaignInTrouble, EndsAndEveryPoseHasItsPointOrAReason) {
     EXPECT_NE(skipped.at("reason"), "");
     poses.insert(skipped.at("pose").as_int64());
   }
-  // 20 planned ones, and a substitute for each that was given up.
-  EXPECT_GE(poses.size(), 20u);
+  // 16 planned ones, and a substitute for each that was given up.
+  EXPECT_GE(poses.size(), 16u);
   EXPECT_EQ(*poses.rbegin() + 1, static_cast<std::int64_t>(poses.size())) << "a pose has neither";
 }
-
-INSTANTIATE_TEST_SUITE_P(OfEveryKind, ACampaignInTrouble,
-                         testing::Values(Trouble{"beam-break", 23'000, 3'000, "tracker: "},
-                                         Trouble{"tracker-restart", 120'000, 0, "tracker: "},
-                                         Trouble{"eki-drop", 41'000, 6'000, "robot: "}),
-                         [](const auto& kind) {
-                           std::string name = kind.param.kind;
-                           std::erase(name, '-');
-                           return name;
-                         });
 
 }  // namespace
 }  // namespace truepose

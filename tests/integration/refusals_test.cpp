@@ -164,18 +164,6 @@ TEST(TheDaemon, RefusesAnArmWhoseControllerNamesAnother) {
   EXPECT_EQ(json::parse(cell.truepose({"status", "--json"}).out).at("state"), "fault");
 }
 
-TEST(TheDaemon, RefusesAnArmWhoseKinematicsAreAnothers) {
-  const TempFolder folder;
-  std::string robot = text_of(TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml");
-  robot.replace(robot.find("d: 645"), 6, "d: 675");
-  const std::string file = folder.write("other.yaml", robot);
-  LiveCell cell{{.scenario = {{TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml", file}}}};
-  cell.start_daemon();
-  const Finished refused = cell.truepose({"connect"});
-  expect_one_line(refused, 3);
-  EXPECT_THAT(refused.err, AllOf(HasSubstr("wrong arm or wrong robot file"), HasSubstr("30.00 mm")));
-}
-
 TEST(TheDaemon, RefusesBadUsageInOneLineAndHelps) {
   for (const std::vector<std::string>& usage : std::vector<std::vector<std::string>>{
            {}, {"--config"}, {"--nonsense"}, {"--config", "cell.yaml", "more"}}) {

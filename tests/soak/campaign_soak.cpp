@@ -36,7 +36,10 @@ constexpr double kSixSigma_mm = 6 * 0.01 * 1.8;
 constexpr char kNoCompute[] = "the computation was given up: not enough memory";
 
 /// Whether the model is put to use without anybody having looked at it.
-bool activates(const daemon::CampaignResult& result) { return result.improves && result.doubts.empty(); }
+bool activates(const daemon::CampaignResult& result) {
+  const auto& found = result.as<daemon::CalibrationResult>();
+  return found.improves && found.doubts.empty();
+}
 
 /// What is wrong with the tracker's data in one campaign.
 struct BadData {
@@ -187,7 +190,7 @@ struct Soak::Journal final : daemon::CampaignJournal {
     co_return kept();
   }
 
-  asio::awaitable<daemon::StoreResult<void>> add_point(daemon::StoredPoint point) override {
+  asio::awaitable<daemon::StoreResult<daemon::StoredPoint>> add_point(daemon::StoredPoint point) override {
     const TimePoint written = soak.clock_.now() + 4ms;
     co_await soak.clock_.sleep_until(written);
     EXPECT_TRUE(soak.tracker_->last) << "a point was stored for a measurement that failed";
@@ -205,7 +208,9 @@ struct Soak::Journal final : daemon::CampaignJournal {
     ++points;
     soak.hash_.add("point");
     for (int i = 0; i < 3; ++i) soak.hash_.add(point.p_WS_mm[i]);
-    co_return kept();
+    const daemon::StoreResult<void> written_down = kept();
+    if (!written_down) co_return std::unexpected(written_down.error());
+    co_return point;
   }
 
   asio::awaitable<daemon::StoreResult<void>> add_skipped(daemon::SkippedPose pose) override {
@@ -412,10 +417,11 @@ void Soak::check_result(const daemon::CampaignResult& result) {
     EXPECT_FALSE(activates(result)) << "the tracker was pushed by " << bad_.pushed_by_mm.norm()
                                     << " mm after " << bad_.pushed_after << " points";
   }
-  if (!result.remeasured) return;
-  hash_.add(result.remeasured->mean);
+  const auto& found = result.as<daemon::CalibrationResult>();
+  if (!found.remeasured) return;
+  hash_.add(found.remeasured->mean);
   const bool sound = !bad_.is_biased() && bad_.loose_share == 0;
-  EXPECT_TRUE(!sound || result.remeasured->mean < result.calibration.validate->before.mean);
+  EXPECT_TRUE(!sound || found.remeasured->mean < found.calibration.validate->before.mean);
 }
 
 }  // namespace

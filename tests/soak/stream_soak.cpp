@@ -10,8 +10,7 @@
 #include <iterator>
 
 #include "core/math/random.hpp"
-#include "daemon/cell/cell_json.hpp"
-#include "daemon/cell/stream_trouble.hpp"
+#include "daemon/cell/stream_report.hpp"
 #include "tests/daemon/stream_cell.hpp"
 #include "tests/soak/event_hash.hpp"
 

@@ -1,0 +1,306 @@
+#include "daemon/cell/campaign_service.hpp"
+
+#include <algorithm>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/uuid/random_generator.hpp>
+#include <boost/uuid/uuid_io.hpp>
+#include <limits>
+#include <utility>
+
+#include "config/cell_setup.hpp"
+#include "core/arm/joint_units.hpp"
+#include "daemon/cell/target_service.hpp"
+#include "daemon/log/log.hpp"
+
+namespace truepose::daemon {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using control::ParamReader;
+using control::RpcError;
+
+namespace {
+
+// The document of so many fits into one line of the protocol.
+constexpr std::size_t kMostTargets = 100;
+
+std::string new_uuid() { return boost::uuids::to_string(boost::uuids::random_generator{}()); }
+
+void read_seed(ParamReader& read, config::CampaignConfig& campaign) {
+  const auto seed = read.integer("seed", 0, std::numeric_limits<std::int64_t>::max());
+  if (seed) campaign.seed = static_cast<std::uint64_t>(*seed);
+}
+
+void read_count(ParamReader& read, const char* key, int least, int most, int& count) {
+  count = static_cast<int>(read.integer(key, least, most).value_or(count));
+}
+
+/// What the poses of a phase are measured for.
+PointPurpose purpose_in(CampaignPhase phase) {
+  switch (phase) {
+    case CampaignPhase::Identify:
+      return PointPurpose::Identify;
+    case CampaignPhase::Validate:
+      return PointPurpose::Validate;
+    case CampaignPhase::Targets:
+      return PointPurpose::Target;
+    case CampaignPhase::Cycles:
+      return PointPurpose::Cycle;
+    default:
+      return PointPurpose::Remeasure;
+  }
+}
+
+}  // namespace
+
+CampaignService::Run::Run(StoreJournal::Options options, const CellParts& parts, CampaignObserver& observer,
+                          CampaignOrder order)
+    : journal{options, parts.store, parts.store_thread, parts.wall_clock},
+      campaign{
+          options.config,
+          {parts.robot, parts.tracker, parts.clock},
+          journal,
+          observer,
+          [&worker = parts.compute_thread](std::function<void()> job) { return worker.run(std::move(job)); },
+          std::move(order)} {}
+
+CampaignService::CampaignService(const CellParts& parts, CellRunner& runner, DeviceService& devices,
+                                 ModelService& models)
+    : parts_{parts}, runner_{runner}, devices_{devices}, models_{models} {
+  runner_.on(CellCommand::PauseCampaign, [this](const std::string&) { run_->campaign.pause(); });
+  runner_.on(CellCommand::ResumeCampaign, [this](const std::string&) { run_->campaign.resume(); });
+  runner_.on(CellCommand::AbortCampaign, [this](const std::string& reason) { run_->campaign.abort(reason); });
+}
+
+std::vector<Method<CampaignService>> CampaignService::methods() {
+  return {{"campaign.start", &CampaignService::start},
+          {"drift.check", &CampaignService::drift_check},
+          {"campaign.pause", &CampaignService::pause},
+          {"campaign.resume", &CampaignService::resume},
+          {"campaign.abort", &CampaignService::abort}};
+}
+
+// To start one.
+
+MethodReply CampaignService::start(json::object params) {
+  ParamReader read{params};
+  const std::string kind = read.text("kind").value_or("calibration");
+  params.erase("kind");
+  if (kind == "calibration") co_return start_calibration(params);
+  if (kind == "targets") co_return start_targets(params);
+  if (kind == "iso9283") co_return start_iso9283(params);
+  read.fail("kind", "expected calibration, targets or iso9283");
+  co_return std::unexpected(*read.finish());
+}
+
+MethodResult CampaignService::start_calibration(const json::object& params) {
+  ParamReader read{params};
+  config::CellConfig config = parts_.config;
+  config::CampaignConfig& plan = config.campaign;
+  read_count(read, "identify_poses", 5, 1000, plan.identify_poses);
+  read_count(read, "validate_poses", 0, 1000, plan.validate_poses);
+  read_seed(read, plan);
+  plan.remeasure = read.boolean("remeasure").value_or(plan.remeasure);
+  const bool activate = read.boolean("activate").value_or(true);
+  if (const auto why = config::too_few_poses(config)) read.fail("identify_poses", *why);
+  if (auto wrong = read.finish()) return std::unexpected(*wrong);
+  return begin(config, CalibrationOrder{}, activate);
+}
+
+MethodResult CampaignService::start_targets(const json::object& params) {
+  ParamReader read{params};
+  config::CellConfig config = parts_.config;
+  const RobotModel& nominal = config.robot.model;
+  const auto joints = read.rows("joints", static_cast<std::size_t>(nominal.joint_count()), kMostTargets);
+  const auto poses = read.rows("poses", 6, kMostTargets);
+  if (joints && poses) read.fail("joints", "give joints or poses, not both");
+  int& drawn = config.campaign.validate_poses;
+  drawn = std::clamp<int>(drawn, 1, kMostTargets);
+  read_count(read, "validate_poses", 1, kMostTargets, drawn);
+  TargetsOrder order;
+  read_count(read, "rounds", 1, 20, order.loop.rounds);
+  order.loop.tolerance_mm = read.number("tolerance_mm", 0, 10).value_or(order.loop.tolerance_mm);
+  read_count(read, "readings", 1, 100, order.readings);
+  read_seed(read, config.campaign);
+  if (auto wrong = read.finish()) return std::unexpected(*wrong);
+  const auto model = models_.needed();
+  if (!model) return std::unexpected(model.error());
+  order.cell = (*model)->cell;
+  for (const auto& row : joints.value_or(std::vector<std::vector<double>>{}))
+    order.targets.push_back(joints_from(row, nominal));
+  if (poses) {
+    auto reached = joints_at(*poses, nominal);
+    if (!reached) return std::unexpected(reached.error());
+    order.targets = *std::move(reached);
+  }
+  return begin(config, std::move(order));
+}
+
+MethodResult CampaignService::start_iso9283(const json::object& params) {
+  ParamReader read{params};
+  config::CellConfig config = parts_.config;
+  Iso9283Order order{.cycles = config.iso9283.cycles};
+  read_count(read, "cycles", 2, 1000, order.cycles);
+  order.variation = read.boolean("variation").value_or(config.iso9283.variation);
+  order.compensate = read.boolean("compensate").value_or(true);
+  read_seed(read, config.campaign);
+  if (auto wrong = read.finish()) return std::unexpected(*wrong);
+  const auto model = models_.needed();
+  if (order.compensate && !model) return std::unexpected(model.error());
+  if (model) order.cell = (*model)->cell;
+  return begin(config, std::move(order));
+}
+
+MethodReply CampaignService::drift_check(json::object params) {
+  ParamReader read{params};
+  config::CellConfig config = parts_.config;
+  read_count(read, "poses", 1, 1000, config.campaign.drift_poses);
+  read_seed(read, config.campaign);
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  const auto model = models_.needed_for_drift();
+  if (!model) co_return std::unexpected(model.error());
+  co_return begin(config, *(*model)->drift_reference);
+}
+
+MethodResult CampaignService::begin(const config::CellConfig& config, CampaignOrder order, bool activate) {
+  StoreJournal::Options options{.campaign_id = new_uuid(),
+                                .model_id = new_uuid(),
+                                .config = config,
+                                .kind = kind_name(order),
+                                .activate = activate};
+  if (auto refused = runner_.apply(CampaignStartRequested{options.campaign_id}, "asked for by an operator"))
+    return std::unexpected(*refused);
+  CampaignObserver& observer = *this;
+  run_ = std::make_shared<Run>(std::move(options), parts_, observer, std::move(order));
+  asio::co_spawn(parts_.io, run(run_), [](std::exception_ptr failed) {
+    if (failed) std::rethrow_exception(failed);
+  });
+  return json::object{{"id", run_->id()}, {"total", run_->campaign.progress().total}};
+}
+
+// While it is under way, and at its end.
+
+asio::awaitable<void> CampaignService::run(std::shared_ptr<Run> run) {
+  co_await devices_.unasked();
+  auto outcome = co_await run->campaign.run();
+  run->ended = true;
+  std::optional<CampaignError> error;
+  if (!outcome) error = outcome.error();
+  if (outcome) devices_.know((*outcome)->identities);
+  // One that has outlasted its abort may not end what was started since.
+  if (run == run_) co_await close(*run, std::move(error));
+  runner_.wake();
+}
+
+asio::awaitable<void> CampaignService::close(const Run& run, std::optional<CampaignError> error) {
+  const std::string reason = error ? "the campaign ended: " + error->detail : "the campaign is done";
+  error ? log_warning(reason) : log_info(reason);
+  const CampaignRecord& record = run.journal.record();
+  if (!error && !record.reason.empty()) log_warning(record.reason);
+  if (error && error->fault == CampaignFault::Store) {
+    runner_.apply(StoreFailed{"store: " + error->detail}, reason);
+  } else {
+    if (!record.model_id.empty()) co_await models_.announce_made(record.model_id, run.journal.activated());
+    runner_.apply(CampaignEnded{}, reason);
+    if (error && (error->fault == CampaignFault::Device || error->fault == CampaignFault::WrongArm))
+      runner_.apply(DeviceLost{error->detail}, reason);
+  }
+  // Last: who waits for the end may command the cell at once.
+  parts_.events.publish(control::Topic::Campaign, progress_json());
+}
+
+MethodResult CampaignService::request(const json::object& params, const CellEvent& event,
+                                      const std::string& reason) {
+  if (auto refused = runner_.request(params, event, reason)) return std::unexpected(*refused);
+  return progress_json();
+}
+
+MethodReply CampaignService::pause(json::object params) {
+  co_return request(params, CampaignPauseRequested{}, "paused by an operator");
+}
+
+MethodReply CampaignService::resume(json::object params) {
+  co_return request(params, CampaignResumeRequested{}, "resumed by an operator");
+}
+
+MethodReply CampaignService::abort(json::object params) {
+  const MethodResult accepted = request(params, CampaignAbortRequested{}, "aborted by an operator");
+  if (!accepted) co_return accepted;
+  while (running()) co_await runner_.changed();
+  co_return progress_json();
+}
+
+void CampaignService::abort(const std::string& reason) {
+  if (run_) run_->campaign.abort(reason);
+}
+
+// What clients are told.
+
+void CampaignService::on_progress(const CampaignProgress&) {
+  parts_.events.publish(control::Topic::Campaign, progress_json());
+}
+
+void CampaignService::on_point(const StoredPoint& point, double deviation_mm,
+                               const CampaignProgress& progress) {
+  parts_.events.publish(
+      control::Topic::Measurement,
+      json::object{{"campaign_id", run_->id()},
+                   {"pose", point.pose},
+                   {"purpose", purpose_name(point.purpose)},
+                   {"smr", point.smr},
+                   {"p_mm", vector_json(point.p_WS_mm)},
+                   {"std_mm", vector_json(point.std_mm)},
+                   {"error_mm", progress.error_mm ? json::value(deviation_mm) : json::value{}},
+                   {"reason", ""}});
+  on_progress(progress);
+}
+
+void CampaignService::on_skipped(const SkippedPose& skipped, const CampaignProgress& progress) {
+  log_warning("pose " + std::to_string(skipped.pose) + " skipped: " + skipped.reason);
+  parts_.events.publish(control::Topic::Measurement,
+                        json::object{{"campaign_id", run_->id()},
+                                     {"pose", skipped.pose},
+                                     {"purpose", purpose_name(purpose_in(progress.phase))},
+                                     {"smr", parts_.config.reflector.name},
+                                     {"p_mm", nullptr},
+                                     {"std_mm", nullptr},
+                                     {"error_mm", nullptr},
+                                     {"reason", skipped.reason}});
+  on_progress(progress);
+}
+
+void CampaignService::on_trouble(const std::string& sentence) { log_warning(sentence); }
+
+void CampaignService::on_waiting(CellDevice device, const std::string& reason) {
+  runner_.apply(DeviceAwaited{device, reason}, reason);
+}
+
+void CampaignService::on_paused(const std::string& sentence) { runner_.apply(CampaignPaused{}, sentence); }
+
+json::object CampaignService::progress_json() const {
+  const CampaignProgress& progress = run_->campaign.progress();
+  const CampaignRecord& record = run_->journal.record();
+  std::string_view phase = phase_name(progress.phase);
+  if (run_->ended)
+    phase = record.state;
+  else if (runner_.in<Paused>())
+    phase = "paused";
+  return {{"id", record.id},
+          {"phase", phase},
+          {"done", progress.done},
+          {"total", progress.total},
+          {"error_mm", progress.error_mm ? json::value(*progress.error_mm) : json::value{}},
+          {"eta_s", progress.time_left_s ? json::value(*progress.time_left_s) : json::value{}},
+          {"skipped", progress.skipped},
+          {"reason", record.reason},
+          {"model_id", record.model_id.empty() ? json::value{} : json::value(record.model_id)}};
+}
+
+json::value CampaignService::json() const { return running() ? progress_json() : json::value{}; }
+
+std::optional<CampaignArchive::Current> CampaignService::current() const {
+  if (!run_) return std::nullopt;
+  return CampaignArchive::Current{running(), run_->journal.record(), progress_json()};
+}
+
+}  // namespace truepose::daemon

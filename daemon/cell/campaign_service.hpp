@@ -1,0 +1,72 @@
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/json/object.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/campaign/campaign.hpp"
+#include "daemon/cell/campaign_archive.hpp"
+#include "daemon/cell/model_service.hpp"
+
+namespace truepose::daemon {
+
+/// The campaign of a cell: starts one after the other, and tells clients how far it is.
+class CampaignService final : private CampaignObserver {
+ public:
+  CampaignService(const CellParts& parts, CellRunner& runner, DeviceService& devices, ModelService& models);
+
+  static std::vector<Method<CampaignService>> methods();
+
+  /// Ends the campaign that is under way, where there is one.
+  void abort(const std::string& reason);
+  bool running() const { return run_ && !run_->ended; }
+  /// The last one, under way or ended.
+  std::optional<CampaignArchive::Current> current() const;
+  /// How far the campaign is that is under way; null where none is.
+  boost::json::value json() const;
+
+ private:
+  /// One campaign: under way, or the last one.
+  struct Run {
+    Run(StoreJournal::Options options, const CellParts& parts, CampaignObserver& observer,
+        CampaignOrder order);
+    StoreJournal journal;
+    Campaign campaign;
+    bool ended = false;
+
+    const std::string& id() const { return journal.record().id; }
+  };
+
+  MethodReply start(boost::json::object params);
+  MethodReply drift_check(boost::json::object params);
+  MethodReply pause(boost::json::object params);
+  MethodReply resume(boost::json::object params);
+  MethodReply abort(boost::json::object params);
+
+  MethodResult start_calibration(const boost::json::object& params);
+  MethodResult start_targets(const boost::json::object& params);
+  MethodResult start_iso9283(const boost::json::object& params);
+  MethodResult begin(const config::CellConfig& config, CampaignOrder order, bool activate = false);
+  MethodResult request(const boost::json::object& params, const CellEvent& event, const std::string& reason);
+  boost::asio::awaitable<void> run(std::shared_ptr<Run> run);
+  boost::asio::awaitable<void> close(const Run& run, std::optional<CampaignError> error);
+  boost::json::object progress_json() const;
+
+  void on_progress(const CampaignProgress& progress) override;
+  void on_point(const StoredPoint& point, double deviation_mm, const CampaignProgress& progress) override;
+  void on_skipped(const SkippedPose& skipped, const CampaignProgress& progress) override;
+  void on_trouble(const std::string& sentence) override;
+  void on_waiting(CellDevice device, const std::string& reason) override;
+  void on_paused(const std::string& sentence) override;
+
+  CellParts parts_;
+  CellRunner& runner_;
+  DeviceService& devices_;
+  ModelService& models_;
+  std::shared_ptr<Run> run_;
+};
+
+}  // namespace truepose::daemon

@@ -1,0 +1,131 @@
+#include "daemon/cell/cell_runner.hpp"
+
+#include <utility>
+
+#include "daemon/log/log.hpp"
+#include "proto/control/json_text.hpp"
+#include "proto/control/param_reader.hpp"
+
+namespace truepose::daemon {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using control::ErrorCode;
+using control::RpcError;
+
+namespace {
+
+constexpr const char* kCellFault = "E_CELL";
+
+/// What a state is a fault by; empty where it is none.
+std::string fault_text(const CellState& state) {
+  const auto* faulted = std::get_if<Faulted>(&state);
+  return faulted != nullptr ? faulted->reason : "";
+}
+
+}  // namespace
+
+void StandingFaults::begin(Fault fault) {
+  end(fault.code);
+  const std::string code = fault.code;
+  faults_[code] = {std::move(fault), control::rfc3339(wall_clock_())};
+  publish(faults_[code], true);
+}
+
+void StandingFaults::end(const std::string& code) {
+  if (const auto ended = faults_.extract(code)) publish(ended.mapped(), false);
+}
+
+void StandingFaults::stand(bool stands, Fault fault) {
+  if (stands == this->stands(fault.code)) return;
+  if (!stands) return end(fault.code);
+  log_warning(fault.text);
+  begin(std::move(fault));
+}
+
+std::string StandingFaults::text(const std::string& code) const {
+  const auto found = faults_.find(code);
+  return found != faults_.end() ? found->second.fault.text : "";
+}
+
+json::array StandingFaults::json() const {
+  json::array all;
+  for (const auto& [code, standing] : faults_) all.push_back(standing.json());
+  return all;
+}
+
+json::object StandingFaults::Standing::json() const {
+  return {{"code", fault.code}, {"severity", fault.severity}, {"text", fault.text}, {"since", since}};
+}
+
+void StandingFaults::publish(const Standing& fault, bool standing) {
+  json::object event = fault.json();
+  event["standing"] = standing;
+  events_.publish(control::Topic::Fault, event);
+}
+
+CellRunner::CellRunner(drivers::Clock& clock, EventBus& events, EventBus::WallClock wall_clock)
+    : clock_{clock}, events_{events}, wall_clock_{wall_clock}, faults_{events, std::move(wall_clock)} {}
+
+std::optional<RpcError> CellRunner::apply(const CellEvent& event, const std::string& reason) {
+  CellStep step = advance(state_, event, clock_.now());
+  if (step.refused) {
+    return RpcError{
+        ErrorCode::WrongState, step.refused->sentence(), {}, step.refused->state, step.refused->allowed};
+  }
+  if (std::holds_alternative<Faulted>(step.next) && !in<Faulted>()) faulted_in_stream_ = streaming();
+  const CellState before = std::exchange(state_, std::move(step.next));
+  for (const CellCommand command : step.commands) {
+    if (const CarryOut& carry_out = carry_out_[index(command)]) carry_out(reason);
+  }
+  if (state_ == before) return std::nullopt;
+  if (state_name(before) != name() || fault_text(before) != fault_text(state_)) tell(before, reason);
+  changed_.notify();
+  return std::nullopt;
+}
+
+void CellRunner::tell(const CellState& before, const std::string& reason) {
+  const bool fault = in<Faulted>() != nullptr;
+  reason_ = fault ? in<Faulted>()->reason : reason;
+  const std::string line =
+      "cell " + std::string{state_name(before)} + " -> " + std::string{name()} + ": " + reason_;
+  fault ? log_error(line) : log_info(line);
+  events_.publish(control::Topic::Cell,
+                  json::object{{"state", name()}, {"from", state_name(before)}, {"reason", reason_}});
+  fault ? faults_.begin({kCellFault, "error", reason_}) : faults_.end(kCellFault);
+}
+
+std::optional<RpcError> CellRunner::request(const json::object& params, const CellEvent& event,
+                                            const std::string& reason) {
+  if (auto wrong = control::ParamReader{params}.finish()) return wrong;
+  return apply(event, reason);
+}
+
+RpcError CellRunner::wrong_state(std::string why, std::vector<std::string> allowed) const {
+  return {ErrorCode::WrongState, std::move(why), {}, std::string{name()}, std::move(allowed)};
+}
+
+json::value CellRunner::waiting_json() const {
+  const auto wait = waiting(state_);
+  if (!wait) return {};
+  const auto since = wall_clock_() - std::chrono::duration_cast<std::chrono::system_clock::duration>(
+                                         clock_.now() - wait->since);
+  return json::object{{"device", wait->device == CellDevice::Controller ? "controller" : "tracker"},
+                      {"since", control::rfc3339(since)},
+                      {"reason", wait->reason}};
+}
+
+asio::awaitable<void> CellRunner::watch() {
+  for (;;) {
+    const auto due = deadline(state_);
+    if (due && clock_.now() >= *due) {
+      apply(Tick{no_packet_answered_ ? no_packet_answered_() : ""}, "");
+    } else if (due) {
+      co_await changed_until(*due);
+    } else {
+      co_await changed();
+    }
+  }
+}
+
+}  // namespace truepose::daemon

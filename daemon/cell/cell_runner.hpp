@@ -1,0 +1,133 @@
+#pragma once
+
+#include <array>
+#include <boost/asio/awaitable.hpp>
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/cell/cell_state.hpp"
+#include "daemon/control/event_bus.hpp"
+#include "daemon/threads/signal.hpp"
+#include "drivers/clock.hpp"
+#include "proto/control/request.hpp"
+
+namespace truepose::daemon {
+
+/// What an operator should know of, until it ends.
+struct Fault {
+  std::string code;      ///< stable, for programs
+  std::string severity;  ///< "warning" or "error"
+  std::string text;      ///< one sentence
+};
+
+/// The faults that stand, one of a code at most. Clients are told of each beginning and end.
+class StandingFaults {
+ public:
+  StandingFaults(EventBus& events, EventBus::WallClock wall_clock)
+      : events_{events}, wall_clock_{std::move(wall_clock)} {}
+
+  /// In place of one that stands with the same code.
+  void begin(Fault fault);
+  void end(const std::string& code);
+  /// Begins a fault and warns of it in the log, or ends it: it stands as long as its cause.
+  void stand(bool stands, Fault fault);
+
+  bool stands(const std::string& code) const { return faults_.contains(code); }
+  /// What a fault says that stands; empty where it does not.
+  std::string text(const std::string& code) const;
+  /// In the order of their codes.
+  boost::json::array json() const;
+
+ private:
+  struct Standing {
+    Fault fault;
+    std::string since;  ///< RFC 3339
+    boost::json::object json() const;
+  };
+  void publish(const Standing& fault, bool standing);
+
+  EventBus& events_;
+  EventBus::WallClock wall_clock_;
+  std::map<std::string, Standing> faults_;
+};
+
+/// Runs a cell's state machine: feeds it events, has its commands carried out, tells clients of its changes
+/// and wakes who waits for them.
+class CellRunner {
+ public:
+  /// @param reason  why the event came, in words
+  using CarryOut = std::function<void(const std::string& reason)>;
+
+  CellRunner(drivers::Clock& clock, EventBus& events, EventBus::WallClock wall_clock);
+
+  /// Who carries out a command. What takes time (opening devices, starting a campaign or a stream) is carried
+  /// out by the one who has asked, and has nobody here.
+  void on(CellCommand command, CarryOut carry_out) { carry_out_[index(command)] = std::move(carry_out); }
+  /// Says why no packet was answered, should a stream not start in time.
+  void explain_by(std::function<std::string()> no_packet_answered) {
+    no_packet_answered_ = std::move(no_packet_answered);
+  }
+
+  /// Feeds one event to the state machine and has its commands carried out.
+  /// @return the refusal as an error, where there was one
+  std::optional<control::RpcError> apply(const CellEvent& event, const std::string& reason);
+  /// The same for a method that is nothing else and takes no parameters.
+  std::optional<control::RpcError> request(const boost::json::object& params, const CellEvent& event,
+                                           const std::string& reason);
+
+  std::string_view name() const { return state_name(state_); }
+  template <typename State>
+  const State* in() const {
+    return std::get_if<State>(&state_);
+  }
+  bool streaming() const { return in<StreamStarting>() || in<Streaming>() || in<StreamStopping>(); }
+  /// What the fault that the cell is in has ended was a stream.
+  bool faulted_in_stream() const { return in<Faulted>() != nullptr && faulted_in_stream_; }
+  control::RpcError wrong_state(std::string why, std::vector<std::string> allowed) const;
+  control::RpcError wrong_state(std::string why) const { return wrong_state(std::move(why), allowed()); }
+  std::vector<std::string> allowed() const { return allowed_methods(state_); }
+  /// One sentence: why the cell is in its state.
+  const std::string& reason() const { return reason_; }
+  /// {"device","since","reason"} of a device that is waited for, or null.
+  boost::json::value waiting_json() const;
+
+  StandingFaults& faults() { return faults_; }
+  const StandingFaults& faults() const { return faults_; }
+
+  /// Wakes who waits for a change that is none of the state.
+  void wake() { changed_.notify(); }
+  /// Returns at the next change.
+  boost::asio::awaitable<void> changed() { return changed_.wait(); }
+  boost::asio::awaitable<void> changed_until(TimePoint when) { return changed_.wait_until(clock_, when); }
+  /// Returns when the state is none of that kind any more.
+  template <typename State>
+  boost::asio::awaitable<void> while_in() {
+    while (in<State>()) co_await changed();
+  }
+
+  /// Ends the states that have lasted too long. Ends when cancelled.
+  boost::asio::awaitable<void> watch();
+
+ private:
+  static std::size_t index(CellCommand command) { return static_cast<std::size_t>(command); }
+  void tell(const CellState& before, const std::string& reason);
+
+  drivers::Clock& clock_;
+  EventBus& events_;
+  EventBus::WallClock wall_clock_;
+  StandingFaults faults_;
+  std::array<CarryOut, 9> carry_out_;
+  std::function<std::string()> no_packet_answered_;
+  CellState state_ = Disconnected{};
+  std::string reason_ = "started";
+  bool faulted_in_stream_ = false;
+  Signal changed_;
+};
+
+}  // namespace truepose::daemon

@@ -1,0 +1,239 @@
+#include "daemon/cell/model_service.hpp"
+
+#include <utility>
+
+#include "config/cell_setup.hpp"
+#include "config/model_file.hpp"
+#include "core/math/statistics.hpp"
+#include "daemon/log/log.hpp"
+
+namespace truepose::daemon {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using control::ErrorCode;
+using control::RpcError;
+
+namespace {
+
+constexpr const char* kModelFault = "E_MODEL";
+
+/// Not validated = no number.
+json::value error_or_null(double mean_mm) { return mean_mm > 0 ? json::value(mean_mm) : json::value{}; }
+
+json::object model_json(const ModelRecord& record) {
+  return {{"id", record.id},
+          {"created", record.created},
+          {"campaign_id", record.campaign_id},
+          {"robot_serial", record.robot_serial},
+          {"validation_before_mm", error_or_null(record.validation_before_mm)},
+          {"validation_after_mm", error_or_null(record.validation_after_mm)},
+          {"active", record.active}};
+}
+
+json::object parameter_json(const IdentifiedParameter& parameter) {
+  return {{"name", parameter.name},
+          {"nominal", parameter.nominal},
+          {"value", parameter.value},
+          {"sigma", parameter.sigma},
+          {"identified", parameter.identified}};
+}
+
+RpcError no_model(const std::string& id) {
+  return {ErrorCode::NotFound, id.empty() ? "no model is active" : "no such model"};
+}
+
+/// The one parameter of a method, an id.
+std::expected<std::string, RpcError> id_in(const json::object& params) {
+  control::ParamReader read{params};
+  std::string id = read.text("id").value_or("");
+  if (auto wrong = read.finish()) return std::unexpected(*wrong);
+  return id;
+}
+
+}  // namespace
+
+std::vector<Method<ModelService>> ModelService::methods() {
+  return {{"model.list", &ModelService::list},
+          {"model.get", &ModelService::get},
+          {"model.activate", &ModelService::activate},
+          {"model.deactivate", &ModelService::deactivate},
+          {"model.export", &ModelService::export_yaml}};
+}
+
+asio::awaitable<StoreResult<void>> ModelService::load_active() {
+  auto found = co_await read("");
+  if (!found) co_return std::unexpected(found.error());
+  if (!*found || !(*found)->checked) {
+    forget();
+    if (!*found) co_return StoreResult<void>{};
+    const std::string& refused = (*found)->checked.error();
+    log_error(refused);
+    runner_.faults().begin({kModelFault, "error", refused});
+    co_return StoreResult<void>{};
+  }
+  runner_.faults().end(kModelFault);
+  const StoredModel& model = *(*found)->checked;
+  active_ = Active{(*found)->record, model.file.cell, config::drift_reference(model.file)};
+  parts_.stream.use_model(active_->cell.robot, ++number_,
+                          config::kept_point_mm(parts_.config, active_->cell));
+  if (!model.unchecked.empty()) log_warning(model.unchecked);
+  co_return StoreResult<void>{};
+}
+
+void ModelService::forget() {
+  active_.reset();
+  parts_.stream.use_no_model();
+  runner_.faults().end(kModelFault);
+}
+
+std::string ModelService::other_arm(const char* the_model, const ModelRecord& record) const {
+  const auto& identities = devices_.identities();
+  if (!identities || identities->robot.serial == record.robot_serial) return {};
+  return std::string{the_model} + " belongs to arm " + record.robot_serial + ", not to " +
+         identities->robot.serial;
+}
+
+RpcError ModelService::needs_model(const std::string& why_not) const {
+  return runner_.wrong_state(why_not + "; allowed: model.activate, campaign.start",
+                             {"model.activate", "campaign.start"});
+}
+
+std::expected<const ModelService::Active*, RpcError> ModelService::needed() const {
+  if (!active_) {
+    const std::string refused = runner_.faults().text(kModelFault);
+    return std::unexpected(needs_model(refused.empty() ? "no model is active" : refused));
+  }
+  if (const std::string other = other_arm("the active model", active_->record); !other.empty())
+    return std::unexpected(needs_model(other));
+  return &*active_;
+}
+
+std::expected<const ModelService::Active*, RpcError> ModelService::needed_for_drift() const {
+  auto active = needed();
+  if (active && !(*active)->drift_reference)
+    return std::unexpected(needs_model("the active model holds no noise and was not validated"));
+  return active;
+}
+
+asio::awaitable<StoreResult<std::optional<ModelService::Found>>> ModelService::read(std::string id) {
+  auto job = [this, id]() -> StoreResult<std::optional<Found>> {
+    auto record = id.empty() ? parts_.store.active_model() : parts_.store.model(id);
+    if (!record) return std::unexpected(record.error());
+    if (!*record) return std::nullopt;
+    const auto points = parts_.store.points((*record)->campaign_id);
+    if (!points) return std::unexpected(points.error());
+    return Found{**record, checked_model(**record, *points, parts_.config)};
+  };
+  auto found = co_await parts_.store_thread.ask(job);
+  co_return found;
+}
+
+asio::awaitable<std::expected<ModelService::Found, RpcError>> ModelService::find_checked(std::string id) {
+  auto found = co_await read(id);
+  if (!found) co_return std::unexpected(store_unusable(found.error()));
+  if (!*found) co_return std::unexpected(no_model(id));
+  if (!(*found)->checked) co_return std::unexpected(runner_.wrong_state((*found)->checked.error()));
+  co_return **std::move(found);
+}
+
+asio::awaitable<std::expected<ModelRecord, RpcError>> ModelService::find(std::string id) {
+  auto job = [this, id] { return id.empty() ? parts_.store.active_model() : parts_.store.model(id); };
+  auto record = co_await parts_.store_thread.ask(job);
+  if (!record) co_return std::unexpected(store_unusable(record.error()));
+  if (!*record) co_return std::unexpected(no_model(id));
+  co_return **record;
+}
+
+MethodReply ModelService::list(json::object params) {
+  control::ParamReader read{params};
+  const Page page{read};
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  auto job = [this] { return parts_.store.models(); };
+  auto records = co_await parts_.store_thread.ask(job);
+  if (!records) co_return std::unexpected(store_unusable(records.error()));
+  co_return json::object{{"models", page.of(*records, &model_json)}, {"total", records->size()}};
+}
+
+MethodReply ModelService::get(json::object params) {
+  const auto id = id_in(params);
+  if (!id) co_return std::unexpected(id.error());
+  auto record = co_await find(*id);
+  if (!record) co_return std::unexpected(record.error());
+  json::array parameters;
+  const config::ModelFile file = config::parse_model(record->yaml, "model " + record->id);
+  for (const IdentifiedParameter& parameter : file.parameters)
+    parameters.push_back(parameter_json(parameter));
+  co_return json::object{{"model", model_json(*record)}, {"parameters", std::move(parameters)}};
+}
+
+MethodReply ModelService::export_yaml(json::object params) {
+  const auto id = id_in(params);
+  if (!id) co_return std::unexpected(id.error());
+  auto record = co_await find(*id);
+  if (!record) co_return std::unexpected(record.error());
+  co_return json::object{{"id", record->id}, {"yaml", record->yaml}};
+}
+
+std::string ModelService::why_not_activated(const Found& found) const {
+  if (!improves(found.record.validation_before_mm, found.record.validation_after_mm))
+    return "the model is no better than the nominal arm on validation poses";
+  if (std::string other = other_arm("the model", found.record); !other.empty()) return other;
+  if (found.checked) return {};
+  log_error(found.checked.error());
+  return found.checked.error();
+}
+
+MethodReply ModelService::activate(json::object params) {
+  control::ParamReader reader{params};
+  const std::string id = reader.required(reader.text("id"), "id");
+  if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
+  auto found = co_await read(id);
+  if (!found) co_return std::unexpected(store_unusable(found.error()));
+  if (!*found) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such model"});
+  if (const std::string why_not = why_not_activated(**found); !why_not.empty())
+    co_return std::unexpected(runner_.wrong_state(why_not));
+  auto job = [this, id] { return parts_.store.activate_model(id); };
+  auto activated = co_await parts_.store_thread.ask(job);
+  if (!activated) co_return std::unexpected(store_unusable(activated.error()));
+  auto loaded = co_await load_active();
+  if (!loaded) co_return std::unexpected(store_unusable(loaded.error()));
+  if (!active_) {
+    const std::string refused = runner_.faults().text(kModelFault);
+    co_return std::unexpected(runner_.wrong_state(refused.empty() ? "no model is active" : refused));
+  }
+  publish("activated", active_->record);
+  co_return model_json(active_->record);
+}
+
+MethodReply ModelService::deactivate(json::object params) {
+  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+  auto job = [this] { return parts_.store.activate_model(""); };
+  auto deactivated = co_await parts_.store_thread.ask(job);
+  if (!deactivated) co_return std::unexpected(store_unusable(deactivated.error()));
+  const std::optional<Active> before = active_;
+  forget();
+  if (before) publish("deactivated", before->record);
+  co_return json::object{{"deactivated", before ? json::value(before->record.id) : json::value{}}};
+}
+
+asio::awaitable<void> ModelService::announce_made(std::string id, bool activated) {
+  auto model = co_await find(std::move(id));
+  if (model) publish("made", *model);
+  if (!activated) co_return;
+  auto loaded = co_await load_active();
+  if (!loaded) log_error(loaded.error().detail);
+  if (active_) publish("activated", active_->record);
+}
+
+void ModelService::publish(const char* change, const ModelRecord& record) {
+  log_info("model " + record.id + " " + change);
+  parts_.events.publish(control::Topic::Model,
+                        json::object{{"change", change}, {"model", model_json(record)}});
+}
+
+json::value ModelService::active_json() const {
+  return active_ ? json::value(model_json(active_->record)) : json::value{};
+}
+
+}  // namespace truepose::daemon

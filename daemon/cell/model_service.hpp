@@ -1,0 +1,74 @@
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
+#include <cstdint>
+#include <expected>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/campaign/stored_model.hpp"
+#include "daemon/cell/device_service.hpp"
+
+namespace truepose::daemon {
+
+/// The models that the store has, and the one that is worked with.
+class ModelService {
+ public:
+  struct Active {
+    ModelRecord record;
+    CalibratedCell cell;
+    std::optional<DriftReference> drift_reference;
+  };
+  /// A model as the store has it, and whether it still is the one that was made.
+  struct Found {
+    ModelRecord record;
+    std::expected<StoredModel, std::string> checked;
+  };
+
+  ModelService(const CellParts& parts, CellRunner& runner, const DeviceService& devices)
+      : parts_{parts}, runner_{runner}, devices_{devices} {}
+
+  static std::vector<Method<ModelService>> methods();
+
+  /// Takes the active model from the store. One that is no longer what was made is not worked with, and is a
+  /// fault until another is activated.
+  boost::asio::awaitable<StoreResult<void>> load_active();
+  const std::optional<Active>& active() const { return active_; }
+  /// The active model where it can be worked with, else why it cannot, as the answer to who needs it.
+  std::expected<const Active*, control::RpcError> needed() const;
+  std::expected<const Active*, control::RpcError> needed_for_drift() const;
+  /// @param id  empty: the active one
+  /// @return it; or that there is none, or that it is no longer what was made
+  boost::asio::awaitable<std::expected<Found, control::RpcError>> find_checked(std::string id);
+  /// A campaign has made a model.
+  /// @param activated  and the store has activated it
+  boost::asio::awaitable<void> announce_made(std::string id, bool activated);
+  boost::json::value active_json() const;
+
+ private:
+  MethodReply list(boost::json::object params);
+  MethodReply get(boost::json::object params);
+  MethodReply activate(boost::json::object params);
+  MethodReply deactivate(boost::json::object params);
+  MethodReply export_yaml(boost::json::object params);
+
+  boost::asio::awaitable<std::expected<ModelRecord, control::RpcError>> find(std::string id);
+  boost::asio::awaitable<StoreResult<std::optional<Found>>> read(std::string id);
+  /// Why a model may not be activated; empty: it may.
+  std::string why_not_activated(const Found& found) const;
+  std::string other_arm(const char* the_model, const ModelRecord& record) const;
+  control::RpcError needs_model(const std::string& why_not) const;
+  void forget();
+  void publish(const char* change, const ModelRecord& record);
+
+  CellParts parts_;
+  CellRunner& runner_;
+  const DeviceService& devices_;
+  std::optional<Active> active_;
+  std::uint64_t number_ = 0;  ///< of the model that the stream was given last
+};
+
+}  // namespace truepose::daemon

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <cstddef>
+#include <expected>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/cell_config.hpp"
+#include "daemon/campaign/store_journal.hpp"
+#include "daemon/control/event_bus.hpp"
+#include "daemon/realtime/stream_cycle.hpp"
+#include "daemon/store/store.hpp"
+#include "daemon/threads/worker.hpp"
+#include "proto/control/param_reader.hpp"
+
+namespace truepose::daemon {
+
+/// What the services of a cell work with. All of it outlives them.
+struct CellParts {
+  boost::asio::any_io_executor io;
+  const config::CellConfig& config;
+  drivers::Robot& robot;
+  drivers::Tracker& tracker;
+  drivers::Clock& clock;
+  StreamCycle& stream;
+  Store& store;  ///< touched by the store thread alone
+  Worker& store_thread;
+  Worker& compute_thread;
+  EventBus& events;
+  StoreJournal::WallClock wall_clock;
+};
+
+using MethodResult = std::expected<boost::json::value, control::RpcError>;
+using MethodReply = boost::asio::awaitable<MethodResult>;
+
+/// One method of the control protocol, as openrpc.json describes it, and who carries it out.
+template <typename Service>
+struct Method {
+  std::string_view name;
+  MethodReply (Service::*carry_out)(boost::json::object params);
+};
+
+/// The methods of all services, by their names.
+using MethodTable = std::map<std::string, std::function<MethodReply(boost::json::object)>, std::less<>>;
+
+template <typename Service>
+void add_methods(MethodTable& table, Service& service) {
+  for (const Method<Service>& method : Service::methods())
+    table.emplace(method.name, [&service, carry_out = method.carry_out](boost::json::object params) {
+      return (service.*carry_out)(std::move(params));
+    });
+}
+
+inline std::optional<control::RpcError> no_parameters(const boost::json::object& params) {
+  return control::ParamReader{params}.finish();
+}
+
+inline control::RpcError store_unusable(const StoreError& error) {
+  return {control::ErrorCode::Internal, error.detail};
+}
+
+/// The part of a list that a request asks for with "limit" and "offset".
+struct Page {
+  std::size_t limit;
+  std::size_t offset;
+
+  explicit Page(control::ParamReader& read)
+      : limit{static_cast<std::size_t>(read.integer("limit", 1, 100).value_or(20))},
+        offset{static_cast<std::size_t>(read.integer("offset", 0, 1'000'000'000).value_or(0))} {}
+
+  template <typename Record>
+  boost::json::array of(const std::vector<Record>& records,
+                        boost::json::object (*json)(const Record&)) const {
+    boost::json::array page;
+    for (std::size_t i = offset; i < records.size() && page.size() < limit; ++i)
+      page.push_back(json(records[i]));
+    return page;
+  }
+};
+
+}  // namespace truepose::daemon

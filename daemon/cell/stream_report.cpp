@@ -1,0 +1,148 @@
+#include "daemon/cell/stream_report.hpp"
+
+#include <algorithm>
+#include <boost/json/array.hpp>
+#include <boost/json/value.hpp>
+#include <cstdio>
+
+namespace truepose::daemon {
+
+namespace json = boost::json;
+
+namespace {
+
+std::string seconds_text(drivers::Duration time) {
+  std::array<char, 32> seconds;
+  std::snprintf(seconds.data(), seconds.size(), "%.1f s", std::chrono::duration<double>(time).count());
+  return seconds.data();
+}
+
+json::value text_json(const std::string& text) { return text.empty() ? json::value{} : json::value(text); }
+
+/// Without a model the correction goes to zero, and nothing is corrected from then on.
+std::string_view modelless_state_name(const StreamStatus& status) {
+  const bool zero = std::ranges::all_of(status.correction_deg, [](double axis_deg) { return axis_deg == 0; });
+  return zero ? "waiting" : "ramping";
+}
+
+/// A stream without packets waits, whatever it did before.
+std::string_view stream_state_name(const StreamStatus& status, bool streaming, bool silent) {
+  switch (status.state) {
+    case StreamState::Fault:
+      return "fault";
+    case StreamState::Idle:
+      return streaming ? "waiting" : "off";
+    case StreamState::Unproven:
+      return "waiting";
+    case StreamState::RampingIn:
+    case StreamState::RampingOut:
+      return silent ? "waiting" : "ramping";
+    case StreamState::Active:
+      if (silent) return "waiting";
+      return status.model == 0 ? modelless_state_name(status) : "correcting";
+    case StreamState::Frozen:
+      return "holding";
+  }
+  return "fault";
+}
+
+json::value ms_or_null(std::optional<drivers::Duration> age) {
+  if (!age) return {};
+  return std::chrono::duration_cast<std::chrono::milliseconds>(*age).count();
+}
+
+std::string stream_reason(const StreamStatus& status, const StreamSurroundings& around, bool silent) {
+  if (const std::string why = reason(status); !why.empty()) return why;
+  if (!around.trouble.empty() || !around.streaming) return around.trouble;
+  if (silent) return old_packet_text(status, around.age);
+  return status.model == 0 ? "no model is active: nothing is corrected; activate one, or stop the stream"
+                           : "";
+}
+
+}  // namespace
+
+std::string silence_text(std::optional<drivers::Duration> silence) {
+  if (!silence) return "the controller has sent no RSI packet yet";
+  return "the controller has sent no RSI packet for " + seconds_text(*silence);
+}
+
+std::string old_packet_text(const StreamStatus& status, std::optional<drivers::Duration> age) {
+  const auto known = silence(status);
+  if (!age || !known || *known >= kSilence) return silence_text(age);
+  return "this PC has not run truepose's RSI thread for " + seconds_text(*age - *known) +
+         ": look at its load, and at the scheduling that the log names at the start";
+}
+
+std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, const RefusedPackets& refused,
+                           const config::CellConfig& config) {
+  if (std::string why = reason(now); !why.empty()) return why;
+  const StreamCounters &was = before.counters, &is = now.counters;
+  const std::string port = config.stream.listen.host + ":" + std::to_string(config.stream.listen.port);
+  const std::string file = config.stream.ethernet_xml.string();
+  if (is.malformed > was.malformed) {
+    return std::to_string(is.malformed - was.malformed) + " packets came to " + port +
+           " and none was understood: " + refused.malformed +
+           "; the ethernet configuration on the controller must be the one that truepose reads, " + file +
+           ": load that one there";
+  }
+  if (is.foreign > was.foreign && refused.foreign) {
+    return std::to_string(is.foreign - was.foreign) + " packets came to " + port +
+           ", but not from the controller (" + config.robot.rsi_peer + "): the last new sender is " +
+           text(*refused.foreign) +
+           "; if that is the controller's address in the RSI network, give it as robot.rsi_peer and restart "
+           "trueposed, else look where the controller sends to, and stop that sender";
+  }
+  if (is.wrong_ipoc > was.wrong_ipoc || is.unproven > was.unproven)
+    return "the controller's packets follow no order: its IPOC does not rise from packet to packet";
+  return "no packet came to " + port +
+         ": this address must be IP_NUMBER and PORT of the ethernet configuration on the controller (here " +
+         file +
+         "), its RSI network must be the one of this card, no firewall may drop UDP, and the program must "
+         "have come to RSI_ON; where the pendant shows RSITimeout, it has, and the packets go elsewhere";
+}
+
+json::object stream_json(const StreamStatus& status, const LatencyHistogram::Summary& turnaround,
+                         const StreamSurroundings& around) {
+  const StreamCounters& c = status.counters;
+  const bool silent = !around.age || *around.age >= kSilence;
+  json::array correction_deg, measured_deg;
+  if (status.state != StreamState::Idle) {
+    for (const double axis_deg : status.correction_deg) correction_deg.emplace_back(axis_deg);
+    for (const auto& axis_deg : status.measured_deg) {
+      measured_deg.emplace_back(axis_deg && !silent ? json::value(*axis_deg) : json::value{});
+    }
+  }
+  return {
+      {"state", stream_state_name(status, around.streaming, silent)},
+      {"reason", stream_reason(status, around, silent)},
+      {"model_id", text_json(around.model_id)},
+      {"peer", status.peer ? json::value(text(*status.peer)) : json::value{}},
+      {"packet_age_ms", ms_or_null(around.age)},
+      {"ipoc_step", c.datagrams > 0 && status.ipoc_step > 0 ? json::value(status.ipoc_step) : json::value{}},
+      {"sessions", c.sessions},
+      {"cycles", c.datagrams},
+      {"answered", c.replies()},
+      {"held", c.held},
+      {"duplicate", c.duplicate},
+      {"unproven", c.unproven},
+      {"wrong_ipoc", c.wrong_ipoc},
+      {"malformed", c.malformed},
+      {"partly_read", c.partly_read},
+      {"foreign", c.foreign},
+      {"refused", text_json(around.refused)},
+      {"late", c.late},
+      {"lost", c.lost},
+      {"clamped", c.clamped_step + c.clamped_total + c.clamped_limit + c.clamped_not_finite},
+      {"no_solution", c.no_solution},
+      {"damped", c.damped},
+      {"max_step_deg", status.max_step_deg},
+      {"correction_deg", std::move(correction_deg)},
+      {"measured_deg", std::move(measured_deg)},
+      {"turnaround_us",
+       {{"p50", turnaround.p50_us},
+        {"p99", turnaround.p99_us},
+        {"p999", turnaround.p999_us},
+        {"max", turnaround.max_us}}}};
+}
+
+}  // namespace truepose::daemon

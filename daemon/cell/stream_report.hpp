@@ -1,0 +1,48 @@
+#pragma once
+
+#include <boost/json/object.hpp>
+#include <optional>
+#include <string>
+
+#include "config/cell_config.hpp"
+#include "daemon/realtime/lock_free.hpp"
+#include "daemon/realtime/stream_options.hpp"
+#include "daemon/realtime/stream_status.hpp"
+#include "drivers/clock.hpp"
+
+namespace truepose::daemon {
+
+/// "the controller has sent no RSI packet for 0.6 s"
+/// @param silence  none: there was no packet yet
+std::string silence_text(std::optional<drivers::Duration> silence);
+
+/// As silence_text() for a packet so old, whether it is the controller that is silent or this PC that does
+/// not read what it sends.
+std::string old_packet_text(const StreamStatus& status, std::optional<drivers::Duration> age);
+
+/// What came to the RSI port and was not taken for the controller's, as far as the log was told of it.
+struct RefusedPackets {
+  std::optional<drivers::UdpSource> foreign;
+  std::string malformed;  ///< from where, why, and how it begins
+  std::string last;       ///< of either kind
+};
+
+/// Why no packet was answered since the stream was started, in words that say what to look at.
+/// @param before  status when it was started
+std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, const RefusedPackets& refused,
+                           const config::CellConfig& config);
+
+/// What stands around the stream's own status.
+struct StreamSurroundings {
+  bool streaming = false;                ///< the cell is in its state "streaming"
+  std::optional<drivers::Duration> age;  ///< of the controller's last good packet, where there was one
+  std::string refused;                   ///< the last packet that was not taken, in words; empty = none
+  std::string trouble;  ///< why it does not run, which the realtime thread does not know; empty = it may
+  std::string model_id;
+};
+
+/// The status of the stream, as openrpc.json describes it.
+boost::json::object stream_json(const StreamStatus& status, const LatencyHistogram::Summary& turnaround,
+                                const StreamSurroundings& around);
+
+}  // namespace truepose::daemon

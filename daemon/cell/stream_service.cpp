@@ -1,0 +1,190 @@
+#include "daemon/cell/stream_service.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "daemon/log/log.hpp"
+
+namespace truepose::daemon {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using control::ErrorCode;
+using control::RpcError;
+using namespace std::chrono_literals;
+
+namespace {
+
+// The realtime thread wakes nobody, which would be a system call: what it has written is looked for, and a
+// silent controller told within half a second of its last packet.
+constexpr Duration kLook = 50ms;
+constexpr Duration kTell = 1s;
+constexpr Duration kUnproven = 1s;  // a session that begins shows within some cycles that nothing is in force
+constexpr Duration kDeviceAnswer = 5s;
+constexpr Duration kStartProgram = 20s;
+
+std::optional<Duration> packet_age(const StreamStatus& status, TimePoint now) {
+  if (!status.heard) return std::nullopt;
+  return std::max(Duration{0}, now - *status.heard);
+}
+
+}  // namespace
+
+StreamService::StreamService(const CellParts& parts, CellRunner& runner, DeviceService& devices,
+                             const ModelService& models)
+    : parts_{parts}, runner_{runner}, devices_{devices}, models_{models}, log_{&log} {
+  runner_.on(CellCommand::StopStream, [this](const std::string&) { parts_.stream.disengage(); });
+  runner_.on(CellCommand::RearmStream, [this](const std::string&) { parts_.stream.acknowledge(); });
+  runner_.explain_by([this] { return no_answer(parts_.stream.status()); });
+}
+
+std::vector<Method<StreamService>> StreamService::methods() {
+  return {{"stream.start", &StreamService::start},
+          {"stream.stop", &StreamService::stop},
+          {"stream.status", &StreamService::status}};
+}
+
+MethodReply StreamService::start(json::object params) {
+  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+  if (const auto model = models_.needed(); !model) co_return std::unexpected(model.error());
+  if (auto refused = runner_.apply(StreamStartRequested{}, "asked for by an operator"))
+    co_return std::unexpected(*refused);
+  co_await devices_.unasked();
+  before_request_ = parts_.stream.status();
+  const TimePoint deadline = parts_.clock.now() + kStartProgram;
+  auto started = co_await parts_.robot.start_stream_program(deadline);
+  if (!started) {
+    const std::string reason = "robot: " + started.error().detail;
+    runner_.apply(StreamFaulted{reason}, reason);
+    co_return std::unexpected(RpcError{ErrorCode::Device, reason});
+  }
+  if (runner_.in<StreamStarting>()) {
+    before_stream_ = parts_.stream.status();
+    parts_.stream.engage();
+    runner_.apply(StreamProgramStarted{}, "");
+  }
+  co_await runner_.while_in<StreamStarting>();
+  if (const auto* fault = runner_.in<Faulted>())
+    co_return std::unexpected(RpcError{ErrorCode::Device, fault->reason});
+  co_return json();
+}
+
+MethodReply StreamService::stop(json::object params) {
+  if (auto refused = runner_.request(params, StreamStopRequested{}, "asked for by an operator"))
+    co_return std::unexpected(*refused);
+  co_await runner_.while_in<StreamStopping>();
+  const TimePoint deadline = parts_.clock.now() + kDeviceAnswer;
+  auto stopped = co_await parts_.robot.stop(deadline);
+  if (!stopped) log_warning("robot: " + stopped.error().detail);
+  co_return json();
+}
+
+MethodReply StreamService::status(json::object params) {
+  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+  co_return json();
+}
+
+asio::awaitable<void> StreamService::watch() {
+  for (TimePoint tell = parts_.clock.now();;) {
+    look();
+    if (parts_.clock.now() >= tell) {
+      tell = parts_.clock.now() + kTell;
+      if (runner_.streaming()) parts_.events.publish(control::Topic::Stream, json());
+    }
+    const TimePoint next = parts_.clock.now() + kLook;
+    co_await parts_.clock.sleep_until(next);
+  }
+}
+
+void StreamService::take_events() {
+  const TimePoint now = parts_.clock.now();
+  for (StreamEvent event; parts_.stream.next_event(event);) {
+    log_.take(event, now);
+    if (event.kind == StreamEventKind::Foreign) refused_.foreign = event.source;
+    if (event.kind == StreamEventKind::Malformed) refused_.malformed = describe(event);
+    if (event.kind == StreamEventKind::Foreign || event.kind == StreamEventKind::Malformed)
+      refused_.last = describe(event);
+  }
+  log_.pass(parts_.stream.dropped_events(), now);
+}
+
+void StreamService::look() {
+  take_events();
+  const TimePoint now = parts_.clock.now();
+  const StreamStatus status = parts_.stream.status();
+  const StreamState before = std::exchange(state_, status.state);
+  if (before != status.state) {
+    parts_.events.publish(control::Topic::Stream, json());
+    runner_.wake();
+  }
+  runner_.faults().stand(status.state == StreamState::Frozen, {"E_STREAM_FROZEN", "warning", reason(status)});
+  if (status.state != StreamState::Unproven || before != status.state) proven_ = now;
+  runner_.faults().stand(now - proven_ >= kUnproven, {"E_STREAM_UNPROVEN", "warning", reason(status)});
+  look_for_silence(status);
+  follow(status);
+}
+
+/// A controller that falls silent while it is corrected, or should be ramped out, is told at once.
+void StreamService::look_for_silence(const StreamStatus& status) {
+  const auto lasts = silence(status);
+  const bool on = runner_.in<Streaming>() || runner_.in<StreamStopping>();
+  const bool silent = on && (!lasts || *lasts >= kSilence);
+  const bool goes_on_by_itself =
+      parts_.config.stream.rearm == config::Rearm::Automatic && runner_.in<Streaming>();
+  if (silent && !goes_on_by_itself) {
+    runner_.apply(
+        StreamFaulted{silence_text(lasts) +
+                      ", and holds the correction that it has; look at the robot program, the messages on "
+                      "the pendant and the cable of the RSI network, then acknowledge, connect and start the "
+                      "stream anew"},
+        "");
+  }
+  const bool waits = silent && goes_on_by_itself;
+  runner_.faults().stand(waits,
+                         {"E_STREAM_SILENT", "warning",
+                          silence_text(lasts) + "; the correction goes on when it does (rearm: automatic)"});
+  if (runner_.in<Streaming>())
+    runner_.apply(DeviceAwaited{CellDevice::Controller, waits ? "it sends no RSI packet" : ""}, "");
+}
+
+void StreamService::follow(const StreamStatus& status) {
+  if (status.state == StreamState::Fault) {
+    if (runner_.streaming()) runner_.apply(StreamFaulted{reason(status)}, "");
+  } else if (runner_.in<StreamStopping>()) {
+    if (status.state == StreamState::Idle) runner_.apply(StreamEnded{}, "the correction is ramped out");
+  } else if (status.counters.answered > before_stream_.counters.answered) {
+    runner_.apply(StreamStarted{}, "the controller's packets are answered");
+  }
+}
+
+bool StreamService::in_force() const {
+  const StreamState stream = parts_.stream.status().state;
+  // A stream that holds for a fault does not ramp: there the controller holds as well.
+  const bool holds =
+      stream == StreamState::Idle || stream == StreamState::Frozen || stream == StreamState::Fault;
+  return runner_.streaming() && !holds;
+}
+
+std::string StreamService::no_answer(const StreamStatus& now) const {
+  return no_answer_text(before_request_, now, refused_, parts_.config);
+}
+
+/// Why there is no stream, in the words of the fault that ended it or will end its start.
+std::string StreamService::trouble(const StreamStatus& now) const {
+  if (const auto* fault = runner_.in<Faulted>()) return runner_.faulted_in_stream() ? fault->reason : "";
+  const auto* starting = runner_.in<StreamStarting>();
+  const bool late = starting && starting->program_runs && parts_.clock.now() - starting->since >= kSilence;
+  return late ? no_answer(now) : "";
+}
+
+json::object StreamService::json() const {
+  const StreamStatus status = parts_.stream.status();
+  return stream_json(status, parts_.stream.turnaround(),
+                     {.streaming = runner_.streaming(),
+                      .age = packet_age(status, parts_.clock.now()),
+                      .refused = refused_.last,
+                      .trouble = trouble(status),
+                      .model_id = models_.active() ? models_.active()->record.id : ""});
+}
+
+}  // namespace truepose::daemon

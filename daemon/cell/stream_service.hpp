@@ -1,0 +1,53 @@
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/json/object.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/cell/model_service.hpp"
+#include "daemon/cell/stream_report.hpp"
+#include "daemon/realtime/stream_status.hpp"
+
+namespace truepose::daemon {
+
+/// The stream of corrections as an operator has it: starts and stops it, and watches what comes of it.
+class StreamService {
+ public:
+  StreamService(const CellParts& parts, CellRunner& runner, DeviceService& devices,
+                const ModelService& models);
+
+  static std::vector<Method<StreamService>> methods();
+
+  /// Looks after the stream. Ends when cancelled.
+  boost::asio::awaitable<void> watch();
+  /// Whether a correction is being ramped out, or would be if it were asked for.
+  bool in_force() const;
+  boost::json::object json() const;
+
+ private:
+  MethodReply start(boost::json::object params);
+  MethodReply stop(boost::json::object params);
+  MethodReply status(boost::json::object params);
+
+  void take_events();
+  void look();
+  void look_for_silence(const StreamStatus& status);
+  void follow(const StreamStatus& status);
+  std::string no_answer(const StreamStatus& now) const;
+  std::string trouble(const StreamStatus& now) const;
+
+  CellParts parts_;
+  CellRunner& runner_;
+  DeviceService& devices_;
+  const ModelService& models_;
+  StreamLog log_;
+  StreamState state_ = StreamState::Idle;  ///< when it was looked at last
+  StreamStatus before_request_;            ///< when the stream was asked for last
+  StreamStatus before_stream_;             ///< when its program ran
+  RefusedPackets refused_;
+  TimePoint proven_{};  ///< when packets could be answered, or none came
+};
+
+}  // namespace truepose::daemon

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/error.hpp>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/system/system_error.hpp>
+#include <cstdint>
+#include <optional>
+
+#include "drivers/clock.hpp"
+
+namespace truepose::daemon {
+
+/// Wakes the coroutines of one thread that wait for something to change. None misses a change that comes
+/// after it has asked, begun to wait or not.
+class Signal {
+ public:
+  void notify() {
+    ++changes_;
+    if (waiting_room_) waiting_room_->cancel();
+  }
+  /// Returns at the next change; throws operation_aborted when cancelled.
+  boost::asio::awaitable<void> wait() { return wait_beyond(changes_); }
+  /// The same, or at `when`, whichever comes first.
+  boost::asio::awaitable<void> wait_until(drivers::Clock& clock, drivers::TimePoint when) {
+    return first_of(wait(), clock.sleep_until(when));
+  }
+
+ private:
+  using Wait = boost::asio::awaitable<void>;
+
+  Wait wait_beyond(std::uint64_t changes) {
+    const auto executor = co_await boost::asio::this_coro::executor;
+    if (!waiting_room_) waiting_room_.emplace(executor, boost::asio::steady_timer::time_point::max());
+    while (changes_ == changes) {
+      boost::system::error_code cancelled;  // always: a change or not says by whom
+      auto token = boost::asio::redirect_error(boost::asio::use_awaitable, cancelled);
+      co_await waiting_room_->async_wait(token);
+      if (changes_ == changes) throw boost::system::system_error{boost::asio::error::operation_aborted};
+    }
+  }
+  static Wait first_of(Wait change, Wait time) {
+    using namespace boost::asio::experimental::awaitable_operators;
+    co_await (std::move(change) || std::move(time));
+  }
+
+  std::uint64_t changes_ = 0;
+  std::optional<boost::asio::steady_timer> waiting_room_;  ///< never expires
+};
+
+}  // namespace truepose::daemon

@@ -1,0 +1,356 @@
+#include "daemon/cell/campaign_service.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "tests/daemon/cell_fixture.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace json = boost::json;
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+std::string string_at(const json::value& value, const char* pointer) {
+  return std::string{value.at_pointer(pointer).as_string()};
+}
+
+struct CampaignServiceTest : CellTest {
+  CampaignServiceTest() {
+    config.campaign.remeasure = false;
+    load();
+  }
+  Wait campaign(std::string method, json::object params = {}) {
+    const Answer started = co_await ask(std::move(method), std::move(params));
+    EXPECT_TRUE(started) << started.error().message;
+    co_await campaign_ended();
+  }
+  /// Runs a whole campaign. @return what campaign.get then says of it
+  json::value ended(std::string method, json::object params = {}) {
+    play([&]() -> Wait { co_await campaign(std::move(method), std::move(params)); });
+    return call("campaign.get", {{"points_limit", 100}}).value();
+  }
+  std::vector<std::string> phases() {
+    std::vector<std::string> names;
+    for (const json::value& progress : told(control::Topic::Campaign)) {
+      const std::string phase = string_at(progress, "/phase");
+      if (names.empty() || names.back() != phase) names.push_back(phase);
+    }
+    return names;
+  }
+};
+
+TEST_F(CampaignServiceTest, CalibratesActivatesTheModelAndTellsEachStep) {
+  const json::value campaign = ended("campaign.start");
+  EXPECT_EQ(campaign.at_pointer("/campaign/state"), "done");
+  EXPECT_EQ(campaign.at("points").as_array().size(), 28U);
+  EXPECT_TRUE(campaign.at("progress").is_null());
+  EXPECT_THAT(phases(), testing::ElementsAre("connecting", "computing", "warming_up", "identifying",
+                                             "validating", "computing", "activating", "done"));
+  EXPECT_EQ(told(control::Topic::Measurement).size(), 28U);
+  const auto changes = told(control::Topic::Model);
+  ASSERT_THAT(changes, SizeIs(2));
+  EXPECT_EQ(changes[0].at("change"), "made");
+  EXPECT_EQ(changes[1].at("change"), "activated");
+  const json::value now = status();
+  EXPECT_EQ(now.at("state"), "ready");
+  EXPECT_EQ(now.at_pointer("/model/id"), campaign.at_pointer("/campaign/model_id"));
+  EXPECT_EQ(now.at_pointer("/robot/serial"), "MOCK-0001") << "which the campaign has connected";
+}
+
+TEST_F(CampaignServiceTest, KeepsTheModelInForceWhereTheNewOneIsNotToBeActivated) {
+  const json::value campaign = ended("campaign.start", {{"activate", false}});
+  EXPECT_EQ(status().at_pointer("/model/id"), "m1");
+  EXPECT_FALSE(campaign.at_pointer("/campaign/model_id").is_null());
+}
+
+TEST_F(CampaignServiceTest, RefusesACampaignOfTooFewPosesBeforeTheArmMoves) {
+  EXPECT_EQ(
+      refused("campaign.start", {{"identify_poses", 8}}),
+      "params.identify_poses: 8 are too few for the parameters of this arm: give at least 10, better twice "
+      "as many");
+  EXPECT_EQ(refused("campaign.start", {{"kind", "dance"}}),
+            "params.kind: expected calibration, targets or iso9283");
+  EXPECT_EQ(status().at("state"), "disconnected");
+}
+
+TEST_F(CampaignServiceTest, RefusesWhatWouldDisturbTheCampaignThatIsUnderWay) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await pass(1min);
+    for (const char* method : {"campaign.start", "drift.check", "stream.start", "cell.disconnect"}) {
+      const Answer answer = co_await ask(method);
+      EXPECT_EQ(answer.error().code, control::ErrorCode::WrongState) << method;
+      EXPECT_THAT(answer.error().message,
+                  HasSubstr("state campaign; allowed: campaign.pause, campaign.abort"));
+    }
+    co_await ask("campaign.abort");
+  });
+}
+
+TEST_F(CampaignServiceTest, StandsStillWhileItIsPausedAndGoesOn) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await pass(1min);
+    Answer answer = co_await ask("campaign.pause");
+    EXPECT_EQ(answer->at("phase"), "paused");
+    co_await pass(1min);
+    const JointVector stands = mock.q();
+    co_await pass(1h);
+    EXPECT_EQ(mock.q(), stands);
+    answer = co_await ask("cell.status");
+    EXPECT_EQ(answer->at("state"), "paused");
+    answer = co_await ask("campaign.resume");
+    EXPECT_EQ(answer->at("phase"), "identifying");
+    co_await campaign_ended();
+  });
+  EXPECT_EQ(call("campaign.get")->at_pointer("/campaign/state"), "done");
+}
+
+TEST_F(CampaignServiceTest, AnAbortIsAnsweredOnceTheArmStands) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await pass(63s);
+    const TimePoint asked = clock.now();
+    Answer answer = co_await ask("campaign.abort");
+    EXPECT_EQ(answer->at("phase"), "aborted");
+    EXPECT_EQ(answer->at("reason"), "aborted by an operator");
+    EXPECT_FALSE(mock.moving());
+    EXPECT_LT(clock.now() - asked, 1s);
+    answer = co_await ask("cell.status");
+    EXPECT_EQ(answer->at("state"), "ready");
+    EXPECT_TRUE(answer->at("campaign").is_null());
+  });
+}
+
+TEST_F(CampaignServiceTest, TheDaemonThatEndsEndsTheCampaignFirst) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await pass(1min);
+    const TimePoint asked = clock.now();
+    co_await cell.shut_down();
+    EXPECT_LT(clock.now() - asked, 1s) << "no longer than that takes";
+  });
+  EXPECT_FALSE(robot.connected());
+  const CampaignRecord kept = store->last_campaign().value().value();
+  EXPECT_EQ(kept.state, "aborted");
+  EXPECT_EQ(kept.reason, "the daemon was stopped");
+  EXPECT_EQ(phases().back(), "aborted");
+}
+
+TEST_F(CampaignServiceTest, SaysWhichDeviceItWaitsForUntilThatAnswersAgain) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await pass(1min);
+    robot.disconnect();
+    robot.leave(20s);
+    co_await pass(15s);
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "campaign");
+    EXPECT_EQ(now->at_pointer("/waiting/device"), "controller") << control::json_text(*now);
+    EXPECT_THAT(string_at(*now, "/waiting/reason"), HasSubstr("robot: the controller does not answer"));
+    co_await pass(1min);
+    now = co_await ask("cell.status");
+    EXPECT_TRUE(now->at("waiting").is_null());
+    co_await ask("campaign.abort");
+  });
+}
+
+TEST_F(CampaignServiceTest, ADeviceThatStaysAwayIsAFaultOfTheCell) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await pass(1min);
+    robot.disconnect();
+    robot.leave(100h);
+    co_await campaign_ended();
+  });
+  EXPECT_EQ(status().at("state"), "fault");
+  EXPECT_THAT(fault(), HasSubstr("robot: the controller does not answer; gave up waiting for it"));
+  EXPECT_EQ(call("campaign.get")->at_pointer("/campaign/state"), "failed");
+}
+
+TEST_F(CampaignServiceTest, AStoreThatFailsIsAFaultThatOnlyARestartEnds) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await pass(1min);
+    execute("DROP TABLE point");
+    co_await campaign_ended();
+  });
+  EXPECT_EQ(status().at("state"), "fault");
+  EXPECT_THAT(fault(), AllOf(HasSubstr("store: "), HasSubstr("no such table")));
+  EXPECT_THAT(refused("cell.acknowledge"), HasSubstr("which ends by a restart"));
+}
+
+TEST_F(CampaignServiceTest, PausesItselfWhereSomebodyStandsInTheBeam) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await pass(1min);
+    mock.use_faults({.beam_broken = 1});
+    co_await pass(5min);
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "paused");
+    EXPECT_THAT(string_at(*now, "/state_text"), HasSubstr("the beam was lost at two poses in a row"));
+    mock.use_faults({});
+    co_await ask("campaign.resume");
+    co_await campaign_ended();
+  });
+  EXPECT_EQ(call("campaign.get")->at_pointer("/campaign/state"), "done");
+}
+
+TEST_F(CampaignServiceTest, ChecksTheActiveModelForDriftAndReportsTheCalibrationStill) {
+  const json::value report = call("report.get")->at("id");
+  const json::value campaign = ended("drift.check", {{"poses", 6}});
+  EXPECT_EQ(campaign.at_pointer("/campaign/kind"), "drift");
+  EXPECT_EQ(campaign.at_pointer("/drift/points").as_array().size(), 6U);
+  EXPECT_NE(campaign.at_pointer("/drift/verdict"), "failed") << control::json_text(campaign.at("drift"));
+  EXPECT_EQ(call("report.get")->at("id"), report) << "a drift check is no calibration to report";
+  EXPECT_THAT(refused("report.get", {{"id", campaign.at_pointer("/campaign/id")}}),
+              HasSubstr("has no report"));
+}
+
+TEST_F(CampaignServiceTest, FindsTheJointsOfTargetsThatAreGivenAsJointsOrPosesOrNotAtAll) {
+  ended("campaign.start", {{"identify_poses", 30}});
+  const json::array joints{json::array{-5, -75, 100, 5, -60, 10}};
+  for (const json::object& given : {json::object{{"joints", joints}}, json::object{{"validate_poses", 1}}}) {
+    json::object params = given;
+    params["kind"] = "targets";
+    params["rounds"] = 3;
+    params["tolerance_mm"] = 1;
+    params["readings"] = 1;
+    const json::value campaign = ended("campaign.start", params);
+    EXPECT_EQ(campaign.at_pointer("/campaign/kind"), "targets");
+    EXPECT_TRUE(campaign.at("targets").is_null()) << "beside the points it is too long for a line";
+    EXPECT_EQ(call("campaign.get")->at_pointer("/targets/targets").as_array().size(), 1U);
+  }
+  EXPECT_THAT(refused("campaign.start",
+                      {{"kind", "targets"}, {"poses", json::array{json::array{9000, 0, 0, 0, 0, 0}}}}),
+              "params.poses[0]: cannot be reached");
+  EXPECT_THAT(refused("campaign.start", {{"kind", "targets"}, {"joints", joints}, {"poses", joints}}),
+              HasSubstr("not both"));
+}
+
+TEST_F(CampaignServiceTest, MeasuresCyclesOfATestWithAndWithoutTheModel) {
+  const json::value with = ended("campaign.start", {{"kind", "iso9283"}, {"cycles", 2}});
+  EXPECT_EQ(with.at("points").as_array().size(), 10U);
+  EXPECT_EQ(call("campaign.get")->at_pointer("/iso9283/compensated"), true);
+  ASSERT_TRUE(call("model.deactivate"));
+  EXPECT_THAT(refused("campaign.start", {{"kind", "iso9283"}}), HasSubstr("no model is active"));
+  ended("campaign.start", {{"kind", "iso9283"}, {"cycles", 2}, {"compensate", false}});
+  EXPECT_EQ(call("campaign.get")->at_pointer("/iso9283/compensated"), false);
+}
+
+/// What goes wrong, and whom the log blames.
+struct Trouble {
+  const char* kind;
+  double drivers::MockFaults::*probability;
+  const char* blamed;
+};
+
+void PrintTo(const Trouble& trouble, std::ostream* out) { *out << trouble.kind; }
+
+struct ACampaignInTrouble : CampaignServiceTest, testing::WithParamInterface<Trouble> {};
+
+TEST_P(ACampaignInTrouble, EndsAndEveryPoseHasItsPointOrAReason) {
+  int complaints = 0;
+  read_log([&](LogLevel, std::string_view line) { complaints += line.contains(GetParam().blamed); });
+  drivers::MockFaults faults;
+  faults.*GetParam().probability = 0.2;
+  mock.use_faults(faults);
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    for (Answer now = co_await ask("cell.status"); !now->at("campaign").is_null();
+         now = co_await ask("cell.status")) {
+      // Where the beam stays away the campaign waits for somebody who has looked at the cell.
+      if (now->at("state") == "paused") co_await ask("campaign.resume");
+      co_await pass(1s);
+    }
+  });
+  read_log({});
+  EXPECT_GT(complaints, 0);
+  const json::value found = call("campaign.get", {{"points_limit", 100}}).value();
+  EXPECT_EQ(found.at_pointer("/campaign/state"), "done");
+  std::set<std::int64_t> poses;
+  for (const json::value& point : found.at("points").as_array()) poses.insert(point.at("pose").as_int64());
+  for (const json::value& skipped : found.at("skipped").as_array()) {
+    EXPECT_NE(skipped.at("reason"), "");
+    poses.insert(skipped.at("pose").as_int64());
+  }
+  EXPECT_GE(poses.size(), 28U) << "planned ones, and a substitute for each that was given up";
+  EXPECT_EQ(*poses.rbegin() + 1, static_cast<std::int64_t>(poses.size())) << "a pose has neither";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    OfEveryKind, ACampaignInTrouble,
+    testing::Values(Trouble{"BeamBreak", &drivers::MockFaults::beam_broken, "tracker: the beam was broken"},
+                    Trouble{"TrackerRestart", &drivers::MockFaults::tracker_restart, "tracker: "},
+                    Trouble{"EkiDrop", &drivers::MockFaults::robot_lost, "robot: "},
+                    Trouble{"ControllerRestart", &drivers::MockFaults::robot_restart, "robot: "},
+                    Trouble{"NoTarget", &drivers::MockFaults::no_target, "tracker: no reflector"}),
+    [](const auto& kind) { return kind.param.kind; });
+
+struct CampaignArchiveTest : CellTest {};
+
+TEST_F(CampaignArchiveTest, ListsCampaignsTheLastOneFirstAPageAtATime) {
+  const json::value all = call("campaign.list").value();
+  EXPECT_EQ(all.at("total"), 2);
+  EXPECT_EQ(all.at_pointer("/campaigns/0/id"), "c1");
+  const json::value second = call("campaign.list", {{"offset", 1}, {"limit", 5}}).value();
+  EXPECT_THAT(second.at("campaigns").as_array(), SizeIs(1));
+  EXPECT_EQ(second.at_pointer("/campaigns/0/id"), "c2");
+}
+
+TEST_F(CampaignArchiveTest, GivesTheLastCampaignOrTheOneThatIsNamedWithAPageOfItsPoints) {
+  EXPECT_EQ(call("campaign.get")->at_pointer("/campaign/id"), "c1");
+  const json::value named =
+      call("campaign.get", {{"id", "c2"}, {"points_offset", 20}, {"points_limit", 100}}).value();
+  EXPECT_EQ(named.at_pointer("/campaign/id"), "c2");
+  EXPECT_EQ(named.at("points_total"), 28);
+  EXPECT_EQ(named.at("points").as_array().size(), 8U);
+  EXPECT_EQ(named.at_pointer("/points/0/pose"), 20);
+  EXPECT_EQ(named.at_pointer("/points/0/purpose"), "validate");
+  EXPECT_EQ(refused("campaign.get", {{"id", "c3"}}), "no such campaign");
+  EXPECT_THAT(refused("campaign.get", {{"points_limit", 101}}), HasSubstr("points_limit"));
+}
+
+TEST_F(CampaignArchiveTest, GivesTheCampaignThatIsUnderWayAlsoBeforeTheStoreHasIt) {
+  play([this]() -> Wait {
+    const Answer started = co_await ask("campaign.start");
+    for (const drivers::Duration time : {100ms, 100'000ms}) {
+      co_await pass(time);
+      const Answer found = co_await ask("campaign.get");
+      EXPECT_EQ(found->at_pointer("/campaign/id"), started->at("id"));
+      EXPECT_EQ(found->at_pointer("/progress/id"), started->at("id"));
+      EXPECT_EQ(found->at_pointer("/campaign/state"), "running");
+    }
+    co_await ask("campaign.abort");
+  });
+}
+
+TEST_F(CampaignArchiveTest, ReportsTheLastCalibrationOrTheOneThatIsNamed) {
+  EXPECT_EQ(call("report.get")->at("id"), "c1");
+  const json::value report =
+      call("report.get", {{"id", "c2"}, {"points_offset", 4}, {"points_limit", 10}}).value();
+  EXPECT_EQ(report.at("points_total"), 28);
+  EXPECT_EQ(report.at_pointer("/document/points").as_array().size(), 10U);
+  EXPECT_EQ(report.at_pointer("/document/points/0/pose"), 5);
+  EXPECT_EQ(refused("report.get", {{"id", "c3"}}), "no such campaign, or it has no report");
+  execute("UPDATE campaign SET document='{' WHERE id='c2'");
+  EXPECT_THAT(refused("report.get", {{"id", "c2"}}), testing::StartsWith("the stored document: "));
+  execute("UPDATE campaign SET state='failed'");
+  EXPECT_EQ(refused("report.get"), "no such campaign, or it has no report");
+}
+
+TEST_F(CampaignArchiveTest, SaysOfAStoreThatCannotBeReadWhatIsWrongWithIt) {
+  for (const char* table : {"skipped", "point", "campaign"}) {
+    execute(std::string{"DROP TABLE "} + table);
+    EXPECT_THAT(refused("campaign.get"), HasSubstr("no such table"));
+  }
+  for (const char* method : {"campaign.list", "report.get"})
+    EXPECT_THAT(refused(method), HasSubstr("no such table"));
+}
+
+}  // namespace
+}  // namespace truepose::daemon

@@ -1,0 +1,190 @@
+#include "daemon/cell/cell_runner.hpp"
+
+#include <gmock/gmock.h>
+
+#include <boost/asio/bind_cancellation_slot.hpp>
+#include <boost/asio/cancellation_signal.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/io_context.hpp>
+
+#include "drivers/mock/virtual_clock.hpp"
+#include "proto/control/json_text.hpp"
+#include "proto/control/request.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+struct CellRunnerTest : testing::Test {
+  CellRunnerTest() {
+    runner.on(CellCommand::CloseDevices, [this](const std::string&) { done.emplace_back("close devices"); });
+    runner.on(CellCommand::StopStream, [this](const std::string&) { done.emplace_back("stop stream"); });
+    runner.on(CellCommand::AbortCampaign,
+              [this](const std::string& why) { done.push_back("abort: " + why); });
+    runner.explain_by([] { return "nobody sends"; });
+  }
+  std::vector<json::value> told(control::Topic topic) {
+    std::vector<json::value> data;
+    const auto reader = events.subscribe({topic}, 0, [] {});
+    for (const EventBus::Line& line : reader->take(100))
+      data.push_back(std::get<control::Event>(control::decode_server_line(*line).value()).data);
+    return data;
+  }
+  /// Lets time pass for the watch.
+  void pass(Duration time) {
+    asio::cancellation_signal end;
+    asio::co_spawn(io, runner.watch(), asio::bind_cancellation_slot(end.slot(), asio::detached));
+    bool over = false;
+    asio::co_spawn(io, clock.sleep_until(clock.now() + time), [&](std::exception_ptr) { over = true; });
+    EXPECT_TRUE(clock.run(io, [&] { return over; }));
+    end.emit(asio::cancellation_type::terminal);
+    while (io.poll_one() > 0) continue;
+  }
+  void start_stream() {
+    runner.apply(ConnectRequested{}, "");
+    runner.apply(DevicesConnected{}, "");
+    runner.apply(StreamStartRequested{}, "");
+  }
+
+  asio::io_context io;
+  drivers::VirtualClock clock;
+  EventBus::WallClock wall_clock = [this] {
+    return std::chrono::system_clock::time_point{
+        std::chrono::duration_cast<std::chrono::system_clock::duration>(clock.now().time_since_epoch())};
+  };
+  EventBus events{{1, 1'000'000, [] {}}, wall_clock};
+  CellRunner runner{clock, events, wall_clock};
+  std::vector<std::string> done;
+};
+
+TEST_F(CellRunnerTest, TellsClientsOfEachStateAndWhyItCame) {
+  runner.apply(ConnectRequested{}, "asked for by an operator");
+  EXPECT_EQ(runner.name(), "connecting");
+  EXPECT_EQ(runner.reason(), "asked for by an operator");
+  ASSERT_EQ(told(control::Topic::Cell).size(), 1U);
+  EXPECT_EQ(control::json_text(told(control::Topic::Cell)[0]),
+            R"({"state":"connecting","from":"disconnected","reason":"asked for by an operator"})");
+}
+
+TEST_F(CellRunnerTest, RefusesWhatTheStateDoesNotAllowAndChangesNothing) {
+  const auto refused = runner.apply(StreamStartRequested{}, "asked for by an operator");
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->code, control::ErrorCode::WrongState);
+  EXPECT_EQ(refused->state, "disconnected");
+  EXPECT_THAT(refused->allowed, ElementsAre("cell.connect", "campaign.start", "drift.check"));
+  EXPECT_TRUE(runner.request({{"nonsense", 1}}, ConnectRequested{}, ""));
+  EXPECT_EQ(runner.name(), "disconnected");
+  EXPECT_THAT(told(control::Topic::Cell), IsEmpty());
+}
+
+TEST_F(CellRunnerTest, HasTheCommandsOfAStepCarriedOutInTheirOrder) {
+  runner.apply(CampaignStartRequested{"c1"}, "");
+  runner.apply(StoreFailed{"store: disk full"}, "the campaign ended");
+  EXPECT_THAT(done, ElementsAre("abort: the campaign ended", "close devices"));
+}
+
+TEST_F(CellRunnerTest, AFaultStandsUntilItIsAcknowledged) {
+  runner.apply(ConnectRequested{}, "");
+  runner.apply(ConnectFailed{"robot: gone"}, "");
+  EXPECT_TRUE(runner.faults().stands("E_CELL"));
+  EXPECT_EQ(runner.reason(), "robot: gone");
+  EXPECT_FALSE(runner.apply(AcknowledgeRequested{}, "acknowledged"));
+  EXPECT_FALSE(runner.faults().stands("E_CELL"));
+  const auto faults = told(control::Topic::Fault);
+  ASSERT_EQ(faults.size(), 2U);
+  EXPECT_EQ(faults[0].at("standing"), true);
+  EXPECT_EQ(faults[1].at("standing"), false);
+  EXPECT_EQ(faults[1].at("text"), "robot: gone");
+}
+
+TEST_F(CellRunnerTest, TellsOfAStoreThatFailsWhileAnotherFaultStands) {
+  runner.apply(ConnectRequested{}, "");
+  runner.apply(ConnectFailed{"robot: gone"}, "");
+  runner.apply(StoreFailed{"store: disk full"}, "");
+  EXPECT_EQ(runner.faults().text("E_CELL"), "store: disk full");
+  EXPECT_EQ(told(control::Topic::Fault).size(), 3U) << "one begun, one ended, another begun";
+  EXPECT_TRUE(runner.apply(AcknowledgeRequested{}, "acknowledged"));
+}
+
+TEST_F(CellRunnerTest, EndsAStateThatHasLastedTooLongAtThatMoment) {
+  start_stream();
+  pass(30s - 1ms);
+  EXPECT_EQ(runner.name(), "streaming");
+  pass(1ms);
+  EXPECT_EQ(runner.name(), "fault");
+  EXPECT_TRUE(runner.faulted_in_stream());
+  EXPECT_EQ(runner.reason(), "no RSI packet could be answered: nobody sends");
+  EXPECT_THAT(done, ElementsAre("stop stream", "close devices"));
+}
+
+TEST_F(CellRunnerTest, CountsTheTimeOfAStateFromItsOwnBeginning) {
+  pass(1h);
+  start_stream();
+  pass(20s);
+  runner.apply(StreamProgramStarted{}, "");
+  pass(4s - 1ms);
+  EXPECT_EQ(runner.name(), "streaming");
+  pass(1ms);
+  EXPECT_EQ(runner.name(), "fault");
+}
+
+TEST_F(CellRunnerTest, DoesNotLookAtTheClockWhileNoStateHasAnEnd) {
+  pass(1h);
+  EXPECT_EQ(clock.sleepers(), 0U);
+}
+
+TEST_F(CellRunnerTest, WakesWhoWaitsForTheEndOfAState) {
+  runner.apply(ConnectRequested{}, "");
+  bool woken = false;
+  asio::co_spawn(io, runner.while_in<Connecting>(), [&](std::exception_ptr) { woken = true; });
+  EXPECT_FALSE(clock.run(io, [&] { return woken; })) << "nothing is left that time alone would change";
+  runner.apply(DeviceAwaited{CellDevice::Tracker, "it has to connect"}, "");
+  EXPECT_FALSE(clock.run(io, [&] { return woken; })) << "it still connects";
+  runner.apply(DevicesConnected{}, "");
+  EXPECT_TRUE(clock.run(io, [&] { return woken; }));
+}
+
+TEST_F(CellRunnerTest, WaitsNoLongerThanItIsTold) {
+  TimePoint woken{};
+  asio::co_spawn(io, runner.changed_until(TimePoint{10s}), [&](std::exception_ptr failed) {
+    EXPECT_FALSE(failed);
+    woken = clock.now();
+  });
+  EXPECT_TRUE(clock.run(io, [&] { return woken != TimePoint{}; }));
+  EXPECT_EQ(woken, TimePoint{10s});
+}
+
+TEST_F(CellRunnerTest, SaysSinceWhenADeviceIsWaitedFor) {
+  EXPECT_TRUE(runner.waiting_json().is_null());
+  pass(10s);
+  runner.apply(ConnectRequested{}, "");
+  pass(5s);
+  runner.apply(DeviceAwaited{CellDevice::Tracker, "it has to connect"}, "");
+  pass(7s);
+  EXPECT_EQ(control::json_text(runner.waiting_json()),
+            R"({"device":"tracker","since":"1970-01-01T00:00:15.000Z","reason":"it has to connect"})");
+}
+
+TEST_F(CellRunnerTest, KeepsOneFaultOfACodeAndListsThemByIt) {
+  StandingFaults& faults = runner.faults();
+  faults.stand(true, {"E_TRACKER", "warning", "gone"});
+  faults.stand(true, {"E_TRACKER", "warning", "gone for longer"});
+  faults.begin({"E_MODEL", "error", "refused"});
+  EXPECT_EQ(faults.json().at(0).at("code"), "E_MODEL");
+  EXPECT_EQ(faults.text("E_TRACKER"), "gone");
+  EXPECT_EQ(faults.text("E_CELL"), "");
+  faults.stand(false, {"E_TRACKER", "warning", ""});
+  faults.end("E_MODEL");
+  EXPECT_THAT(faults.json(), IsEmpty());
+  EXPECT_EQ(told(control::Topic::Fault).size(), 4U);
+}
+
+}  // namespace
+}  // namespace truepose::daemon

@@ -1,0 +1,147 @@
+#include "daemon/cell/model_service.hpp"
+
+#include "tests/daemon/cell_fixture.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace json = boost::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+struct ModelServiceTest : CellTest {};
+
+TEST_F(ModelServiceTest, WorksWithTheModelThatItsStoreSaysIsActive) {
+  load();
+  EXPECT_EQ(status().at_pointer("/model/id"), "m1");
+  EXPECT_THAT(fault(), IsEmpty());
+  ASSERT_TRUE(call("model.activate", {{"id", "m2"}}));
+  EXPECT_EQ(status().at_pointer("/model/id"), "m2");
+  const auto changes = told(control::Topic::Model);
+  ASSERT_EQ(changes.size(), 1U);
+  EXPECT_EQ(changes[0].at("change"), "activated");
+  EXPECT_EQ(changes[0].at_pointer("/model/id"), "m2");
+}
+
+TEST_F(ModelServiceTest, DoesNotWorkWithAModelOfWhichADigitHasBecomeAnother) {
+  alter_m1();
+  load();
+  EXPECT_TRUE(status().at("model").is_null()) << control::json_text(status().at("model"));
+  EXPECT_THAT(fault(), AllOf(HasSubstr("model m1 is refused"), HasSubstr("activate another model")));
+  EXPECT_THAT(refused("stream.start"), HasSubstr("model m1 is refused"));
+  EXPECT_THAT(refused("drift.check"), HasSubstr("model m1 is refused"));
+  EXPECT_THAT(refused("targets.compensate", {{"joints", {{0, -90, 90, 0, 30, 0}}}}), HasSubstr("is refused"));
+
+  ASSERT_TRUE(call("model.activate", {{"id", "m2"}}));
+  EXPECT_EQ(status().at_pointer("/model/id"), "m2");
+  EXPECT_THAT(fault(), IsEmpty()) << "another model is in force";
+}
+
+TEST_F(ModelServiceTest, DoesNotActivateAnAlteredModelAndKeepsTheOneInForce) {
+  load();
+  execute("UPDATE model SET yaml=replace(yaml, 'theta: 0.00', 'theta: 0.04'), sha256='' WHERE id='m2'");
+  EXPECT_THAT(refused("model.activate", {{"id", "m2"}}), HasSubstr("misses its own validation points"));
+  EXPECT_EQ(status().at_pointer("/model/id"), "m1");
+  EXPECT_EQ(store->active_model().value()->id, "m1");
+  EXPECT_THAT(fault(), IsEmpty());
+}
+
+TEST_F(ModelServiceTest, DoesNotActivateAModelThatIsNoBetterThanTheNominalArm) {
+  execute("UPDATE model SET validation_before_mm=validation_after_mm WHERE id='m2'");
+  EXPECT_THAT(refused("model.activate", {{"id", "m2"}}), HasSubstr("no better than the nominal arm"));
+}
+
+TEST_F(ModelServiceTest, NeitherActivatesNorWorksWithAModelOfAnotherArm) {
+  execute("UPDATE model SET robot_serial='S2', yaml=replace(yaml, 'MOCK-0001', 'S2'), sha256=''");
+  load();
+  play([this]() -> Wait { co_await connected(); });
+  EXPECT_EQ(refused("model.activate", {{"id", "m2"}}), "the model belongs to arm S2, not to MOCK-0001");
+  for (const char* needs_one : {"stream.start", "drift.check"})
+    EXPECT_EQ(
+        refused(needs_one),
+        "the active model belongs to arm S2, not to MOCK-0001; allowed: model.activate, campaign.start");
+  EXPECT_THAT(refused("campaign.start", {{"kind", "targets"}}), HasSubstr("belongs to arm S2"));
+}
+
+TEST_F(ModelServiceTest, ForgetsTheFaultOfAModelThatIsDeactivated) {
+  alter_m1();
+  load();
+  EXPECT_THAT(fault(), HasSubstr("m1"));
+  ASSERT_TRUE(call("model.deactivate"));
+  EXPECT_THAT(fault(), IsEmpty());
+}
+
+TEST_F(ModelServiceTest, CorrectsByNoModelOnceItIsDeactivated) {
+  load();
+  EXPECT_EQ(call("model.deactivate")->at("deactivated"), "m1");
+  EXPECT_TRUE(status().at("model").is_null());
+  EXPECT_TRUE(call("model.deactivate")->at("deactivated").is_null());
+  EXPECT_EQ(refused("stream.start"), "no model is active; allowed: model.activate, campaign.start");
+  EXPECT_EQ(refused("model.get"), "no model is active");
+}
+
+TEST_F(ModelServiceTest, ListsAndHandsOutWhatItHas) {
+  const json::value page = call("model.list", {{"limit", 1}}).value();
+  EXPECT_EQ(page.at("total"), 2);
+  EXPECT_EQ(page.at("models").as_array().size(), 1U);
+  EXPECT_EQ(page.at_pointer("/models/0/id"), "m1") << "the last made first";
+  EXPECT_EQ(call("model.get", {{"id", "m2"}})->at("parameters").as_array().size(), 39U);
+  EXPECT_THAT(std::string{call("model.export")->at("yaml").as_string()}, HasSubstr("MOCK-0001"));
+  for (const char* method : {"model.get", "model.export", "model.activate"})
+    EXPECT_EQ(refused(method, {{"id", "m3"}}), "no such model");
+  EXPECT_EQ(call("model.activate").error().code, control::ErrorCode::InvalidParams);
+}
+
+TEST_F(ModelServiceTest, SaysOfAStoreThatCannotBeReadWhatIsWrongWithIt) {
+  execute("DROP TABLE model");
+  for (const auto& [method, params] :
+       std::map<std::string, json::object>{{"model.list", {}},
+                                           {"model.get", {}},
+                                           {"model.export", {}},
+                                           {"model.activate", {{"id", "m2"}}},
+                                           {"model.deactivate", {}},
+                                           {"targets.compensate", {{"joints", {{0, -90, 90, 0, 30, 0}}}}}}) {
+    const Answer answer = call(method, params);
+    ASSERT_FALSE(answer) << method;
+    EXPECT_EQ(answer.error().code, control::ErrorCode::Internal) << method;
+    EXPECT_THAT(answer.error().message, HasSubstr("no such table")) << method;
+  }
+}
+
+struct TargetServiceTest : CellTest {
+  TargetServiceTest() { load(); }
+  json::value compensated(json::object params) {
+    return call("targets.compensate", std::move(params)).value();
+  }
+};
+
+TEST_F(TargetServiceTest, GivesJointsForJointsAndForPosesOfTheFlange) {
+  const json::value of_joints =
+      compensated({{"joints", {{0, -90, 90, 0, 30, 0}, {10, -80, 90, 20, 45, -30}}}});
+  EXPECT_EQ(of_joints.at("joints").as_array().size(), 2U);
+  EXPECT_NE(of_joints.at_pointer("/joints/0/1"), -90);
+  EXPECT_EQ(of_joints.at_pointer("/damped/1"), false);
+  EXPECT_LT(of_joints.at_pointer("/residual_mm/1").to_number<double>(), 1e-6);
+  EXPECT_LT(of_joints.at_pointer("/residual_deg/1").to_number<double>(), 1e-6);
+  const json::value of_pose = compensated({{"poses", {{1700, 0, 1500, 0, 60, 0}}}, {"model_id", "m2"}});
+  EXPECT_GT(of_pose.at_pointer("/iterations/0").as_int64(), 0);
+}
+
+TEST_F(TargetServiceTest, NamesTheRowThatCannotBeReached) {
+  EXPECT_THAT(refused("targets.compensate", {{"poses", {{1700, 0, 1500, 0, 60, 0}, {9000, 0, 0, 0, 0, 0}}}}),
+              testing::StartsWith("params.poses[1]: "));
+  EXPECT_THAT(refused("targets.compensate", {{"joints", {{0, -90, 90, 0, 35, 360}}}}),
+              testing::StartsWith("params.joints[0]: joint 6 would have to go to"));
+}
+
+TEST_F(TargetServiceTest, WantsEitherJointsOrPosesAndAModel) {
+  EXPECT_THAT(refused("targets.compensate"), HasSubstr("exactly one of joints and poses"));
+  const json::array row{json::array{0, -90, 90, 0, 30, 0}};
+  EXPECT_EQ(refused("targets.compensate", {{"joints", row}, {"model_id", "m3"}}), "no such model");
+  ASSERT_TRUE(call("model.deactivate"));
+  EXPECT_EQ(refused("targets.compensate", {{"joints", row}}), "no model is active");
+}
+
+}  // namespace
+}  // namespace truepose::daemon

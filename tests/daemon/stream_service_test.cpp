@@ -1,0 +1,315 @@
+#include "daemon/cell/stream_service.hpp"
+
+#include "tests/daemon/cell_fixture.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using namespace std::chrono_literals;
+
+/// A cell that is ready, beside a controller that sends every 4 ms until it falls silent.
+struct AWatchedStream : CellTest {
+  AWatchedStream() {
+    rig.cycle = std::move(stream);  // which the cell refers to
+    load();
+    sends = false;
+    play([this]() -> Wait { co_await connected(); });
+    sends = true;
+  }
+  Wait surroundings() override {
+    for (; !over; co_await pass(4ms)) {
+      rig.set_time(clock.now());
+      if (!sends) {
+        if (read) rig.cycle->nothing_came(clock.now());
+      } else {
+        garbled ? garble() : static_cast<void>(rig.tick());
+      }
+    }
+  }
+  void garble() {
+    rig.ipoc += rig.step;
+    rig.send("<Rob Type=\"KUKA\"><IPOC>" + std::to_string(rig.ipoc) + "</IPOC></Rob>");
+  }
+  Wait streaming() {
+    const Answer started = co_await ask("stream.start");
+    EXPECT_TRUE(started) << started.error().message;
+    co_await pass(2s);
+  }
+  StreamRig rig;
+  bool sends = true, garbled = false;
+  bool read = true;  // by the realtime thread
+};
+
+TEST_F(AWatchedStream, IsAFaultHalfASecondAfterItsControllerFellSilent) {
+  play([this]() -> Wait {
+    const auto started = co_await ask("stream.start");
+    EXPECT_TRUE(started) << started.error().message;
+    co_await pass(2s);
+    auto now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "streaming");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "correcting") << control::json_text(now->at("stream"));
+    sends = false;
+    co_await pass(500ms);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "fault");
+    EXPECT_NE(now->at_pointer("/stream/state"), "correcting");
+    EXPECT_THAT(fault_of(*now), HasSubstr("has sent no RSI packet for 0."));
+    EXPECT_EQ(now->at_pointer("/stream/reason").as_string(), fault_of(*now));
+  });
+}
+
+TEST_F(AWatchedStream, DoesNotBlameTheControllerWhereThisMachineDoesNotRead) {
+  play([this]() -> Wait {
+    const auto started = co_await ask("stream.start");
+    EXPECT_TRUE(started) << started.error().message;
+    co_await pass(2s);
+    sends = read = false;
+    co_await pass(1s);
+    auto now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "streaming");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "waiting") << "nothing is corrected";
+    EXPECT_THAT(std::string{now->at_pointer("/stream/reason").as_string()},
+                HasSubstr("this PC has not run truepose's RSI thread for 1.0 s"));
+    read = true;
+    co_await pass(100ms);
+    now = co_await ask("cell.status");
+    EXPECT_THAT(fault_of(*now), HasSubstr("the controller has sent no RSI packet for 1."));
+  });
+}
+
+TEST_F(AWatchedStream, SaysWhatToLookAtWhereNoPacketComes) {
+  sends = false;
+  play([this]() -> Wait {
+    const drivers::TimePoint asked = clock.now();
+    const auto started = co_await ask("stream.start");
+    EXPECT_FALSE(started);
+    EXPECT_LE(clock.now() - asked, 5s);
+    EXPECT_THAT(started.error().message,
+                AllOf(HasSubstr("no packet came to"), HasSubstr("IP_NUMBER and PORT"), HasSubstr("RSI_ON")));
+  });
+}
+
+TEST_F(AWatchedStream, DoesNotStartOnPacketsThatItCannotReadAndSaysWhy) {
+  garbled = true;
+  play([this]() -> Wait {
+    const auto started = co_await ask("stream.start");
+    EXPECT_FALSE(started);
+    EXPECT_THAT(started.error().message, AllOf(HasSubstr("none was understood"),
+                                               HasSubstr("ASPos is missing"), HasSubstr("127.0.0.1:40000")));
+  });
+}
+
+TEST_F(AWatchedStream, SaysWhatIsWrongWithTheControllersPacketsWhileItStillWaitsForGoodOnes) {
+  garbled = true;
+  play([this]() -> Wait {
+    bool started = false;
+    asio::co_spawn(
+        io,
+        [&]() -> Wait {
+          EXPECT_FALSE(co_await ask("stream.start"));
+          started = true;
+        },
+        asio::detached);
+    co_await pass(2s);
+    auto now = co_await ask("stream.status");
+    EXPECT_EQ(now->at("state"), "waiting");
+    EXPECT_THAT(now->at("reason").as_string().c_str(),
+                AllOf(HasSubstr("none was understood"), HasSubstr("ASPos is missing"),
+                      HasSubstr(config.stream.ethernet_xml)));
+    while (!started) co_await pass(100ms);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "off");
+    EXPECT_EQ(now->at_pointer("/stream/reason").as_string(), fault_of(*now));
+  });
+}
+
+TEST_F(AWatchedStream, TellsThatTheRobotIsGoneWhileItStreams) {
+  play([this]() -> Wait {
+    const auto started = co_await ask("stream.start");
+    EXPECT_TRUE(started);
+    robot.disconnect();
+    co_await pass(2s);
+    const auto now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "fault");
+    EXPECT_EQ(now->at_pointer("/robot/connected"), false);
+  });
+}
+
+TEST_F(AWatchedStream, GoesOnWithoutItsTrackerAndSaysSo) {
+  play([this]() -> Wait {
+    const auto started = co_await ask("stream.start");
+    EXPECT_TRUE(started);
+    tracker.disconnect();
+    co_await pass(7s);
+    const auto now = co_await ask("cell.status");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "correcting") << control::json_text(now->at("stream"));
+    EXPECT_EQ(now->at_pointer("/tracker/connected"), false);
+    EXPECT_THAT(fault_of(*now), HasSubstr("the stream goes on without it"));
+  });
+}
+
+TEST_F(AWatchedStream, RampsTheCorrectionOutAndIsReadyOnceItIsStopped) {
+  play([this]() -> Wait {
+    co_await streaming();
+    EXPECT_GT(rig.largest_applied_deg(), 0);
+    const TimePoint asked = clock.now();
+    const Answer stopped = co_await ask("stream.stop");
+    EXPECT_TRUE(stopped) << stopped.error().message;
+    EXPECT_GE(clock.now() - asked, config.stream.ramp);
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "ready");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "off");
+  });
+  EXPECT_THAT(told(control::Topic::Stream).size(), testing::Gt(3U)) << "each second, and each change";
+}
+
+TEST_F(AWatchedStream, SaysThatItWaitsForTheControllersProgramAndThenForItsPackets) {
+  sends = false;
+  play([this]() -> Wait {
+    send("stream.start");
+    co_await pass(50ms);
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at_pointer("/waiting/device"), "controller");
+    EXPECT_EQ(now->at_pointer("/waiting/reason"), "its RSI program has to start");
+    co_await pass(1s);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(now->at_pointer("/waiting/reason"), "its RSI packets have to come");
+    sends = true;
+    co_await pass(1s);
+    now = co_await ask("cell.status");
+    EXPECT_TRUE(now->at("waiting").is_null());
+  });
+}
+
+TEST_F(AWatchedStream, IsNotStartedWhereTheControllersProgramCannotBe) {
+  sends = false;
+  play([this]() -> Wait {
+    robot.disconnect();
+    const Answer started = co_await ask("stream.start");
+    EXPECT_FALSE(started);
+    EXPECT_EQ(started.error().code, control::ErrorCode::Device);
+    EXPECT_EQ(started.error().message, "robot: not connected");
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at_pointer("/stream/reason"), "robot: not connected");
+  });
+}
+
+TEST_F(AWatchedStream, CanBeStoppedBeforeAPacketCame) {
+  sends = false;
+  play([this]() -> Wait {
+    send("stream.start");
+    co_await pass(1s);
+    send("stream.stop");
+    co_await pass(1s);
+    const Answer now = co_await ask("cell.status");
+    EXPECT_NE(now->at("state"), "streaming");
+  });
+}
+
+TEST_F(AWatchedStream, SaysThatTheControllerHasAnotherCycle) {
+  rig.step = 12;
+  play([this]() -> Wait {
+    const Answer started = co_await ask("stream.start");
+    EXPECT_FALSE(started);
+    EXPECT_THAT(started.error().message,
+                AllOf(HasSubstr("IPOC rises by 12"), HasSubstr("stream.cycle_ms is 4")));
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(fault_of(*now), started.error().message);
+    EXPECT_EQ(now->at_pointer("/stream/reason").as_string(), started.error().message);
+  });
+}
+
+TEST_F(AWatchedStream, WaitsForASilentControllerWhereItGoesOnByItself) {
+  config.stream.rearm = config::Rearm::Automatic;
+  play([this]() -> Wait {
+    co_await streaming();
+    sends = false;
+    co_await pass(1s);
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "streaming");
+    EXPECT_EQ(now->at_pointer("/faults/0/code"), "E_STREAM_SILENT");
+    EXPECT_EQ(now->at_pointer("/waiting/device"), "controller");
+    sends = true;
+    co_await pass(200ms);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(fault_of(*now), "");
+    EXPECT_TRUE(now->at("waiting").is_null());
+  });
+}
+
+TEST_F(AWatchedStream, FreezesWhereTheArmDoesNotFollowUntilThatIsAcknowledged) {
+  play([this]() -> Wait {
+    co_await streaming();
+    rig.stuck = rig.q;
+    co_await pass(5s);
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "streaming");
+    EXPECT_EQ(now->at_pointer("/faults/0/code"), "E_STREAM_FROZEN");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "holding");
+    rig.stuck.reset();
+    co_await ask("cell.acknowledge");
+    co_await pass(2s);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(fault_of(*now), "");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "correcting");
+  });
+}
+
+TEST_F(AWatchedStream, SaysFromWherePacketsCameThatAreNotTheControllers) {
+  config.robot.rsi_peer = "127.0.0.1";
+  rig.source = {0x7f000002, 40'000};
+  play([this]() -> Wait {
+    const Answer started = co_await ask("stream.start");
+    EXPECT_FALSE(started);
+    EXPECT_THAT(
+        started.error().message,
+        AllOf(HasSubstr(" packets came to "), HasSubstr("not from the controller (127.0.0.1)"),
+              HasSubstr("the last new sender is 127.0.0.2:40000"), HasSubstr("give it as robot.rsi_peer")));
+  });
+}
+
+TEST_F(AWatchedStream, NamesPacketsThatAreNotTheControllers) {
+  play([this]() -> Wait {
+    co_await streaming();
+    rig.send("<Rob/>", {0x7f000002, 50'000});
+    co_await pass(100ms);
+    const Answer now = co_await ask("stream.status");
+    EXPECT_EQ(now->at("foreign"), 1);
+    EXPECT_THAT(std::string{now->at("refused").as_string()}, HasSubstr("127.0.0.2:50000"));
+  });
+}
+
+TEST_F(AWatchedStream, RampsOutBeforeTheDaemonEnds) {
+  play([this]() -> Wait {
+    co_await streaming();
+    const TimePoint asked = clock.now();
+    co_await cell.shut_down();
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+    EXPECT_LT(clock.now() - asked, config.stream.ramp + 500ms) << "no longer than that takes";
+  });
+  EXPECT_FALSE(robot.connected());
+}
+
+TEST(StreamJson, SaysCorrectingOfAStreamThatHasAModelAlone) {
+  const auto told = [](std::uint64_t model, double a1_deg) {
+    StreamStatus status;
+    status.state = StreamState::Active;
+    status.model = model;
+    status.correction_deg[0] = a1_deg;
+    return stream_json(
+        status, {},
+        {.streaming = true, .age = drivers::Duration{0}, .refused = "", .trouble = "", .model_id = ""});
+  };
+  EXPECT_EQ(told(1, 0.5).at("state"), "correcting");
+  EXPECT_EQ(told(0, 0.5).at("state"), "ramping") << "out of the model that was in force";
+  EXPECT_EQ(told(0, 0).at("state"), "waiting");
+  EXPECT_THAT(std::string{told(0, 0).at("reason").as_string().c_str()}, HasSubstr("no model is active"));
+}
+
+}  // namespace
+}  // namespace truepose::daemon
