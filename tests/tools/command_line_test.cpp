@@ -185,6 +185,27 @@ TEST_F(Words, ThatDoNotFitAreRefusedInOneLine) {
   EXPECT_THAT(refusal({"--list", "1,2,3"}), HasSubstr("--list"));
 }
 
+TEST(Subjects, OfSeveralExactlyOneIsGiven) {
+  std::string file, points;
+  const CommandLine line{.options = {},
+                         .commands = {{.name = "work",
+                                       .help = "works",
+                                       .options = {{"--file", &file, "a file", {.is_subject = true}},
+                                                   {"--points", &points, "points", {.is_subject = true}}},
+                                       .run = [] { return 0; },
+                                       .subjects = "what to work on"}}};
+  const auto end_of = [&](const std::vector<std::string>& words) {
+    testing::internal::CaptureStderr();
+    const int exit_code = run_command_line(line, words);
+    testing::internal::GetCapturedStderr();
+    return exit_code;
+  };
+  EXPECT_EQ(end_of({"work", "--points", "p"}), 0);
+  EXPECT_EQ(points, "p");
+  EXPECT_EQ(end_of({"work"}), kBadInput);
+  EXPECT_EQ(end_of({"work", "--file", "f", "--points", "p"}), kBadInput);
+}
+
 TEST_F(Words, EndAsTheCommandEnds) {
   EXPECT_EQ(run({}, [] { return 1; }), 1);
   EXPECT_EQ(run({}, []() -> int { throw CommandError{kUnreachable, "nobody\nthere"}; }), 3);
