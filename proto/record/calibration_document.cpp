@@ -372,7 +372,11 @@ json::object calibration_document(const Calibration& calibration, const Measurem
   return calibration_document(document_of(calibration, data, elapsed_s));
 }
 
-json::object calibration_document(const CalibrationDocument& document) { return to_json(document); }
+json::object calibration_document(const CalibrationDocument& document) {
+  json::object json = to_json(document);
+  assert(is_finite(json));  // a calibration that got elsewhere must have failed before
+  return json;
+}
 
 std::expected<CalibrationDocument, std::string> read_calibration_document(const json::object& document) {
   auto read = from_json<CalibrationDocument>(document);

@@ -1,7 +1,6 @@
 #include "proto/record/json_io.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 #include "proto/control/json_text.hpp"
@@ -21,9 +20,11 @@ std::string within(const std::string& min, const std::string& max, bool has_min,
 
 }  // namespace
 
-JsonText::Value JsonText::number(double number) {
-  assert(std::isfinite(number));
-  return number;
+bool is_finite(const json::value& value) {
+  if (const auto* object = value.if_object())
+    return std::ranges::all_of(*object, [](const auto& member) { return is_finite(member.value()); });
+  if (const auto* array = value.if_array()) return std::ranges::all_of(*array, is_finite);
+  return !value.is_double() || std::isfinite(value.get_double());
 }
 
 JsonText::Value JsonText::record(std::vector<std::pair<std::string, Value>> members) {

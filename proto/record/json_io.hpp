@@ -14,12 +14,11 @@
 
 namespace truepose::record {
 
-/// What WriteIo makes of a record in JSON. A number that is not finite, for which JSON has no word, must have
-/// failed before.
+/// What WriteIo makes of a record in JSON.
 struct JsonText {
   using Value = boost::json::value;
 
-  static Value number(double number);
+  static Value number(double number) { return number; }
   static Value whole(std::int64_t number) { return number; }
   static Value boolean(bool flag) { return flag; }
   static Value text(std::string_view text) {
@@ -81,6 +80,9 @@ class RecordError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+/// Whether JSON has a word for every number in it.
+bool is_finite(const boost::json::value& value);
 
 template <class Record>
 boost::json::object to_json(const Record& x) {

@@ -212,7 +212,7 @@ TEST(CalibrationDocument, IsReadBackFromItsTextUnchanged) {
 TEST(CalibrationDocumentDeathTest, RefusesANumberThatJsonCannotHold) {
   Sample s = sample();
   s.calibration.condition = std::numeric_limits<double>::infinity();
-  EXPECT_DEATH(calibration_document(s.calibration, s.data, 0), "isfinite");
+  EXPECT_DEATH(calibration_document(s.calibration, s.data, 0), "is_finite");
 }
 #endif
 
