@@ -19,6 +19,7 @@
 #include "daemon/realtime/stream_options.hpp"
 #include "daemon/service/runtime_folder.hpp"
 #include "daemon/service/service_manager.hpp"
+#include "daemon/threads/signal.hpp"
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/kuka/rsi_link.hpp"
 #include "drivers/leica/emscon_tracker.hpp"
@@ -161,9 +162,11 @@ class Daemon {
     auto loaded = co_await cell_.load_active_model();
     if (!loaded) log_error("the active model cannot be used: " + loaded.error().detail);
     bool watching = true;
+    Signal watch_ended;
     asio::co_spawn(io_, cell_.watch(),
                    asio::bind_cancellation_slot(stop_watch_.slot(), [&](std::exception_ptr failed) {
                      watching = false;
+                     watch_ended.notify();
                      if (failed && !stopping_) std::rethrow_exception(failed);
                    }));
     const std::string status = "control port " + std::to_string(server_->port()) + ", RSI port " +
@@ -181,10 +184,7 @@ class Daemon {
     server_->stop();
     stop_watch_.emit(asio::cancellation_type::terminal);
     stop_feeding_.emit(asio::cancellation_type::terminal);
-    while (watching) {
-      const drivers::TimePoint next = clock_.now() + std::chrono::milliseconds{10};
-      co_await clock_.sleep_until(next);
-    }
+    while (watching) co_await watch_ended.wait();
     link_.reset();
   }
 
