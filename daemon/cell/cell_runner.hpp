@@ -122,7 +122,7 @@ class CellRunner {
   EventBus& events_;
   EventBus::WallClock wall_clock_;
   StandingFaults faults_;
-  std::array<CarryOut, 9> carry_out_;
+  std::array<CarryOut, kCellCommands> carry_out_;
   std::function<std::string()> no_packet_answered_;
   CellState state_ = Disconnected{};
   std::string reason_ = "started";

@@ -137,6 +137,7 @@ enum class CellCommand {
   StopStream,
   RearmStream,  ///< a stream that holds goes on from the correction that it holds
 };
+inline constexpr std::size_t kCellCommands = 9;
 
 /// How long the states that pass by themselves may last.
 struct CellLimits {

@@ -1,15 +1,9 @@
-// Generated from openrpc.json.
 #include "proto/control/schema.hpp"
 
 #include <algorithm>
 #include <boost/json/parse.hpp>
 
 namespace truepose::control {
-
-std::string_view openrpc_text() {
-  static constexpr std::string_view kText = R"openrpc(@TRUEPOSE_OPENRPC@)openrpc";
-  return kText;
-}
 
 std::vector<std::string> schema_methods() {
   const std::string_view text = openrpc_text();
