@@ -13,7 +13,8 @@
 /// it was: every number has the digits that bring it back, a text stands in double quotes.
 namespace truepose::config {
 
-using namespace record;  // NOLINT: a layout is made of its words
+// A layout is made of the words of record, here and in every file that says one.
+using namespace record;
 
 /// What WriteIo makes of a record in YAML: maps and lists of plain values on one line, and what holds such
 /// ones line by line.

@@ -13,7 +13,7 @@
 
 namespace truepose {
 
-using namespace record;  // NOLINT: the numbers of the members of its records
+using namespace record;
 
 template <>
 inline constexpr int kMembers<CalibrationDocument> = 37;
