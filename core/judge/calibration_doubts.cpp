@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <optional>
 
+#include "core/formatted.hpp"
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/identifiability.hpp"
 #include "core/identify/measurement_model.hpp"
@@ -84,15 +83,6 @@ constexpr double kStepLeaves = 0.25;
 
 using Doubt = std::optional<std::string>;
 
-[[gnu::format(printf, 1, 2)]] std::string sentence_of(const char* format, ...) {
-  char text[400];
-  va_list values;
-  va_start(values, format);
-  std::vsnprintf(text, sizeof text, format, values);
-  va_end(values);
-  return text;
-}
-
 double sum_of_squares(std::span<const Eigen::Vector3d> readings_mm) {
   Eigen::Vector3d mean_mm(0, 0, 0);
   for (const Eigen::Vector3d& reading : readings_mm)
@@ -138,7 +128,7 @@ Doubt moved_reference(const CalibrationEvidence& evidence) {
   const double accuracy_mm = evidence.calibration.validate->after.mean;
   const bool large = off_mm > kLargeFactor * accuracy_mm || distance2 > kMostScatter * kMostScatter * degrees;
   if (!large || chi_square_tail(distance2, degrees) >= kSignificance) return std::nullopt;
-  return sentence_of(
+  return formatted(
       "the reference pose did not stay where it was: its %zu measurements are up to %.3f mm apart%s",
       readings_mm.size(), apart_mm, moment_of(readings_mm).c_str());
 }
@@ -162,14 +152,14 @@ Doubt more_than_predicted(const CalibrationEvidence& evidence) {
   if (factor < 1 && factor > 0) predicted.covariance /= factor * factor;
   const auto check = drift_check(predicted, points);
   if (!check || check->verdict != DriftVerdict::Failed) return std::nullopt;
-  return sentence_of("the validation points are off by %.3f mm on average, where the model predicts %.3f mm",
-                     check->mean_mm, check->reference_mm);
+  return formatted("the validation points are off by %.3f mm on average, where the model predicts %.3f mm",
+                   check->mean_mm, check->reference_mm);
 }
 
 Doubt moved_meanwhile(const CalibrationEvidence& evidence) {
   const auto step = step_in_time(evidence.calibration.cell, evidence.data.points, evidence.stated);
   if (!step) return std::nullopt;
-  return sentence_of(
+  return formatted(
       "the tracker or the base moved by about %.2f mm between the points %zu and %zu that were measured",
       step->moved_mm, step->first, step->first + 1);
 }
@@ -177,7 +167,7 @@ Doubt moved_meanwhile(const CalibrationEvidence& evidence) {
 Doubt too_much_left(const CalibrationEvidence& evidence) {
   const double factor = noise_factor(evidence);
   if (factor <= kMostUnmodelled) return std::nullopt;
-  return sentence_of(
+  return formatted(
       "the model leaves %.0f times the noise that is configured (tracker.noise, robot.repeatability_mm)",
       factor);
 }

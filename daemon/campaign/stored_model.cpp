@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <optional>
 
 #include "config/cell_setup.hpp"
 #include "core/compensate/largest_correction.hpp"
+#include "core/formatted.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/statistics.hpp"
 #include "daemon/store/store.hpp"
@@ -18,15 +17,6 @@ namespace {
 
 /// Why a model is refused, or nothing.
 using WhyNot = std::optional<std::string>;
-
-[[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...) {
-  char text[400];
-  va_list values;
-  va_start(values, format);
-  std::vsnprintf(text, sizeof text, format, values);
-  va_end(values);
-  return text;
-}
 
 WhyNot altered_text(const ModelRecord& record) {
   const std::string now = sha256_hex(record.yaml);
