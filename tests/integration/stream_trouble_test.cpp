@@ -5,7 +5,6 @@
 #include <boost/json/parse.hpp>
 #include <boost/json/value.hpp>
 #include <cstdio>
-#include <ctime>
 
 #include "tests/integration/live_cell.hpp"
 
@@ -24,28 +23,14 @@ using Words = testing::Matcher<const std::string&>;
 const std::string kEthernetFile = TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml";
 const std::string kRobotFile = TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml";
 
-constexpr double kSoon_s = 5;
+/// Of the controller, 5 s; a machine that stalls counts none.
+constexpr double kSoon_cycles = 1250;
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   if (text.find(from) == std::string::npos) throw std::runtime_error{"there is no " + from};
   for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
     text.replace(at, from.size(), to);
   return text;
-}
-
-/// s between two times as events tell them.
-double seconds_between(const std::string& from, const std::string& to) {
-  const auto seconds = [](const std::string& rfc3339) {
-    std::tm tm{};
-    double s = 0;
-    if (std::sscanf(rfc3339.c_str(), "%d-%d-%dT%d:%d:%lfZ", &tm.tm_year, &tm.tm_mon, &tm.tm_mday, &tm.tm_hour,
-                    &tm.tm_min, &s) != 6)
-      throw std::runtime_error{rfc3339 + " is no time"};
-    tm.tm_year -= 1900;
-    --tm.tm_mon;
-    return static_cast<double>(timegm(&tm)) + s;
-  };
-  return seconds(to) - seconds(from);
 }
 
 /// A cell that has a model and is ready to stream, and a client that hears of what happens.
@@ -79,8 +64,6 @@ class ATroubledStream : public testing::Test {
   void expect_named(const std::string& code, const Words& words) {
     const control::Event fault = wait_for_fault(code);
     EXPECT_THAT(std::string{fault.data.at("text").as_string()}, words);
-    const double named_after_s = seconds_between(begun_, fault.time);
-    EXPECT_LE(named_after_s, kSoon_s);
     expect_logged(code == "E_CELL" ? " error " : " warning ", words);
     EXPECT_THAT(told({"status"}), AllOf(words, HasSubstr(code)));
     EXPECT_THAT(told({"stream", "status"}), words);
@@ -91,7 +74,7 @@ class ATroubledStream : public testing::Test {
     EXPECT_THAT(
         told({"events", "--after", std::to_string(fault.seq - 1), "--topics", "fault", "--count", "1"}),
         words);
-    std::printf("named %.2f s after the start was asked for\nstart:  %s%sevent:  %s\n%s%s", named_after_s,
+    std::printf("named after cycle %.0f\nstart:  %s%sevent:  %s\n%s%s", cycles_,
                 started_.exit_code == 0 ? "good\n" : "", started_.err.c_str(),
                 fault.data.at("text").as_string().c_str(), told({"status"}).c_str(),
                 told({"stream", "status"}).c_str());
@@ -121,9 +104,8 @@ class ATroubledStream : public testing::Test {
     for (;;) {
       auto event = client_->next_event();
       if (!event) throw std::runtime_error{event.error().message};
-      if (event->topic == "cell" && event->data.at("state") == "streaming") begun_ = event->time;
-      if (!begun_.empty() && seconds_between(begun_, event->time) > 10 * kSoon_s)
-        throw std::runtime_error{"no fault " + code};
+      if (event->topic == "stream") cycles_ = number(event->data, "/cycles");
+      if (cycles_ > kSoon_cycles) throw std::runtime_error{"no fault " + code};
       if (event->topic != "fault" || event->data.at("standing") != true) continue;
       const std::string found{event->data.at("code").as_string()};
       if (found == code) return *std::move(event);
@@ -141,7 +123,7 @@ class ATroubledStream : public testing::Test {
 
   std::optional<tools::RpcClient> client_;
   Finished started_;
-  std::string begun_;  // when the stream was asked for
+  double cycles_ = 0;  // of the stream, as it was last heard of
   std::vector<std::pair<std::string, Words>> logged_;
 };
 
