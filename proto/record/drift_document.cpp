@@ -58,26 +58,26 @@ std::vector<DriftDocument::Cause> causes_of(const std::vector<DriftCause>& cause
 
 }  // namespace
 
-boost::json::object drift_document(const DriftDocument& document) { return to_json(document); }
-
-boost::json::object drift_document(const DriftCheck& check, const DriftReference& reference,
-                                   std::span<const Measurement> points) {
+DriftDocument drift_of(const DriftCheck& check, const DriftReference& reference,
+                       std::span<const Measurement> points) {
   std::vector<DriftDocument::Error> errors;
   for (std::size_t i = 0; i < points.size(); ++i)
     errors.push_back({points[i].row, check.errors_mm[i], check.errors_mm[i].norm()});
-  return to_json(DriftDocument{.verdict = check.verdict,
-                               .reason = check.reason,
-                               .mean = check.mean_mm,
-                               .max = check.max_mm,
-                               .reference = check.reference_mm,
-                               .distance2 = check.distance2,
-                               .degrees = check.degrees,
-                               .probability = check.probability,
-                               .uncertain_parameters = reference.covariance.size() > 0,
-                               .points = std::move(errors),
-                               .causes = causes_of(check.causes, reference.cell, points),
-                               .alternatives = causes_of(check.alternatives, reference.cell, points)});
+  return {.verdict = check.verdict,
+          .reason = check.reason,
+          .mean = check.mean_mm,
+          .max = check.max_mm,
+          .reference = check.reference_mm,
+          .distance2 = check.distance2,
+          .degrees = check.degrees,
+          .probability = check.probability,
+          .uncertain_parameters = reference.covariance.size() > 0,
+          .points = std::move(errors),
+          .causes = causes_of(check.causes, reference.cell, points),
+          .alternatives = causes_of(check.alternatives, reference.cell, points)};
 }
+
+boost::json::object drift_document(const DriftDocument& document) { return to_json(document); }
 
 std::expected<DriftDocument, std::string> read_drift_document(const boost::json::object& document) {
   return from_json<DriftDocument>(document);

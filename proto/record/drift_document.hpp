@@ -51,9 +51,10 @@ struct DriftDocument {
   std::vector<Cause> causes, alternatives;
 };
 
+/// What a check found of these points.
+DriftDocument drift_of(const DriftCheck& check, const DriftReference& reference,
+                       std::span<const Measurement> points);
 boost::json::object drift_document(const DriftDocument& document);
-boost::json::object drift_document(const DriftCheck& check, const DriftReference& reference,
-                                   std::span<const Measurement> points);
 /// @return the document, or one sentence that names the member
 std::expected<DriftDocument, std::string> read_drift_document(const boost::json::object& document);
 

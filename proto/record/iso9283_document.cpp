@@ -63,6 +63,9 @@ void layout(auto& io, Is<Iso9283Document::Drift> auto& x) {
   io("dRP", DriftPart{"l", x.drift.rp_l_mm, x.drift.rp_abc_rad});
   io("moved", x.drift.moved_mm);
 }
+void check(const auto& io, const Iso9283Document::Drift& x) {
+  if (x.times.empty()) io.at("times").fail("expected a list of series");
+}
 void layout(auto& io, Is<Iso9283Document> auto& x) {
   io("standard", x.standard);
   io("frame", x.frame, kIso9283Frames);

@@ -329,7 +329,7 @@ TEST(OnlineText, OfAStrangeDaemonIsStillText) {
        {"null", "3", "[]", "{}", R"({"campaigns":3,"models":[null],"model":7,"faults":[[]]})"}) {
     const json::value value = json::parse(answer);
     for (const auto render : {progress_line, status_text, campaigns_text, campaign_text, models_text,
-                              model_text, stream_text, drift_text})
+                              model_text, stream_text})
       EXPECT_FALSE(render(value).empty()) << answer;
   }
 }

@@ -159,11 +159,11 @@ TEST(Report, NamesTheMemberThatIsMissingOrOfTheWrongKind) {
   json::object document = full_document(6);
   document["validate"].as_object()["before"].as_object()["x"].as_object().erase("rms");
   EXPECT_THAT([&] { render_html(document); }, testing::ThrowsMessage<std::invalid_argument>(
-                                                  HasSubstr("'validate.before.x.rms' is not a number")));
+                                                  HasSubstr("validate.before.x: missing key 'rms'")));
   document = full_document(6);
   document["points"].as_array()[3].as_object()["after"] = {1, 2};
   EXPECT_THAT([&] { render_html(document); }, testing::ThrowsMessage<std::invalid_argument>(
-                                                  HasSubstr("'points[3].after' is not an array of three")));
+                                                  HasSubstr("points[3].after: expected 3 numbers, found 2")));
 }
 
 TEST(ReportText, IsTheTableForATerminal) {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/identify/option_names.hpp"
 #include "proto/control/json_text.hpp"
 #include "tools/report/page.hpp"
 #include "tools/report/report.hpp"
@@ -19,13 +20,12 @@ namespace json = boost::json;
 
 /// "Leica AT960, serial 4 · Campaign 0cd9d377 · 2026-11-21 21:34 UTC", of which what is not known is left
 /// out.
-std::string identity(const Node& document) {
-  const auto said = [&document](const char* key) { return document[key].text_or_empty(); };
-  const std::string model = said("model");
+std::string identity(const ReportDocument& document) {
+  const std::string& model = document.model;
   std::string text;
   for (const std::string& part :
-       {said("tracker"), said("campaign"), model.empty() ? model : "Model " + model.substr(0, 8),
-        time_text(said("date"))}) {
+       {document.tracker, document.campaign, model.empty() ? model : "Model " + model.substr(0, 8),
+        time_text(document.date)}) {
     if (!part.empty()) text += (text.empty() ? "" : " · ") + part;
   }
   return text;
@@ -38,20 +38,17 @@ std::string csv_text(std::string_view text) {
 }
 
 /// The shortest texts that bring the numbers back.
-std::string fields(const Node& numbers) {
+std::string fields(const auto& numbers) {
   std::string text;
-  for (const double number : numbers.numbers()) text += fmt::format("{},", number);
+  for (const auto number : numbers) text += fmt::format("{},", number);
   return text;
 }
 
-/// A column that some points may lack is there only where all have it: a measurement file has no empty cells.
-bool all_have(const std::vector<Node>& points, std::string_view member) {
-  return std::ranges::all_of(points, [&](const Node& point) { return point[member].exists(); });
-}
-
-std::vector<EmbeddedFile> embedded_files(const json::object& document, const FurtherDocuments& further) {
+std::vector<EmbeddedFile> embedded_files(const json::object& document,
+                                         const std::vector<record::Point>& points,
+                                         const FurtherDocuments& further) {
   std::vector<EmbeddedFile> files;
-  if (std::string csv = measurements_csv(document); !csv.empty()) {
+  if (std::string csv = measurements_csv(points); !csv.empty()) {
     files.push_back({"measurements.csv", "text/csv", std::move(csv),
                      "what was measured, as truepose calibrate --data reads it"});
   }
@@ -70,24 +67,28 @@ std::vector<EmbeddedFile> embedded_files(const json::object& document, const Fur
 
 }  // namespace
 
-std::string measurements_csv(const json::object& document) {
-  const std::vector<Node> points = Node{document, "calibration document"}["points"].elements_or_none();
-  if (points.empty() || !all_have(points, "position")) return {};
-  const bool direction = all_have(points, "direction"), sigma = all_have(points, "sigma"),
-             time = all_have(points, "time");
+std::string measurements_csv(const std::vector<record::Point>& points) {
+  // A column that some points may lack is there only where all have it: a measurement file has no empty cells.
+  const auto all_have = [&points](auto member) {
+    return std::ranges::all_of(points, [member](const record::Point& point) { return member(point); });
+  };
+  if (points.empty() || !all_have([](const auto& p) { return p.position.has_value(); })) return {};
+  const bool direction = all_have([](const auto& p) { return !p.direction.empty(); }),
+             sigma = all_have([](const auto& p) { return p.sigma.has_value(); }),
+             time = all_have([](const auto& p) { return !p.time.empty(); });
 
   std::string csv;
-  const std::size_t joints = points.front()["joints"].elements().size();
+  const std::size_t joints = points.front().joints.size();
   for (std::size_t i = 1; i <= joints; ++i) csv += fmt::format("q{},", i);
   csv += "x,y,z,";
   for (std::size_t i = 1; direction && i <= joints; ++i) csv += fmt::format("dir{},", i);
   csv += fmt::format("{}{}smr,set\n", sigma ? "sigma," : "", time ? "time," : "");
-  for (const Node& point : points) {
-    csv += fields(point["joints"]) + fields(point["position"]);
-    if (direction) csv += fields(point["direction"]);
-    if (sigma) csv += fmt::format("{},", point["sigma"].number());
-    if (time) csv += csv_text(point["time"].text()) + ",";
-    csv += csv_text(point["smr"].text()) + "," + point["set"].text() + "\n";
+  for (const record::Point& point : points) {
+    csv += fields(point.joints) + fields(*point.position);
+    if (direction) csv += fields(point.direction);
+    if (sigma) csv += fmt::format("{},", *point.sigma);
+    if (time) csv += csv_text(point.time) + ",";
+    csv += fmt::format("{},{}\n", csv_text(point.smr), name_of(kPoseSetNames, point.set));
   }
   return csv;
 }
@@ -95,7 +96,7 @@ std::string measurements_csv(const json::object& document) {
 std::string render_html(const json::object& json, const FurtherDocuments& further) {
   const ReportDocument document = read_document(json);
   const std::string robot = document.robot.empty() ? "Robot arm" : document.robot;
-  std::string body = page_header("Calibration report", robot, identity(document.json));
+  std::string body = page_header("Calibration report", robot, identity(document));
   for (const auto section :
        {summary_section, statistics_section, conditions_section, histogram_section, cloud_section,
         point_sections, joint_section, layer_section, transfer_section, rejected_section, drift_section,
@@ -104,7 +105,7 @@ std::string render_html(const json::object& json, const FurtherDocuments& furthe
   }
   if (further.iso9283) body += iso9283_section(*further.iso9283);
   if (further.experiment) body += experiment_sections(*further.experiment);
-  body += raw_data_section(embedded_files(json, further));
+  body += raw_data_section(embedded_files(json, document.points, further));
   return html_page(robot + ": calibration report", body);
 }
 

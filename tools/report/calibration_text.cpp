@@ -75,16 +75,16 @@ std::string residual_lines(const LayerSelection& residual) {
   return "\nResidual field: none predicts unseen poses better.\n";
 }
 
-std::string rejected_lines(std::vector<Rejected> points) {
+std::string rejected_lines(std::vector<record::Rejected> points) {
   constexpr std::size_t kListed = 10;
   if (points.empty()) return {};
-  std::ranges::stable_sort(points, std::ranges::greater{}, &Rejected::sigmas);
+  std::ranges::stable_sort(points, std::ranges::greater{}, &record::Rejected::sigmas);
   std::string text =
       fmt::format("\nRejected points: {}{}\n", points.size(),
                   points.size() > kListed ? fmt::format(", the worst {} of them", kListed) : "");
   points.resize(std::min(points.size(), kListed));
-  for (const Rejected& point : points) {
-    text += fmt::format("  {}: {} mm, {:.0f} standard deviations\n", point.place,
+  for (const record::Rejected& point : points) {
+    text += fmt::format("  {}: {} mm, {:.0f} standard deviations\n", place_text(point),
                         error_text(point.residual_mm), point.sigmas);
   }
   return text;
@@ -100,10 +100,13 @@ std::string sentence_lines(std::string_view title, const std::vector<std::string
 /// What was found beside errors and parameters, each part after an empty line.
 std::string findings(const ReportDocument& document) {
   std::string text;
-  if (document.deviation) text += deviation_lines(*document.deviation);
-  if (document.residual) text += residual_lines(*document.residual);
-  text += rejected_lines(document.rejected) + sentence_lines("What the poses cannot tell", document.unknown) +
-          sentence_lines("What the data sheet knows better", document.weak);
+  if (document.deviation_layers) text += deviation_lines(*document.deviation_layers);
+  if (document.residual_layers) text += residual_lines(*document.residual_layers);
+  text += rejected_lines(document.rejected);
+  if (const auto& told = document.observability) {
+    text += sentence_lines("What the poses cannot tell", told->unknown) +
+            sentence_lines("What the data sheet knows better", told->weak);
+  }
   if (const std::string prior = prior_text(document); !prior.empty()) text += "\n" + prior + "\n";
   if (document.transfer) {
     text += fmt::format("\n{}\n", transfer_text(*document.transfer));
@@ -160,19 +163,19 @@ std::string field_text(std::string_view name) {
 
 std::string validation_text(const ReportDocument& document) {
   if (!document.spread) return {};
-  if (!document.spread->folds)
-    return fmt::format("mean ± standard deviation over {} splits", document.spread->runs);
+  if (!document.cross_validated())
+    return fmt::format("mean ± standard deviation over {} splits", document.spread->count);
   return fmt::format(
       "each pose predicted by the one of {} fits that had not seen it (± standard deviation over the folds)",
-      document.spread->runs);
+      document.spread->count);
 }
 
 std::string prior_text(const ReportDocument& document) {
   if (!document.prior) return {};
   double from_prior = 0;
   int links = 0, mostly = 0;
-  for (const Parameter& p : document.parameters) {
-    if (!p.name.starts_with("link") || !p.share_known) continue;
+  for (const IdentifiedParameter& p : document.parameters) {
+    if (!p.name.starts_with("link")) continue;
     ++links;
     from_prior += 1 - p.data_share;
     mostly += p.data_share < 0.5;
@@ -180,7 +183,7 @@ std::string prior_text(const ReportDocument& document) {
   std::string text = fmt::format(
       "The poses do not show all link errors well, so these were taken as small ({} mm, {} deg, one standard "
       "deviation) before they were measured.",
-      sigma_text(document.prior->length_mm), sigma_text(document.prior->angle_rad * kDegPerRad));
+      sigma_text(document.prior->scale.length_mm), sigma_text(document.prior->scale.angle_rad * kDegPerRad));
   if (links > 0) {
     text += fmt::format(
         " This prior makes up {:.0f} % of what is known of them, and more than half of it for {} of {} link "
@@ -190,7 +193,18 @@ std::string prior_text(const ReportDocument& document) {
   return text;
 }
 
-std::string transfer_text(const Transfer& transfer) {
+std::string place_text(const record::Rejected& point) {
+  std::string place;
+  const auto add = [&place](std::string_view part, const std::string& which) {
+    place += fmt::format("{}{} {}", place.empty() ? "" : ", ", part, which);
+  };
+  if (point.pose > 0) add("pose", std::to_string(point.pose));
+  if (!point.smr.empty()) add("reflector", point.smr);
+  if (point.row > 0) add("row", std::to_string(point.row));
+  return place;
+}
+
+std::string transfer_text(const record::Transfer& transfer) {
   return fmt::format(
       "The position of an unmeasured pose is predicted with a standard deviation of {} mm (RMS over the joint "
       "limits), {} mm at worst.",

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <map>
 
+#include "core/identify/option_names.hpp"
 #include "proto/xml/escape.hpp"
 #include "tools/report/charts.hpp"
 #include "tools/report/number_text.hpp"
@@ -24,25 +25,23 @@ std::string with_distance_text(double mm, double mm_per_m) {
   return (mm == 0 ? "" : sigma_text(mm) + " mm + ") + sigma_text(mm_per_m) + " mm/m";
 }
 
-std::string noise_text(const Node& noise) {
-  const auto value = [&noise](const char* key) { return noise[key].number_or(0); };
+std::string noise_text(const MeasurementNoise& noise) {
   return fmt::format("{} along the beam, {} across it, repeatability {} mm",
-                     with_distance_text(value("range_mm"), value("range_mm_per_m")),
-                     with_distance_text(value("transverse_mm"), value("transverse_mm_per_m")),
-                     sigma_text(value("repeatability_mm")));
+                     with_distance_text(noise.tracker.range_mm, noise.tracker.range_mm_per_m),
+                     with_distance_text(noise.tracker.transverse_mm, noise.tracker.transverse_mm_per_m),
+                     sigma_text(noise.repeatability_mm));
 }
 
-std::string range_text(const Node& range, std::string_view unit) {
-  if (!range.exists()) return "";
-  const std::string lo = fmt::format("{:.1f}", range["min"].number()),
-                    hi = fmt::format("{:.1f}", range["max"].number());
+std::string extent_text(const std::optional<record::Extent>& extent, std::string_view unit) {
+  if (!extent) return "";
+  const std::string lo = fmt::format("{:.1f}", extent->min), hi = fmt::format("{:.1f}", extent->max);
   return lo == hi ? fmt::format("{} {}", lo, unit) : fmt::format("{} to {} {}", lo, hi, unit);
 }
 
 Facts arm_facts(const ReportDocument& document) {
   Facts facts{{"Robot", xml::escaped(document.robot)}};
-  if (!document.arm) return facts;
-  const RobotModel& arm = *document.arm;
+  if (!document.nominal) return facts;
+  const RobotModel& arm = *document.nominal;
   if (arm.name != document.robot) facts.emplace_back("Data sheet", xml::escaped(arm.name));
   facts.emplace_back("Joints", fmt::format("{}", arm.joints.size()));
   double kg = 0;
@@ -54,7 +53,7 @@ Facts arm_facts(const ReportDocument& document) {
 /// "1: 60 points, 2: 58 points"
 std::string reflector_text(const ReportDocument& document) {
   std::map<std::string, int> points;
-  for (const Point& p : document.points) ++points[p.smr];
+  for (const Point& p : document.all_points) ++points[p.smr];
   std::string text;
   for (const auto& [name, count] : points)
     text += fmt::format("{}{}: {} points", text.empty() ? "" : ", ", name, count);
@@ -62,54 +61,50 @@ std::string reflector_text(const ReportDocument& document) {
 }
 
 Facts measurement_facts(const ReportDocument& document) {
-  Facts facts{{"Tracker", xml::escaped(document.json["tracker"].text_or_empty())}};
+  Facts facts{{"Tracker", xml::escaped(document.tracker)}};
   if (document.X_WB) {
     facts.emplace_back("Tracker from the robot's base",
                        fmt::format("{:.2f} m", document.X_WB->translation().norm() / 1000));
   }
   facts.emplace_back("Reflectors", xml::escaped(reflector_text(document)));
-  const Node conditions = document.json["conditions"];
-  if (!conditions.exists()) return facts;
-  facts.emplace_back("Time", xml::escaped(time_text(conditions["started"].text()) + " to " +
-                                          time_text(conditions["ended"].text())));
-  facts.emplace_back("Poses", fmt::format("{} measured, {} skipped", conditions["poses_measured"].count(),
-                                          conditions["poses_skipped"].count()));
-  facts.emplace_back("Air temperature", range_text(conditions["temperature_c"], "°C"));
-  facts.emplace_back("Air pressure", range_text(conditions["pressure_mbar"], "mbar"));
-  facts.emplace_back("Humidity", range_text(conditions["humidity_percent"], "%"));
+  if (!document.conditions) return facts;
+  const record::Conditions& conditions = *document.conditions;
+  facts.emplace_back("Time", xml::escaped(time_text(conditions.started) + " to " +
+                                          time_text(conditions.ended)));
+  facts.emplace_back("Poses", fmt::format("{} measured, {} skipped", conditions.poses_measured,
+                                          conditions.poses_skipped));
+  facts.emplace_back("Air temperature", extent_text(conditions.temperature_c, "°C"));
+  facts.emplace_back("Air pressure", extent_text(conditions.pressure_mbar, "mbar"));
+  facts.emplace_back("Humidity", extent_text(conditions.humidity_percent, "%"));
   return facts;
 }
 
-Facts skipped_facts(const Node& skipped) {
+Facts skipped_facts(const std::vector<record::Skipped>& skipped) {
   Facts facts;
-  for (const Node& pose : skipped.elements_or_none()) {
-    const int attempts = pose["attempts"].count();
-    facts.emplace_back(fmt::format("Pose {}, after {} {}", pose["pose"].count(), attempts,
-                                   attempts == 1 ? "attempt" : "attempts"),
-                       xml::escaped(pose["reason"].text()));
+  for (const auto& [pose, attempts, reason] : skipped) {
+    facts.emplace_back(
+        fmt::format("Pose {}, after {} {}", pose, attempts, attempts == 1 ? "attempt" : "attempts"),
+        xml::escaped(reason));
   }
   return facts;
 }
 
-void add_texts(Facts& facts, const Node& texts) {
-  if (!texts.exists()) return;
-  for (const auto& member : texts.object())
-    facts.emplace_back(xml::escaped(member.key()), xml::escaped(texts[member.key()].text()));
+void add_texts(Facts& facts, const record::ByName<std::string>& texts) {
+  for (const auto& [what, text] : texts) facts.emplace_back(xml::escaped(what), xml::escaped(text));
 }
 
 Facts identification_facts(const ReportDocument& document) {
   const auto counts = [](const StageErrors& set) {
     return fmt::format("{} poses, {} points", set.poses, set.points);
   };
-  const Node& json = document.json;
   Facts facts;
-  add_texts(facts, json["files"]);
-  facts.emplace_back("Model", xml::escaped(json["model"].text_or_empty()));
-  facts.emplace_back("Method", xml::escaped(json["method"].text()));
-  add_texts(facts, json["options"]);
+  add_texts(facts, document.files);
+  facts.emplace_back("Model", xml::escaped(document.model));
+  facts.emplace_back("Method", std::string{name_of(kMethodNames, document.method)});
+  add_texts(facts, document.options);
   facts.emplace_back("Identified with", counts(document.identify));
   facts.emplace_back("Validated with", document.validate ? counts(*document.validate) : "nothing");
-  if (json["noise"].exists()) facts.emplace_back("Noise of a point, as given", noise_text(json["noise"]));
+  if (document.noise) facts.emplace_back("Noise of a point, as given", noise_text(*document.noise));
   return facts;
 }
 
@@ -118,17 +113,16 @@ std::string elapsed_text(double seconds) {
 }
 
 Facts result_facts(const ReportDocument& document) {
-  const Node &json = document.json, iterations = json["iterations"], sigma0 = json["sigma0_mm"];
   return {
       {"Converged", document.converged ? "yes" : "no"},
       {"Iterations",
-       fmt::format("{} coarse, {} fine", iterations["coarse"].count(), iterations["fine"].count())},
-      {"Time to identify", elapsed_text(json["elapsed_s"].number())},
+       fmt::format("{} coarse, {} fine", document.iterations.coarse, document.iterations.fine)},
+      {"Time to identify", elapsed_text(document.elapsed_s)},
       {"Geometric parameters determined",
        fmt::format("{} of {}", document.rank, document.geometric_parameters())},
-      {"Condition number", fmt::format("{:.4g} (columns scaled to unit norm)", json["condition"].number())},
+      {"Condition number", fmt::format("{:.4g} (columns scaled to unit norm)", document.condition)},
       {"Noise of one coordinate, from the residuals",
-       sigma0.exists() ? sigma_text(sigma0.number()) + " mm" : ""}};
+       document.sigma0_mm ? sigma_text(*document.sigma0_mm) + " mm" : ""}};
 }
 
 }  // namespace
@@ -141,15 +135,14 @@ std::string time_text(const std::string& rfc3339) {
 std::string conditions_section(const ReportDocument& document) {
   const std::string left = facts_table("Arm", arm_facts(document)) +
                            facts_table("Measurement", measurement_facts(document)) +
-                           facts_table("Poses that were skipped", skipped_facts(document.json["skipped"]));
+                           facts_table("Poses that were skipped", skipped_facts(document.skipped));
   const std::string right = facts_table("Identification", identification_facts(document)) +
                             facts_table("Result", result_facts(document));
   return facts_section("Conditions", fmt::format("<div>\n{}</div>\n<div>\n{}</div>\n", left, right));
 }
 
 std::string drift_section(const ReportDocument& document) {
-  const Node node = document.json["reference_drift_mm"];
-  const std::vector<double> drift = node.exists() ? node.numbers() : std::vector<double>();
+  const std::vector<double>& drift = document.reference_drift_mm;
   if (drift.size() < 2) return "";
   Series series{"Reference pose", kGeometricColor};
   for (std::size_t i = 0; i < drift.size(); ++i) {
@@ -169,32 +162,31 @@ std::string drift_section(const ReportDocument& document) {
 }
 
 std::string stream_section(const ReportDocument& document) {
-  const Node stream = document.json["stream"];
-  if (!stream.exists()) return "";
-  const long long cycles = stream["cycles"].integer();
-  const auto of_cycles = [cycles](long long n) {
+  if (!document.stream) return "";
+  const record::Stream& stream = *document.stream;
+  const auto of_cycles = [cycles = stream.cycles](std::int64_t n) {
     const std::string count = fmt::format("{}", n);
     if (cycles <= 0) return count;
     return fmt::format("{} ({:.4g} %)", count, 100 * static_cast<double>(n) / static_cast<double>(cycles));
   };
-  const auto turnaround = [&stream](const char* key) {
-    return fmt::format("{:.0f} µs", stream["turnaround_us"][key].number());
+  const auto turnaround = [&stream](double record::Stream::Turnaround::*us) {
+    return fmt::format("{:.0f} µs", stream.turnaround_us.*us);
   };
   return facts_section(
       "Stream of corrections",
       facts_table("",
-                  {{"Cycles", fmt::format("{}", cycles)},
-                   {"Answered", of_cycles(stream["answered"].integer())},
-                   {"Late", of_cycles(stream["late"].integer())},
+                  {{"Cycles", fmt::format("{}", stream.cycles)},
+                   {"Answered", of_cycles(stream.answered)},
+                   {"Late", of_cycles(stream.late)},
                    {"Not answered: at the start of sessions, until known what is in force",
-                    of_cycles(stream["unproven"].integer_or(0))},
-                   {"Not answered: out of order by their IPOC", of_cycles(stream["wrong_ipoc"].integer())},
+                    of_cycles(stream.unproven)},
+                   {"Not answered: out of order by their IPOC", of_cycles(stream.wrong_ipoc)},
                    {"Largest step of the correction in one cycle",
-                    fmt::format("{:.4g} deg", stream["max_step_deg"].number())},
-                   {"Time from a datagram to its reply, median", turnaround("p50")},
-                   {"99 % within", turnaround("p99")},
-                   {"99.9 % within", turnaround("p999")},
-                   {"Slowest", turnaround("max")}}));
+                    fmt::format("{:.4g} deg", stream.max_step_deg)},
+                   {"Time from a datagram to its reply, median", turnaround(&record::Stream::Turnaround::p50)},
+                   {"99 % within", turnaround(&record::Stream::Turnaround::p99)},
+                   {"99.9 % within", turnaround(&record::Stream::Turnaround::p999)},
+                   {"Slowest", turnaround(&record::Stream::Turnaround::max)}}));
 }
 
 }  // namespace truepose::report

@@ -165,8 +165,8 @@ Panels panels_of(const ReportDocument& document, const std::vector<Point>& point
           {X_BW * *p.position, X_BW.linear() * error,
            fmt::format("Pose {}, reflector {}: {} mm", p.pose, p.smr, error_text(error.norm()))});
     };
-    add(before, p.errors.before);
-    if (!document.remeasured) add(after, p.errors.after);
+    add(before, p.before);
+    if (!document.remeasured) add(after, p.after);
     if (document.remeasured && p.remeasured) add(after, *p.remeasured);
   }
   before.exaggeration = after.exaggeration = exaggeration_of(before.arrows);

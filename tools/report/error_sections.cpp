@@ -47,10 +47,9 @@ std::vector<StageSeries> stage_series(const std::vector<Point>& points, bool lay
                                   {"All layers", kLayersColor, Marker::Circle},
                                   {"Compensated, re-measured", kCompensatedColor, Marker::Diamond}};
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const PointErrors& errors = points[i].errors;
-    stages[0].errors.emplace_back(i, errors.before);
-    stages[1].errors.emplace_back(i, errors.geometric);
-    if (layers) stages[2].errors.emplace_back(i, errors.after);
+    stages[0].errors.emplace_back(i, points[i].before);
+    stages[1].errors.emplace_back(i, points[i].geometric);
+    if (layers) stages[2].errors.emplace_back(i, points[i].after);
     if (points[i].remeasured) stages[3].errors.emplace_back(i, *points[i].remeasured);
   }
   std::erase_if(stages, [](const StageSeries& stage) { return stage.errors.empty(); });
@@ -137,13 +136,13 @@ std::string set_section(const ReportDocument& document, PoseSet set, std::string
 
 std::vector<Stage> stages_of(const ReportDocument& document, PoseSet set) {
   const StageErrors& errors = document.errors_of(set);
-  const auto spread = [&](ErrorStatistics Spread::*stage) {
-    return set == PoseSet::Validate && document.spread ? &(*document.spread.*stage) : nullptr;
+  const auto spread = [&](ErrorStatistics StageErrors::*stage) {
+    return set == PoseSet::Validate && document.spreads ? &(*document.spreads.*stage) : nullptr;
   };
-  std::vector<Stage> stages{{"Before", kBeforeColor, &errors.before, spread(&Spread::before)},
-                            {"Geometric", kGeometricColor, &errors.geometric, spread(&Spread::geometric)}};
+  std::vector<Stage> stages{{"Before", kBeforeColor, &errors.before, spread(&StageErrors::before)},
+                            {"Geometric", kGeometricColor, &errors.geometric, spread(&StageErrors::geometric)}};
   if (has_layers(errors))
-    stages.push_back({"All layers", kLayersColor, &errors.after, spread(&Spread::after)});
+    stages.push_back({"All layers", kLayersColor, &errors.after, spread(&StageErrors::after)});
   if (document.remeasured && set == document.judging())
     stages.push_back({"Compensated", kCompensatedColor, &*document.remeasured});
   return stages;
@@ -197,7 +196,7 @@ std::string histogram_section(const ReportDocument& document) {
 
 std::string point_sections(const ReportDocument& document) {
   // With several splits, the points are those of the first.
-  const std::string_view split = document.spread && !document.spread->folds ? " in the first split" : "";
+  const std::string_view split = document.spread && !document.cross_validated() ? " in the first split" : "";
   std::string html;
   if (document.validate) {
     html += set_section(document, PoseSet::Validate, "Validation points",
@@ -212,8 +211,8 @@ std::string point_sections(const ReportDocument& document) {
 std::string rejected_section(const ReportDocument& document) {
   if (document.rejected.empty()) return "";
   Table table{"rejected", {{}, {"error, mm"}, {"standard deviations"}}};
-  for (const Rejected& point : document.rejected)
-    table.row(xml::escaped(point.place),
+  for (const record::Rejected& point : document.rejected)
+    table.row(xml::escaped(place_text(point)),
               {error_text(point.residual_mm), fmt::format("{:.0f}", point.sigmas)});
   return section(
       "Points that were rejected",

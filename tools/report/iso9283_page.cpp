@@ -3,42 +3,55 @@
 #include <algorithm>
 #include <boost/json/object.hpp>
 #include <initializer_list>
+#include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "core/math/angles.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/iso9283_document.hpp"
 #include "proto/xml/escape.hpp"
 #include "tools/report/charts.hpp"
-#include "tools/report/json_node.hpp"
 #include "tools/report/page.hpp"
 #include "tools/report/sections.hpp"
 
 namespace truepose::report {
 namespace {
 
-/// The standard's worked figures are compared digit by digit, so these have one more than other errors.
-std::string iso_mm(const Node& figure) { return fmt::format("{:.4f}", figure.number()); }
+using Sets = std::vector<record::Iso9283Document::Set>;
 
-/// "P1 +x, 60 min": the point and, where there are several, the direction and the series.
-std::string place_of(const Node& node, std::initializer_list<std::string_view> members) {
+/// The standard's worked figures are compared digit by digit, so these have one more than other errors.
+std::string iso_mm(double mm) { return fmt::format("{:.4f}", mm); }
+
+/// "P1, +x, 60 min": the point and, where there are several, the direction and the series.
+std::string place_of(std::initializer_list<std::string_view> parts) {
   std::string text;
-  for (const std::string_view member : members) {
-    const std::string part = node[member].text();
-    if (!part.empty()) text += (text.empty() ? "" : ", ") + part;
+  for (const std::string_view part : parts) {
+    if (!part.empty()) text += fmt::format("{}{}", text.empty() ? "" : ", ", part);
   }
   return xml::escaped(text);
 }
 
-std::string frame_sentence(const Node& document) {
-  const std::string frame = document["frame"].text();
-  if (frame == "model") return "Measured poses were brought into the robot's base by the model's base pose.";
-  if (frame == "fitted")
-    return "The measuring frame was fitted to the commanded positions: AP is relative to that fit, and the "
-           "absolute one is greater.";
+std::string_view frame_sentence(record::Iso9283Frame frame) {
+  switch (frame) {
+    case record::Iso9283Frame::Model:
+      return "Measured poses were brought into the robot's base by the model's base pose.";
+    case record::Iso9283Frame::Fitted:
+      return "The measuring frame was fitted to the commanded positions: AP is relative to that fit, and the "
+             "absolute one is greater.";
+    case record::Iso9283Frame::AsGiven:
+      break;
+  }
   return "Measured poses were taken as given, in the frame of the commanded ones.";
 }
 
-std::string set_table(const std::vector<Node>& sets) {
+/// Three angles, a dash for each where this set tells none.
+void add_angles(std::vector<std::string>& cells, const std::optional<Eigen::Vector3d>& abc_rad) {
+  for (int i = 0; i < 3; ++i)
+    cells.push_back(abc_rad ? fmt::format("{:.4f}", (*abc_rad)[i] * kDegPerRad) : "-");
+}
+
+std::string set_table(const Sets& sets) {
   std::vector<Column> columns{{},
                               {"cycles"},
                               {"AP<sub>p</sub>", "strong"},
@@ -46,7 +59,8 @@ std::string set_table(const std::vector<Node>& sets) {
                               {"AP<sub>y</sub>"},
                               {"AP<sub>z</sub>"},
                               {"RP<sub>l</sub>", "strong first"}};
-  const bool angles = std::ranges::any_of(sets, [](const Node& set) { return set["RP"]["a"].exists(); });
+  const bool angles = std::ranges::any_of(
+      sets, [](const auto& set) { return set.characteristics.repeatability.abc_rad.has_value(); });
   if (angles) {
     columns.insert(columns.end(), {{"AP<sub>a</sub>", "first"},
                                    {"AP<sub>b</sub>"},
@@ -56,33 +70,28 @@ std::string set_table(const std::vector<Node>& sets) {
                                    {"RP<sub>c</sub>"}});
   }
   Table table{"iso9283", std::move(columns)};
-  for (const Node& set : sets) {
-    const Node ap = set["AP"], rp = set["RP"];
-    std::vector<std::string> cells{fmt::format("{}", set["cycles"].integer())};
-    for (const char* name : {"p", "x", "y", "z"}) cells.push_back(iso_mm(ap[name]));
-    cells.push_back(iso_mm(rp["l"]));
-    for (const Node& characteristic : {ap, rp}) {
-      for (const char* name : {"a", "b", "c"}) {
-        const Node angle = characteristic[name];
-        // A dash where this set tells none.
-        if (angles)
-          cells.push_back(angle.exists() ? fmt::format("{:.4f}", angle.number() * kDegPerRad) : "-");
-      }
+  for (const auto& [point, direction, time, cycles, characteristics] : sets) {
+    const auto& [ap, rp] = characteristics;
+    std::vector<std::string> cells{fmt::format("{}", cycles), iso_mm(ap.p_mm)};
+    for (const double mm : ap.xyz_mm) cells.push_back(iso_mm(mm));
+    cells.push_back(iso_mm(rp.l_mm));
+    if (angles) {
+      add_angles(cells, ap.abc_rad);
+      add_angles(cells, rp.abc_rad);
     }
-    table.row(place_of(set, {"point", "direction", "time"}), cells);
+    table.row(place_of({point, direction, time}), cells);
   }
   return std::move(table).scrolled();
 }
 
-std::string set_chart(const std::vector<Node>& sets) {
+std::string set_chart(const Sets& sets) {
   Series accuracy{"Accuracy AP, of the position", kGeometricColor, Marker::Circle};
   Series repeatability{"Repeatability RP, of the position", kBeforeColor, Marker::Diamond};
   double x = 0;
-  for (const Node& set : sets) {
+  for (const auto& set : sets) {
     x += 1;
-    const std::string name = set["point"].text();
-    accuracy.points.push_back({x, set["AP"]["p"].number(), name});
-    repeatability.points.push_back({x, set["RP"]["l"].number(), name});
+    accuracy.points.push_back({x, set.characteristics.accuracy.p_mm, set.point});
+    repeatability.points.push_back({x, set.characteristics.repeatability.l_mm, set.point});
   }
   return charts(point_chart_svg({.title = "Position accuracy and repeatability",
                                  .x_label = "set of cycles",
@@ -90,51 +99,49 @@ std::string set_chart(const std::vector<Node>& sets) {
                                  .series = {std::move(accuracy), std::move(repeatability)}}));
 }
 
-std::string variation_list(const Node& variations) {
-  return sentence_list(
-      "Multi-directional variation of the position accuracy", variations.each([](const Node& v) {
-        return fmt::format("{}: vAP<sub>p</sub> {} mm over {} directions", place_of(v, {"point", "time"}),
-                           iso_mm(v["vAP"]["p"]), v["directions"].elements().size());
-      }));
+std::string variation_list(const std::vector<record::Iso9283Document::Variation>& variations) {
+  std::vector<std::string> sentences;
+  for (const auto& [point, time, directions, variation] : variations)
+    sentences.push_back(fmt::format("{}: vAP<sub>p</sub> {} mm over {} directions", place_of({point, time}),
+                                    iso_mm(variation.p_mm), directions.size()));
+  return sentence_list("Multi-directional variation of the position accuracy", sentences);
 }
 
-std::string drift_list(const Node& drifts) {
-  return sentence_list("Drift of the pose characteristics", drifts.each([](const Node& d) {
-    const std::vector<std::string> times = d["times"].texts();
-    if (times.empty()) d["times"].fail("a list of series");
-    return fmt::format(
+std::string drift_list(const std::vector<record::Iso9283Document::Drift>& drifts) {
+  std::vector<std::string> sentences;
+  for (const auto& [point, direction, times, drift] : drifts) {
+    sentences.push_back(fmt::format(
         "{}: dAP<sub>p</sub> {} mm, dRP<sub>l</sub> {} mm from {} to {}; the mean position moved by {} mm",
-        place_of(d, {"point", "direction"}), iso_mm(d["dAP"]["p"]), iso_mm(d["dRP"]["l"]),
-        xml::escaped(times.front()), xml::escaped(times.back()), iso_mm(d["moved"]));
-  }));
-}
-
-/// The greatest value of AP's or RP's figure over all sets.
-double worst(const std::vector<Node>& sets, std::string_view characteristic, std::string_view name) {
-  double value = 0;
-  for (const Node& set : sets) value = std::max(value, set[characteristic][name].number());
-  return value;
+        place_of({point, direction}), iso_mm(drift.ap_p_mm), iso_mm(drift.rp_l_mm),
+        xml::escaped(times.front()), xml::escaped(times.back()), iso_mm(drift.moved_mm)));
+  }
+  return sentence_list("Drift of the pose characteristics", sentences);
 }
 
 }  // namespace
 
 std::string iso9283_section(const boost::json::object& json) {
-  const Node document{json, "ISO 9283 document"};
-  const std::vector<Node> sets = document["sets"].elements();
-  const std::string standard = xml::escaped(document["standard"].text());
+  const auto read = record::read_iso9283_document(json);
+  if (!read) throw std::invalid_argument("ISO 9283 document: " + read.error());
+  const Sets& sets = read->sets;
+  double worst_ap_mm = 0, worst_rp_mm = 0;
+  for (const auto& set : sets) {
+    worst_ap_mm = std::max(worst_ap_mm, set.characteristics.accuracy.p_mm);
+    worst_rp_mm = std::max(worst_rp_mm, set.characteristics.repeatability.l_mm);
+  }
   std::string html = fmt::format(
       "<p>At worst AP<sub>p</sub> {:.4f} mm and RP<sub>l</sub> {:.4f} mm, over {} sets of cycles.</p>\n",
-      worst(sets, "AP", "p"), worst(sets, "RP", "l"), sets.size());
-  html += note(frame_sentence(document) + " Lengths in mm, angles in degrees.");
-  if (!document["complete"].flag()) {
+      worst_ap_mm, worst_rp_mm, sets.size());
+  html += note(fmt::format("{} Lengths in mm, angles in degrees.", frame_sentence(read->frame)));
+  if (!read->complete) {
     html += fmt::format(
         "<p class=\"caution\">The standard asks for 30 cycles, and some poses have {}: these figures do not "
         "comply.</p>\n",
-        document["cycles"].integer());
+        read->cycles);
   }
-  return section("Pose accuracy and repeatability by " + standard,
-                 html + set_table(sets) + set_chart(sets) + variation_list(document["variations"]) +
-                     drift_list(document["drifts"]));
+  return section("Pose accuracy and repeatability by " + xml::escaped(read->standard),
+                 html + set_table(sets) + set_chart(sets) + variation_list(read->variations) +
+                     drift_list(read->drifts));
 }
 
 std::string render_iso9283_html(const boost::json::object& document, const std::string& data_file,

@@ -37,9 +37,9 @@ using Pairs = std::vector<std::pair<double, double>>;
 /// In which direction each joint moves the reflector, unit length in the tracker's frame; none where it
 /// hardly does.
 std::vector<std::optional<Eigen::Vector3d>> motions(const ReportDocument& document, const Point& point) {
-  const std::vector<Joint>& joints = document.arm->joints;
+  const std::vector<Joint>& joints = document.nominal->joints;
   LinkFrames X_B;
-  link_frames(joints, joints_from(point.joints, *document.arm), X_B);
+  link_frames(joints, joints_from(point.joints, *document.nominal), X_B);
   const Eigen::Vector3d p_B = document.X_WB->inverse() * *point.position;
   std::vector<std::optional<Eigen::Vector3d>> result(joints.size());
   for (std::size_t i = 0; i < joints.size(); ++i) {
@@ -57,12 +57,12 @@ std::vector<std::optional<Eigen::Vector3d>> motions(const ReportDocument& docume
 struct JointStage {
   std::string name;
   std::string_view color;
-  Eigen::Vector3d PointErrors::*error;
+  Eigen::Vector3d record::Point::*error;
 };
 
 std::vector<JointStage> joint_stages(const ReportDocument& document) {
-  std::vector<JointStage> result{{"Geometric", kGeometricColor, &PointErrors::geometric}};
-  if (has_layers(document.judged())) result.push_back({"All layers", kLayersColor, &PointErrors::after});
+  std::vector<JointStage> result{{"Geometric", kGeometricColor, &record::Point::geometric}};
+  if (has_layers(document.judged())) result.push_back({"All layers", kLayersColor, &record::Point::after});
   return result;
 }
 
@@ -79,14 +79,14 @@ double extent_of(const std::vector<ScatterChart>& charts) {
 }
 
 bool usable(const ReportDocument& document, const std::vector<Point>& points) {
-  return document.arm && document.X_WB && !points.empty() && std::ranges::all_of(points, [&](const Point& p) {
-           return p.position && p.joints.size() == document.arm->joints.size();
+  return document.nominal && document.X_WB && !points.empty() && std::ranges::all_of(points, [&](const Point& p) {
+           return p.position && p.joints.size() == document.nominal->joints.size();
          });
 }
 
 std::vector<ScatterChart> charts_of(const ReportDocument& document, const std::vector<Point>& points,
                                     const std::vector<JointStage>& stages) {
-  const std::vector<Joint>& joints = document.arm->joints;
+  const std::vector<Joint>& joints = document.nominal->joints;
   std::vector<ScatterChart> charts;
   for (std::size_t i = 0; i < joints.size(); ++i) {
     ScatterChart& chart = charts.emplace_back();
@@ -98,7 +98,7 @@ std::vector<ScatterChart> charts_of(const ReportDocument& document, const std::v
     const auto directions = motions(document, point);
     for (std::size_t i = 0; i < joints.size(); ++i) {
       for (std::size_t k = 0; directions[i] && k < stages.size(); ++k) {
-        const double along = (point.errors.*stages[k].error).dot(*directions[i]);
+        const double along = (point.*stages[k].error).dot(*directions[i]);
         charts[i].series[k].points.push_back(
             {point.joints[i], along,
              fmt::format("Pose {}, reflector {}: {} mm", point.pose, point.smr, error_text(along))});

@@ -45,12 +45,6 @@ std::uint64_t Node::natural() const {
   return static_cast<std::uint64_t>(value);
 }
 
-int Node::count() const {
-  const long long value = integer();
-  if (!std::in_range<int>(value)) fail("a small whole number");
-  return static_cast<int>(value);
-}
-
 bool Node::flag() const {
   if (value_ == nullptr || !value_->is_bool()) fail("true or false");
   return value_->get_bool();
@@ -75,14 +69,16 @@ std::vector<Node> Node::elements() const {
   return result;
 }
 
+std::vector<double> Node::numbers() const {
+  std::vector<double> numbers;
+  for (const Node& element : elements()) numbers.push_back(element.number());
+  return numbers;
+}
+
 Eigen::Vector3d Node::vector() const {
   const std::vector<double> xyz = numbers();
   if (xyz.size() != 3) fail("an array of three numbers");
   return {xyz[0], xyz[1], xyz[2]};
-}
-
-Eigen::Vector3d Node::xyz() const {
-  return {(*this)["x"].number(), (*this)["y"].number(), (*this)["z"].number()};
 }
 
 }  // namespace truepose::report

@@ -71,9 +71,9 @@ std::string leaf_title(std::string_view leaf) {
 }
 
 /// Whether what is known of a parameter comes from a prior to a part that is worth a column.
-bool prior_speaks(const Parameter& p) { return p.sigma > 0 && p.share_known && p.data_share < 0.995; }
+bool prior_speaks(const IdentifiedParameter& p) { return p.sigma > 0 && p.data_share < 0.995; }
 
-std::string_view status_of(const Parameter& p) {
+std::string_view status_of(const IdentifiedParameter& p) {
   if (p.identified) return "identified";
   return prior_speaks(p) ? "shared out by the prior" : "kept, by convention";
 }
@@ -83,7 +83,8 @@ struct ParameterColumns {
   bool prior = false, truth = false;
 };
 
-std::vector<std::string> parameter_cells(const Parameter& p, std::string_view leaf, ParameterColumns shown) {
+std::vector<std::string> parameter_cells(const IdentifiedParameter& p, std::string_view leaf,
+                                         ParameterColumns shown, const ReportDocument& document) {
   const auto [unit, angle] = unit_of_parameter(leaf);
   const auto text = [turned = angle](double value) {
     return turned ? angle_text(value) : length_text(value);
@@ -94,29 +95,34 @@ std::vector<std::string> parameter_cells(const Parameter& p, std::string_view le
       has_nominal ? text(p.value - p.nominal) : "",
       p.identified || p.sigma > 0 ? sigma_text(angle ? p.sigma * kDegPerRad : p.sigma) : ""};
   if (shown.prior)
-    cells.push_back(p.sigma > 0 && p.share_known ? fmt::format("{:.0f} %", 100 * p.data_share) : "");
+    cells.push_back(p.sigma > 0 ? fmt::format("{:.0f} %", 100 * p.data_share) : "");
   cells.emplace_back(status_of(p));
   if (!shown.truth) return cells;
-  const double difference = p.value - p.truth.value_or(0);
-  cells.push_back(p.truth ? text(*p.truth) : "");
-  cells.push_back(p.truth ? text(angle ? std::remainder(difference, 2 * std::numbers::pi) : difference) : "");
+  const auto truth = document.truth.find(p.name);
+  if (truth == document.truth.end()) {
+    cells.insert(cells.end(), 2, "");
+    return cells;
+  }
+  const double difference = p.value - truth->second;
+  cells.push_back(text(truth->second));
+  cells.push_back(text(angle ? std::remainder(difference, 2 * std::numbers::pi) : difference));
   return cells;
 }
 
-std::string parameter_table(const std::vector<Parameter>& parameters, ParameterColumns shown) {
+std::string parameter_table(const ReportDocument& document, ParameterColumns shown) {
   std::vector<Column> columns{{}, {"", "text"}, {"nominal"}, {"value"}, {"deviation"}, {"σ"}};
   if (shown.prior) columns.push_back({"data share"});
   columns.push_back({"", "text first"});
   if (shown.truth) columns.insert(columns.end(), {{"true value", "first"}, {"value − true"}});
   Table table{"parameters", std::move(columns)};
   std::string_view group;
-  for (const Parameter& p : parameters) {
+  for (const IdentifiedParameter& p : document.parameters) {
     // "smr.1" and "x" of "smr.1.x"
     const std::string_view name = p.name, own = name.substr(0, name.rfind('.'));
     const std::string_view leaf = name.substr(std::min(own.size() + 1, name.size()));
     if (own != group) table.group(group_title(own));
     group = own;
-    table.row(leaf_title(leaf), parameter_cells(p, leaf, shown), p.identified ? "" : "convention");
+    table.row(leaf_title(leaf), parameter_cells(p, leaf, shown, document), p.identified ? "" : "convention");
   }
   return std::move(table).scrolled();
 }
@@ -130,21 +136,21 @@ std::string figures(const ReportDocument& document) {
   Table table{"figures", {{}, {}, {"", "text first meaning"}}};
   table.row("Rank", {fmt::format("{} of {}", document.rank, document.geometric_parameters()),
                      "independent geometric parameters that the positions determine"});
-  if (const Node gap = document.json["rank_gap"]; gap.exists()) {
-    table.row("Gap", {fmt::format("{:.2g}", gap.number()),
+  if (document.rank_gap) {
+    table.row("Gap", {fmt::format("{:.2g}", *document.rank_gap),
                       "smallest pivot kept over the largest dropped: how clear-cut the rank is"});
   }
-  table.row("Condition", {fmt::format("{:.4g}", document.json["condition"].number()),
+  table.row("Condition", {fmt::format("{:.4g}", document.condition),
                           "largest over smallest singular value, columns at unit norm; below 100 is good"});
-  const Node indices = document.json["observability"];
-  const auto add_index = [&](const char* name, const char* member, const char* meaning) {
-    if (indices.exists()) table.row(name, {fmt::format("{:.3g}", indices[member].number()), meaning});
+  const auto add_index = [&](const char* name, double ObservabilityIndices::*index, const char* meaning) {
+    if (const auto& shown = document.observability)
+      table.row(name, {fmt::format("{:.3g}", shown->indices.*index), meaning});
   };
-  add_index("O1", "o1", "geometric mean of the singular values: volume of the confidence region");
-  add_index("O2", "o2", "smallest over largest singular value: roundness of that region");
-  add_index("O3", "o3", "smallest singular value: the worst-known combination");
-  add_index("O4", "o4", "noise amplification: O2 times O3");
-  add_index("O5", "o5", "harmonic sum of the singular values: mean variance");
+  add_index("O1", &ObservabilityIndices::o1, "geometric mean of the singular values: volume of the confidence region");
+  add_index("O2", &ObservabilityIndices::o2, "smallest over largest singular value: roundness of that region");
+  add_index("O3", &ObservabilityIndices::o3, "smallest singular value: the worst-known combination");
+  add_index("O4", &ObservabilityIndices::o4, "noise amplification: O2 times O3");
+  add_index("O5", &ObservabilityIndices::o5, "harmonic sum of the singular values: mean variance");
   return "<h3>How well the poses show the rest</h3>\n" + std::move(table).scrolled() +
          note("O1 to O5 compare sets of poses of the same arm; larger is better.");
 }
@@ -173,45 +179,34 @@ std::vector<std::pair<double, double>> measured(const ReportDocument& document, 
 }
 
 /// Standard deviations while two joints sweep and the others are held.
-HeatMap uncertainty_map(const Node& node, const ReportDocument& document) {
-  const Node x = node["x"], y = node["y"], rows = node["sigma_mm"];
-  const int joint_x = x["joint"].count(), joint_y = y["joint"].count(), columns = x["count"].count();
-  const std::size_t joints = node["held"].numbers().size();
-  if (std::min(joint_x, joint_y) < 1 || std::cmp_greater(std::max(joint_x, joint_y), joints))
-    node["held"].fail("the positions of all joints");
-  HeatMap map{.title = fmt::format("Joints {} and {}", joint_x, joint_y),
-              .x_label = fmt::format("joint {}", joint_x),
-              .y_label = fmt::format("joint {}", joint_y),
-              .x_from = x["from"].number(),
-              .x_to = x["to"].number(),
-              .y_from = y["from"].number(),
-              .y_to = y["to"].number(),
-              .values = rows.each(&Node::numbers),
-              .marks = measured(document, joint_x, joint_y),
-              .scale = {}};
-  for (std::size_t i = 0; i < map.values.size(); ++i) {
-    if (std::cmp_not_equal(map.values[i].size(), columns)) rows.elements()[i].fail("one number for each x");
-  }
-  if (std::cmp_not_equal(map.values.size(), y["count"].count()) || columns < 2 || map.values.size() < 2)
-    rows.fail("an array for each y");
-  return map;
+HeatMap heat_map(const record::UncertaintyMap& map, const ReportDocument& document) {
+  const auto& [x, y, held, sigma_mm] = map;
+  return {.title = fmt::format("Joints {} and {}", x.joint, y.joint),
+          .x_label = fmt::format("joint {}", x.joint),
+          .y_label = fmt::format("joint {}", y.joint),
+          .x_from = x.from,
+          .x_to = x.to,
+          .y_from = y.from,
+          .y_to = y.to,
+          .values = sigma_mm,
+          .marks = measured(document, x.joint, y.joint),
+          .scale = {}};
 }
 
 std::string uncertainty_maps(const ReportDocument& document) {
-  const std::vector<Node> nodes = document.json["transfer"]["maps"].elements_or_none();
-  if (nodes.empty()) return "";
+  if (document.transfer->maps.empty()) return "";
   std::vector<HeatMap> maps;
   // One scale for all maps, so that they compare.
   ColorScale scale{std::numeric_limits<double>::infinity(), 0};
   std::string svgs, held;
-  for (const Node& node : nodes) {
-    maps.push_back(uncertainty_map(node, document));
+  for (const record::UncertaintyMap& map : document.transfer->maps) {
+    maps.push_back(heat_map(map, document));
     for (const std::vector<double>& row : maps.back().values) {
       scale.lo = std::min(scale.lo, std::ranges::min(row));
       scale.hi = std::max(scale.hi, std::ranges::max(row));
     }
-    const int x = node["x"]["joint"].count(), y = node["y"]["joint"].count();
-    if (const std::string others = joint_list(node["held"].numbers(), {x, y}); !others.empty())
+    const int x = map.x.joint, y = map.y.joint;
+    if (const std::string others = joint_list(map.held, {x, y}); !others.empty())
       held += fmt::format(" Over joints {} and {} the others are held, joint {}.", x, y, others);
   }
   for (HeatMap& map : maps) {
@@ -226,14 +221,14 @@ std::string uncertainty_maps(const ReportDocument& document) {
 }  // namespace
 
 std::string layer_section(const ReportDocument& document) {
-  if (!document.deviation && !document.residual) return "";
+  if (!document.deviation_layers && !document.residual_layers) return "";
   Table table{"layers", {{}, {"", "text"}, {"without", "first"}, {"with"}, {"gain", "first"}, {"", "gain"}}};
   const StageErrors& judged = document.judged();
   table.group(fmt::format("Geometry, on the {} points", document.judging_name()));
   add_layer(table, "links of the arm",
             {.name = {}, .chosen = true, .without_mm = judged.before.rms, .with_mm = judged.geometric.rms},
             "fitted", kGeometricColor);
-  if (const auto& deviation = document.deviation) {
+  if (const auto& deviation = document.deviation_layers) {
     table.group("Deviations of the joints, cross-validated");
     add_layer(
         table, "all chosen together",
@@ -241,9 +236,9 @@ std::string layer_section(const ReportDocument& document) {
         kLayersColor);
     add_choices(table, deviation->tried, group_text);
   }
-  if (document.residual) {
+  if (document.residual_layers) {
     table.group("Field over what is left, cross-validated");
-    add_choices(table, document.residual->tried, field_text);
+    add_choices(table, document.residual_layers->tried, field_text);
   }
   return section(
       "What each layer bought",
@@ -254,11 +249,9 @@ std::string layer_section(const ReportDocument& document) {
 }
 
 std::string parameters_section(const ReportDocument& document) {
-  const std::vector<Parameter>& parameters = document.parameters;
-  if (parameters.empty()) return "";
-  const ParameterColumns shown{
-      .prior = std::ranges::any_of(parameters, prior_speaks),
-      .truth = std::ranges::any_of(parameters, [](const Parameter& p) { return p.truth.has_value(); })};
+  if (document.parameters.empty()) return "";
+  const ParameterColumns shown{.prior = std::ranges::any_of(document.parameters, prior_speaks),
+                               .truth = !document.truth.empty()};
   std::string notes = note(fmt::format(
       "The measured positions determine {} of {} geometric parameters. {}: what they would do, identified ones "
       "do in their place, and the predictions are the same. σ is one standard deviation.",
@@ -276,23 +269,25 @@ std::string parameters_section(const ReportDocument& document) {
         "truth by more than its σ: only combinations of parameters that the positions determine can be "
         "compared. The fair comparison is of predictions, that is the validation error above.");
   }
-  return section("Identified parameters", notes + parameter_table(parameters, shown));
+  return section("Identified parameters", notes + parameter_table(document, shown));
 }
 
 std::string unknown_section(const ReportDocument& document) {
   const std::string prior = prior_text(document);
-  if (!document.json["observability"].exists() && prior.empty()) return "";
+  const auto& told = document.observability;
+  if (!told && prior.empty()) return "";
   return section(
       "What the data cannot tell",
-      sentence_list("Open, whatever the tracker's noise", escaped_all(document.unknown)) +
-          sentence_list("Seen, but known less well than from the data sheet", escaped_all(document.weak)) +
+      (told ? sentence_list("Open, whatever the tracker's noise", escaped_all(told->unknown)) +
+                  sentence_list("Seen, but known less well than from the data sheet", escaped_all(told->weak))
+            : "") +
           (prior.empty() ? "" : fmt::format("<h3>Prior</h3>\n<p>{}</p>\n", xml::escaped(prior))) +
           figures(document));
 }
 
 std::string transfer_section(const ReportDocument& document) {
   if (!document.transfer) return "";
-  const Transfer& transfer = *document.transfer;
+  const record::Transfer& transfer = *document.transfer;
   std::string html = fmt::format("<p>{} It is worst with joint {} (deg, mm for a prismatic joint).</p>\n",
                                  transfer_text(transfer), joint_list(transfer.worst_joints, {}));
   if (!transfer.warning.empty())

@@ -93,13 +93,15 @@ std::string field_text(std::string_view name);
 std::string validation_text(const ReportDocument& document);
 /// For what share of the link parameters a prior speaks. Empty where none was used.
 std::string prior_text(const ReportDocument& document);
-std::string transfer_text(const Transfer& transfer);
+std::string transfer_text(const record::Transfer& transfer);
+/// "pose 12, reflector 1, row 34", of which what is not known is left out.
+std::string place_text(const record::Rejected& point);
 /// "2026-11-21 21:34 UTC" of "2026-11-21T21:34:43.239Z"; any other text as it is.
 std::string time_text(const std::string& rfc3339);
 
-/// The measurements of a calibration document as a measurement file, from which `truepose calibrate` with the
-/// document's arm comes to the same result; empty where an older document does not say where the points were.
-std::string measurements_csv(const boost::json::object& document);
+/// The points of a calibration document as a measurement file, from which `truepose calibrate` with the
+/// document's arm comes to the same result; empty where an older document does not say where they were.
+std::string measurements_csv(const std::vector<record::Point>& points);
 
 /// A smooth curve through scattered points (x, y), sampled at `samples` places (at least two) from the
 /// smallest to the greatest x: at each a straight line fitted with Gaussian weights, single points far off

@@ -32,20 +32,19 @@ std::string validation_badge(const ReportDocument& document) {
   if (!document.validate) return badge(false, "Not validated: the figures are those of the fitted points");
   const int poses = document.validate->poses;
   if (document.cross_validated())
-    return badge(true, fmt::format("Cross-validated on {} poses in {} folds", poses, document.spread->runs));
+    return badge(true, fmt::format("Cross-validated on {} poses in {} folds", poses, document.spread->count));
   return badge(true, "Validated on " + plural(poses, "separate pose", "separate poses"));
 }
 
-std::string stream_badge(const Node& stream) {
-  if (!stream.exists()) return "";
-  const long long unproven = stream["unproven"].integer_or(0), late = stream["late"].integer(),
-                  sessions = stream["sessions"].integer_or(1);
-  const long long unanswered = stream["cycles"].integer() - stream["answered"].integer() - unproven;
-  if (unanswered != 0 || late != 0 || stream["wrong_ipoc"].integer() != 0)
-    return badge(false, fmt::format("Stream: {} late, {} unanswered", late, unanswered));
-  const std::string but = unproven == 0 ? ""
-                                        : fmt::format(", but the first {} of {}", unproven,
-                                                      plural(sessions, "session", "sessions"));
+std::string stream_badge(const std::optional<record::Stream>& stream) {
+  if (!stream) return "";
+  const std::int64_t unanswered = stream->cycles - stream->answered - stream->unproven;
+  if (unanswered != 0 || stream->late != 0 || stream->wrong_ipoc != 0)
+    return badge(false, fmt::format("Stream: {} late, {} unanswered", stream->late, unanswered));
+  const std::string but = stream->unproven == 0
+                              ? ""
+                              : fmt::format(", but the first {} of {}", stream->unproven,
+                                            plural(stream->sessions, "session", "sessions"));
   return badge(true, "Every stream cycle answered in time" + but);
 }
 
@@ -58,9 +57,9 @@ std::string badges(const ReportDocument& document) {
   if (document.transfer && !document.transfer->warning.empty())
     html += badge(false, "Not known well everywhere: measure more poses");
   html += badge_of_count(document.rejected.size(), "point was rejected", "points were rejected") +
-          badge_of_count(document.json["skipped"].elements_or_none().size(), "pose was skipped",
+          badge_of_count(document.skipped.size(), "pose was skipped",
                          "poses were skipped") +
-          stream_badge(document.json["stream"]);
+          stream_badge(document.stream);
   return html + "</ul>\n";
 }
 
@@ -68,7 +67,7 @@ std::string badges(const ReportDocument& document) {
 long long points_far_off(const ReportDocument& document) {
   constexpr double kMedians = 10;
   std::vector<double> errors;
-  for (const Point& p : document.judged_points()) errors.push_back(p.errors.after.norm());
+  for (const Point& p : document.judged_points()) errors.push_back(p.after.norm());
   const double limit = kMedians * median(errors);
   return std::ranges::count_if(errors, [limit](double error) { return error > limit; });
 }

@@ -49,9 +49,9 @@ int run_drift(const DriftCommand& command) {
   }
   const auto check = drift_check(*reference, points);
   if (!check) throw ConfigError(command.data_file + ": " + check.error());
-  const json::object document = record::drift_document(*check, *reference, points);
+  const record::DriftDocument document = record::drift_of(*check, *reference, points);
   if (command.online.json) {
-    std::cout << document << '\n';
+    std::cout << record::drift_document(document) << '\n';
   } else {
     std::cout << drift_text(document);
   }

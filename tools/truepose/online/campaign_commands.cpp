@@ -228,8 +228,10 @@ int check_drift(const OnlineOptions& online) {
   if (document.is_null())
     throw CommandError{kFailed, "the drift check " + string_at(found, "/campaign/state") + ": " +
                                     string_at(found, "/campaign/reason")};
-  print(online, document, [](const json::value& drift) { return "\n" + drift_text(drift); });
-  return string_at(document, "/verdict") == "failed" ? kFailed : kDone;
+  const auto drift = record::read_drift_document(document.as_object());
+  if (!drift) throw CommandError{kFailed, "the daemon's drift document: " + drift.error()};
+  print(online.json ? control::json_text(document) + "\n" : "\n" + drift_text(*drift));
+  return drift->verdict == DriftVerdict::Failed ? kFailed : kDone;
 }
 
 }  // namespace truepose::tools

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/formatted.hpp"
 #include "proto/control/json_text.hpp"
 #include "tools/truepose/text.hpp"
 
@@ -225,23 +226,22 @@ std::string stream_text(const json::value& stream) {
                           number_at(stream, "/turnaround_us/max", 0, " us")}});
 }
 
-std::string drift_text(const json::value& document) {
+std::string drift_text(const record::DriftDocument& drift) {
   std::vector<Cells> rows;
-  for (const json::value& point : list_at(document, "/points"))
-    rows.push_back({number_at(point, "/row", 0), number_at(point, "/x", 3), number_at(point, "/y", 3),
-                    number_at(point, "/z", 3), number_at(point, "/length", 3)});
-  const json::value* const probability = find_at(document, "/probability");
-  const double chance = probability && probability->is_number() ? probability->to_number<double>() : 0;
-  char sentence[100];
-  std::snprintf(sentence, sizeof sentence,
-                "\nIn an unchanged cell such errors or greater have a probability %s %.2g.\n",
-                chance < kHardly ? "below" : "of", std::max(chance, kHardly));
+  for (const auto& [row, error_mm, length_mm] : drift.points) {
+    rows.push_back({std::to_string(row)});
+    for (const double mm : {error_mm.x(), error_mm.y(), error_mm.z(), length_mm})
+      rows.back().push_back(formatted("%.3f", mm));
+  }
+  const double chance = drift.probability;
   return "  row         x         y         z     error   (mm, predicted less measured)\n" +
-         text_table({{5}, {9, 1}, {9, 1}, {9, 1}, {9, 1}}, rows) + sentence +
-         (string_at(document, "/parameters") == "uncertain"
+         text_table({{5}, {9, 1}, {9, 1}, {9, 1}, {9, 1}}, rows) +
+         formatted("\nIn an unchanged cell such errors or greater have a probability %s %.2g.\n",
+                   chance < kHardly ? "below" : "of", std::max(chance, kHardly)) +
+         (drift.uncertain_parameters
               ? ""
               : "The model file does not say how well its parameters are known; they were taken as exact.\n") +
-         text_at(document, "/verdict") + ": " + text_at(document, "/reason") + ".\n";
+         std::string{name_of(record::kDriftVerdicts, drift.verdict)} + ": " + drift.reason + ".\n";
 }
 
 }  // namespace truepose::tools

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "proto/control/request.hpp"
+#include "proto/record/drift_document.hpp"
 
 namespace truepose::tools {
 
@@ -21,7 +22,7 @@ std::string campaign_text(const boost::json::value& campaign);
 std::string models_text(const boost::json::value& list);
 std::string model_text(const boost::json::value& model);
 std::string stream_text(const boost::json::value& stream);
-/// A drift document (proto/control/drift_document.hpp): errors point by point, and the verdict.
-std::string drift_text(const boost::json::value& document);
+/// Errors point by point, and the verdict.
+std::string drift_text(const record::DriftDocument& drift);
 
 }  // namespace truepose::tools

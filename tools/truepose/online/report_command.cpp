@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <boost/json.hpp>
-#include <boost/system/system_error.hpp>
 #include <cstdio>
 #include <fstream>
 #include <optional>
@@ -89,11 +88,6 @@ int report_campaign(const OnlineOptions& online, const ReportOptions& options) t
   return kDone;
 } catch (const std::invalid_argument& unusable) {
   throw CommandError{kBadInput, std::string{"the document cannot be reported: "} + unusable.what()};
-} catch (const boost::system::system_error& unusable) {
-  throw CommandError{
-      kBadInput,
-      std::string{"--iso9283 or --experiment: not a document as those commands print it with --json: "} +
-          unusable.what()};
 }
 
 }  // namespace truepose::tools
