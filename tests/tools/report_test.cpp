@@ -136,7 +136,7 @@ TEST(Report, PutsTheTruthBesideTheIdentifiedValues) {
 TEST(Report, EscapesHostileTexts) {
   const std::string hostile = "</script><script>alert('1')</script>\"&\x01";
   json::object document = full_document(6);
-  for (const char* key : {"robot", "tracker", "campaign", "method", "model", "date"}) document[key] = hostile;
+  for (const char* key : {"robot", "tracker", "campaign", "model", "date"}) document[key] = hostile;
   document["files"] = document["options"] = json::object{{hostile, hostile}};
   document["skipped"] = {json::object{{"pose", 3}, {"attempts", 2}, {"reason", hostile}}};
   document["arm"].as_object()["name"] = hostile;
