@@ -20,10 +20,10 @@
 #include "daemon/service/runtime_folder.hpp"
 #include "daemon/service/service_manager.hpp"
 #include "daemon/threads/signal.hpp"
+#include "drivers/clock.hpp"
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/kuka/rsi_link.hpp"
 #include "drivers/leica/emscon_tracker.hpp"
-#include "drivers/steady_clock.hpp"
 #include "proto/control/json_text.hpp"
 
 namespace truepose::daemon {

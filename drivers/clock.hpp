@@ -17,4 +17,11 @@ class Clock {
   virtual boost::asio::awaitable<void> sleep_until(TimePoint when) = 0;
 };
 
+/// The machine's steady clock.
+class SteadyClock final : public Clock {
+ public:
+  TimePoint now() const override;
+  boost::asio::awaitable<void> sleep_until(TimePoint when) override;
+};
+
 }  // namespace truepose::drivers

@@ -187,8 +187,8 @@ json::object calibration_document_of(const CampaignResult& result, const Campaig
 std::string document_of(const CampaignResult& result, const CampaignRecord& record,
                         const config::CellConfig& config) {
   if (const auto* drift = std::get_if<DriftResult>(&result.findings))
-    return control::json_text(
-        record::drift_document(record::drift_of(drift->check, drift->reference, numbered_points(result.points))));
+    return control::json_text(record::drift_document(
+        record::drift_of(drift->check, drift->reference, numbered_points(result.points))));
   if (const auto* targets = std::get_if<TargetsResult>(&result.findings))
     return control::json_text(targets_document(*targets, config.robot.model));
   if (const auto* test = std::get_if<Iso9283Test>(&result.findings))

@@ -8,8 +8,8 @@
 #include "core/math/angles.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/random.hpp"
+#include "tests/allocations.hpp"
 #include "tests/core/example_arms.hpp"
-#include "tests/core/malloc_count.hpp"
 #include "tests/core/on_every_isa.hpp"
 
 namespace truepose {
@@ -302,11 +302,11 @@ TEST_P(Kernels, EvaluateAndInvertAnArmWithoutAllocating) {
   const RobotModel robot = kr210(true);
   const JointVector q = random_joints(robot, random), seed = q.array() + 0.01;
   PoseAndJacobian at;
-  const std::size_t before = malloc_count().value_or(0);
+  const std::size_t before = allocations().value_or(0);
   const ArmKernel arm{robot, code()};
   arm.forward_with_jacobian(q, at);
   EXPECT_TRUE(arm.inverse_near(arm.forward(q), seed).has_value());
-  EXPECT_EQ(malloc_count().value_or(0), before);
+  EXPECT_EQ(allocations().value_or(0), before);
 }
 
 }  // namespace

@@ -14,8 +14,8 @@
 #include "core/math/angles.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/random.hpp"
+#include "tests/allocations.hpp"
 #include "tests/core/example_arms.hpp"
-#include "tests/core/malloc_count.hpp"
 #include "tests/core/on_every_isa.hpp"
 
 namespace truepose {
@@ -298,11 +298,11 @@ TEST_P(NormalEquationsByKernels, FitWithoutAllocatingInAnIteration) {
   add_deviations(at, random);
   const LeastSquaresProblem wanted = at.of(kept_parameters(at), Weighed::ByMatrix);
   const auto allocated = [&](int iterations) {
-    const std::size_t before = malloc_count().value_or(0);
+    const std::size_t before = allocations().value_or(0);
     const auto fit = gauss_newton_by(StepSolver::NormalEquations, at.start, wanted,
                                      {.max_iterations = iterations}, code());
     EXPECT_EQ(fit.value().iterations, iterations);
-    return malloc_count().value_or(0) - before;
+    return allocations().value_or(0) - before;
   };
   EXPECT_EQ(allocated(3), allocated(1));
 }

@@ -10,7 +10,7 @@
 #include "core/field/regressor.hpp"
 #include "core/field/select_regressor.hpp"
 #include "core/math/random.hpp"
-#include "tests/core/malloc_count.hpp"
+#include "tests/allocations.hpp"
 
 namespace truepose {
 namespace {
@@ -88,13 +88,13 @@ TEST_P(EveryRegressor, PredictsWithoutAllocating) {
   const RegressionData fresh = sample(50, 0, 5);
   const RegressorPtr fitted = fit(GetParam(), sample(80, 0.01, 6));
   Eigen::VectorXd y(kTargets), x(kFeatures);
-  const auto before = malloc_count();
+  const auto before = allocations();
   if (!before) GTEST_SKIP() << "a sanitizer has taken malloc for itself";
   for (Eigen::Index i = 0; i < fresh.X.rows(); ++i) {
     x = fresh.X.row(i);
     fitted->predict(x, y);
   }
-  EXPECT_EQ(malloc_count(), before);
+  EXPECT_EQ(allocations(), before);
 }
 
 TEST_P(EveryRegressor, PredictsWithoutAllocatingOfTheMostFeatures) {
@@ -103,10 +103,10 @@ TEST_P(EveryRegressor, PredictsWithoutAllocatingOfTheMostFeatures) {
   data.X = Eigen::MatrixXd::NullaryExpr(120, kMaxFeatures, [&] { return random.uniform(-1.5, 1.5); });
   const RegressorPtr fitted = fit(GetParam(), data);
   Eigen::VectorXd y(kTargets), x = data.X.row(0);
-  const auto before = malloc_count();
+  const auto before = allocations();
   if (!before) GTEST_SKIP() << "a sanitizer has taken malloc for itself";
   fitted->predict(x, y);
-  EXPECT_EQ(malloc_count(), before);
+  EXPECT_EQ(allocations(), before);
 }
 
 TEST_P(EveryRegressor, RestoredFromItsStatePredictsTheSameToTheLastBit) {

@@ -9,8 +9,8 @@
 #include "core/arm/spherical_wrist.hpp"
 #include "core/math/random.hpp"
 #include "core/simulate/published_arm.hpp"
+#include "tests/allocations.hpp"
 #include "tests/core/example_arms.hpp"
-#include "tests/core/malloc_count.hpp"
 
 namespace truepose {
 namespace {
@@ -392,11 +392,11 @@ TEST(TargetCompensation, ArmsWithMoreJointsAreCompensatedToo) {
 TEST(TargetCompensation, DoesNotAllocate) {
   const TargetCompensation compensation(kNominal, bending(kReal));
   const JointVector regular = deg({20, -80, 100, 30, 40, -40}), singular = deg({20, -80, 100, 30, 1, -40});
-  const auto before = malloc_count();
+  const auto before = allocations();
   if (!before) GTEST_SKIP() << "a sanitizer has taken malloc for itself";
   const bool done = compensation.at_joints(regular) && compensation.at_joints(singular) &&
                     compensation.at_position({1500, 200, 1500}, regular);
-  EXPECT_EQ(malloc_count(), before);
+  EXPECT_EQ(allocations(), before);
   EXPECT_TRUE(done);
 }
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "tests/daemon/malloc_guard.hpp"
+#include "tests/allocations.hpp"
 
 namespace truepose::test {
 namespace {
@@ -206,10 +206,10 @@ TEST(Plant, RefusesADeadTimeThatItCannotRemember) {
 
 TEST(Plant, AllocatesNothingInItsCycle) {
   Plant plant{{.dead_time_ms = 30, .lag_ms = 40}};
-  const std::size_t before = mallocs();
+  const auto before = allocations();
   for (int cycle = 0; cycle < 1000; ++cycle) answered(plant, kStart, all(0.1));
   plant.restart_session({});
-  EXPECT_EQ(mallocs(), before);
+  EXPECT_EQ(allocations(), before);
 }
 
 }  // namespace

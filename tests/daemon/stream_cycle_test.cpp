@@ -10,7 +10,7 @@
 #include "core/arm/forward.hpp"
 #include "core/compensate/target_compensation.hpp"
 #include "core/simulate/published_arm.hpp"
-#include "tests/daemon/malloc_guard.hpp"
+#include "tests/allocations.hpp"
 #include "tests/daemon/stream_rig.hpp"
 
 namespace truepose::daemon {
@@ -650,13 +650,13 @@ TEST(StreamCycle, NeverAllocatesWhateverArrives) {
     if (i % 40 == 0) datagrams.push_back("garbage");
     if (i == 500) rig.ipoc = 5;
   }
-  const std::size_t before = mallocs();
+  const auto before = allocations();
   for (const std::string& datagram : datagrams) rig.cycle->answer({datagram, rig.source, {}});
-  EXPECT_EQ(mallocs(), before);
+  EXPECT_EQ(allocations(), before);
   rig.cycle->use_model(real_arm(2), 2);
-  const std::size_t changed = mallocs();
+  const auto changed = allocations();
   for (const std::string& datagram : datagrams) rig.cycle->answer({datagram, rig.source, {}});
-  EXPECT_EQ(mallocs(), changed);
+  EXPECT_EQ(allocations(), changed);
 }
 
 TEST(StreamCycle, IsRefusedWithAConfigurationThatCannotCarryCorrections) {

@@ -10,7 +10,7 @@
 #include <functional>
 #include <stdexcept>
 
-#include "drivers/steady_clock.hpp"
+#include "drivers/clock.hpp"
 
 namespace truepose::drivers {
 namespace {

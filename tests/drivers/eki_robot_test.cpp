@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "core/math/angles.hpp"
-#include "drivers/steady_clock.hpp"
+#include "drivers/clock.hpp"
 #include "proto/eki/document_splitter.hpp"
 
 namespace truepose::drivers {

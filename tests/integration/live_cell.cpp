@@ -36,9 +36,9 @@ Replacements together(Replacements first, const Replacements& second) {
 
 std::string loopback(std::int64_t port) { return "127.0.0.1:" + std::to_string(port); }
 
-/// One processor for the controller, its PC and this test, the controller first: what the machine takes away for
-/// a while, a second even, is taken from all, and no side sees the other fall behind. Tests beside this one may
-/// take another.
+/// One processor for the controller, its PC and this test, the controller first: what the machine takes away
+/// for a while, a second even, is taken from all, and no side sees the other fall behind. Tests beside this
+/// one may take another.
 void share_one_processor() {
   static const bool shared = [] {
     cpu_set_t allowed;

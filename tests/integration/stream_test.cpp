@@ -60,8 +60,8 @@ LiveCell::Options patient_controller() {
 /// Cycles without a reply in time, as the daemon or the controller counts them.
 double missed_cycles(const json::value& stream) { return number(stream, "/late") + number(stream, "/lost"); }
 
-/// Keeps a program from running for so many of the controller's cycles. Where the machine takes time away from
-/// all, they get longer, not more: each is slept by itself.
+/// Keeps a program from running for so many of the controller's cycles. Where the machine takes time away
+/// from all, they get longer, not more: each is slept by itself.
 void stall(const Process& program, int cycles) {
   std::thread{[&] {
     const sched_param fifo{.sched_priority = 50};

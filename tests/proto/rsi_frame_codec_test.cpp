@@ -8,7 +8,7 @@
 
 #include "core/math/angles.hpp"
 #include "proto/rsi/frame_codec.hpp"
-#include "tests/proto/allocation_guard.hpp"
+#include "tests/allocations.hpp"
 
 namespace truepose::rsi {
 namespace {
@@ -433,7 +433,7 @@ TEST(Frames, AreReadAndWrittenWithoutAllocation) {
   const std::string partly = replaced(kRobotGolden, "-90.0000", "nan");
   const std::string broken = replaced(partly, "ASPos", "Other");
   const SensorFrame reply = golden_sensor_frame();
-  const std::size_t before = allocations();
+  const auto before = allocations();
   const auto frame = decode_robot_frame(kRobotGolden);
   const auto in_part = decode_robot_frame(partly);
   const auto refused = decode_robot_frame(broken);

@@ -328,8 +328,8 @@ TEST(OnlineText, OfAStrangeDaemonIsStillText) {
   for (const char* answer :
        {"null", "3", "[]", "{}", R"({"campaigns":3,"models":[null],"model":7,"faults":[[]]})"}) {
     const json::value value = json::parse(answer);
-    for (const auto render : {progress_line, status_text, campaigns_text, campaign_text, models_text,
-                              model_text, stream_text})
+    for (const auto render :
+         {progress_line, status_text, campaigns_text, campaign_text, models_text, model_text, stream_text})
       EXPECT_FALSE(render(value).empty()) << answer;
   }
 }

@@ -223,8 +223,9 @@ TEST(ReportFindings, WarnOfUnmeasuredPosesAndMapThem) {
 TEST(ReportFindings, RefuseAMapThatIsNotAGrid) {
   json::object document = telling_document();
   document["transfer"].at("maps").at(0).at("sigma_mm").as_array()[1].as_array().pop_back();
-  EXPECT_THAT([&] { render_html(document); }, testing::ThrowsMessage<std::invalid_argument>(
-                                                  HasSubstr("transfer.maps[0].sigma_mm: expected a number for each x")));
+  EXPECT_THAT([&] { render_html(document); },
+              testing::ThrowsMessage<std::invalid_argument>(
+                  HasSubstr("transfer.maps[0].sigma_mm: expected a number for each x")));
 }
 
 TEST(ReportFindings, ShowTheNoiseThatWasTaken) {

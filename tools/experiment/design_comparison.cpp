@@ -1,11 +1,10 @@
-#include "tools/experiment/design_comparison.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "core/identify/calibrate.hpp"
 #include "core/math/angles.hpp"
 #include "core/plan/measurement_plan.hpp"
+#include "tools/experiment/comparisons.hpp"
 #include "tools/experiment/trial.hpp"
 
 namespace truepose {

@@ -4,10 +4,7 @@
 #include <iterator>
 
 #include "core/simulate/published_arm.hpp"
-#include "tools/experiment/design_comparison.hpp"
-#include "tools/experiment/layer_comparison.hpp"
-#include "tools/experiment/method_comparison.hpp"
-#include "tools/experiment/published_comparison.hpp"
+#include "tools/experiment/comparisons.hpp"
 
 namespace truepose {
 

@@ -1,5 +1,3 @@
-#include "tools/experiment/layer_comparison.hpp"
-
 #include <algorithm>
 #include <deque>
 #include <memory>
@@ -10,6 +8,7 @@
 #include "core/identify/calibrate.hpp"
 #include "core/identify/regression_field.hpp"
 #include "core/math/angles.hpp"
+#include "tools/experiment/comparisons.hpp"
 #include "tools/experiment/trial.hpp"
 
 namespace truepose {

@@ -1,5 +1,3 @@
-#include "tools/experiment/method_comparison.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -8,6 +6,7 @@
 
 #include "core/identify/calibrate.hpp"
 #include "core/judge/cramer_rao.hpp"
+#include "tools/experiment/comparisons.hpp"
 #include "tools/experiment/trial.hpp"
 
 namespace truepose {

@@ -1,5 +1,3 @@
-#include "tools/experiment/published_comparison.hpp"
-
 #include <algorithm>
 #include <span>
 #include <string_view>
@@ -8,7 +6,7 @@
 #include "core/identify/calibrate.hpp"
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/least_squares_solver.hpp"
-#include "tools/experiment/published_comparison.hpp"
+#include "tools/experiment/comparisons.hpp"
 #include "tools/experiment/trial.hpp"
 
 namespace truepose {

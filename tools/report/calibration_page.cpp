@@ -68,14 +68,15 @@ std::vector<EmbeddedFile> embedded_files(const json::object& document,
 }  // namespace
 
 std::string measurements_csv(const std::vector<record::Point>& points) {
-  // A column that some points may lack is there only where all have it: a measurement file has no empty cells.
+  // A column that some points may lack is there only where all have it: a measurement file has no empty
+  // cells.
   const auto all_have = [&points](auto member) {
     return std::ranges::all_of(points, [member](const record::Point& point) { return member(point); });
   };
   if (points.empty() || !all_have([](const auto& p) { return p.position.has_value(); })) return {};
-  const bool direction = all_have([](const auto& p) { return !p.direction.empty(); }),
-             sigma = all_have([](const auto& p) { return p.sigma.has_value(); }),
-             time = all_have([](const auto& p) { return !p.time.empty(); });
+  const bool direction = all_have([](const auto&p) { return !p.direction.empty(); }),
+             sigma = all_have([](const auto&p) { return p.sigma.has_value(); }),
+             time = all_have([](const auto&p) { return !p.time.empty(); });
 
   std::string csv;
   const std::size_t joints = points.front().joints.size();

@@ -69,10 +69,10 @@ Facts measurement_facts(const ReportDocument& document) {
   facts.emplace_back("Reflectors", xml::escaped(reflector_text(document)));
   if (!document.conditions) return facts;
   const record::Conditions& conditions = *document.conditions;
-  facts.emplace_back("Time", xml::escaped(time_text(conditions.started) + " to " +
-                                          time_text(conditions.ended)));
-  facts.emplace_back("Poses", fmt::format("{} measured, {} skipped", conditions.poses_measured,
-                                          conditions.poses_skipped));
+  facts.emplace_back("Time",
+                     xml::escaped(time_text(conditions.started) + " to " + time_text(conditions.ended)));
+  facts.emplace_back(
+      "Poses", fmt::format("{} measured, {} skipped", conditions.poses_measured, conditions.poses_skipped));
   facts.emplace_back("Air temperature", extent_text(conditions.temperature_c, "°C"));
   facts.emplace_back("Air pressure", extent_text(conditions.pressure_mbar, "mbar"));
   facts.emplace_back("Humidity", extent_text(conditions.humidity_percent, "%"));
@@ -115,8 +115,7 @@ std::string elapsed_text(double seconds) {
 Facts result_facts(const ReportDocument& document) {
   return {
       {"Converged", document.converged ? "yes" : "no"},
-      {"Iterations",
-       fmt::format("{} coarse, {} fine", document.iterations.coarse, document.iterations.fine)},
+      {"Iterations", fmt::format("{} coarse, {} fine", document.iterations.coarse, document.iterations.fine)},
       {"Time to identify", elapsed_text(document.elapsed_s)},
       {"Geometric parameters determined",
        fmt::format("{} of {}", document.rank, document.geometric_parameters())},
@@ -174,19 +173,19 @@ std::string stream_section(const ReportDocument& document) {
   };
   return facts_section(
       "Stream of corrections",
-      facts_table("",
-                  {{"Cycles", fmt::format("{}", stream.cycles)},
-                   {"Answered", of_cycles(stream.answered)},
-                   {"Late", of_cycles(stream.late)},
-                   {"Not answered: at the start of sessions, until known what is in force",
-                    of_cycles(stream.unproven)},
-                   {"Not answered: out of order by their IPOC", of_cycles(stream.wrong_ipoc)},
-                   {"Largest step of the correction in one cycle",
-                    fmt::format("{:.4g} deg", stream.max_step_deg)},
-                   {"Time from a datagram to its reply, median", turnaround(&record::Stream::Turnaround::p50)},
-                   {"99 % within", turnaround(&record::Stream::Turnaround::p99)},
-                   {"99.9 % within", turnaround(&record::Stream::Turnaround::p999)},
-                   {"Slowest", turnaround(&record::Stream::Turnaround::max)}}));
+      facts_table(
+          "",
+          {{"Cycles", fmt::format("{}", stream.cycles)},
+           {"Answered", of_cycles(stream.answered)},
+           {"Late", of_cycles(stream.late)},
+           {"Not answered: at the start of sessions, until known what is in force",
+            of_cycles(stream.unproven)},
+           {"Not answered: out of order by their IPOC", of_cycles(stream.wrong_ipoc)},
+           {"Largest step of the correction in one cycle", fmt::format("{:.4g} deg", stream.max_step_deg)},
+           {"Time from a datagram to its reply, median", turnaround(&record::Stream::Turnaround::p50)},
+           {"99 % within", turnaround(&record::Stream::Turnaround::p99)},
+           {"99.9 % within", turnaround(&record::Stream::Turnaround::p999)},
+           {"Slowest", turnaround(&record::Stream::Turnaround::max)}}));
 }
 
 }  // namespace truepose::report

@@ -139,8 +139,9 @@ std::vector<Stage> stages_of(const ReportDocument& document, PoseSet set) {
   const auto spread = [&](ErrorStatistics StageErrors::*stage) {
     return set == PoseSet::Validate && document.spreads ? &(*document.spreads.*stage) : nullptr;
   };
-  std::vector<Stage> stages{{"Before", kBeforeColor, &errors.before, spread(&StageErrors::before)},
-                            {"Geometric", kGeometricColor, &errors.geometric, spread(&StageErrors::geometric)}};
+  std::vector<Stage> stages{
+      {"Before", kBeforeColor, &errors.before, spread(&StageErrors::before)},
+      {"Geometric", kGeometricColor, &errors.geometric, spread(&StageErrors::geometric)}};
   if (has_layers(errors))
     stages.push_back({"All layers", kLayersColor, &errors.after, spread(&StageErrors::after)});
   if (document.remeasured && set == document.judging())

@@ -139,9 +139,9 @@ std::string iso9283_section(const boost::json::object& json) {
         "comply.</p>\n",
         read->cycles);
   }
-  return section("Pose accuracy and repeatability by " + xml::escaped(read->standard),
-                 html + set_table(sets) + set_chart(sets) + variation_list(read->variations) +
-                     drift_list(read->drifts));
+  return section(
+      "Pose accuracy and repeatability by " + xml::escaped(read->standard),
+      html + set_table(sets) + set_chart(sets) + variation_list(read->variations) + drift_list(read->drifts));
 }
 
 std::string render_iso9283_html(const boost::json::object& document, const std::string& data_file,

@@ -79,7 +79,8 @@ double extent_of(const std::vector<ScatterChart>& charts) {
 }
 
 bool usable(const ReportDocument& document, const std::vector<Point>& points) {
-  return document.nominal && document.X_WB && !points.empty() && std::ranges::all_of(points, [&](const Point& p) {
+  return document.nominal && document.X_WB && !points.empty() &&
+         std::ranges::all_of(points, [&](const Point& p) {
            return p.position && p.joints.size() == document.nominal->joints.size();
          });
 }

@@ -94,8 +94,7 @@ std::vector<std::string> parameter_cells(const IdentifiedParameter& p, std::stri
       std::string(unit), has_nominal ? text(p.nominal) : "", text(p.value),
       has_nominal ? text(p.value - p.nominal) : "",
       p.identified || p.sigma > 0 ? sigma_text(angle ? p.sigma * kDegPerRad : p.sigma) : ""};
-  if (shown.prior)
-    cells.push_back(p.sigma > 0 ? fmt::format("{:.0f} %", 100 * p.data_share) : "");
+  if (shown.prior) cells.push_back(p.sigma > 0 ? fmt::format("{:.0f} %", 100 * p.data_share) : "");
   cells.emplace_back(status_of(p));
   if (!shown.truth) return cells;
   const auto truth = document.truth.find(p.name);
@@ -146,8 +145,10 @@ std::string figures(const ReportDocument& document) {
     if (const auto& shown = document.observability)
       table.row(name, {fmt::format("{:.3g}", shown->indices.*index), meaning});
   };
-  add_index("O1", &ObservabilityIndices::o1, "geometric mean of the singular values: volume of the confidence region");
-  add_index("O2", &ObservabilityIndices::o2, "smallest over largest singular value: roundness of that region");
+  add_index("O1", &ObservabilityIndices::o1,
+            "geometric mean of the singular values: volume of the confidence region");
+  add_index("O2", &ObservabilityIndices::o2,
+            "smallest over largest singular value: roundness of that region");
   add_index("O3", &ObservabilityIndices::o3, "smallest singular value: the worst-known combination");
   add_index("O4", &ObservabilityIndices::o4, "noise amplification: O2 times O3");
   add_index("O5", &ObservabilityIndices::o5, "harmonic sum of the singular values: mean variance");

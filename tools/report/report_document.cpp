@@ -123,9 +123,8 @@ ReportDocument read_document(const boost::json::object& document) {
 }
 
 std::size_t ReportDocument::geometric_parameters() const {
-  return static_cast<std::size_t>(std::ranges::count_if(parameters, [](const IdentifiedParameter& parameter) {
-    return !parameter.name.starts_with("joint");
-  }));
+  return static_cast<std::size_t>(std::ranges::count_if(
+      parameters, [](const IdentifiedParameter& parameter) { return !parameter.name.starts_with("joint"); }));
 }
 
 std::vector<Point> ReportDocument::points_of(PoseSet set) const {

@@ -57,8 +57,7 @@ std::string badges(const ReportDocument& document) {
   if (document.transfer && !document.transfer->warning.empty())
     html += badge(false, "Not known well everywhere: measure more poses");
   html += badge_of_count(document.rejected.size(), "point was rejected", "points were rejected") +
-          badge_of_count(document.skipped.size(), "pose was skipped",
-                         "poses were skipped") +
+          badge_of_count(document.skipped.size(), "pose was skipped", "poses were skipped") +
           stream_badge(document.stream);
   return html + "</ul>\n";
 }

@@ -20,8 +20,8 @@
 #include <variant>
 #include <vector>
 
+#include "drivers/clock.hpp"
 #include "drivers/leica/emscon_tracker.hpp"
-#include "drivers/steady_clock.hpp"
 #include "proto/emscon/packet_splitter.hpp"
 #include "proto/emscon/packets.hpp"
 #include "proto/emscon/status.hpp"

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "core/arm/forward.hpp"
+#include "drivers/clock.hpp"
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/leica/emscon_tracker.hpp"
-#include "drivers/steady_clock.hpp"
 #include "tests/simulator_process.hpp"
 #include "tests/tools/sim/kr210.hpp"
 

@@ -1,17 +1,21 @@
-#include "tests/daemon/malloc_guard.hpp"
+#include "tests/allocations.hpp"
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+
+std::optional<std::size_t> truepose::allocations() { return std::nullopt; }
+
+#else
 
 namespace {
 thread_local constinit std::size_t count = 0;
 }
 
-std::size_t truepose::mallocs() { return count; }
-
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+std::optional<std::size_t> truepose::allocations() { return count; }
 
 // glibc's own allocator under the names that it can be reached by when malloc is replaced.
 extern "C" {
 void* __libc_malloc(std::size_t size);
-void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_calloc(std::size_t items, std::size_t size);
 void* __libc_realloc(void* memory, std::size_t size);
 
 void* malloc(std::size_t size) {

@@ -1,4 +1,4 @@
-#include "drivers/steady_clock.hpp"
+#include "drivers/clock.hpp"
 
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>

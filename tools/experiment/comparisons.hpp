@@ -7,6 +7,25 @@
 
 namespace truepose {
 
+/// Random poses (new ones in each trial) against the D- and the I-optimal choice from the same candidates,
+/// judged by two-stage fits to noisy readings.
+std::vector<DesignResult> compare_designs(const RobotModel& nominal, const ExperimentOptions& options,
+                                          const ExperimentHooks& hooks);
+
+/// Every layer of the model and of the compensation, at fresh targets: on a heavy arm with compliance and
+/// gear harmonics, with each of the backlashes and numbers of poses, and on a rigid one with the fewest.
+std::vector<LayerResult> compare_layers(const RobotModel& nominal, const ExperimentOptions& options,
+                                        const ExperimentHooks& hooks);
+
+struct MethodComparison {
+  double bound_rms_mm = 0;
+  std::vector<MethodResult> methods;
+};
+
+/// Every method on the same trials.
+MethodComparison compare_methods(const RobotModel& nominal, const ExperimentOptions& options,
+                                 const ExperimentHooks& hooks);
+
 /// What the method's paper prints of its results, mm. Source: Liu, Yang, Zhang, Shi, Li, Li, Method for
 /// improving robot positioning accuracy based on two-stage iterative compensation, doi
 /// 10.7690/bgzdh.2026.05.019.
