@@ -14,6 +14,7 @@
 #include "tests/integration/live_cell.hpp"
 #include "tests/integration/sqlite_rows.hpp"
 #include "tests/report_schema.hpp"
+#include "tests/tools/page.hpp"
 
 namespace truepose {
 namespace {
@@ -56,6 +57,22 @@ bool is_pause(const control::Event& event) {
 
 bool is_end_or_pause(const control::Event& event) { return is_end_of_campaign(event) || is_pause(event); }
 
+/// To the last digits that a file of points keeps.
+void expect_same_calibration(const json::value& a, const json::value& b) {
+  for (const char* member : {"/method", "/converged", "/rank", "/observability/unknown", "/prior/used"})
+    EXPECT_EQ(a.at_pointer(member), b.at_pointer(member)) << member;
+  for (const char* member : {"/identify/before/mean", "/identify/after/max", "/validate/before/mean",
+                             "/validate/after/mean", "/sigma0_mm", "/transfer/max_mm"})
+    EXPECT_NEAR(number(a, member), number(b, member), 1e-6) << member;
+  const json::array &ours = a.at("parameters").as_array(), &theirs = b.at("parameters").as_array();
+  ASSERT_EQ(ours.size(), theirs.size());
+  for (std::size_t i = 0; i < ours.size(); ++i) {
+    EXPECT_EQ(ours[i].at("name"), theirs[i].at("name"));
+    EXPECT_NEAR(number(ours[i], "/value"), number(theirs[i], "/value"), 1e-5) << ours[i].at("name");
+    EXPECT_NEAR(number(ours[i], "/sigma"), number(theirs[i], "/sigma"), 1e-6) << ours[i].at("name");
+  }
+}
+
 TEST(ACampaignOverTheRealProtocols, FindsTheArmsErrorsKeepsEveryPointAndActivatesTheModel) {
   LiveCell cell;
   cell.start_daemon();
@@ -85,6 +102,15 @@ TEST(ACampaignOverTheRealProtocols, FindsTheArmsErrorsKeepsEveryPointAndActivate
   EXPECT_THAT(text_of(page), AllOf(HasSubstr("Use this model"), HasSubstr("measurements.csv"),
                                    HasSubstr("<th scope=\"row\">Air temperature</th>"),
                                    HasSubstr("<td>12 to identify, 6 to validate</td>")));
+
+  // The command, given the files that the page carries, comes to the same numbers and the same verdict.
+  for (const auto& [name, content] : report::downloads_of(text_of(page))) cell.write(name, content);
+  const Finished offline =
+      run_program("truepose", {"calibrate", "--robot", cell.folder() / "robot.yaml", "--data",
+                               cell.folder() / "measurements.csv", "--tracker-noise", "0.01,0.003",
+                               "--repeatability", "0.0166", "--json"});
+  EXPECT_EQ(offline.exit_code, reported.exit_code) << offline.err;
+  expect_same_calibration(json::parse(offline.out), report);
 
   const json::value status = called(client, "cell.status");
   EXPECT_EQ(status.at("state"), "ready");

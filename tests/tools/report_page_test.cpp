@@ -77,34 +77,6 @@ constexpr std::string_view kProbe = R"html(<script>
 })();
 </script></body>)html";
 
-std::string base64_decoded(std::string_view text) {
-  static constexpr std::string_view kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string bytes;
-  unsigned group = 0;
-  int bits = 0;
-  for (const char digit : text) {
-    if (digit == '=') break;
-    group = group << 6 | static_cast<unsigned>(kDigits.find(digit));
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes += static_cast<char>(group >> bits & 0xff);
-  }
-  return bytes;
-}
-
-/// The files that a page carries, by their names.
-std::map<std::string, std::string> downloads_of(const std::string& html) {
-  std::map<std::string, std::string> files;
-  const pugi::xml_document page = report::parsed(html);
-  for (const pugi::xpath_node& link : page.select_nodes("//a[@download]")) {
-    const std::string data = link.node().attribute("href").value();
-    files[link.node().attribute("download").value()] = base64_decoded(data.substr(data.find(',') + 1));
-  }
-  return files;
-}
-
 /// A simulated arm with link errors, measured with noise: two reflectors, one of a hostile name, a payload,
 /// and two gross errors.
 class ReportPage : public testing::Test {
@@ -167,7 +139,7 @@ TEST_F(ReportPage, OpensInABrowserWithoutAComplaintAndItsChartsDownloadsSwitchAn
   const json::object document =
       calibrate({"--robot", arm_, "--data", data_, "--report", path("report.html")});
   std::string html = text_of(path("report.html"));
-  const std::map<std::string, std::string> files = downloads_of(html);
+  const std::map<std::string, std::string> files = report::downloads_of(html);
   html.replace(html.find("</body>"), 7, kProbe);
   const Browsed browsed = browse(html);
   EXPECT_THAT(browsed.console, IsEmpty());
@@ -176,8 +148,8 @@ TEST_F(ReportPage, OpensInABrowserWithoutAComplaintAndItsChartsDownloadsSwitchAn
   const std::size_t begin = browsed.dom.find(mark);
   ASSERT_NE(begin, std::string::npos) << browsed.dom.substr(0, 2000);
   const std::size_t end = browsed.dom.find('<', begin + mark.size());
-  const json::value probe = json::parse(
-      base64_decoded(std::string_view(browsed.dom).substr(begin + mark.size(), end - begin - mark.size())));
+  const json::value probe = json::parse(report::base64_decoded(
+      std::string_view(browsed.dom).substr(begin + mark.size(), end - begin - mark.size())));
 
   ASSERT_EQ(probe.at("downloads").as_object().size(), 3U);
   for (const auto& [name, content] : files)
@@ -221,7 +193,8 @@ TEST_F(ReportPage, IsFoundOutWhereItsScriptFailsOrAFileIsMissing) {
 TEST_F(ReportPage, CarriesAllThatIsNeededToComputeItAgain) {
   const json::object document =
       calibrate({"--robot", arm_, "--data", data_, "--report", path("report.html")});
-  for (const auto& [name, content] : downloads_of(text_of(path("report.html")))) folder_.write(name, content);
+  for (const auto& [name, content] : report::downloads_of(text_of(path("report.html"))))
+    folder_.write(name, content);
   const json::object again = calibrate({"--robot", path("robot.yaml"), "--data", path("measurements.csv")});
   for (const char* member : {"identify", "validate", "rank", "condition", "sigma0_mm", "base", "smr"}) {
     expect_near(document.at(member), again.at(member), member);
