@@ -51,12 +51,17 @@ json::value ms_or_null(std::optional<drivers::Duration> age) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(*age).count();
 }
 
+/// What ended the stream, or will end its start, before all else; of a controller that is silent nothing else
+/// matters.
 std::string stream_reason(const StreamStatus& status, const StreamSurroundings& around, bool silent) {
-  if (const std::string why = reason(status); !why.empty()) return why;
-  if (!around.trouble.empty() || !around.streaming) return around.trouble;
+  if (!around.trouble.empty()) return around.trouble;
+  silent = silent && around.streaming;
+  const bool unproven = status.state == StreamState::Unproven;
+  if (const std::string why = reason(status); !why.empty() && !(unproven && silent)) return why;
   if (silent) return old_packet_text(status, around.age);
-  return status.model == 0 ? "no model is active: nothing is corrected; activate one, or stop the stream"
-                           : "";
+  return around.streaming && status.model == 0
+             ? "no model is active: nothing is corrected; activate one, or stop the stream"
+             : "";
 }
 
 }  // namespace

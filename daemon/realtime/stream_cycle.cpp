@@ -182,6 +182,10 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
   disarm_after_silence(datagram.received);
   const Hearing hearing = session_.hear(frame, datagram.source, datagram.received);
   if (hearing.began) begin_session(datagram.source);
+  if (hearing.elapsed > 1) {
+    status_.counters.lost += hearing.elapsed - 1;
+    emit({.kind = StreamEventKind::PacketsLost, .value = hearing.elapsed - 1});
+  }
   // Before anything of what is in force is known: how long that takes to see depends on it.
   raise(arm_check_.cycle(session_.step()));
   switch (hearing.turn) {
@@ -205,10 +209,6 @@ std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const H
                                            drivers::TimePoint received) noexcept {
   if (hearing.settled) adopt(*commanded_axes(frame));
   const JointVector commanded = *commanded_axes(frame);
-  if (hearing.elapsed > 1) {
-    status_.counters.lost += hearing.elapsed - 1;
-    emit({.kind = StreamEventKind::PacketsLost, .value = hearing.elapsed - 1});
-  }
   if (!plausible(commanded, hearing)) return hold();
 
   watch(frame, hearing, received);

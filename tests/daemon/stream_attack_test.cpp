@@ -174,9 +174,10 @@ TEST_F(ARestartedStream, StaysSilentWhileTheArmMovesAndNothingIsKnown) {
   restart(rig, nullptr);
   for (int i = 0; i < 100; ++i) {
     rig.q[0] += 0.4 * kRadPerDeg;
-    EXPECT_EQ(rig.tick(), "");
+    EXPECT_EQ(rig.tick({.datagram_lost = i == 50}), "");
   }
   EXPECT_GT(rig.largest_applied_deg(), 1);
+  EXPECT_EQ(rig.status().counters.lost, 1) << "told although nothing is answered";
 }
 
 TEST_F(ARestartedStream, DoesNotBelieveAPageThatIsNotWhole) {

@@ -311,5 +311,21 @@ TEST(StreamJson, SaysCorrectingOfAStreamThatHasAModelAlone) {
   EXPECT_THAT(std::string{told(0, 0).at("reason").as_string().c_str()}, HasSubstr("no model is active"));
 }
 
+TEST(StreamJson, SaysOfAControllerThatIsSilentThatItIsBeforeWhatIsNotKnownOfIt) {
+  const auto reason = [](drivers::Duration age, const std::string& trouble) {
+    StreamStatus status;
+    status.state = StreamState::Unproven;
+    status.heard = drivers::TimePoint{};
+    status.read_until = drivers::TimePoint{age};
+    const json::object told = stream_json(
+        status, {},
+        {.streaming = trouble.empty(), .age = age, .refused = "", .trouble = trouble, .model_id = ""});
+    return std::string{told.at("reason").as_string()};
+  };
+  EXPECT_THAT(reason(4ms, ""), HasSubstr("as soon as the arm stands"));
+  EXPECT_THAT(reason(1s, ""), HasSubstr("has sent no RSI packet for 1.0 s"));
+  EXPECT_EQ(reason(1s, "what ended the stream"), "what ended the stream");
+}
+
 }  // namespace
 }  // namespace truepose::daemon

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <boost/json/value.hpp>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -34,6 +36,8 @@ class LiveCell {
     double speedup = 100;             ///< of robot and tracker; RSI keeps real time
     std::string faults = "[]";        ///< of the scenario
     Replacements scenario{}, cell{};  ///< in config/scenarios/demo.yaml and config/cell.yaml, after our own
+    bool patient = false;  ///< the controller waits 10 s for its PC: where other programs run, the shipped
+                           ///< 100 cycles are too short
   };
 
   /// Starts the simulator and writes the daemon's cell file.
@@ -57,6 +61,8 @@ class LiveCell {
 
   /// What the simulator counted so far.
   boost::json::value simulated();
+  /// For how long at most this machine kept the controller from sending, or its PC from answering.
+  std::chrono::microseconds stood_still();
   /// Ends the simulator. @return what it counted
   boost::json::value end_simulator();
 
@@ -80,6 +86,13 @@ class LiveCell {
 
 /// The number at a JSON pointer, which must be there.
 double number(const boost::json::value& value, const char* pointer);
+
+/// Makes an experiment about what goes wrong between a controller and its PC. A machine that keeps one of
+/// them from running is a trouble of its own, that both rightly tell of: an experiment that failed while it
+/// did is made anew, twice at most.
+/// @param end  of each attempt, good or bad. @return for how long the machine stood still in it
+void in_real_time(const std::function<void()>& experiment,
+                  const std::function<std::chrono::microseconds()>& end);
 
 /// Measures 12 + 6 poses and the 6 again, and activates the model. @return what the client said
 Finished small_campaign(const LiveCell& cell);

@@ -51,12 +51,6 @@ json::value wait_until_correcting(tools::RpcClient& client, Holds holds) {
   }
 }
 
-/// A controller that waits 10 s for its PC: where other programs run, the shipped 100 cycles are too short.
-LiveCell::Options patient_controller() {
-  const Replacements patient{{"timeout_cycles: 100 ", "timeout_cycles: 2500 "}};
-  return {.scenario = patient, .cell = patient};
-}
-
 /// Cycles without a reply in time, as the daemon or the controller counts them.
 double missed_cycles(const json::value& stream) { return number(stream, "/late") + number(stream, "/lost"); }
 
@@ -73,7 +67,7 @@ void stall(const Process& program, int cycles) {
 }
 
 TEST(AStreamOverTheRealProtocols, AnswersEveryPacketHoldsThroughAStallAndRampsOutAtTheEnd) {
-  LiveCell cell{patient_controller()};
+  LiveCell cell{{.patient = true}};
   cell.start_daemon();
   const Finished campaign = small_campaign(cell);
   ASSERT_EQ(campaign.exit_code, 0) << campaign.err << cell.daemon().errors();

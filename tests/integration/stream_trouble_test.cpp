@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <boost/json/parse.hpp>
 #include <boost/json/value.hpp>
+#include <chrono>
 #include <cstdio>
+#include <functional>
+#include <utility>
 
 #include "tests/integration/live_cell.hpp"
 
@@ -36,15 +39,22 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 /// A cell that has a model and is ready to stream, and a client that hears of what happens.
 class ATroubledStream : public testing::Test {
  protected:
+  /// The test, in real time.
+  void experiment(const std::function<void()>& body) {
+    in_real_time(body, [this] { return end(); });
+  }
+
   void begin(LiveCell::Options options) {
     options.speedup = 2000;
+    options.patient = true;
     cell_.emplace(options);
     cell_->start_daemon();
     const Finished campaign = small_campaign(*cell_);
-    ASSERT_EQ(campaign.exit_code, 0) << campaign.err << cell_->daemon().errors();
+    if (campaign.exit_code != 0) throw std::runtime_error{campaign.err + cell_->daemon().errors()};
     client_.emplace(cell_->client());
-    ASSERT_TRUE(
-        client_->call("events.subscribe", {{"topics", json::array{"cell", "stream", "fault", "log"}}}));
+    const json::array topics{"cell", "stream", "fault", "log"};
+    if (!client_->call("events.subscribe", {{"topics", topics}})) throw std::runtime_error{"no events"};
+    cycles_ = 0;
   }
   /// As `begin`, with a controller that has loaded another configuration than truepose reads.
   void begin_with_ethernet(const std::string& text, const std::string& instead) {
@@ -82,14 +92,6 @@ class ATroubledStream : public testing::Test {
 
   /// The log is written behind: looked into when the daemon has ended.
   void expect_logged(const std::string& level, const Words& words) { logged_.emplace_back(level, words); }
-  void TearDown() override {
-    if (!cell_ || HasFatalFailure()) return;
-    cell_->daemon().terminate();
-    EXPECT_EQ(cell_->daemon().wait(), 0);
-    const std::string log = cell_->daemon().errors();
-    for (const auto& [level, words] : logged_) EXPECT_THAT(lines_of(log, level), words);
-  }
-
   std::string told(const std::vector<std::string>& command) const {
     const Finished asked = cell_->truepose(command);
     EXPECT_EQ(asked.exit_code, 0) << asked.err;
@@ -100,6 +102,15 @@ class ATroubledStream : public testing::Test {
   std::optional<LiveCell> cell_;
 
  private:
+  std::chrono::microseconds end() {
+    if (!cell_) return {};
+    const auto stood_still = cell_->stood_still();
+    cell_->daemon().terminate();
+    EXPECT_EQ(cell_->daemon().wait(), 0);
+    const std::string log = cell_->daemon().errors();
+    for (const auto& [level, words] : std::exchange(logged_, {})) EXPECT_THAT(lines_of(log, level), words);
+    return stood_still;
+  }
   control::Event wait_for_fault(const std::string& code) {
     for (;;) {
       auto event = client_->next_event();
@@ -128,68 +139,82 @@ class ATroubledStream : public testing::Test {
 };
 
 TEST_F(ATroubledStream, SaysThatTheControllerTakesTheCorrectionUnderAnotherName) {
-  begin_with_ethernet("AK.A", "AKorr.A");
-  EXPECT_EQ(start().exit_code, 0) << "every packet is answered";
-  expect_named("E_STREAM_FROZEN",
-               AllOf(ContainsRegex("A[1-6] is sent -?[0-9.]+ deg and AIPos - ASPos shows"),
-                     HasSubstr("another name for the correction"), HasSubstr("stream.ethernet_xml")));
-  EXPECT_EQ(json::parse(told({"stream", "status", "--json"})).at("state"), "holding");
+  experiment([&] {
+    begin_with_ethernet("AK.A", "AKorr.A");
+    EXPECT_EQ(start().exit_code, 0) << "every packet is answered";
+    expect_named("E_STREAM_FROZEN",
+                 AllOf(ContainsRegex("A[1-6] is sent -?[0-9.]+ deg and AIPos - ASPos shows"),
+                       HasSubstr("another name for the correction"), HasSubstr("stream.ethernet_xml")));
+    EXPECT_EQ(json::parse(told({"stream", "status", "--json"})).at("state"), "holding");
+  });
 }
 
 TEST_F(ATroubledStream, SaysThatTheControllerTakesAnotherSentype) {
-  begin_with_ethernet("<SENTYPE>TruePose", "<SENTYPE>ImFree");
-  const Words words = AllOf(HasSubstr("does not take replies"), HasSubstr("another SENTYPE or other names"),
-                            HasSubstr("stream.ethernet_xml"));
-  start();  // refused where the fault comes before the answer
-  expect_named("E_CELL", words);
+  experiment([&] {
+    begin_with_ethernet("<SENTYPE>TruePose", "<SENTYPE>ImFree");
+    const Words words = AllOf(HasSubstr("does not take replies"), HasSubstr("another SENTYPE or other names"),
+                              HasSubstr("stream.ethernet_xml"));
+    start();  // refused where the fault comes before the answer
+    expect_named("E_CELL", words);
+  });
 }
 
 TEST_F(ATroubledStream, SaysThatTheControllerDoesNotSendTheCommandedAxes) {
-  begin_with_ethernet(R"(<ELEMENT TAG="DEF_ASPos" TYPE="DOUBLE" INDX="INTERNAL"/>)", "");
-  const Words words = AllOf(HasSubstr("packets came to 127.0.0.1:"), HasSubstr("none was understood"),
-                            HasSubstr("a packet of 127.0.0.1:"), HasSubstr("ASPos is missing"),
-                            HasSubstr("load that one there"), HasSubstr(kEthernetFile));
-  expect_no_start(words);
-  expect_named("E_CELL", words);
+  experiment([&] {
+    begin_with_ethernet(R"(<ELEMENT TAG="DEF_ASPos" TYPE="DOUBLE" INDX="INTERNAL"/>)", "");
+    const Words words = AllOf(HasSubstr("packets came to 127.0.0.1:"), HasSubstr("none was understood"),
+                              HasSubstr("a packet of 127.0.0.1:"), HasSubstr("ASPos is missing"),
+                              HasSubstr("load that one there"), HasSubstr(kEthernetFile));
+    expect_no_start(words);
+    expect_named("E_CELL", words);
+  });
 }
 
 TEST_F(ATroubledStream, SaysThatItCannotSeeWhetherTheArmFollowsWhereTheActualAxesHaveAnotherName) {
-  begin_with_ethernet(R"(TAG="DEF_AIPos" TYPE="DOUBLE" INDX="INTERNAL")",
-                      R"(TAG="AIPos.Axis1" TYPE="DOUBLE" INDX="1")");
-  start();
-  expect_named("E_CELL", AllOf(HasSubstr("no AIPos"), HasSubstr("whether the arm follows"),
-                               HasSubstr("DEF_AIPos"), HasSubstr("stream.ethernet_xml")));
-  // And what came instead.
-  expect_logged(" warning ", AllOf(HasSubstr("AIPos.A1 is missing (at byte"), HasSubstr("<AIPos Axis1=")));
+  experiment([&] {
+    begin_with_ethernet(R"(TAG="DEF_AIPos" TYPE="DOUBLE" INDX="INTERNAL")",
+                        R"(TAG="AIPos.Axis1" TYPE="DOUBLE" INDX="1")");
+    start();
+    expect_named("E_CELL", AllOf(HasSubstr("no AIPos"), HasSubstr("whether the arm follows"),
+                                 HasSubstr("DEF_AIPos"), HasSubstr("stream.ethernet_xml")));
+    // And what came instead.
+    expect_logged(" warning ", AllOf(HasSubstr("AIPos.A1 is missing (at byte"), HasSubstr("<AIPos Axis1=")));
+  });
 }
 
 TEST_F(ATroubledStream, SaysThatItsControllerFellSilentAndStartsAnewAsItSays) {
-  begin({.faults = "[{kind: rsi-silence, at_cycle: 300, lasts_cycles: 100000}]"});
-  EXPECT_EQ(start().exit_code, 0);
-  expect_named("E_CELL", AllOf(ContainsRegex("no RSI packet for [0-4]\\.[0-9] s"), HasSubstr("the pendant"),
-                               HasSubstr("acknowledge, connect and start the stream anew")));
-  EXPECT_EQ(json::parse(told({"stream", "status", "--json"})).at("cycles"), 299);
-  told({"acknowledge"});
-  told({"connect"});
-  EXPECT_EQ(start().exit_code, 0) << cell_->daemon().errors();
+  experiment([&] {
+    begin({.faults = "[{kind: rsi-silence, at_cycle: 300, lasts_cycles: 100000}]"});
+    EXPECT_EQ(start().exit_code, 0);
+    expect_named("E_CELL", AllOf(ContainsRegex("no RSI packet for [0-4]\\.[0-9] s"), HasSubstr("the pendant"),
+                                 HasSubstr("acknowledge, connect and start the stream anew")));
+    EXPECT_EQ(json::parse(told({"stream", "status", "--json"})).at("cycles"), 299);
+    told({"acknowledge"});
+    told({"connect"});
+    EXPECT_EQ(start().exit_code, 0) << cell_->daemon().errors();
+  });
 }
 
 TEST_F(ATroubledStream, SaysWhereNoPacketCameTo) {
-  // The controller sends to 127.0.0.1.
-  begin({.cell = {{"listen: 127.0.0.1", "listen: 127.0.0.2"}}});
-  const Words words = AllOf(HasSubstr("no packet came to 127.0.0.2:"), HasSubstr("IP_NUMBER and PORT"),
-                            HasSubstr(kEthernetFile), HasSubstr("RSITimeout"));
-  expect_no_start(words);
-  expect_named("E_CELL", words);
+  experiment([&] {
+    // The controller sends to 127.0.0.1.
+    begin({.cell = {{"listen: 127.0.0.1", "listen: 127.0.0.2"}}});
+    const Words words = AllOf(HasSubstr("no packet came to 127.0.0.2:"), HasSubstr("IP_NUMBER and PORT"),
+                              HasSubstr(kEthernetFile), HasSubstr("RSITimeout"));
+    expect_no_start(words);
+    expect_named("E_CELL", words);
+  });
 }
 
 TEST_F(ATroubledStream, SaysThatTheControllerHasAnotherArmOrAToolOrABase) {
-  const auto arm = folder_.write("arm.yaml", replaced(text_of(kRobotFile), "a: 1150", "a: 1050"));
-  begin({.scenario = {{"  cycle_ms: 4", "  arm: " + arm.string() + "\n  cycle_ms: 4"}}});
-  const Words words = AllOf(HasSubstr("RIst is 100.0 mm from"), HasSubstr("(allowed 1.0)"),
-                            HasSubstr("correct robot.file"), HasSubstr("BAS(#TOOL,0) and BAS(#BASE,0)"));
-  expect_no_start(words);
-  expect_named("E_CELL", words);
+  experiment([&] {
+    const auto arm = folder_.write("arm.yaml", replaced(text_of(kRobotFile), "a: 1150", "a: 1050"));
+    begin({.scenario = {{"  cycle_ms: 4", "  arm: " + arm.string() + "\n  cycle_ms: 4"}}});
+    const Words words = AllOf(HasSubstr("RIst is 100.0 mm from"), HasSubstr("(allowed 1.0)"),
+                              HasSubstr("correct robot.file"), HasSubstr("BAS(#TOOL,0) and BAS(#BASE,0)"));
+    expect_no_start(words);
+    expect_named("E_CELL", words);
+  });
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <boost/json/serialize.hpp>
 #include <boost/system/system_error.hpp>
 #include <charconv>
+#include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
@@ -212,6 +213,8 @@ json::object rsi_json(const sim::RsiStatistics& statistics) {
           {"sessions", statistics.sessions},
           {"timeouts", statistics.timeouts},
           {"overruns", statistics.overruns},
+          {"longest_overrun_us",
+           std::chrono::ceil<std::chrono::microseconds>(statistics.longest_overrun).count()},
           {"second_senders",
            json::object{{"cycles", statistics.second_senders.cycles},
                         {"answered", statistics.second_senders.answered},

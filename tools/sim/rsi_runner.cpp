@@ -80,6 +80,7 @@ void RsiStatistics::add(const RsiStatistics& other) {
   sessions += other.sessions;
   timeouts += other.timeouts;
   overruns += other.overruns;
+  longest_overrun = std::max(longest_overrun, other.longest_overrun);
 }
 
 namespace {
@@ -172,9 +173,10 @@ class RsiRunner::Session {
 
       const steady_clock::time_point now = steady_clock::now();
       // A controller's clock never stands still. Where ours did, the next cycle still gets its whole length.
-      const bool overrun = now - tick > cycle_ / 2;
+      const nanoseconds behind = now - tick;
+      const bool overrun = behind > cycle_ / 2;
       if (overrun) tick = now;
-      publish(end, overrun);
+      publish(end, overrun ? behind : nanoseconds{0});
       for (const std::string& name : client_.take_strangers()) listener_.stranger(name);
     }
     if (second_) end_second_sender();
@@ -318,13 +320,14 @@ class RsiRunner::Session {
     }
   }
 
-  void publish(std::optional<RsiEnd> end, bool overrun) {
+  void publish(std::optional<RsiEnd> end, nanoseconds overrun) {
     const std::lock_guard lock{mutex_};
     arm_ = {client_.axes(), client_.moving() && !end};
     statistics_.counters = client_.counters();
     statistics_.second_senders = second_senders();
     statistics_.timeouts += end == RsiEnd::Timeout;
-    statistics_.overruns += overrun;
+    statistics_.overruns += overrun > nanoseconds{0};
+    statistics_.longest_overrun = std::max(statistics_.longest_overrun, overrun);
   }
 
   const RsiRunnerOptions options_;

@@ -55,6 +55,7 @@ struct RsiStatistics {
   std::uint64_t sessions = 0;
   std::uint64_t timeouts = 0;  ///< sessions that ended with KSS29002
   std::uint64_t overruns = 0;  ///< ticks that the simulator itself missed
+  std::chrono::nanoseconds longest_overrun{0};
 
   void add(const RsiStatistics& other);
 };
