@@ -1,6 +1,8 @@
 #include "tests/allocations.hpp"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#include "tests/sanitized.hpp"
+
+#if TRUEPOSE_SANITIZED
 
 std::optional<std::size_t> truepose::allocations() { return std::nullopt; }
 

@@ -40,6 +40,15 @@ std::array<int, n> in_cycles(const std::array<double, n>& delays_ms, double cycl
   return cycles;
 }
 
+/// Column by column: for many right-hand sides at once Eigen brings its blocked products for large matrices,
+/// of which a program keeps one copy, compiled as any of its files asks for.
+template <typename Matrix>
+Matrix inverse(const Eigen::LDLT<Matrix>& factors) noexcept {
+  Matrix columns;
+  for (int j = 0; j < columns.cols(); ++j) columns.col(j) = factors.solve(Matrix::Identity().col(j));
+  return columns;
+}
+
 }  // namespace
 
 LagKnowledge::LagKnowledge() {
@@ -57,11 +66,11 @@ void LagKnowledge::learn(const Matrix& added, const Weights& right) noexcept {
   const Matrix before = information();
   const Eigen::LDLT<Matrix> sum{before + added};
   weights_ = sum.solve(before * weights_ + right);
-  covariance_ = sum.solve(Matrix::Identity());
+  covariance_ = inverse(sum);
 }
 
 LagKnowledge::Matrix LagKnowledge::information() const noexcept {
-  return Eigen::LDLT<Matrix>{covariance_}.solve(Matrix::Identity());
+  return inverse(Eigen::LDLT<Matrix>{covariance_});
 }
 
 EffectWatch::EffectWatch(double cycle_ms)
@@ -189,7 +198,7 @@ void EffectWatch::learn_lag(int axis) noexcept {
   const Eigen::Matrix<double, kWeights, 2> share = shared * missing.inverse();
   LagKnowledge& lag = lags_[static_cast<std::size_t>(axis)];
   lag.fade(1);
-  lag.learn(sums.normal.topLeftCorner<kWeights, kWeights>() - share * shared.transpose(),
+  lag.learn(sums.normal.topLeftCorner<kWeights, kWeights>() - share.lazyProduct(shared.transpose()),
             sums.right.head<kWeights>() - share * sums.right.tail<2>());
 }
 

@@ -11,6 +11,7 @@
 #include "tests/allocations.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/on_every_isa.hpp"
+#include "tests/sanitized.hpp"
 
 namespace truepose {
 namespace {
@@ -110,11 +111,7 @@ TEST_P(Kernels, SayTheSamePosesInBatchWhateverTheNumber) {
 }
 
 TEST_P(Kernels, InvertTheCalibratedArmAtEveryTarget) {
-#ifdef __SANITIZE_ADDRESS__
-  constexpr int kTargets = 1000;
-#else
-  constexpr int kTargets = 10000;
-#endif
+  constexpr int kTargets = TRUEPOSE_SANITIZED ? 1000 : 10000;
   const RobotModel robot = kr210(true);
   const ArmKernel arm{robot, code()};
   Random random{4};

@@ -12,15 +12,12 @@
 #include "config/robot_file.hpp"
 #include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"
+#include "tests/sanitized.hpp"
 
 namespace truepose {
 namespace {
 
-#ifdef __SANITIZE_ADDRESS__
-constexpr int kShare = 10;  // of the trials, as each takes twenty times as long
-#else
-constexpr int kShare = 1;
-#endif
+constexpr int kShare = TRUEPOSE_SANITIZED ? 10 : 1;  // of the trials
 
 std::string sentence(const std::optional<Suspicion>& suspicion) {
   return suspicion ? suspicion->sentence : "nothing is suspected";

@@ -213,7 +213,7 @@ TEST_F(CampaignServiceTest, ChecksTheActiveModelForDriftAndReportsTheCalibration
 
 TEST_F(CampaignServiceTest, FindsTheJointsOfTargetsThatAreGivenAsJointsOrPosesOrNotAtAll) {
   ended("campaign.start", {{"identify_poses", 30}});
-  const json::array joints{json::array{-5, -75, 100, 5, -60, 10}};
+  const json::array joints(1, {-5, -75, 100, 5, -60, 10});
   for (const json::object& given : {json::object{{"joints", joints}}, json::object{{"validate_poses", 1}}}) {
     json::object params = given;
     params["kind"] = "targets";
@@ -225,9 +225,9 @@ TEST_F(CampaignServiceTest, FindsTheJointsOfTargetsThatAreGivenAsJointsOrPosesOr
     EXPECT_TRUE(campaign.at("targets").is_null()) << "beside the points it is too long for a line";
     EXPECT_EQ(call("campaign.get")->at_pointer("/targets/targets").as_array().size(), 1U);
   }
-  EXPECT_THAT(refused("campaign.start",
-                      {{"kind", "targets"}, {"poses", json::array{json::array{9000, 0, 0, 0, 0, 0}}}}),
-              "params.poses[0]: cannot be reached");
+  EXPECT_THAT(
+      refused("campaign.start", {{"kind", "targets"}, {"poses", json::array(1, {9000, 0, 0, 0, 0, 0})}}),
+      "params.poses[0]: cannot be reached");
   EXPECT_THAT(refused("campaign.start", {{"kind", "targets"}, {"joints", joints}, {"poses", joints}}),
               HasSubstr("not both"));
 }

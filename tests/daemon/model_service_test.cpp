@@ -137,10 +137,10 @@ TEST_F(TargetServiceTest, NamesTheRowThatCannotBeReached) {
 
 TEST_F(TargetServiceTest, WantsEitherJointsOrPosesAndAModel) {
   EXPECT_THAT(refused("targets.compensate"), HasSubstr("exactly one of joints and poses"));
-  const json::array row{json::array{0, -90, 90, 0, 30, 0}};
-  EXPECT_EQ(refused("targets.compensate", {{"joints", row}, {"model_id", "m3"}}), "no such model");
+  const json::array rows(1, {0, -90, 90, 0, 30, 0});
+  EXPECT_EQ(refused("targets.compensate", {{"joints", rows}, {"model_id", "m3"}}), "no such model");
   ASSERT_TRUE(call("model.deactivate"));
-  EXPECT_EQ(refused("targets.compensate", {{"joints", row}}), "no model is active");
+  EXPECT_EQ(refused("targets.compensate", {{"joints", rows}}), "no model is active");
 }
 
 }  // namespace

@@ -4,14 +4,12 @@
 
 #include <cstdlib>
 
+#include "tests/sanitized.hpp"
+
 namespace truepose::daemon {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr std::uint64_t kEveryday = 100;  // ten to fifty times slower
-#else
-constexpr std::uint64_t kEveryday = 1000;
-#endif
+constexpr std::uint64_t kEveryday = TRUEPOSE_SANITIZED ? 100 : 1000;
 
 /// How many histories: an acceptance run sets TRUEPOSE_STREAM_HISTORIES to 100000.
 std::uint64_t histories() {

@@ -80,7 +80,7 @@ void expect_tcp_kept(tools::RpcClient& client, const json::value& joints) {
 /// Of targets.compensate: a wrist stretched and nearly so, and a joint beyond its limit.
 void expect_compensated(tools::RpcClient& client) {
   const auto of = [&](const json::array& joints) {
-    return client.call("targets.compensate", {{"joints", json::array{joints}}});
+    return client.call("targets.compensate", {{"joints", json::array(1, joints)}});
   };
   const auto stretched = of({0, -90, 90, 0, 0, 0});
   ASSERT_TRUE(stretched) << stretched.error().message;
@@ -143,8 +143,8 @@ TEST(TheControlProtocol, AnswersAndTellsWhatItsSchemaSays) {
                              "stream.status", "report.get"})
     expect_fits(method);
   expect_fits("campaign.get", {{"points_limit", 100}});
-  expect_fits("targets.compensate", {{"joints", json::array{json::array{0, -90, 90, 0, 35, 0}}}});
-  expect_fits("targets.compensate", {{"poses", json::array{json::array{1700, 0, 1500, 0, 60, 0}}}});
+  expect_fits("targets.compensate", {{"joints", json::array(1, {0, -90, 90, 0, 35, 0})}});
+  expect_fits("targets.compensate", {{"poses", json::array(1, {1700, 0, 1500, 0, 60, 0})}});
   expect_compensated(client);
   expect_joints_of_the_command_line(cell, client);
   for (const char* kind : {"targets", "iso9283"}) {

@@ -11,6 +11,7 @@
 #include "core/math/angles.hpp"
 #include "core/simulate/measurement_campaign.hpp"
 #include "tests/process.hpp"
+#include "tests/sanitized.hpp"
 #include "tests/temp_folder.hpp"
 #include "tests/tools/robot_file.hpp"
 
@@ -20,11 +21,7 @@ namespace {
 namespace json = boost::json;
 
 // Under a sanitizer the search among all fields takes minutes.
-#ifdef __SANITIZE_ADDRESS__
-constexpr char kResidual[] = "gp";
-#else
-constexpr char kResidual[] = "auto";
-#endif
+constexpr const char* kResidual = TRUEPOSE_SANITIZED ? "gp" : "auto";
 
 /// Displacement of the flange that no joint's deviation explains. Base frame, mm.
 Eigen::Vector3d bent(const JointVector& q) {

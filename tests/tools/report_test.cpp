@@ -138,7 +138,7 @@ TEST(Report, EscapesHostileTexts) {
   json::object document = full_document(6);
   for (const char* key : {"robot", "tracker", "campaign", "model", "date"}) document[key] = hostile;
   document["files"] = document["options"] = json::object{{hostile, hostile}};
-  document["skipped"] = {json::object{{"pose", 3}, {"attempts", 2}, {"reason", hostile}}};
+  document["skipped"] = json::array(1, {{"pose", 3}, {"attempts", 2}, {"reason", hostile}});
   document["arm"].as_object()["name"] = hostile;
   for (json::value& point : document["points"].as_array()) point.as_object()["smr"] = hostile;
   document["parameters"].as_array()[2].as_object()["name"] = "smr." + hostile + ".x";
