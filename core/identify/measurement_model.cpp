@@ -163,4 +163,11 @@ void residuals_with_jacobian(const CalibratedCell& cell, std::span<const Measure
   }
 }
 
+void predict_with_jacobian(const CalibratedCell& cell, std::span<const JointVector> poses,
+                           Eigen::VectorXd& p_WS_mm, Eigen::MatrixXd& J) {
+  std::vector<Measurement> points;  // read at the origin, so that their residuals are the positions
+  for (const JointVector& q : poses) points.push_back({.q = q, .p_WS_mm = Eigen::Vector3d::Zero()});
+  residuals_with_jacobian(cell, points, p_WS_mm, J);
+}
+
 }  // namespace truepose

@@ -21,6 +21,11 @@ using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVector& q, int smr,
                                       PointJacobian& J, Approach approach = {});
 
+/// The same of the first reflector at many poses, by the kernels: positions (3N, mm) and rows
+/// (3N x ParameterLayout::size()), three a pose.
+void predict_with_jacobian(const CalibratedCell& cell, std::span<const JointVector> poses,
+                           Eigen::VectorXd& p_WS_mm, Eigen::MatrixXd& J);
+
 /// forward_kinematics() at every point, deviations and field included, all together by the kernels.
 std::vector<Eigen::Isometry3d> flange_poses(const RobotModel& robot, std::span<const Measurement> points);
 

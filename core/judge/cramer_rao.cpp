@@ -9,14 +9,9 @@
 namespace truepose {
 
 Eigen::MatrixXd position_jacobian(const CalibratedCell& cell, std::span<const JointVector> poses) {
-  Eigen::MatrixXd J(3 * static_cast<Eigen::Index>(poses.size()), ParameterLayout::of(cell).size());
-  PointJacobian J_pose;
-  Eigen::Index row = 0;
-  for (const JointVector& q : poses) {
-    predict_with_jacobian(cell, q, 0, J_pose);
-    J.middleRows<3>(row) = J_pose;
-    row += 3;
-  }
+  Eigen::VectorXd p_WS_mm;
+  Eigen::MatrixXd J;
+  predict_with_jacobian(cell, poses, p_WS_mm, J);
   return J;
 }
 

@@ -37,39 +37,65 @@ Vec product_trace(const Vec* A, const double* B) {
   return trace;
 }
 
+/// One row of A times the columns of U, kept `kColumns` numbers a row.
+template <int kColumns>
+void multiply(const double* row, int columns, const double* U, Vec* product) {
+  for (int k = 0; k < kColumns; ++k) product[k] = Vec{};
+  for (int c = 0; c < columns; ++c, row += kMostLanes, U += kColumns) {
+    const Vec entry = load(row);
+    for (int k = 0; k < kColumns; ++k) product[k] = product[k] + entry * U[k];
+  }
+}
+
+void add(double* entry, Vec change) { store(entry, load(entry) + change); }
+
+Vec dot(const Vec* x, const Vec* y) { return x[0] * y[0] + x[1] * y[1] + x[2] * y[2]; }
+
 }  // namespace
 
-void project(const double* rows, int blocks, int columns, const double* U, double* X) {
-  for (int block = 0; block < blocks; ++block, rows += 3 * kMostLanes * columns, X += 9 * kMostLanes) {
+void congruences(const double* rows, int blocks, int columns, const double* M, double* S) {
+  for (int block = 0; block < blocks; ++block, rows += 3 * kMostLanes * columns, S += 6 * kMostLanes) {
     for (int lane = 0; lane < kMostLanes; lane += kLanes) {
-      Vec sum[9] = {};
-      for (int c = 0; c < columns; ++c) {
-        for (int r = 0; r < 3; ++r) {
-          const Vec entry = load(rows + kMostLanes * (r * columns + c) + lane);
-          for (int k = 0; k < 3; ++k) sum[3 * r + k] = sum[3 * r + k] + entry * U[3 * c + k];
+      const auto row = [&](int r) { return rows + kMostLanes * r * columns + lane; };
+      Vec sum[6] = {};
+      for (int first = 0; first < columns; first += 3) {
+        Vec AM[3][3];
+        for (int r = 0; r < 3; ++r) multiply<3>(row(r), columns, M + first * columns, AM[r]);
+        for (int k = 0; k < 3 && first + k < columns; ++k) {
+          for (int i = 0; i < 6; ++i)
+            sum[i] = sum[i] + AM[kRow[i]][k] * load(row(kColumn[i]) + kMostLanes * (first + k));
         }
       }
-      for (int i = 0; i < 9; ++i) store(X + kMostLanes * i + lane, sum[i]);
+      for (int i = 0; i < 6; ++i) store(S + kMostLanes * i + lane, sum[i]);
     }
   }
 }
 
-void add_products(const double* X, const double* Y, double factor, int blocks, double* S) {
-  for (int block = 0; block < blocks;
-       ++block, X += 9 * kMostLanes, Y += 9 * kMostLanes, S += 6 * kMostLanes) {
+void add_squares(const double* rows, int blocks, int columns, const double* U, double factor, double* V) {
+  for (int block = 0; block < blocks; ++block, rows += 3 * kMostLanes * columns, V += 6 * kMostLanes) {
     for (int lane = 0; lane < kMostLanes; lane += kLanes) {
+      Vec X[3][3];
+      for (int r = 0; r < 3; ++r) multiply<3>(rows + kMostLanes * r * columns + lane, columns, U, X[r]);
+      for (int i = 0; i < 6; ++i) add(V + kMostLanes * i + lane, dot(X[kRow[i]], X[kColumn[i]]) * factor);
+    }
+  }
+}
+
+void add_products(const double* rows, int blocks, int columns, const double* UP, double factor, double* V,
+                  double* W) {
+  for (int block = 0; block < blocks; ++block) {
+    for (int lane = 0; lane < kMostLanes; lane += kLanes) {
+      Vec XY[3][6];
+      for (int r = 0; r < 3; ++r) multiply<6>(rows + kMostLanes * r * columns + lane, columns, UP, XY[r]);
       for (int i = 0; i < 6; ++i) {
-        Vec sum{};
-        for (int k = 0; k < 3; ++k) {
-          const auto at = [&](const double* M, int row) {
-            return load(M + kMostLanes * (3 * row + k) + lane);
-          };
-          sum = sum + at(X, kRow[i]) * at(Y, kColumn[i]) + at(Y, kRow[i]) * at(X, kColumn[i]);
-        }
-        double* entry = S + kMostLanes * i + lane;
-        store(entry, load(entry) + sum * factor);
+        const Vec *a = XY[kRow[i]], *b = XY[kColumn[i]];
+        add(V + kMostLanes * i + lane, dot(a, b) * factor);
+        add(W + kMostLanes * i + lane, (dot(a, b + 3) + dot(a + 3, b)) * factor);
       }
     }
+    rows += 3 * kMostLanes * columns;
+    V += 6 * kMostLanes;
+    W += 6 * kMostLanes;
   }
 }
 

@@ -146,10 +146,14 @@ struct Kernels {
   // Choosing poses. Candidates stand in blocks of kMostLanes, one a lane; a matrix of each candidate is kept
   // entry by entry, row by row, of a symmetric 3 x 3 one those with row <= column.
 
-  /// X = A U of every candidate: A 3 x columns, U columns x 3 row by row, X 3 x 3.
-  void (*project)(const double* rows, int blocks, int columns, const double* U, double* X);
-  /// S += factor (X Y' + Y X').
-  void (*add_products)(const double* X, const double* Y, double factor, int blocks, double* S);
+  /// S = A M A' of every candidate: A 3 x columns, M symmetric, three of its columns after the other, each
+  /// three row by row and the last filled up with zeros.
+  void (*congruences)(const double* rows, int blocks, int columns, const double* M, double* S);
+  /// V += factor X X' with X = A U of every candidate: U columns x 3 row by row.
+  void (*add_squares)(const double* rows, int blocks, int columns, const double* U, double factor, double* V);
+  /// The same, and W += factor (X Y' + Y X') with Y = A P: U and P side by side, columns x 6 row by row.
+  void (*add_products)(const double* rows, int blocks, int columns, const double* UP, double factor,
+                       double* V, double* W);
   /// The determinant of I + V.
   void (*volume_gains)(const double* V, int blocks, double* gain);
   /// The trace of (I + V)^-1 W.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/math/random.hpp"
 
@@ -18,13 +19,31 @@ JointVector draw(const Scene& scene, Random& random) {
   return q;
 }
 
-bool distinct(const RobotModel& robot, const JointVector& a, const JointVector& b, double distinct_rad) {
-  for (int i = 0; i < robot.joint_count(); ++i) {
-    const bool revolute = robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
-    if (std::abs(a[i] - b[i]) >= (revolute ? distinct_rad : 1000 * distinct_rad)) return true;
+/// Poses of which no two are alike. Kept in the order of their first joint, so that a new one is compared
+/// with those near it alone.
+class DistinctPoses {
+ public:
+  DistinctPoses(const RobotModel& robot, double distinct_rad) : least_{robot.joint_count()} {
+    for (int i = 0; i < robot.joint_count(); ++i) {
+      const bool revolute = robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
+      least_[i] = revolute ? distinct_rad : 1000 * distinct_rad;
+    }
   }
-  return false;
-}
+
+  /// @return whether it was unlike all others, and so is one of them now
+  bool add(const JointVector& q) {
+    const auto end = by_first_.upper_bound(q[0] + least_[0]);
+    for (auto other = by_first_.lower_bound(q[0] - least_[0]); other != end; ++other) {
+      if (((q - other->second).array().abs() < least_.array()).all()) return false;
+    }
+    by_first_.emplace(q[0], q);
+    return true;
+  }
+
+ private:
+  JointVector least_;  ///< two poses that differ by less in every joint are alike
+  std::multimap<double, JointVector> by_first_;
+};
 
 constexpr int kTriesBetweenLooks = 10'000;
 
@@ -54,15 +73,14 @@ std::expected<Candidates, std::string> draw_candidates(const Scene& scene, const
   PoseChecker checker{scene};
   Random random{options.seed};
   Candidates found;
+  DistinctPoses distinct{scene.robot, options.distinct_rad};
   const auto wanted = static_cast<std::size_t>(options.poses);
   for (; found.tried < options.tries && found.poses.size() < wanted; ++found.tried) {
     if (hopeless(found, options.tries, least)) break;
     const JointVector q = draw(scene, random);
     if (const auto fault = checker.fault_of(q, options.visibility)) {
       ++found.faults[static_cast<std::size_t>(*fault)];
-    } else if (std::ranges::all_of(found.poses, [&](const JointVector& other) {
-                 return distinct(scene.robot, q, other, options.distinct_rad);
-               })) {
+    } else if (distinct.add(q)) {
       found.poses.push_back(q);
     }
   }

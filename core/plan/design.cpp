@@ -12,8 +12,10 @@
 namespace truepose {
 namespace {
 
-using PoseRows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 using kernels::kMostLanes;
+
+// Whose unscaled rows are held at a time, so that they stay in the cache.
+constexpr std::size_t kCandidatesAtATime = 256;
 
 Eigen::VectorXd scales(const CalibratedCell& cell, const DesignPrior& prior) {
   const ParameterLayout layout = ParameterLayout::of(cell);
@@ -41,21 +43,30 @@ DesignProblem::DesignProblem(const CalibratedCell& cell, std::span<const JointVe
 
   const auto columns = static_cast<std::size_t>(scale.size());
   blocks_.assign((candidates_ + kMostLanes - 1) / kMostLanes * 3 * columns, {});
-  PointJacobian J;
-  for (std::size_t k = 0; k < candidates_; ++k) {
-    const Eigen::Vector3d p_WS_mm = predict_with_jacobian(cell, candidates[k], 0, J);
-    const PoseRows whitened =
-        times(inverse_cholesky(reading_covariance(p_WS_mm, noise)), J * scale.asDiagonal());
-    kernels::Line* block = &blocks_[k / kMostLanes * 3 * columns];
-    for (std::size_t i = 0; i < 3 * columns; ++i) {
-      block[i].value[k % kMostLanes] =
-          whitened(static_cast<Eigen::Index>(i / columns), static_cast<Eigen::Index>(i % columns));
+  Eigen::VectorXd p_WS_mm;
+  Eigen::MatrixXd J;
+  for (std::size_t first = 0; first < candidates_; first += kCandidatesAtATime) {
+    const std::size_t count = std::min(kCandidatesAtATime, candidates_ - first);
+    predict_with_jacobian(cell, candidates.subspan(first, count), p_WS_mm, J);
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto row = static_cast<Eigen::Index>(3 * k);
+      const Eigen::Matrix3d whitening = inverse_cholesky(reading_covariance(p_WS_mm.segment<3>(row), noise));
+      put_rows(first + k, whitening.lazyProduct(J.middleRows<3>(row)) * scale.asDiagonal());
     }
   }
 }
 
-Eigen::Matrix<double, 3, Eigen::Dynamic> DesignProblem::rows(std::size_t candidate) const {
-  PoseRows rows(3, parameters());
+void DesignProblem::put_rows(std::size_t candidate, const Rows& rows) {
+  const auto columns = static_cast<std::size_t>(parameters());
+  kernels::Line* block = &blocks_[candidate / kMostLanes * 3 * columns];
+  for (std::size_t i = 0; i < 3 * columns; ++i) {
+    block[i].value[candidate % kMostLanes] =
+        rows(static_cast<Eigen::Index>(i / columns), static_cast<Eigen::Index>(i % columns));
+  }
+}
+
+DesignProblem::Rows DesignProblem::rows(std::size_t candidate) const {
+  Rows rows(3, parameters());
   const auto columns = static_cast<std::size_t>(parameters());
   const kernels::Line* block = &blocks_[candidate / kMostLanes * 3 * columns];
   for (std::size_t i = 0; i < 3 * columns; ++i) {
@@ -93,12 +104,8 @@ Design::Design(const DesignProblem& problem, DesignCriterion criterion, const ke
   if (criterion == DesignCriterion::I) T_ = problem.task();
   const auto blocks = static_cast<std::size_t>(blocks_);
   V_.resize(6 * blocks);
-  X_.resize(9 * blocks);
   gain_.resize(blocks);
-  if (T_.size() > 0) {
-    W_.resize(6 * blocks);
-    Y_.resize(9 * blocks);
-  }
+  if (T_.size() > 0) W_.resize(6 * blocks);
   refresh();
 }
 
@@ -111,9 +118,20 @@ void Design::add(std::size_t candidate) {
 
 void Design::remove(std::size_t candidate) {
   assert(is_chosen_[candidate]);
+  V_before_ = V_;
+  W_before_ = W_;
+  C_before_ = C_;
   change(candidate, -1);
   is_chosen_[candidate] = false;
   std::erase(chosen_, candidate);
+}
+
+void Design::take_back(std::size_t removed) {
+  std::swap(V_, V_before_);
+  std::swap(W_, W_before_);
+  std::swap(C_, C_before_);
+  is_chosen_[removed] = true;
+  chosen_.push_back(removed);
 }
 
 /// C changes by - sign U U', with U U' = C A' (I + sign A C A')^-1 A C.
@@ -122,43 +140,33 @@ void Design::change(std::size_t candidate, double sign) {
   const Rows AC = times(A, C_);
   const Eigen::Matrix3d ACA = times_transposed(AC, A);
   const Rows Ut = times(inverse_cholesky(Eigen::Matrix3d::Identity() + sign * ACA), AC);
-  project(Ut, X_);
-  add_products(X_, X_, -sign / 2, V_);
   if (T_.size() > 0) {
     const Rows UtT = times(Ut, T_);
     const Eigen::Matrix3d UTU = times_transposed(UtT, Ut);
-    project(times(UtT, C_) - sign / 2 * times(UTU, Ut), Y_);
-    add_products(X_, Y_, -sign, W_);
+    Eigen::Matrix<double, 6, Eigen::Dynamic> UtPt(6, Ut.cols());
+    UtPt << Ut, times(UtT, C_) - sign / 2 * times(UTU, Ut);
+    kernels_.add_products(data(problem_.blocks()), blocks_, columns(), UtPt.data(), -sign, data(V_),
+                          data(W_));
+  } else {
+    kernels_.add_squares(data(problem_.blocks()), blocks_, columns(), Ut.data(), -sign, data(V_));
   }
   C_ -= sign * gram(Ut);
 }
 
 void Design::refresh() {
   C_ = CholeskyFactor(information(problem_, chosen_)).inverse();
-  std::ranges::fill(V_, kernels::Line{});
-  std::ranges::fill(W_, kernels::Line{});
-  // C = L L' and T = R'R, three columns at a time.
-  const Eigen::MatrixXd L = CholeskyFactor(C_).L();
-  const Eigen::MatrixXd CTC = T_.size() > 0 ? congruence(C_, T_) : Eigen::MatrixXd{};
-  const auto n = C_.cols();
-  for (Eigen::Index first = 0; first < n; first += 3) {
-    const auto count = std::min<Eigen::Index>(3, n - first);
-    Rows Ut = Rows::Zero(3, n);
-    Ut.topRows(count) = L.middleCols(first, count).transpose();
-    project(Ut, X_);
-    add_products(X_, X_, 0.5, V_);
-    if (T_.size() == 0) continue;
-    Ut.setZero();
-    Ut.topRows(count) = CTC.middleCols(first, count).transpose();
-    project(Ut, X_);
-    Ut.setZero();
-    for (Eigen::Index i = 0; i < count; ++i) Ut(i, first + i) = 1;
-    project(Ut, Y_);
-    add_products(X_, Y_, 0.5, W_);
-  }
+  reckon_congruences(C_, V_);
   if (T_.size() == 0) return;
+  reckon_congruences(congruence(C_, T_), W_);
   reckon_gains();
   best_gain_ = std::ranges::max(std::span{data(gain_), problem_.candidates()});
+}
+
+void Design::reckon_congruences(const Eigen::MatrixXd& M, std::vector<kernels::Line>& S) const {
+  const auto n = M.cols();
+  Rows by_three = Rows::Zero(3, (n + 2) / 3 * n);
+  for (Eigen::Index c = 0; c < n; ++c) by_three.row(c % 3).segment(c / 3 * n, n) = M.col(c);
+  kernels_.congruences(data(problem_.blocks()), blocks_, columns(), by_three.data(), data(S));
 }
 
 std::span<const double> Design::gains() {
@@ -180,16 +188,6 @@ void Design::reckon_gains() {
 double Design::cost() const {
   if (T_.size() > 0) return T_.cwiseProduct(C_).sum();
   return CholeskyFactor(C_).log_determinant();
-}
-
-void Design::project(const Rows& Ut, std::vector<kernels::Line>& X) const {
-  kernels_.project(data(problem_.blocks()), blocks_, static_cast<int>(problem_.parameters()), Ut.data(),
-                   data(X));
-}
-
-void Design::add_products(const std::vector<kernels::Line>& X, const std::vector<kernels::Line>& Y,
-                          double factor, std::vector<kernels::Line>& S) const {
-  kernels_.add_products(data(X), data(Y), factor, blocks_, data(S));
 }
 
 PredictedError predicted_error(const DesignProblem& problem, const Eigen::MatrixXd& covariance) {

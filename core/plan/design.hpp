@@ -38,8 +38,9 @@ class DesignProblem {
   std::size_t candidates() const { return candidates_; }
   Eigen::Index parameters() const { return task_rows_.cols(); }
 
+  using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
   /// Rows of a candidate, 3 x parameters().
-  Eigen::Matrix<double, 3, Eigen::Dynamic> rows(std::size_t candidate) const;
+  Rows rows(std::size_t candidate) const;
   /// Derivative of the task's positions (mm) to the scaled parameters, three rows a pose.
   const Eigen::MatrixXd& task_rows() const { return task_rows_; }
   /// Mean of what the task's poses ask of the parameters, mm^2: the mean squared error of their predictions
@@ -51,6 +52,8 @@ class DesignProblem {
   const std::vector<kernels::Line>& blocks() const { return blocks_; }
 
  private:
+  void put_rows(std::size_t candidate, const Rows& rows);
+
   std::size_t candidates_;
   std::vector<kernels::Line> blocks_;
   Eigen::MatrixXd task_rows_;
@@ -79,6 +82,8 @@ class Design {
 
   void add(std::size_t candidate);
   void remove(std::size_t candidate);
+  /// Puts back, as if it had never been missing, what the last change removed.
+  void take_back(std::size_t removed);
   /// Reckons everything anew: after many changes rounding adds up.
   void refresh();
 
@@ -87,18 +92,19 @@ class Design {
   /// Less is better: the logarithm of the determinant of C for D, the trace of T C for A and I.
   double cost() const;
 
+  std::size_t candidates() const { return problem_.candidates(); }
   const std::vector<std::size_t>& chosen() const { return chosen_; }
   bool has(std::size_t candidate) const { return is_chosen_[candidate]; }
   const Eigen::MatrixXd& covariance() const { return C_; }
 
  private:
-  using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+  using Rows = DesignProblem::Rows;
 
   void change(std::size_t candidate, double sign);
   void reckon_gains();
-  void project(const Rows& Ut, std::vector<kernels::Line>& X) const;
-  void add_products(const std::vector<kernels::Line>& X, const std::vector<kernels::Line>& Y, double factor,
-                    std::vector<kernels::Line>& S) const;
+  int columns() const { return static_cast<int>(problem_.parameters()); }
+  /// S = A M A' of every candidate.
+  void reckon_congruences(const Eigen::MatrixXd& M, std::vector<kernels::Line>& S) const;
 
   const DesignProblem& problem_;
   const kernels::Kernels& kernels_;
@@ -108,7 +114,9 @@ class Design {
   Eigen::MatrixXd T_;  // empty for D
   Eigen::MatrixXd C_;
   double best_gain_ = 0;  // when all was reckoned anew
-  std::vector<kernels::Line> V_, W_, X_, Y_, gain_;
+  std::vector<kernels::Line> V_, W_, gain_;
+  std::vector<kernels::Line> V_before_, W_before_;  // the last change, where that removed
+  Eigen::MatrixXd C_before_;
 };
 
 /// Standard deviations of the task's predicted positions (mm, of the error's length) that a design leads to.

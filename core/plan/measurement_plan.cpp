@@ -81,12 +81,14 @@ std::vector<JointVector> picked(const Candidates& candidates, std::span<const st
 
 /// Those of the chosen that together tell most come first, `count` of them.
 void most_telling_first(std::vector<std::size_t>& chosen, const DesignProblem& problem, int count) {
+  Design design{problem, DesignCriterion::D};
+  std::vector<bool> allowed(problem.candidates());
+  for (const std::size_t k : chosen) allowed[k] = true;
   for (int done = 0; done < count; ++done) {
+    const auto next = best_addition(design, allowed);
     const auto rest = chosen.begin() + done;
-    std::vector<bool> allowed(problem.candidates());
-    for (auto k = rest; k != chosen.end(); ++k) allowed[*k] = true;
-    const auto next = best_substitute(problem, DesignCriterion::D, std::span{chosen.begin(), rest}, allowed);
     std::iter_swap(rest, std::find(rest, chosen.end(), *next));
+    design.add(*next);
   }
 }
 

@@ -39,7 +39,7 @@ void exchange(Design& design, int max_passes) {
     for (const std::size_t given_up : std::vector<std::size_t>{design.chosen()}) {
       design.remove(given_up);
       const std::size_t better = best_of(design, given_up);
-      design.add(better);
+      better == given_up ? design.take_back(given_up) : design.add(better);
       improved = improved || better != given_up;
     }
     design.refresh();
@@ -58,14 +58,19 @@ void add_randomly(Design& design, std::size_t candidates, int poses, Random& ran
 
 }  // namespace
 
+std::optional<std::size_t> best_addition(Design& design, const std::vector<bool>& allowed) {
+  count_step();
+  const std::span<const double> gains = design.gains();
+  std::optional<std::size_t> best;
+  for (std::size_t k = 0; k < gains.size(); ++k) {
+    if ((allowed.empty() || allowed[k]) && !design.has(k) && (!best || gains[k] > gains[*best])) best = k;
+  }
+  return best;
+}
+
 void add_greedily(Design& design, int poses) {
   for (auto left = poses - static_cast<int>(design.chosen().size()); left > 0; --left) {
-    count_step();
-    const std::span<const double> gains = design.gains();
-    std::optional<std::size_t> best;
-    for (std::size_t k = 0; k < gains.size(); ++k) {
-      if (!design.has(k) && (!best || gains[k] > gains[*best])) best = k;
-    }
+    const auto best = best_addition(design);
     assert(best);
     design.add(*best);
   }
@@ -86,19 +91,6 @@ std::vector<std::size_t> optimal_design(const DesignProblem& problem, const Desi
     best_cost = design.cost();
   }
   std::ranges::sort(best);
-  return best;
-}
-
-std::optional<std::size_t> best_substitute(const DesignProblem& problem, DesignCriterion criterion,
-                                           std::span<const std::size_t> chosen,
-                                           const std::vector<bool>& allowed) {
-  Design design{problem, criterion};
-  for (const std::size_t k : chosen) design.add(k);
-  const std::span<const double> gains = design.gains();
-  std::optional<std::size_t> best;
-  for (std::size_t k = 0; k < gains.size(); ++k) {
-    if (allowed[k] && !design.has(k) && (!best || gains[k] > gains[*best])) best = k;
-  }
   return best;
 }
 

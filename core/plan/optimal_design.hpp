@@ -18,6 +18,12 @@ struct DesignOptions {
   std::uint64_t seed = 0;  ///< of the random designs
 };
 
+/// The candidate that serves a design's criterion best of those that it does not have and that are allowed.
+/// None where none is.
+///
+/// @param allowed  one flag a candidate; empty = every one
+std::optional<std::size_t> best_addition(Design& design, const std::vector<bool>& allowed = {});
+
 /// Adds to a design, one by one, the candidate that serves its criterion best, until it has `poses`.
 void add_greedily(Design& design, int poses);
 
@@ -29,14 +35,6 @@ void add_greedily(Design& design, int poses);
 /// @return indices of the chosen candidates, ascending
 /// Source: Fedorov, Theory of Optimal Experiments (1972), ch. 3.
 std::vector<std::size_t> optimal_design(const DesignProblem& problem, const DesignOptions& options);
-
-/// The candidate that adds most to what `chosen` tell, in place of one that failed. None where no other is
-/// allowed.
-///
-/// @param allowed  one flag a candidate
-std::optional<std::size_t> best_substitute(const DesignProblem& problem, DesignCriterion criterion,
-                                           std::span<const std::size_t> chosen,
-                                           const std::vector<bool>& allowed);
 
 /// What designs of a size lead to.
 struct DesignSize {

@@ -53,7 +53,9 @@ std::optional<JointVector> PoseSupply::substitute(const JointVector& failed) {
   std::erase(kept_, failed_.back());
   std::vector<bool> allowed(plan_.candidates.poses.size());
   for (std::size_t k = 0; k < allowed.size(); ++k) allowed[k] = may_replace(k);
-  const auto next = best_substitute(*plan_.problem, criterion_, kept_, allowed);
+  Design design{*plan_.problem, criterion_};
+  for (const std::size_t k : kept_) design.add(k);
+  const auto next = best_addition(design, allowed);
   if (!next) return std::nullopt;
   kept_.push_back(*next);
   return plan_.candidates.poses[*next];

@@ -38,7 +38,7 @@ TEST(MeasurementModel, ReproducesTheGoldenJacobianOfAllThirtyNineParameters) {
   }
 }
 
-TEST(MeasurementModel, AgreesWithDifferencesForARailWithTwoReflectorsAndAFlange) {
+TEST(MeasurementModel, AgreesWithDifferencesAndOfManyPosesWithEachForARailWithTwoReflectorsAndAFlange) {
   RobotModel robot;
   robot.joints = {{.type = JointType::Prismatic,
                    .a_mm = 30,
@@ -74,6 +74,17 @@ TEST(MeasurementModel, AgreesWithDifferencesForARailWithTwoReflectorsAndAFlange)
         (moved(cell, step).predict(q, 1) - moved(cell, -step).predict(q, 1)) / (2 * kStep);
     EXPECT_LT((J.col(k) - slope).norm(), 1e-6 * (1 + slope.norm()))
         << parameter_names(cell)[static_cast<std::size_t>(k)];
+  }
+
+  std::vector<JointVector> poses;
+  for (int n = 0; n < 70; ++n) poses.push_back(example::random_joints(robot, random));
+  Eigen::VectorXd points;
+  Eigen::MatrixXd rows;
+  predict_with_jacobian(cell, poses, points, rows);
+  for (std::size_t n = 0; n < poses.size(); ++n) {
+    const auto row = static_cast<Eigen::Index>(3 * n);
+    EXPECT_LT((points.segment<3>(row) - predict_with_jacobian(cell, poses[n], 0, J)).norm(), 1e-9);
+    EXPECT_LT((rows.middleRows<3>(row) - J).norm(), 1e-12 * J.norm());
   }
 }
 

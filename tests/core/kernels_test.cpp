@@ -186,17 +186,19 @@ struct Candidates3 {
   std::vector<kernels::Line> lines;
 };
 
-TEST_P(Kernels, ProjectAndJudgeCandidatePosesAsEigenDoes) {
-  constexpr std::size_t kCandidates = 24, kColumns = 39;
+TEST_P(Kernels, JudgeCandidatePosesAsEigenDoes) {
+  constexpr std::size_t kCandidates = 24, kColumns = 38;
   constexpr int kBlocks = kCandidates / kernels::kMostLanes;
   Random random{21};
-  Candidates3 rows{kCandidates, 3 * kColumns}, X{kCandidates, 9}, Y{kCandidates, 9}, V{kCandidates, 6},
-      W{kCandidates, 6}, gain{kCandidates, 1};
+  Candidates3 rows{kCandidates, 3 * kColumns}, V{kCandidates, 6}, W{kCandidates, 6}, gain{kCandidates, 1};
   for (kernels::Line& line : rows.lines)
     for (double& value : line.value) value = random.normal();
-  using Columns = Eigen::Matrix<double, kColumns, 3, Eigen::RowMajor>;
-  const Columns U = Columns::NullaryExpr([&] { return random.normal(); });
-  const Columns P = Columns::NullaryExpr([&] { return random.normal(); });
+  using Square = Eigen::Matrix<double, kColumns, kColumns>;
+  const Square B = Square::NullaryExpr([&] { return random.normal(); }), M = B * B.transpose() / kColumns;
+  Eigen::Matrix<double, kColumns, 6, Eigen::RowMajor> UP;
+  for (double& value : UP.reshaped()) value = random.normal();
+  Eigen::Matrix<double, kColumns, 3, Eigen::RowMajor> U = UP.leftCols<3>();
+  const auto P = UP.rightCols<3>();
   const auto A = [&](std::size_t k) {
     Eigen::Matrix<double, 3, kColumns> out;
     for (std::size_t i = 0; i < 3 * kColumns; ++i)
@@ -204,28 +206,34 @@ TEST_P(Kernels, ProjectAndJudgeCandidatePosesAsEigenDoes) {
           rows.at(k, i, 3 * kColumns);
     return out;
   };
-  code().project(rows.data(), kBlocks, kColumns, U.data(), X.data());
-  code().project(rows.data(), kBlocks, kColumns, P.data(), Y.data());
-  code().add_products(X.data(), X.data(), 0.5, kBlocks, V.data());
-  code().add_products(X.data(), Y.data(), 2.0, kBlocks, W.data());
+  constexpr int kThrees = (kColumns + 2) / 3;
+  std::vector<double> by_three(kThrees * kColumns * 3);
+  for (std::size_t c = 0; c < kColumns; ++c) {
+    for (std::size_t r = 0; r < kColumns; ++r)
+      by_three[(c / 3 * kColumns + r) * 3 + c % 3] =
+          M(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
+  }
   const auto near = [](double value, double expected) {
     return std::abs(value - expected) <= 1e-11 * (1 + std::abs(expected));
   };
+  constexpr int columns = kColumns;
 
+  code().congruences(rows.data(), kBlocks, columns, by_three.data(), V.data());
+  code().add_squares(rows.data(), kBlocks, columns, U.data(), 0.5, V.data());
   code().volume_gains(V.data(), kBlocks, gain.data());
   for (std::size_t k = 0; k < kCandidates; ++k) {
     const Eigen::Matrix3d AU = A(k) * U;
-    for (std::size_t i = 0; i < 9; ++i)
-      EXPECT_PRED2(near, X.at(k, i, 9),
-                   AU(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)));
-    const Eigen::Matrix3d S = Eigen::Matrix3d::Identity() + AU * AU.transpose();
+    const Eigen::Matrix3d S =
+        Eigen::Matrix3d::Identity() + A(k) * M * A(k).transpose() + 0.5 * AU * AU.transpose();
     EXPECT_PRED2(near, gain.at(k, 0, 1), S.determinant());
   }
+  code().congruences(rows.data(), kBlocks, columns, by_three.data(), W.data());
+  code().add_products(rows.data(), kBlocks, columns, UP.data(), 2, V.data(), W.data());
   code().variance_gains(V.data(), W.data(), kBlocks, gain.data());
   for (std::size_t k = 0; k < kCandidates; ++k) {
-    const Eigen::Matrix3d AU = A(k) * U, AP = A(k) * P;
-    const Eigen::Matrix3d S = Eigen::Matrix3d::Identity() + AU * AU.transpose();
-    const Eigen::Matrix3d sum = 2 * (AU * AP.transpose() + AP * AU.transpose());
+    const Eigen::Matrix3d AU = A(k) * U, AP = A(k) * P, AMA = A(k) * M * A(k).transpose();
+    const Eigen::Matrix3d S = Eigen::Matrix3d::Identity() + AMA + 2.5 * AU * AU.transpose();
+    const Eigen::Matrix3d sum = AMA + 2 * (AU * AP.transpose() + AP * AU.transpose());
     EXPECT_PRED2(near, gain.at(k, 0, 1), (S.inverse() * sum).trace());
   }
 }

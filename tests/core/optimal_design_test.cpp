@@ -188,25 +188,27 @@ TEST(PredictedError, IsTheCramerRaoBoundWhereManyPosesOutweighThePrior) {
   EXPECT_NEAR(predicted_error(p, all).rms_mm / cramer_rao_rms_mm(cell, measured, task, sigma_mm), 1, 1e-3);
 }
 
-TEST(Substitute, IsTheAllowedCandidateThatAddsMost) {
+TEST(BestAddition, IsTheAllowedCandidateThatAddsMost) {
   const DesignProblem p = problem(50, 11);
   auto chosen = optimal_design(p, {.poses = 12});
   std::vector<bool> allowed(50, true);
   const std::size_t failed = chosen.back();
   chosen.pop_back();
   allowed[failed] = false;
-  const auto substitute = best_substitute(p, DesignCriterion::I, chosen, allowed);
-  ASSERT_TRUE(substitute);
-  EXPECT_NE(*substitute, failed);
+  Design design{p, DesignCriterion::I};
+  for (const std::size_t k : chosen) design.add(k);
+  const auto addition = best_addition(design, allowed);
+  ASSERT_TRUE(addition);
+  EXPECT_NE(*addition, failed);
   auto with = chosen;
-  with.push_back(*substitute);
+  with.push_back(*addition);
   const double best = cost(p, DesignCriterion::I, with);
   for (std::size_t k = 0; k < 50; ++k) {
     if (k == failed || std::ranges::find(chosen, k) != chosen.end()) continue;
     with.back() = k;
     EXPECT_GE(cost(p, DesignCriterion::I, with), best * (1 - 1e-9));
   }
-  EXPECT_FALSE(best_substitute(p, DesignCriterion::I, chosen, std::vector<bool>(50, false)));
+  EXPECT_FALSE(best_addition(design, std::vector<bool>(50, false)));
 }
 
 TEST(EnoughPoses, AreThoseBeyondWhichTheArmsOwnRepeatabilityRules) {
