@@ -30,6 +30,7 @@ std::vector<std::string> joint_column_names(std::string_view prefix, const Robot
 namespace {
 
 constexpr double kGreatestSigma_mm = 1000;
+constexpr double kGreatestPose = 1e9;
 
 constexpr std::size_t kMostReflectors = 100;
 
@@ -71,6 +72,7 @@ class MeasurementColumns {
     point.sigma_mm = sigma_mm(row);
     point.direction = direction(row);
     if (table_.has("time")) point.time = table_.text(row, table_.column("time"));
+    if (table_.has("pose")) point.pose = pose(row);
     return point;
   }
 
@@ -130,6 +132,16 @@ class MeasurementColumns {
     return direction;
   }
 
+  int pose(std::size_t row) const {
+    const std::size_t column = table_.column("pose");
+    const double number = table_.number(row, column);
+    if (number < 1 || number > kGreatestPose || number != std::floor(number)) {
+      table_.fail(row, column,
+                  "expected a whole number of 1 or more, found " + std::string(table_.text(row, column)));
+    }
+    return static_cast<int>(number);
+  }
+
   const CsvTable& table_;
   JointColumns q_;
   std::size_t x_, y_, z_;
@@ -164,7 +176,7 @@ void write_joints(std::ostream& out, const std::vector<JointVector>& joints, con
 MeasurementData load_measurements(const std::filesystem::path& file, const RobotModel& robot) {
   const CsvTable table = CsvTable::read(file);
   std::vector<std::string> known = joint_column_names("q", robot);
-  known.insert(known.end(), {"x", "y", "z", "smr", "set", "sigma", "time"});
+  known.insert(known.end(), {"x", "y", "z", "smr", "set", "sigma", "time", "pose"});
   const std::vector<std::string> directions = joint_column_names("dir", robot);
   known.insert(known.end(), directions.begin(), directions.end());
   table.expect_only(known);
@@ -179,12 +191,13 @@ MeasurementData load_measurements(const std::filesystem::path& file, const Robot
 void write_measurements(std::ostream& out, const MeasurementData& data, const RobotModel& robot) {
   const bool directions =
       std::ranges::any_of(data.points, [](const auto& point) { return !point.direction.empty(); });
+  const bool poses = std::ranges::all_of(data.points, [](const auto& point) { return point.pose > 0; });
   for (const std::string& name : joint_column_names("q", robot)) out << name << ',';
   out << "x,y,z,smr,set,sigma,";
   if (directions) {
     for (const std::string& name : joint_column_names("dir", robot)) out << name << ',';
   }
-  out << "time\n";
+  out << (poses ? "time,pose\n" : "time\n");
 
   for (const Measurement& point : data.points) {
     for (int i = 0; i < robot.joint_count(); ++i) {
@@ -199,7 +212,9 @@ void write_measurements(std::ostream& out, const MeasurementData& data, const Ro
         out << (point.direction.empty() ? "" : std::to_string(point.direction[i])) << ',';
       }
     }
-    out << csv_field(point.time) << '\n';
+    out << csv_field(point.time);
+    if (poses) out << ',' << point.pose;
+    out << '\n';
   }
 }
 

@@ -30,6 +30,13 @@ std::vector<int> pose_numbers(std::span<const Measurement> points) {
   return numbers;
 }
 
+std::vector<int> named_pose_numbers(std::span<const Measurement> points) {
+  std::vector<int> numbers = pose_numbers(points);
+  const bool own = std::ranges::all_of(points, [](const Measurement& point) { return point.pose > 0; });
+  for (std::size_t i = 0; i < points.size(); ++i) numbers[i] = own ? points[i].pose : numbers[i] + 1;
+  return numbers;
+}
+
 std::vector<std::vector<std::size_t>> pose_groups(std::span<const Measurement> points) {
   const std::vector<int> numbers = pose_numbers(points);
   std::vector<std::vector<std::size_t>> groups(static_cast<std::size_t>(count_poses(points)));

@@ -24,6 +24,7 @@ struct Measurement {
   std::vector<std::int8_t> direction;  ///< side from which each joint arrived (-1, 0, 1); empty = unknown
   std::string time;                    ///< RFC 3339, or empty
   int row = 0;                         ///< row of the file it came from (1 = first data row), 0 = no file
+  int pose = 0;                        ///< number that its campaign or file gave its pose, from 1; 0 = none
 };
 
 struct MeasurementData {
@@ -34,6 +35,10 @@ struct MeasurementData {
 /// The number of each point's pose, from 0 in the order of first appearance. Points with the same joints are
 /// of one pose.
 std::vector<int> pose_numbers(std::span<const Measurement> points);
+
+/// The number of each point's pose as people are told it, from 1: its own where all points have one, else by
+/// the order of first appearance.
+std::vector<int> named_pose_numbers(std::span<const Measurement> points);
 
 /// Indices of the points of each pose, poses in the same order.
 std::vector<std::vector<std::size_t>> pose_groups(std::span<const Measurement> points);

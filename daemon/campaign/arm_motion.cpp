@@ -23,7 +23,7 @@ double approach_way_rad(const config::CampaignConfig& campaign, int pose) {
     case config::ApproachSide::Upwards:
       return way_rad;
     case config::ApproachSide::Alternate:
-      return pose % 2 == 0 ? way_rad : -way_rad;
+      return pose % 2 == 1 ? way_rad : -way_rad;
   }
   return 0;
 }

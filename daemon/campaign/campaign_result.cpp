@@ -13,6 +13,7 @@ MeasurementData measurement_data(const std::vector<StoredPoint>& points, const s
     measurement.p_WS_mm = point.p_WS_mm;
     measurement.set = point.purpose == PointPurpose::Identify ? PoseSet::Identify : PoseSet::Validate;
     measurement.time = point.time;
+    measurement.pose = point.pose;
     data.points.push_back(measurement);
   }
   return data;

@@ -112,7 +112,7 @@ void Iso9283Campaign::foresee_directions() {
     directions = direction_after(std::move(directions), q - here);
     here = q;
   };
-  const double side_rad = approach_way_rad(session_.config().campaign, 0);
+  const double side_rad = approach_way_rad(session_.config().campaign, 1);
   for (int cycle = 0; cycle < 2; ++cycle) {
     for (Stop& stop : stops_) {
       if (stop.q_from.size() > 0) {
@@ -148,7 +148,7 @@ MeasuringTarget Iso9283Campaign::target_of(const Stop& stop) {
   return {.purpose = PointPurpose::Cycle,
           .q_target = stop.q_target,
           .q_commanded = stop.q_commanded,
-          .way_rad = approach_way_rad(session_.config().campaign, 0),
+          .way_rad = approach_way_rad(session_.config().campaign, 1),
           .q_from = stop.q_from};
 }
 
@@ -170,7 +170,7 @@ std::vector<TestPoint> Iso9283Campaign::measured_points() {
   for (std::size_t i = 0; i < kPoints; ++i)
     points.push_back({.name = name_of(i), .commanded = {poses_.p_B_mm[i], {}}, .attained = {}});
   for (const StoredPoint& point : session_.result().points) {
-    const Stop& stop = stops_[static_cast<std::size_t>(point.pose) % stops_.size()];
+    const Stop& stop = stops_[static_cast<std::size_t>(point.pose - 1) % stops_.size()];
     points[stop.point].attained.push_back({{point.p_WS_mm, {}}, stop.direction, {}});
   }
   return points;

@@ -28,7 +28,7 @@ enum class Replacement {
 
 /// A pose to measure.
 struct MeasuringTarget {
-  int pose = 0;  ///< its number in the campaign
+  int pose = 0;  ///< its number in the campaign, from 1
   PointPurpose purpose = PointPurpose::Identify;
   JointVector q_target;
   JointVector q_commanded;
@@ -136,7 +136,7 @@ class MeasuringSession {
   std::optional<TimePoint> first_pose_;  ///< when the first pose was begun
 
   std::shared_ptr<PoseSupply> poses_;
-  int next_number_ = 0;  ///< of a pose
+  int next_number_ = 1;  ///< of a pose
   int substitutes_ = 0;
   CalibratedCell expected_;  ///< where the reflector is looked for
   bool placement_known_ = false;

@@ -72,34 +72,27 @@ json::object options_document(const config::CellConfig& config) {
   return options;
 }
 
-/// The poses that have no point: [{"pose","attempts","reason"}], "pose" being their number in the plan.
+/// The poses that have no point: [{"pose","attempts","reason"}].
 json::array skipped_document(const CampaignResult& result) {
   json::array list;
   for (const SkippedPose& pose : result.skipped) {
-    list.push_back(
-        json::object{{"pose", pose.pose + 1}, {"attempts", pose.attempts}, {"reason", pose.reason}});
+    list.push_back(json::object{{"pose", pose.pose}, {"attempts", pose.attempts}, {"reason", pose.reason}});
   }
   return list;
 }
 
-/// Errors of the points measured again (wanted minus measured, as in "points"), with the numbers that the
-/// document gives to their validation poses.
+/// Errors of the points measured again (wanted minus measured, as in "points"), with the numbers of their
+/// validation poses.
 json::array remeasured_document(const CampaignResult& result) {
-  std::vector<const StoredPoint*> first;  // in the order in which the document numbers them from 1
-  for (const StoredPoint& point : result.points) {
-    if (point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate)
-      first.push_back(&point);
-  }
   json::array points;
   for (const auto& [point, error_mm] : result.as<CalibrationResult>().remeasured_points) {
-    const auto before = std::ranges::find_if(first, [&](const StoredPoint* other) {
-      return other->purpose == PointPurpose::Validate && other->q_target == point.q_target;
+    const auto before = std::ranges::find_if(result.points, [&](const StoredPoint& other) {
+      return other.purpose == PointPurpose::Validate && other.q_target == point.q_target;
     });
-    if (before == first.end()) continue;  // never measured for validation: nothing to show it beside
+    if (before == result.points.end()) continue;  // never measured for validation: nothing to show it beside
     const Eigen::Vector3d error = -error_mm;
-    points.push_back(json::object{{"pose", before - first.begin() + 1},
-                                  {"smr", point.smr},
-                                  {"error", {error.x(), error.y(), error.z()}}});
+    points.push_back(json::object{
+        {"pose", before->pose}, {"smr", point.smr}, {"error", {error.x(), error.y(), error.z()}}});
   }
   return points;
 }

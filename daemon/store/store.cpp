@@ -162,6 +162,10 @@ ALTER TABLE model ADD COLUMN sha256 TEXT NOT NULL DEFAULT '';
 
 constexpr const char* kDeactivate = "UPDATE model SET active=0 WHERE active=1";
 
+// Poses are numbered from 1; the database has counted them from 0 since its first version.
+std::int64_t stored_pose(int number) { return number - 1; }
+int pose_number(std::int64_t stored) { return static_cast<int>(stored) + 1; }
+
 constexpr std::array<std::string_view, 6> kPurposes{"identify",  "validate", "remeasure",
                                                     "reference", "target",   "cycle"};
 
@@ -384,7 +388,7 @@ StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredP
       "INSERT INTO point (campaign_id, pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, "
       "y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time) "
       "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
-  insert.bind(campaign_id).bind(std::int64_t{p.pose}).bind(kPurposes[static_cast<std::size_t>(p.purpose)]);
+  insert.bind(campaign_id).bind(stored_pose(p.pose)).bind(kPurposes[static_cast<std::size_t>(p.purpose)]);
   insert.bind(array_text(p.q_target))
       .bind(array_text(p.q_commanded))
       .bind(array_text(p.q_actual))
@@ -400,7 +404,7 @@ StoreResult<void> Store::add_skipped(const std::string& campaign_id, const Skipp
   Statement insert =
       impl_->database->prepare("INSERT INTO skipped (campaign_id, pose, reason, attempts) VALUES (?,?,?,?)");
   insert.bind(campaign_id)
-      .bind(std::int64_t{skipped.pose})
+      .bind(stored_pose(skipped.pose))
       .bind(skipped.reason)
       .bind(std::int64_t{skipped.attempts});
   return impl_->commit("storing a skipped pose of campaign " + campaign_id, {&insert});
@@ -481,7 +485,7 @@ StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_
           StoreError{"reading campaign " + campaign_id + ": the joints of a point are no list of numbers"});
     }
     const auto purpose = std::ranges::find(kPurposes, query.text(1)) - kPurposes.begin();
-    points.push_back({.pose = static_cast<int>(query.integer(0)),
+    points.push_back({.pose = pose_number(query.integer(0)),
                       .purpose = static_cast<PointPurpose>(purpose),
                       .q_target = *target,
                       .q_commanded = *commanded,
@@ -502,7 +506,7 @@ StoreResult<std::vector<SkippedPose>> Store::skipped(const std::string& campaign
       "SELECT pose, reason, attempts FROM skipped WHERE campaign_id=? ORDER BY number");
   query.bind(campaign_id);
   return all<SkippedPose>(std::move(query), [](const Statement& row) {
-    return SkippedPose{static_cast<int>(row.integer(0)), row.text(1), static_cast<int>(row.integer(2))};
+    return SkippedPose{pose_number(row.integer(0)), row.text(1), static_cast<int>(row.integer(2))};
   });
 }
 

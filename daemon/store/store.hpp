@@ -22,7 +22,7 @@ using StoreResult = std::expected<T, StoreError>;
 
 /// Why a planned pose has no point.
 struct SkippedPose {
-  int pose = 0;
+  int pose = 0;  ///< its number in the campaign, from 1
   std::string reason;
   int attempts = 0;
 };
@@ -38,7 +38,7 @@ enum class PointPurpose {
 
 /// One measured point of a campaign, as it is kept.
 struct StoredPoint {
-  int pose = 0;  ///< index in the campaign's plan
+  int pose = 0;  ///< its number in the campaign, from 1
   PointPurpose purpose = PointPurpose::Identify;
   JointVector q_target;                ///< the pose that was wanted (rad, mm)
   JointVector q_commanded;             ///< what was sent: differs from it when compensated

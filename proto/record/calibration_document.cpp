@@ -289,7 +289,7 @@ Rejected rejected_of(const RejectedPoint& rejected, const MeasurementData& data,
   const Measurement& m = data.points[rejected.point];
   return {.point = rejected.point + 1,
           .row = m.row,
-          .pose = poses[rejected.point] + 1,
+          .pose = poses[rejected.point],
           .smr = data.smr_names[static_cast<std::size_t>(m.smr)],
           .residual_mm = rejected.residual_mm,
           .sigmas = rejected.sigmas};
@@ -312,7 +312,7 @@ Point point_of(const Measurement& m, const MeasurementData& data, const RobotMod
 
 CalibrationDocument document_of(const Calibration& c, const MeasurementData& data, double elapsed_s) {
   assert(c.points.size() == data.points.size());
-  const std::vector<int> poses = pose_numbers(data.points);
+  const std::vector<int> poses = named_pose_numbers(data.points);
   CalibrationDocument x;
   x.method = c.method;
   x.converged = c.converged;
@@ -335,7 +335,7 @@ CalibrationDocument document_of(const Calibration& c, const MeasurementData& dat
   x.parameters = c.parameters;
   x.arm = Arm::of(c.coarse.robot);
   for (std::size_t i = 0; i < data.points.size(); ++i)
-    x.points.push_back(point_of(data.points[i], data, c.cell.robot, poses[i] + 1, c.points[i]));
+    x.points.push_back(point_of(data.points[i], data, c.cell.robot, poses[i], c.points[i]));
   return x;
 }
 

@@ -108,6 +108,8 @@ TEST_F(MeasurementFile, ChecksTheOptionalColumns) {
             "data.csv: row 1 (line 2): dir2: expected -1, 0 or 1, found 2");
   EXPECT_EQ(error("q1,q2,x,y,z,dir1,dir2\n" + rows + "1,\n"),
             "data.csv: row 1 (line 2): dir2: missing, expected a number");
+  EXPECT_EQ(error("q1,q2,x,y,z,pose\n" + rows + "1.5\n"),
+            "data.csv: row 1 (line 2): pose: expected a whole number of 1 or more, found 1.5");
   EXPECT_EQ(error("q1,q2,x,y,z,smr\n" + rows + "\n"),
             "data.csv: row 1 (line 2): smr: missing, expected a reflector's name");
 }
@@ -122,10 +124,10 @@ TEST_F(MeasurementFile, SaysWhatIsWrongWithAFileAsAWhole) {
 
 TEST_F(MeasurementFile, ComesBackBitByBit) {
   const std::string text =
-      "q1,q2,x,y,z,smr,set,sigma,dir1,dir2,time\n"
+      "q1,q2,x,y,z,smr,set,sigma,dir1,dir2,time,pose\n"
       "0.1,-10.042408075923612,2641.549557,1e-7,-7.852214157,\"a \"\"b\"\", "
-      "c\",identify,0.01,-1,0,2026-01-02T03:04:05Z\n"
-      "12.300000000000001,49.160806905516615,-0.30000000000000004,5,6,2,validate,,,,\n";
+      "c\",identify,0.01,-1,0,2026-01-02T03:04:05Z,7\n"
+      "12.300000000000001,49.160806905516615,-0.30000000000000004,5,6,2,validate,,,,,3\n";
   const MeasurementData first = load(text);
   std::ostringstream out;
   write_measurements(out, first, robot_);
@@ -140,6 +142,7 @@ TEST_F(MeasurementFile, ComesBackBitByBit) {
     EXPECT_EQ(second.points[i].sigma_mm, first.points[i].sigma_mm);
     EXPECT_EQ(second.points[i].direction, first.points[i].direction);
     EXPECT_EQ(second.points[i].time, first.points[i].time);
+    EXPECT_EQ(second.points[i].pose, first.points[i].pose);
   }
 }
 

@@ -17,10 +17,10 @@ daemon::CampaignResult example_calibration(std::uint64_t seed) {
   daemon::CampaignResult result;
   result.identities = {{"#KR210R2700_2", "S1", "KSS"}, {"AT901", "T1", "1"}};
   const int poses = cell.campaign.identify_poses + cell.campaign.validate_poses;
-  for (int pose = 0; pose < poses; ++pose) {
+  for (int pose = 1; pose <= poses; ++pose) {
     daemon::StoredPoint point;
     point.pose = pose;
-    const bool identify = pose < cell.campaign.identify_poses;
+    const bool identify = pose <= cell.campaign.identify_poses;
     point.purpose = identify ? daemon::PointPurpose::Identify : daemon::PointPurpose::Validate;
     point.q_target = truth.q_start;
     point.q_target[4] = 0.9;  // a wrist that is bent, as planned poses have it

@@ -202,6 +202,16 @@ TEST(CalibrationDocument, NumbersThePosesAndGivesJointsAsAMeasurementFileDoes) {
   EXPECT_EQ(points[3].at("after"), (json::value{0.0, 0.0, -0.1}));
 }
 
+TEST(CalibrationDocument, KeepsTheNumbersThatACampaignGaveItsPoses) {
+  Sample s = sample();
+  for (std::size_t i = 0; i < 4; ++i) s.data.points[i].pose = std::array{4, 9, 4, 2}[i];
+  const json::object document = calibration_document(s.calibration, s.data, 0);
+  std::vector<std::int64_t> poses;
+  for (const json::value& point : document.at("points").as_array())
+    poses.push_back(point.at("pose").as_int64());
+  EXPECT_THAT(poses, ElementsAre(4, 9, 4, 2));
+}
+
 TEST(CalibrationDocument, IsReadBackFromItsTextUnchanged) {
   const Sample s = sample();
   const json::object document = calibration_document(s.calibration, s.data, 0.1 + 0.2);

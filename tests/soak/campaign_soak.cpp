@@ -407,7 +407,7 @@ void Soak::check_end(int total, const Journal& journal, const Outcome& outcome) 
   EXPECT_FALSE(journal.failed) << "a campaign is done whose points are not all stored";
   EXPECT_FALSE(compute_failed_);
   EXPECT_EQ(static_cast<int>(journal.poses.size()), total) << "a pose is neither measured nor listed";
-  EXPECT_EQ(journal.poses.rbegin()->first, total - 1);
+  EXPECT_EQ(journal.poses.rbegin()->first, total);
   check_result(**outcome);
 }
 

@@ -133,14 +133,16 @@ TEST(ReportJoints, ShowAnErrorAlongAJointsMotionOverThatJoint) {
 }
 
 TEST(RawData, IsAMeasurementFileWithQuotedNamesAndTheColumnsThatAllPointsHave) {
-  record::Point first{.smr = R"(a "b", c)", .joints = {1.5, -90}, .sigma = 0.01, .direction = {1, -1}};
+  record::Point first{
+      .pose = 4, .smr = R"(a "b", c)", .joints = {1.5, -90}, .sigma = 0.01, .direction = {1, -1}};
   first.position = {1, 2.25, 3};
-  record::Point second{.set = PoseSet::Validate, .smr = "2", .joints = {0, 1e-7}, .direction = {0, 1}};
+  record::Point second{
+      .pose = 7, .set = PoseSet::Validate, .smr = "2", .joints = {0, 1e-7}, .direction = {0, 1}};
   second.position = {4, 5, 6};
   EXPECT_EQ(measurements_csv({first, second}),
-            "q1,q2,x,y,z,dir1,dir2,smr,set\n"
-            "1.5,-90,1,2.25,3,1,-1,\"a \"\"b\"\", c\",identify\n"
-            "0,1e-07,4,5,6,0,1,\"2\",validate\n");
+            "q1,q2,x,y,z,dir1,dir2,smr,set,pose\n"
+            "1.5,-90,1,2.25,3,1,-1,\"a \"\"b\"\", c\",identify,4\n"
+            "0,1e-07,4,5,6,0,1,\"2\",validate,7\n");
 }
 
 TEST(RawData, IsNotOfferedWhereAnOlderDocumentDoesNotSayWhereThePointsWere) {

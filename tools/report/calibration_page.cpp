@@ -83,13 +83,13 @@ std::string measurements_csv(const std::vector<record::Point>& points) {
   for (std::size_t i = 1; i <= joints; ++i) csv += fmt::format("q{},", i);
   csv += "x,y,z,";
   for (std::size_t i = 1; direction && i <= joints; ++i) csv += fmt::format("dir{},", i);
-  csv += fmt::format("{}{}smr,set\n", sigma ? "sigma," : "", time ? "time," : "");
+  csv += fmt::format("{}{}smr,set,pose\n", sigma ? "sigma," : "", time ? "time," : "");
   for (const record::Point& point : points) {
     csv += fields(point.joints) + fields(*point.position);
     if (direction) csv += fields(point.direction);
     if (sigma) csv += fmt::format("{},", *point.sigma);
     if (time) csv += csv_text(point.time) + ",";
-    csv += fmt::format("{},{}\n", csv_text(point.smr), name_of(kPoseSetNames, point.set));
+    csv += fmt::format("{},{},{}\n", csv_text(point.smr), name_of(kPoseSetNames, point.set), point.pose);
   }
   return csv;
 }

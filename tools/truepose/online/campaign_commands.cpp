@@ -63,7 +63,7 @@ std::string cycles_csv(const json::value& iso9283, const std::string& started, c
   const json::array& commanded = iso9283.at("commanded").as_array();
   std::string csv = "time,point,cycle,direction,x,y,z,cx,cy,cz\n";
   for (const json::value& point : points) {
-    const auto pose = point.at("pose").to_number<std::size_t>();
+    const auto pose = point.at("pose").to_number<std::size_t>() - 1;
     const json::value& asked = commanded[pose % commanded.size()];
     csv += started;
     (csv += ',') += asked.at("point").as_string();
