@@ -161,6 +161,7 @@ class Daemon {
   asio::awaitable<void> live() {
     auto loaded = co_await cell_.load_active_model();
     if (!loaded) log_error("the active model cannot be used: " + loaded.error().detail);
+    co_await cell_.arm_as_before();
     bool watching = true;
     Signal watch_ended;
     asio::co_spawn(io_, cell_.watch(),

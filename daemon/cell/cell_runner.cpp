@@ -73,7 +73,7 @@ std::optional<RpcError> CellRunner::apply(const CellEvent& event, const std::str
     return RpcError{
         ErrorCode::WrongState, step.refused->sentence(), {}, step.refused->state, step.refused->allowed};
   }
-  if (std::holds_alternative<Faulted>(step.next) && !in<Faulted>()) faulted_in_stream_ = streaming();
+  if (std::holds_alternative<Faulted>(step.next) && !in<Faulted>()) faulted_in_stream_ = corrects();
   const CellState before = std::exchange(state_, std::move(step.next));
   for (const CellCommand command : step.commands) {
     if (const CarryOut& carry_out = carry_out_[index(command)]) carry_out(reason);

@@ -87,6 +87,9 @@ class CellRunner {
     return std::get_if<State>(&state_);
   }
   bool streaming() const { return in<StreamStarting>() || in<Streaming>() || in<StreamStopping>(); }
+  bool armed() const { return in<Armed>() || in<Disarming>(); }
+  /// Whether corrections are sent, or would be to whoever asked for them.
+  bool corrects() const { return streaming() || armed(); }
   /// What the fault that the cell is in has ended was a stream.
   bool faulted_in_stream() const { return in<Faulted>() != nullptr && faulted_in_stream_; }
   control::RpcError wrong_state(std::string why, std::vector<std::string> allowed) const;

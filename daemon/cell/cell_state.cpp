@@ -14,7 +14,7 @@ struct Overloaded : Fs... {
 };
 
 /// What an operator may ask for, under the method's name.
-const std::array<std::pair<std::string_view, CellEvent>, 10> kRequests{{
+const std::array<std::pair<std::string_view, CellEvent>, 12> kRequests{{
     {"cell.connect", ConnectRequested{}},
     {"cell.disconnect", DisconnectRequested{}},
     {"cell.acknowledge", AcknowledgeRequested{}},
@@ -25,6 +25,8 @@ const std::array<std::pair<std::string_view, CellEvent>, 10> kRequests{{
     {"drift.check", CampaignStartRequested{}},
     {"stream.start", StreamStartRequested{}},
     {"stream.stop", StreamStopRequested{}},
+    {"stream.arm", ArmRequested{}},
+    {"stream.disarm", DisarmRequested{}},
 }};
 
 bool is_request(const CellEvent& event) {
@@ -69,6 +71,7 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
           [&](const Disconnected&, const CampaignStartRequested& start) -> Maybe {
             return go(Running{start.campaign_id}, {C::StartCampaign});
           },
+          [&](const Disconnected&, const ArmRequested&) -> Maybe { return go(Armed{}, {C::ArmStream}); },
           [&](const Connecting&, const DisconnectRequested&) -> Maybe {
             return go(Disconnected{}, {C::CloseDevices});
           },
@@ -80,6 +83,10 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
           },
           [&](const Ready&, const StreamStartRequested&) -> Maybe {
             return go(StreamStarting{now}, {C::StartStream});
+          },
+          // The controller runs one program: while another is corrected, nobody listens to EKI.
+          [&](const Ready&, const ArmRequested&) -> Maybe {
+            return go(Armed{}, {C::CloseDevices, C::ArmStream});
           },
           [&](const Running& running, const CampaignPauseRequested&) -> Maybe {
             return go(Paused{running.campaign_id, running.waiting}, {C::PauseCampaign});
@@ -99,6 +106,7 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
           [&](const Streaming&, const StreamStopRequested&) -> Maybe {
             return go(StreamStopping{now}, {C::StopStream});
           },
+          [&](const Armed&, const DisarmRequested&) -> Maybe { return go(Disarming{now}, {C::StopStream}); },
           [&](const Faulted& faulted, const AcknowledgeRequested&) -> Maybe {
             if (!faulted.acknowledgeable) return std::nullopt;
             return go(Disconnected{}, {C::RearmStream});
@@ -108,6 +116,8 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
           [&](const StreamStopping& s, const AcknowledgeRequested&) -> Maybe {
             return go(s, {C::RearmStream});
           },
+          [&](const Armed& s, const AcknowledgeRequested&) -> Maybe { return go(s, {C::RearmStream}); },
+          [&](const Disarming& s, const AcknowledgeRequested&) -> Maybe { return go(s, {C::RearmStream}); },
           [](const auto&, const auto&) -> Maybe { return std::nullopt; },
       },
       state, event);
@@ -131,6 +141,7 @@ CellStep on_tick(const CellState& state, const Tick& tick, TimePoint now, const 
           [](const StreamStopping&) {
             return fault("the correction was not ramped out in time", {C::CloseDevices});
           },
+          [](const Disarming&) { return fault("the correction was not ramped out in time", {}); },
           [](const auto& s) { return go(s); },
       },
       state);
@@ -154,6 +165,8 @@ CellStep on_outcome(const CellState& state, const CellEvent& event, TimePoint no
           },
           [](const StreamStarting&, const StoreFailed& e) { return fault(e.reason, {C::StopStream}, false); },
           [](const Streaming&, const StoreFailed& e) { return fault(e.reason, {C::StopStream}, false); },
+          [](const Armed&, const StoreFailed& e) { return fault(e.reason, {C::StopStream}, false); },
+          [](const Disarming&, const StoreFailed& e) { return fault(e.reason, {}, false); },
           [](const auto&, const StoreFailed& e) { return fault(e.reason, {C::CloseDevices}, false); },
 
           [](const Connecting&, const DevicesConnected&) { return go(Ready{}); },
@@ -193,6 +206,9 @@ CellStep on_outcome(const CellState& state, const CellEvent& event, TimePoint no
             return fault(e.reason, {C::StopStream, C::CloseDevices});
           },
           [](const StreamStopping&, const StreamFaulted& e) { return fault(e.reason, {C::CloseDevices}); },
+          [](const Disarming&, const StreamEnded&) { return go(Disconnected{}); },
+          [](const Armed&, const StreamFaulted& e) { return fault(e.reason, {C::StopStream}); },
+          [](const Disarming&, const StreamFaulted& e) { return fault(e.reason, {}); },
 
           [](const auto& s, const auto&) { return go(s); },
       },
@@ -212,6 +228,8 @@ std::string_view state_name(const CellState& state) {
                         [](const StreamStarting&) { return std::string_view{"streaming"}; },
                         [](const Streaming&) { return std::string_view{"streaming"}; },
                         [](const StreamStopping&) { return std::string_view{"streaming"}; },
+                        [](const Armed&) { return std::string_view{"armed"}; },
+                        [](const Disarming&) { return std::string_view{"armed"}; },
                         [](const Faulted&) { return std::string_view{"fault"}; },
                     },
                     state);
@@ -243,6 +261,7 @@ std::optional<TimePoint> deadline(const CellState& state, const CellLimits& limi
                           return s.since + (s.program_runs ? limits.stream_starting : limits.stream_program);
                         },
                         [&](const StreamStopping& s) -> Maybe { return s.since + limits.stream_stopping; },
+                        [&](const Disarming& s) -> Maybe { return s.since + limits.stream_stopping; },
                         [](const auto&) -> Maybe { return std::nullopt; },
                     },
                     state);

@@ -60,6 +60,15 @@ struct StreamStopping {
   TimePoint since;
   bool operator==(const StreamStopping&) const = default;
 };
+/// Whatever session the arm's own programs open is corrected, with neither EKI nor tracker.
+struct Armed {
+  bool operator==(const Armed&) const = default;
+};
+/// The correction of the session that is open is ramped out, and no other is corrected any more.
+struct Disarming {
+  TimePoint since;
+  bool operator==(const Disarming&) const = default;
+};
 /// Needs somebody: cleared by an acknowledgement, and where the cause is one that only a restart removes, by
 /// that.
 struct Faulted {
@@ -68,10 +77,10 @@ struct Faulted {
   bool operator==(const Faulted&) const = default;
 };
 using CellState = std::variant<Disconnected, Connecting, Ready, Running, Paused, Aborting, StreamStarting,
-                               Streaming, StreamStopping, Faulted>;
+                               Streaming, StreamStopping, Armed, Disarming, Faulted>;
 
 /// The name on the wire, as cell.status knows it: "disconnected", "ready", "campaign". An abort under way
-/// still is "campaign", and a stream that starts or stops "streaming".
+/// still is "campaign", a stream that starts or stops "streaming", and one that is being disarmed "armed".
 std::string_view state_name(const CellState& state);
 
 /// Which device the state waits for, and since when; none where it waits for none.
@@ -89,6 +98,8 @@ struct CampaignResumeRequested {};
 struct CampaignAbortRequested {};
 struct StreamStartRequested {};
 struct StreamStopRequested {};
+struct ArmRequested {};
+struct DisarmRequested {};
 // What the daemon found out.
 struct DevicesConnected {};
 struct ConnectFailed {
@@ -122,9 +133,9 @@ struct Tick {
 using CellEvent =
     std::variant<ConnectRequested, DisconnectRequested, AcknowledgeRequested, CampaignStartRequested,
                  CampaignPauseRequested, CampaignResumeRequested, CampaignAbortRequested,
-                 StreamStartRequested, StreamStopRequested, DevicesConnected, ConnectFailed, DeviceLost,
-                 DeviceAwaited, CampaignPaused, CampaignEnded, StreamProgramStarted, StreamStarted,
-                 StreamEnded, StreamFaulted, StoreFailed, Tick>;
+                 StreamStartRequested, StreamStopRequested, ArmRequested, DisarmRequested, DevicesConnected,
+                 ConnectFailed, DeviceLost, DeviceAwaited, CampaignPaused, CampaignEnded,
+                 StreamProgramStarted, StreamStarted, StreamEnded, StreamFaulted, StoreFailed, Tick>;
 
 enum class CellCommand {
   OpenDevices,
@@ -135,9 +146,10 @@ enum class CellCommand {
   AbortCampaign,
   StartStream,
   StopStream,
+  ArmStream,
   RearmStream,  ///< a stream that holds goes on from the correction that it holds
 };
-inline constexpr std::size_t kCellCommands = 9;
+inline constexpr std::size_t kCellCommands = 10;
 
 /// How long the states that pass by themselves may last.
 struct CellLimits {

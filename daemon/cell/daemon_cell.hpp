@@ -20,6 +20,8 @@ class DaemonCell final : public CellService {
       std::string method, boost::json::object params) override;
 
   boost::asio::awaitable<StoreResult<void>> load_active_model() { return models_.load_active(); }
+  /// After load_active_model().
+  boost::asio::awaitable<void> arm_as_before() { return stream_.arm_as_before(); }
   /// Watches devices, stream and the states that have to pass by themselves. Ends when cancelled.
   boost::asio::awaitable<void> watch();
   /// Ramps the correction out, ends a campaign and writes its end, lets the devices go.

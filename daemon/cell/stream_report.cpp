@@ -51,6 +51,14 @@ json::value ms_or_null(std::optional<drivers::Duration> age) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(*age).count();
 }
 
+/// Of an armed stream whose controller sends nothing.
+std::string closed_text(const StreamStatus& status, std::optional<drivers::Duration> age) {
+  const auto known = silence(status);
+  if (age && known && *known < kSilence) return old_packet_text(status, age);
+  const std::string last = age ? ", the last packet came " + seconds_text(*age) + " ago" : std::string{};
+  return "armed; no program has RSI open" + last;
+}
+
 /// What ended the stream, or will end its start, before all else; of a controller that is silent nothing else
 /// matters.
 std::string stream_reason(const StreamStatus& status, const StreamSurroundings& around, bool silent) {
@@ -58,7 +66,7 @@ std::string stream_reason(const StreamStatus& status, const StreamSurroundings& 
   silent = silent && around.streaming;
   const bool unproven = status.state == StreamState::Unproven;
   if (const std::string why = reason(status); !why.empty() && !(unproven && silent)) return why;
-  if (silent) return old_packet_text(status, around.age);
+  if (silent) return around.armed ? closed_text(status, around.age) : old_packet_text(status, around.age);
   return around.streaming && status.model == 0
              ? "no model is active: nothing is corrected; activate one, or stop the stream"
              : "";
@@ -119,6 +127,7 @@ json::object stream_json(const StreamStatus& status, const LatencyHistogram::Sum
   }
   return {
       {"state", stream_state_name(status, around.streaming, silent)},
+      {"armed", around.armed},
       {"reason", stream_reason(status, around, silent)},
       {"model_id", text_json(around.model_id)},
       {"peer", status.peer ? json::value(text(*status.peer)) : json::value{}},

@@ -34,7 +34,8 @@ std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, 
 
 /// What stands around the stream's own status.
 struct StreamSurroundings {
-  bool streaming = false;                ///< the cell is in its state "streaming"
+  bool streaming = false;  ///< the cell is in its state "streaming" or "armed"
+  bool armed = false;
   std::optional<drivers::Duration> age;  ///< of the controller's last good packet, where there was one
   std::string refused;                   ///< the last packet that was not taken, in words; empty = none
   std::string trouble;  ///< why it does not run, which the realtime thread does not know; empty = it may

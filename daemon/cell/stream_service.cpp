@@ -28,12 +28,19 @@ std::optional<Duration> packet_age(const StreamStatus& status, TimePoint now) {
   return std::max(Duration{0}, now - *status.heard);
 }
 
+/// Whether the controller is known to have sent nothing for long, or ever.
+bool known_silent(const StreamStatus& status) {
+  const auto lasts = silence(status);
+  return !lasts || *lasts >= kSilence;
+}
+
 }  // namespace
 
 StreamService::StreamService(const CellParts& parts, CellRunner& runner, DeviceService& devices,
                              const ModelService& models)
     : parts_{parts}, runner_{runner}, devices_{devices}, models_{models}, log_{&log} {
   runner_.on(CellCommand::StopStream, [this](const std::string&) { parts_.stream.disengage(); });
+  runner_.on(CellCommand::ArmStream, [this](const std::string&) { parts_.stream.arm(); });
   runner_.on(CellCommand::RearmStream, [this](const std::string&) { parts_.stream.acknowledge(); });
   runner_.explain_by([this] { return no_answer(parts_.stream.status()); });
 }
@@ -41,6 +48,8 @@ StreamService::StreamService(const CellParts& parts, CellRunner& runner, DeviceS
 std::vector<Method<StreamService>> StreamService::methods() {
   return {{"stream.start", &StreamService::start},
           {"stream.stop", &StreamService::stop},
+          {"stream.arm", &StreamService::arm},
+          {"stream.disarm", &StreamService::disarm},
           {"stream.status", &StreamService::status}};
 }
 
@@ -79,6 +88,48 @@ MethodReply StreamService::stop(json::object params) {
   co_return json();
 }
 
+MethodReply StreamService::arm(json::object params) {
+  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+  if (const auto model = models_.needed(); !model) co_return std::unexpected(model.error());
+  co_await devices_.unasked();
+  if (auto refused = runner_.apply(ArmRequested{}, "armed by an operator"))
+    co_return std::unexpected(*refused);
+  auto kept = co_await keep_armed(control::rfc3339(parts_.wall_clock()));
+  if (kept) co_return json();
+  runner_.apply(DisarmRequested{}, kept.error().detail);
+  co_return std::unexpected(store_unusable(kept.error()));
+}
+
+MethodReply StreamService::disarm(json::object params) {
+  if (auto refused = runner_.request(params, DisarmRequested{}, "disarmed by an operator"))
+    co_return std::unexpected(*refused);
+  auto kept = co_await keep_armed("");
+  co_await runner_.while_in<Disarming>();
+  if (!kept) co_return std::unexpected(store_unusable(kept.error()));
+  co_return json();
+}
+
+asio::awaitable<StoreResult<void>> StreamService::keep_armed(std::string since) {
+  kept_armed_ = !since.empty();
+  auto job = [this, since] { return parts_.store.keep_armed(since); };
+  co_return co_await parts_.store_thread.ask(job);
+}
+
+asio::awaitable<void> StreamService::arm_as_before() {
+  auto job = [this] { return parts_.store.armed_since(); };
+  auto since = co_await parts_.store_thread.ask(job);
+  if (!since) log_error("whether the stream was armed is not known: " + since.error().detail);
+  if (!since || since->empty()) co_return;
+  kept_armed_ = true;
+  if (const auto model = models_.needed(); !model) {
+    log_warning("the stream, armed since " + *since + ", is disarmed: " + model.error().message);
+    auto kept = co_await keep_armed("");
+    if (!kept) log_error(kept.error().detail);
+    co_return;
+  }
+  runner_.apply(ArmRequested{}, "armed since " + *since + ", as before the daemon ended");
+}
+
 MethodReply StreamService::status(json::object params) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   co_return json();
@@ -87,9 +138,13 @@ MethodReply StreamService::status(json::object params) {
 asio::awaitable<void> StreamService::watch() {
   for (TimePoint tell = parts_.clock.now();;) {
     look();
+    if (kept_armed_ && runner_.in<Faulted>()) {  // whoever acknowledges the fault arms anew
+      auto kept = co_await keep_armed("");
+      if (!kept) log_error(kept.error().detail);
+    }
     if (parts_.clock.now() >= tell) {
       tell = parts_.clock.now() + kTell;
-      if (runner_.streaming()) parts_.events.publish(control::Topic::Stream, json());
+      if (runner_.corrects()) parts_.events.publish(control::Topic::Stream, json());
     }
     const TimePoint next = parts_.clock.now() + kLook;
     co_await parts_.clock.sleep_until(next);
@@ -118,7 +173,8 @@ void StreamService::look() {
     runner_.wake();
   }
   runner_.faults().stand(status.state == StreamState::Frozen, {"E_STREAM_FROZEN", "warning", reason(status)});
-  if (status.state != StreamState::Unproven || before != status.state) proven_ = now;
+  const bool closed = runner_.armed() && known_silent(status);
+  if (status.state != StreamState::Unproven || before != status.state || closed) proven_ = now;
   runner_.faults().stand(now - proven_ >= kUnproven, {"E_STREAM_UNPROVEN", "warning", reason(status)});
   look_for_silence(status);
   follow(status);
@@ -128,7 +184,7 @@ void StreamService::look() {
 void StreamService::look_for_silence(const StreamStatus& status) {
   const auto lasts = silence(status);
   const bool on = runner_.in<Streaming>() || runner_.in<StreamStopping>();
-  const bool silent = on && (!lasts || *lasts >= kSilence);
+  const bool silent = on && known_silent(status);
   const bool goes_on_by_itself =
       parts_.config.stream.rearm == config::Rearm::Automatic && runner_.in<Streaming>();
   if (silent && !goes_on_by_itself) {
@@ -149,9 +205,12 @@ void StreamService::look_for_silence(const StreamStatus& status) {
 
 void StreamService::follow(const StreamStatus& status) {
   if (status.state == StreamState::Fault) {
-    if (runner_.streaming()) runner_.apply(StreamFaulted{reason(status)}, "");
+    if (runner_.corrects()) runner_.apply(StreamFaulted{reason(status)}, "");
   } else if (runner_.in<StreamStopping>()) {
     if (status.state == StreamState::Idle) runner_.apply(StreamEnded{}, "the correction is ramped out");
+  } else if (runner_.in<Disarming>()) {
+    if (status.state == StreamState::Idle) runner_.apply(StreamEnded{}, "disarmed: nothing is corrected");
+    if (known_silent(status)) runner_.apply(StreamEnded{}, "disarmed: no program has RSI open");
   } else if (status.counters.answered > before_stream_.counters.answered) {
     runner_.apply(StreamStarted{}, "the controller's packets are answered");
   }
@@ -162,7 +221,7 @@ bool StreamService::in_force() const {
   // A stream that holds for a fault does not ramp: there the controller holds as well.
   const bool holds =
       stream == StreamState::Idle || stream == StreamState::Frozen || stream == StreamState::Fault;
-  return runner_.streaming() && !holds;
+  return runner_.corrects() && !holds && !(runner_.armed() && known_silent(parts_.stream.status()));
 }
 
 std::string StreamService::no_answer(const StreamStatus& now) const {
@@ -180,7 +239,8 @@ std::string StreamService::trouble(const StreamStatus& now) const {
 json::object StreamService::json() const {
   const StreamStatus status = parts_.stream.status();
   return stream_json(status, parts_.stream.turnaround(),
-                     {.streaming = runner_.streaming(),
+                     {.streaming = runner_.corrects(),
+                      .armed = runner_.armed(),
                       .age = packet_age(status, parts_.clock.now()),
                       .refused = refused_.last,
                       .trouble = trouble(status),

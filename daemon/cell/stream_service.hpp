@@ -20,6 +20,8 @@ class StreamService {
 
   static std::vector<Method<StreamService>> methods();
 
+  /// Arms the stream where it was armed when the daemon ended.
+  boost::asio::awaitable<void> arm_as_before();
   /// Looks after the stream. Ends when cancelled.
   boost::asio::awaitable<void> watch();
   /// Whether a correction is being ramped out, or would be if it were asked for.
@@ -29,8 +31,11 @@ class StreamService {
  private:
   MethodReply start(boost::json::object params);
   MethodReply stop(boost::json::object params);
+  MethodReply arm(boost::json::object params);
+  MethodReply disarm(boost::json::object params);
   MethodReply status(boost::json::object params);
 
+  boost::asio::awaitable<StoreResult<void>> keep_armed(std::string since);
   void take_events();
   void look();
   void look_for_silence(const StreamStatus& status);
@@ -47,7 +52,8 @@ class StreamService {
   StreamStatus before_request_;            ///< when the stream was asked for last
   StreamStatus before_stream_;             ///< when its program ran
   RefusedPackets refused_;
-  TimePoint proven_{};  ///< when packets could be answered, or none came
+  TimePoint proven_{};       ///< when packets could be answered, or none came
+  bool kept_armed_ = false;  ///< by the store
 };
 
 }  // namespace truepose::daemon

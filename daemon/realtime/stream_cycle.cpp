@@ -144,14 +144,18 @@ void StreamCycle::take_commands() noexcept {
   const std::uint32_t acknowledged = acknowledged_.load(std::memory_order_acquire);
   if (acknowledged != acknowledged_seen_) {
     acknowledged_seen_ = acknowledged;
-    status_.fault = StreamFault::None;
-    status_.detail = {};
-    broken_ = unsolved_ = 0;
-    missing_.restart();
-    late_replies_.restart();
-    following_.restart();
-    arm_check_.restart();
+    acknowledge_fault();
   }
+}
+
+void StreamCycle::acknowledge_fault() noexcept {
+  status_.fault = StreamFault::None;
+  status_.detail = {};
+  broken_ = unsolved_ = 0;
+  missing_.restart();
+  late_replies_.restart();
+  following_.restart();
+  arm_check_.restart();
 }
 
 std::string_view StreamCycle::answer_controller(const drivers::Datagram& datagram) noexcept {
@@ -284,6 +288,8 @@ void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
 
 /// Goes on from what has just become known to be in force.
 void StreamCycle::adopt(const JointVector& commanded) noexcept {
+  // Nobody is asked about each of an armed stream's programs: what one left behind is known now.
+  if (engagement() == Engagement::Armed && status_.fault == StreamFault::NotFollowing) acknowledge_fault();
   const CorrectionRange& in_force = session_.in_force();
   const auto contains = [&](const JointVector& correction) {
     return (correction - in_force.min).minCoeff() >= 0 && (in_force.max - correction).minCoeff() >= 0;
@@ -295,6 +301,8 @@ void StreamCycle::adopt(const JointVector& commanded) noexcept {
   const JointVector before =
       std::exchange(correction_, bound_correction(likely, in_force, commanded, bounds_).correction);
   if (before != correction_) following_.restart();
+  arm_known_ = !correction_.isZero(0);  // somebody has looked
+  arm_check_.restart();
   if (correction_.isZero(0)) {
     ramp_.reset();
   } else {
@@ -309,12 +317,13 @@ void StreamCycle::adopt(const JointVector& commanded) noexcept {
 void StreamCycle::disarm_after_silence(drivers::TimePoint received) noexcept {
   const auto silence = status_.heard ? received - *status_.heard : drivers::Duration{0};
   status_.heard = received;
-  if (armed_before_ && options_.disarm_after && silence >= *options_.disarm_after) {
-    engaged_.store(false, std::memory_order_release);
+  const bool disarms = engagement_before_ == Engagement::On && options_.disarm_after;
+  if (disarms && silence >= *options_.disarm_after) {
+    disengage();
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(silence);
     emit({.kind = StreamEventKind::Disarmed, .value = static_cast<std::uint64_t>(ms.count())});
   }
-  armed_before_ = engaged_.load(std::memory_order_acquire);
+  engagement_before_ = engagement();
 }
 
 std::optional<JointVector> StreamCycle::commanded_axes(const rsi::RobotFrame& frame) const noexcept {
@@ -346,7 +355,16 @@ void StreamCycle::watch(const rsi::RobotFrame& frame, const Hearing& hearing,
   status_.counters.late += hearing.late;
   if (late_replies_.began()) emit({.kind = StreamEventKind::RepliesLate, .value = hearing.late});
   raise(following_.take(frame, correction_, hearing.elapsed));
-  raise(arm_check_.arm(frame, hearing.elapsed));
+  look_at_arm(frame, hearing.elapsed);
+}
+
+/// A program that is corrected while it works has tools and bases of its own, by which RIst tells no more
+/// which arm it is: there it is looked at where the session begins, before anything is in force.
+void StreamCycle::look_at_arm(const rsi::RobotFrame& frame, std::uint64_t elapsed) noexcept {
+  if (engagement() == Engagement::Armed && arm_known_) return;
+  const std::optional<FoundFault> found = arm_check_.arm(frame, elapsed);
+  arm_known_ = frame.rist && !found;
+  raise(found);
 }
 
 /// Brings model_correction_ up to date. @return false where the calibrated arm has no solution, or none near
@@ -365,7 +383,7 @@ bool StreamCycle::solve(const JointVector& commanded) noexcept {
 
 /// Moves the correction on by one reply. @return false where it was held instead
 bool StreamCycle::correct(const JointVector& commanded, double cycles) noexcept {
-  const bool engaged = engaged_.load(std::memory_order_acquire);
+  const bool engaged = this->engaged();
   if (ramp_.asks_model(engaged, cycles) && !solve(commanded)) {
     ++status_.counters.no_solution;
     if (engaged) {
@@ -426,7 +444,7 @@ void StreamCycle::update_state() noexcept {
     state = StreamState::Fault;
   } else if (session_.begun() && !session_.known()) {
     state = StreamState::Unproven;
-  } else if (session_.begun() && engaged_.load(std::memory_order_acquire)) {
+  } else if (session_.begun() && engaged()) {
     state = ramp_.full() ? StreamState::Active : StreamState::RampingIn;
   } else if (!at_rest) {
     state = StreamState::RampingOut;

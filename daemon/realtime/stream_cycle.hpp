@@ -60,8 +60,11 @@ class StreamCycle final : public drivers::RsiResponder {
   void use_no_model();
 
   /// Ramps the correction in, or out to exactly zero. Idle follows the last cycle of the ramp.
-  void engage() noexcept { engaged_.store(true, std::memory_order_release); }
-  void disengage() noexcept { engaged_.store(false, std::memory_order_release); }
+  void engage() noexcept { engagement_.store(Engagement::On, std::memory_order_release); }
+  /// The same in every session from now on, whatever silence lies between: each begins with what is proven to
+  /// be in force then, and a correction that the one before did not follow is no fault of it.
+  void arm() noexcept { engagement_.store(Engagement::Armed, std::memory_order_release); }
+  void disengage() noexcept { engagement_.store(Engagement::Off, std::memory_order_release); }
   /// Ends Frozen or Fault: the stream goes on from the correction that it holds.
   void acknowledge() noexcept { acknowledged_.fetch_add(1, std::memory_order_release); }
 
@@ -78,6 +81,7 @@ class StreamCycle final : public drivers::RsiResponder {
     std::optional<TargetCompensation> compensation;
     Eigen::Vector3d p_F_mm{0, 0, 0};
   };
+  enum class Engagement : std::uint8_t { Off, On, Armed };
   using Turn = ControllerSession::Turn;
   using Hearing = ControllerSession::Hearing;
 
@@ -85,6 +89,7 @@ class StreamCycle final : public drivers::RsiResponder {
               StreamMemory* memory);
 
   void take_commands() noexcept;
+  void acknowledge_fault() noexcept;
   void tell_foreign(const drivers::UdpSource& source) noexcept;
   std::string_view answer_controller(const drivers::Datagram& datagram) noexcept;
   void tell_unread(const rsi::FrameError& error, const drivers::Datagram& datagram) noexcept;
@@ -96,6 +101,8 @@ class StreamCycle final : public drivers::RsiResponder {
   std::string_view repeat(std::uint64_t ipoc) noexcept;
   std::string_view reply() noexcept;
 
+  bool engaged() const noexcept { return engagement() != Engagement::Off; }
+  Engagement engagement() const noexcept { return engagement_.load(std::memory_order_acquire); }
   void begin_session(const drivers::UdpSource& source) noexcept;
   void adopt(const JointVector& commanded) noexcept;
   void disarm_after_silence(drivers::TimePoint received) noexcept;
@@ -103,6 +110,7 @@ class StreamCycle final : public drivers::RsiResponder {
   std::optional<JointVector> commanded_axes(const rsi::RobotFrame& frame) const noexcept;
   bool plausible(const JointVector& commanded, const Hearing& hearing) noexcept;
   void watch(const rsi::RobotFrame& frame, const Hearing& hearing, drivers::TimePoint received) noexcept;
+  void look_at_arm(const rsi::RobotFrame& frame, std::uint64_t elapsed) noexcept;
   bool solve(const JointVector& commanded) noexcept;
   bool correct(const JointVector& commanded, double cycles) noexcept;
   void count(const CorrectionClamps& clamps) noexcept;
@@ -123,7 +131,7 @@ class StreamCycle final : public drivers::RsiResponder {
 
   // Between the threads.
   SnapshotExchange<Model> model_;
-  std::atomic<bool> engaged_{false};
+  std::atomic<Engagement> engagement_{Engagement::Off};
   std::atomic<std::uint32_t> acknowledged_{0};
   mutable std::mutex status_mutex_;  // among the readers of the status
   mutable SnapshotExchange<StreamStatus> published_;
@@ -144,10 +152,11 @@ class StreamCycle final : public drivers::RsiResponder {
   std::uint32_t acknowledged_seen_ = 0;
   JointVector correction_;        // sent last
   JointVector model_correction_;  // the model's last wish at full gain
+  bool arm_known_ = false;        // of an armed stream's session
   bool malformed_before_ = false;
   bool unread_told_ = false;
-  bool armed_before_ = false;  // at the last frame
-  double broken_ = 0;          // cycles in a row, as the next
+  Engagement engagement_before_ = Engagement::Off;  // at the last frame
+  double broken_ = 0;                               // cycles in a row, as the next
   double unsolved_ = 0;
   int implausible_ = 0;                         // frames in a row
   std::optional<drivers::TimePoint> received_;  // the datagram before

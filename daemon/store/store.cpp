@@ -20,7 +20,7 @@ using sqlite::Statement;
 using sqlite::Transaction;
 
 constexpr std::int64_t kApplicationId = 0x54505345;  // "TPSE", so that `file` and we know our own
-constexpr std::int64_t kSchemaVersion = 4;
+constexpr std::int64_t kSchemaVersion = 5;
 
 // Lists of joints are JSON text with every digit: a person can read them, json_each() too.
 constexpr const char* kSchema1 = R"sql(
@@ -158,6 +158,14 @@ ALTER TABLE campaign DROP COLUMN old_kind;
 constexpr const char* kSchema4 = R"sql(
 ALTER TABLE model ADD COLUMN largest_correction_deg REAL NOT NULL DEFAULT 0;
 ALTER TABLE model ADD COLUMN sha256 TEXT NOT NULL DEFAULT '';
+)sql";
+
+/// Whether the stream is armed, which outlives the daemon.
+constexpr const char* kSchema5 = R"sql(
+CREATE TABLE armed (
+  one   INTEGER PRIMARY KEY CHECK (one = 1),
+  since TEXT NOT NULL
+) STRICT;
 )sql";
 
 constexpr const char* kDeactivate = "UPDATE model SET active=0 WHERE active=1";
@@ -299,6 +307,7 @@ StoreResult<void> migrate(Database& database, const std::string& file) {
   if (*version < 2) steps += kSchema2;
   if (*version < 3) steps += kSchema3;
   if (*version < 4) steps += kSchema4;
+  if (*version < 5) steps += kSchema5;
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
 }
 
@@ -543,6 +552,21 @@ StoreResult<std::optional<ModelRecord>> Store::model(const std::string& id) {
 
 StoreResult<std::optional<ModelRecord>> Store::active_model() {
   return first<ModelRecord>(impl_->database->prepare("SELECT * FROM model WHERE active=1"), model_of);
+}
+
+StoreResult<void> Store::keep_armed(const std::string& since) {
+  Statement disarm = impl_->database->prepare("DELETE FROM armed");
+  if (since.empty()) return impl_->commit("disarming the stream", {&disarm});
+  Statement arm = impl_->database->prepare("INSERT INTO armed VALUES (1, ?)");
+  arm.bind(since);
+  return impl_->commit("arming the stream", {&disarm, &arm});
+}
+
+StoreResult<std::string> Store::armed_since() {
+  Statement query = impl_->database->prepare("SELECT since FROM armed");
+  const StoreResult<bool> row = query.step();
+  if (!row) return std::unexpected(row.error());
+  return *row ? query.text(0) : std::string{};
 }
 
 StoreResult<std::uint64_t> Store::reserve_event_numbers(std::uint64_t count) {

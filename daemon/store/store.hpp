@@ -114,6 +114,10 @@ class Store {
   StoreResult<std::optional<ModelRecord>> model(const std::string& id);
   StoreResult<std::optional<ModelRecord>> active_model();
 
+  /// @param since  RFC 3339, when the stream was armed; empty: it is not
+  StoreResult<void> keep_armed(const std::string& since);
+  StoreResult<std::string> armed_since();
+
   /// Keeps the last sequence number of events, so that it never repeats over restarts.
   /// @return the first of `count` numbers (from 1 on) that were never given before
   StoreResult<std::uint64_t> reserve_event_numbers(std::uint64_t count);

@@ -24,13 +24,17 @@ const std::vector<CellState> kStates{Disconnected{},
                                      StreamStarting{t0},
                                      Streaming{},
                                      StreamStopping{t0},
+                                     Armed{},
+                                     Disarming{t0},
                                      Faulted{"why", true},
                                      Faulted{"disk full", false}};
 
-const std::vector<CellEvent> kRequests{
-    ConnectRequested{},           DisconnectRequested{},    AcknowledgeRequested{},
-    CampaignStartRequested{"c2"}, CampaignPauseRequested{}, CampaignResumeRequested{},
-    CampaignAbortRequested{},     StreamStartRequested{},   StreamStopRequested{}};
+const std::vector<CellEvent> kRequests{ConnectRequested{},       DisconnectRequested{},
+                                       AcknowledgeRequested{},   CampaignStartRequested{"c2"},
+                                       CampaignPauseRequested{}, CampaignResumeRequested{},
+                                       CampaignAbortRequested{}, StreamStartRequested{},
+                                       StreamStopRequested{},    ArmRequested{},
+                                       DisarmRequested{}};
 const std::vector<CellEvent> kOutcomes{
     DevicesConnected{}, ConnectFailed{"x"},     DeviceLost{"x"}, CampaignPaused{},
     CampaignEnded{},    StreamProgramStarted{}, StreamStarted{}, StreamEnded{},
@@ -112,6 +116,15 @@ TEST(CellState, FollowsTheTableOfTransitions) {
       {Faulted{"why", true}, AcknowledgeRequested{}, Disconnected{}, {C::RearmStream}},
       {Streaming{}, AcknowledgeRequested{}, Streaming{}, {C::RearmStream}},
       {StreamStopping{t0}, AcknowledgeRequested{}, StreamStopping{t0}, {C::RearmStream}},
+      {Disconnected{}, ArmRequested{}, Armed{}, {C::ArmStream}},
+      {Ready{}, ArmRequested{}, Armed{}, {C::CloseDevices, C::ArmStream}},
+      {Armed{}, DisarmRequested{}, Disarming{t0}, {C::StopStream}},
+      {Armed{}, StreamEnded{}, Armed{}, {}},
+      {Armed{}, DeviceLost{"gone"}, Armed{}, {}},
+      {Armed{}, AcknowledgeRequested{}, Armed{}, {C::RearmStream}},
+      {Armed{}, StreamFaulted{"bound"}, Faulted{"bound", true}, {C::StopStream}},
+      {Disarming{t0}, StreamEnded{}, Disconnected{}, {}},
+      {Armed{}, StoreFailed{"disk full"}, Faulted{"disk full", false}, {C::StopStream}},
       {Running{"c1"},
        StoreFailed{"disk full"},
        Faulted{"disk full", false},
@@ -150,6 +163,7 @@ TEST(CellState, StatesThatPassByThemselvesFaultWhenTheyDoNot) {
     EXPECT_FALSE(step.commands.empty());
   }
   EXPECT_EQ(advance(Streaming{}, Tick{}, t0 + 1000h, limits).next, CellState{Streaming{}});
+  EXPECT_EQ(advance(Armed{}, Tick{}, t0 + 1000h, limits).next, CellState{Armed{}});
 }
 
 TEST(CellState, SaysWhichDeviceItWaitsForAndSinceWhen) {

@@ -359,8 +359,9 @@ TEST_F(StoreTest, KeepsTheKindsOfAFileThatKnewFewer) {
     ASSERT_TRUE(store.begin_campaign(drift));
     ASSERT_TRUE(store.add_point("d", point(2)));
   }
-  // Before models carried a hash.
-  execute("ALTER TABLE model DROP COLUMN sha256; ALTER TABLE model DROP COLUMN largest_correction_deg");
+  // Before models carried a hash, and the stream could be armed.
+  execute(
+      "DROP TABLE armed; ALTER TABLE model DROP COLUMN sha256; ALTER TABLE model DROP COLUMN largest_correction_deg");
   execute("PRAGMA user_version=2");
   Store store = open();
   EXPECT_EQ(store.campaign("d").value()->kind, "drift");
@@ -371,7 +372,7 @@ TEST_F(StoreTest, LeavesAFileOfANewerVersionAlone) {
   open();
   execute("PRAGMA user_version=99");
   EXPECT_THAT(why_not_opened(file_), HasSubstr("newer truepose"));
-  execute("PRAGMA user_version=4");
+  execute("PRAGMA user_version=5");
   EXPECT_EQ(why_not_opened(file_), "");
 }
 
@@ -400,6 +401,7 @@ TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
     ALTER TABLE model RENAME COLUMN validation_after_mm TO validation_geometric_mm;
     ALTER TABLE model DROP COLUMN sha256;
     ALTER TABLE model DROP COLUMN largest_correction_deg;
+    DROP TABLE armed;
     PRAGMA user_version=1)sql");
 
   Store store = open();
@@ -413,6 +415,19 @@ TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
   EXPECT_EQ(store.model("m1").value()->largest_correction_deg, 0);
   EXPECT_TRUE(store.add_point("c1", point(3)));
   EXPECT_EQ(store.points("c1").value().at(1).purpose, PointPurpose::Reference);
+}
+
+TEST_F(StoreTest, KeepsSinceWhenTheStreamIsArmed) {
+  {
+    Store store = open();
+    EXPECT_EQ(store.armed_since().value(), "");
+    ASSERT_TRUE(store.keep_armed("2026-08-17T10:00:00Z"));
+    ASSERT_TRUE(store.keep_armed("2026-08-17T11:00:00Z"));
+  }
+  Store store = open();
+  EXPECT_EQ(store.armed_since().value(), "2026-08-17T11:00:00Z");
+  ASSERT_TRUE(store.keep_armed(""));
+  EXPECT_EQ(store.armed_since().value(), "");
 }
 
 TEST_F(StoreTest, SaysThatAFileCannotBeWritten) {

@@ -206,6 +206,8 @@ std::vector<Row> table(Arguments& a) {
       {"stream", "", "correct the arm while it works"},
       {"stream start", "stream.start", "ramp the corrections in", {}, stream_text},
       {"stream stop", "stream.stop", "ramp them out", {}, stream_text},
+      {"stream arm", "stream.arm", "correct every program that opens RSI, from now on", {}, stream_text},
+      {"stream disarm", "stream.disarm", "ramp out what is corrected, and correct no other", {}, stream_text},
       {"stream status", "stream.status", "counters of the stream", {}, stream_text},
 
       {"events", "events.subscribe", "print what happens",
