@@ -36,9 +36,11 @@ std::string_view stream_state_name(const StreamStatus& status, bool streaming, b
       return "waiting";
     case StreamState::RampingIn:
     case StreamState::RampingOut:
-      return silent ? "waiting" : "ramping";
+      if (silent) return "waiting";
+      return status.program_stopped ? "holding" : "ramping";
     case StreamState::Active:
       if (silent) return "waiting";
+      if (status.program_stopped) return "holding";
       return status.model == 0 ? modelless_state_name(status) : "correcting";
     case StreamState::Frozen:
       return "holding";

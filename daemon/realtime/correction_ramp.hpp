@@ -28,6 +28,7 @@ class CorrectionRamp {
 
   double gain() const noexcept { return smooth(ramp_); }  ///< the model's part, 0..1
   bool full() const noexcept { return ramp_ == 1; }
+  bool whole() const noexcept { return full() && fade_ramp_ == 1; }  ///< nothing else is faded out any more
   bool out() const noexcept { return ramp_ == 0 && (fade_ramp_ == 1 || fade_.isZero(0)); }
 
  private:

@@ -211,6 +211,7 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
 
 std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const Hearing& hearing,
                                            drivers::TimePoint received) noexcept {
+  listen_to_program(frame.program);
   if (hearing.settled) adopt(*commanded_axes(frame));
   const JointVector commanded = *commanded_axes(frame);
   if (!plausible(commanded, hearing)) return hold();
@@ -221,13 +222,24 @@ std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const H
     status_.commanded_deg[static_cast<std::size_t>(i)] = commanded[i] * kDegPerRad;
   }
 
-  const bool free = status_.fault == StreamFault::None;
+  const bool free = status_.fault == StreamFault::None && !status_.program_stopped;
   if (!free) ramp_.start_from_current();
   const std::uint64_t cycles =
       hearing.settled ? 1 : hearing.elapsed;  // what was not answered is no part of a ramp
   if (!free || hearing.missed || !correct(commanded, static_cast<double>(cycles))) return hold();
   ++status_.counters.answered;
   return reply();
+}
+
+/// A program that is corrected while it works says when it wants to be, and is stopped and resumed: then its
+/// controller applies no correction, or none in time, and nothing is concluded from that.
+void StreamCycle::listen_to_program(const rsi::ProgramSignals& program) noexcept {
+  const bool armed = engagement() == Engagement::Armed;
+  if (engagement() != Engagement::Off) production_ = armed;
+  constexpr std::int64_t kNotSent = 0;  // by a controller that has nothing wired there
+  const std::int64_t state = program.state.value_or(kNotSent);
+  status_.program_stopped = armed && state != kNotSent && state != rsi::kProgramActive;
+  status_.program_declines = armed && program.ask == 0;
 }
 
 std::string_view StreamCycle::answer_malformed(const rsi::FrameError& error,
@@ -263,13 +275,25 @@ std::string_view StreamCycle::repeat(std::uint64_t ipoc) noexcept {
 std::string_view StreamCycle::reply() noexcept {
   rsi::SensorFrame frame{.ipoc = session_.ipoc(), .axis_correction_rad = rsi::Axes{}, .stop = std::nullopt};
   std::copy(correction_.begin(), correction_.end(), frame.axis_correction_rad->begin());
-  if (has_stop_) frame.stop = asks_to_stop(status_.fault);
+  // Out of RSI_MOVECORR, where a program of its own is, the Stop object would be an error.
+  if (has_stop_) frame.stop = !production_ && asks_to_stop(status_.fault);
+  frame.gain = told_gain();
   const auto bytes = codec_.encode(frame, buffer_);
   if (!bytes) return {};
   replied_ipoc_ = frame.ipoc;
   reply_bytes_ = bytes->size();
   session_.reply(correction_);
   return *bytes;
+}
+
+/// For the program that waits until it is corrected, or is no more.
+std::int64_t StreamCycle::told_gain() const noexcept {
+  if (engagement() == Engagement::Off) return rsi::kGainNotArmed;
+  if (status_.fault != StreamFault::None) return rsi::kGainFault;
+  if (status_.model == 0) return rsi::kGainNoModel;
+  if (ramp_.out() && correction_.isZero(0)) return 0;
+  if (ramp_.whole() && !behind_) return 100;
+  return std::clamp(std::lround(100 * ramp_.gain()), 1L, 99L);
 }
 
 void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
@@ -354,7 +378,11 @@ void StreamCycle::watch(const rsi::RobotFrame& frame, const Hearing& hearing,
   raise(late_replies_.take(hearing, received));
   status_.counters.late += hearing.late;
   if (late_replies_.began()) emit({.kind = StreamEventKind::RepliesLate, .value = hearing.late});
-  raise(following_.take(frame, correction_, hearing.elapsed));
+  if (status_.program_stopped) {
+    following_.restart();
+  } else {
+    raise(following_.take(frame, correction_, hearing.elapsed));
+  }
   look_at_arm(frame, hearing.elapsed);
 }
 
@@ -400,6 +428,7 @@ bool StreamCycle::correct(const JointVector& commanded, double cycles) noexcept 
 
   const BoundedCorrection bounded = bound_correction(wanted, session_.in_force(), commanded, bounds_);
   count(bounded.clamps);
+  behind_ = bounded.clamps.step || bounded.clamps.total;
   const double change_deg = (bounded.correction - correction_).cwiseAbs().maxCoeff() * kDegPerRad;
   status_.max_step_deg = std::max(status_.max_step_deg, change_deg);
   correction_ = bounded.correction;

@@ -100,9 +100,11 @@ class StreamCycle final : public drivers::RsiResponder {
   std::string_view hold() noexcept;
   std::string_view repeat(std::uint64_t ipoc) noexcept;
   std::string_view reply() noexcept;
+  std::int64_t told_gain() const noexcept;
 
-  bool engaged() const noexcept { return engagement() != Engagement::Off; }
+  bool engaged() const noexcept { return engagement() != Engagement::Off && !status_.program_declines; }
   Engagement engagement() const noexcept { return engagement_.load(std::memory_order_acquire); }
+  void listen_to_program(const rsi::ProgramSignals& program) noexcept;
   void begin_session(const drivers::UdpSource& source) noexcept;
   void adopt(const JointVector& commanded) noexcept;
   void disarm_after_silence(drivers::TimePoint received) noexcept;
@@ -153,6 +155,8 @@ class StreamCycle final : public drivers::RsiResponder {
   JointVector correction_;        // sent last
   JointVector model_correction_;  // the model's last wish at full gain
   bool arm_known_ = false;        // of an armed stream's session
+  bool production_ = false;       // the program is one that was armed for, and not truepose_motion
+  bool behind_ = false;           // a bound keeps the correction from what the ramp wants
   bool malformed_before_ = false;
   bool unread_told_ = false;
   Engagement engagement_before_ = Engagement::Off;  // at the last frame

@@ -144,7 +144,11 @@ std::string reason(const StreamStatus& status) {
   if (status.state == StreamState::Unproven)
     return "what correction the controller has in force is not known, and any answer could be a jump: it is "
            "answered as soon as the arm stands, or has a new session and no correction";
-  return fault_reason(status.fault, status.detail);
+  if (status.fault != StreamFault::None) return fault_reason(status.fault, status.detail);
+  if (status.program_stopped) return "the robot program is stopped: the correction is held until it goes on";
+  if (status.program_declines && status.state == StreamState::Idle)
+    return "the robot program does not ask to be corrected (Tp.Ask is 0): TP_BEGIN() does, or $SEN_PINT[1]=1";
+  return "";
 }
 
 std::string Excerpt::text() const {

@@ -95,7 +95,10 @@ struct StreamStatus {
   std::uint64_t ipoc_step = 0;  ///< learned from the controller; 0 = not yet known
   std::uint64_t model = 0;      ///< number that use_model() was given; 0 = none
   double gain = 0;              ///< 0 = no correction, 1 = all of it
-  double max_step_deg = 0;      ///< greatest change of an axis that was sent from one cycle to the next
+  // What the program of an armed stream says, where the controller sends it.
+  bool program_stopped = false;   ///< the correction is held until it goes on
+  bool program_declines = false;  ///< it does not ask to be corrected
+  double max_step_deg = 0;        ///< greatest change of an axis that was sent from one cycle to the next
   std::array<double, 6> correction_deg{};  ///< sent last
   /// What AIPos - ASPos shows of it over the last second, lag and motion taken out; none where that cannot be
   /// told.

@@ -170,6 +170,8 @@ std::expected<EthernetConfig, std::string> parse_ethernet_config(std::string_vie
     return element.type == ElementType::Bool && equal_ignoring_case(element.tag, "Stop");
   });
   if (stop != config.receive.end()) config.stop = stop->tag;
+  const Element* gain = find(config.receive, kGainTag);
+  config.gain = gain != nullptr && gain->type == ElementType::Long;
   return config;
 }
 
@@ -194,7 +196,8 @@ std::vector<std::string> lint(const EthernetConfig& config) {
           "RECEIVE element " + element.tag +
           " has HOLDON 0: one lost reply makes an absolute correction jump to zero in one cycle");
     }
-    if (!corrects && element.tag != config.stop && !element.tag.starts_with("DEF_")) {
+    const bool told = element.tag == config.stop || (config.gain && element.tag == kGainTag);
+    if (!corrects && !told && !element.tag.starts_with("DEF_")) {
       warnings.push_back("RECEIVE element " + element.tag +
                          " is never sent by truepose and keeps its start value");
     }

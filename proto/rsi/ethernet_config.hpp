@@ -11,6 +11,11 @@ namespace truepose::rsi {
 
 enum class ElementType { Bool, String, Long, Double };
 
+/// Element by which a robot program and truepose understand each other, in both lists: <Tp Ask="1" Pro="3"/>
+/// from the controller, <Tp Gain="100"/> to it.
+inline constexpr std::string_view kProgramElement = "Tp";
+inline constexpr std::string_view kGainTag = "Tp.Gain";
+
 /// One ELEMENT of the SEND (controller to PC) or RECEIVE (PC to controller) list.
 struct Element {
   std::string tag;  ///< as in the file: "DEF_RIst", "AK.A1", "Stop"
@@ -36,6 +41,8 @@ struct EthernetConfig {
   /// Name of the RECEIVE element that asks the controller to leave RSI_MOVECORR: a BOOL called Stop, in any
   /// case.
   std::optional<std::string> stop;
+  /// Whether the RECEIVE list has kGainTag, a LONG: how far the correction is ramped in.
+  bool gain = false;
 
   /// Whether the SEND list has the built-in keyword, e.g. sends("ASPos").
   bool sends(std::string_view keyword) const;

@@ -16,6 +16,8 @@ using Names = std::array<std::string_view, 6>;
 constexpr Names kAxisNames{"A1", "A2", "A3", "A4", "A5", "A6"};
 constexpr Names kExternalNames{"E1", "E2", "E3", "E4", "E5", "E6"};
 constexpr Names kPoseNames{"X", "Y", "Z", "A", "B", "C"};
+constexpr std::array<std::string_view, 2> kProgramNames{"Ask", "Pro"};
+constexpr std::array<std::string_view, 1> kGainNames{"Gain"};
 constexpr int kSensorDecimals = 6;
 
 Axes scaled(Axes values, double factor) {
@@ -109,6 +111,22 @@ class FrameReader {
     return found.seen() || note(found, FrameFault::Missing, element, name);
   }
 
+  /// Reads attributes of the element that is open, whole numbers, each of which may be missing.
+  bool read(std::string_view element, std::span<const std::string_view> names,
+            std::span<std::optional<std::int64_t>> values, std::optional<FrameError>& error) {
+    for (const xml::Attribute& attribute : attributes()) {
+      const auto place = std::ranges::find(names, attribute.name) - names.begin();
+      if (place == std::ssize(names)) continue;
+      std::optional<std::int64_t>& value = values[static_cast<std::size_t>(place)];
+      if (value) return fail(FrameFault::Duplicate, element, names[static_cast<std::size_t>(place)]);
+      value = xml::to_whole_number(attribute.value);
+      if (!value)
+        error = FrameError{FrameFault::BadNumber, element, names[static_cast<std::size_t>(place)],
+                           scanner_.offset()};
+    }
+    return true;
+  }
+
   /// Makes what is wrong with one element wrong with the whole frame.
   template <typename T>
   bool needs(const Found<T>& found) {
@@ -177,6 +195,17 @@ class FrameWriter {
     text("/>");
   }
 
+  /// Of those that there are; no element where there is none.
+  void numbers(std::string_view element, std::span<const std::string_view> names,
+               std::span<const std::optional<std::int64_t>> values) {
+    if (std::ranges::none_of(values, &std::optional<std::int64_t>::has_value)) return;
+    text("<").text(element);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (values[i]) text(" ").text(names[i]).text("=\"").integer(*values[i]).text("\"");
+    }
+    text("/>");
+  }
+
   std::expected<std::string_view, FrameError> result() const {
     if (error_) return std::unexpected(*error_);
     return std::string_view{begin_, at_};
@@ -235,6 +264,8 @@ std::expected<RobotFrame, FrameError> decode_robot_frame(std::string_view datagr
   std::optional<std::uint64_t> ipoc;
   Found<Axes> rist, rsol, aipos, aspos, eipos, espos;
   Found<std::int64_t> delay;
+  std::array<std::optional<std::int64_t>, 2> program;
+  std::optional<FrameError> program_error;
 
   bool good = reader.open_root("Rob");
   while (good && reader.next_element()) {
@@ -255,6 +286,8 @@ std::expected<RobotFrame, FrameError> decode_robot_frame(std::string_view datagr
       good = reader.read("ESPos", kExternalNames, espos);
     } else if (name == "Delay") {
       good = reader.read("Delay", "D", delay);
+    } else if (name == kProgramElement) {
+      good = reader.read(kProgramElement, kProgramNames, program, program_error);
     }
   }
   // Beside good commanded axes the actual ones only watch what becomes of the correction.
@@ -271,8 +304,9 @@ std::expected<RobotFrame, FrameError> decode_robot_frame(std::string_view datagr
   frame.eipos = eipos.value;
   frame.espos = espos.value;
   frame.delay = delay.value;
+  frame.program = {.ask = program[0], .state = program[1]};
   for (const auto* error :
-       {&aipos.error, &delay.error, &rist.error, &rsol.error, &eipos.error, &espos.error}) {
+       {&aipos.error, &delay.error, &program_error, &rist.error, &rsol.error, &eipos.error, &espos.error}) {
     if (*error && !frame.unread) frame.unread = *error;
   }
   return frame;
@@ -290,6 +324,7 @@ std::expected<std::string_view, FrameError> encode_robot_frame(const RobotFrame&
   if (frame.eipos) writer.attributes("EIPos", kExternalNames, *frame.eipos, decimals);
   if (frame.espos) writer.attributes("ESPos", kExternalNames, *frame.espos, decimals);
   if (frame.delay) writer.text("<Delay D=\"").integer(*frame.delay).text("\"/>");
+  writer.numbers(kProgramElement, kProgramNames, std::array{frame.program.ask, frame.program.state});
   writer.text("<IPOC>").integer(frame.ipoc).text("</IPOC></Rob>");
   return writer.result();
 }
@@ -297,7 +332,8 @@ std::expected<std::string_view, FrameError> encode_robot_frame(const RobotFrame&
 SensorFrameCodec::SensorFrameCodec(const EthernetConfig& config)
     : sentype_{config.sentype},
       axis_correction_{config.axis_correction.value_or("")},
-      stop_{config.stop.value_or("")} {
+      stop_{config.stop.value_or("")},
+      gain_{config.gain} {
   const auto first = std::ranges::find_if(config.receive, [&](const Element& element) {
     return element.tag == stop_ ||
            (!axis_correction_.empty() && element.tag.starts_with(axis_correction_ + ".A"));
@@ -320,6 +356,7 @@ std::expected<std::string_view, FrameError> SensorFrameCodec::encode(const Senso
                       kSensorDecimals);
   }
   if (!stop_first_) write_stop();
+  if (gain_) writer.numbers(kProgramElement, kGainNames, std::array{frame.gain});
   writer.text("<IPOC>").integer(frame.ipoc).text("</IPOC></Sen>");
   return writer.result();
 }
@@ -328,6 +365,8 @@ std::expected<SensorFrame, FrameError> SensorFrameCodec::decode(std::string_view
   FrameReader reader{datagram};
   std::optional<std::uint64_t> ipoc, stop;
   Found<Axes> correction;
+  std::array<std::optional<std::int64_t>, 1> gain;
+  std::optional<FrameError> gain_error;
 
   bool good = reader.open_root("Sen");
   if (good) {
@@ -345,6 +384,8 @@ std::expected<SensorFrame, FrameError> SensorFrameCodec::decode(std::string_view
     } else if (name == stop_) {
       good = reader.read(stop_, stop);
       if (good && *stop > 1) good = reader.fail(FrameFault::BadNumber, stop_);
+    } else if (gain_ && name == kProgramElement) {
+      good = reader.read(kProgramElement, kGainNames, gain, gain_error);
     }
   }
   if (!reader.error() && !ipoc) reader.fail(FrameFault::Missing, "IPOC");
@@ -354,6 +395,7 @@ std::expected<SensorFrame, FrameError> SensorFrameCodec::decode(std::string_view
   frame.ipoc = *ipoc;
   if (correction.value) frame.axis_correction_rad = scaled(*correction.value, kRadPerDeg);
   if (stop) frame.stop = *stop == 1;
+  frame.gain = gain[0];
   return frame;
 }
 

@@ -47,6 +47,15 @@ struct FrameError {
   bool operator==(const FrameError&) const = default;
 };
 
+/// What the SEND list tells of the robot program beside the axes, in attributes of kProgramElement; empty
+/// where it does not.
+struct ProgramSignals {
+  std::optional<std::int64_t> ask;    ///< Ask: 1 = the program wants to be corrected, 0 = it does not
+  std::optional<std::int64_t> state;  ///< Pro, $PRO_STATE: 1 free, 2 reset, 3 active, 4 stopped, 5 ended
+
+  bool operator==(const ProgramSignals&) const = default;
+};
+
 /// What the controller says in one cycle. An element that its SEND list does not have is empty.
 struct RobotFrame {
   std::uint64_t ipoc = 0;             ///< the controller's time stamp, to be echoed unchanged
@@ -57,17 +66,25 @@ struct RobotFrame {
   std::optional<Axes> eipos;          ///< actual external axes E1..E6, mm or deg as on the wire
   std::optional<Axes> espos;          ///< commanded external axes, mm or deg as on the wire
   std::optional<std::int64_t> delay;  ///< late replies as the controller counts them
+  ProgramSignals program;
   /// An element that is there, cannot be read and is therefore empty: the one that matters most.
   std::optional<FrameError> unread;
 
   bool operator==(const RobotFrame&) const = default;
 };
 
+inline constexpr std::int64_t kProgramActive = 3;  ///< ProgramSignals::state
+
+/// SensorFrame::gain where there is no correction to wait for.
+inline constexpr std::int64_t kGainNotArmed = -1, kGainNoModel = -2, kGainFault = -3;
+
 /// What the PC answers.
 struct SensorFrame {
   std::uint64_t ipoc = 0;
   std::optional<Axes> axis_correction_rad;
   std::optional<bool> stop;  ///< true asks the controller to leave RSI_MOVECORR
+  /// Gain: 0..100, per cent of the correction that are ramped in; below 0 why there is none.
+  std::optional<std::int64_t> gain;
 
   bool operator==(const SensorFrame&) const = default;
 };
@@ -81,7 +98,7 @@ std::string describe(const FrameError& error);
 /// datagram.
 std::expected<RobotFrame, FrameError> decode_robot_frame(std::string_view datagram) noexcept;
 
-/// Writes the elements that `frame` has, in the order RIst RSol AIPos ASPos EIPos ESPos Delay IPOC, as the
+/// Writes the elements that `frame` has, in the order RIst RSol AIPos ASPos EIPos ESPos Delay Tp IPOC, as the
 /// controller does: one line, no spaces before "/>".
 /// @param decimals  the ETHERNET object's Precision, 0..15
 std::expected<std::string_view, FrameError> encode_robot_frame(const RobotFrame& frame,
@@ -105,6 +122,7 @@ class SensorFrameCodec {
   std::string axis_correction_;  // empty = the configuration has none
   std::string stop_;
   bool stop_first_ = false;
+  bool gain_ = false;
 };
 
 }  // namespace truepose::rsi

@@ -140,6 +140,7 @@ class StreamRig {
     frame.ipoc = ipoc;
     if (sends_delay) frame.delay = delay;
     frame.rist = rist;
+    frame.program = program;
     const JointVector actual = stuck ? *stuck : JointVector{q + applied};
     if (sends_aipos) {
       frame.aipos_rad.emplace();
@@ -165,6 +166,7 @@ class StreamRig {
     const rsi::SensorFrame frame = decode(reply);
     if (frame.ipoc != ipoc) return false;
     stop = frame.stop.value_or(false);
+    gain = frame.gain;
     for (std::size_t i = 0; i < 6; ++i) {
       const double value = (*frame.axis_correction_rad)[i];
       double& axis = applied[static_cast<Eigen::Index>(i)];
@@ -182,6 +184,8 @@ class StreamRig {
   std::unique_ptr<StreamCycle> cycle;
   drivers::UdpSource source{0x7f000001, 40'000};
   std::optional<rsi::CartesianPose> rist;  ///< sent where it is set
+  rsi::ProgramSignals program;
+  std::optional<std::int64_t> gain;  ///< as the last reply told it
   bool sends_delay = true, sends_aipos = true;
   std::uint64_t ipoc = 4'208'163;
   std::uint64_t step = 4;

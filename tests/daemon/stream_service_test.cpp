@@ -405,6 +405,68 @@ TEST_F(AnArmedStream, LooksWhichArmItIsWhereAProgramBeginsAndNotByTheToolsThatIt
   EXPECT_THAT(fault(), HasSubstr("it is another arm, or the program has a tool or a base"));
 }
 
+TEST_F(AnArmedStream, TellsTheProgramHowFarItIsCorrectedAndRampsOutWhereThatAsksForIt) {
+  rig.program.ask = 0;
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(1s);
+    EXPECT_EQ(rig.gain, 0);
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+    Answer now = co_await ask("stream.status");
+    EXPECT_THAT(now->at("reason").as_string().c_str(), HasSubstr("does not ask to be corrected"));
+    rig.program.ask = 1;
+    co_await pass(config.stream.ramp / 2);
+    EXPECT_THAT(*rig.gain, AllOf(testing::Ge(30), testing::Le(70)));
+    co_await pass(config.stream.ramp);
+    EXPECT_EQ(rig.gain, 100);
+    EXPECT_GT(rig.largest_applied_deg(), 0);
+    rig.program.ask = 0;
+    co_await pass(config.stream.ramp + 100ms);
+    EXPECT_EQ(rig.gain, 0);
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+    EXPECT_TRUE(co_await ask("stream.disarm"));
+    co_await pass(100ms);
+    EXPECT_EQ(rig.gain, rsi::kGainNotArmed);
+  });
+}
+
+TEST_F(AnArmedStream, TellsTheProgramWhyItIsNotCorrected) {
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    EXPECT_TRUE(co_await ask("model.deactivate"));
+    co_await pass(2s);
+    EXPECT_EQ(rig.gain, rsi::kGainNoModel);
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+    rig.stuck = rig.q + JointVector::Constant(6, 0.01);
+    co_await pass(5s);
+    EXPECT_EQ(rig.gain, rsi::kGainFault);
+    EXPECT_FALSE(rig.stop) << "outside RSI_MOVECORR the bit would be an error";
+  });
+}
+
+TEST_F(AnArmedStream, HoldsWhileTheProgramIsStoppedWithoutAFault) {
+  rig.program.state = rsi::kProgramActive;
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    const JointVector before = rig.applied;
+    rig.program.state = 4;
+    rig.stuck = rig.q;  // drives are off: whatever is sent, nothing moves
+    co_await pass(1min);
+    EXPECT_EQ(rig.applied, before);
+    co_await expect_state("armed", "holding");
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(fault_of(*now), "");
+    EXPECT_THAT(now->at_pointer("/stream/reason").as_string().c_str(), HasSubstr("program is stopped"));
+    rig.stuck.reset();
+    rig.program.state = rsi::kProgramActive;
+    co_await pass(2s);
+    co_await expect_state("armed", "correcting");
+    EXPECT_EQ(rig.gain, 100);
+  });
+}
+
 TEST_F(AnArmedStream, IsRampedOutWhereItIsDisarmedAndThenCorrectsNothing) {
   play([this]() -> Wait {
     co_await armed();

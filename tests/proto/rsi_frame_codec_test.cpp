@@ -135,6 +135,28 @@ TEST(RobotFrame, HasTheExternalAxesAsOnTheWire) {
   EXPECT_EQ(*decoded, frame);
 }
 
+TEST(RobotFrame, TellsOfTheProgramWhatTheListHas) {
+  RobotFrame frame = golden_robot_frame();
+  for (const ProgramSignals& program :
+       {ProgramSignals{.ask = 1, .state = 3}, ProgramSignals{.ask = 0, .state = {}},
+        ProgramSignals{.ask = {}, .state = 4}}) {
+    frame.program = program;
+    EXPECT_EQ(decode_robot_frame(encoded(frame)).value(), frame);
+  }
+  const auto read = [&](std::string_view element) {
+    frame.program = {.ask = 1, .state = {}};
+    std::string text = encoded(frame);
+    return decode_robot_frame(
+        text.replace(text.find("<Tp"), std::string_view{R"(<Tp Ask="1"/>)"}.size(), element));
+  };
+  EXPECT_EQ(read(R"(<Tp Ask="1.0" Other="x"/>)")->program.ask, 1) << "as controllers write whole numbers";
+  const auto odd = read(R"(<Tp Ask="yes" Pro="3"/>)");
+  ASSERT_TRUE(odd) << "it is not what is corrected by";
+  EXPECT_EQ(odd->program, (ProgramSignals{.ask = {}, .state = 3}));
+  EXPECT_EQ(odd->unread->attribute, "Ask");
+  EXPECT_EQ(read(R"(<Tp Ask="1" Ask="0"/>)").error().fault, FrameFault::Duplicate);
+}
+
 TEST(RobotFrame, SaysWhichFieldIsWrong) {
   const auto expect = [](std::string_view from, std::string_view to, FrameFault fault,
                          std::string_view element, std::string_view attribute) {
@@ -376,6 +398,20 @@ TEST(SensorFrame, LeavesOutWhatTheConfigurationDoesNotReceive) {
             R"(<Sen Type="TruePose"><IPOC>4208163</IPOC></Sen>)");
   EXPECT_EQ(codec.decode(kSensorGolden).value(),
             (SensorFrame{.ipoc = 4208163, .axis_correction_rad = {}, .stop = {}}));
+}
+
+TEST(SensorFrame, TellsTheGainWhereTheConfigurationReceivesIt) {
+  EthernetConfig config = ethernet_config();
+  config.gain = true;
+  const SensorFrameCodec codec{config};
+  std::array<char, kMaxFrameBytes> buffer;
+  SensorFrame frame = golden_sensor_frame();
+  for (const std::int64_t gain : {std::int64_t{100}, std::int64_t{0}, kGainFault}) {
+    frame.gain = gain;
+    const std::string_view text = codec.encode(frame, buffer).value();
+    EXPECT_THAT(std::string{text}, testing::HasSubstr("<Tp Gain=\"" + std::to_string(gain) + "\"/><IPOC>"));
+    EXPECT_EQ(codec.decode(text).value(), frame);
+  }
 }
 
 TEST(SensorFrame, OfAnotherTypeIsRefused) {

@@ -65,6 +65,12 @@ struct RobotDatagram::Element {
       attributes.push_back({std::string{generator} + std::to_string(i), Source::ZeroNumber, 0});
   }
 
+  static Source input_of(const rsi::Element& sent) {
+    if (sent.tag == "Tp.Ask") return Source::Ask;
+    if (sent.tag == "Tp.Pro") return Source::Program;
+    return zero_of(sent.type);
+  }
+
   static Source zero_of(rsi::ElementType type) {
     if (type == rsi::ElementType::Double) return Source::ZeroNumber;
     return type == rsi::ElementType::String ? Source::Nothing : Source::ZeroInteger;
@@ -88,7 +94,7 @@ std::vector<RobotDatagram::Element> RobotDatagram::elements_of(const rsi::Ethern
       named(keyword).add_built_in(keyword);
     } else if (const std::size_t dot = tag.find('.'); dot != std::string_view::npos) {
       named(tag.substr(0, dot))
-          .attributes.push_back({std::string{tag.substr(dot + 1)}, Element::zero_of(sent.type), 0});
+          .attributes.push_back({std::string{tag.substr(dot + 1)}, Element::input_of(sent), 0});
     } else {
       named(tag).text = Element::zero_of(sent.type);
     }
@@ -140,6 +146,12 @@ void RobotDatagram::append(const Piece& piece, const RobotValues& values) {
       return append_number(values.aspos_deg[piece.index]);
     case Source::Delay:
       text_ += std::to_string(values.delay);
+      return;
+    case Source::Ask:
+      text_ += std::to_string(values.program.ask.value_or(0));
+      return;
+    case Source::Program:
+      text_ += std::to_string(values.program.state.value_or(0));
       return;
     case Source::Ipoc:
       text_ += std::to_string(values.ipoc);

@@ -18,12 +18,13 @@ struct RobotValues {
   rsi::CartesianPose rist, rsol;
   rsi::Axes aipos_deg{}, aspos_deg{};
   std::int64_t delay = 0;
+  rsi::ProgramSignals program{.ask = 1, .state = rsi::kProgramActive};
 };
 
 /// Writes the controller's datagrams as one ethernet configuration asks for them: every element of its SEND
-/// list in the list's order, IPOC last. What the cell does not have (external axes, motor currents,
-/// technology parameters, inputs of the ETHERNET object) is sent as zero, as by a controller that has nothing
-/// wired there.
+/// list in the list's order, IPOC last. Of the ETHERNET object's inputs those are wired that the shipped
+/// configuration names (Tp.Ask, Tp.Pro). What the cell does not have (external axes, motor currents,
+/// technology parameters, other inputs) is sent as zero, as by a controller that has nothing wired there.
 class RobotDatagram {
  public:
   /// @param decimals  the ETHERNET object's Precision
@@ -33,7 +34,7 @@ class RobotDatagram {
   std::string_view write(const RobotValues& values);
 
  private:
-  enum class Source { Nothing, ZeroNumber, ZeroInteger, RIst, RSol, AIPos, ASPos, Delay, Ipoc };
+  enum class Source { Nothing, ZeroNumber, ZeroInteger, RIst, RSol, AIPos, ASPos, Delay, Ask, Program, Ipoc };
   /// Constant text, and a value behind it.
   struct Piece {
     std::string text;
