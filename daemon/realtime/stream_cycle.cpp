@@ -288,12 +288,11 @@ std::string_view StreamCycle::reply() noexcept {
 
 /// For the program that waits until it is corrected, or is no more.
 std::int64_t StreamCycle::told_gain() const noexcept {
-  if (engagement() == Engagement::Off) return rsi::kGainNotArmed;
   if (status_.fault != StreamFault::None) return rsi::kGainFault;
-  if (status_.model == 0) return rsi::kGainNoModel;
-  if (ramp_.out() && correction_.isZero(0)) return 0;
-  if (ramp_.whole() && !behind_) return 100;
-  return std::clamp(std::lround(100 * ramp_.gain()), 1L, 99L);
+  const bool off = engagement() == Engagement::Off, no_model = status_.model == 0;
+  if (!off && !no_model && ramp_.whole() && !behind_) return 100;
+  if (!correction_.isZero(0)) return std::clamp(std::lround(100 * ramp_.gain()), 1L, 99L);
+  return off ? rsi::kGainNotArmed : no_model ? rsi::kGainNoModel : 0;
 }
 
 void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {

@@ -43,7 +43,9 @@ StreamCell::StreamCell(std::uint64_t seed, const StreamCellOptions& options)
       program_{random_, plant_options_.cycle_ms / 1000},
       config_{random_config()},
       codec_{config_},
-      arm_{random_arm()} {
+      arm_{random_arm()},
+      armed_{options.rearms && seed % 3 == 0},
+      program_random_{~seed} {
   drives_ = random_.uniform() < 0.15 ? 0 : 1;
   history_.sessions = 1;
   start_daemon();
@@ -134,7 +136,7 @@ void StreamCell::start_daemon() {
   cycle_->use_model(arm_, 1);
   given_ = foreign_given_ = 0;
   heard_before_ = engaged_since_heard_ = disarmed_ = false;
-  if (drives_) cycle_->engage();
+  if (drives_) engage_or_arm();
 }
 
 void StreamCell::end_daemon() {
@@ -154,9 +156,19 @@ void StreamCell::operate() {
 }
 
 void StreamCell::engage() {
-  cycle_->engage();
+  engage_or_arm();
   engaged_since_heard_ = true;
   disarmed_ = false;
+}
+
+/// The program of an armed cell begins and ends, and is stopped and resumed.
+void StreamCell::signal() {
+  const auto seldom = [this](double cycles) {
+    return program_random_.uniform() * cycles * options_.rarity < 1;
+  };
+  if (!armed_) return;
+  if (!signals_.ask || seldom(600)) signals_.ask = program_random_.uniform() < 0.75;
+  if (!signals_.state || seldom(600)) signals_.state = program_random_.uniform() < 0.75 ? 3 : 4;
 }
 
 void StreamCell::happen() {
@@ -196,6 +208,7 @@ void StreamCell::restart_controller() {
 
 void StreamCell::cycle() {
   operate();
+  signal();
   happen();
   now_ += std::chrono::milliseconds{static_cast<int>(plant_options_.cycle_ms)};
   if (foreign_cycles_ > 0) --foreign_cycles_, send_foreign();
@@ -258,6 +271,7 @@ std::string StreamCell::frame(const Plant::Sent& sent) const {
     (*frame.aspos_rad)[i] = sent.aspos_deg[i] * kRadPerDeg;
   }
   if (!config_.sends("ASPos")) frame.aspos_rad.reset();
+  frame.program = signals_;
   std::array<char, rsi::kMaxFrameBytes> buffer;
   return std::string{rsi::encode_robot_frame(frame, buffer, 4).value()};
 }

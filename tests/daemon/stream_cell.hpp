@@ -22,7 +22,7 @@ struct StreamCellOptions {
   double rarity = 1;                ///< everything happens so many times more seldom
   double longest_gap_cycles = 200;  ///< of lost datagrams or replies, and of a pause of the controller
   double longest_stall_cycles = 0;  ///< for which the daemon does not run now and then, and finds a backlog
-  bool rearms = true;               ///< `rearm: automatic`: the correction goes on after a silence
+  bool rearms = true;  ///< `rearm: automatic`: the correction goes on after a silence; every third is armed
 };
 
 /// What one controller and its stream went through, and how it ended.
@@ -101,6 +101,8 @@ class StreamCell {
   bool daemon_runs() const { return daemon_down_ == 0; }
   void operate();
   void engage();
+  void engage_or_arm() { armed_ ? cycle_->arm() : cycle_->engage(); }
+  void signal();
   void happen();
   void stall();
   void restart_controller();
@@ -134,6 +136,9 @@ class StreamCell {
   rsi::SensorFrameCodec codec_;
   RobotModel arm_;
   bool drives_ = true;
+  bool armed_;             ///< whenever it is engaged, and the program says what it wants
+  Random program_random_;  ///< of that alone, so that all else stays as it is
+  rsi::ProgramSignals signals_;
   drivers::TimePoint now_{std::chrono::hours{1}};
   drivers::TimePoint heard_{now_};
   StreamPage page_;
