@@ -14,6 +14,9 @@ Command experiment_command();  ///< the two-stage fit did not converge in every 
 Command export_command();
 Command fk_command();
 Command iso9283_command();
+Command kuka_commands();
+Command kuka_write_command();
+Command kuka_lint_command();  ///< something was found
 Command plan_command();
 
 }  // namespace truepose::tools

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <expected>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/rsi/ethernet_config.hpp"
+
+namespace truepose::rsi {
+
+/// How a version of RSI keeps a signal flow: RSI 3 to 4.0 (KSS 8.3 to 8.5) in NAME.rsi.xml, RSI 4.1 and 5
+/// (KSS 8.6 and 8.7) in NAME.rsix. The same objects have other ordinals in each.
+enum class ContextFormat { RsiXml, Rsix };
+
+/// The output of an object, counted from 1 as it is drawn.
+struct ContextOutput {
+  std::string object;  ///< "ETHERNET1"
+  int number = 1;
+
+  bool operator==(const ContextOutput&) const = default;
+};
+
+/// One object of a signal flow.
+struct ContextObject {
+  std::string type;                                          ///< in capitals: "AXISCORR"
+  std::string id;                                            ///< "AXISCORR1"
+  std::map<int, ContextOutput> inputs{};                     ///< what leads to its inputs, counted from 1
+  std::map<std::string, std::string, std::less<>> values{};  ///< of its parameters, by their names
+
+  std::optional<double> number(std::string_view parameter) const;
+  bool operator==(const ContextObject&) const = default;
+};
+
+/// The signal flow that a controller runs in every cycle while RSI is on.
+struct Context {
+  std::vector<ContextObject> objects;
+
+  /// The first of a type; null where there is none.
+  const ContextObject* of_type(std::string_view type) const;
+  const ContextObject* with_id(std::string_view id) const;
+  bool operator==(const Context&) const = default;
+};
+
+/// Reads the text of a .rsi.xml or .rsix file. What an object is wired to and its parameters are understood
+/// by their ordinals as the controller does, so that a file made for the other format is refused and not
+/// misread. Objects of types that are not known here keep their wires and lose their parameters.
+/// Error: one sentence that names the object.
+std::expected<Context, std::string> parse_context(std::string_view xml);
+
+/// The file's text. Every type must be one that truepose_context() uses.
+std::string context_xml(const Context& context, ContextFormat format);
+
+/// What the context of truepose is to do.
+struct ContextDemands {
+  std::string ethernet_file = "truepose_rsi_ethernet.xml";  ///< where the controller looks for it
+  int timeout_cycles = 100;
+  double max_total_deg = 3;  ///< greatest correction of an axis that the daemon sends
+  double cycle_ms = 4;
+};
+
+/// The signal flow for the shipped ethernet configuration: AK to AXISCORR, Stop to STOP (which leaves
+/// RSI_MOVECORR), Tp.Ask from $SEN_PINT[1], Tp.Pro from $PRO_STATE, Tp.Gain to $SEN_PINT[2].
+Context truepose_context(const ContextDemands& demands);
+
+/// What in this context would keep that ethernet configuration's corrections from the axes, or handle them
+/// otherwise than the daemon takes for granted: one sentence each.
+std::vector<std::string> lint(const Context& context, const EthernetConfig& ethernet,
+                              const ContextDemands& demands);
+
+}  // namespace truepose::rsi

@@ -1,0 +1,158 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/formatted.hpp"
+#include "proto/rsi/context.hpp"
+
+namespace truepose::rsi {
+namespace {
+
+constexpr double kDefaultLimit_deg = 5;    // of AXISCORR
+constexpr double kDefaultCeiling_deg = 6;  // of AXISCORRMON, also where there is none
+constexpr double kDefaultTimeout = 10, kLeastPrecision = 4, kExitMoveCorr = 4, kProState = 2;
+
+/// Looks at one context with one ethernet configuration.
+class ContextLint {
+ public:
+  ContextLint(const Context& context, const EthernetConfig& ethernet, const ContextDemands& demands)
+      : context_{context}, ethernet_{ethernet}, demands_{demands} {}
+
+  std::vector<std::string> findings() {
+    link_ = context_.of_type("ETHERNET");
+    if (link_ == nullptr) return {"the context has no ETHERNET object: nothing is exchanged with the PC"};
+    look_at_link();
+    look_at_correction();
+    look_at_ceiling();
+    look_at_stop();
+    look_at_program();
+    return std::move(findings_);
+  }
+
+ private:
+  void say(std::string sentence) { findings_.push_back(std::move(sentence)); }
+
+  void look_at_link() {
+    const auto file = link_->values.find("ConfigFile");
+    if (file == link_->values.end() || file->second != demands_.ethernet_file) {
+      say(link_->id + " loads " + (file == link_->values.end() ? "RSIEthernet.xml" : file->second) +
+          ", not " + demands_.ethernet_file + ": give its ConfigFile that name");
+    }
+    const double precision = link_->number("Precision").value_or(1);
+    if (precision < kLeastPrecision) {
+      say(link_->id + ": Precision " + formatted("%g", precision) + " rounds the axes to " +
+          formatted("%g", std::pow(10, -precision)) + " deg: set it to 4");
+    }
+    const double timeout = link_->number("Timeout").value_or(kDefaultTimeout);
+    if (timeout != demands_.timeout_cycles) {
+      say(link_->id + ": Timeout is " + formatted("%g", timeout) + " cycles (" +
+          formatted("%g", timeout * demands_.cycle_ms / 1000) + " s), but stream.timeout_cycles is " +
+          std::to_string(demands_.timeout_cycles) + ": they must be the same");
+    }
+  }
+
+  /// The channel of the ETHERNET object on which a RECEIVE element comes out.
+  std::optional<int> channel(std::string_view tag, const std::vector<Element>& elements) const {
+    const auto found = std::ranges::find(elements, tag, &Element::tag);
+    return found == elements.end() ? std::nullopt : found->index;
+  }
+
+  void look_at_correction() {
+    const ContextObject* const correction = context_.of_type("AXISCORR");
+    if (correction == nullptr)
+      return say("the context has no AXISCORR object: no correction reaches an axis");
+    if (!ethernet_.axis_correction) return;
+    for (int axis = 1; axis <= 6; ++axis) {
+      const std::string name = "A" + std::to_string(axis), tag = *ethernet_.axis_correction + "." + name;
+      const auto wire = correction->inputs.find(axis);
+      const auto wanted = channel(tag, ethernet_.receive);
+      if (wire == correction->inputs.end()) {
+        say(correction->id + ": nothing leads to Corr" + name + ", which " + tag + " is to move");
+      } else if (!wanted || wire->second != ContextOutput{link_->id, *wanted}) {
+        say(correction->id + ": Corr" + name + " is led by output " + std::to_string(wire->second.number) +
+            " of " + wire->second.object + ", but " + tag + " comes out of output " +
+            (wanted ? std::to_string(*wanted) : "none") + " of " + link_->id);
+      }
+      const double lower = correction->number("LowerLim" + name).value_or(-kDefaultLimit_deg);
+      const double upper = correction->number("UpperLim" + name).value_or(kDefaultLimit_deg);
+      if (std::min(-lower, upper) < demands_.max_total_deg) {
+        say(correction->id + " clamps " + name + " without a word to " + formatted("%g", lower) + " .. " +
+            formatted("%g", upper) + " deg, and up to " + formatted("%g", demands_.max_total_deg) +
+            " deg are sent: widen it, or lower "
+            "stream.max_total_deg");
+      }
+    }
+  }
+
+  void look_at_ceiling() {
+    const ContextObject* const monitor = context_.of_type("AXISCORRMON");
+    for (int axis = 1; axis <= 6; ++axis) {
+      const std::string name = "A" + std::to_string(axis);
+      const double ceiling =
+          (monitor == nullptr ? std::nullopt : monitor->number("Max" + name)).value_or(kDefaultCeiling_deg);
+      if (ceiling > demands_.max_total_deg) continue;
+      say((monitor == nullptr ? "AXISCORRMON, which is always there," : monitor->id) + " stops RSI at " +
+          formatted("%g", ceiling) + " deg of " + name + ", and up to " +
+          formatted("%g", demands_.max_total_deg) + " deg are sent: set it above");
+    }
+  }
+
+  void look_at_stop() {
+    if (!ethernet_.stop) return;
+    const auto wanted = channel(*ethernet_.stop, ethernet_.receive);
+    for (const ContextObject& object : context_.objects) {
+      if (object.type != "STOP" || !wanted) continue;
+      const auto wire = object.inputs.find(1);
+      if (wire == object.inputs.end() || wire->second != ContextOutput{link_->id, *wanted}) continue;
+      if (object.number("Mode") != kExitMoveCorr) {
+        say(object.id +
+            ": Mode must be 4 (ExitMoveCorr), so that the Stop bit leaves RSI_MOVECORR and does "
+            "nothing else");
+      }
+      return;
+    }
+    say("no STOP object is led by " + *ethernet_.stop + ": the PC cannot leave RSI_MOVECORR");
+  }
+
+  /// How a production program and the PC understand each other, where the lists have it.
+  void look_at_program() {
+    look_at_input("Tp.Ask", "SEN_PINT", "Index", 1, "$SEN_PINT[1]");
+    look_at_input("Tp.Pro", "STATUS", "Type", kProState, "$PRO_STATE");
+    const auto wanted = channel(kGainTag, ethernet_.receive);
+    if (!ethernet_.gain || !wanted) return;
+    for (const ContextObject& object : context_.objects) {
+      const auto wire = object.inputs.find(1);
+      if (object.type == "MAP2SEN_PINT" && wire != object.inputs.end() &&
+          wire->second == ContextOutput{link_->id, *wanted} && object.number("Index") == 2)
+        return;
+    }
+    say("no MAP2SEN_PINT object writes " + std::string{kGainTag} +
+        " to $SEN_PINT[2]: TP_BEGIN() would wait for ever");
+  }
+
+  void look_at_input(std::string_view tag, std::string_view type, std::string_view parameter, double value,
+                     const std::string& what) {
+    const auto at = channel(tag, ethernet_.send);
+    if (!at) return;
+    const auto wire = link_->inputs.find(*at);
+    const ContextObject* const from =
+        wire == link_->inputs.end() ? nullptr : context_.with_id(wire->second.object);
+    if (from != nullptr && from->type == type && from->number(parameter).value_or(1) == value) return;
+    say(link_->id + ": input " + std::to_string(*at) + ", sent as " + std::string{tag} + ", is not led by " +
+        what);
+  }
+
+  const Context& context_;
+  const EthernetConfig& ethernet_;
+  const ContextDemands& demands_;
+  const ContextObject* link_ = nullptr;
+  std::vector<std::string> findings_;
+};
+
+}  // namespace
+
+std::vector<std::string> lint(const Context& context, const EthernetConfig& ethernet,
+                              const ContextDemands& demands) {
+  return ContextLint{context, ethernet, demands}.findings();
+}
+
+}  // namespace truepose::rsi

@@ -1,0 +1,171 @@
+// Ordinals as in the contexts of kuka-external-control-sdk (RSI 4.1), kuka_rsi_driver and rsi-pi (RSI 3),
+// which ran on controllers.
+#include <gmock/gmock.h>
+
+#include <functional>
+#include <pugixml.hpp>
+
+#include "config/text_file.hpp"
+#include "proto/rsi/context.hpp"
+
+namespace truepose::rsi {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const std::string kShipped = std::string{TRUEPOSE_SOURCE_DIR} + "/config/kuka/rsi/";
+
+EthernetConfig shipped_ethernet() {
+  return parse_ethernet_config(config::read_text_file(kShipped + "truepose_rsi_ethernet.xml")).value();
+}
+
+std::string attribute(const std::string& xml, const std::string& xpath) {
+  pugi::xml_document document;
+  EXPECT_TRUE(document.load_string(xml.c_str()));
+  return document.select_node(xpath.c_str()).attribute().value();
+}
+
+std::string changed(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+TEST(Context, ComesBackFromEitherFormat) {
+  const Context context = truepose_context({});
+  for (const ContextFormat format : {ContextFormat::RsiXml, ContextFormat::Rsix}) {
+    const auto read = parse_context(context_xml(context, format));
+    ASSERT_TRUE(read) << read.error();
+    EXPECT_EQ(*read, context);
+  }
+}
+
+TEST(Context, HasTheOrdinalsOfItsFormat) {
+  const std::string old = context_xml(truepose_context({}), ContextFormat::RsiXml),
+                    now = context_xml(truepose_context({}), ContextFormat::Rsix);
+  const auto in_old = [&](const std::string& type, const std::string& rest) {
+    return attribute(old, "//RSIObject[@ObjType='" + type + "']" + rest);
+  };
+  const auto in_now = [&](const std::string& type, const std::string& rest) {
+    return attribute(now, "//RsiObject[@ObjType='" + type + "']" + rest);
+  };
+  EXPECT_EQ(in_old("AXISCORR", "//Parameter[@Name='UpperLimA1']/@ParamID"), "13");
+  EXPECT_EQ(in_now("AxisCorr", "//Parameter[@Name='UpperLimA1']/@ParamId"), "6");
+  EXPECT_EQ(in_old("AXISCORR", "//Input[@InIdx='1']/@OutIdx"), "1");
+  EXPECT_EQ(in_now("AxisCorr", "//Input[@InIdx='0']/@OutIdx"), "0");
+  EXPECT_EQ(in_old("ETHERNET", "//Parameter[@Name='Precision']/@ParamID"), "8");
+  EXPECT_EQ(in_now("Ethernet", "//Parameter[@Name='Precision']/@ParamId"), "7");
+  EXPECT_EQ(in_now("Ethernet", "//Parameter[@Name='Timeout']/@ParamId"), "0");
+  EXPECT_EQ(in_now("Ethernet", "//Parameter[@Name='ConfigFile']/@IsRuntime"), "false");
+  EXPECT_EQ(in_old("STOP", "//Parameter[@Name='Mode']/@ParamID"), "1");
+  EXPECT_EQ(in_now("Sen_PInt", "/@ObjTypeId"), "57");
+  EXPECT_EQ(in_now("Map2Sen_PInt", "/@ObjTypeId"), "16");
+  EXPECT_EQ(in_old("STATUS", "/@ObjTypeID"), "62");
+}
+
+TEST(Context, IsReadBesideObjectsThatAreNotKnownHere) {
+  const auto context = parse_context(R"(<RSIObjects>
+    <RSIObject ObjType="GEARTORQUE" ObjTypeID="46" ObjID="GEARTORQUE1">
+      <Parameters><Parameter Name="Type" ParamID="1" ParamValue="0"/></Parameters></RSIObject>
+    <RSIObject ObjType="ETHERNET" ObjTypeID="64" ObjID="ETHERNET1">
+      <Inputs><Input InIdx="2" OutObjID="GEARTORQUE1" OutIdx="6"/></Inputs></RSIObject></RSIObjects>)");
+  ASSERT_TRUE(context) << context.error();
+  EXPECT_EQ(context->objects[0].type, "GEARTORQUE");
+  EXPECT_EQ(context->of_type("ETHERNET")->inputs.at(2), (ContextOutput{"GEARTORQUE1", 6}));
+}
+
+TEST(Context, ThatCannotBeMeantIsRefusedInOneSentence) {
+  const std::string old = context_xml(truepose_context({}), ContextFormat::RsiXml);
+  const auto error = [](const std::string& xml) {
+    const auto context = parse_context(xml);
+    return context ? "" : context.error();
+  };
+  EXPECT_THAT(error(changed(old, R"(Name="UpperLimA1" ParamID="13")", R"(Name="UpperLimA1" ParamID="6")")),
+              AllOf(HasSubstr("AXISCORR1: UpperLimA1"), HasSubstr("another parameter: it is 13")));
+  EXPECT_THAT(error(changed(old, R"(InIdx="1")", R"(InIdx="0")")), HasSubstr("expected 1 or more"));
+  EXPECT_THAT(error(changed(old, R"(ObjTypeID="18")", R"(ObjTypeID="33")")),
+              HasSubstr("STOP1: ObjTypeID 33 is AXISCORR, but ObjType says STOP"));
+  EXPECT_THAT(error(changed(old, R"(InIdx="2")", R"(InIdx="1")")), HasSubstr("is wired twice"));
+  EXPECT_THAT(error(changed(old, R"(ObjID="STATUS1")", R"(ObjID="STATUS9")")),
+              HasSubstr("is wired to STATUS1, which is not there"));
+  EXPECT_THAT(error(changed(old, R"(ObjID="STATUS1")", R"(ObjID="SEN_PINT1")")),
+              HasSubstr("two objects SEN_PINT1"));
+  EXPECT_THAT(error("<ROOT/>"), HasSubstr("no RSI context"));
+  EXPECT_THAT(error("<RSIObjects"), HasSubstr("not an XML document"));
+}
+
+TEST(Context, OfEveryPrefixAndWithAnyByteChangedIsReadOrRefused) {
+  const std::string text = context_xml(truepose_context({}), ContextFormat::Rsix);
+  for (std::size_t size = 0; size < text.size(); ++size)
+    static_cast<void>(parse_context(text.substr(0, size)));
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    std::string damaged = text;
+    damaged[at] = '9';
+    if (const auto read = parse_context(damaged)) static_cast<void>(lint(*read, shipped_ethernet(), {}));
+  }
+}
+
+TEST(Context, OfTruePoseIsTheShippedOneInBothFormatsAndHasNothingToComplainOf) {
+  EXPECT_THAT(lint(truepose_context({}), shipped_ethernet(), {}), IsEmpty());
+  EXPECT_EQ(config::read_text_file(kShipped + "truepose_rsi.rsi.xml"),
+            context_xml(truepose_context({}), ContextFormat::RsiXml));
+  EXPECT_EQ(config::read_text_file(kShipped + "truepose_rsi.rsix"),
+            context_xml(truepose_context({}), ContextFormat::Rsix));
+}
+
+struct Flaw {
+  const char* found;  ///< part of the sentence
+  std::function<void(Context&)> make;
+};
+
+ContextObject& object(Context& context, const std::string& type) {
+  return const_cast<ContextObject&>(*context.of_type(type));
+}
+
+TEST(ContextLint, NamesEveryFlawAlone) {
+  const auto erased = [](const char* type) {
+    return [type](Context& c) { std::erase_if(c.objects, [&](const auto& o) { return o.type == type; }); };
+  };
+  const auto set = [](const char* type, const char* parameter, const char* value) {
+    return [=](Context& c) { object(c, type).values[parameter] = value; };
+  };
+  const std::vector<Flaw> flaws{
+      {"no AXISCORR object", erased("AXISCORR")},
+      {"no STOP object is led by Stop", erased("STOP")},
+      {"no MAP2SEN_PINT object writes Tp.Gain", erased("MAP2SEN_PINT")},
+      {"loads other.xml, not truepose_rsi_ethernet.xml", set("ETHERNET", "ConfigFile", "other.xml")},
+      {"Precision 1 rounds the axes to 0.1 deg", set("ETHERNET", "Precision", "1")},
+      {"Timeout is 10 cycles (0.04 s), but stream.timeout_cycles is 100", set("ETHERNET", "Timeout", "10")},
+      {"AXISCORR1 clamps A2 without a word to -1 .. 3 deg", set("AXISCORR", "LowerLimA2", "-1")},
+      {"AXISCORRMON1 stops RSI at 3 deg of A6", set("AXISCORRMON", "MaxA6", "3")},
+      {"STOP1: Mode must be 4", set("STOP", "Mode", "1")},
+      {"no MAP2SEN_PINT object writes Tp.Gain", set("MAP2SEN_PINT", "Index", "1")},
+      {"input 1, sent as Tp.Ask, is not led by $SEN_PINT[1]", set("SEN_PINT", "Index", "3")},
+      {"input 2, sent as Tp.Pro, is not led by $PRO_STATE", set("STATUS", "Type", "1")},
+      {"nothing leads to CorrA4, which AK.A4 is to move",
+       [](Context& c) { object(c, "AXISCORR").inputs.erase(4); }},
+      {"CorrA1 is led by output 2 of ETHERNET1, but AK.A1 comes out of output 1 of ETHERNET1",
+       [](Context& c) { object(c, "AXISCORR").inputs[1].number = 2; }},
+  };
+  for (const Flaw& flaw : flaws) {
+    Context context = truepose_context({});
+    flaw.make(context);
+    EXPECT_THAT(lint(context, shipped_ethernet(), {}), ElementsAre(HasSubstr(flaw.found))) << flaw.found;
+  }
+}
+
+TEST(ContextLint, KnowsTheLimitsThatHoldWhereNoneAreGiven) {
+  Context context = truepose_context({.max_total_deg = 7});
+  object(context, "AXISCORR").values.clear();
+  std::erase_if(context.objects, [](const auto& o) { return o.type == "AXISCORRMON"; });
+  const auto findings = lint(context, shipped_ethernet(), {.max_total_deg = 7});
+  ASSERT_EQ(findings.size(), 12U);
+  EXPECT_THAT(findings[0], HasSubstr("to -5 .. 5 deg, and up to 7 deg are sent"));
+  EXPECT_THAT(findings[6], HasSubstr("AXISCORRMON, which is always there, stops RSI at 6 deg of A1"));
+}
+
+}  // namespace
+}  // namespace truepose::rsi

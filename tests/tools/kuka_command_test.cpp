@@ -1,0 +1,116 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/text_file.hpp"
+#include "proto/rsi/context.hpp"
+#include "tests/process.hpp"
+#include "tests/temp_folder.hpp"
+
+namespace truepose {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+/// The example cell on the network of a real one, and what `truepose kuka write` makes of it.
+struct KukaCommand : testing::Test {
+  KukaCommand() {
+    change(R"(listen: 127.0.0.1:49152)", "listen: 192.168.44.77:49200");
+    change("eki_motion: 127.0.0.1:54600", "eki_motion: 10.1.2.3:54610");
+    change("file: robots/", "file: " TRUEPOSE_SOURCE_DIR "/config/robots/");
+    change("ethernet_xml: kuka/", "ethernet_xml: " + (set_ / "SensorInterface").string() + "/../");
+  }
+  void change(const std::string& from, const std::string& to) {
+    const std::size_t at = text_.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    text_.replace(at, from.size(), to);
+  }
+  std::string cell() { return folder_.write("cell.yaml", text_); }
+  Finished write() {
+    return run_program("truepose", {"kuka", "write", "--cell", cell(), "--out", set_.string()});
+  }
+  Finished lint(const std::vector<std::string>& files) {
+    std::vector<std::string> arguments{"kuka", "lint", "--cell", cell()};
+    for (const std::string& file : files) arguments.push_back((set_ / "SensorInterface" / file).string());
+    return run_program("truepose", arguments);
+  }
+  std::string written(const std::string& file) { return text_of(set_ / file); }
+
+  TempFolder folder_;
+  std::filesystem::path set_ = folder_.path() / "set";
+  std::string text_ = config::read_text_file(TRUEPOSE_SOURCE_DIR "/config/cell.yaml");
+};
+
+TEST_F(KukaCommand, WritesTheControllersFilesWithTheCellsAddressesAndLimits) {
+  change("max_total_deg: 3 ", "max_total_deg: 2 ");
+  const Finished done = write();
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, AllOf(HasSubstr("System/truepose_submit.sub"), HasSubstr("Not run on hardware yet")));
+  const auto ethernet = rsi::parse_ethernet_config(written("SensorInterface/truepose_rsi_ethernet.xml"));
+  ASSERT_TRUE(ethernet) << ethernet.error();
+  EXPECT_EQ(ethernet->address, "192.168.44.77");
+  EXPECT_EQ(ethernet->port, 49200);
+  const auto context = rsi::parse_context(written("SensorInterface/truepose_rsi.rsix"));
+  ASSERT_TRUE(context) << context.error();
+  EXPECT_EQ(context->of_type("AXISCORR")->number("UpperLimA6"), 2);
+  EXPECT_EQ(context->of_type("AXISCORRMON")->number("MaxA1"), 3);
+  EXPECT_THAT(written("EthernetKRL/CellLink.xml"),
+              AllOf(HasSubstr("<IP>10.1.2.3</IP>"), HasSubstr("<PORT>54610</PORT>")));
+  EXPECT_THAT(written("EthernetKRL/CellState.xml"), HasSubstr("<PORT>54601</PORT>"));
+  EXPECT_EQ(written("Program/truepose_motion.src"),
+            config::read_text_file(TRUEPOSE_SOURCE_DIR "/config/kuka/krl/truepose_motion.src"));
+}
+
+TEST_F(KukaCommand, StartsRsiInTheCycleOfTheCell) {
+  change("cycle_ms: 4 ", "cycle_ms: 12 ");
+  ASSERT_EQ(write().exit_code, 0);
+  EXPECT_THAT(written("Program/truepose_motion.src"), AllOf(HasSubstr("#IPO)"), Not(HasSubstr("#IPO_FAST"))));
+}
+
+TEST_F(KukaCommand, RefusesAnAddressThatNoControllerCouldSendTo) {
+  std::string before = "192.168.44.77:49200";
+  for (const char* address : {"127.0.0.1:49200", "0.0.0.0:49200"}) {
+    change(before, address);
+    before = address;
+    const Finished done = write();
+    EXPECT_EQ(done.exit_code, 2);
+    EXPECT_THAT(done.err, AllOf(HasSubstr("stream.listen"), HasSubstr("RSI network")));
+    EXPECT_FALSE(std::filesystem::exists(set_));
+  }
+}
+
+TEST_F(KukaCommand, SaysThatAFolderCannotBeWrittenTo) {
+  folder_.write("set", "a file");
+  const Finished done = write();
+  EXPECT_EQ(done.exit_code, 2);
+  EXPECT_THAT(done.err, HasSubstr("set/EthernetKRL/CellLink.xml"));
+}
+
+TEST_F(KukaCommand, FindsNothingInWhatItWritesAndEveryFlawInWhatIsChanged) {
+  ASSERT_EQ(write().exit_code, 0);
+  const Finished good = lint({"truepose_rsi_ethernet.xml", "truepose_rsi.rsix"});
+  EXPECT_EQ(good.exit_code, 0) << good.out << good.err;
+  EXPECT_THAT(good.out,
+              AllOf(HasSubstr("truepose_rsi.rsix: good"), HasSubstr("truepose_rsi_ethernet.xml: good")));
+
+  change("max_total_deg: 3 ", "max_total_deg: 9 ");
+  change("192.168.44.77", "192.168.44.78");
+  const Finished bad = lint({"truepose_rsi.rsix", "truepose_rsi_ethernet.xml"});
+  EXPECT_EQ(bad.exit_code, 1);
+  EXPECT_THAT(bad.out,
+              AllOf(HasSubstr("the controller sends to 192.168.44.77:49200, but stream.listen is"),
+                    HasSubstr("AXISCORR1 clamps A3"), HasSubstr("AXISCORRMON1 stops RSI at 4 deg of A3")));
+
+  const Finished damaged = run_program("truepose", {"kuka", "lint", cell()});
+  EXPECT_EQ(damaged.exit_code, 2);
+  EXPECT_THAT(damaged.err, HasSubstr("cell.yaml: not an XML document"));
+  const Finished alone =
+      run_program("truepose", {"kuka", "lint", (set_ / "SensorInterface/truepose_rsi.rsix").string()});
+  EXPECT_EQ(alone.exit_code, 2);
+  EXPECT_THAT(alone.err, HasSubstr("give the RSI ethernet configuration too"));
+}
+
+}  // namespace
+}  // namespace truepose

@@ -1,0 +1,219 @@
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <set>
+#include <utility>
+
+#include "config/cell_config.hpp"
+#include "config/controller_files.hpp"
+#include "config/text_file.hpp"
+#include "core/formatted.hpp"
+#include "proto/rsi/context.hpp"
+#include "tools/truepose/offline/offline_commands.hpp"
+
+namespace truepose::tools {
+namespace {
+
+using config::ConfigError;
+
+rsi::ContextDemands demands_of(const config::CellConfig& cell) {
+  return {.timeout_cycles = cell.stream.timeout_cycles,
+          .max_total_deg = cell.stream.max_total_deg,
+          .cycle_ms = std::chrono::duration<double, std::milli>(cell.stream.cycle).count()};
+}
+
+// ---- kuka write ----
+
+struct KukaWrite {
+  std::string cell_file, kss = "8.6";
+  std::filesystem::path folder;
+};
+
+/// A file of the controller: where it goes below the folder of the set, and there.
+struct ControllerFile {
+  std::string name;         ///< "EthernetKRL/CellLink.xml"
+  std::string destination;  ///< on the controller
+  std::string text;
+};
+
+std::string shipped(std::string_view name) {
+  const auto files = config::controller_files();
+  return std::string{std::ranges::find(files, name, &EmbeddedText::name)->text};
+}
+
+/// The text between <element> and </element>, which our own files have once.
+std::string with_element(std::string text, const std::string& element, const std::string& value) {
+  const std::string open = "<" + element + ">";
+  const std::size_t begin = text.find(open) + open.size(), end = text.find("</" + element + ">");
+  return text.replace(begin, end - begin, value);
+}
+
+std::string eki_file(std::string_view name, const config::Endpoint& controller) {
+  return with_element(with_element(shipped(name), "IP", controller.host), "PORT",
+                      std::to_string(controller.port));
+}
+
+/// RSI in the cycle that the daemon expects.
+std::string program_file(std::string_view name, const config::StreamConfig& stream) {
+  std::string text = shipped(name);
+  constexpr std::string_view kFast = "#IPO_FAST";
+  if (stream.cycle == std::chrono::milliseconds{4}) return text;
+  for (std::size_t at = text.find(kFast); at != std::string::npos; at = text.find(kFast))
+    text.replace(at, kFast.size(), "#IPO");
+  return text;
+}
+
+std::vector<ControllerFile> controller_set(const config::CellConfig& cell) {
+  constexpr const char* kEki = "C:\\KRC\\ROBOTER\\Config\\User\\Common\\EthernetKRL";
+  constexpr const char* kRsi = "C:\\KRC\\ROBOTER\\Config\\User\\Common\\SensorInterface";
+  constexpr const char *kProgram = "KRC:\\R1\\Program", *kSystem = "KRC:\\R1\\System";
+  const config::StreamConfig& stream = cell.stream;
+  const std::string ethernet = with_element(
+      with_element(shipped("kuka/rsi/truepose_rsi_ethernet.xml"), "IP_NUMBER", stream.listen.host), "PORT",
+      std::to_string(stream.listen.port));
+  std::vector<ControllerFile> set{
+      {"EthernetKRL/CellLink.xml", kEki, eki_file("kuka/eki/CellLink.xml", cell.robot.eki_motion)},
+      {"EthernetKRL/CellState.xml", kEki, eki_file("kuka/eki/CellState.xml", cell.robot.eki_state)},
+      {"SensorInterface/truepose_rsi_ethernet.xml", kRsi, ethernet},
+      {"SensorInterface/truepose_rsi.rsix", kRsi,
+       context_xml(rsi::truepose_context(demands_of(cell)), rsi::ContextFormat::Rsix)}};
+  for (const EmbeddedText& file : config::controller_files()) {
+    const std::filesystem::path path{file.name};
+    if (!file.name.starts_with("kuka/krl/")) continue;
+    const bool submit = path.stem() == "truepose_submit";
+    set.push_back({(submit ? "System/" : "Program/") + path.filename().string(), submit ? kSystem : kProgram,
+                   program_file(file.name, stream)});
+  }
+  return set;
+}
+
+/// A controller needs addresses that it can send to and listen on.
+void check_addresses(const KukaWrite& command, const config::CellConfig& cell) {
+  const config::Endpoint& listen = cell.stream.listen;
+  if (listen.host == "0.0.0.0" || listen.host.starts_with("127.") || listen.port == 0) {
+    throw ConfigError(command.cell_file +
+                      ": stream.listen: expected this PC's own address on the RSI network, "
+                      "which the controller sends to, found " +
+                      listen.host + ":" + std::to_string(listen.port));
+  }
+}
+
+int run_write(const KukaWrite& command) {
+  const config::CellConfig cell = config::load_cell(command.cell_file);
+  check_addresses(command, cell);
+  const std::vector<ControllerFile> set = controller_set(cell);
+  for (const ControllerFile& file : set) {
+    const std::filesystem::path path = command.folder / file.name;
+    std::error_code failed;
+    std::filesystem::create_directories(path.parent_path(), failed);
+    config::write_text_file(path, file.text);  // says why, where the folder could not be made
+    std::printf("%-44s to %s\n", file.name.c_str(), file.destination.c_str());
+  }
+  std::printf(
+      "\nFor KSS %s, %s. Not run on hardware yet: read the shipped config/kuka/README.md, and try everything in "
+      "T1 at low override first.\n",
+      command.kss.c_str(), cell.name.c_str());
+  return kDone;
+}
+
+// ---- kuka lint ----
+
+struct KukaLint {
+  std::vector<std::string> files;
+  std::string cell_file;
+};
+
+/// What was given, by kind.
+struct Given {
+  std::string ethernet_file, context_file;
+  std::optional<rsi::EthernetConfig> ethernet;
+  std::optional<rsi::Context> context;
+};
+
+void take_ethernet(Given& given, const std::string& file, const std::string& text) {
+  auto ethernet = rsi::parse_ethernet_config(text);
+  if (!ethernet) throw ConfigError(file + ": " + ethernet.error());
+  given.ethernet = *std::move(ethernet);
+  given.ethernet_file = file;
+}
+
+Given read_files(const std::vector<std::string>& files) {
+  Given given;
+  for (const std::string& file : files) {
+    const std::string text = config::read_text_file(file);
+    if (text.contains("<CONFIG>")) {
+      take_ethernet(given, file, text);
+      continue;
+    }
+    auto context = rsi::parse_context(text);
+    if (!context) throw ConfigError(file + ": " + context.error());
+    given.context = *std::move(context);
+    given.context_file = file;
+  }
+  return given;
+}
+
+int tell(const std::string& file, const std::vector<std::string>& findings) {
+  for (const std::string& finding : findings) std::printf("%s: %s\n", file.c_str(), finding.c_str());
+  if (findings.empty()) std::printf("%s: good\n", file.c_str());
+  return static_cast<int>(findings.size());
+}
+
+int run_lint(const KukaLint& command) {
+  Given given = read_files(command.files);
+  rsi::ContextDemands demands;
+  std::vector<std::string> of_ethernet;
+  if (!command.cell_file.empty()) {
+    const config::CellConfig cell = config::load_cell(command.cell_file);
+    demands = demands_of(cell);
+    if (!given.ethernet) {
+      const std::string file = cell.stream.ethernet_xml.string();
+      take_ethernet(given, file, config::read_text_file(file));
+    }
+    if (given.ethernet->address != cell.stream.listen.host ||
+        given.ethernet->port != cell.stream.listen.port) {
+      of_ethernet.push_back("the controller sends to " + given.ethernet->address + ":" +
+                            std::to_string(given.ethernet->port) + ", but stream.listen is " +
+                            cell.stream.listen.host + ":" + std::to_string(cell.stream.listen.port));
+    }
+  }
+  if (!given.ethernet) throw bad_usage("give the RSI ethernet configuration too, or --cell, which names it");
+  demands.ethernet_file = std::filesystem::path{given.ethernet_file}.filename();
+  std::ranges::move(rsi::lint(*given.ethernet), std::back_inserter(of_ethernet));
+  int found = tell(given.ethernet_file, of_ethernet);
+  if (given.context) found += tell(given.context_file, rsi::lint(*given.context, *given.ethernet, demands));
+  return found == 0 ? kDone : kFailed;
+}
+
+}  // namespace
+
+Command kuka_commands() { return {.name = "kuka", .help = "What the KUKA controller loads"}; }
+
+Command kuka_write_command() {
+  const auto command = std::make_shared<KukaWrite>();
+  KukaWrite& c = *command;
+  return {.name = "kuka write",
+          .help = "Writes the controller's files with this cell's addresses, limits and cycle",
+          .options = {Option("--cell", &c.cell_file, "Cell file", {.required = true}),
+                      Option("--kss", &c.kss, "Version of the controller's software",
+                             {.shows_default = true, .check = available({"8.6", "8.7"})}),
+                      Option("--out", &c.folder, "Folder for them", {.required = true})},
+          .run = [command] { return run_write(*command); }};
+}
+
+Command kuka_lint_command() {
+  const auto command = std::make_shared<KukaLint>();
+  KukaLint& c = *command;
+  return {.name = "kuka lint",
+          .help = "Says what in a controller's RSI files would keep corrections from the axes",
+          .options = {Option("files", &c.files,
+                             "RSI ethernet configuration and context (.rsix, .rsi.xml), in any order",
+                             {.required = true, .type = "FILES"}),
+                      Option("--cell", &c.cell_file,
+                             "Cell file, with whose bounds and addresses they must agree")},
+          .run = [command] { return run_lint(*command); }};
+}
+
+}  // namespace truepose::tools
