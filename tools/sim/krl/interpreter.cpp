@@ -171,7 +171,7 @@ void Interpreter::control(const Instruction& instruction) {
     case Op::NoResult:
       give_up("the function ends without RETURN");
     case Op::AdvanceStop:
-      if (unfinished() > 0) wait_for({.what = WaitFor::Arrival});
+      if (awaited() > 0) wait_for({.what = WaitFor::Arrival});
       return;
     case Op::WaitFor:
       if (evaluator_.pop_bool()) return;

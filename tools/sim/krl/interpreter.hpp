@@ -141,6 +141,8 @@ class Interpreter {
   void move(const MotionShape& shape);
   void hand_over(Motion motion);
   std::size_t unfinished();
+  /// The same, but in an interrupt program only its own: it does not wait for what it broke into.
+  std::size_t awaited();
   std::optional<double> number(std::string_view variable, std::optional<int> index, std::string_view field);
   std::optional<FrameValues> frame_values(std::string_view variable);
   void take_variables(Motion& motion);

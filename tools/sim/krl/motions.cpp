@@ -86,6 +86,11 @@ std::size_t Interpreter::unfinished() {
   return sent_.size();
 }
 
+std::size_t Interpreter::awaited() {
+  const auto at = interrupt_frame();
+  return at && !frames_[*at].interruption->moves ? 0 : unfinished();
+}
+
 std::optional<double> Interpreter::number(std::string_view variable, std::optional<int> index,
                                           std::string_view field) {
   const auto at = std::ranges::find(program_.systems, variable, &Variable::name);
