@@ -112,7 +112,15 @@ bool Evaluator::execute(const Instruction& instruction) {
 }
 
 void Evaluator::execute_all(std::size_t at) {
-  while (program_.code[at].op != Op::Done) execute(program_.code[at++]);
+  for (; program_.code[at].op != Op::Done; ++at) {
+    try {
+      execute(program_.code[at]);
+    } catch (Fault& fault) {
+      fault.file = program_.files[static_cast<std::size_t>(program_.code[at].file)];
+      fault.line = program_.code[at].line;
+      throw;
+    }
+  }
 }
 
 bool Evaluator::execute_place(const Instruction& instruction) {

@@ -33,7 +33,7 @@ class Evaluator {
 
   /// @return false where it is no such instruction
   bool execute(const Instruction& instruction);
-  /// Executes from `at` to Done.
+  /// Executes from `at` to Done. Its Fault has file and line.
   void execute_all(std::size_t at);
 
   void push(Value value) { operands.emplace_back(std::move(value)); }

@@ -182,7 +182,7 @@ void Interpreter::control(const Instruction& instruction) {
       // A time that no run of a program reaches, so that the sum fits.
       constexpr std::chrono::duration<double> kLongest = std::chrono::hours{24 * 365};
       const auto bounded = std::clamp(time, std::chrono::duration<double>::zero(), kLongest);
-      return wait_for({.what = WaitFor::Moment, .until = now_ + std::chrono::ceil<Time>(bounded)});
+      return wait_for({.what = WaitFor::Moment, .until = now_ + std::chrono::round<Time>(bounded)});
     }
     case Op::Halt:
       state_ = ProgramState::Stopped;

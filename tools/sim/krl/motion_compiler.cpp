@@ -63,7 +63,8 @@ void BodyCompiler::compile_wait(TokenReader& reader) {
   scope_.stop_advance_run();
   scope_.is_continued = true;
   if (is_time) {
-    expressions_.value_as(read_expression(reader), {Kind::Real}, "the time to wait");
+    const Type type = expressions_.value(read_expression(reader));
+    if (!type.is_number()) scope_.fail("the time to wait is a number, not " + scope_.types().name(type));
     scope_.emit(Op::WaitSec);
   } else {
     const std::size_t start = scope_.here();

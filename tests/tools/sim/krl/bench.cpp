@@ -52,12 +52,12 @@ std::expected<CallResult, std::string> FakeHost::call(ExternalCall& call) {
 std::expected<void, std::string> FakeHost::move(const Motion& motion) {
   log.push_back("move " + std::to_string(motion.number));
   moved.push_back(motion);
-  making_.push_back({motion.number, motion_time});
+  making_.push_back({motion, motion_time});
   return {};
 }
 
 bool FakeHost::is_finished(std::uint64_t motion) {
-  return std::ranges::find(making_, motion, &Making::number) == making_.end();
+  return std::ranges::none_of(making_, [&](const Making& making) { return making.motion.number == motion; });
 }
 
 bool FakeHost::is_standing() { return making_.empty() || (braked_ && now >= *braked_ + braking_time); }
@@ -81,7 +81,8 @@ void FakeHost::cancel() {
 void FakeHost::advance(Time to) {
   while (!braked_ && !making_.empty() && now + making_.front().left <= to) {
     now += making_.front().left;
-    log.push_back(std::to_string(making_.front().number) + " is made");
+    log.push_back(std::to_string(making_.front().motion.number) + " is made");
+    if (on_arrival) on_arrival(making_.front().motion);
     making_.pop_front();
   }
   if (!braked_ && !making_.empty()) making_.front().left -= to - now;

@@ -42,13 +42,14 @@ class FakeHost : public Host {
   Time braking_time = 100ms;
   std::map<std::string, Value> variables;  ///< "$FLAG[103]", "$OV_PRO"
   std::function<std::expected<CallResult, std::string>(ExternalCall&)> on_call;
+  std::function<void(const Motion&)> on_arrival;
   std::vector<std::string> log;  ///< "move 1", "1 is made", "brake", "go on", "cancel"
   std::vector<Motion> moved;
   std::vector<std::string> messages;
 
  private:
   struct Making {
-    std::uint64_t number;
+    Motion motion;
     Time left;
   };
   std::deque<Making> making_;
