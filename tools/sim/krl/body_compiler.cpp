@@ -86,7 +86,8 @@ class RoutineScanner {
   }
 
   void read_declaration(TokenReader& reader, Body& body) {
-    read_attributes(reader);
+    const Attributes attributes = read_attributes(reader);
+    if (attributes.is_global || attributes.is_constant) reader.fail("local data is neither GLOBAL nor CONST");
     const Type type = read_type(reader, symbols_.program.types);
     do {
       LocalName local{reader.take_name("a variable"), type};

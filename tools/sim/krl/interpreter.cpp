@@ -27,7 +27,8 @@ Interpreter::Interpreter(const Program& program, Memory& memory, Host& host, Int
 
 std::expected<void, std::string> Interpreter::select(std::string_view routine) {
   const auto found = program_.find_routine(in_capitals(routine));
-  if (!found) return std::unexpected("the program " + std::string(routine) + " is not known");
+  if (!found || !program_.routines[*found].is_global)
+    return std::unexpected("the program " + std::string(routine) + " is not known");
   if (!program_.routines[*found].parameters.empty())
     return std::unexpected("the program " + std::string(routine) + " takes parameters");
   selected_ = *found;

@@ -98,6 +98,7 @@ bool Interpreter::is_braked() const {
 void Interpreter::brake(bool with_all_force) {
   const auto at = interrupt_frame();
   if (!at) throw Fault{.what = "BRAKE stands outside of an interrupt program"};
+  if (kind_ == InterpreterKind::Submit) throw Fault{.what = "a submit program must not brake the arm"};
   frames_[*at].interruption->brakes = true;
   host_.brake(with_all_force);
   wait_for({.what = WaitFor::Standstill});
@@ -134,6 +135,7 @@ void Interpreter::resume() {
     throw Fault{.what = "RESUME would come back into the middle of an expression"};
   if (is_dropped) ++target.at;
   while (frames_.size() > *level + 1) pop_frame();
+  if (kind_ == InterpreterKind::Submit) return;
   sent_.clear();
   host_.cancel();
   wait_for({.what = WaitFor::Standstill});

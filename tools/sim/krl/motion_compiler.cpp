@@ -111,6 +111,7 @@ void BodyCompiler::declare_interrupt(TokenReader& reader, bool is_global) {
 }
 
 void BodyCompiler::compile_brake(TokenReader& reader) {
+  if (body_.is_submit) reader.fail("a submit program must not brake the arm");
   reader.take();
   const bool is_hard = reader.take_if("F");
   reader.expect_end();

@@ -155,7 +155,7 @@ struct Program {
   std::vector<Variable> systems;
   std::size_t initial_values = 0;  ///< code that sets the module data
 
-  /// @param name  in capitals; of any module
+  /// @param name  in capitals. @return the first of that name in any module, one that is global before others
   std::optional<std::size_t> find_routine(std::string_view name) const;
 };
 

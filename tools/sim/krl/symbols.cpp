@@ -29,7 +29,13 @@ std::optional<std::size_t> index_of_name(const std::vector<T>& all, std::string_
 }  // namespace
 
 std::optional<std::size_t> Program::find_routine(std::string_view name) const {
-  return index_of_name(routines, name);
+  std::optional<std::size_t> found;
+  for (std::size_t i = 0; i < routines.size(); ++i) {
+    if (routines[i].name != name) continue;
+    if (routines[i].is_global) return i;
+    if (!found) found = i;
+  }
+  return found;
 }
 
 int Symbols::module_of(const std::string& name) {

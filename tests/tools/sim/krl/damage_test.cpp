@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tests/tools/sim/krl/scripted_eki.hpp"
+#include "tests/trials.hpp"
 
 namespace truepose::sim::krl {
 namespace {
@@ -34,20 +35,21 @@ bool survives(const std::vector<Source>& sources) {
 
 TEST(DamagedPrograms, OfEveryLengthAreRefusedOrRun) {
   int loaded = 0;
+  const std::size_t step = all_trials() ? 1 : 10;
   for (std::size_t file = 0; file < 4; ++file) {
     std::vector<Source> sources = mended_sources();
     const std::string whole = sources[file].text;
-    for (std::size_t length = 0; length <= whole.size(); ++length) {
+    for (std::size_t length = 0; length <= whole.size(); length += step) {
       sources[file].text = whole.substr(0, length);
       loaded += load_error(sources, cell_declarations()).empty() ? 1 : 0;
     }
   }
-  EXPECT_GE(loaded, 4) << "the whole files at least";
+  EXPECT_GT(loaded, 0) << "the end of a file is no more than a line";
 }
 
 TEST(DamagedPrograms, WithOtherBytesAreRefusedOrRun) {
   int loaded = 0;
-  for (std::uint32_t seed = 1; seed <= 3000; ++seed) {
+  for (std::uint32_t seed = 1; seed <= static_cast<std::uint32_t>(trials(3000)); ++seed) {
     std::mt19937 random(seed);
     std::vector<Source> sources = mended_sources();
     for (auto changes = 1 + random() % 3; changes > 0; --changes) {
@@ -58,12 +60,12 @@ TEST(DamagedPrograms, WithOtherBytesAreRefusedOrRun) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     loaded += survives(sources) ? 1 : 0;
   }
-  EXPECT_GT(loaded, 300);
+  EXPECT_GT(loaded, trials(300));
 }
 
 TEST(DamagedPrograms, WithLinesLeftOutOrExchangedAreRefusedOrRun) {
   int loaded = 0;
-  for (std::uint32_t seed = 1; seed <= 1000; ++seed) {
+  for (std::uint32_t seed = 1; seed <= static_cast<std::uint32_t>(trials(1000)); ++seed) {
     std::mt19937 random(seed);
     std::vector<Source> sources = mended_sources();
     std::string& text = sources[random() % sources.size()].text;
@@ -76,7 +78,7 @@ TEST(DamagedPrograms, WithLinesLeftOutOrExchangedAreRefusedOrRun) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     loaded += survives(sources) ? 1 : 0;
   }
-  EXPECT_GT(loaded, 100);
+  EXPECT_GT(loaded, trials(100));
 }
 
 }  // namespace

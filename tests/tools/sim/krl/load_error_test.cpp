@@ -73,6 +73,7 @@ TEST(LoadErrors, RefuseWhatIsNotKnownHere) {
   EXPECT_EQ(error_in("DECL INT K=1"),
             "p.src:2: a declaration in a program has no initial value; it belongs into the data list");
   EXPECT_EQ(error_in_data("DECL INT N=I"), "p.dat:2: an initial value is constant");
+  EXPECT_EQ(error_in("DECL CONST INT K"), "p.src:2: local data is neither GLOBAL nor CONST");
   EXPECT_EQ(error_in("EXIT"), "p.src:2: EXIT stands in no loop");
 }
 
@@ -104,6 +105,8 @@ TEST(LoadErrors, KeepLocalDataAndCallsOutOfInterrupts) {
 TEST(LoadErrors, LetNoSubmitProgramMoveTheArm) {
   EXPECT_EQ(load_error({{"s.sub", "DEF S()\nPTP {A1 1}\nEND\n"}}),
             "s.sub:2: a submit program must not move the arm");
+  EXPECT_EQ(load_error({{"s.sub", "DEF S()\nBRAKE\nEND\n"}}),
+            "s.sub:2: a submit program must not brake the arm");
 }
 
 TEST(LoadErrors, FindAnInitialValueThatDoesNotFit) {

@@ -204,6 +204,22 @@ TEST(Submit, MustNotMoveThroughAnotherModule) {
             "p.src:5: a submit program must not move the arm");
 }
 
+TEST(Submit, LeavesTheArmAloneAtResume) {
+  std::vector<Source> sources = program_of("PTP {A1 1}\nWAIT SEC 0\nJ=1", "DECL INT J=0");
+  sources.push_back(
+      {"s.sub",
+       "DEF S()\nINTERRUPT DECL 5 WHEN $FLAG[1] DO H()\nINTERRUPT ON 5\nT()\n$FLAG[2]=TRUE\nEND\n"
+       "DEF T()\nWAIT FOR FALSE\nEND\nDEF H()\nRESUME\nEND\n"});
+  Bench bench(sources);
+  bench.start("P");
+  bench.start("S", InterpreterKind::Submit);
+  bench.host.set("$FLAG[1]", true);
+  bench.run_for(1s);
+  EXPECT_EQ(bench.interpreters[1].state(), ProgramState::Ended);
+  EXPECT_EQ(bench.integer("J"), 1);
+  EXPECT_EQ(bench.host.log, (Log{"move 1", "1 is made"}));
+}
+
 TEST(ExternalCalls, ThatAreNotFinishedAreAskedAgain) {
   Bench bench(program_of("OPEN(\"A\",I)", "DECL INT I=0"), "EXT OPEN(CHAR[]:IN,INT:OUT)");
   int asked = 0;
