@@ -189,7 +189,9 @@ Type ExpressionCompiler::unary(const Expression& expression) {
 Type ExpressionCompiler::binary(const Expression& expression) {
   const std::string& symbol = expression.token.text;
   if (kComparisonOps.contains(symbol)) return comparison(expression);
-  const Type left = value(expression.parts[0]), right = value(expression.parts[1]);
+  const bool is_geometric = symbol == ":";
+  const Type left = is_geometric ? frame(expression.parts[0]) : value(expression.parts[0]);
+  const Type right = is_geometric ? frame(expression.parts[1]) : value(expression.parts[1]);
   const auto both = [&](Kind kind) { return left.is(kind) && right.is(kind); };
   if (const auto op = kArithmetic.find(symbol);
       op != kArithmetic.end() && left.is_number() && right.is_number()) {
@@ -204,7 +206,7 @@ Type ExpressionCompiler::binary(const Expression& expression) {
     scope_.emit(op->second);
     return {Kind::Int};
   }
-  if (symbol == ":" && is_frame(left) && is_frame(right)) {
+  if (is_geometric && is_frame(left) && is_frame(right)) {
     scope_.emit(Op::Compose, static_cast<std::size_t>(left.id), static_cast<std::size_t>(right.id));
     return right;
   }
@@ -252,6 +254,14 @@ Type ExpressionCompiler::aggregate(const Expression& expression, const Type& typ
   scope_.symbols.program.shapes.push_back(std::move(shape));
   scope_.emit(Op::Gather, static_cast<std::size_t>(type.id), scope_.symbols.program.shapes.size() - 1);
   return type;
+}
+
+Type ExpressionCompiler::frame(const Expression& expression) {
+  if (expression.kind != ExpressionKind::Aggregate || !expression.token.text.empty())
+    return value(expression);
+  const bool has_status = std::ranges::any_of(
+      expression.names, [](const std::string& name) { return name == "S" || name == "T"; });
+  return aggregate(expression, *scope_.types().find(has_status ? "POS" : "FRAME"));
 }
 
 Type ExpressionCompiler::target(const Expression& expression) {

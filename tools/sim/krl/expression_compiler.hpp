@@ -27,6 +27,9 @@ class ExpressionCompiler {
 
  private:
   Type constant(const Token& token);
+  /// An operand of the geometric operator: an aggregate without its type's name is a FRAME, or with S or T a
+  /// POS.
+  Type frame(const Expression& expression);
   Type variable_value(const Expression& expression);
   Type name(const Expression& expression);
   Type element(const Expression& expression);

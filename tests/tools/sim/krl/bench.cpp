@@ -1,6 +1,7 @@
 #include "tests/tools/sim/krl/bench.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace truepose::sim::krl {
 namespace {
@@ -22,7 +23,7 @@ std::string key(std::string_view name, std::optional<int> index) {
 
 Program loaded(const std::vector<Source>& sources, const std::string& declarations) {
   auto program = load(cell(declarations), sources);
-  if (!program) throw program.error();
+  if (!program) throw std::runtime_error(program.error().text());
   return std::move(*program);
 }
 
@@ -100,7 +101,7 @@ Bench::Bench(std::vector<Source> sources, const std::string& declarations)
 
 Interpreter& Bench::start(const std::string& name, InterpreterKind kind) {
   Interpreter& interpreter = interpreters.emplace_back(program, memory, host, kind);
-  if (const auto selected = interpreter.select(name); !selected) throw Fault{name, 0, selected.error()};
+  if (const auto selected = interpreter.select(name); !selected) throw std::runtime_error(selected.error());
   interpreter.start();
   interpreter.run(host.now);
   return interpreter;
@@ -122,7 +123,7 @@ void Bench::run_for(Time time) {
 
 Value Bench::variable(const std::string& name) const {
   const auto at = std::ranges::find(program.globals, name, &Variable::name);
-  if (at == program.globals.end()) throw Fault{name, 0, "no such variable"};
+  if (at == program.globals.end()) throw std::runtime_error("no variable " + name);
   return memory.globals[static_cast<std::size_t>(at - program.globals.begin())];
 }
 

@@ -56,7 +56,7 @@ class FakeHost : public Host {
   std::optional<Time> braked_;
 };
 
-/// Sources, loaded and run against a FakeHost. Throws Fault where they do not load.
+/// Sources, loaded and run against a FakeHost. Throws std::runtime_error where they do not load.
 class Bench {
  public:
   /// @param declarations  beside those of standard.hpp and kCell

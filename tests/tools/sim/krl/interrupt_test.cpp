@@ -102,8 +102,12 @@ TEST(Interrupts, LetTheArmMoveOnWhereTheyDoNotBrake) {
 }
 
 TEST(Interrupts, LetWhatTheMainProgramWaitedForHappenInThem) {
-  const Bench bench = interrupted("WAIT FOR J==2\nI=1", "J=2");
-  EXPECT_EQ(bench.integer("I"), 1);
+  Bench bench(program_of("INTERRUPT DECL 10 WHEN $FLAG[1] DO HANDLER()\nINTERRUPT ON\nWAIT FOR J==2\nI=1",
+                         kData, "DEF HANDLER()\nJ=2\nEND\n"));
+  Interpreter& interpreter = bench.start("P");
+  bench.host.set("$FLAG[1]", true);
+  interpreter.run(bench.host.now);
+  EXPECT_EQ(bench.integer("I"), 1) << "in the same turn";
 }
 
 TEST(Interrupts, DoNotLengthenAWaitingTime) {
@@ -188,6 +192,20 @@ TEST(Resume, NeedsACallBelowTheLevelOfTheInterrupt) {
   bench.run_for(0s);
   EXPECT_TRUE(
       bench.interpreters[0].fault()->text().starts_with("p.src:7: RESUME needs a running subprogram"));
+}
+
+TEST(Resume, DoesNotLeaveAnInterruptThatBrokeIntoTheLevelItself) {
+  Bench bench(
+      program_of("INTERRUPT DECL 20 WHEN $FLAG[1] DO LOW()\nINTERRUPT DECL 10 WHEN $FLAG[2] DO HIGH()\n"
+                 "INTERRUPT ON\nWAIT FOR FALSE",
+                 "", "DEF LOW()\nWAIT FOR FALSE\nEND\nDEF HIGH()\nRESUME\nEND\n"));
+  bench.start("P");
+  bench.host.set("$FLAG[1]", true);
+  bench.run_for(0s);
+  bench.host.set("$FLAG[2]", true);
+  bench.run_for(0s);
+  ASSERT_TRUE(bench.interpreters[0].fault());
+  EXPECT_TRUE(bench.interpreters[0].fault()->text().starts_with("p.src:11: RESUME needs"));
 }
 
 TEST(Resume, FailsWhereTheAdvanceRunHasLeftTheSubprogram) {
