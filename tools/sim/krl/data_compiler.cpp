@@ -50,6 +50,13 @@ bool is_constant(const Expression& expression) {
   }
 }
 
+/// @param variable  with its indices and components
+bool has_constant_indices(const Expression& variable) {
+  if (variable.kind == ExpressionKind::Name) return true;
+  return has_constant_indices(variable.parts[0]) &&
+         std::all_of(variable.parts.begin() + 1, variable.parts.end(), is_constant);
+}
+
 class DataCompiler {
  public:
   DataCompiler(const DataList& list, Symbols& symbols, const std::vector<std::string>& pass_advance_run)
@@ -84,12 +91,17 @@ class DataCompiler {
 
   void read_statement(TokenReader& reader) {
     if (reader.next_is("EXT") || reader.next_is("EXTFCT")) return read_external(reader);
+    if (reader.next_is("SIGNAL") || reader.peek(1).is("SIGNAL")) return read_signal(reader);
     if (begins_declaration(reader, symbols_.program.types)) return read_declaration(reader);
     if (reader.peek().kind != TokenKind::Name)
       reader.fail("a declaration or an initial value is expected before " + reader.peek().text);
-    if (!symbols_.find_variable(reader.peek().text, list_.module))
+    const auto symbol = symbols_.find_variable(reader.peek().text, list_.module);
+    if (!symbol)
       reader.fail("the name " + reader.peek().text + " is not known, and no declaration begins with it");
+    if (symbol->storage != Storage::Global)
+      reader.fail(reader.peek().text + " is the controller's and gets no initial value");
     const Expression target = read_variable(reader);
+    if (!has_constant_indices(target)) reader.fail("an index in a data list is constant");
     reader.expect("=");
     const Expression value = read_initial_value(reader);
     reader.expect_end();
@@ -121,6 +133,27 @@ class DataCompiler {
       if (reader.take_if("=")) initialise(symbol, variable.name, read_initial_value(reader));
     } while (reader.take_if(","));
     reader.expect_end();
+  }
+
+  /// SIGNAL GRIPPER $OUT[3]; signals of several bits are not known.
+  void read_signal(TokenReader& reader) {
+    const bool is_global = reader.take_if("GLOBAL") || list_.is_global;
+    reader.expect("SIGNAL");
+    Signal signal{
+        .name = reader.take_name("the name of the signal"), .module = list_.module, .is_global = is_global};
+    const std::string variable = reader.take_name("$IN[...] or $OUT[...]");
+    const auto symbol = symbols_.find_variable(variable, list_.module);
+    if (!symbol || symbol->storage != Storage::System || symbol->type.sizes.size() != 1)
+      reader.fail(variable + " is no array of the controller");
+    signal.symbol = *symbol;
+    reader.expect("[");
+    const Token element = reader.take();
+    if (element.kind != TokenKind::Integer || element.integer < 1 || element.integer > symbol->type.sizes[0])
+      reader.fail("the number of " + variable + " is 1 to " + std::to_string(symbol->type.sizes[0]));
+    signal.symbol.element = element.integer;
+    reader.expect("]");
+    reader.expect_end();
+    symbols_.add_signal(std::move(signal), reader);
   }
 
   void initialise(const Symbol& symbol, const std::string& name, const Expression& value) {

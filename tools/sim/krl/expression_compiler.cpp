@@ -125,7 +125,10 @@ Type ExpressionCompiler::name(const Expression& expression) {
                                                     : Op::System;
   if (!symbol.passes_advance_run) scope_.stop_advance_run();
   scope_.emit(op, symbol.slot);
-  return symbol.type;
+  if (!symbol.element) return symbol.type;
+  scope_.push(*symbol.element);
+  scope_.emit(Op::Index);
+  return symbol.type.element();
 }
 
 Type ExpressionCompiler::element(const Expression& expression) {

@@ -50,6 +50,7 @@ void Interpreter::reset() {
   evaluator_.operands.clear();
   evaluator_.locals.clear();
   fault_.reset();
+  is_held_ = false;
   if (was_moving && kind_ == InterpreterKind::Robot) host_.cancel();
   state_ = selected_ ? ProgramState::Reset : ProgramState::Free;
 }
@@ -59,7 +60,7 @@ bool Interpreter::start() {
     enter(*selected_);
   } else if (state_ != ProgramState::Stopped || fault_) {
     return state_ == ProgramState::Active;
-  } else if (kind_ == InterpreterKind::Robot && !is_braked()) {
+  } else if (std::exchange(is_held_, false)) {
     host_.go_on();
   }
   state_ = ProgramState::Active;
@@ -69,7 +70,8 @@ bool Interpreter::start() {
 void Interpreter::stop() {
   if (state_ != ProgramState::Active) return;
   state_ = ProgramState::Stopped;
-  if (kind_ == InterpreterKind::Robot && !is_braked()) host_.brake(false);
+  is_held_ = kind_ == InterpreterKind::Robot && !is_braked();
+  if (is_held_) host_.brake(false);
 }
 
 void Interpreter::run(Time now) {

@@ -35,30 +35,32 @@ enum class InterpreterKind {
 /// Executes one program of the controller, in simulated time and without a thread.
 ///
 /// What is modelled:
-/// - Statements take no time, but no more than kInstructionsPerTurn are executed in a turn of 1 ms: a loop
-/// without a
-///   wait lets the others go on.
-/// - Advance run: a motion is handed to the host at once, and the program goes on while no more than $ADVANCE
-/// motions
-///   wait behind the one that is made; with 0 it waits for the end of each. WAIT, HALT, the end of the
-///   program, calls of the host's subprograms and all system variables but those that motions take with them
-///   (standard.hpp) wait until all motions are made, except behind CONTINUE.
-/// - Interrupts: looked at before every statement and at every run(), also while the program waits or the arm
-/// moves; by
-///   edge, seen only while switched on; a lower number goes first and breaks into a higher. DISABLE remembers
-///   an edge for ENABLE, OFF forgets it. The interrupt program runs while the arm moves on; BRAKE waits until
-///   it stands; behind the interrupt program the arm goes on. Motions of an interrupt program need BRAKE; the
-///   rest of what was stopped is made anew behind them, from where the arm then stands.
-/// - RESUME: drops all motions and goes on behind the call made in the level that declared the interrupt. It
-/// is an error
-///   where no such call runs, which is so at that level itself, or once the advance run has left the
-///   subprogram.
-/// - REAL variables hold 32 bits; expressions are computed with 64. A number becomes INT by rounding.
 ///
-/// What is not: TRIGGER, splines, BCO run and block selection, the time that statements take, ON_ERROR.
+/// Time. Statements take none, but no more than kInstructionsPerTurn are executed in a turn of 1 ms, so that
+/// a loop without a wait lets the others go on.
+///
+/// Advance run. A motion is handed to the host at once, and the program goes on while no more than $ADVANCE
+/// motions wait behind the one that is made; with 0 it waits for the end of each. It waits until all motions
+/// are made at WAIT, HALT, the end of the program, calls of the host's subprograms and all system variables
+/// but those that motions take with them (standard.hpp), unless CONTINUE stands before the statement.
+///
+/// Interrupts. They are looked at before every statement and at every run(), so also while the program waits
+/// or the arm moves. They go by the edge, seen only while switched on. A lower number goes first and breaks
+/// into a higher one. DISABLE remembers an edge for ENABLE, OFF forgets it. The arm moves on beside the
+/// interrupt program; BRAKE waits until it stands, and it goes on when the interrupt program ends. A motion
+/// of an interrupt program needs BRAKE before it; the rest of what BRAKE stopped is then made anew, from
+/// where the arm stands.
+///
+/// RESUME. It drops all motions and goes on behind the call made in the level that declared the interrupt. It
+/// is an error where no such call runs: at that level itself, or once the advance run has left the
+/// subprogram.
+///
+/// Numbers. REAL variables hold 32 bits, expressions are computed with 64. A REAL becomes INT by rounding.
+///
+/// What is not: TRIGGER, splines, signals of several bits, IMPORT, BCO run and block selection, interrupts
+/// while the program is stopped.
 class Interpreter {
  public:
-  /// Instructions in a turn.
   static constexpr int kInstructionsPerTurn = 5000;
   static constexpr Time kTurn = std::chrono::milliseconds{1};
 
@@ -176,6 +178,7 @@ class Interpreter {
   std::uint64_t motions_ = 0;
   std::uint64_t turn_ = 0;
   Time now_{0};
+  bool is_held_ = false;     // stop() braked the arm
   bool is_hurried_ = false;  // the turn ended before the program waited
 };
 

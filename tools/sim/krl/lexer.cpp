@@ -19,6 +19,7 @@ bool continues_name(char c) { return starts_name(c) || is_digit(c); }
 
 char capital(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; }
 
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr std::array<std::string_view, 4> kLongSymbols = {"==", "<>", "<=", ">="};
 constexpr std::string_view kShortSymbols = "()[]{},.:=+-*/<>";
 
@@ -161,6 +162,7 @@ std::string in_capitals(std::string_view name) {
 std::vector<Statement> cut_into_statements(const std::string& file, std::string_view text) {
   std::vector<Statement> statements;
   bool goes_on = false;
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   for (int number = 1; !text.empty(); ++number) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     const std::string_view line = text.substr(0, end);

@@ -56,6 +56,9 @@ std::optional<Symbol> Symbols::find_variable(std::string_view name, int module) 
     return Symbol{Storage::System, *slot, variable.type, variable.is_constant, variable.passes_advance_run};
   }
   std::optional<Symbol> found;
+  for (const Signal& signal : signals_) {
+    if (signal.name == name && (signal.module == module || signal.is_global)) found = signal.symbol;
+  }
   for (std::size_t slot = 0; slot < program.globals.size(); ++slot) {
     const Variable& variable = program.globals[slot];
     const bool is_own = variable.module == module;
@@ -95,6 +98,12 @@ Symbol Symbols::add_variable(const Variable& variable, const TokenReader& reader
     program.globals.push_back(variable);
   }
   return *find_variable(variable.name, variable.module);
+}
+
+void Symbols::add_signal(Signal signal, const TokenReader& reader) {
+  check_new_name(signal.name, reader);
+  if (find_variable(signal.name, signal.module)) reader.fail(signal.name + " is declared twice");
+  signals_.push_back(std::move(signal));
 }
 
 void Symbols::add_routine(Routine routine) {

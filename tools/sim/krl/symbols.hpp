@@ -20,6 +20,15 @@ struct Symbol {
   Type type;
   bool is_constant = false;
   bool passes_advance_run = false;
+  std::optional<std::int32_t> element = {};  ///< of SIGNAL: which element of the system variable
+};
+
+/// SIGNAL: another name for an element of a system variable.
+struct Signal {
+  std::string name;
+  int module = 0;
+  bool is_global = false;
+  Symbol symbol;
 };
 
 /// The program that is being compiled, and its names.
@@ -40,6 +49,8 @@ class Symbols {
   /// Errors: the name is taken.
   Symbol add_variable(const Variable& variable, const TokenReader& reader);
   void add_routine(Routine routine);
+  /// Errors: the name is taken.
+  void add_signal(Signal signal, const TokenReader& reader);
   void add_external(External external) { program.externals.push_back(std::move(external)); }
 
   /// Fails where a variable, parameter or subprogram must not be called so.
@@ -47,6 +58,7 @@ class Symbols {
 
  private:
   std::vector<std::string> modules_;
+  std::vector<Signal> signals_;
 };
 
 /// Reads the sizes behind a declared name: [3,4], [] or none. Errors: a size below 1 or a variable too great.

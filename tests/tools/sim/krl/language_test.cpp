@@ -121,6 +121,15 @@ TEST(Variables, OfTheConfigurationAreSeenByAllModules) {
   EXPECT_EQ(bench.integer("N"), 7);
 }
 
+TEST(Variables, MayBeOtherNamesOfInputsAndOutputs) {
+  Bench bench(program_of("GRIPPER=NOT READY", "SIGNAL GRIPPER $OUT[3]\nSIGNAL READY $IN[4]"));
+  bench.start("P");
+  EXPECT_TRUE(std::get<bool>(bench.host.variables.at("$OUT[3]")));
+  EXPECT_EQ(load_error(program_of("", "SIGNAL WORD $IN[1] TO $IN[8]")),
+            "p.dat:2: the end of the line is expected before TO");
+  EXPECT_EQ(load_error(program_of("", "SIGNAL FAR $IN[65]")), "p.dat:2: the number of $IN is 1 to 64");
+}
+
 TEST(Variables, TellTheirState) {
   const std::string statements =
       "IF VARSTATE(\"X\")==#DECLARED THEN\nI=1\nENDIF\nIF VARSTATE(\"NONE\")==#UNKNOWN THEN\nI=I+2\nENDIF\n"

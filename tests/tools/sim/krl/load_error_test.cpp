@@ -115,6 +115,15 @@ TEST(LoadErrors, FindAnInitialValueThatDoesNotFit) {
   EXPECT_EQ(error_in_data("DECL INT N[99999999]"), "p.dat:2: the variable is too large");
 }
 
+TEST(LoadErrors, KeepTheControllerOutOfDataLists) {
+  EXPECT_EQ(error_in_data("$OV_PRO=50"), "p.dat:2: $OV_PRO is the controller's and gets no initial value");
+  EXPECT_EQ(error_in_data("DECL INT N[3]\nN[$OV_PRO]=1"), "p.dat:3: an index in a data list is constant");
+  EXPECT_EQ(error_in_data("SIGNAL G $OUT[1]\nG=TRUE"),
+            "p.dat:3: G is the controller's and gets no initial value");
+  EXPECT_EQ(error_in_data("DECL INT $MINE"),
+            "p.dat:2: $MINE begins with $, as the controller's own variables do");
+}
+
 TEST(LoadErrors, DoNotFollowBracketsWithoutEnd) {
   EXPECT_EQ(error_in("I=" + std::string(10000, '(')), "p.src:2: the expression is nested too deeply");
   EXPECT_EQ(error_in("I=" + std::string(10000, '-')), "p.src:2: the expression is nested too deeply");

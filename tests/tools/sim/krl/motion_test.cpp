@@ -170,6 +170,7 @@ TEST(ProgramControl, HaltWaitsForStart) {
   EXPECT_TRUE(bench.interpreters[0].start());
   bench.run_for(0s);
   EXPECT_EQ(bench.integer("I"), 2);
+  EXPECT_EQ(bench.host.log, Log{}) << "nothing moved, nothing was braked";
 }
 
 TEST(ProgramControl, AFaultBrakesIsShownAndNeedsAReset) {
