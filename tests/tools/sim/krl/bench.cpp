@@ -1,0 +1,141 @@
+#include "tests/tools/sim/krl/bench.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace truepose::sim::krl {
+namespace {
+
+constexpr const char* kCell = R"krl(
+DECL BOOL $FLAG[1024]
+DECL BOOL $IN[64]
+DECL BOOL $OUT[64]
+DECL INT $OV_PRO
+DECL E6AXIS $AXIS_ACT_MEAS
+DECL E6POS $POS_ACT_MES
+DECL REAL $SEN_PREA[20]
+DECL CHAR $ROBTRAFO[64]
+)krl";
+
+std::string key(std::string_view name, std::optional<int> index) {
+  return std::string(name) + (index ? "[" + std::to_string(*index) + "]" : "");
+}
+
+Program loaded(const std::vector<Source>& sources, const std::string& declarations) {
+  auto program = load(cell(declarations), sources);
+  if (!program) throw std::runtime_error(program.error().text());
+  return std::move(*program);
+}
+
+}  // namespace
+
+Environment cell(const std::string& declarations) { return {.declarations = kCell + declarations}; }
+
+Value FakeHost::read(std::string_view name, std::optional<int> index) {
+  const auto at = variables.find(key(name, index));
+  if (at != variables.end()) return at->second;
+  const bool is_bit = name == "$FLAG" || name == "$IN" || name == "$OUT";
+  return is_bit ? Value{false} : Value{};
+}
+
+std::expected<void, std::string> FakeHost::write(std::string_view name, std::optional<int> index,
+                                                 const Value& value) {
+  if (name == "$IN") return std::unexpected("an input cannot be written");
+  variables[key(name, index)] = value;
+  return {};
+}
+
+std::expected<CallResult, std::string> FakeHost::call(ExternalCall& call) {
+  if (!on_call) return std::unexpected("nobody answers");
+  return on_call(call);
+}
+
+std::expected<void, std::string> FakeHost::move(const Motion& motion) {
+  log.push_back("move " + std::to_string(motion.number));
+  moved.push_back(motion);
+  making_.push_back({motion, motion_time});
+  return {};
+}
+
+bool FakeHost::is_finished(std::uint64_t motion) {
+  return std::ranges::none_of(making_, [&](const Making& making) { return making.motion.number == motion; });
+}
+
+bool FakeHost::is_standing() { return making_.empty() || (braked_ && now >= *braked_ + braking_time); }
+
+void FakeHost::brake(bool with_all_force) {
+  log.push_back(with_all_force ? "brake hard" : "brake");
+  braked_ = now;
+}
+
+void FakeHost::go_on() {
+  log.push_back("go on");
+  braked_.reset();
+}
+
+void FakeHost::cancel() {
+  log.push_back("cancel");
+  making_.clear();
+  braked_.reset();
+}
+
+void FakeHost::advance(Time to) {
+  while (!braked_ && !making_.empty() && now + making_.front().left <= to) {
+    now += making_.front().left;
+    log.push_back(std::to_string(making_.front().motion.number) + " is made");
+    if (on_arrival) on_arrival(making_.front().motion);
+    making_.pop_front();
+  }
+  if (!braked_ && !making_.empty()) making_.front().left -= to - now;
+  now = to;
+}
+
+std::optional<Time> FakeHost::next_change() const {
+  if (braked_ && now < *braked_ + braking_time) return *braked_ + braking_time;
+  if (braked_ || making_.empty()) return std::nullopt;
+  return now + making_.front().left;
+}
+
+Bench::Bench(std::vector<Source> sources, const std::string& declarations)
+    : program{loaded(sources, declarations)}, memory{program} {}
+
+Interpreter& Bench::start(const std::string& name, InterpreterKind kind) {
+  Interpreter& interpreter = interpreters.emplace_back(program, memory, host, kind);
+  if (const auto selected = interpreter.select(name); !selected) throw std::runtime_error(selected.error());
+  interpreter.start();
+  interpreter.run(host.now);
+  return interpreter;
+}
+
+void Bench::run_for(Time time) {
+  const Time end = host.now + time;
+  while (true) {
+    for (Interpreter& interpreter : interpreters) interpreter.run(host.now);
+    Time next = host.next_change().value_or(end);
+    for (Interpreter& interpreter : interpreters)
+      next = std::min(next, interpreter.next_change().value_or(end));
+    if (next >= end) break;
+    host.advance(next);
+  }
+  host.advance(end);
+  for (Interpreter& interpreter : interpreters) interpreter.run(host.now);
+}
+
+Value Bench::variable(const std::string& name) const {
+  const auto at = std::ranges::find(program.globals, name, &Variable::name);
+  if (at == program.globals.end()) throw std::runtime_error("no variable " + name);
+  return memory.globals[static_cast<std::size_t>(at - program.globals.begin())];
+}
+
+std::vector<Source> program_of(const std::string& statements, const std::string& data,
+                               const std::string& more) {
+  return {{"p.dat", "DEFDAT P PUBLIC\n" + data + "\nENDDAT\n"},
+          {"p.src", "DEF P()\n" + statements + "\nEND\n" + more}};
+}
+
+std::string load_error(const std::vector<Source>& sources, const std::string& declarations) {
+  const auto program = load(cell(declarations), sources);
+  return program ? "" : program.error().text();
+}
+
+}  // namespace truepose::sim::krl

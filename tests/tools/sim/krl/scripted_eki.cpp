@@ -1,0 +1,191 @@
+#include "tests/tools/sim/krl/scripted_eki.hpp"
+
+#include <fstream>
+#include <sstream>
+
+namespace truepose::sim::krl {
+namespace {
+
+std::string contents(const std::string& file) {
+  std::ifstream stream(std::string(TRUEPOSE_SOURCE_DIR) + "/config/kuka/krl/" + file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+void replace_all(std::string& text, const std::string& from, const std::string& to) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+    text.replace(at, from.size(), to);
+}
+
+Value axes(double a1) {
+  Parts parts(12, Value{0.0});
+  parts[0] = a1;
+  return parts;
+}
+
+std::string number_text(const Value& value) {
+  const auto* number = std::get_if<std::int32_t>(&value);
+  return number ? std::to_string(*number) : "?";
+}
+
+}  // namespace
+
+std::string cell_declarations() {
+  return R"krl(
+ENUM MODE_OP T1,T2,AUT,EX,INVALID
+ENUM PRO_STATE P_FREE,P_RESET,P_ACTIVE,P_STOP,P_END
+ENUM BAS_COMMAND INITMOV,ACC_CP,ACC_PTP,VEL_CP,VEL_PTP,TOOL,BASE
+ENUM RSI_MODE ABSOLUTE,RELATIVE
+ENUM RSI_CYCLE IPO,IPO_FAST
+STRUC EKI_STATUS INT BUFF,READ,MSG_NO,BOOL CONNECTED,INT COUNTER
+DECL INT RSIOK=0
+DECL MODE_OP $MODE_OP
+DECL PRO_STATE $PRO_STATE1
+DECL BOOL $ROB_STOPPED,$PERI_RDY,$ALARM_STOP,$USER_SAF,$STOPMESS,$PRO_MOVE
+DECL INT $ACT_TOOL,$ACT_BASE,$KR_SERIALNO
+DECL CHAR $V_R1MADA[64]
+DECL REAL $SOFTN_END[12],$SOFTP_END[12]
+EXT BAS(BAS_COMMAND:IN,REAL:IN)
+EXTFCT EKI_STATUS EKI_INIT(CHAR[]:IN)
+EXTFCT EKI_STATUS EKI_OPEN(CHAR[]:IN)
+EXTFCT EKI_STATUS EKI_CLEAR(CHAR[]:IN)
+EXTFCT EKI_STATUS EKI_SEND(CHAR[]:IN,CHAR[]:IN)
+EXTFCT EKI_STATUS EKI_CHECKBUFFER(CHAR[]:IN,CHAR[]:IN)
+EXTFCT EKI_STATUS EKI_GETINT(CHAR[]:IN,CHAR[]:IN,INT:OUT)
+EXTFCT EKI_STATUS EKI_GETREAL(CHAR[]:IN,CHAR[]:IN,REAL:OUT)
+EXTFCT EKI_STATUS EKI_SETINT(CHAR[]:IN,CHAR[]:IN,INT:IN)
+EXTFCT EKI_STATUS EKI_SETREAL(CHAR[]:IN,CHAR[]:IN,REAL:IN)
+EXTFCT EKI_STATUS EKI_SETSTRING(CHAR[]:IN,CHAR[]:IN,CHAR[]:IN)
+EXTFCT INT RSI_CREATE(CHAR[]:IN,INT:OUT,BOOL:IN)
+EXTFCT INT RSI_ON(RSI_MODE:IN,RSI_CYCLE:IN)
+EXT RSI_MOVECORR()
+EXTFCT INT RSI_OFF()
+EXTFCT INT RSI_DELETE(INT:IN)
+)krl";
+}
+
+std::vector<Source> shipped_sources() {
+  std::vector<Source> sources;
+  for (const char* file :
+       {"truepose_motion.src", "truepose_motion.dat", "truepose_submit.sub", "truepose_submit.dat"})
+    sources.push_back({file, contents(file)});
+  return sources;
+}
+
+std::vector<Source> mended_sources() {
+  std::vector<Source> sources = shipped_sources();
+  std::string& motion = sources[0].text;
+  replace_all(motion, "AXIS:IN", "NO:IN");
+  replace_all(motion, "INT AXIS", "INT NO");
+  replace_all(motion, "END[AXIS]", "END[NO]");
+  return sources;
+}
+
+ScriptedCell::ScriptedCell(std::vector<Source> sources) : bench{std::move(sources), cell_declarations()} {
+  FakeHost& host = bench.host;
+  host.on_call = [this](ExternalCall& call) { return answer(call); };
+  host.set("$AXIS_ACT_MEAS", axes(0));
+  host.set("$POS_ACT_MES", Parts{1765.0, 0.0, 1910.0, 0.0, 90.0, 0.0, 2, 35, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0});
+  for (const char* name : {"$ROB_STOPPED", "$PERI_RDY", "$ALARM_STOP", "$USER_SAF"}) host.set(name, true);
+  for (const char* name : {"$STOPMESS", "$PRO_MOVE"}) host.set(name, false);
+  for (const char* name : {"$ACT_TOOL", "$ACT_BASE"}) host.set(name, 0);
+  host.set("$OV_PRO", 100);
+  host.set("$KR_SERIALNO", 4711);
+  host.set("$ROBTRAFO", std::string("#KR210R2700"));
+  host.set("$V_R1MADA", std::string("KSS 8.6"));
+  host.set("$MODE_OP", Literal{"EX"});
+  host.set("$PRO_STATE1", Literal{"P_ACTIVE"});
+  for (int i = 1; i <= 12; ++i) {
+    host.set("$SOFTN_END[" + std::to_string(i) + "]", -185.0);
+    host.set("$SOFTP_END[" + std::to_string(i) + "]", 185.0);
+  }
+  host.on_arrival = [&host](const Motion& motion) {
+    Parts at(12, Value{0.0});
+    for (std::size_t i = 0; i < at.size(); ++i)
+      at[i] = std::get<AxisTarget>(motion.target).axes[i].value_or(0);
+    host.set("$AXIS_ACT_MEAS", at);
+  };
+}
+
+void ScriptedCell::connect() {
+  bench.host.set("$FLAG[101]", true);
+  bench.host.set("$FLAG[111]", true);
+  bench.run_for(0s);
+}
+
+void ScriptedCell::disconnect() {
+  bench.host.set("$FLAG[101]", false);
+  bench.run_for(0s);
+}
+
+void ScriptedCell::command(int id, int type, double a1) {
+  const auto receive = [&](const std::string& element, Value value) {
+    received_["CellLink/Cmd/" + element].push_back(std::move(value));
+  };
+  receive("@Id", id);
+  receive("@Type", type);
+  receive("@Vel", 50);
+  receive("@Acc", 200);
+  receive("@Settle", 500);
+  receive("Ax/@A1", a1);
+  for (int axis = 2; axis <= 6; ++axis) receive("Ax/@A" + std::to_string(axis), 0.0);
+  bench.host.set("$FLAG[102]", true);
+  bench.run_for(0s);
+}
+
+void ScriptedCell::control(int id, int op, int value) {
+  received_["CellState/Ctl/@Id"].push_back(id);
+  received_["CellState/Ctl/@Op"].push_back(op);
+  received_["CellState/Ctl/@Val"].push_back(value);
+  bench.host.set("$FLAG[112]", true);
+}
+
+std::expected<CallResult, std::string> ScriptedCell::answer(ExternalCall& call) {
+  if (call.name.starts_with("EKI_")) return eki(call);
+  if (call.name == "RSI_MOVECORR") {
+    if (call.is_first) said.push_back("RSI_MOVECORR");
+    return CallResult{.is_finished = rsi_leaves};
+  }
+  if (call.name == "BAS") return CallResult{};
+  said.emplace_back(call.name);
+  if (call.name != "RSI_CREATE") return CallResult{.value = 0};
+  call.arguments[1] = 3;
+  return CallResult{.value = rsi_create_result};
+}
+
+CallResult ScriptedCell::eki(ExternalCall& call) {
+  const std::string channel = text_of(call.arguments[0]);
+  const std::string element = channel + "/" + (call.arguments.size() > 1 ? text_of(call.arguments[1]) : "");
+  auto& queue = received_[element];
+  if (call.name == "EKI_CLEAR") {
+    std::erase_if(received_, [&](const auto& entry) { return entry.first.starts_with(channel); });
+  } else if (call.name.starts_with("EKI_GET") && !queue.empty()) {
+    call.arguments[2] = queue.front();
+    queue.pop_front();
+  } else if (call.name.starts_with("EKI_SET")) {
+    staged_[element] = call.arguments[2];
+  } else if (call.name == "EKI_SEND") {
+    send(channel, text_of(call.arguments[1]));
+  }
+  const auto waiting = received_.find(element);
+  const int count = waiting == received_.end() ? 0 : static_cast<int>(waiting->second.size());
+  return {.value = Parts{count, 0, 0, true, 0}};
+}
+
+void ScriptedCell::send(const std::string& channel, const std::string& document) {
+  if (channel == "CellState") {
+    ++states;
+    state = staged_;
+  } else if (document == "Ack") {
+    said.push_back("Ack " + number_text(staged_["CellLink/Ack/@Id"]) + " " +
+                   number_text(staged_["CellLink/Ack/@State"]) + " " +
+                   number_text(staged_["CellLink/Ack/@Err"]));
+  } else {
+    ++greetings;
+    said.push_back(document + " " + text_of(staged_["CellLink/Hello/@Model"]) + " " +
+                   text_of(staged_["CellLink/Hello/@Serial"]));
+  }
+}
+
+}  // namespace truepose::sim::krl

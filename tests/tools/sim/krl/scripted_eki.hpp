@@ -1,0 +1,52 @@
+#pragma once
+
+#include <deque>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tests/tools/sim/krl/bench.hpp"
+
+namespace truepose::sim::krl {
+
+/// What the controller of our cell has beside the interpreter's own: EKI, RSI, BAS and $ variables.
+std::string cell_declarations();
+
+/// The files of config/kuka/krl, byte for byte.
+std::vector<Source> shipped_sources();
+
+/// The shipped files, with what the controller refuses in them put right.
+std::vector<Source> mended_sources();
+
+/// EKI, RSI and BAS of a Bench, answered from a script.
+class ScriptedCell {
+ public:
+  explicit ScriptedCell(std::vector<Source> sources);
+
+  void connect();
+  void disconnect();
+  /// A command to the motion program. @param a1  target of the first axis, deg; the others stay at 0
+  void command(int id, int type, double a1 = 0);
+  /// A control to the state server.
+  void control(int id, int op, int value = 0);
+
+  /// What CellLink sent: "Hello", "Ack 1 2 0" (id, state, error), and what RSI was told.
+  std::vector<std::string> said;
+  /// What the last document of CellState held: "State/@ModeOp" ...
+  std::map<std::string, Value> state;
+  int states = 0;
+  int greetings = 0;
+  bool rsi_leaves = false;    ///< the PC set its Stop bit
+  int rsi_create_result = 0;  ///< 0 is RSIOK
+  Bench bench;
+
+ private:
+  std::expected<CallResult, std::string> answer(ExternalCall& call);
+  CallResult eki(ExternalCall& call);
+  void send(const std::string& channel, const std::string& document);
+
+  std::map<std::string, std::deque<Value>> received_;  // by channel and element
+  std::map<std::string, Value> staged_;                // by channel and element
+};
+
+}  // namespace truepose::sim::krl

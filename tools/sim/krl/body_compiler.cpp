@@ -1,0 +1,248 @@
+#include "tools/sim/krl/body_compiler.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+namespace truepose::sim::krl {
+namespace {
+
+/// Loops and branches in one another, so that no text uses up the stack.
+constexpr int kDeepestBlock = 60;
+
+/// The head of a subprogram and its declarations.
+class RoutineScanner {
+ public:
+  RoutineScanner(const std::string& file, std::span<const Statement> statements, int module, Symbols& symbols)
+      : file_{file},
+        statements_{statements},
+        module_{module},
+        symbols_{symbols},
+        index_{symbols.add_file(file)} {}
+
+  std::vector<Body> scan() {
+    std::vector<Body> bodies;
+    while (at_ < statements_.size()) bodies.push_back(routine());
+    return bodies;
+  }
+
+ private:
+  Body routine() {
+    TokenReader reader(file_, statements_[at_]);
+    Routine routine{.file = index_, .line = statements_[at_].line, .module = module_};
+    routine.is_global = reader.take_if("GLOBAL");
+    const bool is_function = reader.take_if("DEFFCT");
+    if (!is_function && !reader.take_if("DEF"))
+      reader.fail("DEF or DEFFCT is expected before " + reader.peek().text);
+    if (is_function) routine.result = read_type(reader, symbols_.program.types);
+    routine.name = reader.take_name("the name of the subprogram");
+    symbols_.check_new_name(routine.name, reader);
+    // The first subprogram of a module carries its name and is known everywhere.
+    routine.is_global = routine.is_global || routine.name == symbols_.module_name(module_);
+    read_parameters(reader, routine);
+    reader.expect_end();
+    ++at_;
+    Body body{.routine = symbols_.program.routines.size(), .file = file_, .is_submit = is_submit()};
+    read_declarations(routine, body);
+    take_statements(routine, is_function ? "ENDFCT" : "END", body);
+    symbols_.add_routine(std::move(routine));
+    return body;
+  }
+
+  bool is_submit() const { return in_capitals(file_).ends_with(".SUB"); }
+
+  void read_parameters(TokenReader& reader, Routine& routine) {
+    reader.expect("(");
+    while (!reader.take_if(")")) {
+      if (!routine.parameters.empty()) reader.expect(",");
+      Parameter parameter{.name = reader.take_name("a parameter")};
+      symbols_.check_new_name(parameter.name, reader);
+      if (std::ranges::count(routine.parameters, parameter.name, &Parameter::name) > 0)
+        reader.fail("the parameter " + parameter.name + " is named twice");
+      if (reader.take_if("[")) reader.expect("]");
+      if (reader.take_if(":")) {
+        const std::string direction = reader.take_name("IN or OUT");
+        if (direction != "IN" && direction != "OUT")
+          reader.fail("IN or OUT is expected instead of " + direction);
+        if (direction == "IN") parameter.direction = Direction::In;
+      }
+      routine.parameters.push_back(std::move(parameter));
+    }
+  }
+
+  void read_declarations(Routine& routine, Body& body) {
+    for (const Parameter& parameter : routine.parameters) body.locals.push_back({parameter.name, {}});
+    for (; at_ < statements_.size(); ++at_) {
+      TokenReader reader(file_, statements_[at_]);
+      if (!begins_declaration(reader, symbols_.program.types)) break;
+      read_declaration(reader, body);
+    }
+    for (std::size_t i = 0; i < routine.parameters.size(); ++i) {
+      routine.parameters[i].type = body.locals[i].type;
+      if (body.locals[i].type.kind == Kind::None)
+        throw Fault{file_, routine.line,
+                    "the type of the parameter " + body.locals[i].name + " is not declared"};
+    }
+  }
+
+  void read_declaration(TokenReader& reader, Body& body) {
+    const Attributes attributes = read_attributes(reader);
+    if (attributes.is_global || attributes.is_constant) reader.fail("local data is neither GLOBAL nor CONST");
+    const Type type = read_type(reader, symbols_.program.types);
+    do {
+      LocalName local{reader.take_name("a variable"), type};
+      symbols_.check_new_name(local.name, reader);
+      read_sizes(reader, symbols_.program.types, local.type);
+      const auto known = std::ranges::find(body.locals, local.name, &LocalName::name);
+      const bool is_sized = std::ranges::count(local.type.sizes, 0) == 0;
+      if (known == body.locals.end()) {
+        if (!is_sized) reader.fail(local.name + " needs a size");
+        body.locals.push_back(std::move(local));
+      } else if (known->type.kind == Kind::None) {
+        known->type = local.type;
+      } else {
+        reader.fail(local.name + " is declared twice");
+      }
+      if (reader.next_is("="))
+        reader.fail("a declaration in a program has no initial value; it belongs into the data list");
+    } while (reader.take_if(","));
+    reader.expect_end();
+  }
+
+  void take_statements(const Routine& routine, std::string_view end, Body& body) {
+    const std::size_t first = at_;
+    for (; at_ < statements_.size(); ++at_) {
+      const Statement& statement = statements_[at_];
+      if (statement.tokens[0].is(end)) break;
+      const bool is_next = statement.tokens[0].is("DEF") || statement.tokens[0].is("DEFFCT");
+      if (is_next || statement.tokens[0].is("END") || statement.tokens[0].is("ENDFCT"))
+        throw Fault{file_, statement.line, std::string(end) + " of " + routine.name + " is missing"};
+    }
+    if (at_ == statements_.size())
+      throw Fault{file_, routine.line, std::string(end) + " of " + routine.name + " is missing"};
+    body.statements = statements_.subspan(first, at_ - first);
+    body.end = statements_[at_];
+    TokenReader reader(file_, body.end);
+    reader.take();
+    reader.expect_end();
+    ++at_;
+  }
+
+  const std::string& file_;
+  std::span<const Statement> statements_;
+  int module_;
+  Symbols& symbols_;
+  int index_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace
+
+std::vector<Body> scan_routines(const std::string& file, std::span<const Statement> statements, int module,
+                                Symbols& symbols) {
+  return RoutineScanner(file, statements, module, symbols).scan();
+}
+
+BodyCompiler::BodyCompiler(const Body& body, Symbols& symbols)
+    : body_{body},
+      symbols_{symbols},
+      scope_{.symbols = symbols,
+             .module = symbols.program.routines[body.routine].module,
+             .file = symbols.program.routines[body.routine].file,
+             .locals = body.locals,
+             .is_submit = body.is_submit},
+      expressions_{scope_} {}
+
+void BodyCompiler::compile() {
+  symbols_.program.routines[body_.routine].entry = scope_.here();
+  while (!at_end()) statement();
+  land_gotos();
+  scope_.line = body_.end.line;
+  scope_.emit(Op::Statement);
+  Routine& routine = symbols_.program.routines[body_.routine];
+  scope_.emit(routine.result.kind == Kind::None ? Op::Return : Op::NoResult);
+  for (std::size_t i = 0; i < scope_.locals.size(); ++i) {
+    const bool is_parameter = i < routine.parameters.size();
+    routine.locals.push_back(is_parameter ? Value{} : scope_.types().blank(scope_.locals[i].type));
+  }
+}
+
+bool BodyCompiler::next_begins_with(std::string_view word) const {
+  return !at_end() && body_.statements[at_].tokens[0].is(word);
+}
+
+std::string BodyCompiler::block(std::initializer_list<std::string_view> ends, const Statement& opened) {
+  if (++depth_ > kDeepestBlock) scope_.fail("loops and branches are nested too deeply");
+  while (true) {
+    if (at_end()) throw Fault{body_.file, opened.line, std::string(*(ends.end() - 1)) + " is missing"};
+    for (const std::string_view end : ends) {
+      if (!next_begins_with(end)) continue;
+      --depth_;
+      scope_.line = body_.statements[at_].line;
+      return std::string(end);
+    }
+    statement();
+  }
+}
+
+void BodyCompiler::close(std::string_view word) {
+  TokenReader reader(body_.file, body_.statements[at_++]);
+  reader.expect(word);
+  reader.expect_end();
+}
+
+void BodyCompiler::statement() {
+  const Statement& statement = body_.statements[at_++];
+  scope_.line = statement.line;
+  scope_.is_continued = std::exchange(continued_, false);
+  scope_.emit(Op::Statement);
+  TokenReader reader(body_.file, statement);
+  dispatch(reader);
+}
+
+void BodyCompiler::dispatch(TokenReader& reader) {
+  const Token& first = reader.peek();
+  if (first.kind != TokenKind::Name) reader.fail("a statement cannot begin with " + first.text);
+  const bool is_assignment = reader.peek(1).is("=") || reader.peek(1).is("[") || reader.peek(1).is(".");
+  if (const auto compile = statements().find(first.text); compile != statements().end())
+    return (this->*compile->second)(reader);
+  if (is_assignment) return compile_assignment(reader);
+  if (reader.peek(1).is("(")) {
+    const Token name = reader.take();
+    const Expression call = read_call(reader, name);
+    reader.expect_end();
+    return expressions_.call_statement(call);
+  }
+  if (reader.peek(1).is(":")) return compile_label(reader);
+  if (begins_declaration(reader, scope_.types()))
+    reader.fail("declarations stand before the first statement");
+  reader.fail("the statement " + first.text + " is not known here");
+}
+
+const std::map<std::string_view, BodyCompiler::Compile>& BodyCompiler::statements() {
+  static const std::map<std::string_view, Compile> kStatements = {
+      {"IF", &BodyCompiler::compile_if},
+      {"SWITCH", &BodyCompiler::compile_switch},
+      {"FOR", &BodyCompiler::compile_for},
+      {"WHILE", &BodyCompiler::compile_while},
+      {"REPEAT", &BodyCompiler::compile_repeat},
+      {"LOOP", &BodyCompiler::compile_loop},
+      {"EXIT", &BodyCompiler::compile_exit},
+      {"GOTO", &BodyCompiler::compile_goto},
+      {"RETURN", &BodyCompiler::compile_return},
+      {"HALT", &BodyCompiler::compile_halt},
+      {"CONTINUE", &BodyCompiler::compile_continue},
+      {"PTP", &BodyCompiler::compile_motion},
+      {"LIN", &BodyCompiler::compile_motion},
+      {"CIRC", &BodyCompiler::compile_motion},
+      {"PTP_REL", &BodyCompiler::compile_motion},
+      {"LIN_REL", &BodyCompiler::compile_motion},
+      {"WAIT", &BodyCompiler::compile_wait},
+      {"INTERRUPT", &BodyCompiler::compile_interrupt},
+      {"GLOBAL", &BodyCompiler::compile_interrupt},
+      {"BRAKE", &BodyCompiler::compile_brake},
+      {"RESUME", &BodyCompiler::compile_resume}};
+  return kStatements;
+}
+
+}  // namespace truepose::sim::krl

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tools/sim/krl/expression_compiler.hpp"
+
+namespace truepose::sim::krl {
+
+/// A subprogram whose head and declarations are known and whose statements wait to be compiled.
+struct Body {
+  std::size_t routine = 0;
+  std::vector<LocalName> locals;  ///< the parameters first
+  std::span<const Statement> statements;
+  Statement end;  ///< END or ENDFCT
+  std::string file;
+  bool is_submit = false;
+};
+
+/// Finds the subprograms of a .src or .sub. Throws Fault.
+/// @param statements  outlive the bodies
+std::vector<Body> scan_routines(const std::string& file, std::span<const Statement> statements, int module,
+                                Symbols& symbols);
+
+/// Writes the code of one subprogram. Throws Fault.
+class BodyCompiler {
+ public:
+  BodyCompiler(const Body& body, Symbols& symbols);
+  void compile();
+
+ private:
+  bool at_end() const { return at_ == body_.statements.size(); }
+  bool next_begins_with(std::string_view word) const;
+  /// Compiles until a statement begins with one of the words. @return the word
+  std::string block(std::initializer_list<std::string_view> ends, const Statement& opened);
+  void statement();
+  void dispatch(TokenReader& reader);
+  /// Reads `word` and what follows it alone in its line.
+  void close(std::string_view word);
+
+  // control_compiler.cpp
+  void compile_if(TokenReader& reader);
+  void compile_switch(TokenReader& reader);
+  void compile_case(std::size_t subject, const Type& type, std::vector<std::size_t>& exits);
+  void compile_for(TokenReader& reader);
+  void compile_while(TokenReader& reader);
+  void compile_repeat(TokenReader& reader);
+  void compile_loop(TokenReader& reader);
+  void compile_exit(TokenReader& reader);
+  void compile_goto(TokenReader& reader);
+  void compile_label(TokenReader& reader);
+  void compile_return(TokenReader& reader);
+  void compile_halt(TokenReader& reader);
+  void compile_continue(TokenReader& reader);
+  void compile_assignment(TokenReader& reader);
+  void condition(TokenReader& reader, const std::string& what);
+  void loop_body(std::size_t start, std::string_view end);
+  void land_gotos();
+
+  // motion_compiler.cpp
+  void compile_motion(TokenReader& reader);
+  void compile_wait(TokenReader& reader);
+  void compile_interrupt(TokenReader& reader);
+  void declare_interrupt(TokenReader& reader, bool is_global);
+  void compile_brake(TokenReader& reader);
+  void compile_resume(TokenReader& reader);
+
+  using Compile = void (BodyCompiler::*)(TokenReader&);
+  static const std::map<std::string_view, Compile>& statements();
+
+  const Body& body_;
+  Symbols& symbols_;
+  Scope scope_;
+  ExpressionCompiler expressions_;
+  std::size_t at_ = 0;
+  int depth_ = 0;
+  bool continued_ = false;
+  std::vector<std::vector<std::size_t>> exits_;  ///< of each loop around: jumps behind it
+  std::map<std::string, std::size_t> labels_;
+  struct Goto {
+    std::size_t jump;
+    std::string label;
+    int line;
+  };
+  std::vector<Goto> gotos_;
+};
+
+}  // namespace truepose::sim::krl

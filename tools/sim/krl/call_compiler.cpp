@@ -1,0 +1,118 @@
+// The part of ExpressionCompiler that calls subprograms.
+#include <algorithm>
+
+#include "tools/sim/krl/expression_compiler.hpp"
+
+namespace truepose::sim::krl {
+
+void ExpressionCompiler::call_statement(const Expression& expression) {
+  if (call(expression).kind != Kind::None) scope_.emit(Op::Drop);
+}
+
+Type ExpressionCompiler::call(const Expression& expression) {
+  const std::string& name = expression.token.text;
+  if (name == "ABS") return absolute(expression);
+  if (name == "INV_POS") return inverse_pose(expression);
+  if (name == "VARSTATE") return variable_state(expression);
+  if (name == "SWRITE") return string_write(expression);
+  if (const auto routine = scope_.symbols.find_routine(name, scope_.module))
+    return call_routine(expression, *routine);
+  if (const auto external = scope_.symbols.find_external(name)) return call_external(expression, *external);
+  scope_.fail("the subprogram " + name + " is not known");
+}
+
+Type ExpressionCompiler::call_routine(const Expression& expression, std::size_t index) {
+  if (scope_.is_aside) scope_.fail("the condition of an interrupt cannot call " + expression.token.text);
+  arguments(expression, scope_.symbols.program.routines[index].parameters);
+  const Type result = scope_.symbols.program.routines[index].result;
+  scope_.emit(Op::Call, index, result.kind == Kind::None ? 0 : 1);
+  return result;
+}
+
+Type ExpressionCompiler::call_external(const Expression& expression, std::size_t index) {
+  const External external = scope_.symbols.program.externals[index];
+  if (scope_.is_aside && !external.is_builtin)
+    scope_.fail("the condition of an interrupt cannot call " + expression.token.text);
+  arguments(expression, external.parameters);
+  if (!external.passes_advance_run) scope_.stop_advance_run();
+  scope_.emit(Op::CallExternal, index, external.parameters.size());
+  return external.result;
+}
+
+void ExpressionCompiler::count_arguments(const Expression& expression, std::size_t expected) {
+  if (expression.parts.size() == expected) return;
+  scope_.fail(expression.token.text + " takes " + std::to_string(expected) + " parameters, not " +
+              std::to_string(expression.parts.size()));
+}
+
+void ExpressionCompiler::arguments(const Expression& expression, const std::vector<Parameter>& parameters) {
+  count_arguments(expression, parameters.size());
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const std::string what = "parameter " + std::to_string(i + 1) + " of " + expression.token.text;
+    argument(expression.parts[i], parameters[i], what);
+  }
+}
+
+void ExpressionCompiler::argument(const Expression& given, const Parameter& parameter,
+                                  const std::string& what) {
+  if (parameter.direction == Direction::Out) return out_argument(given, parameter.type, what);
+  value_as(given, parameter.type, what);
+}
+
+Type ExpressionCompiler::absolute(const Expression& expression) {
+  count_arguments(expression, 1);
+  const Type type = value(expression.parts[0]);
+  if (!type.is_number()) scope_.fail("ABS takes a number, not " + type_name(type));
+  scope_.emit(Op::Absolute);
+  return type;
+}
+
+Type ExpressionCompiler::inverse_pose(const Expression& expression) {
+  count_arguments(expression, 1);
+  const Type type = value(expression.parts[0]);
+  if (!is_frame(type)) scope_.fail("INV_POS takes a frame or position, not " + type_name(type));
+  scope_.emit(Op::InversePose, static_cast<std::size_t>(type.id));
+  return type;
+}
+
+Type ExpressionCompiler::variable_state(const Expression& expression) {
+  count_arguments(expression, 1);
+  const Token& text = expression.parts[0].token;
+  if (expression.parts[0].kind != ExpressionKind::Constant || text.kind != TokenKind::Text)
+    scope_.fail("VARSTATE is known here with a text constant only");
+  const Type result = *scope_.types().find("VAR_STATE");
+  const std::string& file = scope_.symbols.program.files[static_cast<std::size_t>(scope_.file)];
+  const std::size_t before = scope_.here();
+  try {
+    const std::vector<Statement> inside = cut_into_statements(file, text.text);
+    if (inside.size() != 1) scope_.fail("no variable");
+    TokenReader reader(file, inside[0]);
+    const Expression variable = read_variable(reader);
+    reader.expect_end();
+    place(variable);
+    scope_.emit(Op::VariableState);
+  } catch (const Fault&) {
+    scope_.symbols.program.code.resize(before);
+    scope_.push(Literal{"UNKNOWN"});
+  }
+  return result;
+}
+
+Type ExpressionCompiler::string_write(const Expression& expression) {
+  const auto external = scope_.symbols.find_external("SWRITE");
+  if (expression.parts.size() < 4)
+    scope_.fail("SWRITE takes a text, a state, an offset, a format and values");
+  out_argument(expression.parts[0], {Kind::Char, -1, {0}}, "parameter 1 of SWRITE");
+  out_argument(expression.parts[1], *scope_.types().find("STATE_T"), "parameter 2 of SWRITE");
+  out_argument(expression.parts[2], {Kind::Int}, "parameter 3 of SWRITE");
+  value_as(expression.parts[3], {Kind::Char, -1, {0}}, "parameter 4 of SWRITE");
+  for (std::size_t i = 4; i < expression.parts.size(); ++i) {
+    const Type type = value(expression.parts[i]);
+    const bool fits = type.is_number() || type.is(Kind::Bool) || type.is(Kind::Char) || type.is_text();
+    if (!fits) scope_.fail("SWRITE cannot write " + type_name(type));
+  }
+  scope_.emit(Op::CallExternal, *external, expression.parts.size());
+  return {};
+}
+
+}  // namespace truepose::sim::krl

@@ -1,0 +1,223 @@
+// The part of BodyCompiler that branches, loops and returns.
+#include <utility>
+
+#include "tools/sim/krl/body_compiler.hpp"
+
+namespace truepose::sim::krl {
+
+void BodyCompiler::condition(TokenReader& reader, const std::string& what) {
+  expressions_.value_as(read_expression(reader), {Kind::Bool}, what);
+}
+
+void BodyCompiler::compile_if(TokenReader& reader) {
+  const Statement& opened = body_.statements[at_ - 1];
+  reader.take();
+  condition(reader, "the condition of IF");
+  reader.expect("THEN");
+  reader.expect_end();
+  const std::size_t unless = scope_.emit(Op::JumpUnless);
+  if (block({"ELSE", "ENDIF"}, opened) == "ELSE") {
+    close("ELSE");
+    const std::size_t over = scope_.emit(Op::Jump);
+    scope_.land(unless);
+    block({"ENDIF"}, opened);
+    scope_.land(over);
+  } else {
+    scope_.land(unless);
+  }
+  close("ENDIF");
+}
+
+void BodyCompiler::compile_switch(TokenReader& reader) {
+  const Statement& opened = body_.statements[at_ - 1];
+  reader.take();
+  const std::size_t subject = scope_.add_hidden({});
+  scope_.emit(Op::Local, subject);
+  const Type type = expressions_.value(read_expression(reader));
+  reader.expect_end();
+  const bool fits = type.is(Kind::Int) || type.is(Kind::Char) || type.is(Kind::Enumeration);
+  if (!fits) scope_.fail("SWITCH takes INT, CHAR or an enumeration, not " + scope_.types().name(type));
+  scope_.emit(Op::Store);
+  if (!next_begins_with("CASE"))
+    throw Fault{body_.file, at_end() ? opened.line : body_.statements[at_].line, "CASE is expected"};
+  std::vector<std::size_t> exits;
+  while (next_begins_with("CASE")) compile_case(subject, type, exits);
+  if (next_begins_with("DEFAULT")) {
+    close("DEFAULT");
+    block({"ENDSWITCH"}, opened);
+  }
+  if (!next_begins_with("ENDSWITCH")) throw Fault{body_.file, opened.line, "ENDSWITCH is missing"};
+  close("ENDSWITCH");
+  for (const std::size_t exit : exits) scope_.land(exit);
+}
+
+void BodyCompiler::compile_case(std::size_t subject, const Type& type, std::vector<std::size_t>& exits) {
+  const Statement& opened = body_.statements[at_++];
+  scope_.line = opened.line;
+  TokenReader reader(body_.file, opened);
+  reader.expect("CASE");
+  std::vector<std::size_t> matches;
+  do {
+    scope_.emit(Op::Local, subject);
+    scope_.emit(Op::Fetch);
+    expressions_.value_as(read_expression(reader), type, "the value of CASE");
+    scope_.emit(Op::Unequal);
+    matches.push_back(scope_.emit(Op::JumpUnless));
+  } while (reader.take_if(","));
+  reader.expect_end();
+  const std::size_t next = scope_.emit(Op::Jump);
+  for (const std::size_t match : matches) scope_.land(match);
+  block({"CASE", "DEFAULT", "ENDSWITCH"}, opened);
+  exits.push_back(scope_.emit(Op::Jump));
+  scope_.land(next);
+}
+
+void BodyCompiler::loop_body(std::size_t start, std::string_view end) {
+  const Statement& opened = body_.statements[at_ - 1];
+  exits_.emplace_back();
+  block({end}, opened);
+  if (end != "UNTIL") {
+    close(end);
+    scope_.emit(Op::Jump, start);
+  }
+}
+
+void BodyCompiler::compile_loop(TokenReader& reader) {
+  reader.take();
+  reader.expect_end();
+  loop_body(scope_.here(), "ENDLOOP");
+  for (const std::size_t exit : exits_.back()) scope_.land(exit);
+  exits_.pop_back();
+}
+
+void BodyCompiler::compile_while(TokenReader& reader) {
+  reader.take();
+  const std::size_t start = scope_.here();
+  condition(reader, "the condition of WHILE");
+  reader.expect_end();
+  const std::size_t unless = scope_.emit(Op::JumpUnless);
+  loop_body(start, "ENDWHILE");
+  scope_.land(unless);
+  for (const std::size_t exit : exits_.back()) scope_.land(exit);
+  exits_.pop_back();
+}
+
+void BodyCompiler::compile_repeat(TokenReader& reader) {
+  reader.take();
+  reader.expect_end();
+  const std::size_t start = scope_.here();
+  loop_body(start, "UNTIL");
+  TokenReader end(body_.file, body_.statements[at_++]);
+  end.take();
+  condition(end, "the condition of UNTIL");
+  end.expect_end();
+  scope_.emit(Op::JumpUnless, start);
+  for (const std::size_t exit : exits_.back()) scope_.land(exit);
+  exits_.pop_back();
+}
+
+void BodyCompiler::compile_for(TokenReader& reader) {
+  reader.take();
+  const Expression counter = read_variable(reader);
+  reader.expect("=");
+  expressions_.assign(counter, read_expression(reader));
+  const std::size_t last = scope_.add_hidden({Kind::Int}), step = scope_.add_hidden({Kind::Int});
+  reader.expect("TO");
+  scope_.emit(Op::Local, last);
+  expressions_.value_as(read_expression(reader), {Kind::Int}, "the end of FOR");
+  scope_.emit(Op::Store);
+  scope_.emit(Op::Local, step);
+  if (reader.take_if("STEP")) {
+    expressions_.value_as(read_expression(reader), {Kind::Int}, "the step of FOR");
+  } else {
+    scope_.push(1);
+  }
+  scope_.emit(Op::Store);
+  reader.expect_end();
+
+  const std::size_t start = scope_.here();
+  if (!expressions_.value(counter).is(Kind::Int)) scope_.fail("the counter of FOR is INT");
+  scope_.emit(Op::ForGoesOn, last);
+  const std::size_t unless = scope_.emit(Op::JumpUnless);
+  const Statement& opened = body_.statements[at_ - 1];
+  exits_.emplace_back();
+  block({"ENDFOR"}, opened);
+  expressions_.place(counter);
+  expressions_.value(counter);
+  scope_.emit(Op::Local, step);
+  scope_.emit(Op::Fetch);
+  scope_.emit(Op::Add);
+  scope_.emit(Op::Store);
+  close("ENDFOR");
+  scope_.emit(Op::Jump, start);
+  scope_.land(unless);
+  for (const std::size_t exit : exits_.back()) scope_.land(exit);
+  exits_.pop_back();
+}
+
+void BodyCompiler::compile_exit(TokenReader& reader) {
+  reader.take();
+  reader.expect_end();
+  if (exits_.empty()) reader.fail("EXIT stands in no loop");
+  exits_.back().push_back(scope_.emit(Op::Jump));
+}
+
+void BodyCompiler::compile_goto(TokenReader& reader) {
+  reader.take();
+  const std::string label = reader.take_name("a label");
+  reader.expect_end();
+  gotos_.push_back({scope_.emit(Op::Jump), label, scope_.line});
+}
+
+void BodyCompiler::compile_label(TokenReader& reader) {
+  const std::string label = reader.take_name("a label");
+  reader.expect(":");
+  reader.expect_end();
+  if (!labels_.emplace(label, scope_.here()).second) reader.fail("the label " + label + " stands twice");
+}
+
+void BodyCompiler::land_gotos() {
+  for (const Goto& jump : gotos_) {
+    const auto label = labels_.find(jump.label);
+    if (label == labels_.end())
+      throw Fault{body_.file, jump.line, "the label " + jump.label + " is not known"};
+    symbols_.program.code[jump.jump].a = static_cast<std::int32_t>(label->second);
+  }
+}
+
+void BodyCompiler::compile_return(TokenReader& reader) {
+  reader.take();
+  const Type result = symbols_.program.routines[body_.routine].result;
+  if (result.kind == Kind::None) {
+    reader.expect_end();
+    scope_.emit(Op::Return);
+    return;
+  }
+  if (reader.at_end()) reader.fail("RETURN of a function needs a value");
+  expressions_.value_as(read_expression(reader), result, "the result");
+  reader.expect_end();
+  scope_.emit(Op::Return, 0, 1);
+}
+
+void BodyCompiler::compile_halt(TokenReader& reader) {
+  reader.take();
+  reader.expect_end();
+  scope_.stop_advance_run();
+  scope_.emit(Op::Halt);
+}
+
+void BodyCompiler::compile_continue(TokenReader& reader) {
+  reader.take();
+  reader.expect_end();
+  continued_ = true;
+}
+
+void BodyCompiler::compile_assignment(TokenReader& reader) {
+  const Expression target = read_variable(reader);
+  reader.expect("=");
+  const Expression source = read_expression(reader);
+  reader.expect_end();
+  expressions_.assign(target, source);
+}
+
+}  // namespace truepose::sim::krl

@@ -1,0 +1,218 @@
+#include "tools/sim/krl/data_compiler.hpp"
+
+#include <algorithm>
+
+#include "tools/sim/krl/expression_compiler.hpp"
+#include "tools/sim/krl/standard.hpp"
+
+namespace truepose::sim::krl {
+namespace {
+
+void read_structure(TokenReader& reader, Symbols& symbols) {
+  Structure structure{.name = reader.take_name("the name of the structure")};
+  symbols.check_new_name(structure.name, reader);
+  Type type = read_type(reader, symbols.program.types);
+  do {
+    // A type stands before its first component and holds for those that follow.
+    if (reader.peek(1).kind == TokenKind::Name) type = read_type(reader, symbols.program.types);
+    Field field{reader.take_name("a component"), type};
+    if (structure.find(field.name)) reader.fail("the component " + field.name + " is declared twice");
+    read_sizes(reader, symbols.program.types, field.type);
+    structure.fields.push_back(std::move(field));
+  } while (reader.take_if(","));
+  symbols.program.types.add(std::move(structure));
+}
+
+void read_enumeration(TokenReader& reader, Symbols& symbols) {
+  Enumeration enumeration{.name = reader.take_name("the name of the enumeration")};
+  symbols.check_new_name(enumeration.name, reader);
+  do enumeration.literals.push_back(reader.take_name("a constant"));
+  while (reader.take_if(","));
+  symbols.program.types.add(std::move(enumeration));
+}
+
+/// STRUC and ENUM, with or without GLOBAL before them.
+bool declares_type(const Statement& statement, std::string_view word) {
+  const auto& tokens = statement.tokens;
+  return tokens[0].is(word) || (tokens[0].is("GLOBAL") && tokens.size() > 1 && tokens[1].is(word));
+}
+
+bool is_constant(const Expression& expression) {
+  switch (expression.kind) {
+    case ExpressionKind::Constant:
+    case ExpressionKind::Literal:
+      return true;
+    case ExpressionKind::Unary:
+    case ExpressionKind::Aggregate:
+      return std::ranges::all_of(expression.parts, is_constant);
+    default:
+      return false;
+  }
+}
+
+/// @param variable  with its indices and components
+bool has_constant_indices(const Expression& variable) {
+  if (variable.kind == ExpressionKind::Name) return true;
+  return has_constant_indices(variable.parts[0]) &&
+         std::all_of(variable.parts.begin() + 1, variable.parts.end(), is_constant);
+}
+
+class DataCompiler {
+ public:
+  DataCompiler(const DataList& list, Symbols& symbols, const std::vector<std::string>& pass_advance_run)
+      : list_{list},
+        symbols_{symbols},
+        pass_advance_run_{pass_advance_run},
+        scope_{.symbols = symbols, .module = list.module, .file = list.file, .is_continued = true} {}
+
+  void compile() {
+    bool is_open = list_.is_environment, is_closed = false;
+    for (const Statement& statement : list_.statements) {
+      TokenReader reader(list_.name, statement);
+      scope_.line = statement.line;
+      if (is_closed) reader.fail("a statement stands behind ENDDAT");
+      if (!is_open) {
+        reader.expect("DEFDAT");
+        reader.take_name("the name of the data list");
+        reader.take_if("PUBLIC");
+        reader.expect_end();
+        is_open = true;
+      } else if (reader.next_is("ENDDAT") && !list_.is_environment) {
+        is_closed = true;
+      } else if (!declares_type(statement, "STRUC") && !declares_type(statement, "ENUM")) {
+        read_statement(reader);
+      }
+    }
+    if (!is_closed && !list_.is_environment) throw Fault{list_.name, last_line(), "ENDDAT is missing"};
+  }
+
+ private:
+  int last_line() const { return list_.statements.empty() ? 0 : list_.statements.back().line; }
+
+  void read_statement(TokenReader& reader) {
+    if (reader.next_is("EXT") || reader.next_is("EXTFCT")) return read_external(reader);
+    if (reader.next_is("SIGNAL") || reader.peek(1).is("SIGNAL")) return read_signal(reader);
+    if (begins_declaration(reader, symbols_.program.types)) return read_declaration(reader);
+    if (reader.peek().kind != TokenKind::Name)
+      reader.fail("a declaration or an initial value is expected before " + reader.peek().text);
+    const auto symbol = symbols_.find_variable(reader.peek().text, list_.module);
+    if (!symbol)
+      reader.fail("the name " + reader.peek().text + " is not known, and no declaration begins with it");
+    if (symbol->storage != Storage::Global)
+      reader.fail(reader.peek().text + " is the controller's and gets no initial value");
+    const Expression target = read_variable(reader);
+    if (!has_constant_indices(target)) reader.fail("an index in a data list is constant");
+    reader.expect("=");
+    const Expression value = read_initial_value(reader);
+    reader.expect_end();
+    ExpressionCompiler(scope_).assign(target, value);
+  }
+
+  Expression read_initial_value(TokenReader& reader) {
+    Expression value = read_expression(reader);
+    if (!is_constant(value)) reader.fail("an initial value is constant");
+    return value;
+  }
+
+  void read_declaration(TokenReader& reader) {
+    const Attributes attributes = read_attributes(reader);
+    const Type type = read_type(reader, symbols_.program.types);
+    do {
+      Variable variable{.name = reader.take_name("a variable"),
+                        .type = type,
+                        .is_constant = attributes.is_constant,
+                        .is_global = attributes.is_global || list_.is_global,
+                        .module = list_.module};
+      read_sizes(reader, symbols_.program.types, variable.type);
+      if (std::ranges::count(variable.type.sizes, 0) > 0) reader.fail(variable.name + " needs a size");
+      const bool is_system = variable.name.starts_with('$');
+      if (is_system && !list_.is_environment)
+        reader.fail(variable.name + " begins with $, as the controller's own variables do");
+      variable.passes_advance_run = passes(variable.name) || passes_advance_run(variable.name);
+      const Symbol symbol = symbols_.add_variable(variable, reader);
+      if (reader.take_if("=")) initialise(symbol, variable.name, read_initial_value(reader));
+    } while (reader.take_if(","));
+    reader.expect_end();
+  }
+
+  /// SIGNAL GRIPPER $OUT[3]; signals of several bits are not known.
+  void read_signal(TokenReader& reader) {
+    const bool is_global = reader.take_if("GLOBAL") || list_.is_global;
+    reader.expect("SIGNAL");
+    Signal signal{
+        .name = reader.take_name("the name of the signal"), .module = list_.module, .is_global = is_global};
+    const std::string variable = reader.take_name("$IN[...] or $OUT[...]");
+    const auto symbol = symbols_.find_variable(variable, list_.module);
+    if (!symbol || symbol->storage != Storage::System || symbol->type.sizes.size() != 1)
+      reader.fail(variable + " is no array of the controller");
+    signal.symbol = *symbol;
+    reader.expect("[");
+    const Token element = reader.take();
+    if (element.kind != TokenKind::Integer || element.integer < 1 || element.integer > symbol->type.sizes[0])
+      reader.fail("the number of " + variable + " is 1 to " + std::to_string(symbol->type.sizes[0]));
+    signal.symbol.element = element.integer;
+    reader.expect("]");
+    reader.expect_end();
+    symbols_.add_signal(std::move(signal), reader);
+  }
+
+  void initialise(const Symbol& symbol, const std::string& name, const Expression& value) {
+    if (symbol.storage != Storage::Global) scope_.fail(name + " gets its value from the host");
+    scope_.emit(Op::Global, symbol.slot);
+    ExpressionCompiler(scope_).value_as(value, symbol.type, "the variable " + name);
+    scope_.emit(Op::Store);
+  }
+
+  bool passes(const std::string& name) const {
+    return std::ranges::find(pass_advance_run_, name) != pass_advance_run_.end();
+  }
+
+  void read_external(TokenReader& reader) {
+    External external;
+    if (reader.take().is("EXTFCT")) external.result = read_type(reader, symbols_.program.types);
+    external.name = reader.take_name("the name of a subprogram");
+    if (!list_.is_environment) return check_known(external.name, reader);
+    external.passes_advance_run = passes(external.name);
+    reader.expect("(");
+    while (!reader.take_if(")")) {
+      if (!external.parameters.empty()) reader.expect(",");
+      Parameter parameter{.type = read_type(reader, symbols_.program.types)};
+      read_sizes(reader, symbols_.program.types, parameter.type);
+      if (reader.take_if(":") && reader.take_name("IN or OUT") == "IN") parameter.direction = Direction::In;
+      external.parameters.push_back(std::move(parameter));
+    }
+    reader.expect_end();
+    symbols_.add_external(std::move(external));
+  }
+
+  /// In a module EXT says only that the subprogram is elsewhere.
+  void check_known(const std::string& name, const TokenReader& reader) const {
+    if (!symbols_.find_external(name) && !symbols_.program.find_routine(name))
+      reader.fail("the subprogram " + name + " is not known");
+  }
+
+  const DataList& list_;
+  Symbols& symbols_;
+  const std::vector<std::string>& pass_advance_run_;
+  Scope scope_;
+};
+
+}  // namespace
+
+void collect_types(const DataList& list, Symbols& symbols) {
+  for (const Statement& statement : list.statements) {
+    const bool is_structure = declares_type(statement, "STRUC");
+    if (!is_structure && !declares_type(statement, "ENUM")) continue;
+    TokenReader reader(list.name, statement);
+    reader.take_if("GLOBAL");
+    reader.take();
+    is_structure ? read_structure(reader, symbols) : read_enumeration(reader, symbols);
+    reader.expect_end();
+  }
+}
+
+void compile_data(const DataList& list, Symbols& symbols, const std::vector<std::string>& pass_advance_run) {
+  DataCompiler(list, symbols, pass_advance_run).compile();
+}
+
+}  // namespace truepose::sim::krl

@@ -1,0 +1,260 @@
+#include "tools/sim/krl/evaluator.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "tools/sim/krl/operations.hpp"
+
+namespace truepose::sim::krl {
+namespace {
+
+[[noreturn]] void fail(std::string what) { throw Fault{.what = std::move(what)}; }
+
+void check_index(std::int64_t index, std::size_t size) {
+  if (index >= 0 && index < static_cast<std::int64_t>(size)) return;
+  fail("the index " + std::to_string(index + 1) + " lies outside of an array of " + std::to_string(size));
+}
+
+using Path = std::span<const std::int64_t>;
+
+Value part_of(const Value& whole, Path path) {
+  if (path.empty()) return whole;
+  const auto index = static_cast<std::size_t>(path[0]);
+  if (const auto* text = std::get_if<std::string>(&whole)) {
+    check_index(path[0], text->size());
+    return (*text)[index] == '\0' ? Value{} : Value{(*text)[index]};
+  }
+  const auto* parts = std::get_if<Parts>(&whole);
+  if (!parts) return {};
+  check_index(path[0], parts->size());
+  return part_of((*parts)[index], path.subspan(1));
+}
+
+/// A text fills an array: what is left is not set.
+void set_text(std::string& array, const std::string& text) {
+  if (text.size() > array.size())
+    fail("the text has " + std::to_string(text.size()) + " characters and the array " +
+         std::to_string(array.size()));
+  array = text + std::string(array.size() - text.size(), '\0');
+}
+
+void set_part(Value& whole, Path path, Value value) {
+  auto* text = std::get_if<std::string>(&whole);
+  if (path.empty()) {
+    if (text) return set_text(*text, std::get<std::string>(value));
+    whole = std::move(value);
+    return;
+  }
+  const auto index = static_cast<std::size_t>(path[0]);
+  if (text) {
+    check_index(path[0], text->size());
+    (*text)[index] = std::get<char>(value);
+    return;
+  }
+  Parts& parts = std::get<Parts>(whole);
+  check_index(path[0], parts.size());
+  set_part(parts[index], path.subspan(1), std::move(value));
+}
+
+}  // namespace
+
+bool has_type(const Value& value, const Type& type, const Types& types) {
+  if (std::holds_alternative<std::monostate>(value)) return true;
+  if (type.is_text()) return std::holds_alternative<std::string>(value);
+  if (type.is_array() || type.kind == Kind::Structure) {
+    const auto* parts = std::get_if<Parts>(&value);
+    if (!parts) return false;
+    if (type.is_array()) {
+      const Type element = type.element();
+      const bool fits = type.sizes[0] == 0 || static_cast<int>(parts->size()) == type.sizes[0];
+      return fits &&
+             std::ranges::all_of(*parts, [&](const Value& part) { return has_type(part, element, types); });
+    }
+    const auto& fields = types.structure(type).fields;
+    if (parts->size() != fields.size()) return false;
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      if (!has_type((*parts)[i], fields[i].type, types)) return false;
+    }
+    return true;
+  }
+  switch (type.kind) {
+    case Kind::Int:
+      return std::holds_alternative<std::int32_t>(value);
+    case Kind::Real:
+      return std::holds_alternative<double>(value);
+    case Kind::Bool:
+      return std::holds_alternative<bool>(value);
+    case Kind::Char:
+      return std::holds_alternative<char>(value);
+    case Kind::Enumeration: {
+      const auto* literal = std::get_if<Literal>(&value);
+      return literal && types.enumeration(type).has(literal->name);
+    }
+    default:
+      return false;
+  }
+}
+
+Value Evaluator::pop() {
+  Value value = std::get<Value>(std::move(operands.back()));
+  operands.pop_back();
+  return value;
+}
+
+Place Evaluator::pop_place() {
+  Place place = std::get<Place>(std::move(operands.back()));
+  operands.pop_back();
+  return place;
+}
+
+bool Evaluator::execute(const Instruction& instruction) {
+  return execute_place(instruction) || operate(instruction, program_, *this);
+}
+
+void Evaluator::execute_all(std::size_t at) {
+  for (; program_.code[at].op != Op::Done; ++at) {
+    try {
+      execute(program_.code[at]);
+    } catch (Fault& fault) {
+      fault.file = program_.files[static_cast<std::size_t>(program_.code[at].file)];
+      fault.line = program_.code[at].line;
+      throw;
+    }
+  }
+}
+
+bool Evaluator::execute_place(const Instruction& instruction) {
+  const auto a = static_cast<std::size_t>(instruction.a);
+  switch (instruction.op) {
+    case Op::Push:
+      push(program_.constants[a]);
+      return true;
+    case Op::Global:
+      operands.emplace_back(Place{Storage::Global, a});
+      return true;
+    case Op::Local: {
+      const auto* referred = std::get_if<Place>(&locals.back()[a]);
+      operands.emplace_back(referred ? *referred : Place{Storage::Local, a, locals.size() - 1});
+      return true;
+    }
+    case Op::System:
+      operands.emplace_back(Place{Storage::System, a});
+      return true;
+    case Op::Index: {
+      const std::int64_t index = pop_int();
+      std::get<Place>(operands.back()).path.push_back(index - 1);
+      return true;
+    }
+    case Op::Field:
+      std::get<Place>(operands.back()).path.push_back(instruction.a);
+      return true;
+    case Op::Fetch:
+      push(fetch(pop_place()));
+      return true;
+    case Op::Store: {
+      Value value = pop();
+      store(pop_place(), std::move(value));
+      return true;
+    }
+    case Op::VariableState:
+      push(Literal{is_set(look(pop_place())) ? "INITIALIZED" : "DECLARED"});
+      return true;
+    case Op::Gather:
+      gather(instruction);
+      return true;
+    case Op::Drop:
+      operands.pop_back();
+      return true;
+    default:
+      return false;
+  }
+}
+
+void Evaluator::gather(const Instruction& instruction) {
+  Value whole = program_.types.blank({Kind::Structure, instruction.a});
+  const std::vector<int>& shape = program_.shapes[static_cast<std::size_t>(instruction.b)];
+  for (std::size_t i = shape.size(); i-- > 0;) {
+    const std::int64_t field = shape[i];
+    set_part(whole, {&field, 1}, pop());
+  }
+  push(std::move(whole));
+}
+
+Value Evaluator::look(const Place& place) {
+  if (place.storage == Storage::System) return look_at_system(place);
+  const Value& root = place.storage == Storage::Global ? globals_[place.slot]
+                                                       : std::get<Value>(locals[place.frame][place.slot]);
+  return part_of(root, place.path);
+}
+
+Value Evaluator::fetch(const Place& place) {
+  Value value = look(place);
+  // A text without characters is a text.
+  if (!is_set(value) && !std::holds_alternative<std::string>(value))
+    fail("the variable " + describe(place) + " has no value");
+  return value;
+}
+
+void Evaluator::store(const Place& place, Value value) {
+  if (place.storage == Storage::System) return store_in_system(place, std::move(value));
+  Value& root = place.storage == Storage::Global ? globals_[place.slot]
+                                                 : std::get<Value>(locals[place.frame][place.slot]);
+  set_part(root, place.path, std::move(value));
+}
+
+Value Evaluator::look_at_system(const Place& place) {
+  const Variable& variable = program_.systems[place.slot];
+  Path path = place.path;
+  std::optional<int> index;
+  if (variable.type.is_array() && !path.empty()) {
+    check_index(path[0], static_cast<std::size_t>(variable.type.sizes[0]));
+    index = static_cast<int>(path[0]) + 1;
+    path = path.subspan(1);
+  }
+  const Value value = host_->read(variable.name, index);
+  const Type type = index ? variable.type.element() : variable.type;
+  if (!has_type(value, type, program_.types))
+    fail("the controller has no value of type " + program_.types.name(type) + " for " + describe(place));
+  return part_of(value, path);
+}
+
+void Evaluator::store_in_system(const Place& place, Value value) {
+  const Variable& variable = program_.systems[place.slot];
+  Path path = place.path;
+  std::optional<int> index;
+  if (variable.type.is_array() && !path.empty()) {
+    check_index(path[0], static_cast<std::size_t>(variable.type.sizes[0]));
+    index = static_cast<int>(path[0]) + 1;
+    path = path.subspan(1);
+  }
+  if (!path.empty()) {
+    Value whole = host_->read(variable.name, index);
+    if (std::holds_alternative<std::monostate>(whole))
+      whole = program_.types.blank(index ? variable.type.element() : variable.type);
+    set_part(whole, path, std::move(value));
+    value = std::move(whole);
+  }
+  if (const auto written = host_->write(variable.name, index, value); !written)
+    fail(describe(place) + ": " + written.error());
+}
+
+std::string Evaluator::describe(const Place& place) const {
+  if (place.storage == Storage::Local) return "of this subprogram";
+  const Variable& variable =
+      place.storage == Storage::Global ? program_.globals[place.slot] : program_.systems[place.slot];
+  std::string text = variable.name;
+  Type type = variable.type;
+  for (const std::int64_t step : place.path) {
+    if (type.is_array()) {
+      text += "[" + std::to_string(step + 1) + "]";
+      type = type.element();
+    } else {
+      const Field& field = program_.types.structure(type).fields[static_cast<std::size_t>(step)];
+      text += "." + field.name;
+      type = field.type;
+    }
+  }
+  return text;
+}
+
+}  // namespace truepose::sim::krl

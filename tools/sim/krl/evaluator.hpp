@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "tools/sim/krl/host.hpp"
+#include "tools/sim/krl/symbols.hpp"
+
+namespace truepose::sim::krl {
+
+/// Where a value stands: a variable, and the way to a part of it.
+struct Place {
+  Storage storage = Storage::Global;
+  std::size_t slot = 0;
+  std::size_t frame = 0;                ///< of a local variable
+  std::vector<std::int64_t> path = {};  ///< indices and components, from 0
+};
+
+using Operand = std::variant<Value, Place>;
+
+/// Carries out the instructions that neither wait nor jump. Throws Fault without file and line.
+class Evaluator {
+ public:
+  /// @param host  null where no system variable is used
+  Evaluator(const Program& program, std::vector<Value>& globals, Host* host)
+      : program_{program}, globals_{globals}, host_{host} {}
+
+  std::vector<Operand> operands;
+  std::vector<std::vector<Operand>> locals;  ///< of each frame
+
+  /// @return false where it is no such instruction
+  bool execute(const Instruction& instruction);
+  /// Executes from `at` to Done. Its Fault has file and line.
+  void execute_all(std::size_t at);
+
+  void push(Value value) { operands.emplace_back(std::move(value)); }
+  Value pop();
+  Place pop_place();
+  bool pop_bool() { return std::get<bool>(pop()); }
+  std::int32_t pop_int() { return std::get<std::int32_t>(pop()); }
+
+  /// @return not set where the variable never got a value
+  Value look(const Place& place);
+  void store(const Place& place, Value value);
+
+ private:
+  bool execute_place(const Instruction& instruction);
+  Value fetch(const Place& place);
+  Value look_at_system(const Place& place);
+  void store_in_system(const Place& place, Value value);
+  std::string describe(const Place& place) const;
+  void gather(const Instruction& instruction);
+
+  const Program& program_;
+  std::vector<Value>& globals_;
+  Host* host_;
+};
+
+/// Whether a value may stand in a variable of that type; one that is not set may.
+bool has_type(const Value& value, const Type& type, const Types& types);
+
+}  // namespace truepose::sim::krl

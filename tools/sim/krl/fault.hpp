@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+namespace truepose::sim::krl {
+
+/// What is wrong with a KRL text or with its run, and where. Thrown inside of the interpreter, since nearly
+/// every step of a compiler may find one; load() and Interpreter::run() give it as a value.
+struct Fault {
+  std::string file;
+  int line = 0;      ///< from 1; 0: of the file as a whole
+  std::string what;  ///< one sentence without its full stop
+
+  /// "moves.src:12: the name X is not known"
+  std::string text() const { return file + ":" + std::to_string(line) + ": " + what; }
+};
+
+}  // namespace truepose::sim::krl

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <expected>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tools/sim/krl/fault.hpp"
+#include "tools/sim/krl/program.hpp"
+
+namespace truepose::sim::krl {
+
+/// A file of the controller: its name ends in .src, .sub or .dat. A .src or .sub and the .dat of the same
+/// name are one module; all data of $config.dat is known to all modules.
+struct Source {
+  std::string file;
+  std::string text;
+};
+
+/// What the controller has beside the modules.
+struct Environment {
+  /// KRL: ENUM, STRUC, system variables (`DECL BOOL $FLAG[1024]`: all that begin with $), data that all
+  /// modules know
+  /// (`DECL INT RSIOK=0`), subprograms (`EXT BAS(BAS_COMMAND:IN,REAL:IN)`, `EXTFCT INT RSI_DELETE(INT:IN)`).
+  std::string declarations;
+  /// Names, in capitals, of further system variables and subprograms that do not stop the advance run.
+  std::vector<std::string> pass_advance_run = {};
+};
+
+/// Compiles all modules. Errors: the first that is found, with file and line.
+std::expected<Program, Fault> load(const Environment& environment, std::span<const Source> sources);
+
+}  // namespace truepose::sim::krl

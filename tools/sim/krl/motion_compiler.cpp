@@ -1,0 +1,127 @@
+// The part of BodyCompiler that moves, waits and handles interrupts.
+#include <map>
+#include <utility>
+
+#include "tools/sim/krl/body_compiler.hpp"
+
+namespace truepose::sim::krl {
+namespace {
+
+const std::map<std::string_view, MotionKind> kMotions = {{"PTP", MotionKind::Ptp},
+                                                         {"LIN", MotionKind::Lin},
+                                                         {"CIRC", MotionKind::Circ},
+                                                         {"PTP_REL", MotionKind::PtpRel},
+                                                         {"LIN_REL", MotionKind::LinRel}};
+const std::map<std::string_view, Approximation> kApproximations = {{"C_PTP", Approximation::Ptp},
+                                                                   {"C_DIS", Approximation::Dis},
+                                                                   {"C_VEL", Approximation::Vel},
+                                                                   {"C_ORI", Approximation::Ori}};
+const std::map<std::string_view, InterruptSwitch> kSwitches = {{"ON", InterruptSwitch::On},
+                                                               {"OFF", InterruptSwitch::Off},
+                                                               {"ENABLE", InterruptSwitch::Enable},
+                                                               {"DISABLE", InterruptSwitch::Disable}};
+
+}  // namespace
+
+void BodyCompiler::compile_motion(TokenReader& reader) {
+  if (body_.is_submit) reader.fail("a submit program must not move the arm");
+  const Token word = reader.take();
+  MotionShape motion{.kind = kMotions.at(word.text)};
+  if (motion.kind == MotionKind::Circ) {
+    motion.via = expressions_.target(read_expression(reader));
+    reader.expect(",");
+  }
+  motion.target = expressions_.target(read_expression(reader));
+  const auto is_axes = [&](const Type& type) {
+    return scope_.types().structure(type).find("A1").has_value();
+  };
+  const bool is_on_path = motion.kind != MotionKind::Ptp && motion.kind != MotionKind::PtpRel;
+  const bool goes_by_axes =
+      is_axes(motion.target) || (motion.kind == MotionKind::Circ && is_axes(motion.via));
+  if (is_on_path && goes_by_axes) scope_.fail(word.text + " goes to a position or frame, not to axes");
+  if (motion.kind == MotionKind::Circ && reader.take_if(",")) {
+    reader.expect("CA");
+    expressions_.value_as(read_expression(reader), {Kind::Real}, "the angle CA");
+    motion.has_angle = true;
+  }
+  for (int i = 0; i < 2 && !reader.at_end(); ++i) {
+    const auto approximation = kApproximations.find(reader.peek().text);
+    if (approximation == kApproximations.end()) break;
+    reader.take();
+    // PTP ... C_PTP C_DIS: the second is for the change to a path, with which the first begins.
+    if (i == 0) motion.approximation = approximation->second;
+  }
+  reader.expect_end();
+  symbols_.program.motions.push_back(motion);
+  scope_.emit(Op::Move, symbols_.program.motions.size() - 1);
+}
+
+void BodyCompiler::compile_wait(TokenReader& reader) {
+  reader.take();
+  const bool is_time = reader.take_if("SEC");
+  if (!is_time) reader.expect("FOR");
+  scope_.stop_advance_run();
+  scope_.is_continued = true;
+  if (is_time) {
+    const Type type = expressions_.value(read_expression(reader));
+    if (!type.is_number()) scope_.fail("the time to wait is a number, not " + scope_.types().name(type));
+    scope_.emit(Op::WaitSec);
+  } else {
+    const std::size_t start = scope_.here();
+    condition(reader, "the condition of WAIT FOR");
+    scope_.emit(Op::WaitFor, start);
+  }
+  reader.expect_end();
+}
+
+void BodyCompiler::compile_interrupt(TokenReader& reader) {
+  const bool is_global = reader.take_if("GLOBAL");
+  reader.expect("INTERRUPT");
+  if (reader.take_if("DECL")) return declare_interrupt(reader, is_global);
+  const auto kind = kSwitches.find(reader.peek().text);
+  if (is_global || kind == kSwitches.end()) reader.fail("DECL, ON, OFF, ENABLE or DISABLE is expected");
+  reader.take();
+  const bool has_number = !reader.at_end();
+  if (has_number) expressions_.value_as(read_expression(reader), {Kind::Int}, "the number of the interrupt");
+  reader.expect_end();
+  scope_.emit(Op::SwitchInterrupt, static_cast<std::size_t>(kind->second), has_number ? 1 : 0);
+}
+
+void BodyCompiler::declare_interrupt(TokenReader& reader, bool is_global) {
+  expressions_.value_as(read_expression(reader), {Kind::Int}, "the number of the interrupt");
+  reader.expect("WHEN");
+  scope_.emit(Op::DeclareInterrupt, symbols_.program.interrupts.size());
+  const std::size_t over = scope_.emit(Op::Jump);
+  InterruptShape interrupt{.condition = scope_.here(), .is_global = is_global};
+  scope_.is_aside = true;
+  condition(reader, "the condition of the interrupt");
+  scope_.emit(Op::Done);
+  reader.expect("DO");
+  interrupt.call = scope_.here();
+  const Token name = reader.take();
+  const Expression call = read_call(reader, name);
+  reader.expect_end();
+  scope_.is_aside = false;
+  const std::vector<LocalName> locals = std::exchange(scope_.locals, {});
+  expressions_.call_statement(call);
+  scope_.locals = locals;
+  scope_.emit(Op::Return);
+  symbols_.program.interrupts.push_back(interrupt);
+  scope_.land(over);
+}
+
+void BodyCompiler::compile_brake(TokenReader& reader) {
+  if (body_.is_submit) reader.fail("a submit program must not brake the arm");
+  reader.take();
+  const bool is_hard = reader.take_if("F");
+  reader.expect_end();
+  scope_.emit(Op::Brake, is_hard ? 1 : 0);
+}
+
+void BodyCompiler::compile_resume(TokenReader& reader) {
+  reader.take();
+  reader.expect_end();
+  scope_.emit(Op::Resume);
+}
+
+}  // namespace truepose::sim::krl

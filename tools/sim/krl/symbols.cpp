@@ -1,0 +1,173 @@
+#include "tools/sim/krl/symbols.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace truepose::sim::krl {
+namespace {
+
+/// Simple values that one variable may hold; the controller's memory is of that order.
+constexpr long kLargestVariable = 1'000'000;
+
+constexpr std::size_t kLongestName = 24;
+
+constexpr std::array<std::string_view, 61> kKeywords = {
+    "AND",   "BOOL",   "B_AND",    "B_EXOR",  "B_NOT",     "B_OR",    "BRAKE",   "CASE",      "CHAR",
+    "CIRC",  "CONST",  "CONTINUE", "DECL",    "DEF",       "DEFAULT", "DEFDAT",  "DEFFCT",    "DO",
+    "ELSE",  "END",    "ENDDAT",   "ENDFCT",  "ENDFOR",    "ENDIF",   "ENDLOOP", "ENDSWITCH", "ENDWHILE",
+    "ENUM",  "EXIT",   "EXOR",     "EXT",     "EXTFCT",    "FALSE",   "FOR",     "GLOBAL",    "GOTO",
+    "HALT",  "IF",     "IMPORT",   "INT",     "INTERRUPT", "LIN",     "LIN_REL", "LOOP",      "NOT",
+    "OR",    "PTP",    "PTP_REL",  "PUBLIC",  "REAL",      "REPEAT",  "RESUME",  "RETURN",    "SIGNAL",
+    "STRUC", "SWITCH", "THEN",     "TRIGGER", "TRUE",      "UNTIL",   "WAIT"};
+
+template <typename T>
+std::optional<std::size_t> index_of_name(const std::vector<T>& all, std::string_view name) {
+  const auto at = std::ranges::find(all, name, &T::name);
+  return at == all.end() ? std::nullopt : std::optional{static_cast<std::size_t>(at - all.begin())};
+}
+
+}  // namespace
+
+std::optional<std::size_t> Program::find_routine(std::string_view name) const {
+  std::optional<std::size_t> found;
+  for (std::size_t i = 0; i < routines.size(); ++i) {
+    if (routines[i].name != name) continue;
+    if (routines[i].is_global) return i;
+    if (!found) found = i;
+  }
+  return found;
+}
+
+int Symbols::module_of(const std::string& name) {
+  const auto at = std::ranges::find(modules_, name);
+  if (at != modules_.end()) return static_cast<int>(at - modules_.begin());
+  modules_.push_back(name);
+  return static_cast<int>(modules_.size()) - 1;
+}
+
+int Symbols::add_file(const std::string& file) {
+  program.files.push_back(file);
+  return static_cast<int>(program.files.size()) - 1;
+}
+
+std::optional<Symbol> Symbols::find_variable(std::string_view name, int module) const {
+  if (const auto slot = index_of_name(program.systems, name)) {
+    const Variable& variable = program.systems[*slot];
+    return Symbol{Storage::System, *slot, variable.type, variable.is_constant, variable.passes_advance_run};
+  }
+  std::optional<Symbol> found;
+  for (const Signal& signal : signals_) {
+    if (signal.name == name && (signal.module == module || signal.is_global)) found = signal.symbol;
+  }
+  for (std::size_t slot = 0; slot < program.globals.size(); ++slot) {
+    const Variable& variable = program.globals[slot];
+    const bool is_own = variable.module == module;
+    if (variable.name != name || (!is_own && !variable.is_global)) continue;
+    found = Symbol{Storage::Global, slot, variable.type, variable.is_constant, true};
+    if (is_own) break;
+  }
+  return found;
+}
+
+std::optional<std::size_t> Symbols::find_routine(std::string_view name, int module) const {
+  std::optional<std::size_t> found;
+  for (std::size_t i = 0; i < program.routines.size(); ++i) {
+    const Routine& routine = program.routines[i];
+    const bool is_own = routine.module == module;
+    if (routine.name != name || (!is_own && !routine.is_global)) continue;
+    found = i;
+    if (is_own) break;
+  }
+  return found;
+}
+
+std::optional<std::size_t> Symbols::find_external(std::string_view name) const {
+  return index_of_name(program.externals, name);
+}
+
+Symbol Symbols::add_variable(const Variable& variable, const TokenReader& reader) {
+  check_new_name(variable.name, reader);
+  if (variable.name.starts_with('$')) {
+    if (index_of_name(program.systems, variable.name)) reader.fail(variable.name + " is declared twice");
+    program.systems.push_back(variable);
+  } else {
+    for (const Variable& other : program.globals) {
+      const bool meets = other.module == variable.module || (other.is_global && variable.is_global);
+      if (other.name == variable.name && meets) reader.fail(variable.name + " is declared twice");
+    }
+    program.globals.push_back(variable);
+  }
+  return *find_variable(variable.name, variable.module);
+}
+
+void Symbols::add_signal(Signal signal, const TokenReader& reader) {
+  check_new_name(signal.name, reader);
+  if (find_variable(signal.name, signal.module)) reader.fail(signal.name + " is declared twice");
+  signals_.push_back(std::move(signal));
+}
+
+void Symbols::add_routine(Routine routine) {
+  for (const Routine& other : program.routines) {
+    const bool meets = other.module == routine.module || (other.is_global && routine.is_global);
+    if (other.name == routine.name && meets)
+      throw Fault{program.files[static_cast<std::size_t>(routine.file)], routine.line,
+                  "the subprogram " + routine.name + " is declared twice"};
+  }
+  program.routines.push_back(std::move(routine));
+}
+
+void Symbols::check_new_name(const std::string& name, const TokenReader& reader) const {
+  if (std::ranges::find(kKeywords, name) != kKeywords.end())
+    reader.fail(name + " is a word of KRL and cannot be a name");
+  if (program.types.find(name)) reader.fail(name + " is the name of a type and cannot be another name");
+  if (name.size() > kLongestName)
+    reader.fail(name + " has more than " + std::to_string(kLongestName) + " characters");
+}
+
+void read_sizes(TokenReader& reader, const Types& types, Type& type) {
+  if (!reader.take_if("[")) return;
+  if (reader.next_is("]")) {
+    type.sizes.push_back(0);
+  } else {
+    do {
+      const Token size = reader.take();
+      if (size.kind != TokenKind::Integer || size.integer < 1)
+        reader.fail("the size of an array is a whole number from 1");
+      type.sizes.push_back(size.integer);
+    } while (reader.take_if(","));
+    if (type.sizes.size() > 3) reader.fail("an array has three dimensions at most");
+  }
+  reader.expect("]");
+  if (types.size(type, kLargestVariable) > kLargestVariable) reader.fail("the variable is too large");
+}
+
+bool begins_declaration(const TokenReader& reader, const Types& types) {
+  if (reader.next_is("DECL")) return true;
+  std::size_t ahead = 0;
+  while (reader.peek(ahead).is("GLOBAL") || reader.peek(ahead).is("CONST")) ++ahead;
+  const bool is_type =
+      reader.peek(ahead).kind == TokenKind::Name && types.find(reader.peek(ahead).text).has_value();
+  return is_type && reader.peek(ahead + 1).kind == TokenKind::Name;
+}
+
+Attributes read_attributes(TokenReader& reader) {
+  Attributes attributes;
+  while (true) {
+    if (reader.take_if("GLOBAL")) {
+      attributes.is_global = true;
+    } else if (reader.take_if("CONST")) {
+      attributes.is_constant = true;
+    } else if (!reader.take_if("DECL")) {
+      return attributes;
+    }
+  }
+}
+
+Type read_type(TokenReader& reader, const Types& types) {
+  const auto type = reader.peek().kind == TokenKind::Name ? types.find(reader.peek().text) : std::nullopt;
+  if (!type) reader.fail("the type " + reader.peek().text + " is not known");
+  reader.take();
+  return *type;
+}
+
+}  // namespace truepose::sim::krl

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/sim/krl/program.hpp"
+#include "tools/sim/krl/token_reader.hpp"
+
+namespace truepose::sim::krl {
+
+enum class Storage { Local, Global, System };
+
+/// What a name of a variable stands for.
+struct Symbol {
+  Storage storage = Storage::Local;
+  std::size_t slot = 0;
+  Type type;
+  bool is_constant = false;
+  bool passes_advance_run = false;
+  std::optional<std::int32_t> element = {};  ///< of SIGNAL: which element of the system variable
+};
+
+/// SIGNAL: another name for an element of a system variable.
+struct Signal {
+  std::string name;
+  int module = 0;
+  bool is_global = false;
+  Symbol symbol;
+};
+
+/// The program that is being compiled, and its names.
+class Symbols {
+ public:
+  Program program;
+
+  /// @param name  of a file without its extension, in capitals
+  int module_of(const std::string& name);
+  const std::string& module_name(int module) const { return modules_[static_cast<std::size_t>(module)]; }
+  int add_file(const std::string& file);
+
+  std::optional<Symbol> find_variable(std::string_view name, int module) const;
+  std::optional<std::size_t> find_routine(std::string_view name, int module) const;
+  std::optional<std::size_t> find_external(std::string_view name) const;
+
+  /// Adds a module variable or, where its name begins with $, a system variable. @return its symbol
+  /// Errors: the name is taken.
+  Symbol add_variable(const Variable& variable, const TokenReader& reader);
+  void add_routine(Routine routine);
+  /// Errors: the name is taken.
+  void add_signal(Signal signal, const TokenReader& reader);
+  void add_external(External external) { program.externals.push_back(std::move(external)); }
+
+  /// Fails where a variable, parameter or subprogram must not be called so.
+  void check_new_name(const std::string& name, const TokenReader& reader) const;
+
+ private:
+  std::vector<std::string> modules_;
+  std::vector<Signal> signals_;
+};
+
+/// Reads the sizes behind a declared name: [3,4], [] or none. Errors: a size below 1 or a variable too great.
+void read_sizes(TokenReader& reader, const Types& types, Type& type);
+
+/// Whether a declaration begins here: DECL, GLOBAL INT, INT X, E6POS P. `GLOBAL DEF` and `GLOBAL INTERRUPT`
+/// are none.
+bool begins_declaration(const TokenReader& reader, const Types& types);
+
+/// What DECL, GLOBAL and CONST say before the type.
+struct Attributes {
+  bool is_global = false;
+  bool is_constant = false;
+};
+Attributes read_attributes(TokenReader& reader);
+
+/// Reads the name of a type. Errors: it is not known.
+Type read_type(TokenReader& reader, const Types& types);
+
+}  // namespace truepose::sim::krl
