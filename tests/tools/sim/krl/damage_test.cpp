@@ -36,8 +36,8 @@ bool survives(const std::vector<Source>& sources) {
 TEST(DamagedPrograms, OfEveryLengthAreRefusedOrRun) {
   int loaded = 0;
   const std::size_t step = all_trials() ? 1 : 10;
-  for (std::size_t file = 0; file < 4; ++file) {
-    std::vector<Source> sources = mended_sources();
+  for (std::size_t file = 0; file < shipped_sources().size(); ++file) {
+    std::vector<Source> sources = shipped_sources();
     const std::string whole = sources[file].text;
     for (std::size_t length = 0; length <= whole.size(); length += step) {
       sources[file].text = whole.substr(0, length);
@@ -51,7 +51,7 @@ TEST(DamagedPrograms, WithOtherBytesAreRefusedOrRun) {
   int loaded = 0;
   for (std::uint32_t seed = 1; seed <= static_cast<std::uint32_t>(trials(3000)); ++seed) {
     std::mt19937 random(seed);
-    std::vector<Source> sources = mended_sources();
+    std::vector<Source> sources = shipped_sources();
     for (auto changes = 1 + random() % 3; changes > 0; --changes) {
       std::string& text = sources[random() % sources.size()].text;
       // Half of them printable, so that many still load.
@@ -67,7 +67,7 @@ TEST(DamagedPrograms, WithLinesLeftOutOrExchangedAreRefusedOrRun) {
   int loaded = 0;
   for (std::uint32_t seed = 1; seed <= static_cast<std::uint32_t>(trials(1000)); ++seed) {
     std::mt19937 random(seed);
-    std::vector<Source> sources = mended_sources();
+    std::vector<Source> sources = shipped_sources();
     std::string& text = sources[random() % sources.size()].text;
     const std::size_t from = text.find('\n', random() % text.size());
     const std::size_t to = text.find('\n', std::min(from, text.size() - 1) + 1);

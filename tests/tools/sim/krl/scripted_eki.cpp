@@ -2,6 +2,7 @@
 
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 namespace truepose::sim::krl {
 namespace {
@@ -11,11 +12,6 @@ std::string contents(const std::string& file) {
   std::ostringstream text;
   text << stream.rdbuf();
   return text.str();
-}
-
-void replace_all(std::string& text, const std::string& from, const std::string& to) {
-  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
-    text.replace(at, from.size(), to);
 }
 
 Value axes(double a1) {
@@ -62,23 +58,18 @@ EXTFCT INT RSI_ON(RSI_MODE:IN,RSI_CYCLE:IN)
 EXT RSI_MOVECORR()
 EXTFCT INT RSI_OFF()
 EXTFCT INT RSI_DELETE(INT:IN)
+EXTFCT INT RSI_RESET()
+EXT MSGNOTIFY(CHAR[]:IN,CHAR[]:IN)
+DECL INT $SEN_PINT[128]
 )krl";
 }
 
-std::vector<Source> shipped_sources() {
+std::vector<Source> shipped_sources(const std::vector<Source>& more) {
   std::vector<Source> sources;
-  for (const char* file :
-       {"truepose_motion.src", "truepose_motion.dat", "truepose_submit.sub", "truepose_submit.dat"})
+  for (const char* file : {"truepose_motion.src", "truepose_motion.dat", "truepose_stream.src",
+                           "truepose_stream.dat", "truepose_submit.sub", "truepose_submit.dat"})
     sources.push_back({file, contents(file)});
-  return sources;
-}
-
-std::vector<Source> mended_sources() {
-  std::vector<Source> sources = shipped_sources();
-  std::string& motion = sources[0].text;
-  replace_all(motion, "AXIS:IN", "NO:IN");
-  replace_all(motion, "INT AXIS", "INT NO");
-  replace_all(motion, "END[AXIS]", "END[NO]");
+  sources.insert(sources.end(), more.begin(), more.end());
   return sources;
 }
 
@@ -90,6 +81,7 @@ ScriptedCell::ScriptedCell(std::vector<Source> sources) : bench{std::move(source
   for (const char* name : {"$ROB_STOPPED", "$PERI_RDY", "$ALARM_STOP", "$USER_SAF"}) host.set(name, true);
   for (const char* name : {"$STOPMESS", "$PRO_MOVE"}) host.set(name, false);
   for (const char* name : {"$ACT_TOOL", "$ACT_BASE"}) host.set(name, 0);
+  host.set("$NULLFRAME", Parts(6, Value{0.0}));
   host.set("$OV_PRO", 100);
   host.set("$KR_SERIALNO", 4711);
   host.set("$ROBTRAFO", std::string("#KR210R2700"));
@@ -148,6 +140,10 @@ std::expected<CallResult, std::string> ScriptedCell::answer(ExternalCall& call) 
     return CallResult{.is_finished = rsi_leaves};
   }
   if (call.name == "BAS") return CallResult{};
+  if (call.name == "MSGNOTIFY") {
+    bench.host.messages.push_back(text_of(call.arguments[0]));
+    return CallResult{};
+  }
   said.emplace_back(call.name);
   if (call.name != "RSI_CREATE") return CallResult{.value = 0};
   call.arguments[1] = 3;
@@ -170,7 +166,8 @@ CallResult ScriptedCell::eki(ExternalCall& call) {
   }
   const auto waiting = received_.find(element);
   const int count = waiting == received_.end() ? 0 : static_cast<int>(waiting->second.size());
-  return {.value = Parts{count, 0, 0, true, 0}};
+  const bool fails = call.name == "EKI_INIT" && std::exchange(init_fails, false);
+  return {.value = Parts{count, 0, fails ? 3 : 0, true, 0}};
 }
 
 void ScriptedCell::send(const std::string& channel, const std::string& document) {
@@ -184,7 +181,7 @@ void ScriptedCell::send(const std::string& channel, const std::string& document)
   } else {
     ++greetings;
     said.push_back(document + " " + text_of(staged_["CellLink/Hello/@Model"]) + " " +
-                   text_of(staged_["CellLink/Hello/@Serial"]));
+                   number_text(staged_["CellLink/Hello/@Serial"]));
   }
 }
 

@@ -12,16 +12,13 @@ namespace truepose::sim::krl {
 /// What the controller of our cell has beside the interpreter's own: EKI, RSI, BAS and $ variables.
 std::string cell_declarations();
 
-/// The files of config/kuka/krl, byte for byte.
-std::vector<Source> shipped_sources();
-
-/// The shipped files, with what the controller refuses in them put right.
-std::vector<Source> mended_sources();
+/// The files of config/kuka/krl, byte for byte, and other programs behind them.
+std::vector<Source> shipped_sources(const std::vector<Source>& more = {});
 
 /// EKI, RSI and BAS of a Bench, answered from a script.
 class ScriptedCell {
  public:
-  explicit ScriptedCell(std::vector<Source> sources);
+  explicit ScriptedCell(std::vector<Source> sources = shipped_sources());
 
   void connect();
   void disconnect();
@@ -38,6 +35,7 @@ class ScriptedCell {
   int greetings = 0;
   bool rsi_leaves = false;    ///< the PC set its Stop bit
   int rsi_create_result = 0;  ///< 0 is RSIOK
+  bool init_fails = false;    ///< EKI_Init, once
   Bench bench;
 
  private:
