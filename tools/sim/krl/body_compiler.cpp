@@ -8,7 +8,7 @@ namespace truepose::sim::krl {
 namespace {
 
 /// Loops and branches in one another, so that no text uses up the stack.
-constexpr int kDeepestBlock = 60;
+constexpr std::size_t kDeepestBlock = 60;
 
 /// The head of a subprogram and its declarations.
 class RoutineScanner {
@@ -172,12 +172,13 @@ bool BodyCompiler::next_begins_with(std::string_view word) const {
 }
 
 std::string BodyCompiler::block(std::initializer_list<std::string_view> ends, const Statement& opened) {
-  if (++depth_ > kDeepestBlock) scope_.fail("loops and branches are nested too deeply");
+  if (blocks_.size() == kDeepestBlock) scope_.fail("loops and branches are nested too deeply");
+  blocks_.push_back(++block_count_);
   while (true) {
     if (at_end()) throw Fault{body_.file, opened.line, std::string(*(ends.end() - 1)) + " is missing"};
     for (const std::string_view end : ends) {
       if (!next_begins_with(end)) continue;
-      --depth_;
+      blocks_.pop_back();
       scope_.line = body_.statements[at_].line;
       return std::string(end);
     }

@@ -279,6 +279,9 @@ std::vector<Value> Interpreter::external_arguments(const External& external, std
   for (std::size_t i = 0; i < count; ++i) {
     const Operand& operand = evaluator_.operands[first + i];
     const bool is_out = i < external.parameters.size() && external.parameters[i].direction == Direction::Out;
+    const bool is_text = is_out && external.parameters[i].type.is_text();
+    if (is_text && !std::holds_alternative<std::string>(evaluator_.look(std::get<Place>(operand))))
+      give_up("a text that " + external.name + " changes has no value");
     arguments.push_back(is_out ? evaluator_.look(std::get<Place>(operand)) : std::get<Value>(operand));
   }
   return arguments;

@@ -161,6 +161,7 @@ TEST(Control, BranchesAndLoops) {
   EXPECT_EQ(ran("WHILE I<5\nI=I+2\nENDWHILE").integer("I"), 6);
   EXPECT_EQ(ran("REPEAT\nI=I+1\nUNTIL I>=3").integer("I"), 3);
   EXPECT_EQ(ran("LOOP\nI=I+1\nIF I==4 THEN\nEXIT\nENDIF\nENDLOOP").integer("I"), 4);
+  EXPECT_EQ(ran("LOOP\nLOOP\nI=3\nGOTO OUT\nENDLOOP\nENDLOOP\nOUT:\nJ=I").integer("J"), 3);
   EXPECT_EQ(ran("AGAIN:\nI=I+1\nIF I<3 THEN\nGOTO AGAIN\nENDIF").integer("I"), 3);
 }
 
@@ -202,6 +203,10 @@ TEST(Subprograms, ThatReturnNothingWhereTheyShouldStopTheProgram) {
 
 TEST(Host, RefusesWhatCannotBeWritten) {
   EXPECT_EQ(fault_of("$IN[3]=TRUE"), "p.src:2: $IN[3]: an input cannot be written");
+}
+
+TEST(Host, MayHaveNoTextToChange) {
+  EXPECT_EQ(fault_of("STRCLEAR($ROBTRAFO[])"), "p.src:2: a text that STRCLEAR changes has no value");
 }
 
 TEST(Host, SeesAComponentOfASystemVariableChangeAlone) {
