@@ -163,6 +163,7 @@ void BodyCompiler::compile() {
   scope_.emit(routine.result.kind == Kind::None ? Op::Return : Op::NoResult);
   for (std::size_t i = 0; i < scope_.locals.size(); ++i) {
     const bool is_parameter = i < routine.parameters.size();
+    routine.local_names.push_back({scope_.locals[i].name, scope_.locals[i].type});
     routine.locals.push_back(is_parameter ? Value{} : scope_.types().blank(scope_.locals[i].type));
   }
 }

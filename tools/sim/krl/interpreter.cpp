@@ -159,7 +159,7 @@ void Interpreter::control(const Instruction& instruction) {
       if (!evaluator_.pop_bool()) frame.at = a;
       return;
     case Op::ForGoesOn: {
-      const auto& locals = evaluator_.locals.back();
+      const std::vector<Operand>& locals = evaluator_.locals.back().values;
       const auto last = std::get<std::int32_t>(std::get<Value>(locals[a]));
       const auto step_width = std::get<std::int32_t>(std::get<Value>(locals[a + 1]));
       const std::int32_t counter = evaluator_.pop_int();
@@ -214,7 +214,7 @@ void Interpreter::enter(std::size_t index) {
   const std::size_t first = operands.size() - routine.parameters.size();
   std::move(operands.begin() + static_cast<std::ptrdiff_t>(first), operands.end(), locals.begin());
   operands.resize(first);
-  evaluator_.locals.push_back(std::move(locals));
+  evaluator_.locals.push_back({&routine, std::move(locals)});
   frames_.push_back({.at = routine.entry, .operands = first});
 }
 
