@@ -61,7 +61,7 @@ enum class InterpreterKind {
 /// while the program is stopped.
 class Interpreter {
  public:
-  static constexpr int kInstructionsPerTurn = 5000;
+  static constexpr int kInstructionsPerTurn = 1000;
   static constexpr Time kTurn = std::chrono::milliseconds{1};
 
   /// @param program, memory, host  outlive the interpreter; memory was made of this program

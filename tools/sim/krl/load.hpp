@@ -17,7 +17,8 @@ struct Source {
   std::string text;
 };
 
-/// What the controller has beside the modules.
+/// What the controller has beside the modules and what standard.hpp declares. The host answers for all of it,
+/// and for the system variables of standard.hpp.
 struct Environment {
   /// KRL: ENUM, STRUC, system variables (`DECL BOOL $FLAG[1024]`: all that begin with $), data that all
   /// modules know
