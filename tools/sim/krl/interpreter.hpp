@@ -104,7 +104,8 @@ class Interpreter {
   struct Interruption {
     int priority = 0;
     std::optional<std::size_t> level;  // the frame that declared it, while it is there
-    bool brakes = false;
+    bool may_move = false;             // BRAKE came before
+    bool holds = false;                // the arm stands by BRAKE
     bool moves = false;
     std::deque<Motion> parked;  // what BRAKE stopped, where the interrupt program moves itself
   };
