@@ -8,7 +8,7 @@ namespace truepose::sim::krl {
 namespace {
 
 /// Loops and branches in one another, so that no text uses up the stack.
-constexpr int kDeepestBlock = 60;
+constexpr std::size_t kDeepestBlock = 60;
 
 /// The head of a subprogram and its declarations.
 class RoutineScanner {
@@ -163,6 +163,7 @@ void BodyCompiler::compile() {
   scope_.emit(routine.result.kind == Kind::None ? Op::Return : Op::NoResult);
   for (std::size_t i = 0; i < scope_.locals.size(); ++i) {
     const bool is_parameter = i < routine.parameters.size();
+    routine.local_names.push_back({scope_.locals[i].name, scope_.locals[i].type});
     routine.locals.push_back(is_parameter ? Value{} : scope_.types().blank(scope_.locals[i].type));
   }
 }
@@ -172,12 +173,13 @@ bool BodyCompiler::next_begins_with(std::string_view word) const {
 }
 
 std::string BodyCompiler::block(std::initializer_list<std::string_view> ends, const Statement& opened) {
-  if (++depth_ > kDeepestBlock) scope_.fail("loops and branches are nested too deeply");
+  if (blocks_.size() == kDeepestBlock) scope_.fail("loops and branches are nested too deeply");
+  blocks_.push_back(++block_count_);
   while (true) {
     if (at_end()) throw Fault{body_.file, opened.line, std::string(*(ends.end() - 1)) + " is missing"};
     for (const std::string_view end : ends) {
       if (!next_begins_with(end)) continue;
-      --depth_;
+      blocks_.pop_back();
       scope_.line = body_.statements[at_].line;
       return std::string(end);
     }

@@ -75,13 +75,19 @@ class BodyCompiler {
   Scope scope_;
   ExpressionCompiler expressions_;
   std::size_t at_ = 0;
-  int depth_ = 0;
   bool continued_ = false;
   std::vector<std::vector<std::size_t>> exits_;  ///< of each loop around: jumps behind it
-  std::map<std::string, std::size_t> labels_;
+  std::vector<int> blocks_;  ///< the branches and loops around, each with a number of its own
+  int block_count_ = 0;
+  struct Label {
+    std::size_t at;
+    std::vector<int> blocks;
+  };
+  std::map<std::string, Label> labels_;
   struct Goto {
     std::size_t jump;
     std::string label;
+    std::vector<int> blocks;
     int line;
   };
   std::vector<Goto> gotos_;

@@ -1,4 +1,6 @@
 // The part of BodyCompiler that branches, loops and returns.
+#include <algorithm>
+#include <ranges>
 #include <utility>
 
 #include "tools/sim/krl/body_compiler.hpp"
@@ -166,14 +168,15 @@ void BodyCompiler::compile_goto(TokenReader& reader) {
   reader.take();
   const std::string label = reader.take_name("a label");
   reader.expect_end();
-  gotos_.push_back({scope_.emit(Op::Jump), label, scope_.line});
+  gotos_.push_back({scope_.emit(Op::Jump), label, blocks_, scope_.line});
 }
 
 void BodyCompiler::compile_label(TokenReader& reader) {
   const std::string label = reader.take_name("a label");
   reader.expect(":");
   reader.expect_end();
-  if (!labels_.emplace(label, scope_.here()).second) reader.fail("the label " + label + " stands twice");
+  if (!labels_.emplace(label, Label{scope_.here(), blocks_}).second)
+    reader.fail("the label " + label + " stands twice");
 }
 
 void BodyCompiler::land_gotos() {
@@ -181,7 +184,10 @@ void BodyCompiler::land_gotos() {
     const auto label = labels_.find(jump.label);
     if (label == labels_.end())
       throw Fault{body_.file, jump.line, "the label " + jump.label + " is not known"};
-    symbols_.program.code[jump.jump].a = static_cast<std::int32_t>(label->second);
+    const std::vector<int>& around = label->second.blocks;
+    if (!std::ranges::equal(around, jump.blocks | std::views::take(around.size())))
+      throw Fault{body_.file, jump.line, "GOTO leads into a loop or branch"};
+    symbols_.program.code[jump.jump].a = static_cast<std::int32_t>(label->second.at);
   }
 }
 

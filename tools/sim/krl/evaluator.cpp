@@ -133,7 +133,7 @@ bool Evaluator::execute_place(const Instruction& instruction) {
       operands.emplace_back(Place{Storage::Global, a});
       return true;
     case Op::Local: {
-      const auto* referred = std::get_if<Place>(&locals.back()[a]);
+      const auto* referred = std::get_if<Place>(&locals.back().values[a]);
       operands.emplace_back(referred ? *referred : Place{Storage::Local, a, locals.size() - 1});
       return true;
     }
@@ -182,8 +182,9 @@ void Evaluator::gather(const Instruction& instruction) {
 
 Value Evaluator::look(const Place& place) {
   if (place.storage == Storage::System) return look_at_system(place);
-  const Value& root = place.storage == Storage::Global ? globals_[place.slot]
-                                                       : std::get<Value>(locals[place.frame][place.slot]);
+  const Value& root = place.storage == Storage::Global
+                          ? globals_[place.slot]
+                          : std::get<Value>(locals[place.frame].values[place.slot]);
   return part_of(root, place.path);
 }
 
@@ -198,7 +199,7 @@ Value Evaluator::fetch(const Place& place) {
 void Evaluator::store(const Place& place, Value value) {
   if (place.storage == Storage::System) return store_in_system(place, std::move(value));
   Value& root = place.storage == Storage::Global ? globals_[place.slot]
-                                                 : std::get<Value>(locals[place.frame][place.slot]);
+                                                 : std::get<Value>(locals[place.frame].values[place.slot]);
   set_part(root, place.path, std::move(value));
 }
 
@@ -238,15 +239,21 @@ void Evaluator::store_in_system(const Place& place, Value value) {
     fail(describe(place) + ": " + written.error());
 }
 
-std::string Evaluator::describe(const Place& place) const {
-  if (place.storage == Storage::Local) return "of this subprogram";
+Field Evaluator::root_of(const Place& place) const {
+  if (place.storage == Storage::Local) return locals[place.frame].routine->local_names[place.slot];
   const Variable& variable =
       place.storage == Storage::Global ? program_.globals[place.slot] : program_.systems[place.slot];
-  std::string text = variable.name;
-  Type type = variable.type;
+  return {variable.name, variable.type};
+}
+
+std::string Evaluator::describe(const Place& place) const {
+  auto [text, type] = root_of(place);
   for (const std::int64_t step : place.path) {
     if (type.is_array()) {
-      text += "[" + std::to_string(step + 1) + "]";
+      // X[1,2]
+      const bool goes_on = text.back() == ']';
+      if (goes_on) text.pop_back();
+      text += (goes_on ? "," : "[") + std::to_string(step + 1) + "]";
       type = type.element();
     } else {
       const Field& field = program_.types.structure(type).fields[static_cast<std::size_t>(step)];

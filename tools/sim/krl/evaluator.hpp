@@ -21,6 +21,12 @@ struct Place {
 
 using Operand = std::variant<Value, Place>;
 
+/// The local data of a subprogram that runs.
+struct Locals {
+  const Routine* routine = nullptr;  ///< null behind an interrupt, whose call has none
+  std::vector<Operand> values = {};
+};
+
 /// Carries out the instructions that neither wait nor jump. Throws Fault without file and line.
 class Evaluator {
  public:
@@ -29,7 +35,7 @@ class Evaluator {
       : program_{program}, globals_{globals}, host_{host} {}
 
   std::vector<Operand> operands;
-  std::vector<std::vector<Operand>> locals;  ///< of each frame
+  std::vector<Locals> locals;  ///< of each frame
 
   /// @return false where it is no such instruction
   bool execute(const Instruction& instruction);
@@ -51,6 +57,7 @@ class Evaluator {
   Value fetch(const Place& place);
   Value look_at_system(const Place& place);
   void store_in_system(const Place& place, Value value);
+  Field root_of(const Place& place) const;
   std::string describe(const Place& place) const;
   void gather(const Instruction& instruction);
 

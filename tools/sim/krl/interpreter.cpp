@@ -159,7 +159,7 @@ void Interpreter::control(const Instruction& instruction) {
       if (!evaluator_.pop_bool()) frame.at = a;
       return;
     case Op::ForGoesOn: {
-      const auto& locals = evaluator_.locals.back();
+      const std::vector<Operand>& locals = evaluator_.locals.back().values;
       const auto last = std::get<std::int32_t>(std::get<Value>(locals[a]));
       const auto step_width = std::get<std::int32_t>(std::get<Value>(locals[a + 1]));
       const std::int32_t counter = evaluator_.pop_int();
@@ -214,7 +214,7 @@ void Interpreter::enter(std::size_t index) {
   const std::size_t first = operands.size() - routine.parameters.size();
   std::move(operands.begin() + static_cast<std::ptrdiff_t>(first), operands.end(), locals.begin());
   operands.resize(first);
-  evaluator_.locals.push_back(std::move(locals));
+  evaluator_.locals.push_back({&routine, std::move(locals)});
   frames_.push_back({.at = routine.entry, .operands = first});
 }
 
@@ -279,6 +279,9 @@ std::vector<Value> Interpreter::external_arguments(const External& external, std
   for (std::size_t i = 0; i < count; ++i) {
     const Operand& operand = evaluator_.operands[first + i];
     const bool is_out = i < external.parameters.size() && external.parameters[i].direction == Direction::Out;
+    const bool is_text = is_out && external.parameters[i].type.is_text();
+    if (is_text && !std::holds_alternative<std::string>(evaluator_.look(std::get<Place>(operand))))
+      give_up("a text that " + external.name + " changes has no value");
     arguments.push_back(is_out ? evaluator_.look(std::get<Place>(operand)) : std::get<Value>(operand));
   }
   return arguments;

@@ -61,7 +61,7 @@ enum class InterpreterKind {
 /// while the program is stopped.
 class Interpreter {
  public:
-  static constexpr int kInstructionsPerTurn = 5000;
+  static constexpr int kInstructionsPerTurn = 1000;
   static constexpr Time kTurn = std::chrono::milliseconds{1};
 
   /// @param program, memory, host  outlive the interpreter; memory was made of this program
@@ -104,7 +104,8 @@ class Interpreter {
   struct Interruption {
     int priority = 0;
     std::optional<std::size_t> level;  // the frame that declared it, while it is there
-    bool brakes = false;
+    bool may_move = false;             // BRAKE came before
+    bool holds = false;                // the arm stands by BRAKE
     bool moves = false;
     std::deque<Motion> parked;  // what BRAKE stopped, where the interrupt program moves itself
   };

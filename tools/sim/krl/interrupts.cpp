@@ -90,32 +90,30 @@ void Interpreter::fire(Interrupt& interrupt) {
 }
 
 bool Interpreter::is_braked() const {
-  return std::ranges::any_of(frames_, [](const Frame& frame) {
-    return frame.interruption && frame.interruption->brakes && !frame.interruption->moves;
-  });
+  return std::ranges::any_of(
+      frames_, [](const Frame& frame) { return frame.interruption && frame.interruption->holds; });
 }
 
 void Interpreter::brake(bool with_all_force) {
   const auto at = interrupt_frame();
   if (!at) throw Fault{.what = "BRAKE stands outside of an interrupt program"};
   if (kind_ == InterpreterKind::Submit) throw Fault{.what = "a submit program must not brake the arm"};
-  frames_[*at].interruption->brakes = true;
+  frames_[*at].interruption->may_move = frames_[*at].interruption->holds = true;
   host_.brake(with_all_force);
   wait_for({.what = WaitFor::Standstill});
 }
 
 bool Interpreter::end_interruption() {
   Interruption& interruption = *frames_.back().interruption;
-  if (interruption.moves) {
-    if (unfinished() > 0) {
-      --frames_.back().at;
-      wait_for({.what = WaitFor::Arrival});
-      return false;
-    }
-    for (Motion& motion : std::exchange(interruption.parked, {})) hand_over(std::move(motion));
+  if (interruption.moves && !interruption.holds && unfinished() > 0) {
+    --frames_.back().at;
+    wait_for({.what = WaitFor::Arrival});
+    return false;
   }
-  const bool was_braked = std::exchange(interruption.brakes, false) && !interruption.moves;
-  if (was_braked && !is_braked()) host_.go_on();
+  if (std::exchange(interruption.holds, false) && !is_braked()) host_.go_on();
+  for (Motion& motion : std::exchange(interruption.parked, {})) hand_over(std::move(motion));
+  // What is handed over anew belongs to an interrupt that holds the arm itself.
+  if (interruption.moves && is_braked()) host_.brake(false);
   return true;
 }
 

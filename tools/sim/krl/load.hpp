@@ -17,11 +17,12 @@ struct Source {
   std::string text;
 };
 
-/// What the controller has beside the modules.
+/// What the controller has beside the modules and what standard.hpp declares. The host answers for all of it,
+/// and for the system variables of standard.hpp.
 struct Environment {
-  /// KRL: ENUM, STRUC, system variables (`DECL BOOL $FLAG[1024]`: all that begin with $), data that all
-  /// modules know
-  /// (`DECL INT RSIOK=0`), subprograms (`EXT BAS(BAS_COMMAND:IN,REAL:IN)`, `EXTFCT INT RSI_DELETE(INT:IN)`).
+  /// KRL: ENUM, STRUC, system variables (all that begin with $: `DECL BOOL $FLAG[1024]`), data that all
+  /// modules know (`DECL INT RSIOK=0`), subprograms (`EXT BAS(BAS_COMMAND:IN,REAL:IN)`, `EXTFCT INT
+  /// RSI_OFF()`).
   std::string declarations;
   /// Names, in capitals, of further system variables and subprograms that do not stop the advance run.
   std::vector<std::string> pass_advance_run = {};

@@ -61,12 +61,15 @@ void Interpreter::move(const MotionShape& shape) {
 
   if (const auto at = interrupt_frame()) {
     Interruption& interruption = *frames_[*at].interruption;
-    if (!interruption.brakes) throw Fault{.what = "a motion in an interrupt program needs BRAKE before it"};
+    if (!interruption.may_move) throw Fault{.what = "a motion in an interrupt program needs BRAKE before it"};
     if (!interruption.moves) {
       unfinished();
       interruption.moves = true;
+      interruption.holds = false;
       interruption.parked = std::exchange(sent_, {});
       host_.cancel();
+    } else if (std::exchange(interruption.holds, false)) {
+      host_.go_on();
     }
   }
   hand_over(std::move(motion));

@@ -99,7 +99,8 @@ struct Routine {
   bool is_global = false;
   std::vector<Parameter> parameters;
   Type result;
-  std::vector<Value> locals;  ///< the parameters first
+  std::vector<Value> locals;       ///< the parameters first
+  std::vector<Field> local_names;  ///< and their types, in the order of `locals`
   std::size_t entry = 0;
 };
 

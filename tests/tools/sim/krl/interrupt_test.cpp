@@ -161,6 +161,34 @@ TEST(Brake, LetsTheInterruptMoveAndMakesTheRestAnew) {
   EXPECT_EQ(std::get<AxisTarget>(bench.host.moved[2].target).axes[0], 1);
 }
 
+TEST(Brake, MayComeAgainBehindAMotionOfTheInterrupt) {
+  Bench bench = interrupted("PTP {A1 1}\nJ=1", "BRAKE\nPTP {A1 50}\nBRAKE\nI=1");
+  bench.run_for(100ms + 1s);
+  EXPECT_EQ(bench.integer("I"), 1);
+  bench.run_for(1s);
+  EXPECT_EQ(bench.integer("J"), 1);
+  EXPECT_EQ(bench.host.log, (Events{"move 1", "brake", "cancel", "move 2", "2 is made", "brake", "go on",
+                                    "move 3", "3 is made"}));
+}
+
+TEST(Brake, OfAnInterruptThatAnotherBrokeIntoHoldsTheArmStill) {
+  Bench bench(program_of(
+      "INTERRUPT DECL 20 WHEN $FLAG[1] DO LOW()\nINTERRUPT DECL 10 WHEN $FLAG[2] DO HIGH()\n"
+      "INTERRUPT ON\n$ADVANCE=0\nPTP {A1 1}\nJ=1",
+      kData, "DEF LOW()\nBRAKE\nWAIT FOR $FLAG[3]\nEND\nDEF HIGH()\nBRAKE\nPTP {A1 50}\nI=1\nEND\n"));
+  bench.start("P");
+  for (const int flag : {1, 2}) {
+    bench.run_for(300ms);
+    bench.host.set("$FLAG[" + std::to_string(flag) + "]", true);
+  }
+  bench.run_for(5s);
+  EXPECT_EQ(bench.integer("I"), 1);
+  EXPECT_EQ(bench.integer("J"), 0);
+  bench.host.set("$FLAG[3]", true);
+  bench.run_for(1s);
+  EXPECT_EQ(bench.integer("J"), 1);
+}
+
 TEST(Brake, IsNeededBeforeAMotionOfAnInterrupt) {
   EXPECT_EQ(interrupted("WAIT FOR FALSE", "PTP {A1 1}").interpreters[0].fault()->text(),
             "p.src:13: a motion in an interrupt program needs BRAKE before it");

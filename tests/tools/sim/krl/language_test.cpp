@@ -79,6 +79,8 @@ TEST(Expressions, StopTheProgramAtADivisionByZero) {
 
 TEST(Expressions, StopTheProgramAtAVariableWithoutAValue) {
   EXPECT_EQ(fault_of("I=X", "DECL INT X"), "p.src:2: the variable X has no value");
+  EXPECT_EQ(fault_of("DECL INT N[2,3]\nI=N[1,2]"), "p.src:3: the variable N[1,2] has no value");
+  EXPECT_EQ(fault_of("DECL E6POS Q[2]\nQ[2].X=1\nR=Q[2].Y"), "p.src:4: the variable Q[2].Y has no value");
 }
 
 TEST(Variables, AreNotToldFromOneAnotherByCapitals) { EXPECT_EQ(ran("i = 4\nJ=I").integer("J"), 4); }
@@ -133,14 +135,16 @@ TEST(Variables, MayBeOtherNamesOfInputsAndOutputs) {
 TEST(Variables, TellTheirState) {
   const std::string statements =
       "IF VARSTATE(\"X\")==#DECLARED THEN\nI=1\nENDIF\nIF VARSTATE(\"NONE\")==#UNKNOWN THEN\nI=I+2\nENDIF\n"
-      "IF VARSTATE(\"I\")==#INITIALIZED THEN\nI=I+4\nENDIF\nIF VARSTATE(\"$POS_ACT_MES\")<>#INITIALIZED THEN\nI=I+8\nENDIF";
+      "IF VARSTATE(\"I\")==#INITIALIZED THEN\nI=I+4\nENDIF\n"
+      "IF VARSTATE(\"$POS_ACT_MES\")<>#INITIALIZED THEN\nI=I+8\nENDIF";
   EXPECT_EQ(ran(statements, "DECL INT X").integer("I"), 15);
 }
 
 TEST(Texts, AreWrittenAppendedAndMeasured) {
-  const Bench bench = ran(
-      "OFFSET=0\nSWRITE(S[],STATE,OFFSET,\"n=%d r=%.2f\",12,1.5)\nI=OFFSET\nJ=STRLEN(S[])\nB=STRCOMP(S[],\"N=12 R=1.50\",#NOT_CASE_SENS)",
-      "DECL STATE_T STATE\nDECL INT OFFSET");
+  const Bench bench =
+      ran("OFFSET=0\nSWRITE(S[],STATE,OFFSET,\"n=%d r=%.2f\",12,1.5)\nI=OFFSET\nJ=STRLEN(S[])\n"
+          "B=STRCOMP(S[],\"N=12 R=1.50\",#NOT_CASE_SENS)",
+          "DECL STATE_T STATE\nDECL INT OFFSET");
   EXPECT_EQ(text_of(bench.variable("S")), "n=12 r=1.50");
   EXPECT_EQ(bench.integer("I"), 11);
   EXPECT_EQ(bench.integer("J"), 11);
@@ -161,6 +165,7 @@ TEST(Control, BranchesAndLoops) {
   EXPECT_EQ(ran("WHILE I<5\nI=I+2\nENDWHILE").integer("I"), 6);
   EXPECT_EQ(ran("REPEAT\nI=I+1\nUNTIL I>=3").integer("I"), 3);
   EXPECT_EQ(ran("LOOP\nI=I+1\nIF I==4 THEN\nEXIT\nENDIF\nENDLOOP").integer("I"), 4);
+  EXPECT_EQ(ran("LOOP\nLOOP\nI=3\nGOTO OUT\nENDLOOP\nENDLOOP\nOUT:\nJ=I").integer("J"), 3);
   EXPECT_EQ(ran("AGAIN:\nI=I+1\nIF I<3 THEN\nGOTO AGAIN\nENDIF").integer("I"), 3);
 }
 
@@ -202,6 +207,10 @@ TEST(Subprograms, ThatReturnNothingWhereTheyShouldStopTheProgram) {
 
 TEST(Host, RefusesWhatCannotBeWritten) {
   EXPECT_EQ(fault_of("$IN[3]=TRUE"), "p.src:2: $IN[3]: an input cannot be written");
+}
+
+TEST(Host, MayHaveNoTextToChange) {
+  EXPECT_EQ(fault_of("STRCLEAR($ROBTRAFO[])"), "p.src:2: a text that STRCLEAR changes has no value");
 }
 
 TEST(Host, SeesAComponentOfASystemVariableChangeAlone) {

@@ -21,6 +21,8 @@ TEST(LoadErrors, NameWhatIsUnknown) {
   EXPECT_EQ(error_in("SOMETHING(1)"), "p.src:2: the subprogram SOMETHING is not known");
   EXPECT_EQ(error_in("DECL PART X"), "p.src:2: the type PART is not known");
   EXPECT_EQ(error_in("Q.V=1"), "p.src:2: E6POS has no component V");
+  EXPECT_EQ(error_in("GOTO IN\nLOOP\nIN:\nENDLOOP"), "p.src:2: GOTO leads into a loop or branch");
+  EXPECT_EQ(error_in("IF B THEN\nGOTO IN\nELSE\nIN:\nENDIF"), "p.src:3: GOTO leads into a loop or branch");
   EXPECT_EQ(error_in("GOTO THERE"), "p.src:2: the label THERE is not known");
   EXPECT_EQ(error_in("Q={X 1,W 2}"), "p.src:2: E6POS has no component W");
   EXPECT_EQ(error_in("IF VARSTATE(\"I\")==#SET THEN\nENDIF"),
