@@ -164,6 +164,7 @@ void ControllerSession::go_on(const rsi::RobotFrame& frame, const IpocSequence::
   if (receipt.taken) in_force_.taken();
   hearing.elapsed = position.elapsed;
   hearing.missed = receipt.missed;
+  hearing.taken = receipt.taken;
   hearing.late = receipt.late;
 
   // Where IPOC and time agree, the count of cycles without a reply tells a session that went on from one that

@@ -144,6 +144,7 @@ class ControllerSession {
     bool began = false;         ///< a session whose controller nothing is known of
     bool settled = false;       ///< what is in force has just become known, perhaps anew
     bool missed = false;        ///< the last reply is not known to have been taken: hold
+    bool taken = false;         ///< it is known to have been taken
     std::uint64_t elapsed = 0;  ///< cycles since the datagram before; 0 at the beginning
     std::uint64_t late = 0;     ///< replies that the controller did not have in time
   };

@@ -107,6 +107,7 @@ std::optional<FoundFault> FollowingCheck::take(const rsi::RobotFrame& frame, con
 
 std::optional<FoundFault> LateReplies::take(const ControllerSession::Hearing& hearing,
                                             drivers::TimePoint received) noexcept {
+  believed_ = (believed_ && !hearing.settled) || hearing.taken;
   const bool late = hearing.late > 0;
   began_ = late && !late_before_;
   late_before_ = late;
@@ -117,7 +118,7 @@ std::optional<FoundFault> LateReplies::take(const ControllerSession::Hearing& he
   } else if (!hearing.missed) {
     rejected_ = 0;
   }
-  if (late && rejected_ >= rejected_cycles_) return FoundFault{StreamFault::RepliesRejected, {}};
+  if (late && !believed_ && rejected_ >= rejected_cycles_) return FoundFault{StreamFault::RepliesRejected, {}};
   return std::nullopt;
 }
 

@@ -84,13 +84,17 @@ class FollowingCheck {
   std::array<std::optional<double>, 6> measured_deg_{};
 };
 
-/// Looks for replies that were sent in time and not taken.
+/// Looks for replies that were sent in time and not taken, in a session that never took one: later the network
+/// has lost them, which passes or ends the session.
 class LateReplies {
  public:
   /// @param rejected_cycles  so many late replies in a row that were sent in time are a fault
   explicit LateReplies(int rejected_cycles) : rejected_cycles_{rejected_cycles} {}
 
-  void restart() noexcept { rejected_ = 0; }
+  void restart() noexcept {
+    rejected_ = 0;
+    believed_ = false;
+  }
   /// A datagram that came at `received` was dealt with at `done`, whether it was answered or not.
   void dealt_with(drivers::TimePoint received, drivers::TimePoint done) noexcept {
     received_ = received;
@@ -107,6 +111,7 @@ class LateReplies {
   std::optional<drivers::TimePoint> received_;
   drivers::Duration turnaround_{0};
   int rejected_ = 0;  // in a row
+  bool believed_ = false;  // a reply was taken
   bool late_before_ = false;
   bool began_ = false;
 };

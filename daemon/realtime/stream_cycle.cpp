@@ -77,7 +77,8 @@ StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& e
       arm_check_{nominal, options.cycle, options.max_fk_deviation_mm},
       ramp_{options.ramp_cycles, kAxes},
       correction_{session_.last_sent()},
-      model_correction_{JointVector::Zero(kAxes)} {
+      model_correction_{JointVector::Zero(kAxes)},
+      arm_known_{session_.known() && !correction_.isZero(0)} {
   if (!correction_.isZero(0)) ramp_.start_from_current();
 }
 

@@ -154,7 +154,7 @@ class StreamCycle final : public drivers::RsiResponder {
   std::uint32_t acknowledged_seen_ = 0;
   JointVector correction_;        // sent last
   JointVector model_correction_;  // the model's last wish at full gain
-  bool arm_known_ = false;        // of an armed stream's session
+  bool arm_known_;                // of an armed stream's session, also by the process before
   bool production_ = false;       // the program is one that was armed for, and not truepose_motion
   bool behind_ = false;           // a bound keeps the correction from what the ramp wants
   bool malformed_before_ = false;

@@ -1,0 +1,61 @@
+// A customer's program under correction, as a whole: the shipped KRL, a controller and drives that share no
+// code with the stream, an armed stream.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+#include "tests/daemon/production_cell.hpp"
+#include "tests/trials.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+using testing::IsEmpty;
+
+constexpr double kBound_deg = 0.02 + 1e-6;  // max_step_deg, and the grid of the wire
+
+void print(const Production& shift) {
+  std::printf(
+      "%d programs, %llu sessions, %.2f h: TCP at %d points %.3f mm (at most %.3f), without the stream %.3f "
+      "(%.3f); largest step in force %.6f deg, correction up to %.2f deg, %d timeouts\n",
+      shift.programs, static_cast<unsigned long long>(shift.sessions),
+      static_cast<double>(shift.cycles) * 0.004 / 3600, shift.with.points, shift.with.mean_mm,
+      shift.with.max_mm, shift.without.mean_mm, shift.without.max_mm, shift.max_step_deg, shift.largest_deg,
+      shift.timeouts);
+}
+
+TEST(ProductionProgram, GluesWhereItWasTaughtThoughTheArmIsMillimetresWrong) {
+  const Production shift = ProductionCell{20261123, {}}.shift(2);
+  print(shift);
+  EXPECT_EQ(shift.fault, "");
+  EXPECT_THAT(shift.messages, IsEmpty());
+  EXPECT_GE(shift.with.points, 200);
+  EXPECT_GT(shift.without.mean_mm, 1);
+  EXPECT_LT(shift.with.max_mm, 0.1);
+  EXPECT_LE(shift.max_step_deg, kBound_deg);
+  EXPECT_EQ(shift.left_deg, 0) << "a program closes RSI when no correction is in force any more";
+  EXPECT_EQ(shift.sessions, 2u);
+}
+
+/// Three hours of it and 200 sessions in an acceptance run, every day a tenth.
+TEST(ProductionProgram, IsCorrectedThroughEverythingThatHappensInAShift) {
+  const bool whole = all_trials();
+  const int tenth = whole ? 10 : 1;
+  const Troubles troubles{.daemon_ends = 2 * tenth,
+                          .stops = 2 * tenth,
+                          .emergency_stops = whole ? 3 : 1,
+                          .controller_restarts = whole ? 2 : 1,
+                          .loss = 0.01};
+  const Production shift = ProductionCell{20261124, troubles}.shift(20 * tenth);
+  print(shift);
+  EXPECT_EQ(shift.fault, "");
+  EXPECT_GE(shift.sessions, static_cast<std::uint64_t>(20 * tenth));
+  EXPECT_GT(shift.with.points, 1500 * tenth);
+  EXPECT_LT(shift.with.max_mm, 0.1);
+  EXPECT_LE(shift.max_step_deg, kBound_deg);
+  EXPECT_EQ(shift.left_deg, 0);
+}
+
+}  // namespace
+}  // namespace truepose::daemon
