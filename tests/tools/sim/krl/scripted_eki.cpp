@@ -145,6 +145,7 @@ std::expected<CallResult, std::string> ScriptedCell::answer(ExternalCall& call) 
     return CallResult{};
   }
   said.emplace_back(call.name);
+  on_send(said.back());
   if (call.name != "RSI_CREATE") return CallResult{.value = 0};
   call.arguments[1] = 3;
   return CallResult{.value = rsi_create_result};
@@ -178,6 +179,7 @@ void ScriptedCell::send(const std::string& channel, const std::string& document)
     said.push_back("Ack " + number_text(staged_["CellLink/Ack/@Id"]) + " " +
                    number_text(staged_["CellLink/Ack/@State"]) + " " +
                    number_text(staged_["CellLink/Ack/@Err"]));
+    on_send(said.back());
   } else {
     ++greetings;
     said.push_back(document + " " + text_of(staged_["CellLink/Hello/@Model"]) + " " +

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -29,6 +30,7 @@ class ScriptedCell {
 
   /// What CellLink sent: "Hello", "Ack 1 2 0" (id, state, error), and what RSI was told.
   std::vector<std::string> said;
+  std::function<void(const std::string&)> on_send = [](const std::string&) {};  ///< at each of these
   /// What the last document of CellState held: "State/@ModeOp" ...
   std::map<std::string, Value> state;
   int states = 0;

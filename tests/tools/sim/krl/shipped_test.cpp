@@ -163,6 +163,46 @@ TEST(MotionProgram, TellsThatRsiDidNotOpen) {
   EXPECT_EQ(cell.take_said(), (Said{"RSI_CREATE", "Ack 1 4 6"}));
 }
 
+TEST(MotionProgram, RefusesWhatWaitedBehindACommandThatAStopBrokeOff) {
+  Listening cell;
+  cell.command(1, 1, 30);
+  cell.bench.run_for(400ms);
+  cell.command(2, 1, -30);
+  cell.take_said();
+  cell.bench.host.set("$FLAG[103]", true);
+  cell.bench.run_for(200ms);
+  EXPECT_EQ(cell.take_said(), (Said{"Ack 1 5 3", "Ack 2 4 3"})) << cell.fault();
+  cell.bench.host.set("$FLAG[103]", false);
+  cell.bench.run_for(5s);
+  cell.command(3, 9);
+  EXPECT_EQ(cell.take_said(), Said{"Ack 3 3 0"});
+  EXPECT_EQ(cell.bench.host.moved.size(), 2u) << "the old target is not driven to";
+}
+
+TEST(MotionProgram, SaysOneLastWordOnACommandThoughAStopComesWithIt) {
+  Listening cell;
+  cell.on_send = [&](const std::string& said) {
+    if (said == "Ack 1 3 0" || said == "Ack 2 4 2") cell.bench.host.set("$FLAG[103]", true);
+  };
+  cell.command(1, 9);
+  cell.bench.run_for(200ms);
+  EXPECT_EQ(cell.take_said(), Said{"Ack 1 3 0"});
+  cell.bench.host.set("$FLAG[103]", false);
+  cell.command(2, 7);
+  cell.bench.run_for(200ms);
+  EXPECT_EQ(cell.take_said(), Said{"Ack 2 4 2"}) << cell.fault();
+}
+
+TEST(MotionProgram, DeletesTheContextThatAStopFindsJustCreated) {
+  Listening cell;
+  cell.on_send = [&](const std::string& said) {
+    if (said == "RSI_CREATE") cell.bench.host.set("$FLAG[103]", true);
+  };
+  cell.command(1, 3);
+  cell.bench.run_for(2s);
+  EXPECT_EQ(cell.take_said(), (Said{"RSI_CREATE", "RSI_OFF", "RSI_DELETE", "Ack 1 5 3"})) << cell.fault();
+}
+
 TEST(MotionProgram, CanBeResetInAMotionAndStartedAgain) {
   Listening cell;
   cell.command(1, 1, 30);
