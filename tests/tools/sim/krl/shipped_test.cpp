@@ -168,6 +168,7 @@ TEST(MotionProgram, RefusesWhatWaitedBehindACommandThatAStopBrokeOff) {
   cell.command(1, 1, 30);
   cell.bench.run_for(400ms);
   cell.command(2, 1, -30);
+  cell.bench.host.set("$FLAG[102]", false);  // as where both came before the first was read
   cell.take_said();
   cell.bench.host.set("$FLAG[103]", true);
   cell.bench.run_for(200ms);
