@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "tests/daemon/production_cell.hpp"
+#include "tests/sanitized.hpp"
 #include "tests/trials.hpp"
 
 namespace truepose::daemon {
@@ -38,20 +39,20 @@ TEST(ProductionProgram, GluesWhereItWasTaughtThoughTheArmIsMillimetresWrong) {
   EXPECT_EQ(shift.sessions, 2u);
 }
 
-/// Three hours of it and 200 sessions in an acceptance run, every day a tenth.
+/// Three hours of it and 200 sessions in an acceptance run, every day a tenth, less of it under a sanitizer.
 TEST(ProductionProgram, IsCorrectedThroughEverythingThatHappensInAShift) {
   const bool whole = all_trials();
-  const int tenth = whole ? 10 : 1;
-  const Troubles troubles{.daemon_ends = 2 * tenth,
-                          .stops = 2 * tenth,
+  const int programs = whole ? 200 : TRUEPOSE_SANITIZED ? 6 : 20;
+  const Troubles troubles{.daemon_ends = whole ? 20 : 2,
+                          .stops = whole ? 20 : 2,
                           .emergency_stops = whole ? 3 : 1,
                           .controller_restarts = whole ? 2 : 1,
                           .loss = 0.01};
-  const Production shift = ProductionCell{20261124, troubles}.shift(20 * tenth);
+  const Production shift = ProductionCell{20261124, troubles}.shift(programs);
   print(shift);
   EXPECT_EQ(shift.fault, "");
-  EXPECT_GE(shift.sessions, static_cast<std::uint64_t>(20 * tenth));
-  EXPECT_GT(shift.with.points, 1500 * tenth);
+  EXPECT_GE(shift.sessions, static_cast<std::uint64_t>(programs));
+  EXPECT_GT(shift.with.points, 75 * programs);
   EXPECT_LT(shift.with.max_mm, 0.1);
   EXPECT_LE(shift.max_step_deg, kBound_deg);
   EXPECT_EQ(shift.left_deg, 0);
