@@ -92,7 +92,6 @@ class Design {
   /// Less is better: the logarithm of the determinant of C for D, the trace of T C for A and I.
   double cost() const;
 
-  std::size_t candidates() const { return problem_.candidates(); }
   const std::vector<std::size_t>& chosen() const { return chosen_; }
   bool has(std::size_t candidate) const { return is_chosen_[candidate]; }
   const Eigen::MatrixXd& covariance() const { return C_; }

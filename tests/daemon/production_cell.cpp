@@ -123,6 +123,7 @@ Production ProductionCell::shift(int programs) {
     begun = shift_.cycles;
     restart_program();
   }
+  shift_.never_came = troubles_;
   return shift_;
 }
 
@@ -225,7 +226,9 @@ std::string ProductionCell::frame(const Plant::Sent& sent) {
 
 /// Whether one of those that are left happens in this cycle.
 bool ProductionCell::due(int& left) {
-  if (left == 0 || random_.uniform() * programs_left_ * kCyclesOfAProgram >= left) return false;
+  constexpr double kSoon = 0.05;  // programs: what has not come by the last one comes then
+  const double programs = std::max(kSoon, programs_left_ - 1);
+  if (left == 0 || random_.uniform() * programs * kCyclesOfAProgram >= left) return false;
   --left;
   return true;
 }
@@ -254,18 +257,15 @@ void ProductionCell::restart_program() {
 
 void ProductionCell::open_rsi() {
   ++shift_.sessions;
-  const auto pause = static_cast<int>(std::clamp<std::uint64_t>(shift_.cycles - off_since_, 10, 100'000));
-  plant_.restart_session({.pause_cycles = 10,
-                          .ipoc = 4'208'163 + 4 * (shift_.cycles + static_cast<std::uint64_t>(pause % 7)),
+  constexpr int kPause = 10;  // cycles
+  plant_.restart_session({.pause_cycles = kPause,
+                          .ipoc = 4'208'163 + 4 * (shift_.cycles + kPause),  // milliseconds go on meanwhile
                           .source_port = {},
                           .arm_settled = true});
   rsi_on_ = true;
 }
 
-void ProductionCell::close_rsi() {
-  rsi_on_ = false;
-  off_since_ = shift_.cycles;
-}
+void ProductionCell::close_rsi() { rsi_on_ = false; }
 
 /// Where the TCP stands at a point of the program, and where it would without the stream.
 void ProductionCell::judge() {
@@ -275,8 +275,11 @@ void ProductionCell::judge() {
     return;
   }
   const auto* gain = std::get_if<std::int32_t>(&variables_["$SEN_PINT[2]"]);
-  if (judge_in_ == 0 || --judge_in_ > 0 || !rsi_on_ || !stream_ || !gain || *gain != 100) return;
-  if (stopped_ > 0 || !motion_.is_standing()) return;
+  if (judge_in_ == 0 || --judge_in_ > 0 || !rsi_on_ || stopped_ > 0 || !motion_.is_standing()) return;
+  if (!stream_ || !gain || *gain != 100) {
+    ++shift_.points_without_it;
+    return;
+  }
   const Eigen::Isometry3d tool = frame_of("$TOOL");
   const auto tcp_mm = [&](const RobotModel& arm, const JointVector& q) {
     return Eigen::Vector3d{(forward_kinematics(arm, q) * tool).translation()};

@@ -26,6 +26,15 @@ struct TcpErrors {
   void add(double mm);
 };
 
+/// What befalls a shift; each so many times.
+struct Troubles {
+  int daemon_ends = 0;  ///< half of them for longer than the controller waits
+  int stops = 0;        ///< of the program, and resumed
+  int emergency_stops = 0;
+  int controller_restarts = 0;
+  double loss = 0;  ///< share of the datagrams and of the replies, in bursts
+};
+
 /// What became of a shift.
 struct Production {
   std::uint64_t cycles = 0;           ///< of the controller
@@ -35,18 +44,11 @@ struct Production {
   double max_step_deg = 0;            ///< of a correction in force, but for those that RSI took away
   double left_deg = 0;                ///< greatest correction in force where a program closed RSI
   double largest_deg = 0;             ///< correction
-  TcpErrors with, without;            ///< the stream, at the same points
+  TcpErrors with, without;            ///< the stream, at the points where all of the correction was in force
+  int points_without_it = 0;          ///< passed while the daemon was away or ramped in
   std::vector<std::string> messages;  ///< on the pendant, each once
   std::string fault;                  ///< of the stream, the first
-};
-
-/// What befalls a shift; each so many times.
-struct Troubles {
-  int daemon_ends = 0;  ///< half of them for longer than the controller waits
-  int stops = 0;        ///< of the program, and resumed
-  int emergency_stops = 0;
-  int controller_restarts = 0;
-  double loss = 0;  ///< share of the datagrams and of the replies, in bursts
+  Troubles never_came;                ///< of those that were ordered
 };
 
 /// A controller that runs a customer's program and the shipped truepose_stream, its drives, and an armed
@@ -104,7 +106,6 @@ class ProductionCell final : private sim::krl::Host {
   drivers::TimePoint now_{std::chrono::hours{1}};
   JointVector actual_;
   bool rsi_on_ = false;
-  std::uint64_t off_since_ = 0;  // cycle
   int daemon_down_ = 0, stopped_ = 0, burst_ = 0;
   std::uint64_t made_before_ = 0;
   int judge_in_ = 0;

@@ -19,11 +19,11 @@ constexpr double kBound_deg = 0.02 + 1e-6;  // max_step_deg, and the grid of the
 void print(const Production& shift) {
   std::printf(
       "%d programs, %llu sessions, %.2f h: TCP at %d points %.3f mm (at most %.3f), without the stream %.3f "
-      "(%.3f); largest step in force %.6f deg, correction up to %.2f deg, %d timeouts\n",
+      "(%.3f), %d points without all of it; largest step in force %.6f deg, correction up to %.2f deg, %d timeouts\n",
       shift.programs, static_cast<unsigned long long>(shift.sessions),
       static_cast<double>(shift.cycles) * 0.004 / 3600, shift.with.points, shift.with.mean_mm,
-      shift.with.max_mm, shift.without.mean_mm, shift.without.max_mm, shift.max_step_deg, shift.largest_deg,
-      shift.timeouts);
+      shift.with.max_mm, shift.without.mean_mm, shift.without.max_mm, shift.points_without_it,
+      shift.max_step_deg, shift.largest_deg, shift.timeouts);
 }
 
 TEST(ProductionProgram, GluesWhereItWasTaughtThoughTheArmIsMillimetresWrong) {
@@ -51,6 +51,8 @@ TEST(ProductionProgram, IsCorrectedThroughEverythingThatHappensInAShift) {
   const Production shift = ProductionCell{20261124, troubles}.shift(programs);
   print(shift);
   EXPECT_EQ(shift.fault, "");
+  const Troubles& left = shift.never_came;
+  EXPECT_EQ(left.daemon_ends + left.stops + left.emergency_stops + left.controller_restarts, 0);
   EXPECT_GE(shift.sessions, static_cast<std::uint64_t>(programs));
   EXPECT_GT(shift.with.points, 75 * programs);
   EXPECT_LT(shift.with.max_mm, 0.1);
