@@ -17,6 +17,7 @@ Command iso9283_command();
 Command kuka_commands();
 Command kuka_write_command();
 Command kuka_lint_command();  ///< something was found
+Command listen_command();     ///< no good frame of the configured kind came
 Command plan_command();
 
 }  // namespace truepose::tools
