@@ -15,14 +15,14 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::SizeIs;
 
-constexpr drivers::UdpSource kController{0x7f000001, 50000}, kOther{0x7f000002, 50000};
+constexpr drivers::UdpSource kOne{0x7f000001, 50000}, kOther{0x7f000002, 50000};
 
 class AnRsiWatch : public testing::Test {
  protected:
-  void take(const std::string& bytes, drivers::UdpSource source = kController) {
+  void take(const std::string& bytes, drivers::UdpSource source = kOne) {
     watch.take({.bytes = bytes, .source = source, .received = now}, false);
   }
-  void frame(std::uint64_t ipoc, int delay = 0, drivers::UdpSource source = kController) {
+  void frame(std::uint64_t ipoc, int delay = 0, drivers::UdpSource source = kOne) {
     take("<Rob Type=\"KUKA\"><AIPos A1=\"1.25\" A2=\"0\" A3=\"0\" A4=\"0\" A5=\"0\" A6=\"0\"/><Delay D=\"" +
              std::to_string(delay) + "\"/><IPOC>" + std::to_string(ipoc) + "</IPOC></Rob>",
          source);

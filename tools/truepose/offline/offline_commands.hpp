@@ -9,6 +9,7 @@ namespace truepose::tools {
 
 Command calibrate_command();   ///< the identification did not converge, or made things worse
 Command compensate_command();  ///< a target cannot be reached
+Command doctor_command();      ///< a fault was found
 Command drift_command();  ///< the model is no longer right; without a file the daemon measures and judges
 Command experiment_command();  ///< the two-stage fit did not converge in every trial
 Command export_command();

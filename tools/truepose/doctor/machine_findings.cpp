@@ -1,0 +1,82 @@
+#include <algorithm>
+
+#include "core/formatted.hpp"
+#include "tools/truepose/doctor/diagnose.hpp"
+#include "tools/truepose/doctor/network.hpp"
+
+namespace truepose::tools {
+
+namespace {
+
+constexpr double kMegabyte = 1e6;
+constexpr double kLittle_MB = 1000, kTooLittle_MB = 50;
+
+Finding warning(std::string finding, std::string next) {
+  return {"machine", Level::Warning, std::move(finding), std::move(next)};
+}
+
+/// What the unit raises for the daemon, somebody who starts it by hand has to raise himself.
+Findings realtime_findings(const config::StreamConfig& stream, const MachineObservation& machine) {
+  if (stream.realtime == config::RealtimePolicy::Off) return {};
+  Findings findings;
+  const bool required = stream.realtime == config::RealtimePolicy::Require;
+  const auto refused = [&](const std::string& what, const std::string& next) {
+    findings.push_back({"machine", required ? Level::Fault : Level::Warning, what, next});
+  };
+  if (!machine.fifo_refused.empty())
+    refused("this user gets no SCHED_FIFO " + std::to_string(stream.priority) + ": " + machine.fifo_refused,
+            "start the daemon as trueposed@CELL.service, or raise the limit rtprio (ulimit -r)");
+  if (!machine.lock_refused.empty())
+    refused("this user may not lock memory: " + machine.lock_refused,
+            "start the daemon as trueposed@CELL.service, or raise the limit memlock (ulimit -l)");
+  if (findings.empty())
+    findings.push_back({"machine", Level::Ok,
+                        "SCHED_FIFO " + std::to_string(stream.priority) + " and locked memory can be had" +
+                            (machine.preempt_rt ? ", PREEMPT_RT" : "") +
+                            (machine.isolated.empty() ? "" : ", isolated processors " + machine.isolated),
+                        ""});
+  return findings;
+}
+
+Findings clock_findings(const MachineObservation& machine) {
+  Findings findings;
+  if (!machine.clocksource.empty() && machine.clocksource != "tsc" && !machine.clocksource.starts_with("kvm"))
+    findings.push_back(warning("the clock of this PC is " + machine.clocksource + ", which is slow to read",
+                               "look why the kernel gave up the tsc: dmesg | grep -i tsc"));
+  if (!machine.clock_synchronised)
+    findings.push_back(
+        warning("the clock of this PC is not synchronised: times in store and log may be wrong",
+                "switch on chrony or systemd-timesyncd"));
+  return findings;
+}
+
+Findings governor_findings(const MachineObservation& machine) {
+  Findings findings;
+  for (const std::string& governor : machine.governors) {
+    if (governor != "performance")
+      findings.push_back(warning("processors run by the governor \"" + governor + "\", which wakes them late",
+                                 "cpupower frequency-set -g performance"));
+  }
+  return findings;
+}
+
+Findings disk_findings(const config::CellConfig& cell, const MachineObservation& machine) {
+  if (!machine.store_free_bytes) return {};
+  const double free_MB = static_cast<double>(*machine.store_free_bytes) / kMegabyte;
+  const std::string finding = formatted("%.0f MB are free for ", free_MB) + cell.store.string();
+  if (free_MB >= kLittle_MB) return {{"machine", Level::Ok, finding, ""}};
+  return {{"machine", free_MB < kTooLittle_MB ? Level::Fault : Level::Warning, finding,
+           "make room on that disk"}};
+}
+
+}  // namespace
+
+Findings machine_findings(const config::CellConfig& cell, const Observations& seen) {
+  Findings findings{{"machine", Level::Ok, "its addresses: " + addresses_text(seen.interfaces), ""}};
+  for (const Findings& part : {realtime_findings(cell.stream, seen.machine), governor_findings(seen.machine),
+                               clock_findings(seen.machine), disk_findings(cell, seen.machine)})
+    findings.insert(findings.end(), part.begin(), part.end());
+  return findings;
+}
+
+}  // namespace truepose::tools

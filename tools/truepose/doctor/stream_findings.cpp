@@ -1,0 +1,71 @@
+#include <array>
+
+#include "tools/truepose/doctor/diagnose.hpp"
+#include "tools/truepose/text.hpp"
+
+namespace truepose::tools {
+
+namespace json = boost::json;
+
+namespace {
+
+double count_at(const json::value& stream, std::string_view pointer) {
+  const json::value* found = find_at(stream, pointer);
+  return found && found->is_number() ? found->to_number<double>() : 0;
+}
+
+/// Whose fault late replies are, and what to do about it.
+struct Cause {
+  const char *pointer, *whose, *next;
+};
+constexpr std::array kCauses{
+    Cause{"/late_by/us", "truepose's own", "send the log and `truepose status --json` to its makers"},
+    Cause{"/late_by/machine", "this PC's, which did not run truepose in time",
+          "give it a processor and its priority: look at the findings about this machine"},
+    Cause{"/late_by/network", "the network's or the controller's",
+          "look at cable, switch and other traffic of the RSI network"}};
+
+Findings late_findings(const json::value& stream) {
+  Findings findings;
+  for (const Cause& cause : kCauses) {
+    const double late = count_at(stream, cause.pointer);
+    if (late == 0) continue;
+    findings.push_back({"rsi", Level::Warning,
+                        number_at(stream, cause.pointer, 0) + " late replies by the fault of " + cause.whose,
+                        cause.next});
+  }
+  const double late = count_at(stream, "/late");
+  if (findings.empty() && late > 0) {
+    findings.push_back(
+        {"rsi", Level::Warning,
+         number_at(stream, "/late", 0) + " replies were not with the controller in time (Delay)",
+         "look at the findings about this machine, then at cable and switch of the RSI network"});
+  }
+  return findings;
+}
+
+}  // namespace
+
+Findings stream_findings(const config::CellConfig& cell, const json::value& stream) {
+  Findings findings;
+  const std::string reason = string_at(stream, "/reason");
+  if (!reason.empty()) {
+    const bool fault = string_at(stream, "/state") == "fault";
+    findings.push_back(from_sentence("rsi", fault ? Level::Fault : Level::Warning, reason));
+  }
+  if (const std::string refused = string_at(stream, "/refused"); !refused.empty()) {
+    const bool foreign = count_at(stream, "/malformed") == 0;
+    findings.push_back({"rsi", Level::Fault, refused,
+                        foreign ? "give the controller's address as robot.rsi_peer, or stop that sender"
+                                : "load " + cell.stream.ethernet_xml.string() +
+                                      " on the controller, and start its RSI program anew"});
+  }
+  const std::vector<Finding> late = late_findings(stream);
+  findings.insert(findings.end(), late.begin(), late.end());
+  if (findings.empty() && count_at(stream, "/answered") > 0)
+    findings.push_back(
+        {"rsi", Level::Ok, "the controller's packets are answered: " + text_at(stream, "/answered"), ""});
+  return findings;
+}
+
+}  // namespace truepose::tools
