@@ -212,8 +212,9 @@ const std::vector<Case> kCases{
      "rsi", Level::Fault, "192.168.45.1 is not in the network of eth1, 192.168.44.0/24", "one RSI network"},
     // ---- RSI, by what the daemon tells ----
     {"StreamFault", [](auto&, auto& seen) {
-       let_run(seen, {{"state", "fault"},
-                      {"reason", "the controller does not take replies: it has another SENTYPE: load that one there"}});
+       const char* reason = "the controller does not take replies: it has another SENTYPE: load that one there";
+       let_run(seen, {{"state", "fault"}, {"reason", reason}});
+       seen.daemon.status.at("faults").as_array().push_back(json::object{{"code", "E_CELL"}, {"text", reason}});
      }, "rsi", Level::Fault, "it has another SENTYPE", "load that one there"},
     {"StreamHolds", [](auto&, auto& seen) {
        let_run(seen, {{"state", "holding"}, {"reason", "the robot program is stopped: the correction is held"}});

@@ -6,11 +6,9 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/json/parse.hpp>
-#include <functional>
-#include <thread>
 
 #include "tests/process.hpp"
-#include "tests/temp_folder.hpp"
+#include "tests/tools/doctor/scripted_controller.hpp"
 
 namespace truepose {
 namespace {
@@ -29,28 +27,18 @@ std::uint16_t unused_udp_port() {
 }
 
 /// As the shipped configuration has it.
-std::string good_frame(std::uint64_t ipoc) {
+std::string good_frame(std::uint64_t cycle) {
   const std::string axes =
       " A1=\"0.0000\" A2=\"-90.0000\" A3=\"90.0000\" A4=\"0.0000\" A5=\"0.0000\" A6=\"0.0000\"/>";
   const std::string pose = " X=\"1.0000\" Y=\"0.0000\" Z=\"0.0000\" A=\"0.0000\" B=\"0.0000\" C=\"0.0000\"/>";
   return "<Rob Type=\"KUKA\"><RIst" + pose + "<RSol" + pose + "<AIPos" + axes + "<ASPos" + axes +
-         "<Delay D=\"0\"/><Tp Ask=\"1\" Pro=\"3\"/><IPOC>" + std::to_string(ipoc) + "</IPOC></Rob>";
+         "<Delay D=\"0\"/><Tp Ask=\"1\" Pro=\"3\"/><IPOC>" + std::to_string(4 * cycle) + "</IPOC></Rob>";
 }
 
 /// Listens to a port while a sender sends there.
-Finished listen_while(const std::function<std::string(std::uint64_t ipoc)>& frame,
-                      std::vector<std::string> options) {
+Finished listen_while(const ScriptedController::Frame& frame, std::vector<std::string> options) {
   const std::uint16_t port = unused_udp_port();
-  const std::jthread sender{[&](const std::stop_token& ends) {
-    asio::io_context io;
-    udp::socket socket{io, udp::v4()};
-    for (std::uint64_t ipoc = 4; !ends.stop_requested(); ipoc += 4) {
-      boost::system::error_code nobody_there_yet;
-      socket.send_to(asio::buffer(frame(ipoc)), {asio::ip::address_v4::loopback(), port}, 0,
-                     nobody_there_yet);
-      std::this_thread::sleep_for(std::chrono::milliseconds{1});
-    }
-  }};
+  const ScriptedController sender{port, frame};
   options.insert(options.begin(), {"listen", "127.0.0.1:" + std::to_string(port)});
   return run_program("truepose", options);
 }
@@ -71,8 +59,8 @@ TEST(Listen, PrintsOneDocument) {
 }
 
 TEST(Listen, NamesTheElementsThatDiffer) {
-  const auto frame = [](std::uint64_t ipoc) {
-    std::string other = good_frame(ipoc);
+  const auto frame = [](std::uint64_t cycle) {
+    std::string other = good_frame(cycle);
     return other.replace(other.find("<Tp "), 4, "<Tq ");
   };
   const Finished heard = listen_while(frame, {"--frames", "5", "--ethernet", kEthernet});

@@ -36,16 +36,14 @@ Findings check_findings(const std::string& file, const std::vector<daemon::Findi
 
 void add(Findings& findings, Findings more) { std::ranges::move(more, std::back_inserter(findings)); }
 
-/// Of the daemon's faults, whose codes tell what they are about; those of the stream stand in its status too.
+/// Of the daemon's faults, but those that its stream gives as its reason.
 Findings fault_findings(const json::value& status) {
   Findings findings;
   for (const json::value& fault : list_at(status, "/faults")) {
-    const std::string code = string_at(fault, "/code");
-    if (code.starts_with("E_STREAM")) continue;
-    findings.push_back(
-        from_sentence(code == "E_TRACKER" ? "tracker" : "daemon",
-                      string_at(fault, "/severity") == "warning" ? Level::Warning : Level::Fault,
-                      string_at(fault, "/text")));
+    const std::string code = string_at(fault, "/code"), text = string_at(fault, "/text");
+    if (text == string_at(status, "/stream/reason")) continue;
+    const Level level = string_at(fault, "/severity") == "warning" ? Level::Warning : Level::Fault;
+    findings.push_back(from_sentence(code == "E_TRACKER" ? "tracker" : "daemon", level, text));
   }
   return findings;
 }
@@ -76,8 +74,7 @@ Findings daemon_findings(const std::string& file, const DaemonObservation& daemo
 Findings diagnose(const std::string& file, const config::CellConfig& cell, const Observations& seen) {
   Findings findings = check_findings(file, seen.check);
   add(findings, daemon_findings(file, seen.daemon));
-  if (const json::value* stream = find_at(seen.daemon.status, "/stream"))
-    add(findings, stream_findings(cell, *stream));
+  if (find_at(seen.daemon.status, "/stream")) add(findings, stream_findings(cell, seen.daemon.status));
   add(findings, rsi_findings(cell, seen));
   add(findings, robot_findings(cell, seen));
   add(findings, tracker_findings(seen));

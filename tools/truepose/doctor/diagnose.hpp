@@ -12,7 +12,8 @@ Findings diagnose(const std::string& file, const config::CellConfig& cell, const
 // ---- Its parts ----
 
 Findings daemon_findings(const std::string& file, const DaemonObservation& daemon);
-Findings stream_findings(const config::CellConfig& cell, const boost::json::value& stream);
+/// @param status  of the daemon
+Findings stream_findings(const config::CellConfig& cell, const boost::json::value& status);
 Findings rsi_findings(const config::CellConfig& cell, const Observations& seen);
 Findings robot_findings(const config::CellConfig& cell, const Observations& seen);
 Findings tracker_findings(const Observations& seen);

@@ -20,7 +20,8 @@ constexpr std::chrono::seconds kAnswer{3};
 std::string daemon_of(const config::CellConfig& cell) {
   const fs::path socket = cell.runtime / "control.sock";
   std::error_code none;
-  if (!cell.runtime.empty() && fs::is_socket(socket, none)) return fs::absolute(socket);
+  const bool tcp = cell.control.listen.port != 0;
+  if (!cell.runtime.empty() && (!tcp || fs::is_socket(socket, none))) return fs::absolute(socket);
   return cell.control.listen.host + ":" + std::to_string(cell.control.listen.port);
 }
 

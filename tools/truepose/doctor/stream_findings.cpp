@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <array>
+#include <boost/json/array.hpp>
 
 #include "tools/truepose/doctor/diagnose.hpp"
 #include "tools/truepose/text.hpp"
@@ -44,15 +46,21 @@ Findings late_findings(const json::value& stream) {
   return findings;
 }
 
+/// Whether somebody has to mend what the stream gives as its reason, rather than wait.
+bool is_fault(const json::value& status, const std::string& reason) {
+  const json::array& faults = list_at(status, "/faults");
+  return std::ranges::any_of(faults,
+                             [&](const json::value& fault) { return string_at(fault, "/text") == reason; });
+}
+
 }  // namespace
 
-Findings stream_findings(const config::CellConfig& cell, const json::value& stream) {
+Findings stream_findings(const config::CellConfig& cell, const json::value& status) {
   Findings findings;
-  const std::string reason = string_at(stream, "/reason");
-  if (!reason.empty()) {
-    const bool fault = string_at(stream, "/state") == "fault";
-    findings.push_back(from_sentence("rsi", fault ? Level::Fault : Level::Warning, reason));
-  }
+  const json::value& stream = status.at("stream");
+  if (const std::string reason = string_at(stream, "/reason"); !reason.empty())
+    findings.push_back(
+        from_sentence("rsi", is_fault(status, reason) ? Level::Fault : Level::Warning, reason));
   if (const std::string refused = string_at(stream, "/refused"); !refused.empty()) {
     const bool foreign = count_at(stream, "/malformed") == 0;
     findings.push_back({"rsi", Level::Fault, refused,

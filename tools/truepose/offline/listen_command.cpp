@@ -117,8 +117,9 @@ json::object report_of(const RsiWatch& watch, const Expectation& expected) {
 std::string text_of(const json::object& report) {
   std::string lines;
   for (const json::value& sender : report.at("senders").as_array()) lines += "\n" + sender_text(sender);
-  if (lines.empty()) lines = "nobody sent to " + std::string{report.at("listened").as_string()} + "\n";
-  return lines;
+  if (!lines.empty()) return lines;
+  return "nobody sent to " + std::string{report.at("listened").as_string()} +
+         ": run `truepose doctor --cell FILE`, which says why\n";
 }
 
 int run_listen(const ListenCommand& command) {
