@@ -58,7 +58,9 @@ bool is_fault(const json::value& status, const std::string& reason) {
 Findings stream_findings(const config::CellConfig& cell, const json::value& status) {
   Findings findings;
   const json::value& stream = status.at("stream");
-  if (const std::string reason = string_at(stream, "/reason"); !reason.empty())
+  // Where nothing came, the daemon says no more than to ask the doctor.
+  const std::string reason = string_at(stream, "/reason");
+  if (!reason.empty() && !reason.contains("truepose doctor"))
     findings.push_back(
         from_sentence("rsi", is_fault(status, reason) ? Level::Fault : Level::Warning, reason));
   if (const std::string refused = string_at(stream, "/refused"); !refused.empty()) {
