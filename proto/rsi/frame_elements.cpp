@@ -29,12 +29,12 @@ bool brings(const Element& element, std::string_view name) {
 }  // namespace
 
 std::expected<FrameElements, FrameError> frame_elements(std::string_view frame) {
-  using Event = xml::Scanner::Event;
   FrameElements elements;
   xml::Scanner scanner{frame};
-  for (Event event = scanner.next(); event != Event::End; event = scanner.next()) {
-    if (event == Event::Malformed) return std::unexpected(FrameError{.offset = scanner.offset()});
-    if (event != Event::Open || scanner.depth() != 2) continue;
+  for (auto event = scanner.next(); event != xml::Scanner::Event::End; event = scanner.next()) {
+    if (event == xml::Scanner::Event::Malformed)
+      return std::unexpected(FrameError{.offset = scanner.offset()});
+    if (event != xml::Scanner::Event::Open || scanner.depth() != 2) continue;
     const std::string element{scanner.name()};
     if (scanner.attributes().empty()) elements.names.push_back(element);
     for (const xml::Attribute& attribute : scanner.attributes()) {

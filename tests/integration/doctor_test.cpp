@@ -225,7 +225,7 @@ TEST_F(TheDoctor, NamesWhoHoldsThePort) {
   using boost::asio::ip::udp;
   const udp::socket holder{io, {boost::asio::ip::address_v4::loopback(), cell.rsi_port()}};
   EXPECT_THAT(asked(1),
-              says("fault", "rsi", "(process " + std::to_string(getpid()) + ")", "whoever has the port"));
+              says("fault", "rsi", "(process " + std::to_string(getpid()) + ")", "end that process"));
 }
 
 TEST_F(TheDoctor, NamesAnAddressThatThisPcDoesNotHave) {

@@ -24,12 +24,14 @@ json::object counters_json(const Counters& counters) {
           {"truncated", counters.truncated},   {"garbled", counters.garbled}};
 }
 
-/// Throws boost::system::system_error for a host that has no address.
+/// IPv4, as controllers speak it, but for an IPv6 address in digits. Throws boost::system::system_error for a
+/// host that has no address.
 template <typename InternetProtocol>
 typename InternetProtocol::endpoint resolve(const asio::any_io_executor& executor,
                                             const config::Endpoint& endpoint) {
   typename InternetProtocol::resolver resolver{executor};
-  return resolver.resolve(endpoint.host, std::to_string(endpoint.port)).begin()->endpoint();
+  const auto family = endpoint.host.contains(':') ? InternetProtocol::v6() : InternetProtocol::v4();
+  return resolver.resolve(family, endpoint.host, std::to_string(endpoint.port)).begin()->endpoint();
 }
 
 }  // namespace

@@ -145,8 +145,12 @@ const std::vector<Case> kCases{
            json::object{{"code", "E_TRACKER"}, {"severity", "warning"}, {"text", "it is cold: wait"}});
      }, "tracker", Level::Warning, "it is cold", "wait"},
     // ---- RSI, by what comes ----
-    {"PortTaken", [](auto&, auto& seen) { seen.rsi.not_bound = "RSI address is in use by nc (process 7)"; },
-     "rsi", Level::Fault, "in use by nc (process 7)", "this PC has lo 127.0.0.1, eth1 192.168.44.10"},
+    {"PortTaken", [](auto&, auto& seen) {
+       seen.rsi.not_bound = "RSI address is in use by nc (process 7)";
+       seen.rsi.taken = true;
+     }, "rsi", Level::Fault, "in use by nc (process 7)", "end that process"},
+    {"AddressNotHere", [](auto&, auto& seen) { seen.rsi.not_bound = "is not one of this machine's"; },
+     "rsi", Level::Fault, "not one of this machine's", "this PC has lo 127.0.0.1, eth1 192.168.44.10"},
     {"OtherController", [](auto& cell, auto&) { cell.robot.rsi_peer = "192.168.44.2"; },
      "rsi", Level::Fault, "packets come from 192.168.44.1:52000", "robot.rsi_peer"},
     {"AllMalformed", [](auto&, auto& seen) {

@@ -40,7 +40,8 @@ struct DaemonObservation {
 
 /// The RSI port as it was for a while. Where the daemon has it, root alone sees what passes by.
 struct RsiObservation {
-  std::string not_bound;  ///< why we could not listen, where no daemon runs
+  std::string not_bound;  ///< why we could not listen, where no daemon answers
+  bool taken = false;     ///< because somebody has the port
   std::vector<RsiSender> senders;
   std::optional<std::vector<SeenStream>>
       seen;                             ///< to ports that nobody has, or to ours; none: only root may look

@@ -134,6 +134,16 @@ class SenderFindings {
   Findings findings_;
 };
 
+// ---- Nothing could come ----
+
+Finding not_bound(const Observations& seen) {
+  const std::string next =
+      seen.rsi.taken
+          ? "end that process; if it is trueposed itself, run truepose doctor as a user whom it lets in"
+          : "this PC has " + addresses_text(seen.interfaces) + ": make stream.listen one of them";
+  return {"rsi", Level::Fault, seen.rsi.not_bound, next};
+}
+
 // ---- Nothing came ----
 
 Finding elsewhere(const config::CellConfig& cell, const SeenStream& stream) {
@@ -213,10 +223,7 @@ bool is_heard(const Observations& seen) {
 }  // namespace
 
 Findings rsi_findings(const config::CellConfig& cell, const Observations& seen) {
-  if (!seen.rsi.not_bound.empty())
-    return {{"rsi", Level::Fault, seen.rsi.not_bound,
-             "this PC has " + addresses_text(seen.interfaces) +
-                 ": make stream.listen one of them, or end whoever has the port"}};
+  if (!seen.rsi.not_bound.empty()) return {not_bound(seen)};
   if (!is_heard(seen)) return nothing_came(cell, seen);
   Findings findings;
   for (const RsiSender& sender : seen.rsi.senders)

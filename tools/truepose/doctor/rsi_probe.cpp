@@ -121,6 +121,7 @@ void listen(RsiObservation& seen, const config::StreamConfig& stream, TimePoint 
   auto port = drivers::RsiPort::bind(stream.listen.host, stream.listen.port, std::nullopt);
   if (!port) {
     seen.not_bound = port.error().text;
+    seen.taken = drivers::is_held(drivers::Protocol::Udp, stream.listen.port);
     return;
   }
   RsiWatch watch;
