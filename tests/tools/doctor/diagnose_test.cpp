@@ -192,6 +192,10 @@ const std::vector<Case> kCases{
        silence(seen);
        seen.rsi.seen = {{kSource, {kPc, 49153}, 375}};
      }, "rsi", Level::Fault, "192.168.44.1:52000 sends RSI packets to 192.168.44.10:49153, but", "IP_NUMBER and PORT"},
+    {"OtherPortFromElsewhere", [](auto&, auto& seen) {
+       silence(seen);
+       seen.rsi.seen = {{{0x0a000009, 5}, {kPc, 49153}, 375}};
+     }, "rsi", Level::Warning, "10.0.0.9:5 sends RSI packets to 192.168.44.10:49153, but", "IP_NUMBER and PORT"},
     {"OtherAddress", [](auto&, auto& seen) {
        silence(seen);
        seen.rsi.seen = {{kSource, {0x0a000005, 49152}, 375}};

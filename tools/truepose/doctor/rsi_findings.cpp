@@ -155,7 +155,9 @@ Finding elsewhere(const config::CellConfig& cell, const SeenStream& stream) {
     return {
         "rsi", Level::Fault, sends + ", and they do not come through: a firewall of this PC drops them",
         "let UDP port " + std::to_string(stream.target.port) + " in: nft list ruleset shows what drops it"};
-  return {"rsi", Level::Fault, sends + ", but stream.listen is " + listen,
+  // Others may be controllers of other cells, whose daemons are down.
+  const bool ours = drivers::ipv4_of(cell.robot.rsi_peer) == stream.source.address;
+  return {"rsi", ours ? Level::Fault : Level::Warning, sends + ", but stream.listen is " + listen,
           "make IP_NUMBER and PORT of the configuration on the controller " + listen + ", or stream.listen " +
               text(stream.target)};
 }
