@@ -192,7 +192,7 @@ TEST_F(TheDoctor, NamesAnotherArmAndItsFewDecimals) {
   edit("expect_model: KR210R2700_2", "expect_model: KR16");
   const auto said = asked(1);
   EXPECT_THAT(said, says("fault", "rsi", "RIst is 300.0 mm", "robot.file"));
-  EXPECT_THAT(said, says("warning", "rsi", "sends 1 decimals", "Precision"));
+  EXPECT_THAT(said, says("warning", "rsi", "sends with Precision 1", "Precision"));
   EXPECT_THAT(said, says("fault", "robot", "the cell expects KR16", "robot.file"));
 }
 
@@ -201,7 +201,7 @@ TEST_F(TheDoctor, NamesPacketsThatAreCutAndASilentController) {
   controller = std::make_unique<ScriptedController>(cut.port(), healthy());
   disturb("eki_state", R"({"half_open": true})");
   const auto said = asked(1);
-  EXPECT_THAT(said, says("fault", "rsi", "cannot be understood: not a well-formed frame (at byte", "load "));
+  EXPECT_THAT(said, says("fault", "rsi", "so far): not a well-formed frame (at byte", "load "));
   EXPECT_THAT(said, says("fault", "robot", "CellState", "truepose_submit"));
 }
 

@@ -157,15 +157,15 @@ const std::vector<Case> kCases{
        sender(seen).frames = 0;
        sender(seen).malformed = 9;
        sender(seen).why_malformed = "IPOC is missing: <Rob>";
-     }, "rsi", Level::Fault, "9 packets of 192.168.44.1:52000 cannot be understood: IPOC is missing", "load "},
+     }, "rsi", Level::Fault, "packets of 192.168.44.1:52000 cannot be understood (9 so far): IPOC is missing", "load "},
     {"SomeMalformed", [](auto&, auto& seen) { sender(seen).malformed = 1; },
-     "rsi", Level::Warning, "1 packets of", "load "},
+     "rsi", Level::Warning, "cannot be understood (1 so far)", "load "},
     {"ElementMissing", [](auto&, auto& seen) { sender(seen).elements.names = {"RIst.X", "AIPoz.A1"}; },
      "rsi", Level::Fault, "not in it: AIPoz; not sent: DEF_AIPos", "truepose_rsi_ethernet.xml on the controller"},
     {"ElementTooMany", [](auto&, auto& seen) { sender(seen).elements.names.push_back("MACur.A1"); },
      "rsi", Level::Warning, "not in it: MACur", "load "},
     {"Precision", [](auto&, auto& seen) { sender(seen).elements.decimals = 1; },
-     "rsi", Level::Warning, "sends 1 decimals", "set Precision"},
+     "rsi", Level::Warning, "sends with Precision 1", "set Precision"},
     {"WrongCycle", [](auto&, auto& seen) { sender(seen).ipoc_step = 12; },
      "rsi", Level::Fault, "rises by 12", "set stream.cycle_ms"},
     {"WrongArm", [](auto&, auto& seen) { sender(seen).frame.rist->x_mm += 100; },
@@ -234,13 +234,13 @@ const std::vector<Case> kCases{
        let_run(seen, {{"refused", "a packet was not understood: IPOC is missing"}, {"malformed", 7}});
      }, "rsi", Level::Fault, "IPOC is missing", "truepose_rsi_ethernet.xml on the controller"},
     {"LateByTruepose", [](auto&, auto& seen) { let_run(seen, {{"late", 3}, {"late_by", {{"us", 3}}}}); },
-     "rsi", Level::Warning, "3 late replies by the fault of truepose's own", "log"},
+     "rsi", Level::Warning, "replies late by truepose's own fault: 3", "log"},
     {"LateByTheMachine", [](auto&, auto& seen) { let_run(seen, {{"late", 3}, {"late_by", {{"machine", 3}}}}); },
-     "rsi", Level::Warning, "3 late replies by the fault of this PC's", "processor"},
+     "rsi", Level::Warning, "replies late because this PC did not run truepose in time: 3", "processor"},
     {"LateByTheNetwork", [](auto&, auto& seen) { let_run(seen, {{"late", 3}, {"late_by", {{"network", 3}}}}); },
-     "rsi", Level::Warning, "3 late replies by the fault of the network's", "cable"},
+     "rsi", Level::Warning, "replies late because of the network or the controller: 3", "cable"},
     {"Late", [](auto&, auto& seen) { let_run(seen, {{"late", 3}}); },
-     "rsi", Level::Warning, "3 replies were not with the controller in time", "machine"},
+     "rsi", Level::Warning, "replies that were not with the controller in time (Delay): 3", "machine"},
     {"Answered", [](auto&, auto& seen) { let_run(seen, {}); }, "rsi", Level::Ok, "are answered: 1000", ""},
     // ---- robot ----
     {"RobotRefused", [](auto&, auto& seen) {
@@ -300,6 +300,13 @@ const std::vector<Case> kCases{
        cell.stream.realtime = config::RealtimePolicy::Require;
        seen.machine.fifo_refused = "Operation not permitted";
      }, "machine", Level::Fault, "no SCHED_FIFO 80", "rtprio"},
+    {"DaemonWithoutFifo", [](auto&, auto& seen) {
+       let_run(seen, {{"scheduling", {{"policy", "SCHED_OTHER"}, {"priority", 0}}}});
+     }, "machine", Level::Warning, "real-time thread runs under SCHED_OTHER 0", "trueposed@CELL.service"},
+    {"DaemonWithFifo", [](auto&, auto& seen) {
+       let_run(seen, {{"scheduling", {{"policy", "SCHED_FIFO"}, {"priority", 80}}}});
+       seen.machine.fifo_refused = "the user's own limit says nothing of the unit's";
+     }, "machine", Level::Ok, "real-time thread runs under SCHED_FIFO 80", ""},
     {"NoLock", [](auto&, auto& seen) { seen.machine.lock_refused = "Cannot allocate memory"; },
      "machine", Level::Warning, "may not lock memory", "memlock"},
     {"Governor", [](auto&, auto& seen) { seen.machine.governors = {"powersave"}; },

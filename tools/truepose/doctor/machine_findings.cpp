@@ -3,8 +3,11 @@
 #include "core/formatted.hpp"
 #include "tools/truepose/doctor/diagnose.hpp"
 #include "tools/truepose/doctor/network.hpp"
+#include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
+
+namespace json = boost::json;
 
 namespace {
 
@@ -15,27 +18,46 @@ Finding warning(std::string finding, std::string next) {
   return {"machine", Level::Warning, std::move(finding), std::move(next)};
 }
 
+constexpr const char* kAsService = "start the daemon as trueposed@CELL.service, which may";
+
+/// As the kernel tells it of the daemon that runs.
+Finding thread_finding(Level level, const json::value& stream) {
+  const std::string policy = string_at(stream, "/scheduling/policy");
+  const std::string runs =
+      "the daemon's real-time thread runs under " + policy + " " + text_at(stream, "/scheduling/priority");
+  if (policy == "SCHED_FIFO") return {"machine", Level::Ok, runs, ""};
+  return {"machine", level, runs, kAsService};
+}
+
 /// What the unit raises for the daemon, somebody who starts it by hand has to raise himself.
-Findings realtime_findings(const config::StreamConfig& stream, const MachineObservation& machine) {
-  if (stream.realtime == config::RealtimePolicy::Off) return {};
+Findings limit_findings(Level level, const config::StreamConfig& stream, const MachineObservation& machine) {
+  const std::string fifo = "SCHED_FIFO " + std::to_string(stream.priority);
   Findings findings;
-  const bool required = stream.realtime == config::RealtimePolicy::Require;
-  const auto refused = [&](const std::string& what, const std::string& next) {
-    findings.push_back({"machine", required ? Level::Fault : Level::Warning, what, next});
-  };
   if (!machine.fifo_refused.empty())
-    refused("this user gets no SCHED_FIFO " + std::to_string(stream.priority) + ": " + machine.fifo_refused,
-            "start the daemon as trueposed@CELL.service, or raise the limit rtprio (ulimit -r)");
+    findings.push_back({"machine", level, "this user gets no " + fifo + ": " + machine.fifo_refused,
+                        std::string{kAsService} + ", or raise the limit rtprio (ulimit -r)"});
   if (!machine.lock_refused.empty())
-    refused("this user may not lock memory: " + machine.lock_refused,
-            "start the daemon as trueposed@CELL.service, or raise the limit memlock (ulimit -l)");
+    findings.push_back({"machine", level, "this user may not lock memory: " + machine.lock_refused,
+                        std::string{kAsService} + ", or raise the limit memlock (ulimit -l)"});
   if (findings.empty())
-    findings.push_back({"machine", Level::Ok,
-                        "SCHED_FIFO " + std::to_string(stream.priority) + " and locked memory can be had" +
-                            (machine.preempt_rt ? ", PREEMPT_RT" : "") +
-                            (machine.isolated.empty() ? "" : ", isolated processors " + machine.isolated),
-                        ""});
+    findings.push_back({"machine", Level::Ok, fifo + " and locked memory can be had", ""});
   return findings;
+}
+
+Findings realtime_findings(const config::StreamConfig& stream, const Observations& seen) {
+  if (stream.realtime == config::RealtimePolicy::Off) return {};
+  const Level level = stream.realtime == config::RealtimePolicy::Require ? Level::Fault : Level::Warning;
+  const json::value* const running = find_at(seen.daemon.status, "/stream");
+  if (running && find_at(*running, "/scheduling")) return {thread_finding(level, *running)};
+  return limit_findings(level, stream, seen.machine);
+}
+
+/// What this PC was prepared with.
+Finding kernel_finding(const MachineObservation& machine) {
+  return {"machine", Level::Ok,
+          std::string{"the kernel is "} + (machine.preempt_rt ? "" : "not ") +
+              "PREEMPT_RT; isolated processors: " + (machine.isolated.empty() ? "none" : machine.isolated),
+          ""};
 }
 
 Findings clock_findings(const MachineObservation& machine) {
@@ -73,8 +95,9 @@ Findings disk_findings(const config::CellConfig& cell, const MachineObservation&
 
 Findings machine_findings(const config::CellConfig& cell, const Observations& seen) {
   Findings findings{{"machine", Level::Ok, "its addresses: " + addresses_text(seen.interfaces), ""}};
-  for (const Findings& part : {realtime_findings(cell.stream, seen.machine), governor_findings(seen.machine),
-                               clock_findings(seen.machine), disk_findings(cell, seen.machine)})
+  for (const Findings& part :
+       {realtime_findings(cell.stream, seen), Findings{kernel_finding(seen.machine)},
+        governor_findings(seen.machine), clock_findings(seen.machine), disk_findings(cell, seen.machine)})
     findings.insert(findings.end(), part.begin(), part.end());
   return findings;
 }

@@ -70,8 +70,8 @@ class SenderFindings {
   void look_at_malformed() {
     if (sender_.malformed == 0) return;
     say(sender_.frames == 0 ? Level::Fault : Level::Warning,
-        std::to_string(sender_.malformed) + " packets of " + from_ +
-            " cannot be understood: " + sender_.why_malformed,
+        "packets of " + from_ + " cannot be understood (" + std::to_string(sender_.malformed) +
+            " so far): " + sender_.why_malformed,
         load_ours());
   }
 
@@ -88,8 +88,8 @@ class SenderFindings {
   void look_at_decimals() {
     if (sender_.elements.decimals >= kLeastDecimals) return;
     say(Level::Warning,
-        from_ + " sends " + std::to_string(sender_.elements.decimals) +
-            " decimals: the axes are known to so much alone",
+        from_ + " sends with Precision " + std::to_string(sender_.elements.decimals) +
+            ": the axes are rounded",
         "set Precision of the ETHERNET object in the RSI context to " + std::to_string(kLeastDecimals));
   }
 

@@ -16,15 +16,16 @@ double count_at(const json::value& stream, std::string_view pointer) {
   return found && found->is_number() ? found->to_number<double>() : 0;
 }
 
-/// Whose fault late replies are, and what to do about it.
+/// Why replies were late, and what to do about it.
 struct Cause {
-  const char *pointer, *whose, *next;
+  const char *pointer, *why, *next;
 };
 constexpr std::array kCauses{
-    Cause{"/late_by/us", "truepose's own", "send the log and `truepose status --json` to its makers"},
-    Cause{"/late_by/machine", "this PC's, which did not run truepose in time",
+    Cause{"/late_by/us", "by truepose's own fault",
+          "send the log and `truepose status --json` to its makers"},
+    Cause{"/late_by/machine", "because this PC did not run truepose in time",
           "give it a processor and its priority: look at the findings about this machine"},
-    Cause{"/late_by/network", "the network's or the controller's",
+    Cause{"/late_by/network", "because of the network or the controller",
           "look at cable, switch and other traffic of the RSI network"}};
 
 Findings late_findings(const json::value& stream) {
@@ -33,14 +34,14 @@ Findings late_findings(const json::value& stream) {
     const double late = count_at(stream, cause.pointer);
     if (late == 0) continue;
     findings.push_back({"rsi", Level::Warning,
-                        number_at(stream, cause.pointer, 0) + " late replies by the fault of " + cause.whose,
+                        std::string{"replies late "} + cause.why + ": " + number_at(stream, cause.pointer, 0),
                         cause.next});
   }
   const double late = count_at(stream, "/late");
   if (findings.empty() && late > 0) {
     findings.push_back(
         {"rsi", Level::Warning,
-         number_at(stream, "/late", 0) + " replies were not with the controller in time (Delay)",
+         "replies that were not with the controller in time (Delay): " + number_at(stream, "/late", 0),
          "look at the findings about this machine, then at cable and switch of the RSI network"});
   }
   return findings;
