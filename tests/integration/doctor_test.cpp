@@ -256,6 +256,14 @@ TEST_F(TheDoctor, AsksTheDaemonThatRuns) {
   EXPECT_THAT(said, says("ok", "robot", "serial SIM-0001", ""));
 }
 
+TEST_F(TheDoctor, TellsTheDaemonOfAnotherCellFromItsOwn) {
+  cell.start_daemon();
+  edit("name: demo", "name: press_shop");
+  const auto said = asked(1);
+  EXPECT_THAT(said, says("warning", "daemon", "is that of cell demo, not of press_shop", "start it"));
+  EXPECT_THAT(said, says("fault", "rsi", "in use by trueposed", "end that process"));
+}
+
 TEST_F(TheDoctor, TellsWhatTheDaemonDrops) {
   cell.start_daemon();
   send(healthy(), "127.0.0.2");

@@ -39,13 +39,16 @@ bool may_be_asked(const json::value& status, const std::string& device) {
 
 }  // namespace
 
-DaemonObservation observe_daemon(const std::string& daemon, const fs::path& token_file) {
+DaemonObservation observe_daemon(const std::string& cell, const std::string& daemon,
+                                 const fs::path& token_file) {
   auto client = RpcClient::connect(daemon, token_file);
   if (!client) return {.unreachable = client.error().message};
   const auto info = client->call("system.info", {}, kAnswer);
   if (!info) return {.unreachable = info.error().message};
   auto status = client->call("cell.status", {}, kAnswer);
   if (!status) return {.unreachable = status.error().message};
+  if (const std::string other = string_at(*status, "/cell"); other != cell)
+    return {.unreachable = "the daemon at " + daemon + " is that of cell " + other + ", not of " + cell};
   return {.version = string_at(*info, "/version"), .status = *std::move(status)};
 }
 
@@ -53,7 +56,7 @@ Observations observe(const config::CellConfig& cell, const std::string& daemon, 
   Observations seen{.check = daemon::check(cell),
                     .ethernet = ethernet_of(cell.stream),
                     .interfaces = observe_interfaces(),
-                    .daemon = observe_daemon(daemon.empty() ? daemon_of(cell) : daemon,
+                    .daemon = observe_daemon(cell.name, daemon.empty() ? daemon_of(cell) : daemon,
                                              token_file.empty() ? cell.control.token_file : token_file)};
   const bool runs = seen.daemon.unreachable.empty();
   const auto aside = [](auto probe) { return std::async(std::launch::async, probe); };

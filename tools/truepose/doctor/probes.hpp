@@ -10,8 +10,10 @@ namespace truepose::tools {
 /// How long is looked: the whole takes little more, since ports and devices are looked at at the same time.
 inline constexpr std::chrono::milliseconds kListenTime{1500}, kDeviceTime{2500};
 
+/// @param cell    whose daemon it must be
 /// @param daemon  as RpcClient::connect() takes it
-DaemonObservation observe_daemon(const std::string& daemon, const std::filesystem::path& token_file);
+DaemonObservation observe_daemon(const std::string& cell, const std::string& daemon,
+                                 const std::filesystem::path& token_file);
 
 /// Listens to the RSI port, answers nothing.
 /// @param daemon_has_port  then only what passes by is looked at
