@@ -1,4 +1,3 @@
-#include <getopt.h>
 #include <unistd.h>
 
 #include <array>
@@ -18,8 +17,9 @@
 
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
-#include "tools/proxy/admin_port.hpp"
 #include "tools/proxy/proxy.hpp"
+#include "tools/steering/line_port.hpp"
+#include "tools/steering/options.hpp"
 
 namespace {
 
@@ -27,10 +27,10 @@ namespace asio = boost::asio;
 namespace json = boost::json;
 namespace config = truepose::config;
 namespace proxy = truepose::proxy;
+namespace steering = truepose::steering;
+using steering::UsageError, steering::number_of;
 
 constexpr int kBadUsage = 2, kUnreachable = 3;
-constexpr const char* kSeeHelp = "; --help shows the options";
-
 constexpr const char* kHelp =
     R"(Stands between two devices and does to their packets what bad networks do.
 Usage: truepose-proxy [OPTIONS]
@@ -54,10 +54,6 @@ directions. Numbers stay until they are set anew:
 Statistics are printed at the end too (SIGINT, SIGTERM).
 )";
 
-/// One line for the operator, exit code 2.
-struct UsageError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 /// Exit code 3.
 struct AddressError : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -78,21 +74,7 @@ T value_of(const char* option, std::expected<T, std::string> result) {
   return *std::move(result);
 }
 
-template <typename Number>
-Number number_of(const char* option) {
-  const std::string_view text{optarg};
-  Number number{};
-  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (fault == std::errc{} && end == text.data() + text.size()) return number;
-  throw UsageError{std::string{option} + ": expected a whole number, found " + config::in_quotes(text) +
-                   kSeeHelp};
-}
-
-/// An option, and what it does with its value.
-struct Known {
-  const char* name;
-  void (*take)(Options& options);
-};
+using Known = steering::Known<Options>;
 
 constexpr std::array kKnown{
     Known{
@@ -111,25 +93,10 @@ constexpr std::array kKnown{
     Known{"ready-file", [](Options& o) { o.ready_file = optarg; }}};
 
 /// @return none where help was asked for, and is printed. Throws UsageError
-std::optional<Options> read_options(int argc, char** argv) {
-  std::array<option, kKnown.size() + 2> names{};  // the last one ends the list
-  for (std::size_t i = 0; i < kKnown.size(); ++i)
-    names[i] = {kKnown[i].name, required_argument, nullptr, static_cast<int>(i)};
-  names[kKnown.size()] = {"help", no_argument, nullptr, 'h'};
-  Options options;
-  opterr = 0;
-  for (int found; (found = getopt_long(argc, argv, ":h", names.data(), nullptr)) != -1;) {
-    if (found == 'h') {
-      std::fputs(kHelp, stdout);
-      return std::nullopt;
-    }
-    const std::string word = argv[optind - 1];
-    if (found == ':') throw UsageError{word + " needs a value" + kSeeHelp};
-    if (found == '?') throw UsageError{word + " is no option" + kSeeHelp};
-    kKnown[static_cast<std::size_t>(found)].take(options);
-  }
-  if (optind < argc) throw UsageError{std::string{argv[optind]} + " belongs to no option" + kSeeHelp};
-  if (options.routes.empty()) throw UsageError{std::string{"--udp or --tcp is required"} + kSeeHelp};
+std::optional<Options> options_of(int argc, char** argv) {
+  auto options = steering::read_options<Options>(argc, argv, kKnown, kHelp);
+  if (options && options->routes.empty())
+    throw UsageError{std::string{"--udp or --tcp is required"} + steering::kSeeHelp};
   return options;
 }
 
@@ -137,6 +104,14 @@ void obey(proxy::Proxy& proxy, const proxy::Command& command) {
   const json::object reply = proxy.obey(command);
   if (const json::value* error = reply.if_contains("error"))
     throw UsageError{"--set: " + std::string{error->as_string()}};
+}
+
+/// What a line of the admin port comes to.
+json::object reply_to(proxy::Proxy& proxy, const std::string& line) {
+  const auto command = proxy::parse_command(line);
+  if (!command) return {{"error", command.error()}};
+  if (command->at) return {{"error", "at_ms belongs into a timeline"}};
+  return proxy.obey(*command);
 }
 
 void print_line(const json::value& value) {
@@ -155,9 +130,11 @@ int run(const Options& options) {
   }
   for (const proxy::Command& command : options.faults) obey(proxy, command);
   json::object started{{"seed", options.seed}, {"listen", std::move(addresses)}};
-  std::optional<proxy::AdminPort> admin;
+  std::optional<steering::LinePort> admin;
   if (options.admin) {
-    admin.emplace(io.get_executor(), *options.admin, proxy);
+    admin.emplace(io.get_executor(), *options.admin, [&proxy](const std::string& line) {
+      return truepose::control::json_text(reply_to(proxy, line));
+    });
     started["admin"] = admin->port();
   }
   print_line(started);
@@ -174,7 +151,7 @@ int run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const auto options = read_options(argc, argv);
+  const auto options = options_of(argc, argv);
   return options ? run(*options) : 0;
 } catch (const AddressError& e) {
   std::fprintf(stderr, "truepose-proxy: %s\n", e.what());

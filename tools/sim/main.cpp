@@ -1,4 +1,3 @@
-#include <getopt.h>
 #include <unistd.h>
 
 #include <array>
@@ -29,9 +28,10 @@
 #include "config/text_file.hpp"
 #include "core/math/angles.hpp"
 #include "proto/rsi/ethernet_config.hpp"
-#include "tools/sim/admin_server.hpp"
 #include "tools/sim/rsi_datagrams.hpp"
 #include "tools/sim/simulated_cell.hpp"
+#include "tools/steering/line_port.hpp"
+#include "tools/steering/options.hpp"
 
 namespace {
 
@@ -40,9 +40,10 @@ namespace json = boost::json;
 namespace config = truepose::config;
 namespace rsi = truepose::rsi;
 namespace sim = truepose::sim;
+namespace steering = truepose::steering;
+using steering::UsageError, steering::number_of;
 
 constexpr int kBadUsage = 2;
-constexpr const char* kSeeHelp = "; --help shows the options";
 
 constexpr const char* kHelp =
     R"(A simulated robot cell: a KUKA controller (EKI, RSI) and a laser tracker (emScon) over real sockets.
@@ -78,33 +79,11 @@ struct Options {
   bool json = false;
 };
 
-/// One line for the operator, exit code 2.
-struct UsageError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-/// The value of the option that was just read. Throws UsageError where it is no such number.
-template <typename Number>
-Number number_of(const char* option, const char* expected, Number least, Number most) {
-  const std::string_view text{optarg};
-  Number number{};
-  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (fault != std::errc{} || end != text.data() + text.size() || !(number >= least && number <= most))
-    throw UsageError{std::string{option} + ": expected " + expected + ", found " + config::in_quotes(text) +
-                     kSeeHelp};
-  return number;
-}
-
 std::uint16_t port_of(const char* option) {
   return number_of<std::uint16_t>(option, "a port of 0..65535", 0, 65535);
 }
 
-/// An option, and what it does with its value.
-struct Known {
-  const char* name;
-  void (*take)(Options& options);
-  int argument = required_argument;
-};
+using Known = steering::Known<Options>;
 
 constexpr std::array kKnown{
     Known{"scenario", [](Options& o) { o.scenario = optarg; }},
@@ -124,25 +103,10 @@ constexpr std::array kKnown{
     Known{"json", [](Options& o) { o.json = true; }, no_argument}};
 
 /// @return none where help was asked for, and is printed. Throws UsageError
-std::optional<Options> read_options(int argc, char** argv) {
-  std::array<option, kKnown.size() + 2> names{};  // the last one ends the list
-  for (std::size_t i = 0; i < kKnown.size(); ++i)
-    names[i] = {kKnown[i].name, kKnown[i].argument, nullptr, static_cast<int>(i)};
-  names[kKnown.size()] = {"help", no_argument, nullptr, 'h'};
-  Options options;
-  opterr = 0;
-  for (int found; (found = getopt_long(argc, argv, ":h", names.data(), nullptr)) != -1;) {
-    if (found == 'h') {
-      std::fputs(kHelp, stdout);
-      return std::nullopt;
-    }
-    const std::string word = argv[optind - 1];
-    if (found == ':') throw UsageError{word + " needs a value" + kSeeHelp};
-    if (found == '?') throw UsageError{word + " is no option" + kSeeHelp};
-    kKnown[static_cast<std::size_t>(found)].take(options);
-  }
-  if (optind < argc) throw UsageError{std::string{argv[optind]} + " belongs to no option" + kSeeHelp};
-  if (options.scenario.empty()) throw UsageError{std::string{"--scenario is required"} + kSeeHelp};
+std::optional<Options> options_of(int argc, char** argv) {
+  auto options = steering::read_options<Options>(argc, argv, kKnown, kHelp);
+  if (options && options->scenario.empty())
+    throw UsageError{std::string{"--scenario is required"} + steering::kSeeHelp};
   return options;
 }
 
@@ -243,7 +207,8 @@ std::string statistics_json(const sim::CellStatistics& statistics, const config:
                                       {"truth", truth(scenario)}});
 }
 
-std::string ready_text(const sim::SimulatedCell::Ports& ports, const std::optional<sim::AdminServer>& admin) {
+std::string ready_text(const sim::SimulatedCell::Ports& ports,
+                       const std::optional<steering::LinePort>& admin) {
   json::object ready{{"eki_port", ports.eki},
                      {"eki_state_port", ports.eki_state},
                      {"tracker_port", ports.tracker},
@@ -286,10 +251,14 @@ int run(Options options) {
 
   asio::io_context io{1};
   sim::SimulatedCell cell{io.get_executor(), scenario, ethernet, options.cell};
-  std::optional<sim::AdminServer> admin;
+  std::optional<steering::LinePort> admin;
   if (options.admin_port) {
-    admin.emplace(io.get_executor(), options.cell.address, *options.admin_port,
-                  [&](const std::string& line) { return steered(line, cell, scenario); });
+    try {
+      admin.emplace(io.get_executor(), *options.admin_port,
+                    [&](const std::string& line) { return steered(line, cell, scenario); });
+    } catch (const boost::system::system_error& e) {
+      throw sim::PortError{"admin", *options.admin_port, e.code()};
+    }
   }
   asio::signal_set ends{io, SIGTERM, SIGINT};
   ends.async_wait([&io](boost::system::error_code, int) { io.stop(); });
@@ -313,7 +282,7 @@ int run(Options options) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  auto options = read_options(argc, argv);
+  auto options = options_of(argc, argv);
   return options ? run(*std::move(options)) : 0;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "truepose-sim: %s\n", e.what());

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace truepose::steering {
+
+/// A port for who steers a program that stands in for a device: a line in, a line out, any number of clients.
+/// On this machine alone: whoever reaches it can stop robots and cut connections.
+class LinePort {
+ public:
+  /// @param answer  the reply to a line, both without their ends
+  using Answer = std::function<std::string(const std::string& line)>;
+
+  /// Throws boost::system::system_error where the port cannot be listened on.
+  /// @param port  0 picks a free one
+  LinePort(const boost::asio::any_io_executor& executor, std::uint16_t port, Answer answer);
+
+  std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
+
+ private:
+  void accept();
+
+  boost::asio::ip::tcp::acceptor acceptor_;
+  std::shared_ptr<const Answer> answer_;
+};
+
+}  // namespace truepose::steering
