@@ -11,6 +11,8 @@
 namespace truepose::sim {
 namespace {
 
+constexpr int kDefaultApproximation_percent = 50;
+constexpr Seconds kBrakingOfAxes{0.5};  // of a JointMotion from full speed
 constexpr int kReducedPercent = 10;
 constexpr double kReduced_m_s = 0.25;
 constexpr double kDefaultSpeed_mm_s = 250, kDefaultAcceleration_mm_s2 = 1000;
@@ -20,6 +22,12 @@ constexpr double kRadius_mm = 1000;
 Eigen::Isometry3d frame(const std::optional<krl::FrameValues>& values) {
   const krl::FrameValues v = values.value_or(krl::FrameValues{});
   return pose_from_kuka({v[0], v[1], v[2]}, {v[3], v[4], v[5]});
+}
+
+bool is_approximated(const krl::Motion& motion) { return motion.approximation != krl::Approximation::None; }
+
+bool is_relative(const krl::Motion& motion) {
+  return motion.kind == krl::MotionKind::PtpRel || motion.kind == krl::MotionKind::LinRel;
 }
 
 /// The way covered at a time, 0..1, of a trapezoid of speed.
@@ -33,6 +41,12 @@ class Trapezoid {
     duration_ = Seconds{1 / peak_ + ramp_s};
   }
   Seconds duration() const { return duration_; }
+  /// Before the end, when so much of the way is left.
+  Seconds last(double share) const {
+    const double ramp = ramp_.count();
+    if (share <= peak_ * ramp / 2) return Seconds{std::sqrt(2 * share * ramp / std::max(peak_, 1e-12))};
+    return Seconds{share / peak_ + ramp / 2};
+  }
   double covered(Seconds t) const {
     if (t >= duration_) return 1;
     const double ramp = ramp_.count(), now = t.count(), left = (duration_ - t).count();
@@ -145,7 +159,8 @@ std::optional<Seconds> ProgramMotion::until_change(Seconds cycle) const {
   if (rate_ != wanted) return cycle;
   if (rate_ == 0) return std::nullopt;
   const Seconds left = (waiting_.front().duration - since_) / rate_;
-  return waiting_.front().is_of_axes ? left : std::min(left, cycle);
+  const bool in_one_step = waiting_.front().is_of_axes && waiting_.front().blended <= Seconds{0};
+  return in_one_step ? left : std::min(left, cycle);
 }
 
 const JointVector& ProgramMotion::advance(Seconds cycle) {
@@ -154,26 +169,38 @@ const JointVector& ProgramMotion::advance(Seconds cycle) {
   if (waiting_.empty()) return q_;
   since_ += rate_ * cycle;
   const Making& making = waiting_.front();
+  const auto into_next = this->into_next();
   if (since_ < making.duration) {
     q_ = making.path(since_).value_or(q_);
+    if (into_next) q_ += waiting_[1].path(*into_next).value_or(making.target) - making.target;
     return q_;
   }
-  q_ = making.target;
-  since_ = Seconds{0};
+  q_ = into_next ? waiting_[1].path(*into_next).value_or(making.target) : making.target;
+  since_ = into_next.value_or(Seconds{0});
   moved_ += making.moves_arm;
   waiting_.pop_front();
   ++made_;
   return q_;
 }
 
+/// How long the next motion has been blended in; none where it has not begun.
+std::optional<Seconds> ProgramMotion::into_next() const {
+  const Making& making = waiting_.front();
+  if (waiting_.size() < 2 || making.blended <= Seconds{0}) return std::nullopt;
+  // Known too late, it begins at the end.
+  const Seconds blended = std::min({making.blended, making.duration / 2, waiting_[1].duration / 2});
+  const Seconds into = since_ - (making.duration - blended);
+  return into > Seconds{0} ? std::optional{into} : std::nullopt;
+}
+
 std::expected<JointVector, std::string> ProgramMotion::joints_of(const krl::Motion& motion) const {
-  const bool relative = motion.kind == krl::MotionKind::PtpRel || motion.kind == krl::MotionKind::LinRel;
-  if (relative) return std::unexpected("relative motions cannot be made here");
+  if (motion.circle_angle_deg) return std::unexpected("CA of CIRC is not simulated");
   if (const auto* target = std::get_if<krl::PoseTarget>(&motion.target)) return joints_at(*target, motion);
   const auto& axes = std::get<krl::AxisTarget>(motion.target).axes;
   JointVector q = end_;
   for (Eigen::Index i = 0; i < q.size(); ++i) {
-    if (const auto& deg = axes[static_cast<std::size_t>(i)]) q[i] = *deg * kRadPerDeg;
+    if (const auto& deg = axes[static_cast<std::size_t>(i)])
+      q[i] = (is_relative(motion) ? end_[i] : 0) + *deg * kRadPerDeg;
   }
   if (!within_limits(nominal_, q)) return std::unexpected("an axis would leave its limits");
   return q;
@@ -181,13 +208,16 @@ std::expected<JointVector, std::string> ProgramMotion::joints_of(const krl::Moti
 
 Eigen::Isometry3d ProgramMotion::tcp_of(const krl::PoseTarget& target, const krl::Motion& motion) const {
   // What the program leaves out stays as it is.
-  const Eigen::Isometry3d now =
+  const Eigen::Isometry3d at_end =
       inverse_of(frame(motion.base)) * forward_kinematics(nominal_, end_) * frame(motion.tool);
-  Eigen::Vector3d xyz_mm = now.translation(), abc_deg = kuka_abc_deg(now.linear());
+  Eigen::Vector3d xyz_mm = at_end.translation(), abc_deg = kuka_abc_deg(at_end.linear());
   for (std::size_t i = 0; i < 3; ++i) {
     const auto at = static_cast<Eigen::Index>(i);
-    xyz_mm[at] = target.pose[i].value_or(xyz_mm[at]);
-    abc_deg[at] = target.pose[i + 3].value_or(abc_deg[at]);
+    const auto reached = [&](double now_there, const std::optional<double>& programmed) {
+      return is_relative(motion) ? now_there + programmed.value_or(0) : programmed.value_or(now_there);
+    };
+    xyz_mm[at] = reached(xyz_mm[at], target.pose[i]);
+    abc_deg[at] = reached(abc_deg[at], target.pose[i + 3]);
   }
   return pose_from_kuka(xyz_mm, abc_deg);
 }
@@ -203,10 +233,12 @@ std::expected<JointVector, std::string> ProgramMotion::joints_at(const krl::Pose
 ProgramMotion::Making ProgramMotion::along_axes(const krl::Motion& motion, const JointVector& target) const {
   const double scale = std::clamp(motion.velocity_percent[0], 1, 100) / 100.0;
   const JointMotion joints{nominal_, end_, target, scale};
+  const double share = motion.approximation_percent.value_or(kDefaultApproximation_percent) / 100.0;
   return {.number = motion.number,
           .duration = joints.duration(),
           .path = [joints](Seconds t) { return std::optional{joints.position(t)}; },
-          .target = target};
+          .target = target,
+          .blended = is_approximated(motion) ? kBrakingOfAxes * share : Seconds{0}};
 }
 
 ProgramMotion::Making ProgramMotion::along_path(const krl::Motion& motion, const JointVector& target) const {
@@ -219,6 +251,7 @@ ProgramMotion::Making ProgramMotion::along_path(const krl::Motion& motion, const
   const TcpPath path{tcp(end_), tcp(target), via};
   const Trapezoid speed{path.length_mm(), 1000 * motion.path_velocity_m_s.value_or(kDefaultSpeed_mm_s / 1000),
                         1000 * motion.path_acceleration_m_s2.value_or(kDefaultAcceleration_mm_s2 / 1000)};
+  const double near_mm = motion.approximation_distance_mm.value_or(0);
   const Eigen::Isometry3d flange = inverse_of(tool);
   // Each point is the solution nearest to the one before it.
   struct Before {
@@ -238,7 +271,8 @@ ProgramMotion::Making ProgramMotion::along_path(const krl::Motion& motion, const
           .duration = speed.duration(),
           .path = joints,
           .target = target,
-          .is_of_axes = false};
+          .is_of_axes = false,
+          .blended = is_approximated(motion) ? speed.last(near_mm / path.length_mm()) : Seconds{0}};
 }
 
 }  // namespace truepose::sim

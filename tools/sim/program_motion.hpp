@@ -24,8 +24,10 @@ bool differ(const JointVector& a, const JointVector& b);
 /// along the path of the TCP in the base, its orientation turned about one axis, each with a trapezoid of
 /// speed.
 ///
-/// Approximated motions are made exactly: the arm stands at every point. Braking, going on and the override
-/// change how fast time passes on the path, within kBraking.
+/// An approximated motion (C_PTP, C_DIS) is blended with the next where the advance run knows that in time:
+/// the next begins before the end, at $APO.CDIS before the target or $APO.CPTP percent of the braking, and
+/// both motions add up. Braking, going on and the override change how fast time passes on the path, within
+/// kBraking.
 class ProgramMotion {
  public:
   static constexpr Seconds kBraking{0.15};
@@ -70,6 +72,7 @@ class ProgramMotion {
     Path path;
     JointVector target;
     bool is_of_axes = true;  ///< its path is known at any time, whatever came before
+    Seconds blended{0};      ///< before its end, when the next may begin; 0 where it is not approximated
     bool moves_arm = true;
   };
 
@@ -87,6 +90,8 @@ class ProgramMotion {
   std::shared_ptr<const StatusTurnInverse> inverse_;
   JointVector q_;    ///< now
   JointVector end_;  ///< of the last motion that was taken
+  std::optional<Seconds> into_next() const;
+
   std::deque<Making> waiting_;
   Seconds since_{0};  ///< the beginning of the first of them
   double rate_ = 1;   ///< at which time passes on the path, 0..1

@@ -11,8 +11,14 @@ namespace {
 constexpr int kStatusOfProgram = 2, kStopLeavesMovecorr = 4;
 constexpr int kDefaultTimeout = 10, kDefaultPrecision = 1;  // cycles and digits, of an ETHERNET object
 
+/// What counts something; far from what any controller takes it is as far as int reaches.
+int whole(double number) {
+  constexpr double kMost = 1e9;
+  return std::isnan(number) ? 0 : static_cast<int>(std::clamp(number, -kMost, kMost));
+}
+
 int whole(const rsi::ContextObject& object, std::string_view parameter, int otherwise) {
-  return static_cast<int>(object.number(parameter).value_or(otherwise));
+  return whole(object.number(parameter).value_or(otherwise));
 }
 
 double value_at(const ChannelValues& values, const rsi::ContextObject& object, int input) {
@@ -73,7 +79,7 @@ FlowEffects RsiFlow::effects(const ChannelValues& received) const {
     if (object.type == "AXISCORR") correct(object, received, effects);
     if (object.type == "STOP") effects.leaves_movecorr |= value_at(received, object, 1) != 0;
     if (object.type == "MAP2SEN_PINT")
-      effects.sen_pint[whole(object, "Index", 1)] = static_cast<int>(value_at(received, object, 1));
+      effects.sen_pint[whole(object, "Index", 1)] = whole(value_at(received, object, 1));
   }
   monitor(effects);
   return effects;
@@ -87,7 +93,7 @@ void RsiFlow::correct(const rsi::ContextObject& object, const ChannelValues& rec
     const double wanted_deg = value_at(received, object, static_cast<int>(i) + 1);
     const double lower_deg = object.number("LowerLim" + axis).value_or(-kDefaultLimit_deg);
     const double upper_deg = object.number("UpperLim" + axis).value_or(kDefaultLimit_deg);
-    effects.correction_deg[i] = std::clamp(wanted_deg, lower_deg, upper_deg);
+    effects.correction_deg[i] = std::min(std::max(wanted_deg, lower_deg), upper_deg);
     effects.clamped |= effects.correction_deg[i] != wanted_deg;
   }
 }
