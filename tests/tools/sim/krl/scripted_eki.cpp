@@ -175,15 +175,15 @@ void ScriptedCell::send(const std::string& channel, const std::string& document)
   if (channel == "CellState") {
     ++states;
     state = staged_;
-  } else if (document == "Ack") {
-    said.push_back("Ack " + number_text(staged_["CellLink/Ack/@Id"]) + " " +
-                   number_text(staged_["CellLink/Ack/@State"]) + " " +
-                   number_text(staged_["CellLink/Ack/@Err"]));
+  } else if (document == "Robot/Ack") {
+    said.push_back("Ack " + number_text(staged_["CellLink/Robot/Ack/@Id"]) + " " +
+                   number_text(staged_["CellLink/Robot/Ack/@State"]) + " " +
+                   number_text(staged_["CellLink/Robot/Ack/@Err"]));
     on_send(said.back());
   } else {
     ++greetings;
-    said.push_back(document + " " + text_of(staged_["CellLink/Hello/@Model"]) + " " +
-                   number_text(staged_["CellLink/Hello/@Serial"]));
+    said.push_back("Hello " + text_of(staged_["CellLink/Robot/Hello/@Model"]) + " " +
+                   number_text(staged_["CellLink/Robot/Hello/@Serial"]));
   }
 }
 

@@ -31,7 +31,7 @@ class ScriptedCell {
   /// What CellLink sent: "Hello", "Ack 1 2 0" (id, state, error), and what RSI was told.
   std::vector<std::string> said;
   std::function<void(const std::string&)> on_send = [](const std::string&) {};  ///< at each of these
-  /// What the last document of CellState held: "State/@ModeOp" ...
+  /// What the last document of CellState held: "CellState/Robot/State/@ModeOp" ...
   std::map<std::string, Value> state;
   int states = 0;
   int greetings = 0;

@@ -225,11 +225,11 @@ TEST(StateServer, AnswersEachControlWithTheState) {
   cell.control(8, 5);
   cell.bench.run_for(12ms);
   ASSERT_EQ(cell.states, 1) << (submit.fault() ? submit.fault()->text() : "");
-  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/State/@Id"]), 8);
-  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/State/@ModeOp"]), 4);
-  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/State/@ProState"]), 3);
-  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/State/@InPos"]), 1);
-  EXPECT_EQ(std::get<double>(cell.state["CellState/State/Pos/@B"]), 90);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@Id"]), 8);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@ModeOp"]), 4);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@ProState"]), 3);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@InPos"]), 1);
+  EXPECT_EQ(std::get<double>(cell.state["CellState/Robot/State/Pos/@B"]), 90);
 }
 
 TEST(StateServer, BoundsTheOverride) {
@@ -263,8 +263,8 @@ TEST(StateServer, TellsTheStateWhereNoPositionHasAValue) {
   cell.bench.run_for(20ms);
   EXPECT_FALSE(submit.fault()) << submit.fault()->text();
   ASSERT_EQ(cell.states, 1);
-  EXPECT_EQ(std::get<double>(cell.state["CellState/State/Pos/@X"]), 0);
-  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/State/Tool/@No"]), -1);
+  EXPECT_EQ(std::get<double>(cell.state["CellState/Robot/State/Pos/@X"]), 0);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/Tool/@No"]), -1);
 }
 
 TEST(StateServer, SaysOnThePendantThatItsChannelCannotBeUsedAndTriesAgain) {
