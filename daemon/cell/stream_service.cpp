@@ -21,6 +21,7 @@ constexpr Duration kLook = 50ms;
 constexpr Duration kTell = 1s;
 constexpr Duration kUnproven = 1s;  // a session that begins shows within some cycles that nothing is in force
 constexpr Duration kDeviceAnswer = 5s;
+constexpr Duration kLeave = 2s;  // RSI_OFF follows the Stop bit within some cycles, then kSilence
 constexpr Duration kStartProgram = 20s;
 
 std::optional<Duration> packet_age(const StreamStatus& status, TimePoint now) {
@@ -39,7 +40,7 @@ bool known_silent(const StreamStatus& status) {
 StreamService::StreamService(const CellParts& parts, CellRunner& runner, DeviceService& devices,
                              const ModelService& models)
     : parts_{parts}, runner_{runner}, devices_{devices}, models_{models}, log_{&log} {
-  runner_.on(CellCommand::StopStream, [this](const std::string&) { parts_.stream.disengage(); });
+  runner_.on(CellCommand::StopStream, [this](const std::string&) { parts_.stream.leave(); });
   runner_.on(CellCommand::ArmStream, [this](const std::string&) { parts_.stream.arm(); });
   runner_.on(CellCommand::RearmStream, [this](const std::string&) { parts_.stream.acknowledge(); });
   runner_.explain_by([this] { return no_answer(parts_.stream.status()); });
@@ -82,10 +83,23 @@ MethodReply StreamService::stop(json::object params) {
   if (auto refused = runner_.request(params, StreamStopRequested{}, "asked for by an operator"))
     co_return std::unexpected(*refused);
   co_await runner_.while_in<StreamStopping>();
+  co_await end_program();
+  co_return json();
+}
+
+/// By the Stop bit, which the stream repeats; where no reply can carry it, or RSI stays open, as a motion is
+/// stopped.
+asio::awaitable<void> StreamService::end_program() {
+  const auto is_silent = [this] { return known_silent(parts_.stream.status()); };
+  const bool was_silent = is_silent();
+  for (const TimePoint end = parts_.clock.now() + kLeave; !is_silent() && parts_.clock.now() < end;) {
+    const TimePoint next = parts_.clock.now() + kLook;
+    co_await parts_.clock.sleep_until(next);
+  }
+  if (!was_silent && is_silent()) co_return;
   const TimePoint deadline = parts_.clock.now() + kDeviceAnswer;
   auto stopped = co_await parts_.robot.stop(deadline);
   if (!stopped) log_warning("robot: " + stopped.error().detail);
-  co_return json();
 }
 
 MethodReply StreamService::arm(json::object params) {

@@ -35,6 +35,7 @@ class StreamService {
   MethodReply disarm(boost::json::object params);
   MethodReply status(boost::json::object params);
 
+  boost::asio::awaitable<void> end_program();
   boost::asio::awaitable<StoreResult<void>> keep_armed(std::string since);
   void take_events();
   void look();

@@ -41,10 +41,6 @@ RobotModel without_limits(RobotModel robot) {
   return robot;
 }
 
-bool asks_to_stop(StreamFault fault) {
-  return fault == StreamFault::BoundBroken || fault == StreamFault::NoSolution;
-}
-
 SessionOptions session_options(const StreamOptions& options) {
   return {.cycle = options.cycle,
           .gap_cycles = options.timeout_cycles,
@@ -236,7 +232,7 @@ std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const H
 /// controller applies no correction, or none in time, and nothing is concluded from that.
 void StreamCycle::listen_to_program(const rsi::ProgramSignals& program) noexcept {
   const bool armed = engagement() == Engagement::Armed;
-  if (engagement() != Engagement::Off) production_ = armed;
+  if (wanted()) production_ = armed;
   constexpr std::int64_t kNotSent = 0;  // by a controller that has nothing wired there
   const std::int64_t state = program.state.value_or(kNotSent);
   status_.program_stopped = armed && state != kNotSent && state != rsi::kProgramActive;
@@ -276,8 +272,7 @@ std::string_view StreamCycle::repeat(std::uint64_t ipoc) noexcept {
 std::string_view StreamCycle::reply() noexcept {
   rsi::SensorFrame frame{.ipoc = session_.ipoc(), .axis_correction_rad = rsi::Axes{}, .stop = std::nullopt};
   std::copy(correction_.begin(), correction_.end(), frame.axis_correction_rad->begin());
-  // Out of RSI_MOVECORR, where a program of its own is, the Stop object would be an error.
-  if (has_stop_) frame.stop = !production_ && asks_to_stop(status_.fault);
+  if (has_stop_) frame.stop = asks_to_leave();
   frame.gain = told_gain();
   const auto bytes = codec_.encode(frame, buffer_);
   if (!bytes) return {};
@@ -287,10 +282,17 @@ std::string_view StreamCycle::reply() noexcept {
   return *bytes;
 }
 
+/// Out of RSI_MOVECORR, where a program of its own is, the Stop object would be an error. A lost reply ends
+/// the pulse (HOLDON="0"), the next begins another.
+bool StreamCycle::asks_to_leave() const noexcept {
+  const bool faulted = status_.fault == StreamFault::BoundBroken || status_.fault == StreamFault::NoSolution;
+  return !production_ && (faulted || (engagement() == Engagement::Leaving && at_rest()));
+}
+
 /// For the program that waits until it is corrected, or is no more.
 std::int64_t StreamCycle::told_gain() const noexcept {
   if (status_.fault != StreamFault::None) return rsi::kGainFault;
-  const bool off = engagement() == Engagement::Off, no_model = status_.model == 0;
+  const bool off = !wanted(), no_model = status_.model == 0;
   if (!off && !no_model && ramp_.whole() && !behind_) return 100;
   if (!correction_.isZero(0)) return std::clamp(std::lround(100 * ramp_.gain()), 1L, 99L);
   return off ? rsi::kGainNotArmed : no_model ? rsi::kGainNoModel : 0;
@@ -298,6 +300,8 @@ std::int64_t StreamCycle::told_gain() const noexcept {
 
 void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
   ++status_.counters.sessions;
+  Engagement left = Engagement::Leaving;  // what was asked to end has ended
+  engagement_.compare_exchange_strong(left, Engagement::Off);
   broken_ = unsolved_ = 0;
   implausible_ = 0;
   missing_.restart();
@@ -465,7 +469,6 @@ void StreamCycle::raise(const std::optional<FoundFault>& found) noexcept {
 }
 
 void StreamCycle::update_state() noexcept {
-  const bool at_rest = ramp_.out() && correction_.isZero(0);
   StreamState state = StreamState::Idle;
   if (status_.fault == StreamFault::NotFollowing) {
     state = StreamState::Frozen;
@@ -475,7 +478,7 @@ void StreamCycle::update_state() noexcept {
     state = StreamState::Unproven;
   } else if (session_.begun() && engaged()) {
     state = ramp_.full() ? StreamState::Active : StreamState::RampingIn;
-  } else if (!at_rest) {
+  } else if (!at_rest()) {
     state = StreamState::RampingOut;
   }
   if (std::exchange(status_.state, state) != state) emit({.kind = StreamEventKind::StateChanged});

@@ -65,6 +65,9 @@ class StreamCycle final : public drivers::RsiResponder {
   /// be in force then, and a correction that the one before did not follow is no fault of it.
   void arm() noexcept { engagement_.store(Engagement::Armed, std::memory_order_release); }
   void disengage() noexcept { engagement_.store(Engagement::Off, std::memory_order_release); }
+  /// The same, and then asks truepose_motion to leave RSI_MOVECORR, in every reply until the session has
+  /// ended.
+  void leave() noexcept { engagement_.store(Engagement::Leaving, std::memory_order_release); }
   /// Ends Frozen or Fault: the stream goes on from the correction that it holds.
   void acknowledge() noexcept { acknowledged_.fetch_add(1, std::memory_order_release); }
 
@@ -81,7 +84,7 @@ class StreamCycle final : public drivers::RsiResponder {
     std::optional<TargetCompensation> compensation;
     Eigen::Vector3d p_F_mm{0, 0, 0};
   };
-  enum class Engagement : std::uint8_t { Off, On, Armed };
+  enum class Engagement : std::uint8_t { Off, Leaving, On, Armed };
   using Turn = ControllerSession::Turn;
   using Hearing = ControllerSession::Hearing;
 
@@ -102,7 +105,10 @@ class StreamCycle final : public drivers::RsiResponder {
   std::string_view reply() noexcept;
   std::int64_t told_gain() const noexcept;
 
-  bool engaged() const noexcept { return engagement() != Engagement::Off && !status_.program_declines; }
+  bool wanted() const noexcept { return engagement() >= Engagement::On; }
+  bool engaged() const noexcept { return wanted() && !status_.program_declines; }
+  bool at_rest() const noexcept { return ramp_.out() && correction_.isZero(0); }
+  bool asks_to_leave() const noexcept;
   Engagement engagement() const noexcept { return engagement_.load(std::memory_order_acquire); }
   void listen_to_program(const rsi::ProgramSignals& program) noexcept;
   void begin_session(const drivers::UdpSource& source) noexcept;

@@ -28,6 +28,7 @@ struct AWatchedStream : CellTest {
         if (read) rig.cycle->nothing_came(clock.now());
       } else {
         garbled ? garble() : static_cast<void>(rig.tick());
+        if (leaves && rig.stop) sends = false;
       }
     }
   }
@@ -42,7 +43,8 @@ struct AWatchedStream : CellTest {
   }
   StreamRig rig;
   bool sends = true, garbled = false;
-  bool read = true;  // by the realtime thread
+  bool leaves = false;  // RSI, at the Stop bit
+  bool read = true;     // by the realtime thread
 };
 
 TEST_F(AWatchedStream, IsAFaultHalfASecondAfterItsControllerFellSilent) {
@@ -167,6 +169,18 @@ TEST_F(AWatchedStream, RampsTheCorrectionOutAndIsReadyOnceItIsStopped) {
     EXPECT_EQ(now->at_pointer("/stream/state"), "off");
   });
   EXPECT_THAT(told(control::Topic::Stream).size(), testing::Gt(3U)) << "each second, and each change";
+}
+
+TEST_F(AWatchedStream, EndsItsProgramByTheStopBit) {
+  leaves = true;
+  play([this]() -> Wait {
+    co_await streaming();
+    const TimePoint asked = clock.now();
+    const Answer stopped = co_await ask("stream.stop");
+    EXPECT_TRUE(stopped) << stopped.error().message;
+    EXPECT_FALSE(sends);
+    EXPECT_LT(clock.now() - asked, config.stream.ramp + 1s) << "nothing else was waited for";
+  });
 }
 
 TEST_F(AWatchedStream, SaysThatItWaitsForTheControllersProgramAndThenForItsPackets) {
