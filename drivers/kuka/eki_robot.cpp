@@ -139,8 +139,9 @@ KukaEkiRobot::KukaEkiRobot(asio::any_io_executor executor, Clock& clock, KukaEki
       options_{std::move(options)},
       motion_{std::make_unique<EkiChannel>(executor, clock, "CellLink", "the robot program truepose_motion",
                                            options_.host, options_.motion_port)},
-      state_{std::make_unique<EkiChannel>(executor, clock, "CellState", "the submit program truepose_submit",
-                                          options_.host, options_.state_port)},
+      state_{std::make_unique<EkiChannel>(executor, clock, "CellState",
+                                          "the state server (truepose_submit, or sps.sub)", options_.host,
+                                          options_.state_port)},
       answers_{std::make_unique<Answers>(executor)},
       id_{first_id()} {}
 
