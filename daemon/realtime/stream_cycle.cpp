@@ -15,6 +15,8 @@ constexpr int kAxes = 6;
 constexpr double kGreatestMotionRad = 3 * kRadPerDeg;
 // So many implausible frames in a row are believed after all.
 constexpr int kImplausibleFrames = 10;
+// Of the solver in a cycle. Going on from the cycle before it needs two or three.
+constexpr int kSolverSteps = 8;
 // Malformed packets that come after such a pause may be malformed for another reason than those before it.
 constexpr std::chrono::seconds kNewRow{1};
 
@@ -74,13 +76,17 @@ StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& e
       ramp_{options.ramp_cycles, kAxes},
       correction_{session_.last_sent()},
       model_correction_{JointVector::Zero(kAxes)},
+      search_{JointVector::Zero(kAxes)},
+      searched_for_{JointVector::Zero(kAxes)},
       arm_known_{session_.known() && !correction_.isZero(0)} {
   if (!correction_.isZero(0)) ramp_.start_from_current();
 }
 
 void StreamCycle::use_model(const RobotModel& calibrated, std::uint64_t number,
                             const Eigen::Vector3d& p_F_mm) {
-  const CompensationOptions damping{.singular_below = options_.singular_below_rad, .approach = {}};
+  // The realtime thread's own directions, as they are when it asks.
+  const CompensationOptions damping{.singular_below = options_.singular_below_rad,
+                                    .approach = approach_.directions()};
   model_.back() = Model{.number = number,
                         .compensation = TargetCompensation{without_limits(nominal_), calibrated, damping},
                         .p_F_mm = p_F_mm};
@@ -135,6 +141,7 @@ void StreamCycle::tell_foreign(const drivers::UdpSource& source) noexcept {
 void StreamCycle::take_commands() noexcept {
   if (model_.take()) {
     status_.model = model_.front().number;
+    search_.setZero();
     ramp_.start_from_current();
     emit({.kind = StreamEventKind::ModelChanged, .value = status_.model});
   }
@@ -214,6 +221,8 @@ std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const H
   if (!plausible(commanded, hearing)) return hold();
 
   watch(frame, hearing, received);
+  // Where the commanded axes are guessed from the actual ones our own correction would turn them round.
+  if (sends_aspos_) approach_.take(commanded);
   last_commanded_ = commanded;
   for (Eigen::Index i = 0; i < kAxes; ++i) {
     status_.commanded_deg[static_cast<std::size_t>(i)] = commanded[i] * kDegPerRad;
@@ -310,6 +319,8 @@ void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
   malformed_before_ = unread_told_ = false;
   replied_ipoc_.reset();
   last_commanded_.reset();
+  search_.setZero();
+  approach_.restart();
   following_.restart();
   emit({.kind = StreamEventKind::SessionStarted, .value = session_.ipoc(), .source = source});
 }
@@ -399,15 +410,22 @@ void StreamCycle::look_at_arm(const rsi::RobotFrame& frame, std::uint64_t elapse
   raise(found);
 }
 
-/// Brings model_correction_ up to date. @return false where the calibrated arm has no solution, or none near
+/// Brings model_correction_ up to date. @return false where the calibrated arm has no solution, none near, or
+/// none yet
 bool StreamCycle::solve(const JointVector& commanded) noexcept {
   const Model& model = model_.front();
   if (model.number == 0) {
     model_correction_.setZero();
     return true;
   }
-  const auto compensated = model.compensation->at_joints(commanded, model.p_F_mm);
-  if (!compensated || !compensated->q.allFinite()) return false;
+  // A search that is not over goes on only for the arm that stands: elsewhere it could lead to another
+  // branch.
+  if (!found_ && commanded != searched_for_) search_.setZero();
+  searched_for_ = commanded;
+  const auto compensated =
+      model.compensation->at_joints_within(kSolverSteps, commanded, model.p_F_mm, search_);
+  found_ = compensated && compensated->q.allFinite();
+  if (!found_) return false;
   model_correction_ = compensated->q - commanded;
   status_.counters.damped += compensated->damped;
   return true;

@@ -13,6 +13,7 @@
 #include "core/arm/robot_model.hpp"
 #include "core/compensate/correction_bounds.hpp"
 #include "core/compensate/target_compensation.hpp"
+#include "daemon/realtime/approach_watch.hpp"
 #include "daemon/realtime/controller_session.hpp"
 #include "daemon/realtime/correction_ramp.hpp"
 #include "daemon/realtime/lock_free.hpp"
@@ -27,12 +28,13 @@ namespace truepose::daemon {
 /// One RSI cycle, from the controller's datagram to the reply.
 ///
 /// The correction is a function of the commanded axes (ASPos; where that is not sent, AIPos less the
-/// correction in force): what to add so that the calibrated arm stands where the nominal one would, next to
-/// the wrist singularity in position alone (TargetCompensation). It is ramped in, out and between models over
-/// the controller's cycles, and passes bound_correction() just before it is encoded: no reply moves an axis
-/// by more than a step from anything that the controller may have in force (ControllerSession). Every fault
-/// holds the last correction, because under absolute corrections zero would be a jump; where nothing is known
-/// of what is in force, nothing is answered, and the controller holds.
+/// correction in force) and of the side from which they were come to: what to add so that the calibrated arm
+/// stands where the nominal one would, next to the wrist singularity in position alone (TargetCompensation).
+/// It is ramped in, out and between models over the controller's cycles, and passes bound_correction() just
+/// before it is encoded: no reply moves an axis by more than a step from anything that the controller may
+/// have in force (ControllerSession). Every fault holds the last correction, because under absolute
+/// corrections zero would be a jump; where nothing is known of what is in force, nothing is answered, and the
+/// controller holds.
 ///
 /// answer() belongs to the realtime thread, use_model() and the commands to one other, status() and
 /// turnaround() to any.
@@ -152,6 +154,7 @@ class StreamCycle final : public drivers::RsiResponder {
   LateReplies late_replies_;
   FollowingCheck following_;
   ArmCheck arm_check_;
+  ApproachWatch approach_;
   CorrectionRamp ramp_;
   StreamStatus status_;
   std::array<char, rsi::kMaxFrameBytes> buffer_{};
@@ -160,9 +163,12 @@ class StreamCycle final : public drivers::RsiResponder {
   std::uint32_t acknowledged_seen_ = 0;
   JointVector correction_;        // sent last
   JointVector model_correction_;  // the model's last wish at full gain
-  bool arm_known_;                // of an armed stream's session, also by the process before
-  bool production_ = false;       // the program is one that was armed for, and not truepose_motion
-  bool behind_ = false;           // a bound keeps the correction from what the ramp wants
+  JointVector search_;            // where the solver is, of model_correction_
+  JointVector searched_for_;      // commanded axes
+  bool found_ = false;
+  bool arm_known_;           // of an armed stream's session, also by the process before
+  bool production_ = false;  // the program is one that was armed for, and not truepose_motion
+  bool behind_ = false;      // a bound keeps the correction from what the ramp wants
   bool malformed_before_ = false;
   bool unread_told_ = false;
   Engagement engagement_before_ = Engagement::Off;  // at the last frame

@@ -72,7 +72,7 @@ struct StreamCounters {
   std::uint64_t partly_read =
       0;  ///< frames with an element that could not be read, and is not what is corrected by
   std::uint64_t foreign = 0;      ///< datagrams of others than the controller, dropped (in no other figure)
-  std::uint64_t no_solution = 0;  ///< cycles in which the calibrated arm could not be inverted, or not near
+  std::uint64_t no_solution = 0;  ///< cycles in which the calibrated arm was not inverted, or not near
   std::uint64_t damped = 0;       ///< cycles that gave up orientation next to the wrist singularity
   std::uint64_t lost = 0;         ///< cycles missing in the controller's IPOC
   std::uint64_t late = 0;  ///< replies that were sent and that the controller did not have in time (Delay)
