@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/log/log.hpp"
+#include "proto/eki/messages.hpp"
 
 namespace truepose::daemon {
 
@@ -27,6 +28,13 @@ constexpr Duration kStartProgram = 20s;
 std::optional<Duration> packet_age(const StreamStatus& status, TimePoint now) {
   if (!status.heard) return std::nullopt;
   return std::max(Duration{0}, now - *status.heard);
+}
+
+/// RSI numbers $PRO_STATE as the state server does.
+std::optional<std::string> program_name(std::int64_t state) {
+  using enum eki::ProgramState;
+  const bool known = state >= std::to_underlying(Free) && state <= std::to_underlying(Ended);
+  return known ? std::optional{std::string{name(eki::ProgramState(state))}} : std::nullopt;
 }
 
 /// Whether the controller is known to have sent nothing for long, or ever.
@@ -190,8 +198,34 @@ void StreamService::look() {
   const bool closed = runner_.armed() && known_silent(status);
   if (status.state != StreamState::Unproven || before != status.state || closed) proven_ = now;
   runner_.faults().stand(now - proven_ >= kUnproven, {"E_STREAM_UNPROVEN", "warning", reason(status)});
+  look_at_robot(status);
   look_for_silence(status);
   follow(status);
+}
+
+/// By the state server, and of the program by RSI where that says it, which is sooner.
+RobotCondition StreamService::robot(const StreamStatus& status) const {
+  RobotCondition robot;
+  if (const auto told = devices_.robot_state()) {
+    robot = {.mode = told->mode,
+             .program = told->program,
+             .override_percent = told->override_percent,
+             .emergency_stop = told->emergency_stop,
+             .gate_open = told->gate_open};
+  } else {
+    robot.unknown = told.error();
+  }
+  if (status.program && !known_silent(status)) robot.program = program_name(*status.program);
+  return robot;
+}
+
+void StreamService::look_at_robot(const StreamStatus& status) {
+  RobotCondition now = robot(status);
+  if (now == robot_) return;
+  robot_ = std::move(now);
+  if (!runner_.corrects()) return;
+  log_info("robot: " + describe(robot_));
+  parts_.events.publish(control::Topic::Stream, json());
 }
 
 /// A controller that falls silent while it is corrected, or should be ramped out, is told at once.
@@ -258,7 +292,8 @@ json::object StreamService::json() const {
                       .age = packet_age(status, parts_.clock.now()),
                       .refused = refused_.last,
                       .trouble = trouble(status),
-                      .model_id = models_.active() ? models_.active()->record.id : ""});
+                      .model_id = models_.active() ? models_.active()->record.id : "",
+                      .robot = robot(status)});
 }
 
 }  // namespace truepose::daemon

@@ -244,6 +244,7 @@ void StreamCycle::listen_to_program(const rsi::ProgramSignals& program) noexcept
   if (wanted()) production_ = armed;
   constexpr std::int64_t kNotSent = 0;  // by a controller that has nothing wired there
   const std::int64_t state = program.state.value_or(kNotSent);
+  status_.program = program.state;
   status_.program_stopped = armed && state != kNotSent && state != rsi::kProgramActive;
   status_.program_declines = armed && program.ask == 0;
 }

@@ -203,7 +203,20 @@ asio::awaitable<std::expected<RobotState, RobotError>> KukaEkiRobot::state(TimeP
   state.ready = state.why_not_ready.empty();
   state.moving = reported->moving || !reported->in_position;
   state.override_percent = reported->override_percent;
+  state.mode = name(reported->mode);
+  state.program = name(reported->program);
+  state.emergency_stop = !reported->no_emergency_stop;
+  state.gate_open = !reported->gate_closed;
   co_return state;
+}
+
+asio::awaitable<std::expected<RobotState, RobotError>> KukaEkiRobot::look(TimePoint deadline) {
+  if (!state_->connected()) {
+    const auto linked = co_await state_->connect(deadline);
+    if (!linked) co_return std::unexpected(linked.error());
+  }
+  auto seen = co_await state(deadline);
+  co_return seen;
 }
 
 asio::awaitable<std::expected<JointVector, RobotError>> KukaEkiRobot::move(MoveCommand move,

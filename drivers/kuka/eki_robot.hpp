@@ -33,6 +33,8 @@ class KukaEkiRobot final : public Robot {
 
   boost::asio::awaitable<std::expected<RobotIdentity, RobotError>> connect(TimePoint deadline) override;
   boost::asio::awaitable<std::expected<RobotState, RobotError>> state(TimePoint deadline) override;
+  /// By the state server alone.
+  boost::asio::awaitable<std::expected<RobotState, RobotError>> look(TimePoint deadline) override;
   boost::asio::awaitable<std::expected<JointVector, RobotError>> move(MoveCommand command,
                                                                       TimePoint deadline) override;
   boost::asio::awaitable<std::expected<void, RobotError>> start_stream_program(TimePoint deadline) override;

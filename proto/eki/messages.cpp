@@ -344,6 +344,16 @@ void read_one(Fields& fields, std::optional<std::variant<Messages...>>& message)
 
 }  // namespace
 
+std::string_view name(OperatingMode mode) {
+  constexpr std::array<std::string_view, 4> kNames{"T1", "T2", "AUT", "EXT"};
+  return kNames[static_cast<std::size_t>(mode) - 1];
+}
+
+std::string_view name(ProgramState state) {
+  constexpr std::array<std::string_view, 5> kNames{"free", "reset", "active", "stopped", "ended"};
+  return kNames[static_cast<std::size_t>(state) - 1];
+}
+
 std::string encode(const ToController& message) {
   return std::visit([](const auto& m) { return written(m); }, message);
 }

@@ -93,6 +93,11 @@ struct Hello {
 enum class OperatingMode { T1 = 1, T2 = 2, Aut = 3, Ext = 4 };
 enum class ProgramState { Free = 1, Reset = 2, Active = 3, Stopped = 4, Ended = 5 };
 
+/// "T1", "T2", "AUT" or "EXT".
+std::string_view name(OperatingMode mode);
+/// "free", "reset", "active", "stopped" or "ended".
+std::string_view name(ProgramState state);
+
 /// Controller to PC on CellState: <Robot><State Seq Id ModeOp OvPro ProState PeriRdy AlarmStop UserSaf
 /// StopMess ProMove InPos><Ax/><Pos/><Base No/><Tool No/></State></Robot>. Flags are 0 or 1 and carry KUKA's
 /// variables unchanged, so 1 is the healthy value of PeriRdy, AlarmStop and UserSaf.

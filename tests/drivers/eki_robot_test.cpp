@@ -218,6 +218,30 @@ TEST_F(EkiRobot, ReportsItsStateInRadAndAsAPose) {
   });
 }
 
+TEST_F(EkiRobot, LooksByTheStateServerAloneAndReleasesNoStop) {
+  serve({});
+  run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
+    state_.mode = eki::OperatingMode::Aut;
+    state_.program = eki::ProgramState::Stopped;
+    state_.no_emergency_stop = false;
+    state_.gate_closed = false;
+    const auto seen = co_await robot.look(soon());
+    EXPECT_TRUE(seen) << seen.error().detail;
+    EXPECT_EQ(seen->mode, "AUT");
+    EXPECT_EQ(seen->program, "stopped");
+    EXPECT_TRUE(seen->emergency_stop);
+    EXPECT_TRUE(seen->gate_open);
+    state_ = ready_state(0);
+    const auto later = co_await robot.look(soon());
+    EXPECT_FALSE(later->emergency_stop);
+    robot.disconnect();
+    state_acceptor_.close();
+    const auto refused = co_await robot.look(soon());
+    EXPECT_THAT(refused.error().detail, HasSubstr("the state server (truepose_submit, or sps.sub)"));
+  });
+  EXPECT_THAT(controls_, testing::ElementsAre(eki::ControlOp::AskState, eki::ControlOp::AskState));
+}
+
 TEST_F(EkiRobot, MovesAndReturnsTheActualJointsWhenTheArmHasSettled) {
   std::vector<eki::Command> seen;
   serve({greet_and_answer({Accepted, Moving, InPosition}, 0, &seen)});
