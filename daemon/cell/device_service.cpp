@@ -169,9 +169,8 @@ void DeviceService::take(drivers::RobotState state) {
 }
 
 std::expected<drivers::RobotState, std::string> DeviceService::robot_state() const {
-  if (!robot_state_) return std::unexpected(robot_not_told_.empty() ? "not connected" : robot_not_told_);
-  if (parts_.clock.now() - robot_told_ >= kOld)
-    return std::unexpected("the controller has not answered for 3 s");
+  if (!robot_state_) return std::unexpected(robot_not_told_.empty() ? "not asked yet" : robot_not_told_);
+  if (parts_.clock.now() - robot_told_ >= kOld) return std::unexpected("told more than 3 s ago");
   return *robot_state_;
 }
 
