@@ -152,6 +152,7 @@ std::string status_text(const json::value& status) {
                           {"stream", "-"}};
   if (find_at(status, "/model")) rows[4][1] = model_line(status, "/model");
   if (const json::value* stream = find_at(status, "/stream")) rows[5][1] = stream_line(*stream);
+  if (is_true_at(status, "/stream/armed")) rows[2][1] += "; " + condition_line(*find_at(status, "/stream"));
   if (const json::value* campaign = find_at(status, "/campaign"))
     rows.push_back({"campaign", progress_line(*campaign)});
   for (const json::value& fault : list_at(status, "/faults"))

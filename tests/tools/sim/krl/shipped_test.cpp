@@ -112,6 +112,17 @@ TEST(MotionProgram, BrakesAtAStopWhileItSettles) {
   EXPECT_EQ(cell.take_said(), Said{"Ack 1 5 3"}) << cell.fault();
 }
 
+TEST(MotionProgram, LeavesAStopMessageToTheControllersOwnProgram) {
+  Listening cell;
+  cell.command(1, 1, 30);
+  cell.take_said();
+  cell.bench.host.set("$STOPMESS", true);
+  cell.bench.run_for(100ms);
+  EXPECT_EQ(cell.take_said(), Said{"IR_STOPM"}) << cell.fault();
+  cell.bench.run_for(2s);
+  EXPECT_EQ(cell.take_said(), Said{"Ack 1 3 0"}) << "and goes on";
+}
+
 TEST(MotionProgram, IgnoresAStopWhileItWaitsForACommand) {
   Listening cell;
   cell.bench.host.set("$FLAG[103]", true);
