@@ -43,6 +43,18 @@ TEST(MotionProgram, MovesWhereTheArmStandsAndGreets) {
   EXPECT_EQ(motion.state(), ProgramState::Active);
 }
 
+TEST(MotionProgram, GreetsTheNextClientWhereOneCameAndWentUnseen) {
+  ScriptedCell cell;
+  cell.bench.start("TRUEPOSE_MOTION");
+  cell.bench.run_for(2s);
+  cell.connect_and_disconnect_unseen();
+  cell.connect();
+  EXPECT_EQ(cell.greetings, 0);
+  cell.bench.run_for(10s);
+  cell.connect();
+  EXPECT_EQ(cell.greetings, 1);
+}
+
 TEST(MotionProgram, AcceptsMovesArrivesAndSettles) {
   Listening cell;
   cell.command(1, 1, 30);
