@@ -116,6 +116,14 @@ constexpr std::array kFaults{Named{"beam-break", FaultKind::BeamBreak},
                              Named{"tracker-std", FaultKind::TrackerStd},
                              Named{"tracker-air", FaultKind::TrackerAir},
                              Named{"eki-drop", FaultKind::EkiDrop},
+                             Named{"program-stop", FaultKind::ProgramStop},
+                             Named{"program-reset", FaultKind::ProgramReset},
+                             Named{"program-select", FaultKind::ProgramSelect},
+                             Named{"emergency-stop", FaultKind::EmergencyStop},
+                             Named{"gate-open", FaultKind::GateOpen},
+                             Named{"operating-mode", FaultKind::OperatingMode},
+                             Named{"override", FaultKind::Override},
+                             Named{"controller-restart", FaultKind::ControllerRestart},
                              Named{"rsi-drop", FaultKind::RsiDrop},
                              Named{"rsi-lose-datagrams", FaultKind::RsiLoseDatagrams},
                              Named{"rsi-lose-replies", FaultKind::RsiLoseReplies},
@@ -126,6 +134,9 @@ constexpr std::array kFaults{Named{"beam-break", FaultKind::BeamBreak},
                              Named{"rsi-ipoc", FaultKind::RsiIpoc},
                              Named{"rsi-ignore", FaultKind::RsiIgnore},
                              Named{"rsi-second-sender", FaultKind::RsiSecondSender}};
+
+constexpr std::array kModes{Named{"T1", Fault::Mode::T1}, Named{"T2", Fault::Mode::T2},
+                            Named{"AUT", Fault::Mode::Aut}, Named{"EXT", Fault::Mode::Ext}};
 
 constexpr std::int64_t kLongestTime = std::int64_t{1'000} * 31'536'000;  // a year in ms
 
@@ -163,6 +174,12 @@ std::vector<std::string_view> values_of(FaultKind kind) {
       return {"ipoc"};
     case FaultKind::RsiSecondSender:
       return {"from"};
+    case FaultKind::ProgramSelect:
+      return {"program"};
+    case FaultKind::OperatingMode:
+      return {"mode"};
+    case FaultKind::Override:
+      return {"percent"};
     default:
       return {};
   }
@@ -186,6 +203,9 @@ void layout(auto& io, Is<Fault> auto& x) {
   io.optional("ipoc_by", x.ipoc_by, Whole{-kLongestTime, kLongestTime});
   io.optional("ipoc", x.ipoc);
   io.optional("from", x.from);
+  io.optional("program", x.program);
+  io.optional("mode", x.mode, kModes);
+  io.optional("percent", x.percent, Whole{0, 100});
 }
 
 /// That it says when, in one unit, which its kind can count.
@@ -207,17 +227,38 @@ void check_when(const auto& io, const Fault& fault) {
 }
 
 /// That it has what belongs to its kind, and nothing else.
-void check(const auto& io, const Fault& fault) {
+void check_values(const auto& io, const Fault& fault) {
   const std::vector<std::string_view> own = values_of(fault.kind);
-  for (const std::string_view key : {"by_mm", "sigma_mm", "std_mm", "temperature_c", "pressure_mbar",
-                                     "humidity_percent", "ipoc_by", "ipoc", "from"}) {
+  for (const std::string_view key :
+       {"by_mm", "sigma_mm", "std_mm", "temperature_c", "pressure_mbar", "humidity_percent", "ipoc_by",
+        "ipoc", "from", "program", "mode", "percent"}) {
     if (io.has(key, false) && std::ranges::count(own, key) == 0)
       io.at(key).fail("does not belong to " + std::string{name_of(kFaults, fault.kind)});
   }
   const bool needed = fault.kind != FaultKind::TrackerAir && fault.kind != FaultKind::RsiRestart &&
                       fault.kind != FaultKind::RsiSecondSender;
   if (needed && !own.empty()) io.at(own.front());
+}
+
+void check(const auto& io, const Fault& fault) {
+  check_values(io, fault);
   check_when(io, fault);
+}
+
+/// A fault that begins when it is read.
+struct Immediate {
+  Fault fault;
+};
+
+void layout(auto& io, Is<Immediate> auto& x) { layout(io, x.fault); }
+
+void check(const auto& io, const Immediate& x) {
+  check_values(io, x.fault);
+  for (const When& when : kWhens) {
+    for (const std::string_view key : {when.at, when.every}) {
+      if (io.has(key, false)) io.at(key).fail("it begins now, once; leave this out");
+    }
+  }
 }
 
 // ---- The scenario, part by part
@@ -258,7 +299,11 @@ void layout(auto& io, ReflectorPart& x) {
 
 void layout(auto& io, ControllerPart& x) {
   io.optional("model", x.scenario.robot_model);
-  io.optional("serial", x.scenario.robot_serial);
+  io.optional("serial", x.scenario.robot_serial, Whole{0, 999'999'999});
+  io.optional("files", x.scenario.controller_files);
+  io.optional("programs", x.scenario.programs);
+  io.optional("selected", x.scenario.selected);
+  io.optional("operator_s", x.scenario.operator_s, Range{0, 1e6});
 }
 
 void layout(auto& io, TrackerPart& x) {
@@ -341,6 +386,12 @@ void layout(auto& io, Is<Scenario> auto& x) {
   io("rsi", RsiPart{x});
   io.optional("stream_path", x.stream_path, Stops{x.nominal});
   io.optional("faults", x.faults);
+}
+
+ScenarioFault parse_fault(const std::string& text) {
+  Immediate immediate;
+  read_value(parse_yaml(text, "fault"), immediate);
+  return immediate.fault;
 }
 
 Scenario load_scenario(const std::filesystem::path& file) {

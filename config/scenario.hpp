@@ -25,16 +25,24 @@ struct ScenarioFault {
     TrackerStd,    ///< reports `std_mm`, whatever its standard deviations are
     TrackerAir,    ///< reports this weather
     EkiDrop,
-    RsiDrop,           ///< no datagram gets through, either way
-    RsiLoseDatagrams,  ///< none from the controller
-    RsiLoseReplies,    ///< none to it
-    RsiDuplicate,      ///< the controller's datagrams come twice
-    RsiReorder,        ///< of two datagrams the later one comes first
-    RsiSilence,        ///< the controller sends nothing, keeps what is in force, and its clock goes on
-    RsiRestart,        ///< RSI is off, and then on with nothing in force, from another port
-    RsiIpoc,           ///< the time stamp jumps by `ipoc_by`
-    RsiIgnore,         ///< replies are taken and move nothing
-    RsiSecondSender,   ///< a controller of the same kind sends to the same port of the PC
+    ProgramStop,        ///< STOP at the pendant; started again after `lasts`
+    ProgramReset,       ///< cancelled and started from its first line
+    ProgramSelect,      ///< `program` is selected and started in place of the one that was
+    EmergencyStop,      ///< pressed; released, and the program started again, after `lasts`
+    GateOpen,           ///< operator safety; closed, and the program started again, after `lasts`
+    OperatingMode,      ///< the key turned to `mode`, and back after `lasts`
+    Override,           ///< $OV_PRO set to `percent`
+    ControllerRestart,  ///< switched off, and on after `lasts`
+    RsiDrop,            ///< no datagram gets through, either way
+    RsiLoseDatagrams,   ///< none from the controller
+    RsiLoseReplies,     ///< none to it
+    RsiDuplicate,       ///< the controller's datagrams come twice
+    RsiReorder,         ///< of two datagrams the later one comes first
+    RsiSilence,         ///< the controller sends nothing, keeps what is in force, and its clock goes on
+    RsiRestart,         ///< RSI is off, and then on with nothing in force, from another port
+    RsiIpoc,            ///< the time stamp jumps by `ipoc_by`
+    RsiIgnore,          ///< replies are taken and move nothing
+    RsiSecondSender,    ///< a controller of the same kind sends to the same port of the PC
   };
   /// What `at`, `lasts` and `every` count: ms of scaled time since the start, the RSI controller's cycles and
   /// the tracker's points of the simulator's life, both from 1.
@@ -53,6 +61,9 @@ struct ScenarioFault {
   std::int64_t ipoc_by = 0;
   std::optional<std::uint64_t> ipoc;  ///< RsiRestart: its first time stamp; else the clock has gone on
   std::string from;                   ///< RsiSecondSender: its numeric address; empty = as the first's
+  std::string program;                ///< ProgramSelect
+  int percent = 100;                  ///< Override
+  enum class Mode { T1 = 1, T2, Aut, Ext } mode = Mode::Ext;  ///< OperatingMode
 
   bool begins_with(std::int64_t count) const {
     return count == at || (every > 0 && count > at && (count - at) % every == 0);
@@ -75,7 +86,11 @@ struct Scenario {
   Eigen::Vector3d facing_F{0, 0, 1};
   double acceptance_deg = 30;
   std::string robot_model = "#KR210R2700_2";
-  std::string robot_serial = "SIM-0001";
+  int robot_serial = 210001;
+  std::filesystem::path controller_files;       ///< with eki/, krl/ and rsi/; empty: what truepose ships
+  std::vector<std::filesystem::path> programs;  ///< of the cell's own, .src and .dat
+  std::string selected = "TRUEPOSE_MOTION";     ///< the program that runs at first
+  double operator_s = 2;  ///< after a stop by the controller itself somebody acknowledges and starts again
 
   /// Standard deviation of a tracker reading: constant + per metre of distance, along and across the beam.
   struct TrackerNoise {
@@ -93,21 +108,26 @@ struct Scenario {
   bool power_lock = false;  ///< the tracker locks by itself to a reflector that it sees
 
   std::chrono::milliseconds cycle{4};  ///< RSI
-  int rsi_timeout_cycles = 100;        ///< late or missing replies in a row before KSS29002
-  double axis_corr_limit_deg = 5;      ///< AXISCORR clamps silently
+  // In place of what the RSI context says:
+  std::optional<int> rsi_timeout_cycles;      ///< late or missing replies in a row before KSS29002
+  std::optional<double> axis_corr_limit_deg;  ///< AXISCORR clamps silently
+  std::optional<int> rsi_decimals;            ///< the ETHERNET object's Precision
+
   std::filesystem::path ethernet_xml;
   double dead_time_ms = 12;         ///< of the drives, from a set point to the first motion
   std::vector<double> lag_ms{40};   ///< of the drives, time constant of all axes or of each
   std::optional<bool> hold_on;      ///< in place of what the ethernet file says
   bool ignores_correction = false;  ///< the replies are taken and move nothing
   bool consecutive_delay = false;   ///< Delay counts cycles in a row without a reply, not all of the session
-  int rsi_decimals = 4;             ///< the ETHERNET object's Precision
   std::uint16_t rsi_source_port = 0;     ///< 0: another one with each session
   std::optional<RobotModel> rsi_arm;     ///< that RIst and RSol are of, where it is not the nominal one
-  std::vector<JointVector> stream_path;  ///< programmed points that the RSI program visits in a loop
+  std::vector<JointVector> stream_path;  ///< visited in a loop while RSI_MOVECORR waits, as no real arm does
 
   std::vector<ScenarioFault> faults;
 };
+
+/// Reads one fault, a map of YAML or JSON on one line, that begins now. Throws ConfigError.
+ScenarioFault parse_fault(const std::string& text);
 
 /// Reads a scenario (YAML) and the robot file that it names. `truth` is nominal + `errors` (a list per link
 /// of {a, alpha, d, theta, beta}; mm and rad), or drawn from `errors: {seed: N, mm: 0.5, rad: 0.003}`; with

@@ -6,6 +6,7 @@
 #include <boost/asio/connect.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
+#include <chrono>
 #include <iterator>
 #include <utility>
 
@@ -33,7 +34,15 @@ EkiChannel::EkiChannel(asio::any_io_executor executor, Clock& clock, std::string
 
 asio::awaitable<std::expected<void, RobotError>> EkiChannel::connect(TimePoint deadline) {
   close();
-  const std::optional<error_code> result = co_await before(clock_, deadline, open());
+  // A controller refuses until its program has seen the loss of the last client and opened the channel anew.
+  constexpr std::chrono::seconds kOpenedAnew{2};
+  constexpr std::chrono::milliseconds kAgain{50};
+  const TimePoint last_try = std::min(deadline, clock_.now() + kOpenedAnew) - kAgain;
+  std::optional<error_code> result = co_await before(clock_, deadline, open());
+  while (result == asio::error::connection_refused && clock_.now() < last_try) {
+    co_await clock_.sleep_until(clock_.now() + kAgain);
+    result = co_await before(clock_, deadline, open());
+  }
   if (!result) {
     co_return failed(RobotFault::Timeout,
                      "no answer to the connection request: check the address and that the controller is on");

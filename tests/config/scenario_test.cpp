@@ -150,7 +150,9 @@ TEST_F(ScenarioFile, NamesPlaceAndPathOfEveryMistake) {
   EXPECT_EQ(
       error("faults:\n  - {at_ms: 1, kind: fire}\n"),
       "s.yaml:6:22: faults[1].kind: expected one of beam-break, tracker-restart, tracker-bump, tracker-bias, "
-      "tracker-noise, tracker-std, tracker-air, eki-drop, rsi-drop, rsi-lose-datagrams, rsi-lose-replies, "
+      "tracker-noise, tracker-std, tracker-air, eki-drop, program-stop, program-reset, program-select, "
+      "emergency-stop, gate-open, operating-mode, override, controller-restart, rsi-drop, "
+      "rsi-lose-datagrams, rsi-lose-replies, "
       "rsi-duplicate, rsi-reorder, rsi-silence, rsi-restart, rsi-ipoc, rsi-ignore, rsi-second-sender, "
       "found 'fire'");
   EXPECT_EQ(error("faults:\n  - {at_ms: 1}\n"), "s.yaml:6:5: faults[1]: missing key 'kind'");

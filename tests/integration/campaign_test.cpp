@@ -119,7 +119,7 @@ TEST(ACampaignOverTheRealProtocols, FindsTheArmsErrorsKeepsEveryPointAndActivate
   EXPECT_EQ(status.at("state"), "ready");
   ASSERT_TRUE(status.at("model").is_object());
   EXPECT_TRUE(status.at_pointer("/model/active").as_bool());
-  EXPECT_EQ(status.at_pointer("/model/robot_serial"), "SIM-0001");
+  EXPECT_EQ(status.at_pointer("/model/robot_serial"), "210001");
 
   const std::vector<control::Event> events = events_until(client, is_end_of_campaign);
   std::uint64_t last_seq = 0;

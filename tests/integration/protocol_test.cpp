@@ -1,11 +1,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 
 #include <algorithm>
+#include <array>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/write.hpp>
 #include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
 #include <boost/json/value.hpp>
 #include <set>
+#include <string>
+#include <thread>
 
 #include "config/model_file.hpp"
 #include "config/robot_file.hpp"
@@ -47,10 +55,39 @@ TEST(TheControlProtocol, RefusesAParameterThatItDoesNotKnowInEveryMethod) {
   }
 }
 
+/// A CellLink that greets with any text, and then listens.
+class RudeController {
+ public:
+  explicit RudeController(std::string greeting)
+      : thread_{[this, text = std::move(greeting)] {
+          boost::system::error_code gone;
+          tcp::socket client{context_};
+          acceptor_.accept(client, gone);
+          boost::asio::write(client, boost::asio::buffer(text), gone);
+          for (std::array<char, 4096> buffer; !gone;) client.read_some(boost::asio::buffer(buffer), gone);
+        }} {}
+  ~RudeController() {
+    ::shutdown(acceptor_.native_handle(), SHUT_RDWR);
+    thread_.join();
+  }
+  std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
+
+ private:
+  using tcp = boost::asio::ip::tcp;
+  boost::asio::io_context context_;
+  tcp::acceptor acceptor_{context_, {boost::asio::ip::address_v4::loopback(), 0}};
+  std::thread thread_;
+};
+
 TEST(TheControlProtocol, AnswersWhateverAControllerSaysOfItself) {
-  LiveCell::Options options;
-  options.scenario = {{"SIM-0001", "\"" + std::string(60'000, 'S') + "\\e[2J\""}};
-  LiveCell cell{options};
+  RudeController controller{"<Hello Ver=\"1\" Model=\"#KR210R2700_2 C4 FLR\" Serial=\"" +
+                            std::string(60'000, 'S') + "\" Tool=\"0\" Base=\"0\" KssVer=\"KSS\"></Hello>"};
+  LiveCell cell;
+  std::string file = text_of(cell.cell_file());
+  const std::string key = "eki_motion: 127.0.0.1:";
+  const std::size_t port = file.find(key) + key.size();
+  file.replace(port, file.find(' ', port) - port, std::to_string(controller.port()));
+  cell.write("cell.yaml", file);
   cell.start_daemon();
   tools::RpcClient client = cell.client();
   ASSERT_TRUE(client.call("cell.connect", {}));

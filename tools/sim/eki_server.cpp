@@ -19,14 +19,33 @@ using boost::system::error_code;
 
 namespace {
 
-tcp::acceptor listening(const asio::any_io_executor& executor, const std::string& address,
-                        std::uint16_t port) {
+using ReusePort = asio::detail::socket_option::boolean<SOL_SOCKET, SO_REUSEPORT>;
+
+/// A socket that has the port, and does not listen.
+tcp::acceptor bound_to(const asio::any_io_executor& executor, const tcp::endpoint& endpoint) {
+  tcp::acceptor acceptor{executor, endpoint.protocol()};
+  error_code fault;
+  acceptor.set_option(tcp::acceptor::reuse_address{true}, fault);
+  acceptor.set_option(ReusePort{true}, fault);
+  acceptor.bind(endpoint, fault);
+  if (fault) throw PortError{"EKI", endpoint.port(), fault};
+  return acceptor;
+}
+
+/// That nobody else listens there, which a port to be shared does not say.
+void expect_free(const asio::any_io_executor& executor, const tcp::endpoint& endpoint) {
+  tcp::acceptor acceptor{executor, endpoint.protocol()};
+  error_code fault;
+  acceptor.set_option(tcp::acceptor::reuse_address{true}, fault);
+  acceptor.bind(endpoint, fault);
+  if (!fault) acceptor.listen(1, fault);
+  if (fault) throw PortError{"EKI", endpoint.port(), fault};
+}
+
+tcp::acceptor holding(const asio::any_io_executor& executor, const std::string& address, std::uint16_t port) {
   const tcp::endpoint endpoint{asio::ip::make_address(address), port};
-  try {
-    return {executor, endpoint};
-  } catch (const boost::system::system_error& e) {
-    throw PortError{"EKI", port, e.code()};
-  }
+  expect_free(executor, endpoint);
+  return bound_to(executor, endpoint);
 }
 
 }  // namespace
@@ -34,29 +53,34 @@ tcp::acceptor listening(const asio::any_io_executor& executor, const std::string
 /// One channel: an acceptor and at most one client.
 class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
  public:
-  struct Handlers {
-    std::function<void()> connected = [] {};
-    std::function<void()> lost = [] {};
-    std::function<void(const eki::ToController&)> message;
-  };
+  Channel(const asio::any_io_executor& executor, const std::string& address, const EkiPort& port,
+          EkiListener& listener)
+      : name_{port.channel},
+        holder_{holding(executor, address, port.port)},
+        acceptor_{executor},
+        listener_{&listener} {}
 
-  Channel(const asio::any_io_executor& executor, const std::string& address, std::uint16_t port,
-          Handlers handlers)
-      : acceptor_{listening(executor, address, port)}, handlers_{std::move(handlers)} {}
+  std::uint16_t port() const { return holder_.local_endpoint().port(); }
 
-  std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
+  void listen(bool open) {
+    if (open == acceptor_.is_open()) return;
+    if (!open) return acceptor_.close();
+    acceptor_ = bound_to(holder_.get_executor(), holder_.local_endpoint());
+    acceptor_.listen();
+    accept();
+  }
 
   void accept() {
     acceptor_.async_accept([self = shared_from_this()](error_code error, tcp::socket socket) {
       if (error == asio::error::operation_aborted) return;
       if (!error) self->welcome(std::move(socket));
-      self->accept();
+      if (self->acceptor_.is_open()) self->accept();
     });
   }
 
-  void send(const eki::FromController& message) {
+  void send(std::string document) {
     if (!client_) return;
-    client_->outgoing.push_back(eki::encode(message));
+    client_->outgoing.push_back(std::move(document));
     if (client_->outgoing.size() == 1) write(client_);
   }
 
@@ -65,9 +89,11 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
     lose(client_);
   }
 
-  /// Ends everything without telling the handlers, whose owner is going.
-  void close() {
-    handlers_ = {.message = [](const eki::ToController&) {}};
+  void close_client() { lose(client_); }
+
+  /// Ends everything without telling the listener, who is going.
+  void end() {
+    listener_ = nullptr;
     acceptor_.close();
     lose(client_);
   }
@@ -88,8 +114,8 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
     error_code refused;
     socket.set_option(tcp::no_delay{true}, refused);
     client_ = std::make_shared<Client>(std::move(socket));
+    if (!listener_->connected(name_)) return client_.reset();
     read(client_);
-    handlers_.connected();
   }
 
   void read(const ClientPtr& client) {
@@ -110,13 +136,8 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
         return lose(client);
       }
       if (!*document) return;
-      const auto message = eki::decode_to_controller(**document);
-      if (message) {
-        handlers_.message(*message);
-      } else {
-        std::fprintf(stderr, "EKI: %s\n", message.error().c_str());
-      }
-      if (client != client_) return;  // a handler dropped it
+      listener_->received(name_, **document);
+      if (client != client_) return;  // the listener dropped it
     }
   }
 
@@ -134,50 +155,43 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
     client_.reset();
     error_code ignored;
     client->socket.close(ignored);
-    handlers_.lost();
+    if (listener_ != nullptr) listener_->lost(name_);
   }
 
-  tcp::acceptor acceptor_;
+  std::string name_;
+  tcp::acceptor holder_;    // of the port
+  tcp::acceptor acceptor_;  // open while the program has opened the channel
   std::chrono::steady_clock::time_point closed_until_{};
-  Handlers handlers_;
+  EkiListener* listener_;
   ClientPtr client_;
 };
 
-EkiServer::EkiServer(asio::any_io_executor executor, const EkiServerOptions& options, EkiListener& listener)
-    : motion_{std::make_shared<Channel>(
-          executor, options.address, options.motion_port,
-          Channel::Handlers{.connected = [&listener] { listener.motion_connected(); },
-                            .lost = [&listener] { listener.motion_lost(); },
-                            .message =
-                                [&listener](const eki::ToController& message) {
-                                  if (const auto* command = std::get_if<eki::Command>(&message)) {
-                                    listener.command(*command);
-                                  }
-                                }})},
-      state_{std::make_shared<Channel>(
-          executor, options.address, options.state_port,
-          Channel::Handlers{.message = [&listener](const eki::ToController& message) {
-            if (const auto* control = std::get_if<eki::Control>(&message)) {
-              listener.control(*control);
-            }
-          }})} {
-  motion_->accept();
-  state_->accept();
+EkiServer::EkiServer(asio::any_io_executor executor, const std::string& address,
+                     const std::vector<EkiPort>& ports, EkiListener& listener) {
+  for (const EkiPort& port : ports) {
+    const auto channel = std::make_shared<Channel>(executor, address, port, listener);
+    channels_.emplace(port.channel, channel);
+  }
 }
 
 EkiServer::~EkiServer() {
-  motion_->close();
-  state_->close();
+  for (const auto& [name, channel] : channels_) channel->end();
 }
 
-std::uint16_t EkiServer::motion_port() const { return motion_->port(); }
-std::uint16_t EkiServer::state_port() const { return state_->port(); }
-void EkiServer::send_motion(const eki::FromController& message) { motion_->send(message); }
-void EkiServer::send_state(const eki::FromController& message) { state_->send(message); }
+std::uint16_t EkiServer::port(std::string_view channel) const {
+  return channels_.find(channel)->second->port();
+}
+
+void EkiServer::send(std::string_view channel, std::string document) {
+  channels_.find(channel)->second->send(std::move(document));
+}
+
+void EkiServer::listen(std::string_view channel, bool open) { channels_.find(channel)->second->listen(open); }
+
+void EkiServer::close(std::string_view channel) { channels_.find(channel)->second->close_client(); }
 
 void EkiServer::drop(std::chrono::milliseconds duration) {
-  motion_->drop(duration);
-  state_->drop(duration);
+  for (const auto& [name, channel] : channels_) channel->drop(duration);
 }
 
 }  // namespace truepose::sim

@@ -4,11 +4,12 @@
 #include <boost/system/error_code.hpp>
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
-
-#include "proto/eki/messages.hpp"
+#include <string_view>
+#include <vector>
 
 namespace truepose::sim {
 
@@ -21,47 +22,49 @@ class PortError : public std::runtime_error {
             "; choose another, or see who holds it: ss -ltnp 'sport = :" + std::to_string(port) + "'"} {}
 };
 
-/// Who acts on what comes over the two EKI channels. Called on the server's executor.
+/// Who acts on what comes over the EKI channels. Called on the server's executor.
 class EkiListener {
  public:
   virtual ~EkiListener() = default;
-  virtual void motion_connected() = 0;
-  virtual void motion_lost() = 0;
-  virtual void command(const eki::Command& command) = 0;
-  virtual void control(const eki::Control& control) = 0;
+  /// @return false where the channel takes no client now, who is then closed
+  virtual bool connected(const std::string& channel) = 0;
+  virtual void lost(const std::string& channel) = 0;
+  virtual void received(const std::string& channel, std::string_view document) = 0;
 };
 
-struct EkiServerOptions {
-  std::string address = "127.0.0.1";
-  std::uint16_t motion_port = 0;  ///< CellLink; 0 picks a free one
-  std::uint16_t state_port = 0;   ///< CellState
+struct EkiPort {
+  std::string channel;
+  std::uint16_t port = 0;  ///< 0 picks a free one
 };
 
-/// The two EKI channels of a simulated controller, TCP servers for one client each.
+/// The EKI channels of a simulated controller: TCP servers for one client each, cutting the stream into
+/// documents.
 ///
-/// A second client is closed at once. A document that cannot be understood is named on standard error and
-/// skipped, as the controller shows a message and goes on.
+/// A second client is closed at once. Where no program has opened the channel clients are refused, but its
+/// port stays its own.
 class EkiServer {
  public:
-  /// Listens at once. Throws PortError.
+  /// Takes the ports. Throws PortError.
   /// @param executor  one thread or a strand; the server is destroyed there, or when that no longer runs
   /// @param listener  outlives the server
-  EkiServer(boost::asio::any_io_executor executor, const EkiServerOptions& options, EkiListener& listener);
+  EkiServer(boost::asio::any_io_executor executor, const std::string& address,
+            const std::vector<EkiPort>& ports, EkiListener& listener);
   ~EkiServer();
 
-  std::uint16_t motion_port() const;
-  std::uint16_t state_port() const;
+  std::uint16_t port(std::string_view channel) const;
 
   /// Sends where a client is connected; otherwise the document is lost, as on the controller.
-  void send_motion(const eki::FromController& message);
-  void send_state(const eki::FromController& message);
+  void send(std::string_view channel, std::string document);
+  void listen(std::string_view channel, bool open);
+  /// The program has deleted the channel: its client is closed.
+  void close(std::string_view channel);
 
-  /// Fault: both channels are cut, and closed to everybody for this long.
+  /// Fault: all channels are cut, and closed to everybody for this long.
   void drop(std::chrono::milliseconds duration);
 
  private:
   class Channel;
-  std::shared_ptr<Channel> motion_, state_;
+  std::map<std::string, std::shared_ptr<Channel>, std::less<>> channels_;
 };
 
 }  // namespace truepose::sim

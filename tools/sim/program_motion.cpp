@@ -11,6 +11,8 @@
 namespace truepose::sim {
 namespace {
 
+constexpr int kReducedPercent = 10;
+constexpr double kReduced_m_s = 0.25;
 constexpr double kDefaultSpeed_mm_s = 250, kDefaultAcceleration_mm_s2 = 1000;
 // As fast as the path's own speed turns a metre.
 constexpr double kRadius_mm = 1000;
@@ -90,13 +92,22 @@ class TcpPath {
 
 }  // namespace
 
+bool differ(const JointVector& a, const JointVector& b) {
+  constexpr double kLeast_rad = 1e-6;  // KRL has 32 bits for an axis
+  return (a - b).cwiseAbs().maxCoeff() > kLeast_rad;
+}
+
 std::expected<ProgramMotion, std::string> ProgramMotion::of(const RobotModel& nominal, const JointVector& q) {
   auto inverse = StatusTurnInverse::of(nominal);
   if (!inverse) return std::unexpected(inverse.error());
   return ProgramMotion{nominal, std::make_shared<const StatusTurnInverse>(*std::move(inverse)), q};
 }
 
-std::expected<void, std::string> ProgramMotion::take(const krl::Motion& motion) {
+std::expected<void, std::string> ProgramMotion::take(krl::Motion motion, bool reduced) {
+  if (reduced) {
+    for (int& percent : motion.velocity_percent) percent = std::min(percent, kReducedPercent);
+    motion.path_velocity_m_s = std::min(motion.path_velocity_m_s.value_or(kReduced_m_s), kReduced_m_s);
+  }
   auto target = joints_of(motion);
   if (!target) return std::unexpected(target.error());
   const bool of_axes = motion.kind == krl::MotionKind::Ptp || motion.kind == krl::MotionKind::PtpRel;
@@ -105,6 +116,7 @@ std::expected<void, std::string> ProgramMotion::take(const krl::Motion& motion) 
   for (Seconds t{0}; t < making.duration; t += making.duration / 50) {
     if (!making.path(t)) return std::unexpected("the path leaves what the arm can reach");
   }
+  making.moves_arm = differ(end_, *target) || !making.is_of_axes;
   if (waiting_.empty()) since_ = Seconds{0};
   waiting_.push_back(std::move(making));
   end_ = *target;
@@ -119,12 +131,26 @@ void ProgramMotion::cancel() {
   waiting_.clear();
   end_ = q_;
   braked_ = false;
-  rate_ = 1;
+  rate_ = override_;
+}
+
+void ProgramMotion::place(const JointVector& q) {
+  q_ = q;
+  cancel();
+}
+
+std::optional<Seconds> ProgramMotion::until_change(Seconds cycle) const {
+  if (is_standing()) return std::nullopt;
+  const double wanted = braked_ ? 0 : override_;
+  if (rate_ != wanted) return cycle;
+  if (rate_ == 0) return std::nullopt;
+  const Seconds left = (waiting_.front().duration - since_) / rate_;
+  return waiting_.front().is_of_axes ? left : std::min(left, cycle);
 }
 
 const JointVector& ProgramMotion::advance(Seconds cycle) {
-  const double change = cycle / kBraking;
-  rate_ = std::clamp(rate_ + (braked_ ? -change : change), 0.0, 1.0);
+  const double change = cycle / kBraking, wanted = braked_ ? 0 : override_;
+  rate_ = wanted > rate_ ? std::min(rate_ + change, wanted) : std::max(rate_ - change, wanted);
   if (waiting_.empty()) return q_;
   since_ += rate_ * cycle;
   const Making& making = waiting_.front();
@@ -134,6 +160,7 @@ const JointVector& ProgramMotion::advance(Seconds cycle) {
   }
   q_ = making.target;
   since_ = Seconds{0};
+  moved_ += making.moves_arm;
   waiting_.pop_front();
   ++made_;
   return q_;
@@ -207,7 +234,11 @@ ProgramMotion::Making ProgramMotion::along_path(const krl::Motion& motion, const
     if (!q) return std::nullopt;
     return before->q = *q;
   };
-  return {.number = motion.number, .duration = speed.duration(), .path = joints, .target = target};
+  return {.number = motion.number,
+          .duration = speed.duration(),
+          .path = joints,
+          .target = target,
+          .is_of_axes = false};
 }
 
 }  // namespace truepose::sim

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
+#include <stdexcept>
 #include <utility>
 
 #include "core/arm/forward.hpp"
@@ -12,20 +12,28 @@
 namespace truepose::sim {
 
 StreamPath::StreamPath(RobotModel nominal, std::vector<JointVector> points, double speed_scale)
-    : nominal_{std::move(nominal)}, points_{std::move(points)}, speed_scale_{speed_scale}, motion_{leg()} {}
+    : nominal_{std::move(nominal)},
+      points_{std::move(points)},
+      speed_scale_{speed_scale},
+      motion_{leg()},
+      position_{points_.front()} {}
 
 JointMotion StreamPath::leg() const {
   return {nominal_, points_[from_], points_[(from_ + 1) % points_.size()], speed_scale_};
 }
 
-JointVector StreamPath::position() const { return motion_.position(on_leg_); }
+void StreamPath::advance(Seconds cycle, const JointVector&) {
+  on_leg_ += cycle;
+  if (on_leg_ >= motion_.duration()) {
+    on_leg_ -= motion_.duration();
+    from_ = (from_ + 1) % points_.size();
+    motion_ = leg();
+  }
+  position_ = motion_.position(on_leg_);
+}
 
-void StreamPath::advance(Seconds dt) {
-  on_leg_ += dt;
-  if (on_leg_ < motion_.duration()) return;
-  on_leg_ -= motion_.duration();
-  from_ = (from_ + 1) % points_.size();
-  motion_ = leg();
+FlowSources StreamPath::sources() const {
+  return {.sen_pint = [](int) { return 1; }};
 }
 
 Servo::Servo(ServoSetup setup, Seconds cycle)
@@ -62,21 +70,10 @@ const JointVector& Servo::given_ago(std::size_t cycles) const {
 
 namespace {
 
-/// Which axes keep their correction in a cycle without a valid reply.
-std::array<bool, 6> axes_held(const RsiSetup& setup) {
-  const rsi::EthernetConfig& ethernet = setup.ethernet;
-  std::array<bool, 6> held{};
-  if (setup.hold_on) {
-    held.fill(*setup.hold_on);
-    return held;
-  }
-  if (!ethernet.axis_correction) return held;
-  for (std::size_t i = 0; i < held.size(); ++i) {
-    const std::string tag = *ethernet.axis_correction + ".A" + std::to_string(i + 1);
-    const auto element = std::ranges::find(ethernet.receive, tag, &rsi::Element::tag);
-    held[i] = element != ethernet.receive.end() && element->hold_on;
-  }
-  return held;
+RsiFlow flow_of(const rsi::Context& context) {
+  auto flow = RsiFlow::of(context);
+  if (!flow) throw std::invalid_argument{flow.error()};
+  return *std::move(flow);
 }
 
 rsi::CartesianPose flange_pose(const RobotModel& nominal, const JointVector& q) {
@@ -87,43 +84,54 @@ rsi::CartesianPose flange_pose(const RobotModel& nominal, const JointVector& q) 
 }
 
 rsi::Axes in_deg(const JointVector& q) {
-  rsi::Axes axes = to_axes(q);
-  for (double& axis : axes) axis *= kDegPerRad;
+  rsi::Axes axes;
+  std::ranges::transform(q, axes.begin(), [](double axis) { return axis * kDegPerRad; });
   return axes;
+}
+
+JointVector joints_of(const rsi::Axes& axes_rad) {
+  return Eigen::Map<const Eigen::Matrix<double, 6, 1>>(axes_rad.data());
 }
 
 }  // namespace
 
-RsiClient::RsiClient(RsiSetup setup, StreamPath path, std::uint64_t first_ipoc)
+RsiClient::RsiClient(RsiSetup setup, std::shared_ptr<RsiProgram> program, std::uint64_t first_ipoc)
     : setup_{std::move(setup)},
-      codec_{setup_.ethernet},
-      hold_on_{axes_held(setup_)},
-      names_{setup_.ethernet},
-      datagram_{setup_.ethernet, setup_.decimals},
-      path_{std::move(path)},
+      flow_{flow_of(setup_.context)},
+      timeout_cycles_{flow_.timeout_cycles()},
+      replies_{setup_.ethernet},
+      datagram_{setup_.ethernet, flow_.decimals()},
+      program_{std::move(program)},
       servo_{setup_.servo, setup_.cycle},
       first_ipoc_{first_ipoc},
       ipoc_{first_ipoc} {
-  servo_.stand_at(path_.position());
+  servo_.stand_at(program_->set_points());
 }
 
 std::string_view RsiClient::begin_cycle() {
   if (std::exchange(fresh_, false)) {
-    servo_.stand_at(path_.position());
+    servo_.stand_at(program_->set_points());
   } else {
     ipoc_ += static_cast<std::uint64_t>(setup_.cycle.count());
-    path_.advance(setup_.cycle);
-    servo_.follow(path_.position() + to_joints(correction_rad_));
+    program_->advance(setup_.cycle, axes());
+    if (!program_->is_on()) return {};
+    follow();
   }
   open_[counters_.cycles % kRemembered] = true;
   ++counters_.cycles;
   reply_.reset();
   return datagram_.write({.ipoc = ipoc_,
                           .rist = flange_pose(setup_.nominal, axes()),
-                          .rsol = flange_pose(setup_.nominal, path_.position()),
+                          .rsol = flange_pose(setup_.nominal, program_->set_points()),
                           .aipos_deg = in_deg(axes()),
-                          .aspos_deg = in_deg(path_.position()),
-                          .delay = delay()});
+                          .aspos_deg = in_deg(program_->set_points()),
+                          .delay = delay(),
+                          .inputs = flow_.sent(program_->sources())});
+}
+
+void RsiClient::follow() {
+  const JointVector given = program_->set_points() + joints_of(correction_rad_);
+  if (program_->drives_on()) servo_.follow(given);
 }
 
 std::int64_t RsiClient::delay() const {
@@ -132,8 +140,7 @@ std::int64_t RsiClient::delay() const {
 }
 
 RsiClient::Verdict RsiClient::receive(std::string_view datagram) {
-  for (std::string& name : names_.new_strangers(datagram)) strangers_.push_back(std::move(name));
-  const auto reply = codec_.decode(datagram);
+  auto reply = replies_.read(datagram);
   if (!reply) {
     ++counters_.rejected;
     return {Reply::Rejected};
@@ -151,34 +158,45 @@ RsiClient::Verdict RsiClient::receive(std::string_view datagram) {
     --counters_.lost;
     return {Reply::Late, cycles_ago};
   }
-  reply_ = *reply;
+  reply_ = *std::move(reply);
   return {Reply::Valid};
 }
 
 std::optional<RsiEnd> RsiClient::end_cycle() {
-  const bool answered = reply_.has_value();
-  if (!setup_.ignores_correction && !ignoring_)
-    apply(answered && reply_->axis_correction_rad ? *reply_->axis_correction_rad : held());
-  if (answered) {
+  hold();
+  if (reply_) {
+    for (const auto& [channel, value] : reply_->outputs) outputs_[channel] = value;
     ++counters_.answered;
     unanswered_in_a_row_ = 0;
-    return reply_->stop.value_or(false) ? std::optional{RsiEnd::Left} : std::nullopt;
+  } else {
+    ++counters_.lost;
+    ++unanswered_in_a_row_;
   }
-  ++counters_.lost;
-  ++unanswered_in_a_row_;
+  const FlowEffects effects = flow_.effects(outputs_);
+  if (!setup_.ignores_correction && !ignoring_) {
+    counters_.clamped += effects.clamped;
+    rsi::Axes correction_rad;
+    std::ranges::transform(effects.correction_deg, correction_rad.begin(),
+                           [](double axis) { return axis * kRadPerDeg; });
+    apply(correction_rad);
+  }
+  program_->take(effects);
+  if (effects.monitor_axis) return RsiEnd::Monitor;
   const bool waits = !setup_.ethernet.only_send;
-  return waits && unanswered_in_a_row_ >= setup_.timeout_cycles ? std::optional{RsiEnd::Timeout}
-                                                                : std::nullopt;
+  if (waits && unanswered_in_a_row_ >= timeout_cycles_) return RsiEnd::Timeout;
+  return program_->is_on() ? std::nullopt : std::optional{RsiEnd::Off};
 }
 
-void RsiClient::pass(std::uint64_t cycles) {
-  ipoc_ += cycles * static_cast<std::uint64_t>(setup_.cycle.count());
-  for (; cycles > 0; --cycles) servo_.follow(path_.position() + to_joints(correction_rad_));
+void RsiClient::pass() {
+  ipoc_ += static_cast<std::uint64_t>(setup_.cycle.count());
+  program_->stand(setup_.cycle);
+  follow();
   forget_open_cycles();
 }
 
 void RsiClient::restart(std::uint64_t pause_cycles, std::optional<std::uint64_t> ipoc) {
   ipoc_ = ipoc.value_or(ipoc_ + (pause_cycles + 1) * static_cast<std::uint64_t>(setup_.cycle.count()));
+  outputs_.clear();
   correction_rad_ = {};
   counters_.correction_rad = 0;
   unanswered_in_a_row_ = 0;
@@ -194,9 +212,10 @@ void RsiClient::jump_ipoc(std::int64_t by) {
 
 RsiClient RsiClient::twin() const {
   constexpr std::uint64_t kOtherClock = 1'000'003;
-  RsiSetup setup = setup_;
-  setup.timeout_cycles = std::numeric_limits<int>::max();
-  return {std::move(setup), path_, ipoc_ + kOtherClock};
+  const auto standing = std::make_shared<StreamPath>(setup_.nominal, std::vector{program_->set_points()}, 1);
+  RsiClient twin{setup_, standing, ipoc_ + kOtherClock};
+  twin.timeout_cycles_ = std::numeric_limits<int>::max();
+  return twin;
 }
 
 /// Their replies are to a time stamp that is no whole number of cycles ago.
@@ -205,27 +224,21 @@ void RsiClient::forget_open_cycles() {
   first_ipoc_ = fresh_ ? ipoc_ : ipoc_ + static_cast<std::uint64_t>(setup_.cycle.count());
 }
 
-/// What HOLDON leaves of the correction in force.
-rsi::Axes RsiClient::held() const {
-  rsi::Axes held_rad = correction_rad_;
-  for (std::size_t i = 0; i < held_rad.size(); ++i) {
-    if (!hold_on_[i]) held_rad[i] = 0;
+/// Outputs without HOLDON last for one cycle.
+void RsiClient::hold() {
+  for (const rsi::Element& element : setup_.ethernet.receive) {
+    if (element.index && !setup_.hold_on.value_or(element.hold_on)) outputs_.erase(*element.index);
   }
-  return held_rad;
 }
 
-void RsiClient::apply(const rsi::Axes& wanted_rad) {
-  const double limit_rad = setup_.axis_corr_limit_rad;
-  bool clamped = false;
+void RsiClient::apply(const rsi::Axes& correction_rad) {
   counters_.correction_rad = 0;
-  for (std::size_t i = 0; i < wanted_rad.size(); ++i) {
-    const double applied_rad = std::clamp(wanted_rad[i], -limit_rad, limit_rad);
-    clamped |= applied_rad != wanted_rad[i];
-    counters_.max_step_rad = std::max(counters_.max_step_rad, std::abs(applied_rad - correction_rad_[i]));
-    correction_rad_[i] = applied_rad;
-    counters_.correction_rad = std::max(counters_.correction_rad, std::abs(applied_rad));
+  for (std::size_t i = 0; i < correction_rad.size(); ++i) {
+    counters_.max_step_rad =
+        std::max(counters_.max_step_rad, std::abs(correction_rad[i] - correction_rad_[i]));
+    counters_.correction_rad = std::max(counters_.correction_rad, std::abs(correction_rad[i]));
   }
-  counters_.clamped += clamped;
+  correction_rad_ = correction_rad;
 }
 
 }  // namespace truepose::sim

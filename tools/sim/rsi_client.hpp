@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,20 +15,49 @@
 #include "core/simulate/joint_motion.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "proto/rsi/frame_codec.hpp"
-#include "tools/sim/kuka_controller.hpp"
 #include "tools/sim/rsi_datagrams.hpp"
+#include "tools/sim/rsi_flow.hpp"
 
 namespace truepose::sim {
 
-/// The programmed path of the RSI program: point to point through `points`, in a loop, from the first one.
-class StreamPath {
+/// Why an RSI session ended.
+enum class RsiEnd {
+  Off,      ///< the program closed it
+  Timeout,  ///< KSS29002: too many cycles without a valid reply
+  Monitor,  ///< AXISCORRMON: a correction larger than it allows
+};
+
+/// The controller's program while RSI is on, cycle by cycle.
+class RsiProgram {
+ public:
+  virtual ~RsiProgram() = default;
+  /// Moves the set points on by a cycle. @param actual  where the axes are
+  virtual void advance(Seconds cycle, const JointVector& actual) = 0;
+  /// Time goes by, but the set points stay.
+  virtual void stand(Seconds cycle) = 0;
+  virtual const JointVector& set_points() const = 0;
+  virtual bool moving() const = 0;
+  /// Without them the axes stand where they are.
+  virtual bool drives_on() const { return true; }
+  virtual FlowSources sources() const = 0;
+  virtual void take(const FlowEffects& effects) = 0;
+  /// Whether the program still has RSI on.
+  virtual bool is_on() const = 0;
+};
+
+/// Point to point through `points`, in a loop, from the first one; leaves RSI by STOP.
+class StreamPath : public RsiProgram {
  public:
   /// @param points  at least one; a single one is stood at
   StreamPath(RobotModel nominal, std::vector<JointVector> points, double speed_scale);
 
-  JointVector position() const;
-  void advance(Seconds dt);
-  bool moving() const { return points_.size() > 1; }
+  void advance(Seconds cycle, const JointVector& actual) override;
+  void stand(Seconds) override {}
+  const JointVector& set_points() const override { return position_; }
+  bool moving() const override { return points_.size() > 1; }
+  FlowSources sources() const override;
+  void take(const FlowEffects& effects) override { is_left_ |= effects.leaves_movecorr; }
+  bool is_on() const override { return !is_left_; }
 
  private:
   JointMotion leg() const;
@@ -38,6 +68,8 @@ class StreamPath {
   std::size_t from_ = 0;
   Seconds on_leg_{0};
   JointMotion motion_;
+  JointVector position_;
+  bool is_left_ = false;
 };
 
 struct ServoSetup {
@@ -69,14 +101,12 @@ class Servo {
 struct RsiSetup {
   RobotModel nominal;  ///< the arm that RIst and RSol are of
   rsi::EthernetConfig ethernet;
+  rsi::Context context = rsi::truepose_context({});
   std::chrono::milliseconds cycle{4};
-  int timeout_cycles = 100;            ///< ETHERNET object's Timeout
-  double axis_corr_limit_rad = 0.087;  ///< AXISCORR clamps larger corrections silently
   ServoSetup servo{};
   std::optional<bool> hold_on{};    ///< in place of what the configuration says
   bool ignores_correction = false;  ///< takes replies, and moves nothing by them
   bool consecutive_delay = false;   ///< Delay counts cycles in a row without a reply, not all of the session
-  int decimals = 4;                 ///< the ETHERNET object's Precision
 };
 
 /// What the controller counts. Every cycle is answered, or its answer came late, or it was lost.
@@ -92,8 +122,8 @@ struct RsiCounters {
   double correction_rad = 0;  ///< greatest correction of an axis that is in force now, or was at the end
 };
 
-/// The RSI objects of a simulated controller (ETHERNET, AXISCORR, STOP) and the drives behind them, one cycle
-/// at a time. No I/O and no clock.
+/// The signal flow of a simulated controller and the drives behind it, one cycle at a time. No I/O and no
+/// clock.
 ///
 /// A cycle is begin_cycle(), receive() for every datagram that comes in meanwhile, end_cycle(). What is in
 /// force after it moves the axes from the next cycle on, after the drives' dead time and lag, as the
@@ -101,9 +131,11 @@ struct RsiCounters {
 /// the correction.
 class RsiClient {
  public:
-  RsiClient(RsiSetup setup, StreamPath path, std::uint64_t first_ipoc);
+  /// Throws std::invalid_argument: the context has what is not simulated.
+  RsiClient(RsiSetup setup, std::shared_ptr<RsiProgram> program, std::uint64_t first_ipoc);
 
-  /// Moves the programmed path on. @return the datagram to send, valid until the next call
+  /// Moves the program on. @return the datagram to send, valid until the next call; empty where the program
+  /// has switched RSI off, which ends the session
   std::string_view begin_cycle();
 
   enum class Reply { Valid, Late, WrongIpoc, Rejected };
@@ -117,9 +149,8 @@ class RsiClient {
   /// @return why RSI has ended, if it has
   std::optional<RsiEnd> end_cycle();
 
-  /// The clock goes on for so many cycles in which nothing is sent and no reply is waited for. The program
-  /// stands.
-  void pass(std::uint64_t cycles);
+  /// The clock goes on for a cycle in which nothing is sent and no reply is waited for. The set points stay.
+  void pass();
   /// RSI is switched off, and on after a pause: nothing is in force, and the arm stands where the program
   /// does.
   /// @param ipoc  first time stamp; nothing where the clock has just gone on
@@ -127,16 +158,18 @@ class RsiClient {
   void jump_ipoc(std::int64_t by);
   void ignore_corrections(bool ignore) { ignoring_ = ignore; }
 
-  /// A controller of the same kind at the same place of its program, with another clock, that never gives up.
+  /// A controller of the same kind whose arm stands at the same place, with another clock, that never gives
+  /// up.
   RsiClient twin() const;
 
   /// Names in the replies that a controller ignores without a word, each told once.
-  std::vector<std::string> take_strangers() { return std::exchange(strangers_, {}); }
+  std::vector<std::string> take_strangers() { return replies_.take_strangers(); }
 
   const JointVector& axes() const { return servo_.position(); }        ///< actual
   const rsi::Axes& correction_rad() const { return correction_rad_; }  ///< in force
   std::uint64_t ipoc() const { return ipoc_; }
-  bool moving() const { return path_.moving(); }
+  bool moving() const { return program_->moving(); }
+  bool is_on() const { return program_->is_on(); }
   bool answered() const { return reply_.has_value(); }
   const RsiCounters& counters() const { return counters_; }
 
@@ -145,25 +178,26 @@ class RsiClient {
   static constexpr std::size_t kRemembered = 1024;
 
   std::int64_t delay() const;
-  rsi::Axes held() const;
-  void apply(const rsi::Axes& wanted_rad);
+  void follow();
+  void hold();
+  void apply(const rsi::Axes& correction_rad);
   void forget_open_cycles();
 
   RsiSetup setup_;
-  rsi::SensorFrameCodec codec_;
-  std::array<bool, 6> hold_on_{};
-  ReplyNames names_;
-  std::vector<std::string> strangers_;
+  RsiFlow flow_;
+  int timeout_cycles_;
+  ReplyReader replies_;
   RobotDatagram datagram_;
-  StreamPath path_;
+  std::shared_ptr<RsiProgram> program_;
   Servo servo_;
+  ChannelValues outputs_;  ///< of the ETHERNET object
   rsi::Axes correction_rad_{};
   std::uint64_t first_ipoc_;
   std::uint64_t ipoc_;
   bool ignoring_ = false;
   bool fresh_ = true;                     // no cycle of this session has been begun
   std::array<bool, kRemembered> open_{};  // cycles that wait for an answer
-  std::optional<rsi::SensorFrame> reply_;
+  std::optional<ReplyReader::Reply> reply_;
   int unanswered_in_a_row_ = 0;
   std::uint64_t unanswered_before_ = 0;  // this session
   RsiCounters counters_;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-
-#include "proto/xml/scanner.hpp"
+#include <cmath>
+#include <pugixml.hpp>
 
 namespace truepose::sim {
 
@@ -44,7 +44,7 @@ struct RobotDatagram::Element {
   };
   std::string name;
   std::vector<Attribute> attributes;
-  std::optional<Source> text;
+  std::optional<Attribute> text;
 
   void add(const std::vector<std::string>& names, Source source) {
     for (std::size_t i = 0; i < names.size(); ++i) attributes.push_back({names[i], source, i});
@@ -65,20 +65,17 @@ struct RobotDatagram::Element {
       attributes.push_back({std::string{generator} + std::to_string(i), Source::ZeroNumber, 0});
   }
 
-  static Source input_of(const rsi::Element& sent) {
-    if (sent.tag == "Tp.Ask") return Source::Ask;
-    if (sent.tag == "Tp.Pro") return Source::Program;
-    return zero_of(sent.type);
-  }
-
-  static Source zero_of(rsi::ElementType type) {
-    if (type == rsi::ElementType::Double) return Source::ZeroNumber;
-    return type == rsi::ElementType::String ? Source::Nothing : Source::ZeroInteger;
+  static Source input_of(rsi::ElementType type) {
+    if (type == rsi::ElementType::Double) return Source::Input;
+    return type == rsi::ElementType::String ? Source::Nothing : Source::InputInteger;
   }
 };
 
 std::vector<RobotDatagram::Element> RobotDatagram::elements_of(const rsi::EthernetConfig& ethernet) {
   std::vector<Element> elements;
+  const auto channel = [](const rsi::Element& sent) {
+    return static_cast<std::size_t>(sent.index.value_or(0));
+  };
   // All that has one name is one element, where the list first names it.
   const auto named = [&elements](std::string_view name) -> Element& {
     const auto found = std::ranges::find(elements, name, &Element::name);
@@ -94,9 +91,10 @@ std::vector<RobotDatagram::Element> RobotDatagram::elements_of(const rsi::Ethern
       named(keyword).add_built_in(keyword);
     } else if (const std::size_t dot = tag.find('.'); dot != std::string_view::npos) {
       named(tag.substr(0, dot))
-          .attributes.push_back({std::string{tag.substr(dot + 1)}, Element::input_of(sent), 0});
+          .attributes.push_back(
+              {std::string{tag.substr(dot + 1)}, Element::input_of(sent.type), channel(sent)});
     } else {
-      named(tag).text = Element::zero_of(sent.type);
+      named(tag).text = {{}, Element::input_of(sent.type), channel(sent)};
     }
   }
   return elements;
@@ -116,7 +114,7 @@ void RobotDatagram::add(const Element& element) {
     pieces_.push_back({"\""});
   }
   if (!element.text) return pieces_.push_back({"/>"});
-  pieces_.push_back({">", *element.text});
+  pieces_.push_back({">", element.text->source, element.text->index});
   pieces_.push_back({"</" + element.name + ">"});
 }
 
@@ -128,14 +126,15 @@ std::string_view RobotDatagram::write(const RobotValues& values) {
 
 void RobotDatagram::append(const Piece& piece, const RobotValues& values) {
   text_ += piece.text;
+  const auto input = [&] {
+    const auto value = values.inputs.find(static_cast<int>(piece.index));
+    return value == values.inputs.end() ? 0 : value->second;
+  };
   switch (piece.source) {
     case Source::Nothing:
       return;
     case Source::ZeroNumber:
       return append_number(0);
-    case Source::ZeroInteger:
-      text_ += '0';
-      return;
     case Source::RIst:
       return append_number(to_array(values.rist)[piece.index]);
     case Source::RSol:
@@ -147,11 +146,10 @@ void RobotDatagram::append(const Piece& piece, const RobotValues& values) {
     case Source::Delay:
       text_ += std::to_string(values.delay);
       return;
-    case Source::Ask:
-      text_ += std::to_string(values.program.ask.value_or(0));
-      return;
-    case Source::Program:
-      text_ += std::to_string(values.program.state.value_or(0));
+    case Source::Input:
+      return append_number(input());
+    case Source::InputInteger:
+      text_ += std::to_string(std::llround(input()));
       return;
     case Source::Ipoc:
       text_ += std::to_string(values.ipoc);
@@ -187,8 +185,29 @@ std::optional<std::string> unsendable(const rsi::EthernetConfig& ethernet) {
   return std::nullopt;
 }
 
-ReplyNames::ReplyNames(const rsi::EthernetConfig& ethernet) : elements_{"IPOC"}, names_{"IPOC"} {
-  for (const rsi::Element& element : ethernet.receive) {
+namespace {
+
+/// What a RECEIVE element's value is in a reply; nothing where it is not there.
+std::optional<std::string> text_of(const pugi::xml_node& reply, const std::string& tag) {
+  const std::size_t dot = tag.find('.');
+  const pugi::xml_node element = reply.child(tag.substr(0, dot).c_str());
+  if (dot == std::string::npos)
+    return element ? std::optional<std::string>{element.child_value()} : std::nullopt;
+  const pugi::xml_attribute attribute = element.attribute(tag.substr(dot + 1).c_str());
+  return attribute ? std::optional<std::string>{attribute.value()} : std::nullopt;
+}
+
+std::optional<double> number_in(const std::string& text) {
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  return text.empty() || *end != '\0' || !std::isfinite(number) ? std::nullopt : std::optional{number};
+}
+
+}  // namespace
+
+ReplyReader::ReplyReader(rsi::EthernetConfig ethernet)
+    : ethernet_{std::move(ethernet)}, elements_{"IPOC"}, names_{"IPOC"} {
+  for (const rsi::Element& element : ethernet_.receive) {
     std::string tag = element.tag;
     const bool built_in = tag.starts_with(kBuiltIn);
     if (built_in) tag.erase(0, kBuiltIn.size());
@@ -200,26 +219,38 @@ ReplyNames::ReplyNames(const rsi::EthernetConfig& ethernet) : elements_{"IPOC"},
   }
 }
 
-std::vector<std::string> ReplyNames::new_strangers(std::string_view reply) {
-  std::vector<std::string> strangers;
-  const auto tell = [&](std::string name) {
-    if (told_.insert(name).second) strangers.push_back(std::move(name));
-  };
-  xml::Scanner scanner{reply};
-  for (auto event = scanner.next(); event != xml::Scanner::Event::End; event = scanner.next()) {
-    if (event == xml::Scanner::Event::Malformed) return strangers;
-    if (event != xml::Scanner::Event::Open || scanner.depth() != 2) continue;
-    const std::string element{scanner.name()};
-    if (!elements_.contains(element)) {
-      tell(element);
+std::expected<ReplyReader::Reply, std::string> ReplyReader::read(std::string_view datagram) {
+  pugi::xml_document document;
+  const auto parsed = document.load_buffer(datagram.data(), datagram.size());
+  const pugi::xml_node reply = document.child("Sen");
+  if (!parsed || !reply) return std::unexpected("not a document Sen");
+  for (const pugi::xml_node& element : reply.children()) {
+    const std::string name = element.name();
+    if (!elements_.contains(name)) {
+      tell(name);
       continue;
     }
-    for (const xml::Attribute& attribute : scanner.attributes()) {
-      std::string name = element + "." + std::string{attribute.name};
-      if (!names_.contains(name)) tell(std::move(name));
-    }
+    for (const pugi::xml_attribute& attribute : element.attributes()) tell(name + "." + attribute.name());
   }
-  return strangers;
+  if (reply.attribute("Type").value() != ethernet_.sentype) return std::unexpected("another SENTYPE");
+  Reply read;
+  const std::string_view ipoc = reply.child_value("IPOC");
+  const auto [end, fault] = std::from_chars(ipoc.data(), ipoc.data() + ipoc.size(), read.ipoc);
+  if (ipoc.empty() || fault != std::errc{} || end != ipoc.data() + ipoc.size())
+    return std::unexpected("no IPOC");
+  for (const rsi::Element& element : ethernet_.receive) {
+    const auto text = element.index ? text_of(reply, element.tag) : std::nullopt;
+    if (!text || element.type == rsi::ElementType::String) continue;
+    const auto number = number_in(*text);
+    if (!number) return std::unexpected(element.tag + " is no number");
+    read.outputs[*element.index] = *number;
+  }
+  return read;
+}
+
+/// Only what the list does not have.
+void ReplyReader::tell(std::string name) {
+  if (!names_.contains(name) && told_.insert(name).second) strangers_.push_back(std::move(name));
 }
 
 }  // namespace truepose::sim

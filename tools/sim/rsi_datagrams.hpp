@@ -1,14 +1,17 @@
 #pragma once
 
 #include <cstdint>
+#include <expected>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "proto/rsi/ethernet_config.hpp"
 #include "proto/rsi/frame_codec.hpp"
+#include "tools/sim/rsi_flow.hpp"
 
 namespace truepose::sim {
 
@@ -18,13 +21,13 @@ struct RobotValues {
   rsi::CartesianPose rist, rsol;
   rsi::Axes aipos_deg{}, aspos_deg{};
   std::int64_t delay = 0;
-  rsi::ProgramSignals program{.ask = 1, .state = rsi::kProgramActive};
+  ChannelValues inputs;  ///< of the ETHERNET object
 };
 
 /// Writes the controller's datagrams as one ethernet configuration asks for them: every element of its SEND
-/// list in the list's order, IPOC last. Of the ETHERNET object's inputs those are wired that the shipped
-/// configuration names (Tp.Ask, Tp.Pro). What the cell does not have (external axes, motor currents,
-/// technology parameters, other inputs) is sent as zero, as by a controller that has nothing wired there.
+/// list in the list's order, IPOC last. What the cell does not have (external axes, motor currents,
+/// technology parameters, inputs without a wire) is sent as zero, as by a controller that has nothing wired
+/// there.
 class RobotDatagram {
  public:
   /// @param decimals  the ETHERNET object's Precision
@@ -34,7 +37,7 @@ class RobotDatagram {
   std::string_view write(const RobotValues& values);
 
  private:
-  enum class Source { Nothing, ZeroNumber, ZeroInteger, RIst, RSol, AIPos, ASPos, Delay, Ask, Program, Ipoc };
+  enum class Source { Nothing, ZeroNumber, RIst, RSol, AIPos, ASPos, Delay, Input, InputInteger, Ipoc };
   /// Constant text, and a value behind it.
   struct Piece {
     std::string text;
@@ -57,18 +60,29 @@ class RobotDatagram {
 /// names the element. Nothing where it can.
 std::optional<std::string> unsendable(const rsi::EthernetConfig& ethernet);
 
-/// What the replies of a PC are made of, against the RECEIVE list that a controller has loaded. A real one
-/// ignores the rest without a word, and then moves nothing.
-class ReplyNames {
+/// Reads the replies of a PC as the ETHERNET object does: by SENTYPE and IPOC, and the values of the RECEIVE
+/// list. All else in them it ignores without a word, and then moves nothing; here it is told.
+class ReplyReader {
  public:
-  explicit ReplyNames(const rsi::EthernetConfig& ethernet);
+  explicit ReplyReader(rsi::EthernetConfig ethernet);
 
-  /// Names in the reply that the list does not have, each told once: "AKorr", "AK.A7".
-  std::vector<std::string> new_strangers(std::string_view reply);
+  struct Reply {
+    std::uint64_t ipoc = 0;
+    ChannelValues outputs;  ///< those that it has
+  };
+  /// Errors: why a controller drops the whole reply.
+  std::expected<Reply, std::string> read(std::string_view datagram);
+
+  /// Names in the replies that the list does not have, each told once: "AKorr", "AK.A7".
+  std::vector<std::string> take_strangers() { return std::exchange(strangers_, {}); }
 
  private:
+  void tell(std::string name);
+
+  rsi::EthernetConfig ethernet_;
   std::set<std::string, std::less<>> elements_, names_;  // "AK"; "AK.A1" and "Stop"
   std::set<std::string, std::less<>> told_;
+  std::vector<std::string> strangers_;
 };
 
 }  // namespace truepose::sim

@@ -81,6 +81,7 @@ void RsiStatistics::add(const RsiStatistics& other) {
   timeouts += other.timeouts;
   overruns += other.overruns;
   longest_overrun = std::max(longest_overrun, other.longest_overrun);
+  last_cycle = std::max(last_cycle, other.last_cycle);
 }
 
 namespace {
@@ -164,6 +165,10 @@ class RsiRunner::Session {
     while (!end && !stopping_) {
       begin_faults(tick);
       const std::string_view datagram = client_.begin_cycle();
+      if (datagram.empty()) {
+        end = RsiEnd::Off;
+        break;
+      }
       if (!stopping_) send(datagram);  // a controller that is stopped while it is silent stays so
       tick += cycle_;
       receive_until(tick);
@@ -194,6 +199,7 @@ class RsiRunner::Session {
     cycle_number_ = coming_cycle();
     {
       const std::lock_guard lock{mutex_};
+      statistics_.last_cycle = static_cast<std::uint64_t>(cycle_number_);
       for (ScenarioFault& fault : disturbances_) {
         fault.at = cycle_number_;
         faults_.push_back(std::move(fault));
@@ -210,8 +216,7 @@ class RsiRunner::Session {
   void begin(const ScenarioFault& fault, steady_clock::time_point& tick) {
     switch (fault.kind) {
       case Kind::RsiSilence:
-        client_.pass(static_cast<std::uint64_t>(fault.lasts));
-        return pause(fault.lasts, tick);
+        return pause(fault.lasts, tick, [this] { client_.pass(); });
       case Kind::RsiRestart:
         return restart(fault, tick);
       case Kind::RsiIpoc:
@@ -223,17 +228,18 @@ class RsiRunner::Session {
     }
   }
 
-  void pause(std::int64_t cycles, steady_clock::time_point& tick) {
-    for (; cycles > 0 && !stopping_; --cycles) {
+  void pause(std::int64_t cycles, steady_clock::time_point& tick, const std::function<void()>& each) {
+    for (; cycles > 0 && !stopping_ && client_.is_on(); --cycles) {
       tick += cycle_;
       sleep_until(tick);
+      each();
     }
     receive_pending();  // to no cycle that still waits
   }
 
   void restart(const ScenarioFault& fault, steady_clock::time_point& tick) {
     client_.restart(static_cast<std::uint64_t>(fault.lasts), fault.ipoc);
-    pause(fault.lasts, tick);
+    pause(fault.lasts, tick, [] {});
     held_back_.clear();
     if (options_.source_port == 0) socket_ = open_socket();
     const std::lock_guard lock{mutex_};

@@ -56,6 +56,7 @@ struct RsiStatistics {
   std::uint64_t timeouts = 0;  ///< sessions that ended with KSS29002
   std::uint64_t overruns = 0;  ///< ticks that the simulator itself missed
   std::chrono::nanoseconds longest_overrun{0};
+  std::uint64_t last_cycle = 0;  ///< of the simulator's life, whose faults have begun
 
   void add(const RsiStatistics& other);
 };
@@ -66,7 +67,7 @@ struct RsiRunnerOptions {
   std::chrono::milliseconds cycle{4};
   std::uint16_t source_port = 0;  ///< that it sends from; 0: another one each time that RSI is switched on
   std::vector<config::ScenarioFault> faults{};  ///< those of RSI, in cycles
-  std::uint64_t cycles_before = 0;              ///< of earlier sessions: faults count on from there
+  std::uint64_t cycles_before = 0;              ///< last_cycle of earlier sessions: faults count on
 };
 
 /// What a session tells while it runs. Called from its own thread.

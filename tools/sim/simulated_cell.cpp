@@ -11,6 +11,7 @@
 
 #include "core/math/angles.hpp"
 #include "core/simulate/true_arm.hpp"
+#include "tools/sim/controller_setup.hpp"
 
 namespace truepose::sim {
 
@@ -23,24 +24,11 @@ using Kind = config::ScenarioFault::Kind;
 /// Streams of random numbers that must not share a seed.
 constexpr std::uint64_t kNoiseStream = 0x6e6f697365u;
 
-/// Where the arm stands at first, and where the RSI program starts.
-JointVector home(const config::Scenario& scenario) {
-  if (!scenario.stream_path.empty()) return scenario.stream_path.front();
-  JointVector q(scenario.nominal.joint_count());
-  for (Eigen::Index i = 0; i < q.size(); ++i) {
-    const Joint& joint = scenario.nominal.joints[static_cast<std::size_t>(i)];
-    q[i] = (joint.min + joint.max) / 2;
-  }
-  return q;
-}
+/// The controller's channels that truepose uses.
+const std::string kCellLink = "CellLink", kCellState = "CellState";
 
-ControllerSetup controller_setup(const config::Scenario& scenario) {
-  return {.nominal = scenario.nominal,
-          .model = scenario.robot_model,
-          .serial = scenario.robot_serial,
-          .start = home(scenario),
-          .rsi_start = home(scenario)};
-}
+/// No more often is the controller looked at while RSI is off.
+constexpr std::chrono::milliseconds kShortest{1};
 
 TrueArmSetup arm_setup(const config::Scenario& scenario) {
   return {.robot = scenario.truth,
@@ -88,6 +76,16 @@ EmsconServer listening_tracker(const boost::asio::any_io_executor& executor, con
   }
 }
 
+ControllerSetup listening_controller(const config::Scenario& scenario, std::function<void()> on_news) {
+  ControllerSetup setup = controller_setup(scenario);
+  for (const std::string& channel : {kCellLink, kCellState}) {
+    if (!setup.eki_files.contains(channel))
+      throw std::invalid_argument{"the controller has no " + channel + ".xml in its eki folder"};
+  }
+  setup.on_news = std::move(on_news);
+  return setup;
+}
+
 steady_clock::duration shortened(std::chrono::nanoseconds time, double speedup) {
   return std::chrono::duration_cast<steady_clock::duration>(std::chrono::duration<double, std::nano>(time) /
                                                             speedup);
@@ -103,12 +101,13 @@ SimulatedCell::SimulatedCell(boost::asio::any_io_executor executor, config::Scen
       options_{std::move(options)},
       arm_{arm_setup(scenario_), options_.seed},
       noise_random_{options_.seed ^ kNoiseStream},
-      controller_{controller_setup(scenario_)},
+      controller_{
+          listening_controller(scenario_, [this] { boost::asio::post(executor_, [this] { follow(); }); })},
       next_change_{executor},
       eki_{executor,
-           {.address = options_.address,
-            .motion_port = options_.eki_port,
-            .state_port = static_cast<std::uint16_t>(options_.eki_port == 0 ? 0 : options_.eki_port + 1)},
+           options_.address,
+           {{kCellLink, options_.eki_port},
+            {kCellState, static_cast<std::uint16_t>(options_.eki_port == 0 ? 0 : options_.eki_port + 1)}},
            *this},
       tracker_{listening_tracker(
           executor, *this, [this](const Eigen::Vector3d& p_true_mm) { return measured(p_true_mm); },
@@ -119,12 +118,15 @@ SimulatedCell::SimulatedCell(boost::asio::any_io_executor executor, config::Scen
       schedule(fault, std::chrono::milliseconds{fault.at});
   }
   disturb_tracker();
+  constexpr std::chrono::seconds kBoot{1};  // its programs have opened their channels
+  controller_.advance(kBoot);
+  follow();
 }
 
 SimulatedCell::~SimulatedCell() = default;
 
 SimulatedCell::Ports SimulatedCell::ports() const {
-  return {eki_.motion_port(), eki_.state_port(), tracker_.port()};
+  return {eki_.port(kCellLink), eki_.port(kCellState), tracker_.port()};
 }
 
 CellStatistics SimulatedCell::statistics() const {
@@ -134,30 +136,28 @@ CellStatistics SimulatedCell::statistics() const {
   return statistics;
 }
 
-void SimulatedCell::motion_connected() { eki_.send_motion(controller_.hello()); }
-
-void SimulatedCell::motion_lost() {
-  observe_rsi();
-  controller_.link_lost(now());
-  follow({});
+bool SimulatedCell::connected(const std::string& channel) {
+  pass_time();
+  const bool taken = controller_.connect(channel);
+  follow();
+  return taken;
 }
 
-void SimulatedCell::command(const eki::Command& command) {
-  observe_rsi();
-  follow(controller_.command(command, now()));
+void SimulatedCell::lost(const std::string& channel) {
+  pass_time();
+  controller_.disconnect(channel);
+  follow();
 }
 
-void SimulatedCell::control(const eki::Control& control) {
-  observe_rsi();
-  KukaController::ControlAnswer answer = controller_.control(control, now());
-  eki_.send_state(answer.state);
-  follow(std::move(answer.acks));
+void SimulatedCell::received(const std::string& channel, std::string_view document) {
+  pass_time();
+  controller_.receive(channel, document);
+  follow();
 }
 
 TargetSight SimulatedCell::look() const {
   TargetSight sight{.p_WS_mm = std::nullopt, .moving = false, .stamp = steady_clock::now()};
-  const RsiRunner::Arm arm =
-      rsi_ ? rsi_->arm() : RsiRunner::Arm{controller_.axes(now()), controller_.moving(now())};
+  const RsiRunner::Arm arm = rsi_ ? rsi_->arm() : RsiRunner::Arm{controller_.axes(), controller_.is_moving()};
   sight.moving = arm.moving;
   if (arm_.visible(arm.q)) sight.p_WS_mm = arm_.p_WS_mm(arm.q);
   return sight;
@@ -168,62 +168,67 @@ SimTime SimulatedCell::now() const {
   return std::chrono::duration_cast<SimTime>(real * options_.speedup);
 }
 
-/// While RSI is open its cycles drive the arm, on a thread of their own.
-void SimulatedCell::observe_rsi() {
-  if (!rsi_) return;
-  const RsiRunner::Arm arm = rsi_->arm();
-  controller_.rsi_cycle(arm.q, arm.moving);
+/// The controller's clock, while RSI has none.
+void SimulatedCell::pass_time() {
+  const steady_clock::time_point now = steady_clock::now();
+  const std::chrono::duration<double, std::nano> real = now - passed_;
+  passed_ = now;
+  if (!rsi_) controller_.advance(std::chrono::duration_cast<SimTime>(real * options_.speedup));
 }
 
-/// Says what the controller has said, and makes the rest of the cell agree with the controller's new state.
-void SimulatedCell::follow(std::vector<eki::Ack> said) {
-  for (const eki::Ack& ack : controller_.advance(now())) said.push_back(ack);
-  for (const eki::Ack& ack : said) eki_.send_motion(ack);
-
-  for (; stops_seen_ < controller_.stops(); ++stops_seen_) arm_.move_to(controller_.axes(now()));
-
-  const std::optional<double> rsi_speed = controller_.rsi_speed();
-  if (rsi_speed && !rsi_) start_rsi(*rsi_speed);
-  if (!rsi_speed && rsi_) end_rsi();
-
-  const std::optional<SimTime> change = controller_.next_change();
+/// Makes the rest of the cell agree with the controller's new state.
+void SimulatedCell::follow() {
+  say_what_is_new();
+  for (; stops_seen_ < controller_.stops(); ++stops_seen_) arm_.move_to(controller_.axes());
+  if (const auto session = controller_.rsi(); session && !rsi_) start_rsi(*session);
+  const std::optional<SimTime> change = rsi_ ? std::nullopt : controller_.next_change();
   if (!change) {
     next_change_.cancel();
     return;
   }
-  next_change_.expires_at(start_ + shortened(*change, options_.speedup));
+  next_change_.expires_at(passed_ +
+                          std::max<steady_clock::duration>(shortened(*change, options_.speedup), kShortest));
   next_change_.async_wait([this](boost::system::error_code cancelled) {
-    if (!cancelled) follow({});
+    if (cancelled) return;
+    pass_time();
+    follow();
   });
 }
 
-void SimulatedCell::start_rsi(double speed_scale) {
-  ++sessions_begun_;
+void SimulatedCell::say_what_is_new() {
+  for (const std::string& channel : controller_.take_closed()) eki_.close(channel);
+  for (const std::string& channel : {kCellLink, kCellState})
+    eki_.listen(channel, controller_.is_open(channel));
+  for (Controller::Document& document : controller_.take_documents())
+    eki_.send(document.channel, std::move(document.text));
+  for (const std::string& message : controller_.take_messages())
+    std::fprintf(stderr, "pendant: %s\n", message.c_str());
+}
+
+void SimulatedCell::start_rsi(const Controller::RsiSession& session) {
+  rsi_session_ = session.number;
   const RsiSetup setup{.nominal = scenario_.rsi_arm.value_or(scenario_.nominal),
                        .ethernet = ethernet_,
+                       .context = rsi_context(scenario_),
                        .cycle = scenario_.cycle,
-                       .timeout_cycles = scenario_.rsi_timeout_cycles,
-                       .axis_corr_limit_rad = scenario_.axis_corr_limit_deg * kRadPerDeg,
                        .servo = servo_setup(scenario_),
                        .hold_on = scenario_.hold_on,
                        .ignores_correction = scenario_.ignores_correction,
-                       .consecutive_delay = scenario_.consecutive_delay,
-                       .decimals = scenario_.rsi_decimals};
-  const std::vector<JointVector> points =
-      scenario_.stream_path.empty() ? std::vector{home(scenario_)} : scenario_.stream_path;
+                       .consecutive_delay = scenario_.consecutive_delay};
   // A counter of the controller's milliseconds, so a new session is seen to be one.
   const auto ipoc =
       std::chrono::floor<std::chrono::milliseconds>(steady_clock::now().time_since_epoch()).count();
-  RsiClient client{setup, StreamPath{scenario_.nominal, points, speed_scale},
+  // The controller outlives its session.
+  RsiClient client{setup, std::shared_ptr<RsiProgram>{std::shared_ptr<void>{}, &controller_},
                    static_cast<std::uint64_t>(ipoc)};
   const RsiRunnerOptions options{.host = options_.rsi_host,
                                  .port = options_.rsi_port,
                                  .cycle = scenario_.cycle,
                                  .source_port = scenario_.rsi_source_port,
                                  .faults = rsi_faults(),
-                                 .cycles_before = ended_sessions_.counters.cycles};
-  const auto ended = [this, session = sessions_begun_](RsiEnd end) {
-    boost::asio::post(executor_, [=, this] { rsi_ended(session, end); });
+                                 .cycles_before = ended_sessions_.last_cycle};
+  const auto ended = [this, number = session.number](RsiEnd end) {
+    boost::asio::post(executor_, [=, this] { rsi_ended(number, end); });
   };
   const auto stranger = [this](const std::string& name) {
     boost::asio::post(executor_, [=, this] { tell_of_stranger(name); });
@@ -231,21 +236,29 @@ void SimulatedCell::start_rsi(double speed_scale) {
   rsi_ = std::make_unique<RsiRunner>(options, std::move(client), RsiListener{ended, stranger});
 }
 
-void SimulatedCell::end_rsi() {
+void SimulatedCell::rsi_ended(std::uint64_t session, RsiEnd end) {
+  if (!rsi_ || session != rsi_session_) return;
   const std::unique_ptr<RsiRunner> ended = std::exchange(rsi_, nullptr);
   ended->stop();
   ended_sessions_.add(ended->statistics());
+  passed_ = steady_clock::now();
+  controller_.rsi_ended(session, end, ended->arm().q);
+  if (end != RsiEnd::Off)
+    operate_later(std::chrono::ceil<SimTime>(Seconds{scenario_.operator_s}),
+                  {.kind = OperatorAct::Kind::Start});
+  follow();
 }
 
-void SimulatedCell::rsi_ended(std::uint64_t session, RsiEnd end) {
-  if (!rsi_ || session != sessions_begun_) return;  // a stop came first
-  if (end == RsiEnd::Timeout) {
-    std::fprintf(stderr,
-                 "KSS29002: Object ETHERNET1 returns error RSITimeout: %d cycles without a valid reply\n",
-                 scenario_.rsi_timeout_cycles);
-  }
-  observe_rsi();
-  follow(controller_.rsi_ended(end, now()));
+void SimulatedCell::operate_later(std::chrono::nanoseconds after, OperatorAct act) {
+  const auto timer =
+      timers_.emplace(timers_.end(), executor_, steady_clock::now() + shortened(after, options_.speedup));
+  timer->async_wait([this, timer, act](boost::system::error_code cancelled) {
+    if (cancelled) return;
+    timers_.erase(timer);
+    pass_time();
+    controller_.operate(act);
+    follow();
+  });
 }
 
 void SimulatedCell::tell_of_stranger(const std::string& name) {
@@ -260,13 +273,12 @@ void SimulatedCell::tell_of_stranger(const std::string& name) {
 
 /// @param at  of scaled time, since the start
 void SimulatedCell::schedule(const config::ScenarioFault& fault, std::chrono::milliseconds at) {
-  const auto timer =
-      fault_timers_.emplace(fault_timers_.end(), executor_, start_ + shortened(at, options_.speedup));
+  const auto timer = timers_.emplace(timers_.end(), executor_, start_ + shortened(at, options_.speedup));
   timer->async_wait([this, timer, fault, at](boost::system::error_code cancelled) {
     if (cancelled) return;
     misbehave(fault);
     if (fault.every > 0) schedule(fault, at + std::chrono::milliseconds{fault.every});
-    fault_timers_.erase(timer);
+    timers_.erase(timer);
   });
 }
 
@@ -281,16 +293,53 @@ void SimulatedCell::misbehave(const config::ScenarioFault& fault) {
     tracker_.restart();
   } else if (fault.kind == Kind::EkiDrop) {
     eki_.drop(shorter);
+  } else if (fault.kind > Kind::EkiDrop) {
+    disturb_robot(fault);
   } else {
     disturb_tracker();
     if (fault.lasts == 0) return;
-    const auto timer =
-        fault_timers_.emplace(fault_timers_.end(), executor_, std::chrono::steady_clock::now() + shorter);
+    const auto timer = timers_.emplace(timers_.end(), executor_, std::chrono::steady_clock::now() + shorter);
     timer->async_wait([this, timer](boost::system::error_code cancelled) {
       if (cancelled) return;
       disturb_tracker();
-      fault_timers_.erase(timer);
+      timers_.erase(timer);
     });
+  }
+}
+
+/// What people do at the pendant and around the cell, and undo after its time.
+void SimulatedCell::disturb_robot(const config::ScenarioFault& fault) {
+  using Act = OperatorAct::Kind;
+  using Acts = std::vector<OperatorAct>;
+  const auto now_and_later = [&](const Acts& now, const Acts& later) {
+    pass_time();
+    for (const OperatorAct& act : now) controller_.operate(act);
+    follow();
+    if (fault.lasts == 0) return;
+    for (const OperatorAct& act : later) operate_later(std::chrono::milliseconds{fault.lasts}, act);
+  };
+  const OperatorAct start{.kind = Act::Start};
+  switch (fault.kind) {
+    case Kind::ProgramStop:
+      return now_and_later({{.kind = Act::Stop}}, {start});
+    case Kind::ProgramReset:
+      return now_and_later({{.kind = Act::Reset}, start}, {});
+    case Kind::ProgramSelect:
+      return now_and_later({{.kind = Act::Select, .program = fault.program}, start}, {});
+    case Kind::EmergencyStop:
+      return now_and_later({{.kind = Act::EmergencyStop}}, {{.kind = Act::ReleaseEmergencyStop}, start});
+    case Kind::GateOpen:
+      return now_and_later({{.kind = Act::OpenGate}}, {{.kind = Act::CloseGate}, start});
+    case Kind::OperatingMode:
+      return now_and_later(
+          {{.kind = Act::SetMode, .number = static_cast<int>(fault.mode)}},
+          {{.kind = Act::SetMode, .number = static_cast<int>(config::ScenarioFault::Mode::Ext)}, start});
+    case Kind::Override:
+      return now_and_later({{.kind = Act::SetOverride, .number = fault.percent}}, {});
+    case Kind::ControllerRestart:
+      return now_and_later({{.kind = Act::SwitchOff}}, {{.kind = Act::SwitchOn}});
+    default:
+      return;
   }
 }
 

@@ -15,9 +15,9 @@
 #include "core/math/random.hpp"
 #include "core/simulate/true_arm.hpp"
 #include "proto/rsi/ethernet_config.hpp"
+#include "tools/sim/controller.hpp"
 #include "tools/sim/eki_server.hpp"
 #include "tools/sim/emscon_server.hpp"
-#include "tools/sim/kuka_controller.hpp"
 #include "tools/sim/rsi_runner.hpp"
 
 namespace truepose::sim {
@@ -54,22 +54,25 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   Ports ports() const;
   CellStatistics statistics() const;
 
+  /// A fault that begins now.
+  void misbehave(const config::ScenarioFault& fault);
+
  private:
-  void motion_connected() override;
-  void motion_lost() override;
-  void command(const eki::Command& command) override;
-  void control(const eki::Control& control) override;
+  bool connected(const std::string& channel) override;
+  void lost(const std::string& channel) override;
+  void received(const std::string& channel, std::string_view document) override;
   TargetSight look() const override;
 
   SimTime now() const;
-  void observe_rsi();
-  void follow(std::vector<eki::Ack> said);
-  void start_rsi(double speed_scale);
-  void end_rsi();
+  void pass_time();
+  void follow();
+  void say_what_is_new();
+  void start_rsi(const Controller::RsiSession& session);
   void rsi_ended(std::uint64_t session, RsiEnd end);
+  void operate_later(std::chrono::nanoseconds after, OperatorAct act);
+  void disturb_robot(const config::ScenarioFault& fault);
   void tell_of_stranger(const std::string& name);
   void schedule(const config::ScenarioFault& fault, std::chrono::milliseconds at);
-  void misbehave(const config::ScenarioFault& fault);
   void point_begins(std::uint64_t number);
   void disturb_tracker();
   std::vector<config::ScenarioFault> rsi_faults() const;
@@ -83,14 +86,15 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   CellOptions options_;
   TrueArm arm_;
   Random noise_random_;
-  KukaController controller_;
+  Controller controller_;
+  std::chrono::steady_clock::time_point passed_ = start_;  // until when the controller's time has gone on
   boost::asio::steady_timer next_change_;
-  std::list<boost::asio::steady_timer> fault_timers_;
+  std::list<boost::asio::steady_timer> timers_;
   std::uint64_t point_ = 1;  // that the tracker measures, or comes to measure
   double extra_sigma_mm_ = 0;
   std::set<std::string> strangers_told_;
   RsiStatistics ended_sessions_;
-  std::uint64_t sessions_begun_ = 0;  // by us; RSI may have been switched off and on within one
+  std::uint64_t rsi_session_ = 0;  // of the controller, that rsi_ serves
   std::uint64_t stops_seen_ = 0;
   EkiServer eki_;
   EmsconServer tracker_;

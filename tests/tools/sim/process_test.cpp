@@ -3,6 +3,7 @@
 #include <sys/socket.h>
 #include <sys/time.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/connect.hpp>
@@ -21,7 +22,6 @@
 #include "proto/rsi/frame_codec.hpp"
 #include "tests/simulator_process.hpp"
 #include "tests/tools/sim/kr210.hpp"
-#include "tools/sim/kuka_controller.hpp"
 
 namespace truepose::sim {
 namespace {
@@ -30,6 +30,16 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using asio::ip::udp;
 using testing::HasSubstr;
+
+eki::Axes axes_of(const JointVector& q) {
+  eki::Axes axes;
+  std::ranges::copy(q, axes.begin());
+  return axes;
+}
+
+JointVector joints_of(const eki::Axes& axes) {
+  return Eigen::Map<const Eigen::Matrix<double, 6, 1>>(axes.data());
+}
 
 const std::string kConfig = TRUEPOSE_SOURCE_DIR "/config";
 const std::string kEthernetXml = kConfig + "/kuka/rsi/truepose_rsi_ethernet.xml";
@@ -114,16 +124,16 @@ TEST_F(SimulatorTest, MovesTheArmAndEndsCleanlyOnSigterm) {
   SimulatorProcess simulator{folder_, arguments({"--truth-file", folder_.path() / "truth.json"})};
   const auto opened = ports(simulator);
   EkiClient motion{opened.at("eki_port").as_int64()}, state{opened.at("eki_state_port").as_int64()};
-  EXPECT_EQ(std::get<eki::Hello>(motion.next().value()).serial, "SIM-0001");
+  EXPECT_EQ(std::get<eki::Hello>(motion.next().value()).serial, "210001");
 
   const JointVector target = deg(20, -80, 95, 0, 30, 0);
-  motion.send(eki::Command{.id = 1, .type = eki::CommandType::Ptp, .axes_rad = to_axes(target)});
+  motion.send(eki::Command{.id = 1, .type = eki::CommandType::Ptp, .axes_rad = axes_of(target)});
   EXPECT_EQ(motion.ack().state, eki::AckState::Accepted);
   EXPECT_EQ(motion.ack().state, eki::AckState::Moving);
   EXPECT_EQ(motion.ack().state, eki::AckState::InPosition);
   state.send(eki::Control{.id = 2});
   const auto there = std::get<eki::State>(state.next().value());
-  EXPECT_TRUE(to_joints(there.axes_rad).isApprox(target, 1e-6));
+  EXPECT_TRUE(joints_of(there.axes_rad).isApprox(target, 1e-6));
 
   EkiClient second{opened.at("eki_port").as_int64()};
   EXPECT_FALSE(second.next()) << "a channel has one client";
@@ -157,11 +167,10 @@ TEST_F(SimulatorTest, StreamsUntilTheStopBitAndCountsEveryCycle) {
     reply.stop = cycle == cycles;
     pc_.send_to(asio::buffer(codec.encode(reply, buffer).value()), controller);
   }
-  EXPECT_EQ(motion.ack().state, eki::AckState::Accepted);
   EXPECT_EQ(motion.ack().state, eki::AckState::Moving);
-  const eki::Ack end = motion.ack();
-  // On a crowded machine the last reply may be late; then there is none after it, and RSI times out.
-  EXPECT_TRUE(end.state == eki::AckState::InPosition || end.error == kKss29002);
+  // On a crowded machine the last reply may be late; then there is none after it, RSI times out, and somebody
+  // starts the program again, which comes to its end too.
+  EXPECT_EQ(motion.ack().state, eki::AckState::InPosition);
 
   simulator.terminate();
   EXPECT_EQ(simulator.wait(), 0);

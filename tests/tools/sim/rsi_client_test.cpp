@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -42,18 +43,21 @@ rsi::EthernetConfig ethernet(bool hold_on = true) {
   return rsi::parse_ethernet_config(xml).value();
 }
 
+std::shared_ptr<RsiProgram> program_along(std::vector<JointVector> points) {
+  return std::make_shared<StreamPath>(kr210(), std::move(points), 1.0);
+}
+
 class RsiClientTest : public testing::Test {
  protected:
   explicit RsiClientTest(bool hold_on = true) : RsiClientTest{setup(hold_on)} {}
   explicit RsiClientTest(const RsiSetup& what, std::vector<JointVector> points = {kStart})
-      : codec{what.ethernet}, client{what, StreamPath{kr210(), std::move(points), 1.0}, kFirstIpoc} {}
+      : codec{what.ethernet}, client{what, program_along(std::move(points)), kFirstIpoc} {}
 
   static RsiSetup setup(bool hold_on = true) {
     return {.nominal = kr210(),
             .ethernet = ethernet(hold_on),
-            .cycle = 4ms,
-            .timeout_cycles = 5,
-            .axis_corr_limit_rad = 5 * kRadPerDeg};
+            .context = rsi::truepose_context({.timeout_cycles = 5, .max_total_deg = 5}),
+            .cycle = 4ms};
   }
 
   rsi::RobotFrame begin() { return rsi::decode_robot_frame(client.begin_cycle()).value(); }
@@ -99,7 +103,9 @@ class RsiClientWithDrives : public RsiClientTest {
   static RsiSetup lagging() {
     RsiSetup with_drives = setup();
     with_drives.servo = {.dead_time = 12ms, .lag = {40ms, 40ms, 40ms, 40ms, 40ms, 80ms}};
-    with_drives.decimals = 9;
+    for (rsi::ContextObject& object : with_drives.context.objects) {
+      if (object.type == "ETHERNET") object.values["Precision"] = "9";
+    }
     return with_drives;
   }
 };
@@ -214,7 +220,7 @@ TEST_F(RsiClientTest, ClampsSilentlyAtTheLimitOfAxiscorr) {
 
 TEST_F(RsiClientTest, LeavesMovecorrOnTheStopBit) {
   EXPECT_EQ(answered(0.5), std::nullopt);
-  EXPECT_EQ(answered(0.5, true), RsiEnd::Left);
+  EXPECT_EQ(answered(0.5, true), RsiEnd::Off);
 }
 
 TEST_F(RsiClientWithDrives, MovesTheAxesByACorrectionAfterDeadTimeAndLag) {
@@ -270,7 +276,7 @@ TEST_F(RsiClientTest, StartsAnewWithNothingInForceWhenRsiIsSwitchedOffAndOn) {
 
 TEST_F(RsiClientTest, KeepsWhatIsInForceInASilenceThatItsClockGoesThrough) {
   answered(0.5);
-  client.pass(250);
+  for (int cycle = 0; cycle < 250; ++cycle) client.pass();
   const rsi::RobotFrame frame = begin();
   EXPECT_EQ(frame.ipoc, kFirstIpoc + 251 * 4);
   EXPECT_EQ(frame.delay, 0);
@@ -290,7 +296,7 @@ TEST_F(RsiClientTest, AnswersToTheTimeStampThatItJumpedTo) {
 TEST(RsiClient, CanBeToldToDropWhatTheConfigurationHolds) {
   RsiSetup dropping{.nominal = kr210(), .ethernet = ethernet(), .cycle = 4ms};
   dropping.hold_on = false;
-  RsiClient client{dropping, StreamPath{kr210(), {kStart}, 1.0}, kFirstIpoc};
+  RsiClient client{dropping, program_along({kStart}), kFirstIpoc};
   client.begin_cycle();
   client.receive(
       "<Sen Type=\"TruePose\"><AK A1=\"1\" A2=\"0\" A3=\"0\" A4=\"0\" A5=\"0\" "
@@ -305,7 +311,7 @@ TEST(RsiClient, CanBeToldToDropWhatTheConfigurationHolds) {
 TEST(RsiClient, CanCountItsDelayInARow) {
   RsiSetup in_a_row{.nominal = kr210(), .ethernet = ethernet(), .cycle = 4ms};
   in_a_row.consecutive_delay = true;
-  RsiClient client{in_a_row, StreamPath{kr210(), {kStart}, 1.0}, kFirstIpoc};
+  RsiClient client{in_a_row, program_along({kStart}), kFirstIpoc};
   const auto delay = [&client] { return rsi::decode_robot_frame(client.begin_cycle()).value().delay; };
   delay();
   client.end_cycle();
@@ -393,11 +399,11 @@ TEST(StreamPath, VisitsItsPointsInALoopWithoutAJump) {
   StreamPath path{kr210(), points, 0.5};
   EXPECT_TRUE(path.moving());
   std::vector<double> nearest(points.size(), 1);
-  JointVector before = path.position();
+  JointVector before = path.set_points();
   EXPECT_EQ(before, kStart);
   for (int cycle = 0; cycle < 5000; ++cycle) {
-    path.advance(4ms);
-    const JointVector q = path.position();
+    path.advance(4ms, before);
+    const JointVector q = path.set_points();
     for (Eigen::Index i = 0; i < 6; ++i) {
       const double fastest = kr210().joints[static_cast<std::size_t>(i)].speed * 0.5 * 0.004;
       ASSERT_LE(std::abs(q[i] - before[i]), fastest * 1.000001) << "cycle " << cycle;
@@ -410,8 +416,8 @@ TEST(StreamPath, VisitsItsPointsInALoopWithoutAJump) {
 
 TEST(StreamPath, StandsAtASinglePoint) {
   StreamPath path{kr210(), {kStart}, 1};
-  path.advance(1s);
-  EXPECT_EQ(path.position(), kStart);
+  path.advance(1s, kStart);
+  EXPECT_EQ(path.set_points(), kStart);
   EXPECT_FALSE(path.moving());
 }
 

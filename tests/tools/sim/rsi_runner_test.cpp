@@ -11,6 +11,7 @@
 #include <boost/asio/ip/udp.hpp>
 #include <chrono>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -52,17 +53,18 @@ class Wire : public testing::Test {
   void start(std::vector<ScenarioFault> faults) {
     const auto ethernet =
         rsi::parse_ethernet_config(text_of(TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml"));
-    const RsiSetup setup{.nominal = kr210(),
-                         .ethernet = ethernet.value(),
+    const RsiSetup setup{
+        .nominal = kr210(),
+        .ethernet = ethernet.value(),
+        .context = rsi::truepose_context({.timeout_cycles = std::numeric_limits<int>::max()}),
+        .cycle = 1ms};
+    runner_.emplace(
+        RsiRunnerOptions{.host = "127.0.0.1",
+                         .port = pc_.local_endpoint().port(),
                          .cycle = 1ms,
-                         .timeout_cycles = std::numeric_limits<int>::max(),
-                         .axis_corr_limit_rad = 1};
-    runner_.emplace(RsiRunnerOptions{.host = "127.0.0.1",
-                                     .port = pc_.local_endpoint().port(),
-                                     .cycle = 1ms,
-                                     .faults = std::move(faults)},
-                    RsiClient{setup, StreamPath{kr210(), {kWireHome}, 1}, kWireIpoc},
-                    RsiListener{.ended = [](RsiEnd) {}});
+                         .faults = std::move(faults)},
+        RsiClient{setup, std::make_shared<StreamPath>(kr210(), std::vector{kWireHome}, 1), kWireIpoc},
+        RsiListener{.ended = [](RsiEnd) {}});
   }
 
   Heard hear() {

@@ -48,7 +48,7 @@ class Cell {
   static drivers::TimePoint soon() { return std::chrono::steady_clock::now() + 60s; }
 
   void connect() {
-    EXPECT_EQ(run(robot.connect(soon())).value().serial, scenario.robot_serial);
+    EXPECT_EQ(run(robot.connect(soon())).value().serial, std::to_string(scenario.robot_serial));
     EXPECT_TRUE(run(tracker.connect(soon())));
   }
 

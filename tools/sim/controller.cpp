@@ -1,0 +1,374 @@
+#include "tools/sim/controller.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "tools/sim/controller_declarations.hpp"
+
+namespace truepose::sim {
+namespace {
+
+using krl::Value;
+
+/// Of the interpolator.
+constexpr std::chrono::milliseconds kCycle{4};
+
+constexpr int kT1 = 1, kT2 = 2;  // operating modes
+
+SimTime sim_time(Seconds t) { return std::chrono::ceil<SimTime>(t); }
+
+ProgramMotion motion_of(const ControllerSetup& setup) {
+  if (setup.nominal.joint_count() != 6) {
+    throw std::invalid_argument("the simulated controller moves an arm of six axes, and '" +
+                                setup.nominal.name + "' has " + std::to_string(setup.nominal.joint_count()));
+  }
+  auto motion = ProgramMotion::of(setup.nominal, setup.start);
+  if (!motion) throw std::invalid_argument{motion.error()};
+  return *std::move(motion);
+}
+
+}  // namespace
+
+Controller::Controller(ControllerSetup setup)
+    : setup_{std::move(setup)},
+      motion_{motion_of(setup_)},
+      actual_{setup_.start},
+      set_points_{setup_.start},
+      stood_at_{setup_.start} {
+  for (const auto& [channel, text] : setup_.eki_files) {
+    auto file = parse_eki_file(text);
+    if (!file) throw std::invalid_argument{channel + ".xml: " + file.error()};
+    channels_.emplace(channel, *std::move(file));
+  }
+  auto program = krl::load({.declarations = std::string{controller_declarations()}}, setup_.programs);
+  if (!program) throw std::invalid_argument{program.error().text()};
+  program_ = std::make_unique<krl::Program>(*std::move(program));
+  boot();
+}
+
+/// The submit program starts by itself; who switches the controller on starts the other.
+void Controller::boot() {
+  krl::Host& host = *this;
+  memory_ = std::make_unique<krl::Memory>(*program_);
+  robot_ = std::make_unique<krl::Interpreter>(*program_, *memory_, host, krl::InterpreterKind::Robot);
+  submit_ = std::make_unique<krl::Interpreter>(*program_, *memory_, host, krl::InterpreterKind::Submit);
+  variables_.clear();
+  default_variables();
+  selected_ = setup_.selected;
+  for (const auto& [interpreter, routine] :
+       {std::pair{submit_.get(), &setup_.submit}, {robot_.get(), &setup_.selected}}) {
+    if (const auto selected = interpreter->select(*routine); !selected)
+      throw std::invalid_argument{*routine + ": " + selected.error()};
+    interpreter->start();
+  }
+  run_programs();
+}
+
+// ---- Time
+
+void Controller::advance(SimTime by) {
+  const std::lock_guard lock{mutex_};
+  run_programs();
+  for (const SimTime end = time_ + by; time_ < end && !rsi_on_;) {
+    SimTime step = end - time_;
+    if (const auto motion = motion_.until_change(kCycle)) step = std::min(step, sim_time(*motion));
+    if (const auto robot = robot_->next_change()) step = std::min(step, *robot - time_);
+    step = std::clamp(step, SimTime{1}, end - time_);
+    time_ += step;
+    if (drives_on_) motion_.advance(step);
+    actual_ = set_points_ = motion_.position();
+    robot_->run(time_);
+    if (motion_.is_standing() && differ(actual_, stood_at_)) {
+      stood_at_ = actual_;
+      ++stops_;
+    }
+  }
+  submit_->run(time_);
+}
+
+std::optional<SimTime> Controller::next_change() const {
+  const std::lock_guard lock{mutex_};
+  std::optional<SimTime> next;
+  const auto sooner = [&next](SimTime by) { next = std::min(next.value_or(by), std::max(by, SimTime{0})); };
+  if (const auto motion = motion_.until_change(kCycle)) sooner(sim_time(*motion));
+  for (const auto* interpreter : {robot_.get(), submit_.get()}) {
+    if (const auto change = interpreter->next_change()) sooner(*change - time_);
+  }
+  return next;
+}
+
+/// At the time that has come.
+void Controller::run_programs() {
+  robot_->run(time_);
+  submit_->run(time_);
+}
+
+void Controller::advance(Seconds cycle, const JointVector& actual) {
+  const std::lock_guard lock{mutex_};
+  actual_ = actual;
+  time_ += sim_time(cycle);
+  for (const OperatorAct& act : std::exchange(acts_, {})) this->act(act);
+  if (stream_path_ && time_ > stream_begins_ && robot_->state() == krl::ProgramState::Active) {
+    stream_path_->advance(cycle, actual);
+    motion_.place(stream_path_->set_points());
+  } else if (drives_on_) {
+    motion_.advance(cycle);
+  }
+  run_programs();
+  set_points_ = motion_.position();
+  if (has_news()) setup_.on_news();
+}
+
+void Controller::stand(Seconds cycle) {
+  const std::lock_guard lock{mutex_};
+  time_ += sim_time(cycle);
+  for (const OperatorAct& act : std::exchange(acts_, {})) this->act(act);
+  run_programs();
+  if (has_news()) setup_.on_news();
+}
+
+// ---- Ethernet KRL
+
+bool Controller::is_open(std::string_view channel) const {
+  const std::lock_guard lock{mutex_};
+  return channels_.find(channel)->second.is_open();
+}
+
+bool Controller::connect(std::string_view channel) {
+  const std::lock_guard lock{mutex_};
+  EkiChannel& its = channels_.find(channel)->second;
+  if (!its.is_open() || its.is_connected()) return false;
+  its.connect();
+  if (its.file().alive_flag) raise(*its.file().alive_flag, true);
+  if (!rsi_on_) run_programs();
+  return true;
+}
+
+void Controller::disconnect(std::string_view channel) {
+  const std::lock_guard lock{mutex_};
+  EkiChannel& its = channels_.find(channel)->second;
+  if (!its.is_connected()) return;
+  its.disconnect();
+  if (its.file().alive_flag) raise(*its.file().alive_flag, false);
+  if (!rsi_on_) run_programs();
+}
+
+void Controller::receive(std::string_view channel, std::string_view document) {
+  const std::lock_guard lock{mutex_};
+  const auto flags = channels_.find(channel)->second.receive(document);
+  if (!flags) {
+    messages_.push_back("EKI: " + std::string{channel} + ": " + flags.error());
+    return;
+  }
+  for (const int flag : *flags) raise(flag, true);
+  if (!rsi_on_) run_programs();
+}
+
+std::vector<Controller::Document> Controller::take_documents() {
+  const std::lock_guard lock{mutex_};
+  return std::exchange(documents_, {});
+}
+
+std::vector<std::string> Controller::take_closed() {
+  const std::lock_guard lock{mutex_};
+  return std::exchange(closed_, {});
+}
+
+std::vector<std::string> Controller::take_messages() {
+  const std::lock_guard lock{mutex_};
+  return std::exchange(messages_, {});
+}
+
+void Controller::raise(int flag, bool to) { variables_["$FLAG[" + std::to_string(flag) + "]"] = to; }
+
+void Controller::drop(EkiChannel& channel) {
+  const auto its = std::ranges::find_if(channels_, [&](const auto& one) { return &one.second == &channel; });
+  if (channel.is_connected()) closed_.push_back(its->first);
+  channel.clear();
+  if (channel.file().alive_flag) raise(*channel.file().alive_flag, false);
+}
+
+// ---- People
+
+void Controller::operate(OperatorAct act) {
+  const std::lock_guard lock{mutex_};
+  if (rsi_on_) {
+    acts_.push_back(std::move(act));  // the clock's thread moves the arm
+  } else {
+    this->act(act);
+    run_programs();
+  }
+}
+
+void Controller::act(const OperatorAct& act) {
+  switch (act.kind) {
+    case OperatorAct::Kind::Select:
+      cancel_program();
+      if (const auto selected = robot_->select(act.program); !selected) messages_.push_back(selected.error());
+      selected_ = act.program;
+      return;
+    case OperatorAct::Kind::Start:
+      if (!is_switched_on_) return;
+      stop_message_ = false;
+      drives_on_ = !emergency_stop_ && !gate_open_;
+      if (drives_on_) robot_->start();
+      return;
+    case OperatorAct::Kind::Stop:
+      return stop_program(false);
+    case OperatorAct::Kind::Reset:
+      stop_message_ = false;
+      cancel_program();
+      return robot_->reset();
+    case OperatorAct::Kind::Deselect:
+      cancel_program();
+      robot_->deselect();
+      return selected_.clear();
+    case OperatorAct::Kind::EmergencyStop:
+      emergency_stop_ = true;
+      return power_off();
+    case OperatorAct::Kind::ReleaseEmergencyStop:
+      emergency_stop_ = false;
+      return;
+    case OperatorAct::Kind::OpenGate:
+      gate_open_ = true;
+      if (mode_ > kT2) power_off();  // in T1 and T2 people are inside
+      return;
+    case OperatorAct::Kind::CloseGate:
+      gate_open_ = false;
+      return;
+    case OperatorAct::Kind::SetMode:
+      stop_program(false);
+      mode_ = act.number;
+      return;
+    case OperatorAct::Kind::SetOverride:
+      static_cast<void>(write("$OV_PRO", std::nullopt, act.number));
+      return;
+    case OperatorAct::Kind::SwitchOff:
+      cancel_program();
+      robot_->deselect();
+      submit_->deselect();
+      for (auto& [name, channel] : channels_) drop(channel);
+      drives_on_ = is_switched_on_ = false;
+      return;
+    case OperatorAct::Kind::SwitchOn:
+      if (std::exchange(is_switched_on_, true)) return;
+      drives_on_ = !emergency_stop_ && !gate_open_;
+      return boot();
+  }
+}
+
+void Controller::power_off() {
+  drives_on_ = false;
+  stop_program(true);
+}
+
+void Controller::stop_program(bool by_message) {
+  stop_message_ |= by_message;
+  robot_->stop();
+}
+
+/// Ends what the program had open: its channels are deleted with it, and so is the signal flow.
+void Controller::cancel_program() {
+  robot_->stop();
+  close_rsi();
+  rsi_context_.reset();
+  motion_.cancel();
+  for (auto& [name, channel] : channels_) {
+    if (!channel.file().of_submit) drop(channel);
+  }
+  for (const char* variable : {"$TOOL", "$BASE", "$ACT_TOOL", "$ACT_BASE"}) variables_.erase(variable);
+}
+
+// ---- The arm
+
+JointVector Controller::axes() const {
+  const std::lock_guard lock{mutex_};
+  return actual_;
+}
+
+bool Controller::is_moving() const {
+  const std::lock_guard lock{mutex_};
+  return stream_path_ || !motion_.is_standing();
+}
+
+std::uint64_t Controller::moves() const {
+  const std::lock_guard lock{mutex_};
+  return motion_.moved();
+}
+
+std::uint64_t Controller::stops() const {
+  const std::lock_guard lock{mutex_};
+  return stops_;
+}
+
+Controller::Program Controller::program() const {
+  const std::lock_guard lock{mutex_};
+  return {.name = selected_, .state = robot_->state(), .line = robot_->line()};
+}
+
+std::expected<void, std::string> Controller::move(const krl::Motion& motion) {
+  return motion_.take(motion, mode_ == kT1);
+}
+
+void Controller::cancel() {
+  motion_.cancel();
+  in_movecorr_ = false;
+  stream_path_.reset();
+}
+
+// ---- RSI
+
+std::optional<Controller::RsiSession> Controller::rsi() const {
+  const std::lock_guard lock{mutex_};
+  if (!rsi_on_) return std::nullopt;
+  return RsiSession{rsi_sessions_, *rsi_context_};
+}
+
+void Controller::rsi_ended(std::uint64_t session, RsiEnd end, const JointVector& actual) {
+  const std::lock_guard lock{mutex_};
+  if (session != rsi_sessions_) return;
+  actual_ = actual;
+  for (const OperatorAct& act : std::exchange(acts_, {})) this->act(act);
+  if (rsi_on_) {
+    close_rsi();
+    rsi_context_.reset();
+  }
+  if (end == RsiEnd::Off) return;
+  messages_.push_back(
+      end == RsiEnd::Timeout
+          ? "KSS29002: Object ETHERNET1 returns error RSITimeout: too many cycles without a valid reply"
+          : "AXISCORRMON: the correction of an axis is larger than the monitor allows");
+  stop_program(true);
+}
+
+bool Controller::drives_on() const {
+  const std::lock_guard lock{mutex_};
+  return drives_on_;
+}
+
+FlowSources Controller::sources() const {
+  const std::lock_guard lock{mutex_};
+  const auto sen_pint = [this](int index) {
+    const std::lock_guard reading{mutex_};
+    const auto value = variables_.find("$SEN_PINT[" + std::to_string(index) + "]");
+    return value == variables_.end() ? 0 : std::get<std::int32_t>(value->second);
+  };
+  return {.sen_pint = sen_pint, .program_state = static_cast<int>(robot_->state()) + 1};
+}
+
+void Controller::take(const FlowEffects& effects) {
+  const std::lock_guard lock{mutex_};
+  for (const auto& [index, value] : effects.sen_pint)
+    variables_["$SEN_PINT[" + std::to_string(index) + "]"] = value;
+  if (effects.leaves_movecorr) {
+    in_movecorr_ = false;
+    stream_path_.reset();
+  }
+}
+
+bool Controller::is_on() const {
+  const std::lock_guard lock{mutex_};
+  return rsi_on_;
+}
+
+}  // namespace truepose::sim

@@ -1,0 +1,178 @@
+// The part of Controller that carries out what programs call: BAS, messages, Ethernet KRL and RSI.
+#include "tools/sim/controller.hpp"
+
+namespace truepose::sim {
+namespace {
+
+using krl::CallResult;
+using krl::Parts;
+using krl::Value;
+
+// Numbers of Ethernet KRL's messages.
+constexpr int kNoError = 0, kFileFault = 3, kNoValue = 17, kNotUsable = 512;
+
+constexpr int kRsiOk = 0, kRsiFault = -1;
+constexpr std::string_view kGet = "EKI_GET", kSet = "EKI_SET";
+
+std::string text_in(const krl::ExternalCall& call, std::size_t argument) {
+  return krl::text_of(call.arguments[argument]);
+}
+
+EkiFile::Type type_in(std::string_view name) {
+  if (name == "INT") return EkiFile::Type::Int;
+  if (name == "REAL") return EkiFile::Type::Real;
+  return name == "BOOL" ? EkiFile::Type::Bool : EkiFile::Type::String;
+}
+
+/// Puts a value where the program wants it.
+bool give(Value& place, Value value) {
+  const auto* const text = std::get_if<std::string>(&value);
+  if (text == nullptr) {
+    place = std::move(value);
+    return true;
+  }
+  const std::size_t size = std::get<std::string>(place).size();
+  if (text->size() > size) return false;
+  place = *text + std::string(size - text->size(), '\0');
+  return true;
+}
+
+/// What a program gives: characters without those that were not set.
+Value given(const Value& argument) {
+  return std::holds_alternative<std::string>(argument) ? Value{krl::text_of(argument)} : argument;
+}
+
+}  // namespace
+
+std::expected<CallResult, std::string> Controller::call(krl::ExternalCall& call) {
+  if (call.name == "MSGNOTIFY") {
+    messages_.push_back(text_in(call, 0));
+    return CallResult{};
+  }
+  if (call.name == "BAS") return bas(call);
+  if (call.name.starts_with("EKI_")) return eki(call);
+  return rsi_call(call);
+}
+
+std::expected<CallResult, std::string> Controller::bas(krl::ExternalCall& call) {
+  const std::string& command = std::get<krl::Literal>(call.arguments[0]).name;
+  const auto number = krl::is_set(call.arguments[1]) ? krl::number_of(call.arguments[1]) : 0;
+  const auto frame = [&](const char* variable, const char* data, const char* active) {
+    const int no = static_cast<int>(number);
+    variables_[variable] = no == 0 ? Value{Parts(6, Value{0.0})}
+                                   : variables_[std::string{data} + "[" + std::to_string(no) + "]"];
+    variables_[active] = no;
+  };
+  const auto of_each_axis = [&](const char* variable, double percent) {
+    for (int axis = 1; axis <= 6; ++axis)
+      variables_[std::string{variable} + "[" + std::to_string(axis) + "]"] = static_cast<int>(percent);
+  };
+  if (command == "TOOL") frame("$TOOL", "$TOOL_DATA", "$ACT_TOOL");
+  if (command == "BASE") frame("$BASE", "$BASE_DATA", "$ACT_BASE");
+  if (command == "VEL_PTP" || command == "INITMOV")
+    of_each_axis("$VEL_AXIS", command == "INITMOV" ? 100 : number);
+  if (command == "ACC_PTP" || command == "INITMOV")
+    of_each_axis("$ACC_AXIS", command == "INITMOV" ? 100 : number);
+  if (command == "VEL_CP") variables_["$VEL"] = Parts{number, 200.0, 200.0};
+  if (command == "ACC_CP") variables_["$ACC"] = Parts{number, 100.0, 100.0};
+  return CallResult{};
+}
+
+// ---- Ethernet KRL
+
+std::expected<CallResult, std::string> Controller::eki(krl::ExternalCall& call) {
+  const auto found = channels_.find(text_in(call, 0));
+  if (found == channels_.end()) return eki_status(nullptr, {}, kFileFault);
+  EkiChannel& channel = found->second;
+  if (call.name == "EKI_INIT") {
+    channel.init();
+    return eki_status(&channel, {}, kNoError);
+  }
+  if (call.name == "EKI_CLEAR") {
+    drop(channel);
+    return eki_status(&channel, {}, kNoError);
+  }
+  if (call.name == "EKI_OPEN") return eki_status(&channel, {}, channel.open() ? kNoError : kNotUsable);
+  if (!channel.is_initialised()) return eki_status(&channel, {}, kNotUsable);
+  return eki_element(call, channel);
+}
+
+std::expected<CallResult, std::string> Controller::eki_element(krl::ExternalCall& call, EkiChannel& channel) {
+  const std::string element = text_in(call, 1);
+  if (call.name == "EKI_CHECKBUFFER") return eki_status(&channel, element, kNoError);
+  if (call.name == "EKI_SEND") {
+    const auto document = channel.document(element);
+    if (!document) return std::unexpected(text_in(call, 0) + ": " + document.error());
+    if (!channel.is_connected()) return eki_status(&channel, {}, kNotUsable);
+    documents_.push_back({text_in(call, 0), *document});
+    return eki_status(&channel, {}, kNoError);
+  }
+  if (call.name.starts_with(kSet)) {
+    if (const auto set = channel.set(element, given(call.arguments[2])); !set)
+      return std::unexpected(text_in(call, 0) + ": " + set.error());
+    return eki_status(&channel, {}, kNoError);
+  }
+  auto value = channel.take(element, type_in(call.name.substr(kGet.size())));
+  if (!value || !give(call.arguments[2], *std::move(value))) return eki_status(&channel, element, kNoValue);
+  return eki_status(&channel, element, kNoError);
+}
+
+CallResult Controller::eki_status(const EkiChannel* channel, std::string_view element, int error) const {
+  const int left = channel == nullptr ? 0 : static_cast<int>(channel->waiting(element));
+  const bool connected = channel != nullptr && channel->is_connected();
+  return {.value = Parts{left, 0, error, connected, 0}};
+}
+
+// ---- RSI
+
+std::expected<CallResult, std::string> Controller::rsi_call(krl::ExternalCall& call) {
+  if (call.name == "RSI_MOVECORR") return CallResult{.is_finished = movecorr(call.is_first)};
+  if (call.name == "RSI_CREATE") return CallResult{.value = rsi_create(call)};
+  if (call.name == "RSI_ON") {
+    if (std::get<krl::Literal>(call.arguments[0]).name != "ABSOLUTE")
+      return std::unexpected("RSI_ON: only #ABSOLUTE is simulated");
+    if (!rsi_context_ || rsi_on_) return CallResult{.value = kRsiFault};
+    rsi_on_ = true;
+    ++rsi_sessions_;
+    return CallResult{.value = kRsiOk};
+  }
+  const bool was_on = rsi_on_, was_created = rsi_context_.has_value();
+  close_rsi();
+  if (call.name == "RSI_OFF") return CallResult{.value = was_on ? kRsiOk : kRsiFault};
+  rsi_context_.reset();
+  const bool good = call.name == "RSI_RESET" || was_created;
+  return CallResult{.value = good ? kRsiOk : kRsiFault};
+}
+
+int Controller::rsi_create(krl::ExternalCall& call) {
+  const std::string name = text_in(call, 0);
+  if (rsi_context_ || std::ranges::find(setup_.contexts, name) == setup_.contexts.end()) return kRsiFault;
+  rsi_context_ = name;
+  call.arguments[1] = 1;
+  return kRsiOk;
+}
+
+/// The arm stands, but for the corrections, until STOP. @return whether the program goes on
+bool Controller::movecorr(bool is_first) {
+  if (is_first && rsi_on_) {
+    in_movecorr_ = true;
+    if (!setup_.stream_path.empty()) {
+      std::vector<JointVector> points{motion_.position()};
+      points.insert(points.end(), setup_.stream_path.begin(), setup_.stream_path.end());
+      constexpr double kSpeed = 0.2;                   // share of the greatest
+      constexpr std::chrono::milliseconds kRest{500};  // no arm moves in the cycle that opens RSI
+      stream_begins_ = time_ + kRest;
+      stream_path_.emplace(setup_.nominal, std::move(points), kSpeed);
+    }
+  }
+  return !in_movecorr_;
+}
+
+void Controller::close_rsi() {
+  if (!std::exchange(rsi_on_, false)) return;
+  in_movecorr_ = false;
+  stream_path_.reset();
+  motion_.place(actual_);
+}
+
+}  // namespace truepose::sim

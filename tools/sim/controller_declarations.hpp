@@ -1,0 +1,10 @@
+#pragma once
+
+#include <string_view>
+
+namespace truepose::sim {
+
+/// KRL: what a KR C4 has beside the language itself: system variables, BAS, messages, Ethernet KRL and RSI.
+std::string_view controller_declarations();
+
+}  // namespace truepose::sim

@@ -1,0 +1,102 @@
+#include "tools/sim/controller_setup.hpp"
+
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "config/controller_files.hpp"
+#include "config/text_file.hpp"
+#include "core/formatted.hpp"
+
+namespace truepose::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kContext = "truepose_rsi";
+
+/// What the controller loads, by path: "kuka/krl/truepose_motion.src" and the like.
+std::map<std::string, std::string> files_of(const config::Scenario& scenario) {
+  std::map<std::string, std::string> files;
+  if (scenario.controller_files.empty()) {
+    for (const EmbeddedText& file : config::controller_files()) files.emplace(file.name, file.text);
+    return files;
+  }
+  if (!fs::is_directory(scenario.controller_files))
+    throw config::ConfigError{scenario.controller_files.string() + ": is no folder"};
+  for (const auto& entry : fs::recursive_directory_iterator{scenario.controller_files}) {
+    if (entry.is_regular_file()) files.emplace(entry.path(), config::read_text_file(entry.path()));
+  }
+  return files;
+}
+
+bool is_krl(const fs::path& file) {
+  return file.extension() == ".src" || file.extension() == ".sub" || file.extension() == ".dat";
+}
+
+/// Where the arm stands at first: in the middle of its ranges, or where the path begins that it is led along.
+JointVector home(const config::Scenario& scenario) {
+  if (!scenario.stream_path.empty()) return scenario.stream_path.front();
+  JointVector q(scenario.nominal.joint_count());
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const Joint& joint = scenario.nominal.joints[static_cast<std::size_t>(i)];
+    q[i] = (joint.min + joint.max) / 2;
+  }
+  return q;
+}
+
+rsi::Context loaded_context(const config::Scenario& scenario) {
+  for (const auto& [path, text] : files_of(scenario)) {
+    const std::string name = fs::path{path}.filename();
+    if (name != kContext + ".rsix" && name != kContext + ".rsi.xml") continue;
+    auto context = rsi::parse_context(text);
+    if (!context) throw config::ConfigError{path + ": " + context.error()};
+    return *std::move(context);
+  }
+  return rsi::truepose_context({});  // what the shipped files are written from
+}
+
+void put(rsi::Context& context, std::string_view type, const std::string& parameter,
+         const std::string& value) {
+  for (rsi::ContextObject& object : context.objects) {
+    if (object.type == type) object.values[parameter] = value;
+  }
+}
+
+}  // namespace
+
+ControllerSetup controller_setup(const config::Scenario& scenario) {
+  ControllerSetup setup{.nominal = scenario.nominal,
+                        .model = scenario.robot_model,
+                        .serial = scenario.robot_serial,
+                        .start = home(scenario),
+                        .programs = {},
+                        .contexts = {kContext},
+                        .selected = scenario.selected,
+                        .stream_path = scenario.stream_path};
+  for (auto& [path, text] : files_of(scenario)) {
+    const fs::path file{path};
+    if (is_krl(file)) setup.programs.push_back({file.filename(), std::move(text)});
+    if (file.extension() == ".xml" && file.parent_path().filename() == "eki")
+      setup.eki_files.emplace(file.stem(), std::move(text));
+  }
+  for (const fs::path& file : scenario.programs)
+    setup.programs.push_back({file.filename(), config::read_text_file(file)});
+  return setup;
+}
+
+rsi::Context rsi_context(const config::Scenario& scenario) {
+  rsi::Context context = loaded_context(scenario);
+  if (scenario.rsi_timeout_cycles)
+    put(context, "ETHERNET", "Timeout", std::to_string(*scenario.rsi_timeout_cycles));
+  if (scenario.rsi_decimals) put(context, "ETHERNET", "Precision", std::to_string(*scenario.rsi_decimals));
+  for (int axis = 1; scenario.axis_corr_limit_deg && axis <= 6; ++axis) {
+    const std::string number = std::to_string(axis);
+    put(context, "AXISCORR", "LowerLimA" + number, formatted("%g", -*scenario.axis_corr_limit_deg));
+    put(context, "AXISCORR", "UpperLimA" + number, formatted("%g", *scenario.axis_corr_limit_deg));
+    put(context, "AXISCORRMON", "MaxA" + number, formatted("%g", *scenario.axis_corr_limit_deg + 1));
+  }
+  return context;
+}
+
+}  // namespace truepose::sim

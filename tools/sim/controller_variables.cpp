@@ -1,0 +1,131 @@
+// The part of Controller that answers for system variables.
+#include <array>
+
+#include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
+#include "tools/sim/controller.hpp"
+
+namespace truepose::sim {
+namespace {
+
+using krl::Literal;
+using krl::Parts;
+using krl::Value;
+
+constexpr std::size_t kAxesOfE6Axis = 12;
+
+Value axes_deg(const JointVector& q) {
+  Parts axes(kAxesOfE6Axis, Value{0.0});
+  for (std::size_t i = 0; i < static_cast<std::size_t>(q.size()); ++i)
+    axes[i] = q[static_cast<Eigen::Index>(i)] * kDegPerRad;
+  return axes;
+}
+
+/// External axes, which the arm does not have, have no limits that matter.
+double limit_deg(const RobotModel& nominal, int axis, double Joint::*limit) {
+  constexpr double kExternal_deg = 0;
+  return axis <= nominal.joint_count()
+             ? nominal.joints[static_cast<std::size_t>(axis) - 1].*limit * kDegPerRad
+             : kExternal_deg;
+}
+
+const char* name_of(krl::ProgramState state) {
+  switch (state) {
+    case krl::ProgramState::Free:
+      return "P_FREE";
+    case krl::ProgramState::Reset:
+      return "P_RESET";
+    case krl::ProgramState::Active:
+      return "P_ACTIVE";
+    case krl::ProgramState::Stopped:
+      return "P_STOP";
+    case krl::ProgramState::Ended:
+      return "P_END";
+  }
+  return "";
+}
+
+std::string key(std::string_view name, std::optional<int> index) {
+  return std::string{name} + (index ? "[" + std::to_string(*index) + "]" : "");
+}
+
+}  // namespace
+
+const std::map<std::string_view, Controller::Reader>& Controller::readers() {
+  static const std::map<std::string_view, Reader> kReaders{
+      {"$AXIS_ACT", [](const Controller& c, int) { return axes_deg(c.motion_.position()); }},
+      {"$AXIS_ACT_MEAS", [](const Controller& c, int) { return axes_deg(c.actual_); }},
+      {"$POS_ACT_MES", [](const Controller& c, int) { return c.actual_pose(); }},
+      {"$POS_ACT", [](const Controller& c, int) { return c.actual_pose(); }},
+      {"$SOFTN_END", [](const Controller& c, int i) { return limit_deg(c.setup_.nominal, i, &Joint::min); }},
+      {"$SOFTP_END", [](const Controller& c, int i) { return limit_deg(c.setup_.nominal, i, &Joint::max); }},
+      {"$ROBTRAFO", [](const Controller& c, int) { return c.setup_.model; }},
+      {"$V_R1MADA", [](const Controller&, int) { return std::string{"KSS 8.6.11 (simulated)"}; }},
+      {"$KR_SERIALNO", [](const Controller& c, int) { return c.setup_.serial; }},
+      {"$NULLFRAME", [](const Controller&, int) { return Parts(6, Value{0.0}); }},
+      {"$PRO_STATE1", [](const Controller& c, int) { return Literal{name_of(c.robot_->state())}; }},
+      {"$MODE_OP", [](const Controller& c, int) { return Literal{c.mode_name()}; }},
+      {"$ROB_STOPPED", [](const Controller& c, int) { return c.motion_.is_standing(); }},
+      {"$PRO_MOVE", [](const Controller& c, int) { return !c.motion_.is_standing(); }},
+      {"$PERI_RDY", [](const Controller& c, int) { return c.drives_on_; }},
+      {"$ALARM_STOP", [](const Controller& c, int) { return !c.emergency_stop_; }},
+      {"$USER_SAF", [](const Controller& c, int) { return !c.gate_open_; }},
+      {"$STOPMESS", [](const Controller& c, int) { return c.stop_message_; }},
+  };
+  return kReaders;
+}
+
+Value Controller::read(std::string_view name, std::optional<int> index) {
+  if (const auto reader = readers().find(name); reader != readers().end())
+    return reader->second(*this, index.value_or(0));
+  const auto written = variables_.find(key(name, index));
+  if (written != variables_.end()) return written->second;
+  const bool begins_false = name == "$FLAG" || name == "$IN" || name == "$OUT";
+  if (begins_false && index) return false;
+  return {};
+}
+
+std::expected<void, std::string> Controller::write(std::string_view name, std::optional<int> index,
+                                                   const Value& value) {
+  if (readers().contains(name) || name == "$IN")
+    return std::unexpected(std::string{name} + " cannot be written by a program");
+  if (name == "$OV_PRO") {
+    const int percent = std::get<std::int32_t>(value);
+    if (percent < 0 || percent > 100) return std::unexpected("$OV_PRO is 0 to 100");
+    motion_.set_override(percent / 100.0);
+  }
+  variables_[key(name, index)] = value;
+  return {};
+}
+
+std::optional<Eigen::Isometry3d> Controller::frame_in(std::string_view variable) const {
+  const auto found = variables_.find(variable);
+  const auto* const parts = found == variables_.end() ? nullptr : std::get_if<Parts>(&found->second);
+  if (parts == nullptr) return std::nullopt;
+  const auto at = [&](std::size_t i) { return krl::number_of((*parts)[i]); };
+  return pose_from_kuka({at(0), at(1), at(2)}, {at(3), at(4), at(5)});
+}
+
+/// There is none while no tool or base is in force, as after a cancelled program.
+Value Controller::actual_pose() const {
+  const auto base = frame_in("$BASE"), tool = frame_in("$TOOL");
+  if (!base || !tool) return {};
+  const Eigen::Isometry3d X = inverse_of(*base) * forward_kinematics(setup_.nominal, actual_) * *tool;
+  const Eigen::Vector3d p = X.translation(), abc_deg = kuka_abc_deg(X.linear());
+  const StatusTurn branch = motion_.inverse().of_joints(actual_);
+  return Parts{p.x(),       p.y(), p.z(), abc_deg.x(), abc_deg.y(), abc_deg.z(), branch.status,
+               branch.turn, 0.0,   0.0,   0.0,         0.0,         0.0,         0.0};
+}
+
+std::string Controller::mode_name() const {
+  static constexpr std::array kModes{"T1", "T2", "AUT", "EX"};
+  return kModes.at(static_cast<std::size_t>(mode_) - 1);
+}
+
+void Controller::default_variables() {
+  variables_["$OV_PRO"] = 100;
+  for (int i = 1; i <= 16; ++i) variables_["$TOOL_DATA[" + std::to_string(i) + "]"] = Parts(6, Value{0.0});
+  for (int i = 1; i <= 32; ++i) variables_["$BASE_DATA[" + std::to_string(i) + "]"] = Parts(6, Value{0.0});
+}
+
+}  // namespace truepose::sim
