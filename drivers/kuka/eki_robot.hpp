@@ -44,11 +44,16 @@ class KukaEkiRobot final : public Robot {
  private:
   class Answers;
 
+  boost::asio::awaitable<std::expected<eki::State, RobotError>> open_state(eki::ControlOp op,
+                                                                           TimePoint deadline);
+  boost::asio::awaitable<std::expected<eki::Hello, RobotError>> open_motion(TimePoint deadline);
+  boost::asio::awaitable<bool> drops_once_more(const RobotError& error, TimePoint last_try);
   boost::asio::awaitable<std::expected<eki::Hello, RobotError>> greeting(TimePoint deadline);
   boost::asio::awaitable<std::expected<eki::State, RobotError>> control(eki::ControlOp op,
                                                                         TimePoint deadline);
   boost::asio::awaitable<std::expected<eki::Ack, RobotError>> run(eki::Command command, eki::AckState until,
                                                                   TimePoint deadline);
+  RobotState robot_state(const eki::State& reported) const;
   std::int32_t next_id() { return ++id_; }
 
   Clock& clock_;

@@ -242,6 +242,21 @@ TEST_F(EkiRobot, LooksByTheStateServerAloneAndReleasesNoStop) {
   EXPECT_THAT(controls_, testing::ElementsAre(eki::ControlOp::AskState, eki::ControlOp::AskState));
 }
 
+TEST_F(EkiRobot, ComesAgainToAControllerThatHasNotYetSeenItsLastClientGo) {
+  const Script drop = [](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {
+    peer->close();
+    co_return;
+  };
+  int taken = 0;
+  serve({drop, greet_and_answer({})},
+        [&](std::shared_ptr<Peer> peer) { return ++taken == 1 ? drop(peer) : answer_controls(peer); });
+  run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
+    const auto identity = co_await robot.connect(soon());
+    EXPECT_TRUE(identity) << identity.error().detail;
+  });
+  EXPECT_EQ(taken, 2);
+}
+
 TEST_F(EkiRobot, MovesAndReturnsTheActualJointsWhenTheArmHasSettled) {
   std::vector<eki::Command> seen;
   serve({greet_and_answer({Accepted, Moving, InPosition}, 0, &seen)});
