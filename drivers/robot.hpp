@@ -39,6 +39,10 @@ struct RobotState {
   bool moving = false;
   std::string why_not_ready;  ///< one phrase where ready is false
   double override_percent = 100;
+  std::string mode;     ///< "T1", "T2", "AUT" or "EXT"
+  std::string program;  ///< of the robot interpreter: "free", "reset", "active", "stopped" or "ended"
+  bool emergency_stop = false;
+  bool gate_open = false;
 };
 
 struct MoveCommand {
@@ -57,6 +61,9 @@ class Robot {
   virtual ~Robot() = default;
   virtual boost::asio::awaitable<std::expected<RobotIdentity, RobotError>> connect(TimePoint deadline) = 0;
   virtual boost::asio::awaitable<std::expected<RobotState, RobotError>> state(TimePoint deadline) = 0;
+  /// The same without connect(), of a controller that works for somebody else: nothing is released, and
+  /// nothing can be moved. What it opens stays open until disconnect().
+  virtual boost::asio::awaitable<std::expected<RobotState, RobotError>> look(TimePoint deadline) = 0;
   /// Moves and waits until the arm stands and has settled. A repeat after a lost connection is safe.
   /// @return the actual joint positions at the end
   virtual boost::asio::awaitable<std::expected<JointVector, RobotError>> move(MoveCommand command,

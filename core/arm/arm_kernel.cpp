@@ -85,6 +85,7 @@ std::expected<PoseInverseResult, PoseInverseFault> ArmKernel::inverse_near(
     case kernels::InverseStatus::Converged:
       break;
     case kernels::InverseStatus::DidNotConverge:
+      if (options.in_parts) break;
       return std::unexpected(PoseInverseFault::DidNotConverge);
     case kernels::InverseStatus::NotFinite:
       return std::unexpected(PoseInverseFault::NotFinite);

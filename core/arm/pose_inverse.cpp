@@ -18,6 +18,7 @@ std::expected<PoseInverseResult, PoseInverseFault> deviating_inverse_near(const 
                                                                           const JointVector& q_seed,
                                                                           const PoseInverseOptions& options) {
   PoseInverseResult result{.q = q_seed};
+  PoseInverseOptions left = options;
   for (int i = 0; i < kMaxCorrections; ++i) {
     const JointVector joints = true_joints(robot, result.q, options.approach);
     const Eigen::Isometry3d X_geometry = geometry.forward(joints);
@@ -28,7 +29,9 @@ std::expected<PoseInverseResult, PoseInverseFault> deviating_inverse_near(const 
         result.residual_rad <= options.rotation_tolerance_rad) {
       return result;
     }
-    const auto solved = geometry.inverse_near(X_geometry * inverse_of(X_now) * X_BF, joints, options);
+    if (options.in_parts) left.max_iterations = options.max_iterations - result.iterations;
+    if (left.max_iterations <= 0) return result;
+    const auto solved = geometry.inverse_near(X_geometry * inverse_of(X_now) * X_BF, joints, left);
     if (!solved) return std::unexpected(solved.error());
     result.q += solved->q - joints;
     result.iterations += solved->iterations;

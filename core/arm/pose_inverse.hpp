@@ -19,6 +19,9 @@ struct PoseInverseOptions {
   /// that need not descend, and may end on another branch than the seed's.
   int leaps = 0;
   Approach approach;  ///< directions in which the joints will have moved at X_BF, for arms with backlash
+  /// Whether max_iterations are one part of a search: then they are counted over all of it, and where they
+  /// led is the result, whose residuals tell how far that is from X_BF.
+  bool in_parts = false;
 };
 
 enum class PoseInverseFault { DidNotConverge, NotFinite };

@@ -154,29 +154,56 @@ TargetCompensation::Result TargetCompensation::at_joints(const JointVector& q,
   return at_pose(nominal_geometry_.forward(q), q, p_F_mm);
 }
 
+TargetCompensation::Result TargetCompensation::at_joints_within(int steps, const JointVector& q,
+                                                                const Eigen::Vector3d& p_F_mm,
+                                                                JointVector& correction) const {
+  Search search{q + correction, steps};
+  const Result result = at_pose(nominal_geometry_.forward(q), q, p_F_mm, search);
+  correction = search.q - q;
+  const bool goes_on = result || result.error().kind == CompensationFault::Kind::DidNotConverge;
+  // From elsewhere it would lead to another branch.
+  if (!goes_on || !near(q, {.q = search.q})) correction.setZero();
+  return result;
+}
+
 TargetCompensation::Result TargetCompensation::at_pose(const Eigen::Isometry3d& X_BF,
                                                        const JointVector& q_nominal,
                                                        const Eigen::Vector3d& p_F_mm) const {
+  Search search{q_nominal};
+  return at_pose(X_BF, q_nominal, p_F_mm, search);
+}
+
+TargetCompensation::Result TargetCompensation::at_pose(const Eigen::Isometry3d& X_BF,
+                                                       const JointVector& q_nominal,
+                                                       const Eigen::Vector3d& p_F_mm, Search& search) const {
   count_step();
-  if (!has_wrist() || options_.singular_below == 0) return exact(X_BF, q_nominal);
+  if (!has_wrist() || options_.singular_below == 0) return exact(X_BF, q_nominal, search);
   const State start = state_at(q_nominal, p_F_mm);
-  return start.apart() < options_.singular_below ? damped(X_BF, q_nominal, p_F_mm, start)
-                                                 : exact(X_BF, q_nominal);
+  return start.apart() < options_.singular_below ? damped(X_BF, q_nominal, p_F_mm, start, search)
+                                                 : exact(X_BF, q_nominal, search);
 }
 
 TargetCompensation::Result TargetCompensation::exact(const Eigen::Isometry3d& X_BF,
-                                                     const JointVector& q_nominal) const {
-  const auto solved = inverse_near(calibrated_, geometry_, X_BF, q_nominal, {.approach = options_.approach});
-  if (solved)
-    return near(q_nominal, {solved->q, solved->residual_mm, solved->residual_rad, solved->iterations});
+                                                     const JointVector& q_nominal, Search& search) const {
+  PoseInverseOptions options{.approach = options_.approach, .in_parts = search.steps.has_value()};
+  options.max_iterations = search.steps.value_or(options.max_iterations);
+  const auto solved = inverse_near(calibrated_, geometry_, X_BF, search.q, options);
   using Kind = CompensationFault::Kind;
-  return std::unexpected(CompensationFault{
-      solved.error() == PoseInverseFault::NotFinite ? Kind::NotFinite : Kind::DidNotConverge});
+  if (!solved) {
+    return std::unexpected(CompensationFault{
+        solved.error() == PoseInverseFault::NotFinite ? Kind::NotFinite : Kind::DidNotConverge});
+  }
+  search.q = solved->q;
+  if (solved->residual_mm > options.position_tolerance_mm ||
+      solved->residual_rad > options.rotation_tolerance_rad)
+    return std::unexpected(CompensationFault{Kind::DidNotConverge});
+  return near(q_nominal, {solved->q, solved->residual_mm, solved->residual_rad, solved->iterations});
 }
 
 TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X_BF,
                                                       const JointVector& q_nominal,
-                                                      const Eigen::Vector3d& p_F_mm, State state) const {
+                                                      const Eigen::Vector3d& p_F_mm, State state,
+                                                      Search& search) const {
   using Kind = CompensationFault::Kind;
   const JointVector scales = scales_of(calibrated_);
   const Eigen::Vector3d p_B_mm = X_BF * p_F_mm;
@@ -184,7 +211,7 @@ TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X
   CompensatedTarget result{.q = q_nominal, .damped = true};
   const double sense = -state.sense();
   double lambda_squared = 0;
-  for (; result.iterations < kMaxSteps; ++result.iterations) {
+  for (; result.iterations < search.steps.value_or(kMaxSteps); ++result.iterations) {
     if (result.iterations > 0) state = state_at(result.q, p_F_mm);
     const Eigen::Vector3d rotation_error = turn_between(state.X_BF.linear(), X_BF.linear());
     state.task.p_error = (p_B_mm - state.p_B_mm) / kLength_mm;
@@ -195,7 +222,11 @@ TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X
     }
     if (result.iterations == 0) {
       lambda_squared = damping(*step, step->others[axis_4], state.apart(), options_);
-      if (lambda_squared == 0) return exact(X_BF, q_nominal);
+      if (lambda_squared == 0) return exact(X_BF, q_nominal, search);
+      if (search.q != q_nominal) {
+        result.q = search.q;
+        continue;
+      }
     }
 
     const JointVector correction = result.q - q_nominal;
@@ -204,10 +235,12 @@ TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X
     const JointVector move = step->others + t * step->opposite;
     result.residual_mm = (p_B_mm - state.p_B_mm).norm();
     result.residual_rad = rotation_error.norm();
+    search.q = result.q;
     if (result.residual_mm <= kTolerance_mm && move.cwiseAbs().maxCoeff() <= kStill)
       return near(q_nominal, result);
     result.q += shortened(move).cwiseProduct(scales);
   }
+  search.q = result.q;
   return std::unexpected(CompensationFault{Kind::DidNotConverge});
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <expected>
+#include <optional>
 #include <string>
 
 #include "core/arm/arm_kernel.hpp"
@@ -87,6 +88,11 @@ class TargetCompensation {
 
   /// The calibrated arm stands where the nominal one would at `q`.
   Result at_joints(const JointVector& q, const Eigen::Vector3d& p_F_mm = {0, 0, 0}) const;
+  /// The same in at most so many of Newton's steps, for a target that moves little from call to call.
+  /// DidNotConverge may say that they were too few: another call with the same `q` goes on.
+  /// @param correction  of q: where the search is, zero at first; and where it came to
+  Result at_joints_within(int steps, const JointVector& q, const Eigen::Vector3d& p_F_mm,
+                          JointVector& correction) const;
   /// The flange is at X_BF.
   /// @param q_nominal  joints of the nominal arm there: the branch, and what the correction is counted from
   Result at_pose(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal,
@@ -98,11 +104,18 @@ class TargetCompensation {
 
  private:
   struct State;
+  /// Where it is, and how many of Newton's steps it may take; none: as many as it needs.
+  struct Search {
+    JointVector q;
+    std::optional<int> steps{};
+  };
   State state_at(const JointVector& q, const Eigen::Vector3d& p_F_mm) const;
   bool has_wrist() const;
-  Result exact(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal) const;
+  Result at_pose(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal, const Eigen::Vector3d& p_F_mm,
+                 Search& search) const;
+  Result exact(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal, Search& search) const;
   Result damped(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal, const Eigen::Vector3d& p_F_mm,
-                State state) const;
+                State state, Search& search) const;
   Result near(const JointVector& q_nominal, const CompensatedTarget& target) const;
   Result within_limits(const CompensatedTarget& target) const;
 

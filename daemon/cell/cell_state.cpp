@@ -141,7 +141,9 @@ CellStep on_tick(const CellState& state, const Tick& tick, TimePoint now, const 
           [](const StreamStopping&) {
             return fault("the correction was not ramped out in time", {C::CloseDevices});
           },
-          [](const Disarming&) { return fault("the correction was not ramped out in time", {}); },
+          [](const Disarming&) {
+            return fault("the correction was not ramped out in time", {C::CloseDevices});
+          },
           [](const auto& s) { return go(s); },
       },
       state);
@@ -165,8 +167,9 @@ CellStep on_outcome(const CellState& state, const CellEvent& event, TimePoint no
           },
           [](const StreamStarting&, const StoreFailed& e) { return fault(e.reason, {C::StopStream}, false); },
           [](const Streaming&, const StoreFailed& e) { return fault(e.reason, {C::StopStream}, false); },
-          [](const Armed&, const StoreFailed& e) { return fault(e.reason, {C::StopStream}, false); },
-          [](const Disarming&, const StoreFailed& e) { return fault(e.reason, {}, false); },
+          [](const Armed&, const StoreFailed& e) {
+            return fault(e.reason, {C::StopStream, C::CloseDevices}, false);
+          },
           [](const auto&, const StoreFailed& e) { return fault(e.reason, {C::CloseDevices}, false); },
 
           [](const Connecting&, const DevicesConnected&) { return go(Ready{}); },
@@ -206,9 +209,11 @@ CellStep on_outcome(const CellState& state, const CellEvent& event, TimePoint no
             return fault(e.reason, {C::StopStream, C::CloseDevices});
           },
           [](const StreamStopping&, const StreamFaulted& e) { return fault(e.reason, {C::CloseDevices}); },
-          [](const Disarming&, const StreamEnded&) { return go(Disconnected{}); },
-          [](const Armed&, const StreamFaulted& e) { return fault(e.reason, {C::StopStream}); },
-          [](const Disarming&, const StreamFaulted& e) { return fault(e.reason, {}); },
+          [](const Disarming&, const StreamEnded&) { return go(Disconnected{}, {C::CloseDevices}); },
+          [](const Armed&, const StreamFaulted& e) {
+            return fault(e.reason, {C::StopStream, C::CloseDevices});
+          },
+          [](const Disarming&, const StreamFaulted& e) { return fault(e.reason, {C::CloseDevices}); },
 
           [](const auto& s, const auto&) { return go(s); },
       },

@@ -18,6 +18,7 @@ namespace {
 constexpr Duration kAskDevices = 1s;
 constexpr Duration kAskTracker = 5s;
 constexpr Duration kCheckAnswer = 5s;
+constexpr Duration kOld = 3s;  // a state of the robot is not known any more
 constexpr const char* kTrackerFault = "E_TRACKER";
 
 std::string address(const config::Endpoint& endpoint) {
@@ -117,6 +118,7 @@ void DeviceService::close() {
   devices_.disconnect();
   identities_.reset();
   robot_state_.reset();
+  robot_not_told_.clear();
   runner_.faults().end(kTrackerFault);
 }
 
@@ -125,6 +127,7 @@ asio::awaitable<void> DeviceService::watch() {
   for (TimePoint ask_tracker_at = parts_.clock.now();;) {
     asked_ = true;
     if (may_be_asked()) co_await ask_robot();
+    if (runner_.in<Armed>()) co_await look_at_robot();
     if (may_be_asked() && parts_.clock.now() >= ask_tracker_at) {
       co_await ask_tracker();
       ask_tracker_at = parts_.clock.now() + kAskTracker;
@@ -144,10 +147,31 @@ asio::awaitable<void> DeviceService::ask_robot() {
   const TimePoint deadline = parts_.clock.now() + kCheckAnswer;
   auto asked = co_await parts_.robot.state(deadline);
   if (asked) {
-    robot_state_ = *asked;
+    take(*std::move(asked));
   } else if (may_be_asked()) {
     runner_.apply(DeviceLost{"robot: " + asked.error().detail}, asked.error().detail);
   }
+}
+
+/// An armed stream does without it.
+asio::awaitable<void> DeviceService::look_at_robot() {
+  const TimePoint deadline = parts_.clock.now() + kCheckAnswer;
+  auto seen = co_await parts_.robot.look(deadline);
+  if (!runner_.in<Armed>()) co_return;
+  if (seen) co_return take(*std::move(seen));
+  robot_state_.reset();
+  robot_not_told_ = seen.error().detail;
+}
+
+void DeviceService::take(drivers::RobotState state) {
+  robot_state_ = std::move(state);
+  robot_told_ = parts_.clock.now();
+}
+
+std::expected<drivers::RobotState, std::string> DeviceService::robot_state() const {
+  if (!robot_state_) return std::unexpected(robot_not_told_.empty() ? "not asked yet" : robot_not_told_);
+  if (parts_.clock.now() - robot_told_ >= kOld) return std::unexpected("told more than 3 s ago");
+  return *robot_state_;
 }
 
 /// The stream does without the tracker; whoever is ready to measure does not.
@@ -167,7 +191,7 @@ json::object DeviceService::robot_json() const {
           {"model", known.robot.model},
           {"serial", known.robot.serial},
           {"software", known.robot.software},
-          {"ready", robot.ready},
+          {"ready", identities_ && robot.ready},
           {"why_not_ready", identities_ ? robot.why_not_ready : "not connected"},
           {"q_deg", record::joints_json(robot.q, parts_.config.robot.model)}};
 }

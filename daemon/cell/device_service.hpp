@@ -2,6 +2,7 @@
 
 #include <boost/asio/awaitable.hpp>
 #include <boost/json/object.hpp>
+#include <expected>
 #include <functional>
 #include <optional>
 #include <string>
@@ -30,6 +31,8 @@ class DeviceService {
   boost::asio::awaitable<void> stop_robot() { return devices_.stop(); }
   void disconnect() { devices_.disconnect(); }
 
+  /// What the controller has told of itself lately, or why that is not known.
+  std::expected<drivers::RobotState, std::string> robot_state() const;
   /// Of the devices that are connected.
   const std::optional<Identities>& identities() const { return identities_; }
   void know(const Identities& identities) { identities_ = identities; }
@@ -46,7 +49,9 @@ class DeviceService {
   MethodResult request(const boost::json::object& params, const CellEvent& event, const std::string& reason);
   void close();
   bool may_be_asked() const { return runner_.in<Ready>() || runner_.in<Streaming>(); }
+  void take(drivers::RobotState state);
   boost::asio::awaitable<void> ask_robot();
+  boost::asio::awaitable<void> look_at_robot();
   boost::asio::awaitable<void> ask_tracker();
 
   CellParts parts_;
@@ -55,7 +60,9 @@ class DeviceService {
   CellDevices devices_;
   std::optional<Identities> identities_;
   std::optional<drivers::RobotState> robot_state_;
-  bool asked_ = false;  ///< a question of watch() is under way
+  TimePoint robot_told_{};      ///< when it was
+  std::string robot_not_told_;  ///< why it was not, when it was asked last
+  bool asked_ = false;          ///< a question of watch() is under way
   Signal answered_;
 };
 

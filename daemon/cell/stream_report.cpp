@@ -5,6 +5,8 @@
 #include <boost/json/value.hpp>
 #include <cstdio>
 
+#include "core/formatted.hpp"
+
 namespace truepose::daemon {
 
 namespace json = boost::json;
@@ -53,6 +55,20 @@ json::value ms_or_null(std::optional<drivers::Duration> age) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(*age).count();
 }
 
+template <typename T>
+json::value value_or_null(const std::optional<T>& known) {
+  return known ? json::value(*known) : json::value{};
+}
+
+json::object robot_json(const RobotCondition& robot) {
+  return {{"mode", value_or_null(robot.mode)},
+          {"override_percent", value_or_null(robot.override_percent)},
+          {"program", value_or_null(robot.program)},
+          {"emergency_stop", value_or_null(robot.emergency_stop)},
+          {"gate_open", value_or_null(robot.gate_open)},
+          {"unknown", robot.unknown}};
+}
+
 /// Of an armed stream whose controller sends nothing.
 std::string closed_text(const StreamStatus& status, std::optional<drivers::Duration> age) {
   const auto known = silence(status);
@@ -69,12 +85,25 @@ std::string stream_reason(const StreamStatus& status, const StreamSurroundings& 
   const bool unproven = status.state == StreamState::Unproven;
   if (const std::string why = reason(status); !why.empty() && !(unproven && silent)) return why;
   if (silent) return around.armed ? closed_text(status, around.age) : old_packet_text(status, around.age);
+  if (around.streaming && around.robot.emergency_stop.value_or(false)) return "an emergency stop is pressed";
   return around.streaming && status.model == 0
              ? "no model is active: nothing is corrected; activate one, or stop the stream"
              : "";
 }
 
 }  // namespace
+
+std::string describe(const RobotCondition& robot) {
+  std::string text;
+  const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+  if (robot.mode) add("mode " + *robot.mode);
+  if (robot.override_percent) add("override " + formatted("%.0f", *robot.override_percent) + " %");
+  if (robot.program) add("program " + *robot.program);
+  if (robot.emergency_stop.value_or(false)) add("emergency stop pressed");
+  if (robot.gate_open.value_or(false)) add("safety gate open");
+  if (!robot.unknown.empty()) add((text.empty() ? "not known: " : "the rest is not known: ") + robot.unknown);
+  return text;
+}
 
 std::string silence_text(std::optional<drivers::Duration> silence) {
   if (!silence) return "the controller has sent no RSI packet yet";
@@ -133,6 +162,7 @@ json::object stream_json(const StreamStatus& status, const LatencyHistogram::Sum
       {"armed", around.armed},
       {"reason", stream_reason(status, around, silent)},
       {"model_id", text_json(around.model_id)},
+      {"robot", robot_json(around.robot)},
       {"peer", status.peer ? json::value(text(*status.peer)) : json::value{}},
       {"packet_age_ms", ms_or_null(around.age)},
       {"ipoc_step", c.datagrams > 0 && status.ipoc_step > 0 ? json::value(status.ipoc_step) : json::value{}},

@@ -32,6 +32,19 @@ struct RefusedPackets {
 std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, const RefusedPackets& refused,
                            const config::CellConfig& config);
 
+/// What the controller tells of itself beside its axes; none where it is not known.
+struct RobotCondition {
+  std::optional<std::string> mode, program;  ///< as drivers::RobotState names them
+  std::optional<double> override_percent;
+  std::optional<bool> emergency_stop, gate_open;
+  std::string unknown;  ///< why; empty where all is known
+
+  bool operator==(const RobotCondition&) const = default;
+};
+
+/// "mode AUT, override 50 %, program active, emergency stop pressed, safety gate open"
+std::string describe(const RobotCondition& robot);
+
 /// What stands around the stream's own status.
 struct StreamSurroundings {
   bool streaming = false;  ///< the cell is in its state "streaming" or "armed"
@@ -40,6 +53,7 @@ struct StreamSurroundings {
   std::string refused;                   ///< the last packet that was not taken, in words; empty = none
   std::string trouble;  ///< why it does not run, which the realtime thread does not know; empty = it may
   std::string model_id;
+  RobotCondition robot{};
 };
 
 /// The status of the stream, as openrpc.json describes it.

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/log/log.hpp"
+#include "proto/eki/messages.hpp"
 
 namespace truepose::daemon {
 
@@ -21,11 +22,19 @@ constexpr Duration kLook = 50ms;
 constexpr Duration kTell = 1s;
 constexpr Duration kUnproven = 1s;  // a session that begins shows within some cycles that nothing is in force
 constexpr Duration kDeviceAnswer = 5s;
+constexpr Duration kLeave = 2s;  // RSI_OFF follows the Stop bit within some cycles, then kSilence
 constexpr Duration kStartProgram = 20s;
 
 std::optional<Duration> packet_age(const StreamStatus& status, TimePoint now) {
   if (!status.heard) return std::nullopt;
   return std::max(Duration{0}, now - *status.heard);
+}
+
+/// RSI numbers $PRO_STATE as the state server does.
+std::optional<std::string> program_name(std::int64_t state) {
+  using enum eki::ProgramState;
+  const bool known = state >= std::to_underlying(Free) && state <= std::to_underlying(Ended);
+  return known ? std::optional{std::string{name(eki::ProgramState(state))}} : std::nullopt;
 }
 
 /// Whether the controller is known to have sent nothing for long, or ever.
@@ -39,7 +48,7 @@ bool known_silent(const StreamStatus& status) {
 StreamService::StreamService(const CellParts& parts, CellRunner& runner, DeviceService& devices,
                              const ModelService& models)
     : parts_{parts}, runner_{runner}, devices_{devices}, models_{models}, log_{&log} {
-  runner_.on(CellCommand::StopStream, [this](const std::string&) { parts_.stream.disengage(); });
+  runner_.on(CellCommand::StopStream, [this](const std::string&) { parts_.stream.leave(); });
   runner_.on(CellCommand::ArmStream, [this](const std::string&) { parts_.stream.arm(); });
   runner_.on(CellCommand::RearmStream, [this](const std::string&) { parts_.stream.acknowledge(); });
   runner_.explain_by([this] { return no_answer(parts_.stream.status()); });
@@ -82,10 +91,23 @@ MethodReply StreamService::stop(json::object params) {
   if (auto refused = runner_.request(params, StreamStopRequested{}, "asked for by an operator"))
     co_return std::unexpected(*refused);
   co_await runner_.while_in<StreamStopping>();
+  co_await end_program();
+  co_return json();
+}
+
+/// By the Stop bit, which the stream repeats; where no reply can carry it, or RSI stays open, as a motion is
+/// stopped.
+asio::awaitable<void> StreamService::end_program() {
+  const auto is_silent = [this] { return known_silent(parts_.stream.status()); };
+  const bool was_silent = is_silent();
+  for (const TimePoint end = parts_.clock.now() + kLeave; !is_silent() && parts_.clock.now() < end;) {
+    const TimePoint next = parts_.clock.now() + kLook;
+    co_await parts_.clock.sleep_until(next);
+  }
+  if (!was_silent && is_silent()) co_return;
   const TimePoint deadline = parts_.clock.now() + kDeviceAnswer;
   auto stopped = co_await parts_.robot.stop(deadline);
   if (!stopped) log_warning("robot: " + stopped.error().detail);
-  co_return json();
 }
 
 MethodReply StreamService::arm(json::object params) {
@@ -176,8 +198,34 @@ void StreamService::look() {
   const bool closed = runner_.armed() && known_silent(status);
   if (status.state != StreamState::Unproven || before != status.state || closed) proven_ = now;
   runner_.faults().stand(now - proven_ >= kUnproven, {"E_STREAM_UNPROVEN", "warning", reason(status)});
+  look_at_robot(status);
   look_for_silence(status);
   follow(status);
+}
+
+/// By the state server, and of the program by RSI where that says it, which is sooner.
+RobotCondition StreamService::robot(const StreamStatus& status) const {
+  RobotCondition robot;
+  if (const auto told = devices_.robot_state()) {
+    robot = {.mode = told->mode,
+             .program = told->program,
+             .override_percent = told->override_percent,
+             .emergency_stop = told->emergency_stop,
+             .gate_open = told->gate_open};
+  } else {
+    robot.unknown = told.error();
+  }
+  if (status.program && !known_silent(status)) robot.program = program_name(*status.program);
+  return robot;
+}
+
+void StreamService::look_at_robot(const StreamStatus& status) {
+  RobotCondition now = robot(status);
+  if (now == robot_) return;
+  robot_ = std::move(now);
+  if (!runner_.corrects()) return;
+  log_info("robot: " + describe(robot_));
+  parts_.events.publish(control::Topic::Stream, json());
 }
 
 /// A controller that falls silent while it is corrected, or should be ramped out, is told at once.
@@ -244,7 +292,8 @@ json::object StreamService::json() const {
                       .age = packet_age(status, parts_.clock.now()),
                       .refused = refused_.last,
                       .trouble = trouble(status),
-                      .model_id = models_.active() ? models_.active()->record.id : ""});
+                      .model_id = models_.active() ? models_.active()->record.id : "",
+                      .robot = robot(status)});
 }
 
 }  // namespace truepose::daemon

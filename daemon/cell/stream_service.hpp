@@ -35,13 +35,16 @@ class StreamService {
   MethodReply disarm(boost::json::object params);
   MethodReply status(boost::json::object params);
 
+  boost::asio::awaitable<void> end_program();
   boost::asio::awaitable<StoreResult<void>> keep_armed(std::string since);
   void take_events();
   void look();
+  void look_at_robot(const StreamStatus& status);
   void look_for_silence(const StreamStatus& status);
   void follow(const StreamStatus& status);
   std::string no_answer(const StreamStatus& now) const;
   std::string trouble(const StreamStatus& now) const;
+  RobotCondition robot(const StreamStatus& status) const;
 
   CellParts parts_;
   CellRunner& runner_;
@@ -52,6 +55,7 @@ class StreamService {
   StreamStatus before_request_;            ///< when the stream was asked for last
   StreamStatus before_stream_;             ///< when its program ran
   RefusedPackets refused_;
+  RobotCondition robot_;     ///< when the stream was looked at last
   TimePoint proven_{};       ///< when packets could be answered, or none came
   bool kept_armed_ = false;  ///< by the store
 };

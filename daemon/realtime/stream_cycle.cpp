@@ -15,6 +15,8 @@ constexpr int kAxes = 6;
 constexpr double kGreatestMotionRad = 3 * kRadPerDeg;
 // So many implausible frames in a row are believed after all.
 constexpr int kImplausibleFrames = 10;
+// Of the solver in a cycle. Going on from the cycle before it needs two or three.
+constexpr int kSolverSteps = 8;
 // Malformed packets that come after such a pause may be malformed for another reason than those before it.
 constexpr std::chrono::seconds kNewRow{1};
 
@@ -39,10 +41,6 @@ RobotModel without_limits(RobotModel robot) {
     joint.max = std::numeric_limits<double>::infinity();
   }
   return robot;
-}
-
-bool asks_to_stop(StreamFault fault) {
-  return fault == StreamFault::BoundBroken || fault == StreamFault::NoSolution;
 }
 
 SessionOptions session_options(const StreamOptions& options) {
@@ -78,13 +76,17 @@ StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& e
       ramp_{options.ramp_cycles, kAxes},
       correction_{session_.last_sent()},
       model_correction_{JointVector::Zero(kAxes)},
+      search_{JointVector::Zero(kAxes)},
+      searched_for_{JointVector::Zero(kAxes)},
       arm_known_{session_.known() && !correction_.isZero(0)} {
   if (!correction_.isZero(0)) ramp_.start_from_current();
 }
 
 void StreamCycle::use_model(const RobotModel& calibrated, std::uint64_t number,
                             const Eigen::Vector3d& p_F_mm) {
-  const CompensationOptions damping{.singular_below = options_.singular_below_rad, .approach = {}};
+  // The realtime thread's own directions, as they are when it asks.
+  const CompensationOptions damping{.singular_below = options_.singular_below_rad,
+                                    .approach = approach_.directions()};
   model_.back() = Model{.number = number,
                         .compensation = TargetCompensation{without_limits(nominal_), calibrated, damping},
                         .p_F_mm = p_F_mm};
@@ -139,6 +141,7 @@ void StreamCycle::tell_foreign(const drivers::UdpSource& source) noexcept {
 void StreamCycle::take_commands() noexcept {
   if (model_.take()) {
     status_.model = model_.front().number;
+    search_.setZero();
     ramp_.start_from_current();
     emit({.kind = StreamEventKind::ModelChanged, .value = status_.model});
   }
@@ -218,6 +221,8 @@ std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const H
   if (!plausible(commanded, hearing)) return hold();
 
   watch(frame, hearing, received);
+  // Where the commanded axes are guessed from the actual ones our own correction would turn them round.
+  if (sends_aspos_) approach_.take(commanded);
   last_commanded_ = commanded;
   for (Eigen::Index i = 0; i < kAxes; ++i) {
     status_.commanded_deg[static_cast<std::size_t>(i)] = commanded[i] * kDegPerRad;
@@ -236,9 +241,10 @@ std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const H
 /// controller applies no correction, or none in time, and nothing is concluded from that.
 void StreamCycle::listen_to_program(const rsi::ProgramSignals& program) noexcept {
   const bool armed = engagement() == Engagement::Armed;
-  if (engagement() != Engagement::Off) production_ = armed;
+  if (wanted()) production_ = armed;
   constexpr std::int64_t kNotSent = 0;  // by a controller that has nothing wired there
   const std::int64_t state = program.state.value_or(kNotSent);
+  status_.program = program.state;
   status_.program_stopped = armed && state != kNotSent && state != rsi::kProgramActive;
   status_.program_declines = armed && program.ask == 0;
 }
@@ -276,8 +282,7 @@ std::string_view StreamCycle::repeat(std::uint64_t ipoc) noexcept {
 std::string_view StreamCycle::reply() noexcept {
   rsi::SensorFrame frame{.ipoc = session_.ipoc(), .axis_correction_rad = rsi::Axes{}, .stop = std::nullopt};
   std::copy(correction_.begin(), correction_.end(), frame.axis_correction_rad->begin());
-  // Out of RSI_MOVECORR, where a program of its own is, the Stop object would be an error.
-  if (has_stop_) frame.stop = !production_ && asks_to_stop(status_.fault);
+  if (has_stop_) frame.stop = asks_to_leave();
   frame.gain = told_gain();
   const auto bytes = codec_.encode(frame, buffer_);
   if (!bytes) return {};
@@ -287,10 +292,17 @@ std::string_view StreamCycle::reply() noexcept {
   return *bytes;
 }
 
+/// Out of RSI_MOVECORR, where a program of its own is, the Stop object would be an error. A lost reply ends
+/// the pulse (HOLDON="0"), the next begins another.
+bool StreamCycle::asks_to_leave() const noexcept {
+  const bool faulted = status_.fault == StreamFault::BoundBroken || status_.fault == StreamFault::NoSolution;
+  return !production_ && (faulted || (engagement() == Engagement::Leaving && at_rest()));
+}
+
 /// For the program that waits until it is corrected, or is no more.
 std::int64_t StreamCycle::told_gain() const noexcept {
   if (status_.fault != StreamFault::None) return rsi::kGainFault;
-  const bool off = engagement() == Engagement::Off, no_model = status_.model == 0;
+  const bool off = !wanted(), no_model = status_.model == 0;
   if (!off && !no_model && ramp_.whole() && !behind_) return 100;
   if (!correction_.isZero(0)) return std::clamp(std::lround(100 * ramp_.gain()), 1L, 99L);
   return off ? rsi::kGainNotArmed : no_model ? rsi::kGainNoModel : 0;
@@ -298,6 +310,8 @@ std::int64_t StreamCycle::told_gain() const noexcept {
 
 void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
   ++status_.counters.sessions;
+  Engagement left = Engagement::Leaving;  // what was asked to end has ended
+  engagement_.compare_exchange_strong(left, Engagement::Off);
   broken_ = unsolved_ = 0;
   implausible_ = 0;
   missing_.restart();
@@ -306,6 +320,8 @@ void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
   malformed_before_ = unread_told_ = false;
   replied_ipoc_.reset();
   last_commanded_.reset();
+  search_.setZero();
+  approach_.restart();
   following_.restart();
   emit({.kind = StreamEventKind::SessionStarted, .value = session_.ipoc(), .source = source});
 }
@@ -395,15 +411,22 @@ void StreamCycle::look_at_arm(const rsi::RobotFrame& frame, std::uint64_t elapse
   raise(found);
 }
 
-/// Brings model_correction_ up to date. @return false where the calibrated arm has no solution, or none near
+/// Brings model_correction_ up to date. @return false where the calibrated arm has no solution, none near, or
+/// none yet
 bool StreamCycle::solve(const JointVector& commanded) noexcept {
   const Model& model = model_.front();
   if (model.number == 0) {
     model_correction_.setZero();
     return true;
   }
-  const auto compensated = model.compensation->at_joints(commanded, model.p_F_mm);
-  if (!compensated || !compensated->q.allFinite()) return false;
+  // A search that is not over goes on only for the arm that stands: elsewhere it could lead to another
+  // branch.
+  if (!found_ && commanded != searched_for_) search_.setZero();
+  searched_for_ = commanded;
+  const auto compensated =
+      model.compensation->at_joints_within(kSolverSteps, commanded, model.p_F_mm, search_);
+  found_ = compensated && compensated->q.allFinite();
+  if (!found_) return false;
   model_correction_ = compensated->q - commanded;
   status_.counters.damped += compensated->damped;
   return true;
@@ -465,7 +488,6 @@ void StreamCycle::raise(const std::optional<FoundFault>& found) noexcept {
 }
 
 void StreamCycle::update_state() noexcept {
-  const bool at_rest = ramp_.out() && correction_.isZero(0);
   StreamState state = StreamState::Idle;
   if (status_.fault == StreamFault::NotFollowing) {
     state = StreamState::Frozen;
@@ -475,7 +497,7 @@ void StreamCycle::update_state() noexcept {
     state = StreamState::Unproven;
   } else if (session_.begun() && engaged()) {
     state = ramp_.full() ? StreamState::Active : StreamState::RampingIn;
-  } else if (!at_rest) {
+  } else if (!at_rest()) {
     state = StreamState::RampingOut;
   }
   if (std::exchange(status_.state, state) != state) emit({.kind = StreamEventKind::StateChanged});

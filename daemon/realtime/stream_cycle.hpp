@@ -13,6 +13,7 @@
 #include "core/arm/robot_model.hpp"
 #include "core/compensate/correction_bounds.hpp"
 #include "core/compensate/target_compensation.hpp"
+#include "daemon/realtime/approach_watch.hpp"
 #include "daemon/realtime/controller_session.hpp"
 #include "daemon/realtime/correction_ramp.hpp"
 #include "daemon/realtime/lock_free.hpp"
@@ -27,12 +28,13 @@ namespace truepose::daemon {
 /// One RSI cycle, from the controller's datagram to the reply.
 ///
 /// The correction is a function of the commanded axes (ASPos; where that is not sent, AIPos less the
-/// correction in force): what to add so that the calibrated arm stands where the nominal one would, next to
-/// the wrist singularity in position alone (TargetCompensation). It is ramped in, out and between models over
-/// the controller's cycles, and passes bound_correction() just before it is encoded: no reply moves an axis
-/// by more than a step from anything that the controller may have in force (ControllerSession). Every fault
-/// holds the last correction, because under absolute corrections zero would be a jump; where nothing is known
-/// of what is in force, nothing is answered, and the controller holds.
+/// correction in force) and of the side from which they were come to: what to add so that the calibrated arm
+/// stands where the nominal one would, next to the wrist singularity in position alone (TargetCompensation).
+/// It is ramped in, out and between models over the controller's cycles, and passes bound_correction() just
+/// before it is encoded: no reply moves an axis by more than a step from anything that the controller may
+/// have in force (ControllerSession). Every fault holds the last correction, because under absolute
+/// corrections zero would be a jump; where nothing is known of what is in force, nothing is answered, and the
+/// controller holds.
 ///
 /// answer() belongs to the realtime thread, use_model() and the commands to one other, status() and
 /// turnaround() to any.
@@ -65,6 +67,9 @@ class StreamCycle final : public drivers::RsiResponder {
   /// be in force then, and a correction that the one before did not follow is no fault of it.
   void arm() noexcept { engagement_.store(Engagement::Armed, std::memory_order_release); }
   void disengage() noexcept { engagement_.store(Engagement::Off, std::memory_order_release); }
+  /// The same, and then asks truepose_motion to leave RSI_MOVECORR, in every reply until the session has
+  /// ended.
+  void leave() noexcept { engagement_.store(Engagement::Leaving, std::memory_order_release); }
   /// Ends Frozen or Fault: the stream goes on from the correction that it holds.
   void acknowledge() noexcept { acknowledged_.fetch_add(1, std::memory_order_release); }
 
@@ -81,7 +86,7 @@ class StreamCycle final : public drivers::RsiResponder {
     std::optional<TargetCompensation> compensation;
     Eigen::Vector3d p_F_mm{0, 0, 0};
   };
-  enum class Engagement : std::uint8_t { Off, On, Armed };
+  enum class Engagement : std::uint8_t { Off, Leaving, On, Armed };
   using Turn = ControllerSession::Turn;
   using Hearing = ControllerSession::Hearing;
 
@@ -102,7 +107,10 @@ class StreamCycle final : public drivers::RsiResponder {
   std::string_view reply() noexcept;
   std::int64_t told_gain() const noexcept;
 
-  bool engaged() const noexcept { return engagement() != Engagement::Off && !status_.program_declines; }
+  bool wanted() const noexcept { return engagement() >= Engagement::On; }
+  bool engaged() const noexcept { return wanted() && !status_.program_declines; }
+  bool at_rest() const noexcept { return ramp_.out() && correction_.isZero(0); }
+  bool asks_to_leave() const noexcept;
   Engagement engagement() const noexcept { return engagement_.load(std::memory_order_acquire); }
   void listen_to_program(const rsi::ProgramSignals& program) noexcept;
   void begin_session(const drivers::UdpSource& source) noexcept;
@@ -146,6 +154,7 @@ class StreamCycle final : public drivers::RsiResponder {
   LateReplies late_replies_;
   FollowingCheck following_;
   ArmCheck arm_check_;
+  ApproachWatch approach_;
   CorrectionRamp ramp_;
   StreamStatus status_;
   std::array<char, rsi::kMaxFrameBytes> buffer_{};
@@ -154,9 +163,12 @@ class StreamCycle final : public drivers::RsiResponder {
   std::uint32_t acknowledged_seen_ = 0;
   JointVector correction_;        // sent last
   JointVector model_correction_;  // the model's last wish at full gain
-  bool arm_known_;                // of an armed stream's session, also by the process before
-  bool production_ = false;       // the program is one that was armed for, and not truepose_motion
-  bool behind_ = false;           // a bound keeps the correction from what the ramp wants
+  JointVector search_;            // where the solver is, of model_correction_
+  JointVector searched_for_;      // commanded axes
+  bool found_ = false;
+  bool arm_known_;           // of an armed stream's session, also by the process before
+  bool production_ = false;  // the program is one that was armed for, and not truepose_motion
+  bool behind_ = false;      // a bound keeps the correction from what the ramp wants
   bool malformed_before_ = false;
   bool unread_told_ = false;
   Engagement engagement_before_ = Engagement::Off;  // at the last frame

@@ -72,7 +72,7 @@ struct StreamCounters {
   std::uint64_t partly_read =
       0;  ///< frames with an element that could not be read, and is not what is corrected by
   std::uint64_t foreign = 0;      ///< datagrams of others than the controller, dropped (in no other figure)
-  std::uint64_t no_solution = 0;  ///< cycles in which the calibrated arm could not be inverted, or not near
+  std::uint64_t no_solution = 0;  ///< cycles in which the calibrated arm was not inverted, or not near
   std::uint64_t damped = 0;       ///< cycles that gave up orientation next to the wrist singularity
   std::uint64_t lost = 0;         ///< cycles missing in the controller's IPOC
   std::uint64_t late = 0;  ///< replies that were sent and that the controller did not have in time (Delay)
@@ -92,9 +92,10 @@ struct StreamStatus {
   drivers::TimePoint read_until{};          ///< all that it had sent by then has been read
   std::optional<drivers::UdpSource> peer;   ///< the controller, as it sends
   std::uint64_t ipoc = 0;
-  std::uint64_t ipoc_step = 0;  ///< learned from the controller; 0 = not yet known
-  std::uint64_t model = 0;      ///< number that use_model() was given; 0 = none
-  double gain = 0;              ///< 0 = no correction, 1 = all of it
+  std::uint64_t ipoc_step = 0;          ///< learned from the controller; 0 = not yet known
+  std::uint64_t model = 0;              ///< number that use_model() was given; 0 = none
+  double gain = 0;                      ///< 0 = no correction, 1 = all of it
+  std::optional<std::int64_t> program;  ///< ProgramSignals::state, where the last frame had it
   // What the program of an armed stream says, where the controller sends it.
   bool program_stopped = false;   ///< the correction is held until it goes on
   bool program_declines = false;  ///< it does not ask to be corrected

@@ -19,6 +19,7 @@ namespace asio = boost::asio;
 using namespace std::chrono_literals;
 
 constexpr auto kStandstillPoll = 50ms;
+constexpr Duration kAgain = 50ms, kDrops = 2s;  // a controller that has not yet seen its last client go
 constexpr double kArrivalTolerance_rad = 0.2 * kRadPerDeg;  // the KRL program's own is 0.1 deg
 
 /// Random, so that a daemon that was restarted never repeats the ids of the one before; half of the range is
@@ -139,8 +140,9 @@ KukaEkiRobot::KukaEkiRobot(asio::any_io_executor executor, Clock& clock, KukaEki
       options_{std::move(options)},
       motion_{std::make_unique<EkiChannel>(executor, clock, "CellLink", "the robot program truepose_motion",
                                            options_.host, options_.motion_port)},
-      state_{std::make_unique<EkiChannel>(executor, clock, "CellState", "the submit program truepose_submit",
-                                          options_.host, options_.state_port)},
+      state_{std::make_unique<EkiChannel>(executor, clock, "CellState",
+                                          "the state server (truepose_submit, or sps.sub)", options_.host,
+                                          options_.state_port)},
       answers_{std::make_unique<Answers>(executor)},
       id_{first_id()} {}
 
@@ -163,14 +165,9 @@ asio::awaitable<std::expected<RobotIdentity, RobotError>> KukaEkiRobot::inspect(
 asio::awaitable<std::expected<RobotIdentity, RobotError>> KukaEkiRobot::open(eki::ControlOp op,
                                                                              TimePoint deadline) {
   disconnect();
-  const auto state_link = co_await state_->connect(deadline);
-  if (!state_link) co_return std::unexpected(state_link.error());
-  const auto answered = co_await control(op, deadline);  // shows that submit answers, too
+  const auto answered = co_await open_state(op, deadline);  // shows that the state server answers, too
   if (!answered) co_return std::unexpected(answered.error());
-
-  const auto motion_link = co_await motion_->connect(deadline);
-  if (!motion_link) co_return std::unexpected(motion_link.error());
-  const auto hello = co_await greeting(deadline);
+  const auto hello = co_await open_motion(deadline);
   if (!hello) co_return std::unexpected(hello.error());
   if (hello->version != eki::kProtocolVersion) {
     disconnect();
@@ -180,6 +177,38 @@ asio::awaitable<std::expected<RobotIdentity, RobotError>> KukaEkiRobot::open(eki
                                   std::to_string(eki::kProtocolVersion) + ": install the matching ones"});
   }
   co_return RobotIdentity{hello->model, hello->serial, hello->kss_version};
+}
+
+/// Connects, and has the first control answered.
+asio::awaitable<std::expected<eki::State, RobotError>> KukaEkiRobot::open_state(eki::ControlOp op,
+                                                                                TimePoint deadline) {
+  for (const TimePoint last_try = clock_.now() + kDrops;;) {
+    const auto linked = co_await state_->connect(deadline);
+    if (!linked) co_return std::unexpected(linked.error());
+    const auto state = co_await control(op, deadline);
+    if (state) co_return state;
+    const bool again = co_await drops_once_more(state.error(), last_try);
+    if (!again) co_return state;
+  }
+}
+
+asio::awaitable<std::expected<eki::Hello, RobotError>> KukaEkiRobot::open_motion(TimePoint deadline) {
+  for (const TimePoint last_try = clock_.now() + kDrops;;) {
+    const auto linked = co_await motion_->connect(deadline);
+    if (!linked) co_return std::unexpected(linked.error());
+    const auto hello = co_await greeting(deadline);
+    if (hello) co_return hello;
+    const bool again = co_await drops_once_more(hello.error(), last_try);
+    if (!again) co_return hello;
+  }
+}
+
+/// Whether a client that was taken and dropped before a word may try again; after a while.
+asio::awaitable<bool> KukaEkiRobot::drops_once_more(const RobotError& error, TimePoint last_try) {
+  const TimePoint next = clock_.now() + kAgain;
+  const bool again = error.fault == RobotFault::Disconnected && next < last_try;
+  if (again) co_await clock_.sleep_until(next);
+  co_return again;
 }
 
 asio::awaitable<std::expected<eki::Hello, RobotError>> KukaEkiRobot::greeting(TimePoint deadline) {
@@ -199,18 +228,36 @@ asio::awaitable<std::expected<eki::State, RobotError>> KukaEkiRobot::control(eki
   co_return state;
 }
 
+RobotState KukaEkiRobot::robot_state(const eki::State& reported) const {
+  const std::array<double, 6>& pose = reported.pose;
+  RobotState state;
+  state.q = to_joints(reported.axes_rad, options_.joint_count);
+  state.X_BF_reported = pose_from_kuka({pose[0], pose[1], pose[2]}, {pose[3], pose[4], pose[5]});
+  state.why_not_ready = why_not_ready(reported);
+  state.ready = state.why_not_ready.empty();
+  state.moving = reported.moving || !reported.in_position;
+  state.override_percent = reported.override_percent;
+  state.mode = name(reported.mode);
+  state.program = name(reported.program);
+  state.emergency_stop = !reported.no_emergency_stop;
+  state.gate_open = !reported.gate_closed;
+  return state;
+}
+
 asio::awaitable<std::expected<RobotState, RobotError>> KukaEkiRobot::state(TimePoint deadline) {
   const auto reported = co_await control(eki::ControlOp::AskState, deadline);
   if (!reported) co_return std::unexpected(reported.error());
-  const std::array<double, 6>& pose = reported->pose;
-  RobotState state;
-  state.q = to_joints(reported->axes_rad, options_.joint_count);
-  state.X_BF_reported = pose_from_kuka({pose[0], pose[1], pose[2]}, {pose[3], pose[4], pose[5]});
-  state.why_not_ready = why_not_ready(*reported);
-  state.ready = state.why_not_ready.empty();
-  state.moving = reported->moving || !reported->in_position;
-  state.override_percent = reported->override_percent;
-  co_return state;
+  co_return robot_state(*reported);
+}
+
+asio::awaitable<std::expected<RobotState, RobotError>> KukaEkiRobot::look(TimePoint deadline) {
+  if (state_->connected()) {
+    auto seen = co_await state(deadline);
+    co_return seen;
+  }
+  const auto reported = co_await open_state(eki::ControlOp::AskState, deadline);
+  if (!reported) co_return std::unexpected(reported.error());
+  co_return robot_state(*reported);
 }
 
 asio::awaitable<std::expected<JointVector, RobotError>> KukaEkiRobot::move(MoveCommand move,

@@ -35,6 +35,8 @@ class KukaEkiRobot final : public Robot {
   /// As connect(), but changes nothing on the controller: a stop that is in force stays.
   boost::asio::awaitable<std::expected<RobotIdentity, RobotError>> inspect(TimePoint deadline);
   boost::asio::awaitable<std::expected<RobotState, RobotError>> state(TimePoint deadline) override;
+  /// By the state server alone.
+  boost::asio::awaitable<std::expected<RobotState, RobotError>> look(TimePoint deadline) override;
   boost::asio::awaitable<std::expected<JointVector, RobotError>> move(MoveCommand command,
                                                                       TimePoint deadline) override;
   boost::asio::awaitable<std::expected<void, RobotError>> start_stream_program(TimePoint deadline) override;
@@ -47,11 +49,16 @@ class KukaEkiRobot final : public Robot {
   /// @param op  what the state channel is asked for first
   boost::asio::awaitable<std::expected<RobotIdentity, RobotError>> open(eki::ControlOp op,
                                                                         TimePoint deadline);
+  boost::asio::awaitable<std::expected<eki::State, RobotError>> open_state(eki::ControlOp op,
+                                                                           TimePoint deadline);
+  boost::asio::awaitable<std::expected<eki::Hello, RobotError>> open_motion(TimePoint deadline);
+  boost::asio::awaitable<bool> drops_once_more(const RobotError& error, TimePoint last_try);
   boost::asio::awaitable<std::expected<eki::Hello, RobotError>> greeting(TimePoint deadline);
   boost::asio::awaitable<std::expected<eki::State, RobotError>> control(eki::ControlOp op,
                                                                         TimePoint deadline);
   boost::asio::awaitable<std::expected<eki::Ack, RobotError>> run(eki::Command command, eki::AckState until,
                                                                   TimePoint deadline);
+  RobotState robot_state(const eki::State& reported) const;
   std::int32_t next_id() { return ++id_; }
 
   Clock& clock_;

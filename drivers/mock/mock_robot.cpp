@@ -21,8 +21,15 @@ asio::awaitable<std::expected<RobotIdentity, RobotError>> MockRobot::connect(Tim
 }
 
 asio::awaitable<std::expected<RobotState, RobotError>> MockRobot::state(TimePoint deadline) {
-  Clock& clock = cell_.clock();
   if (!connected_) co_return std::unexpected(RobotError{RobotFault::Disconnected, "not connected"});
+  auto seen = co_await look(deadline);
+  co_return seen;
+}
+
+asio::awaitable<std::expected<RobotState, RobotError>> MockRobot::look(TimePoint deadline) {
+  Clock& clock = cell_.clock();
+  if (clock.now() < gone_until_)
+    co_return std::unexpected(RobotError{RobotFault::Unreachable, "the controller does not answer"});
   co_await clock.sleep_until(std::min(deadline, clock.now() + 12ms));
   if (cell_.happens(cell_.options().faults.robot_not_ready)) drives_off_until_ = clock.now() + cell_.outage();
   RobotState state;
@@ -31,6 +38,9 @@ asio::awaitable<std::expected<RobotState, RobotError>> MockRobot::state(TimePoin
   state.ready = may_move();
   state.moving = cell_.moving();
   if (!state.ready) state.why_not_ready = "drives off";
+  state.mode = "AUT";
+  state.program = "active";
+  state.emergency_stop = emergency_stop_;
   co_return state;
 }
 

@@ -12,6 +12,7 @@ class MockRobot final : public Robot {
 
   boost::asio::awaitable<std::expected<RobotIdentity, RobotError>> connect(TimePoint deadline) override;
   boost::asio::awaitable<std::expected<RobotState, RobotError>> state(TimePoint deadline) override;
+  boost::asio::awaitable<std::expected<RobotState, RobotError>> look(TimePoint deadline) override;
   boost::asio::awaitable<std::expected<JointVector, RobotError>> move(MoveCommand command,
                                                                       TimePoint deadline) override;
   boost::asio::awaitable<std::expected<void, RobotError>> start_stream_program(TimePoint deadline) override;
@@ -21,14 +22,16 @@ class MockRobot final : public Robot {
   bool connected() const { return connected_; }
   /// Cannot be reached for so long.
   void leave(Duration outage) { gone_until_ = cell_.clock().now() + outage; }
+  void press_emergency_stop(bool pressed) { emergency_stop_ = pressed; }
 
  private:
-  bool may_move() const { return cell_.clock().now() >= drives_off_until_; }
+  bool may_move() const { return !emergency_stop_ && cell_.clock().now() >= drives_off_until_; }
   RobotError lose(const char* detail);
 
   MockCell& cell_;
   bool connected_ = false;
   bool stop_ = false;
+  bool emergency_stop_ = false;
   TimePoint gone_until_{};
   TimePoint drives_off_until_{};
 };

@@ -23,6 +23,9 @@ using Names = std::array<std::string_view, 6>;
 constexpr Names kAxisNames{"A1", "A2", "A3", "A4", "A5", "A6"};
 constexpr Names kPoseNames{"X", "Y", "Z", "A", "B", "C"};
 
+/// The one root of what the controller sends on a channel, as KUKA's own examples have it.
+constexpr std::string_view kControllerRoot = "Robot";
+
 // ---- Layouts: the attributes of each message in the order in which they are written, those of a child
 // behind its name: "Ax.A1". Enumerations are numbers, of which those listed have a meaning.
 
@@ -290,10 +293,8 @@ class Fields {
 /// One document: the messages in it and what its root is called.
 struct Document {
   std::string_view root;
-  std::vector<Fields> messages;  ///< the root itself, or what is below kManyInOne
+  std::vector<Fields> messages;  ///< the root itself, or what is below kControllerRoot
 };
-
-constexpr std::string_view kManyInOne = "Robot";
 
 std::expected<Document, std::string> parse(std::string_view text) {
   using Event = xml::Scanner::Event;
@@ -305,7 +306,7 @@ std::expected<Document, std::string> parse(std::string_view text) {
       case Event::Open:
         if (scanner.depth() == 1) {
           document.root = scanner.name();
-          message_depth = document.root == kManyInOne ? 2 : 1;
+          message_depth = document.root == kControllerRoot ? 2 : 1;
         }
         if (scanner.depth() == message_depth) document.messages.emplace_back(scanner.name());
         if (scanner.depth() == message_depth || scanner.depth() == message_depth + 1)
@@ -343,12 +344,23 @@ void read_one(Fields& fields, std::optional<std::variant<Messages...>>& message)
 
 }  // namespace
 
+std::string_view name(OperatingMode mode) {
+  constexpr std::array<std::string_view, 4> kNames{"T1", "T2", "AUT", "EXT"};
+  return kNames[static_cast<std::size_t>(mode) - 1];
+}
+
+std::string_view name(ProgramState state) {
+  constexpr std::array<std::string_view, 5> kNames{"free", "reset", "active", "stopped", "ended"};
+  return kNames[static_cast<std::size_t>(state) - 1];
+}
+
 std::string encode(const ToController& message) {
   return std::visit([](const auto& m) { return written(m); }, message);
 }
 
 std::string encode(const FromController& message) {
-  return std::visit([](const auto& m) { return written(m); }, message);
+  const std::string root{kControllerRoot};
+  return "<" + root + ">" + std::visit([](const auto& m) { return written(m); }, message) + "</" + root + ">";
 }
 
 std::expected<ToController, std::string> decode_to_controller(std::string_view text) {
@@ -371,7 +383,7 @@ std::expected<std::vector<FromController>, std::string> decode_from_controller(s
     const bool says_nothing = fields.is_blank();
     std::optional<FromController> message;
     read_one(fields, message);
-    if (!message && document->root != kManyInOne) return std::unexpected(unknown(document->root));
+    if (!message && document->root != kControllerRoot) return std::unexpected(unknown(document->root));
     if (!message || says_nothing) continue;
     if (fields.error()) return std::unexpected(*fields.error());
     messages.push_back(*std::move(message));

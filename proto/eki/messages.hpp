@@ -67,7 +67,8 @@ enum class AckError {
   Rsi = 6,            ///< RSI could not be opened
 };
 
-/// Controller to PC on CellLink: <Ack Id State Err><Ax A1..A6></Ax></Ack>. The axes are the actual ones.
+/// Controller to PC on CellLink: <Robot><Ack Id State Err><Ax A1..A6></Ax></Ack></Robot>. The axes are the
+/// actual ones.
 struct Ack {
   std::int32_t id = 0;
   AckState state = AckState::Accepted;
@@ -77,7 +78,7 @@ struct Ack {
   bool operator==(const Ack&) const = default;
 };
 
-/// Controller to PC on CellLink, once after every connection: who it is.
+/// Controller to PC on CellLink, once after every connection: <Robot><Hello ../></Robot>, who it is.
 struct Hello {
   int version = kProtocolVersion;
   std::string model;            ///< $ROBTRAFO or $MODEL_NAME
@@ -92,9 +93,14 @@ struct Hello {
 enum class OperatingMode { T1 = 1, T2 = 2, Aut = 3, Ext = 4 };
 enum class ProgramState { Free = 1, Reset = 2, Active = 3, Stopped = 4, Ended = 5 };
 
-/// Controller to PC on CellState: <State Seq Id ModeOp OvPro ProState PeriRdy AlarmStop UserSaf StopMess
-/// ProMove InPos> <Ax/><Pos/><Base No/><Tool No/></State>. Flags are 0 or 1 and carry KUKA's variables
-/// unchanged, so 1 is the healthy value of PeriRdy, AlarmStop and UserSaf.
+/// "T1", "T2", "AUT" or "EXT".
+std::string_view name(OperatingMode mode);
+/// "free", "reset", "active", "stopped" or "ended".
+std::string_view name(ProgramState state);
+
+/// Controller to PC on CellState: <Robot><State Seq Id ModeOp OvPro ProState PeriRdy AlarmStop UserSaf
+/// StopMess ProMove InPos><Ax/><Pos/><Base No/><Tool No/></State></Robot>. Flags are 0 or 1 and carry KUKA's
+/// variables unchanged, so 1 is the healthy value of PeriRdy, AlarmStop and UserSaf.
 struct State {
   std::int32_t sequence = 0;  ///< counts the states sent
   std::int32_t id = 0;        ///< of the Control that it answers
@@ -128,9 +134,9 @@ std::string encode(const FromController& message);
 /// value is as one that is not there. Error: one sentence that names the document and the field.
 std::expected<ToController, std::string> decode_to_controller(std::string_view document);
 
-/// The same of the controller: the messages of a document in its order. That is one, but from EKI 6.1 every
+/// The same of the controller: the messages below <Robot> in their order. That is one, but from EKI 6.1 every
 /// configured tag comes with every message: one whose values are all empty says nothing. Hello, Ack and State
-/// are read as roots and, as KUKA's own examples have it, below one root <Robot>. Texts are device texts.
+/// are read as roots too, as channel files of before have them. Texts are device texts.
 std::expected<std::vector<FromController>, std::string> decode_from_controller(std::string_view document);
 
 }  // namespace truepose::eki

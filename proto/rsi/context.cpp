@@ -45,7 +45,7 @@ std::vector<ParameterType> together(std::vector<ParameterType> a, const std::vec
 }
 
 /// As the contexts of public drivers that ran on controllers have them (kuka-external-control-sdk, RSI 4.1;
-/// kuka_rsi_driver and rsi-pi, RSI 3).
+/// kuka_experimental, RSI 4.0; kuka_rsi_driver and rsi-pi, RSI 3).
 const std::vector<ObjectType>& object_types() {
   static const std::vector<ObjectType> types{
       {"ETHERNET",
@@ -139,6 +139,32 @@ std::expected<ContextObject, std::string> read_object(const pugi::xml_node& node
   return object;
 }
 
+/// The element that holds the objects of a new document.
+pugi::xml_node objects_of(pugi::xml_document& document, ContextFormat format) {
+  constexpr const char* kInstance = "http://www.w3.org/2001/XMLSchema-instance";
+  if (format == ContextFormat::RsiXml) {
+    pugi::xml_node root = document.append_child("RSIObjects");
+    root.append_attribute("xsi:noNamespaceSchemaLocation") =
+        "/Roboter/Config/System/Common/Schemes/RSIContext.xsd";
+    root.append_attribute("xmlns:xsi") = kInstance;
+    return root;
+  }
+  pugi::xml_node root = document.append_child("RsiContext");
+  if (format == ContextFormat::Rsix40) {
+    root.append_attribute("xmlns:xsi") = kInstance;
+    root.append_attribute("xmlns:xsd") = "http://www.w3.org/2001/XMLSchema";
+    root.append_attribute("Version") = "0.1.0";
+    return root.append_child("RsiObjects");
+  }
+  root.append_attribute("xsi:schemaLocation") = "RsiContext RsiContext.xsd";
+  root.append_attribute("SchemaVersion") = "2.0.0";
+  root.append_attribute("xmlns:xsi") = kInstance;
+  root.append_attribute("xmlns") = "RsiContext";
+  pugi::xml_node objects = root.append_child("RsiObjects");
+  objects.append_attribute("xmlns") = "RsiDriver";
+  return objects;
+}
+
 /// Every wire comes from an object that is there.
 std::optional<std::string> loose_wire(const Context& context) {
   for (const ContextObject& object : context.objects) {
@@ -198,20 +224,7 @@ std::string context_xml(const Context& context, ContextFormat format) {
   pugi::xml_node declaration = document.append_child(pugi::node_declaration);
   declaration.append_attribute("version") = "1.0";
   declaration.append_attribute("encoding") = "utf-8";
-  pugi::xml_node root = document.append_child(old ? "RSIObjects" : "RsiContext");
-  if (old) {
-    root.append_attribute("xsi:noNamespaceSchemaLocation") =
-        "/Roboter/Config/System/Common/Schemes/RSIContext.xsd";
-  } else {
-    root.append_attribute("xsi:schemaLocation") = "RsiContext RsiContext.xsd";
-    root.append_attribute("SchemaVersion") = "2.0.0";
-  }
-  root.append_attribute("xmlns:xsi") = "http://www.w3.org/2001/XMLSchema-instance";
-  if (!old) {
-    root.append_attribute("xmlns") = "RsiContext";
-    root = root.append_child("RsiObjects");
-    root.append_attribute("xmlns") = "RsiDriver";
-  }
+  pugi::xml_node root = objects_of(document, format);
   const auto ordinal_of = [&](int number) { return number - 1 + words.first; };
   for (const ContextObject& object : context.objects) {
     const ObjectType& type = type_named(object.type);

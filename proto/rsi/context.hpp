@@ -11,9 +11,10 @@
 
 namespace truepose::rsi {
 
-/// How a version of RSI keeps a signal flow: RSI 3 to 4.0 (KSS 8.3 to 8.5) in NAME.rsi.xml, RSI 4.1 and 5
-/// (KSS 8.6 and 8.7) in NAME.rsix. The same objects have other ordinals in each.
-enum class ContextFormat { RsiXml, Rsix };
+/// How a version of RSI keeps a signal flow: RSI 3 (KSS 8.3 and 8.4) in NAME.rsi.xml, RSI 4.0 (KSS 8.5) in a
+/// NAME.rsix of its own, RSI 4.1 and 5 (KSS 8.6 and 8.7) in NAME.rsix. The same objects have other ordinals
+/// in .rsi.xml and .rsix.
+enum class ContextFormat { RsiXml, Rsix40, Rsix };
 
 /// The output of an object, counted from 1 as it is drawn.
 struct ContextOutput {
@@ -44,9 +45,9 @@ struct Context {
   bool operator==(const Context&) const = default;
 };
 
-/// Reads the text of a .rsi.xml or .rsix file. What an object is wired to and its parameters are understood
-/// by their ordinals as the controller does, so that a file made for the other format is refused and not
-/// misread. Objects of types that are not known here keep their wires and lose their parameters.
+/// Reads the text of a .rsi.xml or any .rsix file. What an object is wired to and its parameters are
+/// understood by their ordinals as the controller does, so that a file made for the other format is refused
+/// and not misread. Objects of types that are not known here keep their wires and lose their parameters.
 /// Error: one sentence that names the object.
 std::expected<Context, std::string> parse_context(std::string_view xml);
 

@@ -389,6 +389,65 @@ TEST(TargetCompensation, ArmsWithMoreJointsAreCompensatedToo) {
   }
 }
 
+TEST(TargetCompensation, OfATargetThatMovesIsFoundInFewStepsFromTheOneBefore) {
+  constexpr int kSteps = 8;
+  struct Way {
+    JointVector from, to;
+  };
+  const Way regular{deg({20, -80, 100, 30, 60, -40}), deg({-60, -50, 70, -80, 30, 60})},
+      through_the_wrist{deg({20, -80, 100, 30, 10, -40}), deg({20, -80, 100, 30, -10, -40})},
+      towards_the_end_of_reach{deg({20, -60, 40, 30, 45, -40}), deg({20, -60, 8, 30, 45, -40})};
+  for (const RobotModel& real : {kReal, bending(kReal), with_field(bending(kReal))}) {
+    const TargetCompensation compensation(kNominal, real);
+    for (const Way& way : {regular, through_the_wrist, towards_the_end_of_reach}) {
+      JointVector correction = JointVector::Zero(6);
+      for (int i = 0; i <= 1000; ++i) {
+        const JointVector q = way.from + (way.to - way.from) * (i / 1000.0);
+        const auto found = compensation.at_joints_within(kSteps, q, kTcp_mm, correction);
+        const auto expected = compensation.at_joints(q, kTcp_mm);
+        ASSERT_TRUE(found && expected) << q.transpose() * kDegPerRad;
+        ASSERT_LE(found->iterations, kSteps);
+        ASSERT_LT((found->q - expected->q).cwiseAbs().maxCoeff(), 1e-9) << q.transpose() * kDegPerRad;
+        ASSERT_EQ(correction, found->q - q);
+      }
+    }
+  }
+}
+
+TEST(TargetCompensation, ThatStepsWereTooFewForIsFoundByTheNextOnes) {
+  for (const RobotModel& real : {kReal, bending(kReal), with_field(bending(kReal))}) {
+    const TargetCompensation compensation(kNominal, real);
+    for (const double a5_deg : {60.0, 5.0, 0.0}) {
+      const JointVector q = deg({20, -80, 100, 30, a5_deg, -40});
+      JointVector correction = JointVector::Zero(6);
+      int calls = 1;
+      auto found = compensation.at_joints_within(2, q, kTcp_mm, correction);
+      EXPECT_EQ(found.error().kind, CompensationFault::Kind::DidNotConverge);
+      for (; !found && calls < 20; ++calls) found = compensation.at_joints_within(2, q, kTcp_mm, correction);
+      ASSERT_TRUE(found) << a5_deg;
+      EXPECT_LT((found->q - compensation.at_joints(q, kTcp_mm)->q).cwiseAbs().maxCoeff(), 1e-9);
+    }
+  }
+}
+
+TEST(TargetCompensation, BeginsAnewWhereASearchLedNowhere) {
+  RobotModel longer = kNominal;
+  longer.joints[2].a_mm += 15;
+  const TargetCompensation compensation(kNominal, longer);
+  JointVector correction = JointVector::Zero(6);
+  int led_nowhere = 0;
+  for (double a3_deg = 0; a3_deg < 10; a3_deg += 0.01) {
+    const JointVector q = deg({20, -60, a3_deg, 30, 45, -40});
+    const auto found = compensation.at_joints_within(50, q, kTcp_mm, correction);
+    if (found || found.error().kind != CompensationFault::Kind::TooFar) continue;
+    ++led_nowhere;
+    EXPECT_TRUE(correction.isZero(0)) << correction.transpose();
+  }
+  EXPECT_GT(led_nowhere, 10);
+  EXPECT_FALSE(compensation.at_joints_within(8, JointVector::Constant(6, NAN), kTcp_mm, correction));
+  EXPECT_TRUE(correction.isZero(0));
+}
+
 TEST(TargetCompensation, DoesNotAllocate) {
   const TargetCompensation compensation(kNominal, bending(kReal));
   const JointVector regular = deg({20, -80, 100, 30, 40, -40}), singular = deg({20, -80, 100, 30, 1, -40});

@@ -463,6 +463,28 @@ TEST(StreamCycle, FaultsHoldsAndAsksToStopWhenABoundIsBrokenForLong) {
   EXPECT_EQ(rig.state(), StreamState::Idle);
 }
 
+TEST(StreamCycle, AsksToLeaveRsiOnceNothingIsInForceAndAgainAfterEachReplyThatIsLost) {
+  StreamRig rig;
+  rig.settle();
+  rig.cycle->use_model(real_arm(), 1);
+  rig.cycle->engage();
+  rig.ticks(kRamp + 1);
+  rig.cycle->leave();
+  for (int i = 0; i < kRamp + 2 && !rig.stop; ++i) rig.tick();
+  EXPECT_TRUE(rig.stop);
+  EXPECT_TRUE(rig.applied.isZero(0)) << "not before";
+  for (int i = 0; i < 5; ++i) {
+    rig.tick({.reply_lost = true});
+    EXPECT_FALSE(rig.stop) << "a pulse";
+    rig.tick();
+    EXPECT_TRUE(rig.stop);
+  }
+  rig.restart(1'000);
+  rig.ticks(10);
+  EXPECT_FALSE(rig.stop) << "of another program";
+  EXPECT_EQ(rig.state(), StreamState::Idle);
+}
+
 TEST(StreamCycle, FreezesWhenTheAxesDoNotFollowAndGoesOnWhenAcknowledged) {
   StreamRig rig;
   rig.stuck = rig.q;  // the program is stopped

@@ -98,7 +98,10 @@ class StreamRig {
       : max_step_deg_{options.max_step_rad * kDegPerRad},
         cycle{StreamCycle::create(nominal_arm(), config, options).value()},
         codec_{config},
-        sends_aspos_{config.sends("ASPos")} {}
+        sends_aspos_{config.sends("ASPos")},
+        holds_stop_{std::ranges::any_of(config.receive, [&](const rsi::Element& element) {
+          return element.tag == config.stop && element.hold_on;
+        })} {}
 
   /// One tick of the controller. @return the reply, empty where there was none
   std::string tick(const Fate& fate = {}) {
@@ -106,7 +109,10 @@ class StreamRig {
     now_ += std::chrono::milliseconds{std::max<std::uint64_t>(step, 4)};
     std::string reply;
     if (!fate.datagram_lost) reply = send(fate.replaced_by.empty() ? datagram() : fate.replaced_by);
-    if (reply.empty() || fate.reply_lost || fate.rejected || !take(reply)) ++delay;
+    if (reply.empty() || fate.reply_lost || fate.rejected || !take(reply)) {
+      ++delay;
+      stop = stop && holds_stop_;
+    }
     return reply;
   }
 
@@ -198,6 +204,7 @@ class StreamRig {
  private:
   rsi::SensorFrameCodec codec_;
   bool sends_aspos_;
+  bool holds_stop_;
 };
 
 }  // namespace truepose::daemon

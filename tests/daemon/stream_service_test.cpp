@@ -28,6 +28,7 @@ struct AWatchedStream : CellTest {
         if (read) rig.cycle->nothing_came(clock.now());
       } else {
         garbled ? garble() : static_cast<void>(rig.tick());
+        if (leaves && rig.stop) sends = false;
       }
     }
   }
@@ -42,7 +43,8 @@ struct AWatchedStream : CellTest {
   }
   StreamRig rig;
   bool sends = true, garbled = false;
-  bool read = true;  // by the realtime thread
+  bool leaves = false;  // RSI, at the Stop bit
+  bool read = true;     // by the realtime thread
 };
 
 TEST_F(AWatchedStream, IsAFaultHalfASecondAfterItsControllerFellSilent) {
@@ -167,6 +169,18 @@ TEST_F(AWatchedStream, RampsTheCorrectionOutAndIsReadyOnceItIsStopped) {
     EXPECT_EQ(now->at_pointer("/stream/state"), "off");
   });
   EXPECT_THAT(told(control::Topic::Stream).size(), testing::Gt(3U)) << "each second, and each change";
+}
+
+TEST_F(AWatchedStream, EndsItsProgramByTheStopBit) {
+  leaves = true;
+  play([this]() -> Wait {
+    co_await streaming();
+    const TimePoint asked = clock.now();
+    const Answer stopped = co_await ask("stream.stop");
+    EXPECT_TRUE(stopped) << stopped.error().message;
+    EXPECT_FALSE(sends);
+    EXPECT_LT(clock.now() - asked, config.stream.ramp + 1s) << "nothing else was waited for";
+  });
 }
 
 TEST_F(AWatchedStream, SaysThatItWaitsForTheControllersProgramAndThenForItsPackets) {
@@ -328,6 +342,15 @@ TEST(StreamJson, SaysOfAControllerThatIsSilentThatItIsBeforeWhatIsNotKnownOfIt) 
   EXPECT_EQ(reason(1s, "what ended the stream"), "what ended the stream");
 }
 
+TEST(StreamJson, ShowsNothingOfTheRobotThatIsNotKnown) {
+  const json::object told = stream_json({}, {}, {.robot = {.program = "active", .unknown = "refused"}});
+  const json::object& robot = told.at("robot").as_object();
+  for (const char* key : {"mode", "override_percent", "emergency_stop", "gate_open"})
+    EXPECT_TRUE(robot.at(key).is_null()) << key;
+  EXPECT_EQ(robot.at("program"), "active");
+  EXPECT_EQ(robot.at("unknown"), "refused");
+}
+
 /// A cell that is armed, beside a controller whose programs open RSI now and then.
 struct AnArmedStream : AWatchedStream {
   Wait armed() {
@@ -372,6 +395,51 @@ TEST_F(AnArmedStream, CorrectsEveryProgramThatOpensRsiWithoutRobotOrTracker) {
     EXPECT_EQ(fault_of(*now), "") << "a program that ends is no fault";
     EXPECT_THAT(now->at_pointer("/stream/reason").as_string().c_str(),
                 HasSubstr("no program has RSI open, the last packet came 10."));
+  });
+}
+
+TEST_F(AnArmedStream, ShowsTheStateOfTheRobotAndTellsItsChanges) {
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    Answer now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/robot/mode"), "AUT");
+    EXPECT_EQ(now->at_pointer("/robot/emergency_stop"), false);
+    EXPECT_EQ(now->at_pointer("/robot/unknown"), "");
+    const std::size_t before = told(control::Topic::Stream).size();
+    robot.press_emergency_stop(true);
+    co_await pass(1500ms);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(now->at_pointer("/stream/robot/emergency_stop"), true);
+    EXPECT_EQ(now->at_pointer("/stream/reason"), "an emergency stop is pressed");
+    EXPECT_EQ(now->at_pointer("/robot/ready"), false) << "nobody is connected to move it";
+    EXPECT_GT(told(control::Topic::Stream).size(), before);
+    rig.program.state = 4;
+    co_await pass(100ms);
+    now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/robot/program"), "stopped") << "by RSI, at once";
+  });
+}
+
+TEST_F(AnArmedStream, GoesOnWhereTheStateOfTheRobotIsNotKnownAndShowsNoneThatIsOld) {
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    robot.leave(10s);
+    co_await pass(2s);
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "armed");
+    EXPECT_EQ(fault_of(*now), "");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "correcting");
+    EXPECT_TRUE(now->at_pointer("/stream/robot/emergency_stop").is_null());
+    EXPECT_EQ(now->at_pointer("/stream/robot/unknown"), "the controller does not answer");
+    co_await pass(12s);
+    now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/robot/emergency_stop"), false) << "it answers again";
+    EXPECT_TRUE(co_await ask("stream.disarm"));
+    co_await pass(2s);
+    now = co_await ask("stream.status");
+    EXPECT_TRUE(now->at_pointer("/robot/mode").is_null()) << "nobody asks any more";
   });
 }
 

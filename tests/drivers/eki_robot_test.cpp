@@ -228,6 +228,45 @@ TEST_F(EkiRobot, ReportsItsStateInRadAndAsAPose) {
   });
 }
 
+TEST_F(EkiRobot, LooksByTheStateServerAloneAndReleasesNoStop) {
+  serve({});
+  run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
+    state_.mode = eki::OperatingMode::Aut;
+    state_.program = eki::ProgramState::Stopped;
+    state_.no_emergency_stop = false;
+    state_.gate_closed = false;
+    const auto seen = co_await robot.look(soon());
+    EXPECT_TRUE(seen) << seen.error().detail;
+    EXPECT_EQ(seen->mode, "AUT");
+    EXPECT_EQ(seen->program, "stopped");
+    EXPECT_TRUE(seen->emergency_stop);
+    EXPECT_TRUE(seen->gate_open);
+    state_ = ready_state(0);
+    const auto later = co_await robot.look(soon());
+    EXPECT_FALSE(later->emergency_stop);
+    robot.disconnect();
+    state_acceptor_.close();
+    const auto refused = co_await robot.look(soon());
+    EXPECT_THAT(refused.error().detail, HasSubstr("the state server (truepose_submit, or sps.sub)"));
+  });
+  EXPECT_THAT(controls_, testing::ElementsAre(eki::ControlOp::AskState, eki::ControlOp::AskState));
+}
+
+TEST_F(EkiRobot, ComesAgainToAControllerThatHasNotYetSeenItsLastClientGo) {
+  const Script drop = [](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {
+    peer->close();
+    co_return;
+  };
+  int taken = 0;
+  serve({drop, greet_and_answer({})},
+        [&](std::shared_ptr<Peer> peer) { return ++taken == 1 ? drop(peer) : answer_controls(peer); });
+  run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
+    const auto identity = co_await robot.connect(soon());
+    EXPECT_TRUE(identity) << identity.error().detail;
+  });
+  EXPECT_EQ(taken, 2);
+}
+
 TEST_F(EkiRobot, MovesAndReturnsTheActualJointsWhenTheArmHasSettled) {
   std::vector<eki::Command> seen;
   serve({greet_and_answer({Accepted, Moving, InPosition}, 0, &seen)});
@@ -264,14 +303,17 @@ TEST_F(EkiRobot, PassesOverAcksOfOtherCommandsAndTagsOfOtherMessages) {
   });
 }
 
-TEST_F(EkiRobot, UnderstandsAControllerThatSendsEveryTagBelowOneRoot) {
+TEST_F(EkiRobot, UnderstandsAControllerThatSendsEveryTagWithEveryDocument) {
   serve({[](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {
-    const std::string no_ack =
-        R"(<Ack Id="" State="" Err=""><Ax A1="" A2="" A3="" A4="" A5="" A6=""></Ax></Ack>)";
-    co_await peer->write("<Robot>" + no_ack + text(kHello) + "</Robot>");
+    const auto beside = [](std::string document, const std::string& tags) {
+      return document.insert(document.find('>') + 1, tags);
+    };
+    co_await peer->write(beside(
+        text(kHello), R"(<Ack Id="" State="" Err=""><Ax A1="" A2="" A3="" A4="" A5="" A6=""></Ax></Ack>)"));
     const eki::ToController message = co_await peer->read();
     const eki::Command command = std::get<eki::Command>(message);
-    co_await peer->write("<Robot>" + text(ack(command, InPosition)) + text(kHello) + "</Robot>");
+    co_await peer->write(
+        beside(text(ack(command, InPosition)), R"(<Hello Ver="1" Model="" Serial="" KssVer=""/>)"));
   }});
   run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
     const auto identity = co_await robot.connect(soon());

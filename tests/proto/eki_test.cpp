@@ -53,10 +53,10 @@ constexpr const char* kCommandGolden =
     R"(<Cmd Id="17" Type="1" Vel="20" Acc="50" Settle="500"><Ax A1="10.000000" A2="-90.000000" A3="90.000000" )"
     R"(A4="0.125000" A5="-0.500000" A6="350.000000"></Ax></Cmd>)";
 constexpr const char* kStateGolden =
-    R"(<State Seq="5" Id="19" ModeOp="4" OvPro="30" ProState="3" PeriRdy="1" AlarmStop="1" UserSaf="1" StopMess="0" )"
+    R"(<Robot><State Seq="5" Id="19" ModeOp="4" OvPro="30" ProState="3" PeriRdy="1" AlarmStop="1" UserSaf="1" StopMess="0" )"
     R"(ProMove="1" InPos="0"><Ax A1="10.000000" A2="-90.000000" A3="90.000000" A4="0.125000" A5="-0.500000" )"
     R"(A6="350.000000"></Ax><Pos X="1765.000000" Y="-0.500000" Z="1910.000000" A="180.000000" B="89.500000" )"
-    R"(C="-180.000000"></Pos><Base No="0"></Base><Tool No="2"></Tool></State>)";
+    R"(C="-180.000000"></Pos><Base No="0"></Base><Tool No="2"></Tool></State></Robot>)";
 
 std::string replaced(std::string text, std::string_view from, std::string_view to) {
   const std::size_t at = text.find(from);
@@ -85,8 +85,8 @@ TEST(EkiMessages, AreWrittenToGoldenBytes) {
   EXPECT_EQ(encode(kToController[1]), R"(<Ctl Id="18" Op="1" Val="30"></Ctl>)");
   EXPECT_EQ(
       encode(kFromController[0]),
-      R"(<Hello Ver="1" Model="#KR210R2700_2 C4 FLR" Serial="864213" Tool="0" Base="0" KssVer="KSS 8.6.11"></Hello>)");
-  EXPECT_EQ(encode(kFromController[2]), R"(<Ack Id="18" State="4" Err="1"></Ack>)");
+      R"(<Robot><Hello Ver="1" Model="#KR210R2700_2 C4 FLR" Serial="864213" Tool="0" Base="0" KssVer="KSS 8.6.11"></Hello></Robot>)");
+  EXPECT_EQ(encode(kFromController[2]), R"(<Robot><Ack Id="18" State="4" Err="1"></Ack></Robot>)");
   EXPECT_EQ(encode(kFromController[3]), kStateGolden);
 }
 
@@ -157,8 +157,20 @@ TEST(EkiMessages, WhoseValuesAreAllEmptySayNothing) {
               "Ack: Ax.A2 is missing");
 }
 
-TEST(EkiMessages, AreReadBelowOneRootToo) {
-  const std::string hello = encode(kFromController[0]), ack = encode(kFromController[1]);
+/// The message as a root, as channel files of before have it.
+std::string as_root(const FromController& message) {
+  const std::string text = encode(message);
+  constexpr std::size_t kOpen = std::string_view{"<Robot>"}.size(), kClose = kOpen + 1;
+  return text.substr(kOpen, text.size() - kOpen - kClose);
+}
+
+TEST(EkiMessages, AreReadAsRootsToo) {
+  for (const FromController& message : kFromController)
+    EXPECT_THAT(decode_from_controller(as_root(message)).value(), ElementsAre(message)) << as_root(message);
+}
+
+TEST(EkiMessages, AreReadBelowOneRootInAnyNumber) {
+  const std::string hello = as_root(kFromController[0]), ack = as_root(kFromController[1]);
   const auto messages_of = [](const std::string& text) {
     const auto messages = decode_from_controller(text);
     EXPECT_TRUE(messages) << messages.error();

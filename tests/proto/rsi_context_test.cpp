@@ -34,9 +34,9 @@ std::string changed(std::string text, const std::string& from, const std::string
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-TEST(Context, ComesBackFromEitherFormat) {
+TEST(Context, ComesBackFromEveryFormat) {
   const Context context = truepose_context({});
-  for (const ContextFormat format : {ContextFormat::RsiXml, ContextFormat::Rsix}) {
+  for (const ContextFormat format : {ContextFormat::RsiXml, ContextFormat::Rsix40, ContextFormat::Rsix}) {
     const auto read = parse_context(context_xml(context, format));
     ASSERT_TRUE(read) << read.error();
     EXPECT_EQ(*read, context);
@@ -64,6 +64,16 @@ TEST(Context, HasTheOrdinalsOfItsFormat) {
   EXPECT_EQ(in_now("Sen_PInt", "/@ObjTypeId"), "57");
   EXPECT_EQ(in_now("Map2Sen_PInt", "/@ObjTypeId"), "16");
   EXPECT_EQ(in_old("STATUS", "/@ObjTypeID"), "62");
+}
+
+TEST(Context, OfRsi40HasTheOrdinalsOf41BelowARootOfItsOwn) {
+  const std::string early = context_xml(truepose_context({}), ContextFormat::Rsix40),
+                    now = context_xml(truepose_context({}), ContextFormat::Rsix);
+  EXPECT_EQ(attribute(early, "/RsiContext/@Version"), "0.1.0");
+  EXPECT_EQ(attribute(early, "/RsiContext/@SchemaVersion"), "");
+  EXPECT_EQ(attribute(now, "/RsiContext/@SchemaVersion"), "2.0.0");
+  const auto objects = [](const std::string& xml) { return xml.substr(xml.find("<RsiObject ")); };
+  EXPECT_EQ(objects(early), objects(now));
 }
 
 TEST(Context, IsReadBesideObjectsThatAreNotKnownHere) {
@@ -108,7 +118,7 @@ TEST(Context, OfEveryPrefixAndWithAnyByteChangedIsReadOrRefused) {
   }
 }
 
-TEST(Context, OfTruePoseIsTheShippedOneInBothFormatsAndHasNothingToComplainOf) {
+TEST(Context, OfTruePoseIsTheShippedOneAndHasNothingToComplainOf) {
   EXPECT_THAT(lint(truepose_context({}), shipped_ethernet(), {}), IsEmpty());
   EXPECT_EQ(config::read_text_file(kShipped + "truepose_rsi.rsi.xml"),
             context_xml(truepose_context({}), ContextFormat::RsiXml));

@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <utility>
+
 #include "config/text_file.hpp"
 #include "proto/rsi/context.hpp"
 #include "tests/process.hpp"
@@ -28,8 +31,8 @@ struct KukaCommand : testing::Test {
     text_.replace(at, from.size(), to);
   }
   std::string cell() { return folder_.write("cell.yaml", text_); }
-  Finished write() {
-    return run_program("truepose", {"kuka", "write", "--cell", cell(), "--out", set_.string()});
+  Finished write(const std::string& kss = "8.6") {
+    return run_program("truepose", {"kuka", "write", "--cell", cell(), "--kss", kss, "--out", set_.string()});
   }
   Finished lint(const std::vector<std::string>& files) {
     std::vector<std::string> arguments{"kuka", "lint", "--cell", cell()};
@@ -61,6 +64,40 @@ TEST_F(KukaCommand, WritesTheControllersFilesWithTheCellsAddressesAndLimits) {
   EXPECT_THAT(written("EthernetKRL/CellState.xml"), HasSubstr("<PORT>54601</PORT>"));
   EXPECT_EQ(written("Program/truepose_motion.src"),
             config::read_text_file(TRUEPOSE_SOURCE_DIR "/config/kuka/krl/truepose_motion.src"));
+}
+
+TEST_F(KukaCommand, WritesTheContextAsTheVersionOfRsiHasIt) {
+  const std::map<std::string, std::pair<std::string, std::string>> kept_as{
+      {"8.3", {"truepose_rsi.rsi.xml", "<RSIObjects"}},
+      {"8.4", {"truepose_rsi.rsi.xml", "<RSIObjects"}},
+      {"8.5", {"truepose_rsi.rsix", "Version=\"0.1.0\""}},
+      {"8.6", {"truepose_rsi.rsix", "SchemaVersion=\"2.0.0\""}},
+      {"8.7", {"truepose_rsi.rsix", "SchemaVersion=\"2.0.0\""}}};
+  for (const auto& [kss, context] : kept_as) {
+    SCOPED_TRACE(kss);
+    std::filesystem::remove_all(set_);
+    ASSERT_EQ(write(kss).exit_code, 0);
+    EXPECT_THAT(written("SensorInterface/" + context.first), HasSubstr(context.second));
+    const Finished judged = lint({"truepose_rsi_ethernet.xml", context.first});
+    EXPECT_EQ(judged.exit_code, 0) << judged.out << judged.err;
+    const bool with_extension = context.first.ends_with(".rsi.xml");
+    for (const char* program : {"Program/truepose_motion.src", "Program/truepose_stream.src"}) {
+      EXPECT_THAT(written(program), HasSubstr(with_extension ? "RSI_CREATE(\"truepose_rsi.rsi\","
+                                                             : "RSI_CREATE(\"truepose_rsi\","));
+    }
+  }
+  EXPECT_EQ(write("8.2").exit_code, 2);
+}
+
+TEST_F(KukaCommand, PutsTheStateServerIntoTheOneSubmitInterpreterWhereThereIsNoOther) {
+  const Finished one = write("8.5");
+  EXPECT_THAT(one.out,
+              AllOf(HasSubstr("sps.sub"), HasSubstr("TP_SUBMIT_CYCLE()"), Not(HasSubstr("truepose_submit"))));
+  EXPECT_FALSE(std::filesystem::exists(set_ / "System"));
+  const Finished several = write("8.6");
+  EXPECT_THAT(several.out, AllOf(HasSubstr("truepose_submit.sub"), Not(HasSubstr("sps.sub"))));
+  EXPECT_THAT(written("System/truepose_submit.sub"), HasSubstr("TP_SUBMIT_CYCLE()"));
+  EXPECT_THAT(written("Program/truepose_state.src"), HasSubstr("DEF TP_SUBMIT_CYCLE()"));
 }
 
 TEST_F(KukaCommand, StartsRsiInTheCycleOfTheCell) {

@@ -344,5 +344,21 @@ TEST(StreamText, SaysWhyTheMeasuredCorrectionIsNotKnownAndShowsItWhereItIs) {
   EXPECT_THAT(of("[]"), HasSubstr("measured      -"));
 }
 
+TEST(StreamText, ShowsOfTheRobotWhatIsKnownAndNothingElse) {
+  const char* armed = R"({"armed": true, "robot": {"mode": "AUT", "override_percent": 50, "program": "active",
+                          "emergency_stop": true, "gate_open": false, "unknown": ""}})";
+  const std::string all =
+      "mode AUT, override 50 %, program active, emergency stop pressed, safety gate closed";
+  EXPECT_THAT(stream_text(json::parse(armed)), HasSubstr("robot         " + all + "\n"));
+  EXPECT_THAT(
+      status_text(json::parse(R"({"robot": {"connected": false}, "stream": )" + std::string{armed} + "}")),
+      HasSubstr("not connected; " + all));
+  const json::value unknown = json::parse(
+      R"({"robot": {"mode": null, "emergency_stop": null, "gate_open": null, "unknown": "refused"}})");
+  EXPECT_THAT(stream_text(unknown),
+              HasSubstr("mode -, override -, program -, emergency stop -, safety gate - "
+                        "(not known: refused)"));
+}
+
 }  // namespace
 }  // namespace truepose::tools

@@ -156,6 +156,7 @@ class Controller final : public RsiProgram, private krl::Host {
   static const std::map<std::string_view, Reader>& readers();
   krl::Value actual_pose() const;
   std::string mode_name() const;
+  int timer_ms(int number) const;
   std::optional<Eigen::Isometry3d> frame_in(std::string_view variable) const;
   void default_variables();
 
@@ -181,6 +182,12 @@ class Controller final : public RsiProgram, private krl::Host {
   void raise(int flag, bool to);
   void drop(EkiChannel& channel);
 
+  /// $TIMER[]
+  struct Timer {
+    int ms = 0;  ///< as it was set
+    SimTime since{0};
+  };
+
   mutable std::mutex
       mutex_;  // guards all that follows, but set_points_, which only the clock's thread touches
   ControllerSetup setup_;
@@ -190,6 +197,7 @@ class Controller final : public RsiProgram, private krl::Host {
   std::unique_ptr<krl::Memory> memory_;
   std::unique_ptr<krl::Interpreter> robot_, submit_;
   std::map<std::string, krl::Value, std::less<>> variables_;  // "$OV_PRO", "$FLAG[101]"
+  std::map<int, Timer> timers_;
   std::string selected_;
   SimTime time_{0};
   JointVector actual_, set_points_;

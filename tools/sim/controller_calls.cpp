@@ -49,6 +49,7 @@ std::expected<CallResult, std::string> Controller::call(krl::ExternalCall& call)
     messages_.push_back(text_in(call, 0));
     return CallResult{};
   }
+  if (call.name == "IR_STOPM") return CallResult{};  // for technologies that the cell has not
   if (call.name == "BAS") return bas(call);
   if (call.name.starts_with("EKI_")) return eki(call);
   return rsi_call(call);

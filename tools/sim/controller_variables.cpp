@@ -78,8 +78,10 @@ const std::map<std::string_view, Controller::Reader>& Controller::readers() {
 Value Controller::read(std::string_view name, std::optional<int> index) {
   if (const auto reader = readers().find(name); reader != readers().end())
     return reader->second(*this, index.value_or(0));
+  if (name == "$TIMER") return timer_ms(*index);
   const auto written = variables_.find(key(name, index));
   if (written != variables_.end()) return written->second;
+  if (name == "$TIMER_STOP") return true;
   const bool begins_false = name == "$FLAG" || name == "$IN" || name == "$OUT";
   if (begins_false && index) return false;
   return {};
@@ -89,6 +91,10 @@ std::expected<void, std::string> Controller::write(std::string_view name, std::o
                                                    const Value& value) {
   if (readers().contains(name) || name == "$IN")
     return std::unexpected(std::string{name} + " cannot be written by a program");
+  if (name == "$TIMER" || name == "$TIMER_STOP") {
+    const int ms = name == "$TIMER" ? std::get<std::int32_t>(value) : timer_ms(*index);
+    timers_[*index] = {.ms = ms, .since = time_};
+  }
   if (name == "$OV_PRO") {
     const int percent = std::get<std::int32_t>(value);
     if (percent < 0 || percent > 100) return std::unexpected("$OV_PRO is 0 to 100");
@@ -96,6 +102,15 @@ std::expected<void, std::string> Controller::write(std::string_view name, std::o
   }
   variables_[key(name, index)] = value;
   return {};
+}
+
+/// A timer stands until $TIMER_STOP is taken away.
+int Controller::timer_ms(int number) const {
+  const auto timer = timers_.find(number);
+  const Timer from = timer == timers_.end() ? Timer{} : timer->second;
+  const auto stopped = variables_.find(key("$TIMER_STOP", number));
+  const bool runs = stopped != variables_.end() && stopped->second == Value{false};
+  return from.ms + (runs ? static_cast<int>((time_ - from.since) / std::chrono::milliseconds{1}) : 0);
 }
 
 std::optional<Eigen::Isometry3d> Controller::frame_in(std::string_view variable) const {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <boost/algorithm/string/replace.hpp>
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -25,6 +26,24 @@ rsi::ContextDemands demands_of(const config::CellConfig& cell) {
 }
 
 // ---- kuka write ----
+
+/// What differs between the versions of KUKA System Software.
+struct KssVersion {
+  std::string_view name;
+  rsi::ContextFormat context;
+  bool has_several_submits;  ///< of which one is free for truepose_submit
+};
+constexpr std::array<KssVersion, 5> kKssVersions{{{"8.3", rsi::ContextFormat::RsiXml, false},
+                                                  {"8.4", rsi::ContextFormat::RsiXml, false},
+                                                  {"8.5", rsi::ContextFormat::Rsix40, false},
+                                                  {"8.6", rsi::ContextFormat::Rsix, true},
+                                                  {"8.7", rsi::ContextFormat::Rsix, true}}};
+
+std::vector<std::string_view> kss_names() {
+  std::vector<std::string_view> names;
+  for (const KssVersion& version : kKssVersions) names.push_back(version.name);
+  return names;
+}
 
 struct KukaWrite {
   std::string cell_file, kss = "8.6";
@@ -55,20 +74,30 @@ std::string eki_file(std::string_view name, const config::Endpoint& controller) 
                       std::to_string(controller.port));
 }
 
-/// RSI in the cycle that the daemon expects.
-std::string program_file(std::string_view name, const config::StreamConfig& stream) {
-  std::string text = shipped(name);
-  constexpr std::string_view kFast = "#IPO_FAST";
-  if (stream.cycle == std::chrono::milliseconds{4}) return text;
-  for (std::size_t at = text.find(kFast); at != std::string::npos; at = text.find(kFast))
-    text.replace(at, kFast.size(), "#IPO");
+/// RSI in the cycle that the daemon expects, and its context by the name that RSI_CREATE knows it by.
+std::string program_file(std::string text, const config::StreamConfig& stream, const KssVersion& kss) {
+  if (stream.cycle != std::chrono::milliseconds{4}) boost::replace_all(text, "#IPO_FAST", "#IPO");
+  if (kss.context == rsi::ContextFormat::RsiXml)
+    boost::replace_all(text, "RSI_CREATE(\"truepose_rsi\"", "RSI_CREATE(\"truepose_rsi.rsi\"");
   return text;
 }
 
-std::vector<ControllerFile> controller_set(const config::CellConfig& cell) {
+/// The programs, each by the extension and folder that its interpreter wants.
+void add_programs(const config::StreamConfig& stream, const KssVersion& kss,
+                  std::vector<ControllerFile>& set) {
+  for (const EmbeddedText& file : config::controller_files()) {
+    const std::filesystem::path path{file.name};
+    const bool submit = path.extension() == ".sub";
+    if (!file.name.starts_with("kuka/krl/") || (submit && !kss.has_several_submits)) continue;
+    set.push_back({(submit ? "System/" : "Program/") + path.filename().string(),
+                   submit ? "KRC:\\R1\\System" : "KRC:\\R1\\Program",
+                   program_file(std::string{file.text}, stream, kss)});
+  }
+}
+
+std::vector<ControllerFile> controller_set(const config::CellConfig& cell, const KssVersion& kss) {
   constexpr const char* kEki = "C:\\KRC\\ROBOTER\\Config\\User\\Common\\EthernetKRL";
   constexpr const char* kRsi = "C:\\KRC\\ROBOTER\\Config\\User\\Common\\SensorInterface";
-  constexpr const char *kProgram = "KRC:\\R1\\Program", *kSystem = "KRC:\\R1\\System";
   const config::StreamConfig& stream = cell.stream;
   const std::string ethernet = with_element(
       with_element(shipped("kuka/rsi/truepose_rsi_ethernet.xml"), "IP_NUMBER", stream.listen.host), "PORT",
@@ -77,15 +106,10 @@ std::vector<ControllerFile> controller_set(const config::CellConfig& cell) {
       {"EthernetKRL/CellLink.xml", kEki, eki_file("kuka/eki/CellLink.xml", cell.robot.eki_motion)},
       {"EthernetKRL/CellState.xml", kEki, eki_file("kuka/eki/CellState.xml", cell.robot.eki_state)},
       {"SensorInterface/truepose_rsi_ethernet.xml", kRsi, ethernet},
-      {"SensorInterface/truepose_rsi.rsix", kRsi,
-       context_xml(rsi::truepose_context(demands_of(cell)), rsi::ContextFormat::Rsix)}};
-  for (const EmbeddedText& file : config::controller_files()) {
-    const std::filesystem::path path{file.name};
-    if (!file.name.starts_with("kuka/krl/")) continue;
-    const bool submit = path.stem() == "truepose_submit";
-    set.push_back({(submit ? "System/" : "Program/") + path.filename().string(), submit ? kSystem : kProgram,
-                   program_file(file.name, stream)});
-  }
+      {kss.context == rsi::ContextFormat::RsiXml ? "SensorInterface/truepose_rsi.rsi.xml"
+                                                 : "SensorInterface/truepose_rsi.rsix",
+       kRsi, context_xml(rsi::truepose_context(demands_of(cell)), kss.context)}};
+  add_programs(stream, kss, set);
   return set;
 }
 
@@ -103,7 +127,8 @@ void check_addresses(const KukaWrite& command, const config::CellConfig& cell) {
 int run_write(const KukaWrite& command) {
   const config::CellConfig cell = config::load_cell(command.cell_file);
   check_addresses(command, cell);
-  const std::vector<ControllerFile> set = controller_set(cell);
+  const KssVersion& kss = *std::ranges::find(kKssVersions, command.kss, &KssVersion::name);
+  const std::vector<ControllerFile> set = controller_set(cell, kss);
   for (const ControllerFile& file : set) {
     const std::filesystem::path path = command.folder / file.name;
     std::error_code failed;
@@ -111,8 +136,12 @@ int run_write(const KukaWrite& command) {
     config::write_text_file(path, file.text);  // says why, where the folder could not be made
     std::printf("%-44s to %s\n", file.name.c_str(), file.destination.c_str());
   }
+  std::printf("\n%s\n", kss.has_several_submits
+                            ? "Have truepose_submit started by a submit interpreter of its own."
+                            : "In KRC:\\R1\\System\\sps.sub: TP_SUBMIT_INIT() in the fold USER INIT, "
+                              "TP_SUBMIT_CYCLE() in the fold USER PLC.");
   std::printf(
-      "\nFor KSS %s, %s. Not run on hardware yet: read the shipped config/kuka/README.md, and try everything in "
+      "For KSS %s, %s. Not run on hardware yet: read the shipped config/kuka/README.md, and try everything in "
       "T1 at low override first.\n",
       command.kss.c_str(), cell.name.c_str());
   return kDone;
@@ -198,7 +227,7 @@ Command kuka_write_command() {
           .help = "Writes the controller's files with this cell's addresses, limits and cycle",
           .options = {Option("--cell", &c.cell_file, "Cell file", {.required = true}),
                       Option("--kss", &c.kss, "Version of the controller's software",
-                             {.shows_default = true, .check = available({"8.6", "8.7"})}),
+                             {.shows_default = true, .check = available(kss_names())}),
                       Option("--out", &c.folder, "Folder for them", {.required = true})},
           .run = [command] { return run_write(*command); }};
 }

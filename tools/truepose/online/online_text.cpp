@@ -43,6 +43,20 @@ std::string stream_line(const json::value& stream) {
   return text_at(stream, "/state") + (reason == "-" ? "" : ": " + reason);
 }
 
+/// What the controller tells of itself: "-" where that is not known.
+std::string condition_line(const json::value& stream) {
+  const auto flag = [&](const char* at, const char* yes, const char* no) {
+    return !find_at(stream, at) ? "-" : is_true_at(stream, at) ? yes : no;
+  };
+  std::string line = "mode " + text_at(stream, "/robot/mode") + ", override " +
+                     number_at(stream, "/robot/override_percent", 0, " %") + ", program " +
+                     text_at(stream, "/robot/program") + ", emergency stop " +
+                     flag("/robot/emergency_stop", "pressed", "not pressed") + ", safety gate " +
+                     flag("/robot/gate_open", "open", "closed");
+  const std::string why = text_at(stream, "/robot/unknown");
+  return why == "-" ? line : line + " (not known: " + why + ")";
+}
+
 /// What the tracker loop came to at each target; empty for a campaign of another kind.
 std::string targets_table(const json::value& campaign) {
   if (!find_at(campaign, "/targets")) return {};
@@ -138,6 +152,7 @@ std::string status_text(const json::value& status) {
                           {"stream", "-"}};
   if (find_at(status, "/model")) rows[4][1] = model_line(status, "/model");
   if (const json::value* stream = find_at(status, "/stream")) rows[5][1] = stream_line(*stream);
+  if (is_true_at(status, "/stream/armed")) rows[2][1] += "; " + condition_line(*find_at(status, "/stream"));
   if (const json::value* campaign = find_at(status, "/campaign"))
     rows.push_back({"campaign", progress_line(*campaign)});
   for (const json::value& fault : list_at(status, "/faults"))
@@ -204,6 +219,7 @@ std::string stream_text(const json::value& stream) {
   return text_table(
       {{"state", stream_line(stream)},
        {"model", text_at(stream, "/model_id")},
+       {"robot", condition_line(stream)},
        {"controller", text_at(stream, "/peer") + ", IPOC + " + text_at(stream, "/ipoc_step") + ", session " +
                           text_at(stream, "/sessions") + ", last packet " +
                           text_at(stream, "/packet_age_ms") + " ms ago"},

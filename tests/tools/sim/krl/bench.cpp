@@ -32,6 +32,7 @@ Program loaded(const std::vector<Source>& sources, const std::string& declaratio
 Environment cell(const std::string& declarations) { return {.declarations = kCell + declarations}; }
 
 Value FakeHost::read(std::string_view name, std::optional<int> index) {
+  if (name == "$TIMER") return static_cast<int>((now - timer_zero_[*index]) / 1ms);
   const auto at = variables.find(key(name, index));
   if (at != variables.end()) return at->second;
   const bool is_bit = name == "$FLAG" || name == "$IN" || name == "$OUT";
@@ -41,6 +42,7 @@ Value FakeHost::read(std::string_view name, std::optional<int> index) {
 std::expected<void, std::string> FakeHost::write(std::string_view name, std::optional<int> index,
                                                  const Value& value) {
   if (name == "$IN") return std::unexpected("an input cannot be written");
+  if (name == "$TIMER") timer_zero_[*index] = now - std::get<std::int32_t>(value) * 1ms;
   variables[key(name, index)] = value;
   return {};
 }

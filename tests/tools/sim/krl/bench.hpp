@@ -53,6 +53,7 @@ class FakeHost : public Host {
     Time left;
   };
   std::deque<Making> making_;
+  std::map<int, Time> timer_zero_;  // when a running timer is 0
   std::optional<Time> braked_;
 };
 

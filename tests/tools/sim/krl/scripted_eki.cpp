@@ -20,6 +20,10 @@ Value axes(double a1) {
   return parts;
 }
 
+std::string flag_of(const std::string& channel) {
+  return channel == "CellLink" ? "$FLAG[101]" : "$FLAG[111]";
+}
+
 std::string number_text(const Value& value) {
   const auto* number = std::get_if<std::int32_t>(&value);
   return number ? std::to_string(*number) : "?";
@@ -43,6 +47,7 @@ DECL INT $ACT_TOOL,$ACT_BASE,$KR_SERIALNO
 DECL CHAR $V_R1MADA[64]
 DECL REAL $SOFTN_END[12],$SOFTP_END[12]
 EXT BAS(BAS_COMMAND:IN,REAL:IN)
+EXT IR_STOPM()
 EXTFCT EKI_STATUS EKI_INIT(CHAR[]:IN)
 EXTFCT EKI_STATUS EKI_OPEN(CHAR[]:IN)
 EXTFCT EKI_STATUS EKI_CLEAR(CHAR[]:IN)
@@ -61,13 +66,17 @@ EXTFCT INT RSI_DELETE(INT:IN)
 EXTFCT INT RSI_RESET()
 EXT MSGNOTIFY(CHAR[]:IN,CHAR[]:IN)
 DECL INT $SEN_PINT[128]
+DECL INT $TIMER[64]
+DECL BOOL $POWER_FAIL
+DECL BOOL $TIMER_STOP[64]
 )krl";
 }
 
 std::vector<Source> shipped_sources(const std::vector<Source>& more) {
   std::vector<Source> sources;
-  for (const char* file : {"truepose_motion.src", "truepose_motion.dat", "truepose_stream.src",
-                           "truepose_stream.dat", "truepose_submit.sub", "truepose_submit.dat"})
+  for (const char* file :
+       {"truepose_motion.src", "truepose_motion.dat", "truepose_stream.src", "truepose_stream.dat",
+        "truepose_state.src", "truepose_state.dat", "truepose_submit.sub"})
     sources.push_back({file, contents(file)});
   sources.insert(sources.end(), more.begin(), more.end());
   return sources;
@@ -101,14 +110,19 @@ ScriptedCell::ScriptedCell(std::vector<Source> sources) : bench{std::move(source
 }
 
 void ScriptedCell::connect() {
-  bench.host.set("$FLAG[101]", true);
-  bench.host.set("$FLAG[111]", true);
+  for (auto& [name, channel] : channels_) {
+    if (std::exchange(channel.listens, false)) bench.host.set(flag_of(name), true);
+  }
   bench.run_for(0s);
 }
 
 void ScriptedCell::disconnect() {
-  bench.host.set("$FLAG[101]", false);
+  for (const auto& [name, channel] : channels_) bench.host.set(flag_of(name), false);
   bench.run_for(0s);
+}
+
+void ScriptedCell::connect_and_disconnect_unseen() {
+  for (auto& [name, channel] : channels_) channel.listens = false;
 }
 
 void ScriptedCell::command(int id, int type, double a1) {
@@ -155,7 +169,14 @@ CallResult ScriptedCell::eki(ExternalCall& call) {
   const std::string channel = text_of(call.arguments[0]);
   const std::string element = channel + "/" + (call.arguments.size() > 1 ? text_of(call.arguments[1]) : "");
   auto& queue = received_[element];
-  if (call.name == "EKI_CLEAR") {
+  bool fails = false;
+  if (call.name == "EKI_INIT") {
+    fails = std::exchange(init_fails, false) || !channels_.try_emplace(channel).second;
+  } else if (call.name == "EKI_OPEN") {
+    fails = !channels_.contains(channel);
+    if (!fails) channels_[channel].listens = true;
+  } else if (call.name == "EKI_CLEAR") {
+    channels_.erase(channel);
     std::erase_if(received_, [&](const auto& entry) { return entry.first.starts_with(channel); });
   } else if (call.name.starts_with("EKI_GET") && !queue.empty()) {
     call.arguments[2] = queue.front();
@@ -167,7 +188,6 @@ CallResult ScriptedCell::eki(ExternalCall& call) {
   }
   const auto waiting = received_.find(element);
   const int count = waiting == received_.end() ? 0 : static_cast<int>(waiting->second.size());
-  const bool fails = call.name == "EKI_INIT" && std::exchange(init_fails, false);
   return {.value = Parts{count, 0, fails ? 3 : 0, true, 0}};
 }
 
@@ -175,15 +195,15 @@ void ScriptedCell::send(const std::string& channel, const std::string& document)
   if (channel == "CellState") {
     ++states;
     state = staged_;
-  } else if (document == "Ack") {
-    said.push_back("Ack " + number_text(staged_["CellLink/Ack/@Id"]) + " " +
-                   number_text(staged_["CellLink/Ack/@State"]) + " " +
-                   number_text(staged_["CellLink/Ack/@Err"]));
+  } else if (document == "Robot/Ack") {
+    said.push_back("Ack " + number_text(staged_["CellLink/Robot/Ack/@Id"]) + " " +
+                   number_text(staged_["CellLink/Robot/Ack/@State"]) + " " +
+                   number_text(staged_["CellLink/Robot/Ack/@Err"]));
     on_send(said.back());
   } else {
     ++greetings;
-    said.push_back(document + " " + text_of(staged_["CellLink/Hello/@Model"]) + " " +
-                   number_text(staged_["CellLink/Hello/@Serial"]));
+    said.push_back("Hello " + text_of(staged_["CellLink/Robot/Hello/@Model"]) + " " +
+                   number_text(staged_["CellLink/Robot/Hello/@Serial"]));
   }
 }
 

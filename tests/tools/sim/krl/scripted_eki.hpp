@@ -21,8 +21,12 @@ class ScriptedCell {
  public:
   explicit ScriptedCell(std::vector<Source> sources = shipped_sources());
 
+  /// A client comes to every channel that listens; one that had a client does only when it was cleared,
+  /// loaded and opened anew.
   void connect();
   void disconnect();
+  /// So fast that no program saw it.
+  void connect_and_disconnect_unseen();
   /// A command to the motion program. @param a1  target of the first axis, deg; the others stay at 0
   void command(int id, int type, double a1 = 0);
   /// A control to the state server.
@@ -31,7 +35,7 @@ class ScriptedCell {
   /// What CellLink sent: "Hello", "Ack 1 2 0" (id, state, error), and what RSI was told.
   std::vector<std::string> said;
   std::function<void(const std::string&)> on_send = [](const std::string&) {};  ///< at each of these
-  /// What the last document of CellState held: "State/@ModeOp" ...
+  /// What the last document of CellState held: "CellState/Robot/State/@ModeOp" ...
   std::map<std::string, Value> state;
   int states = 0;
   int greetings = 0;
@@ -45,6 +49,10 @@ class ScriptedCell {
   CallResult eki(ExternalCall& call);
   void send(const std::string& channel, const std::string& document);
 
+  struct Channel {
+    bool listens = false;
+  };
+  std::map<std::string, Channel> channels_;            // that are loaded
   std::map<std::string, std::deque<Value>> received_;  // by channel and element
   std::map<std::string, Value> staged_;                // by channel and element
 };

@@ -43,6 +43,18 @@ TEST(MotionProgram, MovesWhereTheArmStandsAndGreets) {
   EXPECT_EQ(motion.state(), ProgramState::Active);
 }
 
+TEST(MotionProgram, GreetsTheNextClientWhereOneCameAndWentUnseen) {
+  ScriptedCell cell;
+  cell.bench.start("TRUEPOSE_MOTION");
+  cell.bench.run_for(2s);
+  cell.connect_and_disconnect_unseen();
+  cell.connect();
+  EXPECT_EQ(cell.greetings, 0);
+  cell.bench.run_for(10s);
+  cell.connect();
+  EXPECT_EQ(cell.greetings, 1);
+}
+
 TEST(MotionProgram, AcceptsMovesArrivesAndSettles) {
   Listening cell;
   cell.command(1, 1, 30);
@@ -110,6 +122,17 @@ TEST(MotionProgram, BrakesAtAStopWhileItSettles) {
   cell.bench.host.set("$FLAG[103]", true);
   cell.bench.run_for(200ms);
   EXPECT_EQ(cell.take_said(), Said{"Ack 1 5 3"}) << cell.fault();
+}
+
+TEST(MotionProgram, LeavesAStopMessageToTheControllersOwnProgram) {
+  Listening cell;
+  cell.command(1, 1, 30);
+  cell.take_said();
+  cell.bench.host.set("$STOPMESS", true);
+  cell.bench.run_for(100ms);
+  EXPECT_EQ(cell.take_said(), Said{"IR_STOPM"}) << cell.fault();
+  cell.bench.run_for(2s);
+  EXPECT_EQ(cell.take_said(), Said{"Ack 1 3 0"}) << "and goes on";
 }
 
 TEST(MotionProgram, IgnoresAStopWhileItWaitsForACommand) {
@@ -211,6 +234,7 @@ TEST(MotionProgram, CanBeResetInAMotionAndStartedAgain) {
   cell.motion->reset();
   EXPECT_TRUE(cell.motion->start());
   cell.bench.run_for(2s);
+  cell.connect();
   cell.take_said();
   cell.command(1, 1, 30);
   EXPECT_EQ(cell.take_said(), Said{"Ack 1 2 0"}) << "its last answer; module data stays";
@@ -225,11 +249,11 @@ TEST(StateServer, AnswersEachControlWithTheState) {
   cell.control(8, 5);
   cell.bench.run_for(12ms);
   ASSERT_EQ(cell.states, 1) << (submit.fault() ? submit.fault()->text() : "");
-  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/State/@Id"]), 8);
-  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/State/@ModeOp"]), 4);
-  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/State/@ProState"]), 3);
-  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/State/@InPos"]), 1);
-  EXPECT_EQ(std::get<double>(cell.state["CellState/State/Pos/@B"]), 90);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@Id"]), 8);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@ModeOp"]), 4);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@ProState"]), 3);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@InPos"]), 1);
+  EXPECT_EQ(std::get<double>(cell.state["CellState/Robot/State/Pos/@B"]), 90);
 }
 
 TEST(StateServer, BoundsTheOverride) {
@@ -263,8 +287,8 @@ TEST(StateServer, TellsTheStateWhereNoPositionHasAValue) {
   cell.bench.run_for(20ms);
   EXPECT_FALSE(submit.fault()) << submit.fault()->text();
   ASSERT_EQ(cell.states, 1);
-  EXPECT_EQ(std::get<double>(cell.state["CellState/State/Pos/@X"]), 0);
-  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/State/Tool/@No"]), -1);
+  EXPECT_EQ(std::get<double>(cell.state["CellState/Robot/State/Pos/@X"]), 0);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/Tool/@No"]), -1);
 }
 
 TEST(StateServer, SaysOnThePendantThatItsChannelCannotBeUsedAndTriesAgain) {
@@ -273,11 +297,93 @@ TEST(StateServer, SaysOnThePendantThatItsChannelCannotBeUsedAndTriesAgain) {
   cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
   ASSERT_EQ(cell.bench.host.messages.size(), 1u);
   EXPECT_EQ(cell.bench.host.messages[0], "EKI_Init of CellState failed: is CellState.xml in EthernetKRL?");
-  cell.bench.run_for(5s);
+  cell.bench.run_for(11s);
   cell.connect();
   cell.control(1, 5);
   cell.bench.run_for(20ms);
   EXPECT_EQ(cell.states, 1);
+}
+
+/// The sps.sub of a controller without a further submit interpreter: the customer's own work around ours.
+struct OneSubmit : ScriptedCell {
+  OneSubmit()
+      : ScriptedCell{shipped_sources({{"sps.sub", R"krl(
+DEF SPS()
+   SCANS=0
+;FOLD USER INIT
+   TP_SUBMIT_INIT()
+;ENDFOLD (USER INIT)
+   LOOP
+      WAIT FOR NOT($POWER_FAIL)
+;FOLD USER PLC
+      TP_SUBMIT_CYCLE()
+      $OUT[1]=$IN[1] AND NOT $IN[2]
+      SCANS=SCANS+1
+;ENDFOLD (USER PLC)
+   ENDLOOP
+END
+)krl"},
+                                      {"sps.dat", "DEFDAT SPS PUBLIC\nDECL INT SCANS=0\nENDDAT\n"}})} {
+    bench.host.set("$POWER_FAIL", false);
+    sps = &bench.start("SPS", InterpreterKind::Submit);
+  }
+  /// Whether the customer's loop runs as fast as it can.
+  bool scans() {
+    const int before = bench.integer("SCANS");
+    bench.run_for(100ms);
+    return bench.integer("SCANS") > before + 1000;
+  }
+  int answers(int id) {
+    const int before = states;
+    control(id, 5);
+    bench.run_for(20ms);
+    return states - before;
+  }
+  std::string fault() const { return sps->fault() ? sps->fault()->text() : ""; }
+  Interpreter* sps = nullptr;
+};
+
+TEST(StateServerInSps, AnswersAndNeverHoldsUpTheCustomersLoop) {
+  OneSubmit cell;
+  EXPECT_TRUE(cell.scans()) << "without a client: " << cell.fault();
+  cell.connect();
+  EXPECT_TRUE(cell.scans()) << "with one that is silent: " << cell.fault();
+  EXPECT_EQ(cell.answers(1), 1) << cell.fault();
+  for (int id = 2; id <= 9; ++id) cell.control(id, 5);
+  cell.bench.run_for(20ms);
+  EXPECT_EQ(cell.states, 9);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@Id"]), 9);
+  cell.bench.host.set("$IN[1]", true);
+  EXPECT_TRUE(cell.scans());
+  EXPECT_EQ(cell.bench.host.variables["$OUT[1]"], Value{true});
+}
+
+TEST(StateServerInSps, TakesTheNextClientWheneverOneIsGone) {
+  OneSubmit cell;
+  for (int id = 1; id <= 5; ++id) {
+    cell.connect();
+    EXPECT_EQ(cell.answers(id), 1) << cell.fault();
+    cell.disconnect();
+    EXPECT_TRUE(cell.scans());
+  }
+  cell.connect_and_disconnect_unseen();
+  cell.connect();
+  EXPECT_EQ(cell.answers(6), 0) << "the channel waits to be opened anew";
+  cell.bench.run_for(11s);
+  cell.connect();
+  EXPECT_EQ(cell.answers(7), 1) << cell.fault();
+}
+
+TEST(StateServerInSps, ScansOnWhereItsChannelCannotBeUsedAndSaysSoNowAndThen) {
+  OneSubmit cell;
+  cell.disconnect();
+  cell.init_fails = true;
+  cell.bench.run_for(11s);
+  EXPECT_EQ(cell.bench.host.messages, Said{"EKI_Init of CellState failed: is CellState.xml in EthernetKRL?"});
+  EXPECT_TRUE(cell.scans()) << cell.fault();
+  cell.bench.run_for(11s);
+  cell.connect();
+  EXPECT_EQ(cell.answers(1), 1) << cell.fault();
 }
 
 /// A production program of a customer between TP_BEGIN and TP_END, and the PC as $SEN_PINT shows it.
