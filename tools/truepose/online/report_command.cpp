@@ -8,8 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "config/path_file.hpp"
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/calibration_document.hpp"
 #include "tools/report/report.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
@@ -72,6 +74,8 @@ int report_campaign(const OnlineOptions& online, const ReportOptions& options) t
   json::object document =
       options.document.empty() ? fetch_document(online, options.campaign) : read_document(options.document);
   if (auto truth = read_if_given(options.truth)) document["truth"] = *std::move(truth);
+  if (!options.path.empty())
+    document["production"] = record::production_json(config::load_production_path(options.path));
   const auto iso9283 = read_if_given(options.iso9283), experiment = read_if_given(options.experiment);
   // Rendered before anything is written, so that a document that cannot be used leaves no file behind.
   const std::string html =
