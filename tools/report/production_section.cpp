@@ -15,7 +15,8 @@ namespace truepose::report {
 namespace {
 
 constexpr std::size_t kMostOfPathDrawn = 2000;
-constexpr double kErrorPart = 0.06;  // of the path's size, that the usual error is drawn as
+constexpr double kLeastDrawn_mm = 1;  // a path that is shorter has no shape
+constexpr double kErrorPart = 0.06;   // of the path's size: as long is the usual error drawn at most
 
 constexpr std::string_view kWithout = "Without the correction", kWith = "With the correction";
 
@@ -51,14 +52,19 @@ std::string partly_corrected_text(const record::Production& production) {
   for (const auto& [reason, count] : reasons)
     text += fmt::format("{} {} {}", text.empty() ? ":" : ",", count, reason);
   const int count = production.accuracy.points_partly_corrected;
+  if (count == 0) return {};
   return fmt::format("{} of its points {} passed without all of the correction{}", count,
                      count == 1 ? "was" : "were", text);
 }
 
-/// "on average 0.052 mm from where it was wanted, and 1.903 mm without the correction"
+/// "on average 0.052 mm from where it was wanted, and 1.903 mm without the correction: 37 times nearer"
 std::string means_text(const ErrorComparison& compared) {
-  return fmt::format("on average {} mm from where it was wanted, and {} mm without the correction",
-                     error_text(compared.with.mean), error_text(compared.without.mean));
+  const std::string nearer =
+      compared.improved()
+          ? fmt::format(": {} times nearer", factor_text(compared.without.mean, compared.with.mean))
+          : "";
+  return fmt::format("on average {} mm from where it was wanted, and {} mm without the correction{}",
+                     error_text(compared.with.mean), error_text(compared.without.mean), nearer);
 }
 
 /// "At 38 points of GLUING", and along its path where it was judged by no point.
@@ -72,14 +78,20 @@ std::string judged_text(const record::Production& production) {
                      means_text(*accuracy.points));
 }
 
-/// A figure that the correction made worse though the points are nearer on average; empty: none.
-std::string worse_text(const PathAccuracy& accuracy) {
-  if (accuracy.points && accuracy.points->with.max > accuracy.points->without.max)
-    return "Its worst point is farther off with the correction than without it";
-  if (accuracy.path && !accuracy.path->improved())
-    return "Along the path the TCP is no nearer with the correction than without it";
-  if (accuracy.path && accuracy.path->with.max > accuracy.path->without.max)
-    return "At its worst place along the path the TCP is farther off with the correction than without it";
+/// What the correction made worse though the points are nearer on average; empty: nothing.
+std::string worse_text(const record::Production& production) {
+  const auto worse = std::ranges::count_if(production.path.samples, [](const PathSample& sample) {
+    return sample.at_point && sample.corrected() &&
+           (sample.with_mm - sample.wanted_mm).norm() > (sample.without_mm - sample.wanted_mm).norm();
+  });
+  if (worse > 0)
+    return fmt::format("{} of the points {} farther off with the correction than without it", worse,
+                       worse == 1 ? "is" : "are");
+  const auto& path = production.accuracy.path;
+  if (path && !path->improved())
+    return "along the path the TCP is no nearer with the correction than without it";
+  if (path && path->with.max > path->without.max)
+    return "at its worst place along the path the TCP is farther off with the correction than without it";
   return {};
 }
 
@@ -96,6 +108,8 @@ void add_rows(Table& table, std::string title, const std::optional<ErrorComparis
   row(kWithout, kBeforeColor, compared->without, "");
   row(kWith, kCompensatedColor, compared->with, factor_text(compared->without.mean, compared->with.mean));
 }
+
+bool is_judged(const PathAccuracy& accuracy) { return accuracy.points || accuracy.path; }
 
 std::string figures_table(const PathAccuracy& accuracy) {
   Table table{"", {{}, {"mean", "strong"}, {"95 % within"}, {"max"}, {"times nearer", "first"}}};
@@ -145,29 +159,34 @@ std::vector<PathMark> marks_of(const JudgedPath& path, TcpError SampleErrors::*s
   return marks;
 }
 
-double extent_mm(const std::vector<PathSample>& samples) {
-  Eigen::Vector3d lo = samples.front().wanted_mm, hi = lo;
-  for (const PathSample& sample : samples) {
-    lo = lo.cwiseMin(sample.wanted_mm);
-    hi = hi.cwiseMax(sample.wanted_mm);
+/// The diagonal of the box about them.
+double extent_mm(const std::vector<PathLine>& lines) {
+  if (lines.empty()) return 0;
+  Eigen::Vector3d lo = lines.front().front(), hi = lo;
+  for (const PathLine& line : lines) {
+    for (const Eigen::Vector3d& p : line) {
+      lo = lo.cwiseMin(p);
+      hi = hi.cwiseMax(p);
+    }
   }
   return (hi - lo).norm();
 }
 
-double exaggeration_of(const JudgedPath& path) {
+double exaggeration_of(const JudgedPath& path, double length_mm) {
   std::vector<double> errors_mm;
   for (std::size_t i = 0; i < path.samples.size(); ++i) {
     if (path.is_judged(i)) errors_mm.push_back(path.errors[i].without.error_mm.norm());
   }
-  return report::exaggeration_of(std::move(errors_mm), kErrorPart * extent_mm(path.samples));
+  return report::exaggeration_of(std::move(errors_mm), length_mm);
 }
 
 std::string drawings(const JudgedPath& path) {
   const std::vector<PathLine> wanted = lines_of(
       path.samples, [](std::size_t) { return true; },
       [&path](std::size_t i) { return path.samples[i].wanted_mm; });
-  if (wanted.empty()) return "";
-  const double factor = exaggeration_of(path);
+  const double size_mm = extent_mm(wanted);
+  if (size_mm < kLeastDrawn_mm) return "";
+  const double factor = exaggeration_of(path, kErrorPart * size_mm);
   const auto drawing = [&](std::string_view name, std::string_view color, TcpError SampleErrors::*stage) {
     const auto enlarged = [&](std::size_t i) -> Eigen::Vector3d {
       const TcpError& error = path.errors[i].*stage;
@@ -242,22 +261,23 @@ std::string point_chart(const JudgedPath& path) {
 Verdict production_verdict(const record::Production& production) {
   using enum Verdict::Kind;
   const PathAccuracy& accuracy = production.accuracy;
-  if (!accuracy.points && !accuracy.path)
-    return {Caution,
-            fmt::format("Nothing of {} can be judged: it never ran with all of the correction. Arm the "
-                        "stream with a model active, and run it again.",
-                        production.path.program)};
-  const std::string judged = judged_text(production);
+  const std::string& program = production.path.program;
+  const std::string partly = partly_corrected_text(production), but = partly.empty() ? "" : "; " + partly;
+  if (!is_judged(accuracy))
+    return {
+        Caution,
+        fmt::format(
+            "Nothing of {} can be judged: it never ran with all of the correction{}. Arm the stream with a "
+            "model active, and run it again.",
+            program, but)};
+  const std::string judged = judged_text(production) + but;
   if (accuracy.refuted())
-    return {Refuse, fmt::format("Do not correct {} by this model: it brings the TCP no nearer. {}.",
-                                production.path.program, judged)};
-  if (const std::string worse = worse_text(accuracy); !worse.empty())
-    return {Caution, fmt::format("Look first at what became worse. {}. {}.", worse, judged)};
-  if (accuracy.points_partly_corrected > 0)
-    return {Caution, fmt::format("{}; but {}.", judged, partly_corrected_text(production))};
-  if (!accuracy.points)
-    return {Caution, judged + ". At no point did it stand with all of the correction, so none is judged."};
-  return {Use, judged + "."};
+    return {Refuse, fmt::format("Do not correct {} by this model: it brings the TCP no nearer. {}.", program,
+                                judged)};
+  if (const std::string worse = worse_text(production); !worse.empty())
+    return {Caution, fmt::format("Look first at what became worse: {}. {}.", worse, judged)};
+  if (!accuracy.points) return {Caution, judged + ". No point is judged."};
+  return {partly.empty() ? Use : Caution, judged + "."};
 }
 
 std::string path_csv(const ProductionPath& path) {
@@ -275,18 +295,21 @@ std::string path_csv(const ProductionPath& path) {
 }
 
 std::string production_section(const ReportDocument& document) {
-  if (!document.production || document.production->path.samples.empty()) return "";
+  if (!document.production) return "";
   const record::Production& production = *document.production;
+  const std::string title = "Production program " + xml::escaped(production.path.program),
+                    verdict = verdict_paragraph(production_verdict(production));
+  if (!is_judged(production.accuracy)) return section(title, verdict);
   const JudgedPath path{production.path.samples};
   return section(
-      "Production program " + xml::escaped(production.path.program),
-      verdict_paragraph(production_verdict(production)) +
+      title,
+      verdict +
           note(
               "At the points: from where the data sheet's arm would stand. Along the path: from its nearest place, so "
               "that the time by which drives lag is no error. Only where all of the correction was in force; without "
               "it: the same arm, its axes at the set points. In mm, the robot's base frame.") +
           figures_table(production.accuracy) + drawings(path) + charts(path_chart(path) + point_chart(path)),
-      "production");
+      "whole");
 }
 
 }  // namespace truepose::report
