@@ -61,6 +61,7 @@ struct PathAccuracy {
   int points_partly_corrected = 0;        ///< not judged
   std::optional<ErrorComparison> path;
 
+  bool judged() const { return points || path; }
   /// Whether something was judged and the correction did not bring the TCP nearer: by the points, where the
   /// arm stood, and by the path where no point was judged.
   bool refuted() const;

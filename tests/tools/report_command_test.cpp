@@ -6,7 +6,10 @@
 #include <sstream>
 
 #include "tests/temp_folder.hpp"
+#include "tests/tools/page.hpp"
 #include "tests/tools/sample_document.hpp"
+#include "tests/tools/sample_path.hpp"
+#include "tools/report/sections.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 
 namespace truepose::tools {
@@ -75,6 +78,48 @@ TEST_F(ReportCommand, WritesThePageAndTheDocumentWithTheTruthBesideIt) {
   const json::value written = json::parse(content(options.json));
   EXPECT_EQ(written.at("truth"), report::full_document(5).at("truth"));
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "report.html.part"));
+}
+
+TEST_F(ReportCommand, JudgesAProductionProgramAndCarriesItsPathFileInThePageAndTheDocument) {
+  ReportOptions options;
+  options.path = folder_.write("path.csv", report::path_csv(report::sample_path()));
+  options.html = folder_.path() / "report.html";
+  options.json = folder_.path() / "report.json";
+  ASSERT_EQ(report(report::sample_document(5, true), options), 0) << err_;
+  EXPECT_THAT(out_, HasSubstr("\nProduction: At 2 points of GLUING the TCP was on average 0.150 mm"));
+  EXPECT_EQ(report::downloads_of(content(options.html)).at("path.csv"), content(options.path));
+  const json::value written = json::parse(content(options.json));
+  EXPECT_EQ(written.at_pointer("/production/points/count"), 2);
+  EXPECT_NEAR(written.at_pointer("/production/path/with/max").as_double(), 0.05, 1e-9);
+  EXPECT_NEAR(written.at_pointer("/production/points/without/p95").as_double(), 2, 1e-9);
+
+  const auto section = [&] {
+    const std::string html = content(options.html);
+    const std::size_t begin = html.find("<h2>Production program");
+    return html.substr(begin, html.find("</section>", begin) - begin);
+  };
+  const std::string drawn = section();
+  EXPECT_THAT(drawn, HasSubstr("aria-label=\"With the correction\""));
+  ASSERT_EQ(report(written, {.html = options.html}), 0) << err_;
+  EXPECT_EQ(section(), drawn) << "the document holds all that the section is made of";
+}
+
+TEST_F(ReportCommand, EndsByAProductionProgramThatCameNoNearer) {
+  ProductionPath path = report::sample_path();
+  for (PathSample& sample : path.samples) sample.with_mm.z() += 3;
+  EXPECT_EQ(
+      report(report::sample_document(5, true), {.path = folder_.write("path.csv", report::path_csv(path))}),
+      1);
+  EXPECT_EQ(err_, "truepose: in production (GLUING) the correction brings the TCP no nearer\n");
+}
+
+TEST_F(ReportCommand, SaysWhereAPathFileIsWrongAndWritesNothing) {
+  ReportOptions options;
+  options.path = folder_.write("path.csv", "time_s,program\n1,GLUING\n");
+  options.html = folder_.path() / "report.html";
+  EXPECT_EQ(report(report::sample_document(5, true), options), 2);
+  EXPECT_EQ(err_, "truepose: " + options.path.string() + ": missing column 'point'\n");
+  EXPECT_FALSE(std::filesystem::exists(options.html));
 }
 
 TEST_F(ReportCommand, PrintsTheDocumentAndNothingElseAsJson) {

@@ -38,8 +38,11 @@ std::string_view reason_of(double gain_percent) {
   return "with a fault of the stream";
 }
 
-/// "3 of its points were passed without all of the correction: 1 while it was ramped, 2 with no model active"
+/// "3 of its points were passed without all of the correction: 1 while it was ramped, 2 with no model
+/// active"; empty: none.
 std::string partly_corrected_text(const record::Production& production) {
+  const int count = production.accuracy.points_partly_corrected;
+  if (count == 0) return {};
   std::vector<std::pair<std::string_view, int>> reasons;
   for (const PathSample& sample : production.path.samples) {
     if (!sample.at_point || sample.corrected()) continue;
@@ -49,10 +52,8 @@ std::string partly_corrected_text(const record::Production& production) {
     ++known->second;
   }
   std::string text;
-  for (const auto& [reason, count] : reasons)
-    text += fmt::format("{} {} {}", text.empty() ? ":" : ",", count, reason);
-  const int count = production.accuracy.points_partly_corrected;
-  if (count == 0) return {};
+  for (const auto& [reason, times] : reasons)
+    text += fmt::format("{} {} {}", text.empty() ? ":" : ",", times, reason);
   return fmt::format("{} of its points {} passed without all of the correction{}", count,
                      count == 1 ? "was" : "were", text);
 }
@@ -97,26 +98,28 @@ std::string worse_text(const record::Production& production) {
 
 // ---- Tables and drawings
 
-void add_rows(Table& table, std::string title, const std::optional<ErrorComparison>& compared) {
-  if (!compared) return;
+void add_rows(Table& table, std::string_view title, const ErrorComparison& compared) {
   table.group(title);
   const auto row = [&](std::string_view name, std::string_view color, const ErrorLengths& errors,
                        const std::string& factor) {
     table.row(fmt::format("{}{}", color_key(color), name),
               {error_text(errors.mean), error_text(errors.p95), error_text(errors.max), factor});
   };
-  row(kWithout, kBeforeColor, compared->without, "");
-  row(kWith, kCompensatedColor, compared->with, factor_text(compared->without.mean, compared->with.mean));
+  row(kWithout, kBeforeColor, compared.without, "");
+  row(kWith, kCompensatedColor, compared.with, factor_text(compared.without.mean, compared.with.mean));
 }
-
-bool is_judged(const PathAccuracy& accuracy) { return accuracy.points || accuracy.path; }
 
 std::string figures_table(const PathAccuracy& accuracy) {
   Table table{"", {{}, {"mean", "strong"}, {"95 % within"}, {"max"}, {"times nearer", "first"}}};
-  if (accuracy.points)
-    add_rows(table, fmt::format("At the points: {}", accuracy.points->count), accuracy.points);
+  if (accuracy.points) {
+    const int partly = accuracy.points_partly_corrected;
+    add_rows(table,
+             fmt::format("At the points: {}{}", accuracy.points->count,
+                         partly > 0 ? fmt::format(", and {} not judged", partly) : ""),
+             *accuracy.points);
+  }
   if (accuracy.path)
-    add_rows(table, fmt::format("Along the path: {} samples", accuracy.path->count), accuracy.path);
+    add_rows(table, fmt::format("Along the path: {} samples", accuracy.path->count), *accuracy.path);
   return std::move(table).scrolled();
 }
 
@@ -263,7 +266,7 @@ Verdict production_verdict(const record::Production& production) {
   const PathAccuracy& accuracy = production.accuracy;
   const std::string& program = production.path.program;
   const std::string partly = partly_corrected_text(production), but = partly.empty() ? "" : "; " + partly;
-  if (!is_judged(accuracy))
+  if (!accuracy.judged())
     return {
         Caution,
         fmt::format(
@@ -299,7 +302,7 @@ std::string production_section(const ReportDocument& document) {
   const record::Production& production = *document.production;
   const std::string title = "Production program " + xml::escaped(production.path.program),
                     verdict = verdict_paragraph(production_verdict(production));
-  if (!is_judged(production.accuracy)) return section(title, verdict);
+  if (!production.accuracy.judged()) return section(title, verdict);
   const JudgedPath path{production.path.samples};
   return section(
       title,
