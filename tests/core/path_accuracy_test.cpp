@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <span>
 #include <vector>
 
 namespace truepose {
@@ -78,28 +79,40 @@ TEST(PathAccuracy, TakesNoChordOfACircleForThePath) {
     samples.push_back(
         sample_at(k, on_circle(50, angle), on_circle(50.04, angle - 0.1), on_circle(49, angle)));
   }
-  samples[0].gain_percent = samples[1].gain_percent = 0;  // on the first chord
+  // Beside the first and the last chord.
+  samples[0].gain_percent = samples[1].gain_percent = samples.back().gain_percent = 0;
   const PathAccuracy accuracy = path_accuracy(samples);
   EXPECT_NEAR(accuracy.path->with.max, 0.04, 0.003);
   EXPECT_NEAR(accuracy.path->without.max, 1, 0.003);
 }
 
-TEST(PathAccuracy, LooksForThePathNeitherAcrossAPauseNorFarBack) {
-  // Out along y = 0 and, two seconds or a second of motion later, back along y = 5, where the arm is still at
-  // y = 1.
-  for (const double pause_s : {0.0, 2.0}) {
-    std::vector<PathSample> samples;
-    for (int k = 0; k < 60; ++k)
-      samples.push_back(sample_at(k, {10.0 * k, 0, 0}, {10.0 * k, 0, 0}, {10.0 * k, 0, 0}));
-    for (int k = 60; k < 120; ++k) {
-      const double x = pause_s > 0 ? 10.0 * (119 - k) : 10.0 * (k - 60);
-      PathSample back = sample_at(k, {x, 5, 0}, {x, 1, 0}, {x, 5, 0});
-      back.time_s += pause_s;
-      if (k < 90) back.gain_percent = 0;
-      samples.push_back(back);
-    }
-    EXPECT_NEAR(path_accuracy(samples).path->with.max, 4, 1e-9) << pause_s;
+/// Samples 10 mm apart: out along y = 0 to x = 590 mm, and back along y = 5 where the arm is still at y = 1.
+std::vector<PathSample> out_and_back(double pause_s) {
+  std::vector<PathSample> samples;
+  for (int k = 0; k < 120; ++k) {
+    const bool back = k >= 60;
+    const double x = 10.0 * (back ? 119 - k : k);
+    samples.push_back(back ? sample_at(k, {x, 5, 0}, {x, 1, 0}, {x, 5, 0})
+                           : sample_at(k, {x, 0, 0}, {x, 0, 0}, {x, 0, 0}));
+    if (back) samples.back().time_s += pause_s;
   }
+  return samples;
+}
+
+TEST(PathAccuracy, LooksForThePathNoFartherThanHalfASecondOfMotion) {
+  std::vector<PathSample> samples = out_and_back(0);
+  for (PathSample& sample : std::span{samples}.first(73)) sample.gain_percent = 0;
+  // Sample 72 and the one out at the same place are 25 samples apart; by then it is the path out that is
+  // nearer.
+  EXPECT_NEAR(path_accuracy(samples).path->with.max, 4, 1e-9);
+  samples[71].gain_percent = 100;
+  EXPECT_NEAR(path_accuracy(samples).path->with.mean, (47 * 4 + 1) / 48.0, 1e-9);
+}
+
+TEST(PathAccuracy, LooksForThePathNotAcrossAPause) {
+  std::vector<PathSample> samples = out_and_back(2);
+  for (PathSample& sample : std::span{samples}.first(60)) sample.gain_percent = 0;
+  EXPECT_NEAR(path_accuracy(samples).path->with.mean, 4, 1e-9);
 }
 
 TEST(PathAccuracy, CountsNoErrorAlongThePathWhereTheArmStandsForLong) {
