@@ -12,7 +12,8 @@
 namespace truepose::config {
 namespace {
 
-constexpr std::size_t kMostSamples = 100'000;  // half an hour; the report carries them all
+constexpr std::size_t kMostSamples =
+    60'000;  // 20 minutes; a report carries them in one array of at most 65,536
 constexpr std::size_t kMostPrograms = 20;
 constexpr double kFarthest_mm = 100'000;  // beyond is a slip of unit or of a digit
 
@@ -97,7 +98,8 @@ ProductionPath load_production_path(const std::filesystem::path& file) {
   const CsvTable table = CsvTable::read(file);
   const PathColumns columns(table);
   if (table.row_count() > kMostSamples)
-    table.fail("more than " + std::to_string(kMostSamples) + " rows of data: record a shorter time");
+    table.fail("more than " + std::to_string(kMostSamples) +
+               " rows of data, 20 minutes: record a shorter time");
   ProductionPath path;
   std::vector<std::string> programs;
   for (std::size_t row = 0; row < table.row_count(); ++row) {

@@ -13,7 +13,7 @@ constexpr double kStands_mm = 1e-3;  // what is nearer is the same place
 constexpr std::size_t kWindow = 25;  // samples: half a second of motion at 20 ms each
 // A chord cuts a curve's corner by more than a corrected arm's error (0.05 mm of a radius of 100 mm at 0.3
 // m/s), so the path is drawn through the samples as a spline, in so many steps from one to the next.
-constexpr std::size_t kSteps = 8;
+constexpr std::size_t kSteps = 16;
 
 using Points = std::vector<Eigen::Vector3d>;
 

@@ -75,8 +75,8 @@ TEST_F(PathFile, ErrorsNameTheRow) {
 
 TEST_F(PathFile, RefusesMoreThanAReportCanCarry) {
   std::string rows;
-  for (int i = 0; i <= 100'000; ++i) rows += "1,P,0,0,1,2,3,4,5,6,7,8,9\n";
-  EXPECT_EQ(error(rows), "path.csv: more than 100000 rows of data: record a shorter time");
+  for (int i = 0; i <= 60'000; ++i) rows += "1,P,0,0,1,2,3,4,5,6,7,8,9\n";
+  EXPECT_EQ(error(rows), "path.csv: more than 60000 rows of data, 20 minutes: record a shorter time");
 }
 
 }  // namespace

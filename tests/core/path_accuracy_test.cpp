@@ -105,7 +105,7 @@ TEST(PathAccuracy, LooksForThePathNoFartherThanHalfASecondOfMotion) {
   // Sample 72 and the one out at the same place are 25 samples apart; by then it is the path out that is
   // nearer.
   EXPECT_NEAR(path_accuracy(samples).path->with.max, 4, 1e-9);
-  samples[71].gain_percent = 100;
+  samples[72].gain_percent = 100;
   EXPECT_NEAR(path_accuracy(samples).path->with.mean, (47 * 4 + 1) / 48.0, 1e-9);
 }
 
