@@ -36,6 +36,12 @@ std::optional<Socket> find_socket(const char* table, std::uint16_t port, bool li
   return std::nullopt;
 }
 
+std::optional<Socket> find_socket(Protocol protocol, std::uint16_t port) {
+  const bool tcp = protocol == Protocol::Tcp;
+  auto socket = find_socket(tcp ? "/proc/net/tcp" : "/proc/net/udp", port, tcp);
+  return socket ? socket : find_socket(tcp ? "/proc/net/tcp6" : "/proc/net/udp6", port, tcp);
+}
+
 /// Name and number of the process that has the socket open; only those of our own user can be seen into.
 std::optional<std::string> find_process(const std::string& inode) {
   namespace fs = std::filesystem;
@@ -59,19 +65,16 @@ std::optional<std::string> find_process(const std::string& inode) {
 }  // namespace
 
 std::string port_holder(Protocol protocol, std::uint16_t port) {
-  const bool tcp = protocol == Protocol::Tcp;
-  for (const char* table :
-       {tcp ? "/proc/net/tcp" : "/proc/net/udp", tcp ? "/proc/net/tcp6" : "/proc/net/udp6"}) {
-    const auto socket = find_socket(table, port, tcp);
-    if (!socket) continue;
-    if (const auto process = find_process(socket->inode)) return *process;
-    // We may look into these, so the one that had it is gone from the table of processes, or was never in
-    // ours.
-    if (::geteuid() == 0 || socket->uid == std::to_string(::geteuid()))
-      return "a process of uid " + socket->uid + " that is just ending, or runs in another container";
-    return "another user's process (uid " + socket->uid + ")";
-  }
-  return "an unknown process";
+  const auto socket = find_socket(protocol, port);
+  if (!socket) return "an unknown process";
+  if (const auto process = find_process(socket->inode)) return *process;
+  // We may look into these, so the one that had it is gone from the table of processes, or was never in
+  // ours.
+  if (::geteuid() == 0 || socket->uid == std::to_string(::geteuid()))
+    return "a process of uid " + socket->uid + " that is just ending, or runs in another container";
+  return "another user's process (uid " + socket->uid + ")";
 }
+
+bool is_held(Protocol protocol, std::uint16_t port) { return find_socket(protocol, port).has_value(); }
 
 }  // namespace truepose::drivers

@@ -144,7 +144,7 @@ CellDevices::Outcome<drivers::RobotIdentity> CellDevices::connect_robot() {
   const TimePoint answer = clock_.now() + kAnswer;
   auto state = co_await robot_.state(answer);
   if (!state) co_return std::unexpected(robot_error(state.error()));
-  const auto checked = check_arm(*identity, *state);
+  const auto checked = check_arm(config_.robot, *identity, *state);
   if (!checked) co_return std::unexpected(checked.error());
   co_return *std::move(identity);
 }
@@ -157,9 +157,9 @@ CellDevices::Outcome<drivers::TrackerIdentity> CellDevices::connect_tracker() {
   co_return *std::move(identity);
 }
 
-std::expected<void, DeviceError> CellDevices::check_arm(const drivers::RobotIdentity& identity,
-                                                        const drivers::RobotState& state) {
-  const config::RobotConfig& robot = config_.robot;
+std::expected<void, DeviceError> check_arm(const config::RobotConfig& robot,
+                                           const drivers::RobotIdentity& identity,
+                                           const drivers::RobotState& state) {
   if (identity.model.find(robot.expect_model) == std::string::npos) {
     return std::unexpected(DeviceError{Remedy::WrongArm, "wrong arm: the controller says " + identity.model +
                                                              ", the cell expects " + robot.expect_model});

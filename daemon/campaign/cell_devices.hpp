@@ -44,6 +44,11 @@ struct DeviceError {
   bool beam_lost = false;  ///< no reflector was seen, or not to the end
 };
 
+/// The controller's own pose of the flange against the nominal arm's: a wrong arm, or a wrong robot file.
+std::expected<void, DeviceError> check_arm(const config::RobotConfig& robot,
+                                           const drivers::RobotIdentity& identity,
+                                           const drivers::RobotState& state);
+
 /// The robot and the tracker of a cell with the deadlines, checks and patience that using them together
 /// needs.
 class CellDevices {
@@ -94,9 +99,6 @@ class CellDevices {
   void await(CellDevice device, const std::string& reason) const {
     if (on_waiting_) on_waiting_(device, reason);
   }
-  /// The controller's own pose of the flange against the nominal arm's: a wrong arm, or a wrong robot file.
-  std::expected<void, DeviceError> check_arm(const drivers::RobotIdentity& identity,
-                                             const drivers::RobotState& state);
   /// What the tracker itself says of a point against the noise that the cell states.
   std::expected<void, DeviceError> check_scatter(const drivers::SmrPoint& point) const;
 

@@ -113,7 +113,8 @@ std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, 
          ": this address must be IP_NUMBER and PORT of the ethernet configuration on the controller (here " +
          file +
          "), its RSI network must be the one of this card, no firewall may drop UDP, and the program must "
-         "have come to RSI_ON; where the pendant shows RSITimeout, it has, and the packets go elsewhere";
+         "have come to RSI_ON; where the pendant shows RSITimeout, it has, and the packets go elsewhere; run "
+         "`truepose doctor`, which looks where";
 }
 
 json::object stream_json(const StreamStatus& status, const LatencyHistogram::Summary& turnaround,

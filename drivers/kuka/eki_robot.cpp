@@ -151,14 +151,22 @@ void KukaEkiRobot::disconnect() noexcept {
   state_->close();
 }
 
+// A stop that was cut off by a lost connection would refuse every command.
 asio::awaitable<std::expected<RobotIdentity, RobotError>> KukaEkiRobot::connect(TimePoint deadline) {
+  return open(eki::ControlOp::ReleaseStop, deadline);
+}
+
+asio::awaitable<std::expected<RobotIdentity, RobotError>> KukaEkiRobot::inspect(TimePoint deadline) {
+  return open(eki::ControlOp::AskState, deadline);
+}
+
+asio::awaitable<std::expected<RobotIdentity, RobotError>> KukaEkiRobot::open(eki::ControlOp op,
+                                                                             TimePoint deadline) {
   disconnect();
   const auto state_link = co_await state_->connect(deadline);
   if (!state_link) co_return std::unexpected(state_link.error());
-  // A stop that was cut off by a lost connection would refuse every command. This also shows that submit
-  // answers.
-  const auto released = co_await control(eki::ControlOp::ReleaseStop, deadline);
-  if (!released) co_return std::unexpected(released.error());
+  const auto answered = co_await control(op, deadline);  // shows that submit answers, too
+  if (!answered) co_return std::unexpected(answered.error());
 
   const auto motion_link = co_await motion_->connect(deadline);
   if (!motion_link) co_return std::unexpected(motion_link.error());

@@ -32,6 +32,8 @@ class KukaEkiRobot final : public Robot {
   ~KukaEkiRobot() override;
 
   boost::asio::awaitable<std::expected<RobotIdentity, RobotError>> connect(TimePoint deadline) override;
+  /// As connect(), but changes nothing on the controller: a stop that is in force stays.
+  boost::asio::awaitable<std::expected<RobotIdentity, RobotError>> inspect(TimePoint deadline);
   boost::asio::awaitable<std::expected<RobotState, RobotError>> state(TimePoint deadline) override;
   boost::asio::awaitable<std::expected<JointVector, RobotError>> move(MoveCommand command,
                                                                       TimePoint deadline) override;
@@ -42,6 +44,9 @@ class KukaEkiRobot final : public Robot {
  private:
   class Answers;
 
+  /// @param op  what the state channel is asked for first
+  boost::asio::awaitable<std::expected<RobotIdentity, RobotError>> open(eki::ControlOp op,
+                                                                        TimePoint deadline);
   boost::asio::awaitable<std::expected<eki::Hello, RobotError>> greeting(TimePoint deadline);
   boost::asio::awaitable<std::expected<eki::State, RobotError>> control(eki::ControlOp op,
                                                                         TimePoint deadline);

@@ -125,6 +125,7 @@ class EmsconTracker::Session {
         connection_{std::move(executor), [this](const TrackerPacket& packet) { observe(packet); }} {}
 
   TrackerTask<TrackerIdentity> connect();
+  TrackerTask<TrackerIdentity> inspect();
   TrackerTask<void> aim(Eigen::Vector3d p_W_mm, double search_radius_mm);
   TrackerTask<SmrPoint> measure();
   TrackerTask<void> check();
@@ -140,6 +141,7 @@ class EmsconTracker::Session {
   TrackerTask<void> end_unfinished_measurement();
   TrackerTask<bool> is_locked();
   TrackerTask<SystemStatus> initialize();
+  TrackerTask<TrackerIdentity> identity(SystemStatus system);
   TrackerTask<std::int32_t> find_reflector_id();
   TrackerTask<void> set_search(double radius_mm);
   TrackerTask<void> write_settings();
@@ -351,15 +353,32 @@ TrackerTask<TrackerIdentity> EmsconTracker::Session::connect() {
   if (!written) co_return std::unexpected(written.error());
   const auto ensured = co_await ensure_settings();
   if (!ensured) co_return std::unexpected(ensured.error());
+  auto identified = co_await identity(*system);
+  co_return std::move(identified);
+}
 
+TrackerTask<TrackerIdentity> EmsconTracker::Session::inspect() {
+  const auto opened = co_await connection_.open(options_.host, options_.port);
+  if (!opened) co_return std::unexpected(opened.error());
+  const auto answer = co_await ask(CommandCode::GetSystemStatus, "the tracker hides its status");
+  if (!answer) co_return std::unexpected(answer.error());
+  const SystemStatus& system = std::get<SystemStatus>(answer->body);
+  if (auto why = laser_trouble(system)) co_return std::unexpected(*std::move(why));
+  const auto reflector = co_await find_reflector_id();
+  if (!reflector) co_return std::unexpected(reflector.error());
+  auto identified = co_await identity(system);
+  co_return std::move(identified);
+}
+
+TrackerTask<TrackerIdentity> EmsconTracker::Session::identity(SystemStatus system) {
   Command get_info{CommandCode::GetTrackerInfo, {}};
   const auto info = co_await connection_.call(std::move(get_info));
   if (!info) co_return std::unexpected(info.error());
   const bool named = info->status == status::kAllOk;
-  const auto& [major, minor, build] = system->server_version;
+  const auto& [major, minor, build] = system.server_version;
   co_return TrackerIdentity{
       .model = named ? std::get<TrackerInfo>(info->body).name : "emScon tracker",
-      .serial = std::to_string(system->serial_number),
+      .serial = std::to_string(system.serial_number),
       .firmware = std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(build)};
 }
 
@@ -475,6 +494,14 @@ asio::awaitable<std::expected<TrackerIdentity, TrackerError>> EmsconTracker::con
   const bool connected = identity && *identity;
   if (!connected) session_->close();
   if (!identity) co_return std::unexpected(late("was not connected and ready"));
+  co_return *std::move(identity);
+}
+
+asio::awaitable<std::expected<TrackerIdentity, TrackerError>> EmsconTracker::inspect(TimePoint deadline) {
+  auto inspecting = session_->inspect();
+  auto identity = co_await before(session_->clock, deadline, std::move(inspecting));
+  session_->close();
+  if (!identity) co_return std::unexpected(late("did not answer"));
   co_return *std::move(identity);
 }
 

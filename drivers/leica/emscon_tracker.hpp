@@ -31,6 +31,9 @@ class EmsconTracker final : public Tracker {
   ~EmsconTracker() override;
 
   boost::asio::awaitable<std::expected<TrackerIdentity, TrackerError>> connect(TimePoint deadline) override;
+  /// Connects, asks what it is and whether it could measure with the configured reflector, and disconnects:
+  /// writes no setting and moves nothing.
+  boost::asio::awaitable<std::expected<TrackerIdentity, TrackerError>> inspect(TimePoint deadline);
   boost::asio::awaitable<std::expected<void, TrackerError>> aim(Eigen::Vector3d p_W_mm,
                                                                 double search_radius_mm,
                                                                 TimePoint deadline) override;

@@ -22,7 +22,7 @@ constexpr std::chrono::milliseconds kCycle{4};
 constexpr int kTimeout = 100;  // cycles, of the ETHERNET object
 constexpr int kSettled = 20;   // cycles after a motion, in the program's wait behind it
 constexpr std::uint64_t kMostCyclesOfAProgram = 150'000;
-constexpr double kCyclesOfAProgram = 17'000;       // about
+constexpr double kCyclesOfAProgram = 22'000;       // about
 constexpr std::uint32_t kController = 0xC0A82C01;  // 192.168.44.1
 
 drivers::TimePoint daemon_time;
@@ -47,7 +47,7 @@ krl::Program loaded() {
   const std::string root = TRUEPOSE_SOURCE_DIR;
   std::vector<krl::Source> sources;
   for (const char* file : {"/config/kuka/krl/truepose_stream.src", "/config/kuka/krl/truepose_stream.dat",
-                           "/tests/daemon/production/gluing.src", "/tests/daemon/production/gluing.dat"}) {
+                           "/config/scenarios/gluing.src", "/config/scenarios/gluing.dat"}) {
     sources.push_back({std::filesystem::path{file}.filename(), config::read_text_file(root + file)});
   }
   auto program = krl::load({.declarations = kController_krl}, sources);

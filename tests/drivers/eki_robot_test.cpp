@@ -31,6 +31,7 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using namespace std::chrono_literals;
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 /// The controller's end of one connection.
@@ -192,6 +193,15 @@ TEST_F(EkiRobot, ConnectsAndSaysWhichArmItIs) {
     EXPECT_EQ(identity->software, "KSS 8.6.11");
   });
   EXPECT_THAT(controls_, Contains(eki::ControlOp::ReleaseStop));
+}
+
+TEST_F(EkiRobot, IsInspectedWithoutReleasingAStop) {
+  serve({greet_and_answer({})});
+  run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
+    const auto identity = co_await robot.inspect(soon());
+    EXPECT_TRUE(identity) << identity.error().detail;
+  });
+  EXPECT_THAT(controls_, ElementsAre(eki::ControlOp::AskState));
 }
 
 TEST_F(EkiRobot, ReportsItsStateInRadAndAsAPose) {

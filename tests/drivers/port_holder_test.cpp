@@ -43,6 +43,14 @@ void post_into(int box, int descriptor) {
   ASSERT_EQ(::sendmsg(box, &message, 0), 1);
 }
 
+TEST(IsHeld, TellsAPortThatSomebodyHasFromAFreeOne) {
+  const auto [socket, port] = bound_socket();
+  constexpr std::uint16_t kNobodys = 1;  // tcpmux, of TCP
+  EXPECT_TRUE(is_held(Protocol::Udp, port));
+  EXPECT_FALSE(is_held(Protocol::Udp, kNobodys));
+  ::close(socket);
+}
+
 TEST(PortHolder, DoesNotBlameAnotherUserForAProcessOfOursThatIsGone) {
   const auto [socket, port] = bound_socket();
   EXPECT_THAT(port_holder(Protocol::Udp, port),

@@ -7,9 +7,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <boost/asio/buffer.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/write.hpp>
 #include <boost/json/parse.hpp>
+#include <boost/json/serialize.hpp>
 #include <charconv>
 #include <chrono>
 #include <cstdio>
@@ -73,14 +78,6 @@ void run(const std::function<void()>& experiment, testing::TestPartResultArray& 
   }
 }
 
-std::vector<std::string> reports_in(const std::string& errors) {
-  std::vector<std::string> reports;
-  for (std::size_t begin = 0, end; (end = errors.find('\n', begin)) != std::string::npos; begin = end + 1) {
-    if (errors[begin] == '{') reports.push_back(errors.substr(begin, end - begin));
-  }
-  return reports;
-}
-
 }  // namespace
 
 std::uint16_t free_udp_port() {
@@ -116,16 +113,20 @@ LiveCell::LiveCell(const Options& options) {
   const std::string timeout = options.patient ? "timeout_cycles: 2500 " : kShippedTimeout;
   const Replacements scenario{{"../robots", kConfig + "/robots"},
                               {"../kuka", kConfig + "/kuka"},
+                              {"gluing.src", kConfig + "/scenarios/gluing.src"},
+                              {"gluing.dat", kConfig + "/scenarios/gluing.dat"},
                               {kShippedTimeout, timeout},
                               {"faults: []", "faults: " + options.faults}};
   folder_.write("scenario.yaml", changed("scenarios/demo.yaml", together(scenario, options.scenario)));
   simulator_ = std::make_unique<sim::SimulatorProcess>(
       folder_, std::vector<std::string>{"--scenario", folder() / "scenario.yaml", "--ready-file",
                                         folder() / "ready.json", "--rsi-target", loopback(rsi_port_),
-                                        "--speedup", std::to_string(options.speedup), "--json"});
+                                        "--admin-port", "0", "--path-file", path_file(), "--speedup",
+                                        std::to_string(options.speedup), "--json"});
   const std::string ready = simulator_->ready(folder() / "ready.json");
   if (ready.empty()) throw std::runtime_error{"no simulator: " + simulator_->errors()};
   const boost::json::value ports = boost::json::parse(ready);
+  admin_port_ = static_cast<std::uint16_t>(ports.at("admin_port").as_int64());
   const auto port = [&ports](const char* name) { return loopback(ports.at(name).as_int64()); };
 
   const Replacements cell{{"robots/kr210", kConfig + "/robots/kr210"},
@@ -178,16 +179,18 @@ tools::RpcClient LiveCell::client() const {
   return *std::move(client);
 }
 
-boost::json::value LiveCell::simulated() {
-  const std::size_t before = reports_in(simulator_->errors()).size();
-  simulator_->send(SIGUSR1);
-  for (;;) {
-    const std::vector<std::string> reports = reports_in(simulator_->errors());
-    if (reports.size() > before) return boost::json::parse(reports.back());
-    if (simulator_->ended()) throw std::runtime_error{"the simulator ended: " + simulator_->errors()};
-    std::this_thread::sleep_for(std::chrono::milliseconds{2});
-  }
+boost::json::value LiveCell::steer(const boost::json::object& line) const {
+  using boost::asio::ip::tcp;
+  boost::asio::io_context context;
+  tcp::socket socket{context};
+  socket.connect({boost::asio::ip::address_v4::loopback(), admin_port_});
+  boost::asio::write(socket, boost::asio::buffer(boost::json::serialize(line) + "\n"));
+  std::string reply;
+  boost::asio::read_until(socket, boost::asio::dynamic_buffer(reply), '\n');
+  return boost::json::parse(reply);
 }
+
+boost::json::value LiveCell::simulated() const { return steer({{"ask", "statistics"}}); }
 
 std::chrono::microseconds LiveCell::stood_still() {
   const boost::json::value rsi = simulated().at("rsi");

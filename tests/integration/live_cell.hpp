@@ -1,5 +1,6 @@
 #pragma once
 
+#include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 #include <chrono>
 #include <cstdint>
@@ -59,8 +60,10 @@ class LiveCell {
   /// Where the daemon listens for the controller.
   std::uint16_t rsi_port() const { return rsi_port_; }
 
+  /// Has the simulated cell do something, or asks it. @return what it answers on its admin port
+  boost::json::value steer(const boost::json::object& line) const;
   /// What the simulator counted so far.
-  boost::json::value simulated();
+  boost::json::value simulated() const;
   /// For how long at most this machine kept the controller from sending, or its PC from answering.
   std::chrono::microseconds stood_still();
   /// Ends the simulator. @return what it counted
@@ -73,6 +76,7 @@ class LiveCell {
   const std::filesystem::path& folder() const { return folder_.path(); }
   std::filesystem::path cell_file() const { return folder() / "cell.yaml"; }
   std::filesystem::path token_file() const { return folder() / "token"; }
+  std::filesystem::path path_file() const { return folder() / "path.csv"; }
   std::filesystem::path store_file() const { return folder() / "demo.sqlite"; }
 
  private:
@@ -81,6 +85,7 @@ class LiveCell {
   std::unique_ptr<sim::SimulatorProcess> simulator_;
   std::unique_ptr<Process> daemon_;
   std::uint16_t control_port_ = 0;
+  std::uint16_t admin_port_ = 0;
   std::uint16_t rsi_port_ = free_udp_port();
 };
 

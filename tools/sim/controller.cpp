@@ -116,7 +116,24 @@ void Controller::advance(Seconds cycle, const JointVector& actual) {
   }
   run_programs();
   set_points_ = motion_.position();
+  if (setup_.on_cycle && rsi_on_) report_cycle();
   if (has_news()) setup_.on_news();
+}
+
+void Controller::report_cycle() const {
+  constexpr int kGain = 2;  // as truepose_stream has it
+  setup_.on_cycle({.time = time_,
+                   .program = selected_,
+                   .set_points = set_points_,
+                   .actual = actual_,
+                   .gain_percent = sen_pint(kGain),
+                   .motions_made = motion_.made(),
+                   .is_standing = motion_.is_standing()});
+}
+
+int Controller::sen_pint(int index) const {
+  const auto value = variables_.find("$SEN_PINT[" + std::to_string(index) + "]");
+  return value == variables_.end() ? 0 : std::get<std::int32_t>(value->second);
 }
 
 void Controller::stand(Seconds cycle) {
@@ -348,12 +365,11 @@ bool Controller::drives_on() const {
 
 FlowSources Controller::sources() const {
   const std::lock_guard lock{mutex_};
-  const auto sen_pint = [this](int index) {
+  const auto read = [this](int index) {
     const std::lock_guard reading{mutex_};
-    const auto value = variables_.find("$SEN_PINT[" + std::to_string(index) + "]");
-    return value == variables_.end() ? 0 : std::get<std::int32_t>(value->second);
+    return sen_pint(index);
   };
-  return {.sen_pint = sen_pint, .program_state = static_cast<int>(robot_->state()) + 1};
+  return {.sen_pint = read, .program_state = static_cast<int>(robot_->state()) + 1};
 }
 
 void Controller::take(const FlowEffects& effects) {

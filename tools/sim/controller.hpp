@@ -16,6 +16,7 @@
 #include "tools/sim/eki_channel.hpp"
 #include "tools/sim/krl/interpreter.hpp"
 #include "tools/sim/krl/load.hpp"
+#include "tools/sim/path_log.hpp"
 #include "tools/sim/program_motion.hpp"
 #include "tools/sim/rsi_client.hpp"
 
@@ -38,6 +39,8 @@ struct ControllerSetup {
   std::vector<JointVector> stream_path{};
   /// Called after a cycle of RSI that left documents, closed channels or messages. On the cycles' thread.
   std::function<void()> on_news = [] {};
+  /// Called in each cycle of RSI, on its thread; none where nobody looks.
+  std::function<void(const ProgramCycle&)> on_cycle{};
 };
 
 /// What a person does at the pendant and around the cell.
@@ -171,6 +174,8 @@ class Controller final : public RsiProgram, private krl::Host {
   void cancel_program();
   void power_off();
   void run_programs();
+  void report_cycle() const;
+  int sen_pint(int index) const;
   bool has_news() const { return !documents_.empty() || !closed_.empty() || !messages_.empty(); }
   void close_rsi();
   void raise(int flag, bool to);

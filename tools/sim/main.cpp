@@ -7,6 +7,7 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
 #include <boost/system/system_error.hpp>
 #include <charconv>
@@ -28,6 +29,7 @@
 #include "config/text_file.hpp"
 #include "core/math/angles.hpp"
 #include "proto/rsi/ethernet_config.hpp"
+#include "tools/sim/admin_server.hpp"
 #include "tools/sim/rsi_datagrams.hpp"
 #include "tools/sim/simulated_cell.hpp"
 
@@ -53,8 +55,13 @@ Options:
   --rsi-target TEXT           HOST:PORT that the RSI datagrams go to, instead of the address in the RSI ethernet XML
   --eki-port UINT             CellLink; CellState listens on the next one; 0 picks two
   --tracker-port UINT         emScon; 0 picks one
+  --admin-port UINT           steers the cell: one line of JSON each, answered by one; 0 picks one. A fault of the
+                              scenario that begins now, {"kind": "beam-break", "lasts_ms": 1500}, or a question,
+                              {"ask": "program"} or {"ask": "statistics"}
   --ready-file TEXT           written with the ports once all of them are open
   --truth-file TEXT           written with the injected errors
+  --path-file TEXT            written at each line of the admin port and at the end: what programs under RSI ask of the
+                              arm, and where the tracker would see its reflector, with and without corrections (CSV)
   --speedup FLOAT:FLOAT in [0.1 - 10000]
                               robot and tracker are this much faster; RSI keeps real time
   --json                      print one document with the statistics at the end, and nothing else
@@ -67,6 +74,7 @@ struct Options {
   std::string rsi_target;
   std::filesystem::path ready_file;
   std::filesystem::path truth_file;
+  std::optional<std::uint16_t> admin_port;
   bool json = false;
 };
 
@@ -107,6 +115,8 @@ constexpr std::array kKnown{
     Known{"rsi-target", [](Options& o) { o.rsi_target = optarg; }},
     Known{"eki-port", [](Options& o) { o.cell.eki_port = port_of("--eki-port"); }},
     Known{"tracker-port", [](Options& o) { o.cell.tracker_port = port_of("--tracker-port"); }},
+    Known{"admin-port", [](Options& o) { o.admin_port = port_of("--admin-port"); }},
+    Known{"path-file", [](Options& o) { o.cell.path_file = optarg; }},
     Known{"ready-file", [](Options& o) { o.ready_file = optarg; }},
     Known{"truth-file", [](Options& o) { o.truth_file = optarg; }},
     Known{"speedup",
@@ -233,21 +243,40 @@ std::string statistics_json(const sim::CellStatistics& statistics, const config:
                                       {"truth", truth(scenario)}});
 }
 
-std::string ready_text(const sim::SimulatedCell::Ports& ports) {
-  return json::serialize(json::object{{"eki_port", ports.eki},
-                                      {"eki_state_port", ports.eki_state},
-                                      {"tracker_port", ports.tracker},
-                                      {"pid", getpid()}});
+std::string ready_text(const sim::SimulatedCell::Ports& ports, const std::optional<sim::AdminServer>& admin) {
+  json::object ready{{"eki_port", ports.eki},
+                     {"eki_state_port", ports.eki_state},
+                     {"tracker_port", ports.tracker},
+                     {"pid", getpid()}};
+  if (admin) ready["admin_port"] = admin->port();
+  return json::serialize(ready);
 }
 
-/// SIGUSR1 writes the statistics so far to standard error, one line.
-void report_when_asked(asio::signal_set& asks, const sim::SimulatedCell& cell,
-                       const config::Scenario& scenario) {
-  asks.async_wait([&](boost::system::error_code cancelled, int) {
-    if (cancelled) return;
-    std::fprintf(stderr, "%s\n", statistics_json(cell.statistics(), scenario).c_str());
-    report_when_asked(asks, cell, scenario);
-  });
+std::string refusal(const std::string& why) { return json::serialize(json::object{{"error", why}}); }
+
+std::string program_json(const sim::Controller::Program& program) {
+  static constexpr std::array kStates{"free", "reset", "active", "stopped", "ended"};
+  return json::serialize(json::object{{"program", program.name},
+                                      {"state", kStates.at(static_cast<std::size_t>(program.state))},
+                                      {"line", program.line}});
+}
+
+/// What a line of the admin port comes to.
+std::string steered(const std::string& line, sim::SimulatedCell& cell, const config::Scenario& scenario) try {
+  boost::system::error_code malformed;
+  const json::value asked = json::parse(line, malformed);
+  const json::object* const members = asked.if_object();
+  if (malformed || members == nullptr) return refusal("expected one JSON object on the line");
+  cell.flush_path();
+  if (const json::value* what = members->if_contains("ask")) {
+    if (*what == "program") return program_json(cell.program());
+    if (*what == "statistics") return statistics_json(cell.statistics(), scenario);
+    return refusal("ask: expected program or statistics");
+  }
+  cell.misbehave(config::parse_fault(line));
+  return json::serialize(json::object{{"ok", true}});
+} catch (const std::exception& e) {
+  return refusal(e.what());
 }
 
 int run(Options options) {
@@ -257,15 +286,17 @@ int run(Options options) {
 
   asio::io_context io{1};
   sim::SimulatedCell cell{io.get_executor(), scenario, ethernet, options.cell};
+  std::optional<sim::AdminServer> admin;
+  if (options.admin_port) {
+    admin.emplace(io.get_executor(), options.cell.address, *options.admin_port,
+                  [&](const std::string& line) { return steered(line, cell, scenario); });
+  }
   asio::signal_set ends{io, SIGTERM, SIGINT};
   ends.async_wait([&io](boost::system::error_code, int) { io.stop(); });
 
-  asio::signal_set asks{io, SIGUSR1};
-  report_when_asked(asks, cell, scenario);
-
   if (!options.truth_file.empty()) config::write_text_file(options.truth_file, truth_json(scenario) + "\n");
   if (!options.ready_file.empty())
-    config::write_text_file(options.ready_file, ready_text(cell.ports()) + "\n");
+    config::write_text_file(options.ready_file, ready_text(cell.ports(), admin) + "\n");
   if (!options.json) {
     const sim::SimulatedCell::Ports ports = cell.ports();
     std::printf("EKI %u and %u, tracker %u, RSI to %s:%u\n", ports.eki, ports.eki_state, ports.tracker,

@@ -76,14 +76,21 @@ EmsconServer listening_tracker(const boost::asio::any_io_executor& executor, con
   }
 }
 
-ControllerSetup listening_controller(const config::Scenario& scenario, std::function<void()> on_news) {
+ControllerSetup listening_controller(const config::Scenario& scenario, std::function<void()> on_news,
+                                     PathLog* path) {
   ControllerSetup setup = controller_setup(scenario);
   for (const std::string& channel : {kCellLink, kCellState}) {
     if (!setup.eki_files.contains(channel))
       throw std::invalid_argument{"the controller has no " + channel + ".xml in its eki folder"};
   }
   setup.on_news = std::move(on_news);
+  if (path != nullptr) setup.on_cycle = [path](const ProgramCycle& cycle) { path->take(cycle); };
   return setup;
+}
+
+std::unique_ptr<PathLog> path_log(const config::Scenario& scenario, const std::filesystem::path& file) {
+  if (file.empty()) return nullptr;
+  return std::make_unique<PathLog>(file, scenario.nominal, arm_setup(scenario));
 }
 
 steady_clock::duration shortened(std::chrono::nanoseconds time, double speedup) {
@@ -101,8 +108,9 @@ SimulatedCell::SimulatedCell(boost::asio::any_io_executor executor, config::Scen
       options_{std::move(options)},
       arm_{arm_setup(scenario_), options_.seed},
       noise_random_{options_.seed ^ kNoiseStream},
-      controller_{
-          listening_controller(scenario_, [this] { boost::asio::post(executor_, [this] { follow(); }); })},
+      path_{path_log(scenario_, options_.path_file)},
+      controller_{listening_controller(
+          scenario_, [this] { boost::asio::post(executor_, [this] { follow(); }); }, path_.get())},
       next_change_{executor},
       eki_{executor,
            options_.address,
@@ -123,7 +131,14 @@ SimulatedCell::SimulatedCell(boost::asio::any_io_executor executor, config::Scen
   follow();
 }
 
-SimulatedCell::~SimulatedCell() = default;
+SimulatedCell::~SimulatedCell() {
+  rsi_.reset();
+  flush_path();
+}
+
+void SimulatedCell::flush_path() {
+  if (path_) path_->flush();
+}
 
 SimulatedCell::Ports SimulatedCell::ports() const {
   return {eki_.port(kCellLink), eki_.port(kCellState), tracker_.port()};

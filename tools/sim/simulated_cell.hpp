@@ -4,6 +4,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <list>
 #include <memory>
 #include <optional>
@@ -18,6 +19,7 @@
 #include "tools/sim/controller.hpp"
 #include "tools/sim/eki_server.hpp"
 #include "tools/sim/emscon_server.hpp"
+#include "tools/sim/path_log.hpp"
 #include "tools/sim/rsi_runner.hpp"
 
 namespace truepose::sim {
@@ -28,8 +30,9 @@ struct CellOptions {
   std::uint16_t tracker_port = 0;     ///< 0 picks a free one
   std::string rsi_host;               ///< numeric address that the RSI datagrams go to
   std::uint16_t rsi_port = 0;
-  std::uint64_t seed = 0;  ///< of repeatability and tracker noise
-  double speedup = 1;      ///< robot and tracker are this much faster; RSI keeps real time
+  std::uint64_t seed = 0;           ///< of repeatability and tracker noise
+  double speedup = 1;               ///< robot and tracker are this much faster; RSI keeps real time
+  std::filesystem::path path_file;  ///< where the programs' TCP is logged; empty: nowhere
 };
 
 /// What a cell did in its life.
@@ -56,6 +59,9 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
 
   /// A fault that begins now.
   void misbehave(const config::ScenarioFault& fault);
+  Controller::Program program() const { return controller_.program(); }
+  /// Has all in the path file that came to be known.
+  void flush_path();
 
  private:
   bool connected(const std::string& channel) override;
@@ -86,6 +92,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   CellOptions options_;
   TrueArm arm_;
   Random noise_random_;
+  std::unique_ptr<PathLog> path_;
   Controller controller_;
   std::chrono::steady_clock::time_point passed_ = start_;  // until when the controller's time has gone on
   boost::asio::steady_timer next_change_;

@@ -22,6 +22,7 @@ using namespace emscon;
 using namespace std::chrono_literals;
 using enum CommandCode;
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -104,6 +105,20 @@ TEST_F(EmsconTrackerTest, RefusesATrackerWhoseLaserHeatsUp) {
   const auto identity = connect();
   expect_fault(identity, TrackerFault::NotReady);
   EXPECT_THAT(identity.error().detail, HasSubstr("heating up"));
+}
+
+TEST_F(EmsconTrackerTest, IsInspectedByQuestionsAlone) {
+  const auto identity = run(tracker.inspect({}));
+  ASSERT_TRUE(identity) << identity.error().detail;
+  EXPECT_EQ(identity->firmware, "3.8.900");
+  EXPECT_THAT(fake.commands, ElementsAre(GetSystemStatus, GetReflectors, GetTrackerInfo));
+}
+
+TEST_F(EmsconTrackerTest, SaysOnInspectionWhyItCouldNotMeasure) {
+  std::get<SystemStatus>(fake.kept[GetSystemStatus]).laser = LaserStatus::HeatingUp;
+  expect_fault(run(tracker.inspect({})), TrackerFault::NotReady);
+  fake.script(GetSystemStatus, [&] { clock.ring(); });
+  expect_fault(run(tracker.inspect({})), TrackerFault::Timeout);
 }
 
 TEST_F(EmsconTrackerTest, RefusesATrackerThatDoesNotKeepItsUnits) {

@@ -10,6 +10,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
+#include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/json/parse.hpp>
 #include <optional>
@@ -223,6 +224,32 @@ TEST_F(SimulatorTest, CutsTheEkiLinkWhenTheScenarioSaysSoAndServesAgain) {
   }
   simulator.terminate();
   EXPECT_EQ(simulator.wait(), 0);
+}
+
+TEST_F(SimulatorTest, IsSteeredByLinesAndNamesWhatItDoesNotUnderstand) {
+  scenario();
+  SimulatorProcess simulator{folder_, arguments({"--admin-port", "0"})};
+  tcp::socket admin{context_};
+  admin.connect({asio::ip::address_v4::loopback(),
+                 static_cast<std::uint16_t>(ports(simulator).at("admin_port").as_int64())});
+  give_up_after_a_minute(admin);
+  std::string received;
+  const auto steer = [&](const std::string& line) {
+    asio::write(admin, asio::buffer(line + "\n"));
+    const std::size_t size = asio::read_until(admin, asio::dynamic_buffer(received), '\n');
+    const std::string reply = received.substr(0, size - 1);
+    received.erase(0, size);
+    return reply;
+  };
+  EXPECT_EQ(steer(R"({"ask": "program"})").substr(0, 48),
+            R"({"program":"TRUEPOSE_MOTION","state":"active","l)");
+  EXPECT_EQ(steer(R"({"kind": "emergency-stop"})"), R"({"ok":true})");
+  EXPECT_THAT(steer(R"({"ask": "program"})"), HasSubstr(R"("state":"stopped")"));
+  EXPECT_THAT(steer(R"({"ask": "statistics"})"), HasSubstr(R"("measurements":0)"));
+  EXPECT_THAT(steer("stop it"), HasSubstr("expected one JSON object"));
+  EXPECT_THAT(steer(R"({"kind": "fire"})"), HasSubstr("expected one of beam-break"));
+  EXPECT_THAT(steer(R"({"kind": "beam-break", "at_ms": 5})"), HasSubstr("it begins now"));
+  EXPECT_THAT(steer(R"({"ask": "weather"})"), HasSubstr("expected program or statistics"));
 }
 
 TEST_F(SimulatorTest, NamesAPortThatIsInUseAndEndsWithTwo) {

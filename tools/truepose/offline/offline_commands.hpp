@@ -9,6 +9,7 @@ namespace truepose::tools {
 
 Command calibrate_command();   ///< the identification did not converge, or made things worse
 Command compensate_command();  ///< a target cannot be reached
+Command doctor_command();      ///< a fault was found
 Command drift_command();  ///< the model is no longer right; without a file the daemon measures and judges
 Command experiment_command();  ///< the two-stage fit did not converge in every trial
 Command export_command();
@@ -17,6 +18,7 @@ Command iso9283_command();
 Command kuka_commands();
 Command kuka_write_command();
 Command kuka_lint_command();  ///< something was found
+Command listen_command();     ///< no good frame of the configured kind came
 Command plan_command();
 
 }  // namespace truepose::tools

@@ -1,0 +1,311 @@
+// What truepose doctor says of a cell in which something is wrong, over the real protocols on loopback. Every
+// single finding is in tests/tools/doctor/diagnose_test.cpp.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/json/parse.hpp>
+#include <functional>
+#include <ostream>
+#include <regex>
+#include <thread>
+
+#include "config/cell_config.hpp"
+#include "core/arm/forward.hpp"
+#include "proto/rsi/frame_codec.hpp"
+#include "tests/integration/live_cell.hpp"
+#include "tests/tools/doctor/scripted_controller.hpp"
+
+namespace truepose {
+namespace {
+
+namespace json = boost::json;
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+using testing::ResultOf;
+
+// ---- A controller ----
+
+/// What a healthy controller sends of the shipped arm.
+rsi::RobotFrame healthy_frame(const config::CellConfig& cell, std::uint64_t cycle) {
+  const rsi::Axes axes{0.1, -1.5, 1.5, 0.2, 0.4, -0.3};
+  const Eigen::Vector3d p_BF_mm =
+      forward_kinematics(cell.robot.model, Eigen::Map<const Eigen::Vector<double, 6>>(axes.data()))
+          .translation();
+  const rsi::CartesianPose pose{.x_mm = p_BF_mm.x(), .y_mm = p_BF_mm.y(), .z_mm = p_BF_mm.z()};
+  return {.ipoc = 4 * cycle,
+          .rist = pose,
+          .rsol = pose,
+          .aipos_rad = axes,
+          .aspos_rad = axes,
+          .delay = 0,
+          .program = {.ask = 1, .state = rsi::kProgramActive}};
+}
+
+std::string wire(const rsi::RobotFrame& frame, int decimals = 4) {
+  std::array<char, rsi::kMaxFrameBytes> buffer;
+  return std::string{encode_robot_frame(frame, buffer, decimals).value()};
+}
+
+std::string with(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  if (at == std::string::npos) throw std::runtime_error{"there is no " + from};
+  return text.replace(at, from.size(), to);
+}
+
+// ---- A faulty network ----
+
+/// truepose-proxy in front of one port of this machine.
+class FaultyNetwork {
+ public:
+  FaultyNetwork(const std::string& protocol, std::uint16_t target, const std::string& faults)
+      : process_{folder_.path(),
+                 "truepose-proxy",
+                 {"--" + protocol, "127.0.0.1:0=127.0.0.1:" + std::to_string(target), "--set", faults,
+                  "--seed", "1", "--ready-file", folder_.path() / "ready"}} {}
+
+  std::uint16_t port() {
+    const auto file = folder_.path() / "ready";
+    while (!std::filesystem::exists(file)) {
+      if (process_.ended()) throw std::runtime_error{process_.errors()};
+      std::this_thread::sleep_for(std::chrono::milliseconds{2});
+    }
+    const json::value ready = json::parse(text_of(file));
+    const std::string listens{ready.at_pointer("/listen/0").as_string()};
+    return static_cast<std::uint16_t>(std::stoi(listens.substr(listens.find(':') + 1)));
+  }
+
+ private:
+  TempFolder folder_;
+  Process process_;
+};
+
+// ---- The doctor ----
+
+/// Throws after two minutes.
+void until(const std::function<bool()>& happened) {
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::minutes{2};
+  while (!happened()) {
+    if (std::chrono::steady_clock::now() > give_up) throw std::runtime_error{"waited in vain"};
+    std::this_thread::sleep_for(std::chrono::milliseconds{2});
+  }
+}
+
+struct Said {
+  std::string area, level, finding, next;
+};
+void PrintTo(const Said& said, std::ostream* out) {
+  *out << said.level << ' ' << said.area << ' ' << said.finding << "; next: " << said.next << '\n';
+}
+
+auto says(const std::string& level, const std::string& area, const std::string& finding,
+          const std::string& next) {
+  return Contains(AllOf(ResultOf([](const Said& s) { return s.level; }, level),
+                        ResultOf([](const Said& s) { return s.area; }, area),
+                        ResultOf([](const Said& s) { return s.finding; }, HasSubstr(finding)),
+                        ResultOf([](const Said& s) { return s.next; }, HasSubstr(next))));
+}
+
+/// What truepose doctor says of a cell. @param exit_code  none: of other cells on this machine it may say
+/// anything
+std::vector<Said> doctor_of(const LiveCell& cell, std::optional<int> exit_code) {
+  const Finished doctor = run_program("truepose", {"doctor", "--cell", cell.cell_file(), "--json"});
+  EXPECT_EQ(doctor.exit_code, exit_code.value_or(doctor.exit_code)) << doctor.out << doctor.err;
+  std::vector<Said> said;
+  const json::value findings = json::parse(doctor.out);
+  for (const json::value& one : findings.as_array()) {
+    const auto text = [&](const char* key) { return std::string{one.at(key).as_string()}; };
+    said.push_back({text("area"), text("level"), text("finding"), text("next")});
+  }
+  return said;
+}
+
+class TheDoctor : public testing::Test {
+ protected:
+  /// Changes the cell file, in which addresses of this run stand.
+  void edit(const std::string& from, const std::string& to) {
+    cell.write("cell.yaml", with(text_of(cell.cell_file()), from, to));
+  }
+  /// Puts a faulty network before what stands behind a key of the cell file.
+  void disturb(const std::string& key, const std::string& faults) {
+    const std::string text = text_of(cell.cell_file()), before = key + ": 127.0.0.1:";
+    const auto port = static_cast<std::uint16_t>(std::stoi(text.substr(text.find(before) + before.size())));
+    network.emplace_back(std::make_unique<FaultyNetwork>("tcp", port, faults));
+    edit(before + std::to_string(port), before + std::to_string(network.back()->port()));
+  }
+  ScriptedController::Frame healthy() const {
+    return [config = config::load_cell(cell.cell_file())](std::uint64_t cycle) {
+      return wire(healthy_frame(config, cycle));
+    };
+  }
+  void send(ScriptedController::Frame frame, const std::string& from = "127.0.0.1") {
+    controller = std::make_unique<ScriptedController>(cell.rsi_port(), std::move(frame), from);
+  }
+
+  std::vector<Said> asked(std::optional<int> exit_code) const { return doctor_of(cell, exit_code); }
+
+  LiveCell cell;
+  std::vector<std::unique_ptr<FaultyNetwork>> network;
+  std::unique_ptr<ScriptedController> controller;
+};
+
+TEST_F(TheDoctor, FindsNoFaultInAHealthyCell) {
+  send(healthy());
+  const auto said = asked(0);
+  EXPECT_THAT(said, says("ok", "rsi", "sends good frames", ""));
+  EXPECT_THAT(said, says("ok", "robot", "#KR210R2700_2 C4 FLR, serial 210001", ""));
+  EXPECT_THAT(said, says("ok", "tracker", "can measure", ""));
+  EXPECT_THAT(said, says("warning", "daemon", "cannot be reached", "trueposed --config"));
+}
+
+TEST_F(TheDoctor, NamesElementsThatDifferASilentTrackerAndAnotherReflector) {
+  send([frame = healthy()](std::uint64_t cycle) { return with(frame(cycle), "<Tp ", "<Tq "); });
+  edit("reflector: CCR-1.5in", "reflector: TBR-0.5in");
+  const auto said = asked(1);
+  EXPECT_THAT(said,
+              says("fault", "rsi", "not in it: Tq; not sent: Tp.Ask, Tp.Pro", "truepose_rsi_ethernet.xml"));
+  EXPECT_THAT(said, says("fault", "tracker", "TBR-0.5in", "tracker.reflector"));
+}
+
+TEST_F(TheDoctor, NamesAnotherCycleAndASilentTracker) {
+  send([config = config::load_cell(cell.cell_file())](std::uint64_t cycle) {
+    rsi::RobotFrame frame = healthy_frame(config, cycle);
+    frame.ipoc *= 3;
+    return wire(frame);
+  });
+  disturb("address", R"({"half_open": true})");
+  const auto said = asked(1);
+  EXPECT_THAT(said, says("fault", "rsi", "rises by 12", "stream.cycle_ms"));
+  EXPECT_THAT(said, says("fault", "tracker", "did not answer", "tracker.address"));
+}
+
+TEST_F(TheDoctor, NamesAnotherArmAndItsFewDecimals) {
+  send([config = config::load_cell(cell.cell_file())](std::uint64_t cycle) {
+    rsi::RobotFrame frame = healthy_frame(config, cycle);
+    frame.rist->z_mm += 300;
+    return wire(frame, 1);
+  });
+  edit("expect_model: KR210R2700_2", "expect_model: KR16");
+  const auto said = asked(1);
+  EXPECT_THAT(said, says("fault", "rsi", "RIst is 300.0 mm", "robot.file"));
+  EXPECT_THAT(said, says("warning", "rsi", "sends with Precision 1", "Precision"));
+  EXPECT_THAT(said, says("fault", "robot", "the cell expects KR16", "robot.file"));
+}
+
+TEST_F(TheDoctor, NamesPacketsThatAreCutAndASilentController) {
+  FaultyNetwork cut{"udp", cell.rsi_port(), R"({"truncate": 1})"};
+  controller = std::make_unique<ScriptedController>(cut.port(), healthy());
+  disturb("eki_state", R"({"half_open": true})");
+  const auto said = asked(1);
+  EXPECT_THAT(said, says("fault", "rsi", "so far): not a well-formed frame (at byte", "load "));
+  EXPECT_THAT(said, says("fault", "robot", "CellState", "truepose_submit"));
+}
+
+TEST_F(TheDoctor, CountsThePacketsThatTheNetworkLoses) {
+  FaultyNetwork lossy{"udp", cell.rsi_port(), R"({"loss": 0.2})"};
+  controller = std::make_unique<ScriptedController>(lossy.port(), healthy());
+  EXPECT_THAT(asked(0), says("warning", "rsi", "did not arrive", "cable"));
+}
+
+TEST_F(TheDoctor, NamesAControllerThatSendsToAnotherPort) {
+  const std::uint16_t other = free_udp_port();
+  controller = std::make_unique<ScriptedController>(other, healthy());
+  const auto said = asked(1);
+  EXPECT_THAT(said, says("warning", "rsi", "no RSI packet came to 127.0.0.1:", "RSI_ON"));
+  EXPECT_THAT(said,
+              says("fault", "rsi", "sends RSI packets to 127.0.0.1:" + std::to_string(other), "IP_NUMBER"));
+}
+
+TEST_F(TheDoctor, NamesWhoHoldsThePort) {
+  boost::asio::io_context io;
+  using boost::asio::ip::udp;
+  const udp::socket holder{io, {boost::asio::ip::address_v4::loopback(), cell.rsi_port()}};
+  EXPECT_THAT(asked(1),
+              says("fault", "rsi", "(process " + std::to_string(getpid()) + ")", "end that process"));
+}
+
+TEST_F(TheDoctor, NamesAnAddressThatThisPcDoesNotHave) {
+  const std::string listen = "listen: 127.0.0.1:" + std::to_string(cell.rsi_port());
+  edit(listen, "listen: 192.0.2.77:" + std::to_string(cell.rsi_port()));
+  EXPECT_THAT(asked(1), says("fault", "rsi", "192.0.2.77", "this PC has lo 127.0.0.1"));
+}
+
+TEST_F(TheDoctor, NamesAnotherControllerThanTheConfiguredOne) {
+  send(healthy(), "127.0.0.2");
+  EXPECT_THAT(asked(1), says("fault", "rsi", "packets come from 127.0.0.2", "robot.rsi_peer"));
+}
+
+TEST_F(TheDoctor, NamesACellThatIsSwitchedOff) {
+  cell.end_simulator();
+  const auto said = asked(1);
+  EXPECT_THAT(said, says("fault", "rsi", "no RSI packet came to 127.0.0.1:" + std::to_string(cell.rsi_port()),
+                         "RSI_ON"));
+  EXPECT_THAT(said, says("fault", "robot", "refused", "start truepose_motion"));
+  EXPECT_THAT(said, says("fault", "tracker", "no tracker answers", "switch the tracker on"));
+}
+
+TEST_F(TheDoctor, AsksTheDaemonThatRuns) {
+  cell.start_daemon();
+  const auto said = asked(std::nullopt);
+  EXPECT_THAT(said, says("ok", "daemon", "runs, state disconnected", ""));
+  EXPECT_THAT(said, says("warning", "rsi", "no RSI packet came", "RSI_ON"));
+  EXPECT_THAT(said, says("ok", "robot", "serial 210001", ""));
+}
+
+TEST_F(TheDoctor, TellsTheDaemonOfAnotherCellFromItsOwn) {
+  cell.start_daemon();
+  edit("name: demo", "name: press_shop");
+  const auto said = asked(1);
+  EXPECT_THAT(said, says("warning", "daemon", "is that of cell demo, not of press_shop", "start it"));
+  EXPECT_THAT(said, says("fault", "rsi", "in use by trueposed", "end that process"));
+}
+
+TEST_F(TheDoctor, TellsWhatTheDaemonDrops) {
+  cell.start_daemon();
+  send(healthy(), "127.0.0.2");
+  auto client = cell.client();
+  const auto refused = [&] { return client.call("stream.status", {})->at("refused").is_string(); };
+  until(refused);
+  EXPECT_THAT(asked(1), says("fault", "rsi", "127.0.0.2", "robot.rsi_peer"));
+}
+
+TEST_F(TheDoctor, TellsWhatTheDaemonDoesNotUnderstand) {
+  cell.start_daemon();
+  send([](std::uint64_t) { return "<Rob><IPOC>x</IPOC></Rob>"; });
+  auto client = cell.client();
+  const auto refused = [&] { return client.call("stream.status", {})->at("refused").is_string(); };
+  until(refused);
+  EXPECT_THAT(asked(1), says("fault", "rsi", "IPOC is not a number", "truepose_rsi_ethernet.xml"));
+}
+
+// ---- A stream whose controller has loaded another configuration ----
+
+void expect_stream_finding(const std::string& text, const std::string& instead, const std::string& finding) {
+  const std::string file = TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml";
+  const TempFolder folder;
+  const auto other =
+      folder.write("controller.xml", std::regex_replace(text_of(file), std::regex{text}, instead));
+  LiveCell cell{{.speedup = 2000, .scenario = {{file, other}}, .patient = true}};
+  cell.start_daemon();
+  ASSERT_EQ(small_campaign(cell).exit_code, 0);
+  cell.truepose({"stream", "start"});  // refused where the fault comes before the answer
+  auto client = cell.client();
+  const auto faulted = [&] { return !client.call("cell.status", {})->at("faults").as_array().empty(); };
+  until(faulted);
+  EXPECT_THAT(doctor_of(cell, 1), says("fault", "rsi", finding, "acknowledge"));
+}
+
+TEST(TheDoctorOfAStream, SaysThatRepliesAreRejected) {
+  expect_stream_finding("<SENTYPE>TruePose", "<SENTYPE>ImFree", "another SENTYPE");
+}
+
+TEST(TheDoctorOfAStream, SaysThatTheCorrectionHasAnotherName) {
+  expect_stream_finding("AK\\.A", "AC.A", "the axes do not follow the correction");
+}
+
+}  // namespace
+}  // namespace truepose

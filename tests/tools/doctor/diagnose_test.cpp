@@ -1,0 +1,379 @@
+// Every finding of the doctor, each provoked by what the probes would have seen.
+#include "tools/truepose/doctor/diagnose.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/json/object.hpp>
+#include <functional>
+#include <ostream>
+
+#include "core/arm/forward.hpp"
+#include "core/math/units.hpp"
+#include "tools/truepose/doctor/network.hpp"
+
+namespace truepose::tools {
+
+void PrintTo(const Finding& finding, std::ostream* out) {
+  *out << finding.area << ' ' << static_cast<int>(finding.level) << ": " << finding.finding
+       << "; next: " << finding.next;
+}
+
+namespace {
+
+namespace json = boost::json;
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::Contains;
+using testing::Each;
+using testing::Field;
+using testing::HasSubstr;
+
+constexpr std::uint32_t kPc = 0xc0a82c0a, kController = 0xc0a82c01;  // 192.168.44.10 and .1
+constexpr drivers::UdpSource kSource{kController, 52000};
+
+/// The shipped cell, in a network.
+config::CellConfig cell_in_a_plant() {
+  config::CellConfig cell = config::load_cell(TRUEPOSE_SOURCE_DIR "/config/cell.yaml");
+  cell.robot.rsi_peer = "192.168.44.1";
+  cell.stream.listen = {"192.168.44.10", 49152};
+  return cell;
+}
+
+const rsi::Axes kAxes{0.1, -1.5, 1.5, 0.2, 0.4, -0.3};
+
+rsi::CartesianPose flange_at(const config::CellConfig& cell, const rsi::Axes& axes) {
+  const JointVector q = Eigen::Map<const JointVector>(axes.data(), 6);
+  const Eigen::Vector3d p = forward_kinematics(cell.robot.model, q).translation();
+  return {.x_mm = p.x(), .y_mm = p.y(), .z_mm = p.z()};
+}
+
+RsiSender good_sender(const config::CellConfig& cell) {
+  RsiSender sender{.source = kSource, .frames = 251, .last = drivers::TimePoint{} + 1s};
+  sender.ipoc_begin = 1000;
+  sender.ipoc = 2000;
+  sender.ipoc_step = 4;
+  sender.delay_begin = 0;
+  sender.frame.delay = 0;
+  sender.frame.aipos_rad = kAxes;
+  sender.frame.rist = flange_at(cell, kAxes);
+  sender.elements = {{"RIst.X", "AIPos.A1", "IPOC"}, 4};
+  return sender;
+}
+
+RobotObservation good_robot(const config::CellConfig& cell) {
+  const JointVector q = Eigen::Map<const JointVector>(kAxes.data(), 6);
+  return {{"#KR210R2700_2 C4 FLR", "4711", "KSS 8.6"},
+          {.q = q, .X_BF_reported = forward_kinematics(cell.robot.model, q), .ready = true}};
+}
+
+rsi::EthernetConfig small_ethernet() {
+  rsi::EthernetConfig ethernet;
+  ethernet.send = {{.tag = "DEF_RIst"}, {.tag = "DEF_AIPos"}};
+  return ethernet;
+}
+
+/// Of a cell in which all is well, before the daemon is started.
+Observations all_is_well(const config::CellConfig& cell) {
+  return {.check = {{daemon::Finding::Level::Good, "good"}},
+          .ethernet = small_ethernet(),
+          .interfaces = {{"lo", 0x7f000001, 0xff000000}, {"eth1", kPc, 0xffffff00}},
+          .daemon = {.unreachable = "nobody answers"},
+          .rsi = {.senders = {good_sender(cell)}, .seen = std::vector<SeenStream>{}, .firewall = ""},
+          .robot = good_robot(cell),
+          .tracker = drivers::TrackerIdentity{"AT901", "1", "3.8"},
+          .machine = {.clocksource = "tsc", .store_free_bytes = 100'000'000'000}};
+}
+
+/// A daemon that runs, with this status.
+DaemonObservation daemon_with(json::object stream) {
+  return {.version = TRUEPOSE_VERSION,
+          .status = json::object{{"state", "streaming"},
+                                 {"faults", json::array{}},
+                                 {"robot", {{"connected", true}, {"model", "KR210"}, {"serial", "1"}}},
+                                 {"tracker", {{"connected", true}, {"model", "AT901"}, {"serial", "2"}}},
+                                 {"stream", std::move(stream)}}};
+}
+
+json::object stream_with(json::object more) {
+  json::object stream{{"state", "correcting"}, {"packet_age_ms", 2}, {"answered", 1000}, {"late", 0}};
+  for (const auto& [key, value] : more) stream[key] = value;
+  return stream;
+}
+
+struct Case {
+  const char* name;
+  std::function<void(config::CellConfig& cell, Observations& seen)> provoke;
+  const char* area;
+  Level level;
+  const char *finding, *next;
+};
+
+void PrintTo(const Case& one, std::ostream* out) { *out << one.name; }
+
+void silence(Observations& seen) { seen.rsi.senders.clear(); }
+
+void let_run(Observations& seen, json::object stream) {
+  seen.daemon = daemon_with(stream_with(std::move(stream)));
+  seen.robot.reset();
+  seen.tracker.reset();
+  silence(seen);
+}
+
+RsiSender& sender(Observations& seen) { return seen.rsi.senders.at(0); }
+
+// clang-format off
+const std::vector<Case> kCases{
+    // ---- cell file ----
+    {"CheckWarns", [](auto&, auto& seen) { seen.check = {{daemon::Finding::Level::Warning, "HOLDON is 0"}}; },
+     "cell file", Level::Warning, "HOLDON is 0", "trueposed --config cell.yaml --check"},
+    {"CheckFails", [](auto&, auto& seen) { seen.check = {{daemon::Finding::Level::Failure, "no token"}}; },
+     "cell file", Level::Fault, "no token", "--check"},
+    // ---- daemon ----
+    {"DaemonDown", [](auto&, auto&) {}, "daemon", Level::Warning, "nobody answers", "systemctl start"},
+    {"DaemonOfAnotherVersion", [](auto&, auto& seen) { seen.daemon = {.version = "0.0.1"}; },
+     "daemon", Level::Warning, "in version 0.0.1", "restart"},
+    {"DaemonFault", [](auto&, auto& seen) {
+       let_run(seen, {});
+       seen.daemon.status.at("faults").as_array().push_back(
+           json::object{{"code", "E_MODEL"}, {"severity", "fault"}, {"text", "the model is not the one: activate another"}});
+     }, "daemon", Level::Fault, "the model is not the one", "activate another"},
+    {"TrackerFaultOfTheDaemon", [](auto&, auto& seen) {
+       let_run(seen, {});
+       seen.daemon.status.at("faults").as_array().push_back(
+           json::object{{"code", "E_TRACKER"}, {"severity", "warning"}, {"text", "it is cold: wait"}});
+     }, "tracker", Level::Warning, "it is cold", "wait"},
+    // ---- RSI, by what comes ----
+    {"PortTaken", [](auto&, auto& seen) {
+       seen.rsi.not_bound = "RSI address is in use by nc (process 7)";
+       seen.rsi.taken = true;
+     }, "rsi", Level::Fault, "in use by nc (process 7)", "end that process"},
+    {"AddressNotHere", [](auto&, auto& seen) { seen.rsi.not_bound = "is not one of this machine's"; },
+     "rsi", Level::Fault, "not one of this machine's", "this PC has lo 127.0.0.1, eth1 192.168.44.10"},
+    {"OtherController", [](auto& cell, auto&) { cell.robot.rsi_peer = "192.168.44.2"; },
+     "rsi", Level::Fault, "packets come from 192.168.44.1:52000", "robot.rsi_peer"},
+    {"AllMalformed", [](auto&, auto& seen) {
+       sender(seen).frames = 0;
+       sender(seen).malformed = 9;
+       sender(seen).why_malformed = "IPOC is missing: <Rob>";
+     }, "rsi", Level::Fault, "packets of 192.168.44.1:52000 cannot be understood (9 so far): IPOC is missing", "load "},
+    {"SomeMalformed", [](auto&, auto& seen) { sender(seen).malformed = 1; },
+     "rsi", Level::Warning, "cannot be understood (1 so far)", "load "},
+    {"ElementMissing", [](auto&, auto& seen) { sender(seen).elements.names = {"RIst.X", "AIPoz.A1"}; },
+     "rsi", Level::Fault, "not in it: AIPoz; not sent: DEF_AIPos", "truepose_rsi_ethernet.xml on the controller"},
+    {"ElementTooMany", [](auto&, auto& seen) { sender(seen).elements.names.push_back("MACur.A1"); },
+     "rsi", Level::Warning, "not in it: MACur", "load "},
+    {"Precision", [](auto&, auto& seen) { sender(seen).elements.decimals = 1; },
+     "rsi", Level::Warning, "sends with Precision 1", "set Precision"},
+    {"WrongCycle", [](auto&, auto& seen) { sender(seen).ipoc_step = 12; },
+     "rsi", Level::Fault, "rises by 12", "set stream.cycle_ms"},
+    {"WrongArm", [](auto&, auto& seen) { sender(seen).frame.rist->x_mm += 100; },
+     "rsi", Level::Fault, "RIst is 100.0 mm", "correct robot.file"},
+    {"BeyondLimits", [](auto& cell, auto& seen) {
+       (*sender(seen).frame.aipos_rad)[0] = 200 / kDegPerRad;
+       sender(seen).frame.rist = flange_at(cell, *sender(seen).frame.aipos_rad);
+     }, "rsi", Level::Warning, "A1 is at 200.0 deg, outside the robot file's -185.0 to 185.0", "robot.file"},
+    {"Losses", [](auto&, auto& seen) { sender(seen).frames = 200; },
+     "rsi", Level::Warning, "20.3 % of the packets of 192.168.44.1:52000", "cable"},
+    // ---- RSI, where nothing comes ----
+    {"Silence", [](auto&, auto& seen) {
+       silence(seen);
+       seen.robot = std::unexpected(drivers::RobotError{drivers::RobotFault::Unreachable, "refused"});
+     }, "rsi", Level::Fault, "no RSI packet came to 192.168.44.10:49152", "RSI_ON"},
+    {"SilenceOfAControllerThatAnswers", [](auto&, auto& seen) { silence(seen); },
+     "rsi", Level::Warning, "no RSI packet came", "RSI_ON"},
+    {"SomethingForNobody", [](auto&, auto& seen) {
+       silence(seen);
+       seen.rsi.seen.reset();
+       seen.rsi.unclaimed = 375;
+     }, "rsi", Level::Warning, "375 UDP packets came to ports that nobody has: as root", "RSI_ON"},
+    {"OtherPort", [](auto&, auto& seen) {
+       silence(seen);
+       seen.rsi.seen = {{kSource, {kPc, 49153}, 375}};
+     }, "rsi", Level::Fault, "192.168.44.1:52000 sends RSI packets to 192.168.44.10:49153, but", "IP_NUMBER and PORT"},
+    {"OtherPortFromElsewhere", [](auto&, auto& seen) {
+       silence(seen);
+       seen.rsi.seen = {{{0x0a000009, 5}, {kPc, 49153}, 375}};
+     }, "rsi", Level::Warning, "10.0.0.9:5 sends RSI packets to 192.168.44.10:49153, but", "IP_NUMBER and PORT"},
+    {"OtherAddress", [](auto&, auto& seen) {
+       silence(seen);
+       seen.rsi.seen = {{kSource, {0x0a000005, 49152}, 375}};
+     }, "rsi", Level::Fault, "sends RSI packets to 10.0.0.5:49152, but stream.listen is 192.168.44.10:49152", "IP_NUMBER"},
+    {"Firewall", [](auto&, auto& seen) {
+       silence(seen);
+       seen.rsi.seen = {{kSource, {kPc, 49152}, 375}};
+     }, "rsi", Level::Fault, "a firewall of this PC drops them", "let UDP port 49152 in"},
+    {"FirewallBeforeTheDaemon", [](auto&, auto& seen) {
+       let_run(seen, {{"packet_age_ms", nullptr}});
+       seen.rsi.seen = {{kSource, {kPc, 49152}, 375}};
+     }, "rsi", Level::Fault, "a firewall of this PC drops them", "let UDP port 49152 in"},
+    {"FirewallRule", [](auto&, auto& seen) {
+       silence(seen);
+       seen.rsi.firewall = "table inet filter {\n chain input {\n  type filter hook input priority 0; policy drop;\n }\n}\n";
+     }, "rsi", Level::Warning, "policy drop", "let UDP port 49152 in"},
+    {"CardOff", [](auto&, auto& seen) { silence(seen); seen.interfaces[1].up = false; },
+     "rsi", Level::Fault, "eth1, which has 192.168.44.10, is switched off", "ip link set eth1 up"},
+    {"CableOut", [](auto&, auto& seen) { silence(seen); seen.interfaces[1].running = false; },
+     "rsi", Level::Fault, "eth1, which has 192.168.44.10, has no link", "plug in"},
+    {"OtherNetwork", [](auto& cell, auto& seen) { silence(seen); cell.robot.rsi_peer = "192.168.45.1"; },
+     "rsi", Level::Fault, "192.168.45.1 is not in the network of eth1, 192.168.44.0/24", "one RSI network"},
+    // ---- RSI, by what the daemon tells ----
+    {"StreamFault", [](auto&, auto& seen) {
+       const char* reason = "the controller does not take replies: it has another SENTYPE: load that one there";
+       let_run(seen, {{"state", "fault"}, {"reason", reason}});
+       seen.daemon.status.at("faults").as_array().push_back(json::object{{"code", "E_CELL"}, {"text", reason}});
+     }, "rsi", Level::Fault, "it has another SENTYPE", "load that one there"},
+    {"StreamHolds", [](auto&, auto& seen) {
+       let_run(seen, {{"state", "holding"}, {"reason", "the robot program is stopped: the correction is held"}});
+     }, "rsi", Level::Warning, "the robot program is stopped", "held"},
+    {"ForeignPackets", [](auto&, auto& seen) {
+       let_run(seen, {{"refused", "packets of 10.0.0.9:5 are dropped"}, {"foreign", 7}});
+     }, "rsi", Level::Fault, "10.0.0.9:5 are dropped", "robot.rsi_peer"},
+    {"MalformedPackets", [](auto&, auto& seen) {
+       let_run(seen, {{"refused", "a packet was not understood: IPOC is missing"}, {"malformed", 7}});
+     }, "rsi", Level::Fault, "IPOC is missing", "truepose_rsi_ethernet.xml on the controller"},
+    {"LateByTruepose", [](auto&, auto& seen) { let_run(seen, {{"late", 3}, {"late_by", {{"us", 3}}}}); },
+     "rsi", Level::Warning, "replies late by truepose's own fault: 3", "log"},
+    {"LateByTheMachine", [](auto&, auto& seen) { let_run(seen, {{"late", 3}, {"late_by", {{"machine", 3}}}}); },
+     "rsi", Level::Warning, "replies late because this PC did not run truepose in time: 3", "processor"},
+    {"LateByTheNetwork", [](auto&, auto& seen) { let_run(seen, {{"late", 3}, {"late_by", {{"network", 3}}}}); },
+     "rsi", Level::Warning, "replies late because of the network or the controller: 3", "cable"},
+    {"Late", [](auto&, auto& seen) { let_run(seen, {{"late", 3}}); },
+     "rsi", Level::Warning, "replies that were not with the controller in time (Delay): 3", "machine"},
+    {"Answered", [](auto&, auto& seen) { let_run(seen, {}); }, "rsi", Level::Ok, "are answered: 1000", ""},
+    // ---- robot ----
+    {"RobotRefused", [](auto&, auto& seen) {
+       silence(seen);
+       seen.robot = std::unexpected(drivers::RobotError{drivers::RobotFault::Unreachable, "CellLink: refused"});
+     }, "robot", Level::Fault, "CellLink: refused", "start truepose_motion"},
+    {"RobotRefusedBesideAnotherProgram", [](auto&, auto& seen) {
+       seen.robot = std::unexpected(drivers::RobotError{drivers::RobotFault::Unreachable, "CellLink: refused"});
+     }, "robot", Level::Warning, "CellLink: refused", "start truepose_motion"},
+    {"RobotSilent", [](auto&, auto& seen) {
+       silence(seen);
+       seen.robot = std::unexpected(drivers::RobotError{drivers::RobotFault::Timeout, "connected but silent"});
+     }, "robot", Level::Fault, "connected but silent", "truepose_submit"},
+    {"RobotSpeaksOtherwise", [](auto&, auto& seen) {
+       silence(seen);
+       seen.robot = std::unexpected(drivers::RobotError{drivers::RobotFault::Protocol, "version 9"});
+     }, "robot", Level::Fault, "version 9", "truepose kuka write"},
+    {"RobotRejects", [](auto&, auto& seen) {
+       silence(seen);
+       seen.robot = std::unexpected(drivers::RobotError{drivers::RobotFault::Refused, "rejected"});
+     }, "robot", Level::Fault, "rejected", "pendant"},
+    {"RobotIsAnother", [](auto& cell, auto&) { cell.robot.expect_model = "KR16"; },
+     "robot", Level::Fault, "the cell expects KR16", "robot.file"},
+    {"RobotStandsElsewhere", [](auto&, auto& seen) { (*seen.robot)->state.X_BF_reported.translation().x() += 5; },
+     "robot", Level::Fault, "5.00 mm apart", "tool 0"},
+    {"RobotNotReady", [](auto&, auto& seen) {
+       (*seen.robot)->state.ready = false;
+       (*seen.robot)->state.why_not_ready = "drives off";
+     }, "robot", Level::Warning, "drives off", "pendant"},
+    {"RobotOfTheDaemonNotReady", [](auto&, auto& seen) {
+       let_run(seen, {});
+       seen.daemon.status.at("robot").as_object()["why_not_ready"] = "drives off";
+     }, "robot", Level::Warning, "drives off", "pendant"},
+    // ---- tracker ----
+    {"TrackerRefused", [](auto&, auto& seen) {
+       seen.tracker = std::unexpected(drivers::TrackerError{drivers::TrackerFault::Unreachable, "no tracker answers"});
+     }, "tracker", Level::Fault, "no tracker answers", "switch the tracker on"},
+    {"TrackerBusy", [](auto&, auto& seen) {
+       seen.tracker = std::unexpected(drivers::TrackerError{drivers::TrackerFault::Busy, "busy"});
+     }, "tracker", Level::Fault, "busy", "other program"},
+    {"TrackerCold", [](auto&, auto& seen) {
+       seen.tracker = std::unexpected(drivers::TrackerError{drivers::TrackerFault::NotReady, "is heating up"});
+     }, "tracker", Level::Fault, "is heating up", "warm"},
+    {"TrackerWithoutTheReflector", [](auto&, auto& seen) {
+       seen.tracker = std::unexpected(drivers::TrackerError{drivers::TrackerFault::Refused, "knows no reflector \"X\""});
+     }, "tracker", Level::Fault, "knows no reflector", "tracker.reflector"},
+    {"TrackerSilent", [](auto&, auto& seen) {
+       seen.tracker = std::unexpected(drivers::TrackerError{drivers::TrackerFault::Timeout, "did not answer"});
+     }, "tracker", Level::Fault, "did not answer", "tracker.address"},
+    {"NothingInTheBeam", [](auto&, auto& seen) {
+       seen.tracker = std::unexpected(drivers::TrackerError{drivers::TrackerFault::NoTarget, "no reflector"});
+     }, "tracker", Level::Fault, "no reflector", "into the beam"},
+    // ---- machine ----
+    {"NoFifo", [](auto&, auto& seen) { seen.machine.fifo_refused = "Operation not permitted"; },
+     "machine", Level::Warning, "no SCHED_FIFO 80: Operation not permitted", "rtprio"},
+    {"NoFifoWhereItIsRequired", [](auto& cell, auto& seen) {
+       cell.stream.realtime = config::RealtimePolicy::Require;
+       seen.machine.fifo_refused = "Operation not permitted";
+     }, "machine", Level::Fault, "no SCHED_FIFO 80", "rtprio"},
+    {"DaemonWithoutFifo", [](auto&, auto& seen) {
+       let_run(seen, {{"scheduling", {{"policy", "SCHED_OTHER"}, {"priority", 0}}}});
+     }, "machine", Level::Warning, "real-time thread runs under SCHED_OTHER 0", "trueposed@CELL.service"},
+    {"DaemonWithFifo", [](auto&, auto& seen) {
+       let_run(seen, {{"scheduling", {{"policy", "SCHED_FIFO"}, {"priority", 80}}}});
+       seen.machine.fifo_refused = "the user's own limit says nothing of the unit's";
+     }, "machine", Level::Ok, "real-time thread runs under SCHED_FIFO 80", ""},
+    {"NoLock", [](auto&, auto& seen) { seen.machine.lock_refused = "Cannot allocate memory"; },
+     "machine", Level::Warning, "may not lock memory", "memlock"},
+    {"Governor", [](auto&, auto& seen) { seen.machine.governors = {"powersave"}; },
+     "machine", Level::Warning, "powersave", "performance"},
+    {"SlowClock", [](auto&, auto& seen) { seen.machine.clocksource = "hpet"; },
+     "machine", Level::Warning, "hpet", "tsc"},
+    {"ClockAdrift", [](auto&, auto& seen) { seen.machine.clock_synchronised = false; },
+     "machine", Level::Warning, "not synchronised", "chrony"},
+    {"LittleRoom", [](auto&, auto& seen) { seen.machine.store_free_bytes = 500'000'000; },
+     "machine", Level::Warning, "500 MB are free", "make room"},
+    {"NoRoom", [](auto&, auto& seen) { seen.machine.store_free_bytes = 1'000'000; },
+     "machine", Level::Fault, "1 MB are free", "make room"},
+};
+// clang-format on
+
+class ADoctor : public testing::TestWithParam<Case> {};
+
+TEST_P(ADoctor, Finds) {
+  config::CellConfig cell = cell_in_a_plant();
+  Observations seen = all_is_well(cell);
+  const Case& one = GetParam();
+  one.provoke(cell, seen);
+  EXPECT_THAT(diagnose("cell.yaml", cell, seen),
+              Contains(AllOf(Field(&Finding::area, one.area), Field(&Finding::level, one.level),
+                             Field(&Finding::finding, HasSubstr(one.finding)),
+                             Field(&Finding::next, HasSubstr(one.next)))));
+}
+
+INSTANTIATE_TEST_SUITE_P(Provoked, ADoctor, testing::ValuesIn(kCases),
+                         [](const auto& one) { return one.param.name; });
+
+TEST(ADoctorOfAHealthyCell, FindsNothingButThatTheDaemonIsNotStarted) {
+  const config::CellConfig cell = cell_in_a_plant();
+  for (const Finding& finding : diagnose("cell.yaml", cell, all_is_well(cell))) {
+    EXPECT_EQ(finding.level, finding.area == "daemon" ? Level::Warning : Level::Ok)
+        << testing::PrintToString(finding);
+    EXPECT_EQ(finding.next.empty(), finding.level == Level::Ok) << testing::PrintToString(finding);
+  }
+}
+
+TEST(DroppingRules, AreThoseForWhatComesInUntilThePortIsLetIn) {
+  const std::string nft =
+      "table inet filter {\n"
+      "  chain output {\n    type filter hook output priority 0; policy drop;\n  }\n"
+      "  chain input {\n    type filter hook input priority 0; policy accept;\n    ip saddr 10.0.0.0/8 drop\n  }\n}\n";
+  EXPECT_THAT(dropping_rules(nft, 49152), testing::ElementsAre("ip saddr 10.0.0.0/8 drop"));
+  EXPECT_THAT(dropping_rules("-P INPUT DROP\n-A INPUT -i lo -j ACCEPT\n", 49152),
+              testing::ElementsAre("-P INPUT DROP"));
+  EXPECT_THAT(dropping_rules("-P INPUT DROP\n-A INPUT -p udp --dport 49152 -j ACCEPT\n", 49152),
+              testing::IsEmpty());
+  EXPECT_THAT(dropping_rules("", 49152), testing::IsEmpty());
+}
+
+TEST(ReadUdp, ReadsAPacketAndRefusesWhatIsNone) {
+  const unsigned char packet[] = {0x45, 0,   0,  31, 0,    0,    0x40, 0,    64, 17, 0, 0, 192, 168, 44, 1,
+                                  192,  168, 44, 10, 0xcb, 0x20, 0xc0, 0x00, 0,  11, 0, 0, 'R', 'o', 'b'};
+  const auto bytes = std::as_bytes(std::span{packet});
+  const auto udp = read_udp(bytes);
+  ASSERT_TRUE(udp);
+  EXPECT_EQ(udp->source, kSource);
+  EXPECT_EQ(udp->target, (drivers::UdpSource{kPc, 49152}));
+  EXPECT_EQ(udp->payload, "Rob");
+  for (std::size_t size = 0; size < 28; ++size) EXPECT_FALSE(read_udp(bytes.first(size))) << size;
+  std::vector<std::byte> tcp{bytes.begin(), bytes.end()};
+  tcp[9] = std::byte{6};
+  EXPECT_FALSE(read_udp(tcp));
+}
+
+}  // namespace
+}  // namespace truepose::tools

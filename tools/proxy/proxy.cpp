@@ -1,0 +1,114 @@
+#include "tools/proxy/proxy.hpp"
+
+#include <algorithm>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <boost/system/system_error.hpp>
+
+#include "tools/proxy/tcp_route.hpp"
+#include "tools/proxy/udp_route.hpp"
+
+namespace truepose::proxy {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+
+namespace {
+
+json::object counters_json(const Counters& counters) {
+  return {{"received", counters.received},     {"bytes", counters.bytes},
+          {"forwarded", counters.forwarded},   {"lost", counters.lost},
+          {"duplicated", counters.duplicated}, {"reordered", counters.reordered},
+          {"truncated", counters.truncated},   {"garbled", counters.garbled}};
+}
+
+/// IPv4, as controllers speak it, but for an IPv6 address in digits. Throws boost::system::system_error for a
+/// host that has no address.
+template <typename InternetProtocol>
+typename InternetProtocol::endpoint resolve(const asio::any_io_executor& executor,
+                                            const config::Endpoint& endpoint) {
+  typename InternetProtocol::resolver resolver{executor};
+  const auto family = endpoint.host.contains(':') ? InternetProtocol::v6() : InternetProtocol::v4();
+  return resolver.resolve(family, endpoint.host, std::to_string(endpoint.port)).begin()->endpoint();
+}
+
+}  // namespace
+
+void Ways::apply(const Command& command) {
+  if (command.to_target) command.apply(to_target.faults);
+  if (command.to_client) command.apply(to_client.faults);
+}
+
+void Ways::tell(json::object& statistics) const {
+  statistics["to_target"] = counters_json(to_target.counters());
+  statistics["to_client"] = counters_json(to_client.counters());
+}
+
+std::expected<RouteOptions, std::string> parse_route(Protocol protocol, std::string_view text) {
+  const std::size_t middle = text.find('=');
+  if (middle == std::string_view::npos)
+    return std::unexpected("expected LISTEN=TARGET, both HOST:PORT, found " + config::in_quotes(text));
+  const auto listen = config::parse_endpoint(text.substr(0, middle), 0);
+  if (!listen) return std::unexpected(listen.error());
+  const auto target = config::parse_endpoint(text.substr(middle + 1));
+  if (!target) return std::unexpected(target.error());
+  return RouteOptions{protocol, *listen, *target};
+}
+
+Proxy::Proxy(asio::any_io_executor executor, std::uint64_t seed)
+    : executor_{std::move(executor)}, seed_{seed}, seeds_{seed}, timer_{executor_} {}
+
+std::expected<std::string, std::string> Proxy::add(const RouteOptions& options) try {
+  using asio::ip::tcp, asio::ip::udp;
+  if (options.protocol == Protocol::Udp) {
+    routes_.push_back(udp_route(executor_, resolve<udp>(executor_, options.listen),
+                                resolve<udp>(executor_, options.target), seeds_));
+  } else {
+    routes_.push_back(tcp_route(executor_, resolve<tcp>(executor_, options.listen),
+                                resolve<tcp>(executor_, options.target), seeds_));
+  }
+  return routes_.back()->listens();
+} catch (const boost::system::system_error& e) {
+  return std::unexpected("route from " + options.listen.host + ":" + std::to_string(options.listen.port) +
+                         " to " + options.target.host + ": " + e.code().message());
+}
+
+json::object Proxy::obey(const Command& command) {
+  bool found = false;
+  for (const auto& route : routes_) {
+    if (!command.route.empty() && command.route != route->listens()) continue;
+    route->apply(command);
+    found = true;
+  }
+  if (!found) return {{"error", "no route listens on " + command.route}};
+  json::object reply{{"ok", true}};
+  if (command.statistics) reply["routes"] = statistics().at("routes");
+  return reply;
+}
+
+void Proxy::follow(const std::vector<Command>& timeline) {
+  timeline_.assign(timeline.begin(), timeline.end());
+  begun_ = asio::steady_timer::clock_type::now();
+  await_next();
+}
+
+void Proxy::await_next() {
+  if (timeline_.empty()) return;
+  timer_.expires_at(begun_ + *timeline_.front().at);
+  timer_.async_wait([this](boost::system::error_code cancelled) {
+    if (cancelled) return;
+    obey(timeline_.front());
+    timeline_.pop_front();
+    await_next();
+  });
+}
+
+json::object Proxy::statistics() const {
+  json::array routes;
+  for (const auto& route : routes_) routes.push_back(route->statistics());
+  return {{"seed", seed_}, {"routes", std::move(routes)}};
+}
+
+}  // namespace truepose::proxy

@@ -1,0 +1,61 @@
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/use_future.hpp>
+
+#include "drivers/kuka/eki_robot.hpp"
+#include "drivers/leica/emscon_tracker.hpp"
+#include "tools/truepose/doctor/probes.hpp"
+
+namespace truepose::tools {
+
+namespace {
+
+namespace asio = boost::asio;
+
+/// Runs one conversation with a device to its end.
+template <typename T>
+T result_of(asio::io_context& io, asio::awaitable<T> conversation) {
+  auto result = asio::co_spawn(io, std::move(conversation), asio::use_future);
+  io.run();
+  return result.get();
+}
+
+using RobotResult = std::expected<RobotObservation, drivers::RobotError>;
+
+asio::awaitable<RobotResult> look_at(drivers::KukaEkiRobot& robot, drivers::TimePoint deadline) {
+  const auto identity = co_await robot.inspect(deadline);
+  if (!identity) co_return std::unexpected(identity.error());
+  const auto state = co_await robot.state(deadline);
+  robot.disconnect();
+  if (!state) co_return std::unexpected(state.error());
+  RobotObservation seen{*identity, *state};
+  co_return seen;
+}
+
+}  // namespace
+
+RobotResult observe_robot(const config::RobotConfig& config) {
+  asio::io_context io;
+  drivers::SteadyClock clock;
+  drivers::KukaEkiRobot robot{io.get_executor(),
+                              clock,
+                              {.host = config.eki_motion.host,
+                               .motion_port = config.eki_motion.port,
+                               .state_port = config.eki_state.port,
+                               .joint_count = static_cast<int>(config.model.joint_count())}};
+  return result_of(io, look_at(robot, clock.now() + kDeviceTime));
+}
+
+std::expected<drivers::TrackerIdentity, drivers::TrackerError> observe_tracker(
+    const config::TrackerConfig& config) {
+  asio::io_context io;
+  drivers::SteadyClock clock;
+  drivers::EmsconTracker tracker{
+      io.get_executor(),
+      clock,
+      {.host = config.address.host, .port = config.address.port, .reflector = config.reflector}};
+  return result_of(io, tracker.inspect(clock.now() + kDeviceTime));
+}
+
+}  // namespace truepose::tools

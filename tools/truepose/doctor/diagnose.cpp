@@ -1,0 +1,85 @@
+#include "tools/truepose/doctor/diagnose.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include "tools/truepose/text.hpp"
+
+namespace truepose::tools {
+
+namespace json = boost::json;
+
+namespace {
+
+Level level_of(daemon::Finding::Level level) {
+  switch (level) {
+    case daemon::Finding::Level::Good:
+      return Level::Ok;
+    case daemon::Finding::Level::Warning:
+      return Level::Warning;
+    case daemon::Finding::Level::Failure:
+      return Level::Fault;
+  }
+  return Level::Fault;
+}
+
+Findings check_findings(const std::string& file, const std::vector<daemon::Finding>& check) {
+  Findings findings;
+  for (const daemon::Finding& one : check) {
+    const Level level = level_of(one.level);
+    findings.push_back(
+        {"cell file", level, one.text,
+         level == Level::Ok ? "" : "mend it, and run: trueposed --config " + file + " --check"});
+  }
+  return findings;
+}
+
+void add(Findings& findings, Findings more) { std::ranges::move(more, std::back_inserter(findings)); }
+
+/// Of the daemon's faults, but those that its stream gives as its reason.
+Findings fault_findings(const json::value& status) {
+  Findings findings;
+  for (const json::value& fault : list_at(status, "/faults")) {
+    const std::string code = string_at(fault, "/code"), text = string_at(fault, "/text");
+    if (text == string_at(status, "/stream/reason")) continue;
+    const Level level = string_at(fault, "/severity") == "warning" ? Level::Warning : Level::Fault;
+    findings.push_back(from_sentence(code == "E_TRACKER" ? "tracker" : "daemon", level, text));
+  }
+  return findings;
+}
+
+}  // namespace
+
+Finding from_sentence(std::string area, Level level, const std::string& sentence) {
+  const std::size_t end = std::max(sentence.rfind(": ") + 1, sentence.rfind("; ") + 1);
+  if (end == 0) return {std::move(area), level, sentence, "run: truepose status"};
+  return {std::move(area), level, sentence.substr(0, end - 1), sentence.substr(end + 1)};
+}
+
+Findings daemon_findings(const std::string& file, const DaemonObservation& daemon) {
+  if (!daemon.unreachable.empty())
+    return {{"daemon", Level::Warning, daemon.unreachable,
+             "start it: systemctl start trueposed@CELL, or trueposed --config " + file}};
+  if (daemon.version != TRUEPOSE_VERSION) {
+    return {{"daemon", Level::Warning,
+             "trueposed runs in version " + daemon.version + ", and this is truepose " TRUEPOSE_VERSION,
+             "restart the daemon: systemctl restart trueposed@CELL"}};
+  }
+  Findings findings{{"daemon", Level::Ok,
+                     "trueposed " + daemon.version + " runs, state " + text_at(daemon.status, "/state"), ""}};
+  add(findings, fault_findings(daemon.status));
+  return findings;
+}
+
+Findings diagnose(const std::string& file, const config::CellConfig& cell, const Observations& seen) {
+  Findings findings = check_findings(file, seen.check);
+  add(findings, daemon_findings(file, seen.daemon));
+  if (find_at(seen.daemon.status, "/stream")) add(findings, stream_findings(cell, seen.daemon.status));
+  add(findings, rsi_findings(cell, seen));
+  add(findings, robot_findings(cell, seen));
+  add(findings, tracker_findings(seen));
+  add(findings, machine_findings(cell, seen));
+  return findings;
+}
+
+}  // namespace truepose::tools

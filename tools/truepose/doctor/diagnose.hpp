@@ -1,0 +1,25 @@
+#pragma once
+
+#include "tools/truepose/doctor/finding.hpp"
+#include "tools/truepose/doctor/observations.hpp"
+
+namespace truepose::tools {
+
+/// What the observations mean, in the order in which to look at it. Pure: no I/O and no clock.
+/// @param file  of the cell, as messages name it
+Findings diagnose(const std::string& file, const config::CellConfig& cell, const Observations& seen);
+
+// ---- Its parts ----
+
+Findings daemon_findings(const std::string& file, const DaemonObservation& daemon);
+/// @param status  of the daemon
+Findings stream_findings(const config::CellConfig& cell, const boost::json::value& status);
+Findings rsi_findings(const config::CellConfig& cell, const Observations& seen);
+Findings robot_findings(const config::CellConfig& cell, const Observations& seen);
+Findings tracker_findings(const Observations& seen);
+Findings machine_findings(const config::CellConfig& cell, const Observations& seen);
+
+/// A sentence of the daemon's as a finding: what is behind its last colon or semicolon is what to do.
+Finding from_sentence(std::string area, Level level, const std::string& sentence);
+
+}  // namespace truepose::tools

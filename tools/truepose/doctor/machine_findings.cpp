@@ -1,0 +1,105 @@
+#include <algorithm>
+
+#include "core/formatted.hpp"
+#include "tools/truepose/doctor/diagnose.hpp"
+#include "tools/truepose/doctor/network.hpp"
+#include "tools/truepose/text.hpp"
+
+namespace truepose::tools {
+
+namespace json = boost::json;
+
+namespace {
+
+constexpr double kMegabyte = 1e6;
+constexpr double kLittle_MB = 1000, kTooLittle_MB = 50;
+
+Finding warning(std::string finding, std::string next) {
+  return {"machine", Level::Warning, std::move(finding), std::move(next)};
+}
+
+constexpr const char* kAsService = "start the daemon as trueposed@CELL.service, which may";
+
+/// As the kernel tells it of the daemon that runs.
+Finding thread_finding(Level level, const json::value& stream) {
+  const std::string policy = string_at(stream, "/scheduling/policy");
+  const std::string runs =
+      "the daemon's real-time thread runs under " + policy + " " + text_at(stream, "/scheduling/priority");
+  if (policy == "SCHED_FIFO") return {"machine", Level::Ok, runs, ""};
+  return {"machine", level, runs, kAsService};
+}
+
+/// What the unit raises for the daemon, somebody who starts it by hand has to raise himself.
+Findings limit_findings(Level level, const config::StreamConfig& stream, const MachineObservation& machine) {
+  const std::string fifo = "SCHED_FIFO " + std::to_string(stream.priority);
+  Findings findings;
+  if (!machine.fifo_refused.empty())
+    findings.push_back({"machine", level, "this user gets no " + fifo + ": " + machine.fifo_refused,
+                        std::string{kAsService} + ", or raise the limit rtprio (ulimit -r)"});
+  if (!machine.lock_refused.empty())
+    findings.push_back({"machine", level, "this user may not lock memory: " + machine.lock_refused,
+                        std::string{kAsService} + ", or raise the limit memlock (ulimit -l)"});
+  if (findings.empty())
+    findings.push_back({"machine", Level::Ok, fifo + " and locked memory can be had", ""});
+  return findings;
+}
+
+Findings realtime_findings(const config::StreamConfig& stream, const Observations& seen) {
+  if (stream.realtime == config::RealtimePolicy::Off) return {};
+  const Level level = stream.realtime == config::RealtimePolicy::Require ? Level::Fault : Level::Warning;
+  const json::value* const running = find_at(seen.daemon.status, "/stream");
+  if (running && find_at(*running, "/scheduling")) return {thread_finding(level, *running)};
+  return limit_findings(level, stream, seen.machine);
+}
+
+/// What this PC was prepared with.
+Finding kernel_finding(const MachineObservation& machine) {
+  return {"machine", Level::Ok,
+          std::string{"the kernel is "} + (machine.preempt_rt ? "" : "not ") +
+              "PREEMPT_RT; isolated processors: " + (machine.isolated.empty() ? "none" : machine.isolated),
+          ""};
+}
+
+Findings clock_findings(const MachineObservation& machine) {
+  Findings findings;
+  if (!machine.clocksource.empty() && machine.clocksource != "tsc" && !machine.clocksource.starts_with("kvm"))
+    findings.push_back(warning("the clock of this PC is " + machine.clocksource + ", which is slow to read",
+                               "look why the kernel gave up the tsc: dmesg | grep -i tsc"));
+  if (!machine.clock_synchronised)
+    findings.push_back(
+        warning("the clock of this PC is not synchronised: times in store and log may be wrong",
+                "switch on chrony or systemd-timesyncd"));
+  return findings;
+}
+
+Findings governor_findings(const MachineObservation& machine) {
+  Findings findings;
+  for (const std::string& governor : machine.governors) {
+    if (governor != "performance")
+      findings.push_back(warning("processors run by the governor \"" + governor + "\", which wakes them late",
+                                 "cpupower frequency-set -g performance"));
+  }
+  return findings;
+}
+
+Findings disk_findings(const config::CellConfig& cell, const MachineObservation& machine) {
+  if (!machine.store_free_bytes) return {};
+  const double free_MB = static_cast<double>(*machine.store_free_bytes) / kMegabyte;
+  const std::string finding = formatted("%.0f MB are free for ", free_MB) + cell.store.string();
+  if (free_MB >= kLittle_MB) return {{"machine", Level::Ok, finding, ""}};
+  return {{"machine", free_MB < kTooLittle_MB ? Level::Fault : Level::Warning, finding,
+           "make room on that disk"}};
+}
+
+}  // namespace
+
+Findings machine_findings(const config::CellConfig& cell, const Observations& seen) {
+  Findings findings{{"machine", Level::Ok, "its addresses: " + addresses_text(seen.interfaces), ""}};
+  for (const Findings& part :
+       {realtime_findings(cell.stream, seen), Findings{kernel_finding(seen.machine)},
+        governor_findings(seen.machine), clock_findings(seen.machine), disk_findings(cell, seen.machine)})
+    findings.insert(findings.end(), part.begin(), part.end());
+  return findings;
+}
+
+}  // namespace truepose::tools

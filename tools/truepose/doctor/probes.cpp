@@ -1,0 +1,76 @@
+#include "tools/truepose/doctor/probes.hpp"
+
+#include <boost/json/object.hpp>
+#include <future>
+
+#include "config/text_file.hpp"
+#include "tools/truepose/online/rpc_client.hpp"
+#include "tools/truepose/text.hpp"
+
+namespace truepose::tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace json = boost::json;
+
+constexpr std::chrono::seconds kAnswer{3};
+
+/// Where the cell's daemon listens.
+std::string daemon_of(const config::CellConfig& cell) {
+  const fs::path socket = cell.runtime / "control.sock";
+  std::error_code none;
+  const bool tcp = cell.control.listen.port != 0;
+  if (!cell.runtime.empty() && (!tcp || fs::is_socket(socket, none))) return fs::absolute(socket);
+  return cell.control.listen.host + ":" + std::to_string(cell.control.listen.port);
+}
+
+std::optional<rsi::EthernetConfig> ethernet_of(const config::StreamConfig& stream) try {
+  auto ethernet = rsi::parse_ethernet_config(config::read_text_file(stream.ethernet_xml));
+  return ethernet ? std::optional{*std::move(ethernet)} : std::nullopt;
+} catch (const config::ConfigError&) {
+  return std::nullopt;  // the cell file's check says why
+}
+
+/// A device that the daemon talks to is left to it, and the controller of an armed stream to its own program.
+bool may_be_asked(const json::value& status, const std::string& device) {
+  return !is_true_at(status, "/" + device + "/connected") && !is_true_at(status, "/stream/armed");
+}
+
+}  // namespace
+
+DaemonObservation observe_daemon(const std::string& cell, const std::string& daemon,
+                                 const fs::path& token_file) {
+  auto client = RpcClient::connect(daemon, token_file);
+  if (!client) return {.unreachable = client.error().message};
+  const auto info = client->call("system.info", {}, kAnswer);
+  if (!info) return {.unreachable = info.error().message};
+  auto status = client->call("cell.status", {}, kAnswer);
+  if (!status) return {.unreachable = status.error().message};
+  if (const std::string other = string_at(*status, "/cell"); other != cell)
+    return {.unreachable = "the daemon at " + daemon + " is that of cell " + other + ", not of " + cell};
+  return {.version = string_at(*info, "/version"), .status = *std::move(status)};
+}
+
+Observations observe(const config::CellConfig& cell, const std::string& daemon, const fs::path& token_file) {
+  Observations seen{.check = daemon::check(cell),
+                    .ethernet = ethernet_of(cell.stream),
+                    .interfaces = observe_interfaces(),
+                    .daemon = observe_daemon(cell.name, daemon.empty() ? daemon_of(cell) : daemon,
+                                             token_file.empty() ? cell.control.token_file : token_file)};
+  const bool runs = seen.daemon.unreachable.empty();
+  const auto aside = [](auto probe) { return std::async(std::launch::async, probe); };
+  auto rsi = aside([&] { return observe_rsi(cell.stream, runs); });
+  std::future<decltype(observe_robot(cell.robot))> robot;
+  std::future<decltype(observe_tracker(cell.tracker))> tracker;
+  if (may_be_asked(seen.daemon.status, "robot")) robot = aside([&] { return observe_robot(cell.robot); });
+  if (may_be_asked(seen.daemon.status, "tracker"))
+    tracker = aside([&] { return observe_tracker(cell.tracker); });
+  seen.machine = observe_machine(cell);
+  if (robot.valid()) seen.robot = robot.get();
+  if (tracker.valid()) seen.tracker = tracker.get();
+  seen.rsi = rsi.get();
+  return seen;
+}
+
+}  // namespace truepose::tools

@@ -1,0 +1,236 @@
+#include <algorithm>
+#include <iterator>
+
+#include "core/formatted.hpp"
+#include "core/math/units.hpp"
+#include "daemon/realtime/stream_checks.hpp"
+#include "daemon/realtime/stream_options.hpp"
+#include "tools/truepose/doctor/diagnose.hpp"
+#include "tools/truepose/doctor/network.hpp"
+#include "tools/truepose/text.hpp"
+
+namespace truepose::tools {
+
+namespace {
+
+constexpr int kLeastDecimals = 4;
+constexpr double kLost = 0.01;  // share of the controller's cycles
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
+}
+
+std::string text_of(const config::Endpoint& endpoint) {
+  return endpoint.host + ":" + std::to_string(endpoint.port);
+}
+
+/// The findings about one sender, beside what all of them need.
+class SenderFindings {
+ public:
+  SenderFindings(const config::CellConfig& cell, const std::optional<rsi::EthernetConfig>& ethernet,
+                 const RsiSender& sender)
+      : cell_{cell}, ethernet_{ethernet}, sender_{sender}, from_{text(sender.source)} {}
+
+  Findings all() {
+    look_at_address();
+    look_at_malformed();
+    if (sender_.frames == 0) return findings_;
+    look_at_names();
+    look_at_decimals();
+    look_at_arm();
+    look_at_limits();
+    look_at_losses();
+    if (findings_.empty())
+      say(Level::Ok,
+          from_ + " sends good frames every " + formatted("%.2f ms", sender_.cycle_ms().value_or(0)), "");
+    return findings_;
+  }
+
+ private:
+  void say(Level level, std::string finding, std::string next) {
+    findings_.push_back({"rsi", level, std::move(finding), std::move(next)});
+  }
+
+  std::string load_ours() const {
+    return "load " + cell_.stream.ethernet_xml.string() +
+           " on the controller, and start its RSI program anew";
+  }
+
+  void look_at_address() {
+    const auto peer = drivers::ipv4_of(cell_.robot.rsi_peer);
+    if (!peer || *peer == sender_.source.address) return;
+    say(Level::Fault,
+        "packets come from " + from_ + ", and the controller is expected at " + cell_.robot.rsi_peer +
+            " (robot.rsi_peer): the daemon drops them",
+        "give the controller's address in the RSI network as robot.rsi_peer, or stop that sender");
+  }
+
+  void look_at_malformed() {
+    if (sender_.malformed == 0) return;
+    say(sender_.frames == 0 ? Level::Fault : Level::Warning,
+        "packets of " + from_ + " cannot be understood (" + std::to_string(sender_.malformed) +
+            " so far): " + sender_.why_malformed,
+        load_ours());
+  }
+
+  void look_at_names() {
+    if (!ethernet_) return;
+    const rsi::NameDifference names = compare_names(sender_.elements, *ethernet_);
+    if (names == rsi::NameDifference{}) return;
+    std::string finding = from_ + " sends other elements than the ethernet configuration says";
+    if (!names.unknown.empty()) finding += "; not in it: " + listed(names.unknown);
+    if (!names.missing.empty()) finding += "; not sent: " + listed(names.missing);
+    say(names.missing.empty() ? Level::Warning : Level::Fault, finding, load_ours());
+  }
+
+  void look_at_decimals() {
+    if (sender_.elements.decimals >= kLeastDecimals) return;
+    say(Level::Warning,
+        from_ + " sends with Precision " + std::to_string(sender_.elements.decimals) +
+            ": the axes are rounded",
+        "set Precision of the ETHERNET object in the RSI context to " + std::to_string(kLeastDecimals));
+  }
+
+  /// As the stream will judge it.
+  void look_at_arm() {
+    daemon::ArmCheck check{cell_.robot.model, cell_.stream.cycle, cell_.robot.max_fk_deviation_mm};
+    for (const auto& found : {check.cycle(sender_.ipoc_step), check.arm(sender_.frame, 0)}) {
+      if (!found) continue;
+      findings_.push_back(from_sentence("rsi", Level::Fault,
+                                        daemon::reason({.fault = found->fault, .detail = found->detail})));
+    }
+  }
+
+  void look_at_limits() {
+    const auto& axes = sender_.frame.aipos_rad;
+    const auto& joints = cell_.robot.model.joints;
+    if (!axes) return;
+    for (std::size_t i = 0; i < std::min(axes->size(), joints.size()); ++i) {
+      const double q = (*axes)[i];
+      if (q >= joints[i].min && q <= joints[i].max) continue;
+      say(Level::Warning,
+          "A" + std::to_string(i + 1) + " is at " + formatted("%.1f deg", q * kDegPerRad) +
+              ", outside the robot file's " + formatted("%.1f to ", joints[i].min * kDegPerRad) +
+              formatted("%.1f deg", joints[i].max * kDegPerRad),
+          "correct robot.file: it is another arm's, or its limits are not the controller's");
+    }
+  }
+
+  void look_at_losses() {
+    if (sender_.ipoc_step == 0) return;
+    const auto cycles = static_cast<double>((sender_.ipoc - sender_.ipoc_begin) / sender_.ipoc_step + 1);
+    const double lost = 1 - static_cast<double>(sender_.frames) / cycles;
+    if (lost < kLost) return;
+    say(Level::Warning, formatted("%.1f %% of the packets of ", 100 * lost) + from_ + " did not arrive",
+        "look at cable, switch and other traffic of the RSI network");
+  }
+
+  const config::CellConfig& cell_;
+  const std::optional<rsi::EthernetConfig>& ethernet_;
+  const RsiSender& sender_;
+  std::string from_;
+  Findings findings_;
+};
+
+// ---- Nothing could come ----
+
+Finding not_bound(const Observations& seen) {
+  const std::string next =
+      seen.rsi.taken
+          ? "end that process; if it is trueposed itself, run truepose doctor as a user whom it lets in"
+          : "this PC has " + addresses_text(seen.interfaces) + ": make stream.listen one of them";
+  return {"rsi", Level::Fault, seen.rsi.not_bound, next};
+}
+
+// ---- Nothing came ----
+
+Finding elsewhere(const config::CellConfig& cell, const SeenStream& stream) {
+  const std::string listen = text_of(cell.stream.listen);
+  const std::string sends = text(stream.source) + " sends RSI packets to " + text(stream.target);
+  const bool address = drivers::ipv4_of(cell.stream.listen.host) == stream.target.address ||
+                       cell.stream.listen.host == "0.0.0.0";
+  if (address && stream.target.port == cell.stream.listen.port)
+    return {
+        "rsi", Level::Fault, sends + ", and they do not come through: a firewall of this PC drops them",
+        "let UDP port " + std::to_string(stream.target.port) + " in: nft list ruleset shows what drops it"};
+  // Others may be controllers of other cells, whose daemons are down.
+  const bool ours = drivers::ipv4_of(cell.robot.rsi_peer) == stream.source.address;
+  return {"rsi", ours ? Level::Fault : Level::Warning, sends + ", but stream.listen is " + listen,
+          "make IP_NUMBER and PORT of the configuration on the controller " + listen + ", or stream.listen " +
+              text(stream.target)};
+}
+
+const Interface* interface_of(const std::vector<Interface>& interfaces, std::uint32_t address) {
+  const auto found = std::ranges::find(interfaces, address, &Interface::address);
+  return found == interfaces.end() ? nullptr : &*found;
+}
+
+/// Cable and network of the card that listens.
+Findings card_findings(const config::CellConfig& cell, const std::vector<Interface>& interfaces) {
+  const auto listen = drivers::ipv4_of(cell.stream.listen.host), peer = drivers::ipv4_of(cell.robot.rsi_peer);
+  const Interface* card = listen ? interface_of(interfaces, *listen) : nullptr;
+  if (!card) return {};
+  if (!card->up)
+    return {{"rsi", Level::Fault, card->name + ", which has " + cell.stream.listen.host + ", is switched off",
+             "switch it on: ip link set " + card->name + " up"}};
+  if (!card->running)
+    return {{"rsi", Level::Fault, card->name + ", which has " + cell.stream.listen.host + ", has no link",
+             "plug in the cable to the controller's RSI network"}};
+  if (peer && (*peer & card->mask) != (card->address & card->mask))
+    return {{"rsi", Level::Fault,
+             "robot.rsi_peer " + cell.robot.rsi_peer + " is not in the network of " + card->name + ", " +
+                 network_text(*card),
+             "give controller and PC addresses in one RSI network, which is not the controller's other one"}};
+  return {};
+}
+
+/// Whether the controller is there, and only no program has RSI open.
+bool controller_answers(const Observations& seen) {
+  return (seen.robot && seen.robot->has_value()) || is_true_at(seen.daemon.status, "/robot/connected");
+}
+
+Finding silence_finding(const config::CellConfig& cell, const Observations& seen) {
+  std::string finding = "no RSI packet came to " + text_of(cell.stream.listen);
+  if (!seen.rsi.seen && seen.rsi.unclaimed > 0)
+    finding += "; " + std::to_string(seen.rsi.unclaimed) +
+               " UDP packets came to ports that nobody has: as root, truepose doctor tells which";
+  return {"rsi", controller_answers(seen) ? Level::Warning : Level::Fault, finding,
+          "start the program on the controller: it must have come to RSI_ON; where the pendant shows "
+          "RSITimeout it has, and IP_NUMBER or PORT there, or the controller's RSI network, are others"};
+}
+
+Findings nothing_came(const config::CellConfig& cell, const Observations& seen) {
+  Findings findings{silence_finding(cell, seen)};
+  for (const SeenStream& stream : seen.rsi.seen.value_or(std::vector<SeenStream>{}))
+    findings.push_back(elsewhere(cell, stream));
+  std::ranges::move(card_findings(cell, seen.interfaces), std::back_inserter(findings));
+  for (const std::string& rule : dropping_rules(seen.rsi.firewall.value_or(""), cell.stream.listen.port)) {
+    findings.push_back({"rsi", Level::Warning, "the firewall of this PC has \"" + rule + "\"",
+                        "let UDP port " + std::to_string(cell.stream.listen.port) + " in"});
+  }
+  return findings;
+}
+
+/// Whether packets come through: to the daemon, or to us where it does not run.
+bool is_heard(const Observations& seen) {
+  if (!seen.daemon.unreachable.empty()) return !seen.rsi.senders.empty();
+  const auto* age = find_at(seen.daemon.status, "/stream/packet_age_ms");
+  const bool fresh =
+      age && age->is_number() && age->to_number<double>() < static_cast<double>(daemon::kSilence.count());
+  return fresh || !string_at(seen.daemon.status, "/stream/refused").empty();
+}
+
+}  // namespace
+
+Findings rsi_findings(const config::CellConfig& cell, const Observations& seen) {
+  if (!seen.rsi.not_bound.empty()) return {not_bound(seen)};
+  if (!is_heard(seen)) return nothing_came(cell, seen);
+  Findings findings;
+  for (const RsiSender& sender : seen.rsi.senders)
+    std::ranges::move(SenderFindings{cell, seen.ethernet, sender}.all(), std::back_inserter(findings));
+  return findings;
+}
+
+}  // namespace truepose::tools

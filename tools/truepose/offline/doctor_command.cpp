@@ -1,0 +1,77 @@
+#include <algorithm>
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <memory>
+
+#include "config/cell_config.hpp"
+#include "core/named.hpp"
+#include "proto/control/json_text.hpp"
+#include "tools/truepose/doctor/diagnose.hpp"
+#include "tools/truepose/doctor/probes.hpp"
+#include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/online/online_commands.hpp"
+#include "tools/truepose/text.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::array kLevels{Named<Level>{"ok", Level::Ok}, Named<Level>{"warning", Level::Warning},
+                             Named<Level>{"fault", Level::Fault}};
+
+struct DoctorCommand {
+  std::string cell_file;
+  OnlineOptions online;
+};
+
+json::array findings_json(const Findings& findings) {
+  json::array all;
+  for (const Finding& one : findings) {
+    all.push_back(json::object{{"area", one.area},
+                               {"level", name_of(kLevels, one.level)},
+                               {"finding", one.finding},
+                               {"next", one.next}});
+  }
+  return all;
+}
+
+std::string findings_text(const Findings& findings) {
+  std::vector<Cells> rows;
+  for (const Finding& one : findings) {
+    const std::string next = one.next.empty() ? "" : "; next: " + one.next;
+    rows.push_back({std::string{name_of(kLevels, one.level)}, one.area, one.finding + next});
+  }
+  return text_table(rows);
+}
+
+int run_doctor(const DoctorCommand& command) {
+  const config::CellConfig cell = config::load_cell(command.cell_file);
+  const Observations seen = observe(cell, command.online.daemon, command.online.token_file);
+  const Findings findings = diagnose(command.cell_file, cell, seen);
+  print(command.online.json ? control::json_text(findings_json(findings)) + "\n" : findings_text(findings));
+  const bool fault = std::ranges::any_of(findings, [](const Finding& f) { return f.level == Level::Fault; });
+  return fault ? kFailed : kDone;
+}
+
+}  // namespace
+
+Command doctor_command() {
+  const auto command = std::make_shared<DoctorCommand>();
+  DoctorCommand& c = *command;
+  return {
+      .name = "doctor",
+      .help =
+          "Why nothing moves: looks at cell file, daemon, RSI, robot, tracker and this PC, and changes nothing",
+      .options = {Option("--cell", &c.cell_file, "Cell file", {.required = true}),
+                  Option("--daemon", &c.online.daemon,
+                         "HOST:PORT of the daemon, or the path of its control socket; default: the cell's"),
+                  Option("--token-file", &c.online.token_file,
+                         "file with the daemon's token, for HOST:PORT; default: the cell's",
+                         {.environment = "TRUEPOSE_TOKEN_FILE"}),
+                  Option("--json", &c.online.json,
+                         "Print one JSON document: a list of {area, level, finding, next}")},
+      .run = [command] { return run_doctor(*command); }};
+}
+
+}  // namespace truepose::tools
