@@ -8,6 +8,7 @@
 
 #include "config/csv_reader.hpp"
 #include "config/number_text.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose::config {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 constexpr std::size_t kMostSamples =
     60'000;  // 20 minutes; a report carries them in one array of at most 65,536
 constexpr std::size_t kMostPrograms = 20;
-constexpr double kFarthest_mm = 100'000;  // beyond is a slip of unit or of a digit
+constexpr int kFarthest_mm = 100'000, kGreatest_deg = 360;  // beyond is a slip of unit or of a digit
 
 class PathColumns {
  public:
@@ -25,17 +26,20 @@ class PathColumns {
         program_(table.column("program")),
         point_(table.column("point")),
         gain_(table.column("gain_percent")),
-        wanted_(position("wanted")),
-        with_(position("with")),
-        without_(position("without")) {}
+        flange_(columns_of({"flange_x_mm", "flange_y_mm", "flange_z_mm"})),
+        abc_(columns_of({"flange_a_deg", "flange_b_deg", "flange_c_deg"})),
+        with_(columns_of({"with_x_mm", "with_y_mm", "with_z_mm"})),
+        without_(columns_of({"without_x_mm", "without_y_mm", "without_z_mm"})) {}
 
-  PathSample at(std::size_t row) const {
+  PathSample at(std::size_t row, const Eigen::Isometry3d& X_BW, const Eigen::Vector3d& p_FS_mm) const {
+    const Eigen::Isometry3d X_BF =
+        pose_from_kuka(numbers(row, flange_, kFarthest_mm), numbers(row, abc_, kGreatest_deg));
     return {.time_s = time_s(row),
             .at_point = at_point(row),
             .gain_percent = gain_percent(row),
-            .wanted_mm = position_mm(row, wanted_),
-            .with_mm = position_mm(row, with_),
-            .without_mm = position_mm(row, without_)};
+            .wanted_mm = X_BF * p_FS_mm,
+            .with_mm = X_BW * numbers(row, with_, kFarthest_mm),
+            .without_mm = X_BW * numbers(row, without_, kFarthest_mm)};
   }
 
   void add_program(std::size_t row, std::vector<std::string>& names) const {
@@ -48,10 +52,10 @@ class PathColumns {
   }
 
  private:
-  using Position = std::array<std::size_t, 3>;
+  using Columns = std::array<std::size_t, 3>;
 
-  Position position(const std::string& name) const {
-    return {table_.column(name + "_x_mm"), table_.column(name + "_y_mm"), table_.column(name + "_z_mm")};
+  Columns columns_of(const std::array<const char*, 3>& names) const {
+    return {table_.column(names[0]), table_.column(names[1]), table_.column(names[2])};
   }
 
   [[noreturn]] void fail(std::size_t row, std::size_t column, const std::string& expected) const {
@@ -77,33 +81,36 @@ class PathColumns {
     return gain;
   }
 
-  Eigen::Vector3d position_mm(std::size_t row, const Position& columns) const {
-    Eigen::Vector3d p_mm;
+  Eigen::Vector3d numbers(std::size_t row, const Columns& columns, int greatest) const {
+    Eigen::Vector3d v;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double mm = table_.number(row, columns[k]);
-      if (std::abs(mm) > kFarthest_mm) fail(row, columns[k], "-100000..100000 mm");
-      p_mm[static_cast<Eigen::Index>(k)] = mm;
+      const double number = table_.number(row, columns[k]);
+      if (std::abs(number) > greatest)
+        fail(row, columns[k], "-" + std::to_string(greatest) + ".." + std::to_string(greatest));
+      v[static_cast<Eigen::Index>(k)] = number;
     }
-    return p_mm;
+    return v;
   }
 
   const CsvTable& table_;
   std::size_t time_, program_, point_, gain_;
-  Position wanted_, with_, without_;
+  Columns flange_, abc_, with_, without_;
 };
 
 }  // namespace
 
-ProductionPath load_production_path(const std::filesystem::path& file) {
+ProductionPath load_production_path(const std::filesystem::path& file, const Eigen::Isometry3d& X_WB,
+                                    const Eigen::Vector3d& p_FS_mm) {
   const CsvTable table = CsvTable::read(file);
   const PathColumns columns(table);
   if (table.row_count() > kMostSamples)
     table.fail("more than " + std::to_string(kMostSamples) +
                " rows of data, 20 minutes: record a shorter time");
+  const Eigen::Isometry3d X_BW = X_WB.inverse();
   ProductionPath path;
   std::vector<std::string> programs;
   for (std::size_t row = 0; row < table.row_count(); ++row) {
-    path.samples.push_back(columns.at(row));
+    path.samples.push_back(columns.at(row, X_BW, p_FS_mm));
     columns.add_program(row, programs);
   }
   for (const std::string& name : programs) path.program += (path.program.empty() ? "" : ", ") + name;

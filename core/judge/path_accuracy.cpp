@@ -17,6 +17,10 @@ constexpr std::size_t kSteps = 16;
 
 using Points = std::vector<Eigen::Vector3d>;
 
+bool is_same_place(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return (a - b).norm() <= kStands_mm;
+}
+
 /// Source: Catmull, Rom, A class of local interpolating splines (1974).
 Eigen::Vector3d catmull_rom(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                             const Eigen::Vector3d& d, double t) {
@@ -82,7 +86,7 @@ class WantedPath {
 
   /// Where the arm stands, there is one vertex, so that the window is of motion.
   static void add(Points& piece, const Eigen::Vector3d& p) {
-    if (piece.empty() || (p - piece.back()).norm() > kStands_mm) piece.push_back(p);
+    if (piece.empty() || !is_same_place(p, piece.back())) piece.push_back(p);
   }
 
   std::vector<Points> pieces_, curves_;
@@ -122,11 +126,25 @@ std::vector<SampleErrors> sample_errors(std::span<const PathSample> samples) {
     const PathSample& sample = samples[i];
     const auto error_of = [&](const Eigen::Vector3d& p) {
       const Eigen::Vector3d place = sample.at_point ? sample.wanted_mm : path.nearest(i, p);
-      return TcpError{place, p - place};
+      return PathError{place, p - place};
     };
     errors.push_back({error_of(sample.with_mm), error_of(sample.without_mm)});
   }
   return errors;
+}
+
+std::vector<PathSample> partly_corrected_points(std::span<const PathSample> samples) {
+  std::vector<PathSample> points;
+  for (auto point = samples.begin(); point != samples.end(); ++point) {
+    if (!point->at_point) continue;
+    const auto left_or_corrected = std::find_if(point, samples.end(), [point](const PathSample& sample) {
+      return sample.corrected() || !is_same_place(sample.wanted_mm, point->wanted_mm);
+    });
+    const bool corrected =
+        left_or_corrected != samples.end() && is_same_place(left_or_corrected->wanted_mm, point->wanted_mm);
+    if (!corrected) points.push_back(*point);
+  }
+  return points;
 }
 
 bool PathAccuracy::refuted() const {
@@ -136,9 +154,8 @@ bool PathAccuracy::refuted() const {
 
 PathAccuracy path_accuracy(std::span<const PathSample> samples) {
   const std::vector<SampleErrors> errors = sample_errors(samples);
-  const auto partly = std::ranges::count_if(
-      samples, [](const PathSample& sample) { return sample.at_point && !sample.corrected(); });
-  return {compare(samples, errors, true), static_cast<int>(partly), compare(samples, errors, false)};
+  return {compare(samples, errors, true), static_cast<int>(partly_corrected_points(samples).size()),
+          compare(samples, errors, false)};
 }
 
 }  // namespace truepose

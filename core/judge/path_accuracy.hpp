@@ -10,7 +10,7 @@
 
 namespace truepose {
 
-/// Where the TCP was at one time of a production program, mm in the robot's base frame.
+/// Where the reflector was at one time of a production program, mm in the robot's base frame.
 struct PathSample {
   double time_s = 0;
   bool at_point = false;    ///< the program stands at one of its points, settled
@@ -31,17 +31,21 @@ struct ProductionPath {
 /// Whether the arm went on from one sample to the next: no time is missing between them.
 bool goes_on(const PathSample& from, const PathSample& to);
 
-/// Where a TCP should have been, and how far it was from there, mm.
-struct TcpError {
+/// Where the reflector should have been, and how far it was from there, mm.
+struct PathError {
   Eigen::Vector3d place_mm{0, 0, 0}, error_mm{0, 0, 0};
 };
 struct SampleErrors {
-  TcpError with, without;
+  PathError with, without;
 };
 
 /// The error of each sample: at a point from the wanted position, along the path from the nearest place on
 /// the wanted path within half a second of motion, so that the time by which drives lag is no error.
 std::vector<SampleErrors> sample_errors(std::span<const PathSample> samples);
+
+/// The points that the program left before all of the correction was in force; where it waited for that, it
+/// is none.
+std::vector<PathSample> partly_corrected_points(std::span<const PathSample> samples);
 
 /// Lengths of errors, mm; p95: the smallest that 95 % of them do not exceed.
 struct ErrorLengths {
@@ -58,12 +62,12 @@ struct ErrorComparison {
 /// What the correction did for a program, judged where all of it was in force.
 struct PathAccuracy {
   std::optional<ErrorComparison> points;  ///< where any was judged, as below
-  int points_partly_corrected = 0;        ///< not judged
+  int points_partly_corrected = 0;
   std::optional<ErrorComparison> path;
 
   bool judged() const { return points || path; }
-  /// Whether something was judged and the correction did not bring the TCP nearer: by the points, where the
-  /// arm stood, and by the path where no point was judged.
+  /// Whether something was judged and the correction did not bring the reflector nearer: by the points, where
+  /// the arm stood, and by the path where no point was judged.
   bool refuted() const;
 };
 PathAccuracy path_accuracy(std::span<const PathSample> samples);

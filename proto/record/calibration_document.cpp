@@ -247,9 +247,9 @@ void layout(auto& io, Is<PathSample> auto& x) {
   io("time_s", x.time_s);
   io("point", x.at_point);
   io("gain_percent", x.gain_percent, Range{kAny.min, 100});
-  io("wanted", x.wanted_mm, kMm);
-  io("with", x.with_mm, kMm);
-  io("without", x.without_mm, kMm);
+  io("wanted", x.wanted_mm);
+  io("with", x.with_mm);
+  io("without", x.without_mm);
 }
 void layout(auto& io, Is<Production> auto& x) {
   io("program", x.path.program);

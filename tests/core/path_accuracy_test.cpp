@@ -125,6 +125,15 @@ TEST(PathAccuracy, CountsNoErrorAlongThePathWhereTheArmStandsForLong) {
   EXPECT_NEAR(path_accuracy(samples).path->with.max, 0.1, 1e-9);
 }
 
+TEST(PathAccuracy, CountsNoPointAsPartlyCorrectedWhereTheProgramWaitsForTheCorrection) {
+  std::vector<PathSample> samples{point_at(1, 1, 1, 0), point_at(1, 1, 1, 60), point_at(2, 1, 1)};
+  EXPECT_EQ(path_accuracy(samples).points_partly_corrected, 2) << "it goes on at 60 %";
+  samples[1].gain_percent = 100;
+  EXPECT_EQ(path_accuracy(samples).points_partly_corrected, 0);
+  samples.push_back(point_at(3, 1, 1, 60));
+  EXPECT_EQ(path_accuracy(samples).points_partly_corrected, 1) << "it ends there";
+}
+
 TEST(PathAccuracy, IsRefutedByThePointsAndByThePathWhereThereAreNone) {
   std::vector<PathSample> samples{point_at(1, 2, 1)};
   EXPECT_TRUE(path_accuracy(samples).refuted());

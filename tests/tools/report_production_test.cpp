@@ -68,9 +68,10 @@ TEST(ReportProduction, ShowsTheErrorsAtThePointsAndAlongThePathWithTheCorrection
                                 "With the correction|0.150|0.200|0.200|10|", "Along the path: 121 samples|",
                                 "Without the correction|1.500|1.500|1.500||",
                                 "With the correction|0.050|0.050|0.050|30|"));
-  EXPECT_EQ(text_of(section.select_node("p[@class='verdict use']").node()),
-            "At 2 points of GLUING the TCP was on average 0.150 mm from where it was wanted, and 1.500 mm "
-            "without the correction: 10 times nearer.");
+  EXPECT_EQ(
+      text_of(section.select_node("p[@class='verdict use']").node()),
+      "At 2 points of GLUING the reflector was on average 0.150 mm from where it was wanted, and 1.500 mm "
+      "without the correction: 10 times nearer.");
 }
 
 TEST(ReportProduction, HasNoSectionWhereNoProgramWasRecorded) {
@@ -119,7 +120,7 @@ TEST(ReportProduction, MarksThePointsByTheirErrorsAndThoseThatAreNotJudged) {
   for (const pugi::xpath_node& label :
        page.select_nodes("//svg[@aria-label='With the correction']/circle/title"))
     labels.push_back(text_of(label.node()));
-  EXPECT_THAT(labels, ElementsAre("Point 1: 0.100 mm", "Point 2: passed while it was ramped, not judged"));
+  EXPECT_THAT(labels, ElementsAre("Point 1: 0.100 mm", "Point 2, while it was ramped: not judged"));
 }
 
 TEST(ReportProduction, InterruptsThePathWhereTimeIsMissingOrTheCorrectionWas) {
@@ -138,6 +139,7 @@ TEST(ReportProduction, SaysWhyPointsHadNotAllOfTheCorrection) {
   ProductionPath path = sample_path();
   for (const double gain_percent : {99.0, -1.0, -1.0, -2.0, -3.0}) {
     path.samples.push_back(path.samples.back());
+    path.samples.back().wanted_mm.x() += 1;
     path.samples.back().gain_percent = gain_percent;
   }
   const Verdict verdict = verdict_on(path);
@@ -169,7 +171,7 @@ TEST(ReportProduction, IsNoGreenerThanWhatWasMeasured) {
     if (!sample.at_point) sample.with_mm.z() += 2;
   });
   EXPECT_EQ(verdict_on(path_worse).kind, Caution);
-  EXPECT_THAT(verdict_on(path_worse).sentence, HasSubstr("along the path the TCP is no nearer"));
+  EXPECT_THAT(verdict_on(path_worse).sentence, HasSubstr("along the path the reflector is no nearer"));
 
   const ProductionPath no_points = changed([](PathSample& sample) { sample.at_point = false; });
   EXPECT_EQ(verdict_on(no_points).kind, Caution);
@@ -187,7 +189,7 @@ TEST(ReportProduction, RefusesTheModelWhereTheCorrectionBringsTheTcpNoNearer) {
   const Verdict verdict = verdict_of(read_document(document));
   EXPECT_EQ(verdict.kind, Verdict::Kind::Refuse);
   EXPECT_THAT(verdict.sentence, HasSubstr("Do not correct GLUING by this model"));
-  EXPECT_EQ(why_unusable(document), "in production (GLUING) the correction brings the TCP no nearer");
+  EXPECT_EQ(why_unusable(document), "in production (GLUING) the correction brings the arm no nearer");
   EXPECT_THAT(render_text(document), HasSubstr("\nProduction: Do not correct GLUING"));
   EXPECT_THAT(why_unusable(document_of(sample_path())), IsEmpty());
 }
@@ -217,7 +219,7 @@ TEST(ReportProduction, TakesAProgramsNameForText) {
   EXPECT_EQ(text_of(parsed(html).select_node(kSectionOfProgram).node().child("h2")),
             "Production program <A> & \"B\"");
   EXPECT_THAT(html, Not(HasSubstr("<A>")));
-  EXPECT_THAT(downloads_of(html)["path.csv"], HasSubstr("\n0,\"<A> & \"\"B\"\"\",0,100,1000,0,500,"));
+  EXPECT_THAT(downloads_of(html)["production.csv"], HasSubstr("\n0,\"<A> & \"\"B\"\"\",0,100,1000,0,500,"));
 }
 
 }  // namespace

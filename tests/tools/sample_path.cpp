@@ -1,6 +1,7 @@
 #include "tests/tools/sample_path.hpp"
 
 #include <algorithm>
+#include <sstream>
 
 namespace truepose::report {
 namespace {
@@ -30,6 +31,26 @@ ProductionPath sample_path() {
     if (k == 120) add(k, true, sample_place(k) + Eigen::Vector3d{0, 0, 0.2}, 1);
   }
   return path;
+}
+
+std::string path_file_of(const ProductionPath& path, const Eigen::Isometry3d& X_WB,
+                         const Eigen::Vector3d& p_FS_mm) {
+  std::ostringstream rows;
+  rows.precision(12);
+  rows << "time_s,program,point,gain_percent,flange_x_mm,flange_y_mm,flange_z_mm,flange_a_deg,flange_b_deg,"
+          "flange_c_deg,with_x_mm,with_y_mm,with_z_mm,without_x_mm,without_y_mm,without_z_mm\n";
+  const auto add = [&rows](const Eigen::Vector3d& p) {
+    rows << ',' << p.x() << ',' << p.y() << ',' << p.z();
+  };
+  for (const PathSample& sample : path.samples) {
+    rows << sample.time_s << ',' << path.program << ',' << sample.at_point << ',' << sample.gain_percent;
+    add(sample.wanted_mm - p_FS_mm);
+    add({0, 0, 0});
+    add(X_WB * sample.with_mm);
+    add(X_WB * sample.without_mm);
+    rows << '\n';
+  }
+  return rows.str();
 }
 
 }  // namespace truepose::report

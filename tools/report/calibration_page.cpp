@@ -50,8 +50,8 @@ std::vector<EmbeddedFile> embedded_files(const json::object& document, const Rep
                      "the data sheet's arm, as truepose calibrate --robot reads it"});
   }
   if (read.production) {
-    files.push_back({"path.csv", "text/csv", path_csv(read.production->path),
-                     "where the TCP was in production, as truepose report --path reads it"});
+    files.push_back({"production.csv", "text/csv", production_csv(read.production->path),
+                     "where the reflector was in production, in the robot's base frame"});
   }
   const auto add = [&files](const char* name, const json::object& from, const char* about) {
     files.push_back({name, "application/json", control::json_text(from) + "\n", about});

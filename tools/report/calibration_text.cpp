@@ -136,7 +136,7 @@ std::string why_unusable(const boost::json::object& json) {
   if (document.validate && !document.improved())
     return "on validation poses the calibrated arm is no better than the nominal one";
   if (document.production && document.production->accuracy.refuted())
-    return fmt::format("in production ({}) the correction brings the TCP no nearer",
+    return fmt::format("in production ({}) the correction brings the arm no nearer",
                        document.production->path.program);
   return {};
 }

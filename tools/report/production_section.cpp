@@ -44,9 +44,8 @@ std::string partly_corrected_text(const record::Production& production) {
   const int count = production.accuracy.points_partly_corrected;
   if (count == 0) return {};
   std::vector<std::pair<std::string_view, int>> reasons;
-  for (const PathSample& sample : production.path.samples) {
-    if (!sample.at_point || sample.corrected()) continue;
-    const std::string_view reason = reason_of(sample.gain_percent);
+  for (const PathSample& point : partly_corrected_points(production.path.samples)) {
+    const std::string_view reason = reason_of(point.gain_percent);
     auto known = std::ranges::find(reasons, reason, &std::pair<std::string_view, int>::first);
     if (known == reasons.end()) known = reasons.insert(reasons.end(), {reason, 0});
     ++known->second;
@@ -72,9 +71,9 @@ std::string means_text(const ErrorComparison& compared) {
 std::string judged_text(const record::Production& production) {
   const PathAccuracy& accuracy = production.accuracy;
   if (!accuracy.points)
-    return fmt::format("Along the path of {} the TCP was {}", production.path.program,
+    return fmt::format("Along the path of {} the reflector was {}", production.path.program,
                        means_text(*accuracy.path));
-  return fmt::format("At {} point{} of {} the TCP was {}", accuracy.points->count,
+  return fmt::format("At {} point{} of {} the reflector was {}", accuracy.points->count,
                      accuracy.points->count == 1 ? "" : "s", production.path.program,
                      means_text(*accuracy.points));
 }
@@ -90,9 +89,9 @@ std::string worse_text(const record::Production& production) {
                        worse == 1 ? "is" : "are");
   const auto& path = production.accuracy.path;
   if (path && !path->improved())
-    return "along the path the TCP is no nearer with the correction than without it";
+    return "along the path the reflector is no nearer with the correction than without it";
   if (path && path->with.max > path->without.max)
-    return "at its worst place along the path the TCP is farther off with the correction than without it";
+    return "at its worst place along the path the reflector is farther off with the correction than without it";
   return {};
 }
 
@@ -144,7 +143,7 @@ std::vector<PathLine> lines_of(const std::vector<PathSample>& samples, const aut
   return lines;
 }
 
-std::vector<PathMark> marks_of(const JudgedPath& path, TcpError SampleErrors::*stage) {
+std::vector<PathMark> marks_of(const JudgedPath& path, PathError SampleErrors::*stage) {
   std::vector<PathMark> marks;
   int number = 0;
   for (std::size_t i = 0; i < path.samples.size(); ++i) {
@@ -156,7 +155,7 @@ std::vector<PathMark> marks_of(const JudgedPath& path, TcpError SampleErrors::*s
       marks.push_back({sample.wanted_mm, error_mm, fmt::format("{}: {} mm", name, error_text(error_mm))});
     } else {
       marks.push_back({sample.wanted_mm, std::nullopt,
-                       fmt::format("{}: passed {}, not judged", name, reason_of(sample.gain_percent))});
+                       fmt::format("{}, {}: not judged", name, reason_of(sample.gain_percent))});
     }
   }
   return marks;
@@ -190,9 +189,9 @@ std::string drawings(const JudgedPath& path) {
   const double size_mm = extent_mm(wanted);
   if (size_mm < kLeastDrawn_mm) return "";
   const double factor = exaggeration_of(path, kErrorPart * size_mm);
-  const auto drawing = [&](std::string_view name, std::string_view color, TcpError SampleErrors::*stage) {
+  const auto drawing = [&](std::string_view name, std::string_view color, PathError SampleErrors::*stage) {
     const auto enlarged = [&](std::size_t i) -> Eigen::Vector3d {
-      const TcpError& error = path.errors[i].*stage;
+      const PathError& error = path.errors[i].*stage;
       return error.place_mm + factor * error.error_mm;
     };
     return PathDrawing{std::string(name), color, wanted,
@@ -203,7 +202,7 @@ std::string drawings(const JudgedPath& path) {
   return fmt::format("<h3>The path, errors drawn {:g} times as long</h3>\n", factor) +
          note(
              "Grey: the wanted path, seen at right angles to the plane that holds most of it. Coloured: where the "
-             "TCP was. Dots: the program's points, dashed ones not judged.") +
+             "reflector was. Dots: the program's points, dashed ones not judged.") +
          charts(path_drawings_svg(std::array{drawing(kWithout, kBeforeColor, &SampleErrors::without),
                                              drawing(kWith, kCompensatedColor, &SampleErrors::with)}));
 }
@@ -275,7 +274,7 @@ Verdict production_verdict(const record::Production& production) {
             program, but)};
   const std::string judged = judged_text(production) + but;
   if (accuracy.refuted())
-    return {Refuse, fmt::format("Do not correct {} by this model: it brings the TCP no nearer. {}.", program,
+    return {Refuse, fmt::format("Do not correct {} by this model: it brings the arm no nearer. {}.", program,
                                 judged)};
   if (const std::string worse = worse_text(production); !worse.empty())
     return {Caution, fmt::format("Look first at what became worse: {}. {}.", worse, judged)};
@@ -283,7 +282,7 @@ Verdict production_verdict(const record::Production& production) {
   return {partly.empty() ? Use : Caution, judged + "."};
 }
 
-std::string path_csv(const ProductionPath& path) {
+std::string production_csv(const ProductionPath& path) {
   std::string csv =
       "time_s,program,point,gain_percent,wanted_x_mm,wanted_y_mm,wanted_z_mm,with_x_mm,with_y_mm,with_z_mm,"
       "without_x_mm,without_y_mm,without_z_mm\n";
@@ -308,9 +307,10 @@ std::string production_section(const ReportDocument& document) {
       title,
       verdict +
           note(
-              "At the points: from where the data sheet's arm would stand. Along the path: from its nearest place, so "
-              "that the time by which drives lag is no error. Only where all of the correction was in force; without "
-              "it: the same arm, its axes at the set points. In mm, the robot's base frame.") +
+              "At the points: from where the data sheet's arm would have the reflector. Along the path: from its nearest place, so "
+              "that the time by which drives lag is no error, though what they cut off curves is. Only where all of "
+              "the correction was in force; without it: the same arm, its axes at the set points, so nothing cut off. "
+              "In mm, the robot's base frame.") +
           figures_table(production.accuracy) + drawings(path) + charts(path_chart(path) + point_chart(path)),
       "whole");
 }

@@ -108,8 +108,8 @@ std::string time_text(const std::string& rfc3339);
 /// The points of a calibration document as a measurement file, from which `truepose calibrate` with the
 /// document's arm comes to the same result; empty where an older document does not say where they were.
 std::string measurements_csv(const std::vector<record::Point>& points);
-/// The samples of a production program as a path file, as `truepose report --path` reads it.
-std::string path_csv(const ProductionPath& path);
+/// The samples of a production program, mm in the robot's base frame.
+std::string production_csv(const ProductionPath& path);
 /// A text as a field of such files.
 std::string csv_text(std::string_view text);
 
