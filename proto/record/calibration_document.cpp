@@ -233,6 +233,31 @@ void layout(auto& io, Is<Stream> auto& x) {
   io("max_step_deg", x.max_step_deg);
   io("turnaround_us", x.turnaround_us);
 }
+void layout(auto& io, Is<ErrorLengths> auto& x) {
+  io("mean", x.mean, kNotNegative);
+  io("p95", x.p95, kNotNegative);
+  io("max", x.max, kNotNegative);
+}
+void layout(auto& io, Is<ErrorComparison> auto& x) {
+  io("count", x.count, kNumber);
+  io("with", x.with);
+  io("without", x.without);
+}
+void layout(auto& io, Is<PathSample> auto& x) {
+  io("time_s", x.time_s);
+  io("point", x.at_point);
+  io("gain_percent", x.gain_percent, Range{kAny.min, 100});
+  io("wanted", x.wanted_mm);
+  io("with", x.with_mm);
+  io("without", x.without_mm);
+}
+void layout(auto& io, Is<Production> auto& x) {
+  io("program", x.path.program);
+  io.optional("points", x.accuracy.points);
+  io("points_partly_corrected", x.accuracy.points_partly_corrected, kCount);
+  io.optional("path", x.accuracy.path);
+  io("samples", x.path.samples);
+}
 void layout(auto& io, Is<CalibrationDocument> auto& x) {
   io("method", x.method, kMethodNames);
   io("converged", x.converged);
@@ -272,6 +297,7 @@ void layout(auto& io, Is<CalibrationDocument> auto& x) {
   io.optional("remeasured", x.remeasured);
   io.optional("remeasured_points", x.remeasured_points);
   io.optional("stream", x.stream);
+  io.optional("production", x.production);
 }
 
 // ---- What of a calibration goes into its document
@@ -357,6 +383,10 @@ json::object statistics_json(const ErrorStatistics& statistics) { return to_json
 json::object stages_json(const StageErrors& stages) { return to_json(stages); }
 
 json::object noise_json(const MeasurementNoise& noise) { return to_json(StatedNoise::Form{noise}); }
+
+json::object production_json(const ProductionPath& path) {
+  return to_json(Production{path, path_accuracy(path.samples)});
+}
 
 json::object options_json(const CalibrateOptions& options) {
   json::object document{{"Loss", name_of(kLossNames, options.loss)},

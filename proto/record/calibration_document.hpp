@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/identify/calibrate.hpp"
+#include "core/judge/path_accuracy.hpp"
 #include "proto/record/arm_document.hpp"
 #include "proto/record/layout.hpp"
 #include "proto/record/transfer.hpp"
@@ -97,6 +98,12 @@ struct Stream {
   } turnaround_us;  ///< from a datagram's arrival to its reply
 };
 
+/// How a production program went under correction.
+struct Production {
+  ProductionPath path;
+  PathAccuracy accuracy;
+};
+
 struct CalibrationDocument {
   CalibrationMethod method = CalibrationMethod::TwoStage;
   bool converged = false;
@@ -132,6 +139,7 @@ struct CalibrationDocument {
   std::optional<ErrorStatistics> remeasured;
   std::vector<Remeasured> remeasured_points;
   std::optional<Stream> stream;
+  std::optional<Production> production;
 };
 
 /// Error statistics as every document of ours carries them, mm:
@@ -147,6 +155,11 @@ boost::json::object noise_json(const MeasurementNoise& noise);
 
 /// How a calibration was made, in words, for whom reads its document later: {"Loss": "squared", ...}.
 boost::json::object options_json(const CalibrateOptions& options);
+
+/// What a calibration document says of a production program as its member "production":
+/// {"program","points":{"count","with":{"mean","p95","max"},"without":{..}},"points_partly_corrected",
+/// "path":{as points},"samples":[{"time_s","point","gain_percent","wanted","with","without"}]}, mm.
+boost::json::object production_json(const ProductionPath& path);
 
 /// @param data       the measurements that `calibration` came from
 /// @param elapsed_s  time that the identification took

@@ -16,7 +16,7 @@ namespace truepose {
 using namespace record;
 
 template <>
-inline constexpr int kMembers<CalibrationDocument> = 37;
+inline constexpr int kMembers<CalibrationDocument> = 38;
 template <>
 inline constexpr int kMembers<Point> = 11;
 template <>
@@ -47,6 +47,18 @@ template <>
 inline constexpr int kMembers<Stream> = 8;
 template <>
 inline constexpr int kMembers<Stream::Turnaround> = 4;
+template <>
+inline constexpr int kMembers<Production> = 2;
+template <>
+inline constexpr int kMembers<ProductionPath> = 2;
+template <>
+inline constexpr int kMembers<PathSample> = 6;
+template <>
+inline constexpr int kMembers<PathAccuracy> = 3;
+template <>
+inline constexpr int kMembers<ErrorComparison> = 3;
+template <>
+inline constexpr int kMembers<ErrorLengths> = 3;
 template <>
 inline constexpr int kMembers<AxisStatistics> = 3;
 template <>

@@ -5,8 +5,10 @@
 #include <fstream>
 #include <sstream>
 
+#include "proto/record/calibration_document.hpp"
 #include "tests/temp_folder.hpp"
 #include "tests/tools/sample_document.hpp"
+#include "tests/tools/sample_path.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 
 namespace truepose::tools {
@@ -75,6 +77,66 @@ TEST_F(ReportCommand, WritesThePageAndTheDocumentWithTheTruthBesideIt) {
   const json::value written = json::parse(content(options.json));
   EXPECT_EQ(written.at("truth"), report::full_document(5).at("truth"));
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "report.html.part"));
+}
+
+/// The path file of a program, by the base and the reflector of the sample document.
+std::string path_file(const ProductionPath& path) {
+  const auto document = record::read_calibration_document(report::sample_document(5, true));
+  return report::path_file_of(path, document->base->isometry(), document->smr.at(0).p_FS_mm);
+}
+
+TEST_F(ReportCommand, JudgesAProductionProgramByItsPathFileInThePageAndTheDocument) {
+  ReportOptions options;
+  options.path = folder_.write("path.csv", path_file(report::sample_path()));
+  options.html = folder_.path() / "report.html";
+  options.json = folder_.path() / "report.json";
+  ASSERT_EQ(report(report::sample_document(5, true), options), 0) << err_;
+  EXPECT_THAT(out_, HasSubstr("\nProduction: At 2 points of GLUING the reflector was on average 0.150 mm"));
+  const json::value written = json::parse(content(options.json));
+  EXPECT_EQ(written.at_pointer("/production/points/count"), 2);
+  EXPECT_NEAR(written.at_pointer("/production/path/with/max").as_double(), 0.05, 1e-6);
+  EXPECT_NEAR(written.at_pointer("/production/points/without/p95").as_double(), 2, 1e-6);
+
+  const auto section = [&] {
+    const std::string html = content(options.html);
+    const std::size_t begin = html.find("<h2>Production program");
+    return html.substr(begin, html.find("</section>", begin) - begin);
+  };
+  const std::string drawn = section();
+  EXPECT_THAT(drawn, HasSubstr("aria-label=\"With the correction\""));
+  ASSERT_EQ(report(written, {.html = options.html}), 0) << err_;
+  EXPECT_EQ(section(), drawn) << "the document holds all that the section is made of";
+}
+
+TEST_F(ReportCommand, EndsByAProductionProgramThatCameNoNearer) {
+  ProductionPath path = report::sample_path();
+  for (PathSample& sample : path.samples) sample.with_mm.z() += 3;
+  EXPECT_EQ(report(report::sample_document(5, true), {.path = folder_.write("path.csv", path_file(path))}),
+            1);
+  EXPECT_EQ(err_, "truepose: in production (GLUING) the correction brings the arm no nearer\n");
+}
+
+TEST_F(ReportCommand, JudgesAProductionProgramByACalibrationOfOneReflectorAlone) {
+  ReportOptions options;
+  options.path = folder_.write("path.csv", path_file(report::sample_path()));
+  const std::string refused = "truepose: " + options.path.string() +
+                              ": can only be judged by a calibration with a base and one reflector\n";
+  json::object two = report::sample_document(5, true), without_base = two;
+  two["smr"].as_object()["2"] = {{"x", 1}, {"y", 2}, {"z", 3}};
+  without_base.erase("base");
+  EXPECT_EQ(report(two, options), 2);
+  EXPECT_EQ(err_, refused);
+  EXPECT_EQ(report(without_base, options), 2);
+  EXPECT_EQ(err_, refused);
+}
+
+TEST_F(ReportCommand, SaysWhereAPathFileIsWrongAndWritesNothing) {
+  ReportOptions options;
+  options.path = folder_.write("path.csv", "time_s,program\n1,GLUING\n");
+  options.html = folder_.path() / "report.html";
+  EXPECT_EQ(report(report::sample_document(5, true), options), 2);
+  EXPECT_EQ(err_, "truepose: " + options.path.string() + ": missing column 'point'\n");
+  EXPECT_FALSE(std::filesystem::exists(options.html));
 }
 
 TEST_F(ReportCommand, PrintsTheDocumentAndNothingElseAsJson) {

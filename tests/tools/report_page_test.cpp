@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <boost/json.hpp>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -135,21 +137,26 @@ void expect_near(const json::value& a, const json::value& b, const std::string& 
   }
 }
 
-TEST_F(ReportPage, OpensInABrowserWithoutAComplaintAndItsChartsDownloadsSwitchAndTurningWork) {
-  const json::object document =
-      calibrate({"--robot", arm_, "--data", data_, "--report", path("report.html")});
-  std::string html = text_of(path("report.html"));
-  const std::map<std::string, std::string> files = report::downloads_of(html);
+/// What the probe finds on the page, of which the browser has no complaint.
+json::value probed(std::string html) {
   html.replace(html.find("</body>"), 7, kProbe);
   const Browsed browsed = browse(html);
   EXPECT_THAT(browsed.console, IsEmpty());
-
   const std::string_view mark = "<pre id=\"probe\">";
   const std::size_t begin = browsed.dom.find(mark);
-  ASSERT_NE(begin, std::string::npos) << browsed.dom.substr(0, 2000);
+  EXPECT_NE(begin, std::string::npos) << browsed.dom.substr(0, 2000);
+  if (begin == std::string::npos) return {};
   const std::size_t end = browsed.dom.find('<', begin + mark.size());
-  const json::value probe = json::parse(report::base64_decoded(
+  return json::parse(report::base64_decoded(
       std::string_view(browsed.dom).substr(begin + mark.size(), end - begin - mark.size())));
+}
+
+TEST_F(ReportPage, OpensInABrowserWithoutAComplaintAndItsChartsDownloadsSwitchAndTurningWork) {
+  const json::object document =
+      calibrate({"--robot", arm_, "--data", data_, "--report", path("report.html")});
+  const std::string html = text_of(path("report.html"));
+  const std::map<std::string, std::string> files = report::downloads_of(html);
+  const json::value probe = probed(html);
 
   ASSERT_EQ(probe.at("downloads").as_object().size(), 3U);
   for (const auto& [name, content] : files)
@@ -180,6 +187,37 @@ TEST_F(ReportPage, OpensInABrowserWithoutAComplaintAndItsChartsDownloadsSwitchAn
     }
   }
   EXPECT_GT(moved, 100);
+}
+
+TEST_F(ReportPage, ShowsAProductionProgramInABrowserAndKeepsToTheSchema) {
+  json::object document = calibrate({"--robot", arm_, "--data", data_});
+  const json::object& smr = document.at("smr").as_object();
+  document["smr"] = {{smr.begin()->key(), smr.begin()->value()}};
+  // Where tracker and reflector are does not matter to whether it is drawn.
+  std::ostringstream rows;
+  rows << "time_s,program,point,gain_percent,flange_x_mm,flange_y_mm,flange_z_mm,flange_a_deg,flange_b_deg,"
+          "flange_c_deg,with_x_mm,with_y_mm,with_z_mm,without_x_mm,without_y_mm,without_z_mm\n";
+  for (int k = 0; k < 50; ++k) {
+    const int x = 1500 + 4 * k;
+    for (int point = 0; point <= (k % 10 == 9 ? 1 : 0); ++point) {
+      rows << 0.02 * k << ",GLUING," << point << ',' << std::min(10 * k, 100) << ',' << x
+           << ",-400,900,0,0,0," << x << ",-400,900.1," << x << ",-401,900\n";
+    }
+  }
+  const std::string path_file = folder_.write("path.csv", rows.str()),
+                    document_file = folder_.write("document.json", json::serialize(document));
+  run_program("truepose", {"report", "--document", document_file, "--path", path_file, "--html",
+                           path("report.html"), "--out-json", path("report.json")});
+  EXPECT_EQ(report_schema_errors({path("report.json")}), "");
+  const json::value probe = probed(text_of(path("report.html")));
+  EXPECT_THAT(probe.at("downloads").at("production.csv").as_string(), HasSubstr("GLUING"));
+  const json::value& marks = probe.at("marks");
+  // Five points and both paths; every sample with all of the correction, twice.
+  EXPECT_GE(marks.at("Without the correction").as_int64(), 7);
+  EXPECT_GE(marks.at("With the correction").as_int64(), 7);
+  EXPECT_GT(marks.at("Distance from the wanted path, mm, logarithmic").as_int64(), 2 * 40);
+  EXPECT_GT(marks.at("Error at the points, mm, logarithmic").as_int64(), 2 * 4);
+  EXPECT_EQ(probe.at("wide"), false);
 }
 
 TEST_F(ReportPage, IsFoundOutWhereItsScriptFailsOrAFileIsMissing) {

@@ -31,12 +31,6 @@ std::string identity(const ReportDocument& document) {
   return text;
 }
 
-std::string csv_text(std::string_view text) {
-  std::ostringstream field;
-  field << std::quoted(text, '"', '"');
-  return field.str();
-}
-
 /// The shortest texts that bring the numbers back.
 std::string fields(const auto& numbers) {
   std::string text;
@@ -44,17 +38,20 @@ std::string fields(const auto& numbers) {
   return text;
 }
 
-std::vector<EmbeddedFile> embedded_files(const json::object& document,
-                                         const std::vector<record::Point>& points,
+std::vector<EmbeddedFile> embedded_files(const json::object& document, const ReportDocument& read,
                                          const FurtherDocuments& further) {
   std::vector<EmbeddedFile> files;
-  if (std::string csv = measurements_csv(points); !csv.empty()) {
+  if (std::string csv = measurements_csv(read.points); !csv.empty()) {
     files.push_back({"measurements.csv", "text/csv", std::move(csv),
                      "what was measured, as truepose calibrate --data reads it"});
   }
   if (const json::value* arm = document.if_contains("arm")) {
     files.push_back({"robot.yaml", "application/yaml", control::json_text(*arm) + "\n",
                      "the data sheet's arm, as truepose calibrate --robot reads it"});
+  }
+  if (read.production) {
+    files.push_back({"production.csv", "text/csv", production_csv(read.production->path),
+                     "where the reflector was in production, in the robot's base frame"});
   }
   const auto add = [&files](const char* name, const json::object& from, const char* about) {
     files.push_back({name, "application/json", control::json_text(from) + "\n", about});
@@ -66,6 +63,12 @@ std::vector<EmbeddedFile> embedded_files(const json::object& document,
 }
 
 }  // namespace
+
+std::string csv_text(std::string_view text) {
+  std::ostringstream field;
+  field << std::quoted(text, '"', '"');
+  return field.str();
+}
 
 std::string measurements_csv(const std::vector<record::Point>& points) {
   // A column that some points may lack is there only where all have it: a measurement file has no empty
@@ -99,14 +102,14 @@ std::string render_html(const json::object& json, const FurtherDocuments& furthe
   const std::string robot = document.robot.empty() ? "Robot arm" : document.robot;
   std::string body = page_header("Calibration report", robot, identity(document));
   for (const auto section :
-       {summary_section, statistics_section, conditions_section, histogram_section, cloud_section,
-        point_sections, joint_section, layer_section, transfer_section, rejected_section, drift_section,
-        parameters_section, unknown_section, stream_section}) {
+       {summary_section, statistics_section, production_section, conditions_section, histogram_section,
+        cloud_section, point_sections, joint_section, layer_section, transfer_section, rejected_section,
+        drift_section, parameters_section, unknown_section, stream_section}) {
     body += section(document);
   }
   if (further.iso9283) body += iso9283_section(*further.iso9283);
   if (further.experiment) body += experiment_sections(*further.experiment);
-  body += raw_data_section(embedded_files(json, document.points, further));
+  body += raw_data_section(embedded_files(json, document, further));
   return html_page(robot + ": calibration report", body);
 }
 

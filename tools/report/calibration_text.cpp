@@ -112,6 +112,8 @@ std::string findings(const ReportDocument& document) {
     text += fmt::format("\n{}\n", transfer_text(*document.transfer));
     if (!document.transfer->warning.empty()) text += fmt::format("Warning: {}\n", document.transfer->warning);
   }
+  if (document.production)
+    text += fmt::format("\nProduction: {}\n", production_verdict(*document.production).sentence);
   return text;
 }
 
@@ -131,8 +133,12 @@ std::string render_text(const boost::json::object& json) {
 std::string why_unusable(const boost::json::object& json) {
   const ReportDocument document = read_document(json);
   if (!document.converged) return "the identification did not converge";
-  if (!document.validate || document.improved()) return {};
-  return "on validation poses the calibrated arm is no better than the nominal one";
+  if (document.validate && !document.improved())
+    return "on validation poses the calibrated arm is no better than the nominal one";
+  if (document.production && document.production->accuracy.refuted())
+    return fmt::format("in production ({}) the correction brings the arm no nearer",
+                       document.production->path.program);
+  return {};
 }
 
 std::string improvement_text(const ReportDocument& document) {

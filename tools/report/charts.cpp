@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <limits>
 
+#include "core/math/statistics.hpp"
 #include "proto/xml/escape.hpp"
 #include "tools/report/number_text.hpp"
 
@@ -75,22 +76,6 @@ void draw_cells(Plot& plot, const HeatMap& map, double width, double height) {
                      map.scale.color(value), sigma_text(value) + " mm");
     }
   }
-}
-
-void draw_scale(Plot& plot, const ColorScale& scale) {
-  const double step = (plot.right - plot.left) / kScaleSteps, top = plot.bottom + 54, below = top + 25;
-  for (int k = 0; k < kScaleSteps; ++k) {
-    const double part = (k + 0.5) / kScaleSteps;
-    const double value = scale.logarithmic() ? scale.lo * std::pow(scale.hi / scale.lo, part)
-                                             : scale.lo + part * (scale.hi - scale.lo);
-    plot.put(R"(<rect x="{:.1f}" y="{}" width="{:.1f}" height="10" fill="{}"/>)", plot.left + k * step, top,
-             step + 0.3, scale.color(value));
-  }
-  plot.put(R"(<text class="tick" x="{}" y="{}">{} mm</text>)", plot.left, below, sigma_text(scale.lo));
-  plot.put(R"(<text class="tick" text-anchor="end" x="{}" y="{}">{} mm</text>)", plot.right, below,
-           sigma_text(scale.hi));
-  plot.put(R"(<text class="tick" text-anchor="middle" x="{}" y="{}">standard deviation{}</text>)",
-           (plot.left + plot.right) / 2, below, scale.logarithmic() ? ", logarithmic" : "");
 }
 
 }  // namespace
@@ -216,6 +201,34 @@ std::string ColorScale::color(double value) const {
   return fmt::format("#{:02x}{:02x}{:02x}", channel(0), channel(1), channel(2));
 }
 
+void draw_scale(Plot& plot, const ColorScale& scale, std::string_view title, double top) {
+  const double step = (plot.right - plot.left) / kScaleSteps, below = top + 25;
+  for (int k = 0; k < kScaleSteps; ++k) {
+    const double part = (k + 0.5) / kScaleSteps;
+    const double value = scale.logarithmic() ? scale.lo * std::pow(scale.hi / scale.lo, part)
+                                             : scale.lo + part * (scale.hi - scale.lo);
+    plot.put(R"(<rect x="{:.1f}" y="{}" width="{:.1f}" height="10" fill="{}"/>)", plot.left + k * step, top,
+             step + 0.3, scale.color(value));
+  }
+  plot.put(R"(<text class="tick" x="{}" y="{}">{} mm</text>)", plot.left, below, sigma_text(scale.lo));
+  plot.put(R"(<text class="tick" text-anchor="end" x="{}" y="{}">{} mm</text>)", plot.right, below,
+           sigma_text(scale.hi));
+  plot.put(R"(<text class="tick" text-anchor="middle" x="{}" y="{}">{}{}</text>)",
+           (plot.left + plot.right) / 2, below, xml::escaped(title),
+           scale.logarithmic() ? ", logarithmic" : "");
+}
+
+double exaggeration_of(std::vector<double> errors_mm, double length_mm) {
+  // The median, so that gross errors leave the picture rather than shrink it.
+  const double usual_mm = median(std::move(errors_mm));
+  if (!(usual_mm > 0)) return 1;
+  const double wanted = length_mm / usual_mm, decade = std::pow(10.0, std::floor(std::log10(wanted)));
+  for (const double factor : {5.0, 2.0}) {
+    if (factor * decade <= wanted) return factor * decade;
+  }
+  return decade;
+}
+
 std::string heat_map_svg(const HeatMap& map) {
   Plot plot{map.title, 480, 400};
   plot.left = 58;
@@ -233,7 +246,7 @@ std::string heat_map_svg(const HeatMap& map) {
   }
   plot.x_axis(x, map.x_label, AxisLines::None);
   plot.y_axis(y, map.y_label, AxisLines::None);
-  draw_scale(plot, map.scale);
+  draw_scale(plot, map.scale, "standard deviation", plot.bottom + 54);
   return std::move(plot).finish();
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -11,7 +13,7 @@
 namespace truepose::report {
 
 // The kinds of charts, each as an <svg> element: points over a running number, points anywhere with a curve,
-// a histogram, boxes with whiskers, a heat map, and errors as arrows in space.
+// a histogram, boxes with whiskers, a heat map, errors as arrows in space, and a path with its errors.
 
 /// A series without points yet, the k-th of many in one chart.
 Series series_of_palette(std::string name, std::size_t k);
@@ -66,6 +68,8 @@ struct ColorScale {
   bool logarithmic() const { return lo > 0 && hi > 10 * lo; }
   std::string color(double value) const;  ///< "#rrggbb"
 };
+/// The colours over the width between the axes, with what they mean below them; 25 units high.
+void draw_scale(Plot& plot, const ColorScale& scale, std::string_view title, double top);
 
 /// Standard deviations (mm) over a plane, sampled on a grid, in 480 x 400 units with their scale below.
 struct HeatMap {
@@ -77,6 +81,10 @@ struct HeatMap {
   ColorScale scale;
 };
 std::string heat_map_svg(const HeatMap& map);
+
+/// A round factor (1, 2 or 5 times a power of ten) by which an error of the usual size, the median, is drawn
+/// as long as that or shorter; 1 where there is none.
+double exaggeration_of(std::vector<double> errors_mm, double length_mm);
 
 /// An error at its place, mm in the robot's base frame.
 struct CloudArrow {
@@ -95,7 +103,7 @@ struct Cloud {
 /// Where a cloud is seen from. The view from the side can be turned, by the page's script.
 enum class CloudSide { Side, Above };
 
-/// A round factor by which the errors are well seen and do not hide each other.
+/// That by which the errors are well seen and do not hide each other.
 double exaggeration_of(const std::vector<CloudArrow>& arrows);
 
 /// The view in 480 x 360 units: the arrows from the measured places, the robot's base as its three axes on a
@@ -103,5 +111,28 @@ double exaggeration_of(const std::vector<CloudArrow>& arrows);
 ///
 /// @param id  unique on the page
 std::string cloud_svg(const Cloud& cloud, CloudSide side, std::string_view id);
+
+using PathLine = std::vector<Eigen::Vector3d>;  ///< at least one position, mm
+
+/// A point of a path.
+struct PathMark {
+  Eigen::Vector3d place_mm{0, 0, 0};
+  std::optional<double> error_mm;  ///< nothing: not judged
+  std::string label;               ///< what a pointer resting on it reads
+};
+
+/// A path, and the same as it was gone with its errors drawn larger.
+struct PathDrawing {
+  std::string title;
+  std::string_view color;              ///< of `real`, "#rrggbb"
+  std::vector<PathLine> wanted, real;  ///< wanted: at least one line
+  std::vector<PathMark> marks;
+};
+
+/// Drawings of the same wanted path, each 480 units wide: all seen at right angles to the plane that holds
+/// most of it, in one size and one scale of colours for the errors of the marks.
+///
+/// @param drawings  at least one
+std::string path_drawings_svg(std::span<const PathDrawing> drawings);
 
 }  // namespace truepose::report

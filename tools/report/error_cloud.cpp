@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <numbers>
 
-#include "core/math/statistics.hpp"
 #include "proto/xml/escape.hpp"
 #include "tools/report/charts.hpp"
 #include "tools/report/number_text.hpp"
@@ -183,16 +182,8 @@ Panels panels_of(const ReportDocument& document, const std::vector<Point>& point
 double exaggeration_of(const std::vector<CloudArrow>& arrows) {
   std::vector<double> lengths;
   for (const CloudArrow& arrow : arrows) lengths.push_back(arrow.error.norm());
-  // The median, so that gross errors leave the picture rather than shrink it.
-  const double usual = median(lengths);
-  if (!(usual > 0)) return 1;
   const double part = std::min(kMedianPart, kCrowd / std::sqrt(static_cast<double>(arrows.size())));
-  const double wanted = Workspace{arrows}.size() * part / usual;
-  const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
-  for (const double factor : {5.0, 2.0}) {
-    if (factor * decade <= wanted) return factor * decade;
-  }
-  return decade;
+  return exaggeration_of(std::move(lengths), Workspace{arrows}.size() * part);
 }
 
 std::string cloud_svg(const Cloud& cloud, CloudSide side, std::string_view id) {

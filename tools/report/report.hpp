@@ -24,6 +24,7 @@ struct FurtherDocuments {
 ///   tracker's frame, wanted minus measured),
 ///   "stream":
 ///   {"cycles","answered","late","wrong_ipoc","max_step_deg","turnaround_us":{"p50","p99","p999","max"}},
+///   "production" as record::production_json makes it,
 ///   "truth": {"base":{x,y,z,rx,ry,rz}, "smr":{x,y,z}, "links":[{"a","alpha","d","theta","beta"}]}, the
 ///   values (not the deviations) of a simulated arm, mm and rad; "smr" may also hold {x,y,z} by the
 ///   reflector's name; "robot", "tracker", "campaign", "model": texts that say which; "date" (RFC 3339);

@@ -16,6 +16,8 @@ namespace truepose::report {
 std::string summary_section(const ReportDocument& document);
 /// The table of errors through the stages.
 std::string statistics_section(const ReportDocument& document);
+/// How a production program went with the correction and without it.
+std::string production_section(const ReportDocument& document);
 /// What was measured, with what, when and how.
 std::string conditions_section(const ReportDocument& document);
 /// How the errors are spread.
@@ -81,6 +83,10 @@ struct Verdict {
   std::string sentence;
 };
 Verdict verdict_of(const ReportDocument& document);
+/// Whether the correction did for a production program what it should.
+Verdict production_verdict(const record::Production& production);
+/// HTML.
+std::string verdict_paragraph(const Verdict& verdict);
 
 /// "14 times more accurate" or "no improvement".
 std::string improvement_text(const ReportDocument& document);
@@ -102,6 +108,10 @@ std::string time_text(const std::string& rfc3339);
 /// The points of a calibration document as a measurement file, from which `truepose calibrate` with the
 /// document's arm comes to the same result; empty where an older document does not say where they were.
 std::string measurements_csv(const std::vector<record::Point>& points);
+/// The samples of a production program, mm in the robot's base frame.
+std::string production_csv(const ProductionPath& path);
+/// A text as a field of such files.
+std::string csv_text(std::string_view text);
 
 /// A smooth curve through scattered points (x, y), sampled at `samples` places (at least two) from the
 /// smallest to the greatest x: at each a straight line fitted with Gaussian weights, single points far off

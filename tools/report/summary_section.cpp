@@ -113,6 +113,8 @@ Verdict verdict_of(const ReportDocument& document) {
         Refuse,
         "Do not use this model: the arm it describes is no nearer to the measurements than the data "
         "sheet's. Check the robot file, the mounting of the reflector and the tracker, and measure again."};
+  if (const auto& production = document.production; production && production->accuracy.refuted())
+    return production_verdict(*production);
   if (!document.validate)
     return {Caution,
             "Do not rely on this model yet: nothing but the points it was fitted to shows how good it is. "
@@ -136,15 +138,19 @@ Verdict verdict_of(const ReportDocument& document) {
           "compensated joints to prove it on the arm."};
 }
 
+std::string verdict_paragraph(const Verdict& verdict) {
+  return fmt::format("<p class=\"verdict {}\">{}</p>\n",
+                     kVerdictClasses[static_cast<std::size_t>(verdict.kind)], xml::escaped(verdict.sentence));
+}
+
 std::string summary_section(const ReportDocument& document) {
-  const Verdict verdict = verdict_of(document);
   const std::string headline = fmt::format(
       "<p class=\"eyebrow\">Mean position error</p>\n<p class=\"headline\"><span class=\"was\">{} "
       "<small>mm</small></span><span class=\"arrow\">→</span><span class=\"{}\">{} "
-      "<small>mm</small></span><span class=\"factor\">{}</span></p>\n<p class=\"verdict {}\">{}</p>\n",
+      "<small>mm</small></span><span class=\"factor\">{}</span></p>\n{}",
       error_text(document.judged().before.mean), document.improved() ? "now" : "was",
       error_text(document.achieved().mean), improvement_text(document),
-      kVerdictClasses[static_cast<std::size_t>(verdict.kind)], xml::escaped(verdict.sentence));
+      verdict_paragraph(verdict_of(document)));
   return section("", headline + before_and_after(document) + bars(document) + badges(document), "summary");
 }
 

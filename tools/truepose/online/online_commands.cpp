@@ -224,6 +224,8 @@ std::vector<Row> table(Arguments& a) {
         {"--document", &a.report.document, "a calibration document (JSON) instead of the daemon's",
          {.excludes = {"ID"}}},
         {"--truth", &a.report.truth, "what a simulated arm really is (truepose-sim --truth-file)"},
+        {"--path", &a.report.path,
+         "what a production program did (truepose-sim --path-file), to be a section of the page"},
         {"--iso9283", &a.report.iso9283,
          "an ISO 9283 test (truepose iso9283 --json), to be a section of the page"},
         {"--experiment", &a.report.experiment,

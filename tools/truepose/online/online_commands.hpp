@@ -33,6 +33,7 @@ struct ReportOptions {
   std::string campaign;            ///< id; empty: the newest that is done
   std::filesystem::path document;  ///< a calibration document on a file instead of the daemon's
   std::filesystem::path truth;     ///< what a simulated arm really is, to stand beside what was identified
+  std::filesystem::path path;      ///< what a production program did (CSV), to be judged beside it
   std::filesystem::path iso9283, experiment;  ///< documents that the page gets sections of
   std::filesystem::path html, json;           ///< files to write
 };
@@ -40,7 +41,7 @@ struct ReportOptions {
 /// Reports a campaign: prints the table of errors (with `--json` the whole document) and writes the files
 /// asked for. The document is that of `calibrate --json` with what was measured again and, where it runs, the
 /// state of the stream. Throws CommandError: kFailed where the calibration did not converge or its validation
-/// is no better than the nominal arm's.
+/// is no better than the nominal arm's, or a production program came no nearer by the correction.
 int report_campaign(const OnlineOptions& online, const ReportOptions& options);
 
 }  // namespace truepose::tools

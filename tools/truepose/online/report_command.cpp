@@ -8,8 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "config/path_file.hpp"
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/calibration_document.hpp"
 #include "tools/report/report.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
@@ -66,12 +68,24 @@ json::object fetch_document(const OnlineOptions& online, const std::string& camp
   return document;
 }
 
+/// What a production program did, by where the document's calibration has tracker and reflector.
+json::object production_of(const std::filesystem::path& file, const json::object& document) {
+  const auto calibration = record::read_calibration_document(document);
+  if (!calibration) throw std::invalid_argument{"calibration document: " + calibration.error()};
+  if (!calibration->base || calibration->smr.size() != 1)
+    throw CommandError{kBadInput,
+                       file.string() + ": can only be judged by a calibration with a base and one reflector"};
+  return record::production_json(
+      config::load_production_path(file, calibration->base->isometry(), calibration->smr.front().p_FS_mm));
+}
+
 }  // namespace
 
 int report_campaign(const OnlineOptions& online, const ReportOptions& options) try {
   json::object document =
       options.document.empty() ? fetch_document(online, options.campaign) : read_document(options.document);
   if (auto truth = read_if_given(options.truth)) document["truth"] = *std::move(truth);
+  if (!options.path.empty()) document["production"] = production_of(options.path, document);
   const auto iso9283 = read_if_given(options.iso9283), experiment = read_if_given(options.experiment);
   // Rendered before anything is written, so that a document that cannot be used leaves no file behind.
   const std::string html =

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <filesystem>
+
+#include "config/text_file.hpp"
+#include "core/judge/path_accuracy.hpp"
+
+namespace truepose::config {
+
+/// Reads what a simulated controller recorded of a production program (CSV with a header row, any column
+/// order; truepose-sim --path-file): `time_s` (never falling), `program` (a name), `point` (1 where the
+/// program stands at a point, else 0), `gain_percent` (100 at most), the flange of the data sheet's arm at
+/// the set points flange_x_mm.., flange_a_deg.. (robot's base, KUKA's angles), and the reflector in the
+/// tracker's frame, with_x_mm.. and without_x_mm...
+///
+/// @param X_WB, p_FS_mm  where tracker and reflector are by the calibration that judges it
+/// @return the samples; of several programs all names, with commas between them
+/// Throws ConfigError naming file, row and column.
+ProductionPath load_production_path(const std::filesystem::path& file, const Eigen::Isometry3d& X_WB,
+                                    const Eigen::Vector3d& p_FS_mm);
+
+}  // namespace truepose::config
