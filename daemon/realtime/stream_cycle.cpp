@@ -73,6 +73,7 @@ StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& e
       session_{session_options(options), memory},
       missing_{ethernet, options.cycles_per_second()},
       late_replies_{options.rejected_cycles},
+      lateness_{options.cycle},
       following_{static_cast<double>(options.cycle.count()), options.following_tolerance_rad},
       arm_check_{nominal, options.cycle, options.max_fk_deviation_mm},
       ramp_{options.ramp_cycles, kAxes},
@@ -103,22 +104,34 @@ StreamStatus StreamCycle::status() const {
 }
 
 std::string_view StreamCycle::answer(const drivers::Datagram& datagram) noexcept {
-  if (!session_.admits(datagram.source, datagram.received)) {
+  from_controller_ = session_.admits(datagram.source, datagram.received);
+  if (!from_controller_) {
     tell_foreign(datagram.source);
-    publish();
     return {};
   }
   ++status_.counters.datagrams;
   status_.read_until = datagram.received;
   take_commands();
-  const std::string_view bytes = answer_controller(datagram);
-  update_state();
+  return answer_controller(datagram);
+}
+
+void StreamCycle::finish(const drivers::CycleTimes& times) noexcept {
+  if (from_controller_) {
+    received_ = times.received;
+    late_replies_.dealt_with(times);
+    if (times.replied) count(times);
+    update_state();
+  }
   publish();
-  const drivers::TimePoint done = options_.now();
-  late_replies_.dealt_with(datagram.received, done);
-  received_ = datagram.received;
-  turnaround_.record(done - datagram.received);
-  return bytes;
+}
+
+void StreamCycle::count(const drivers::CycleTimes& times) noexcept {
+  turnaround_.record(times.sent - times.received);
+  compute_.record(times.ready - times.taken);
+  const auto late_by = lateness_.judge(times);
+  status_.counters.late_by_us += late_by == LateBy::Us;
+  status_.counters.late_by_machine += late_by == LateBy::Machine;
+  status_.counters.late_by_network += late_by == LateBy::Network;
 }
 
 void StreamCycle::nothing_came(drivers::TimePoint until) noexcept {
@@ -187,6 +200,7 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
   disarm_after_silence(datagram.received);
   const Hearing hearing = session_.hear(frame, datagram.source, datagram.received);
   if (hearing.began) begin_session(datagram.source);
+  lateness_.heard(datagram.received, hearing.elapsed);
   if (hearing.elapsed > 1) {
     status_.counters.lost += hearing.elapsed - 1;
     emit({.kind = StreamEventKind::PacketsLost, .value = hearing.elapsed - 1});
@@ -302,6 +316,7 @@ void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
   implausible_ = 0;
   missing_.restart();
   late_replies_.restart();
+  lateness_.restart();
   arm_check_.restart();
   malformed_before_ = unread_told_ = false;
   replied_ipoc_.reset();

@@ -15,6 +15,7 @@
 #include "core/compensate/target_compensation.hpp"
 #include "daemon/realtime/controller_session.hpp"
 #include "daemon/realtime/correction_ramp.hpp"
+#include "daemon/realtime/lateness.hpp"
 #include "daemon/realtime/lock_free.hpp"
 #include "daemon/realtime/stream_checks.hpp"
 #include "daemon/realtime/stream_options.hpp"
@@ -34,8 +35,8 @@ namespace truepose::daemon {
 /// holds the last correction, because under absolute corrections zero would be a jump; where nothing is known
 /// of what is in force, nothing is answered, and the controller holds.
 ///
-/// answer() belongs to the realtime thread, use_model() and the commands to one other, status() and
-/// turnaround() to any.
+/// The realtime thread calls answer() and finish(), one other use_model() and the commands, any status() and
+/// the histograms.
 class StreamCycle final : public drivers::RsiResponder {
  public:
   /// @param nominal   the arm of the robot program: six revolute joints
@@ -49,6 +50,7 @@ class StreamCycle final : public drivers::RsiResponder {
 
   // No allocation, lock, log, exception or system call.
   std::string_view answer(const drivers::Datagram& datagram) noexcept override;
+  void finish(const drivers::CycleTimes& times) noexcept override;
   void nothing_came(drivers::TimePoint until) noexcept override;
 
   /// Corrects for `calibrated` (as many joints as the nominal arm) from the next cycle on, cross-faded from
@@ -69,7 +71,10 @@ class StreamCycle final : public drivers::RsiResponder {
   void acknowledge() noexcept { acknowledged_.fetch_add(1, std::memory_order_release); }
 
   StreamStatus status() const;
+  /// From the kernel's receipt of a datagram to its reply in the kernel's hands.
   LatencyHistogram::Summary turnaround() const noexcept { return turnaround_.summary(); }
+  /// Of this, from the datagram in hand to the reply that is ready.
+  LatencyHistogram::Summary compute() const noexcept { return compute_.summary(); }
 
   /// Next event for the log, in order. One thread. @return false where there is none
   bool next_event(StreamEvent& event) noexcept { return events_.pop(event); }
@@ -90,6 +95,7 @@ class StreamCycle final : public drivers::RsiResponder {
 
   void take_commands() noexcept;
   void acknowledge_fault() noexcept;
+  void count(const drivers::CycleTimes& times) noexcept;
   void tell_foreign(const drivers::UdpSource& source) noexcept;
   std::string_view answer_controller(const drivers::Datagram& datagram) noexcept;
   void tell_unread(const rsi::FrameError& error, const drivers::Datagram& datagram) noexcept;
@@ -138,12 +144,13 @@ class StreamCycle final : public drivers::RsiResponder {
   mutable std::mutex status_mutex_;  // among the readers of the status
   mutable SnapshotExchange<StreamStatus> published_;
   SpscRing<StreamEvent, 1024> events_;
-  LatencyHistogram turnaround_;
+  LatencyHistogram turnaround_, compute_;
 
   // The realtime thread's own.
   ControllerSession session_;
   MissingElements missing_;
   LateReplies late_replies_;
+  Lateness lateness_;
   FollowingCheck following_;
   ArmCheck arm_check_;
   CorrectionRamp ramp_;
@@ -157,6 +164,7 @@ class StreamCycle final : public drivers::RsiResponder {
   bool arm_known_;                // of an armed stream's session, also by the process before
   bool production_ = false;       // the program is one that was armed for, and not truepose_motion
   bool behind_ = false;           // a bound keeps the correction from what the ramp wants
+  bool from_controller_ = false;  // the datagram that is dealt with
   bool malformed_before_ = false;
   bool unread_told_ = false;
   Engagement engagement_before_ = Engagement::Off;  // at the last frame
