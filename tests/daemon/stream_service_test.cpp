@@ -1,5 +1,7 @@
 #include "daemon/cell/stream_service.hpp"
 
+#include <boost/json/parse.hpp>
+
 #include "core/arm/forward.hpp"
 #include "tests/daemon/cell_fixture.hpp"
 
