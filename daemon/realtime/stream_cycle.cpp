@@ -173,7 +173,7 @@ void StreamCycle::acknowledge_fault() noexcept {
 }
 
 std::string_view StreamCycle::answer_controller(const drivers::Datagram& datagram) noexcept {
-  const auto frame = rsi::decode_robot_frame(datagram.bytes);
+  const auto frame = decoder_.decode(datagram.bytes);
   if (!frame) return answer_malformed(frame.error(), datagram);
   const bool commanded = sends_aspos_ ? frame->aspos_rad.has_value() : frame->aipos_rad.has_value();
   if (!commanded) {

@@ -22,6 +22,7 @@
 #include "daemon/realtime/stream_status.hpp"
 #include "drivers/kuka/rsi_link.hpp"
 #include "proto/rsi/frame_codec.hpp"
+#include "proto/rsi/frame_layout.hpp"
 
 namespace truepose::daemon {
 
@@ -147,6 +148,7 @@ class StreamCycle final : public drivers::RsiResponder {
   LatencyHistogram turnaround_, compute_;
 
   // The realtime thread's own.
+  rsi::RobotFrameDecoder decoder_;
   ControllerSession session_;
   MissingElements missing_;
   LateReplies late_replies_;

@@ -327,8 +327,8 @@ TEST(StreamJson, TellsOfItsThreadWhatTheKernelDoes) {
   EXPECT_EQ(known.at("scheduling"),
             json::parse(R"({"policy": "SCHED_FIFO", "priority": 80, "cpus": [3], "locked_kB": 64})"));
   EXPECT_EQ(known.at("late_by"), json::parse(R"({"us": 0, "machine": 2, "network": 0})"));
-  EXPECT_EQ(known.at_pointer("/turnaround_us/max"), 90);
-  EXPECT_EQ(known.at_pointer("/compute_us/p50"), 7);
+  EXPECT_EQ(known.at_pointer("/turnaround_us/max"), 90.0);
+  EXPECT_EQ(known.at_pointer("/compute_us/p50"), 7.0);
   EXPECT_TRUE(told(std::nullopt).at("scheduling").is_null());
 }
 
