@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 
+#include "proto/text/decimal.hpp"
 #include "proto/xml/scanner.hpp"
 
 namespace truepose::rsi {
@@ -11,6 +12,7 @@ namespace {
 
 using Event = xml::Scanner::Event;
 using Word = std::uint64_t;
+static_assert(text::kDecimalPadding <= sizeof(Word));  // behind a frame
 
 /// The first bytes of a word, so many of them.
 constexpr auto kFirstBytes = [] {
@@ -126,7 +128,8 @@ std::optional<RobotFrame> FrameLayout::read(std::string_view frame) noexcept {
     at = behind_text(*step, at);
     if (!at) return std::nullopt;
     if (step->slot == Slot::End) break;
-    if (!read_slot(*step, at, numbers)) return std::nullopt;
+    at = behind_slot(*step, at, numbers);
+    if (!at) return std::nullopt;
   }
   // As for the scanner, a frame ends at its first NUL.
   if (*at != '\0') return std::nullopt;
@@ -144,34 +147,31 @@ const char* FrameLayout::behind_text(const Step& step, const char* at) const noe
   return ((word_at(at) ^ *words) & kFirstBytes.data()[left]) == 0 ? at + left : nullptr;
 }
 
-bool FrameLayout::read_slot(const Step& step, const char*& at, WireNumbers& numbers) const noexcept {
+/// @return behind the slot, null where it cannot be read here
+const char* FrameLayout::behind_slot(const Step& step, const char* at, WireNumbers& numbers) const noexcept {
   switch (step.slot) {
-    case Slot::Six: {
-      const auto value = text::read_decimal(at);
-      if (value) numbers.six.data()[step.place / kAxes]->data()[step.place % kAxes] = *value;
-      return value.has_value();
-    }
+    case Slot::Six:
+      return text::read_decimal(at, numbers.six.data()[step.place / kAxes]->data()[step.place % kAxes]);
     case Slot::Delay:
-      numbers.delay = text::read_whole(at);
-      return numbers.delay.has_value();
+      return text::read_whole(at, *numbers.delay);
     case Slot::Program:
-      numbers.program.data()[step.place] = text::read_whole(at);
-      return numbers.program.data()[step.place].has_value();
+      return text::read_whole(at, *numbers.program.data()[step.place]);
     case Slot::Ipoc: {
-      const auto value = text::read_whole(at);
-      numbers.ipoc = static_cast<std::uint64_t>(value.value_or(0));
-      return value.has_value();
+      std::int64_t ipoc = 0;
+      const char* const end = text::read_whole(at, ipoc);
+      numbers.ipoc = static_cast<std::uint64_t>(ipoc);
+      return end;
     }
     case Slot::Skipped: {
       // A value ends at its quote, a text at a tag; in neither is a tag or a NUL.
       const char end = *reinterpret_cast<const char*>(all_words_.data() + (&step + 1)->text);
       while (*at != end && *at != '<' && *at != '\0') ++at;
-      return *at == end;
+      return *at == end ? at : nullptr;
     }
     case Slot::End:
       break;
   }
-  return false;
+  return nullptr;
 }
 
 std::expected<RobotFrame, FrameError> RobotFrameDecoder::decode(std::string_view datagram) noexcept {

@@ -9,7 +9,6 @@
 
 #include "proto/rsi/frame_codec.hpp"
 #include "proto/rsi/frame_elements.hpp"
-#include "proto/text/decimal.hpp"
 
 namespace truepose::rsi {
 
@@ -42,8 +41,8 @@ class FrameLayout {
 
   static Found slot_of(std::string_view element, std::string_view attribute) noexcept;
   bool add_step(Found found, std::string_view text) noexcept;
-  bool read_slot(const Step& step, const char*& at, WireNumbers& numbers) const noexcept;
   const char* behind_text(const Step& step, const char* at) const noexcept;
+  const char* behind_slot(const Step& step, const char* at, WireNumbers& numbers) const noexcept;
 
   bool known_ = false;
   WireNumbers shape_;  // has what the frame has
@@ -51,7 +50,7 @@ class FrameLayout {
   std::array<Step, kMostSteps> all_steps_{};
   std::array<Word, kMaxFrameBytes / sizeof(Word) + kMostSteps> all_words_{};  // of the texts
   // The frame that is read, and behind it NUL for who looks a word ahead.
-  std::array<char, kMaxFrameBytes + text::kDecimalPadding> frame_{};
+  std::array<char, kMaxFrameBytes + sizeof(Word)> frame_{};
 };
 
 /// decode_robot_frame() for the frames of one controller. What has not the layout of the last frame that was

@@ -8,30 +8,19 @@
 namespace truepose::text {
 namespace {
 
-constexpr int kExactDigits = 15;  // of a double
-
-constexpr std::array<double, kExactDigits + 1> kPowers{1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                                       1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
-constexpr auto kWholePowers = [] {
-  std::array<std::uint64_t, kExactDigits + 1> powers{};
-  for (std::uint64_t power = 1; std::uint64_t & each : powers) {
-    each = power;
-    power *= 10;
-  }
-  return powers;
-}();
+constexpr std::array<double, 10> kPowers{1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
 
 struct Digits {
   std::uint64_t value = 0;
-  int count = 0;  // 16 = that or more
+  int count = 0;  // 8 = that or more
 };
 
-// Both inlined, though called twice: most of a frame's decoding is here.
-
 /// The digits at the beginning of eight characters, all at once: a byte each, two bytes each pair, and so on.
-[[gnu::always_inline]] inline Digits digits_in(std::uint64_t characters) noexcept {
-  if constexpr (std::endian::native == std::endian::big) characters = std::byteswap(characters);
-  std::uint64_t digits = characters ^ 0x3030303030303030;
+Digits digits_at(const char* at) noexcept {
+  std::uint64_t digits;
+  std::memcpy(&digits, at, sizeof digits);
+  if constexpr (std::endian::native == std::endian::big) digits = std::byteswap(digits);
+  digits ^= 0x3030303030303030;
   // The high bit of a byte that is above 9, and perhaps of bytes after it.
   const std::uint64_t others = (digits | (digits + 0x7676767676767676)) & 0x8080808080808080;
   const int count = std::countr_zero(others) / 8;
@@ -43,30 +32,17 @@ struct Digits {
   return {digits, count};
 }
 
-[[gnu::always_inline]] inline Digits digits_at(const char* at) noexcept {
-  std::array<std::uint64_t, 2> characters;
-  std::memcpy(&characters[0], at, 8);
-  const Digits first = digits_in(characters[0]);
-  if (first.count < 8) return first;
-  std::memcpy(&characters[1], at + 8, 8);
-  const Digits second = digits_in(characters[1]);
-  if (second.count == 8) return {.count = 16};
-  return {first.value * kWholePowers.data()[second.count] + second.value, 8 + second.count};
-}
-
 const char* behind_digits(const char* at) noexcept {
   while (*at >= '0' && *at <= '9') ++at;
   return at;
 }
 
-std::optional<double> read_long(const char*& at) noexcept {
+/// Of more digits than are read at once.
+[[gnu::cold]] const char* read_long(const char* at, double& value) noexcept {
   const char* end = behind_digits(at + (*at == '-'));
   if (*end == '.') end = behind_digits(end + 1);
-  double value = 0;
   const auto [rest, error] = std::from_chars(at, end, value);
-  if (error != std::errc{} || rest != end) return std::nullopt;
-  at = end;
-  return value;
+  return error == std::errc{} && rest == end && *(end - 1) != '.' ? end : nullptr;
 }
 
 /// "00" to "99".
@@ -79,33 +55,35 @@ constexpr auto kPairs = [] {
 
 }  // namespace
 
-std::optional<double> read_decimal(const char*& at) noexcept {
+const char* read_decimal(const char* at, double& value) noexcept {
   const bool negative = *at == '-';
   const char* const begin = at + negative;
-  Digits digits = digits_at(begin);
-  if (digits.count == 0) return std::nullopt;
-  const char* end = begin + digits.count;
-  int decimals = 0;
-  if (digits.count < 8 && *end == '.') {
-    const Digits fraction = digits_at(end + 1);
-    if (fraction.count == 0) return std::nullopt;
-    decimals = fraction.count;
-    end += 1 + decimals;
-    digits.count += decimals;
-    if (digits.count <= kExactDigits)
-      digits.value = digits.value * kWholePowers.data()[decimals] + fraction.value;
+  const Digits whole = digits_at(begin);
+  if (whole.count == 0) return nullptr;
+  if (whole.count == 8) return read_long(at, value);
+  const char* end = begin + whole.count;
+  Digits fraction;
+  if (*end == '.') {
+    fraction = digits_at(end + 1);
+    if (fraction.count == 0) return nullptr;
+    if (fraction.count == 8) return read_long(at, value);
+    end += 1 + fraction.count;
   }
-  if (digits.count > kExactDigits || *end == '.') return read_long(at);
-  at = end;
-  const double value = static_cast<double>(digits.value) / kPowers.data()[decimals];
-  return negative ? -value : value;
+  const double power = kPowers.data()[fraction.count];
+  // Exact below 2^53, which fourteen digits are. No branch: half of all signs would be a surprise.
+  const double number = static_cast<double>(static_cast<std::int64_t>(whole.value)) * power +
+                        static_cast<double>(static_cast<std::int64_t>(fraction.value));
+  value = std::copysign(number / power, negative ? -1.0 : 1.0);
+  return end;
 }
 
-std::optional<std::int64_t> read_whole(const char*& at) noexcept {
-  const Digits digits = digits_at(at);
-  if (digits.count == 0 || digits.count > kExactDigits) return std::nullopt;
-  at += digits.count;
-  return static_cast<std::int64_t>(digits.value);
+const char* read_whole(const char* at, std::int64_t& value) noexcept {
+  constexpr int kDigits = 18;  // of 63 bits
+  const char* const end = behind_digits(at);
+  if (end == at || end - at > kDigits) return nullptr;
+  value = 0;
+  for (; at < end; ++at) value = 10 * value + (*at - '0');
+  return end;
 }
 
 std::to_chars_result write_fixed(char* first, char* last, double value, int decimals) noexcept {

@@ -3,22 +3,22 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 
 namespace truepose::text {
 
 /// Bytes that may be looked at behind a text whose numbers are read.
 inline constexpr std::size_t kDecimalPadding = 8;
 
-/// A decimal number, digits with a point among them or without, as std::from_chars reads it, but faster: up
-/// to 15 digits and their power of ten are whole numbers that a double holds exactly, so that one division is
-/// rounded right. A plus sign, exponents and points at an end are left to others.
-/// @param at  moved behind the number
-std::optional<double> read_decimal(const char*& at) noexcept;
+/// A decimal number, digits with a point among them or without, as std::from_chars reads it, but faster where
+/// there are up to seven on either side: they and their power of ten are whole numbers that a double holds
+/// exactly, so that one division is rounded right. A plus sign, exponents and points at an end are left to
+/// others.
+/// @return behind the number, null where none stands there
+const char* read_decimal(const char* at, double& value) noexcept;
 
-/// Digits alone, at most 15.
-/// @param at  moved behind the number
-std::optional<std::int64_t> read_whole(const char*& at) noexcept;
+/// Digits alone, at most 18.
+/// @return behind the number, null where none stands there
+const char* read_whole(const char* at, std::int64_t& value) noexcept;
 
 /// As std::to_chars writes it with std::chars_format::fixed, but faster: where what is left out leaves no
 /// doubt of the last digit.
