@@ -110,13 +110,27 @@ bool TargetCompensation::has_wrist() const {
          });
 }
 
-TargetCompensation::State TargetCompensation::state_at(const JointVector& q,
-                                                       const Eigen::Vector3d& p_F_mm) const {
-  const bool deviates = !calibrated_.deviation.empty();
+BeyondGeometry TargetCompensation::beyond_geometry(const JointVector& q) const {
+  const JointVector joints = true_joints(calibrated_, q, options_.approach);
+  BeyondGeometry beyond{.q = q, .turned = joints - q};
+  if (calibrated_.field) {
+    const Eigen::Isometry3d X_BF = geometry_.forward(joints);
+    beyond.X_moved = calibrated_.field->displaced(q, X_BF) * inverse_of(X_BF);
+  }
+  return beyond;
+}
+
+TargetCompensation::State TargetCompensation::state_at(const JointVector& q, const Eigen::Vector3d& p_F_mm,
+                                                       const BeyondGeometry* beyond) const {
   PoseAndJacobian now;
-  geometry_.forward_with_jacobian(deviates ? true_joints(calibrated_, q, options_.approach) : q, now);
+  geometry_.forward_with_jacobian(
+      beyond ? JointVector(q + beyond->turned) : true_joints(calibrated_, q, options_.approach), now);
   State state{now.X_BF, {now.J, {}}, {}};
-  if (calibrated_.field) state.X_BF = calibrated_.field->displaced(q, now.X_BF);
+  if (beyond) {
+    state.X_BF = beyond->X_moved * now.X_BF;
+  } else if (calibrated_.field) {
+    state.X_BF = calibrated_.field->displaced(q, now.X_BF);
+  }
   const Eigen::Vector3d lever = state.X_BF.linear() * p_F_mm;
   state.p_B_mm = state.X_BF.translation() + lever;
   const JointVector scales = scales_of(calibrated_);
@@ -154,19 +168,40 @@ TargetCompensation::Result TargetCompensation::at_joints(const JointVector& q,
   return at_pose(nominal_geometry_.forward(q), q, p_F_mm);
 }
 
+TargetCompensation::Result TargetCompensation::at_joints(const JointVector& q, const Eigen::Vector3d& p_F_mm,
+                                                         const BeyondGeometry& beyond) const {
+  return compensate(nominal_geometry_.forward(q), q, p_F_mm, &beyond);
+}
+
 TargetCompensation::Result TargetCompensation::at_pose(const Eigen::Isometry3d& X_BF,
                                                        const JointVector& q_nominal,
                                                        const Eigen::Vector3d& p_F_mm) const {
+  return compensate(X_BF, q_nominal, p_F_mm, nullptr);
+}
+
+TargetCompensation::Result TargetCompensation::compensate(const Eigen::Isometry3d& X_BF,
+                                                          const JointVector& q_nominal,
+                                                          const Eigen::Vector3d& p_F_mm,
+                                                          const BeyondGeometry* beyond) const {
   count_step();
-  if (!has_wrist() || options_.singular_below == 0) return exact(X_BF, q_nominal);
-  const State start = state_at(q_nominal, p_F_mm);
-  return start.apart() < options_.singular_below ? damped(X_BF, q_nominal, p_F_mm, start)
-                                                 : exact(X_BF, q_nominal);
+  if (!has_wrist() || options_.singular_below == 0) return exact(X_BF, q_nominal, beyond);
+  const State start = state_at(q_nominal, p_F_mm, beyond);
+  return start.apart() < options_.singular_below ? damped(X_BF, q_nominal, p_F_mm, start, beyond)
+                                                 : exact(X_BF, q_nominal, beyond);
+}
+
+std::expected<PoseInverseResult, PoseInverseFault> TargetCompensation::inverse(
+    const Eigen::Isometry3d& X_BF, const JointVector& q_seed, const BeyondGeometry* beyond) const {
+  if (!beyond) return inverse_near(calibrated_, geometry_, X_BF, q_seed, {.approach = options_.approach});
+  auto solved = geometry_.inverse_near(inverse_of(beyond->X_moved) * X_BF, q_seed + beyond->turned, {});
+  if (solved) solved->q -= beyond->turned;
+  return solved;
 }
 
 TargetCompensation::Result TargetCompensation::exact(const Eigen::Isometry3d& X_BF,
-                                                     const JointVector& q_nominal) const {
-  const auto solved = inverse_near(calibrated_, geometry_, X_BF, q_nominal, {.approach = options_.approach});
+                                                     const JointVector& q_nominal,
+                                                     const BeyondGeometry* beyond) const {
+  const auto solved = inverse(X_BF, q_nominal, beyond);
   if (solved)
     return near(q_nominal, {solved->q, solved->residual_mm, solved->residual_rad, solved->iterations});
   using Kind = CompensationFault::Kind;
@@ -176,7 +211,8 @@ TargetCompensation::Result TargetCompensation::exact(const Eigen::Isometry3d& X_
 
 TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X_BF,
                                                       const JointVector& q_nominal,
-                                                      const Eigen::Vector3d& p_F_mm, State state) const {
+                                                      const Eigen::Vector3d& p_F_mm, State state,
+                                                      const BeyondGeometry* beyond) const {
   using Kind = CompensationFault::Kind;
   const JointVector scales = scales_of(calibrated_);
   const Eigen::Vector3d p_B_mm = X_BF * p_F_mm;
@@ -185,7 +221,7 @@ TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X
   const double sense = -state.sense();
   double lambda_squared = 0;
   for (; result.iterations < kMaxSteps; ++result.iterations) {
-    if (result.iterations > 0) state = state_at(result.q, p_F_mm);
+    if (result.iterations > 0) state = state_at(result.q, p_F_mm, beyond);
     const Eigen::Vector3d rotation_error = turn_between(state.X_BF.linear(), X_BF.linear());
     state.task.p_error = (p_B_mm - state.p_B_mm) / kLength_mm;
     const auto step = wrist_step(state.task, rotation_error, sense);
@@ -195,7 +231,7 @@ TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X
     }
     if (result.iterations == 0) {
       lambda_squared = damping(*step, step->others[axis_4], state.apart(), options_);
-      if (lambda_squared == 0) return exact(X_BF, q_nominal);
+      if (lambda_squared == 0) return exact(X_BF, q_nominal, beyond);
     }
 
     const JointVector correction = result.q - q_nominal;
@@ -219,7 +255,7 @@ TargetCompensation::Result TargetCompensation::at_position(const Eigen::Vector3d
   std::bitset<kMaxJoints> held;
   CompensatedTarget result{.q = q_near};
   for (; result.iterations < kMaxSteps; ++result.iterations) {
-    State state = state_at(result.q, p_F_mm);
+    State state = state_at(result.q, p_F_mm, nullptr);
     state.task.p_error = (p_B_mm - state.p_B_mm) / kLength_mm;
     const auto step = nearest_step(state.task, (q_goal - result.q).cwiseQuotient(scales), held);
     if (!step) return std::unexpected(CompensationFault{CompensationFault::Kind::NotFinite});

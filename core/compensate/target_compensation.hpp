@@ -34,6 +34,15 @@ struct CompensationOptions {
   Approach approach;  ///< directions in which the joints will have moved, for arms with backlash
 };
 
+/// What an arm has beyond its geometry at joints q: deviations of its joints and the displacement of its
+/// flange.
+struct BeyondGeometry {
+  JointVector q;       ///< encoder positions
+  JointVector turned;  ///< true joint positions less these
+  Eigen::Isometry3d X_moved =
+      Eigen::Isometry3d::Identity();  ///< from where the geometry puts the flange, base frame
+};
+
 struct CompensatedTarget {
   JointVector q;            ///< to command
   double residual_mm = 0;   ///< of the point
@@ -87,6 +96,11 @@ class TargetCompensation {
 
   /// The calibrated arm stands where the nominal one would at `q`.
   Result at_joints(const JointVector& q, const Eigen::Vector3d& p_F_mm = {0, 0, 0}) const;
+  /// The same for an arm whose joints deviate and whose flange is displaced everywhere as at `beyond.q`: near
+  /// there, much faster.
+  Result at_joints(const JointVector& q, const Eigen::Vector3d& p_F_mm, const BeyondGeometry& beyond) const;
+  BeyondGeometry beyond_geometry(const JointVector& q) const;
+
   /// The flange is at X_BF.
   /// @param q_nominal  joints of the nominal arm there: the branch, and what the correction is counted from
   Result at_pose(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal,
@@ -98,11 +112,18 @@ class TargetCompensation {
 
  private:
   struct State;
-  State state_at(const JointVector& q, const Eigen::Vector3d& p_F_mm) const;
+  // In all of these `beyond` is null where it is to be looked at in every step.
+  State state_at(const JointVector& q, const Eigen::Vector3d& p_F_mm, const BeyondGeometry* beyond) const;
   bool has_wrist() const;
-  Result exact(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal) const;
+  Result compensate(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal,
+                    const Eigen::Vector3d& p_F_mm, const BeyondGeometry* beyond) const;
+  std::expected<PoseInverseResult, PoseInverseFault> inverse(const Eigen::Isometry3d& X_BF,
+                                                             const JointVector& q_seed,
+                                                             const BeyondGeometry* beyond) const;
+  Result exact(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal,
+               const BeyondGeometry* beyond) const;
   Result damped(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal, const Eigen::Vector3d& p_F_mm,
-                State state) const;
+                State state, const BeyondGeometry* beyond) const;
   Result near(const JointVector& q_nominal, const CompensatedTarget& target) const;
   Result within_limits(const CompensatedTarget& target) const;
 

@@ -121,6 +121,7 @@ void StreamCycle::finish(const drivers::CycleTimes& times) noexcept {
     late_replies_.dealt_with(times);
     if (times.replied) count(times);
     update_state();
+    look_ahead();
   }
   publish();
 }
@@ -152,6 +153,7 @@ void StreamCycle::tell_foreign(const drivers::UdpSource& source) noexcept {
 void StreamCycle::take_commands() noexcept {
   if (model_.take()) {
     status_.model = model_.front().number;
+    foresight_.restart();
     ramp_.start_from_current();
     emit({.kind = StreamEventKind::ModelChanged, .value = status_.model});
   }
@@ -417,11 +419,15 @@ bool StreamCycle::solve(const JointVector& commanded) noexcept {
     model_correction_.setZero();
     return true;
   }
-  const auto compensated = model.compensation->at_joints(commanded, model.p_F_mm);
+  const auto compensated = foresight_.at_joints(*model.compensation, commanded, model.p_F_mm);
   if (!compensated || !compensated->q.allFinite()) return false;
   model_correction_ = compensated->q - commanded;
   status_.counters.damped += compensated->damped;
   return true;
+}
+
+void StreamCycle::look_ahead() noexcept {
+  if (model_.front().number != 0) foresight_.look_ahead(*model_.front().compensation);
 }
 
 /// Moves the correction on by one reply. @return false where it was held instead

@@ -15,6 +15,7 @@
 #include "core/compensate/target_compensation.hpp"
 #include "daemon/realtime/controller_session.hpp"
 #include "daemon/realtime/correction_ramp.hpp"
+#include "daemon/realtime/foresight.hpp"
 #include "daemon/realtime/lateness.hpp"
 #include "daemon/realtime/lock_free.hpp"
 #include "daemon/realtime/stream_checks.hpp"
@@ -121,6 +122,7 @@ class StreamCycle final : public drivers::RsiResponder {
   void watch(const rsi::RobotFrame& frame, const Hearing& hearing, drivers::TimePoint received) noexcept;
   void look_at_arm(const rsi::RobotFrame& frame, std::uint64_t elapsed) noexcept;
   bool solve(const JointVector& commanded) noexcept;
+  void look_ahead() noexcept;
   bool correct(const JointVector& commanded, double cycles) noexcept;
   void count(const CorrectionClamps& clamps) noexcept;
   FoundFault broken_bound(const JointVector& wanted, const BoundedCorrection& bounded) const noexcept;
@@ -155,6 +157,7 @@ class StreamCycle final : public drivers::RsiResponder {
   Lateness lateness_;
   FollowingCheck following_;
   ArmCheck arm_check_;
+  Foresight foresight_;
   CorrectionRamp ramp_;
   StreamStatus status_;
   std::array<char, rsi::kMaxFrameBytes> buffer_{};
