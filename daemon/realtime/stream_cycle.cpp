@@ -120,6 +120,7 @@ void StreamCycle::finish(const drivers::CycleTimes& times) noexcept {
     received_ = times.received;
     late_replies_.dealt_with(times);
     if (times.replied) count(times);
+    watch_effect();
     update_state();
     look_ahead();
   }
@@ -398,9 +399,15 @@ void StreamCycle::watch(const rsi::RobotFrame& frame, const Hearing& hearing,
   if (status_.program_stopped) {
     following_.restart();
   } else {
-    raise(following_.take(frame, correction_, hearing.elapsed));
+    moved_ = Moved{frame, correction_, hearing.elapsed};
   }
   look_at_arm(frame, hearing.elapsed);
+}
+
+/// Half a second of cycles is judged: it may as well be done after the reply.
+void StreamCycle::watch_effect() noexcept {
+  if (moved_) raise(following_.take(moved_->frame, moved_->correction, moved_->elapsed));
+  moved_.reset();
 }
 
 /// A program that is corrected while it works has tools and bases of its own, by which RIst tells no more

@@ -88,6 +88,12 @@ class StreamCycle final : public drivers::RsiResponder {
     std::optional<TargetCompensation> compensation;
     Eigen::Vector3d p_F_mm{0, 0, 0};
   };
+  /// The arm under the correction that was in force.
+  struct Moved {
+    rsi::RobotFrame frame;
+    JointVector correction;
+    std::uint64_t elapsed = 0;
+  };
   enum class Engagement : std::uint8_t { Off, On, Armed };
   using Turn = ControllerSession::Turn;
   using Hearing = ControllerSession::Hearing;
@@ -120,6 +126,7 @@ class StreamCycle final : public drivers::RsiResponder {
   std::optional<JointVector> commanded_axes(const rsi::RobotFrame& frame) const noexcept;
   bool plausible(const JointVector& commanded, const Hearing& hearing) noexcept;
   void watch(const rsi::RobotFrame& frame, const Hearing& hearing, drivers::TimePoint received) noexcept;
+  void watch_effect() noexcept;
   void look_at_arm(const rsi::RobotFrame& frame, std::uint64_t elapsed) noexcept;
   bool solve(const JointVector& commanded) noexcept;
   void look_ahead() noexcept;
@@ -156,6 +163,7 @@ class StreamCycle final : public drivers::RsiResponder {
   LateReplies late_replies_;
   Lateness lateness_;
   FollowingCheck following_;
+  std::optional<Moved> moved_;  // still to be looked at
   ArmCheck arm_check_;
   Foresight foresight_;
   CorrectionRamp ramp_;
