@@ -46,7 +46,15 @@ void must(bool done, const char* what) {
   if (!done) throw std::runtime_error{std::string{what} + ": " + std::strerror(errno)};
 }
 
-void enter_realtime() {
+/// All responders on one CPU and the controller on another, so that none has a better neighbour.
+std::array<int, 2> cpus() {
+  const std::vector<int> all = drivers::scheduling_of(0).cpus;
+  return {all.back(), all.front()};
+}
+const auto [kResponderCpu, kControllerCpu] = cpus();
+
+void enter_realtime(int cpu) {
+  if (const auto why = drivers::pin_to(cpu)) throw std::runtime_error{*why};
   const sched_param parameters{.sched_priority = kPriority};
   must(::mlockall(MCL_CURRENT | MCL_FUTURE) == 0, "memory cannot be locked (run as root)");
   must(::sched_setscheduler(0, SCHED_FIFO, &parameters) == 0, "no SCHED_FIFO (run as root)");
@@ -99,7 +107,7 @@ Socket bound_socket() {
 /// What no answer can be faster than: received and sent back.
 [[noreturn]] void echo(int tell_port) {
   const Socket socket = bound_socket();
-  enter_realtime();
+  enter_realtime(kResponderCpu);
   must(::write(tell_port, &socket.port, sizeof socket.port) == sizeof socket.port, "pipe");
   std::array<char, rsi::kMaxFrameBytes> buffer{};
   for (;;) {
@@ -119,9 +127,12 @@ Socket bound_socket() {
   const auto cycle = daemon::StreamCycle::create(published_arm(), configuration(), options).value();
   cycle->use_model(model, 1);
   cycle->engage();
-  const auto link = drivers::RsiLink::start(
-      {.address = "127.0.0.1", .priority = kPriority, .require_realtime = true, .controller = kLoopback},
-      *cycle);
+  const auto link = drivers::RsiLink::start({.address = "127.0.0.1",
+                                             .priority = kPriority,
+                                             .require_realtime = true,
+                                             .cpu = kResponderCpu,
+                                             .controller = kLoopback},
+                                            *cycle);
   if (!link) throw std::runtime_error{link.error().text};
   const std::uint16_t port = (*link)->port();
   must(::write(tell_port, &port, sizeof port) == sizeof port, "pipe");
@@ -293,7 +304,7 @@ int main_of(int cycles) {
   exchanges.push_back(std::make_unique<Exchange>("bare UDP echo", bare.port()));
   exchanges.push_back(std::make_unique<Exchange>("geometric model", of_geometry.port()));
   exchanges.push_back(std::make_unique<Exchange>("deviations and field of 300 poses", of_all.port()));
-  enter_realtime();
+  enter_realtime(kControllerCpu);
   run(exchanges, cycles);
   for (const auto& exchange : exchanges) exchange->sort();
   const bool reached = print(exchanges);
