@@ -9,6 +9,15 @@ using drivers::Duration;
 void Lateness::heard(drivers::TimePoint received, std::uint64_t elapsed) noexcept {
   const Duration since = (cycle_ + cycle_ / kDrift) * static_cast<Duration::rep>(elapsed);
   due_ = due_ ? std::min(received, *due_ + since) : received;
+  const Duration behind = received - *due_;
+  if (behind <= cycle_ / 2) {
+    behind_ = 0;
+    return;
+  }
+  least_behind_ = behind_ == 0 ? behind : std::min(least_behind_, behind);
+  if (++behind_ <= kUsual) return;
+  *due_ += least_behind_;
+  behind_ = 0;
 }
 
 std::optional<LateBy> Lateness::judge(const drivers::CycleTimes& times) noexcept {

@@ -20,15 +20,18 @@ enum class LateBy : std::uint8_t {
 /// whoever held that one up.
 ///
 /// Due is what the earliest datagrams and the IPOC say, a line that may rise by kDrift: no two clocks differ
-/// by so much, and a way that has become longer is the usual one after some seconds. The realtime thread's
-/// own.
+/// by so much. Where kUsual datagrams in a row come late, the controller or its way has changed: the earliest
+/// of them is in time from then on. The realtime thread's own.
 class Lateness {
  public:
   /// @param cycle  the controller's
   explicit Lateness(drivers::Duration cycle) : cycle_{cycle} {}
 
   /// The next good frame begins a count of its own.
-  void restart() noexcept { due_.reset(); }
+  void restart() noexcept {
+    due_.reset();
+    behind_ = 0;
+  }
   /// @param elapsed  cycles since the good frame before
   void heard(drivers::TimePoint received, std::uint64_t elapsed) noexcept;
   /// The datagram that was heard last is dealt with. @return nobody, where its reply left in time
@@ -36,9 +39,12 @@ class Lateness {
 
  private:
   static constexpr int kDrift = 1000;  // a cycle may last longer by one part in so many
+  static constexpr int kUsual = 25;
 
   drivers::Duration cycle_;
   std::optional<drivers::TimePoint> due_;
+  int behind_ = 0;  // datagrams in a row
+  drivers::Duration least_behind_{0};
   drivers::TimePoint busy_until_{};  // with the datagram before
   LateBy held_up_ = LateBy::Machine;
 };
