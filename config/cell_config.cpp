@@ -74,6 +74,7 @@ void layout(auto& io, Is<StreamConfig> auto& x) {
   io.optional("rearm", x.rearm, kRearms);
   io.optional("realtime", x.realtime, kRealtimePolicies);
   io.optional("priority", x.priority, Whole{1, 80});  // LimitRTPRIO= of the unit
+  io.optional("cpu", x.cpu, Whole{-1, 1023});
   io.optional("max_step_deg", x.max_step_deg, Range{0.0001, 1});
   io.optional("max_total_deg", x.max_total_deg, Range{0.001, 10});
   io.optional("limit_margin_deg", x.limit_margin_deg, Range{0, 90});

@@ -50,6 +50,7 @@ struct StreamConfig {
   Rearm rearm = Rearm::Manual;
   RealtimePolicy realtime = RealtimePolicy::Prefer;
   int priority = 80;
+  int cpu = -1;                 ///< of the real-time thread; -1 = any
   double max_step_deg = 0.02;   ///< per cycle and axis
   double max_total_deg = 3.0;   ///< per axis
   double limit_margin_deg = 1;  ///< kept from the joint limits

@@ -10,12 +10,14 @@
 #include <filesystem>
 #include <iterator>
 #include <optional>
+#include <thread>
 
 #include "config/cell_setup.hpp"
 #include "daemon/control/control_server.hpp"
 #include "daemon/realtime/stream_cycle.hpp"
 #include "daemon/realtime/stream_options.hpp"
 #include "daemon/store/store.hpp"
+#include "drivers/kuka/scheduling.hpp"
 
 namespace truepose::daemon {
 
@@ -115,6 +117,15 @@ std::vector<Finding> check_ports(const config::CellConfig& config) {
   return findings;
 }
 
+/// Tried in a thread that ends with the trial.
+std::vector<Finding> check_cpu(int cpu) {
+  if (cpu < 0) return {};
+  std::optional<std::string> why_not;
+  std::thread{[&] { why_not = drivers::pin_to(cpu); }}.join();
+  if (!why_not) return {};
+  return {{Level::Failure, *why_not}};
+}
+
 void check_stream(const config::CellConfig& config, std::vector<Finding>& findings) {
   const std::string file = config.stream.ethernet_xml.string();
   const auto ethernet = read_ethernet(config.stream.ethernet_xml);
@@ -133,6 +144,7 @@ void check_stream(const config::CellConfig& config, std::vector<Finding>& findin
   for (const std::string& sentence : rsi::lint(*ethernet))
     findings.push_back({Level::Warning, file + ": " + sentence});
   append(findings, check_stream_address(config.stream, *ethernet));
+  append(findings, check_cpu(config.stream.cpu));
   const auto cycle = config.stream.cycle;
   if (cycle != kFastCycle && cycle != kSlowCycle) {
     findings.push_back({Level::Warning, "stream.cycle_ms is " + std::to_string(cycle.count()) +

@@ -80,8 +80,12 @@ std::unique_ptr<StreamMemory> stream_memory(const fs::path& runtime) {
 
 drivers::RsiLinkOptions link_options(const config::StreamConfig& stream, std::uint32_t peer) {
   const bool off = stream.realtime == config::RealtimePolicy::Off;
-  return {stream.listen.host, stream.listen.port, off ? 0 : stream.priority,
-          stream.realtime == config::RealtimePolicy::Require, peer};
+  return {stream.listen.host,
+          stream.listen.port,
+          off ? 0 : stream.priority,
+          stream.realtime == config::RealtimePolicy::Require,
+          stream.cpu,
+          peer};
 }
 
 /// Everything that runs, in the order in which it is started; taken down in the reverse order.
@@ -109,7 +113,8 @@ class Daemon {
                  {config.tracker.address.host, config.tracker.address.port, config.tracker.reflector,
                   config.tracker.measure}},
         cell_{{io_.get_executor(), config_, robot_, tracker_, clock_, *stream_, store_, store_thread_,
-               compute_thread_, events_, [] { return std::chrono::system_clock::now(); }}},
+               compute_thread_, events_, [] { return std::chrono::system_clock::now(); },
+               [this] { return link_->scheduling(); }}},
         link_{started(drivers::RsiLink::start(link_options(config.stream, peer_), *stream_))},
         server_{
             started(ControlServer::start(io_.get_executor(),
@@ -171,8 +176,10 @@ class Daemon {
                      if (failed && !stopping_) std::rethrow_exception(failed);
                    }));
     const std::string status = "control port " + std::to_string(server_->port()) + ", RSI port " +
-                               std::to_string(link_->port()) + ", RSI thread " + link_->scheduling();
+                               std::to_string(link_->port()) + ", RSI thread " +
+                               drivers::describe(link_->scheduling());
     log_info("ready: " + status);
+    if (!link_->refused().empty()) log_warning("RSI thread: " + link_->refused());
     tell_ready(status);
     asio::co_spawn(io_, feed_watchdog(), asio::bind_cancellation_slot(stop_feeding_.slot(), asio::detached));
 

@@ -110,13 +110,27 @@ bool TargetCompensation::has_wrist() const {
          });
 }
 
-TargetCompensation::State TargetCompensation::state_at(const JointVector& q,
-                                                       const Eigen::Vector3d& p_F_mm) const {
-  const bool deviates = !calibrated_.deviation.empty();
+BeyondGeometry TargetCompensation::beyond_geometry(const JointVector& q) const {
+  const JointVector joints = true_joints(calibrated_, q, options_.approach);
+  BeyondGeometry beyond{.q = q, .turned = joints - q};
+  if (calibrated_.field) {
+    const Eigen::Isometry3d X_BF = geometry_.forward(joints);
+    beyond.X_moved = calibrated_.field->displaced(q, X_BF) * inverse_of(X_BF);
+  }
+  return beyond;
+}
+
+TargetCompensation::State TargetCompensation::state_at(const JointVector& q, const Eigen::Vector3d& p_F_mm,
+                                                       const BeyondGeometry* beyond) const {
   PoseAndJacobian now;
-  geometry_.forward_with_jacobian(deviates ? true_joints(calibrated_, q, options_.approach) : q, now);
+  geometry_.forward_with_jacobian(
+      beyond ? JointVector(q + beyond->turned) : true_joints(calibrated_, q, options_.approach), now);
   State state{now.X_BF, {now.J, {}}, {}};
-  if (calibrated_.field) state.X_BF = calibrated_.field->displaced(q, now.X_BF);
+  if (beyond) {
+    state.X_BF = beyond->X_moved * now.X_BF;
+  } else if (calibrated_.field) {
+    state.X_BF = calibrated_.field->displaced(q, now.X_BF);
+  }
   const Eigen::Vector3d lever = state.X_BF.linear() * p_F_mm;
   state.p_B_mm = state.X_BF.translation() + lever;
   const JointVector scales = scales_of(calibrated_);
@@ -156,8 +170,9 @@ TargetCompensation::Result TargetCompensation::at_joints(const JointVector& q,
 
 TargetCompensation::Result TargetCompensation::at_joints_within(int steps, const JointVector& q,
                                                                 const Eigen::Vector3d& p_F_mm,
-                                                                JointVector& correction) const {
-  Search search{q + correction, steps};
+                                                                JointVector& correction,
+                                                                const BeyondGeometry* beyond) const {
+  Search search{.q = q + correction, .steps = steps, .beyond = beyond};
   const Result result = at_pose(nominal_geometry_.forward(q), q, p_F_mm, search);
   correction = search.q - q;
   const bool goes_on = result || result.error().kind == CompensationFault::Kind::DidNotConverge;
@@ -169,7 +184,7 @@ TargetCompensation::Result TargetCompensation::at_joints_within(int steps, const
 TargetCompensation::Result TargetCompensation::at_pose(const Eigen::Isometry3d& X_BF,
                                                        const JointVector& q_nominal,
                                                        const Eigen::Vector3d& p_F_mm) const {
-  Search search{q_nominal};
+  Search search{.q = q_nominal};
   return at_pose(X_BF, q_nominal, p_F_mm, search);
 }
 
@@ -178,16 +193,25 @@ TargetCompensation::Result TargetCompensation::at_pose(const Eigen::Isometry3d& 
                                                        const Eigen::Vector3d& p_F_mm, Search& search) const {
   count_step();
   if (!has_wrist() || options_.singular_below == 0) return exact(X_BF, q_nominal, search);
-  const State start = state_at(q_nominal, p_F_mm);
+  const State start = state_at(q_nominal, p_F_mm, search.beyond);
   return start.apart() < options_.singular_below ? damped(X_BF, q_nominal, p_F_mm, start, search)
                                                  : exact(X_BF, q_nominal, search);
+}
+
+std::expected<PoseInverseResult, PoseInverseFault> TargetCompensation::inverse(
+    const Eigen::Isometry3d& X_BF, const Search& search, const PoseInverseOptions& options) const {
+  if (!search.beyond) return inverse_near(calibrated_, geometry_, X_BF, search.q, options);
+  const BeyondGeometry& beyond = *search.beyond;
+  auto solved = geometry_.inverse_near(inverse_of(beyond.X_moved) * X_BF, search.q + beyond.turned, options);
+  if (solved) solved->q -= beyond.turned;
+  return solved;
 }
 
 TargetCompensation::Result TargetCompensation::exact(const Eigen::Isometry3d& X_BF,
                                                      const JointVector& q_nominal, Search& search) const {
   PoseInverseOptions options{.approach = options_.approach, .in_parts = search.steps.has_value()};
   options.max_iterations = search.steps.value_or(options.max_iterations);
-  const auto solved = inverse_near(calibrated_, geometry_, X_BF, search.q, options);
+  const auto solved = inverse(X_BF, search, options);
   using Kind = CompensationFault::Kind;
   if (!solved) {
     return std::unexpected(CompensationFault{
@@ -212,7 +236,7 @@ TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X
   const double sense = -state.sense();
   double lambda_squared = 0;
   for (; result.iterations < search.steps.value_or(kMaxSteps); ++result.iterations) {
-    if (result.iterations > 0) state = state_at(result.q, p_F_mm);
+    if (result.iterations > 0) state = state_at(result.q, p_F_mm, search.beyond);
     const Eigen::Vector3d rotation_error = turn_between(state.X_BF.linear(), X_BF.linear());
     state.task.p_error = (p_B_mm - state.p_B_mm) / kLength_mm;
     const auto step = wrist_step(state.task, rotation_error, sense);
@@ -252,7 +276,7 @@ TargetCompensation::Result TargetCompensation::at_position(const Eigen::Vector3d
   std::bitset<kMaxJoints> held;
   CompensatedTarget result{.q = q_near};
   for (; result.iterations < kMaxSteps; ++result.iterations) {
-    State state = state_at(result.q, p_F_mm);
+    State state = state_at(result.q, p_F_mm, nullptr);
     state.task.p_error = (p_B_mm - state.p_B_mm) / kLength_mm;
     const auto step = nearest_step(state.task, (q_goal - result.q).cwiseQuotient(scales), held);
     if (!step) return std::unexpected(CompensationFault{CompensationFault::Kind::NotFinite});

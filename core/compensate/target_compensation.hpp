@@ -35,6 +35,15 @@ struct CompensationOptions {
   Approach approach;  ///< directions in which the joints will have moved, for arms with backlash
 };
 
+/// What an arm has beyond its geometry at joints q: deviations of its joints and the displacement of its
+/// flange.
+struct BeyondGeometry {
+  JointVector q;       ///< encoder positions
+  JointVector turned;  ///< true joint positions less these
+  Eigen::Isometry3d X_moved =
+      Eigen::Isometry3d::Identity();  ///< from where the geometry puts the flange, base frame
+};
+
 struct CompensatedTarget {
   JointVector q;            ///< to command
   double residual_mm = 0;   ///< of the point
@@ -91,8 +100,13 @@ class TargetCompensation {
   /// The same in at most so many of Newton's steps, for a target that moves little from call to call.
   /// DidNotConverge may say that they were too few: another call with the same `q` goes on.
   /// @param correction  of q: where the search is, zero at first; and where it came to
+  /// @param beyond      where given, joints deviate and the flange is displaced everywhere as at `beyond->q`:
+  /// near
+  ///                    there, much faster
   Result at_joints_within(int steps, const JointVector& q, const Eigen::Vector3d& p_F_mm,
-                          JointVector& correction) const;
+                          JointVector& correction, const BeyondGeometry* beyond = nullptr) const;
+  BeyondGeometry beyond_geometry(const JointVector& q) const;
+
   /// The flange is at X_BF.
   /// @param q_nominal  joints of the nominal arm there: the branch, and what the correction is counted from
   Result at_pose(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal,
@@ -108,11 +122,15 @@ class TargetCompensation {
   struct Search {
     JointVector q;
     std::optional<int> steps{};
+    const BeyondGeometry* beyond = nullptr;  ///< null where it is to be looked at in every step
   };
-  State state_at(const JointVector& q, const Eigen::Vector3d& p_F_mm) const;
+  State state_at(const JointVector& q, const Eigen::Vector3d& p_F_mm, const BeyondGeometry* beyond) const;
   bool has_wrist() const;
   Result at_pose(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal, const Eigen::Vector3d& p_F_mm,
                  Search& search) const;
+  std::expected<PoseInverseResult, PoseInverseFault> inverse(const Eigen::Isometry3d& X_BF,
+                                                             const Search& search,
+                                                             const PoseInverseOptions& options) const;
   Result exact(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal, Search& search) const;
   Result damped(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal, const Eigen::Vector3d& p_F_mm,
                 State state, Search& search) const;

@@ -36,6 +36,7 @@ struct CellParts {
   Worker& compute_thread;
   EventBus& events;
   StoreJournal::WallClock wall_clock;
+  std::function<drivers::Scheduling()> realtime_thread{};  ///< how it runs now; empty: there is none
 };
 
 using MethodResult = std::expected<boost::json::value, control::RpcError>;

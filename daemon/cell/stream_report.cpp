@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/json/array.hpp>
 #include <boost/json/value.hpp>
+#include <boost/json/value_from.hpp>
 #include <cstdio>
 
 #include "core/formatted.hpp"
@@ -67,6 +68,19 @@ json::object robot_json(const RobotCondition& robot) {
           {"emergency_stop", value_or_null(robot.emergency_stop)},
           {"gate_open", value_or_null(robot.gate_open)},
           {"unknown", robot.unknown}};
+}
+
+json::object percentiles_json(const LatencyHistogram::Summary& summary) {
+  return {
+      {"p50", summary.p50_us}, {"p99", summary.p99_us}, {"p999", summary.p999_us}, {"max", summary.max_us}};
+}
+
+json::value scheduling_json(const std::optional<drivers::Scheduling>& thread) {
+  if (!thread) return {};
+  return {{"policy", thread->policy},
+          {"priority", thread->priority},
+          {"cpus", json::value_from(thread->cpus)},
+          {"locked_kB", thread->locked_kB}};
 }
 
 /// Of an armed stream whose controller sends nothing.
@@ -146,7 +160,7 @@ std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, 
          "`truepose doctor`, which looks where";
 }
 
-json::object stream_json(const StreamStatus& status, const LatencyHistogram::Summary& turnaround,
+json::object stream_json(const StreamStatus& status, const StreamTimes& times,
                          const StreamSurroundings& around) {
   const StreamCounters& c = status.counters;
   const bool silent = !around.age || *around.age >= kSilence;
@@ -185,11 +199,10 @@ json::object stream_json(const StreamStatus& status, const LatencyHistogram::Sum
       {"max_step_deg", status.max_step_deg},
       {"correction_deg", std::move(correction_deg)},
       {"measured_deg", std::move(measured_deg)},
-      {"turnaround_us",
-       {{"p50", turnaround.p50_us},
-        {"p99", turnaround.p99_us},
-        {"p999", turnaround.p999_us},
-        {"max", turnaround.max_us}}}};
+      {"late_by", {{"us", c.late_by_us}, {"machine", c.late_by_machine}, {"network", c.late_by_network}}},
+      {"turnaround_us", percentiles_json(times.turnaround)},
+      {"compute_us", percentiles_json(times.compute)},
+      {"scheduling", scheduling_json(around.thread)}};
 }
 
 }  // namespace truepose::daemon

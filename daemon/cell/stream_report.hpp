@@ -9,6 +9,7 @@
 #include "daemon/realtime/stream_options.hpp"
 #include "daemon/realtime/stream_status.hpp"
 #include "drivers/clock.hpp"
+#include "drivers/kuka/scheduling.hpp"
 
 namespace truepose::daemon {
 
@@ -54,10 +55,16 @@ struct StreamSurroundings {
   std::string trouble;  ///< why it does not run, which the realtime thread does not know; empty = it may
   std::string model_id;
   RobotCondition robot{};
+  std::optional<drivers::Scheduling> thread{};  ///< the realtime one, where there is one
+};
+
+/// How long its replies take: from datagram to reply in the kernel, and the computing of it alone.
+struct StreamTimes {
+  LatencyHistogram::Summary turnaround, compute;
 };
 
 /// The status of the stream, as openrpc.json describes it.
-boost::json::object stream_json(const StreamStatus& status, const LatencyHistogram::Summary& turnaround,
+boost::json::object stream_json(const StreamStatus& status, const StreamTimes& times,
                                 const StreamSurroundings& around);
 
 }  // namespace truepose::daemon

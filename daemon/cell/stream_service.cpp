@@ -286,14 +286,16 @@ std::string StreamService::trouble(const StreamStatus& now) const {
 
 json::object StreamService::json() const {
   const StreamStatus status = parts_.stream.status();
-  return stream_json(status, parts_.stream.turnaround(),
-                     {.streaming = runner_.corrects(),
-                      .armed = runner_.armed(),
-                      .age = packet_age(status, parts_.clock.now()),
-                      .refused = refused_.last,
-                      .trouble = trouble(status),
-                      .model_id = models_.active() ? models_.active()->record.id : "",
-                      .robot = robot(status)});
+  return stream_json(
+      status, {parts_.stream.turnaround(), parts_.stream.compute()},
+      {.streaming = runner_.corrects(),
+       .armed = runner_.armed(),
+       .age = packet_age(status, parts_.clock.now()),
+       .refused = refused_.last,
+       .trouble = trouble(status),
+       .model_id = models_.active() ? models_.active()->record.id : "",
+       .robot = robot(status),
+       .thread = parts_.realtime_thread ? std::optional{parts_.realtime_thread()} : std::nullopt});
 }
 
 }  // namespace truepose::daemon

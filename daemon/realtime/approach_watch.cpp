@@ -9,7 +9,8 @@ void ApproachWatch::restart() noexcept {
   begun_ = false;
 }
 
-void ApproachWatch::take(const JointVector& commanded) noexcept {
+bool ApproachWatch::take(const JointVector& commanded) noexcept {
+  const auto before = directions_;
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
     const double q = commanded[static_cast<Eigen::Index>(i)];
     Range& range = ranges_[i];
@@ -21,6 +22,7 @@ void ApproachWatch::take(const JointVector& commanded) noexcept {
     range = {q, q};
   }
   begun_ = true;
+  return directions_ != before;
 }
 
 }  // namespace truepose::daemon

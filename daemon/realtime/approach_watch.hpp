@@ -18,8 +18,8 @@ class ApproachWatch {
 
   /// Nothing is known of any axis.
   void restart() noexcept;
-  /// No allocation.
-  void take(const JointVector& commanded) noexcept;
+  /// No allocation. @return whether a direction has become another
+  bool take(const JointVector& commanded) noexcept;
   /// 1 upwards, -1 downwards, 0 not known yet; a view of the watch itself.
   Approach directions() const noexcept { return directions_; }
 

@@ -118,7 +118,8 @@ std::optional<FoundFault> LateReplies::take(const ControllerSession::Hearing& he
   } else if (!hearing.missed) {
     rejected_ = 0;
   }
-  if (late && !believed_ && rejected_ >= rejected_cycles_) return FoundFault{StreamFault::RepliesRejected, {}};
+  if (late && !believed_ && rejected_ >= rejected_cycles_)
+    return FoundFault{StreamFault::RepliesRejected, {}};
   return std::nullopt;
 }
 

@@ -84,8 +84,8 @@ class FollowingCheck {
   std::array<std::optional<double>, 6> measured_deg_{};
 };
 
-/// Looks for replies that were sent in time and not taken, in a session that never took one: later the network
-/// has lost them, which passes or ends the session.
+/// Looks for replies that were sent in time and not taken, in a session that never took one: later the
+/// network has lost them, which passes or ends the session.
 class LateReplies {
  public:
   /// @param rejected_cycles  so many late replies in a row that were sent in time are a fault
@@ -95,10 +95,10 @@ class LateReplies {
     rejected_ = 0;
     believed_ = false;
   }
-  /// A datagram that came at `received` was dealt with at `done`, whether it was answered or not.
-  void dealt_with(drivers::TimePoint received, drivers::TimePoint done) noexcept {
-    received_ = received;
-    turnaround_ = done - received;
+  /// A datagram was dealt with, whether it was answered or not.
+  void dealt_with(const drivers::CycleTimes& times) noexcept {
+    received_ = times.received;
+    turnaround_ = times.sent - times.received;
   }
   /// @return RepliesRejected or nothing
   std::optional<FoundFault> take(const ControllerSession::Hearing& hearing,
@@ -110,7 +110,7 @@ class LateReplies {
   int rejected_cycles_;
   std::optional<drivers::TimePoint> received_;
   drivers::Duration turnaround_{0};
-  int rejected_ = 0;  // in a row
+  int rejected_ = 0;       // in a row
   bool believed_ = false;  // a reply was taken
   bool late_before_ = false;
   bool began_ = false;

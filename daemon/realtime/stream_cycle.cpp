@@ -71,6 +71,7 @@ StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& e
       session_{session_options(options), memory},
       missing_{ethernet, options.cycles_per_second()},
       late_replies_{options.rejected_cycles},
+      lateness_{options.cycle},
       following_{static_cast<double>(options.cycle.count()), options.following_tolerance_rad},
       arm_check_{nominal, options.cycle, options.max_fk_deviation_mm},
       ramp_{options.ramp_cycles, kAxes},
@@ -105,22 +106,36 @@ StreamStatus StreamCycle::status() const {
 }
 
 std::string_view StreamCycle::answer(const drivers::Datagram& datagram) noexcept {
-  if (!session_.admits(datagram.source, datagram.received)) {
+  from_controller_ = session_.admits(datagram.source, datagram.received);
+  if (!from_controller_) {
     tell_foreign(datagram.source);
-    publish();
     return {};
   }
   ++status_.counters.datagrams;
   status_.read_until = datagram.received;
   take_commands();
-  const std::string_view bytes = answer_controller(datagram);
-  update_state();
+  return answer_controller(datagram);
+}
+
+void StreamCycle::finish(const drivers::CycleTimes& times) noexcept {
+  if (from_controller_) {
+    received_ = times.received;
+    late_replies_.dealt_with(times);
+    if (times.replied) count(times);
+    watch_effect();
+    update_state();
+    look_ahead();
+  }
   publish();
-  const drivers::TimePoint done = options_.now();
-  late_replies_.dealt_with(datagram.received, done);
-  received_ = datagram.received;
-  turnaround_.record(done - datagram.received);
-  return bytes;
+}
+
+void StreamCycle::count(const drivers::CycleTimes& times) noexcept {
+  turnaround_.record(times.sent - times.received);
+  compute_.record(times.ready - times.taken);
+  const auto late_by = lateness_.judge(times);
+  status_.counters.late_by_us += late_by == LateBy::Us;
+  status_.counters.late_by_machine += late_by == LateBy::Machine;
+  status_.counters.late_by_network += late_by == LateBy::Network;
 }
 
 void StreamCycle::nothing_came(drivers::TimePoint until) noexcept {
@@ -142,6 +157,7 @@ void StreamCycle::take_commands() noexcept {
   if (model_.take()) {
     status_.model = model_.front().number;
     search_.setZero();
+    foresight_.restart();
     ramp_.start_from_current();
     emit({.kind = StreamEventKind::ModelChanged, .value = status_.model});
   }
@@ -163,7 +179,7 @@ void StreamCycle::acknowledge_fault() noexcept {
 }
 
 std::string_view StreamCycle::answer_controller(const drivers::Datagram& datagram) noexcept {
-  const auto frame = rsi::decode_robot_frame(datagram.bytes);
+  const auto frame = decoder_.decode(datagram.bytes);
   if (!frame) return answer_malformed(frame.error(), datagram);
   const bool commanded = sends_aspos_ ? frame->aspos_rad.has_value() : frame->aipos_rad.has_value();
   if (!commanded) {
@@ -190,6 +206,7 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
   disarm_after_silence(datagram.received);
   const Hearing hearing = session_.hear(frame, datagram.source, datagram.received);
   if (hearing.began) begin_session(datagram.source);
+  lateness_.heard(datagram.received, hearing.elapsed);
   if (hearing.elapsed > 1) {
     status_.counters.lost += hearing.elapsed - 1;
     emit({.kind = StreamEventKind::PacketsLost, .value = hearing.elapsed - 1});
@@ -222,7 +239,7 @@ std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const H
 
   watch(frame, hearing, received);
   // Where the commanded axes are guessed from the actual ones our own correction would turn them round.
-  if (sends_aspos_) approach_.take(commanded);
+  if (sends_aspos_ && approach_.take(commanded)) foresight_.restart();
   last_commanded_ = commanded;
   for (Eigen::Index i = 0; i < kAxes; ++i) {
     status_.commanded_deg[static_cast<std::size_t>(i)] = commanded[i] * kDegPerRad;
@@ -316,12 +333,14 @@ void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
   implausible_ = 0;
   missing_.restart();
   late_replies_.restart();
+  lateness_.restart();
   arm_check_.restart();
   malformed_before_ = unread_told_ = false;
   replied_ipoc_.reset();
   last_commanded_.reset();
   search_.setZero();
   approach_.restart();
+  foresight_.restart();
   following_.restart();
   emit({.kind = StreamEventKind::SessionStarted, .value = session_.ipoc(), .source = source});
 }
@@ -397,9 +416,15 @@ void StreamCycle::watch(const rsi::RobotFrame& frame, const Hearing& hearing,
   if (status_.program_stopped) {
     following_.restart();
   } else {
-    raise(following_.take(frame, correction_, hearing.elapsed));
+    moved_ = Moved{frame, correction_, hearing.elapsed};
   }
   look_at_arm(frame, hearing.elapsed);
+}
+
+/// Half a second of cycles is judged: it may as well be done after the reply.
+void StreamCycle::watch_effect() noexcept {
+  if (moved_) raise(following_.take(moved_->frame, moved_->correction, moved_->elapsed));
+  moved_.reset();
 }
 
 /// A program that is corrected while it works has tools and bases of its own, by which RIst tells no more
@@ -424,12 +449,16 @@ bool StreamCycle::solve(const JointVector& commanded) noexcept {
   if (!found_ && commanded != searched_for_) search_.setZero();
   searched_for_ = commanded;
   const auto compensated =
-      model.compensation->at_joints_within(kSolverSteps, commanded, model.p_F_mm, search_);
+      foresight_.at_joints_within(kSolverSteps, *model.compensation, commanded, model.p_F_mm, search_);
   found_ = compensated && compensated->q.allFinite();
   if (!found_) return false;
   model_correction_ = compensated->q - commanded;
   status_.counters.damped += compensated->damped;
   return true;
+}
+
+void StreamCycle::look_ahead() noexcept {
+  if (model_.front().number != 0) foresight_.look_ahead(*model_.front().compensation);
 }
 
 /// Moves the correction on by one reply. @return false where it was held instead

@@ -16,12 +16,15 @@
 #include "daemon/realtime/approach_watch.hpp"
 #include "daemon/realtime/controller_session.hpp"
 #include "daemon/realtime/correction_ramp.hpp"
+#include "daemon/realtime/foresight.hpp"
+#include "daemon/realtime/lateness.hpp"
 #include "daemon/realtime/lock_free.hpp"
 #include "daemon/realtime/stream_checks.hpp"
 #include "daemon/realtime/stream_options.hpp"
 #include "daemon/realtime/stream_status.hpp"
 #include "drivers/kuka/rsi_link.hpp"
 #include "proto/rsi/frame_codec.hpp"
+#include "proto/rsi/frame_layout.hpp"
 
 namespace truepose::daemon {
 
@@ -36,8 +39,8 @@ namespace truepose::daemon {
 /// corrections zero would be a jump; where nothing is known of what is in force, nothing is answered, and the
 /// controller holds.
 ///
-/// answer() belongs to the realtime thread, use_model() and the commands to one other, status() and
-/// turnaround() to any.
+/// The realtime thread calls answer() and finish(), one other use_model() and the commands, any status() and
+/// the histograms.
 class StreamCycle final : public drivers::RsiResponder {
  public:
   /// @param nominal   the arm of the robot program: six revolute joints
@@ -51,6 +54,7 @@ class StreamCycle final : public drivers::RsiResponder {
 
   // No allocation, lock, log, exception or system call.
   std::string_view answer(const drivers::Datagram& datagram) noexcept override;
+  void finish(const drivers::CycleTimes& times) noexcept override;
   void nothing_came(drivers::TimePoint until) noexcept override;
 
   /// Corrects for `calibrated` (as many joints as the nominal arm) from the next cycle on, cross-faded from
@@ -74,7 +78,10 @@ class StreamCycle final : public drivers::RsiResponder {
   void acknowledge() noexcept { acknowledged_.fetch_add(1, std::memory_order_release); }
 
   StreamStatus status() const;
+  /// From the kernel's receipt of a datagram to its reply in the kernel's hands.
   LatencyHistogram::Summary turnaround() const noexcept { return turnaround_.summary(); }
+  /// Of this, from the datagram in hand to the reply that is ready.
+  LatencyHistogram::Summary compute() const noexcept { return compute_.summary(); }
 
   /// Next event for the log, in order. One thread. @return false where there is none
   bool next_event(StreamEvent& event) noexcept { return events_.pop(event); }
@@ -86,6 +93,12 @@ class StreamCycle final : public drivers::RsiResponder {
     std::optional<TargetCompensation> compensation;
     Eigen::Vector3d p_F_mm{0, 0, 0};
   };
+  /// The arm under the correction that was in force.
+  struct Moved {
+    rsi::RobotFrame frame;
+    JointVector correction;
+    std::uint64_t elapsed = 0;
+  };
   enum class Engagement : std::uint8_t { Off, Leaving, On, Armed };
   using Turn = ControllerSession::Turn;
   using Hearing = ControllerSession::Hearing;
@@ -95,6 +108,7 @@ class StreamCycle final : public drivers::RsiResponder {
 
   void take_commands() noexcept;
   void acknowledge_fault() noexcept;
+  void count(const drivers::CycleTimes& times) noexcept;
   void tell_foreign(const drivers::UdpSource& source) noexcept;
   std::string_view answer_controller(const drivers::Datagram& datagram) noexcept;
   void tell_unread(const rsi::FrameError& error, const drivers::Datagram& datagram) noexcept;
@@ -120,8 +134,10 @@ class StreamCycle final : public drivers::RsiResponder {
   std::optional<JointVector> commanded_axes(const rsi::RobotFrame& frame) const noexcept;
   bool plausible(const JointVector& commanded, const Hearing& hearing) noexcept;
   void watch(const rsi::RobotFrame& frame, const Hearing& hearing, drivers::TimePoint received) noexcept;
+  void watch_effect() noexcept;
   void look_at_arm(const rsi::RobotFrame& frame, std::uint64_t elapsed) noexcept;
   bool solve(const JointVector& commanded) noexcept;
+  void look_ahead() noexcept;
   bool correct(const JointVector& commanded, double cycles) noexcept;
   void count(const CorrectionClamps& clamps) noexcept;
   FoundFault broken_bound(const JointVector& wanted, const BoundedCorrection& bounded) const noexcept;
@@ -146,15 +162,19 @@ class StreamCycle final : public drivers::RsiResponder {
   mutable std::mutex status_mutex_;  // among the readers of the status
   mutable SnapshotExchange<StreamStatus> published_;
   SpscRing<StreamEvent, 1024> events_;
-  LatencyHistogram turnaround_;
+  LatencyHistogram turnaround_, compute_;
 
   // The realtime thread's own.
+  rsi::RobotFrameDecoder decoder_;
   ControllerSession session_;
   MissingElements missing_;
   LateReplies late_replies_;
+  Lateness lateness_;
   FollowingCheck following_;
+  std::optional<Moved> moved_;  // still to be looked at
   ArmCheck arm_check_;
   ApproachWatch approach_;
+  Foresight foresight_;
   CorrectionRamp ramp_;
   StreamStatus status_;
   std::array<char, rsi::kMaxFrameBytes> buffer_{};
@@ -166,9 +186,10 @@ class StreamCycle final : public drivers::RsiResponder {
   JointVector search_;            // where the solver is, of model_correction_
   JointVector searched_for_;      // commanded axes
   bool found_ = false;
-  bool arm_known_;           // of an armed stream's session, also by the process before
-  bool production_ = false;  // the program is one that was armed for, and not truepose_motion
-  bool behind_ = false;      // a bound keeps the correction from what the ramp wants
+  bool arm_known_;                // of an armed stream's session, also by the process before
+  bool production_ = false;       // the program is one that was armed for, and not truepose_motion
+  bool behind_ = false;           // a bound keeps the correction from what the ramp wants
+  bool from_controller_ = false;  // the datagram that is dealt with
   bool malformed_before_ = false;
   bool unread_told_ = false;
   Engagement engagement_before_ = Engagement::Off;  // at the last frame

@@ -76,6 +76,7 @@ struct StreamCounters {
   std::uint64_t damped = 0;       ///< cycles that gave up orientation next to the wrist singularity
   std::uint64_t lost = 0;         ///< cycles missing in the controller's IPOC
   std::uint64_t late = 0;  ///< replies that were sent and that the controller did not have in time (Delay)
+  std::uint64_t late_by_us = 0, late_by_machine = 0, late_by_network = 0;  ///< replies, see Lateness
   std::uint64_t sessions = 0;  ///< starts of the controller's side
   std::uint64_t clamped_step = 0, clamped_total = 0, clamped_limit = 0, clamped_not_finite = 0;
 

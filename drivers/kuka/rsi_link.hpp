@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "drivers/clock.hpp"
+#include "drivers/kuka/scheduling.hpp"
 #include "drivers/kuka/udp_source.hpp"
 #include "drivers/start_failure.hpp"
 
@@ -19,13 +20,25 @@ struct Datagram {
   TimePoint received;  ///< when it came to this machine, not when it was read
 };
 
-/// What answers the controller's datagrams. One call a cycle, from the realtime thread alone: no allocation,
-/// lock, log, exception or system call.
+/// When what became of a datagram.
+struct CycleTimes {
+  TimePoint received;  ///< by the kernel
+  TimePoint taken;     ///< from the kernel
+  TimePoint ready;     ///< the reply, or that there is none
+  TimePoint sent;      ///< to the kernel
+  Duration ran{0};     ///< CPU time of the thread since the datagram before was finished
+  bool replied = false;
+};
+
+/// What answers the controller's datagrams. Called by the realtime thread alone: no allocation, lock, log,
+/// exception or system call.
 class RsiResponder {
  public:
   virtual ~RsiResponder() = default;
   /// @return the reply to the datagram's source, valid until the next call; empty = do not answer
   virtual std::string_view answer(const Datagram& datagram) noexcept = 0;
+  /// The datagram is dealt with: what need not come before its reply.
+  virtual void finish(const CycleTimes& times) noexcept = 0;
   /// All that the controller had sent by `until` has been answered: what this machine kept from being read is
   /// no silence of the controller. Told while nothing comes, every 30 ms.
   virtual void nothing_came(TimePoint until) noexcept = 0;
@@ -36,6 +49,7 @@ struct RsiLinkOptions {
   std::uint16_t port = 0;         ///< 0 picks a free one
   int priority = 80;              ///< SCHED_FIFO, 0 = ordinary scheduling
   bool require_realtime = false;  ///< refuse to start without SCHED_FIFO and locked memory
+  int cpu = -1;                   ///< where its thread runs; -1 = anywhere
   /// The controller's IPv4 address, whose datagrams never wait for those of others; none: all are read as
   /// they come.
   std::optional<std::uint32_t> controller{};
@@ -59,8 +73,10 @@ class RsiLink {
   virtual Counters counters() const = 0;
   /// Rises with every turn of the thread, ten times a second at least: a thread that hangs does not.
   virtual std::uint64_t heartbeats() const = 0;
-  /// How the thread really runs: "SCHED_FIFO 80, memory locked" or what was refused.
-  virtual std::string scheduling() const = 0;
+  /// How the thread runs now.
+  virtual Scheduling scheduling() const = 0;
+  /// What of the scheduling that was asked for was refused, and what to do; empty = nothing.
+  virtual std::string refused() const = 0;
 };
 
 }  // namespace truepose::drivers

@@ -53,8 +53,7 @@ std::optional<StartFailure> bind_to(int socket, Name name) {
 
 /// When the kernel took the datagram in: a process that was kept waiting reads a backlog, and must not take
 /// the time that it lost itself for a silence of the controller.
-TimePoint arrival(msghdr& message) noexcept {
-  const TimePoint now = std::chrono::steady_clock::now();
+TimePoint arrival(msghdr& message, TimePoint now) noexcept {
   for (cmsghdr* part = CMSG_FIRSTHDR(&message); part; part = CMSG_NXTHDR(&message, part)) {
     if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_TIMESTAMPNS) continue;
     timespec stamp, real;
@@ -180,9 +179,11 @@ std::optional<RsiPort::Received> RsiPort::receive(const Descriptor& socket, int 
   message.msg_controllen = control.size();
   const ssize_t size = ::recvmsg(socket.get(), &message, flags);
   if (size < 0) return std::nullopt;  // nothing in time, or a signal
+  const TimePoint now = std::chrono::steady_clock::now();
   return Received{{.bytes = {buffer_->data(), static_cast<std::size_t>(size)},
                    .source = {ntohl(source.in.sin_addr.s_addr), ntohs(source.in.sin_port)},
-                   .received = arrival(message)},
+                   .received = arrival(message, now)},
+                  now,
                   (message.msg_flags & MSG_TRUNC) != 0};
 }
 

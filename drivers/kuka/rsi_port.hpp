@@ -32,6 +32,7 @@ class RsiPort {
 
   struct Received {
     Datagram datagram;  ///< valid until the next is received
+    TimePoint taken;    ///< from the kernel
     bool cut = false;   ///< longer than the buffer
   };
   /// Waits for the controller's next datagram. @return nothing when none came for 30 ms, or the process was

@@ -5,24 +5,24 @@
 #include <cmath>
 
 #include "core/math/angles.hpp"
+#include "proto/rsi/frame_numbers.hpp"
+#include "proto/text/decimal.hpp"
 #include "proto/xml/scanner.hpp"
 
 namespace truepose::rsi {
 namespace {
 
 using Event = xml::Scanner::Event;
-using Names = std::array<std::string_view, 6>;
-
-constexpr Names kAxisNames{"A1", "A2", "A3", "A4", "A5", "A6"};
-constexpr Names kExternalNames{"E1", "E2", "E3", "E4", "E5", "E6"};
-constexpr Names kPoseNames{"X", "Y", "Z", "A", "B", "C"};
-constexpr std::array<std::string_view, 2> kProgramNames{"Ask", "Pro"};
 constexpr std::array<std::string_view, 1> kGainNames{"Gain"};
 constexpr int kSensorDecimals = 6;
 
 Axes scaled(Axes values, double factor) {
   for (double& value : values) value *= factor;
   return values;
+}
+
+std::optional<Axes> scaled(const std::optional<Axes>& values, double factor) {
+  return values ? std::optional{scaled(*values, factor)} : std::nullopt;
 }
 
 CartesianPose to_pose(const Axes& v) { return {v[0], v[1], v[2], v[3], v[4], v[5]}; }
@@ -72,7 +72,9 @@ class FrameReader {
 
   /// Reads the six attributes of the element that is open. False where it comes for the second time; what
   /// else is wrong with it stands in `found`.
-  bool read(std::string_view element, const Names& names, Found<Axes>& found) {
+  bool read(const SixElement& six, Found<Axes>& found) {
+    const std::string_view element = six.name;
+    const auto& names = six.attributes.names;
     if (found.seen()) return fail(FrameFault::Duplicate, element);
     if (!scanner_.has_all_attributes()) return note(found, FrameFault::TooMany, element);
     Axes read{};
@@ -184,15 +186,14 @@ class FrameWriter {
     return advance(std::to_chars(at_, end_, value));
   }
 
-  void attributes(std::string_view element, const Names& names, const Axes& values, int decimals) {
+  void attributes(std::string_view element, const SixNames& names, const Axes& values, int decimals) {
     text("<").text(element);
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (!std::isfinite(values[i])) fail({FrameFault::BadNumber, element, names[i], 0});
-      text(" ").text(names[i]).text("=\"");
-      advance(std::to_chars(at_, end_, values[i], std::chars_format::fixed, decimals));
-      text("\"");
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (!std::isfinite(values[i])) fail({FrameFault::BadNumber, element, names.names[i], 0});
+      text(names.openings[i]);
+      advance(text::write_fixed(at_, end_, values[i], decimals));
     }
-    text("/>");
+    text("\"/>");
   }
 
   /// Of those that there are; no element where there is none.
@@ -259,54 +260,55 @@ std::string describe(const FrameError& error) {
   return "unknown fault" + where;
 }
 
+RobotFrame robot_frame(const WireNumbers& numbers) noexcept {
+  const auto& six = numbers.six;
+  RobotFrame frame;
+  frame.ipoc = numbers.ipoc;
+  if (six[kRIst]) frame.rist = to_pose(*six[kRIst]);
+  if (six[kRSol]) frame.rsol = to_pose(*six[kRSol]);
+  frame.aipos_rad = scaled(six[kAIPos], kRadPerDeg);
+  frame.aspos_rad = scaled(six[kASPos], kRadPerDeg);
+  frame.eipos = six[kEIPos];
+  frame.espos = six[kESPos];
+  frame.delay = numbers.delay;
+  frame.program = {.ask = numbers.program[0], .state = numbers.program[1]};
+  return frame;
+}
+
 std::expected<RobotFrame, FrameError> decode_robot_frame(std::string_view datagram) noexcept {
   FrameReader reader{datagram};
   std::optional<std::uint64_t> ipoc;
-  Found<Axes> rist, rsol, aipos, aspos, eipos, espos;
+  std::array<Found<Axes>, kSixElements.size()> six;
   Found<std::int64_t> delay;
-  std::array<std::optional<std::int64_t>, 2> program;
+  WireNumbers numbers;
   std::optional<FrameError> program_error;
 
   bool good = reader.open_root("Rob");
   while (good && reader.next_element()) {
     const std::string_view name = reader.name();
+    const auto element = std::ranges::find(kSixElements, name, &SixElement::name);
+    const auto place = static_cast<std::size_t>(element - kSixElements.begin());
     if (name == "IPOC") {
       good = reader.read("IPOC", ipoc);
-    } else if (name == "RIst") {
-      good = reader.read("RIst", kPoseNames, rist);
-    } else if (name == "RSol") {
-      good = reader.read("RSol", kPoseNames, rsol);
-    } else if (name == "AIPos") {
-      good = reader.read("AIPos", kAxisNames, aipos);
-    } else if (name == "ASPos") {
-      good = reader.read("ASPos", kAxisNames, aspos) && reader.needs(aspos);
-    } else if (name == "EIPos") {
-      good = reader.read("EIPos", kExternalNames, eipos);
-    } else if (name == "ESPos") {
-      good = reader.read("ESPos", kExternalNames, espos);
     } else if (name == "Delay") {
       good = reader.read("Delay", "D", delay);
     } else if (name == kProgramElement) {
-      good = reader.read(kProgramElement, kProgramNames, program, program_error);
+      good = reader.read(kProgramElement, kProgramNames, numbers.program, program_error);
+    } else if (element != kSixElements.end()) {
+      good = reader.read(*element, six[place]) && (place != kASPos || reader.needs(six[kASPos]));
     }
   }
   // Beside good commanded axes the actual ones only watch what becomes of the correction.
-  if (!reader.error() && !aspos.seen()) reader.needs(aipos);
+  if (!reader.error() && !six[kASPos].seen()) reader.needs(six[kAIPos]);
   if (!reader.error() && !ipoc) reader.fail(FrameFault::Missing, "IPOC");
   if (reader.error()) return std::unexpected(*reader.error());
 
-  RobotFrame frame;
-  frame.ipoc = *ipoc;
-  if (rist.value) frame.rist = to_pose(*rist.value);
-  if (rsol.value) frame.rsol = to_pose(*rsol.value);
-  if (aipos.value) frame.aipos_rad = scaled(*aipos.value, kRadPerDeg);
-  if (aspos.value) frame.aspos_rad = scaled(*aspos.value, kRadPerDeg);
-  frame.eipos = eipos.value;
-  frame.espos = espos.value;
-  frame.delay = delay.value;
-  frame.program = {.ask = program[0], .state = program[1]};
-  for (const auto* error :
-       {&aipos.error, &delay.error, &program_error, &rist.error, &rsol.error, &eipos.error, &espos.error}) {
+  numbers.ipoc = *ipoc;
+  for (std::size_t i = 0; i < six.size(); ++i) numbers.six[i] = six[i].value;
+  numbers.delay = delay.value;
+  RobotFrame frame = robot_frame(numbers);
+  for (const auto* error : {&six[kAIPos].error, &delay.error, &program_error, &six[kRIst].error,
+                            &six[kRSol].error, &six[kEIPos].error, &six[kESPos].error}) {
     if (*error && !frame.unread) frame.unread = *error;
   }
   return frame;
@@ -380,7 +382,7 @@ std::expected<SensorFrame, FrameError> SensorFrameCodec::decode(std::string_view
     if (name == "IPOC") {
       good = reader.read("IPOC", ipoc);
     } else if (name == axis_correction_) {
-      good = reader.read(axis_correction_, kAxisNames, correction) && reader.needs(correction);
+      good = reader.read({axis_correction_, kAxisNames}, correction) && reader.needs(correction);
     } else if (name == stop_) {
       good = reader.read(stop_, stop);
       if (good && *stop > 1) good = reader.fail(FrameFault::BadNumber, stop_);

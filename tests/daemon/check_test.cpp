@@ -82,6 +82,13 @@ TEST_F(CheckTest, RefusesAnRsiConfigurationUnderWhichACorrectionCouldJump) {
   EXPECT_THAT(findings(), failure("DEF_Delay"));
 }
 
+TEST_F(CheckTest, RefusesACpuThatThereIsNot) {
+  config_.stream.cpu = drivers::scheduling_of(0).cpus.back();
+  EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));
+  config_.stream.cpu = 1023;
+  EXPECT_THAT(findings(), failure("stream.cpu: this process has no CPU 1023"));
+}
+
 TEST_F(CheckTest, WarnsOfWhatTheRsiConfigurationLacks) {
   config_.stream.ethernet_xml = rsi_file("DEF_RIst", "DEF_Tech.C1");
   EXPECT_THAT(findings(), warning("DEF_RIst"));

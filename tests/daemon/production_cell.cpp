@@ -189,6 +189,7 @@ void ProductionCell::exchange(const Plant::Sent& sent) {
   if (!stream_ || (lost && random_.uniform() < 0.5)) return;
   daemon_time = now_;
   const std::string_view reply = stream_->answer({frame(sent), {kController, sent.source_port}, now_});
+  stream_->finish({.received = now_, .taken = now_, .ready = now_, .sent = now_, .replied = !reply.empty()});
   if (const StreamStatus status = stream_->status();
       status.fault != StreamFault::None && shift_.fault.empty())
     shift_.fault = reason(status);

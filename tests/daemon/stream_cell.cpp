@@ -304,6 +304,11 @@ void StreamCell::answer(const OnTheWay& datagram) {
   foreign_given_ += other_address;
   if (datagram.ipoc && !other_address) note_silence(datagram.received);
   const std::string_view reply = cycle_->answer({datagram.bytes, datagram.source, datagram.received});
+  cycle_->finish({.received = datagram.received,
+                  .taken = daemon_time,
+                  .ready = daemon_time,
+                  .sent = daemon_time,
+                  .replied = !reply.empty()});
   if (disarmed_) {
     const StreamState state = cycle_->status().state;
     expect(state != StreamState::RampingIn && state != StreamState::Active,

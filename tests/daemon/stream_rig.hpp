@@ -14,6 +14,8 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "core/arm/robot_model.hpp"
 #include "core/math/angles.hpp"
@@ -130,13 +132,17 @@ class StreamRig {
 
   std::string send(const std::string& bytes) { return send(bytes, source); }
   std::string send(const std::string& bytes, const drivers::UdpSource& from) {
-    return std::string{cycle->answer({bytes, from, now_})};
+    sent.emplace_back(bytes, now_);
+    const std::string reply{cycle->answer({bytes, from, now_})};
+    cycle->finish(
+        {now_, now_ + woken, now_ + woken + computed, now_ + woken + computed, computed, !reply.empty()});
+    return reply;
   }
 
   /// For who keeps the time himself.
   void set_time(drivers::TimePoint now) { now_ = now; }
   /// Nothing is sent for a while.
-  void pass(std::chrono::milliseconds time) { now_ += time; }
+  void pass(drivers::Duration time) { now_ += time; }
 
   /// The first cycles of a session, which show what is in force; not answered.
   void settle() { ticks(4); }
@@ -188,6 +194,7 @@ class StreamRig {
 
  public:
   std::unique_ptr<StreamCycle> cycle;
+  std::vector<std::pair<std::string, drivers::TimePoint>> sent;  ///< all datagrams
   drivers::UdpSource source{0x7f000001, 40'000};
   std::optional<rsi::CartesianPose> rist;  ///< sent where it is set
   rsi::ProgramSignals program;
@@ -199,7 +206,9 @@ class StreamRig {
   JointVector q = axes_deg({10, -80, 90, 20, 45, -30});  ///< what the program commands
   JointVector applied = JointVector::Zero(6);            ///< the correction that moves the arm
   std::optional<JointVector> stuck;                      ///< where the arm stands, if it does not follow
-  bool stop = false;                                     ///< the controller was asked to leave RSI_MOVECORR
+  drivers::Duration woken{0},
+      computed{0};    ///< how long the daemon takes to read a datagram, and to answer it
+  bool stop = false;  ///< the controller was asked to leave RSI_MOVECORR
 
  private:
   rsi::SensorFrameCodec codec_;

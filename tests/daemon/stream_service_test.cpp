@@ -1,5 +1,7 @@
 #include "daemon/cell/stream_service.hpp"
 
+#include <boost/json/parse.hpp>
+
 #include "core/arm/forward.hpp"
 #include "tests/daemon/cell_fixture.hpp"
 
@@ -324,6 +326,24 @@ TEST(StreamJson, SaysCorrectingOfAStreamThatHasAModelAlone) {
   EXPECT_EQ(told(0, 0.5).at("state"), "ramping") << "out of the model that was in force";
   EXPECT_EQ(told(0, 0).at("state"), "waiting");
   EXPECT_THAT(std::string{told(0, 0).at("reason").as_string().c_str()}, HasSubstr("no model is active"));
+}
+
+TEST(StreamJson, TellsOfItsThreadWhatTheKernelDoes) {
+  const auto told = [](const std::optional<drivers::Scheduling>& thread) {
+    StreamStatus status;
+    status.counters.late_by_machine = 2;
+    const StreamTimes times{.turnaround = {.p50_us = 50, .max_us = 90},
+                            .compute = {.p50_us = 7, .max_us = 9}};
+    return stream_json(status, times, {.refused = "", .trouble = "", .model_id = "", .thread = thread});
+  };
+  const json::value known =
+      told(drivers::Scheduling{.policy = "SCHED_FIFO", .priority = 80, .cpus = {3}, .locked_kB = 64});
+  EXPECT_EQ(known.at("scheduling"),
+            json::parse(R"({"policy": "SCHED_FIFO", "priority": 80, "cpus": [3], "locked_kB": 64})"));
+  EXPECT_EQ(known.at("late_by"), json::parse(R"({"us": 0, "machine": 2, "network": 0})"));
+  EXPECT_EQ(known.at_pointer("/turnaround_us/max"), 90.0);
+  EXPECT_EQ(known.at_pointer("/compute_us/p50"), 7.0);
+  EXPECT_TRUE(told(std::nullopt).at("scheduling").is_null());
 }
 
 TEST(StreamJson, SaysOfAControllerThatIsSilentThatItIsBeforeWhatIsNotKnownOfIt) {

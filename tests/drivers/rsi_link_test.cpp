@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
+#include <sched.h>
+#include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <array>
@@ -13,6 +16,9 @@
 #include <chrono>
 #include <semaphore>
 #include <string>
+#include <thread>
+#include <utility>
+#include <vector>
 
 namespace truepose::drivers {
 namespace {
@@ -24,6 +30,15 @@ using testing::HasSubstr;
 /// Answers with what it got, and with nothing to "quiet"; counts how often nothing came.
 class Echo final : public RsiResponder {
  public:
+  void finish(const CycleTimes& times) noexcept override {
+    times_ = times;
+    finished_.release();
+  }
+  /// @return what became of a datagram that was not waited for yet
+  CycleTimes wait_until_finished() {
+    finished_.acquire();
+    return times_;
+  }
   void nothing_came(TimePoint until) noexcept override {
     until_ = until;
     nothing_.release();
@@ -40,13 +55,15 @@ class Echo final : public RsiResponder {
 
  private:
   std::atomic<TimePoint> until_;
-  std::counting_semaphore<> nothing_{0};
+  CycleTimes times_;
+  std::counting_semaphore<> nothing_{0}, finished_{0};
 };
 
 /// As Echo, but waits at "wait" until it is told to go on; counts what it is given.
 class Busy final : public RsiResponder {
  public:
   void nothing_came(TimePoint) noexcept override {}
+  void finish(const CycleTimes&) noexcept override {}
   std::string_view answer(const Datagram& datagram) noexcept override {
     if (datagram.bytes == "wait") {
       busy_.release();
@@ -246,10 +263,80 @@ TEST(RsiLink, NamesAnAddressThatIsNotThisMachines) {
   EXPECT_THAT(RsiLink::start(options, echo).error().text, HasSubstr("not an IPv4 address"));
 }
 
-TEST(RsiLink, TellsHowItIsScheduled) {
+TEST(RsiLink, TimesADatagramFromTheKernelToTheKernel) {
   Echo echo;
-  const auto ordinary = RsiLink::start(loopback(), echo);
-  EXPECT_EQ((*ordinary)->scheduling(), "ordinary scheduling");
+  const auto link = RsiLink::start(loopback(), echo);
+  ASSERT_TRUE(link) << link.error().text;
+  Controller controller{(*link)->port()};
+  for (const auto& [text, replied] : {std::pair{"a", true}, std::pair{"quiet", false}}) {
+    const TimePoint before = std::chrono::steady_clock::now();
+    controller.send(text);
+    const CycleTimes times = echo.wait_until_finished();
+    // Two clocks are read one after the other to bring the kernel's stamp to ours.
+    EXPECT_GE(times.received, before - std::chrono::milliseconds{1});
+    EXPECT_GE(times.taken, times.received);
+    EXPECT_GE(times.ready, times.taken);
+    EXPECT_GE(times.sent, times.ready);
+    EXPECT_GT(times.ran, Duration{0});
+    EXPECT_EQ(times.replied, replied);
+  }
+}
+
+TEST(RsiLink, TellsHowItsThreadRunsWhateverWasAskedFor) {
+  Echo echo;
+  RsiLinkOptions options = loopback();
+  options.priority = 100;  // above what any machine grants
+  const auto link = RsiLink::start(options, echo);
+  ASSERT_TRUE(link) << link.error().text;
+  EXPECT_EQ((*link)->scheduling().policy, "SCHED_OTHER");
+  EXPECT_EQ((*link)->scheduling().priority, 0);
+  EXPECT_EQ((*link)->scheduling().cpus, scheduling_of(0).cpus);
+  ::munlockall();
+}
+
+TEST(RsiLink, RunsOnTheCpuThatIsAskedForAlone) {
+  Echo echo;
+  RsiLinkOptions options = loopback();
+  options.cpu = scheduling_of(0).cpus.back();
+  const auto link = RsiLink::start(options, echo);
+  ASSERT_TRUE(link) << link.error().text;
+  EXPECT_EQ((*link)->scheduling().cpus, std::vector{options.cpu});
+}
+
+TEST(RsiLink, RefusesACpuThatThereIsNot) {
+  Echo echo;
+  RsiLinkOptions options = loopback();
+  options.cpu = 1023;
+  const auto link = RsiLink::start(options, echo);
+  ASSERT_FALSE(link);
+  EXPECT_THAT(link.error().text, HasSubstr("stream.cpu: this process has no CPU 1023"));
+}
+
+TEST(Scheduling, IsReadBackFromTheKernel) {
+  const auto ours_alone = [] {
+    Scheduling before = scheduling_of(0);
+    EXPECT_EQ(pin_to(before.cpus.front()), std::nullopt);
+    Scheduling pinned = scheduling_of(0);
+    EXPECT_EQ(pinned.cpus, std::vector{before.cpus.front()});
+    EXPECT_EQ(pinned.policy, before.policy);
+    const sched_param least{.sched_priority = 1};
+    if (::sched_setscheduler(0, SCHED_FIFO, &least) != 0) return;  // not allowed here
+    EXPECT_EQ(scheduling_of(0).policy, "SCHED_FIFO");
+    EXPECT_EQ(scheduling_of(0).priority, 1);
+  };
+  std::thread{ours_alone}.join();
+  ::munlockall();
+  alignas(4096) static std::array<char, 65536> page;
+  const std::uint64_t locked_kB = scheduling_of(0).locked_kB;
+  // Sanitizers make nothing of mlock().
+  ASSERT_EQ(::syscall(SYS_mlock, page.data(), page.size()), 0);
+  EXPECT_EQ(scheduling_of(0).locked_kB, locked_kB + 64);
+  ::syscall(SYS_munlock, page.data(), page.size());
+}
+
+TEST(Scheduling, ReadsAsALine) {
+  EXPECT_EQ(describe({.policy = "SCHED_FIFO", .priority = 80, .cpus = {0, 3}, .locked_kB = 712}),
+            "SCHED_FIFO 80 on CPU 0, 3, 712 kB locked");
 }
 
 TEST(RsiLink, RefusesToStartWithoutTheRealtimeThatIsRequired) {
@@ -263,7 +350,7 @@ TEST(RsiLink, RefusesToStartWithoutTheRealtimeThatIsRequired) {
   options.require_realtime = false;
   const auto best_effort = RsiLink::start(options, echo);
   ASSERT_TRUE(best_effort) << best_effort.error().text;
-  EXPECT_THAT((*best_effort)->scheduling(), HasSubstr("refused"));
+  EXPECT_THAT((*best_effort)->refused(), HasSubstr("SCHED_FIFO 100 refused"));
 }
 
 }  // namespace

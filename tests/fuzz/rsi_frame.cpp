@@ -7,6 +7,7 @@
 
 #include "core/math/angles.hpp"
 #include "proto/rsi/frame_codec.hpp"
+#include "proto/rsi/frame_layout.hpp"
 #include "tests/fuzz/target.hpp"
 
 namespace truepose::fuzz {
@@ -78,9 +79,24 @@ void expect_round_trip(const rsi::RobotFrame& frame) {
   expect(again && again->ipoc == frame.ipoc && again->delay == frame.delay, "what is written is read again");
 }
 
+/// After a good frame, after this one, and after this one and a good one.
+void expect_one_decoding(std::string_view input) {
+  constexpr std::string_view kGood =
+      R"(<Rob Type="KUKA"><RIst X="1765.0" Y="-0.125" Z="1910" A="-180.0" B="89.5" C="0.0"/>)"
+      R"(<ASPos A1="0.0" A2="-90.0" A3="90.0" A4="0.5" A5="12.345678" A6="-350.0"/><Tech C1="0.5"/>)"
+      R"(<Delay D="3"/><Tp Ask="1" Pro="3"/><IPOC>4208163</IPOC></Rob>)";
+  const auto expected = rsi::decode_robot_frame(input);
+  rsi::RobotFrameDecoder decoder;
+  for (const std::string_view before : {kGood, input, kGood}) {
+    decoder.decode(before);
+    expect(decoder.decode(input) == expected, "a frame is decoded alike whatever came before it");
+  }
+}
+
 }  // namespace
 
 void rsi_frame(std::string_view input) {
+  expect_one_decoding(input);
   const auto frame = rsi::decode_robot_frame(input);
   if (!frame) {
     expect(!rsi::describe(frame.error()).empty() && frame.error().offset <= input.size(),

@@ -360,5 +360,18 @@ TEST(StreamText, ShowsOfTheRobotWhatIsKnownAndNothingElse) {
                         "(not known: refused)"));
 }
 
+TEST(StreamText, TellsHowFastAndHowItRuns) {
+  const std::string text = stream_text(json::parse(R"({
+      "late_by": {"us": 1, "machine": 22, "network": 3},
+      "turnaround_us": {"p50": 41.2, "p99": 80, "p999": 99, "max": 250},
+      "compute_us": {"p50": 6.4, "p99": 9, "p999": 12, "max": 31},
+      "scheduling": {"policy": "SCHED_FIFO", "priority": 80, "cpus": [2, 3], "locked_kB": 81920}})"));
+  EXPECT_THAT(text, HasSubstr("late by       us 1, machine 22, network 3\n"));
+  EXPECT_THAT(text, HasSubstr("wire          p50 41, p99 80, p99.9 99, max 250 us\n"));
+  EXPECT_THAT(text, HasSubstr("compute       p50 6, p99 9, p99.9 12, max 31 us\n"));
+  EXPECT_THAT(text, HasSubstr("scheduling    SCHED_FIFO 80 on CPU 2 3, 81920 kB locked\n"));
+  EXPECT_THAT(stream_text(json::parse("{}")), HasSubstr("scheduling    -\n"));
+}
+
 }  // namespace
 }  // namespace truepose::tools

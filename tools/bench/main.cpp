@@ -49,6 +49,8 @@ std::vector<Comparison> comparisons() {
                   "compensation/truepose/regular", 1});
   rows.push_back({"the same, next to A5 = 0", "Newton, unbounded", "compensation/newton/damped",
                   "compensation/truepose/damped", 0.4});
+  rows.push_back({"RSI datagram in, answer out", "TinyXML 1", "rsi/tinyxml", "rsi/truepose", 15});
+  rows.push_back({"RSI datagram in, answer out", "pugixml", "rsi/pugixml", "rsi/truepose", 5});
   rows.push_back(
       {"50 of 2000 poses, D-optimal", "determinants", "design/naive/iterations:1", "design/truepose", 150});
   rows.push_back(

@@ -215,6 +215,21 @@ std::string model_text(const json::value& answer) {
          "\n" + text_table(rows) + "lengths in mm, angles in rad\n";
 }
 
+std::string percentiles_text(const json::value& stream, const std::string& where) {
+  return "p50 " + number_at(stream, where + "/p50", 0) + ", p99 " + number_at(stream, where + "/p99", 0) +
+         ", p99.9 " + number_at(stream, where + "/p999", 0) + ", max " +
+         number_at(stream, where + "/max", 0, " us");
+}
+
+/// "SCHED_FIFO 80 on CPU 0 1 2 3, 71234 kB locked"
+std::string scheduling_text(const json::value& stream) {
+  std::string line = text_at(stream, "/scheduling/policy");
+  if (line == "-") return line;
+  line += ' ' + text_at(stream, "/scheduling/priority") + " on CPU";
+  for (const json::value& cpu : list_at(stream, "/scheduling/cpus")) line += ' ' + text_at(cpu, "");
+  return line + ", " + text_at(stream, "/scheduling/locked_kB") + " kB locked";
+}
+
 std::string stream_text(const json::value& stream) {
   return text_table(
       {{"state", stream_line(stream)},
@@ -236,10 +251,12 @@ std::string stream_text(const json::value& stream) {
        {"correction", axes_text(stream, "/correction_deg")},
        {"measured", measured_text(stream)},
        {"largest step", number_at(stream, "/max_step_deg", 5, " deg")},
-       {"turnaround", "p50 " + number_at(stream, "/turnaround_us/p50", 0) + ", p99 " +
-                          number_at(stream, "/turnaround_us/p99", 0) + ", p99.9 " +
-                          number_at(stream, "/turnaround_us/p999", 0) + ", max " +
-                          number_at(stream, "/turnaround_us/max", 0, " us")}});
+       {"late by", "us " + text_at(stream, "/late_by/us") + ", machine " +
+                       text_at(stream, "/late_by/machine") + ", network " +
+                       text_at(stream, "/late_by/network")},
+       {"wire", percentiles_text(stream, "/turnaround_us")},
+       {"compute", percentiles_text(stream, "/compute_us")},
+       {"scheduling", scheduling_text(stream)}});
 }
 
 std::string drift_text(const record::DriftDocument& drift) {
