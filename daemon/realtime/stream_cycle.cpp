@@ -45,12 +45,12 @@ bool asks_to_stop(StreamFault fault) {
   return fault == StreamFault::BoundBroken || fault == StreamFault::NoSolution;
 }
 
-SessionOptions session_options(const StreamOptions& options) {
+SessionOptions session_options(const StreamOptions& options, drivers::TimePoint now) {
   return {.cycle = options.cycle,
           .gap_cycles = options.timeout_cycles,
           .step_rad = options.max_step_rad,
           .peer = options.peer,
-          .listening_since = options.now()};
+          .listening_since = now};
 }
 
 }  // namespace
@@ -70,7 +70,8 @@ StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& e
       codec_{ethernet},
       has_stop_{ethernet.stop.has_value()},
       sends_aspos_{ethernet.sends("ASPos")},
-      session_{session_options(options), memory},
+      done_{options.now()},
+      session_{session_options(options, done_), memory},
       missing_{ethernet, options.cycles_per_second()},
       late_replies_{options.rejected_cycles},
       following_{static_cast<double>(options.cycle.count()), options.following_tolerance_rad},
@@ -103,7 +104,8 @@ StreamStatus StreamCycle::status() const {
 }
 
 std::string_view StreamCycle::answer(const drivers::Datagram& datagram) noexcept {
-  if (!session_.admits(datagram.source, datagram.received)) {
+  admitted_ = session_.admits(datagram.source, datagram.received);
+  if (!admitted_) {
     tell_foreign(datagram.source);
     publish();
     return {};
@@ -114,10 +116,10 @@ std::string_view StreamCycle::answer(const drivers::Datagram& datagram) noexcept
   const std::string_view bytes = answer_controller(datagram);
   update_state();
   publish();
-  const drivers::TimePoint done = options_.now();
-  late_replies_.dealt_with(datagram.received, done);
+  done_ = options_.now();
+  late_replies_.dealt_with(datagram.received, done_);
   received_ = datagram.received;
-  turnaround_.record(done - datagram.received);
+  turnaround_.record(done_ - datagram.received);
   return bytes;
 }
 
@@ -137,6 +139,7 @@ void StreamCycle::tell_foreign(const drivers::UdpSource& source) noexcept {
 }
 
 void StreamCycle::take_commands() noexcept {
+  engagement_seen_ = engagement_.load(std::memory_order_acquire);
   if (model_.take()) {
     status_.model = model_.front().number;
     ramp_.start_from_current();
@@ -344,6 +347,7 @@ void StreamCycle::disarm_after_silence(drivers::TimePoint received) noexcept {
   const bool disarms = engagement_before_ == Engagement::On && options_.disarm_after;
   if (disarms && silence >= *options_.disarm_after) {
     disengage();
+    engagement_seen_ = Engagement::Off;
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(silence);
     emit({.kind = StreamEventKind::Disarmed, .value = static_cast<std::uint64_t>(ms.count())});
   }

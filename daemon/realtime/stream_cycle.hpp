@@ -20,6 +20,7 @@
 #include "daemon/realtime/stream_options.hpp"
 #include "daemon/realtime/stream_status.hpp"
 #include "drivers/kuka/rsi_link.hpp"
+#include "proto/recording/recording.hpp"
 #include "proto/rsi/frame_codec.hpp"
 
 namespace truepose::daemon {
@@ -68,6 +69,20 @@ class StreamCycle final : public drivers::RsiResponder {
   /// Ends Frozen or Fault: the stream goes on from the correction that it holds.
   void acknowledge() noexcept { acknowledged_.fetch_add(1, std::memory_order_release); }
 
+  /// What the last answer rests on, beside its datagram and those before it. The realtime thread's own.
+  struct Circumstances {
+    bool admitted = false;  ///< the datagram was the controller's
+    recording::Commands::Engagement engagement{};
+    std::uint32_t acknowledged = 0;
+    std::uint64_t model = 0;
+    StreamState state = StreamState::Idle;  ///< after it
+    drivers::TimePoint done;                ///< when it was made; before the first: when the cycle began
+  };
+  Circumstances circumstances() const noexcept {
+    return {admitted_, engagement_seen_, acknowledged_seen_, status_.model, status_.state, done_};
+  }
+
+  const StreamOptions& options() const noexcept { return options_; }
   StreamStatus status() const;
   LatencyHistogram::Summary turnaround() const noexcept { return turnaround_.summary(); }
 
@@ -81,7 +96,7 @@ class StreamCycle final : public drivers::RsiResponder {
     std::optional<TargetCompensation> compensation;
     Eigen::Vector3d p_F_mm{0, 0, 0};
   };
-  enum class Engagement : std::uint8_t { Off, On, Armed };
+  using Engagement = recording::Commands::Engagement;
   using Turn = ControllerSession::Turn;
   using Hearing = ControllerSession::Hearing;
 
@@ -103,7 +118,7 @@ class StreamCycle final : public drivers::RsiResponder {
   std::int64_t told_gain() const noexcept;
 
   bool engaged() const noexcept { return engagement() != Engagement::Off && !status_.program_declines; }
-  Engagement engagement() const noexcept { return engagement_.load(std::memory_order_acquire); }
+  Engagement engagement() const noexcept { return engagement_seen_; }
   void listen_to_program(const rsi::ProgramSignals& program) noexcept;
   void begin_session(const drivers::UdpSource& source) noexcept;
   void adopt(const JointVector& commanded) noexcept;
@@ -141,6 +156,9 @@ class StreamCycle final : public drivers::RsiResponder {
   LatencyHistogram turnaround_;
 
   // The realtime thread's own.
+  drivers::TimePoint done_;  // with the last datagram of the controller
+  Engagement engagement_seen_ = Engagement::Off;  // one for the whole of a cycle
+  bool admitted_ = false;
   ControllerSession session_;
   MissingElements missing_;
   LateReplies late_replies_;

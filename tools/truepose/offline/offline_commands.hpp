@@ -18,5 +18,6 @@ Command kuka_commands();
 Command kuka_write_command();
 Command kuka_lint_command();  ///< something was found
 Command plan_command();
+Command replay_command();  ///< a driver or the stream does something else than when it was recorded
 
 }  // namespace truepose::tools

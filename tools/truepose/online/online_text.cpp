@@ -89,6 +89,11 @@ std::string axes_text(const json::value& document, std::string_view path) {
   return line + "deg";
 }
 
+std::string kilobytes_at(const json::value& document, std::string_view path) {
+  const json::value* const bytes = find_at(document, path);
+  return bytes && bytes->is_number() ? formatted("%.0f", bytes->to_number<double>() / 1e3) : "-";
+}
+
 std::string measured_text(const json::value& stream) {
   const json::array& axes = list_at(stream, "/measured_deg");
   const bool unknown = std::ranges::all_of(axes, [](const json::value& axis) { return axis.is_null(); });
@@ -138,6 +143,10 @@ std::string status_text(const json::value& status) {
                           {"stream", "-"}};
   if (find_at(status, "/model")) rows[4][1] = model_line(status, "/model");
   if (const json::value* stream = find_at(status, "/stream")) rows[5][1] = stream_line(*stream);
+  if (find_at(status, "/recording"))
+    rows.push_back({"recording", "the last " + number_at(status, "/recording/seconds", 0, " s") + ", " +
+                                     kilobytes_at(status, "/recording/bytes") + " kB, dropped " +
+                                     text_at(status, "/recording/dropped")});
   if (const json::value* campaign = find_at(status, "/campaign"))
     rows.push_back({"campaign", progress_line(*campaign)});
   for (const json::value& fault : list_at(status, "/faults"))
@@ -198,6 +207,13 @@ std::string model_text(const json::value& answer) {
                      {"robot", text_at(answer, "/model/robot_serial")},
                      {"active", text_at(answer, "/model/active")}}) +
          "\n" + text_table(rows) + "lengths in mm, angles in rad\n";
+}
+
+std::string recordings_text(const json::value& answer) {
+  std::vector<Cells> rows{{"RECORDING", "KB", "REASON"}};
+  for (const json::value& recording : list_at(answer, "/recordings"))
+    rows.push_back({text_at(recording, "/name"), kilobytes_at(recording, "/bytes"), text_at(recording, "/reason")});
+  return rows.size() == 1 ? "no recordings yet\n" : text_table(rows);
 }
 
 std::string stream_text(const json::value& stream) {
