@@ -124,6 +124,7 @@ MethodReply RecordingService::get(json::object params) {
 }
 
 asio::awaitable<RecordingService::Saved> RecordingService::save_now(std::string reason) {
+  know_devices();
   const recording::Header header = this->header(reason);
   auto job = [this, header]() -> Saved {
     const std::filesystem::path file = folder_.file(header.date);
@@ -153,6 +154,7 @@ asio::awaitable<void> RecordingService::save_fault() {
 
 asio::awaitable<void> RecordingService::watch() {
   for (;;) {
+    know_devices();
     auto drain = [this] { parts_.recorder.drain(); };
     co_await parts_.recorder_thread.run(drain);
     if (!fault_.empty() && parts_.clock.now() >= next_fault_) co_await save_fault();
@@ -162,11 +164,15 @@ asio::awaitable<void> RecordingService::watch() {
   }
 }
 
+/// Where a fault has closed them, they are still what was recorded.
+void RecordingService::know_devices() {
+  if (devices_.identities()) known_ = *devices_.identities();
+}
+
 /// For whoever finds the ring of a process that was killed.
 asio::awaitable<void> RecordingService::keep_header() {
-  const auto& identities = devices_.identities();
-  std::pair now{identities ? identities->robot.serial : "-", models_.given().size()};
-  if (!models_.given().empty()) now.second = models_.given().back().number;
+  const std::uint64_t model = models_.given().empty() ? 0 : models_.given().back().number;
+  const std::pair now{known_.robot.serial, model};
   if (std::exchange(header_kept_, now) == now) co_return;
   auto job = [this, header = header("the daemon was killed")] { return parts_.recorder.keep_header(header, folder_); };
   auto kept = co_await parts_.recorder_thread.ask(job);
@@ -174,14 +180,13 @@ asio::awaitable<void> RecordingService::keep_header() {
 }
 
 recording::Header RecordingService::header(const std::string& reason) const {
-  const Identities known = devices_.identities().value_or(Identities{});
   recording::Header header{.product = TRUEPOSE_VERSION,
                            .cell = parts_.config.name,
                            .date = control::rfc3339(parts_.wall_clock()),
                            .time_ns = drivers::nanoseconds_of(parts_.clock.now()),
                            .reason = reason,
-                           .robot = {known.robot.model, known.robot.serial, known.robot.software},
-                           .tracker = {known.tracker.model, known.tracker.serial, known.tracker.firmware},
+                           .robot = {known_.robot.model, known_.robot.serial, known_.robot.software},
+                           .tracker = {known_.tracker.model, known_.tracker.serial, known_.tracker.firmware},
                            .ethernet_xml = ethernet_xml_,
                            .nominal_yaml = nominal_yaml_,
                            .stream = settings_of(parts_.stream.options())};

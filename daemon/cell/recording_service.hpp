@@ -39,6 +39,7 @@ class RecordingService {
   boost::asio::awaitable<void> save_fault();
   boost::asio::awaitable<void> keep_header();
   void tell_fault(const Fault& fault);
+  void know_devices();
   recording::Header header(const std::string& reason) const;
 
   CellParts parts_;
@@ -50,7 +51,8 @@ class RecordingService {
   std::string fault_;        ///< not yet in a recording
   TimePoint next_fault_{};   ///< when one may be recorded
   std::string last_;         ///< name of the recording that was written last
-  std::pair<std::string, std::size_t> header_kept_;  ///< robot's serial and models given
+  Identities known_;         ///< of the devices that were connected last
+  std::pair<std::string, std::uint64_t> header_kept_{"", UINT64_MAX};  ///< robot's serial, last model
 };
 
 }  // namespace truepose::daemon

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <expected>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,6 +38,7 @@ struct StreamReport {
   std::optional<ReplayNote> first_different;
   std::vector<std::string> not_compared;  ///< why others were not, a sentence each
   std::vector<ReplayNote> faults;
+  std::map<std::string, std::uint64_t> counters;  ///< StreamCounters, by their names
   double max_step_deg = 0;
 };
 

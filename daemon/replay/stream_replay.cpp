@@ -28,6 +28,23 @@ std::optional<StreamMemory::Record> memory_in(const std::string& bytes) {
   return memory;
 }
 
+using Counter = std::uint64_t StreamCounters::*;
+constexpr std::array kCounters{
+    Named<Counter>{"datagrams", &StreamCounters::datagrams},
+    Named<Counter>{"answered", &StreamCounters::answered},
+    Named<Counter>{"held", &StreamCounters::held},
+    Named<Counter>{"duplicate", &StreamCounters::duplicate},
+    Named<Counter>{"wrong_ipoc", &StreamCounters::wrong_ipoc},
+    Named<Counter>{"unproven", &StreamCounters::unproven},
+    Named<Counter>{"unanswered", &StreamCounters::unanswered},
+    Named<Counter>{"malformed", &StreamCounters::malformed},
+    Named<Counter>{"partly_read", &StreamCounters::partly_read},
+    Named<Counter>{"foreign", &StreamCounters::foreign},
+    Named<Counter>{"no_solution", &StreamCounters::no_solution},
+    Named<Counter>{"damped", &StreamCounters::damped},
+    Named<Counter>{"lost", &StreamCounters::lost},
+    Named<Counter>{"late", &StreamCounters::late}};
+
 bool steady(StreamState state) { return state == StreamState::Active || state == StreamState::Idle; }
 
 }  // namespace
@@ -153,6 +170,7 @@ void StreamReplay::take_events(std::int64_t time_ns) {
 void StreamReplay::end() {
   if (!cycle_) return;
   const StreamStatus status = cycle_->status();
+  for (const auto& [name, counter] : kCounters) report_.counters[std::string{name}] += status.counters.*counter;
   wire_.rejected += status.counters.malformed;
   wire_.sessions += status.counters.sessions;
   report_.max_step_deg = std::max(report_.max_step_deg, status.max_step_deg);

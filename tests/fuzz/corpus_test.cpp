@@ -51,6 +51,7 @@ TEST_P(Corpus, BreaksNoPromiseWholeOrCutAnywhere) {
 INSTANTIATE_TEST_SUITE_P(Fuzz, Corpus,
                          testing::Values(Target{"control", control}, Target{"csv", csv}, Target{"eki", eki},
                                          Target{"emscon", emscon}, Target{"krl", krl},
+                                         Target{"recording", recording},
                                          Target{"rsi_config", rsi_config}, Target{"rsi_frame", rsi_frame},
                                          Target{"yaml", yaml}),
                          [](const auto& test) { return std::string{test.param.name}; });

@@ -23,6 +23,7 @@ void csv(std::string_view input);
 void eki(std::string_view input);
 void emscon(std::string_view input);
 void krl(std::string_view input);
+void recording(std::string_view input);
 void rsi_config(std::string_view input);
 void rsi_frame(std::string_view input);
 void yaml(std::string_view input);

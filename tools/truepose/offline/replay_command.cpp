@@ -100,6 +100,12 @@ json::object wire_json(const WireReport& wire, const Header& header) {
           {"regression", note_json(wire.regression, header)}};
 }
 
+json::object counters_json(const std::map<std::string, std::uint64_t>& counters) {
+  json::object all;
+  for (const auto& [name, count] : counters) all[name] = count;
+  return all;
+}
+
 json::object stream_json(const StreamReport& stream, const Header& header) {
   return {{"datagrams", stream.datagrams},
           {"compared", stream.compared},
@@ -107,6 +113,7 @@ json::object stream_json(const StreamReport& stream, const Header& header) {
           {"first_different", note_json(stream.first_different, header)},
           {"not_compared", json::array(stream.not_compared.begin(), stream.not_compared.end())},
           {"faults", notes_json(stream.faults, header)},
+          {"counters", counters_json(stream.counters)},
           {"max_step_deg", stream.max_step_deg}};
 }
 
