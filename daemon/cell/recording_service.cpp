@@ -94,9 +94,8 @@ MethodReply RecordingService::save(json::object params) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   auto saved = co_await save_now("asked for");
   if (!saved) co_return std::unexpected(RpcError{ErrorCode::Internal, saved.error()});
-  co_return json::object{{"name", saved->name},
-                         {"bytes", saved->bytes},
-                         {"file", folder_.find(saved->name).string()}};
+  co_return json::object{
+      {"name", saved->name}, {"bytes", saved->bytes}, {"file", folder_.find(saved->name).string()}};
 }
 
 MethodReply RecordingService::list(json::object params) {
@@ -174,7 +173,9 @@ asio::awaitable<void> RecordingService::keep_header() {
   const std::uint64_t model = models_.given().empty() ? 0 : models_.given().back().number;
   const std::pair now{known_.robot.serial, model};
   if (std::exchange(header_kept_, now) == now) co_return;
-  auto job = [this, header = header("the daemon was killed")] { return parts_.recorder.keep_header(header, folder_); };
+  auto job = [this, header = header("the daemon was killed")] {
+    return parts_.recorder.keep_header(header, folder_);
+  };
   auto kept = co_await parts_.recorder_thread.ask(job);
   if (!kept) log_warning("the ring's header: " + kept.error());
 }

@@ -48,10 +48,10 @@ class RecordingService {
   const ModelService& models_;
   RecordingFolder folder_;
   std::string ethernet_xml_, nominal_yaml_;
-  std::string fault_;        ///< not yet in a recording
-  TimePoint next_fault_{};   ///< when one may be recorded
-  std::string last_;         ///< name of the recording that was written last
-  Identities known_;         ///< of the devices that were connected last
+  std::string fault_;       ///< not yet in a recording
+  TimePoint next_fault_{};  ///< when one may be recorded
+  std::string last_;        ///< name of the recording that was written last
+  Identities known_;        ///< of the devices that were connected last
   std::pair<std::string, std::uint64_t> header_kept_{"", UINT64_MAX};  ///< robot's serial, last model
 };
 

@@ -141,6 +141,7 @@ void StreamCycle::tell_foreign(const drivers::UdpSource& source) noexcept {
 void StreamCycle::take_commands() noexcept {
   engagement_seen_ = engagement_.load(std::memory_order_acquire);
   if (model_.take()) {
+    ++models_taken_;
     status_.model = model_.front().number;
     ramp_.start_from_current();
     emit({.kind = StreamEventKind::ModelChanged, .value = status_.model});

@@ -74,12 +74,13 @@ class StreamCycle final : public drivers::RsiResponder {
     bool admitted = false;  ///< the datagram was the controller's
     recording::Commands::Engagement engagement{};
     std::uint32_t acknowledged = 0;
-    std::uint64_t model = 0;
+    std::uint64_t model = 0, models = 0;    ///< its number, and how many were given
     StreamState state = StreamState::Idle;  ///< after it
     drivers::TimePoint done;                ///< when it was made; before the first: when the cycle began
   };
   Circumstances circumstances() const noexcept {
-    return {admitted_, engagement_seen_, acknowledged_seen_, status_.model, status_.state, done_};
+    return {admitted_, engagement_seen_, acknowledged_seen_, status_.model, models_taken_, status_.state,
+            done_};
   }
 
   const StreamOptions& options() const noexcept { return options_; }
@@ -156,8 +157,9 @@ class StreamCycle final : public drivers::RsiResponder {
   LatencyHistogram turnaround_;
 
   // The realtime thread's own.
-  drivers::TimePoint done_;  // with the last datagram of the controller
+  drivers::TimePoint done_;                       // with the last datagram of the controller
   Engagement engagement_seen_ = Engagement::Off;  // one for the whole of a cycle
+  std::uint64_t models_taken_ = 0;
   bool admitted_ = false;
   ControllerSession session_;
   MissingElements missing_;

@@ -21,7 +21,7 @@ constexpr int kRepliesToCheckpoint = 250;
 /// What stands in the queue before the bytes of a datagram, its reply and a checkpoint.
 struct Head {
   std::int64_t received_ns = 0, done_ns = 0;
-  std::uint64_t model = 0;
+  std::uint64_t model = 0, models = 0;
   std::uint32_t acknowledged = 0;
   std::uint32_t address = 0, datagram_bytes = 0, reply_bytes = 0;
   std::uint16_t port = 0;
@@ -56,8 +56,10 @@ std::string_view RecordedStream::answer(const drivers::Datagram& datagram) noexc
   const StreamCycle::Circumstances now = cycle_.circumstances();
   if (!now.admitted && !has_room_for_stranger(datagram.received)) return reply;
   Head head{.received_ns = drivers::nanoseconds_of(datagram.received),
-            .done_ns = now.admitted ? drivers::nanoseconds_of(now.done) : drivers::nanoseconds_of(datagram.received),
+            .done_ns =
+                now.admitted ? drivers::nanoseconds_of(now.done) : drivers::nanoseconds_of(datagram.received),
             .model = now.model,
+            .models = now.models,
             .acknowledged = now.acknowledged,
             .address = datagram.source.address,
             .datagram_bytes = static_cast<std::uint32_t>(datagram.bytes.size()),
@@ -95,7 +97,7 @@ void ExchangeReader::read(std::string_view exchange, const std::function<void(Re
     commands_.reset();
     return take_record({.time_ns = head.received_ns, .kind = Kind::Started, .bytes = std::string{exchange}});
   }
-  const Commands commands{head.engagement, head.acknowledged, head.model};
+  const Commands commands{head.engagement, head.acknowledged, head.model, head.models};
   if (head.admitted && std::exchange(commands_, commands) != commands)
     take_record({.time_ns = head.received_ns, .kind = Kind::Commands, .bytes = text(commands)});
   take_record({.time_ns = head.received_ns,

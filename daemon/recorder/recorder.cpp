@@ -20,7 +20,8 @@ constexpr std::size_t kMostToldBytes = std::size_t{4} << 20;
 using Written = std::expected<void, std::string>;
 
 /// Whole or not at all.
-Written write_recording(const recording::Header& header, const Ring& ring, const std::filesystem::path& file) try {
+Written write_recording(const recording::Header& header, const Ring& ring,
+                        const std::filesystem::path& file) try {
   config::UnfinishedFile out{file};
   out.stream() << recording::first_block(header);
   for (const Ring::Block& each : ring.blocks()) out.stream() << recording::block(each.records);
@@ -107,7 +108,8 @@ std::expected<void, std::string> Recorder::keep_header(const recording::Header& 
 std::expected<std::filesystem::path, std::string> save_left_behind(const RecordingFolder& folder,
                                                                    const std::string& date) try {
   std::error_code unknown;
-  if (!std::filesystem::exists(folder.ring(), unknown) || !std::filesystem::exists(folder.ring_header(), unknown))
+  if (!std::filesystem::exists(folder.ring(), unknown) ||
+      !std::filesystem::exists(folder.ring_header(), unknown))
     return {};
   const auto header = recording::Recording::read_header(config::read_bytes(folder.ring_header()));
   if (!header) return std::unexpected(folder.ring_header().string() + ": " + header.error());
@@ -115,7 +117,8 @@ std::expected<std::filesystem::path, std::string> save_left_behind(const Recordi
   if (!ring) return std::unexpected(ring.error());
   if ((*ring)->blocks().empty()) return {};
   std::filesystem::path file = folder.file(date);
-  if (auto written = write_recording(*header, **ring, file); !written) return std::unexpected(written.error());
+  if (auto written = write_recording(*header, **ring, file); !written)
+    return std::unexpected(written.error());
   return file;
 } catch (const config::ConfigError& error) {
   return std::unexpected(error.what());

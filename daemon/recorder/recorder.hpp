@@ -36,9 +36,9 @@ class Recorder {
   drivers::WireTap tap(recording::Wire wire);
 
   struct Status {
-    drivers::Duration lasts{};   ///< from the oldest record to the newest
-    std::size_t bytes = 0;       ///< of the ring, with records in it
-    std::uint64_t dropped = 0;   ///< records for which there was no room
+    drivers::Duration lasts{};  ///< from the oldest record to the newest
+    std::size_t bytes = 0;      ///< of the ring, with records in it
+    std::uint64_t dropped = 0;  ///< records for which there was no room
   };
   Status status() const;
 
@@ -47,7 +47,8 @@ class Recorder {
   /// Writes what the ring holds, whole or not at all. @return or why not, one sentence
   std::expected<void, std::string> save(const recording::Header& header, const std::filesystem::path& file);
   /// What the ring is of, for who finds it (save_left_behind()).
-  static std::expected<void, std::string> keep_header(const recording::Header& header, const RecordingFolder& folder);
+  static std::expected<void, std::string> keep_header(const recording::Header& header,
+                                                      const RecordingFolder& folder);
 
  private:
   std::vector<recording::Record> take_told();

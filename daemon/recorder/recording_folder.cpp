@@ -46,7 +46,8 @@ std::vector<std::string> RecordingFolder::prune() const {
     bytes += entry.bytes;
     const bool too_much = count > config_.most_files || bytes > std::uintmax_t{config_.most_mb} << 20U;
     std::error_code failed;
-    if (count > 1 && too_much && fs::remove(config_.folder / entry.name, failed)) removed.push_back(entry.name);
+    if (count > 1 && too_much && fs::remove(config_.folder / entry.name, failed))
+      removed.push_back(entry.name);
   }
   return removed;
 }

@@ -34,9 +34,9 @@ void* map(int descriptor, std::size_t bytes, int flags) {
 }
 
 /// Maps a file, which `prepare` makes ready. @return its pages and their size, or one sentence
-std::expected<std::pair<void*, std::size_t>, std::string> map_file(const std::filesystem::path& file, int flags,
-                                                                   int (*prepare)(int file, std::size_t bytes),
-                                                                   std::size_t bytes) {
+std::expected<std::pair<void*, std::size_t>, std::string> map_file(
+    const std::filesystem::path& file, int flags, int (*prepare)(int file, std::size_t bytes),
+    std::size_t bytes) {
   const auto failed = [&](int error) {
     return std::unexpected(file.string() + ": cannot be used for the recording: " + std::strerror(error));
   };

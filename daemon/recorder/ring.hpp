@@ -3,13 +3,13 @@
 #include <boost/crc.hpp>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 #include <expected>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "proto/recording/block.hpp"
 

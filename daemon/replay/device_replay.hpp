@@ -25,7 +25,7 @@ class DeviceReplay {
 
   WireReport report_;
   std::unique_ptr<Decoder> received_, sent_;
-  bool from_its_beginning_ = false;  // the connection: else the first bytes may be no beginning of a frame
+  bool from_its_beginning_ = false;    // the connection: else the first bytes may be no beginning of a frame
   std::optional<ReplayNote> refused_;  // in this connection, which the driver would have ended there
 };
 

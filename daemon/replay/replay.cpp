@@ -56,7 +56,8 @@ class Replayed {
   }
 
   void of_wire(const Record& record) {
-    if (record.wire != Wire::Rsi) return devices_.try_emplace(record.wire, record.wire).first->second.take(record);
+    if (record.wire != Wire::Rsi)
+      return devices_.try_emplace(record.wire, record.wire).first->second.take(record);
     has_rsi_ = true;
     stream_.take(record);
   }
@@ -75,7 +76,8 @@ bool ReplayReport::same() const {
          std::ranges::none_of(wires, [](const WireReport& wire) { return wire.regression.has_value(); });
 }
 
-std::expected<ReplayReport, std::string> replay(const recording::Recording& recording, std::optional<Wire> only) {
+std::expected<ReplayReport, std::string> replay(const recording::Recording& recording,
+                                                std::optional<Wire> only) {
   auto stream = StreamReplay::create(recording.header());
   if (!stream) return std::unexpected(stream.error());
   Replayed replayed{*std::move(stream), only};

@@ -32,9 +32,9 @@ struct WireReport {
 
 /// What the stream of corrections did.
 struct StreamReport {
-  std::uint64_t datagrams = 0;   ///< that were given to a stream
-  std::uint64_t compared = 0;    ///< replies, and datagrams that got none
-  std::uint64_t different = 0;   ///< of these
+  std::uint64_t datagrams = 0;  ///< that were given to a stream
+  std::uint64_t compared = 0;   ///< replies, and datagrams that got none
+  std::uint64_t different = 0;  ///< of these
   std::optional<ReplayNote> first_different;
   std::vector<std::string> not_compared;  ///< why others were not, a sentence each
   std::vector<ReplayNote> faults;

@@ -18,7 +18,8 @@ namespace {
 // The stream reads its clock through a function.
 thread_local drivers::TimePoint replay_time;
 
-constexpr const char* kBegunBefore = "it begins within the life of a stream: until the replayed one is ramped in";
+constexpr const char* kBegunBefore =
+    "it begins within the life of a stream: until the replayed one is ramped in";
 constexpr const char* kIncomplete = "records are missing: until the next checkpoint";
 
 std::optional<StreamMemory::Record> memory_in(const std::string& bytes) {
@@ -29,21 +30,20 @@ std::optional<StreamMemory::Record> memory_in(const std::string& bytes) {
 }
 
 using Counter = std::uint64_t StreamCounters::*;
-constexpr std::array kCounters{
-    Named<Counter>{"datagrams", &StreamCounters::datagrams},
-    Named<Counter>{"answered", &StreamCounters::answered},
-    Named<Counter>{"held", &StreamCounters::held},
-    Named<Counter>{"duplicate", &StreamCounters::duplicate},
-    Named<Counter>{"wrong_ipoc", &StreamCounters::wrong_ipoc},
-    Named<Counter>{"unproven", &StreamCounters::unproven},
-    Named<Counter>{"unanswered", &StreamCounters::unanswered},
-    Named<Counter>{"malformed", &StreamCounters::malformed},
-    Named<Counter>{"partly_read", &StreamCounters::partly_read},
-    Named<Counter>{"foreign", &StreamCounters::foreign},
-    Named<Counter>{"no_solution", &StreamCounters::no_solution},
-    Named<Counter>{"damped", &StreamCounters::damped},
-    Named<Counter>{"lost", &StreamCounters::lost},
-    Named<Counter>{"late", &StreamCounters::late}};
+constexpr std::array kCounters{Named<Counter>{"datagrams", &StreamCounters::datagrams},
+                               Named<Counter>{"answered", &StreamCounters::answered},
+                               Named<Counter>{"held", &StreamCounters::held},
+                               Named<Counter>{"duplicate", &StreamCounters::duplicate},
+                               Named<Counter>{"wrong_ipoc", &StreamCounters::wrong_ipoc},
+                               Named<Counter>{"unproven", &StreamCounters::unproven},
+                               Named<Counter>{"unanswered", &StreamCounters::unanswered},
+                               Named<Counter>{"malformed", &StreamCounters::malformed},
+                               Named<Counter>{"partly_read", &StreamCounters::partly_read},
+                               Named<Counter>{"foreign", &StreamCounters::foreign},
+                               Named<Counter>{"no_solution", &StreamCounters::no_solution},
+                               Named<Counter>{"damped", &StreamCounters::damped},
+                               Named<Counter>{"lost", &StreamCounters::lost},
+                               Named<Counter>{"late", &StreamCounters::late}};
 
 bool steady(StreamState state) { return state == StreamState::Active || state == StreamState::Idle; }
 
@@ -61,7 +61,8 @@ std::expected<StreamReplay, std::string> StreamReplay::create(const recording::H
   for (const recording::Model& model : header.models) {
     const CalibratedCell& cell = models[model.number] =
         config::parse_model(model.yaml, "header: model " + model.id).cell;
-    if (cell.reflectors.empty()) return std::unexpected("header: model " + model.id + " has no point to keep");
+    if (cell.reflectors.empty())
+      return std::unexpected("header: model " + model.id + " has no point to keep");
   }
   return StreamReplay{std::move(nominal), *std::move(ethernet), *options, std::move(models)};
 } catch (const config::ConfigError& error) {
@@ -117,7 +118,7 @@ void StreamReplay::command(const Record& record) {
   if (commands->engagement == Commands::Engagement::On) cycle_->engage();
   if (commands->engagement == Commands::Engagement::Armed) cycle_->arm();
   if (commands->acknowledged != before.acknowledged) cycle_->acknowledge();
-  if (commands->model == before.model) return;
+  if (commands->models == before.models) return;
   const auto model = models_.find(commands->model);
   model_known_ = commands->model == 0 || model != models_.end();
   if (!model_known_) {
@@ -170,7 +171,8 @@ void StreamReplay::take_events(std::int64_t time_ns) {
 void StreamReplay::end() {
   if (!cycle_) return;
   const StreamStatus status = cycle_->status();
-  for (const auto& [name, counter] : kCounters) report_.counters[std::string{name}] += status.counters.*counter;
+  for (const auto& [name, counter] : kCounters)
+    report_.counters[std::string{name}] += status.counters.*counter;
   wire_.rejected += status.counters.malformed;
   wire_.sessions += status.counters.sessions;
   report_.max_step_deg = std::max(report_.max_step_deg, status.max_step_deg);

@@ -34,7 +34,10 @@ class StreamReplay {
  private:
   using Models = std::map<std::uint64_t, CalibratedCell>;
   StreamReplay(RobotModel nominal, rsi::EthernetConfig ethernet, const StreamOptions& options, Models models)
-      : nominal_{std::move(nominal)}, ethernet_{std::move(ethernet)}, options_{options}, models_{std::move(models)} {}
+      : nominal_{std::move(nominal)},
+        ethernet_{std::move(ethernet)},
+        options_{options},
+        models_{std::move(models)} {}
 
   void begin(const recording::Record& record);
   void command(const recording::Record& record);

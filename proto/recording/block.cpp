@@ -18,6 +18,15 @@ unsigned head_of(const Record& record, const std::optional<Peer>& before) {
          (other_peer ? kHasPeer : 0);
 }
 
+// Unsigned inside, where a result that is too large is no undefined behaviour.
+
+std::int64_t sum(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+}
+std::int64_t difference(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
+}
+
 /// Datagrams alone have a sender: what is said of it holds for the next ones.
 bool has_peer(Wire wire, Kind kind) { return wire == Wire::Rsi && kind == Kind::Received; }
 
@@ -27,16 +36,16 @@ bool BlockWriter::append(const Record& record) {
   record_.clear();
   const unsigned head = head_of(record, before_.peer);
   append_number(record_, head);
-  append_signed(record_, record.time_ns - before_.time_ns);
+  append_signed(record_, difference(record.time_ns, before_.time_ns));
   if (head & kHasPeer) {
     append_number(record_, record.peer->address);
     append_number(record_, record.peer->port);
   }
   std::string& before = before_.bytes[{record.wire, record.kind}];
-  std::string difference;
-  append_difference(difference, before, record.bytes);
-  append_number(record_, difference.size());
-  record_ += difference;
+  std::string changes;
+  append_difference(changes, before, record.bytes);
+  append_number(record_, changes.size());
+  record_ += changes;
   if (bytes_.size() + record_.size() > kMostBlockBytes) return false;
   bytes_ += record_;
   if (!record.bytes.empty()) before = record.bytes;
@@ -65,9 +74,7 @@ std::optional<Record> BlockReader::take() {
   const std::uint64_t kind = *head >> kWireBits & ((1U << kKindBits) - 1);
   if (wire >= kWires.size() || kind >= kKinds.size() || *head >= kHasPeer << 1) return std::nullopt;
   Record record{.wire = static_cast<Wire>(wire), .kind = static_cast<Kind>(kind)};
-  // Unsigned, where a sum that is too large is no undefined behaviour.
-  record.time_ns = before_.time_ns =
-      static_cast<std::int64_t>(static_cast<std::uint64_t>(before_.time_ns) + static_cast<std::uint64_t>(*time));
+  record.time_ns = before_.time_ns = sum(before_.time_ns, *time);
   if (*head & kHasPeer) {
     const auto address = take_number(rest_), port = address ? take_number(rest_) : std::nullopt;
     if (!port || *address > UINT32_MAX || *port > UINT16_MAX) return std::nullopt;

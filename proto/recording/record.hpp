@@ -26,11 +26,9 @@ enum class Kind : std::uint8_t {
   Dropped,     ///< so many records for which there was no room
 };
 inline constexpr std::array kKinds{
-    Named{"received", Kind::Received}, Named{"sent", Kind::Sent},
-    Named{"connected", Kind::Connected}, Named{"closed", Kind::Closed},
-    Named{"started", Kind::Started}, Named{"checkpoint", Kind::Checkpoint},
-    Named{"commands", Kind::Commands}, Named{"fault", Kind::Fault},
-    Named{"dropped", Kind::Dropped}};
+    Named{"received", Kind::Received}, Named{"sent", Kind::Sent},       Named{"connected", Kind::Connected},
+    Named{"closed", Kind::Closed},     Named{"started", Kind::Started}, Named{"checkpoint", Kind::Checkpoint},
+    Named{"commands", Kind::Commands}, Named{"fault", Kind::Fault},     Named{"dropped", Kind::Dropped}};
 
 /// Who sent a datagram.
 struct Peer {

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "proto/control/json_text.hpp"
-#include "proto/recording/block.hpp"
 #include "proto/record/json_io.hpp"
+#include "proto/recording/block.hpp"
 
 namespace truepose::recording {
 namespace {
@@ -79,7 +79,8 @@ void layout(auto& io, record::Is<Header> auto& x) {
 
 std::string text(const Commands& commands) {
   return std::string{name_of(kEngagements, commands.engagement)} + ' ' +
-         std::to_string(commands.acknowledged) + ' ' + std::to_string(commands.model);
+         std::to_string(commands.acknowledged) + ' ' + std::to_string(commands.model) + ' ' +
+         std::to_string(commands.models);
 }
 
 std::expected<Commands, std::string> read_commands(std::string_view text) {
@@ -94,7 +95,7 @@ std::expected<Commands, std::string> read_commands(std::string_view text) {
   Commands commands;
   const auto names = names_of(kEngagements);
   if (std::ranges::find(names, word) == names.end() || !number(commands.acknowledged) ||
-      !number(commands.model) || at != end)
+      !number(commands.model) || !number(commands.models) || at != end)
     return std::unexpected("commands that cannot be read: \"" + std::string{text} + "\"");
   commands.engagement = value_of(kEngagements, word);
   return commands;

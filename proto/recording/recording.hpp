@@ -45,10 +45,11 @@ struct Commands {
   Engagement engagement = Engagement::Off;
   std::uint64_t acknowledged = 0;  ///< rises with each fault that is acknowledged
   std::uint64_t model = 0;         ///< its number; 0 = none
+  std::uint64_t models = 0;        ///< rises with each that it is given, the same again or none included
 
   bool operator==(const Commands&) const = default;
 };
-/// "armed 0 2"
+/// "armed 0 2 1"
 std::string text(const Commands& commands);
 std::expected<Commands, std::string> read_commands(std::string_view text);
 

@@ -34,12 +34,12 @@ void expect_round_trip(std::string_view block) {
 void recording(std::string_view input) {
   expect_round_trip(input);
   // The fuzzer finds no checksum: its records are given one.
-  const std::string whole =
-      recording::first_block({}) + recording::block(input) + recording::last_block();
+  const std::string whole = recording::first_block({}) + recording::block(input) + recording::last_block();
   std::vector<Record> records;
   const auto take = [&](const Record& record) { records.push_back(record); };
   recording::Recording::read(whole)->for_each(take);
   expect(records == records_of(input), "a file holds the records of its blocks");
+  if (input.empty()) return;  // which would be the end
   const auto cut = recording::Recording::read(whole.substr(0, whole.size() - 1));
   expect(!cut->for_each([](const Record&) {}).empty(), "a file that is cut off is said to be");
   if (const auto read = recording::Recording::read(std::string{input})) read->for_each([](const Record&) {});

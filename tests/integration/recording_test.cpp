@@ -11,8 +11,9 @@
 
 #include "tests/integration/live_cell.hpp"
 
-// A daemon is recorded while the simulated cell misbehaves. With TRUEPOSE_RECORDINGS=FOLDER every misbehaviour
-// is, and the recordings are kept there: those of tests/recordings, which other tests replay, were made so.
+// A daemon is recorded while the simulated cell misbehaves. With TRUEPOSE_RECORDINGS=FOLDER every
+// misbehaviour is, and the recordings are kept there: those of tests/recordings, which other tests replay,
+// were made so.
 
 namespace truepose {
 namespace {
@@ -44,16 +45,20 @@ constexpr std::array kRecorded{
     Recorded{"rsi-second-sender", Scene::Stream,
              "[{kind: rsi-second-sender, at_cycle: 150, lasts_cycles: 50, from: 127.0.0.2}]"},
     Recorded{"eki-drop", Scene::Campaign, "[{kind: eki-drop, at_ms: 60000, every_ms: 150000}]"},
-    Recorded{"beam-break", Scene::Campaign, "[{kind: beam-break, at_ms: 100000, lasts_ms: 4000, every_ms: 40000}]"},
+    Recorded{"beam-break", Scene::Campaign,
+             "[{kind: beam-break, at_ms: 100000, lasts_ms: 4000, every_ms: 40000}]"},
     Recorded{"tracker-restart", Scene::Campaign, "[{kind: tracker-restart, at_ms: 60000, every_ms: 150000}]"},
     Recorded{"tracker-bump", Scene::Campaign,
              "[{kind: tracker-bump, at_point: 4, by_mm: {x: 3, y: 0, z: 4}}]"},
     Recorded{"tracker-bias", Scene::Campaign,
              "[{kind: tracker-bias, at_point: 4, by_mm: {x: 3, y: 0, z: 4}}]"},
-    Recorded{"tracker-noise", Scene::Campaign, "[{kind: tracker-noise, at_point: 4, lasts_points: 2, sigma_mm: 1}]"},
-    Recorded{"tracker-std", Scene::Campaign, "[{kind: tracker-std, at_point: 4, lasts_points: 2, std_mm: 5}]"},
-    Recorded{"tracker-air", Scene::Campaign,
-             "[{kind: tracker-air, at_point: 4, lasts_points: 2, temperature_c: 90, pressure_mbar: 100, humidity_percent: 0}]"}};
+    Recorded{"tracker-noise", Scene::Campaign,
+             "[{kind: tracker-noise, at_point: 4, lasts_points: 2, sigma_mm: 1}]"},
+    Recorded{"tracker-std", Scene::Campaign,
+             "[{kind: tracker-std, at_point: 4, lasts_points: 2, std_mm: 5}]"},
+    Recorded{
+        "tracker-air", Scene::Campaign,
+        "[{kind: tracker-air, at_point: 4, lasts_points: 2, temperature_c: 90, pressure_mbar: 100, humidity_percent: 0}]"}};
 
 /// A program that goes a short way, of which little has to be recorded.
 const Replacements kSmall{{"- [25, -80, 95, 20, 45, -30]", "- [1, -90, 90, 0, 35, 0]"},

@@ -120,7 +120,8 @@ json::object stream_json(const StreamReport& stream, const Header& header) {
 json::object report_json(const Header& header, const ReplayReport& report) {
   json::array wires, models;
   for (const WireReport& wire : report.wires) wires.push_back(wire_json(wire, header));
-  for (const recording::Model& model : header.models) models.push_back(json::object{{"id", model.id}, {"sha256", model.sha256}});
+  for (const recording::Model& model : header.models)
+    models.push_back(json::object{{"id", model.id}, {"sha256", model.sha256}});
   return {{"product", header.product},
           {"cell", header.cell},
           {"date", header.date},
@@ -148,15 +149,15 @@ std::string device_text(const recording::Device& device) {
 std::string header_text(const Header& header, const ReplayReport& report) {
   std::string models;
   for (const recording::Model& model : header.models) models += (models.empty() ? "" : ", ") + model.id;
-  return text_table({{"cell", header.cell + ", truepose " + header.product},
-                     {"written", header.date + ": " + header.reason},
-                     {"robot", device_text(header.robot)},
-                     {"tracker", device_text(header.tracker)},
-                     {"models", models.empty() ? "none" : models},
-                     {"records", formatted("%llu in %.3f s, dropped %llu",
-                                           static_cast<unsigned long long>(report.records),
-                                           static_cast<double>(report.end_ns - report.begin_ns) / 1e9,
-                                           static_cast<unsigned long long>(report.dropped))}});
+  return text_table(
+      {{"cell", header.cell + ", truepose " + header.product},
+       {"written", header.date + ": " + header.reason},
+       {"robot", device_text(header.robot)},
+       {"tracker", device_text(header.tracker)},
+       {"models", models.empty() ? "none" : models},
+       {"records", formatted("%llu in %.3f s, dropped %llu", static_cast<unsigned long long>(report.records),
+                             static_cast<double>(report.end_ns - report.begin_ns) / 1e9,
+                             static_cast<unsigned long long>(report.dropped))}});
 }
 
 std::string wires_text(const ReplayReport& report) {
@@ -180,9 +181,11 @@ std::string findings_text(const Header& header, const ReplayReport& report) {
   for (const WireReport& wire : report.wires) {
     const std::string name{name_of(recording::kWires, wire.wire)};
     if (wire.first_rejected) text += note_line(name + " rejected first", *wire.first_rejected, header);
-    if (wire.regression) text += note_line(name + " accepted then and rejected now", *wire.regression, header);
+    if (wire.regression)
+      text += note_line(name + " accepted then and rejected now", *wire.regression, header);
   }
-  if (report.stream.first_different) text += note_line("reply different first", *report.stream.first_different, header);
+  if (report.stream.first_different)
+    text += note_line("reply different first", *report.stream.first_different, header);
   return text.empty() ? text : "\n" + text;
 }
 
@@ -208,7 +211,8 @@ int run_replay(const Replay& command) {
                                               findings_text(header, *report) + stream_text(report->stream);
   std::fputs(text.c_str(), stdout);
   if (!report->damage.empty())
-    std::fprintf(stderr, "truepose: %s: %s: read up to there\n", command.file.c_str(), report->damage.c_str());
+    std::fprintf(stderr, "truepose: %s: %s: read up to there\n", command.file.c_str(),
+                 report->damage.c_str());
   return report->same() ? kDone : kFailed;
 }
 

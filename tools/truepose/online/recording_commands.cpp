@@ -17,7 +17,8 @@ namespace json = boost::json;
 void copy_recording(RpcClient& client, const std::string& name, const std::filesystem::path& out) {
   config::UnfinishedFile file{out};
   for (std::uint64_t offset = 0;;) {
-    const json::value answer = value_or_throw(client.call("recording.get", {{"name", name}, {"offset", offset}}));
+    const json::value answer =
+        value_or_throw(client.call("recording.get", {{"name", name}, {"offset", offset}}));
     const auto part = control::from_base64(string_at(answer, "/data"));
     if (!part) throw CommandError{kFailed, "the daemon's recording " + name + " came damaged"};
     if (part->empty()) break;
