@@ -5,7 +5,9 @@
 
 #include <map>
 
+#include "core/kernels/dispatch.hpp"
 #include "core/math/random.hpp"
+#include "tests/core/on_every_isa.hpp"
 #include "tests/daemon/recorded_life.hpp"
 
 namespace truepose::daemon {
@@ -229,7 +231,22 @@ const std::map<std::string, Verdict> kVerdicts{
     {"tracker-restart", {.sessions = 0, .robot = 2, .tracker = 4}},
     {"tracker-std", {.sessions = 0, .robot = 2, .tracker = 2}}};
 
-TEST(AReplay, OfEveryMisbehaviourGivesItsVerdictAndTheSameReplies) {
+/// Who recorded may have had another processor.
+class AReplayOnAnyProcessor : public example::OnEveryIsa {
+ protected:
+  void SetUp() override {
+    OnEveryIsa::SetUp();
+    if (!IsSkipped()) kernels::use(GetParam());
+  }
+  void TearDown() override { kernels::use(best_); }
+
+ private:
+  kernels::Isa best_ = kernels::available(kernels::Isa::Avx512) ? kernels::Isa::Avx512
+                       : kernels::available(kernels::Isa::Avx2) ? kernels::Isa::Avx2
+                                                                : kernels::Isa::Baseline;
+};
+
+TEST_P(AReplayOnAnyProcessor, GivesEveryMisbehaviourItsVerdictAndTheSameReplies) {
   std::size_t files = 0;
   for (const auto& entry : std::filesystem::directory_iterator{TRUEPOSE_SOURCE_DIR "/tests/recordings"}) {
     ++files;
@@ -260,6 +277,8 @@ TEST(AReplay, OfEveryMisbehaviourGivesItsVerdictAndTheSameReplies) {
   }
   EXPECT_EQ(files, kVerdicts.size());
 }
+
+INSTANTIATE_TEST_SUITE_P(Isa, AReplayOnAnyProcessor, example::kEveryIsa, example::isa_name);
 
 }  // namespace
 }  // namespace truepose::daemon
