@@ -181,6 +181,13 @@ void layout(auto& io, Is<ControlConfig> auto& x) {
   io("token_file", x.token_file);
 }
 
+void layout(auto& io, Is<RecordingConfig> auto& x) {
+  io.optional("folder", x.folder);
+  io.optional("ring_mb", x.ring_mb, Whole{1, 4096});
+  io.optional("most_files", x.most_files, Whole{1, 1000});
+  io.optional("most_mb", x.most_mb, Whole{1, 1'000'000});
+}
+
 void layout(auto& io, Is<CellConfig> auto& x) {
   io("name", x.name);
   io("robot", x.robot);
@@ -196,6 +203,8 @@ void layout(auto& io, Is<CellConfig> auto& x) {
   io.optional("iso9283", x.iso9283);
   io("control", x.control);
   io("store", x.store);
+  io.on_read(x, [](auto& cell) { cell.recording.folder = cell.store.parent_path() / "recordings"; });
+  io.optional("recording", x.recording);
   io.optional("runtime", x.runtime);
   io.optional("log_level", x.log_level, LogLevel{});
 }

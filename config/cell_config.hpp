@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -127,6 +128,14 @@ struct ControlConfig {
   std::filesystem::path token_file;
 };
 
+/// What is kept of the last minutes on the wires.
+struct RecordingConfig {
+  std::filesystem::path folder;  ///< of the ring, and of the recordings that are written
+  std::size_t ring_mb = 64;
+  std::size_t most_files = 20;
+  std::size_t most_mb = 500;  ///< of all recordings; the newest is kept in any case
+};
+
 struct CellConfig {
   std::string name;
   RobotConfig robot;
@@ -140,6 +149,7 @@ struct CellConfig {
   CalibrationConfig calibration;
   Iso9283Config iso9283;
   ControlConfig control;
+  RecordingConfig recording;
   std::filesystem::path store;    ///< SQLite file
   std::filesystem::path runtime;  ///< folder of what lives while the machine is up; empty: the usual place
   std::string log_level = "info";

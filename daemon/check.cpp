@@ -179,6 +179,15 @@ Finding check_store(const fs::path& file) {
   return {Level::Good, file.string() + ": can be written"};
 }
 
+/// Without its folder the daemon records all the same, in memory; and writes no recording.
+std::vector<Finding> check_recording(const fs::path& folder) {
+  std::error_code none;
+  const fs::path there = fs::exists(folder, none) ? folder : fs::absolute(folder).parent_path();
+  if (fs::is_directory(there, none) && ::access(there.c_str(), W_OK | X_OK) == 0) return {};
+  return {{Level::Warning, "recording.folder: " + folder.string() +
+                               " cannot be written by this user: faults will leave no recording"}};
+}
+
 }  // namespace
 
 std::vector<Finding> check(const config::CellConfig& config) {
@@ -189,6 +198,7 @@ std::vector<Finding> check(const config::CellConfig& config) {
   append(findings, check_poses(config));
   findings.push_back(check_token(config.control.token_file));
   findings.push_back(check_store(config.store));
+  append(findings, check_recording(config.recording.folder));
   return findings;
 }
 

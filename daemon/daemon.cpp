@@ -17,6 +17,7 @@
 #include "daemon/control/control_server.hpp"
 #include "daemon/log/log.hpp"
 #include "daemon/realtime/stream_options.hpp"
+#include "daemon/recorder/recorder.hpp"
 #include "daemon/service/runtime_folder.hpp"
 #include "daemon/service/service_manager.hpp"
 #include "daemon/threads/signal.hpp"
@@ -72,9 +73,9 @@ StreamOptions stream_options(const config::CellConfig& config, std::uint32_t pee
   return options;
 }
 
-/// What the process before this one knew of the controller; none where there is no folder for it.
+/// What the process before this one knew of the controller, where there is a folder for it.
 std::unique_ptr<StreamMemory> stream_memory(const fs::path& runtime) {
-  if (runtime.empty()) return nullptr;
+  if (runtime.empty()) return StreamMemory::in_process();
   return started(StreamMemory::open(runtime / "stream"));
 }
 
@@ -86,6 +87,22 @@ drivers::RsiLinkOptions link_options(const config::StreamConfig& stream, std::ui
           stream.realtime == config::RealtimePolicy::Require,
           stream.cpu,
           peer};
+}
+
+/// The ring that is recorded into. A disk that has no room for it is no reason to let the arm stand.
+std::unique_ptr<Ring> recording_ring(const config::RecordingConfig& config) {
+  const RecordingFolder folder{config};
+  std::error_code failed;
+  fs::create_directories(config.folder, failed);  // what is wrong is said where the ring is made
+  const auto left = save_left_behind(folder, control::rfc3339(std::chrono::system_clock::now()));
+  if (!left) log_warning("what the daemon before this one recorded is lost: " + left.error());
+  if (left && !left->empty())
+    log_warning("the daemon before this one was killed; what it had recorded is in " + left->string());
+  const std::size_t bytes = config.ring_mb << 20U;
+  auto ring = Ring::create(folder.ring(), bytes);
+  if (ring) return *std::move(ring);
+  log_warning(ring.error() + "; it is kept in memory");
+  return Ring::in_process(bytes);
 }
 
 /// Everything that runs, in the order in which it is started; taken down in the reverse order.
@@ -104,18 +121,24 @@ class Daemon {
         stream_{started(StreamCycle::create(config.robot.model,
                                             started(read_ethernet(config.stream.ethernet_xml)),
                                             stream_options(config, peer_), stream_memory_.get()))},
+        recorder_{recording_ring(config.recording), clock_},
+        recorded_stream_{*stream_, *stream_memory_, recorder_.exchanges()},
         robot_{io_.get_executor(),
                clock_,
                {config.robot.eki_motion.host, config.robot.eki_motion.port, config.robot.eki_state.port,
-                config.robot.model.joint_count()}},
+                config.robot.model.joint_count(), recorder_.tap(recording::Wire::EkiLink),
+                recorder_.tap(recording::Wire::EkiState)}},
         tracker_{io_.get_executor(),
                  clock_,
-                 {config.tracker.address.host, config.tracker.address.port, config.tracker.reflector,
-                  config.tracker.measure}},
+                 {.host = config.tracker.address.host,
+                  .port = config.tracker.address.port,
+                  .reflector = config.tracker.reflector,
+                  .measure = config.tracker.measure,
+                  .tap = recorder_.tap(recording::Wire::Tracker)}},
         cell_{{io_.get_executor(), config_, robot_, tracker_, clock_, *stream_, store_, store_thread_,
-               compute_thread_, events_, [] { return std::chrono::system_clock::now(); },
-               [this] { return link_->scheduling(); }}},
-        link_{started(drivers::RsiLink::start(link_options(config.stream, peer_), *stream_))},
+               compute_thread_, events_, recorder_, recorder_thread_,
+               [] { return std::chrono::system_clock::now(); }, [this] { return link_->scheduling(); }}},
+        link_{started(drivers::RsiLink::start(link_options(config.stream, peer_), recorded_stream_))},
         server_{
             started(ControlServer::start(io_.get_executor(),
                                          {clock_, [] { return std::chrono::system_clock::now(); }, cell_,
@@ -138,6 +161,8 @@ class Daemon {
     io_.run();
     compute_thread_.join();
     store_thread_.join();
+    recorder_thread_.join();
+    remove_ring(RecordingFolder{config_.recording});
   }
 
  private:
@@ -233,6 +258,9 @@ class Daemon {
   std::uint32_t peer_;
   std::unique_ptr<StreamMemory> stream_memory_;
   std::unique_ptr<StreamCycle> stream_;
+  Recorder recorder_;
+  RecordedStream recorded_stream_;
+  Worker recorder_thread_;
   drivers::KukaEkiRobot robot_;
   drivers::EmsconTracker tracker_;
   DaemonCell cell_;

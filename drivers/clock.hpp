@@ -2,11 +2,17 @@
 
 #include <boost/asio/awaitable.hpp>
 #include <chrono>
+#include <cstdint>
 
 namespace truepose::drivers {
 
 using TimePoint = std::chrono::steady_clock::time_point;
 using Duration = std::chrono::steady_clock::duration;
+
+inline std::int64_t nanoseconds_of(TimePoint time) {
+  return std::chrono::nanoseconds{time.time_since_epoch()}.count();
+}
+inline TimePoint time_of(std::int64_t nanoseconds) { return TimePoint{std::chrono::nanoseconds{nanoseconds}}; }
 
 /// The time that drivers and campaign live in: the machine's steady clock, or virtual time in tests.
 class Clock {

@@ -30,6 +30,7 @@ void StandingFaults::begin(Fault fault) {
   const std::string code = fault.code;
   faults_[code] = {std::move(fault), control::rfc3339(wall_clock_())};
   publish(faults_[code], true);
+  begun_(faults_[code].fault);
 }
 
 void StandingFaults::end(const std::string& code) {

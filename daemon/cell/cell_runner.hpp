@@ -32,6 +32,8 @@ class StandingFaults {
   StandingFaults(EventBus& events, EventBus::WallClock wall_clock)
       : events_{events}, wall_clock_{std::move(wall_clock)} {}
 
+  /// Called with each fault that begins.
+  void tell(std::function<void(const Fault& fault)> begun) { begun_ = std::move(begun); }
   /// In place of one that stands with the same code.
   void begin(Fault fault);
   void end(const std::string& code);
@@ -55,6 +57,7 @@ class StandingFaults {
   EventBus& events_;
   EventBus::WallClock wall_clock_;
   std::map<std::string, Standing> faults_;
+  std::function<void(const Fault& fault)> begun_ = [](const Fault&) {};
 };
 
 /// Runs a cell's state machine: feeds it events, has its commands carried out, tells clients of its changes

@@ -18,12 +18,14 @@ DaemonCell::DaemonCell(Parts parts)
       models_{parts_, runner_, devices_},
       targets_{parts_, models_},
       stream_{parts_, runner_, devices_, models_},
+      recording_{parts_, runner_, devices_, models_},
       campaigns_{parts_, runner_, devices_, models_},
       archive_{parts_, [this] { return campaigns_.current(); }} {
   add_methods(table_, devices_);
   add_methods(table_, models_);
   add_methods(table_, targets_);
   add_methods(table_, stream_);
+  add_methods(table_, recording_);
   add_methods(table_, campaigns_);
   add_methods(table_, archive_);
 }
@@ -37,6 +39,7 @@ std::vector<std::string> DaemonCell::method_names() {
   add(ModelService::methods());
   add(TargetService::methods());
   add(StreamService::methods());
+  add(RecordingService::methods());
   add(CampaignService::methods());
   add(CampaignArchive::methods());
   return names;
@@ -53,7 +56,7 @@ MethodReply DaemonCell::call(std::string method, json::object params) {
 
 asio::awaitable<void> DaemonCell::watch() {
   using namespace asio::experimental::awaitable_operators;
-  co_await (runner_.watch() && stream_.watch() && devices_.watch());
+  co_await (runner_.watch() && stream_.watch() && devices_.watch() && recording_.watch());
 }
 
 asio::awaitable<void> DaemonCell::shut_down() {
@@ -74,7 +77,8 @@ json::object DaemonCell::status_json() const {
           {"waiting", runner_.waiting_json()}, {"time", control::rfc3339(parts_.wall_clock())},
           {"robot", devices_.robot_json()},    {"tracker", devices_.tracker_json()},
           {"campaign", campaigns_.json()},     {"model", models_.active_json()},
-          {"stream", stream_.json()},          {"faults", runner_.faults().json()}};
+          {"stream", stream_.json()},          {"recording", recording_.json()},
+          {"faults", runner_.faults().json()}};
 }
 
 }  // namespace truepose::daemon

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "daemon/cell/campaign_service.hpp"
+#include "daemon/cell/recording_service.hpp"
 #include "daemon/cell/stream_service.hpp"
 #include "daemon/cell/target_service.hpp"
 #include "daemon/control/control_server.hpp"
@@ -36,6 +37,7 @@ class DaemonCell final : public CellService {
   ModelService models_;
   TargetService targets_;
   StreamService stream_;
+  RecordingService recording_;
   CampaignService campaigns_;
   CampaignArchive archive_;
   MethodTable table_;

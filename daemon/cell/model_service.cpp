@@ -17,6 +17,7 @@ using control::RpcError;
 namespace {
 
 constexpr const char* kModelFault = "E_MODEL";
+constexpr std::size_t kModelsRemembered = 8;  // of those that the stream was given
 
 /// Not validated = no number.
 json::value error_or_null(double mean_mm) { return mean_mm > 0 ? json::value(mean_mm) : json::value{}; }
@@ -75,10 +76,18 @@ asio::awaitable<StoreResult<void>> ModelService::load_active() {
   runner_.faults().end(kModelFault);
   const StoredModel& model = *(*found)->checked;
   active_ = Active{(*found)->record, model.file.cell, config::drift_reference(model.file)};
-  parts_.stream.use_model(active_->cell.robot, ++number_,
-                          config::kept_point_mm(parts_.config, active_->cell));
+  give_to_stream(*active_);
   if (!model.unchecked.empty()) log_warning(model.unchecked);
   co_return StoreResult<void>{};
+}
+
+void ModelService::give_to_stream(const Active& model) {
+  const Eigen::Vector3d p_F_mm = config::kept_point_mm(parts_.config, model.cell);
+  parts_.stream.use_model(model.cell.robot, ++number_, p_F_mm);
+  Given given{number_, model.record, model.cell};
+  given.cell.reflectors = {{"1", p_F_mm}};
+  given_.push_back(std::move(given));
+  if (given_.size() > kModelsRemembered) given_.pop_front();
 }
 
 void ModelService::forget() {

@@ -4,6 +4,7 @@
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 #include <cstdint>
+#include <deque>
 #include <expected>
 #include <optional>
 #include <string>
@@ -21,6 +22,12 @@ class ModelService {
     ModelRecord record;
     CalibratedCell cell;
     std::optional<DriftReference> drift_reference;
+  };
+  /// What the stream was given, by the number that it knows it by.
+  struct Given {
+    std::uint64_t number;
+    ModelRecord record;
+    CalibratedCell cell;  ///< its one reflector is the point that is kept
   };
   /// A model as the store has it, and whether it still is the one that was made.
   struct Found {
@@ -47,6 +54,8 @@ class ModelService {
   /// @param activated  and the store has activated it
   boost::asio::awaitable<void> announce_made(std::string id, bool activated);
   boost::json::value active_json() const;
+  /// The last ones, the newest at the end.
+  const std::deque<Given>& given() const { return given_; }
 
  private:
   MethodReply list(boost::json::object params);
@@ -62,6 +71,7 @@ class ModelService {
   std::string other_arm(const char* the_model, const ModelRecord& record) const;
   control::RpcError needs_model(const std::string& why_not) const;
   void forget();
+  void give_to_stream(const Active& model);
   void publish(const char* change, const ModelRecord& record);
 
   CellParts parts_;
@@ -69,6 +79,7 @@ class ModelService {
   const DeviceService& devices_;
   std::optional<Active> active_;
   std::uint64_t number_ = 0;  ///< of the model that the stream was given last
+  std::deque<Given> given_;
 };
 
 }  // namespace truepose::daemon

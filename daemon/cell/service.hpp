@@ -17,6 +17,7 @@
 #include "daemon/campaign/store_journal.hpp"
 #include "daemon/control/event_bus.hpp"
 #include "daemon/realtime/stream_cycle.hpp"
+#include "daemon/recorder/recorder.hpp"
 #include "daemon/store/store.hpp"
 #include "daemon/threads/worker.hpp"
 #include "proto/control/param_reader.hpp"
@@ -35,6 +36,8 @@ struct CellParts {
   Worker& store_thread;
   Worker& compute_thread;
   EventBus& events;
+  Recorder& recorder;  ///< drained and saved by the recorder thread alone
+  Worker& recorder_thread;
   StoreJournal::WallClock wall_clock;
   std::function<drivers::Scheduling()> realtime_thread{};  ///< how it runs now; empty: there is none
 };

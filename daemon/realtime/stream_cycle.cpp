@@ -43,12 +43,12 @@ RobotModel without_limits(RobotModel robot) {
   return robot;
 }
 
-SessionOptions session_options(const StreamOptions& options) {
+SessionOptions session_options(const StreamOptions& options, drivers::TimePoint now) {
   return {.cycle = options.cycle,
           .gap_cycles = options.timeout_cycles,
           .step_rad = options.max_step_rad,
           .peer = options.peer,
-          .listening_since = options.now()};
+          .listening_since = now};
 }
 
 }  // namespace
@@ -68,7 +68,8 @@ StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& e
       codec_{ethernet},
       has_stop_{ethernet.stop.has_value()},
       sends_aspos_{ethernet.sends("ASPos")},
-      session_{session_options(options), memory},
+      done_{options.now()},
+      session_{session_options(options, done_), memory},
       missing_{ethernet, options.cycles_per_second()},
       late_replies_{options.rejected_cycles},
       lateness_{options.cycle},
@@ -106,8 +107,8 @@ StreamStatus StreamCycle::status() const {
 }
 
 std::string_view StreamCycle::answer(const drivers::Datagram& datagram) noexcept {
-  from_controller_ = session_.admits(datagram.source, datagram.received);
-  if (!from_controller_) {
+  admitted_ = session_.admits(datagram.source, datagram.received);
+  if (!admitted_) {
     tell_foreign(datagram.source);
     return {};
   }
@@ -118,8 +119,9 @@ std::string_view StreamCycle::answer(const drivers::Datagram& datagram) noexcept
 }
 
 void StreamCycle::finish(const drivers::CycleTimes& times) noexcept {
-  if (from_controller_) {
+  if (admitted_) {
     received_ = times.received;
+    done_ = times.sent;
     late_replies_.dealt_with(times);
     if (times.replied) count(times);
     watch_effect();
@@ -154,7 +156,9 @@ void StreamCycle::tell_foreign(const drivers::UdpSource& source) noexcept {
 }
 
 void StreamCycle::take_commands() noexcept {
+  engagement_seen_ = engagement_.load(std::memory_order_acquire);
   if (model_.take()) {
+    ++models_taken_;
     status_.model = model_.front().number;
     search_.setZero();
     foresight_.restart();
@@ -379,6 +383,7 @@ void StreamCycle::disarm_after_silence(drivers::TimePoint received) noexcept {
   const bool disarms = engagement_before_ == Engagement::On && options_.disarm_after;
   if (disarms && silence >= *options_.disarm_after) {
     disengage();
+    engagement_seen_ = Engagement::Off;
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(silence);
     emit({.kind = StreamEventKind::Disarmed, .value = static_cast<std::uint64_t>(ms.count())});
   }

@@ -23,6 +23,7 @@
 #include "daemon/realtime/stream_options.hpp"
 #include "daemon/realtime/stream_status.hpp"
 #include "drivers/kuka/rsi_link.hpp"
+#include "proto/recording/recording.hpp"
 #include "proto/rsi/frame_codec.hpp"
 #include "proto/rsi/frame_layout.hpp"
 
@@ -77,6 +78,21 @@ class StreamCycle final : public drivers::RsiResponder {
   /// Ends Frozen or Fault: the stream goes on from the correction that it holds.
   void acknowledge() noexcept { acknowledged_.fetch_add(1, std::memory_order_release); }
 
+  /// What the last answer rests on, beside its datagram and those before it. The realtime thread's own.
+  struct Circumstances {
+    bool admitted = false;  ///< the datagram was the controller's
+    recording::Commands::Engagement engagement{};
+    std::uint32_t acknowledged = 0;
+    std::uint64_t model = 0, models = 0;    ///< its number, and how many were given
+    StreamState state = StreamState::Idle;  ///< after it
+    drivers::TimePoint done;                ///< when it was made; before the first: when the cycle began
+  };
+  Circumstances circumstances() const noexcept {
+    return {admitted_, engagement_seen_, acknowledged_seen_, status_.model, models_taken_, status_.state,
+            done_};
+  }
+
+  const StreamOptions& options() const noexcept { return options_; }
   StreamStatus status() const;
   /// From the kernel's receipt of a datagram to its reply in the kernel's hands.
   LatencyHistogram::Summary turnaround() const noexcept { return turnaround_.summary(); }
@@ -99,7 +115,7 @@ class StreamCycle final : public drivers::RsiResponder {
     JointVector correction;
     std::uint64_t elapsed = 0;
   };
-  enum class Engagement : std::uint8_t { Off, Leaving, On, Armed };
+  using Engagement = recording::Commands::Engagement;
   using Turn = ControllerSession::Turn;
   using Hearing = ControllerSession::Hearing;
 
@@ -125,7 +141,7 @@ class StreamCycle final : public drivers::RsiResponder {
   bool engaged() const noexcept { return wanted() && !status_.program_declines; }
   bool at_rest() const noexcept { return ramp_.out() && correction_.isZero(0); }
   bool asks_to_leave() const noexcept;
-  Engagement engagement() const noexcept { return engagement_.load(std::memory_order_acquire); }
+  Engagement engagement() const noexcept { return engagement_seen_; }
   void listen_to_program(const rsi::ProgramSignals& program) noexcept;
   void begin_session(const drivers::UdpSource& source) noexcept;
   void adopt(const JointVector& commanded) noexcept;
@@ -166,6 +182,10 @@ class StreamCycle final : public drivers::RsiResponder {
 
   // The realtime thread's own.
   rsi::RobotFrameDecoder decoder_;
+  drivers::TimePoint done_;                       // with the last datagram of the controller
+  Engagement engagement_seen_ = Engagement::Off;  // one for the whole of a cycle
+  std::uint64_t models_taken_ = 0;
+  bool admitted_ = false;  // the datagram that is dealt with is the controller's
   ControllerSession session_;
   MissingElements missing_;
   LateReplies late_replies_;
@@ -186,10 +206,9 @@ class StreamCycle final : public drivers::RsiResponder {
   JointVector search_;            // where the solver is, of model_correction_
   JointVector searched_for_;      // commanded axes
   bool found_ = false;
-  bool arm_known_;                // of an armed stream's session, also by the process before
-  bool production_ = false;       // the program is one that was armed for, and not truepose_motion
-  bool behind_ = false;           // a bound keeps the correction from what the ramp wants
-  bool from_controller_ = false;  // the datagram that is dealt with
+  bool arm_known_;           // of an armed stream's session, also by the process before
+  bool production_ = false;  // the program is one that was armed for, and not truepose_motion
+  bool behind_ = false;      // a bound keeps the correction from what the ramp wants
   bool malformed_before_ = false;
   bool unread_told_ = false;
   Engagement engagement_before_ = Engagement::Off;  // at the last frame

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <new>
 #include <type_traits>
 
 namespace truepose::daemon {
@@ -80,6 +81,13 @@ std::expected<std::unique_ptr<StreamMemory>, std::string> StreamMemory::open(
   auto* const page = static_cast<Page*>(mapped);
   if (page->magic != kMagic) *page = Page{.magic = kMagic, .slots = {}};
   return std::unique_ptr<StreamMemory>(new StreamMemory(page));
+}
+
+std::unique_ptr<StreamMemory> StreamMemory::in_process() {
+  void* const mapped =
+      ::mmap(nullptr, sizeof(Page), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (mapped == MAP_FAILED) throw std::bad_alloc{};
+  return std::unique_ptr<StreamMemory>(new StreamMemory(new (mapped) Page{.magic = kMagic, .slots = {}}));
 }
 
 StreamMemory::~StreamMemory() { ::munmap(page_, sizeof(Page)); }

@@ -30,6 +30,8 @@ class StreamMemory {
 
   /// @param file  is made where it is not there. @return the page, or one sentence
   static std::expected<std::unique_ptr<StreamMemory>, std::string> open(const std::filesystem::path& file);
+  /// One that ends with this process. Throws std::bad_alloc.
+  static std::unique_ptr<StreamMemory> in_process();
   ~StreamMemory();
   StreamMemory(const StreamMemory&) = delete;
   StreamMemory& operator=(const StreamMemory&) = delete;

@@ -24,13 +24,14 @@ constexpr auto kAsTuple = asio::as_tuple(asio::use_awaitable);
 }  // namespace
 
 EkiChannel::EkiChannel(asio::any_io_executor executor, Clock& clock, std::string name, std::string server,
-                       std::string host, std::uint16_t port)
+                       std::string host, std::uint16_t port, WireTap tap)
     : socket_{std::move(executor)},
       clock_{clock},
       name_{std::move(name) + " at " + host + ":" + std::to_string(port)},
       server_{std::move(server)},
       host_{std::move(host)},
-      port_{port} {}
+      port_{port},
+      tap_{std::move(tap)} {}
 
 asio::awaitable<std::expected<void, RobotError>> EkiChannel::connect(TimePoint deadline) {
   close();
@@ -52,6 +53,7 @@ asio::awaitable<std::expected<void, RobotError>> EkiChannel::connect(TimePoint d
                      "refused: check that " + server_ + " is running and that no other client is connected");
   }
   if (*result) co_return failed(RobotFault::Unreachable, result->message());
+  tap_(recording::Kind::Connected, name_);
   co_return std::expected<void, RobotError>{};
 }
 
@@ -83,6 +85,7 @@ asio::awaitable<std::expected<void, RobotError>> EkiChannel::send(eki::ToControl
 }
 
 asio::awaitable<error_code> EkiChannel::write(std::string bytes) {
+  tap_(recording::Kind::Sent, bytes);
   auto [error, written] = co_await asio::async_write(socket_, asio::buffer(bytes), kAsTuple);
   co_return error;
 }
@@ -113,11 +116,13 @@ asio::awaitable<std::expected<eki::FromController, RobotError>> EkiChannel::rece
 asio::awaitable<error_code> EkiChannel::read() {
   std::array<char, 4096> bytes;
   auto [error, size] = co_await socket_.async_read_some(asio::buffer(bytes), kAsTuple);
+  if (size > 0) tap_(recording::Kind::Received, {bytes.data(), size});
   splitter_.feed({bytes.data(), size});
   co_return error;
 }
 
 void EkiChannel::close() noexcept {
+  if (connected()) tap_(recording::Kind::Closed, {});
   error_code ignored;
   socket_.close(ignored);
   splitter_.reset();

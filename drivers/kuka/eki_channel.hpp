@@ -10,6 +10,7 @@
 
 #include "drivers/clock.hpp"
 #include "drivers/robot.hpp"
+#include "drivers/wire_tap.hpp"
 #include "proto/eki/document_splitter.hpp"
 #include "proto/eki/messages.hpp"
 
@@ -23,7 +24,7 @@ class EkiChannel {
   /// @param name    "CellLink"
   /// @param server  what answers there, for the operator: "the robot program truepose_motion"
   EkiChannel(boost::asio::any_io_executor executor, Clock& clock, std::string name, std::string server,
-             std::string host, std::uint16_t port);
+             std::string host, std::uint16_t port, WireTap tap = kNobodyHears);
 
   boost::asio::awaitable<std::expected<void, RobotError>> connect(TimePoint deadline);
   boost::asio::awaitable<std::expected<void, RobotError>> send(eki::ToController message, TimePoint deadline);
@@ -46,6 +47,7 @@ class EkiChannel {
   std::string server_;
   std::string host_;
   std::uint16_t port_;
+  WireTap tap_;
   eki::DocumentSplitter splitter_;
   std::deque<eki::FromController> messages_;  // received, not yet asked for
 };

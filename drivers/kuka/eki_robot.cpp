@@ -139,10 +139,10 @@ KukaEkiRobot::KukaEkiRobot(asio::any_io_executor executor, Clock& clock, KukaEki
     : clock_{clock},
       options_{std::move(options)},
       motion_{std::make_unique<EkiChannel>(executor, clock, "CellLink", "the robot program truepose_motion",
-                                           options_.host, options_.motion_port)},
+                                           options_.host, options_.motion_port, options_.motion_tap)},
       state_{std::make_unique<EkiChannel>(executor, clock, "CellState",
                                           "the state server (truepose_submit, or sps.sub)", options_.host,
-                                          options_.state_port)},
+                                          options_.state_port, options_.state_tap)},
       answers_{std::make_unique<Answers>(executor)},
       id_{first_id()} {}
 

@@ -8,6 +8,7 @@
 
 #include "drivers/clock.hpp"
 #include "drivers/robot.hpp"
+#include "drivers/wire_tap.hpp"
 #include "proto/eki/messages.hpp"
 
 namespace truepose::drivers {
@@ -19,6 +20,7 @@ struct KukaEkiOptions {
   std::uint16_t motion_port = 54600;  ///< channel CellLink, served by the robot interpreter
   std::uint16_t state_port = 54601;   ///< channel CellState, served by the submit interpreter
   int joint_count = 6;                ///< 1..6; further axes are sent as 0
+  WireTap motion_tap = kNobodyHears, state_tap = kNobodyHears;
 };
 
 /// A KUKA arm moved over EKI by the KRL programs in config/kuka.

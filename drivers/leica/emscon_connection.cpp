@@ -55,10 +55,12 @@ TrackerError refusal(std::string_view what, std::int32_t status) {
 }
 
 EmsconConnection::EmsconConnection(asio::any_io_executor executor,
-                                   std::function<void(const emscon::TrackerPacket&)> observe)
-    : socket_{std::move(executor)}, observe_{std::move(observe)} {}
+                                   std::function<void(const emscon::TrackerPacket&)> observe,
+                                   WireTap tap)
+    : socket_{std::move(executor)}, observe_{std::move(observe)}, tap_{std::move(tap)} {}
 
 void EmsconConnection::close() noexcept {
+  if (is_open()) tap_(recording::Kind::Closed, {});
   error_code ignored;
   socket_.close(ignored);
   splitter_ = {};
@@ -88,6 +90,7 @@ TrackerTask<void> EmsconConnection::open(std::string host, std::uint16_t port) {
   }
   error_code ignored;
   socket_.set_option(tcp::no_delay{true}, ignored);
+  tap_(recording::Kind::Connected, host + ":" + service);
   guard.done();
   co_return TrackerResult<void>{};
 }
@@ -97,6 +100,7 @@ TrackerTask<void> EmsconConnection::send(emscon::Command command) {
     co_return std::unexpected(TrackerError{TrackerFault::Disconnected, "the tracker is not connected"});
   const std::vector<std::uint8_t> bytes = emscon::encode(command);
   CloseUnlessDone guard{*this};  // half a packet sent cannot be taken back
+  tap_(recording::Kind::Sent, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   auto [error, size] = co_await asio::async_write(socket_, asio::buffer(bytes), kToResult);
   const asio::cancellation_state cancellation = co_await asio::this_coro::cancellation_state;
   throw_if_cancelled(cancellation);
@@ -137,6 +141,7 @@ TrackerTask<emscon::TrackerPacket> EmsconConnection::receive() {
     const asio::cancellation_state cancellation = co_await asio::this_coro::cancellation_state;
     throw_if_cancelled(cancellation);
     if (error) co_return std::unexpected(lost(error.message()));
+    tap_(recording::Kind::Received, {reinterpret_cast<const char*>(received_.data()), size});
     splitter_.push({received_.data(), size});
   }
 }

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "drivers/tracker.hpp"
+#include "drivers/wire_tap.hpp"
 #include "proto/emscon/packet_splitter.hpp"
 #include "proto/emscon/packets.hpp"
 
@@ -28,7 +29,7 @@ class EmsconConnection {
  public:
   /// @param observe  sees every packet that comes in, also the ones nobody waits for
   EmsconConnection(boost::asio::any_io_executor executor,
-                   std::function<void(const emscon::TrackerPacket&)> observe);
+                   std::function<void(const emscon::TrackerPacket&)> observe, WireTap tap);
 
   TrackerTask<void> open(std::string host, std::uint16_t port);
   bool is_open() const { return socket_.is_open(); }
@@ -47,6 +48,7 @@ class EmsconConnection {
 
   boost::asio::ip::tcp::socket socket_;
   std::function<void(const emscon::TrackerPacket&)> observe_;
+  WireTap tap_;
   emscon::PacketSplitter splitter_;
   std::array<std::uint8_t, 4096> received_{};
 };

@@ -122,7 +122,8 @@ class EmsconTracker::Session {
   Session(asio::any_io_executor executor, Clock& the_clock, EmsconOptions options)
       : clock{the_clock},
         options_{std::move(options)},
-        connection_{std::move(executor), [this](const TrackerPacket& packet) { observe(packet); }} {}
+        connection_{std::move(executor), [this](const TrackerPacket& packet) { observe(packet); },
+                    options_.tap} {}
 
   TrackerTask<TrackerIdentity> connect();
   TrackerTask<TrackerIdentity> inspect();

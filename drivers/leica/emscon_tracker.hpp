@@ -7,6 +7,7 @@
 #include <string>
 
 #include "drivers/tracker.hpp"
+#include "drivers/wire_tap.hpp"
 
 namespace truepose::drivers {
 
@@ -17,6 +18,7 @@ struct EmsconOptions {
       "CCR-1.5in";  ///< by the name that the tracker knows it by; empty: the first that it lists
   std::chrono::milliseconds measure{2000};
   std::chrono::milliseconds search_timeout{10000};  ///< that the tracker itself gives a search
+  WireTap tap = kNobodyHears;
 };
 
 /// A Leica tracker that speaks emScon (AT901, LTD, AT401/402) over TCP.

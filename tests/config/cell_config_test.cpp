@@ -94,6 +94,16 @@ TEST_F(CellFile, ReadsAddressesAndResolvesPathsFromItsOwnFolder) {
   EXPECT_EQ(load(std::string{kSmallest} + "runtime: run\n").runtime, folder_.path() / "run");
 }
 
+TEST_F(CellFile, KeepsRecordingsBesideTheStoreUnlessAFolderIsNamed) {
+  EXPECT_EQ(load(kSmallest).recording.folder, "/var/lib/recordings");
+  const CellConfig cell =
+      load(std::string{kSmallest} + "recording: {folder: here, ring_mb: 8, most_files: 3}\n");
+  EXPECT_EQ(cell.recording.folder, folder_.path() / "here");
+  EXPECT_EQ(cell.recording.ring_mb, 8U);
+  EXPECT_EQ(cell.recording.most_files, 3U);
+  EXPECT_EQ(cell.recording.most_mb, RecordingConfig{}.most_mb);
+}
+
 TEST_F(CellFile, ConvertsPlacementAndFacing) {
   std::string text = kSmallest;
   text.replace(text.find("700}"), 4,

@@ -155,12 +155,12 @@ struct CellTest : testing::Test {
   bool over = false;  ///< the script has ended
   boost::asio::io_context io;
   drivers::VirtualClock clock;
-  config::CellConfig config = test::example_cell();
+  TempFolder folder;
+  config::CellConfig config = config_in(folder.path());
   drivers::MockCellOptions truth = test::example_truth();
   drivers::MockCell mock{truth, clock};
   drivers::MockRobot robot{mock};
   drivers::MockTracker tracker{mock};
-  TempFolder folder;
   const std::filesystem::path file = folder.path() / "cell.sqlite";
   StoreResult<Store> store = Store::open(file);
   InPlaceWorker store_thread, compute_thread;
@@ -175,10 +175,17 @@ struct CellTest : testing::Test {
     options.peer = 0x7f000001;
     return options;
   }
+  static config::CellConfig config_in(const std::filesystem::path& folder) {
+    config::CellConfig config = test::example_cell();
+    config.recording.folder = folder;
+    return config;
+  }
   std::unique_ptr<StreamCycle> stream =
       StreamCycle::create(config.robot.model, ethernet_config(), stream_options_of(config)).value();
+  Recorder recorder{Ring::in_process(Ring::kLeastBytes), clock};
+  InPlaceWorker recorder_thread;
   DaemonCell cell{{io.get_executor(), config, robot, tracker, clock, *stream, *store, store_thread,
-                   compute_thread, events, wall_clock}};
+                   compute_thread, events, recorder, recorder_thread, wall_clock}};
 };
 
 }  // namespace truepose::daemon

@@ -34,6 +34,7 @@ class CheckTest : public testing::Test {
     config_.control.token_file = folder_.write("token", "0123456789abcdef0123456789abcdef\n");
     fs::permissions(config_.control.token_file, fs::perms::owner_read | fs::perms::owner_write);
     config_.store = folder_.path() / "cell.sqlite";
+    config_.recording.folder = folder_.path() / "recordings";
   }
   /// The shipped RSI configuration with another text in it.
   fs::path rsi_file(const std::string& from, const std::string& to) {
@@ -178,6 +179,11 @@ TEST_F(CheckTest, RefusesAStoreThatCannotBeMade) {
   EXPECT_THAT(findings(), failure("there is no folder"));
   config_.store = folder_.path();
   EXPECT_THAT(findings(), failure("is no file"));
+}
+
+TEST_F(CheckTest, WarnsWhereNoRecordingCanBeWritten) {
+  config_.recording.folder = folder_.path() / "none" / "recordings";
+  EXPECT_THAT(findings(), warning("none/recordings cannot be written by this user"));
 }
 
 TEST_F(CheckTest, RefusesAStoreThatTheStartWouldRefuseAndLeavesItAsItIs) {

@@ -96,9 +96,9 @@ struct Fate {
 class StreamRig {
  public:
   explicit StreamRig(const StreamOptions& options = stream_options(),
-                     const rsi::EthernetConfig& config = ethernet_config())
+                     const rsi::EthernetConfig& config = ethernet_config(), StreamMemory* memory = nullptr)
       : max_step_deg_{options.max_step_rad * kDegPerRad},
-        cycle{StreamCycle::create(nominal_arm(), config, options).value()},
+        cycle{StreamCycle::create(nominal_arm(), config, options, memory).value()},
         codec_{config},
         sends_aspos_{config.sends("ASPos")},
         holds_stop_{std::ranges::any_of(config.receive, [&](const rsi::Element& element) {
@@ -133,8 +133,9 @@ class StreamRig {
   std::string send(const std::string& bytes) { return send(bytes, source); }
   std::string send(const std::string& bytes, const drivers::UdpSource& from) {
     sent.emplace_back(bytes, now_);
-    const std::string reply{cycle->answer({bytes, from, now_})};
-    cycle->finish(
+    drivers::RsiResponder& responder = in_front ? *in_front : *cycle;
+    const std::string reply{responder.answer({bytes, from, now_})};
+    responder.finish(
         {now_, now_ + woken, now_ + woken + computed, now_ + woken + computed, computed, !reply.empty()});
     return reply;
   }
@@ -195,6 +196,7 @@ class StreamRig {
  public:
   std::unique_ptr<StreamCycle> cycle;
   std::vector<std::pair<std::string, drivers::TimePoint>> sent;  ///< all datagrams
+  drivers::RsiResponder* in_front = nullptr;  ///< takes the cycle's datagrams, where there is one
   drivers::UdpSource source{0x7f000001, 40'000};
   std::optional<rsi::CartesianPose> rist;  ///< sent where it is set
   rsi::ProgramSignals program;

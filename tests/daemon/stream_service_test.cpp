@@ -586,7 +586,7 @@ TEST_F(AnArmedStream, IsArmedAgainAfterTheDaemonHasEndedUntilItIsDisarmed) {
   play([this]() -> Wait { co_await armed(); });
   const auto next_daemon = [this](const char* state) {
     DaemonCell next{{io.get_executor(), config, robot, tracker, clock, *rig.cycle, *store, store_thread,
-                     compute_thread, events, wall_clock}};
+                     compute_thread, events, recorder, recorder_thread, wall_clock}};
     EXPECT_TRUE(finish(next.load_active_model()));
     bool done = false;
     asio::co_spawn(io, next.arm_as_before(), [&](std::exception_ptr failed) { done = !failed; });

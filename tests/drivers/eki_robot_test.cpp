@@ -99,7 +99,8 @@ class EkiRobot : public testing::Test {
     KukaEkiRobot robot{
         context_.get_executor(),
         clock_,
-        {"127.0.0.1", motion_acceptor_.local_endpoint().port(), state_acceptor_.local_endpoint().port(), 6}};
+        {"127.0.0.1", motion_acceptor_.local_endpoint().port(), state_acceptor_.local_endpoint().port(), 6,
+         [this](recording::Kind kind, std::string_view bytes) { heard_.emplace_back(kind, bytes); }}};
     bool ended = false;
     asio::co_spawn(context_, body(robot), [&](std::exception_ptr error) {
       ended = true;
@@ -131,6 +132,7 @@ class EkiRobot : public testing::Test {
   tcp::acceptor state_acceptor_{context_, {asio::ip::address_v4::loopback(), 0}};
   eki::State state_ = ready_state(0);
   std::vector<eki::ControlOp> controls_;
+  std::vector<std::pair<recording::Kind, std::string>> heard_;  ///< on CellLink
 
  private:
   asio::awaitable<void> accept_motion() {
@@ -202,6 +204,28 @@ TEST_F(EkiRobot, IsInspectedWithoutReleasingAStop) {
     EXPECT_TRUE(identity) << identity.error().detail;
   });
   EXPECT_THAT(controls_, ElementsAre(eki::ControlOp::AskState));
+}
+
+TEST_F(EkiRobot, LetsItsTapHearAllThatGoesOverTheWire) {
+  using recording::Kind;
+  std::vector<eki::Command> seen;
+  serve({greet_and_answer({InPosition}, 0, &seen)});
+  run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
+    co_await robot.connect(soon());
+    co_await robot.move({target()}, soon());
+    robot.disconnect();
+  });
+  ASSERT_EQ(seen.size(), 1U);
+  std::string received, sent, kinds;
+  for (const auto& [kind, bytes] : heard_) {
+    kinds += kind == Kind::Connected ? "c" : kind == Kind::Sent ? "s" : kind == Kind::Closed ? "x" : "r";
+    if (kind == Kind::Received) received += bytes;
+    if (kind == Kind::Sent) sent += bytes;
+  }
+  EXPECT_EQ(sent, eki::encode(eki::ToController{seen[0]}));
+  EXPECT_EQ(received, text(kHello) + text(ack(seen[0], InPosition)));
+  EXPECT_EQ(kinds, "crsrx");
+  EXPECT_THAT(heard_.front().second, HasSubstr("CellLink at 127.0.0.1:"));
 }
 
 TEST_F(EkiRobot, ReportsItsStateInRadAndAsAPose) {

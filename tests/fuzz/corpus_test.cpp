@@ -52,8 +52,9 @@ INSTANTIATE_TEST_SUITE_P(Fuzz, Corpus,
                          testing::Values(Target{"control", control}, Target{"csv", csv}, Target{"eki", eki},
                                          Target{"emscon", emscon}, Target{"krl", krl},
                                          Target{"krl_interpreter", krl_interpreter},
-                                         Target{"rsi_config", rsi_config}, Target{"rsi_context", rsi_context},
-                                         Target{"rsi_frame", rsi_frame}, Target{"yaml", yaml}),
+                                         Target{"recording", recording}, Target{"rsi_config", rsi_config},
+                                         Target{"rsi_context", rsi_context}, Target{"rsi_frame", rsi_frame},
+                                         Target{"yaml", yaml}),
                          [](const auto& test) { return std::string{test.param.name}; });
 
 }  // namespace

@@ -24,6 +24,7 @@ void eki(std::string_view input);
 void emscon(std::string_view input);
 void krl(std::string_view input);
 void krl_interpreter(std::string_view input);
+void recording(std::string_view input);
 void rsi_config(std::string_view input);
 void rsi_context(std::string_view input);
 void rsi_frame(std::string_view input);

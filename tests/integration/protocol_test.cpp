@@ -171,7 +171,7 @@ TEST(TheControlProtocol, AnswersAndTellsWhatItsSchemaSays) {
     EXPECT_THAT(check.of_result(method, *result), IsEmpty()) << method;
   };
   for (const char* method : {"system.info", "system.config", "cell.status", "campaign.list", "model.list",
-                             "stream.status", "events.subscribe"})
+                             "stream.status", "recording.save", "recording.list", "events.subscribe"})
     expect_fits(method);
 
   const Finished campaign = small_campaign(cell);

@@ -8,6 +8,6 @@ int main(int argc, char** argv) {
       line.commands.begin(),
       {calibrate_command(), compensate_command(), doctor_command(), drift_command(), experiment_command(),
        export_command(), fk_command(), iso9283_command(), kuka_commands(), kuka_write_command(),
-       kuka_lint_command(), listen_command(), plan_command()});
+       kuka_lint_command(), listen_command(), plan_command(), replay_command()});
   return run_command_line(line, {argv + 1, argv + argc});
 }

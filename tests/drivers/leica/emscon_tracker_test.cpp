@@ -58,6 +58,7 @@ class EmsconTrackerTest : public testing::Test {
   }
   auto count(CommandCode code) { return std::count(fake.commands.begin(), fake.commands.end(), code); }
 
+  std::vector<std::pair<recording::Kind, std::string>> heard;
   asio::io_context io;
   asio::cancellation_signal cancel;
   FakeTracker fake{io};
@@ -65,7 +66,11 @@ class EmsconTrackerTest : public testing::Test {
   EmsconTracker tracker{
       io.get_executor(),
       clock,
-      {.host = "127.0.0.1", .port = fake.port(), .reflector = "RRR-0.5in", .measure = 1500ms}};
+      {.host = "127.0.0.1",
+       .port = fake.port(),
+       .reflector = "RRR-0.5in",
+       .measure = 1500ms,
+       .tap = [this](recording::Kind kind, std::string_view bytes) { heard.emplace_back(kind, bytes); }}};
 };
 
 TEST_F(EmsconTrackerTest, WritesEverySettingThatCoordinatesDependOn) {
@@ -86,6 +91,23 @@ TEST_F(EmsconTrackerTest, WritesEverySettingThatCoordinatesDependOn) {
                               .send_unsolicited_messages = true};
   EXPECT_EQ(fake.kept[GetSystemSettings], Body{wanted});
   EXPECT_THAT(fake.commands, Not(Contains(Initialize)));
+}
+
+TEST_F(EmsconTrackerTest, LetsItsTapHearAllThatGoesOverTheWire) {
+  using recording::Kind;
+  ASSERT_TRUE(connect());
+  tracker.disconnect();
+  PacketSplitter sent;
+  for (const auto& [kind, bytes] : heard) {
+    if (kind == Kind::Sent) sent.push({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  }
+  std::vector<CommandCode> commands;
+  while (const auto packet = *sent.next())
+    commands.push_back(std::get<Command>(*decode_client_packet(*packet)).code);
+  EXPECT_EQ(commands, fake.commands);
+  EXPECT_EQ(heard.front().first, Kind::Connected);
+  EXPECT_THAT(heard.front().second, HasSubstr("127.0.0.1:"));
+  EXPECT_EQ(heard.back().first, Kind::Closed);
 }
 
 TEST_F(EmsconTrackerTest, InitializesATrackerThatIsNot) {

@@ -20,5 +20,6 @@ Command kuka_write_command();
 Command kuka_lint_command();  ///< something was found
 Command listen_command();     ///< no good frame of the configured kind came
 Command plan_command();
+Command replay_command();  ///< a driver or the stream does something else than when it was recorded
 
 }  // namespace truepose::tools

@@ -11,6 +11,7 @@
 #include "proto/control/json_text.hpp"
 #include "tools/truepose/online/campaign_commands.hpp"
 #include "tools/truepose/online/online_text.hpp"
+#include "tools/truepose/online/recording_commands.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
 #include "tools/truepose/text.hpp"
 
@@ -209,6 +210,16 @@ std::vector<Row> table(Arguments& a) {
       {"stream arm", "stream.arm", "correct every program that opens RSI, from now on", {}, stream_text},
       {"stream disarm", "stream.disarm", "ramp out what is corrected, and correct no other", {}, stream_text},
       {"stream status", "stream.status", "counters of the stream", {}, stream_text},
+
+      {"recording", "", "what went over the wires to robot and tracker"},
+      {"recording save", "recording.save", "write the last minutes to a file",
+       {{"--out", &a.out, "file here; default: among the daemon's recordings alone"}}, nullptr,
+       [](const Arguments& x, const json::object&) { return save_recording(x.online, x.out); }},
+      {"recording list", "recording.list", "recordings, newest first", {}, recordings_text},
+      {"recording export", "recording.get", "copy a recording to a file",
+       {{"NAME", &a.id, "recording", {.required = true, .key = "name"}},
+        {"--out", &a.out, "file", {.required = true}}},
+       nullptr, [](const Arguments& x, const json::object&) { return export_recording(x.online, x.id, x.out); }},
 
       {"events", "events.subscribe", "print what happens",
        {{"--topics", &a.topics, "cell, campaign, measurement, stream, model, fault, log", {.key = "topics"}},

@@ -103,6 +103,11 @@ std::string axes_text(const json::value& document, std::string_view path) {
   return line + "deg";
 }
 
+std::string kilobytes_at(const json::value& document, std::string_view path) {
+  const json::value* const bytes = find_at(document, path);
+  return bytes && bytes->is_number() ? formatted("%.0f", bytes->to_number<double>() / 1e3) : "-";
+}
+
 std::string measured_text(const json::value& stream) {
   const json::array& axes = list_at(stream, "/measured_deg");
   const bool unknown = std::ranges::all_of(axes, [](const json::value& axis) { return axis.is_null(); });
@@ -153,6 +158,10 @@ std::string status_text(const json::value& status) {
   if (find_at(status, "/model")) rows[4][1] = model_line(status, "/model");
   if (const json::value* stream = find_at(status, "/stream")) rows[5][1] = stream_line(*stream);
   if (is_true_at(status, "/stream/armed")) rows[2][1] += "; " + condition_line(*find_at(status, "/stream"));
+  if (find_at(status, "/recording"))
+    rows.push_back({"recording", "the last " + number_at(status, "/recording/seconds", 0, " s") + ", " +
+                                     kilobytes_at(status, "/recording/bytes") + " kB, dropped " +
+                                     text_at(status, "/recording/dropped")});
   if (const json::value* campaign = find_at(status, "/campaign"))
     rows.push_back({"campaign", progress_line(*campaign)});
   for (const json::value& fault : list_at(status, "/faults"))
@@ -228,6 +237,14 @@ std::string scheduling_text(const json::value& stream) {
   line += ' ' + text_at(stream, "/scheduling/priority") + " on CPU";
   for (const json::value& cpu : list_at(stream, "/scheduling/cpus")) line += ' ' + text_at(cpu, "");
   return line + ", " + text_at(stream, "/scheduling/locked_kB") + " kB locked";
+}
+
+std::string recordings_text(const json::value& answer) {
+  std::vector<Cells> rows{{"RECORDING", "KB", "REASON"}};
+  for (const json::value& recording : list_at(answer, "/recordings"))
+    rows.push_back(
+        {text_at(recording, "/name"), kilobytes_at(recording, "/bytes"), text_at(recording, "/reason")});
+  return rows.size() == 1 ? "no recordings yet\n" : text_table(rows);
 }
 
 std::string stream_text(const json::value& stream) {

@@ -21,6 +21,7 @@ std::string campaigns_text(const boost::json::value& list);
 std::string campaign_text(const boost::json::value& campaign);
 std::string models_text(const boost::json::value& list);
 std::string model_text(const boost::json::value& model);
+std::string recordings_text(const boost::json::value& list);
 std::string stream_text(const boost::json::value& stream);
 /// Errors point by point, and the verdict.
 std::string drift_text(const record::DriftDocument& drift);

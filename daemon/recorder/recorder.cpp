@@ -1,0 +1,133 @@
+#include "daemon/recorder/recorder.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "config/text_file.hpp"
+
+namespace truepose::daemon {
+
+using recording::Kind;
+using recording::Record;
+using recording::Wire;
+
+namespace {
+
+// Twenty seconds of datagrams and replies every 4 ms: for so long the disk may keep the reader waiting.
+constexpr std::size_t kExchangeBytes = std::size_t{4} << 20;
+constexpr std::size_t kMostToldBytes = std::size_t{4} << 20;
+
+using Written = std::expected<void, std::string>;
+
+/// Whole or not at all.
+Written write_recording(const recording::Header& header, const Ring& ring,
+                        const std::filesystem::path& file) try {
+  config::UnfinishedFile out{file};
+  out.stream() << recording::first_block(header);
+  for (const Ring::Block& each : ring.blocks()) out.stream() << recording::block(each.records);
+  out.stream() << recording::last_block();
+  out.close();
+  out.take_place();
+  return {};
+} catch (const config::ConfigError& error) {
+  return std::unexpected(error.what());
+}
+
+}  // namespace
+
+Recorder::Recorder(std::unique_ptr<Ring> ring, const drivers::Clock& clock)
+    : clock_{clock}, exchanges_{kExchangeBytes}, ring_{std::move(ring)} {}
+
+void Recorder::tell(Wire wire, Kind kind, std::string_view bytes) {
+  const std::int64_t now = drivers::nanoseconds_of(clock_.now());
+  const std::lock_guard lock{mutex_};
+  if (told_bytes_ + bytes.size() > kMostToldBytes || bytes.size() > recording::kMostRecordBytes) {
+    ++told_dropped_;
+    return;
+  }
+  told_bytes_ += bytes.size();
+  told_.push_back({.time_ns = now, .wire = wire, .kind = kind, .bytes = std::string{bytes}});
+}
+
+drivers::WireTap Recorder::tap(Wire wire) {
+  return [this, wire](Kind kind, std::string_view bytes) { tell(wire, kind, bytes); };
+}
+
+Recorder::Status Recorder::status() const {
+  const std::lock_guard lock{mutex_};
+  Status status = status_;
+  status.dropped = exchanges_.dropped() + told_dropped_;
+  return status;
+}
+
+void Recorder::drain() {
+  while (exchanges_.pop(exchange_)) reader_.read(exchange_, [this](const Record& record) { keep(record); });
+  for (const Record& record : take_told()) keep(record);
+  tell_dropped();
+  ring_->settle();
+  const std::lock_guard lock{mutex_};
+  status_.bytes = ring_->bytes();
+  status_.lasts = std::chrono::nanoseconds{newest_ns_ - ring_->begin_ns().value_or(newest_ns_)};
+}
+
+std::vector<Record> Recorder::take_told() {
+  const std::lock_guard lock{mutex_};
+  told_bytes_ = 0;
+  return std::exchange(told_, {});
+}
+
+void Recorder::keep(const Record& record) {
+  ring_->append(record);
+  newest_ns_ = std::max(newest_ns_, record.time_ns);
+}
+
+void Recorder::tell_dropped() {
+  const std::uint64_t dropped = status().dropped;
+  const std::uint64_t more = dropped - std::exchange(dropped_told_, dropped);
+  if (more == 0) return;
+  keep({.time_ns = drivers::nanoseconds_of(clock_.now()),
+        .wire = Wire::Daemon,
+        .kind = Kind::Dropped,
+        .bytes = std::to_string(more)});
+}
+
+std::expected<void, std::string> Recorder::save(const recording::Header& header,
+                                                const std::filesystem::path& file) {
+  drain();
+  return write_recording(header, *ring_, file);
+}
+
+std::expected<void, std::string> Recorder::keep_header(const recording::Header& header,
+                                                       const RecordingFolder& folder) try {
+  config::write_text_file(folder.ring_header(), recording::first_block(header));
+  return {};
+} catch (const config::ConfigError& error) {
+  return std::unexpected(error.what());
+}
+
+std::expected<std::filesystem::path, std::string> save_left_behind(const RecordingFolder& folder,
+                                                                   const std::string& date) try {
+  std::error_code unknown;
+  if (!std::filesystem::exists(folder.ring(), unknown) ||
+      !std::filesystem::exists(folder.ring_header(), unknown))
+    return {};
+  const auto header = recording::Recording::read_header(config::read_bytes(folder.ring_header()));
+  if (!header) return std::unexpected(folder.ring_header().string() + ": " + header.error());
+  const auto ring = Ring::open(folder.ring());
+  if (!ring) return std::unexpected(ring.error());
+  if ((*ring)->blocks().empty()) return {};
+  std::filesystem::path file = folder.file(date);
+  if (auto written = write_recording(*header, **ring, file); !written)
+    return std::unexpected(written.error());
+  return file;
+} catch (const config::ConfigError& error) {
+  return std::unexpected(error.what());
+}
+
+void remove_ring(const RecordingFolder& folder) {
+  std::error_code ignored;
+  std::filesystem::remove(folder.ring(), ignored);
+  std::filesystem::remove(folder.ring_header(), ignored);
+}
+
+}  // namespace truepose::daemon

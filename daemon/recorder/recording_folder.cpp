@@ -1,0 +1,55 @@
+#include "daemon/recorder/recording_folder.hpp"
+
+#include <algorithm>
+#include <system_error>
+
+namespace truepose::daemon {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kExtension = ".recording";
+
+}  // namespace
+
+// Without colons, which some file systems do not take.
+fs::path RecordingFolder::file(const std::string& date) const {
+  std::string name = date;
+  std::ranges::replace(name, ':', '-');
+  return config_.folder / (name + kExtension);
+}
+
+std::vector<RecordingFolder::Entry> RecordingFolder::list() const {
+  std::vector<Entry> entries;
+  std::error_code gone;
+  for (const fs::directory_entry& each : fs::directory_iterator{config_.folder, gone}) {
+    if (each.path().extension() != kExtension || !each.is_regular_file(gone)) continue;
+    entries.push_back({each.path().filename(), each.file_size(gone)});
+  }
+  std::ranges::sort(entries, std::ranges::greater{}, &Entry::name);  // which begins with the date
+  return entries;
+}
+
+fs::path RecordingFolder::find(const std::string& name) const {
+  const auto entries = list();
+  const bool there = std::ranges::find(entries, name, &Entry::name) != entries.end();
+  return there ? config_.folder / name : fs::path{};
+}
+
+std::vector<std::string> RecordingFolder::prune() const {
+  std::vector<std::string> removed;
+  std::size_t count = 0;
+  std::uintmax_t bytes = 0;
+  for (const Entry& entry : list()) {
+    ++count;
+    bytes += entry.bytes;
+    const bool too_much = count > config_.most_files || bytes > std::uintmax_t{config_.most_mb} << 20U;
+    std::error_code failed;
+    if (count > 1 && too_much && fs::remove(config_.folder / entry.name, failed))
+      removed.push_back(entry.name);
+  }
+  return removed;
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,119 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <boost/json/value.hpp>
+
+#include "config/text_file.hpp"
+#include "proto/control/base64.hpp"
+#include "proto/recording/recording.hpp"
+#include "tests/daemon/cell_fixture.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+namespace json = boost::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+struct ARecordedCellService : CellTest {
+  std::vector<std::string> reasons() {
+    std::vector<std::string> reasons;
+    const json::value recordings = call("recording.list").value();
+    for (const json::value& recording : recordings.at("recordings").as_array())
+      reasons.emplace_back(recording.at("reason").as_string());
+    return reasons;
+  }
+  recording::Recording read(const std::string& name) {
+    return recording::Recording::read(config::read_bytes(folder.path() / name)).value();
+  }
+  /// Devices that are lost are a fault of the cell.
+  Wait fault() {
+    co_await connected();
+    robot.disconnect();
+    co_await pass(2s);
+    EXPECT_THAT(fault_of(*co_await ask("cell.status")), HasSubstr("robot"));
+    co_await ask("cell.acknowledge");
+  }
+};
+
+TEST_F(ARecordedCellService, SavesARecordingThatSaysWhatItIsOf) {
+  load();
+  play([this]() -> Wait { co_await connected(); });
+  const json::value saved = call("recording.save").value();
+  const std::string name{saved.at("name").as_string()};
+  const recording::Header header = read(name).header();
+  EXPECT_EQ(header.cell, config.name);
+  EXPECT_EQ(header.reason, "asked for");
+  EXPECT_EQ(header.robot.serial, "MOCK-0001");
+  EXPECT_EQ(header.tracker.serial, "MOCK-0002");
+  EXPECT_EQ(header.product, TRUEPOSE_VERSION);
+  ASSERT_EQ(header.models.size(), 1U);
+  EXPECT_EQ(header.models[0].id, "m1");
+  EXPECT_EQ(header.models[0].sha256.size(), 64U);
+  EXPECT_EQ(saved.at("bytes").to_number<std::size_t>(), std::filesystem::file_size(folder.path() / name));
+  EXPECT_EQ(status().at_pointer("/recording/last").as_string(), name);
+  EXPECT_THAT(reasons(), ElementsAre("asked for"));
+}
+
+TEST_F(ARecordedCellService, RecordsAFaultAndTheNextOneOnlyAMinuteLater) {
+  play([this]() -> Wait {
+    co_await fault();
+    co_await fault();
+    co_await pass(1min);
+  });
+  EXPECT_THAT(reasons(), ElementsAre(HasSubstr("E_CELL: robot"), HasSubstr("E_CELL: robot")));
+  const json::value recordings = call("recording.list").value();
+  const auto recording = [&](std::size_t i) {
+    return read(std::string{recordings.at("recordings").at(i).at("name").as_string()});
+  };
+  std::vector<std::int64_t> told_ns;
+  recording(0).for_each([&](const recording::Record& record) { told_ns.push_back(record.time_ns); });
+  ASSERT_EQ(told_ns.size(), 2U) << "the newer one has both faults";
+  constexpr std::int64_t kMinute_ns = 60'000'000'000;
+  EXPECT_LT(told_ns[1] - told_ns[0], kMinute_ns);
+  EXPECT_GE(recording(0).header().time_ns - recording(1).header().time_ns, kMinute_ns);
+}
+
+TEST_F(ARecordedCellService, HandsARecordingOutPartByPart) {
+  recorder.tell(recording::Wire::Tracker, recording::Kind::Received, std::string(60'000, 'x') + 'y');
+  const std::string name{call("recording.save")->at("name").as_string()};
+  std::string bytes;
+  for (;;) {
+    const json::value answer =
+        call("recording.get", {{"name", name}, {"offset", static_cast<std::int64_t>(bytes.size())}}).value();
+    const auto part = control::from_base64(std::string_view{answer.at("data").as_string()});
+    ASSERT_TRUE(part);
+    if (part->empty()) break;
+    EXPECT_LE(part->size(), 32U << 10);
+    bytes += *part;
+  }
+  EXPECT_EQ(bytes, config::read_bytes(folder.path() / name));
+  EXPECT_EQ(refused("recording.get", {{"name", "../token"}}), "no such recording");
+  EXPECT_THAT(refused("recording.get"), HasSubstr("name"));
+}
+
+TEST_F(ARecordedCellService, KeepsTheHeaderOfTheRingForWhoFindsIt) {
+  load();
+  play([this]() -> Wait {
+    co_await connected();
+    co_await pass(100ms);
+  });
+  const auto header = recording::Recording::read_header(config::read_bytes(folder.path() / "ring.header"));
+  ASSERT_TRUE(header) << header.error();
+  EXPECT_EQ(header->robot.serial, "MOCK-0001");
+  EXPECT_EQ(header->models.size(), 1U);
+}
+
+TEST(Base64, IsReadAgainWhateverTheBytesAre) {
+  std::string bytes;
+  for (int i = 0; i < 300; ++i) {
+    EXPECT_EQ(control::from_base64(control::base64(bytes)), bytes);
+    bytes += static_cast<char>(i * 37);
+  }
+  EXPECT_EQ(control::base64("any"), "YW55");
+  EXPECT_EQ(control::from_base64("!!!!"), std::nullopt);
+}
+
+}  // namespace
+}  // namespace truepose::daemon

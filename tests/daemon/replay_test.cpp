@@ -1,0 +1,284 @@
+#include "daemon/replay/replay.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "core/kernels/dispatch.hpp"
+#include "core/math/random.hpp"
+#include "tests/core/on_every_isa.hpp"
+#include "tests/daemon/recorded_life.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+using recording::Kind;
+using recording::Record;
+using recording::Wire;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr int kLives = 20;
+
+ReplayReport replayed(const recording::Recording& recording) {
+  auto report = replay(recording);
+  EXPECT_TRUE(report) << report.error();
+  return report.value_or(ReplayReport{});
+}
+
+/// Anything that may happen in a cycle.
+void misbehave(RecordedLife& life, Random& random) {
+  StreamRig& rig = life.rig;
+  switch (random.next() % 400) {
+    case 0:
+      return rig.cycle->engage();
+    case 1:
+      return rig.cycle->arm();
+    case 2:
+      return rig.cycle->disengage();
+    case 3:
+      return rig.cycle->acknowledge();
+    case 4:
+      return life.use_model(static_cast<int>(1 + random.next() % 2));
+    case 5:
+      return rig.cycle->use_no_model();
+    case 6:
+      return rig.restart(random.next() % 1'000'000);
+    case 7:
+      return rig.pass(std::chrono::milliseconds{random.next() % 600});
+    case 8:
+      rig.ipoc += rig.step * (random.next() % 20);
+      return;
+    default:
+      rig.q[static_cast<Eigen::Index>(random.next() % 6)] += 0.02 * kRadPerDeg;
+  }
+}
+
+Fate fate(Random& random) {
+  const std::uint64_t chance = random.next() % 200;
+  return {.datagram_lost = chance == 0,
+          .reply_lost = chance == 1,
+          .rejected = chance == 2,
+          .replaced_by = chance == 3 ? "<Rob><IPOC>12</IPOC>" : ""};
+}
+
+void live(RecordedLife& life, Random& random, int cycles) {
+  for (int i = 0; i < cycles; ++i) {
+    misbehave(life, random);
+    life.tick(fate(random));
+  }
+}
+
+TEST(AReplay, GivesTheSameRepliesWhateverHappenedToTheStream) {
+  for (std::uint64_t seed = 1; seed <= kLives; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random{seed};
+    RecordedLife life;
+    live(life, random, 3000);
+    const ReplayReport report = replayed(life.saved());
+    EXPECT_EQ(report.stream.different, 0U) << report.stream.first_different->text;
+    EXPECT_EQ(report.stream.compared, report.stream.datagrams);
+    EXPECT_GT(report.stream.compared, 2500U);
+    EXPECT_THAT(report.stream.not_compared, IsEmpty());
+    const StreamStatus status = life.rig.status();
+    EXPECT_EQ(report.stream.counters.at("held"), status.counters.held);
+    EXPECT_EQ(report.stream.counters.at("unproven"), status.counters.unproven);
+    EXPECT_EQ(report.stream.max_step_deg, status.max_step_deg);
+    EXPECT_TRUE(report.same());
+  }
+}
+
+/// A stream that is at work and of whose beginning the ring knows no more.
+void live_long(RecordedLife& life) {
+  life.rig.settle();
+  life.use_model(1);
+  life.rig.cycle->engage();
+  for (int i = 0; i < 12'000; ++i) {
+    life.rig.q[4] += (i / 500 % 2 == 0 ? 0.02 : -0.02) * kRadPerDeg;
+    life.tick();
+  }
+}
+
+TEST(AReplay, ThatBeginsWithinTheLifeOfAStreamGoesOnFromACheckpoint) {
+  RecordedLife life{Ring::kLeastBytes};
+  live_long(life);
+  const recording::Recording recording = life.saved();
+  int started = 0;
+  recording.for_each([&](const Record& record) { started += record.kind == Kind::Started; });
+  ASSERT_EQ(started, 0);
+  const ReplayReport report = replayed(recording);
+  EXPECT_THAT(report.stream.not_compared, ElementsAre(HasSubstr("begins within the life of a stream")));
+  EXPECT_EQ(report.stream.different, 0U) << report.stream.first_different->text;
+  EXPECT_GT(report.stream.compared + 800, report.wires.front().frames) << "all but two seconds or so";
+  EXPECT_THAT(report.stream.faults, IsEmpty());
+}
+
+TEST(AReplay, ComparesAgainFromACheckpointWhereRecordsAreMissing) {
+  RecordedLife life;
+  life.rig.settle();
+  life.ticks(100);
+  life.recorder.tell(Wire::Tracker, Kind::Received, std::string(recording::kMostRecordBytes + 1, 'x'));
+  life.recorder.drain();
+  life.ticks(600);
+  const ReplayReport report = replayed(life.saved());
+  EXPECT_EQ(report.dropped, 1U);
+  EXPECT_THAT(report.stream.not_compared,
+              ElementsAre(HasSubstr("records are missing"), HasSubstr("begins within")));
+  EXPECT_EQ(report.stream.different, 0U);
+  EXPECT_GT(report.stream.compared, 300U);
+}
+
+TEST(AReplay, FindsAReplyThatIsAnother) {
+  RecordedLife life;
+  life.rig.settle();
+  life.ticks(10);
+  int number = 0;
+  const ReplayReport report = replayed(life.saved([&](Record& record) {
+    if (record.kind == Kind::Sent && ++number == 8) record.bytes[30] ^= 1;
+  }));
+  EXPECT_EQ(report.stream.different, 1U);
+  ASSERT_TRUE(report.stream.first_different);
+  EXPECT_THAT(report.stream.first_different->text, testing::StartsWith("recorded: <Sen Type="));
+  EXPECT_FALSE(report.same());
+}
+
+TEST(AReplay, WithoutTheModelComparesWhatItCanAndSaysSo) {
+  RecordedLife life;
+  life.rig.settle();
+  life.ticks(50);
+  life.use_model(1);
+  life.ticks(50);
+  recording::Header header = RecordedLife::header();
+  header.models.clear();
+  const ReplayReport report = replayed(life.saved({}, header));
+  EXPECT_THAT(report.stream.not_compared, ElementsAre(HasSubstr("model 1 is not in the recording")));
+  EXPECT_EQ(report.stream.compared, 54U);
+  EXPECT_EQ(report.stream.different, 0U);
+}
+
+TEST(AReplay, RefusesAHeaderThatMakesNoStream) {
+  RecordedLife life;
+  recording::Header header = RecordedLife::header();
+  header.stream.erase("cycle_ms");
+  EXPECT_EQ(replay(life.saved({}, header)).error(), "header: the stream's setting cycle_ms cannot be read");
+  header = RecordedLife::header();
+  header.ethernet_xml = "";
+  EXPECT_THAT(replay(life.saved({}, header)).error(), HasSubstr("header: ethernet_xml: "));
+}
+
+TEST(AReplay, TellsADeviceFrameThatWasAcceptedWhenItWasRecorded) {
+  const std::string bad = "<Ack Id=\"x\"/>", good = "<Ack Id=\"1\" State=\"3\" Err=\"0\"></Ack>";
+  const auto report_of = [](const std::vector<std::pair<Kind, std::string>>& said) {
+    RecordedLife life;
+    for (const auto& [kind, bytes] : said) life.recorder.tell(Wire::EkiLink, kind, bytes);
+    return replayed(life.saved());
+  };
+  const ReplayReport ended = report_of({{Kind::Connected, ""}, {Kind::Received, bad}, {Kind::Closed, ""}});
+  EXPECT_EQ(ended.wires.back().rejected, 1U);
+  EXPECT_THAT(ended.wires.back().first_rejected->text, HasSubstr("Ack"));
+  EXPECT_TRUE(ended.same()) << "the driver ended the connection then, too";
+
+  const ReplayReport went_on =
+      report_of({{Kind::Connected, ""}, {Kind::Received, bad}, {Kind::Received, good}});
+  EXPECT_TRUE(went_on.wires.back().regression);
+  EXPECT_FALSE(went_on.same());
+
+  const ReplayReport within = report_of({{Kind::Received, "1\"/>" + bad}, {Kind::Received, good}});
+  EXPECT_TRUE(within.same()) << "a recording may begin within a document";
+}
+
+// ---- The recordings of the simulated cell's misbehaviour
+
+struct Verdict {
+  std::string fault;                              ///< of the stream, as it begins; empty: none
+  std::map<std::string, std::uint64_t> counters;  ///< of the stream
+  std::uint64_t sessions = 1;                     ///< of RSI
+  std::uint64_t robot = 1, tracker = 1;           ///< connections
+};
+
+// They are made by
+// TRUEPOSE_RECORDINGS=tests/recordings build/release/tests/integration_test
+// --gtest_filter='ARecording.IsMade*' in real time: one that is made anew has other numbers, which `truepose
+// replay` says.
+const std::map<std::string, Verdict> kVerdicts{
+    {"beam-break", {.sessions = 0, .robot = 2, .tracker = 2}},
+    {"eki-drop", {.sessions = 0, .robot = 4, .tracker = 2}},
+    {"rsi-drop", {.counters = {{"answered", 290}, {"datagrams", 306}, {"lost", 30}, {"unproven", 16}}}},
+    {"rsi-duplicate",
+     {.counters = {{"answered", 250}, {"datagrams", 315}, {"duplicate", 50}, {"unproven", 15}}}},
+    {"rsi-ignore",
+     {.fault = "the axes do not follow the correction: A4 is",
+      .counters = {{"answered", 384}, {"datagrams", 709}, {"held", 312}, {"unproven", 13}}}},
+    {"rsi-ipoc", {.counters = {{"answered", 240}, {"datagrams", 313}, {"lost", 250}, {"unproven", 73}}}},
+    {"rsi-lose-datagrams",
+     {.counters = {{"answered", 290}, {"datagrams", 307}, {"lost", 20}, {"unproven", 17}}}},
+    {"rsi-lose-replies",
+     {.counters = {{"answered", 226}, {"datagrams", 306}, {"held", 66}, {"late", 66}, {"unproven", 14}}}},
+    {"rsi-reorder",
+     {.counters =
+          {{"answered", 269}, {"datagrams", 307}, {"lost", 25}, {"unproven", 13}, {"wrong_ipoc", 25}}}},
+    {"rsi-restart",
+     {.counters = {{"answered", 249}, {"datagrams", 315}, {"foreign", 9}, {"unproven", 66}}, .sessions = 2}},
+    {"rsi-second-sender",
+     {.counters = {{"answered", 297}, {"datagrams", 310}, {"foreign", 10}, {"unproven", 13}}}},
+    {"rsi-silence", {.counters = {{"answered", 136}, {"datagrams", 149}, {"unproven", 13}}}},
+    {"tracker-air", {.sessions = 0, .robot = 2, .tracker = 2}},
+    {"tracker-bias", {.sessions = 0, .robot = 2, .tracker = 2}},
+    {"tracker-bump", {.sessions = 0, .robot = 2, .tracker = 2}},
+    {"tracker-noise", {.sessions = 0, .robot = 2, .tracker = 2}},
+    {"tracker-restart", {.sessions = 0, .robot = 2, .tracker = 4}},
+    {"tracker-std", {.sessions = 0, .robot = 2, .tracker = 2}}};
+
+/// Who recorded may have had another processor.
+class AReplayOnAnyProcessor : public example::OnEveryIsa {
+ protected:
+  void SetUp() override {
+    OnEveryIsa::SetUp();
+    if (!IsSkipped()) kernels::use(GetParam());
+  }
+  void TearDown() override { kernels::use(best_); }
+
+ private:
+  kernels::Isa best_ = kernels::available(kernels::Isa::Avx512) ? kernels::Isa::Avx512
+                       : kernels::available(kernels::Isa::Avx2) ? kernels::Isa::Avx2
+                                                                : kernels::Isa::Baseline;
+};
+
+TEST_P(AReplayOnAnyProcessor, GivesEveryMisbehaviourItsVerdictAndTheSameReplies) {
+  std::size_t files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator{TRUEPOSE_SOURCE_DIR "/tests/recordings"}) {
+    ++files;
+    const std::string name = entry.path().stem();
+    SCOPED_TRACE(name);
+    const auto known = kVerdicts.find(name);
+    ASSERT_NE(known, kVerdicts.end());
+    const Verdict& verdict = known->second;
+    const auto recording = recording::Recording::read(config::read_bytes(entry.path()));
+    ASSERT_TRUE(recording) << recording.error();
+    const ReplayReport report = replayed(*recording);
+    EXPECT_TRUE(report.same());
+    EXPECT_EQ(report.stream.compared, report.stream.datagrams);
+    for (const auto& [counter, count] : verdict.counters)
+      EXPECT_EQ(report.stream.counters.at(counter), count) << counter;
+    std::map<Wire, std::uint64_t> sessions;
+    for (const WireReport& wire : report.wires) {
+      sessions[wire.wire] = wire.sessions;
+      EXPECT_EQ(wire.rejected, 0U);
+    }
+    EXPECT_EQ(sessions[Wire::Rsi], verdict.sessions);
+    EXPECT_EQ(sessions[Wire::EkiLink], verdict.robot);
+    EXPECT_EQ(sessions[Wire::EkiState], verdict.robot);
+    EXPECT_EQ(sessions[Wire::Tracker], verdict.tracker);
+    EXPECT_EQ(report.stream.faults.empty(), verdict.fault.empty());
+    const std::string fault = report.stream.faults.empty() ? "" : report.stream.faults.front().text;
+    EXPECT_THAT(fault, HasSubstr(verdict.fault));
+  }
+  EXPECT_EQ(files, kVerdicts.size());
+}
+
+INSTANTIATE_TEST_SUITE_P(Isa, AReplayOnAnyProcessor, example::kEveryIsa, example::isa_name);
+
+}  // namespace
+}  // namespace truepose::daemon
