@@ -151,6 +151,7 @@ void ProductionCell::cycle() {
       exchange(*sent);
     }
     const Plant::State state = plant_.end_cycle();
+    variables_["$SEN_PINT[2]"] = gain_;  // MAP2SEN_PINT, with what HOLDON keeps
     shift_.max_step_deg = std::max(shift_.max_step_deg, state.step_deg);
     shift_.largest_deg = std::max(shift_.largest_deg, greatest(state.in_force_deg));
     if (!state.alive) {  // KSS29002: somebody resets the program and starts it again
@@ -198,7 +199,7 @@ void ProductionCell::exchange(const Plant::Sent& sent) {
   Plant::Axes correction_deg;
   for (std::size_t i = 0; i < 6; ++i) correction_deg[i] = (*answer.axis_correction_rad)[i] * kDegPerRad;
   if (!plant_.take_reply(answer.ipoc, correction_deg)) return;
-  variables_["$SEN_PINT[2]"] = static_cast<std::int32_t>(answer.gain.value_or(0));
+  gain_ = static_cast<std::int32_t>(answer.gain.value_or(0));
 }
 
 std::string ProductionCell::frame(const Plant::Sent& sent) {
@@ -264,6 +265,7 @@ void ProductionCell::open_rsi() {
                           .source_port = {},
                           .arm_settled = true});
   rsi_on_ = true;
+  gain_ = 0;
 }
 
 void ProductionCell::close_rsi() { rsi_on_ = false; }

@@ -106,6 +106,7 @@ class ProductionCell final : private sim::krl::Host {
   drivers::TimePoint now_{std::chrono::hours{1}};
   JointVector actual_;
   bool rsi_on_ = false;
+  std::int32_t gain_ = 0;  // of the session's last reply
   int daemon_down_ = 0, stopped_ = 0, burst_ = 0;
   std::uint64_t made_before_ = 0;
   int judge_in_ = 0;

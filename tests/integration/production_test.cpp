@@ -63,10 +63,11 @@ std::vector<Point> points_of(const std::filesystem::path& file, const Calibrated
 
 class AProductionProgram : public testing::Test {
  protected:
-  void begin() {
+  void begin(const Replacements& scenario = {}) {
     const std::string shipped = TRUEPOSE_SOURCE_DIR "/config/scenarios/gluing";
     LiveCell::Options options{.speedup = 1000, .patient = true};
     options.scenario = {{shipped + ".src, " + shipped + ".dat", folder.write("gluing.src", kProgram)}};
+    options.scenario.insert(options.scenario.end(), scenario.begin(), scenario.end());
     cell.emplace(options);
     cell->start_daemon();
     const Finished campaign = cell->truepose({"campaign", "start", "--watch"});
@@ -110,6 +111,16 @@ TEST_F(AProductionProgram, IsCorrectedToWhereItWasTaught) {
     EXPECT_GT(point.without_mm, 1);
   }
   EXPECT_GE(judged, 5);
+}
+
+TEST_F(AProductionProgram, ComesToItsEndUncorrectedWhereThePcIsGoneForGood) {
+  begin({{"timeout_cycles: 2500 ", "timeout_cycles: 50 "}});
+  select();
+  while (points().size() < 3) std::this_thread::sleep_for(std::chrono::milliseconds{20});
+  cell->daemon().send(SIGKILL);
+  cell->daemon().wait();
+  wait_until("ended");  // KSS29002, and somebody starts it again
+  EXPECT_EQ(cell->simulated().at_pointer("/rsi/timeouts"), 1);
 }
 
 TEST_F(AProductionProgram, GoesOnCorrectedBehindAnEmergencyStopAndADaemonThatWasKilled) {

@@ -33,8 +33,9 @@ Environment cell(const std::string& declarations) { return {.declarations = kCel
 
 Value FakeHost::read(std::string_view name, std::optional<int> index) {
   if (name == "$TIMER") return static_cast<int>((now - timer_zero_[*index]) / 1ms);
-  const auto at = variables.find(key(name, index));
-  if (at != variables.end()) return at->second;
+  for (const auto* of : {&rewritten, &variables}) {
+    if (const auto at = of->find(key(name, index)); at != of->end()) return at->second;
+  }
   const bool is_bit = name == "$FLAG" || name == "$IN" || name == "$OUT";
   return is_bit ? Value{false} : Value{};
 }

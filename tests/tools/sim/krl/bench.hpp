@@ -41,6 +41,7 @@ class FakeHost : public Host {
   Time motion_time = 1s;
   Time braking_time = 100ms;
   std::map<std::string, Value> variables;  ///< "$FLAG[103]", "$OV_PRO"
+  std::map<std::string, Value> rewritten;  ///< the same, that the controller writes anew in every cycle
   std::function<std::expected<CallResult, std::string>(ExternalCall&)> on_call;
   std::function<void(const Motion&)> on_arrival;
   std::vector<std::string> log;  ///< "move 1", "1 is made", "brake", "go on", "cancel"

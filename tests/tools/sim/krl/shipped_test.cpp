@@ -393,10 +393,18 @@ struct Production : ScriptedCell {
             program_of("$TOOL={X 0,Y 0,Z 250,A 0,B 0,C 0}\n$BASE={X 900,Y 0,Z 500,A 0,B 0,C 0}\nTP_BEGIN()\n"
                        "PTP {A1 10,A2 0,A3 0,A4 0,A5 0,A6 0}\nDONE=TP_OK()\nTP_END()",
                        "DECL GLOBAL BOOL DONE=FALSE"))} {
+    on_send = [this](const std::string& what) {
+      if (what == "RSI_ON") tell_gain(0);
+    };
     program = &bench.start("P");
   }
   int asked() { return std::get<std::int32_t>(bench.host.variables["$SEN_PINT[1]"]); }
-  void tell_gain(int percent) { bench.host.set("$SEN_PINT[2]", percent); }
+  /// RSI writes it in every cycle, and leaves the last when it times out.
+  void tell_gain(int percent) { bench.host.rewritten["$SEN_PINT[2]"] = percent; }
+  void end_rsi() {
+    bench.host.set("$SEN_PINT[2]", bench.host.rewritten["$SEN_PINT[2]"]);
+    bench.host.rewritten.clear();
+  }
   std::string fault() const { return program->fault() ? program->fault()->text() : ""; }
   Interpreter* program = nullptr;
 };
@@ -455,6 +463,34 @@ TEST(ProductionProgram, TellsThatItIsNotCorrectedAnyMore) {
   cell.bench.run_for(10s);
   EXPECT_EQ(cell.bench.variable("DONE"), Value{false});
   EXPECT_EQ(cell.said.back(), "RSI_DELETE") << "what a fault holds is never ramped out: the program ends";
+}
+
+TEST(ProductionProgram, IsNotTakenInByTheLastWordOfAnRsiThatTimedOut) {
+  Production cell;
+  cell.bench.run_for(2s);
+  cell.tell_gain(100);
+  cell.bench.run_for(500ms);
+  cell.end_rsi();
+  cell.bench.run_for(10s);
+  EXPECT_EQ(cell.bench.variable("DONE"), Value{false});
+  EXPECT_EQ(cell.program->state(), ProgramState::Ended) << "it does not wait for a PC that nobody hears";
+}
+
+TEST(ProductionProgram, OpensRsiAnewWhereItTimedOutBeforeTheCorrectionWasInForce) {
+  Production cell;
+  cell.bench.run_for(2s);
+  cell.tell_gain(40);
+  cell.bench.run_for(500ms);
+  cell.end_rsi();
+  cell.bench.run_for(2s);
+  EXPECT_EQ(cell.program->state(), ProgramState::Stopped);
+  EXPECT_EQ(cell.bench.host.messages, Said{"RSI has ended: start the program again, and it is opened anew"});
+  cell.program->start();
+  cell.bench.run_for(2s);
+  EXPECT_EQ(cell.said, (Said{"RSI_RESET", "RSI_CREATE", "RSI_ON", "RSI_RESET", "RSI_CREATE", "RSI_ON"}));
+  cell.tell_gain(100);
+  cell.bench.run_for(2s);
+  EXPECT_EQ(cell.bench.host.moved.size(), 3u) << "twice where it stands, and on";
 }
 
 TEST(ProductionProgram, HaltsWithAMessageWhereRsiDoesNotOpenAndTriesAgainWhenItGoesOn) {
