@@ -21,6 +21,11 @@ using tcp = asio::ip::tcp;
 
 constexpr auto kAsTuple = asio::as_tuple(asio::use_awaitable);
 
+/// Refused, or reset where the controller closed its port in that moment.
+bool is_not_taken(const std::optional<error_code>& result) {
+  return result == asio::error::connection_refused || result == asio::error::connection_reset;
+}
+
 }  // namespace
 
 EkiChannel::EkiChannel(asio::any_io_executor executor, Clock& clock, std::string name, std::string server,
@@ -40,7 +45,7 @@ asio::awaitable<std::expected<void, RobotError>> EkiChannel::connect(TimePoint d
   constexpr std::chrono::milliseconds kAgain{50};
   const TimePoint last_try = std::min(deadline, clock_.now() + kOpenedAnew) - kAgain;
   std::optional<error_code> result = co_await before(clock_, deadline, open());
-  while (result == asio::error::connection_refused && clock_.now() < last_try) {
+  while (is_not_taken(result) && clock_.now() < last_try) {
     co_await clock_.sleep_until(clock_.now() + kAgain);
     result = co_await before(clock_, deadline, open());
   }
