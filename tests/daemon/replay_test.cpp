@@ -204,7 +204,10 @@ struct Verdict {
 // replay` says.
 const std::map<std::string, Verdict> kVerdicts{
     {"beam-break", {.sessions = 0, .robot = 2, .tracker = 2}},
+    {"controller-restart", {.counters = {{"answered", 102}, {"datagrams", 114}, {"unproven", 12}}}},
     {"eki-drop", {.sessions = 0, .robot = 4, .tracker = 2}},
+    {"emergency-stop", {.counters = {{"answered", 208}, {"datagrams", 226}, {"unproven", 18}}}},
+    {"program-stop", {.counters = {{"answered", 215}, {"datagrams", 229}, {"unproven", 14}}}},
     {"rsi-drop", {.counters = {{"answered", 290}, {"datagrams", 306}, {"lost", 30}, {"unproven", 16}}}},
     {"rsi-duplicate",
      {.counters = {{"answered", 250}, {"datagrams", 315}, {"duplicate", 50}, {"unproven", 15}}}},

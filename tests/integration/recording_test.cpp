@@ -27,7 +27,8 @@ struct Recorded {
   const char* name;
   Scene scene;
   const char* faults;
-  int cycles = 300;  ///< of a stream
+  int cycles = 300;       ///< of a stream
+  const char* then = "";  ///< what befalls it after half of them, for the simulator's admin port
 };
 
 constexpr std::array kRecorded{
@@ -44,6 +45,10 @@ constexpr std::array kRecorded{
     Recorded{"rsi-ignore", Scene::Stream, "[{kind: rsi-ignore, at_cycle: 2}]", 700},
     Recorded{"rsi-second-sender", Scene::Stream,
              "[{kind: rsi-second-sender, at_cycle: 150, lasts_cycles: 50, from: 127.0.0.2}]"},
+    Recorded{"program-stop", Scene::Stream, "[]", 220, R"({"kind": "program-stop", "lasts_ms": 200000})"},
+    Recorded{"emergency-stop", Scene::Stream, "[]", 220, R"({"kind": "emergency-stop"})"},
+    Recorded{"controller-restart", Scene::Stream, "[]", 220,
+             R"({"kind": "controller-restart", "lasts_ms": 200000})"},
     Recorded{"eki-drop", Scene::Campaign, "[{kind: eki-drop, at_ms: 60000, every_ms: 150000}]"},
     Recorded{"beam-break", Scene::Campaign,
              "[{kind: beam-break, at_ms: 100000, lasts_ms: 4000, every_ms: 40000}]"},
@@ -81,7 +86,7 @@ class ARecordedCell {
     run({"connect"});
     run({"campaign", "start", "--identify", "12", "--validate", "2", "--no-activate", "--watch"});
   }
-  void stream(int least) {
+  void stream(int least, const std::string& then) {
     const Finished made = small_campaign(cell_);
     ASSERT_EQ(made.exit_code, 0) << made.err;
     // A daemon that has recorded nothing yet.
@@ -90,7 +95,9 @@ class ARecordedCell {
     cell_.start_daemon();
     run({"connect"});
     run({"stream", "start"});
-    while (streams() && cycles() < least) std::this_thread::sleep_for(std::chrono::milliseconds{20});
+    wait_for(least / 2);
+    if (!then.empty()) cell_.steer(json::parse(then).as_object());
+    wait_for(least);
   }
   void save(const std::filesystem::path& file) {
     const Finished saved = run({"recording", "save", "--out", file});
@@ -98,6 +105,10 @@ class ARecordedCell {
   }
 
  private:
+  void wait_for(int cycles_of_the_stream) {
+    while (streams() && cycles() < cycles_of_the_stream)
+      std::this_thread::sleep_for(std::chrono::milliseconds{20});
+  }
   Finished run(const std::vector<std::string>& command) { return cell_.truepose(command); }
   json::value status() { return json::parse(run({"status", "--json"}).out); }
   bool streams() { return status().at("state") == "streaming"; }
@@ -108,7 +119,7 @@ class ARecordedCell {
 
 void record(const Recorded& recorded, const std::filesystem::path& file) {
   ARecordedCell cell{recorded};
-  recorded.scene == Scene::Stream ? cell.stream(recorded.cycles) : cell.campaign();
+  recorded.scene == Scene::Stream ? cell.stream(recorded.cycles, recorded.then) : cell.campaign();
   cell.save(file);
 }
 

@@ -11,7 +11,7 @@ namespace truepose::sim {
 namespace {
 
 constexpr std::uint64_t kEvery = 5;   // cycles
-constexpr double kStands_rad = 5e-7;  // from one cycle to the next: the drives have arrived to some um
+constexpr double kStands_rad = 1e-6;  // from one cycle to the next: the drives have arrived to some um
 
 constexpr const char* kHeader =
     "time_s,program,point,gain_percent,flange_x_mm,flange_y_mm,flange_z_mm,flange_a_deg,flange_b_deg,flange_c_deg,"
