@@ -1,5 +1,6 @@
 #include "config/cell_config.hpp"
 
+#include <algorithm>
 #include <sstream>
 
 #include "config/robot_file.hpp"
@@ -48,6 +49,29 @@ struct LogLevel {
   friend std::string meaning_of(LogLevel, std::string_view word) { return std::string{word}; }
 };
 
+struct OfDifferentTools {
+  std::string fault(const std::vector<ToolLoad>& loads) const {
+    for (auto load = loads.begin(); load != loads.end(); ++load)
+      if (std::find_if(loads.begin(), load,
+                       [&](const ToolLoad& other) { return other.tool == load->tool; }) != load)
+        return "two loads of tool " + std::to_string(load->tool);
+    return {};
+  }
+};
+
+/// Files of measured tools, each of another number.
+struct ToolFiles {
+  const RobotModel& robot;
+  void read(const YamlValue& list, std::vector<ToolFile>& tools) const {
+    for (const YamlValue& each : list.list()) {
+      ToolFile tool = load_tool(each.file(), robot);
+      if (std::ranges::find(tools, tool.number, &ToolFile::number) != tools.end())
+        each.fail("another file is of tool " + std::to_string(tool.number) + " too");
+      tools.push_back(std::move(tool));
+    }
+  }
+};
+
 // ---- Layouts; the file says the unit of every number beside it
 
 void layout(auto& io, Is<RobotConfig> auto& x) {
@@ -80,6 +104,7 @@ void layout(auto& io, Is<StreamConfig> auto& x) {
   io.optional("limit_margin_deg", x.limit_margin_deg, Range{0, 90});
   io.optional("singular_deg", x.singular_deg, Range{0, 45});
   io.optional("tcp", x.p_FT_mm, kPoint);
+  io.optional("tool", x.tool, Whole{1, 1000});
   io.optional("ramp_ms", x.ramp, Whole{200, 60'000});
 }
 /// A step is small or large by the time that it takes: what the arm is asked for is a speed.
@@ -109,6 +134,18 @@ void layout(auto& io, Is<TrackerConfig> auto& x) {
   io.optional("placement", x.placement, KukaPose{});
   io.optional("noise", x.noise);
   io.optional("beam_radius_mm", x.beam_radius_mm, Range{0, 1000});
+  io.optional("max_std_mm", x.max_std_mm, Range{0, 10});
+  io.optional("nests", x.nests_mm, kPoint);
+  io.optional("air", x.air);
+  io.optional("air_file", x.air_file);
+  io.optional("air_max_age_s", x.air_max_age, Whole{1, 86'400});
+}
+void check(const auto& io, const TrackerConfig& tracker) {
+  if (tracker.air && !tracker.air_file.empty())
+    io.at("air_file").fail("air is given already: leave one of them out");
+  constexpr std::size_t kFewest = 3;  // by which a turn shows
+  if (!tracker.nests_mm.empty() && tracker.nests_mm.size() < kFewest)
+    io.at("nests").fail("expected none or at least 3, not all on one line");
 }
 
 void layout(auto& io, Is<ReflectorConfig> auto& x) {
@@ -129,10 +166,15 @@ void layout(auto& io, Is<CampaignConfig> auto& x) {
   io.optional("warm_up_s", x.warm_up, Whole{0, 86'400});
   io.optional("warm_up_moves", x.warm_up_moves, Whole{0, 1000});
   io.optional("retries", x.retries, Whole{0, 100});
+  io.optional("pause_after_s", x.pause_after, Whole{1, 86'400});
+  io.optional("pause_after_lost", x.pause_after_lost, Whole{0, 1000});
   io.optional("limit_margin_deg", x.limit_margin_deg, Range{0, 90});
   io.optional("wrist_margin_deg", x.wrist_margin_deg, Range{0, 45});
   io.optional("criterion", x.criterion, kCriteria);
   io.optional("candidates", x.candidates, Whole{10, 100'000});
+  io.optional("nests_every", x.nests_every, Whole{1, 10'000});
+  io.optional("correct_by_nests", x.correct_by_nests);
+  io.optional("two_face_every", x.two_face_every, Whole{0, 10'000});
   io.optional("reference_every", x.reference_every, Whole{0, 10'000});
   io.optional("approach", x.approach, kApproachSides);
   io.optional("approach_deg", x.approach_deg, Range{0.1, 45});
@@ -176,9 +218,16 @@ void layout(auto& io, Is<Iso9283Config> auto& x) {
   io.optional("plane", x.cube.plane, kPlaneNames);
 }
 
+void layout(auto& io, Is<TlsConfig> auto& x) {
+  io("listen", x.listen, HostPort{0});
+  io("certificate", x.certificate);
+  io("key", x.key);
+}
+
 void layout(auto& io, Is<ControlConfig> auto& x) {
   io.optional("listen", x.listen, HostPort{0});
   io("token_file", x.token_file);
+  io.optional("tls", x.tls);
 }
 
 void layout(auto& io, Is<RecordingConfig> auto& x) {
@@ -188,9 +237,16 @@ void layout(auto& io, Is<RecordingConfig> auto& x) {
   io.optional("most_mb", x.most_mb, Whole{1, 1'000'000});
 }
 
+void layout(auto& io, Is<ToolLoad> auto& x) {
+  io("tool", x.tool, Whole{0, 1000});
+  layout(io, x.payload);
+}
+
 void layout(auto& io, Is<CellConfig> auto& x) {
   io("name", x.name);
   io("robot", x.robot);
+  io.optional("tools", x.tools, ToolFiles{x.robot.model});
+  io.optional("loads", x.loads, OfDifferentTools{});
   io("stream", x.stream);
   io("tracker", x.tracker);
   io.optional("reflector", x.reflector);
@@ -207,6 +263,18 @@ void layout(auto& io, Is<CellConfig> auto& x) {
   io.optional("recording", x.recording);
   io.optional("runtime", x.runtime);
   io.optional("log_level", x.log_level, LogLevel{});
+}
+
+void check(const auto& io, const CellConfig& cell) {
+  const auto& number = cell.stream.tool;
+  if (!number || tool_of(cell, *number) || std::ranges::count(cell.loads, *number, &ToolLoad::tool)) return;
+  io.at("stream").fail("tool: no file of tools is of tool " + std::to_string(*number) +
+                       ", and no load is of it");
+}
+
+const ToolFile* tool_of(const CellConfig& cell, int number) {
+  const auto found = std::ranges::find(cell.tools, number, &ToolFile::number);
+  return found == cell.tools.end() ? nullptr : &*found;
 }
 
 CellConfig load_cell(const std::filesystem::path& file) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "config/frame_file.hpp"
 #include "config/number_text.hpp"
 #include "config/text_file.hpp"
 #include "core/arm/robot_model.hpp"
@@ -16,6 +17,7 @@
 #include "core/identify/measurement.hpp"
 #include "core/identify/robust_fit.hpp"
 #include "core/judge/iso9283.hpp"
+#include "core/math/refraction.hpp"
 #include "core/plan/design.hpp"
 #include "core/plan/scene.hpp"
 #include "core/plan/test_cube_poses.hpp"
@@ -56,8 +58,9 @@ struct StreamConfig {
   double max_total_deg = 3.0;   ///< per axis
   double limit_margin_deg = 1;  ///< kept from the joint limits
   double singular_deg = 20;     ///< angle between axes 4 and 6 below which orientation may be given up
-  /// Whose position is kept there, flange frame; none: the reflector's.
+  /// Whose position is kept there, flange frame, where no measured tool is in force; none: the reflector's.
   std::optional<Eigen::Vector3d> p_FT_mm;
+  std::optional<int> tool;  ///< in force, by its number; none: the one that the controller says
   std::chrono::milliseconds ramp{1000};
 };
 
@@ -71,7 +74,13 @@ struct TrackerConfig {
   Eigen::Isometry3d placement =
       Eigen::Isometry3d::Identity();  ///< rough X_WB: where the base stands for the tracker
   TrackerNoiseModel noise{.range_mm = 0.01, .transverse_mm_per_m = 0.003};
-  double beam_radius_mm = 25;  ///< kept free around the beam
+  double max_std_mm = 0;  ///< of a measurement, by its own account; 0: several times the noise that is stated
+  /// Reflectors that stand beside the arm, roughly, in the tracker's frame: none, or at least three.
+  std::vector<Eigen::Vector3d> nests_mm;
+  std::optional<Air> air;  ///< that was entered; none: air_file's, or what the tracker knows by itself
+  std::filesystem::path air_file;          ///< that a weather station keeps up to date; empty: none
+  std::chrono::seconds air_max_age{3600};  ///< of what that file says
+  double beam_radius_mm = 25;              ///< kept free around the beam
 };
 
 struct ReflectorConfig {
@@ -97,12 +106,17 @@ struct CampaignConfig {
   std::chrono::milliseconds settle{500};
   std::chrono::seconds warm_up{0};
   int warm_up_moves = 2;
-  int retries = 2;              ///< of a failed point, before it is skipped and listed
-  double limit_margin_deg = 5;  ///< kept from the joint limits by planned poses
-  double wrist_margin_deg = 3;  ///< least angle from a singular wrist
+  int retries = 2;                        ///< of a failed point, before it is skipped and listed
+  std::chrono::seconds pause_after{120};  ///< that a campaign waits for a device before it pauses
+  int pause_after_lost = 2;               ///< points in a row that fail for good before it pauses; 0: never
+  double limit_margin_deg = 5;            ///< kept from the joint limits by planned poses
+  double wrist_margin_deg = 3;            ///< least angle from a singular wrist
   DesignCriterion criterion = DesignCriterion::I;
-  int candidates = 2000;     ///< poses among which those to measure are chosen
-  int reference_every = 10;  ///< poses from one measurement of a reference pose to the next; 0: none
+  int candidates = 2000;         ///< poses among which those to measure are chosen
+  int nests_every = 10;          ///< poses from one measurement of the nests to the next
+  bool correct_by_nests = true;  ///< points are brought to where the tracker stood at first
+  int two_face_every = 0;        ///< poses from one that is measured in both faces to the next; 0: none
+  int reference_every = 10;      ///< poses from one measurement of a reference pose to the next; 0: none
   ApproachSide approach = ApproachSide::Any;
   double approach_deg = 2;  ///< way of every joint from the side from which it arrives
   bool remeasure = true;    ///< reach the validation poses with compensated joints and measure again
@@ -120,12 +134,20 @@ struct CalibrationConfig {
   bool deviation = false;  ///< joints' deviations that cross-validation keeps
   std::vector<int> harmonics{1, 2};
   std::vector<RegressorKind> residual;  ///< of a residual field; none: no field
-  Loss loss = Loss::Squared;
+  Loss loss = Loss::Screened;
+};
+
+/// The control port for other machines.
+struct TlsConfig {
+  Endpoint listen;
+  std::filesystem::path certificate;  ///< the daemon's, and those up to its CA, in PEM form
+  std::filesystem::path key;          ///< private key of it, in PEM form
 };
 
 struct ControlConfig {
   Endpoint listen{"127.0.0.1", 7210};
   std::filesystem::path token_file;
+  std::optional<TlsConfig> tls{};
 };
 
 /// What is kept of the last minutes on the wires.
@@ -136,9 +158,17 @@ struct RecordingConfig {
   std::size_t most_mb = 500;  ///< of all recordings; the newest is kept in any case
 };
 
+/// What the flange carries while a tool of the controller is in force: its LOAD_DATA.
+struct ToolLoad {
+  int tool = 0;  ///< its number; 0: none in force, or not known
+  LinkMass payload;
+};
+
 struct CellConfig {
   std::string name;
   RobotConfig robot;
+  std::vector<ToolFile> tools;  ///< that were measured, each of another number
+  std::vector<ToolLoad> loads;  ///< each of another number; of others what was carried in the campaigns
   StreamConfig stream;
   TrackerConfig tracker;
   ReflectorConfig reflector;
@@ -154,6 +184,9 @@ struct CellConfig {
   std::filesystem::path runtime;  ///< folder of what lives while the machine is up; empty: the usual place
   std::string log_level = "info";
 };
+
+/// Null where none was measured that has the number.
+const ToolFile* tool_of(const CellConfig& cell, int number);
 
 /// Reads a cell file and every file that it names (relative to it). Throws ConfigError.
 CellConfig load_cell(const std::filesystem::path& file);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/arm/payload.hpp"
 #include "core/judge/cramer_rao.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
@@ -84,9 +85,28 @@ CompensationOptions compensation_options(const CellConfig& cell, Approach approa
   return {.singular_below = cell.stream.singular_deg * kRadPerDeg, .approach = approach};
 }
 
-Eigen::Vector3d kept_point_mm(const CellConfig& cell, const CalibratedCell& model) {
-  if (cell.stream.p_FT_mm) return *cell.stream.p_FT_mm;
-  return model.reflectors.empty() ? Eigen::Vector3d(0, 0, 0) : model.reflectors.front().p_FS_mm;
+std::expected<CorrectedArm, std::string> corrected_arm(const CellConfig& cell, const CalibratedCell& model,
+                                                       const ToolFile* tool, const LinkMass* payload) {
+  if (payload) {
+    auto arm = carrying(model.robot, *payload);
+    if (!arm) return std::unexpected("payload: " + arm.error());
+    CalibratedCell loaded = model;
+    loaded.robot = *std::move(arm);
+    return corrected_arm(cell, loaded, tool);
+  }
+  if (!tool) {
+    const Eigen::Vector3d p_FS_mm =
+        model.reflectors.empty() ? Eigen::Vector3d(0, 0, 0) : model.reflectors.front().p_FS_mm;
+    return CorrectedArm{model.robot, cell.stream.p_FT_mm.value_or(p_FS_mm)};
+  }
+  const auto measured = tool_under({model, {}, {cell.tracker.noise, cell.robot.repeatability_mm}}, *tool);
+  if (!measured) return std::unexpected("tool " + std::to_string(tool->number) + ": " + measured.error());
+  return CorrectedArm{with_tool(model.robot, measured->X, tool->X_told), tool->X_told.translation()};
+}
+
+const LinkMass* load_of(const CellConfig& cell, std::optional<int> tool) {
+  const auto found = std::ranges::find(cell.loads, tool.value_or(0), &ToolLoad::tool);
+  return found == cell.loads.end() ? nullptr : &found->payload;
 }
 
 }  // namespace truepose::config

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <expected>
 #include <optional>
 #include <string>
 
@@ -32,8 +33,24 @@ std::optional<std::string> too_few_poses(const CellConfig& cell);
 /// @param approach  directions in which the joints will have moved; outlives the options
 CompensationOptions compensation_options(const CellConfig& cell, Approach approach = {});
 
-/// Whose position the stream and its targets keep next to the wrist singularity: the cell's TCP, or else the
-/// model's first reflector. Flange frame, mm.
-Eigen::Vector3d kept_point_mm(const CellConfig& cell, const CalibratedCell& model);
+/// By what a stream and its targets correct: the arm, its flange so moved that the controller's tool is where
+/// the real one is, and whose position comes first next to the wrist singularity (flange frame, mm).
+struct CorrectedArm {
+  RobotModel robot;
+  Eigen::Vector3d p_F_mm;
+};
+
+/// With a measured tool its TCP comes first; without one the cell's own point, or else the model's first
+/// reflector. Errors: readings of the tool that the model does not bear out; a model that does not know how
+/// the arm bends under a payload.
+///
+/// @param payload  what the flange carries; null: what it carried when it was measured
+std::expected<CorrectedArm, std::string> corrected_arm(const CellConfig& cell, const CalibratedCell& model,
+                                                       const ToolFile* tool,
+                                                       const LinkMass* payload = nullptr);
+
+/// What the flange carries with the controller's tool of this number in force, as the cell file says; null
+/// where it does not.
+const LinkMass* load_of(const CellConfig& cell, std::optional<int> tool);
 
 }  // namespace truepose::config

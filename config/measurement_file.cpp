@@ -1,6 +1,7 @@
 #include "config/measurement_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -31,6 +32,11 @@ namespace {
 
 constexpr double kGreatestSigma_mm = 1000;
 constexpr double kGreatestPose = 1e9;
+constexpr double kGreatestPayload_kg = 100'000;
+/// What the flange carried: kg, and its centre in the flange frame, mm.
+constexpr std::array<std::string_view, 4> kPayloadColumns{"payload_kg", "payload_x", "payload_y",
+                                                          "payload_z"};
+constexpr double kColdest_c = -50, kHottest_c = 200;  // of a drive
 
 constexpr std::size_t kMostReflectors = 100;
 
@@ -57,26 +63,48 @@ class MeasurementColumns {
  public:
   MeasurementColumns(const CsvTable& table, const RobotModel& robot)
       : table_(table), q_(table, robot), x_(table.column("x")), y_(table.column("y")), z_(table.column("z")) {
-    const std::vector<std::string> names = joint_column_names("dir", robot);
-    if (std::ranges::none_of(names, [&](const std::string& name) { return table.has(name); })) return;
-    for (const std::string& name : names) directions_.push_back(table.column(name));
+    directions_ = all_or_none(joint_column_names("dir", robot));
+    temperatures_ = all_or_none(joint_column_names("temp", robot));
+    payload_ = all_or_none(kPayloadColumns);
   }
 
   Measurement at(std::size_t row, std::vector<std::string>& smr_names) const {
     Measurement point;
     point.row = static_cast<int>(row) + 1;
     point.q = q_.at(row);
-    point.p_WS_mm = {table_.number(row, x_), table_.number(row, y_), table_.number(row, z_)};
+    point.p_WS_mm = position_mm(row);
     point.smr = reflector_index(smr_names, row);
     point.set = set(row);
-    point.sigma_mm = sigma_mm(row);
+    point.sigma_mm = length_mm("sigma", row);
+    point.excess_mm = length_mm("excess", row).value_or(0);
     point.direction = direction(row);
+    point.payload = payload(row);
+    point.temperature_c = temperature_c(row);
     if (table_.has("time")) point.time = table_.text(row, table_.column("time"));
     if (table_.has("pose")) point.pose = pose(row);
     return point;
   }
 
  private:
+  /// Columns of all these names, where there is one of any.
+  template <class Names>
+  std::vector<std::size_t> all_or_none(const Names& names) const {
+    std::vector<std::size_t> columns;
+    if (std::ranges::none_of(names, [&](std::string_view name) { return table_.has(name); })) return columns;
+    for (const auto& name : names) columns.push_back(table_.column(name));
+    return columns;
+  }
+
+  Eigen::Vector3d position_mm(std::size_t row) const {
+    const Eigen::Vector3d p_mm{table_.number(row, x_), table_.number(row, y_), table_.number(row, z_)};
+    if (p_mm.isZero(0)) {
+      table_.fail(row, x_,
+                  "x, y and z are all 0, which is no reading but a place left empty: remove the row or "
+                  "measure it again");
+    }
+    return p_mm;
+  }
+
   int reflector_index(std::vector<std::string>& names, std::size_t row) const {
     const std::string name = smr(row);
     const auto found = std::ranges::find(names, name);
@@ -107,9 +135,9 @@ class MeasurementColumns {
     return named->value;
   }
 
-  std::optional<double> sigma_mm(std::size_t row) const {
-    if (!table_.has("sigma") || table_.text(row, table_.column("sigma")).empty()) return std::nullopt;
-    const std::size_t column = table_.column("sigma");
+  std::optional<double> length_mm(const char* name, std::size_t row) const {
+    if (!table_.has(name) || table_.text(row, table_.column(name)).empty()) return std::nullopt;
+    const std::size_t column = table_.column(name);
     const double sigma = table_.number(row, column);
     if (sigma <= 0 || sigma > kGreatestSigma_mm) {
       table_.fail(row, column,
@@ -132,6 +160,33 @@ class MeasurementColumns {
     return direction;
   }
 
+  std::optional<LinkMass> payload(std::size_t row) const {
+    const auto empty = [&](std::size_t column) { return table_.text(row, column).empty(); };
+    if (std::ranges::all_of(payload_, empty)) return std::nullopt;
+    const auto number = [&](std::size_t k) { return table_.number(row, payload_[k]); };
+    const double kg = number(0);
+    if (kg < 0 || kg > kGreatestPayload_kg) {
+      table_.fail(row, payload_[0],
+                  "expected 0 to 100000 kg, found " + std::string(table_.text(row, payload_[0])));
+    }
+    return LinkMass{kg, {number(1), number(2), number(3)}};
+  }
+
+  std::vector<double> temperature_c(std::size_t row) const {
+    const auto empty = [&](std::size_t column) { return table_.text(row, column).empty(); };
+    if (std::ranges::all_of(temperatures_, empty)) return {};
+    std::vector<double> temperature_c;
+    for (const std::size_t column : temperatures_) {
+      const double celsius = table_.number(row, column);
+      if (celsius < kColdest_c || celsius > kHottest_c) {
+        table_.fail(row, column,
+                    "expected a temperature of -50 to 200 C, found " + std::string(table_.text(row, column)));
+      }
+      temperature_c.push_back(celsius);
+    }
+    return temperature_c;
+  }
+
   int pose(std::size_t row) const {
     const std::size_t column = table_.column("pose");
     const double number = table_.number(row, column);
@@ -145,7 +200,7 @@ class MeasurementColumns {
   const CsvTable& table_;
   JointColumns q_;
   std::size_t x_, y_, z_;
-  std::vector<std::size_t> directions_;
+  std::vector<std::size_t> directions_, payload_, temperatures_;
 };
 
 }  // namespace
@@ -176,9 +231,12 @@ void write_joints(std::ostream& out, const std::vector<JointVector>& joints, con
 MeasurementData load_measurements(const std::filesystem::path& file, const RobotModel& robot) {
   const CsvTable table = CsvTable::read(file);
   std::vector<std::string> known = joint_column_names("q", robot);
-  known.insert(known.end(), {"x", "y", "z", "smr", "set", "sigma", "time", "pose"});
-  const std::vector<std::string> directions = joint_column_names("dir", robot);
-  known.insert(known.end(), directions.begin(), directions.end());
+  known.insert(known.end(), {"x", "y", "z", "smr", "set", "sigma", "excess", "time", "pose"});
+  for (const char* prefix : {"dir", "temp"}) {
+    const std::vector<std::string> names = joint_column_names(prefix, robot);
+    known.insert(known.end(), names.begin(), names.end());
+  }
+  known.insert(known.end(), kPayloadColumns.begin(), kPayloadColumns.end());
   table.expect_only(known);
 
   const MeasurementColumns columns(table, robot);
@@ -188,14 +246,36 @@ MeasurementData load_measurements(const std::filesystem::path& file, const Robot
   return data;
 }
 
+namespace {
+
+/// Four fields, each with its comma.
+std::string payload_fields(const std::optional<LinkMass>& payload) {
+  if (!payload) return ",,,,";
+  std::string fields = format_number(payload->mass_kg) + ",";
+  for (const double coordinate : payload->centre_mm) fields += format_number(coordinate) + ",";
+  return fields;
+}
+
+}  // namespace
+
 void write_measurements(std::ostream& out, const MeasurementData& data, const RobotModel& robot) {
   const bool directions =
       std::ranges::any_of(data.points, [](const auto& point) { return !point.direction.empty(); });
+  const bool payloads =
+      std::ranges::any_of(data.points, [](const auto& point) { return point.payload.has_value(); });
+  const bool temperatures =
+      std::ranges::any_of(data.points, [](const auto& point) { return !point.temperature_c.empty(); });
   const bool poses = std::ranges::all_of(data.points, [](const auto& point) { return point.pose > 0; });
   for (const std::string& name : joint_column_names("q", robot)) out << name << ',';
   out << "x,y,z,smr,set,sigma,";
   if (directions) {
     for (const std::string& name : joint_column_names("dir", robot)) out << name << ',';
+  }
+  if (payloads) {
+    for (const std::string_view name : kPayloadColumns) out << name << ',';
+  }
+  if (temperatures) {
+    for (const std::string& name : joint_column_names("temp", robot)) out << name << ',';
   }
   out << (poses ? "time,pose\n" : "time\n");
 
@@ -211,6 +291,11 @@ void write_measurements(std::ostream& out, const MeasurementData& data, const Ro
       for (std::size_t i = 0; i < robot.joints.size(); ++i) {
         out << (point.direction.empty() ? "" : std::to_string(point.direction[i])) << ',';
       }
+    }
+    if (payloads) out << payload_fields(point.payload);
+    if (temperatures) {
+      for (std::size_t i = 0; i < robot.joints.size(); ++i)
+        out << (point.temperature_c.empty() ? "" : format_number(point.temperature_c[i])) << ',';
     }
     out << csv_field(point.time);
     if (poses) out << ',' << point.pose;

@@ -24,6 +24,9 @@ std::string unit_of(const DeviationTerm& term, const RobotModel& robot) {
     case DeviationBasis::Gravity:
       return unit + (revolute ? "/kNm" : "/kN");
     case DeviationBasis::Weight:
+    case DeviationBasis::MomentX:
+    case DeviationBasis::MomentY:
+    case DeviationBasis::MomentZ:
       return unit + (revolute ? "/m" : "");
     case DeviationBasis::Scale:
       return unit + "/m";
@@ -74,6 +77,20 @@ std::string between(const std::string& parent, const std::string& child) {
   return "    <parent link=\"" + parent + "\"/>\n    <child link=\"" + child + "\"/>\n";
 }
 
+/// The arm with the limits that a joint of the chain has where the controller's joints have theirs.
+RobotModel uncoupled(RobotModel robot) {
+  const std::vector<Joint> joints = robot.joints;
+  for (const JointCoupling& each : robot.coupling) {
+    const Joint& to = joints[static_cast<std::size_t>(each.to)];
+    const auto [least, most] = std::minmax({each.factor * to.min, each.factor * to.max});
+    Joint& joint = robot.joints[static_cast<std::size_t>(each.joint)];
+    joint.min += least;
+    joint.max += most;
+    joint.speed += std::abs(each.factor) * to.speed;
+  }
+  return robot;
+}
+
 /// Theta and d stand behind the joint's own motion but commute with it, so the joint at q = 0 is its origin.
 std::string joint_text(const Joint& joint, const std::string& number, const std::string& parent) {
   const bool revolute = joint.type == JointType::Revolute;
@@ -92,7 +109,13 @@ std::string comment(const RobotModel& robot) {
   if (!robot.deviation.empty()) left_out = "the deviations of its joints";
   if (robot.field) left_out += std::string(left_out.empty() ? "" : " and ") + "its residual field";
   if (!left_out.empty()) left_out = " Without " + left_out + ", which URDF cannot hold.";
-  return "<!-- Kinematics alone. m and rad." + left_out + " -->\n";
+  std::string coupled;
+  for (const JointCoupling& each : robot.coupling) {
+    const std::string joint = std::to_string(each.joint + 1), to = std::to_string(each.to + 1);
+    coupled += " joint_" + joint + " takes the controller's q" + joint + " + " + format_number(each.factor) +
+               " * q" + to + ".";
+  }
+  return "<!-- Kinematics alone. m and rad." + coupled + left_out + " -->\n";
 }
 
 }  // namespace
@@ -116,7 +139,8 @@ std::string parameter_csv(std::span<const IdentifiedParameter> parameters, const
   return text;
 }
 
-std::string urdf(const RobotModel& robot) {
+std::string urdf(const RobotModel& calibrated) {
+  const RobotModel robot = uncoupled(calibrated);
   std::string text = "<?xml version=\"1.0\"?>\n" + comment(robot);
   text += "<robot name=\"" + in_attribute(robot.name) + "\">\n  <link name=\"base_link\"/>\n";
   std::string parent = "base_link";

@@ -16,8 +16,9 @@ std::string parameter_csv(std::span<const IdentifiedParameter> parameters, const
 
 /// The arm as URDF (m, rad): base_link, link_1 .. link_N and flange, joined by joint_1 .. joint_N and the
 /// fixed joint_flange. Kinematics alone: no masses or shapes, and a
-/// comment says so where joints deviate or a residual field is left out. The frames are
+/// comment says so where joints deviate or a residual field is left out. Its joints are those of the chain of
+/// links, and the comment says what they take where the controller's are coupled. The frames are
 /// forward_kinematics()'s, and each number has the digits that bring it back exactly.
-std::string urdf(const RobotModel& robot);
+std::string urdf(const RobotModel& calibrated);
 
 }  // namespace truepose::config

@@ -1,16 +1,25 @@
 #include "config/model_file.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "config/text_file.hpp"
 #include "config/yaml_layout.hpp"
+#include "core/compensate/largest_correction.hpp"
+#include "core/formatted.hpp"
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/regression_field.hpp"
 #include "core/judge/model_noise.hpp"
+#include "core/math/statistics.hpp"
+#include "core/math/units.hpp"
+#include "proto/text/digest.hpp"
 
 namespace truepose::config {
 
 namespace {
 
 constexpr double kUnit = 1e-9;  // how far a length may be from 1
+constexpr int kLastReflector = 100;
 
 }  // namespace
 
@@ -60,12 +69,6 @@ struct UnitVector : Xyz {
   }
 };
 
-/// Counts from 1 in the file.
-struct FromOne {
-  int form_of(int index) const { return index + 1; }
-  int value_of(int number) const { return number - 1; }
-};
-
 /// The deviations of an arm of so many joints.
 struct Terms {
   struct Term {
@@ -94,20 +97,21 @@ struct FieldForm {
     const RobotModel& robot;
     RegressorState state;
     Eigen::Vector3d p_F_mm{0, 0, 0};
+    double variance_factor = 1;
   };
   const RobotModel& robot;  ///< whose joints say how many features it has
 
   Field form_of(const std::shared_ptr<const ResidualField>& field) const {
     // The only class of fields; a cast that fails rather than a field that is lost.
     const auto& fitted = dynamic_cast<const RegressionField&>(*field);
-    return {robot, fitted.regressor()->state(), fitted.p_F_mm()};
+    return {robot, fitted.regressor()->state(), fitted.p_F_mm(), fitted.variance_factor()};
   }
   void read(const YamlValue& value, std::shared_ptr<const ResidualField>& field) const {
-    Field form{robot, {}};
+    Field form{.robot = robot, .state = {}};
     read_value(value, form);
     const auto regressor = restore_regressor(form.state);
     if (!regressor) value.fail(regressor.error());
-    field = std::make_shared<RegressionField>(robot, *regressor, form.p_F_mm);
+    field = std::make_shared<RegressionField>(robot, *regressor, form.p_F_mm, form.variance_factor);
   }
 };
 
@@ -139,6 +143,14 @@ struct LowerTriangle {
   }
 };
 
+/// Rows of equally many numbers.
+struct RowsOfAnyLength : Rows {
+  void read(const YamlValue& value, Eigen::MatrixXd& A) const {
+    const std::vector<YamlValue>& rows = value.list();
+    Rows{{rows.empty() ? 0 : static_cast<int>(rows.front().list().size())}}.read(value, A);
+  }
+};
+
 // ---- Layouts; mm, rad and kg
 
 void layout(auto& io, Is<Joint> auto& x) {
@@ -159,14 +171,18 @@ void layout(auto& io, Is<Terms::Term> auto& x) {
   constexpr int kHighestOrder = 100'000;
   io("joint", x.term.joint, FromOne{}, Whole{1, x.joints});
   io("basis", x.term.basis, kDeviationBases);
-  const bool frame = x.term.basis == DeviationBasis::Weight;  // its order is a link frame's number
-  io.defaulted("order", x.term.order, Whole{1, frame ? x.joints + 1 : kHighestOrder});
+  // The order of a weight or moment is a link frame's number.
+  const int highest = x.term.basis == DeviationBasis::Weight ? x.joints + 1
+                      : is_moment(x.term.basis)              ? x.joints
+                                                             : kHighestOrder;
+  io.defaulted("order", x.term.order, Whole{1, highest});
   io("coefficient", x.term.coefficient);
 }
 
 void layout(auto& io, Is<FieldForm::Field> auto& x) {
   io("kind", x.state.kind, kRegressorNames);
   io("point", x.p_F_mm, kPoint);
+  io.defaulted("variance_factor", x.variance_factor, kNotNegative);
   io("hyper", x.state.hyper);
   io("x", x.state.X, Rows{{field_features(x.robot)}});
   io("y", x.state.Y, Rows{{3, 6}});
@@ -177,9 +193,11 @@ void layout(auto& io, Is<FieldForm::Field> auto& x) {
 void layout(auto& io, Is<RobotModel> auto& x) {
   io("name", x.name);
   io("joints", x.joints, JointCount{});
+  io.optional("coupling", x.coupling, Couplings::of(x.joints));
   io("flange", x.X_flange, ThreeRowsOfFour{}, kMm);
   io.defaulted("gravity", x.gravity_B, UnitVector{});
   io.optional("masses", x.masses, OnePerJoint{x.joints.size()});
+  io.optional("payload", x.payload);
   io.optional("torque_joints", x.torque_joints, OnePerJoint{x.joints.size()});
   io.optional("deviation", x.deviation, Terms{x.joint_count()});
   io.optional("field", x.field, FieldForm{x});
@@ -199,6 +217,21 @@ void layout(auto& io, Is<MeasurementNoise> auto& x) {
   io("repeatability_mm", x.repeatability_mm, kNoise);
 }
 
+void layout(auto& io, Is<ValidationPoint> auto& x) {
+  io("q", x.q);
+  io("smr", x.smr, FromOne{}, Whole{1, kLastReflector});
+  io.optional("direction", x.direction, Whole{-1, 1});
+  io.optional("payload", x.payload);
+  io("point", x.p_WS_mm, kPoint);
+}
+
+void layout(auto& io, Is<ThermalResponse> auto& x) {
+  constexpr Range kCelsius{-100, 300};
+  io("reference_c", x.reference_c, kCelsius);
+  io("per_kelvin", x.per_kelvin);
+  io("covariance", x.covariance, RowsOfAnyLength{});
+}
+
 void layout(auto& io, Is<ModelFile> auto& x) {
   io("name", x.name);
   io("serial", x.serial, MayBeEmpty{});
@@ -208,14 +241,34 @@ void layout(auto& io, Is<ModelFile> auto& x) {
   io("base", x.cell.base);
   io("reflectors", x.cell.reflectors);
   io("parameters", x.parameters);
+  io.optional("updates", x.updates);
+  io.optional("station", x.station);
   io.optional("noise", x.noise);
+  io.optional("validation_distances2", x.validation_distances2);
   io.optional("covariance", x.covariance, LowerTriangle{x.cell});
+  io.optional("thermal", x.thermal);
+  io.optional("validation", x.validation);
+  io.defaulted("largest_correction_deg", x.largest_correction_deg, kNotNegative);
+  io.optional("sha256", x.sha256);
+}
+
+void check(const auto& io, const ModelFile& x) {
+  if (!x.thermal) return;
+  const ThermalResponse& thermal = *x.thermal;
+  const Eigen::Index joints = x.cell.robot.joint_count(), parameters = ParameterLayout::of(x.cell).size();
+  if (static_cast<Eigen::Index>(thermal.reference_c.size()) == joints && thermal.size() == joints + 1 &&
+      thermal.covariance.rows() == thermal.size() && thermal.parameters() == parameters)
+    return;
+  io.at("thermal").fail(
+      formatted("expected %td references, and %td rows of per_kelvin and of a covariance of %td columns",
+                joints, joints + 1, parameters + joints + 1));
 }
 
 std::optional<DriftReference> drift_reference(const ModelFile& model,
                                               const std::optional<MeasurementNoise>& stated) {
   DriftReference reference{
       .cell = model.cell, .covariance = model.covariance, .validation_mean_mm = model.validation_mean_mm};
+  if (!stated) reference.validation_distances2 = model.validation_distances2;
   if (stated) {
     reference.noise = *stated;
   } else if (model.noise) {
@@ -228,20 +281,92 @@ std::optional<DriftReference> drift_reference(const ModelFile& model,
   return reference;
 }
 
+std::vector<ValidationPoint> validation_points(const MeasurementData& data) {
+  std::vector<ValidationPoint> points;
+  for (const Measurement& m : data.points)
+    if (m.set == PoseSet::Validate) points.push_back({m.q, m.smr, m.direction, m.payload, m.p_WS_mm});
+  return points;
+}
+
+Measurement ValidationPoint::measurement() const {
+  return {.q = q, .p_WS_mm = p_WS_mm, .smr = smr, .direction = direction, .payload = payload};
+}
+
+std::vector<JointVector> poses_of(std::span<const ValidationPoint> points) {
+  std::vector<JointVector> poses;
+  for (const ValidationPoint& point : points) poses.push_back(point.q);
+  return poses;
+}
+
+namespace {
+
+bool suits(const ValidationPoint& point, const CalibratedCell& cell) {
+  const auto joints = static_cast<std::size_t>(cell.robot.joint_count());
+  return static_cast<std::size_t>(point.q.size()) == joints &&
+         static_cast<std::size_t>(point.smr) < cell.reflectors.size() &&
+         (point.direction.empty() || point.direction.size() == joints);
+}
+
+}  // namespace
+
+std::optional<std::string> other_error(const CalibratedCell& cell, std::span<const ValidationPoint> points,
+                                       double made_mm) {
+  if (points.empty()) return std::nullopt;
+  if (!std::ranges::all_of(points, [&](const ValidationPoint& point) { return suits(point, cell); }))
+    return "a point that it was validated on has other joints, or a reflector that it does not know";
+  std::vector<Eigen::Vector3d> errors_mm;
+  for (const ValidationPoint& point : points)
+    errors_mm.push_back(cell.predict(point.measurement()) - point.p_WS_mm);
+  const double now_mm = error_statistics(errors_mm).mean;
+  // Written so that a NaN is refused as well.
+  if (std::abs(now_mm - made_mm) <= kReproduced_mm) return std::nullopt;
+  return formatted("it misses its own validation points by %.4f mm on average, when it was made by %.4f mm",
+                   now_mm, made_mm);
+}
+
+std::optional<std::string> larger_correction(const RobotModel& nominal, const CalibratedCell& cell,
+                                             std::span<const JointVector> poses, double made_deg) {
+  const double now_deg = made_deg == 0 ? 0 : largest_correction(nominal, cell, poses) * kDegPerRad;
+  if (now_deg <= made_deg + kReproduced_deg) return std::nullopt;
+  return formatted(
+      "it corrects a joint by up to %.3f deg at the poses that it was made from, when it was made by %.3f deg (it, "
+      "or the robot file, has been changed)",
+      now_deg, made_deg);
+}
+
+namespace {
+
+constexpr std::string_view kHashKey = "sha256: ";
+
+}  // namespace
+
 std::string model_yaml(const ModelFile& model) {
-  return "# A calibrated arm. mm, rad and kg; R = Rz(rz) Ry(ry) Rx(rx); flange: three rows of four; joints "
-         "count from 1.\n" +
-         yaml_of(model);
+  ModelFile content = model;
+  content.sha256.clear();
+  const std::string text =
+      "# A calibrated arm. mm, rad and kg; R = Rz(rz) Ry(ry) Rx(rx); flange: three rows of four; joints "
+      "count from 1.\n" +
+      yaml_of(content);
+  return text + std::string{kHashKey} + text::sha256_hex(text) + "\n";
 }
 
 ModelFile parse_model(const std::string& text, const std::string& file_name) {
   ModelFile model;
   read_value(parse_yaml(text, file_name), model);
+  const std::size_t content = text.rfind(kHashKey);
+  if (!model.sha256.empty() && model.sha256 != text::sha256_hex(std::string_view{text}.substr(0, content)))
+    throw ConfigError(
+        file_name +
+        ": its content is not what was written (another SHA-256): take the file as it was made, or "
+        "identify again");
   return model;
 }
 
 ModelFile load_model(const std::filesystem::path& file) {
-  return parse_model(read_text_file(file, kMostBytesOfYaml), file.string());
+  ModelFile model = parse_model(read_text_file(file, kMostBytesOfYaml), file.string());
+  if (const auto why = other_error(model.cell, model.validation, model.validation_mean_mm))
+    throw ConfigError(file.string() + ": the model is refused: " + *why + "; identify again");
+  return model;
 }
 
 }  // namespace truepose::config

@@ -20,6 +20,7 @@ struct RobotText {
   };
   std::string name;
   std::vector<Link> joints;
+  std::vector<JointCoupling> coupling;
   Eigen::Isometry3d X_flange = Eigen::Isometry3d::Identity();
   std::optional<YamlValue> payload;
   Eigen::Vector3d gravity_B{0, 0, -1};
@@ -47,6 +48,7 @@ struct LinkCount {
 void layout(auto& io, Is<RobotText> auto& x) {
   io("name", x.name);
   io("joints", x.joints, LinkCount{});
+  io.optional("coupling", x.coupling, Couplings::of(x.joints));
   io.optional("flange", x.X_flange, KukaPose{});
   io.optional("payload", x.payload, Unread{});
   io.optional("gravity", x.gravity_B, Direction{});
@@ -63,9 +65,9 @@ void check(const auto& io, const RobotText& x) {
 
 namespace {
 
-RobotText read_robot(const std::filesystem::path& file) {
+RobotText read_robot(const YamlValue& yaml) {
   RobotText text;
-  read_value(read_yaml(file), text);
+  read_value(yaml, text);
   return text;
 }
 
@@ -75,28 +77,20 @@ void add_parts(std::vector<BodyPart>& body, int link, const std::optional<YamlVa
   for (const Capsule& capsule : capsules) body.push_back({link, capsule});
 }
 
-/// One mass in place of two that move together.
-LinkMass together(const LinkMass& a, const LinkMass& b) {
-  const double sum_kg = a.mass_kg + b.mass_kg;
-  if (sum_kg == 0) return a;
-  return {.mass_kg = sum_kg, .centre_mm = (a.mass_kg * a.centre_mm + b.mass_kg * b.centre_mm) / sum_kg};
-}
-
 }  // namespace
 
 void add_payload(RobotModel& robot, const YamlValue& value) {
   if (robot.masses.empty()) value.fail("expected a mass for every joint too");
-  LinkMass payload;
-  read_value(value, payload);
-  payload.centre_mm = robot.X_flange * payload.centre_mm;
-  robot.masses.back() = together(robot.masses.back(), payload);
+  read_value(value, robot.payload.emplace());
 }
 
-RobotModel load_robot(const std::filesystem::path& file) {
-  const RobotText text = read_robot(file);
+namespace {
+
+RobotModel robot_of(const RobotText& text) {
   RobotModel robot;
   robot.name = text.name;
   robot.X_flange = text.X_flange;
+  robot.coupling = text.coupling;
   robot.gravity_B = text.gravity_B;
   for (const RobotText::Link& link : text.joints) {
     robot.joints.push_back(link.joint);
@@ -106,8 +100,16 @@ RobotModel load_robot(const std::filesystem::path& file) {
   return robot;
 }
 
+}  // namespace
+
+RobotModel load_robot(const std::filesystem::path& file) { return robot_of(read_robot(read_yaml(file))); }
+
+RobotModel parse_robot(const std::string& text, const std::string& file_name) {
+  return robot_of(read_robot(parse_yaml(text, file_name)));
+}
+
 std::vector<BodyPart> load_body(const std::filesystem::path& file) {
-  const RobotText text = read_robot(file);
+  const RobotText text = read_robot(read_yaml(file));
   std::vector<BodyPart> body;
   add_parts(body, 0, text.base_body);
   int link = 0;

@@ -9,12 +9,14 @@
 
 namespace truepose::config {
 
-/// Reads a robot file (YAML; mm, deg, deg/s, kg). A payload becomes part of the last link's mass. Throws
+/// Reads a robot file (YAML; mm, deg, deg/s, kg). Throws
 /// ConfigError naming file, line, column and key.
 RobotModel load_robot(const std::filesystem::path& file);
+/// The same of a text; `file_name` stands in the messages.
+RobotModel parse_robot(const std::string& text, const std::string& file_name);
 
-/// Adds {kg, x, y, z}, its centre in mm in the flange frame, to the mass of the last link. An error where the
-/// arm's own masses are not known.
+/// Lets the arm carry {kg, x, y, z}, its centre in mm in the flange frame. An error where the arm's own
+/// masses are not known.
 void add_payload(RobotModel& robot, const YamlValue& value);
 
 /// What the arm of a robot file occupies, link by link; empty where the file does not say.

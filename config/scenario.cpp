@@ -6,6 +6,7 @@
 
 #include "config/robot_file.hpp"
 #include "config/yaml_layout.hpp"
+#include "core/arm/joint_units.hpp"
 #include "core/math/random.hpp"
 
 namespace truepose::config {
@@ -106,6 +107,31 @@ struct DriveErrors {
   }
 };
 
+/// What warmth does, in the units of the file.
+struct Warmth {
+  std::vector<double> zero;  // deg, mm
+  double growth_ppm = 0;
+  double minutes = 30;
+};
+void layout(auto& io, Is<Warmth> auto& x) {
+  io.optional("zero", x.zero, Range{-1, 1});
+  io.optional("growth_ppm", x.growth_ppm, Range{-1000, 1000});
+  io.optional("minutes", x.minutes, Range{0.1, 1000});
+}
+
+struct WarmUpOf {
+  const RobotModel& robot;
+  void read(const YamlValue& value, WarmUp& warm_up) const {
+    Warmth warmth;
+    read_value(value, warmth);
+    if (!warmth.zero.empty() && warmth.zero.size() != robot.joints.size())
+      value.fail("zero: expected one for each of the " + std::to_string(robot.joints.size()) + " joints");
+    if (!warmth.zero.empty()) warm_up.zero = joints_from(warmth.zero, robot);
+    warm_up.growth = 1e-6 * warmth.growth_ppm;
+    warm_up.time_constant = std::chrono::duration<double, std::ratio<60>>{warmth.minutes};
+  }
+};
+
 // ---- When it misbehaves, and how
 
 constexpr std::array kFaults{Named{"beam-break", FaultKind::BeamBreak},
@@ -115,6 +141,9 @@ constexpr std::array kFaults{Named{"beam-break", FaultKind::BeamBreak},
                              Named{"tracker-noise", FaultKind::TrackerNoise},
                              Named{"tracker-std", FaultKind::TrackerStd},
                              Named{"tracker-air", FaultKind::TrackerAir},
+                             Named{"tracker-busy", FaultKind::TrackerBusy},
+                             Named{"tracker-silent", FaultKind::TrackerSilent},
+                             Named{"tracker-storm", FaultKind::TrackerStorm},
                              Named{"eki-drop", FaultKind::EkiDrop},
                              Named{"program-stop", FaultKind::ProgramStop},
                              Named{"program-reset", FaultKind::ProgramReset},
@@ -128,6 +157,8 @@ constexpr std::array kFaults{Named{"beam-break", FaultKind::BeamBreak},
                              Named{"rsi-lose-datagrams", FaultKind::RsiLoseDatagrams},
                              Named{"rsi-lose-replies", FaultKind::RsiLoseReplies},
                              Named{"rsi-duplicate", FaultKind::RsiDuplicate},
+                             Named{"rsi-late", FaultKind::RsiLate},
+                             Named{"rsi-garble", FaultKind::RsiGarble},
                              Named{"rsi-reorder", FaultKind::RsiReorder},
                              Named{"rsi-silence", FaultKind::RsiSilence},
                              Named{"rsi-restart", FaultKind::RsiRestart},
@@ -306,6 +337,17 @@ void layout(auto& io, ControllerPart& x) {
   io.optional("operator_s", x.scenario.operator_s, Range{0, 1e6});
 }
 
+/// Millionths of a radian.
+struct Microradians {
+  void read(const YamlValue& value, double& rad) const { rad = 1e-6 * value.number(Range{-1000, 1000}); }
+};
+
+void layout(auto& io, Is<AimingErrors> auto& x) {
+  io.optional("collimation", x.collimation, Microradians{});
+  io.optional("tilt", x.tilt, Microradians{});
+  io.optional("index", x.index, Microradians{});
+}
+
 void layout(auto& io, TrackerPart& x) {
   io.optional("noise", x.scenario.noise);
   io.optional("reflector", x.scenario.reflector_name);
@@ -313,6 +355,11 @@ void layout(auto& io, TrackerPart& x) {
   io.optional("std_mm", x.scenario.std_mm, kReported);
   io.optional("air", x.scenario.air);
   io.optional("power_lock", x.scenario.power_lock);
+  TrackerInstrument& instrument = x.scenario.instrument;
+  io.optional("weather_station", instrument.weather_station);
+  io.optional("true_air", instrument.air);
+  io.optional("aiming_urad", instrument.aiming);
+  io.optional("nests_mm", instrument.nests_mm, kPoint);
 }
 
 /// One time of all axes, or one of each.
@@ -378,6 +425,7 @@ void layout(auto& io, Is<Scenario> auto& x) {
   io.on_read(x, [](auto& scenario) { scenario.truth = scenario.nominal; });
   io.optional("errors", x.truth, LinkErrors{});
   io.optional("drives", x.drives, DriveErrors{x.nominal});
+  io.optional("warm_up", x.warm_up, WarmUpOf{x.nominal});
   io.optional("repeatability_mm", x.repeatability_mm, kNoiseMm);
   io("placement", x.X_WB, KukaPose{});
   io("reflector", ReflectorPart{x});

@@ -10,6 +10,7 @@
 
 #include "config/text_file.hpp"
 #include "core/arm/robot_model.hpp"
+#include "core/simulate/tracker_instrument.hpp"
 #include "core/simulate/true_arm.hpp"
 
 namespace truepose::config {
@@ -19,11 +20,14 @@ struct ScenarioFault {
   enum class Kind {
     BeamBreak,
     TrackerRestart,
-    TrackerBump,   ///< the tracker is pushed: everything it sees is moved by `by_mm` from then on
-    TrackerBias,   ///< what it measures is off by `by_mm`
-    TrackerNoise,  ///< scatters by `sigma_mm` more, which its own standard deviations show
-    TrackerStd,    ///< reports `std_mm`, whatever its standard deviations are
-    TrackerAir,    ///< reports this weather
+    TrackerBump,    ///< the tracker is pushed: everything it sees is moved by `by_mm` from then on
+    TrackerBias,    ///< what it measures is off by `by_mm`
+    TrackerNoise,   ///< scatters by `sigma_mm` more, which its own standard deviations show
+    TrackerStd,     ///< reports `std_mm`, whatever its standard deviations are
+    TrackerAir,     ///< reports this weather
+    TrackerBusy,    ///< answers every command that it is busy
+    TrackerSilent,  ///< takes commands, and answers none
+    TrackerStorm,   ///< reports changes of its state without end
     EkiDrop,
     ProgramStop,        ///< STOP at the pendant; started again after `lasts`
     ProgramReset,       ///< cancelled and started from its first line
@@ -37,6 +41,8 @@ struct ScenarioFault {
     RsiLoseDatagrams,   ///< none from the controller
     RsiLoseReplies,     ///< none to it
     RsiDuplicate,       ///< the controller's datagrams come twice
+    RsiLate,            ///< each datagram of the controller comes a cycle late
+    RsiGarble,          ///< a byte of each is another one
     RsiReorder,         ///< of two datagrams the later one comes first
     RsiSilence,         ///< the controller sends nothing, keeps what is in force, and its clock goes on
     RsiRestart,         ///< RSI is off, and then on with nothing in force, from another port
@@ -79,6 +85,7 @@ struct Scenario {
   RobotModel nominal;         ///< what the controller believes
   RobotModel truth;           ///< how the arm really is
   NonGeometricErrors drives;  ///< and what its joints do besides
+  WarmUp warm_up;             ///< and what becomes of it from the start of the simulator, in scaled time
   double repeatability_mm =
       0.0166;  ///< standard deviation per axis of the reflector, drawn anew at each stop
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
@@ -106,6 +113,7 @@ struct Scenario {
     double temperature_c = 20, pressure_mbar = 1013.25, humidity_percent = 50;
   } air;
   bool power_lock = false;  ///< the tracker locks by itself to a reflector that it sees
+  TrackerInstrument instrument;
 
   std::chrono::milliseconds cycle{4};  ///< RSI
   // In place of what the RSI context says:

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/yaml_reader.hpp"
+#include "core/math/refraction.hpp"
 #include "core/plan/scene.hpp"
 #include "proto/record/forms.hpp"
 
@@ -53,7 +54,13 @@ struct Rows {
   void read(const YamlValue& value, Eigen::MatrixXd& A) const;
 };
 
-// ---- What stands around an arm
+// ---- What surrounds an arm and its tracker
+
+void layout(auto& io, Is<Air> auto& x) {
+  io("temperature_c", x.temperature_c, Range{-20, 60});
+  io("pressure_mbar", x.pressure_mbar, Range{500, 1100});
+  io("humidity_percent", x.humidity_percent, Range{0, 100});
+}
 
 void layout(auto& io, Is<Capsule> auto& x) {
   io("from", x.from_mm, kPoint);

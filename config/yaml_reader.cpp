@@ -17,12 +17,12 @@ namespace truepose::config {
 
 namespace {
 
-std::string place(const std::string& file, int line, int column) {
+std::string place_text(const std::string& file, int line, int column) {
   return file + ":" + std::to_string(line) + ":" + std::to_string(column) + ": ";
 }
 
 std::string yaml_place(const std::string& file, const YAML::Mark& mark) {
-  return place(file, mark.line + 1, mark.column + 1);
+  return place_text(file, mark.line + 1, mark.column + 1);
 }
 
 std::string expected_range(const std::string& min, const std::string& max) {
@@ -211,7 +211,12 @@ class YamlWalk {
 
 void YamlValue::fail(std::string_view what) const {
   const std::string path = path_.empty() ? "" : path_ + ": ";
-  throw ConfigError(place(*file_, line_, column_) + path + std::string(what));
+  throw ConfigError(place_text(*file_, line_, column_) + path + std::string(what));
+}
+
+std::string YamlValue::where() const {
+  const std::string where = place_text(*file_, line_, column_) + path_;
+  return path_.empty() ? where.substr(0, where.size() - 2) : where;
 }
 
 std::string YamlValue::described() const {
@@ -312,15 +317,14 @@ YamlMap::YamlMap(const YamlValue& value, const std::vector<std::string>& known) 
     const std::string& key = value.keys_[i];
     if (std::ranges::find(known, key) != known.end()) continue;
     const YamlValue& entry = value.values_[i];
-    throw ConfigError(place(*entry.file_, entry.key_line_, entry.key_column_) + entry.path_ +
+    throw ConfigError(place_text(*entry.file_, entry.key_line_, entry.key_column_) + entry.path_ +
                       ": unknown key" + suggestion(key, known));
   }
 }
 
-const YamlValue* YamlMap::find(std::string_view key) const {
-  const auto found = std::ranges::find(value_.keys_, key);
-  if (found == value_.keys_.end()) return nullptr;
-  return &value_.values_[static_cast<std::size_t>(found - value_.keys_.begin())];
+const YamlValue* YamlValue::find(std::string_view key) const {
+  const auto found = std::ranges::find(keys_, key);
+  return found == keys_.end() ? nullptr : &values_[static_cast<std::size_t>(found - keys_.begin())];
 }
 
 const YamlValue& YamlMap::at(std::string_view key) const {

@@ -19,6 +19,10 @@ using record::Range, record::Whole;
 
 class YamlMap;
 
+struct YamlPlace {
+  int line = 1, column = 1;  ///< from 1, bytes
+};
+
 /// A value of a YAML file that knows where it stands. Every error is a ConfigError "file:line:column: path:
 /// what".
 ///
@@ -41,11 +45,17 @@ class YamlValue {
   /// A file's path; a relative one starts at the folder of the file that names it.
   std::filesystem::path file() const;
   const std::vector<YamlValue>& list() const;
-  /// Of a map of numbers of any names.
+  /// Of a map of any names.
   std::vector<std::pair<std::string, YamlValue>> members() const;
+  /// The member of a map, null where there is none.
+  const YamlValue* find(std::string_view key) const;
   bool is_list() const { return kind_ == Kind::List; }
 
   [[noreturn]] void fail(std::string_view what) const;
+  /// "file:line:column: path", as errors begin.
+  std::string where() const;
+  YamlPlace place() const { return {line_, column_}; }
+  YamlPlace key_place() const { return {key_line_, key_column_}; }  ///< of the key before it, in a map
 
  private:
   friend class YamlMap;
@@ -74,7 +84,7 @@ class YamlMap {
   YamlMap(const YamlValue& value, const std::vector<std::string>& known);
 
   bool has(std::string_view key) const { return find(key) != nullptr; }
-  const YamlValue* find(std::string_view key) const;
+  const YamlValue* find(std::string_view key) const { return value_.find(key); }
   /// The value of a key that must be there.
   const YamlValue& at(std::string_view key) const;
   const YamlValue& value() const { return value_; }

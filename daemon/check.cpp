@@ -12,12 +12,16 @@
 #include <optional>
 #include <thread>
 
+#include "config/air_file.hpp"
 #include "config/cell_setup.hpp"
+#include "daemon/control/access_list.hpp"
 #include "daemon/control/control_server.hpp"
+#include "daemon/control/tls_identity.hpp"
 #include "daemon/realtime/stream_cycle.hpp"
 #include "daemon/realtime/stream_options.hpp"
 #include "daemon/store/store.hpp"
 #include "drivers/kuka/scheduling.hpp"
+#include "proto/control/json_text.hpp"
 
 namespace truepose::daemon {
 
@@ -85,11 +89,24 @@ std::vector<Finding> check_stream_address(const config::StreamConfig& stream,
   return findings;
 }
 
+Finding check_certificate(const config::TlsConfig& tls) {
+  const auto identity = TlsIdentity::load(tls);
+  if (!identity) return {Level::Failure, identity.error()};
+  const std::string file = tls.certificate.string() + ": the daemon's certificate ";
+  const std::string fault =
+      control::validity_fault(identity->certificate(), std::chrono::system_clock::now());
+  if (!fault.empty()) return {Level::Failure, file + fault + "; make a new one (`truepose tls init`)"};
+  return {Level::Good, file + "holds until " + control::rfc3339(identity->certificate().until)};
+}
+
 /// Where the control port may be.
 std::vector<Finding> check_control_address(const config::ControlConfig& control) {
   const auto address = control_address(control.listen);
-  if (address) return {};
-  return {{Level::Failure, address.error()}};
+  if (!address) return {{Level::Failure, address.error()}};
+  if (!control.tls) return {};
+  const auto for_others = tls_address(control.tls->listen);
+  if (!for_others) return {{Level::Failure, for_others.error()}};
+  return {check_certificate(*control.tls)};
 }
 
 /// That no two keys of the cell file name one port of one host.
@@ -103,6 +120,7 @@ std::vector<Finding> check_ports(const config::CellConfig& config) {
                          {"robot.eki_state", config.robot.eki_state},
                          {"tracker.address", config.tracker.address},
                          {"control.listen", config.control.listen}};
+  if (config.control.tls) all.push_back({"control.tls.listen", config.control.tls->listen});
   for (Named& named : all) {
     if (named.endpoint.host == "localhost") named.endpoint.host = "127.0.0.1";
   }
@@ -158,10 +176,25 @@ std::vector<Finding> check_poses(const config::CellConfig& config) {
   return {{Level::Failure, "campaign.identify_poses: " + *why}};
 }
 
+std::vector<Finding> check_air(const config::TrackerConfig& tracker) {
+  const auto source = config::air_source(tracker);
+  if (!source) return {};
+  const auto air = source();
+  if (air) return {};
+  return {{Level::Failure, "tracker.air_file: " + air.error()}};
+}
+
 Finding check_token(const fs::path& file) {
   const auto token = read_token(file);
   if (!token) return {Level::Failure, token.error()};
   return {Level::Good, file.string() + ": a token that only its owner can read"};
+}
+
+Finding check_access(const fs::path& file) {
+  const auto access = read_access_file(file);
+  if (!access) return {Level::Failure, access.error()};
+  return {Level::Good,
+          file.string() + ": " + std::to_string(access->entries.size()) + " may use the control port"};
 }
 
 Finding check_store(const fs::path& file) {
@@ -196,7 +229,9 @@ std::vector<Finding> check(const config::CellConfig& config) {
   append(findings, check_control_address(config.control));
   append(findings, check_ports(config));
   append(findings, check_poses(config));
+  append(findings, check_air(config.tracker));
   findings.push_back(check_token(config.control.token_file));
+  findings.push_back(check_access(access_file_of(config.store)));
   findings.push_back(check_store(config.store));
   append(findings, check_recording(config.recording.folder));
   return findings;

@@ -13,7 +13,10 @@
 #include <expected>
 #include <type_traits>
 
+#include "config/air_file.hpp"
 #include "daemon/cell/daemon_cell.hpp"
+#include "daemon/control/access_list.hpp"
+#include "daemon/control/audit_trail.hpp"
 #include "daemon/control/control_server.hpp"
 #include "daemon/log/log.hpp"
 #include "daemon/realtime/stream_options.hpp"
@@ -134,17 +137,19 @@ class Daemon {
                   .port = config.tracker.address.port,
                   .reflector = config.tracker.reflector,
                   .measure = config.tracker.measure,
+                  .air = config::air_source(config.tracker),
                   .tap = recorder_.tap(recording::Wire::Tracker)}},
         cell_{{io_.get_executor(), config_, robot_, tracker_, clock_, *stream_, store_, store_thread_,
                compute_thread_, events_, recorder_, recorder_thread_,
                [] { return std::chrono::system_clock::now(); }, [this] { return link_->scheduling(); }}},
         link_{started(drivers::RsiLink::start(link_options(config.stream, peer_), recorded_stream_))},
-        server_{
-            started(ControlServer::start(io_.get_executor(),
-                                         {clock_, [] { return std::chrono::system_clock::now(); }, cell_,
-                                          events_, [](const std::string& sentence) { log_warning(sentence); },
-                                          runtime.empty() ? fs::path{} : runtime / "control.sock"},
-                                         config.control, config.name))} {
+        server_{started(
+            ControlServer::start(io_.get_executor(),
+                                 {clock_, [] { return std::chrono::system_clock::now(); }, cell_, events_,
+                                  [](const std::string& sentence) { log_warning(sentence); }, store_thread_,
+                                  runtime.empty() ? fs::path{} : runtime / "control.sock",
+                                  access_file_of(config.store), audit_file_of(config.store)},
+                                 config.control, config.name))} {
     read_log([this](LogLevel level, std::string_view line) {
       events_.publish(control::Topic::Log, boost::json::object{{"level", name(level)}, {"text", line}});
     });
@@ -200,7 +205,9 @@ class Daemon {
                      watch_ended.notify();
                      if (failed && !stopping_) std::rethrow_exception(failed);
                    }));
-    const std::string status = "control port " + std::to_string(server_->port()) + ", RSI port " +
+    const auto tls_port = server_->tls_port();
+    const std::string status = "control port " + std::to_string(server_->port()) +
+                               (tls_port ? ", TLS port " + std::to_string(*tls_port) : "") + ", RSI port " +
                                std::to_string(link_->port()) + ", RSI thread " +
                                drivers::describe(link_->scheduling());
     log_info("ready: " + status);

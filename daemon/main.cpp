@@ -13,6 +13,7 @@
 #include "config/cell_config.hpp"
 #include "daemon/check.hpp"
 #include "daemon/daemon.hpp"
+#include "daemon/device_probe.hpp"
 #include "daemon/log/log.hpp"
 
 namespace {
@@ -25,10 +26,11 @@ constexpr int kNotThereYet = 3;  // the unit tries again: an address, a port, ro
 
 constexpr const char* kHelp =
     R"(Calibrates one robot cell with a laser tracker and corrects its arm while it works.
-Usage: trueposed --config FILE [--check]
+Usage: trueposed --config FILE [--check [--probe]]
 
   --config FILE  cell file
   --check        check the cell file and every file that it names, and exit
+  --probe        with --check: ask robot and tracker who they are; moves and changes nothing
   --version      print the version and exit
   -h, --help     print this and exit
 )";
@@ -38,6 +40,8 @@ int complain(const char* what, int exit_code) {
   std::fprintf(stderr, "trueposed: %s\n", what);
   return exit_code;
 }
+
+bool failed(const Finding& finding) { return finding.level == Finding::Level::Failure; }
 
 void print(const Finding& finding) {
   switch (finding.level) {
@@ -53,6 +57,12 @@ void print(const Finding& finding) {
   }
 }
 
+/// @return whether no finding is a failure
+bool print_all(const std::vector<Finding>& findings) {
+  for (const Finding& finding : findings) print(finding);
+  return std::none_of(findings.begin(), findings.end(), failed);
+}
+
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -60,13 +70,15 @@ struct UsageError : std::runtime_error {
 struct Arguments {
   std::filesystem::path file;
   bool check_only = false;
+  bool probe = false;
 };
 
 /// @return none where a text was asked for, and is printed. Throws UsageError
 std::optional<Arguments> read_arguments(int argc, char** argv) {
   const std::array options{
       option{"config", required_argument, nullptr, 'c'}, option{"check", no_argument, nullptr, 'k'},
-      option{"version", no_argument, nullptr, 'v'}, option{"help", no_argument, nullptr, 'h'}, option{}};
+      option{"probe", no_argument, nullptr, 'p'},        option{"version", no_argument, nullptr, 'v'},
+      option{"help", no_argument, nullptr, 'h'},         option{}};
   Arguments arguments;
   opterr = 0;
   for (int found; (found = getopt_long(argc, argv, ":h", options.data(), nullptr)) != -1;) {
@@ -76,6 +88,9 @@ std::optional<Arguments> read_arguments(int argc, char** argv) {
         break;
       case 'k':
         arguments.check_only = true;
+        break;
+      case 'p':
+        arguments.probe = true;
         break;
       case 'v':
         std::puts("trueposed " TRUEPOSE_VERSION);
@@ -91,6 +106,7 @@ std::optional<Arguments> read_arguments(int argc, char** argv) {
   }
   if (optind < argc) throw UsageError{std::string{argv[optind]} + " belongs to no option"};
   if (arguments.file.empty()) throw UsageError{"--config is required"};
+  if (arguments.probe && !arguments.check_only) throw UsageError{"--probe needs --check"};
   return arguments;
 }
 
@@ -102,10 +118,9 @@ int main(int argc, char** argv) try {
   const std::filesystem::path& file = arguments->file;
   const truepose::config::CellConfig config = truepose::config::load_cell(file);
   const std::vector<Finding> findings = truepose::daemon::check(config);
-  const auto failed = [](const Finding& finding) { return finding.level == Finding::Level::Failure; };
   if (arguments->check_only) {
-    for (const Finding& finding : findings) print(finding);
-    if (std::any_of(findings.begin(), findings.end(), failed)) return kBadInput;
+    if (!print_all(findings)) return kBadInput;
+    if (arguments->probe && !print_all(truepose::daemon::probe(config))) return kNotThereYet;
     std::printf("%s: good\n", file.c_str());
     return 0;
   }

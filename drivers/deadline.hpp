@@ -16,31 +16,38 @@
 
 namespace truepose::drivers {
 
-/// Runs `operation` until the deadline.
+/// Runs `operation` until `end` returns.
 ///
-/// @return what it returned; empty if the deadline came first: then it has been cancelled and has ended.
+/// @return what it returned; empty if the end came first: then it has been cancelled and has ended.
 /// What it throws passes through. Cancelling the caller cancels both and throws operation_aborted, also where
 /// the operation itself reports the cancellation as a value.
 template <typename T>
-boost::asio::awaitable<std::optional<T>> before(Clock& clock, TimePoint deadline,
+boost::asio::awaitable<std::optional<T>> unless(boost::asio::awaitable<void> end,
                                                 boost::asio::awaitable<T> operation) {
   namespace asio = boost::asio;
   const auto executor = co_await asio::this_coro::executor;
-  // Not operator||: that waits for the timer when the operation throws.
-  auto race = asio::experimental::make_parallel_group(
-      asio::co_spawn(executor, std::move(operation), asio::deferred),
-      asio::co_spawn(executor, clock.sleep_until(deadline), asio::deferred));
-  auto [order, operation_error, value, timer_error] =
+  // Not operator||: that waits for the end when the operation throws.
+  auto race =
+      asio::experimental::make_parallel_group(asio::co_spawn(executor, std::move(operation), asio::deferred),
+                                              asio::co_spawn(executor, std::move(end), asio::deferred));
+  auto [order, operation_error, value, end_error] =
       co_await race.async_wait(asio::experimental::wait_for_one(), asio::use_awaitable);
   const auto caller = co_await asio::this_coro::cancellation_state;
   if (caller.cancelled() != asio::cancellation_type::none) {
     throw boost::system::system_error{asio::error::operation_aborted};
   }
   const bool operation_first = order[0] == 0;
-  const std::exception_ptr error = operation_first ? operation_error : timer_error;
+  const std::exception_ptr error = operation_first ? operation_error : end_error;
   if (error) std::rethrow_exception(error);
   if (!operation_first) co_return std::nullopt;
   co_return std::move(value);
+}
+
+/// The same until the deadline.
+template <typename T>
+boost::asio::awaitable<std::optional<T>> before(Clock& clock, TimePoint deadline,
+                                                boost::asio::awaitable<T> operation) {
+  return unless(clock.sleep_until(deadline), std::move(operation));
 }
 
 }  // namespace truepose::drivers

@@ -35,6 +35,9 @@ std::optional<std::string> implausible(const SmrPoint& point) {
                   number.what, number.value, number.unit, number.min, number.max, number.unit, number.remedy);
     return text;
   }
+  if (point.std_mm.isZero(0))
+    return "the tracker says a spread of its readings of exactly 0 mm, which no tracker has: " +
+           std::string(kSpread);
   return std::nullopt;
 }
 

@@ -3,6 +3,7 @@
 #include <boost/asio/awaitable.hpp>
 #include <chrono>
 #include <expected>
+#include <optional>
 #include <string>
 
 #include "core/arm/robot_model.hpp"
@@ -19,6 +20,12 @@ enum class RobotFault {
   Aborted,       ///< accepted, then stopped before it was done
   NotReady,      ///< drives off, wrong mode, emergency stop
 };
+
+/// Whether the connection has to be made anew.
+constexpr bool is_lost(RobotFault fault) {
+  return fault == RobotFault::Unreachable || fault == RobotFault::Timeout ||
+         fault == RobotFault::Disconnected || fault == RobotFault::Protocol;
+}
 
 struct RobotError {
   RobotFault fault;
@@ -43,6 +50,7 @@ struct RobotState {
   std::string program;  ///< of the robot interpreter: "free", "reset", "active", "stopped" or "ended"
   bool emergency_stop = false;
   bool gate_open = false;
+  std::optional<int> tool;  ///< number of the program's tool; none: not told, or none is in force
 };
 
 struct MoveCommand {
@@ -55,7 +63,7 @@ struct MoveCommand {
 ///
 /// Every call takes a deadline, can be cancelled (then it throws operation_aborted), and leaves the object
 /// usable: after Disconnected or Timeout, connect() again. Calls come from one strand, one at a time, but
-/// stop().
+/// stop(), and state() while a motion is under way.
 class Robot {
  public:
   virtual ~Robot() = default;

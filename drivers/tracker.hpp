@@ -21,6 +21,12 @@ enum class TrackerFault {
   Refused,
 };
 
+/// Whether the connection has to be made anew.
+constexpr bool is_lost(TrackerFault fault) {
+  return fault == TrackerFault::Unreachable || fault == TrackerFault::Timeout ||
+         fault == TrackerFault::Disconnected || fault == TrackerFault::Protocol;
+}
+
 struct TrackerError {
   TrackerFault fault;
   std::string detail;  ///< one sentence for the operator, with the device's own code where there is one
@@ -51,11 +57,17 @@ class Tracker {
   /// Connects, writes every setting that the coordinates depend on, and initialises.
   virtual boost::asio::awaitable<std::expected<TrackerIdentity, TrackerError>> connect(
       TimePoint deadline) = 0;
-  /// Points at `p_W_mm` and searches for a reflector within `search_radius_mm`; returns when it is locked.
+  /// Points at `p_W_mm` and searches for a reflector within `search_radius_mm`; returns when it is locked, in
+  /// face 1.
   virtual boost::asio::awaitable<std::expected<void, TrackerError>> aim(Eigen::Vector3d p_W_mm,
                                                                         double search_radius_mm,
                                                                         TimePoint deadline) = 0;
   virtual boost::asio::awaitable<std::expected<SmrPoint, TrackerError>> measure(TimePoint deadline) = 0;
+  /// How long each measurement from the next one on averages; at first as the tracker was made to.
+  virtual void average_over(Duration time) = 0;
+  /// Comes to the same reflector from the other face, where the instrument's errors of aim are opposite, and
+  /// locks it again.
+  virtual boost::asio::awaitable<std::expected<void, TrackerError>> turn_over(TimePoint deadline) = 0;
   /// Whether it is still there and could measure.
   virtual boost::asio::awaitable<std::expected<void, TrackerError>> check(TimePoint deadline) = 0;
   virtual void disconnect() noexcept = 0;

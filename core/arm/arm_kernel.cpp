@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/arm/joint_coupling.hpp"
+
 namespace truepose {
 
 static_assert(kernels::kMostJoints == kMaxJoints);
@@ -46,19 +48,26 @@ kernels::Arm folded(const RobotModel& robot) {
 }
 
 ArmKernel::ArmKernel(const RobotModel& robot, const kernels::Kernels& code)
-    : arm_{folded(robot)}, code_{&code} {
+    : arm_{folded(robot)}, coupling_{robot.coupling}, code_{&code} {
   assert(1 <= arm_.joints && arm_.joints <= kMaxJoints);
 }
 
 Eigen::Isometry3d ArmKernel::forward(const JointVector& q) const {
   assert(q.size() == joint_count());
   Eigen::Isometry3d X_BF;
-  code_->forward(arm_, q.data(), X_BF.data());
+  code_->forward(arm_, chain_joints(coupling_, q).data(), X_BF.data());
   return X_BF;
 }
 
 void ArmKernel::forward(const Eigen::Ref<const Eigen::ArrayXXd>& q, Eigen::Ref<PoseColumns> X_BF) const {
   assert(q.cols() == joint_count() && X_BF.rows() == q.rows());
+  if (!coupling_.empty()) {
+    Eigen::ArrayXXd chain = q;
+    for (const JointCoupling& each : coupling_) chain.col(each.joint) += each.factor * q.col(each.to);
+    code_->forward_batch(arm_, chain.data(), chain.outerStride(), X_BF.data(), X_BF.outerStride(),
+                         static_cast<int>(q.rows()));
+    return;
+  }
   code_->forward_batch(arm_, q.data(), q.outerStride(), X_BF.data(), X_BF.outerStride(),
                        static_cast<int>(q.rows()));
 }
@@ -66,13 +75,14 @@ void ArmKernel::forward(const Eigen::Ref<const Eigen::ArrayXXd>& q, Eigen::Ref<P
 void ArmKernel::forward_with_jacobian(const JointVector& q, PoseAndJacobian& out) const {
   assert(q.size() == joint_count());
   out.J.resize(6, joint_count());
-  code_->forward_jacobian(arm_, q.data(), out.X_BF.data(), out.J.data());
+  code_->forward_jacobian(arm_, chain_joints(coupling_, q).data(), out.X_BF.data(), out.J.data());
+  to_controller_columns(coupling_, out.J);
 }
 
 std::expected<PoseInverseResult, PoseInverseFault> ArmKernel::inverse_near(
     const Eigen::Isometry3d& X_BF, const JointVector& q_seed, const PoseInverseOptions& options) const {
   assert(q_seed.size() == joint_count());
-  PoseInverseResult result{.q = q_seed};
+  PoseInverseResult result{.q = chain_joints(coupling_, q_seed)};
   const kernels::InverseOutcome outcome =
       code_->inverse(arm_, X_BF.data(),
                      {.position_tolerance_mm = options.position_tolerance_mm,
@@ -90,6 +100,7 @@ std::expected<PoseInverseResult, PoseInverseFault> ArmKernel::inverse_near(
     case kernels::InverseStatus::NotFinite:
       return std::unexpected(PoseInverseFault::NotFinite);
   }
+  result.q = controller_joints(coupling_, result.q);
   result.residual_mm = outcome.residual_mm;
   result.residual_rad = outcome.residual_rad;
   result.iterations = outcome.iterations;

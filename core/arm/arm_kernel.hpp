@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "core/arm/forward.hpp"
 #include "core/arm/pose_inverse.hpp"
@@ -12,7 +13,7 @@ namespace truepose {
 /// base frame; column-major, so that a column is one coordinate of all poses.
 using PoseColumns = Eigen::Array<double, Eigen::Dynamic, 12>;
 
-/// The arm's geometry in the kernels' form.
+/// The arm's geometry in the kernels' form, which takes the joints of the chain (chain_joints()).
 /// @param robot  1 to kMaxJoints joints
 kernels::Arm folded(const RobotModel& robot);
 
@@ -44,6 +45,7 @@ class ArmKernel {
 
  private:
   kernels::Arm arm_;
+  std::vector<JointCoupling> coupling_;
   const kernels::Kernels* code_;
 };
 

@@ -3,6 +3,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/arm/joint_coupling.hpp"
 #include "core/arm/robot_model.hpp"
 
 namespace truepose {
@@ -41,21 +42,27 @@ Eigen::Isometry3d link_transform(const Joint& joint, double q) {
   return T;
 }
 
-void link_frames(std::span<const Joint> joints, const JointVector& q, LinkFrames& X_B) {
+void link_frames(const RobotModel& robot, const JointVector& q, LinkFrames& X_B) {
+  link_frames(robot.joints, robot.coupling, q, X_B);
+}
+
+void link_frames(std::span<const Joint> joints, std::span<const JointCoupling> coupling, const JointVector& q,
+                 LinkFrames& X_B) {
   assert(q.size() == static_cast<Eigen::Index>(joints.size()));
+  const JointVector q_chain = chain_joints(coupling, q);
   X_B[0] = Eigen::Isometry3d::Identity();
   for (std::size_t i = 0; i < joints.size(); ++i) {
     X_B[i + 1] = X_B[i];
-    go_along(joints[i], q[static_cast<Eigen::Index>(i)], X_B[i + 1]);
+    go_along(joints[i], q_chain[static_cast<Eigen::Index>(i)], X_B[i + 1]);
   }
 }
 
 Eigen::Isometry3d forward_kinematics(const RobotModel& robot, const JointVector& q, Approach approach) {
   assert(q.size() == robot.joint_count());
-  const JointVector q_true = true_joints(robot, q, approach);
+  const JointVector q_chain = chain_joints(robot.coupling, true_joints(robot, q, approach));
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-    go_along(robot.joints[i], q_true[static_cast<Eigen::Index>(i)], X);
+    go_along(robot.joints[i], q_chain[static_cast<Eigen::Index>(i)], X);
   }
   X = X * robot.X_flange;
   return robot.field ? robot.field->displaced(q, X) : X;
@@ -63,7 +70,7 @@ Eigen::Isometry3d forward_kinematics(const RobotModel& robot, const JointVector&
 
 PoseAndJacobian forward_with_jacobian(const RobotModel& robot, const JointVector& q) {
   LinkFrames X_B;
-  link_frames(robot.joints, true_joints(robot, q), X_B);
+  link_frames(robot, true_joints(robot, q), X_B);
   PoseAndJacobian out{X_B[robot.joints.size()] * robot.X_flange, JointJacobian::Zero(6, robot.joint_count())};
   const Eigen::Vector3d p = out.X_BF.translation();
   for (Eigen::Index i = 0; i < out.J.cols(); ++i) {
@@ -76,6 +83,7 @@ PoseAndJacobian forward_with_jacobian(const RobotModel& robot, const JointVector
       out.J.col(i).head<3>() = axis;
     }
   }
+  to_controller_columns(robot.coupling, out.J);
   if (robot.field) out.X_BF = robot.field->displaced(q, out.X_BF);
   return out;
 }

@@ -8,14 +8,17 @@
 
 namespace truepose {
 
-/// Pose of link frame i in link frame i-1 at joint position q (rad or mm).
+/// Pose of link frame i in link frame i-1 with the joint itself at q (rad or mm).
 /// Source: eq. 1 of the method's paper, beta first.
 Eigen::Isometry3d link_transform(const Joint& joint, double q);
 
 /// Poses of the link frames 0 (the base) to N in the base frame, with the joints truly at q (deviations not
 /// regarded). Only the first N + 1 are set.
 using LinkFrames = std::array<Eigen::Isometry3d, kMaxJoints + 1>;
-void link_frames(std::span<const Joint> joints, const JointVector& q, LinkFrames& X_B);
+void link_frames(const RobotModel& robot, const JointVector& q, LinkFrames& X_B);
+/// The same of the arm with other links.
+void link_frames(std::span<const Joint> joints, std::span<const JointCoupling> coupling, const JointVector& q,
+                 LinkFrames& X_B);
 
 /// Pose X_BF of the flange in the robot base frame, mm, deviations and residual field included. Does not
 /// allocate.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/arm/forward.hpp"
+#include "core/arm/joint_coupling.hpp"
 #include "core/math/units.hpp"
 
 namespace truepose {
@@ -15,9 +16,11 @@ constexpr double kKilonewtonsPerKg = 9.80665e-3;
 /// The frames by which torques are reckoned, where there are any.
 void torque_frames(const RobotModel& robot, const JointVector& q, LinkFrames& X_B) {
   const bool any = std::ranges::any_of(robot.deviation, [](const DeviationTerm& term) {
-    return term.basis == DeviationBasis::Gravity || term.basis == DeviationBasis::Weight;
+    return term.basis == DeviationBasis::Gravity || term.basis == DeviationBasis::Weight ||
+           is_moment(term.basis);
   });
-  if (any) link_frames(robot.torque_joints.empty() ? robot.joints : robot.torque_joints, q, X_B);
+  const std::vector<Joint>& joints = robot.torque_joints.empty() ? robot.joints : robot.torque_joints;
+  if (any) link_frames(joints, robot.coupling, q, X_B);
 }
 
 /// Torque (force times m) about joint i, in the sense of +q, of a unit force along gravity at p_B_mm; for a
@@ -28,6 +31,14 @@ double moment(const RobotModel& robot, const LinkFrames& X_B, std::size_t i, con
   if (joint.type == JointType::Prismatic) return axis.dot(robot.gravity_B);
   const Eigen::Vector3d lever_mm = p_B_mm - X_B[i + 1].translation();
   return kMetresPerMm * axis.dot(lever_mm.cross(robot.gravity_B));
+}
+
+/// Part of the torque about joint i that a mass off the origin of frame `order` adds to that of the mass
+/// there, per unit of force and m along an axis of the frame.
+double first_moment(const RobotModel& robot, const LinkFrames& X_B, std::size_t i, int order, int axis) {
+  const auto frame = static_cast<std::size_t>(order);
+  const Eigen::Vector3d about = robot.joints[i].sign * X_B[i + 1].linear().col(2);
+  return about.dot(X_B[frame].linear().col(axis).cross(robot.gravity_B));
 }
 
 Eigen::Vector3d weight_point(const RobotModel& robot, const LinkFrames& X_B, int order) {
@@ -42,50 +53,67 @@ double gravity_torque(const RobotModel& robot, const LinkFrames& X_B, std::size_
     const LinkMass& mass = robot.masses[k];
     torque += kKilonewtonsPerKg * mass.mass_kg * moment(robot, X_B, i, X_B[k + 1] * mass.centre_mm);
   }
-  return torque;
+  if (!robot.payload) return torque;
+  const Eigen::Isometry3d X_BF = X_B[robot.joints.size()] * robot.X_flange;
+  return torque +
+         kKilonewtonsPerKg * robot.payload->mass_kg * moment(robot, X_B, i, X_BF * robot.payload->centre_mm);
 }
 
-/// Value of one term; X_B by torque_frames().
-double basis_value(const RobotModel& robot, const LinkFrames& X_B, const JointVector& q, Approach approach,
-                   const DeviationTerm& term) {
+/// Value of one term; X_B by torque_frames(), q_chain by chain_joints().
+double basis_value(const RobotModel& robot, const LinkFrames& X_B, const JointVector& q_chain,
+                   Approach approach, const DeviationTerm& term) {
   const auto i = static_cast<std::size_t>(term.joint);
   switch (term.basis) {
     case DeviationBasis::Sine:
-      return std::sin(term.order * q[term.joint]);
+      return std::sin(term.order * q_chain[term.joint]);
     case DeviationBasis::Cosine:
-      return std::cos(term.order * q[term.joint]);
+      return std::cos(term.order * q_chain[term.joint]);
     case DeviationBasis::Gravity:
       return gravity_torque(robot, X_B, i);
     case DeviationBasis::Weight:
       return moment(robot, X_B, i, weight_point(robot, X_B, term.order));
+    case DeviationBasis::MomentX:
+      return first_moment(robot, X_B, i, term.order, 0);
+    case DeviationBasis::MomentY:
+      return first_moment(robot, X_B, i, term.order, 1);
+    case DeviationBasis::MomentZ:
+      return first_moment(robot, X_B, i, term.order, 2);
     case DeviationBasis::Approach:
       return i < approach.size() ? approach[i] : 0;
     case DeviationBasis::Scale:
-      return kMetresPerMm * q[term.joint];
+      return kMetresPerMm * q_chain[term.joint];
   }
   return 0;
 }
 
 }  // namespace
 
+bool is_moment(DeviationBasis basis) {
+  return basis == DeviationBasis::MomentX || basis == DeviationBasis::MomentY ||
+         basis == DeviationBasis::MomentZ;
+}
+
 void deviation_basis(const RobotModel& robot, const JointVector& q, Approach approach,
                      std::span<double> values) {
   assert(values.size() == robot.deviation.size());
   LinkFrames X_B;
   torque_frames(robot, q, X_B);
+  const JointVector q_chain = chain_joints(robot.coupling, q);
   for (std::size_t t = 0; t < values.size(); ++t) {
-    values[t] = basis_value(robot, X_B, q, approach, robot.deviation[t]);
+    values[t] = basis_value(robot, X_B, q_chain, approach, robot.deviation[t]);
   }
 }
 
 JointVector true_joints(const RobotModel& robot, const JointVector& q, Approach approach) {
-  JointVector out = q;
+  if (robot.deviation.empty()) return q;
+  const JointVector q_chain = chain_joints(robot.coupling, q);
+  JointVector out = q_chain;
   LinkFrames X_B;
   torque_frames(robot, q, X_B);
   for (const DeviationTerm& term : robot.deviation) {
-    out[term.joint] += term.coefficient * basis_value(robot, X_B, q, approach, term);
+    out[term.joint] += term.coefficient * basis_value(robot, X_B, q_chain, approach, term);
   }
-  return out;
+  return controller_joints(robot.coupling, out);
 }
 
 std::string deviation_name(const DeviationTerm& term) {
@@ -100,6 +128,12 @@ std::string deviation_name(const DeviationTerm& term) {
       return joint + ".gravity";
     case DeviationBasis::Weight:
       return joint + ".weight" + order;
+    case DeviationBasis::MomentX:
+      return joint + ".momentx" + order;
+    case DeviationBasis::MomentY:
+      return joint + ".momenty" + order;
+    case DeviationBasis::MomentZ:
+      return joint + ".momentz" + order;
     case DeviationBasis::Approach:
       return joint + ".approach";
     case DeviationBasis::Scale:

@@ -12,15 +12,19 @@ namespace truepose {
 /// Direction in which each joint last moved: 1 upwards, -1 downwards, 0 unknown; empty = all unknown.
 using Approach = std::span<const std::int8_t>;
 
+/// Whether it is one of the three components of a link's first moment.
+bool is_moment(DeviationBasis basis);
+
 /// Values of the basis functions of `robot.deviation` at encoder positions q, one per term.
 ///
-/// Gravity torques are those at q itself, without deviations. Does not allocate.
+/// A term is a function of where its joint stands in the chain of links. Gravity torques are those at q
+/// itself, without deviations. Does not allocate.
 /// @param values  robot.deviation.size() of them
 void deviation_basis(const RobotModel& robot, const JointVector& q, Approach approach,
                      std::span<double> values);
 
-/// Where the joints truly stand when their encoders read q: q plus the deviation of every term. Does not
-/// allocate.
+/// Where the joints truly stand when their encoders read q: the joints of the chain are off by the deviation
+/// of every term; said as the controller would show it. Does not allocate.
 JointVector true_joints(const RobotModel& robot, const JointVector& q, Approach approach = {});
 
 /// "joint2.sin1", "joint2.cos1", "joint2.gravity", "joint2.weight4" (weight7 = the flange of a six-axis arm),

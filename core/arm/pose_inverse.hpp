@@ -35,14 +35,14 @@ struct PoseInverseResult {
 
 /// Encoder positions at which `robot` (usually a calibrated one, its deviations included) stands at X_BF:
 /// Newton with the analytic Jacobian from `q_seed`, damped (Levenberg-Marquardt) only where a full step would
-/// lead away. Stays on the seed's branch. With more than six joints the step is the smallest. Does not
-/// allocate. Joint limits are the caller's to judge.
+/// lead away. Stays on the seed's branch. With more than six joints the step is the smallest. Allocates for
+/// a coupled arm alone. Joint limits are the caller's to judge.
 std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel& robot,
                                                                 const Eigen::Isometry3d& X_BF,
                                                                 const JointVector& q_seed,
                                                                 const PoseInverseOptions& options = {});
 
-/// The same for an arm whose geometry is prepared.
+/// The same for an arm whose geometry is prepared. Does not allocate.
 std::expected<PoseInverseResult, PoseInverseFault> inverse_near(const RobotModel& robot,
                                                                 const ArmKernel& geometry,
                                                                 const Eigen::Isometry3d& X_BF,

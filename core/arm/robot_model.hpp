@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,8 @@ namespace truepose {
 /// never allocates and can be used in the real-time cycle.
 inline constexpr int kMaxJoints = 16;
 
-/// Joint positions q1..qN: rad for a revolute joint, mm for a prismatic one, in the controller's own sign
-/// convention.
+/// Joint positions q1..qN: rad for a revolute joint, mm for a prismatic one, as the controller shows them:
+/// its own signs, its own couplings.
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
 
 enum class JointType { Revolute, Prismatic };
@@ -37,12 +38,26 @@ struct Joint {
   double acceleration = 0;  ///< greatest acceleration of q (rad/s^2 or mm/s^2); 0 = not known: at once
 };
 
+/// A joint that does not stand where the controller shows it, because another one moves it too (an angle
+/// counted from the horizon, a parallelogram, a wrist driven through the joints before it): in the chain of
+/// links it stands at its own q + factor * q of joint `to`. Both turn.
+struct JointCoupling {
+  int joint = 0;  ///< index, 0 = first
+  int to = 0;     ///< index of a joint before it
+  double factor = 1;
+
+  friend bool operator==(const JointCoupling&, const JointCoupling&) = default;
+};
+
 /// What a joint's deviation from its encoder depends on.
 enum class DeviationBasis {
-  Sine,      ///< sin(order * q) of the joint's own position (rad): gear and encoder eccentricity
-  Cosine,    ///< cos(order * q)
-  Gravity,   ///< torque of all masses outboard about the joint, kN m: compliance with known masses
-  Weight,    ///< torque of a unit force at the origin of link frame `order` (joint count + 1: the flange), m
+  Sine,     ///< sin(order * q) of the joint's own position (rad): gear and encoder eccentricity
+  Cosine,   ///< cos(order * q)
+  Gravity,  ///< torque of payload and known masses outboard about the joint, kN m: compliance
+  Weight,   ///< torque of a unit force at the origin of link frame `order` (joint count + 1: the flange), m
+  MomentX,  ///< torque of a weight of unit force 1 m along x of link frame `order`, about that frame's origin
+  MomentY,  ///< along y
+  MomentZ,  ///< along z
   Approach,  ///< direction in which the joint last moved (-1, 1; 0 = unknown): backlash
   Scale,     ///< q itself (m) of a prismatic joint: pitch
 };
@@ -57,10 +72,12 @@ struct DeviationTerm {
   friend bool operator==(const DeviationTerm&, const DeviationTerm&) = default;
 };
 
-/// Mass that moves with a link, payload included.
+/// Mass that moves with a link, or with the flange.
 struct LinkMass {
   double mass_kg = 0;
-  Eigen::Vector3d centre_mm{0, 0, 0};  ///< in the link's frame
+  Eigen::Vector3d centre_mm{0, 0, 0};  ///< in the frame of the link or flange
+
+  friend bool operator==(const LinkMass&, const LinkMass&) = default;
 };
 
 class ResidualField;
@@ -72,9 +89,12 @@ class ResidualField;
 struct RobotModel {
   std::string name;
   std::vector<Joint> joints;                                   ///< base to flange, 1 to kMaxJoints of them
+  std::vector<JointCoupling> coupling;                         ///< of the controller's joints, mostly none
   Eigen::Isometry3d X_flange = Eigen::Isometry3d::Identity();  ///< from the last joint's frame to F
 
   std::vector<LinkMass> masses;  ///< one per joint, or empty: not known
+  /// What the flange carries; nothing: not known, or among the masses, as in model files of before.
+  std::optional<LinkMass> payload;
   /// The data sheet's joints, by which gravity torques are reckoned, so that these do not change while the
   /// arm is identified; empty: `joints`.
   std::vector<Joint> torque_joints;
@@ -105,6 +125,13 @@ class ResidualField {
   /// @param q     encoder positions
   /// @param X_BF  where the parameters put it
   virtual Eigen::Isometry3d displaced(const JointVector& q, const Eigen::Isometry3d& X_BF) const noexcept = 0;
+
+  /// How well it knows where a point of the flange truly is: covariance, mm^2, base frame. May allocate.
+  ///
+  /// @param X_BF  as above
+  /// @param p_F_mm  the point, in the flange frame
+  virtual Eigen::Matrix3d covariance(const JointVector& q, const Eigen::Isometry3d& X_BF,
+                                     const Eigen::Vector3d& p_F_mm) const = 0;
 };
 
 }  // namespace truepose

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/arm/forward.hpp"
+#include "core/arm/joint_coupling.hpp"
 #include "core/math/angles.hpp"
 
 namespace truepose {
@@ -42,6 +43,10 @@ std::string unmet_condition(const RobotModel& robot) {
   if (!is_zero(j[4].a_mm) || !is_zero(j[5].a_mm) || !is_zero(j[4].d_mm))
     return "axes 4, 5 and 6 do not meet in a point";
   if (is_zero(j[2].a_mm)) return "axes 2 and 3 coincide";
+  for (const JointCoupling& each : robot.coupling) {
+    if (each.factor != std::round(each.factor))  // a turn of one joint would be part of a turn of the other
+      return "joint " + std::to_string(each.joint + 1) + " is coupled by a factor that is not whole";
+  }
   return {};
 }
 
@@ -72,6 +77,7 @@ std::expected<SphericalWristInverse, std::string> SphericalWristInverse::of(cons
 SphericalWristInverse::Solutions SphericalWristInverse::all(const Eigen::Isometry3d& X_BF,
                                                             const JointVector& q_near) const {
   const auto& joint = robot_.joints;
+  const JointVector q_near_chain = chain_joints(robot_.coupling, q_near);
   const double s2 = joint[1].alpha_rad > 0 ? 1 : -1;
   const double s5 = joint[4].alpha_rad > 0 ? 1 : -1;
   const double s6 = joint[5].alpha_rad > 0 ? 1 : -1;
@@ -108,15 +114,16 @@ SphericalWristInverse::Solutions SphericalWristInverse::all(const Eigen::Isometr
       for (const double flip : {1.0, -1.0}) {
         const double theta5 = std::atan2(flip * sin5, -s5 * s6 * A(2, 2));
         const double theta4 = sin5 > kSame ? std::atan2(flip * s6 * A(1, 2), flip * s6 * A(0, 2))
-                                           : joint[3].sign * q_near[3] + joint[3].theta_rad;
+                                           : joint[3].sign * q_near_chain[3] + joint[3].theta_rad;
         const Eigen::Matrix3d R_46 =
             (Rz(theta4) * Rx(joint[4].alpha_rad) * Rz(theta5) * Rx(joint[5].alpha_rad)).transpose() * A;
         const std::array theta{theta1, theta2, theta3, theta4, theta5, std::atan2(R_46(1, 0), R_46(0, 0))};
         JointVector& q = out.q[static_cast<std::size_t>(out.count++)];
         q.resize(6);
         for (std::size_t i = 0; i < 6; ++i) {
-          q[static_cast<Eigen::Index>(i)] = wrapped(joint[i].sign * (theta[i] - joint[i].theta_rad));
+          q[static_cast<Eigen::Index>(i)] = joint[i].sign * (theta[i] - joint[i].theta_rad);
         }
+        q = controller_joints(robot_.coupling, q).unaryExpr(&wrapped);
       }
     }
   }

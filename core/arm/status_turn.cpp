@@ -48,7 +48,7 @@ std::expected<StatusTurnInverse, std::string> StatusTurnInverse::of(const RobotM
 std::array<double, 3> StatusTurnInverse::status_measures(const JointVector& q) const {
   const auto& joints = nominal_.joints;
   LinkFrames X_B;
-  link_frames(joints, q, X_B);
+  link_frames(nominal_, q, X_B);
   // The base frame turned by A1 about axis 1.
   const Eigen::Isometry3d X_turned = X_B[1] * inverse_of(link_transform(joints[0], 0));
   const double wrist_x_mm = (inverse_of(X_turned) * X_B[5].translation()).x();

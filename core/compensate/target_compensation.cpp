@@ -105,9 +105,11 @@ TargetCompensation::TargetCompensation(const RobotModel& nominal, const RobotMod
 
 bool TargetCompensation::has_wrist() const {
   const auto& joints = calibrated_.joints;
-  return joints.size() >= 6 && std::all_of(joints.end() - 3, joints.end(), [](const Joint& joint) {
-           return joint.type == JointType::Revolute;
-         });
+  const auto turns = [](const Joint& joint) { return joint.type == JointType::Revolute; };
+  // One that moves another of the three does not turn the flange about its own axis alone.
+  const auto within = [&](const JointCoupling& each) { return each.to >= calibrated_.joint_count() - 3; };
+  return joints.size() >= 6 && std::all_of(joints.end() - 3, joints.end(), turns) &&
+         std::ranges::none_of(calibrated_.coupling, within);
 }
 
 BeyondGeometry TargetCompensation::beyond_geometry(const JointVector& q) const {

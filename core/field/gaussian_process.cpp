@@ -128,13 +128,18 @@ class GaussianProcess final : public Regressor {
     }
   }
 
-  std::optional<Eigen::VectorXd> variance(const Eigen::Ref<const Eigen::VectorXd>& x) const override {
+  Eigen::VectorXd variance(const Eigen::Ref<const Eigen::VectorXd>& x) const override {
     const Features z = scaled(x);
     Eigen::VectorXd r(alpha_.rows());
     for (int b = 0; b < points_.blocks(); ++b)
       r.segment<kBlock>(b * kBlock) = correlation_of(hyper_.correlation, points_.squared_distances(z, b));
     const double known = factor_.solve_lower(r.head(state_.Y.rows())).squaredNorm();
     return signal_ * std::max(0.0, 1 - known);
+  }
+
+  std::optional<double> freedom() const override {
+    // R (R + r I)^-1 = I - r (R + r I)^-1.
+    return static_cast<double>(state_.X.rows()) - hyper_.noise_ratio * factor_.inverse_lower().squaredNorm();
   }
 
   RegressorState state() const override { return state_; }

@@ -156,6 +156,12 @@ class LocalKriging {
       y += belief * weights_[i] * Y.row(point(i)).transpose();
   }
   double variance() const { return variance_; }
+  /// The part that one of the points has in the value.
+  double weight_of(int wanted) const {
+    for (Eigen::Index i = 0; i < weights_.size(); ++i)
+      if (point(i) == wanted) return weights_[i];
+    return 0;
+  }
 
  private:
   using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxNeighbours, 1>;
@@ -186,11 +192,20 @@ class Kriging final : public Regressor {
     LocalKriging{variogram_, covariances_, near.span()}.add_value(state_.Y, belief(near), y);
   }
 
-  std::optional<Eigen::VectorXd> variance(const Eigen::Ref<const Eigen::VectorXd>& x) const override {
+  Eigen::VectorXd variance(const Eigen::Ref<const Eigen::VectorXd>& x) const override {
     const Neighbours near = cloud_.nearest(cloud_.scaled(x), neighbours_);
     const double believed = belief(near) * belief(near);
     const double local = LocalKriging{variogram_, covariances_, near.span()}.variance();
     return target_scale(state_.Y).cwiseAbs2() * (believed * local + (1 - believed) * variogram_.sill);
+  }
+
+  std::optional<double> freedom() const override {
+    double trace = 0;
+    for (int i = 0; i < cloud_.size(); ++i) {
+      const Neighbours near = cloud_.nearest(cloud_.Z().row(i).transpose(), neighbours_);
+      trace += LocalKriging{variogram_, covariances_, near.span()}.weight_of(i);
+    }
+    return trace;
   }
 
   RegressorState state() const override { return state_; }

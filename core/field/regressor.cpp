@@ -127,14 +127,14 @@ std::vector<std::string_view> residual_names() {
 
 std::optional<std::vector<RegressorKind>> residual_kinds(std::string_view name) {
   if (name == "none") return std::vector<RegressorKind>{};
-  if (name == "auto") return std::vector(kAllRegressors.begin(), kAllRegressors.end());
+  if (name == "auto") return std::vector{RegressorKind::GaussianProcess, RegressorKind::Kriging};
   const auto kind = regressor_kind(name);
   if (!kind) return std::nullopt;
   return std::vector{*kind};
 }
 
-std::optional<Eigen::VectorXd> Regressor::variance(const Eigen::Ref<const Eigen::VectorXd>&) const {
-  return std::nullopt;
+Eigen::VectorXd Regressor::variance(const Eigen::Ref<const Eigen::VectorXd>&) const {
+  return target_scale(state().Y).cwiseAbs2();
 }
 
 std::expected<RegressorPtr, std::string> fit_regressor(RegressorKind kind, const RegressionData& data) {

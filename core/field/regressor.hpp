@@ -42,8 +42,8 @@ inline constexpr std::array kRegressorNames{
 std::string_view name_of(RegressorKind kind);
 std::optional<RegressorKind> regressor_kind(std::string_view name);
 
-/// What a choice of residual fields is called: "none", "auto" (cross-validation chooses among all) or one
-/// kind.
+/// What a choice of residual fields is called: "none", "auto" (cross-validation chooses among those that know
+/// how well they predict) or one kind.
 std::vector<std::string_view> residual_names();
 /// The kinds that such a name stands for. Nothing for any other name.
 std::optional<std::vector<RegressorKind>> residual_kinds(std::string_view name);
@@ -67,9 +67,13 @@ class Regressor {
   virtual void predict(const Eigen::Ref<const Eigen::VectorXd>& x,
                        Eigen::Ref<Eigen::VectorXd> y) const noexcept = 0;
 
-  /// Variance of that expectation, per target and without the noise of a measurement; nothing where the
-  /// method knows none. May allocate.
-  virtual std::optional<Eigen::VectorXd> variance(const Eigen::Ref<const Eigen::VectorXd>& x) const;
+  /// Variance of that expectation, per target and without the noise of a measurement. A method that knows
+  /// none of its own says what there is to expect: the mean square of the targets. May allocate.
+  virtual Eigen::VectorXd variance(const Eigen::Ref<const Eigen::VectorXd>& x) const;
+
+  /// How many parameters of each target it is worth: the trace of the matrix that makes predictions at the
+  /// poses of the fit of the targets there. Nothing where the method has none.
+  virtual std::optional<double> freedom() const { return std::nullopt; }
 
   virtual RegressorState state() const = 0;
 

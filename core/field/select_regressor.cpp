@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/field/point_cloud.hpp"
+#include "core/math/parallel.hpp"
 #include "core/math/random.hpp"
 #include "core/step_count.hpp"
 
@@ -49,41 +50,77 @@ void summarise(CrossValidation& result, Eigen::Index points) {
   result.standard_error = result.rms > 0 ? of_mean_square / (2 * result.rms) : 0;
 }
 
-}  // namespace
+/// How kinds of regressors did on the same folds.
+struct Attempts {
+  std::vector<CrossValidation> tried;
+  std::vector<RegressorPtr> on_all;  // null where the points are few
+};
 
-std::expected<CrossValidation, std::string> cross_validate(RegressorKind kind, const RegressionData& data,
-                                                           const CrossValidationOptions& options) {
+/// Predicts the points of one fold from the others.
+/// @return why not, or nothing
+std::optional<std::string> predict_fold(const RegressionData& data, const std::vector<int>& groups,
+                                        const std::vector<int>& folds, int fold, const RegressorPtr& on_all,
+                                        CrossValidation& result) {
+  count_step();
+  std::vector<Eigen::Index> inside, outside;
+  for (Eigen::Index i = 0; i < data.X.rows(); ++i)
+    (folds[group_of(groups, i)] == fold ? outside : inside).push_back(i);
+  if (outside.empty()) return std::nullopt;
+  const RegressionData rest = take(data, inside, groups);
+  const auto fitted = on_all ? refit_regressor(on_all->state(), rest) : fit_regressor(result.kind, rest);
+  if (!fitted) return fitted.error();
+  for (const Eigen::Index i : outside) {
+    Eigen::VectorXd y(data.Y.cols());
+    (*fitted)->predict(data.X.row(i).transpose(), y);
+    result.predicted.row(i) = y.transpose();
+    result.squared_errors[group_of(groups, i)] += (data.Y.row(i).transpose() - y).squaredNorm();
+  }
+  return std::nullopt;
+}
+
+std::expected<Attempts, std::string> attempt(std::span<const RegressorKind> kinds, const RegressionData& data,
+                                             const CrossValidationOptions& options) {
   const std::vector<int> groups = group_numbers(data.groups, data.X.rows());
   const int count = groups.empty() ? 0 : *std::ranges::max_element(groups) + 1;
   if (count < 2 || options.folds < 2)
     return std::unexpected{"cross-validation needs two groups and two folds"};
 
-  std::optional<RegressorState> on_all;
+  std::vector<std::expected<RegressorPtr, std::string>> on_all(kinds.size(), nullptr);
   if (data.X.rows() > kFewPoints) {
-    const auto fitted = fit_regressor(kind, data);
-    if (!fitted) return std::unexpected{fitted.error()};
-    on_all = (*fitted)->state();
+    parallel_for(static_cast<int>(kinds.size()), options.jobs, [&](int k) {
+      on_all[static_cast<std::size_t>(k)] = fit_regressor(kinds[static_cast<std::size_t>(k)], data);
+    });
   }
-  CrossValidation result{.kind = kind,
-                         .squared_errors = std::vector<double>(static_cast<std::size_t>(count))};
+  Attempts attempts;
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    if (!on_all[k]) return std::unexpected{on_all[k].error()};
+    attempts.on_all.push_back(*on_all[k]);
+    attempts.tried.push_back(
+        {.kind = kinds[k],
+         .squared_errors = std::vector<double>(static_cast<std::size_t>(count)),
+         .predicted = Eigen::MatrixXd::Zero(data.Y.rows(), data.Y.cols())});
+  }
+
   const std::vector<int> folds = deal_folds(count, options);
-  for (int fold = 0; fold < options.folds; ++fold) {
-    count_step();
-    std::vector<Eigen::Index> inside, outside;
-    for (Eigen::Index i = 0; i < data.X.rows(); ++i)
-      (folds[group_of(groups, i)] == fold ? outside : inside).push_back(i);
-    if (outside.empty()) continue;
-    const RegressionData rest = take(data, inside, groups);
-    const auto fitted = on_all ? refit_regressor(*on_all, rest) : fit_regressor(kind, rest);
-    if (!fitted) return std::unexpected{fitted.error()};
-    for (const Eigen::Index i : outside) {
-      Eigen::VectorXd y(data.Y.cols());
-      (*fitted)->predict(data.X.row(i).transpose(), y);
-      result.squared_errors[group_of(groups, i)] += (data.Y.row(i).transpose() - y).squaredNorm();
-    }
-  }
-  summarise(result, data.X.rows());
-  return result;
+  std::vector<std::optional<std::string>> faults(kinds.size() * static_cast<std::size_t>(options.folds));
+  parallel_for(static_cast<int>(faults.size()), options.jobs, [&](int i) {
+    const auto k = static_cast<std::size_t>(i / options.folds);
+    faults[static_cast<std::size_t>(i)] =
+        predict_fold(data, groups, folds, i % options.folds, attempts.on_all[k], attempts.tried[k]);
+  });
+  for (const auto& fault : faults)
+    if (fault) return std::unexpected{*fault};
+  for (CrossValidation& each : attempts.tried) summarise(each, data.X.rows());
+  return attempts;
+}
+
+}  // namespace
+
+std::expected<CrossValidation, std::string> cross_validate(RegressorKind kind, const RegressionData& data,
+                                                           const CrossValidationOptions& options) {
+  auto attempts = attempt({&kind, 1}, data, options);
+  if (!attempts) return std::unexpected{attempts.error()};
+  return std::move(attempts->tried.front());
 }
 
 namespace {
@@ -121,18 +158,16 @@ bool beyond_chance(const std::vector<double>& without, const std::vector<double>
 std::expected<RegressorSelection, std::string> select_regressor(const RegressionData& data,
                                                                 std::span<const RegressorKind> kinds,
                                                                 const CrossValidationOptions& options) {
-  RegressorSelection selection;
-  for (const RegressorKind kind : kinds) {
-    auto tried = cross_validate(kind, data, options);
-    if (!tried) return std::unexpected{tried.error()};
-    selection.tried.push_back(std::move(*tried));
-  }
+  auto attempts = attempt(kinds, data, options);
+  if (!attempts) return std::unexpected{attempts.error()};
+  RegressorSelection selection{.regressor = nullptr, .tried = std::move(attempts->tried)};
   selection.rms_zero = std::sqrt(data.Y.squaredNorm() / static_cast<double>(data.Y.rows()));
   const auto best = std::ranges::min_element(selection.tried, {}, &CrossValidation::rms);
   if (best == selection.tried.end() || best->rms >= (1 - kLeastRegressorGain) * selection.rms_zero ||
       !beyond_chance(squared_targets(data), best->squared_errors))
     return selection;
-  auto fitted = fit_regressor(best->kind, data);
+  const auto& on_all = attempts->on_all[static_cast<std::size_t>(best - selection.tried.begin())];
+  auto fitted = on_all ? on_all : fit_regressor(best->kind, data);
   if (!fitted) return std::unexpected{fitted.error()};
   selection.kind = best->kind;
   selection.regressor = std::move(*fitted);

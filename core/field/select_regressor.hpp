@@ -14,6 +14,7 @@ namespace truepose {
 struct CrossValidationOptions {
   int folds = 8;  ///< at most as many as there are groups
   std::uint64_t seed = 0;
+  int jobs = 1;  ///< threads; the result is the same with any number
 };
 
 /// How a kind of regressor predicts points that it has not seen. The error of a point is the length of its
@@ -23,6 +24,7 @@ struct CrossValidation {
   double rms = 0;
   double standard_error = 0;           ///< of the rms, from the spread between groups
   std::vector<double> squared_errors;  ///< of each group, summed over its points; groups in ascending order
+  Eigen::MatrixXd predicted;           ///< N x m: of each point by a fit that did not see its group
 };
 
 /// Leaves out one fold after the other and predicts it from the rest; points of one group share a fold.

@@ -2,34 +2,44 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/identification.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/model_sanity.hpp"
+#include "core/identify/screening.hpp"
+#include "core/identify/thermal_stage.hpp"
+#include "core/identify/unsuspicious.hpp"
 #include "core/math/angles.hpp"
 
 namespace truepose {
 namespace {
 
 constexpr int kFewestPoses = 5;
-constexpr int kMaxRounds = 4;
+constexpr double kMostScreened = 0.25;  // of the points to identify
 
 /// What keeps the points from being identified from at all.
-std::optional<CalibrationError> unusable(const Identification& id) {
-  const std::vector<Measurement>& points = id.points.points();
+std::optional<CalibrationError> unusable(const RobotModel& nominal, const MeasurementData& data) {
+  const std::vector<Measurement> points = points_of(data, PoseSet::Identify);
   for (const Measurement& point : points) {
-    if (point.q.size() == id.nominal.joint_count() && point.q.allFinite() && point.p_WS_mm.allFinite())
-      continue;
-    return CalibrationError{CalibrationFault::NotFinite,
-                            "row " + std::to_string(point.row) + " holds a number that is not finite"};
+    if (point.q.size() == nominal.joint_count() && point.q.allFinite() && point.p_WS_mm.allFinite()) continue;
+    return CalibrationError{CalibrationFault::NotFinite, told_of(data, point.station) + "row " +
+                                                             std::to_string(point.row) +
+                                                             " holds a number that is not finite"};
   }
-  const std::vector<std::string>& smr_names = id.data.smr_names;
+  const std::vector<std::string>& smr_names = data.smr_names;
   for (std::size_t k = 0; k < smr_names.size(); ++k) {
     const auto is_of_it = [k](const Measurement& m) { return static_cast<std::size_t>(m.smr) == k; };
     if (std::ranges::any_of(points, is_of_it)) continue;
     return CalibrationError{CalibrationFault::TooFewPoses,
                             "reflector '" + smr_names[k] + "' has no point to identify it from"};
+  }
+  for (std::size_t s = 0; s < data.stations.size(); ++s) {
+    const auto is_from_it = [s](const Measurement& m) { return static_cast<std::size_t>(m.station) == s; };
+    if (std::ranges::any_of(points, is_from_it)) continue;
+    return CalibrationError{CalibrationFault::TooFewPoses,
+                            "station '" + data.stations[s] + "' has no point to identify its base from"};
   }
   const int poses = count_poses(points);
   if (poses >= kFewestPoses) return std::nullopt;
@@ -38,33 +48,27 @@ std::optional<CalibrationError> unusable(const Identification& id) {
                               std::to_string(kFewestPoses)};
 }
 
-std::optional<CalibrationError> wrong_model(const Identification& id) {
-  if (!id.options.check_model) return std::nullopt;
-  const auto suspicion = suspect(id.nominal, id.data);
-  if (!suspicion) return std::nullopt;
-  return CalibrationError{CalibrationFault::WrongModel, suspicion->sentence};
-}
-
-/// The geometry and the deviations of the joints. What is a gross error to the geometry alone may be a good
-/// point to the richer model, or hide from the poorer one: until both trust the same points, they are fitted
-/// again from those that the richer one trusts.
-std::optional<CalibrationError> fit_joints(Identification& id) {
-  if (auto error = fit_geometry(id)) return error;
-  for (int round = 0; id.options.deviation && round < kMaxRounds; ++round) {
-    const std::vector<bool> chosen_from = id.points.trusted();
-    fit_deviations(id);
-    if (id.points.trusted() == chosen_from || round + 1 == kMaxRounds) break;
-    if (auto error = fit_geometry(id, Weighing::Kept)) return error;
+/// Before anything is screened: under a wrong arm good points seem gross. Stations are looked at one by one,
+/// as any mistake of the robot file shows from each.
+std::optional<CalibrationError> wrong_model(const RobotModel& nominal, const MeasurementData& data) {
+  const int stations = data.station_count();
+  for (int s = 0; s < stations; ++s) {
+    auto suspicion = suspect(nominal, stations > 1 ? of_station(data, s) : data);
+    if (!suspicion) continue;
+    suspicion->station = s;
+    return CalibrationError{CalibrationFault::WrongModel, told_of(data, s) + in_words(*suspicion), suspicion};
   }
   return std::nullopt;
 }
 
-/// The stages that the options ask for.
-std::optional<CalibrationError> identify(Identification& id) {
-  if (auto error = unusable(id)) return error;
+std::optional<CalibrationError> identify_geometry(Identification& id) {
   if (auto error = fit_base_and_reflectors(id)) return error;
-  if (auto error = wrong_model(id)) return error;
-  if (auto error = fit_joints(id)) return error;
+  return fit_geometry(id);
+}
+
+/// The further layers that the options ask for.
+std::optional<CalibrationError> add_layers(Identification& id) {
+  if (auto error = fit_deviations(id)) return error;
   if (!id.options.residual.empty()) return fit_residual(id);
   return std::nullopt;
 }
@@ -76,9 +80,13 @@ Eigen::Vector3d error_mm(const Eigen::VectorXd& residuals, std::size_t point) {
 /// The fit turns the base about the tracker's axes; what is printed are its Euler angles.
 Eigen::MatrixXd printed_covariance(const Identification& id) {
   Eigen::MatrixXd printed = id.uncertainty.covariance;
-  const Eigen::Matrix3d rates = angle_rates_zyx(id.fit.cell.base.rxyz_rad).inverse();
-  printed.middleRows<3>(3) = (rates * printed.middleRows<3>(3)).eval();
-  printed.middleCols<3>(3) = (printed.middleCols<3>(3) * rates.transpose()).eval();
+  const ParameterLayout layout = ParameterLayout::of(id.fit.cell);
+  for (int s = 0; s < layout.stations; ++s) {
+    const Eigen::Matrix3d rates = angle_rates_zyx(id.fit.cell.base_at(s).rxyz_rad).inverse();
+    const int turn = layout.base(s) + 3;
+    printed.middleRows<3>(turn) = (rates * printed.middleRows<3>(turn)).eval();
+    printed.middleCols<3>(turn) = (printed.middleCols<3>(turn) * rates.transpose()).eval();
+  }
   return printed;
 }
 
@@ -130,62 +138,181 @@ std::vector<PointErrors> point_errors(const Calibration& result, const Measureme
   const Eigen::VectorXd before = residuals(result.coarse, data.points),
                         geometric = residuals(result.geometric, data.points),
                         after = residuals(result.cell, data.points);
+  std::vector<Eigen::Matrix3d> R;  // to the first station's frame
+  for (int s = 0; s < data.station_count(); ++s) R.push_back(result.cell.station_pose(s).linear());
   std::vector<PointErrors> errors;
-  for (std::size_t k = 0; k < data.points.size(); ++k)
-    errors.push_back({error_mm(before, k), error_mm(geometric, k), error_mm(after, k)});
+  for (std::size_t k = 0; k < data.points.size(); ++k) {
+    const Eigen::Matrix3d& R_1s = R[static_cast<std::size_t>(data.points[k].station)];
+    errors.push_back({R_1s * error_mm(before, k), R_1s * error_mm(geometric, k), R_1s * error_mm(after, k)});
+  }
   return errors;
 }
 
-StageErrors stage_errors(const Calibration& result, const MeasurementData& data, PoseSet set) {
+/// What was screened out is left out.
+///
+/// @param wanted  which points
+StageErrors stage_errors(const Calibration& result, const MeasurementData& data,
+                         const std::function<bool(const Measurement&)>& wanted) {
+  std::vector<Measurement> counted;
   std::vector<Eigen::Vector3d> before, geometric, after;
   for (std::size_t i = 0; i < data.points.size(); ++i) {
-    if (data.points[i].set != set) continue;
+    if (!wanted(data.points[i]) || std::ranges::count(result.rejected, i, &RejectedPoint::point)) continue;
+    counted.push_back(data.points[i]);
     before.push_back(result.points[i].before);
     geometric.push_back(result.points[i].geometric);
     after.push_back(result.points[i].after);
   }
-  return {.poses = count_poses(points_of(data, set)),
-          .points = static_cast<int>(before.size()),
+  return {.poses = count_poses(counted),
+          .points = static_cast<int>(counted.size()),
           .before = error_statistics(before),
           .geometric = error_statistics(geometric),
           .after = error_statistics(after)};
 }
 
+StageErrors stage_errors(const Calibration& result, const MeasurementData& data, PoseSet set) {
+  return stage_errors(result, data, [set](const Measurement& m) { return m.set == set; });
+}
+
+std::vector<StationErrors> station_errors(const Calibration& result, const MeasurementData& data) {
+  std::vector<StationErrors> stations;
+  for (int s = 0; data.station_count() > 1 && s < data.station_count(); ++s) {
+    const auto of = [&](PoseSet set) {
+      return stage_errors(result, data, [=](const Measurement& m) { return m.set == set && m.station == s; });
+    };
+    const auto validates = [=](const Measurement& m) { return m.set == PoseSet::Validate && m.station == s; };
+    StationErrors& station = stations.emplace_back(of(PoseSet::Identify));
+    if (std::ranges::any_of(data.points, validates)) station.validate = of(PoseSet::Validate);
+  }
+  return stations;
+}
+
+/// What no noise explains, set by set.
+struct Screened {
+  std::vector<RejectedPoint> to_identify, to_validate;
+};
+
+/// Nothing is taken from the identification where it would be more than a few points: what most of them
+/// contradict is the model, or the campaign.
+Screened screened(const RobotModel& nominal, const MeasurementData& data, const CalibrateOptions& options) {
+  Screened gross;
+  for (const RejectedPoint& point : gross_errors(nominal, data, options)) {
+    const bool identifies = data.points[point.point].set == PoseSet::Identify;
+    (identifies ? gross.to_identify : gross.to_validate).push_back(point);
+  }
+  const auto all = static_cast<double>(points_of(data, PoseSet::Identify).size());
+  if (static_cast<double>(gross.to_identify.size()) > kMostScreened * all) gross.to_identify.clear();
+  return gross;
+}
+
+/// The field is fitted to what is left at these very points, so that what it leaves there says nothing: they
+/// are judged by one that did not see them.
+void judge_unseen(const Identification& id, const MeasurementData& data, const Screened& gross,
+                  std::vector<PointErrors>& errors) {
+  std::size_t identifying = 0, trusted = 0;
+  for (std::size_t k = 0; k < errors.size() && !id.unseen_mm.empty(); ++k) {
+    if (data.points[k].set != PoseSet::Identify ||
+        std::ranges::count(gross.to_identify, k, &RejectedPoint::point))
+      continue;
+    if (!id.points.trusted()[identifying++]) continue;
+    const Eigen::Matrix3d R_1s = id.fit.cell.station_pose(data.points[k].station).linear();
+    errors[k].after = R_1s * id.unseen_mm[trusted++];
+  }
+}
+
 /// Completes the result of an identification that has been through its stages: the cell, its parameters with
 /// their uncertainty, the points that were rejected, and the errors of all points through the stages.
-Calibration summary(Identification id) {
+///
+/// @param data  all that was measured
+/// @param gross  what of it was screened out
+Calibration summary(Identification id, const MeasurementData& data, const Screened& gross) {
   Calibration& result = id.result;
   result.cell = id.fit.cell;
   result.fine_solver = id.fit.solver;
   result.sigma0_mm = id.uncertainty.sigma0_mm;
   result.covariance = id.uncertainty.covariance;
   result.parameters = parameters(id);
-  result.rejected = rejected(id);
-  result.points = point_errors(result, id.data);
-  result.identify = stage_errors(result, id.data, PoseSet::Identify);
-  if (result.identify.points < static_cast<int>(id.data.points.size()))
-    result.validate = stage_errors(result, id.data, PoseSet::Validate);
+  result.rejected = reweighs(id.options.loss) ? rejected(id) : gross.to_identify;
+  result.far_validation = gross.to_validate;
+  result.points = point_errors(result, data);
+  judge_unseen(id, data, gross, result.points);
+  result.identify = stage_errors(result, data, PoseSet::Identify);
+  if (std::ranges::count(data.points, PoseSet::Validate, &Measurement::set) > 0)
+    result.validate = stage_errors(result, data, PoseSet::Validate);
+  result.stations = station_errors(result, data);
   return std::move(result);
 }
 
+/// A plain fit where all points agree with it; else, once the model is checked, from the points that are not
+/// screened out.
+///
+/// @param check_model  whether the nominal arm may be one that cannot be right
+std::expected<Calibration, CalibrationError> identified(const RobotModel& nominal,
+                                                        const MeasurementData& data,
+                                                        const CalibrateOptions& options, bool check_model) {
+  if (!reweighs(options.loss)) {
+    Identification plain(nominal, data, options);
+    if (!identify_geometry(plain) && is_unsuspicious(plain)) {
+      if (auto error = add_layers(plain)) return std::unexpected(*error);
+      return summary(std::move(plain), data, {});
+    }
+  }
+  if (check_model) {
+    if (auto error = wrong_model(nominal, data)) return std::unexpected(std::move(*error));
+  }
+  const Screened gross = options.loss == Loss::Screened ? screened(nominal, data, options) : Screened{};
+  const MeasurementData good = without(gross.to_identify, data);
+  Identification id(nominal, good, options);
+  if (auto error = identify_geometry(id)) return std::unexpected(*error);
+  if (auto error = add_layers(id)) return std::unexpected(*error);
+  return summary(std::move(id), data, gross);
+}
+
 }  // namespace
+
+void keep_first_station(Calibration& calibration) {
+  const int kept = ParameterLayout::kBase;
+  const auto dropped = kept * static_cast<int>(calibration.cell.further_bases.size());
+  if (dropped == 0) return;
+  calibration.cell.further_bases.clear();
+  calibration.parameters.erase(calibration.parameters.begin() + kept,
+                               calibration.parameters.begin() + kept + dropped);
+  std::vector<int> rows = first_parameters(kept);
+  for (int k = kept + dropped; k < calibration.covariance.rows(); ++k) rows.push_back(k);
+  calibration.covariance = calibration.covariance(rows, rows).eval();
+  if (!calibration.thermal || !calibration.thermal->response) return;
+  Eigen::MatrixXd& with = calibration.thermal->response->covariance;
+  for (int k = 0; k < calibration.thermal->response->size(); ++k)
+    rows.push_back(static_cast<int>(with.cols() - calibration.thermal->response->size()) + k);
+  with = with(Eigen::all, rows).eval();
+}
+
+MeasurementData as_fitted(const Calibration& calibration, const MeasurementData& data) {
+  if (!calibration.thermal || !calibration.thermal->response) return data;
+  const ThermalResponse& response = *calibration.thermal->response;
+  const double constant_s = calibration.thermal->time_constant_s;
+  return at_reference(constant_s > 0 ? with_warmth_by_time(data, constant_s) : data, calibration.cell,
+                      response);
+}
 
 std::expected<CalibratedCell, CalibrationError> coarse_fit(const RobotModel& arm,
                                                            const MeasurementData& data) {
   MeasurementData all = data;
   for (Measurement& point : all.points) point.set = PoseSet::Identify;
   const CalibrateOptions options;
+  if (auto error = unusable(arm, all)) return std::unexpected(*error);
   Identification id(arm, all, options);
-  if (auto error = unusable(id)) return std::unexpected(*error);
   if (auto error = fit_base_and_reflectors(id)) return std::unexpected(*error);
   return id.fit.cell;
 }
 
 std::expected<Calibration, CalibrationError> calibrate(const RobotModel& nominal, const MeasurementData& data,
                                                        const CalibrateOptions& options) {
-  Identification id(nominal, data, options);
-  if (auto error = identify(id)) return std::unexpected(*error);
-  return summary(std::move(id));
+  if (auto error = unusable(nominal, data)) return std::unexpected(*error);
+  auto made = identified(nominal, data, options, options.check_model);
+  if (!made || !tells_warmth(data, options.thermal)) return made;
+  return with_thermal_response(*std::move(made), data, options, [&](const MeasurementData& there) {
+    return identified(nominal, there, options, false);
+  });
 }
 
 }  // namespace truepose

@@ -12,9 +12,11 @@
 #include "core/identify/identifiability.hpp"
 #include "core/identify/least_squares_solver.hpp"
 #include "core/identify/measurement.hpp"
+#include "core/identify/model_sanity.hpp"
 #include "core/identify/null_space.hpp"
 #include "core/identify/prior.hpp"
 #include "core/identify/robust_fit.hpp"
+#include "core/identify/thermal_response.hpp"
 #include "core/identify/uncertainty.hpp"
 #include "core/math/statistics.hpp"
 
@@ -36,9 +38,16 @@ enum class PriorUse {
   On,
 };
 
+/// What tells how warm the arm was at each point.
+enum class ThermalUse {
+  Off,
+  Temperatures,  ///< of the drives, where points carry them
+  Time,          ///< since the first point, measured with a cold arm
+};
+
 struct CalibrateOptions {
   CalibrationMethod method = CalibrationMethod::TwoStage;
-  Loss loss = Loss::Squared;
+  Loss loss = Loss::Screened;
   PriorUse prior = PriorUse::Auto;
   PriorScale prior_scale;
   std::optional<MeasurementNoise> noise;  ///< where points do not state their sigma; none: all alike
@@ -47,11 +56,14 @@ struct CalibrateOptions {
   /// Residual field: none; the one of these kinds; or with several the best of them under cross-validation,
   /// and none where none helps.
   std::vector<RegressorKind> residual;
+  /// Look for what warmth does to joint zeros and lengths, and keep it where it helps.
+  ThermalUse thermal = ThermalUse::Temperatures;
   bool check_model =
       true;  ///< refuse a nominal arm that cannot be right, and say which mistake explains the data
   std::optional<CalibratedCell> start;  ///< where the coarse stage starts; none: found without a guess
   int max_coarse_iterations = 200;
   int max_fine_iterations = 50;
+  int jobs = 1;  ///< threads; the result is the same with any number
 };
 
 enum class CalibrationFault {
@@ -63,7 +75,8 @@ enum class CalibrationFault {
 
 struct CalibrationError {
   CalibrationFault fault;
-  std::string detail;  ///< one sentence for the operator
+  std::string detail;                  ///< one sentence for the operator
+  std::optional<Suspicion> suspicion;  ///< of WrongModel
 };
 
 /// One parameter and what became of it. Names as in parameter_names().
@@ -82,20 +95,35 @@ struct StageErrors {
   int points = 0;
   ErrorStatistics before;     ///< nominal arm, base and reflectors fitted (coarse stage)
   ErrorStatistics geometric;  ///< after the fine stage
-  ErrorStatistics after;      ///< after all layers of the options
+  ErrorStatistics after;  ///< after all layers of the options; points that a residual field was fitted to as
+                          ///< one predicts them that did not see their pose
 };
 
-/// Error vectors (predicted minus measured, mm, tracker frame) of one point through the stages.
+/// Error vectors (predicted minus measured, mm, tracker frame of the first station) of one point through the
+/// stages, as in StageErrors.
 struct PointErrors {
   Eigen::Vector3d before, geometric, after;
 };
 
-/// A point that the loss took out of the identification.
+/// A point that the others contradict.
 struct RejectedPoint {
-  std::size_t point = 0;  ///< index into MeasurementData::points
-  double residual_mm =
-      0;              ///< length of its error under the model fitted to the others, residual field left out
-  double sigmas = 0;  ///< the same, whitened, in standard deviations of one coordinate
+  std::size_t point = 0;   ///< index into MeasurementData::points
+  double residual_mm = 0;  ///< length of its error under the model that judged it, residual field left out
+  double sigmas = 0;       ///< the same, whitened, in standard deviations of one coordinate
+};
+
+/// How well what was measured from one of several stations is predicted.
+struct StationErrors {
+  StageErrors identify;
+  std::optional<StageErrors> validate;
+};
+
+/// Whether the arm's answer to warmth was kept.
+struct ThermalChoice {
+  std::optional<ThermalResponse> response;  ///< none: the arm as if it were always as warm predicts as well
+  double time_constant_s = 0;  ///< of warmth by time, of which the reference is that of a warm arm
+  double without_rms_mm = 0;   ///< error of points as the others predict them, whitened, without the response
+  double rms_mm = 0;           ///< and with it
 };
 
 struct Calibration {
@@ -118,21 +146,27 @@ struct Calibration {
   std::vector<Combination> weak;       ///< what the data say less about than the data sheet
   double sigma0_mm = 0;  ///< estimated standard deviation of one coordinate of a point of weight 1
   bool prior_used = false;
-  PriorScale prior_scale;  ///< as used
-  std::vector<RejectedPoint> rejected;
+  PriorScale prior_scale;                     ///< as used
+  std::vector<RejectedPoint> rejected;        ///< points to identify that the loss took out
+  std::vector<RejectedPoint> far_validation;  ///< beyond six sigma too, but in the statistics all the same
   std::optional<DeviationChoice> deviation;
   std::optional<RegressorSelection> residual;
-  TransferUncertainty transfer;  ///< over the joint limits
+  std::optional<ThermalChoice> thermal;  ///< where points tell warmth; all else is of the reference
+  TransferUncertainty transfer;          ///< over the joint limits
   StageErrors identify;
   std::optional<StageErrors> validate;
-  std::vector<PointErrors> points;  ///< in the order of MeasurementData::points
+  std::vector<StationErrors> stations;  ///< where there are several
+  std::vector<PointErrors> points;      ///< in the order of MeasurementData::points
 
-  /// How well a predicted reflector position is known: mm^2, tracker frame. Nothing is added for the residual
-  /// field.
-  Eigen::Matrix3d position_covariance(const JointVector& q, int smr) const {
-    return truepose::position_covariance(cell, covariance, q, smr);
+  /// How well a predicted reflector position is known: mm^2, tracker frame.
+  Eigen::Matrix3d position_covariance(const JointVector& q, int smr, Approach approach = {}) const {
+    return truepose::position_covariance(cell, covariance, q, smr, approach);
   }
 };
+
+/// Drops the further stations' bases from cell, parameters and covariance: a model of the arm has one base,
+/// the one that the first station sees.
+void keep_first_station(Calibration& calibration);
 
 /// Fits base and reflectors alone, the arm held at `arm`: the coarse stage. Few poses suffice, so a campaign
 /// aims with it.
@@ -140,6 +174,9 @@ struct Calibration {
 /// @param points  at least five poses of varying orientation, used whatever their set
 std::expected<CalibratedCell, CalibrationError> coarse_fit(const RobotModel& arm,
                                                            const MeasurementData& data);
+
+/// The data as the calibration has fitted them: at its reference temperatures.
+MeasurementData as_fitted(const Calibration& calibration, const MeasurementData& data);
 
 /// Identifies base, reflectors and link errors from the points marked Identify, and judges them on those
 /// marked Validate.

@@ -17,19 +17,36 @@ BasePose BasePose::of(const Eigen::Isometry3d& X_WB) {
   return {X_WB.translation(), angles_zyx(X_WB.linear())};
 }
 
+Eigen::Isometry3d CalibratedCell::station_pose(int station) const {
+  if (station == 0) return Eigen::Isometry3d::Identity();
+  return base.isometry() * inverse_of(base_at(station).isometry());
+}
+
 Eigen::Vector3d CalibratedCell::predict(const JointVector& q, int smr, Approach approach) const {
   const Eigen::Isometry3d X_BF = forward_kinematics(robot, q, approach);
   return base.isometry() * (X_BF * reflectors[static_cast<std::size_t>(smr)].p_FS_mm);
 }
 
+Eigen::Vector3d CalibratedCell::predict(const Measurement& point) const {
+  if (!point.payload) return predict(point.q, point.smr, point.direction);
+  CalibratedCell loaded = *this;
+  loaded.robot.payload = point.payload;
+  return loaded.predict(point.q, point.smr, point.direction);
+}
+
 ParameterLayout ParameterLayout::of(const CalibratedCell& cell) {
   return {.reflectors = static_cast<int>(cell.reflectors.size()),
           .joints = cell.robot.joint_count(),
-          .deviations = static_cast<int>(cell.robot.deviation.size())};
+          .deviations = static_cast<int>(cell.robot.deviation.size()),
+          .stations = cell.station_count()};
 }
 
 std::vector<std::string> parameter_names(const CalibratedCell& cell) {
-  std::vector<std::string> names{"base.x", "base.y", "base.z", "base.rx", "base.ry", "base.rz"};
+  std::vector<std::string> names;
+  for (int s = 1; s <= cell.station_count(); ++s) {
+    const std::string base = s == 1 ? "base" : "base" + std::to_string(s);
+    for (const char* entry : {".x", ".y", ".z", ".rx", ".ry", ".rz"}) names.push_back(base + entry);
+  }
   for (const Reflector& reflector : cell.reflectors) {
     for (const char* axis : {".x", ".y", ".z"}) names.push_back("smr." + reflector.name + axis);
   }
@@ -45,7 +62,8 @@ std::vector<std::string> parameter_names(const CalibratedCell& cell) {
 Eigen::VectorXd parameter_values(const CalibratedCell& cell) {
   const ParameterLayout layout = ParameterLayout::of(cell);
   Eigen::VectorXd values(layout.size());
-  values.head<6>() << cell.base.p_mm, cell.base.rxyz_rad;
+  for (int s = 0; s < layout.stations; ++s)
+    values.segment<6>(layout.base(s)) << cell.base_at(s).p_mm, cell.base_at(s).rxyz_rad;
   for (int k = 0; k < layout.reflectors; ++k) {
     values.segment<3>(layout.reflector(k)) = cell.reflectors[static_cast<std::size_t>(k)].p_FS_mm;
   }
@@ -62,10 +80,12 @@ Eigen::VectorXd parameter_values(const CalibratedCell& cell) {
 
 void move_by(CalibratedCell& cell, const Eigen::VectorXd& step) {
   const ParameterLayout layout = ParameterLayout::of(cell);
-  Eigen::Isometry3d X_WB = cell.base.isometry();
-  X_WB.translation() += step.head<3>();
-  X_WB.linear() = rotation_by(step.segment<3>(3)) * X_WB.linear();
-  cell.base = BasePose::of(X_WB);
+  for (int s = 0; s < layout.stations; ++s) {
+    Eigen::Isometry3d X_WB = cell.base_at(s).isometry();
+    X_WB.translation() += step.segment<3>(layout.base(s));
+    X_WB.linear() = rotation_by(step.segment<3>(layout.base(s) + 3)) * X_WB.linear();
+    cell.base_at(s) = BasePose::of(X_WB);
+  }
   for (int k = 0; k < layout.reflectors; ++k) {
     cell.reflectors[static_cast<std::size_t>(k)].p_FS_mm += step.segment<3>(layout.reflector(k));
   }

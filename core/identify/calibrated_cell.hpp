@@ -7,6 +7,7 @@
 
 #include "core/arm/joint_deviation.hpp"
 #include "core/arm/robot_model.hpp"
+#include "core/identify/measurement.hpp"
 
 namespace truepose {
 
@@ -29,14 +30,29 @@ struct CalibratedCell {
   RobotModel robot;
   BasePose base;
   std::vector<Reflector> reflectors;
+  std::vector<BasePose> further_bases;  ///< where the tracker measured from more stations than one
 
-  /// Where the tracker should see reflector `smr` with the encoders at `q`: p_WS, mm.
+  int station_count() const { return 1 + static_cast<int>(further_bases.size()); }
+  /// The base as station 0 (`base`), 1, .. sees it.
+  const BasePose& base_at(int station) const {
+    return station == 0 ? base : further_bases[static_cast<std::size_t>(station - 1)];
+  }
+  BasePose& base_at(int station) {
+    return station == 0 ? base : further_bases[static_cast<std::size_t>(station - 1)];
+  }
+  /// Pose of a station's tracker in the frame of the first station's; the identity for the first.
+  Eigen::Isometry3d station_pose(int station) const;
+
+  /// Where the tracker should see reflector `smr` with the encoders at `q`: p_WS, mm, from the first station.
   Eigen::Vector3d predict(const JointVector& q, int smr, Approach approach = {}) const;
+  /// The same at a point that was measured, with what the flange carried there.
+  Eigen::Vector3d predict(const Measurement& point) const;
 };
 
-/// Order of a cell's parameters in vectors and Jacobians: base (3 translations in mm, 3 small rotations about
-/// the tracker's axes in rad), 3 coordinates of each reflector (mm), then a, alpha, d, theta, beta of each
-/// link (mm, rad), then the coefficient of each deviation term (rad or mm per unit of its basis).
+/// Order of a cell's parameters in vectors and Jacobians: the base as each station sees it (3 translations in
+/// mm, 3 small rotations about the tracker's axes in rad), 3 coordinates of each reflector (mm), then a,
+/// alpha, d, theta, beta of each link (mm, rad), then the coefficient of each deviation term (rad or mm per
+/// unit of its basis).
 ///
 /// The base turns by rotation vectors and not by its printed Euler angles, so that no placement is near a
 /// singularity.
@@ -48,17 +64,19 @@ struct ParameterLayout {
   int reflectors = 0;
   int joints = 0;
   int deviations = 0;
+  int stations = 1;
 
   static ParameterLayout of(const CalibratedCell& cell);
 
-  int reflector(int k) const { return kBase + kReflector * k; }
-  int link(int i) const { return kBase + kReflector * reflectors + kLink * i; }
+  int base(int station) const { return kBase * station; }
+  int reflector(int k) const { return kBase * stations + kReflector * k; }
+  int link(int i) const { return reflector(reflectors) + kLink * i; }
   int deviation(int t) const { return link(joints) + t; }
   int size() const { return deviation(deviations); }
 };
 
-/// "base.x".."base.z", "base.rx".."base.rz", "smr.NAME.x".., "link1.a", .alpha, .d, .theta, .beta.., and
-/// deviation_name() of each term.
+/// "base.x".."base.z", "base.rx".."base.rz", the same of "base2" from a second station.., "smr.NAME.x"..,
+/// "link1.a", .alpha, .d, .theta, .beta.., and deviation_name() of each term.
 std::vector<std::string> parameter_names(const CalibratedCell& cell);
 
 /// Values in the layout's order, the base's rotation as rx, ry, rz. mm, rad.

@@ -1,28 +1,49 @@
-#include <limits>
+#include <algorithm>
+#include <cmath>
 
 #include "core/identify/identification.hpp"
-#include "core/identify/linear_start.hpp"
-#include "core/identify/null_space.hpp"
 #include "core/identify/particle_swarm.hpp"
+#include "core/identify/placement.hpp"
 #include "core/identify/robust_fit.hpp"
+#include "core/identify/station_start.hpp"
+#include "core/math/dense_algebra.hpp"
 
 namespace truepose {
 namespace {
 
-std::optional<CalibrationError> not_separable(const CalibratedCell& cell,
-                                              const LeastSquaresProblem& problem) {
-  const Eigen::MatrixXd J = linearise(cell, problem).J;
-  const std::vector<std::string> all = parameter_names(cell);
-  const std::vector<std::string> names(all.begin(), all.begin() + J.cols());
-  const NullSpace open = null_space(J, names, Eigen::VectorXd::Ones(J.cols()),
-                                    Eigen::VectorXd::Constant(J.cols(), std::numeric_limits<double>::max()));
-  if (open.rank == J.cols()) return std::nullopt;
-  std::string sentences;
-  for (const Combination& combination : open.unknown) {
-    sentences += (sentences.empty() ? "" : "; ") + combination.sentence;
+/// The base's rotation must be known to this (rad): an error found in the tracker's frame is corrected in the
+/// base's, and a tenth of it would be left.
+constexpr double kMostTurnSigma = 0.1;
+constexpr double kFinestSigma_mm = 0.01;  // of a reading: points that fit better do so by chance
+
+/// Standard deviation (rad) of the base's turn, as the station sees it, about the axis that the points show
+/// least, with what the fit leaves as noise.
+double turn_sigma(const CalibratedCell& cell, const LeastSquaresProblem& problem, int station) {
+  const LinearSystem system = linearise(cell, problem);
+  const int first = ParameterLayout::of(cell).base(station) + 3;
+  const std::vector<int> turn{first, first + 1, first + 2};
+  std::vector<int> others;
+  for (int k = 0; k < system.J.cols(); ++k)
+    if (k < first || k > turn.back()) others.push_back(k);
+  const Eigen::MatrixXd A = gram(system.J);
+  const Eigen::MatrixXd mixed = A(others, turn);
+  const Eigen::MatrixXd known =
+      A(turn, turn) - transposed_times(mixed, solve_symmetric(A(others, others), mixed));
+  const double sigma_mm = system.f.norm() / std::sqrt(3.0 * static_cast<double>(problem.points.size()));
+  return std::max(sigma_mm, kFinestSigma_mm) / std::sqrt(std::max(eigenvalues(known)[0], 0.0));
+}
+
+std::optional<CalibrationError> base_turn_open(const Identification& id, const CalibratedCell& cell,
+                                               const LeastSquaresProblem& problem) {
+  for (int s = 0; s < cell.station_count(); ++s) {
+    if (turn_sigma(cell, problem, s) < kMostTurnSigma) continue;
+    return CalibrationError{CalibrationFault::NotSeparable,
+                            told_of(id.data, s) +
+                                "the poses do not show how the base is turned, as the reflector was led "
+                                "along one line or circle: measure poses that lead it off that in all "
+                                "directions, or that turn the flange"};
   }
-  return CalibrationError{CalibrationFault::NotSeparable,
-                          sentences + ": measure poses whose flange orientations differ about all axes"};
+  return std::nullopt;
 }
 
 CalibratedCell coarse_start(const Identification& id) {
@@ -31,23 +52,32 @@ CalibratedCell coarse_start(const Identification& id) {
   if (options.start) return *options.start;
   if (options.method == CalibrationMethod::ParticleSwarm)
     return particle_swarm_start(id.nominal, id.data.smr_names, points);
-  if (options.loss != Loss::Squared)
+  if (reweighs(options.loss))
     return robust_start(id.nominal, id.data.smr_names, points, id.points.whitening());
-  return linear_start(id.nominal, id.data.smr_names, points);
+  return placement(id.nominal, id.data.smr_names, points);
+}
+
+std::expected<CalibratedCell, CalibrationError> start_of(const Identification& id) {
+  if (id.data.station_count() > 1 && !id.options.start) return station_start(id, coarse_start);
+  return coarse_start(id);
 }
 
 }  // namespace
 
 std::optional<CalibrationError> fit_base_and_reflectors(Identification& id) {
-  const CalibratedCell start = coarse_start(id);
-  LeastSquaresProblem problem = id.points.problem(first_parameters(ParameterLayout::of(start).link(0)));
-  if (id.options.loss != Loss::Squared) {
+  const auto found = start_of(id);
+  if (!found) return found.error();
+  const CalibratedCell& start = *found;
+  const ParameterLayout layout = ParameterLayout::of(start);
+  LeastSquaresProblem problem = id.points.problem(first_parameters(layout.link(0)));
+  problem.prior = placement_prior(layout);
+  if (reweighs(id.options.loss)) {
     // The arm held at nominal says who is far off, not by how much one of them should count.
     id.points.weigh(start, Loss::Tukey, robust_fit(start, problem).sigma_mm);
     problem.W = id.points.weighted_whitening();
   }
   FitResult fit = solve(id.options, start, problem, id.options.max_coarse_iterations);
-  if (auto error = not_separable(fit.cell, problem)) return error;
+  if (auto error = base_turn_open(id, fit.cell, problem)) return error;
   id.result.coarse = fit.cell;
   id.result.coarse_iterations = fit.iterations;
   id.result.coarse_rms_mm = fit.rms_mm;

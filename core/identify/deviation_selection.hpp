@@ -4,47 +4,38 @@
 #include <string>
 #include <vector>
 
-#include "core/arm/joint_deviation.hpp"
+#include "core/identify/deviation_groups.hpp"
 #include "core/identify/least_squares_problem.hpp"
+#include "core/identify/likely_scale.hpp"
 
 namespace truepose {
-
-/// Terms that stand or fall together: "joint2.harmonic1" (sine and cosine), "joint2.gravity",
-/// "joint2.approach", "joint1.scale".
-struct DeviationGroup {
-  std::string name;
-  std::vector<DeviationTerm> terms;  ///< coefficients 0
-};
-
-/// Every group that the points could tell: harmonics of the given orders for revolute joints; gravity by the
-/// robot's masses, or where these are not known by unit weights at the origins of its links; approach where
-/// it was recorded and varies; scale for prismatic joints.
-std::vector<DeviationGroup> deviation_groups(const RobotModel& robot, std::span<const Measurement> points,
-                                             std::span<const int> harmonics);
 
 /// What one group bought.
 struct DeviationGain {
   std::string name;
   bool chosen = false;
-  double rms_mm =
-      0;  ///< cross-validated error with this group added to (chosen: taken from) the chosen model
+  double rms_mm = 0;  ///< cross-validated error of all groups but this one
 };
 
 struct DeviationChoice {
   std::vector<DeviationTerm> terms;  ///< coefficients 0; empty: geometry alone predicts best
-  double scale = 0;                  ///< prior standard deviation of the coefficients that predicts best
+  LikelyScale likely;                ///< noise and widths with these terms
+  double scale = 0;                  ///< the greatest prior standard deviation of a coefficient
   double geometric_rms_mm = 0;       ///< cross-validated error without any term, whitened
-  double rms_mm = 0;                 ///< and with the chosen ones
+  double rms_mm = 0;                 ///< and with the terms
   std::vector<DeviationGain> gains;  ///< of every group
 };
 
-/// Chooses the groups whose addition lowers the error at poses that the fit has not seen, by forward
-/// selection under cross-validation (all points of a pose are left out together), about the geometric
-/// solution, in which the problem is linear. A group is added only if its gain is beyond what chance gives.
+/// All groups or none: all where they lower the error at poses that the fit has not seen beyond what chance
+/// gives (cross-validation; all points of a pose are left out together), about the geometric solution, in
+/// which the problem is linear.
 ///
+/// Each coefficient is as far from 0 as the evidence has those of its cause, but not further than gears err.
+/// So terms that the robot does not have stay small, and what the fit says of its uncertainty holds for those
+/// that no data tell: a choice among them would pretend to know.
 /// @param geometric  cell at the solution without deviations
 /// @param problem    that it solves
 DeviationChoice choose_deviation(const CalibratedCell& geometric, const LeastSquaresProblem& problem,
-                                 std::span<const DeviationGroup> groups);
+                                 std::span<const DeviationGroup> groups, const ScaleExpectation& expected);
 
 }  // namespace truepose

@@ -3,6 +3,7 @@
 
 #include "core/identify/identifiability.hpp"
 #include "core/identify/identification.hpp"
+#include "core/identify/likely_scale.hpp"
 #include "core/identify/prior.hpp"
 #include "core/math/dense_algebra.hpp"
 
@@ -20,43 +21,37 @@ std::vector<int> free_of(const CalibrateOptions& options, const Identifiability&
   return two_stage ? known.kept : first_parameters(size);
 }
 
+bool prior_allowed(const CalibrateOptions& options) {
+  return options.method != CalibrationMethod::Ridge && options.prior != PriorUse::Off;
+}
+
+/// Whether the points alone give more equations than parameters to fit.
+bool determined(const Identification& id) { return id.points.equations() > id.result.rank; }
+
 bool prior_wanted(const Identification& id) {
-  if (id.options.method == CalibrationMethod::Ridge) return false;
-  if (id.options.prior != PriorUse::Auto) return id.options.prior == PriorUse::On;
+  if (!prior_allowed(id.options)) return false;
+  if (id.options.prior == PriorUse::On || !determined(id)) return true;
   return !(id.result.transfer.rms_mm <= kPoorTransfer * std::sqrt(3.0) * id.uncertainty.sigma0_mm);
 }
 
-/// Root mean square of the link errors in standard deviations of the prior, their uncertainty included.
-double deviation_in_priors(const Identification& id) {
-  const ParameterLayout layout = ParameterLayout::of(id.fit.cell);
-  const Eigen::VectorXd values = parameter_values(id.fit.cell);
-  double sum = 0;
-  for (int k = layout.link(0); k < layout.link(layout.joints); ++k) {
-    const double per_unit = id.problem.prior.weight[k] / id.uncertainty.sigma0_mm;
-    const double off = values[k] - id.problem.prior.centre[k];
-    sum += per_unit * per_unit * (off * off + id.uncertainty.covariance(k, k));
-  }
-  return std::sqrt(sum / (ParameterLayout::kLink * layout.joints));
-}
-
-/// Refits with the prior, its width and the noise estimated from what they leave (expectation and
-/// maximisation).
+/// Refits with the prior, whose widths and noise are those that the points make most likely.
 void use_prior(Identification& id) {
-  const CalibratedCell nominal{id.nominal, id.fit.cell.base, id.fit.cell.reflectors};
-  const PriorScale least = id.options.prior_scale;
-  PriorScale scale = least;
+  CalibratedCell nominal = id.fit.cell;
+  nominal.robot = id.nominal;
   id.problem.free = first_parameters(ParameterLayout::of(nominal).size());
+  id.problem.prior = prior_of(nominal, id.options.prior_scale, 1);
   id.fit.cell = id.result.coarse;
+  const ScaleExpectation expected{.noise = expected_noise(id.points.stated_sigma_mm()),
+                                  .links = id.options.prior_scale};
   for (int i = 0; i < kWidthEstimates; ++i) {
-    id.problem.prior = prior_of(nominal, scale, id.uncertainty.sigma0_mm);
+    const TrustedProblem trusted = trusted_problem(id);
+    const LikelyScale likely = most_likely_scale(id.fit.cell, trusted.problem, expected);
+    id.problem.prior = prior_of(nominal, id.problem.prior, likely);
     id.fit = solve(id.options, id.fit.cell, id.problem, id.options.max_fine_iterations);
     id.result.fine_iterations += id.fit.iterations;
-    assess(id);
-    const double width = deviation_in_priors(id);
-    scale.length_mm = std::max(least.length_mm, scale.length_mm * width);
-    scale.angle_rad = std::max(least.angle_rad, scale.angle_rad * width);
+    id.result.prior_scale = *likely.links;
   }
-  id.result.prior_scale = scale;
+  assess(id);
 }
 
 /// What the poses can tell of the links, judged before they are fitted.
@@ -70,8 +65,8 @@ std::optional<CalibrationError> judge_poses(Identification& id) {
   id.result.condition = condition_of(J, known.kept);
   id.identified = known.kept;
   id.problem.free = free_of(id.options, known, layout.size());
+  if (determined(id) || prior_allowed(id.options)) return std::nullopt;
   const int equations = id.points.equations();
-  if (equations > known.rank) return std::nullopt;
   return CalibrationError{CalibrationFault::TooFewPoses,
                           std::to_string(equations / 3) + " points give " + std::to_string(equations) +
                               " equations for at least as many parameters: measure more poses"};
@@ -98,14 +93,18 @@ std::optional<CalibrationError> fit_geometry(Identification& id, Weighing weighi
   if (id.options.method == CalibrationMethod::Ridge) {
     id.problem.prior = ridge_prior(id.result.coarse, id.problem, id.options.prior_scale);
   }
-  id.fit = weighing == Weighing::Anew
-               ? fit_under_loss(id, id.result.coarse)
-               : solve(id.options, id.result.coarse, id.problem, id.options.max_fine_iterations);
-  id.result.fine_iterations = id.fit.iterations;
-  id.result.fine_rms_mm = id.fit.rms_mm;
-  assess(id);
+  if (determined(id)) {
+    id.fit = weighing == Weighing::Anew
+                 ? fit_under_loss(id, id.result.coarse)
+                 : solve(id.options, id.result.coarse, id.problem, id.options.max_fine_iterations);
+    id.result.fine_iterations = id.fit.iterations;
+    id.result.fine_rms_mm = id.fit.rms_mm;
+    assess(id);
+  }
   id.result.prior_used = prior_wanted(id);
   if (id.result.prior_used) use_prior(id);
+  if (id.identified.empty())
+    return CalibrationError{CalibrationFault::TooFewPoses, "the loss leaves no point to identify from"};
   id.result.converged = id.result.converged && id.fit.converged;
   id.result.geometric = id.fit.cell;
   describe_known(id);

@@ -12,15 +12,18 @@ Eigen::VectorXd column_norms(const Eigen::MatrixXd& J) {
   return J.colwise().norm().transpose().unaryExpr([](double n) { return n > 0 ? n : 1.0; });
 }
 
-Identifiability identifiability(const Eigen::MatrixXd& J, const Eigen::VectorXd& preference) {
+Identifiability rank_by(const Eigen::VectorXd& pivots) {
   Identifiability result;
-  const Eigen::MatrixXd unit = triangular_factor(J * column_norms(J).cwiseInverse().asDiagonal());
-  const Eigen::VectorXd pivots = pivoted_qr(unit).pivots;
   while (result.rank < pivots.size() && pivots[result.rank] > kRankTolerance * pivots[0]) ++result.rank;
   result.gap = result.rank < pivots.size() && result.rank > 0 && pivots[result.rank] > 0
                    ? pivots[result.rank - 1] / pivots[result.rank]
                    : std::numeric_limits<double>::infinity();
+  return result;
+}
 
+Identifiability identifiability(const Eigen::MatrixXd& J, const Eigen::VectorXd& preference) {
+  const Eigen::MatrixXd unit = triangular_factor(J * column_norms(J).cwiseInverse().asDiagonal());
+  Identifiability result = rank_by(pivoted_qr(unit).pivots());
   // The preference steers which columns the pivoting meets first; the rank above is judged without it. Of
   // columns that are alike to rounding it is the first.
   constexpr double kFirst = 1e-10;
@@ -35,8 +38,7 @@ Identifiability identifiability(const Eigen::MatrixXd& J, const Eigen::VectorXd&
 double condition_of(const Eigen::MatrixXd& J, const std::vector<int>& columns) {
   if (columns.empty()) return 0;
   const Eigen::MatrixXd kept = J(Eigen::all, columns);
-  const Eigen::VectorXd singular =
-      singular_values(triangular_factor(kept * column_norms(kept).cwiseInverse().asDiagonal()));
+  const Eigen::VectorXd singular = singular_values(kept * column_norms(kept).cwiseInverse().asDiagonal());
   return singular[0] / singular[singular.size() - 1];
 }
 
@@ -49,7 +51,7 @@ Eigen::VectorXd conventional_preference(const ParameterLayout& layout) {
 }
 
 ObservabilityIndices observability(const Eigen::MatrixXd& scaled, int poses) {
-  const Eigen::ArrayXd s = singular_values(triangular_factor(scaled));
+  const Eigen::ArrayXd s = singular_values(scaled);
   const double largest = s[0], smallest = s[s.size() - 1];
   return {.o1 = std::exp(s.log().mean()) / std::sqrt(static_cast<double>(poses)),
           .o2 = smallest / largest,

@@ -18,6 +18,9 @@ struct Identifiability {
   std::vector<int> kept;  ///< as many independent columns as the rank, in ascending order
 };
 
+/// Rank and gap by the pivots of a column-pivoted QR of columns at unit norm; nothing is kept.
+Identifiability rank_by(const Eigen::VectorXd& pivots);
+
 /// Norms of the columns, 1 for a column of zeros.
 Eigen::VectorXd column_norms(const Eigen::MatrixXd& J);
 

@@ -1,18 +1,22 @@
 #include "core/identify/identification.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/least_squares_solver.hpp"
+#include "core/identify/measurement_model.hpp"
 #include "core/identify/regression_field.hpp"
 #include "core/identify/robust_fit.hpp"
 
 namespace truepose {
 namespace {
 
-constexpr int kTransferPoses = 200;
 constexpr int kMaxReweightings = 20;
+constexpr int kMaxRounds = 4;
+constexpr int kDampedIterations = 4;  // for each whole one: they are smaller
 
 /// Appends a fit that started where the other ended.
 FitResult joined(FitResult first, FitResult then) {
@@ -50,13 +54,18 @@ FitResult solve(const CalibrateOptions& options, const CalibratedCell& start,
                 const LeastSquaresProblem& problem, int max_iterations) {
   if (options.method == CalibrationMethod::LevenbergMarquardt)
     return levenberg_marquardt(start, problem, {.max_iterations = max_iterations});
-  return gauss_newton(
+  FitResult fit = gauss_newton(
       start, problem,
       {.max_iterations = max_iterations, .line_search = options.method != CalibrationMethod::GaussNewton});
+  if (fit.converged || options.method == CalibrationMethod::GaussNewton) return fit;
+  // Poses that leave much open make long curved valleys, where whole steps must be cut to nearly nothing.
+  FitResult damped =
+      levenberg_marquardt(fit.cell, problem, {.max_iterations = kDampedIterations * max_iterations});
+  return joined(std::move(fit), std::move(damped));
 }
 
 FitResult fit_under_loss(Identification& id, const CalibratedCell& start) {
-  if (id.options.loss != Loss::Squared) return reweighted_fit(id, start);
+  if (reweighs(id.options.loss)) return reweighted_fit(id, start);
   return solve(id.options, start, id.problem, id.options.max_fine_iterations);
 }
 
@@ -84,46 +93,47 @@ std::vector<int> first_parameters(int count) {
 
 namespace {
 
-/// The prior of the deviation terms, beside that of the links where one is used.
-void widen_prior(Identification& id, const ParameterLayout& layout) {
-  Prior prior{Eigen::VectorXd::Zero(layout.size()), Eigen::VectorXd::Zero(layout.size())};
-  if (id.problem.prior.weight.size() > 0) {
-    const int links = layout.link(layout.joints);
-    prior.centre.head(links) = id.problem.prior.centre.head(links);
-    prior.weight.head(links) = id.problem.prior.weight.head(links);
-  }
-  prior.weight.tail(layout.deviations).setConstant(id.uncertainty.sigma0_mm / id.result.deviation->scale);
-  id.problem.prior = std::move(prior);
+void fit_chosen_deviations(Identification& id) {
+  const TrustedProblem trusted = trusted_problem(id);
+  const ScaleExpectation expected{.noise = expected_noise(id.points.stated_sigma_mm()),
+                                  .links = id.options.prior_scale};
+  id.result.deviation =
+      choose_deviation(id.fit.cell, trusted.problem,
+                       deviation_groups(id.nominal, trusted.points, id.options.harmonics), expected);
+  const DeviationChoice& choice = *id.result.deviation;
+  if (choice.terms.empty()) return;
+
+  CalibratedCell start = id.fit.cell;
+  start.robot.deviation = choice.terms;
+  start.robot.torque_joints = id.nominal.joints;
+  const ParameterLayout layout = ParameterLayout::of(start);
+  for (int t = 0; t < layout.deviations; ++t) id.problem.free.push_back(layout.deviation(t));
+  id.problem.prior = prior_of(start, id.problem.prior, choice.likely);
+  if (choice.likely.links) id.result.prior_scale = *choice.likely.links;
+  id.fit = fit_under_loss(id, start);
+  assess(id);
+  id.result.converged = id.result.converged && id.fit.converged;
 }
 
 }  // namespace
 
-void fit_deviations(Identification& id) {
-  const TrustedProblem trusted = trusted_problem(id);
-  id.result.deviation = choose_deviation(id.fit.cell, trusted.problem,
-                                         deviation_groups(id.nominal, trusted.points, id.options.harmonics));
-  if (id.result.deviation->terms.empty()) return;
-
-  CalibratedCell start = id.fit.cell;
-  start.robot.deviation = id.result.deviation->terms;
-  start.robot.torque_joints = id.nominal.joints;
-  const ParameterLayout layout = ParameterLayout::of(start);
-  for (int t = 0; t < layout.deviations; ++t) id.problem.free.push_back(layout.deviation(t));
-  widen_prior(id, layout);
-  id.fit = fit_under_loss(id, start);
-  assess(id);
-  widen_prior(id, layout);  // with the noise that is left once the deviations are in
-  id.fit = solve(id.options, id.fit.cell, id.problem, id.options.max_fine_iterations);
-  assess(id);
-  id.result.converged = id.result.converged && id.fit.converged;
+std::optional<CalibrationError> fit_deviations(Identification& id) {
+  for (int round = 0; id.options.deviation && round < kMaxRounds; ++round) {
+    const std::vector<bool> chosen_from = id.points.trusted();
+    fit_chosen_deviations(id);
+    if (id.points.trusted() == chosen_from || round + 1 == kMaxRounds) break;
+    if (auto error = fit_geometry(id, Weighing::Kept)) return error;
+  }
+  return std::nullopt;
 }
 
 namespace {
 
 /// The best of several kinds where it helps; a single one whether it helps or not.
 std::expected<RegressorSelection, std::string> choose_regressor(const RegressionData& data,
-                                                                const std::vector<RegressorKind>& kinds) {
-  auto selection = select_regressor(data, kinds);
+                                                                const CalibrateOptions& options) {
+  const std::vector<RegressorKind>& kinds = options.residual;
+  auto selection = select_regressor(data, kinds, {.jobs = options.jobs});
   if (!selection || selection->regressor || kinds.size() > 1) return selection;
   auto asked = fit_regressor(kinds.front(), data);
   if (!asked) return std::unexpected(asked.error());
@@ -132,16 +142,43 @@ std::expected<RegressorSelection, std::string> choose_regressor(const Regression
   return selection;
 }
 
+/// How well the fit is known with its field, which takes degrees of freedom as parameters do.
+void assess_field(Identification& id, const Regressor& regressor) {
+  const CalibratedCell& cell = id.fit.cell;
+  if (const auto freedom = regressor.freedom()) {
+    const TrustedProblem trusted = trusted_problem(id);
+    const Eigen::VectorXd left = residuals(cell, trusted.points);
+    double squares = 0;
+    for (std::size_t i = 0; i < trusted.points.size(); ++i) {
+      const Eigen::Vector3d error = left.segment<3>(3 * static_cast<Eigen::Index>(i));
+      squares +=
+          trusted.problem.W.empty() ? error.squaredNorm() : (trusted.problem.W[i] * error).squaredNorm();
+    }
+    const double taken =
+        id.uncertainty.determined + *freedom * static_cast<double>(regressor.state().Y.cols());
+    id.uncertainty.sigma0_mm = std::sqrt(squares / std::max(1.0, id.points.equations() - taken));
+  }
+  id.result.transfer = transfer_uncertainty(cell, id.uncertainty.covariance,
+                                            poses_within_limits(id.nominal, kTransferPoses, 0));
+}
+
 }  // namespace
 
 std::optional<CalibrationError> fit_residual(Identification& id) {
-  const FieldData data = field_data(id.fit.cell, id.points.trusted_points());
-  auto selection = choose_regressor(data.regression, id.options.residual);
+  const std::vector<Measurement> points = id.points.trusted_points();
+  const FieldData data = field_data(id.fit.cell, points);
+  auto selection = choose_regressor(data.regression, id.options);
   if (!selection)
     return CalibrationError{CalibrationFault::TooFewPoses, "residual field: " + selection.error()};
   if (selection->regressor) {
-    id.fit.cell.robot.field =
-        std::make_shared<RegressionField>(id.fit.cell.robot, selection->regressor, data.p_F_mm);
+    // The parameters have taken their part of what the field is fitted to.
+    const double left = std::max(1.0, id.points.equations() - id.uncertainty.determined);
+    const auto field = std::make_shared<RegressionField>(id.fit.cell.robot, selection->regressor, data.p_F_mm,
+                                                         id.points.equations() / left);
+    const auto chosen = std::ranges::find(selection->tried, *selection->kind, &CrossValidation::kind);
+    id.unseen_mm = errors_with(chosen->predicted, *field, id.fit.cell, points);
+    id.fit.cell.robot.field = field;
+    assess_field(id, *selection->regressor);
   }
   id.result.residual = std::move(*selection);
   return std::nullopt;

@@ -21,6 +21,9 @@ struct Identification {
   std::vector<int> identified;  ///< independent parameters of the geometry
   FitResult fit;
   ParameterUncertainty uncertainty;
+  /// Errors of the trusted points (mm, frame of the station) as a residual field predicts them that did not
+  /// see their pose; empty without a field.
+  std::vector<Eigen::Vector3d> unseen_mm;
   Calibration result;
 };
 
@@ -35,9 +38,12 @@ enum class Weighing { Anew, Kept };
 std::optional<CalibrationError> fit_base_and_reflectors(Identification& id);
 /// Fine: all that the data and, where it is wanted, the prior tell of the links. Errors: TooFewPoses.
 std::optional<CalibrationError> fit_geometry(Identification& id, Weighing weighing = Weighing::Anew);
-/// The deviations of the joints that pay under cross-validation, together with the geometry.
-void fit_deviations(Identification& id);
-/// A field over what is left. Errors: TooFewPoses.
+/// Where the options want them, the deviations of the joints that pay under cross-validation, together with
+/// the geometry. What is a gross error to the geometry alone may be a good point to the richer model, or hide
+/// from the poorer one: until both trust the same points, both are fitted again from those that the richer
+/// one trusts. Errors: those of fit_geometry().
+std::optional<CalibrationError> fit_deviations(Identification& id);
+/// A field over what is left, and what it leaves in its turn. Errors: TooFewPoses.
 std::optional<CalibrationError> fit_residual(Identification& id);
 /// @}
 
@@ -55,6 +61,9 @@ struct TrustedProblem {
   LeastSquaresProblem problem;  ///< of these points
 };
 TrustedProblem trusted_problem(const Identification& id);
+
+/// By which what a fit knows elsewhere is judged, spread over the joint limits.
+inline constexpr int kTransferPoses = 200;
 
 /// How well the present fit is known, at the poses and elsewhere.
 void assess(Identification& id);

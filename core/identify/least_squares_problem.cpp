@@ -1,5 +1,7 @@
 #include "core/identify/least_squares_problem.hpp"
 
+#include <utility>
+
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/step_count.hpp"
@@ -19,6 +21,7 @@ LinearSystem linearise(const CalibratedCell& cell, const LeastSquaresProblem& pr
   }
   LinearSystem system;
   const auto columns = static_cast<Eigen::Index>(problem.free.size());
+  if (columns == J.cols() && known.empty() && problem.W.empty()) return {std::move(f), std::move(J)};
   system.f.resize(f.size() + static_cast<Eigen::Index>(known.size()));
   system.J.resize(system.f.size(), columns);
   system.f.head(f.size()) = f;

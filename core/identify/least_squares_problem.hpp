@@ -14,6 +14,8 @@ struct Prior {
   Eigen::VectorXd centre;  ///< expected values, mm and rad
   Eigen::VectorXd
       weight;  ///< expected residual (mm) over standard deviation of the parameter; 0 = nothing known
+  double sigma_mm =
+      0;  ///< that residual where it is the noise itself; 0: the noise is estimated from what is left
 };
 
 /// What to fit: some parameters of a cell to measured points.

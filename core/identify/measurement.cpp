@@ -58,6 +58,44 @@ std::vector<Measurement> points_of(const MeasurementData& data, PoseSet set) {
 
 namespace {
 
+/// The index of a name, which is added where it is new.
+int index_in(std::vector<std::string>& names, const std::string& name) {
+  const auto found = std::ranges::find(names, name);
+  const auto index = static_cast<int>(found - names.begin());
+  if (found == names.end()) names.push_back(name);
+  return index;
+}
+
+void add_point(MeasurementData& data, Measurement point, const std::vector<std::string>& smr_names,
+               int station) {
+  point.smr = index_in(data.smr_names, smr_names[static_cast<std::size_t>(point.smr)]);
+  point.station = station;
+  data.points.push_back(std::move(point));
+}
+
+}  // namespace
+
+std::string told_of(const MeasurementData& data, int station) {
+  if (data.station_count() == 1) return {};
+  return "station '" + data.stations[static_cast<std::size_t>(station)] + "': ";
+}
+
+MeasurementData of_station(const MeasurementData& data, int station) {
+  MeasurementData of;
+  if (!data.stations.empty()) of.stations = {data.stations[static_cast<std::size_t>(station)]};
+  for (const Measurement& point : data.points)
+    if (point.station == station) add_point(of, point, data.smr_names, 0);
+  return of;
+}
+
+void add_station(MeasurementData& data, MeasurementData station) {
+  const int index = data.station_count();
+  data.stations.insert(data.stations.end(), station.stations.begin(), station.stations.end());
+  for (Measurement& point : station.points) add_point(data, std::move(point), station.smr_names, index);
+}
+
+namespace {
+
 Whitening by_stated_sigma(std::span<const Measurement> points) {
   Whitening whitening;
   whitening.finest_mm =
@@ -72,7 +110,7 @@ Whitening by_model(std::span<const Measurement> points, const MeasurementNoise& 
   Whitening whitening;
   double finest_variance = std::numeric_limits<double>::infinity();
   for (const Measurement& point : points) {
-    const Eigen::Matrix3d covariance = reading_covariance(point.p_WS_mm, noise);
+    const Eigen::Matrix3d covariance = point_covariance(point, noise);
     whitening.W.push_back(inverse_cholesky(covariance));
     finest_variance = std::min(finest_variance, eigenvalues(covariance)[0]);
   }
@@ -95,6 +133,11 @@ Eigen::Matrix3d reading_covariance(const Eigen::Vector3d& p_WS_mm, const Measure
     covariance += (along * along - across * across) * beam * beam.transpose();
   }
   return covariance;
+}
+
+Eigen::Matrix3d point_covariance(const Measurement& point, const MeasurementNoise& noise) {
+  return reading_covariance(point.p_WS_mm, noise) +
+         point.excess_mm * point.excess_mm * Eigen::Matrix3d::Identity();
 }
 
 Whitening whitening_of(std::span<const Measurement> points, const std::optional<MeasurementNoise>& noise) {

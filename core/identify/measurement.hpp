@@ -19,18 +19,52 @@ struct Measurement {
   JointVector q;                     ///< joint positions (rad, mm)
   Eigen::Vector3d p_WS_mm{0, 0, 0};  ///< reflector centre in the tracker frame
   int smr = 0;                       ///< index into MeasurementData::smr_names
+  int station = 0;                   ///< index into MeasurementData::stations
   PoseSet set = PoseSet::Identify;
   std::optional<double> sigma_mm;      ///< standard uncertainty per axis, where known
   std::vector<std::int8_t> direction;  ///< side from which each joint arrived (-1, 0, 1); empty = unknown
+  std::optional<LinkMass> payload;     ///< what the flange carried; nothing: what the arm does
+  std::vector<double> temperature_c;   ///< of each joint's drive; empty = not measured
   std::string time;                    ///< RFC 3339, or empty
   int row = 0;                         ///< row of the file it came from (1 = first data row), 0 = no file
   int pose = 0;                        ///< number that its campaign or file gave its pose, from 1; 0 = none
+  /// Standard deviation per axis beyond that of the noise model, where it is known to be less steady.
+  double excess_mm = 0;
+};
+
+/// An arm that carries at each point what it carried there.
+class LoadedArm {
+ public:
+  explicit LoadedArm(const RobotModel& robot) : arm_{robot}, own_{robot.payload} {}
+  /// Holds until the next call.
+  const RobotModel& at(const Measurement& point) {
+    arm_.payload = point.payload ? point.payload : own_;
+    return arm_;
+  }
+
+ private:
+  RobotModel arm_;
+  std::optional<LinkMass> own_;
 };
 
 struct MeasurementData {
   std::vector<std::string> smr_names;  ///< in the order of first appearance
   std::vector<Measurement> points;
+  /// What the places are called from which the tracker measured, each with a base pose of its own: it was
+  /// moved, or set up again on another day. Empty: one place.
+  std::vector<std::string> stations;
+
+  int station_count() const { return stations.empty() ? 1 : static_cast<int>(stations.size()); }
 };
+
+/// How a message begins that concerns one of several stations: "station 'door': "; empty where there is one.
+std::string told_of(const MeasurementData& data, int station);
+
+/// What was measured from one station, as data of its own, with those reflectors alone that it saw.
+MeasurementData of_station(const MeasurementData& data, int station);
+
+/// Adds what was measured from another station. A reflector of the same name is the same.
+void add_station(MeasurementData& data, MeasurementData station);
 
 /// The number of each point's pose, from 0 in the order of first appearance. Points with the same joints are
 /// of one pose.
@@ -69,6 +103,9 @@ struct MeasurementNoise {
 
 /// Covariance (mm^2, tracker frame, the tracker at its origin) of one reading at p_WS.
 Eigen::Matrix3d reading_covariance(const Eigen::Vector3d& p_WS_mm, const MeasurementNoise& noise);
+
+/// The same of a point, its own excess included.
+Eigen::Matrix3d point_covariance(const Measurement& point, const MeasurementNoise& noise);
 
 /// What makes the residuals of points alike: W with W'W = s^2 times the inverse covariance of a point, where
 /// s is the finest standard deviation of all, so that a whitened residual stays in mm.

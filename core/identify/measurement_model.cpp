@@ -8,6 +8,7 @@
 #include "core/arm/robot_model.hpp"
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/prepared_points.hpp"
+#include "core/math/dense_algebra.hpp"
 
 namespace truepose {
 namespace {
@@ -29,18 +30,19 @@ void fill_deviation_columns(const RobotModel& robot, const JointVector& q, Appro
 }  // namespace
 
 Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVector& q, int smr,
-                                      PointJacobian& J, Approach approach) {
+                                      PointJacobian& J, Approach approach, int station) {
   const ParameterLayout layout = ParameterLayout::of(cell);
-  const Eigen::Isometry3d X_WB = cell.base.isometry();
+  const Eigen::Isometry3d X_WB = cell.base_at(station).isometry();
   LinkFrames X_B;
-  link_frames(cell.robot.joints, true_joints(cell.robot, q, approach), X_B);
+  link_frames(cell.robot, true_joints(cell.robot, q, approach), X_B);
   const Eigen::Isometry3d X_WF = X_WB * X_B[cell.robot.joints.size()] * cell.robot.X_flange;
   const Eigen::Vector3d P = X_WF * cell.reflectors[static_cast<std::size_t>(smr)].p_FS_mm;
 
   J.setZero(3, layout.size());
-  J.leftCols<3>().setIdentity();
+  const int base = layout.base(station);
+  J.middleCols<3>(base).setIdentity();
   const Eigen::Vector3d lever = P - X_WB.translation();
-  for (int k = 0; k < 3; ++k) J.col(3 + k) = Eigen::Vector3d::Unit(k).cross(lever);
+  for (int k = 0; k < 3; ++k) J.col(base + 3 + k) = Eigen::Vector3d::Unit(k).cross(lever);
   J.middleCols<3>(layout.reflector(smr)) = X_WF.linear();
 
   for (int i = 0; i < layout.joints; ++i) {
@@ -67,9 +69,10 @@ Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVec
 std::vector<Eigen::Isometry3d> flange_poses(const RobotModel& robot, std::span<const Measurement> points) {
   const auto count = static_cast<Eigen::Index>(points.size());
   Eigen::ArrayXXd q(count, robot.joint_count());
+  LoadedArm arm(robot);
   for (Eigen::Index n = 0; n < count; ++n) {
     const Measurement& point = points[static_cast<std::size_t>(n)];
-    q.row(n) = true_joints(robot, point.q, point.direction).transpose();
+    q.row(n) = true_joints(arm.at(point), point.q, point.direction).transpose();
   }
   PoseColumns columns(count, 12);
   ArmKernel{robot}.forward(q, columns);
@@ -84,11 +87,13 @@ std::vector<Eigen::Isometry3d> flange_poses(const RobotModel& robot, std::span<c
 
 Eigen::VectorXd residuals(const CalibratedCell& cell, std::span<const Measurement> points) {
   Eigen::VectorXd f(3 * static_cast<Eigen::Index>(points.size()));
-  const Eigen::Isometry3d X_WB = cell.base.isometry();
+  std::vector<Eigen::Isometry3d> X_WB;
+  for (int s = 0; s < cell.station_count(); ++s) X_WB.push_back(cell.base_at(s).isometry());
   const std::vector<Eigen::Isometry3d> X_BF = flange_poses(cell.robot, points);
   for (std::size_t n = 0; n < points.size(); ++n) {
     const Eigen::Vector3d& p_FS_mm = cell.reflectors[static_cast<std::size_t>(points[n].smr)].p_FS_mm;
-    f.segment<3>(3 * static_cast<Eigen::Index>(n)) = X_WB * (X_BF[n] * p_FS_mm) - points[n].p_WS_mm;
+    f.segment<3>(3 * static_cast<Eigen::Index>(n)) =
+        X_WB[static_cast<std::size_t>(points[n].station)] * (X_BF[n] * p_FS_mm) - points[n].p_WS_mm;
   }
   return f;
 }
@@ -99,8 +104,9 @@ namespace {
 /// the points.
 class Rows {
  public:
-  Rows(const CalibratedCell& cell, const ParameterLayout& layout, Eigen::VectorXd& f, Eigen::MatrixXd& J)
-      : R_WB_{cell.base.isometry().linear()}, layout_{layout}, f_{f}, J_{J} {}
+  Rows(const Eigen::Isometry3d& X_WB, int first_base, const ParameterLayout& layout, Eigen::VectorXd& f,
+       Eigen::MatrixXd& J)
+      : R_WB_{X_WB.linear()}, base_{first_base}, layout_{layout}, f_{f}, J_{J} {}
 
   /// @param columns  of `count` points
   /// @param rows     first row of each of them; -1 where it is padding
@@ -113,13 +119,13 @@ class Rows {
         return Eigen::Vector3d(at[0], at[count], at[2 * count]);
       };
       f_.segment<3>(row) = R_WB_ * local(0);
-      J_.block<3, 3>(row, 0).setIdentity();
+      J_.block<3, 3>(row, base_).setIdentity();
       Eigen::Matrix3d turns, of_reflector;
       for (int axis = 0; axis < 3; ++axis) {
         turns.col(axis) = local(1 + axis);
         of_reflector.col(axis) = local(4 + axis);
       }
-      J_.block<3, 3>(row, 3) = R_WB_ * turns * R_WB_.transpose();
+      J_.block<3, 3>(row, base_ + 3) = R_WB_ * turns * R_WB_.transpose();
       J_.block<3, 3>(row, layout_.reflector(reflector)) = R_WB_ * of_reflector;
       for (int i = layout_.link(0); i < layout_.size(); ++i)
         J_.block<3, 1>(row, i) = R_WB_ * local(kernels::kFixedColumns + i - layout_.link(0));
@@ -128,6 +134,7 @@ class Rows {
 
  private:
   Eigen::Matrix3d R_WB_;
+  int base_;
   const ParameterLayout& layout_;
   Eigen::VectorXd& f_;
   Eigen::MatrixXd& J_;
@@ -143,22 +150,25 @@ void residuals_with_jacobian(const CalibratedCell& cell, std::span<const Measure
   std::vector<kernels::LinkColumn> columns;
   for (int i = layout.link(0); i < layout.size(); ++i) columns.push_back(link_column(cell.robot, layout, i));
   const PreparedPoints prepared(cell.robot, points, layout.reflectors);
-  std::vector<Eigen::Index> rows(static_cast<std::size_t>(prepared.first_of(layout.reflectors)), -1);
+  std::vector<Eigen::Index> rows(static_cast<std::size_t>(prepared.end()), -1);
   for (std::size_t n = 0; n < points.size(); ++n)
     rows[static_cast<std::size_t>(prepared.places()[n])] = 3 * static_cast<Eigen::Index>(n);
 
   PreparedModel model(cell, columns);
   std::vector<kernels::Line> chunk((kernels::kFixedColumns + columns.size()) * 3 * kernels::kChunk /
                                    kernels::kMostLanes);
-  Rows out(cell, layout, f, J);
-  for (int k = 0; k < layout.reflectors; ++k) {
-    const kernels::PointModel& of_reflector = model.of(cell.reflectors[static_cast<std::size_t>(k)]);
-    const kernels::PointBlock block = prepared.of_reflector(k);
-    for (int first = 0; first < block.count; first += kernels::kChunk) {
-      const int count = std::min(kernels::kChunk, block.count - first);
-      prepared.code().point_columns(of_reflector, block, first, chunk[0].value);
-      out.put(chunk[0].value, count,
-              std::span(rows).subspan(static_cast<std::size_t>(prepared.first_of(k) + first)), k);
+  for (int s = 0; s < prepared.stations(); ++s) {
+    const Eigen::Isometry3d X_WB = cell.base_at(s).isometry();
+    Rows out(X_WB, layout.base(s), layout, f, J);
+    for (int k = 0; k < layout.reflectors; ++k) {
+      const kernels::PointModel& seen = model.of(X_WB, cell.reflectors[static_cast<std::size_t>(k)]);
+      const kernels::PointBlock block = prepared.of(s, k);
+      for (int first = 0; first < block.count; first += kernels::kChunk) {
+        const int count = std::min(kernels::kChunk, block.count - first);
+        prepared.code().point_columns(seen, block, first, chunk[0].value);
+        out.put(chunk[0].value, count,
+                std::span(rows).subspan(static_cast<std::size_t>(prepared.first_of(s, k) + first)), k);
+      }
     }
   }
 }
@@ -168,6 +178,61 @@ void predict_with_jacobian(const CalibratedCell& cell, std::span<const JointVect
   std::vector<Measurement> points;  // read at the origin, so that their residuals are the positions
   for (const JointVector& q : poses) points.push_back({.q = q, .p_WS_mm = Eigen::Vector3d::Zero()});
   residuals_with_jacobian(cell, points, p_WS_mm, J);
+}
+
+namespace {
+
+/// The kernels' local columns of the first reflector, without the residual: the base's turns, the reflector,
+/// the links that vary, the base's translations, all along the base's own axes.
+struct LocalColumns {
+  std::vector<kernels::LinkColumn> links;
+  Eigen::MatrixXd covariance;
+
+  LocalColumns(const CalibratedCell& cell, const Eigen::MatrixXd& of_all) {
+    const ParameterLayout layout = ParameterLayout::of(cell);
+    const int turn = layout.base(0) + 3, reflector = layout.reflector(0), shift = layout.base(0);
+    std::vector<int> parameters{turn, turn + 1, turn + 2, reflector, reflector + 1, reflector + 2};
+    for (int k = layout.link(0); k < layout.size(); ++k) {
+      if (!(of_all(k, k) > 0)) continue;
+      parameters.push_back(k);
+      links.push_back(link_column(cell.robot, layout, k));
+    }
+    parameters.insert(parameters.end(), {shift, shift + 1, shift + 2});
+    covariance = of_all(parameters, parameters);
+    const Eigen::Matrix3d R_BW = cell.base.isometry().linear().transpose();
+    for (const Eigen::Index first : {Eigen::Index{0}, covariance.rows() - 3}) {
+      covariance.middleRows<3>(first) = (R_BW * covariance.middleRows<3>(first)).eval();
+      covariance.middleCols<3>(first) = (covariance.middleCols<3>(first) * R_BW.transpose()).eval();
+    }
+  }
+};
+
+}  // namespace
+
+Eigen::VectorXd position_variances(const CalibratedCell& cell, const Eigen::MatrixXd& covariance,
+                                   std::span<const JointVector> poses) {
+  constexpr int kStride = 3 * kernels::kChunk;
+  const LocalColumns local(cell, covariance);
+  std::vector<Measurement> points;
+  for (const JointVector& q : poses) points.push_back({.q = q});
+  const PreparedPoints prepared(cell.robot, points, 1);
+  PreparedModel model(cell, local.links);
+  const kernels::PointModel& seen = model.of(Eigen::Isometry3d::Identity(), cell.reflectors.front());
+  const kernels::PointBlock block = prepared.of(0, 0);
+  const Eigen::Index columns = local.covariance.cols();
+  std::vector<kernels::Line> chunk(static_cast<std::size_t>(1 + columns) * kStride / kernels::kMostLanes);
+  Eigen::VectorXd variances(block.count);
+  for (int first = 0; first < block.count; first += kernels::kChunk) {
+    const int count = std::min(kernels::kChunk, block.count - first);
+    prepared.code().point_columns(seen, block, first, chunk[0].value);
+    Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>> J(chunk[0].value + kStride, 3 * count, columns,
+                                                           Eigen::OuterStride<>(kStride));
+    J.rightCols<3>().setZero();
+    for (int axis = 0; axis < 3; ++axis) J.col(columns - 3 + axis).segment(axis * count, count).setOnes();
+    variances.segment(first, count) =
+        congruence_diagonal(J, local.covariance).reshaped(count, 3).rowwise().sum();
+  }
+  return variances.head(static_cast<Eigen::Index>(poses.size()));
 }
 
 }  // namespace truepose

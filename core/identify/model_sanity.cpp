@@ -2,196 +2,38 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <limits>
 
-#include "core/identify/calibrated_cell.hpp"
-#include "core/identify/least_squares_solver.hpp"
-#include "core/identify/linear_start.hpp"
-#include "core/identify/measurement_model.hpp"
-#include "core/identify/mistakes.hpp"
+#include "core/identify/diagnosis.hpp"
+#include "core/identify/failure_pattern.hpp"
 #include "core/identify/reflector_labels.hpp"
+#include "core/identify/row_order.hpp"
 #include "core/math/statistics.hpp"
 
 namespace truepose {
 namespace {
 
-constexpr double kDeviates_mm = 5;   // up to here an arm may merely deviate
-constexpr double kCannotBe_mm = 50;  // from here it cannot be right, whatever the reason
-// How many times better one mistake, and several, have to explain the points. Right arms with the paper's
-// errors, and three times those, gain at most 1.4 and 2.4.
-constexpr double kBetter = 2;
-constexpr double kBetterOfSeveral = 5;
+constexpr double kDeviates_mm = 5;             // up to here an arm may merely deviate
+constexpr double kCannotBe_mm = 50;            // from here it cannot be right, whatever the reason
+constexpr double kBetter = 2;                  // times: what mending a gross mistake makes an arm at least
+constexpr double kBetterIdentified = 1.3;      // times: the same of a hidden one
+constexpr double kBetterOfSeveral = 5;         // times: reflectors whose names are exchanged
 constexpr std::size_t kPosesToJudge = 8;       // with fewer, chance and a failed fit explain as much
-constexpr double kAsGood = 1.5;                // times: explanations that leave so much more are as good
 constexpr std::size_t kPoses = 40;             // tell a gross mistake as well as more would
 constexpr std::size_t kPosesToIdentify = 150;  // tell a hidden one
-constexpr std::size_t kShortlist = 8;          // explanations fitted to the end
-constexpr std::size_t kFewestPointsToTrim = 20;
-// A reflector near an axis hardly shows which way its joint turns: there the identified arms are compared.
-constexpr std::size_t kFewestPointsToIdentify = 20;
-constexpr int kIdentifyIterations = 10;
-constexpr double kBetterIdentified = 1.3;
-constexpr double kExplained = 0.1;  // what is left of the error once the links are identified
-constexpr double kShows_mm = 0.05;  // more than bearings and gears leave at random
+constexpr double kExplained = 0.1;             // what is left of the error once the links are identified
+constexpr double kManyGrossErrors =
+    0.25;                     // part of the points: without a reason no arm is refused for so few
+constexpr double kHides = 3;  // times: what a hidden mistake may leave with base and reflectors alone
 
 using Points = std::vector<Measurement>;
-
-/// All points of at most so many poses, spread evenly over the data.
-Points sampled(const MeasurementData& data, std::size_t most_poses) {
-  const auto groups = pose_groups(data.points);
-  const std::size_t count = std::min(groups.size(), most_poses);
-  Points points;
-  for (std::size_t k = 0; k < count; ++k) {
-    for (const std::size_t i : groups[k * groups.size() / count]) points.push_back(data.points[i]);
-  }
-  return points;
-}
-
-std::vector<double> misses(const CalibratedCell& cell, std::span<const Measurement> points) {
-  const Eigen::VectorXd f = residuals(cell, points);
-  std::vector<double> miss_mm;
-  for (Eigen::Index row = 0; row < f.size(); row += 3) miss_mm.push_back(f.segment<3>(row).norm());
-  return miss_mm;
-}
-
-/// The three quarters of the points that `cell` misses least.
-Points nearest(const CalibratedCell& cell, const Points& points) {
-  if (points.size() < kFewestPointsToTrim) return points;
-  const std::vector<double> miss_mm = misses(cell, points);
-  std::vector<std::size_t> order(points.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::ranges::sort(order, {}, [&](std::size_t k) { return miss_mm[k]; });
-  Points kept;
-  for (std::size_t k = 0; k < points.size() * 3 / 4; ++k) kept.push_back(points[order[k]]);
-  return kept;
-}
-
-/// An arm and the points it is to explain, with or without a mistake mended.
-struct Hypothesis {
-  std::string what;
-  RobotModel arm;
-  Points points;
-  double error_mm = 0;
-};
-
-using Names = std::span<const std::string>;
-
-double rough_error(const Hypothesis& guess, Names names) {
-  return median(misses(linear_start(guess.arm, names, guess.points), guess.points));
-}
-
-std::vector<int> first_parameters(int count) {
-  std::vector<int> indices(static_cast<std::size_t>(count));
-  std::iota(indices.begin(), indices.end(), 0);
-  return indices;
-}
-
-/// Base and reflectors fitted to the end, from the better part of the points, so that a few gross errors do
-/// not speak against the arm.
-CalibratedCell placed(const Hypothesis& guess, Names names) {
-  const Points trusted = nearest(linear_start(guess.arm, names, guess.points), guess.points);
-  const CalibratedCell start = linear_start(guess.arm, names, trusted);
-  const auto base_and_reflectors = first_parameters(ParameterLayout::of(start).link(0));
-  const LeastSquaresProblem problem{.points = trusted, .free = base_and_reflectors, .W = {}, .prior = {}};
-  return gauss_newton(start, problem, {.max_iterations = 20}).cell;
-}
-
-double fitted_error(const Hypothesis& guess, Names names) {
-  return median(misses(placed(guess, names), guess.points));
-}
-
-/// Standard deviations that hold the links to where they are; base and reflectors hardly. Without them a fit
-/// diverges where a reflector is right on an axis.
-Eigen::VectorXd link_sigmas(const ParameterLayout& layout) {
-  constexpr double kLinkLength_mm = 3, kLinkAngle_rad = 0.015, kHardly = 1000;
-  Eigen::VectorXd sigma = Eigen::VectorXd::Constant(layout.size(), kHardly);
-  for (int i = 0; i < layout.joints; ++i) {
-    sigma.segment<5>(layout.link(i)) << kLinkLength_mm, kLinkAngle_rad, kLinkLength_mm, kLinkAngle_rad,
-        kLinkAngle_rad;
-  }
-  return sigma;
-}
-
-/// The links identified too, from where base and reflectors were placed.
-CalibratedCell identified(const Hypothesis& guess, const CalibratedCell& placed) {
-  constexpr double kReading_mm = 0.1;
-  const ParameterLayout layout = ParameterLayout::of(placed);
-  const LeastSquaresProblem problem{
-      .points = guess.points,
-      .free = first_parameters(layout.deviation(0)),
-      .W = {},
-      .prior = {.centre = parameter_values(placed),
-                .weight = (kReading_mm * link_sigmas(layout).cwiseInverse()).eval()}};
-  return gauss_newton(placed, problem, {.max_iterations = kIdentifyIterations}).cell;
-}
-
-/// What the arm leaves with its links identified too.
-double identified_error(const Hypothesis& guess, Names names) {
-  return median(misses(identified(guess, placed(guess, names)), guess.points));
-}
-
-/// Whether the links need only be off by what arms are off by to explain the points: then no mistake does it
-/// better.
-bool merely_deviates(const Hypothesis& as_given, Names names) {
-  constexpr double kMostSigmas = 3;
-  const CalibratedCell start = placed(as_given, names);
-  const CalibratedCell cell = identified(as_given, start);
-  const ParameterLayout layout = ParameterLayout::of(cell);
-  const int links = layout.link(layout.joints) - layout.link(0);
-  const Eigen::VectorXd off = (parameter_values(cell) - parameter_values(start))
-                                  .cwiseQuotient(link_sigmas(layout))
-                                  .segment(layout.link(0), links);
-  return off.cwiseAbs().maxCoeff() < kMostSigmas &&
-         median(misses(cell, as_given.points)) < kExplained * as_given.error_mm;
-}
-
-Hypothesis mended(const Hypothesis& as_given, const Mistake& mistake) {
-  Hypothesis guess = as_given;
-  guess.what = mistake.what;
-  mistake.mend(guess.arm, guess.points);
-  return guess;
-}
-
-/// The most promising mistakes, fitted to the end; in the order of `mistakes`.
-std::vector<Hypothesis> shortlist(const Hypothesis& as_given, const std::vector<Mistake>& mistakes,
-                                  Names names) {
-  std::vector<Hypothesis> guesses;
-  for (const Mistake& mistake : mistakes) {
-    guesses.push_back(mended(as_given, mistake));
-    guesses.back().error_mm = rough_error(guesses.back(), names);
-  }
-  std::vector<double> errors;
-  for (const Hypothesis& guess : guesses) errors.push_back(guess.error_mm);
-  const std::size_t kept = std::min(kShortlist, errors.size());
-  std::ranges::nth_element(errors, errors.begin() + static_cast<std::ptrdiff_t>(kept - 1));
-  std::erase_if(guesses, [&](const Hypothesis& guess) { return guess.error_mm > errors[kept - 1]; });
-  for (Hypothesis& guess : guesses) guess.error_mm = fitted_error(guess, names);
-  return guesses;
-}
+using Tries = std::vector<std::vector<Mistake>>;
 
 std::string mm_text(double mm) {
   const int decimals = mm < 1 ? 2 : mm < 10 ? 1 : 0;
   const double unit = std::pow(10.0, decimals);
   const std::string text = std::to_string(std::round(mm * unit) / unit);
   return text.substr(0, text.find('.') + static_cast<std::size_t>(decimals > 0 ? decimals + 1 : 0)) + " mm";
-}
-
-/// The best of the guesses, the first of those as good as the least, if it explains the points better than
-/// what leaves `to_beat_mm`.
-std::optional<Suspicion> explanation(const std::vector<Hypothesis>& guesses, double to_beat_mm) {
-  const double least = std::ranges::min_element(guesses, {}, &Hypothesis::error_mm)->error_mm;
-  if (!(least < to_beat_mm)) return std::nullopt;
-  Suspicion best;
-  for (const Hypothesis& guess : guesses) {
-    if (guess.error_mm > least * kAsGood) continue;
-    if (best.sentence.empty()) {
-      best.sentence = guess.what;
-      best.mended_mm = guess.error_mm;
-    } else {
-      best.also_fits.push_back(guess.what);
-    }
-  }
-  return best;
 }
 
 Suspicion told(Suspicion suspicion, double error_mm, const char* which) {
@@ -201,18 +43,113 @@ Suspicion told(Suspicion suspicion, double error_mm, const char* which) {
   return suspicion;
 }
 
-/// A mistake that shows with base and reflectors alone.
-std::optional<Suspicion> gross_mistake(const Hypothesis& as_given, Names names) {
-  const auto guesses = shortlist(as_given, single_mistakes(as_given.arm), names);
-  auto best = explanation(guesses, as_given.error_mm / kBetter);
-  // Several mistakes only where one leaves too much: they would also mimic it.
-  const double left_mm = best ? best->mended_mm : as_given.error_mm;
-  if (left_mm > kDeviates_mm) {
-    const auto several = shortlist(as_given, combined_mistakes(as_given.arm), names);
-    if (auto better = explanation(several, left_mm / kBetterOfSeveral)) best = std::move(better);
+Tries alone(const std::vector<Mistake>& mistakes) {
+  Tries tries;
+  for (const Mistake& mistake : mistakes) tries.push_back({mistake});
+  return tries;
+}
+
+void append(std::vector<Mistake>& all, std::vector<Mistake> more) {
+  std::ranges::move(more, std::back_inserter(all));
+}
+
+/// What leaves nothing open, in the order in which it is mended: the units of a robot file, what is wrong in
+/// one of its rows, then in whole files.
+std::vector<Mistake> closed_mistakes(const RobotModel& arm) {
+  std::vector<Mistake> mistakes = robot_unit_mistakes();
+  append(mistakes, row_mistakes(arm));
+  append(mistakes, file_mistakes(arm));
+  return mistakes;
+}
+
+/// What can be combined with each other: then what is open, then the order of the rows, judged with all else
+/// mended.
+std::vector<Mistake> all_mistakes(const RobotModel& arm, std::span<const std::string> names) {
+  std::vector<Mistake> mistakes = closed_mistakes(arm);
+  append(mistakes, open_mistakes(arm));
+  append(mistakes, row_order_mistakes(names));
+  return mistakes;
+}
+
+Tries pairs_of(const std::vector<Mistake>& mistakes) {
+  Tries tries;
+  for (std::size_t i = 0; i < mistakes.size(); ++i) {
+    for (std::size_t k = i + 1; k < mistakes.size(); ++k) {
+      const Mistake &a = mistakes[i], &b = mistakes[k];
+      const bool same_value = a.file == MistakenFile::Robot && a.joint == b.joint && a.key == b.key;
+      const bool both_signs = a.key == "sign" && b.key == "sign";  // a set of signs
+      const bool both_orders = a.needs_all_rows && b.needs_all_rows;
+      if (!same_value && !both_signs && !both_orders) tries.push_back({a, b});
+    }
   }
-  if (!best) return std::nullopt;
-  return told(std::move(*best), as_given.error_mm, "coarse");
+  return tries;
+}
+
+Tries each_with(const std::vector<Mistake>& mistakes, const Mistake& other) {
+  Tries tries;
+  for (const Mistake& mistake : mistakes) tries.push_back({mistake, other});
+  return tries;
+}
+
+Suspicion suspicion_of(const std::vector<Hypothesis>& explaining, const RobotModel& nominal,
+                       const MeasurementData& data) {
+  const Hypothesis& first = explaining.front();
+  Claim mended{.arm = nominal, .points = data.points, .open = {}};
+  for (const Mistake& mistake : first.mistakes) mistake.mend(mended);
+  Suspicion suspicion{.sentence = first.sentence(nominal),
+                      .mistakes = first.mistakes,
+                      .mended_arm = first.mended.arm,
+                      .mended_points = std::move(mended.points)};
+  for (std::size_t k = 1; k < explaining.size(); ++k)
+    suspicion.also_fits.push_back(explaining[k].sentence(nominal));
+  return suspicion;
+}
+
+/// With the errors that base and reflectors alone leave, or where these hardly fall those of the links fitted
+/// too; nothing where neither falls.
+std::optional<Suspicion> told(const std::vector<Hypothesis>& explaining, const Diagnosis& diagnosis,
+                              const RobotModel& nominal, const MeasurementData& data) {
+  if (explaining.empty()) return std::nullopt;
+  const Explanation& given = diagnosis.as_given().explanation;
+  const Explanation& mended = explaining.front().explanation;
+  const bool shows = mended.coarse_mm < given.coarse_mm / kBetter;
+  const bool hides = mended.error_mm() < given.error_mm() / kBetterIdentified &&
+                     mended.error_mm() < given.error_mm() - kShows_mm;
+  if (!shows && !hides) return std::nullopt;
+  Suspicion suspicion = suspicion_of(explaining, nominal, data);
+  suspicion.mended_mm = shows ? mended.coarse_mm : mended.error_mm();
+  return told(std::move(suspicion), shows ? given.coarse_mm : given.error_mm(),
+              shows ? "coarse" : "identified arm's");
+}
+
+/// A mistake that shows with base and reflectors alone.
+std::optional<Suspicion> gross_mistake(const Diagnosis& diagnosis, const RobotModel& nominal,
+                                       const MeasurementData& data) {
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  const std::vector<Mistake> mistakes = all_mistakes(nominal, data.smr_names);
+  std::vector<Mistake> single = mistakes;
+  append(single, sign_set_mistakes(nominal));
+  // Any order fits more than any mistake does, and so is thought of where no single one explains the points.
+  const Mistake unordered = unordered_rows(data.smr_names);
+  auto explaining = diagnosis.explaining(alone(single), kAny);
+  if (explaining.empty()) explaining = diagnosis.explaining({{unordered}}, kAny);
+  if (explaining.empty()) explaining = diagnosis.explaining(pairs_of(mistakes), kAny);
+  if (explaining.empty())
+    explaining = diagnosis.explaining(each_with(closed_mistakes(nominal), unordered), kAny);
+  return told(explaining, diagnosis, nominal, data);
+}
+
+/// A mistake that hardly shows before the links are identified: a reflector near an axis does not see which
+/// way its joint turns.
+std::optional<Suspicion> hidden_mistake(const RobotModel& nominal, const MeasurementData& data) {
+  const Diagnosis diagnosis(nominal, data.smr_names, data.points, kPosesToIdentify);
+  const Explanation& given = diagnosis.as_given().explanation;
+  if (given.error_mm() < kShows_mm && given.share_missed() < kGrossErrors) return std::nullopt;
+  std::vector<Mistake> mistakes = sign_mistakes(nominal);
+  append(mistakes, zero_mistakes(nominal));
+  append(mistakes, row_order_mistakes(data.smr_names));
+  const auto explaining = diagnosis.explaining(alone(mistakes), kHides * given.coarse_mm);
+  return told(explaining, diagnosis, nominal, data);
 }
 
 /// Reflectors whose names are mixed up in some poses. Judged by those poses alone: few of them would not show
@@ -227,8 +164,7 @@ std::optional<Suspicion> mixed_reflectors(const RobotModel& nominal, const Measu
   }
   if (before.empty()) return std::nullopt;
 
-  const Points sample = sampled({data.smr_names, renamed.points}, kPoses);
-  const CalibratedCell cell = placed({.what = {}, .arm = nominal, .points = sample}, data.smr_names);
+  const CalibratedCell cell = placed({.arm = nominal, .points = renamed.points, .open = {}}, data.smr_names);
   const double error_mm = median(misses(cell, before));
   Suspicion mixed{.mended_mm = median(misses(cell, after))};
   if (error_mm < kDeviates_mm || error_mm < kBetterOfSeveral * mixed.mended_mm) return std::nullopt;
@@ -238,45 +174,82 @@ std::optional<Suspicion> mixed_reflectors(const RobotModel& nominal, const Measu
   return told(std::move(mixed), error_mm, "coarse");
 }
 
-/// A joint whose sign hardly shows before the links are identified.
-std::optional<Suspicion> hidden_sign(const RobotModel& nominal, const MeasurementData& data) {
-  const Names names = data.smr_names;
-  Hypothesis as_given{.what = {}, .arm = nominal, .points = sampled(data, kPosesToIdentify)};
-  if (as_given.points.size() < kFewestPointsToIdentify) return std::nullopt;
-  as_given.error_mm = fitted_error(as_given, names);
-  std::vector<Hypothesis> guesses;
-  for (const Mistake& mistake : sign_mistakes(as_given.arm)) {
-    Hypothesis guess = mended(as_given, mistake);
-    if (fitted_error(guess, names) > kBetter * as_given.error_mm) continue;
-    guess.error_mm = identified_error(guess, names);
-    guesses.push_back(std::move(guess));
-  }
-  if (guesses.empty()) return std::nullopt;
-  const double given_mm = identified_error(as_given, names);
-  auto best = explanation(guesses, std::min(given_mm / kBetterIdentified, given_mm - kShows_mm));
-  if (!best) return std::nullopt;
-  return told(std::move(*best), given_mm, "identified arm's");
+/// Whether the links need only be off by what arms are off by to explain the points: then no mistake does it
+/// better.
+bool merely_deviates(const Explanation& as_given, double gross_errors) {
+  return as_given.largest_deviation < kMostSigmas && as_given.share_missed() <= gross_errors &&
+         as_given.error_mm() < kExplained * as_given.coarse_mm;
+}
+
+/// Farther the flange is not from the base, whatever the revolute joints do.
+double reach_mm(const RobotModel& robot) {
+  double reach_mm = robot.X_flange.translation().norm();
+  for (const Joint& joint : robot.joints) reach_mm += std::abs(joint.a_mm) + std::abs(joint.d_mm);
+  return reach_mm;
+}
+
+/// Robot file and points in metres fit each other, and no arm.
+std::optional<Suspicion> all_in_metres(const RobotModel& nominal, const MeasurementData& data) {
+  if (!reaches_nowhere(nominal)) return std::nullopt;
+  Claim mended{.arm = nominal, .points = data.points, .open = {}};
+  const std::vector<Mistake> mistakes = metres_for_mm();
+  for (const Mistake& mistake : mistakes) mistake.mend(mended);
+  const double left_mm =
+      Diagnosis(mended.arm, data.smr_names, mended.points, kPoses).as_given().explanation.coarse_mm;
+  if (left_mm > kCannotBe_mm) return std::nullopt;
+  return Suspicion{.error_mm = left_mm,
+                   .mended_mm = left_mm,
+                   .sentence =
+                       "the lengths of the robot file and the points are in m, not mm: as they "
+                       "stand the arm reaches no farther than " +
+                       mm_text(reach_mm(nominal)),
+                   .also_fits = {},
+                   .mistakes = mistakes,
+                   .mended_arm = mended.arm,
+                   .mended_points = mended.points};
+}
+
+Suspicion unexplained(const RobotModel& nominal, const Hypothesis& as_given) {
+  const Explanation& given = as_given.explanation;
+  const std::string where = failure_pattern(nominal, as_given.mended.points, given.miss_mm);
+  return {.error_mm = given.coarse_mm,
+          .mended_mm = given.coarse_mm,
+          .sentence = "the nominal arm misses the points by " + mm_text(given.coarse_mm) +
+                      " and neither one nor two of the usual mistakes explain it (" +
+                      (where.empty() ? "alike everywhere" : "with the links fitted most at " + where) +
+                      "): are these the measurements of this robot?"};
 }
 
 }  // namespace
 
+std::string in_words(const Suspicion& suspicion) {
+  std::string words = suspicion.sentence;
+  constexpr std::size_t kMostNamed = 4;
+  const std::size_t others = suspicion.also_fits.size(), named = std::min(others, kMostNamed);
+  for (std::size_t k = 0; k < named; ++k)
+    words += (k == 0 ? "; the data fit as well if " : ", or if ") + suspicion.also_fits[k];
+  if (others > named) words += ", or in " + std::to_string(others - named) + " other ways";
+  return words;
+}
+
+bool reaches_nowhere(const RobotModel& robot) {
+  constexpr double kNoArm_mm = 20;  // the smallest arms reach ten times as far
+  return reach_mm(robot) < kNoArm_mm;
+}
+
 std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementData& data) {
   if (pose_groups(data.points).size() < kPosesToJudge) return std::nullopt;
-  Hypothesis as_given{.what = {}, .arm = nominal, .points = sampled(data, kPoses)};
-  as_given.error_mm = fitted_error(as_given, data.smr_names);
-  const bool off = as_given.error_mm > kDeviates_mm && !merely_deviates(as_given, data.smr_names);
-  auto gross = off ? gross_mistake(as_given, data.smr_names) : std::nullopt;
-  auto mixed = mixed_reflectors(nominal, data);
-  if (mixed && (!gross || mixed->mended_mm < gross->mended_mm)) return mixed;
-  if (gross) return gross;
-  if (auto hidden = hidden_sign(nominal, data)) return hidden;
-  if (as_given.error_mm <= kCannotBe_mm) return std::nullopt;
-  return Suspicion{.error_mm = as_given.error_mm,
-                   .mended_mm = as_given.error_mm,
-                   .sentence = "the nominal arm misses the points by " + mm_text(as_given.error_mm) +
-                               " and no usual mistake explains it: are these the measurements of this "
-                               "robot, and is the order of its joints right?",
-                   .also_fits = {}};
+  if (auto in_metres = all_in_metres(nominal, data)) return in_metres;
+  if (auto mixed = mixed_reflectors(nominal, data)) return mixed;
+  const Diagnosis diagnosis(nominal, data.smr_names, data.points, kPoses);
+  const Explanation& given = diagnosis.as_given().explanation;
+  const bool off = given.coarse_mm > kDeviates_mm && !merely_deviates(given, kGrossErrors);
+  if (off) {
+    if (auto gross = gross_mistake(diagnosis, nominal, data)) return gross;
+  }
+  if (auto hidden = hidden_mistake(nominal, data)) return hidden;
+  if (given.coarse_mm <= kCannotBe_mm || merely_deviates(given, kManyGrossErrors)) return std::nullopt;
+  return unexplained(nominal, diagnosis.as_given());
 }
 
 }  // namespace truepose

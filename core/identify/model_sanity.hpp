@@ -6,6 +6,7 @@
 
 #include "core/arm/robot_model.hpp"
 #include "core/identify/measurement.hpp"
+#include "core/identify/mistakes.hpp"
 
 namespace truepose {
 
@@ -15,19 +16,30 @@ struct Suspicion {
   double mended_mm = 0;                ///< the same without the mistake; error_mm where none was found
   std::string sentence;                ///< for the operator, with both errors
   std::vector<std::string> also_fits;  ///< other mistakes that explain the points as well
+  std::vector<Mistake> mistakes;       ///< of the sentence, and where they are; none: nothing explains it
+  int station = 0;                     ///< index of the one that the points are from
+  RobotModel mended_arm;               ///< without them
+  std::vector<Measurement> mended_points;
 };
 
-/// Tells a nominal arm that cannot be right (a sign, a zero, an alpha, a and d, joint columns, units) from
-/// one that merely deviates.
+/// The sentence, and what else it may be.
+std::string in_words(const Suspicion& suspicion);
+
+/// Whether an arm reaches next to nowhere, as one whose lengths are in metres.
+bool reaches_nowhere(const RobotModel& robot);
+
+/// Tells files that cannot be right from an arm that merely deviates.
 ///
-/// The arm is suspected where base and reflectors alone leave more than 5 mm and mending one mistake halves
-/// it (several: leaves a fifth); where the identified arm is better by a third with the sign of a joint
-/// changed that hardly shows before (a reflector near an axis); or where more than 50 mm are left, whatever
-/// explains them. No mistake makes an arm that merely deviates so much better, even with three times the
-/// paper's errors. A mistake that no pose shows, as the sign of an axis right through the only reflector, is
-/// not found and does no harm.
+/// Where base and reflectors alone leave more than 5 mm and no usual deviations of the links explain it,
+/// mistakes are tried alone and, where none explains the points, in pairs, then one beside rows in any
+/// order; where the identified arm leaves
+/// more than a tracker does, those that hardly show before: a sign, a zero or rows out of step, with a
+/// reflector near an axis or poses along a path. A mistake is told only as Diagnosis::explaining() has it.
+/// Without one an arm is refused that leaves more than 50 mm. A mistake that no pose shows, as the sign of an
+/// axis right through the only reflector, is not found and does no harm. Lengths and points both in metres
+/// fit each other: they are told by an arm that reaches next to nowhere.
 ///
-/// @param data  points that calibrate() accepts; all sets are used, at most 150 poses of them
+/// @param data  points that calibrate() accepts; all sets are used
 /// @return the best explanation; nothing where nothing is wrong, or fewer than eight poses cannot tell
 std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementData& data);
 

@@ -16,8 +16,8 @@ class NormalEquations {
   /// More parameters of links and deviations than these can be free only in linearise().
   static constexpr int kMostLinkParameters = kernels::kMostLinkColumns;
 
-  /// @param cell    of the structure (joints, deviations, reflectors) that will be evaluated, and for whose
-  /// arm the points were prepared; kept by reference like the prior
+  /// @param cell    of the structure (joints, deviations, reflectors, stations) that will be evaluated, and
+  /// for whose arm the points were prepared; kept by reference like the prior
   /// @param free    indices of ParameterLayout, ascending
   NormalEquations(const CalibratedCell& cell, PreparedPoints& points, const std::vector<int>& free,
                   const Prior& prior);
@@ -36,10 +36,10 @@ class NormalEquations {
 
  private:
   int place(int i) const { return place_[static_cast<std::size_t>(i)]; }
-  void add(const kernels::PointModel& model, int reflector);
-  int place_of_local(int column, int reflector) const;
-  void add_translations(const kernels::PointSums& sums, int reflector);
-  void turn_base_to_tracker(const Eigen::Matrix3d& R_WB);
+  void add(const kernels::PointModel& model, int station, int reflector);
+  int place_of_local(int column, int station, int reflector) const;
+  void add_translations(const kernels::PointSums& sums, int station, int reflector);
+  void turn_base_to_tracker(int station, const Eigen::Matrix3d& R_WB);
   void add_prior(const CalibratedCell& cell);
   int local_columns() const;
 
@@ -48,8 +48,8 @@ class NormalEquations {
   const std::vector<int>& free_;
   const Prior& prior_;
   std::vector<kernels::LinkColumn> columns_;
-  // Base (3 + 3), all reflectors, the free columns of links and deviations. A superset of what is free: it
-  // costs little and leaves one layout.
+  // Base (3 + 3) of each station, all reflectors, the free columns of links and deviations. A superset of
+  // what is free: it costs little and leaves one layout.
   Eigen::MatrixXd all_;  ///< upper half
   Eigen::VectorXd gradient_;
   double cost_ = 0;

@@ -209,7 +209,8 @@ Eigen::VectorXd usual_deviation(const ParameterLayout& layout) {
   constexpr double kLink = 0.3, kPlacement = 1;  // mm
   constexpr double kLink_rad = 3e-4, kPlacement_rad = 1e-3;
   Eigen::VectorXd deviation = Eigen::VectorXd::Constant(layout.size(), kPlacement);
-  deviation.segment<3>(3).setConstant(kPlacement_rad);
+  for (int s = 0; s < layout.stations; ++s)
+    deviation.segment<3>(layout.base(s) + 3).setConstant(kPlacement_rad);
   for (int i = 0; i < layout.joints; ++i) {
     deviation.segment<5>(layout.link(i)) << kLink, kLink_rad, kLink, kLink_rad, kLink_rad;
   }
@@ -219,11 +220,9 @@ Eigen::VectorXd usual_deviation(const ParameterLayout& layout) {
 NullSpace null_space(const Eigen::MatrixXd& J_all, std::span<const std::string> names,
                      const Eigen::VectorXd& preference, const Eigen::VectorXd& usual_deviation) {
   const Eigen::MatrixXd J = triangular_factor(J_all);
-  const Identifiability known = identifiability(J, preference);
   const Eigen::VectorXd norms = column_norms(J);
-  // Rows of zeros: with fewer rows than columns more is open.
-  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(J.cols(), J.cols());
-  unit.topRows(J.rows()) = J * norms.cwiseInverse().asDiagonal();
+  const PivotedQr unit = pivoted_qr(J * norms.cwiseInverse().asDiagonal());
+  const Identifiability known = rank_by(unit.pivots());
   const Echelon scaled = reduced_echelon(null_basis(unit, known.rank), dispensable_first(preference));
 
   NullSpace result{.rank = known.rank, .gap = known.gap, .basis = scaled.columns, .unknown = {}, .weak = {}};

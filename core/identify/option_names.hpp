@@ -16,10 +16,13 @@ inline constexpr std::array kMethodNames{
     Named{"particle-swarm", CalibrationMethod::ParticleSwarm},
 };
 inline constexpr std::array kLossNames{
-    Named{"squared", Loss::Squared},
-    Named{"huber", Loss::Huber},
-    Named{"igg3", Loss::Igg3},
-    Named{"tukey", Loss::Tukey},
+    Named{"screened", Loss::Screened}, Named{"squared", Loss::Squared}, Named{"huber", Loss::Huber},
+    Named{"igg3", Loss::Igg3},         Named{"tukey", Loss::Tukey},
+};
+inline constexpr std::array kThermalNames{
+    Named{"none", ThermalUse::Off},
+    Named{"temperatures", ThermalUse::Temperatures},
+    Named{"time", ThermalUse::Time},
 };
 inline constexpr std::array kPoseSetNames{
     Named{"identify", PoseSet::Identify},

@@ -17,7 +17,7 @@ struct ParticleSwarmOptions {
 };
 
 /// Base and reflectors with the least squared error that a swarm finds from anywhere, the arm held at `arm`:
-/// the global start of the literature, for comparison with linear_start(), which needs no search. Source:
+/// the global start of the literature, for comparison with placement(), which needs no search. Source:
 /// Clerc and Kennedy, The particle swarm, 2002 (constriction factor).
 CalibratedCell particle_swarm_start(const RobotModel& arm, std::span<const std::string> smr_names,
                                     std::span<const Measurement> points,

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "core/arm/arm_kernel.hpp"
+#include "core/arm/joint_coupling.hpp"
 #include "core/arm/joint_deviation.hpp"
 #include "core/math/dense_algebra.hpp"
 
@@ -25,28 +26,30 @@ Eigen::Matrix3d triangular(const Eigen::Matrix3d& W) {
 
 PreparedPoints::PreparedPoints(const RobotModel& robot, std::span<const Measurement> points, int reflectors,
                                std::span<const Eigen::Matrix3d> W, const kernels::Kernels& code)
-    : code_{&code} {
+    : code_{&code}, reflectors_{reflectors} {
   for (const Joint& joint : robot.joints) joints_.push_back(joint.type);
-  begin_.resize(static_cast<std::size_t>(reflectors) + 1);
-  place_.reserve(points.size());
+  int stations = 1;
+  for (const Measurement& point : points) stations = std::max(stations, point.station + 1);
+  std::vector<int> count(group(stations, 0), 0);
+  for (const Measurement& point : points) ++count[group(point.station, point.smr)];
   int end = 0;
-  std::vector<int> next;
-  for (int k = 0; k < reflectors; ++k) {
-    begin_[static_cast<std::size_t>(k)] = end;
-    next.push_back(end);
-    end += padded(static_cast<int>(
-        std::count_if(points.begin(), points.end(), [k](const Measurement& m) { return m.smr == k; })));
+  for (const int each : count) {
+    begin_.push_back(end);
+    end += padded(each);
   }
-  begin_.back() = end;
-  for (const Measurement& point : points) place_.push_back(next[static_cast<std::size_t>(point.smr)]++);
+  begin_.push_back(end);
+  place_.reserve(points.size());
+  std::vector<int> next = begin_;
+  for (const Measurement& point : points) place_.push_back(next[group(point.station, point.smr)]++);
 
   row_lines_ = end / kLanes;
   const int rows = basis_row(static_cast<int>(robot.deviation.size()));
   lines_.assign(static_cast<std::size_t>(rows * row_lines_ + 1), {});
   for (std::size_t n = 0; n < points.size(); ++n) {
     for (int axis = 0; axis < 3; ++axis) row(kX + axis)[place_[n]] = points[n].p_WS_mm[axis];
+    const JointVector q_chain = chain_joints(robot.coupling, points[n].q);
     for (int i = 0; i < joint_count(); ++i) {
-      row(reading_row(i))[place_[n]] = robot.joints[static_cast<std::size_t>(i)].sign * points[n].q[i];
+      row(reading_row(i))[place_[n]] = robot.joints[static_cast<std::size_t>(i)].sign * q_chain[i];
     }
   }
   place_bases(robot, points);
@@ -56,8 +59,9 @@ PreparedPoints::PreparedPoints(const RobotModel& robot, std::span<const Measurem
 
 void PreparedPoints::place_bases(const RobotModel& robot, std::span<const Measurement> points) {
   std::vector<double> basis(robot.deviation.size());
+  LoadedArm arm(robot);
   for (std::size_t n = 0; n < points.size() && !basis.empty(); ++n) {
-    deviation_basis(robot, points[n].q, points[n].direction, basis);
+    deviation_basis(arm.at(points[n]), points[n].q, points[n].direction, basis);
     for (std::size_t t = 0; t < basis.size(); ++t) {
       const auto joint = static_cast<std::size_t>(robot.deviation[t].joint);
       row(basis_row(static_cast<int>(t)))[place_[n]] = robot.joints[joint].sign * basis[t];
@@ -102,9 +106,9 @@ void PreparedPoints::reweight(std::span<const Eigen::Matrix3d> W) {
   }
 }
 
-kernels::PointBlock PreparedPoints::of_reflector(int reflector) const {
-  const int begin = begin_[static_cast<std::size_t>(reflector)];
-  const int end = begin_[static_cast<std::size_t>(reflector) + 1];
+kernels::PointBlock PreparedPoints::of(int station, int reflector) const {
+  const int begin = begin_[group(station, reflector)];
+  const int end = begin_[group(station, reflector) + 1];
   kernels::PointBlock block{.measured = {row(kX) + begin, row(kY) + begin, row(kZ) + begin},
                             .weight = row(kWeight) + begin,
                             .whitening = {},
@@ -131,13 +135,11 @@ kernels::LinkColumn link_column(const RobotModel& robot, const ParameterLayout& 
 
 PreparedModel::PreparedModel(const CalibratedCell& cell, const std::vector<kernels::LinkColumn>& columns)
     : arm{folded(cell.robot)},
-      model{.arm = &arm, .columns = columns.data(), .column_count = static_cast<int>(columns.size())} {
-  const Eigen::Isometry3d X_WB = cell.base.isometry();
+      model{.arm = &arm, .columns = columns.data(), .column_count = static_cast<int>(columns.size())} {}
+
+const kernels::PointModel& PreparedModel::of(const Eigen::Isometry3d& X_WB, const Reflector& reflector) {
   Eigen::Map<Eigen::Matrix3d>(model.rotation) = X_WB.linear();
   Eigen::Map<Eigen::Vector3d>(model.origin) = X_WB.translation();
-}
-
-const kernels::PointModel& PreparedModel::of(const Reflector& reflector) {
   Eigen::Map<Eigen::Vector3d>(model.reflector) = reflector.p_FS_mm;
   return model;
 }

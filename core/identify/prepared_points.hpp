@@ -10,11 +10,11 @@
 
 namespace truepose {
 
-/// Measured points in the layout of the kernels: by reflector, one array a coordinate, with the sines and
-/// cosines of the joints, which an identification needs in every iteration and which change with the
-/// deviations alone.
+/// Measured points in the layout of the kernels: by station and reflector, one array a coordinate, with the
+/// sines and cosines of the joints, which an identification needs in every iteration and which change with
+/// the deviations alone.
 ///
-/// Depends on the arm by the types and signs of its joints, and by the bases of its deviations.
+/// Depends on the arm by the types, signs and couplings of its joints, and by the bases of its deviations.
 class PreparedPoints {
  public:
   /// @param reflectors  how many the points' `smr` may name
@@ -30,21 +30,26 @@ class PreparedPoints {
 
   int size() const { return static_cast<int>(place_.size()); }
   int joint_count() const { return static_cast<int>(joints_.size()); }
-  int reflectors() const { return static_cast<int>(begin_.size()) - 1; }
+  int stations() const { return static_cast<int>(begin_.size() - 1) / reflectors_; }
+  int reflectors() const { return reflectors_; }
   const kernels::Kernels& code() const { return *code_; }
 
   /// Of each point, in the caller's order: its number within the arrays.
   const std::vector<int>& places() const { return place_; }
   /// Whether some points are whitened and not merely weighed.
   bool whitened() const { return whitened_; }
-  int first_of(int reflector) const { return begin_[static_cast<std::size_t>(reflector)]; }
-  /// The points of one reflector, padded with points of weight 0.
-  kernels::PointBlock of_reflector(int reflector) const;
+  int first_of(int station, int reflector) const { return begin_[group(station, reflector)]; }
+  int end() const { return begin_.back(); }  ///< of the arrays
+  /// The points of one reflector from one station, padded with points of weight 0.
+  kernels::PointBlock of(int station, int reflector) const;
 
  private:
   /// Arrays over all points, of so many numbers each; joints, readings and bases one for each of theirs.
   enum Row { kX, kY, kZ, kWeight, kWhitening, kJoints = kWhitening + 6 };
 
+  std::size_t group(int station, int reflector) const {
+    return static_cast<std::size_t>(station * reflectors_ + reflector);
+  }
   double* row(int number) { return lines_[static_cast<std::size_t>(number * row_lines_)].value; }
   const double* row(int number) const { return lines_[static_cast<std::size_t>(number * row_lines_)].value; }
   int first_row(int joint) const { return kJoints + joint; }
@@ -54,10 +59,11 @@ class PreparedPoints {
   void place_bases(const RobotModel& robot, std::span<const Measurement> points);
 
   const kernels::Kernels* code_;
+  int reflectors_;
   std::vector<JointType> joints_;
   int row_lines_ = 0;  ///< length of an array over all points
   std::vector<kernels::Line> lines_;
-  std::vector<int> begin_;            ///< first place of each reflector's points, and the end of all
+  std::vector<int> begin_;            ///< first place of each group's points, and the end of all
   std::vector<int> place_;            ///< of each point, in the caller's order
   std::vector<double> coefficients_;  ///< of the deviations, as the joints stand
   bool placed_ = false;
@@ -68,14 +74,14 @@ class PreparedPoints {
 /// zero (prismatic: its length), times the basis.
 kernels::LinkColumn link_column(const RobotModel& robot, const ParameterLayout& layout, int parameter);
 
-/// The arm, base and columns of a cell in the kernels' form; the reflector is set for each.
+/// The arm and columns of a cell in the kernels' form; the station and the reflector are set for each.
 struct PreparedModel {
   kernels::Arm arm;
   kernels::PointModel model;
 
   PreparedModel(const CalibratedCell& cell, const std::vector<kernels::LinkColumn>& columns);
   PreparedModel(const PreparedModel&) = delete;
-  const kernels::PointModel& of(const Reflector& reflector);
+  const kernels::PointModel& of(const Eigen::Isometry3d& X_WB, const Reflector& reflector);
 };
 
 }  // namespace truepose

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/arm/forward.hpp"
-#include "core/identify/linear_start.hpp"
+#include "core/identify/placement.hpp"
 
 namespace truepose {
 namespace {
@@ -65,7 +65,7 @@ Relabelled relabelled(const RobotModel& arm, std::span<const std::string> smr_na
   if (poses.size() < kPosesToLabel) return result;
 
   const std::string middle = "middle";
-  const Eigen::Matrix3d R_WB = linear_start(arm, {&middle, 1}, middles).base.isometry().linear();
+  const Eigen::Matrix3d R_WB = placement(arm, {&middle, 1}, middles).base.isometry().linear();
   Eigen::Matrix3Xd first;
   std::vector<Order> orders;
   std::map<Order, int> votes;

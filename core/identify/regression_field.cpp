@@ -51,15 +51,21 @@ Eigen::Vector3d mean_off(std::span<const Reading> readings) {
   return sum / static_cast<double>(readings.size());
 }
 
+/// Displacement of a point at the lever by a turn about each axis.
+Eigen::Matrix3d turn_columns(const Eigen::Vector3d& lever) {
+  Eigen::Matrix3d columns;
+  columns << 0, lever.z(), -lever.y(), -lever.z(), 0, lever.x(), lever.y(), -lever.x(), 0;
+  return columns;
+}
+
 /// Displacement of the point p_B and turn about it that explain the readings best (least squares).
 Eigen::Matrix<double, 6, 1> twist(std::span<const Reading> readings, const Eigen::Vector3d& p_B) {
   Eigen::MatrixXd A(3 * static_cast<Eigen::Index>(readings.size()), 6);
   Eigen::VectorXd b(A.rows());
   Eigen::Index row = 0;
   for (const Reading& reading : readings) {
-    const Eigen::Vector3d lever = (reading.p_B - p_B) / kTurnLever_mm;
     A.block<3, 3>(row, 0).setIdentity();
-    A.block<3, 3>(row, 3) << 0, lever.z(), -lever.y(), -lever.z(), 0, lever.x(), lever.y(), -lever.x(), 0;
+    A.block<3, 3>(row, 3) = turn_columns((reading.p_B - p_B) / kTurnLever_mm);
     b.segment<3>(row) = reading.off_B;
     row += 3;
   }
@@ -69,22 +75,38 @@ Eigen::Matrix<double, 6, 1> twist(std::span<const Reading> readings, const Eigen
 }  // namespace
 
 RegressionField::RegressionField(const RobotModel& robot, RegressorPtr regressor,
-                                 const Eigen::Vector3d& p_F_mm)
+                                 const Eigen::Vector3d& p_F_mm, double variance_factor)
     : joints_{types_of(robot)},
       regressor_{std::move(regressor)},
       targets_{regressor_->state().Y.cols()},
-      p_F_mm_{p_F_mm} {}
+      p_F_mm_{p_F_mm},
+      variance_factor_{variance_factor} {}
 
 Eigen::Isometry3d RegressionField::displaced(const JointVector& q,
                                              const Eigen::Isometry3d& X_BF) const noexcept {
   Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6, 1> y(targets_);
   regressor_->predict(features_of(joints_, q), y);
+  return displaced_by(y, X_BF);
+}
+
+Eigen::Isometry3d RegressionField::displaced_by(const Eigen::Ref<const Eigen::VectorXd>& y,
+                                                const Eigen::Isometry3d& X_BF) const noexcept {
   Eigen::Isometry3d X = X_BF;
   if (y.size() == 6) {
     X.linear() = rotation_by(y.tail<3>() / kTurnLever_mm) * X_BF.linear();
   }
   X.translation() = X_BF * p_F_mm_ + y.head<3>() - X.linear() * p_F_mm_;
   return X;
+}
+
+Eigen::Matrix3d RegressionField::covariance(const JointVector& q, const Eigen::Isometry3d& X_BF,
+                                            const Eigen::Vector3d& p_F_mm) const {
+  const Eigen::VectorXd variance = variance_factor_ * regressor_->variance(features_of(joints_, q));
+  Eigen::Matrix3d C = variance.head<3>().asDiagonal();
+  if (variance.size() == 3) return C;
+  const Eigen::Vector3d lever = X_BF.linear() * (p_F_mm - p_F_mm_) / kTurnLever_mm;
+  const Eigen::Matrix3d A = turn_columns(lever);
+  return C + A * variance.tail<3>().asDiagonal() * A.transpose();
 }
 
 int field_features(const RobotModel& robot) {
@@ -94,14 +116,21 @@ int field_features(const RobotModel& robot) {
 FieldData field_data(const CalibratedCell& cell, std::span<const Measurement> points) {
   const std::vector<int> pose = pose_numbers(points);
   const int poses = count_poses(points);
-  const Eigen::Isometry3d X_BW = inverse_of(cell.base.isometry());
+  std::vector<Eigen::Isometry3d> X_WB, X_BW;  // of each station
+  for (int s = 0; s < cell.station_count(); ++s) {
+    X_WB.push_back(cell.base_at(s).isometry());
+    X_BW.push_back(inverse_of(X_WB.back()));
+  }
+  LoadedArm arm(cell.robot);
   std::vector<std::vector<Reading>> readings(static_cast<std::size_t>(poses));
   std::vector<const Measurement*> of_pose(static_cast<std::size_t>(poses));
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Measurement& m = points[i];
-    const Eigen::Vector3d predicted = cell.predict(m.q, m.smr, m.direction);
+    const auto s = static_cast<std::size_t>(m.station);
+    const Eigen::Vector3d predicted = X_WB[s] * (forward_kinematics(arm.at(m), m.q, m.direction) *
+                                                 cell.reflectors[static_cast<std::size_t>(m.smr)].p_FS_mm);
     readings[static_cast<std::size_t>(pose[i])].push_back(
-        {X_BW * predicted, X_BW.linear() * (m.p_WS_mm - predicted)});
+        {X_BW[s] * predicted, X_BW[s].linear() * (m.p_WS_mm - predicted)});
     of_pose[static_cast<std::size_t>(pose[i])] = &m;
   }
   const bool turns =
@@ -120,13 +149,29 @@ FieldData field_data(const CalibratedCell& cell, std::span<const Measurement> po
     const Measurement& m = *of_pose[k];
     data.regression.X.row(row) = features_of(joints, m.q).transpose();
     if (turns) {
-      const Eigen::Vector3d p_B = forward_kinematics(cell.robot, m.q, m.direction) * data.p_F_mm;
+      const Eigen::Vector3d p_B = forward_kinematics(arm.at(m), m.q, m.direction) * data.p_F_mm;
       data.regression.Y.row(row) = twist(readings[k], p_B).transpose();
     } else {
       data.regression.Y.row(row) = mean_off(readings[k]).transpose();
     }
   }
   return data;
+}
+
+std::vector<Eigen::Vector3d> errors_with(const Eigen::MatrixXd& targets, const RegressionField& field,
+                                         const CalibratedCell& without_field,
+                                         std::span<const Measurement> points) {
+  const std::vector<int> pose = pose_numbers(points);
+  LoadedArm arm(without_field.robot);
+  std::vector<Eigen::Vector3d> errors;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Measurement& m = points[i];
+    const Eigen::Isometry3d X_BF =
+        field.displaced_by(targets.row(pose[i]).transpose(), forward_kinematics(arm.at(m), m.q, m.direction));
+    const Eigen::Vector3d& p_FS_mm = without_field.reflectors[static_cast<std::size_t>(m.smr)].p_FS_mm;
+    errors.push_back(without_field.base_at(m.station).isometry() * (X_BF * p_FS_mm) - m.p_WS_mm);
+  }
+  return errors;
 }
 
 }  // namespace truepose

@@ -20,19 +20,35 @@ class RegressionField final : public ResidualField {
   /// @param robot      whose joints' types say what the features are
   /// @param regressor  of 3 targets (displacement) or 6 (and rotation vector times kTurnLever_mm)
   /// @param p_F_mm     the point, in the flange frame
-  RegressionField(const RobotModel& robot, RegressorPtr regressor, const Eigen::Vector3d& p_F_mm);
+  /// @param variance_factor  true variance over the one that the regressor knows of
+  RegressionField(const RobotModel& robot, RegressorPtr regressor, const Eigen::Vector3d& p_F_mm,
+                  double variance_factor = 1);
 
   Eigen::Isometry3d displaced(const JointVector& q, const Eigen::Isometry3d& X_BF) const noexcept override;
+  Eigen::Matrix3d covariance(const JointVector& q, const Eigen::Isometry3d& X_BF,
+                             const Eigen::Vector3d& p_F_mm) const override;
+
+  /// The flange as targets `y` of the regressor displace it.
+  Eigen::Isometry3d displaced_by(const Eigen::Ref<const Eigen::VectorXd>& y,
+                                 const Eigen::Isometry3d& X_BF) const noexcept;
 
   const RegressorPtr& regressor() const { return regressor_; }
   const Eigen::Vector3d& p_F_mm() const { return p_F_mm_; }
+  double variance_factor() const { return variance_factor_; }
 
  private:
   std::vector<JointType> joints_;
   RegressorPtr regressor_;
   Eigen::Index targets_;
   Eigen::Vector3d p_F_mm_;
+  double variance_factor_;
 };
+
+/// Predicted minus measured positions of the points that field_data() was made of, each in the frame of its
+/// station (mm), as the field puts them with these targets of the poses (its rows).
+std::vector<Eigen::Vector3d> errors_with(const Eigen::MatrixXd& targets, const RegressionField& field,
+                                         const CalibratedCell& without_field,
+                                         std::span<const Measurement> points);
 
 /// How many features a field over this arm has: columns of its regressor's X.
 int field_features(const RobotModel& robot);

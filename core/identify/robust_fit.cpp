@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "core/identify/calibrated_cell.hpp"
-#include "core/identify/linear_start.hpp"
 #include "core/identify/measurement_model.hpp"
+#include "core/identify/placement.hpp"
 #include "core/identify/prior.hpp"
 #include "core/math/random.hpp"
 #include "core/math/statistics.hpp"
@@ -107,12 +107,12 @@ double positive(double sigma) { return std::max(sigma, 1e-12); }
 
 CalibratedCell robust_start(const RobotModel& arm, std::span<const std::string> smr_names,
                             std::span<const Measurement> points, std::span<const Eigen::Matrix3d> W) {
-  CalibratedCell best = linear_start(arm, smr_names, points);
+  CalibratedCell best = placement(arm, smr_names, points);
   double best_median = median(whitened_lengths(best, points, W));
   Random random(0);
   for (int i = 0; i < kSubsets; ++i) {
     const std::vector<Measurement> subset = random_subset(points, smr_names.size(), random);
-    const CalibratedCell candidate = linear_start(arm, smr_names, subset);
+    const CalibratedCell candidate = placement(arm, smr_names, subset);
     const double candidate_median = median(whitened_lengths(candidate, points, W));
     if (candidate_median < best_median) {
       best = candidate;
@@ -120,8 +120,9 @@ CalibratedCell robust_start(const RobotModel& arm, std::span<const std::string> 
     }
   }
 
-  LeastSquaresProblem problem{.points = points, .free = {}, .W = {}, .prior = {}};
-  problem.free.resize(static_cast<std::size_t>(ParameterLayout::of(best).link(0)));
+  const ParameterLayout layout = ParameterLayout::of(best);
+  LeastSquaresProblem problem{.points = points, .free = {}, .W = {}, .prior = placement_prior(layout)};
+  problem.free.resize(static_cast<std::size_t>(layout.link(0)));
   std::iota(problem.free.begin(), problem.free.end(), 0);
   for (int i = 0; i < 9; ++i) {
     const std::vector<double> lengths = whitened_lengths(best, points, W);
@@ -157,6 +158,7 @@ std::vector<double> point_weights(const CalibratedCell& cell, std::span<const Me
   for (double& weight : weights) {
     const double u = weight / sigma_mm;
     switch (loss) {
+      case Loss::Screened:
       case Loss::Squared:
         weight = 1;
         break;

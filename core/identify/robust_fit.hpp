@@ -10,11 +10,15 @@ namespace truepose {
 
 /// How much a large residual counts.
 enum class Loss {
-  Squared,  ///< as it stands: right where there are no gross errors
-  Huber,    ///< linearly beyond a few sigma: every point stays in
+  Screened,  ///< as it stands, once the points that gross_errors() names are left out
+  Squared,   ///< as it stands: right where there are no gross errors
+  Huber,     ///< linearly beyond a few sigma: every point stays in
   Igg3,   ///< less and less, and not at all beyond 6 sigma (Yang's third scheme of the Institute of Geodesy)
   Tukey,  ///< not at all beyond a few sigma, nor its sway near there
 };
+
+/// Whether a fit under this loss weighs its points anew as it goes.
+constexpr bool reweighs(Loss loss) { return loss != Loss::Screened && loss != Loss::Squared; }
 
 /// Weight in [0, 1] of a point whose whitened residual is `length` long (three coordinates, in units of the
 /// standard deviation of one).
@@ -26,7 +30,7 @@ double tukey_weight(double length, double cut);
 /// may be wrong. Source: the median of the chi distribution with three degrees of freedom is 1.538.
 double sigma_from_median(std::span<const double> lengths);
 
-/// Base and reflectors of an arm from points of which a part may be grossly wrong: the linear start on all
+/// Base and reflectors of an arm from points of which a part may be grossly wrong: placement() from all
 /// points and on random subsets, of which the one with the smallest median residual is kept, then iteratively
 /// reweighted Gauss-Newton on these parameters alone.
 ///

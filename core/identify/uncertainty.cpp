@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/arm/forward.hpp"
 #include "core/identify/identifiability.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/math/dense_algebra.hpp"
@@ -29,16 +30,18 @@ ParameterUncertainty uncertainty_of(const LinearSystem& system, const LeastSquar
   const auto weight = [&](std::size_t i) {
     return problem.prior.weight.size() > 0 ? problem.prior.weight[problem.free[i]] : 0.0;
   };
+  ParameterUncertainty result;
   // What the prior says of a parameter, the data do not.
-  double determined = rank;
+  result.determined = rank;
   for (std::size_t i = 0; i < problem.free.size(); ++i) {
     const auto a = static_cast<Eigen::Index>(i);
-    determined -= inverse(a, a) * weight(i) * weight(i);
+    result.determined -= inverse(a, a) * weight(i) * weight(i);
   }
 
-  ParameterUncertainty result;
   result.sigma0_mm =
-      std::sqrt(system.f.head(data_rows).squaredNorm() / std::max(1.0, equations - determined));
+      problem.prior.sigma_mm > 0
+          ? problem.prior.sigma_mm
+          : std::sqrt(system.f.head(data_rows).squaredNorm() / std::max(1.0, equations - result.determined));
   result.covariance = Eigen::MatrixXd::Zero(parameters, parameters);
   result.data_share = Eigen::VectorXd::Zero(parameters);
   const double variance0 = result.sigma0_mm * result.sigma0_mm;
@@ -53,11 +56,20 @@ ParameterUncertainty uncertainty_of(const LinearSystem& system, const LeastSquar
   return result;
 }
 
+Eigen::Matrix3d field_covariance(const CalibratedCell& cell, const JointVector& q,
+                                 const Eigen::Vector3d& p_F_mm, Approach approach, int station) {
+  if (!cell.robot.field) return Eigen::Matrix3d::Zero();
+  const Eigen::Matrix3d R_WB = cell.base_at(station).isometry().linear();
+  const Eigen::Isometry3d X_BF = forward_kinematics(cell.robot, q, approach);
+  return R_WB * cell.robot.field->covariance(q, X_BF, p_F_mm) * R_WB.transpose();
+}
+
 Eigen::Matrix3d position_covariance(const CalibratedCell& cell, const Eigen::MatrixXd& covariance,
-                                    const JointVector& q, int smr) {
+                                    const JointVector& q, int smr, Approach approach, int station) {
   PointJacobian J;
-  predict_with_jacobian(cell, q, smr, J);
-  return congruence(J, covariance);
+  predict_with_jacobian(cell, q, smr, J, approach, station);
+  return congruence(J, covariance) +
+         field_covariance(cell, q, cell.reflectors[static_cast<std::size_t>(smr)].p_FS_mm, approach, station);
 }
 
 std::vector<JointVector> poses_within_limits(const RobotModel& robot, int count, std::uint64_t seed) {
@@ -79,27 +91,15 @@ std::vector<JointVector> poses_within_limits(const RobotModel& robot, int count,
 
 TransferUncertainty transfer_uncertainty(const CalibratedCell& cell, const Eigen::MatrixXd& covariance,
                                          std::span<const JointVector> poses) {
-  std::vector<Measurement> points;
-  for (const JointVector& q : poses) points.push_back({.q = q, .p_WS_mm = Eigen::Vector3d::Zero()});
-  Eigen::VectorXd f;
-  Eigen::MatrixXd J;
-  residuals_with_jacobian(cell, points, f, J);
-  std::vector<Eigen::Index> known;
-  for (Eigen::Index k = 0; k < covariance.rows(); ++k) {
-    if (covariance(k, k) > 0) known.push_back(k);
-  }
-  const Eigen::MatrixXd J_known = J(Eigen::all, known);
-  const Eigen::VectorXd variances = congruence_diagonal(J_known, covariance(known, known));
-
-  TransferUncertainty result;
-  for (std::size_t n = 0; n < poses.size(); ++n) {
-    const double variance = variances.segment<3>(3 * static_cast<Eigen::Index>(n)).sum();
-    if (variance <= result.max_mm * result.max_mm) continue;
-    result.max_mm = std::sqrt(variance);
-    result.worst = poses[n];
-  }
-  result.rms_mm = std::sqrt(variances.sum() / static_cast<double>(poses.size()));
-  return result;
+  Eigen::VectorXd variances = position_variances(cell, covariance, poses);
+  for (std::size_t n = 0; n < poses.size(); ++n)
+    variances[static_cast<Eigen::Index>(n)] +=
+        field_covariance(cell, poses[n], cell.reflectors.front().p_FS_mm).trace();
+  Eigen::Index worst = 0;
+  const double most = variances.maxCoeff(&worst);
+  return {.rms_mm = std::sqrt(variances.mean()),
+          .max_mm = std::sqrt(most),
+          .worst = poses[static_cast<std::size_t>(worst)]};
 }
 
 }  // namespace truepose

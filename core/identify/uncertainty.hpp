@@ -15,6 +15,7 @@ struct ParameterUncertainty {
   Eigen::MatrixXd covariance;  ///< mm, rad
   Eigen::VectorXd data_share;  ///< 1: all that is known comes from the data; 0: all from the prior, or held
   double sigma0_mm = 0;        ///< estimated standard deviation of one coordinate of a whitened residual
+  double determined = 0;       ///< how many parameters the data determine
 };
 
 /// @param system     linearise() at the solution
@@ -22,9 +23,14 @@ struct ParameterUncertainty {
 ParameterUncertainty uncertainty_of(const LinearSystem& system, const LeastSquaresProblem& problem,
                                     int parameters, int equations);
 
-/// Covariance (mm^2, tracker frame) of a predicted reflector position.
+/// What the residual field leaves open of where a point of the flange is: mm^2, tracker frame of the station.
+Eigen::Matrix3d field_covariance(const CalibratedCell& cell, const JointVector& q,
+                                 const Eigen::Vector3d& p_F_mm, Approach approach = {}, int station = 0);
+
+/// Covariance (mm^2, tracker frame of the station) of a predicted reflector position: what parameters and
+/// residual field leave open.
 Eigen::Matrix3d position_covariance(const CalibratedCell& cell, const Eigen::MatrixXd& covariance,
-                                    const JointVector& q, int smr);
+                                    const JointVector& q, int smr, Approach approach = {}, int station = 0);
 
 /// Poses spread evenly over the joint limits (revolute joints: at most one turn), the same for the same seed.
 std::vector<JointVector> poses_within_limits(const RobotModel& robot, int count, std::uint64_t seed);

@@ -21,10 +21,11 @@ std::vector<T> those_trusted(const std::vector<T>& all, const std::vector<bool>&
 }  // namespace
 
 WeightedPoints::WeightedPoints(std::vector<Measurement> points, const std::optional<MeasurementNoise>& noise)
-    : points_{std::move(points)},
-      whitening_{whitening_of(points_, noise).W},
-      weights_(points_.size(), 1.0),
-      trusted_(points_.size(), true) {}
+    : points_{std::move(points)}, weights_(points_.size(), 1.0), trusted_(points_.size(), true) {
+  Whitening whitening = whitening_of(points_, noise);
+  whitening_ = std::move(whitening.W);
+  stated_sigma_mm_ = whitening.finest_mm;
+}
 
 int WeightedPoints::equations() const { return 3 * static_cast<int>(std::ranges::count(trusted_, true)); }
 
@@ -39,6 +40,7 @@ LeastSquaresProblem WeightedPoints::problem(std::vector<int> free) const {
 }
 
 std::vector<Eigen::Matrix3d> WeightedPoints::weighted_whitening() const {
+  if (whitening_.empty() && std::ranges::count(weights_, 1.0) == std::ssize(weights_)) return {};
   std::vector<Eigen::Matrix3d> W = whitening_;
   W.resize(points_.size(), Eigen::Matrix3d::Identity());
   for (std::size_t i = 0; i < W.size(); ++i) W[i] *= std::sqrt(weights_[i]);

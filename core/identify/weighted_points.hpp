@@ -24,6 +24,7 @@ class WeightedPoints {
   const std::vector<Measurement>& points() const { return points_; }
   const std::vector<Eigen::Matrix3d>& whitening() const { return whitening_; }  ///< empty = identity
   const std::vector<double>& weights() const { return weights_; }
+  double stated_sigma_mm() const { return stated_sigma_mm_; }  ///< of a whitened coordinate; 0 = unknown
 
   const std::vector<bool>& trusted() const { return trusted_; }
   std::vector<Measurement> trusted_points() const;
@@ -35,7 +36,7 @@ class WeightedPoints {
 
   /// The problem of fitting `free` under the present weights.
   LeastSquaresProblem problem(std::vector<int> free) const;
-  /// The whitening times the root of the weight, of each point.
+  /// The whitening times the root of the weight, of each point; empty = identity.
   std::vector<Eigen::Matrix3d> weighted_whitening() const;
   /// The same of the trusted points.
   std::vector<Eigen::Matrix3d> trusted_whitening() const;
@@ -50,6 +51,7 @@ class WeightedPoints {
  private:
   std::vector<Measurement> points_;
   std::vector<Eigen::Matrix3d> whitening_;
+  double stated_sigma_mm_ = 0;
   std::vector<double> weights_;
   std::vector<bool> trusted_;
   double sigma_mm_ = 1;

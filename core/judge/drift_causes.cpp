@@ -1,25 +1,35 @@
 #include "core/judge/drift_causes.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <iterator>
 #include <optional>
 
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/identifiability.hpp"
 #include "core/identify/least_squares_problem.hpp"
 #include "core/identify/measurement_model.hpp"
-#include "core/math/angles.hpp"
+#include "core/judge/error_law.hpp"
 #include "core/math/dense_algebra.hpp"
-#include "core/math/rigid_fit.hpp"
-#include "core/math/statistics.hpp"
 
 namespace truepose {
+
+namespace {
+
+bool usable(const CalibratedCell& cell, const Measurement& point) {
+  return point.q.size() == cell.robot.joint_count() && point.q.allFinite() && point.p_WS_mm.allFinite();
+}
+
+}  // namespace
 
 std::expected<DriftResiduals, std::string> drift_residuals(const DriftReference& reference,
                                                            const CalibratedCell& cell,
                                                            std::span<const Measurement> points) {
+  if (points.empty()) return std::unexpected("no point to check the model by");
+  for (const Measurement& point : points) {
+    if (usable(cell, point)) continue;
+    return std::unexpected("row " + std::to_string(point.row) + " holds a number that is not finite");
+  }
   Eigen::VectorXd f;
   Eigen::MatrixXd J;
   residuals_with_jacobian(cell, points, f, J);
@@ -27,7 +37,7 @@ std::expected<DriftResiduals, std::string> drift_residuals(const DriftReference&
   if (reference.covariance.size() > 0) S = congruence(J, reference.covariance);
   Eigen::Index row = 0;
   for (const Measurement& point : points) {
-    S.block<3, 3>(row, row) += reading_covariance(point.p_WS_mm, reference.noise);
+    S.block<3, 3>(row, row) += point_covariance(point, reference.noise);
     row += 3;
   }
   const CholeskyFactor factor(S);
@@ -38,40 +48,32 @@ std::expected<DriftResiduals, std::string> drift_residuals(const DriftReference&
       .r = -times(inverse, f), .J = times(inverse, J), .inverse = inverse, .S = std::move(S)};
 }
 
+std::expected<std::vector<double>, std::string> point_distances2(const DriftReference& reference,
+                                                                 std::span<const Measurement> points) {
+  std::vector<double> distances2;
+  for (const Measurement& point : points) {
+    const auto residuals = drift_residuals(reference, reference.cell, std::span(&point, 1));
+    if (!residuals) return std::unexpected(residuals.error());
+    distances2.push_back(residuals->r.squaredNorm());
+  }
+  return distances2;
+}
+
 namespace {
 
 constexpr int kFewestLeft = 3;                      // equations that have to be left to check a cause by
-constexpr int kFewestToOutvote = 3;                 // of which two may call the third wrong
 const double kNearlyAsLikely = 2 * std::log(20.0);  // Kass, Raftery, JASA 90 (1995): strong evidence
 
-/// A possible cause before it is fitted.
-struct Candidate {
-  DriftCauseKind kind;
-  int index;
-  std::vector<int> free;  ///< parameters that it moves; none for a reading
-};
-
-std::vector<Candidate> candidates(const CalibratedCell& cell, std::span<const Measurement> points) {
-  const ParameterLayout layout = ParameterLayout::of(cell);
-  std::vector<Candidate> all{{DriftCauseKind::Base, 0, {0, 1, 2, 3, 4, 5}}};
-  for (int k = 0; k < layout.reflectors; ++k) {
-    if (std::ranges::find(points, k, &Measurement::smr) == points.end()) continue;
-    const int first = layout.reflector(k);
-    all.push_back({DriftCauseKind::Reflector, k, {first, first + 1, first + 2}});
-  }
-  for (int i = 0; i < layout.joints; ++i) {
-    const bool turns = cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
-    all.push_back({DriftCauseKind::JointZero, i, {layout.link(i) + (turns ? 3 : 2)}});  // theta or d
-  }
-  const auto count = static_cast<int>(points.size());
-  for (int n = 0; n < count && count >= kFewestToOutvote; ++n)
-    all.push_back({DriftCauseKind::Reading, n, {}});
+/// Every change that points might show, of the cell first.
+std::vector<PossibleChange> candidates(const CalibratedCell& cell, std::span<const Measurement> points) {
+  std::vector<PossibleChange> all = changes_of_cell(cell, points);
+  std::ranges::copy(wrong_readings(points), std::back_inserter(all));
   return all;
 }
 
 struct LinearFit {
   Eigen::VectorXd x, sigma;
-  double left = 0;  ///< |A x - b|^2
+  Eigen::VectorXd left;  ///< A x - b
   int rank = 0;
 };
 
@@ -84,7 +86,7 @@ LinearFit linear_fit(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
       scale.asDiagonal() * svd.V.leftCols(found.rank) * svd.s.head(found.rank).cwiseInverse().asDiagonal();
   found.x = times(V, transposed_times(svd.U.leftCols(found.rank), b));
   found.sigma = V.rowwise().norm();
-  found.left = (times(A, found.x) - b).squaredNorm();
+  found.left = times(A, found.x) - b;
   return found;
 }
 
@@ -94,44 +96,13 @@ struct Fitted {
   CalibratedCell cell;
 };
 
-/// A tracker may have been set up anew anywhere, so that the base is sought by a rigid fit first.
-CalibratedCell start_of(const Candidate& candidate, const CalibratedCell& cell,
-                        std::span<const Measurement> points) {
-  if (candidate.kind != DriftCauseKind::Base) return cell;
-  std::vector<Eigen::Vector3d> predicted, measured;
-  for (const Measurement& point : points) {
-    predicted.push_back(cell.predict(point.q, point.smr, point.direction));
-    measured.push_back(point.p_WS_mm);
-  }
-  CalibratedCell start = cell;
-  if (const auto X = rigid_fit(predicted, measured)) start.base = BasePose::of(*X * cell.base.isometry());
-  return start;
-}
-
-/// What moved from one cell to another, in the terms of DriftCause.
-Eigen::VectorXd moved_between(const CalibratedCell& from, const CalibratedCell& to,
-                              const Candidate& candidate) {
-  const auto index = static_cast<std::size_t>(candidate.index);
-  if (candidate.kind == DriftCauseKind::Base) {
-    Eigen::VectorXd moved(6);
-    moved << to.base.p_mm - from.base.p_mm,
-        turn_between(from.base.isometry().linear(), to.base.isometry().linear());
-    return moved;
-  }
-  if (candidate.kind == DriftCauseKind::Reflector)
-    return to.reflectors[index].p_FS_mm - from.reflectors[index].p_FS_mm;
-  const Joint &before = from.robot.joints[index], &after = to.robot.joints[index];
-  const double way =
-      before.type == JointType::Revolute ? after.theta_rad - before.theta_rad : after.d_mm - before.d_mm;
-  return Eigen::VectorXd::Constant(1, before.sign * way);
-}
-
 /// Gauss-Newton over the parameters of the cause; a reading is linear, and corrects itself whole.
-std::optional<Fitted> fitted(const Candidate& candidate, const DriftReference& reference,
+std::optional<Fitted> fitted(const PossibleChange& candidate, const DriftReference& reference,
                              std::span<const Measurement> points) {
   constexpr int kMaxSteps = 20;
   constexpr double kDone = 1e-6;  // standard deviations
-  CalibratedCell cell = start_of(candidate, reference.cell, points);
+  CalibratedCell cell =
+      candidate.kind == DriftCauseKind::Base ? with_fitted_base(reference.cell, points) : reference.cell;
   LinearFit found;
   for (int step = 0; step < kMaxSteps; ++step) {
     const auto residuals = drift_residuals(reference, cell, points);
@@ -144,17 +115,16 @@ std::optional<Fitted> fitted(const Candidate& candidate, const DriftReference& r
     move_by(cell, scattered(found.x, candidate.free, ParameterLayout::of(cell).size()));
   }
   const auto equations = 3 * static_cast<int>(points.size());
-  if (found.rank == 0 || equations - found.rank < kFewestLeft || !std::isfinite(found.left))
-    return std::nullopt;
+  if (found.rank == 0 || equations - found.rank < kFewestLeft || !found.left.allFinite()) return std::nullopt;
   DriftCause cause{.kind = candidate.kind,
                    .index = candidate.index,
                    .moved = candidate.kind == DriftCauseKind::Reading
                                 ? found.x
                                 : moved_between(reference.cell, cell, candidate),
                    .sigma = found.sigma,
-                   .distance2 = found.left,
+                   .distance2 = found.left.squaredNorm(),
                    .degrees = equations - found.rank};
-  cause.probability = chi_square_tail(cause.distance2, cause.degrees);
+  cause.probability = ErrorLaw(reference.validation_distances2).tail(found.left, cause.degrees);
   cause.score = cause.distance2 + found.rank * std::log(equations);
   return Fitted{std::move(cause), std::move(cell)};
 }
@@ -162,27 +132,21 @@ std::optional<Fitted> fitted(const Candidate& candidate, const DriftReference& r
 /// The points as they would be had nothing but this cause happened.
 std::vector<Measurement> points_after(const Fitted& fitted, std::span<const Measurement> points) {
   std::vector<Measurement> after(points.begin(), points.end());
-  for (Measurement& point : after) point.p_WS_mm = fitted.cell.predict(point.q, point.smr, point.direction);
+  for (Measurement& point : after) point.p_WS_mm = fitted.cell.predict(point);
   if (fitted.cause.kind == DriftCauseKind::Reading)
     after[static_cast<std::size_t>(fitted.cause.index)].p_WS_mm += fitted.cause.moved;
   return after;
-}
-
-std::string formatted(const char* format, double a, double b = 0) {
-  char text[96];
-  std::snprintf(text, sizeof text, format, a, b);
-  return text;
 }
 
 }  // namespace
 
 DriftDiagnosis diagnose_drift(const DriftReference& reference, std::span<const Measurement> points) {
   struct Hypothesis {
-    Candidate candidate;
+    PossibleChange candidate;
     Fitted fit;
   };
   std::vector<Hypothesis> all;
-  for (Candidate& candidate : candidates(reference.cell, points)) {
+  for (PossibleChange& candidate : candidates(reference.cell, points)) {
     if (auto fit = fitted(candidate, reference, points))
       all.push_back({std::move(candidate), *std::move(fit)});
   }
@@ -203,26 +167,7 @@ DriftDiagnosis diagnose_drift(const DriftReference& reference, std::span<const M
 
 std::string described(const DriftCause& cause, const CalibratedCell& cell,
                       std::span<const Measurement> points) {
-  const auto index = static_cast<std::size_t>(cause.index);
-  switch (cause.kind) {
-    case DriftCauseKind::Base:
-      return formatted("the tracker or the base moved by %.2f mm and %.4f deg", cause.moved.head<3>().norm(),
-                       cause.moved.tail<3>().norm() * kDegPerRad);
-    case DriftCauseKind::Reflector:
-      return "reflector '" + cell.reflectors[index].name + "' moved on the flange by " +
-             formatted("%.2f mm", cause.moved.norm());
-    case DriftCauseKind::JointZero:
-      return "axis " + std::to_string(cause.index + 1) + "'s zero moved by " +
-             (cell.robot.joints[index].type == JointType::Revolute
-                  ? formatted("%.4f deg", cause.moved[0] * kDegPerRad)
-                  : formatted("%.3f mm", cause.moved[0]));
-    case DriftCauseKind::Reading: {
-      const int row = points[index].row > 0 ? points[index].row : cause.index + 1;
-      return "the reading of point " + std::to_string(row) + " alone is off by " +
-             formatted("%.2f mm", cause.moved.norm());
-    }
-  }
-  return {};
+  return described(cause.kind, cause.index, cause.moved, cell, points);
 }
 
 std::string remedy(const DriftCause& cause) {
@@ -233,6 +178,8 @@ std::string remedy(const DriftCause& cause) {
       return "fasten it and fit its place on the flange again";
     case DriftCauseKind::JointZero:
       return "check the axis's mastering, then calibrate again";
+    case DriftCauseKind::Growth:
+      return "measure when the arm is as warm as it was";
     case DriftCauseKind::Reading:
       return "measure that point again";
   }

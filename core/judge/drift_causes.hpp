@@ -8,6 +8,7 @@
 
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/measurement.hpp"
+#include "core/judge/drift_change.hpp"
 
 namespace truepose {
 
@@ -18,6 +19,9 @@ struct DriftReference {
   Eigen::MatrixXd covariance;
   MeasurementNoise noise;         ///< of a measured point about what exact parameters would predict
   double validation_mean_mm = 0;  ///< mean error on validation poses; 0 = nothing was validated
+  /// point_distances2() of the validation points: how the model's errors really scatter. Empty: as normal
+  /// errors would, all about the model is taken as it says of itself.
+  std::vector<double> validation_distances2;
 };
 
 /// The stacked residuals of some points and what they depend on, made alike: multiplied by the inverse of L,
@@ -30,21 +34,19 @@ struct DriftResiduals {
 };
 
 /// @param cell  that of the reference, or that with something moved
-/// Errors: an S that is not positive definite.
+/// Errors: no point, a number that is not finite, an S that is not positive definite.
 std::expected<DriftResiduals, std::string> drift_residuals(const DriftReference& reference,
                                                            const CalibratedCell& cell,
                                                            std::span<const Measurement> points);
 
+/// Squared length of r of each point, regarded alone.
+///
+/// Errors: as drift_residuals().
+std::expected<std::vector<double>, std::string> point_distances2(const DriftReference& reference,
+                                                                 std::span<const Measurement> points);
+
 /// Chance at which residuals are no longer taken for chance.
 inline constexpr double kSignificance = 0.005;
-
-/// What may have changed since the calibration.
-enum class DriftCauseKind {
-  Base,       ///< the tracker or the base moved: 6 unknowns
-  Reflector,  ///< moved on the flange: 3
-  JointZero,  ///< the encoder of a joint reads another angle: 1
-  Reading,    ///< one point is wrong, its 3 coordinates tell nothing
-};
 
 /// A change fitted to the residuals, and what it leaves.
 struct DriftCause {
@@ -75,7 +77,6 @@ struct DriftDiagnosis {
 /// Source: Schwarz, Estimating the dimension of a model, Ann. Stat. 6 (1978).
 DriftDiagnosis diagnose_drift(const DriftReference& reference, std::span<const Measurement> points);
 
-/// "axis 3's zero moved by 0.0120 deg", "the tracker or the base moved by 0.21 mm and 0.0030 deg".
 std::string described(const DriftCause& cause, const CalibratedCell& cell,
                       std::span<const Measurement> points);
 /// What to do about it, as an order: "fit the frame again".

@@ -4,9 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/identify/measurement_model.hpp"
-#include "core/math/dense_algebra.hpp"
-#include "core/math/statistics.hpp"
+#include "core/judge/error_law.hpp"
 
 namespace truepose {
 namespace {
@@ -14,17 +12,10 @@ namespace {
 /// Fewer points are said to be too few to tell the causes apart.
 constexpr std::size_t kEnoughPoints = 4;
 
-/// Mean length over the root mean square length of a vector of three normal coordinates.
-constexpr double kMeanOverRms = 0.9213177319235613;
-
 std::string mm(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3f mm", value);
   return text;
-}
-
-bool usable(const CalibratedCell& cell, const Measurement& point) {
-  return point.q.size() == cell.robot.joint_count() && point.q.allFinite() && point.p_WS_mm.allFinite();
 }
 
 /// The mean error that an unchanged cell would show.
@@ -53,12 +44,12 @@ std::string likely_cause(const DriftCheck& check, const CalibratedCell& cell,
   return few ? text + ", but " + too_few : text + ": " + remedy(first);
 }
 
-std::string reason_of(const DriftCheck& check, bool significant, bool large, const DriftReference& reference,
-                      std::span<const Measurement> points) {
+std::string reason_of(const DriftCheck& check, bool significant, bool large, bool unknown,
+                      const DriftReference& reference, std::span<const Measurement> points) {
   const std::string against = mm(check.mean_mm) + " on average, against " + mm(check.reference_mm) +
                               (reference.validation_mean_mm > 0 ? " at validation" : " expected");
-  if (!significant && !large) return "the points agree with the model: off by " + against;
-  if (!significant)
+  if (!significant && !unknown) return "the points agree with the model: off by " + against;
+  if (unknown)
     return "the points are off by " + against +
            ", but the model is not known well enough at these poses to call that a change: measure others";
   return "the points are off by " + against + (large ? "" : ", more than by chance but harmless") + "; " +
@@ -69,17 +60,12 @@ std::string reason_of(const DriftCheck& check, bool significant, bool large, con
 
 std::expected<DriftCheck, std::string> drift_check(const DriftReference& reference,
                                                    std::span<const Measurement> points) {
-  if (points.empty()) return std::unexpected("no point to check the model by");
-  for (const Measurement& point : points) {
-    if (usable(reference.cell, point)) continue;
-    return std::unexpected("row " + std::to_string(point.row) + " holds a number that is not finite");
-  }
   const auto residuals = drift_residuals(reference, reference.cell, points);
   if (!residuals) return std::unexpected(residuals.error());
 
   DriftCheck check;
   for (const Measurement& point : points) {
-    const Eigen::Vector3d error = reference.cell.predict(point.q, point.smr, point.direction) - point.p_WS_mm;
+    const Eigen::Vector3d error = reference.cell.predict(point) - point.p_WS_mm;
     check.errors_mm.push_back(error);
     check.mean_mm += error.norm() / static_cast<double>(points.size());
     check.max_mm = std::max(check.max_mm, error.norm());
@@ -88,10 +74,12 @@ std::expected<DriftCheck, std::string> drift_check(const DriftReference& referen
       reference.validation_mean_mm > 0 ? reference.validation_mean_mm : expected_mean_mm(residuals->S);
   check.distance2 = residuals->r.squaredNorm();
   check.degrees = static_cast<int>(residuals->r.size());
-  check.probability = chi_square_tail(check.distance2, check.degrees);
+  check.probability = ErrorLaw(reference.validation_distances2).tail(residuals->r, check.degrees);
 
   const bool significant = check.probability < kSignificance;
   const bool large = check.mean_mm > kLargeFactor * check.reference_mm;
+  const bool unknown =
+      !significant && large && expected_mean_mm(residuals->S) > kLargeFactor * check.reference_mm;
   if (significant) {
     DriftDiagnosis diagnosis = diagnose_drift(reference, points);
     check.causes = std::move(diagnosis.causes);
@@ -101,9 +89,9 @@ std::expected<DriftCheck, std::string> drift_check(const DriftReference& referen
                            check.causes.front().kind == DriftCauseKind::Reading;
   if (significant && large && !one_reading)
     check.verdict = DriftVerdict::Failed;
-  else if (significant || large)
+  else if (significant || unknown)
     check.verdict = DriftVerdict::Warning;
-  check.reason = reason_of(check, significant, large, reference, points);
+  check.reason = reason_of(check, significant, large, unknown, reference, points);
   return check;
 }
 

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/identify/screening.hpp"
+#include "core/judge/drift_causes.hpp"
+
 namespace truepose {
 namespace {
 
@@ -19,7 +22,7 @@ MeasurementNoise scaled(const MeasurementNoise& noise, double factor) {
 
 MeasurementNoise noise_about_model(const Calibration& calibration, const MeasurementData& data,
                                    const std::optional<MeasurementNoise>& stated) {
-  const std::vector<Measurement> points = points_of(data, PoseSet::Identify);
+  const std::vector<Measurement> points = points_of(without(calibration.rejected, data), PoseSet::Identify);
   const Whitening whitening = whitening_of(points, stated);
   if (whitening.W.empty()) return {.repeatability_mm = calibration.sigma0_mm};
   const double factor = calibration.sigma0_mm / whitening.finest_mm;
@@ -29,6 +32,15 @@ MeasurementNoise noise_about_model(const Calibration& calibration, const Measure
   double variance = 0;
   for (const Measurement& point : points) variance += *point.sigma_mm * *point.sigma_mm;
   return {.repeatability_mm = factor * std::sqrt(variance / static_cast<double>(points.size()))};
+}
+
+std::vector<double> validation_distances2(const Calibration& calibration, const MeasurementData& data,
+                                          const MeasurementNoise& about) {
+  const DriftReference reference{
+      .cell = calibration.cell, .covariance = calibration.covariance, .noise = about};
+  // Of data without any noise nothing can be whitened.
+  const MeasurementData trusted = without(calibration.rejected, data);
+  return point_distances2(reference, points_of(trusted, PoseSet::Validate)).value_or(std::vector<double>{});
 }
 
 MeasurementNoise noise_of_mean_error(double mean_mm) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "core/identify/calibrate.hpp"
 
@@ -14,7 +15,13 @@ namespace truepose {
 MeasurementNoise noise_about_model(const Calibration& calibration, const MeasurementData& data,
                                    const std::optional<MeasurementNoise>& stated);
 
-/// The same of a model that says no more than its mean error on validation poses.
+/// point_distances2() of the validation points; empty where nothing was validated.
+///
+/// @param about  by noise_about_model()
+std::vector<double> validation_distances2(const Calibration& calibration, const MeasurementData& data,
+                                          const MeasurementNoise& about);
+
+/// The noise about a model that says no more than its mean error on validation poses.
 MeasurementNoise noise_of_mean_error(double mean_mm);
 
 }  // namespace truepose

@@ -105,6 +105,12 @@ struct PointSums {
   int stride;
 };
 
+/// Entry (i, j) of a matrix at entry[i * row + j * column].
+struct StridedMatrix {
+  const double* entry;
+  long row, column;
+};
+
 /// The kernels of one instruction set. Pointers do not alias unless said.
 struct Kernels {
   /// Sine and cosine of `count` angles, within 2 ulp up to 1e5 rad and the C library's beyond.
@@ -140,8 +146,23 @@ struct Kernels {
   double (*solve_positive)(double* A, int stride, int n, double* x);
 
   /// Leaves R of A = Q R in the upper triangle of A, by reflections; what is below means nothing. Column by
-  /// column; `rows` a multiple of kMostLanes, padded with zeros. `v` is room for as many numbers.
-  void (*triangulate)(double* A, long stride, int rows, int columns, double* v);
+  /// column; `rows` a multiple of kMostLanes and no fewer than the columns, padded with zeros. `v` is room
+  /// for as many numbers. `order`: the columns' numbers, permuted so that each pivot is the longest left;
+  /// null: they stay in place.
+  void (*triangulate)(double* A, long stride, int rows, int columns, double* v, int* order);
+
+  // Dense matrices of any size, not aligned, those without strides column by column.
+
+  /// C += factor A B, with `depth` columns of A. With `lower` what is above the diagonal of C means nothing.
+  void (*multiply)(const StridedMatrix& A, const StridedMatrix& B, double factor, double* C, long stride,
+                   int rows, int depth, int columns, bool lower);
+  /// Leaves L of A = L L' in the lower triangle, which alone is read; what is above means nothing.
+  /// @return the smallest squared pivot; not positive where A is not positive definite, and L means nothing
+  double (*factorise)(double* A, long stride, int n);
+  /// Solves L X = B in place of B. `lower`: B is lower triangular, and so is X.
+  void (*solve_lower)(const double* L, long stride, int n, double* B, long b_stride, int columns, bool lower);
+  /// Solves L' X = B in place of B.
+  void (*solve_lower_transposed)(const double* L, long stride, int n, double* B, long b_stride, int columns);
 
   // Choosing poses. Candidates stand in blocks of kMostLanes, one a lane; a matrix of each candidate is kept
   // entry by entry, row by row, of a symmetric 3 x 3 one those with row <= column.

@@ -28,10 +28,41 @@ void reflect(const double* v, double beta, double* columns, long stride, int beg
   }
 }
 
+/// Squared length of a column from row k on.
+double squared_length(const double* column, int k, int rows) {
+  const int begin = k / kLanes * kLanes;
+  const Vec first = choose(lane_numbers(Lanes{}) >= all(k - begin), load(column + begin), Vec{});
+  Vec squares = first * first;
+  for (int i = begin + kLanes; i < rows; i += kLanes) squares += load(column + i) * load(column + i);
+  return sum(squares);
+}
+
+/// Brings the column of which most is left, from row k on, to place k.
+void take_longest(double* A, long stride, int rows, int columns, int k, int* order) {
+  int longest = k;
+  double most = 0;
+  for (int j = k; j < columns; ++j) {
+    const double squared = squared_length(A + j * stride, k, rows);
+    if (!(squared > most)) continue;
+    most = squared;
+    longest = j;
+  }
+  double *const here = A + k * stride, *const there = A + longest * stride;
+  for (int i = 0; i < rows && longest != k; i += kLanes) {
+    const Vec other = load(there + i);
+    store(there + i, load(here + i));
+    store(here + i, other);
+  }
+  const int number = order[longest];
+  order[longest] = order[k];
+  order[k] = number;
+}
+
 }  // namespace
 
-void triangulate(double* A, long stride, int rows, int columns, double* v) {
+void triangulate(double* A, long stride, int rows, int columns, double* v, int* order) {
   for (int k = 0; k < columns; ++k) {
+    if (order != nullptr) take_longest(A, stride, rows, columns, k, order);
     double* const pivot = A + k * stride;
     const int begin = k / kLanes * kLanes;
     for (int i = begin; i < rows; ++i) v[i] = i < k ? 0 : pivot[i];

@@ -4,7 +4,11 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <numeric>
+#include <span>
 #include <utility>
 
 #include "core/kernels/kernels.hpp"
@@ -13,6 +17,37 @@ namespace truepose {
 namespace {
 
 using InPlaceCholesky = Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>;
+using ConstRef = Eigen::Ref<const Eigen::MatrixXd>;
+
+kernels::StridedMatrix strided(const ConstRef& A) { return {A.data(), 1, A.outerStride()}; }
+kernels::StridedMatrix transposed(const ConstRef& A) { return {A.data(), A.outerStride(), 1}; }
+
+/// A B, or its lower triangle alone.
+Eigen::MatrixXd product(const kernels::StridedMatrix& A, const kernels::StridedMatrix& B, Eigen::Index rows,
+                        Eigen::Index depth, Eigen::Index columns, bool lower = false) {
+  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(rows, columns);
+  kernels::best().multiply(A, B, 1, C.data(), rows, static_cast<int>(rows), static_cast<int>(depth),
+                           static_cast<int>(columns), lower);
+  return C;
+}
+
+/// R of A = Q R in as many rows as A has columns. `order` as kernels::Kernels::triangulate() has it.
+Eigen::MatrixXd triangulated(const Eigen::MatrixXd& A, int* order) {
+  constexpr Eigen::Index kLanes = kernels::kMostLanes;
+  const Eigen::Index rows = (std::max(A.rows(), A.cols()) + kLanes - 1) / kLanes * kLanes;
+  Eigen::MatrixXd work(rows, A.cols() + 1);  // and a column of room
+  work.topLeftCorner(A.rows(), A.cols()) = A;
+  work.bottomRows(rows - A.rows()).setZero();
+  kernels::best().triangulate(work.data(), rows, static_cast<int>(rows), static_cast<int>(A.cols()),
+                              work.col(A.cols()).data(), order);
+  return work.topLeftCorner(A.cols(), A.cols()).triangularView<Eigen::Upper>();
+}
+
+void solve_lower_in_place(const Eigen::MatrixXd& L, Eigen::MatrixXd& B, bool lower) {
+  assert(L.rows() == B.rows());
+  kernels::best().solve_lower(L.data(), L.rows(), static_cast<int>(L.rows()), B.data(), B.rows(),
+                              static_cast<int>(B.cols()), lower);
+}
 
 }  // namespace
 
@@ -35,15 +70,7 @@ Svd thin_svd(const Eigen::MatrixXd& A) {
 }
 
 Eigen::MatrixXd triangular_factor(const Eigen::MatrixXd& A) {
-  constexpr Eigen::Index kLanes = kernels::kMostLanes;
-  if (A.rows() <= A.cols()) return A;
-  const Eigen::Index rows = (A.rows() + kLanes - 1) / kLanes * kLanes;
-  Eigen::MatrixXd work(rows, A.cols() + 1);  // and a column of room
-  work.topLeftCorner(A.rows(), A.cols()) = A;
-  work.bottomRows(rows - A.rows()).setZero();
-  kernels::best().triangulate(work.data(), rows, static_cast<int>(rows), static_cast<int>(A.cols()),
-                              work.col(A.cols()).data());
-  return work.topLeftCorner(A.cols(), A.cols()).triangularView<Eigen::Upper>();
+  return A.rows() <= A.cols() ? A : triangulated(A, nullptr);
 }
 
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& A) {
@@ -62,31 +89,31 @@ Eigen::VectorXd smallest_solution(const Eigen::MatrixXd& A, const Eigen::VectorX
 }
 
 PivotedQr pivoted_qr(const Eigen::MatrixXd& A) {
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
-  const auto& order = qr.colsPermutation().indices();
-  return {{order.data(), order.data() + order.size()}, qr.matrixQR().diagonal().cwiseAbs()};
+  PivotedQr qr{.order = std::vector<int>(static_cast<std::size_t>(A.cols())), .R = {}};
+  std::iota(qr.order.begin(), qr.order.end(), 0);
+  qr.R = triangulated(A, qr.order.data());
+  return qr;
 }
 
-Eigen::MatrixXd null_basis(const Eigen::MatrixXd& A, int rank) {
-  const Eigen::Index open = A.cols() - rank;
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
-  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(A.cols(), A.cols()).rightCols(open);
-  const auto R = qr.matrixQR().topRows(rank);
-  basis.topRows(rank) = -R.leftCols(rank).triangularView<Eigen::Upper>().solve(R.rightCols(open));
-  basis = (qr.colsPermutation() * basis).eval();
-  const Eigen::MatrixXd Q =
-      Eigen::HouseholderQR<Eigen::MatrixXd>(basis).householderQ() * Eigen::MatrixXd::Identity(A.cols(), open);
-  return Q;
+Eigen::MatrixXd null_basis(const PivotedQr& A, int rank) {
+  const Eigen::Index size = A.R.cols(), open = size - rank;
+  Eigen::MatrixXd basis(size, open);
+  const Eigen::MatrixXd taken =
+      -A.R.topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solve(A.R.topRightCorner(rank, open));
+  const std::span<const int> order{A.order};
+  basis(order.first(static_cast<std::size_t>(rank)), Eigen::all) = taken;
+  basis(order.subspan(static_cast<std::size_t>(rank)), Eigen::all).setIdentity();
+  return Eigen::HouseholderQR<Eigen::MatrixXd>(basis).householderQ() * Eigen::MatrixXd::Identity(size, open);
 }
 
 InverseGram inverse_gram(const Eigen::MatrixXd& A, double tolerance) {
   const Eigen::MatrixXd R = triangular_factor(A);
   const Eigen::Index n = A.cols();
   if (R.rows() == n && (R.diagonal().array() != 0).all()) {
-    const Eigen::MatrixXd inverse = R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(n, n));
+    Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(n, n);  // of R'
+    solve_lower_in_place(R.transpose(), inverse, true);
     // The Frobenius norms bound the condition from above.
-    if (R.norm() * inverse.norm() * tolerance < 1)
-      return {times_transposed(inverse, inverse), static_cast<int>(n)};
+    if (R.norm() * inverse.norm() * tolerance < 1) return {gram(inverse), static_cast<int>(n)};
   }
   const Svd svd = thin_svd(R);
   const Eigen::VectorXd variance =
@@ -108,28 +135,28 @@ Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& A) {
 }
 
 CholeskyFactor::CholeskyFactor(Eigen::MatrixXd A) : L_{std::move(A)} {
-  Eigen::Ref<Eigen::MatrixXd> in_place{L_};
-  succeeded_ = InPlaceCholesky(in_place).info() == Eigen::Success;
+  succeeded_ = kernels::best().factorise(L_.data(), L_.rows(), static_cast<int>(L_.rows())) > 0;
   L_.triangularView<Eigen::StrictlyUpper>().setZero();
 }
 
 Eigen::MatrixXd CholeskyFactor::solve(Eigen::MatrixXd B) const {
-  L_.triangularView<Eigen::Lower>().solveInPlace(B);
-  L_.transpose().triangularView<Eigen::Upper>().solveInPlace(B);
+  B = solve_lower(std::move(B));
+  kernels::best().solve_lower_transposed(L_.data(), L_.rows(), static_cast<int>(L_.rows()), B.data(),
+                                         B.rows(), static_cast<int>(B.cols()));
   return B;
 }
 
 Eigen::MatrixXd CholeskyFactor::solve_lower(Eigen::MatrixXd B) const {
-  L_.triangularView<Eigen::Lower>().solveInPlace(B);
+  solve_lower_in_place(L_, B, false);
   return B;
 }
 
-Eigen::MatrixXd CholeskyFactor::inverse() const {
-  return solve(Eigen::MatrixXd::Identity(L_.rows(), L_.cols()));
-}
+Eigen::MatrixXd CholeskyFactor::inverse() const { return gram(inverse_lower()); }
 
 Eigen::MatrixXd CholeskyFactor::inverse_lower() const {
-  return solve_lower(Eigen::MatrixXd::Identity(L_.rows(), L_.cols()));
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(L_.rows(), L_.cols());
+  solve_lower_in_place(L_, inverse, true);
+  return inverse;
 }
 
 double CholeskyFactor::log_determinant() const { return 2 * L_.diagonal().array().log().sum(); }
@@ -181,17 +208,25 @@ void solve_in_place(Eigen::Ref<Eigen::MatrixXd> A, Eigen::Ref<Eigen::VectorXd> b
   }
 }
 
-using ConstRef = Eigen::Ref<const Eigen::MatrixXd>;
+Eigen::MatrixXd times(const ConstRef& A, const ConstRef& B) {
+  assert(A.cols() == B.rows());
+  if (B.cols() == 1) return A * B.col(0);
+  return product(strided(A), strided(B), A.rows(), A.cols(), B.cols());
+}
 
-Eigen::MatrixXd times(const ConstRef& A, const ConstRef& B) { return A * B; }
+Eigen::MatrixXd times_transposed(const ConstRef& A, const ConstRef& B) {
+  assert(A.cols() == B.cols());
+  return product(strided(A), transposed(B), A.rows(), A.cols(), B.rows());
+}
 
-Eigen::MatrixXd times_transposed(const ConstRef& A, const ConstRef& B) { return A * B.transpose(); }
-
-Eigen::MatrixXd transposed_times(const ConstRef& A, const ConstRef& B) { return A.transpose() * B; }
+Eigen::MatrixXd transposed_times(const ConstRef& A, const ConstRef& B) {
+  assert(A.rows() == B.rows());
+  if (B.cols() == 1) return A.transpose() * B.col(0);
+  return product(transposed(A), strided(B), A.cols(), A.rows(), B.cols());
+}
 
 Eigen::MatrixXd gram(const ConstRef& A) {
-  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(A.cols(), A.cols());
-  G.selfadjointView<Eigen::Lower>().rankUpdate(A.transpose());
+  Eigen::MatrixXd G = product(transposed(A), strided(A), A.cols(), A.rows(), A.cols(), true);
   G.triangularView<Eigen::StrictlyUpper>() = G.transpose();
   return G;
 }

@@ -31,13 +31,15 @@ Eigen::VectorXd smallest_solution(const Eigen::MatrixXd& A, const Eigen::VectorX
 /// A P = Q R, the columns in the order in which the pivoting took them.
 struct PivotedQr {
   std::vector<int> order;
-  Eigen::VectorXd pivots;  ///< magnitudes of the diagonal of R, as many as the smaller dimension of A
+  Eigen::MatrixXd R;  ///< square, with rows of zeros where A has fewer rows than columns
+
+  Eigen::VectorXd pivots() const { return R.diagonal().cwiseAbs(); }
 };
 PivotedQr pivoted_qr(const Eigen::MatrixXd& A);
 
-/// Orthonormal columns that span the x with A x = 0, of a square A of that rank: as many as A has columns
-/// beyond it.
-Eigen::MatrixXd null_basis(const Eigen::MatrixXd& A, int rank);
+/// Orthonormal columns that span the x with A x = 0, of an A of that rank: as many as A has columns beyond
+/// it.
+Eigen::MatrixXd null_basis(const PivotedQr& A, int rank);
 
 /// (A'A)^+, the singular values up to `tolerance` times the largest counted as zero, and how many are not.
 struct InverseGram {

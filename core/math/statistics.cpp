@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 
 namespace truepose {
 namespace {
@@ -48,20 +47,41 @@ ErrorStatistics error_statistics(std::span<const Eigen::Vector3d> errors) {
   return s;
 }
 
-double chi_square_tail(double x, int degrees) {
-  assert(degrees >= 1);
-  if (x <= 0) return 1;
-  // Both sums run over exp(-h) h^p / Gamma(p + 1), h = x / 2: p = 0, 1, 2, .. for even degrees; for odd ones
-  // p = 1/2, 3/2, .. on top of erfc(sqrt(h)). By logarithms, since exp(-h) underflows long before the sum.
-  const double h = x / 2, log_h = std::log(h);
-  const bool odd = degrees % 2 == 1;
-  double tail = odd ? std::erfc(std::sqrt(h)) : 0;
-  double log_term = odd ? (log_h - std::log(std::numbers::pi)) / 2 + std::numbers::ln2 - h : -h;
-  for (double p = odd ? 0.5 : 0; p < degrees / 2.0 - 0.5; ++p) {
-    tail += std::exp(log_term);
-    log_term += log_h - std::log(p + 1);
+namespace {
+
+constexpr double kDone = 1e-15;
+
+/// The share of the distribution up to x, over the factor of tail and share: a sum of positive terms.
+double share_by_series(double x, double shape) {
+  double term = 1 / shape, sum = term;
+  for (double n = shape + 1; term > kDone * sum; ++n) {
+    term *= x / n;
+    sum += term;
   }
-  return std::min(tail, 1.0);
+  return sum;
+}
+
+/// The tail, over the same factor.
+double tail_by_fraction(double x, double shape) {
+  double b = x + 1 - shape, c = HUGE_VAL, d = 1 / b, fraction = d, ratio = 0;
+  for (double n = 1; std::abs(ratio - 1) > kDone; ++n) {
+    const double a = -n * (n - shape);
+    b += 2;
+    d = 1 / (a * d + b);
+    c = b + a / c;
+    fraction *= ratio = c * d;
+  }
+  return fraction;
+}
+
+}  // namespace
+
+double gamma_tail(double x, double shape) {
+  assert(shape > 0);
+  if (x <= 0) return 1;
+  // By logarithms, since exp(-x) underflows long before the tail.
+  const double factor = std::exp(shape * std::log(x) - x - std::lgamma(shape));
+  return x < shape + 1 ? 1 - factor * share_by_series(x, shape) : factor * tail_by_fraction(x, shape);
 }
 
 }  // namespace truepose

@@ -16,6 +16,9 @@ inline double median(std::vector<double> values) {
   return *middle;
 }
 
+/// Mean length over the root mean square length of a vector of three normal coordinates.
+inline constexpr double kMeanOverRms = 0.9213177319235613;
+
 /// Statistics of one coordinate of a position error, mm.
 struct AxisStatistics {
   double mean_abs = 0;
@@ -44,11 +47,15 @@ inline bool improves(const ErrorStatistics& before, const ErrorStatistics& after
   return improves(before.mean, after.mean);
 }
 
-/// Probability that a chi-square variable exceeds x: 1 where x <= 0. Exact to about 1e-13 of itself.
+/// Probability that a gamma variable of this shape and unit scale exceeds x: 1 where x <= 0. Exact to about
+/// 1e-13 of itself.
 ///
-/// @param degrees  of freedom, at least 1
-/// Source: Abramowitz, Stegun, Handbook of Mathematical Functions (1964), 26.4.4 (odd degrees) and 26.4.5
-/// (even degrees): finite sums of positive terms.
-double chi_square_tail(double x, int degrees);
+/// @param shape  above 0
+/// Source: Abramowitz, Stegun, Handbook of Mathematical Functions (1964), 6.5.29 (series) and 6.5.31
+/// (continued fraction, by Lentz' recurrence).
+double gamma_tail(double x, double shape);
+
+/// Probability that a chi-square variable of so many degrees of freedom exceeds x.
+inline double chi_square_tail(double x, int degrees) { return gamma_tail(x / 2, degrees / 2.0); }
 
 }  // namespace truepose

@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "core/arm/joint_coupling.hpp"
 #include "core/math/angles.hpp"
 #include "core/step_count.hpp"
 
@@ -159,7 +160,9 @@ double PoseChecker::spare_mm(const JointVector& q) {
   return least;
 }
 
-double PoseChecker::largest_change_mm(const JointVector& way) const { return lever_.dot(way.cwiseAbs()); }
+double PoseChecker::largest_change_mm(const JointVector& way) const {
+  return lever_.dot(chain_joints(scene_.robot.coupling, way).cwiseAbs());
+}
 
 std::optional<PoseFault> PoseChecker::approach_fault(const JointVector& q) {
   for (const double way_rad : scene_.approach_rad) {
@@ -172,7 +175,7 @@ std::optional<PoseFault> PoseChecker::approach_fault(const JointVector& q) {
 
 void PoseChecker::place(const JointVector& q) {
   count_step();
-  link_frames(scene_.robot.joints, q, X_);
+  link_frames(scene_.robot, q, X_);
   X_BF_ = X_[scene_.robot.joints.size()] * scene_.robot.X_flange;
 }
 

@@ -141,7 +141,7 @@ class PoseChecker {
   LinkFrames X_;  // of the links at the pose in hand
   Eigen::Isometry3d X_BF_;
   std::vector<Capsule> placed_;  // parts_ at the pose in hand
-  JointVector lever_;            // how far each joint moves any point at most, mm per rad or mm
+  JointVector lever_;            // how far each joint of the chain moves any point at most, mm per rad or mm
 };
 
 /// Where the arm starts for q, all joints by `way_rad` lower (prismatic: as many metres).

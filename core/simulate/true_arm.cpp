@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/arm/forward.hpp"
+#include "core/arm/joint_coupling.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
 
@@ -17,6 +18,7 @@ constexpr double kMetrePerMm = 1e-3;
 // Each step gains three digits, since a deflection of a milliradian changes the torque by a thousandth.
 constexpr int kEquilibriumSteps = 5;
 
+/// Of the joints of the chain, which stand at q.
 JointVector rigid_displacement(const NonGeometricErrors& errors, const JointVector& q,
                                const ApproachDirections& directions) {
   JointVector displacement = JointVector::Zero(q.size());
@@ -36,17 +38,14 @@ JointVector rigid_displacement(const NonGeometricErrors& errors, const JointVect
 }  // namespace
 
 JointVector gravity_torque_Nm(const RobotModel& arm, const NonGeometricErrors& errors, const JointVector& q) {
-  std::array<Eigen::Isometry3d, kMaxJoints> X_B;  // of the links
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  for (std::size_t i = 0; i < arm.joints.size(); ++i) {
-    X_B[i] = X = X * link_transform(arm.joints[i], q[static_cast<Eigen::Index>(i)]);
-  }
+  LinkFrames X_B;
+  link_frames(arm, q, X_B);
   JointVector torque = JointVector::Zero(q.size());
   // From the last link inwards: force and its moment about the base's origin of all that hangs on the joint.
   Eigen::Vector3d force = Eigen::Vector3d::Zero(), moment = Eigen::Vector3d::Zero();
   for (std::size_t i = arm.joints.size(); i-- > 0;) {
     const LinkMass& link = errors.masses[i];
-    const Eigen::Isometry3d& X_Bi = X_B[i];
+    const Eigen::Isometry3d& X_Bi = X_B[i + 1];
     const Eigen::Vector3d weight = link.mass_kg * errors.gravity_B_mps2;
     force += weight;
     moment += (kMetrePerMm * (X_Bi * link.centre_mm)).cross(weight);
@@ -62,18 +61,19 @@ JointVector joint_displacement(const RobotModel& arm, const NonGeometricErrors& 
   assert(q.size() == arm.joint_count());
   if (errors.drives.empty()) return JointVector::Zero(q.size());
   assert(errors.drives.size() == arm.joints.size());
-  const JointVector rigid = rigid_displacement(errors, q, directions);
-  if (errors.masses.empty()) return rigid;
+  const JointVector rigid = rigid_displacement(errors, chain_joints(arm.coupling, q), directions);
+  if (errors.masses.empty()) return controller_joints(arm.coupling, rigid);
 
   JointVector displacement = rigid;
   for (int step = 0; step < kEquilibriumSteps; ++step) {
-    const JointVector torque = gravity_torque_Nm(arm, errors, q + displacement);
+    const JointVector torque =
+        gravity_torque_Nm(arm, errors, q + controller_joints(arm.coupling, displacement));
     for (Eigen::Index i = 0; i < q.size(); ++i) {
       displacement[i] =
           rigid[i] + errors.drives[static_cast<std::size_t>(i)].compliance_rad_per_Nm * torque[i];
     }
   }
-  return displacement;
+  return controller_joints(arm.coupling, displacement);
 }
 
 NonGeometricErrors heavy_arm_errors(const HeavyArmOptions& options) {
@@ -126,7 +126,8 @@ constexpr double kRounding = 1e-9;
 
 }  // namespace
 
-TrueArm::TrueArm(TrueArmSetup setup, std::uint64_t seed) : setup_{std::move(setup)}, random_{seed} {
+TrueArm::TrueArm(TrueArmSetup setup, std::uint64_t seed)
+    : setup_{std::move(setup)}, robot_{setup_.robot}, random_{seed} {
   setup_.facing_F.normalize();
   stop_anew();
 }
@@ -134,6 +135,8 @@ TrueArm::TrueArm(TrueArmSetup setup, std::uint64_t seed) : setup_{std::move(setu
 void TrueArm::stop_anew() {
   for (double& axis_mm : deviation_mm_) axis_mm = setup_.repeatability_mm * random_.normal();
 }
+
+void TrueArm::warm_up(Seconds since_start) { robot_ = warmed(setup_.robot, setup_.warm_up, since_start); }
 
 void TrueArm::move(const JointVector& from, const JointVector& to) {
   directions_.resize(setup_.robot.joints.size(), 0);
@@ -148,8 +151,7 @@ void TrueArm::move(const JointVector& from, const JointVector& to) {
 void TrueArm::move_to(const JointVector& q) { move(directions_.empty() ? q : stands_at_, q); }
 
 Eigen::Isometry3d TrueArm::X_BF(const JointVector& q) const {
-  return forward_kinematics(setup_.robot,
-                            q + joint_displacement(setup_.robot, setup_.non_geometric, q, directions_));
+  return forward_kinematics(robot_, q + joint_displacement(robot_, setup_.non_geometric, q, directions_));
 }
 
 Eigen::Vector3d TrueArm::p_WS_mm(const JointVector& q) const {

@@ -9,6 +9,7 @@
 #include "core/arm/robot_model.hpp"
 #include "core/identify/measurement.hpp"
 #include "core/math/random.hpp"
+#include "core/simulate/warm_up.hpp"
 
 namespace truepose {
 
@@ -70,6 +71,7 @@ Eigen::Vector3d noisy_reading(const Eigen::Vector3d& p_true_mm, const TrackerNoi
 struct TrueArmSetup {
   RobotModel robot;                  ///< with the errors that a calibration has to find
   NonGeometricErrors non_geometric;  ///< compliance, gears and play of the joints; by default none
+  WarmUp warm_up;                    ///< by default none
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   Eigen::Vector3d p_FS_mm{0, 0, 0};
   Eigen::Vector3d facing_F{0, 0, 1};           ///< direction of the reflector's opening, any length but zero
@@ -84,6 +86,9 @@ class TrueArm {
 
   /// The arm came to a stand: it stands a little elsewhere than the last time (ISO 9283 repeatability).
   void stop_anew();
+
+  /// It is so long ago that the cold arm was switched on; before the first call it is cold.
+  void warm_up(Seconds since_start);
 
   /// The arm moved and came to a stand: it remembers the direction in which each joint moved. A joint that
   /// did not move keeps its direction.
@@ -108,6 +113,7 @@ class TrueArm {
   Eigen::Isometry3d X_BF(const JointVector& q) const;
 
   TrueArmSetup setup_;
+  RobotModel robot_;  // as warm as it is
   Random random_;
   Eigen::Vector3d deviation_mm_{0, 0, 0};  // in the base frame
   ApproachDirections directions_;

@@ -6,10 +6,11 @@
 #include "config/cell_setup.hpp"
 #include "core/arm/forward.hpp"
 #include "core/compensate/target_compensation.hpp"
-#include "core/judge/calibration_doubts.hpp"
+#include "core/judge/calibration_verdict.hpp"
 #include "core/judge/model_noise.hpp"
 #include "core/math/units.hpp"
 #include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/nest_watch.hpp"
 
 namespace truepose::daemon {
 
@@ -44,14 +45,16 @@ class CalibrationCampaign final : public CampaignProcedure {
   CampaignOutcome<void> measure_to_identify();
   CampaignOutcome<void> measure_to_validate();
   CampaignOutcome<void> fit_placement();
+  std::optional<CampaignError> too_few_left(std::size_t targets_done) const;
   CampaignOutcome<void> identify();
-  boost::asio::awaitable<void> doubt();
+  boost::asio::awaitable<void> judge();
   CampaignOutcome<void> remeasure();
   CampaignOutcome<Targets> compensate();
   void judge_remeasured();
   CalibrationResult& found() { return session_.result().as<CalibrationResult>(); }
 
   MeasuringSession& session_;
+  NestWatch nests_{session_};
   Targets identify_, validate_;
 };
 
@@ -122,22 +125,40 @@ CampaignOutcome<void> CalibrationCampaign::warm_up() {
 
 CampaignOutcome<void> CalibrationCampaign::measure_to_identify() {
   session_.enter(CampaignPhase::Identify);
+  Done seen = co_await nests_.measure();
+  if (!seen) co_return seen;
   // With every further pose the fit reaches farther beyond those that it was made from.
-  const auto after_each = [this]() -> CampaignOutcome<void> {
+  const auto after_each = [this, targets_done = std::size_t{0}]() mutable -> CampaignOutcome<void> {
+    if (const auto hopeless = too_few_left(++targets_done)) co_return std::unexpected(*hopeless);
     const std::size_t points = session_.data().points.size();
-    Done fitted;
-    if (static_cast<int>(points) >= session_.config().campaign.coarse_after)
-      fitted = co_await fit_placement();
-    co_return fitted;
+    Done done = co_await nests_.after_pose();
+    if (done && static_cast<int>(points) >= session_.config().campaign.coarse_after)
+      done = co_await fit_placement();
+    co_return done;
   };
   auto measured = co_await session_.measure_all(identify_, after_each);
   if (!measured) co_return std::unexpected(measured.error());
   co_return Done{};
 }
 
+/// Once so many poses were lost that no fit can succeed any more, there is nothing to go on for.
+std::optional<CampaignError> CalibrationCampaign::too_few_left(std::size_t targets_done) const {
+  const auto to_come = std::ranges::count(identify_.begin() + static_cast<std::ptrdiff_t>(targets_done),
+                                          identify_.end(), PointPurpose::Identify, &MeasuringTarget::purpose);
+  config::CellConfig reachable = session_.config();
+  int& poses = reachable.campaign.identify_poses;
+  poses = static_cast<int>(to_come + std::ssize(session_.data().points));
+  if (poses == session_.config().campaign.identify_poses) return std::nullopt;
+  const auto why = config::too_few_poses(reachable);
+  if (!why) return std::nullopt;
+  return CampaignError{CampaignFault::Calibration,
+                       "too many poses were lost: of those to identify from, " + *why};
+}
+
 CampaignOutcome<void> CalibrationCampaign::measure_to_validate() {
   session_.enter(CampaignPhase::Validate);
-  auto measured = co_await session_.measure_all(validate_);
+  const auto after_each = [this] { return nests_.after_pose(); };
+  auto measured = co_await session_.measure_all(validate_, after_each);
   if (!measured) co_return std::unexpected(measured.error());
   validate_ = *std::move(measured);
   const auto& last_reference = session_.planned().reference;
@@ -147,14 +168,14 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_validate() {
     auto visited = co_await session_.measure(reference(*last_reference));
     if (!visited) co_return std::unexpected(visited.error());
   }
-  found().reference_drift_mm = reference_drift_mm(session_.result().points);
-  co_return Done{};
+  Done seen = co_await nests_.measure();
+  found().reference_drift_mm = reference_drift_mm(session_.corrected().points);
+  co_return seen;
 }
 
 /// Base and reflector from the points so far, with the nominal arm: from now on the tracker knows where to
 /// look.
 CampaignOutcome<void> CalibrationCampaign::fit_placement() {
-  const CampaignResult& result = session_.result();
   auto job = [robot = session_.config().robot.model, data = session_.data()] {
     return coarse_fit(robot, data);
   };
@@ -165,20 +186,20 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
     co_return Done{};
   }
   const CalibratedCell& cell = *fitted;
-  for (std::size_t i = 0; i < result.points.size(); ++i) {
-    const StoredPoint& point = result.points[i];
+  const std::vector<StoredPoint> points = session_.corrected().points;
+  for (const StoredPoint& point : points) {
     const double off_mm = (point.p_WS_mm - cell.predict(point.q_actual, 0)).norm();
     if (off_mm <= session_.config().tracker.gate_mm) continue;
     char text[200];
     std::snprintf(text, sizeof text,
                   "the %zu points so far do not fit the nominal arm: pose %d is %.1f mm off, allowed are "
                   "%.1f mm (another reflector in sight, or another arm)",
-                  result.points.size(), point.pose, off_mm, session_.config().tracker.gate_mm);
+                  points.size(), point.pose, off_mm, session_.config().tracker.gate_mm);
     co_return std::unexpected(CampaignError{CampaignFault::Calibration, text});
   }
   // A fit from few points is good where they are, and less so elsewhere.
-  const int points = static_cast<int>(session_.data().points.size());
-  const bool few = points < 2 * session_.config().campaign.coarse_after;
+  const int to_identify = static_cast<int>(session_.data().points.size());
+  const bool few = to_identify < 2 * session_.config().campaign.coarse_after;
   session_.expect(cell, few ? 2 : 1);
   co_return Done{};
 }
@@ -204,36 +225,46 @@ CampaignOutcome<void> CalibrationCampaign::identify() {
   }
   result.calibration = std::move(calibration);
   result.noise = noise_about_model(result.calibration, data, options.noise);
-  const auto& validate = result.calibration.validate;
-  result.improves = validate && improves(validate->before, validate->after);
-  if (validate) co_await doubt();
+  result.validation_distances2 = validation_distances2(result.calibration, data, result.noise);
+  co_await judge();
   session_.expect(result.calibration.cell);
   co_return Done{};
 }
 
-/// Asks whether the data contradict what was made of them.
-boost::asio::awaitable<void> CalibrationCampaign::doubt() {
+/// Asks whether the model may be trusted, by all that was measured so far.
+boost::asio::awaitable<void> CalibrationCampaign::judge() {
   CalibrationResult& result = found();
   std::vector<Eigen::Vector3d> reference_mm;
-  for (const StoredPoint& point : session_.result().points)
+  CorrectedPoints corrected = session_.corrected();
+  for (const StoredPoint& point : corrected.points)
     if (point.purpose == PointPurpose::Reference) reference_mm.push_back(point.p_WS_mm);
   // The session outlives the job, and does nothing else meanwhile.
-  auto job = [&result, reference_mm, data = session_.data(),
-              stated = *config::calibrate_options(session_.config()).noise] {
-    return calibration_doubts(
-        {.calibration = result.calibration, .data = data, .reference_mm = reference_mm, .stated = stated});
+  auto job = [&result, reference_mm, findings = std::move(corrected.findings), data = session_.data(),
+              stated = config::calibrate_options(session_.config()).noise] {
+    return calibration_verdict({.calibration = result.calibration,
+                                .data = data,
+                                .stated = stated,
+                                .reference_mm = reference_mm,
+                                .remeasured = result.remeasured,
+                                .beside = findings});
   };
-  result.doubts = co_await session_.compute(job);
-  for (const std::string& doubt : result.doubts) session_.report_trouble("the model is in doubt: " + doubt);
+  result.verdict = co_await session_.compute(job);
+  for (const truepose::Finding& finding : result.verdict.findings)
+    if (finding.severity >= Severity::Doubt)
+      session_.report_trouble("the model is in doubt: " + finding.sentence);
 }
 
 CampaignOutcome<void> CalibrationCampaign::remeasure() {
   auto compensated = co_await compensate();
   if (!compensated) co_return std::unexpected(compensated.error());
   session_.enter(CampaignPhase::Remeasure);
-  auto measured = co_await session_.measure_all(*compensated);
+  const auto after_each = [this] { return nests_.after_pose(); };
+  auto measured = co_await session_.measure_all(*compensated, after_each);
   if (!measured) co_return std::unexpected(measured.error());
+  Done seen = co_await nests_.measure();
+  if (!seen) co_return seen;
   judge_remeasured();
+  if (found().remeasured) co_await judge();
   co_return Done{};
 }
 
@@ -260,10 +291,8 @@ CampaignOutcome<CalibrationCampaign::Targets> CalibrationCampaign::compensate() 
   Targets reachable;
   for (std::size_t i = 0; i < targets.size(); ++i) {
     std::string reason;
-    if (!found().improves) {
-      reason = "the calibrated arm is no better than the nominal one on the validation poses";
-    } else if (!found().doubts.empty()) {
-      reason = "the arm is not led by a model that is in doubt: " + found().doubts.front();
+    if (found().verdict.failed()) {
+      reason = "the arm is not led by a model that is in doubt: " + found().verdict.findings.front().sentence;
     } else if (!solved[i]) {
       reason = "compensated: " + described(solved[i].error(), session_.config().robot.model);
     }
@@ -284,7 +313,7 @@ void CalibrationCampaign::judge_remeasured() {
   // Where the nominal arm was asked to be, seen from the identified base.
   const CalibratedCell asked{session_.config().robot.model, cell.base, cell.reflectors};
   std::vector<Eigen::Vector3d> errors_mm;
-  for (const StoredPoint& point : session_.result().points) {
+  for (const StoredPoint& point : session_.corrected().points) {
     if (point.purpose != PointPurpose::Remeasure) continue;
     errors_mm.push_back(point.p_WS_mm - asked.predict(point.q_target, 0));
     result.remeasured_points.push_back({point, errors_mm.back()});

@@ -40,7 +40,10 @@ asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignErr
   }
   if (aborting_) {
     error = CampaignError{CampaignFault::Aborted, abort_reason_};
-    co_await session_.stop_arm();
+    auto stopped = co_await session_.stop_arm();
+    if (!stopped && session_.has_begun())
+      error->detail += "; the arm could not be braked and may still move, use the stop on the pendant: " +
+                       stopped.error().detail;
   }
   auto ended = co_await session_.end(error);
   if (!ended && !error) error = CampaignError{CampaignFault::Store, ended.error().detail};

@@ -26,8 +26,9 @@ class CampaignProcedure {
 /// again with compensated joints.
 std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, CalibrationOrder);
 
-/// Measures a few poses and judges whether the active model is still right.
-std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, DriftReference reference);
+/// Measures a few poses and judges whether the active model is still right; brings it up to date by them
+/// where that is ordered.
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, DriftOrder order);
 
 /// Finds for each target the joints at which the real arm stands there: starts from those of the active
 /// model, and corrects them by the tracker in the loop. A target is where the nominal arm would hold the
@@ -55,10 +56,10 @@ class Campaign {
   /// Takes effect before the next pose.
   void pause() { session_.pause(); }
   void resume() { session_.resume(); }
-  /// Stops the arm. run() then returns Aborted with this reason.
+  /// Stops the arm. run() then returns Aborted with this reason, and says where the arm could not be stopped.
   void abort(std::string reason);
 
-  const CampaignProgress& progress() const { return session_.progress(); }
+  CampaignProgress progress() const { return session_.progress(); }
 
  private:
   CampaignOutcome<void> steps();

@@ -34,12 +34,14 @@ inline std::string_view phase_name(CampaignPhase phase) {
 
 struct CampaignProgress {
   CampaignPhase phase = CampaignPhase::Connect;
-  int done = 0;   ///< poses measured or skipped
+  int done = 0;   ///< poses measured
   int total = 0;  ///< poses planned, those to measure again with compensated joints and substitutes included
   int skipped = 0;
+  int left() const { return total - done - skipped; }
   std::optional<double>
       error_mm;  ///< mean distance from the prediction in this phase, once there is a good one
-  std::optional<double> time_left_s;  ///< from the time that the poses so far took
+  std::optional<double>
+      time_left_s;  ///< from the time that the poses so far took; grows with one that takes longer
 };
 
 /// Who watches a campaign. Called on its strand; returns soon.

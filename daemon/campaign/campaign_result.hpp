@@ -11,7 +11,9 @@
 
 #include "core/compensate/tracker_loop.hpp"
 #include "core/identify/calibrate.hpp"
+#include "core/judge/calibration_verdict.hpp"
 #include "core/judge/drift_check.hpp"
+#include "core/judge/drift_update.hpp"
 #include "core/judge/iso9283.hpp"
 #include "core/judge/test_cube.hpp"
 #include "daemon/campaign/cell_devices.hpp"
@@ -43,8 +45,14 @@ struct Iso9283Order {
   bool variation = false;  ///< come to P1, P2 and P4 along the three axes of the base too
 };
 
-/// A check of drift asks whether the active model, which it comes with, is still right.
-using CampaignOrder = std::variant<CalibrationOrder, DriftReference, TargetsOrder, Iso9283Order>;
+/// Ask whether the active model is still right.
+struct DriftOrder {
+  DriftReference reference;
+  bool update = false;  ///< bring it up to date by the same points
+  ModelRecord model;    ///< that it is about
+};
+
+using CampaignOrder = std::variant<CalibrationOrder, DriftOrder, TargetsOrder, Iso9283Order>;
 
 // What it came to.
 
@@ -56,22 +64,24 @@ struct RemeasuredPoint {
 
 struct CalibrationResult {
   Calibration calibration;
-  MeasurementNoise noise;                     ///< of a point about the calibrated model
+  MeasurementNoise noise;  ///< of a point about the calibrated model
+  std::vector<double> validation_distances2;
   double elapsed_s = 0;                       ///< time that the identification took
   std::optional<ErrorStatistics> remeasured;  ///< of the points measured again
   std::vector<RemeasuredPoint> remeasured_points;
   /// Distances of the reference pose from where it was measured first, in the order of measuring.
   std::vector<double> reference_drift_mm;
-  /// The calibrated arm is nearer to the validation points than the nominal one: it may be activated.
-  bool improves = false;
-  /// What contradicts the calibration, one sentence each: it is not activated without somebody who decides
-  /// so.
-  std::vector<std::string> doubts;
+  /// Where it failed, the model is not activated without somebody who decides so.
+  CalibrationVerdict verdict;
 };
 
 struct DriftResult {
-  DriftReference reference;
+  DriftOrder order;
   DriftCheck check;
+  std::optional<DriftUpdate> update;  ///< where it was ordered
+
+  /// Whether there is a new model, against which nothing speaks.
+  bool updated() const { return update && update->doubts.empty(); }
 };
 
 /// What the tracker loop came to at one target.

@@ -6,8 +6,9 @@
 #include <optional>
 #include <utility>
 
-#include "core/arm/forward.hpp"
-#include "core/judge/calibration_doubts.hpp"
+#include "core/formatted.hpp"
+#include "core/judge/reference_pose.hpp"
+#include "core/math/angles.hpp"
 #include "core/plan/tour.hpp"
 
 namespace truepose::daemon {
@@ -23,8 +24,10 @@ constexpr Duration kAnswer = 5s;
 constexpr Duration kMoveReserve = 30s;
 constexpr Duration kAim = 40s;
 constexpr Duration kMeasureReserve = 15s;
-constexpr Duration kFirstPause = 1s;
-constexpr Duration kLongestPause = 30s;
+constexpr int kLonger = 4;  // times, for a reading that scatters
+constexpr Duration kAgain = 1s;
+constexpr double kSmallTurn_rad = kRadPerDeg, kSmallWay_mm = 10;
+constexpr double kStays = 0.2 * kRadPerDeg;  // or as many mm
 
 std::string mm(double value) {
   char text[32];
@@ -71,15 +74,18 @@ DeviceError tracker_error(const drivers::TrackerError& error) {
   return {Remedy::ReconnectTracker, detail};
 }
 
-/// Largest distance that the flange's origin and a point 100 mm along each of its axes are apart in two
-/// poses.
-double deviation_mm(const Eigen::Isometry3d& A, const Eigen::Isometry3d& B) {
-  double largest = (A.translation() - B.translation()).norm();
-  for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::Vector3d tip = 100 * Eigen::Vector3d::Unit(axis);
-    largest = std::max(largest, (A * tip - B * tip).norm());
+/// Each joint alone a little to the side where it has more room, and back.
+std::vector<JointVector> small_motions(const RobotModel& robot, const JointVector& start) {
+  std::vector<JointVector> motions;
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+    const Joint& joint = robot.joints[i];
+    const auto at = static_cast<Eigen::Index>(i);
+    const double step = joint.type == JointType::Revolute ? kSmallTurn_rad : kSmallWay_mm;
+    JointVector q = start;
+    q[at] += start[at] < (joint.min + joint.max) / 2 ? step : -step;
+    motions.insert(motions.end(), {q, start});
   }
-  return largest;
+  return motions;
 }
 
 }  // namespace
@@ -93,10 +99,12 @@ CellDevices::CellDevices(const config::CellConfig& config, CampaignDevices devic
       on_trouble_{std::move(on_trouble)},
       on_waiting_{std::move(on_waiting)} {}
 
-CellDevices::Outcome<Identities> CellDevices::connect() {
+CellDevices::Outcome<Identities> CellDevices::connect(ArmProof proof) {
   disconnect();
-  auto robot = co_await connect_robot();
+  await(CellDevice::Controller, "it has to connect");
+  auto robot = co_await connect_robot(proof);
   if (!robot) co_return std::unexpected(robot.error());
+  await(CellDevice::Controller, {});
   await(CellDevice::Tracker, "it has to connect");
   auto tracker = co_await connect_tracker();
   if (!tracker) co_return std::unexpected(tracker.error());
@@ -106,45 +114,60 @@ CellDevices::Outcome<Identities> CellDevices::connect() {
 }
 
 CellDevices::Outcome<void> CellDevices::recover(DeviceError lost) {
-  if (lost.remedy == Remedy::WaitForRobot) {
-    auto ready = co_await wait_for_robot();
-    if (ready || ready.error().remedy != Remedy::ReconnectRobot) co_return ready;
-    lost = ready.error();
-  }
   const CellDevice device =
       lost.remedy == Remedy::ReconnectTracker ? CellDevice::Tracker : CellDevice::Controller;
-  await(device, lost.detail);
-  const TimePoint give_up = clock_.now() + kPatience;
-  for (Duration pause = kFirstPause;; pause = std::min<Duration>(2 * pause, kLongestPause)) {
-    std::optional<DeviceError> error;
-    if (device == CellDevice::Controller) {
-      auto connected = co_await connect_robot();
-      if (!connected) error = connected.error();
-    } else {
-      auto connected = co_await connect_tracker();
-      if (!connected) error = connected.error();
+  for (std::string told;;) {
+    await(device, lost.detail);
+    auto mended = co_await mend(lost.remedy);
+    if (mended || mended.error().remedy == Remedy::WrongArm) {
+      await(device, {});
+      co_return mended;
     }
-    await(device, error ? error->detail : "");
-    if (!error) co_return std::expected<void, DeviceError>{};
-    if (error->remedy == Remedy::WrongArm) co_return std::unexpected(*error);
-    const TimePoint next = clock_.now() + pause;
-    if (next > give_up) {
-      co_return std::unexpected(DeviceError{Remedy::GiveUp, error->detail + "; gave up waiting for it"});
-    }
-    on_trouble_(error->detail + "; trying again");
+    lost = mended.error();
+    if (told != lost.detail) on_trouble_(lost.detail + "; trying again");
+    told = lost.detail;
+    const TimePoint next = clock_.now() + kAgain;
     co_await clock_.sleep_until(next);
   }
 }
 
-CellDevices::Outcome<drivers::RobotIdentity> CellDevices::connect_robot() {
+CellDevices::Outcome<void> CellDevices::mend(Remedy remedy) {
+  if (remedy == Remedy::ReconnectTracker) {
+    auto tracker = co_await connect_tracker();
+    if (!tracker) co_return std::unexpected(tracker.error());
+    co_return std::expected<void, DeviceError>{};
+  }
+  if (remedy == Remedy::ReconnectRobot) {
+    auto robot = co_await connect_robot();
+    if (!robot) co_return std::unexpected(robot.error());
+  }
+  auto ready = co_await wait_for_robot();
+  co_return ready;
+}
+
+/// A robot program that does not answer stands for a reason that the state server knows.
+asio::awaitable<DeviceError> CellDevices::explained(DeviceError error) {
+  const TimePoint deadline = clock_.now() + kAnswer;
+  auto seen = co_await robot_.look(deadline);
+  if (seen && !seen->ready) error.detail = "robot: " + seen->why_not_ready;
+  co_return error;
+}
+
+CellDevices::Outcome<drivers::RobotIdentity> CellDevices::connect_robot(ArmProof proof) {
   robot_.disconnect();
   const TimePoint deadline = clock_.now() + kRobotConnect;
   auto identity = co_await robot_.connect(deadline);
-  if (!identity) co_return std::unexpected(robot_error(identity.error()));
+  if (!identity) {
+    auto error = co_await explained(robot_error(identity.error()));
+    co_return std::unexpected(std::move(error));
+  }
   const TimePoint answer = clock_.now() + kAnswer;
   auto state = co_await robot_.state(answer);
   if (!state) co_return std::unexpected(robot_error(state.error()));
-  const auto checked = check_arm(config_.robot, *identity, *state);
+  const ControllerPose here{state->q, state->X_BF_reported};
+  const bool later = proof == ArmProof::ByMotion && is_undecided(config_.robot, {&here, 1});
+  const auto checked =
+      later ? check_type(config_.robot, *identity, *state) : check_arm(config_.robot, *identity, *state);
   if (!checked) co_return std::unexpected(checked.error());
   co_return *std::move(identity);
 }
@@ -157,43 +180,16 @@ CellDevices::Outcome<drivers::TrackerIdentity> CellDevices::connect_tracker() {
   co_return *std::move(identity);
 }
 
-std::expected<void, DeviceError> check_arm(const config::RobotConfig& robot,
-                                           const drivers::RobotIdentity& identity,
-                                           const drivers::RobotState& state) {
-  if (identity.model.find(robot.expect_model) == std::string::npos) {
-    return std::unexpected(DeviceError{Remedy::WrongArm, "wrong arm: the controller says " + identity.model +
-                                                             ", the cell expects " + robot.expect_model});
-  }
-  if (state.q.size() != robot.model.joint_count()) {
-    return std::unexpected(DeviceError{Remedy::WrongArm, "wrong arm: the controller reports " +
-                                                             std::to_string(state.q.size()) + " joints, " +
-                                                             robot.model.name + " has " +
-                                                             std::to_string(robot.model.joint_count())});
-  }
-  const double off_mm = deviation_mm(state.X_BF_reported, forward_kinematics(robot.model, state.q));
-  // Written so that a NaN is refused as well.
-  if (off_mm <= robot.max_fk_deviation_mm) return {};
-  return std::unexpected(DeviceError{
-      Remedy::WrongArm, "wrong arm or wrong robot file: the controller's flange pose and the kinematics of " +
-                            robot.model.name + " are " + mm(off_mm) + " apart, allowed are " +
-                            mm(robot.max_fk_deviation_mm) + " (are tool and base 0?)"});
-}
-
 CellDevices::Outcome<void> CellDevices::wait_for_robot() {
-  const TimePoint give_up = clock_.now() + kPatience;
   for (std::string told;;) {
     const TimePoint deadline = clock_.now() + kAnswer;
     auto state = co_await robot_.state(deadline);
     if (!state) co_return std::unexpected(robot_error(state.error()));
-    await(CellDevice::Controller, state->ready ? "" : state->why_not_ready);
     if (state->ready) co_return std::expected<void, DeviceError>{};
-    if (clock_.now() > give_up) {
-      co_return std::unexpected(
-          DeviceError{Remedy::GiveUp, "robot: not ready for too long: " + state->why_not_ready});
-    }
+    await(CellDevice::Controller, "robot: " + state->why_not_ready);
     if (told != state->why_not_ready) on_trouble_("robot: not ready, waiting: " + state->why_not_ready);
     told = state->why_not_ready;
-    const TimePoint next = clock_.now() + kFirstPause;
+    const TimePoint next = clock_.now() + kAgain;
     co_await clock_.sleep_until(next);
   }
 }
@@ -205,13 +201,18 @@ CellDevices::Outcome<JointVector> CellDevices::position() {
   co_return state->q;
 }
 
-CellDevices::Outcome<JointVector> CellDevices::move(JointVector q) {
+CellDevices::Outcome<drivers::RobotState> CellDevices::ready_state() {
   const TimePoint answer = clock_.now() + kAnswer;
   auto state = co_await robot_.state(answer);
   if (!state) co_return std::unexpected(robot_error(state.error()));
   if (!state->ready)
     co_return std::unexpected(DeviceError{Remedy::WaitForRobot, "robot: " + state->why_not_ready});
+  co_return *std::move(state);
+}
 
+CellDevices::Outcome<JointVector> CellDevices::drive(JointVector q) {
+  auto state = co_await ready_state();
+  if (!state) co_return std::unexpected(state.error());
   drivers::MoveCommand command;
   command.q = q;
   command.speed_percent = config_.campaign.speed_percent;
@@ -227,48 +228,133 @@ CellDevices::Outcome<JointVector> CellDevices::move(JointVector q) {
   co_return *std::move(reached);
 }
 
-CellDevices::Outcome<drivers::SmrPoint> CellDevices::measure(Eigen::Vector3d p_W_mm, double search_radius_mm,
-                                                             double gate_mm, int readings) {
+/// What the controller says of the arm that has come to q.
+CellDevices::Outcome<ControllerPose> CellDevices::pose_at(JointVector q) {
+  const TimePoint answer = clock_.now() + kAnswer;
+  auto state = co_await robot_.state(answer);
+  if (!state) co_return std::unexpected(robot_error(state.error()));
+  Eigen::Index worst = 0;
+  const double off = (state->q - q).cwiseAbs().maxCoeff(&worst);
+  // Written so that a NaN is refused as well.
+  if (off <= kStays) co_return ControllerPose{state->q, state->X_BF_reported};
+  co_return std::unexpected(
+      DeviceError{Remedy::Retry, "robot: joint " + std::to_string(worst + 1) +
+                                     " does not stand where the controller said that it had come to"});
+}
+
+CellDevices::Outcome<JointVector> CellDevices::move(JointVector q) {
+  auto reached = co_await drive(q);
+  if (!reached) co_return reached;
+  auto pose = co_await pose_at(*reached);
+  if (!pose) co_return std::unexpected(pose.error());
+  const auto ours = check_poses(config_.robot, {&*pose, 1});
+  if (!ours) co_return std::unexpected(ours.error());
+  co_return reached;
+}
+
+CellDevices::Outcome<void> CellDevices::prove_arm() {
+  auto start = co_await ready_state();
+  if (!start) co_return std::unexpected(start.error());
+  std::vector<ControllerPose> poses{{start->q, start->X_BF_reported}};
+  for (const JointVector& q : small_motions(config_.robot.model, start->q)) {
+    auto reached = co_await drive(q);
+    if (!reached) co_return std::unexpected(reached.error());
+    auto pose = co_await pose_at(*reached);
+    if (!pose) co_return std::unexpected(pose.error());
+    poses.push_back(*std::move(pose));
+    if (is_undecided(config_.robot, poses)) continue;
+    auto ours = check_poses(config_.robot, poses);
+    if (!ours) co_return ours;
+  }
+  co_return check_poses(config_.robot, poses);
+}
+
+CellDevices::Outcome<CellDevices::Sighted> CellDevices::measure(Sight sight) {
   const TimePoint aimed_by = clock_.now() + kAim;
-  auto aimed = co_await tracker_.aim(p_W_mm, search_radius_mm, aimed_by);
+  auto aimed = co_await tracker_.aim(sight.p_W_mm, sight.search_mm, aimed_by);
   if (!aimed) co_return std::unexpected(tracker_error(aimed.error()));
+  auto point = co_await readings(sight.readings);
+  if (!point) co_return std::unexpected(point.error());
+  Sighted sighted{*point, {}};
+  if (sight.two_face) {
+    auto turned = co_await turn_over();
+    if (!turned) co_return std::unexpected(turned.error());
+    auto other = co_await readings(sight.readings);
+    if (!other) co_return std::unexpected(other.error());
+    sighted.face1_mm = point->p_WS_mm;
+    sighted.point.p_WS_mm = (point->p_WS_mm + other->p_WS_mm) / 2;
+  }
+  const double off_mm = (sighted.point.p_WS_mm - sight.p_W_mm).norm();
+  if (off_mm <= sight.gate_mm) co_return sighted;
+  co_return std::unexpected(DeviceError{Remedy::Retry, "tracker: wrong reflector: found " + mm(off_mm) +
+                                                           " from where ours should be, allowed are " +
+                                                           mm(sight.gate_mm)});
+}
+
+CellDevices::Outcome<drivers::SmrPoint> CellDevices::readings(int count) {
   drivers::SmrPoint mean;
-  for (int n = 1; n <= readings; ++n) {
-    const TimePoint measured_by = clock_.now() + config_.tracker.measure + kMeasureReserve;
-    auto point = co_await tracker_.measure(measured_by);
-    if (!point) co_return std::unexpected(tracker_error(point.error()));
-    const auto steady = check_scatter(*point);
-    if (!steady) co_return std::unexpected(steady.error());
+  for (int n = 1; n <= count; ++n) {
+    auto point = co_await steady_reading();
+    if (!point) co_return std::unexpected(point.error());
     const Eigen::Vector3d sum_mm = mean.p_WS_mm * (n - 1) + point->p_WS_mm;
     mean = *point;
     mean.p_WS_mm = sum_mm / n;
   }
-  const double off_mm = (mean.p_WS_mm - p_W_mm).norm();
-  if (off_mm <= gate_mm) co_return mean;
-  co_return std::unexpected(DeviceError{Remedy::Retry, "tracker: wrong reflector: found " + mm(off_mm) +
-                                                           " from where ours should be, allowed are " +
-                                                           mm(gate_mm)});
+  co_return mean;
+}
+
+CellDevices::Outcome<drivers::SmrPoint> CellDevices::steady_reading() {
+  auto point = co_await reading(1);
+  if (!point) co_return std::unexpected(point.error());
+  const auto steady = check_scatter(*point);
+  if (steady) co_return *point;
+  on_trouble_(steady.error().detail + "; measuring it " + std::to_string(kLonger) + " times as long");
+  auto longer = co_await reading(kLonger);
+  if (!longer) co_return std::unexpected(longer.error());
+  const auto still = check_scatter(*longer);
+  if (!still) co_return std::unexpected(still.error());
+  co_return *longer;
+}
+
+CellDevices::Outcome<drivers::SmrPoint> CellDevices::reading(int times) {
+  const Duration time = times * config_.tracker.measure;
+  tracker_.average_over(time);
+  const TimePoint measured_by = clock_.now() + time + kMeasureReserve;
+  auto point = co_await tracker_.measure(measured_by);
+  if (!point) co_return std::unexpected(tracker_error(point.error()));
+  co_return *point;
+}
+
+CellDevices::Outcome<void> CellDevices::turn_over() {
+  const TimePoint turned_by = clock_.now() + kAim;
+  auto turned = co_await tracker_.turn_over(turned_by);
+  if (!turned) co_return std::unexpected(tracker_error(turned.error()));
+  co_return std::expected<void, DeviceError>{};
 }
 
 std::expected<void, DeviceError> CellDevices::check_scatter(const drivers::SmrPoint& point) const {
-  const MeasurementNoise stated{config_.tracker.noise, config_.robot.repeatability_mm};
+  const config::TrackerConfig& tracker = config_.tracker;
+  const MeasurementNoise stated{tracker.noise, config_.robot.repeatability_mm};
   const double stated_mm = std::sqrt(reading_covariance(point.p_WS_mm, stated).trace() / 3);
+  const double most_mm = tracker.max_std_mm > 0 ? tracker.max_std_mm : kMostScatter * stated_mm;
   const double found_mm = point.std_mm.maxCoeff();
   // Written so that a NaN is refused as well.
-  if (found_mm <= kMostScatter * stated_mm) return {};
-  char text[300];
-  std::snprintf(
-      text, sizeof text,
-      "tracker: the readings of this point scatter by %.3f mm, allowed are %.0f times the %.3f mm of "
-      "tracker.noise and robot.repeatability_mm (does the arm vibrate, or the air shimmer?)",
-      found_mm, kMostScatter, stated_mm);
-  return std::unexpected(DeviceError{Remedy::Retry, text});
+  if (found_mm <= most_mm) return {};
+  const std::string allowed =
+      tracker.max_std_mm > 0 ? formatted("%.3f mm (tracker.max_std_mm)", most_mm)
+                             : formatted("%.0f times the %.3f mm of tracker.noise and robot.repeatability_mm",
+                                         kMostScatter, stated_mm);
+  return std::unexpected(DeviceError{
+      Remedy::Retry, formatted("tracker: the readings of this point scatter by %.3f mm, allowed are %s (does "
+                               "the arm vibrate, or the air shimmer?)",
+                               found_mm, allowed.c_str())});
 }
 
-asio::awaitable<void> CellDevices::stop() {
+CellDevices::Outcome<void> CellDevices::stop() {
   const TimePoint deadline = clock_.now() + kAnswer;
   auto stopped = co_await robot_.stop(deadline);
-  if (!stopped) on_trouble_("robot: could not be stopped: " + stopped.error().detail);
+  if (!stopped) co_return std::unexpected(robot_error(stopped.error()));
+  co_return std::expected<void, DeviceError>{};
 }
 
 void CellDevices::disconnect() noexcept {

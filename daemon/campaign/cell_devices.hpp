@@ -4,9 +4,12 @@
 #include <chrono>
 #include <expected>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "config/cell_config.hpp"
+#include "daemon/campaign/arm_check.hpp"
+#include "daemon/campaign/device_error.hpp"
 #include "drivers/robot.hpp"
 #include "drivers/tracker.hpp"
 
@@ -28,26 +31,11 @@ struct Identities {
   drivers::TrackerIdentity tracker;
 };
 
-/// What a failure asks for.
-enum class Remedy {
-  Retry,  ///< the device is fine, the attempt was not
-  ReconnectRobot,
-  ReconnectTracker,
-  WaitForRobot,  ///< connected, but it may not move
-  GiveUp,        ///< it was waited for long enough
-  WrongArm,      ///< not the configured one: nothing that a repeat would change
+/// When an arm's poses are compared with its controller's.
+enum class ArmProof {
+  AsItStands,
+  ByMotion,  ///< prove_arm() will: one that leaves open which joint is wrong is let pass
 };
-
-struct DeviceError {
-  Remedy remedy;
-  std::string detail;      ///< one sentence for the operator
-  bool beam_lost = false;  ///< no reflector was seen, or not to the end
-};
-
-/// The controller's own pose of the flange against the nominal arm's: a wrong arm, or a wrong robot file.
-std::expected<void, DeviceError> check_arm(const config::RobotConfig& robot,
-                                           const drivers::RobotIdentity& identity,
-                                           const drivers::RobotState& state);
 
 /// The robot and the tracker of a cell with the deadlines, checks and patience that using them together
 /// needs.
@@ -65,37 +53,60 @@ class CellDevices {
   using Outcome = boost::asio::awaitable<std::expected<T, DeviceError>>;
 
   /// Connects both anew, tried once, and refuses an arm that is not the configured one.
-  Outcome<Identities> connect();
+  Outcome<Identities> connect(ArmProof proof = ArmProof::AsItStands);
 
-  /// Does what a failure asks for: reconnects with growing pauses, or waits until the robot may move.
-  /// Fails with GiveUp when that takes longer than kPatience, or with WrongArm.
+  /// Moves every joint alone, by a degree (prismatic: 10 mm) and back, and compares what the controller says
+  /// of its axes and its flange with ours: every sign and every zero shows before the first real motion.
+  /// Fails with WrongArm, and the joint, as soon as that is known.
+  Outcome<void> prove_arm();
+
+  /// Does what a failure asks for, however long it takes: reconnects, tried every second, or waits until the
+  /// robot may move. Fails with WrongArm alone.
   Outcome<void> recover(DeviceError lost);
 
   /// The actual joint positions.
   Outcome<JointVector> position();
 
+  /// Moves, and compares what the controller says of its axes and its flange there with ours.
   /// @return the actual joint positions at the end
   Outcome<JointVector> move(JointVector q);
 
-  /// Aims at `p_W_mm` and measures what is found there. Farther from it than `gate_mm` is a wrong reflector:
-  /// an error, and so is a reading that by the tracker's own account scatters by more than kMostScatter times
-  /// the configured noise.
-  /// @param readings  so many, one after the other; the point is their mean
-  Outcome<drivers::SmrPoint> measure(Eigen::Vector3d p_W_mm, double search_radius_mm, double gate_mm,
-                                     int readings = 1);
+  /// Where a reflector is looked for, and how it is measured.
+  struct Sight {
+    Eigen::Vector3d p_W_mm;
+    double search_mm = 0;
+    double gate_mm = 0;     ///< farther from `p_W_mm` is another reflector: an error
+    int readings = 1;       ///< one after the other; the point is their mean
+    bool two_face = false;  ///< in both faces; the point is their mean
+  };
+  struct Sighted {
+    drivers::SmrPoint point;
+    std::optional<Eigen::Vector3d> face1_mm;  ///< the point in face 1 alone, where it was seen in both
+  };
+  /// A reading that by the tracker's own account scatters by more than tracker.max_std_mm is taken again for
+  /// longer, and an error where it still does.
+  Outcome<Sighted> measure(Sight sight);
 
   /// Brakes the arm, as far as it can be reached.
-  boost::asio::awaitable<void> stop();
+  Outcome<void> stop();
 
   void disconnect() noexcept;
 
-  /// How long a lost device is waited for.
-  static constexpr std::chrono::minutes kPatience{10};
-
  private:
-  Outcome<drivers::RobotIdentity> connect_robot();
+  Outcome<drivers::RobotIdentity> connect_robot(ArmProof proof = ArmProof::AsItStands);
+  Outcome<drivers::RobotState> ready_state();
+  Outcome<JointVector> drive(JointVector q);
+  Outcome<ControllerPose> pose_at(JointVector q);
   Outcome<drivers::TrackerIdentity> connect_tracker();
   Outcome<void> wait_for_robot();
+  /// The mean of so many steady readings.
+  Outcome<drivers::SmrPoint> readings(int count);
+  Outcome<drivers::SmrPoint> steady_reading();
+  /// @param times  so many times the usual time
+  Outcome<drivers::SmrPoint> reading(int times);
+  Outcome<void> turn_over();
+  Outcome<void> mend(Remedy remedy);
+  boost::asio::awaitable<DeviceError> explained(DeviceError error);
   void await(CellDevice device, const std::string& reason) const {
     if (on_waiting_) on_waiting_(device, reason);
   }

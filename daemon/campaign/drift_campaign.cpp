@@ -15,7 +15,7 @@ using Done = std::expected<void, CampaignError>;
 
 class DriftCampaign final : public CampaignProcedure {
  public:
-  DriftCampaign(MeasuringSession& session, DriftReference reference);
+  DriftCampaign(MeasuringSession& session, DriftOrder order);
   CampaignOutcome<void> run() override;
 
  private:
@@ -28,10 +28,10 @@ class DriftCampaign final : public CampaignProcedure {
 
 }  // namespace
 
-DriftCampaign::DriftCampaign(MeasuringSession& session, DriftReference reference) : session_{session} {
-  session_.expect(reference.cell, kReach);
+DriftCampaign::DriftCampaign(MeasuringSession& session, DriftOrder order) : session_{session} {
+  session_.expect(order.reference.cell, kReach);
   session_.add_to_total(session_.config().campaign.drift_poses);
-  session_.result().findings = DriftResult{std::move(reference), {}};
+  session_.result().findings = DriftResult{.order = std::move(order)};
 }
 
 CampaignOutcome<void> DriftCampaign::run() {
@@ -55,25 +55,35 @@ CampaignOutcome<void> DriftCampaign::plan() {
   cell.reflectors = session_.expected().reflectors;
   Done done = co_await session_.plan(cell, options);
   if (!done) co_return done;
+  const bool update = session_.result().as<DriftResult>().order.update;
+  const PointPurpose purpose = update ? PointPurpose::Identify : PointPurpose::Validate;
   for (const JointVector& q : session_.planned().poses)
-    targets_.push_back(session_.new_target(PointPurpose::Validate, q, Replacement::Informative));
+    targets_.push_back(session_.new_target(purpose, q, Replacement::Informative));
   co_return done;
 }
 
 CampaignOutcome<void> DriftCampaign::judge() {
   session_.enter(CampaignPhase::Compute);
   DriftResult& result = session_.result().as<DriftResult>();
-  auto job = [reference = result.reference, points = numbered_points(session_.result().points)] {
-    return drift_check(reference, points);
+  // The session outlives the job, and does nothing else meanwhile.
+  auto job = [&result,
+              points = numbered_points(session_.corrected().points)]() -> std::expected<void, std::string> {
+    auto check = drift_check(result.order.reference, points);
+    if (!check) return std::unexpected(check.error());
+    result.check = *std::move(check);
+    if (!result.order.update) return {};
+    auto update = update_after_drift(result.order.reference, points);
+    if (!update) return std::unexpected(update.error());
+    result.update = *std::move(update);
+    return {};
   };
-  auto check = co_await session_.compute(job);
-  if (!check) co_return std::unexpected(CampaignError{CampaignFault::Calibration, check.error()});
-  result.check = *std::move(check);
+  auto judged = co_await session_.compute(job);
+  if (!judged) co_return std::unexpected(CampaignError{CampaignFault::Calibration, judged.error()});
   co_return Done{};
 }
 
-std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, DriftReference reference) {
-  return std::make_unique<DriftCampaign>(session, std::move(reference));
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, DriftOrder order) {
+  return std::make_unique<DriftCampaign>(session, std::move(order));
 }
 
 }  // namespace truepose::daemon

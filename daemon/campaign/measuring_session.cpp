@@ -1,5 +1,7 @@
 #include "daemon/campaign/measuring_session.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "config/cell_setup.hpp"
@@ -21,6 +23,17 @@ CampaignError fatal(const DeviceError& error) {
 }
 
 CampaignError store_failed(const StoreError& error) { return {CampaignFault::Store, error.detail}; }
+
+/// What the tracker tells of it.
+StoredPoint stored_point(const drivers::SmrPoint& measured) {
+  StoredPoint point;
+  point.p_WS_mm = measured.p_WS_mm;
+  point.std_mm = measured.std_mm;
+  point.temperature_c = measured.temperature_c;
+  point.pressure_mbar = measured.pressure_mbar;
+  point.humidity_percent = measured.humidity_percent;
+  return point;
+}
 
 }  // namespace
 
@@ -44,13 +57,27 @@ MeasuringSession::MeasuringSession(const config::CellConfig& config, CampaignDev
 
 MeasuringSession::Outcome<void> MeasuringSession::connect() {
   enter(CampaignPhase::Connect);
-  auto identities = co_await devices_.connect();
+  auto identities = co_await devices_.connect(ArmProof::ByMotion);
   if (!identities) co_return std::unexpected(fatal(identities.error()));
   result_->identities = *std::move(identities);
   begun_ = true;
   auto begun = co_await journal_.begin(result_->identities);
   if (!begun) co_return std::unexpected(store_failed(begun.error()));
-  co_return Done{};
+  Done proven = co_await prove_arm();
+  co_return proven;
+}
+
+MeasuringSession::Outcome<void> MeasuringSession::prove_arm() {
+  for (int tries_left = config_.campaign.retries;; --tries_left) {
+    co_await wait_while_paused();
+    auto proven = co_await devices_.prove_arm();
+    if (proven) co_return Done{};
+    if (proven.error().remedy == Remedy::Retry && tries_left == 0)
+      co_return std::unexpected(fatal(proven.error()));
+    observer_.on_trouble("the first small motions: " + proven.error().detail);
+    Done recovered = co_await recover(proven.error());
+    if (!recovered) co_return recovered;
+  }
 }
 
 asio::awaitable<StoreResult<void>> MeasuringSession::end(std::optional<CampaignError> error) {
@@ -129,7 +156,7 @@ MeasuringSession::Outcome<std::vector<MeasuringTarget>> MeasuringSession::measur
 
 MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(MeasuringTarget target) {
   co_await wait_while_paused();
-  if (!first_pose_) first_pose_ = clock_.now();
+  if (!pose_begun_) pose_begun_ = clock_.now();
   const int attempts = 1 + config_.campaign.retries;
   int tried = 0;
   DeviceError error{Remedy::Retry, ""};
@@ -138,10 +165,10 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(
     for (int n = 1; n <= attempts; ++n, ++tried) {
       auto point = co_await attempt(target);
       if (point) {
-        beamless_.reset();
+        lost_in_row_ = last_lost_ = 0;
         Done kept = co_await keep(*point);
         if (!kept) co_return std::unexpected(kept.error());
-        co_return *point;
+        co_return point->point;
       }
       error = point.error();
       observer_.on_trouble("pose " + std::to_string(target.pose) + ", attempt " + std::to_string(n) + " of " +
@@ -149,29 +176,28 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(
       Done recovered = co_await recover(error);
       if (!recovered) co_return std::unexpected(recovered.error());
     }
-  } while (pause_for_beam(target, error));
+  } while (pause_for_losses(target, error));
   Done skipped = co_await skip(target, tried, error.detail);
   if (!skipped) co_return std::unexpected(skipped.error());
   co_return std::nullopt;
 }
 
-// One pose without a beam may hide the reflector; two in a row are a beam that is interrupted, and that is
-// somebody in the cell, or something that was put there. So the arm stands still from then on, and goes on
-// when a person says so: that the beam is back does not tell that the person who broke it has left.
-bool MeasuringSession::pause_for_beam(const MeasuringTarget& target, const DeviceError& error) {
-  if (!error.beam_lost) {
-    beamless_.reset();
-    return false;
-  }
-  const std::optional<int> before = std::exchange(beamless_, target.pose);
-  if (!before || *before == target.pose) return false;
+// One pose may hide the reflector; several in a row are a cause that stays. Where the beam is interrupted
+// that is somebody in the cell, or something that was put there: that the beam is back does not tell that the
+// person who broke it has left. So the arm stands still from then on, and goes on when a person says so.
+bool MeasuringSession::pause_for_losses(const MeasuringTarget& target, const DeviceError& error) {
+  if (std::exchange(last_lost_, target.pose) == target.pose) return false;
+  const int most = config_.campaign.pause_after_lost;
+  if (++lost_in_row_ < most || most == 0) return false;
   paused_ = true;
-  observer_.on_paused(
-      "paused: the beam was lost at two poses in a row, " + std::to_string(*before) + " and " +
-      std::to_string(target.pose) +
-      "; see that nobody is in the cell and that nothing stands between tracker and reflector, "
-      "then resume the campaign");
-  observer_.on_progress(progress_);
+  observer_.on_paused("paused: " + std::to_string(lost_in_row_) +
+                      " poses in a row could not be measured, pose " + std::to_string(target.pose) +
+                      " last: " + error.detail + "; " +
+                      (error.beam_lost ? "see that nobody is in the cell and that nothing stands between "
+                                         "tracker and reflector"
+                                       : "mend that") +
+                      ", then resume the campaign");
+  tell_progress();
   return true;
 }
 
@@ -195,7 +221,7 @@ MeasuringSession::Outcome<std::optional<MeasuringTarget>> MeasuringSession::subs
   co_return target;
 }
 
-CellDevices::Outcome<StoredPoint> MeasuringSession::attempt(MeasuringTarget target) {
+CellDevices::Outcome<MeasuringSession::Attempted> MeasuringSession::attempt(MeasuringTarget target) {
   if (target.q_from.size() > 0) {
     auto start = co_await motion_.drive(target.q_from);
     if (!start) co_return std::unexpected(start.error());
@@ -204,13 +230,17 @@ CellDevices::Outcome<StoredPoint> MeasuringSession::attempt(MeasuringTarget targ
   auto reached = co_await motion_.arrive(target.q_commanded, target.way_rad);
   if (!reached) co_return std::unexpected(reached.error());
   const config::TrackerConfig& tracker = config_.tracker;
-  const Eigen::Vector3d p_WS_mm = expected_.predict(*reached, 0, motion_.direction());
-  const double search_mm = placement_known_ ? reach_ * tracker.search_mm : tracker.search_first_mm;
-  const double gate_mm = placement_known_ ? reach_ * tracker.gate_mm : tracker.search_first_mm;
-  auto measured = co_await devices_.measure(p_WS_mm, search_mm, gate_mm, target.readings);
+  const int two_face_every = config_.campaign.two_face_every;
+  CellDevices::Sight sight{
+      .p_W_mm = expected_.predict(*reached, 0, motion_.direction()),
+      .search_mm = placement_known_ ? reach_ * tracker.search_mm : tracker.search_first_mm,
+      .gate_mm = placement_known_ ? reach_ * tracker.gate_mm : tracker.search_first_mm,
+      .readings = target.readings,
+      .two_face = two_face_every > 0 && target.pose % two_face_every == 0};
+  auto measured = co_await devices_.measure(sight);
   if (!measured) co_return std::unexpected(measured.error());
 
-  StoredPoint point;
+  StoredPoint point = stored_point(measured->point);
   point.pose = target.pose;
   point.purpose = target.purpose;
   point.q_target = target.q_target;
@@ -218,44 +248,87 @@ CellDevices::Outcome<StoredPoint> MeasuringSession::attempt(MeasuringTarget targ
   point.q_actual = *reached;
   point.direction = motion_.direction();
   point.smr = config_.reflector.name;
-  point.p_WS_mm = measured->p_WS_mm;
-  point.std_mm = measured->std_mm;
-  point.temperature_c = measured->temperature_c;
-  point.pressure_mbar = measured->pressure_mbar;
-  point.humidity_percent = measured->humidity_percent;
-  co_return point;
+  Attempted attempted{point, {}};
+  if (measured->face1_mm) {
+    attempted.face1 = point;
+    attempted.face1->purpose = PointPurpose::Face1;
+    attempted.face1->p_WS_mm = *measured->face1_mm;
+  }
+  co_return attempted;
 }
 
-/// On the disk first: what the arm moves on from is never lost.
-MeasuringSession::Outcome<void> MeasuringSession::keep(StoredPoint point) {
+MeasuringSession::Outcome<StoredPoint> MeasuringSession::store(StoredPoint point) {
   auto stored = co_await journal_.add_point(point);
   if (!stored) co_return std::unexpected(store_failed(stored.error()));
-  point = *std::move(stored);
-  result_->points.push_back(point);
+  result_->points.push_back(*stored);
+  co_return *std::move(stored);
+}
+
+MeasuringSession::Outcome<void> MeasuringSession::keep(Attempted attempted) {
+  auto stored = co_await store(std::move(attempted.point));
+  if (!stored) co_return std::unexpected(stored.error());
+  const StoredPoint& point = *stored;
+  if (attempted.face1) {
+    auto beside = co_await store(*std::move(attempted.face1));
+    if (!beside) co_return std::unexpected(beside.error());
+  }
   const double deviation_mm = (point.p_WS_mm - expected_.predict(point.q_actual, 0, point.direction)).norm();
   if (placement_known_) count_error(deviation_mm);
-  count_pose();
-  observer_.on_point(point, deviation_mm, progress_);
+  ++progress_.done;
+  count_pose_time();
+  observer_.on_point(point, deviation_mm, progress());
   co_return Done{};
+}
+
+MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure_beside(int number,
+                                                                                       std::string name,
+                                                                                       Eigen::Vector3d p_W_mm,
+                                                                                       double search_mm) {
+  for (int n = 0; n <= config_.campaign.retries; ++n) {
+    co_await wait_while_paused();
+    CellDevices::Sight sight{.p_W_mm = p_W_mm, .search_mm = search_mm, .gate_mm = search_mm};
+    auto point = co_await attempt_beside(sight);
+    if (point) {
+      point->pose = number;
+      point->smr = name;
+      auto stored = co_await store(*std::move(point));
+      if (!stored) co_return std::unexpected(stored.error());
+      co_return *stored;
+    }
+    observer_.on_trouble(name + ": " + point.error().detail);
+    Done recovered = co_await recover(point.error());
+    if (!recovered) co_return std::unexpected(recovered.error());
+  }
+  co_return std::nullopt;
+}
+
+/// Without moving the arm, whose joints are kept beside it.
+CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_beside(CellDevices::Sight sight) {
+  auto q = co_await devices_.position();
+  if (!q) co_return std::unexpected(q.error());
+  auto measured = co_await devices_.measure(sight);
+  if (!measured) co_return std::unexpected(measured.error());
+  StoredPoint point = stored_point(measured->point);
+  point.purpose = PointPurpose::Nest;
+  point.q_target = point.q_commanded = point.q_actual = *q;
+  co_return point;
 }
 
 MeasuringSession::Outcome<void> MeasuringSession::skip(MeasuringTarget target, int attempts,
                                                        std::string reason) {
-  if (!first_pose_) first_pose_ = clock_.now();
   const SkippedPose skipped{target.pose, reason, attempts};
   auto stored = co_await journal_.add_skipped(skipped);
   if (!stored) co_return std::unexpected(store_failed(stored.error()));
   result_->skipped.push_back(skipped);
   ++progress_.skipped;
-  count_pose();
-  observer_.on_skipped(skipped, progress_);
+  count_pose_time();
+  observer_.on_skipped(skipped, progress());
   co_return Done{};
 }
 
 /// After a failed attempt: whatever lets the next one succeed. Fails where there is to be no next one.
 MeasuringSession::Outcome<void> MeasuringSession::recover(DeviceError error) {
-  if (error.remedy == Remedy::GiveUp || error.remedy == Remedy::WrongArm)
-    co_return std::unexpected(fatal(error));
+  if (error.remedy == Remedy::WrongArm) co_return std::unexpected(fatal(error));
   if (error.remedy == Remedy::Retry) {
     const TimePoint next = clock_.now() + kBeforeRetry;
     co_await clock_.sleep_until(next);
@@ -268,13 +341,13 @@ MeasuringSession::Outcome<void> MeasuringSession::recover(DeviceError error) {
 
 void MeasuringSession::pause() {
   paused_ = true;
-  observer_.on_progress(progress_);
+  tell_progress();
 }
 
 void MeasuringSession::resume() {
   paused_ = false;
   resumed_.notify();
-  observer_.on_progress(progress_);
+  tell_progress();
 }
 
 asio::awaitable<void> MeasuringSession::wait_while_paused() {
@@ -285,7 +358,7 @@ void MeasuringSession::enter(CampaignPhase phase) {
   progress_.phase = phase;
   error_sum_mm_ = 0;
   error_count_ = 0;
-  observer_.on_progress(progress_);
+  tell_progress();
 }
 
 void MeasuringSession::count_error(double deviation_mm) {
@@ -293,10 +366,28 @@ void MeasuringSession::count_error(double deviation_mm) {
   progress_.error_mm = error_sum_mm_ / ++error_count_;
 }
 
-void MeasuringSession::count_pose() {
-  ++progress_.done;
-  const std::chrono::duration<double> taken = clock_.now() - *first_pose_;
-  progress_.time_left_s = taken.count() / progress_.done * (progress_.total - progress_.done);
+void MeasuringSession::count_pose_time() {
+  const TimePoint now = clock_.now();
+  if (pose_begun_) pose_times_s_.push_back(std::chrono::duration<double>(now - *pose_begun_).count());
+  pose_begun_ = now;
+}
+
+CampaignProgress MeasuringSession::progress() const {
+  CampaignProgress now = progress_;
+  now.time_left_s = time_left_s();
+  return now;
+}
+
+/// By the median, so that a pose that waited for a device does not count; of the present one what is left of
+/// that, or what it has taken beyond.
+std::optional<double> MeasuringSession::time_left_s() const {
+  const int left = progress_.left();
+  if (pose_times_s_.empty() || left <= 0) return pose_times_s_.empty() ? std::nullopt : std::optional{0.0};
+  std::vector<double> times_s = pose_times_s_;
+  const auto middle = times_s.begin() + static_cast<std::ptrdiff_t>(times_s.size() / 2);
+  std::ranges::nth_element(times_s, middle);
+  const double taken_s = std::chrono::duration<double>(clock_.now() - *pose_begun_).count();
+  return (left - 1) * *middle + std::abs(*middle - taken_s);
 }
 
 }  // namespace truepose::daemon

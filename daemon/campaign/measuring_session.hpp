@@ -14,6 +14,7 @@
 #include "daemon/campaign/campaign_observer.hpp"
 #include "daemon/campaign/campaign_result.hpp"
 #include "daemon/campaign/cell_devices.hpp"
+#include "daemon/campaign/corrected_points.hpp"
 #include "daemon/threads/signal.hpp"
 #include "daemon/threads/worker.hpp"
 
@@ -53,7 +54,7 @@ class MeasuringSession {
   MeasuringSession(const config::CellConfig& config, CampaignDevices devices, CampaignJournal& journal,
                    CampaignObserver& observer, RunJob run_compute);
 
-  /// Connects the devices and begins the journal.
+  /// Connects the devices, begins the journal, and sees by small motions that the arm is the configured one.
   Outcome<void> connect();
   /// Ends the journal, with the result where there is no error.
   boost::asio::awaitable<StoreResult<void>> end(std::optional<CampaignError> error);
@@ -83,6 +84,11 @@ class MeasuringSession {
   /// @return the targets that were measured, or have failed without a substitute
   Outcome<std::vector<MeasuringTarget>> measure_all(std::vector<MeasuringTarget> targets,
                                                     std::function<Outcome<void>()> after_each = {});
+  /// Measures a reflector that stands beside the arm. @return nothing where it was not seen, which is told
+  Outcome<std::optional<StoredPoint>> measure_beside(int number, std::string name, Eigen::Vector3d p_W_mm,
+                                                     double search_mm);
+  /// Of a pose, or of what is measured like one.
+  int next_number() { return next_number_++; }
   Outcome<void> skip(MeasuringTarget target, int attempts, std::string reason);
 
   /// What the job returns, which may take long.
@@ -97,27 +103,40 @@ class MeasuringSession {
   /// Takes effect before the next pose.
   void pause();
   void resume();
-  boost::asio::awaitable<void> stop_arm() { return devices_.stop(); }
+  /// The arm may have moved.
+  bool has_begun() const { return begun_; }
+  CellDevices::Outcome<void> stop_arm() { return devices_.stop(); }
 
   const config::CellConfig& config() const { return config_; }
   drivers::Clock& clock() const { return clock_; }
-  const CampaignProgress& progress() const { return progress_; }
+  CampaignProgress progress() const;
   CampaignResult& result() { return *result_; }
   /// What there is so far to identify and to validate from.
-  MeasurementData data() const { return measurement_data(result_->points, config_.reflector.name); }
+  MeasurementData data() const { return campaign_data(result_->points, config_); }
+  /// All points so far, with what nests and faces tell.
+  CorrectedPoints corrected() const { return corrected_points(result_->points, config_); }
   std::shared_ptr<const CampaignResult> shared_result() const { return result_; }
 
  private:
+  Outcome<void> prove_arm();
   Outcome<std::optional<MeasuringTarget>> substitute(MeasuringTarget failed);
-  CellDevices::Outcome<StoredPoint> attempt(MeasuringTarget target);
-  Outcome<void> keep(StoredPoint point);
+  struct Attempted {
+    StoredPoint point;
+    std::optional<StoredPoint> face1;  ///< where it was measured in both faces
+  };
+  CellDevices::Outcome<Attempted> attempt(MeasuringTarget target);
+  CellDevices::Outcome<StoredPoint> attempt_beside(CellDevices::Sight sight);
+  Outcome<void> keep(Attempted attempted);
+  /// On the disk first: what the arm moves on from is never lost.
+  Outcome<StoredPoint> store(StoredPoint point);
   Outcome<void> recover(DeviceError error);
   boost::asio::awaitable<void> wait_while_paused();
-  /// After the last attempt at a pose, which failed by `error`: pauses where the beam was lost at the pose
-  /// before as well.
+  /// After the last attempt at a pose, which failed by `error`: pauses where so many in a row were lost.
   /// @return whether it did, and the pose is to be tried again once somebody has resumed
-  bool pause_for_beam(const MeasuringTarget& target, const DeviceError& error);
-  void count_pose();
+  bool pause_for_losses(const MeasuringTarget& target, const DeviceError& error);
+  void count_pose_time();
+  std::optional<double> time_left_s() const;
+  void tell_progress() const { observer_.on_progress(progress()); }
   void count_error(double deviation_mm);
 
   const config::CellConfig& config_;
@@ -133,7 +152,8 @@ class MeasuringSession {
   CampaignProgress progress_;
   double error_sum_mm_ = 0;  ///< of this phase, since there is a good prediction
   int error_count_ = 0;
-  std::optional<TimePoint> first_pose_;  ///< when the first pose was begun
+  std::optional<TimePoint> pose_begun_;  ///< when the pose under way was, or the last one ended
+  std::vector<double> pose_times_s_;
 
   std::shared_ptr<PoseSupply> poses_;
   int next_number_ = 1;  ///< of a pose
@@ -142,7 +162,8 @@ class MeasuringSession {
   bool placement_known_ = false;
   double reach_ = 1;
 
-  std::optional<int> beamless_;  ///< pose before this one, where it was given up because the beam was lost
+  int lost_in_row_ = 0;  ///< poses that were tried for the last time and failed
+  int last_lost_ = 0;    ///< the last of them
   bool paused_ = false;
   Signal resumed_;
 };

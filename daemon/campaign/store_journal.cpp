@@ -10,9 +10,10 @@
 #include <utility>
 
 #include "config/cell_setup.hpp"
-#include "config/model_file.hpp"
+#include "config/model_update.hpp"
 #include "core/compensate/largest_correction.hpp"
 #include "core/math/units.hpp"
+#include "daemon/campaign/corrected_points.hpp"
 #include "daemon/campaign/stored_model.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/arm_document.hpp"
@@ -34,7 +35,8 @@ json::object range_json(const std::vector<StoredPoint>& points, double StoredPoi
 std::size_t poses_of(const std::vector<StoredPoint>& points) {
   std::set<int> poses;
   for (const StoredPoint& point : points) {
-    if (point.purpose != PointPurpose::Reference) poses.insert(point.pose);
+    if (point.purpose != PointPurpose::Reference && point.purpose != PointPurpose::Nest)
+      poses.insert(point.pose);
   }
   return poses.size();
 }
@@ -42,7 +44,7 @@ std::size_t poses_of(const std::vector<StoredPoint>& points) {
 /// Under which conditions a campaign measured: {"started","ended","poses_measured","poses_skipped",
 /// "temperature_c":{"min","max"},"pressure_mbar","humidity_percent"}, the ranges over all points; without
 /// them where the tracker told no air pressure, as one without a weather station. Measurements of the
-/// reference pose are not counted.
+/// reference pose and of nests are not counted.
 json::object conditions_document(const CampaignResult& result, const CampaignRecord& record) {
   const std::vector<StoredPoint>& points = result.points;
   json::object conditions{{"started", record.started},
@@ -83,13 +85,14 @@ json::array skipped_document(const CampaignResult& result) {
 
 /// Errors of the points measured again (wanted minus measured, as in "points"), with the numbers of their
 /// validation poses.
-json::array remeasured_document(const CampaignResult& result) {
+json::array remeasured_document(const CampaignResult& result, const config::CellConfig& config) {
+  const std::vector<StoredPoint> corrected = corrected_points(result.points, config).points;
   json::array points;
   for (const auto& [point, error_mm] : result.as<CalibrationResult>().remeasured_points) {
-    const auto before = std::ranges::find_if(result.points, [&](const StoredPoint& other) {
+    const auto before = std::ranges::find_if(corrected, [&](const StoredPoint& other) {
       return other.purpose == PointPurpose::Validate && other.q_target == point.q_target;
     });
-    if (before == result.points.end()) continue;  // never measured for validation: nothing to show it beside
+    if (before == corrected.end()) continue;  // of no use for validation: nothing to show it beside
     const Eigen::Vector3d error = -error_mm;
     points.push_back(json::object{
         {"pose", before->pose}, {"smr", point.smr}, {"error", {error.x(), error.y(), error.z()}}});
@@ -155,7 +158,7 @@ json::object iso9283_document_of(const Iso9283Test& test) {
 json::object calibration_document_of(const CampaignResult& result, const CampaignRecord& record,
                                      const config::CellConfig& config) {
   const auto& found = result.as<CalibrationResult>();
-  const MeasurementData data = measurement_data(result.points, config.reflector.name);
+  const MeasurementData data = campaign_data(result.points, config);
   json::object document = record::calibration_document(found.calibration, data, found.elapsed_s);
   document["campaign"] = "Campaign " + record.id.substr(0, 8);
   document["robot"] = record.robot_model + ", serial " + record.robot_serial;
@@ -163,12 +166,13 @@ json::object calibration_document_of(const CampaignResult& result, const Campaig
   document["model"] = record.model_id;
   document["date"] = record.ended;
   document["options"] = options_document(config);
+  document["verdict"] = record::verdict_json(found.verdict);
   document["noise"] = record::noise_json(*config::calibrate_options(config).noise);
   document["conditions"] = conditions_document(result, record);
   document["skipped"] = skipped_document(result);
   if (found.remeasured) {
     document["remeasured"] = record::statistics_json(*found.remeasured);
-    document["remeasured_points"] = remeasured_document(result);
+    document["remeasured_points"] = remeasured_document(result, config);
   }
   if (!found.reference_drift_mm.empty()) {
     document["reference_drift_mm"] =
@@ -177,11 +181,17 @@ json::object calibration_document_of(const CampaignResult& result, const Campaig
   return document;
 }
 
+json::object drift_document_of(const DriftResult& drift, std::span<const Measurement> points) {
+  record::DriftDocument document = record::drift_of(drift.check, drift.order.reference, points);
+  if (drift.update) document.update = record::update_of(*drift.update, points);
+  return record::drift_document(document);
+}
+
 std::string document_of(const CampaignResult& result, const CampaignRecord& record,
                         const config::CellConfig& config) {
   if (const auto* drift = std::get_if<DriftResult>(&result.findings))
-    return control::json_text(record::drift_document(
-        record::drift_of(drift->check, drift->reference, numbered_points(result.points))));
+    return control::json_text(
+        drift_document_of(*drift, numbered_points(corrected_points(result.points, config).points)));
   if (const auto* targets = std::get_if<TargetsResult>(&result.findings))
     return control::json_text(targets_document(*targets, config.robot.model));
   if (const auto* test = std::get_if<Iso9283Test>(&result.findings))
@@ -189,10 +199,25 @@ std::string document_of(const CampaignResult& result, const CampaignRecord& reco
   return control::json_text(calibration_document_of(result, record, config));
 }
 
-std::string why_not_activated(const CalibrationResult& result) {
+config::ModelFile updated_model_of(const DriftResult& drift, const std::string& created) {
+  const ModelRecord& old = drift.order.model;
+  return config::updated_model(config::parse_model(old.yaml, "model " + old.id), *drift.update, old.id,
+                               created);
+}
+
+/// Mean errors of what the campaign's model is compared with and of itself, where it was not made from the
+/// points; 0: nothing was validated.
+std::pair<double, double> validated_mm(const CampaignResult& result) {
+  if (const auto* drift = std::get_if<DriftResult>(&result.findings))
+    return {drift->update->before_mm, drift->update->left_out_mm};
+  const auto& validate = result.as<CalibrationResult>().calibration.validate;
+  return validate ? std::pair{validate->before.mean, validate->after.mean} : std::pair{0.0, 0.0};
+}
+
+std::string why_not_activated(const CalibrationVerdict& verdict) {
   std::string text = "the model was not activated: ";
-  if (!result.improves) return text + "it is no better than the nominal arm on validation poses";
-  for (const std::string& doubt : result.doubts) text += doubt + "; ";
+  for (const truepose::Finding& finding : verdict.findings)
+    if (finding.severity >= Severity::Doubt) text += finding.sentence + "; ";
   return text + "look into that and identify again, or activate it by hand";
 }
 
@@ -242,17 +267,22 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
     record_.reason = error->detail;
   }
   const auto* calibrated = result ? std::get_if<CalibrationResult>(&result->findings) : nullptr;
-  const bool activate = calibrated && calibrated->improves && calibrated->doubts.empty() && options_.activate;
-  if (calibrated && options_.activate && !activate) record_.reason = why_not_activated(*calibrated);
-  if (calibrated) record_.model_id = options_.model_id;
+  const auto* drift = result ? std::get_if<DriftResult>(&result->findings) : nullptr;
+  const bool updated = drift && drift->updated();
+  const bool sound = calibrated ? !calibrated->verdict.failed() : updated;
+  const bool activate = sound && options_.activate;
+  if (calibrated && options_.activate && !activate) record_.reason = why_not_activated(calibrated->verdict);
+  if (calibrated || updated) record_.model_id = options_.model_id;
   // There, because making the document takes longer than the event loop may be held.
   auto document = [record = record_, result, this] {
     return result ? document_of(*result, record, options_.config) : std::string{};
   };
   record_.document = co_await store_thread_.ask(document);
-  auto job = [this, record = record_, result, calibrated, activate] {
+  auto job = [this, record = record_, result, calibrated, updated, activate] {
     std::optional<ModelRecord> model;
-    if (calibrated) model = model_of(*result, activate);
+    if (calibrated) model = model_of(*result, calibrated_model(*result), activate);
+    if (updated)
+      model = model_of(*result, updated_model_of(result->as<DriftResult>(), record.ended), activate);
     return store_.end_campaign(record, model);
   };
   auto kept = co_await store_thread_.ask(job);
@@ -260,7 +290,7 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
   co_return kept;
 }
 
-ModelRecord StoreJournal::model_of(const CampaignResult& result, bool active) const {
+config::ModelFile StoreJournal::calibrated_model(const CampaignResult& result) const {
   const auto& found = result.as<CalibrationResult>();
   const auto& validate = found.calibration.validate;
   config::ModelFile file;
@@ -271,8 +301,17 @@ ModelRecord StoreJournal::model_of(const CampaignResult& result, bool active) co
   file.parameters = found.calibration.parameters;
   file.covariance = found.calibration.covariance;
   file.noise = found.noise;
+  file.validation_distances2 = found.validation_distances2;
   if (validate) file.validation_mean_mm = validate->after.mean;
+  file.validation = config::validation_points(campaign_data(result.points, options_.config));
+  file.largest_correction_deg =
+      largest_correction(options_.config.robot.model, file.cell, config::poses_of(file.validation)) *
+      kDegPerRad;
+  return file;
+}
 
+ModelRecord StoreJournal::model_of(const CampaignResult& result, const config::ModelFile& file,
+                                   bool active) const {
   ModelRecord model;
   model.id = options_.model_id;
   model.created = record_.ended;
@@ -282,10 +321,9 @@ ModelRecord StoreJournal::model_of(const CampaignResult& result, bool active) co
   model.active = active;
   model.largest_correction_deg =
       largest_correction(options_.config.robot.model, file.cell, poses_of_task(result.points)) * kDegPerRad;
-  if (validate) {
-    model.validation_before_mm = validate->before.mean;
-    model.validation_after_mm = validate->after.mean;
-  }
+  const auto [before_mm, after_mm] = validated_mm(result);
+  model.validation_before_mm = before_mm;
+  model.validation_after_mm = after_mm;
   return model;
 }
 

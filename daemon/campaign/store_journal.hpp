@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "config/cell_config.hpp"
+#include "config/model_file.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/store/store.hpp"
 #include "daemon/threads/worker.hpp"
@@ -40,7 +41,9 @@ class StoreJournal final : public CampaignJournal {
   bool activated() const { return activated_; }
 
  private:
-  ModelRecord model_of(const CampaignResult& result, bool active) const;
+  config::ModelFile calibrated_model(const CampaignResult& result) const;
+  /// @param file  the model that came of the campaign
+  ModelRecord model_of(const CampaignResult& result, const config::ModelFile& file, bool active) const;
 
   Options options_;
   Store& store_;

@@ -5,11 +5,10 @@
 #include <optional>
 
 #include "config/cell_setup.hpp"
-#include "core/compensate/largest_correction.hpp"
 #include "core/formatted.hpp"
 #include "core/math/angles.hpp"
-#include "core/math/statistics.hpp"
 #include "daemon/store/store.hpp"
+#include "proto/text/digest.hpp"
 
 namespace truepose::daemon {
 
@@ -19,47 +18,41 @@ namespace {
 using WhyNot = std::optional<std::string>;
 
 WhyNot altered_text(const ModelRecord& record) {
-  const std::string now = sha256_hex(record.yaml);
+  const std::string now = text::sha256_hex(record.yaml);
   if (record.sha256.empty() || record.sha256 == now) return std::nullopt;
   return formatted("its text is not the one that was stored (SHA-256 %.12s..., stored was %.12s...)",
                    now.c_str(), record.sha256.c_str());
 }
 
-/// Of the model at its own validation points; nothing where it has none.
-std::expected<std::optional<double>, std::string> validation_error_mm(const CalibratedCell& cell,
-                                                                      std::span<const StoredPoint> points) {
-  std::vector<Eigen::Vector3d> errors_mm;
+/// By their reflector's name, which the model has to know.
+std::expected<std::vector<config::ValidationPoint>, std::string> validation_points(
+    const CalibratedCell& cell, std::span<const StoredPoint> points) {
+  std::vector<config::ValidationPoint> found;
   for (const StoredPoint& point : points) {
     if (point.purpose != PointPurpose::Validate) continue;
     const auto smr = std::ranges::find(cell.reflectors, point.smr, &Reflector::name);
     if (smr == cell.reflectors.end())
       return std::unexpected("it knows no reflector \"" + point.smr + "\", by which it was validated");
     const auto index = static_cast<int>(smr - cell.reflectors.begin());
-    errors_mm.push_back(cell.predict(point.q_actual, index, point.direction) - point.p_WS_mm);
+    found.push_back({point.q_actual, index, point.direction, {}, point.p_WS_mm});
   }
-  if (errors_mm.empty()) return std::nullopt;
-  return error_statistics(errors_mm).mean;
+  return found;
 }
 
-WhyNot other_error(const ModelRecord& record, const config::ModelFile& file,
+/// Whether what nests and faces told may have corrected the points.
+bool measured_beside(std::span<const StoredPoint> points) {
+  return std::ranges::any_of(points, [](const StoredPoint& point) {
+    return point.purpose == PointPurpose::Nest || point.purpose == PointPurpose::Face1;
+  });
+}
+
+/// The store keeps points as they were measured. Where they were corrected, the model has them.
+WhyNot other_error(const ModelRecord& record, const config::ModelFile& model,
                    std::span<const StoredPoint> points) {
-  const auto now_mm = validation_error_mm(file.cell, points);
-  if (!now_mm) return now_mm.error();
-  // Written so that a NaN is refused as well.
-  if (!*now_mm || std::abs(**now_mm - record.validation_after_mm) <= kReproduced_mm) return std::nullopt;
-  return formatted("it misses its own validation points by %.4f mm on average, when it was made by %.4f mm",
-                   **now_mm, record.validation_after_mm);
-}
-
-WhyNot larger_correction(const ModelRecord& record, const config::ModelFile& file,
-                         std::span<const StoredPoint> points, const RobotModel& nominal) {
-  const double now_deg = largest_correction(nominal, file.cell, poses_of_task(points)) * kDegPerRad;
-  const double made_deg = record.largest_correction_deg;
-  if (made_deg == 0 || now_deg <= made_deg + kReproduced_deg) return std::nullopt;
-  return formatted(
-      "it corrects a joint by up to %.3f deg at the poses that it was made from, when it was made by %.3f "
-      "deg (it, or the robot file, has been changed)",
-      now_deg, made_deg);
+  const CalibratedCell& cell = model.cell;
+  const auto validation = measured_beside(points) ? model.validation : validation_points(cell, points);
+  if (!validation) return validation.error();
+  return config::other_error(cell, *validation, record.validation_after_mm);
 }
 
 bool same_joints(const RobotModel& nominal, const RobotModel& calibrated,
@@ -116,7 +109,8 @@ std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
   if (model.file.serial != record.robot_serial)
     return refused("its text is of arm " + model.file.serial + ", its row of arm " + record.robot_serial);
   if (const WhyNot other = other_error(record, model.file, points)) return refused(*other);
-  if (const WhyNot larger = larger_correction(record, model.file, points, config.robot.model))
+  if (const WhyNot larger = config::larger_correction(config.robot.model, model.file.cell,
+                                                      poses_of_task(points), record.largest_correction_deg))
     return refused(*larger);
   return model;
 }

@@ -25,8 +25,9 @@ std::vector<JointVector> poses_of_task(std::span<const StoredPoint> points);
 /// Whether a stored model still is the one that was made. A disk may give back other bits, a backup other
 /// rows, and a person may have edited it: one digit can lead an arm wrong by hundreds of millimetres. So
 /// - its text has the hash that it was stored with,
-/// - its own validation points give the validation error that it was made with, to kReproduced_mm, and
-/// - it corrects no joint at the poses that it was made from by more than it did then, to kReproduced_deg.
+/// - its own validation points give the validation error that it was made with (config::other_error()), and
+/// - it corrects no joint at the poses that it was made from by more than it did then
+///   (config::larger_correction()).
 ///
 /// Models that were stored before they carried the hash and the correction are judged by their points alone.
 ///
@@ -35,11 +36,6 @@ std::vector<JointVector> poses_of_task(std::span<const StoredPoint> points);
 std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
                                                       std::span<const StoredPoint> points,
                                                       const config::CellConfig& config);
-
-/// Every number of a model comes back from its text exactly, so that only the rounding of another compiler is
-/// to be allowed for.
-inline constexpr double kReproduced_mm = 1e-3;
-inline constexpr double kReproduced_deg = 1e-3;
 
 /// The nominal arm where an active model says that the base and the reflector are: what targets refer to.
 CalibratedCell known_cell(const config::CellConfig& config, const CalibratedCell& model);

@@ -70,9 +70,9 @@ CampaignOutcome<void> TargetsCampaign::run() {
   if (done) done = co_await prepare();
   if (done) session_.enter(CampaignPhase::Targets);
   for (std::size_t i = 0; done && i < targets_.size(); ++i) {
-    const int before = session_.progress().done;
+    const int before = session_.progress().left();
     done = co_await close_in(targets_[i], starts_[i]);
-    session_.add_to_total(session_.progress().done - before - order_.loop.rounds);
+    session_.add_to_total(before - session_.progress().left() - order_.loop.rounds);
   }
   co_return done;
 }

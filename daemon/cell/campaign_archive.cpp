@@ -114,6 +114,10 @@ std::string_view purpose_name(PointPurpose purpose) {
       return "target";
     case PointPurpose::Cycle:
       return "cycle";
+    case PointPurpose::Nest:
+      return "nest";
+    case PointPurpose::Face1:
+      return "face1";
   }
   return "remeasure";
 }

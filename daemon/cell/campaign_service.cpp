@@ -53,12 +53,12 @@ PointPurpose purpose_in(CampaignPhase phase) {
 
 }  // namespace
 
-CampaignService::Run::Run(StoreJournal::Options options, const CellParts& parts, CampaignObserver& observer,
-                          CampaignOrder order)
+CampaignService::Run::Run(StoreJournal::Options options, const CellParts& parts, CampaignDevices devices,
+                          CampaignObserver& observer, CampaignOrder order)
     : journal{options, parts.store, parts.store_thread, parts.wall_clock},
       campaign{
           options.config,
-          {parts.robot, parts.tracker, parts.clock},
+          devices,
           journal,
           observer,
           [&worker = parts.compute_thread](std::function<void()> job) { return worker.run(std::move(job)); },
@@ -156,10 +156,14 @@ MethodReply CampaignService::drift_check(json::object params) {
   config::CellConfig config = parts_.config;
   read_count(read, "poses", 1, 1000, config.campaign.drift_poses);
   read_seed(read, config.campaign);
+  const bool update = read.boolean("update").value_or(false);
+  const bool activate = read.boolean("activate").value_or(false);
+  if (activate && !update)
+    read.fail("activate", "only a model that was updated can be activated: give update too");
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
   const auto model = models_.needed_for_drift();
   if (!model) co_return std::unexpected(model.error());
-  co_return begin(config, *(*model)->drift_reference);
+  co_return begin(config, DriftOrder{*(*model)->drift_reference, update, (*model)->record}, activate);
 }
 
 MethodResult CampaignService::begin(const config::CellConfig& config, CampaignOrder order, bool activate) {
@@ -171,7 +175,8 @@ MethodResult CampaignService::begin(const config::CellConfig& config, CampaignOr
   if (auto refused = runner_.apply(CampaignStartRequested{options.campaign_id}, "asked for by an operator"))
     return std::unexpected(*refused);
   CampaignObserver& observer = *this;
-  run_ = std::make_shared<Run>(std::move(options), parts_, observer, std::move(order));
+  const CampaignDevices devices{devices_.robot(), devices_.tracker(), parts_.clock};
+  run_ = std::make_shared<Run>(std::move(options), parts_, devices, observer, std::move(order));
   asio::co_spawn(parts_.io, run(run_), [](std::exception_ptr failed) {
     if (failed) std::rethrow_exception(failed);
   });
@@ -181,12 +186,10 @@ MethodResult CampaignService::begin(const config::CellConfig& config, CampaignOr
 // While it is under way, and at its end.
 
 asio::awaitable<void> CampaignService::run(std::shared_ptr<Run> run) {
-  co_await devices_.unasked();
   auto outcome = co_await run->campaign.run();
   run->ended = true;
   std::optional<CampaignError> error;
   if (!outcome) error = outcome.error();
-  if (outcome) devices_.know((*outcome)->identities);
   // One that has outlasted its abort may not end what was started since.
   if (run == run_) co_await close(*run, std::move(error));
   runner_.wake();
@@ -272,14 +275,15 @@ void CampaignService::on_skipped(const SkippedPose& skipped, const CampaignProgr
 void CampaignService::on_trouble(const std::string& sentence) { log_warning(sentence); }
 
 void CampaignService::on_waiting(CellDevice device, const std::string& reason) {
-  runner_.apply(DeviceAwaited{device, reason}, reason);
+  runner_.await(device, reason);
 }
 
 void CampaignService::on_paused(const std::string& sentence) { runner_.apply(CampaignPaused{}, sentence); }
 
 json::object CampaignService::progress_json() const {
-  const CampaignProgress& progress = run_->campaign.progress();
+  const CampaignProgress progress = run_->campaign.progress();
   const CampaignRecord& record = run_->journal.record();
+  const bool waits = running() && (runner_.waits() || runner_.in<Paused>());
   std::string_view phase = phase_name(progress.phase);
   if (run_->ended)
     phase = record.state;
@@ -290,8 +294,9 @@ json::object CampaignService::progress_json() const {
           {"done", progress.done},
           {"total", progress.total},
           {"error_mm", progress.error_mm ? json::value(*progress.error_mm) : json::value{}},
-          {"eta_s", progress.time_left_s ? json::value(*progress.time_left_s) : json::value{}},
+          {"eta_s", progress.time_left_s && !waits ? json::value(*progress.time_left_s) : json::value{}},
           {"skipped", progress.skipped},
+          {"left", progress.left()},
           {"reason", record.reason},
           {"model_id", record.model_id.empty() ? json::value{} : json::value(record.model_id)}};
 }

@@ -31,8 +31,8 @@ class CampaignService final : private CampaignObserver {
  private:
   /// One campaign: under way, or the last one.
   struct Run {
-    Run(StoreJournal::Options options, const CellParts& parts, CampaignObserver& observer,
-        CampaignOrder order);
+    Run(StoreJournal::Options options, const CellParts& parts, CampaignDevices devices,
+        CampaignObserver& observer, CampaignOrder order);
     StoreJournal journal;
     Campaign campaign;
     bool ended = false;

@@ -17,6 +17,19 @@ namespace {
 
 constexpr const char* kCellFault = "E_CELL";
 
+/// The name on the wire.
+std::string device_name(CellDevice device) {
+  return device == CellDevice::Controller ? "controller" : "tracker";
+}
+
+std::string answers(CellDevice device) { return "the " + device_name(device) + " answers"; }
+
+/// Whom a campaign waits for, and why; of a connection that is being made it is the connection that is told.
+std::optional<Waiting> loss(const CellState& state) {
+  if (std::holds_alternative<Running>(state) || std::holds_alternative<Paused>(state)) return waiting(state);
+  return std::nullopt;
+}
+
 /// What a state is a fault by; empty where it is none.
 std::string fault_text(const CellState& state) {
   const auto* faulted = std::get_if<Faulted>(&state);
@@ -65,11 +78,16 @@ void StandingFaults::publish(const Standing& fault, bool standing) {
   events_.publish(control::Topic::Fault, event);
 }
 
-CellRunner::CellRunner(drivers::Clock& clock, EventBus& events, EventBus::WallClock wall_clock)
-    : clock_{clock}, events_{events}, wall_clock_{wall_clock}, faults_{events, std::move(wall_clock)} {}
+CellRunner::CellRunner(drivers::Clock& clock, EventBus& events, EventBus::WallClock wall_clock,
+                       CellLimits limits)
+    : clock_{clock},
+      events_{events},
+      wall_clock_{wall_clock},
+      faults_{events, std::move(wall_clock)},
+      limits_{limits} {}
 
 std::optional<RpcError> CellRunner::apply(const CellEvent& event, const std::string& reason) {
-  CellStep step = advance(state_, event, clock_.now());
+  CellStep step = advance(state_, event, clock_.now(), limits_);
   if (step.refused) {
     return RpcError{
         ErrorCode::WrongState, step.refused->sentence(), {}, step.refused->state, step.refused->allowed};
@@ -80,9 +98,38 @@ std::optional<RpcError> CellRunner::apply(const CellEvent& event, const std::str
     if (const CarryOut& carry_out = carry_out_[index(command)]) carry_out(reason);
   }
   if (state_ == before) return std::nullopt;
+  tell_of_waiting(before);
   if (state_name(before) != name() || fault_text(before) != fault_text(state_)) tell(before, reason);
   changed_.notify();
   return std::nullopt;
+}
+
+/// Of a device that a campaign has lost, and of its return.
+void CellRunner::tell_of_waiting(const CellState& before) {
+  const auto was = loss(before), is = loss(state_);
+  const bool lost = is && (!was || was->device != is->device || was->reason != is->reason);
+  const bool back = was && !is && in<Running>() && state_name(before) == name();
+  if (!lost && !back) return;
+  const std::string line = lost ? waiting_for(*is) : answers(was->device);
+  log_info(line);
+  events_.publish(control::Topic::Cell,
+                  json::object{{"state", name()}, {"from", state_name(before)}, {"reason", line}});
+}
+
+std::string CellRunner::waiting_for(const Waiting& wait) const {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(clock_.now() - wait.since);
+  return "waiting for the " + device_name(wait.device) + ", " + std::to_string(seconds.count()) +
+         " s: " + wait.reason;
+}
+
+std::string CellRunner::paused_because(const Waiting& wait) const {
+  return "paused, " + waiting_for(wait) +
+         "; the campaign goes on by itself once it answers and is ready, or resume or abort it";
+}
+
+std::string CellRunner::reason() const {
+  const auto wait = loss(state_);
+  return wait && !in<Paused>() ? waiting_for(*wait) : reason_;
 }
 
 void CellRunner::tell(const CellState& before, const std::string& reason) {
@@ -102,6 +149,10 @@ std::optional<RpcError> CellRunner::request(const json::object& params, const Ce
   return apply(event, reason);
 }
 
+void CellRunner::await(CellDevice device, const std::string& reason) {
+  apply(DeviceAwaited{device, reason}, reason.empty() ? answers(device) : reason);
+}
+
 RpcError CellRunner::wrong_state(std::string why, std::vector<std::string> allowed) const {
   return {ErrorCode::WrongState, std::move(why), {}, std::string{name()}, std::move(allowed)};
 }
@@ -111,16 +162,16 @@ json::value CellRunner::waiting_json() const {
   if (!wait) return {};
   const auto since = wall_clock_() - std::chrono::duration_cast<std::chrono::system_clock::duration>(
                                          clock_.now() - wait->since);
-  return json::object{{"device", wait->device == CellDevice::Controller ? "controller" : "tracker"},
-                      {"since", control::rfc3339(since)},
-                      {"reason", wait->reason}};
+  return json::object{
+      {"device", device_name(wait->device)}, {"since", control::rfc3339(since)}, {"reason", wait->reason}};
 }
 
 asio::awaitable<void> CellRunner::watch() {
   for (;;) {
-    const auto due = deadline(state_);
+    const auto due = deadline(state_, limits_);
     if (due && clock_.now() >= *due) {
-      apply(Tick{no_packet_answered_ ? no_packet_answered_() : ""}, "");
+      const auto wait = loss(state_);
+      apply(Tick{no_packet_answered_ ? no_packet_answered_() : ""}, wait ? paused_because(*wait) : "");
     } else if (due) {
       co_await changed_until(*due);
     } else {

@@ -67,7 +67,7 @@ class CellRunner {
   /// @param reason  why the event came, in words
   using CarryOut = std::function<void(const std::string& reason)>;
 
-  CellRunner(drivers::Clock& clock, EventBus& events, EventBus::WallClock wall_clock);
+  CellRunner(drivers::Clock& clock, EventBus& events, EventBus::WallClock wall_clock, CellLimits limits = {});
 
   /// Who carries out a command. What takes time (opening devices, starting a campaign or a stream) is carried
   /// out by the one who has asked, and has nobody here.
@@ -84,6 +84,9 @@ class CellRunner {
   std::optional<control::RpcError> request(const boost::json::object& params, const CellEvent& event,
                                            const std::string& reason);
 
+  /// What is under way goes on once the device answers; without a reason it does.
+  void await(CellDevice device, const std::string& reason);
+
   std::string_view name() const { return state_name(state_); }
   template <typename State>
   const State* in() const {
@@ -98,10 +101,11 @@ class CellRunner {
   control::RpcError wrong_state(std::string why, std::vector<std::string> allowed) const;
   control::RpcError wrong_state(std::string why) const { return wrong_state(std::move(why), allowed()); }
   std::vector<std::string> allowed() const { return allowed_methods(state_); }
-  /// One sentence: why the cell is in its state.
-  const std::string& reason() const { return reason_; }
+  /// One sentence: why the cell is in its state, or for which device it waits, how long already and why.
+  std::string reason() const;
   /// {"device","since","reason"} of a device that is waited for, or null.
   boost::json::value waiting_json() const;
+  bool waits() const { return waiting(state_).has_value(); }
 
   StandingFaults& faults() { return faults_; }
   const StandingFaults& faults() const { return faults_; }
@@ -123,6 +127,9 @@ class CellRunner {
  private:
   static std::size_t index(CellCommand command) { return static_cast<std::size_t>(command); }
   void tell(const CellState& before, const std::string& reason);
+  void tell_of_waiting(const CellState& before);
+  std::string waiting_for(const Waiting& wait) const;
+  std::string paused_because(const Waiting& wait) const;
 
   drivers::Clock& clock_;
   EventBus& events_;
@@ -130,6 +137,7 @@ class CellRunner {
   StandingFaults faults_;
   std::array<CarryOut, kCellCommands> carry_out_;
   std::function<std::string()> no_packet_answered_;
+  CellLimits limits_;
   CellState state_ = Disconnected{};
   std::string reason_ = "started";
   bool faulted_in_stream_ = false;

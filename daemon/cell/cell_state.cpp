@@ -46,13 +46,26 @@ concept HeldUp = requires(State state) {
 
 template <HeldUp State>
 CellStep held_up(State state, const DeviceAwaited& by, TimePoint now) {
-  const bool same = state.waiting && state.waiting->device == by.device;
-  if (!by.reason.empty()) {
-    state.waiting = Waiting{by.device, same ? state.waiting->since : now, by.reason};
-  } else if (same) {
-    state.waiting.reset();
+  if (!state.waiting && !by.reason.empty()) {
+    state.waiting = Waiting{by.device, now, by.reason};
+  } else if (state.waiting && state.waiting->device == by.device) {
+    state.waiting->reason = by.reason;
+    if (by.reason.empty()) state.waiting.reset();
   }
   return go(std::move(state));
+}
+
+CellStep held_up(const Paused& paused, const DeviceAwaited& by, TimePoint now) {
+  CellStep step = held_up<Paused>(paused, by, now);
+  if (!paused.goes_on || waiting(step.next)) return step;
+  return go(Running{paused.campaign_id}, {CellCommand::ResumeCampaign});
+}
+
+/// Its patience begins anew.
+Running resumed(const Paused& paused, TimePoint now) {
+  Running running{paused.campaign_id, paused.waiting};
+  if (running.waiting) running.waiting->since = now;
+  return running;
 }
 
 CellStep fault(std::string reason, std::vector<CellCommand> commands, bool acknowledgeable = true) {
@@ -95,7 +108,7 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
             return go(Aborting{running.campaign_id, now}, {C::AbortCampaign});
           },
           [&](const Paused& paused, const CampaignResumeRequested&) -> Maybe {
-            return go(Running{paused.campaign_id, paused.waiting}, {C::ResumeCampaign});
+            return go(resumed(paused, now), {C::ResumeCampaign});
           },
           [&](const Paused& paused, const CampaignAbortRequested&) -> Maybe {
             return go(Aborting{paused.campaign_id, now}, {C::AbortCampaign});
@@ -123,7 +136,7 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
       state, event);
 }
 
-/// States that pass by themselves, when they do not.
+/// States that pass by themselves, when they do not, and what is waited for in vain.
 CellStep on_tick(const CellState& state, const Tick& tick, TimePoint now, const CellLimits& limits) {
   using C = CellCommand;
   const auto due = deadline(state, limits);
@@ -131,6 +144,9 @@ CellStep on_tick(const CellState& state, const Tick& tick, TimePoint now, const 
   return std::visit(
       Overloaded{
           [](const Connecting&) { return fault("the devices did not connect in time", {C::CloseDevices}); },
+          [](const Running& s) {
+            return go(Paused{s.campaign_id, s.waiting, true}, {C::PauseCampaign});
+          },
           [](const Aborting&) {
             return fault("the campaign did not end in time after its abort", {C::CloseDevices});
           },
@@ -261,6 +277,10 @@ std::optional<TimePoint> deadline(const CellState& state, const CellLimits& limi
   using Maybe = std::optional<TimePoint>;
   return std::visit(Overloaded{
                         [&](const Connecting& s) -> Maybe { return s.since + limits.connecting; },
+                        [&](const Running& s) -> Maybe {
+                          if (!s.waiting) return std::nullopt;
+                          return s.waiting->since + limits.campaign_waiting;
+                        },
                         [&](const Aborting& s) -> Maybe { return s.since + limits.aborting; },
                         [&](const StreamStarting& s) -> Maybe {
                           return s.since + (s.program_runs ? limits.stream_starting : limits.stream_program);

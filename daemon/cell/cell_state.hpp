@@ -39,6 +39,7 @@ struct Running {
 struct Paused {
   std::string campaign_id;
   std::optional<Waiting> waiting{};
+  bool goes_on = false;  ///< by itself, once the device answers that it waits for
   bool operator==(const Paused&) const = default;
 };
 struct Aborting {
@@ -83,7 +84,8 @@ using CellState = std::variant<Disconnected, Connecting, Ready, Running, Paused,
 /// still is "campaign", a stream that starts or stops "streaming", and one that is being disarmed "armed".
 std::string_view state_name(const CellState& state);
 
-/// Which device the state waits for, and since when; none where it waits for none.
+/// Which device the state waits for, and since when; none where it waits for none. Where several have to
+/// answer it is the one that was lost first.
 std::optional<Waiting> waiting(const CellState& state);
 
 // Requests of operators.
@@ -158,6 +160,7 @@ struct CellLimits {
   std::chrono::seconds stream_program{30};
   std::chrono::seconds stream_starting{4};  ///< from the program's start to the first packet that is answered
   std::chrono::seconds stream_stopping{30};
+  std::chrono::seconds campaign_waiting{60};  ///< for a device, before the campaign pauses
 };
 
 /// Why a request was not carried out.
@@ -169,7 +172,8 @@ struct Refusal {
   std::string sentence() const;
 };
 
-/// When Tick is due, because the state then has lasted too long; none where it may last for ever.
+/// When Tick is due, because the state, or what it waits for, then has lasted too long; none where it may
+/// last for ever.
 std::optional<TimePoint> deadline(const CellState& state, const CellLimits& limits = {});
 
 struct CellStep {

@@ -13,7 +13,10 @@ using namespace std::chrono_literals;
 
 DaemonCell::DaemonCell(Parts parts)
     : parts_{std::move(parts)},
-      runner_{parts_.clock, parts_.events, parts_.wall_clock},
+      runner_{parts_.clock,
+              parts_.events,
+              parts_.wall_clock,
+              {.campaign_waiting = parts_.config.campaign.pause_after}},
       devices_{parts_, runner_, [this] { return status_json(); }},
       models_{parts_, runner_, devices_},
       targets_{parts_, models_},

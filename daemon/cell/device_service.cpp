@@ -60,12 +60,12 @@ DeviceService::DeviceService(const CellParts& parts, CellRunner& runner, std::fu
     : parts_{parts},
       runner_{runner},
       status_{std::move(status)},
+      robot_{parts.robot, parts.clock},
+      tracker_{parts.tracker},
       devices_{parts.config,
-               {parts.robot, parts.tracker, parts.clock},
+               {robot_, tracker_, parts.clock},
                &log_warning,
-               [this](CellDevice device, const std::string& reason) {
-                 runner_.apply(DeviceAwaited{device, reason}, reason);
-               }} {
+               [this](CellDevice device, const std::string& reason) { runner_.await(device, reason); }} {
   runner_.on(CellCommand::CloseDevices, [this](const std::string&) { close(); });
 }
 
@@ -101,7 +101,6 @@ MethodReply DeviceService::connect(json::object params) {
     runner_.apply(ConnectFailed{identities.error().detail}, identities.error().detail);
     co_return std::unexpected(RpcError{ErrorCode::Device, identities.error().detail});
   }
-  identities_ = *identities;
   runner_.apply(DevicesConnected{}, "robot and tracker are connected, and it is the right arm");
   co_return status_();
 }
@@ -116,93 +115,87 @@ MethodReply DeviceService::acknowledge(json::object params) {
 
 void DeviceService::close() {
   devices_.disconnect();
-  identities_.reset();
-  robot_state_.reset();
-  robot_not_told_.clear();
   runner_.faults().end(kTrackerFault);
 }
 
-/// A campaign talks with the devices itself.
+asio::awaitable<void> DeviceService::stop_robot() {
+  auto stopped = co_await devices_.stop();
+  if (!stopped) log_error("the arm could not be braked: " + stopped.error().detail);
+}
+
 asio::awaitable<void> DeviceService::watch() {
   for (TimePoint ask_tracker_at = parts_.clock.now();;) {
-    asked_ = true;
     if (may_be_asked()) co_await ask_robot();
     if (runner_.in<Armed>()) co_await look_at_robot();
-    if (may_be_asked() && parts_.clock.now() >= ask_tracker_at) {
+    if (may_be_asked() && !tracker_.busy() && parts_.clock.now() >= ask_tracker_at) {
       co_await ask_tracker();
       ask_tracker_at = parts_.clock.now() + kAskTracker;
     }
-    asked_ = false;
-    answered_.notify();
     const TimePoint next = parts_.clock.now() + kAskDevices;
     co_await parts_.clock.sleep_until(next);
   }
 }
 
-asio::awaitable<void> DeviceService::unasked() {
-  while (asked_) co_await answered_.wait();
-}
-
+/// A campaign connects anew by itself what it has lost.
 asio::awaitable<void> DeviceService::ask_robot() {
+  if (in_campaign() && !robot_.connected()) co_return;
   const TimePoint deadline = parts_.clock.now() + kCheckAnswer;
-  auto asked = co_await parts_.robot.state(deadline);
-  if (asked) {
-    take(*std::move(asked));
-  } else if (may_be_asked()) {
-    runner_.apply(DeviceLost{"robot: " + asked.error().detail}, asked.error().detail);
+  auto asked = co_await robot_.state(deadline);
+  if (!may_be_asked()) co_return;
+  const std::string why = asked ? asked->why_not_ready : asked.error().detail;
+  if (in_campaign()) {
+    runner_.await(CellDevice::Controller, why.empty() ? "" : "robot: " + why);
+  } else if (!asked) {
+    runner_.apply(DeviceLost{"robot: " + why}, why);
   }
 }
 
 /// An armed stream does without it.
 asio::awaitable<void> DeviceService::look_at_robot() {
   const TimePoint deadline = parts_.clock.now() + kCheckAnswer;
-  auto seen = co_await parts_.robot.look(deadline);
-  if (!runner_.in<Armed>()) co_return;
-  if (seen) co_return take(*std::move(seen));
-  robot_state_.reset();
-  robot_not_told_ = seen.error().detail;
-}
-
-void DeviceService::take(drivers::RobotState state) {
-  robot_state_ = std::move(state);
-  robot_told_ = parts_.clock.now();
+  co_await robot_.look(deadline);
 }
 
 std::expected<drivers::RobotState, std::string> DeviceService::robot_state() const {
-  if (!robot_state_) return std::unexpected(robot_not_told_.empty() ? "not asked yet" : robot_not_told_);
-  if (parts_.clock.now() - robot_told_ >= kOld) return std::unexpected("told more than 3 s ago");
-  return *robot_state_;
+  const auto& told = robot_.told();
+  if (!told) return std::unexpected(robot_.why_not());
+  if (parts_.clock.now() - robot_.told_at() >= kOld) return std::unexpected("told more than 3 s ago");
+  return *told;
 }
 
 /// The stream does without the tracker; whoever is ready to measure does not.
 asio::awaitable<void> DeviceService::ask_tracker() {
+  if (in_campaign() && !tracker_.connected()) co_return;
   const TimePoint deadline = parts_.clock.now() + kCheckAnswer;
-  auto asked = co_await parts_.tracker.check(deadline);
+  auto asked = co_await tracker_.check(deadline);
   const std::string why = asked ? "" : "tracker: " + asked.error().detail;
   if (!asked && runner_.in<Ready>()) runner_.apply(DeviceLost{why}, why);
+  if (in_campaign()) runner_.await(CellDevice::Tracker, why);
   runner_.faults().stand(!asked && runner_.in<Streaming>(),
                          {kTrackerFault, "warning", why + "; the stream goes on without it"});
 }
 
 json::object DeviceService::robot_json() const {
-  const Identities known = identities_.value_or(Identities{});
-  const drivers::RobotState robot = robot_state_.value_or(drivers::RobotState{});
-  return {{"connected", identities_.has_value()},
-          {"model", known.robot.model},
-          {"serial", known.robot.serial},
-          {"software", known.robot.software},
-          {"ready", identities_ && robot.ready},
-          {"why_not_ready", identities_ ? robot.why_not_ready : "not connected"},
+  const bool connected = robot_.connected();
+  const drivers::RobotIdentity known = connected ? robot_.identity() : drivers::RobotIdentity{};
+  const drivers::RobotState robot = robot_.told().value_or(drivers::RobotState{});
+  return {{"connected", connected},
+          {"model", known.model},
+          {"serial", known.serial},
+          {"software", known.software},
+          {"ready", connected && robot.ready},
+          {"why_not_ready", connected ? robot.why_not_ready : robot_.why_not()},
           {"q_deg", record::joints_json(robot.q, parts_.config.robot.model)}};
 }
 
 json::object DeviceService::tracker_json() const {
-  const Identities known = identities_.value_or(Identities{});
-  return {{"connected", identities_.has_value() && !runner_.faults().stands(kTrackerFault)},
-          {"model", known.tracker.model},
-          {"serial", known.tracker.serial},
-          {"firmware", known.tracker.firmware},
-          {"why_not_ready", identities_ ? "" : "not connected"}};
+  const bool connected = tracker_.connected();
+  const drivers::TrackerIdentity known = connected ? tracker_.identity() : drivers::TrackerIdentity{};
+  return {{"connected", connected},
+          {"model", known.model},
+          {"serial", known.serial},
+          {"firmware", known.firmware},
+          {"why_not_ready", connected ? "" : tracker_.why_not()}};
 }
 
 }  // namespace truepose::daemon

@@ -11,11 +11,12 @@
 #include "daemon/campaign/cell_devices.hpp"
 #include "daemon/cell/cell_runner.hpp"
 #include "daemon/cell/service.hpp"
+#include "daemon/cell/watched_devices.hpp"
 
 namespace truepose::daemon {
 
-/// Robot and tracker as the cell's state has them: connects and closes them, and asks while nobody else does
-/// whether they are still there.
+/// Robot and tracker as the cell's state has them: connects and closes them, and asks in every state in which
+/// they are connected whether they are still there.
 class DeviceService {
  public:
   /// @param status  of the whole cell, which the methods answer with
@@ -25,17 +26,16 @@ class DeviceService {
 
   /// Looks after the devices. Ends when cancelled.
   boost::asio::awaitable<void> watch();
-  /// Calls to a device come one at a time: returns when watch() asks none.
-  boost::asio::awaitable<void> unasked();
   /// Brakes the arm, and leaves the program that it is in.
-  boost::asio::awaitable<void> stop_robot() { return devices_.stop(); }
+  boost::asio::awaitable<void> stop_robot();
   void disconnect() { devices_.disconnect(); }
 
   /// What the controller has told of itself lately, or why that is not known.
   std::expected<drivers::RobotState, std::string> robot_state() const;
-  /// Of the devices that are connected.
-  const std::optional<Identities>& identities() const { return identities_; }
-  void know(const Identities& identities) { identities_ = identities; }
+  WatchedRobot& robot() { return robot_; }
+  const WatchedRobot& robot() const { return robot_; }
+  WatchedTracker& tracker() { return tracker_; }
+  const WatchedTracker& tracker() const { return tracker_; }
   boost::json::object robot_json() const;
   boost::json::object tracker_json() const;
 
@@ -48,8 +48,8 @@ class DeviceService {
 
   MethodResult request(const boost::json::object& params, const CellEvent& event, const std::string& reason);
   void close();
-  bool may_be_asked() const { return runner_.in<Ready>() || runner_.in<Streaming>(); }
-  void take(drivers::RobotState state);
+  bool in_campaign() const { return runner_.in<Running>() || runner_.in<Paused>(); }
+  bool may_be_asked() const { return runner_.in<Ready>() || runner_.in<Streaming>() || in_campaign(); }
   boost::asio::awaitable<void> ask_robot();
   boost::asio::awaitable<void> look_at_robot();
   boost::asio::awaitable<void> ask_tracker();
@@ -57,13 +57,9 @@ class DeviceService {
   CellParts parts_;
   CellRunner& runner_;
   std::function<boost::json::object()> status_;
+  WatchedRobot robot_;
+  WatchedTracker tracker_;
   CellDevices devices_;
-  std::optional<Identities> identities_;
-  std::optional<drivers::RobotState> robot_state_;
-  TimePoint robot_told_{};      ///< when it was
-  std::string robot_not_told_;  ///< why it was not, when it was asked last
-  bool asked_ = false;          ///< a question of watch() is under way
-  Signal answered_;
 };
 
 }  // namespace truepose::daemon

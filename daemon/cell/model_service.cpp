@@ -1,5 +1,6 @@
 #include "daemon/cell/model_service.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "config/cell_setup.hpp"
@@ -17,6 +18,7 @@ using control::RpcError;
 namespace {
 
 constexpr const char* kModelFault = "E_MODEL";
+constexpr const char* kToolFault = "E_TOOL";
 constexpr std::size_t kModelsRemembered = 8;  // of those that the stream was given
 
 /// Not validated = no number.
@@ -82,12 +84,42 @@ asio::awaitable<StoreResult<void>> ModelService::load_active() {
 }
 
 void ModelService::give_to_stream(const Active& model) {
-  const Eigen::Vector3d p_F_mm = config::kept_point_mm(parts_.config, model.cell);
-  parts_.stream.use_model(model.cell.robot, ++number_, p_F_mm);
-  Given given{number_, model.record, model.cell};
-  given.cell.reflectors = {{"1", p_F_mm}};
-  given_.push_back(std::move(given));
-  if (given_.size() > kModelsRemembered) given_.pop_front();
+  const Given& given = given_with_tool(model);
+  parts_.stream.use_model(given.cell.robot, given.number, given.cell.reflectors.front().p_FS_mm);
+}
+
+const ModelService::Given& ModelService::given_with_tool(const Active& model) {
+  if (parts_.config.stream.tool) tool_.number = parts_.config.stream.tool;
+  const config::ToolFile* tool = tool_.number ? config::tool_of(parts_.config, *tool_.number) : nullptr;
+  const LinkMass* load = config::load_of(parts_.config, tool_.number);
+  auto arm = config::corrected_arm(parts_.config, model.cell, tool, load);
+  runner_.faults().stand(!arm, {kToolFault, "warning", arm ? "" : arm.error()});
+  if (!arm && load) arm = config::corrected_arm(parts_.config, model.cell, tool);
+  tool_.is_measured = tool && arm;
+  if (!arm) arm = config::corrected_arm(parts_.config, model.cell, nullptr);
+
+  Given given{0, model.record, model.cell, tool_.is_measured ? tool_.number : std::nullopt};
+  given.cell.robot = arm->robot;
+  given.cell.reflectors = {{"1", arm->p_F_mm}};
+  // A program takes its tools in turn: the last recording shall know them all.
+  const auto before = std::ranges::find_if(given_, [&](const Given& other) {
+    return other.record.id == given.record.id && other.tool == given.tool &&
+           other.cell.robot.payload == given.cell.robot.payload;
+  });
+  given.number = before == given_.end() ? ++number_ : before->number;
+  if (before != given_.end()) given_.erase(before);
+  if (given_.size() == kModelsRemembered) given_.pop_front();
+  return given_.emplace_back(std::move(given));
+}
+
+void ModelService::controller_has(std::optional<int> tool) {
+  if (parts_.config.stream.tool || tool == tool_.number) return;
+  const bool was_measured = tool_.is_measured;
+  const LinkMass* const carried = config::load_of(parts_.config, tool_.number);
+  tool_ = {tool};
+  const bool is_measured = tool && config::tool_of(parts_.config, *tool);
+  const bool carries_else = config::load_of(parts_.config, tool) != carried;
+  if (active_ && (was_measured || is_measured || carries_else)) give_to_stream(*active_);
 }
 
 void ModelService::forget() {
@@ -97,10 +129,10 @@ void ModelService::forget() {
 }
 
 std::string ModelService::other_arm(const char* the_model, const ModelRecord& record) const {
-  const auto& identities = devices_.identities();
-  if (!identities || identities->robot.serial == record.robot_serial) return {};
+  const WatchedRobot& robot = devices_.robot();
+  if (!robot.connected() || robot.identity().serial == record.robot_serial) return {};
   return std::string{the_model} + " belongs to arm " + record.robot_serial + ", not to " +
-         identities->robot.serial;
+         robot.identity().serial;
 }
 
 RpcError ModelService::needs_model(const std::string& why_not) const {

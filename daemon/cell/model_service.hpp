@@ -27,7 +27,13 @@ class ModelService {
   struct Given {
     std::uint64_t number;
     ModelRecord record;
-    CalibratedCell cell;  ///< its one reflector is the point that is kept
+    CalibratedCell cell;      ///< its one reflector is the point that is kept
+    std::optional<int> tool;  ///< number of the measured one that it puts right
+  };
+  /// The tool that the stream corrects.
+  struct ToolInForce {
+    std::optional<int> number;  ///< none: not known, or none
+    bool is_measured = false;   ///< else the accuracy holds for the reflector
   };
   /// A model as the store has it, and whether it still is the one that was made.
   struct Found {
@@ -44,6 +50,9 @@ class ModelService {
   /// fault until another is activated.
   boost::asio::awaitable<StoreResult<void>> load_active();
   const std::optional<Active>& active() const { return active_; }
+  /// The controller says which tool is in force. Where the cell file says it, that holds.
+  void controller_has(std::optional<int> tool);
+  const ToolInForce& tool() const { return tool_; }
   /// The active model where it can be worked with, else why it cannot, as the answer to who needs it.
   std::expected<const Active*, control::RpcError> needed() const;
   std::expected<const Active*, control::RpcError> needed_for_drift() const;
@@ -72,12 +81,15 @@ class ModelService {
   control::RpcError needs_model(const std::string& why_not) const;
   void forget();
   void give_to_stream(const Active& model);
+  /// As it was given before, or made; the last one at the end.
+  const Given& given_with_tool(const Active& model);
   void publish(const char* change, const ModelRecord& record);
 
   CellParts parts_;
   CellRunner& runner_;
   const DeviceService& devices_;
   std::optional<Active> active_;
+  ToolInForce tool_;
   std::uint64_t number_ = 0;  ///< of the model that the stream was given last
   std::deque<Given> given_;
 };

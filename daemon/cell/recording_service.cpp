@@ -165,7 +165,8 @@ asio::awaitable<void> RecordingService::watch() {
 
 /// Where a fault has closed them, they are still what was recorded.
 void RecordingService::know_devices() {
-  if (devices_.identities()) known_ = *devices_.identities();
+  if (devices_.robot().connected()) known_.robot = devices_.robot().identity();
+  if (devices_.tracker().connected()) known_.tracker = devices_.tracker().identity();
 }
 
 /// For whoever finds the ring of a process that was killed.

@@ -54,6 +54,8 @@ struct StreamSurroundings {
   std::string refused;                   ///< the last packet that was not taken, in words; empty = none
   std::string trouble;  ///< why it does not run, which the realtime thread does not know; empty = it may
   std::string model_id;
+  std::optional<int> tool{};   ///< number of the one in force, where it is known
+  bool tool_measured = false;  ///< so that its TCP is what is corrected
   RobotCondition robot{};
   std::optional<drivers::Scheduling> thread{};  ///< the realtime one, where there is one
 };

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/log/log.hpp"
+#include "proto/control/json_text.hpp"
 #include "proto/eki/messages.hpp"
 
 namespace truepose::daemon {
@@ -46,7 +47,7 @@ bool known_silent(const StreamStatus& status) {
 }  // namespace
 
 StreamService::StreamService(const CellParts& parts, CellRunner& runner, DeviceService& devices,
-                             const ModelService& models)
+                             ModelService& models)
     : parts_{parts}, runner_{runner}, devices_{devices}, models_{models}, log_{&log} {
   runner_.on(CellCommand::StopStream, [this](const std::string&) { parts_.stream.leave(); });
   runner_.on(CellCommand::ArmStream, [this](const std::string&) { parts_.stream.arm(); });
@@ -67,10 +68,9 @@ MethodReply StreamService::start(json::object params) {
   if (const auto model = models_.needed(); !model) co_return std::unexpected(model.error());
   if (auto refused = runner_.apply(StreamStartRequested{}, "asked for by an operator"))
     co_return std::unexpected(*refused);
-  co_await devices_.unasked();
   before_request_ = parts_.stream.status();
   const TimePoint deadline = parts_.clock.now() + kStartProgram;
-  auto started = co_await parts_.robot.start_stream_program(deadline);
+  auto started = co_await devices_.robot().start_stream_program(deadline);
   if (!started) {
     const std::string reason = "robot: " + started.error().detail;
     runner_.apply(StreamFaulted{reason}, reason);
@@ -106,14 +106,13 @@ asio::awaitable<void> StreamService::end_program() {
   }
   if (!was_silent && is_silent()) co_return;
   const TimePoint deadline = parts_.clock.now() + kDeviceAnswer;
-  auto stopped = co_await parts_.robot.stop(deadline);
+  auto stopped = co_await devices_.robot().stop(deadline);
   if (!stopped) log_warning("robot: " + stopped.error().detail);
 }
 
 MethodReply StreamService::arm(json::object params) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   if (const auto model = models_.needed(); !model) co_return std::unexpected(model.error());
-  co_await devices_.unasked();
   if (auto refused = runner_.apply(ArmRequested{}, "armed by an operator"))
     co_return std::unexpected(*refused);
   auto kept = co_await keep_armed(control::rfc3339(parts_.wall_clock()));
@@ -220,6 +219,8 @@ RobotCondition StreamService::robot(const StreamStatus& status) const {
 }
 
 void StreamService::look_at_robot(const StreamStatus& status) {
+  // What is not told anew is as it was.
+  if (const auto told = devices_.robot_state()) models_.controller_has(told->tool);
   RobotCondition now = robot(status);
   if (now == robot_) return;
   robot_ = std::move(now);
@@ -247,8 +248,7 @@ void StreamService::look_for_silence(const StreamStatus& status) {
   runner_.faults().stand(waits,
                          {"E_STREAM_SILENT", "warning",
                           silence_text(lasts) + "; the correction goes on when it does (rearm: automatic)"});
-  if (runner_.in<Streaming>())
-    runner_.apply(DeviceAwaited{CellDevice::Controller, waits ? "it sends no RSI packet" : ""}, "");
+  if (runner_.in<Streaming>()) runner_.await(CellDevice::Controller, waits ? "it sends no RSI packet" : "");
 }
 
 void StreamService::follow(const StreamStatus& status) {
@@ -294,6 +294,8 @@ json::object StreamService::json() const {
        .refused = refused_.last,
        .trouble = trouble(status),
        .model_id = models_.active() ? models_.active()->record.id : "",
+       .tool = models_.tool().number,
+       .tool_measured = models_.tool().is_measured,
        .robot = robot(status),
        .thread = parts_.realtime_thread ? std::optional{parts_.realtime_thread()} : std::nullopt});
 }

@@ -15,8 +15,7 @@ namespace truepose::daemon {
 /// The stream of corrections as an operator has it: starts and stops it, and watches what comes of it.
 class StreamService {
  public:
-  StreamService(const CellParts& parts, CellRunner& runner, DeviceService& devices,
-                const ModelService& models);
+  StreamService(const CellParts& parts, CellRunner& runner, DeviceService& devices, ModelService& models);
 
   static std::vector<Method<StreamService>> methods();
 
@@ -49,7 +48,7 @@ class StreamService {
   CellParts parts_;
   CellRunner& runner_;
   DeviceService& devices_;
-  const ModelService& models_;
+  ModelService& models_;
   StreamLog log_;
   StreamState state_ = StreamState::Idle;  ///< when it was looked at last
   StreamStatus before_request_;            ///< when the stream was asked for last

@@ -22,27 +22,31 @@ constexpr std::size_t kMostRows = 200;
 using Row = std::vector<double>;
 using Solved = std::expected<CompensatedTarget, std::string>;
 
-Eigen::Isometry3d flange_pose(const Row& row) {
+Eigen::Isometry3d pose_of(const Row& row) {
   return pose_from_kuka({row[0], row[1], row[2]}, {row[3], row[4], row[5]});
 }
+
+LinkMass payload_of(const Row& row) { return {row[0], {row[1], row[2], row[3]}}; }
 
 RpcError bad_row(const char* list, std::size_t row, const std::string& why) {
   const std::string key = std::string{"params."} + list + "[" + std::to_string(row) + "]";
   return {ErrorCode::InvalidParams, key + ": " + why, key};
 }
 
-/// Rows of targets.compensate: joints of the nominal arm, or poses of the flange.
+/// Rows of targets.compensate: joints of the nominal arm, or poses of the tool, without one of the flange.
 class TargetRows {
  public:
-  TargetRows(const config::CellConfig& config, const CalibratedCell& real)
+  TargetRows(const config::CellConfig& config, const config::CorrectedArm& real,
+             const Eigen::Isometry3d& X_TF)
       : nominal_{config.robot.model},
+        X_TF_{X_TF},
         inverse_{nominal_, std::nullopt},
         compensation_{nominal_, real.robot, config::compensation_options(config)},
-        p_F_mm_{config::kept_point_mm(config, real)} {}
+        p_F_mm_{real.p_F_mm} {}
 
   Solved solve(const Row& row, bool is_pose) {
     if (!is_pose) return in_words(compensation_.at_joints(joints_from(row, nominal_), p_F_mm_));
-    const Eigen::Isometry3d X_BF = flange_pose(row);
+    const Eigen::Isometry3d X_BF = pose_of(row) * X_TF_;
     const auto q = inverse_.at_pose(X_BF);
     if (!q) return std::unexpected(q.error());
     return in_words(compensation_.at_pose(X_BF, *q, p_F_mm_));
@@ -55,6 +59,7 @@ class TargetRows {
   }
 
   const RobotModel& nominal_;
+  Eigen::Isometry3d X_TF_;
   NominalInverse inverse_;
   TargetCompensation compensation_;
   Eigen::Vector3d p_F_mm_;
@@ -83,7 +88,7 @@ std::expected<std::vector<JointVector>, RpcError> joints_at(const std::vector<Ro
   NominalInverse inverse(nominal, std::nullopt);
   std::vector<JointVector> joints;
   for (const Row& row : poses) {
-    const auto q = inverse.at_pose(flange_pose(row));
+    const auto q = inverse.at_pose(pose_of(row));
     if (!q) return std::unexpected(bad_row("poses", joints.size(), "cannot be reached"));
     joints.push_back(*q);
   }
@@ -96,15 +101,28 @@ MethodReply TargetService::compensate(json::object params) {
   auto joints = read.rows("joints", static_cast<std::size_t>(nominal.joint_count()), kMostRows);
   auto poses = read.rows("poses", 6, kMostRows);
   const std::string id = read.text("model_id").value_or("");
+  const auto number = read.integer("tool", 1, 1000);
+  const std::optional<int> named = number ? std::optional{static_cast<int>(*number)} : std::nullopt;
+  const config::ToolFile* tool = named ? config::tool_of(parts_.config, *named) : nullptr;
+  const LinkMass* load = config::load_of(parts_.config, named);
+  if (named && !tool && !load)
+    read.fail("tool", "the cell file names no measured tool and no load of this number");
+  const auto carried = read.rows("payload", 4, 1);
+  const LinkMass payload = carried ? payload_of(carried->front()) : LinkMass{};
+  if (carried) load = &payload;
+  if (payload.mass_kg < 0) read.fail("payload", "expected a mass of 0 or more");
   if (joints.has_value() == poses.has_value()) read.fail("joints", "give exactly one of joints and poses");
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
   auto found = co_await models_.find_checked(id);
   if (!found) co_return std::unexpected(found.error());
 
+  const auto arm = config::corrected_arm(parts_.config, found->checked->file.cell, tool, load);
+  if (!arm) co_return std::unexpected(RpcError{ErrorCode::WrongState, arm.error()});
+
   const bool is_pose = poses.has_value();
-  auto job = [config = parts_.config, is_pose, rows = is_pose ? *poses : *joints,
-              cell = found->checked->file.cell] {
-    TargetRows targets{config, cell};
+  const Eigen::Isometry3d X_TF = tool ? inverse_of(tool->X_told) : Eigen::Isometry3d::Identity();
+  auto job = [config = parts_.config, is_pose, rows = is_pose ? *poses : *joints, arm = *arm, X_TF] {
+    TargetRows targets{config, arm, X_TF};
     std::vector<Solved> solved;
     for (const Row& row : rows) solved.push_back(targets.solve(row, is_pose));
     return solved;

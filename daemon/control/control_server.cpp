@@ -1,22 +1,23 @@
 #include "daemon/control/control_server.hpp"
 
-#include <grp.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <boost/asio/as_tuple.hpp>
+#include <boost/asio/bind_cancellation_slot.hpp>
+#include <boost/asio/cancellation_signal.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <optional>
 #include <utility>
 
+#include "daemon/control/connection.hpp"
+#include "daemon/control/private_file.hpp"
 #include "daemon/control/session.hpp"
 #include "drivers/port_holder.hpp"
 #include "proto/control/json_text.hpp"
@@ -33,31 +34,24 @@ struct ControlServer::Impl {
   std::shared_ptr<SessionContext> context;
   tcp::acceptor acceptor;
   std::optional<local::acceptor> local_acceptor;
+  std::optional<tcp::acceptor> tls_acceptor;
+  asio::cancellation_signal stop_looking{};
+  drivers::TimePoint next_expiry_warning{};
 
-  void admit(Session::Socket socket, Peer peer);
+  void admit(std::unique_ptr<Connection> connection, Peer peer);
   bool make_room(const Peer& peer);
+  /// What may change while nobody asks. Ends when cancelled.
+  asio::awaitable<void> look_after();
+  void look_at_certificate();
 };
 
 namespace {
 
-bool too_open(const struct stat& file) {
-  const bool for_our_group = file.st_gid == ::getegid();
-  const mode_t forbidden = for_our_group ? (S_IWGRP | S_IXGRP | S_IRWXO) : (S_IRWXG | S_IRWXO);
-  return (file.st_mode & forbidden) != 0;
-}
-
-/// What makes a file ours to read, and nobody else's: one that is another's has to be given to our group.
-std::string mending(const struct stat& found, const std::string& file) {
-  if (found.st_uid == ::geteuid()) return "; run: chmod 600 " + file;
-  const struct group* const ours = ::getgrgid(::getegid());
-  return "; run: chgrp " + (ours ? std::string{ours->gr_name} : std::to_string(::getegid())) + " " + file +
-         " && chmod 640 " + file;
-}
-
-std::expected<tcp::acceptor, StartFailure> listen(asio::any_io_executor executor,
-                                                  const config::Endpoint& endpoint) {
-  const std::string where = endpoint.host + ":" + std::to_string(endpoint.port);
-  const auto address = control_address(endpoint);
+/// @param key  of the cell file, for messages
+std::expected<tcp::acceptor, StartFailure> listen(
+    asio::any_io_executor executor, const std::string& key, const config::Endpoint& endpoint,
+    const std::expected<asio::ip::address, std::string>& address) {
+  const std::string where = key + ": " + endpoint.host + ":" + std::to_string(endpoint.port);
   if (!address) return std::unexpected(address.error());
   const tcp::endpoint local{*address, endpoint.port};
   boost::system::error_code error;
@@ -68,12 +62,10 @@ std::expected<tcp::acceptor, StartFailure> listen(asio::any_io_executor executor
   if (!error) acceptor.bind(local, error);
   if (!error) acceptor.listen(tcp::acceptor::max_listen_connections, error);
   if (error == asio::error::address_in_use)
-    return std::unexpected(StartFailure{"control.listen: " + where + " is in use by " +
-                                            drivers::port_holder(drivers::Protocol::Tcp, endpoint.port),
-                                        true});
+    return std::unexpected(StartFailure{
+        where + " is in use by " + drivers::port_holder(drivers::Protocol::Tcp, endpoint.port), true});
   const bool may_pass = error == boost::system::errc::address_not_available;
-  if (error)
-    return std::unexpected(StartFailure{"control.listen: " + where + ": " + error.message(), may_pass});
+  if (error) return std::unexpected(StartFailure{where + ": " + error.message(), may_pass});
   return acceptor;
 }
 
@@ -138,18 +130,19 @@ bool ControlServer::Impl::make_room(const Peer& peer) {
   return out != nullptr;
 }
 
-void ControlServer::Impl::admit(Session::Socket socket, Peer peer) {
+void ControlServer::Impl::admit(std::unique_ptr<Connection> connection, Peer peer) {
   const ControlLimits& limits = context->limits;
   // Those that are being told why they are closed stay for a moment; even of these there is an end.
   if (context->sessions.size() >= limits.sessions + 4 * limits.guests_of_peer) return;
   const bool room = make_room(peer);
-  const auto session = std::make_shared<Session>(std::move(socket), std::move(peer), context);
+  const auto session = std::make_shared<Session>(std::move(connection), std::move(peer), context);
   if (room) return session->start();
   session->refuse({ErrorCode::Busy, "closed: too many are opening a session; try again"});
 }
 
 namespace {
 
+/// @param admit  of a socket and its peer
 template <typename Acceptor, typename Admit>
 asio::awaitable<void> accept_all(Acceptor& acceptor, SessionContext& context, Admit admit) {
   while (acceptor.is_open()) {
@@ -170,13 +163,59 @@ asio::awaitable<void> accept_all(Acceptor& acceptor, SessionContext& context, Ad
 
 }  // namespace
 
+asio::awaitable<void> ControlServer::Impl::look_after() {
+  while (true) {
+    const drivers::TimePoint next = context->parts.clock.now() + context->limits.look;
+    co_await context->parts.clock.sleep_until(next);
+    context->refresh_access();
+    look_at_certificate();
+    co_await context->commands->look();
+  }
+}
+
+void ControlServer::Impl::look_at_certificate() {
+  constexpr std::chrono::days kNotice{30}, kAgain{1};
+  if (!context->tls) return;
+  const auto changed = context->tls->refresh();
+  if (!changed) context->parts.warn(changed.error());
+  const bool is_new = changed.value_or(false);
+  const drivers::TimePoint now = context->parts.clock.now();
+  if (!is_new && now < next_expiry_warning) return;
+  const control::Certificate& ours = context->tls->certificate();
+  if (context->parts.wall_clock() + kNotice < ours.until) return;
+  next_expiry_warning = now + kAgain;
+  context->parts.warn("control.tls: the daemon's certificate ends on " + control::rfc3339(ours.until) +
+                      "; put a new one in its place, it is taken without a restart");
+}
+
 std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start(
     asio::any_io_executor executor, ControlServerParts parts, const config::ControlConfig& config,
     std::string cell_name, ControlLimits limits) {
   auto token = read_token(config.token_file);
   if (!token) return std::unexpected(token.error());
-  auto acceptor = listen(executor, config.listen);
+  AccessList access{parts.access};
+  if (const auto read = access.refresh(); !read) return std::unexpected(read.error());
+  std::optional<AuditTrail> audit;
+  if (!parts.audit.empty()) {
+    auto opened = AuditTrail::open(parts.audit, control::rfc3339(parts.wall_clock()));
+    if (!opened) return std::unexpected(opened.error());
+    if (!opened->put_aside().empty())
+      parts.warn("control: the audit trail was changed: " + opened->put_aside());
+    audit.emplace(*std::move(opened));
+  }
+  auto acceptor = listen(executor, "control.listen", config.listen, control_address(config.listen));
   if (!acceptor) return std::unexpected(acceptor.error());
+  std::optional<TlsIdentity> tls;
+  std::optional<tcp::acceptor> tls_acceptor;
+  if (config.tls) {
+    auto identity = TlsIdentity::load(*config.tls);
+    if (!identity) return std::unexpected(identity.error());
+    tls = *std::move(identity);
+    auto listening =
+        listen(executor, "control.tls.listen", config.tls->listen, tls_address(config.tls->listen));
+    if (!listening) return std::unexpected(listening.error());
+    tls_acceptor = *std::move(listening);
+  }
   std::optional<local::acceptor> local_acceptor;
   if (!parts.socket.empty()) {
     auto listening = listen(executor, parts.socket);
@@ -184,75 +223,82 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
     local_acceptor = std::move(*listening);
   }
 
-  auto context = std::make_shared<SessionContext>(
-      SessionContext{std::move(parts), limits, std::move(cell_name), std::move(*token), {}, {}, {}});
+  auto context = std::make_shared<SessionContext>(SessionContext{std::move(parts),
+                                                                 limits,
+                                                                 std::move(cell_name),
+                                                                 std::move(*token),
+                                                                 std::move(access),
+                                                                 std::move(tls),
+                                                                 {},
+                                                                 {},
+                                                                 {}});
   for (std::string& method : context->parts.cell.methods()) context->cell_methods.insert(std::move(method));
+  context->commands = std::make_unique<Commands>(context->parts, executor, std::move(audit));
   context->started = context->parts.clock.now();
   context->started_text = control::rfc3339(context->parts.wall_clock());
-  auto impl =
-      std::make_shared<Impl>(Impl{std::move(context), std::move(*acceptor), std::move(local_acceptor)});
+  auto impl = std::make_shared<Impl>(std::move(context), std::move(*acceptor), std::move(local_acceptor),
+                                     std::move(tls_acceptor));
+  impl->look_at_certificate();
 
   const auto admit = [server = impl.get()](auto socket, Peer peer) {
-    server->admit(std::move(socket), std::move(peer));
+    server->admit(plain_connection(std::move(socket)), std::move(peer));
   };
+  const auto admit_over_tls = [server = impl.get()](tcp::socket socket, Peer peer) {
+    server->admit(tls_connection(std::move(socket), server->context->tls->context()), std::move(peer));
+  };
+  asio::co_spawn(executor, impl->look_after(),
+                 asio::bind_cancellation_slot(impl->stop_looking.slot(), [impl](std::exception_ptr) {}));
   asio::co_spawn(executor, accept_all(impl->acceptor, *impl->context, admit), [impl](std::exception_ptr) {});
   if (impl->local_acceptor)
     asio::co_spawn(executor, accept_all(*impl->local_acceptor, *impl->context, admit),
                    [impl](std::exception_ptr) {});
+  if (impl->tls_acceptor)
+    asio::co_spawn(executor, accept_all(*impl->tls_acceptor, *impl->context, admit_over_tls),
+                   [impl](std::exception_ptr) {});
   return std::unique_ptr<ControlServer>{new ControlServer{std::move(impl)}};
 }
 
-std::expected<boost::asio::ip::address, std::string> control_address(const config::Endpoint& listen) {
+std::expected<asio::ip::address, std::string> control_address(const config::Endpoint& listen) {
   boost::system::error_code error;
-  const auto address =
-      boost::asio::ip::make_address(listen.host == "localhost" ? "127.0.0.1" : listen.host, error);
-  if (error) {
+  const auto address = asio::ip::make_address(listen.host == "localhost" ? "127.0.0.1" : listen.host, error);
+  if (error)
     return std::unexpected("control.listen: \"" + listen.host +
                            "\" is not an IP address: give 127.0.0.1 or ::1");
-  }
-  if (!address.is_loopback()) {
-    return std::unexpected("control.listen: " + listen.host +
-                           " can be reached from other machines, which needs TLS; listen on 127.0.0.1");
-  }
+  if (!address.is_loopback())
+    return std::unexpected(
+        "control.listen: " + listen.host +
+        " can be reached from other machines, which needs TLS: listen on 127.0.0.1 here, and for "
+        "others by control.tls");
+  return address;
+}
+
+std::expected<asio::ip::address, std::string> tls_address(const config::Endpoint& listen) {
+  boost::system::error_code error;
+  const auto address = asio::ip::make_address(listen.host, error);
+  if (error)
+    return std::unexpected("control.tls.listen: \"" + listen.host +
+                           "\" is not an IP address: give one of this machine, or 0.0.0.0 for all");
   return address;
 }
 
 std::expected<std::string, std::string> read_token(const std::filesystem::path& file) {
-  namespace fs = std::filesystem;
   constexpr std::size_t kShortest = 16;
   constexpr std::size_t kLongest = 1024;
   const auto bad = [&](const std::string& why) {
     return std::unexpected("token file " + file.string() + ": " + why);
   };
-
-  struct stat found {};
-  if (::stat(file.c_str(), &found) != 0) {
-    if (errno != ENOENT) return bad(std::strerror(errno));
+  auto token = read_private_file(file, kLongest + 1);
+  std::error_code unknown;
+  if (!token && !std::filesystem::exists(file, unknown) && !unknown)
     return bad("does not exist; make one with: (umask 077; openssl rand -hex 16 > " + file.string() + ")");
-  }
-  if (!S_ISREG(found.st_mode)) return bad("is not a file");
-  if (too_open(found)) return bad("others may read or write it" + mending(found, file.string()));
-
-  std::ifstream stream{file, std::ios::binary};
-  std::string token;
-  token.resize(kLongest + 1);
-  stream.read(token.data(), static_cast<std::streamsize>(token.size()));
-  if (stream.bad() || !stream.is_open()) return bad("cannot be read" + mending(found, file.string()));
-  token.resize(static_cast<std::size_t>(stream.gcount()));
+  if (!token) return bad(token.error());
   constexpr std::string_view kSpace = " \t\r\n";
-  token.erase(token.find_last_not_of(kSpace) + 1);
-  token.erase(0, token.find_first_not_of(kSpace));
-  if (token.size() < kShortest || token.size() > kLongest)
+  token->erase(token->find_last_not_of(kSpace) + 1);
+  token->erase(0, token->find_first_not_of(kSpace));
+  if (token->size() < kShortest || token->size() > kLongest)
     return bad("the token must have " + std::to_string(kShortest) + ".." + std::to_string(kLongest) +
                " characters");
   return token;
-}
-
-bool same_token(std::string_view given, std::string_view secret) {
-  volatile unsigned difference = given.size() == secret.size() ? 0 : 1;
-  for (std::size_t i = 0; i < given.size(); ++i)
-    difference = difference | static_cast<unsigned>(given[i] ^ secret[i % secret.size()]);
-  return difference == 0;
 }
 
 ControlServer::ControlServer(std::shared_ptr<Impl> impl) : impl_{std::move(impl)} {}
@@ -260,6 +306,11 @@ ControlServer::ControlServer(std::shared_ptr<Impl> impl) : impl_{std::move(impl)
 ControlServer::~ControlServer() { stop(); }
 
 std::uint16_t ControlServer::port() const { return impl_->acceptor.local_endpoint().port(); }
+
+std::optional<std::uint16_t> ControlServer::tls_port() const {
+  if (!impl_->tls_acceptor) return std::nullopt;
+  return impl_->tls_acceptor->local_endpoint().port();
+}
 
 std::vector<std::string> ControlServer::methods() const {
   std::set<std::string, std::less<>> all = Session::own_methods();
@@ -270,6 +321,8 @@ std::vector<std::string> ControlServer::methods() const {
 void ControlServer::stop() {
   boost::system::error_code ignored;
   impl_->acceptor.close(ignored);
+  if (impl_->tls_acceptor) impl_->tls_acceptor->close(ignored);
+  impl_->stop_looking.emit(asio::cancellation_type::terminal);
   if (impl_->local_acceptor && impl_->local_acceptor->is_open()) {
     impl_->local_acceptor->close(ignored);
     ::unlink(impl_->context->parts.socket.c_str());

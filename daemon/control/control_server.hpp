@@ -11,12 +11,14 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "config/cell_config.hpp"
 #include "daemon/control/event_bus.hpp"
+#include "daemon/threads/worker.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/start_failure.hpp"
 #include "proto/control/request.hpp"
@@ -41,14 +43,13 @@ class CellService {
 
 /// The address of control.listen. @return it, or why the control port cannot be there and what to do
 std::expected<boost::asio::ip::address, std::string> control_address(const config::Endpoint& listen);
+/// The same of control.tls.listen.
+std::expected<boost::asio::ip::address, std::string> tls_address(const config::Endpoint& listen);
 
 /// Reads the secret that clients must show. Nobody but its owner may write the file, and nobody but we
 /// and our own primary group may read it (0600, or 0640 as root gives it to the service's group). It holds at
 /// least 16 characters; white space around them is dropped. The error is one sentence.
 std::expected<std::string, std::string> read_token(const std::filesystem::path& file);
-
-/// Compares in a time that depends on the length of `given` alone, so that a guess learns nothing from it.
-bool same_token(std::string_view given, std::string_view secret);
 
 /// What one client, or many, may take.
 struct ControlLimits {
@@ -64,6 +65,7 @@ struct ControlLimits {
   std::size_t hello_failures = 5;  ///< wrong tokens of one peer within hello_window; then it is answered late
   std::chrono::milliseconds hello_window{60'000};
   std::chrono::milliseconds hello_delay{1'000};  ///< by so much, also where the token is right
+  std::chrono::milliseconds look{2'000};         ///< from one look at the files of access to the next
 };
 
 /// What the server works with. All of it outlives the server and the event loop that it runs on.
@@ -73,24 +75,30 @@ struct ControlServerParts {
   CellService& cell;
   EventBus& events;
   std::function<void(const std::string&)> warn;  ///< logs one sentence
+  Worker& worker;                                ///< writes the audit trail
   std::filesystem::path socket{};                ///< Unix socket for clients of this machine; empty: none
+  std::filesystem::path access{};                ///< access file; empty: nobody but the token's holders
+  std::filesystem::path audit{};                 ///< audit trail; empty: nothing is kept on record
 };
 
-/// Serves the control protocol (proto/control/openrpc.json) to HMIs and the command line, over TCP and over a
-/// Unix socket. Whoever may write to that one (our own user, our group and root) needs no token.
+/// Serves the control protocol (proto/control/openrpc.json) to HMIs and the command line: over TCP to this
+/// machine, over TLS 1.3 to any other, and over a Unix socket. Whoever may write to that one (our own user,
+/// our group and root) needs no token, nor does over TLS whose certificate is in the access file.
 ///
 /// Requests of one connection are answered in order; connections do not wait for each other. Runs on one
 /// thread: the executor's.
 class ControlServer {
  public:
-  /// Binds and starts to accept. Fails with one sentence: an address that is not loopback, a port in use (and
-  /// by whom), a token file that is missing, readable by others or too short.
+  /// Binds and starts to accept. Fails with one sentence: an address in the clear that is not loopback, a
+  /// port in use (and by whom), a token file that is missing, readable by others or too short, a certificate
+  /// or key that cannot be used.
   static std::expected<std::unique_ptr<ControlServer>, drivers::StartFailure> start(
       boost::asio::any_io_executor executor, ControlServerParts parts, const config::ControlConfig& config,
       std::string cell_name, ControlLimits limits = {});
   ~ControlServer();
 
   std::uint16_t port() const;
+  std::optional<std::uint16_t> tls_port() const;
   /// Methods that are answered, the server's own included, sorted. rpc.discover is not in the schema that it
   /// returns.
   std::vector<std::string> methods() const;

@@ -6,9 +6,9 @@
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
-#include <boost/asio/write.hpp>
 #include <utility>
 
+#include "config/number_text.hpp"
 #include "daemon/control/control_server.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/control/param_reader.hpp"
@@ -24,28 +24,47 @@ namespace {
 using namespace asio::experimental::awaitable_operators;
 using control::ErrorCode;
 using control::ParamReader;
+using control::Role;
 using control::RpcError;
 
 constexpr int kProtocol = 1;
+constexpr const char* kTokenFile = "token file";  // whose token has no other name
 constexpr std::size_t kEventsPerBatch = 64;
 constexpr auto kNever = asio::steady_timer::time_point::max();
+
+json::string_view view(std::string_view text) { return {text.data(), text.size()}; }
 
 }  // namespace
 
 const std::set<std::string, std::less<>>& Session::own_methods() {
-  static const std::set<std::string, std::less<>> kMethods{"session.challenge",  "session.hello",
-                                                           "system.info",        "events.subscribe",
-                                                           "events.unsubscribe", "rpc.discover"};
+  static const std::set<std::string, std::less<>> kMethods{
+      "session.challenge",  "session.hello",    "system.info", "events.subscribe",
+      "events.unsubscribe", "rpc.discover",     "control.get", "control.acquire",
+      "control.release",    "control.takeover", "audit.list"};
   return kMethods;
 }
 
-Session::Session(Socket socket, Peer peer, std::shared_ptr<SessionContext> context)
-    : socket_{std::move(socket)},
+void SessionContext::refresh_access() {
+  const auto changed = access.refresh();
+  if (!changed) parts.warn(changed.error());
+  if (!changed.value_or(false)) return;
+  const std::set<Session*> all = sessions;
+  for (Session* session : all) session->check_access();
+}
+
+void SessionContext::warn_of_tls(const std::string& peer, const std::string& why) {
+  if (parts.clock.now() < next_tls_warning) return;
+  next_tls_warning = parts.clock.now() + limits.hello_window;
+  parts.warn("control: no TLS with " + peer + ": " + why);
+}
+
+Session::Session(std::unique_ptr<Connection> connection, Peer peer, std::shared_ptr<SessionContext> context)
+    : connection_{std::move(connection)},
       peer_{std::move(peer)},
       context_{std::move(context)},
       number_{++context_->last_number},
-      wake_{socket_.get_executor(), kNever},
-      drained_{socket_.get_executor(), kNever},
+      wake_{connection_->executor(), kNever},
+      drained_{connection_->executor(), kNever},
       lines_{control::kMaxLineBeforeHello},
       connected_{context_->parts.clock.now()},
       last_request_{connected_} {
@@ -55,9 +74,9 @@ Session::Session(Socket socket, Peer peer, std::shared_ptr<SessionContext> conte
 Session::~Session() { context_->sessions.erase(this); }
 
 void Session::start() {
-  spawn_writer();
   const auto done = [self = shared_from_this()](std::exception_ptr) { self->close(); };
-  asio::co_spawn(socket_.get_executor(), read_requests(), asio::bind_cancellation_slot(cancel_.slot(), done));
+  asio::co_spawn(connection_->executor(), read_requests(),
+                 asio::bind_cancellation_slot(cancel_.slot(), done));
 }
 
 void Session::refuse(RpcError error) {
@@ -75,12 +94,11 @@ void Session::spawn_writer() {
     self->written_ = true;
     self->drained_.cancel();
   };
-  asio::co_spawn(socket_.get_executor(), write_lines(), done);
+  asio::co_spawn(connection_->executor(), write_lines(), done);
 }
 
 void Session::close() {
-  boost::system::error_code ignored;
-  socket_.close(ignored);
+  connection_->close();
   subscription_.reset();
   finishing_ = true;
   wake_.cancel();
@@ -99,7 +117,19 @@ void Session::dismiss(RpcError error) {
 
 // Reading.
 
+asio::awaitable<bool> Session::open() {
+  auto alarm = context_->parts.clock.sleep_until(connected_ + context_->limits.hello);
+  auto outcome = co_await (connection_->open() || std::move(alarm));
+  if (outcome.index() == 1) co_return false;
+  auto& opened = std::get<0>(outcome);
+  if (opened) certificate_ = *std::move(opened);
+  if (!opened) context_->warn_of_tls(peer(), opened.error());
+  co_return opened.has_value();
+}
+
 asio::awaitable<void> Session::read_requests() {
+  if (!co_await open()) co_return;
+  spawn_writer();
   while (!finishing_) {
     const std::optional<drivers::TimePoint> until = deadline();
     const std::size_t size = co_await read_some(until);
@@ -155,16 +185,14 @@ std::optional<drivers::TimePoint> Session::deadline() const {
 }
 
 asio::awaitable<std::size_t> Session::read_some(std::optional<drivers::TimePoint> deadline) {
-  auto reading = socket_.async_read_some(asio::buffer(input_), asio::as_tuple(asio::use_awaitable));
+  auto reading = connection_->read_some(asio::buffer(input_));
   if (!deadline) {
-    const auto [error, size] = co_await std::move(reading);
-    co_return error ? 0 : size;
+    const std::size_t size = co_await std::move(reading);
+    co_return size;
   }
   auto alarm = context_->parts.clock.sleep_until(*deadline);
   const auto outcome = co_await (std::move(reading) || std::move(alarm));
-  if (outcome.index() == 1) co_return 0;
-  const auto& [error, size] = std::get<0>(outcome);
-  co_return error ? 0 : size;
+  co_return outcome.index() == 0 ? std::get<0>(outcome) : 0;
 }
 
 asio::awaitable<void> Session::serve(std::string line) {
@@ -206,27 +234,29 @@ asio::awaitable<void> Session::serve(std::string line) {
 asio::awaitable<Session::Result> Session::call(control::Request request) {
   if (request.method == "session.hello" || request.method == "session.challenge")
     co_return std::unexpected(RpcError{ErrorCode::InvalidRequest, "the session is open already"});
+  if (auto refused = forbidden(request.method)) co_return std::unexpected(*refused);
   if (request.method == "system.info") co_return system_info(request.params);
   if (request.method == "events.subscribe") co_return subscribe(request.params);
   if (request.method == "events.unsubscribe") co_return unsubscribe(request.params);
   if (request.method == "rpc.discover") co_return control::parse_json(control::openrpc_text()).value();
+  if (request.method == "control.get") co_return context_->commands->who_has_control();
+  if (request.method == "audit.list") {
+    Result records = co_await context_->commands->records(std::move(request.params));
+    co_return records;
+  }
+  const bool is_command = control::role_of(request.method).value_or(Role::Viewer) > Role::Viewer;
+  if (is_command &&
+      (own_methods().contains(request.method) || context_->cell_methods.contains(request.method))) {
+    Result result = co_await context_->commands->carry_out(caller_, peer(), std::move(request));
+    co_return result;
+  }
   if (!context_->cell_methods.contains(request.method))
     co_return std::unexpected(
         RpcError{ErrorCode::MethodNotFound, "no method \"" + request.method.substr(0, 64) + "\""});
 
-  std::string method = request.method;
-  std::string failure;
-  try {
-    Result result = co_await context_->parts.cell.call(std::move(request.method), std::move(request.params));
-    co_return result;
-  } catch (const boost::system::system_error& error) {
-    if (error.code() == asio::error::operation_aborted) throw;
-    failure = error.what();
-  } catch (const std::exception& error) {
-    failure = error.what();
-  }
-  context_->parts.warn(method + " failed unexpectedly: " + failure);
-  co_return std::unexpected(RpcError{ErrorCode::Internal, method + " failed unexpectedly: " + failure});
+  Result result =
+      co_await context_->commands->call_cell(std::move(request.method), std::move(request.params));
+  co_return result;
 }
 
 // The server's own methods.
@@ -238,14 +268,53 @@ Session::Result Session::challenge(const json::object& params) {
   return json::object{{"nonce", terms_.server_nonce}};
 }
 
-bool Session::is_right(const std::optional<std::string>& token,
-                       const std::optional<std::string>& proof) const {
-  if (token) return same_token(*token, context_->token);
-  if (proof) {
-    const bool asked = !terms_.server_nonce.empty();
-    return asked && same_token(*proof, session_proof(context_->token, control::Prover::Client, terms_));
-  }
-  return peer_.trusted;
+Session::Known Session::caller_of_token(const std::string& token) const {
+  if (control::same_secret(token, context_->token)) return Caller{kTokenFile, Role::Admin};
+  const control::AccessEntry* const entry = context_->access.entries().of_token(token);
+  if (!entry)
+    return std::unexpected(
+        "wrong token: use the content of the daemon's token file, or what `truepose access add` printed");
+  return Caller{.name = entry->name, .role = entry->role, .entry = *entry};
+}
+
+Session::Known Session::caller_of_certificate() const {
+  const std::string fault = control::validity_fault(*certificate_, context_->parts.wall_clock());
+  if (!fault.empty())
+    return std::unexpected("the certificate of " + config::in_quotes(certificate_->name) + " " + fault);
+  const control::AccessEntry* const entry =
+      context_->access.entries().of_certificate(certificate_->fingerprint);
+  if (!entry)
+    return std::unexpected("nobody is known by the certificate " + certificate_->fingerprint +
+                           "; let it in by `truepose access add NAME --certificate FILE`");
+  return Caller{.name = entry->name, .role = entry->role, .entry = *entry};
+}
+
+Session::Known Session::caller_of(const std::optional<std::string>& token,
+                                  const std::optional<std::string>& proof) const {
+  if (token) return caller_of_token(*token);
+  if (!proof && peer_.trusted) return Caller{peer_.name, Role::Admin};
+  if (!proof) return caller_of_certificate();
+  const bool asked = !terms_.server_nonce.empty();
+  if (!asked ||
+      !control::same_secret(*proof, session_proof(context_->token, control::Prover::Client, terms_)))
+    return std::unexpected("wrong token: use the content of the daemon's token file");
+  return Caller{kTokenFile, Role::Admin};
+}
+
+void Session::check_access() {
+  if (!authenticated() || !caller_.entry) return;
+  const control::AccessEntry* const now = context_->access.entries().named(caller_.name);
+  if (now && *now == *caller_.entry) return;
+  dismiss({ErrorCode::Unauthenticated, "closed: the access of " + caller_.name + " was changed or revoked"});
+  connection_->end_reading();
+}
+
+std::optional<RpcError> Session::forbidden(const std::string& method) const {
+  const std::optional<Role> least = control::role_of(method);
+  if (!least || caller_.role >= *least) return std::nullopt;
+  return RpcError{ErrorCode::Forbidden, method + " needs the role " + std::string{control::name(*least)} +
+                                            "; " + caller_.name + " is " +
+                                            std::string{control::name(caller_.role)}};
 }
 
 std::optional<RpcError> Session::no_room() const {
@@ -273,12 +342,14 @@ asio::awaitable<Session::Result> Session::hello(json::object params) {
     read.fail("protocol", "this daemon speaks protocol " + std::to_string(kProtocol));
   if (proof.has_value() != nonce.has_value()) read.fail("proof", "comes with a nonce, and a nonce with it");
   if (nonce && !control::is_nonce(*nonce)) read.fail("nonce", "is 32 digits, 0-9 and a-f");
-  if (!token && !proof && !peer_.trusted) read.fail("token", "is missing");
+  if (!token && !proof && !peer_.trusted && !certificate_) read.fail("token", "is missing");
   if (auto error = read.finish()) co_return std::unexpected(*error);
   terms_.client_nonce = nonce.value_or("");
 
   // Looked at before the delay, so that whoever knows the token is not driven out by the many that do not.
-  stage_ = is_right(token, proof) ? Stage::Right : Stage::Wrong;
+  context_->refresh_access();
+  const auto caller = caller_of(token, proof);
+  stage_ = caller ? Stage::Right : Stage::Wrong;
   auto& failures = context_->hello_failures[peer()];
   const drivers::TimePoint now = context_->parts.clock.now();
   while (!failures.empty() && now - failures.front() >= context_->limits.hello_window) failures.pop_front();
@@ -289,19 +360,22 @@ asio::awaitable<Session::Result> Session::hello(json::object params) {
     co_await context_->parts.clock.sleep_until(then);
   }
   if (stage_ == Stage::Wrong) {
-    if (!suspected) context_->parts.warn("control: a client (" + peer() + ") showed a wrong token");
-    co_return std::unexpected(
-        RpcError{ErrorCode::Unauthenticated, "wrong token: use the content of the daemon's token file"});
+    if (!suspected)
+      context_->parts.warn("control: a client (" + peer() + ") was not let in: " + caller.error());
+    co_return std::unexpected(RpcError{ErrorCode::Unauthenticated, caller.error()});
   }
   if (auto error = no_room()) co_return std::unexpected(*error);
   stage_ = Stage::Open;
+  caller_ = *caller;
   lines_.set_max_line(control::kMaxLine);
   json::object welcome{{"product", "trueposed"},
                        {"version", TRUEPOSE_VERSION},
                        {"protocol", kProtocol},
                        {"cell", context_->cell_name},
                        {"time", control::rfc3339(context_->parts.wall_clock())},
-                       {"next_seq", context_->parts.events.next_seq()}};
+                       {"next_seq", context_->parts.events.next_seq()},
+                       {"name", caller_.name},
+                       {"role", view(control::name(caller_.role))}};
   if (proof) welcome["proof"] = session_proof(context_->token, control::Prover::Server, terms_);
   co_return welcome;
 }
@@ -310,14 +384,19 @@ Session::Result Session::system_info(const json::object& params) const {
   ParamReader read{params};
   if (auto error = read.finish()) return std::unexpected(*error);
   const std::chrono::duration<double> uptime = context_->parts.clock.now() - context_->started;
-  return json::object{{"product", "trueposed"},
-                      {"version", TRUEPOSE_VERSION},
-                      {"protocol", kProtocol},
-                      {"cell", context_->cell_name},
-                      {"time", control::rfc3339(context_->parts.wall_clock())},
-                      {"started", context_->started_text},
-                      {"uptime_s", uptime.count()},
-                      {"connections", context_->sessions.size()}};
+  json::object info{{"product", "trueposed"},
+                    {"version", TRUEPOSE_VERSION},
+                    {"protocol", kProtocol},
+                    {"cell", context_->cell_name},
+                    {"time", control::rfc3339(context_->parts.wall_clock())},
+                    {"started", context_->started_text},
+                    {"uptime_s", uptime.count()},
+                    {"connections", context_->sessions.size()}};
+  if (context_->tls) {
+    const control::Certificate& ours = context_->tls->certificate();
+    info["tls"] = {{"fingerprint", ours.fingerprint}, {"valid_until", control::rfc3339(ours.until)}};
+  }
+  return info;
 }
 
 Session::Result Session::subscribe(const json::object& params) {
@@ -339,7 +418,7 @@ Session::Result Session::subscribe(const json::object& params) {
 
   const std::uint64_t last_seen = after ? static_cast<std::uint64_t>(*after) : next - 1;
   const std::uint64_t oldest = events.oldest_seq();
-  const auto wake = [weak = weak_from_this(), executor = socket_.get_executor()] {
+  const auto wake = [weak = weak_from_this(), executor = connection_->executor()] {
     asio::post(executor, [weak] {
       if (const auto self = weak.lock()) self->see_events();
     });
@@ -347,10 +426,7 @@ Session::Result Session::subscribe(const json::object& params) {
   subscription_.reset();
   subscription_ = events.subscribe(topics, last_seen, wake);
   json::array subscribed;
-  for (const control::Topic topic : topics) {
-    const std::string_view name = control::name(topic);
-    subscribed.emplace_back(json::string_view{name.data(), name.size()});
-  }
+  for (const control::Topic topic : topics) subscribed.emplace_back(view(control::name(topic)));
   return json::object{{"topics", std::move(subscribed)},
                       {"next", next},
                       {"oldest", oldest},
@@ -386,19 +462,20 @@ asio::awaitable<void> Session::write_lines() {
     const std::string batch = next_batch();
     if (batch.empty()) {
       if (finishing_) {
-        boost::system::error_code ignored;
-        socket_.shutdown(asio::socket_base::shutdown_send, ignored);
+        auto farewell =
+            context_->parts.clock.sleep_until(context_->parts.clock.now() + context_->limits.farewell);
+        const auto said = co_await (connection_->end_writing() || std::move(farewell));
+        static_cast<void>(said);
         co_return;  // the reader closes, once the client has had time to read
       }
       const auto waited = co_await wake_.async_wait(asio::as_tuple(asio::use_awaitable));
       static_cast<void>(waited);
       continue;
     }
-    auto writing = asio::async_write(socket_, asio::buffer(batch), asio::as_tuple(asio::use_awaitable));
     auto alarm =
         context_->parts.clock.sleep_until(context_->parts.clock.now() + context_->limits.write_stall);
-    const auto outcome = co_await (std::move(writing) || std::move(alarm));
-    if (outcome.index() == 1 || std::get<0>(std::get<0>(outcome))) break;
+    const auto outcome = co_await (connection_->write(asio::buffer(batch)) || std::move(alarm));
+    if (outcome.index() == 1 || !std::get<0>(outcome)) break;
     drained_.cancel();
   }
   close();

@@ -3,7 +3,6 @@
 #include <array>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/cancellation_signal.hpp>
-#include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/json/value.hpp>
 #include <deque>
@@ -14,7 +13,12 @@
 #include <set>
 #include <string>
 
+#include "daemon/control/access_list.hpp"
+#include "daemon/control/caller.hpp"
+#include "daemon/control/commands.hpp"
+#include "daemon/control/connection.hpp"
 #include "daemon/control/control_server.hpp"
+#include "daemon/control/tls_identity.hpp"
 #include "proto/control/line_splitter.hpp"
 #include "proto/control/request.hpp"
 #include "proto/control/session_proof.hpp"
@@ -36,18 +40,26 @@ struct SessionContext {
   ControlLimits limits;
   std::string cell_name;
   std::string token;
+  AccessList access;
+  std::optional<TlsIdentity> tls;
   std::set<std::string, std::less<>> cell_methods;
   drivers::TimePoint started;
   std::string started_text;
   std::map<std::string, std::deque<drivers::TimePoint>> hello_failures{};  ///< of each peer
   std::set<Session*> sessions{};                                           ///< those that live
   std::uint64_t last_number = 0;                                           ///< given to a session
+  drivers::TimePoint next_tls_warning{};                                   ///< not before
+  std::unique_ptr<Commands> commands{};
+
+  /// Reads the access file again where it has changed, and closes sessions that it no longer lets in.
+  void refresh_access();
+  /// Says why TLS with a peer did not come about; not more often than once in hello_window.
+  void warn_of_tls(const std::string& peer, const std::string& why);
 };
 
 /// One connection: a coroutine that reads and answers, and one that writes replies and events.
 class Session : public std::enable_shared_from_this<Session> {
  public:
-  using Socket = boost::asio::generic::stream_protocol::socket;
   /// How far it has come.
   enum class Stage {
     Silent,  ///< nothing was asked yet
@@ -61,7 +73,7 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Methods that sessions answer themselves.
   static const std::set<std::string, std::less<>>& own_methods();
 
-  Session(Socket socket, Peer peer, std::shared_ptr<SessionContext> context);
+  Session(std::unique_ptr<Connection> connection, Peer peer, std::shared_ptr<SessionContext> context);
   ~Session();
 
   Stage stage() const { return finishing_ ? Stage::Closing : stage_; }
@@ -73,9 +85,13 @@ class Session : public std::enable_shared_from_this<Session> {
   void refuse(control::RpcError error);
   /// Closes at once and cancels the call under way.
   void stop();
+  /// Closes, with the reason, where its caller is no longer let in as what he is.
+  void check_access();
 
  private:
   void spawn_writer();
+  /// @return whether the connection has come about
+  boost::asio::awaitable<bool> open();
   boost::asio::awaitable<void> read_requests();
   boost::asio::awaitable<void> discard_input();
   boost::asio::awaitable<void> write_lines();
@@ -86,8 +102,13 @@ class Session : public std::enable_shared_from_this<Session> {
 
   Result challenge(const boost::json::object& params);
   boost::asio::awaitable<Result> hello(boost::json::object params);
-  /// Whether a hello shows that the client knows the token, or needs none.
-  bool is_right(const std::optional<std::string>& token, const std::optional<std::string>& proof) const;
+  using Known = std::expected<Caller, std::string>;  ///< else one sentence
+  /// Whose hello it is.
+  Known caller_of(const std::optional<std::string>& token, const std::optional<std::string>& proof) const;
+  Known caller_of_token(const std::string& token) const;
+  Known caller_of_certificate() const;
+  /// Why the caller may not call the method.
+  std::optional<control::RpcError> forbidden(const std::string& method) const;
   /// What stands in the way of one more session of this peer.
   std::optional<control::RpcError> no_room() const;
   bool authenticated() const { return stage_ == Stage::Open; }
@@ -103,11 +124,13 @@ class Session : public std::enable_shared_from_this<Session> {
   void dismiss(control::RpcError error);
   void close();
 
-  Socket socket_;
+  std::unique_ptr<Connection> connection_;
   Peer peer_;
+  std::optional<control::Certificate> certificate_{};  ///< that the client showed
   std::shared_ptr<SessionContext> context_;
   std::uint64_t number_;
   Stage stage_ = Stage::Silent;
+  Caller caller_{};                    ///< once the session is open
   control::SessionTerms terms_{};      ///< of a proof, once a nonce was asked for
   boost::asio::steady_timer wake_;     ///< cancelled when there is something to write
   boost::asio::steady_timer drained_;  ///< cancelled when something was written, and when the writer ended

@@ -37,9 +37,9 @@ std::optional<FoundFault> ArmCheck::cycle(std::uint64_t step) const noexcept {
 
 std::optional<FoundFault> ArmCheck::arm(const rsi::RobotFrame& frame, std::uint64_t elapsed) noexcept {
   wait_ -= static_cast<double>(elapsed);
-  if (wait_ > 0) return std::nullopt;
+  // Counted from the last look: the first frame that shows the arm is looked at, whenever it comes.
+  if (wait_ > 0 || !frame.rist || !frame.aipos_rad) return std::nullopt;
   wait_ = second_cycles_;
-  if (!frame.rist || !frame.aipos_rad) return std::nullopt;
   const Eigen::Vector3d p_BF_mm = forward_kinematics(nominal_, vector_of(*frame.aipos_rad)).translation();
   const double off_mm =
       (Eigen::Vector3d{frame.rist->x_mm, frame.rist->y_mm, frame.rist->z_mm} - p_BF_mm).norm();

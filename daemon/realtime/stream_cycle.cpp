@@ -1,7 +1,6 @@
 #include "daemon/realtime/stream_cycle.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -11,27 +10,8 @@ namespace {
 
 constexpr int kAxes = 6;
 
-// No axis moves so far in a cycle of 12 ms: 220 deg/s are 2.6 deg.
-constexpr double kGreatestMotionRad = 3 * kRadPerDeg;
-// So many implausible frames in a row are believed after all.
-constexpr int kImplausibleFrames = 10;
-// Of the solver in a cycle. Going on from the cycle before it needs two or three.
-constexpr int kSolverSteps = 8;
 // Malformed packets that come after such a pause may be malformed for another reason than those before it.
 constexpr std::chrono::seconds kNewRow{1};
-
-/// The number between the only <IPOC> and </IPOC> of a datagram that is otherwise not understood.
-std::optional<std::uint64_t> readable_ipoc(std::string_view datagram) noexcept {
-  constexpr std::string_view kOpen = "<IPOC>", kClose = "</IPOC>";
-  const std::size_t open = datagram.find(kOpen);
-  if (open == std::string_view::npos || datagram.rfind(kOpen) != open) return std::nullopt;
-  const char* const first = datagram.data() + open + kOpen.size();
-  const char* const end = datagram.data() + datagram.size();
-  std::uint64_t ipoc = 0;
-  const auto [rest, error] = std::from_chars(first, end, ipoc);
-  if (error != std::errc{} || !std::string_view(rest, end).starts_with(kClose)) return std::nullopt;
-  return ipoc;
-}
 
 /// For the solver: the limits are bound_correction()'s to keep, which holds one axis at its limit where the
 /// solver would refuse the target.
@@ -77,9 +57,6 @@ StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& e
       arm_check_{nominal, options.cycle, options.max_fk_deviation_mm},
       ramp_{options.ramp_cycles, kAxes},
       correction_{session_.last_sent()},
-      model_correction_{JointVector::Zero(kAxes)},
-      search_{JointVector::Zero(kAxes)},
-      searched_for_{JointVector::Zero(kAxes)},
       arm_known_{session_.known() && !correction_.isZero(0)} {
   if (!correction_.isZero(0)) ramp_.start_from_current();
 }
@@ -89,15 +66,7 @@ void StreamCycle::use_model(const RobotModel& calibrated, std::uint64_t number,
   // The realtime thread's own directions, as they are when it asks.
   const CompensationOptions damping{.singular_below = options_.singular_below_rad,
                                     .approach = approach_.directions()};
-  model_.back() = Model{.number = number,
-                        .compensation = TargetCompensation{without_limits(nominal_), calibrated, damping},
-                        .p_F_mm = p_F_mm};
-  model_.publish();
-}
-
-void StreamCycle::use_no_model() {
-  model_.back() = Model{};
-  model_.publish();
+  model_.use(number, TargetCompensation{without_limits(nominal_), calibrated, damping}, p_F_mm);
 }
 
 StreamStatus StreamCycle::status() const {
@@ -126,7 +95,7 @@ void StreamCycle::finish(const drivers::CycleTimes& times) noexcept {
     if (times.replied) count(times);
     watch_effect();
     update_state();
-    look_ahead();
+    model_.look_ahead();
   }
   publish();
 }
@@ -157,11 +126,9 @@ void StreamCycle::tell_foreign(const drivers::UdpSource& source) noexcept {
 
 void StreamCycle::take_commands() noexcept {
   engagement_seen_ = engagement_.load(std::memory_order_acquire);
-  if (model_.take()) {
+  if (model_.take_model()) {
     ++models_taken_;
-    status_.model = model_.front().number;
-    search_.setZero();
-    foresight_.restart();
+    status_.model = model_.model();
     ramp_.start_from_current();
     emit({.kind = StreamEventKind::ModelChanged, .value = status_.model});
   }
@@ -243,7 +210,7 @@ std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const H
 
   watch(frame, hearing, received);
   // Where the commanded axes are guessed from the actual ones our own correction would turn them round.
-  if (sends_aspos_ && approach_.take(commanded)) foresight_.restart();
+  if (sends_aspos_ && approach_.take(commanded)) model_.turned_round();
   last_commanded_ = commanded;
   for (Eigen::Index i = 0; i < kAxes; ++i) {
     status_.commanded_deg[static_cast<std::size_t>(i)] = commanded[i] * kDegPerRad;
@@ -258,16 +225,11 @@ std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const H
   return reply();
 }
 
-/// A program that is corrected while it works says when it wants to be, and is stopped and resumed: then its
-/// controller applies no correction, or none in time, and nothing is concluded from that.
 void StreamCycle::listen_to_program(const rsi::ProgramSignals& program) noexcept {
-  const bool armed = engagement() == Engagement::Armed;
-  if (wanted()) production_ = armed;
-  constexpr std::int64_t kNotSent = 0;  // by a controller that has nothing wired there
-  const std::int64_t state = program.state.value_or(kNotSent);
-  status_.program = program.state;
-  status_.program_stopped = armed && state != kNotSent && state != rsi::kProgramActive;
-  status_.program_declines = armed && program.ask == 0;
+  program_.listen(program, engagement());
+  status_.program = program_.state();
+  status_.program_stopped = program_.stopped();
+  status_.program_declines = program_.declines();
 }
 
 std::string_view StreamCycle::answer_malformed(const rsi::FrameError& error,
@@ -280,7 +242,7 @@ std::string_view StreamCycle::answer_malformed(const rsi::FrameError& error,
           .excerpt = Excerpt::of(datagram.bytes, error.offset),
           .error = error});
   }
-  const auto ipoc = readable_ipoc(datagram.bytes);
+  const auto ipoc = rsi::readable_ipoc(datagram.bytes);
   if (!ipoc || !session_.hear_malformed(*ipoc, datagram.source, datagram.received)) {
     ++status_.counters.unanswered;
     return {};
@@ -304,7 +266,7 @@ std::string_view StreamCycle::reply() noexcept {
   rsi::SensorFrame frame{.ipoc = session_.ipoc(), .axis_correction_rad = rsi::Axes{}, .stop = std::nullopt};
   std::copy(correction_.begin(), correction_.end(), frame.axis_correction_rad->begin());
   if (has_stop_) frame.stop = asks_to_leave();
-  frame.gain = told_gain();
+  frame.gain = told_gain(seen_by_program());
   const auto bytes = codec_.encode(frame, buffer_);
   if (!bytes) return {};
   replied_ipoc_ = frame.ipoc;
@@ -317,16 +279,16 @@ std::string_view StreamCycle::reply() noexcept {
 /// the pulse (HOLDON="0"), the next begins another.
 bool StreamCycle::asks_to_leave() const noexcept {
   const bool faulted = status_.fault == StreamFault::BoundBroken || status_.fault == StreamFault::NoSolution;
-  return !production_ && (faulted || (engagement() == Engagement::Leaving && at_rest()));
+  return !program_.production() && (faulted || (engagement() == Engagement::Leaving && at_rest()));
 }
 
-/// For the program that waits until it is corrected, or is no more.
-std::int64_t StreamCycle::told_gain() const noexcept {
-  if (status_.fault != StreamFault::None) return rsi::kGainFault;
-  const bool off = !wanted(), no_model = status_.model == 0;
-  if (!off && !no_model && ramp_.whole() && !behind_) return 100;
-  if (!correction_.isZero(0)) return std::clamp(std::lround(100 * ramp_.gain()), 1L, 99L);
-  return off ? rsi::kGainNotArmed : no_model ? rsi::kGainNoModel : 0;
+StreamForProgram StreamCycle::seen_by_program() const noexcept {
+  return {.faulted = status_.fault != StreamFault::None,
+          .wanted = wanted(),
+          .modelled = status_.model != 0,
+          .complete = ramp_.whole() && !behind_,
+          .zero = correction_.isZero(0),
+          .gain = ramp_.gain()};
 }
 
 void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
@@ -342,9 +304,8 @@ void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
   malformed_before_ = unread_told_ = false;
   replied_ipoc_.reset();
   last_commanded_.reset();
-  search_.setZero();
   approach_.restart();
-  foresight_.restart();
+  model_.restart();
   following_.restart();
   emit({.kind = StreamEventKind::SessionStarted, .value = session_.ipoc(), .source = source});
 }
@@ -390,86 +351,10 @@ void StreamCycle::disarm_after_silence(drivers::TimePoint received) noexcept {
   engagement_before_ = engagement();
 }
 
-std::optional<JointVector> StreamCycle::commanded_axes(const rsi::RobotFrame& frame) const noexcept {
-  if (sends_aspos_) {
-    if (!frame.aspos_rad) return std::nullopt;
-    return vector_of(*frame.aspos_rad);
-  }
-  if (!frame.aipos_rad) return std::nullopt;
-  return vector_of(*frame.aipos_rad) - correction_;
-}
-
-/// Whether the arm can have moved here from the frame before.
-bool StreamCycle::plausible(const JointVector& commanded, const Hearing& hearing) noexcept {
-  const bool far = last_commanded_ && (commanded - *last_commanded_).cwiseAbs().maxCoeff() >
-                                          kGreatestMotionRad * static_cast<double>(hearing.elapsed);
-  implausible_ = far ? implausible_ + 1 : 0;
-  if (!far) return true;
-  if (implausible_ < kImplausibleFrames) return false;
-  implausible_ = 0;
-  ramp_.start_from_current();
-  return true;
-}
-
-/// Whether our replies arrive, the arm does what they say, and is the one that we were told.
-void StreamCycle::watch(const rsi::RobotFrame& frame, const Hearing& hearing,
-                        drivers::TimePoint received) noexcept {
-  raise(missing_.take(frame, hearing.elapsed));
-  raise(late_replies_.take(hearing, received));
-  status_.counters.late += hearing.late;
-  if (late_replies_.began()) emit({.kind = StreamEventKind::RepliesLate, .value = hearing.late});
-  if (status_.program_stopped) {
-    following_.restart();
-  } else {
-    moved_ = Moved{frame, correction_, hearing.elapsed};
-  }
-  look_at_arm(frame, hearing.elapsed);
-}
-
-/// Half a second of cycles is judged: it may as well be done after the reply.
-void StreamCycle::watch_effect() noexcept {
-  if (moved_) raise(following_.take(moved_->frame, moved_->correction, moved_->elapsed));
-  moved_.reset();
-}
-
-/// A program that is corrected while it works has tools and bases of its own, by which RIst tells no more
-/// which arm it is: there it is looked at where the session begins, before anything is in force.
-void StreamCycle::look_at_arm(const rsi::RobotFrame& frame, std::uint64_t elapsed) noexcept {
-  if (engagement() == Engagement::Armed && arm_known_) return;
-  const std::optional<FoundFault> found = arm_check_.arm(frame, elapsed);
-  arm_known_ = frame.rist && !found;
-  raise(found);
-}
-
-/// Brings model_correction_ up to date. @return false where the calibrated arm has no solution, none near, or
-/// none yet
-bool StreamCycle::solve(const JointVector& commanded) noexcept {
-  const Model& model = model_.front();
-  if (model.number == 0) {
-    model_correction_.setZero();
-    return true;
-  }
-  // A search that is not over goes on only for the arm that stands: elsewhere it could lead to another
-  // branch.
-  if (!found_ && commanded != searched_for_) search_.setZero();
-  searched_for_ = commanded;
-  const auto compensated =
-      foresight_.at_joints_within(kSolverSteps, *model.compensation, commanded, model.p_F_mm, search_);
-  found_ = compensated && compensated->q.allFinite();
-  if (!found_) return false;
-  model_correction_ = compensated->q - commanded;
-  status_.counters.damped += compensated->damped;
-  return true;
-}
-
-void StreamCycle::look_ahead() noexcept {
-  if (model_.front().number != 0) foresight_.look_ahead(*model_.front().compensation);
-}
-
 /// Moves the correction on by one reply. @return false where it was held instead
 bool StreamCycle::correct(const JointVector& commanded, double cycles) noexcept {
-  const bool engaged = this->engaged();
-  if (ramp_.asks_model(engaged, cycles) && !solve(commanded)) {
+  const bool engaged = this->engaged(), asks_model = ramp_.asks_model(engaged, cycles);
+  if (asks_model && !model_.solve(commanded)) {
     ++status_.counters.no_solution;
     if (engaged) {
       ramp_.start_from_current();
@@ -480,7 +365,8 @@ bool StreamCycle::correct(const JointVector& commanded, double cycles) noexcept 
     // On the way out the model's last wish serves: the correction must come to zero in any case.
   }
   unsolved_ = 0;
-  const JointVector wanted = ramp_.advance(engaged, cycles, model_correction_, correction_);
+  status_.counters.damped += asks_model && model_.damped();
+  const JointVector wanted = ramp_.advance(engaged, cycles, model_.value(), correction_);
   status_.gain = ramp_.gain();
 
   const BoundedCorrection bounded = bound_correction(wanted, session_.in_force(), commanded, bounds_);

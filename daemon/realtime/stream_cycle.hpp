@@ -16,9 +16,10 @@
 #include "daemon/realtime/approach_watch.hpp"
 #include "daemon/realtime/controller_session.hpp"
 #include "daemon/realtime/correction_ramp.hpp"
-#include "daemon/realtime/foresight.hpp"
 #include "daemon/realtime/lateness.hpp"
 #include "daemon/realtime/lock_free.hpp"
+#include "daemon/realtime/model_correction.hpp"
+#include "daemon/realtime/program_handshake.hpp"
 #include "daemon/realtime/stream_checks.hpp"
 #include "daemon/realtime/stream_options.hpp"
 #include "daemon/realtime/stream_status.hpp"
@@ -64,7 +65,7 @@ class StreamCycle final : public drivers::RsiResponder {
   /// @param p_F_mm  whose position comes first next to the wrist singularity, flange frame
   void use_model(const RobotModel& calibrated, std::uint64_t number,
                  const Eigen::Vector3d& p_F_mm = {0, 0, 0});
-  void use_no_model();
+  void use_no_model() { model_.use_none(); }
 
   /// Ramps the correction in, or out to exactly zero. Idle follows the last cycle of the ramp.
   void engage() noexcept { engagement_.store(Engagement::On, std::memory_order_release); }
@@ -104,11 +105,6 @@ class StreamCycle final : public drivers::RsiResponder {
   std::uint64_t dropped_events() const noexcept { return events_.dropped(); }
 
  private:
-  struct Model {
-    std::uint64_t number = 0;  // 0 = none
-    std::optional<TargetCompensation> compensation;
-    Eigen::Vector3d p_F_mm{0, 0, 0};
-  };
   /// The arm under the correction that was in force.
   struct Moved {
     rsi::RobotFrame frame;
@@ -135,7 +131,7 @@ class StreamCycle final : public drivers::RsiResponder {
   std::string_view hold() noexcept;
   std::string_view repeat(std::uint64_t ipoc) noexcept;
   std::string_view reply() noexcept;
-  std::int64_t told_gain() const noexcept;
+  StreamForProgram seen_by_program() const noexcept;
 
   bool wanted() const noexcept { return engagement() >= Engagement::On; }
   bool engaged() const noexcept { return wanted() && !status_.program_declines; }
@@ -152,8 +148,6 @@ class StreamCycle final : public drivers::RsiResponder {
   void watch(const rsi::RobotFrame& frame, const Hearing& hearing, drivers::TimePoint received) noexcept;
   void watch_effect() noexcept;
   void look_at_arm(const rsi::RobotFrame& frame, std::uint64_t elapsed) noexcept;
-  bool solve(const JointVector& commanded) noexcept;
-  void look_ahead() noexcept;
   bool correct(const JointVector& commanded, double cycles) noexcept;
   void count(const CorrectionClamps& clamps) noexcept;
   FoundFault broken_bound(const JointVector& wanted, const BoundedCorrection& bounded) const noexcept;
@@ -172,7 +166,7 @@ class StreamCycle final : public drivers::RsiResponder {
   const bool sends_aspos_;
 
   // Between the threads.
-  SnapshotExchange<Model> model_;
+  ModelCorrection model_;
   std::atomic<Engagement> engagement_{Engagement::Off};
   std::atomic<std::uint32_t> acknowledged_{0};
   mutable std::mutex status_mutex_;  // among the readers of the status
@@ -194,21 +188,16 @@ class StreamCycle final : public drivers::RsiResponder {
   std::optional<Moved> moved_;  // still to be looked at
   ArmCheck arm_check_;
   ApproachWatch approach_;
-  Foresight foresight_;
+  ProgramHandshake program_;
   CorrectionRamp ramp_;
   StreamStatus status_;
   std::array<char, rsi::kMaxFrameBytes> buffer_{};
   std::optional<std::uint64_t> replied_ipoc_;  // of the reply in buffer_
   std::size_t reply_bytes_ = 0;
   std::uint32_t acknowledged_seen_ = 0;
-  JointVector correction_;        // sent last
-  JointVector model_correction_;  // the model's last wish at full gain
-  JointVector search_;            // where the solver is, of model_correction_
-  JointVector searched_for_;      // commanded axes
-  bool found_ = false;
-  bool arm_known_;           // of an armed stream's session, also by the process before
-  bool production_ = false;  // the program is one that was armed for, and not truepose_motion
-  bool behind_ = false;      // a bound keeps the correction from what the ramp wants
+  JointVector correction_;  // sent last
+  bool arm_known_;          // of an armed stream's session, also by the process before
+  bool behind_ = false;     // a bound keeps the correction from what the ramp wants
   bool malformed_before_ = false;
   bool unread_told_ = false;
   Engagement engagement_before_ = Engagement::Off;  // at the last frame

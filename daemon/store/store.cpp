@@ -1,7 +1,5 @@
 #include "daemon/store/store.hpp"
 
-#include <openssl/sha.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -11,6 +9,7 @@
 #include <utility>
 
 #include "daemon/store/sqlite.hpp"
+#include "proto/text/digest.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -20,7 +19,7 @@ using sqlite::Statement;
 using sqlite::Transaction;
 
 constexpr std::int64_t kApplicationId = 0x54505345;  // "TPSE", so that `file` and we know our own
-constexpr std::int64_t kSchemaVersion = 5;
+constexpr std::int64_t kSchemaVersion = 6;
 
 // Lists of joints are JSON text with every digit: a person can read them, json_each() too.
 constexpr const char* kSchema1 = R"sql(
@@ -168,14 +167,23 @@ CREATE TABLE armed (
 ) STRICT;
 )sql";
 
+// Reflectors that stand beside the arm are measured too, and points in both faces of the tracker.
+constexpr const char* kSchema6 = R"sql(
+ALTER TABLE point RENAME COLUMN purpose TO old_purpose;
+ALTER TABLE point ADD COLUMN purpose TEXT NOT NULL DEFAULT 'identify'
+  CHECK (purpose IN ('identify', 'validate', 'remeasure', 'reference', 'target', 'cycle', 'nest', 'face1'));
+UPDATE point SET purpose = old_purpose;
+ALTER TABLE point DROP COLUMN old_purpose;
+)sql";
+
 constexpr const char* kDeactivate = "UPDATE model SET active=0 WHERE active=1";
 
 // Poses are numbered from 1; the database has counted them from 0 since its first version.
 std::int64_t stored_pose(int number) { return number - 1; }
 int pose_number(std::int64_t stored) { return static_cast<int>(stored) + 1; }
 
-constexpr std::array<std::string_view, 6> kPurposes{"identify",  "validate", "remeasure",
-                                                    "reference", "target",   "cycle"};
+constexpr std::array<std::string_view, 8> kPurposes{"identify", "validate", "remeasure", "reference",
+                                                    "target",   "cycle",    "nest",      "face1"};
 
 template <typename Numbers>
 std::string array_text(const Numbers& numbers) {
@@ -308,6 +316,7 @@ StoreResult<void> migrate(Database& database, const std::string& file) {
   if (*version < 3) steps += kSchema3;
   if (*version < 4) steps += kSchema4;
   if (*version < 5) steps += kSchema5;
+  if (*version < 6) steps += kSchema6;
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
 }
 
@@ -320,7 +329,7 @@ struct Store::Impl {
     Statement insert = database->prepare("INSERT INTO model VALUES (?,?,?,?,?,?,?,0,?,?)");
     insert.bind(m.id).bind(m.created).bind(m.campaign_id).bind(m.robot_serial).bind(m.yaml);
     insert.bind(m.validation_before_mm).bind(m.validation_after_mm);
-    insert.bind(m.largest_correction_deg).bind(sha256_hex(m.yaml));
+    insert.bind(m.largest_correction_deg).bind(text::sha256_hex(m.yaml));
     return insert;
   }
   Statement activated(const std::string& id) {
@@ -578,18 +587,6 @@ StoreResult<std::uint64_t> Store::reserve_event_numbers(std::uint64_t count) {
   const StoreResult<bool> row = query.step();
   if (!row) return std::unexpected(row.error());
   return static_cast<std::uint64_t>(query.integer(0)) - count + 1;
-}
-
-std::string sha256_hex(std::string_view bytes) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
-  SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
-  std::string hex;
-  for (const unsigned char byte : digest) {
-    hex += kDigits[byte >> 4];
-    hex += kDigits[byte & 15];
-  }
-  return hex;
 }
 
 }  // namespace truepose::daemon

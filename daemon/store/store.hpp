@@ -34,6 +34,8 @@ enum class PointPurpose {
   Reference,  ///< one and the same pose again and again, so that drift shows
   Target,     ///< a round of the tracker loop at a target
   Cycle,      ///< a pose of a cycle of an ISO 9283 test
+  Nest,       ///< a reflector that stands beside the arm, by which the tracker is seen to move
+  Face1,      ///< what face 1 alone saw of the pose of this number, whose point is the mean of both faces
 };
 
 /// One measured point of a campaign, as it is kept.
@@ -127,8 +129,5 @@ class Store {
   explicit Store(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
-
-/// SHA-256 (FIPS 180-4) of some bytes, as 64 hexadecimal digits.
-std::string sha256_hex(std::string_view bytes);
 
 }  // namespace truepose::daemon

@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/connect.hpp>
-#include <boost/asio/use_awaitable.hpp>
-#include <boost/asio/write.hpp>
+#include <boost/asio/error.hpp>
 #include <chrono>
 #include <iterator>
 #include <utility>
@@ -17,9 +14,6 @@ namespace {
 
 namespace asio = boost::asio;
 using boost::system::error_code;
-using tcp = asio::ip::tcp;
-
-constexpr auto kAsTuple = asio::as_tuple(asio::use_awaitable);
 
 /// Refused, or reset where the controller closed its port in that moment.
 bool is_not_taken(const std::optional<error_code>& result) {
@@ -28,9 +22,9 @@ bool is_not_taken(const std::optional<error_code>& result) {
 
 }  // namespace
 
-EkiChannel::EkiChannel(asio::any_io_executor executor, Clock& clock, std::string name, std::string server,
+EkiChannel::EkiChannel(std::unique_ptr<ByteStream> stream, Clock& clock, std::string name, std::string server,
                        std::string host, std::uint16_t port, WireTap tap)
-    : socket_{std::move(executor)},
+    : stream_{std::move(stream)},
       clock_{clock},
       name_{std::move(name) + " at " + host + ":" + std::to_string(port)},
       server_{std::move(server)},
@@ -44,10 +38,10 @@ asio::awaitable<std::expected<void, RobotError>> EkiChannel::connect(TimePoint d
   constexpr std::chrono::seconds kOpenedAnew{2};
   constexpr std::chrono::milliseconds kAgain{50};
   const TimePoint last_try = std::min(deadline, clock_.now() + kOpenedAnew) - kAgain;
-  std::optional<error_code> result = co_await before(clock_, deadline, open());
+  std::optional<error_code> result = co_await open(deadline);
   while (is_not_taken(result) && clock_.now() < last_try) {
     co_await clock_.sleep_until(clock_.now() + kAgain);
-    result = co_await before(clock_, deadline, open());
+    result = co_await open(deadline);
   }
   if (!result) {
     co_return failed(RobotFault::Timeout,
@@ -62,16 +56,11 @@ asio::awaitable<std::expected<void, RobotError>> EkiChannel::connect(TimePoint d
   co_return std::expected<void, RobotError>{};
 }
 
-asio::awaitable<error_code> EkiChannel::open() {
-  tcp::resolver resolver{socket_.get_executor()};
-  auto [resolve_error, endpoints] = co_await resolver.async_resolve(host_, std::to_string(port_), kAsTuple);
-  if (resolve_error) co_return resolve_error;
-  auto [error, endpoint] = co_await asio::async_connect(socket_, endpoints, kAsTuple);
-  if (!error) {
-    error_code ignored;
-    socket_.set_option(tcp::no_delay{true}, ignored);
-  }
-  co_return error;
+asio::awaitable<std::optional<error_code>> EkiChannel::open(TimePoint deadline) {
+  const TimePoint taken_by = std::min(deadline, clock_.now() + kTaken);
+  auto connecting = stream_->connect(host_, port_);
+  auto result = co_await before(clock_, taken_by, std::move(connecting));
+  co_return result;
 }
 
 asio::awaitable<std::expected<void, RobotError>> EkiChannel::send(eki::ToController message,
@@ -91,7 +80,7 @@ asio::awaitable<std::expected<void, RobotError>> EkiChannel::send(eki::ToControl
 
 asio::awaitable<error_code> EkiChannel::write(std::string bytes) {
   tap_(recording::Kind::Sent, bytes);
-  auto [error, written] = co_await asio::async_write(socket_, asio::buffer(bytes), kAsTuple);
+  const error_code error = co_await stream_->write(bytes);
   co_return error;
 }
 
@@ -120,7 +109,7 @@ asio::awaitable<std::expected<eki::FromController, RobotError>> EkiChannel::rece
 
 asio::awaitable<error_code> EkiChannel::read() {
   std::array<char, 4096> bytes;
-  auto [error, size] = co_await socket_.async_read_some(asio::buffer(bytes), kAsTuple);
+  const auto [error, size] = co_await stream_->read(bytes);
   if (size > 0) tap_(recording::Kind::Received, {bytes.data(), size});
   splitter_.feed({bytes.data(), size});
   co_return error;
@@ -128,8 +117,7 @@ asio::awaitable<error_code> EkiChannel::read() {
 
 void EkiChannel::close() noexcept {
   if (connected()) tap_(recording::Kind::Closed, {});
-  error_code ignored;
-  socket_.close(ignored);
+  stream_->close();
   splitter_.reset();
   messages_.clear();
 }

@@ -2,12 +2,14 @@
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <cstdint>
 #include <deque>
 #include <expected>
+#include <memory>
+#include <optional>
 #include <string>
 
+#include "drivers/byte_stream.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/robot.hpp"
 #include "drivers/wire_tap.hpp"
@@ -23,7 +25,7 @@ class EkiChannel {
  public:
   /// @param name    "CellLink"
   /// @param server  what answers there, for the operator: "the robot program truepose_motion"
-  EkiChannel(boost::asio::any_io_executor executor, Clock& clock, std::string name, std::string server,
+  EkiChannel(std::unique_ptr<ByteStream> stream, Clock& clock, std::string name, std::string server,
              std::string host, std::uint16_t port, WireTap tap = kNobodyHears);
 
   boost::asio::awaitable<std::expected<void, RobotError>> connect(TimePoint deadline);
@@ -31,17 +33,17 @@ class EkiChannel {
   /// The next message, whatever it is.
   boost::asio::awaitable<std::expected<eki::FromController, RobotError>> receive(TimePoint deadline);
   void close() noexcept;
-  bool connected() const { return socket_.is_open(); }
+  bool connected() const { return stream_->is_open(); }
 
  private:
-  boost::asio::awaitable<boost::system::error_code> open();
+  boost::asio::awaitable<std::optional<boost::system::error_code>> open(TimePoint deadline);
   boost::asio::awaitable<boost::system::error_code> write(std::string bytes);
   boost::asio::awaitable<boost::system::error_code> read();
   std::unexpected<RobotError> failed(RobotFault fault, const std::string& what);
   std::unexpected<RobotError> lost(const boost::system::error_code& error);
   RobotError not_connected() const;
 
-  boost::asio::ip::tcp::socket socket_;
+  std::unique_ptr<ByteStream> stream_;
   Clock& clock_;
   std::string name_;  // "CellLink at 192.168.1.5:54600"
   std::string server_;

@@ -138,9 +138,10 @@ class KukaEkiRobot::Answers {
 KukaEkiRobot::KukaEkiRobot(asio::any_io_executor executor, Clock& clock, KukaEkiOptions options)
     : clock_{clock},
       options_{std::move(options)},
-      motion_{std::make_unique<EkiChannel>(executor, clock, "CellLink", "the robot program truepose_motion",
-                                           options_.host, options_.motion_port, options_.motion_tap)},
-      state_{std::make_unique<EkiChannel>(executor, clock, "CellState",
+      motion_{std::make_unique<EkiChannel>(options_.stream(executor), clock, "CellLink",
+                                           "the robot program truepose_motion", options_.host,
+                                           options_.motion_port, options_.motion_tap)},
+      state_{std::make_unique<EkiChannel>(options_.stream(executor), clock, "CellState",
                                           "the state server (truepose_submit, or sps.sub)", options_.host,
                                           options_.state_port, options_.state_tap)},
       answers_{std::make_unique<Answers>(executor)},
@@ -241,6 +242,7 @@ RobotState KukaEkiRobot::robot_state(const eki::State& reported) const {
   state.program = name(reported.program);
   state.emergency_stop = !reported.no_emergency_stop;
   state.gate_open = !reported.gate_closed;
+  if (reported.tool.value_or(0) > 0) state.tool = reported.tool;
   return state;
 }
 

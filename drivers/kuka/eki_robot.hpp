@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "drivers/byte_stream.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/robot.hpp"
 #include "drivers/wire_tap.hpp"
@@ -21,6 +22,7 @@ struct KukaEkiOptions {
   std::uint16_t state_port = 54601;   ///< channel CellState, served by the submit interpreter
   int joint_count = 6;                ///< 1..6; further axes are sent as 0
   WireTap motion_tap = kNobodyHears, state_tap = kNobodyHears;
+  MakeStream stream = tcp_stream;
 };
 
 /// A KUKA arm moved over EKI by the KRL programs in config/kuka.

@@ -1,26 +1,20 @@
 #include "drivers/leica/emscon_connection.hpp"
 
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/buffer.hpp>
 #include <boost/asio/cancellation_state.hpp>
-#include <boost/asio/connect.hpp>
+#include <boost/asio/error.hpp>
 #include <boost/asio/this_coro.hpp>
-#include <boost/asio/use_awaitable.hpp>
-#include <boost/asio/write.hpp>
 #include <boost/system/system_error.hpp>
 #include <utility>
 
+#include "drivers/deadline.hpp"
 #include "proto/emscon/status.hpp"
 
 namespace truepose::drivers {
 
 namespace asio = boost::asio;
-using asio::ip::tcp;
 using boost::system::error_code;
 
 namespace {
-
-constexpr auto kToResult = asio::as_tuple(asio::use_awaitable);
 
 /// Closes the connection unless the work it guards came to its end.
 class CloseUnlessDone {
@@ -45,6 +39,35 @@ void throw_if_cancelled(const asio::cancellation_state& state) {
   }
 }
 
+/// How long a tracker takes to answer at most: to what it only has to look up, and to what moves it.
+std::chrono::seconds patience(emscon::CommandCode code) {
+  using enum emscon::CommandCode;
+  switch (code) {
+    case Initialize:
+      return std::chrono::seconds{120};
+    case Park:
+    case StartMeasurement:
+    case StopMeasurement:
+    case ChangeFace:
+    case GoBirdBath:
+    case GoBirdBath2:
+    case CheckBirdBath:
+    case GoPosition:
+    case GoPositionHvd:
+    case PositionRelativeHv:
+    case PointLaser:
+    case PointLaserHvd:
+    case MoveHv:
+    case GoLastMeasuredPoint:
+    case FindReflector:
+    case LookForTarget:
+    case GoAndMeasure:
+      return std::chrono::seconds{60};
+    default:
+      return std::chrono::seconds{3};
+  }
+}
+
 }  // namespace
 
 TrackerError refusal(std::string_view what, std::int32_t status) {
@@ -54,15 +77,13 @@ TrackerError refusal(std::string_view what, std::int32_t status) {
   return {fault, std::string{what} + ": " + emscon::describe_status(status)};
 }
 
-EmsconConnection::EmsconConnection(asio::any_io_executor executor,
-                                   std::function<void(const emscon::TrackerPacket&)> observe,
-                                   WireTap tap)
-    : socket_{std::move(executor)}, observe_{std::move(observe)}, tap_{std::move(tap)} {}
+EmsconConnection::EmsconConnection(std::unique_ptr<ByteStream> stream, Clock& clock,
+                                   std::function<void(const emscon::TrackerPacket&)> observe, WireTap tap)
+    : stream_{std::move(stream)}, clock_{clock}, observe_{std::move(observe)}, tap_{std::move(tap)} {}
 
 void EmsconConnection::close() noexcept {
   if (is_open()) tap_(recording::Kind::Closed, {});
-  error_code ignored;
-  socket_.close(ignored);
+  stream_->close();
   splitter_ = {};
 }
 
@@ -74,23 +95,15 @@ TrackerError EmsconConnection::lost(std::string_view why) {
 TrackerTask<void> EmsconConnection::open(std::string host, std::uint16_t port) {
   close();
   CloseUnlessDone guard{*this};
-  tcp::resolver resolver{socket_.get_executor()};
-  const std::string service = std::to_string(port);
-  auto [resolve_error, endpoints] = co_await resolver.async_resolve(host, service, kToResult);
-  error_code error = resolve_error;
-  if (!error) {
-    auto [connect_error, endpoint] = co_await asio::async_connect(socket_, endpoints, kToResult);
-    error = connect_error;
+  auto connecting = stream_->connect(host, port);
+  const std::optional<error_code> error =
+      co_await before(clock_, clock_.now() + kTaken, std::move(connecting));
+  if (!error || *error) {
+    const std::string why = error ? error->message() : "no answer to the connection request";
+    co_return std::unexpected(TrackerError{TrackerFault::Unreachable, "no tracker answers at " + host + ":" +
+                                                                          std::to_string(port) + ": " + why});
   }
-  const asio::cancellation_state cancellation = co_await asio::this_coro::cancellation_state;
-  throw_if_cancelled(cancellation);
-  if (error) {
-    co_return std::unexpected(TrackerError{
-        TrackerFault::Unreachable, "no tracker answers at " + host + ":" + service + ": " + error.message()});
-  }
-  error_code ignored;
-  socket_.set_option(tcp::no_delay{true}, ignored);
-  tap_(recording::Kind::Connected, host + ":" + service);
+  tap_(recording::Kind::Connected, host + ":" + std::to_string(port));
   guard.done();
   co_return TrackerResult<void>{};
 }
@@ -101,7 +114,8 @@ TrackerTask<void> EmsconConnection::send(emscon::Command command) {
   const std::vector<std::uint8_t> bytes = emscon::encode(command);
   CloseUnlessDone guard{*this};  // half a packet sent cannot be taken back
   tap_(recording::Kind::Sent, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  auto [error, size] = co_await asio::async_write(socket_, asio::buffer(bytes), kToResult);
+  const error_code error =
+      co_await stream_->write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   const asio::cancellation_state cancellation = co_await asio::this_coro::cancellation_state;
   throw_if_cancelled(cancellation);
   if (error) co_return std::unexpected(lost(error.message()));
@@ -137,16 +151,26 @@ TrackerTask<emscon::TrackerPacket> EmsconConnection::receive() {
       observe_(*packet);
       co_return *std::move(packet);
     }
-    auto [error, size] = co_await socket_.async_read_some(asio::buffer(received_), kToResult);
+    const auto [error, size] = co_await stream_->read(received_);
     const asio::cancellation_state cancellation = co_await asio::this_coro::cancellation_state;
     throw_if_cancelled(cancellation);
     if (error) co_return std::unexpected(lost(error.message()));
-    tap_(recording::Kind::Received, {reinterpret_cast<const char*>(received_.data()), size});
-    splitter_.push({received_.data(), size});
+    tap_(recording::Kind::Received, {received_.data(), size});
+    splitter_.push({reinterpret_cast<const std::uint8_t*>(received_.data()), size});
   }
 }
 
 TrackerTask<emscon::Answer> EmsconConnection::call(emscon::Command command) {
+  const std::chrono::seconds given = patience(command.code);
+  auto answering = answer_to(std::move(command));
+  auto answer = co_await before(clock_, clock_.now() + given, std::move(answering));
+  if (answer) co_return *std::move(answer);
+  co_return std::unexpected(TrackerError{
+      TrackerFault::Timeout,
+      "the tracker is connected and did not answer for " + std::to_string(given.count()) + " s"});
+}
+
+TrackerTask<emscon::Answer> EmsconConnection::answer_to(emscon::Command command) {
   const emscon::CommandCode code = command.code;
   CloseUnlessDone guard{*this};
   const auto sent = co_await send(std::move(command));
@@ -165,6 +189,19 @@ TrackerTask<emscon::Answer> EmsconConnection::call(emscon::Command command) {
       co_return emscon::Answer{code, error->status, {}};
     }
   }
+}
+
+TrackerTask<emscon::Answer> EmsconConnection::accepted(emscon::Command command, std::string_view what) {
+  auto answer = co_await call(std::move(command));
+  if (answer && answer->status != emscon::status::kAllOk)
+    co_return std::unexpected(refusal(what, answer->status));
+  co_return answer;
+}
+
+TrackerTask<emscon::Answer> EmsconConnection::ask(emscon::CommandCode code, std::string_view what) {
+  emscon::Command command{code, {}};
+  auto answer = co_await accepted(std::move(command), what);
+  co_return answer;
 }
 
 }  // namespace truepose::drivers

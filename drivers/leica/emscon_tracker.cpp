@@ -1,13 +1,12 @@
 #include "drivers/leica/emscon_tracker.hpp"
 
 #include <optional>
-#include <span>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "drivers/deadline.hpp"
 #include "drivers/leica/emscon_connection.hpp"
+#include "drivers/leica/emscon_settings.hpp"
 #include "drivers/plausible_point.hpp"
 #include "proto/emscon/status.hpp"
 
@@ -20,43 +19,6 @@ using namespace std::chrono_literals;
 namespace {
 
 constexpr auto kInitializeTime = 90s;  // AT40x need up to 80 s
-constexpr Units kUnits{LengthUnit::Millimeter, AngleUnit::Radian, TemperatureUnit::Celsius,
-                       PressureUnit::Mbar, HumidityUnit::RelativePercent};
-
-/// Something in the tracker that coordinates depend on, and what it has to be.
-struct Setting {
-  CommandCode set, get;
-  Body wanted;
-  std::string_view name;
-};
-
-/// What a tracker may report otherwise than it was written: ignored by some models, or a fact of the
-/// hardware.
-Body without_hardware_facts(Body body) {
-  if (auto* params = std::get_if<StationaryModeParams>(&body)) params->use_adm = true;
-  if (auto* settings = std::get_if<SystemSettings>(&body)) {
-    settings->try_mode = 0;
-    settings->has_nivel = false;
-    settings->has_video_camera = false;
-  }
-  return body;
-}
-
-bool concerns_settings(SystemEvent event) {
-  switch (event) {
-    case SystemEvent::UnitsChanged:
-    case SystemEvent::ReflectorChanged:
-    case SystemEvent::SystemSettingsChanged:
-    case SystemEvent::CoordinateSystemChanged:
-    case SystemEvent::StationOrientationChanged:
-    case SystemEvent::TransformationChanged:
-    case SystemEvent::MeasurementModeChanged:
-    case SystemEvent::StationaryParamsChanged:
-      return true;
-    default:
-      return false;
-  }
-}
 
 /// One finished measurement of either result packet.
 struct Reading {
@@ -72,31 +34,6 @@ Reading reading_of(const Result& result) {
            .temperature_c = result.environment.temperature,
            .pressure_mbar = result.environment.pressure,
            .humidity_percent = result.environment.humidity}};
-}
-
-std::string_view name_at(std::span<const std::string_view> names, auto unit) {
-  const auto index = static_cast<std::size_t>(std::to_underlying(unit));
-  return index < names.size() ? names[index] : "unknown";
-}
-
-/// "mm, rad, C, mbar"
-std::string described(const Units& units) {
-  constexpr std::string_view kLengths[] = {"m", "mm", "um", "ft", "yd", "in"};
-  constexpr std::string_view kAngles[] = {"rad", "deg", "gon"};
-  constexpr std::string_view kTemperatures[] = {"C", "F"};
-  constexpr std::string_view kPressures[] = {"mbar", "hPa", "kPa", "mmHg", "psi", "inH2O", "inHg"};
-  std::string text{name_at(kLengths, units.length)};
-  text.append(", ").append(name_at(kAngles, units.angle));
-  text.append(", ").append(name_at(kTemperatures, units.temperature));
-  return text.append(", ").append(name_at(kPressures, units.pressure));
-}
-
-/// "reflector", and what is there in its place where that can be said.
-std::string described(const Setting& setting, const Body& found) {
-  std::string text{setting.name};
-  const auto* units = std::get_if<Units>(&found);
-  if (units != nullptr) text += " (it has " + described(*units) + ", needed are " + described(kUnits) + ")";
-  return text;
 }
 
 TrackerError beam_broken(const std::string& evidence) {
@@ -121,23 +58,25 @@ class EmsconTracker::Session {
  public:
   Session(asio::any_io_executor executor, Clock& the_clock, EmsconOptions options)
       : clock{the_clock},
+        measure_ms{static_cast<std::int32_t>(options.measure.count())},
         options_{std::move(options)},
-        connection_{std::move(executor), [this](const TrackerPacket& packet) { observe(packet); },
-                    options_.tap} {}
+        connection_{options_.stream(std::move(executor)), clock,
+                    [this](const TrackerPacket& packet) { observe(packet); }, options_.tap} {}
 
   TrackerTask<TrackerIdentity> connect();
   TrackerTask<TrackerIdentity> inspect();
   TrackerTask<void> aim(Eigen::Vector3d p_W_mm, double search_radius_mm);
   TrackerTask<SmrPoint> measure();
+  TrackerTask<void> turn_over();
   TrackerTask<void> check();
   void close() noexcept { connection_.close(); }
 
   Clock& clock;
+  std::int32_t measure_ms;  ///< that each measurement averages over
 
  private:
   void observe(const TrackerPacket& packet);
-  TrackerTask<Answer> accepted(Command command, std::string_view what);
-  TrackerTask<Answer> ask(CommandCode code, std::string_view what);
+  TrackerResult<std::optional<Air>> air_now() const;
   TrackerTask<bool> begin();
   TrackerTask<void> end_unfinished_measurement();
   TrackerTask<bool> is_locked();
@@ -145,35 +84,33 @@ class EmsconTracker::Session {
   TrackerTask<TrackerIdentity> identity(SystemStatus system);
   TrackerTask<std::int32_t> find_reflector_id();
   TrackerTask<void> set_search(double radius_mm);
-  TrackerTask<void> write_settings();
-  TrackerTask<std::string> first_wrong_setting();
-  TrackerTask<void> ensure_settings();
+  TrackerTask<void> pointed(Command command);
+  TrackerTask<void> find_reflector();
+  TrackerTask<void> face(std::int32_t wanted);
   TrackerTask<Reading> reading();
 
   const EmsconOptions options_;
   EmsconConnection connection_;
-  std::vector<Setting> settings_;
-  bool settings_in_doubt_ = true;
+  EmsconSettings settings_{connection_};
+  double distance_mm_ = 0;               ///< of where it was last aimed at
+  bool warmed_up_ = false;               ///< since it was initialised, which it is to be again
+  bool turned_over_ = false;             ///< it may be in face 2
   bool measurement_unfinished_ = false;  ///< started, and its end has not been seen
 };
 
 void EmsconTracker::Session::observe(const TrackerPacket& packet) {
   const auto* change = std::get_if<SystemStatusChange>(&packet);
-  if (change != nullptr && concerns_settings(change->event)) settings_in_doubt_ = true;
+  if (change == nullptr) return;
+  settings_.observe(change->event);
+  if (change->event == SystemEvent::LaserWarmedUp) warmed_up_ = true;
 }
 
-/// The answer to a command, a refusal turned into an error.
-TrackerTask<Answer> EmsconTracker::Session::accepted(Command command, std::string_view what) {
-  auto answer = co_await connection_.call(std::move(command));
-  if (answer && answer->status != status::kAllOk) co_return std::unexpected(refusal(what, answer->status));
-  co_return answer;
-}
-
-/// The same for a command without a body.
-TrackerTask<Answer> EmsconTracker::Session::ask(CommandCode code, std::string_view what) {
-  Command command{code, {}};
-  auto answer = co_await accepted(std::move(command), what);
-  co_return answer;
+/// What is to be told to the tracker of the air, where anything is.
+TrackerResult<std::optional<Air>> EmsconTracker::Session::air_now() const {
+  if (!options_.air) return std::nullopt;
+  auto air = options_.air();
+  if (!air) return std::unexpected(TrackerError{TrackerFault::NotReady, air.error()});
+  return *air;
 }
 
 /// What every operation starts with; tells whether a reflector is locked. The question for the lock doubles
@@ -184,7 +121,11 @@ TrackerTask<bool> EmsconTracker::Session::begin() {
   if (!ended) co_return std::unexpected(ended.error());
   const auto locked = co_await is_locked();
   if (!locked) co_return std::unexpected(locked.error());
-  const auto ensured = co_await ensure_settings();
+  const auto air = air_now();
+  if (!air) co_return std::unexpected(air.error());
+  if (*air) settings_.use_air(**air);
+  settings_.use_time(measure_ms);
+  const auto ensured = co_await settings_.ensure();
   if (!ensured) co_return std::unexpected(ensured.error());
   co_return *locked;
 }
@@ -207,22 +148,26 @@ TrackerTask<void> EmsconTracker::Session::end_unfinished_measurement() {
 }
 
 TrackerTask<bool> EmsconTracker::Session::is_locked() {
-  const auto answer = co_await ask(CommandCode::GetMeasurementStatusInfo, "the tracker hides its status");
+  const auto answer =
+      co_await connection_.ask(CommandCode::GetMeasurementStatusInfo, "the tracker hides its status");
   if (!answer) co_return std::unexpected(answer.error());
   co_return (std::get<MeasurementStatusInfo>(answer->body).mask & kReflectorFoundBit) != 0;
 }
 
 TrackerTask<SystemStatus> EmsconTracker::Session::initialize() {
-  const auto before_it = co_await ask(CommandCode::GetSystemStatus, "the tracker hides its status");
+  const auto before_it =
+      co_await connection_.ask(CommandCode::GetSystemStatus, "the tracker hides its status");
   if (!before_it) co_return std::unexpected(before_it.error());
   const SystemStatus& found = std::get<SystemStatus>(before_it->body);
-  if (found.processor == ProcessorStatus::Initialized) co_return found;
+  if (found.processor == ProcessorStatus::Initialized && !warmed_up_) co_return found;
 
-  auto initializing = ask(CommandCode::Initialize, "the tracker cannot be initialised");
+  auto initializing = connection_.ask(CommandCode::Initialize, "the tracker cannot be initialised");
   const auto initialized = co_await before(clock, clock.now() + kInitializeTime, std::move(initializing));
   if (!initialized) co_return std::unexpected(late("was not initialised"));
   if (!*initialized) co_return std::unexpected(initialized->error());
-  const auto after_it = co_await ask(CommandCode::GetSystemStatus, "the tracker hides its status");
+  warmed_up_ = false;
+  const auto after_it =
+      co_await connection_.ask(CommandCode::GetSystemStatus, "the tracker hides its status");
   if (!after_it) co_return std::unexpected(after_it.error());
   co_return std::get<SystemStatus>(after_it->body);
 }
@@ -260,54 +205,8 @@ TrackerTask<std::int32_t> EmsconTracker::Session::find_reflector_id() {
   co_return *found;
 }
 
-TrackerTask<void> EmsconTracker::Session::write_settings() {
-  for (const Setting& setting : settings_) {
-    const std::string what = "the tracker refuses its " + std::string{setting.name};
-    Command write{setting.set, setting.wanted};
-    const auto answer = co_await accepted(std::move(write), what);
-    if (!answer) co_return std::unexpected(answer.error());
-  }
-  co_return TrackerResult<void>{};
-}
-
-/// @return which setting is not as wanted, or nothing
-TrackerTask<std::string> EmsconTracker::Session::first_wrong_setting() {
-  for (const Setting& setting : settings_) {
-    const std::string what = "the tracker hides its " + std::string{setting.name};
-    const auto answer = co_await ask(setting.get, what);
-    if (!answer) co_return std::unexpected(answer.error());
-    if (without_hardware_facts(answer->body) != without_hardware_facts(setting.wanted))
-      co_return described(setting, answer->body);
-  }
-  co_return std::string{};
-}
-
-/// Reads the settings back, and writes them again where another program has changed them. Reading first,
-/// because every write raises events that cannot be told from another program's.
-TrackerTask<void> EmsconTracker::Session::ensure_settings() {
-  std::string wrong;
-  for (int attempt = 0; settings_in_doubt_ && attempt < 3; ++attempt) {
-    settings_in_doubt_ = false;
-    const auto checked = co_await first_wrong_setting();
-    if (!checked) settings_in_doubt_ = true;
-    if (!checked) co_return std::unexpected(checked.error());
-    wrong = *checked;
-    if (wrong.empty()) continue;
-    const auto written = co_await write_settings();
-    settings_in_doubt_ = true;
-    if (!written) co_return std::unexpected(written.error());
-  }
-  if (settings_in_doubt_) {
-    const std::string name = wrong.empty() ? "settings" : wrong;
-    co_return std::unexpected(
-        TrackerError{TrackerFault::NotReady,
-                     "the tracker does not keep its " + name + ": does another program change them?"});
-  }
-  co_return TrackerResult<void>{};
-}
-
 TrackerTask<void> EmsconTracker::Session::check() {
-  const auto answer = co_await ask(CommandCode::GetSystemStatus, "the tracker hides its status");
+  const auto answer = co_await connection_.ask(CommandCode::GetSystemStatus, "the tracker hides its status");
   if (!answer) co_return std::unexpected(answer.error());
   if (auto why = laser_trouble(std::get<SystemStatus>(answer->body)))
     co_return std::unexpected(*std::move(why));
@@ -316,13 +215,12 @@ TrackerTask<void> EmsconTracker::Session::check() {
 
 TrackerTask<TrackerIdentity> EmsconTracker::Session::connect() {
   measurement_unfinished_ = false;
-  settings_in_doubt_ = true;
   const auto opened = co_await connection_.open(options_.host, options_.port);
   if (!opened) co_return std::unexpected(opened.error());
 
   // The order that the maker recommends: units, initialise, everything else.
-  Command set_units{CommandCode::SetUnits, kUnits};
-  const auto units = co_await accepted(std::move(set_units), "the tracker refuses its units");
+  Command set_units{CommandCode::SetUnits, kEmsconUnits};
+  const auto units = co_await connection_.accepted(std::move(set_units), "the tracker refuses its units");
   if (!units) co_return std::unexpected(units.error());
   const auto system = co_await initialize();
   if (!system) co_return std::unexpected(system.error());
@@ -330,30 +228,14 @@ TrackerTask<TrackerIdentity> EmsconTracker::Session::connect() {
   const auto reflector = co_await find_reflector_id();
   if (!reflector) co_return std::unexpected(reflector.error());
 
-  const bool has_weather = system->weather != WeatherMonitor::NotConnected;
-  const SystemSettings system_settings{
-      .weather = has_weather ? WeatherMonitor::ReadAndCompute : WeatherMonitor::NotConnected,
-      .keep_last_position = true,
-      .send_unsolicited_messages = true};
-  settings_ = {
-      {CommandCode::SetUnits, CommandCode::GetUnits, kUnits, "units"},
-      {CommandCode::SetCoordinateSystemType, CommandCode::GetCoordinateSystemType, CoordinateSystemChoice{},
-       "coordinate system"},
-      {CommandCode::SetSystemSettings, CommandCode::GetSystemSettings, system_settings, "system settings"},
-      {CommandCode::SetTransformationParams, CommandCode::GetTransformationParams, Transformation{},
-       "transformation"},
-      {CommandCode::SetStationOrientationParams, CommandCode::GetStationOrientationParams,
-       StationOrientation{}, "station orientation"},
-      {CommandCode::SetMeasurementMode, CommandCode::GetMeasurementMode, MeasurementModeChoice{},
-       "measurement mode"},
-      {CommandCode::SetStationaryModeParams, CommandCode::GetStationaryModeParams,
-       StationaryModeParams{static_cast<std::int32_t>(options_.measure.count()), true}, "measuring time"},
-      {CommandCode::SetReflector, CommandCode::GetReflector, ReflectorChoice{*reflector}, "reflector"},
-  };
-  const auto written = co_await write_settings();
+  const auto air = air_now();
+  if (!air) co_return std::unexpected(air.error());
+  EmsconSettings::Wanted wanted{.measure_ms = measure_ms,
+                                .reflector = *reflector,
+                                .has_weather_station = system->weather != WeatherMonitor::NotConnected,
+                                .air = *air};
+  const auto written = co_await settings_.write(std::move(wanted));
   if (!written) co_return std::unexpected(written.error());
-  const auto ensured = co_await ensure_settings();
-  if (!ensured) co_return std::unexpected(ensured.error());
   auto identified = co_await identity(*system);
   co_return std::move(identified);
 }
@@ -361,7 +243,7 @@ TrackerTask<TrackerIdentity> EmsconTracker::Session::connect() {
 TrackerTask<TrackerIdentity> EmsconTracker::Session::inspect() {
   const auto opened = co_await connection_.open(options_.host, options_.port);
   if (!opened) co_return std::unexpected(opened.error());
-  const auto answer = co_await ask(CommandCode::GetSystemStatus, "the tracker hides its status");
+  const auto answer = co_await connection_.ask(CommandCode::GetSystemStatus, "the tracker hides its status");
   if (!answer) co_return std::unexpected(answer.error());
   const SystemStatus& system = std::get<SystemStatus>(answer->body);
   if (auto why = laser_trouble(system)) co_return std::unexpected(*std::move(why));
@@ -384,12 +266,12 @@ TrackerTask<TrackerIdentity> EmsconTracker::Session::identity(SystemStatus syste
 }
 
 TrackerTask<void> EmsconTracker::Session::set_search(double radius_mm) {
-  const auto answer = co_await ask(CommandCode::GetSearchParams, "the tracker hides its search");
+  const auto answer = co_await connection_.ask(CommandCode::GetSearchParams, "the tracker hides its search");
   if (!answer) co_return std::unexpected(answer.error());
   const SearchParams wanted{radius_mm, static_cast<std::int32_t>(options_.search_timeout.count())};
   if (std::get<SearchParams>(answer->body) == wanted) co_return TrackerResult<void>{};
   Command change{CommandCode::SetSearchParams, wanted};
-  const auto set = co_await accepted(std::move(change), "the tracker refuses the search radius");
+  const auto set = co_await connection_.accepted(std::move(change), "the tracker refuses the search radius");
   if (!set) co_return std::unexpected(set.error());
   co_return TrackerResult<void>{};
 }
@@ -397,32 +279,75 @@ TrackerTask<void> EmsconTracker::Session::set_search(double radius_mm) {
 TrackerTask<void> EmsconTracker::Session::aim(Eigen::Vector3d p_W_mm, double search_radius_mm) {
   const auto begun = co_await begin();
   if (!begun) co_return std::unexpected(begun.error());
+  if (warmed_up_)
+    co_return std::unexpected(TrackerError{
+        TrackerFault::NotReady, "the tracker has warmed up, and is to be connected and initialised anew"});
   const auto set = co_await set_search(search_radius_mm);
   if (!set) co_return std::unexpected(set.error());
 
-  const Command steps[] = {
-      {CommandCode::GoPosition, Position{{p_W_mm.x(), p_W_mm.y(), p_W_mm.z()}, true}},
-      {CommandCode::FindReflector, SearchDistance{p_W_mm.norm()}},
-  };
-  for (const Command& step : steps) {
-    Command command = step;
-    const auto answer = co_await connection_.call(std::move(command));
-    if (!answer) co_return std::unexpected(answer.error());
-    if (answer->status == status::kAllOk) continue;
-    TrackerError error = refusal("no reflector was found where the tracker looked", answer->status);
-    // The number of a failed search is not public: what has no other meaning is one.
-    if (error.fault == TrackerFault::Refused && !status::is_bad_parameter(answer->status)) {
-      error.fault = TrackerFault::NoTarget;
-    }
-    co_return std::unexpected(error);
+  if (turned_over_) {
+    const auto turned = co_await face(1);
+    if (!turned) co_return turned;
   }
+  Command go{CommandCode::GoPosition, Position{{p_W_mm.x(), p_W_mm.y(), p_W_mm.z()}, true}};
+  const auto gone = co_await pointed(std::move(go));
+  if (!gone) co_return gone;
+  distance_mm_ = p_W_mm.norm();
+  auto found = co_await find_reflector();
+  co_return found;
+}
+
+/// A command by which the tracker is to come to its reflector.
+TrackerTask<void> EmsconTracker::Session::pointed(Command command) {
+  const auto answer = co_await connection_.call(std::move(command));
+  if (!answer) co_return std::unexpected(answer.error());
+  if (answer->status == status::kAllOk) co_return TrackerResult<void>{};
+  TrackerError error = refusal("no reflector was found where the tracker looked", answer->status);
+  // The number of a failed search is not public: what has no other meaning is one.
+  if (error.fault == TrackerFault::Refused && !status::is_bad_parameter(answer->status))
+    error.fault = TrackerFault::NoTarget;
+  co_return std::unexpected(error);
+}
+
+/// Around where it points.
+TrackerTask<void> EmsconTracker::Session::find_reflector() {
+  Command search{CommandCode::FindReflector, SearchDistance{distance_mm_}};
+  const auto searched = co_await pointed(std::move(search));
+  if (!searched) co_return searched;
   const auto locked = co_await is_locked();
   if (!locked) co_return std::unexpected(locked.error());
-  if (!*locked) {
+  if (!*locked)
     co_return std::unexpected(
         TrackerError{TrackerFault::NoTarget, "the search ended without a locked reflector"});
-  }
   co_return TrackerResult<void>{};
+}
+
+TrackerTask<void> EmsconTracker::Session::turn_over() {
+  const auto locked = co_await begin();
+  if (!locked) co_return std::unexpected(locked.error());
+  if (!*locked) co_return std::unexpected(TrackerError{TrackerFault::NoTarget, "no reflector is locked"});
+  const auto turned = co_await face(turned_over_ ? 1 : 2);
+  if (!turned) co_return turned;
+  const auto kept = co_await is_locked();
+  if (!kept) co_return std::unexpected(kept.error());
+  if (*kept) co_return TrackerResult<void>{};
+  auto found = co_await find_reflector();
+  co_return found;
+}
+
+/// Brings the tracker into face 1 or 2.
+TrackerTask<void> EmsconTracker::Session::face(std::int32_t wanted) {
+  for (const bool turn : {true, false}) {
+    const auto answer = co_await connection_.ask(CommandCode::GetFace, "the tracker hides its face");
+    if (!answer) co_return std::unexpected(answer.error());
+    turned_over_ = std::get<FaceAnswer>(answer->body).face != 1;
+    if (std::get<FaceAnswer>(answer->body).face == wanted) co_return TrackerResult<void>{};
+    if (!turn) break;
+    const auto turned = co_await connection_.ask(CommandCode::ChangeFace, "the tracker does not turn over");
+    if (!turned) co_return std::unexpected(turned.error());
+  }
+  co_return std::unexpected(
+      TrackerError{TrackerFault::Refused, "the tracker does not come into face " + std::to_string(wanted)});
 }
 
 /// Starts a measurement and waits for its acceptance and its result, which come in either order.
@@ -477,7 +402,7 @@ TrackerTask<SmrPoint> EmsconTracker::Session::measure() {
   }
   if (auto why_not = implausible(result->point))
     co_return std::unexpected(TrackerError{TrackerFault::Refused, *std::move(why_not)});
-  if (settings_in_doubt_) {
+  if (settings_.in_doubt()) {
     co_return std::unexpected(TrackerError{
         TrackerFault::NotReady, "another program changed the tracker's settings during the measurement"});
   }
@@ -522,11 +447,23 @@ asio::awaitable<std::expected<SmrPoint, TrackerError>> EmsconTracker::measure(Ti
   co_return *point;
 }
 
+asio::awaitable<std::expected<void, TrackerError>> EmsconTracker::turn_over(TimePoint deadline) {
+  auto turning = session_->turn_over();
+  const auto turned = co_await before(session_->clock, deadline, std::move(turning));
+  if (!turned) co_return std::unexpected(late("did not come to the reflector from its other face"));
+  co_return *turned;
+}
+
 asio::awaitable<std::expected<void, TrackerError>> EmsconTracker::check(TimePoint deadline) {
   auto checking = session_->check();
   const auto checked = co_await before(session_->clock, deadline, std::move(checking));
   if (!checked) co_return std::unexpected(late("did not say how it is"));
   co_return *checked;
+}
+
+void EmsconTracker::average_over(Duration time) {
+  session_->measure_ms =
+      static_cast<std::int32_t>(std::chrono::ceil<std::chrono::milliseconds>(time).count());
 }
 
 void EmsconTracker::disconnect() noexcept { session_->close(); }

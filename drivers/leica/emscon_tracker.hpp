@@ -3,9 +3,13 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <chrono>
 #include <cstdint>
+#include <expected>
+#include <functional>
 #include <memory>
 #include <string>
 
+#include "core/math/refraction.hpp"
+#include "drivers/byte_stream.hpp"
 #include "drivers/tracker.hpp"
 #include "drivers/wire_tap.hpp"
 
@@ -18,7 +22,11 @@ struct EmsconOptions {
       "CCR-1.5in";  ///< by the name that the tracker knows it by; empty: the first that it lists
   std::chrono::milliseconds measure{2000};
   std::chrono::milliseconds search_timeout{10000};  ///< that the tracker itself gives a search
+  /// Tells the air by which distances are to be corrected, asked before each point; none: the tracker goes by
+  /// its own weather station, or by what was last entered at it. An error is one sentence for the operator.
+  std::function<std::expected<Air, std::string>()> air;
   WireTap tap = kNobodyHears;
+  MakeStream stream = tcp_stream;
 };
 
 /// A Leica tracker that speaks emScon (AT901, LTD, AT401/402) over TCP.
@@ -40,6 +48,8 @@ class EmsconTracker final : public Tracker {
                                                                 double search_radius_mm,
                                                                 TimePoint deadline) override;
   boost::asio::awaitable<std::expected<SmrPoint, TrackerError>> measure(TimePoint deadline) override;
+  void average_over(Duration time) override;
+  boost::asio::awaitable<std::expected<void, TrackerError>> turn_over(TimePoint deadline) override;
   boost::asio::awaitable<std::expected<void, TrackerError>> check(TimePoint deadline) override;
   void disconnect() noexcept override;
 

@@ -10,12 +10,14 @@ MockCell::MockCell(MockCellOptions options, Clock& clock)
       random_{options_.seed},
       arm_{options_.truth, random_.next()},
       stand_{options_.q_start},
-      start_{clock.now()} {}
+      start_{clock.now()},
+      switched_on_{start_} {}
 
 void MockCell::start_motion(const JointVector& q, double speed_percent) {
   const JointVector from = this->q();
   motion_.emplace(options_.nominal, from, q, speed_percent / 100);
   start_ = clock_.now();
+  arm_.warm_up(start_ - switched_on_);
   arm_.move(from, q);
 }
 

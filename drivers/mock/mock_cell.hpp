@@ -8,6 +8,7 @@
 
 #include "core/arm/robot_model.hpp"
 #include "core/simulate/joint_motion.hpp"
+#include "core/simulate/tracker_instrument.hpp"
 #include "core/simulate/true_arm.hpp"
 #include "drivers/clock.hpp"
 
@@ -35,6 +36,7 @@ struct MockCellOptions {
   RobotModel nominal;  ///< what the controller believes
   TrueArmSetup truth;  ///< how the arm, its base and its reflector really are
   TrackerNoiseModel noise;
+  TrackerInstrument instrument;  ///< of which the air plays no part
   JointVector q_start;
   std::string robot_model = "#KR210R2700_2 C4 FLR";
   MockFaults faults;
@@ -61,11 +63,17 @@ class MockCell {
   /// Where the reflector really is, repeatability of the last stop included.
   Eigen::Vector3d p_WS_mm() const { return arm_.p_WS_mm(q()) + bumped_mm_; }
   bool visible() const { return arm_.visible(q()); }
-  Eigen::Vector3d reading_mm(const TrackerNoiseModel& noise) {
-    return noisy_reading(p_WS_mm(), noise, random_);
+  Eigen::Vector3d nest_mm(std::size_t nest) const { return options_.instrument.nests_mm[nest] + bumped_mm_; }
+  /// What the tracker makes of a point, in face 1 or 2.
+  Eigen::Vector3d reading_mm(const Eigen::Vector3d& p_mm, int face, const TrackerNoiseModel& noise) {
+    return noisy_reading(options_.instrument.aiming.seen(p_mm, face), noise, random_);
   }
   /// Somebody ran into the tracker: from now on everything is elsewhere for it.
   void bump_tracker(const Eigen::Vector3d& by_mm) { bumped_mm_ += by_mm; }
+
+  /// The program sets another tool.
+  void use_tool(std::optional<int> number) { tool_ = number; }
+  std::optional<int> tool() const { return tool_; }
 
   bool happens(double probability) { return random_.uniform() < probability; }
   double uniform(double min, double max) { return random_.uniform(min, max); }
@@ -79,9 +87,11 @@ class MockCell {
   Random random_;
   TrueArm arm_;
   Eigen::Vector3d bumped_mm_{0, 0, 0};
+  std::optional<int> tool_;
   JointVector stand_;  ///< where the arm stands while there is no motion
   std::optional<JointMotion> motion_;
   TimePoint start_;
+  TimePoint switched_on_;
 };
 
 }  // namespace truepose::drivers

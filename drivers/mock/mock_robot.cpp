@@ -1,6 +1,7 @@
 #include "drivers/mock/mock_robot.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/arm/forward.hpp"
 
@@ -34,13 +35,14 @@ asio::awaitable<std::expected<RobotState, RobotError>> MockRobot::look(TimePoint
   if (cell_.happens(cell_.options().faults.robot_not_ready)) drives_off_until_ = clock.now() + cell_.outage();
   RobotState state;
   state.q = cell_.q();
-  state.X_BF_reported = forward_kinematics(cell_.options().nominal, state.q);
+  state.X_BF_reported = forward_kinematics(cell_.options().nominal, state.q + reported_turn_);
   state.ready = may_move();
   state.moving = cell_.moving();
-  if (!state.ready) state.why_not_ready = "drives off";
+  if (!state.ready) state.why_not_ready = why_not_ready();
   state.mode = "AUT";
   state.program = "active";
   state.emergency_stop = emergency_stop_;
+  state.tool = cell_.tool();
   co_return state;
 }
 
@@ -50,7 +52,7 @@ asio::awaitable<std::expected<JointVector, RobotError>> MockRobot::move(MoveComm
   const MockFaults& faults = cell_.options().faults;
   stop_ = false;
   if (!connected_) co_return std::unexpected(RobotError{RobotFault::Disconnected, "not connected"});
-  if (!may_move()) co_return std::unexpected(RobotError{RobotFault::NotReady, "drives off"});
+  if (!may_move()) co_return std::unexpected(RobotError{RobotFault::NotReady, why_not_ready()});
   for (int i = 0; i < command.q.size(); ++i) {
     const Joint& joint = cell_.options().nominal.joints[static_cast<std::size_t>(i)];
     if (command.q[i] < joint.min || command.q[i] > joint.max) {
@@ -64,16 +66,20 @@ asio::awaitable<std::expected<JointVector, RobotError>> MockRobot::move(MoveComm
 
   cell_.start_motion(command.q, command.speed_percent);
   const TimePoint begun = clock.now();
-  const TimePoint end = cell_.motion_ends() + command.settle;
+  TimePoint end = cell_.motion_ends() + command.settle;
   const bool silent = cell_.happens(faults.robot_silent);
   const bool lost = cell_.happens(faults.robot_lost);
   const bool restart = cell_.happens(faults.robot_restart);
   const bool aborted = cell_.happens(faults.robot_aborted);
   const TimePoint fails = begun + (end - begun) / 2;
-  const TimePoint until = silent ? deadline : std::min(end, deadline);
-  while (clock.now() < until) {
-    const TimePoint next = std::min<TimePoint>(until, clock.now() + 250ms);
-    co_await clock.sleep_until(next);
+  bool braked = false;
+  while (clock.now() < deadline && (silent || braked || clock.now() < end)) {
+    const TimePoint next = std::min<TimePoint>(deadline, clock.now() + 250ms);
+    co_await clock.sleep_until(silent || braked ? next : std::min(end, next));
+    if (const bool was = std::exchange(braked, emergency_stop_); was && !braked) {
+      cell_.start_motion(command.q, command.speed_percent);
+      end = cell_.motion_ends() + command.settle;
+    }
     if (stop_ || (aborted && clock.now() >= fails)) {
       cell_.stop_motion();
       co_return std::unexpected(RobotError{RobotFault::Aborted, "the arm was stopped on its way"});
@@ -88,7 +94,7 @@ asio::awaitable<std::expected<JointVector, RobotError>> MockRobot::move(MoveComm
     if (lost && clock.now() >= fails)
       co_return std::unexpected(lose("the connection to the controller was lost"));
   }
-  if (silent || clock.now() < end) {
+  if (silent || braked || clock.now() < end) {
     connected_ = false;
     co_return std::unexpected(
         RobotError{RobotFault::Timeout, "the controller did not report the end of the move"});
@@ -110,6 +116,11 @@ asio::awaitable<std::expected<void, RobotError>> MockRobot::stop(TimePoint deadl
   cell_.stop_motion();
   co_await clock.sleep_until(std::min(deadline, clock.now() + 100ms));
   co_return std::expected<void, RobotError>{};
+}
+
+void MockRobot::press_emergency_stop(bool pressed) {
+  emergency_stop_ = pressed;
+  if (pressed) cell_.stop_motion();
 }
 
 RobotError MockRobot::lose(const char* detail) {

@@ -22,13 +22,18 @@ class MockRobot final : public Robot {
   bool connected() const { return connected_; }
   /// Cannot be reached for so long.
   void leave(Duration outage) { gone_until_ = cell_.clock().now() + outage; }
-  void press_emergency_stop(bool pressed) { emergency_stop_ = pressed; }
+  /// Its own pose of the flange is that of an arm whose joint (0 = first) is turned by so much.
+  void report_joint_turned(int joint, double by_rad) { reported_turn_[joint] = by_rad; }
+  /// The arm stands at once; released, a motion under way is continued.
+  void press_emergency_stop(bool pressed);
 
  private:
   bool may_move() const { return !emergency_stop_ && cell_.clock().now() >= drives_off_until_; }
+  const char* why_not_ready() const { return emergency_stop_ ? "emergency stop" : "drives off"; }
   RobotError lose(const char* detail);
 
   MockCell& cell_;
+  JointVector reported_turn_ = JointVector::Zero(cell_.options().nominal.joint_count());
   bool connected_ = false;
   bool stop_ = false;
   bool emergency_stop_ = false;

@@ -25,17 +25,21 @@ asio::awaitable<std::expected<void, TrackerError>> MockTracker::aim(Eigen::Vecto
   Clock& clock = cell_.clock();
   const MockFaults& faults = cell_.options().faults;
   locked_ = false;
+  face_ = 1;
   auto fault = co_await link_fault(deadline);
   if (fault) co_return std::unexpected(*fault);
-  const double distance_mm = (cell_.p_WS_mm() - p_W_mm).norm();
+  const double arms_mm = (cell_.p_WS_mm() - p_W_mm).norm();
+  const auto nest = nest_within(std::min(search_radius_mm, arms_mm), p_W_mm);
+  const double distance_mm = nest ? (cell_.nest_mm(*nest) - p_W_mm).norm() : arms_mm;
   co_await clock.sleep_until(
       std::min(deadline, clock.now() + 1s + std::chrono::milliseconds{static_cast<int>(20 * distance_mm)}));
   const bool other = search_radius_mm > 100 && cell_.happens(faults.wrong_reflector);
   const bool missed = cell_.happens(faults.no_target);
-  if (!other && (missed || distance_mm > search_radius_mm || !cell_.visible())) {
+  if (!other && (missed || distance_mm > search_radius_mm || !(nest || cell_.visible()))) {
     co_return std::unexpected(
         TrackerError{TrackerFault::NoTarget, "no reflector found where the tracker looked"});
   }
+  nest_ = nest;
   locked_offset_mm_.setZero();
   if (other) locked_offset_mm_ = Eigen::Vector3d{cell_.uniform(60, 100), 0, 0};
   locked_ = true;
@@ -47,8 +51,8 @@ asio::awaitable<std::expected<SmrPoint, TrackerError>> MockTracker::measure(Time
   auto fault = co_await link_fault(deadline);
   if (fault) co_return std::unexpected(*fault);
   if (!locked_) co_return std::unexpected(TrackerError{TrackerFault::NoTarget, "no reflector is locked"});
-  co_await clock.sleep_until(std::min(deadline, clock.now() + 2s));
-  if (cell_.moving() || cell_.happens(cell_.options().faults.beam_broken)) {
+  co_await clock.sleep_until(std::min(deadline, clock.now() + time_));
+  if ((cell_.moving() && !nest_) || cell_.happens(cell_.options().faults.beam_broken)) {
     locked_ = false;
     co_return std::unexpected(
         TrackerError{TrackerFault::BeamBroken, "the beam was broken during the measurement"});
@@ -58,12 +62,33 @@ asio::awaitable<std::expected<SmrPoint, TrackerError>> MockTracker::measure(Time
   const TrackerNoiseModel noise =
       scattering ? TrackerNoiseModel{.range_mm = 3, .transverse_mm = 3} : cell_.options().noise;
   SmrPoint point;
-  point.p_WS_mm = cell_.reading_mm(noise) + locked_offset_mm_;
+  const Eigen::Vector3d p_mm = nest_ ? cell_.nest_mm(*nest_) : cell_.p_WS_mm();
+  point.p_WS_mm = cell_.reading_mm(p_mm, face_, noise) + locked_offset_mm_;
   point.std_mm.setConstant(noise.range_mm);
   point.temperature_c = 20;
   point.pressure_mbar = 1013;
   point.humidity_percent = 50;
   co_return point;
+}
+
+asio::awaitable<std::expected<void, TrackerError>> MockTracker::turn_over(TimePoint deadline) {
+  auto fault = co_await link_fault(deadline);
+  if (fault) co_return std::unexpected(*fault);
+  if (!locked_) co_return std::unexpected(TrackerError{TrackerFault::NoTarget, "no reflector is locked"});
+  co_await cell_.clock().sleep_until(std::min(deadline, cell_.clock().now() + 3s));
+  face_ = 3 - face_;
+  co_return std::expected<void, TrackerError>{};
+}
+
+std::optional<std::size_t> MockTracker::nest_within(double radius_mm, const Eigen::Vector3d& p_W_mm) const {
+  std::optional<std::size_t> nearest;
+  for (std::size_t nest = 0; nest < cell_.options().instrument.nests_mm.size(); ++nest) {
+    const double distance_mm = (cell_.nest_mm(nest) - p_W_mm).norm();
+    if (distance_mm > radius_mm) continue;
+    radius_mm = distance_mm;
+    nearest = nest;
+  }
+  return nearest;
 }
 
 asio::awaitable<std::expected<void, TrackerError>> MockTracker::check(TimePoint) {

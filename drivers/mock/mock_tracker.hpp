@@ -17,19 +17,28 @@ class MockTracker final : public Tracker {
                                                                 double search_radius_mm,
                                                                 TimePoint deadline) override;
   boost::asio::awaitable<std::expected<SmrPoint, TrackerError>> measure(TimePoint deadline) override;
+  void average_over(Duration time) override { time_ = time; }
+  boost::asio::awaitable<std::expected<void, TrackerError>> turn_over(TimePoint deadline) override;
   boost::asio::awaitable<std::expected<void, TrackerError>> check(TimePoint deadline) override;
   void disconnect() noexcept override { connected_ = false; }
 
   bool connected() const { return connected_; }
 
  private:
+  static constexpr Duration kUsualTime = std::chrono::seconds{2};
+
   boost::asio::awaitable<std::optional<TrackerError>> link_fault(TimePoint deadline);
+  /// The nest next to where it looks, where one is within the radius.
+  std::optional<std::size_t> nest_within(double radius_mm, const Eigen::Vector3d& p_W_mm) const;
   TrackerError lose(TrackerFault fault, const char* detail);
 
   MockCell& cell_;
   bool connected_ = false;
   TimePoint gone_until_{};
   bool locked_ = false;
+  std::optional<std::size_t> nest_;  ///< that is locked; none: the arm's reflector
+  int face_ = 1;
+  Duration time_ = kUsualTime;  ///< of a measurement
   Eigen::Vector3d locked_offset_mm_{0, 0, 0};  ///< of the reflector that was found from ours
 };
 

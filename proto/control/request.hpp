@@ -28,6 +28,7 @@ enum class ErrorCode : int {
   Device = -32005,
   Busy = -32006,
   RateLimited = -32007,
+  NotInControl = -32008,
 };
 
 /// The stable name that programs may branch on, sent as error.data.code: "E_STATE".
@@ -42,7 +43,7 @@ struct RpcError {
   std::vector<std::string> allowed{};  ///< methods that this state allows, WrongState
 };
 
-enum class Topic { Cell, Campaign, Measurement, Stream, Model, Fault, Log };
+enum class Topic { Cell, Campaign, Measurement, Stream, Model, Fault, Log, Control };
 /// What events are about, by its name on the wire.
 inline constexpr std::array kTopics{Named{"cell", Topic::Cell},
                                     Named{"campaign", Topic::Campaign},
@@ -50,7 +51,8 @@ inline constexpr std::array kTopics{Named{"cell", Topic::Cell},
                                     Named{"stream", Topic::Stream},
                                     Named{"model", Topic::Model},
                                     Named{"fault", Topic::Fault},
-                                    Named{"log", Topic::Log}};
+                                    Named{"log", Topic::Log},
+                                    Named{"control", Topic::Control}};
 inline std::string_view name(Topic topic) { return name_of(kTopics, topic); }
 std::optional<Topic> topic_from_name(std::string_view name);
 

@@ -2,27 +2,13 @@
 
 #include <openssl/evp.h>
 #include <openssl/hmac.h>
-#include <sys/random.h>
 
 #include <array>
-#include <span>
 #include <stdexcept>
 
+#include "proto/text/digest.hpp"
+
 namespace truepose::control {
-
-namespace {
-
-std::string hexadecimal(std::span<const unsigned char> bytes) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const unsigned char byte : bytes) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 15];
-  }
-  return text;
-}
-
-}  // namespace
 
 std::string session_proof(std::string_view token, Prover prover, const SessionTerms& terms) {
   // Who proves stands in it: what one end said is no answer for the other. No part has a newline.
@@ -35,15 +21,10 @@ std::string session_proof(std::string_view token, Prover prover, const SessionTe
   if (HMAC(EVP_sha256(), token.data(), static_cast<int>(token.size()), bytes, text.size(), digest.data(),
            &size) == nullptr)
     throw std::runtime_error{"no HMAC-SHA256 in this machine's libcrypto"};
-  return hexadecimal({digest.data(), size});
+  return text::hexadecimal({digest.data(), size});
 }
 
-std::string new_nonce() {
-  std::array<unsigned char, 16> bytes{};
-  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
-    throw std::runtime_error{"the kernel has no random numbers"};
-  return hexadecimal(bytes);
-}
+std::string new_nonce() { return text::random_hex(16); }
 
 bool is_nonce(std::string_view text) {
   return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string_view::npos;

@@ -156,6 +156,7 @@ enum class AdmStatus : std::int32_t {
 };
 
 enum class SystemEvent : std::int32_t {
+  LaserWarmedUp = 1,
   EnvironmentChanged = 2,
   RefractionChanged = 3,
   SearchParamsChanged = 4,

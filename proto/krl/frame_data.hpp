@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <map>
 #include <set>
+#include <string>
+#include <string_view>
 
 #include "proto/krl/position.hpp"
 
@@ -16,6 +18,10 @@ struct FrameData {
 
 /// Errors: a faulty aggregate in one of these.
 std::expected<FrameData, Fault> read_frame_data(std::string_view text);
+
+/// "TOOL_DATA[3]={X 100.0,Y 0.0,Z 250.0,A 0.0,B 0.0,C 0.0}"
+/// @param table  TOOL_DATA or BASE_DATA
+std::string frame_statement(std::string_view table, int number, const Eigen::Isometry3d& X);
 
 /// The pose (mm) that a Cartesian position writes.
 Eigen::Isometry3d pose_of(const Position& position);

@@ -267,8 +267,10 @@ std::expected<Program, ProgramFault> read_program(const ProgramText& text, const
   }
   if (const auto done = config.read(text.config, File::Config); !done)
     return std::unexpected(in(File::Config, done.error()));
-  const auto data = read_frame_data(text.config);
+  auto data = read_frame_data(text.config);
   if (!data) return std::unexpected(in(File::Config, data.error()));
+  data->tools.insert(start.tools.begin(), start.tools.end());
+  data->bases.insert(start.bases.begin(), start.bases.end());
 
   FrameState frames(variables, config, *data, start);
   auto program = Reader(variables, config, frames).read(text.src);

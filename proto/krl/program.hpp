@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -77,9 +78,11 @@ struct ProgramFault {
   std::string what;
 };
 
-/// TCP (in the flange frame) and base that are in force where a routine starts, mm.
+/// TCP (in the flange frame) and base that are in force where a routine starts, and those of TOOL_DATA and
+/// BASE_DATA that the texts do not give; mm.
 struct StartFrames {
   std::optional<Eigen::Isometry3d> tool, base;
+  std::map<int, Eigen::Isometry3d> tools{}, bases{};
 };
 
 /// Finds the targets of all motions with the tool and the base in force, in the order of the text: branches

@@ -21,7 +21,9 @@ struct ArmJoint {
 struct Arm {
   std::string name;
   std::vector<ArmJoint> joints;
+  std::vector<JointCoupling> coupling;
   Eigen::Isometry3d X_flange = Eigen::Isometry3d::Identity();
+  std::optional<LinkMass> payload;
   Eigen::Vector3d gravity_B{0, 0, -1};
 
   static Arm of(const RobotModel& robot);
@@ -30,7 +32,7 @@ struct Arm {
 };
 
 /// The geometry, limits and masses of an arm as a robot file says them (mm, deg, deg/s, kg), with the same
-/// keys. JSON being YAML too, its text is a robot file. A payload is part of the last link's mass.
+/// keys. JSON being YAML too, its text is a robot file.
 boost::json::object arm_document(const RobotModel& robot);
 
 /// Joint positions, deg (mm for a prismatic joint).

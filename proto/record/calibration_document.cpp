@@ -56,6 +56,16 @@ struct StatedNoise {
   MeasurementNoise value_of(const Form& form) const { return form.noise; }
 };
 
+/// A verdict with its color, which follows from the findings.
+struct ColoredVerdict {
+  struct Form {
+    VerdictColor color = VerdictColor::Green;
+    std::vector<Finding> findings;
+  };
+  Form form_of(const CalibrationVerdict& verdict) const { return {verdict.color(), verdict.findings}; }
+  CalibrationVerdict value_of(const Form& form) const { return {form.findings}; }
+};
+
 // ---- Layouts: the members of each record in the order of the document
 
 void layout(auto& io, Is<StatedNoise::Form> auto& x) {
@@ -65,6 +75,14 @@ void layout(auto& io, Is<StatedNoise::Form> auto& x) {
   io.defaulted("repeatability_mm", x.noise.repeatability_mm, kNotNegative);
   io.optional("range_mm_per_m", Unless{0.0, tracker.range_mm_per_m}, kNotNegative);
   io.optional("transverse_mm", Unless{0.0, tracker.transverse_mm}, kNotNegative);
+}
+void layout(auto& io, Is<Finding> auto& x) {
+  io("severity", x.severity, kSeverityNames);
+  io("sentence", x.sentence);
+}
+void layout(auto& io, Is<ColoredVerdict::Form> auto& x) {
+  io("color", x.color, kVerdictColorNames);
+  io("findings", x.findings);
 }
 void layout(auto& io, Is<AxisStatistics> auto& x) {
   io("mean_abs", x.mean_abs);
@@ -114,6 +132,15 @@ void layout(auto& io, Is<RegressorSelection> auto& x) {
   io("chosen", x.kind, ChosenKind{});
   io("without_rms_mm", x.rms_zero);
   io("tried", x.tried);
+}
+void layout(auto& io, Is<Thermal> auto& x) {
+  io("chosen", x.chosen);
+  io("without_rms_mm", x.without_rms_mm, kNotNegative);
+  io("rms_mm", x.rms_mm, kNotNegative);
+  io.defaulted("time_constant_s", x.time_constant_s, kNotNegative);
+  io.defaulted("reference_c", x.reference_c);
+  io.defaulted("zero_per_k", x.zero_per_k);
+  io.defaulted("growth_ppm_per_k", x.growth_ppm_per_k);
 }
 void layout(auto& io, Is<Observability> auto& x) {
   io("o1", x.indices.o1);
@@ -165,17 +192,27 @@ void layout(auto& io, Is<Rejected> auto& x) {
   io("row", x.row, kCount);
   io.defaulted("pose", x.pose, kNumber);
   io.defaulted("smr", x.smr);
+  io.optional("station", x.station);
   io("residual_mm", x.residual_mm);
   io("sigmas", x.sigmas);
+}
+void layout(auto& io, Is<Station> auto& x) {
+  io("name", x.name);
+  io("base", x.base);
+  io("identify", x.identify);
+  io.optional("validate", x.validate);
 }
 void layout(auto& io, Is<Point> auto& x) {
   io("pose", x.pose, kNumber);
   io("set", x.set, kPoseSetNames);
   io("smr", x.smr);
+  io.optional("station", x.station);
   io.defaulted("joints", x.joints);
   io.optional("position", x.position);
   io.optional("sigma", x.sigma);
+  io.optional("excess", x.excess);
   io.optional("direction", x.direction, Whole{-1, 1});
+  io.optional("payload", x.payload);
   io.optional("time", x.time);
   io("before", x.before);
   io("geometric", x.geometric);
@@ -271,16 +308,20 @@ void layout(auto& io, Is<CalibrationDocument> auto& x) {
   io.optional("sigma0_mm", x.sigma0_mm);
   io.optional("deviation", x.deviation);
   io.optional("residual", x.residual);
+  io.optional("thermal", x.thermal);
   io.optional("observability", x.observability);
   io.optional("prior", x.prior);
   io.optional("transfer", x.transfer);
   io.defaulted("rejected", x.rejected);
+  io.optional("far_validation", x.far_validation);
   io.optional("base", x.base);
+  io.optional("stations", x.stations);
   io.defaulted("smr", x.smr, ReflectorsByName{}, Xyz{});
   io("parameters", x.parameters);
   io.optional("arm", x.arm);
   io.defaulted("points", x.points);
 
+  io.optional("verdict", x.verdict, ColoredVerdict{});
   io.optional("noise", x.noise, StatedNoise{});
   io.optional("spread", x.spread);
   io.optional("fold_points", x.fold_points);
@@ -310,6 +351,20 @@ std::vector<std::string> sentences(const std::vector<Combination>& combinations)
   return result;
 }
 
+std::string station_of(const Measurement& m, const MeasurementData& data) {
+  return data.station_count() > 1 ? data.stations[static_cast<std::size_t>(m.station)] : "";
+}
+
+std::vector<Station> stations_of(const Calibration& c, const MeasurementData& data) {
+  std::vector<Station> stations;
+  for (std::size_t s = 0; s < c.stations.size(); ++s)
+    stations.push_back({.name = data.stations[s],
+                        .base = c.cell.base_at(static_cast<int>(s)),
+                        .identify = c.stations[s].identify,
+                        .validate = c.stations[s].validate});
+  return stations;
+}
+
 Rejected rejected_of(const RejectedPoint& rejected, const MeasurementData& data,
                      const std::vector<int>& poses) {
   const Measurement& m = data.points[rejected.point];
@@ -317,23 +372,43 @@ Rejected rejected_of(const RejectedPoint& rejected, const MeasurementData& data,
           .row = m.row,
           .pose = poses[rejected.point],
           .smr = data.smr_names[static_cast<std::size_t>(m.smr)],
+          .station = station_of(m, data),
           .residual_mm = rejected.residual_mm,
           .sigmas = rejected.sigmas};
 }
 
-Point point_of(const Measurement& m, const MeasurementData& data, const RobotModel& robot, int pose,
+Point point_of(const Measurement& m, const MeasurementData& data, const CalibratedCell& cell, int pose,
                const PointErrors& errors) {
-  return {.pose = pose,
+  const Eigen::Vector3d p_mm = m.station == 0 ? m.p_WS_mm : cell.station_pose(m.station) * m.p_WS_mm;
+  return {.station = station_of(m, data),
+          .pose = pose,
           .set = m.set,
           .smr = data.smr_names[static_cast<std::size_t>(m.smr)],
-          .joints = in_deg_mm(m.q, robot),
-          .position = m.p_WS_mm,
+          .joints = in_deg_mm(m.q, cell.robot),
+          .position = p_mm,
           .sigma = m.sigma_mm,
+          .excess = m.excess_mm > 0 ? std::optional{m.excess_mm} : std::nullopt,
           .direction = m.direction,
+          .payload = m.payload,
           .time = m.time,
           .before = errors.before,
           .geometric = errors.geometric,
           .after = errors.after};
+}
+
+Thermal thermal_of(const ThermalChoice& choice, const RobotModel& robot) {
+  Thermal x{.chosen = choice.response.has_value(),
+            .without_rms_mm = choice.without_rms_mm,
+            .rms_mm = choice.rms_mm,
+            .time_constant_s = choice.time_constant_s,
+            .reference_c = {},
+            .zero_per_k = {}};
+  if (!choice.response) return x;
+  x.reference_c = choice.response->reference_c;
+  const Eigen::VectorXd& per_kelvin = choice.response->per_kelvin;
+  x.zero_per_k = in_deg_mm(per_kelvin.head(robot.joint_count()), robot);
+  x.growth_ppm_per_k = 1e6 * per_kelvin[robot.joint_count()];
+  return x;
 }
 
 CalibrationDocument document_of(const Calibration& c, const MeasurementData& data, double elapsed_s) {
@@ -352,16 +427,19 @@ CalibrationDocument document_of(const Calibration& c, const MeasurementData& dat
   x.sigma0_mm = c.sigma0_mm;
   x.deviation = c.deviation;
   x.residual = c.residual;
+  if (c.thermal) x.thermal = thermal_of(*c.thermal, c.cell.robot);
   x.observability = {c.observability, sentences(c.unknown), sentences(c.weak)};
   x.prior = {c.prior_used, c.prior_scale};
   if (c.transfer.worst.size() > 0) x.transfer = transfer_of(c, data);
   for (const RejectedPoint& rejected : c.rejected) x.rejected.push_back(rejected_of(rejected, data, poses));
+  for (const RejectedPoint& far : c.far_validation) x.far_validation.push_back(rejected_of(far, data, poses));
   x.base = c.cell.base;
+  x.stations = stations_of(c, data);
   x.smr = c.cell.reflectors;
   x.parameters = c.parameters;
   x.arm = Arm::of(c.coarse.robot);
   for (std::size_t i = 0; i < data.points.size(); ++i)
-    x.points.push_back(point_of(data.points[i], data, c.cell.robot, poses[i], c.points[i]));
+    x.points.push_back(point_of(data.points[i], data, c.cell, poses[i], c.points[i]));
   return x;
 }
 
@@ -382,6 +460,10 @@ json::object statistics_json(const ErrorStatistics& statistics) { return to_json
 
 json::object stages_json(const StageErrors& stages) { return to_json(stages); }
 
+json::object verdict_json(const CalibrationVerdict& verdict) {
+  return to_json(ColoredVerdict{}.form_of(verdict));
+}
+
 json::object noise_json(const MeasurementNoise& noise) { return to_json(StatedNoise::Form{noise}); }
 
 json::object production_json(const ProductionPath& path) {
@@ -392,7 +474,8 @@ json::object options_json(const CalibrateOptions& options) {
   json::object document{{"Loss", name_of(kLossNames, options.loss)},
                         {"Prior", name_of(kPriorNames, options.prior)},
                         {"Joint deviations", options.deviation ? "auto" : "none"},
-                        {"Residual field", residual_text(options)}};
+                        {"Residual field", residual_text(options)},
+                        {"Warmth", name_of(kThermalNames, options.thermal)}};
   if (options.deviation) document["Harmonics looked for"] = harmonics_text(options);
   return document;
 }

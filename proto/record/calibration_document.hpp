@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/identify/calibrate.hpp"
+#include "core/judge/calibration_verdict.hpp"
 #include "core/judge/path_accuracy.hpp"
 #include "proto/record/arm_document.hpp"
 #include "proto/record/layout.hpp"
@@ -17,16 +18,27 @@
 /// keeps of a campaign, and what reports are made of. Its schema is proto/control/report.schema.json.
 namespace truepose::record {
 
+/// What one of several tracker stations saw.
+struct Station {
+  std::string name;
+  BasePose base;  ///< of the robot in the frame of the station's tracker
+  StageErrors identify;
+  std::optional<StageErrors> validate;
+};
+
 /// One measurement, in the words of a measurement file, and its errors through the stages: predicted minus
-/// measured, mm, tracker frame.
+/// measured, mm, tracker frame (of several stations, the first one's).
 struct Point {
-  int pose = 0;  ///< from 1; points with the same joints have the same
+  std::string station;  ///< empty where there is one
+  int pose = 0;         ///< from 1; points with the same joints have the same
   PoseSet set = PoseSet::Identify;
   std::string smr;
   std::vector<double> joints;               ///< deg (mm for a prismatic joint); empty in documents of before
   std::optional<Eigen::Vector3d> position;  ///< mm, tracker frame; likewise
   std::optional<double> sigma;              ///< mm
+  std::optional<double> excess;  ///< mm, beyond the stated noise; where it is known to be less steady
   std::vector<std::int8_t> direction;
+  std::optional<LinkMass> payload;
   std::string time;
   Eigen::Vector3d before{0, 0, 0}, geometric{0, 0, 0}, after{0, 0, 0};
 };
@@ -34,7 +46,7 @@ struct Point {
 struct Rejected {
   std::size_t point = 0;  ///< from 1, as `row` and `pose`; 0: not known
   int row = 0, pose = 0;
-  std::string smr;
+  std::string smr, station;  ///< no station where there is one
   double residual_mm = 0, sigmas = 0;
 };
 
@@ -104,6 +116,17 @@ struct Production {
   PathAccuracy accuracy;
 };
 
+/// What warmth does to the arm, and what knowing it bought.
+struct Thermal {
+  bool chosen = false;
+  double without_rms_mm = 0, rms_mm = 0;  ///< of points as the others predict them, whitened
+  double time_constant_s = 0;             ///< of warmth by time; 0: by the drives' temperatures
+  // Where it was chosen:
+  std::vector<double> reference_c;  ///< of each joint's drive: of which all else in the document is
+  std::vector<double> zero_per_k;   ///< of each joint: deg (mm) per kelvin of its drive
+  double growth_ppm_per_k = 0;      ///< of all lengths
+};
+
 struct CalibrationDocument {
   CalibrationMethod method = CalibrationMethod::TwoStage;
   bool converged = false;
@@ -117,17 +140,21 @@ struct CalibrationDocument {
   std::optional<double> sigma0_mm;
   std::optional<DeviationChoice> deviation;    ///< without its terms
   std::optional<RegressorSelection> residual;  ///< without its regressor
+  std::optional<Thermal> thermal;              ///< where points told how warm the arm was
   std::optional<Observability> observability;
   std::optional<UsedPrior> prior;
   std::optional<Transfer> transfer;  ///< where the covariance is known
   std::vector<Rejected> rejected;
-  std::optional<BasePose> base;
+  std::vector<Rejected> far_validation;  ///< beyond six sigma, and in the statistics all the same
+  std::optional<BasePose> base;          ///< the first station's
+  std::vector<Station> stations;         ///< where there are several
   std::vector<Reflector> smr;
   std::vector<IdentifiedParameter> parameters;
   std::optional<Arm> arm;  ///< nominal
   std::vector<Point> points;
 
   // What commands and campaigns add.
+  std::optional<CalibrationVerdict> verdict;  ///< none in documents of before
   std::optional<MeasurementNoise> noise;
   std::optional<Spread> spread;
   std::vector<Point> fold_points;
@@ -152,6 +179,9 @@ boost::json::object stages_json(const StageErrors& stages);
 /// {"range_mm","transverse_mm_per_m","repeatability_mm"[,"range_mm_per_m","transverse_mm"]}, one standard
 /// deviation each; the last two where they are not 0.
 boost::json::object noise_json(const MeasurementNoise& noise);
+
+/// {"color","findings":[{"severity","sentence"}]}, the gravest first.
+boost::json::object verdict_json(const CalibrationVerdict& verdict);
 
 /// How a calibration was made, in words, for whom reads its document later: {"Loss": "squared", ...}.
 boost::json::object options_json(const CalibrateOptions& options);

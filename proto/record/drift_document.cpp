@@ -21,6 +21,16 @@ void layout(auto& io, Is<DriftDocument::Cause> auto& x) {
   io("probability", x.probability);
   io("explains", x.explains);
 }
+void layout(auto& io, Is<ModelUpdate> auto& x) {
+  io("offered", x.offered);
+  io("moved", x.moved);
+  io("wrong", x.wrong);
+  io("doubts", x.doubts);
+  io("before", x.before);
+  io("after", x.after);
+  io("left_out", x.left_out);
+  io("probability", x.probability);
+}
 void layout(auto& io, Is<DriftDocument> auto& x) {
   io("verdict", x.verdict, kDriftVerdicts);
   io("reason", x.reason);
@@ -34,6 +44,7 @@ void layout(auto& io, Is<DriftDocument> auto& x) {
   io("points", x.points);
   io("causes", x.causes);
   io("alternatives", x.alternatives);
+  io.optional("update", x.update);
 }
 
 namespace {
@@ -75,6 +86,22 @@ DriftDocument drift_of(const DriftCheck& check, const DriftReference& reference,
           .points = std::move(errors),
           .causes = causes_of(check.causes, reference.cell, points),
           .alternatives = causes_of(check.alternatives, reference.cell, points)};
+}
+
+ModelUpdate update_of(const DriftUpdate& update, std::span<const Measurement> points) {
+  const auto sentences = [&](const std::vector<DriftMove>& moves) {
+    std::vector<std::string> all;
+    for (const DriftMove& move : moves) all.push_back(described(move, update.cell, points));
+    return all;
+  };
+  return {.offered = update.doubts.empty(),
+          .moved = sentences(update.moves),
+          .wrong = sentences(update.wrong),
+          .doubts = update.doubts,
+          .before = update.before_mm,
+          .after = update.after_mm,
+          .left_out = update.left_out_mm,
+          .probability = update.probability};
 }
 
 boost::json::object drift_document(const DriftDocument& document) { return to_json(document); }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/judge/drift_check.hpp"
+#include "core/judge/drift_update.hpp"
 #include "core/named.hpp"
 
 namespace truepose::record {
@@ -20,6 +21,16 @@ inline constexpr std::array kDriftCauses{
     Named{"joint_zero", DriftCauseKind::JointZero}, Named{"reading", DriftCauseKind::Reading}};
 /// Whether the check took the model's parameters as uncertain.
 inline constexpr std::array kParameterTrust{Named{"uncertain", true}, Named{"taken as exact", false}};
+
+/// The model brought up to date by the points.
+struct ModelUpdate {
+  bool offered = false;                    ///< nothing speaks against it
+  std::vector<std::string> moved;          ///< sentences, with standard deviations
+  std::vector<std::string> wrong, doubts;  ///< readings left out; why it is not offered
+  double before = 0, after = 0;            ///< mean error of the points with the old and the new model, mm
+  double left_out = 0;                     ///< and each predicted by the others alone
+  double probability = 0;                  ///< that an unchanged cell gives as much as the new model leaves
+};
 
 /// The document of `truepose drift --json` and of drift.check: verdict, reason, errors point by point (mm,
 /// predicted less measured, by their rows), and what the points say of the cause.
@@ -49,11 +60,13 @@ struct DriftDocument {
   bool uncertain_parameters = false;
   std::vector<Error> points;
   std::vector<Cause> causes, alternatives;
+  std::optional<ModelUpdate> update;  ///< where one was asked for
 };
 
 /// What a check found of these points.
 DriftDocument drift_of(const DriftCheck& check, const DriftReference& reference,
                        std::span<const Measurement> points);
+ModelUpdate update_of(const DriftUpdate& update, std::span<const Measurement> points);
 boost::json::object drift_document(const DriftDocument& document);
 /// @return the document, or one sentence that names the member
 std::expected<DriftDocument, std::string> read_drift_document(const boost::json::object& document);

@@ -18,9 +18,11 @@ namespace truepose::record {
 inline constexpr std::array kJointTypes{Named{"revolute", JointType::Revolute},
                                         Named{"prismatic", JointType::Prismatic}};
 inline constexpr std::array kDeviationBases{
-    Named{"sine", DeviationBasis::Sine},         Named{"cosine", DeviationBasis::Cosine},
-    Named{"gravity", DeviationBasis::Gravity},   Named{"weight", DeviationBasis::Weight},
-    Named{"approach", DeviationBasis::Approach}, Named{"scale", DeviationBasis::Scale}};
+    Named{"sine", DeviationBasis::Sine},        Named{"cosine", DeviationBasis::Cosine},
+    Named{"gravity", DeviationBasis::Gravity},  Named{"weight", DeviationBasis::Weight},
+    Named{"moment-x", DeviationBasis::MomentX}, Named{"moment-y", DeviationBasis::MomentY},
+    Named{"moment-z", DeviationBasis::MomentZ}, Named{"approach", DeviationBasis::Approach},
+    Named{"scale", DeviationBasis::Scale}};
 inline constexpr std::array kCriteria{Named{"i", DesignCriterion::I}, Named{"d", DesignCriterion::D},
                                       Named{"a", DesignCriterion::A}};
 
@@ -40,6 +42,12 @@ struct Sign {
   int form_of(double sign) const { return sign < 0 ? -1 : 1; }
   double value_of(int sign) const { return sign; }
   std::string_view fault(int sign) const { return sign == 0 ? "expected -1 or 1, found 0" : ""; }
+};
+
+/// An index that counts from 1 in the text.
+struct FromOne {
+  int form_of(int index) const { return index + 1; }
+  int value_of(int number) const { return number - 1; }
 };
 
 /// {x, y, z}
@@ -142,6 +150,29 @@ void layout_in_deg(auto& io, Is<Joint> auto& x) {
   io("speed", x.speed, InUnit{unit_of(x)}, Range{0, kAxisDeg.max});
 }
 
+void layout(auto& io, Is<JointCoupling> auto& x) {
+  constexpr Whole kJoint{1, kMaxJoints};
+  io("joint", x.joint, FromOne{}, kJoint);
+  io("to", x.to, FromOne{}, kJoint);
+  io.defaulted("factor", x.factor, Range{-1000, 1000});
+}
+
+/// What couplings of an arm's joints have to be.
+struct Couplings {
+  std::vector<JointType> joints;
+
+  static Couplings of(const auto& joints) {
+    Couplings couplings;
+    for (const auto& each : joints) couplings.joints.push_back(joint_of(each).type);
+    return couplings;
+  }
+  std::string fault(const std::vector<JointCoupling>& coupling) const;
+
+ private:
+  static const Joint& joint_of(const Joint& joint) { return joint; }
+  static const Joint& joint_of(const auto& link) { return link.joint; }
+};
+
 void layout(auto& io, Is<ArmJoint::Mass> auto& x) {
   layout_xyz(io, x.mass.centre_mm, kMm);
   io("kg", x.mass.mass_kg, kKg);
@@ -153,7 +184,9 @@ void layout(auto& io, Is<ArmJoint> auto& x) {
 void layout(auto& io, Is<Arm> auto& x) {
   io("name", x.name);
   io("joints", x.joints);
+  io.optional("coupling", x.coupling, Couplings::of(x.joints));
   io("flange", x.X_flange, KukaPose{});
+  io.optional("payload", x.payload);
   io("gravity", x.gravity_B, Xyz{});
 }
 

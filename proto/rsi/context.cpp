@@ -14,9 +14,10 @@ namespace {
 
 /// A parameter's ordinals, which differ between the formats. Those of a file that cannot be changed while it
 /// runs are counted apart.
+constexpr int kAny = -1;
 struct ParameterType {
   std::string_view name;
-  int in_rsi_xml, in_rsix;
+  int in_rsi_xml, in_rsix;  ///< kAny where it is not published
   bool at_runtime = true;
 };
 
@@ -54,6 +55,18 @@ const std::vector<ObjectType>& object_types() {
        {{"ConfigFile", 1, 0, false}, {"Timeout", 1, 0}, {"Flag", 4, 3}, {"Precision", 8, 7}}},
       {"AXISCORR", "AxisCorr", 33, together(of_axes("LowerLim", 1, 0), of_axes("UpperLim", 13, 6))},
       {"AXISCORRMON", "AxisCorrMon", 82, of_axes("Max", 1, 0)},
+      {"POSCORR",
+       "PosCorr",
+       27,
+       {{"LowerLimX", kAny, 0},
+        {"LowerLimY", kAny, 1},
+        {"LowerLimZ", kAny, 2},
+        {"UpperLimX", kAny, 3},
+        {"UpperLimY", kAny, 4},
+        {"UpperLimZ", kAny, 5},
+        {"MaxRotAngle", kAny, 6},
+        {"RefCorrSys", kAny, 0, false}}},
+      {"POSCORRMON", "PosCorrMon", 81, {{"MaxTrans", kAny, 0}, {"MaxRotAngle", kAny, 1}}},
       {"STOP", "Stop", 18, {{"Mode", 1, 0}}},
       {"STATUS", "Status", 62, {{"Type", 1, 0}}},
       {"SEN_PINT", "Sen_PInt", 57, {{"Index", 1, 0}}},
@@ -110,7 +123,7 @@ std::expected<void, std::string> read_parameters(const pugi::xml_node& node, con
     if (known == type.parameters.end()) continue;
     const int expected = words.format == ContextFormat::RsiXml ? known->in_rsi_xml : known->in_rsix;
     const auto number = xml::to_number<int>(parameter.attribute(words.parameter_id).value());
-    if (number != expected) {
+    if (expected != kAny && number != expected) {
       return std::unexpected(object.id + ": " + std::string{name} + " has " + words.parameter_id + " \"" +
                              parameter.attribute(words.parameter_id).value() +
                              "\", which is another parameter: " + "it is " + std::to_string(expected) +

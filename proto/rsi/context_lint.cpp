@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
 
 #include "core/formatted.hpp"
 #include "proto/rsi/context.hpp"
@@ -7,8 +9,10 @@
 namespace truepose::rsi {
 namespace {
 
-constexpr double kDefaultLimit_deg = 5;    // of AXISCORR
-constexpr double kDefaultCeiling_deg = 6;  // of AXISCORRMON, also where there is none
+constexpr double kDefaultLimit_deg = 5;                       // of AXISCORR
+constexpr double kDefaultCeiling_deg = 6;                     // of AXISCORRMON, also where there is none
+constexpr double kDefaultReach_mm = 5, kDefaultTurn_deg = 5;  // of POSCORR
+constexpr double kDefaultMost_mm = 6, kDefaultMost_deg = 6;   // of POSCORRMON, also where there is none
 constexpr double kDefaultTimeout = 10, kLeastPrecision = 4, kExitMoveCorr = 4, kProState = 2;
 
 /// Looks at one context with one ethernet configuration.
@@ -23,6 +27,7 @@ class ContextLint {
     look_at_link();
     look_at_correction();
     look_at_ceiling();
+    look_at_pose_correction();
     look_at_stop();
     look_at_program();
     return std::move(findings_);
@@ -94,6 +99,46 @@ class ContextLint {
           formatted("%g", ceiling) + " deg of " + name + ", and up to " +
           formatted("%g", demands_.max_total_deg) + " deg are sent: set it above");
     }
+  }
+
+  /// The daemon corrects axes alone: here is only said what this object does.
+  void look_at_pose_correction() {
+    const ContextObject* const correction = context_.of_type("POSCORR");
+    if (correction == nullptr) return;
+    static constexpr std::array<const char*, 5> kSystems{"the world", "the base", "the robot root",
+                                                         "the tool", "the direction of the path"};
+    const double system = correction->number("RefCorrSys").value_or(0);
+    std::string along = "a system that is not known";
+    for (std::size_t i = 0; i < kSystems.size(); ++i) {
+      if (system == static_cast<double>(i)) along = kSystems[i];
+    }
+    const auto number = [](const ContextObject* object, const std::string& name, double otherwise) {
+      return formatted("%g", (object == nullptr ? std::nullopt : object->number(name)).value_or(otherwise));
+    };
+    std::string limits;
+    for (const char axis : {'X', 'Y', 'Z'})
+      limits += std::string{axis} + " " +
+                number(correction, std::string{"LowerLim"} + axis, -kDefaultReach_mm) + " .. " +
+                number(correction, std::string{"UpperLim"} + axis, kDefaultReach_mm) + " mm, ";
+    const ContextObject* const monitor = context_.of_type("POSCORRMON");
+    say(correction->id + " moves the TCP along " + along + " by what " + sources_of(*correction) +
+        " brings (" + limits + number(correction, "MaxRotAngle", kDefaultTurn_deg) +
+        " deg; POSCORRMON stops RSI at " + number(monitor, "MaxTrans", kDefaultMost_mm) + " mm or " +
+        number(monitor, "MaxRotAngle", kDefaultMost_deg) +
+        " deg): the daemon corrects axes alone (AXISCORR) and sends nothing for it");
+  }
+
+  /// The RECEIVE elements, or objects, that lead to its inputs.
+  std::string sources_of(const ContextObject& object) const {
+    std::set<std::string> sources;
+    for (const auto& [input, from] : object.inputs) {
+      const auto element = std::ranges::find(ethernet_.receive, std::optional{from.number}, &Element::index);
+      const bool is_told = from.object == link_->id && element != ethernet_.receive.end();
+      sources.insert(is_told ? element->tag.substr(0, element->tag.find('.')) : from.object);
+    }
+    std::string text;
+    for (const std::string& source : sources) text += (text.empty() ? "" : " and ") + source;
+    return text.empty() ? "no input" : text;
   }
 
   void look_at_stop() {

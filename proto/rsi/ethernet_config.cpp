@@ -101,17 +101,20 @@ const Element* find(const std::vector<Element>& elements, std::string_view tag) 
   return found == elements.end() ? nullptr : &*found;
 }
 
-/// Names of the elements that have A1..A6, all DOUBLE.
-std::vector<std::string> axis_corrections(const std::vector<Element>& receive) {
+constexpr std::array<std::string_view, 6> kOfAxes{".A1", ".A2", ".A3", ".A4", ".A5", ".A6"};
+constexpr std::array<std::string_view, 6> kOfPose{".X", ".Y", ".Z", ".A", ".B", ".C"};
+
+/// Names of the elements that have all these components, all DOUBLE.
+std::vector<std::string> corrections_of(const std::vector<Element>& receive,
+                                        const std::array<std::string_view, 6>& components) {
   std::vector<std::string> names;
   for (const Element& element : receive) {
-    if (!element.tag.ends_with(".A1")) continue;
-    const std::string name = element.tag.substr(0, element.tag.size() - 3);
-    const bool complete =
-        std::ranges::all_of(std::array{".A1", ".A2", ".A3", ".A4", ".A5", ".A6"}, [&](auto axis) {
-          const Element* found = find(receive, name + axis);
-          return found && found->type == ElementType::Double;
-        });
+    if (!element.tag.ends_with(components[0])) continue;
+    const std::string name = element.tag.substr(0, element.tag.size() - components[0].size());
+    const bool complete = std::ranges::all_of(components, [&](std::string_view component) {
+      const Element* found = find(receive, name + std::string{component});
+      return found && found->type == ElementType::Double;
+    });
     if (complete) names.push_back(name);
   }
   return names;
@@ -164,7 +167,7 @@ std::expected<EthernetConfig, std::string> parse_ethernet_config(std::string_vie
   if (!receive) return std::unexpected(receive.error());
   config.receive = std::move(*receive);
 
-  const std::vector<std::string> corrections = axis_corrections(config.receive);
+  const std::vector<std::string> corrections = corrections_of(config.receive, kOfAxes);
   if (!corrections.empty()) config.axis_correction = corrections.front();
   const auto stop = std::ranges::find_if(config.receive, [](const Element& element) {
     return element.type == ElementType::Bool && equal_ignoring_case(element.tag, "Stop");
@@ -181,7 +184,7 @@ std::vector<std::string> lint(const EthernetConfig& config) {
     warnings.emplace_back(
         "ONLYSEND is TRUE: the controller listens to no reply, so nothing can be corrected");
   }
-  const std::vector<std::string> corrections = axis_corrections(config.receive);
+  const std::vector<std::string> corrections = corrections_of(config.receive, kOfAxes);
   if (corrections.empty()) {
     warnings.emplace_back(
         "RECEIVE has no axis correction: it needs an element with A1..A6, all DOUBLE, wired to AXISCORR");
@@ -189,7 +192,15 @@ std::vector<std::string> lint(const EthernetConfig& config) {
     warnings.push_back("RECEIVE has several elements with A1..A6: " + corrections.front() +
                        " is taken as the axis correction");
   }
+  const std::vector<std::string> of_pose = corrections_of(config.receive, kOfPose);
+  for (const std::string& name : of_pose) {
+    warnings.push_back("RECEIVE has a Cartesian correction, " + name +
+                       ": truepose corrects axes alone and never sends it, so it keeps its start value");
+  }
   for (const Element& element : config.receive) {
+    const bool is_of_pose = std::ranges::any_of(
+        of_pose, [&](const std::string& name) { return element.tag.starts_with(name + "."); });
+    if (is_of_pose) continue;
     const bool corrects = config.axis_correction && element.tag.starts_with(*config.axis_correction + ".A");
     if (corrects && !element.hold_on) {
       warnings.push_back(

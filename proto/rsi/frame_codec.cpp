@@ -314,6 +314,18 @@ std::expected<RobotFrame, FrameError> decode_robot_frame(std::string_view datagr
   return frame;
 }
 
+std::optional<std::uint64_t> readable_ipoc(std::string_view datagram) noexcept {
+  constexpr std::string_view kOpen = "<IPOC>", kClose = "</IPOC>";
+  const std::size_t open = datagram.find(kOpen);
+  if (open == std::string_view::npos || datagram.rfind(kOpen) != open) return std::nullopt;
+  const char* const first = datagram.data() + open + kOpen.size();
+  const char* const end = datagram.data() + datagram.size();
+  std::uint64_t ipoc = 0;
+  const auto [rest, error] = std::from_chars(first, end, ipoc);
+  if (error != std::errc{} || !std::string_view(rest, end).starts_with(kClose)) return std::nullopt;
+  return ipoc;
+}
+
 std::expected<std::string_view, FrameError> encode_robot_frame(const RobotFrame& frame,
                                                                std::span<char> buffer,
                                                                int decimals) noexcept {

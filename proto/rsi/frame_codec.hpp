@@ -98,6 +98,9 @@ std::string describe(const FrameError& error);
 /// datagram.
 std::expected<RobotFrame, FrameError> decode_robot_frame(std::string_view datagram) noexcept;
 
+/// The number between the only <IPOC> and </IPOC> of a datagram that is otherwise not understood.
+std::optional<std::uint64_t> readable_ipoc(std::string_view datagram) noexcept;
+
 /// Writes the elements that `frame` has, in the order RIst RSol AIPos ASPos EIPos ESPos Delay Tp IPOC, as the
 /// controller does: one line, no spaces before "/>".
 /// @param decimals  the ETHERNET object's Precision, 0..15

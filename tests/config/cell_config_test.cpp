@@ -1,5 +1,6 @@
 #include "config/cell_config.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "config/cell_setup.hpp"
@@ -10,6 +11,8 @@
 
 namespace truepose::config {
 namespace {
+
+using testing::HasSubstr;
 
 constexpr char kRobot[] =
     "name: r\njoints:\n  - {a: 0, alpha: 0, d: 1, theta: 0, sign: 1, min: 0, max: 1, speed: 1}\n";
@@ -51,6 +54,18 @@ TEST_F(CellFile, ReadsWhereAnIso9283TestIsMeasured) {
   EXPECT_FALSE(load(kSmallest).iso9283.cube.edge_mm);
 }
 
+TEST_F(CellFile, TakesTheAirFromOnePlaceAlone) {
+  const std::string tracker = "tracker: {address: tracker.local:700";
+  const auto with = [&](const std::string& more) {
+    std::string text = kSmallest;
+    return text.replace(text.find(tracker), tracker.size(), tracker + more);
+  };
+  const std::string entered = ", air: {temperature_c: 21, pressure_mbar: 1000, humidity_percent: 30}";
+  EXPECT_EQ(load(with(entered)).tracker.air, (Air{21, 1000, 30}));
+  EXPECT_EQ(load(with(", air_file: air.yaml")).tracker.air_file, folder_.path() / "air.yaml");
+  EXPECT_THAT(error(with(entered + ", air_file: air.yaml")), HasSubstr("air is given already"));
+}
+
 TEST_F(CellFile, BoundsTargetsNextToTheWristSingularityAsTheStream) {
   CellConfig cell = load(kSmallest);
   cell.stream.singular_deg = 7;
@@ -60,9 +75,50 @@ TEST_F(CellFile, BoundsTargetsNextToTheWristSingularityAsTheStream) {
 TEST_F(CellFile, KeepsTheReflectorThereUnlessATcpIsNamed) {
   const CalibratedCell model{.robot = {}, .base = {}, .reflectors = {{"1", {1, 2, 3}}}};
   CellConfig cell = load(kSmallest);
-  EXPECT_EQ(kept_point_mm(cell, model), Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(corrected_arm(cell, model, nullptr)->p_F_mm, Eigen::Vector3d(1, 2, 3));
   cell.stream.p_FT_mm = Eigen::Vector3d(0, 0, 250);
-  EXPECT_EQ(kept_point_mm(cell, model), Eigen::Vector3d(0, 0, 250));
+  EXPECT_EQ(corrected_arm(cell, model, nullptr)->p_F_mm, Eigen::Vector3d(0, 0, 250));
+}
+
+TEST_F(CellFile, LoadsTheArmByTheToolInForceWhereTheModelKnowsHowItBends) {
+  const std::string loads = std::string{kSmallest} + "loads: [{tool: 2, kg: 15, x: 0, y: 10, z: 120}]\n";
+  const CellConfig cell = load(loads);
+  EXPECT_EQ(load_of(cell, 3), nullptr);
+  EXPECT_EQ(load_of(cell, std::nullopt), nullptr);
+  ASSERT_TRUE(load_of(cell, 2));
+  EXPECT_THAT(error(std::string{kSmallest} + "loads: [{tool: 1, kg: 1, x: 0, y: 0, z: 0}, "
+                                             "{tool: 1, kg: 2, x: 0, y: 0, z: 0}]\n"),
+              HasSubstr("two loads of tool 1"));
+
+  CalibratedCell model{.robot = {}, .base = {}, .reflectors = {{"1", {1, 2, 3}}}};
+  EXPECT_THAT(corrected_arm(cell, model, nullptr, load_of(cell, 2)).error(),
+              HasSubstr("does not know how the arm bends under a payload"));
+  model.robot.deviation = {{0, DeviationBasis::Gravity, 1, 1e-4}};
+  EXPECT_EQ(corrected_arm(cell, model, nullptr, load_of(cell, 2))->robot.payload,
+            (LinkMass{15, {0, 10, 120}}));
+  model.robot.masses = {{.mass_kg = 20}};
+  EXPECT_THAT(corrected_arm(cell, model, nullptr, load_of(cell, 2)).error(),
+              HasSubstr("does not say what the arm carried"));
+}
+
+TEST_F(CellFile, NamesMeasuredToolsAndTheOneInForce) {
+  folder_.write("gun.yaml",
+                "{number: 3, arm: r, frame: {x: 1, y: 2, z: 3, a: 90, b: 0, c: 0}, points: [{name: origin}], "
+                "readings: [{point: 1, q: [0.5], seen: {x: 1, y: 2, z: 3}}]}");
+  const std::string tools = std::string{kSmallest} + "tools: [gun.yaml]\n";
+  const CellConfig cell = load(tools);
+  ASSERT_TRUE(tool_of(cell, 3));
+  EXPECT_EQ(tool_of(cell, 3)->X_told.translation(), Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(tool_of(cell, 4), nullptr);
+  EXPECT_THAT(error(std::string{kSmallest} + "tools: [gun.yaml, gun.yaml]\n"),
+              HasSubstr("another file is of tool 3 too"));
+  EXPECT_THAT(error_with("rsi.xml}", "rsi.xml, tool: 4}"),
+              HasSubstr("no file of tools is of tool 4, and no load is of it"));
+  folder_.write(
+      "gun.yaml",
+      "{number: 3, arm: other, frame: {x: 1, y: 2, z: 3, a: 90, b: 0, c: 0}, points: [{name: origin}], "
+      "readings: [{point: 1, q: [0.5]}]}");
+  EXPECT_THAT([&] { load(tools); }, testing::Throws<ConfigError>());
 }
 
 TEST_F(CellFile, KeepsTheDefaultsOfWhatIsLeftOut) {

@@ -6,6 +6,7 @@
 
 #include "config/csv_reader.hpp"
 #include "config/model_export.hpp"
+#include "config/number_text.hpp"
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"
@@ -22,7 +23,7 @@ Eigen::Vector3d triple(const pugi::xml_attribute& attribute) {
 }
 
 /// Pose of the flange in base_link as any reader of URDF computes it, in m and rad.
-Eigen::Isometry3d urdf_kinematics(const pugi::xml_node& robot, const JointVector& q) {
+Eigen::Isometry3d urdf_kinematics(const pugi::xml_node& robot, const JointVector& q_chain) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   std::string link = "base_link";
   for (Eigen::Index moving = 0; link != "flange";) {
@@ -36,7 +37,7 @@ Eigen::Isometry3d urdf_kinematics(const pugi::xml_node& robot, const JointVector
     const std::string type = joint.attribute("type").value();
     if (type != "fixed") {
       const Eigen::Vector3d axis = triple(joint.child("axis").attribute("xyz"));
-      const double value = q[moving++];
+      const double value = q_chain[moving++];
       if (type == "revolute") X.rotate(Eigen::AngleAxisd(value, axis));
       if (type == "prismatic") X.translate(value / 1000 * axis);
     }
@@ -66,6 +67,22 @@ TEST(Urdf, MovesLikeTheCalibratedArmForEveryKindOfArm) {
       }
     }
   }
+}
+
+TEST(Urdf, HasTheJointsOfTheChainWhereTheControllersAreCoupled) {
+  Random random{20261123};
+  const RobotModel robot = example::lr_mate();
+  const std::string text = urdf(robot);
+  EXPECT_NE(text.find("m and rad. joint_3 takes the controller's q3 + 1 * q2. -->"), std::string::npos);
+  EXPECT_NE(text.find("upper=\"" + format_number(robot.joints[1].max + robot.joints[2].max) + '"'),
+            std::string::npos);
+  pugi::xml_document document;
+  ASSERT_TRUE(document.load_string(text.c_str()));
+  const JointVector q = example::random_joints(robot, random);
+  JointVector q_chain = q;
+  q_chain[2] += q[1];
+  const Eigen::Isometry3d found = urdf_kinematics(document.child("robot"), q_chain);
+  EXPECT_LT((1000 * found.translation() - forward_kinematics(robot, q).translation()).norm(), 1e-9);
 }
 
 TEST(Urdf, CarriesLimitsAndSpeedsInMetresAndRadians) {

@@ -48,10 +48,12 @@ TEST_F(MeasurementFile, ReadsColumnsInAnyOrderAndConvertsDegreesButNoRail) {
 
 TEST_F(MeasurementFile, ReadsEveryOptionalColumn) {
   const MeasurementData data = load(
-      "q1,q2,x,y,z,smr,set,sigma,dir1,dir2,time\n"
-      "1,2,3,4,5,left,validate,0.012,-1,1,2026-01-02T03:04:05Z\n"
-      "1,2,3,4,5,\"right, upper\",identify,,,,\n"
-      "1,2,3,4,5,left,identify,0.5,0,0,\n");
+      "q1,q2,x,y,z,smr,set,sigma,dir1,dir2,time,temp1,temp2\n"
+      "1,2,3,4,5,left,validate,0.012,-1,1,2026-01-02T03:04:05Z,31.5,28\n"
+      "1,2,3,4,5,\"right, upper\",identify,,,,,,\n"
+      "1,2,3,4,5,left,identify,0.5,0,0,,20,20\n");
+  EXPECT_EQ(data.points[0].temperature_c, (std::vector<double>{31.5, 28}));
+  EXPECT_TRUE(data.points[1].temperature_c.empty());
   EXPECT_EQ(data.smr_names, (std::vector<std::string>{"left", "right, upper"}));
   EXPECT_EQ(data.points[0].set, PoseSet::Validate);
   EXPECT_EQ(data.points[0].sigma_mm, 0.012);
@@ -61,6 +63,18 @@ TEST_F(MeasurementFile, ReadsEveryOptionalColumn) {
   EXPECT_FALSE(data.points[1].sigma_mm);
   EXPECT_TRUE(data.points[1].direction.empty());
   EXPECT_EQ(data.points[2].smr, 0);
+}
+
+TEST_F(MeasurementFile, ReadsWhatTheFlangeCarriedAndWritesItBack) {
+  const MeasurementData data =
+      load("q1,q2,x,y,z,payload_kg,payload_x,payload_y,payload_z\n1,2,3,4,5,60,10,-20,180\n1,2,3,4,5,,,,\n");
+  EXPECT_EQ(data.points[0].payload, (LinkMass{60, {10, -20, 180}}));
+  EXPECT_FALSE(data.points[1].payload) << "what the arm carries";
+  std::ostringstream out;
+  write_measurements(out, data, robot_);
+  const MeasurementData again = load(out.str());
+  EXPECT_EQ(again.points[0].payload, data.points[0].payload);
+  EXPECT_FALSE(again.points[1].payload);
 }
 
 TEST_F(MeasurementFile, AcceptsAByteOrderMarkCarriageReturnsBlankLinesAndNoLastLineEnd) {
@@ -98,16 +112,31 @@ TEST_F(MeasurementFile, NamesARowOfTooFewOrTooManyFields) {
             "data.csv: row 1 (line 2): z: 6 fields in a row of 5 columns");
 }
 
+TEST_F(MeasurementFile, RefusesARowWithoutAReading) {
+  EXPECT_EQ(error("q1,q2,x,y,z\n1,2,3,4,5\n1,2,0,0,0\n"),
+            "data.csv: row 2 (line 3): x: x, y and z are all 0, which is no reading but a place left empty: "
+            "remove the row or measure it again");
+  EXPECT_EQ(load("q1,q2,x,y,z\n1,2,0,0,5\n").points.size(), 1U);
+}
+
 TEST_F(MeasurementFile, ChecksTheOptionalColumns) {
   const std::string rows = "1,2,3,4,5,";
   EXPECT_EQ(error("q1,q2,x,y,z,set\n" + rows + "test\n"),
             "data.csv: row 1 (line 2): set: expected identify or validate, found 'test'");
+  EXPECT_EQ(error("q1,q2,x,y,z,payload_kg\n" + rows + "1\n"), "data.csv: missing column 'payload_x'");
+  EXPECT_EQ(error("q1,q2,x,y,z,payload_kg,payload_x,payload_y,payload_z\n" + rows + "-1,0,0,0\n"),
+            "data.csv: row 1 (line 2): payload_kg: expected 0 to 100000 kg, found -1");
   EXPECT_EQ(error("q1,q2,x,y,z,sigma\n" + rows + "0\n"),
             "data.csv: row 1 (line 2): sigma: expected more than 0 and at most 1000 mm, found 0");
   EXPECT_EQ(error("q1,q2,x,y,z,dir1,dir2\n" + rows + "1,2\n"),
             "data.csv: row 1 (line 2): dir2: expected -1, 0 or 1, found 2");
   EXPECT_EQ(error("q1,q2,x,y,z,dir1,dir2\n" + rows + "1,\n"),
             "data.csv: row 1 (line 2): dir2: missing, expected a number");
+  EXPECT_EQ(error("q1,q2,x,y,z,temp1\n" + rows + "20\n"), "data.csv: missing column 'temp2'");
+  EXPECT_EQ(error("q1,q2,x,y,z,temp1,temp2\n" + rows + "20,\n"),
+            "data.csv: row 1 (line 2): temp2: missing, expected a number");
+  EXPECT_EQ(error("q1,q2,x,y,z,temp1,temp2\n" + rows + "20,-273\n"),
+            "data.csv: row 1 (line 2): temp2: expected a temperature of -50 to 200 C, found -273");
   EXPECT_EQ(error("q1,q2,x,y,z,pose\n" + rows + "1.5\n"),
             "data.csv: row 1 (line 2): pose: expected a whole number of 1 or more, found 1.5");
   EXPECT_EQ(error("q1,q2,x,y,z,smr\n" + rows + "\n"),
@@ -124,10 +153,10 @@ TEST_F(MeasurementFile, SaysWhatIsWrongWithAFileAsAWhole) {
 
 TEST_F(MeasurementFile, ComesBackBitByBit) {
   const std::string text =
-      "q1,q2,x,y,z,smr,set,sigma,dir1,dir2,time,pose\n"
+      "q1,q2,x,y,z,smr,set,sigma,dir1,dir2,temp1,temp2,time,pose\n"
       "0.1,-10.042408075923612,2641.549557,1e-7,-7.852214157,\"a \"\"b\"\", "
-      "c\",identify,0.01,-1,0,2026-01-02T03:04:05Z,7\n"
-      "12.300000000000001,49.160806905516615,-0.30000000000000004,5,6,2,validate,,,,,3\n";
+      "c\",identify,0.01,-1,0,31.300000000000001,20,2026-01-02T03:04:05Z,7\n"
+      "12.300000000000001,49.160806905516615,-0.30000000000000004,5,6,2,validate,,,,,,,3\n";
   const MeasurementData first = load(text);
   std::ostringstream out;
   write_measurements(out, first, robot_);
@@ -141,6 +170,7 @@ TEST_F(MeasurementFile, ComesBackBitByBit) {
     EXPECT_EQ(second.points[i].set, first.points[i].set);
     EXPECT_EQ(second.points[i].sigma_mm, first.points[i].sigma_mm);
     EXPECT_EQ(second.points[i].direction, first.points[i].direction);
+    EXPECT_EQ(second.points[i].temperature_c, first.points[i].temperature_c);
     EXPECT_EQ(second.points[i].time, first.points[i].time);
     EXPECT_EQ(second.points[i].pose, first.points[i].pose);
   }

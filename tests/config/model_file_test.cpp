@@ -6,18 +6,26 @@
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
 #include "tests/config/error_of.hpp"
+#include "tests/core/example_arms.hpp"
 #include "tests/members.hpp"
+#include "tests/temp_folder.hpp"
 
 namespace truepose {
 
 template <>
-inline constexpr int kMembers<config::ModelFile> = 8;
+inline constexpr int kMembers<config::ModelFile> = 15;
 template <>
-inline constexpr int kMembers<CalibratedCell> = 3;
+inline constexpr int kMembers<ThermalResponse> = 3;
 template <>
-inline constexpr int kMembers<RobotModel> = 8;
+inline constexpr int kMembers<config::ValidationPoint> = 5;
+template <>
+inline constexpr int kMembers<CalibratedCell> = 4;
+template <>
+inline constexpr int kMembers<RobotModel> = 10;
 template <>
 inline constexpr int kMembers<Joint> = 11;
+template <>
+inline constexpr int kMembers<JointCoupling> = 3;
 template <>
 inline constexpr int kMembers<LinkMass> = 2;
 template <>
@@ -75,13 +83,24 @@ ModelFile model_of(std::uint64_t seed) {
 TEST(ModelFile, ReadsBackEveryMemberThatIsWritten) {
   ModelFile model;
   Filler{}(model);
+  model.cell.further_bases.clear();  // a model has one base
   RobotModel& robot = model.cell.robot;
   robot.gravity_B.normalize();
   for (DeviationTerm& term : robot.deviation) term.joint = 1;
+  for (Joint& joint : robot.joints) joint.type = JointType::Revolute;
+  robot.coupling = {{.joint = 1, .to = 0, .factor = -1.0 / 3}};
   const int size = ParameterLayout::of(model.cell).size();
   model.covariance = Eigen::MatrixXd::Identity(size, size);
+  const int warm = robot.joint_count() + 1;
+  model.thermal = {.reference_c = std::vector<double>(robot.joints.size(), 31.5),
+                   .per_kelvin = Eigen::VectorXd::LinSpaced(warm, 1e-6, 2e-5),
+                   .covariance = Eigen::MatrixXd::Random(warm, size + warm)};
   model.covariance(2, 1) = model.covariance(1, 2) = 0.3;
-  EXPECT_TRUE(same(parse_model(model_yaml(model), "model.yaml"), model)) << model_yaml(model);
+  for (ValidationPoint& point : model.validation) point.smr = 1;
+  const ModelFile read = parse_model(model_yaml(model), "model.yaml");
+  EXPECT_EQ(read.sha256.size(), 64U);
+  model.sha256 = read.sha256;
+  EXPECT_TRUE(same(read, model)) << model_yaml(model);
 }
 
 TEST(ModelFile, ComesBackToTheLastBit) {
@@ -160,6 +179,58 @@ TEST(ModelFile, AnEmptyModelsListsComeBack) {
   EXPECT_EQ(read.serial, "");
   EXPECT_TRUE(read.cell.reflectors.empty());
   EXPECT_TRUE(read.parameters.empty());
+}
+
+/// A model whose one validation point it misses by 0.2 mm, as it says.
+ModelFile validated_model() {
+  ModelFile model = model_of(5);
+  const JointVector q = JointVector::Constant(model.cell.robot.joint_count(), 0.3);
+  model.validation = {{.q = q, .smr = 1, .p_WS_mm = model.cell.predict(q, 1) + Eigen::Vector3d(0, 0.2, 0)}};
+  model.validation_mean_mm = 0.2;
+  return model;
+}
+
+TEST(ModelFile, IsRefusedWhereItDoesNotReproduceItsOwnValidationError) {
+  const TempFolder folder;
+  const auto error_of_file = [&](const ModelFile& model) {
+    return error_of([&] { load_model(folder.write("m.yaml", model_yaml(model))); }, "");
+  };
+  ModelFile model = validated_model();
+  EXPECT_EQ(load_model(folder.write("m.yaml", model_yaml(model))).validation.size(), 1U);
+  model.cell.robot.joints[1].a_mm += 300;
+  EXPECT_NE(error_of_file(model).find("the model is refused: it misses its own validation points by 299.86"),
+            std::string::npos)
+      << error_of_file(model);
+  for (auto spoil : {+[](ValidationPoint& point) { point.smr = 2; },
+                     +[](ValidationPoint& point) { point.q.conservativeResize(6); }}) {
+    model = validated_model();
+    spoil(model.validation.front());
+    EXPECT_NE(error_of_file(model).find("has other joints, or a reflector that it does not know"),
+              std::string::npos)
+        << error_of_file(model);
+  }
+}
+
+TEST(ModelFile, IsRefusedWhereItsTextIsNotTheOneThatWasWritten) {
+  std::string text = model_yaml(validated_model());
+  text.replace(text.find("0.2"), 3, "0.3");
+  EXPECT_EQ(error_of([&] { parse_model(text, "m.yaml"); }, ""),
+            "m.yaml: its content is not what was written (another SHA-256): take the file as it was made, or "
+            "identify again");
+  text.erase(text.rfind("sha256: "));
+  EXPECT_EQ(parse_model(text, "m.yaml").sha256, "") << "files of before carry none";
+}
+
+TEST(ModelFile, IsRefusedWhereItCorrectsMoreThanItSaid) {
+  const RobotModel nominal = example::kr210();
+  CalibratedCell cell{.robot = nominal};
+  const std::vector<JointVector> poses = poses_of(
+      std::vector<ValidationPoint>{{.q = (JointVector(6) << 0.1, -1.4, 1.5, 0.2, 0.5, -0.3).finished()}});
+  EXPECT_FALSE(larger_correction(nominal, cell, poses, 0.01));
+  cell.robot.joints[0].theta_rad += 0.1 * kRadPerDeg;
+  EXPECT_FALSE(larger_correction(nominal, cell, poses, 0.101));
+  EXPECT_TRUE(larger_correction(nominal, cell, poses, 0.09));
+  EXPECT_FALSE(larger_correction(nominal, cell, poses, 0)) << "of files of before nothing is known";
 }
 
 TEST(ModelFile, RefusesAFlangeThatIsNoRotationAndAMissingPart) {

@@ -150,7 +150,8 @@ TEST_F(ModelLayersErrors, RefusesATermOfAJointOrFrameThatTheArmHasNot) {
   EXPECT_EQ(error_with("weight, order: 7", "weight, order: 8"),
             "robot.deviation[4].order: expected 1..7, found 8");
   EXPECT_EQ(error_with("basis: sine", "basis: sin"),
-            "robot.deviation[1].basis: expected one of sine, cosine, gravity, weight, approach, scale, found "
+            "robot.deviation[1].basis: expected one of sine, cosine, gravity, weight, moment-x, moment-y, "
+            "moment-z, approach, scale, found "
             "'sin'");
 }
 

@@ -52,6 +52,26 @@ TEST_F(RobotFile, ReadsTheFlangeAsAKukaPose) {
   EXPECT_TRUE(robot.X_flange.isApprox(pose_from_kuka({1, 2, 3}, {90, 0, 0})));
 }
 
+TEST_F(RobotFile, ReadsCouplingsByTheNumbersOfTheJoints) {
+  std::string text = kTwoJoints;
+  text.replace(text.find("type: prismatic, "), 17, "");
+  const RobotModel robot = load(text + "coupling: [{joint: 2, to: 1}]\n");
+  EXPECT_EQ(robot.coupling, (std::vector<JointCoupling>{{.joint = 1, .to = 0, .factor = 1}}));
+  EXPECT_EQ(load(text + "coupling: [{joint: 2, to: 1, factor: -0.5}]\n").coupling[0].factor, -0.5);
+}
+
+TEST_F(RobotFile, RefusesACouplingThatNoArmHas) {
+  const auto wrong = [&](const std::string& coupling) {
+    return error(std::string(kTwoJoints) + "coupling: [" + coupling + "]\n");
+  };
+  EXPECT_EQ(wrong("{joint: 1, to: 2}"),
+            "robot.yaml:5:11: coupling: joint 1 to 2: expected a joint before it");
+  EXPECT_EQ(wrong("{joint: 2, to: 1}"),
+            "robot.yaml:5:11: coupling: joint 2 to 1: expected joints of the arm that turn");
+  EXPECT_EQ(wrong("{joint: 7, to: 1}"),
+            "robot.yaml:5:11: coupling: joint 7 to 1: expected joints of the arm that turn");
+}
+
 std::string with_masses(const std::string& more = "") {
   std::string text = kTwoJoints;
   text.replace(text.find("speed: 90"), 9, "speed: 90, mass: {kg: 20, x: 1, y: 2, z: 3}");
@@ -77,22 +97,12 @@ TEST_F(RobotFile, NamesTheJointWhoseMassIsMissing) {
             "robot.yaml:3:102: joints[1].mass.kg: expected 0..1e+05, found -1");
 }
 
-TEST_F(RobotFile, ThePayloadBecomesPartOfTheLastLink) {
-  const RobotModel robot =
-      load(with_masses("flange: {x: 0, y: 0, z: 100, a: 90, b: 0, c: 0}\n"
-                       "payload: {kg: 30, x: 20, y: 0, z: 60}\n"));
-  EXPECT_EQ(robot.masses[0].mass_kg, 20);
-  EXPECT_EQ(robot.masses[1].mass_kg, 40);
-  // 20 mm along the flange's x are 20 mm along the link's y.
-  EXPECT_LT((robot.masses[1].centre_mm - Eigen::Vector3d(25, 15, 110)).norm(), 1e-12);
+TEST_F(RobotFile, ThePayloadHangsOnTheFlange) {
+  const RobotModel robot = load(with_masses("payload: {kg: 30, x: 20, y: 0, z: 60}\n"));
+  EXPECT_EQ(robot.payload, (LinkMass{30, {20, 0, 60}}));
+  EXPECT_EQ(robot.masses[1].mass_kg, 10);
   EXPECT_EQ(error(std::string(kTwoJoints) + "payload: {kg: 30, x: 20, y: 0, z: 60}\n"),
             "robot.yaml:5:10: payload: expected a mass for every joint too");
-}
-
-TEST_F(RobotFile, NothingWeighsNothing) {
-  std::string text = with_masses("payload: {kg: 0, x: 20, y: 0, z: 60}\n");
-  text.replace(text.find("kg: 10"), 6, "kg: 0");
-  EXPECT_EQ(load(text).masses[1].centre_mm, Eigen::Vector3d(100, 0, -40));
 }
 
 TEST_F(RobotFile, GravityIsADirectionOfAnyLength) {

@@ -59,6 +59,17 @@ TEST_F(ScenarioFile, DrawsTheSameErrorsForTheSameSeedWithinTheirBounds) {
   }
 }
 
+TEST_F(ScenarioFile, DescribesWhatBecomesOfTheArmAsItWarmsUp) {
+  EXPECT_EQ(load("").warm_up.zero.size(), 0);
+  const WarmUp warm_up = load("warm_up: {zero: [0.01, -0.02], growth_ppm: 150, minutes: 40}\n").warm_up;
+  ASSERT_EQ(warm_up.zero.size(), 2);
+  EXPECT_NEAR(warm_up.zero[1], -0.02 * kRadPerDeg, 1e-18);
+  EXPECT_NEAR(warm_up.growth, 150e-6, 1e-18);
+  EXPECT_EQ(warm_up.time_constant, Seconds{2400});
+  EXPECT_EQ(error("warm_up: {zero: [0.01]}\n"),
+            "s.yaml:5:10: warm_up: zero: expected one for each of the 2 joints");
+}
+
 TEST_F(ScenarioFile, DescribesWhatTheJointsDoBesides) {
   EXPECT_TRUE(load("").drives.drives.empty());
   std::string text = kScenario;
@@ -150,10 +161,10 @@ TEST_F(ScenarioFile, NamesPlaceAndPathOfEveryMistake) {
   EXPECT_EQ(
       error("faults:\n  - {at_ms: 1, kind: fire}\n"),
       "s.yaml:6:22: faults[1].kind: expected one of beam-break, tracker-restart, tracker-bump, tracker-bias, "
-      "tracker-noise, tracker-std, tracker-air, eki-drop, program-stop, program-reset, program-select, "
+      "tracker-noise, tracker-std, tracker-air, tracker-busy, tracker-silent, tracker-storm, eki-drop, program-stop, program-reset, program-select, "
       "emergency-stop, gate-open, operating-mode, override, controller-restart, rsi-drop, "
       "rsi-lose-datagrams, rsi-lose-replies, "
-      "rsi-duplicate, rsi-reorder, rsi-silence, rsi-restart, rsi-ipoc, rsi-ignore, rsi-second-sender, "
+      "rsi-duplicate, rsi-late, rsi-garble, rsi-reorder, rsi-silence, rsi-restart, rsi-ipoc, rsi-ignore, rsi-second-sender, "
       "found 'fire'");
   EXPECT_EQ(error("faults:\n  - {at_ms: 1}\n"), "s.yaml:6:5: faults[1]: missing key 'kind'");
   EXPECT_EQ(error("faults:\n  - {kind: beam-break}\n"),

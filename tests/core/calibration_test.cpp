@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <cstdint>
 #include <iostream>
 
 #include "core/arm/forward.hpp"
@@ -9,6 +11,7 @@
 #include "core/identify/measurement_model.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/line_search.hpp"
+#include "core/step_count.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/golden.hpp"
 
@@ -39,27 +42,7 @@ TEST(MeasurementModel, ReproducesTheGoldenJacobianOfAllThirtyNineParameters) {
 }
 
 TEST(MeasurementModel, AgreesWithDifferencesAndOfManyPosesWithEachForARailWithTwoReflectorsAndAFlange) {
-  RobotModel robot;
-  robot.joints = {{.type = JointType::Prismatic,
-                   .a_mm = 30,
-                   .alpha_rad = 0.4,
-                   .d_mm = 100,
-                   .theta_rad = 0.2,
-                   .beta_rad = 0.1,
-                   .sign = -1,
-                   .min = -500,
-                   .max = 500}};
-  for (int i = 0; i < 6; ++i) {
-    robot.joints.push_back({.a_mm = 100. + 20 * i,
-                            .alpha_rad = 0.9 - 0.5 * i,
-                            .d_mm = 150. - 30 * i,
-                            .theta_rad = 0.3 * i,
-                            .beta_rad = 0.02 * i,
-                            .sign = i % 2 ? 1. : -1.,
-                            .min = -2,
-                            .max = 2});
-  }
-  robot.X_flange = pose_from_kuka({10, -20, 30}, {15, 25, -35});
+  const RobotModel robot = example::oblique_arm_on_a_rail();
   const CalibratedCell cell{
       robot, {{1000, -2000, 300}, {0.3, 1.2, -2}}, {{"a", {10, 20, 30}}, {"b", {-40, 5, 60}}}};
   Random random{3};
@@ -156,6 +139,43 @@ TEST(Calibrate, SolvesItsStepsByTheKernels) {
   }
 }
 
+/// A calibrated KR 210, measured by a tracker at random poses.
+MeasurementData noisy_data(int poses) {
+  const CalibratedCell truth{example::with_paper_errors(example::kr210()),
+                             {{3500, -800, -150}, {0.02, -0.01, 2.4}},
+                             {{"1", {40, -30, 120}}}};
+  MeasurementData data{.smr_names = {"1"}};
+  Random random{8};
+  for (int n = 0; n < poses; ++n) {
+    const JointVector q = example::random_joints(truth.robot, random);
+    const Eigen::Vector3d noise_mm(random.normal(), random.normal(), random.normal());
+    data.points.push_back({.q = q, .p_WS_mm = truth.predict(q, 0) + 0.02 * noise_mm});
+  }
+  return data;
+}
+
+/// How many fits and evaluations a calibration takes, in steps.
+std::uint64_t steps_of(const MeasurementData& data) {
+  std::atomic<std::uint64_t> steps{0};
+  step_count = &steps;
+  const auto calibration = calibrate(example::kr210(), data);
+  step_count = nullptr;
+  EXPECT_TRUE(calibration && calibration->converged);
+  return steps;
+}
+
+TEST(Calibrate, LooksForMistakesAndGrossErrorsByManyFitsOnlyWhereAPlainOneLeavesAnyDoubt) {
+  MeasurementData data = noisy_data(60);
+  const std::uint64_t right = steps_of(data);
+  EXPECT_LT(right, 20u);
+  for (const double off_mm : {0.2, 5.0}) {
+    data.points[17].p_WS_mm.x() += off_mm;
+    EXPECT_GT(steps_of(data), 5 * right);
+    EXPECT_EQ(calibrate(example::kr210(), data)->rejected.size(), 1u);
+    data.points[17].p_WS_mm.x() -= off_mm;
+  }
+}
+
 TEST(Calibrate, LeavesNothingOfNoiseFreeErrorsAtFreshPoses) {
   const auto file = golden::load("identify");
   for (const CalibrationMethod method : {CalibrationMethod::TwoStage, CalibrationMethod::LeastSquares}) {
@@ -199,27 +219,44 @@ TEST(Calibrate, SaysWhichDataItCannotUse) {
   EXPECT_EQ(calibrate(nominal, second).error().detail, "reflector '2' has no point to identify it from");
 }
 
-TEST(Calibrate, RefusesPosesOfOneOrientationAndNamesWhatTheyLeaveOpen) {
-  // A gantry: three prismatic joints never turn the flange.
-  RobotModel gantry{.name = "gantry"};
+/// Three prismatic joints that never turn the flange.
+RobotModel gantry() {
+  RobotModel robot{.name = "gantry"};
   for (int i = 0; i < 3; ++i) {
-    gantry.joints.push_back({.type = JointType::Prismatic,
-                             .alpha_rad = std::numbers::pi / 2,
-                             .theta_rad = std::numbers::pi / 2,
-                             .min = 0,
-                             .max = 2000});
+    robot.joints.push_back({.type = JointType::Prismatic,
+                            .alpha_rad = std::numbers::pi / 2,
+                            .theta_rad = std::numbers::pi / 2,
+                            .min = 0,
+                            .max = 2000});
   }
-  const CalibratedCell truth{gantry, {{2000, 1000, 0}, {0.1, 0.2, 0.3}}, {{"1", {50, 60, 70}}}};
-  MeasurementData data{.smr_names = {"1"}};
+  return robot;
+}
+
+TEST(Calibrate, KeepsAReflectorAtTheFlangeThatNoTurnOfItShowsAndSaysSo) {
+  const CalibratedCell truth{gantry(), {{2000, 1000, 0}, {0.1, 0.2, 0.3}}, {{"1", {50, 60, 70}}}};
   Random random{1};
-  for (int k = 0; k < 30; ++k) {
-    const JointVector q = example::random_joints(gantry, random);
-    data.points.push_back({.q = q, .p_WS_mm = truth.predict(q, 0)});
+  const auto result = calibrate(gantry(), example::measured(truth, 30, 0, random));
+  ASSERT_TRUE(result) << result.error().detail;
+  EXPECT_LT(result->identify.after.max, 1e-6);
+  EXPECT_LT(result->cell.reflectors[0].p_FS_mm.norm(), 1e-6);
+  const auto tells = [](const Combination& c) { return c.sentence.find("smr.1") != std::string::npos; };
+  EXPECT_EQ(std::ranges::count_if(result->unknown, tells), 1);
+  EXPECT_TRUE(result->unknown.front().sentence.ends_with("cannot be told from base.x, base.y and base.z"));
+}
+
+TEST(Calibrate, RefusesPosesThatDoNotShowHowTheBaseIsTurned) {
+  const CalibratedCell truth{gantry(), {{2000, 1000, 0}, {0.1, 0.2, 0.3}}, {{"1", {50, 60, 70}}}};
+  Random random{1};
+  MeasurementData line = example::measured(truth, 30, 0, random);
+  for (Measurement& point : line.points) {
+    point.q.head<2>().setConstant(500);
+    point.p_WS_mm = truth.predict(point.q, 0);
   }
-  const auto result = calibrate(gantry, data);
+  const auto result = calibrate(gantry(), line);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().fault, CalibrationFault::NotSeparable);
-  EXPECT_NE(result.error().detail.find("cannot be told from base.x, base.y and base.z"), std::string::npos);
+  EXPECT_TRUE(result.error().detail.starts_with("the poses do not show how the base is turned"))
+      << result.error().detail;
 }
 
 TEST(Calibrate, WeighsPointsByTheirSigma) {

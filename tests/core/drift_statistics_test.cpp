@@ -5,10 +5,12 @@
 #include <iostream>
 
 #include "core/judge/drift_check.hpp"
+#include "core/judge/drift_update.hpp"
 #include "core/judge/model_noise.hpp"
 #include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/example_campaigns.hpp"
+#include "tests/core/real_arm.hpp"
 #include "tests/trials.hpp"
 
 namespace truepose {
@@ -20,6 +22,16 @@ Eigen::Vector3d any_direction(Random& random) {
   return Eigen::Vector3d::NullaryExpr([&] { return random.normal(); }).normalized();
 }
 
+/// What a check judges by, as a model file brings it back.
+DriftReference reference_of(const Calibration& calibration, const MeasurementData& data) {
+  const MeasurementNoise noise = noise_about_model(calibration, data, std::nullopt);
+  return {.cell = calibration.cell,
+          .covariance = calibration.covariance,
+          .noise = noise,
+          .validation_mean_mm = calibration.validate->after.mean,
+          .validation_distances2 = validation_distances2(calibration, data, noise)};
+}
+
 /// An arm, its calibration, and random numbers for what happens afterwards.
 struct CalibratedArm {
   explicit CalibratedArm(std::uint64_t seed) : random{seed + 5000} {
@@ -27,15 +39,12 @@ struct CalibratedArm {
     const auto calibration = calibrate(example::kr210(), campaign.data, {.check_model = false});
     EXPECT_TRUE(calibration);
     if (!calibration) return;
-    reference = {.cell = calibration->cell,
-                 .covariance = calibration->covariance,
-                 .noise = noise_about_model(*calibration, campaign.data, std::nullopt),
-                 .validation_mean_mm = calibration->validate->after.mean};
+    reference = reference_of(*calibration, campaign.data);
   }
 
-  /// Five random poses as the arm stands now.
-  std::vector<Measurement> points() {
-    const auto poses = random_poses(example::kr210(), kPoints, random);
+  /// Random poses as the arm stands now.
+  std::vector<Measurement> points(int count = kPoints) {
+    const auto poses = random_poses(example::kr210(), count, random);
     return measure_campaign(truth, {}, poses, {.seed = random.next()}).data.points;
   }
 
@@ -76,10 +85,11 @@ auto names_or_lists(DriftCauseKind kind, int index) {
 
 bool noticed(const DriftCheck& check) { return check.verdict != DriftVerdict::Ok; }
 
-std::vector<Measurement> base_moved(CalibratedArm& arm, double way_mm, double turn_rad) {
+std::vector<Measurement> base_moved(CalibratedArm& arm, double way_mm, double turn_rad,
+                                    int points = kPoints) {
   arm.truth.X_WB.translation() += way_mm * any_direction(arm.random);
   arm.truth.X_WB.linear() = Eigen::AngleAxisd(turn_rad, any_direction(arm.random)) * arm.truth.X_WB.linear();
-  return arm.points();
+  return arm.points(points);
 }
 
 TEST(DriftCheckOverManyArms, LeavesUnchangedOnesAloneAtItsStatedLevel) {
@@ -151,6 +161,174 @@ TEST(DriftCheckOverManyArms, NoticesATrackerThatMovedByMoreTheMoreItMoved) {
     last = power;
   }
   EXPECT_GE(last, least_rate(0.99));
+}
+
+/// Part of the checks that are not ok, of five random points each that the calibration has not seen, over
+/// random calibrations of a real arm in which nothing changed.
+double warned_of_real_arm(const RobotModel& robot, const std::vector<Measurement>& points, bool deviation) {
+  constexpr int kIdentify = 100, kValidate = 40, kChecks = 100;
+  const int runs = trials(20);
+  int warned = 0;
+  for (int run = 0; run < runs; ++run) {
+    Random random(static_cast<std::uint64_t>(run));
+    MeasurementData data{{"1"}, points};
+    split_poses(data, static_cast<double>(kIdentify + kValidate) / static_cast<double>(points.size()),
+                random.next());
+    const std::vector<Measurement> unseen = points_of(data, PoseSet::Validate);
+    data.points = points_of(data, PoseSet::Identify);
+    split_poses(data, static_cast<double>(kIdentify) / (kIdentify + kValidate), random.next());
+    const auto calibration = calibrate(robot, data, {.deviation = deviation});
+    EXPECT_TRUE(calibration);
+    if (!calibration) return 1;
+    const DriftReference reference = reference_of(*calibration, data);
+    for (int check = 0; check < kChecks; ++check) {
+      std::vector<Measurement> five;
+      for (int i = 0; i < kPoints; ++i) five.push_back(unseen[random.next() % unseen.size()]);
+      warned += drift_check(reference, five)->verdict != DriftVerdict::Ok;
+    }
+  }
+  return static_cast<double>(warned) / (runs * kChecks);
+}
+
+TEST(DriftCheckOfARealArm, SeldomWarnsWhereNothingChanged) {
+  const auto arm = real_arm();
+  if (!arm) GTEST_SKIP() << "no measurements of a real arm";
+  std::vector<Measurement> points = arm->data.points;
+  std::erase_if(points, [](const Measurement& point) { return point.smr != 0; });
+  const double geometry = warned_of_real_arm(arm->robot, points, false);
+  const double deviations = warned_of_real_arm(arm->robot, points, true);
+  std::cout << "a real arm warned of: geometry " << geometry << ", with deviations " << deviations << "\n";
+  EXPECT_LE(geometry, widened(0.015, 0.02));
+  EXPECT_LE(deviations, widened(0.005, 0.005));
+}
+
+TEST(DriftCheckOverManyArms, LeavesUnchangedOnesWithGearsAlone) {
+  const int runs = trials(200);
+  int warned = 0;
+  for (int run = 0; run < runs; ++run) {
+    const auto seed = static_cast<std::uint64_t>(run);
+    const TrueArmSetup truth = example::true_arm(heavy_arm_errors({.seed = seed}));
+    const SimulatedCampaign campaign = example::campaign(truth, 40, 20, {.seed = seed});
+    const auto calibration =
+        calibrate(example::kr210(), campaign.data, {.deviation = true, .check_model = false});
+    ASSERT_TRUE(calibration);
+    Random random{seed + 5000};
+    const auto poses = random_poses(example::kr210(), kPoints, random);
+    const SimulatedCampaign now = measure_campaign(truth, {}, poses, {.seed = random.next()});
+    warned +=
+        drift_check(reference_of(*calibration, campaign.data), now.data.points)->verdict != DriftVerdict::Ok;
+  }
+  std::cout << "unchanged arms with gears, of " << runs << ", warned of: " << warned << "\n";
+  EXPECT_LE(warned, all_trials() ? 2 : 1);
+}
+
+/// What an update of many changed arms came to.
+struct UpdateTrial {
+  double before_mm = 0, after_mm = 0;  ///< mean error at poses that were not measured, of the offered updates
+  double within = 0;  ///< share of coordinates there within the 95 % intervals of the new model
+  int runs = 0, offered = 0;
+};
+
+void judge_updated(const CalibratedArm& arm, const DriftUpdate& update, std::uint64_t seed,
+                   UpdateTrial& trial) {
+  constexpr int kPoses = 60;
+  Random random(seed);
+  const auto poses = random_poses(example::kr210(), kPoses, random);
+  const SimulatedCampaign elsewhere = measure_campaign(arm.truth, {}, poses, {.seed = seed});
+  trial.before_mm += example::mean_miss(arm.reference.cell, elsewhere);
+  trial.after_mm += example::mean_miss(update.cell, elsewhere);
+  ++trial.offered;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Eigen::Vector3d miss = update.cell.predict(poses[i], 0) - elsewhere.p_true_mm[i];
+    const Eigen::Matrix3d C = position_covariance(update.cell, update.covariance, poses[i], 0);
+    const auto held = (miss.array().abs() < 1.96 * C.diagonal().array().sqrt()).count();
+    trial.within += static_cast<double>(held) / (3 * kPoses);
+  }
+}
+
+template <typename Change>
+UpdateTrial updates(const char* what, Change change) {
+  UpdateTrial trial;
+  trial.runs = trials(200);
+  for (int run = 0; run < trial.runs; ++run) {
+    CalibratedArm arm(static_cast<std::uint64_t>(run));
+    const std::vector<Measurement> points = change(arm);
+    const auto update = update_after_drift(arm.reference, points);
+    EXPECT_TRUE(update);
+    if (update && update->doubts.empty()) judge_updated(arm, *update, arm.random.next(), trial);
+  }
+  for (double* mean : {&trial.before_mm, &trial.after_mm, &trial.within}) *mean /= std::max(1, trial.offered);
+  std::cout << what << ": seeds 0.." << trial.runs - 1 << ", offered " << trial.offered << ", "
+            << trial.before_mm << " -> " << trial.after_mm << " mm, within 95 %: " << trial.within << "\n";
+  return trial;
+}
+
+void move_zero(CalibratedArm& arm, std::size_t joint, double deg) {
+  arm.truth.robot.joints[joint].theta_rad += deg * kRadPerDeg;
+}
+
+TEST(DriftUpdateOverManyArms, MendsAMovedBaseFromFivePoints) {
+  const UpdateTrial trial =
+      updates("base", [](CalibratedArm& arm) { return base_moved(arm, 0.2, 0.01 * kRadPerDeg); });
+  EXPECT_GE(trial.offered, least_rate(0.97) * trial.runs);
+  EXPECT_GT(trial.before_mm, 0.36);
+  EXPECT_LE(trial.after_mm, widened(0.048, 0.005));
+  EXPECT_GE(trial.within, 0.9);
+}
+
+TEST(DriftUpdateOverManyArms, MendsAMovedJointZeroAndAMovedReflectorFromFivePoints) {
+  const UpdateTrial zero = updates("zero", [](CalibratedArm& arm) {
+    move_zero(arm, 2, 0.015);
+    return arm.points();
+  });
+  const UpdateTrial reflector = updates("reflector", [](CalibratedArm& arm) {
+    arm.truth.p_FS_mm += 0.2 * any_direction(arm.random);
+    return arm.points();
+  });
+  for (const UpdateTrial& trial : {zero, reflector}) {
+    EXPECT_GE(trial.offered, least_rate(0.97) * trial.runs);
+    EXPECT_LE(trial.after_mm, widened(0.03, 0.004));
+    EXPECT_GE(trial.within, 0.9);
+  }
+}
+
+TEST(DriftUpdateOverManyArms, MendsBaseZeroAndReflectorAtOnceFromEightPoints) {
+  const UpdateTrial trial = updates("all three", [](CalibratedArm& arm) {
+    move_zero(arm, arm.random.next() % 6, 0.015);
+    arm.truth.p_FS_mm += 0.1 * any_direction(arm.random);
+    return base_moved(arm, 0.2, 0.01 * kRadPerDeg, 8);
+  });
+  EXPECT_GE(trial.offered, least_rate(0.97) * trial.runs);
+  EXPECT_LE(trial.after_mm, widened(0.048, 0.005));
+}
+
+TEST(DriftUpdateOverManyArms, MendsAnArmThatHasWarmedUpFromTwentyPoints) {
+  const UpdateTrial trial = updates("warm", [](CalibratedArm& arm) {
+    JointVector zero(6);
+    for (double& way : zero) way = 0.006 * kRadPerDeg * arm.random.normal();
+    arm.truth.robot = warmed(arm.truth.robot, {.zero = zero, .growth = 30e-6}, Seconds{7200});
+    return arm.points(20);
+  });
+  EXPECT_GE(trial.offered, least_rate(0.9) * trial.runs);
+  EXPECT_LE(trial.after_mm, trial.before_mm / 3);
+}
+
+TEST(DriftUpdateOverManyArms, IsNotOfferedForChanceAWrongReadingOrAnArmThatChangedItself) {
+  const UpdateTrial chance = updates("unchanged", [](CalibratedArm& arm) { return arm.points(); });
+  const UpdateTrial reading = updates("reading", [](CalibratedArm& arm) {
+    std::vector<Measurement> points = arm.points();
+    points[2].p_WS_mm += 0.8 * any_direction(arm.random);
+    return points;
+  });
+  const UpdateTrial links = updates("links", [](CalibratedArm& arm) {
+    for (Joint& joint : arm.truth.robot.joints) {
+      joint.a_mm += 0.3 * arm.random.normal();
+      joint.alpha_rad += 3e-4 * arm.random.normal();
+    }
+    return arm.points();
+  });
+  for (const UpdateTrial& trial : {chance, reading, links})
+    EXPECT_LE(trial.offered, (1 - least_rate(0.98)) * trial.runs);
 }
 
 }  // namespace

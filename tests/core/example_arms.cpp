@@ -50,6 +50,15 @@ RobotModel kr210_on_a_rail() {
   return robot;
 }
 
+RobotModel lr_mate() {
+  return {.name = "LR Mate 200iD",
+          .joints = {revolute(0, 0, 330, 0, 1, -170, 170), revolute(50, -kRight, 0, -kRight, 1, -100, 145),
+                     revolute(330, 0, 0, 0, -1, -70, 205), revolute(35, -kRight, 335, 0, -1, -190, 190),
+                     revolute(0, kRight, 0, 0, -1, -125, 125),
+                     revolute(0, -kRight, 80, 2 * kRight, -1, -360, 360)},
+          .coupling = {{.joint = 2, .to = 1, .factor = 1}}};
+}
+
 RobotModel seven_axis() {
   RobotModel robot{.name = "seven axes"};
   constexpr std::array kAlpha{0., -kRight, kRight, kRight, -kRight, -kRight, kRight};
@@ -58,6 +67,27 @@ RobotModel seven_axis() {
   for (std::size_t i = 0; i < kD.size(); ++i) {
     robot.joints.push_back(revolute(0, kAlpha[i], kD[i], 0, 1, -kLimit[i], kLimit[i]));
   }
+  return robot;
+}
+
+RobotModel ur10() {
+  return {.name = "UR10e",
+          .joints = {revolute(0, 0, 180.7, 0, 1, -180, 180), revolute(0, kRight, 0, 0, 1, -180, 180),
+                     revolute(-612.7, 0, 0, 0, 1, -180, 180), revolute(-571.55, 0, 174.15, 0, 1, -180, 180),
+                     revolute(0, kRight, 119.85, 0, 1, -180, 180),
+                     revolute(0, -kRight, 116.55, 0, 1, -180, 180)}};
+}
+
+RobotModel scara() {
+  RobotModel robot{.name = "SCARA",
+                   .joints = {revolute(0, 0, 400, 0, 1, -130, 130), revolute(400, 0, 0, 0, 1, -145, 145),
+                              revolute(0, 0, 0, 0, 1, -360, 360)}};
+  robot.joints.insert(robot.joints.begin() + 2, {.type = JointType::Prismatic,
+                                                 .a_mm = 350,
+                                                 .alpha_rad = 2 * kRight,
+                                                 .min = 0,
+                                                 .max = 320,
+                                                 .speed = 1000});
   return robot;
 }
 
@@ -84,6 +114,31 @@ RobotModel deviating(RobotModel robot, Random& random, double sigma_mm, double s
   return robot;
 }
 
+RobotModel oblique_arm_on_a_rail() {
+  RobotModel robot;
+  robot.joints = {{.type = JointType::Prismatic,
+                   .a_mm = 30,
+                   .alpha_rad = 0.4,
+                   .d_mm = 100,
+                   .theta_rad = 0.2,
+                   .beta_rad = 0.1,
+                   .sign = -1,
+                   .min = -500,
+                   .max = 500}};
+  for (int i = 0; i < 6; ++i) {
+    robot.joints.push_back({.a_mm = 100. + 20 * i,
+                            .alpha_rad = 0.9 - 0.5 * i,
+                            .d_mm = 150. - 30 * i,
+                            .theta_rad = 0.3 * i,
+                            .beta_rad = 0.02 * i,
+                            .sign = i % 2 ? 1. : -1.,
+                            .min = -2,
+                            .max = 2});
+  }
+  robot.X_flange = pose_from_kuka({10, -20, 30}, {15, 25, -35});
+  return robot;
+}
+
 JointVector random_joints(const RobotModel& robot, Random& random) {
   JointVector q(robot.joint_count());
   for (Eigen::Index i = 0; i < q.size(); ++i) {
@@ -105,11 +160,11 @@ CalibratedCell placed(const RobotModel& robot, Random& random, int reflectors) {
   return cell;
 }
 
-MeasurementData measured(const CalibratedCell& truth, int poses, double sigma_mm, Random& random) {
+MeasurementData measured(const CalibratedCell& truth, std::span<const JointVector> poses, double sigma_mm,
+                         Random& random) {
   MeasurementData data;
   for (const Reflector& reflector : truth.reflectors) data.smr_names.push_back(reflector.name);
-  for (int k = 0; k < poses; ++k) {
-    const JointVector q = random_joints(truth.robot, random);
+  for (const JointVector& q : poses) {
     for (int smr = 0; smr < static_cast<int>(truth.reflectors.size()); ++smr) {
       data.points.push_back({.q = q,
                              .p_WS_mm = truth.predict(q, smr) + random_vector(random, sigma_mm),
@@ -117,6 +172,19 @@ MeasurementData measured(const CalibratedCell& truth, int poses, double sigma_mm
                              .row = static_cast<int>(data.points.size()) + 1});
     }
   }
+  return data;
+}
+
+MeasurementData measured(const CalibratedCell& truth, int poses, double sigma_mm, Random& random) {
+  MeasurementData data;
+  for (int k = 0; k < poses; ++k) {
+    const JointVector q = random_joints(truth.robot, random);
+    for (Measurement& point : measured(truth, {&q, 1}, sigma_mm, random).points) {
+      point.row = static_cast<int>(data.points.size()) + 1;
+      data.points.push_back(point);
+    }
+  }
+  for (const Reflector& reflector : truth.reflectors) data.smr_names.push_back(reflector.name);
   return data;
 }
 

@@ -67,6 +67,14 @@ TEST(Noise, TheModelMakesResidualsAlike) {
   EXPECT_NEAR((whitening.W[0] * Eigen::Vector3d(0.02, 0, 0)).norm(), 0.002, 1e-12);
 }
 
+TEST(Noise, APointThatIsLessSteadyThanItsNoiseCountsForLess) {
+  const MeasurementNoise noise{.tracker = {.range_mm = 0.003, .transverse_mm = 0.003}};
+  const Measurement points[] = {{.p_WS_mm = {2000, 0, 0}}, {.p_WS_mm = {2000, 0, 0}, .excess_mm = 0.004}};
+  const Whitening whitening = whitening_of(points, noise);
+  EXPECT_NEAR((whitening.W[0] * Eigen::Vector3d(0, 0.003, 0)).norm(), 0.003, 1e-12);
+  EXPECT_NEAR((whitening.W[1] * Eigen::Vector3d(0, 0.005, 0)).norm(), 0.003, 1e-12);
+}
+
 TEST(Prior, StaysAwayWhereThePosesExciteTheArm) {
   const SimulatedCampaign c = example::campaign(example::true_arm(), 40, 30, {.seed = 7});
   const auto result = calibrate(example::kr210(), c.data);

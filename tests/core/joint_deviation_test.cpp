@@ -50,6 +50,18 @@ TEST(JointDeviation, AStretchedArmSagsUnderItsWeight) {
       << "upright there is no lever";
 }
 
+TEST(JointDeviation, APayloadPullsAtTheFlangeWhetherOrNotTheMassesAreKnown) {
+  RobotModel robot = pendulum();
+  robot.deviation = {{0, DeviationBasis::Gravity, 1, 1e-3}, {1, DeviationBasis::Gravity, 1, 2e-3}};
+  EXPECT_EQ(true_joints(robot, two_joints(0, 0)), two_joints(0, 0)) << "nothing is known to pull";
+  robot.payload = LinkMass{.mass_kg = 20, .centre_mm = {300, 0, 0}};
+  const double kilonewtons = 9.80665e-3;
+  EXPECT_NEAR(true_joints(robot, two_joints(0, 0))[0], 1e-3 * kilonewtons * 20 * 2.3, 1e-15);
+  EXPECT_NEAR(true_joints(robot, two_joints(0, 0))[1], 2e-3 * kilonewtons * 20 * 1.3, 1e-15);
+  robot.masses = {{}, {.mass_kg = 50, .centre_mm = {500, 0, 0}}};
+  EXPECT_NEAR(true_joints(robot, two_joints(0, 0))[1], 2e-3 * kilonewtons * (20 * 1.3 + 50 * 0.5), 1e-15);
+}
+
 TEST(JointDeviation, AUnitWeightPullsWhereItHangs) {
   RobotModel robot = pendulum();
   robot.deviation = {{0, DeviationBasis::Weight, 2, 1.0}, {0, DeviationBasis::Weight, 3, 1.0}};
@@ -100,6 +112,10 @@ TEST(ResidualField, DisplacesTheFlangeThatTheParametersPredict) {
   class Lift final : public ResidualField {
     Eigen::Isometry3d displaced(const JointVector& q, const Eigen::Isometry3d& X_BF) const noexcept override {
       return Eigen::Translation3d(0, 0, q[0]) * X_BF;
+    }
+    Eigen::Matrix3d covariance(const JointVector&, const Eigen::Isometry3d&,
+                               const Eigen::Vector3d&) const override {
+      return Eigen::Matrix3d::Zero();
     }
   };
   RobotModel robot = pendulum();

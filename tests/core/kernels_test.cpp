@@ -293,7 +293,7 @@ TEST_P(Kernels, LeaveTheTriangularFactorOfATallMatrix) {
     A.bottomRows(3).setZero();
     Eigen::MatrixXd work = A;
     Eigen::VectorXd room(rows);
-    code().triangulate(work.data(), rows, rows, columns, room.data());
+    code().triangulate(work.data(), rows, rows, columns, room.data(), nullptr);
     const Eigen::MatrixXd R = work.topRows(columns).triangularView<Eigen::Upper>();
     const Eigen::MatrixXd expected = A.transpose() * A;
     EXPECT_LT((R.transpose() * R - expected).cwiseAbs().maxCoeff(), 1e-13 * (1 + expected.norm()));

@@ -7,6 +7,7 @@
 #include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/golden.hpp"
+#include "tests/core/pose_differences.hpp"
 
 namespace truepose {
 namespace {
@@ -15,32 +16,6 @@ RobotModel golden_robot(const std::string& set) {
   const auto fk = golden::load("fk");
   const auto& entry = fk.at("parameter_sets").at(set);
   return golden::robot(entry.at("links"), entry.at("sign"));
-}
-
-/// Seven joints on a rail, with offsets, betas, both signs and a fixed flange: nothing that could cancel.
-RobotModel rail_arm() {
-  RobotModel robot;
-  robot.joints = {{.type = JointType::Prismatic,
-                   .a_mm = 30,
-                   .alpha_rad = 0.4,
-                   .d_mm = 100,
-                   .theta_rad = 0.2,
-                   .beta_rad = 0.1,
-                   .sign = -1,
-                   .min = -500,
-                   .max = 500}};
-  for (int i = 0; i < 6; ++i) {
-    robot.joints.push_back({.a_mm = 100. + 20 * i,
-                            .alpha_rad = 0.9 - 0.5 * i,
-                            .d_mm = 150. - 30 * i,
-                            .theta_rad = 0.3 * i,
-                            .beta_rad = 0.02 * i,
-                            .sign = i % 2 ? 1. : -1.,
-                            .min = -2,
-                            .max = 2});
-  }
-  robot.X_flange = pose_from_kuka({10, -20, 30}, {15, 25, -35});
-  return robot;
 }
 
 TEST(ForwardKinematics, ReproducesTheGoldenPosesOfEveryParameterSet) {
@@ -77,21 +52,11 @@ TEST(ForwardKinematics, PutsTheHomeFlangeWhereTheDataSheetDoes) {
 
 TEST(JointJacobian, AgreesWithDifferencesForRevoluteAndPrismaticJoints) {
   Random random{7};
-  for (const RobotModel& robot : {golden_robot("perturbed"), rail_arm()}) {
+  for (const RobotModel& robot : {golden_robot("perturbed"), example::oblique_arm_on_a_rail()}) {
     const JointVector q = example::random_joints(robot, random);
     const PoseAndJacobian at = forward_with_jacobian(robot, q);
     EXPECT_LT((at.X_BF.matrix() - forward_kinematics(robot, q).matrix()).norm(), 1e-11);
-    for (Eigen::Index i = 0; i < q.size(); ++i) {
-      constexpr double kStep = 1e-5;
-      JointVector ahead = q, behind = q;
-      ahead[i] += kStep;
-      behind[i] -= kStep;
-      const Eigen::Isometry3d A = forward_kinematics(robot, ahead), B = forward_kinematics(robot, behind);
-      const Eigen::Vector3d v = (A.translation() - B.translation()) / (2 * kStep);
-      const Eigen::Matrix3d W = (A.linear() - B.linear()) / (2 * kStep) * at.X_BF.linear().transpose();
-      EXPECT_LT((at.J.col(i).head<3>() - v).norm(), 1e-5 * (1 + v.norm()));
-      EXPECT_LT((at.J.col(i).tail<3>() - Eigen::Vector3d(W(2, 1), W(0, 2), W(1, 0))).norm(), 1e-8);
-    }
+    expect_differences(robot, q, at);
   }
 }
 
@@ -175,7 +140,7 @@ TEST(PoseInverse, ReproducesTheGoldenCompensatedJoints) {
 
 TEST(PoseInverse, ConvergesFromFiveDegreesOffAndOnARedundantArm) {
   Random random{13};
-  for (const RobotModel& robot : {golden_robot("perturbed"), rail_arm()}) {
+  for (const RobotModel& robot : {golden_robot("perturbed"), example::oblique_arm_on_a_rail()}) {
     for (int trial = 0; trial < 500; ++trial) {
       const JointVector q = example::random_joints(robot, random);
       JointVector seed = q;

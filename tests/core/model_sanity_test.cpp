@@ -1,17 +1,15 @@
 #include "core/identify/model_sanity.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <numbers>
 
-#include "config/measurement_file.hpp"
-#include "config/robot_file.hpp"
 #include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"
+#include "tests/core/real_arm.hpp"
 #include "tests/sanitized.hpp"
 
 namespace truepose {
@@ -69,6 +67,27 @@ TEST(ModelSanity, SaysWhichSignWouldBeRightAndWhatItGains) {
   EXPECT_LT(suspicion->mended_mm, 5);
 }
 
+TEST(ModelSanity, NamesFilesThatAreBothInMetres) {
+  Random random{61};
+  for (const RobotModel& nominal : {example::kr210(), example::scara()}) {
+    MeasurementData data = readings(example::deviating(nominal, random, 0.3, 3e-4), 30, random);
+    for (Measurement& point : data.points) point.p_WS_mm /= 1000;
+    RobotModel in_metres = nominal;
+    for (Joint& joint : in_metres.joints) {
+      joint.a_mm /= 1000;
+      joint.d_mm /= 1000;
+    }
+    const auto suspicion = suspect(in_metres, data);
+    ASSERT_TRUE(suspicion);
+    EXPECT_TRUE(suspicion->sentence.starts_with(
+        "the lengths of the robot file and the points are in m, not mm: as they stand the arm reaches no "
+        "farther than "))
+        << suspicion->sentence;
+    EXPECT_NEAR(suspicion->mended_arm.joints[1].a_mm, nominal.joints[1].a_mm, 1e-9);
+    EXPECT_EQ(suspicion->mended_points[3].p_WS_mm, Eigen::Vector3d{1000 * data.points[3].p_WS_mm});
+  }
+}
+
 TEST(ModelSanity, NeverSuspectsAnArmThatMerelyDeviates) {
   Random random{3};
   for (int trial = 0; trial < 200 / kShare; ++trial) {
@@ -114,6 +133,26 @@ TEST(ModelSanity, FindsASignThatShowsOnlyInTheIdentifiedArm) {
                   .starts_with("joint 6 turns the other way: with sign -1 the identified arm's error falls"));
 }
 
+TEST(ModelSanity, FindsSignsAndZerosOfAWristWhoseCentreTheReflectorIsNear) {
+  Random random{14};
+  CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
+  truth.reflectors[0].p_FS_mm = {1.5, 1, -214};
+  const MeasurementData data = example::measured(truth, 60, example::kSigma_mm, random);
+  EXPECT_FALSE(suspect(example::kr210(), data));
+  for (const std::size_t joint : {3U, 4U, 5U}) {
+    const std::string number = std::to_string(joint + 1);
+    const auto sign = suspect(with_sign_changed(example::kr210(), joint), data);
+    EXPECT_THAT(sign ? in_words(*sign) : "", testing::HasSubstr("joint " + number + " turns the other way"));
+  }
+  for (const std::size_t joint : {3U, 4U}) {  // what joint 6 stands off by the reflector takes up
+    RobotModel robot = example::kr210();
+    robot.joints[joint].theta_rad += std::numbers::pi;
+    const auto zero = suspect(robot, data);
+    EXPECT_THAT(zero ? in_words(*zero) : "",
+                testing::HasSubstr("theta of joint " + std::to_string(joint + 1) + " is off by 180 deg"));
+  }
+}
+
 TEST(ModelSanity, FindsTheUsualMistakesOfARobotFile) {
   Random random{6};
   const RobotModel good = example::kr210();
@@ -126,12 +165,12 @@ TEST(ModelSanity, FindsTheUsualMistakesOfARobotFile) {
   constexpr double kRight = std::numbers::pi / 2;
   EXPECT_TRUE(found([](RobotModel& r) {
                 r.joints[2].theta_rad += kRight;
-              }).starts_with("theta of joint 3 is off by 90 deg: with -90 deg instead of 0 deg the coarse"));
+              }).starts_with("theta of joint 3 is off by 90 deg: with theta -90 deg the coarse"));
   EXPECT_TRUE(
       found([](RobotModel& r) { r.joints[1].theta_rad += 2 * kRight; }).starts_with("theta of joint 2"));
   EXPECT_TRUE(found([](RobotModel& r) {
                 r.joints[3].alpha_rad *= -1;
-              }).starts_with("alpha of joint 4 has the wrong sign: with -90 deg"));
+              }).starts_with("alpha of joint 4 has the wrong sign: with alpha -90 deg"));
   EXPECT_TRUE(found([](RobotModel& r) {
                 std::swap(r.joints[3].a_mm, r.joints[3].d_mm);
               }).starts_with("a and d of joint 4 are swapped: with a 115 mm and d 1220 mm"));
@@ -147,13 +186,13 @@ TEST(ModelSanity, FindsTheUsualMistakesOfARobotFile) {
                   joint.d_mm /= 1000;
                 }
               }).starts_with("the lengths of the robot file are in m, not mm"));
-  EXPECT_TRUE(found([](RobotModel& r) {
-                r.joints[0].sign = r.joints[3].sign = r.joints[5].sign = 1;
-              }).starts_with("joints 1, 4 and 6 turn the other way: with their signs changed"));
-  EXPECT_TRUE(found([](RobotModel& r) {
-                r.joints[2].sign *= -1;
-                r.joints[2].theta_rad += kRight;
-              }).starts_with("joint 3 turns the other way: with sign 1 and theta -90 deg"));
+  EXPECT_TRUE(
+      found([](RobotModel& r) {
+        r.joints[2].sign *= -1;
+        r.joints[2].theta_rad += kRight;
+      })
+          .starts_with("joint 3 turns the other way and theta of joint 3 is off by 90 deg: with sign 1 and "
+                       "theta -90 deg the coarse error falls"));
 }
 
 TEST(ModelSanity, FindsTheUsualMistakesOfAMeasurementFile) {
@@ -174,6 +213,38 @@ TEST(ModelSanity, FindsTheUsualMistakesOfAMeasurementFile) {
   EXPECT_TRUE(found([](Measurement& m) {
                 std::swap(m.q[1], m.q[4]);
               }).starts_with("the columns q2 and q5 of the measurements are swapped"));
+}
+
+TEST(ModelSanity, NamesBothOfWhatTheDataCannotTellApart) {
+  Random random{11};
+  RobotModel robot = example::kr210();
+  robot.joints[0].sign = robot.joints[3].sign = robot.joints[5].sign = 1;
+  const auto suspicion = suspect(robot, readings(example::with_paper_errors(example::kr210()), 30, random));
+  ASSERT_TRUE(suspicion);
+  EXPECT_THAT(in_words(*suspicion), testing::HasSubstr("the points are left-handed"));
+  EXPECT_THAT(in_words(*suspicion), testing::HasSubstr("joints 1, 4 and 6 turn the other way"));
+}
+
+TEST(ModelSanity, SaysBeforeWhichRowAPointIsMissing) {
+  Random random{12};
+  MeasurementData data = readings(example::with_paper_errors(example::kr210()), 60, random);
+  for (std::size_t k = 24; k + 1 < 60; ++k) data.points[k].p_WS_mm = data.points[k + 1].p_WS_mm;
+  data.points.pop_back();
+  const auto suspicion = suspect(example::kr210(), data);
+  EXPECT_TRUE(sentence(suspicion).starts_with(
+      "a point is missing before row 25: with the points moved from there on the coarse error falls"))
+      << sentence(suspicion);
+  EXPECT_EQ(suspicion->mended_points.size(), 58);
+}
+
+TEST(ModelSanity, SaysWhereItFailsWhatNothingExplains) {
+  Random random{13};
+  MeasurementData data = readings(example::with_paper_errors(example::kr210()), 60, random);
+  for (Measurement& point : data.points) {
+    if (point.q[1] > -60 * kRadPerDeg)
+      point.p_WS_mm += 300 * Eigen::Vector3d{random.normal(), random.normal(), random.normal()};
+  }
+  EXPECT_THAT(sentence(suspect(example::kr210(), data)), testing::HasSubstr("most at joint 2 from "));
 }
 
 TEST(ModelSanity, FindsPosesWhoseReflectorsAreMixedUp) {
@@ -203,13 +274,9 @@ TEST(ModelSanity, DoesNotJudgeByFewerThanEightPoses) {
 }
 
 TEST(ModelSanity, NamesTheJointOfAWrongSignOnARealArm) {
-  const char* given = std::getenv("TRUEPOSE_REAL_DATA");
-  const std::filesystem::path folder =
-      given ? std::filesystem::path{given}
-            : std::filesystem::path{TRUEPOSE_SOURCE_DIR} / "../shared/data/irb120";
-  if (!exists(folder)) GTEST_SKIP() << "no measurements of a real arm in " << folder;
-  const RobotModel robot = config::load_robot(folder / "robot.yaml");
-  const MeasurementData all = config::load_measurements(folder / "measurements.csv", robot);
+  const auto arm = real_arm();
+  if (!arm) GTEST_SKIP() << "no measurements of a real arm";
+  const auto& [robot, all] = *arm;
   for (const int poses : {10, 60, 600}) {
     if (poses > 600 / kShare) continue;
     MeasurementData some{all.smr_names, {all.points.begin(), all.points.begin() + 3 * poses}};

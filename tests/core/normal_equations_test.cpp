@@ -123,7 +123,8 @@ LinearSystem reference(const CalibratedCell& cell, const LeastSquaresProblem& pr
     const Measurement& point = problem.points[i];
     const Eigen::Matrix3d W = problem.W.empty() ? Eigen::Matrix3d::Identity() : problem.W[i];
     out.f.segment<3>(3 * n) =
-        W * (predict_with_jacobian(cell, point.q, point.smr, J, point.direction) - point.p_WS_mm);
+        W *
+        (predict_with_jacobian(cell, point.q, point.smr, J, point.direction, point.station) - point.p_WS_mm);
     out.J.middleRows<3>(3 * n) = W * J(Eigen::all, problem.free);
   }
   const Eigen::VectorXd values = parameter_values(cell);
@@ -186,6 +187,41 @@ TEST_P(NormalEquationsByKernels, AreThoseOfTheReferenceForEveryParameter) {
         const Problem at = problem(random_arm(types, random), reflectors, count, 0.1, random);
         expect_normal_equations(at, all_parameters(at.start), code());
       }
+    }
+  }
+}
+
+/// The points are seen from three stations in turn.
+void add_stations(Problem& at, Random& random) {
+  at.start.further_bases = {BasePose::of(pose_from_kuka({-900, 2500, 400}, {-70, 8, 12})),
+                            BasePose::of(pose_from_kuka({1200, 4100, -300}, {20, -5, 160}))};
+  for (std::size_t n = 0; n < at.points.size(); ++n) {
+    Measurement& point = at.points[n];
+    point.station = static_cast<int>(n % 3);
+    point.p_WS_mm = inverse_of(at.start.station_pose(point.station)) * point.p_WS_mm;
+  }
+  add_deviations(at, random);
+  add_prior(at, random);
+}
+
+TEST(Linearise, SaysOfSeveralStationsWhatThePlainKinematicsSay) {
+  Random random{19};
+  Problem at = problem(random_arm("RRRRRR", random), 2, 70, 0.1, random);
+  add_stations(at, random);
+  const LeastSquaresProblem wanted = at.of(all_parameters(at.start), Weighed::ByMatrix);
+  const LinearSystem expected = reference(at.start, wanted), actual = linearise(at.start, wanted);
+  EXPECT_LT((actual.f - expected.f).cwiseAbs().maxCoeff(), 1e-10);
+  const Eigen::VectorXd norm = column_norms(expected.J).cwiseInverse();
+  EXPECT_LT(((actual.J - expected.J) * norm.asDiagonal()).cwiseAbs().maxCoeff(), 1e-13);
+}
+
+TEST_P(NormalEquationsByKernels, AreThoseOfTheReferenceForSeveralStations) {
+  Random random{20};
+  for (const int reflectors : {1, 3}) {
+    for (const int count : {8, 33, 100}) {
+      Problem at = problem(random_arm("RRPRRR", random), reflectors, count, 0.1, random);
+      add_stations(at, random);
+      expect_normal_equations(at, all_parameters(at.start), code());
     }
   }
 }

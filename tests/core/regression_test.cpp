@@ -201,7 +201,7 @@ TEST(GaussianProcess, KnowsHowWrongItMayBe) {
   double squares = 0;
   for (Eigen::Index i = 0; i < fresh.X.rows(); ++i) {
     const Eigen::VectorXd error = fresh.Y.row(i).transpose() - predict(*fitted, fresh.X.row(i));
-    squares += (error.array().square() / fitted->variance(fresh.X.row(i).transpose())->array()).mean();
+    squares += (error.array().square() / fitted->variance(fresh.X.row(i).transpose()).array()).mean();
   }
   EXPECT_NEAR(std::sqrt(squares / 500), 1, 0.35);
 }
@@ -210,7 +210,7 @@ TEST(Kriging, IsLessCertainFarFromTheData) {
   const RegressorPtr fitted = fit(RegressorKind::Kriging, sample(100, 0.01, 22));
   const Eigen::VectorXd near = Eigen::VectorXd::Zero(kFeatures),
                         far = Eigen::VectorXd::Constant(kFeatures, 30);
-  EXPECT_LT(fitted->variance(near)->maxCoeff(), 0.7 * fitted->variance(far)->minCoeff());
+  EXPECT_LT(fitted->variance(near).maxCoeff(), 0.7 * fitted->variance(far).minCoeff());
 }
 
 TEST(MovingLeastSquares, MovesWithoutAJumpWherePointsReplaceEachOther) {

@@ -141,7 +141,7 @@ TEST(PoseChecker, OfAnArmWithoutABodyKeepsItsJointCentresClear) {
   ASSERT_TRUE(drawn) << drawn.error();
   for (const JointVector& q : drawn->poses) {
     LinkFrames X;
-    link_frames(scene.robot.joints, q, X);
+    link_frames(scene.robot, q, X);
     for (std::size_t i = 2; i <= 6; ++i)
       EXPECT_GE(X[i].translation().z(), scene.surroundings.floor_mm + scene.surroundings.clearance_mm);
   }

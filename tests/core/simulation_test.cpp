@@ -23,6 +23,36 @@ RobotModel planar_arm() {
   return robot;
 }
 
+TEST(WarmUp, MovesZerosInTheSenseOfTheJointAndLetsLengthsGrowByOneExponential) {
+  RobotModel cold = planar_arm();
+  cold.joints[1].sign = -1;
+  const WarmUp warm_up{.zero = JointVector::Constant(2, 1e-3), .growth = 2e-4, .time_constant = Seconds{600}};
+  EXPECT_EQ(warmed(cold, warm_up, Seconds{0}).joints[1].theta_rad, 0);
+  const RobotModel after_one = warmed(cold, warm_up, Seconds{600});
+  const double share = 1 - std::exp(-1);
+  EXPECT_NEAR(after_one.joints[0].theta_rad, 1e-3 * share, 1e-15);
+  EXPECT_NEAR(after_one.joints[1].theta_rad, -1e-3 * share, 1e-15);
+  EXPECT_NEAR(after_one.joints[0].d_mm, 400 * (1 + 2e-4 * share), 1e-12);
+  EXPECT_NEAR(warmed(cold, warm_up, Seconds{1e6}).joints[1].a_mm, 100 * (1 + 2e-4), 1e-12);
+}
+
+TEST(TrueArm, StandsElsewhereTheWarmerItIs) {
+  TrueArmSetup setup{.robot = planar_arm()};
+  setup.warm_up = {.zero = JointVector::Constant(2, 1e-3), .time_constant = Seconds{600}};
+  TrueArm arm(setup, 1);
+  const JointVector q = JointVector::Zero(2);
+  const Eigen::Vector3d cold = arm.p_WS_mm(q);
+  double last = 0;
+  for (const double s : {60.0, 600.0, 6000.0}) {
+    arm.warm_up(Seconds{s});
+    const double moved = (arm.p_WS_mm(q) - cold).norm();
+    EXPECT_GT(moved, last);
+    last = moved;
+  }
+  // Both axes by 1 mrad, 600 and 500 mm from the flange.
+  EXPECT_NEAR(last, std::hypot(0.6, 0.5), 1e-3);
+}
+
 struct Moments {
   double mean, std;
 };

@@ -48,6 +48,10 @@ class WavingField final : public ResidualField {
     X.linear() = Eigen::AngleAxisd(4e-4 * std::sin(q[2]), Eigen::Vector3d::UnitY()) * X.linear();
     return X;
   }
+  Eigen::Matrix3d covariance(const JointVector&, const Eigen::Isometry3d&,
+                             const Eigen::Vector3d&) const override {
+    return Eigen::Matrix3d::Zero();
+  }
 };
 
 RobotModel with_field(RobotModel robot) {

@@ -75,6 +75,10 @@ struct CellTest : testing::Test {
   }
   /// What happens to the store's file behind the daemon's back.
   void execute(const std::string& sql) const { sqlite_rows(file, sql.c_str()); }
+  /// Leaves the models as those of before were.
+  void forget_hashes() const {
+    execute("UPDATE model SET yaml=substr(yaml, 1, instr(yaml, 'sha256: ') - 1), sha256=''");
+  }
   void alter_m1() const {
     // Axis 1's zero, as a flipped bit or a person at the file may leave it.
     execute("UPDATE model SET yaml=replace(yaml, 'theta: 0.00', 'theta: 0.04') WHERE id='m1'");

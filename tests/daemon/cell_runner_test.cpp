@@ -28,6 +28,8 @@ struct CellRunnerTest : testing::Test {
     runner.on(CellCommand::StopStream, [this](const std::string&) { done.emplace_back("stop stream"); });
     runner.on(CellCommand::AbortCampaign,
               [this](const std::string& why) { done.push_back("abort: " + why); });
+    runner.on(CellCommand::PauseCampaign, [this](const std::string&) { done.emplace_back("pause"); });
+    runner.on(CellCommand::ResumeCampaign, [this](const std::string&) { done.emplace_back("resume"); });
     runner.explain_by([] { return "nobody sends"; });
   }
   std::vector<json::value> told(control::Topic topic) {
@@ -60,7 +62,7 @@ struct CellRunnerTest : testing::Test {
         std::chrono::duration_cast<std::chrono::system_clock::duration>(clock.now().time_since_epoch())};
   };
   EventBus events{{1, 1'000'000, [] {}}, wall_clock};
-  CellRunner runner{clock, events, wall_clock};
+  CellRunner runner{clock, events, wall_clock, {.campaign_waiting = 120s}};
   std::vector<std::string> done;
 };
 
@@ -170,6 +172,40 @@ TEST_F(CellRunnerTest, SaysSinceWhenADeviceIsWaitedFor) {
   pass(7s);
   EXPECT_EQ(control::json_text(runner.waiting_json()),
             R"({"device":"tracker","since":"1970-01-01T00:00:15.000Z","reason":"it has to connect"})");
+}
+
+TEST_F(CellRunnerTest, TellsThatACampaignHasLostADeviceThatItPausesForItAndThatItIsBack) {
+  runner.apply(CampaignStartRequested{"c1"}, "asked for by an operator");
+  runner.await(CellDevice::Tracker, "tracker: it restarted");
+  pass(40s);
+  EXPECT_EQ(runner.reason(), "waiting for the tracker, 40 s: tracker: it restarted");
+  EXPECT_EQ(runner.name(), "campaign");
+  runner.await(CellDevice::Tracker, "tracker: it restarted");
+  pass(80s);
+  EXPECT_EQ(runner.name(), "paused");
+  EXPECT_THAT(runner.reason(),
+              testing::StartsWith("paused, waiting for the tracker, 120 s: tracker: it restarted; "
+                                  "the campaign goes on by itself"));
+  runner.await(CellDevice::Tracker, "");
+  EXPECT_EQ(runner.name(), "campaign");
+  EXPECT_EQ(runner.reason(), "the tracker answers");
+  EXPECT_THAT(done, ElementsAre("pause", "resume"));
+  const auto changes = told(control::Topic::Cell);
+  ASSERT_EQ(changes.size(), 4U) << "started, lost, paused, back";
+  EXPECT_EQ(
+      control::json_text(changes[1]),
+      R"({"state":"campaign","from":"campaign","reason":"waiting for the tracker, 0 s: tracker: it restarted"})");
+}
+
+TEST_F(CellRunnerTest, TellsOfALossThatEndsBeforeTheCampaignPauses) {
+  runner.apply(CampaignStartRequested{"c1"}, "asked for by an operator");
+  runner.await(CellDevice::Controller, "robot: emergency stop");
+  runner.await(CellDevice::Controller, "");
+  runner.await(CellDevice::Controller, "");
+  const auto changes = told(control::Topic::Cell);
+  ASSERT_EQ(changes.size(), 3U);
+  EXPECT_EQ(changes[2].at("reason"), "the controller answers");
+  EXPECT_EQ(runner.reason(), "asked for by an operator");
 }
 
 TEST_F(CellRunnerTest, KeepsOneFaultOfACodeAndListsThemByIt) {

@@ -183,10 +183,44 @@ TEST(CellState, SaysWhichDeviceItWaitsForAndSinceWhen) {
     EXPECT_TRUE(waiting(after(later, DeviceAwaited{CellDevice::Controller, ""}))) << "another one answers";
     EXPECT_EQ(after(later, DeviceAwaited{CellDevice::Tracker, ""}), state);
   }
+  const CellState both = after(Running{"c1", tracker}, DeviceAwaited{CellDevice::Controller, "gone too"});
+  EXPECT_EQ(waiting(both), tracker) << "the one that was lost first";
   const CellState held_up = Running{"c1", tracker};
   EXPECT_EQ(waiting(after(held_up, CampaignPauseRequested{})), tracker) << "a pause does not bring it back";
   EXPECT_FALSE(waiting(after(held_up, CampaignEnded{})));
   EXPECT_EQ(after(Ready{}, DeviceAwaited{CellDevice::Tracker, "x"}), CellState{Ready{}});
+}
+
+TEST(CellState, ACampaignPausesByItselfWhereADeviceStaysAwayAndGoesOnOnceThatAnswers) {
+  const CellLimits limits{.campaign_waiting = 60s};
+  const Waiting tracker{CellDevice::Tracker, t0, "it restarted"};
+  const CellState waits = Running{"c1", tracker};
+  EXPECT_EQ(deadline(waits, limits), t0 + 60s);
+  EXPECT_EQ(deadline(Running{"c1"}, limits), std::nullopt);
+  EXPECT_EQ(advance(waits, Tick{}, t0 + 60s - 1ns, limits).next, waits);
+  const CellStep paused = advance(waits, Tick{}, t0 + 60s, limits);
+  EXPECT_EQ(paused.next, (CellState{Paused{"c1", tracker, true}}));
+  EXPECT_THAT(paused.commands, ElementsAre(C::PauseCampaign));
+
+  const CellStep other = advance(paused.next, DeviceAwaited{CellDevice::Controller, ""}, t0 + 2min);
+  EXPECT_EQ(other.next, paused.next) << "it is not the controller that is missed";
+  const CellStep back = advance(paused.next, DeviceAwaited{CellDevice::Tracker, ""}, t0 + 2min);
+  EXPECT_EQ(back.next, CellState{Running{"c1"}});
+  EXPECT_THAT(back.commands, ElementsAre(C::ResumeCampaign));
+}
+
+TEST(CellState, ACampaignThatSomebodyPausedWaitsForThatPersonEvenWhereADeviceWasLostMeanwhile) {
+  const CellState paused = after(Paused{"c1"}, DeviceAwaited{CellDevice::Tracker, "it restarted"});
+  const CellStep back = advance(paused, DeviceAwaited{CellDevice::Tracker, ""}, t0);
+  EXPECT_EQ(back.next, CellState{Paused{"c1"}});
+  EXPECT_THAT(back.commands, IsEmpty());
+}
+
+TEST(CellState, ResumedByAPersonItWaitsAsLongAgainForADeviceThatIsStillAway) {
+  const CellState paused = Paused{"c1", Waiting{CellDevice::Tracker, t0, "it restarted"}, true};
+  const CellStep resumed = advance(paused, CampaignResumeRequested{}, t0 + 1h);
+  EXPECT_EQ(waiting(resumed.next)->since, t0 + 1h);
+  EXPECT_THAT(resumed.commands, ElementsAre(C::ResumeCampaign));
 }
 
 TEST(CellState, NamesTheMomentAtWhichAStateHasLastedTooLong) {

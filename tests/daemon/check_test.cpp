@@ -174,6 +174,11 @@ TEST_F(CheckTest, RefusesATokenThatOthersCanReadOrGuessOrThatIsNotThere) {
   EXPECT_THAT(findings(), failure("does not exist"));
 }
 
+TEST_F(CheckTest, RefusesAnAccessListThatCannotBeRead) {
+  fs::permissions(folder_.write("cell.sqlite.access", "{"), fs::perms::owner_read);
+  EXPECT_THAT(findings(), failure("cell.sqlite.access: byte 1"));
+}
+
 TEST_F(CheckTest, RefusesAStoreThatCannotBeMade) {
   config_.store = folder_.path() / "none" / "cell.sqlite";
   EXPECT_THAT(findings(), failure("there is no folder"));

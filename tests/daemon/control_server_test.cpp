@@ -1,233 +1,17 @@
-#include "daemon/control/control_server.hpp"
-
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <sys/socket.h>
 
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/executor_work_guard.hpp>
-#include <boost/asio/generic/stream_protocol.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/local/stream_protocol.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/read_until.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/this_coro.hpp>
-#include <boost/asio/use_awaitable.hpp>
-#include <boost/asio/write.hpp>
-#include <filesystem>
-#include <fstream>
-#include <future>
-#include <map>
 #include <random>
-#include <thread>
 
-#include "proto/control/json_text.hpp"
-#include "proto/control/request.hpp"
 #include "proto/control/schema.hpp"
 #include "proto/control/session_proof.hpp"
-#include "tests/temp_folder.hpp"
+#include "tests/daemon/control_fixture.hpp"
 
 namespace truepose::daemon {
 namespace {
 
-namespace asio = boost::asio;
-namespace fs = std::filesystem;
-namespace json = boost::json;
-using asio::ip::tcp;
-using control::Event;
-using control::Reply;
+using namespace test;
 using control::Topic;
 using testing::HasSubstr;
-using namespace std::chrono_literals;
-
-constexpr std::string_view kToken = "0123456789abcdef0123456789abcdef";
-
-/// Time that passes when told to. Used on the event loop's thread.
-class ManualClock : public drivers::Clock {
- public:
-  drivers::TimePoint now() const override { return now_; }
-  asio::awaitable<void> sleep_until(drivers::TimePoint when) override {
-    const auto executor = co_await asio::this_coro::executor;
-    const auto timer = std::make_shared<asio::steady_timer>(executor, asio::steady_timer::time_point::max());
-    const auto place = sleepers_.emplace(when, timer);
-    if (now_ < when) {
-      const auto waited = co_await timer->async_wait(asio::as_tuple(asio::use_awaitable));
-      static_cast<void>(waited);
-    }
-    sleepers_.erase(place);
-    if (now_ < when) throw boost::system::system_error(asio::error::operation_aborted);
-  }
-  void advance(drivers::Duration time) {
-    now_ += time;
-    for (const auto& [when, timer] : sleepers_)
-      if (when <= now_) timer->cancel();
-  }
-  /// How many wait for a moment that is no farther away.
-  std::size_t sleepers_within(drivers::Duration time) const {
-    const auto end = sleepers_.upper_bound(now_ + time);
-    return static_cast<std::size_t>(std::distance(sleepers_.begin(), end));
-  }
-
- private:
-  drivers::TimePoint now_{1h};
-  std::multimap<drivers::TimePoint, std::shared_ptr<asio::steady_timer>> sleepers_;
-};
-
-/// A cell with one method of each temper.
-class FakeCell : public CellService {
- public:
-  std::vector<std::string> methods() const override {
-    return {"cell.status", "campaign.start", "model.get", "report.get"};
-  }
-  asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method,
-                                                                      json::object) override {
-    if (method == "model.get") throw std::runtime_error("no such luck");
-    if (method == "report.get") co_return json::string(100'000, 'x');
-    if (method == "campaign.start") {
-      asio::steady_timer never{co_await asio::this_coro::executor, asio::steady_timer::time_point::max()};
-      started.set_value();
-      release = [&never] { never.cancel(); };
-      const auto waited = co_await never.async_wait(asio::as_tuple(asio::use_awaitable));
-      static_cast<void>(waited);
-    }
-    json::object result{{"method", method}};
-    co_return result;
-  }
-  std::promise<void> started;     ///< campaign.start is under way
-  std::function<void()> release;  ///< ends it
-};
-
-/// A client that blocks, for at most the socket's timeout.
-class Client {
- public:
-  explicit Client(std::uint16_t port, int receive_buffer = 0) {
-    socket_.open(asio::generic::stream_protocol{tcp::v4()});
-    if (receive_buffer > 0) socket_.set_option(tcp::socket::receive_buffer_size{receive_buffer});
-    const timeval limit{.tv_sec = 30, .tv_usec = 0};
-    ::setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-    socket_.connect(tcp::endpoint{asio::ip::address_v4::loopback(), port});
-  }
-  explicit Client(const fs::path& socket) {
-    socket_.connect(asio::local::stream_protocol::endpoint{socket.string()});
-  }
-  void send(std::string_view bytes) {
-    boost::system::error_code gone;
-    asio::write(socket_, asio::buffer(bytes), gone);
-  }
-  void end_of_input() { socket_.shutdown(tcp::socket::shutdown_send); }
-  /// The next line; empty when the server closed.
-  std::string line() {
-    boost::system::error_code end;
-    const std::size_t size = asio::read_until(socket_, asio::dynamic_buffer(buffer_), '\n', end);
-    if (end) return {};
-    std::string line = buffer_.substr(0, size - 1);
-    buffer_.erase(0, size);
-    return line;
-  }
-  Reply reply() { return std::get<Reply>(control::decode_server_line(line()).value()); }
-  Event event() { return std::get<Event>(control::decode_server_line(line()).value()); }
-  bool closed() { return line().empty(); }
-
-  Reply call(std::string_view method, const json::object& params = {}) {
-    send(control::encode_request(++id_, method, params));
-    Reply answer = reply();
-    EXPECT_EQ(answer.id, control::Id{id_});
-    return answer;
-  }
-  Reply hello(std::string_view token = kToken) {
-    return call("session.hello", {{"protocol", 1}, {"token", std::string{token}}});
-  }
-  void send_hello(std::string_view token) {
-    send(control::encode_request(++id_, "session.hello", {{"protocol", 1}, {"token", std::string{token}}}));
-  }
-  bool nothing_came() { return socket_.available() == 0; }
-  /// Code of the error of a call; 0 if it succeeded.
-  int code(std::string_view method, const json::object& params = {}) { return code_of(call(method, params)); }
-  static int code_of(const Reply& reply) {
-    return reply.result ? 0 : static_cast<int>(reply.result.error().code);
-  }
-
- private:
-  asio::io_context context_;
-  asio::generic::stream_protocol::socket socket_{context_};
-  std::string buffer_;
-  std::int64_t id_ = 0;
-};
-
-class ControlServerTest : public testing::Test {
- protected:
-  ControlServerTest() { write_token(kToken); }
-  ~ControlServerTest() override {
-    on_loop([this] { server_.reset(); });
-    work_.reset();
-    thread_.join();
-  }
-
-  void write_token(std::string_view token) {
-    std::ofstream{token_file()} << token << '\n';
-    fs::permissions(token_file(), fs::perms::owner_read | fs::perms::owner_write);
-  }
-  fs::path token_file() const { return folder_.path() / "token"; }
-
-  /// Runs something on the event loop's thread and waits for it.
-  void on_loop(const std::function<void()>& task) {
-    std::promise<void> done;
-    asio::post(io_, [&] {
-      task();
-      done.set_value();
-    });
-    done.get_future().wait();
-  }
-  fs::path socket() const { return folder_.path() / "control.sock"; }
-
-  /// @return why it did not start; no text where it did
-  drivers::StartFailure try_start(const config::Endpoint& endpoint, const ControlLimits& limits = {},
-                                  bool with_socket = false) {
-    drivers::StartFailure failure{""};
-    on_loop([&] {
-      auto server = ControlServer::start(
-          io_.get_executor(),
-          {clock_, [] { return std::chrono::system_clock::time_point{}; }, cell_, events_,
-           [this](const std::string& text) {
-             if (text.find("too slowly") != std::string::npos) too_slow_.set_value();
-           },
-           with_socket ? socket() : fs::path{}},
-          {endpoint, token_file()}, "cell 1", limits);
-      if (server) server_ = std::move(*server);
-      if (!server) failure = server.error();
-    });
-    return failure;
-  }
-  std::uint16_t serve(const ControlLimits& limits = {}) {
-    EXPECT_EQ(try_start({"127.0.0.1", 0}, limits, true).text, "");
-    return server_->port();
-  }
-  /// Until so many sleep for having guessed, or being in company of who did.
-  void wait_for_hellos(std::size_t count) {
-    const auto give_up = std::chrono::steady_clock::now() + 30s;
-    std::size_t late = 0;
-    while (late < count) {
-      ASSERT_LT(std::chrono::steady_clock::now(), give_up) << "nobody is answered late";
-      on_loop([&] { late = clock_.sleepers_within(1s); });
-    }
-  }
-  void advance(drivers::Duration time) {
-    on_loop([&] { clock_.advance(time); });
-  }
-
-  TempFolder folder_;
-  EventBus events_{{.first = 1000, .end = 1'000'000, .request_more = {}},
-                   [] { return std::chrono::system_clock::time_point{}; }};
-  ManualClock clock_;
-  FakeCell cell_;
-  std::promise<void> too_slow_;
-  asio::io_context io_;
-  asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
-  std::unique_ptr<ControlServer> server_;
-  std::thread thread_{[this] { io_.run(); }};
-};
 
 TEST_F(ControlServerTest, AnswersAfterSessionHello) {
   Client client{serve()};
@@ -367,7 +151,7 @@ TEST_F(ControlServerTest, OpensASessionForAClientThatProvesThatItKnowsTheToken) 
 TEST_F(ControlServerTest, SaysWhenAMethodIsUnknownOrWhatItWasGivenIsWrong) {
   Client client{serve()};
   client.hello();
-  EXPECT_EQ(client.code("audit.list"), -32601);
+  EXPECT_EQ(client.code("audit.forget"), -32601);
   EXPECT_EQ(client.code("session.hello"), -32600);
   EXPECT_EQ(client.code("system.info", {{"x", 1}}), -32602);
   EXPECT_EQ(client.code("events.subscribe", {{"topics", {"cell", "weather"}}}), -32602);

@@ -42,7 +42,7 @@ daemon::CampaignResult example_calibration(std::uint64_t seed) {
   auto& found = result.as<daemon::CalibrationResult>();
   found.calibration = *std::move(calibration);
   found.noise = noise_about_model(found.calibration, data, options.noise);
-  found.improves = true;
+  found.validation_distances2 = validation_distances2(found.calibration, data, found.noise);
   return result;
 }
 

@@ -42,13 +42,19 @@ struct MemoryJournal final : daemon::CampaignJournal {
 
 /// Remembers what a campaign told, and calls back at each point.
 struct RecordingObserver final : daemon::CampaignObserver {
-  void on_progress(const daemon::CampaignProgress& progress) override { phases.push_back(progress.phase); }
+  void on_progress(const daemon::CampaignProgress& progress) override {
+    phases.push_back(progress.phase);
+    if (at_phase) at_phase(progress.phase);
+  }
   void on_point(const daemon::StoredPoint& point, double deviation_mm,
                 const daemon::CampaignProgress& progress) override;
   void on_skipped(const daemon::SkippedPose& skipped, const daemon::CampaignProgress& progress) override;
   void on_trouble(const std::string& sentence) override {
     troubles.push_back(sentence);
     if (at_trouble) at_trouble(sentence);
+  }
+  void on_waiting(daemon::CellDevice device, const std::string& reason) override {
+    if (at_waiting) at_waiting(device, reason);
   }
   void on_paused(const std::string& sentence) override {
     pauses.push_back(sentence);
@@ -58,8 +64,10 @@ struct RecordingObserver final : daemon::CampaignObserver {
   std::vector<daemon::CampaignPhase> phases;
   std::vector<double> deviations_mm;
   std::vector<std::string> troubles, pauses;
+  std::function<void(daemon::CampaignPhase)> at_phase;
   std::function<void(const std::string&)> at_trouble;
   std::function<void()> at_pause;
+  std::function<void(daemon::CellDevice, const std::string&)> at_waiting;
   daemon::CampaignProgress last;
   std::function<void(const daemon::StoredPoint&)> at_point;
 };

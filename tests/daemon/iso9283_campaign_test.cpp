@@ -129,6 +129,7 @@ TEST_F(Iso9283CampaignTest, SaysWhereNoCubeFits) {
 
 TEST_F(Iso9283CampaignTest, EvaluatesTheCyclesThatWereMeasured) {
   truth.faults.tracker_busy = 0.05;
+  config.campaign.pause_after_lost = 0;
   config.campaign.retries = 0;
   const Iso9283Test& test = run({.cell = model, .cycles = 10});
   EXPECT_FALSE(journal.skipped.empty());

@@ -40,7 +40,8 @@ TEST_F(ModelServiceTest, DoesNotWorkWithAModelOfWhichADigitHasBecomeAnother) {
 
 TEST_F(ModelServiceTest, DoesNotActivateAnAlteredModelAndKeepsTheOneInForce) {
   load();
-  execute("UPDATE model SET yaml=replace(yaml, 'theta: 0.00', 'theta: 0.04'), sha256='' WHERE id='m2'");
+  forget_hashes();
+  execute("UPDATE model SET yaml=replace(yaml, 'theta: 0.00', 'theta: 0.04') WHERE id='m2'");
   EXPECT_THAT(refused("model.activate", {{"id", "m2"}}), HasSubstr("misses its own validation points"));
   EXPECT_EQ(status().at_pointer("/model/id"), "m1");
   EXPECT_EQ(store->active_model().value()->id, "m1");
@@ -53,7 +54,8 @@ TEST_F(ModelServiceTest, DoesNotActivateAModelThatIsNoBetterThanTheNominalArm) {
 }
 
 TEST_F(ModelServiceTest, NeitherActivatesNorWorksWithAModelOfAnotherArm) {
-  execute("UPDATE model SET robot_serial='S2', yaml=replace(yaml, 'MOCK-0001', 'S2'), sha256=''");
+  forget_hashes();
+  execute("UPDATE model SET robot_serial='S2', yaml=replace(yaml, 'MOCK-0001', 'S2')");
   load();
   play([this]() -> Wait { co_await connected(); });
   EXPECT_EQ(refused("model.activate", {{"id", "m2"}}), "the model belongs to arm S2, not to MOCK-0001");

@@ -203,15 +203,7 @@ void ProductionCell::exchange(const Plant::Sent& sent) {
 }
 
 std::string ProductionCell::frame(const Plant::Sent& sent) {
-  rsi::RobotFrame frame;
-  frame.ipoc = sent.ipoc;
-  frame.delay = sent.delay;
-  frame.aipos_rad.emplace();
-  frame.aspos_rad.emplace();
-  for (std::size_t i = 0; i < 6; ++i) {
-    (*frame.aipos_rad)[i] = sent.aipos_deg[i] * kRadPerDeg;
-    (*frame.aspos_rad)[i] = sent.aspos_deg[i] * kRadPerDeg;
-  }
+  rsi::RobotFrame frame = robot_frame(sent);
   const Eigen::Isometry3d tcp = inverse_of(frame_of("$BASE")) *
                                 forward_kinematics(nominal_, joints_of(sent.aipos_deg)) * frame_of("$TOOL");
   const Eigen::Vector3d abc = kuka_abc_deg(tcp.linear());

@@ -67,6 +67,7 @@ class ProductionCell final : private sim::krl::Host {
                                          const sim::krl::Value& value) override;
   std::expected<sim::krl::CallResult, std::string> call(sim::krl::ExternalCall& call) override;
   std::expected<void, std::string> move(const sim::krl::Motion& motion) override;
+  std::vector<std::uint64_t> take_switched() override { return motion_.take_switched(); }
   bool is_finished(std::uint64_t motion) override { return motion_.is_finished(motion); }
   bool is_standing() override { return motion_.is_standing(); }
   void brake(bool) override { motion_.brake(); }

@@ -36,7 +36,7 @@ std::shared_ptr<CampaignResult> example_result(bool improves) {
   found.calibration.validate->geometric.mean = 0.04;
   found.remeasured.emplace();
   found.remeasured->mean = 0.05;
-  found.improves = improves;
+  if (!improves) found.verdict.findings = {{Severity::Refusal, "it is no better than the nominal arm"}};
   return result;
 }
 
@@ -105,8 +105,10 @@ TEST_F(StoreJournalTest, KeepsButDoesNotActivateAModelThatItsDataContradictAndSa
   StoreJournal kept = journal();
   ASSERT_TRUE(finish(kept.begin({})));
   const auto result = example_result(true);
-  result->as<CalibrationResult>().doubts = {"the reference pose did not stay where it was",
-                                            "the tracker moved"};
+  result->as<CalibrationResult>().verdict.findings = {
+      {Severity::Refusal, "the reference pose did not stay where it was"},
+      {Severity::Doubt, "the tracker moved"},
+      {Severity::Advice, "measure more poses"}};
   ASSERT_TRUE(finish(kept.end(result, std::nullopt)));
   EXPECT_FALSE(kept.activated());
   EXPECT_FALSE(*store->active_model());

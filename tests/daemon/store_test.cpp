@@ -372,7 +372,7 @@ TEST_F(StoreTest, LeavesAFileOfANewerVersionAlone) {
   open();
   execute("PRAGMA user_version=99");
   EXPECT_THAT(why_not_opened(file_), HasSubstr("newer truepose"));
-  execute("PRAGMA user_version=5");
+  execute("PRAGMA user_version=6");
   EXPECT_EQ(why_not_opened(file_), "");
 }
 

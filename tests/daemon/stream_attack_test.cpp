@@ -334,12 +334,18 @@ TEST(AStreamUnderAttack, ShowsNoMeasuredCorrectionOfASessionThatIsOver) {
   EXPECT_FALSE(rig.status().measured_deg[0]);
 }
 
+/// For half a second, of which the controller counts every cycle.
+void fall_silent(StreamRig& rig) {
+  constexpr int kCycles = 125;
+  rig.pass(500ms);
+  rig.ipoc += 4 * kCycles;
+  rig.delay += kCycles;
+}
+
 TEST(AStreamUnderAttack, MustBeStartedAnewAfterTheControllerFellSilent) {
   StreamRig rig;
   correct(rig);
-  rig.pass(500ms);
-  for (int lost = 0; lost < 125; ++lost) rig.ipoc += 4;
-  rig.delay += 125;
+  fall_silent(rig);
   rig.ticks(2 * kRampCycles);
   EXPECT_EQ(rig.state(), StreamState::Idle);
   EXPECT_TRUE(rig.applied.isZero(0));
@@ -354,9 +360,7 @@ TEST(AStreamUnderAttack, GoesOnByItselfAfterASilenceWhereTheCellSaysSo) {
   options.disarm_after.reset();
   StreamRig rig{options};
   correct(rig);
-  rig.pass(500ms);
-  for (int lost = 0; lost < 125; ++lost) rig.ipoc += 4;
-  rig.delay += 125;
+  fall_silent(rig);
   rig.ticks(2 * kRampCycles);
   EXPECT_EQ(rig.state(), StreamState::Active);
   EXPECT_GT(rig.largest_applied_deg(), 1);

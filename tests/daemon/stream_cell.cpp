@@ -260,7 +260,7 @@ void StreamCell::send_foreign() {
   }
 }
 
-std::string StreamCell::frame(const Plant::Sent& sent) const {
+rsi::RobotFrame robot_frame(const Plant::Sent& sent) {
   rsi::RobotFrame frame;
   frame.ipoc = sent.ipoc;
   frame.delay = sent.delay;
@@ -270,6 +270,11 @@ std::string StreamCell::frame(const Plant::Sent& sent) const {
     (*frame.aipos_rad)[i] = sent.aipos_deg[i] * kRadPerDeg;
     (*frame.aspos_rad)[i] = sent.aspos_deg[i] * kRadPerDeg;
   }
+  return frame;
+}
+
+std::string StreamCell::frame(const Plant::Sent& sent) const {
+  rsi::RobotFrame frame = robot_frame(sent);
   if (!config_.sends("ASPos")) frame.aspos_rad.reset();
   frame.program = signals_;
   std::array<char, rsi::kMaxFrameBytes> buffer;

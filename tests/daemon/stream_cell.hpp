@@ -16,6 +16,9 @@
 
 namespace truepose::daemon {
 
+/// What a plant sends of its axes, as the controller's frame.
+rsi::RobotFrame robot_frame(const test::Plant::Sent& sent);
+
 /// How a cell is made up, beyond what its seed chooses, and what befalls it.
 struct StreamCellOptions {
   std::optional<int> cycle_ms{};    ///< of the controller; none: the seed chooses 4 or 12

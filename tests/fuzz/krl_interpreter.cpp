@@ -2,6 +2,7 @@
 // every variable a value or none and refuses some: it may stop with a fault, but not crash, and time goes on.
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/fuzz/target.hpp"
@@ -34,9 +35,11 @@ class Anywhere final : public krl::Host {
   }
   std::expected<void, std::string> move(const krl::Motion& motion) override {
     expect(motion.number == ++motions_, "every motion is handed over once");
+    come_to(motion);
     return {};
   }
   bool is_finished(std::uint64_t motion) override { return !braked_ && motion + 1 < motions_ + calls_ % 2; }
+  std::vector<std::uint64_t> take_switched() override { return std::exchange(switched_, {}); }
   bool is_standing() override { return true; }
   void brake(bool) override { braked_ = true; }
   void go_on() override { braked_ = false; }
@@ -44,10 +47,15 @@ class Anywhere final : public krl::Host {
   void show(const krl::Message& message) override { expect(!message.text.empty(), "a message has a text"); }
 
  private:
+  void come_to(const krl::Motion& motion) {
+    for (const krl::SwitchingPoint& point : motion.switching) switched_.push_back(point.number);
+    for (const krl::Motion& segment : motion.segments) come_to(segment);
+  }
   static std::string key(std::string_view name, std::optional<int> index) {
     return std::string{name} + std::to_string(index.value_or(0));
   }
   std::map<std::string, krl::Value> variables_;
+  std::vector<std::uint64_t> switched_;
   std::uint64_t calls_ = 0, motions_ = 0;
   bool braked_ = false;
 };

@@ -198,13 +198,14 @@ TEST(ADriftCheckOverTheRealProtocols, JudgesTheActiveModelByAFewPosesOnly) {
   tools::RpcClient client = cell.client();
   const json::value report = called(client, "report.get").at("id");
 
-  const Finished checked = cell.truepose({"drift", "--json"});
+  const Finished checked = cell.truepose({"drift", "--update", "--json"});
   EXPECT_EQ(checked.exit_code, 0) << checked.err << checked.out << cell.daemon().errors();
   const auto document = control::parse_json(checked.out);
   ASSERT_TRUE(document) << checked.out;
   EXPECT_EQ(document->at("points").as_array().size(), 5u);
   EXPECT_EQ(document->at("parameters"), "uncertain");
   EXPECT_NE(document->at("verdict"), "failed") << checked.out;
+  EXPECT_EQ(document->at_pointer("/update/offered"), false) << "nothing moved";
 
   const json::value list = called(client, "campaign.list");
   EXPECT_EQ(list.at_pointer("/campaigns/0/kind"), "drift");
@@ -350,6 +351,73 @@ TEST(ADaemonThatIsStopped, EndsTheCampaignAndStopsTheArm) {
   cell.start_daemon();
   const Finished again = small_campaign(cell);
   EXPECT_EQ(again.exit_code, 0) << again.err << cell.daemon().errors();
+}
+
+/// What happens to a device, and what the cell says of it until it is back.
+struct LostDevice {
+  const char* fault;
+  const char* device;
+  const char* told;
+};
+
+TEST(ACampaignThatLosesADevice, SaysSoAndGoesOnByItselfOnceThatIsBack) {
+  constexpr int kSpeedup = 50;
+  constexpr std::array kLostDevices{
+      LostDevice{"tracker-silent", "tracker", "waiting for the tracker"},
+      LostDevice{"emergency-stop", "controller", "robot: emergency stop"},
+      LostDevice{"controller-restart", "controller", "waiting for the controller"},
+      LostDevice{"eki-drop", "controller", "waiting for the controller"}};
+  LiveCell cell{{.speedup = kSpeedup}};
+  cell.start_daemon();
+  tools::RpcClient client = cell.client();
+  called(client, "events.subscribe", {{"topics", json::array{"campaign", "cell", "measurement"}}});
+  called(client, "campaign.start", {{"identify_poses", 24}, {"validate_poses", 4}, {"remeasure", false}});
+  for (const LostDevice& loss : kLostDevices) {
+    SCOPED_TRACE(loss.fault);
+    events_until(client, is_stored_point);
+    ASSERT_EQ(cell.steer({{"kind", loss.fault}, {"lasts_ms", 6'000 * kSpeedup}}),
+              json::value({{"ok", true}}));
+    const auto tells = [](const control::Event& event, const std::string& text) {
+      return event.topic == "cell" && control::json_text(event.data).contains(text);
+    };
+    const auto before = events_until(client, [&](const control::Event& event) {
+      return tells(event, loss.told) || is_end_of_campaign(event);
+    });
+    ASSERT_FALSE(is_end_of_campaign(before.back())) << control::json_text(before.back().data);
+    const json::value lost = called(client, "cell.status");
+    if (!lost.at("waiting").is_null()) {
+      EXPECT_EQ(lost.at_pointer("/waiting/device"), loss.device);
+      EXPECT_TRUE(lost.at_pointer("/campaign/eta_s").is_null());
+    }
+    const auto after = events_until(client, [&](const control::Event& event) {
+      return tells(event, std::string{"the "} + loss.device + " answers") || is_end_of_campaign(event);
+    });
+    ASSERT_FALSE(is_end_of_campaign(after.back())) << control::json_text(after.back().data);
+  }
+  std::vector<control::Event> events;
+  while (events.empty() || !is_end_of_campaign(events.back())) {
+    events = events_until(client, is_end_or_pause);
+    if (is_pause(events.back())) called(client, "campaign.resume");
+  }
+  EXPECT_EQ(events.back().data.at("phase"), "done") << cell.daemon().errors();
+  EXPECT_EQ(events.back().data.at("left"), 0);
+}
+
+TEST(ARobotFileWithAWrongSign, IsRefusedAtTheFirstSmallMotionsByNameOfTheJoint) {
+  const std::string file = TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml";
+  LiveCell cell{{.cell = {{file, "other.yaml"}}}};
+  std::string robot = text_of(file);
+  const std::string sign = "sign: -1", fourth = "d: 1220";
+  robot.replace(robot.find(sign, robot.find(fourth)), sign.size(), "sign: 1");
+  cell.write("other.yaml", robot);
+  cell.start_daemon();
+  const Finished run = small_campaign(cell);
+  EXPECT_EQ(run.exit_code, 1) << run.out;
+  EXPECT_THAT(run.out,
+              AllOf(HasSubstr("wrong arm or wrong robot file"), HasSubstr("joint 4 turns the other way")));
+  tools::RpcClient client = cell.client();
+  EXPECT_EQ(called(client, "cell.status").at("state"), "fault");
+  EXPECT_EQ(cell.simulated().at("measurements"), 0);
 }
 
 // What each trouble does alone is tested in virtual time (tests/daemon/campaign_service_test.cpp).

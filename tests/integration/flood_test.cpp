@@ -141,8 +141,9 @@ json::value status_of(tools::RpcClient& client) {
 // is a quiet block, a flooded one and a quiet one; how much the two quiet ones differ says what the ratio of
 // the flooded one is worth.
 TEST(AStreamUnderAFlood, KeepsItsStepsAnswersTheControllerAloneAndCountsWhatItDropped) {
-  // The address sanitizer keeps what was freed, which is no growth of ours.
-  setenv("ASAN_OPTIONS", "quarantine_size_mb=0", 0);
+  // The address sanitizer keeps what was freed, and moves frames to a stack of its own (11 MB a thread,
+  // touched as they go round), which is no growth of ours.
+  setenv("ASAN_OPTIONS", "quarantine_size_mb=0:detect_stack_use_after_return=0", 0);
   LiveCell cell;
   cell.start_daemon();
   const Finished campaign = small_campaign(cell);
@@ -196,9 +197,7 @@ TEST(AStreamUnderAFlood, KeepsItsStepsAnswersTheControllerAloneAndCountsWhatItDr
   EXPECT_EQ(rsi.at("timeouts"), 0);
   EXPECT_EQ(rsi.at("wrong_ipoc"), 0);
   EXPECT_EQ(rsi.at("rejected"), 0);
-  // What is touched for the first time in the first block is taken once.
-  EXPECT_LT(after_MB - first_MB, 2) << "the flood takes memory";
-  EXPECT_LT(after_MB - before_MB, 8) << "the flood takes memory";
+  EXPECT_LT(after_MB - before_MB, 2) << "the flood takes memory";
 
   cell.daemon().terminate();
   EXPECT_EQ(cell.daemon().wait(), 0) << cell.daemon().errors();

@@ -140,7 +140,11 @@ LiveCell::LiveCell(const Options& options) {
                           {"priority: 80", "priority: 40"},  // the simulator's is 60
                           {"#runtime: /run/truepose/demo", "runtime: run"}};
   folder_.write("cell.yaml", changed("cell.yaml", together(cell, options.cell)));
-  folder_.write("token", "0123456789abcdef0123456789abcdef\n");
+  write_token("0123456789abcdef0123456789abcdef\n");
+}
+
+void LiveCell::write_token(const std::string& token) const {
+  folder_.write("token", token);
   std::filesystem::permissions(token_file(), std::filesystem::perms::owner_read);
 }
 
@@ -154,9 +158,13 @@ void LiveCell::start_daemon(std::vector<std::string> environment) {
       throw std::runtime_error{"no daemon: " + daemon_->errors()};
     ready = notify_.next();
   }
-  const std::string before = "control port ";
-  const char* const digits = ready.data() + ready.find(before) + before.size();
-  std::from_chars(digits, ready.data() + ready.size(), control_port_);
+  const auto read_port = [&ready](const std::string& before, std::uint16_t& port) {
+    const auto at = ready.find(before);
+    if (at != ready.npos)
+      std::from_chars(ready.data() + at + before.size(), ready.data() + ready.size(), port);
+  };
+  read_port("control port ", control_port_);
+  read_port("TLS port ", tls_port_);
 }
 
 bool LiveCell::daemon_tells(const std::string& text) {
@@ -174,7 +182,7 @@ Finished LiveCell::truepose(std::vector<std::string> arguments) const {
 }
 
 tools::RpcClient LiveCell::client() const {
-  auto client = tools::RpcClient::connect(loopback(control_port_), token_file());
+  auto client = tools::RpcClient::connect({loopback(control_port_), token_file()});
   if (!client) throw std::runtime_error{client.error().message};
   return *std::move(client);
 }

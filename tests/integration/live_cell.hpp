@@ -57,6 +57,7 @@ class LiveCell {
   /// A session with the daemon.
   tools::RpcClient client() const;
   std::uint16_t control_port() const { return control_port_; }
+  std::uint16_t tls_port() const { return tls_port_; }
   /// Where the daemon listens for the controller.
   std::uint16_t rsi_port() const { return rsi_port_; }
 
@@ -76,6 +77,8 @@ class LiveCell {
   const std::filesystem::path& folder() const { return folder_.path(); }
   std::filesystem::path cell_file() const { return folder() / "cell.yaml"; }
   std::filesystem::path token_file() const { return folder() / "token"; }
+  /// The token that truepose() and client() show.
+  void write_token(const std::string& token) const;
   std::filesystem::path path_file() const { return folder() / "path.csv"; }
   std::filesystem::path store_file() const { return folder() / "demo.sqlite"; }
 
@@ -84,7 +87,7 @@ class LiveCell {
   NotifySocket notify_{folder_.path() / "notify"};
   std::unique_ptr<sim::SimulatorProcess> simulator_;
   std::unique_ptr<Process> daemon_;
-  std::uint16_t control_port_ = 0;
+  std::uint16_t control_port_ = 0, tls_port_ = 0;
   std::uint16_t admin_port_ = 0;
   std::uint16_t rsi_port_ = free_udp_port();
 };

@@ -66,6 +66,20 @@ TEST(TheClient, NeedsNoTokenOverTheControlSocket) {
   EXPECT_EQ(told.exit_code, 0) << told.err;
 }
 
+TEST(TheClient, MayDoWhatItsRoleMayOnceItWasAddedToTheRunningDaemon) {
+  LiveCell cell;
+  cell.start_daemon();
+  const Finished added =
+      run_program("truepose", {"access", "add", "Anna", "--role", "viewer", "--cell", cell.cell_file()});
+  ASSERT_EQ(added.exit_code, 0) << added.err;
+  std::filesystem::remove(cell.token_file());
+  cell.write_token(added.out);
+  EXPECT_EQ(cell.truepose({"status"}).exit_code, 0);
+  const Finished refused = cell.truepose({"acknowledge"});
+  expect_one_line(refused, 1);
+  EXPECT_THAT(refused.err, HasSubstr("cell.acknowledge needs the role operator; Anna is viewer"));
+}
+
 TEST(TheClient, SaysWhereNoDaemonRuns) {
   LiveCell cell;
   cell.start_daemon();

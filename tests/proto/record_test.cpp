@@ -16,11 +16,15 @@ namespace truepose {
 using namespace record;
 
 template <>
-inline constexpr int kMembers<CalibrationDocument> = 38;
+inline constexpr int kMembers<CalibrationDocument> = 42;
 template <>
-inline constexpr int kMembers<Point> = 11;
+inline constexpr int kMembers<Thermal> = 7;
 template <>
-inline constexpr int kMembers<Rejected> = 6;
+inline constexpr int kMembers<Point> = 14;
+template <>
+inline constexpr int kMembers<Rejected> = 7;
+template <>
+inline constexpr int kMembers<Station> = 4;
 template <>
 inline constexpr int kMembers<Observability> = 3;
 template <>
@@ -28,7 +32,7 @@ inline constexpr int kMembers<ObservabilityIndices> = 5;
 template <>
 inline constexpr int kMembers<UsedPrior> = 2;
 template <>
-inline constexpr int kMembers<PriorScale> = 3;
+inline constexpr int kMembers<PriorScale> = 4;
 template <>
 inline constexpr int kMembers<Iterations> = 2;
 template <>
@@ -64,15 +68,19 @@ inline constexpr int kMembers<AxisStatistics> = 3;
 template <>
 inline constexpr int kMembers<ErrorStatistics> = 9;
 template <>
+inline constexpr int kMembers<CalibrationVerdict> = 1;
+template <>
+inline constexpr int kMembers<Finding> = 2;
+template <>
 inline constexpr int kMembers<StageErrors> = 5;
 template <>
 inline constexpr int kMembers<DeviationGain> = 3;
 template <>
 inline constexpr int kMembers<DeviationTerm> = 4;
 template <>
-inline constexpr int kMembers<DeviationChoice> = 5;
+inline constexpr int kMembers<DeviationChoice> = 6;
 template <>
-inline constexpr int kMembers<CrossValidation> = 4;
+inline constexpr int kMembers<CrossValidation> = 5;
 template <>
 inline constexpr int kMembers<RegressorSelection> = 4;
 template <>
@@ -88,7 +96,7 @@ inline constexpr int kMembers<Reflector> = 2;
 template <>
 inline constexpr int kMembers<IdentifiedParameter> = 6;
 template <>
-inline constexpr int kMembers<Arm> = 4;
+inline constexpr int kMembers<Arm> = 6;
 template <>
 inline constexpr int kMembers<ArmJoint> = 2;
 template <>
@@ -102,11 +110,13 @@ inline constexpr int kMembers<MeasurementNoise> = 2;
 template <>
 inline constexpr int kMembers<TrackerNoiseModel> = 4;
 template <>
-inline constexpr int kMembers<DriftDocument> = 12;
+inline constexpr int kMembers<DriftDocument> = 13;
 template <>
 inline constexpr int kMembers<DriftDocument::Error> = 3;
 template <>
 inline constexpr int kMembers<DriftDocument::Cause> = 9;
+template <>
+inline constexpr int kMembers<ModelUpdate> = 8;
 template <>
 inline constexpr int kMembers<Iso9283Document> = 7;
 template <>
@@ -138,13 +148,25 @@ CalibrationDocument full_document() {
   Filler{}(x);
   // What a document does not say.
   x.deviation->terms.clear();
-  for (CrossValidation& tried : x.residual->tried) tried.squared_errors.clear();
+  for (CrossValidation& tried : x.residual->tried) {
+    tried.squared_errors.clear();
+    tried.predicted = {};
+  }
+  x.deviation->likely = {};
   x.prior->scale.deviation = PriorScale{}.deviation;
+  x.prior->scale.reflector_mm = PriorScale{}.reflector_mm;
   for (ArmJoint& each : x.arm->joints) {
     each.joint.acceleration = 0;
+    each.joint.type = JointType::Revolute;  // as coupled ones are
     each.joint.sign = -1;
   }
-  for (StageErrors* stages : {&x.identify, &*x.validate})
+  x.arm->coupling = {{.joint = 1, .to = 0, .factor = 0.25}};
+  std::vector<StageErrors*> all_stages{&x.identify, &*x.validate};
+  for (Station& station : x.stations) {
+    all_stages.push_back(&station.identify);
+    all_stages.push_back(&*station.validate);
+  }
+  for (StageErrors* stages : all_stages)
     stages->before.count = stages->geometric.count = stages->after.count = stages->points;
   x.remeasured->count = x.validate->points;
   for (UncertaintyMap& map : x.transfer->maps) {

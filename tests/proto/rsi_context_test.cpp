@@ -12,6 +12,7 @@ namespace truepose::rsi {
 namespace {
 
 using testing::AllOf;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -165,6 +166,28 @@ TEST(ContextLint, NamesEveryFlawAlone) {
     flaw.make(context);
     EXPECT_THAT(lint(context, shipped_ethernet(), {}), ElementsAre(HasSubstr(flaw.found))) << flaw.found;
   }
+}
+
+TEST(ContextLint, SaysWhatACartesianCorrectionDoes) {
+  const auto read = parse_context(R"(<RsiContext><RsiObjects>
+    <RsiObject ObjTypeId="64" ObjType="Ethernet" ObjId="ETHERNET1"><Parameters>
+      <Parameter Name="ConfigFile" ParamId="0" ParamValue="truepose_rsi_ethernet.xml"/>
+      <Parameter Name="Timeout" ParamId="0" ParamValue="100"/><Parameter Name="Precision" ParamId="7" ParamValue="4"/>
+    </Parameters></RsiObject>
+    <RsiObject ObjTypeId="27" ObjType="PosCorr" ObjId="PosCorr_1">
+      <Inputs><Input InIdx="0" OutObjId="ETHERNET1" OutIdx="0"/><Input InIdx="1" OutObjId="ETHERNET1" OutIdx="1"/></Inputs>
+      <Parameters><Parameter Name="UpperLimZ" ParamId="5" ParamValue="25"/>
+        <Parameter IsRuntime="false" Name="RefCorrSys" ParamId="0" ParamValue="1"/></Parameters></RsiObject>
+    <RsiObject ObjTypeId="81" ObjType="PosCorrMon" ObjId="PosCorrMon_1">
+      <Parameters><Parameter Name="MaxTrans" ParamId="0" ParamValue="45"/></Parameters></RsiObject>
+    </RsiObjects></RsiContext>)");
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_THAT(
+      lint(*read, shipped_ethernet(), {}),
+      Contains(
+          "PosCorr_1 moves the TCP along the base by what AK brings (X -5 .. 5 mm, Y -5 .. 5 mm, Z -5 .. "
+          "25 mm, 5 deg; POSCORRMON stops RSI at 45 mm or 6 deg): the daemon corrects axes alone "
+          "(AXISCORR) and sends nothing for it"));
 }
 
 TEST(ContextLint, KnowsTheLimitsThatHoldWhereNoneAreGiven) {

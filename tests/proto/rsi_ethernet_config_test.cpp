@@ -12,6 +12,7 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 std::string shipped() {
   std::ifstream file{TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml"};
@@ -75,6 +76,21 @@ TEST(EthernetConfig, WarnsOfWhatWouldBreakAbsoluteCorrections) {
   EXPECT_THAT(warnings("DEF_ASPos", "DEF_ESPos"), Contains(HasSubstr("no DEF_ASPos")));
   EXPECT_THAT(warnings("DEF_AIPos", "DEF_EIPos"), Contains(HasSubstr("no DEF_AIPos")));
   EXPECT_THAT(warnings("\"Stop\"", "\"DiO\""), Contains(HasSubstr("no BOOL element Stop")));
+}
+
+TEST(EthernetConfig, SaysThatACartesianCorrectionIsNeverSent) {
+  std::string receive;
+  for (const std::string axis : {"X", "Y", "Z", "A", "B", "C"})
+    receive += "<ELEMENT TAG=\"RKorr." + axis + "\" TYPE=\"DOUBLE\" INDX=\"1\" HOLDON=\"1\"/>";
+  const auto config = parse_ethernet_config(
+      "<ROOT><CONFIG><IP_NUMBER>10.0.0.1</IP_NUMBER><PORT>49152</PORT><SENTYPE>P</SENTYPE><ONLYSEND>FALSE</ONLYSEND>"
+      "</CONFIG><SEND><ELEMENTS/></SEND><RECEIVE><ELEMENTS>" +
+      receive + "</ELEMENTS></RECEIVE></ROOT>");
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_THAT(lint(*config),
+              Contains("RECEIVE has a Cartesian correction, RKorr: truepose corrects axes alone and "
+                       "never sends it, so it keeps its start value"));
+  EXPECT_THAT(lint(*config), Not(Contains(HasSubstr("RKorr.X"))));
 }
 
 TEST(EthernetConfig, RefusesWhatItCannotBelieveAndNamesIt) {

@@ -37,8 +37,7 @@ constexpr char kNoCompute[] = "the computation was given up: not enough memory";
 
 /// Whether the model is put to use without anybody having looked at it.
 bool activates(const daemon::CampaignResult& result) {
-  const auto& found = result.as<daemon::CalibrationResult>();
-  return found.improves && found.doubts.empty();
+  return !result.as<daemon::CalibrationResult>().verdict.failed();
 }
 
 /// What is wrong with the tracker's data in one campaign.
@@ -81,6 +80,10 @@ class WatchedTracker final : public drivers::Tracker {
       co_return std::unexpected(drivers::TrackerError{drivers::TrackerFault::Refused, *std::move(why)});
     last = *measured;
     co_return measured;
+  }
+  void average_over(drivers::Duration time) override { tracker_.average_over(time); }
+  asio::awaitable<std::expected<void, drivers::TrackerError>> turn_over(TimePoint deadline) override {
+    return tracker_.turn_over(deadline);
   }
   asio::awaitable<std::expected<void, drivers::TrackerError>> check(TimePoint deadline) override {
     return tracker_.check(deadline);

@@ -84,7 +84,8 @@ TEST_F(BadInput, WrongUsage) {
   expect_one_line(calibrate({"--robot", kRobot}), 2, "--data is required" + see);
   expect_one_line(
       calibrate({"--robot", kRobot, "--data", "d.csv", "--loss", "cauchy"}), 2,
-      "--loss: 'cauchy' is not available in this version (available: squared, huber, igg3, tukey)" + see);
+      "--loss: 'cauchy' is not available in this version (available: screened, squared, huber, igg3, tukey)" +
+          see);
   expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--split", "0.7", "--validate", "v.csv"}),
                   2, "--validate excludes --split" + see);
   expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--folds", "5", "--split", "0.7"}), 2,

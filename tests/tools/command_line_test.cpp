@@ -56,7 +56,6 @@ const std::map<std::string, std::string> kWithoutCommand{
     {"session.hello", "every command opens its session with it"},
     {"system.info", "for programs; by hand with `truepose call`"},
     {"system.config", "for programs; by hand with `truepose call`"},
-    {"cell.disconnect", "the daemon keeps its devices; by hand with `truepose call`"},
     {"drift.check", "`truepose drift`, which judges files too, and so is no row of the table"},
     {"targets.compensate", "for programs; files are compensated by `truepose compensate`"},
     {"events.unsubscribe", "a command ends with its session"}};

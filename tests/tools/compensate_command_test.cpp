@@ -144,6 +144,21 @@ TEST_F(Compensate, TheTcpComesFirstWhereATheToolIsGiven) {
             1e-8);
 }
 
+TEST_F(Compensate, TheArmBendsUnderThePayloadThatItIsTold) {
+  const std::string targets = file(std::string(kJoints) + kRegularRow);
+  EXPECT_THAT(compensate({"--joints", targets, "--payload", "60,0,0,200"}).err,
+              HasSubstr("--payload: the model does not know how the arm bends under a payload"));
+  model_.cell.robot.deviation = {{1, DeviationBasis::Gravity, 1, 1e-4}};
+  folder_.write("model.yaml", config::model_yaml(model_));
+  EXPECT_EQ(compensate({"--joints", targets, "--payload", "-1,0,0,200"}).exit_code, 2);
+  RobotModel loaded = model_.cell.robot;
+  loaded.payload = LinkMass{60, {0, 0, 200}};
+  const JointVector q = joints(document({"--joints", targets, "--payload", "60,0,0,200"}), 0);
+  const Eigen::Vector3d wanted = forward_kinematics(nominal_, nominal_joints(kRegularRow)).translation();
+  EXPECT_LT((forward_kinematics(loaded, q).translation() - wanted).norm(), 1e-5);
+  EXPECT_GT((forward_kinematics(model_.cell.robot, q).translation() - wanted).norm(), 0.01);
+}
+
 TEST_F(Compensate, EveryTargetHasTheStandardDeviationOfItsPosition) {
   const std::string targets = file(std::string(kJoints) + kRegularRow + kSingularRow);
   const json::object found = document({"--joints", targets});

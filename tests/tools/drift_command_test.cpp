@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <boost/json.hpp>
+#include <filesystem>
 #include <fstream>
 
 #include "config/measurement_file.hpp"
@@ -90,12 +92,50 @@ TEST_F(DriftCommand, FailsAndNamesTheAxisWhoseZeroMoved) {
   EXPECT_NE(drift(model_, data).out.find("failed: the points are off by "), std::string::npos);
 }
 
+TEST_F(DriftCommand, UpdatesAModelThatIsRightFromThenOnAndNamesTheOldOne) {
+  truth_.robot.joints[2].theta_rad += 5e-4;
+  const std::string updated = folder_.path() / "updated.yaml";
+  const std::string data = five_points();
+  const Finished run = drift(model_, data, {"--update", "--out", updated});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("\nupdated:\n  axis 3's zero moved by 0.02"), std::string::npos) << run.out;
+  const config::ModelFile old = config::load_model(model_), model = config::load_model(updated);
+  EXPECT_EQ(model.updates, "model.yaml of " + old.created);
+  EXPECT_GT(model.validation_mean_mm, 0);
+  const auto theta = [](const config::ModelFile& file) {
+    return *std::ranges::find(file.parameters, "link3.theta", &IdentifiedParameter::name);
+  };
+  EXPECT_NEAR(theta(model).value - theta(old).value, 5e-4, 5e-5);
+  EXPECT_EQ(theta(model).value, model.cell.robot.joints[2].theta_rad);
+  EXPECT_GT(theta(model).sigma, 0);
+  EXPECT_EQ(drift(model_, five_points()).exit_code, 1);
+  EXPECT_NE(drift(updated, five_points()).out.find("\nok: "), std::string::npos);
+}
+
+TEST_F(DriftCommand, WritesNoUpdateOfAnUnchangedArmOrByAWrongReading) {
+  const std::string updated = folder_.path() / "updated.yaml";
+  const Finished unchanged = drift(model_, five_points(), {"--update", "--out", updated});
+  EXPECT_EQ(unchanged.exit_code, 0);
+  EXPECT_NE(unchanged.out.find("\nnot updated:\n  nothing has moved that the points could tell\n"),
+            std::string::npos)
+      << unchanged.out;
+  MeasurementData data = config::load_measurements(five_points(), nominal_);
+  data.points[3].p_WS_mm.x() += 2;
+  const Finished reading = drift(model_, write("wrong.csv", data), {"--update", "--out", updated, "--json"});
+  EXPECT_EQ(reading.exit_code, 0);
+  const json::object update = json::parse(reading.out).at("update").as_object();
+  EXPECT_EQ(update.at("offered"), false);
+  EXPECT_TRUE(update.at("wrong").at(0).as_string().starts_with("the reading of point 4 alone is off by 2.0"));
+  EXPECT_FALSE(exists(std::filesystem::path{updated}));
+}
+
 TEST_F(DriftCommand, JudgesAModelFileOfBeforeByItsValidation) {
   config::ModelFile model = config::load_model(model_);
   ASSERT_TRUE(model.noise);
   EXPECT_GT(model.covariance.size(), 0);
   model.noise.reset();
   model.covariance = {};
+  model.validation.clear();
   const std::string old = folder_.write("old.yaml", config::model_yaml(model));
   const std::string data = five_points();
   const Finished run = drift(old, data);

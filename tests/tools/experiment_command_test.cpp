@@ -26,7 +26,7 @@ Finished experiment(std::vector<std::string> arguments) {
 
 /// The document of one small run, shared by the tests that read it.
 const Finished& small_run() {
-  static const Finished once = experiment({"--trials", "2", "--seed", "3", "--json"});
+  static const Finished once = experiment({"--trials", "2", "--seed", "3", "--jobs", "1", "--json"});
   return once;
 }
 
@@ -93,11 +93,12 @@ TEST(ExperimentCommand, HasARowForEveryMethodDesignAndLayer) {
                                      "deviation auto and gp", "tracker in the loop"}));
 }
 
-TEST(ExperimentCommand, GivesTheSameForTheSameSeedAndWritesTheReport) {
+TEST(ExperimentCommand, GivesTheSameForTheSameSeedWithAnyNumberOfJobsAndWritesTheReport) {
   TempFolder folder;
   const std::string report = folder.path() / "experiment.html";
-  const Finished again = experiment({"--trials", "2", "--seed", "3", "--json", "--report", report, "--robot",
-                                     std::string(TRUEPOSE_SOURCE_DIR) + "/config/robots/kr210_r2700_2.yaml"});
+  const Finished again =
+      experiment({"--trials", "2", "--seed", "3", "--jobs", "3", "--json", "--report", report, "--robot",
+                  std::string(TRUEPOSE_SOURCE_DIR) + "/config/robots/kr210_r2700_2.yaml"});
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_EQ(without_times(json::parse(again.out).as_object()), without_times(document()));
 
@@ -114,7 +115,7 @@ TEST(ExperimentCommand, RendersAPageThatNeedsNothingElse) {
   ASSERT_TRUE(page.load_string(html.c_str()));
   EXPECT_EQ(page.select_nodes("//table").size(), 4u);
   EXPECT_EQ(page.select_nodes("//svg").size(), 4u);
-  EXPECT_EQ(page.select_nodes("//svg//g").size(), 13u);  // the methods with noise
+  EXPECT_EQ(page.select_nodes("//svg//g").size(), 14u);  // the methods with noise
   EXPECT_EQ(page.select_nodes("//link | //@src | //@href[not(starts-with(., 'data:'))]").size(), 0u);
   EXPECT_THAT(html, HasSubstr("chosen to match the printed figure"));
 }
@@ -127,7 +128,7 @@ TEST(ExperimentCommand, RendersAMethodThatNeverConverged) {
   method["convergence"] = method["errors"] = json::array{};
   pugi::xml_document page;
   ASSERT_TRUE(page.load_string(report::render_experiment_html(lost).c_str()));
-  EXPECT_EQ(page.select_nodes("//svg//g").size(), 12u);
+  EXPECT_EQ(page.select_nodes("//svg//g").size(), 13u);
 }
 
 TEST(ExperimentCommand, RefusesTrialsAndArmsThatItCannotUse) {

@@ -204,10 +204,10 @@ TEST_F(Offline, CalibrateFindsTheGoldenArmWithoutNoise) {
 
 TEST_F(Offline, CalibrateSaysWhenNothingWasValidated) {
   const std::string data = write_golden_points(false);
-  EXPECT_FALSE(succeed({"calibrate", "--robot", kRobot, "--data", data, "--json"}).contains("validate"));
   const Finished run = run_program("truepose", {"calibrate", "--robot", kRobot, "--data", data});
-  EXPECT_EQ(run.exit_code, 0);
-  EXPECT_NE(run.out.find("Nothing was validated"), std::string::npos) << run.out;
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_NE(run.out.find("Verdict: amber"), std::string::npos) << run.out;
+  EXPECT_NE(run.err.find("nothing but the points that it was fitted to"), std::string::npos) << run.err;
 }
 
 TEST_F(Offline, CalibrateValidatesOnAnotherFile) {
@@ -262,7 +262,8 @@ TEST_F(Offline, CalibrateFailsWhereValidationIsNoBetterThanTheNominalArm) {
       "truepose", {"calibrate", "--robot", kRobot, "--data", folder_.path() / "noisy.csv", "--json"});
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_EQ(run.err, "truepose: " + (folder_.path() / "noisy.csv").string() +
-                         ": on validation poses the calibrated arm is no better than the nominal one\n");
+                         ": the calibrated arm is no better than the nominal one: check the robot file, the "
+                         "mounting of the reflector and the tracker\n");
   EXPECT_TRUE(json::parse(run.out).is_object());
 }
 

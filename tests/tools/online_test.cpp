@@ -53,7 +53,7 @@ class FakeCell : public daemon::CellService {
   explicit FakeCell(daemon::EventBus& events) : events_{events} {}
   std::vector<std::string> methods() const override {
     return {"cell.status",    "cell.connect", "campaign.start", "campaign.get",
-            "campaign.pause", "model.list",   "model.export"};
+            "campaign.pause", "model.list",   "model.get",      "model.export"};
   }
   asio::awaitable<std::expected<json::value, RpcError>> call(std::string method,
                                                              json::object params) override {
@@ -67,7 +67,20 @@ class FakeCell : public daemon::CellService {
     if (method == "campaign.get") {
       events_.publish(control::Topic::Campaign, json::object{{"id", "another"}, {"phase", "failed"}});
       events_.publish(control::Topic::Campaign, progress("validating", 31));
-      events_.publish(control::Topic::Campaign, progress(final_phase, 60));
+      const auto tell = [this](const char* state, const char* reason) {
+        events_.publish(control::Topic::Cell,
+                        json::object{{"state", state}, {"from", "campaign"}, {"reason", reason}});
+      };
+      tell("campaign", "the tracker answers");
+      tell("ready", "nobody asks for this one");
+      events_.publish(control::Topic::Log, json::object{{"level", "info"}, {"text", "nor for this one"}});
+      events_.publish(control::Topic::Log,
+                      json::object{{"level", "warning"},
+                                   {"text", "pose 12, attempt 1 of 3: tracker: the beam was broken"}});
+      json::object last = progress(final_phase, 60);
+      last["skipped"] = 1;
+      last["model_id"] = "m1";
+      events_.publish(control::Topic::Campaign, last);
     }
     co_return result;
   }
@@ -84,6 +97,7 @@ class FakeCell : public daemon::CellService {
       "progress": {"id": "c1", "phase": "identifying", "done": 3, "total": 60, "error_mm": null, "eta_s": null}},
     "model.list": {"models": [{"id": "m1", "created": "t", "robot_serial": "42", "validation_before_mm": 2.5,
       "validation_after_mm": 0.0421, "active": true}], "total": 1},
+    "model.get": {"model": {"id": "m1", "validation_after_mm": 0.0421, "active": true}},
     "model.export": {"id": "m1", "yaml": "name: KR\n"}})";
   daemon::EventBus& events_;
 };
@@ -101,7 +115,7 @@ class OnlineTest : public testing::Test {
     on_loop([this] {
       server_ = daemon::ControlServer::start(io_.get_executor(),
                                              {clock_, [] { return std::chrono::system_clock::time_point{}; },
-                                              cell_, events_, [](const std::string&) {}, socket()},
+                                              cell_, events_, [](const std::string&) {}, worker_, socket()},
                                              {{"127.0.0.1", 0}, folder_.path() / "token"}, "cell 1")
                     .value();
       address_ = "127.0.0.1:" + std::to_string(server_->port());
@@ -145,6 +159,7 @@ class OnlineTest : public testing::Test {
                            [] { return std::chrono::system_clock::time_point{}; }};
   RealClock clock_;
   FakeCell cell_{events_};
+  daemon::Worker worker_;
   asio::io_context io_;
   asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
   std::unique_ptr<daemon::ControlServer> server_;
@@ -184,9 +199,16 @@ TEST_F(OnlineTest, WatchShowsProgressUntilTheCampaignEnds) {
   EXPECT_EQ(watched.out,
             "identifying  3/60 poses\n"
             "validating   31/60 poses  error 0.043 mm  1 min 20 s left\n"
-            "done         60/60 poses  error 0.043 mm  1 min 20 s left\n");
+            "00:00:00  the tracker answers\n"
+            "00:00:00  pose 12, attempt 1 of 3: tracker: the beam was broken\n"
+            "done         60/60 poses, 1 skipped  error 0.043 mm  1 min 20 s left\n"
+            "campaign c1 is done: model m1, 0.042 mm on validation poses, active\n"
+            "next: truepose report c1 --html report.html\n");
   cell_.final_phase = "failed";
-  EXPECT_EQ(run({"campaign", "watch", "c1"}).exit_code, 1);
+  const Outcome failed = run({"campaign", "watch", "c1"});
+  EXPECT_EQ(failed.exit_code, 1);
+  EXPECT_THAT(failed.out,
+              HasSubstr("campaign c1 failed; what it measured is kept\nnext: truepose campaign show c1\n"));
 }
 
 TEST_F(OnlineTest, StartSendsWhatWasAskedForOnly) {
@@ -315,7 +337,7 @@ TEST_F(OnlineTest, WhoeverSquatsOnTheDaemonsPortIsNotTakenForItAndLearnsNoToken)
 }
 
 TEST_F(OnlineTest, ADaemonThatStopsEndsAWatchWithItsReason) {
-  auto client = RpcClient::connect(address_, folder_.path() / "token");
+  auto client = RpcClient::connect({address_, folder_.path() / "token"});
   ASSERT_TRUE(client);
   on_loop([this] { server_->stop(); });
   const auto event = client->next_event();

@@ -56,13 +56,17 @@ TEST_F(ReportCommand, EndsByWhatAllLayersLeaveAsCalibrateDoes) {
     return document;
   };
   EXPECT_EQ(report(with_means(2, 1, 3)), 1) << "a residual field that spoils it";
-  EXPECT_EQ(err_, "truepose: on validation poses the calibrated arm is no better than the nominal one\n");
+  EXPECT_EQ(
+      err_,
+      "truepose: the calibrated arm is no better than the nominal one: check the robot file, the mounting of the "
+      "reflector and the tracker\n");
   EXPECT_THAT(out_, HasSubstr("no improvement"));
   EXPECT_EQ(report(with_means(2, 3, 1)), 0) << err_;
   json::object document = with_means(2, 1, 1);
   document["converged"] = false;
   EXPECT_EQ(report(document), 1);
-  EXPECT_EQ(err_, "truepose: the identification did not converge\n");
+  EXPECT_EQ(err_,
+            "truepose: the identification did not converge: check the robot file and the measurements\n");
 }
 
 TEST_F(ReportCommand, WritesThePageAndTheDocumentWithTheTruthBesideIt) {

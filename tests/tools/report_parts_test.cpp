@@ -87,11 +87,12 @@ TEST(ReportVerdict, SaysWhatToDo) {
   document["remeasured"].as_object()["mean"] = 99;
   EXPECT_EQ(verdict(document).kind, Refuse);
   document = full_document(6);
-  for (json::value& point : document["points"].as_array()) {
-    if (point.at("pose") == 9) point.as_object()["after"] = {20, 0, 0};
-  }
-  EXPECT_THAT(verdict(document).sentence, HasSubstr("Look first at the 1 point that is farther off"));
+  document["verdict"] = {{"color", "amber"},
+                         {"findings", {{{"severity", "doubt"}, {"sentence", "two rows are far off"}}}}};
   EXPECT_EQ(verdict(document).kind, Caution);
+  EXPECT_EQ(verdict(document).sentence, "Look into this before you use the model: two rows are far off.");
+  EXPECT_EQ(why_unusable(document), "two rows are far off");
+  document = full_document(6);
   document["converged"] = false;
   EXPECT_EQ(verdict(document).kind, Refuse);
   EXPECT_THAT(verdict(document).sentence, HasSubstr("did not converge"));

@@ -180,7 +180,7 @@ TEST(ReportText, IsTheTableForATerminal) {
       text,
       HasSubstr(
           "Mean position error 2.862 mm -> 0.571 mm, 5.0 times more accurate. 5 of 6 geometric parameters"));
-  EXPECT_THAT(text, Not(HasSubstr("Nothing was validated")));
+  EXPECT_THAT(text, HasSubstr("\nVerdict: green. Use this model: the arm was driven by it"));
 }
 
 TEST(ReportText, SaysWhatNotToTrust) {
@@ -189,7 +189,10 @@ TEST(ReportText, SaysWhatNotToTrust) {
   const std::string text = render_text(document);
   EXPECT_THAT(text, Not(HasSubstr("Validation")));
   EXPECT_THAT(text, HasSubstr("did not converge"));
-  EXPECT_THAT(text, HasSubstr("Nothing was validated"));
+  EXPECT_THAT(text,
+              HasSubstr("\nVerdict: red. Do not use this model.\n  refusal: the identification did not"));
+  EXPECT_THAT(text,
+              HasSubstr("\n  doubt: nothing but the points that it was fitted to shows how good it is"));
 }
 
 }  // namespace

@@ -14,13 +14,13 @@
 #include "core/simulate/measurement_campaign.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
+#include "tests/tools/robot_file.hpp"
 
 namespace truepose {
 namespace {
 
 namespace json = boost::json;
 
-const std::string kRobot = std::string(TRUEPOSE_SOURCE_DIR) + "/config/robots/kr210_r2700_2.yaml";
 constexpr int kPoses = 26;
 constexpr int kReflectors = 2;
 
@@ -105,6 +105,22 @@ TEST_F(ValidationRuns, ByFoldsPredictEveryPoseOnceAndIdentifyFromAll) {
   EXPECT_DOUBLE_EQ(config::load_model(model).validation_mean_mm, mean_mm(document.at("validate"), "after"));
 }
 
+/// Without what tells the time.
+json::object timeless(json::object document) {
+  for (const char* key : {"date", "elapsed_s"}) document.erase(key);
+  return document;
+}
+
+TEST_F(ValidationRuns, AreTheSameWithAnyNumberOfJobs) {
+  for (std::vector<std::string> options : {std::vector<std::string>{"--folds", "4", "--residual", "auto"},
+                                           {"--split", "0.7", "--repeat", "3"}}) {
+    options.insert(options.end(), {"--jobs", "1"});
+    const json::object alone = timeless(calibrate(options));
+    options.back() = "3";
+    EXPECT_EQ(timeless(calibrate(options)), alone);
+  }
+}
+
 TEST_F(ValidationRuns, ByMoreFoldsThanPosesAreRefused) {
   const Finished run =
       run_program("truepose", {"calibrate", "--robot", kRobot, "--data", data_, "--folds", "27"});
@@ -124,11 +140,12 @@ TEST_F(ValidationRuns, AreWrittenWithTheirSpread) {
 }
 
 TEST_F(ValidationRuns, WeighPointsByTheNoiseOfTheTracker) {
-  const json::object alike = calibrate({});
-  const json::object weighed = calibrate({"--tracker-noise", "0.005,0.05", "--repeatability", "0.01"});
+  const json::object alike = calibrate({"--folds", "4"});
+  const json::object weighed =
+      calibrate({"--folds", "4", "--tracker-noise", "0.03,0.01", "--repeatability", "0.01"});
   EXPECT_FALSE(alike.contains("noise"));
   EXPECT_EQ(weighed.at("noise"),
-            (json::value{{"range_mm", 0.005}, {"transverse_mm_per_m", 0.05}, {"repeatability_mm", 0.01}}));
+            (json::value{{"range_mm", 0.03}, {"transverse_mm_per_m", 0.01}, {"repeatability_mm", 0.01}}));
   EXPECT_NE(alike.at("base"), weighed.at("base"));
 }
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/identify/calibrate.hpp"
 #include "core/math/angles.hpp"
@@ -29,24 +30,33 @@ std::vector<std::size_t> random_choice(std::size_t candidates, int poses, Random
   return chosen;
 }
 
-/// Errors of fits at the poses of the task, from one trial after the other.
+/// Errors of a fit at the poses of the task.
 struct Judged {
-  double squares_mm2 = 0;  ///< sum over trials of the mean over the task
-  double worst_mm = 0;     ///< sum over trials of the greatest over the task
-  int trials = 0;
-
-  void add(const CalibratedCell& fit, const CalibratedCell& truth, std::span<const JointVector> task) {
-    double squares = 0, worst = 0;
-    for (const JointVector& q : task) {
-      const double square = (fit.predict(q, 0) - truth.predict(q, 0)).squaredNorm();
-      squares += square / static_cast<double>(task.size());
-      worst = std::max(worst, square);
-    }
-    squares_mm2 += squares;
-    worst_mm += std::sqrt(worst);
-    ++trials;
-  }
+  double square_mm2 = 0;  ///< mean
+  double worst_mm = 0;
 };
+
+Judged judged(const CalibratedCell& fit, const CalibratedCell& truth, std::span<const JointVector> task) {
+  double squares = 0, worst = 0;
+  for (const JointVector& q : task) {
+    const double square = (fit.predict(q, 0) - truth.predict(q, 0)).squaredNorm();
+    squares += square / static_cast<double>(task.size());
+    worst = std::max(worst, square);
+  }
+  return {squares, std::sqrt(worst)};
+}
+
+/// The mean over the trials that could be fitted.
+DesignResult result_of(std::string name, int poses, const std::vector<std::optional<Judged>>& trials) {
+  double squares = 0, worst = 0, fitted = 0;
+  for (const auto& trial : trials) {
+    if (!trial) continue;
+    squares += trial->square_mm2;
+    worst += trial->worst_mm;
+    ++fitted;
+  }
+  return {std::move(name), poses, std::sqrt(squares / fitted), worst / fitted};
+}
 
 }  // namespace
 
@@ -74,20 +84,22 @@ std::vector<DesignResult> compare_designs(const RobotModel& nominal, const Exper
 
   std::vector<DesignResult> results;
   const auto judge = [&](std::string name, auto chosen_of) {
-    Judged judged;
-    for (int index = 0; index < options.trials; ++index) {
-      if (hooks.progress) hooks.progress(static_cast<double>(index) / options.trials, name + " poses");
+    const auto trials = static_cast<std::size_t>(options.trials);
+    std::vector<std::vector<std::size_t>> chosen(trials);
+    std::ranges::generate(chosen, chosen_of);
+    std::vector<std::optional<Judged>> of_trials(trials);
+    run_trials(options.trials, hooks, name + " poses", [&](int index) {
+      const auto trial = static_cast<std::size_t>(index);
       std::vector<JointVector> poses;
-      for (const std::size_t k : chosen_of()) poses.push_back(candidates->poses[k]);
+      for (const std::size_t k : chosen[trial]) poses.push_back(candidates->poses[k]);
       const auto data = measure_campaign(arm, poses, {},
                                          {.tracker_noise_mm = options.tracker_noise_mm,
                                           .seed = set_up.noise_seed + static_cast<std::uint64_t>(index)})
                             .data;
       const auto fit = calibrate(nominal, data, {.prior = PriorUse::Off, .check_model = false});
-      if (fit) judged.add(fit->cell, set_up.truth, *judged_at);
-    }
-    results.push_back({std::move(name), options.identify_poses, std::sqrt(judged.squares_mm2 / judged.trials),
-                       judged.worst_mm / judged.trials});
+      if (fit) of_trials[trial] = judged(fit->cell, set_up.truth, *judged_at);
+    });
+    results.push_back(result_of(std::move(name), options.identify_poses, of_trials));
   };
   Random random{options.seed};
   judge("random", [&] { return random_choice(candidates->poses.size(), options.identify_poses, random); });

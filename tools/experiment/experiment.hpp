@@ -98,14 +98,18 @@ struct ExperimentResult {
   std::vector<PublishedComparison> published;
 };
 
-/// What the outside lends to a computation that knows neither clock nor terminal. Both may be empty.
+/// What the outside lends to a computation that knows neither clock nor terminal. Both functions may be
+/// empty.
 struct ExperimentHooks {
-  std::function<double()> clock_s;  ///< monotonic seconds; without it all times are 0
-  std::function<void(double share, std::string_view doing)> progress;  ///< share of it done, 0 to 1
+  std::function<double()> clock_s;  ///< seconds of the calling thread; without it all times are 0
+  /// Share of it done, 0 to 1; called by one thread at a time.
+  std::function<void(double share, std::string_view doing)> progress;
+  int jobs = 1;  ///< threads that it may use
 };
 
 /// Compares all methods on the same seeded trials of the paper's simulated arm, random poses with optimal
-/// ones, and the layers beyond geometry. The same options give the same result, times excepted.
+/// ones, and the layers beyond geometry. The same options give the same result with any number of jobs, times
+/// excepted.
 ///
 /// @param nominal  the data sheet's arm: six revolute joints of a KR 210, whose true errors are the published
 ///                 ones

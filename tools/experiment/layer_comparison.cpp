@@ -66,6 +66,15 @@ class ErrorsByLayer {
     return known != tallies_.end() ? known->second : tallies_.emplace_back(name, LayerErrors{}).second;
   }
 
+  /// Appends the errors of other arms.
+  void add(const ErrorsByLayer& others) {
+    for (const auto& [name, errors] : others.tallies_) {
+      LayerErrors& mine = (*this)[name];
+      mine.stood.insert(mine.stood.end(), errors.stood.begin(), errors.stood.end());
+      mine.model.insert(mine.model.end(), errors.model.begin(), errors.model.end());
+    }
+  }
+
   void append_results(const LayerResult& common, std::vector<LayerResult>& results) const {
     for (const auto& [name, tally] : tallies_) {
       if (tally.stood.empty()) continue;
@@ -197,18 +206,21 @@ std::vector<LayerResult> compare_layers(const RobotModel& nominal, const Experim
 
   const ExperimentOptions set_up = with_layer_poses(options);
   const int trials = std::clamp(options.trials / 4, 1, options.layer_trials);
+  std::vector<ErrorsByLayer> of_arms(cases.size() * static_cast<std::size_t>(trials));
+  run_trials(static_cast<int>(of_arms.size()), hooks, "layers", [&](int arm) {
+    const Case& c = cases[static_cast<std::size_t>(arm / trials)];
+    const Trial trial = draw_trial(nominal, set_up, arm % trials);
+    NonGeometricErrors errors;
+    if (!c.rigid)
+      errors = heavy_arm_errors({.backlash_rad = c.backlash_deg * kRadPerDeg, .seed = trial.noise_seed});
+    add_arm(nominal, measured_arm(trial, set_up, std::move(errors)), c.poses, options,
+            of_arms[static_cast<std::size_t>(arm)]);
+  });
   std::vector<LayerResult> results;
-  double done = 0;
+  auto arm = of_arms.begin();
   for (const Case& c : cases) {
     ErrorsByLayer tallies;
-    for (int index = 0; index < trials; ++index) {
-      if (hooks.progress) hooks.progress(done++ / static_cast<double>(cases.size()) / trials, "layers");
-      const Trial trial = draw_trial(nominal, set_up, index);
-      NonGeometricErrors errors;
-      if (!c.rigid)
-        errors = heavy_arm_errors({.backlash_rad = c.backlash_deg * kRadPerDeg, .seed = trial.noise_seed});
-      add_arm(nominal, measured_arm(trial, set_up, std::move(errors)), c.poses, options, tallies);
-    }
+    for (int index = 0; index < trials; ++index) tallies.add(*arm++);
     tallies.append_results({.rigid = c.rigid, .poses = c.poses, .backlash_deg = c.backlash_deg}, results);
   }
   return results;

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <optional>
+#include <map>
 #include <utility>
 
 #include "core/identify/calibrate.hpp"
@@ -25,7 +25,7 @@ struct Method {
 std::vector<Method> all_methods() {
   using enum CalibrationMethod;
   using enum TrialData;
-  const CalibrateOptions plain{.prior = PriorUse::Off, .check_model = false};
+  const CalibrateOptions plain{.loss = Loss::Squared, .prior = PriorUse::Off, .check_model = false};
   const auto by = [&](CalibrationMethod method) {
     CalibrateOptions options = plain;
     options.method = method;
@@ -51,6 +51,7 @@ std::vector<Method> all_methods() {
       // The oracle comes first of those with gross errors: the others are measured against it.
       {"oracle", GrossErrors, Start::Unaided, plain, true},
       {"two-stage", GrossErrors, Start::Unaided, plain},
+      {"two-stage, screened", GrossErrors, Start::Unaided, with(Loss::Screened)},
       {"robust two-stage (huber)", GrossErrors, Start::Unaided, with(Loss::Huber)},
       {"robust two-stage (igg3)", GrossErrors, Start::Unaided, with(Loss::Igg3)},
       {"robust two-stage (tukey)", GrossErrors, Start::Unaided, with(Loss::Tukey)},
@@ -92,31 +93,63 @@ std::vector<double> lengths(const std::vector<Eigen::Vector3d>& errors) {
   return lengths_mm;
 }
 
-/// Fits one trial.
-/// @return its RMS error at the validation poses, or nothing where there is no fit
-std::optional<double> run(const Method& method, const RobotModel& nominal, const Trial& trial,
-                          const SimulatedCampaign& campaign, const ExperimentHooks& hooks,
-                          MethodTally& tally) {
+/// One method in one trial.
+struct MethodRun {
+  double time_s = 0;
+  bool converged = false;
+  int iterations = 0;
+  std::vector<double> convergence_mm;
+  std::vector<Eigen::Vector3d> errors;  // empty where there is no fit
+
+  double rms_mm() const { return error_statistics(errors).rms; }
+};
+
+MethodRun run(const Method& method, const RobotModel& nominal, const Trial& trial,
+              const SimulatedCampaign& campaign, const ExperimentHooks& hooks) {
   CalibrateOptions options = method.options;
   if (method.start == Start::FromGuess) options.start = trial.guess;
   const MeasurementData data = points_to_fit(campaign, method.knows_gross_errors);
   const double begin_s = hooks.clock_s ? hooks.clock_s() : 0;
-  const auto fit = calibrate(nominal, data, options);
-  tally.times_s.push_back(hooks.clock_s ? hooks.clock_s() - begin_s : 0);
-  if (!fit) return std::nullopt;
+  auto fit = calibrate(nominal, data, options);
+  MethodRun run{.time_s = hooks.clock_s ? hooks.clock_s() - begin_s : 0};
+  if (!fit) return run;
+  run.converged = fit->converged;
+  run.iterations = fit->coarse_iterations + fit->fine_iterations;
+  run.convergence_mm = std::move(fit->coarse_rms_mm);
+  std::ranges::copy(fit->fine_rms_mm, std::back_inserter(run.convergence_mm));
+  run.errors = errors_at_validation(fit->cell, campaign);
+  return run;
+}
 
-  const auto errors = errors_at_validation(fit->cell, campaign);
-  if (tally.times_s.size() == 1) {
-    tally.convergence_mm = fit->coarse_rms_mm;
-    std::ranges::copy(fit->fine_rms_mm, std::back_inserter(tally.convergence_mm));
-    tally.first_errors_mm = lengths(errors);
+/// Every method in one trial.
+struct TrialRuns {
+  double bound_mm = 0;
+  std::vector<MethodRun> of_method;
+};
+
+TrialRuns run_all(const std::vector<Method>& methods, const RobotModel& nominal,
+                  const ExperimentOptions& options, int index, const ExperimentHooks& hooks) {
+  const Trial trial = draw_trial(nominal, options, index);
+  std::map<TrialData, SimulatedCampaign> campaigns;
+  for (const auto data : {TrialData::NoiseFree, TrialData::Noisy, TrialData::GrossErrors})
+    campaigns.emplace(data, measure_trial(trial, options, data));
+  TrialRuns runs{
+      .bound_mm = cramer_rao_rms_mm(trial.truth, trial.identify, trial.validate, reading_sigma_mm(options))};
+  for (const Method& method : methods)
+    runs.of_method.push_back(run(method, nominal, trial, campaigns.at(method.data), hooks));
+  return runs;
+}
+
+void add(const MethodRun& run, MethodTally& tally) {
+  if (tally.times_s.empty()) {
+    tally.convergence_mm = run.convergence_mm;
+    tally.first_errors_mm = lengths(run.errors);
   }
-  if (fit->converged) {
-    ++tally.converged;
-    tally.iterations += fit->coarse_iterations + fit->fine_iterations;
-    tally.errors.insert(tally.errors.end(), errors.begin(), errors.end());
-  }
-  return error_statistics(errors).rms;
+  tally.times_s.push_back(run.time_s);
+  if (!run.converged) return;
+  ++tally.converged;
+  tally.iterations += run.iterations;
+  tally.errors.insert(tally.errors.end(), run.errors.begin(), run.errors.end());
 }
 
 /// The value that a share of them lies below.
@@ -154,22 +187,22 @@ MethodResult result_of(const Method& method, MethodTally& tally, int trials, dou
 MethodComparison compare_methods(const RobotModel& nominal, const ExperimentOptions& options,
                                  const ExperimentHooks& hooks) {
   const std::vector<Method> methods = all_methods();
+  std::vector<TrialRuns> trials(static_cast<std::size_t>(options.trials));
+  run_trials(options.trials, hooks, "methods", [&](int index) {
+    trials[static_cast<std::size_t>(index)] = run_all(methods, nominal, options, index, hooks);
+  });
+
   std::vector<MethodTally> tallies(methods.size());
   double bound_squares = 0;
-  for (int index = 0; index < options.trials; ++index) {
-    if (hooks.progress) hooks.progress(static_cast<double>(index) / options.trials, "methods");
-    const Trial trial = draw_trial(nominal, options, index);
-    const double bound_mm =
-        cramer_rao_rms_mm(trial.truth, trial.identify, trial.validate, reading_sigma_mm(options));
-    bound_squares += bound_mm * bound_mm;
-
+  for (const TrialRuns& trial : trials) {
+    bound_squares += trial.bound_mm * trial.bound_mm;
     double oracle_mm = 0;
     for (std::size_t k = 0; k < methods.size(); ++k) {
-      const SimulatedCampaign campaign = measure_trial(trial, options, methods[k].data);
-      const auto rms_mm = run(methods[k], nominal, trial, campaign, hooks, tallies[k]);
-      if (methods[k].knows_gross_errors) oracle_mm = rms_mm.value_or(0);
-      if (methods[k].data == TrialData::GrossErrors && rms_mm)
-        tallies[k].near_oracle += *rms_mm <= 1.02 * oracle_mm;
+      const MethodRun& run = trial.of_method[k];
+      add(run, tallies[k]);
+      if (run.errors.empty()) continue;
+      if (methods[k].knows_gross_errors) oracle_mm = run.rms_mm();
+      tallies[k].near_oracle += methods[k].data == TrialData::GrossErrors && run.rms_mm() <= 1.02 * oracle_mm;
     }
   }
 

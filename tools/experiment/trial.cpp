@@ -1,12 +1,14 @@
 #include "tools/experiment/trial.hpp"
 
 #include <cmath>
+#include <mutex>
 #include <numbers>
 
 #include "core/compensate/target_compensation.hpp"
 #include "core/compensate/tracker_loop.hpp"
 #include "core/identify/calibrated_cell.hpp"
 #include "core/math/angles.hpp"
+#include "core/math/parallel.hpp"
 #include "core/math/random.hpp"
 #include "core/simulate/published_arm.hpp"
 
@@ -89,6 +91,19 @@ SimulatedCampaign measure_trial(const Trial& trial, const ExperimentOptions& opt
   if (data == TrialData::NoiseFree) arm.repeatability_mm = campaign.tracker_noise_mm = 0;
   if (data == TrialData::GrossErrors) campaign.gross = options.gross;
   return measure_campaign(arm, trial.identify, trial.validate, campaign);
+}
+
+void run_trials(int count, const ExperimentHooks& hooks, std::string_view doing,
+                const std::function<void(int)>& run) {
+  std::mutex mutex;
+  int begun = 0;
+  parallel_for(count, hooks.jobs, [&](int index) {
+    if (hooks.progress) {
+      const std::lock_guard lock(mutex);
+      hooks.progress(static_cast<double>(begun++) / count, doing);
+    }
+    run(index);
+  });
 }
 
 double reading_sigma_mm(const ExperimentOptions& options) {

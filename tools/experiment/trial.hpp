@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "core/identify/calibrated_cell.hpp"
@@ -50,6 +52,10 @@ TrueArmSetup true_arm(const Trial& trial, const ExperimentOptions& options);
 
 /// Readings of the trial's poses.
 SimulatedCampaign measure_trial(const Trial& trial, const ExperimentOptions& options, TrialData data);
+
+/// Calls run(0) .. run(count - 1) on as many threads as it is lent, and shows how far it is.
+void run_trials(int count, const ExperimentHooks& hooks, std::string_view doing,
+                const std::function<void(int)>& run);
 
 /// Standard deviation of one coordinate of a reading, mm.
 double reading_sigma_mm(const ExperimentOptions& options);

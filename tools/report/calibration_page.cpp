@@ -41,7 +41,8 @@ std::string fields(const auto& numbers) {
 std::vector<EmbeddedFile> embedded_files(const json::object& document, const ReportDocument& read,
                                          const FurtherDocuments& further) {
   std::vector<EmbeddedFile> files;
-  if (std::string csv = measurements_csv(read.points); !csv.empty()) {
+  // A measurement file is of one station.
+  if (std::string csv = measurements_csv(read.points); read.stations.empty() && !csv.empty()) {
     files.push_back({"measurements.csv", "text/csv", std::move(csv),
                      "what was measured, as truepose calibrate --data reads it"});
   }
@@ -71,14 +72,16 @@ std::string csv_text(std::string_view text) {
 }
 
 std::string measurements_csv(const std::vector<record::Point>& points) {
-  // A column that some points may lack is there only where all have it: a measurement file has no empty
-  // cells.
+  // A column that some points may lack is there only where all have it, but for the excess: it is empty where
+  // there is none.
   const auto all_have = [&points](auto member) {
     return std::ranges::all_of(points, [member](const record::Point& point) { return member(point); });
   };
   if (points.empty() || !all_have([](const auto& p) { return p.position.has_value(); })) return {};
   const bool direction = all_have([](const auto&p) { return !p.direction.empty(); }),
+             payload = all_have([](const auto&p) { return p.payload.has_value(); }),
              sigma = all_have([](const auto&p) { return p.sigma.has_value(); }),
+             excess = std::ranges::any_of(points, [](const auto&p) { return p.excess.has_value(); }),
              time = all_have([](const auto&p) { return !p.time.empty(); });
 
   std::string csv;
@@ -86,11 +89,16 @@ std::string measurements_csv(const std::vector<record::Point>& points) {
   for (std::size_t i = 1; i <= joints; ++i) csv += fmt::format("q{},", i);
   csv += "x,y,z,";
   for (std::size_t i = 1; direction && i <= joints; ++i) csv += fmt::format("dir{},", i);
-  csv += fmt::format("{}{}smr,set,pose\n", sigma ? "sigma," : "", time ? "time," : "");
+  if (payload) csv += "payload_kg,payload_x,payload_y,payload_z,";
+  csv += fmt::format("{}{}{}smr,set,pose\n", sigma ? "sigma," : "", excess ? "excess," : "",
+                     time ? "time," : "");
   for (const record::Point& point : points) {
     csv += fields(point.joints) + fields(*point.position);
     if (direction) csv += fields(point.direction);
+    if (payload) csv += fmt::format("{},", point.payload->mass_kg) + fields(point.payload->centre_mm);
     if (sigma) csv += fmt::format("{},", *point.sigma);
+    if (excess && point.excess) csv += fmt::format("{}", *point.excess);
+    if (excess) csv += ",";
     if (time) csv += csv_text(point.time) + ",";
     csv += fmt::format("{},{},{}\n", csv_text(point.smr), name_of(kPoseSetNames, point.set), point.pose);
   }

@@ -53,6 +53,19 @@ std::string tables(const ReportDocument& document) {
   return text + "\n" + table(title, stages_of(document, PoseSet::Validate));
 }
 
+std::string station_errors_text(const StageErrors& errors) {
+  return fmt::format("{} poses, mean error {} mm -> {} mm", errors.poses, error_text(errors.before.mean),
+                     error_text(errors.after.mean));
+}
+
+std::string station_lines(const std::vector<record::Station>& stations) {
+  if (stations.empty()) return {};
+  std::string text = "\nStations (the base of a model file is the one that the first of them sees):\n";
+  for (const record::Station& station : stations)
+    text += fmt::format("  {}: {}\n", station.name, station_text(station));
+  return text;
+}
+
 std::string deviation_lines(const LayerSelection& deviation) {
   std::string groups;
   for (const LayerChoice& group : deviation.tried) {
@@ -75,12 +88,30 @@ std::string residual_lines(const LayerSelection& residual) {
   return "\nResidual field: none predicts unseen poses better.\n";
 }
 
-std::string rejected_lines(std::vector<record::Rejected> points) {
+double mean_of(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+std::string thermal_lines(const record::Thermal& thermal) {
+  if (!thermal.chosen) return "\nWarmth: the arm is predicted as well without it.\n";
+  const std::string at =
+      thermal.time_constant_s > 0
+          ? fmt::format("in {:.0f} min; the model is that of the warm arm", thermal.time_constant_s / 60)
+          : fmt::format(
+                "lengths by {:.1f} ppm per kelvin; the model is that of drives at {:.1f} C on average",
+                thermal.growth_ppm_per_k, mean_of(thermal.reference_c));
+  return fmt::format("\nWarmth moves joint zeros and lengths, {}: cross-validated RMS {} mm -> {} mm\n", at,
+                     error_text(thermal.without_rms_mm), error_text(thermal.rms_mm));
+}
+
+std::string far_lines(std::string_view title, std::vector<record::Rejected> points) {
   constexpr std::size_t kListed = 10;
   if (points.empty()) return {};
   std::ranges::stable_sort(points, std::ranges::greater{}, &record::Rejected::sigmas);
   std::string text =
-      fmt::format("\nRejected points: {}{}\n", points.size(),
+      fmt::format("\n{}: {}{}\n", title, points.size(),
                   points.size() > kListed ? fmt::format(", the worst {} of them", kListed) : "");
   points.resize(std::min(points.size(), kListed));
   for (const record::Rejected& point : points) {
@@ -99,10 +130,12 @@ std::string sentence_lines(std::string_view title, const std::vector<std::string
 
 /// What was found beside errors and parameters, each part after an empty line.
 std::string findings(const ReportDocument& document) {
-  std::string text;
+  std::string text = station_lines(document.stations);
   if (document.deviation_layers) text += deviation_lines(*document.deviation_layers);
   if (document.residual_layers) text += residual_lines(*document.residual_layers);
-  text += rejected_lines(document.rejected);
+  if (document.thermal) text += thermal_lines(*document.thermal);
+  text += far_lines("Points to identify that were left out", document.rejected) +
+          far_lines("Validation points beyond six sigma", document.far_validation);
   if (const auto& told = document.observability) {
     text += sentence_lines("What the poses cannot tell", told->unknown) +
             sentence_lines("What the data sheet knows better", told->weak);
@@ -117,6 +150,15 @@ std::string findings(const ReportDocument& document) {
   return text;
 }
 
+std::string verdict_lines(const ReportDocument& document) {
+  std::string text =
+      fmt::format("\nVerdict: {}. {}.\n", name_of(kVerdictColorNames, document.verdict->color()),
+                  verdict_heading(document));
+  for (const Finding& finding : document.verdict->findings)
+    text += fmt::format("  {}: {}\n", name_of(kSeverityNames, finding.severity), finding.sentence);
+  return text;
+}
+
 }  // namespace
 
 std::string render_text(const boost::json::object& json) {
@@ -125,16 +167,12 @@ std::string render_text(const boost::json::object& json) {
   text += fmt::format("\nMean position error {} mm -> {} mm, {}. {} of {} geometric parameters determined.\n",
                       error_text(document.judged().before.mean), error_text(document.achieved().mean),
                       improvement_text(document), document.rank, document.geometric_parameters());
-  if (!document.converged) text += "The identification did not converge: do not use this model.\n";
-  if (!document.validate) text += "Nothing was validated: these are the errors of the fitted points.\n";
-  return text + findings(document);
+  return text + findings(document) + verdict_lines(document);
 }
 
 std::string why_unusable(const boost::json::object& json) {
   const ReportDocument document = read_document(json);
-  if (!document.converged) return "the identification did not converge";
-  if (document.validate && !document.improved())
-    return "on validation poses the calibrated arm is no better than the nominal one";
+  if (document.verdict->failed()) return document.verdict->findings.front().sentence;
   if (document.production && document.production->accuracy.refuted())
     return fmt::format("in production ({}) the correction brings the arm no nearer",
                        document.production->path.program);
@@ -204,10 +242,17 @@ std::string place_text(const record::Rejected& point) {
   const auto add = [&place](std::string_view part, const std::string& which) {
     place += fmt::format("{}{} {}", place.empty() ? "" : ", ", part, which);
   };
+  if (!point.station.empty()) add("station", point.station);
   if (point.pose > 0) add("pose", std::to_string(point.pose));
   if (!point.smr.empty()) add("reflector", point.smr);
   if (point.row > 0) add("row", std::to_string(point.row));
   return place;
+}
+
+std::string station_text(const record::Station& station) {
+  std::string text = station_errors_text(station.identify);
+  if (station.validate) text += fmt::format("; validation {}", station_errors_text(*station.validate));
+  return text;
 }
 
 std::string transfer_text(const record::Transfer& transfer) {

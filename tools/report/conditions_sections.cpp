@@ -44,7 +44,7 @@ Facts arm_facts(const ReportDocument& document) {
   const RobotModel& arm = *document.nominal;
   if (arm.name != document.robot) facts.emplace_back("Data sheet", xml::escaped(arm.name));
   facts.emplace_back("Joints", fmt::format("{}", arm.joints.size()));
-  double kg = 0;
+  double kg = arm.payload ? arm.payload->mass_kg : 0;
   for (const LinkMass& mass : arm.masses) kg += mass.mass_kg;
   if (kg > 0) facts.emplace_back("Mass moved, payload included", fmt::format("{:.4g} kg", kg));
   return facts;
@@ -86,6 +86,13 @@ Facts skipped_facts(const std::vector<record::Skipped>& skipped) {
         fmt::format("Pose {}, after {} {}", pose, attempts, attempts == 1 ? "attempt" : "attempts"),
         xml::escaped(reason));
   }
+  return facts;
+}
+
+Facts station_facts(const std::vector<record::Station>& stations) {
+  Facts facts;
+  for (const record::Station& station : stations)
+    facts.emplace_back(xml::escaped(station.name), xml::escaped(station_text(station)));
   return facts;
 }
 
@@ -134,6 +141,7 @@ std::string time_text(const std::string& rfc3339) {
 std::string conditions_section(const ReportDocument& document) {
   const std::string left = facts_table("Arm", arm_facts(document)) +
                            facts_table("Measurement", measurement_facts(document)) +
+                           facts_table("Tracker stations", station_facts(document.stations)) +
                            facts_table("Poses that were skipped", skipped_facts(document.skipped));
   const std::string right = facts_table("Identification", identification_facts(document)) +
                             facts_table("Result", result_facts(document));

@@ -209,18 +209,26 @@ std::string point_sections(const ReportDocument& document) {
                             fmt::format("The points that the parameters were fitted to{}.", split));
 }
 
-std::string rejected_section(const ReportDocument& document) {
-  if (document.rejected.empty()) return "";
+std::string far_section(std::string_view title, std::string_view lead,
+                        const std::vector<record::Rejected>& points) {
+  if (points.empty()) return "";
   Table table{"rejected", {{}, {"error, mm"}, {"standard deviations"}}};
-  for (const record::Rejected& point : document.rejected)
+  for (const record::Rejected& point : points)
     table.row(xml::escaped(place_text(point)),
               {error_text(point.residual_mm), fmt::format("{:.0f}", point.sigmas)});
-  return section(
-      "Points that were rejected",
-      note("The robust loss left them out of the identification: their error under the model that the others "
-           "determine is too many standard deviations of one coordinate. Look for a wrong reflector, a moved "
-           "mount or a broken beam.") +
-          std::move(table).scrolled());
+  return section(title, note(lead) + std::move(table).scrolled());
+}
+
+std::string rejected_section(const ReportDocument& document) {
+  return far_section(
+             "Points to identify that were left out",
+             "Their error under the model that the others determine is too many standard deviations of one "
+             "coordinate. Look for a wrong reflector, a moved mount or a broken beam.",
+             document.rejected) +
+         far_section(
+             "Validation points beyond six sigma",
+             "The same of points that validate. They are in the statistics of the validation all the same.",
+             document.far_validation);
 }
 
 }  // namespace truepose::report

@@ -39,7 +39,7 @@ using Pairs = std::vector<std::pair<double, double>>;
 std::vector<std::optional<Eigen::Vector3d>> motions(const ReportDocument& document, const Point& point) {
   const std::vector<Joint>& joints = document.nominal->joints;
   LinkFrames X_B;
-  link_frames(joints, joints_from(point.joints, *document.nominal), X_B);
+  link_frames(*document.nominal, joints_from(point.joints, *document.nominal), X_B);
   const Eigen::Vector3d p_B = document.X_WB->inverse() * *point.position;
   std::vector<std::optional<Eigen::Vector3d>> result(joints.size());
   for (std::size_t i = 0; i < joints.size(); ++i) {

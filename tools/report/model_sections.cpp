@@ -37,6 +37,8 @@ void add_choices(Table& table, const std::vector<LayerChoice>& choices,
 
 std::string group_title(std::string_view group) {
   if (group == "base") return "Base of the robot in the tracker's frame";
+  if (group.starts_with("base"))
+    return fmt::format("Base of the robot in the frame of the tracker at station {}", group.substr(4));
   if (group.starts_with("smr."))
     return fmt::format("Reflector {} in the flange frame", xml::escaped(group.substr(4)));
   if (group.starts_with("joint")) return fmt::format("Deviation of joint {}", xml::escaped(group.substr(5)));

@@ -56,19 +56,12 @@ std::string badges(const ReportDocument& document) {
   if (document.remeasured) html += badge(true, "Compensated poses measured again");
   if (document.transfer && !document.transfer->warning.empty())
     html += badge(false, "Not known well everywhere: measure more poses");
-  html += badge_of_count(document.rejected.size(), "point was rejected", "points were rejected") +
+  html += badge_of_count(document.rejected.size(), "point was left out", "points were left out") +
+          badge_of_count(document.far_validation.size(), "validation point is beyond six sigma",
+                         "validation points are beyond six sigma") +
           badge_of_count(document.skipped.size(), "pose was skipped", "poses were skipped") +
           stream_badge(document.stream);
   return html + "</ul>\n";
-}
-
-/// Judged points whose error after all layers is far beyond the usual one.
-long long points_far_off(const ReportDocument& document) {
-  constexpr double kMedians = 10;
-  std::vector<double> errors;
-  for (const Point& p : document.judged_points()) errors.push_back(p.after.norm());
-  const double limit = kMedians * median(errors);
-  return std::ranges::count_if(errors, [limit](double error) { return error > limit; });
 }
 
 std::string_view points_text(const ReportDocument& document) {
@@ -81,7 +74,9 @@ std::string before_and_after(const ReportDocument& document) {
   const double before = judged.before.mean, after = document.achieved().mean;
   return fmt::format(
       "<p>On {} {} the mean error went from {}&#160;mm to {}&#160;mm, the largest from {}&#160;mm to "
-      "{}&#160;mm{}.</p>\n",
+      "{}&#160;mm{}. This accuracy holds for the reflector: where a tool's TCP is on the flange was not "
+      "measured with it. Taken from a drawing, a TCP may be off by more than half a millimetre; <code>truepose "
+      "tool</code> measures it.</p>\n",
       plural(judged.points, "point", "points"), points_text(document), error_text(before), error_text(after),
       error_text(judged.before.max), error_text(document.achieved().max),
       document.remeasured ? ", measured again with compensated joints" : "");
@@ -102,40 +97,34 @@ std::string bars(const ReportDocument& document) {
 
 }  // namespace
 
-Verdict verdict_of(const ReportDocument& document) {
-  using enum Verdict::Kind;
-  if (!document.converged)
-    return {Refuse,
-            "Do not use this model: the identification did not converge. Check the robot file and the "
-            "measurements, and identify again."};
-  if (!document.improved())
-    return {
-        Refuse,
-        "Do not use this model: the arm it describes is no nearer to the measurements than the data "
-        "sheet's. Check the robot file, the mounting of the reflector and the tracker, and measure again."};
-  if (const auto& production = document.production; production && production->accuracy.refuted())
-    return production_verdict(*production);
-  if (!document.validate)
-    return {Caution,
-            "Do not rely on this model yet: nothing but the points it was fitted to shows how good it is. "
-            "Measure more poses and validate on them."};
-  if (const auto& transfer = document.transfer; transfer && !transfer->warning.empty())
-    return {Caution,
-            "Use this model only where poses were measured: elsewhere it may be worse than the data sheet. "
-            "Measure more poses, spread over the workspace, to use it everywhere."};
-  if (const long long far = points_far_off(document); far > 0)
-    return {Caution,
-            fmt::format(
-                "Look first at the {} farther off than ten times the usual error: {} wrongly measured, or "
-                "the model does not hold there. Measure {} again before you use it.",
-                plural(far, "point that is", "points that are"), far == 1 ? "it was" : "they were",
-                far == 1 ? "it" : "them")};
+std::string verdict_heading(const ReportDocument& document) {
+  switch (document.verdict->color()) {
+    case VerdictColor::Red:
+      return "Do not use this model";
+    case VerdictColor::Amber:
+      return "Look into this before you use the model";
+    case VerdictColor::Green:
+      break;
+  }
   if (document.remeasured)
-    return {Use,
-            "Use this model: the arm was driven by it to poses it had not seen, and measured there again."};
-  return {Use,
-          "Use this model: it predicts poses that it had not seen. Measure some of them again with "
-          "compensated joints to prove it on the arm."};
+    return "Use this model: the arm was driven by it to poses it had not seen, and measured there again";
+  return "Use this model: it predicts poses that it had not seen. Measure some of them again with compensated "
+         "joints to prove it on the arm";
+}
+
+Verdict verdict_of(const ReportDocument& document) {
+  constexpr std::array kKinds{Verdict::Kind::Use, Verdict::Kind::Caution, Verdict::Kind::Refuse};
+  const VerdictColor color = document.verdict->color();
+  const auto& production = document.production;
+  if (color != VerdictColor::Red && production && production->accuracy.refuted())
+    return production_verdict(*production);
+  std::string sentence = verdict_heading(document);
+  std::string_view separator = color == VerdictColor::Green ? ". Note: " : ": ";
+  for (const Finding& finding : document.verdict->findings) {
+    sentence += fmt::format("{}{}", separator, finding.sentence);
+    separator = "; ";
+  }
+  return {kKinds[static_cast<std::size_t>(color)], sentence + "."};
 }
 
 std::string verdict_paragraph(const Verdict& verdict) {

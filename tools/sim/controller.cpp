@@ -351,9 +351,11 @@ void Controller::rsi_ended(std::uint64_t session, RsiEnd end, const JointVector&
     rsi_context_.reset();
   }
   if (end == RsiEnd::Off) return;
-  messages_.push_back(
+  messages_.emplace_back(
       end == RsiEnd::Timeout
           ? "KSS29002: Object ETHERNET1 returns error RSITimeout: too many cycles without a valid reply"
+      : end == RsiEnd::PoseMonitor
+          ? "KSS29000: POSCORR: overall correction exceeded: RSI is stopped"
           : "AXISCORRMON: the correction of an axis is larger than the monitor allows");
   stop_program(true);
 }
@@ -369,7 +371,10 @@ FlowSources Controller::sources() const {
     const std::lock_guard reading{mutex_};
     return sen_pint(index);
   };
-  return {.sen_pint = read, .program_state = static_cast<int>(robot_->state()) + 1};
+  return {.sen_pint = read,
+          .program_state = static_cast<int>(robot_->state()) + 1,
+          .base = frame_in("$BASE").value_or(Eigen::Isometry3d::Identity()),
+          .tool = frame_in("$TOOL").value_or(Eigen::Isometry3d::Identity())};
 }
 
 void Controller::take(const FlowEffects& effects) {

@@ -144,6 +144,7 @@ class Controller final : public RsiProgram, private krl::Host {
   std::expected<krl::CallResult, std::string> call(krl::ExternalCall& call) override;
   std::expected<void, std::string> move(const krl::Motion& motion) override;
   bool is_finished(std::uint64_t motion) override { return motion_.is_finished(motion); }
+  std::vector<std::uint64_t> take_switched() override { return motion_.take_switched(); }
   bool is_standing() override { return motion_.is_standing(); }
   void brake(bool) override { motion_.brake(); }
   void go_on() override { motion_.go_on(); }

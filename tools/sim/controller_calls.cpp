@@ -57,6 +57,8 @@ std::expected<CallResult, std::string> Controller::call(krl::ExternalCall& call)
 
 std::expected<CallResult, std::string> Controller::bas(krl::ExternalCall& call) {
   const std::string& command = std::get<krl::Literal>(call.arguments[0]).name;
+  if (command == "PTP_PARAMS" || command == "CP_PARAMS")
+    return std::unexpected("BAS(#" + command + ", ...) of inline forms is not simulated");
   const auto number = krl::is_set(call.arguments[1]) ? krl::number_of(call.arguments[1]) : 0;
   const auto frame = [&](const char* variable, const char* data, const char* active) {
     const int no = static_cast<int>(number);

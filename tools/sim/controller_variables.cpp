@@ -71,6 +71,7 @@ const std::map<std::string_view, Controller::Reader>& Controller::readers() {
       {"$ALARM_STOP", [](const Controller& c, int) { return !c.emergency_stop_; }},
       {"$USER_SAF", [](const Controller& c, int) { return !c.gate_open_; }},
       {"$STOPMESS", [](const Controller& c, int) { return c.stop_message_; }},
+      {"$POWER_FAIL", [](const Controller&, int) { return false; }},
   };
   return kReaders;
 }

@@ -13,6 +13,7 @@
 #include <boost/asio/write.hpp>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -201,7 +202,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
   }
 
   void send(const TrackerPacket& packet) {
-    if (client_) client_->send(packet);
+    if (client_ && !disturbance_.silent) client_->send(packet);
   }
   void answer(CommandCode code, std::int32_t status, Body body = {}) {
     send(Answer{code, status, std::move(body)});
@@ -212,7 +213,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
 
   void handle(const Command& command) {
     if (command.code == CommandCode::StopMeasurement) return stop(command.code);
-    if (job_) return answer(command.code, status::kServerBusy);
+    if (job_ || disturbance_.busy) return answer(command.code, status::kServerBusy);
     if (const auto packets = settings_.handle(command)) {
       for (const TrackerPacket& packet : *packets) send(packet);
     } else if (auto state = known_state(command.code)) {
@@ -248,7 +249,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
       case CommandCode::GetFace:
         return FaceAnswer{face_};
       case CommandCode::GetObjectTemperature:
-        return ObjectTemperature{settings_.from_metric(disturbance_.temperature_c, 0, 0).temperature};
+        return ObjectTemperature{settings_.from_metric(station_air()).temperature};
       case CommandCode::ClearCommandQueue:
         return Body{};
       default:
@@ -268,8 +269,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
         lose_lock();
         return answer(command.code, status::kAllOk);
       case CommandCode::ChangeFace:
-        face_ = 3 - face_;
-        return answer(command.code, status::kAllOk);
+        return spawn(turn_over(shared_from_this(), begin_job()));
       case CommandCode::CheckBirdBath:
         return answer(command.code, status::kAllOk, BirdBathCheck{});
       case CommandCode::GoPosition:
@@ -306,11 +306,9 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
   }
 
   void look_for(const TargetSearch& search) {
-    const auto p_WS_mm = seen();
-    const bool near =
-        p_WS_mm && (*p_WS_mm - settings_.to_mm(search.v)).norm() <= settings_.length_to_mm(search.radius);
-    if (!near) return answer(CommandCode::LookForTarget, kSimulatedNoTarget);
-    answer(CommandCode::LookForTarget, status::kAllOk, direction_to(*p_WS_mm));
+    const auto found = nearest_to(settings_.to_mm(search.v), settings_.length_to_mm(search.radius));
+    if (!found) return answer(CommandCode::LookForTarget, kSimulatedNoTarget);
+    answer(CommandCode::LookForTarget, status::kAllOk, direction_to(*seen(*found)));
   }
 
   At4xxInfo at4xx_info() const {
@@ -335,7 +333,8 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
             .laser = LaserStatus::Ready,
             .adm = AdmStatus::Ready,
             .server_version = {3, 8, 900},
-            .weather = WeatherMonitor::ReadAndCompute,
+            .weather = options_.instrument.weather_station ? WeatherMonitor::ReadAndCompute
+                                                           : WeatherMonitor::NotConnected,
             .serial_number = kSerialNumber};
   }
   TrackerReadiness readiness() const {
@@ -393,6 +392,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     const bool going_on = co_await self->wait(job, kInitializeTime);
     if (!going_on) co_return;
     self->initialized_ = true;
+    self->face_ = 1;
     self->end_job(CommandCode::Initialize, status::kAllOk);
     self->report(SystemEvent::InitializationChanged);
   }
@@ -403,6 +403,15 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     if (!going_on) co_return;
     self->aim_mm_ = aim_mm;
     self->end_job(code, status::kAllOk);
+  }
+
+  /// Comes to point where it did, with no reflector locked.
+  static asio::awaitable<void> turn_over(Self self, Job job) {
+    self->lose_lock();
+    const bool going_on = co_await self->wait(job, kDriveTime);
+    if (!going_on) co_return;
+    self->face_ = 3 - self->face_;
+    self->end_job(CommandCode::ChangeFace, status::kAllOk);
   }
 
   /// Drives, locks within the search radius, measures. Its answer says that the measurement has begun.
@@ -446,7 +455,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
       if (self->job_ != job) co_return;  // the beam broke and ended this measurement
       // Scaled so that the mean of the readings scatters as the noise of one point says.
       const Eigen::Vector3d noise_mm = self->noise_(self->aim_mm_) - self->aim_mm_;
-      readings_mm.push_back(self->aim_mm_ + self->disturbance_.bias_mm +
+      readings_mm.push_back(self->read(self->aim_mm_) + self->disturbance_.bias_mm +
                             std::sqrt(double{kReadings}) * noise_mm);
     }
     self->drop_job();
@@ -472,45 +481,78 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
         result.std_total = settings_.from_mm(*disturbance_.std_mm);
         result.std.fill(result.std_total);
       }
-      result.environment = settings_.from_metric(disturbance_.temperature_c, disturbance_.pressure_mbar,
-                                                 disturbance_.humidity_percent);
+      result.environment = by_station() ? settings_.from_metric(station_air()) : settings_.environment();
       send(result);
     };
     if (settings_.extended_statistics()) return fill(SingleMeasResult2{});
     fill(SingleMeasResult{});
   }
 
-  // ---- The beam ----
+  // ---- The instrument ----
 
-  /// Where the beam finds the reflector now; nothing while it is hidden or the beam is broken.
-  std::optional<Eigen::Vector3d> seen() const {
-    if (Clock::now() < blocked_until_) return std::nullopt;
-    std::optional<Eigen::Vector3d> p_WS_mm = target_.look().p_WS_mm;
-    if (p_WS_mm) *p_WS_mm += disturbance_.moved_mm;
-    return p_WS_mm;
+  /// That its weather station reports.
+  Air station_air() const {
+    return {disturbance_.temperature_c, disturbance_.pressure_mbar, disturbance_.humidity_percent};
+  }
+  bool by_station() const { return options_.instrument.weather_station && settings_.computes_refraction(); }
+
+  /// What it makes of a point that stands there, but for its noise.
+  Eigen::Vector3d read(const Eigen::Vector3d& p_mm) const {
+    const TrackerInstrument& instrument = options_.instrument;
+    const Eigen::Vector3d aimed_mm = instrument.aiming.seen(p_mm, face_);
+    if (!instrument.air) return aimed_mm;
+    const double taken = by_station() ? edlen_group_index(station_air()) : settings_.adm_index();
+    return edlen_group_index(*instrument.air) / taken * aimed_mm;
   }
 
-  /// Locks to the reflector where it is seen within the search radius of where the beam points.
-  void lock() {
-    const std::optional<Eigen::Vector3d> p_WS_mm = seen();
-    locked_ = p_WS_mm && (*p_WS_mm - aim_mm_).norm() <= settings_.search_radius_mm();
-    if (locked_) aim_mm_ = *p_WS_mm;
+  // ---- The beam ----
+
+  /// The arm's reflector is 0, those beside it follow.
+  using Reflector = std::size_t;
+
+  /// Where the beam finds a reflector now; nothing while it is hidden or the beam is broken.
+  std::optional<Eigen::Vector3d> seen(Reflector reflector) const {
+    if (Clock::now() < blocked_until_) return std::nullopt;
+    const auto& nests_mm = options_.instrument.nests_mm;
+    std::optional<Eigen::Vector3d> p_mm =
+        reflector == 0 ? target_.look().p_WS_mm : std::optional{nests_mm[reflector - 1]};
+    if (p_mm) *p_mm += disturbance_.moved_mm;
+    return p_mm;
+  }
+
+  std::optional<Reflector> nearest_to(const Eigen::Vector3d& p_mm, double radius_mm) const {
+    std::optional<Reflector> nearest;
+    for (Reflector reflector = 0; reflector <= options_.instrument.nests_mm.size(); ++reflector) {
+      const auto at_mm = seen(reflector);
+      if (!at_mm || (*at_mm - p_mm).norm() > radius_mm) continue;
+      radius_mm = (*at_mm - p_mm).norm();
+      nearest = reflector;
+    }
+    return nearest;
+  }
+
+  /// Locks to the reflector that is seen within the search radius of where the beam points.
+  void lock() { lock_within(settings_.search_radius_mm()); }
+
+  void lock_within(double radius_mm) {
+    const auto found = nearest_to(aim_mm_, radius_mm);
+    locked_ = found.has_value();
+    if (!found) return;
+    locked_to_ = *found;
+    update_lock();
   }
 
   /// PowerLock finds a reflector by itself, wherever the beam points.
   void lock_by_itself() {
     if (locked_ || job_ || !initialized_ || !(options_.power_lock || settings_.power_lock())) return;
-    const std::optional<Eigen::Vector3d> p_WS_mm = seen();
-    if (!p_WS_mm) return;
-    aim_mm_ = *p_WS_mm;
-    locked_ = true;
-    report(SystemEvent::MeasurementReady);
+    lock_within(std::numeric_limits<double>::infinity());
+    if (locked_) report(SystemEvent::MeasurementReady);
   }
 
   void update_lock() {
     if (!locked_) return;
-    if (const auto p_WS_mm = seen()) {
-      aim_mm_ = *p_WS_mm;
+    if (const auto p_mm = seen(locked_to_)) {
+      aim_mm_ = *p_mm;
     } else {
       lose_lock();
     }
@@ -525,6 +567,11 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     send(ErrorReport{CommandCode::StartMeasurement, kSimulatedBeamBroken});
   }
 
+  void storm() {
+    constexpr int kAtOnce = 5;
+    for (int i = 0; i < kAtOnce; ++i) report(SystemEvent::EnvironmentChanged);
+  }
+
   static asio::awaitable<void> watch(Self self) {
     const auto period = std::clamp<Clock::duration>(self->scaled(20ms), 1ms, 20ms);
     Clock::time_point last_position;
@@ -534,6 +581,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
       if (self->closed_) co_return;
       self->update_lock();
       self->lock_by_itself();
+      if (self->disturbance_.storms) self->storm();
       const bool due = Clock::now() - last_position >= kReflectorPositionPeriod;
       if (!self->locked_ || !due || !self->settings_.sends_reflector_position()) continue;
       last_position = Clock::now();
@@ -553,6 +601,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
   TrackerSettings settings_;
   bool initialized_ = false;
   bool locked_ = false;
+  Reflector locked_to_ = 0;
   Eigen::Vector3d aim_mm_{1000, 0, 0};  ///< where the beam points; the reflector's true centre while locked
   Clock::time_point blocked_until_;
   std::optional<Job> job_;

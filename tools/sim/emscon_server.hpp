@@ -9,6 +9,8 @@
 #include <optional>
 #include <string>
 
+#include "core/simulate/tracker_instrument.hpp"
+
 namespace truepose::sim {
 
 /// What the simulated tracker could see at one moment.
@@ -36,6 +38,7 @@ struct EmsconServerOptions {
   std::uint16_t port = 0;   ///< 0 picks a free one
   double speedup = 1;       ///< initialising, driving, searching and measuring take this much less time
   bool power_lock = false;  ///< locks by itself to a reflector that it sees
+  TrackerInstrument instrument;
   /// Called with the number of each point, from 1, before it is measured.
   std::function<void(std::uint64_t number)> before_point = [](std::uint64_t) {};
 };
@@ -46,6 +49,9 @@ struct TrackerDisturbance {
                            0};  ///< by which all that it sees has moved since it was set up: it was pushed
   Eigen::Vector3d bias_mm{0, 0, 0};  ///< of what it measures
   std::optional<double> std_mm;      ///< that it reports for each axis, whatever it is
+  bool busy = false;                 ///< with what somebody else asked for: refuses every command
+  bool silent = false;               ///< answers and reports nothing
+  bool storms = false;               ///< reports changes of its state without end
   double temperature_c = 20, pressure_mbar = 1013.25, humidity_percent = 50;  ///< that it reports
 };
 

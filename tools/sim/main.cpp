@@ -238,7 +238,7 @@ std::string steered(const std::string& line, sim::SimulatedCell& cell, const con
     if (*what == "statistics") return statistics_json(cell.statistics(), scenario);
     return refusal("ask: expected program or statistics");
   }
-  cell.misbehave(config::parse_fault(line));
+  cell.begin(config::parse_fault(line));
   return json::serialize(json::object{{"ok", true}});
 } catch (const std::exception& e) {
   return refusal(e.what());

@@ -1,33 +1,24 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <deque>
 #include <expected>
-#include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
-#include "core/arm/robot_model.hpp"
-#include "core/arm/status_turn.hpp"
-#include "core/simulate/joint_motion.hpp"
-#include "tools/sim/krl/host.hpp"
+#include "tools/sim/motion_planner.hpp"
+#include "tools/sim/switching_points.hpp"
 
 namespace truepose::sim {
 
-/// Whether an arm has moved from one to the other.
-bool differ(const JointVector& a, const JointVector& b);
-
-/// The set points of a robot program's motions, cycle by cycle: PTP with all axes together, LIN and CIRC
-/// along the path of the TCP in the base, its orientation turned about one axis, each with a trapezoid of
-/// speed.
+/// The set points of a robot program's motions, cycle by cycle.
 ///
-/// An approximated motion (C_PTP, C_DIS) is blended with the next where the advance run knows that in time:
-/// the next begins before the end, at $APO.CDIS before the target or $APO.CPTP percent of the braking, and
-/// both motions add up. Braking, going on and the override change how fast time passes on the path, within
-/// kBraking.
+/// An approximated motion (C_PTP, C_DIS, C_SPL) is blended with the next where the advance run knows that in
+/// time: the next begins before the end, at $APO.CDIS before the target or $APO.CPTP percent of the braking,
+/// and both motions add up. Braking, going on and the override change how fast time passes on the path,
+/// within kBraking.
 class ProgramMotion {
  public:
   static constexpr Seconds kBraking{0.15};
@@ -53,48 +44,34 @@ class ProgramMotion {
 
   /// Moves on by one cycle. @return what the program commands
   const JointVector& advance(Seconds cycle);
-  /// When something changes that is seen from outside; none while the arm stands.
+  /// When something changes that is seen from outside; none while the arm stands and nothing is to be
+  /// switched.
   std::optional<Seconds> until_change(Seconds cycle) const;
+  /// The switching points that it came to since this was last asked, within a cycle.
+  std::vector<std::uint64_t> take_switched() { return switching_.take(); }
   const JointVector& position() const { return q_; }
-  const StatusTurnInverse& inverse() const { return *inverse_; }
+  const StatusTurnInverse& inverse() const { return planner_.inverse(); }
   /// How many motions were made to their end.
   std::uint64_t made() const { return made_; }
   /// How many of them moved the arm.
   std::uint64_t moved() const { return moved_; }
 
  private:
-  /// Joints at a time since its beginning, exactly the target from its duration on; none where the path
-  /// leaves what the arm can reach.
-  using Path = std::function<std::optional<JointVector>(Seconds)>;
-  struct Making {
-    std::uint64_t number = 0;
-    Seconds duration{0};
-    Path path;
-    JointVector target;
-    bool is_of_axes = true;  ///< its path is known at any time, whatever came before
-    Seconds blended{0};      ///< before its end, when the next may begin; 0 where it is not approximated
-    bool moves_arm = true;
-  };
+  ProgramMotion(MotionPlanner planner, const JointVector& q) : planner_{std::move(planner)}, q_{q}, end_{q} {}
 
-  ProgramMotion(RobotModel nominal, std::shared_ptr<const StatusTurnInverse> inverse, const JointVector& q)
-      : nominal_{std::move(nominal)}, inverse_{std::move(inverse)}, q_{q}, end_{q} {}
+  Seconds blended_out() const;
+  std::optional<Seconds> into_next() const;
+  /// @param time  on the path
+  void move_on(Seconds time);
 
-  std::expected<JointVector, std::string> joints_of(const krl::Motion& motion) const;
-  std::expected<JointVector, std::string> joints_at(const krl::PoseTarget& target,
-                                                    const krl::Motion& motion) const;
-  Eigen::Isometry3d tcp_of(const krl::PoseTarget& target, const krl::Motion& motion) const;
-  Making along_axes(const krl::Motion& motion, const JointVector& target) const;
-  Making along_path(const krl::Motion& motion, const JointVector& target) const;
-
-  RobotModel nominal_;
-  std::shared_ptr<const StatusTurnInverse> inverse_;
+  MotionPlanner planner_;
   JointVector q_;    ///< now
   JointVector end_;  ///< of the last motion that was taken
-  std::optional<Seconds> into_next() const;
-
-  std::deque<Making> waiting_;
-  Seconds since_{0};  ///< the beginning of the first of them
-  double rate_ = 1;   ///< at which time passes on the path, 0..1
+  std::deque<PlannedMotion> waiting_;
+  SwitchingPoints switching_;
+  Seconds since_{0};       ///< the beginning of the first of them
+  Seconds blended_in_{0};  ///< of which it was made beside the one before
+  double rate_ = 1;        ///< at which time passes on the path, 0..1
   double override_ = 1;
   bool braked_ = false;
   std::uint64_t made_ = 0, moved_ = 0;

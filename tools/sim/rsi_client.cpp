@@ -106,6 +106,10 @@ RsiClient::RsiClient(RsiSetup setup, std::shared_ptr<RsiProgram> program, std::u
       first_ipoc_{first_ipoc},
       ipoc_{first_ipoc} {
   servo_.stand_at(program_->set_points());
+  if (setup_.context.of_type("POSCORR") == nullptr) return;
+  auto inverse = StatusTurnInverse::of(setup_.nominal);
+  if (!inverse) throw std::invalid_argument{"POSCORR: " + inverse.error()};
+  inverse_ = *std::move(inverse);
 }
 
 std::string_view RsiClient::begin_cycle() {
@@ -130,8 +134,18 @@ std::string_view RsiClient::begin_cycle() {
 }
 
 void RsiClient::follow() {
-  const JointVector given = program_->set_points() + joints_of(correction_rad_);
+  const JointVector given = set_points_in_force() + joints_of(correction_rad_);
   if (program_->drives_on()) servo_.follow(given);
+}
+
+/// With the TCP corrected; as programmed where the arm does not reach that.
+JointVector RsiClient::set_points_in_force() const {
+  const JointVector& q = program_->set_points();
+  if (!pose_correction_) return q;
+  const FlowSources sources = program_->sources();
+  const Eigen::Isometry3d X = forward_kinematics(setup_.nominal, q) * sources.tool;
+  const Eigen::Isometry3d X_BF = pose_correction_->applied_to(X, sources.base) * inverse_of(sources.tool);
+  return inverse_->solve(X_BF, std::nullopt, std::nullopt, q).value_or(q);
 }
 
 std::int64_t RsiClient::delay() const {
@@ -179,9 +193,11 @@ std::optional<RsiEnd> RsiClient::end_cycle() {
     std::ranges::transform(effects.correction_deg, correction_rad.begin(),
                            [](double axis) { return axis * kRadPerDeg; });
     apply(correction_rad);
+    pose_correction_ = effects.pose_correction;
   }
   program_->take(effects);
   if (effects.monitor_axis) return RsiEnd::Monitor;
+  if (effects.monitor_pose) return RsiEnd::PoseMonitor;
   const bool waits = !setup_.ethernet.only_send;
   if (waits && unanswered_in_a_row_ >= timeout_cycles_) return RsiEnd::Timeout;
   return program_->is_on() ? std::nullopt : std::optional{RsiEnd::Off};
@@ -198,6 +214,7 @@ void RsiClient::restart(std::uint64_t pause_cycles, std::optional<std::uint64_t>
   ipoc_ = ipoc.value_or(ipoc_ + (pause_cycles + 1) * static_cast<std::uint64_t>(setup_.cycle.count()));
   outputs_.clear();
   correction_rad_ = {};
+  pose_correction_.reset();
   counters_.correction_rad = 0;
   unanswered_in_a_row_ = 0;
   unanswered_before_ = counters_.late + counters_.lost;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/arm/robot_model.hpp"
+#include "core/arm/status_turn.hpp"
 #include "core/simulate/joint_motion.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "proto/rsi/frame_codec.hpp"
@@ -22,9 +23,10 @@ namespace truepose::sim {
 
 /// Why an RSI session ended.
 enum class RsiEnd {
-  Off,      ///< the program closed it
-  Timeout,  ///< KSS29002: too many cycles without a valid reply
-  Monitor,  ///< AXISCORRMON: a correction larger than it allows
+  Off,          ///< the program closed it
+  Timeout,      ///< KSS29002: too many cycles without a valid reply
+  Monitor,      ///< AXISCORRMON: a correction larger than it allows
+  PoseMonitor,  ///< POSCORRMON: the same
 };
 
 /// The controller's program while RSI is on, cycle by cycle.
@@ -118,7 +120,8 @@ struct RsiCounters {
   std::uint64_t wrong_ipoc = 0;  ///< replies to no cycle that still waits for one
   std::uint64_t rejected = 0;    ///< replies that are malformed or not of the configured SENTYPE
   std::uint64_t clamped = 0;     ///< cycles in which AXISCORR clamped an axis
-  double max_step_rad = 0;    ///< greatest change of an axis' correction in force from one cycle to the next
+  double max_step_rad =
+      0;  ///< greatest change of an axis' correction (AXISCORR) in force from one cycle to the next
   double correction_rad = 0;  ///< greatest correction of an axis that is in force now, or was at the end
 };
 
@@ -131,7 +134,7 @@ struct RsiCounters {
 /// the correction.
 class RsiClient {
  public:
-  /// Throws std::invalid_argument: the context has what is not simulated.
+  /// Throws std::invalid_argument: the context has what is not simulated, or the arm cannot be corrected so.
   RsiClient(RsiSetup setup, std::shared_ptr<RsiProgram> program, std::uint64_t first_ipoc);
 
   /// Moves the program on. @return the datagram to send, valid until the next call; empty where the program
@@ -179,6 +182,7 @@ class RsiClient {
 
   std::int64_t delay() const;
   void follow();
+  JointVector set_points_in_force() const;
   void hold();
   void apply(const rsi::Axes& correction_rad);
   void forget_open_cycles();
@@ -192,6 +196,8 @@ class RsiClient {
   Servo servo_;
   ChannelValues outputs_;  ///< of the ETHERNET object
   rsi::Axes correction_rad_{};
+  std::optional<StatusTurnInverse> inverse_;  ///< where POSCORR needs it
+  std::optional<PoseCorrection> pose_correction_;
   std::uint64_t first_ipoc_;
   std::uint64_t ipoc_;
   bool ignoring_ = false;

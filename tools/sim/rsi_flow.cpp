@@ -5,6 +5,8 @@
 #include <set>
 #include <string_view>
 
+#include "core/math/angles.hpp"
+
 namespace truepose::sim {
 namespace {
 
@@ -28,11 +30,27 @@ double value_at(const ChannelValues& values, const rsi::ContextObject& object, i
   return value == values.end() ? 0 : value->second;
 }
 
+std::optional<PoseCorrection::System> correction_system(const rsi::ContextObject& object) {
+  constexpr int kSystems = 4;
+  const int number = whole(object, "RefCorrSys", 0);
+  if (number < 0 || number >= kSystems) return std::nullopt;
+  return static_cast<PoseCorrection::System>(number);
+}
+
+double clamped_to(double value, double lower, double upper, bool& clamped) {
+  const double within = std::min(std::max(value, lower), upper);
+  clamped |= within != value;
+  return within;
+}
+
 std::optional<std::string> not_simulated(const rsi::Context& context) {
-  static const std::set<std::string_view> kKnown{"ETHERNET", "AXISCORR", "AXISCORRMON", "STOP",
-                                                 "STATUS",   "SEN_PINT", "MAP2SEN_PINT"};
+  static const std::set<std::string_view> kKnown{"ETHERNET", "AXISCORR",   "AXISCORRMON",
+                                                 "POSCORR",  "POSCORRMON", "STOP",
+                                                 "STATUS",   "SEN_PINT",   "MAP2SEN_PINT"};
   for (const rsi::ContextObject& object : context.objects) {
     if (!kKnown.contains(object.type)) return object.id + ": " + object.type + " is not simulated";
+    if (object.type == "POSCORR" && !correction_system(object))
+      return object.id + ": only RefCorrSys 0 to 3 (world, base, robot root, tool) are simulated";
     if (object.type == "STATUS" && whole(object, "Type", 0) != kStatusOfProgram)
       return object.id + ": only Type 2 (program state) is simulated";
     if (object.type == "STOP" && whole(object, "Mode", 0) != kStopLeavesMovecorr)
@@ -77,6 +95,8 @@ FlowEffects RsiFlow::effects(const ChannelValues& received) const {
   FlowEffects effects;
   for (const rsi::ContextObject& object : context_.objects) {
     if (object.type == "AXISCORR") correct(object, received, effects);
+    if (object.type == "POSCORR")
+      effects.pose_correction = pose_correction(object, received, effects.clamped);
     if (object.type == "STOP") effects.leaves_movecorr |= value_at(received, object, 1) != 0;
     if (object.type == "MAP2SEN_PINT")
       effects.sen_pint[whole(object, "Index", 1)] = whole(value_at(received, object, 1));
@@ -93,19 +113,60 @@ void RsiFlow::correct(const rsi::ContextObject& object, const ChannelValues& rec
     const double wanted_deg = value_at(received, object, static_cast<int>(i) + 1);
     const double lower_deg = object.number("LowerLim" + axis).value_or(-kDefaultLimit_deg);
     const double upper_deg = object.number("UpperLim" + axis).value_or(kDefaultLimit_deg);
-    effects.correction_deg[i] = std::min(std::max(wanted_deg, lower_deg), upper_deg);
-    effects.clamped |= effects.correction_deg[i] != wanted_deg;
+    effects.correction_deg[i] = clamped_to(wanted_deg, lower_deg, upper_deg, effects.clamped);
   }
 }
 
+PoseCorrection RsiFlow::pose_correction(const rsi::ContextObject& object, const ChannelValues& received,
+                                        bool& clamped) const {
+  constexpr double kDefaultLimit_mm = 5, kDefaultTurn_deg = 5;
+  PoseCorrection correction{.system = *correction_system(object)};
+  Eigen::Vector3d abc_deg;
+  for (int i = 0; i < 3; ++i) {
+    const std::string axis(1, "XYZ"[i]);
+    correction.mm[i] = clamped_to(value_at(received, object, i + 1),
+                                  object.number("LowerLim" + axis).value_or(-kDefaultLimit_mm),
+                                  object.number("UpperLim" + axis).value_or(kDefaultLimit_mm), clamped);
+    abc_deg[i] = value_at(received, object, i + 4);
+  }
+  const Eigen::Matrix3d wanted = pose_from_kuka({0, 0, 0}, abc_deg).linear();
+  const Eigen::Vector3d turn = turn_between(Eigen::Matrix3d::Identity(), wanted);
+  const double most_rad = object.number("MaxRotAngle").value_or(kDefaultTurn_deg) * kRadPerDeg;
+  const double angle_rad = clamped_to(turn.norm(), 0, most_rad, clamped);
+  correction.turn = turn.norm() > 0 ? rotation_by(angle_rad / turn.norm() * turn) : wanted;
+  return correction;
+}
+
 void RsiFlow::monitor(FlowEffects& effects) const {
+  constexpr double kDefaultMost_deg = 6;  // also where there is no such object
   const rsi::ContextObject* const monitor = context_.of_type("AXISCORRMON");
-  if (monitor == nullptr) return;
   for (std::size_t i = effects.correction_deg.size(); i-- > 0;) {
-    const auto most_deg = monitor->number("MaxA" + std::to_string(i + 1));
-    if (most_deg && std::abs(effects.correction_deg[i]) > *most_deg)
+    const auto set_deg = monitor == nullptr ? std::nullopt : monitor->number("MaxA" + std::to_string(i + 1));
+    if (std::abs(effects.correction_deg[i]) > set_deg.value_or(kDefaultMost_deg))
       effects.monitor_axis = static_cast<int>(i) + 1;
   }
+  effects.monitor_pose = effects.pose_correction && stops_at(*effects.pose_correction);
+}
+
+bool RsiFlow::stops_at(const PoseCorrection& correction) const {
+  constexpr double kDefaultMost = 6;  // mm and deg, also where there is no such object
+  const rsi::ContextObject* const monitor = context_.of_type("POSCORRMON");
+  const auto most = [&](std::string_view name) {
+    return (monitor == nullptr ? std::nullopt : monitor->number(name)).value_or(kDefaultMost);
+  };
+  const double turned_rad = angle_between(Eigen::Matrix3d::Identity(), correction.turn);
+  return correction.mm.norm() > most("MaxTrans") || turned_rad > most("MaxRotAngle") * kRadPerDeg;
+}
+
+Eigen::Isometry3d PoseCorrection::applied_to(const Eigen::Isometry3d& X,
+                                             const Eigen::Isometry3d& base) const {
+  const Eigen::Matrix3d along = system == System::Tool   ? Eigen::Matrix3d{X.linear()}
+                                : system == System::Base ? Eigen::Matrix3d{base.linear()}
+                                                         : Eigen::Matrix3d::Identity();
+  Eigen::Isometry3d corrected = X;
+  corrected.translation() += along * mm;
+  corrected.linear() = along * turn * along.transpose() * X.linear();
+  return corrected;
 }
 
 }  // namespace truepose::sim

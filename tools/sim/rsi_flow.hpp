@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <expected>
 #include <functional>
@@ -18,13 +19,28 @@ namespace truepose::sim {
 struct FlowSources {
   std::function<int(int index)> sen_pint;  ///< $SEN_PINT
   int program_state = rsi::kProgramActive;
+  Eigen::Isometry3d base = Eigen::Isometry3d::Identity();  ///< $BASE, in the robot root
+  Eigen::Isometry3d tool = Eigen::Isometry3d::Identity();  ///< $TOOL, on the flange
+};
+
+/// How POSCORR moves the TCP, within its limits.
+struct PoseCorrection {
+  enum class System { World, Base, RobRoot, Tool };
+  System system = System::World;
+  Eigen::Vector3d mm{0, 0, 0};
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+
+  /// @param X  of the TCP in the robot root, without the correction. World and robot root are one here
+  Eigen::Isometry3d applied_to(const Eigen::Isometry3d& X, const Eigen::Isometry3d& base) const;
 };
 
 /// What the signal flow does to the controller in one cycle.
 struct FlowEffects {
-  rsi::Axes correction_deg{};       ///< of AXISCORR, within its limits
+  rsi::Axes correction_deg{};  ///< of AXISCORR, within its limits
+  std::optional<PoseCorrection> pose_correction = {};
   bool clamped = false;             ///< one of them was larger
   std::optional<int> monitor_axis;  ///< the axis whose correction AXISCORRMON does not allow, from 1
+  bool monitor_pose = false;        ///< the correction of the TCP is larger than POSCORRMON allows
   bool leaves_movecorr = false;     ///< STOP of mode 4
   std::map<int, int> sen_pint;      ///< values for $SEN_PINT, by index
 };
@@ -33,7 +49,8 @@ struct FlowEffects {
 using ChannelValues = std::map<int, double>;
 
 /// The signal flow of a context, executed once in each cycle of RSI. Objects: ETHERNET, AXISCORR,
-/// AXISCORRMON, STOP, STATUS (program state), SEN_PINT, MAP2SEN_PINT.
+/// AXISCORRMON, POSCORR (but along the path), POSCORRMON, STOP, STATUS (program state), SEN_PINT,
+/// MAP2SEN_PINT.
 class RsiFlow {
  public:
   /// Errors: the object, or its setting, that is not simulated.
@@ -53,6 +70,9 @@ class RsiFlow {
   const rsi::ContextObject& ethernet() const { return *context_.of_type("ETHERNET"); }
   void correct(const rsi::ContextObject& object, const ChannelValues& received, FlowEffects& effects) const;
   void monitor(FlowEffects& effects) const;
+  PoseCorrection pose_correction(const rsi::ContextObject& object, const ChannelValues& received,
+                                 bool& clamped) const;
+  bool stops_at(const PoseCorrection& correction) const;
 
   rsi::Context context_;
 };

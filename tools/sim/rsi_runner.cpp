@@ -241,6 +241,7 @@ class RsiRunner::Session {
     client_.restart(static_cast<std::uint64_t>(fault.lasts), fault.ipoc);
     pause(fault.lasts, tick, [] {});
     held_back_.clear();
+    late_.clear();
     if (options_.source_port == 0) socket_ = open_socket();
     const std::lock_guard lock{mutex_};
     ++statistics_.sessions;
@@ -281,13 +282,26 @@ class RsiRunner::Session {
   void send(std::string_view datagram) {
     sent_[sent_count_++ % sent_.size()] = steady_clock::now();
     if (now(Kind::RsiDrop) || now(Kind::RsiLoseDatagrams)) return;
+    if (!late_.empty()) put_on_the_wire(std::exchange(late_, {}));
+    if (now(Kind::RsiLate)) {
+      late_ = datagram;
+      return;
+    }
     if (now(Kind::RsiReorder) && held_back_.empty()) {
       held_back_ = datagram;
       return;
     }
-    put_on_the_wire(datagram);
+    put_on_the_wire(now(Kind::RsiGarble) ? garbled(datagram) : std::string{datagram});
     if (now(Kind::RsiDuplicate)) put_on_the_wire(datagram);
     if (!held_back_.empty()) put_on_the_wire(std::exchange(held_back_, {}));
+  }
+
+  /// A place that changes from cycle to cycle, and a byte that no number and no name has.
+  std::string garbled(std::string_view datagram) const {
+    constexpr std::size_t kFar = 31;
+    std::string bytes{datagram};
+    bytes[static_cast<std::size_t>(cycle_number_) * kFar % bytes.size()] = '<';
+    return bytes;
   }
 
   void put_on_the_wire(std::string_view datagram) {
@@ -355,7 +369,7 @@ class RsiRunner::Session {
   // The thread's alone:
   std::vector<ScenarioFault> faults_;
   std::int64_t cycle_number_ = 0;
-  std::string held_back_;
+  std::string held_back_, late_;
   std::unique_ptr<Session> second_;
   SecondSenders second_senders_ended_;
   std::thread thread_;

@@ -33,6 +33,7 @@ constexpr std::chrono::milliseconds kShortest{1};
 TrueArmSetup arm_setup(const config::Scenario& scenario) {
   return {.robot = scenario.truth,
           .non_geometric = scenario.drives,
+          .warm_up = scenario.warm_up,
           .X_WB = scenario.X_WB,
           .p_FS_mm = scenario.p_FS_mm,
           .facing_F = scenario.facing_F,
@@ -68,6 +69,7 @@ EmsconServer listening_tracker(const boost::asio::any_io_executor& executor, con
   options.port = cell.tracker_port;
   options.speedup = cell.speedup;
   options.power_lock = scenario.power_lock;
+  options.instrument = scenario.instrument;
   options.before_point = std::move(before_point);
   try {
     return {executor, target, std::move(noise), options};
@@ -194,7 +196,10 @@ void SimulatedCell::pass_time() {
 /// Makes the rest of the cell agree with the controller's new state.
 void SimulatedCell::follow() {
   say_what_is_new();
-  for (; stops_seen_ < controller_.stops(); ++stops_seen_) arm_.move_to(controller_.axes());
+  for (; stops_seen_ < controller_.stops(); ++stops_seen_) {
+    arm_.warm_up(now());
+    arm_.move_to(controller_.axes());
+  }
   if (const auto session = controller_.rsi(); session && !rsi_) start_rsi(*session);
   const std::optional<SimTime> change = rsi_ ? std::nullopt : controller_.next_change();
   if (!change) {
@@ -297,6 +302,12 @@ void SimulatedCell::schedule(const config::ScenarioFault& fault, std::chrono::mi
   });
 }
 
+void SimulatedCell::begin(config::ScenarioFault fault) {
+  fault.at = std::chrono::floor<std::chrono::milliseconds>(now()).count();
+  scenario_.faults.push_back(fault);
+  misbehave(fault);
+}
+
 void SimulatedCell::misbehave(const config::ScenarioFault& fault) {
   const std::chrono::milliseconds lasts{fault.lasts};
   const auto shorter = std::chrono::ceil<std::chrono::milliseconds>(shortened(lasts, options_.speedup));
@@ -396,6 +407,9 @@ void SimulatedCell::disturb_tracker() {
     if (fault.kind == Kind::TrackerBump) disturbance.moved_mm += fault.by_mm;
     if (fault.kind == Kind::TrackerBias) disturbance.bias_mm += fault.by_mm;
     if (fault.kind == Kind::TrackerNoise) extra_variance += fault.sigma_mm * fault.sigma_mm;
+    disturbance.busy |= fault.kind == Kind::TrackerBusy;
+    disturbance.silent |= fault.kind == Kind::TrackerSilent;
+    disturbance.storms |= fault.kind == Kind::TrackerStorm;
     if (fault.kind == Kind::TrackerStd) disturbance.std_mm = fault.std_mm;
     if (fault.kind != Kind::TrackerAir) continue;
     disturbance.temperature_c = fault.temperature_c;

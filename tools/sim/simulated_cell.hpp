@@ -58,7 +58,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   CellStatistics statistics() const;
 
   /// A fault that begins now.
-  void misbehave(const config::ScenarioFault& fault);
+  void begin(config::ScenarioFault fault);
   Controller::Program program() const { return controller_.program(); }
   /// Has all in the path file that came to be known.
   void flush_path();
@@ -78,6 +78,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   void operate_later(std::chrono::nanoseconds after, OperatorAct act);
   void disturb_robot(const config::ScenarioFault& fault);
   void tell_of_stranger(const std::string& name);
+  void misbehave(const config::ScenarioFault& fault);
   void schedule(const config::ScenarioFault& fault, std::chrono::milliseconds at);
   void point_begins(std::uint64_t number);
   void disturb_tracker();

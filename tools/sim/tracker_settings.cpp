@@ -232,11 +232,10 @@ double TrackerSettings::from_rad(double angle_rad) const {
 }
 double TrackerSettings::to_rad(double angle) const { return angle / at(kUnitsPerRad, units_.angle); }
 
-Environment TrackerSettings::from_metric(double temperature_c, double pressure_mbar,
-                                         double humidity_percent) const {
+Environment TrackerSettings::from_metric(const Air& air) const {
   const bool fahrenheit = units_.temperature == TemperatureUnit::Fahrenheit;
-  return {fahrenheit ? temperature_c * 1.8 + 32 : temperature_c,
-          pressure_mbar * at(kUnitsPerMbar, units_.pressure), humidity_percent};
+  return {fahrenheit ? air.temperature_c * 1.8 + 32 : air.temperature_c,
+          air.pressure_mbar * at(kUnitsPerMbar, units_.pressure), air.humidity_percent};
 }
 
 }  // namespace truepose::sim

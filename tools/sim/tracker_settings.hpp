@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/math/refraction.hpp"
 #include "proto/emscon/enums.hpp"
 #include "proto/emscon/packets.hpp"
 
@@ -34,6 +35,10 @@ class TrackerSettings {
   double search_radius_mm() const;
   double search_timeout_ms() const { return search_.timeout_ms; }
   bool extended_statistics() const { return statistic_.stationary == emscon::StatisticKind::Extended; }
+  /// Whether it finds the refraction of the air by its weather station.
+  bool computes_refraction() const { return system_.weather == emscon::WeatherMonitor::ReadAndCompute; }
+  double adm_index() const { return refraction_.adm_index; }
+  const emscon::Environment& environment() const { return environment_; }
   bool sends_reflector_position() const { return system_.send_reflector_position; }
 
   bool power_lock() const { return long_parameter(kPowerLockActive) != 0; }
@@ -48,7 +53,7 @@ class TrackerSettings {
   double length_to_mm(double length) const;
   double from_rad(double angle_rad) const;
   double to_rad(double angle) const;
-  emscon::Environment from_metric(double temperature_c, double pressure_mbar, double humidity_percent) const;
+  emscon::Environment from_metric(const Air& air) const;
 
  private:
   // A system parameter.

@@ -51,6 +51,7 @@ CLI::Option* add_option(CLI::App& to, const Option& option) {
   if (rules.check) added->check(CLI::Validator{rules.check->why_not, rules.check->shown});
   if (!rules.type.empty()) added->type_name(rules.type);
   if (rules.count > 0) added->expected(rules.count);
+  if (rules.repeats) added->allow_extra_args(false)->delimiter('\0');  // a file's name may hold a comma
   if (!rules.environment.empty()) added->envname(rules.environment);
   if (rules.shows_default) added->capture_default_str();
   return added;

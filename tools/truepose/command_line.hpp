@@ -61,8 +61,9 @@ struct OptionRules {
   bool required = false;
   bool shows_default = false;
   std::optional<Check> check{};
-  std::string type{};                            ///< in --help, in place of what the target says
-  int count = 0;                                 ///< of the parts of a list; 0: any
+  std::string type{};    ///< in --help, in place of what the target says
+  int count = 0;         ///< of the parts of a list; 0: any
+  bool repeats = false;  ///< a list whose parts are given one by one, each with the option's name
   std::vector<std::string> needs{}, excludes{};  ///< other options of the command
   std::string environment{};                     ///< variable that stands for it
   bool is_subject = false;  ///< of several, exactly one is given: what the command is about

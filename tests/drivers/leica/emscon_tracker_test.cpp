@@ -1,5 +1,3 @@
-#include "drivers/leica/emscon_tracker.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -11,8 +9,7 @@
 #include <limits>
 
 #include "proto/emscon/status.hpp"
-#include "tests/drivers/leica/alarm_clock.hpp"
-#include "tests/drivers/leica/fake_tracker.hpp"
+#include "tests/drivers/leica/emscon_fixture.hpp"
 
 namespace truepose::drivers {
 namespace {
@@ -25,53 +22,6 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
-
-class EmsconTrackerTest : public testing::Test {
- protected:
-  template <class T>
-  T run(asio::awaitable<T> call) {
-    std::optional<T> result;
-    std::exception_ptr thrown;
-    asio::co_spawn(io, std::move(call),
-                   asio::bind_cancellation_slot(cancel.slot(), [&](std::exception_ptr error, T value) {
-                     thrown = error;
-                     result = std::move(value);
-                   }));
-    while (!result) io.run_one();
-    if (thrown) std::rethrow_exception(thrown);
-    return *std::move(result);
-  }
-
-  auto connect() { return run(tracker.connect({})); }
-  auto aim(double radius_mm = 50) { return run(tracker.aim({1000, 2000, -500}, radius_mm, {})); }
-  auto measure() { return run(tracker.measure({})); }
-
-  void expect_fault(const auto& outcome, TrackerFault fault) {
-    ASSERT_FALSE(outcome);
-    EXPECT_EQ(outcome.error().fault, fault) << outcome.error().detail;
-    EXPECT_FALSE(outcome.error().detail.empty());
-  }
-  void expect_point(double x_mm = 1000) {
-    const auto point = measure();
-    ASSERT_TRUE(point) << point.error().detail;
-    EXPECT_EQ(point->p_WS_mm, Eigen::Vector3d(x_mm, 2000, -500));
-  }
-  auto count(CommandCode code) { return std::count(fake.commands.begin(), fake.commands.end(), code); }
-
-  std::vector<std::pair<recording::Kind, std::string>> heard;
-  asio::io_context io;
-  asio::cancellation_signal cancel;
-  FakeTracker fake{io};
-  AlarmClock clock{io};
-  EmsconTracker tracker{
-      io.get_executor(),
-      clock,
-      {.host = "127.0.0.1",
-       .port = fake.port(),
-       .reflector = "RRR-0.5in",
-       .measure = 1500ms,
-       .tap = [this](recording::Kind kind, std::string_view bytes) { heard.emplace_back(kind, bytes); }}};
-};
 
 TEST_F(EmsconTrackerTest, WritesEverySettingThatCoordinatesDependOn) {
   const auto identity = connect();
@@ -113,6 +63,24 @@ TEST_F(EmsconTrackerTest, LetsItsTapHearAllThatGoesOverTheWire) {
 TEST_F(EmsconTrackerTest, InitializesATrackerThatIsNot) {
   std::get<SystemStatus>(fake.kept[GetSystemStatus]).processor = ProcessorStatus::CompensationSet;
   EXPECT_TRUE(connect());
+  EXPECT_EQ(count(Initialize), 1);
+}
+
+TEST_F(EmsconTrackerTest, InitializesATrackerAgainOnceItHasWarmedUp) {
+  ASSERT_TRUE(connect());
+  fake.script(GetMeasurementStatusInfo, [this] {
+    fake.event(SystemEvent::LaserWarmedUp);
+    fake.unscript(GetMeasurementStatusInfo);
+    fake.answer(GetMeasurementStatusInfo, 0, fake.kept[GetMeasurementStatusInfo]);
+  });
+  const auto cold = aim();
+  expect_fault(cold, TrackerFault::NotReady);
+  EXPECT_THAT(cold.error().detail, HasSubstr("warmed up"));
+  EXPECT_EQ(count(Initialize), 0);
+  ASSERT_TRUE(connect());
+  EXPECT_EQ(count(Initialize), 1);
+  EXPECT_TRUE(aim());
+  ASSERT_TRUE(connect());
   EXPECT_EQ(count(Initialize), 1);
 }
 
@@ -305,6 +273,11 @@ TEST_F(EmsconTrackerTest, RefusesAirAndSpreadsThatCannotBeAndSaysWhatCan) {
     for (const double value : {-1.0, 1e9, nan})
       EXPECT_THAT(refused(spread, value), HasSubstr("plausible are 0..100 mm"));
   }
+  sent = fake.result;
+  std::ranges::fill(sent.std, 0.0);
+  const auto exact = measure();
+  expect_fault(exact, TrackerFault::Refused);
+  EXPECT_THAT(exact.error().detail, HasSubstr("a spread of its readings of exactly 0 mm"));
   sent = fake.result;
   expect_point();
 }

@@ -69,9 +69,16 @@ class FakeTracker {
     }
   }
 
+  /// What it sends for what has come, where there is no socket.
+  Bytes answers_to(emscon::PacketSplitter& received) {
+    handle_all(received);
+    return std::exchange(outgoing_, {});
+  }
+
   bool greedy = true;  ///< sends what it has in one piece; otherwise byte by byte
   int connections = 0;
   std::vector<emscon::CommandCode> commands;  ///< received, in order
+  emscon::Command latest;
   std::map<emscon::CommandCode, emscon::Body> kept{
       {emscon::CommandCode::GetSystemStatus,
        emscon::SystemStatus{.processor = emscon::ProcessorStatus::Initialized,
@@ -100,6 +107,8 @@ class FakeTracker {
       case SetReflector:
       case SetSearchParams:
       case SetSystemSettings:
+      case SetEnvironmentParams:
+      case SetRefractionParams:
         return emscon::CommandCode{std::to_underlying(code) + 1};
       default:
         return std::nullopt;
@@ -139,6 +148,7 @@ class FakeTracker {
       const auto packet = emscon::decode_client_packet(*bytes).value();
       const auto& command = std::get<emscon::Command>(packet);
       commands.push_back(command.code);
+      latest = command;
       const auto script = scripts_.find(command.code);
       if (script == scripts_.end()) {
         answer_as_usual(command);

@@ -62,7 +62,7 @@ RsiSender good_sender(const config::CellConfig& cell) {
   return sender;
 }
 
-RobotObservation good_robot(const config::CellConfig& cell) {
+daemon::RobotObservation good_robot(const config::CellConfig& cell) {
   const JointVector q = Eigen::Map<const JointVector>(kAxes.data(), 6);
   return {{"#KR210R2700_2 C4 FLR", "4711", "KSS 8.6"},
           {.q = q, .X_BF_reported = forward_kinematics(cell.robot.model, q), .ready = true}};

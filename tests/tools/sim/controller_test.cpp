@@ -312,6 +312,37 @@ TEST_F(ControllerTest, SwitchedOffItAnswersNobodyAndSwitchedOnItServesAgain) {
   EXPECT_TRUE(hello);
 }
 
+/// A program of the cell's own beside the shipped files, selected and started.
+ControllerSetup with_program(const std::string& src) {
+  ControllerSetup setup = controller_setup(demo_cell());
+  setup.programs.push_back({"part.src", "DEF PART()\n" + src + "END\n"});
+  setup.selected = "PART";
+  setup.start = deg(0, -80, 105, 5, 60, 0);
+  return setup;
+}
+
+TEST(Controller, MakesSplinesAndSwitchesOnTheirPath) {
+  Controller controller{with_program(
+      "$TOOL=$NULLFRAME\n$BASE=$NULLFRAME\nSLIN {X 1700,Y -200,Z 1200,A 0,B 0,C 180} WITH $VEL.CP=1.0\n"
+      "SPLINE WITH $VEL.CP=0.2\nSPL {X 1650,Y -100,Z 1200}\n"
+      "TRIGGER WHEN PATH=-50 DELAY=0 DO $TIMER_STOP[1]=FALSE\nSLIN {X 1650,Y 100,Z 1200}\nENDSPLINE\n"
+      "$TIMER_STOP[1]=TRUE\nPTP {A1 $TIMER[1]/10.0}\n")};
+  controller.advance(20s);
+  EXPECT_THAT(controller.take_messages(), IsEmpty());
+  EXPECT_EQ(controller.program().state, krl::ProgramState::Ended);
+  EXPECT_EQ(controller.moves(), 3U) << "a block is one motion";
+  EXPECT_NEAR(controller.axes()[0] * kDegPerRad, 35, 0.8) << "30 mm at 200 mm/s and 20 mm of braking";
+}
+
+TEST(Controller, RefusesTheParametersOfInlineFormsByNameAndLine) {
+  for (const std::string command : {"PTP_PARAMS", "CP_PARAMS"}) {
+    Controller controller{with_program("BAS(#" + command + ",100)\n")};
+    EXPECT_THAT(controller.take_messages(),
+                ElementsAre("part.src:2: BAS: BAS(#" + command + ", ...) of inline forms is not simulated"));
+    EXPECT_EQ(controller.program().state, krl::ProgramState::Stopped);
+  }
+}
+
 TEST(Controller, NamesTheLineOfAProgramThatItCannotLoad) {
   ControllerSetup setup = controller_setup(demo_cell());
   setup.programs.push_back({"customer.src", "DEF CUSTOMER()\n  PTP NOWHERE\nEND\n"});

@@ -52,8 +52,8 @@ class SimulatedTracker : public testing::Test {
  protected:
   SimulatedTracker() { RecordProperty("seed", kSeed); }
 
-  Eigen::Vector3d noisy(const Eigen::Vector3d& p_mm) {
-    std::normal_distribution<double> error{0, kSigma_mm};
+  Eigen::Vector3d noisy(const Eigen::Vector3d& p_mm, double sigma_mm = kSigma_mm) {
+    std::normal_distribution<double> error{0, sigma_mm};
     return p_mm + Eigen::Vector3d{error(random_), error(random_), error(random_)};
   }
 
@@ -245,6 +245,124 @@ TEST_F(SimulatedTracker, MeasuresWhereTheTrackerWasPushedAndWhatItSaysIsWrong) {
   const auto cold = measure();
   ASSERT_FALSE(cold);
   EXPECT_NE(cold.error().detail.find("-273 C"), std::string::npos) << cold.error().detail;
+}
+
+/// A tracker that measures nearly without noise through the air of a high and hot place.
+class TrackerInThinAir : public SimulatedTracker {
+ protected:
+  static constexpr Air kThin{34, 790, 65};
+
+  /// How much too long the distance to the reflector comes out.
+  double excess(bool weather_station, std::function<std::expected<Air, std::string>()> told) {
+    EmsconServerOptions setup{.speedup = 1000};
+    setup.instrument = {.weather_station = weather_station, .air = kThin};
+    EmsconServer there{io.get_executor(), target,
+                       [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm, 1e-7); }, setup};
+    drivers::EmsconOptions to = options();
+    to.port = there.port();
+    to.air = std::move(told);
+    drivers::EmsconTracker of{io.get_executor(), clock, to};
+    there.disturb({.temperature_c = kThin.temperature_c,
+                   .pressure_mbar = kThin.pressure_mbar,
+                   .humidity_percent = kThin.humidity_percent});
+    EXPECT_TRUE(run(of.connect(soon())));
+    EXPECT_TRUE(run(of.aim(aim_mm, 50, soon())));
+    const auto point = run(of.measure(soon()));
+    EXPECT_TRUE(point) << point.error().detail;
+    return point->p_WS_mm.norm() / target.p_WS_mm->norm() - 1;
+  }
+};
+
+TEST_F(TrackerInThinAir, IsRightToATenthOfAMicrometreAMetreOnceItIsToldTheAir) {
+  EXPECT_NEAR(excess(false, [] { return kThin; }), 0, 1e-7);
+  EXPECT_NEAR(excess(true, [] { return kThin; }), 0, 1e-7);
+}
+
+TEST_F(TrackerInThinAir, IsWrongByWhatItTakesForItsAir) {
+  // By the formula for the shop floor (Stone, Zimmerman), whose phase index scales alike.
+  const double thin = 7.86e-4 * 79 / (273 + 34) - 1.5e-11 * 65 * (34 * 34 + 160);
+  const double usual = 7.86e-4 * 101.325 / (273 + 20) - 1.5e-11 * 50 * (20 * 20 + 160);
+  EXPECT_NEAR(excess(false, [] { return Air{20, 1013.25, 50}; }), thin - usual, 2e-6);
+  EXPECT_GT(std::abs(excess(false, {})), 50e-6) << "what was in it came from a place by the sea";
+}
+
+TEST_F(TrackerInThinAir, NeedsNoTellingWhereItHasAWeatherStation) { EXPECT_NEAR(excess(true, {}), 0, 1e-9); }
+
+/// One that errs in its directions, and sees other reflectors beside the arm's.
+class OddTracker : public SimulatedTracker {
+ protected:
+  OddTracker() {
+    EmsconServerOptions setup{.speedup = 1000};
+    setup.instrument.aiming = {.collimation = 40e-6, .tilt = 20e-6, .index = -30e-6};
+    setup.instrument.nests_mm = {{2500, -700, -300}, {1500, 900, -800}};
+    odd.emplace(
+        io.get_executor(), target, [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm, 1e-7); }, setup);
+    drivers::EmsconOptions to = options();
+    to.port = odd->port();
+    driver.emplace(io.get_executor(), clock, to);
+    EXPECT_TRUE(run(driver->connect(soon())));
+  }
+  Eigen::Vector3d point() {
+    const auto measured = run(driver->measure(soon()));
+    EXPECT_TRUE(measured) << measured.error().detail;
+    return measured->p_WS_mm;
+  }
+  std::optional<EmsconServer> odd;
+  std::optional<drivers::EmsconTracker> driver;
+};
+
+TEST_F(OddTracker, ErrsTheOtherWayInItsOtherFace) {
+  ASSERT_TRUE(run(driver->aim(aim_mm, 50, soon())));
+  const Eigen::Vector3d face1_mm = point();
+  const auto turned = run(driver->turn_over(soon()));
+  ASSERT_TRUE(turned) << turned.error().detail;
+  const Eigen::Vector3d face2_mm = point();
+  EXPECT_GT((face1_mm - *target.p_WS_mm).norm(), 0.08);
+  EXPECT_LT(((face1_mm + face2_mm) / 2 - *target.p_WS_mm).norm(), 1e-4);
+  ASSERT_TRUE(run(driver->aim(aim_mm, 50, soon())));
+  EXPECT_LT((point() - face1_mm).norm(), 1e-5) << "aimed anew it is in face 1 again";
+}
+
+TEST_F(OddTracker, LocksToTheReflectorThatItIsAimedAt) {
+  ASSERT_TRUE(run(driver->aim({2510, -690, -310}, 50, soon())));
+  EXPECT_LT((point() - Eigen::Vector3d(2500, -700, -300)).norm(), 0.2);
+  target.p_WS_mm.reset();
+  EXPECT_LT((point() - Eigen::Vector3d(2500, -700, -300)).norm(), 0.2) << "it needs no arm for that";
+  const auto arms = run(driver->aim(aim_mm, 50, soon()));
+  ASSERT_FALSE(arms);
+  EXPECT_EQ(arms.error().fault, TrackerFault::NoTarget);
+}
+
+TEST_F(SimulatedTracker, IsBusyForAnotherAndThenServesOn) {
+  ASSERT_TRUE(connect());
+  server.disturb({.busy = true});
+  const auto refused = aim();
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().fault, TrackerFault::Busy) << refused.error().detail;
+  server.disturb({});
+  EXPECT_TRUE(aim());
+}
+
+TEST_F(SimulatedTracker, IsSilentAndItsClientWaitsNoLongerThanItWasGiven) {
+  drivers::AlarmClock alarm{io};
+  drivers::EmsconTracker patient{io.get_executor(), alarm, options()};
+  ASSERT_TRUE(run(patient.connect({})));
+  ASSERT_TRUE(run(patient.aim(aim_mm, 50, {})));
+  server.disturb({.silent = true});
+  int looks = 0;
+  target.on_look = [&] {
+    if (++looks % 50 == 0) alarm.ring();
+  };
+  const auto unanswered = run(patient.measure({}));
+  ASSERT_FALSE(unanswered);
+  EXPECT_EQ(unanswered.error().fault, TrackerFault::Timeout) << unanswered.error().detail;
+}
+
+TEST_F(SimulatedTracker, MeasuresThroughAStormOfReports) {
+  server.disturb({.storms = true});
+  ASSERT_TRUE(connect());
+  ASSERT_TRUE(aim());
+  EXPECT_TRUE(measure());
 }
 
 /// A client that says what it likes, and hears all of it.

@@ -14,6 +14,7 @@ namespace truepose::sim {
 namespace {
 
 constexpr Seconds kStep{0.004};
+const Eigen::Vector3d kCentre{1500, 0, 1200};
 const JointVector kUpright = deg(0, -80, 105, 5, 60, 0);
 
 /// Motions of an arm without tool or base, numbered as they come.
@@ -39,6 +40,20 @@ class ProgramMotionTest : public testing::Test {
     for (std::size_t i = 0; i < axes_deg.size(); ++i) target.axes[i] = axes_deg[i];
     motion.target = target;
     return motion;
+  }
+  krl::Motion spl(double x, double y, double z) {
+    krl::Motion motion = lin(x, y, z);
+    motion.kind = krl::MotionKind::Spl;
+    return motion;
+  }
+  krl::Motion arc(const Eigen::Vector3d& via, const Eigen::Vector3d& to) {
+    krl::Motion motion = lin(to.x(), to.y(), to.z());
+    motion.kind = krl::MotionKind::Circ;
+    motion.via = krl::PoseTarget{.pose = {via.x(), via.y(), via.z()}};
+    return motion;
+  }
+  krl::Motion spline(std::vector<krl::Motion> segments) {
+    return {.number = ++motions_, .kind = krl::MotionKind::Spline, .segments = std::move(segments)};
   }
   void take(const krl::Motion& motion, bool reduced = false) {
     const auto taken = arm.take(motion, reduced);
@@ -132,10 +147,170 @@ TEST_F(ProgramMotionTest, IsSlowInT1) {
 TEST_F(ProgramMotionTest, RefusesWhatItCannotReachOrIsNotSimulated) {
   EXPECT_FALSE(arm.take(lin(9000, 0, 0)));
   EXPECT_FALSE(arm.take(ptp({0, 10, 90, 0, 0, 0})));
-  krl::Motion circle = lin(1700, 0, 1200);
-  circle.kind = krl::MotionKind::Circ;
+  krl::Motion circle = arc({1700, 0, 1200}, {1600, 0, 1200});
   circle.circle_angle_deg = 90;
-  EXPECT_EQ(arm.take(circle).error(), "CA of CIRC is not simulated");
+  EXPECT_EQ(arm.take(lin(1500, 0, 1200)), (std::expected<void, std::string>{}));
+  EXPECT_EQ(arm.take(circle).error(), "CA needs three points that are not in one line");
+  krl::Motion block = spline({spl(1600, 0, 1200), spl(1600, 0, 1100)});
+  block.segments[1].base = krl::FrameValues{1, 0, 0, 0, 0, 0};
+  EXPECT_EQ(arm.take(block).error(), "another $TOOL or $BASE inside of a spline block is not simulated");
+  krl::Motion motion = ptp({0, -80, 105, 5, 60, 0});
+  motion.switching = {{.number = 1, .path_mm = -5}};
+  EXPECT_EQ(arm.take(motion).error(),
+            "PATH of TRIGGER is 0 before motions of the axes, which have no path to count along");
+}
+
+TEST_F(ProgramMotionTest, GoesAroundACircleByItsAngle) {
+  take(lin(1700, 0, 1200));
+  run();
+  for (const double angle_deg : {90.0, -90.0, 270.0, 540.0}) {
+    take(lin(1700, 0, 1200));
+    run();
+    krl::Motion circle = arc({1500, 0, 1400}, {1300, 0, 1200});
+    circle.circle_angle_deg = angle_deg;
+    take(circle);
+    const auto way = run();
+    double turned_rad = 0;
+    for (std::size_t i = 1; i < way.size(); ++i) {
+      const Eigen::Vector3d before = way[i - 1] - kCentre, now = way[i] - kCentre;
+      EXPECT_NEAR(now.norm(), 200, 1e-6);
+      turned_rad -= std::asin(before.cross(now).y() / 200 / 200);
+    }
+    EXPECT_NEAR(turned_rad * kDegPerRad, angle_deg, 0.01);
+  }
+}
+
+TEST_F(ProgramMotionTest, GoesThroughEveryPointOfASplineWithoutACorner) {
+  take(lin(1700, 0, 1200));
+  run();
+  const std::vector<Eigen::Vector3d> points{{1650, 100, 1250}, {1600, 250, 1200}, {1500, 300, 1100}};
+  krl::Motion block = spline({});
+  for (const Eigen::Vector3d& p : points) block.segments.push_back(spl(p.x(), p.y(), p.z()));
+  take(block);
+  const auto way = run();
+  for (const Eigen::Vector3d& point : points) EXPECT_LT(nearest_mm(way, point), 1) << "half a cycle's way";
+  EXPECT_LT((way.back() - points.back()).norm(), 1e-6);
+  const auto [step, change] = greatest_step_and_jerk(way);
+  EXPECT_LT(step, 0.5 * 4 * 1.01);
+  EXPECT_LT(change, 0.05) << "no corner: mm in a cycle";
+}
+
+TEST_F(ProgramMotionTest, LeavesLinesAndArcsOfASplineAlongTheirDirection) {
+  take(lin(1700, 0, 1200));
+  run();
+  krl::Motion block = spline({lin(1700, 150, 1200), spl(1600, 250, 1200), lin(1400, 250, 1200)});
+  take(block);
+  const auto way = run();
+  EXPECT_LT(greatest_step_and_jerk(way).second, 0.1) << "a bend, no corner";
+  double off_line_mm = 0;
+  for (const Eigen::Vector3d& at : way) {
+    if (at.y() < 150) off_line_mm = std::max(off_line_mm, std::abs(at.x() - 1700));
+    if (at.x() < 1600) off_line_mm = std::max(off_line_mm, std::abs(at.y() - 250));
+  }
+  EXPECT_LT(off_line_mm, 1e-6);
+}
+
+TEST_F(ProgramMotionTest, StopsInTheCornersOfASpline) {
+  take(lin(1700, 0, 1200));
+  run();
+  take(spline({lin(1700, 200, 1200), lin(1500, 200, 1200)}));
+  const auto way = run();
+  EXPECT_LT(nearest_mm(way, {1700, 200, 1200}), 0.02);
+  EXPECT_LT(greatest_step_and_jerk(way).second, 2 * 0.016 * 1.5);
+}
+
+TEST_F(ProgramMotionTest, KeepsTheSpeedOfEachSegment) {
+  take(lin(1700, -200, 1200));
+  run();
+  krl::Motion slow = lin(1700, 0, 1200), fast = lin(1700, 200, 1200);
+  slow.path_velocity_m_s = 0.1;
+  take(spline({slow, fast}));
+  const auto way = run();
+  double slow_step = 0, fast_step = 0;
+  for (std::size_t i = 1; i < way.size(); ++i)
+    (way[i].y() < 0 ? slow_step : fast_step) =
+        std::max(way[i].y() < 0 ? slow_step : fast_step, (way[i] - way[i - 1]).norm());
+  EXPECT_NEAR(slow_step, 0.1 * 4, 1e-3);
+  EXPECT_NEAR(fast_step, 0.5 * 4, 1e-3);
+}
+
+TEST_F(ProgramMotionTest, GoesThroughThePointsOfTheAxesWithoutStanding) {
+  krl::Motion block =
+      spline({ptp({10, -80, 105, 5, 60, 0}), ptp({20, -85, 105, 5, 60, 0}), ptp({30, -80, 105, 5, 60, 0})});
+  block.kind = krl::MotionKind::PtpSpline;
+  take(block);
+  double nearest_rad = INFINITY, slowest_rad = INFINITY;
+  JointVector before = arm.position();
+  while (!arm.is_standing()) {
+    const JointVector q = arm.advance(kStep);
+    nearest_rad = std::min(nearest_rad, (q - deg(20, -85, 105, 5, 60, 0)).norm());
+    if (q[0] > 5 * kRadPerDeg && q[0] < 25 * kRadPerDeg)
+      slowest_rad = std::min(slowest_rad, q[0] - before[0]);
+    before = q;
+  }
+  EXPECT_LT(nearest_rad, 0.003);
+  EXPECT_GT(slowest_rad, 0.0005);
+  EXPECT_LT((arm.position() - deg(30, -80, 105, 5, 60, 0)).norm(), 1e-12);
+}
+
+/// Where the TCP is when it switches.
+class SwitchingTest : public ProgramMotionTest {
+ protected:
+  void SetUp() override {
+    take(lin(1700, -200, 1200));
+    run();
+  }
+  Eigen::Vector3d switched_mm() {
+    for (int cycle = 0; cycle < 20'000; ++cycle) {
+      arm.advance(kStep);
+      if (!arm.take_switched().empty()) return tcp_mm();
+    }
+    ADD_FAILURE() << "nothing is switched";
+    return {0, 0, 0};
+  }
+  krl::Motion switching(krl::Motion motion, krl::SwitchingPoint point) {
+    point.number = 1;
+    motion.switching = {point};
+    return motion;
+  }
+};
+
+TEST_F(SwitchingTest, IsDoneOnThePath) {
+  take(switching(lin(1700, 200, 1200), {.path_mm = -100}));
+  EXPECT_NEAR(switched_mm().y(), 100, 2);
+  run();
+  take(switching(lin(1700, -200, 1200), {.from_start = true, .path_mm = 50}));
+  EXPECT_NEAR(switched_mm().y(), 150, 2);
+  run();
+  take(switching(lin(1700, 200, 1200), {.path_mm = -5000}));
+  EXPECT_NEAR(switched_mm().y(), -200, 2) << "trimmed to the start";
+}
+
+TEST_F(SwitchingTest, IsDoneSoManyMillisecondsBefore) {
+  take(switching(lin(1700, 200, 1200), {.path_mm = -100, .delay_s = -0.1}));
+  EXPECT_NEAR(switched_mm().y(), 100 - 50, 2) << "0.5 m/s";
+}
+
+TEST_F(SwitchingTest, BehindThePointIsDoneInTheNextMotion) {
+  take(switching(lin(1700, 0, 1200, true), {.path_mm = 80}));
+  take(lin(1700, 200, 1200));
+  EXPECT_NEAR(switched_mm().y(), 80, 2);
+}
+
+TEST_F(SwitchingTest, OfASegmentCountsFromItsEnd) {
+  take(spline({switching(lin(1700, 0, 1200), {.path_mm = -40}), lin(1700, 200, 1200)}));
+  EXPECT_NEAR(switched_mm().y(), -40, 2);
+}
+
+TEST_F(SwitchingTest, GoesOnWhileTheArmStands) {
+  take(switching(ptp({0, -80, 105, 5, 60, 0}), {.delay_s = 0.1}));
+  run();
+  EXPECT_TRUE(arm.take_switched().empty());
+  EXPECT_EQ(arm.until_change(kStep), kStep);
+  arm.cancel();
+  for (int cycle = 0; cycle < 25; ++cycle) arm.advance(kStep);
+  EXPECT_EQ(arm.take_switched(), std::vector<std::uint64_t>{1});
+  EXPECT_FALSE(arm.until_change(kStep));
 }
 
 }  // namespace

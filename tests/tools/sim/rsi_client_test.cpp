@@ -95,6 +95,88 @@ class RsiClientWithoutHold : public RsiClientTest {
   RsiClientWithoutHold() : RsiClientTest{false} {}
 };
 
+/// RKorr instead of AK, in the system of a number; the TCP stands at kStart.
+class RsiClientWithPoseCorrection : public testing::Test {
+ protected:
+  static RsiSetup in_system(int system) {
+    RsiSetup setup{
+        .nominal = kr210(), .ethernet = ethernet(), .context = rsi::truepose_context({.timeout_cycles = 5})};
+    const std::array names{"X", "Y", "Z", "A", "B", "C"};
+    for (std::size_t i = 0; i < names.size(); ++i)
+      setup.ethernet.receive[i].tag = std::string{"RKorr."} + names[i];
+    for (rsi::ContextObject& object : setup.context.objects) {
+      if (object.type == "AXISCORR") object = {.type = "POSCORR", .id = "POSCORR1", .inputs = object.inputs};
+    }
+    const_cast<rsi::ContextObject*>(setup.context.of_type("POSCORR"))->values = {
+        {"RefCorrSys", std::to_string(system)}, {"UpperLimZ", "30"}};
+    return setup;
+  }
+  /// Where the TCP is when the correction has come in force.
+  Eigen::Isometry3d corrected(int system, const std::string& attributes) {
+    client.emplace(in_system(system), program, kFirstIpoc);
+    for (int cycle = 0; cycle < 2; ++cycle) {
+      const std::uint64_t ipoc = rsi::decode_robot_frame(client->begin_cycle()).value().ipoc;
+      client->receive("<Sen Type=\"TruePose\"><RKorr " + attributes + "/><IPOC>" + std::to_string(ipoc) +
+                      "</IPOC></Sen>");
+      if (!end) end = client->end_cycle();
+    }
+    client->begin_cycle();
+    return forward_kinematics(kr210(), client->axes()) * program->tool;
+  }
+
+  /// Stands, with a tool and a base that is turned.
+  struct Standing : StreamPath {
+    Standing() : StreamPath{kr210(), {kStart}, 1} {}
+    FlowSources sources() const override {
+      FlowSources sources = StreamPath::sources();
+      sources.tool = tool;
+      sources.base = base;
+      return sources;
+    }
+    Eigen::Isometry3d tool = pose_from_kuka({10, 20, 300}, {30, 0, 0}),
+                      base = pose_from_kuka({500, 0, 0}, {90, 0, 0});
+  };
+  const std::shared_ptr<Standing> program = std::make_shared<Standing>();
+  const Eigen::Isometry3d X = forward_kinematics(kr210(), kStart) * program->tool;
+  std::optional<RsiClient> client;
+  std::optional<RsiEnd> end;
+};
+
+TEST_F(RsiClientWithPoseCorrection, MovesTheTcpAlongItsSystem) {
+  const Eigen::Vector3d along{1, 2, 3};
+  const std::string attributes = "X=\"1\" Y=\"2\" Z=\"3\"";
+  for (const auto& [system, turned] : {std::pair{0, Eigen::Matrix3d::Identity().eval()},
+                                       {1, program->base.linear().eval()},
+                                       {2, Eigen::Matrix3d::Identity().eval()},
+                                       {3, X.linear().eval()}}) {
+    const Eigen::Isometry3d now = corrected(system, attributes);
+    EXPECT_LT((now.translation() - X.translation() - turned * along).norm(), 1e-6) << "system " << system;
+    EXPECT_LT(angle_between(now.linear(), X.linear()), 1e-9);
+  }
+}
+
+TEST_F(RsiClientWithPoseCorrection, TurnsAboutTheTcp) {
+  const Eigen::Isometry3d now = corrected(1, "A=\"2\"");
+  EXPECT_LT((now.translation() - X.translation()).norm(), 1e-6);
+  const Eigen::Vector3d turn = turn_between(X.linear(), now.linear());
+  EXPECT_LT((turn - 2 * kRadPerDeg * Eigen::Vector3d::UnitZ()).norm(), 1e-9);
+  EXPECT_FALSE(end);
+}
+
+TEST_F(RsiClientWithPoseCorrection, ClampsAndStopsAtItsLimits) {
+  const Eigen::Isometry3d now = corrected(2, "X=\"-8\" B=\"9\"");
+  EXPECT_NEAR((now.translation() - X.translation()).x(), -5, 1e-6);
+  EXPECT_NEAR(angle_between(now.linear(), X.linear()) * kDegPerRad, 5, 1e-6);
+  EXPECT_EQ(client->counters().clamped, 2U);
+  EXPECT_FALSE(end);
+  corrected(2, "Z=\"7\"");
+  EXPECT_EQ(end, RsiEnd::PoseMonitor) << "6 mm, where no POSCORRMON says otherwise";
+}
+
+TEST_F(RsiClientWithPoseCorrection, AlongThePathIsRefused) {
+  EXPECT_THROW((RsiClient{in_system(4), program, kFirstIpoc}), std::invalid_argument);
+}
+
 class RsiClientWithDrives : public RsiClientTest {
  protected:
   explicit RsiClientWithDrives(std::vector<JointVector> points = {kStart})

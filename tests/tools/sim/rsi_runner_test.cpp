@@ -74,6 +74,11 @@ class Wire : public testing::Test {
     return heard;
   }
 
+  std::string hear_bytes() {
+    udp::endpoint from;
+    return {buffer_.data(), pc_.receive_from(boost::asio::buffer(buffer_), from)};
+  }
+
   std::vector<std::uint64_t> ipocs(std::size_t count) {
     std::vector<std::uint64_t> heard(count);
     std::ranges::generate(heard, [this] { return hear().ipoc - kWireIpoc + 1; });
@@ -113,6 +118,22 @@ TEST_F(Wire, LosesRepliesFromTheCycleOnInWhichTheScenarioSaysSo) {
 TEST_F(Wire, SendsDatagramsTwiceAndInAnotherOrder) {
   start({fault(Kind::RsiDuplicate, 2, 2), fault(Kind::RsiReorder, 6, 4)});
   EXPECT_EQ(ipocs(12), (Numbers{1, 2, 2, 3, 3, 4, 5, 7, 6, 9, 8, 10}));
+}
+
+TEST_F(Wire, SendsDatagramsACycleLateInTheirOrder) {
+  start({fault(Kind::RsiLate, 3, 2)});
+  EXPECT_EQ(ipocs(6), (Numbers{1, 2, 3, 4, 5, 6}));
+  runner_->stop();
+}
+
+TEST_F(Wire, GarblesAByteOfEachDatagram) {
+  start({fault(Kind::RsiGarble, 2, 3)});
+  const std::string first = hear_bytes();
+  for (int cycle = 2; cycle < 5; ++cycle) {
+    const std::string garbled = hear_bytes();
+    EXPECT_EQ(std::ranges::count(garbled, '<'), std::ranges::count(first, '<') + 1);
+  }
+  EXPECT_EQ(ipocs(1), Numbers{5});
 }
 
 TEST_F(Wire, IsSilentWhileItsClockGoesOn) {

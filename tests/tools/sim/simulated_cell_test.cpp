@@ -72,6 +72,7 @@ class Cell {
   }
 
   CellStatistics statistics() const { return cell_.statistics(); }
+  void begin(const config::ScenarioFault& fault) { cell_.begin(fault); }
 
   const config::Scenario scenario;
 
@@ -198,6 +199,16 @@ TEST(SimulatedCell, IsMeasuredByATrackerThatIsPushedLooseOrWrongAtItsPoints) {
   EXPECT_GT(points[3].std_mm.norm(), 1) << "its own scatter shows it";
   EXPECT_LT((points[5].p_WS_mm - truth - pushed).norm(), 0.2) << "who was pushed stays where he is";
   EXPECT_LT(points[5].std_mm.norm(), 0.1);
+}
+
+TEST(SimulatedCell, PushesItsTrackerWhenItIsToldSo) {
+  RecordProperty("seed", static_cast<int>(kSeed));
+  Cell cell{kSeed};
+  cell.connect();
+  const JointVector q = poses(1, true).front();
+  const Eigen::Vector3d before_mm = cell.measured(q);
+  cell.begin(config::parse_fault("{kind: tracker-bump, by_mm: {x: 3, y: 0, z: 4}}"));
+  EXPECT_LT((cell.measured(q) - before_mm - Eigen::Vector3d(3, 0, 4)).norm(), 0.2);
 }
 
 TEST(SimulatedCell, RefusesASendListThatItCannotServe) {

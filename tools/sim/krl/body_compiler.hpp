@@ -61,11 +61,33 @@ class BodyCompiler {
 
   // motion_compiler.cpp
   void compile_motion(TokenReader& reader);
+  /// Reads a motion of the kind that its first word says, up to its approximation.
+  MotionShape read_motion(TokenReader& reader);
+  void read_target(TokenReader& reader, const std::string& word, MotionShape& motion);
+  Approximation read_approximation(TokenReader& reader, bool is_spline);
   void compile_wait(TokenReader& reader);
   void compile_interrupt(TokenReader& reader);
   void declare_interrupt(TokenReader& reader, bool is_global);
   void compile_brake(TokenReader& reader);
   void compile_resume(TokenReader& reader);
+  /// A call that is made beside the program: without its local data.
+  void call_beside(TokenReader& reader);
+
+  // spline_compiler.cpp
+  void compile_spline(TokenReader& reader);
+  std::vector<MotionShape> segments(MotionKind block, const Statement& opened);
+  struct Setting {
+    Expression variable, value;
+  };
+  std::vector<Setting> read_with(TokenReader& reader);
+  void emit_settings(const std::vector<Setting>& settings);
+
+  // trigger_compiler.cpp
+  void compile_trigger(TokenReader& reader);
+  TriggerShape read_trigger(TokenReader& reader, bool in_spline);
+  void read_switching_point(TokenReader& reader, bool in_spline, TriggerShape& trigger);
+  /// An assignment that is made beside the program.
+  void set_beside(TokenReader& reader);
 
   using Compile = void (BodyCompiler::*)(TokenReader&);
   static const std::map<std::string_view, Compile>& statements();

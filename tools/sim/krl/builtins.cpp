@@ -70,6 +70,11 @@ Value write(Arguments& arguments) {
   return {};
 }
 
+Value read(Arguments& arguments) {
+  read_string(arguments);
+  return {};
+}
+
 }  // namespace
 
 Value call_builtin(std::string_view name, std::vector<Value>& arguments) {
@@ -77,7 +82,7 @@ Value call_builtin(std::string_view name, std::vector<Value>& arguments) {
       {"SQRT", square_root}, {"SIN", sine},          {"COS", cosine},    {"TAN", tangent},
       {"ACOS", arc_cosine},  {"ATAN2", arc_tangent}, {"STRLEN", length}, {"STRDECLLEN", declared_length},
       {"STRCLEAR", clear},   {"STRCOPY", copy},      {"STRADD", append}, {"STRCOMP", compare},
-      {"SWRITE", write}};
+      {"SWRITE", write},     {"SREAD", read}};
   return kFunctions.at(name)(arguments);
 }
 

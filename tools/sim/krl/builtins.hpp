@@ -18,4 +18,9 @@ Value call_builtin(std::string_view name, std::vector<Value>& arguments);
 /// @param arguments  CHAR array, STATE_T, INT, format, values
 void write_string(std::vector<Value>& arguments);
 
+/// SREAD: reads values out of a text from an offset on; the offset then stands behind them.
+/// @param arguments  text, STATE_T, INT, format, and each variable with its type: INT, REAL, BOOL, CHAR or,
+///                   of a CHAR array, TEXT
+void read_string(std::vector<Value>& arguments);
+
 }  // namespace truepose::sim::krl

@@ -15,6 +15,7 @@ Type ExpressionCompiler::call(const Expression& expression) {
   if (name == "INV_POS") return inverse_pose(expression);
   if (name == "VARSTATE") return variable_state(expression);
   if (name == "SWRITE") return string_write(expression);
+  if (name == "SREAD") return string_read(expression);
   if (const auto routine = scope_.symbols.find_routine(name, scope_.module))
     return call_routine(expression, *routine);
   if (const auto external = scope_.symbols.find_external(name)) return call_external(expression, *external);
@@ -22,7 +23,7 @@ Type ExpressionCompiler::call(const Expression& expression) {
 }
 
 Type ExpressionCompiler::call_routine(const Expression& expression, std::size_t index) {
-  if (scope_.is_aside) scope_.fail("the condition of an interrupt cannot call " + expression.token.text);
+  if (!scope_.aside.empty()) fail_aside(expression);
   arguments(expression, scope_.symbols.program.routines[index].parameters);
   const Type result = scope_.symbols.program.routines[index].result;
   scope_.emit(Op::Call, index, result.kind == Kind::None ? 0 : 1);
@@ -31,12 +32,17 @@ Type ExpressionCompiler::call_routine(const Expression& expression, std::size_t 
 
 Type ExpressionCompiler::call_external(const Expression& expression, std::size_t index) {
   const External external = scope_.symbols.program.externals[index];
-  if (scope_.is_aside && !external.is_builtin)
-    scope_.fail("the condition of an interrupt cannot call " + expression.token.text);
+  if (!scope_.aside.empty() && !external.is_builtin) fail_aside(expression);
   arguments(expression, external.parameters);
   if (!external.passes_advance_run) scope_.stop_advance_run();
   scope_.emit(Op::CallExternal, index, external.parameters.size());
   return external.result;
+}
+
+void ExpressionCompiler::fail_aside(const Expression& expression) {
+  const std::string what =
+      scope_.aside == "trigger" ? "what a trigger sets" : "the condition of an interrupt";
+  scope_.fail(what + " cannot call " + expression.token.text);
 }
 
 void ExpressionCompiler::count_arguments(const Expression& expression, std::size_t expected) {
@@ -99,20 +105,44 @@ Type ExpressionCompiler::variable_state(const Expression& expression) {
 }
 
 Type ExpressionCompiler::string_write(const Expression& expression) {
-  const auto external = scope_.symbols.find_external("SWRITE");
-  if (expression.parts.size() < 4)
-    scope_.fail("SWRITE takes a text, a state, an offset, a format and values");
-  out_argument(expression.parts[0], {Kind::Char, -1, {0}}, "parameter 1 of SWRITE");
-  out_argument(expression.parts[1], *scope_.types().find("STATE_T"), "parameter 2 of SWRITE");
-  out_argument(expression.parts[2], {Kind::Int}, "parameter 3 of SWRITE");
-  value_as(expression.parts[3], {Kind::Char, -1, {0}}, "parameter 4 of SWRITE");
+  const std::size_t external = format_arguments(expression);
   for (std::size_t i = 4; i < expression.parts.size(); ++i) {
     const Type type = value(expression.parts[i]);
     const bool fits = type.is_number() || type.is(Kind::Bool) || type.is(Kind::Char) || type.is_text();
     if (!fits) scope_.fail("SWRITE cannot write " + type_name(type));
   }
-  scope_.emit(Op::CallExternal, *external, expression.parts.size());
+  scope_.emit(Op::CallExternal, external, expression.parts.size());
   return {};
+}
+
+Type ExpressionCompiler::string_read(const Expression& expression) {
+  const std::size_t external = format_arguments(expression);
+  constexpr std::size_t kFirst = 4;
+  for (std::size_t i = kFirst; i < expression.parts.size(); ++i) {
+    const Expression& variable = expression.parts[i];
+    if (!is_variable(variable)) scope_.fail("SREAD reads into variables");
+    const Type type = place(variable);
+    if (type.is_array() && variable.kind != ExpressionKind::Whole)
+      scope_.fail("an array as a whole is written with []");
+    const bool fits = type.is_number() || type.is(Kind::Bool) || type.is(Kind::Char) || type.is_text();
+    if (!fits) scope_.fail("SREAD cannot read " + type_name(type));
+    scope_.push(Literal{type.is_text() ? "TEXT" : type_name(type)});
+  }
+  scope_.emit(Op::CallExternal, external, 2 * expression.parts.size() - kFirst);
+  return {};
+}
+
+/// What SREAD and SWRITE begin with. @return the subprogram
+std::size_t ExpressionCompiler::format_arguments(const Expression& expression) {
+  const std::string& name = expression.token.text;
+  if (expression.parts.size() < 4)
+    scope_.fail(name + " takes a text, a state, an offset, a format and " +
+                (name == "SREAD" ? "variables" : "values"));
+  const std::size_t index = *scope_.symbols.find_external(name);
+  const std::vector<Parameter> parameters = scope_.symbols.program.externals[index].parameters;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    argument(expression.parts[i], parameters[i], "parameter " + std::to_string(i + 1) + " of " + name);
+  return index;
 }
 
 }  // namespace truepose::sim::krl

@@ -135,25 +135,37 @@ class DataCompiler {
     reader.expect_end();
   }
 
-  /// SIGNAL GRIPPER $OUT[3]; signals of several bits are not known.
+  /// SIGNAL GRIPPER $OUT[3]; SIGNAL WORD $IN[1] TO $IN[8]
   void read_signal(TokenReader& reader) {
     const bool is_global = reader.take_if("GLOBAL") || list_.is_global;
     reader.expect("SIGNAL");
     Signal signal{
         .name = reader.take_name("the name of the signal"), .module = list_.module, .is_global = is_global};
+    signal.symbol = read_element(reader);
+    if (reader.take_if("TO")) {
+      const Symbol last = read_element(reader);
+      constexpr std::int32_t kWord = 32;
+      signal.symbol.bits = *last.element - *signal.symbol.element + 1;
+      if (last.slot != signal.symbol.slot || signal.symbol.bits < 1 || signal.symbol.bits > kWord)
+        reader.fail("a signal goes from one element up to another of the same array, 32 at most");
+    }
+    reader.expect_end();
+    symbols_.add_signal(std::move(signal), reader);
+  }
+
+  Symbol read_element(TokenReader& reader) {
     const std::string variable = reader.take_name("$IN[...] or $OUT[...]");
-    const auto symbol = symbols_.find_variable(variable, list_.module);
-    if (!symbol || symbol->storage != Storage::System || symbol->type.sizes.size() != 1)
-      reader.fail(variable + " is no array of the controller");
-    signal.symbol = *symbol;
+    auto symbol = symbols_.find_variable(variable, list_.module);
+    const bool is_array = symbol && symbol->storage == Storage::System && symbol->type.sizes.size() == 1;
+    if (!is_array || symbol->type.kind != Kind::Bool)
+      reader.fail(variable + " is no array of BOOL of the controller");
     reader.expect("[");
     const Token element = reader.take();
     if (element.kind != TokenKind::Integer || element.integer < 1 || element.integer > symbol->type.sizes[0])
       reader.fail("the number of " + variable + " is 1 to " + std::to_string(symbol->type.sizes[0]));
-    signal.symbol.element = element.integer;
+    symbol->element = element.integer;
     reader.expect("]");
-    reader.expect_end();
-    symbols_.add_signal(std::move(signal), reader);
+    return *symbol;
   }
 
   void initialise(const Symbol& symbol, const std::string& name, const Expression& value) {

@@ -38,6 +38,8 @@ void set_text(std::string& array, const std::string& text) {
   array = text + std::string(array.size() - text.size(), '\0');
 }
 
+}  // namespace
+
 void set_part(Value& whole, Path path, Value value) {
   auto* text = std::get_if<std::string>(&whole);
   if (path.empty()) {
@@ -55,8 +57,6 @@ void set_part(Value& whole, Path path, Value value) {
   check_index(path[0], parts.size());
   set_part(parts[index], path.subspan(1), std::move(value));
 }
-
-}  // namespace
 
 bool has_type(const Value& value, const Type& type, const Types& types) {
   if (std::holds_alternative<std::monostate>(value)) return true;
@@ -145,6 +145,12 @@ bool Evaluator::execute_place(const Instruction& instruction) {
       std::get<Place>(operands.back()).path.push_back(index - 1);
       return true;
     }
+    case Op::Bits: {
+      Place& place = std::get<Place>(operands.back());
+      place.path.push_back(instruction.a);
+      place.bits = instruction.b;
+      return true;
+    }
     case Op::Field:
       std::get<Place>(operands.back()).path.push_back(instruction.a);
       return true;
@@ -203,7 +209,27 @@ void Evaluator::store(const Place& place, Value value) {
   set_part(root, place.path, std::move(value));
 }
 
+Value Evaluator::look_at_bits(const Place& place) {
+  Place bit{.storage = place.storage, .slot = place.slot, .path = place.path};
+  std::uint32_t number = 0;
+  for (std::int32_t i = 0; i < place.bits; ++i, ++bit.path[0]) {
+    const Value value = look_at_system(bit);
+    if (!is_set(value)) return {};
+    number |= static_cast<std::uint32_t>(std::get<bool>(value)) << i;
+  }
+  return static_cast<std::int32_t>(number);
+}
+
+void Evaluator::store_bits(const Place& place, std::uint32_t number) {
+  constexpr int kWord = 32;
+  if (place.bits < kWord && number >> place.bits != 0)
+    fail("the number has more than the " + std::to_string(place.bits) + " bits of " + describe(place));
+  Place bit{.storage = place.storage, .slot = place.slot, .path = place.path};
+  for (std::int32_t i = 0; i < place.bits; ++i, ++bit.path[0]) store_in_system(bit, (number >> i & 1) != 0);
+}
+
 Value Evaluator::look_at_system(const Place& place) {
+  if (place.bits > 0) return look_at_bits(place);
   const Variable& variable = program_.systems[place.slot];
   Path path = place.path;
   std::optional<int> index;
@@ -220,6 +246,7 @@ Value Evaluator::look_at_system(const Place& place) {
 }
 
 void Evaluator::store_in_system(const Place& place, Value value) {
+  if (place.bits > 0) return store_bits(place, static_cast<std::uint32_t>(std::get<std::int32_t>(value)));
   const Variable& variable = program_.systems[place.slot];
   Path path = place.path;
   std::optional<int> index;

@@ -17,6 +17,7 @@ struct Place {
   std::size_t slot = 0;
   std::size_t frame = 0;                ///< of a local variable
   std::vector<std::int64_t> path = {};  ///< indices and components, from 0
+  std::int32_t bits = 0;                ///< not 0: the INT made of so many elements from there on
 };
 
 using Operand = std::variant<Value, Place>;
@@ -57,6 +58,8 @@ class Evaluator {
   Value fetch(const Place& place);
   Value look_at_system(const Place& place);
   void store_in_system(const Place& place, Value value);
+  Value look_at_bits(const Place& place);
+  void store_bits(const Place& place, std::uint32_t number);
   Field root_of(const Place& place) const;
   std::string describe(const Place& place) const;
   void gather(const Instruction& instruction);
@@ -65,6 +68,10 @@ class Evaluator {
   std::vector<Value>& globals_;
   Host* host_;
 };
+
+/// Sets a part of a value. @param path  to it: indices and components, from 0
+/// Errors: Fault where the path leaves it, or a text has no room.
+void set_part(Value& whole, std::span<const std::int64_t> path, Value value);
 
 /// Whether a value may stand in a variable of that type; one that is not set may.
 bool has_type(const Value& value, const Type& type, const Types& types);

@@ -157,6 +157,18 @@ class ExpressionReader {
 
 }  // namespace
 
+bool is_variable(const Expression& expression) {
+  switch (expression.kind) {
+    case ExpressionKind::Name:
+    case ExpressionKind::Element:
+    case ExpressionKind::Whole:
+    case ExpressionKind::Component:
+      return true;
+    default:
+      return false;
+  }
+}
+
 Expression read_expression(TokenReader& reader) { return ExpressionReader(reader).expression(); }
 
 Expression read_variable(TokenReader& reader) { return ExpressionReader(reader).variable(); }

@@ -36,6 +36,9 @@ Expression read_expression(TokenReader& reader);
 /// Reads a variable with its indices and components: what an assignment may begin with.
 Expression read_variable(TokenReader& reader);
 
+/// Whether it names a variable or a part of one.
+bool is_variable(const Expression& expression);
+
 /// Reads (a, b, ...) behind the name of a subprogram.
 Expression read_call(TokenReader& reader, Token name);
 

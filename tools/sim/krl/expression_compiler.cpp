@@ -24,18 +24,6 @@ bool needs_other_side(const Expression& expression) {
   return expression.kind == ExpressionKind::Literal || is_text;
 }
 
-bool is_variable(const Expression& expression) {
-  switch (expression.kind) {
-    case ExpressionKind::Name:
-    case ExpressionKind::Element:
-    case ExpressionKind::Whole:
-    case ExpressionKind::Component:
-      return true;
-    default:
-      return false;
-  }
-}
-
 }  // namespace
 
 Type ExpressionCompiler::value(const Expression& expression) {
@@ -126,6 +114,11 @@ Type ExpressionCompiler::name(const Expression& expression) {
   if (!symbol.passes_advance_run) scope_.stop_advance_run();
   scope_.emit(op, symbol.slot);
   if (!symbol.element) return symbol.type;
+  if (symbol.bits > 0) {
+    scope_.emit(Op::Bits, static_cast<std::size_t>(*symbol.element) - 1,
+                static_cast<std::size_t>(symbol.bits));
+    return {Kind::Int};
+  }
   scope_.push(*symbol.element);
   scope_.emit(Op::Index);
   return symbol.type.element();

@@ -42,6 +42,7 @@ class ExpressionCompiler {
   Type call(const Expression& call);
   Type call_routine(const Expression& call, std::size_t index);
   Type call_external(const Expression& call, std::size_t index);
+  [[noreturn]] void fail_aside(const Expression& call);
   void arguments(const Expression& call, const std::vector<Parameter>& parameters);
   void argument(const Expression& argument, const Parameter& parameter, const std::string& what);
   void out_argument(const Expression& argument, const Type& type, const std::string& what);
@@ -49,6 +50,8 @@ class ExpressionCompiler {
   Type inverse_pose(const Expression& call);
   Type variable_state(const Expression& call);
   Type string_write(const Expression& call);
+  Type string_read(const Expression& call);
+  std::size_t format_arguments(const Expression& call);
   void count_arguments(const Expression& call, std::size_t expected);
   void convert(const Type& from, const Type& to, const std::string& what);
   bool is_frame(const Type& type) const;

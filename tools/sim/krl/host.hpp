@@ -31,6 +31,14 @@ struct PoseTarget {
 /// $TOOL or $BASE: X, Y, Z in mm, A, B, C in deg.
 using FrameValues = std::array<double, 6>;
 
+/// Where TRIGGER switches something.
+struct SwitchingPoint {
+  std::uint64_t number = 0;  ///< from 1, each once
+  bool from_start = false;   ///< of the motion; else from its end
+  double path_mm = 0;        ///< from there along the path; what lies beyond it is trimmed
+  double delay_s = 0;        ///< below 0: so long before
+};
+
 /// A motion with all that was in force when the program came to it.
 struct Motion {
   std::uint64_t number = 0;  ///< from 1, each once
@@ -38,6 +46,8 @@ struct Motion {
   std::variant<AxisTarget, PoseTarget> target;
   std::optional<PoseTarget> via;           ///< of CIRC
   std::optional<double> circle_angle_deg;  ///< CA of CIRC
+  std::vector<Motion> segments = {};       ///< of a spline block, which has no target itself
+  std::vector<SwitchingPoint> switching = {};
   Approximation approximation = Approximation::None;
   std::optional<FrameValues> tool, base;            ///< none where the program never set them
   std::array<int, 6> velocity_percent = {};         ///< $VEL_AXIS; 100 where it was never set
@@ -87,6 +97,9 @@ class Host {
   /// Takes a motion, to be made after those taken before. Errors: what stops the program.
   virtual std::expected<void, std::string> move(const Motion& motion) = 0;
   virtual bool is_finished(std::uint64_t motion) = 0;
+  /// The switching points of motions that the arm came to since this was last asked. Delays end here even
+  /// after the motion, and after cancel().
+  virtual std::vector<std::uint64_t> take_switched() = 0;
   /// Whether the arm stands still.
   virtual bool is_standing() = 0;
   /// Stops the arm on its path. @param with_all_force  BRAKE F

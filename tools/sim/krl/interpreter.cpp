@@ -47,6 +47,8 @@ void Interpreter::reset() {
   frames_.clear();
   interrupts_.clear();
   sent_.clear();
+  triggers_.clear();
+  switching_.clear();
   evaluator_.operands.clear();
   evaluator_.locals.clear();
   fault_.reset();
@@ -120,6 +122,8 @@ bool Interpreter::is_over(const Wait& wait) {
       return unfinished() <= wait.most;
     case WaitFor::Arrival:
       return unfinished() == 0;
+    case WaitFor::Switching:
+      return triggers_.empty();
     case WaitFor::Standstill:
       return host_.is_standing();
   }
@@ -190,6 +194,8 @@ void Interpreter::control(const Instruction& instruction) {
     case Op::Halt:
       state_ = ProgramState::Stopped;
       return;
+    case Op::Trigger:
+      return switching_.push_back(pop_switching_point(program_.triggers[a]));
     case Op::Move:
       return move(program_.motions[a]);
     case Op::Brake:
@@ -224,7 +230,12 @@ void Interpreter::leave(bool has_value) {
     --frames_.back().at;
     return wait_for({.what = WaitFor::Arrival});
   }
-  if (frames_.back().interruption && !end_interruption()) return;
+  if (ends && !triggers_.empty()) {
+    --frames_.back().at;
+    return wait_for({.what = WaitFor::Switching});
+  }
+  const bool ends_interruption = frames_.back().interruption.has_value();
+  if (ends_interruption && !end_interruption()) return;
   std::optional<Value> value;
   if (has_value) value = evaluator_.pop();
   pop_frame();
@@ -233,6 +244,7 @@ void Interpreter::leave(bool has_value) {
   Wait& wait = frames_.back().wait;
   if (wait.what == WaitFor::Condition) wait = {};
   if (value) evaluator_.push(std::move(*value));
+  if (ends_interruption) look_at_interrupts();
 }
 
 void Interpreter::end_program() {
@@ -278,8 +290,8 @@ std::vector<Value> Interpreter::external_arguments(const External& external, std
   const std::size_t first = evaluator_.operands.size() - count;
   for (std::size_t i = 0; i < count; ++i) {
     const Operand& operand = evaluator_.operands[first + i];
-    const bool is_out = i < external.parameters.size() && external.parameters[i].direction == Direction::Out;
-    const bool is_text = is_out && external.parameters[i].type.is_text();
+    const bool is_out = std::holds_alternative<Place>(operand);
+    const bool is_text = is_out && i < external.parameters.size() && external.parameters[i].type.is_text();
     if (is_text && !std::holds_alternative<std::string>(evaluator_.look(std::get<Place>(operand))))
       give_up("a text that " + external.name + " changes has no value");
     arguments.push_back(is_out ? evaluator_.look(std::get<Place>(operand)) : std::get<Value>(operand));
@@ -290,14 +302,15 @@ std::vector<Value> Interpreter::external_arguments(const External& external, std
 void Interpreter::finish_external(const External& external, std::size_t count, std::vector<Value>& arguments,
                                   Value result) {
   const std::size_t first = evaluator_.operands.size() - count;
-  for (std::size_t i = 0; i < external.parameters.size(); ++i) {
-    const Parameter& parameter = external.parameters[i];
-    if (parameter.direction != Direction::Out) continue;
-    if (!has_type(arguments[i], parameter.type, program_.types))
-      give_up(external.name + " gives no " + program_.types.name(parameter.type));
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto* place = std::get_if<Place>(&evaluator_.operands[first + i]);
+    if (!place) continue;
+    const bool is_declared = i < external.parameters.size();
+    if (is_declared && !has_type(arguments[i], external.parameters[i].type, program_.types))
+      give_up(external.name + " gives no " + program_.types.name(external.parameters[i].type));
     round_reals(arguments[i]);
     if (is_set(arguments[i]) || std::holds_alternative<std::string>(arguments[i]))
-      evaluator_.store(std::get<Place>(evaluator_.operands[first + i]), std::move(arguments[i]));
+      evaluator_.store(*place, std::move(arguments[i]));
   }
   evaluator_.operands.resize(first);
   if (external.result.kind == Kind::None) return;

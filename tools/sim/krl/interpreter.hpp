@@ -57,8 +57,15 @@ enum class InterpreterKind {
 ///
 /// Numbers. REAL variables hold 32 bits, expressions are computed with 64. A REAL becomes INT by rounding.
 ///
-/// What is not: TRIGGER, splines, signals of several bits, IMPORT, BCO run and block selection, interrupts
-/// while the program is stopped.
+/// TRIGGER. It belongs to the next motion. What it sets is set, and what it calls is called, when the host
+/// has come to its switching point, at a statement or run(), as an interrupt of its priority; the program
+/// ends behind the last of them. RESUME drops those of the motions that it drops.
+///
+/// Splines. A block is one motion, also of the advance run, and what WITH sets is in force for its motion or
+/// segment alone.
+///
+/// What is not: IMPORT, BCO run and block selection, interrupts while the program is stopped, TIME_BLOCK,
+/// CONST_VEL and STOP WHEN PATH in splines.
 class Interpreter {
  public:
   static constexpr int kInstructionsPerTurn = 1000;
@@ -93,7 +100,7 @@ class Interpreter {
   int line() const;
 
  private:
-  enum class WaitFor { Nothing, Condition, Moment, Room, Arrival, Standstill, External };
+  enum class WaitFor { Nothing, Condition, Moment, Room, Arrival, Switching, Standstill, External };
   struct Wait {
     WaitFor what = WaitFor::Nothing;
     Time until{0};
@@ -107,7 +114,8 @@ class Interpreter {
     bool may_move = false;             // BRAKE came before
     bool holds = false;                // the arm stands by BRAKE
     bool moves = false;
-    std::deque<Motion> parked;  // what BRAKE stopped, where the interrupt program moves itself
+    std::deque<Motion> parked;              // what BRAKE stopped, where the interrupt program moves itself
+    std::vector<SwitchingPoint> switching;  // of the motion that comes next where it was broken into
   };
   struct Frame {
     std::size_t at = 0;
@@ -122,6 +130,17 @@ class Interpreter {
     std::optional<std::size_t> level;
     bool is_on = false, is_enabled = true;
     bool was_true = false, is_pending = false;
+  };
+  struct Trigger {
+    std::uint64_t number = 0;  // of the switching point
+    std::size_t action = 0;
+    int priority = 0;
+    bool is_switched = false;
+  };
+  /// What WITH sets.
+  struct Setting {
+    Place place;
+    Value value;
   };
 
   void execute_turn();
@@ -142,12 +161,17 @@ class Interpreter {
 
   // motions.cpp
   void move(const MotionShape& shape);
+  Motion popped(const MotionShape& shape);
+  void pop_target(const MotionShape& shape, Motion& motion);
+  void pop_settings(std::size_t count);
+  void make_room_in_interrupt();
   void hand_over(Motion motion);
   std::size_t unfinished();
   /// The same, but in an interrupt program only its own: it does not wait for what it broke into.
   std::size_t awaited();
   std::optional<double> number(std::string_view variable, std::optional<int> index, std::string_view field);
   std::optional<FrameValues> frame_values(std::string_view variable);
+  Value in_force(std::size_t variable, std::optional<int> index) const;
   void take_variables(Motion& motion);
   PoseTarget pose_of(const Value& value, const Type& type) const;
   AxisTarget axes_of(const Value& value, const Type& type) const;
@@ -158,13 +182,17 @@ class Interpreter {
   Interrupt* effective(int priority);
   bool is_true(const Interrupt& interrupt);
   void look_at_interrupts();
-  void fire(Interrupt& interrupt);
+  void fire(std::size_t action, Interruption interruption);
   std::optional<std::size_t> interrupt_frame() const;
   void brake(bool with_all_force);
   void resume();
   bool is_braked() const;
   /// Behind an interrupt program. @return false while its own motions are made
   bool end_interruption();
+
+  // triggers.cpp
+  SwitchingPoint pop_switching_point(const TriggerShape& shape);
+  void look_at_triggers();
 
   const Program& program_;
   Host& host_;
@@ -176,7 +204,10 @@ class Interpreter {
   std::vector<Frame> frames_;
   std::vector<Interrupt> interrupts_;
   std::deque<Motion> sent_;  // to the host, and not finished
-  std::uint64_t motions_ = 0;
+  std::vector<Trigger> triggers_;
+  std::vector<SwitchingPoint> switching_;  // of the motion that comes next
+  std::vector<Setting> settings_;          // in force for the motion in work
+  std::uint64_t motions_ = 0, points_ = 0;
   std::uint64_t turn_ = 0;
   Time now_{0};
   bool is_held_ = false;     // stop() braked the arm

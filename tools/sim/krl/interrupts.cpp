@@ -65,6 +65,7 @@ std::optional<std::size_t> Interpreter::interrupt_frame() const {
 }
 
 void Interpreter::look_at_interrupts() {
+  look_at_triggers();
   const auto running = interrupt_frame();
   int most = running ? frames_[*running].interruption->priority : std::numeric_limits<int>::max();
   Interrupt* next = nullptr;
@@ -78,15 +79,16 @@ void Interpreter::look_at_interrupts() {
       most = interrupt.priority;
     }
   }
-  if (next) fire(*next);
+  if (!next) return;
+  next->is_pending = false;
+  fire(program_.interrupts[next->shape].call, {.priority = next->priority, .level = next->level});
 }
 
-void Interpreter::fire(Interrupt& interrupt) {
-  interrupt.is_pending = false;
+void Interpreter::fire(std::size_t action, Interruption interruption) {
+  interruption.switching = std::exchange(switching_, {});
   evaluator_.locals.emplace_back();
-  frames_.push_back({.at = program_.interrupts[interrupt.shape].call,
-                     .operands = evaluator_.operands.size(),
-                     .interruption = Interruption{.priority = interrupt.priority, .level = interrupt.level}});
+  frames_.push_back(
+      {.at = action, .operands = evaluator_.operands.size(), .interruption = std::move(interruption)});
 }
 
 bool Interpreter::is_braked() const {
@@ -112,6 +114,7 @@ bool Interpreter::end_interruption() {
   }
   if (std::exchange(interruption.holds, false) && !is_braked()) host_.go_on();
   for (Motion& motion : std::exchange(interruption.parked, {})) hand_over(std::move(motion));
+  switching_ = std::move(interruption.switching);
   // What is handed over anew belongs to an interrupt that holds the arm itself.
   if (interruption.moves && is_braked()) host_.brake(false);
   return true;
@@ -135,6 +138,8 @@ void Interpreter::resume() {
   while (frames_.size() > *level + 1) pop_frame();
   if (kind_ == InterpreterKind::Submit) return;
   sent_.clear();
+  triggers_.clear();
+  switching_.clear();
   host_.cancel();
   wait_for({.what = WaitFor::Standstill});
 }

@@ -7,11 +7,11 @@
 namespace truepose::sim::krl {
 namespace {
 
-const std::map<std::string_view, MotionKind> kMotions = {{"PTP", MotionKind::Ptp},
-                                                         {"LIN", MotionKind::Lin},
-                                                         {"CIRC", MotionKind::Circ},
-                                                         {"PTP_REL", MotionKind::PtpRel},
-                                                         {"LIN_REL", MotionKind::LinRel}};
+const std::map<std::string_view, MotionKind> kMotions = {
+    {"PTP", MotionKind::Ptp},         {"LIN", MotionKind::Lin},        {"CIRC", MotionKind::Circ},
+    {"PTP_REL", MotionKind::PtpRel},  {"LIN_REL", MotionKind::LinRel}, {"SPTP", MotionKind::Ptp},
+    {"SLIN", MotionKind::Lin},        {"SCIRC", MotionKind::Circ},     {"SPTP_REL", MotionKind::PtpRel},
+    {"SLIN_REL", MotionKind::LinRel}, {"SPL", MotionKind::Spl}};
 const std::map<std::string_view, Approximation> kApproximations = {{"C_PTP", Approximation::Ptp},
                                                                    {"C_DIS", Approximation::Dis},
                                                                    {"C_VEL", Approximation::Vel},
@@ -24,9 +24,28 @@ const std::map<std::string_view, InterruptSwitch> kSwitches = {{"ON", InterruptS
 }  // namespace
 
 void BodyCompiler::compile_motion(TokenReader& reader) {
+  const bool is_spline = reader.peek().text.starts_with('S');
+  MotionShape motion = read_motion(reader);
+  motion.approximation = read_approximation(reader, is_spline);
+  reader.expect_end();
+  symbols_.program.motions.push_back(std::move(motion));
+  scope_.emit(Op::Move, symbols_.program.motions.size() - 1);
+}
+
+MotionShape BodyCompiler::read_motion(TokenReader& reader) {
   if (body_.is_submit) reader.fail("a submit program must not move the arm");
   const Token word = reader.take();
   MotionShape motion{.kind = kMotions.at(word.text)};
+  read_target(reader, word.text, motion);
+  if (word.text.starts_with('S')) {
+    const std::vector<Setting> settings = read_with(reader);
+    emit_settings(settings);
+    motion.settings = settings.size();
+  }
+  return motion;
+}
+
+void BodyCompiler::read_target(TokenReader& reader, const std::string& word, MotionShape& motion) {
   if (motion.kind == MotionKind::Circ) {
     motion.via = expressions_.target(read_expression(reader));
     reader.expect(",");
@@ -38,22 +57,25 @@ void BodyCompiler::compile_motion(TokenReader& reader) {
   const bool is_on_path = motion.kind != MotionKind::Ptp && motion.kind != MotionKind::PtpRel;
   const bool goes_by_axes =
       is_axes(motion.target) || (motion.kind == MotionKind::Circ && is_axes(motion.via));
-  if (is_on_path && goes_by_axes) scope_.fail(word.text + " goes to a position or frame, not to axes");
+  if (is_on_path && goes_by_axes) scope_.fail(word + " goes to a position or frame, not to axes");
   if (motion.kind == MotionKind::Circ && reader.take_if(",")) {
     reader.expect("CA");
     expressions_.value_as(read_expression(reader), {Kind::Real}, "the angle CA");
     motion.has_angle = true;
   }
+}
+
+Approximation BodyCompiler::read_approximation(TokenReader& reader, bool is_spline) {
+  if (is_spline) return reader.take_if("C_SPL") ? Approximation::Spl : Approximation::None;
+  Approximation first = Approximation::None;
   for (int i = 0; i < 2 && !reader.at_end(); ++i) {
     const auto approximation = kApproximations.find(reader.peek().text);
     if (approximation == kApproximations.end()) break;
     reader.take();
     // PTP ... C_PTP C_DIS: the second is for the change to a path, with which the first begins.
-    if (i == 0) motion.approximation = approximation->second;
+    if (i == 0) first = approximation->second;
   }
-  reader.expect_end();
-  symbols_.program.motions.push_back(motion);
-  scope_.emit(Op::Move, symbols_.program.motions.size() - 1);
+  return first;
 }
 
 void BodyCompiler::compile_wait(TokenReader& reader) {
@@ -93,21 +115,25 @@ void BodyCompiler::declare_interrupt(TokenReader& reader, bool is_global) {
   scope_.emit(Op::DeclareInterrupt, symbols_.program.interrupts.size());
   const std::size_t over = scope_.emit(Op::Jump);
   InterruptShape interrupt{.condition = scope_.here(), .is_global = is_global};
-  scope_.is_aside = true;
+  scope_.aside = "interrupt";
   condition(reader, "the condition of the interrupt");
   scope_.emit(Op::Done);
   reader.expect("DO");
   interrupt.call = scope_.here();
+  scope_.aside = {};
+  call_beside(reader);
+  reader.expect_end();
+  symbols_.program.interrupts.push_back(interrupt);
+  scope_.land(over);
+}
+
+void BodyCompiler::call_beside(TokenReader& reader) {
   const Token name = reader.take();
   const Expression call = read_call(reader, name);
-  reader.expect_end();
-  scope_.is_aside = false;
   const std::vector<LocalName> locals = std::exchange(scope_.locals, {});
   expressions_.call_statement(call);
   scope_.locals = locals;
   scope_.emit(Op::Return);
-  symbols_.program.interrupts.push_back(interrupt);
-  scope_.land(over);
 }
 
 void BodyCompiler::compile_brake(TokenReader& reader) {

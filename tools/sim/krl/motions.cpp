@@ -1,5 +1,7 @@
 // The part of Interpreter that hands motions to the host.
 #include <algorithm>
+#include <ranges>
+#include <span>
 #include <utility>
 
 #include "tools/sim/krl/interpreter.hpp"
@@ -48,7 +50,32 @@ PoseTarget Interpreter::pose_of(const Value& value, const Type& type) const {
 
 void Interpreter::move(const MotionShape& shape) {
   if (kind_ == InterpreterKind::Submit) throw Fault{.what = "a submit program must not move the arm"};
+  Motion motion = popped(shape);
+  motion.switching = std::exchange(switching_, {});
+  make_room_in_interrupt();
+  hand_over(std::move(motion));
+  const double advance = number("$ADVANCE", std::nullopt, "").value_or(kDefaultAdvance);
+  const auto most = static_cast<std::size_t>(std::clamp(advance, 0.0, 5.0));
+  if (unfinished() > most) wait_for({.what = WaitFor::Room, .most = most});
+}
+
+/// What stands on the stack, the last first.
+Motion Interpreter::popped(const MotionShape& shape) {
+  const std::size_t around = settings_.size();
+  pop_settings(shape.settings);
   Motion motion{.kind = shape.kind, .approximation = shape.approximation};
+  take_variables(motion);
+  if (shape.segments.empty()) pop_target(shape, motion);
+  for (const MotionShape& segment : shape.segments | std::views::reverse)
+    motion.segments.push_back(popped(segment));
+  std::ranges::reverse(motion.segments);
+  for (const TriggerShape& trigger : shape.triggers | std::views::reverse)
+    motion.switching.push_back(pop_switching_point(trigger));
+  settings_.resize(around);
+  return motion;
+}
+
+void Interpreter::pop_target(const MotionShape& shape, Motion& motion) {
   if (shape.has_angle) motion.circle_angle_deg = std::get<double>(evaluator_.pop());
   const Value target = evaluator_.pop();
   if (program_.types.structure(shape.target).find("A1")) {
@@ -57,25 +84,33 @@ void Interpreter::move(const MotionShape& shape) {
     motion.target = pose_of(target, shape.target);
   }
   if (shape.kind == MotionKind::Circ) motion.via = pose_of(evaluator_.pop(), shape.via);
-  take_variables(motion);
+}
 
-  if (const auto at = interrupt_frame()) {
-    Interruption& interruption = *frames_[*at].interruption;
-    if (!interruption.may_move) throw Fault{.what = "a motion in an interrupt program needs BRAKE before it"};
-    if (!interruption.moves) {
-      unfinished();
-      interruption.moves = true;
-      interruption.holds = false;
-      interruption.parked = std::exchange(sent_, {});
-      host_.cancel();
-    } else if (std::exchange(interruption.holds, false)) {
-      host_.go_on();
-    }
+void Interpreter::pop_settings(std::size_t count) {
+  const std::size_t first = settings_.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    Value value = evaluator_.pop();
+    Place place = evaluator_.pop_place();
+    static_cast<void>(evaluator_.look(place));  // finds an index outside of its array
+    settings_.push_back({std::move(place), std::move(value)});
   }
-  hand_over(std::move(motion));
-  const double advance = number("$ADVANCE", std::nullopt, "").value_or(kDefaultAdvance);
-  const auto most = static_cast<std::size_t>(std::clamp(advance, 0.0, 5.0));
-  if (unfinished() > most) wait_for({.what = WaitFor::Room, .most = most});
+  std::reverse(settings_.begin() + static_cast<std::ptrdiff_t>(first), settings_.end());
+}
+
+void Interpreter::make_room_in_interrupt() {
+  const auto at = interrupt_frame();
+  if (!at) return;
+  Interruption& interruption = *frames_[*at].interruption;
+  if (!interruption.may_move) throw Fault{.what = "a motion in an interrupt program needs BRAKE before it"};
+  if (!interruption.moves) {
+    unfinished();
+    interruption.moves = true;
+    interruption.holds = false;
+    interruption.parked = std::exchange(sent_, {});
+    host_.cancel();
+  } else if (std::exchange(interruption.holds, false)) {
+    host_.go_on();
+  }
 }
 
 void Interpreter::hand_over(Motion motion) {
@@ -98,11 +133,25 @@ std::optional<double> Interpreter::number(std::string_view variable, std::option
                                           std::string_view field) {
   const auto at = std::ranges::find(program_.systems, variable, &Variable::name);
   if (at == program_.systems.end()) return std::nullopt;
-  const Value value = host_.read(variable, index);
+  const Value value = in_force(static_cast<std::size_t>(at - program_.systems.begin()), index);
   if (!has_type(value, index ? at->type.element() : at->type, program_.types) || !is_set(value))
     return std::nullopt;
   return field.empty() ? std::optional{number_of(value)}
                        : component_of(value, program_.types.structure(at->type), field);
+}
+
+/// Of a system variable, or of one element: what WITH sets before what the controller has.
+Value Interpreter::in_force(std::size_t variable, std::optional<int> index) const {
+  const Variable& declared = program_.systems[variable];
+  Value value = host_.read(declared.name, index);
+  for (const Setting& setting : settings_) {
+    std::span<const std::int64_t> path = setting.place.path;
+    if (setting.place.slot != variable || (index && path[0] != *index - 1)) continue;
+    if (index) path = path.subspan(1);
+    if (!is_set(value)) value = program_.types.blank(index ? declared.type.element() : declared.type);
+    set_part(value, path, setting.value);
+  }
+  return value;
 }
 
 std::optional<FrameValues> Interpreter::frame_values(std::string_view variable) {

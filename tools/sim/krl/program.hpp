@@ -19,6 +19,7 @@ enum class Op : std::uint8_t {
   Local,    ///< -> place of local variable a; of what it stands for where it is a parameter by reference
   System,   ///< -> place of system variable a
   Index,    ///< place, INT -> place of its element
+  Bits,     ///< place of a BOOL array -> place of the INT made of b elements from a on, from 0
   Field,    ///< place -> place of its component a
   Fetch,    ///< place -> its value
   Store,    ///< place, value ->
@@ -65,8 +66,9 @@ enum class Op : std::uint8_t {
   WaitFor,       ///< BOOL ->; back to a where it is FALSE
   WaitSec,       ///< number ->
   Halt,
-  Move,   ///< targets ->; motion a
-  Brake,  ///< a: with all force
+  Trigger,  ///< path, delay and, of a call, priority ->; trigger a
+  Move,     ///< what motion a takes with it ->
+  Brake,    ///< a: with all force
   Resume,
   DeclareInterrupt,  ///< INT ->; declaration a
   SwitchInterrupt,   ///< INT or, where b is 0, nothing ->; InterruptSwitch a
@@ -122,17 +124,38 @@ struct Variable {
   bool passes_advance_run = false;
 };
 
-enum class MotionKind { Ptp, Lin, Circ, PtpRel, LinRel };
+enum class MotionKind {
+  Ptp,
+  Lin,
+  Circ,
+  PtpRel,
+  LinRel,
+  Spl,        ///< a segment of a spline block
+  Spline,     ///< a block of Spl, Lin and Circ, made as one motion
+  PtpSpline,  ///< a block of Ptp
+};
 
 /// What stands behind the target of a motion.
-enum class Approximation { None, Ptp, Dis, Vel, Ori };
+enum class Approximation { None, Ptp, Dis, Vel, Ori, Spl };
 
+/// TRIGGER.
+struct TriggerShape {
+  bool from_start = false;  ///< DISTANCE=0 or ONSTART; else from the end of the motion
+  bool is_call = false;     ///< with a priority; else an assignment
+  std::size_t action = 0;   ///< ends with Return
+};
+
+/// Its operands stand in this order: what its triggers need, the segments, the auxiliary point, the target,
+/// the angle, and a place and a value for each setting.
 struct MotionShape {
   MotionKind kind = MotionKind::Ptp;
   Type target;
   Type via;
-  bool has_angle = false;  ///< CA
+  bool has_angle = false;    ///< CA
+  std::size_t settings = 0;  ///< of WITH
   Approximation approximation = Approximation::None;
+  std::vector<TriggerShape> triggers = {};  ///< of a segment
+  std::vector<MotionShape> segments = {};   ///< of a block
 };
 
 struct InterruptShape {
@@ -149,6 +172,7 @@ struct Program {
   std::vector<Value> constants;
   std::vector<std::vector<int>> shapes;  ///< which components an aggregate sets
   std::vector<MotionShape> motions;
+  std::vector<TriggerShape> triggers;  ///< outside of spline blocks
   std::vector<InterruptShape> interrupts;
   std::vector<Routine> routines;
   std::vector<External> externals;

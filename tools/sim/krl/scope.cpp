@@ -11,7 +11,7 @@ std::size_t Scope::emit(Op op, std::size_t a, std::size_t b) {
 }
 
 void Scope::stop_advance_run() {
-  if (!is_continued && !is_aside && !is_submit) emit(Op::AdvanceStop);
+  if (!is_continued && aside.empty() && !is_submit) emit(Op::AdvanceStop);
 }
 
 void Scope::push(Value constant) {
@@ -27,8 +27,9 @@ std::size_t Scope::add_hidden(Type type) {
 Symbol Scope::variable(const std::string& name) const {
   const auto local = std::ranges::find(locals, name, &LocalName::name);
   if (local != locals.end()) {
-    if (is_aside)
-      fail("the interrupt uses " + name + ", which is local data; it may use module data and $ variables");
+    if (!aside.empty())
+      fail("the " + std::string(aside) + " uses " + name +
+           ", which is local data; it may use module data and $ variables");
     return {Storage::Local, static_cast<std::size_t>(local - locals.begin()), local->type, false, true};
   }
   const auto symbol = symbols.find_variable(name, module);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tools/sim/krl/symbols.hpp"
@@ -20,8 +21,10 @@ struct Scope {
   std::vector<LocalName> locals = {};
   int line = 0;               ///< of the statement in work
   bool is_continued = false;  ///< CONTINUE stands before the statement: it does not stop the advance run
-  bool is_aside = false;      ///< the condition of an interrupt: no local data, no calls
-  bool is_submit = false;     ///< of a .sub: it must not move the arm
+  /// What is executed beside the program, empty for the program: the condition of an "interrupt", what a
+  /// "trigger" sets. It has no local data and calls nothing.
+  std::string_view aside = {};
+  bool is_submit = false;  ///< of a .sub: it must not move the arm
 
   std::size_t emit(Op op, std::size_t a = 0, std::size_t b = 0);
   /// The arm must have come so far, unless CONTINUE says otherwise.

@@ -4,36 +4,14 @@
 #include <string>
 
 #include "tools/sim/krl/builtins.hpp"
+#include "tools/sim/krl/conversion.hpp"
 
 namespace truepose::sim::krl {
 namespace {
 
-constexpr int kWidest = 250;
-
-/// %[width][.digits]letter
-struct Conversion {
-  int width = 0;
-  std::optional<int> digits;
-  char letter = '\0';
-};
-
-int read_number(const std::string& format, std::size_t& at) {
-  int number = 0;
-  for (; at < format.size() && format[at] >= '0' && format[at] <= '9'; ++at)
-    number = std::min(kWidest, number * 10 + (format[at] - '0'));
-  return number;
-}
-
-Conversion read_conversion(const std::string& format, std::size_t& at) {
-  Conversion conversion{.width = read_number(format, at)};
-  if (at < format.size() && format[at] == '.') conversion.digits = read_number(format, ++at);
-  if (at < format.size()) conversion.letter = format[at++];
-  return conversion;
-}
-
 template <typename T>
 std::string printed(const char* format, int width, int digits, T value) {
-  std::string text(static_cast<std::size_t>(kWidest) * 4, '\0');
+  std::string text(static_cast<std::size_t>(Conversion::kWidest) * 4, '\0');
   const int length = std::snprintf(text.data(), text.size(), format, width, digits, value);
   text.resize(std::min(text.size(), static_cast<std::size_t>(std::max(length, 0))));
   return text;

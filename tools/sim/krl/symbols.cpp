@@ -11,14 +11,16 @@ constexpr long kLargestVariable = 1'000'000;
 
 constexpr std::size_t kLongestName = 24;
 
-constexpr std::array<std::string_view, 61> kKeywords = {
-    "AND",   "BOOL",   "B_AND",    "B_EXOR",  "B_NOT",     "B_OR",    "BRAKE",   "CASE",      "CHAR",
-    "CIRC",  "CONST",  "CONTINUE", "DECL",    "DEF",       "DEFAULT", "DEFDAT",  "DEFFCT",    "DO",
-    "ELSE",  "END",    "ENDDAT",   "ENDFCT",  "ENDFOR",    "ENDIF",   "ENDLOOP", "ENDSWITCH", "ENDWHILE",
-    "ENUM",  "EXIT",   "EXOR",     "EXT",     "EXTFCT",    "FALSE",   "FOR",     "GLOBAL",    "GOTO",
-    "HALT",  "IF",     "IMPORT",   "INT",     "INTERRUPT", "LIN",     "LIN_REL", "LOOP",      "NOT",
-    "OR",    "PTP",    "PTP_REL",  "PUBLIC",  "REAL",      "REPEAT",  "RESUME",  "RETURN",    "SIGNAL",
-    "STRUC", "SWITCH", "THEN",     "TRIGGER", "TRUE",      "UNTIL",   "WAIT"};
+constexpr auto kKeywords = std::to_array<std::string_view>(
+    {"AND",     "BOOL",       "BRAKE",     "B_AND",    "B_EXOR", "B_NOT",  "B_OR",     "CASE",
+     "CHAR",    "CIRC",       "CONST",     "CONTINUE", "DECL",   "DEF",    "DEFAULT",  "DEFDAT",
+     "DEFFCT",  "DO",         "ELSE",      "END",      "ENDDAT", "ENDFCT", "ENDFOR",   "ENDIF",
+     "ENDLOOP", "ENDSPLINE",  "ENDSWITCH", "ENDWHILE", "ENUM",   "EXIT",   "EXOR",     "EXT",
+     "EXTFCT",  "FALSE",      "FOR",       "GLOBAL",   "GOTO",   "HALT",   "IF",       "IMPORT",
+     "INT",     "INTERRUPT",  "LIN",       "LIN_REL",  "LOOP",   "NOT",    "OR",       "PTP",
+     "PTP_REL", "PTP_SPLINE", "PUBLIC",    "REAL",     "REPEAT", "RESUME", "RETURN",   "SCIRC",
+     "SIGNAL",  "SLIN",       "SLIN_REL",  "SPL",      "SPLINE", "SPTP",   "SPTP_REL", "STRUC",
+     "SWITCH",  "THEN",       "TRIGGER",   "TRUE",     "UNTIL",  "WAIT"});
 
 template <typename T>
 std::optional<std::size_t> index_of_name(const std::vector<T>& all, std::string_view name) {

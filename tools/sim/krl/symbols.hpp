@@ -21,9 +21,10 @@ struct Symbol {
   bool is_constant = false;
   bool passes_advance_run = false;
   std::optional<std::int32_t> element = {};  ///< of SIGNAL: which element of the system variable
+  std::int32_t bits = 0;  ///< of SIGNAL ... TO: from there so many, the lowest first, as INT
 };
 
-/// SIGNAL: another name for an element of a system variable.
+/// SIGNAL: another name for an element of a system variable, or a number of them.
 struct Signal {
   std::string name;
   int module = 0;

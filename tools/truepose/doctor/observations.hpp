@@ -10,9 +10,8 @@
 
 #include "config/cell_config.hpp"
 #include "daemon/check.hpp"
+#include "daemon/device_probe.hpp"
 #include "drivers/kuka/udp_source.hpp"
-#include "drivers/robot.hpp"
-#include "drivers/tracker.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/truepose/doctor/rsi_watch.hpp"
 
@@ -49,11 +48,6 @@ struct RsiObservation {
   std::optional<std::string> firewall;  ///< its rules as nft or iptables print them; none: unreadable
 };
 
-struct RobotObservation {
-  drivers::RobotIdentity identity;
-  drivers::RobotState state;
-};
-
 /// What this PC is like for work in real time.
 struct MachineObservation {
   std::string fifo_refused;            ///< why SCHED_FIFO at stream.priority cannot be had; empty: it can
@@ -73,7 +67,7 @@ struct Observations {
   DaemonObservation daemon;
   RsiObservation rsi;
   /// None: not asked, because the daemon is connected, or its stream is armed.
-  std::optional<std::expected<RobotObservation, drivers::RobotError>> robot;
+  std::optional<std::expected<daemon::RobotObservation, drivers::RobotError>> robot;
   std::optional<std::expected<drivers::TrackerIdentity, drivers::TrackerError>> tracker;
   MachineObservation machine;
 };

@@ -39,33 +39,35 @@ bool may_be_asked(const json::value& status, const std::string& device) {
 
 }  // namespace
 
-DaemonObservation observe_daemon(const std::string& cell, const std::string& daemon,
-                                 const fs::path& token_file) {
-  auto client = RpcClient::connect(daemon, token_file);
+DaemonObservation observe_daemon(const std::string& cell, const DaemonAddress& address) {
+  auto client = RpcClient::connect(address);
   if (!client) return {.unreachable = client.error().message};
   const auto info = client->call("system.info", {}, kAnswer);
   if (!info) return {.unreachable = info.error().message};
   auto status = client->call("cell.status", {}, kAnswer);
   if (!status) return {.unreachable = status.error().message};
   if (const std::string other = string_at(*status, "/cell"); other != cell)
-    return {.unreachable = "the daemon at " + daemon + " is that of cell " + other + ", not of " + cell};
+    return {.unreachable =
+                "the daemon at " + address.daemon + " is that of cell " + other + ", not of " + cell};
   return {.version = string_at(*info, "/version"), .status = *std::move(status)};
 }
 
-Observations observe(const config::CellConfig& cell, const std::string& daemon, const fs::path& token_file) {
+Observations observe(const config::CellConfig& cell, DaemonAddress address) {
+  if (address.daemon.empty()) address.daemon = daemon_of(cell);
+  if (address.token_file.empty()) address.token_file = cell.control.token_file;
   Observations seen{.check = daemon::check(cell),
                     .ethernet = ethernet_of(cell.stream),
                     .interfaces = observe_interfaces(),
-                    .daemon = observe_daemon(cell.name, daemon.empty() ? daemon_of(cell) : daemon,
-                                             token_file.empty() ? cell.control.token_file : token_file)};
+                    .daemon = observe_daemon(cell.name, address)};
   const bool runs = seen.daemon.unreachable.empty();
   const auto aside = [](auto probe) { return std::async(std::launch::async, probe); };
   auto rsi = aside([&] { return observe_rsi(cell.stream, runs); });
-  std::future<decltype(observe_robot(cell.robot))> robot;
-  std::future<decltype(observe_tracker(cell.tracker))> tracker;
-  if (may_be_asked(seen.daemon.status, "robot")) robot = aside([&] { return observe_robot(cell.robot); });
+  std::future<decltype(daemon::observe_robot(cell.robot))> robot;
+  std::future<decltype(daemon::observe_tracker(cell.tracker))> tracker;
+  if (may_be_asked(seen.daemon.status, "robot"))
+    robot = aside([&] { return daemon::observe_robot(cell.robot); });
   if (may_be_asked(seen.daemon.status, "tracker"))
-    tracker = aside([&] { return observe_tracker(cell.tracker); });
+    tracker = aside([&] { return daemon::observe_tracker(cell.tracker); });
   seen.machine = observe_machine(cell);
   if (robot.valid()) seen.robot = robot.get();
   if (tracker.valid()) seen.tracker = tracker.get();

@@ -175,10 +175,39 @@ void write(const CompensateOptions& options, const krl::ProgramText& text, const
   config::write_together(files);
 }
 
+// ---- Tools and bases that were measured ----
+
+/// What is told by its numbers is in force where the program starts; what was measured is in the controller
+/// as it was told.
+krl::StartFrames start_of(const std::optional<Tool>& tool, const std::optional<Base>& base) {
+  krl::StartFrames start;
+  if (tool && tool->number == 0) start.tool = tool->X_told;
+  if (tool && tool->number > 0) start.tools[tool->number] = tool->X_told;
+  if (base && base->number == 0) start.base = base->X;
+  if (base && base->number > 0) start.bases[base->number] = base->X;
+  return start;
+}
+
+/// A frame that no motion uses was meant for another program, or has another number there.
+void refuse_unused(const krl::Program& program, const char* option, const char* table, int number,
+                   std::size_t krl::Step::*frame) {
+  const auto uses = [&](const krl::Step& step) { return program.frames[step.*frame].number == number; };
+  if (number == 0 || std::ranges::any_of(program.steps, uses)) return;
+  throw ConfigError(
+      fmt::format("{}: is of {}[{}], which no motion of the program uses", option, table, number));
+}
+
+RealFrames real_frames(const std::optional<Tool>& tool, const std::optional<Base>& base) {
+  RealFrames real;
+  if (tool && tool->number > 0) real.tools[tool->number] = tool->X_FT;
+  if (base && base->number > 0) real.bases[base->number] = base->X;
+  return real;
+}
+
 }  // namespace
 
 int run_compensate_program(const CompensateOptions& options, const RobotModel& nominal,
-                           const RobotModel& calibrated) {
+                           const config::ModelFile& model) {
   refuse_to_overwrite(options.src, options.out_file);
   refuse_to_overwrite(options.dat, options.out_dat);
   const auto inverse = StatusTurnInverse::of(nominal);
@@ -191,9 +220,14 @@ int run_compensate_program(const CompensateOptions& options, const RobotModel& n
   const auto refuse = [&](const krl::ProgramFault& fault) -> ConfigError {
     return ConfigError(places.line_and_column(fault.spot) + ": " + fault.what);
   };
-  const auto program = krl::read_program(text, {options.X_FT, options.X_base});
+  const auto tool = tool_of(options.tool, "--tool", nominal, model);
+  const auto base = base_of(options.base, "--base", model);
+  const auto program = krl::read_program(text, start_of(tool, base));
   if (!program) throw refuse(program.error());
-  const auto done = compensate_program(*program, nominal, *inverse, calibrated, options.bounds);
+  refuse_unused(*program, "--tool", "TOOL_DATA", tool ? tool->number : 0, &krl::Step::tool);
+  refuse_unused(*program, "--base", "BASE_DATA", base ? base->number : 0, &krl::Step::base);
+  const auto done = compensate_program(*program, nominal, *inverse, model.cell.robot, options.bounds,
+                                       real_frames(tool, base));
   if (!done) throw refuse(done.error());
 
   write(options, text, *done);

@@ -8,6 +8,7 @@
 
 #include "core/arm/forward.hpp"
 #include "core/arm/pose_inverse.hpp"
+#include "core/identify/tool_frame.hpp"
 #include "core/math/angles.hpp"
 #include "proto/krl/frame_data.hpp"
 
@@ -89,11 +90,13 @@ std::optional<std::string> uncertain(const FrameValue& frame, bool is_tool) {
 class Compensator {
  public:
   Compensator(const krl::Program& program, const RobotModel& nominal, const StatusTurnInverse& inverse,
-              const RobotModel& calibrated, const CompensationOptions& bounds)
+              const RobotModel& calibrated, const CompensationOptions& bounds, const RealFrames& real)
       : program_{program},
         nominal_{nominal},
         inverse_{inverse},
-        compensation_{nominal, calibrated, bounds},
+        calibrated_{calibrated},
+        bounds_{bounds},
+        real_{real},
         states_(program.points.size()) {
     result_.left = program.left;
     result_.notes = program.notes;
@@ -157,13 +160,13 @@ class Compensator {
   }
 
   std::expected<Correction, std::string> correction(const Step& step, const Point& point,
-                                                    const JointVector& q) const {
+                                                    const JointVector& q) {
     const bool of_axes = point.position.form == PositionForm::Axes;
     const Eigen::Isometry3d X = of_axes ? forward_kinematics(nominal_, q) : krl::pose_of(point.position);
     const bool knows_tcp = tool(step).state == State::Known;
     const Eigen::Vector3d p_F_mm =
         knows_tcp ? Eigen::Vector3d(tool(step).X.translation()) : Eigen::Vector3d(0, 0, 0);
-    const auto solved = compensation_.at_pose(of_axes ? X : flange_of(step, X), q, p_F_mm);
+    const auto solved = compensation(step).at_pose(of_axes ? X : wanted_flange(step, X), q, p_F_mm);
     if (!solved) return std::unexpected(described(solved.error(), nominal_));
 
     const Eigen::Isometry3d X_BF = forward_kinematics(nominal_, solved->q);
@@ -245,11 +248,27 @@ class Compensator {
     write("T", point.position.turn, kTurnBits, now.turn);
   }
 
+  /// Of the arm with the step's tool.
+  const TargetCompensation& compensation(const Step& step) {
+    const FrameValue& told = tool(step);
+    const auto real = told.state == State::Known ? real_.tools.find(told.number) : real_.tools.end();
+    const int number = real == real_.tools.end() ? 0 : told.number;
+    const auto found = compensations_.find(number);
+    if (found != compensations_.end()) return found->second;
+    const RobotModel arm = number == 0 ? calibrated_ : with_tool(calibrated_, real->second, told.X);
+    return compensations_.try_emplace(number, nominal_, arm, bounds_).first->second;
+  }
+
   const FrameValue& tool(const Step& step) const { return program_.frames[step.tool]; }
   const FrameValue& base(const Step& step) const { return program_.frames[step.base]; }
   /// The flange's pose in the robot base for a TCP's pose in the base, and back.
   Eigen::Isometry3d flange_of(const Step& step, const Eigen::Isometry3d& X) const {
     return base(step).X * X * tool(step).X.inverse();
+  }
+  /// The same where the base truly is.
+  Eigen::Isometry3d wanted_flange(const Step& step, const Eigen::Isometry3d& X) const {
+    const auto found = real_.bases.find(base(step).number);
+    return (found == real_.bases.end() ? base(step).X : found->second) * X * tool(step).X.inverse();
   }
   Eigen::Isometry3d tcp_of(const Step& step, const Eigen::Isometry3d& X_BF) const {
     return base(step).X.inverse() * X_BF * tool(step).X;
@@ -258,7 +277,10 @@ class Compensator {
   const krl::Program& program_;
   const RobotModel& nominal_;
   const StatusTurnInverse& inverse_;
-  TargetCompensation compensation_;
+  const RobotModel& calibrated_;
+  const CompensationOptions& bounds_;
+  const RealFrames& real_;
+  std::map<int, TargetCompensation> compensations_;  // by the tool's number; 0: as the program has it
   std::vector<PointState> states_;
   std::optional<JointVector> q_near_;  // of the target before
   std::set<std::string_view> noted_;
@@ -267,12 +289,10 @@ class Compensator {
 
 }  // namespace
 
-std::expected<ProgramCompensation, krl::ProgramFault> compensate_program(const krl::Program& program,
-                                                                         const RobotModel& nominal,
-                                                                         const StatusTurnInverse& inverse,
-                                                                         const RobotModel& calibrated,
-                                                                         const CompensationOptions& bounds) {
-  return Compensator(program, nominal, inverse, calibrated, bounds).run();
+std::expected<ProgramCompensation, krl::ProgramFault> compensate_program(
+    const krl::Program& program, const RobotModel& nominal, const StatusTurnInverse& inverse,
+    const RobotModel& calibrated, const CompensationOptions& bounds, const RealFrames& real) {
+  return Compensator(program, nominal, inverse, calibrated, bounds, real).run();
 }
 
 }  // namespace truepose::tools

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,12 @@ struct ProgramCompensation {
   std::vector<krl::Note> notes;
 };
 
+/// Where a tool and a base of the program truly are, by their numbers: the tool on the calibrated arm's
+/// flange.
+struct RealFrames {
+  std::map<int, Eigen::Isometry3d> tools, bases;
+};
+
 /// Moves the positions of a program so that the calibrated arm stands where the nominal one would have: for
 /// each the joints that the controller would find, from there the joints of the calibrated arm, and what the
 /// controller has to be told to come to these. S and T follow where an axis crosses their boundary. They
@@ -36,9 +43,10 @@ struct ProgramCompensation {
 /// A position is left alone where it is out of reach or beyond a joint limit, where the correction is too
 /// large to be one, and where two motions use it with different tools or bases.
 /// @param inverse  of `nominal`
+/// @param real     of frames that are not where the program has them
 /// Errors: a Cartesian motion whose tool or base is not known.
 std::expected<ProgramCompensation, krl::ProgramFault> compensate_program(
     const krl::Program& program, const RobotModel& nominal, const StatusTurnInverse& inverse,
-    const RobotModel& calibrated, const CompensationOptions& bounds = {});
+    const RobotModel& calibrated, const CompensationOptions& bounds = {}, const RealFrames& real = {});
 
 }  // namespace truepose::tools

@@ -1,8 +1,11 @@
 #include "tools/truepose/offline/arm_options.hpp"
 
+#include <cstdio>
+#include <numeric>
 #include <string_view>
 #include <vector>
 
+#include "config/model_update.hpp"
 #include "config/number_text.hpp"
 
 namespace truepose::tools {
@@ -39,6 +42,28 @@ config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem
                               " joints, but the robot file is of '" + nominal.name + "' with " +
                               std::to_string(nominal.joint_count()));
   }
+  if (const auto why = config::larger_correction(nominal, model.cell, config::poses_of(model.validation),
+                                                 model.largest_correction_deg))
+    throw config::ConfigError(file.string() + ": the model is refused: " + *why + "; identify again");
+  if (model.sha256.empty())
+    std::fprintf(
+        stderr,
+        "%s: written before models carried a hash and their validation points: nobody can tell whether it "
+        "was changed; identify again to be sure\n",
+        file.c_str());
+  return model;
+}
+
+config::ModelFile as_warm(config::ModelFile model, std::span<const double> temperature_c,
+                          const std::filesystem::path& file) {
+  if (!model.thermal || !temperature_c.empty()) return at_temperatures(std::move(model), temperature_c);
+  const std::vector<double>& reference_c = model.thermal->reference_c;
+  const double mean_c =
+      std::accumulate(reference_c.begin(), reference_c.end(), 0.0) / static_cast<double>(reference_c.size());
+  std::fprintf(stderr,
+               "%s: nobody says how warm the drives are: the arm is taken as it is at the model's reference, "
+               "%.1f C on average\n",
+               file.c_str(), mean_c);
   return model;
 }
 

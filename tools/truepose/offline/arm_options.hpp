@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "config/model_file.hpp"
@@ -19,6 +20,13 @@ struct ArmFiles {
 
 /// Reads a model file and refuses one of another arm than `nominal`. Throws ConfigError.
 config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem::path& file);
+
+/// The model with its drives so warm, or where none is said and it knows what warmth does, a word on which it
+/// is taken for.
+///
+/// @param file  that it was read from
+config::ModelFile as_warm(config::ModelFile model, std::span<const double> temperature_c,
+                          const std::filesystem::path& file);
 
 /// What blurs a measured point, as the command line says it. Checked by the parser; empty where not given.
 struct NoiseOptions {

@@ -8,13 +8,20 @@
 #include <optional>
 
 #include "config/measurement_file.hpp"
+#include "config/model_file.hpp"
 #include "config/text_file.hpp"
+#include "core/compensate/largest_correction.hpp"
 #include "core/identify/option_names.hpp"
+#include "core/judge/calibration_verdict.hpp"
 #include "core/judge/model_noise.hpp"
+#include "core/math/parallel.hpp"
+#include "core/math/units.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/calibration_document.hpp"
 #include "tools/report/report.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
+#include "tools/truepose/offline/jobs_option.hpp"
+#include "tools/truepose/offline/mistake_text.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/offline/validation_runs.hpp"
 
@@ -25,16 +32,42 @@ namespace json = boost::json;
 using config::ConfigError;
 
 struct CalibrateCommand {
-  std::string robot_file, data_file, validate_file, out_file, report_file;
+  std::string robot_file, validate_file, out_file, report_file;
+  std::vector<std::string> data_files;
   std::optional<double> split;
   std::optional<int> folds;
   std::optional<std::uint64_t> seed;
-  int repeat = 1;
-  std::string method = "two-stage", deviation = "none", residual = "none", loss = "squared", prior = "auto";
+  int repeat = 1, jobs = processor_count();
+  std::string method = "two-stage", deviation = "none", residual = "none", loss = "screened", prior = "auto",
+              thermal = "temperatures";
   std::vector<int> harmonics{1, 2};
   NoiseOptions noise;
+  std::optional<double> tolerance_mm;
   bool as_json = false;
 };
+
+std::string data_names(const CalibrateCommand& command) {
+  std::string names;
+  for (const std::string& file : command.data_files) names += (names.empty() ? "" : ", ") + file;
+  return names;
+}
+
+/// The points of all files, each from a station of its own.
+MeasurementData measurements(const CalibrateCommand& command, const RobotModel& robot) {
+  if (command.data_files.size() == 1) return config::load_measurements(command.data_files.front(), robot);
+  MeasurementData data;
+  for (const std::string& file : command.data_files) {
+    MeasurementData station = config::load_measurements(file, robot);
+    station.stations = {file};
+    for (Measurement& point : station.points) point.pose = 0;  // unique in its own file only
+    if (data.stations.empty()) {
+      data = std::move(station);
+    } else {
+      add_station(data, std::move(station));
+    }
+  }
+  return data;
+}
 
 /// Points of another file, all to validate. Reflectors are matched by name.
 void add_validation(MeasurementData& data, const std::string& file, const RobotModel& robot) {
@@ -64,41 +97,74 @@ CalibrateOptions options_of(const CalibrateCommand& command) {
   options.noise = noise_of(command.noise);
   options.deviation = command.deviation == "auto";
   options.harmonics = command.harmonics;
+  options.thermal = value_of(kThermalNames, command.thermal);
   options.residual = *residual_kinds(command.residual);
   return options;
 }
 
-Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot,
-                       const MeasurementData& data) {
-  const CalibrateOptions options = options_of(command);
+std::string refusal(const CalibrateCommand& command, const CalibrationError& error) {
+  if (!error.suspicion) return data_names(command) + ": " + error.detail;
+  const auto station = static_cast<std::size_t>(error.suspicion->station);
+  return mistake_text(*error.suspicion, command.robot_file, command.data_files[station]);
+}
+
+Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot, const MeasurementData& data,
+                       int jobs) {
+  CalibrateOptions options = options_of(command);
+  options.jobs = jobs;
   const auto start = std::chrono::steady_clock::now();
   auto result = calibrate(robot, data, options);
-  if (!result) throw ConfigError(command.data_file + ": " + result.error().detail);
+  if (!result) throw ConfigError(refusal(command, result.error()));
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   json::object document = record::calibration_document(*result, data, elapsed.count());
   if (options.noise) document["noise"] = record::noise_json(*options.noise);
-  const MeasurementNoise noise = noise_about_model(*result, data, options.noise);
-  return {.calibration = std::move(*result), .document = std::move(document), .noise = noise};
+  MeasurementData fitted = as_fitted(*result, data);
+  const MeasurementNoise noise = noise_about_model(*result, fitted, options.noise);
+  std::vector<double> distances2 = validation_distances2(*result, fitted, noise);
+  return {.calibration = std::move(*result),
+          .document = std::move(document),
+          .noise = noise,
+          .distances2 = std::move(distances2),
+          .data = std::move(fitted)};
 }
 
 Outcome validated(const CalibrateCommand& command, const RobotModel& robot, MeasurementData data) {
-  const auto once = [&](const MeasurementData& marked) { return calibrate_once(command, robot, marked); };
+  const auto once = [&](const MeasurementData& marked, int jobs) {
+    return calibrate_once(command, robot, marked, jobs);
+  };
   const std::uint64_t seed = command.seed.value_or(0);
-  if (command.split) return over_splits(once, std::move(data), *command.split, seed, command.repeat);
-  if (command.folds) return over_folds(once, std::move(data), *command.folds, seed);
-  return once(data);
+  if (command.split) return over_splits(once, data, *command.split, seed, command.repeat, command.jobs);
+  if (command.folds) return over_folds(once, std::move(data), *command.folds, seed, command.jobs);
+  return once(data, command.jobs);
 }
 
-config::ModelFile model_of(const RobotModel& robot, const Outcome& outcome) {
-  const Calibration& calibration = outcome.calibration;
-  return {.name = robot.name,
-          .serial = "",
-          .created = control::rfc3339(std::chrono::system_clock::now()),
-          .cell = calibration.cell,
-          .parameters = calibration.parameters,
-          .validation_mean_mm = calibration.validate ? calibration.validate->after.mean : 0,
-          .covariance = calibration.covariance,
-          .noise = outcome.noise};
+/// By time alone a model is that of the warm arm.
+std::optional<ThermalResponse> response_to_temperatures(const Calibration& calibration) {
+  const auto& thermal = calibration.thermal;
+  return thermal && thermal->time_constant_s == 0 ? thermal->response : std::nullopt;
+}
+
+config::ModelFile model_of(const CalibrateCommand& command, const RobotModel& robot, const Outcome& outcome) {
+  Calibration calibration = outcome.calibration;
+  keep_first_station(calibration);
+  const bool several = command.data_files.size() > 1;
+  config::ModelFile model{.name = robot.name,
+                          .serial = "",
+                          .created = control::rfc3339(std::chrono::system_clock::now()),
+                          .cell = calibration.cell,
+                          .parameters = calibration.parameters,
+                          .validation_mean_mm = calibration.validate ? calibration.validate->after.mean : 0,
+                          .covariance = calibration.covariance,
+                          .noise = outcome.noise,
+                          .validation_distances2 = outcome.distances2,
+                          .thermal = response_to_temperatures(calibration),
+                          .station = several ? command.data_files.front() : "",
+                          .validation = {}};
+  // Those of other stations are not in the frame of the model's base.
+  if (!several) model.validation = config::validation_points(outcome.data);
+  model.largest_correction_deg =
+      largest_correction(robot, model.cell, config::poses_of(model.validation)) * kDegPerRad;
+  return model;
 }
 
 std::string validation_text(const CalibrateCommand& command) {
@@ -115,7 +181,7 @@ std::string validation_text(const CalibrateCommand& command) {
 void describe(json::object& document, const CalibrateCommand& command, const RobotModel& robot) {
   document["robot"] = robot.name;
   document["date"] = control::rfc3339(std::chrono::system_clock::now());
-  json::object files{{"Robot file", command.robot_file}, {"Measurements", command.data_file}};
+  json::object files{{"Robot file", command.robot_file}, {"Measurements", data_names(command)}};
   if (!command.validate_file.empty()) files["Measurements to validate"] = command.validate_file;
   document["files"] = std::move(files);
   json::object& options = document["options"].emplace_object();
@@ -137,14 +203,21 @@ void print_summary(const CalibrateCommand& command, const RobotModel& robot, con
 
 int run_calibrate(const CalibrateCommand& command) {
   if (command.seed && !command.split && !command.folds) throw bad_usage("--seed requires --split or --folds");
+  if (command.data_files.size() > 1 && !command.validate_file.empty())
+    throw bad_usage("--validate does not say its station: mark points of each --data set=validate");
   const RobotModel robot = config::load_robot(command.robot_file);
-  MeasurementData data = config::load_measurements(command.data_file, robot);
+  MeasurementData data = measurements(command, robot);
   if (!command.validate_file.empty()) add_validation(data, command.validate_file, robot);
   Outcome outcome = validated(command, robot, std::move(data));
+  outcome.document["verdict"] =
+      record::verdict_json(calibration_verdict({.calibration = outcome.calibration,
+                                                .data = outcome.data,
+                                                .stated = noise_of(command.noise),
+                                                .tolerance_mm = command.tolerance_mm}));
   describe(outcome.document, command, robot);
 
   if (!command.out_file.empty()) {
-    config::write_text_file(command.out_file, config::model_yaml(model_of(robot, outcome)));
+    config::write_text_file(command.out_file, config::model_yaml(model_of(command, robot, outcome)));
   }
   if (!command.report_file.empty()) {
     config::write_text_file(command.report_file, report::render_html(outcome.document));
@@ -155,7 +228,7 @@ int run_calibrate(const CalibrateCommand& command) {
     print_summary(command, robot, outcome);
   }
   if (const std::string why = report::why_unusable(outcome.document); !why.empty())
-    throw CommandError{kFailed, command.data_file + ": " + why};
+    throw CommandError{kFailed, data_names(command) + ": " + why};
   return kDone;
 }
 
@@ -169,8 +242,10 @@ Command calibrate_command() {
       .help = "Identifies how a real arm differs from its data sheet",
       .options =
           {Option("--robot", &c.robot_file, "Robot file (YAML)", {.required = true}),
-           Option("--data", &c.data_file, "Measurements (CSV); rows marked set=validate validate",
-                  {.required = true}),
+           Option("--data", &c.data_files,
+                  "Measurements (CSV); rows marked set=validate validate. Once for each station of the "
+                  "tracker; the base in --out is the one that the first sees",
+                  {.required = true, .repeats = true}),
            Option("--validate", &c.validate_file,
                   "Measurements that validate, in place of those marked in the data"),
            Option("--split", &c.split, "Part of the poses that identify; the rest validate",
@@ -188,10 +263,20 @@ Command calibrate_command() {
            Option("--harmonics", &c.harmonics, "Multiples of a joint's angle to look for, as 1,2,162",
                   {.check = in_range(1, 10'000)}),
            Option("--residual", &c.residual, "Residual field", {.check = available(residual_names())}),
-           Option("--loss", &c.loss, "Weight of a residual", {.check = available(names_of(kLossNames))}),
+           Option(
+               "--thermal", &c.thermal,
+               "What tells how warm the arm was: the columns temp1.. where there are some, or the column time of "
+               "a campaign that began cold",
+               {.check = available(names_of(kThermalNames))}),
+           Option("--loss", &c.loss, "Weight of a residual; screened: points beyond six sigma are left out",
+                  {.check = available(names_of(kLossNames))}),
            Option("--prior", &c.prior, "Whether deviations from the data sheet are taken as small",
                   {.check = available(names_of(kPriorNames))}),
-           tracker_noise_option(c.noise), repeatability_option(c.noise),
+           tracker_noise_option(c.noise),
+           repeatability_option(c.noise),
+           Option("--tolerance", &c.tolerance_mm, "Largest error that the verdict allows, mm",
+                  {.check = in_range(1e-6, 1000.0)}),
+           jobs_option(c.jobs),
            Option("--out", &c.out_file, "Write the calibrated arm here (model file, YAML)"),
            Option("--report", &c.report_file, "Write a report here (HTML, one file)"),
            Option("--json", &c.as_json, "One JSON document")},

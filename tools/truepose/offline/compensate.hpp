@@ -7,6 +7,7 @@
 
 #include "core/compensate/target_compensation.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
+#include "tools/truepose/offline/frame_options.hpp"
 
 namespace truepose::tools {
 
@@ -14,8 +15,8 @@ namespace truepose::tools {
 struct CompensateOptions {
   ArmFiles arm;
   CompensationOptions bounds;
-  std::optional<Eigen::Isometry3d> X_FT;  ///< the tool; of a program the one at its start
-  std::string out_file;                   ///< "-" = standard output
+  FrameWords tool, base;  ///< of a program those at its start, or in place of its own
+  std::string out_file;   ///< "-" = standard output
   bool as_json = false;
 
   // Targets, joints or poses
@@ -26,7 +27,6 @@ struct CompensateOptions {
 
   // A KRL program
   std::filesystem::path src, dat, config_dat, out_dat;
-  std::optional<Eigen::Isometry3d> X_base;  ///< at its start
 };
 
 /// Solves the targets one by one and writes the joints to command: rows as they come, or one JSON document.
@@ -37,6 +37,6 @@ int run_compensate_targets(const CompensateOptions& options, const RobotModel& n
 /// Corrects a KRL program, writes it where that was asked for, and prints what was done. Throws CommandError
 /// where a position stays uncorrected that should not, and ConfigError; then nothing is written.
 int run_compensate_program(const CompensateOptions& options, const RobotModel& nominal,
-                           const RobotModel& calibrated);
+                           const config::ModelFile& model);
 
 }  // namespace truepose::tools

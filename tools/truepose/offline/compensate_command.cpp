@@ -1,23 +1,45 @@
 #include <memory>
 
+#include "core/arm/payload.hpp"
 #include "core/math/angles.hpp"
 #include "tools/truepose/offline/compensate.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 
 namespace truepose::tools {
+
+using config::ConfigError;
+
 namespace {
 
 struct CompensateCommand {
   CompensateOptions options;
-  std::vector<double> tool, base;  ///< x,y,z,a,b,c (mm, deg)
+  std::vector<double> temperature_c;
   double singular_below_deg = CompensationOptions{}.singular_below * kDegPerRad;
   double singular_bound_deg = CompensationOptions{}.singular_bound * kDegPerRad;
   double largest_correction_deg = CompensationOptions{}.largest_correction * kDegPerRad;
+  std::vector<double> payload;  ///< kg, and its centre in the flange frame, mm; empty: the model's
 };
 
-std::optional<Eigen::Isometry3d> frame_of(const std::vector<double>& v) {
-  if (v.empty()) return std::nullopt;
-  return pose_from_kuka({v[0], v[1], v[2]}, {v[3], v[4], v[5]});
+/// The model, its arm with what it carries now.
+config::ModelFile loaded_model(const CompensateCommand& command, const RobotModel& nominal) {
+  config::ModelFile model = load_model_of(nominal, command.options.arm.model);
+  const std::vector<double>& payload = command.payload;
+  if (payload.empty()) return model;
+  if (payload.size() != 4 || payload[0] < 0)
+    throw ConfigError("--payload: expected four numbers, the first 0 or more");
+  auto arm = carrying(model.cell.robot, {payload[0], {payload[1], payload[2], payload[3]}});
+  if (!arm) throw ConfigError("--payload: " + arm.error());
+  model.cell.robot = *std::move(arm);
+  return model;
+}
+
+void check_temperatures(const CompensateCommand& command, const config::ModelFile& model) {
+  if (!model.thermal)
+    throw bad_usage("--temperatures: " + command.options.arm.model.string() +
+                    " does not know what warmth does: calibrate from points with columns temp1..");
+  if (command.temperature_c.size() != model.cell.robot.joints.size())
+    throw bad_usage("--temperatures: expected " + std::to_string(model.cell.robot.joints.size()) +
+                    ", one a joint, found " + std::to_string(command.temperature_c.size()));
 }
 
 int run_compensate(const CompensateCommand& command) {
@@ -25,12 +47,12 @@ int run_compensate(const CompensateCommand& command) {
   options.bounds.singular_below = command.singular_below_deg * kRadPerDeg;
   options.bounds.singular_bound = command.singular_bound_deg * kRadPerDeg;
   options.bounds.largest_correction = command.largest_correction_deg * kRadPerDeg;
-  options.X_FT = frame_of(command.tool);
-  options.X_base = frame_of(command.base);
   const RobotModel nominal = config::load_robot(options.arm.robot);
-  const config::ModelFile model = load_model_of(nominal, options.arm.model);
+  config::ModelFile kept = loaded_model(command, nominal);
+  if (!command.temperature_c.empty()) check_temperatures(command, kept);
+  const config::ModelFile model = as_warm(kept, command.temperature_c, options.arm.model);
   return options.src.empty() ? run_compensate_targets(options, nominal, model)
-                             : run_compensate_program(options, nominal, model.cell.robot);
+                             : run_compensate_program(options, nominal, model);
 }
 
 }  // namespace
@@ -57,12 +79,15 @@ Command compensate_command() {
                   "The controller's $config.dat: TOOL_DATA, BASE_DATA, home positions",
                   {.needs = {"--program"}}),
            Option(
-               "--tool", &c.tool,
-               "Tool on the flange as x,y,z,a,b,c (mm, deg): whose position comes first, and whose poses --poses "
-               "are; with a program, the one in force where it starts",
-               {.count = 6}),
-           Option("--base", &c.base, "Base in force where a program starts, as x,y,z,a,b,c (mm, deg)",
-                  {.count = 6, .needs = {"--program"}}),
+               "--tool", &o.tool,
+               "Tool on the flange: a file of truepose tool, or its numbers in mm and deg. Its TCP's position "
+               "comes first, and its poses --poses are; with a program, a file is the tool of its number, numbers "
+               "are the tool in force where it starts",
+               {.type = kFrameType}),
+           Option(
+               "--base", &o.base,
+               "Base: a file of truepose base, or its numbers. --poses stand in it; with a program as --tool",
+               {.type = kFrameType, .excludes = {"--joints"}}),
            Option(
                "--joints", &o.joints_file,
                "Joint positions (CSV: q1..qN in deg or mm; - reads standard input): the real arm stands where the "
@@ -76,6 +101,11 @@ Command compensate_command() {
                "to the one before it",
                {.is_subject = true}),
            Option(
+               "--payload", &c.payload,
+               "What the flange carries now, where that is not what it carried when it was measured: kg, and its "
+               "centre in the flange frame, mm",
+               {.type = "KG,X,Y,Z"}),
+           Option(
                "--near", &o.near,
                "Joint positions (deg, mm) that the first pose is to be near to; otherwise the middle of the "
                "joints' ranges",
@@ -83,6 +113,10 @@ Command compensate_command() {
            Option("--position-only", &o.position_only,
                   "Only the position counts: the smallest change of the joints that reaches it",
                   {.excludes = {"--program"}}),
+           Option(
+               "--temperatures", &c.temperature_c,
+               "Of the drives (C), one a joint, for a model that knows what warmth does; otherwise its reference",
+               {.check = in_range(-50.0, 200.0)}),
            Option("--report", &o.report_file,
                   "Write corrections, residuals and standard deviations as charts here (HTML)",
                   {.excludes = {"--program"}}),

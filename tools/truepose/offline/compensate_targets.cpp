@@ -11,6 +11,7 @@
 #include "config/text_file.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/compensate/nominal_inverse.hpp"
+#include "core/identify/tool_frame.hpp"
 #include "core/identify/uncertainty.hpp"
 #include "proto/record/arm_document.hpp"
 #include "tools/report/report.hpp"
@@ -141,23 +142,34 @@ report::CompensationRow report_row(const RobotModel& robot, const ReachedTarget&
 
 constexpr std::string_view kStandard = "-";
 constexpr const char* kNoSigma = ": tells no covariance, so no sigma_mm is given; calibrate again to have it";
+constexpr const char* kToolGiven =
+    "--tool was given, not measured: sigma_mm does not hold what the TCP is off by on the flange, often more than "
+    "half a millimetre; `truepose tool` measures it";
 
-/// Standard deviation (length of the vector, mm) of where the arm will stand, told by the model's covariance
-/// and the arm's repeatability. It is that of the first reflector: of that point the measurements tell, while
-/// what they know of the arm alone is mixed with what they know of base and tool.
+/// Standard deviation (length of the vector, mm) of where the arm will put the TCP, told by the covariances
+/// of model and tool and the arm's repeatability. Without a tool that of the first reflector: of that point
+/// the measurements tell, while what they know of the arm alone is mixed with what they know of base and
+/// tool.
 class PositionSigma {
  public:
-  explicit PositionSigma(const config::ModelFile& model) : model_(model) {}
+  PositionSigma(const config::ModelFile& model, const std::optional<Tool>& tool)
+      : model_(model), tool_(tool) {}
 
   bool is_known() const { return model_.covariance.size() > 0 && !model_.cell.reflectors.empty(); }
   double at(const JointVector& q) const {
     const double repeatability = model_.noise ? model_.noise->repeatability_mm : 0;
-    const double of_model = position_covariance(model_.cell, model_.covariance, q, 0).trace();
-    return std::sqrt(std::max(0.0, of_model) + 3 * repeatability * repeatability);
+    return std::sqrt(std::max(0.0, of_model(q).trace()) + 3 * repeatability * repeatability);
   }
 
  private:
+  Eigen::Matrix3d of_model(const JointVector& q) const {
+    if (!tool_) return position_covariance(model_.cell, model_.covariance, q, 0);
+    return tcp_covariance(model_.cell, model_.covariance, q, tool_->X_FT.translation(),
+                          tool_->measured ? &*tool_->measured : nullptr);
+  }
+
   const config::ModelFile& model_;
+  const std::optional<Tool>& tool_;
 };
 
 std::optional<JointVector> near_of(const std::vector<double>& values, const RobotModel& nominal) {
@@ -173,18 +185,23 @@ class Targets {
   Targets(const CompensateOptions& options, const RobotModel& nominal, const config::ModelFile& model,
           TargetForm form, bool by_status)
       : nominal_(nominal),
-        sigma_(model),
+        tool_(tool_of(options.tool, "--tool", nominal, model)),
+        X_base_(base_of(options.base, "--base", model).value_or(Base{}).X),
+        sigma_(model, tool_),
         form_(form),
         by_status_(by_status),
-        X_FT_(options.X_FT.value_or(Eigen::Isometry3d::Identity())),
+        X_FT_(tool_.value_or(Tool{}).X_told),
         position_only_(options.position_only || form == TargetForm::Positions),
         inverse_(nominal, near_of(options.near, nominal)),
-        compensation_(nominal, model.cell.robot, options.bounds) {}
+        compensation_(nominal, with_tool(model.cell.robot, tool_.value_or(Tool{}).X_FT, X_FT_),
+                      options.bounds) {}
 
   bool is_position_only() const { return position_only_; }
   bool tells_sigma() const { return sigma_.is_known(); }
+  bool is_tool_measured() const { return !tool_ || tool_->measured; }
 
-  std::expected<ReachedTarget, std::string> reach(const Target& target) {
+  std::expected<ReachedTarget, std::string> reach(Target target) {
+    target.X = X_base_ * target.X;
     const auto q = nominal_joints(target);
     if (!q) return std::unexpected(q.error());
     const auto compensated = compensate(target, *q);
@@ -217,6 +234,8 @@ class Targets {
   }
 
   const RobotModel& nominal_;
+  std::optional<Tool> tool_;
+  Eigen::Isometry3d X_base_;
   PositionSigma sigma_;
   TargetForm form_;
   bool by_status_;
@@ -235,6 +254,7 @@ class Output {
         nominal_(nominal),
         columns_(reach_columns(!targets.is_position_only(), targets.tells_sigma())),
         tells_sigma_(targets.tells_sigma()),
+        is_tool_measured_(targets.is_tool_measured()),
         report_{nominal.name, file, targets.is_position_only(), {}} {
     document_["joints"] = json::array{};
     for (const ReachColumn& column : columns_) document_[column.name] = json::array{};
@@ -269,6 +289,7 @@ class Output {
   void finish() {
     if (report_file_) report_file_->stream() << report::render_compensation_html(report_);
     if (!tells_sigma_) note(options_.arm.model.string() + kNoSigma);
+    if (!is_tool_measured_) note(kToolGiven);
     if (options_.as_json) std::cout << document_ << '\n';
     if (!std::cout.flush()) throw ConfigError("standard output cannot be written");
     for (auto* file : {&out_, &report_file_}) {
@@ -297,7 +318,8 @@ class Output {
   }
   void note(std::string text) {
     if (options_.as_json) {
-      document_["notes"] = json::array{std::move(text)};
+      if (!document_.contains("notes")) document_["notes"] = json::array{};
+      document_["notes"].as_array().emplace_back(std::move(text));
     } else {
       std::cerr << "truepose: " << text << '\n';
     }
@@ -310,7 +332,7 @@ class Output {
   const CompensateOptions& options_;
   const RobotModel& nominal_;
   std::vector<ReachColumn> columns_;
-  bool tells_sigma_;
+  bool tells_sigma_, is_tool_measured_;
   std::optional<UnfinishedFile> out_, report_file_;
   json::object document_;
   report::CompensationReport report_;

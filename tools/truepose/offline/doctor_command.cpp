@@ -47,7 +47,7 @@ std::string findings_text(const Findings& findings) {
 
 int run_doctor(const DoctorCommand& command) {
   const config::CellConfig cell = config::load_cell(command.cell_file);
-  const Observations seen = observe(cell, command.online.daemon, command.online.token_file);
+  const Observations seen = observe(cell, command.online);
   const Findings findings = diagnose(command.cell_file, cell, seen);
   print(command.online.json ? control::json_text(findings_json(findings)) + "\n" : findings_text(findings));
   const bool fault = std::ranges::any_of(findings, [](const Finding& f) { return f.level == Level::Fault; });

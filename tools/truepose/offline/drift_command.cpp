@@ -1,10 +1,16 @@
 #include <algorithm>
 #include <boost/json.hpp>
+#include <chrono>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "config/measurement_file.hpp"
+#include "config/model_update.hpp"
+#include "config/text_file.hpp"
 #include "core/judge/drift_check.hpp"
+#include "core/judge/drift_update.hpp"
+#include "proto/control/json_text.hpp"
 #include "proto/record/drift_document.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
@@ -19,7 +25,8 @@ using config::ConfigError;
 
 struct DriftCommand {
   ArmFiles arm;
-  std::string data_file;
+  std::string data_file, out_file;
+  bool update = false, activate = false;
   NoiseOptions noise;
   OnlineOptions online;
 };
@@ -40,8 +47,9 @@ std::vector<Measurement> load_points(const std::string& file, const CalibratedCe
 }
 
 int run_drift(const DriftCommand& command) {
-  const config::ModelFile model = load_model_of(config::load_robot(command.arm.robot), command.arm.model);
-  const std::vector<Measurement> points = load_points(command.data_file, model.cell);
+  const config::ModelFile kept = load_model_of(config::load_robot(command.arm.robot), command.arm.model);
+  const std::vector<Measurement> points = load_points(command.data_file, kept.cell);
+  const config::ModelFile model = as_warm(kept, mean_temperatures_c(points), command.arm.model);
   const auto reference = config::drift_reference(model, noise_of(command.noise));
   if (!reference) {
     throw ConfigError(command.arm.model.string() +
@@ -49,13 +57,24 @@ int run_drift(const DriftCommand& command) {
   }
   const auto check = drift_check(*reference, points);
   if (!check) throw ConfigError(command.data_file + ": " + check.error());
-  const record::DriftDocument document = record::drift_of(*check, *reference, points);
+  record::DriftDocument document = record::drift_of(*check, *reference, points);
+  std::optional<DriftUpdate> update;
+  if (command.update) {
+    update = *update_after_drift(*reference, points);
+    document.update = record::update_of(*update, points);
+  }
   if (command.online.json) {
     std::cout << record::drift_document(document) << '\n';
   } else {
     std::cout << drift_text(document);
   }
-  return check->verdict == DriftVerdict::Failed ? kFailed : kDone;
+  if (!update || !update->doubts.empty()) return check->verdict == DriftVerdict::Failed ? kFailed : kDone;
+  if (command.out_file.empty()) return kDone;
+  const config::ModelFile updated =
+      updated_model(model, *update, command.arm.model.filename().string() + " of " + model.created,
+                    control::rfc3339(std::chrono::system_clock::now()));
+  config::write_text_file(command.out_file, config::model_yaml(updated));
+  return kDone;
 }
 
 }  // namespace
@@ -75,13 +94,23 @@ Command drift_command() {
            Option("--robot", &c.arm.robot, "Robot file (YAML)", {.needs = {"--data"}}),
            Option("--model", &c.arm.model, "Model file of the calibrated arm", {.needs = {"--data"}}),
            tracker_noise_option(c.noise), repeatability_option(c.noise),
+           Option(
+               "--update", &c.update,
+               "Bring base, reflectors and joint zeros up to date by the points; ends with 0 where a model that "
+               "can be trusted came of it"),
+           Option("--activate", &c.activate, "Let the daemon work with the updated model from then on",
+                  {.needs = {"--update"}, .excludes = {"--data"}}),
+           Option("--out", &c.out_file, "Write the updated model here (model file, YAML)",
+                  {.needs = {"--update", "--data"}}),
            Option("--daemon", &c.online.daemon, "HOST:PORT of the daemon, or the path of its control socket"),
            Option("--token-file", &c.online.token_file, "file with the daemon's token",
                   {.environment = "TRUEPOSE_TOKEN_FILE"}),
            Option("--json", &c.online.json, "One JSON document")},
       .run =
           [command] {
-            return command->data_file.empty() ? check_drift(command->online) : run_drift(*command);
+            if (!command->data_file.empty()) return run_drift(*command);
+            return check_drift(command->online,
+                               {{"update", command->update}, {"activate", command->activate}});
           },
       .method = "drift.check"};
 }

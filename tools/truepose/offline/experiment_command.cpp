@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <boost/json.hpp>
-#include <chrono>
 #include <cstdint>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -13,12 +13,14 @@
 
 #include "config/robot_file.hpp"
 #include "config/text_file.hpp"
+#include "core/math/parallel.hpp"
 #include "core/simulate/published_arm.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/calibration_document.hpp"
 #include "tools/experiment/experiment.hpp"
 #include "tools/report/number_text.hpp"
 #include "tools/report/report.hpp"
+#include "tools/truepose/offline/jobs_option.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/text.hpp"
 
@@ -31,6 +33,7 @@ using report::error_text;
 struct ExperimentCommand {
   std::filesystem::path robot_file, report_file;  ///< empty = the paper's arm, no report
   ExperimentOptions options;
+  int jobs = processor_count();
   bool as_json = false;
 };
 
@@ -208,8 +211,11 @@ std::string experiment_text(const ExperimentOptions& options, const ExperimentRe
 
 // ---- The run ----
 
-double monotonic_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+/// What the thread has had of the processor: others' fits do not count.
+double thread_time_s() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 /// One line that is written over and, at the end, wiped away; nothing where no one watches.
@@ -233,9 +239,10 @@ ExperimentResult run(const ExperimentCommand& command) {
   const RobotModel robot =
       command.robot_file.empty() ? published_arm() : config::load_robot(command.robot_file);
   ProgressLine line;
-  const ExperimentHooks hooks{.clock_s = monotonic_s, .progress = [&](double share, std::string_view doing) {
-                                line.show(share, doing);
-                              }};
+  const ExperimentHooks hooks{
+      .clock_s = thread_time_s,
+      .progress = [&](double share, std::string_view doing) { line.show(share, doing); },
+      .jobs = command.jobs};
   auto result = run_experiment(robot, command.options, hooks);
   if (!result) throw config::ConfigError(command.robot_file.string() + ": " + result.error());
   return *std::move(result);
@@ -274,6 +281,7 @@ Command experiment_command() {
                   Option("--seed", &c.options.seed, "Of all random numbers", {.shows_default = true}),
                   Option("--trials", &c.options.trials, "Placements, poses and noise drawn for each method",
                          {.shows_default = true, .check = in_range(1, 100'000)}),
+                  jobs_option(c.jobs),
                   Option("--report", &c.report_file, "Write a report here (HTML, one file)"),
                   Option("--json", &c.as_json, "One JSON document")},
       .run = [command] { return run_experiment_command(*command); }};

@@ -7,9 +7,15 @@ namespace truepose::tools {
 // The commands that work on files alone. Each writes its results to standard output, and ends with kFailed
 // where:
 
-Command calibrate_command();   ///< the identification did not converge, or made things worse
-Command compensate_command();  ///< a target cannot be reached
-Command doctor_command();      ///< a fault was found
+Command access_commands();
+Command access_add_command();  ///< the name is taken
+Command access_list_command();
+Command access_revoke_command();  ///< there is no such name
+Command audit_verify_command();   ///< something was changed, or is missing
+Command base_command();           ///< readings tell no frame, or contradict each other
+Command calibrate_command();      ///< a test of the verdict failed
+Command compensate_command();     ///< a target cannot be reached
+Command doctor_command();         ///< a fault was found
 Command drift_command();  ///< the model is no longer right; without a file the daemon measures and judges
 Command experiment_command();  ///< the two-stage fit did not converge in every trial
 Command export_command();
@@ -20,6 +26,12 @@ Command kuka_write_command();
 Command kuka_lint_command();  ///< something was found
 Command listen_command();     ///< no good frame of the configured kind came
 Command plan_command();
-Command replay_command();  ///< a driver or the stream does something else than when it was recorded
+Command robot_commands();
+Command robot_fix_command();  ///< nothing was found, or nothing that can be mended
+Command replay_command();     ///< a driver or the stream does something else than when it was recorded
+Command tls_commands();
+Command tls_init_command();
+Command tls_client_command();  ///< its certificate is there already
+Command tool_command();        ///< as base_command()
 
 }  // namespace truepose::tools

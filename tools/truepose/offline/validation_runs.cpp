@@ -1,14 +1,17 @@
 #include "tools/truepose/offline/validation_runs.hpp"
 
+#include <algorithm>
 #include <boost/json.hpp>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 #include <string_view>
 #include <utility>
 
 #include "config/text_file.hpp"
 #include "core/identify/measurement.hpp"
+#include "core/math/parallel.hpp"
 #include "proto/record/calibration_document.hpp"
 
 namespace truepose::tools {
@@ -64,28 +67,40 @@ json::object spread_document(const json::array& validations, std::string_view ov
   return spread;
 }
 
-/// The runs of one validation, gathered one by one.
-struct Runs {
-  json::array entries, validations;
-  bool converged = true;
+/// The runs of one validation. They may come in any order, each from a thread of its own.
+class Runs {
+ public:
+  explicit Runs(int count) : entries_(static_cast<std::size_t>(count)) {}
 
-  void add(json::object entry, const json::object& document) {
+  void put(int run, json::object entry, const json::object& document) {
     for (const char* key : {"converged", "iterations", "identify", "validate", "rank", "condition"}) {
       entry[key] = document.at(key);
     }
-    converged = converged && document.at("converged").as_bool();
-    validations.push_back(document.at("validate"));
-    entries.push_back(std::move(entry));
+    entries_[static_cast<std::size_t>(run)] = std::move(entry);
   }
 
-  void describe(json::object& document, std::string_view over) && {
-    document["converged"] = converged;
-    document["spread"] = spread_document(validations, over);
-    document["splits"] = std::move(entries);
+  json::array validations() const {
+    json::array all;
+    for (const json::object& entry : entries_) all.push_back(entry.at("validate"));
+    return all;
   }
+
+  /// @param rest_converged  what else was fitted
+  void describe(json::object& document, std::string_view over, bool rest_converged = true) && {
+    const auto converged = [](const json::object& entry) { return entry.at("converged").as_bool(); };
+    document["converged"] = rest_converged && std::ranges::all_of(entries_, converged);
+    document["spread"] = spread_document(validations(), over);
+    document["splits"] = json::array(entries_.begin(), entries_.end());
+  }
+
+ private:
+  std::vector<json::object> entries_;
 };
 
-/// The errors of every point under the fit that had not seen it.
+/// How many threads each of the runs has for itself where all share `jobs`.
+int jobs_of_each(int runs, int jobs) { return std::max(1, jobs / runs); }
+
+/// The errors of every point under the fit that had not seen it, each from one of several threads.
 class UnseenPoints {
  public:
   explicit UnseenPoints(std::size_t points) : errors_(points), documents_(points) {}
@@ -121,46 +136,52 @@ class UnseenPoints {
 
 }  // namespace
 
-Outcome over_splits(const CalibrateOnce& calibrate_once, MeasurementData data, double fraction,
-                    std::uint64_t seed, int repeat) {
+Outcome over_splits(const CalibrateOnce& calibrate_once, const MeasurementData& data, double fraction,
+                    std::uint64_t seed, int repeat, int jobs) {
   std::optional<Outcome> first;
-  Runs runs;
-  for (int i = 0; i < repeat; ++i) {
+  Runs runs(repeat);
+  parallel_for(repeat, jobs, [&](int i) {
     const std::uint64_t own_seed = seed + static_cast<std::uint64_t>(i);
-    split_poses(data, fraction, own_seed);
-    Outcome outcome = calibrate_once(data);
+    MeasurementData marked = data;
+    split_poses(marked, fraction, own_seed);
+    Outcome outcome = calibrate_once(marked, jobs_of_each(repeat, jobs));
     if (!outcome.calibration.validate) throw ConfigError("--split: leaves no pose to validate");
-    runs.add({{"seed", own_seed}}, outcome.document);
-    if (!first) first = std::move(outcome);
-  }
+    runs.put(i, {{"seed", own_seed}}, outcome.document);
+    if (i == 0) first = std::move(outcome);
+  });
   if (repeat > 1) {
-    first->document["validate"] = mean_document(runs.validations);
+    first->document["validate"] = mean_document(runs.validations());
     std::move(runs).describe(first->document, "splits");
   }
   return std::move(*first);
 }
 
-Outcome over_folds(const CalibrateOnce& calibrate_once, MeasurementData data, int folds, std::uint64_t seed) {
+Outcome over_folds(const CalibrateOnce& calibrate_once, MeasurementData data, int folds, std::uint64_t seed,
+                   int jobs) {
   const int poses = count_poses(data.points);
   if (folds > poses) {
     throw ConfigError("--folds: " + std::to_string(folds) + " folds of " + std::to_string(poses) +
                       " poses: at most one fold a pose");
   }
-  Runs runs;
+  Runs runs(folds);
   UnseenPoints unseen(data.points.size());
-  for (int fold = 0; fold < folds; ++fold) {
-    hold_out_fold(data, folds, fold, seed);
-    const Outcome outcome = calibrate_once(data);
-    runs.add({{"fold", fold + 1}}, outcome.document);
-    unseen.add(data, outcome);
-  }
+  std::vector<std::vector<double>> distances2(static_cast<std::size_t>(folds));
+  parallel_for(folds, jobs, [&](int fold) {
+    MeasurementData marked = data;
+    hold_out_fold(marked, folds, fold, seed);
+    Outcome outcome = calibrate_once(marked, jobs_of_each(folds, jobs));
+    runs.put(fold, {{"fold", fold + 1}}, outcome.document);
+    unseen.add(marked, outcome);
+    distances2[static_cast<std::size_t>(fold)] = std::move(outcome.distances2);
+  });
   for (Measurement& point : data.points) point.set = PoseSet::Identify;
-  Outcome all = calibrate_once(data);
-  runs.converged = runs.converged && all.calibration.converged;
+  Outcome all = calibrate_once(data, jobs);
   all.calibration.validate = unseen.statistics(poses);
+  all.distances2.clear();
+  for (const auto& of_fold : distances2) std::ranges::copy(of_fold, std::back_inserter(all.distances2));
   all.document["validate"] = record::stages_json(*all.calibration.validate);
   all.document["fold_points"] = std::move(unseen).documents();
-  std::move(runs).describe(all.document, "folds");
+  std::move(runs).describe(all.document, "folds", all.calibration.converged);
   return all;
 }
 

@@ -12,21 +12,25 @@ namespace truepose::tools {
 struct Outcome {
   Calibration calibration;
   boost::json::object document;
-  MeasurementNoise noise;  ///< of a point about the model
+  MeasurementNoise noise;          ///< of a point about the model
+  std::vector<double> distances2;  ///< validation_distances2()
+  MeasurementData data;            ///< that it came from, as it was marked and fitted
 };
 
-/// Calibrates from the points marked to identify; throws ConfigError.
-using CalibrateOnce = std::function<Outcome(const MeasurementData&)>;
+/// Calibrates from the points marked to identify, on so many threads; throws ConfigError. Called by several
+/// threads at once.
+using CalibrateOnce = std::function<Outcome(const MeasurementData&, int jobs)>;
 
 /// One calibration for each of `repeat` seeds, `fraction` of the poses identifying. The result is that of the
 /// first; with several, "validate" holds the means, "spread" the standard deviations and
 /// "splits" each one.
-Outcome over_splits(const CalibrateOnce& calibrate_once, MeasurementData data, double fraction,
-                    std::uint64_t seed, int repeat);
+Outcome over_splits(const CalibrateOnce& calibrate_once, const MeasurementData& data, double fraction,
+                    std::uint64_t seed, int repeat, int jobs);
 
 /// K-fold cross-validation. The result is identified from all poses, but "validate" holds the errors of every
 /// point as the fit predicts it that has not seen its pose, "fold_points" each of them (as "points"),
 /// "spread" the standard deviations over the folds and "splits" each fold.
-Outcome over_folds(const CalibrateOnce& calibrate_once, MeasurementData data, int folds, std::uint64_t seed);
+Outcome over_folds(const CalibrateOnce& calibrate_once, MeasurementData data, int folds, std::uint64_t seed,
+                   int jobs);
 
 }  // namespace truepose::tools

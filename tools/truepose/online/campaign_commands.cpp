@@ -1,7 +1,5 @@
 #include "tools/truepose/online/campaign_commands.hpp"
 
-#include <unistd.h>
-
 #include <boost/json/array.hpp>
 #include <boost/json/value.hpp>
 #include <cstdio>
@@ -10,6 +8,7 @@
 #include "config/csv_reader.hpp"
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
+#include "tools/truepose/online/campaign_watch.hpp"
 #include "tools/truepose/online/online_text.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
 #include "tools/truepose/text.hpp"
@@ -117,42 +116,10 @@ void write_files(RpcClient& client, const json::value& campaign, const CampaignF
 
 // ---- Progress ----
 
-bool is_over(const std::string& phase) { return phase == "done" || phase == "aborted" || phase == "failed"; }
-
-/// Shows progress: on a terminal one line that is written over, else a line each time.
-class ProgressDisplay {
- public:
-  explicit ProgressDisplay(bool silent) : silent_{silent}, overwrite_{::isatty(STDOUT_FILENO) == 1} {}
-  void show(const json::value& progress) const {
-    if (silent_) return;
-    const bool last = is_over(string_at(progress, "/phase"));
-    print((overwrite_ ? "\r\x1b[K" : "") + progress_line(progress) + (overwrite_ && !last ? "" : "\n"));
-  }
-
- private:
-  bool silent_;
-  bool overwrite_;
-};
-
-/// Shows the progress of a campaign whose events this client already gets, until it is over.
-/// @return its last progress
-json::value follow_progress(RpcClient& client, const std::string& id, json::value progress, bool silent) {
-  const ProgressDisplay display{silent};
-  display.show(progress);
-  while (!is_over(string_at(progress, "/phase"))) {
-    const control::Event event = value_or_throw(client.next_event());
-    json::value data = event.data;
-    if (event.topic != "campaign" || string_at(data, "/id") != id) continue;
-    progress = std::move(data);
-    display.show(progress);
-  }
-  return progress;
-}
-
 RpcClient connect_for_campaign(const OnlineOptions& online) {
-  RpcClient client = value_or_throw(RpcClient::connect(online.daemon, online.token_file));
+  RpcClient client = value_or_throw(RpcClient::connect(online));
   // Before anything else, so that no event is missed.
-  value_or_throw(client.call("events.subscribe", {{"topics", json::array{"campaign"}}}));
+  subscribe_to_watch(client);
   return client;
 }
 
@@ -164,9 +131,8 @@ int follow(RpcClient& client, const OnlineOptions& online, const json::object& p
     print(online, present, campaign_text);
     return string_at(present, "/campaign/state") == "done" ? kDone : kFailed;
   }
-  const json::value progress =
-      follow_progress(client, string_at(present, "/campaign/id"), *begun, online.json);
-  if (online.json) print(online, progress, progress_line);
+  const json::value progress = watch_to_end(client, string_at(present, "/campaign/id"), *begun, online.json);
+  print(online.json ? control::json_text(progress) + "\n" : ending_text(client, progress));
   return string_at(progress, "/phase") == "done" ? kDone : kFailed;
 }
 
@@ -208,20 +174,20 @@ int watch_campaign(const OnlineOptions& online, const json::object& params) {
 }
 
 int show_campaign(const OnlineOptions& online, const json::object& params, const CampaignFiles& files) {
-  RpcClient client = value_or_throw(RpcClient::connect(online.daemon, online.token_file));
+  RpcClient client = value_or_throw(RpcClient::connect(online));
   const json::value found = value_or_throw(client.call("campaign.get", params));
   write_files(client, found, files);
   print(online, found, campaign_text);
   return kDone;
 }
 
-int check_drift(const OnlineOptions& online) {
+int check_drift(const OnlineOptions& online, const json::object& params) {
   RpcClient client = connect_for_campaign(online);
-  const json::value started = value_or_throw(client.call("drift.check", {}));
+  const json::value started = value_or_throw(client.call("drift.check", params));
   const std::string id = string_at(started, "/id");
   json::value found = value_or_throw(client.call("campaign.get", {{"id", id}}));
   if (!found.at("progress").is_null()) {
-    follow_progress(client, id, found.at("progress"), online.json);
+    watch_to_end(client, id, found.at("progress"), online.json);
     found = value_or_throw(client.call("campaign.get", {{"id", id}}));
   }
   const json::value& document = found.at("drift");
@@ -231,6 +197,7 @@ int check_drift(const OnlineOptions& online) {
   const auto drift = record::read_drift_document(document.as_object());
   if (!drift) throw CommandError{kFailed, "the daemon's drift document: " + drift.error()};
   print(online.json ? control::json_text(document) + "\n" : "\n" + drift_text(*drift));
+  if (drift->update && drift->update->offered) return kDone;
   return drift->verdict == DriftVerdict::Failed ? kFailed : kDone;
 }
 

@@ -39,6 +39,7 @@ struct Arguments {
   std::optional<std::int64_t> after;
   std::optional<std::uint64_t> count;
   std::string method, params;
+  std::optional<int> lease_s, limit;
   ReportOptions report;
 };
 
@@ -76,7 +77,7 @@ std::string answer_text(const json::value& answer) { return control::json_text(a
 
 int ask(const OnlineOptions& online, const std::string& method, const json::object& params,
         std::string (*text)(const json::value&)) {
-  RpcClient client = value_or_throw(RpcClient::connect(online.daemon, online.token_file));
+  RpcClient client = value_or_throw(RpcClient::connect(online));
   print(online, value_or_throw(client.call(method, params)), text);
   return kDone;
 }
@@ -92,7 +93,7 @@ int start_campaign(const Arguments& given, const json::object& params) {
 
 int export_model(const Arguments& given, const json::object& params) {
   if (given.out.empty()) return ask(given.online, "model.export", params, exported_text);
-  RpcClient client = value_or_throw(RpcClient::connect(given.online.daemon, given.online.token_file));
+  RpcClient client = value_or_throw(RpcClient::connect(given.online));
   const json::value model = value_or_throw(client.call("model.export", params));
   config::write_text_file(given.out, string_at(model, "/yaml"));
   print(given.online, {{"id", string_at(model, "/id")}, {"file", given.out.string()}},
@@ -103,7 +104,7 @@ int export_model(const Arguments& given, const json::object& params) {
 }
 
 int print_events(const Arguments& given, const json::object& params) {
-  RpcClient client = value_or_throw(RpcClient::connect(given.online.daemon, given.online.token_file));
+  RpcClient client = value_or_throw(RpcClient::connect(given.online));
   const json::value subscribed = value_or_throw(client.call("events.subscribe", params));
   if (const json::value* complete = find_at(subscribed, "/complete"); complete && *complete == false)
     std::fprintf(stderr, "truepose: some events since number %lld are no longer kept\n",
@@ -137,7 +138,16 @@ std::vector<Option> connection_options(OnlineOptions& online) {
       {"--token-file",
        &online.token_file,
        "file with the daemon's token, for HOST:PORT",
-       {.environment = "TRUEPOSE_TOKEN_FILE"}}};
+       {.environment = "TRUEPOSE_TOKEN_FILE"}},
+      {"--tls-ca",
+       &online.tls.ca,
+       "HOST:PORT is the daemon's TLS port, whose certificate has to be from this CA (PEM)",
+       {.environment = "TRUEPOSE_TLS_CA"}},
+      {"--cert",
+       &online.tls.certificate,
+       "certificate to be known by (PEM) instead of a token",
+       {.needs = {"--tls-ca", "--key"}}},
+      {"--key", &online.tls.key, "private key of --cert (PEM)", {.needs = {"--cert"}}}};
 }
 
 // clang-format off
@@ -148,6 +158,7 @@ std::vector<Row> table(Arguments& a) {
   return {
       {"status", "cell.status", "what the cell does, its devices, model, stream and faults", {}, status_text},
       {"connect", "cell.connect", "connect robot and tracker", {}, status_text},
+      {"disconnect", "cell.disconnect", "let robot and tracker go", {}, status_text},
       {"acknowledge", "cell.acknowledge", "clear a fault whose cause is gone, or let a stream that holds go on",
        {}, status_text},
 
@@ -178,7 +189,7 @@ std::vector<Row> table(Arguments& a) {
         {"--watch", &a.watch, "follow it to its end"}},
        nullptr, start_campaign},
       {"campaign pause", "campaign.pause", "pause the campaign that runs", {}, progress_text},
-      {"campaign resume", "campaign.resume", "resume the campaign that runs", {}, progress_text},
+      {"campaign resume", "campaign.resume", "go on with the campaign that is paused", {}, progress_text},
       {"campaign abort", "campaign.abort", "abort the campaign that runs", {}, progress_text},
       {"campaign list", "campaign.list", "campaigns, newest first", {}, campaigns_text},
       {"campaign show", "campaign.get", "one campaign",
@@ -211,6 +222,18 @@ std::vector<Row> table(Arguments& a) {
       {"stream disarm", "stream.disarm", "ramp out what is corrected, and correct no other", {}, stream_text},
       {"stream status", "stream.status", "counters of the stream", {}, stream_text},
 
+      {"control", "", "who is in command"},
+      {"control show", "control.get", "who has control", {}, control_text},
+      {"control acquire", "control.acquire", "take control, or renew it",
+       {{"--lease", &a.lease_s, "seconds until it ends unless it is renewed", {.key = "lease_s"}}}, control_text},
+      {"control takeover", "control.takeover", "take control from a lower role too",
+       {{"--lease", &a.lease_s, "seconds until it ends unless it is renewed", {.key = "lease_s"}}}, control_text},
+      {"control release", "control.release", "give control back", {}, control_text},
+
+      {"audit", "", "what was commanded, and by whom"},
+      {"audit list", "audit.list", "commands, newest first",
+       {{"--limit", &a.limit, "so many records at most", {.key = "limit"}}}, audit_text},
+
       {"recording", "", "what went over the wires to robot and tracker"},
       {"recording save", "recording.save", "write the last minutes to a file",
        {{"--out", &a.out, "file here; default: among the daemon's recordings alone"}}, nullptr,
@@ -222,7 +245,7 @@ std::vector<Row> table(Arguments& a) {
        nullptr, [](const Arguments& x, const json::object&) { return export_recording(x.online, x.id, x.out); }},
 
       {"events", "events.subscribe", "print what happens",
-       {{"--topics", &a.topics, "cell, campaign, measurement, stream, model, fault, log", {.key = "topics"}},
+       {{"--topics", &a.topics, "cell, campaign, measurement, stream, model, fault, log, control", {.key = "topics"}},
         {"--after", &a.after, "number of the last event seen: what followed comes first", {.key = "after"}},
         {"--count", &a.count, "end after so many"}},
        nullptr, print_events},

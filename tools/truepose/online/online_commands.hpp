@@ -5,13 +5,12 @@
 #include <string>
 
 #include "tools/truepose/command_line.hpp"
+#include "tools/truepose/online/daemon_connection.hpp"
 
 namespace truepose::tools {
 
 /// Which daemon, and how to print. With `json`, standard output carries one JSON document and nothing else.
-struct OnlineOptions {
-  std::string daemon;  ///< as RpcClient::connect() takes it
-  std::filesystem::path token_file;
+struct OnlineOptions : DaemonAddress {
   bool json = false;
 };
 
@@ -26,7 +25,7 @@ void print(const OnlineOptions& online, const boost::json::value& answer,
 
 /// Lets the daemon measure a few poses and judge its active model. @return kFailed where that is no longer
 /// right. Throws CommandError.
-int check_drift(const OnlineOptions& online);
+int check_drift(const OnlineOptions& online, const boost::json::object& params);
 
 /// What a report is made of and where it goes. Empty paths are not read or written.
 struct ReportOptions {
@@ -40,8 +39,8 @@ struct ReportOptions {
 
 /// Reports a campaign: prints the table of errors (with `--json` the whole document) and writes the files
 /// asked for. The document is that of `calibrate --json` with what was measured again and, where it runs, the
-/// state of the stream. Throws CommandError: kFailed where the calibration did not converge or its validation
-/// is no better than the nominal arm's, or a production program came no nearer by the correction.
+/// state of the stream. Throws CommandError: kFailed where a test of the verdict failed, or a production
+/// program came no nearer by the correction.
 int report_campaign(const OnlineOptions& online, const ReportOptions& options);
 
 }  // namespace truepose::tools

@@ -6,6 +6,7 @@
 #include <boost/json/value.hpp>
 #include <cmath>
 #include <cstdio>
+#include <map>
 
 #include "core/formatted.hpp"
 #include "proto/control/json_text.hpp"
@@ -26,9 +27,10 @@ std::string duration(double seconds) {
 }
 
 std::string device(const json::value& status, const std::string& pointer) {
-  if (!is_true_at(status, pointer + "/connected")) return "not connected";
-  std::string line = text_at(status, pointer + "/model") + ", serial " + text_at(status, pointer + "/serial");
   const std::string reason = text_at(status, pointer + "/why_not_ready");
+  if (!is_true_at(status, pointer + "/connected"))
+    return reason == "-" || reason == "not connected" ? "not connected" : "not connected: " + reason;
+  std::string line = text_at(status, pointer + "/model") + ", serial " + text_at(status, pointer + "/serial");
   return reason == "-" ? line : line + ", not ready: " + reason;
 }
 
@@ -116,12 +118,21 @@ std::string measured_text(const json::value& stream) {
   return axes_text(stream, "/measured_deg");
 }
 
+/// A daemon of before tells no tool.
+std::string tool_line(const json::value& stream) {
+  const bool is_measured = is_true_at(stream, "/tool/measured");
+  return text_at(stream, "/tool/number") +
+         (is_measured ? ", measured: its TCP is corrected" : ", not measured: the reflector is corrected");
+}
+
 }  // namespace
 
 std::string progress_line(const json::value& progress) {
   std::string line = text_at(progress, "/phase");
   line.resize(std::max<std::size_t>(line.size(), 11), ' ');
   line += "  " + text_at(progress, "/done") + "/" + text_at(progress, "/total") + " poses";
+  if (const json::value* skipped = find_at(progress, "/skipped"); skipped && *skipped != 0)
+    line += ", " + text_at(progress, "/skipped") + " skipped";
   if (find_at(progress, "/error_mm")) line += "  error " + number_at(progress, "/error_mm", 3, " mm");
   if (const json::value* left = find_at(progress, "/eta_s"); left && left->is_number())
     line += "  " + duration(left->to_number<double>()) + " left";
@@ -144,6 +155,11 @@ std::string event_line(const control::Event& event) {
   if (event.topic == "fault")
     return line + (is_true_at(data, "/standing") ? "" : "gone: ") + text_at(data, "/code") + ": " +
            text_at(data, "/text");
+  if (event.topic == "control")
+    return line + text_at(data, "/by") + ": " + text_at(data, "/change") +
+           (find_at(data, "/method") ? " " + text_at(data, "/method") + ", " + text_at(data, "/result")
+                                     : "") +
+           (find_at(data, "/from") ? " from " + text_at(data, "/from") : "");
   if (event.topic == "log") return line + text_at(data, "/level") + ": " + text_at(data, "/text");
   return line + control::json_text(data);
 }
@@ -247,10 +263,35 @@ std::string recordings_text(const json::value& answer) {
   return rows.size() == 1 ? "no recordings yet\n" : text_table(rows);
 }
 
+std::string control_text(const json::value& control) {
+  if (!find_at(control, "/holder")) return "nobody has control: everybody's commands are carried out\n";
+  return text_at(control, "/holder") + " (" + text_at(control, "/role") + ") has control, for " +
+         text_at(control, "/left_s") + " s more unless it is renewed\n";
+}
+
+std::string audit_text(const json::value& answer) {
+  std::vector<Cells> rows{{"N", "TIME", "WHO", "ROLE", "FROM", "METHOD", "RESULT"}};
+  std::map<std::string, std::string> results;
+  for (const json::value& record : list_at(answer, "/records")) {
+    if (find_at(record, "/of")) {
+      const std::string why = find_at(record, "/message") ? ": " + text_at(record, "/message") : "";
+      results[text_at(record, "/of")] = text_at(record, "/result") + why;
+      continue;
+    }
+    const std::string n = text_at(record, "/n");
+    const auto result = results.find(n);
+    rows.push_back({n, text_at(record, "/time"), text_at(record, "/who"), text_at(record, "/role"),
+                    text_at(record, "/from"), text_at(record, "/method"),
+                    result == results.end() ? "-" : result->second});
+  }
+  return rows.size() == 1 ? "no commands yet\n" : text_table(rows);
+}
+
 std::string stream_text(const json::value& stream) {
   return text_table(
       {{"state", stream_line(stream)},
        {"model", text_at(stream, "/model_id")},
+       {"tool", tool_line(stream)},
        {"robot", condition_line(stream)},
        {"controller", text_at(stream, "/peer") + ", IPOC + " + text_at(stream, "/ipoc_step") + ", session " +
                           text_at(stream, "/sessions") + ", last packet " +
@@ -276,6 +317,22 @@ std::string stream_text(const json::value& stream) {
        {"scheduling", scheduling_text(stream)}});
 }
 
+namespace {
+
+std::string update_text(const record::ModelUpdate& update) {
+  std::string text = update.offered ? "updated:\n" : "not updated:\n";
+  for (const auto* sentences : {&update.moved, &update.wrong, &update.doubts})
+    for (const std::string& sentence : *sentences) text += "  " + sentence + "\n";
+  if (!update.offered) return text;
+  return text +
+         formatted(
+             "  the points are off by %.3f mm, before by %.3f mm; each predicted by the others alone by "
+             "%.3f mm\n",
+             update.after, update.before, update.left_out);
+}
+
+}  // namespace
+
 std::string drift_text(const record::DriftDocument& drift) {
   std::vector<Cells> rows;
   for (const auto& [row, error_mm, length_mm] : drift.points) {
@@ -291,7 +348,8 @@ std::string drift_text(const record::DriftDocument& drift) {
          (drift.uncertain_parameters
               ? ""
               : "The model file does not say how well its parameters are known; they were taken as exact.\n") +
-         std::string{name_of(record::kDriftVerdicts, drift.verdict)} + ": " + drift.reason + ".\n";
+         std::string{name_of(record::kDriftVerdicts, drift.verdict)} + ": " + drift.reason + ".\n" +
+         (drift.update ? update_text(*drift.update) : "");
 }
 
 }  // namespace truepose::tools

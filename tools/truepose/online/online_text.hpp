@@ -22,6 +22,9 @@ std::string campaign_text(const boost::json::value& campaign);
 std::string models_text(const boost::json::value& list);
 std::string model_text(const boost::json::value& model);
 std::string recordings_text(const boost::json::value& list);
+std::string control_text(const boost::json::value& control);
+/// A line for each command, with what became of it.
+std::string audit_text(const boost::json::value& list);
 std::string stream_text(const boost::json::value& stream);
 /// Errors point by point, and the verdict.
 std::string drift_text(const record::DriftDocument& drift);

@@ -36,7 +36,7 @@ std::string written_text(const json::value& recording) {
 }  // namespace
 
 int save_recording(const OnlineOptions& online, const std::filesystem::path& out) {
-  RpcClient client = value_or_throw(RpcClient::connect(online.daemon, online.token_file));
+  RpcClient client = value_or_throw(RpcClient::connect(online));
   json::value saved = value_or_throw(client.call("recording.save", {}));
   if (!out.empty()) {
     copy_recording(client, string_at(saved, "/name"), out);
@@ -47,7 +47,7 @@ int save_recording(const OnlineOptions& online, const std::filesystem::path& out
 }
 
 int export_recording(const OnlineOptions& online, const std::string& name, const std::filesystem::path& out) {
-  RpcClient client = value_or_throw(RpcClient::connect(online.daemon, online.token_file));
+  RpcClient client = value_or_throw(RpcClient::connect(online));
   copy_recording(client, name, out);
   print(online, {{"name", name}, {"file", out.string()}}, written_text);
   return kDone;

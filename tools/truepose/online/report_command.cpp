@@ -47,7 +47,7 @@ void append(json::object& to, const json::object& page, const char* list) {
 
 /// The campaign's document with all pages of its points, and the stream's counters if it has run.
 json::object fetch_document(const OnlineOptions& online, const std::string& campaign) {
-  RpcClient client = value_or_throw(RpcClient::connect(online.daemon, online.token_file));
+  RpcClient client = value_or_throw(RpcClient::connect(online));
   json::object document;
   std::string id = campaign;
   for (std::int64_t offset = 0, total = 1; offset < total; offset += kPage) {

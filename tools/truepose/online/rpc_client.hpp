@@ -4,37 +4,26 @@
 #include <chrono>
 #include <deque>
 #include <expected>
-#include <filesystem>
+#include <memory>
 #include <string>
 #include <variant>
-#include <vector>
 
 #include "proto/control/line_splitter.hpp"
 #include "proto/control/request.hpp"
 #include "tools/truepose/command_line.hpp"
+#include "tools/truepose/online/daemon_connection.hpp"
 
 namespace truepose::tools {
-
-/// Control sockets of this machine's daemons: those of the calling user, then those of the system.
-std::vector<std::filesystem::path> control_sockets(const std::filesystem::path& user_folder,
-                                                   const std::filesystem::path& system_folder);
 
 /// A blocking client of the daemon's control protocol.
 class RpcClient {
  public:
   /// Connects and opens the session: over TCP by a proof that both ends know the token, which is not sent
-  /// itself; over a control socket without one.
+  /// itself; over TLS by the client's certificate, else by the token; over a control socket without one.
   ///
-  /// @param daemon  "127.0.0.1:7210", "[::1]:7210", or a control socket's path, which has a slash; empty: the
-  ///                control socket of the one daemon that runs here, else 127.0.0.1:7210
-  /// Errors: kBadInput for an address that cannot be read, several daemons to choose from, a token file that
-  /// cannot be read and a wrong token; kUnreachable where nobody answers, for a control socket that is not
-  /// served by the owner of its folder, and for a daemon that does not know the token.
-  static std::expected<RpcClient, CommandError> connect(const std::string& daemon,
-                                                        const std::filesystem::path& token_file);
-  RpcClient(RpcClient&& other) noexcept;
-  RpcClient& operator=(RpcClient&&) = delete;
-  ~RpcClient();
+  /// Errors: those of connect_to_daemon(); kBadInput for a token file that cannot be read and where the
+  /// daemon does not know the client; kUnreachable for a daemon that does not know the token.
+  static std::expected<RpcClient, CommandError> connect(const DaemonAddress& address);
 
   /// Calls and waits for the answer. Events that come meanwhile are kept for next_event().
   std::expected<boost::json::value, CommandError> call(const std::string& method,
@@ -48,15 +37,16 @@ class RpcClient {
   using Message = std::variant<control::Reply, control::Event>;
   using Clock = std::chrono::steady_clock;
 
-  RpcClient(int socket, std::string daemon) : socket_{socket}, daemon_{std::move(daemon)} {}
-  std::expected<void, CommandError> open_locally();
-  std::expected<void, CommandError> open_by_proof(const std::string& endpoint,
-                                                  const std::filesystem::path& token_file);
+  RpcClient(std::unique_ptr<Channel> channel, std::string daemon)
+      : channel_{std::move(channel)}, daemon_{std::move(daemon)} {}
+  std::expected<void, CommandError> open_unasked();
+  std::expected<void, CommandError> open_by_token(const std::string& endpoint, const DaemonAddress& address);
+  std::expected<void, CommandError> open_by_proof(const std::string& endpoint, const std::string& token);
   std::expected<void, CommandError> send(const std::string& line);
   std::expected<Message, CommandError> receive(Clock::time_point deadline);
   CommandError lost(const std::string& why) const;
 
-  int socket_;
+  std::unique_ptr<Channel> channel_;
   std::string daemon_;
   control::LineSplitter lines_{control::kMaxLine};
   std::deque<control::Event> events_;

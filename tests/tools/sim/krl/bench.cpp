@@ -3,19 +3,10 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "tools/sim/controller_declarations.hpp"
+
 namespace truepose::sim::krl {
 namespace {
-
-constexpr const char* kCell = R"krl(
-DECL BOOL $FLAG[1024]
-DECL BOOL $IN[64]
-DECL BOOL $OUT[64]
-DECL INT $OV_PRO
-DECL E6AXIS $AXIS_ACT_MEAS
-DECL E6POS $POS_ACT_MES
-DECL REAL $SEN_PREA[20]
-DECL CHAR $ROBTRAFO[64]
-)krl";
 
 std::string key(std::string_view name, std::optional<int> index) {
   return std::string(name) + (index ? "[" + std::to_string(*index) + "]" : "");
@@ -29,7 +20,9 @@ Program loaded(const std::vector<Source>& sources, const std::string& declaratio
 
 }  // namespace
 
-Environment cell(const std::string& declarations) { return {.declarations = kCell + declarations}; }
+Environment cell(const std::string& declarations) {
+  return {.declarations = std::string{controller_declarations()} + declarations};
+}
 
 Value FakeHost::read(std::string_view name, std::optional<int> index) {
   if (name == "$TIMER") return static_cast<int>((now - timer_zero_[*index]) / 1ms);
@@ -57,7 +50,37 @@ std::expected<void, std::string> FakeHost::move(const Motion& motion) {
   log.push_back("move " + std::to_string(motion.number));
   moved.push_back(motion);
   making_.push_back({motion, motion_time});
+  plan_switches(motion);
   return {};
+}
+
+void FakeHost::plan_switches(const Motion& motion) {
+  Time arrives = now;
+  for (const Making& making : making_) arrives += making.left;
+  const auto plan = [&](const std::vector<SwitchingPoint>& points, Time begins, Time ends) {
+    for (const SwitchingPoint& point : points) {
+      const std::chrono::duration<double> shifted = motion_time * point.path_mm / 1000;
+      const std::chrono::duration<double> delay{point.delay_s};
+      switches_[point.number] =
+          (point.from_start ? begins : ends) + std::chrono::round<Time>(shifted + delay);
+    }
+  };
+  plan(motion.switching, arrives - motion_time, arrives);
+  const auto count = static_cast<int>(motion.segments.size());
+  for (int i = 0; i < count; ++i) {
+    const Time begins = arrives - motion_time + motion_time * i / count;
+    plan(motion.segments[static_cast<std::size_t>(i)].switching, begins, begins + motion_time / count);
+  }
+}
+
+std::vector<std::uint64_t> FakeHost::take_switched() {
+  std::vector<std::uint64_t> switched;
+  std::erase_if(switches_, [&](const auto& point) {
+    if (point.second > now) return false;
+    switched.push_back(point.first);
+    return true;
+  });
+  return switched;
 }
 
 bool FakeHost::is_finished(std::uint64_t motion) {
@@ -79,6 +102,7 @@ void FakeHost::go_on() {
 void FakeHost::cancel() {
   log.push_back("cancel");
   making_.clear();
+  switches_.clear();
   braked_.reset();
 }
 
@@ -95,8 +119,12 @@ void FakeHost::advance(Time to) {
 
 std::optional<Time> FakeHost::next_change() const {
   if (braked_ && now < *braked_ + braking_time) return *braked_ + braking_time;
-  if (braked_ || making_.empty()) return std::nullopt;
-  return now + making_.front().left;
+  std::optional<Time> next;
+  for (const auto& [number, time] : switches_) {
+    if (time > now) next = std::min(next.value_or(time), time);
+  }
+  if (braked_ || making_.empty()) return next;
+  return std::min(next.value_or(Time::max()), now + making_.front().left);
 }
 
 Bench::Bench(std::vector<Source> sources, const std::string& declarations)

@@ -25,6 +25,8 @@ class FakeHost : public Host {
   std::expected<CallResult, std::string> call(ExternalCall& call) override;
   std::expected<void, std::string> move(const Motion& motion) override;
   bool is_finished(std::uint64_t motion) override;
+  /// A motion of 1000 mm is made in motion_time.
+  std::vector<std::uint64_t> take_switched() override;
   bool is_standing() override;
   void brake(bool with_all_force) override;
   void go_on() override;
@@ -53,15 +55,17 @@ class FakeHost : public Host {
     Motion motion;
     Time left;
   };
+  void plan_switches(const Motion& motion);
   std::deque<Making> making_;
-  std::map<int, Time> timer_zero_;  // when a running timer is 0
+  std::map<std::uint64_t, Time> switches_;  // as long as nothing brakes
+  std::map<int, Time> timer_zero_;          // when a running timer is 0
   std::optional<Time> braked_;
 };
 
 /// Sources, loaded and run against a FakeHost. Throws std::runtime_error where they do not load.
 class Bench {
  public:
-  /// @param declarations  beside those of standard.hpp and kCell
+  /// @param declarations  beside the controller's
   explicit Bench(std::vector<Source> sources, const std::string& declarations = "");
 
   /// Selects and starts.
@@ -82,7 +86,7 @@ class Bench {
   std::deque<Interpreter> interpreters;
 };
 
-/// The system variables that the tests use, on top of the interpreter's own.
+/// What a controller has beside the interpreter's own, and `declarations`.
 Environment cell(const std::string& declarations = "");
 
 /// A main program P whose statements stand between DEF and END; `data` and `more` stand in its data list and

@@ -12,7 +12,7 @@ namespace {
 /// Runs what still loads: it may stop with a fault, but not crash, and time goes on.
 /// @return whether it loads
 bool survives(const std::vector<Source>& sources) {
-  if (!load_error(sources, cell_declarations()).empty()) return false;
+  if (!load_error(sources).empty()) return false;
   ScriptedCell cell(sources);
   for (const auto& [name, kind] : {std::pair{"TRUEPOSE_SUBMIT", InterpreterKind::Submit},
                                    std::pair{"TRUEPOSE_MOTION", InterpreterKind::Robot}}) {
@@ -41,7 +41,7 @@ TEST(DamagedPrograms, OfEveryLengthAreRefusedOrRun) {
     const std::string whole = sources[file].text;
     for (std::size_t length = 0; length <= whole.size(); length += step) {
       sources[file].text = whole.substr(0, length);
-      loaded += load_error(sources, cell_declarations()).empty() ? 1 : 0;
+      loaded += load_error(sources).empty() ? 1 : 0;
     }
   }
   EXPECT_GT(loaded, 0) << "the end of a file is no more than a line";

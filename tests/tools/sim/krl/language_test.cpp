@@ -127,9 +127,36 @@ TEST(Variables, MayBeOtherNamesOfInputsAndOutputs) {
   Bench bench(program_of("GRIPPER=NOT READY", "SIGNAL GRIPPER $OUT[3]\nSIGNAL READY $IN[4]"));
   bench.start("P");
   EXPECT_TRUE(std::get<bool>(bench.host.variables.at("$OUT[3]")));
-  EXPECT_EQ(load_error(program_of("", "SIGNAL WORD $IN[1] TO $IN[8]")),
-            "p.dat:2: the end of the line is expected before TO");
-  EXPECT_EQ(load_error(program_of("", "SIGNAL FAR $IN[65]")), "p.dat:2: the number of $IN is 1 to 64");
+  EXPECT_EQ(load_error(program_of("", "SIGNAL FAR $IN[4097]")), "p.dat:2: the number of $IN is 1 to 4096");
+}
+
+TEST(Variables, MayBeNumbersOfSeveralInputsAndOutputs) {
+  const std::string signals = "SIGNAL WORD $IN[3] TO $IN[6]\nSIGNAL TOOL_NO $OUT[1] TO $OUT[4]\nDECL INT I=0";
+  Bench bench(program_of("I=WORD\nTOOL_NO=I+1", signals));
+  bench.host.set("$IN[3]", true);
+  bench.host.set("$IN[5]", true);
+  bench.start("P");
+  EXPECT_EQ(bench.integer("I"), 5) << "the lowest bit first";
+  std::string bits;
+  for (int i = 1; i <= 4; ++i)
+    bits += std::get<bool>(bench.host.variables.at("$OUT[" + std::to_string(i) + "]")) ? '1' : '0';
+  EXPECT_EQ(bits, "0110");
+  Bench word(program_of("WORD=-2", "SIGNAL WORD $OUT[1] TO $OUT[32]"));
+  word.start("P");
+  EXPECT_FALSE(std::get<bool>(word.host.variables.at("$OUT[1]")));
+  EXPECT_TRUE(std::get<bool>(word.host.variables.at("$OUT[32]")));
+  Bench narrow(program_of("TOOL_NO=16", signals));
+  EXPECT_EQ(narrow.start("P").fault().value().text(),
+            "p.src:2: the number has more than the 4 bits of $OUT[1]");
+}
+
+TEST(Variables, OfSeveralInputsStandInOneArrayInOrder) {
+  const std::string why =
+      "p.dat:2: a signal goes from one element up to another of the same array, 32 at most";
+  for (const std::string ends : {"$IN[8] TO $IN[1]", "$IN[1] TO $OUT[8]", "$IN[1] TO $IN[33]"})
+    EXPECT_EQ(load_error(program_of("", "SIGNAL WORD " + ends)), why) << ends;
+  EXPECT_EQ(load_error(program_of("", "SIGNAL WORD $TIMER[1] TO $TIMER[2]")),
+            "p.dat:2: $TIMER is no array of BOOL of the controller");
 }
 
 TEST(Variables, TellTheirState) {
@@ -149,6 +176,51 @@ TEST(Texts, AreWrittenAppendedAndMeasured) {
   EXPECT_EQ(bench.integer("I"), 11);
   EXPECT_EQ(bench.integer("J"), 11);
   EXPECT_TRUE(std::get<bool>(bench.variable("B")));
+}
+
+TEST(Texts, AreRead) {
+  const std::string data =
+      "DECL STATE_T STATE\nDECL INT OFFSET\nDECL CHAR WORD[8]\nDECL CHAR C\nDECL CHAR T[40]\nDECL REAL X\nDECL INT V[2]";
+  const Bench bench = ran(
+      "T[]=\"<part> 12;-3.5e1 x=1F +7z\"\nOFFSET=1\nSREAD(T[],STATE,OFFSET,\"%4s> %d;%f x=%x%2d%c\",WORD[],V[1],X,I,V[2],C)\n"
+      "J=OFFSET\nB=(STATE.RET1==#CMD_OK) AND (STATE.HITS==6) AND (STATE.LENGTH==J-1)",
+      data);
+  EXPECT_EQ(text_of(bench.variable("WORD")), "part");
+  EXPECT_EQ(bench.integer("I"), 0x1F);
+  EXPECT_EQ(bench.integer("J"), 25);
+  EXPECT_EQ(bench.real("X"), -35);
+  EXPECT_EQ(std::get<char>(bench.variable("C")), 'z');
+  EXPECT_EQ(std::get<Parts>(bench.variable("V")), (Parts{12, 7}));
+  EXPECT_TRUE(std::get<bool>(bench.variable("B")));
+}
+
+TEST(Texts, ThatCannotBeReadAreTold) {
+  const auto state = [](const std::string& text, const std::string& format, const std::string& variable) {
+    const Bench bench =
+        ran("T[]=\"" + text + "\"\nOFFSET=0\nSREAD(T[],STATE,OFFSET,\"" + format + "\"," + variable +
+                ")\nI=STATE.HITS",
+            "DECL STATE_T STATE\nDECL INT OFFSET\nDECL CHAR T[40]\nDECL REAL X\nDECL CHAR W[2]");
+    const Parts parts = std::get<Parts>(bench.variable("STATE"));
+    return std::get<Literal>(parts[0]).name + " " + std::to_string(bench.integer("I"));
+  };
+  EXPECT_EQ(state("12", "%d", "J"), "CMD_OK 1");
+  EXPECT_EQ(state("12", "%d %f", "J,X"), "DATA_END 1");
+  EXPECT_EQ(state("1 a", "%d %d", "J,I"), "FMT_ERR 1");
+  EXPECT_EQ(state("1", "%f", "J"), "FMT_ERR 0") << "an INT is no REAL";
+  EXPECT_EQ(state("abc", "%s", "W[]"), "FMT_ERR 0") << "too long";
+  EXPECT_EQ(state("99999999999", "%d", "J"), "FMT_ERR 0");
+  EXPECT_EQ(state("1 2", "%d %d", "J"), "FMT_ERR 1") << "no variable for it";
+  EXPECT_EQ(state("0", "%d", "B"), "CMD_OK 1");
+}
+
+TEST(Texts, AreReadIntoVariables) {
+  const std::string data = "DECL STATE_T STATE\nDECL INT OFFSET\nDECL FRAME F";
+  EXPECT_EQ(load_error(program_of("SREAD(\"1\",STATE,OFFSET,\"%d\",1)", data)),
+            "p.src:2: SREAD reads into variables");
+  EXPECT_EQ(load_error(program_of("SREAD(\"1\",STATE,OFFSET,\"%d\",F)", data)),
+            "p.src:2: SREAD cannot read FRAME");
+  EXPECT_EQ(load_error(program_of("SREAD(\"1\",STATE,OFFSET)", data)),
+            "p.src:2: SREAD takes a text, a state, an offset, a format and variables");
 }
 
 TEST(Texts, ThatDoNotFitAreTold) {

@@ -79,17 +79,8 @@ PTP  XHOME
 END
 )krl";
 
-constexpr const char* kWeldOptions = R"krl(
-ENUM BAS_COMMAND INITMOV,PTP_PARAMS,CP_PARAMS
-DECL BOOL $STOPMESS,$BWDSTART
-DECL E6AXIS $H_POS
-EXT BAS(BAS_COMMAND:IN,REAL:IN)
-EXT IR_STOPM()
-)krl";
-
 TEST(ProductionPrograms, OfInlineFormsRun) {
-  Bench bench({{"$config.dat", kWeldConfiguration}, {"weld.dat", kWeldData}, {"weld.src", kWeldProgram}},
-              kWeldOptions);
+  Bench bench({{"$config.dat", kWeldConfiguration}, {"weld.dat", kWeldData}, {"weld.src", kWeldProgram}});
   std::vector<std::string> bas;
   bench.host.set("$STOPMESS", false);
   bench.host.set("$IN[7]", true);

@@ -10,9 +10,6 @@
 
 namespace truepose::sim::krl {
 
-/// What the controller of our cell has beside the interpreter's own: EKI, RSI, BAS and $ variables.
-std::string cell_declarations();
-
 /// The files of config/kuka/krl, byte for byte, and other programs behind them.
 std::vector<Source> shipped_sources(const std::vector<Source>& more = {});
 

@@ -27,9 +27,7 @@ struct Listening : ScriptedCell {
   Interpreter* motion = nullptr;
 };
 
-TEST(ShippedPrograms, AreWhatAControllerLoads) {
-  EXPECT_EQ(load_error(shipped_sources(), cell_declarations()), "");
-}
+TEST(ShippedPrograms, AreWhatAControllerLoads) { EXPECT_EQ(load_error(shipped_sources()), ""); }
 
 TEST(MotionProgram, MovesWhereTheArmStandsAndGreets) {
   ScriptedCell cell;

@@ -1,0 +1,197 @@
+#include "config/frame_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "config/csv_reader.hpp"
+#include "config/measurement_file.hpp"
+#include "config/model_file.hpp"
+#include "config/number_text.hpp"
+#include "config/text_file.hpp"
+#include "config/yaml_layout.hpp"
+#include "core/arm/joint_units.hpp"
+#include "core/math/angles.hpp"
+
+namespace truepose::config {
+
+/// As many joints as an arm may have.
+struct JointList {
+  std::vector<double> form_of(const JointVector& q) const { return {q.begin(), q.end()}; }
+  JointVector value_of(const std::vector<double>& q) const {
+    return Eigen::Map<const Eigen::VectorXd>(q.data(), std::min(std::ssize(q), Eigen::Index{kMaxJoints}));
+  }
+  std::string_view fault(const std::vector<double>& q) const {
+    return q.size() > kMaxJoints ? "more joints than an arm may have" : "";
+  }
+};
+
+/// The number of a point, counted from 1 in the file.
+struct PointNumber {
+  int form_of(std::size_t index) const { return static_cast<int>(index) + 1; }
+  std::size_t value_of(int number) const { return static_cast<std::size_t>(number - 1); }
+};
+
+constexpr Whole kFrameNumber{1, 1000};
+
+// ---- Layouts; frames in KUKA's mm and deg, all else in mm and rad
+
+void layout(auto& io, Is<FramePoint> auto& x) {
+  io("name", x.name);
+  io.optional("p", x.p_mm, kPoint);
+}
+
+void layout(auto& io, Is<FrameReading> auto& x) {
+  io("point", x.point, PointNumber{}, kFrameNumber);
+  io("q", x.q, JointList{});
+  io.optional("seen", x.p_WS_mm, Xyz{kMm});
+}
+
+void layout(auto& io, Is<ToolFile> auto& x) {
+  io("number", x.number, kFrameNumber);
+  io("arm", x.arm);
+  io("frame", x.X_told, KukaPose{});
+  io("points", x.data.points);
+  io("readings", x.data.readings);
+}
+
+void layout(auto& io, Is<BaseFile> auto& x) {
+  io("number", x.number, kFrameNumber);
+  io("arm", x.arm);
+  io("model", x.model, MayBeEmpty{});
+  io("frame", x.X, KukaPose{});
+}
+
+namespace {
+
+constexpr std::size_t kMostPoints = 100;
+
+/// Three columns that are there together or not at all.
+class VectorColumns {
+ public:
+  VectorColumns(const CsvTable& table, const std::string& prefix) : table_(table) {
+    const std::array names{prefix + "x", prefix + "y", prefix + "z"};
+    if (std::ranges::none_of(names, [&](const std::string& name) { return table.has(name); })) return;
+    for (const std::string& name : names) columns_.push_back(table.column(name));
+  }
+  bool are_there() const { return !columns_.empty(); }
+  std::optional<Eigen::Vector3d> at(std::size_t row) const {
+    if (columns_.empty()) return std::nullopt;
+    return Eigen::Vector3d{table_.number(row, columns_[0]), table_.number(row, columns_[1]),
+                           table_.number(row, columns_[2])};
+  }
+
+ private:
+  const CsvTable& table_;
+  std::vector<std::size_t> columns_;
+};
+
+/// The point of a row, new or known.
+std::size_t point_of(const CsvTable& table, std::size_t row, const VectorColumns& known,
+                     std::vector<FramePoint>& points) {
+  const std::string name{table.has("point") ? table.text(row, table.column("point")) : kOrigin};
+  if (name.empty()) table.fail(row, table.column("point"), "missing, expected the point's name");
+  const std::optional<Eigen::Vector3d> p_mm = known.at(row);
+  const auto found = std::ranges::find(points, name, &FramePoint::name);
+  if (found == points.end()) {
+    if (points.size() == kMostPoints) table.fail("more than " + std::to_string(kMostPoints) + " points");
+    points.push_back({name, p_mm});
+    return points.size() - 1;
+  }
+  if (found->p_mm != p_mm)
+    table.fail(row, table.column("px"), "another row gives " + in_quotes(name) + " other coordinates");
+  return static_cast<std::size_t>(found - points.begin());
+}
+
+/// What the document says of the named arm.
+template <class Record>
+Record record_of(const std::string& arm, const char* what, const YamlValue& yaml) {
+  Record record;
+  read_value(yaml, record);
+  if (record.arm != arm)
+    yaml.fail("the " + std::string{what} + " of '" + record.arm + "', but the arm is '" + arm + "'");
+  return record;
+}
+
+double rounded(double value, double digits) { return std::round(value * digits) / digits; }
+
+}  // namespace
+
+FrameReadings load_frame_readings(const std::filesystem::path& file, const RobotModel& robot, bool of_arm) {
+  const CsvTable table = CsvTable::read(file);
+  const std::vector<std::string> joints = joint_column_names("q", robot);
+  std::vector<std::string> columns = joints;
+  columns.insert(columns.end(), {"x", "y", "z", "point", "px", "py", "pz"});
+  table.expect_only(columns);
+  const VectorColumns seen(table, ""), known(table, "p");
+  FrameReadings data;
+  for (std::size_t row = 0; row < table.row_count(); ++row) {
+    FrameReading reading{.point = point_of(table, row, known, data.points),
+                         .p_WS_mm = seen.at(row),
+                         .row = static_cast<int>(row) + 1};
+    if (of_arm || !seen.are_there()) {
+      std::vector<double> q;
+      for (const std::string& name : joints) q.push_back(table.number(row, table.column(name)));
+      reading.q = joints_from(q, robot);
+    }
+    data.readings.push_back(reading);
+  }
+  if (data.readings.empty()) table.fail("no readings");
+  return data;
+}
+
+Eigen::Isometry3d as_told(const Eigen::Isometry3d& X) {
+  Eigen::Vector3d xyz_mm = X.translation(), abc_deg = kuka_abc_deg(X.linear());
+  for (double& mm : xyz_mm) mm = rounded(mm, 1e4);
+  for (double& deg : abc_deg) deg = rounded(deg, 1e5);
+  return pose_from_kuka(xyz_mm, abc_deg);
+}
+
+std::string tool_yaml(const ToolFile& tool) {
+  return "# A tool that was measured. frame: what the controller has in TOOL_DATA, mm and deg; readings: mm and "
+         "rad.\n" +
+         yaml_of(tool);
+}
+
+ToolFile load_tool(const std::filesystem::path& file, const RobotModel& robot) {
+  const YamlValue yaml = read_yaml(file);
+  ToolFile tool = record_of<ToolFile>(robot.name, "tool", yaml);
+  const auto unfit = [&](const FrameReading& reading) {
+    return reading.point >= tool.data.points.size() || reading.q.size() != robot.joint_count();
+  };
+  if (tool.data.readings.empty() || std::ranges::any_of(tool.data.readings, unfit))
+    yaml.fail("readings: expected some, each of one of the points and of " +
+              std::to_string(robot.joint_count()) + " joints");
+  return tool;
+}
+
+std::string base_yaml(const BaseFile& base) {
+  return "# A work frame that was measured. frame: for BASE_DATA, mm and deg; model: when the model was made that "
+         "it holds for.\n" +
+         yaml_of(base);
+}
+
+BaseFile load_base(const std::filesystem::path& file, const ModelFile& model) {
+  const YamlValue yaml = read_yaml(file);
+  BaseFile base = record_of<BaseFile>(model.name, "base", yaml);
+  if (base.model != model.created)
+    yaml.fail("measured under the model of " + base.model + ", not of " + model.created +
+              ": run `truepose base` with this model again");
+  return base;
+}
+
+std::optional<MeasuringCell> measuring_cell(const ModelFile& model,
+                                            const std::optional<MeasurementNoise>& stated) {
+  const auto reference = drift_reference(model, stated);
+  if (!reference) return std::nullopt;
+  return MeasuringCell{reference->cell, reference->covariance, reference->noise};
+}
+
+std::expected<MeasuredFrame, std::string> tool_under(const MeasuringCell& by, const ToolFile& tool) {
+  auto measured = tool_frame(tool.data, by, tool.X_told.linear());
+  if (measured && !measured->doubtful.empty())
+    return std::unexpected("its readings contradict each other under this model; measure the tool again");
+  return measured;
+}
+
+}  // namespace truepose::config

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <expected>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "core/identify/tool_frame.hpp"
+
+namespace truepose::config {
+
+struct ModelFile;
+
+/// A tool as it was measured. It keeps the readings, since what they say depends on the model: for another
+/// one it is reckoned again.
+struct ToolFile {
+  int number = 1;                                            ///< of TOOL_DATA
+  std::string arm;                                           ///< name of the nominal robot
+  Eigen::Isometry3d X_told = Eigen::Isometry3d::Identity();  ///< what the controller has in TOOL_DATA
+  FrameReadings data;
+};
+
+/// A work frame in the robot base, as it was measured under one model.
+struct BaseFile {
+  int number = 1;     ///< of BASE_DATA
+  std::string arm;    ///< name of the nominal robot
+  std::string model;  ///< when the model was made that it holds for, RFC 3339
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+};
+
+/// Reads what was measured (CSV: q1..qN in deg or mm; x,y,z in mm where the tracker read the point; point:
+/// its name, "origin" without it; px,py,pz in mm where its coordinates in the frame are known). Throws
+/// ConfigError.
+/// @param of_arm  the points are on the arm, so that q1..qN are needed where the tracker read them too
+FrameReadings load_frame_readings(const std::filesystem::path& file, const RobotModel& robot, bool of_arm);
+
+/// The frame in the digits in which KUKA's numbers are told: 0.1 um and 0.00001 deg.
+Eigen::Isometry3d as_told(const Eigen::Isometry3d& X);
+
+std::string tool_yaml(const ToolFile& tool);
+ToolFile load_tool(const std::filesystem::path& file, const RobotModel& robot);
+std::string base_yaml(const BaseFile& base);
+/// Refuses one of another arm, or measured under another model.
+BaseFile load_base(const std::filesystem::path& file, const ModelFile& model);
+
+/// By what frames are measured with a model. Nothing where neither it nor the caller tells the noise.
+std::optional<MeasuringCell> measuring_cell(const ModelFile& model,
+                                            const std::optional<MeasurementNoise>& stated = {});
+
+/// What the tool's readings say under a model. Errors: those of tool_frame(), and readings that contradict
+/// each other.
+std::expected<MeasuredFrame, std::string> tool_under(const MeasuringCell& by, const ToolFile& tool);
+
+}  // namespace truepose::config

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "config/model_file.hpp"
+#include "core/judge/drift_update.hpp"
+
+namespace truepose::config {
+
+/// The model of the same arm with its drives so warm, the reference from then on. Without an answer to warmth
+/// the model as it is.
+///
+/// @param temperature_c  one a joint
+ModelFile at_temperatures(ModelFile model, std::span<const double> temperature_c);
+
+/// A model brought up to date, beside the old one, which it names.
+///
+/// What it says of its validation is how well the points that it was updated by are predicted, each by the
+/// others alone.
+///
+/// @param updates  the old model, by id or file
+/// @param created  RFC 3339
+ModelFile updated_model(const ModelFile& old, const DriftUpdate& update, std::string updates,
+                        std::string created);
+
+}  // namespace truepose::config

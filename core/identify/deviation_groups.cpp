@@ -1,0 +1,136 @@
+#include "core/identify/deviation_groups.hpp"
+
+#include <algorithm>
+
+#include "core/identify/identifiability.hpp"
+
+namespace truepose {
+namespace {
+
+// A lever in m, or a torque in kN m, beyond what is left of one that is none.
+constexpr double kRounding = 1e-9;
+
+std::string joint_name(int i) { return "joint" + std::to_string(i + 1); }
+
+bool approach_varies(std::span<const Measurement> points, std::size_t joint) {
+  bool up = false, down = false;
+  for (const Measurement& point : points) {
+    if (joint >= point.direction.size()) continue;
+    up |= point.direction[joint] > 0;
+    down |= point.direction[joint] < 0;
+  }
+  return up && down;
+}
+
+/// Values of the bases of `terms` at every point: one row a point.
+Eigen::MatrixXd bases_at(const RobotModel& robot, std::vector<DeviationTerm> terms,
+                         std::span<const Measurement> points) {
+  RobotModel with = robot;
+  with.deviation = std::move(terms);
+  Eigen::MatrixXd bases(static_cast<Eigen::Index>(with.deviation.size()),
+                        static_cast<Eigen::Index>(points.size()));
+  LoadedArm arm(with);
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    double* const of_point = bases.col(static_cast<Eigen::Index>(n)).data();
+    deviation_basis(arm.at(points[n]), points[n].q, points[n].direction, {of_point, with.deviation.size()});
+  }
+  return bases.transpose();
+}
+
+/// Those of the terms whose bases vary, by more than rounding, and are independent of one another at the
+/// points.
+std::vector<DeviationTerm> independent(const RobotModel& robot, std::span<const Measurement> points,
+                                       const std::vector<DeviationTerm>& terms) {
+  const Eigen::MatrixXd bases = bases_at(robot, terms, points);
+  const Eigen::Index constant = bases.cols();  // which the joint's zero explains
+  Eigen::MatrixXd columns(bases.rows(), constant + 1);
+  columns << bases, Eigen::VectorXd::Ones(bases.rows());
+  Eigen::VectorXd preference = Eigen::VectorXd::Ones(constant + 1);
+  preference[constant] = 1e3;
+  std::vector<DeviationTerm> kept;
+  for (const int k : identifiability(columns, preference).kept) {
+    if (k < constant && bases.col(k).cwiseAbs().maxCoeff() > kRounding)
+      kept.push_back(terms[static_cast<std::size_t>(k)]);
+  }
+  return kept;
+}
+
+bool payload_varies(std::span<const Measurement> points) {
+  return std::ranges::adjacent_find(points, std::ranges::not_equal_to{}, &Measurement::payload) !=
+         points.end();
+}
+
+/// A payload that changes tells how the joint bends under a known mass, whatever the arm's own.
+std::vector<DeviationTerm> weight_terms(const RobotModel& robot, std::span<const Measurement> points, int i) {
+  std::vector<DeviationTerm> terms;
+  if (!robot.masses.empty() || payload_varies(points)) terms.push_back({i, DeviationBasis::Gravity, 1, 0});
+  if (!robot.masses.empty()) return terms;
+  for (int frame = i + 2; frame <= robot.joint_count() + 1; ++frame)
+    terms.push_back({i, DeviationBasis::Weight, frame, 0});
+  return terms;
+}
+
+std::vector<DeviationTerm> moment_terms(const RobotModel& robot, int i) {
+  std::vector<DeviationTerm> terms;
+  for (int frame = i + 1; frame <= robot.joint_count(); ++frame) {
+    for (const auto basis : {DeviationBasis::MomentX, DeviationBasis::MomentY, DeviationBasis::MomentZ})
+      terms.push_back({i, basis, frame, 0});
+  }
+  return terms;
+}
+
+void add_gravity(const RobotModel& robot, std::span<const Measurement> points, int i,
+                 std::vector<DeviationGroup>& groups) {
+  const auto add = [&](const char* name, DeviationCause cause, const std::vector<DeviationTerm>& terms) {
+    std::vector<DeviationTerm> kept = independent(robot, points, terms);
+    if (kept.empty()) return;
+    const double largest = bases_at(robot, kept, points).cwiseAbs().maxCoeff();
+    groups.push_back({joint_name(i) + name, cause, std::move(kept), 1 / largest});
+  };
+  add(".gravity", DeviationCause::Weights, weight_terms(robot, points, i));
+  if (robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute)
+    add(".moments", DeviationCause::Moments, moment_terms(robot, i));
+}
+
+}  // namespace
+
+WidthExpectation usual_width(DeviationCause cause) {
+  switch (cause) {
+    case DeviationCause::Gears:
+    case DeviationCause::Weights:
+    case DeviationCause::Moments:
+      return {.usual = 0.1e-3, .log_deviation = 1};
+    case DeviationCause::Play:
+      return {.usual = 0.02e-3, .log_deviation = 1};
+    case DeviationCause::Pitch:
+      return {.usual = 0.1, .log_deviation = 1.5};
+  }
+  return {};
+}
+
+std::vector<DeviationGroup> deviation_groups(const RobotModel& robot, std::span<const Measurement> points,
+                                             std::span<const int> harmonics) {
+  std::vector<DeviationGroup> groups;
+  for (int i = 0; i < robot.joint_count(); ++i) {
+    const auto joint = static_cast<std::size_t>(i);
+    if (robot.joints[joint].type == JointType::Revolute) {
+      // Those of a joint that hardly moved too: what the fit cannot tell of them is in what it says of
+      // itself.
+      for (const int order : harmonics) {
+        groups.push_back({joint_name(i) + ".harmonic" + std::to_string(order),
+                          DeviationCause::Gears,
+                          {{i, DeviationBasis::Sine, order, 0}, {i, DeviationBasis::Cosine, order, 0}}});
+      }
+    } else {
+      groups.push_back({joint_name(i) + ".scale", DeviationCause::Pitch, {{i, DeviationBasis::Scale, 1, 0}}});
+    }
+    add_gravity(robot, points, i, groups);
+    if (approach_varies(points, joint)) {
+      groups.push_back(
+          {joint_name(i) + ".approach", DeviationCause::Play, {{i, DeviationBasis::Approach, 1, 0}}});
+    }
+  }
+  return groups;
+}
+
+}  // namespace truepose

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/arm/joint_deviation.hpp"
+#include "core/identify/evidence.hpp"
+#include "core/identify/measurement.hpp"
+
+namespace truepose {
+
+/// Why joints stand elsewhere than their encoders say. The coefficients of one cause scatter equally far.
+enum class DeviationCause {
+  Gears,    ///< harmonics of a revolute joint
+  Weights,  ///< gravity: the robot's masses, or where these are not known unit weights at the origins of
+            ///< links
+  Moments,  ///< gravity: masses anywhere, by the first moments of every link
+  Play,     ///< the side from which a joint arrived
+  Pitch,    ///< scale of a prismatic joint
+};
+inline constexpr int kDeviationCauses = 5;
+
+/// How far the deviations of a cause usually scatter: rad of the joint where its basis is largest (Pitch:
+/// mm/m).
+WidthExpectation usual_width(DeviationCause cause);
+
+/// Terms of one joint and cause: "joint2.harmonic1" (sine and cosine), "joint2.gravity", "joint2.moments",
+/// "joint2.approach", "joint1.scale".
+struct DeviationGroup {
+  std::string name;
+  DeviationCause cause = DeviationCause::Gears;
+  std::vector<DeviationTerm> terms;  ///< coefficients 0
+  double unit = 1;  ///< coefficient that moves the joint by 1 (rad) where the basis is largest
+};
+
+/// Every group that the arm may have: harmonics of the given orders, whether or not the poses show enough of
+/// a wave to tell them; gravity in both ways; approach where it was recorded and varies.
+std::vector<DeviationGroup> deviation_groups(const RobotModel& robot, std::span<const Measurement> points,
+                                             std::span<const int> harmonics);
+
+}  // namespace truepose

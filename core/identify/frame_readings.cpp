@@ -1,0 +1,69 @@
+#include "core/identify/frame_readings.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "core/math/angles.hpp"
+#include "core/math/dense_algebra.hpp"
+
+namespace truepose {
+namespace {
+
+constexpr double kDoubtful = 5;          // standard deviations: by chance in one of 65,000 readings
+constexpr double kTouch_mm = 0.01;       // no point is touched finer, per axis
+constexpr double kParameterStep = 1e-5;  // mm or rad, of the derivative to a parameter
+
+/// Derivative of so many points' coordinates to the steps that are uncertain.
+Eigen::MatrixXd derivative_of_points(const EquationsOf& equations_of, const Eigen::MatrixXd& covariance,
+                                     Eigen::Index points) {
+  const Eigen::Index steps = covariance.cols();
+  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(3 * points, steps);
+  for (Eigen::Index k = 0; k < steps; ++k) {
+    if (!(covariance(k, k) > 0)) continue;
+    const auto at = [&](double step) {
+      return solve_points(equations_of(step * Eigen::VectorXd::Unit(steps, k))).head(3 * points).eval();
+    };
+    D.col(k) = (at(kParameterStep) - at(-kParameterStep)) / (2 * kParameterStep);
+  }
+  return D;
+}
+
+}  // namespace
+
+double MeasuredFrame::sigma_mm() const { return std::sqrt(covariance.topLeftCorner<3, 3>().trace()); }
+double MeasuredFrame::sigma_rad() const { return std::sqrt(covariance.bottomRightCorner<3, 3>().trace()); }
+
+std::expected<MeasuredFrame, std::string> measured_frame(const FrameReadings& data,
+                                                         const EquationsOf& equations_of,
+                                                         const Eigen::MatrixXd& covariance,
+                                                         const std::optional<Eigen::Matrix3d>& R_else) {
+  const auto points = static_cast<Eigen::Index>(data.points.size());
+  const PointFit fit = fit_points(equations_of(Eigen::VectorXd::Zero(covariance.cols())));
+  std::vector<Eigen::Vector3d> p_mm;
+  for (Eigen::Index i = 0; i < points; ++i) p_mm.push_back(fit.u.segment<3>(3 * i));
+  const auto frame = frame_of_points(data.points, p_mm, R_else);
+  if (!frame) return std::unexpected(frame.error());
+
+  MeasuredFrame result{.X = frame->X, .is_orientation_known = frame->is_orientation_known};
+  const Eigen::MatrixXd to_frame = frame->by_points;
+  result.by_readings = congruence(to_frame, fit.covariance.topLeftCorner(3 * points, 3 * points));
+  result.by_parameters = times(to_frame, derivative_of_points(equations_of, covariance, points));
+  result.covariance = result.by_readings + congruence(result.by_parameters, covariance);
+  result.error_mm = fit.error_mm;
+  result.misfit_mm = frame->misfit_mm;
+  result.sigma0 = fit.sigma0;
+  for (std::size_t i = 0; i < fit.sigmas.size(); ++i) {
+    if (fit.sigmas[i] > kDoubtful) result.doubtful.push_back(i);
+  }
+  return result;
+}
+
+Eigen::Matrix3d covariance_in_base(const FrameReading& reading, const MeasuringCell& by) {
+  const double repeatability_mm = by.noise.repeatability_mm;
+  if (!reading.p_WS_mm)
+    return (repeatability_mm * repeatability_mm + kTouch_mm * kTouch_mm) * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d R_WB = by.cell.base.isometry().linear();
+  return R_WB.transpose() * reading_covariance(*reading.p_WS_mm, by.noise) * R_WB;
+}
+
+}  // namespace truepose

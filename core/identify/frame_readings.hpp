@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/frame_of_points.hpp"
+#include "core/identify/measurement.hpp"
+#include "core/identify/point_fit.hpp"
+
+namespace truepose {
+
+/// One reading of a point of a frame: seen by the tracker, or touched.
+struct FrameReading {
+  std::size_t point = 0;                   ///< index into FrameReadings::points
+  JointVector q;                           ///< of the arm, rad or mm; empty: it had no part
+  std::optional<Eigen::Vector3d> p_WS_mm;  ///< in the tracker frame; none: touched
+  int row = 0;                             ///< of the file it came from, 1 = first; 0 = no file
+};
+
+struct FrameReadings {
+  std::vector<FramePoint> points;
+  std::vector<FrameReading> readings;
+};
+
+/// The arm by which a frame is measured, and how well it is known.
+struct MeasuringCell {
+  CalibratedCell cell;
+  Eigen::MatrixXd covariance;  ///< of its parameters, order of ParameterLayout; empty: not known
+  MeasurementNoise noise;      ///< of a reading about what the cell predicts
+};
+
+/// A frame that was measured, tool or base.
+struct MeasuredFrame {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();  ///< in the flange, or in the robot base
+  PoseCovariance covariance = PoseCovariance::Zero();   ///< by readings and model together
+  bool is_orientation_known = true;  ///< false: the origin alone was measured, and another's taken
+  PoseCovariance by_readings = PoseCovariance::Zero();     ///< by their noise alone
+  Eigen::Matrix<double, 6, Eigen::Dynamic> by_parameters;  ///< derivative to the cell's; empty where unknown
+  std::vector<double> error_mm;                            ///< of each reading, from where all together say
+  std::vector<std::size_t> doubtful;                       ///< readings that the others contradict
+  std::vector<double> misfit_mm;  ///< of each point, where their coordinates are known
+  /// How the readings scatter, in multiples of their noise; none where no reading is spare.
+  std::optional<double> sigma0;
+
+  /// Standard deviation of its origin (length of the vector, mm), and of its turn (rad).
+  double sigma_mm() const;
+  double sigma_rad() const;
+};
+
+/// What readings say of the coordinates of points where what they are measured by is off by `step`.
+using EquationsOf = std::function<std::vector<PointEquation>(const Eigen::VectorXd& step)>;
+
+/// Fits the points, and to them the frame.
+/// @param covariance  of a step; empty: not known
+/// @param R_else      see frame_of_points()
+/// Errors: those of frame_of_points().
+std::expected<MeasuredFrame, std::string> measured_frame(const FrameReadings& data,
+                                                         const EquationsOf& equations_of,
+                                                         const Eigen::MatrixXd& covariance,
+                                                         const std::optional<Eigen::Matrix3d>& R_else = {});
+
+/// Covariance (mm^2, robot base frame) of a reading by its noise.
+Eigen::Matrix3d covariance_in_base(const FrameReading& reading, const MeasuringCell& by);
+
+}  // namespace truepose

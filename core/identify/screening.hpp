@@ -1,0 +1,28 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/identify/calibrate.hpp"
+
+namespace truepose {
+
+inline constexpr double kLeastGross_mm = 1e-3;  ///< less than that nobody measures
+
+/// Points of both sets that no noise explains: beyond six standard deviations, those of the prediction
+/// included, under the richest model that the points to identify support.
+///
+/// The points are judged by the geometry first. Where that calls any of them gross, joint deviations are
+/// looked for, whatever the options say: gears, bearings and loads move good points farther than a geometric
+/// model allows for. Only the points to identify have a say in the model; a redescending loss keeps gross
+/// errors from it.
+///
+/// @param data  points that calibrate() accepts
+/// @return in the order of the points; nothing where the points are too few to be told from a model of theirs
+std::vector<RejectedPoint> gross_errors(const RobotModel& nominal, const MeasurementData& data,
+                                        const CalibrateOptions& options);
+
+/// The data without these points.
+MeasurementData without(std::span<const RejectedPoint> points, const MeasurementData& data);
+
+}  // namespace truepose

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <functional>
+
+#include "core/identify/identification.hpp"
+
+namespace truepose {
+
+/// Where the coarse stage of several stations starts, the one with the most points first: base and reflectors
+/// from the points of one station alone, or its base from the reflectors that those before have found.
+///
+/// @param alone  start of an identification from one station
+/// Errors: TooFewPoses naming the station.
+std::expected<CalibratedCell, CalibrationError> station_start(
+    const Identification& id, const std::function<CalibratedCell(const Identification&)>& alone);
+
+}  // namespace truepose

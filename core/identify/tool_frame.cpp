@@ -1,0 +1,104 @@
+#include "core/identify/tool_frame.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/arm/forward.hpp"
+#include "core/formatted.hpp"
+#include "core/identify/measurement_model.hpp"
+#include "core/identify/uncertainty.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/dense_algebra.hpp"
+
+namespace truepose {
+namespace {
+
+bool is_touched(const FrameReadings& data) {
+  return std::ranges::any_of(data.readings, [](const FrameReading& reading) { return !reading.p_WS_mm; });
+}
+
+/// Unknowns: each point in the flange frame, and the touched point in the base.
+std::vector<PointEquation> tool_equations(const FrameReadings& data, const MeasuringCell& by,
+                                          const CalibratedCell& cell) {
+  const auto points = static_cast<Eigen::Index>(data.points.size());
+  const Eigen::Index unknowns = 3 * points + (is_touched(data) ? 3 : 0);
+  const Eigen::Isometry3d X_BW = inverse_of(cell.base.isometry());
+  std::vector<PointEquation> result;
+  for (const FrameReading& reading : data.readings) {
+    const Eigen::Isometry3d X_BF = forward_kinematics(cell.robot, reading.q);
+    PointEquation equation{.A = Eigen::MatrixXd::Zero(3, unknowns),
+                           .b = -X_BF.translation(),
+                           .covariance = covariance_in_base(reading, by)};
+    equation.A.middleCols<3>(3 * static_cast<Eigen::Index>(reading.point)) = X_BF.linear();
+    if (reading.p_WS_mm) {
+      equation.b += X_BW * *reading.p_WS_mm;
+    } else {
+      equation.A.rightCols<3>() = -Eigen::Matrix3d::Identity();
+    }
+    result.push_back(equation);
+  }
+  return result;
+}
+
+/// Why the orientations in which the TCP touched the point do not tell it.
+std::string too_alike(const FrameReadings& data, const RobotModel& robot) {
+  constexpr int kFewest = 4;
+  constexpr double kLeastTilt_rad = 5 * kRadPerDeg;
+  std::vector<Eigen::Matrix3d> turns;
+  for (const FrameReading& reading : data.readings) {
+    if (data.points[reading.point].name == kOrigin)
+      turns.push_back(forward_kinematics(robot, reading.q).linear());
+  }
+  const auto count = static_cast<double>(turns.size());
+  if (turns.size() < kFewest)
+    return formatted("the TCP touched the point in %d orientations; at least %d are needed, better ten",
+                     static_cast<int>(turns.size()), kFewest);
+  Eigen::Matrix3d mean = Eigen::Matrix3d::Zero(), spread = Eigen::Matrix3d::Zero();
+  for (const Eigen::Matrix3d& R : turns) mean += R / count;
+  for (const Eigen::Matrix3d& R : turns) spread += (R - mean).transpose() * (R - mean) / count;
+  const Svd svd = thin_svd(spread);
+  const Eigen::Vector3d stiff = svd.V.col(2);
+  const double tilt_rad = std::asin(std::min(1.0, std::sqrt(std::max(0.0, svd.s[2]))));
+  if (tilt_rad >= kLeastTilt_rad) return {};
+  return formatted(
+      "the orientations tilt the flange's direction (%.2f %.2f %.2f) by %.1f deg only, so that the TCP's place along "
+      "it is not told; touch the point with the tool tilted by 30 deg or more to several sides",
+      stiff.x(), stiff.y(), stiff.z(), tilt_rad * kDegPerRad);
+}
+
+}  // namespace
+
+std::expected<MeasuredFrame, std::string> tool_frame(const FrameReadings& data, const MeasuringCell& by,
+                                                     const Eigen::Matrix3d& R_else) {
+  if (is_touched(data)) {
+    if (std::string why = too_alike(data, by.cell.robot); !why.empty()) return std::unexpected(why);
+  }
+  const auto equations_of = [&](const Eigen::VectorXd& step) {
+    return tool_equations(data, by, step.size() > 0 ? moved(by.cell, step) : by.cell);
+  };
+  return measured_frame(data, equations_of, by.covariance, R_else);
+}
+
+RobotModel with_tool(RobotModel calibrated, const Eigen::Isometry3d& X_FT, const Eigen::Isometry3d& X_told) {
+  calibrated.X_flange = calibrated.X_flange * X_FT * inverse_of(X_told);
+  return calibrated;
+}
+
+Eigen::Matrix3d tcp_covariance(const CalibratedCell& cell, const Eigen::MatrixXd& covariance,
+                               const JointVector& q, const Eigen::Vector3d& p_F_mm,
+                               const MeasuredFrame* tool) {
+  CalibratedCell with_tcp = cell;
+  with_tcp.reflectors.front().p_FS_mm = p_F_mm;
+  PointJacobian J;
+  predict_with_jacobian(with_tcp, q, 0, J);
+  const Eigen::Index at = ParameterLayout::of(cell).reflector(0);
+  const Eigen::Matrix3d R_WF = J.middleCols<3>(at);
+  J.middleCols<3>(at).setZero();
+  const Eigen::Matrix3d of_field = field_covariance(cell, q, p_F_mm);
+  if (!tool) return congruence(J, covariance) + of_field;
+  J += times(R_WF, tool->by_parameters.topRows<3>());
+  return congruence(J, covariance) + of_field +
+         R_WF * tool->by_readings.topLeftCorner<3, 3>() * R_WF.transpose();
+}
+
+}  // namespace truepose

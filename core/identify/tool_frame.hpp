@@ -1,0 +1,36 @@
+#pragma once
+
+#include <expected>
+#include <string>
+
+#include "core/identify/frame_readings.hpp"
+
+namespace truepose {
+
+/// The tool T in the flange F, by an arm whose true kinematics are known. Its origin is the TCP.
+///
+/// Where the tracker reads reflectors at points of the tool, one reading tells a point, and others check it.
+/// Without a tracker one point that stands still in the base is touched in several orientations: its place is
+/// one more unknown, the same for all. Touched by the TCP it is the reading of "origin"; where it lies ahead
+/// on the tool's +X axis, of "x"; in the XY plane on the side of +Y, of "xy". So it is linear either way:
+/// X_BF p_F = p_B.
+///
+/// @param R_else  orientation (flange to tool) where the TCP alone was measured
+/// Errors: those of measured_frame(), and orientations that vary too little to tell the TCP from the point.
+std::expected<MeasuredFrame, std::string> tool_frame(
+    const FrameReadings& data, const MeasuringCell& by,
+    const Eigen::Matrix3d& R_else = Eigen::Matrix3d::Identity());
+
+/// The arm with its flange so moved that a tool which the controller takes to be at X_told on it is where it
+/// truly is, at X_FT: compensation then puts that tool where the nominal arm would have the controller's.
+RobotModel with_tool(RobotModel calibrated, const Eigen::Isometry3d& X_FT, const Eigen::Isometry3d& X_told);
+
+/// Covariance (mm^2, tracker frame) of where an arm at joints q puts a point of the flange: by the model and
+/// by what the measured tool, whose errors go with the model's, does not know of the point.
+///
+/// @param p_F_mm  the point; its own place is taken as exact without a `tool`
+Eigen::Matrix3d tcp_covariance(const CalibratedCell& cell, const Eigen::MatrixXd& covariance,
+                               const JointVector& q, const Eigen::Vector3d& p_F_mm,
+                               const MeasuredFrame* tool = nullptr);
+
+}  // namespace truepose

@@ -1,0 +1,271 @@
+#include "core/judge/calibration_verdict.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string_view>
+#include <utility>
+
+#include "core/formatted.hpp"
+#include "core/identify/screening.hpp"
+#include "core/judge/drift_check.hpp"
+#include "core/judge/model_noise.hpp"
+#include "core/judge/movement.hpp"
+#include "core/judge/reference_pose.hpp"
+
+namespace truepose {
+namespace {
+
+/// So many times the stated noise is more than gears, bearings and loads leave of an arm: some tenths of a
+/// millimetre, against some hundredths that tracker and repeatability make.
+constexpr double kMostUnmodelled = 50;
+/// The noise that those are seen against where a tracker's alone is stated.
+constexpr double kUsualRepeatability_mm = 0.02;
+constexpr double kLeastError_mm = 1e-3;      // less than that nobody measures
+constexpr int kFewestValidated = 5;          // poses: fewer say little of all others
+constexpr double kMostFar = 0.1;             // of the points to identify
+constexpr std::size_t kMostPredicted = 200;  // validation points: their covariance grows with the square
+constexpr double kNearerThanNoise = 0.5;     // of the mean error that the stated noise alone makes
+constexpr std::size_t kNamed = 4;            // points in one sentence
+
+struct Case : CalibrationEvidence {
+  explicit Case(const CalibrationEvidence& evidence)
+      : CalibrationEvidence{evidence},
+        whitening{whitening_of(points_of(without(calibration.rejected, data), PoseSet::Identify), stated)},
+        about{noise_about_model(calibration, data, stated)} {}
+
+  bool noise_known() const { return whitening.finest_mm > 0; }
+  const StageErrors& judged() const {
+    return calibration.validate ? *calibration.validate : calibration.identify;
+  }
+  /// Of a point about the model: few poses leave little by chance, but the stated noise is there all the
+  /// same.
+  MeasurementNoise noise() const {
+    const bool by_chance = calibration.sigma0_mm < whitening.finest_mm;
+    if (by_chance && stated) return *stated;
+    return by_chance ? MeasurementNoise{.repeatability_mm = whitening.finest_mm} : about;
+  }
+
+  Whitening whitening;
+  MeasurementNoise about;  ///< what the identification left
+};
+
+using Finds = std::optional<Finding>;
+
+Finds refusal(std::string sentence) { return Finding{Severity::Refusal, std::move(sentence)}; }
+Finds doubt(std::string sentence) { return Finding{Severity::Doubt, std::move(sentence)}; }
+Finds advice(std::string sentence) { return Finding{Severity::Advice, std::move(sentence)}; }
+
+Finds too_much_left(const Case& of) {
+  const double usual_mm = std::max(of.whitening.finest_mm, kUsualRepeatability_mm);
+  if (!of.noise_known() || of.calibration.sigma0_mm <= kMostUnmodelled * usual_mm) return std::nullopt;
+  return refusal(formatted("the model leaves %.2f mm in each coordinate, %.0f times the noise that is stated",
+                           of.calibration.sigma0_mm, of.calibration.sigma0_mm / of.whitening.finest_mm));
+}
+
+Finds reference_moved(const Case& of) {
+  auto moved = moved_reference(of.reference_mm, of.stated.value_or(of.about), of.judged().after.mean);
+  if (!moved) return std::nullopt;
+  return refusal(*std::move(moved));
+}
+
+Finds moved_meanwhile(const Case& of) {
+  std::vector<std::size_t> far;
+  for (const auto* points : {&of.calibration.rejected, &of.calibration.far_validation})
+    for (const RejectedPoint& point : *points) far.push_back(point.point);
+  const auto moved = movement(of.calibration.cell, of.data.points, of.stated, far);
+  if (!moved) return std::nullopt;
+  const std::string who = told_of(of.data, moved->station) + "the tracker or the base moved ";
+  if (moved->first == 0)
+    return refusal(who + formatted("little by little, by about %.2f mm from the first to the last point that "
+                                   "was measured",
+                                   moved->moved_mm));
+  const auto before = std::ranges::count(std::span(of.data.points).first(moved->first), moved->station,
+                                         &Measurement::station);
+  return refusal(who + formatted("by about %.2f mm between the points %td and %td that were measured",
+                                 moved->moved_mm, before, before + 1));
+}
+
+/// Those of the validation points that are not named one by one, spread evenly where they are very many.
+std::vector<Measurement> points_to_predict(const Case& of) {
+  const auto points = points_of(without(of.calibration.far_validation, of.data), PoseSet::Validate);
+  const std::size_t count = std::min(points.size(), kMostPredicted);
+  std::vector<Measurement> some;
+  for (std::size_t i = 0; i < count; ++i) some.push_back(points[i * points.size() / count]);
+  return some;
+}
+
+Finds more_than_predicted(const Case& of) {
+  DriftReference predicted{
+      .cell = of.calibration.cell, .covariance = of.calibration.covariance, .noise = of.noise()};
+  const double factor = of.noise_known() ? of.calibration.sigma0_mm / of.whitening.finest_mm : 1;
+  if (factor < 1 && factor > 0) predicted.covariance /= factor * factor;
+  const auto check = drift_check(predicted, points_to_predict(of));
+  if (!check || check->verdict != DriftVerdict::Failed || check->mean_mm < kLeastError_mm)
+    return std::nullopt;
+  return refusal(
+      formatted("the validation points are off by %.3f mm on average, where the model predicts %.3f mm",
+                check->mean_mm, check->reference_mm));
+}
+
+Finds beyond_tolerance(const Case& of) {
+  const double largest_mm = of.judged().after.max;
+  if (!of.tolerance_mm || largest_mm <= *of.tolerance_mm) return std::nullopt;
+  return refusal(formatted("the largest error is %.3f mm, beyond the tolerance of %.3f mm", largest_mm,
+                           *of.tolerance_mm));
+}
+
+Finds nearer_than_noise(const Case& of) {
+  if (!of.noise_known()) return std::nullopt;
+  const double noise_mm = kMeanOverRms * std::sqrt(3.0) * of.whitening.finest_mm;
+  const double mean_mm = of.judged().after.mean;
+  if (mean_mm >= kNearerThanNoise * noise_mm) return std::nullopt;
+  return doubt(
+      formatted("a mean error of %.4f mm is less than tracker and arm repeat to (%.4f mm by the stated "
+                "noise): the model repeats its points, or the noise is less than stated",
+                mean_mm, noise_mm));
+}
+
+/// "row 12 (4.20 mm, 85 sigma)"; of a campaign "pose 12 (..)".
+std::string name_of_point(const MeasurementData& data, const RejectedPoint& far) {
+  const Measurement& point = data.points[far.point];
+  const std::string place = point.row > 0    ? formatted("row %d", point.row)
+                            : point.pose > 0 ? formatted("pose %d", point.pose)
+                                             : formatted("point %zu", far.point + 1);
+  return place + formatted(" (%.3g mm, %.3g sigma)", far.residual_mm, far.sigmas);
+}
+
+/// The worst of them, by name.
+std::string names_of_points(const MeasurementData& data, std::vector<RejectedPoint> far) {
+  std::ranges::stable_sort(far, std::ranges::greater{}, &RejectedPoint::sigmas);
+  std::string names;
+  for (std::size_t i = 0; i < std::min(far.size(), kNamed); ++i)
+    names += (i == 0 ? "" : ", ") + name_of_point(data, far[i]);
+  return names + (far.size() > kNamed ? formatted(" and %zu more", far.size() - kNamed) : "");
+}
+
+Finds rows_left_out(const Case& of) {
+  const auto& rejected = of.calibration.rejected;
+  if (rejected.empty()) return std::nullopt;
+  const std::size_t all = points_of(of.data, PoseSet::Identify).size();
+  const bool many = static_cast<double>(rejected.size()) > kMostFar * static_cast<double>(all);
+  return Finding{many ? Severity::Doubt : Severity::Note,
+                 formatted("%zu of the %zu points to identify contradict the others and were left out: ",
+                           rejected.size(), all) +
+                     names_of_points(of.data, rejected)};
+}
+
+Finds far_validation(const Case& of) {
+  const auto& far = of.calibration.far_validation;
+  if (far.empty()) return std::nullopt;
+  std::vector<Eigen::Vector3d> others_mm;
+  for (std::size_t i = 0; i < of.data.points.size(); ++i) {
+    if (of.data.points[i].set == PoseSet::Validate && !std::ranges::count(far, i, &RejectedPoint::point))
+      others_mm.push_back(of.calibration.points[i].after);
+  }
+  const ErrorStatistics with = of.calibration.validate->after;
+  const ErrorStatistics without_them = others_mm.empty() ? with : error_statistics(others_mm);
+  return doubt(
+      formatted("%zu of the %d validation points are beyond six sigma: measure them again; without them "
+                "the errors are %.3f mm on average and %.3f mm at most, with them %.3f and %.3f mm: ",
+                far.size(), with.count, without_them.mean, without_them.max, with.mean, with.max) +
+      names_of_points(of.data, far));
+}
+
+Finds noise_not_stated(const Case& of) {
+  if (of.noise_known()) return std::nullopt;
+  return advice(
+      "no noise is stated, so that nobody can tell whether what is left is noise: state the tracker's and "
+      "the arm's repeatability");
+}
+
+// What figures alone tell
+
+Finds not_converged(const CalibrationFigures& of) {
+  if (of.converged) return std::nullopt;
+  return refusal("the identification did not converge: check the robot file and the measurements");
+}
+
+Finds no_better(const CalibrationFigures& of) {
+  if (improves(of.before, of.after)) return std::nullopt;
+  return refusal(
+      "the calibrated arm is no better than the nominal one: check the robot file, the mounting of the reflector "
+      "and the tracker");
+}
+
+Finds too_few_validated(const CalibrationFigures& of) {
+  if (of.unseen_poses >= kFewestValidated) return std::nullopt;
+  if (of.unseen_poses == 0)
+    return doubt(
+        "nothing but the points that it was fitted to shows how good it is: validate on other poses");
+  return doubt(formatted(
+      "%d validation %s of all others: validate on at least %d poses that the identification has "
+      "not seen",
+      of.unseen_poses, of.unseen_poses == 1 ? "pose says little" : "poses say little", kFewestValidated));
+}
+
+Finds unknown_elsewhere(const CalibrationFigures& of) {
+  if (!of.worse_elsewhere) return std::nullopt;
+  return advice(
+      "use it only where poses were measured: elsewhere it may be worse than the data sheet; measure "
+      "more poses, spread over the workspace, to use it everywhere");
+}
+
+/// Poses that validate and that the identification has not seen.
+int unseen_poses(const CalibrationEvidence& of) {
+  if (!of.calibration.validate) return 0;
+  const auto to_validate = points_of(of.data, PoseSet::Validate);
+  if (to_validate.empty()) return of.calibration.validate->poses;  // each by a fit without it
+  std::vector<Measurement> all = points_of(of.data, PoseSet::Identify);
+  const int seen = count_poses(all);
+  all.insert(all.end(), to_validate.begin(), to_validate.end());
+  return count_poses(all) - seen;
+}
+
+CalibrationFigures figures_of(const CalibrationEvidence& of) {
+  const Calibration& calibration = of.calibration;
+  const StageErrors& judged = calibration.validate ? *calibration.validate : calibration.identify;
+  return {.converged = calibration.converged,
+          .before = judged.before,
+          .after = of.remeasured.value_or(judged.after),
+          .unseen_poses = unseen_poses(of),
+          .worse_elsewhere = calibration.transfer.max_mm > calibration.identify.before.mean};
+}
+
+constexpr std::array kOfFigures{not_converged, no_better, too_few_validated, unknown_elsewhere};
+constexpr std::array kOfEvidence{too_much_left,       reference_moved,  moved_meanwhile,
+                                 more_than_predicted, beyond_tolerance, nearer_than_noise,
+                                 far_validation,      rows_left_out,    noise_not_stated};
+
+template <typename Questions, typename Of>
+void ask(const Questions& questions, const Of& of, CalibrationVerdict& verdict) {
+  for (const auto question : questions)
+    if (Finds found = question(of)) verdict.findings.push_back(*std::move(found));
+  std::ranges::stable_sort(verdict.findings, std::ranges::greater{}, &Finding::severity);
+}
+
+}  // namespace
+
+VerdictColor CalibrationVerdict::color() const {
+  if (findings.empty() || findings.front().severity == Severity::Note) return VerdictColor::Green;
+  return findings.front().severity == Severity::Refusal ? VerdictColor::Red : VerdictColor::Amber;
+}
+
+bool CalibrationVerdict::failed() const {
+  return !findings.empty() && findings.front().severity >= Severity::Doubt;
+}
+
+CalibrationVerdict verdict_by_figures(const CalibrationFigures& figures) {
+  CalibrationVerdict verdict;
+  ask(kOfFigures, figures, verdict);
+  return verdict;
+}
+
+CalibrationVerdict calibration_verdict(const CalibrationEvidence& evidence) {
+  CalibrationVerdict verdict = verdict_by_figures(figures_of(evidence));
+  verdict.findings.insert(verdict.findings.end(), evidence.beside.begin(), evidence.beside.end());
+  ask(kOfEvidence, Case{evidence}, verdict);
+  return verdict;
+}
+
+}  // namespace truepose

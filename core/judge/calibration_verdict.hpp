@@ -1,0 +1,83 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/identify/calibrate.hpp"
+#include "core/identify/measurement.hpp"
+#include "core/named.hpp"
+
+namespace truepose {
+
+/// How much a finding weighs, the least first.
+enum class Severity {
+  Note,     ///< worth knowing, and harmless
+  Advice,   ///< what the data cannot show
+  Doubt,    ///< a test that failed: somebody has to look before the model is used
+  Refusal,  ///< the model is not to be used
+};
+inline constexpr std::array kSeverityNames{Named{"note", Severity::Note}, Named{"advice", Severity::Advice},
+                                           Named{"doubt", Severity::Doubt},
+                                           Named{"refusal", Severity::Refusal}};
+
+struct Finding {
+  Severity severity = Severity::Note;
+  std::string sentence;  ///< for the operator, without a capital or a full stop
+};
+
+enum class VerdictColor { Green, Amber, Red };
+inline constexpr std::array kVerdictColorNames{Named{"green", VerdictColor::Green},
+                                               Named{"amber", VerdictColor::Amber},
+                                               Named{"red", VerdictColor::Red}};
+
+struct CalibrationVerdict {
+  std::vector<Finding> findings;  ///< the gravest first
+
+  /// Green: no more than notes. Red: a refusal. Amber: all between.
+  VerdictColor color() const;
+  /// Whether a test failed: then a command ends with 1, and no daemon uses the model before somebody says so.
+  bool failed() const;
+};
+
+/// What a calibration came to in figures: all that documents of before tell of it.
+struct CalibrationFigures {
+  bool converged = false;
+  ErrorStatistics before, after;  ///< of the points that judge: those that validate where there are any
+  int unseen_poses = 0;           ///< that validate
+  bool worse_elsewhere = false;   ///< some pose is known less well than the data sheet knows those measured
+};
+CalibrationVerdict verdict_by_figures(const CalibrationFigures& figures);
+
+/// What a calibration is judged by.
+struct CalibrationEvidence {
+  const Calibration& calibration;
+  const MeasurementData& data;                         ///< in the order in which it was measured
+  std::optional<MeasurementNoise> stated = {};         ///< where the points do not state their own
+  std::span<const Eigen::Vector3d> reference_mm = {};  ///< one and the same pose, measured again and again
+  std::optional<double> tolerance_mm = {};             ///< that no error may exceed
+  std::optional<ErrorStatistics> remeasured = {};  ///< of validation poses reached with compensated joints
+  std::span<const Finding> beside = {};            ///< what was found while it was measured
+};
+
+/// Whether a calibration may be trusted: the one answer to that, on the command line, in the daemon and in
+/// reports. It asks whether
+/// - the identification converged and is nearer to the validation points than the nominal arm,
+/// - what the model leaves is no more than what real arms have beyond a model,
+/// - nothing moved while it was measured (movement()), and the reference pose stayed where it was, as far as
+///   the stated noise and the accuracy that the validation found make that out,
+/// - the validation points agree with what the model predicts, by drift_check()'s two questions, for the
+/// noise
+///   that the identification left or the stated one, whichever is more,
+/// - enough poses validate that the identification has not seen, and they do not come nearer than the noise,
+/// - few points are beyond six sigma, and none of those that validate,
+/// - the largest error keeps to the tolerance, and
+/// - the noise is stated, and unmeasured poses are known better than by the data sheet.
+///
+/// A sound campaign is doubted by chance less often than one in two hundred times.
+CalibrationVerdict calibration_verdict(const CalibrationEvidence& evidence);
+
+}  // namespace truepose

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+namespace truepose {
+
+/// How the errors of an unchanged arm scatter about its model.
+///
+/// Whitened by the model's own uncertainty and noise they are standard normal, where the model is perfect.
+/// Those of real arms have heavier tails, and may be larger or smaller as a whole: they are Student's, their
+/// degrees of freedom and their mean square as the validation points say them. These are few, so that the
+/// mean square is known to a third beforehand, and what they leave open of both widens the tail.
+class ErrorLaw {
+ public:
+  /// @param validation  squared lengths of the whitened errors at validation points; none: normal
+  explicit ErrorLaw(std::span<const double> validation = {});
+
+  /// Probability that points of an unchanged arm are as unlikely as these, or more.
+  ///
+  /// @param r        whitened residuals, three a point
+  /// @param degrees  of freedom that they have: fewer than their number where something was fitted to them
+  /// Source: Lange, Little, Taylor, Robust statistical modeling using the t distribution, JASA 84 (1989).
+  double tail(const Eigen::VectorXd& r, int degrees) const;
+
+  struct Tails;
+
+ private:
+  struct Law {
+    const Tails* tails;
+    double mean_square, probability;  ///< of a coordinate
+  };
+  std::vector<Law> laws_;  ///< none: normal
+};
+
+}  // namespace truepose

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/measurement.hpp"
+
+namespace truepose {
+
+/// The tracker or the base moved while it was measured.
+struct Movement {
+  int station = 0;        ///< index into MeasurementData::stations
+  std::size_t first = 0;  ///< point after the step, from 0; 0: little by little, from the first to the last
+  double moved_mm = 0;    ///< what it did to the points after it, on average; little by little: to the last
+};
+
+/// Looks for a moment from which on all points of a station are moved as by another base, or for a base that
+/// moves evenly.
+///
+/// The identified parameters have taken in a part of such a movement, so they are left free: what their
+/// columns cannot explain of the residuals is compared with and without six more columns, those of the base
+/// for the points after the moment. Where the stated noise explains what is left with them, along the beams
+/// and across them, and what they took is more than chance, it is a movement. Where a model does not describe
+/// all of an arm, neighbours in time that are neighbours in space look alike: there, and where no noise is
+/// known or it is more than was stated, the six columns must halve the standard deviation (each by its
+/// degrees of freedom), and not by chance.
+///
+/// @param points  in the order in which they were measured
+/// @param far     ascending indices of points that nothing explains: they are left out, unless nearly all
+///                from a moment on, or up to it, are such and off in the same way: then it is they that moved
+std::optional<Movement> movement(const CalibratedCell& cell, std::span<const Measurement> points,
+                                 const std::optional<MeasurementNoise>& stated,
+                                 std::span<const std::size_t> far = {});
+
+}  // namespace truepose

@@ -1,0 +1,67 @@
+#include "core/judge/reference_pose.hpp"
+
+#include <algorithm>
+
+#include "core/formatted.hpp"
+#include "core/judge/drift_check.hpp"
+#include "core/math/dense_algebra.hpp"
+#include "core/math/statistics.hpp"
+
+namespace truepose {
+namespace {
+
+/// A single reading of the reference, as against the mean of those before and after, is a step where it
+/// leaves so little of their squares.
+constexpr double kStepLeaves = 0.25;
+
+double sum_of_squares(std::span<const Eigen::Vector3d> readings_mm) {
+  Eigen::Vector3d mean_mm(0, 0, 0);
+  for (const Eigen::Vector3d& reading : readings_mm)
+    mean_mm += reading / static_cast<double>(readings_mm.size());
+  double sum = 0;
+  for (const Eigen::Vector3d& reading : readings_mm) sum += (reading - mean_mm).squaredNorm();
+  return sum;
+}
+
+double farthest_apart_mm(std::span<const Eigen::Vector3d> readings_mm) {
+  double farthest_mm = 0;
+  for (const Eigen::Vector3d& a : readings_mm)
+    for (const Eigen::Vector3d& b : readings_mm) farthest_mm = std::max(farthest_mm, (a - b).norm());
+  return farthest_mm;
+}
+
+/// "it moved between its measurements 2 and 3", where it stood still before and after.
+std::string moment_of(std::span<const Eigen::Vector3d> readings_mm) {
+  const double all = sum_of_squares(readings_mm);
+  for (std::size_t k = 1; k < readings_mm.size(); ++k) {
+    const double apart = sum_of_squares(readings_mm.first(k)) + sum_of_squares(readings_mm.subspan(k));
+    if (readings_mm.size() > 2 && apart < kStepLeaves * all)
+      return " (something moved between its measurements " + std::to_string(k) + " and " +
+             std::to_string(k + 1) + ")";
+  }
+  return {};
+}
+
+}  // namespace
+
+std::optional<std::string> moved_reference(std::span<const Eigen::Vector3d> readings_mm,
+                                           const MeasurementNoise& stated, double accuracy_mm) {
+  if (readings_mm.size() < 2) return std::nullopt;
+  const Eigen::Matrix3d W = inverse_cholesky(reading_covariance(readings_mm.front(), stated));
+  Eigen::Vector3d mean_mm(0, 0, 0);
+  for (const Eigen::Vector3d& reading : readings_mm)
+    mean_mm += reading / static_cast<double>(readings_mm.size());
+  double distance2 = 0, off_mm = 0;
+  for (const Eigen::Vector3d& reading : readings_mm) {
+    distance2 += (W * (reading - mean_mm)).squaredNorm();
+    off_mm += (reading - mean_mm).norm() / static_cast<double>(readings_mm.size());
+  }
+  const int degrees = 3 * (static_cast<int>(readings_mm.size()) - 1);
+  const bool large = off_mm > kLargeFactor * accuracy_mm || distance2 > kMostScatter * kMostScatter * degrees;
+  if (!large || chi_square_tail(distance2, degrees) >= kSignificance) return std::nullopt;
+  return formatted(
+      "the reference pose did not stay where it was: its %zu measurements are up to %.3f mm apart%s",
+      readings_mm.size(), farthest_apart_mm(readings_mm), moment_of(readings_mm).c_str());
+}
+
+}  // namespace truepose

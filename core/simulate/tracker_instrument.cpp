@@ -1,0 +1,44 @@
+#include "core/simulate/tracker_instrument.hpp"
+
+#include <cmath>
+
+namespace truepose {
+namespace {
+
+double saturated_vapour_Pa(double t_c) {  // Buck 1996
+  return 611.21 * std::exp((18.678 - t_c / 234.5) * t_c / (257.14 + t_c));
+}
+
+double edlen_phase_index(const Air& air, double wavelength_um) {
+  const double t = air.temperature_c, p_Pa = 100 * air.pressure_mbar;
+  const double s2 = 1 / (wavelength_um * wavelength_um);
+  const double standard = 1e-8 * (8342.54 + 2406147 / (130 - s2) + 15998 / (38.9 - s2));
+  const double denser = (1 + 1e-8 * (0.601 - 0.00972 * t) * p_Pa) / (1 + 0.003661 * t);
+  const double vapour_Pa = air.humidity_percent / 100 * saturated_vapour_Pa(t);
+  return 1 + p_Pa * standard * denser / 96095.43 -
+         1e-10 * 292.75 / (t + 273.15) * (3.7345 - 0.0401 * s2) * vapour_Pa;
+}
+
+}  // namespace
+
+double edlen_group_index(const Air& air) {
+  constexpr double kAdm_um = 0.795, kStep_um = 1e-4;
+  const double slope =
+      (edlen_phase_index(air, kAdm_um + kStep_um) - edlen_phase_index(air, kAdm_um - kStep_um)) /
+      (2 * kStep_um);
+  return edlen_phase_index(air, kAdm_um) - kAdm_um * slope;
+}
+
+Eigen::Vector3d AimingErrors::seen(const Eigen::Vector3d& p_W_mm, int face) const {
+  if (*this == AimingErrors{}) return p_W_mm;
+  const double sign = face == 2 ? -1 : 1;
+  const double across_mm = std::hypot(p_W_mm.x(), p_W_mm.y());
+  const double vertical = std::atan2(across_mm, p_W_mm.z());
+  const double horizontal = std::atan2(p_W_mm.y(), p_W_mm.x()) +
+                            sign * (collimation / std::sin(vertical) + tilt / std::tan(vertical));
+  const double read = vertical + sign * index;
+  return p_W_mm.norm() * Eigen::Vector3d{std::sin(read) * std::cos(horizontal),
+                                         std::sin(read) * std::sin(horizontal), std::cos(read)};
+}
+
+}  // namespace truepose

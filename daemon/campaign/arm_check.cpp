@@ -1,0 +1,65 @@
+#include "daemon/campaign/arm_check.hpp"
+
+#include <algorithm>
+
+#include "core/formatted.hpp"
+
+namespace truepose::daemon {
+
+namespace {
+
+std::string sentence(const std::vector<JointMistake>& mistakes) {
+  if (mistakes.empty()) return " (are tool and base 0?)";
+  std::string text;
+  for (const JointMistake& mistake : mistakes) text += (text.empty() ? ": " : ", or ") + mistake.what;
+  return text;
+}
+
+}  // namespace
+
+std::expected<void, DeviceError> check_type(const config::RobotConfig& robot,
+                                            const drivers::RobotIdentity& identity,
+                                            const drivers::RobotState& state) {
+  if (identity.model.find(robot.expect_model) == std::string::npos) {
+    return std::unexpected(DeviceError{Remedy::WrongArm, "wrong arm: the controller says " + identity.model +
+                                                             ", the cell expects " + robot.expect_model});
+  }
+  if (state.q.size() != robot.model.joint_count()) {
+    return std::unexpected(DeviceError{Remedy::WrongArm, "wrong arm: the controller reports " +
+                                                             std::to_string(state.q.size()) + " joints, " +
+                                                             robot.model.name + " has " +
+                                                             std::to_string(robot.model.joint_count())});
+  }
+  return {};
+}
+
+std::expected<void, DeviceError> check_poses(const config::RobotConfig& robot,
+                                             std::span<const ControllerPose> poses) {
+  const double off_mm = largest_deviation_mm(robot.model, poses);
+  // Written so that a NaN is refused as well.
+  if (off_mm <= robot.max_fk_deviation_mm) return {};
+  return std::unexpected(DeviceError{
+      Remedy::WrongArm,
+      "wrong arm or wrong robot file: the controller's flange pose and the kinematics of " +
+          robot.model.name +
+          formatted(" are %.2f mm apart, allowed are %.2f mm", off_mm, robot.max_fk_deviation_mm) +
+          sentence(joint_mistakes(robot.model, poses, robot.max_fk_deviation_mm))});
+}
+
+std::expected<void, DeviceError> check_arm(const config::RobotConfig& robot,
+                                           const drivers::RobotIdentity& identity,
+                                           const drivers::RobotState& state) {
+  const auto type = check_type(robot, identity, state);
+  if (!type) return type;
+  const ControllerPose here{state.q, state.X_BF_reported};
+  return check_poses(robot, {&here, 1});
+}
+
+bool is_undecided(const config::RobotConfig& robot, std::span<const ControllerPose> poses) {
+  const double most_mm = robot.max_fk_deviation_mm;
+  if (largest_deviation_mm(robot.model, poses) <= most_mm) return false;
+  const auto mistakes = joint_mistakes(robot.model, poses, most_mm);
+  return !mistakes.empty() && mistakes.front().joint != mistakes.back().joint;
+}
+
+}  // namespace truepose::daemon

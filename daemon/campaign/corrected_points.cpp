@@ -1,0 +1,199 @@
+#include "daemon/campaign/corrected_points.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string_view>
+
+#include "core/judge/drift_causes.hpp"
+#include "core/judge/tracker_motion.hpp"
+#include "core/judge/two_face.hpp"
+#include "core/math/statistics.hpp"
+#include "daemon/campaign/campaign_result.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+// ---- Faces
+
+/// What face 1 saw of the poses that were seen in both, by their numbers.
+std::map<int, Eigen::Vector3d> seen_in_face1(const std::vector<StoredPoint>& measured) {
+  std::map<int, Eigen::Vector3d> seen;
+  for (const StoredPoint& point : measured)
+    if (point.purpose == PointPurpose::Face1) seen.emplace(point.pose, point.p_WS_mm);
+  return seen;
+}
+
+std::optional<AimingConstants> constants_of(const std::vector<StoredPoint>& points,
+                                            const std::map<int, Eigen::Vector3d>& face1,
+                                            const TrackerNoiseModel& noise) {
+  std::vector<FacePair> pairs;
+  for (const StoredPoint& point : points)
+    if (const auto seen = face1.find(point.pose); seen != face1.end())
+      pairs.push_back({seen->second, point.p_WS_mm});
+  return aiming_constants(pairs, noise);
+}
+
+void correct_aim(const std::vector<StoredPoint>& measured, const TrackerNoiseModel& noise,
+                 CorrectedPoints& corrected) {
+  const auto face1 = seen_in_face1(measured);
+  const auto constants = constants_of(corrected.points, face1, noise);
+  if (!constants) return;
+  corrected.findings.push_back({Severity::Note, described(*constants)});
+  if (constants->fit < kSignificance)
+    corrected.findings.push_back(
+        {Severity::Advice,
+         "the tracker's faces differ by more than such constants explain: have it checked and compensated"});
+  if (!constants->significant()) return;
+  for (StoredPoint& point : corrected.points)
+    if (!face1.contains(point.pose)) point.p_WS_mm = constants->corrected(point.p_WS_mm);
+}
+
+// ---- Nests
+
+/// All nests measured at one time.
+struct Check {
+  int pose = 0;  ///< number that they share
+  NestReadings nests;
+  std::size_t points_before = 0;  ///< of the arm
+};
+
+std::size_t number_of_nest(const std::string& name) {
+  const std::string_view digits = std::string_view{name}.substr(std::string_view{kNestName}.size());
+  std::size_t number = 0;
+  std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  return number;
+}
+
+std::vector<Check> checks_of(const std::vector<StoredPoint>& measured, std::size_t nests) {
+  std::vector<Check> checks;
+  std::size_t points = 0;
+  for (const StoredPoint& point : measured) {
+    points += point.purpose != PointPurpose::Nest && point.purpose != PointPurpose::Face1;
+    if (point.purpose != PointPurpose::Nest) continue;
+    if (checks.empty() || checks.back().pose != point.pose)
+      checks.push_back({point.pose, NestReadings(nests), points});
+    const std::size_t nest = number_of_nest(point.smr);
+    if (nest >= 1 && nest <= nests) checks.back().nests[nest - 1] = {point.p_WS_mm, 1};
+  }
+  return checks;
+}
+
+/// Where a point lies between two checks.
+struct Place {
+  std::size_t check = 0;  ///< the one before it
+  double share = 0;       ///< of the way to the next
+};
+
+/// Of each point of the arm; nothing before the first check.
+std::vector<std::optional<Place>> places_of(const std::vector<Check>& checks, std::size_t points) {
+  std::vector<std::optional<Place>> places(points);
+  for (std::size_t k = 0; k < checks.size(); ++k) {
+    const std::size_t from = checks[k].points_before;
+    const std::size_t to = k + 1 < checks.size() ? checks[k + 1].points_before : points;
+    for (std::size_t i = from; i < to; ++i)
+      places[i] = Place{k, (static_cast<double>(i - from) + 0.5) / static_cast<double>(to - from)};
+  }
+  return places;
+}
+
+/// Whether it is open, by more than the noise, where the first stand would have seen a point.
+bool is_open(const StandHistory& history, const Place& place, const Eigen::Vector3d& p_mm,
+             const MeasurementNoise& noise) {
+  constexpr double kMostSigmas = 3;
+  if (!history.stepped_after(place.check)) return false;
+  const Eigen::Vector3d before_mm = history.to_start(place.check, 0) * p_mm;
+  const Eigen::Vector3d after_mm = history.to_start(place.check, 1) * p_mm;
+  const double sigma_mm = std::sqrt(reading_covariance(p_mm, noise).trace() / 3);
+  return (after_mm - before_mm).norm() > kMostSigmas * sigma_mm;
+}
+
+/// Brings each point to where the first stand would have seen it, and leaves out those of which nothing shows
+/// that.
+/// @return the numbers of the poses that were left out
+std::vector<int> move_to_start(const std::vector<Check>& checks, const StandHistory& history,
+                               const MeasurementNoise& noise, std::vector<StoredPoint>& points) {
+  const auto places = places_of(checks, points.size());
+  std::vector<StoredPoint> moved;
+  std::vector<int> left_out;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    StoredPoint& point = points[i];
+    if (places[i] && is_open(history, *places[i], point.p_WS_mm, noise)) {
+      left_out.push_back(point.pose);
+      continue;
+    }
+    if (places[i]) point.p_WS_mm = history.to_start(places[i]->check, places[i]->share) * point.p_WS_mm;
+    moved.push_back(std::move(point));
+  }
+  points = std::move(moved);
+  return left_out;
+}
+
+/// "3 poses that were measured while it moved were left out: 17, 18, 19"
+std::string told_left_out(const std::vector<int>& poses) {
+  std::string text =
+      std::to_string(poses.size()) +
+      (poses.size() == 1 ? " pose that was measured while the tracker moved was left out: "
+                         : " poses that were measured while the tracker moved were left out: ");
+  for (std::size_t i = 0; i < poses.size(); ++i) text += (i == 0 ? "" : ", ") + std::to_string(poses[i]);
+  return text;
+}
+
+void correct_stand(const std::vector<StoredPoint>& measured, const config::CellConfig& config,
+                   CorrectedPoints& corrected) {
+  const std::vector<Check> checks = checks_of(measured, config.tracker.nests_mm.size());
+  std::vector<NestReadings> seen;
+  for (const Check& check : checks) seen.push_back(check.nests);
+  const StandHistory history = stand_history(seen, config.tracker.noise);
+  const bool correct = config.campaign.correct_by_nests;
+  for (const std::string& move : described_moves(history))
+    corrected.findings.push_back({correct ? Severity::Note : Severity::Doubt,
+                                  move + (correct ? "; its points were put right by that" : "")});
+  for (const std::string& doubt : history.doubts) corrected.findings.push_back({Severity::Advice, doubt});
+  if (!correct || !history.moved()) return;
+  const MeasurementNoise noise{config.tracker.noise, config.robot.repeatability_mm};
+  const std::vector<int> left_out = move_to_start(checks, history, noise, corrected.points);
+  if (!left_out.empty()) corrected.findings.push_back({Severity::Note, told_left_out(left_out)});
+}
+
+// ---- Scatter
+
+/// Whether a tracker tells the scatter of single readings or of their mean differs from make to make: what
+/// counts is by how much a point's own exceeds that of most.
+void weigh_by_scatter(const std::vector<StoredPoint>& points, const TrackerNoiseModel& noise,
+                      MeasurementData& data) {
+  constexpr double kUnsteady = 2;  // times: by chance ten readings seldom scatter so much more than others
+  std::map<int, double> scatter_mm;
+  std::vector<double> all_mm;
+  for (const StoredPoint& point : points) all_mm.push_back(scatter_mm[point.pose] = point.std_mm.norm());
+  const double usual_mm = median(std::move(all_mm));
+  for (Measurement& point : data.points) {
+    const double times = usual_mm > 0 ? scatter_mm[point.pose] / usual_mm : 1;
+    if (times <= kUnsteady) continue;
+    const double stated_mm = std::sqrt(reading_covariance(point.p_WS_mm, {.tracker = noise}).trace() / 3);
+    point.excess_mm = stated_mm * std::sqrt(times * times - 1);
+  }
+}
+
+}  // namespace
+
+CorrectedPoints corrected_points(const std::vector<StoredPoint>& measured, const config::CellConfig& config) {
+  CorrectedPoints corrected;
+  for (const StoredPoint& point : measured)
+    if (point.purpose != PointPurpose::Nest && point.purpose != PointPurpose::Face1)
+      corrected.points.push_back(point);
+  correct_aim(measured, config.tracker.noise, corrected);
+  correct_stand(measured, config, corrected);
+  return corrected;
+}
+
+MeasurementData campaign_data(const std::vector<StoredPoint>& measured, const config::CellConfig& config) {
+  const std::vector<StoredPoint> points = corrected_points(measured, config).points;
+  MeasurementData data = measurement_data(points, config.reflector.name);
+  weigh_by_scatter(points, config.tracker.noise, data);
+  return data;
+}
+
+}  // namespace truepose::daemon

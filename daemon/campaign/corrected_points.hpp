@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/cell_config.hpp"
+#include "core/identify/measurement.hpp"
+#include "core/judge/calibration_verdict.hpp"
+#include "daemon/store/store.hpp"
+
+namespace truepose::daemon {
+
+/// How the name of a nest begins that was measured: "nest 1", ...
+inline constexpr const char* kNestName = "nest ";
+
+/// The points of a campaign, as a tracker would have seen them that has no error of aim and never moved.
+struct CorrectedPoints {
+  std::vector<StoredPoint> points;          ///< in their order, without nests and what one face alone saw
+  std::vector<truepose::Finding> findings;  ///< what nests and faces tell of the tracker
+};
+
+/// By what a campaign measured beside its poses: points of one face are put right by the constants that the
+/// two faces of others show, and all are brought to where the tracker stood at first, if
+/// campaign.correct_by_nests: evenly between two measurements of the nests. A point that it stepped by, no
+/// one knows whether before or after, is left out where that matters. Nothing is changed where nothing is
+/// significant.
+CorrectedPoints corrected_points(const std::vector<StoredPoint>& measured, const config::CellConfig& config);
+
+/// Those of them that identify and validate. One whose readings scattered, by the tracker's own account, more
+/// than twice as much as those of most points counts for less.
+MeasurementData campaign_data(const std::vector<StoredPoint>& measured, const config::CellConfig& config);
+
+}  // namespace truepose::daemon

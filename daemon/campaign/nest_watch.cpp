@@ -1,0 +1,34 @@
+#include "daemon/campaign/nest_watch.hpp"
+
+#include <string>
+
+#include "daemon/campaign/corrected_points.hpp"
+
+namespace truepose::daemon {
+
+NestWatch::NestWatch(MeasuringSession& session)
+    : session_{session}, seen_mm_{session.config().tracker.nests_mm} {}
+
+CampaignOutcome<void> NestWatch::after_pose() {
+  if (++poses_since_ < session_.config().campaign.nests_every) co_return std::expected<void, CampaignError>{};
+  auto measured = co_await measure();
+  co_return measured;
+}
+
+CampaignOutcome<void> NestWatch::measure() {
+  poses_since_ = 0;
+  if (seen_mm_.empty()) co_return std::expected<void, CampaignError>{};
+  const config::TrackerConfig& tracker = session_.config().tracker;
+  const double search_mm = begun_ ? tracker.search_mm : tracker.search_first_mm;
+  const int number = session_.next_number();
+  for (std::size_t nest = 0; nest < seen_mm_.size(); ++nest) {
+    const std::string name = kNestName + std::to_string(nest + 1);
+    auto point = co_await session_.measure_beside(number, name, seen_mm_[nest], search_mm);
+    if (!point) co_return std::unexpected(point.error());
+    if (*point) seen_mm_[nest] = (*point)->p_WS_mm;
+  }
+  begun_ = true;
+  co_return std::expected<void, CampaignError>{};
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <expected>
+#include <filesystem>
+#include <string>
+
+#include "daemon/control/file_stamp.hpp"
+#include "proto/control/access.hpp"
+
+namespace truepose::daemon {
+
+/// Where the access file of a store is: beside it.
+std::filesystem::path access_file_of(const std::filesystem::path& store);
+/// Who is in an access file; nobody where there is none. The error is one sentence.
+std::expected<control::AccessEntries, std::string> read_access_file(const std::filesystem::path& file);
+
+/// Who may open sessions beside those who need no entry: the access file, read again when it has changed.
+class AccessList {
+ public:
+  /// @param file  need not be there: then it lets in nobody
+  explicit AccessList(std::filesystem::path file) : file_{std::move(file)} {}
+
+  /// Looks at the file, and reads it where it is another than the last time.
+  /// @return whether it was; or one sentence why it cannot be used: then what was known before stays
+  std::expected<bool, std::string> refresh();
+  const control::AccessEntries& entries() const { return entries_; }
+
+ private:
+  std::filesystem::path file_;
+  FileStamp stamp_{};  ///< as it was looked at last
+  control::AccessEntries entries_;
+};
+
+}  // namespace truepose::daemon

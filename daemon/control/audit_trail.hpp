@@ -1,0 +1,53 @@
+#pragma once
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <cstdint>
+#include <expected>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "proto/control/audit_chain.hpp"
+
+namespace truepose::daemon {
+
+/// Where the audit trail of a store is: beside it. Its end is in a second file, ".head" behind its name.
+std::filesystem::path audit_file_of(const std::filesystem::path& store);
+
+/// Whether a trail is what was written: every line, and none missing at its end.
+/// @return where it ends; else one phrase. A trail that is not there is empty.
+std::expected<control::AuditHead, std::string> verify_audit(const std::filesystem::path& trail);
+
+/// What was commanded, by whom, and what became of it: a file that only grows, each line bound to the one
+/// before by its hash. Blocks; used by one thread at a time. Errors are one phrase.
+class AuditTrail {
+ public:
+  /// Goes on behind what is there. A trail that was changed is put aside and a new one begun, which says so.
+  /// @param time  now, RFC 3339
+  static std::expected<AuditTrail, std::string> open(const std::filesystem::path& file,
+                                                     const std::string& time);
+  AuditTrail(AuditTrail&& other) noexcept;
+  AuditTrail& operator=(AuditTrail&&) = delete;
+  ~AuditTrail();
+
+  /// Returns once the record is on the disk. @return its number; else why it is not, and nothing of it is
+  std::expected<std::uint64_t, std::string> append(boost::json::object record);
+
+  /// Records with numbers below `before`, newest first: at most `limit`, and of no more than 48 KiB together.
+  std::expected<boost::json::array, std::string> records(std::uint64_t before, std::size_t limit) const;
+  std::uint64_t count() const { return end_.count; }
+  /// Why the trail before this one was put aside; empty: it was not.
+  const std::string& put_aside() const { return put_aside_; }
+
+ private:
+  AuditTrail() = default;
+  std::expected<void, std::string> open_files(const std::filesystem::path& file);
+
+  int trail_ = -1, head_ = -1;
+  control::AuditHead end_;
+  std::vector<std::uint64_t> ends_{0};  ///< offsets behind no line, the first, ... the last
+  std::string put_aside_;
+};
+
+}  // namespace truepose::daemon

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "proto/control/access.hpp"
+
+namespace truepose::daemon {
+
+/// Whose session it is.
+struct Caller {
+  std::string name;  ///< of the access file; "token file"; "uid 1000" over the Unix socket
+  control::Role role = control::Role::Viewer;
+  std::optional<control::AccessEntry> entry{};  ///< that let it in, where one did
+};
+
+}  // namespace truepose::daemon

@@ -1,0 +1,203 @@
+#include "daemon/control/commands.hpp"
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <utility>
+
+#include "daemon/threads/worker.hpp"
+#include "proto/control/json_text.hpp"
+#include "proto/control/param_reader.hpp"
+#include "proto/text/digest.hpp"
+
+namespace truepose::daemon {
+
+namespace {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using control::ErrorCode;
+using control::ParamReader;
+using control::RpcError;
+
+json::string text_value(std::string_view text) { return json::string(text.data(), text.size()); }
+
+/// Takes the member command_id away, since no method knows it.
+std::expected<std::optional<std::string>, RpcError> take_command_id(json::object& params) {
+  constexpr std::size_t kLongest = 64;
+  const json::value* const given = params.if_contains("command_id");
+  if (!given) return std::nullopt;
+  if (!given->is_string() || given->get_string().empty() || given->get_string().size() > kLongest)
+    return std::unexpected(RpcError{ErrorCode::InvalidParams,
+                                    "params.command_id: expected a text of 1 to 64 bytes",
+                                    "params.command_id"});
+  std::string id{given->get_string().c_str(), given->get_string().size()};
+  params.erase("command_id");
+  return id;
+}
+
+/// What a record tells of parameters: themselves, or of many their digest.
+json::value on_record(const json::object& params) {
+  constexpr std::size_t kMostBytes = 4096;
+  const std::string text = control::json_text(params);
+  if (text.size() <= kMostBytes) return params;
+  return {{"bytes", text.size()}, {"sha256", text::sha256_hex(text)}};
+}
+
+std::string symbol_of(const Commands::Result& result) {
+  return result ? "ok" : std::string{control::symbol(result.error().code)};
+}
+
+json::value value_of(const ControlLease::Holder& holder, drivers::TimePoint now) {
+  const auto left = std::chrono::ceil<std::chrono::seconds>(holder.until - now);
+  return {
+      {"holder", holder.name}, {"role", text_value(control::name(holder.role))}, {"left_s", left.count()}};
+}
+
+}  // namespace
+
+Commands::Commands(ControlServerParts& parts, asio::any_io_executor executor, std::optional<AuditTrail> audit)
+    : parts_{parts}, executor_{std::move(executor)}, audit_{std::move(audit)} {}
+
+asio::awaitable<std::expected<std::uint64_t, std::string>> Commands::write_down(json::object record) {
+  if (!audit_) co_return 0;
+  record["time"] = control::rfc3339(parts_.wall_clock());
+  auto job = [this, record = std::move(record)]() mutable { return audit_->append(std::move(record)); };
+  auto written = co_await parts_.worker.ask(std::move(job));
+  if (!written) parts_.warn("control: the audit trail cannot be written: " + written.error());
+  co_return written;
+}
+
+void Commands::tell(const char* change, const std::string& by, json::object more) {
+  more["change"] = change;
+  more["by"] = by;
+  parts_.events.publish(control::Topic::Control, more);
+}
+
+asio::awaitable<Commands::Result> Commands::carry_out(Caller caller, std::string from,
+                                                      control::Request request) {
+  const auto id = take_command_id(request.params);
+  if (!id) co_return std::unexpected(id.error());
+  if (!*id) {
+    Outcome outcome = co_await once(std::move(caller), std::move(from), std::move(request));
+    co_return std::move(outcome.result);
+  }
+  const drivers::TimePoint now = parts_.clock.now();
+  std::string text = request.method + control::json_text(request.params);
+  if (const auto known = memory_.find(caller.name, **id, now)) {
+    if (known->text != text)
+      co_return std::unexpected(RpcError{
+          ErrorCode::InvalidParams, "params.command_id: was given to another command", "params.command_id"});
+    while (!known->result) {
+      const auto waited = co_await known->ended.async_wait(asio::as_tuple(asio::use_awaitable));
+      static_cast<void>(waited);
+    }
+    co_return *known->result;
+  }
+  const auto command = memory_.begin(caller.name, **id, std::move(text), now, executor_);
+  const std::string name = caller.name;
+  Outcome outcome = co_await once(std::move(caller), std::move(from), std::move(request));
+  CommandMemory::end(*command, outcome.result);
+  if (!outcome.carried_out) memory_.forget(name, **id);
+  co_return std::move(outcome.result);
+}
+
+asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string from, control::Request request) {
+  if (!request.method.starts_with("control.")) {
+    auto refused = lease_.refusal(caller, parts_.clock.now());
+    if (refused) co_return Outcome{std::unexpected(*std::move(refused))};
+  }
+  json::object command{{"who", caller.name},
+                       {"role", text_value(control::name(caller.role))},
+                       {"from", from},
+                       {"method", request.method},
+                       {"params", on_record(request.params)}};
+  const auto asked = co_await write_down(std::move(command));
+  if (!asked)
+    co_return Outcome{std::unexpected(
+        RpcError{ErrorCode::Internal, "not done, since it cannot be put on record: " + asked.error()})};
+
+  const std::string method = request.method, by = caller.name;
+  Result result = co_await act(std::move(caller), std::move(request));
+  json::object record{{"of", *asked}, {"result", symbol_of(result)}};
+  if (!result) record["message"] = result.error().message;
+  const auto ended = co_await write_down(std::move(record));
+  static_cast<void>(ended);  // it is done: the next command finds that nothing can be written
+  if (!method.starts_with("control."))
+    tell("command", by, {{"method", method}, {"result", symbol_of(result)}});
+  co_return Outcome{std::move(result), true};
+}
+
+asio::awaitable<Commands::Result> Commands::act(Caller caller, control::Request request) {
+  if (request.method.starts_with("control.")) co_return change_control(caller, request);
+  Result result = co_await call_cell(std::move(request.method), std::move(request.params));
+  co_return result;
+}
+
+asio::awaitable<Commands::Result> Commands::call_cell(std::string method, json::object params) {
+  std::string failure;
+  try {
+    Result result = co_await parts_.cell.call(method, std::move(params));
+    co_return result;
+  } catch (const boost::system::system_error& error) {
+    if (error.code() == asio::error::operation_aborted) throw;
+    failure = error.what();
+  } catch (const std::exception& error) {
+    failure = error.what();
+  }
+  parts_.warn(method + " failed unexpectedly: " + failure);
+  co_return std::unexpected(RpcError{ErrorCode::Internal, method + " failed unexpectedly: " + failure});
+}
+
+Commands::Result Commands::change_control(const Caller& caller, const control::Request& request) {
+  constexpr std::int64_t kShortest = 5, kLongest = 3600, kUsual = 30;
+  const drivers::TimePoint now = parts_.clock.now();
+  ParamReader read{request.params};
+  if (request.method == "control.release") {
+    if (auto error = read.finish()) return std::unexpected(*error);
+    const bool released = lease_.release(caller, now);
+    if (released) tell("released", caller.name, {});
+    return who_has_control();
+  }
+  const std::chrono::seconds time{read.integer("lease_s", kShortest, kLongest).value_or(kUsual)};
+  if (auto error = read.finish()) return std::unexpected(*error);
+  const bool by_force = request.method == "control.takeover";
+  const auto before = lease_.holder(now);
+  const auto taken = by_force ? lease_.take_over(caller, time, now) : lease_.acquire(caller, time, now);
+  if (!taken) return std::unexpected(taken.error());
+  if (!before) tell("acquired", caller.name, {});
+  if (before && before->name != caller.name) tell("taken-over", caller.name, {{"from", before->name}});
+  return value_of(*taken, now);
+}
+
+json::value Commands::who_has_control() const {
+  const drivers::TimePoint now = parts_.clock.now();
+  const auto held = lease_.holder(now);
+  return held ? value_of(*held, now) : json::value{{"holder", nullptr}};
+}
+
+asio::awaitable<Commands::Result> Commands::records(json::object params) {
+  constexpr std::int64_t kMost = 200, kUsual = 50, kNoBound = std::int64_t{1} << 53;
+  ParamReader read{params};
+  const auto limit = static_cast<std::size_t>(read.integer("limit", 1, kMost).value_or(kUsual));
+  const auto before = static_cast<std::uint64_t>(read.integer("before", 1, kNoBound).value_or(kNoBound));
+  if (auto error = read.finish()) co_return std::unexpected(*error);
+  if (!audit_) co_return json::object{{"records", json::array{}}};
+  auto job = [this, before, limit] { return audit_->records(before, limit); };
+  auto found = co_await parts_.worker.ask(job);
+  if (!found) co_return std::unexpected(RpcError{ErrorCode::Internal, found.error()});
+  co_return json::object{{"records", *std::move(found)}};
+}
+
+asio::awaitable<void> Commands::look() {
+  const auto lost = lease_.lost(parts_.clock.now());
+  if (!lost) co_return;
+  parts_.warn("control: " + lost->name + " no longer renews its control");
+  tell("lost", lost->name, {});
+  Caller daemon{.name = "trueposed", .role = control::Role::Admin};
+  control::Request pause{.id = {}, .method = "campaign.pause", .params = {}};
+  const Outcome paused =
+      co_await once(std::move(daemon), "control of " + lost->name + " was lost", std::move(pause));
+  static_cast<void>(paused);  // there may be no campaign
+}
+
+}  // namespace truepose::daemon

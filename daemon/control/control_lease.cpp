@@ -1,0 +1,50 @@
+#include "daemon/control/control_lease.hpp"
+
+#include <utility>
+
+namespace truepose::daemon {
+
+using control::ErrorCode;
+using control::RpcError;
+using drivers::TimePoint;
+
+std::optional<ControlLease::Holder> ControlLease::holder(TimePoint now) const {
+  if (!holder_ || now >= holder_->until) return std::nullopt;
+  return holder_;
+}
+
+std::optional<RpcError> ControlLease::refusal(const Caller& caller, TimePoint now) const {
+  const auto held = holder(now);
+  if (!held || held->name == caller.name) return std::nullopt;
+  const auto left = std::chrono::ceil<std::chrono::seconds>(held->until - now);
+  return RpcError{ErrorCode::NotInControl, held->name + " (" + std::string{control::name(held->role)} +
+                                               ") has control, for " + std::to_string(left.count()) +
+                                               " s more unless it is renewed; a higher role takes it over by "
+                                               "control.takeover"};
+}
+
+ControlLease::Taken ControlLease::acquire(const Caller& caller, std::chrono::seconds time, TimePoint now) {
+  if (auto refused = refusal(caller, now)) return std::unexpected(*std::move(refused));
+  holder_ = Holder{caller.name, caller.role, now + time};
+  return *holder_;
+}
+
+ControlLease::Taken ControlLease::take_over(const Caller& caller, std::chrono::seconds time, TimePoint now) {
+  const auto held = holder(now);
+  if (held && held->role < caller.role) holder_.reset();
+  return acquire(caller, time, now);
+}
+
+bool ControlLease::release(const Caller& caller, TimePoint now) {
+  const auto held = holder(now);
+  if (!held || held->name != caller.name) return false;
+  holder_.reset();
+  return true;
+}
+
+std::optional<ControlLease::Holder> ControlLease::lost(TimePoint now) {
+  if (!holder_ || now < holder_->until) return std::nullopt;
+  return std::exchange(holder_, std::nullopt);
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <chrono>
+#include <expected>
+#include <optional>
+#include <string>
+
+#include "daemon/control/caller.hpp"
+#include "drivers/clock.hpp"
+#include "proto/control/request.hpp"
+
+namespace truepose::daemon {
+
+/// Who is in command. While somebody holds control, nobody else's commands are carried out; it ends where it
+/// is not renewed in time, is given back, or taken over by a higher role. A caller is known by its name: a
+/// panel that comes back goes on. Pure: time is told.
+class ControlLease {
+ public:
+  struct Holder {
+    std::string name;
+    control::Role role = control::Role::Viewer;
+    drivers::TimePoint until;
+  };
+  using Taken = std::expected<Holder, control::RpcError>;
+
+  /// None where nobody has it, or the time is over.
+  std::optional<Holder> holder(drivers::TimePoint now) const;
+  /// Takes it where it is free, renews it where it is the caller's own.
+  Taken acquire(const Caller& caller, std::chrono::seconds time, drivers::TimePoint now);
+  /// Takes it from a lower role too.
+  Taken take_over(const Caller& caller, std::chrono::seconds time, drivers::TimePoint now);
+  /// @return whether the caller had it
+  bool release(const Caller& caller, drivers::TimePoint now);
+  /// Why the caller's command is not carried out.
+  std::optional<control::RpcError> refusal(const Caller& caller, drivers::TimePoint now) const;
+  /// The holder whose time has run out, told once.
+  std::optional<Holder> lost(drivers::TimePoint now);
+
+ private:
+  std::optional<Holder> holder_;
+};
+
+}  // namespace truepose::daemon

@@ -1,0 +1,84 @@
+#include "daemon/device_probe.hpp"
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/use_future.hpp>
+
+#include "daemon/campaign/arm_check.hpp"
+#include "drivers/kuka/eki_robot.hpp"
+#include "drivers/leica/emscon_tracker.hpp"
+
+namespace truepose::daemon {
+
+namespace {
+
+namespace asio = boost::asio;
+
+/// Runs one conversation with a device to its end.
+template <typename T>
+T result_of(asio::io_context& io, asio::awaitable<T> conversation) {
+  auto result = asio::co_spawn(io, std::move(conversation), asio::use_future);
+  io.run();
+  return result.get();
+}
+
+using RobotResult = std::expected<RobotObservation, drivers::RobotError>;
+
+asio::awaitable<RobotResult> look_at(drivers::KukaEkiRobot& robot, drivers::TimePoint deadline) {
+  const auto identity = co_await robot.inspect(deadline);
+  if (!identity) co_return std::unexpected(identity.error());
+  const auto state = co_await robot.state(deadline);
+  robot.disconnect();
+  if (!state) co_return std::unexpected(state.error());
+  RobotObservation seen{*identity, *state};
+  co_return seen;
+}
+
+Finding robot_finding(const config::RobotConfig& config, const RobotObservation& seen) {
+  const std::string who =
+      "robot: " + seen.identity.model + ", serial " + seen.identity.serial + ", " + seen.identity.software;
+  if (const auto right = check_arm(config, seen.identity, seen.state); !right)
+    return {Finding::Level::Failure, who + ": " + right.error().detail};
+  if (!seen.state.ready)
+    return {Finding::Level::Warning, who + ": cannot be moved now: " + seen.state.why_not_ready};
+  return {Finding::Level::Good, who};
+}
+
+}  // namespace
+
+RobotResult observe_robot(const config::RobotConfig& config) {
+  asio::io_context io;
+  drivers::SteadyClock clock;
+  drivers::KukaEkiRobot robot{io.get_executor(),
+                              clock,
+                              {.host = config.eki_motion.host,
+                               .motion_port = config.eki_motion.port,
+                               .state_port = config.eki_state.port,
+                               .joint_count = static_cast<int>(config.model.joint_count())}};
+  return result_of(io, look_at(robot, clock.now() + kProbeTime));
+}
+
+std::expected<drivers::TrackerIdentity, drivers::TrackerError> observe_tracker(
+    const config::TrackerConfig& config) {
+  asio::io_context io;
+  drivers::SteadyClock clock;
+  drivers::EmsconTracker tracker{
+      io.get_executor(),
+      clock,
+      {.host = config.address.host, .port = config.address.port, .reflector = config.reflector}};
+  return result_of(io, tracker.inspect(clock.now() + kProbeTime));
+}
+
+std::vector<Finding> probe(const config::CellConfig& config) {
+  using Level = Finding::Level;
+  const auto robot = observe_robot(config.robot);
+  const auto tracker = observe_tracker(config.tracker);
+  return {
+      robot ? robot_finding(config.robot, *robot) : Finding{Level::Failure, "robot: " + robot.error().detail},
+      tracker ? Finding{Level::Good, "tracker: " + tracker->model + ", serial " + tracker->serial +
+                                         ", firmware " + tracker->firmware}
+              : Finding{Level::Failure, "tracker: " + tracker.error().detail}};
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "proto/recording/recording.hpp"
+#include "proto/rsi/frame_codec.hpp"
+
+namespace truepose::daemon {
+
+/// How the stream stands, as far as a robot program is told.
+struct StreamForProgram {
+  bool faulted = false;
+  bool wanted = false;    ///< on or armed
+  bool modelled = false;  ///< a model is in force
+  bool complete = false;  ///< the correction is all that the model asks for
+  bool zero = true;       ///< nothing is corrected
+  double gain = 0;        ///< of the ramp, 0..1
+};
+
+/// For the program that waits until it is corrected, or is no more: percent, or why not (kGainNotArmed, ...).
+std::int64_t told_gain(const StreamForProgram& stream) noexcept;
+
+/// What a robot program says of itself. One that is corrected while it works says when it wants to be, and is
+/// stopped and resumed: then its controller applies no correction, or none in time, and nothing is concluded
+/// from that.
+class ProgramHandshake {
+ public:
+  using Engagement = recording::Commands::Engagement;
+
+  void listen(const rsi::ProgramSignals& program, Engagement engagement) noexcept;
+
+  std::optional<std::int64_t> state() const noexcept { return state_; }  ///< ProgramSignals::state
+  bool stopped() const noexcept { return stopped_; }    ///< the correction is held until it goes on
+  bool declines() const noexcept { return declines_; }  ///< it does not ask to be corrected
+  /// It is one that was armed for, and not truepose_motion.
+  bool production() const noexcept { return production_; }
+
+ private:
+  std::optional<std::int64_t> state_;
+  bool stopped_ = false, declines_ = false, production_ = false;
+};
+
+}  // namespace truepose::daemon

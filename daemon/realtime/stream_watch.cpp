@@ -1,0 +1,66 @@
+// The part of StreamCycle that looks at the arm: where it is, and whether it does what the replies say.
+#include "daemon/realtime/stream_cycle.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+// No axis moves so far in a cycle of 12 ms: 220 deg/s are 2.6 deg.
+constexpr double kGreatestMotionRad = 3 * kRadPerDeg;
+// So many implausible frames in a row are believed after all.
+constexpr int kImplausibleFrames = 10;
+
+}  // namespace
+
+std::optional<JointVector> StreamCycle::commanded_axes(const rsi::RobotFrame& frame) const noexcept {
+  if (sends_aspos_) {
+    if (!frame.aspos_rad) return std::nullopt;
+    return vector_of(*frame.aspos_rad);
+  }
+  if (!frame.aipos_rad) return std::nullopt;
+  return vector_of(*frame.aipos_rad) - correction_;
+}
+
+/// Whether the arm can have moved here from the frame before.
+bool StreamCycle::plausible(const JointVector& commanded, const Hearing& hearing) noexcept {
+  const bool far = last_commanded_ && (commanded - *last_commanded_).cwiseAbs().maxCoeff() >
+                                          kGreatestMotionRad * static_cast<double>(hearing.elapsed);
+  implausible_ = far ? implausible_ + 1 : 0;
+  if (!far) return true;
+  following_.restart();
+  if (implausible_ < kImplausibleFrames) return false;
+  implausible_ = 0;
+  ramp_.start_from_current();
+  return true;
+}
+
+/// Whether our replies arrive, the arm does what they say, and is the one that we were told.
+void StreamCycle::watch(const rsi::RobotFrame& frame, const Hearing& hearing,
+                        drivers::TimePoint received) noexcept {
+  raise(missing_.take(frame, hearing.elapsed));
+  raise(late_replies_.take(hearing, received));
+  status_.counters.late += hearing.late;
+  if (late_replies_.began()) emit({.kind = StreamEventKind::RepliesLate, .value = hearing.late});
+  if (status_.program_stopped) {
+    following_.restart();
+  } else {
+    moved_ = Moved{frame, correction_, hearing.elapsed};
+  }
+  look_at_arm(frame, hearing.elapsed);
+}
+
+/// Half a second of cycles is judged: it may as well be done after the reply.
+void StreamCycle::watch_effect() noexcept {
+  if (moved_) raise(following_.take(moved_->frame, moved_->correction, moved_->elapsed));
+  moved_.reset();
+}
+
+/// A program that is corrected while it works has tools and bases of its own, by which RIst tells no more
+/// which arm it is: there it is looked at where the session begins, before anything is in force.
+void StreamCycle::look_at_arm(const rsi::RobotFrame& frame, std::uint64_t elapsed) noexcept {
+  if (engagement() == Engagement::Armed && arm_known_) return;
+  const std::optional<FoundFault> found = arm_check_.arm(frame, elapsed);
+  arm_known_ = frame.rist && !found;
+  raise(found);
+}
+
+}  // namespace truepose::daemon

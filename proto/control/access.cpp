@@ -1,0 +1,103 @@
+#include "proto/control/access.hpp"
+
+#include <algorithm>
+
+#include "proto/control/json_text.hpp"
+#include "proto/record/json_io.hpp"
+#include "proto/text/digest.hpp"
+
+namespace truepose::control {
+
+using record::Is;
+
+struct Sha256Digits {
+  std::string fault(const std::string& text) const {
+    const bool digits = text.find_first_not_of("0123456789abcdef") == std::string::npos;
+    return text.size() == 64 && digits ? "" : "expected 64 digits, 0-9 and a-f";
+  }
+};
+
+struct AccessName {
+  std::string fault(const std::string& text) const { return access_name_fault(text); }
+};
+
+void layout(auto& io, Is<AccessEntry> auto& x) {
+  io("name", x.name, AccessName{});
+  io("role", x.role, kRoles);
+  io.optional("salt", x.salt);
+  io.optional("hash", x.hash, Sha256Digits{});
+  io.optional("certificate", x.certificate, Sha256Digits{});
+}
+void check(const auto& io, const AccessEntry& x) {
+  const bool by_token = !x.salt.empty() && !x.hash.empty(), nothing_of_it = x.salt.empty() && x.hash.empty();
+  if (x.certificate.empty() ? !by_token : !nothing_of_it)
+    io.place().fail("expected salt and hash of a token, or the fingerprint of a certificate");
+}
+
+void layout(auto& io, Is<AccessEntries> auto& x) { io("access", x.entries); }
+void check(const auto& io, const AccessEntries& x) {
+  for (const AccessEntry& entry : x.entries) {
+    if (x.named(entry.name) != &entry) io.place().fail("\"" + entry.name + "\" stands there twice");
+  }
+}
+
+namespace {
+
+std::string token_hash(std::string_view salt, std::string_view token) {
+  return text::sha256_hex(std::string{salt} + "\n" + std::string{token});
+}
+
+template <typename Fits>
+const AccessEntry* first(const std::vector<AccessEntry>& entries, Fits fits) {
+  const auto found = std::ranges::find_if(entries, fits);
+  return found == entries.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+const AccessEntry* AccessEntries::of_token(std::string_view token) const {
+  return first(entries, [&](const AccessEntry& entry) {
+    return entry.certificate.empty() && same_secret(token_hash(entry.salt, token), entry.hash);
+  });
+}
+
+const AccessEntry* AccessEntries::of_certificate(std::string_view fingerprint) const {
+  return first(entries, [&](const AccessEntry& entry) {
+    return !fingerprint.empty() && entry.certificate == fingerprint;
+  });
+}
+
+const AccessEntry* AccessEntries::named(std::string_view name) const {
+  return first(entries, [&](const AccessEntry& entry) { return entry.name == name; });
+}
+
+std::string new_access_token() { return std::string{kAccessTokenStart} + text::random_hex(16); }
+
+std::string access_name_fault(const std::string& name) {
+  constexpr std::size_t kLongest = 64;
+  const bool shown = std::ranges::all_of(name, [](unsigned char c) { return c >= ' ' && c != 127; });
+  const bool fits = !name.empty() && name.size() <= kLongest && shown;
+  return fits ? "" : "expected 1 to 64 bytes without control characters";
+}
+
+AccessEntry entry_for_token(std::string name, Role role, std::string_view token) {
+  const std::string salt = text::random_hex(16);
+  return {std::move(name), role, salt, token_hash(salt, token)};
+}
+
+bool same_secret(std::string_view given, std::string_view secret) {
+  volatile unsigned difference = given.size() == secret.size() ? 0 : 1;
+  for (std::size_t i = 0; i < given.size(); ++i)
+    difference = difference | static_cast<unsigned>(given[i] ^ secret[i % secret.size()]);
+  return difference == 0;
+}
+
+std::expected<AccessEntries, std::string> read_access(std::string_view text) {
+  const auto document = parse_json(text);
+  if (!document) return std::unexpected(document.error());
+  return record::from_json<AccessEntries>(*document);
+}
+
+std::string access_text(const AccessEntries& access) { return json_text(record::to_json(access)) + "\n"; }
+
+}  // namespace truepose::control

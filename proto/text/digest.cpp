@@ -1,0 +1,35 @@
+#include "proto/text/digest.hpp"
+
+#include <openssl/sha.h>
+#include <sys/random.h>
+
+#include <array>
+#include <stdexcept>
+#include <vector>
+
+namespace truepose::text {
+
+std::string hexadecimal(std::span<const unsigned char> bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const unsigned char byte : bytes) {
+    text += kDigits[byte >> 4];
+    text += kDigits[byte & 15];
+  }
+  return text;
+}
+
+std::string sha256_hex(std::string_view bytes) {
+  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
+  SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
+  return hexadecimal(digest);
+}
+
+std::string random_hex(std::size_t bytes) {
+  std::vector<unsigned char> random(bytes);
+  if (::getrandom(random.data(), random.size(), 0) != static_cast<ssize_t>(random.size()))
+    throw std::runtime_error{"the kernel has no random numbers"};
+  return hexadecimal(random);
+}
+
+}  // namespace truepose::text

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace truepose::text {
+
+/// Bytes in lower-case hexadecimal digits.
+std::string hexadecimal(std::span<const unsigned char> bytes);
+
+/// SHA-256 in hexadecimal digits.
+std::string sha256_hex(std::string_view bytes);
+
+/// Bytes from the kernel's random numbers, in hexadecimal digits.
+std::string random_hex(std::size_t bytes);
+
+}  // namespace truepose::text

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace truepose {
+
+/// Certificates made by the program `openssl`, in a folder: NAME.pem and NAME.key.
+class Certificates {
+ public:
+  explicit Certificates(std::filesystem::path folder) : folder_{std::move(folder)} {}
+
+  /// One that vouches for itself, for "localhost" and 127.0.0.1.
+  /// @param days  that it holds from now on; negative: it has expired
+  void make(const std::string& name, int days = 100) const;
+  std::filesystem::path certificate(const std::string& name) const { return folder_ / (name + ".pem"); }
+  std::filesystem::path key(const std::string& name) const { return folder_ / (name + ".key"); }
+  /// SHA-256, 64 digits.
+  std::string fingerprint(const std::string& name) const;
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace truepose

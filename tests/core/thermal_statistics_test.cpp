@@ -1,0 +1,203 @@
+// What a campaign on an arm that warms up is worth, with and without the arm's answer to warmth.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+
+#include "core/identify/calibrate.hpp"
+#include "core/identify/thermal_response.hpp"
+#include "core/identify/uncertainty.hpp"
+#include "core/judge/drift_check.hpp"
+#include "core/judge/model_noise.hpp"
+#include "core/math/angles.hpp"
+#include "tests/core/example_arms.hpp"
+#include "tests/core/example_campaigns.hpp"
+#include "tests/trials.hpp"
+
+namespace truepose {
+namespace {
+
+constexpr MeasurementNoise kReadingNoise{
+    .tracker = {.range_mm = kTrackerNoise_mm, .transverse_mm = kTrackerNoise_mm},
+    .repeatability_mm = kRepeatability_mm};
+constexpr Seconds kBetweenPoints{60}, kWarmThrough{18'000}, kTimeConstant{1800};
+constexpr double kCold_c = 22;
+
+std::string clock_text(Seconds since) {
+  const int s = static_cast<int>(since.count());
+  char text[40];
+  std::snprintf(text, sizeof text, "2026-05-04T%02d:%02d:%02dZ", 6 + s / 3600, s / 60 % 60, s % 60);
+  return text;
+}
+
+/// An arm that was switched on when its campaign began.
+class WarmingCell {
+ public:
+  explicit WarmingCell(std::uint64_t seed, bool warms = true)
+      : random_{seed + 9000}, truth_{example::true_arm()}, arm_{warming(warms), seed} {
+    for (double& kelvins : rise_) kelvins = random_.uniform(10, 30);
+  }
+
+  MeasurementData measured(int identify, int validate) {
+    MeasurementData data{.smr_names = {"1"}, .points = {}, .stations = {}};
+    for (int n = 0; n < identify + validate; ++n)
+      data.points.push_back(point(n * kBetweenPoints, n < identify ? PoseSet::Identify : PoseSet::Validate));
+    return data;
+  }
+  std::vector<Measurement> warm_points(int count) {
+    std::vector<Measurement> points;
+    for (int n = 0; n < count; ++n) points.push_back(point(kWarmThrough, PoseSet::Validate));
+    return points;
+  }
+
+  /// Of a cell at so many poses of the arm warm through: mean error, and share of coordinates within the
+  /// 95 % intervals.
+  struct Judged {
+    double mean_mm = 0, within = 0;
+  };
+  Judged judged(const CalibratedCell& cell, const Eigen::MatrixXd& covariance, int poses = 60) {
+    arm_.warm_up(kWarmThrough);
+    Judged judged;
+    for (const JointVector& q : random_poses(example::kr210(), poses, random_)) {
+      const Eigen::Vector3d off_mm = cell.predict(q, 0) - stands_mm(q);
+      const Eigen::Matrix3d C = position_covariance(cell, covariance, q, 0);
+      const auto held = (off_mm.array().abs() < 1.96 * C.diagonal().array().sqrt()).count();
+      judged.mean_mm += off_mm.norm() / poses;
+      judged.within += static_cast<double>(held) / (3 * poses);
+    }
+    return judged;
+  }
+  std::vector<double> warm_c() const { return {rise_.begin(), rise_.end()}; }
+
+ private:
+  TrueArmSetup warming(bool warms) {
+    if (!warms) return truth_;
+    truth_.warm_up = {.zero = JointVector(6), .growth = 30e-6, .time_constant = kTimeConstant};
+    for (double& zero : truth_.warm_up.zero) zero = 0.006 * kRadPerDeg * random_.normal();
+    return truth_;
+  }
+  /// Without what it scatters by from stop to stop.
+  Eigen::Vector3d stands_mm(const JointVector& q) const {
+    const RobotModel robot = warmed(truth_.robot, truth_.warm_up, kWarmThrough);
+    return CalibratedCell{robot, BasePose::of(truth_.X_WB), {{"1", truth_.p_FS_mm}}, {}}.predict(q, 0);
+  }
+  Measurement point(Seconds since, PoseSet set) {
+    arm_.warm_up(since);
+    Measurement point{.q = random_poses(example::kr210(), 1, random_).front(), .set = set};
+    arm_.move_to(point.q);
+    point.p_WS_mm = noisy_reading(arm_.p_WS_mm(point.q), kReadingNoise.tracker, random_);
+    const double share = -std::expm1(-since / kTimeConstant);
+    for (const double kelvins : rise_)
+      point.temperature_c.push_back(kCold_c + share * kelvins + 0.1 * random_.normal());
+    point.time = clock_text(since);
+    return point;
+  }
+
+  Random random_;
+  TrueArmSetup truth_;
+  TrueArm arm_;
+  std::array<double, 6> rise_{};
+};
+
+Calibration calibrated(const MeasurementData& data, ThermalUse thermal) {
+  auto made =
+      calibrate(example::kr210(), data, {.noise = kReadingNoise, .thermal = thermal, .check_model = false});
+  EXPECT_TRUE(made) << made.error().detail;
+  return made ? *std::move(made) : Calibration{};
+}
+
+/// The cell with its drives so warm.
+CalibratedCell warm_cell(const Calibration& made, std::span<const double> temperature_c) {
+  CalibratedCell cell = made.cell;
+  cell.robot = at_temperatures(cell.robot, *made.thermal->response, temperature_c);
+  return cell;
+}
+
+TEST(ThermalResponseOverManyArms, MakesAWarmingArmAsGoodAsAColdOne) {
+  const int runs = trials(200);
+  double cold_mm = 0, without_mm = 0, with_mm = 0, by_time_mm = 0, within = 0;
+  int kept = 0, kept_by_time = 0;
+  for (int run = 0; run < runs; ++run) {
+    const auto seed = static_cast<std::uint64_t>(run);
+    WarmingCell still(seed, false);
+    const Calibration of_still = calibrated(still.measured(60, 20), ThermalUse::Off);
+    cold_mm += still.judged(of_still.cell, of_still.covariance).mean_mm / runs;
+
+    WarmingCell cell(seed);
+    const MeasurementData data = cell.measured(60, 20);
+    const Calibration without = calibrated(data, ThermalUse::Off);
+    without_mm += cell.judged(without.cell, without.covariance).mean_mm / runs;
+    const std::vector<double> warm_c = mean_temperatures_c(cell.warm_points(5));
+
+    const Calibration with = calibrated(data, ThermalUse::Temperatures);
+    ASSERT_TRUE(with.thermal);
+    if (with.thermal->response) {
+      ++kept;
+      const auto judged = cell.judged(
+          warm_cell(with, warm_c),
+          covariance_at_temperatures(with.cell, with.covariance, *with.thermal->response, warm_c));
+      with_mm += judged.mean_mm;
+      within += judged.within;
+    }
+    const Calibration by_time = calibrated(data, ThermalUse::Time);
+    ASSERT_TRUE(by_time.thermal);
+    kept_by_time += by_time.thermal->response.has_value();
+    by_time_mm += cell.judged(by_time.cell, by_time.covariance).mean_mm / runs;
+  }
+  with_mm /= std::max(1, kept);
+  within /= std::max(1, kept);
+  std::cout << "seeds 0.." << runs - 1 << ": a cold arm " << cold_mm << " mm; warm, without the response "
+            << without_mm << ", with it " << with_mm << " (kept in " << kept << ", within 95 %: " << within
+            << "), by time " << by_time_mm << " (kept in " << kept_by_time << ")\n";
+  EXPECT_GE(kept, runs - runs / 100);
+  EXPECT_LE(with_mm, widened(1.5, 0.1) * cold_mm);
+  // Time tells less of warmth than a sensor: how fast the arm warms up is found too.
+  EXPECT_LE(by_time_mm, without_mm / 3);
+  EXPECT_GE(within, 0.93);
+  EXPECT_LE(within, 0.97);
+}
+
+TEST(ThermalResponseOverManyArms, IsNotKeptWhereTheArmDoesNotChange) {
+  const int runs = trials(200);
+  int kept = 0;
+  for (int run = 0; run < runs; ++run) {
+    WarmingCell still(static_cast<std::uint64_t>(run), false);
+    const MeasurementData data = still.measured(60, 20);
+    for (const ThermalUse use : {ThermalUse::Temperatures, ThermalUse::Time})
+      kept += calibrated(data, use).thermal->response.has_value();
+  }
+  std::cout << "kept of an arm that does not change: " << kept << " of " << 2 * runs << '\n';
+  EXPECT_LE(kept, runs / 50 + 1);
+}
+
+TEST(ThermalResponseOverManyArms, LetsAWarmArmBeKnownAsUnchanged) {
+  const int runs = trials(200);
+  int warned = 0, warned_without = 0;
+  for (int run = 0; run < runs; ++run) {
+    WarmingCell cell(static_cast<std::uint64_t>(run));
+    const MeasurementData data = cell.measured(60, 20);
+    const Calibration made = calibrated(data, ThermalUse::Temperatures);
+    if (!made.thermal->response) continue;
+    const MeasurementData fitted = as_fitted(made, data);
+    const MeasurementNoise noise = noise_about_model(made, fitted, kReadingNoise);
+    const std::vector<Measurement> points = cell.warm_points(5);
+    const std::vector<double> warm_c = mean_temperatures_c(points);
+    const DriftReference cold{.cell = made.cell,
+                              .covariance = made.covariance,
+                              .noise = noise,
+                              .validation_mean_mm = made.validate->after.mean,
+                              .validation_distances2 = validation_distances2(made, fitted, noise)};
+    DriftReference warm = cold;
+    warm.cell = warm_cell(made, warm_c);
+    warm.covariance = covariance_at_temperatures(made.cell, made.covariance, *made.thermal->response, warm_c);
+    warned_without += drift_check(cold, points)->verdict != DriftVerdict::Ok;
+    warned += drift_check(warm, points)->verdict != DriftVerdict::Ok;
+  }
+  std::cout << "warm arms warned of, of " << runs << ": " << warned << ", at the reference " << warned_without
+            << '\n';
+  EXPECT_LE(warned, runs / 50 + 1);
+}
+
+}  // namespace
+}  // namespace truepose

@@ -1,0 +1,198 @@
+// How often a sound calibration does not pass, and how often one of bad data does.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <iostream>
+#include <string_view>
+#include <utility>
+
+#include "core/judge/calibration_verdict.hpp"
+#include "core/math/angles.hpp"
+#include "core/simulate/true_arm.hpp"
+#include "tests/core/example_arms.hpp"
+#include "tests/core/example_campaigns.hpp"
+#include "tests/trials.hpp"
+
+namespace truepose {
+namespace {
+
+constexpr MeasurementNoise kStated{.tracker = {.range_mm = 0.01, .transverse_mm_per_m = 0.003},
+                                   .repeatability_mm = 0.0166};
+
+/// A campaign as the daemon measures it: poses to identify with the reference among them, then those to
+/// validate, and the reference once more.
+struct MeasuredCampaign {
+  struct Options {
+    std::uint64_t seed = 0;
+    int identify = 30, validate = 30;
+    int reference_every = 10;
+    NonGeometricErrors errors{};
+    CalibrateOptions calibrate{};
+    /// What happens before the point of this number.
+    std::function<void(TrueArmSetup& truth, TrackerNoiseModel& noise, int point)> before{};
+  };
+
+  explicit MeasuredCampaign(const Options& options) : random{options.seed} {
+    TrueArmSetup truth = example::true_arm(options.errors);
+    truth.repeatability_mm = kStated.repeatability_mm;
+    TrackerNoiseModel noise = kStated.tracker;
+    TrueArm arm{truth, options.seed};
+    const JointVector q_reference = (JointVector(6) << 0.1, -1.4, 1.5, 0.2, 0.5, -0.3).finished();
+    data.smr_names = {"1"};
+    const auto read = [&](const JointVector& q) {
+      arm.move_to(q);
+      const Eigen::Vector3d p_mm =
+          arm.p_WS_mm(q) + (truth.X_WB.translation() - arm.setup().X_WB.translation());
+      return noisy_reading(p_mm, noise, random);
+    };
+    const auto visit = [&] {
+      if (options.reference_every > 0) reference_mm.push_back(read(q_reference));
+    };
+    for (int n = 0; n < options.identify + options.validate; ++n) {
+      if (options.before) options.before(truth, noise, n);
+      if (n <= options.identify && options.reference_every > 0 && n % options.reference_every == 0) visit();
+      Measurement point;
+      point.q = random_poses(example::kr210(), 1, random).front();
+      point.p_WS_mm = read(point.q);
+      point.set = n < options.identify ? PoseSet::Identify : PoseSet::Validate;
+      point.direction = arm.directions();
+      data.points.push_back(point);
+    }
+    visit();
+    CalibrateOptions calibrate_options = options.calibrate;
+    calibrate_options.check_model = false;
+    calibrate_options.noise = kStated;
+    auto made = calibrate(example::kr210(), data, calibrate_options);
+    EXPECT_TRUE(made) << made.error().detail;
+    if (made) calibration = *std::move(made);
+  }
+
+  CalibrationVerdict verdict() const {
+    return calibration_verdict(
+        {.calibration = calibration, .data = data, .stated = kStated, .reference_mm = reference_mm});
+  }
+
+  Random random;
+  MeasurementData data;
+  std::vector<Eigen::Vector3d> reference_mm;
+  Calibration calibration;
+};
+
+/// In how many of so many seeded campaigns somebody would have to look.
+int doubted(int runs, MeasuredCampaign::Options options) {
+  int count = 0;
+  for (int run = 0; run < runs; ++run) {
+    options.seed = static_cast<std::uint64_t>(run) + 1;
+    const CalibrationVerdict verdict = MeasuredCampaign{options}.verdict();
+    count += verdict.failed();
+    if (verdict.failed())
+      std::cout << "seed " << options.seed << ": " << verdict.findings.front().sentence << '\n';
+  }
+  return count;
+}
+
+/// In how many of so many seeded campaigns a verdict says such words.
+int told(int runs, std::string_view words, MeasuredCampaign::Options options) {
+  int count = 0;
+  for (int run = 0; run < runs; ++run) {
+    options.seed = static_cast<std::uint64_t>(run) + 1;
+    const CalibrationVerdict verdict = MeasuredCampaign{options}.verdict();
+    count += std::ranges::any_of(verdict.findings,
+                                 [=](const Finding& finding) { return finding.sentence.contains(words); });
+  }
+  return count;
+}
+
+/// In how many of so many seeded campaigns, in each of which the tracker moves before another point, nobody
+/// would have to look. Few points before it that were left out by name do no harm.
+int missed(int runs, double way_mm, MeasuredCampaign::Options options) {
+  int count = 0;
+  for (int run = 0; run < runs; ++run) {
+    options.seed = static_cast<std::uint64_t>(run) + 1;
+    Random random{options.seed};
+    const auto points = static_cast<std::uint64_t>(options.identify + options.validate);
+    const std::size_t moment = 1 + random.next() % (points - 1);
+    options.before = [=](TrueArmSetup& truth, TrackerNoiseModel&, int point) {
+      if (point == static_cast<int>(moment))
+        truth.X_WB.translation() += way_mm * Eigen::Vector3d(0.6, 0, 0.8);
+    };
+    const MeasuredCampaign campaign{options};
+    const auto& left_out = campaign.calibration.rejected;
+    const bool single_readings = left_out.size() == moment && left_out.back().point < moment;
+    if (single_readings || campaign.verdict().failed()) continue;
+    std::cout << "seed " << options.seed << ": " << way_mm << " mm before point " << moment << '\n';
+    ++count;
+  }
+  return count;
+}
+
+TEST(VerdictOnASoundCampaign, IsSeldomADoubt) {
+  EXPECT_LE(doubted(trials(200), {}), 1);
+  EXPECT_LE(doubted(trials(200), {.reference_every = 0}), 1);
+  EXPECT_LE(doubted(trials(200), {.identify = 16, .validate = 8}), 1);
+  EXPECT_LE(doubted(trials(200), {.identify = 10, .validate = 6}), 2);
+}
+
+TEST(VerdictOnASoundCampaign, IsSeldomADoubtForAHeavyArmThatItsModelDescribesInPart) {
+  // Gears, loads and play: a geometric model leaves tenths of a millimetre, which is no contradiction.
+  EXPECT_LE(doubted(trials(100), {.errors = heavy_arm_errors({.backlash_rad = 0.002 * kRadPerDeg})}), 1);
+  EXPECT_LE(doubted(trials(100), {.identify = 16, .validate = 8, .errors = heavy_arm_errors({})}), 2);
+}
+
+TEST(VerdictOnABadCampaign, SeesATrackerThatMovesAtAnyPoint) {
+  for (const double way_mm : {0.2, 1.0, 5.0}) {
+    // A tracker that moved by 0.2 mm before the last point, or after the first few, leaves little to see it
+    // by.
+    const int most = way_mm < 1 ? trials(200) / 50 : 0;
+    EXPECT_LE(missed(trials(200), way_mm, {}), most) << way_mm;
+    EXPECT_LE(missed(trials(200), way_mm, {.reference_every = 0}), most) << way_mm;
+  }
+}
+
+TEST(VerdictOnABadCampaign, SeesATrackerThatMovesLittleByLittle) {
+  const int runs = trials(200);
+  for (const double way_mm : {0.05, 0.1, 0.2, 1.0}) {
+    for (const auto& [identify, validate] : {std::pair{30, 30}, std::pair{16, 8}}) {
+      const Eigen::Vector3d step_mm = way_mm / (identify + validate - 1) * Eigen::Vector3d(0.6, 0, 0.8);
+      const auto moving = [=](TrueArmSetup& truth, TrackerNoiseModel&, int point) {
+        if (point > 0) truth.X_WB.translation() += step_mm;
+      };
+      const int seen = told(runs, "moved little by little",
+                            {.identify = identify, .validate = validate, .before = moving});
+      std::cout << way_mm << " mm over " << identify << " + " << validate << " poses: named in " << seen
+                << " of " << runs << '\n';
+      // 0.05 mm is 0.014 mm of scatter, less than a reading's.
+      const double at_least = way_mm >= 0.2 || (way_mm >= 0.1 && identify == 30) ? 0.99 : 0;
+      EXPECT_GE(seen, at_least * runs);
+    }
+  }
+}
+
+TEST(VerdictOnABadCampaign, DoesNotCallATrackerMovedThatIsNoisierThanStated) {
+  const auto noisy = [](TrueArmSetup&, TrackerNoiseModel& noise, int) { noise.range_mm = 0.05; };
+  for (const auto& [identify, validate] : {std::pair{30, 30}, std::pair{16, 8}, std::pair{10, 6}}) {
+    const int runs = trials(400);
+    const int accused = told(runs, "the tracker or the base moved",
+                             {.identify = identify, .validate = validate, .before = noisy});
+    std::cout << identify << " + " << validate << " poses: called moved in " << accused << " of " << runs
+              << '\n';
+    EXPECT_LE(accused, (identify == 10 ? 0.05 : 0.005) * trials(400) + (all_trials() ? 0 : 2));
+  }
+}
+
+TEST(VerdictOnABadCampaign, SeesNoiseThatNobodyStated) {
+  const auto noisy = [](TrueArmSetup&, TrackerNoiseModel& noise, int) {
+    noise.range_mm = noise.transverse_mm = 3;
+  };
+  const int runs = trials(200);
+  EXPECT_EQ(doubted(runs, {.before = noisy}), runs);
+  EXPECT_EQ(doubted(runs, {.reference_every = 0, .before = noisy}), runs);
+  const auto sixth = [](TrueArmSetup&, TrackerNoiseModel& noise, int point) {
+    noise.range_mm = noise.transverse_mm = point % 6 == 5 ? 3 : 0.01;
+  };
+  EXPECT_EQ(doubted(runs, {.before = sixth}), runs);
+}
+
+}  // namespace
+}  // namespace truepose

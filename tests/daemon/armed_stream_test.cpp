@@ -1,0 +1,269 @@
+#include "core/arm/forward.hpp"
+#include "daemon/cell/stream_service.hpp"
+#include "tests/daemon/watched_stream.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace asio = boost::asio;
+using testing::AllOf;
+using testing::HasSubstr;
+using namespace std::chrono_literals;
+
+/// A cell that is armed, beside a controller whose programs open RSI now and then.
+struct AnArmedStream : AWatchedStream {
+  Wait armed() {
+    const Answer answer = co_await ask("stream.arm");
+    EXPECT_TRUE(answer) << answer.error().message;
+  }
+  /// A program ends, and after a while another opens RSI.
+  Wait another_program() {
+    sends = false;
+    co_await pass(5s);
+    rig.restart(rig.ipoc + 1000);
+    sends = true;
+    co_await pass(2s);
+  }
+  Wait expect_state(std::string_view cell_state, std::string_view stream_state) {
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state").as_string(), cell_state);
+    EXPECT_EQ(now->at_pointer("/stream/state").as_string(), stream_state)
+        << control::json_text(now->at("stream"));
+  }
+};
+
+TEST_F(AnArmedStream, CorrectsEveryProgramThatOpensRsiWithoutRobotOrTracker) {
+  sends = false;
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(1min);
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "armed");
+    EXPECT_EQ(now->at_pointer("/robot/connected"), false);
+    EXPECT_EQ(now->at_pointer("/stream/reason"), "armed; no program has RSI open");
+    EXPECT_EQ(fault_of(*now), "");
+    for (int program = 0; program < 3; ++program) {
+      co_await another_program();
+      co_await expect_state("armed", "correcting");
+      EXPECT_GT(rig.largest_applied_deg(), 0);
+    }
+    sends = false;
+    co_await pass(10s);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "armed");
+    EXPECT_EQ(fault_of(*now), "") << "a program that ends is no fault";
+    EXPECT_THAT(now->at_pointer("/stream/reason").as_string().c_str(),
+                HasSubstr("no program has RSI open, the last packet came 10."));
+  });
+}
+
+TEST_F(AnArmedStream, ShowsTheStateOfTheRobotAndTellsItsChanges) {
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    Answer now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/robot/mode"), "AUT");
+    EXPECT_EQ(now->at_pointer("/robot/emergency_stop"), false);
+    EXPECT_EQ(now->at_pointer("/robot/unknown"), "");
+    const std::size_t before = told(control::Topic::Stream).size();
+    robot.press_emergency_stop(true);
+    co_await pass(1500ms);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(now->at_pointer("/stream/robot/emergency_stop"), true);
+    EXPECT_EQ(now->at_pointer("/stream/reason"), "an emergency stop is pressed");
+    EXPECT_EQ(now->at_pointer("/robot/ready"), false) << "nobody is connected to move it";
+    EXPECT_GT(told(control::Topic::Stream).size(), before);
+    rig.program.state = 4;
+    co_await pass(100ms);
+    now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/robot/program"), "stopped") << "by RSI, at once";
+  });
+}
+
+TEST_F(AnArmedStream, GoesOnWhereTheStateOfTheRobotIsNotKnownAndShowsNoneThatIsOld) {
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    robot.leave(10s);
+    co_await pass(2s);
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "armed");
+    EXPECT_EQ(fault_of(*now), "");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "correcting");
+    EXPECT_TRUE(now->at_pointer("/stream/robot/emergency_stop").is_null());
+    EXPECT_EQ(now->at_pointer("/stream/robot/unknown"), "the controller does not answer");
+    co_await pass(12s);
+    now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/robot/emergency_stop"), false) << "it answers again";
+    EXPECT_TRUE(co_await ask("stream.disarm"));
+    co_await pass(2s);
+    now = co_await ask("stream.status");
+    EXPECT_TRUE(now->at_pointer("/robot/mode").is_null()) << "nobody asks any more";
+  });
+}
+
+TEST_F(AnArmedStream, TriesAnewInEachProgramWhetherTheArmFollows) {
+  play([this]() -> Wait {
+    rig.stuck = rig.q;
+    co_await armed();
+    co_await pass(5s);
+    co_await expect_state("armed", "holding");
+    rig.stuck.reset();
+    co_await pass(5s);
+    co_await expect_state("armed", "holding");
+    co_await another_program();
+    co_await expect_state("armed", "correcting");
+    EXPECT_EQ(fault_of(*co_await ask("cell.status")), "");
+  });
+}
+
+TEST_F(AnArmedStream, LooksWhichArmItIsWhereAProgramBeginsAndNotByTheToolsThatItTakesThen) {
+  play([this]() -> Wait {
+    const Eigen::Vector3d p_BF_mm = forward_kinematics(nominal_arm(), rig.q).translation();
+    rig.rist = rsi::CartesianPose{.x_mm = p_BF_mm.x(), .y_mm = p_BF_mm.y(), .z_mm = p_BF_mm.z()};
+    co_await armed();
+    co_await pass(1s);
+    rig.rist->z_mm += 200;  // a tool
+    co_await pass(5s);
+    co_await expect_state("armed", "correcting");
+    co_await another_program();
+    co_await expect_state("fault", "fault");
+  });
+  EXPECT_THAT(fault(), HasSubstr("it is another arm, or the program has a tool or a base"));
+}
+
+TEST_F(AnArmedStream, TellsTheProgramHowFarItIsCorrectedAndRampsOutWhereThatAsksForIt) {
+  rig.program.ask = 0;
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(1s);
+    EXPECT_EQ(rig.gain, 0);
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+    Answer now = co_await ask("stream.status");
+    EXPECT_THAT(now->at("reason").as_string().c_str(), HasSubstr("does not ask to be corrected"));
+    rig.program.ask = 1;
+    co_await pass(config.stream.ramp / 2);
+    EXPECT_THAT(*rig.gain, AllOf(testing::Ge(30), testing::Le(70)));
+    co_await pass(config.stream.ramp);
+    EXPECT_EQ(rig.gain, 100);
+    EXPECT_GT(rig.largest_applied_deg(), 0);
+    rig.program.ask = 0;
+    co_await pass(config.stream.ramp + 100ms);
+    EXPECT_EQ(rig.gain, 0);
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+    EXPECT_TRUE(co_await ask("stream.disarm"));
+    co_await pass(100ms);
+    EXPECT_EQ(rig.gain, rsi::kGainNotArmed);
+  });
+}
+
+TEST_F(AnArmedStream, TellsTheProgramWhyItIsNotCorrected) {
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    EXPECT_TRUE(co_await ask("model.deactivate"));
+    co_await pass(2s);
+    EXPECT_EQ(rig.gain, rsi::kGainNoModel);
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+    rig.stuck = rig.q + JointVector::Constant(6, 0.01);
+    co_await pass(5s);
+    EXPECT_EQ(rig.gain, rsi::kGainFault);
+    EXPECT_FALSE(rig.stop) << "outside RSI_MOVECORR the bit would be an error";
+  });
+}
+
+TEST_F(AnArmedStream, HoldsWhileTheProgramIsStoppedWithoutAFault) {
+  rig.program.state = rsi::kProgramActive;
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    const JointVector before = rig.applied;
+    rig.program.state = 4;
+    rig.stuck = rig.q;  // drives are off: whatever is sent, nothing moves
+    co_await pass(1min);
+    EXPECT_EQ(rig.applied, before);
+    co_await expect_state("armed", "holding");
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(fault_of(*now), "");
+    EXPECT_THAT(now->at_pointer("/stream/reason").as_string().c_str(), HasSubstr("program is stopped"));
+    rig.stuck.reset();
+    rig.program.state = rsi::kProgramActive;
+    co_await pass(2s);
+    co_await expect_state("armed", "correcting");
+    EXPECT_EQ(rig.gain, 100);
+  });
+}
+
+TEST_F(AnArmedStream, IsRampedOutWhereItIsDisarmedAndThenCorrectsNothing) {
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    EXPECT_GT(rig.largest_applied_deg(), 0);
+    const Answer answer = co_await ask("stream.disarm");
+    EXPECT_TRUE(answer) << answer.error().message;
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+    co_await expect_state("disconnected", "off");
+    co_await another_program();
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+  });
+}
+
+TEST_F(AnArmedStream, IsDisarmedAtOnceWhereNoProgramHasRsiOpen) {
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    sends = false;
+    co_await pass(2s);
+    const drivers::TimePoint asked = clock.now();
+    EXPECT_TRUE(co_await ask("stream.disarm"));
+    EXPECT_LE(clock.now() - asked, 100ms);
+  });
+}
+
+TEST_F(AnArmedStream, IsArmedAgainAfterTheDaemonHasEndedUntilItIsDisarmed) {
+  sends = false;
+  play([this]() -> Wait { co_await armed(); });
+  const auto next_daemon = [this](const char* state) {
+    DaemonCell next{{io.get_executor(), config, robot, tracker, clock, *rig.cycle, *store, store_thread,
+                     compute_thread, events, recorder, recorder_thread, wall_clock}};
+    EXPECT_TRUE(finish(next.load_active_model()));
+    bool done = false;
+    asio::co_spawn(io, next.arm_as_before(), [&](std::exception_ptr failed) { done = !failed; });
+    EXPECT_TRUE(clock.run(io, [&] { return done; }));
+    EXPECT_EQ(finish(next.call("cell.status", {}))->at("state"), state);
+  };
+  next_daemon("armed");
+  play([this]() -> Wait { EXPECT_TRUE(co_await ask("stream.disarm")); });
+  next_daemon("disconnected");
+}
+
+TEST_F(AnArmedStream, IsNotArmedByADaemonThatCannotUseItsModel) {
+  sends = false;
+  play([this]() -> Wait { co_await armed(); });
+  alter_m1();
+  load();
+  bool done = false;
+  asio::co_spawn(io, cell.arm_as_before(), [&](std::exception_ptr failed) { done = !failed; });
+  EXPECT_TRUE(clock.run(io, [&] { return done; }));
+  EXPECT_EQ(store->armed_since().value(), "");
+}
+
+TEST_F(AnArmedStream, NeedsAModel) {
+  EXPECT_TRUE(call("model.deactivate"));
+  EXPECT_THAT(refused("stream.arm"), HasSubstr("no model"));
+  EXPECT_EQ(store->armed_since().value(), "");
+}
+
+TEST_F(AnArmedStream, IsArmedAnewByAPersonAfterAFault) {
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    rig.rist = rsi::CartesianPose{.x_mm = 1};  // of another arm
+    co_await pass(2s);
+    co_await expect_state("fault", "fault");
+  });
+  EXPECT_EQ(store->armed_since().value(), "");
+}
+
+}  // namespace
+}  // namespace truepose::daemon

@@ -1,0 +1,150 @@
+#include "daemon/control/audit_trail.hpp"
+
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+
+#include <csignal>
+
+#include "tests/process.hpp"
+#include "tests/temp_folder.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+namespace json = boost::json;
+using testing::HasSubstr;
+
+class AuditTrailTest : public testing::Test {
+ protected:
+  fs::path file() const { return audit_file_of(folder_.path() / "cell.sqlite"); }
+  fs::path head() const { return file().string() + ".head"; }
+  AuditTrail open() {
+    auto trail = AuditTrail::open(file(), "2026-11-24T12:00:00.000Z");
+    if (!trail) throw std::runtime_error{trail.error()};
+    return *std::move(trail);
+  }
+  /// A trail of so many records.
+  void write(int count) {
+    AuditTrail trail = open();
+    for (int i = 0; i < count; ++i)
+      ASSERT_TRUE(trail.append({{"who", "Anna"}, {"method", std::to_string(i)}}));
+  }
+  void put(const fs::path& where, const std::string& text) { folder_.write(where.filename(), text); }
+
+  TempFolder folder_;
+};
+
+TEST_F(AuditTrailTest, GoesOnBehindWhatIsThere) {
+  write(3);
+  AuditTrail trail = open();
+  EXPECT_EQ(trail.append({{"who", "Bert"}}), 4U);
+  const json::array found = trail.records(100, 2).value();
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].at("who").as_string(), "Bert");
+  EXPECT_EQ(found[1].at("method").as_string(), "2");
+  EXPECT_EQ(trail.records(2, 5).value().size(), 1U);
+  EXPECT_EQ(verify_audit(file())->count, 4U);
+}
+
+TEST_F(AuditTrailTest, ShowsAnyByteThatWasChangedInEitherFile) {
+  write(6);
+  for (const fs::path& changed : {file(), head()}) {
+    const std::string good = text_of(changed);
+    for (std::size_t i = 0; i < good.size(); ++i) {
+      std::string bad = good;
+      bad[i] = static_cast<char>(bad[i] ^ 1);
+      put(changed, bad);
+      EXPECT_FALSE(verify_audit(file())) << changed << ", byte " << i;
+    }
+    put(changed, good);
+  }
+  EXPECT_TRUE(verify_audit(file()));
+}
+
+TEST_F(AuditTrailTest, ShowsAnyLineThatWasTakenAwayDoubledOrMoved) {
+  write(6);
+  std::vector<std::string> lines;
+  std::istringstream text{text_of(file())};
+  for (std::string line; std::getline(text, line);) lines.push_back(line + "\n");
+  const auto put_lines = [&](const std::vector<std::string>& some) {
+    std::string all;
+    for (const std::string& line : some) all += line;
+    put(file(), all);
+  };
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    std::vector<std::string> without = lines, twice = lines, moved = lines;
+    without.erase(without.begin() + static_cast<std::ptrdiff_t>(i));
+    put_lines(without);
+    EXPECT_FALSE(verify_audit(file())) << "without line " << i + 1;
+    twice.insert(twice.begin() + static_cast<std::ptrdiff_t>(i), lines[i]);
+    put_lines(twice);
+    EXPECT_FALSE(verify_audit(file())) << "line " << i + 1 << " twice";
+    std::swap(moved[i], moved[(i + 1) % moved.size()]);
+    put_lines(moved);
+    EXPECT_FALSE(verify_audit(file())) << "line " << i + 1 << " moved";
+  }
+  fs::remove(file());
+  EXPECT_FALSE(verify_audit(file())) << "without the file";
+  put_lines(lines);
+  fs::remove(head());
+  EXPECT_FALSE(verify_audit(file())) << "without its end";
+}
+
+TEST_F(AuditTrailTest, PutsATrailAsideThatWasChangedAndSaysSo) {
+  write(3);
+  std::string bad = text_of(file());
+  bad[bad.find("Anna")] = 'H';
+  put(file(), bad);
+  AuditTrail trail = open();
+  EXPECT_THAT(trail.put_aside(), HasSubstr("line 2 was changed, or the one before it"));
+  EXPECT_EQ(text_of(file().string() + ".changed-2026-11-24T12:00:00.000Z"), bad);
+  EXPECT_THAT(trail.records(9, 1).value()[0].at("put_aside").as_string().c_str(), HasSubstr("line 2"));
+  EXPECT_TRUE(verify_audit(file()));
+}
+
+TEST_F(AuditTrailTest, ForgetsALineThatAPowerCutLeftInParts) {
+  write(3);
+  const std::string good = text_of(file());
+  put(file(), good + "{\"n\":4,\"before\":\"");
+  {
+    AuditTrail trail = open();
+    EXPECT_EQ(trail.put_aside(), "");
+    EXPECT_EQ(trail.append({{"who", "Bert"}}), 4U);
+  }
+  EXPECT_EQ(verify_audit(file())->count, 4U);
+}
+
+TEST_F(AuditTrailTest, TakesALineWhoseEndWasNotYetKept) {
+  write(3);
+  const std::string three = text_of(head());
+  {
+    AuditTrail trail = open();
+    ASSERT_TRUE(trail.append({{"who", "Bert"}}));
+  }
+  put(head(), three);
+  EXPECT_EQ(open().put_aside(), "");
+  EXPECT_EQ(verify_audit(file())->count, 4U);
+}
+
+TEST_F(AuditTrailTest, SaysThatTheDiskIsFullAndGoesOnOnceItIsNot) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  for (rlim_t room = 0; room < 200; room += 7) {
+    AuditTrail trail = open();
+    const std::uint64_t count = trail.count();
+    const rlimit full{fs::exists(file()) ? fs::file_size(file()) + room : room, before.rlim_max};
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &full), 0);
+    const auto refused = trail.append({{"who", std::string(200, 'x')}});
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+    EXPECT_FALSE(refused);
+    EXPECT_EQ(verify_audit(file())->count, count);
+    EXPECT_EQ(trail.append({{"who", "Anna"}}), count + 1);
+  }
+  std::signal(SIGXFSZ, SIG_DFL);
+  EXPECT_TRUE(verify_audit(file()));
+}
+
+}  // namespace
+}  // namespace truepose::daemon

@@ -1,0 +1,211 @@
+// Who may command when somebody else has control, what is done twice, and what stands on record.
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <csignal>
+
+#include "daemon/control/audit_trail.hpp"
+#include "tests/daemon/control_fixture.hpp"
+#include "tests/process.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+using namespace test;
+using control::Role;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+/// Does whatever it is told, and counts it.
+class CountingCell : public CellService {
+ public:
+  std::vector<std::string> methods() const override {
+    return {"campaign.pause", "campaign.start", "model.activate", "stream.stop"};
+  }
+  asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method,
+                                                                      json::object params) override {
+    calls.push_back(method);
+    if (method == "campaign.start") {
+      asio::steady_timer never{co_await asio::this_coro::executor, asio::steady_timer::time_point::max()};
+      release = [&never] { never.cancel(); };
+      const auto waited = co_await never.async_wait(asio::as_tuple(asio::use_awaitable));
+      static_cast<void>(waited);
+    }
+    if (method == "model.activate")
+      co_return std::unexpected(control::RpcError{control::ErrorCode::NotFound, "no such model"});
+    json::object result{{"count", calls.size()}, {"params", params}};
+    co_return result;
+  }
+  std::vector<std::string> calls;
+  std::function<void()> release;
+};
+
+class ControlCommands : public ControlServerTest {
+ protected:
+  ControlCommands() {
+    served_ = &counting_;
+    write_access({{control::entry_for_token("Anna", Role::Operator, "token of Anna, long"),
+                   control::entry_for_token("Bert", Role::Operator, "token of Bert, long"),
+                   control::entry_for_token("Chef", Role::Engineer, "token of Chef, long")}});
+  }
+  std::unique_ptr<Client> session(std::uint16_t port, const std::string& name) {
+    auto client = std::make_unique<Client>(port);
+    EXPECT_EQ(Client::code_of(client->hello("token of " + name + ", long")), 0);
+    return client;
+  }
+  std::vector<std::string> calls() {
+    std::vector<std::string> all;
+    on_loop([&] { all = counting_.calls; });
+    return all;
+  }
+  /// "Anna stream.stop", and of what became of it "1 ok".
+  std::vector<std::string> on_record(Client& client) {
+    std::vector<std::string> lines;
+    const Reply reply = client.call("audit.list");
+    for (const json::value& record : reply.result->at("records").as_array()) {
+      const json::object& r = record.as_object();
+      lines.insert(lines.begin(),
+                   r.contains("who")
+                       ? std::string{r.at("who").as_string()} + " " + r.at("method").as_string().c_str()
+                       : std::to_string(r.at("of").as_int64()) + " " + r.at("result").as_string().c_str());
+    }
+    return lines;
+  }
+  void until_called(const std::string& method) {
+    while (std::ranges::count(calls(), method) == 0) {
+    }
+  }
+
+  CountingCell counting_;
+};
+
+TEST_F(ControlCommands, AreEverybodysWhileNobodyHasControl) {
+  const auto port = serve();
+  const auto anna = session(port, "Anna"), bert = session(port, "Bert");
+  EXPECT_EQ(anna->code("stream.stop"), 0);
+  EXPECT_EQ(bert->code("stream.stop"), 0);
+  EXPECT_TRUE(anna->call("control.get").result->at("holder").is_null());
+}
+
+TEST_F(ControlCommands, OfOthersAreRefusedWhileSomebodyHasControl) {
+  const auto port = serve();
+  const auto anna = session(port, "Anna"), bert = session(port, "Bert"), anna_too = session(port, "Anna");
+  EXPECT_EQ(anna->call("control.acquire", {{"lease_s", 60}}).result->at("left_s").as_int64(), 60);
+  const Reply refused = bert->call("stream.stop");
+  EXPECT_EQ(Client::code_of(refused), -32008);
+  EXPECT_THAT(refused.result.error().message, HasSubstr("Anna (operator) has control, for 60 s more"));
+  EXPECT_EQ(bert->code("control.acquire"), -32008);
+  EXPECT_EQ(bert->code("control.takeover"), -32008) << "from one of the same role";
+  EXPECT_EQ(anna_too->code("stream.stop"), 0) << "a panel's second connection";
+  EXPECT_THAT(calls(), ElementsAre("stream.stop"));
+  EXPECT_EQ(bert->call("control.release").result->at("holder").as_string(), "Anna") << "not his to give back";
+  EXPECT_EQ(anna->code("control.release"), 0);
+  EXPECT_EQ(bert->code("stream.stop"), 0);
+}
+
+TEST_F(ControlCommands, PassToAHigherRoleThatTakesControlOver) {
+  const auto port = serve();
+  const auto anna = session(port, "Anna"), chef = session(port, "Chef");
+  anna->call("control.acquire");
+  EXPECT_EQ(chef->code("stream.stop"), -32008) << "before it is taken over";
+  EXPECT_EQ(chef->call("control.takeover").result->at("holder").as_string(), "Chef");
+  EXPECT_EQ(anna->code("stream.stop"), -32008);
+}
+
+TEST_F(ControlCommands, OfOneWhoDoesNotRenewControlAreFollowedByAPause) {
+  const auto port = serve();
+  const auto anna = session(port, "Anna"), bert = session(port, "Bert");
+  bert->call("events.subscribe", {{"topics", {"control"}}});
+  anna->call("control.acquire", {{"lease_s", 10}});
+  EXPECT_EQ(bert->event().data.at("change").as_string(), "acquired");
+  advance(8s);
+  anna->call("control.acquire", {{"lease_s", 10}});
+  advance(8s);
+  EXPECT_EQ(bert->code("stream.stop"), -32008) << "it was renewed";
+  advance(4s);
+  const Event lost = bert->event();
+  EXPECT_EQ(lost.data.at("change").as_string(), "lost");
+  EXPECT_EQ(lost.data.at("by").as_string(), "Anna");
+  const Event paused = bert->event();
+  EXPECT_EQ(paused.data.at("method").as_string(), "campaign.pause");
+  EXPECT_EQ(paused.data.at("by").as_string(), "trueposed");
+  EXPECT_THAT(calls(), ElementsAre("campaign.pause"));
+}
+
+TEST_F(ControlCommands, WithTheSameIdAreDoneOnceAndAnsweredAlike) {
+  const auto port = serve({.idle = 1h});
+  const auto anna = session(port, "Anna"), bert = session(port, "Bert");
+  const json::object once{{"command_id", "c1"}};
+  const Reply first = anna->call("stream.stop", once);
+  const auto again = session(port, "Anna");
+  EXPECT_EQ(*again->call("stream.stop", once).result, *first.result);
+  EXPECT_EQ(calls().size(), 1U);
+  EXPECT_FALSE(first.result->at("params").as_object().contains("command_id"));
+  EXPECT_EQ(anna->code("campaign.pause", once), -32602) << "another command of that id";
+  EXPECT_EQ(bert->code("stream.stop", once), 0) << "another's";
+  EXPECT_EQ(calls().size(), 2U);
+  EXPECT_EQ(session(port, "Chef")->code("model.activate", {{"command_id", "c2"}}), -32004);
+  EXPECT_EQ(anna->code("stream.stop", {{"command_id", ""}}), -32602);
+  advance(10min);
+  EXPECT_EQ(anna->code("stream.stop", once), 0);
+  EXPECT_EQ(calls().size(), 4U) << "ten minutes later it is a new one";
+}
+
+TEST_F(ControlCommands, ThatAreUnderWayAreWaitedForByTheirRepetition) {
+  const auto port = serve();
+  const auto anna = session(port, "Anna"), again = session(port, "Anna");
+  const json::object once{{"command_id", "c1"}};
+  anna->send(control::encode_request(50, "campaign.start", once));
+  until_called("campaign.start");
+  again->send(control::encode_request(51, "campaign.start", once));
+  on_loop([this] { counting_.release(); });
+  EXPECT_EQ(*anna->reply().result, *again->reply().result);
+  EXPECT_EQ(calls().size(), 1U);
+}
+
+TEST_F(ControlCommands, RefusedForWantOfControlMayComeAgainWithTheirId) {
+  const auto port = serve();
+  const auto anna = session(port, "Anna"), bert = session(port, "Bert");
+  anna->call("control.acquire");
+  EXPECT_EQ(bert->code("stream.stop", {{"command_id", "b1"}}), -32008);
+  anna->call("control.release");
+  EXPECT_EQ(bert->code("stream.stop", {{"command_id", "b1"}}), 0);
+}
+
+TEST_F(ControlCommands, StandOnRecordWithWhatBecameOfThem) {
+  const auto port = serve();
+  const auto anna = session(port, "Anna"), chef = session(port, "Chef");
+  anna->call("stream.stop");
+  anna->call("model.activate");
+  chef->call("model.activate", {{"id", "x"}});
+  EXPECT_THAT(on_record(*anna),
+              ElementsAre("Anna stream.stop", "1 ok", "Chef model.activate", "3 E_NOT_FOUND"))
+      << "what a role may not do is not begun";
+  const json::value record =
+      anna->call("audit.list", {{"before", 4}, {"limit", 1}}).result->at("records").at(0);
+  EXPECT_EQ(record.at("from").as_string(), "loopback");
+  EXPECT_EQ(record.at("params").at("id").as_string(), "x");
+  EXPECT_EQ(verify_audit(audit_file())->count, 4U);
+}
+
+TEST_F(ControlCommands, ThatCannotBePutOnRecordAreNotDone) {
+  const auto port = serve();
+  const auto anna = session(port, "Anna");
+  EXPECT_EQ(anna->code("stream.stop"), 0);
+  rlimit before{};
+  std::signal(SIGXFSZ, SIG_IGN);
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit full{1, before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &full);
+  const Reply refused = anna->call("stream.stop");
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_DFL);
+  ASSERT_FALSE(refused.result);
+  EXPECT_THAT(refused.result.error().message,
+              HasSubstr("not done, since it cannot be put on record: File too large"));
+  EXPECT_EQ(calls().size(), 1U);
+}
+
+}  // namespace
+}  // namespace truepose::daemon

@@ -1,0 +1,111 @@
+#include <boost/json/value_to.hpp>
+
+#include "config/model_file.hpp"
+#include "core/arm/forward.hpp"
+#include "tests/daemon/watched_stream.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using testing::HasSubstr;
+using namespace std::chrono_literals;
+
+/// Tool 3 as the tracker saw it, 1 mm beside where the controller has it.
+config::ToolFile tool_beside(const CalibratedCell& model) {
+  config::ToolFile tool{.number = 3, .arm = model.robot.name, .data = {.points = {{kOrigin, {}}}}};
+  tool.X_told.translation() = Eigen::Vector3d(40, -30, 250);
+  const Eigen::Vector3d p_F_mm = tool.X_told.translation() + Eigen::Vector3d(1, 0, 0);
+  for (int i = 0; i < 10; ++i) {
+    JointVector q(6);
+    q << 0.1 * i, -1.4, 1.6, 0.2 * i, 0.8, -0.1 * i;
+    const Eigen::Isometry3d X_WF = model.base.isometry() * forward_kinematics(model.robot, q);
+    tool.data.readings.push_back({.q = q, .p_WS_mm = X_WF * p_F_mm});
+  }
+  return tool;
+}
+
+struct AToolInTheStream : AWatchedStream {
+  AToolInTheStream() { config.tools = {tool_beside(model)}; }
+  Wait activated() {
+    json::object params;
+    params["id"] = "m1";
+    auto answer = co_await ask("model.activate", params);
+    EXPECT_TRUE(answer) << answer.error().message;
+  }
+  /// What the stream has the controller apply, deg.
+  Eigen::VectorXd applied_deg() const { return rig.applied * kDegPerRad; }
+  /// The same by targets.compensate.
+  asio::awaitable<Eigen::VectorXd> wanted_deg(std::optional<int> tool = {}) {
+    json::object params;
+    if (tool) params["tool"] = *tool;
+    json::array q_deg;
+    for (const double rad : rig.q) q_deg.emplace_back(rad * kDegPerRad);
+    json::array& joints = params["joints"].emplace_array();
+    joints.push_back(q_deg);
+    const Answer answer = co_await ask("targets.compensate", params);
+    const auto deg = json::value_to<std::vector<double>>(answer->at_pointer("/joints/0"));
+    co_return Eigen::Map<const Eigen::VectorXd>(deg.data(), 6) - Eigen::VectorXd(rig.q * kDegPerRad);
+  }
+  CalibratedCell model = config::parse_model((*store->model("m1"))->yaml, "m1").cell;
+};
+
+TEST_F(AToolInTheStream, IsWhatIsCorrectedWhileTheControllerHasItInForce) {
+  play([this]() -> Wait {
+    co_await streaming();
+    auto now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/tool/number"), nullptr);
+    EXPECT_FALSE(now->at_pointer("/tool/measured").as_bool());
+    auto without = co_await wanted_deg();
+    EXPECT_LT((applied_deg() - without).norm(), 1e-3);
+
+    mock.use_tool(3);
+    co_await pass(5s);
+    now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/tool/number"), 3);
+    EXPECT_TRUE(now->at_pointer("/tool/measured").as_bool());
+    auto with = co_await wanted_deg(3);
+    EXPECT_LT((applied_deg() - with).norm(), 1e-3);
+    EXPECT_GT((with - without).norm(), 0.01) << "1 mm of the tool is a turn of the arm";
+
+    mock.use_tool(4);
+    co_await pass(5s);
+    now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/tool/number"), 4);
+    EXPECT_FALSE(now->at_pointer("/tool/measured").as_bool());
+    EXPECT_LT((applied_deg() - without).norm(), 1e-3);
+  });
+}
+
+TEST_F(AToolInTheStream, IsTheCellFilesWhereThatNamesOne) {
+  config.stream.tool = 3;
+  play([this]() -> Wait {
+    mock.use_tool(4);
+    co_await activated();
+    co_await streaming();
+    const auto now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/tool/number"), 3);
+    auto with = co_await wanted_deg(3);
+    EXPECT_LT((applied_deg() - with).norm(), 1e-3);
+  });
+}
+
+TEST_F(AToolInTheStream, WhoseReadingsTheModelDoesNotBearOutIsAWarningAndNotCorrected) {
+  *config.tools[0].data.readings[4].p_WS_mm += Eigen::Vector3d(3, 0, 0);
+  play([this]() -> Wait {
+    mock.use_tool(3);
+    co_await streaming();
+    const auto now = co_await ask("cell.status");
+    EXPECT_FALSE(now->at_pointer("/stream/tool/measured").as_bool());
+    EXPECT_THAT(fault_of(*now), HasSubstr("tool 3: its readings contradict each other under this model"));
+  });
+}
+
+TEST_F(AToolInTheStream, ThatWasNotMeasuredIsNoTargetsTool) {
+  EXPECT_THAT(refused("targets.compensate", {{"poses", {{1500, 0, 1200, 0, 90, 0}}}, {"tool", 4}}),
+              HasSubstr("params.tool: the cell file names no measured tool of this number"));
+}
+
+}  // namespace
+}  // namespace truepose::daemon

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/byte_stream.hpp"
+#include "drivers/clock.hpp"
+
+namespace truepose::drivers {
+
+/// One end of a connection within the process.
+class MemoryStream;
+
+/// Connections within the process in the time of a clock, which can be disturbed as those to devices are. A
+/// device has one port or several.
+class MemoryNetwork {
+ public:
+  using Serve = std::function<boost::asio::awaitable<void>(std::shared_ptr<MemoryStream> client)>;
+  using Ports = std::vector<std::uint16_t>;
+
+  MemoryNetwork(boost::asio::io_context& io, Clock& clock) : io_{io}, clock_{clock} {}
+
+  void listen(std::uint16_t port, Serve serve) { ports_[port].serve = std::move(serve); }
+  /// What a driver is given in place of TCP.
+  MakeStream streams();
+
+  /// Its power is off: nobody takes or refuses connections, and those that were end without a word: the
+  /// system's probes find that out after 5 s, and once it is on again what is sent over them is answered by a
+  /// reset.
+  void power(const Ports& device, bool on);
+  /// It runs, takes what it is sent, and what it sends does not come before it is mended.
+  void silence(const Ports& device, bool silent);
+  /// Whoever connects is thrown out at once.
+  void storm(const Ports& device, bool stormy);
+  void reset(const Ports& device);
+  /// After so many bytes more that it sends the connection ends.
+  void cut_after(const Ports& device, std::size_t bytes);
+
+ private:
+  friend class MemoryStream;
+  struct Link;
+  struct Port {
+    Serve serve;
+    bool on = true, silent = false, stormy = false;
+    std::vector<std::weak_ptr<Link>> links;
+  };
+  void each_link(const Ports& device, const std::function<void(Link&)>& act);
+
+  boost::asio::io_context& io_;
+  Clock& clock_;
+  std::map<std::uint16_t, Port> ports_;
+};
+
+class MemoryStream final : public ByteStream {
+ public:
+  explicit MemoryStream(MemoryNetwork& network) : network_{network} {}
+  MemoryStream(MemoryNetwork& network, std::shared_ptr<MemoryNetwork::Link> link);
+  ~MemoryStream() override { close(); }
+
+  boost::asio::awaitable<boost::system::error_code> connect(std::string host, std::uint16_t port) override;
+  boost::asio::awaitable<Received> read(std::span<char> into) override;
+  boost::asio::awaitable<boost::system::error_code> write(std::string_view bytes) override;
+  void close() noexcept override;
+  bool is_open() const override { return link_ != nullptr; }
+  /// Of a server's end: whether the client is still there.
+  bool has_client() const;
+
+ private:
+  boost::asio::awaitable<Received> receive(std::span<char> into);
+
+  MemoryNetwork& network_;
+  std::shared_ptr<MemoryNetwork::Link> link_;
+  bool is_server_ = false;
+};
+
+}  // namespace truepose::drivers

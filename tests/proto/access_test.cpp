@@ -1,0 +1,48 @@
+#include "proto/control/access.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace truepose::control {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(AccessFile, KeepsWhoMayOpenSessionsAndNoToken) {
+  const AccessEntries access{{entry_for_token("panel 1", Role::Operator, "secret of panel 1"),
+                              entry_for_token("anna", Role::Engineer, "secret of anna")}};
+  const std::string text = access_text(access);
+  EXPECT_THAT(text, Not(HasSubstr("secret")));
+  const auto read = read_access(text);
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_EQ(read->entries, access.entries);
+  EXPECT_EQ(read->of_token("secret of panel 1")->name, "panel 1");
+  EXPECT_EQ(read->of_token("secret of panel 2"), nullptr);
+  EXPECT_EQ(read->of_token(""), nullptr);
+  EXPECT_EQ(read->of_token("secret of anna")->role, Role::Engineer);
+}
+
+TEST(AccessFile, HashesOneTokenDifferentlyForEveryEntry) {
+  const AccessEntry one = entry_for_token("a", Role::Viewer, "the same token");
+  const AccessEntry other = entry_for_token("a", Role::Viewer, "the same token");
+  EXPECT_NE(one.hash, other.hash);
+}
+
+TEST(AccessFile, NamesWhatIsWrongInIt) {
+  const auto error_of = [](const std::string& text) { return read_access(text).error(); };
+  EXPECT_THAT(error_of("{"), HasSubstr("byte 1"));
+  EXPECT_EQ(error_of("{}"), "missing key 'access'");
+  EXPECT_EQ(error_of(R"({"access": [{"name": "x", "role": "boss"}]})"),
+            "access[0].role: expected one of viewer, operator, engineer, admin, found \"boss\"");
+  EXPECT_EQ(error_of(R"({"access": [{"name": "x", "role": "viewer", "salt": "ab", "hash": "12"}]})"),
+            "access[0].hash: expected 64 digits, 0-9 and a-f");
+  const AccessEntry entry = entry_for_token("x", Role::Viewer, "secret");
+  EXPECT_EQ(error_of(access_text({{entry, entry}})), "\"x\" stands there twice");
+  const AccessEntry nameless = entry_for_token("\n", Role::Viewer, "secret");
+  EXPECT_EQ(error_of(access_text({{nameless}})),
+            "access[0].name: expected 1 to 64 bytes without control characters");
+}
+
+}  // namespace
+}  // namespace truepose::control

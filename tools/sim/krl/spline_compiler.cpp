@@ -1,0 +1,85 @@
+// The part of BodyCompiler that reads spline blocks and what stands behind WITH.
+#include <algorithm>
+#include <utility>
+
+#include "tools/sim/krl/body_compiler.hpp"
+
+namespace truepose::sim::krl {
+namespace {
+
+bool belongs(std::string_view segment, MotionKind block) {
+  if (block == MotionKind::PtpSpline) return segment == "SPTP";
+  return segment == "SPL" || segment == "SLIN" || segment == "SCIRC";
+}
+
+}  // namespace
+
+void BodyCompiler::compile_spline(TokenReader& reader) {
+  const Statement& opened = body_.statements[at_ - 1];
+  const Token word = reader.take();
+  const std::vector<Setting> settings = read_with(reader);
+  reader.expect_end();
+  MotionShape block{.kind = word.is("SPLINE") ? MotionKind::Spline : MotionKind::PtpSpline,
+                    .settings = settings.size()};
+  block.segments = segments(block.kind, opened);
+  TokenReader end(body_.file, body_.statements[at_++]);
+  end.expect("ENDSPLINE");
+  block.approximation = read_approximation(end, true);
+  end.expect_end();
+  scope_.line = opened.line;
+  emit_settings(settings);
+  symbols_.program.motions.push_back(std::move(block));
+  scope_.emit(Op::Move, symbols_.program.motions.size() - 1);
+}
+
+std::vector<MotionShape> BodyCompiler::segments(MotionKind block, const Statement& opened) {
+  const std::string takes = block == MotionKind::Spline ? "SPLINE takes SPL, SLIN, SCIRC and TRIGGER"
+                                                        : "PTP_SPLINE takes SPTP and TRIGGER";
+  std::vector<MotionShape> segments;
+  std::vector<TriggerShape> triggers;
+  while (!next_begins_with("ENDSPLINE")) {
+    if (at_end()) throw Fault{body_.file, opened.line, "ENDSPLINE is missing"};
+    const Statement& statement = body_.statements[at_++];
+    scope_.line = statement.line;
+    TokenReader reader(body_.file, statement);
+    if (reader.next_is("TRIGGER")) {
+      triggers.push_back(read_trigger(reader, true));
+    } else if (belongs(reader.peek().text, block)) {
+      segments.push_back(read_motion(reader));
+      segments.back().triggers = std::exchange(triggers, {});
+    } else {
+      reader.fail(takes + ", not " + reader.peek().text);
+    }
+    reader.expect_end();
+  }
+  if (segments.empty() || !triggers.empty())
+    throw Fault{body_.file, body_.statements[at_].line, "a segment is expected before ENDSPLINE"};
+  return segments;
+}
+
+std::vector<BodyCompiler::Setting> BodyCompiler::read_with(TokenReader& reader) {
+  std::vector<Setting> settings;
+  if (!reader.take_if("WITH")) return settings;
+  do {
+    Setting setting{.variable = read_variable(reader), .value = {}};
+    reader.expect("=");
+    setting.value = read_expression(reader);
+    settings.push_back(std::move(setting));
+  } while (reader.take_if(","));
+  return settings;
+}
+
+void BodyCompiler::emit_settings(const std::vector<Setting>& settings) {
+  for (const auto& [variable, value] : settings) {
+    const Expression* root = &variable;
+    while (root->kind != ExpressionKind::Name) root = &root->parts[0];
+    const Symbol symbol = scope_.variable(root->token.text);
+    if (symbol.storage != Storage::System || !symbol.passes_advance_run || symbol.is_constant)
+      scope_.fail("WITH sets what motions take with them, such as $VEL.CP, not " + root->token.text);
+    const Type type = expressions_.place(variable);
+    if (type.is_array()) scope_.fail("WITH sets one element of " + root->token.text);
+    expressions_.value_as(value, type, "the variable " + root->token.text);
+  }
+}
+
+}  // namespace truepose::sim::krl

@@ -1,0 +1,61 @@
+// The part of BodyCompiler that reads TRIGGER.
+#include "tools/sim/krl/body_compiler.hpp"
+
+namespace truepose::sim::krl {
+
+void BodyCompiler::compile_trigger(TokenReader& reader) {
+  if (body_.is_submit) reader.fail("a submit program moves no arm that could trigger");
+  symbols_.program.triggers.push_back(read_trigger(reader, false));
+  reader.expect_end();
+  scope_.emit(Op::Trigger, symbols_.program.triggers.size() - 1);
+}
+
+TriggerShape BodyCompiler::read_trigger(TokenReader& reader, bool in_spline) {
+  reader.expect("TRIGGER");
+  reader.expect("WHEN");
+  TriggerShape trigger;
+  read_switching_point(reader, in_spline, trigger);
+  reader.expect("DELAY");
+  reader.expect("=");
+  expressions_.value_as(read_expression(reader), {Kind::Real}, "DELAY");
+  reader.expect("DO");
+  const std::size_t over = scope_.emit(Op::Jump);
+  trigger.action = scope_.here();
+  trigger.is_call = reader.peek(1).is("(");
+  trigger.is_call ? call_beside(reader) : set_beside(reader);
+  scope_.land(over);
+  if (!trigger.is_call) return trigger;
+  if (!reader.take_if("PRIO")) reader.fail("a subprogram that is triggered needs PRIO");
+  reader.expect("=");
+  expressions_.value_as(read_expression(reader), {Kind::Int}, "PRIO");
+  return trigger;
+}
+
+void BodyCompiler::set_beside(TokenReader& reader) {
+  scope_.aside = "trigger";
+  const Expression variable = read_variable(reader);
+  reader.expect("=");
+  expressions_.assign(variable, read_expression(reader));
+  scope_.aside = {};
+  scope_.emit(Op::Return);
+}
+
+/// DISTANCE=0, the start of the motion; DISTANCE=1, its end; PATH=mm from its end, or with ONSTART its start.
+void BodyCompiler::read_switching_point(TokenReader& reader, bool in_spline, TriggerShape& trigger) {
+  if (reader.take_if("PATH")) {
+    reader.expect("=");
+    expressions_.value_as(read_expression(reader), {Kind::Real}, "PATH");
+    trigger.from_start = reader.take_if("ONSTART");
+    return;
+  }
+  if (in_spline) reader.fail("in a spline block PATH is expected");
+  if (!reader.take_if("DISTANCE")) reader.fail("DISTANCE or PATH is expected");
+  reader.expect("=");
+  const Token end = reader.take();
+  if (end.kind != TokenKind::Integer || end.integer < 0 || end.integer > 1)
+    reader.fail("DISTANCE is 0, the start of the motion, or 1, its end");
+  trigger.from_start = end.integer == 0;
+  scope_.push(0.0);
+}
+
+}  // namespace truepose::sim::krl

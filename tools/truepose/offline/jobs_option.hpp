@@ -1,0 +1,14 @@
+#pragma once
+
+#include "tools/truepose/command_line.hpp"
+
+namespace truepose::tools {
+
+inline Option jobs_option(int& jobs) {
+  return {"--jobs",
+          &jobs,
+          "Threads that work at it; the result is the same with any number",
+          {.shows_default = true, .check = in_range(1, 1024)}};
+}
+
+}  // namespace truepose::tools

@@ -1,0 +1,24 @@
+#include "tools/truepose/offline/mistake_text.hpp"
+
+#include "config/robot_fix.hpp"
+
+namespace truepose::tools {
+namespace {
+
+std::string place_of(const Mistake& mistake, const std::string& robot_file, const std::string& data_file) {
+  if (mistake.file == MistakenFile::Measurements) return data_file + ": " + mistake.key;
+  const std::string first_key = mistake.key.substr(0, mistake.key.find(','));
+  return config::robot_place(robot_file, mistake.joint, first_key);
+}
+
+}  // namespace
+
+std::string mistake_text(const Suspicion& suspicion, const std::string& robot_file,
+                         const std::string& data_file) {
+  if (suspicion.mistakes.empty()) return data_file + ": " + in_words(suspicion);
+  std::string places;
+  for (const Mistake& mistake : suspicion.mistakes) places += place_of(mistake, robot_file, data_file) + ": ";
+  return places + in_words(suspicion) + "; `truepose robot fix` writes it mended";
+}
+
+}  // namespace truepose::tools

@@ -1,0 +1,84 @@
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <sstream>
+
+#include "config/measurement_file.hpp"
+#include "config/robot_file.hpp"
+#include "config/robot_fix.hpp"
+#include "config/text_file.hpp"
+#include "core/identify/model_sanity.hpp"
+#include "tools/truepose/offline/mistake_text.hpp"
+#include "tools/truepose/offline/offline_commands.hpp"
+
+namespace truepose::tools {
+namespace {
+
+struct RobotFix {
+  std::string robot_file, data_file, out_file, out_data_file;
+};
+
+bool is_in(MistakenFile file, const Suspicion& suspicion) {
+  return std::ranges::any_of(suspicion.mistakes, [&](const Mistake& each) { return each.file == file; });
+}
+
+std::string measurements_text(const MeasurementData& data, const RobotModel& robot) {
+  std::ostringstream text;
+  config::write_measurements(text, data, robot);
+  return text.str();
+}
+
+/// The files that are to be written, mended.
+std::vector<config::TextFile> mended_files(const RobotFix& command, const Suspicion& suspicion,
+                                           const MeasurementData& data) {
+  const std::string mistake = mistake_text(suspicion, command.robot_file, command.data_file);
+  std::vector<config::TextFile> files;
+  if (is_in(MistakenFile::Robot, suspicion)) {
+    if (command.out_file.empty()) throw CommandError{kFailed, mistake + " where --out says"};
+    files.push_back({command.out_file, config::mended_robot_text(command.robot_file, suspicion.mended_arm)});
+  }
+  if (is_in(MistakenFile::Measurements, suspicion)) {
+    if (command.out_data_file.empty()) throw CommandError{kFailed, mistake + " where --out-data says"};
+    files.push_back({command.out_data_file,
+                     measurements_text({data.smr_names, suspicion.mended_points}, suspicion.mended_arm)});
+  }
+  return files;
+}
+
+int run_fix(const RobotFix& command) {
+  const RobotModel robot = config::load_robot(command.robot_file);
+  const MeasurementData data = config::load_measurements(command.data_file, robot);
+  const auto suspicion = suspect(robot, data);
+  if (!suspicion)
+    throw CommandError{kFailed, command.robot_file + ": nothing to mend, as far as " + command.data_file +
+                                    " shows: no file was written"};
+  if (suspicion->mistakes.empty())
+    throw CommandError{kFailed, mistake_text(*suspicion, command.robot_file, command.data_file)};
+  const auto files = mended_files(command, *suspicion, data);
+  config::write_together(files);
+  std::printf("%s\n", in_words(*suspicion).c_str());
+  for (const config::TextFile& file : files) std::printf("%s: written\n", file.path.c_str());
+  return kDone;
+}
+
+}  // namespace
+
+Command robot_commands() { return {.name = "robot", .help = "The robot file"}; }
+
+Command robot_fix_command() {
+  const auto command = std::make_shared<RobotFix>();
+  RobotFix& c = *command;
+  return {
+      .name = "robot fix",
+      .help = "Finds what is wrong in a robot file or its measurements, and writes them mended",
+      .options = {Option("robot", &c.robot_file, "Robot file (YAML)", {.required = true, .type = "ROBOT"}),
+                  Option("measurements", &c.data_file, "Measurements (CSV)",
+                         {.required = true, .type = "MEASUREMENTS"}),
+                  Option("--out", &c.out_file,
+                         "The mended robot file; all but the mended numbers stays as it stands"),
+                  Option("--out-data", &c.out_data_file,
+                         "The mended measurements, where the mistake is in them")},
+      .run = [command] { return run_fix(*command); }};
+}
+
+}  // namespace truepose::tools

@@ -1,0 +1,125 @@
+#include "tools/truepose/online/campaign_watch.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <csignal>
+
+#include "core/formatted.hpp"
+#include "tools/truepose/online/online_commands.hpp"
+#include "tools/truepose/online/online_text.hpp"
+#include "tools/truepose/online/rpc_client.hpp"
+#include "tools/truepose/text.hpp"
+
+namespace truepose::tools {
+
+namespace json = boost::json;
+
+namespace {
+
+bool is_over(const std::string& phase) { return phase == "done" || phase == "aborted" || phase == "failed"; }
+
+/// Shows what happens, line by line, and progress: on a terminal as the last line, which is written over.
+class Display {
+ public:
+  explicit Display(bool silent) : silent_{silent}, overwrite_{::isatty(STDOUT_FILENO) == 1} {}
+  void show(const json::value& progress) {
+    const bool last = is_over(string_at(progress, "/phase"));
+    line_ = progress_line(progress) + (overwrite_ && !last ? "" : "\n");
+    write(line_);
+  }
+  void tell(const control::Event& event, const std::string& what) {
+    constexpr std::size_t kDate = 11, kTime = 8;  // of 2026-01-31T12:00:00.000Z
+    const std::string time = event.time.size() > kDate ? event.time.substr(kDate, kTime) : event.time;
+    write(time + "  " + what + "\n");
+    if (overwrite_) write(line_);
+  }
+
+ private:
+  void write(const std::string& text) const {
+    if (!silent_) print((overwrite_ ? "\r\x1b[K" : "") + text);
+  }
+
+  bool silent_;
+  bool overwrite_;
+  std::string line_;
+};
+
+/// What an event tells beside the progress; empty: nothing that belongs to a campaign.
+std::string told_by(const control::Event& event) {
+  const json::value data = event.data;
+  if (event.topic == "log") return string_at(data, "/level") == "warning" ? string_at(data, "/text") : "";
+  if (event.topic != "cell") return {};
+  const std::string state = string_at(data, "/state");
+  const bool concerns = state == "campaign" || state == "paused" || state == "fault";
+  return concerns ? string_at(data, "/reason") : "";
+}
+
+/// Says at an interruption what goes on without this program.
+class Farewell {
+ public:
+  explicit Farewell(const std::string& id) {
+    text() = formatted(
+        "\ncampaign %s goes on. Follow it: truepose campaign watch\nEnd it: truepose campaign abort\n",
+        id.c_str());
+    std::signal(SIGINT, &say);
+  }
+  ~Farewell() { std::signal(SIGINT, SIG_DFL); }
+  Farewell(const Farewell&) = delete;
+  Farewell& operator=(const Farewell&) = delete;
+
+ private:
+  static std::string& text() {
+    static std::string text;
+    return text;
+  }
+  static void say(int signal) {
+    [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text().data(), text().size());
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
+};
+
+std::string model_text_of(RpcClient& client, const std::string& id) {
+  const json::value found = value_or_throw(client.call("model.get", {{"id", id}}));
+  return "model " + id + ", " + number_at(found, "/model/validation_after_mm", 3, " mm") +
+         " on validation poses, " + (is_true_at(found, "/model/active") ? "active" : "not active");
+}
+
+}  // namespace
+
+void subscribe_to_watch(RpcClient& client) {
+  value_or_throw(client.call("events.subscribe", {{"topics", json::array{"campaign", "cell", "log"}}}));
+}
+
+json::value watch_to_end(RpcClient& client, const std::string& id, json::value progress, bool silent) {
+  const Farewell farewell{id};
+  Display display{silent};
+  display.show(progress);
+  while (!is_over(string_at(progress, "/phase"))) {
+    const control::Event event = value_or_throw(client.next_event());
+    if (const std::string what = told_by(event); !what.empty()) display.tell(event, what);
+    json::value data = event.data;
+    if (event.topic != "campaign" || string_at(data, "/id") != id) continue;
+    progress = std::move(data);
+    display.show(progress);
+  }
+  return progress;
+}
+
+std::string ending_text(RpcClient& client, const json::value& progress) {
+  const std::string id = string_at(progress, "/id"), phase = string_at(progress, "/phase");
+  if (phase != "done")
+    return "campaign " + id + " " + phase + "; what it measured is kept\nnext: truepose campaign show " + id +
+           "\n";
+  const json::value* const model = find_at(progress, "/model_id");
+  if (!model || !model->is_string())
+    return "campaign " + id + " is done\nnext: truepose campaign show " + id + "\n";
+  return "campaign " + id + " is done: " + model_text_of(client, string_at(progress, "/model_id")) +
+         "\nnext: truepose report " + id + " --html report.html\n";
+}
+
+}  // namespace truepose::tools
