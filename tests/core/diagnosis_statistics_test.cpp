@@ -25,7 +25,7 @@ struct Noise {
 };
 
 /// Links off by up to 3 mm and 15 mrad.
-RobotModel real_arm(RobotModel robot, Random& random) {
+RobotModel off_by_links(RobotModel robot, Random& random) {
   for (Joint& joint : robot.joints) {
     for (double* length : {&joint.a_mm, &joint.d_mm}) *length += random.uniform(-3, 3);
     for (double* angle : {&joint.alpha_rad, &joint.theta_rad, &joint.beta_rad})
@@ -45,7 +45,7 @@ struct Example {
   MeasurementData data, fresh;
 
   Example(const RobotModel& robot, int poses, Noise noise, Random& random) : nominal{robot} {
-    const CalibratedCell truth = example::placed(real_arm(robot, random), random);
+    const CalibratedCell truth = example::placed(off_by_links(robot, random), random);
     data = example::measured(truth, poses, noise.sigma_mm, random);
     fresh = example::measured(truth, poses, noise.sigma_mm, random);
     for (Measurement& point : data.points) {

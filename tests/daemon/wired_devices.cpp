@@ -142,7 +142,7 @@ asio::awaitable<void> WiredTracker::serve(std::shared_ptr<drivers::MemoryStream>
       const drivers::TimePoint done = cell_.clock().now() + 2s;
       co_await cell_.clock().sleep_until(done);
       const TrackerNoiseModel& noise = cell_.options().noise;
-      const Eigen::Vector3d p_mm = cell_.reading_mm(noise);
+      const Eigen::Vector3d p_mm = cell_.reading_mm(cell_.p_WS_mm(), 1, noise);
       protocol_.result.v = {p_mm.x(), p_mm.y(), p_mm.z()};
       protocol_.result.std.fill(noise.range_mm);
       protocol_.result.environment = {20, 1013, 50};
