@@ -71,14 +71,13 @@ std::expected<drivers::TrackerIdentity, drivers::TrackerError> observe_tracker(
 }
 
 std::vector<Finding> probe(const config::CellConfig& config) {
-  using Level = Finding::Level;
   const auto robot = observe_robot(config.robot);
   const auto tracker = observe_tracker(config.tracker);
-  return {
-      robot ? robot_finding(config.robot, *robot) : Finding{Level::Failure, "robot: " + robot.error().detail},
-      tracker ? Finding{Level::Good, "tracker: " + tracker->model + ", serial " + tracker->serial +
-                                         ", firmware " + tracker->firmware}
-              : Finding{Level::Failure, "tracker: " + tracker.error().detail}};
+  return {robot ? robot_finding(config.robot, *robot)
+                : Finding{Finding::Level::Failure, "robot: " + robot.error().detail},
+          tracker ? Finding{Finding::Level::Good, "tracker: " + tracker->model + ", serial " +
+                                                      tracker->serial + ", firmware " + tracker->firmware}
+                  : Finding{Finding::Level::Failure, "tracker: " + tracker.error().detail}};
 }
 
 }  // namespace truepose::daemon
