@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
 
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/identification.hpp"
@@ -64,13 +65,6 @@ std::optional<CalibrationError> wrong_model(const RobotModel& nominal, const Mea
 std::optional<CalibrationError> identify_geometry(Identification& id) {
   if (auto error = fit_base_and_reflectors(id)) return error;
   return fit_geometry(id);
-}
-
-/// The further layers that the options ask for.
-std::optional<CalibrationError> add_layers(Identification& id) {
-  if (auto error = fit_deviations(id)) return error;
-  if (!id.options.residual.empty()) return fit_residual(id);
-  return std::nullopt;
 }
 
 Eigen::Vector3d error_mm(const Eigen::VectorXd& residuals, std::size_t point) {
@@ -219,52 +213,68 @@ void judge_unseen(const Identification& id, const MeasurementData& data, const S
   }
 }
 
+/// An identification up to its residual field.
+struct Identified {
+  std::unique_ptr<const MeasurementData> good;  ///< what it refers to
+  std::unique_ptr<Identification> id;
+  Screened gross;
+};
+
+/// A plain fit where all points agree with it; else, once the model is checked, from the points that are not
+/// screened out.
+///
+/// @param check_model  whether the nominal arm may be one that cannot be right
+std::expected<Identified, CalibrationError> identified(const RobotModel& nominal, const MeasurementData& data,
+                                                       const CalibrateOptions& options, bool check_model) {
+  if (!reweighs(options.loss)) {
+    auto all = std::make_unique<const MeasurementData>(data);
+    auto plain = std::make_unique<Identification>(nominal, *all, options);
+    if (!identify_geometry(*plain) && is_unsuspicious(*plain)) {
+      if (auto error = fit_deviations(*plain)) return std::unexpected(*error);
+      return Identified{std::move(all), std::move(plain), {}};
+    }
+  }
+  if (check_model) {
+    if (auto error = wrong_model(nominal, data)) return std::unexpected(std::move(*error));
+  }
+  Screened gross = options.loss == Loss::Screened ? screened(nominal, data, options) : Screened{};
+  auto good = std::make_unique<const MeasurementData>(without(gross.to_identify, data));
+  auto id = std::make_unique<Identification>(nominal, *good, options);
+  if (auto error = identify_geometry(*id)) return std::unexpected(*error);
+  if (auto error = fit_deviations(*id)) return std::unexpected(*error);
+  return Identified{std::move(good), std::move(id), std::move(gross)};
+}
+
+std::vector<RejectedPoint> rejected(const Identified& made) {
+  return reweighs(made.id->options.loss) ? rejected(*made.id) : made.gross.to_identify;
+}
+
+ThermalBasis thermal_basis(const Identified& made) {
+  const ParameterUncertainty& known = made.id->uncertainty;
+  return {made.id->fit.cell, known.covariance, known.sigma0_mm, rejected(made)};
+}
+
 /// Completes the result of an identification that has been through its stages: the cell, its parameters with
 /// their uncertainty, the points that were rejected, and the errors of all points through the stages.
 ///
 /// @param data  all that was measured
-/// @param gross  what of it was screened out
-Calibration summary(Identification id, const MeasurementData& data, const Screened& gross) {
+Calibration summary(Identified made, const MeasurementData& data) {
+  Identification& id = *made.id;
   Calibration& result = id.result;
   result.cell = id.fit.cell;
   result.fine_solver = id.fit.solver;
   result.sigma0_mm = id.uncertainty.sigma0_mm;
   result.covariance = id.uncertainty.covariance;
   result.parameters = parameters(id);
-  result.rejected = reweighs(id.options.loss) ? rejected(id) : gross.to_identify;
-  result.far_validation = gross.to_validate;
+  result.rejected = rejected(made);
+  result.far_validation = made.gross.to_validate;
   result.points = point_errors(result, data);
-  judge_unseen(id, data, gross, result.points);
+  judge_unseen(id, data, made.gross, result.points);
   result.identify = stage_errors(result, data, PoseSet::Identify);
   if (std::ranges::count(data.points, PoseSet::Validate, &Measurement::set) > 0)
     result.validate = stage_errors(result, data, PoseSet::Validate);
   result.stations = station_errors(result, data);
   return std::move(result);
-}
-
-/// A plain fit where all points agree with it; else, once the model is checked, from the points that are not
-/// screened out.
-///
-/// @param check_model  whether the nominal arm may be one that cannot be right
-std::expected<Calibration, CalibrationError> identified(const RobotModel& nominal,
-                                                        const MeasurementData& data,
-                                                        const CalibrateOptions& options, bool check_model) {
-  if (!reweighs(options.loss)) {
-    Identification plain(nominal, data, options);
-    if (!identify_geometry(plain) && is_unsuspicious(plain)) {
-      if (auto error = add_layers(plain)) return std::unexpected(*error);
-      return summary(std::move(plain), data, {});
-    }
-  }
-  if (check_model) {
-    if (auto error = wrong_model(nominal, data)) return std::unexpected(std::move(*error));
-  }
-  const Screened gross = options.loss == Loss::Screened ? screened(nominal, data, options) : Screened{};
-  const MeasurementData good = without(gross.to_identify, data);
-  Identification id(nominal, good, options);
-  if (auto error = identify_geometry(id)) return std::unexpected(*error);
-  if (auto error = add_layers(id)) return std::unexpected(*error);
-  return summary(std::move(id), data, gross);
 }
 
 }  // namespace
@@ -289,9 +299,8 @@ void keep_first_station(Calibration& calibration) {
 MeasurementData as_fitted(const Calibration& calibration, const MeasurementData& data) {
   if (!calibration.thermal || !calibration.thermal->response) return data;
   const ThermalResponse& response = *calibration.thermal->response;
-  const double constant_s = calibration.thermal->time_constant_s;
-  return at_reference(constant_s > 0 ? with_warmth_by_time(data, constant_s) : data, calibration.cell,
-                      response);
+  const auto& clock = calibration.thermal->clock;
+  return at_reference(clock ? with_warmth_by(*clock, data) : data, calibration.cell, response);
 }
 
 std::expected<CalibratedCell, CalibrationError> coarse_fit(const RobotModel& arm,
@@ -309,10 +318,24 @@ std::expected<Calibration, CalibrationError> calibrate(const RobotModel& nominal
                                                        const CalibrateOptions& options) {
   if (auto error = unusable(nominal, data)) return std::unexpected(*error);
   auto made = identified(nominal, data, options, options.check_model);
-  if (!made || !tells_warmth(data, options.thermal)) return made;
-  return with_thermal_response(*std::move(made), data, options, [&](const MeasurementData& there) {
-    return identified(nominal, there, options, false);
-  });
+  if (!made) return std::unexpected(made.error());
+  MeasurementData there;  // as it would have been at the reference temperatures
+  const auto again = [&](const MeasurementData& next) -> std::expected<ThermalBasis, CalibrationError> {
+    there = next;
+    made = identified(nominal, there, options, false);
+    if (!made) return std::unexpected(made.error());
+    return thermal_basis(*made);
+  };
+  const auto thermal = with_thermal_response(thermal_basis(*made), data, options, again);
+  if (!thermal) return std::unexpected(thermal.error());
+  if (!options.residual.empty()) {
+    if (auto error = fit_residual(*made->id)) return std::unexpected(*error);
+  }
+  Calibration result = summary(*std::move(made), there.points.empty() ? data : there);
+  if (!*thermal) return result;
+  result.thermal = (*thermal)->choice;
+  if (result.thermal->response) inflate(result, (*thermal)->inflation);
+  return result;
 }
 
 }  // namespace truepose

@@ -18,6 +18,7 @@
 #include "core/identify/robust_fit.hpp"
 #include "core/identify/thermal_response.hpp"
 #include "core/identify/uncertainty.hpp"
+#include "core/identify/warm_up.hpp"
 #include "core/math/statistics.hpp"
 
 namespace truepose {
@@ -38,13 +39,6 @@ enum class PriorUse {
   On,
 };
 
-/// What tells how warm the arm was at each point.
-enum class ThermalUse {
-  Off,
-  Temperatures,  ///< of the drives, where points carry them
-  Time,          ///< since the first point, measured with a cold arm
-};
-
 struct CalibrateOptions {
   CalibrationMethod method = CalibrationMethod::TwoStage;
   Loss loss = Loss::Screened;
@@ -57,7 +51,7 @@ struct CalibrateOptions {
   /// and none where none helps.
   std::vector<RegressorKind> residual;
   /// Look for what warmth does to joint zeros and lengths, and keep it where it helps.
-  ThermalUse thermal = ThermalUse::Temperatures;
+  ThermalUse thermal = ThermalUse::Auto;
   bool check_model =
       true;  ///< refuse a nominal arm that cannot be right, and say which mistake explains the data
   std::optional<CalibratedCell> start;  ///< where the coarse stage starts; none: found without a guess
@@ -121,9 +115,10 @@ struct StationErrors {
 /// Whether the arm's answer to warmth was kept.
 struct ThermalChoice {
   std::optional<ThermalResponse> response;  ///< none: the arm as if it were always as warm predicts as well
-  double time_constant_s = 0;  ///< of warmth by time, of which the reference is that of a warm arm
-  double without_rms_mm = 0;   ///< error of points as the others predict them, whitened, without the response
-  double rms_mm = 0;           ///< and with it
+  /// By which warmth was reckoned: then the reference is that of a warm arm; none: temperatures told it.
+  std::optional<WarmUpClock> clock;
+  double without_rms_mm = 0;  ///< error of points as the others predict them, whitened, without the response
+  double rms_mm = 0;          ///< and with it
 };
 
 struct Calibration {

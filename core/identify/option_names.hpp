@@ -21,6 +21,7 @@ inline constexpr std::array kLossNames{
 };
 inline constexpr std::array kThermalNames{
     Named{"none", ThermalUse::Off},
+    Named{"auto", ThermalUse::Auto},
     Named{"temperatures", ThermalUse::Temperatures},
     Named{"time", ThermalUse::Time},
 };

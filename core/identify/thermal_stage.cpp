@@ -1,12 +1,8 @@
 #include "core/identify/thermal_stage.hpp"
 
 #include <algorithm>
-#include <array>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <limits>
-#include <map>
 #include <utility>
 
 #include "core/identify/identification.hpp"
@@ -20,91 +16,121 @@ namespace truepose {
 namespace {
 
 constexpr int kThermalRounds = 2;
-constexpr double kBeyondChance = 2;  // standard errors of what the response takes from points left out
+constexpr int kFewestPoses = 40;  // of which warmth is looked for that nobody told of
+// Standard errors of what the response takes from points left out: where it was asked for, and where not.
+constexpr double kBeyondChance = 2, kBeyondDoubt = 3;
 
-/// RFC 3339, as seconds since some moment.
-std::optional<double> seconds_of(const std::string& time) {
-  int year = 0, month = 0, day = 0, hour = 0, minute = 0, east_h = 0, east_min = 0, read = 0;
-  double second = 0;
-  if (std::sscanf(time.c_str(), "%d-%d-%d%*1[Tt ]%d:%d:%lf%n", &year, &month, &day, &hour, &minute, &second,
-                  &read) != 6)
-    return std::nullopt;
-  std::sscanf(time.c_str() + read, "%d:%d", &east_h, &east_min);
-  if (east_h < 0) east_min = -east_min;
-  const std::chrono::sys_days date{std::chrono::year{year} / month / day};
-  return static_cast<double>(date.time_since_epoch().count()) * 86400 +
-         60 * (60 * (hour - east_h) + minute - east_min) + second;
-}
-
-/// What one linear fit beside the parameters says of the response.
-struct Fit {
-  Eigen::VectorXd step;        ///< to be added to per_kelvin
-  Eigen::MatrixXd covariance;  ///< as ThermalResponse's
-  Eigen::MatrixXd inflation;   ///< of the parameters' covariance, as the response is not known exactly
-  std::vector<double> left_out2, left_out2_without;  ///< of each point as the others predict it, whitened
-};
-
-/// What the points to identify say, whitened.
+/// What the points to identify say beside the parameters, whitened.
 struct System {
-  Eigen::MatrixXd J, T;  ///< derivatives to the parameters and to the response
-  Eigen::VectorXd r;     ///< measured less predicted
+  std::vector<Measurement> points;
+  Eigen::MatrixXd J;               ///< derivatives to the parameters
+  Eigen::VectorXd r;               ///< measured less predicted
+  Eigen::MatrixXd C;               ///< inverse of J' J, where it has one
+  std::vector<Eigen::Matrix3d> H;  ///< how each point's own reading draws its prediction
+  std::vector<double> left_out2;   ///< squared errors of the points, each as the others predict it
 };
 
-System system_of(const Calibration& made, const MeasurementData& data, const ThermalResponse& response,
-                 const std::optional<MeasurementNoise>& noise) {
-  const std::vector<Measurement> points = points_of(without(made.rejected, data), PoseSet::Identify);
-  System system;
-  Eigen::VectorXd f;
-  residuals_with_jacobian(made.cell, points, f, system.J);
-  system.r = -f;
-  const Whitening whitening = whitening_of(points, noise);
-  system.T = Eigen::MatrixXd::Zero(f.size(), response.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto row = 3 * static_cast<Eigen::Index>(i);
-    if (!whitening.W.empty()) {
-      system.J.middleRows<3>(row) = whitening.W[i] * system.J.middleRows<3>(row).eval();
-      system.r.segment<3>(row) = whitening.W[i] * system.r.segment<3>(row).eval();
-    }
-    if (points[i].temperature_c.empty()) continue;
-    system.T.middleRows<3>(row) =
-        system.J.middleRows<3>(row) * thermal_directions(made.cell, response, points[i].temperature_c);
-  }
-  return system;
+Eigen::Matrix3d share(const Eigen::MatrixXd& A, const Eigen::MatrixXd& S, Eigen::Index row) {
+  return congruence(A.middleRows(row, 3), S);
 }
 
 /// Squared errors of the points, each as a linear fit to all others predicts it.
-///
-/// @param H  how a point's own reading draws its prediction, by its first row
-std::vector<double> left_out(const Eigen::VectorXd& residuals,
-                             const std::function<Eigen::Matrix3d(Eigen::Index)>& H) {
+std::vector<double> left_out(const Eigen::VectorXd& residuals, const std::vector<Eigen::Matrix3d>& H) {
   std::vector<double> squared;
-  for (Eigen::Index row = 0; row < residuals.size(); row += 3) {
-    const Eigen::Matrix3d left = Eigen::Matrix3d::Identity() - H(row);
+  for (std::size_t i = 0; i < H.size(); ++i) {
+    const Eigen::Matrix3d left = Eigen::Matrix3d::Identity() - H[i];
+    const auto row = 3 * static_cast<Eigen::Index>(i);
     squared.push_back((left.inverse() * residuals.segment<3>(row)).squaredNorm());
   }
   return squared;
 }
 
-Fit fitted(const Calibration& made, const MeasurementData& data, const ThermalResponse& response,
-           const std::optional<MeasurementNoise>& noise) {
-  const System system = system_of(made, data, response, noise);
-  const double variance = made.sigma0_mm * made.sigma0_mm;
-  const Eigen::MatrixXd C = made.covariance / variance;
-  // How the parameters follow the response, and what of it they cannot take up.
-  const Eigen::MatrixXd K = times(C, transposed_times(system.J, system.T));
-  const Eigen::MatrixXd T = system.T - times(system.J, K);
-  const Eigen::MatrixXd own = inverse_gram(T, 1e-9).value;
+System system_of(const ThermalBasis& basis, const MeasurementData& data,
+                 const std::optional<MeasurementNoise>& noise) {
+  System system{.points = points_of(without(basis.rejected, data), PoseSet::Identify)};
+  Eigen::VectorXd f;
+  residuals_with_jacobian(basis.cell, system.points, f, system.J);
+  system.r = -f;
+  const Whitening whitening = whitening_of(system.points, noise);
+  system.C = basis.covariance / (basis.sigma0_mm * basis.sigma0_mm);
+  for (std::size_t i = 0; i < system.points.size(); ++i) {
+    const auto row = 3 * static_cast<Eigen::Index>(i);
+    if (!whitening.W.empty()) {
+      system.J.middleRows<3>(row) = whitening.W[i] * system.J.middleRows<3>(row).eval();
+      system.r.segment<3>(row) = whitening.W[i] * system.r.segment<3>(row).eval();
+    }
+  }
+  return system;
+}
+
+/// What each point's own reading does to its prediction.
+void leave_out(System& system) {
+  for (Eigen::Index row = 0; row < system.r.size(); row += 3)
+    system.H.push_back(share(system.J, system.C, row));
+  system.left_out2 = left_out(system.r, system.H);
+}
+
+/// Derivatives to the response.
+///
+/// @param points  those of the system, with their temperatures
+Eigen::MatrixXd thermal_columns(const System& system, std::span<const Measurement> points,
+                                const CalibratedCell& cell, const ThermalResponse& response) {
+  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(system.r.size(), response.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto row = 3 * static_cast<Eigen::Index>(i);
+    if (points[i].temperature_c.empty()) continue;
+    T.middleRows<3>(row) =
+        system.J.middleRows<3>(row) * thermal_directions(cell, response, points[i].temperature_c);
+  }
+  return T;
+}
+
+/// Derivatives to a base that moves as the arm warms up.
+Eigen::MatrixXd base_columns(const System& system, std::span<const Measurement> points,
+                             const CalibratedCell& cell) {
+  constexpr int kUnknowns = ParameterLayout::kBase;
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(system.r.size(), kUnknowns);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto row = 3 * static_cast<Eigen::Index>(i);
+    if (points[i].temperature_c.empty()) continue;
+    T.middleRows<3>(row) =
+        points[i].temperature_c.front() * system.J.block<3, kUnknowns>(row, layout.base(points[i].station));
+  }
+  return T;
+}
+
+/// What of further columns the parameters cannot take up, and how these follow them.
+struct Projected {
+  Eigen::MatrixXd K, T;
+  Eigen::MatrixXd own;  ///< inverse of T' T
+};
+
+Projected projected(const System& system, const Eigen::MatrixXd& columns) {
+  Projected p{.K = times(system.C, transposed_times(system.J, columns)), .T = {}, .own = {}};
+  p.T = columns - times(system.J, p.K);
+  p.own = inverse_gram(p.T, 1e-9).value;
+  return p;
+}
+
+/// What one linear fit beside the parameters says of further columns.
+struct Fit {
+  Eigen::VectorXd step;
+  Eigen::MatrixXd covariance;  ///< as ThermalResponse's
+  Eigen::MatrixXd inflation;   ///< of the parameters' covariance, as the step is not known exactly
+  std::vector<double> left_out2;
+};
+
+Fit fitted(const System& system, const Eigen::MatrixXd& columns, double sigma0_mm) {
+  const double variance = sigma0_mm * sigma0_mm;
+  const auto [K, T, own] = projected(system, columns);
   Fit fit{.step = times(own, transposed_times(T, system.r))};
-  fit.covariance.resize(own.rows(), C.rows() + own.cols());
+  fit.covariance.resize(own.rows(), system.C.rows() + own.cols());
   fit.covariance << -variance * times_transposed(own, K), variance * own;
   fit.inflation = variance * congruence(K, own);
-  const auto share = [&](const Eigen::MatrixXd& A, const Eigen::MatrixXd& S, Eigen::Index row) {
-    return Eigen::Matrix3d{congruence(A.middleRows(row, 3), S)};
-  };
-  fit.left_out2_without = left_out(system.r, [&](Eigen::Index row) { return share(system.J, C, row); });
-  fit.left_out2 = left_out(system.r - times(T, fit.step), [&](Eigen::Index row) {
-    return Eigen::Matrix3d{share(system.J, C, row) + share(T, own, row)};
-  });
+  std::vector<Eigen::Matrix3d> H = system.H;
+  for (std::size_t i = 0; i < H.size(); ++i) H[i] += share(T, own, 3 * static_cast<Eigen::Index>(i));
+  fit.left_out2 = left_out(system.r - times(T, fit.step), H);
   return fit;
 }
 
@@ -115,24 +141,16 @@ double rms(const std::vector<double>& squared) {
 }
 
 /// By how many of its standard errors the mean of the squares falls.
-double gain(const Fit& fit) {
-  const auto n = static_cast<double>(fit.left_out2.size());
+double gain(const std::vector<double>& without2, const std::vector<double>& with2) {
+  const auto n = static_cast<double>(with2.size());
   double sum = 0, squares = 0;
-  for (std::size_t i = 0; i < fit.left_out2.size(); ++i) {
-    const double d = fit.left_out2_without[i] - fit.left_out2[i];
+  for (std::size_t i = 0; i < with2.size(); ++i) {
+    const double d = without2[i] - with2[i];
     sum += d;
     squares += d * d;
   }
   return sum / std::sqrt(std::max(squares - sum * sum / n, std::numeric_limits<double>::min()));
 }
-
-/// Points with temperatures, and a first fit to them.
-struct Warmed {
-  MeasurementData data;
-  ThermalResponse response;
-  double time_constant_s = 0;
-  Fit fit;
-};
 
 ThermalResponse no_response(const RobotModel& robot, std::vector<double> reference_c) {
   return {.reference_c = std::move(reference_c),
@@ -140,33 +158,92 @@ ThermalResponse no_response(const RobotModel& robot, std::vector<double> referen
           .covariance = {}};
 }
 
-Warmed by_temperatures(const Calibration& made, const MeasurementData& data,
-                       const CalibrateOptions& options) {
-  const std::vector<Measurement> points = points_of(data, PoseSet::Identify);
+std::vector<Measurement> taking_part(const MeasurementData& data, std::span<const RejectedPoint> rejected) {
+  return points_of(without(rejected, data), PoseSet::Identify);
+}
+
+/// Points with temperatures, and a first fit to them.
+struct Warmed {
+  MeasurementData data;
+  ThermalResponse response;
+  std::optional<WarmUpClock> clock;
+  Fit fit;
+};
+
+Warmed by_temperatures(const ThermalBasis& basis, const MeasurementData& data, const System& system) {
   Warmed warmed{
-      .data = data, .response = no_response(made.cell.robot, mean_temperatures_c(points)), .fit = {}};
-  warmed.fit = fitted(made, data, warmed.response, options.noise);
+      .data = data,
+      .response = no_response(basis.cell.robot, mean_temperatures_c(points_of(data, PoseSet::Identify))),
+      .clock = {},
+      .fit = {}};
+  const Eigen::MatrixXd T = thermal_columns(system, system.points, basis.cell, warmed.response);
+  warmed.fit = fitted(system, T, basis.sigma0_mm);
   return warmed;
 }
 
 /// By the time constant that explains the points best.
-Warmed by_time(const Calibration& made, const MeasurementData& data, const CalibrateOptions& options) {
-  constexpr std::array kMinutes{5, 10, 15, 20, 30, 45, 60, 90, 120};
-  const std::vector<double> warm(made.cell.robot.joints.size(), 1.0);
+Warmed by_clock(const ThermalBasis& basis, const MeasurementData& data, const System& system) {
+  const std::vector<double> warm(basis.cell.robot.joints.size(), 1.0);
   Warmed best;
-  for (const int minutes : kMinutes) {
-    const double constant_s = 60.0 * minutes;
-    Warmed next{.data = with_warmth_by_time(data, constant_s),
-                .response = no_response(made.cell.robot, warm),
-                .time_constant_s = constant_s,
+  for (const WarmUpClock& clock : warm_up_clocks(data)) {
+    Warmed next{.data = with_warmth_by(clock, data),
+                .response = no_response(basis.cell.robot, warm),
+                .clock = clock,
                 .fit = {}};
-    next.fit = fitted(made, next.data, next.response, options.noise);
-    if (best.data.points.empty() || rms(next.fit.left_out2) < rms(best.fit.left_out2)) best = std::move(next);
+    const std::vector<Measurement> points = taking_part(next.data, basis.rejected);
+    const Eigen::MatrixXd T = thermal_columns(system, points, basis.cell, next.response);
+    next.fit = fitted(system, T, basis.sigma0_mm);
+    if (!best.clock || rms(next.fit.left_out2) < rms(best.fit.left_out2)) best = std::move(next);
   }
   return best;
 }
 
-/// Adds what the response leaves open to what is known of the parameters.
+/// Whether warmth explains more of what is left than chance would, by one of the clocks: a quick look.
+bool may_have_warmed_up(const ThermalBasis& basis, const MeasurementData& data, const System& system) {
+  const std::vector<WarmUpClock> clocks = warm_up_clocks(data);
+  const MeasurementData there = with_warmth_by(clocks[clocks.size() / 2], data);
+  const std::vector<double> warm(basis.cell.robot.joints.size(), 1.0);
+  const ThermalResponse none = no_response(basis.cell.robot, warm);
+  const auto [K, T, own] =
+      projected(system, thermal_columns(system, taking_part(there, basis.rejected), basis.cell, none));
+  const Eigen::VectorXd b = transposed_times(T, system.r);
+  const auto unknowns = static_cast<double>(T.cols());
+  const double variance = system.r.squaredNorm() / static_cast<double>(system.r.size() - system.C.cols());
+  const Eigen::VectorXd step = times(own, b);
+  return b.dot(step) > variance * (unknowns + kBeyondDoubt * std::sqrt(2 * unknowns));
+}
+
+/// Whether a response that nobody asked for is one.
+bool beyond_doubt(const Warmed& warmed, const ThermalBasis& basis, const System& system) {
+  if (gain(system.left_out2, warmed.fit.left_out2) <= kBeyondDoubt) return false;
+  const std::vector<Measurement> points = taking_part(warmed.data, basis.rejected);
+  if (follows_the_joints(points)) return false;
+  const Fit moved = fitted(system, base_columns(system, points, basis.cell), basis.sigma0_mm);
+  return rms(warmed.fit.left_out2) < rms(moved.left_out2);
+}
+
+bool tells_temperatures(const MeasurementData& data) {
+  return std::ranges::any_of(data.points,
+                             [](const Measurement& point) { return !point.temperature_c.empty(); });
+}
+
+/// Whether there is anything to look for.
+bool is_sought(const ThermalBasis& basis, const MeasurementData& data, ThermalUse use) {
+  switch (use) {
+    case ThermalUse::Off:
+      return false;
+    case ThermalUse::Temperatures:
+      return tells_temperatures(data);
+    case ThermalUse::Time:
+      return tells_time(data.points);
+    case ThermalUse::Auto:
+      return tells_temperatures(data) || count_poses(taking_part(data, basis.rejected)) >= kFewestPoses;
+  }
+  return false;
+}
+
+}  // namespace
+
 void inflate(Calibration& made, const Eigen::MatrixXd& inflation) {
   for (std::size_t k = 0; k < made.parameters.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
@@ -178,60 +255,42 @@ void inflate(Calibration& made, const Eigen::MatrixXd& inflation) {
                                        poses_within_limits(made.cell.robot, kTransferPoses, 0));
 }
 
-}  // namespace
-
-bool tells_warmth(const MeasurementData& data, ThermalUse use) {
-  if (use == ThermalUse::Off) return false;
-  return std::ranges::any_of(data.points, [use](const Measurement& point) {
-    return use == ThermalUse::Time ? seconds_of(point.time).has_value() : !point.temperature_c.empty();
-  });
-}
-
-MeasurementData with_warmth_by_time(MeasurementData data, double time_constant_s) {
-  std::map<int, double> start_s;
-  for (const Measurement& point : data.points) {
-    const auto time_s = seconds_of(point.time);
-    if (!time_s) continue;
-    const auto [start, is_new] = start_s.emplace(point.station, *time_s);
-    start->second = std::min(start->second, *time_s);
+std::expected<std::optional<ThermalStage>, CalibrationError> with_thermal_response(
+    ThermalBasis basis, const MeasurementData& data, const CalibrateOptions& options,
+    const std::function<std::expected<ThermalBasis, CalibrationError>(const MeasurementData&)>& identify) {
+  if (!is_sought(basis, data, options.thermal)) return std::nullopt;
+  const bool by_time = options.thermal == ThermalUse::Time ||
+                       (options.thermal == ThermalUse::Auto && !tells_temperatures(data));
+  const bool unasked = by_time && options.thermal == ThermalUse::Auto;
+  System system = system_of(basis, data, options.noise);
+  if (unasked && !may_have_warmed_up(basis, data, system)) return std::nullopt;
+  leave_out(system);
+  Warmed warmed = by_time ? by_clock(basis, data, system) : by_temperatures(basis, data, system);
+  ThermalStage stage{.choice = {.response = {},
+                                .clock = warmed.clock,
+                                .without_rms_mm = rms(system.left_out2),
+                                .rms_mm = rms(warmed.fit.left_out2)},
+                     .inflation = {}};
+  if (unasked && !beyond_doubt(warmed, basis, system)) return std::nullopt;
+  if (gain(system.left_out2, warmed.fit.left_out2) <= kBeyondChance) return stage;
+  ThermalResponse& response = warmed.response;
+  response.per_kelvin = warmed.fit.step;
+  for (int round = 0; round < kThermalRounds; ++round) {
+    const MeasurementData there = at_reference(warmed.data, basis.cell, response);
+    auto next = identify(there);
+    if (!next) return std::unexpected(next.error());
+    basis = *std::move(next);
+    system = system_of(basis, there, options.noise);
+    leave_out(system);
+    const Eigen::MatrixXd T = thermal_columns(system, system.points, basis.cell, response);
+    warmed.fit = fitted(system, T, basis.sigma0_mm);
+    response.per_kelvin += warmed.fit.step;
   }
-  for (Measurement& point : data.points) {
-    point.temperature_c.clear();
-    const auto time_s = seconds_of(point.time);
-    if (!time_s) continue;
-    const double warm = -std::expm1((start_s.at(point.station) - *time_s) / time_constant_s);
-    point.temperature_c.assign(static_cast<std::size_t>(point.q.size()), warm);
-  }
-  return data;
-}
-
-std::expected<Calibration, CalibrationError> with_thermal_response(
-    Calibration made, const MeasurementData& data, const CalibrateOptions& options,
-    const std::function<std::expected<Calibration, CalibrationError>(const MeasurementData&)>& identify) {
-  Warmed warmed = options.thermal == ThermalUse::Time ? by_time(made, data, options)
-                                                      : by_temperatures(made, data, options);
-  ThermalChoice choice{.response = {},
-                       .time_constant_s = warmed.time_constant_s,
-                       .without_rms_mm = rms(warmed.fit.left_out2_without),
-                       .rms_mm = rms(warmed.fit.left_out2)};
-  if (gain(warmed.fit) > kBeyondChance) {
-    ThermalResponse& response = warmed.response;
-    response.per_kelvin = warmed.fit.step;
-    for (int round = 0; round < kThermalRounds; ++round) {
-      const MeasurementData there = at_reference(warmed.data, made.cell, response);
-      auto next = identify(there);
-      if (!next) return next;
-      made = *std::move(next);
-      warmed.fit = fitted(made, there, response, options.noise);
-      response.per_kelvin += warmed.fit.step;
-    }
-    response.covariance = warmed.fit.covariance;
-    inflate(made, warmed.fit.inflation);
-    choice.response = response;
-    choice.rms_mm = rms(warmed.fit.left_out2);
-  }
-  made.thermal = std::move(choice);
-  return made;
+  response.covariance = warmed.fit.covariance;
+  stage.inflation = warmed.fit.inflation;
+  stage.choice.rms_mm = rms(warmed.fit.left_out2);
+  stage.choice.response = std::move(response);
+  return stage;
 }
 
 }  // namespace truepose

@@ -7,12 +7,21 @@
 
 namespace truepose {
 
-/// Whether any of the points tells how warm the arm was, in the way that is asked for.
-bool tells_warmth(const MeasurementData& data, ThermalUse use);
+/// What the arm's answer to warmth is sought beside: an identification without a residual field, which could
+/// take warmth for something of the poses.
+struct ThermalBasis {
+  CalibratedCell cell;
+  Eigen::MatrixXd covariance;  ///< of its parameters
+  double sigma0_mm = 0;
+  std::vector<RejectedPoint> rejected;  ///< points that take no part
+};
 
-/// The points with temperatures where these are to be reckoned by time: from 0, cold, at the first point of
-/// each station to 1, warm through.
-MeasurementData with_warmth_by_time(MeasurementData data, double time_constant_s);
+/// What became of it.
+struct ThermalStage {
+  ThermalChoice choice;
+  Eigen::MatrixXd inflation;  ///< to be added to the parameters' covariance, as the response is not known
+                              ///< exactly; empty where none was kept
+};
 
 /// Identifies how the arm answers to warmth, together with all that `identify` does, where that pays.
 ///
@@ -21,11 +30,19 @@ MeasurementData with_warmth_by_time(MeasurementData data, double time_constant_s
 /// meet within noise after two rounds, as both are nearly linear. The covariance is that of both together.
 /// Whether it pays is asked of each point as the others predict it.
 ///
-/// @param made  identified from `data` as it is
+/// Under ThermalUse::Auto warmth by time or order is kept only where it pays beyond doubt, where it is not
+/// the joints themselves that it follows, and where no base that moved in the same way explains the points as
+/// well.
+///
+/// @param basis     identified from `data` as it is
 /// @param identify  from points at the reference
+/// @return nothing where no point tells warmth
 /// Errors: those of `identify`.
-std::expected<Calibration, CalibrationError> with_thermal_response(
-    Calibration made, const MeasurementData& data, const CalibrateOptions& options,
-    const std::function<std::expected<Calibration, CalibrationError>(const MeasurementData&)>& identify);
+std::expected<std::optional<ThermalStage>, CalibrationError> with_thermal_response(
+    ThermalBasis basis, const MeasurementData& data, const CalibrateOptions& options,
+    const std::function<std::expected<ThermalBasis, CalibrationError>(const MeasurementData&)>& identify);
+
+/// Adds what the response leaves open to what is known of the parameters.
+void inflate(Calibration& made, const Eigen::MatrixXd& inflation);
 
 }  // namespace truepose

@@ -224,8 +224,9 @@ CampaignOutcome<void> CalibrationCampaign::identify() {
         CampaignError{CampaignFault::Calibration, "the identification did not converge"});
   }
   result.calibration = std::move(calibration);
-  result.noise = noise_about_model(result.calibration, data, options.noise);
-  result.validation_distances2 = validation_distances2(result.calibration, data, result.noise);
+  const MeasurementData fitted = as_fitted(result.calibration, data);
+  result.noise = noise_about_model(result.calibration, fitted, options.noise);
+  result.validation_distances2 = validation_distances2(result.calibration, fitted, result.noise);
   co_await judge();
   session_.expect(result.calibration.cell);
   co_return Done{};
@@ -239,7 +240,8 @@ boost::asio::awaitable<void> CalibrationCampaign::judge() {
   for (const StoredPoint& point : corrected.points)
     if (point.purpose == PointPurpose::Reference) reference_mm.push_back(point.p_WS_mm);
   // The session outlives the job, and does nothing else meanwhile.
-  auto job = [&result, reference_mm, findings = std::move(corrected.findings), data = session_.data(),
+  auto job = [&result, reference_mm, findings = std::move(corrected.findings),
+              data = as_fitted(result.calibration, session_.data()),
               stated = config::calibrate_options(session_.config()).noise] {
     return calibration_verdict({.calibration = result.calibration,
                                 .data = data,

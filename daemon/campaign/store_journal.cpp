@@ -303,7 +303,8 @@ config::ModelFile StoreJournal::calibrated_model(const CampaignResult& result) c
   file.noise = found.noise;
   file.validation_distances2 = found.validation_distances2;
   if (validate) file.validation_mean_mm = validate->after.mean;
-  file.validation = config::validation_points(campaign_data(result.points, options_.config));
+  file.validation =
+      config::validation_points(as_fitted(found.calibration, campaign_data(result.points, options_.config)));
   file.largest_correction_deg =
       largest_correction(options_.config.robot.model, file.cell, config::poses_of(file.validation)) *
       kDegPerRad;

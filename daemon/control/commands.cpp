@@ -156,7 +156,7 @@ Commands::Result Commands::change_control(const Caller& caller, const control::R
     if (auto error = read.finish()) return std::unexpected(*error);
     const bool released = lease_.release(caller, now);
     if (released) tell("released", caller.name, {});
-    return who_has_control();
+    return who_has_control({});
   }
   const std::chrono::seconds time{read.integer("lease_s", kShortest, kLongest).value_or(kUsual)};
   if (auto error = read.finish()) return std::unexpected(*error);
@@ -169,7 +169,9 @@ Commands::Result Commands::change_control(const Caller& caller, const control::R
   return value_of(*taken, now);
 }
 
-json::value Commands::who_has_control() const {
+Commands::Result Commands::who_has_control(const json::object& params) const {
+  ParamReader read{params};
+  if (auto error = read.finish()) return std::unexpected(*error);
   const drivers::TimePoint now = parts_.clock.now();
   const auto held = lease_.holder(now);
   return held ? value_of(*held, now) : json::value{{"holder", nullptr}};

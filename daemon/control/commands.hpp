@@ -32,7 +32,7 @@ class Commands {
   boost::asio::awaitable<Result> call_cell(std::string method, boost::json::object params);
 
   /// control.get and audit.list.
-  boost::json::value who_has_control() const;
+  Result who_has_control(const boost::json::object& params) const;
   boost::asio::awaitable<Result> records(boost::json::object params);
 
   /// Sees whether control was lost: then the campaign under way is paused.

@@ -239,7 +239,7 @@ asio::awaitable<Session::Result> Session::call(control::Request request) {
   if (request.method == "events.subscribe") co_return subscribe(request.params);
   if (request.method == "events.unsubscribe") co_return unsubscribe(request.params);
   if (request.method == "rpc.discover") co_return control::parse_json(control::openrpc_text()).value();
-  if (request.method == "control.get") co_return context_->commands->who_has_control();
+  if (request.method == "control.get") co_return context_->commands->who_has_control(request.params);
   if (request.method == "audit.list") {
     Result records = co_await context_->commands->records(std::move(request.params));
     co_return records;

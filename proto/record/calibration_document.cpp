@@ -138,6 +138,7 @@ void layout(auto& io, Is<Thermal> auto& x) {
   io("without_rms_mm", x.without_rms_mm, kNotNegative);
   io("rms_mm", x.rms_mm, kNotNegative);
   io.defaulted("time_constant_s", x.time_constant_s, kNotNegative);
+  io.defaulted("time_constant_poses", x.time_constant_poses, kNotNegative);
   io.defaulted("reference_c", x.reference_c);
   io.defaulted("zero_per_k", x.zero_per_k);
   io.defaulted("growth_ppm_per_k", x.growth_ppm_per_k);
@@ -400,9 +401,10 @@ Thermal thermal_of(const ThermalChoice& choice, const RobotModel& robot) {
   Thermal x{.chosen = choice.response.has_value(),
             .without_rms_mm = choice.without_rms_mm,
             .rms_mm = choice.rms_mm,
-            .time_constant_s = choice.time_constant_s,
             .reference_c = {},
             .zero_per_k = {}};
+  if (choice.clock)
+    (choice.clock->by_order ? x.time_constant_poses : x.time_constant_s) = choice.clock->constant;
   if (!choice.response) return x;
   x.reference_c = choice.response->reference_c;
   const Eigen::VectorXd& per_kelvin = choice.response->per_kelvin;

@@ -120,7 +120,8 @@ struct Production {
 struct Thermal {
   bool chosen = false;
   double without_rms_mm = 0, rms_mm = 0;  ///< of points as the others predict them, whitened
-  double time_constant_s = 0;             ///< of warmth by time; 0: by the drives' temperatures
+  double time_constant_s = 0;             ///< of warmth by time; 0: by something else
+  double time_constant_poses = 0;         ///< of warmth by the order of the poses, where no time is told
   // Where it was chosen:
   std::vector<double> reference_c;  ///< of each joint's drive: of which all else in the document is
   std::vector<double> zero_per_k;   ///< of each joint: deg (mm) per kelvin of its drive

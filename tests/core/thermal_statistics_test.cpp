@@ -1,6 +1,7 @@
 // What a campaign on an arm that warms up is worth, with and without the arm's answer to warmth.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
@@ -169,6 +170,72 @@ TEST(ThermalResponseOverManyArms, IsNotKeptWhereTheArmDoesNotChange) {
   }
   std::cout << "kept of an arm that does not change: " << kept << " of " << 2 * runs << '\n';
   EXPECT_LE(kept, runs / 50 + 1);
+}
+
+/// The same with neither temperatures nor times.
+MeasurementData in_order_alone(MeasurementData data) {
+  for (Measurement& point : data.points) {
+    point.temperature_c.clear();
+    point.time.clear();
+  }
+  return data;
+}
+
+TEST(WarmthByTheOrderOfTheRows, IsFoundWhereNothingElseTellsIt) {
+  const int runs = trials(200);
+  double without_mm = 0, with_mm = 0;
+  int kept = 0;
+  for (int run = 0; run < runs; ++run) {
+    WarmingCell cell(static_cast<std::uint64_t>(run));
+    const MeasurementData data = in_order_alone(cell.measured(120, 20));
+    const Calibration without = calibrated(data, ThermalUse::Off), with = calibrated(data, ThermalUse::Auto);
+    kept += with.thermal && with.thermal->response;
+    without_mm += cell.judged(without.cell, without.covariance).mean_mm / runs;
+    with_mm += cell.judged(with.cell, with.covariance).mean_mm / runs;
+  }
+  std::cout << "seeds 0.." << runs - 1 << ": warm, without the response " << without_mm << " mm, by order "
+            << with_mm << " (kept in " << kept << ")\n";
+  EXPECT_GE(kept, runs - runs / 10);
+  EXPECT_LE(with_mm, without_mm / 2);
+}
+
+TEST(WarmthByTheOrderOfTheRows, IsNotFoundInAnArmThatDoesNotChange) {
+  const int runs = trials(1000);
+  int kept = 0;
+  for (int run = 0; run < runs; ++run) {
+    WarmingCell still(static_cast<std::uint64_t>(run), false);
+    kept += calibrated(in_order_alone(still.measured(60, 20)), ThermalUse::Auto).thermal.has_value();
+  }
+  EXPECT_EQ(kept, 0);
+}
+
+/// Gears that a geometric model does not describe, and rows that were sorted by a joint: what is left then
+/// changes with the row, and is the same for all time.
+TEST(WarmthByTheOrderOfTheRows, IsNotTakenFromRowsThatAreSorted) {
+  const int runs = trials(200);
+  int kept = 0;
+  for (int run = 0; run < runs; ++run) {
+    Random random(static_cast<std::uint64_t>(run) + 77);
+    CalibratedCell truth = example::placed(example::kr210(), random);
+    truth.robot.deviation = {{.joint = run % 6, .order = 2, .coefficient = 1e-3}};
+    MeasurementData data = example::measured(truth, 120, 0.02, random);
+    std::ranges::sort(data.points, {}, [&](const Measurement& point) { return point.q[run % 6]; });
+    kept += calibrated(data, ThermalUse::Auto).thermal.has_value();
+  }
+  EXPECT_EQ(kept, 0);
+}
+
+TEST(WarmthByTheOrderOfTheRows, IsNotTakenFromATrackerThatSinks) {
+  const int runs = trials(200);
+  int kept = 0;
+  for (int run = 0; run < runs; ++run) {
+    WarmingCell still(static_cast<std::uint64_t>(run), false);
+    MeasurementData data = in_order_alone(still.measured(120, 20));
+    for (std::size_t i = 0; i < data.points.size(); ++i)
+      data.points[i].p_WS_mm.z() += 0.3 * -std::expm1(-static_cast<double>(i) / 40);
+    kept += calibrated(data, ThermalUse::Auto).thermal.has_value();
+  }
+  EXPECT_LE(kept, runs / 20);
 }
 
 TEST(ThermalResponseOverManyArms, LetsAWarmArmBeKnownAsUnchanged) {

@@ -38,7 +38,8 @@ json::value schema() {
 TEST(TheControlProtocol, HasExactlyTheMethodsOfItsSchema) {
   std::vector<std::string> served = daemon::DaemonCell::method_names();
   for (const char* own :
-       {"session.challenge", "session.hello", "system.info", "events.subscribe", "events.unsubscribe"})
+       {"session.challenge", "session.hello", "system.info", "events.subscribe", "events.unsubscribe",
+        "control.get", "control.acquire", "control.takeover", "control.release", "audit.list"})
     served.emplace_back(own);
   EXPECT_THAT(served, testing::UnorderedElementsAreArray(control::schema_methods()));
 }

@@ -96,12 +96,14 @@ double mean_of(const std::vector<double>& values) {
 
 std::string thermal_lines(const record::Thermal& thermal) {
   if (!thermal.chosen) return "\nWarmth: the arm is predicted as well without it.\n";
-  const std::string at =
-      thermal.time_constant_s > 0
-          ? fmt::format("in {:.0f} min; the model is that of the warm arm", thermal.time_constant_s / 60)
-          : fmt::format(
-                "lengths by {:.1f} ppm per kelvin; the model is that of drives at {:.1f} C on average",
-                thermal.growth_ppm_per_k, mean_of(thermal.reference_c));
+  std::string at =
+      fmt::format("lengths by {:.1f} ppm per kelvin; the model is that of drives at {:.1f} C on average",
+                  thermal.growth_ppm_per_k, mean_of(thermal.reference_c));
+  if (thermal.time_constant_s > 0)
+    at = fmt::format("in {:.0f} min; the model is that of the warm arm", thermal.time_constant_s / 60);
+  if (thermal.time_constant_poses > 0)
+    at = fmt::format("in {:.0f} poses, by the order of the rows; the model is that of the warm arm",
+                     thermal.time_constant_poses);
   return fmt::format("\nWarmth moves joint zeros and lengths, {}: cross-validated RMS {} mm -> {} mm\n", at,
                      error_text(thermal.without_rms_mm), error_text(thermal.rms_mm));
 }

@@ -190,7 +190,8 @@ TEST_F(EmsconTrackerTest, TakesTheResultBeforeOrAfterTheAnswerAndWhateverComesBe
   fake.script(StartMeasurement, [&] {
     fake.answer(StartMeasurement);
     fake.send(ReflectorPosResult{0, {9, 9, 9}});
-    fake.send(SingleMeasResult2{.v = {1001, 2000, -500}, .environment = fake.result.environment});
+    fake.send(SingleMeasResult2{
+        .v = {1001, 2000, -500}, .std = fake.result.std, .environment = fake.result.environment});
     fake.event(SystemEvent::MeasurementReady);
   });
   expect_point(1001);

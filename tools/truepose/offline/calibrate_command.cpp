@@ -39,7 +39,7 @@ struct CalibrateCommand {
   std::optional<std::uint64_t> seed;
   int repeat = 1, jobs = processor_count();
   std::string method = "two-stage", deviation = "none", residual = "none", loss = "screened", prior = "auto",
-              thermal = "temperatures";
+              thermal = "auto";
   std::vector<int> harmonics{1, 2};
   NoiseOptions noise;
   std::optional<double> tolerance_mm;
@@ -141,7 +141,7 @@ Outcome validated(const CalibrateCommand& command, const RobotModel& robot, Meas
 /// By time alone a model is that of the warm arm.
 std::optional<ThermalResponse> response_to_temperatures(const Calibration& calibration) {
   const auto& thermal = calibration.thermal;
-  return thermal && thermal->time_constant_s == 0 ? thermal->response : std::nullopt;
+  return thermal && !thermal->clock ? thermal->response : std::nullopt;
 }
 
 config::ModelFile model_of(const CalibrateCommand& command, const RobotModel& robot, const Outcome& outcome) {
@@ -265,8 +265,9 @@ Command calibrate_command() {
            Option("--residual", &c.residual, "Residual field", {.check = available(residual_names())}),
            Option(
                "--thermal", &c.thermal,
-               "What tells how warm the arm was: the columns temp1.. where there are some, or the column time of "
-               "a campaign that began cold",
+               "What tells how warm the arm was: the columns temp1.., or the time of a campaign that began cold; "
+               "auto: the columns where there are some, else time, or the order of the rows, where that "
+               "shows beyond doubt",
                {.check = available(names_of(kThermalNames))}),
            Option("--loss", &c.loss, "Weight of a residual; screened: points beyond six sigma are left out",
                   {.check = available(names_of(kLossNames))}),

@@ -1,0 +1,105 @@
+#include "core/identify/warm_up.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string>
+
+#include "core/math/dense_algebra.hpp"
+
+namespace truepose {
+namespace {
+
+constexpr double kOwnShare = 0.5;  // of the warmth's variance: so much may the joints explain
+
+/// RFC 3339, as seconds since some moment.
+std::optional<double> seconds_of(const std::string& time) {
+  int year = 0, month = 0, day = 0, hour = 0, minute = 0, east_h = 0, east_min = 0, read = 0;
+  double second = 0;
+  if (std::sscanf(time.c_str(), "%d-%d-%d%*1[Tt ]%d:%d:%lf%n", &year, &month, &day, &hour, &minute, &second,
+                  &read) != 6)
+    return std::nullopt;
+  std::sscanf(time.c_str() + read, "%d:%d", &east_h, &east_min);
+  if (east_h < 0) east_min = -east_min;
+  const std::chrono::sys_days date{std::chrono::year{year} / month / day};
+  return static_cast<double>(date.time_since_epoch().count()) * 86400 +
+         60 * (60 * (hour - east_h) + minute - east_min) + second;
+}
+
+/// When each point was measured, in the clock's unit.
+std::vector<std::optional<double>> moments(bool by_order, std::span<const Measurement> points) {
+  const std::vector<int> poses = pose_numbers(points);
+  std::vector<std::optional<double>> moments;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    moments.push_back(by_order ? std::optional<double>{poses[i]} : seconds_of(points[i].time));
+  return moments;
+}
+
+/// A parabola in each joint.
+Eigen::RowVectorXd joint_features(const JointVector& q) {
+  Eigen::RowVectorXd row(2 * q.size() + 1);
+  row << q.transpose(), q.transpose().cwiseAbs2(), 1;
+  return row;
+}
+
+}  // namespace
+
+bool tells_time(std::span<const Measurement> points) {
+  return std::ranges::any_of(points,
+                             [](const Measurement& point) { return seconds_of(point.time).has_value(); });
+}
+
+MeasurementData with_warmth_by(const WarmUpClock& clock, MeasurementData data) {
+  const auto moment = moments(clock.by_order, data.points);
+  std::map<int, double> start;
+  for (std::size_t i = 0; i < data.points.size(); ++i) {
+    if (!moment[i]) continue;
+    const auto [first, is_new] = start.emplace(data.points[i].station, *moment[i]);
+    first->second = std::min(first->second, *moment[i]);
+  }
+  for (std::size_t i = 0; i < data.points.size(); ++i) {
+    Measurement& point = data.points[i];
+    point.temperature_c.clear();
+    if (!moment[i]) continue;
+    const double warm = -std::expm1((start.at(point.station) - *moment[i]) / clock.constant);
+    point.temperature_c.assign(static_cast<std::size_t>(point.q.size()), warm);
+  }
+  return data;
+}
+
+std::vector<WarmUpClock> warm_up_clocks(const MeasurementData& data) {
+  std::vector<WarmUpClock> clocks;
+  if (tells_time(data.points)) {
+    for (const int minutes : {5, 10, 15, 20, 30, 45, 60, 90, 120})
+      clocks.push_back({.constant = 60.0 * minutes});
+    return clocks;
+  }
+  const int poses = count_poses(data.points);
+  for (const double share : {1.0 / 16, 1.0 / 11, 1.0 / 8, 1.0 / 6, 1.0 / 4, 1.0 / 3, 1.0 / 2, 3.0 / 4, 1.0})
+    clocks.push_back({.by_order = true, .constant = share * poses});
+  return clocks;
+}
+
+bool follows_the_joints(std::span<const Measurement> points) {
+  const auto count = static_cast<Eigen::Index>(points.size());
+  const Eigen::Index unknowns = joint_features(points.front().q).size();
+  if (count < 2 * unknowns) return true;
+  Eigen::MatrixXd A(count, unknowns);
+  Eigen::VectorXd warmth(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Measurement& point = points[static_cast<std::size_t>(i)];
+    A.row(i) = joint_features(point.q);
+    warmth[i] = point.temperature_c.empty() ? 0 : point.temperature_c.front();
+  }
+  warmth.array() -= warmth.mean();
+  const Svd svd = thin_svd(A);
+  const double explained2 = transposed_times(svd.U, warmth).squaredNorm(), all2 = warmth.squaredNorm();
+  // By chance alone every unknown explains its share.
+  const auto left = static_cast<double>(count - unknowns), of = static_cast<double>(count - 1);
+  return (all2 - explained2) / left < kOwnShare * all2 / of;
+}
+
+}  // namespace truepose
