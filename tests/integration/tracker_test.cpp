@@ -35,18 +35,20 @@ LiveCell::Options odd_tracker() {
 TEST(ACampaignWithAnOddTracker, PutsRightWhatNestsFacesAndAirTellAndSaysSo) {
   LiveCell cell{odd_tracker()};
   cell.start_daemon();
-  const Finished campaign = small_campaign(cell);
+  // What was measured while it slipped is left out, and enough is left to validate by.
+  const Finished campaign =
+      cell.truepose({"campaign", "start", "--identify", "12", "--validate", "12", "--remeasure", "--watch"});
   ASSERT_EQ(campaign.exit_code, 0) << campaign.err << campaign.out << cell.daemon().errors();
   const Finished report = cell.truepose({"report"});
   EXPECT_THAT(report.out, HasSubstr("of the nests the tracker moved: it stands 0.3"));
   EXPECT_THAT(report.out, HasSubstr("in one face the tracker errs by up to 0."));
   using Rows = std::vector<std::vector<std::string>>;
   EXPECT_EQ(
-      sqlite_rows(cell.store_file(), "SELECT count(*) FROM point WHERE purpose='nest' AND smr='nest 4'"),
-      (Rows{{"7"}}));
+      sqlite_rows(cell.store_file(), "SELECT count(*) >= 7 FROM point WHERE purpose='nest' AND smr='nest 4'"),
+      (Rows{{"1"}}));
   EXPECT_EQ(sqlite_rows(cell.store_file(), "SELECT min(pressure_mbar), max(pressure_mbar) FROM point"),
             (Rows{{"790.0", "790.0"}}));
-  EXPECT_EQ(sqlite_rows(cell.store_file(), "SELECT active FROM model"), (Rows{{"1"}}));
+  EXPECT_EQ(sqlite_rows(cell.store_file(), "SELECT active FROM model"), (Rows{{"1"}})) << report.out;
 }
 
 }  // namespace

@@ -149,6 +149,7 @@ TEST_F(Compensate, TheArmBendsUnderThePayloadThatItIsTold) {
   EXPECT_THAT(compensate({"--joints", targets, "--payload", "60,0,0,200"}).err,
               HasSubstr("--payload: the model does not know how the arm bends under a payload"));
   model_.cell.robot.deviation = {{1, DeviationBasis::Gravity, 1, 1e-4}};
+  model_.covariance = Eigen::VectorXd::Constant(ParameterLayout::of(model_.cell).size(), 1e-10).asDiagonal();
   folder_.write("model.yaml", config::model_yaml(model_));
   EXPECT_EQ(compensate({"--joints", targets, "--payload", "-1,0,0,200"}).exit_code, 2);
   RobotModel loaded = model_.cell.robot;
