@@ -1,5 +1,5 @@
 /** The daemon's faults as OPC UA alarms, which are acknowledged here as there: by cell.acknowledge, and by whom it is done. */
-import { StatusCodes } from "node-opcua";
+import { NodeId, StatusCodes } from "node-opcua";
 import { ControlError } from "./control_session.mjs";
 import { userOf } from "./cell_methods.mjs";
 import { statusCodeOf } from "./status_codes.mjs";
@@ -62,7 +62,7 @@ export class Alarms {
       conditionOf: this.#cell,
       conditionSource: this.#cell,
       conditionName: code,
-      inputNode: null,
+      inputNode: NodeId.nullNodeId, // no value of ours makes it active
     });
     this.#bind(node.acknowledge);
     const alarm = { node, text: undefined, since: undefined };

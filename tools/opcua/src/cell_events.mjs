@@ -27,7 +27,11 @@ export class CellEvents {
   /** @param cell  the node that they come from */
   constructor(namespace, cell) {
     this.#cell = cell;
-    this.#type = namespace.addEventType({ browseName: "TrueposeEventType", subtypeOf: "BaseEventType" });
+    this.#type = namespace.addEventType({
+      browseName: "TrueposeEventType",
+      nodeId: "s=TrueposeEventType",
+      subtypeOf: "BaseEventType",
+    });
     for (const [browseName, { dataType }] of Object.entries(FIELDS))
       namespace.addVariable({
         propertyOf: this.#type,

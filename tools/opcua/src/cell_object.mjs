@@ -64,8 +64,14 @@ export class CellObject {
       accessLevel: "CurrentRead",
       userAccessLevel: "CurrentRead",
     });
-    const units = variable.getPropertyByName("EngineeringUnits");
-    units?.setValueFromSource({ dataType: DataType.ExtensionObject, value: unit });
+    if (unit)
+      this.#namespace.addVariable({
+        propertyOf: variable,
+        browseName: { name: "EngineeringUnits", namespaceIndex: 0 },
+        typeDefinition: "PropertyType",
+        dataType: "EUInformation",
+        value: { dataType: DataType.ExtensionObject, value: unit },
+      });
     return variable;
   }
 }
