@@ -5,6 +5,7 @@
  */
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
+import { webcrypto } from "node:crypto";
 import { existsSync, mkdtempSync, readFileSync, readdirSync, renameSync, rmSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import os from "node:os";
@@ -14,6 +15,7 @@ import { setTimeout as delay } from "node:timers/promises";
 import { LiveCell } from "./live_cell.mjs";
 
 const [bin, source, folderOfServer] = process.argv.slice(2);
+globalThis.crypto ??= webcrypto; // in Node 18 too
 const opcua = createRequire(`${path.resolve(folderOfServer)}/`)("node-opcua");
 const { AttributeIds, DataType, MessageSecurityMode, SecurityPolicy, StatusCodes, UserTokenType } = opcua;
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env node
 /** truepose-opcua: shows a cell to OPC UA clients, and carries out what they command. */
+import "./web_crypto.mjs";
 import { existsSync, writeFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 import { Alarms, LOST } from "./alarms.mjs";

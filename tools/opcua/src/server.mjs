@@ -14,6 +14,7 @@ import { OptionError } from "./options.mjs";
 
 const NAMESPACE = "urn:truepose:opcua";
 const PRODUCT = "truepose-opcua";
+const MOST_SESSIONS = 20; // the daemon has room for 24 of ours
 
 /** Users are those of the control port: name and token, which the daemon judges. */
 class Users extends UAUserManagerBase {
@@ -83,7 +84,7 @@ export async function makeServer(options, users, log) {
     userCertificateManager: await storeOf(path.join(options.pki, "users")),
     userManager: new Users(users, log),
     isAuditing: true,
-    maxAllowedSessionNumber: 20,
+    serverCapabilities: { maxSessions: MOST_SESSIONS },
   });
   server.on("session_closed", (session) => users.release(session));
   await server.initialize();
