@@ -19,7 +19,7 @@ import tempfile
 import time
 
 TOKEN = "0123456789abcdef0123456789abcdef"
-PATIENCE_S = 120  # no expectation: beyond it something hangs
+PATIENCE_S = 300  # no expectation: beyond it something hangs
 
 
 def changed(text, replacements):

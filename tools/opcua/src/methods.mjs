@@ -21,7 +21,13 @@ const NAMES = {
 };
 /** Of results that are described elsewhere too, the members that come as arguments of their own. */
 const TOLD = new Set(["id", "state", "phase", "total", "holder"]);
-/** What may be left out stands in one JSON object: OPC UA's arguments are all to be given. */
+/** Parameters that are given to each command by us, or of no use where a method of OPC UA answers when it is done. */
+const OURS = new Set(["command_id", "job"]);
+
+/**
+ * What may be left out stands in one JSON object: OPC UA's arguments are all to be given, and a later daemon's further
+ * parameter changes no method's arguments.
+ */
 function optionsArgument(params) {
   const list = params.map(({ name, schema }) => `${name} (${schema.type ?? "object"}): ${schema.description ?? ""}`);
   return {
@@ -32,22 +38,21 @@ function optionsArgument(params) {
 }
 
 function describe(schema, method) {
-  const resolved = (param) => ({ ...param, schema: schema.resolve(param.schema) });
-  const params = method.params.filter(({ name }) => name !== "command_id").map(resolved);
-  const isText = ({ schema: { type } }) => type === "string";
-  const options = params.filter((param) => !isText(param) && !(param.required && schema.typeOf(param.schema)));
-  const typed = params.filter((param) => !options.includes(param));
+  const params = method.params
+    .filter(({ name }) => !OURS.has(name))
+    .map((param) => ({ ...param, schema: schema.resolve(param.schema) }));
+  const typed = params.filter((param) => param.required && schema.typeOf(param.schema));
+  const options = params.filter((param) => !typed.includes(param));
   const result = schema.resultOf(method.name).properties ?? {};
   return {
     rpc: method.name,
     name: NAMES[method.name] ?? nodeName(method.name),
     summary: method.summary ?? "",
-    typed: typed.map(({ name, required, schema: one }) => ({
+    typed: typed.map(({ name, schema: one }) => ({
       param: name,
       name: nodeName(name),
-      required: required === true,
       ...schema.typeOf(one),
-      description: (one.description ?? "") + (required ? "" : " (empty: the daemon's default)"),
+      description: one.description ?? "",
     })),
     options: options.length > 0 ? optionsArgument(options) : undefined,
     told: Object.keys(result)
@@ -77,11 +82,8 @@ export function commandsOf(schema) {
 }
 
 function paramsOf(typed, values) {
-  const params = values.length > typed.length ? parseOptions(values[typed.length]) : {};
-  typed.forEach(({ param, required }, at) => {
-    if (required || values[at]) params[param] = values[at];
-  });
-  return params;
+  const given = typed.map(({ param }, at) => [param, values[at]]);
+  return { ...parseOptions(values[typed.length]), ...Object.fromEntries(given) };
 }
 
 /** @throws SyntaxError */
