@@ -27,6 +27,27 @@ struct HostPort {
   }
 };
 
+/// HOST:PORT of a socket of ours, or "off".
+struct HostPortOrOff {
+  void read(const YamlValue& value, std::optional<Endpoint>& x) const {
+    x.reset();
+    if (value.text() != "off") HostPort{0}.read(value, x.emplace());
+  }
+};
+
+/// "https://hmi.plant:8443"
+struct Origins {
+  std::string fault(const std::vector<std::string>& origins) const {
+    for (const std::string& origin : origins) {
+      const bool is_one = origin.starts_with("http://") || origin.starts_with("https://");
+      const std::string host = is_one ? origin.substr(origin.find("://") + 3) : "";
+      if (host.empty() || host.find('/') != std::string::npos)
+        return "expected origins as browsers send them, as https://hmi.plant, found " + in_quotes(origin);
+    }
+    return {};
+  }
+};
+
 /// {kg, x, y, z} that the arm carries.
 struct Payload {
   void read(const YamlValue& value, RobotModel& robot) const { add_payload(robot, value); }
@@ -230,6 +251,11 @@ void layout(auto& io, Is<ControlConfig> auto& x) {
   io.optional("tls", x.tls);
 }
 
+void layout(auto& io, Is<WebConfig> auto& x) {
+  io.optional("listen", x.listen, HostPortOrOff{});
+  io.optional("origins", x.origins, Origins{});
+}
+
 void layout(auto& io, Is<RecordingConfig> auto& x) {
   io.optional("folder", x.folder);
   io.optional("ring_mb", x.ring_mb, Whole{1, 4096});
@@ -258,6 +284,7 @@ void layout(auto& io, Is<CellConfig> auto& x) {
   io.optional("calibration", x.calibration);
   io.optional("iso9283", x.iso9283);
   io("control", x.control);
+  io.optional("web", x.web);
   io("store", x.store);
   io.on_read(x, [](auto& cell) { cell.recording.folder = cell.store.parent_path() / "recordings"; });
   io.optional("recording", x.recording);

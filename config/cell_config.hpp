@@ -150,6 +150,12 @@ struct ControlConfig {
   std::optional<TlsConfig> tls{};
 };
 
+/// Dashboard, metrics, health, and the control protocol for browsers.
+struct WebConfig {
+  std::optional<Endpoint> listen{{"127.0.0.1", 7280}};  ///< none: off
+  std::vector<std::string> origins{};  ///< of pages of others that may speak the control protocol
+};
+
 /// What is kept of the last minutes on the wires.
 struct RecordingConfig {
   std::filesystem::path folder;  ///< of the ring, and of the recordings that are written
@@ -179,6 +185,7 @@ struct CellConfig {
   CalibrationConfig calibration;
   Iso9283Config iso9283;
   ControlConfig control;
+  std::optional<WebConfig> web{};  ///< none: as usual, and without it where the port is taken
   RecordingConfig recording;
   std::filesystem::path store;    ///< SQLite file
   std::filesystem::path runtime;  ///< folder of what lives while the machine is up; empty: the usual place

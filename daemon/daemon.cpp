@@ -24,6 +24,8 @@
 #include "daemon/service/runtime_folder.hpp"
 #include "daemon/service/service_manager.hpp"
 #include "daemon/threads/signal.hpp"
+#include "daemon/web/daemon_metrics.hpp"
+#include "daemon/web/web_server.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/kuka/rsi_link.hpp"
@@ -42,6 +44,7 @@ constexpr std::uint64_t kEventNumbers = 100'000;
 constexpr std::chrono::milliseconds kRsiPatience{2'000};  // its thread wakes ten times a second
 // A disk may take seconds for one commit, and one step of a large fit seconds on a busy PC.
 constexpr std::chrono::milliseconds kWorkPatience{30'000};
+constexpr std::chrono::milliseconds kLookAtThreads{500};  // where no service manager watches
 
 /// The value, or the end of the start.
 template <typename T>
@@ -150,6 +153,7 @@ class Daemon {
                                   runtime.empty() ? fs::path{} : runtime / "control.sock",
                                   access_file_of(config.store), audit_file_of(config.store)},
                                  config.control, config.name))} {
+    web_ = start_web();
     read_log([this](LogLevel level, std::string_view line) {
       events_.publish(control::Topic::Log, boost::json::object{{"level", name(level)}, {"text", line}});
     });
@@ -171,6 +175,54 @@ class Daemon {
   }
 
  private:
+  /// Where the cell file names the port, it must be had; the usual one another program may have.
+  std::unique_ptr<WebServer> start_web() {
+    const config::WebConfig web = config_.web.value_or(config::WebConfig{});
+    if (!web.listen) return nullptr;
+    auto server = WebServer::start(io_.get_executor(),
+                                   {clock_, *server_, [this] { return health(); }, [this] { return metrics(); },
+                                    [](const std::string& sentence) { log_warning(sentence); }},
+                                   web);
+    if (config_.web) return started(std::move(server));
+    if (server) return *std::move(server);
+    log_warning("no dashboard: " + server.error().text + "; choose a port by web.listen in the cell file, or off");
+    return nullptr;
+  }
+
+  /// By what the watchdog sees. The io thread shows itself by answering.
+  Health health() {
+    boost::json::object threads;
+    bool well = !stopping_;
+    for (const Watchdog::Seen& thread : watchdog_.look(clock_.now())) {
+      const auto still_for = std::chrono::duration_cast<std::chrono::milliseconds>(thread.still_for);
+      const char* const state = thread.stuck ? "stuck" : thread.idle ? "idle" : "running";
+      threads[thread.name] = boost::json::object{{"state", state}, {"still_ms", still_for.count()}};
+      well = well && !thread.stuck;
+    }
+    const char* const status = stopping_ ? "stopping" : well ? "ok" : "stuck";
+    return {well, {{"status", status}, {"threads", std::move(threads)}}};
+  }
+
+  std::string metrics() {
+    std::size_t store_bytes = 0;
+    for (const char* const behind : {"", "-wal"}) {
+      std::error_code none;
+      const auto bytes = fs::file_size(config_.store.string() + behind, none);
+      if (!none) store_bytes += bytes;
+    }
+    return metrics_text({.cell = config_.name,
+                         .snapshot = cell_.snapshot(),
+                         .stream = *stream_,
+                         .control = server_->load(),
+                         .web_connections = web_ ? web_->connections() : 0,
+                         .events = events_.next_seq(),
+                         .store_bytes = store_bytes,
+                         .store_jobs = store_thread_.pulse().beats,
+                         .store_waiting = store_thread_.waiting(),
+                         .uptime = clock_.now() - begun_,
+                         .now = clock_.now()});
+  }
+
   static std::optional<LockFile> lock_of_runtime(const fs::path& folder) {
     if (folder.empty()) return std::nullopt;
     return started(LockFile::take(folder / "lock", "the runtime folder " + folder.string()));
@@ -207,7 +259,8 @@ class Daemon {
                    }));
     const auto tls_port = server_->tls_port();
     const std::string status = "control port " + std::to_string(server_->port()) +
-                               (tls_port ? ", TLS port " + std::to_string(*tls_port) : "") + ", RSI port " +
+                               (tls_port ? ", TLS port " + std::to_string(*tls_port) : "") +
+                               (web_ ? ", web port " + std::to_string(web_->port()) : "") + ", RSI port " +
                                std::to_string(link_->port()) + ", RSI thread " +
                                drivers::describe(link_->scheduling());
     log_info("ready: " + status);
@@ -221,6 +274,7 @@ class Daemon {
     tell_stopping();
     log_info("stopping");
     co_await cell_.shut_down();
+    if (web_) web_->stop();
     server_->stop();
     stop_watch_.emit(asio::cancellation_type::terminal);
     stop_feeding_.emit(asio::cancellation_type::terminal);
@@ -232,22 +286,16 @@ class Daemon {
   /// shows itself.
   asio::awaitable<void> feed_watchdog() {
     const auto period = watchdog_period();
-    if (!period) co_return;
-    Watchdog watchdog{{{"RSI", kRsiPatience,
-                        [this] {
-                          return Pulse{link_->heartbeats(), false};
-                        }},
-                       {"store", kWorkPatience, [this] { return store_thread_.pulse(); }},
-                       {"compute", kWorkPatience, [this] { return compute_thread_.pulse(); }}},
-                      clock_.now()};
+    const std::chrono::microseconds pause = period ? *period / 4 : kLookAtThreads;
     bool told = false;
     while (true) {
-      const auto stuck = watchdog.stuck(clock_.now());
+      const auto stuck = watchdog_.stuck(clock_.now());
       if (!stuck) tell_alive();
       if (stuck && !told)
-        log_error("the " + *stuck + " thread stands still; unless it goes on, the service is started anew");
+        log_error("the " + *stuck + " thread stands still" +
+                  (period ? "; unless it goes on, the service is started anew" : ""));
       told = stuck.has_value();
-      const drivers::TimePoint next = clock_.now() + *period / 4;
+      const drivers::TimePoint next = clock_.now() + pause;
       co_await clock_.sleep_until(next);
     }
   }
@@ -273,6 +321,15 @@ class Daemon {
   DaemonCell cell_;
   std::unique_ptr<drivers::RsiLink> link_;
   std::unique_ptr<ControlServer> server_;
+  drivers::TimePoint begun_ = clock_.now();
+  Watchdog watchdog_{{{"RSI", kRsiPatience,
+                       [this] {
+                         return link_ ? Pulse{link_->heartbeats(), false} : Pulse{.idle = true};
+                       }},
+                      {"store", kWorkPatience, [this] { return store_thread_.pulse(); }},
+                      {"compute", kWorkPatience, [this] { return compute_thread_.pulse(); }}},
+                     begun_};
+  std::unique_ptr<WebServer> web_;
   asio::cancellation_signal stop_watch_;
   asio::cancellation_signal stop_feeding_;
   bool stopping_ = false;

@@ -32,6 +32,14 @@ json::object range_json(const std::vector<StoredPoint>& points, double StoredPoi
   return {{"min", min.*quantity}, {"max", max.*quantity}};
 }
 
+/// "Campaign 0f8418ae, started by Anna: after the new gripper"
+std::string campaign_text(const CampaignRecord& record) {
+  std::string text = "Campaign " + record.id.substr(0, 8);
+  if (!record.started_by.empty()) text += ", started by " + record.started_by;
+  if (!record.note.empty()) text += ": " + record.note;
+  return text;
+}
+
 std::size_t poses_of(const std::vector<StoredPoint>& points) {
   std::set<int> poses;
   for (const StoredPoint& point : points) {
@@ -160,7 +168,7 @@ json::object calibration_document_of(const CampaignResult& result, const Campaig
   const auto& found = result.as<CalibrationResult>();
   const MeasurementData data = campaign_data(result.points, config);
   json::object document = record::calibration_document(found.calibration, data, found.elapsed_s);
-  document["campaign"] = "Campaign " + record.id.substr(0, 8);
+  document["campaign"] = campaign_text(record);
   document["robot"] = record.robot_model + ", serial " + record.robot_serial;
   document["tracker"] = record.tracker_model + ", serial " + record.tracker_serial;
   document["model"] = record.model_id;
@@ -230,6 +238,8 @@ StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, 
       wall_clock_{std::move(wall_clock)} {
   record_.id = options_.campaign_id;
   record_.kind = options_.kind;
+  record_.started_by = options_.started_by;
+  record_.note = options_.note;
   record_.state = "running";
   record_.started = control::rfc3339(wall_clock_());
 }

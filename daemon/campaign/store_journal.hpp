@@ -26,6 +26,8 @@ class StoreJournal final : public CampaignJournal {
     std::string_view kind = kCampaignKinds.front();
     bool activate = true;  ///< the model, if it beats the nominal arm on the validation poses
                            ///< and nothing contradicts it
+    std::string started_by{};  ///< the name of who did
+    std::string note{};        ///< his words for it
   };
 
   /// @param store_thread  the only one that touches `store`

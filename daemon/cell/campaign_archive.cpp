@@ -1,8 +1,11 @@
 #include "daemon/cell/campaign_archive.hpp"
 
 #include <algorithm>
+#include <sstream>
 #include <utility>
 
+#include "config/measurement_file.hpp"
+#include "daemon/campaign/corrected_points.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/arm_document.hpp"
 
@@ -50,7 +53,9 @@ json::object campaign_json(const CampaignRecord& record) {
           {"robot_serial", record.robot_serial},
           {"tracker_model", record.tracker_model},
           {"tracker_serial", record.tracker_serial},
-          {"model_id", id_or_null(record.model_id)}};
+          {"model_id", id_or_null(record.model_id)},
+          {"by", id_or_null(record.started_by)},
+          {"note", record.note}};
 }
 
 json::object skipped_json(const SkippedPose& skipped) {
@@ -67,6 +72,50 @@ json::object point_json(const RobotModel& robot, const StoredPoint& point) {
           {"p_mm", vector_json(point.p_WS_mm)},
           {"std_mm", vector_json(point.std_mm)},
           {"time", point.time}};
+}
+
+// What leaves room in a line for the rest of an answer; the ends of lines take two bytes each in JSON.
+constexpr std::size_t kMostBytes = 48 * 1024;
+
+/// A part of a campaign's points.
+struct PointsPage {
+  json::value content;  ///< a list of points, or lines of CSV
+  std::size_t count = 0, total = 0;
+};
+
+/// As many of some points as fit into a line.
+PointsPage points_of(json::array points, std::size_t total) {
+  json::array page;
+  std::size_t bytes = 0;
+  for (json::value& point : points) {
+    bytes += control::json_text(point).size() + 1;
+    if (bytes > kMostBytes) break;
+    page.push_back(std::move(point));
+  }
+  const std::size_t count = page.size();
+  return {std::move(page), count, total};
+}
+
+/// The measurement file of a campaign, line by line, the header first.
+std::vector<std::string> measurement_rows(const std::vector<StoredPoint>& points,
+                                          const config::CellConfig& config) {
+  std::stringstream file;
+  config::write_measurements(file, campaign_data(points, config), config.robot.model);
+  std::vector<std::string> rows;
+  for (std::string row; std::getline(file, row);) rows.push_back(row + "\n");
+  return rows;
+}
+
+/// As many rows as fit into a line. The first page has the header too.
+PointsPage rows_of(const std::vector<std::string>& rows, std::size_t offset, std::size_t limit) {
+  PointsPage page{.content = {}, .total = rows.size() - 1};
+  std::string csv = offset == 0 ? rows.front() : "";
+  for (std::size_t i = offset + 1; i < rows.size() && page.count < limit; ++i, ++page.count) {
+    if (csv.size() + rows[i].size() > kMostBytes) break;
+    csv += rows[i];
+  }
+  page.content = std::move(csv);
+  return page;
 }
 
 /// Leaves of the document's lists of points and poses what lies in the page.
@@ -125,6 +174,7 @@ std::string_view purpose_name(PointPurpose purpose) {
 std::vector<Method<CampaignArchive>> CampaignArchive::methods() {
   return {{"campaign.list", &CampaignArchive::list},
           {"campaign.get", &CampaignArchive::get},
+          {"campaign.points", &CampaignArchive::points},
           {"report.get", &CampaignArchive::report}};
 }
 
@@ -183,6 +233,36 @@ MethodReply CampaignArchive::get(json::object params) {
                          {"iso9283", documents["iso9283"]},
                          {"points_total", found->points.size()},
                          {"points", points_json(found->points, request->offset, request->limit)}};
+}
+
+MethodReply CampaignArchive::points(json::object params) {
+  ParamReader reader{params};
+  std::string id = reader.text("id").value_or("");
+  const std::string format = reader.text("format").value_or("json");
+  const auto offset = static_cast<std::size_t>(reader.integer("offset", 0, kMostPoints).value_or(0));
+  const auto limit = static_cast<std::size_t>(reader.integer("limit", 1, 1000).value_or(1000));
+  if (format != "json" && format != "csv") reader.fail("format", "expected json or csv");
+  if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
+  const auto current = current_();
+  if (id.empty() && current && current->running) id = current->record.id;
+  auto job = [this, id] { return read(id); };
+  const auto found = co_await parts_.store_thread.ask(job);
+  if (!found) co_return std::unexpected(store_unusable(found.error()));
+  if (!found->record) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
+  const bool as_csv = format == "csv";
+  PointsPage page = as_csv ? rows_of(measurement_rows(found->points, parts_.config), offset, limit)
+                           : points_of(points_json(found->points, offset, limit), found->points.size());
+  if (as_csv && page.total == 0)
+    co_return std::unexpected(RpcError{
+        ErrorCode::NotFound, "the campaign has no points that identify or validate; ask for format json"});
+  const std::size_t end = offset + page.count;
+  json::object result{{"id", found->record->id},
+                      {"format", format},
+                      {"offset", offset},
+                      {"next", end < page.total ? json::value(end) : json::value{}},
+                      {"total", page.total}};
+  result[as_csv ? "csv" : "points"] = std::move(page.content);
+  co_return result;
 }
 
 MethodReply CampaignArchive::report(json::object params) {

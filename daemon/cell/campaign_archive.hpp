@@ -39,6 +39,7 @@ class CampaignArchive {
   MethodReply list(boost::json::object params);
   MethodReply get(boost::json::object params);
   MethodReply report(boost::json::object params);
+  MethodReply points(boost::json::object params);
 
   StoreResult<Found> read(const std::string& id);
   boost::json::array points_json(const std::vector<StoredPoint>& points, std::size_t offset,

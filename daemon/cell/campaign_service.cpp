@@ -23,6 +23,7 @@ namespace {
 
 // The document of so many fits into one line of the protocol.
 constexpr std::size_t kMostTargets = 100;
+constexpr std::size_t kLongestNote = 500;
 
 std::string new_uuid() { return boost::uuids::to_string(boost::uuids::random_generator{}()); }
 
@@ -82,18 +83,20 @@ std::vector<Method<CampaignService>> CampaignService::methods() {
 
 // To start one.
 
-MethodReply CampaignService::start(json::object params) {
+MethodReply CampaignService::start(json::object params, std::string by) {
   ParamReader read{params};
   const std::string kind = read.text("kind").value_or("calibration");
+  Starter starter{std::move(by), read.text("note", kLongestNote).value_or("")};
   params.erase("kind");
-  if (kind == "calibration") co_return start_calibration(params);
-  if (kind == "targets") co_return start_targets(params);
-  if (kind == "iso9283") co_return start_iso9283(params);
+  if (const json::value* note = params.if_contains("note"); note && note->is_string()) params.erase("note");
+  if (kind == "calibration") co_return start_calibration(params, std::move(starter));
+  if (kind == "targets") co_return start_targets(params, std::move(starter));
+  if (kind == "iso9283") co_return start_iso9283(params, std::move(starter));
   read.fail("kind", "expected calibration, targets or iso9283");
   co_return std::unexpected(*read.finish());
 }
 
-MethodResult CampaignService::start_calibration(const json::object& params) {
+MethodResult CampaignService::start_calibration(const json::object& params, Starter starter) {
   ParamReader read{params};
   config::CellConfig config = parts_.config;
   config::CampaignConfig& plan = config.campaign;
@@ -104,10 +107,10 @@ MethodResult CampaignService::start_calibration(const json::object& params) {
   const bool activate = read.boolean("activate").value_or(true);
   if (const auto why = config::too_few_poses(config)) read.fail("identify_poses", *why);
   if (auto wrong = read.finish()) return std::unexpected(*wrong);
-  return begin(config, CalibrationOrder{}, activate);
+  return begin(config, CalibrationOrder{}, std::move(starter), activate);
 }
 
-MethodResult CampaignService::start_targets(const json::object& params) {
+MethodResult CampaignService::start_targets(const json::object& params, Starter starter) {
   ParamReader read{params};
   config::CellConfig config = parts_.config;
   const RobotModel& nominal = config.robot.model;
@@ -133,10 +136,10 @@ MethodResult CampaignService::start_targets(const json::object& params) {
     if (!reached) return std::unexpected(reached.error());
     order.targets = *std::move(reached);
   }
-  return begin(config, std::move(order));
+  return begin(config, std::move(order), std::move(starter));
 }
 
-MethodResult CampaignService::start_iso9283(const json::object& params) {
+MethodResult CampaignService::start_iso9283(const json::object& params, Starter starter) {
   ParamReader read{params};
   config::CellConfig config = parts_.config;
   Iso9283Order order{.cycles = config.iso9283.cycles};
@@ -148,31 +151,37 @@ MethodResult CampaignService::start_iso9283(const json::object& params) {
   const auto model = models_.needed();
   if (order.compensate && !model) return std::unexpected(model.error());
   if (model) order.cell = (*model)->cell;
-  return begin(config, std::move(order));
+  return begin(config, std::move(order), std::move(starter));
 }
 
-MethodReply CampaignService::drift_check(json::object params) {
+MethodReply CampaignService::drift_check(json::object params, std::string by) {
   ParamReader read{params};
   config::CellConfig config = parts_.config;
   read_count(read, "poses", 1, 1000, config.campaign.drift_poses);
   read_seed(read, config.campaign);
   const bool update = read.boolean("update").value_or(false);
   const bool activate = read.boolean("activate").value_or(false);
+  std::string note = read.text("note", kLongestNote).value_or("");
   if (activate && !update)
     read.fail("activate", "only a model that was updated can be activated: give update too");
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
   const auto model = models_.needed_for_drift();
   if (!model) co_return std::unexpected(model.error());
-  co_return begin(config, DriftOrder{*(*model)->drift_reference, update, (*model)->record}, activate);
+  co_return begin(config, DriftOrder{*(*model)->drift_reference, update, (*model)->record},
+                  {std::move(by), std::move(note)}, activate);
 }
 
-MethodResult CampaignService::begin(const config::CellConfig& config, CampaignOrder order, bool activate) {
+MethodResult CampaignService::begin(const config::CellConfig& config, CampaignOrder order, Starter starter,
+                                    bool activate) {
   StoreJournal::Options options{.campaign_id = new_uuid(),
                                 .model_id = new_uuid(),
                                 .config = config,
                                 .kind = kind_name(order),
-                                .activate = activate};
-  if (auto refused = runner_.apply(CampaignStartRequested{options.campaign_id}, "asked for by an operator"))
+                                .activate = activate,
+                                .started_by = std::move(starter.name),
+                                .note = std::move(starter.note)};
+  if (auto refused = runner_.apply(CampaignStartRequested{options.campaign_id}, "asked for by an operator",
+                                   options.started_by))
     return std::unexpected(*refused);
   CampaignObserver& observer = *this;
   const CampaignDevices devices{devices_.robot(), devices_.tracker(), parts_.clock};
@@ -203,7 +212,7 @@ asio::awaitable<void> CampaignService::close(const Run& run, std::optional<Campa
   if (error && error->fault == CampaignFault::Store) {
     runner_.apply(StoreFailed{"store: " + error->detail}, reason);
   } else {
-    if (!record.model_id.empty()) co_await models_.announce_made(record.model_id, run.journal.activated());
+    if (!record.model_id.empty()) co_await models_.announce_made(record.model_id, run.journal.activated(), record.started_by);
     runner_.apply(CampaignEnded{}, reason);
     if (error && (error->fault == CampaignFault::Device || error->fault == CampaignFault::WrongArm))
       runner_.apply(DeviceLost{error->detail}, reason);
@@ -213,21 +222,21 @@ asio::awaitable<void> CampaignService::close(const Run& run, std::optional<Campa
 }
 
 MethodResult CampaignService::request(const json::object& params, const CellEvent& event,
-                                      const std::string& reason) {
-  if (auto refused = runner_.request(params, event, reason)) return std::unexpected(*refused);
+                                      const std::string& reason, const std::string& by) {
+  if (auto refused = runner_.request(params, event, reason, by)) return std::unexpected(*refused);
   return progress_json();
 }
 
-MethodReply CampaignService::pause(json::object params) {
-  co_return request(params, CampaignPauseRequested{}, "paused by an operator");
+MethodReply CampaignService::pause(json::object params, std::string by) {
+  co_return request(params, CampaignPauseRequested{}, "paused by an operator", by);
 }
 
-MethodReply CampaignService::resume(json::object params) {
-  co_return request(params, CampaignResumeRequested{}, "resumed by an operator");
+MethodReply CampaignService::resume(json::object params, std::string by) {
+  co_return request(params, CampaignResumeRequested{}, "resumed by an operator", by);
 }
 
-MethodReply CampaignService::abort(json::object params) {
-  const MethodResult accepted = request(params, CampaignAbortRequested{}, "aborted by an operator");
+MethodReply CampaignService::abort(json::object params, std::string by) {
+  const MethodResult accepted = request(params, CampaignAbortRequested{}, "aborted by an operator", by);
   if (!accepted) co_return accepted;
   while (running()) co_await runner_.changed();
   co_return progress_json();
@@ -272,7 +281,12 @@ void CampaignService::on_skipped(const SkippedPose& skipped, const CampaignProgr
   on_progress(progress);
 }
 
-void CampaignService::on_trouble(const std::string& sentence) { log_warning(sentence); }
+void CampaignService::on_trouble(const std::string& sentence) {
+  log_warning(sentence);
+  json::object progress = progress_json();
+  progress["trouble"] = sentence;
+  parts_.events.publish(control::Topic::Campaign, progress);
+}
 
 void CampaignService::on_waiting(CellDevice device, const std::string& reason) {
   runner_.await(device, reason);
@@ -302,6 +316,10 @@ json::object CampaignService::progress_json() const {
 }
 
 json::value CampaignService::json() const { return running() ? progress_json() : json::value{}; }
+
+std::optional<CampaignProgress> CampaignService::progress() const {
+  return running() ? std::optional{run_->campaign.progress()} : std::nullopt;
+}
 
 std::optional<CampaignArchive::Current> CampaignService::current() const {
   if (!run_) return std::nullopt;

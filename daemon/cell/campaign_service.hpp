@@ -27,6 +27,7 @@ class CampaignService final : private CampaignObserver {
   std::optional<CampaignArchive::Current> current() const;
   /// How far the campaign is that is under way; null where none is.
   boost::json::value json() const;
+  std::optional<CampaignProgress> progress() const;
 
  private:
   /// One campaign: under way, or the last one.
@@ -40,17 +41,24 @@ class CampaignService final : private CampaignObserver {
     const std::string& id() const { return journal.record().id; }
   };
 
-  MethodReply start(boost::json::object params);
-  MethodReply drift_check(boost::json::object params);
-  MethodReply pause(boost::json::object params);
-  MethodReply resume(boost::json::object params);
-  MethodReply abort(boost::json::object params);
+  MethodReply start(boost::json::object params, std::string by);
+  MethodReply drift_check(boost::json::object params, std::string by);
+  MethodReply pause(boost::json::object params, std::string by);
+  MethodReply resume(boost::json::object params, std::string by);
+  MethodReply abort(boost::json::object params, std::string by);
 
-  MethodResult start_calibration(const boost::json::object& params);
-  MethodResult start_targets(const boost::json::object& params);
-  MethodResult start_iso9283(const boost::json::object& params);
-  MethodResult begin(const config::CellConfig& config, CampaignOrder order, bool activate = false);
-  MethodResult request(const boost::json::object& params, const CellEvent& event, const std::string& reason);
+  /// Who starts a campaign, and his words for it.
+  struct Starter {
+    std::string name, note;
+  };
+
+  MethodResult start_calibration(const boost::json::object& params, Starter starter);
+  MethodResult start_targets(const boost::json::object& params, Starter starter);
+  MethodResult start_iso9283(const boost::json::object& params, Starter starter);
+  MethodResult begin(const config::CellConfig& config, CampaignOrder order, Starter starter,
+                     bool activate = false);
+  MethodResult request(const boost::json::object& params, const CellEvent& event, const std::string& reason,
+                       const std::string& by);
   boost::asio::awaitable<void> run(std::shared_ptr<Run> run);
   boost::asio::awaitable<void> close(const Run& run, std::optional<CampaignError> error);
   boost::json::object progress_json() const;

@@ -45,6 +45,7 @@ class StandingFaults {
   std::string text(const std::string& code) const;
   /// In the order of their codes.
   boost::json::array json() const;
+  std::size_t count(std::string_view severity) const;
 
  private:
   struct Standing {
@@ -78,11 +79,13 @@ class CellRunner {
   }
 
   /// Feeds one event to the state machine and has its commands carried out.
+  /// @param by  who caused it, as clients are told; empty: nobody did, or the daemon itself
   /// @return the refusal as an error, where there was one
-  std::optional<control::RpcError> apply(const CellEvent& event, const std::string& reason);
+  std::optional<control::RpcError> apply(const CellEvent& event, const std::string& reason,
+                                         const std::string& by = {});
   /// The same for a method that is nothing else and takes no parameters.
   std::optional<control::RpcError> request(const boost::json::object& params, const CellEvent& event,
-                                           const std::string& reason);
+                                           const std::string& reason, const std::string& by);
 
   /// What is under way goes on once the device answers; without a reason it does.
   void await(CellDevice device, const std::string& reason);
@@ -126,7 +129,7 @@ class CellRunner {
 
  private:
   static std::size_t index(CellCommand command) { return static_cast<std::size_t>(command); }
-  void tell(const CellState& before, const std::string& reason);
+  void tell(const CellState& before, const std::string& reason, const std::string& by);
   void tell_of_waiting(const CellState& before);
   std::string waiting_for(const Waiting& wait) const;
   std::string paused_because(const Waiting& wait) const;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -83,6 +84,9 @@ using CellState = std::variant<Disconnected, Connecting, Ready, Running, Paused,
 /// The name on the wire, as cell.status knows it: "disconnected", "ready", "campaign". An abort under way
 /// still is "campaign", a stream that starts or stops "streaming", and one that is being disarmed "armed".
 std::string_view state_name(const CellState& state);
+/// All of them.
+inline constexpr std::array<std::string_view, 8> kStateNames{
+    "disconnected", "connecting", "ready", "campaign", "paused", "streaming", "armed", "fault"};
 
 /// Which device the state waits for, and since when; none where it waits for none. Where several have to
 /// answer it is the one that was lost first.

@@ -23,7 +23,8 @@ DaemonCell::DaemonCell(Parts parts)
       stream_{parts_, runner_, devices_, models_},
       recording_{parts_, runner_, devices_, models_},
       campaigns_{parts_, runner_, devices_, models_},
-      archive_{parts_, [this] { return campaigns_.current(); }} {
+      archive_{parts_, [this] { return campaigns_.current(); }},
+      reports_{parts_, [this] { return stream_.json(); }} {
   add_methods(table_, devices_);
   add_methods(table_, models_);
   add_methods(table_, targets_);
@@ -31,6 +32,7 @@ DaemonCell::DaemonCell(Parts parts)
   add_methods(table_, recording_);
   add_methods(table_, campaigns_);
   add_methods(table_, archive_);
+  add_methods(table_, reports_);
 }
 
 std::vector<std::string> DaemonCell::method_names() {
@@ -45,15 +47,16 @@ std::vector<std::string> DaemonCell::method_names() {
   add(RecordingService::methods());
   add(CampaignService::methods());
   add(CampaignArchive::methods());
+  add(ReportService::methods());
   return names;
 }
 
-MethodReply DaemonCell::call(std::string method, json::object params) {
+MethodReply DaemonCell::call(std::string method, json::object params, std::string by) {
   const auto known = table_.find(method);
   if (known == table_.end())
     co_return std::unexpected(
         control::RpcError{control::ErrorCode::MethodNotFound, "no such method: " + method});
-  MethodResult result = co_await known->second(std::move(params));
+  MethodResult result = co_await known->second(std::move(params), std::move(by));
   co_return result;
 }
 
@@ -70,6 +73,19 @@ asio::awaitable<void> DaemonCell::shut_down() {
     co_await runner_.changed_until(give_up);
   if (runner_.streaming()) co_await devices_.stop_robot();
   devices_.disconnect();
+}
+
+DaemonCell::Snapshot DaemonCell::snapshot() const {
+  const WatchedRobot& robot = devices_.robot();
+  return {.state = runner_.name(),
+          .warnings = runner_.faults().count("warning"),
+          .errors = runner_.faults().count("error"),
+          .robot_connected = robot.connected(),
+          .robot_ready = robot.connected() && robot.told() && robot.told()->ready,
+          .tracker_connected = devices_.tracker().connected(),
+          .armed = runner_.armed(),
+          .campaign = campaigns_.progress(),
+          .model = models_.active() ? std::optional{models_.active()->record} : std::nullopt};
 }
 
 json::object DaemonCell::status_json() const {

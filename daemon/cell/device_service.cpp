@@ -26,6 +26,7 @@ std::string address(const config::Endpoint& endpoint) {
 }
 
 json::object config_json(const config::CellConfig& config) {
+  const config::WebConfig web = config.web.value_or(config::WebConfig{});
   return {{"name", config.name},
           {"robot",
            {{"file", config.robot.file.string()},
@@ -51,6 +52,7 @@ json::object config_json(const config::CellConfig& config) {
             {"speed_percent", config.campaign.speed_percent},
             {"remeasure", config.campaign.remeasure}}},
           {"control", {{"listen", address(config.control.listen)}}},
+          {"web", {{"listen", web.listen ? json::value(address(*web.listen)) : json::value{}}}},
           {"store", config.store.string()}};
 }
 
@@ -88,13 +90,13 @@ MethodReply DeviceService::status(json::object params) {
 }
 
 MethodResult DeviceService::request(const json::object& params, const CellEvent& event,
-                                    const std::string& reason) {
-  if (auto refused = runner_.request(params, event, reason)) return std::unexpected(*refused);
+                                    const std::string& reason, const std::string& by) {
+  if (auto refused = runner_.request(params, event, reason, by)) return std::unexpected(*refused);
   return status_();
 }
 
-MethodReply DeviceService::connect(json::object params) {
-  const MethodResult accepted = request(params, ConnectRequested{}, "asked for by an operator");
+MethodReply DeviceService::connect(json::object params, std::string by) {
+  const MethodResult accepted = request(params, ConnectRequested{}, "asked for by an operator", by);
   if (!accepted) co_return accepted;
   auto identities = co_await devices_.connect();
   if (!identities) {
@@ -105,12 +107,12 @@ MethodReply DeviceService::connect(json::object params) {
   co_return status_();
 }
 
-MethodReply DeviceService::disconnect(json::object params) {
-  co_return request(params, DisconnectRequested{}, "asked for by an operator");
+MethodReply DeviceService::disconnect(json::object params, std::string by) {
+  co_return request(params, DisconnectRequested{}, "asked for by an operator", by);
 }
 
-MethodReply DeviceService::acknowledge(json::object params) {
-  co_return request(params, AcknowledgeRequested{}, "acknowledged by an operator");
+MethodReply DeviceService::acknowledge(json::object params, std::string by) {
+  co_return request(params, AcknowledgeRequested{}, "acknowledged by an operator", by);
 }
 
 void DeviceService::close() {

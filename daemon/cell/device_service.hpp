@@ -42,11 +42,12 @@ class DeviceService {
  private:
   MethodReply config(boost::json::object params);
   MethodReply status(boost::json::object params);
-  MethodReply connect(boost::json::object params);
-  MethodReply disconnect(boost::json::object params);
-  MethodReply acknowledge(boost::json::object params);
+  MethodReply connect(boost::json::object params, std::string by);
+  MethodReply disconnect(boost::json::object params, std::string by);
+  MethodReply acknowledge(boost::json::object params, std::string by);
 
-  MethodResult request(const boost::json::object& params, const CellEvent& event, const std::string& reason);
+  MethodResult request(const boost::json::object& params, const CellEvent& event, const std::string& reason,
+                       const std::string& by);
   void close();
   bool in_campaign() const { return runner_.in<Running>() || runner_.in<Paused>(); }
   bool may_be_asked() const { return runner_.in<Ready>() || runner_.in<Streaming>() || in_campaign(); }

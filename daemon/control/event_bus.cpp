@@ -12,6 +12,16 @@ namespace truepose::daemon {
 /// Numbers left when more are asked for: enough for the slowest disk.
 constexpr std::uint64_t kLow = 4096;
 
+namespace {
+
+/// Whether a newer event of the topic makes up for an older one.
+bool newest_wins(control::Topic topic) {
+  using enum control::Topic;
+  return topic == Stream || topic == Campaign || topic == Measurement || topic == Log;
+}
+
+}  // namespace
+
 EventBus::EventBus(EventNumbers numbers, WallClock wall_clock)
     : numbers_{std::move(numbers)}, wall_clock_{std::move(wall_clock)}, next_{numbers_.first} {}
 
@@ -23,8 +33,8 @@ void EventBus::publish(control::Topic topic, const boost::json::value& data) {
 
   if (kept_.size() == kKept) {
     for (Subscription* subscription : subscriptions_)
-      if (subscription->next_ <= seq - kKept && subscription->topics_.contains(kept_.front().topic))
-        subscription->fell_behind_ = true;
+      if (subscription->next_ <= seq - kKept)
+        subscription->lose_oldest(kept_.front().topic, kept_.front().line);
     kept_.pop_front();
   }
   kept_.push_back({topic, std::make_shared<const std::string>(
@@ -61,21 +71,41 @@ std::unique_ptr<EventBus::Subscription> EventBus::subscribe(std::set<control::To
 
 EventBus::Subscription::Subscription(EventBus& bus, std::set<control::Topic> topics, std::uint64_t next,
                                      std::function<void()> wake)
-    : bus_{bus}, topics_{std::move(topics)}, next_{next}, wake_{std::move(wake)} {}
+    : bus_{bus}, topics_{std::move(topics)}, next_{next}, live_from_{bus.next_}, wake_{std::move(wake)} {}
 
 EventBus::Subscription::~Subscription() {
   const std::lock_guard lock{bus_.mutex_};
   bus_.subscriptions_.remove(this);
 }
 
-std::vector<EventBus::Line> EventBus::Subscription::take(std::size_t count) {
-  const std::lock_guard lock{bus_.mutex_};
-  std::vector<Line> lines;
-  for (next_ = std::max(next_, bus_.oldest()); next_ < bus_.next_ && lines.size() < count; ++next_) {
-    const Kept& event = bus_.kept_[next_ - bus_.oldest()];
-    if (topics_.contains(event.topic)) lines.push_back(event.line);
+void EventBus::Subscription::lose_oldest(control::Topic topic, const Line& line) {
+  next_ = bus_.oldest() + 1;
+  if (!topics_.contains(topic)) return;
+  if (newest_wins(topic)) {
+    ++dropped_[topic];
+  } else if (owed_.size() < kMostOwed) {
+    owed_.push_back(line);
+  } else {
+    fell_behind_ = true;
   }
-  return lines;
+}
+
+EventBus::Taken EventBus::Subscription::take(std::size_t count) {
+  const std::lock_guard lock{bus_.mutex_};
+  Taken taken;
+  for (; !owed_.empty() && taken.lines.size() < count; owed_.pop_front())
+    taken.lines.push_back(std::move(owed_.front()));
+  for (; next_ < bus_.next_ && taken.lines.size() < count; ++next_) {
+    const Kept& event = bus_.kept_[next_ - bus_.oldest()];
+    if (!topics_.contains(event.topic)) continue;
+    const bool too_old = next_ >= live_from_ && bus_.next_ - next_ > kBacklog;
+    if (too_old && newest_wins(event.topic))
+      ++dropped_[event.topic];
+    else
+      taken.lines.push_back(event.line);
+  }
+  if (!taken.lines.empty()) taken.dropped = std::exchange(dropped_, {});
+  return taken;
 }
 
 bool EventBus::Subscription::fell_behind() const {

@@ -44,26 +44,43 @@ class EventBus {
   std::uint64_t next_seq() const;    ///< number of the event that will be published next
   std::uint64_t oldest_seq() const;  ///< number of the oldest event kept; next_seq() if there is none
 
-  /// A reader's place in the stream of events. It falls behind if an event of its topics is dropped from the
-  /// kept ones before it was taken: then the reader is too slow and must go.
+  /// Live events that a slow reader may be behind before it is given the newest alone.
+  static constexpr std::size_t kBacklog = 256;
+  /// Events that must not be dropped, kept for one slow reader beyond those that are kept for all.
+  static constexpr std::size_t kMostOwed = 1024;
+
+  /// What a reader gets.
+  struct Taken {
+    std::vector<Line> lines;   ///< oldest first
+    control::Dropped dropped;  ///< that it did not get, lately; none without a line
+  };
+
+  /// A reader's place in the stream of events. To one that reads too slowly, what tells how things go on
+  /// (stream, campaign, measurement, log) is dropped but for the newest; what somebody may have to act on is
+  /// not: once too much of that is owed, the reader has fallen behind and must go.
   class Subscription {
    public:
     ~Subscription();
     Subscription(const Subscription&) = delete;
     Subscription& operator=(const Subscription&) = delete;
 
-    /// The next lines, oldest first, at most `count`; empty if there is nothing new.
-    std::vector<Line> take(std::size_t count);
+    /// The next lines, at most `count`; none if there is nothing new.
+    Taken take(std::size_t count);
     bool fell_behind() const;
 
    private:
     friend class EventBus;
+    /// The oldest kept event goes, and was not taken.
+    void lose_oldest(control::Topic topic, const Line& line);
     Subscription(EventBus& bus, std::set<control::Topic> topics, std::uint64_t next,
                  std::function<void()> wake);
     EventBus& bus_;
     std::set<control::Topic> topics_;
-    std::uint64_t next_;  ///< number of the first event not taken
+    std::uint64_t next_;       ///< number of the first event not taken
+    std::uint64_t live_from_;  ///< what is older was there when it began, and is not dropped for slowness
     std::function<void()> wake_;
+    std::deque<Line> owed_;  ///< older than all that is kept
+    control::Dropped dropped_;
     bool fell_behind_ = false;
   };
 

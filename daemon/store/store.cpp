@@ -19,7 +19,7 @@ using sqlite::Statement;
 using sqlite::Transaction;
 
 constexpr std::int64_t kApplicationId = 0x54505345;  // "TPSE", so that `file` and we know our own
-constexpr std::int64_t kSchemaVersion = 6;
+constexpr std::int64_t kSchemaVersion = 7;
 
 // Lists of joints are JSON text with every digit: a person can read them, json_each() too.
 constexpr const char* kSchema1 = R"sql(
@@ -176,6 +176,19 @@ UPDATE point SET purpose = old_purpose;
 ALTER TABLE point DROP COLUMN old_purpose;
 )sql";
 
+// Campaigns know who started them and what for, and models when each was the active one, whoever made it that.
+constexpr const char* kSchema7 = R"sql(
+ALTER TABLE campaign ADD COLUMN started_by TEXT NOT NULL DEFAULT '';
+ALTER TABLE campaign ADD COLUMN note TEXT NOT NULL DEFAULT '';
+CREATE TABLE activation (
+  number   INTEGER PRIMARY KEY,
+  model_id TEXT NOT NULL REFERENCES model (id)
+) STRICT;
+INSERT INTO activation (model_id) SELECT id FROM model WHERE active=1;
+CREATE TRIGGER model_activated AFTER UPDATE OF active ON model WHEN NEW.active=1
+  BEGIN INSERT INTO activation (model_id) VALUES (NEW.id); END;
+)sql";
+
 constexpr const char* kDeactivate = "UPDATE model SET active=0 WHERE active=1";
 
 // Poses are numbered from 1; the database has counted them from 0 since its first version.
@@ -231,7 +244,9 @@ CampaignRecord campaign_of(const Statement& row) {
           .tracker_model = row.text(7),
           .tracker_serial = row.text(8),
           .model_id = row.text(9),
-          .document = row.document(10)};
+          .document = row.document(10),
+          .started_by = row.text(12),
+          .note = row.text(13)};
 }
 
 ModelRecord model_of(const Statement& row) {
@@ -317,6 +332,7 @@ StoreResult<void> migrate(Database& database, const std::string& file) {
   if (*version < 4) steps += kSchema4;
   if (*version < 5) steps += kSchema5;
   if (*version < 6) steps += kSchema6;
+  if (*version < 7) steps += kSchema7;
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
 }
 
@@ -387,7 +403,7 @@ StoreResult<void> Store::examine(const std::filesystem::path& file) {
 }
 
 StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
-  Statement insert = impl_->database->prepare("INSERT INTO campaign VALUES (?,?,?,?,?,?,?,?,?,?,?,?)");
+  Statement insert = impl_->database->prepare("INSERT INTO campaign VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
   insert.bind(c.id)
       .bind(c.started)
       .bind(c.ended)
@@ -396,6 +412,7 @@ StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
       .bind(c.robot_model)
       .bind(c.robot_serial);
   insert.bind(c.tracker_model).bind(c.tracker_serial).bind(c.model_id).bind(c.document).bind(c.kind);
+  insert.bind(c.started_by).bind(c.note);
   return impl_->commit("beginning campaign " + c.id, {&insert});
 }
 
@@ -462,7 +479,7 @@ StoreResult<int> Store::fail_interrupted(const std::string& ended) {
 StoreResult<std::vector<CampaignRecord>> Store::campaigns() {
   return all<CampaignRecord>(
       impl_->database->prepare("SELECT id, started, ended, state, reason, robot_model, robot_serial, "
-                               "tracker_model, tracker_serial, model_id, '', kind"
+                               "tracker_model, tracker_serial, model_id, '', kind, started_by, note"
                                " FROM campaign ORDER BY rowid DESC"),
       campaign_of);
 }
@@ -561,6 +578,13 @@ StoreResult<std::optional<ModelRecord>> Store::model(const std::string& id) {
 
 StoreResult<std::optional<ModelRecord>> Store::active_model() {
   return first<ModelRecord>(impl_->database->prepare("SELECT * FROM model WHERE active=1"), model_of);
+}
+
+StoreResult<std::optional<ModelRecord>> Store::model_before() {
+  return first<ModelRecord>(
+      impl_->database->prepare("SELECT model.* FROM activation JOIN model ON model.id=activation.model_id "
+                               "WHERE model.active=0 ORDER BY activation.number DESC LIMIT 1"),
+      model_of);
 }
 
 StoreResult<void> Store::keep_armed(const std::string& since) {

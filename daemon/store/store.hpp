@@ -63,6 +63,8 @@ struct CampaignRecord {
   std::string robot_model, robot_serial, tracker_model, tracker_serial;
   std::string model_id;  ///< of the model that it made, or empty
   std::string document;  ///< the calibration document (JSON), or empty
+  std::string started_by{};  ///< the name of who did; empty: not known
+  std::string note{};        ///< his words for it, or empty
 };
 
 struct ModelRecord {
@@ -115,6 +117,8 @@ class Store {
   StoreResult<std::vector<ModelRecord>> models();  ///< the last made first, without yaml
   StoreResult<std::optional<ModelRecord>> model(const std::string& id);
   StoreResult<std::optional<ModelRecord>> active_model();
+  /// The one that was active last and is not now.
+  StoreResult<std::optional<ModelRecord>> model_before();
 
   /// @param since  RFC 3339, when the stream was armed; empty: it is not
   StoreResult<void> keep_armed(const std::string& since);

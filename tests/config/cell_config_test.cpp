@@ -212,6 +212,19 @@ TEST_F(CellFile, NamesPlaceAndPathOfEveryMistake) {
             "cell.yaml:7:12: log_level: expected one of trace, debug, info, warn, error, found 'loud'");
 }
 
+TEST_F(CellFile, SaysWhereTheWebPortIsOrThatThereIsNone) {
+  EXPECT_FALSE(load(kSmallest).web) << "as usual, and without it where the port is taken";
+  EXPECT_EQ(load(std::string(kSmallest) + "web: {}\n").web->listen->port, 7280);
+  EXPECT_EQ(load(std::string(kSmallest) + "web: {listen: off}\n").web->listen.has_value(), false);
+  const CellConfig cell =
+      load(std::string(kSmallest) + "web: {listen: \"[::1]:80\", origins: [https://hmi.plant:8443]}\n");
+  EXPECT_EQ(cell.web->listen->host, "::1");
+  EXPECT_EQ(cell.web->origins.front(), "https://hmi.plant:8443");
+  EXPECT_EQ(error(std::string(kSmallest) + "web: {origins: [hmi.plant]}\n"),
+            "cell.yaml:7:16: web.origins: expected origins as browsers send them, as https://hmi.plant, found "
+            "'hmi.plant'");
+}
+
 TEST_F(CellFile, TakesEveryNameThatTheCommandLineTakes) {
   for (const std::string_view name : residual_names()) {
     const CellConfig cell =

@@ -35,7 +35,7 @@ struct CellRunnerTest : testing::Test {
   std::vector<json::value> told(control::Topic topic) {
     std::vector<json::value> data;
     const auto reader = events.subscribe({topic}, 0, [] {});
-    for (const EventBus::Line& line : reader->take(100))
+    for (const EventBus::Line& line : reader->take(100).lines)
       data.push_back(std::get<control::Event>(control::decode_server_line(*line).value()).data);
     return data;
   }
@@ -67,12 +67,12 @@ struct CellRunnerTest : testing::Test {
 };
 
 TEST_F(CellRunnerTest, TellsClientsOfEachStateAndWhyItCame) {
-  runner.apply(ConnectRequested{}, "asked for by an operator");
+  runner.apply(ConnectRequested{}, "asked for by an operator", "Anna");
   EXPECT_EQ(runner.name(), "connecting");
   EXPECT_EQ(runner.reason(), "asked for by an operator");
   ASSERT_EQ(told(control::Topic::Cell).size(), 1U);
   EXPECT_EQ(control::json_text(told(control::Topic::Cell)[0]),
-            R"({"state":"connecting","from":"disconnected","reason":"asked for by an operator"})");
+            R"({"state":"connecting","from":"disconnected","reason":"asked for by an operator","by":"Anna"})");
 }
 
 TEST_F(CellRunnerTest, RefusesWhatTheStateDoesNotAllowAndChangesNothing) {

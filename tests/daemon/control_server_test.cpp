@@ -308,7 +308,7 @@ TEST_F(ControlServerTest, DisconnectsASlowReaderWhileOthersGetEveryEvent) {
   quick.call("events.subscribe");
   const json::object data{{"text", std::string(8192, 'x')}};
   for (unsigned i = 0; i < 5500; ++i) {
-    events_.publish(Topic::Log, data);
+    events_.publish(Topic::Fault, data);
     ASSERT_EQ(quick.event().seq, 1000 + i);
   }
   EXPECT_EQ(too_slow_.get_future().wait_for(30s), std::future_status::ready);
@@ -334,6 +334,10 @@ TEST_F(ControlServerTest, ServesItsSchemaWhichKnowsItsMethods) {
   std::vector<std::string> served = server_->methods();
   EXPECT_EQ(std::erase(served, "rpc.discover"), 1U);
   EXPECT_THAT(control::schema_methods(), testing::IsSupersetOf(served));
+  const Reply one = client.call("rpc.discover", {{"method", "session.ping"}});
+  EXPECT_EQ(one.result->at("name").as_string(), "session.ping");
+  EXPECT_FALSE(one.result->at("examples").as_array().empty());
+  EXPECT_EQ(client.code("rpc.discover", {{"method", "no.such"}}), -32004);
 }
 
 TEST_F(ControlServerTest, StartsOnlyWithAPrivateToken) {

@@ -351,6 +351,10 @@ TEST_F(StoreTest, KeepsCampaignsAndPointsOfEveryKind) {
   expect_equal(points[1], of_cycle);
 }
 
+constexpr const char* kAsBeforeActivations =
+    "DROP TRIGGER model_activated; DROP TABLE activation; ALTER TABLE campaign DROP COLUMN started_by; "
+    "ALTER TABLE campaign DROP COLUMN note";
+
 TEST_F(StoreTest, KeepsTheKindsOfAFileThatKnewFewer) {
   {
     Store store = open();
@@ -359,7 +363,8 @@ TEST_F(StoreTest, KeepsTheKindsOfAFileThatKnewFewer) {
     ASSERT_TRUE(store.begin_campaign(drift));
     ASSERT_TRUE(store.add_point("d", point(2)));
   }
-  // Before models carried a hash, and the stream could be armed.
+  // Before models carried a hash, the stream could be armed, and campaigns were somebody's.
+  execute(kAsBeforeActivations);
   execute(
       "DROP TABLE armed; ALTER TABLE model DROP COLUMN sha256; ALTER TABLE model DROP COLUMN largest_correction_deg");
   execute("PRAGMA user_version=2");
@@ -372,7 +377,7 @@ TEST_F(StoreTest, LeavesAFileOfANewerVersionAlone) {
   open();
   execute("PRAGMA user_version=99");
   EXPECT_THAT(why_not_opened(file_), HasSubstr("newer truepose"));
-  execute("PRAGMA user_version=6");
+  execute("PRAGMA user_version=7");
   EXPECT_EQ(why_not_opened(file_), "");
 }
 
@@ -383,6 +388,7 @@ TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
     ASSERT_TRUE(store.add_point("c1", point(4)));
     ASSERT_TRUE(store.add_model(model("m1", "2026-08-17T10:00:00Z")));
   }
+  execute(kAsBeforeActivations);
   // As it was before points had directions and the reference pose a purpose of its own.
   execute(R"sql(
     CREATE TABLE old AS SELECT * FROM point;
@@ -415,6 +421,41 @@ TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
   EXPECT_EQ(store.model("m1").value()->largest_correction_deg, 0);
   EXPECT_TRUE(store.add_point("c1", point(3)));
   EXPECT_EQ(store.points("c1").value().at(1).purpose, PointPurpose::Reference);
+}
+
+TEST_F(StoreTest, KnowsWhichModelWasActiveBefore) {
+  Store store = open();
+  EXPECT_EQ(store.model_before().value(), std::nullopt);
+  for (const char* id : {"m1", "m2", "m3"}) ASSERT_TRUE(store.add_model(model(id, "2026-08-17T10:00:00Z")));
+  const auto before = [&] {
+    const auto found = store.model_before().value();
+    return found ? found->id : "";
+  };
+  ASSERT_TRUE(store.activate_model("m1"));
+  EXPECT_EQ(before(), "");
+  ASSERT_TRUE(store.activate_model("m3"));
+  ASSERT_TRUE(store.activate_model("m3")) << "again";
+  EXPECT_EQ(before(), "m1");
+  ASSERT_TRUE(store.activate_model("m2"));
+  EXPECT_EQ(before(), "m3");
+  ASSERT_TRUE(store.activate_model(""));
+  EXPECT_EQ(before(), "m2") << "which was deactivated";
+  CampaignRecord made = campaign("c1");
+  ASSERT_TRUE(store.begin_campaign(made));
+  ModelRecord its_own = model("m4", "2026-08-17T11:00:00Z");
+  its_own.active = true;
+  ASSERT_TRUE(store.end_campaign(made, its_own));
+  EXPECT_EQ(before(), "m2") << "before the one that a campaign activated";
+}
+
+TEST_F(StoreTest, KeepsWhoStartedACampaignAndWhatFor) {
+  Store store = open();
+  CampaignRecord record = campaign("c1");
+  record.started_by = "Anna";
+  record.note = "after the new gripper";
+  ASSERT_TRUE(store.begin_campaign(record));
+  EXPECT_EQ(store.campaign("c1").value()->started_by, "Anna");
+  EXPECT_EQ(store.campaigns().value().at(0).note, "after the new gripper");
 }
 
 TEST_F(StoreTest, KeepsSinceWhenTheStreamIsArmed) {

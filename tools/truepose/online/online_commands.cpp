@@ -33,6 +33,7 @@ struct Arguments {
   std::optional<bool> variation, remeasure;
   std::optional<std::int64_t> seed;
   bool uncompensated = false, no_activate = false, watch = false;
+  std::string note;
   // the others
   CampaignFiles files;
   std::vector<std::string> topics;
@@ -186,6 +187,7 @@ std::vector<Row> table(Arguments& a) {
          "measure the validation poses again with compensated joints; default as configured",
          {.key = "remeasure"}},
         {"--no-activate", &a.no_activate, "keep the model inactive", {.key = "activate", .flag_sends = false}},
+        {"--note", &a.note, "what for: shown with the campaign and in its report", {.key = "note"}},
         {"--watch", &a.watch, "follow it to its end"}},
        nullptr, start_campaign},
       {"campaign pause", "campaign.pause", "pause the campaign that runs", {}, progress_text},
@@ -210,6 +212,7 @@ std::vector<Row> table(Arguments& a) {
       {"model show", "model.get", "one model with its parameters",
        {id("model; default: the active one")}, model_text},
       {"model activate", "model.activate", "let a model correct the arm", {id("model", true)}, activated_text},
+      {"model rollback", "model.rollback", "activate the model that was active before", {}, activated_text},
       {"model deactivate", "model.deactivate", "let no model correct the arm", {}, deactivated_text},
       {"model export", "model.export", "write a model file",
        {id("model; default: the active one"), {"--out", &a.out, "file; default: standard output"}},

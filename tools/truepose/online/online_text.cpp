@@ -207,8 +207,11 @@ std::string campaign_text(const json::value& answer) {
                                           text_at(answer, "/campaign/tracker_serial")},
                           {"model", text_at(answer, "/campaign/model_id")},
                           {"points", text_at(answer, "/points_total")}};
-  if (const std::string reason = text_at(answer, "/campaign/reason"); reason != "-")
-    rows.push_back({"reason", reason});
+  for (const auto& [name, pointer] :
+       {std::pair{"started by", "/campaign/by"}, {"note", "/campaign/note"}, {"reason", "/campaign/reason"}}) {
+    const std::string text = text_at(answer, pointer);
+    if (text != "-") rows.push_back({name, text});
+  }
   if (const json::value* progress = find_at(answer, "/progress"))
     rows.push_back({"progress", progress_line(*progress)});
   for (const json::value& skipped : list_at(answer, "/skipped"))
