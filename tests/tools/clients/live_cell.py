@@ -12,6 +12,7 @@ that it had), {"do": "steer", "line": {...}} (the simulated cell). All ends with
 import json
 import os
 import pathlib
+import re
 import socket
 import subprocess
 import sys
@@ -40,12 +41,13 @@ def free_udp_port():
 class LiveCell:
     """Ends what it started, and removes its folder, when the `with` block is left."""
 
-    def __init__(self, bin_folder, source, tls=False, speedup=100):
+    def __init__(self, bin_folder, source, tls=False, speedup=100, origin="https://hmi.plant"):
+        """origin: whose pages may use the web port from a browser"""
         self.bin = pathlib.Path(bin_folder)
         self.config = pathlib.Path(source) / "config"
-        self.tls, self.speedup = tls, speedup
+        self.tls, self.speedup, self.origin = tls, speedup, origin
         self.processes = {}
-        self.port = self.tls_port = 0
+        self.port = self.tls_port = self.web_port = 0
         self._folder = tempfile.TemporaryDirectory()
         self.folder = pathlib.Path(self._folder.name)
         self.cell_file, self.token_file = self.folder / "cell.yaml", self.folder / "token"
@@ -80,9 +82,11 @@ class LiveCell:
                     raise RuntimeError("no daemon: " + (self.folder / "trueposed.err").read_text()) from None
         notify.close()
         (self.folder / "notify").unlink()
-        self.port = int(said.split("control port ")[1].split(",")[0].split()[0])
+        def port(name):
+            return int(re.search(rf"{name} port (\d+)", said)[1])
+        self.port, self.web_port = port("control"), port("web")
         if self.tls:
-            self.tls_port = int(said.split("TLS port ")[1].split(",")[0].split()[0])
+            self.tls_port = port("TLS")
 
     def stop_daemon(self):
         self._end("trueposed")
@@ -114,7 +118,7 @@ class LiveCell:
     def place(self):
         """Where all is, for another program."""
         return {"folder": str(self.folder), "host": "127.0.0.1", "port": self.port, "tls_port": self.tls_port,
-                "token": TOKEN, "token_file": str(self.token_file), "cell_file": str(self.cell_file)}
+                "web_port": self.web_port, "token": TOKEN, "token_file": str(self.token_file), "cell_file": str(self.cell_file)}
 
     def _start(self, name, arguments, environment=None):
         with open(self.folder / f"{name}.out", "wb") as out, open(self.folder / f"{name}.err", "wb") as err:
@@ -163,7 +167,9 @@ class LiveCell:
             ("127.0.0.1:49152", at(self.rsi_port)), ("127.0.0.1:7000", at(self.ports["tracker_port"])),
             ("127.0.0.1:7210", at(self.port)), ("timeout_cycles: 100 ", "timeout_cycles: 2500 "),
             ("priority: 80", "priority: 40"),  # the simulator's is 60
-            ("#runtime: /run/truepose/demo", "runtime: run")]
+            ("#runtime: /run/truepose/demo", "runtime: run"),
+            ("#web:", "web:"), ("#  listen: 127.0.0.1:7280", "  listen: " + at(self.web_port)),
+            ("#  origins: [https://hmi.plant]", f"  origins: [{self.origin}]")]
         if self.tls:
             replacements += [("  #tls:", "  tls:"), ("  #  listen: 0.0.0.0:7211", "    listen: " + at(self.tls_port)),
                              ("  #  certificate:", "    certificate:"), ("  #  key:", "    key:")]
