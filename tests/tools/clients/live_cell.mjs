@@ -24,10 +24,16 @@ export class LiveCell {
     return this.order({ do: "truepose", arguments: words });
   }
 
+  /** Runs the command line on files. Returns what it printed. */
+  async offline(...words) {
+    const { exit_code, out, err } = await this.order({ do: "truepose", arguments: words, online: false });
+    if (exit_code !== 0) throw new Error(err);
+    return out.trim();
+  }
+
   /** Lets somebody in. Returns his token. */
-  async access(name, role) {
-    const words = ["access", "add", name, "--role", role, "--cell", this.place.cell_file];
-    return (await this.order({ do: "truepose", arguments: words, online: false })).out.trim();
+  access(name, role, ...options) {
+    return this.offline("access", "add", name, "--role", role, ...options, "--cell", this.place.cell_file);
   }
 
   /** Waits until all that it started has ended. */

@@ -118,7 +118,8 @@ class LiveCell:
     def place(self):
         """Where all is, for another program."""
         return {"folder": str(self.folder), "host": "127.0.0.1", "port": self.port, "tls_port": self.tls_port,
-                "web_port": self.web_port, "token": TOKEN, "token_file": str(self.token_file), "cell_file": str(self.cell_file)}
+                "web_port": self.web_port, "token": TOKEN, "token_file": str(self.token_file),
+                "cell_file": str(self.cell_file)}
 
     def _start(self, name, arguments, environment=None):
         with open(self.folder / f"{name}.out", "wb") as out, open(self.folder / f"{name}.err", "wb") as err:

@@ -1,13 +1,14 @@
 /**
- * The OPC UA server as its users start it, before a real daemon and the simulated cell, by a client of OPC UA's own:
+ * The OPC UA server as its users start it, before a real daemon (over TLS) and the simulated cell, by node-opcua's client:
  *
  *     opcua_test.mjs BIN SOURCE SERVER      SERVER: the folder of tools/install-opcua
  */
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { webcrypto } from "node:crypto";
-import { existsSync, mkdtempSync, readFileSync, readdirSync, renameSync, rmSync, writeFileSync } from "node:fs";
+import { existsSync, mkdtempSync, readFileSync, readdirSync, renameSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
+import net from "node:net";
 import os from "node:os";
 import path from "node:path";
 import { after, before, test } from "node:test";
@@ -17,8 +18,10 @@ import { LiveCell } from "./live_cell.mjs";
 const [bin, source, folderOfServer] = process.argv.slice(2);
 globalThis.crypto ??= webcrypto; // in Node 18 too
 const opcua = createRequire(`${path.resolve(folderOfServer)}/`)("node-opcua");
+const { ControlSession } = await import(path.resolve(folderOfServer, "src/control_session.mjs"));
 const { AttributeIds, DataType, MessageSecurityMode, SecurityPolicy, StatusCodes, UserTokenType } = opcua;
 
+const SMALL = { identify_poses: 12, validate_poses: 6, remeasure: false, activate: false }; // a campaign
 const SECURE = { securityMode: MessageSecurityMode.SignAndEncrypt, securityPolicy: SecurityPolicy.Basic256Sha256 };
 const PATIENCE_MS = 100_000; // no expectation: beyond it something hangs
 
@@ -27,8 +30,9 @@ const tokens = {};
 let cell, server, endpoint, pki, ours;
 
 before(async () => {
-  cell = await LiveCell.start(bin, source);
-  tokens.Gateway = await cell.access("Gateway", "viewer");
+  cell = await LiveCell.start(bin, source, "--tls");
+  await cell.offline("tls", "client", "Gateway", "--dir", tls(""));
+  await cell.access("Gateway", "viewer", "--certificate", tls("Gateway.pem"));
   tokens["Panel 1"] = await cell.access("Panel 1", "operator");
   tokens.Anna = await cell.access("Anna", "engineer");
   [{ endpoint, pki }, ours] = await Promise.all([startServer(), clientOf("panel")]);
@@ -44,12 +48,15 @@ after(async () => {
 
 // ---- What the tests are made of ----
 
+const tls = (file) => path.join(cell.place.folder, "tls", file);
+
 async function startServer() {
-  const [tokenFile, ready] = [path.join(folder, "token"), path.join(folder, "ready.json")];
-  writeFileSync(tokenFile, tokens.Gateway, { mode: 0o600 });
+  const ready = path.join(folder, "ready.json");
   const options = {
-    "--daemon": `${cell.place.host}:${cell.place.port}`,
-    "--token-file": tokenFile,
+    "--daemon": `${cell.place.host}:${cell.place.tls_port}`,
+    "--tls-ca": tls("ca.pem"),
+    "--cert": tls("Gateway.pem"),
+    "--key": tls("Gateway.key"),
     "--listen": "127.0.0.1:0",
     "--pki": path.join(folder, "pki"),
     "--ready-file": ready,
@@ -124,7 +131,8 @@ async function succeeds(name, inputs, by) {
 
 /** The value at a path of names below Objects; T: stands for our namespace, R: for Robotics', D: for Devices'. */
 async function valueAt(names) {
-  const uris = { T: "urn:truepose:opcua", R: "http://opcfoundation.org/UA/Robotics/", D: "http://opcfoundation.org/UA/DI/" };
+  const foundation = "http://opcfoundation.org/UA/";
+  const uris = { T: "urn:truepose:opcua", R: `${foundation}Robotics/`, D: `${foundation}DI/` };
   const qualified = names.replace(/\b([TRD]):/g, (_, letter) => `${index(uris[letter])}:`);
   const found = await session.translateBrowsePath(opcua.makeBrowsePath("ObjectsFolder", qualified));
   assert.equal(found.statusCode, StatusCodes.Good, names);
@@ -145,6 +153,37 @@ async function eventsOf(type, fields) {
   item.on("changed", (values) => events.push(Object.fromEntries(values.map(({ value }, at) => [name(fields[at]), value]))));
   return events;
 }
+
+// ---- The daemon ----
+
+test("In the clear the daemon's own token is proved, and told to nobody who cannot prove it too", async () => {
+  const { host, port, token } = cell.place;
+  const session = await ControlSession.open({ host, port }, token);
+  assert.equal(session.hello.name, "token file");
+  assert.equal((await session.call("cell.status")).cell, "demo");
+  session.close();
+  await assert.rejects(ControlSession.open({ host, port }, "0".repeat(32)), { code: "E_UNAUTHENTICATED" });
+
+  const heard = [];
+  const squatter = net.createServer((socket) => {
+    socket.setEncoding("utf8").on("data", (line) => {
+      heard.push(line);
+      const result = { nonce: "0".repeat(32), proof: "0".repeat(64), name: "token file" };
+      socket.write(JSON.stringify({ jsonrpc: "2.0", id: JSON.parse(line).id, result }) + "\n");
+    });
+  });
+  await new Promise((resolve) => squatter.listen(0, host, resolve));
+  await assert.rejects(ControlSession.open({ host, port: squatter.address().port }, token), /does not know the token/);
+  assert.ok(!heard.join("").includes(token));
+  squatter.close();
+});
+
+test("Over TLS a daemon of another CA is none", async () => {
+  await cell.offline("tls", "init", "--dir", tls("other"), "--host", "127.0.0.1");
+  const { host, tls_port: port } = cell.place;
+  const daemon = { host, port, tls: { ca: readFileSync(tls("other/ca.pem")) } };
+  await assert.rejects(ControlSession.open(daemon, tokens.Anna), { code: "E_UNREACHABLE" });
+});
 
 // ---- Who is let in ----
 
@@ -170,7 +209,7 @@ test("Without encryption no session is opened", async () => {
 });
 
 test("Nobody is let in without a name, with a wrong token, or with somebody else's", async () => {
-  for (const user of [undefined, userOf("Panel 1", "access-0"), userOf("Panel 1", tokens.Anna)])
+    assert.match(await refusal(() => ours.createSession(user)), /BadIdentityToken|BadUserAccessDenied|find ANONYMOUS user token/);
     assert.match(await refusal(() => ours.createSession(user)), /BadIdentityToken|BadUserAccessDenied|Cannot find ANONYMOUS user token policy/);
   session = await ours.createSession(userOf("Panel 1"));
   await session.readNamespaceArray();
@@ -204,16 +243,17 @@ test("The arm is found where OPC UA for Robotics has it", async () => {
   assert.match(await below("R:Controllers/T:Controller/R:Software/T:SystemSoftware/D:SoftwareRevision"), /KSS/);
   await until(async () => (await below("R:SafetyStates/T:SafetyState/D:ParameterSet/R:OperationalMode")) === 4);
   assert.equal(await below("R:SafetyStates/T:SafetyState/D:ParameterSet/R:EmergencyStop"), false);
-  const task = "R:Controllers/T:Controller/R:TaskControls/T:RobotInterpreter/R:TaskControlOperation/R:TaskControlStateMachine";
-  assert.equal((await below(`${task}/CurrentState`)).text, "Executing");
+  const operation = "R:Controllers/T:Controller/R:TaskControls/T:RobotInterpreter/R:TaskControlOperation";
+  assert.equal((await below(`${operation}/R:TaskControlStateMachine/CurrentState`)).text, "Executing");
 });
 
 // ---- What it does ----
 
 test("A campaign is started, paused, resumed and followed to its model", async () => {
   const events = await eventsOf(own("TrueposeEventType"), ["Message"]);
-  const started = await succeeds("StartCampaign", ['{"kind": "calibration", "identify_poses": 12, "validate_poses": 6, "remeasure": false, "activate": false}']);
+  const started = await succeeds("StartCampaign", [JSON.stringify({ kind: "calibration", ...SMALL })]);
   assert.equal(started.Total[1], JSON.parse(started.Result).total);
+  assert.equal(await valueOf("state"), "campaign");
   await succeeds("PauseCampaign");
   await until(isState("paused"));
   assert.equal((await succeeds("ResumeCampaign")).Id, started.Id);
@@ -241,7 +281,8 @@ test("What the state does not allow, or cannot be, is refused by its own status"
   assert.match(paused.Message, /the state is ready, which allows .*campaign\.start/);
   assert.equal((await call("StartCampaign", ["[1]"])).status, StatusCodes.BadInvalidArgument);
   assert.equal((await call("StartCampaign", ['{"poses_of": 1}'])).status, StatusCodes.BadInvalidArgument);
-  assert.equal((await call("Call", ["model.get", '{"id": "00000000-0000-4000-8000-000000000000"}'])).status, StatusCodes.BadNotFound);
+  const nowhere = JSON.stringify({ id: "00000000-0000-4000-8000-000000000000" });
+  assert.equal((await call("Call", ["model.get", nowhere])).status, StatusCodes.BadNotFound);
   assert.equal((await call("Call", ["session.hello", ""])).status, StatusCodes.BadNotSupported);
 });
 
@@ -283,7 +324,8 @@ test("A fault is an alarm, and who acknowledges it acknowledges it at the daemon
 
 test("While the daemon is away all is bad and an alarm says so; then it returns by itself", async () => {
   const alarms = await eventsOf("AlarmConditionType", ["ConditionName", "ActiveState.Id"]);
-  const isLost = (active) => alarms.some(({ ConditionName, IdActiveState }) => ConditionName === "E_DAEMON_LOST" && IdActiveState === active);
+  const isLost = (active) =>
+    alarms.some((alarm) => alarm.ConditionName === "E_DAEMON_LOST" && alarm.IdActiveState === active);
   await cell.order({ do: "stop" });
   await until(async () => (await read("state")).statusCode === StatusCodes.BadNoCommunication);
   assert.equal(await valueOf("state"), "unknown");
@@ -303,14 +345,14 @@ test("While the daemon is away all is bad and an alarm says so; then it returns 
 test("The audit trail of the daemon says who commanded what", async () => {
   const records = JSON.parse((await cell.truepose("call", "audit.list", '{"limit": 100}')).out).records;
   const commands = records.filter(({ who }) => who).map(({ who, role, method }) => `${who} (${role}) ${method}`);
-  for (const expected of ["Panel 1 (operator) cell.connect", "Panel 1 (operator) campaign.start", "Anna (engineer) model.activate", "Panel 1 (operator) stream.arm", "Panel 1 (operator) cell.acknowledge"])
+  const methods = ["cell.connect", "campaign.start", "stream.arm", "cell.acknowledge"];
+  for (const expected of [...methods.map((method) => `Panel 1 (operator) ${method}`), "Anna (engineer) model.activate"])
     assert.ok(commands.includes(expected), `${expected} is not among ${commands.join("; ")}`);
   assert.ok(!commands.some((command) => command.startsWith("Gateway")));
 });
 
 test("Whose access is revoked can command no more", async () => {
-  const words = ["access", "revoke", "Panel 1", "--cell", cell.place.cell_file];
-  await cell.order({ do: "truepose", arguments: words, online: false });
+  await cell.offline("access", "revoke", "Panel 1", "--cell", cell.place.cell_file);
   // The daemon looks every two seconds.
   await until(async () => (await call("Disconnect")).status === StatusCodes.BadUserAccessDenied, 200);
 });

@@ -1,4 +1,4 @@
-/** The daemon's faults as OPC UA alarms, which are acknowledged here as there: by cell.acknowledge, and by whom it is done. */
+/** The daemon's faults as OPC UA alarms. They are acknowledged there, by cell.acknowledge, and by whom it is done here. */
 import { NodeId, StatusCodes } from "node-opcua";
 import { ControlError } from "./control_session.mjs";
 import { userOf } from "./cell_methods.mjs";

@@ -21,6 +21,7 @@ export class CellLink extends EventEmitter {
   #lastSeq; // of the last event; undefined until the first session
   #ended = false;
   #changed = false; // since the state was asked for
+  #waiting = []; // for a state that is asked for from now on
   #wake = () => {};
 
   constructor(daemon, token) {
@@ -38,6 +39,7 @@ export class CellLink extends EventEmitter {
         if (!this.#ended) this.emit("lost", error.message);
       }
       this.#session?.close();
+      this.#release(this.#waiting.splice(0));
       if (!this.#ended) await delay(AGAIN_MS);
     }
   }
@@ -46,6 +48,13 @@ export class CellLink extends EventEmitter {
     this.#ended = true;
     this.#session?.close();
     this.look();
+  }
+
+  /** Ends when a state has been emitted that the daemon had from now on, or it cannot be asked. */
+  refresh() {
+    const shown = new Promise((resolve) => this.#waiting.push(resolve));
+    this.look();
+    return shown;
   }
 
   /** Looks at the state now. */
@@ -60,10 +69,19 @@ export class CellLink extends EventEmitter {
     session.on("closed", () => this.look());
     await this.#subscribe();
     while (!this.#ended) {
-      this.emit("status", await session.call("cell.status"));
+      const waiting = this.#waiting.splice(0);
+      try {
+        this.emit("status", await session.call("cell.status"));
+      } finally {
+        this.#release(waiting);
+      }
       await delay(LEAST_MS);
       await this.#untilChanged(LOOK_MS - LEAST_MS);
     }
+  }
+
+  #release(waiting) {
+    for (const resolve of waiting) resolve();
   }
 
   async #subscribe() {

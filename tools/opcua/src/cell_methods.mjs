@@ -32,15 +32,17 @@ export class CellMethods {
   #namespace;
   #node;
   #users;
+  #refresh;
   #last; // what the last command came to: of each variable its node
 
   /**
-   * @param cell    the cell's node
-   * @param users   UserSessions
-   * @param schema  of the control port
+   * @param cell     the cell's node
+   * @param users    UserSessions
+   * @param schema   of the control port
+   * @param refresh  waits until the variables show what has become of a command
    */
-  constructor(namespace, cell, users, schema) {
-    [this.#namespace, this.#node, this.#users] = [namespace, cell, users];
+  constructor(namespace, cell, users, schema, refresh) {
+    [this.#namespace, this.#node, this.#users, this.#refresh] = [namespace, cell, users, refresh];
     this.#last = this.#addLast();
     for (const command of commandsOf(schema))
       this.#add(command, (values) => ({ rpc: command.rpc, params: command.params(values), isCommand: true }));
@@ -92,8 +94,10 @@ export class CellMethods {
     method.bindMethod(async (variants, context) => {
       const user = userOf(context);
       const { code, message, result } = await this.#call(user, name, variants, request);
-      const values = [...told.map(({ member }) => result?.[member] ?? null), code, message, result ? JSON.stringify(result) : ""];
-      const outputArguments = outputs.map((one, at) => (values[at] === null ? new Variant() : variantOf(one, values[at])));
+      const own = told.map(({ member }) => result?.[member] ?? null);
+      const values = [...own, code, message, result ? JSON.stringify(result) : ""];
+      const variant = (one, at) => (values[at] === null ? new Variant() : variantOf(one, values[at]));
+      const outputArguments = outputs.map(variant);
       return { statusCode: code === "ok" ? StatusCodes.Good : statusCodeOf(code), outputArguments };
     });
   }
@@ -104,6 +108,7 @@ export class CellMethods {
       const { rpc, params, isCommand } = request(variants.map((variant) => variant.value));
       asked = rpc;
       outcome = { code: "ok", message: "", result: await this.#users.call(user, rpc, params, isCommand) };
+      if (isCommand) await this.#refresh();
     } catch (error) {
       outcome = { ...this.#reason(error), result: undefined };
     }

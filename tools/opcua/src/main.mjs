@@ -57,11 +57,8 @@ async function run(options) {
   const mirror = new Mirror();
   const link = new CellLink(options.daemon, options.token);
   const { node: cell } = new CellObject(namespace, mirror, schema);
-  new CellMethods(namespace, cell, users, schema);
-  const acknowledge = async (user) => {
-    await users.call(user, "cell.acknowledge", {}, true);
-    link.look();
-  };
+  new CellMethods(namespace, cell, users, schema, () => link.refresh());
+  const acknowledge = (user) => users.call(user, "cell.acknowledge", {}, true);
   follow(
     link,
     mirror,
