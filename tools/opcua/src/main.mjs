@@ -1,7 +1,7 @@
 #!/usr/bin/env node
 /** truepose-opcua: shows a cell to OPC UA clients, and carries out what they command. */
 import "./web_crypto.mjs";
-import { existsSync, writeFileSync } from "node:fs";
+import { existsSync, renameSync, writeFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 import { Alarms, LOST } from "./alarms.mjs";
 import { CellEvents } from "./cell_events.mjs";
@@ -23,6 +23,12 @@ const log = (text) => process.stderr.write(`truepose-opcua: ${text}\n`);
 function openrpcFile() {
   const files = ["../openrpc.json", "../../../proto/control/openrpc.json"];
   return files.map((file) => fileURLToPath(new URL(file, import.meta.url))).find(existsSync);
+}
+
+/** Nobody sees a part of it. */
+function writeWhole(file, text) {
+  writeFileSync(`${file}.new`, text);
+  renameSync(`${file}.new`, file);
 }
 
 /** Lets the address space follow the cell. */
@@ -70,7 +76,7 @@ async function run(options) {
   await server.start();
   const [{ endpointUrl: endpoint }] = server.endpoints[0].endpointDescriptions();
   log(`serves ${endpoint}; trust list ${options.pki}/trusted/certs`);
-  if (options.readyFile) writeFileSync(options.readyFile, JSON.stringify({ endpoint, pki: options.pki }));
+  if (options.readyFile) writeWhole(options.readyFile, JSON.stringify({ endpoint, pki: options.pki }));
   const stop = async () => {
     link.stop();
     users.close();
