@@ -110,6 +110,71 @@ TEST_F(CampaignServiceTest, StandsStillWhileItIsPausedAndGoesOn) {
   EXPECT_EQ(call("campaign.get")->at_pointer("/campaign/state"), "done");
 }
 
+TEST_F(CampaignServiceTest, KeepsWhoStartedACampaignAndWhatFor) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start", {{"note", "after the new gripper"}});
+    co_await campaign_ended();
+  });
+  const json::value found = *call("campaign.get");
+  EXPECT_EQ(found.at_pointer("/campaign/by"), kOperator);
+  EXPECT_EQ(found.at_pointer("/campaign/note"), "after the new gripper");
+  EXPECT_EQ(call("campaign.list")->at_pointer("/campaigns/0/by"), kOperator);
+  const std::string told_of = call("report.get")->at_pointer("/document/campaign").as_string().c_str();
+  EXPECT_THAT(told_of, testing::EndsWith(", started by Anna: after the new gripper"));
+  EXPECT_EQ(told(control::Topic::Cell).front().at("by"), kOperator);
+  EXPECT_TRUE(told(control::Topic::Cell).back().at("by").is_null()) << "it ended by itself";
+}
+
+TEST_F(CampaignServiceTest, GivesItsPointsInPartsThatFitIntoALine) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await campaign_ended();
+  });
+  for (const char* format : {"json", "csv"}) {
+    SCOPED_TRACE(format);
+    std::string csv;
+    std::size_t points = 0;
+    std::int64_t total = 0;
+    for (json::value next = 0; !next.is_null();) {
+      const json::value page = *call("campaign.points", {{"format", format}, {"offset", next}, {"limit", 7}});
+      EXPECT_LT(control::json_text(page).size(), std::size_t{64} * 1024);
+      if (const json::value* lines = page.as_object().if_contains("csv")) csv += lines->as_string();
+      if (const json::value* list = page.as_object().if_contains("points")) points += list->as_array().size();
+      total = page.at("total").to_number<std::int64_t>();
+      next = page.at("next");
+    }
+    if (csv.empty()) {
+      EXPECT_EQ(points, static_cast<std::size_t>(total));
+      EXPECT_EQ(total, call("campaign.get")->at("points_total").as_int64());
+    } else {
+      EXPECT_EQ(std::ranges::count(csv, '\n'), total + 1) << "with the header";
+      EXPECT_THAT(csv, testing::StartsWith("q1,q2,q3,q4,q5,q6,x,y,z,smr,set"));
+    }
+  }
+}
+
+TEST_F(CampaignServiceTest, GivesThePageOfItsReportInParts) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await campaign_ended();
+  });
+  std::string html;
+  std::uint64_t bytes = 0;
+  for (json::value next = 0; !next.is_null();) {
+    const Answer part = call("report.html", {{"offset", next}});
+    ASSERT_TRUE(part) << part.error().message;
+    EXPECT_LT(control::json_text(*part).size(), std::size_t{64} * 1024);
+    html += part->at("html").as_string();
+    bytes = part->at("bytes").to_number<std::uint64_t>();
+    next = part->at("next");
+  }
+  EXPECT_EQ(html.size(), bytes);
+  EXPECT_THAT(html, testing::StartsWith("<!DOCTYPE html>"));
+  EXPECT_THAT(html, testing::EndsWith("</html>\n"));
+  EXPECT_THAT(html, testing::HasSubstr("started by Anna"));
+  EXPECT_THAT(refused("report.html", {{"id", "no such"}}), testing::HasSubstr("no such campaign"));
+}
+
 TEST_F(CampaignServiceTest, AnAbortIsAnsweredOnceTheArmStands) {
   play([this]() -> Wait {
     co_await ask("campaign.start");

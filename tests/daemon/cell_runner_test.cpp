@@ -81,7 +81,7 @@ TEST_F(CellRunnerTest, RefusesWhatTheStateDoesNotAllowAndChangesNothing) {
   EXPECT_EQ(refused->code, control::ErrorCode::WrongState);
   EXPECT_EQ(refused->state, "disconnected");
   EXPECT_THAT(refused->allowed, ElementsAre("cell.connect", "campaign.start", "drift.check", "stream.arm"));
-  EXPECT_TRUE(runner.request({{"nonsense", 1}}, ConnectRequested{}, ""));
+  EXPECT_TRUE(runner.request({{"nonsense", 1}}, ConnectRequested{}, "", ""));
   EXPECT_EQ(runner.name(), "disconnected");
   EXPECT_THAT(told(control::Topic::Cell), IsEmpty());
 }

@@ -44,8 +44,11 @@ TEST_F(ControlServerTest, ClosesAnIdleSessionThatGivesNoSignOfLife) {
   promised.call("session.hello", {{"protocol", 1}, {"token", std::string{kToken}}, {"heartbeat_s", 30}});
   listener.call("events.subscribe");
   promised.call("events.subscribe");
+  constexpr std::size_t kSleepers = 4;  // all but the listener, and who looks at the files of access
+  wait_for_sleepers(kSleepers, 60s);
   advance(29s);
   EXPECT_EQ(alive.call("session.ping").result->at("next_seq").as_int64(), 1000);
+  wait_for_sleepers(kSleepers, 60s);
   advance(1s);
   EXPECT_THAT(promised.reply().result.error().message, HasSubstr("session.ping")) << "it had named 30 s";
   advance(30s);

@@ -148,19 +148,21 @@ TEST_F(WebServerTest, LetsPagesOfOthersInOnlyWhereTheyAreListed) {
 
 TEST_F(WebServerTest, SaysWhyItClosesASession) {
   const auto port = serve_web();
-  WebSocketClient silent{port}, long_winded{port}, idle{port};
-  long_winded.hello();
+  WebSocketClient silent{port}, idle{port};
   idle.hello();
-  long_winded.send_frame(WebSocketClient::kText, std::string(200'000, 'x'));
-  EXPECT_THAT(long_winded.reply().result.error().message, HasSubstr("65536 bytes"));
-  EXPECT_TRUE(long_winded.closed());
   EXPECT_TRUE(silent.greeting().is_object());
+  wait_for_sleepers(3, 60s);
   advance(3s);
   EXPECT_THAT(silent.reply().result.error().message, HasSubstr("session.hello"));
   EXPECT_TRUE(silent.closed());
-  advance(60s);
+  advance(57s);
   EXPECT_THAT(idle.reply().result.error().message, HasSubstr("session.ping"));
   EXPECT_TRUE(idle.closed());
+  WebSocketClient long_winded{port};
+  long_winded.hello();
+  long_winded.send_frame(WebSocketClient::kText, std::string(200'000, 'x'));
+  EXPECT_THAT(long_winded.reply().result.error().message, HasSubstr("65536 bytes"));
+  EXPECT_TRUE(long_winded.closed());
 }
 
 TEST_F(WebServerTest, ClosesASessionWhoseMessageDoesNotEnd) {
@@ -169,8 +171,7 @@ TEST_F(WebServerTest, ClosesASessionWhoseMessageDoesNotEnd) {
   dawdler.send_bytes(WebSocketClient::frame(0x01, "{"));
   WebSocketClient witness{web_->port()};
   witness.hello();
-  std::size_t late = 0;
-  while (late == 0) on_loop([&] { late = clock_.sleepers_within(10s); });
+  wait_for_sleepers(2, 10s);
   advance(10s);
   EXPECT_THAT(dawdler.reply().result.error().message, HasSubstr("did not end"));
 }
