@@ -11,6 +11,7 @@ import sys
 
 HERE = pathlib.Path(__file__).parent
 PAGE = HERE / "README.md"
+LONGEST_ANSWER = 400  # of an example that is shown
 
 
 def bounds(schema):
@@ -70,6 +71,14 @@ def described(text):
     return "\n" + text + "\n" if text else ""
 
 
+def example(name, given):
+    """What goes over the wire, without what is the same in all; a long answer is left out, its type tells of it."""
+    params = {param["name"]: param["value"] for param in given["params"]}
+    lines = [json.dumps({"method": name, "params": params} if params else {"method": name})]
+    answer = json.dumps({"result": given["result"]["value"]})
+    return "\n```json\n" + "\n".join(lines + [answer] * (len(answer) <= LONGEST_ANSWER)) + "\n```\n"
+
+
 def method(one, errors):
     params = [(f"`{param['name']}`", kind(param["schema"]), "required" if param.get("required") else "",
                param["schema"].get("description", "")) for param in one["params"]]
@@ -81,7 +90,7 @@ def method(one, errors):
     names = [error["$ref"].rsplit("/", 1)[1] for error in one.get("errors", [])]
     if names:
         text += "\nErrors: " + ", ".join(f"`{errors[name]['data']['code']}`" for name in names) + "\n"
-    return text
+    return text + "".join(example(one["name"], given) for given in one.get("examples", []))
 
 
 def overview(methods):
