@@ -18,6 +18,7 @@
 #include "daemon/control/access_list.hpp"
 #include "daemon/control/audit_trail.hpp"
 #include "daemon/control/control_server.hpp"
+#include "daemon/control/event_keeper.hpp"
 #include "daemon/log/log.hpp"
 #include "daemon/realtime/stream_options.hpp"
 #include "daemon/recorder/recorder.hpp"
@@ -118,7 +119,7 @@ class Daemon {
             started(LockFile::take(lock_of_store(config.store), "the store " + config.store.string()))},
         runtime_lock_{lock_of_runtime(runtime)},
         store_{kept(Store::open(config.store))},
-        events_{event_numbers(), [] { return std::chrono::system_clock::now(); }},
+        events_{event_numbers(), [] { return std::chrono::system_clock::now(); }, &store_},
         peer_{rsi_peer(config.robot)},
         stream_memory_{stream_memory(runtime)},
         stream_{started(StreamCycle::create(config.robot.model,
@@ -151,7 +152,8 @@ class Daemon {
                                   access_file_of(config.store), audit_file_of(config.store)},
                                  config.control, config.name))} {
     read_log([this](LogLevel level, std::string_view line) {
-      events_.publish(control::Topic::Log, boost::json::object{{"level", name(level)}, {"text", line}});
+      events_.publish(control::Topic::Log, boost::json::object{{"level", name(level)}, {"text", line}},
+                      level == LogLevel::Info ? Keep::Passing : Keep::Lasting);
     });
   }
   ~Daemon() { read_log({}); }
@@ -166,6 +168,7 @@ class Daemon {
     io_.run();
     compute_thread_.join();
     store_thread_.join();
+    keep_last_events();
     recorder_thread_.join();
     remove_ring(RecordingFolder{config_.recording});
   }
@@ -177,8 +180,15 @@ class Daemon {
   }
 
   EventNumbers event_numbers() {
-    const std::uint64_t first = kept(store_.reserve_event_numbers(kEventNumbers));
+    const std::uint64_t first = kept(store_.begin_events(kEventNumbers));
     return {first, first + kEventNumbers, [this] { ask_for_numbers(); }};
+  }
+
+  /// Nobody else touches the store any more.
+  void keep_last_events() {
+    const EventBatch all = events_.unwritten(EventBus::kMostUnwritten);
+    const auto kept = store_.end_events(all);
+    if (!kept) log_error("store: " + kept.error().detail);
   }
 
   void ask_for_numbers() {
@@ -214,6 +224,7 @@ class Daemon {
     if (!link_->refused().empty()) log_warning("RSI thread: " + link_->refused());
     tell_ready(status);
     asio::co_spawn(io_, feed_watchdog(), asio::bind_cancellation_slot(stop_feeding_.slot(), asio::detached));
+    asio::co_spawn(io_, keeper_.run(), asio::bind_cancellation_slot(stop_keeping_.slot(), asio::detached));
 
     auto token = asio::use_awaitable;
     co_await signals_.async_wait(token);
@@ -224,6 +235,7 @@ class Daemon {
     server_->stop();
     stop_watch_.emit(asio::cancellation_type::terminal);
     stop_feeding_.emit(asio::cancellation_type::terminal);
+    stop_keeping_.emit(asio::cancellation_type::terminal);
     while (watching) co_await watch_ended.wait();
     link_.reset();
   }
@@ -271,10 +283,13 @@ class Daemon {
   drivers::KukaEkiRobot robot_;
   drivers::EmsconTracker tracker_;
   DaemonCell cell_;
+  EventKeeper keeper_{{events_, store_thread_, clock_, [] { return std::chrono::system_clock::now(); },
+                       [this](const StoreError& error) { cell_.store_failed(error); }}};
   std::unique_ptr<drivers::RsiLink> link_;
   std::unique_ptr<ControlServer> server_;
   asio::cancellation_signal stop_watch_;
   asio::cancellation_signal stop_feeding_;
+  asio::cancellation_signal stop_keeping_;
   bool stopping_ = false;
 };
 

@@ -26,6 +26,9 @@ class StoreJournal final : public CampaignJournal {
     std::string_view kind = kCampaignKinds.front();
     bool activate = true;  ///< the model, if it beats the nominal arm on the validation poses
                            ///< and nothing contradicts it
+    /// The campaign whose points are identified anew; none: they are measured.
+    std::optional<CampaignRecord> source{};
+    std::optional<std::vector<int>> validate{};  ///< of that: the poses that validate; none: as measured
   };
 
   /// @param store_thread  the only one that touches `store`
@@ -37,6 +40,10 @@ class StoreJournal final : public CampaignJournal {
   boost::asio::awaitable<StoreResult<void>> end(std::shared_ptr<const CampaignResult> result,
                                                 std::optional<CampaignError> error) override;
 
+  /// Writes the end once more that the store could not take.
+  boost::asio::awaitable<StoreResult<void>> end_again();
+  /// The end is in the store.
+  bool ended() const { return ended_; }
   const CampaignRecord& record() const { return record_; }
   bool activated() const { return activated_; }
 
@@ -50,7 +57,8 @@ class StoreJournal final : public CampaignJournal {
   Worker& store_thread_;
   WallClock wall_clock_;
   CampaignRecord record_;
-  bool activated_ = false;
+  std::optional<ModelRecord> model_;  ///< that it came to, from its end on
+  bool begun_ = false, ended_ = false, activated_ = false;
 };
 
 }  // namespace truepose::daemon

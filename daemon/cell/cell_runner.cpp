@@ -1,5 +1,6 @@
 #include "daemon/cell/cell_runner.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "daemon/log/log.hpp"
@@ -141,6 +142,13 @@ void CellRunner::tell(const CellState& before, const std::string& reason) {
   events_.publish(control::Topic::Cell,
                   json::object{{"state", name()}, {"from", state_name(before)}, {"reason", reason_}});
   fault ? faults_.begin({kCellFault, "error", reason_}) : faults_.end(kCellFault);
+}
+
+std::vector<std::string> CellRunner::allowed() const {
+  std::vector<std::string> methods = allowed_methods(state_);
+  if (faults_.stands(kStoreFault) && std::ranges::find(methods, "cell.acknowledge") == methods.end())
+    methods.emplace_back("cell.acknowledge");
+  return methods;
 }
 
 std::optional<RpcError> CellRunner::request(const json::object& params, const CellEvent& event,

@@ -17,13 +17,16 @@ DaemonCell::DaemonCell(Parts parts)
               parts_.events,
               parts_.wall_clock,
               {.campaign_waiting = parts_.config.campaign.pause_after}},
-      devices_{parts_, runner_, [this] { return status_json(); }},
+      store_{parts_, runner_},
+      devices_{parts_, runner_, store_, [this] { return status_json(); }},
       models_{parts_, runner_, devices_},
       targets_{parts_, models_},
       stream_{parts_, runner_, devices_, models_},
       recording_{parts_, runner_, devices_, models_},
-      campaigns_{parts_, runner_, devices_, models_},
-      archive_{parts_, [this] { return campaigns_.current(); }} {
+      campaigns_{parts_, runner_, store_, devices_, models_},
+      archive_{parts_, [this] { return campaigns_.current(); }},
+      identifications_{parts_, runner_, store_, models_},
+      backups_{parts_} {
   add_methods(table_, devices_);
   add_methods(table_, models_);
   add_methods(table_, targets_);
@@ -31,6 +34,8 @@ DaemonCell::DaemonCell(Parts parts)
   add_methods(table_, recording_);
   add_methods(table_, campaigns_);
   add_methods(table_, archive_);
+  add_methods(table_, identifications_);
+  add_methods(table_, backups_);
 }
 
 std::vector<std::string> DaemonCell::method_names() {
@@ -45,6 +50,8 @@ std::vector<std::string> DaemonCell::method_names() {
   add(RecordingService::methods());
   add(CampaignService::methods());
   add(CampaignArchive::methods());
+  add(IdentificationService::methods());
+  add(BackupService::methods());
   return names;
 }
 

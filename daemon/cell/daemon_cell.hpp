@@ -1,6 +1,8 @@
 #pragma once
 
+#include "daemon/cell/backup_service.hpp"
 #include "daemon/cell/campaign_service.hpp"
+#include "daemon/cell/identification_service.hpp"
 #include "daemon/cell/recording_service.hpp"
 #include "daemon/cell/stream_service.hpp"
 #include "daemon/cell/target_service.hpp"
@@ -25,6 +27,8 @@ class DaemonCell final : public CellService {
   boost::asio::awaitable<void> arm_as_before() { return stream_.arm_as_before(); }
   /// Watches devices, stream and the states that have to pass by themselves. Ends when cancelled.
   boost::asio::awaitable<void> watch();
+  /// The store takes no events.
+  void store_failed(const StoreError& error) { store_.failed(error); }
   /// Ramps the correction out, ends a campaign and writes its end, lets the devices go.
   boost::asio::awaitable<void> shut_down();
 
@@ -33,6 +37,7 @@ class DaemonCell final : public CellService {
 
   Parts parts_;
   CellRunner runner_;
+  StoreWatch store_;
   DeviceService devices_;
   ModelService models_;
   TargetService targets_;
@@ -40,6 +45,8 @@ class DaemonCell final : public CellService {
   RecordingService recording_;
   CampaignService campaigns_;
   CampaignArchive archive_;
+  IdentificationService identifications_;
+  BackupService backups_;
   MethodTable table_;
 };
 

@@ -236,7 +236,10 @@ asio::awaitable<Session::Result> Session::call(control::Request request) {
     co_return std::unexpected(RpcError{ErrorCode::InvalidRequest, "the session is open already"});
   if (auto refused = forbidden(request.method)) co_return std::unexpected(*refused);
   if (request.method == "system.info") co_return system_info(request.params);
-  if (request.method == "events.subscribe") co_return subscribe(request.params);
+  if (request.method == "events.subscribe") {
+    Result subscribed = co_await subscribe(std::move(request.params));
+    co_return subscribed;
+  }
   if (request.method == "events.unsubscribe") co_return unsubscribe(request.params);
   if (request.method == "rpc.discover") co_return control::parse_json(control::openrpc_text()).value();
   if (request.method == "control.get") co_return context_->commands->who_has_control();
@@ -399,12 +402,11 @@ Session::Result Session::system_info(const json::object& params) const {
   return info;
 }
 
-Session::Result Session::subscribe(const json::object& params) {
+asio::awaitable<Session::Result> Session::subscribe(json::object params) {
   EventBus& events = context_->parts.events;
-  const std::uint64_t next = events.next_seq();
   ParamReader read{params};
   const auto names = read.texts("topics");
-  const auto after = read.integer("after", 0, static_cast<std::int64_t>(next) - 1);
+  const auto after = read.integer("after", 0, static_cast<std::int64_t>(events.next_seq()) - 1);
   std::set<control::Topic> topics;
   if (!names) {
     for (const auto& [name, topic] : control::kTopics) topics.insert(topic);
@@ -414,23 +416,44 @@ Session::Result Session::subscribe(const json::object& params) {
     if (topic) topics.insert(*topic);
     if (!topic) read.fail("topics", "no topic \"" + name + "\"");
   }
-  if (auto error = read.finish()) return std::unexpected(*error);
+  if (auto error = read.finish()) co_return std::unexpected(*error);
 
-  const std::uint64_t last_seen = after ? static_cast<std::uint64_t>(*after) : next - 1;
+  subscription_.reset();
+  const std::uint64_t last_seen = after ? static_cast<std::uint64_t>(*after) : events.next_seq() - 1;
+  auto gaps = co_await gaps_behind(last_seen);
+  if (!gaps) co_return std::unexpected(RpcError{ErrorCode::Internal, gaps.error().detail});
+  // Of one moment, from here on.
+  const std::uint64_t next = events.next_seq();
   const std::uint64_t oldest = events.oldest_seq();
   const auto wake = [weak = weak_from_this(), executor = connection_->executor()] {
     asio::post(executor, [weak] {
       if (const auto self = weak.lock()) self->see_events();
     });
   };
-  subscription_.reset();
-  subscription_ = events.subscribe(topics, last_seen, wake);
-  json::array subscribed;
+  subscription_ = events.subscribe(topics, after ? last_seen : next - 1, wake);
+  ++subscriptions_;
+  json::array subscribed, missing;
   for (const control::Topic topic : topics) subscribed.emplace_back(view(control::name(topic)));
-  return json::object{{"topics", std::move(subscribed)},
-                      {"next", next},
-                      {"oldest", oldest},
-                      {"complete", last_seen + 1 >= oldest}};
+  for (const EventGap& gap : *gaps)
+    missing.push_back(json::object{{"first", gap.first}, {"last", gap.last}, {"reason", gap.reason}});
+  co_return json::object{{"topics", std::move(subscribed)},
+                         {"next", next},
+                         {"oldest", oldest},
+                         {"complete", gaps->empty()},
+                         {"missing", std::move(missing)}};
+}
+
+/// Numbers after `last_seen` of which something may be missing.
+asio::awaitable<StoreResult<std::vector<EventGap>>> Session::gaps_behind(std::uint64_t last_seen) {
+  const EventBus& events = context_->parts.events;
+  const std::uint64_t first = last_seen + 1, oldest = events.oldest_seq();
+  if (first >= oldest) co_return std::vector<EventGap>{};
+  if (!events.archive()) co_return std::vector{EventGap{first, oldest - 1, "no longer kept"}};
+  auto job = [archive = events.archive(), first, oldest] { return archive->event_gaps(first, oldest); };
+  auto gaps = co_await context_->parts.worker.ask(job);
+  const std::vector<EventGap> not_yet_told = events.unwritten(0).gaps;
+  if (gaps) gaps->insert(gaps->end(), not_yet_told.begin(), not_yet_told.end());
+  co_return gaps;
 }
 
 Session::Result Session::unsubscribe(const json::object& params) {
@@ -450,16 +473,43 @@ void Session::see_events() {
 
 // Writing.
 
-std::string Session::next_batch() {
+asio::awaitable<std::string> Session::next_batch() {
   std::string batch = std::exchange(outgoing_, {});
-  if (!subscription_ || finishing_) return batch;
+  if (!subscription_ || finishing_) co_return batch;
+  if (batch.empty()) batch = co_await read_missed();
+  if (!subscription_ || finishing_) co_return batch;
   for (const EventBus::Line& line : subscription_->take(kEventsPerBatch)) batch += *line;
-  return batch;
+  co_return batch;
+}
+
+/// What the subscription missed and the archive has: the next part of it, with replies that came meanwhile.
+asio::awaitable<std::string> Session::read_missed() {
+  std::string batch;
+  while (batch.empty() && subscription_ && !finishing_) {
+    const auto missed = subscription_->missed();
+    if (!missed) break;
+    const std::uint64_t subscription = subscriptions_;
+    auto job = [archive = context_->parts.events.archive(), missed] {
+      return archive->events(missed->topics, missed->first, missed->end);
+    };
+    auto page = co_await context_->parts.worker.ask(job);
+    // By then it may be another's, or nobody's.
+    if (!subscription_ || subscription != subscriptions_) break;
+    if (!page) {
+      context_->parts.warn("control: " + page.error().detail);
+      dismiss({ErrorCode::Internal, "closed: what was missed cannot be read: " + page.error().detail});
+      break;
+    }
+    subscription_->go_on_from(page->next);
+    for (const KeptEvent& event : page->events)
+      batch += control::encode_event_text(event.seq, event.time, event.topic, event.data);
+  }
+  co_return batch + std::exchange(outgoing_, {});
 }
 
 asio::awaitable<void> Session::write_lines() {
   while (true) {
-    const std::string batch = next_batch();
+    const std::string batch = co_await next_batch();
     if (batch.empty()) {
       if (finishing_) {
         auto farewell =

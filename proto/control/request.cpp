@@ -136,8 +136,15 @@ std::string encode_error(const Id& id, const RpcError& error) {
 }
 
 std::string encode_event(std::uint64_t seq, std::string_view time, Topic topic, const json::value& data) {
-  json::object params{{"seq", seq}, {"time", view(time)}, {"topic", view(name(topic))}, {"data", data}};
-  return line_of({{"jsonrpc", "2.0"}, {"method", "event"}, {"params", std::move(params)}});
+  return encode_event_text(seq, time, topic, json_text(data));
+}
+
+std::string encode_event_text(std::uint64_t seq, std::string_view time, Topic topic, std::string_view data) {
+  std::string line = R"({"jsonrpc":"2.0","method":"event","params":{"seq":)" + std::to_string(seq);
+  line += R"(,"time":)" + json_text(json::value(view(time)));
+  line += R"(,"topic":)" + json_text(json::value(view(name(topic))));
+  (line += R"(,"data":)") += data;
+  return line += "}}\n";
 }
 
 std::expected<std::variant<Reply, Event>, std::string> decode_server_line(std::string_view line) {

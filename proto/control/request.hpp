@@ -84,6 +84,8 @@ std::string encode_error(const Id& id, const RpcError& error);
 /// @param time  RFC 3339
 std::string encode_event(std::uint64_t seq, std::string_view time, Topic topic,
                          const boost::json::value& data);
+/// The same of data that are JSON text already, on one line.
+std::string encode_event_text(std::uint64_t seq, std::string_view time, Topic topic, std::string_view data);
 
 struct Reply {
   Id id;
