@@ -228,6 +228,7 @@ void layout(auto& io, Is<CalibrationConfig> auto& x) {
   io.optional("harmonics", x.harmonics, Whole{1, 10'000});
   io.optional("residual", x.residual, ResidualNames{});
   io.optional("loss", x.loss, kLossNames);
+  io.optional("prior", x.prior, kPriorNames);
 }
 
 void layout(auto& io, Is<Iso9283Config> auto& x) {

@@ -14,6 +14,7 @@
 #include "config/text_file.hpp"
 #include "core/arm/robot_model.hpp"
 #include "core/field/regressor.hpp"
+#include "core/identify/calibrate.hpp"
 #include "core/identify/measurement.hpp"
 #include "core/identify/robust_fit.hpp"
 #include "core/judge/iso9283.hpp"
@@ -135,6 +136,7 @@ struct CalibrationConfig {
   std::vector<int> harmonics{1, 2};
   std::vector<RegressorKind> residual;  ///< of a residual field; none: no field
   Loss loss = Loss::Screened;
+  PriorUse prior = PriorUse::Auto;  ///< whether deviations from the data sheet are taken as small
 };
 
 /// The control port for other machines.

@@ -54,6 +54,7 @@ PlanOptions plan_options(const CellConfig& cell, int poses) {
 CalibrateOptions calibrate_options(const CellConfig& cell) {
   CalibrateOptions options;
   options.loss = cell.calibration.loss;
+  options.prior = cell.calibration.prior;
   options.noise = {cell.tracker.noise, cell.robot.repeatability_mm};
   options.deviation = cell.calibration.deviation;
   options.harmonics = cell.calibration.harmonics;

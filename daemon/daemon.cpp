@@ -18,6 +18,7 @@
 #include "daemon/control/access_list.hpp"
 #include "daemon/control/audit_trail.hpp"
 #include "daemon/control/control_server.hpp"
+#include "daemon/control/event_keeper.hpp"
 #include "daemon/log/log.hpp"
 #include "daemon/realtime/stream_options.hpp"
 #include "daemon/recorder/recorder.hpp"
@@ -121,7 +122,7 @@ class Daemon {
             started(LockFile::take(lock_of_store(config.store), "the store " + config.store.string()))},
         runtime_lock_{lock_of_runtime(runtime)},
         store_{kept(Store::open(config.store))},
-        events_{event_numbers(), [] { return std::chrono::system_clock::now(); }},
+        events_{event_numbers(), [] { return std::chrono::system_clock::now(); }, &store_},
         peer_{rsi_peer(config.robot)},
         stream_memory_{stream_memory(runtime)},
         stream_{started(StreamCycle::create(config.robot.model,
@@ -155,7 +156,8 @@ class Daemon {
                                  config.control, config.name))} {
     web_ = start_web();
     read_log([this](LogLevel level, std::string_view line) {
-      events_.publish(control::Topic::Log, boost::json::object{{"level", name(level)}, {"text", line}});
+      events_.publish(control::Topic::Log, boost::json::object{{"level", name(level)}, {"text", line}},
+                      level == LogLevel::Info ? Keep::Passing : Keep::Lasting);
     });
   }
   ~Daemon() { read_log({}); }
@@ -170,6 +172,7 @@ class Daemon {
     io_.run();
     compute_thread_.join();
     store_thread_.join();
+    keep_last_events();
     recorder_thread_.join();
     remove_ring(RecordingFolder{config_.recording});
   }
@@ -229,8 +232,15 @@ class Daemon {
   }
 
   EventNumbers event_numbers() {
-    const std::uint64_t first = kept(store_.reserve_event_numbers(kEventNumbers));
+    const std::uint64_t first = kept(store_.begin_events(kEventNumbers));
     return {first, first + kEventNumbers, [this] { ask_for_numbers(); }};
+  }
+
+  /// Nobody else touches the store any more.
+  void keep_last_events() {
+    const EventBatch all = events_.unwritten(EventBus::kMostUnwritten);
+    const auto kept = store_.end_events(all);
+    if (!kept) log_error("store: " + kept.error().detail);
   }
 
   void ask_for_numbers() {
@@ -267,6 +277,7 @@ class Daemon {
     if (!link_->refused().empty()) log_warning("RSI thread: " + link_->refused());
     tell_ready(status);
     asio::co_spawn(io_, feed_watchdog(), asio::bind_cancellation_slot(stop_feeding_.slot(), asio::detached));
+    asio::co_spawn(io_, keeper_.run(), asio::bind_cancellation_slot(stop_keeping_.slot(), asio::detached));
 
     auto token = asio::use_awaitable;
     co_await signals_.async_wait(token);
@@ -278,6 +289,7 @@ class Daemon {
     server_->stop();
     stop_watch_.emit(asio::cancellation_type::terminal);
     stop_feeding_.emit(asio::cancellation_type::terminal);
+    stop_keeping_.emit(asio::cancellation_type::terminal);
     while (watching) co_await watch_ended.wait();
     link_.reset();
   }
@@ -319,6 +331,8 @@ class Daemon {
   drivers::KukaEkiRobot robot_;
   drivers::EmsconTracker tracker_;
   DaemonCell cell_;
+  EventKeeper keeper_{{events_, store_thread_, clock_, [] { return std::chrono::system_clock::now(); },
+                       [this](const StoreError& error) { cell_.store_failed(error); }}};
   std::unique_ptr<drivers::RsiLink> link_;
   std::unique_ptr<ControlServer> server_;
   drivers::TimePoint begun_ = clock_.now();
@@ -332,6 +346,7 @@ class Daemon {
   std::unique_ptr<WebServer> web_;
   asio::cancellation_signal stop_watch_;
   asio::cancellation_signal stop_feeding_;
+  asio::cancellation_signal stop_keeping_;
   bool stopping_ = false;
 };
 

@@ -6,10 +6,9 @@
 #include "config/cell_setup.hpp"
 #include "core/arm/forward.hpp"
 #include "core/compensate/target_compensation.hpp"
-#include "core/judge/calibration_verdict.hpp"
-#include "core/judge/model_noise.hpp"
 #include "core/math/units.hpp"
 #include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/identification.hpp"
 #include "daemon/campaign/nest_watch.hpp"
 
 namespace truepose::daemon {
@@ -17,18 +16,6 @@ namespace truepose::daemon {
 namespace {
 
 using Done = std::expected<void, CampaignError>;
-
-/// How far the reference pose is from where it was first: drift of the tracker, the base or the arm.
-std::vector<double> reference_drift_mm(const std::vector<StoredPoint>& points) {
-  std::vector<double> drift_mm;
-  const StoredPoint* first = nullptr;
-  for (const StoredPoint& point : points) {
-    if (point.purpose != PointPurpose::Reference) continue;
-    if (first == nullptr) first = &point;
-    drift_mm.push_back((point.p_WS_mm - first->p_WS_mm).norm());
-  }
-  return drift_mm;
-}
 
 class CalibrationCampaign final : public CampaignProcedure {
  public:
@@ -47,7 +34,8 @@ class CalibrationCampaign final : public CampaignProcedure {
   CampaignOutcome<void> fit_placement();
   std::optional<CampaignError> too_few_left(std::size_t targets_done) const;
   CampaignOutcome<void> identify();
-  boost::asio::awaitable<void> judge();
+  boost::asio::awaitable<void> judge_again();
+  void tell_doubts();
   CampaignOutcome<void> remeasure();
   CampaignOutcome<Targets> compensate();
   void judge_remeasured();
@@ -169,7 +157,6 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_validate() {
     if (!visited) co_return std::unexpected(visited.error());
   }
   Done seen = co_await nests_.measure();
-  found().reference_drift_mm = reference_drift_mm(session_.corrected().points);
   co_return seen;
 }
 
@@ -206,52 +193,29 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
 
 CampaignOutcome<void> CalibrationCampaign::identify() {
   session_.enter(CampaignPhase::Compute);
-  CalibrationResult& result = found();
-  const MeasurementData data = session_.data();
-  const CalibrateOptions options = config::calibrate_options(session_.config());
   const TimePoint begun = session_.clock().now();
-  auto job = [robot = session_.config().robot.model, data, options] {
-    return calibrate(robot, data, options);
+  auto job = [points = session_.result().points, config = session_.config()] {
+    return identified(points, config);
   };
-  auto calibrated = co_await session_.compute(job);
-  result.elapsed_s = std::chrono::duration<double>(session_.clock().now() - begun).count();
-  if (!calibrated) {
-    co_return std::unexpected(CampaignError{CampaignFault::Calibration, calibrated.error().detail});
-  }
-  Calibration& calibration = *calibrated;
-  if (!calibration.converged) {
-    co_return std::unexpected(
-        CampaignError{CampaignFault::Calibration, "the identification did not converge"});
-  }
-  result.calibration = std::move(calibration);
-  const MeasurementData fitted = as_fitted(result.calibration, data);
-  result.noise = noise_about_model(result.calibration, fitted, options.noise);
-  result.validation_distances2 = validation_distances2(result.calibration, fitted, result.noise);
-  co_await judge();
-  session_.expect(result.calibration.cell);
+  auto result = co_await session_.compute(job);
+  if (!result) co_return std::unexpected(CampaignError{CampaignFault::Calibration, result.error()});
+  found() = *std::move(result);
+  found().elapsed_s = std::chrono::duration<double>(session_.clock().now() - begun).count();
+  tell_doubts();
+  session_.expect(found().calibration.cell);
   co_return Done{};
 }
 
-/// Asks whether the model may be trusted, by all that was measured so far.
-boost::asio::awaitable<void> CalibrationCampaign::judge() {
-  CalibrationResult& result = found();
-  std::vector<Eigen::Vector3d> reference_mm;
-  CorrectedPoints corrected = session_.corrected();
-  for (const StoredPoint& point : corrected.points)
-    if (point.purpose == PointPurpose::Reference) reference_mm.push_back(point.p_WS_mm);
+/// Asks again whether the model may be trusted, by all that was measured since.
+boost::asio::awaitable<void> CalibrationCampaign::judge_again() {
   // The session outlives the job, and does nothing else meanwhile.
-  auto job = [&result, reference_mm, findings = std::move(corrected.findings),
-              data = as_fitted(result.calibration, session_.data()),
-              stated = config::calibrate_options(session_.config()).noise] {
-    return calibration_verdict({.calibration = result.calibration,
-                                .data = data,
-                                .stated = stated,
-                                .reference_mm = reference_mm,
-                                .remeasured = result.remeasured,
-                                .beside = findings});
-  };
-  result.verdict = co_await session_.compute(job);
-  for (const truepose::Finding& finding : result.verdict.findings)
+  auto job = [this] { return verdict_on(found(), session_.result().points, session_.config()); };
+  found().verdict = co_await session_.compute(job);
+  tell_doubts();
+}
+
+void CalibrationCampaign::tell_doubts() {
+  for (const truepose::Finding& finding : found().verdict.findings)
     if (finding.severity >= Severity::Doubt)
       session_.report_trouble("the model is in doubt: " + finding.sentence);
 }
@@ -266,7 +230,7 @@ CampaignOutcome<void> CalibrationCampaign::remeasure() {
   Done seen = co_await nests_.measure();
   if (!seen) co_return seen;
   judge_remeasured();
-  if (found().remeasured) co_await judge();
+  if (found().remeasured) co_await judge_again();
   co_return Done{};
 }
 

@@ -56,6 +56,8 @@ class CampaignObserver {
   virtual void on_trouble(const std::string& sentence) = 0;
   /// @param reason  why the campaign waits for the device; empty: it answers again
   virtual void on_waiting(CellDevice /*device*/, const std::string& /*reason*/) {}
+  /// The store could not keep something. The campaign pauses where that may pass, and ends otherwise.
+  virtual void on_store_failed(const StoreError& /*error*/) {}
   /// The campaign has paused itself, and moves nothing before it is resumed.
   virtual void on_paused(const std::string& sentence) = 0;
 };

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <type_traits>
 #include <utility>
 
 #include "config/cell_setup.hpp"
@@ -82,8 +84,9 @@ MeasuringSession::Outcome<void> MeasuringSession::prove_arm() {
 
 asio::awaitable<StoreResult<void>> MeasuringSession::end(std::optional<CampaignError> error) {
   if (!begun_) {
+    // What could not be begun is kept as a whole.
     auto begun = co_await journal_.begin(result_->identities);
-    if (!begun) co_return begun;
+    static_cast<void>(begun);
   }
   std::shared_ptr<const CampaignResult> result;
   if (!error) result = result_;
@@ -257,9 +260,32 @@ CellDevices::Outcome<MeasuringSession::Attempted> MeasuringSession::attempt(Meas
   co_return attempted;
 }
 
+template <typename T>
+MeasuringSession::Outcome<T> MeasuringSession::journalled(
+    std::function<asio::awaitable<StoreResult<T>>()> write) {
+  for (;;) {
+    auto written = co_await write();
+    if (written) {
+      if constexpr (std::is_void_v<T>)
+        co_return Done{};
+      else
+        co_return *std::move(written);
+    }
+    const StoreError error = written.error();
+    observer_.on_store_failed(error);
+    if (!error.may_pass) co_return std::unexpected(store_failed(error));
+    paused_ = true;
+    observer_.on_paused("paused, with the last point in memory: " + error.detail +
+                        "; then acknowledge, and resume the campaign");
+    tell_progress();
+    co_await wait_while_paused();
+  }
+}
+
 MeasuringSession::Outcome<StoredPoint> MeasuringSession::store(StoredPoint point) {
-  auto stored = co_await journal_.add_point(point);
-  if (!stored) co_return std::unexpected(store_failed(stored.error()));
+  const std::function<asio::awaitable<StoreResult<StoredPoint>>()> write = [this, point] { return journal_.add_point(point); };
+  auto stored = co_await journalled<StoredPoint>(write);
+  if (!stored) co_return std::unexpected(stored.error());
   result_->points.push_back(*stored);
   co_return *std::move(stored);
 }
@@ -317,8 +343,9 @@ CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_beside(CellDevices::
 MeasuringSession::Outcome<void> MeasuringSession::skip(MeasuringTarget target, int attempts,
                                                        std::string reason) {
   const SkippedPose skipped{target.pose, reason, attempts};
-  auto stored = co_await journal_.add_skipped(skipped);
-  if (!stored) co_return std::unexpected(store_failed(stored.error()));
+  const std::function<asio::awaitable<StoreResult<void>>()> write = [this, skipped] { return journal_.add_skipped(skipped); };
+  Done stored = co_await journalled<void>(write);
+  if (!stored) co_return stored;
   result_->skipped.push_back(skipped);
   ++progress_.skipped;
   count_pose_time();

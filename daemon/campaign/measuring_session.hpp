@@ -129,6 +129,10 @@ class MeasuringSession {
   Outcome<void> keep(Attempted attempted);
   /// On the disk first: what the arm moves on from is never lost.
   Outcome<StoredPoint> store(StoredPoint point);
+  /// Writes until the journal has it. Where there is no room the campaign pauses, and what is to be written
+  /// waits until somebody has made some and resumes it.
+  template <typename T>
+  Outcome<T> journalled(std::function<boost::asio::awaitable<StoreResult<T>>()> write);
   Outcome<void> recover(DeviceError error);
   boost::asio::awaitable<void> wait_while_paused();
   /// After the last attempt at a pose, which failed by `error`: pauses where so many in a row were lost.

@@ -49,6 +49,11 @@ std::size_t poses_of(const std::vector<StoredPoint>& points) {
   return poses.size();
 }
 
+/// The campaign that measured.
+const CampaignRecord& measured_in(const StoreJournal::Options& options, const CampaignRecord& record) {
+  return options.source ? *options.source : record;
+}
+
 /// Under which conditions a campaign measured: {"started","ended","poses_measured","poses_skipped",
 /// "temperature_c":{"min","max"},"pressure_mbar","humidity_percent"}, the ranges over all points; without
 /// them where the tracker told no air pressure, as one without a weather station. Measurements of the
@@ -69,10 +74,12 @@ json::object conditions_document(const CampaignResult& result, const CampaignRec
 
 /// How a campaign of the cell chooses its poses and identifies, in words: {"Poses planned": "30 to identify,
 /// 30 to validate", ...}.
-json::object options_document(const config::CellConfig& config) {
+json::object options_document(const StoreJournal::Options& of) {
+  const config::CellConfig& config = of.config;
   constexpr std::array<std::string_view, 3> kCriteria{"D", "A", "I"};
   const config::CampaignConfig& campaign = config.campaign;
-  json::object options{
+  json::object options;
+  if (!of.source) options = {
       {"Poses planned", std::to_string(campaign.identify_poses) + " to identify, " +
                             std::to_string(campaign.validate_poses) + " to validate"},
       {"Poses chosen", std::string{kCriteria[static_cast<std::size_t>(campaign.criterion)]} +
@@ -164,19 +171,21 @@ json::object iso9283_document_of(const Iso9283Test& test) {
 /// The document that reports are made of: that of the calibration, what measuring again has shown, and how it
 /// was measured.
 json::object calibration_document_of(const CampaignResult& result, const CampaignRecord& record,
-                                     const config::CellConfig& config) {
+                                     const StoreJournal::Options& of) {
+  const config::CellConfig& config = of.config;
   const auto& found = result.as<CalibrationResult>();
   const MeasurementData data = campaign_data(result.points, config);
   json::object document = record::calibration_document(found.calibration, data, found.elapsed_s);
-  document["campaign"] = campaign_text(record);
+  document["campaign"] =
+      campaign_text(record) + (of.source ? ", of the points of campaign " + of.source->id.substr(0, 8) : "");
   document["robot"] = record.robot_model + ", serial " + record.robot_serial;
   document["tracker"] = record.tracker_model + ", serial " + record.tracker_serial;
   document["model"] = record.model_id;
   document["date"] = record.ended;
-  document["options"] = options_document(config);
+  document["options"] = options_document(of);
   document["verdict"] = record::verdict_json(found.verdict);
   document["noise"] = record::noise_json(*config::calibrate_options(config).noise);
-  document["conditions"] = conditions_document(result, record);
+  document["conditions"] = conditions_document(result, measured_in(of, record));
   document["skipped"] = skipped_document(result);
   if (found.remeasured) {
     document["remeasured"] = record::statistics_json(*found.remeasured);
@@ -196,7 +205,8 @@ json::object drift_document_of(const DriftResult& drift, std::span<const Measure
 }
 
 std::string document_of(const CampaignResult& result, const CampaignRecord& record,
-                        const config::CellConfig& config) {
+                        const StoreJournal::Options& of) {
+  const config::CellConfig& config = of.config;
   if (const auto* drift = std::get_if<DriftResult>(&result.findings))
     return control::json_text(
         drift_document_of(*drift, numbered_points(corrected_points(result.points, config).points)));
@@ -204,7 +214,7 @@ std::string document_of(const CampaignResult& result, const CampaignRecord& reco
     return control::json_text(targets_document(*targets, config.robot.model));
   if (const auto* test = std::get_if<Iso9283Test>(&result.findings))
     return control::json_text(iso9283_document_of(*test));
-  return control::json_text(calibration_document_of(result, record, config));
+  return control::json_text(calibration_document_of(result, record, of));
 }
 
 config::ModelFile updated_model_of(const DriftResult& drift, const std::string& created) {
@@ -242,6 +252,8 @@ StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, 
   record_.note = options_.note;
   record_.state = "running";
   record_.started = control::rfc3339(wall_clock_());
+  if (options_.source) record_.points_of = options_.source->id;
+  record_.validate = options_.validate;
 }
 
 asio::awaitable<StoreResult<void>> StoreJournal::begin(Identities identities) {
@@ -251,6 +263,7 @@ asio::awaitable<StoreResult<void>> StoreJournal::begin(Identities identities) {
   record_.tracker_serial = identities.tracker.serial;
   auto job = [this, record = record_] { return store_.begin_campaign(record); };
   auto kept = co_await store_thread_.ask(job);
+  begun_ = kept.has_value();
   co_return kept;
 }
 
@@ -285,18 +298,28 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
   if (calibrated || updated) record_.model_id = options_.model_id;
   // There, because making the document takes longer than the event loop may be held.
   auto document = [record = record_, result, this] {
-    return result ? document_of(*result, record, options_.config) : std::string{};
+    return result ? document_of(*result, record, options_) : std::string{};
   };
   record_.document = co_await store_thread_.ask(document);
-  auto job = [this, record = record_, result, calibrated, updated, activate] {
+  auto make_model = [this, ended = record_.ended, result, calibrated, updated, activate] {
     std::optional<ModelRecord> model;
     if (calibrated) model = model_of(*result, calibrated_model(*result), activate);
-    if (updated)
-      model = model_of(*result, updated_model_of(result->as<DriftResult>(), record.ended), activate);
-    return store_.end_campaign(record, model);
+    if (updated) model = model_of(*result, updated_model_of(result->as<DriftResult>(), ended), activate);
+    return model;
+  };
+  model_ = co_await store_thread_.ask(make_model);
+  auto kept = co_await end_again();
+  co_return kept;
+}
+
+asio::awaitable<StoreResult<void>> StoreJournal::end_again() {
+  auto job = [this, record = record_, model = model_, begun = begun_] {
+    // Of one that could not even be begun, all that there is.
+    return begun ? store_.end_campaign(record, model) : store_.begin_campaign(record);
   };
   auto kept = co_await store_thread_.ask(job);
-  activated_ = kept && activate;
+  ended_ = kept.has_value();
+  activated_ = kept && model_ && model_->active;
   co_return kept;
 }
 

@@ -28,6 +28,9 @@ class StoreJournal final : public CampaignJournal {
                            ///< and nothing contradicts it
     std::string started_by{};  ///< the name of who did
     std::string note{};        ///< his words for it
+    /// The campaign whose points are identified anew; none: they are measured.
+    std::optional<CampaignRecord> source{};
+    std::optional<std::vector<int>> validate{};  ///< of that: the poses that validate; none: as measured
   };
 
   /// @param store_thread  the only one that touches `store`
@@ -39,6 +42,10 @@ class StoreJournal final : public CampaignJournal {
   boost::asio::awaitable<StoreResult<void>> end(std::shared_ptr<const CampaignResult> result,
                                                 std::optional<CampaignError> error) override;
 
+  /// Writes the end once more that the store could not take.
+  boost::asio::awaitable<StoreResult<void>> end_again();
+  /// The end is in the store.
+  bool ended() const { return ended_; }
   const CampaignRecord& record() const { return record_; }
   bool activated() const { return activated_; }
 
@@ -52,7 +59,8 @@ class StoreJournal final : public CampaignJournal {
   Worker& store_thread_;
   WallClock wall_clock_;
   CampaignRecord record_;
-  bool activated_ = false;
+  std::optional<ModelRecord> model_;  ///< that it came to, from its end on
+  bool begun_ = false, ended_ = false, activated_ = false;
 };
 
 }  // namespace truepose::daemon

@@ -1,11 +1,12 @@
 #include "daemon/cell/campaign_archive.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <sstream>
 #include <utility>
 
 #include "config/measurement_file.hpp"
-#include "daemon/campaign/corrected_points.hpp"
+#include "daemon/cell/file_part.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/arm_document.hpp"
 
@@ -42,6 +43,8 @@ std::expected<PointsRequest, RpcError> points_request(const json::object& params
 
 json::value id_or_null(const std::string& text) { return text.empty() ? json::value{} : json::value(text); }
 
+}  // namespace
+
 json::object campaign_json(const CampaignRecord& record) {
   return {{"id", record.id},
           {"kind", record.kind},
@@ -55,8 +58,11 @@ json::object campaign_json(const CampaignRecord& record) {
           {"tracker_serial", record.tracker_serial},
           {"model_id", id_or_null(record.model_id)},
           {"by", id_or_null(record.started_by)},
-          {"note", record.note}};
+          {"note", record.note},
+          {"points_of", id_or_null(record.points_of)}};
 }
+
+namespace {
 
 json::object skipped_json(const SkippedPose& skipped) {
   return {{"pose", skipped.pose}, {"reason", skipped.reason}, {"attempts", skipped.attempts}};
@@ -96,11 +102,9 @@ PointsPage points_of(json::array points, std::size_t total) {
   return {std::move(page), count, total};
 }
 
-/// The measurement file of a campaign, line by line, the header first.
-std::vector<std::string> measurement_rows(const std::vector<StoredPoint>& points,
-                                          const config::CellConfig& config) {
-  std::stringstream file;
-  config::write_measurements(file, campaign_data(points, config), config.robot.model);
+/// A file line by line, the header first.
+std::vector<std::string> rows_of_file(const std::string& text) {
+  std::istringstream file{text};
   std::vector<std::string> rows;
   for (std::string row; std::getline(file, row);) rows.push_back(row + "\n");
   return rows;
@@ -115,6 +119,14 @@ PointsPage rows_of(const std::vector<std::string>& rows, std::size_t offset, std
     csv += rows[i];
   }
   page.content = std::move(csv);
+  return page;
+}
+
+json::array points_json(const std::vector<StoredPoint>& points, const RobotModel& robot, std::size_t offset,
+                        std::size_t limit) {
+  json::array page;
+  for (std::size_t i = offset; i < points.size() && page.size() < limit; ++i)
+    page.push_back(point_json(robot, points[i]));
   return page;
 }
 
@@ -171,10 +183,63 @@ std::string_view purpose_name(PointPurpose purpose) {
   return "remeasure";
 }
 
+StoreResult<std::optional<StoredCampaign>> read_campaign(Store& store, const std::string& id) {
+  auto record = id.empty() ? store.last_campaign() : store.campaign(id);
+  if (!record) return std::unexpected(record.error());
+  if (!*record) return std::nullopt;
+  auto points = store.points((*record)->id);
+  if (!points) return std::unexpected(points.error());
+  auto skipped = store.skipped((*record)->id);
+  if (!skipped) return std::unexpected(skipped.error());
+  return StoredCampaign{**std::move(record), *std::move(points), *std::move(skipped)};
+}
+
+json::object campaign_answer(const StoredCampaign& campaign, const RobotModel& robot, std::size_t offset,
+                             std::size_t limit) {
+  json::array skipped;
+  for (const SkippedPose& pose : campaign.skipped) skipped.push_back(skipped_json(pose));
+  json::object documents = documents_json(campaign.record, limit > 0);
+  return {{"campaign", campaign_json(campaign.record)},
+          {"progress", nullptr},
+          {"skipped", std::move(skipped)},
+          {"drift", documents["drift"]},
+          {"targets", documents["targets"]},
+          {"iso9283", documents["iso9283"]},
+          {"points_total", campaign.points.size()},
+          {"points", points_json(campaign.points, robot, offset, limit)}};
+}
+
+std::expected<json::object, RpcError> report_answer(const std::optional<CampaignRecord>& record,
+                                                    std::size_t offset, std::size_t limit) {
+  if (!record || record->document.empty() || record->kind != "calibration")
+    return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign, or it has no report"});
+  auto document = control::parse_json(record->document);
+  if (!document)
+    return std::unexpected(RpcError{ErrorCode::Internal, "the stored document: " + document.error()});
+  const std::size_t total = page_points(document->as_object(), offset, limit);
+  return json::object{{"id", record->id}, {"document", *std::move(document)}, {"points_total", total}};
+}
+
+std::string measurements_csv(const StoredCampaign& campaign, const RobotModel& robot) {
+  MeasurementData data = measurement_data(campaign.points, {});
+  data.smr_names.clear();
+  std::size_t of_data = 0;
+  for (const StoredPoint& point : campaign.points) {
+    if (point.purpose != PointPurpose::Identify && point.purpose != PointPurpose::Validate) continue;
+    auto name = std::ranges::find(data.smr_names, point.smr);
+    if (name == data.smr_names.end()) name = data.smr_names.insert(name, point.smr);
+    data.points[of_data++].smr = static_cast<int>(name - data.smr_names.begin());
+  }
+  std::ostringstream text;
+  config::write_measurements(text, data, robot);
+  return text.str();
+}
+
 std::vector<Method<CampaignArchive>> CampaignArchive::methods() {
   return {{"campaign.list", &CampaignArchive::list},
           {"campaign.get", &CampaignArchive::get},
           {"campaign.points", &CampaignArchive::points},
+          {"campaign.export", &CampaignArchive::measurements},
           {"report.get", &CampaignArchive::report}};
 }
 
@@ -188,51 +253,45 @@ MethodReply CampaignArchive::list(json::object params) {
   co_return json::object{{"campaigns", page.of(*records, &campaign_json)}, {"total", records->size()}};
 }
 
-/// @param id  empty: the last one
-StoreResult<CampaignArchive::Found> CampaignArchive::read(const std::string& id) {
-  auto record = id.empty() ? parts_.store.last_campaign() : parts_.store.campaign(id);
-  if (!record) return std::unexpected(record.error());
-  if (!*record) return Found{};
-  auto points = parts_.store.points((*record)->id);
-  if (!points) return std::unexpected(points.error());
-  auto skipped = parts_.store.skipped((*record)->id);
-  if (!skipped) return std::unexpected(skipped.error());
-  return Found{**std::move(record), *std::move(points), *std::move(skipped)};
-}
-
-json::array CampaignArchive::points_json(const std::vector<StoredPoint>& points, std::size_t offset,
-                                         std::size_t limit) const {
-  json::array page;
-  for (std::size_t i = offset; i < points.size() && page.size() < limit; ++i)
-    page.push_back(point_json(parts_.config.robot.model, points[i]));
-  return page;
-}
-
 MethodReply CampaignArchive::get(json::object params) {
   const auto request = points_request(params, kMostStoredPoints);
   if (!request) co_return std::unexpected(request.error());
   const auto before = current_();
   const std::string wanted =
       request->id.empty() && before && before->running ? before->record.id : request->id;
-  auto job = [this, wanted] { return read(wanted); };
-  auto found = co_await parts_.store_thread.ask(job);
-  if (!found) co_return std::unexpected(store_unusable(found.error()));
+  auto job = [this, wanted] { return read_campaign(parts_.store, wanted); };
+  auto read = co_await parts_.store_thread.ask(job);
+  if (!read) co_return std::unexpected(store_unusable(read.error()));
+  StoredCampaign found = read->value_or(StoredCampaign{});
   // It may have ended since it was read.
   const auto current = current_();
-  if (current && current->record.id == wanted) found->record = current->record;
-  if (!found->record) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
-  json::array skipped;
-  for (const SkippedPose& pose : found->skipped) skipped.push_back(skipped_json(pose));
-  json::object documents = documents_json(*found->record, request->limit > 0);
-  const bool running = current && current->running && current->record.id == found->record->id;
-  co_return json::object{{"campaign", campaign_json(*found->record)},
-                         {"progress", running ? current->progress : json::value{}},
-                         {"skipped", std::move(skipped)},
-                         {"drift", documents["drift"]},
-                         {"targets", documents["targets"]},
-                         {"iso9283", documents["iso9283"]},
-                         {"points_total", found->points.size()},
-                         {"points", points_json(found->points, request->offset, request->limit)}};
+  const bool is_current = current && current->record.id == wanted;
+  if (is_current) found.record = current->record;
+  if (!*read && !is_current) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
+  json::object answer = campaign_answer(found, parts_.config.robot.model, request->offset, request->limit);
+  if (current && current->running && current->record.id == found.record.id)
+    answer["progress"] = current->progress;
+  co_return answer;
+}
+
+MethodReply CampaignArchive::measurements(json::object params) {
+  ParamReader reader{params};
+  const std::string id = reader.text("id").value_or("");
+  const auto offset = static_cast<std::size_t>(reader.integer("offset", 0, INT64_MAX).value_or(0));
+  if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
+  // Reading and writing it anew for each part takes a few milliseconds of a thread that has them.
+  auto job = [this, id]() -> StoreResult<std::optional<std::pair<std::string, std::string>>> {
+    auto found = read_campaign(parts_.store, id);
+    if (!found) return std::unexpected(found.error());
+    if (!*found) return std::nullopt;
+    return std::pair{(*found)->record.id, measurements_csv(**found, parts_.config.robot.model)};
+  };
+  auto found = co_await parts_.store_thread.ask(job);
+  if (!found) co_return std::unexpected(store_unusable(found.error()));
+  if (!*found) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
+  const auto& [found_id, csv] = **found;
+  co_return json::object{
+      {"id", found_id}, {"offset", offset}, {"data", csv.substr(std::min(offset, csv.size()), kPart)}};
 }
 
 MethodReply CampaignArchive::points(json::object params) {
@@ -245,18 +304,20 @@ MethodReply CampaignArchive::points(json::object params) {
   if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
   const auto current = current_();
   if (id.empty() && current && current->running) id = current->record.id;
-  auto job = [this, id] { return read(id); };
-  const auto found = co_await parts_.store_thread.ask(job);
-  if (!found) co_return std::unexpected(store_unusable(found.error()));
-  if (!found->record) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
+  auto job = [this, id] { return read_campaign(parts_.store, id); };
+  const auto read = co_await parts_.store_thread.ask(job);
+  if (!read) co_return std::unexpected(store_unusable(read.error()));
+  if (!*read) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
+  const StoredCampaign& found = **read;
+  const RobotModel& robot = parts_.config.robot.model;
   const bool as_csv = format == "csv";
-  PointsPage page = as_csv ? rows_of(measurement_rows(found->points, parts_.config), offset, limit)
-                           : points_of(points_json(found->points, offset, limit), found->points.size());
+  PointsPage page = as_csv ? rows_of(rows_of_file(measurements_csv(found, robot)), offset, limit)
+                           : points_of(points_json(found.points, robot, offset, limit), found.points.size());
   if (as_csv && page.total == 0)
     co_return std::unexpected(RpcError{
         ErrorCode::NotFound, "the campaign has no points that identify or validate; ask for format json"});
   const std::size_t end = offset + page.count;
-  json::object result{{"id", found->record->id},
+  json::object result{{"id", found.record.id},
                       {"format", format},
                       {"offset", offset},
                       {"next", end < page.total ? json::value(end) : json::value{}},
@@ -273,14 +334,9 @@ MethodReply CampaignArchive::report(json::object params) {
   };
   auto found = co_await parts_.store_thread.ask(job);
   if (!found) co_return std::unexpected(store_unusable(found.error()));
-  const std::optional<CampaignRecord>& record = *found;
-  if (!record || record->document.empty() || record->kind != "calibration")
-    co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign, or it has no report"});
-  auto document = control::parse_json(record->document);
-  if (!document)
-    co_return std::unexpected(RpcError{ErrorCode::Internal, "the stored document: " + document.error()});
-  const std::size_t total = page_points(document->as_object(), request->offset, request->limit);
-  co_return json::object{{"id", record->id}, {"document", *std::move(document)}, {"points_total", total}};
+  auto answer = report_answer(*found, request->offset, request->limit);
+  if (!answer) co_return std::unexpected(answer.error());
+  co_return *std::move(answer);
 }
 
 }  // namespace truepose::daemon

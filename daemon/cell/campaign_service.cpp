@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/uuid/random_generator.hpp>
-#include <boost/uuid/uuid_io.hpp>
 #include <limits>
 #include <utility>
 
 #include "config/cell_setup.hpp"
 #include "core/arm/joint_units.hpp"
+#include "daemon/cell/new_uuid.hpp"
 #include "daemon/cell/target_service.hpp"
 #include "daemon/log/log.hpp"
 
@@ -24,8 +23,6 @@ namespace {
 // The document of so many fits into one line of the protocol.
 constexpr std::size_t kMostTargets = 100;
 constexpr std::size_t kLongestNote = 500;
-
-std::string new_uuid() { return boost::uuids::to_string(boost::uuids::random_generator{}()); }
 
 void read_seed(ParamReader& read, config::CampaignConfig& campaign) {
   const auto seed = read.integer("seed", 0, std::numeric_limits<std::int64_t>::max());
@@ -65,9 +62,10 @@ CampaignService::Run::Run(StoreJournal::Options options, const CellParts& parts,
           [&worker = parts.compute_thread](std::function<void()> job) { return worker.run(std::move(job)); },
           std::move(order)} {}
 
-CampaignService::CampaignService(const CellParts& parts, CellRunner& runner, DeviceService& devices,
-                                 ModelService& models)
-    : parts_{parts}, runner_{runner}, devices_{devices}, models_{models} {
+CampaignService::CampaignService(const CellParts& parts, CellRunner& runner, StoreWatch& store,
+                                 DeviceService& devices, ModelService& models)
+    : parts_{parts}, runner_{runner}, store_{store}, devices_{devices}, models_{models} {
+  store_.when_usable([this] { return keep_end(); });
   runner_.on(CellCommand::PauseCampaign, [this](const std::string&) { run_->campaign.pause(); });
   runner_.on(CellCommand::ResumeCampaign, [this](const std::string&) { run_->campaign.resume(); });
   runner_.on(CellCommand::AbortCampaign, [this](const std::string& reason) { run_->campaign.abort(reason); });
@@ -180,6 +178,7 @@ MethodResult CampaignService::begin(const config::CellConfig& config, CampaignOr
                                 .activate = activate,
                                 .started_by = std::move(starter.name),
                                 .note = std::move(starter.note)};
+  if (auto refused = store_.refusal()) return std::unexpected(*refused);
   if (auto refused = runner_.apply(CampaignStartRequested{options.campaign_id}, "asked for by an operator",
                                    options.started_by))
     return std::unexpected(*refused);
@@ -210,14 +209,31 @@ asio::awaitable<void> CampaignService::close(const Run& run, std::optional<Campa
   const CampaignRecord& record = run.journal.record();
   if (!error && !record.reason.empty()) log_warning(record.reason);
   if (error && error->fault == CampaignFault::Store) {
+    store_.failed({error->detail});
     runner_.apply(StoreFailed{"store: " + error->detail}, reason);
   } else {
-    if (!record.model_id.empty()) co_await models_.announce_made(record.model_id, run.journal.activated(), record.started_by);
+    if (!record.model_id.empty())
+      co_await models_.announce_made(record.model_id, run.journal.activated(), record.started_by);
     runner_.apply(CampaignEnded{}, reason);
     if (error && (error->fault == CampaignFault::Device || error->fault == CampaignFault::WrongArm))
       runner_.apply(DeviceLost{error->detail}, reason);
   }
   // Last: who waits for the end may command the cell at once.
+  parts_.events.publish(control::Topic::Campaign, progress_json());
+}
+
+/// What the store could not take at the end of the last campaign.
+asio::awaitable<void> CampaignService::keep_end() {
+  if (!run_ || !run_->ended || run_->journal.ended()) co_return;
+  const std::shared_ptr<Run> run = run_;
+  auto kept = co_await run->journal.end_again();
+  if (!kept) {
+    store_.failed(kept.error());
+    co_return;
+  }
+  const std::string model = run->journal.record().model_id;
+  const std::string by = run->journal.record().started_by;
+  if (!model.empty()) co_await models_.announce_made(model, run->journal.activated(), by);
   parts_.events.publish(control::Topic::Campaign, progress_json());
 }
 
@@ -232,6 +248,7 @@ MethodReply CampaignService::pause(json::object params, std::string by) {
 }
 
 MethodReply CampaignService::resume(json::object params, std::string by) {
+  if (auto refused = store_.refusal()) co_return std::unexpected(*refused);
   co_return request(params, CampaignResumeRequested{}, "resumed by an operator", by);
 }
 

@@ -16,7 +16,8 @@ namespace truepose::daemon {
 /// The campaign of a cell: starts one after the other, and tells clients how far it is.
 class CampaignService final : private CampaignObserver {
  public:
-  CampaignService(const CellParts& parts, CellRunner& runner, DeviceService& devices, ModelService& models);
+  CampaignService(const CellParts& parts, CellRunner& runner, StoreWatch& store, DeviceService& devices,
+                  ModelService& models);
 
   static std::vector<Method<CampaignService>> methods();
 
@@ -61,6 +62,7 @@ class CampaignService final : private CampaignObserver {
                        const std::string& by);
   boost::asio::awaitable<void> run(std::shared_ptr<Run> run);
   boost::asio::awaitable<void> close(const Run& run, std::optional<CampaignError> error);
+  boost::asio::awaitable<void> keep_end();
   boost::json::object progress_json() const;
 
   void on_progress(const CampaignProgress& progress) override;
@@ -69,9 +71,11 @@ class CampaignService final : private CampaignObserver {
   void on_trouble(const std::string& sentence) override;
   void on_waiting(CellDevice device, const std::string& reason) override;
   void on_paused(const std::string& sentence) override;
+  void on_store_failed(const StoreError& error) override { store_.failed(error); }
 
   CellParts parts_;
   CellRunner& runner_;
+  StoreWatch& store_;
   DeviceService& devices_;
   ModelService& models_;
   std::shared_ptr<Run> run_;

@@ -158,6 +158,13 @@ void CellRunner::tell(const CellState& before, const std::string& reason, const 
   fault ? faults_.begin({kCellFault, "error", reason_}) : faults_.end(kCellFault);
 }
 
+std::vector<std::string> CellRunner::allowed() const {
+  std::vector<std::string> methods = allowed_methods(state_);
+  if (faults_.stands(kStoreFault) && std::ranges::find(methods, "cell.acknowledge") == methods.end())
+    methods.emplace_back("cell.acknowledge");
+  return methods;
+}
+
 std::optional<RpcError> CellRunner::request(const json::object& params, const CellEvent& event,
                                             const std::string& reason, const std::string& by) {
   if (auto wrong = control::ParamReader{params}.finish()) return wrong;

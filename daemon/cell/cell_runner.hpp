@@ -19,6 +19,9 @@
 
 namespace truepose::daemon {
 
+/// Code of the fault that stands while the store cannot be written to.
+inline constexpr const char* kStoreFault = "E_STORE";
+
 /// What an operator should know of, until it ends.
 struct Fault {
   std::string code;      ///< stable, for programs
@@ -103,7 +106,8 @@ class CellRunner {
   bool faulted_in_stream() const { return in<Faulted>() != nullptr && faulted_in_stream_; }
   control::RpcError wrong_state(std::string why, std::vector<std::string> allowed) const;
   control::RpcError wrong_state(std::string why) const { return wrong_state(std::move(why), allowed()); }
-  std::vector<std::string> allowed() const { return allowed_methods(state_); }
+  /// The methods that the state carries out, and what a standing fault needs.
+  std::vector<std::string> allowed() const;
   /// One sentence: why the cell is in its state, or for which device it waits, how long already and why.
   std::string reason() const;
   /// {"device","since","reason"} of a device that is waited for, or null.

@@ -71,11 +71,9 @@ struct Disarming {
   TimePoint since;
   bool operator==(const Disarming&) const = default;
 };
-/// Needs somebody: cleared by an acknowledgement, and where the cause is one that only a restart removes, by
-/// that.
+/// Needs somebody: cleared by an acknowledgement.
 struct Faulted {
   std::string reason;
-  bool acknowledgeable = true;
   bool operator==(const Faulted&) const = default;
 };
 using CellState = std::variant<Disconnected, Connecting, Ready, Running, Paused, Aborting, StreamStarting,
@@ -129,7 +127,7 @@ struct StreamEnded {};
 struct StreamFaulted {
   std::string reason;
 };
-/// The store cannot keep what we measure: nothing may go on.
+/// The store could not keep what a campaign has come to.
 struct StoreFailed {
   std::string reason;
 };
@@ -171,7 +169,6 @@ struct CellLimits {
 struct Refusal {
   std::string state;                 ///< name of the state that the cell is in
   std::vector<std::string> allowed;  ///< methods that the state does carry out, e.g. "campaign.start"
-  std::string cause{};               ///< of a fault that nothing but a restart ends
   /// "not possible in state campaign; allowed: campaign.pause, campaign.abort"
   std::string sentence() const;
 };

@@ -17,14 +17,17 @@ DaemonCell::DaemonCell(Parts parts)
               parts_.events,
               parts_.wall_clock,
               {.campaign_waiting = parts_.config.campaign.pause_after}},
-      devices_{parts_, runner_, [this] { return status_json(); }},
+      store_{parts_, runner_},
+      devices_{parts_, runner_, store_, [this] { return status_json(); }},
       models_{parts_, runner_, devices_},
       targets_{parts_, models_},
       stream_{parts_, runner_, devices_, models_},
       recording_{parts_, runner_, devices_, models_},
-      campaigns_{parts_, runner_, devices_, models_},
+      campaigns_{parts_, runner_, store_, devices_, models_},
       archive_{parts_, [this] { return campaigns_.current(); }},
-      reports_{parts_, [this] { return stream_.json(); }} {
+      reports_{parts_, [this] { return stream_.json(); }},
+      identifications_{parts_, runner_, store_, models_},
+      backups_{parts_} {
   add_methods(table_, devices_);
   add_methods(table_, models_);
   add_methods(table_, targets_);
@@ -33,6 +36,8 @@ DaemonCell::DaemonCell(Parts parts)
   add_methods(table_, campaigns_);
   add_methods(table_, archive_);
   add_methods(table_, reports_);
+  add_methods(table_, identifications_);
+  add_methods(table_, backups_);
 }
 
 std::vector<std::string> DaemonCell::method_names() {
@@ -48,6 +53,8 @@ std::vector<std::string> DaemonCell::method_names() {
   add(CampaignService::methods());
   add(CampaignArchive::methods());
   add(ReportService::methods());
+  add(IdentificationService::methods());
+  add(BackupService::methods());
   return names;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include "daemon/cell/backup_service.hpp"
 #include "daemon/cell/campaign_service.hpp"
+#include "daemon/cell/identification_service.hpp"
 #include "daemon/cell/recording_service.hpp"
 #include "daemon/cell/report_service.hpp"
 #include "daemon/cell/stream_service.hpp"
@@ -38,6 +40,8 @@ class DaemonCell final : public CellService {
 
   /// Watches devices, stream and the states that have to pass by themselves. Ends when cancelled.
   boost::asio::awaitable<void> watch();
+  /// The store takes no events.
+  void store_failed(const StoreError& error) { store_.failed(error); }
   /// Ramps the correction out, ends a campaign and writes its end, lets the devices go.
   boost::asio::awaitable<void> shut_down();
 
@@ -46,6 +50,7 @@ class DaemonCell final : public CellService {
 
   Parts parts_;
   CellRunner runner_;
+  StoreWatch store_;
   DeviceService devices_;
   ModelService models_;
   TargetService targets_;
@@ -54,6 +59,8 @@ class DaemonCell final : public CellService {
   CampaignService campaigns_;
   CampaignArchive archive_;
   ReportService reports_;
+  IdentificationService identifications_;
+  BackupService backups_;
   MethodTable table_;
 };
 

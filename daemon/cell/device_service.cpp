@@ -1,5 +1,6 @@
 #include "daemon/cell/device_service.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "daemon/log/log.hpp"
@@ -58,9 +59,11 @@ json::object config_json(const config::CellConfig& config) {
 
 }  // namespace
 
-DeviceService::DeviceService(const CellParts& parts, CellRunner& runner, std::function<json::object()> status)
+DeviceService::DeviceService(const CellParts& parts, CellRunner& runner, StoreWatch& store,
+                             std::function<json::object()> status)
     : parts_{parts},
       runner_{runner},
+      store_{store},
       status_{std::move(status)},
       robot_{parts.robot, parts.clock},
       tracker_{parts.tracker},
@@ -112,7 +115,16 @@ MethodReply DeviceService::disconnect(json::object params, std::string by) {
 }
 
 MethodReply DeviceService::acknowledge(json::object params, std::string by) {
-  co_return request(params, AcknowledgeRequested{}, "acknowledged by an operator", by);
+  constexpr const char* kReason = "acknowledged by an operator";
+  if (!store_.failing()) co_return request(params, AcknowledgeRequested{}, kReason, by);
+  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+  auto refused = co_await store_.acknowledge();
+  if (refused) co_return std::unexpected(*refused);
+  // Whatever else there is to acknowledge; in most states nothing.
+  const auto allowed = runner_.allowed();
+  if (std::ranges::find(allowed, "cell.acknowledge") != allowed.end())
+    co_return request(params, AcknowledgeRequested{}, kReason, by);
+  co_return status_();
 }
 
 void DeviceService::close() {

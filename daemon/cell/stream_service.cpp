@@ -165,7 +165,7 @@ asio::awaitable<void> StreamService::watch() {
     }
     if (parts_.clock.now() >= tell) {
       tell = parts_.clock.now() + kTell;
-      if (runner_.corrects()) parts_.events.publish(control::Topic::Stream, json());
+      if (runner_.corrects()) parts_.events.publish(control::Topic::Stream, json(), Keep::Passing);
     }
     const TimePoint next = parts_.clock.now() + kLook;
     co_await parts_.clock.sleep_until(next);

@@ -225,21 +225,48 @@ void Session::see_events() {
 
 // Writing.
 
-std::string Session::next_batch() {
+asio::awaitable<std::string> Session::next_batch() {
   std::string batch = std::exchange(outgoing_, {});
-  if (!subscription_ || finishing_) return batch;
+  if (!subscription_ || finishing_) co_return batch;
+  if (batch.empty()) batch = co_await read_missed();
+  if (!subscription_ || finishing_) co_return batch;
   EventBus::Taken taken = subscription_->take(kEventsPerBatch);
   for (std::size_t i = 0; i < taken.lines.size(); ++i) {
     const bool after_gap = i == 0 && !taken.dropped.empty();
     batch += after_gap ? control::event_after_drops(*taken.lines[i], taken.dropped) : *taken.lines[i];
   }
   for (const auto& [topic, count] : taken.dropped) context_->dropped_events[topic] += count;
-  return batch;
+  co_return batch;
+}
+
+/// What the subscription missed and the archive has: the next part of it, with replies that came meanwhile.
+asio::awaitable<std::string> Session::read_missed() {
+  std::string batch;
+  while (batch.empty() && subscription_ && !finishing_) {
+    const auto missed = subscription_->missed();
+    if (!missed) break;
+    const std::uint64_t subscription = subscriptions_;
+    auto job = [archive = context_->parts.events.archive(), missed] {
+      return archive->events(missed->topics, missed->first, missed->end);
+    };
+    auto page = co_await context_->parts.worker.ask(job);
+    // By then it may be another's, or nobody's.
+    if (!subscription_ || subscription != subscriptions_) break;
+    if (!page) {
+      context_->parts.warn("control: " + page.error().detail);
+      dismiss({ErrorCode::Internal, "closed: what was missed cannot be read: " + page.error().detail});
+      break;
+    }
+    subscription_->go_on_from(page->next);
+    for (const KeptEvent& event : page->events)
+      batch += control::encode_event_text(event.seq, event.time, event.topic, event.data);
+  }
+  co_return batch + std::exchange(outgoing_, {});
 }
 
 asio::awaitable<void> Session::write_lines() {
   while (true) {
-    const std::string batch = next_batch();
+    const std::string batch = co_await next_batch();
     if (batch.empty()) {
       if (finishing_) {
         auto farewell =

@@ -110,12 +110,14 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Answers with the number under which the call goes on.
   Result begin_job(control::Request request);
   Result job(const boost::json::object& params) const;
-  Result subscribe(const boost::json::object& params);
+  boost::asio::awaitable<Result> subscribe(boost::json::object params);
+  boost::asio::awaitable<StoreResult<std::vector<EventGap>>> gaps_behind(std::uint64_t last_seen);
   Result unsubscribe(const boost::json::object& params);
 
   std::optional<drivers::TimePoint> deadline() const;
   void see_events();
-  std::string next_batch();
+  boost::asio::awaitable<std::string> next_batch();
+  boost::asio::awaitable<std::string> read_missed();
   void send(std::string line);
   /// Sends an error that belongs to no request, and closes once it is written.
   void dismiss(control::RpcError error);
@@ -136,6 +138,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::array<char, 4096> input_{};
   std::string outgoing_;  ///< replies not yet written
   std::unique_ptr<EventBus::Subscription> subscription_;
+  std::uint64_t subscriptions_ = 0;  ///< that there were
   drivers::TimePoint connected_;
   drivers::TimePoint last_request_;
   std::optional<std::chrono::seconds> heartbeat_{};  ///< within which the client says that it is there

@@ -56,8 +56,8 @@ Session::Result discover(const json::object& params) {
 asio::awaitable<Session::Result> ask_cell(std::shared_ptr<SessionContext> context, Caller caller,
                                           std::string from, control::Request request) {
   if (is_command(request)) {
-    Session::Result result = co_await context->commands->carry_out(std::move(caller), std::move(from),
-                                                                   std::move(request));
+    Session::Result result =
+        co_await context->commands->carry_out(std::move(caller), std::move(from), std::move(request));
     co_return result;
   }
   Session::Result result = co_await context->commands->call_cell(
@@ -69,9 +69,9 @@ asio::awaitable<Session::Result> ask_cell(std::shared_ptr<SessionContext> contex
 
 const std::set<std::string, std::less<>>& Session::own_methods() {
   static const std::set<std::string, std::less<>> kMethods{
-      "session.challenge",  "session.hello",   "session.ping", "system.info", "events.subscribe",
-      "events.unsubscribe", "rpc.discover",    "control.get",  "control.acquire",
-      "control.release",    "control.takeover", "audit.list",  "job.get"};
+      "session.challenge",  "session.hello", "session.ping", "system.info",     "events.subscribe",
+      "events.unsubscribe", "rpc.discover",  "control.get",  "control.acquire", "control.release",
+      "control.takeover",   "audit.list",    "job.get"};
   return kMethods;
 }
 
@@ -94,7 +94,10 @@ asio::awaitable<Session::Result> Session::call(control::Request request) {
   if (auto refused = forbidden(request.method)) co_return std::unexpected(*refused);
   if (request.method == "session.ping") co_return ping(request.params);
   if (request.method == "system.info") co_return system_info(request.params);
-  if (request.method == "events.subscribe") co_return subscribe(request.params);
+  if (request.method == "events.subscribe") {
+    Result subscribed = co_await subscribe(std::move(request.params));
+    co_return subscribed;
+  }
   if (request.method == "events.unsubscribe") co_return unsubscribe(request.params);
   if (request.method == "rpc.discover") co_return discover(request.params);
   if (request.method == "control.get") co_return context_->commands->who_has_control(request.params);
@@ -140,8 +143,8 @@ Session::Result Session::job(const json::object& params) const {
   if (auto error = read.finish()) return std::unexpected(*error);
   auto known = context_->jobs->find(id, caller_.name);
   if (known) return *std::move(known);
-  return std::unexpected(RpcError{ErrorCode::NotFound, "no such job of " + caller_.name +
-                                                           "; ended ones are kept for ten minutes"});
+  return std::unexpected(RpcError{
+      ErrorCode::NotFound, "no such job of " + caller_.name + "; ended ones are kept for ten minutes"});
 }
 
 // Hello.
@@ -247,12 +250,11 @@ Session::Result Session::system_info(const json::object& params) const {
   return info;
 }
 
-Session::Result Session::subscribe(const json::object& params) {
+asio::awaitable<Session::Result> Session::subscribe(json::object params) {
   EventBus& events = context_->parts.events;
-  const std::uint64_t next = events.next_seq();
   ParamReader read{params};
   const auto names = read.texts("topics");
-  const auto after = read.integer("after", 0, static_cast<std::int64_t>(next) - 1);
+  const auto after = read.integer("after", 0, static_cast<std::int64_t>(events.next_seq()) - 1);
   std::set<control::Topic> topics;
   if (!names) {
     for (const auto& [name, topic] : control::kTopics) topics.insert(topic);
@@ -262,23 +264,44 @@ Session::Result Session::subscribe(const json::object& params) {
     if (topic) topics.insert(*topic);
     if (!topic) read.fail("topics", "no topic \"" + name + "\"");
   }
-  if (auto error = read.finish()) return std::unexpected(*error);
+  if (auto error = read.finish()) co_return std::unexpected(*error);
 
-  const std::uint64_t last_seen = after ? static_cast<std::uint64_t>(*after) : next - 1;
+  subscription_.reset();
+  const std::uint64_t last_seen = after ? static_cast<std::uint64_t>(*after) : events.next_seq() - 1;
+  auto gaps = co_await gaps_behind(last_seen);
+  if (!gaps) co_return std::unexpected(RpcError{ErrorCode::Internal, gaps.error().detail});
+  // Of one moment, from here on.
+  const std::uint64_t next = events.next_seq();
   const std::uint64_t oldest = events.oldest_seq();
   const auto wake = [weak = weak_from_this(), executor = connection_->executor()] {
     asio::post(executor, [weak] {
       if (const auto self = weak.lock()) self->see_events();
     });
   };
-  subscription_.reset();
-  subscription_ = events.subscribe(topics, last_seen, wake);
-  json::array subscribed;
+  subscription_ = events.subscribe(topics, after ? last_seen : next - 1, wake);
+  ++subscriptions_;
+  json::array subscribed, missing;
   for (const control::Topic topic : topics) subscribed.emplace_back(view(control::name(topic)));
-  return json::object{{"topics", std::move(subscribed)},
-                      {"next", next},
-                      {"oldest", oldest},
-                      {"complete", last_seen + 1 >= oldest}};
+  for (const EventGap& gap : *gaps)
+    missing.push_back(json::object{{"first", gap.first}, {"last", gap.last}, {"reason", gap.reason}});
+  co_return json::object{{"topics", std::move(subscribed)},
+                         {"next", next},
+                         {"oldest", oldest},
+                         {"complete", gaps->empty()},
+                         {"missing", std::move(missing)}};
+}
+
+/// Numbers after `last_seen` of which something may be missing.
+asio::awaitable<StoreResult<std::vector<EventGap>>> Session::gaps_behind(std::uint64_t last_seen) {
+  const EventBus& events = context_->parts.events;
+  const std::uint64_t first = last_seen + 1, oldest = events.oldest_seq();
+  if (first >= oldest) co_return std::vector<EventGap>{};
+  if (!events.archive()) co_return std::vector{EventGap{first, oldest - 1, "no longer kept"}};
+  auto job = [archive = events.archive(), first, oldest] { return archive->event_gaps(first, oldest); };
+  auto gaps = co_await context_->parts.worker.ask(job);
+  const std::vector<EventGap> not_yet_told = events.unwritten(0).gaps;
+  if (gaps) gaps->insert(gaps->end(), not_yet_told.begin(), not_yet_told.end());
+  co_return gaps;
 }
 
 Session::Result Session::ping(const json::object& params) const {

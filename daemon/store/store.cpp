@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "daemon/store/sqlite.hpp"
+#include "daemon/store/store_impl.hpp"
 #include "proto/text/digest.hpp"
 
 namespace truepose::daemon {
@@ -19,7 +20,7 @@ using sqlite::Statement;
 using sqlite::Transaction;
 
 constexpr std::int64_t kApplicationId = 0x54505345;  // "TPSE", so that `file` and we know our own
-constexpr std::int64_t kSchemaVersion = 7;
+constexpr std::int64_t kSchemaVersion = 8;
 
 // Lists of joints are JSON text with every digit: a person can read them, json_each() too.
 constexpr const char* kSchema1 = R"sql(
@@ -189,6 +190,16 @@ CREATE TRIGGER model_activated AFTER UPDATE OF active ON model WHEN NEW.active=1
   BEGIN INSERT INTO activation (model_id) VALUES (NEW.id); END;
 )sql";
 
+// A campaign may be an identification of the points of another. `validate` lists the poses that validate there
+// (JSON); NULL: those that were measured to.
+constexpr const char* kIdentificationSchema = R"sql(
+CREATE TABLE identification (
+  id        TEXT PRIMARY KEY REFERENCES campaign (id),
+  points_of TEXT NOT NULL REFERENCES campaign (id),
+  validate  TEXT CHECK (json_valid(validate))
+) STRICT;
+)sql";
+
 constexpr const char* kDeactivate = "UPDATE model SET active=0 WHERE active=1";
 
 // Poses are numbered from 1; the database has counted them from 0 since its first version.
@@ -224,6 +235,19 @@ std::optional<JointVector> joints(std::string_view text) {
     at = rest == end ? end : rest + 1;
   }
   return q;
+}
+
+/// Of "[1,2]"; nothing of any other text.
+std::optional<std::vector<int>> whole_numbers(std::string_view text) {
+  if (!text.starts_with('[') || !text.ends_with(']')) return std::nullopt;
+  std::vector<int> numbers;
+  const char* const end = text.data() + text.size() - 1;
+  for (const char* at = text.data() + 1; at < end;) {
+    const auto [rest, error] = std::from_chars(at, end, numbers.emplace_back());
+    if (error != std::errc{} || (rest != end && *rest != ',')) return std::nullopt;
+    at = rest == end ? end : rest + 1;
+  }
+  return numbers;
 }
 
 bool finite(const StoredPoint& point) {
@@ -281,11 +305,6 @@ StoreResult<std::optional<Record>> first(Statement query, Record (*of)(const Sta
   return of(query);
 }
 
-/// Says which operation failed.
-StoreError in(std::string_view operation, const StoreError& error) {
-  return {std::string{operation} + ": " + error.detail, error.may_pass};
-}
-
 StoreResult<void> prepare_connection(Database& database) {
   // FULL: a commit that returned survives a power cut, which NORMAL does not promise in WAL mode.
   return database.execute(
@@ -333,42 +352,52 @@ StoreResult<void> migrate(Database& database, const std::string& file) {
   if (*version < 5) steps += kSchema5;
   if (*version < 6) steps += kSchema6;
   if (*version < 7) steps += kSchema7;
+  if (*version < 8) steps += kEventSchema + std::string{kIdentificationSchema};
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
+}
+
+/// One whose file is whole.
+StoreResult<std::unique_ptr<Database>> open_checked(std::string_view operation, const std::string& file) {
+  StoreResult<std::unique_ptr<Database>> database = Database::open(file);
+  if (!database) return std::unexpected(in(operation, database.error()));
+  StoreResult<void> good = prepare_connection(**database);
+  if (good) good = unharmed(**database, file);
+  if (!good) return std::unexpected(in(operation, good.error()));
+  return database;
 }
 
 }  // namespace
 
-struct Store::Impl {
-  std::unique_ptr<Database> database;
-
-  Statement inserted(const ModelRecord& m) {
-    Statement insert = database->prepare("INSERT INTO model VALUES (?,?,?,?,?,?,?,0,?,?)");
-    insert.bind(m.id).bind(m.created).bind(m.campaign_id).bind(m.robot_serial).bind(m.yaml);
-    insert.bind(m.validation_before_mm).bind(m.validation_after_mm);
-    insert.bind(m.largest_correction_deg).bind(text::sha256_hex(m.yaml));
-    return insert;
+void let_validate(const std::vector<int>& poses, std::vector<StoredPoint>& points) {
+  for (StoredPoint& point : points) {
+    if (point.purpose != PointPurpose::Identify && point.purpose != PointPurpose::Validate) continue;
+    point.purpose = std::ranges::find(poses, point.pose) != poses.end() ? PointPurpose::Validate : PointPurpose::Identify;
   }
-  Statement activated(const std::string& id) {
-    Statement update = database->prepare("UPDATE model SET active=1 WHERE id=?");
-    update.bind(id);
-    return update;
-  }
+}
 
-  /// Brings what is committed from the log into the file itself, so that the file alone is the whole store.
-  /// Where somebody reads at that moment it is left to the next time: it is on the disk either way.
-  void gather() { static_cast<void>(database->value("PRAGMA wal_checkpoint(TRUNCATE)")); }
+Statement Store::Impl::inserted(const ModelRecord& m) {
+  Statement insert = database->prepare("INSERT INTO model VALUES (?,?,?,?,?,?,?,0,?,?)");
+  insert.bind(m.id).bind(m.created).bind(m.campaign_id).bind(m.robot_serial).bind(m.yaml);
+  insert.bind(m.validation_before_mm).bind(m.validation_after_mm);
+  insert.bind(m.largest_correction_deg).bind(text::sha256_hex(m.yaml));
+  return insert;
+}
 
-  /// Runs statements as one transaction: on the disk, or not at all.
-  StoreResult<void> commit(std::string_view operation, const std::vector<Statement*>& statements) {
-    StoreResult<Transaction> transaction = Transaction::begin(*database);
-    if (!transaction) return std::unexpected(in(operation, transaction.error()));
-    StoreResult<void> result;
-    for (std::size_t i = 0; result && i < statements.size(); ++i) result = statements[i]->run();
-    if (result) result = transaction->commit();
-    if (!result) return std::unexpected(in(operation, result.error()));
-    return {};
-  }
-};
+Statement Store::Impl::activated(const std::string& id) {
+  Statement update = database->prepare("UPDATE model SET active=1 WHERE id=?");
+  update.bind(id);
+  return update;
+}
+
+StoreResult<void> Store::Impl::commit(std::string_view operation, const std::vector<Statement*>& statements) {
+  StoreResult<Transaction> transaction = Transaction::begin(*database);
+  if (!transaction) return std::unexpected(in(operation, transaction.error()));
+  StoreResult<void> result;
+  for (std::size_t i = 0; result && i < statements.size(); ++i) result = statements[i]->run();
+  if (result) result = transaction->commit();
+  if (!result) return std::unexpected(in(operation, result.error()));
+  return {};
+}
 
 Store::Store(std::unique_ptr<Impl> impl) : impl_{std::move(impl)} {}
 Store::Store(Store&&) noexcept = default;
@@ -377,18 +406,33 @@ Store::~Store() = default;
 
 StoreResult<Store> Store::open(const std::filesystem::path& file) {
   constexpr std::string_view kOperation = "opening the store";
-  StoreResult<std::unique_ptr<Database>> database = Database::open(file.string());
-  if (!database) return std::unexpected(in(kOperation, database.error()));
-  const StoreResult<void> prepared = prepare_connection(**database);
-  if (!prepared) return std::unexpected(in(kOperation, prepared.error()));
-  const StoreResult<void> check = unharmed(**database, file.string());
-  if (!check) return std::unexpected(in(kOperation, check.error()));
+  StoreResult<std::unique_ptr<Database>> database = open_checked(kOperation, file.string());
+  if (!database) return std::unexpected(database.error());
   StoreResult<Transaction> transaction = Transaction::begin(**database);
   if (!transaction) return std::unexpected(in(kOperation, transaction.error()));
   StoreResult<void> migrated = migrate(**database, file.string());
   if (migrated) migrated = transaction->commit();
   if (!migrated) return std::unexpected(in(kOperation, migrated.error()));
-  return Store{std::make_unique<Impl>(Impl{std::move(*database)})};
+  return Store{std::make_unique<Impl>(Impl{file, std::move(*database)})};
+}
+
+StoreResult<Store> Store::open_to_read(const std::filesystem::path& file) {
+  constexpr std::string_view kOperation = "reading the store";
+  StoreResult<std::unique_ptr<Database>> database = Database::open_to_read(file.string());
+  if (!database) return std::unexpected(in(kOperation, database.error()));
+  const StoreResult<void> patient = (*database)->execute("PRAGMA busy_timeout=2000");
+  if (!patient) return std::unexpected(in(kOperation, patient.error()));
+  const StoreResult<int> version = known_version(**database, file.string());
+  if (!version) return std::unexpected(in(kOperation, version.error()));
+  if (*version == 0) return std::unexpected(in(kOperation, {file.string() + ": nothing is in it"}));
+  if (*version < kSchemaVersion) {
+    StoreResult<std::unique_ptr<Database>> copy = Database::copy_in_memory(**database);
+    if (!copy) return std::unexpected(in(kOperation, copy.error()));
+    database = *std::move(copy);
+    const StoreResult<void> migrated = migrate(**database, file.string());
+    if (!migrated) return std::unexpected(in(kOperation, migrated.error()));
+  }
+  return Store{std::make_unique<Impl>(Impl{file, *std::move(database)})};
 }
 
 StoreResult<void> Store::examine(const std::filesystem::path& file) {
@@ -402,6 +446,39 @@ StoreResult<void> Store::examine(const std::filesystem::path& file) {
   return {};
 }
 
+StoreResult<StoreBackup> Store::begin_backup(const std::filesystem::path& file) {
+  return StoreBackup::begin(*impl_->database, file);
+}
+
+StoreResult<void> Store::begin_new_life(std::uint64_t beyond) {
+  Statement disarm = impl_->database->prepare("DELETE FROM armed");
+  Statement number = impl_->database->prepare("UPDATE event_number SET last=max(last, ?)");
+  number.bind(static_cast<std::int64_t>(beyond));
+  return impl_->commit("beginning anew with a copy", {&disarm, &number});
+}
+
+StoreResult<std::uint64_t> Store::last_event_number() {
+  Statement query = impl_->database->prepare("SELECT last FROM event_number");
+  const StoreResult<bool> row = query.step();
+  if (!row) return std::unexpected(row.error());
+  return static_cast<std::uint64_t>(query.integer(0));
+}
+
+StoreResult<void> Store::try_again() {
+  constexpr std::string_view kOperation = "trying the store again";
+  if (impl_->database->device_error()) {
+    // The old connection goes only once there is another.
+    StoreResult<std::unique_ptr<Database>> database = open_checked(kOperation, impl_->file.string());
+    if (!database) return std::unexpected(database.error());
+    impl_->database = *std::move(database);
+  }
+  // That what is in the log fits into the file, and that there is room for more.
+  const StoreResult<std::string> gathered = impl_->database->value("PRAGMA wal_checkpoint(TRUNCATE)");
+  if (!gathered) return std::unexpected(in(kOperation, gathered.error()));
+  Statement write = impl_->database->prepare("UPDATE event_number SET last=last");
+  return impl_->commit(kOperation, {&write});
+}
+
 StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
   Statement insert = impl_->database->prepare("INSERT INTO campaign VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
   insert.bind(c.id)
@@ -413,7 +490,11 @@ StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
       .bind(c.robot_serial);
   insert.bind(c.tracker_model).bind(c.tracker_serial).bind(c.model_id).bind(c.document).bind(c.kind);
   insert.bind(c.started_by).bind(c.note);
-  return impl_->commit("beginning campaign " + c.id, {&insert});
+  const std::string operation = "beginning campaign " + c.id;
+  if (c.points_of.empty()) return impl_->commit(operation, {&insert});
+  Statement name = impl_->database->prepare("INSERT INTO identification VALUES (?, ?, nullif(?, ''))");
+  name.bind(c.id).bind(c.points_of).bind(c.validate ? array_text(*c.validate) : "");
+  return impl_->commit(operation, {&insert, &name});
 }
 
 StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredPoint& p) {
@@ -477,33 +558,67 @@ StoreResult<int> Store::fail_interrupted(const std::string& ended) {
 }
 
 StoreResult<std::vector<CampaignRecord>> Store::campaigns() {
-  return all<CampaignRecord>(
+  auto records = all<CampaignRecord>(
       impl_->database->prepare("SELECT id, started, ended, state, reason, robot_model, robot_serial, "
                                "tracker_model, tracker_serial, model_id, '', kind, started_by, note"
                                " FROM campaign ORDER BY rowid DESC"),
       campaign_of);
+  if (!records) return records;
+  for (CampaignRecord& record : *records) {
+    const StoreResult<void> named = impl_->name_source(record);
+    if (!named) return std::unexpected(named.error());
+  }
+  return records;
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::campaign(const std::string& id) {
   Statement query = impl_->database->prepare("SELECT * FROM campaign WHERE id=?");
   query.bind(id);
-  return first<CampaignRecord>(std::move(query), campaign_of);
+  return impl_->one_campaign(std::move(query));
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::last_campaign() {
-  return first<CampaignRecord>(impl_->database->prepare("SELECT * FROM campaign ORDER BY rowid DESC LIMIT 1"),
-                               campaign_of);
+  return impl_->one_campaign(
+      impl_->database->prepare("SELECT * FROM campaign ORDER BY rowid DESC LIMIT 1"));
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::last_calibration() {
-  return first<CampaignRecord>(
+  return impl_->one_campaign(
       impl_->database->prepare("SELECT * FROM campaign WHERE kind='calibration' AND state='done' "
-                               "ORDER BY rowid DESC LIMIT 1"),
-      campaign_of);
+                               "ORDER BY rowid DESC LIMIT 1"));
+}
+
+StoreResult<std::optional<CampaignRecord>> Store::Impl::one_campaign(Statement query) {
+  auto record = first<CampaignRecord>(std::move(query), campaign_of);
+  if (!record || !*record) return record;
+  const StoreResult<void> named = name_source(**record);
+  if (!named) return std::unexpected(named.error());
+  return record;
+}
+
+StoreResult<void> Store::Impl::name_source(CampaignRecord& record) {
+  Statement query = database->prepare("SELECT points_of, coalesce(validate, '') FROM identification WHERE id=?");
+  query.bind(record.id);
+  const StoreResult<bool> row = query.step();
+  if (!row) return std::unexpected(row.error());
+  if (!*row) return {};
+  record.points_of = query.text(0);
+  record.validate = whole_numbers(query.text(1));
+  return {};
 }
 
 StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_id) {
-  Statement query = impl_->database->prepare(
+  CampaignRecord of;
+  of.id = campaign_id;
+  const StoreResult<void> named = impl_->name_source(of);
+  if (!named) return std::unexpected(named.error());
+  auto points = impl_->measured(of.points_of.empty() ? campaign_id : of.points_of);
+  if (points && of.validate) let_validate(*of.validate, *points);
+  return points;
+}
+
+StoreResult<std::vector<StoredPoint>> Store::Impl::measured(const std::string& campaign_id) {
+  Statement query = database->prepare(
       "SELECT pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, y_mm, z_mm, std_x_mm, "
       "std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time FROM point WHERE "
       "campaign_id=? ORDER BY number");
@@ -600,17 +715,6 @@ StoreResult<std::string> Store::armed_since() {
   const StoreResult<bool> row = query.step();
   if (!row) return std::unexpected(row.error());
   return *row ? query.text(0) : std::string{};
-}
-
-StoreResult<std::uint64_t> Store::reserve_event_numbers(std::uint64_t count) {
-  Statement add = impl_->database->prepare("UPDATE event_number SET last=last+?");
-  add.bind(static_cast<std::int64_t>(count));
-  const StoreResult<void> reserved = impl_->commit("reserving event numbers", {&add});
-  if (!reserved) return std::unexpected(reserved.error());
-  Statement query = impl_->database->prepare("SELECT last FROM event_number");
-  const StoreResult<bool> row = query.step();
-  if (!row) return std::unexpected(row.error());
-  return static_cast<std::uint64_t>(query.integer(0)) - count + 1;
 }
 
 }  // namespace truepose::daemon

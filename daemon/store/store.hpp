@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <expected>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -10,15 +9,11 @@
 #include <vector>
 
 #include "core/identify/measurement.hpp"
+#include "daemon/store/backup.hpp"
+#include "daemon/store/event_archive.hpp"
+#include "daemon/store/store_error.hpp"
 
 namespace truepose::daemon {
-
-struct StoreError {
-  std::string detail;     ///< what SQLite said, in which operation, on which file
-  bool may_pass = false;  ///< waiting may help: a full disk, a file that somebody else writes
-};
-template <typename T>
-using StoreResult = std::expected<T, StoreError>;
 
 /// Why a planned pose has no point.
 struct SkippedPose {
@@ -53,6 +48,9 @@ struct StoredPoint {
   std::string time;  ///< RFC 3339
 };
 
+/// Lets these poses validate, and identify the others that were measured to either.
+void let_validate(const std::vector<int>& poses, std::vector<StoredPoint>& points);
+
 struct CampaignRecord {
   std::string id;                    ///< UUID
   std::string kind = "calibration";  ///< or "drift", "targets", "iso9283"
@@ -65,6 +63,9 @@ struct CampaignRecord {
   std::string document;  ///< the calibration document (JSON), or empty
   std::string started_by{};  ///< the name of who did; empty: not known
   std::string note{};        ///< his words for it, or empty
+  std::string points_of{};  ///< the campaign whose points were identified anew; empty: its own
+  std::optional<std::vector<int>>
+      validate{};  ///< of an identification: the poses that validate in it; none: as measured
 };
 
 struct ModelRecord {
@@ -82,18 +83,35 @@ struct ModelRecord {
 };
 
 /// The cell's memory: one SQLite file (WAL, synchronous=FULL). A call that returned without an error is on
-/// the disk. After a failed write or sync nothing more is taken until the file is opened, and so checked,
-/// again: what the kernel still has of it is unknown. A full disk is no such failure; it may be tried again.
+/// the disk. After a failed write or sync nothing more is taken until try_again(): what the kernel still has
+/// of it is unknown. A full disk is no such failure; any call may be tried again.
 /// Not thread-safe: owned by the store thread. UUIDs and times are the caller's.
-class Store {
+class Store final : public EventArchive {
  public:
   /// Opens or makes the file, checks it and brings its schema up to date.
   static StoreResult<Store> open(const std::filesystem::path& file);
+  /// Opens an existing file to read what is in it, while a daemon has it open too. One of an older version is
+  /// read into memory. Changes nothing in it.
+  static StoreResult<Store> open_to_read(const std::filesystem::path& file);
   /// Whether open() would take an existing file. Changes nothing in it.
   static StoreResult<void> examine(const std::filesystem::path& file);
   Store(Store&&) noexcept;
   Store& operator=(Store&&) noexcept;
-  ~Store();
+  ~Store() override;
+
+  /// Begins a copy of the store as it is when the last step of it is done.
+  /// @param file  where it is to be
+  StoreResult<StoreBackup> begin_backup(const std::filesystem::path& file);
+  /// Makes a copy of a store, or an old one, the one of today: the stream is not armed, and events have numbers
+  /// that no daemon has given.
+  /// @param beyond  the last number that may have been given
+  StoreResult<void> begin_new_life(std::uint64_t beyond);
+  /// The last number that was reserved for events.
+  StoreResult<std::uint64_t> last_event_number();
+
+  /// After a failure: opens the file anew, and so checks it, where its device failed, and writes to it.
+  /// @return whether it can be used again
+  StoreResult<void> try_again();
 
   StoreResult<void> begin_campaign(const CampaignRecord& campaign);
   StoreResult<void> add_point(const std::string& campaign_id, const StoredPoint& point);
@@ -108,6 +126,7 @@ class Store {
   StoreResult<std::optional<CampaignRecord>> campaign(const std::string& id);
   StoreResult<std::optional<CampaignRecord>> last_campaign();     ///< begun
   StoreResult<std::optional<CampaignRecord>> last_calibration();  ///< begun, of those that were done
+  /// Of an identification those of the campaign that it is of, with the purpose that they have in it.
   StoreResult<std::vector<StoredPoint>> points(const std::string& campaign_id);
   StoreResult<std::vector<SkippedPose>> skipped(const std::string& campaign_id);
 
@@ -124,13 +143,25 @@ class Store {
   StoreResult<void> keep_armed(const std::string& since);
   StoreResult<std::string> armed_since();
 
-  /// Keeps the last sequence number of events, so that it never repeats over restarts.
+  /// Reserves numbers of events, so that none repeats over restarts.
   /// @return the first of `count` numbers (from 1 on) that were never given before
   StoreResult<std::uint64_t> reserve_event_numbers(std::uint64_t count);
+  /// The same at the start of a daemon: what the one before it may not have kept is a gap from now on.
+  StoreResult<std::uint64_t> begin_events(std::uint64_t count);
+  StoreResult<void> keep_events(const EventBatch& batch) override;
+  /// The last ones: nothing is missing behind them.
+  StoreResult<void> end_events(const EventBatch& batch);
+  StoreResult<EventPage> events(const std::set<control::Topic>& topics, std::uint64_t first,
+                                std::uint64_t end) override;
+  StoreResult<std::vector<EventGap>> event_gaps(std::uint64_t first, std::uint64_t end) override;
+  StoreResult<bool> prune_events(const std::string& before) override;
 
  private:
   struct Impl;
   explicit Store(std::unique_ptr<Impl> impl);
+  StoreResult<std::uint64_t> first_reserved(std::uint64_t count);
+  StoreResult<void> keep_events(const EventBatch& batch, std::string_view mark);
+  StoreResult<bool> forget_events(const std::string& which, const std::string& before);
   std::unique_ptr<Impl> impl_;
 };
 

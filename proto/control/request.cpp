@@ -142,8 +142,15 @@ std::string encode_notification(std::string_view method, const json::object& par
 }
 
 std::string encode_event(std::uint64_t seq, std::string_view time, Topic topic, const json::value& data) {
-  json::object params{{"seq", seq}, {"time", view(time)}, {"topic", view(name(topic))}, {"data", data}};
-  return encode_notification("event", params);
+  return encode_event_text(seq, time, topic, json_text(data));
+}
+
+std::string encode_event_text(std::uint64_t seq, std::string_view time, Topic topic, std::string_view data) {
+  std::string line = R"({"jsonrpc":"2.0","method":"event","params":{"seq":)" + std::to_string(seq);
+  line += R"(,"time":)" + json_text(json::value(view(time)));
+  line += R"(,"topic":)" + json_text(json::value(view(name(topic))));
+  (line += R"(,"data":)") += data;
+  return line += "}}\n";
 }
 
 std::string event_after_drops(std::string_view event_line, const Dropped& dropped) {

@@ -86,6 +86,8 @@ std::string encode_notification(std::string_view method, const boost::json::obje
 /// @param time  RFC 3339
 std::string encode_event(std::uint64_t seq, std::string_view time, Topic topic,
                          const boost::json::value& data);
+/// The same of data that are JSON text already, on one line.
+std::string encode_event_text(std::uint64_t seq, std::string_view time, Topic topic, std::string_view data);
 
 /// How many events a client did not get, by their topics.
 using Dropped = std::map<Topic, std::uint64_t>;

@@ -587,6 +587,24 @@ TEST_F(CampaignTest, AStoreThatFailsEndsTheCampaignAtOnce) {
   EXPECT_EQ(observer.deviations_mm.size(), 5U);
 }
 
+TEST_F(CampaignTest, AStoreWithoutRoomPausesTheCampaignWhichKeepsItsPointAndGoesOn) {
+  journal.fail_at_point = 5;
+  start();
+  journal.full = true;
+  int tries = 0;
+  observer.at_pause = [this, &tries] {
+    EXPECT_EQ(journal.points.size(), 5U);
+    if (++tries == 2) journal.fail_at_point = -1;
+    at(clock.now() - TimePoint{} + std::chrono::minutes{10}, [this] { campaign->resume(); });
+  };
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  EXPECT_EQ(tries, 2);
+  EXPECT_THAT(observer.pauses.front(), HasSubstr("with the last point in memory: database or disk is full"));
+  EXPECT_EQ(journal.points.size(), (**outcome)->points.size());
+  for (std::size_t i = 1; i < journal.points.size(); ++i) EXPECT_NE(journal.points[i].pose, journal.points[i - 1].pose);
+}
+
 TEST_F(CampaignTest, DoesNotCompensateWithACalibrationThatIsNoBetterThanTheDataSheet) {
   truth.truth.robot = truth.nominal;
   truth.noise.range_mm = truth.noise.transverse_mm = 0.5;

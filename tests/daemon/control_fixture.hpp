@@ -101,6 +101,36 @@ class FakeCell : public CellService {
   std::string doing_ = "nothing";
 };
 
+/// What an earlier daemon has kept. Used by the worker's thread once the server runs.
+struct MemoryArchive final : EventArchive {
+  StoreResult<void> keep_events(const EventBatch&) override { return {}; }
+  StoreResult<EventPage> events(const std::set<control::Topic>& topics, std::uint64_t first,
+                                std::uint64_t end) override {
+    if (broken) return std::unexpected(StoreError{"cell.db: disk I/O error"});
+    EventPage page{.events = {}, .next = end};
+    for (const KeptEvent& event : kept) {
+      if (event.seq < first || event.seq >= end) continue;
+      // Two at a time, so that there are several parts.
+      if (page.events.size() == 2) return page;
+      if (topics.contains(event.topic)) page.events.push_back(event);
+      page.next = event.seq + 1;
+    }
+    page.next = end;
+    return page;
+  }
+  StoreResult<std::vector<EventGap>> event_gaps(std::uint64_t first, std::uint64_t end) override {
+    std::vector<EventGap> found;
+    for (const EventGap& gap : gaps)
+      if (gap.last >= first && gap.first < end) found.push_back(gap);
+    return found;
+  }
+  StoreResult<bool> prune_events(const std::string&) override { return false; }
+
+  std::vector<KeptEvent> kept{};
+  std::vector<EventGap> gaps{{1, 999, "not kept then"}};
+  bool broken = false;
+};
+
 /// A client that blocks, whatever carries its lines.
 class ProtocolClient {
  public:
@@ -262,8 +292,10 @@ class ControlServerTest : public testing::Test {
   }
 
   TempFolder folder_;
+  MemoryArchive archive_;
   EventBus events_{{.first = 1000, .end = 1'000'000, .request_more = {}},
-                   [] { return std::chrono::system_clock::time_point{}; }};
+                   [] { return std::chrono::system_clock::time_point{}; },
+                   &archive_};
   ManualClock clock_;
   std::chrono::system_clock::time_point wall_{};
   std::optional<config::TlsConfig> tls_;

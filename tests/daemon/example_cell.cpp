@@ -105,7 +105,7 @@ asio::awaitable<daemon::StoreResult<void>> MemoryJournal::begin(daemon::Identiti
 asio::awaitable<daemon::StoreResult<daemon::StoredPoint>> MemoryJournal::add_point(
     daemon::StoredPoint point) {
   if (static_cast<int>(points.size()) == fail_at_point) {
-    co_return std::unexpected(daemon::StoreError{"database or disk is full"});
+    co_return std::unexpected(daemon::StoreError{"database or disk is full", full});
   }
   points.push_back(point);
   co_return point;

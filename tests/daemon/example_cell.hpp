@@ -38,6 +38,7 @@ struct MemoryJournal final : daemon::CampaignJournal {
   std::shared_ptr<const daemon::CampaignResult> result;
   std::optional<daemon::CampaignError> error;
   int fail_at_point = -1;  ///< this call of add_point fails
+  bool full = false;       ///< as for want of room, until it is no longer
 };
 
 /// Remembers what a campaign told, and calls back at each point.

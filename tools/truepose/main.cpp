@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
        drift_command(),     experiment_command(), export_command(),      fk_command(),
        iso9283_command(),   kuka_commands(),      kuka_write_command(),  kuka_lint_command(),
        listen_command(),    plan_command(),       replay_command(),      robot_commands(),
+       restore_command(),
        robot_fix_command(), tls_commands(),       tls_init_command(),    tls_client_command(),
        tool_command()});
   line.commands.push_back(audit_verify_command());  // behind its group, which is the daemon's

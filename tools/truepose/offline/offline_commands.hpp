@@ -29,6 +29,7 @@ Command plan_command();
 Command robot_commands();
 Command robot_fix_command();  ///< nothing was found, or nothing that can be mended
 Command replay_command();     ///< a driver or the stream does something else than when it was recorded
+Command restore_command();    ///< the copy cannot be used, or a daemon has the store
 Command tls_commands();
 Command tls_init_command();
 Command tls_client_command();  ///< its certificate is there already
