@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "config/cell_setup.hpp"
+#include "config/model_file.hpp"
 #include "core/arm/forward.hpp"
 #include "core/compensate/target_compensation.hpp"
 #include "core/judge/calibration_verdict.hpp"
@@ -11,6 +12,7 @@
 #include "core/math/units.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/nest_watch.hpp"
+#include "proto/text/digest.hpp"
 
 namespace truepose::daemon {
 
@@ -28,6 +30,15 @@ std::vector<double> reference_drift_mm(const std::vector<StoredPoint>& points) {
     drift_mm.push_back((point.p_WS_mm - first->p_WS_mm).norm());
   }
   return drift_mm;
+}
+
+/// By which an identification is known again, to the last digit.
+std::string hash_of(const Calibration& calibration) {
+  config::ModelFile file;
+  file.cell = calibration.cell;
+  file.parameters = calibration.parameters;
+  file.covariance = calibration.covariance;
+  return text::sha256_hex(config::model_yaml(file));
 }
 
 class CalibrationCampaign final : public CampaignProcedure {
@@ -67,7 +78,9 @@ CalibrationCampaign::CalibrationCampaign(MeasuringSession& session) : session_{s
 
 CampaignOutcome<void> CalibrationCampaign::run() {
   Done done = co_await plan();
-  if (done) done = co_await warm_up();
+  // One that goes on is warmed up where it does.
+  session_.before_going_on([this] { return warm_up(); });
+  if (done && !session_.resumes()) done = co_await warm_up();
   if (done) done = co_await measure_to_identify();
   if (done) done = co_await measure_to_validate();
   if (done) done = co_await identify();
@@ -88,6 +101,9 @@ CampaignOutcome<void> CalibrationCampaign::plan() {
   for (const JointVector& q : plan.validate)
     validate_.push_back(session_.new_target(PointPurpose::Validate, q, Replacement::Near));
   if (plan.reference) add_reference(*plan.reference);
+  Targets all = identify_;
+  all.insert(all.end(), validate_.begin(), validate_.end());
+  done = co_await session_.keep_plan(std::move(all));
   co_return done;
 }
 
@@ -226,6 +242,8 @@ CampaignOutcome<void> CalibrationCampaign::identify() {
   result.calibration = std::move(calibration);
   result.noise = noise_about_model(result.calibration, data, options.noise);
   result.validation_distances2 = validation_distances2(result.calibration, data, result.noise);
+  Done kept = co_await session_.keep_identified(hash_of(result.calibration));
+  if (!kept) co_return kept;
   co_await judge();
   session_.expect(result.calibration.cell);
   co_return Done{};
@@ -304,6 +322,8 @@ CampaignOutcome<CalibrationCampaign::Targets> CalibrationCampaign::compensate() 
     targets[i].q_commanded = solved[i]->q;
     reachable.push_back(targets[i]);
   }
+  Done kept = co_await session_.keep_plan(reachable);
+  if (!kept) co_return std::unexpected(kept.error());
   co_return reachable;
 }
 

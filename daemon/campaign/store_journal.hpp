@@ -2,8 +2,10 @@
 
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "config/cell_config.hpp"
 #include "config/model_file.hpp"
@@ -21,19 +23,25 @@ class StoreJournal final : public CampaignJournal {
 
   struct Options {
     std::string campaign_id;    ///< UUID
+    std::string order{};        ///< as order_text(): what it is to do, so that it may go on
     std::string model_id;       ///< UUID of the model, should one come of it
     config::CellConfig config;  ///< the campaign's
     std::string_view kind = kCampaignKinds.front();
     bool activate = true;  ///< the model, if it beats the nominal arm on the validation poses
                            ///< and nothing contradicts it
+    std::optional<CampaignRecord> interrupted{};  ///< that goes on; none: one begins
   };
 
   /// @param store_thread  the only one that touches `store`
   StoreJournal(Options options, Store& store, Worker& store_thread, WallClock wall_clock);
 
-  boost::asio::awaitable<StoreResult<void>> begin(Identities identities) override;
+  boost::asio::awaitable<StoreResult<std::string>> begin(int total) override;
+  boost::asio::awaitable<StoreResult<void>> know(Identities identities) override;
+  boost::asio::awaitable<StoreResult<void>> add_planned(std::vector<PlannedPose> poses, int total) override;
   boost::asio::awaitable<StoreResult<StoredPoint>> add_point(StoredPoint point) override;
   boost::asio::awaitable<StoreResult<void>> add_skipped(SkippedPose skipped) override;
+  boost::asio::awaitable<StoreResult<void>> add_identified(std::string sha256) override;
+  boost::asio::awaitable<StoreResult<void>> add_resumption(Resumption resumption) override;
   boost::asio::awaitable<StoreResult<void>> end(std::shared_ptr<const CampaignResult> result,
                                                 std::optional<CampaignError> error) override;
 

@@ -57,6 +57,14 @@ json::object skipped_json(const SkippedPose& skipped) {
   return {{"pose", skipped.pose}, {"reason", skipped.reason}, {"attempts", skipped.attempts}};
 }
 
+json::array interruptions_json(const std::vector<Resumption>& resumptions) {
+  json::array list;
+  for (const Resumption& once : resumptions)
+    list.push_back(
+        json::object{{"interrupted", once.interrupted}, {"resumed", once.resumed}, {"found", once.found}});
+  return list;
+}
+
 json::object point_json(const RobotModel& robot, const StoredPoint& point) {
   return {{"pose", point.pose},
           {"purpose", purpose_name(point.purpose)},
@@ -100,28 +108,6 @@ json::object documents_json(const CampaignRecord& record, bool with_points) {
 
 json::array vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-std::string_view purpose_name(PointPurpose purpose) {
-  switch (purpose) {
-    case PointPurpose::Identify:
-      return "identify";
-    case PointPurpose::Validate:
-      return "validate";
-    case PointPurpose::Reference:
-      return "reference";
-    case PointPurpose::Remeasure:
-      return "remeasure";
-    case PointPurpose::Target:
-      return "target";
-    case PointPurpose::Cycle:
-      return "cycle";
-    case PointPurpose::Nest:
-      return "nest";
-    case PointPurpose::Face1:
-      return "face1";
-  }
-  return "remeasure";
-}
-
 std::vector<Method<CampaignArchive>> CampaignArchive::methods() {
   return {{"campaign.list", &CampaignArchive::list},
           {"campaign.get", &CampaignArchive::get},
@@ -147,7 +133,9 @@ StoreResult<CampaignArchive::Found> CampaignArchive::read(const std::string& id)
   if (!points) return std::unexpected(points.error());
   auto skipped = parts_.store.skipped((*record)->id);
   if (!skipped) return std::unexpected(skipped.error());
-  return Found{**std::move(record), *std::move(points), *std::move(skipped)};
+  auto resumptions = parts_.store.plans().resumptions((*record)->id);
+  if (!resumptions) return std::unexpected(resumptions.error());
+  return Found{**std::move(record), *std::move(points), *std::move(skipped), *std::move(resumptions)};
 }
 
 json::array CampaignArchive::points_json(const std::vector<StoredPoint>& points, std::size_t offset,
@@ -178,6 +166,7 @@ MethodReply CampaignArchive::get(json::object params) {
   co_return json::object{{"campaign", campaign_json(*found->record)},
                          {"progress", running ? current->progress : json::value{}},
                          {"skipped", std::move(skipped)},
+                         {"interruptions", interruptions_json(found->resumptions)},
                          {"drift", documents["drift"]},
                          {"targets", documents["targets"]},
                          {"iso9283", documents["iso9283"]},

@@ -6,11 +6,10 @@
 #include <vector>
 
 #include "daemon/cell/service.hpp"
+#include "daemon/store/campaign_plan.hpp"
 
 namespace truepose::daemon {
 
-/// What a point was measured for, as clients know it.
-std::string_view purpose_name(PointPurpose purpose);
 boost::json::array vector_json(const Eigen::Vector3d& v);
 
 /// The campaigns that the store has, with the one that is under way.
@@ -34,6 +33,7 @@ class CampaignArchive {
     std::optional<CampaignRecord> record;
     std::vector<StoredPoint> points;
     std::vector<SkippedPose> skipped;
+    std::vector<Resumption> resumptions;
   };
 
   MethodReply list(boost::json::object params);

@@ -21,11 +21,14 @@ class DaemonCell final : public CellService {
       std::string method, boost::json::object params) override;
 
   boost::asio::awaitable<StoreResult<void>> load_active_model() { return models_.load_active(); }
+  boost::asio::awaitable<StoreResult<void>> load_interrupted_campaigns() {
+    return campaigns_.load_interrupted();
+  }
   /// After load_active_model().
   boost::asio::awaitable<void> arm_as_before() { return stream_.arm_as_before(); }
   /// Watches devices, stream and the states that have to pass by themselves. Ends when cancelled.
   boost::asio::awaitable<void> watch();
-  /// Ramps the correction out, ends a campaign and writes its end, lets the devices go.
+  /// Ramps the correction out, interrupts a campaign and writes that, lets the devices go.
   boost::asio::awaitable<void> shut_down();
 
  private:

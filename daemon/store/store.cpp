@@ -1,13 +1,12 @@
 #include "daemon/store/store.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
+#include "daemon/store/campaign_plan.hpp"
+#include "daemon/store/joint_list.hpp"
 #include "daemon/store/sqlite.hpp"
 #include "proto/text/digest.hpp"
 
@@ -15,13 +14,13 @@ namespace truepose::daemon {
 namespace {
 
 using sqlite::Database;
+using sqlite::in;
 using sqlite::Statement;
 using sqlite::Transaction;
 
 constexpr std::int64_t kApplicationId = 0x54505345;  // "TPSE", so that `file` and we know our own
-constexpr std::int64_t kSchemaVersion = 6;
+constexpr std::int64_t kSchemaVersion = 7;
 
-// Lists of joints are JSON text with every digit: a person can read them, json_each() too.
 constexpr const char* kSchema1 = R"sql(
 CREATE TABLE campaign (
   id             TEXT PRIMARY KEY,
@@ -182,42 +181,19 @@ constexpr const char* kDeactivate = "UPDATE model SET active=0 WHERE active=1";
 std::int64_t stored_pose(int number) { return number - 1; }
 int pose_number(std::int64_t stored) { return static_cast<int>(stored) + 1; }
 
-constexpr std::array<std::string_view, 8> kPurposes{"identify", "validate", "remeasure", "reference",
-                                                    "target",   "cycle",    "nest",      "face1"};
-
-template <typename Numbers>
-std::string array_text(const Numbers& numbers) {
-  std::string text = "[";
-  for (const auto value : numbers) {
-    if (text.size() > 1) text += ',';
-    std::array<char, 32> digits;
-    const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-    text.append(digits.data(), end);
-  }
-  return text + "]";
-}
-
-std::optional<JointVector> joints(std::string_view text) {
-  JointVector q(0);
-  if (!text.starts_with('[') || !text.ends_with(']')) return std::nullopt;
-  const char* at = text.data() + 1;
-  const char* const end = text.data() + text.size() - 1;
-  while (at < end) {
-    double value = 0;
-    const auto [rest, error] = std::from_chars(at, end, value);
-    if (error != std::errc{} || q.size() == kMaxJoints || (rest != end && *rest != ',')) return std::nullopt;
-    q.conservativeResize(q.size() + 1);
-    q[q.size() - 1] = value;
-    at = rest == end ? end : rest + 1;
-  }
-  return q;
-}
-
 bool finite(const StoredPoint& point) {
   return point.q_target.allFinite() && point.q_commanded.allFinite() && point.q_actual.allFinite() &&
          point.p_WS_mm.allFinite() && point.std_mm.allFinite() && std::isfinite(point.temperature_c) &&
          std::isfinite(point.pressure_mbar) && std::isfinite(point.humidity_percent);
 }
+
+/// Of a campaign, as campaign_of() takes them; without its document, which may be long.
+constexpr const char* kOutline =
+    "SELECT id, started, ended, state, reason, robot_model, robot_serial, tracker_model, tracker_serial, "
+    "model_id, '', kind FROM campaign ";
+constexpr const char* kWhole =
+    "SELECT id, started, ended, state, reason, robot_model, robot_serial, tracker_model, tracker_serial, "
+    "model_id, document, kind FROM campaign ";
 
 CampaignRecord campaign_of(const Statement& row) {
   return {.id = row.text(0),
@@ -266,11 +242,6 @@ StoreResult<std::optional<Record>> first(Statement query, Record (*of)(const Sta
   return of(query);
 }
 
-/// Says which operation failed.
-StoreError in(std::string_view operation, const StoreError& error) {
-  return {std::string{operation} + ": " + error.detail, error.may_pass};
-}
-
 StoreResult<void> prepare_connection(Database& database) {
   // FULL: a commit that returned survives a power cut, which NORMAL does not promise in WAL mode.
   return database.execute(
@@ -317,6 +288,7 @@ StoreResult<void> migrate(Database& database, const std::string& file) {
   if (*version < 4) steps += kSchema4;
   if (*version < 5) steps += kSchema5;
   if (*version < 6) steps += kSchema6;
+  if (*version < 7) steps += CampaignPlans::kSchema;
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
 }
 
@@ -342,15 +314,8 @@ struct Store::Impl {
   /// Where somebody reads at that moment it is left to the next time: it is on the disk either way.
   void gather() { static_cast<void>(database->value("PRAGMA wal_checkpoint(TRUNCATE)")); }
 
-  /// Runs statements as one transaction: on the disk, or not at all.
   StoreResult<void> commit(std::string_view operation, const std::vector<Statement*>& statements) {
-    StoreResult<Transaction> transaction = Transaction::begin(*database);
-    if (!transaction) return std::unexpected(in(operation, transaction.error()));
-    StoreResult<void> result;
-    for (std::size_t i = 0; result && i < statements.size(); ++i) result = statements[i]->run();
-    if (result) result = transaction->commit();
-    if (!result) return std::unexpected(in(operation, result.error()));
-    return {};
+    return sqlite::commit(*database, operation, statements);
   }
 };
 
@@ -386,8 +351,10 @@ StoreResult<void> Store::examine(const std::filesystem::path& file) {
   return {};
 }
 
-StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
-  Statement insert = impl_->database->prepare("INSERT INTO campaign VALUES (?,?,?,?,?,?,?,?,?,?,?,?)");
+StoreResult<void> Store::begin_campaign(const CampaignRecord& c, const std::string& order, int total) {
+  Statement insert = impl_->database->prepare(
+      "INSERT INTO campaign (id, started, ended, state, reason, robot_model, robot_serial, tracker_model, "
+      "tracker_serial, model_id, document, kind) VALUES (?,?,?,?,?,?,?,?,?,?,?,?)");
   insert.bind(c.id)
       .bind(c.started)
       .bind(c.ended)
@@ -396,25 +363,31 @@ StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
       .bind(c.robot_model)
       .bind(c.robot_serial);
   insert.bind(c.tracker_model).bind(c.tracker_serial).bind(c.model_id).bind(c.document).bind(c.kind);
-  return impl_->commit("beginning campaign " + c.id, {&insert});
+  const std::string operation = "beginning campaign " + c.id;
+  if (order.empty()) return impl_->commit(operation, {&insert});
+  Statement plan = plans().begun(c.id, order, total);
+  return impl_->commit(operation, {&insert, &plan});
 }
+
+CampaignPlans Store::plans() { return CampaignPlans{*impl_->database}; }
 
 StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredPoint& p) {
   const std::string operation = "storing a point of campaign " + campaign_id;
   if (!finite(p)) return std::unexpected(in(operation, {"a number is not finite"}));
   Statement insert = impl_->database->prepare(
       "INSERT INTO point (campaign_id, pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, "
-      "y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time) "
-      "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
-  insert.bind(campaign_id).bind(stored_pose(p.pose)).bind(kPurposes[static_cast<std::size_t>(p.purpose)]);
-  insert.bind(array_text(p.q_target))
-      .bind(array_text(p.q_commanded))
-      .bind(array_text(p.q_actual))
-      .bind(array_text(p.direction))
+      "y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time, "
+      "resumption) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
+  insert.bind(campaign_id).bind(stored_pose(p.pose)).bind(purpose_name(p.purpose));
+  insert.bind(list_text(p.q_target))
+      .bind(list_text(p.q_commanded))
+      .bind(list_text(p.q_actual))
+      .bind(list_text(p.direction))
       .bind(p.smr);
   insert.bind(p.p_WS_mm.x()).bind(p.p_WS_mm.y()).bind(p.p_WS_mm.z());
   insert.bind(p.std_mm.x()).bind(p.std_mm.y()).bind(p.std_mm.z());
   insert.bind(p.temperature_c).bind(p.pressure_mbar).bind(p.humidity_percent).bind(p.time);
+  insert.bind(std::int64_t{p.resumption});
   return impl_->commit(operation, {&insert});
 }
 
@@ -449,46 +422,33 @@ StoreResult<void> Store::end_campaign(const CampaignRecord& c, const std::option
   return ended;
 }
 
-StoreResult<int> Store::fail_interrupted(const std::string& ended) {
-  Statement update = impl_->database->prepare(
-      "UPDATE campaign SET ended=?, state='failed', reason='the daemon ended in the middle of it' WHERE "
-      "state='running'");
-  update.bind(ended);
-  const StoreResult<void> result = impl_->commit("ending interrupted campaigns", {&update});
-  if (!result) return std::unexpected(result.error());
-  return impl_->database->changes();
-}
-
 StoreResult<std::vector<CampaignRecord>> Store::campaigns() {
-  return all<CampaignRecord>(
-      impl_->database->prepare("SELECT id, started, ended, state, reason, robot_model, robot_serial, "
-                               "tracker_model, tracker_serial, model_id, '', kind"
-                               " FROM campaign ORDER BY rowid DESC"),
-      campaign_of);
+  return all<CampaignRecord>(impl_->database->prepare(kOutline + std::string{"ORDER BY rowid DESC"}),
+                             campaign_of);
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::campaign(const std::string& id) {
-  Statement query = impl_->database->prepare("SELECT * FROM campaign WHERE id=?");
+  Statement query = impl_->database->prepare(kWhole + std::string{"WHERE id=?"});
   query.bind(id);
   return first<CampaignRecord>(std::move(query), campaign_of);
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::last_campaign() {
-  return first<CampaignRecord>(impl_->database->prepare("SELECT * FROM campaign ORDER BY rowid DESC LIMIT 1"),
+  return first<CampaignRecord>(impl_->database->prepare(kWhole + std::string{"ORDER BY rowid DESC LIMIT 1"}),
                                campaign_of);
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::last_calibration() {
   return first<CampaignRecord>(
-      impl_->database->prepare("SELECT * FROM campaign WHERE kind='calibration' AND state='done' "
-                               "ORDER BY rowid DESC LIMIT 1"),
+      impl_->database->prepare(
+          kWhole + std::string{"WHERE kind='calibration' AND state='done' ORDER BY rowid DESC LIMIT 1"}),
       campaign_of);
 }
 
 StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_id) {
   Statement query = impl_->database->prepare(
       "SELECT pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, y_mm, z_mm, std_x_mm, "
-      "std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time FROM point WHERE "
+      "std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time, resumption FROM point WHERE "
       "campaign_id=? ORDER BY number");
   query.bind(campaign_id);
   std::vector<StoredPoint> points;
@@ -496,15 +456,18 @@ StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_
     const StoreResult<bool> row = query.step();
     if (!row) return std::unexpected(row.error());
     if (!*row) return points;
-    const auto target = joints(query.text(2)), commanded = joints(query.text(3)),
-               actual = joints(query.text(4)), direction = joints(query.text(5));
+    const auto target = joints_of(query.text(2)), commanded = joints_of(query.text(3)),
+               actual = joints_of(query.text(4)), direction = joints_of(query.text(5));
     if (!target || !commanded || !actual || !direction) {
       return std::unexpected(
           StoreError{"reading campaign " + campaign_id + ": the joints of a point are no list of numbers"});
     }
-    const auto purpose = std::ranges::find(kPurposes, query.text(1)) - kPurposes.begin();
+    const auto purpose = purpose_of(query.text(1));
+    if (!purpose)
+      return std::unexpected(
+          StoreError{"reading campaign " + campaign_id + ": a point has no purpose that is known"});
     points.push_back({.pose = pose_number(query.integer(0)),
-                      .purpose = static_cast<PointPurpose>(purpose),
+                      .purpose = *purpose,
                       .q_target = *target,
                       .q_commanded = *commanded,
                       .q_actual = *actual,
@@ -515,7 +478,8 @@ StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_
                       .temperature_c = query.number(13),
                       .pressure_mbar = query.number(14),
                       .humidity_percent = query.number(15),
-                      .time = query.text(16)});
+                      .time = query.text(16),
+                      .resumption = static_cast<int>(query.integer(17))});
   }
 }
 

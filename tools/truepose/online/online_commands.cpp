@@ -91,6 +91,11 @@ int start_campaign(const Arguments& given, const json::object& params) {
   return ask(given.online, "campaign.start", all, started_text);
 }
 
+int resume_campaign(const Arguments& given, const json::object& params) {
+  if (given.watch) return resume_and_watch(given.online, params);
+  return ask(given.online, "campaign.resume", params, progress_text);
+}
+
 int export_model(const Arguments& given, const json::object& params) {
   if (given.out.empty()) return ask(given.online, "model.export", params, exported_text);
   RpcClient client = value_or_throw(RpcClient::connect(given.online));
@@ -189,8 +194,12 @@ std::vector<Row> table(Arguments& a) {
         {"--watch", &a.watch, "follow it to its end"}},
        nullptr, start_campaign},
       {"campaign pause", "campaign.pause", "pause the campaign that runs", {}, progress_text},
-      {"campaign resume", "campaign.resume", "go on with the campaign that is paused", {}, progress_text},
-      {"campaign abort", "campaign.abort", "abort the campaign that runs", {}, progress_text},
+      {"campaign resume", "campaign.resume", "go on with the campaign that is paused, or was interrupted",
+       {id("campaign that was interrupted; default: the one that is paused"),
+        {"--watch", &a.watch, "follow it to its end"}},
+       nullptr, resume_campaign},
+      {"campaign abort", "campaign.abort", "abort the campaign that runs, or was interrupted",
+       {id("campaign that was interrupted; default: the one that runs")}, progress_text},
       {"campaign list", "campaign.list", "campaigns, newest first", {}, campaigns_text},
       {"campaign show", "campaign.get", "one campaign",
        {id("campaign; default: the newest"),
