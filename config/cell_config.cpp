@@ -56,7 +56,10 @@ struct Payload {
 /// A choice of residual fields.
 struct ResidualNames {
   friend std::vector<std::string_view> words_of(ResidualNames) { return residual_names(); }
-  friend std::string_view word_of(ResidualNames, const std::vector<RegressorKind>&);
+  friend std::string_view word_of(ResidualNames, const std::vector<RegressorKind>& kinds) {
+    const auto names = residual_names();
+    return *std::ranges::find_if(names, [&](std::string_view name) { return residual_kinds(name) == kinds; });
+  }
   friend std::vector<RegressorKind> meaning_of(ResidualNames, std::string_view word) {
     return *residual_kinds(word);
   }
@@ -231,6 +234,16 @@ void layout(auto& io, Is<CalibrationConfig> auto& x) {
   io.optional("prior", x.prior, kPriorNames);
 }
 
+/// What a campaign goes by, apart from the cell that it is measured in.
+struct CampaignOptions {
+  CampaignConfig campaign;
+  CalibrationConfig calibration;
+};
+void layout(auto& io, Is<CampaignOptions> auto& x) {
+  io("campaign", x.campaign);
+  io("calibration", x.calibration);
+}
+
 void layout(auto& io, Is<Iso9283Config> auto& x) {
   io.optional("cycles", x.cycles, Whole{2, 1000});
   io.optional("variation", x.variation);
@@ -309,6 +322,17 @@ CellConfig load_cell(const std::filesystem::path& file) {
   CellConfig cell;
   read_value(read_yaml(file), cell);
   return cell;
+}
+
+std::string campaign_options(const CellConfig& cell) {
+  return yaml_of(CampaignOptions{cell.campaign, cell.calibration});
+}
+
+void use_campaign_options(CellConfig& cell, const std::string& text) {
+  CampaignOptions options;
+  read_value(parse_yaml(text, "the campaign's options"), options);
+  cell.campaign = std::move(options.campaign);
+  cell.calibration = std::move(options.calibration);
 }
 
 void use_robot(CellConfig& cell, const std::filesystem::path& file) {

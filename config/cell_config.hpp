@@ -200,6 +200,13 @@ const ToolFile* tool_of(const CellConfig& cell, int number);
 /// Reads a cell file and every file that it names (relative to it). Throws ConfigError.
 CellConfig load_cell(const std::filesystem::path& file);
 
+/// @name What campaigns go by, the sections `campaign` and `calibration` of a cell, as a text (YAML)
+/// @{
+std::string campaign_options(const CellConfig& cell);
+/// Puts what such a text says in their place. Throws ConfigError.
+void use_campaign_options(CellConfig& cell, const std::string& text);
+/// @}
+
 /// Puts the arm of another robot file in place of the cell's; the tool's body stays on its flange.
 void use_robot(CellConfig& cell, const std::filesystem::path& file);
 

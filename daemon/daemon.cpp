@@ -24,6 +24,7 @@
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/service/runtime_folder.hpp"
 #include "daemon/service/service_manager.hpp"
+#include "daemon/store/campaign_plan.hpp"
 #include "daemon/threads/signal.hpp"
 #include "daemon/web/daemon_metrics.hpp"
 #include "daemon/web/web_server.hpp"
@@ -164,8 +165,7 @@ class Daemon {
 
   void run() {
     // Only now that the ports are ours: a second daemon by mistake must not end the campaign of the first.
-    const int interrupted = kept(store_.fail_interrupted(control::rfc3339(std::chrono::system_clock::now())));
-    if (interrupted > 0) log_warning("a campaign was interrupted when the daemon last ended");
+    kept(store_.plans().interrupt_running(control::rfc3339(std::chrono::system_clock::now())));
     asio::co_spawn(io_, live(), [](std::exception_ptr failed) {
       if (failed) std::rethrow_exception(failed);
     });
@@ -258,6 +258,8 @@ class Daemon {
   asio::awaitable<void> live() {
     auto loaded = co_await cell_.load_active_model();
     if (!loaded) log_error("the active model cannot be used: " + loaded.error().detail);
+    auto interrupted = co_await cell_.load_interrupted_campaigns();
+    if (!interrupted) log_error("interrupted campaigns cannot be read: " + interrupted.error().detail);
     co_await cell_.arm_as_before();
     bool watching = true;
     Signal watch_ended;

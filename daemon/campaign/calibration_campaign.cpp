@@ -4,18 +4,29 @@
 #include <utility>
 
 #include "config/cell_setup.hpp"
+#include "config/model_file.hpp"
 #include "core/arm/forward.hpp"
 #include "core/compensate/target_compensation.hpp"
 #include "core/math/units.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/identification.hpp"
 #include "daemon/campaign/nest_watch.hpp"
+#include "proto/text/digest.hpp"
 
 namespace truepose::daemon {
 
 namespace {
 
 using Done = std::expected<void, CampaignError>;
+
+/// By which an identification is known again, to the last digit.
+std::string hash_of(const Calibration& calibration) {
+  config::ModelFile file;
+  file.cell = calibration.cell;
+  file.parameters = calibration.parameters;
+  file.covariance = calibration.covariance;
+  return text::sha256_hex(config::model_yaml(file));
+}
 
 class CalibrationCampaign final : public CampaignProcedure {
  public:
@@ -55,7 +66,9 @@ CalibrationCampaign::CalibrationCampaign(MeasuringSession& session) : session_{s
 
 CampaignOutcome<void> CalibrationCampaign::run() {
   Done done = co_await plan();
-  if (done) done = co_await warm_up();
+  // One that goes on is warmed up where it does.
+  session_.before_going_on([this] { return warm_up(); });
+  if (done && !session_.resumes()) done = co_await warm_up();
   if (done) done = co_await measure_to_identify();
   if (done) done = co_await measure_to_validate();
   if (done) done = co_await identify();
@@ -76,6 +89,9 @@ CampaignOutcome<void> CalibrationCampaign::plan() {
   for (const JointVector& q : plan.validate)
     validate_.push_back(session_.new_target(PointPurpose::Validate, q, Replacement::Near));
   if (plan.reference) add_reference(*plan.reference);
+  Targets all = identify_;
+  all.insert(all.end(), validate_.begin(), validate_.end());
+  done = co_await session_.keep_plan(std::move(all));
   co_return done;
 }
 
@@ -194,13 +210,16 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
 CampaignOutcome<void> CalibrationCampaign::identify() {
   session_.enter(CampaignPhase::Compute);
   const TimePoint begun = session_.clock().now();
-  auto job = [points = session_.result().points, config = session_.config()] {
-    return identified(points, config);
+  const CampaignResult& measured = session_.result();
+  auto job = [points = measured.points, config = session_.config(), resumptions = measured.resumptions] {
+    return identified(points, config, resumptions);
   };
   auto result = co_await session_.compute(job);
   if (!result) co_return std::unexpected(CampaignError{CampaignFault::Calibration, result.error()});
   found() = *std::move(result);
   found().elapsed_s = std::chrono::duration<double>(session_.clock().now() - begun).count();
+  Done kept = co_await session_.keep_identified(hash_of(found().calibration));
+  if (!kept) co_return kept;
   tell_doubts();
   session_.expect(found().calibration.cell);
   co_return Done{};
@@ -209,7 +228,10 @@ CampaignOutcome<void> CalibrationCampaign::identify() {
 /// Asks again whether the model may be trusted, by all that was measured since.
 boost::asio::awaitable<void> CalibrationCampaign::judge_again() {
   // The session outlives the job, and does nothing else meanwhile.
-  auto job = [this] { return verdict_on(found(), session_.result().points, session_.config()); };
+  auto job = [this] {
+    const CampaignResult& measured = session_.result();
+    return verdict_on(found(), measured.points, session_.config(), measured.resumptions);
+  };
   found().verdict = co_await session_.compute(job);
   tell_doubts();
 }
@@ -270,6 +292,8 @@ CampaignOutcome<CalibrationCampaign::Targets> CalibrationCampaign::compensate() 
     targets[i].q_commanded = solved[i]->q;
     reachable.push_back(targets[i]);
   }
+  Done kept = co_await session_.keep_plan(reachable);
+  if (!kept) co_return std::unexpected(kept.error());
   co_return reachable;
 }
 

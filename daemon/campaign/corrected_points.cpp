@@ -11,6 +11,7 @@
 #include "core/judge/tracker_motion.hpp"
 #include "core/judge/two_face.hpp"
 #include "core/math/statistics.hpp"
+#include "daemon/campaign/campaign_past.hpp"
 #include "daemon/campaign/campaign_result.hpp"
 
 namespace truepose::daemon {
@@ -22,7 +23,7 @@ namespace {
 std::map<int, Eigen::Vector3d> seen_in_face1(const std::vector<StoredPoint>& measured) {
   std::map<int, Eigen::Vector3d> seen;
   for (const StoredPoint& point : measured)
-    if (point.purpose == PointPurpose::Face1) seen.emplace(point.pose, point.p_WS_mm);
+    if (point.purpose == PointPurpose::Face1) seen.insert_or_assign(point.pose, point.p_WS_mm);
   return seen;
 }
 
@@ -71,7 +72,7 @@ std::vector<Check> checks_of(const std::vector<StoredPoint>& measured, std::size
   std::vector<Check> checks;
   std::size_t points = 0;
   for (const StoredPoint& point : measured) {
-    points += point.purpose != PointPurpose::Nest && point.purpose != PointPurpose::Face1;
+    points += is_pose(point.purpose);
     if (point.purpose != PointPurpose::Nest) continue;
     if (checks.empty() || checks.back().pose != point.pose)
       checks.push_back({point.pose, NestReadings(nests), points});
@@ -179,18 +180,24 @@ void weigh_by_scatter(const std::vector<StoredPoint>& points, const TrackerNoise
 
 }  // namespace
 
-CorrectedPoints corrected_points(const std::vector<StoredPoint>& measured, const config::CellConfig& config) {
+CorrectedPoints corrected_points(const std::vector<StoredPoint>& measured, const config::CellConfig& config,
+                                 const std::vector<Resumption>& resumptions) {
   CorrectedPoints corrected;
   for (const StoredPoint& point : measured)
-    if (point.purpose != PointPurpose::Nest && point.purpose != PointPurpose::Face1)
-      corrected.points.push_back(point);
+    if (is_pose(point.purpose)) corrected.points.push_back(point);
   correct_aim(measured, config.tracker.noise, corrected);
-  correct_stand(measured, config, corrected);
+  std::vector<StoredPoint> at_first = measured;
+  for (std::vector<StoredPoint>* points : {&at_first, &corrected.points})
+    for (StoredPoint& point : *points) point = seen_at_first(std::move(point), resumptions);
+  for (const Resumption& resumption : resumptions)
+    corrected.findings.push_back({Severity::Note, described(resumption)});
+  correct_stand(at_first, config, corrected);
   return corrected;
 }
 
-MeasurementData campaign_data(const std::vector<StoredPoint>& measured, const config::CellConfig& config) {
-  const std::vector<StoredPoint> points = corrected_points(measured, config).points;
+MeasurementData campaign_data(const std::vector<StoredPoint>& measured, const config::CellConfig& config,
+                              const std::vector<Resumption>& resumptions) {
+  const std::vector<StoredPoint> points = corrected_points(measured, config, resumptions).points;
   MeasurementData data = measurement_data(points, config.reflector.name);
   weigh_by_scatter(points, config.tracker.noise, data);
   return data;

@@ -26,8 +26,9 @@ std::vector<double> reference_drift_mm(const std::vector<StoredPoint>& points) {
 }  // namespace
 
 std::expected<CalibrationResult, std::string> identified(const std::vector<StoredPoint>& points,
-                                                         const config::CellConfig& config) {
-  const MeasurementData data = campaign_data(points, config);
+                                                         const config::CellConfig& config,
+                                                         const std::vector<Resumption>& resumptions) {
+  const MeasurementData data = campaign_data(points, config, resumptions);
   const CalibrateOptions options = config::calibrate_options(config);
   auto calibrated = calibrate(config.robot.model, data, options);
   if (!calibrated) return std::unexpected(calibrated.error().detail);
@@ -37,18 +38,19 @@ std::expected<CalibrationResult, std::string> identified(const std::vector<Store
   const MeasurementData fitted = as_fitted(result.calibration, data);
   result.noise = noise_about_model(result.calibration, fitted, options.noise);
   result.validation_distances2 = validation_distances2(result.calibration, fitted, result.noise);
-  result.reference_drift_mm = reference_drift_mm(corrected_points(points, config).points);
-  result.verdict = verdict_on(result, points, config);
+  result.reference_drift_mm = reference_drift_mm(corrected_points(points, config, resumptions).points);
+  result.verdict = verdict_on(result, points, config, resumptions);
   return result;
 }
 
 CalibrationVerdict verdict_on(const CalibrationResult& result, const std::vector<StoredPoint>& points,
-                              const config::CellConfig& config) {
-  const CorrectedPoints corrected = corrected_points(points, config);
+                              const config::CellConfig& config,
+                              const std::vector<Resumption>& resumptions) {
+  const CorrectedPoints corrected = corrected_points(points, config, resumptions);
   std::vector<Eigen::Vector3d> reference_mm;
   for (const StoredPoint& point : corrected.points)
     if (point.purpose == PointPurpose::Reference) reference_mm.push_back(point.p_WS_mm);
-  const MeasurementData data = as_fitted(result.calibration, campaign_data(points, config));
+  const MeasurementData data = as_fitted(result.calibration, campaign_data(points, config, resumptions));
   return calibration_verdict({.calibration = result.calibration,
                               .data = data,
                               .stated = config::calibrate_options(config).noise,

@@ -43,8 +43,7 @@ std::string campaign_text(const CampaignRecord& record) {
 std::size_t poses_of(const std::vector<StoredPoint>& points) {
   std::set<int> poses;
   for (const StoredPoint& point : points) {
-    if (point.purpose != PointPurpose::Reference && point.purpose != PointPurpose::Nest)
-      poses.insert(point.pose);
+    if (is_pose(point.purpose) && point.purpose != PointPurpose::Reference) poses.insert(point.pose);
   }
   return poses.size();
 }
@@ -98,10 +97,21 @@ json::array skipped_document(const CampaignResult& result) {
   return list;
 }
 
+/// [{"interrupted","resumed","found"}]: when it was interrupted and went on, and what had become of the cell.
+json::array interruptions_document(const CampaignResult& result) {
+  json::array list;
+  for (const Resumption& resumption : result.resumptions)
+    list.push_back(json::object{{"interrupted", resumption.interrupted},
+                                {"resumed", resumption.resumed},
+                                {"found", resumption.found}});
+  return list;
+}
+
 /// Errors of the points measured again (wanted minus measured, as in "points"), with the numbers of their
 /// validation poses.
 json::array remeasured_document(const CampaignResult& result, const config::CellConfig& config) {
-  const std::vector<StoredPoint> corrected = corrected_points(result.points, config).points;
+  const std::vector<StoredPoint> corrected =
+      corrected_points(result.points, config, result.resumptions).points;
   json::array points;
   for (const auto& [point, error_mm] : result.as<CalibrationResult>().remeasured_points) {
     const auto before = std::ranges::find_if(corrected, [&](const StoredPoint& other) {
@@ -174,7 +184,7 @@ json::object calibration_document_of(const CampaignResult& result, const Campaig
                                      const StoreJournal::Options& of) {
   const config::CellConfig& config = of.config;
   const auto& found = result.as<CalibrationResult>();
-  const MeasurementData data = campaign_data(result.points, config);
+  const MeasurementData data = campaign_data(result.points, config, result.resumptions);
   json::object document = record::calibration_document(found.calibration, data, found.elapsed_s);
   document["campaign"] =
       campaign_text(record) + (of.source ? ", of the points of campaign " + of.source->id.substr(0, 8) : "");
@@ -187,6 +197,7 @@ json::object calibration_document_of(const CampaignResult& result, const Campaig
   document["noise"] = record::noise_json(*config::calibrate_options(config).noise);
   document["conditions"] = conditions_document(result, measured_in(of, record));
   document["skipped"] = skipped_document(result);
+  if (!result.resumptions.empty()) document["interruptions"] = interruptions_document(result);
   if (found.remeasured) {
     document["remeasured"] = record::statistics_json(*found.remeasured);
     document["remeasured_points"] = remeasured_document(result, config);
@@ -208,8 +219,8 @@ std::string document_of(const CampaignResult& result, const CampaignRecord& reco
                         const StoreJournal::Options& of) {
   const config::CellConfig& config = of.config;
   if (const auto* drift = std::get_if<DriftResult>(&result.findings))
-    return control::json_text(
-        drift_document_of(*drift, numbered_points(corrected_points(result.points, config).points)));
+    return control::json_text(drift_document_of(
+        *drift, numbered_points(corrected_points(result.points, config, result.resumptions).points)));
   if (const auto* targets = std::get_if<TargetsResult>(&result.findings))
     return control::json_text(targets_document(*targets, config.robot.model));
   if (const auto* test = std::get_if<Iso9283Test>(&result.findings))
@@ -246,24 +257,65 @@ StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, 
       store_{store},
       store_thread_{store_thread},
       wall_clock_{std::move(wall_clock)} {
-  record_.id = options_.campaign_id;
-  record_.kind = options_.kind;
-  record_.started_by = options_.started_by;
-  record_.note = options_.note;
+  if (options_.interrupted) record_ = *options_.interrupted;
+  if (options_.interrupted) {
+    record_ = *options_.interrupted;
+    record_.reason.clear();
+    record_.ended.clear();
+    begun_ = true;
+  } else {
+    record_.id = options_.campaign_id;
+    record_.kind = options_.kind;
+    record_.started = control::rfc3339(wall_clock_());
+    record_.started_by = options_.started_by;
+    record_.note = options_.note;
+    record_.validate = options_.validate;
+    if (options_.source) record_.points_of = options_.source->id;
+  }
   record_.state = "running";
-  record_.started = control::rfc3339(wall_clock_());
-  if (options_.source) record_.points_of = options_.source->id;
-  record_.validate = options_.validate;
 }
 
-asio::awaitable<StoreResult<void>> StoreJournal::begin(Identities identities) {
+asio::awaitable<StoreResult<std::string>> StoreJournal::begin(int total) {
+  const bool resumes = options_.interrupted.has_value();
+  const std::string time = resumes ? control::rfc3339(wall_clock_()) : record_.started;
+  auto job = [this, resumes, total, record = record_] {
+    return resumes ? store_.plans().resume(record.id) : store_.begin_campaign(record, options_.order, total);
+  };
+  auto begun = co_await store_thread_.ask(job);
+  if (!begun) co_return std::unexpected(begun.error());
+  begun_ = true;
+  co_return time;
+}
+
+asio::awaitable<StoreResult<void>> StoreJournal::know(Identities identities) {
   record_.robot_model = identities.robot.model;
   record_.robot_serial = identities.robot.serial;
   record_.tracker_model = identities.tracker.model;
   record_.tracker_serial = identities.tracker.serial;
-  auto job = [this, record = record_] { return store_.begin_campaign(record); };
+  auto job = [this, record = record_] { return store_.plans().keep_identities(record); };
   auto kept = co_await store_thread_.ask(job);
-  begun_ = kept.has_value();
+  co_return kept;
+}
+
+asio::awaitable<StoreResult<void>> StoreJournal::add_planned(std::vector<PlannedPose> poses, int total) {
+  if (options_.order.empty()) co_return StoreResult<void>{};
+  auto job = [this, poses = std::move(poses), total] {
+    return store_.plans().add_planned(options_.campaign_id, poses, total);
+  };
+  auto kept = co_await store_thread_.ask(job);
+  co_return kept;
+}
+
+asio::awaitable<StoreResult<void>> StoreJournal::add_identified(std::string sha256) {
+  if (options_.order.empty()) co_return StoreResult<void>{};
+  auto job = [this, sha256] { return store_.plans().keep_identified(options_.campaign_id, sha256); };
+  auto kept = co_await store_thread_.ask(job);
+  co_return kept;
+}
+
+asio::awaitable<StoreResult<void>> StoreJournal::add_resumption(Resumption resumption) {
+  auto job = [this, resumption] { return store_.plans().add_resumption(options_.campaign_id, resumption); };
+  auto kept = co_await store_thread_.ask(job);
   co_return kept;
 }
 
@@ -286,7 +338,9 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
   record_.ended = control::rfc3339(wall_clock_());
   record_.state = "done";
   if (error) {
-    record_.state = error->fault == CampaignFault::Aborted ? "aborted" : "failed";
+    record_.state = error->interrupted                       ? "interrupted"
+                    : error->fault == CampaignFault::Aborted ? "aborted"
+                                                             : "failed";
     record_.reason = error->detail;
   }
   const auto* calibrated = result ? std::get_if<CalibrationResult>(&result->findings) : nullptr;
@@ -336,12 +390,14 @@ config::ModelFile StoreJournal::calibrated_model(const CampaignResult& result) c
   file.noise = found.noise;
   file.validation_distances2 = found.validation_distances2;
   if (validate) file.validation_mean_mm = validate->after.mean;
-  file.validation =
-      config::validation_points(as_fitted(found.calibration, campaign_data(result.points, options_.config)));
+  file.validation = config::validation_points(
+      as_fitted(found.calibration, campaign_data(result.points, options_.config, result.resumptions)));
   file.largest_correction_deg =
       largest_correction(options_.config.robot.model, file.cell, config::poses_of(file.validation)) *
       kDegPerRad;
-  return file;
+  if (result.resumptions.empty()) return file;
+  // Whoever works with the model does so with the tracker as it stands now.
+  return config::seen_from(std::move(file), result.resumptions.back().X_first_now.inverse());
 }
 
 ModelRecord StoreJournal::model_of(const CampaignResult& result, const config::ModelFile& file,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "config/measurement_file.hpp"
+#include "daemon/campaign/campaign_past.hpp"
 #include "daemon/cell/file_part.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/arm_document.hpp"
@@ -66,6 +67,14 @@ namespace {
 
 json::object skipped_json(const SkippedPose& skipped) {
   return {{"pose", skipped.pose}, {"reason", skipped.reason}, {"attempts", skipped.attempts}};
+}
+
+json::array interruptions_json(const std::vector<Resumption>& resumptions) {
+  json::array list;
+  for (const Resumption& once : resumptions)
+    list.push_back(
+        json::object{{"interrupted", once.interrupted}, {"resumed", once.resumed}, {"found", once.found}});
+  return list;
 }
 
 json::object point_json(const RobotModel& robot, const StoredPoint& point) {
@@ -161,28 +170,6 @@ json::object documents_json(const CampaignRecord& record, bool with_points) {
 
 json::array vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-std::string_view purpose_name(PointPurpose purpose) {
-  switch (purpose) {
-    case PointPurpose::Identify:
-      return "identify";
-    case PointPurpose::Validate:
-      return "validate";
-    case PointPurpose::Reference:
-      return "reference";
-    case PointPurpose::Remeasure:
-      return "remeasure";
-    case PointPurpose::Target:
-      return "target";
-    case PointPurpose::Cycle:
-      return "cycle";
-    case PointPurpose::Nest:
-      return "nest";
-    case PointPurpose::Face1:
-      return "face1";
-  }
-  return "remeasure";
-}
-
 StoreResult<std::optional<StoredCampaign>> read_campaign(Store& store, const std::string& id) {
   auto record = id.empty() ? store.last_campaign() : store.campaign(id);
   if (!record) return std::unexpected(record.error());
@@ -191,7 +178,11 @@ StoreResult<std::optional<StoredCampaign>> read_campaign(Store& store, const std
   if (!points) return std::unexpected(points.error());
   auto skipped = store.skipped((*record)->id);
   if (!skipped) return std::unexpected(skipped.error());
-  return StoredCampaign{**std::move(record), *std::move(points), *std::move(skipped)};
+  const bool of_its_own = (*record)->points_of.empty();
+  auto resumptions = store.plans().resumptions(of_its_own ? (*record)->id : (*record)->points_of);
+  if (!resumptions) return std::unexpected(resumptions.error());
+  return StoredCampaign{**std::move(record), *std::move(points), *std::move(skipped),
+                        *std::move(resumptions)};
 }
 
 json::object campaign_answer(const StoredCampaign& campaign, const RobotModel& robot, std::size_t offset,
@@ -202,6 +193,7 @@ json::object campaign_answer(const StoredCampaign& campaign, const RobotModel& r
   return {{"campaign", campaign_json(campaign.record)},
           {"progress", nullptr},
           {"skipped", std::move(skipped)},
+          {"interruptions", interruptions_json(campaign.resumptions)},
           {"drift", documents["drift"]},
           {"targets", documents["targets"]},
           {"iso9283", documents["iso9283"]},
@@ -221,10 +213,12 @@ std::expected<json::object, RpcError> report_answer(const std::optional<Campaign
 }
 
 std::string measurements_csv(const StoredCampaign& campaign, const RobotModel& robot) {
-  MeasurementData data = measurement_data(campaign.points, {});
+  std::vector<StoredPoint> points = campaign.points;
+  for (StoredPoint& point : points) point = seen_at_first(std::move(point), campaign.resumptions);
+  MeasurementData data = measurement_data(points, {});
   data.smr_names.clear();
   std::size_t of_data = 0;
-  for (const StoredPoint& point : campaign.points) {
+  for (const StoredPoint& point : points) {
     if (point.purpose != PointPurpose::Identify && point.purpose != PointPurpose::Validate) continue;
     auto name = std::ranges::find(data.smr_names, point.smr);
     if (name == data.smr_names.end()) name = data.smr_names.insert(name, point.smr);

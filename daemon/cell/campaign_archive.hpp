@@ -8,11 +8,10 @@
 #include <vector>
 
 #include "daemon/cell/service.hpp"
+#include "daemon/store/campaign_plan.hpp"
 
 namespace truepose::daemon {
 
-/// What a point was measured for, as clients know it.
-std::string_view purpose_name(PointPurpose purpose);
 boost::json::array vector_json(const Eigen::Vector3d& v);
 
 // What a store says of its campaigns, as the control protocol says it: by the daemon, and by whoever reads its
@@ -22,6 +21,7 @@ struct StoredCampaign {
   CampaignRecord record;
   std::vector<StoredPoint> points;
   std::vector<SkippedPose> skipped;
+  std::vector<Resumption> resumptions;  ///< of the campaign that measured the points
 };
 
 /// @param id  empty: the last one
@@ -35,7 +35,8 @@ boost::json::object campaign_answer(const StoredCampaign& campaign, const RobotM
 /// The answer of report.get.
 std::expected<boost::json::object, control::RpcError> report_answer(
     const std::optional<CampaignRecord>& record, std::size_t offset, std::size_t limit);
-/// The points to identify and to validate from, as they were measured: a measurement file.
+/// The points to identify and to validate from, as they were measured: a measurement file. Where
+/// the campaign was interrupted, all as the tracker would have seen them from where it stood at first.
 std::string measurements_csv(const StoredCampaign& campaign, const RobotModel& robot);
 
 /// The campaigns that the store has, with the one that is under way.

@@ -52,7 +52,8 @@ PointPurpose purpose_in(CampaignPhase phase) {
 }  // namespace
 
 CampaignService::Run::Run(StoreJournal::Options options, const CellParts& parts, CampaignDevices devices,
-                          CampaignObserver& observer, CampaignOrder order)
+                          CampaignObserver& observer, CampaignOrder order,
+                          std::shared_ptr<const CampaignPast> past)
     : journal{options, parts.store, parts.store_thread, parts.wall_clock},
       campaign{
           options.config,
@@ -60,7 +61,8 @@ CampaignService::Run::Run(StoreJournal::Options options, const CellParts& parts,
           journal,
           observer,
           [&worker = parts.compute_thread](std::function<void()> job) { return worker.run(std::move(job)); },
-          std::move(order)} {}
+          std::move(order),
+          std::move(past)} {}
 
 CampaignService::CampaignService(const CellParts& parts, CellRunner& runner, StoreWatch& store,
                                  DeviceService& devices, ModelService& models)
@@ -100,6 +102,8 @@ MethodResult CampaignService::start_calibration(const json::object& params, Star
   config::CampaignConfig& plan = config.campaign;
   read_count(read, "identify_poses", 5, 1000, plan.identify_poses);
   read_count(read, "validate_poses", 0, 1000, plan.validate_poses);
+  // Of fewer poses all come before the first fit.
+  plan.coarse_after = std::min(plan.coarse_after, plan.identify_poses);
   read_seed(read, plan);
   plan.remeasure = read.boolean("remeasure").value_or(plan.remeasure);
   const bool activate = read.boolean("activate").value_or(true);
@@ -127,6 +131,7 @@ MethodResult CampaignService::start_targets(const json::object& params, Starter 
   const auto model = models_.needed();
   if (!model) return std::unexpected(model.error());
   order.cell = (*model)->cell;
+  order.model_id = (*model)->record.id;
   for (const auto& row : joints.value_or(std::vector<std::vector<double>>{}))
     order.targets.push_back(joints_from(row, nominal));
   if (poses) {
@@ -172,23 +177,35 @@ MethodReply CampaignService::drift_check(json::object params, std::string by) {
 MethodResult CampaignService::begin(const config::CellConfig& config, CampaignOrder order, Starter starter,
                                     bool activate) {
   StoreJournal::Options options{.campaign_id = new_uuid(),
-                                .model_id = new_uuid(),
+                                .order = order_text(order, config, activate),
+                                .model_id = {},
                                 .config = config,
                                 .kind = kind_name(order),
                                 .activate = activate,
                                 .started_by = std::move(starter.name),
                                 .note = std::move(starter.note)};
+  const CampaignStartRequested start{options.campaign_id};
+  const std::string by = options.started_by;
+  const auto launched = launch(std::move(options), std::move(order), start, by);
+  if (!launched) return std::unexpected(launched.error());
+  return json::object{{"id", run_->id()}, {"total", run_->campaign.progress().total}};
+}
+
+std::expected<void, RpcError> CampaignService::launch(StoreJournal::Options options, CampaignOrder order,
+                                                      const CellEvent& event, const std::string& by,
+                                                      std::shared_ptr<const CampaignPast> past) {
   if (auto refused = store_.refusal()) return std::unexpected(*refused);
-  if (auto refused = runner_.apply(CampaignStartRequested{options.campaign_id}, "asked for by an operator",
-                                   options.started_by))
-    return std::unexpected(*refused);
+  const char* const reason = past ? "resumed by an operator" : "asked for by an operator";
+  if (auto refused = runner_.apply(event, reason, by)) return std::unexpected(*refused);
+  options.model_id = new_uuid();
   CampaignObserver& observer = *this;
   const CampaignDevices devices{devices_.robot(), devices_.tracker(), parts_.clock};
-  run_ = std::make_shared<Run>(std::move(options), parts_, devices, observer, std::move(order));
+  run_ =
+      std::make_shared<Run>(std::move(options), parts_, devices, observer, std::move(order), std::move(past));
   asio::co_spawn(parts_.io, run(run_), [](std::exception_ptr failed) {
     if (failed) std::rethrow_exception(failed);
   });
-  return json::object{{"id", run_->id()}, {"total", run_->campaign.progress().total}};
+  return {};
 }
 
 // While it is under way, and at its end.
@@ -208,6 +225,7 @@ asio::awaitable<void> CampaignService::close(const Run& run, std::optional<Campa
   error ? log_warning(reason) : log_info(reason);
   const CampaignRecord& record = run.journal.record();
   if (!error && !record.reason.empty()) log_warning(record.reason);
+  if (record.state == "interrupted") co_await load_interrupted();
   if (error && error->fault == CampaignFault::Store) {
     store_.failed({error->detail});
     runner_.apply(StoreFailed{"store: " + error->detail}, reason);
@@ -231,6 +249,7 @@ asio::awaitable<void> CampaignService::keep_end() {
     store_.failed(kept.error());
     co_return;
   }
+  if (run->journal.record().state == "interrupted") co_await load_interrupted();
   const std::string model = run->journal.record().model_id;
   const std::string by = run->journal.record().started_by;
   if (!model.empty()) co_await models_.announce_made(model, run->journal.activated(), by);
@@ -249,18 +268,33 @@ MethodReply CampaignService::pause(json::object params, std::string by) {
 
 MethodReply CampaignService::resume(json::object params, std::string by) {
   if (auto refused = store_.refusal()) co_return std::unexpected(*refused);
-  co_return request(params, CampaignResumeRequested{}, "resumed by an operator", by);
+  ParamReader read{params};
+  const std::string id = read.text("id").value_or("");
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  if (!id.empty() && !(running() && id == run_->id())) {
+    MethodResult resumed = co_await resume_interrupted(id, by);
+    co_return resumed;
+  }
+  if (id.empty() && !runner_.in<Paused>()) co_return std::unexpected(nothing_paused());
+  co_return request({}, CampaignResumeRequested{id}, "resumed by an operator", by);
 }
 
 MethodReply CampaignService::abort(json::object params, std::string by) {
-  const MethodResult accepted = request(params, CampaignAbortRequested{}, "aborted by an operator", by);
+  ParamReader read{params};
+  const std::string id = read.text("id").value_or("");
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  if (!id.empty() && !(running() && id == run_->id())) {
+    MethodResult aborted = co_await abort_interrupted(id);
+    co_return aborted;
+  }
+  const MethodResult accepted = request({}, CampaignAbortRequested{}, "aborted by an operator", by);
   if (!accepted) co_return accepted;
   while (running()) co_await runner_.changed();
   co_return progress_json();
 }
 
-void CampaignService::abort(const std::string& reason) {
-  if (run_) run_->campaign.abort(reason);
+void CampaignService::interrupt(const std::string& reason) {
+  if (run_) run_->campaign.interrupt(reason);
 }
 
 // What clients are told.

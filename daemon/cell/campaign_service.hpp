@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/campaign_options.hpp"
 #include "daemon/cell/campaign_archive.hpp"
 #include "daemon/cell/model_service.hpp"
 
@@ -21,20 +22,26 @@ class CampaignService final : private CampaignObserver {
 
   static std::vector<Method<CampaignService>> methods();
 
-  /// Ends the campaign that is under way, where there is one.
-  void abort(const std::string& reason);
+  /// Takes note of the campaigns that were interrupted.
+  boost::asio::awaitable<StoreResult<void>> load_interrupted();
+  /// Ends the campaign that is under way, where there is one, so that it may go on later.
+  void interrupt(const std::string& reason);
   bool running() const { return run_ && !run_->ended; }
   /// The last one, under way or ended.
   std::optional<CampaignArchive::Current> current() const;
   /// How far the campaign is that is under way; null where none is.
   boost::json::value json() const;
   std::optional<CampaignProgress> progress() const;
+  /// Those that may go on, the last begun first.
+  boost::json::array interrupted_json() const;
+  /// What may be asked for because of them.
+  std::vector<std::string> also_allowed() const;
 
  private:
   /// One campaign: under way, or the last one.
   struct Run {
     Run(StoreJournal::Options options, const CellParts& parts, CampaignDevices devices,
-        CampaignObserver& observer, CampaignOrder order);
+        CampaignObserver& observer, CampaignOrder order, std::shared_ptr<const CampaignPast> past);
     StoreJournal journal;
     Campaign campaign;
     bool ended = false;
@@ -58,8 +65,20 @@ class CampaignService final : private CampaignObserver {
   MethodResult start_iso9283(const boost::json::object& params, Starter starter);
   MethodResult begin(const config::CellConfig& config, CampaignOrder order, Starter starter,
                      bool activate = false);
+  std::expected<void, control::RpcError> launch(StoreJournal::Options options, CampaignOrder order,
+                                                const CellEvent& event, const std::string& by,
+                                                std::shared_ptr<const CampaignPast> past = {});
   MethodResult request(const boost::json::object& params, const CellEvent& event, const std::string& reason,
                        const std::string& by);
+
+  // Of one that was interrupted.
+  MethodReply resume_interrupted(std::string id, std::string by);
+  MethodReply abort_interrupted(std::string id);
+  boost::asio::awaitable<std::expected<CampaignOrder, control::RpcError>> order_of(std::string kind,
+                                                                                   KeptOrder kept);
+  std::expected<const InterruptedCampaign*, control::RpcError> interrupted(const std::string& id) const;
+  control::RpcError nothing_paused() const;
+  control::RpcError cannot_go_on(const std::string& id, const std::string& why) const;
   boost::asio::awaitable<void> run(std::shared_ptr<Run> run);
   boost::asio::awaitable<void> close(const Run& run, std::optional<CampaignError> error);
   boost::asio::awaitable<void> keep_end();
@@ -79,6 +98,7 @@ class CampaignService final : private CampaignObserver {
   DeviceService& devices_;
   ModelService& models_;
   std::shared_ptr<Run> run_;
+  std::vector<InterruptedCampaign> interrupted_;
 };
 
 }  // namespace truepose::daemon

@@ -68,6 +68,12 @@ Running resumed(const Paused& paused, TimePoint now) {
   return running;
 }
 
+/// As it is started.
+std::optional<CellStep> resume_interrupted(const CampaignResumeRequested& resume) {
+  if (resume.campaign_id.empty()) return std::nullopt;
+  return go(Running{resume.campaign_id}, {CellCommand::StartCampaign});
+}
+
 CellStep fault(std::string reason, std::vector<CellCommand> commands) {
   return go(Faulted{std::move(reason)}, std::move(commands));
 }
@@ -84,6 +90,9 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
           [&](const Disconnected&, const CampaignStartRequested& start) -> Maybe {
             return go(Running{start.campaign_id}, {C::StartCampaign});
           },
+          [&](const Disconnected&, const CampaignResumeRequested& resume) -> Maybe {
+            return resume_interrupted(resume);
+          },
           [&](const Disconnected&, const ArmRequested&) -> Maybe { return go(Armed{}, {C::ArmStream}); },
           [&](const Connecting&, const DisconnectRequested&) -> Maybe {
             return go(Disconnected{}, {C::CloseDevices});
@@ -93,6 +102,9 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
           },
           [&](const Ready&, const CampaignStartRequested& start) -> Maybe {
             return go(Running{start.campaign_id}, {C::StartCampaign});
+          },
+          [&](const Ready&, const CampaignResumeRequested& resume) -> Maybe {
+            return resume_interrupted(resume);
           },
           [&](const Ready&, const StreamStartRequested&) -> Maybe {
             return go(StreamStarting{now}, {C::StartStream});
@@ -107,7 +119,8 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
           [&](const Running& running, const CampaignAbortRequested&) -> Maybe {
             return go(Aborting{running.campaign_id, now}, {C::AbortCampaign});
           },
-          [&](const Paused& paused, const CampaignResumeRequested&) -> Maybe {
+          [&](const Paused& paused, const CampaignResumeRequested& resume) -> Maybe {
+            if (!resume.campaign_id.empty() && resume.campaign_id != paused.campaign_id) return std::nullopt;
             return go(resumed(paused, now), {C::ResumeCampaign});
           },
           [&](const Paused& paused, const CampaignAbortRequested&) -> Maybe {

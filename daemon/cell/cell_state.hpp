@@ -98,7 +98,9 @@ struct CampaignStartRequested {
   std::string campaign_id;
 };
 struct CampaignPauseRequested {};
-struct CampaignResumeRequested {};
+struct CampaignResumeRequested {
+  std::string campaign_id;  ///< of one that was interrupted; empty: of the one that is paused
+};
 struct CampaignAbortRequested {};
 struct StreamStartRequested {};
 struct StreamStopRequested {};

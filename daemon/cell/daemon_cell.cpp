@@ -74,7 +74,7 @@ asio::awaitable<void> DaemonCell::watch() {
 
 asio::awaitable<void> DaemonCell::shut_down() {
   parts_.stream.disengage();
-  campaigns_.abort("the daemon was stopped");
+  campaigns_.interrupt("the daemon was stopped");
   const TimePoint give_up = parts_.clock.now() + parts_.config.stream.ramp + 5s;
   while ((stream_.in_force() || campaigns_.running()) && parts_.clock.now() < give_up)
     co_await runner_.changed_until(give_up);
@@ -97,14 +97,15 @@ DaemonCell::Snapshot DaemonCell::snapshot() const {
 
 json::object DaemonCell::status_json() const {
   json::array allowed;
-  for (const std::string& method : runner_.allowed()) allowed.emplace_back(method);
+  for (const auto& methods : {runner_.allowed(), campaigns_.also_allowed()})
+    for (const std::string& method : methods) allowed.emplace_back(method);
   return {{"cell", parts_.config.name},        {"state", runner_.name()},
           {"state_text", runner_.reason()},    {"allowed", std::move(allowed)},
           {"waiting", runner_.waiting_json()}, {"time", control::rfc3339(parts_.wall_clock())},
           {"robot", devices_.robot_json()},    {"tracker", devices_.tracker_json()},
-          {"campaign", campaigns_.json()},     {"model", models_.active_json()},
-          {"stream", stream_.json()},          {"recording", recording_.json()},
-          {"faults", runner_.faults().json()}};
+          {"campaign", campaigns_.json()},     {"interrupted", campaigns_.interrupted_json()},
+          {"model", models_.active_json()},    {"stream", stream_.json()},
+          {"recording", recording_.json()},    {"faults", runner_.faults().json()}};
 }
 
 }  // namespace truepose::daemon

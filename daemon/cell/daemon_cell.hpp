@@ -25,6 +25,9 @@ class DaemonCell final : public CellService {
   std::string doing() const override { return runner_.reason(); }
 
   boost::asio::awaitable<StoreResult<void>> load_active_model() { return models_.load_active(); }
+  boost::asio::awaitable<StoreResult<void>> load_interrupted_campaigns() {
+    return campaigns_.load_interrupted();
+  }
   /// After load_active_model().
   boost::asio::awaitable<void> arm_as_before() { return stream_.arm_as_before(); }
   /// What of the cell is measured over time.
@@ -42,7 +45,7 @@ class DaemonCell final : public CellService {
   boost::asio::awaitable<void> watch();
   /// The store takes no events.
   void store_failed(const StoreError& error) { store_.failed(error); }
-  /// Ramps the correction out, ends a campaign and writes its end, lets the devices go.
+  /// Ramps the correction out, interrupts a campaign and writes that, lets the devices go.
   boost::asio::awaitable<void> shut_down();
 
  private:

@@ -104,7 +104,9 @@ asio::awaitable<std::expected<IdentificationService::Source, RpcError>> Identifi
     if (!*record) return std::nullopt;
     auto points = parts_.store.points((*record)->id);
     if (!points) return std::unexpected(points.error());
-    return Source{**std::move(record), *std::move(points)};
+    auto resumptions = parts_.store.plans().resumptions((*record)->id);
+    if (!resumptions) return std::unexpected(resumptions.error());
+    return Source{**std::move(record), *std::move(points), *std::move(resumptions)};
   };
   auto found = co_await parts_.store_thread.ask(job);
   if (!found) co_return std::unexpected(store_unusable(found.error()));
@@ -135,13 +137,14 @@ std::expected<IdentificationService::Made, std::string> IdentificationService::m
   if (const auto why = too_few(points, request.config))
     return std::unexpected("of the poses to identify from, " + *why);
   const auto begun = std::chrono::steady_clock::now();
-  auto result = identified(points, request.config);
+  auto result = identified(points, request.config, source.resumptions);
   if (!result) return std::unexpected(result.error());
   result->elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   const CampaignRecord& record = source.record;
   made.result.identities = {{record.robot_model, record.robot_serial, ""},
                             {record.tracker_model, record.tracker_serial, ""}};
   made.result.points = std::move(points);
+  made.result.resumptions = source.resumptions;
   made.result.findings = *std::move(result);
   return made;
 }
@@ -180,8 +183,10 @@ MethodReply IdentificationService::keep(Request request, CampaignRecord source, 
                                 .validate = made.validate};
   StoreJournal journal{std::move(options), parts_.store, parts_.store_thread, parts_.wall_clock};
   const auto result = std::make_shared<const CampaignResult>(std::move(made.result));
-  auto begun = co_await journal.begin(result->identities);
+  auto begun = co_await journal.begin(count_poses(result->points, PointPurpose::Identify));
   if (!begun) co_return std::unexpected(store_unusable(begun.error()));
+  auto known = co_await journal.know(result->identities);
+  if (!known) co_return std::unexpected(store_unusable(known.error()));
   auto ended = co_await journal.end(result, std::nullopt);
   if (!ended) {
     store_.failed(ended.error());

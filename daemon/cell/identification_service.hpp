@@ -31,6 +31,7 @@ class IdentificationService {
   struct Source {
     CampaignRecord record;
     std::vector<StoredPoint> points;
+    std::vector<Resumption> resumptions;
   };
   struct Made {
     CampaignResult result;

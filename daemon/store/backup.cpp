@@ -13,6 +13,7 @@ namespace truepose::daemon {
 
 namespace fs = std::filesystem;
 using sqlite::Database;
+using sqlite::in;
 
 namespace {
 

@@ -172,4 +172,19 @@ StoreResult<void> Transaction::commit() {
   return committed;
 }
 
+StoreError in(std::string_view operation, const StoreError& error) {
+  return {std::string{operation} + ": " + error.detail, error.may_pass};
+}
+
+StoreResult<void> commit(Database& database, std::string_view operation,
+                         const std::vector<Statement*>& statements) {
+  StoreResult<Transaction> transaction = Transaction::begin(database);
+  if (!transaction) return std::unexpected(in(operation, transaction.error()));
+  StoreResult<void> result;
+  for (std::size_t i = 0; result && i < statements.size(); ++i) result = statements[i]->run();
+  if (result) result = transaction->commit();
+  if (!result) return std::unexpected(in(operation, result.error()));
+  return {};
+}
+
 }  // namespace truepose::daemon::sqlite

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "daemon/store/store.hpp"
 
@@ -108,5 +109,12 @@ class Transaction {
   explicit Transaction(Database& database) : database_{&database} {}
   Database* database_;  // nullptr once it is over
 };
+
+/// The error, with the operation that failed.
+StoreError in(std::string_view operation, const StoreError& error);
+
+/// Runs statements as one transaction: on the disk, or not at all. An error says which operation failed.
+StoreResult<void> commit(Database& database, std::string_view operation,
+                         const std::vector<Statement*>& statements);
 
 }  // namespace truepose::daemon::sqlite

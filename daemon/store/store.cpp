@@ -1,13 +1,12 @@
 #include "daemon/store/store.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
+#include "daemon/store/campaign_plan.hpp"
+#include "daemon/store/joint_list.hpp"
 #include "daemon/store/sqlite.hpp"
 #include "daemon/store/store_impl.hpp"
 #include "proto/text/digest.hpp"
@@ -16,13 +15,13 @@ namespace truepose::daemon {
 namespace {
 
 using sqlite::Database;
+using sqlite::in;
 using sqlite::Statement;
 using sqlite::Transaction;
 
 constexpr std::int64_t kApplicationId = 0x54505345;  // "TPSE", so that `file` and we know our own
-constexpr std::int64_t kSchemaVersion = 8;
+constexpr std::int64_t kSchemaVersion = 9;
 
-// Lists of joints are JSON text with every digit: a person can read them, json_each() too.
 constexpr const char* kSchema1 = R"sql(
 CREATE TABLE campaign (
   id             TEXT PRIMARY KEY,
@@ -206,48 +205,11 @@ constexpr const char* kDeactivate = "UPDATE model SET active=0 WHERE active=1";
 std::int64_t stored_pose(int number) { return number - 1; }
 int pose_number(std::int64_t stored) { return static_cast<int>(stored) + 1; }
 
-constexpr std::array<std::string_view, 8> kPurposes{"identify", "validate", "remeasure", "reference",
-                                                    "target",   "cycle",    "nest",      "face1"};
-
-template <typename Numbers>
-std::string array_text(const Numbers& numbers) {
-  std::string text = "[";
-  for (const auto value : numbers) {
-    if (text.size() > 1) text += ',';
-    std::array<char, 32> digits;
-    const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-    text.append(digits.data(), end);
-  }
-  return text + "]";
-}
-
-std::optional<JointVector> joints(std::string_view text) {
-  JointVector q(0);
-  if (!text.starts_with('[') || !text.ends_with(']')) return std::nullopt;
-  const char* at = text.data() + 1;
-  const char* const end = text.data() + text.size() - 1;
-  while (at < end) {
-    double value = 0;
-    const auto [rest, error] = std::from_chars(at, end, value);
-    if (error != std::errc{} || q.size() == kMaxJoints || (rest != end && *rest != ',')) return std::nullopt;
-    q.conservativeResize(q.size() + 1);
-    q[q.size() - 1] = value;
-    at = rest == end ? end : rest + 1;
-  }
-  return q;
-}
-
 /// Of "[1,2]"; nothing of any other text.
 std::optional<std::vector<int>> whole_numbers(std::string_view text) {
-  if (!text.starts_with('[') || !text.ends_with(']')) return std::nullopt;
-  std::vector<int> numbers;
-  const char* const end = text.data() + text.size() - 1;
-  for (const char* at = text.data() + 1; at < end;) {
-    const auto [rest, error] = std::from_chars(at, end, numbers.emplace_back());
-    if (error != std::errc{} || (rest != end && *rest != ',')) return std::nullopt;
-    at = rest == end ? end : rest + 1;
-  }
-  return numbers;
+  const auto numbers = numbers_of(text);
+  if (!numbers) return std::nullopt;
+  return std::vector<int>(numbers->begin(), numbers->end());
 }
 
 bool finite(const StoredPoint& point) {
@@ -255,6 +217,14 @@ bool finite(const StoredPoint& point) {
          point.p_WS_mm.allFinite() && point.std_mm.allFinite() && std::isfinite(point.temperature_c) &&
          std::isfinite(point.pressure_mbar) && std::isfinite(point.humidity_percent);
 }
+
+/// Of a campaign, as campaign_of() takes them; without its document, which may be long.
+constexpr const char* kOutline =
+    "SELECT id, started, ended, state, reason, robot_model, robot_serial, tracker_model, tracker_serial, "
+    "model_id, '', kind, started_by, note FROM campaign ";
+constexpr const char* kWhole =
+    "SELECT id, started, ended, state, reason, robot_model, robot_serial, tracker_model, tracker_serial, "
+    "model_id, document, kind, started_by, note FROM campaign ";
 
 CampaignRecord campaign_of(const Statement& row) {
   return {.id = row.text(0),
@@ -353,6 +323,7 @@ StoreResult<void> migrate(Database& database, const std::string& file) {
   if (*version < 6) steps += kSchema6;
   if (*version < 7) steps += kSchema7;
   if (*version < 8) steps += kEventSchema + std::string{kIdentificationSchema};
+  if (*version < 9) steps += CampaignPlans::kSchema;
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
 }
 
@@ -390,13 +361,7 @@ Statement Store::Impl::activated(const std::string& id) {
 }
 
 StoreResult<void> Store::Impl::commit(std::string_view operation, const std::vector<Statement*>& statements) {
-  StoreResult<Transaction> transaction = Transaction::begin(*database);
-  if (!transaction) return std::unexpected(in(operation, transaction.error()));
-  StoreResult<void> result;
-  for (std::size_t i = 0; result && i < statements.size(); ++i) result = statements[i]->run();
-  if (result) result = transaction->commit();
-  if (!result) return std::unexpected(in(operation, result.error()));
-  return {};
+  return sqlite::commit(*database, operation, statements);
 }
 
 Store::Store(std::unique_ptr<Impl> impl) : impl_{std::move(impl)} {}
@@ -479,8 +444,10 @@ StoreResult<void> Store::try_again() {
   return impl_->commit(kOperation, {&write});
 }
 
-StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
-  Statement insert = impl_->database->prepare("INSERT INTO campaign VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
+StoreResult<void> Store::begin_campaign(const CampaignRecord& c, const std::string& order, int total) {
+  Statement insert = impl_->database->prepare(
+      "INSERT INTO campaign (id, started, ended, state, reason, robot_model, robot_serial, tracker_model, "
+      "tracker_serial, model_id, document, kind, started_by, note) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
   insert.bind(c.id)
       .bind(c.started)
       .bind(c.ended)
@@ -490,29 +457,36 @@ StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
       .bind(c.robot_serial);
   insert.bind(c.tracker_model).bind(c.tracker_serial).bind(c.model_id).bind(c.document).bind(c.kind);
   insert.bind(c.started_by).bind(c.note);
-  const std::string operation = "beginning campaign " + c.id;
-  if (c.points_of.empty()) return impl_->commit(operation, {&insert});
-  Statement name = impl_->database->prepare("INSERT INTO identification VALUES (?, ?, nullif(?, ''))");
-  name.bind(c.id).bind(c.points_of).bind(c.validate ? array_text(*c.validate) : "");
-  return impl_->commit(operation, {&insert, &name});
+  std::vector<Statement> beside;
+  if (!c.points_of.empty()) {
+    beside.push_back(impl_->database->prepare("INSERT INTO identification VALUES (?, ?, nullif(?, ''))"));
+    beside.back().bind(c.id).bind(c.points_of).bind(c.validate ? list_text(*c.validate) : "");
+  }
+  if (!order.empty()) beside.push_back(plans().begun(c.id, order, total));
+  std::vector<Statement*> all{&insert};
+  for (Statement& statement : beside) all.push_back(&statement);
+  return impl_->commit("beginning campaign " + c.id, all);
 }
+
+CampaignPlans Store::plans() { return CampaignPlans{*impl_->database}; }
 
 StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredPoint& p) {
   const std::string operation = "storing a point of campaign " + campaign_id;
   if (!finite(p)) return std::unexpected(in(operation, {"a number is not finite"}));
   Statement insert = impl_->database->prepare(
       "INSERT INTO point (campaign_id, pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, "
-      "y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time) "
-      "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
-  insert.bind(campaign_id).bind(stored_pose(p.pose)).bind(kPurposes[static_cast<std::size_t>(p.purpose)]);
-  insert.bind(array_text(p.q_target))
-      .bind(array_text(p.q_commanded))
-      .bind(array_text(p.q_actual))
-      .bind(array_text(p.direction))
+      "y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time, "
+      "resumption) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
+  insert.bind(campaign_id).bind(stored_pose(p.pose)).bind(purpose_name(p.purpose));
+  insert.bind(list_text(p.q_target))
+      .bind(list_text(p.q_commanded))
+      .bind(list_text(p.q_actual))
+      .bind(list_text(p.direction))
       .bind(p.smr);
   insert.bind(p.p_WS_mm.x()).bind(p.p_WS_mm.y()).bind(p.p_WS_mm.z());
   insert.bind(p.std_mm.x()).bind(p.std_mm.y()).bind(p.std_mm.z());
   insert.bind(p.temperature_c).bind(p.pressure_mbar).bind(p.humidity_percent).bind(p.time);
+  insert.bind(std::int64_t{p.resumption});
   return impl_->commit(operation, {&insert});
 }
 
@@ -547,22 +521,9 @@ StoreResult<void> Store::end_campaign(const CampaignRecord& c, const std::option
   return ended;
 }
 
-StoreResult<int> Store::fail_interrupted(const std::string& ended) {
-  Statement update = impl_->database->prepare(
-      "UPDATE campaign SET ended=?, state='failed', reason='the daemon ended in the middle of it' WHERE "
-      "state='running'");
-  update.bind(ended);
-  const StoreResult<void> result = impl_->commit("ending interrupted campaigns", {&update});
-  if (!result) return std::unexpected(result.error());
-  return impl_->database->changes();
-}
-
 StoreResult<std::vector<CampaignRecord>> Store::campaigns() {
   auto records = all<CampaignRecord>(
-      impl_->database->prepare("SELECT id, started, ended, state, reason, robot_model, robot_serial, "
-                               "tracker_model, tracker_serial, model_id, '', kind, started_by, note"
-                               " FROM campaign ORDER BY rowid DESC"),
-      campaign_of);
+      impl_->database->prepare(kOutline + std::string{"ORDER BY rowid DESC"}), campaign_of);
   if (!records) return records;
   for (CampaignRecord& record : *records) {
     const StoreResult<void> named = impl_->name_source(record);
@@ -572,20 +533,18 @@ StoreResult<std::vector<CampaignRecord>> Store::campaigns() {
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::campaign(const std::string& id) {
-  Statement query = impl_->database->prepare("SELECT * FROM campaign WHERE id=?");
+  Statement query = impl_->database->prepare(kWhole + std::string{"WHERE id=?"});
   query.bind(id);
   return impl_->one_campaign(std::move(query));
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::last_campaign() {
-  return impl_->one_campaign(
-      impl_->database->prepare("SELECT * FROM campaign ORDER BY rowid DESC LIMIT 1"));
+  return impl_->one_campaign(impl_->database->prepare(kWhole + std::string{"ORDER BY rowid DESC LIMIT 1"}));
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::last_calibration() {
-  return impl_->one_campaign(
-      impl_->database->prepare("SELECT * FROM campaign WHERE kind='calibration' AND state='done' "
-                               "ORDER BY rowid DESC LIMIT 1"));
+  return impl_->one_campaign(impl_->database->prepare(
+      kWhole + std::string{"WHERE kind='calibration' AND state='done' ORDER BY rowid DESC LIMIT 1"}));
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::Impl::one_campaign(Statement query) {
@@ -620,7 +579,7 @@ StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_
 StoreResult<std::vector<StoredPoint>> Store::Impl::measured(const std::string& campaign_id) {
   Statement query = database->prepare(
       "SELECT pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, y_mm, z_mm, std_x_mm, "
-      "std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time FROM point WHERE "
+      "std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time, resumption FROM point WHERE "
       "campaign_id=? ORDER BY number");
   query.bind(campaign_id);
   std::vector<StoredPoint> points;
@@ -628,15 +587,18 @@ StoreResult<std::vector<StoredPoint>> Store::Impl::measured(const std::string& c
     const StoreResult<bool> row = query.step();
     if (!row) return std::unexpected(row.error());
     if (!*row) return points;
-    const auto target = joints(query.text(2)), commanded = joints(query.text(3)),
-               actual = joints(query.text(4)), direction = joints(query.text(5));
+    const auto target = joints_of(query.text(2)), commanded = joints_of(query.text(3)),
+               actual = joints_of(query.text(4)), direction = joints_of(query.text(5));
     if (!target || !commanded || !actual || !direction) {
       return std::unexpected(
           StoreError{"reading campaign " + campaign_id + ": the joints of a point are no list of numbers"});
     }
-    const auto purpose = std::ranges::find(kPurposes, query.text(1)) - kPurposes.begin();
+    const auto purpose = purpose_of(query.text(1));
+    if (!purpose)
+      return std::unexpected(
+          StoreError{"reading campaign " + campaign_id + ": a point has no purpose that is known"});
     points.push_back({.pose = pose_number(query.integer(0)),
-                      .purpose = static_cast<PointPurpose>(purpose),
+                      .purpose = *purpose,
                       .q_target = *target,
                       .q_commanded = *commanded,
                       .q_actual = *actual,
@@ -647,7 +609,8 @@ StoreResult<std::vector<StoredPoint>> Store::Impl::measured(const std::string& c
                       .temperature_c = query.number(13),
                       .pressure_mbar = query.number(14),
                       .humidity_percent = query.number(15),
-                      .time = query.text(16)});
+                      .time = query.text(16),
+                      .resumption = static_cast<int>(query.integer(17))});
   }
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -31,7 +33,24 @@ enum class PointPurpose {
   Cycle,      ///< a pose of a cycle of an ISO 9283 test
   Nest,       ///< a reflector that stands beside the arm, by which the tracker is seen to move
   Face1,      ///< what face 1 alone saw of the pose of this number, whose point is the mean of both faces
+  Check,      ///< the pose or the nest of this number once more, to see what moved during an interruption
 };
+
+/// The names in the store and on the wire, in the order of the enumerators.
+inline constexpr std::array<std::string_view, 9> kPurposes{
+    "identify", "validate", "remeasure", "reference", "target", "cycle", "nest", "face1", "check"};
+inline std::string_view purpose_name(PointPurpose purpose) {
+  return kPurposes[static_cast<std::size_t>(purpose)];
+}
+inline std::optional<PointPurpose> purpose_of(std::string_view name) {
+  for (std::size_t i = 0; i < kPurposes.size(); ++i)
+    if (kPurposes[i] == name) return static_cast<PointPurpose>(i);
+  return std::nullopt;
+}
+/// Whether it is a pose of the campaign, rather than what is measured beside to correct or to check it.
+inline bool is_pose(PointPurpose purpose) {
+  return purpose != PointPurpose::Nest && purpose != PointPurpose::Face1 && purpose != PointPurpose::Check;
+}
 
 /// One measured point of a campaign, as it is kept.
 struct StoredPoint {
@@ -45,7 +64,8 @@ struct StoredPoint {
   Eigen::Vector3d p_WS_mm{0, 0, 0};
   Eigen::Vector3d std_mm{0, 0, 0};
   double temperature_c = 0, pressure_mbar = 0, humidity_percent = 0;
-  std::string time;  ///< RFC 3339
+  std::string time;    ///< RFC 3339
+  int resumption = 0;  ///< measured after so many interruptions of the campaign
 };
 
 /// Lets these poses validate, and identify the others that were measured to either.
@@ -55,9 +75,9 @@ struct CampaignRecord {
   std::string id;                    ///< UUID
   std::string kind = "calibration";  ///< or "drift", "targets", "iso9283"
   std::string started;               ///< RFC 3339
-  std::string ended;                 ///< empty while it runs
-  std::string state;                 ///< "running", "done", "aborted", "failed"
-  std::string reason;                ///< for aborted and failed, and why a model was not activated
+  std::string ended;                 ///< empty while it runs; of one that was interrupted, when
+  std::string state;                 ///< "running", "done", "aborted", "failed", "interrupted"
+  std::string reason;  ///< for aborted, failed and interrupted, and why a model was not activated
   std::string robot_model, robot_serial, tracker_model, tracker_serial;
   std::string model_id;  ///< of the model that it made, or empty
   std::string document;  ///< the calibration document (JSON), or empty
@@ -81,6 +101,8 @@ struct ModelRecord {
   double largest_correction_deg = 0;
   std::string sha256;  ///< of the yaml, by the store when it took the model; empty: stored before that
 };
+
+class CampaignPlans;
 
 /// The cell's memory: one SQLite file (WAL, synchronous=FULL). A call that returned without an error is on
 /// the disk. After a failed write or sync nothing more is taken until try_again(): what the kernel still has
@@ -113,15 +135,17 @@ class Store final : public EventArchive {
   /// @return whether it can be used again
   StoreResult<void> try_again();
 
-  StoreResult<void> begin_campaign(const CampaignRecord& campaign);
+  /// @param order  what it is to do, so that it may go on after the end of the daemon; empty: it may not
+  /// @param total  poses over all phases as they are known then
+  StoreResult<void> begin_campaign(const CampaignRecord& campaign, const std::string& order = "",
+                                   int total = 0);
   StoreResult<void> add_point(const std::string& campaign_id, const StoredPoint& point);
   StoreResult<void> add_skipped(const std::string& campaign_id, const SkippedPose& skipped);
   /// Writes state, end, reason, model and document of a campaign, and in the same transaction the model that
   /// it made, the active one from then on if it says so. A copy of the file alone then holds all of it.
   StoreResult<void> end_campaign(const CampaignRecord& campaign, const std::optional<ModelRecord>& made = {});
-  /// Ends as failed the campaigns that still run here, which those of a daemon that died do.
-  /// @return how many
-  StoreResult<int> fail_interrupted(const std::string& ended);
+  /// What lets campaigns go on. Not beyond the store's life.
+  CampaignPlans plans();
   StoreResult<std::vector<CampaignRecord>> campaigns();  ///< the last begun first, without documents
   StoreResult<std::optional<CampaignRecord>> campaign(const std::string& id);
   StoreResult<std::optional<CampaignRecord>> last_campaign();     ///< begun

@@ -7,6 +7,7 @@
 
 namespace truepose::daemon {
 
+using sqlite::in;
 using sqlite::Statement;
 
 // event_number.kept: every event up to that number is in `event`, or in a range of `event_gap`, or is not of

@@ -11,12 +11,7 @@
 
 namespace truepose::daemon {
 
-/// Says which operation failed.
-inline StoreError in(std::string_view operation, const StoreError& error) {
-  return {std::string{operation} + ": " + error.detail, error.may_pass};
-}
-
-/// Events, which version 7 keeps.
+/// Events, which version 8 keeps.
 extern const char* const kEventSchema;
 
 /// What the sources of the store share.

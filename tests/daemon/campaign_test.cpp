@@ -71,7 +71,13 @@ TEST_F(CampaignTest, LooksWhereTheReflectorIsOnceTheFirstPosesHaveShownIt) {
 /// Takes its time to write, and looks at the arm meanwhile.
 struct SlowJournal final : CampaignJournal {
   SlowJournal(drivers::Clock& c, std::optional<drivers::MockCell>& m) : clock{c}, cell{m} {}
-  asio::awaitable<StoreResult<void>> begin(Identities) override { co_return StoreResult<void>{}; }
+  asio::awaitable<StoreResult<std::string>> begin(int) override { co_return std::string{}; }
+  asio::awaitable<StoreResult<void>> know(Identities) override { co_return StoreResult<void>{}; }
+  asio::awaitable<StoreResult<void>> add_planned(std::vector<PlannedPose>, int) override {
+    co_return StoreResult<void>{};
+  }
+  asio::awaitable<StoreResult<void>> add_identified(std::string) override { co_return StoreResult<void>{}; }
+  asio::awaitable<StoreResult<void>> add_resumption(Resumption) override { co_return StoreResult<void>{}; }
   asio::awaitable<StoreResult<StoredPoint>> add_point(StoredPoint point) override {
     const TimePoint written = clock.now() + 20s;
     co_await clock.sleep_until(written);

@@ -60,7 +60,8 @@ struct CellTest : testing::Test {
                          *store,
                          store_thread,
                          wall_clock};
-    EXPECT_TRUE(finish(journal.begin(result->identities)));
+    EXPECT_TRUE(finish(journal.begin(0)));
+    EXPECT_TRUE(finish(journal.know(result->identities)));
     for (const StoredPoint& point : result->points) EXPECT_TRUE(finish(journal.add_point(point)));
     EXPECT_TRUE(finish(journal.end(result, std::nullopt)));
   }

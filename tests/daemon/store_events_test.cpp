@@ -6,7 +6,7 @@
 #include <string>
 
 #include "daemon/store/store.hpp"
-#include "tests/integration/sqlite_rows.hpp"
+#include "tests/daemon/older_store.hpp"
 #include "tests/temp_folder.hpp"
 
 namespace truepose::daemon {
@@ -148,11 +148,7 @@ TEST_F(StoreEvents, OfAFileThatKeptNoneAreAllMissing) {
     Store store = open();
     ASSERT_TRUE(store.reserve_event_numbers(500));
   }
-  sqlite_rows(file, "DROP TABLE event");
-  sqlite_rows(file, "DROP TABLE event_gap");
-  sqlite_rows(file, "DROP TABLE identification");
-  sqlite_rows(file, "ALTER TABLE event_number DROP COLUMN kept");
-  sqlite_rows(file, "PRAGMA user_version=6");
+  make_older(file, 7);
   Store store = open();
   EXPECT_EQ(store.begin_events(100).value(), 501U);
   const auto gaps = store.event_gaps(1, 501).value();

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/store/campaign_plan.hpp"
 #include "daemon/store/store.hpp"
 #include "tests/daemon/failing_disk.hpp"
 #include "tests/temp_folder.hpp"
@@ -63,13 +64,15 @@ struct Content {
   std::vector<std::string> models;
   std::string active, armed;
   std::vector<std::uint64_t> events;
+  std::size_t planned = 0, resumptions = 0;  ///< of c3
   bool operator==(const Content&) const = default;
 };
 
 std::ostream& operator<<(std::ostream& out, const Content& content) {
   for (const auto& campaign : content.campaigns) out << campaign << "; ";
   out << content.poses.size() << " points, " << content.models.size() << " models, active " << content.active
-      << ", armed " << content.armed << ", " << content.events.size() << " events";
+      << ", armed " << content.armed << ", " << content.events.size() << " events, "
+      << content.planned << " planned poses, " << content.resumptions << " resumptions";
   return out;
 }
 
@@ -80,6 +83,8 @@ Content content_of(Store& store) {
   for (const StoredPoint& each : store.points("c1").value()) content.poses.push_back(each.pose);
   for (const ModelRecord& record : store.models().value()) content.models.push_back(record.id);
   if (const auto active = store.active_model().value()) content.active = active->id;
+  if (const auto plan = store.plans().plan("c3").value()) content.planned = plan->poses.size();
+  content.resumptions = store.plans().resumptions("c3").value().size();
   content.armed = store.armed_since().value();
   for (const KeptEvent& event : store.events(kFaults, 1, 1'000'000).value().events)
     content.events.push_back(event.seq);
@@ -114,8 +119,18 @@ std::vector<Operation> operations() {
       {"add_skipped", [](Store& s) { return s.add_skipped("c1", {3, "no beam", 2}); }},
       {"keep_events", [](Store& s) { return s.keep_events(batch(1, 300)); }},
       {"end_campaign", [=](Store& s) { return s.end_campaign(ended, made); }},
+      {"begin_campaign with its order", [=](Store& s) { return s.begin_campaign(campaign("c3"), "{}", 7); }},
+      {"add_planned",
+       [](Store& s) {
+         const JointVector q = point(1).q_target;
+         const std::array planned{PlannedPose{.pose = 1, .q_target = q, .q_commanded = q}};
+         return s.plans().add_planned("c3", planned, 8);
+       }},
       {"identification", [=](Store& s) { return s.begin_campaign(again); }},
-      {"fail_interrupted", [=](Store& s) { return done(s.fail_interrupted("2026-08-17T12:00:00Z")); }},
+      {"interrupt_running",
+       [=](Store& s) { return done(s.plans().interrupt_running("2026-08-17T12:00:00Z")); }},
+      {"resume", [](Store& s) { return s.plans().resume("c3"); }},
+      {"add_resumption", [](Store& s) { return s.plans().add_resumption("c3", {}); }},
       {"add_model", [](Store& s) { return s.add_model(model("m2")); }},
       {"activate_model", [](Store& s) { return s.activate_model("m2"); }},
       {"keep_armed", [](Store& s) { return s.keep_armed("2026-08-17T12:00:00Z"); }},

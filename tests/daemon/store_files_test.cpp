@@ -12,6 +12,7 @@
 #include "daemon/service/runtime_folder.hpp"
 #include "daemon/store/restore.hpp"
 #include "daemon/store/store.hpp"
+#include "tests/daemon/older_store.hpp"
 #include "tests/integration/sqlite_rows.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -123,14 +124,12 @@ TEST_F(StoreFiles, ACopyIsReadWhereNothingMayBeWrittenBesideIt) {
 
 TEST_F(StoreFiles, AFileOfAnOlderVersionIsReadAndLeftAsItIs) {
   { Store store = filled(3); }
-  for (const char* sql : {"DROP TABLE event", "DROP TABLE event_gap", "DROP TABLE identification",
-                          "ALTER TABLE event_number DROP COLUMN kept", "PRAGMA user_version=6"})
-    sqlite_rows(file, sql);
+  make_older(file, 7);
   StoreResult<Store> reader = Store::open_to_read(file);
   ASSERT_TRUE(reader) << reader.error().detail;
   EXPECT_EQ(reader->campaigns().value().size(), 1U);
   EXPECT_EQ(reader->points("c1").value().size(), 3U);
-  EXPECT_EQ(sqlite_rows(file, "PRAGMA user_version")[0][0], "6");
+  EXPECT_EQ(sqlite_rows(file, "PRAGMA user_version")[0][0], "7");
 }
 
 TEST_F(StoreFiles, WhatIsNoStoreIsNotRead) {

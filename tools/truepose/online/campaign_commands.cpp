@@ -187,6 +187,12 @@ int start_and_watch(const OnlineOptions& online, const json::object& params) {
   return exit_code;
 }
 
+int resume_and_watch(const OnlineOptions& online, const json::object& params) {
+  RpcClient client = connect_for_campaign(online);
+  const json::value resumed = value_or_throw(client.call("campaign.resume", params));
+  return follow(client, online, {{"id", string_at(resumed, "/id")}});
+}
+
 int watch_campaign(const OnlineOptions& online, const json::object& params) {
   RpcClient client = connect_for_campaign(online);
   return follow(client, online, params);

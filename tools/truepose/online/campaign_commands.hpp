@@ -25,6 +25,9 @@ boost::json::object targets_of_file(const std::filesystem::path& file);
 
 /// Starts a campaign and follows it to its end; of one that is no calibration, shows what it found.
 int start_and_watch(const OnlineOptions& online, const boost::json::object& params);
+/// Goes on with a campaign and follows it to its end.
+/// @param params  {"id"} of one that was interrupted, or nothing for the one that is paused
+int resume_and_watch(const OnlineOptions& online, const boost::json::object& params);
 /// Follows a campaign to its end; succeeds if it ends as done.
 /// @param params  {"id"}, or nothing for the newest
 int watch_campaign(const OnlineOptions& online, const boost::json::object& params);

@@ -118,6 +118,11 @@ int start_campaign(const Arguments& given, const json::object& params) {
   return ask(given.online, "campaign.start", all, started_text);
 }
 
+int resume_campaign(const Arguments& given, const json::object& params) {
+  if (given.watch) return resume_and_watch(given.online, params);
+  return ask(given.online, "campaign.resume", params, progress_text);
+}
+
 int export_model(const Arguments& given, const json::object& params) {
   if (given.out.empty()) return ask(given.online, "model.export", params, exported_text);
   RpcClient client = value_or_throw(RpcClient::connect(given.online));
@@ -240,8 +245,12 @@ std::vector<Row> table(Arguments& a) {
         {"--watch", &a.watch, "follow it to its end"}},
        nullptr, start_campaign},
       {"campaign pause", "campaign.pause", "pause the campaign that runs", {}, progress_text},
-      {"campaign resume", "campaign.resume", "go on with the campaign that is paused", {}, progress_text},
-      {"campaign abort", "campaign.abort", "abort the campaign that runs", {}, progress_text},
+      {"campaign resume", "campaign.resume", "go on with the campaign that is paused, or was interrupted",
+       {id("campaign that was interrupted; default: the one that is paused"),
+        {"--watch", &a.watch, "follow it to its end"}},
+       nullptr, resume_campaign},
+      {"campaign abort", "campaign.abort", "abort the campaign that runs, or was interrupted",
+       {id("campaign that was interrupted; default: the one that runs")}, progress_text},
       {"campaign identify", "campaign.identify",
        "identify the stored points of a campaign anew, of one that was aborted or has failed too",
        {id("campaign", true),
