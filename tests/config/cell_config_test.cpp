@@ -40,6 +40,32 @@ class CellFile : public testing::Test {
   TempFolder folder_;
 };
 
+TEST_F(CellFile, GivesWhatCampaignsGoByAsATextAndTakesItBack) {
+  CellConfig cell = load(kSmallest);
+  CampaignConfig& campaign = cell.campaign;
+  campaign.identify_poses = 17;
+  campaign.seed = 0xfedc'ba98'7654'3210;
+  campaign.speed_percent = 100.0 / 3;
+  campaign.settle = std::chrono::milliseconds{123};
+  campaign.warm_up = std::chrono::seconds{600};
+  campaign.criterion = DesignCriterion::D;
+  campaign.approach = ApproachSide::Alternate;
+  campaign.remeasure = false;
+  cell.calibration = {true, {1, 2, 160}, residual_kinds("auto").value(), Loss::Tukey};
+  const std::string text = campaign_options(cell);
+
+  CellConfig other = load(kSmallest);
+  EXPECT_NE(campaign_options(other), text);
+  use_campaign_options(other, text);
+  EXPECT_EQ(campaign_options(other), text);
+  EXPECT_EQ(other.campaign.seed, campaign.seed);
+  EXPECT_EQ(other.campaign.speed_percent, campaign.speed_percent);
+  EXPECT_EQ(other.campaign.warm_up, campaign.warm_up);
+  EXPECT_EQ(other.calibration.residual, cell.calibration.residual);
+  EXPECT_EQ(other.calibration.loss, Loss::Tukey);
+  EXPECT_THROW(use_campaign_options(other, "campaign: {identify_poses: many}"), ConfigError);
+}
+
 TEST_F(CellFile, ReadsWhereAnIso9283TestIsMeasured) {
   const CellConfig cell = load(std::string{kSmallest} +
                                "iso9283: {cycles: 5, variation: true, plane: C2-C3-C8-C5, edge_mm: 400,"
