@@ -133,12 +133,12 @@ Vector3d free_end(const Vector3d& chord, const Vector3d& other_end) {
 
 std::expected<std::vector<TcpPath>, std::string> spline_path(const Isometry3d& from,
                                                              const std::vector<SplineSegment>& segments) {
-  using Kind = SplineSegment::Kind;
+  using Segment = SplineSegment::Kind;
   // Lines and arcs first: curves take their directions.
   std::vector<std::optional<TcpPath>> stiff(segments.size());
   std::vector<Isometry3d> ends{from};
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    if (segments[i].kind != Kind::Curve) {
+    if (segments[i].kind != Segment::Curve) {
       auto piece = stiff_piece(ends.back(), segments[i]);
       if (!piece) return std::unexpected(piece.error());
       stiff[i] = *std::move(piece);
