@@ -422,7 +422,7 @@ Trial Examination::loses_beam() {
   bridge::DoMeasure request{10 * options_.measure};
   const auto measuring = co_await line_.send_request(request);
   if (!measuring) co_return Seen::otherwise(measuring.error());
-  bridge::Rehearse rehearse;
+  bridge::Rehearse rehearse{.lasts = 300ms};
   const auto breaking = co_await line_.send_request(rehearse);
   if (!breaking) co_return Seen::otherwise(breaking.error());
   bool broken = false, told = false;
