@@ -55,7 +55,7 @@ MeasuringSession::MeasuringSession(const config::CellConfig& config, CampaignDev
       observer_{observer},
       run_compute_{std::move(run_compute)},
       motion_{config_.robot.model, devices_, run_compute_},
-      expected_{config::rough_cell(config_)} {}
+      search_{config_, devices_} {}
 
 MeasuringSession::Outcome<void> MeasuringSession::connect() {
   enter(CampaignPhase::Connect);
@@ -94,15 +94,17 @@ asio::awaitable<StoreResult<void>> MeasuringSession::end(std::optional<CampaignE
   co_return ended;
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, PlanOptions options) {
+MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, PlanOptions options,
+                                                       Reflectors reflectors) {
   enter(CampaignPhase::Plan);
   options.sizes.clear();
   options.random_sets = 0;
   auto here = co_await devices_.position();
   if (here) options.start = *here;
-  auto job = [cell, scene = config::scene_of(config_), options] {
-    return PoseSupply::make(cell, scene, options);
-  };
+  Scene scene = config::scene_of(config_);
+  if (reflectors == Reflectors::First) scene.sight.further.clear();
+  search_.look_for(reflectors);
+  auto job = [cell, scene, options] { return PoseSupply::make(cell, scene, options); };
   auto made = co_await compute(job);
   if (!made) co_return std::unexpected(CampaignError{CampaignFault::Planning, made.error()});
   poses_ = std::make_shared<PoseSupply>(*std::move(made));
@@ -121,11 +123,7 @@ MeasuringTarget MeasuringSession::again(MeasuringTarget target) {
   return target;
 }
 
-void MeasuringSession::expect(CalibratedCell cell, double reach) {
-  expected_ = std::move(cell);
-  reach_ = reach;
-  placement_known_ = true;
-}
+void MeasuringSession::expect(CalibratedCell cell, double reach) { search_.expect(std::move(cell), reach); }
 
 MeasuringSession::Outcome<void> MeasuringSession::visit(JointVector q) {
   co_await wait_while_paused();
@@ -166,14 +164,14 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(
   do {
     co_await wait_while_paused();
     for (int n = 1; n <= attempts; ++n, ++tried) {
-      auto point = co_await attempt(target);
-      if (point) {
+      auto points = co_await attempt(target);
+      if (points) {
         lost_in_row_ = last_lost_ = 0;
-        Done kept = co_await keep(*point);
+        auto kept = co_await keep(*std::move(points));
         if (!kept) co_return std::unexpected(kept.error());
-        co_return point->point;
+        co_return *kept;
       }
-      error = point.error();
+      error = points.error();
       observer_.on_trouble("pose " + std::to_string(target.pose) + ", attempt " + std::to_string(n) + " of " +
                            std::to_string(attempts) + ": " + error.detail);
       Done recovered = co_await recover(error);
@@ -224,7 +222,7 @@ MeasuringSession::Outcome<std::optional<MeasuringTarget>> MeasuringSession::subs
   co_return target;
 }
 
-CellDevices::Outcome<MeasuringSession::Attempted> MeasuringSession::attempt(MeasuringTarget target) {
+CellDevices::Outcome<MeasuringSession::Points> MeasuringSession::attempt(MeasuringTarget target) {
   if (target.q_from.size() > 0) {
     auto start = co_await motion_.drive(target.q_from);
     if (!start) co_return std::unexpected(start.error());
@@ -232,32 +230,33 @@ CellDevices::Outcome<MeasuringSession::Attempted> MeasuringSession::attempt(Meas
   }
   auto reached = co_await motion_.arrive(target.q_commanded, target.way_rad);
   if (!reached) co_return std::unexpected(reached.error());
-  const config::TrackerConfig& tracker = config_.tracker;
   const int two_face_every = config_.campaign.two_face_every;
-  CellDevices::Sight sight{
-      .p_W_mm = expected_.predict(*reached, 0, motion_.direction()),
-      .search_mm = placement_known_ ? reach_ * tracker.search_mm : tracker.search_first_mm,
-      .gate_mm = placement_known_ ? reach_ * tracker.gate_mm : tracker.search_first_mm,
-      .readings = target.readings,
-      .two_face = two_face_every > 0 && target.pose % two_face_every == 0};
-  auto measured = co_await devices_.measure(sight);
-  if (!measured) co_return std::unexpected(measured.error());
-
-  StoredPoint point = stored_point(measured->point);
-  point.pose = target.pose;
-  point.purpose = target.purpose;
-  point.q_target = target.q_target;
-  point.q_commanded = target.q_commanded;
-  point.q_actual = *reached;
-  point.direction = motion_.direction();
-  point.smr = config_.reflector.name;
-  Attempted attempted{point, {}};
-  if (measured->face1_mm) {
-    attempted.face1 = point;
-    attempted.face1->purpose = PointPurpose::Face1;
-    attempted.face1->p_WS_mm = *measured->face1_mm;
+  ReflectorSearch::Stand stand{.q = *reached,
+                               .direction = motion_.direction(),
+                               .purpose = target.purpose,
+                               .readings = target.readings,
+                               .two_face = two_face_every > 0 && target.pose % two_face_every == 0};
+  auto seen = co_await search_.measure(std::move(stand));
+  if (!seen) co_return std::unexpected(seen.error());
+  for (const std::string& sentence : seen->missed)
+    observer_.on_trouble("pose " + std::to_string(target.pose) + ": " + sentence);
+  Points points;
+  for (const ReflectorSearch::Found& found : seen->found) {
+    StoredPoint point = stored_point(found.sighted.point);
+    point.pose = target.pose;
+    point.purpose = target.purpose;
+    point.q_target = target.q_target;
+    point.q_commanded = target.q_commanded;
+    point.q_actual = *reached;
+    point.direction = motion_.direction();
+    point.smr = search_.name(found.reflector);
+    points.push_back(point);
+    if (!found.sighted.face1_mm) continue;
+    point.purpose = PointPurpose::Face1;
+    point.p_WS_mm = *found.sighted.face1_mm;
+    points.push_back(point);
   }
-  co_return attempted;
+  co_return points;
 }
 
 template <typename T>
@@ -290,20 +289,22 @@ MeasuringSession::Outcome<StoredPoint> MeasuringSession::store(StoredPoint point
   co_return *std::move(stored);
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::keep(Attempted attempted) {
-  auto stored = co_await store(std::move(attempted.point));
-  if (!stored) co_return std::unexpected(stored.error());
-  const StoredPoint& point = *stored;
-  if (attempted.face1) {
-    auto beside = co_await store(*std::move(attempted.face1));
-    if (!beside) co_return std::unexpected(beside.error());
+MeasuringSession::Outcome<StoredPoint> MeasuringSession::keep(Points points) {
+  Points kept;
+  for (StoredPoint& point : points) {
+    auto stored = co_await store(std::move(point));
+    if (!stored) co_return std::unexpected(stored.error());
+    kept.push_back(*std::move(stored));
   }
-  const double deviation_mm = (point.p_WS_mm - expected_.predict(point.q_actual, 0, point.direction)).norm();
-  if (placement_known_) count_error(deviation_mm);
   ++progress_.done;
   count_pose_time();
-  observer_.on_point(point, deviation_mm, progress());
-  co_return Done{};
+  for (const StoredPoint& point : kept) {
+    if (point.purpose == PointPurpose::Face1) continue;
+    const double deviation_mm = (point.p_WS_mm - search_.predicted_mm(point)).norm();
+    if (search_.placement_known()) count_error(deviation_mm);
+    observer_.on_point(point, deviation_mm, progress());
+  }
+  co_return kept.front();
 }
 
 MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure_beside(int number,

@@ -15,6 +15,7 @@
 #include "daemon/campaign/campaign_result.hpp"
 #include "daemon/campaign/cell_devices.hpp"
 #include "daemon/campaign/corrected_points.hpp"
+#include "daemon/campaign/reflector_search.hpp"
 #include "daemon/threads/signal.hpp"
 #include "daemon/threads/worker.hpp"
 
@@ -61,7 +62,7 @@ class MeasuringSession {
 
   /// Chooses poses and from then on knows ways and substitutes. The options' start, and what only
   /// their comparisons need, are set here.
-  Outcome<void> plan(CalibratedCell cell, PlanOptions options);
+  Outcome<void> plan(CalibratedCell cell, PlanOptions options, Reflectors reflectors = Reflectors::First);
   const MeasurementPlan& planned() const { return poses_->plan(); }
   /// The next pose of the campaign.
   MeasuringTarget new_target(PointPurpose purpose, const JointVector& q,
@@ -73,11 +74,11 @@ class MeasuringSession {
   /// Says where the reflector is to be looked for from now on.
   /// @param reach  by which the configured search radius and gate are multiplied
   void expect(CalibratedCell cell, double reach = 1);
-  const CalibratedCell& expected() const { return expected_; }
+  const CalibratedCell& expected() const { return search_.expected(); }
 
   /// Drives there without measuring; a failure is dealt with, not repeated.
   Outcome<void> visit(JointVector q);
-  /// @return the point, or nothing where the pose was skipped
+  /// @return the point, of the first reflector that was measured, or nothing where the pose was skipped
   Outcome<std::optional<StoredPoint>> measure(MeasuringTarget target);
   /// Measures all, and substitutes of those that fail. Waits where the campaign is paused.
   /// @param after_each  is run after each pose that was not replaced
@@ -120,13 +121,12 @@ class MeasuringSession {
  private:
   Outcome<void> prove_arm();
   Outcome<std::optional<MeasuringTarget>> substitute(MeasuringTarget failed);
-  struct Attempted {
-    StoredPoint point;
-    std::optional<StoredPoint> face1;  ///< where it was measured in both faces
-  };
-  CellDevices::Outcome<Attempted> attempt(MeasuringTarget target);
+  using Points = std::vector<StoredPoint>;
+  /// @return at least one of a reflector, each with its point in face 1 behind it where it was seen in both
+  CellDevices::Outcome<Points> attempt(MeasuringTarget target);
   CellDevices::Outcome<StoredPoint> attempt_beside(CellDevices::Sight sight);
-  Outcome<void> keep(Attempted attempted);
+  /// @return the first of them
+  Outcome<StoredPoint> keep(Points points);
   /// On the disk first: what the arm moves on from is never lost.
   Outcome<StoredPoint> store(StoredPoint point);
   /// Writes until the journal has it. Where there is no room the campaign pauses, and what is to be written
@@ -150,6 +150,7 @@ class MeasuringSession {
   CampaignObserver& observer_;
   RunJob run_compute_;
   ArmMotion motion_;
+  ReflectorSearch search_;
   std::shared_ptr<CampaignResult> result_ = std::make_shared<CampaignResult>();
   bool begun_ = false;  ///< in the journal
 
@@ -162,10 +163,6 @@ class MeasuringSession {
   std::shared_ptr<PoseSupply> poses_;
   int next_number_ = 1;  ///< of a pose
   int substitutes_ = 0;
-  CalibratedCell expected_;  ///< where the reflector is looked for
-  bool placement_known_ = false;
-  double reach_ = 1;
-
   int lost_in_row_ = 0;  ///< poses that were tried for the last time and failed
   int last_lost_ = 0;    ///< the last of them
   bool paused_ = false;

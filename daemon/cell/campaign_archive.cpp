@@ -221,17 +221,8 @@ std::expected<json::object, RpcError> report_answer(const std::optional<Campaign
 }
 
 std::string measurements_csv(const StoredCampaign& campaign, const RobotModel& robot) {
-  MeasurementData data = measurement_data(campaign.points, {});
-  data.smr_names.clear();
-  std::size_t of_data = 0;
-  for (const StoredPoint& point : campaign.points) {
-    if (point.purpose != PointPurpose::Identify && point.purpose != PointPurpose::Validate) continue;
-    auto name = std::ranges::find(data.smr_names, point.smr);
-    if (name == data.smr_names.end()) name = data.smr_names.insert(name, point.smr);
-    data.points[of_data++].smr = static_cast<int>(name - data.smr_names.begin());
-  }
   std::ostringstream text;
-  config::write_measurements(text, data, robot);
+  config::write_measurements(text, measurement_data(campaign.points, {}), robot);
   return text.str();
 }
 

@@ -178,6 +178,8 @@ class WriteIo {
       return Text::boolean(x);
     } else if constexpr (std::integral<T>) {
       return Text::whole(static_cast<std::int64_t>(x));
+    } else if constexpr (kIsA<T, std::chrono::duration>) {
+      return Text::whole(static_cast<std::int64_t>(x.count()));
     } else if constexpr (std::floating_point<T>) {
       return Text::number(x);
     } else if constexpr (std::convertible_to<T, std::string_view>) {
