@@ -146,9 +146,11 @@ std::vector<EventBus::Line> EventBus::Subscription::take(std::size_t count) {
   const std::lock_guard lock{bus_.mutex_};
   std::vector<Line> lines;
   if (missed_locked()) return lines;
-  if (catches_up_) take_unwritten(count, lines);
-  catches_up_ = next_ < bus_.oldest();
-  if (catches_up_) return lines;
+  if (catches_up_) {
+    take_unwritten(count, lines);
+    catches_up_ = next_ < bus_.oldest();
+    if (catches_up_) return lines;
+  }
   for (next_ = std::max(next_, bus_.oldest()); next_ < bus_.next_ && lines.size() < count; ++next_) {
     const Kept& event = bus_.kept_[next_ - bus_.oldest()];
     if (topics_.contains(event.topic)) lines.push_back(event.line);
