@@ -183,7 +183,7 @@ constexpr const char* kIdentificationSchema = R"sql(
 CREATE TABLE identification (
   id        TEXT PRIMARY KEY REFERENCES campaign (id),
   points_of TEXT NOT NULL REFERENCES campaign (id),
-  validate  TEXT CHECK (json_valid(validate))
+  validate  TEXT CHECK (validate IS NULL OR json_valid(validate))
 ) STRICT;
 )sql";
 

@@ -2,6 +2,8 @@
 #include "daemon/cell/identification_service.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <set>
 
 #include "daemon/cell/campaign_archive.hpp"
@@ -139,7 +141,7 @@ TEST_F(Identification, AMeasurementFileOfACampaignIsWhatWasMeasured) {
     return point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate;
   });
   EXPECT_EQ(std::ranges::count(csv, '\n'), used + 1);
-  EXPECT_EQ(call("campaign.export", {{"id", "c2"}, {"offset", csv.size()}})->at("data"), "");
+  EXPECT_EQ(call("campaign.export", {{"id", "c2"}, {"offset", static_cast<std::int64_t>(csv.size())}})->at("data"), "");
   EXPECT_EQ(refused("campaign.export", {{"id", "none"}}), "no such campaign");
 }
 

@@ -52,6 +52,10 @@ class StoreTest : public testing::Test {
   const std::filesystem::path file_ = folder_.path() / "cell.db";
 };
 
+/// Makes a file one of before events were kept, and campaigns identified anew.
+constexpr const char* kForgetEvents =
+    "DROP TABLE event; DROP TABLE event_gap; DROP TABLE identification; ALTER TABLE event_number DROP COLUMN kept";
+
 CampaignRecord campaign(const std::string& id) {
   return {.id = id,
           .started = "2026-08-17T10:00:00Z",
@@ -362,6 +366,7 @@ TEST_F(StoreTest, KeepsTheKindsOfAFileThatKnewFewer) {
   // Before models carried a hash, and the stream could be armed.
   execute(
       "DROP TABLE armed; ALTER TABLE model DROP COLUMN sha256; ALTER TABLE model DROP COLUMN largest_correction_deg");
+  execute(kForgetEvents);
   execute("PRAGMA user_version=2");
   Store store = open();
   EXPECT_EQ(store.campaign("d").value()->kind, "drift");
@@ -372,7 +377,7 @@ TEST_F(StoreTest, LeavesAFileOfANewerVersionAlone) {
   open();
   execute("PRAGMA user_version=99");
   EXPECT_THAT(why_not_opened(file_), HasSubstr("newer truepose"));
-  execute("PRAGMA user_version=6");
+  execute("PRAGMA user_version=7");
   EXPECT_EQ(why_not_opened(file_), "");
 }
 
@@ -383,6 +388,7 @@ TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
     ASSERT_TRUE(store.add_point("c1", point(4)));
     ASSERT_TRUE(store.add_model(model("m1", "2026-08-17T10:00:00Z")));
   }
+  execute(kForgetEvents);
   // As it was before points had directions and the reference pose a purpose of its own.
   execute(R"sql(
     CREATE TABLE old AS SELECT * FROM point;
