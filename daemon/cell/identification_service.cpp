@@ -162,7 +162,8 @@ MethodReply IdentificationService::identify(json::object params) {
   auto job = [request = *asked, points = *source] { return make(request, points); };
   auto made = co_await parts_.compute_thread.ask(job);
   if (!made)
-    co_return std::unexpected(runner_.wrong_state("campaign " + record.id + " yields no model: " + made.error()));
+    co_return std::unexpected(
+        runner_.wrong_state("campaign " + record.id + " yields no model: " + made.error()));
   Request kept = *std::move(asked);
   Made model = *std::move(made);
   MethodResult answer = co_await keep(std::move(kept), record, std::move(model));

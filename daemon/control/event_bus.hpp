@@ -32,7 +32,8 @@ struct EventNumbers {
 /// Whether an event is kept beyond a restart.
 enum class Keep {
   Lasting,
-  Passing,  ///< what the next of its kind makes worthless: counters told once a second, information in the log
+  Passing,  ///< what the next of its kind makes worthless: counters told once a second, information in the
+            ///< log
 };
 
 /// Numbers, stamps and keeps the last events, and hands them to subscribers. Every call is thread-safe, and
@@ -58,8 +59,8 @@ class EventBus {
   std::uint64_t oldest_seq() const;  ///< number of the oldest event kept here; next_seq() if there is none
 
   EventArchive* archive() const { return archive_; }
-  /// The first `count` events that the archive has not yet; nothing in it, and the number of what is kept, where
-  /// there are none.
+  /// The first `count` events that the archive has not yet; nothing in it, and the number of what is kept,
+  /// where there are none.
   EventBatch unwritten(std::size_t count) const;
   /// The archive has a batch.
   void written(const EventBatch& batch);

@@ -177,8 +177,8 @@ UPDATE point SET purpose = old_purpose;
 ALTER TABLE point DROP COLUMN old_purpose;
 )sql";
 
-// A campaign may be an identification of the points of another. `validate` lists the poses that validate there
-// (JSON); NULL: those that were measured to.
+// A campaign may be an identification of the points of another. `validate` lists the poses that validate
+// there (JSON); NULL: those that were measured to.
 constexpr const char* kIdentificationSchema = R"sql(
 CREATE TABLE identification (
   id        TEXT PRIMARY KEY REFERENCES campaign (id),
@@ -355,7 +355,8 @@ StoreResult<std::unique_ptr<Database>> open_checked(std::string_view operation, 
 void let_validate(const std::vector<int>& poses, std::vector<StoredPoint>& points) {
   for (StoredPoint& point : points) {
     if (point.purpose != PointPurpose::Identify && point.purpose != PointPurpose::Validate) continue;
-    point.purpose = std::ranges::find(poses, point.pose) != poses.end() ? PointPurpose::Validate : PointPurpose::Identify;
+    point.purpose =
+        std::ranges::find(poses, point.pose) != poses.end() ? PointPurpose::Validate : PointPurpose::Identify;
   }
 }
 
@@ -561,8 +562,7 @@ StoreResult<std::optional<CampaignRecord>> Store::campaign(const std::string& id
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::last_campaign() {
-  return impl_->one_campaign(
-      impl_->database->prepare("SELECT * FROM campaign ORDER BY rowid DESC LIMIT 1"));
+  return impl_->one_campaign(impl_->database->prepare("SELECT * FROM campaign ORDER BY rowid DESC LIMIT 1"));
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::last_calibration() {
@@ -580,7 +580,8 @@ StoreResult<std::optional<CampaignRecord>> Store::Impl::one_campaign(Statement q
 }
 
 StoreResult<void> Store::Impl::name_source(CampaignRecord& record) {
-  Statement query = database->prepare("SELECT points_of, coalesce(validate, '') FROM identification WHERE id=?");
+  Statement query =
+      database->prepare("SELECT points_of, coalesce(validate, '') FROM identification WHERE id=?");
   query.bind(record.id);
   const StoreResult<bool> row = query.step();
   if (!row) return std::unexpected(row.error());
