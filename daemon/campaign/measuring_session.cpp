@@ -282,7 +282,9 @@ MeasuringSession::Outcome<T> MeasuringSession::journalled(
 }
 
 MeasuringSession::Outcome<StoredPoint> MeasuringSession::store(StoredPoint point) {
-  const std::function<asio::awaitable<StoreResult<StoredPoint>>()> write = [this, point] { return journal_.add_point(point); };
+  const std::function<asio::awaitable<StoreResult<StoredPoint>>()> write = [this, point] {
+    return journal_.add_point(point);
+  };
   auto stored = co_await journalled<StoredPoint>(write);
   if (!stored) co_return std::unexpected(stored.error());
   result_->points.push_back(*stored);
@@ -344,7 +346,9 @@ CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_beside(CellDevices::
 MeasuringSession::Outcome<void> MeasuringSession::skip(MeasuringTarget target, int attempts,
                                                        std::string reason) {
   const SkippedPose skipped{target.pose, reason, attempts};
-  const std::function<asio::awaitable<StoreResult<void>>()> write = [this, skipped] { return journal_.add_skipped(skipped); };
+  const std::function<asio::awaitable<StoreResult<void>>()> write = [this, skipped] {
+    return journal_.add_skipped(skipped);
+  };
   Done stored = co_await journalled<void>(write);
   if (!stored) co_return stored;
   result_->skipped.push_back(skipped);

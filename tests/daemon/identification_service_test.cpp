@@ -2,6 +2,8 @@
 #include "daemon/cell/identification_service.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <set>
 
 #include "daemon/cell/campaign_archive.hpp"
@@ -67,14 +69,14 @@ TEST_F(Identification, TakesOtherOptionsByTheNamesOfTheCellFile) {
                                        {"loss", "tukey"},
                                        {"prior", "off"},
                                        {"correct_by_nests", false}});
-  const json::value report =
-      call("report.get", {{"id", text_in(made, "/id")}, {"points_limit", 1}}).value();
+  const json::value report = call("report.get", {{"id", text_in(made, "/id")}, {"points_limit", 1}}).value();
   EXPECT_EQ(report.at_pointer("/document/options/Loss"), "tukey");
   EXPECT_EQ(report.at_pointer("/document/options/Prior"), "off");
   EXPECT_EQ(report.at_pointer("/document/options/Joint deviations"), "auto");
   EXPECT_EQ(refused("campaign.identify", {{"id", "c2"}, {"loss", "lost"}}), "params.loss: no loss \"lost\"");
   EXPECT_THAT(refused("campaign.identify", {{"id", "c2"}, {"residual", "magic"}}), HasSubstr("\"magic\""));
-  EXPECT_THAT(refused("campaign.identify", {{"id", "c2"}, {"harmonics", {0}}}), HasSubstr("integers 1..10000"));
+  EXPECT_THAT(refused("campaign.identify", {{"id", "c2"}, {"harmonics", {0}}}),
+              HasSubstr("integers 1..10000"));
 }
 
 TEST_F(Identification, OfACampaignThatWasAbortedDrawsPosesThatValidateAndSaysWhich) {
@@ -97,7 +99,8 @@ TEST_F(Identification, OfACampaignThatWasAbortedDrawsPosesThatValidateAndSaysWhi
   const auto validating = std::ranges::count(stored.points, PointPurpose::Validate, &StoredPoint::purpose);
   EXPECT_EQ(validating, validate);
   EXPECT_EQ(store->points(aborted).value().size(), stored.points.size());
-  EXPECT_EQ(std::ranges::count(store->points(aborted).value(), PointPurpose::Validate, &StoredPoint::purpose), 0);
+  EXPECT_EQ(std::ranges::count(store->points(aborted).value(), PointPurpose::Validate, &StoredPoint::purpose),
+            0);
   const Answer activated = call("model.activate", {{"id", text_in(made, "/model_id")}});
   EXPECT_TRUE(activated) << activated.error().message;
 }
@@ -120,8 +123,7 @@ TEST_F(Identification, OfAnIdentificationIsOfThePointsThatThatWasMadeOf) {
   const std::string first = text_in(identified({{"id", "c2"}, {"split", 0.6}}), "/id");
   const json::value second = identified({{"id", first}});
   EXPECT_EQ(second.at("points_of"), "c2");
-  EXPECT_EQ(second.at("identify_poses"),
-            identified({{"id", "c2"}}).at("identify_poses"));
+  EXPECT_EQ(second.at("identify_poses"), identified({{"id", "c2"}}).at("identify_poses"));
 }
 
 TEST_F(Identification, ActivatesWhereThatIsAskedForAndNothingContradicts) {
@@ -139,7 +141,7 @@ TEST_F(Identification, AMeasurementFileOfACampaignIsWhatWasMeasured) {
     return point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate;
   });
   EXPECT_EQ(std::ranges::count(csv, '\n'), used + 1);
-  EXPECT_EQ(call("campaign.export", {{"id", "c2"}, {"offset", csv.size()}})->at("data"), "");
+  EXPECT_EQ(call("campaign.export", {{"id", "c2"}, {"offset", static_cast<std::int64_t>(csv.size())}})->at("data"), "");
   EXPECT_EQ(refused("campaign.export", {{"id", "none"}}), "no such campaign");
 }
 

@@ -152,7 +152,7 @@ TEST_F(StoreEvents, OfAFileThatKeptNoneAreAllMissing) {
   sqlite_rows(file, "DROP TABLE event_gap");
   sqlite_rows(file, "DROP TABLE identification");
   sqlite_rows(file, "ALTER TABLE event_number DROP COLUMN kept");
-  sqlite_rows(file, "PRAGMA user_version=6");
+  sqlite_rows(file, "PRAGMA user_version=7");
   Store store = open();
   EXPECT_EQ(store.begin_events(100).value(), 501U);
   const auto gaps = store.event_gaps(1, 501).value();

@@ -124,13 +124,13 @@ TEST_F(StoreFiles, ACopyIsReadWhereNothingMayBeWrittenBesideIt) {
 TEST_F(StoreFiles, AFileOfAnOlderVersionIsReadAndLeftAsItIs) {
   { Store store = filled(3); }
   for (const char* sql : {"DROP TABLE event", "DROP TABLE event_gap", "DROP TABLE identification",
-                          "ALTER TABLE event_number DROP COLUMN kept", "PRAGMA user_version=6"})
+                          "ALTER TABLE event_number DROP COLUMN kept", "PRAGMA user_version=7"})
     sqlite_rows(file, sql);
   StoreResult<Store> reader = Store::open_to_read(file);
   ASSERT_TRUE(reader) << reader.error().detail;
   EXPECT_EQ(reader->campaigns().value().size(), 1U);
   EXPECT_EQ(reader->points("c1").value().size(), 3U);
-  EXPECT_EQ(sqlite_rows(file, "PRAGMA user_version")[0][0], "6");
+  EXPECT_EQ(sqlite_rows(file, "PRAGMA user_version")[0][0], "7");
 }
 
 TEST_F(StoreFiles, WhatIsNoStoreIsNotRead) {

@@ -52,6 +52,10 @@ class StoreTest : public testing::Test {
   const std::filesystem::path file_ = folder_.path() / "cell.db";
 };
 
+/// Makes a file one of before events were kept, and campaigns identified anew.
+constexpr const char* kForgetEvents =
+    "DROP TABLE event; DROP TABLE event_gap; DROP TABLE identification; ALTER TABLE event_number DROP COLUMN kept";
+
 CampaignRecord campaign(const std::string& id) {
   return {.id = id,
           .started = "2026-08-17T10:00:00Z",
@@ -367,6 +371,7 @@ TEST_F(StoreTest, KeepsTheKindsOfAFileThatKnewFewer) {
   execute(kAsBeforeActivations);
   execute(
       "DROP TABLE armed; ALTER TABLE model DROP COLUMN sha256; ALTER TABLE model DROP COLUMN largest_correction_deg");
+  execute(kForgetEvents);
   execute("PRAGMA user_version=2");
   Store store = open();
   EXPECT_EQ(store.campaign("d").value()->kind, "drift");
@@ -377,7 +382,7 @@ TEST_F(StoreTest, LeavesAFileOfANewerVersionAlone) {
   open();
   execute("PRAGMA user_version=99");
   EXPECT_THAT(why_not_opened(file_), HasSubstr("newer truepose"));
-  execute("PRAGMA user_version=7");
+  execute("PRAGMA user_version=8");
   EXPECT_EQ(why_not_opened(file_), "");
 }
 
@@ -389,6 +394,7 @@ TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
     ASSERT_TRUE(store.add_model(model("m1", "2026-08-17T10:00:00Z")));
   }
   execute(kAsBeforeActivations);
+  execute(kForgetEvents);
   // As it was before points had directions and the reference pose a purpose of its own.
   execute(R"sql(
     CREATE TABLE old AS SELECT * FROM point;
