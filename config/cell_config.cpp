@@ -13,6 +13,8 @@ constexpr std::array kRearms{Named{"manual", Rearm::Manual}, Named{"automatic", 
 constexpr std::array kRealtimePolicies{Named{"require", RealtimePolicy::Require},
                                        Named{"prefer", RealtimePolicy::Prefer},
                                        Named{"off", RealtimePolicy::Off}};
+constexpr std::array kTrackerProtocols{Named{"emscon", TrackerProtocol::Emscon},
+                                       Named{"bridge", TrackerProtocol::Bridge}};
 constexpr std::array kApproachSides{Named{"any", ApproachSide::Any}, Named{"upwards", ApproachSide::Upwards},
                                     Named{"alternate", ApproachSide::Alternate}};
 constexpr std::array kNoneOrAuto{Named{"none", false}, Named{"auto", true}};
@@ -149,9 +151,11 @@ void layout(auto& io, Is<TrackerNoiseModel> auto& x) {
 }
 
 void layout(auto& io, Is<TrackerConfig> auto& x) {
+  io.optional("protocol", x.protocol, kTrackerProtocols);
   io("address", x.address, HostPort{});
   io.optional("reflector", x.reflector);
   io.optional("measure_ms", x.measure, Whole{1, 600'000});
+  io.optional("initialise_again_min", x.initialise_again, Whole{0, 1440});
   io.optional("search_first_mm", x.search_first_mm, Range{1, 5000});
   io.optional("search_mm", x.search_mm, Range{1, 5000});
   io.optional("gate_mm", x.gate_mm, Range{0.1, 5000});
@@ -178,6 +182,25 @@ void layout(auto& io, Is<ReflectorConfig> auto& x) {
   io.optional("facing", x.facing_F, Direction{});
   io.optional("acceptance_deg", x.acceptance_deg, Range{1, 180});
 }
+
+/// A list of reflectors, the first of which is the cell's; they are called 1, 2, ... where no name is given.
+struct Reflectors {
+  void read(const YamlValue& list, CellConfig& cell) const {
+    if (list.list().empty() || list.list().size() > kMostReflectors)
+      list.fail("expected 1 to " + std::to_string(kMostReflectors) + " reflectors, found " +
+                std::to_string(list.list().size()));
+    std::vector<ReflectorConfig> all;
+    for (const YamlValue& each : list.list()) {
+      ReflectorConfig reflector{.name = std::to_string(all.size() + 1)};
+      read_value(each, reflector);
+      if (std::ranges::find(all, reflector.name, &ReflectorConfig::name) != all.end())
+        each.fail("another reflector is called \"" + reflector.name + "\" too");
+      all.push_back(std::move(reflector));
+    }
+    cell.reflector = all.front();
+    cell.further_reflectors.assign(all.begin() + 1, all.end());
+  }
+};
 
 void layout(auto& io, Is<CampaignConfig> auto& x) {
   io.optional("identify_poses", x.identify_poses, Whole{5, 10'000});
@@ -290,6 +313,7 @@ void layout(auto& io, Is<CellConfig> auto& x) {
   io("stream", x.stream);
   io("tracker", x.tracker);
   io.optional("reflector", x.reflector);
+  io.optional("reflectors", x, Reflectors{});
   io.optional("surroundings", SurroundingsAndTool{x.surroundings, x.robot});
   io.optional("workspace", x.workspace);
   io.on_read(x, [](auto& cell) { cell.task = cell.workspace; });
@@ -307,10 +331,18 @@ void layout(auto& io, Is<CellConfig> auto& x) {
 }
 
 void check(const auto& io, const CellConfig& cell) {
+  if (io.has("reflector", false) && io.has("reflectors", false))
+    io.at("reflectors").fail("reflector is given already: leave one of them out");
   const auto& number = cell.stream.tool;
   if (!number || tool_of(cell, *number) || std::ranges::count(cell.loads, *number, &ToolLoad::tool)) return;
   io.at("stream").fail("tool: no file of tools is of tool " + std::to_string(*number) +
                        ", and no load is of it");
+}
+
+std::vector<ReflectorConfig> reflectors_of(const CellConfig& cell) {
+  std::vector<ReflectorConfig> all{cell.reflector};
+  all.insert(all.end(), cell.further_reflectors.begin(), cell.further_reflectors.end());
+  return all;
 }
 
 const ToolFile* tool_of(const CellConfig& cell, int number) {

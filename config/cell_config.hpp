@@ -65,10 +65,20 @@ struct StreamConfig {
   std::chrono::milliseconds ramp{1000};
 };
 
+/// What is spoken with a tracker.
+enum class TrackerProtocol {
+  Emscon,
+  Bridge,  ///< a program beside the maker's SDK (proto/bridge/README.md)
+};
+
 struct TrackerConfig {
+  TrackerProtocol protocol = TrackerProtocol::Emscon;
   Endpoint address;
   std::string reflector;  ///< the tracker's own name of the SMR type; empty = the first
   std::chrono::milliseconds measure{2000};
+  /// After so long since it was found switched on, it is initialised anew at the next connection; 0: where it
+  /// says that it has warmed up.
+  std::chrono::minutes initialise_again{0};
   double search_first_mm = 300;  ///< search radius before base and reflector are known
   double search_mm = 30;         ///< afterwards
   double gate_mm = 25;           ///< a point farther than this from its prediction is a wrong reflector
@@ -180,6 +190,7 @@ struct CellConfig {
   StreamConfig stream;
   TrackerConfig tracker;
   ReflectorConfig reflector;
+  std::vector<ReflectorConfig> further_reflectors;  ///< on the same flange, each of another name
   Surroundings surroundings;
   Box workspace;  ///< where the reflector may go; robot base frame
   Box task;       ///< where accuracy matters
@@ -193,6 +204,12 @@ struct CellConfig {
   std::filesystem::path runtime;  ///< folder of what lives while the machine is up; empty: the usual place
   std::string log_level = "info";
 };
+
+/// Reflectors that one flange may carry.
+inline constexpr std::size_t kMostReflectors = 6;
+
+/// All of a cell's: the first, then the further ones.
+std::vector<ReflectorConfig> reflectors_of(const CellConfig& cell);
 
 /// Null where none was measured that has the number.
 const ToolFile* tool_of(const CellConfig& cell, int number);

@@ -11,10 +11,11 @@
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 #include <expected>
+#include <memory>
 #include <type_traits>
 
-#include "config/air_file.hpp"
 #include "daemon/cell/daemon_cell.hpp"
+#include "daemon/cell_tracker.hpp"
 #include "daemon/control/access_list.hpp"
 #include "daemon/control/audit_trail.hpp"
 #include "daemon/control/control_server.hpp"
@@ -31,7 +32,6 @@
 #include "drivers/clock.hpp"
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/kuka/rsi_link.hpp"
-#include "drivers/leica/emscon_tracker.hpp"
 #include "proto/control/json_text.hpp"
 
 namespace truepose::daemon {
@@ -136,15 +136,9 @@ class Daemon {
                {config.robot.eki_motion.host, config.robot.eki_motion.port, config.robot.eki_state.port,
                 config.robot.model.joint_count(), recorder_.tap(recording::Wire::EkiLink),
                 recorder_.tap(recording::Wire::EkiState)}},
-        tracker_{io_.get_executor(),
-                 clock_,
-                 {.host = config.tracker.address.host,
-                  .port = config.tracker.address.port,
-                  .reflector = config.tracker.reflector,
-                  .measure = config.tracker.measure,
-                  .air = config::air_source(config.tracker),
-                  .tap = recorder_.tap(recording::Wire::Tracker)}},
-        cell_{{io_.get_executor(), config_, robot_, tracker_, clock_, *stream_, store_, store_thread_,
+        tracker_{cell_tracker(config.tracker, io_.get_executor(), clock_,
+                              recorder_.tap(recording::Wire::Tracker))},
+        cell_{{io_.get_executor(), config_, robot_, *tracker_, clock_, *stream_, store_, store_thread_,
                compute_thread_, events_, recorder_, recorder_thread_,
                [] { return std::chrono::system_clock::now(); }, [this] { return link_->scheduling(); }}},
         link_{started(drivers::RsiLink::start(link_options(config.stream, peer_), recorded_stream_))},
@@ -331,7 +325,7 @@ class Daemon {
   RecordedStream recorded_stream_;
   Worker recorder_thread_;
   drivers::KukaEkiRobot robot_;
-  drivers::EmsconTracker tracker_;
+  std::unique_ptr<drivers::TimedTracker> tracker_;
   DaemonCell cell_;
   EventKeeper keeper_{{events_, store_thread_, clock_, [] { return std::chrono::system_clock::now(); },
                        [this](const StoreError& error) { cell_.store_failed(error); }}};

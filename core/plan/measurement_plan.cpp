@@ -184,7 +184,8 @@ std::expected<MeasurementPlan, std::string> plan_measurements(const CalibratedCe
 
   MeasurementPlan plan;
   plan.candidates = *std::move(candidates);
-  plan.problem = std::make_shared<DesignProblem>(cell, plan.candidates.poses, *task, options.noise);
+  plan.problem = std::make_shared<DesignProblem>(cell, plan.candidates.poses, *task, options.noise,
+                                                 DesignPrior{}, plan.candidates.seen);
   const DesignProblem& problem = *plan.problem;
   DesignOptions design{.criterion = options.criterion, .poses = options.poses, .seed = options.seed};
   plan.chosen = optimal_design(problem, design);

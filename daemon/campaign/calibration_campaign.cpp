@@ -81,7 +81,7 @@ CampaignOutcome<void> CalibrationCampaign::plan() {
   PlanOptions options = config::plan_options(session_.config(), campaign.identify_poses);
   options.first = std::min(campaign.coarse_after, campaign.identify_poses);
   options.validate = campaign.validate_poses;
-  Done done = co_await session_.plan(config::rough_cell(session_.config()), options);
+  Done done = co_await session_.plan(config::rough_cell(session_.config()), options, Reflectors::All);
   if (!done) co_return done;
   const MeasurementPlan& plan = session_.planned();
   for (const JointVector& q : plan.poses)
@@ -134,10 +134,9 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_identify() {
   // With every further pose the fit reaches farther beyond those that it was made from.
   const auto after_each = [this, targets_done = std::size_t{0}]() mutable -> CampaignOutcome<void> {
     if (const auto hopeless = too_few_left(++targets_done)) co_return std::unexpected(*hopeless);
-    const std::size_t points = session_.data().points.size();
+    const int poses = count_poses(session_.data().points);
     Done done = co_await nests_.after_pose();
-    if (done && static_cast<int>(points) >= session_.config().campaign.coarse_after)
-      done = co_await fit_placement();
+    if (done && poses >= session_.config().campaign.coarse_after) done = co_await fit_placement();
     co_return done;
   };
   auto measured = co_await session_.measure_all(identify_, after_each);
@@ -151,7 +150,7 @@ std::optional<CampaignError> CalibrationCampaign::too_few_left(std::size_t targe
                                           identify_.end(), PointPurpose::Identify, &MeasuringTarget::purpose);
   config::CellConfig reachable = session_.config();
   int& poses = reachable.campaign.identify_poses;
-  poses = static_cast<int>(to_come + std::ssize(session_.data().points));
+  poses = static_cast<int>(to_come) + count_poses(session_.data().points);
   if (poses == session_.config().campaign.identify_poses) return std::nullopt;
   const auto why = config::too_few_poses(reachable);
   if (!why) return std::nullopt;
@@ -189,9 +188,11 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
     co_return Done{};
   }
   const CalibratedCell& cell = *fitted;
+  const std::vector<std::string> names = session_.data().smr_names;
   const std::vector<StoredPoint> points = session_.corrected().points;
   for (const StoredPoint& point : points) {
-    const double off_mm = (point.p_WS_mm - cell.predict(point.q_actual, 0)).norm();
+    const auto smr = std::ranges::find(names, point.smr) - names.begin();
+    const double off_mm = (point.p_WS_mm - cell.predict(point.q_actual, static_cast<int>(smr))).norm();
     if (off_mm <= session_.config().tracker.gate_mm) continue;
     char text[200];
     std::snprintf(text, sizeof text,
@@ -201,7 +202,7 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
     co_return std::unexpected(CampaignError{CampaignFault::Calibration, text});
   }
   // A fit from few points is good where they are, and less so elsewhere.
-  const int to_identify = static_cast<int>(session_.data().points.size());
+  const int to_identify = count_poses(session_.data().points);
   const bool few = to_identify < 2 * session_.config().campaign.coarse_after;
   session_.expect(cell, few ? 2 : 1);
   co_return Done{};
@@ -305,7 +306,10 @@ void CalibrationCampaign::judge_remeasured() {
   std::vector<Eigen::Vector3d> errors_mm;
   for (const StoredPoint& point : session_.corrected().points) {
     if (point.purpose != PointPurpose::Remeasure) continue;
-    errors_mm.push_back(point.p_WS_mm - asked.predict(point.q_target, 0));
+    const auto smr = std::ranges::find(cell.reflectors, point.smr, &Reflector::name);
+    if (smr == cell.reflectors.end()) continue;  // that nothing was identified of
+    const auto index = static_cast<int>(smr - cell.reflectors.begin());
+    errors_mm.push_back(point.p_WS_mm - asked.predict(point.q_target, index));
     result.remeasured_points.push_back({point, errors_mm.back()});
   }
   if (!errors_mm.empty()) result.remeasured = error_statistics(errors_mm);

@@ -33,6 +33,15 @@ const StoredPoint* CampaignPast::point(int pose, PointPurpose purpose, std::stri
   return found == points.rend() ? nullptr : &*found;
 }
 
+std::vector<const StoredPoint*> CampaignPast::points_of(int pose, PointPurpose purpose,
+                                                        std::string_view smr) const {
+  std::vector<const StoredPoint*> found;
+  for (const StoredPoint& point : points)
+    if (point.pose == pose && point.purpose == purpose && (smr.empty() || point.smr == smr))
+      found.push_back(&point);
+  return found;
+}
+
 const SkippedPose* CampaignPast::skipped_pose(int pose) const {
   const auto found = std::ranges::find(skipped, pose, &SkippedPose::pose);
   return found == skipped.end() ? nullptr : &*found;
@@ -70,9 +79,15 @@ std::optional<std::string> CampaignPast::misfit(const config::CellConfig& config
     if (planned.q_target.size() != robot.joint_count())
       return pose_name(planned.pose) + " has " + std::to_string(planned.q_target.size()) + " joints, " +
              robot.name + " has " + std::to_string(robot.joint_count());
-  for (const StoredPoint& point : points)
-    if (is_pose(point.purpose) && point.smr != config.reflector.name)
-      return "reflector '" + point.smr + "' was measured, the cell file has '" + config.reflector.name + "'";
+  const std::vector<config::ReflectorConfig> reflectors = config::reflectors_of(config);
+  for (const StoredPoint& point : points) {
+    const auto known = std::ranges::find(reflectors, point.smr, &config::ReflectorConfig::name);
+    if (!is_pose(point.purpose) || known != reflectors.end()) continue;
+    std::string names;
+    for (const config::ReflectorConfig& reflector : reflectors)
+      names += (names.empty() ? "'" : ", '") + reflector.name + "'";
+    return "reflector '" + point.smr + "' was measured, the cell file has " + names;
+  }
   if (config.tracker.nests_mm.size() != static_cast<std::size_t>(nests))
     return "the cell had " + std::to_string(nests) + " nests, the cell file has " +
            std::to_string(config.tracker.nests_mm.size());

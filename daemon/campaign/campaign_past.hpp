@@ -22,12 +22,14 @@ struct CampaignPast {
   std::vector<Resumption> resumptions;  ///< of before
   int nests = 0;                        ///< that the cell had
 
-  /// @param smr  of a nest, its name
+  /// @param smr  the reflector's name; empty: any
   const StoredPoint* point(int pose, PointPurpose purpose, std::string_view smr = {}) const;
+  /// Those of all reflectors there, in the order of measuring.
+  std::vector<const StoredPoint*> points_of(int pose, PointPurpose purpose, std::string_view smr = {}) const;
   const SkippedPose* skipped_pose(int pose) const;
   const PlannedPose* planned(int pose) const;
   const PlannedPose* substitute_of(int pose) const;
-  /// Poses measured or skipped, and nests measured.
+  /// Points of poses and nests, and poses skipped.
   std::size_t outcomes() const;
   /// What was planned; nothing where it was interrupted before that.
   std::optional<EarlierPlan> earlier_plan() const;

@@ -148,8 +148,9 @@ struct CampaignResult {
   }
 };
 
-/// The points to identify and to validate from, in the order of measuring.
-/// @param smr  the reflector's name
+/// The points to identify and to validate from, in the order of measuring. Its reflectors are those that were
+/// measured.
+/// @param smr  the reflector that comes first, where it was measured
 MeasurementData measurement_data(const std::vector<StoredPoint>& points, const std::string& smr);
 /// Those that a check of drift judges, numbered from 1 as the rows of a file.
 std::vector<Measurement> numbered_points(const std::vector<StoredPoint>& points);

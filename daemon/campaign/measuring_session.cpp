@@ -54,7 +54,7 @@ MeasuringSession::MeasuringSession(const config::CellConfig& config, CampaignDev
       run_compute_{std::move(run_compute)},
       motion_{config_.robot.model, devices_, run_compute_},
       past_{std::move(past)},
-      expected_{config::rough_cell(config_)} {
+      search_{config_, devices_} {
   if (!past_) return;
   past_left_ = past_->outcomes();
   for (const PlannedPose& planned : past_->plan.poses) in_plan_.insert(planned.pose);
@@ -112,14 +112,18 @@ asio::awaitable<StoreResult<void>> MeasuringSession::end(std::optional<CampaignE
   co_return ended;
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, PlanOptions options) {
+MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, PlanOptions options,
+                                                       Reflectors reflectors) {
   enter(CampaignPhase::Plan);
   options.sizes.clear();
   options.random_sets = 0;
   auto here = co_await devices_.position();
   if (here) options.start = *here;
+  Scene scene = config::scene_of(config_);
+  if (reflectors == Reflectors::First) scene.sight.further.clear();
+  search_.look_for(reflectors);
   const auto earlier = past_ ? past_->earlier_plan() : std::nullopt;
-  auto job = [cell, scene = config::scene_of(config_), options, earlier] {
+  auto job = [cell, scene, options, earlier] {
     return earlier ? PoseSupply::again(cell, scene, options, *earlier)
                    : PoseSupply::make(cell, scene, options);
   };
@@ -160,11 +164,7 @@ MeasuringSession::Outcome<void> MeasuringSession::keep_plan(std::vector<Measurin
   co_return kept;
 }
 
-void MeasuringSession::expect(CalibratedCell cell, double reach) {
-  expected_ = std::move(cell);
-  reach_ = reach;
-  placement_known_ = true;
-}
+void MeasuringSession::expect(CalibratedCell cell, double reach) { search_.expect(std::move(cell), reach); }
 
 MeasuringSession::Outcome<void> MeasuringSession::visit(JointVector q) {
   co_await wait_while_paused();
@@ -218,14 +218,14 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(
   do {
     co_await wait_while_paused();
     for (int n = 1; n <= attempts; ++n, ++tried) {
-      auto point = co_await attempt(target);
-      if (point) {
+      auto points = co_await attempt(target);
+      if (points) {
         lost_in_row_ = last_lost_ = 0;
-        Done kept = co_await keep(*point);
+        auto kept = co_await keep(*std::move(points));
         if (!kept) co_return std::unexpected(kept.error());
-        co_return seen_at_first(point->point);
+        co_return seen_at_first(*kept);
       }
-      error = point.error();
+      error = points.error();
       observer_.on_trouble("pose " + std::to_string(target.pose) + ", attempt " + std::to_string(n) + " of " +
                            std::to_string(attempts) + ": " + error.detail);
       Done recovered = co_await recover(error);
@@ -300,41 +300,44 @@ bool MeasuringSession::in_two_faces(int pose) const {
   return every > 0 && pose % every == 0;
 }
 
-CellDevices::Outcome<MeasuringSession::Attempted> MeasuringSession::attempt(MeasuringTarget target) {
-  auto reached = co_await reach(target);
-  if (!reached) co_return std::unexpected(reached.error());
-  const config::TrackerConfig& tracker = config_.tracker;
-  CellDevices::Sight sight{
-      .p_W_mm = now(expected_.predict(*reached, 0, motion_.direction())),
-      .search_mm = placement_known_ ? reach_ * tracker.search_mm : tracker.search_first_mm,
-      .gate_mm = placement_known_ ? reach_ * tracker.gate_mm : tracker.search_first_mm,
-      .readings = target.readings,
-      .two_face = in_two_faces(target.pose)};
-  auto attempted = co_await attempt_at(target, *reached, sight);
-  co_return attempted;
-}
-
-CellDevices::Outcome<MeasuringSession::Attempted> MeasuringSession::attempt_at(MeasuringTarget target,
-                                                                               JointVector reached,
-                                                                               CellDevices::Sight sight) {
-  auto measured = co_await devices_.measure(sight);
-  if (!measured) co_return std::unexpected(measured.error());
-
-  StoredPoint point = stored_point(measured->point);
+/// Of what was measured there.
+StoredPoint MeasuringSession::point_at(const MeasuringTarget& target, const JointVector& reached,
+                                       const drivers::SmrPoint& measured, const std::string& smr) const {
+  StoredPoint point = stored_point(measured);
   point.pose = target.pose;
   point.purpose = target.purpose;
   point.q_target = target.q_target;
   point.q_commanded = target.q_commanded;
   point.q_actual = reached;
   point.direction = motion_.direction();
-  point.smr = config_.reflector.name;
-  Attempted attempted{point, {}};
-  if (measured->face1_mm) {
-    attempted.face1 = point;
-    attempted.face1->purpose = PointPurpose::Face1;
-    attempted.face1->p_WS_mm = *measured->face1_mm;
+  point.smr = smr;
+  return point;
+}
+
+CellDevices::Outcome<MeasuringSession::Points> MeasuringSession::attempt(MeasuringTarget target) {
+  auto reached = co_await reach(target);
+  if (!reached) co_return std::unexpected(reached.error());
+  ReflectorSearch::Stand stand{.q = *reached,
+                               .direction = motion_.direction(),
+                               .purpose = target.purpose,
+                               .readings = target.readings,
+                               .two_face = in_two_faces(target.pose)};
+  auto seen = co_await search_.measure(std::move(stand));
+  if (!seen) co_return std::unexpected(seen.error());
+  for (const std::string& sentence : seen->missed)
+    observer_.on_trouble("pose " + std::to_string(target.pose) + ": " + sentence);
+  Points points;
+  for (const ReflectorSearch::Found& found : seen->found) {
+    const StoredPoint point = point_at(target, *reached, found.sighted.point, search_.name(found.reflector));
+    // First, so that a point that is there is known to have been seen in both faces.
+    if (found.sighted.face1_mm) {
+      StoredPoint& face1 = points.emplace_back(point);
+      face1.purpose = PointPurpose::Face1;
+      face1.p_WS_mm = *found.sighted.face1_mm;
+    }
+    points.push_back(point);
   }
-  co_return attempted;
+  co_return points;
 }
 
 MeasuringSession::Outcome<StoredPoint> MeasuringSession::store(StoredPoint point) {
@@ -348,26 +351,26 @@ MeasuringSession::Outcome<StoredPoint> MeasuringSession::store(StoredPoint point
   co_return *std::move(stored);
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::keep(Attempted attempted) {
-  // First, so that a point that is there is known to have been seen in both faces.
-  if (attempted.face1) {
-    auto beside = co_await store(*std::move(attempted.face1));
-    if (!beside) co_return std::unexpected(beside.error());
+MeasuringSession::Outcome<StoredPoint> MeasuringSession::keep(Points points) {
+  Points kept;
+  for (StoredPoint& point : points) {
+    auto stored = co_await store(std::move(point));
+    if (!stored) co_return std::unexpected(stored.error());
+    if (stored->purpose != PointPurpose::Face1) kept.push_back(*std::move(stored));
   }
-  auto stored = co_await store(std::move(attempted.point));
-  if (!stored) co_return std::unexpected(stored.error());
-  const double deviation_mm = count_point(*stored);
+  ++progress_.done;
   count_pose_time();
-  observer_.on_point(*stored, deviation_mm, progress());
-  co_return Done{};
+  for (const StoredPoint& point : kept) {
+    const double deviation_mm = count_deviation(point);
+    observer_.on_point(point, deviation_mm, progress());
+  }
+  co_return kept.front();
 }
 
 /// @return how far it is from where it was expected
-double MeasuringSession::count_point(const StoredPoint& point) {
-  const Eigen::Vector3d p_mm = seen_at_first(point).p_WS_mm;
-  const double deviation_mm = (p_mm - expected_.predict(point.q_actual, 0, point.direction)).norm();
-  if (placement_known_) count_error(deviation_mm);
-  ++progress_.done;
+double MeasuringSession::count_deviation(const StoredPoint& point) {
+  const double deviation_mm = (seen_at_first(point).p_WS_mm - search_.predicted_mm(point)).norm();
+  if (search_.placement_known()) count_error(deviation_mm);
   return deviation_mm;
 }
 

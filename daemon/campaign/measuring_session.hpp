@@ -20,6 +20,7 @@
 #include "daemon/campaign/campaign_result.hpp"
 #include "daemon/campaign/cell_devices.hpp"
 #include "daemon/campaign/corrected_points.hpp"
+#include "daemon/campaign/reflector_search.hpp"
 #include "daemon/threads/signal.hpp"
 #include "daemon/threads/worker.hpp"
 
@@ -73,7 +74,7 @@ class MeasuringSession {
 
   /// Chooses poses and from then on knows ways and substitutes. The options' start, and what only
   /// their comparisons need, are set here.
-  Outcome<void> plan(CalibratedCell cell, PlanOptions options);
+  Outcome<void> plan(CalibratedCell cell, PlanOptions options, Reflectors reflectors = Reflectors::First);
   const MeasurementPlan& planned() const { return poses_->plan(); }
   /// The next pose of the campaign.
   MeasuringTarget new_target(PointPurpose purpose, const JointVector& q,
@@ -89,11 +90,11 @@ class MeasuringSession {
   /// Says where the reflector is to be looked for from now on.
   /// @param reach  by which the configured search radius and gate are multiplied
   void expect(CalibratedCell cell, double reach = 1);
-  const CalibratedCell& expected() const { return expected_; }
+  const CalibratedCell& expected() const { return search_.expected(); }
 
   /// Drives there without measuring; a failure is dealt with, not repeated.
   Outcome<void> visit(JointVector q);
-  /// @return the point, or nothing where the pose was skipped
+  /// @return the point, of the first reflector that was measured, or nothing where the pose was skipped
   Outcome<std::optional<StoredPoint>> measure(MeasuringTarget target);
   /// Measures all, and substitutes of those that fail. Waits where the campaign is paused.
   /// @param after_each  is run after each pose that was not replaced
@@ -154,18 +155,16 @@ class MeasuringSession {
   boost::asio::awaitable<StoreResult<void>> begin();
   Outcome<std::optional<MeasuringTarget>> substitute(MeasuringTarget failed);
   MeasuringTarget new_substitute(const MeasuringTarget& failed, const JointVector& q);
-  struct Attempted {
-    StoredPoint point;
-    std::optional<StoredPoint> face1;  ///< where it was measured in both faces
-  };
-  CellDevices::Outcome<Attempted> attempt(MeasuringTarget target);
+  using Points = std::vector<StoredPoint>;
+  /// @return at least one of a reflector, each with its point in face 1 behind it where it was seen in both
+  CellDevices::Outcome<Points> attempt(MeasuringTarget target);
   CellDevices::Outcome<StoredPoint> attempt_beside(CellDevices::Sight sight);
   CellDevices::Outcome<JointVector> reach(MeasuringTarget target);
-  /// @param p_W_mm  where the tracker should see it now
-  CellDevices::Outcome<Attempted> attempt_at(MeasuringTarget target, JointVector reached,
-                                             CellDevices::Sight sight);
+  StoredPoint point_at(const MeasuringTarget& target, const JointVector& reached,
+                       const drivers::SmrPoint& measured, const std::string& smr) const;
+  /// @param smr  the reflector that is looked for; it is a nest, or the arm comes to the target first
   CellDevices::Outcome<StoredPoint> attempt_again(MeasuringTarget target, CellDevices::Sight sight,
-                                                  bool is_nest);
+                                                  std::string smr, bool is_nest);
   bool in_two_faces(int pose) const;
   /// Where the tracker sees now what it saw at p_mm when the campaign began.
   Eigen::Vector3d now(const Eigen::Vector3d& p_mm) const;
@@ -185,8 +184,9 @@ class MeasuringSession {
   void begin_resumption(const std::string& time);
   Outcome<void> go_on();
   std::optional<CampaignError> other_arm() const;
-  Outcome<void> keep(Attempted attempted);
-  double count_point(const StoredPoint& point);
+  /// @return the first of them
+  Outcome<StoredPoint> keep(Points points);
+  double count_deviation(const StoredPoint& point);
   /// On the disk first: what the arm moves on from is never lost.
   Outcome<StoredPoint> store(StoredPoint point);
   /// Writes until the journal has it. Where there is no room the campaign pauses, and what is to be written
@@ -210,6 +210,7 @@ class MeasuringSession {
   CampaignObserver& observer_;
   RunJob run_compute_;
   ArmMotion motion_;
+  ReflectorSearch search_;
   std::shared_ptr<CampaignResult> result_ = std::make_shared<CampaignResult>();
   bool in_journal_ = false;  ///< or that failed
   bool begun_ = false;       ///< the devices are known
@@ -229,10 +230,6 @@ class MeasuringSession {
   std::shared_ptr<PoseSupply> poses_;
   int next_number_ = 1;  ///< of a pose
   int substitutes_ = 0;
-  CalibratedCell expected_;  ///< where the reflector is looked for
-  bool placement_known_ = false;
-  double reach_ = 1;
-
   int lost_in_row_ = 0;  ///< poses that were tried for the last time and failed
   int last_lost_ = 0;    ///< the last of them
   bool paused_ = false;

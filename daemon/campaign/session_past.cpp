@@ -25,6 +25,7 @@ void MeasuringSession::begin_resumption(const std::string& time) {
   result_->resumptions = past_->resumptions;
   Resumption resumption{past_->record.ended, time, {}, Eigen::Isometry3d::Identity()};
   if (!past_->resumptions.empty()) resumption.X_first_now = past_->resumptions.back().X_first_now;
+  search_.look_from(resumption.X_first_now.inverse());
   result_->resumptions.push_back(std::move(resumption));
 }
 
@@ -54,13 +55,15 @@ std::optional<CampaignError> MeasuringSession::contradiction(const MeasuringTarg
 
 std::optional<StoredPoint> MeasuringSession::measured_before(int number, PointPurpose purpose,
                                                              std::string_view smr) {
-  const StoredPoint* const point = past_->point(number, purpose, smr);
-  if (!point) return std::nullopt;
-  if (const StoredPoint* face1 = past_->point(number, PointPurpose::Face1); face1 && is_pose(purpose))
-    result_->points.push_back(*face1);
-  result_->points.push_back(*point);
-  --past_left_;
-  return seen_at_first(*point);
+  std::optional<StoredPoint> first;
+  for (const StoredPoint* const point : past_->points_of(number, purpose, smr)) {
+    const StoredPoint* const face1 = past_->point(number, PointPurpose::Face1, point->smr);
+    if (face1 && is_pose(purpose)) result_->points.push_back(*face1);
+    result_->points.push_back(*point);
+    --past_left_;
+    if (!first) first = seen_at_first(*point);
+  }
+  return first;
 }
 
 bool MeasuringSession::skipped_before(int number) {
@@ -73,8 +76,11 @@ bool MeasuringSession::skipped_before(int number) {
 }
 
 std::optional<MeasuringSession::Before> MeasuringSession::taken_before(const MeasuringTarget& target) {
+  const std::size_t taken = result_->points.size();
   if (const auto point = measured_before(target.pose, target.purpose)) {
-    count_point(result_->points.back());
+    ++progress_.done;
+    for (std::size_t i = taken; i < result_->points.size(); ++i)
+      if (is_pose(result_->points[i].purpose)) count_deviation(result_->points[i]);
     return Before{point};
   }
   if (skipped_before(target.pose)) return Before{};
@@ -94,6 +100,7 @@ MeasuringSession::Outcome<void> MeasuringSession::go_on() {
   Resumption& resumption = result_->resumptions.back();
   resumption.found = since->found;
   resumption.X_first_now = since->X_first_now;
+  search_.look_from(resumption.X_first_now.inverse());
   Done noted = co_await note_resumption();
   if (!noted) co_return noted;
   enter(phase);
@@ -126,14 +133,14 @@ MeasuringSession::Outcome<std::optional<Eigen::Vector3d>> MeasuringSession::meas
                                         ? campaign.approach_deg * kRadPerDeg
                                         : approach_way_rad(campaign, before.pose),
                          .q_from = {}};
-  const double search_mm = config_.tracker.search_first_mm;
+  const double search_mm = is_nest ? config_.tracker.search_first_mm : search_.alone_mm();
   CellDevices::Sight sight{.p_W_mm = p_W_mm,
                            .search_mm = search_mm,
                            .gate_mm = search_mm,
                            .two_face = !is_nest && in_two_faces(before.pose)};
   for (int n = 0; n <= campaign.retries; ++n) {
     co_await wait_while_paused();
-    auto seen = co_await attempt_again(target, sight, is_nest);
+    auto seen = co_await attempt_again(target, sight, before.smr, is_nest);
     if (seen) {
       seen->pose = before.pose;
       seen->purpose = PointPurpose::Check;
@@ -151,16 +158,17 @@ MeasuringSession::Outcome<std::optional<Eigen::Vector3d>> MeasuringSession::meas
 }
 
 CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_again(MeasuringTarget target,
-                                                                  CellDevices::Sight sight, bool is_nest) {
+                                                                  CellDevices::Sight sight, std::string smr,
+                                                                  bool is_nest) {
   if (is_nest) {
     auto beside = co_await attempt_beside(sight);
     co_return beside;
   }
   auto reached = co_await reach(target);
   if (!reached) co_return std::unexpected(reached.error());
-  auto attempted = co_await attempt_at(target, *reached, sight);
-  if (!attempted) co_return std::unexpected(attempted.error());
-  co_return std::move(attempted->point);
+  auto measured = co_await devices_.measure(sight);
+  if (!measured) co_return std::unexpected(measured.error());
+  co_return point_at(target, *reached, measured->point, smr);
 }
 
 MeasuringSession::Outcome<void> MeasuringSession::keep_identified(std::string sha256) {

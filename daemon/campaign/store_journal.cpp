@@ -78,11 +78,11 @@ json::object options_document(const StoreJournal::Options& of) {
   constexpr std::array<std::string_view, 3> kCriteria{"D", "A", "I"};
   const config::CampaignConfig& campaign = config.campaign;
   json::object options;
-  if (!of.source) options = {
-      {"Poses planned", std::to_string(campaign.identify_poses) + " to identify, " +
-                            std::to_string(campaign.validate_poses) + " to validate"},
-      {"Poses chosen", std::string{kCriteria[static_cast<std::size_t>(campaign.criterion)]} +
-                           "-optimal, of " + std::to_string(campaign.candidates) + " candidates"}};
+  if (!of.source)
+    options = {{"Poses planned", std::to_string(campaign.identify_poses) + " to identify, " +
+                                     std::to_string(campaign.validate_poses) + " to validate"},
+               {"Poses chosen", std::string{kCriteria[static_cast<std::size_t>(campaign.criterion)]} +
+                                    "-optimal, of " + std::to_string(campaign.candidates) + " candidates"}};
   for (auto& option : record::options_json(config::calibrate_options(config)))
     options[option.key()] = std::move(option.value());
   return options;

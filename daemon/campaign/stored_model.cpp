@@ -124,6 +124,7 @@ Scene known_scene(const config::CellConfig& config, const CalibratedCell& model)
   scene.sight.X_WB = model.base.isometry();
   scene.sight.p_FS_mm = model.reflectors.front().p_FS_mm;
   scene.sight.acceptance_rad = config.reflector.acceptance_deg * kRadPerDeg;
+  scene.sight.further.clear();
   scene.limit_margin_rad = scene.limit_margin_mm = scene.wrist_margin_rad = 0;
   return scene;
 }

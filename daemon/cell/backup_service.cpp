@@ -82,7 +82,8 @@ MethodReply BackupService::get(json::object params) {
   auto part = co_await parts_.store_thread.ask(job);
   // Asked last: another may have begun to take its place meanwhile.
   if (last_.empty() || id != last_)
-    co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such backup: another was made since, or none"});
+    co_return std::unexpected(
+        RpcError{ErrorCode::NotFound, "no such backup: another was made since, or none"});
   if (!part) co_return std::unexpected(RpcError{ErrorCode::Internal, part.error()});
   co_return json::object{{"id", id}, {"offset", offset}, {"data", control::base64(*part)}};
 }

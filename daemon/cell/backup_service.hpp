@@ -24,7 +24,8 @@ class BackupService {
   std::filesystem::path file() const { return parts_.config.store.string() + ".backup"; }
 
   CellParts parts_;
-  std::string last_;  ///< name of the one that is there, by which no other is taken for it; empty: none since the start
+  std::string last_;  ///< name of the one that is there, by which no other is taken for it; empty: none since
+                      ///< the start
   bool busy_ = false;
 };
 

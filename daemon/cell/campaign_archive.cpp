@@ -215,17 +215,8 @@ std::expected<json::object, RpcError> report_answer(const std::optional<Campaign
 std::string measurements_csv(const StoredCampaign& campaign, const RobotModel& robot) {
   std::vector<StoredPoint> points = campaign.points;
   for (StoredPoint& point : points) point = seen_at_first(std::move(point), campaign.resumptions);
-  MeasurementData data = measurement_data(points, {});
-  data.smr_names.clear();
-  std::size_t of_data = 0;
-  for (const StoredPoint& point : points) {
-    if (point.purpose != PointPurpose::Identify && point.purpose != PointPurpose::Validate) continue;
-    auto name = std::ranges::find(data.smr_names, point.smr);
-    if (name == data.smr_names.end()) name = data.smr_names.insert(name, point.smr);
-    data.points[of_data++].smr = static_cast<int>(name - data.smr_names.begin());
-  }
   std::ostringstream text;
-  config::write_measurements(text, data, robot);
+  config::write_measurements(text, measurement_data(points, {}), robot);
   return text.str();
 }
 

@@ -14,8 +14,8 @@ namespace truepose::daemon {
 
 boost::json::array vector_json(const Eigen::Vector3d& v);
 
-// What a store says of its campaigns, as the control protocol says it: by the daemon, and by whoever reads its
-// file without one.
+// What a store says of its campaigns, as the control protocol says it: by the daemon, and by whoever reads
+// its file without one.
 
 struct StoredCampaign {
   CampaignRecord record;
@@ -30,8 +30,8 @@ StoreResult<std::optional<StoredCampaign>> read_campaign(Store& store, const std
 /// A row of campaign.list.
 boost::json::object campaign_json(const CampaignRecord& record);
 /// The answer of campaign.get, of a campaign that is not under way.
-boost::json::object campaign_answer(const StoredCampaign& campaign, const RobotModel& robot, std::size_t offset,
-                                    std::size_t limit);
+boost::json::object campaign_answer(const StoredCampaign& campaign, const RobotModel& robot,
+                                    std::size_t offset, std::size_t limit);
 /// The answer of report.get.
 std::expected<boost::json::object, control::RpcError> report_answer(
     const std::optional<CampaignRecord>& record, std::size_t offset, std::size_t limit);

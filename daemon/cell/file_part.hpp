@@ -17,7 +17,8 @@ namespace truepose::daemon {
 inline constexpr std::size_t kPart = std::size_t{32} << 10;
 
 /// The part of a file that begins at a byte; empty at the end. Blocks. The error is one sentence.
-inline std::expected<std::string, std::string> part_of(const std::filesystem::path& file, std::uint64_t offset) try {
+inline std::expected<std::string, std::string> part_of(const std::filesystem::path& file,
+                                                       std::uint64_t offset) try {
   std::string part(kPart, '\0');
   std::ifstream in = config::open_to_read(file);
   in.seekg(static_cast<std::streamoff>(offset));

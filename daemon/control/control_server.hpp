@@ -86,7 +86,7 @@ struct ControlServerParts {
   CellService& cell;
   EventBus& events;
   std::function<void(const std::string&)> warn;  ///< logs one sentence
-  Worker& worker;                                ///< writes the audit trail
+  Worker& worker;  ///< writes the audit trail, and reads the events that are kept
   std::filesystem::path socket{};                ///< Unix socket for clients of this machine; empty: none
   std::filesystem::path access{};                ///< access file; empty: nobody but the token's holders
   std::filesystem::path audit{};                 ///< audit trail; empty: nothing is kept on record

@@ -164,28 +164,14 @@ EventBus::Taken EventBus::Subscription::take(std::size_t count) {
   const std::lock_guard lock{bus_.mutex_};
   Taken taken;
   if (missed_locked()) return taken;
-  if (catches_up_) take_unwritten(count, taken.lines);
-  catches_up_ = next_ < bus_.oldest();
-  if (catches_up_) return taken;
+  if (catches_up_) {
+    take_unwritten(count, taken.lines);
+    catches_up_ = next_ < bus_.oldest();
+    if (catches_up_) return taken;
+  }
   for (; !owed_.empty() && taken.lines.size() < count; owed_.pop_front())
     taken.lines.push_back(std::move(owed_.front()));
   for (next_ = std::max(next_, bus_.oldest()); next_ < bus_.next_ && taken.lines.size() < count; ++next_) {
-    const Kept& event = bus_.kept_[next_ - bus_.oldest()];
-    if (!topics_.contains(event.topic)) continue;
-    const bool too_old = next_ >= live_from_ && bus_.next_ - next_ > kBacklog;
-    if (too_old && newest_wins(event.topic))
-      ++dropped_[event.topic];
-    else
-      taken.lines.push_back(event.line);
-  }
-}
-
-EventBus::Taken EventBus::Subscription::take(std::size_t count) {
-  const std::lock_guard lock{bus_.mutex_};
-  Taken taken;
-  for (; !owed_.empty() && taken.lines.size() < count; owed_.pop_front())
-    taken.lines.push_back(std::move(owed_.front()));
-  for (; next_ < bus_.next_ && taken.lines.size() < count; ++next_) {
     const Kept& event = bus_.kept_[next_ - bus_.oldest()];
     if (!topics_.contains(event.topic)) continue;
     const bool too_old = next_ >= live_from_ && bus_.next_ - next_ > kBacklog;

@@ -68,8 +68,9 @@ StoreResult<bool> StoreBackup::step() {
   if (code == SQLITE_DONE) return true;
   // Somebody else writes or reads at this moment.
   if (code == SQLITE_OK || code == SQLITE_BUSY || code == SQLITE_LOCKED) return false;
-  return std::unexpected(StoreError{std::string{kBackup} + ": " + part_.string() + ": " + sqlite3_errstr(code),
-                                    (code & 0xff) == SQLITE_FULL});
+  return std::unexpected(
+      StoreError{std::string{kBackup} + ": " + part_.string() + ": " + sqlite3_errstr(code),
+                 (code & 0xff) == SQLITE_FULL});
 }
 
 StoreResult<std::uintmax_t> StoreBackup::finish() {

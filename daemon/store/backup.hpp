@@ -25,8 +25,8 @@ class StoreBackup {
 
   /// In the thread of the source. @return whether all is there
   StoreResult<bool> step();
-  /// In any thread, once all is there: makes the file one that needs no other beside it, checks it, puts it on
-  /// the disk and lets it take its place.
+  /// In any thread, once all is there: makes the file one that needs no other beside it, checks it, puts it
+  /// on the disk and lets it take its place.
   /// @return its size in bytes
   StoreResult<std::uintmax_t> finish();
 

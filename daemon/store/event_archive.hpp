@@ -31,7 +31,8 @@ struct EventGap {
 struct EventBatch {
   std::vector<KeptEvent> events;
   std::vector<EventGap> gaps;
-  std::uint64_t through = 0;  ///< with this batch every event up to here is kept, or in a gap, or not to be kept
+  std::uint64_t through =
+      0;  ///< with this batch every event up to here is kept, or in a gap, or not to be kept
 };
 
 /// A part of what is kept.
@@ -50,8 +51,8 @@ class EventArchive {
   /// with other work may read at a time.
   virtual StoreResult<EventPage> events(const std::set<control::Topic>& topics, std::uint64_t first,
                                         std::uint64_t end) = 0;
-  /// Where something may be missing of the numbers from `first` to `end` - 1, in their order, few enough for a
-  /// line of the protocol.
+  /// Where something may be missing of the numbers from `first` to `end` - 1, in their order, few enough for
+  /// a line of the protocol.
   virtual StoreResult<std::vector<EventGap>> event_gaps(std::uint64_t first, std::uint64_t end) = 0;
   /// Forgets some of the events from before a time (RFC 3339), and of those beyond what a disk should hold.
   /// @return whether there are more

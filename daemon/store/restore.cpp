@@ -70,7 +70,8 @@ std::optional<std::uint64_t> gather(const fs::path& store) {
 /// As root, gives a file to whom its folder belongs: the daemon.
 void give_to_owner(const fs::path& file) {
   struct stat folder {};
-  if (::geteuid() != 0 || ::stat(file.has_parent_path() ? file.parent_path().c_str() : ".", &folder) != 0) return;
+  if (::geteuid() != 0 || ::stat(file.has_parent_path() ? file.parent_path().c_str() : ".", &folder) != 0)
+    return;
   const int given = ::chown(file.c_str(), folder.st_uid, folder.st_gid);
   static_cast<void>(given);  // whose file it is shows when the daemon opens it
 }
@@ -94,7 +95,8 @@ std::expected<fs::path, std::string> kept_aside(const fs::path& store, const std
 
 std::expected<fs::path, std::string> restore_store(const fs::path& backup, const fs::path& store,
                                                    const std::string& time) {
-  if (const StoreResult<void> good = Store::examine(backup); !good) return std::unexpected(good.error().detail);
+  if (const StoreResult<void> good = Store::examine(backup); !good)
+    return std::unexpected(good.error().detail);
   const auto lock = LockFile::take(lock_of_store(store), "the store " + store.string());
   if (!lock) return std::unexpected(lock.error().text + "; stop the daemon first");
   give_to_owner(lock_of_store(store));
@@ -115,7 +117,8 @@ std::expected<fs::path, std::string> restore_store(const fs::path& backup, const
   give_to_owner(copy);
   fs::rename(copy, store, none);
   if (none) return system_failure(store, none.value());
-  if (!config::synced(store.has_parent_path() ? store.parent_path() : ".")) return system_failure(store, errno);
+  if (!config::synced(store.has_parent_path() ? store.parent_path() : "."))
+    return system_failure(store, errno);
   return aside;
 }
 

@@ -16,8 +16,8 @@ namespace truepose::daemon::sqlite {
 
 namespace {
 
-/// A write that found no room has changed nothing, however SQLite calls it: that of the index of the log, or one
-/// beyond a quota. A sync that did is another matter: nobody knows what is on the disk then.
+/// A write that found no room has changed nothing, however SQLite calls it: that of the index of the log, or
+/// one beyond a quota. A sync that did is another matter: nobody knows what is on the disk then.
 bool is_full(int code, sqlite3* connection) {
   if ((code & 0xff) == SQLITE_FULL) return true;
   const bool wrote = code == SQLITE_IOERR_WRITE || code == SQLITE_IOERR_SHMSIZE;

@@ -189,13 +189,13 @@ CREATE TRIGGER model_activated AFTER UPDATE OF active ON model WHEN NEW.active=1
   BEGIN INSERT INTO activation (model_id) VALUES (NEW.id); END;
 )sql";
 
-// A campaign may be an identification of the points of another. `validate` lists the poses that validate there
-// (JSON); NULL: those that were measured to.
+// A campaign may be an identification of the points of another. `validate` lists the poses that validate
+// there (JSON); NULL: those that were measured to.
 constexpr const char* kIdentificationSchema = R"sql(
 CREATE TABLE identification (
   id        TEXT PRIMARY KEY REFERENCES campaign (id),
   points_of TEXT NOT NULL REFERENCES campaign (id),
-  validate  TEXT CHECK (json_valid(validate))
+  validate  TEXT CHECK (validate IS NULL OR json_valid(validate))
 ) STRICT;
 )sql";
 
@@ -342,7 +342,8 @@ StoreResult<std::unique_ptr<Database>> open_checked(std::string_view operation, 
 void let_validate(const std::vector<int>& poses, std::vector<StoredPoint>& points) {
   for (StoredPoint& point : points) {
     if (point.purpose != PointPurpose::Identify && point.purpose != PointPurpose::Validate) continue;
-    point.purpose = std::ranges::find(poses, point.pose) != poses.end() ? PointPurpose::Validate : PointPurpose::Identify;
+    point.purpose =
+        std::ranges::find(poses, point.pose) != poses.end() ? PointPurpose::Validate : PointPurpose::Identify;
   }
 }
 
@@ -556,7 +557,8 @@ StoreResult<std::optional<CampaignRecord>> Store::Impl::one_campaign(Statement q
 }
 
 StoreResult<void> Store::Impl::name_source(CampaignRecord& record) {
-  Statement query = database->prepare("SELECT points_of, coalesce(validate, '') FROM identification WHERE id=?");
+  Statement query =
+      database->prepare("SELECT points_of, coalesce(validate, '') FROM identification WHERE id=?");
   query.bind(record.id);
   const StoreResult<bool> row = query.step();
   if (!row) return std::unexpected(row.error());

@@ -124,8 +124,8 @@ class Store final : public EventArchive {
   /// Begins a copy of the store as it is when the last step of it is done.
   /// @param file  where it is to be
   StoreResult<StoreBackup> begin_backup(const std::filesystem::path& file);
-  /// Makes a copy of a store, or an old one, the one of today: the stream is not armed, and events have numbers
-  /// that no daemon has given.
+  /// Makes a copy of a store, or an old one, the one of today: the stream is not armed, and events have
+  /// numbers that no daemon has given.
   /// @param beyond  the last number that may have been given
   StoreResult<void> begin_new_life(std::uint64_t beyond);
   /// The last number that was reserved for events.

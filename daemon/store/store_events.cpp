@@ -164,8 +164,8 @@ StoreResult<bool> Store::forget_events(const std::string& which, const std::stri
       "INSERT OR REPLACE INTO event_gap SELECT 1, max(seq), 'older than is kept' FROM (" + chosen +
       ") HAVING count(*)>0");
   gap.bind(before);
-  Statement joined =
-      impl_->database->prepare("DELETE FROM event_gap WHERE first>1 AND last<=(SELECT last FROM event_gap WHERE first=1)");
+  Statement joined = impl_->database->prepare(
+      "DELETE FROM event_gap WHERE first>1 AND last<=(SELECT last FROM event_gap WHERE first=1)");
   Statement forget = impl_->database->prepare("DELETE FROM event WHERE seq IN (" + chosen + ")");
   forget.bind(before);
   const StoreResult<void> forgotten = impl_->commit(kOperation, {&gap, &joined, &forget});

@@ -56,7 +56,7 @@ Response answer_with(http::status status, const char* type, std::string body) {
   response.set("X-Content-Type-Options", "nosniff");
   // The page has its script and style in itself, and talks to the server that it is from.
   response.set("Content-Security-Policy",
-               "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; "
+               "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; img-src data:; "
                "base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
   response.body() = std::move(body);
   return response;

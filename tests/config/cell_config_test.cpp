@@ -251,6 +251,32 @@ TEST_F(CellFile, SaysWhereTheWebPortIsOrThatThereIsNone) {
             "'hmi.plant'");
 }
 
+TEST_F(CellFile, ListsSeveralReflectorsOfDifferentNames) {
+  const CellConfig cell =
+      load(std::string(kSmallest) +
+           "reflectors: [{name: a, offset_mm: {x: 1, y: 2, z: 3}}, {acceptance_deg: 45}]\n");
+  EXPECT_EQ(cell.reflector.name, "a");
+  EXPECT_EQ(cell.reflector.p_FS_mm, Eigen::Vector3d(1, 2, 3));
+  ASSERT_EQ(cell.further_reflectors.size(), 1U);
+  EXPECT_EQ(cell.further_reflectors[0].name, "2");
+  EXPECT_EQ(cell.further_reflectors[0].acceptance_deg, 45);
+  EXPECT_EQ(error(std::string(kSmallest) + "reflectors: []\n"),
+            "cell.yaml:7:13: reflectors: expected 1 to 6 reflectors, found 0");
+  EXPECT_EQ(error(std::string(kSmallest) + "reflectors: [{name: a}, {name: a}]\n"),
+            "cell.yaml:7:25: reflectors[1]: another reflector is called \"a\" too");
+  EXPECT_EQ(error(std::string(kSmallest) + "reflector: {}\nreflectors: [{}]\n"),
+            "cell.yaml:8:13: reflectors: reflector is given already: leave one of them out");
+}
+
+TEST_F(CellFile, SaysWhatIsSpokenWithTheTracker) {
+  EXPECT_EQ(load(kSmallest).tracker.protocol, TrackerProtocol::Emscon);
+  std::string text = kSmallest;
+  text.replace(text.find("{address: tracker"), 1, "{protocol: bridge, initialise_again_min: 30, ");
+  const TrackerConfig tracker = load(text).tracker;
+  EXPECT_EQ(tracker.protocol, TrackerProtocol::Bridge);
+  EXPECT_EQ(tracker.initialise_again, std::chrono::minutes{30});
+}
+
 TEST_F(CellFile, TakesEveryNameThatTheCommandLineTakes) {
   for (const std::string_view name : residual_names()) {
     const CellConfig cell =

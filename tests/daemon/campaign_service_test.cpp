@@ -150,7 +150,9 @@ TEST_F(CampaignServiceTest, GivesItsPointsInPartsThatFitIntoALine) {
     std::size_t points = 0;
     std::int64_t total = 0;
     for (json::value next = 0; !next.is_null();) {
-      const json::value page = *call("campaign.points", {{"format", format}, {"offset", next}, {"limit", 7}});
+      const Answer answer = call("campaign.points", {{"format", format}, {"offset", next}, {"limit", 7}});
+      ASSERT_TRUE(answer) << answer.error().message;
+      const json::value& page = *answer;
       EXPECT_LT(control::json_text(page).size(), std::size_t{64} * 1024);
       if (const json::value* lines = page.as_object().if_contains("csv")) csv += lines->as_string();
       if (const json::value* list = page.as_object().if_contains("points")) points += list->as_array().size();

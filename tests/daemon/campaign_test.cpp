@@ -608,7 +608,8 @@ TEST_F(CampaignTest, AStoreWithoutRoomPausesTheCampaignWhichKeepsItsPointAndGoes
   EXPECT_EQ(tries, 2);
   EXPECT_THAT(observer.pauses.front(), HasSubstr("with the last point in memory: database or disk is full"));
   EXPECT_EQ(journal.points.size(), (**outcome)->points.size());
-  for (std::size_t i = 1; i < journal.points.size(); ++i) EXPECT_NE(journal.points[i].pose, journal.points[i - 1].pose);
+  for (std::size_t i = 1; i < journal.points.size(); ++i)
+    EXPECT_NE(journal.points[i].pose, journal.points[i - 1].pose);
 }
 
 TEST_F(CampaignTest, DoesNotCompensateWithACalibrationThatIsNoBetterThanTheDataSheet) {

@@ -276,16 +276,26 @@ class ControlServerTest : public testing::Test {
     return server_->port();
   }
   /// Until so many sleep for having guessed, or being in company of who did.
-  void wait_for_hellos(std::size_t count) { wait_for_sleepers(count, 1s); }
-  /// Until so many of the server's coroutines wait for a moment that is no farther away. One looks at the files of
-  /// access every 2 s.
-  void wait_for_sleepers(std::size_t count, drivers::Duration within) {
+  void wait_for_hellos(std::size_t count) {
     const auto give_up = std::chrono::steady_clock::now() + 30s;
-    std::size_t asleep = 0;
-    while (asleep < count) {
-      ASSERT_LT(std::chrono::steady_clock::now(), give_up) << "only " << asleep << " wait";
-      on_loop([&] { asleep = clock_.sleepers_within(within); });
+    std::size_t late = 0;
+    while (late < count) {
+      ASSERT_LT(std::chrono::steady_clock::now(), give_up) << "nobody is answered late";
+      on_loop([&] { late = clock_.sleepers_within(1s); });
     }
+  }
+  /// Lets time pass until no more than so many sessions are open.
+  /// @param meanwhile  done each second. @return how long it took
+  drivers::Duration pass_until_open(std::size_t sessions, const std::function<void()>& meanwhile = [] {}) {
+    for (auto passed = 0s; passed < 300s; passed += 1s) {
+      std::size_t open = 0;
+      on_loop([&] { open = server_->load().sessions; });
+      if (open <= sessions) return passed;
+      advance(1s);
+      meanwhile();
+    }
+    ADD_FAILURE() << "more than " << sessions << " sessions stay open";
+    return {};
   }
   void advance(drivers::Duration time) {
     on_loop([&] { clock_.advance(time); });

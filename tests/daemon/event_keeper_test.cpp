@@ -97,7 +97,7 @@ struct Life {
           lines.push_back(control::encode_event_text(event.seq, event.time, event.topic, event.data));
         continue;
       }
-      const auto more = reader->take(64);
+      const std::vector<EventBus::Line> more = reader->take(64).lines;
       if (more.empty()) return lines;
       for (const EventBus::Line& line : more) lines.push_back(*line);
     }
@@ -191,7 +191,7 @@ TEST_F(EventKeeperTest, AStoreThatTakesNothingCostsNoEventOfThoseWhoAreThereNorO
   for (int i = 0; i < 100; ++i) {
     life.publish(100);
     life.pass(1s);
-    for (auto lines = live->take(1000); !lines.empty(); lines = live->take(1000)) seen += lines.size();
+    for (auto lines = live->take(1000).lines; !lines.empty(); lines = live->take(1000).lines) seen += lines.size();
   }
   EXPECT_EQ(seen, 10'000U);
   EXPECT_FALSE(live->fell_behind());
@@ -234,7 +234,7 @@ TEST_F(EventKeeperTest, AReaderThatCatchesUpIsNotTooSlowAndGetsWhatCameMeanwhile
     reader->go_on_from(page.next);
     seen += page.events.size();
   }
-  for (auto lines = reader->take(64); !lines.empty(); lines = reader->take(64)) seen += lines.size();
+  for (auto lines = reader->take(64).lines; !lines.empty(); lines = reader->take(64).lines) seen += lines.size();
   EXPECT_EQ(seen, 12'000U);
 }
 

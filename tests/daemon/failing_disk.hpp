@@ -12,12 +12,12 @@ struct sqlite3_vfs;
 
 namespace truepose::test {
 
-/// A disk under SQLite that can be full, fail, and lose its power: a file system of SQLite's, in memory, which
-/// remembers of each file what was synced, and what was written since in which order.
+/// A disk under SQLite that can be full, fail, and lose its power: a file system of SQLite's, in memory,
+/// which remembers of each file what was synced, and what was written since in which order.
 ///
-/// It becomes SQLite's default file system for as long as it lives, so that every store that is opened then is on
-/// it, whatever its path; the file that a store makes itself on the real disk, so that it has its rights, stays
-/// empty.
+/// It becomes SQLite's default file system for as long as it lives, so that every store that is opened then
+/// is on it, whatever its path; the file that a store makes itself on the real disk, so that it has its
+/// rights, stays empty.
 class FailingDisk {
  public:
   explicit FailingDisk(std::uint64_t seed = 0);
@@ -35,8 +35,8 @@ class FailingDisk {
 
   /// The power goes at once: from now on nothing comes to the disk, and every change fails.
   void cut_power() { powerless_ = true; }
-  /// After that, and once every connection is closed: of each file stays what was synced, and by chance some of
-  /// what was written since: in the order of writing or not, whole, or the last one torn at a sector.
+  /// After that, and once every connection is closed: of each file stays what was synced, and by chance some
+  /// of what was written since: in the order of writing or not, whole, or the last one torn at a sector.
   void restore_power();
 
  private:
@@ -48,7 +48,7 @@ class FailingDisk {
   struct File {
     std::vector<std::uint8_t> synced, now;
     std::vector<Write> since;
-    int opened = 0;        ///< how many connections hold it at all
+    int opened = 0;         ///< how many connections hold it at all
     bool reserved = false;  ///< one of them writes
     std::vector<std::vector<std::uint8_t>> shared_memory;
   };

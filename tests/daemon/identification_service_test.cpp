@@ -2,6 +2,8 @@
 #include "daemon/cell/identification_service.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <set>
 
 #include "daemon/cell/campaign_archive.hpp"
@@ -15,7 +17,7 @@ using namespace std::chrono_literals;
 using testing::HasSubstr;
 using testing::SizeIs;
 
-std::string string_at(const json::value& value, const char* pointer) {
+std::string text_in(const json::value& value, const char* pointer) {
   return std::string{value.at_pointer(pointer).as_string()};
 }
 
@@ -30,7 +32,7 @@ struct Identification : CellTest {
 
 TEST_F(Identification, IsACampaignOfItsOwnWithAModelThatCanBeActivated) {
   const json::value made = identified({{"id", "c2"}});
-  const std::string id = string_at(made, "/id"), model = string_at(made, "/model_id");
+  const std::string id = text_in(made, "/id"), model = text_in(made, "/model_id");
   EXPECT_EQ(made.at("points_of"), "c2");
   EXPECT_FALSE(made.at("activated").as_bool());
   EXPECT_LT(made.at("validation_after_mm").as_double(), made.at("validation_before_mm").as_double() / 10);
@@ -52,7 +54,7 @@ TEST_F(Identification, IsACampaignOfItsOwnWithAModelThatCanBeActivated) {
 }
 
 TEST_F(Identification, WithTheSameOptionsIsTheModelOfTheCampaign) {
-  const std::string model = string_at(identified({{"id", "c2"}}), "/model_id");
+  const std::string model = text_in(identified({{"id", "c2"}}), "/model_id");
   const auto parameters = [this](const std::string& id) {
     return call("model.get", {{"id", id}}).value().at("parameters");
   };
@@ -67,14 +69,14 @@ TEST_F(Identification, TakesOtherOptionsByTheNamesOfTheCellFile) {
                                        {"loss", "tukey"},
                                        {"prior", "off"},
                                        {"correct_by_nests", false}});
-  const json::value report =
-      call("report.get", {{"id", string_at(made, "/id")}, {"points_limit", 1}}).value();
+  const json::value report = call("report.get", {{"id", text_in(made, "/id")}, {"points_limit", 1}}).value();
   EXPECT_EQ(report.at_pointer("/document/options/Loss"), "tukey");
   EXPECT_EQ(report.at_pointer("/document/options/Prior"), "off");
   EXPECT_EQ(report.at_pointer("/document/options/Joint deviations"), "auto");
   EXPECT_EQ(refused("campaign.identify", {{"id", "c2"}, {"loss", "lost"}}), "params.loss: no loss \"lost\"");
   EXPECT_THAT(refused("campaign.identify", {{"id", "c2"}, {"residual", "magic"}}), HasSubstr("\"magic\""));
-  EXPECT_THAT(refused("campaign.identify", {{"id", "c2"}, {"harmonics", {0}}}), HasSubstr("integers 1..10000"));
+  EXPECT_THAT(refused("campaign.identify", {{"id", "c2"}, {"harmonics", {0}}}),
+              HasSubstr("integers 1..10000"));
 }
 
 TEST_F(Identification, OfACampaignThatWasAbortedDrawsPosesThatValidateAndSaysWhich) {
@@ -86,19 +88,20 @@ TEST_F(Identification, OfACampaignThatWasAbortedDrawsPosesThatValidateAndSaysWhi
       co_await pass(1s);
     co_await ask("campaign.abort");
   });
-  const std::string aborted = string_at(call("campaign.get").value(), "/campaign/id");
+  const std::string aborted = text_in(call("campaign.get").value(), "/campaign/id");
   const json::value made = identified({{"id", aborted}});
   const auto identify = made.at("identify_poses").as_int64(), validate = made.at("validate_poses").as_int64();
   EXPECT_GE(identify + validate, 25);
   EXPECT_EQ(identify, std::lround(0.7 * static_cast<double>(identify + validate)));
   EXPECT_LT(made.at("validation_after_mm").as_double(), 0.2);
 
-  const auto stored = read_campaign(*store, string_at(made, "/id")).value().value();
+  const auto stored = read_campaign(*store, text_in(made, "/id")).value().value();
   const auto validating = std::ranges::count(stored.points, PointPurpose::Validate, &StoredPoint::purpose);
   EXPECT_EQ(validating, validate);
   EXPECT_EQ(store->points(aborted).value().size(), stored.points.size());
-  EXPECT_EQ(std::ranges::count(store->points(aborted).value(), PointPurpose::Validate, &StoredPoint::purpose), 0);
-  const Answer activated = call("model.activate", {{"id", string_at(made, "/model_id")}});
+  EXPECT_EQ(std::ranges::count(store->points(aborted).value(), PointPurpose::Validate, &StoredPoint::purpose),
+            0);
+  const Answer activated = call("model.activate", {{"id", text_in(made, "/model_id")}});
   EXPECT_TRUE(activated) << activated.error().message;
 }
 
@@ -117,11 +120,10 @@ TEST_F(Identification, IsRefusedWhereThePointsAreTooFewOrOfNoUse) {
 }
 
 TEST_F(Identification, OfAnIdentificationIsOfThePointsThatThatWasMadeOf) {
-  const std::string first = string_at(identified({{"id", "c2"}, {"split", 0.6}}), "/id");
+  const std::string first = text_in(identified({{"id", "c2"}, {"split", 0.6}}), "/id");
   const json::value second = identified({{"id", first}});
   EXPECT_EQ(second.at("points_of"), "c2");
-  EXPECT_EQ(second.at("identify_poses"),
-            identified({{"id", "c2"}}).at("identify_poses"));
+  EXPECT_EQ(second.at("identify_poses"), identified({{"id", "c2"}}).at("identify_poses"));
 }
 
 TEST_F(Identification, ActivatesWhereThatIsAskedForAndNothingContradicts) {
@@ -133,13 +135,13 @@ TEST_F(Identification, ActivatesWhereThatIsAskedForAndNothingContradicts) {
 TEST_F(Identification, AMeasurementFileOfACampaignIsWhatWasMeasured) {
   const Answer part = call("campaign.export", {{"id", "c2"}});
   ASSERT_TRUE(part);
-  const std::string csv = string_at(*part, "/data");
+  const std::string csv = text_in(*part, "/data");
   const auto points = store->points("c2").value();
   const auto used = std::ranges::count_if(points, [](const StoredPoint& point) {
     return point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate;
   });
   EXPECT_EQ(std::ranges::count(csv, '\n'), used + 1);
-  EXPECT_EQ(call("campaign.export", {{"id", "c2"}, {"offset", csv.size()}})->at("data"), "");
+  EXPECT_EQ(call("campaign.export", {{"id", "c2"}, {"offset", static_cast<std::int64_t>(csv.size())}})->at("data"), "");
   EXPECT_EQ(refused("campaign.export", {{"id", "none"}}), "no such campaign");
 }
 
@@ -147,11 +149,11 @@ TEST_F(Identification, ABackupIsReadPartByPart) {
   config.store = file;
   const Answer made = call("store.backup");
   ASSERT_TRUE(made) << made.error().message;
-  const std::string id = string_at(*made, "/id");
-  EXPECT_EQ(string_at(*made, "/file"), file.string() + ".backup");
+  const std::string id = text_in(*made, "/id");
+  EXPECT_EQ(text_in(*made, "/file"), file.string() + ".backup");
   const Answer part = call("store.get_backup", {{"id", id}});
   ASSERT_TRUE(part);
-  EXPECT_TRUE(string_at(*part, "/data").starts_with("U1FMaXRl")) << "SQLite";
+  EXPECT_TRUE(text_in(*part, "/data").starts_with("U1FMaXRl")) << "SQLite";
   EXPECT_THAT(refused("store.get_backup", {{"id", "another"}}), HasSubstr("no such backup"));
   ASSERT_TRUE(call("store.backup"));
   EXPECT_THAT(refused("store.get_backup", {{"id", id}}), HasSubstr("another was made since"));

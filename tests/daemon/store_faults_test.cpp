@@ -79,7 +79,8 @@ std::ostream& operator<<(std::ostream& out, const Content& content) {
 Content content_of(Store& store) {
   Content content;
   for (const CampaignRecord& record : store.campaigns().value())
-    content.campaigns.push_back(record.id + " " + record.state + " " + record.model_id + " " + record.points_of);
+    content.campaigns.push_back(record.id + " " + record.state + " " + record.model_id + " " +
+                                record.points_of);
   for (const StoredPoint& each : store.points("c1").value()) content.poses.push_back(each.pose);
   for (const ModelRecord& record : store.models().value()) content.models.push_back(record.id);
   if (const auto active = store.active_model().value()) content.active = active->id;
@@ -116,7 +117,10 @@ std::vector<Operation> operations() {
       {"begin_campaign", [](Store& s) { return s.begin_campaign(campaign("c1")); }},
       {"add_point", [](Store& s) { return s.add_point("c1", point(1)); }},
       {"another point", [](Store& s) { return s.add_point("c1", point(2)); }},
-      {"add_skipped", [](Store& s) { return s.add_skipped("c1", {3, "no beam", 2}); }},
+      {"add_skipped",
+       [](Store& s) {
+         return s.add_skipped("c1", {3, "no beam", 2});
+       }},
       {"keep_events", [](Store& s) { return s.keep_events(batch(1, 300)); }},
       {"end_campaign", [=](Store& s) { return s.end_campaign(ended, made); }},
       {"begin_campaign with its order", [=](Store& s) { return s.begin_campaign(campaign("c3"), "{}", 7); }},
@@ -151,8 +155,8 @@ class StoreFaults : public testing::Test {
   TempFolder folder_;
 };
 
-// A disk that is full at any one write: the operation fails with what to do, changes nothing, and does its work
-// once there is room.
+// A disk that is full at any one write: the operation fails with what to do, changes nothing, and does its
+// work once there is room.
 TEST_F(StoreFaults, ADiskThatIsFullAtAnyWriteLosesNothingAndIsGoneOnWith) {
   int faults = 0;
   for (int at = 0, failed = 1; failed > 0; ++at) {
@@ -181,7 +185,8 @@ TEST_F(StoreFaults, ADiskThatIsFullAtAnyWriteLosesNothingAndIsGoneOnWith) {
   EXPECT_GT(faults, 40);
 }
 
-// A disk that fails at any one change and works again: nothing more is taken until somebody has it tried again.
+// A disk that fails at any one change and works again: nothing more is taken until somebody has it tried
+// again.
 TEST_F(StoreFaults, ADiskThatFailsAtAnyChangeIsWrittenToAgainOnlyOnceItWasTried) {
   int faults = 0;
   for (int at = 0, failed = 1; failed > 0; ++at) {

@@ -34,8 +34,9 @@ struct StoreWatchTest : OnADisk, CellTest {
   }
   bool stands(const std::string& code) {
     const json::value now = status();
-    return std::ranges::any_of(now.at("faults").as_array(),
-                               [&](const json::value& fault) { return fault.at("code") == json::value(code); });
+    return std::ranges::any_of(now.at("faults").as_array(), [&](const json::value& fault) {
+      return fault.at("code") == json::value(code);
+    });
   }
 };
 

@@ -18,7 +18,7 @@ using namespace record;
 template <>
 inline constexpr int kMembers<CalibrationDocument> = 43;
 template <>
-inline constexpr int kMembers<Thermal> = 7;
+inline constexpr int kMembers<Thermal> = 8;
 template <>
 inline constexpr int kMembers<Point> = 14;
 template <>

@@ -46,7 +46,7 @@ export class ControlSession extends EventEmitter {
   #waiting = new Map(); // of each request's id: {resolve, reject, timer}
   #lastId = 0;
   #farewell = "";
-  #closed = false;
+  #closed = ""; // why
 
   /**
    * Connects and says hello.
@@ -69,7 +69,7 @@ export class ControlSession extends EventEmitter {
 
   /** @throws ControlError */
   call(method, params = {}, patience_ms = 120_000) {
-    if (this.#closed) return Promise.reject(new ControlError("E_LOST", "the connection to the daemon is closed"));
+    if (this.#closed) return Promise.reject(new ControlError("E_LOST", this.#closed));
     const id = ++this.#lastId;
     return new Promise((resolve, reject) => {
       const expire = () => this.#settle(id, "reject", new ControlError("E_TIMEOUT", `${method}: no answer in time`));
@@ -79,7 +79,7 @@ export class ControlSession extends EventEmitter {
   }
 
   close() {
-    this.#end("closed");
+    this.#end("the connection to the daemon was closed");
   }
 
   #connect(daemon, token) {
@@ -162,7 +162,7 @@ export class ControlSession extends EventEmitter {
 
   #end(why) {
     if (this.#closed) return;
-    this.#closed = true;
+    this.#closed = why;
     this.#socket.destroy();
     for (const id of [...this.#waiting.keys()]) this.#settle(id, "reject", new ControlError("E_LOST", why));
     this.emit("closed", why);

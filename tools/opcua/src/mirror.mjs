@@ -1,5 +1,5 @@
 /** Variables that show what the daemon says. */
-import { DataType, DataValue, StatusCodes, Variant, VariantArrayType } from "node-opcua";
+import { DataType, StatusCodes, Variant, VariantArrayType } from "node-opcua";
 
 /** A value of JSON as OPC UA has it. */
 export function variantOf({ dataType, isArray }, value) {
@@ -8,9 +8,26 @@ export function variantOf({ dataType, isArray }, value) {
   return new Variant({ dataType, value: convert(value) });
 }
 
+const CHECKS = {
+  [DataType.String]: (value) => typeof value === "string",
+  [DataType.LocalizedText]: (value) => typeof value === "string",
+  [DataType.DateTime]: (value) => !Number.isNaN(Date.parse(value)),
+  [DataType.Boolean]: (value) => typeof value === "boolean",
+  [DataType.Double]: (value) => typeof value === "number",
+  [DataType.Int32]: Number.isInteger,
+  [DataType.Int64]: Number.isSafeInteger,
+  [DataType.NodeId]: () => true,
+};
+
+/** A later daemon may say something else where this one has a number. */
+function fits({ dataType, isArray }, value) {
+  return isArray ? Array.isArray(value) && value.every(CHECKS[dataType]) : CHECKS[dataType](value);
+}
+
 // Texts are empty while they are not known, as at the control port; no number or time stands for "not known".
 function dataValueOf(type, value, time) {
-  const known = value !== undefined && value !== null && !(type.isArray && value.includes(null));
+  const known = value !== undefined && value !== null && !(type.isArray && value.includes?.(null));
+  if (known && !fits(type, value)) return { statusCode: StatusCodes.BadTypeMismatch, sourceTimestamp: time };
   if (known) return { value: variantOf(type, value), statusCode: StatusCodes.Good, sourceTimestamp: time };
   const isText = type.dataType === DataType.String && !type.isArray;
   if (isText) return { value: variantOf(type, ""), statusCode: StatusCodes.Good, sourceTimestamp: time };
@@ -53,8 +70,6 @@ export class Mirror {
   }
 
   #set({ variable }, { value, statusCode, sourceTimestamp = new Date() }) {
-    const dataValue = new DataValue({ value: value ?? { dataType: DataType.Null }, statusCode, sourceTimestamp });
-    dataValue.serverTimestamp = new Date();
-    variable.setValueFromSource(dataValue.value, statusCode, sourceTimestamp);
+    variable.setValueFromSource(value ?? { dataType: DataType.Null }, statusCode, sourceTimestamp);
   }
 }

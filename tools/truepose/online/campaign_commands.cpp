@@ -125,8 +125,8 @@ void write_files(CampaignSource& source, const json::value& campaign, const Camp
   if (!files.joints.empty()) made.push_back({files.joints, joints_csv(document_of(campaign, "targets"))});
   if (!files.cycles.empty()) {
     const json::value& iso9283 = document_of(campaign, "iso9283");
-    made.push_back({files.cycles, cycles_csv(iso9283, string_at(campaign, "/campaign/started"),
-                                             all_points(source, id))});
+    made.push_back({files.cycles,
+                    cycles_csv(iso9283, string_at(campaign, "/campaign/started"), all_points(source, id))});
   }
   if (!files.document.empty())
     made.push_back({files.document, control::json_text(any_document(source, campaign)) + "\n"});

@@ -17,7 +17,7 @@ struct CampaignFiles {
   std::filesystem::path joints;    ///< found for targets, as truepose fk and compensate read them
   std::filesystem::path cycles;    ///< of an ISO 9283 test, as truepose iso9283 reads them
   std::filesystem::path document;  ///< of every kind (JSON)
-  std::filesystem::path data;      ///< points to identify and to validate from, as truepose calibrate reads them
+  std::filesystem::path data;  ///< points to identify and to validate from, as truepose calibrate reads them
 };
 
 /// Targets of a campaign from CSV: {"joints": rows} of q1..qN, or {"poses": rows} of x,y,z,a,b,c.

@@ -1,7 +1,7 @@
 #include "tools/truepose/online/campaign_source.hpp"
 
-#include <boost/json/array.hpp>
 #include <algorithm>
+#include <boost/json/array.hpp>
 #include <cstdint>
 #include <utility>
 #include <vector>

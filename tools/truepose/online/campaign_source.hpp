@@ -14,8 +14,8 @@ namespace truepose::tools {
 class CampaignSource {
  public:
   virtual ~CampaignSource() = default;
-  /// Answers campaign.list, campaign.get, campaign.export and report.get as the control protocol describes them.
-  /// Throws CommandError.
+  /// Answers campaign.list, campaign.get, campaign.export and report.get as the control protocol describes
+  /// them. Throws CommandError.
   virtual boost::json::value ask(const std::string& method, const boost::json::object& params) = 0;
 };
 
