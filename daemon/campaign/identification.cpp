@@ -44,8 +44,7 @@ std::expected<CalibrationResult, std::string> identified(const std::vector<Store
 }
 
 CalibrationVerdict verdict_on(const CalibrationResult& result, const std::vector<StoredPoint>& points,
-                              const config::CellConfig& config,
-                              const std::vector<Resumption>& resumptions) {
+                              const config::CellConfig& config, const std::vector<Resumption>& resumptions) {
   const CorrectedPoints corrected = corrected_points(points, config, resumptions);
   std::vector<Eigen::Vector3d> reference_mm;
   for (const StoredPoint& point : corrected.points)

@@ -53,8 +53,8 @@ MeasuringSession::MeasuringSession(const config::CellConfig& config, CampaignDev
       observer_{observer},
       run_compute_{std::move(run_compute)},
       motion_{config_.robot.model, devices_, run_compute_},
-      past_{std::move(past)},
-      search_{config_, devices_} {
+      search_{config_, devices_},
+      past_{std::move(past)} {
   if (!past_) return;
   past_left_ = past_->outcomes();
   for (const PlannedPose& planned : past_->plan.poses) in_plan_.insert(planned.pose);

@@ -13,10 +13,9 @@ namespace {
 constexpr double kOfSpacing = 0.3;
 
 DeviceError cannot_tell() {
-  return {
-      Remedy::Retry,
-      "tracker: which of the reflectors it found cannot be told, as not all are that should "
-      "be seen here: take those that are not there out of the cell file, or correct tracker.placement"};
+  return {Remedy::Retry,
+          "tracker: which of the reflectors it found cannot be told, as not all are that should "
+          "be seen here: take those that are not there out of the cell file, or correct tracker.placement"};
 }
 
 /// The least distance between any two.
@@ -137,8 +136,7 @@ CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::one_by_one(Stand st
 CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::by_their_shape(
     Stand stand, std::vector<std::size_t> reflectors) {
   Places places_mm;
-  for (const std::size_t reflector : reflectors)
-    places_mm.push_back(place_mm(stand, reflector));
+  for (const std::size_t reflector : reflectors) places_mm.push_back(place_mm(stand, reflector));
   CellDevices::Sight look = sight(stand, places_mm.front(), config_.tracker.search_first_mm);
   auto first = co_await devices_.measure(look);
   if (!first) co_return std::unexpected(first.error());

@@ -53,6 +53,7 @@ std::optional<CampaignError> MeasuringSession::contradiction(const MeasuringTarg
   return std::nullopt;
 }
 
+/// A pose of which not all reflectors had been stored is taken with those that were.
 std::optional<StoredPoint> MeasuringSession::measured_before(int number, PointPurpose purpose,
                                                              std::string_view smr) {
   std::optional<StoredPoint> first;

@@ -41,9 +41,7 @@ std::expected<std::vector<config::ValidationPoint>, std::string> validation_poin
 
 /// Whether what nests and faces told may have corrected the points.
 bool measured_beside(std::span<const StoredPoint> points) {
-  return std::ranges::any_of(points, [](const StoredPoint& point) {
-    return point.purpose == PointPurpose::Nest || point.purpose == PointPurpose::Face1;
-  });
+  return std::ranges::any_of(points, [](const StoredPoint& point) { return !is_pose(point.purpose); });
 }
 
 /// The store keeps points as they were measured. Where they were corrected, the model has them.

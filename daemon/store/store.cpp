@@ -176,7 +176,8 @@ UPDATE point SET purpose = old_purpose;
 ALTER TABLE point DROP COLUMN old_purpose;
 )sql";
 
-// Campaigns know who started them and what for, and models when each was the active one, whoever made it that.
+// Campaigns know who started them and what for, and models when each was the active one, whoever made it
+// that.
 constexpr const char* kSchema7 = R"sql(
 ALTER TABLE campaign ADD COLUMN started_by TEXT NOT NULL DEFAULT '';
 ALTER TABLE campaign ADD COLUMN note TEXT NOT NULL DEFAULT '';
@@ -523,8 +524,8 @@ StoreResult<void> Store::end_campaign(const CampaignRecord& c, const std::option
 }
 
 StoreResult<std::vector<CampaignRecord>> Store::campaigns() {
-  auto records = all<CampaignRecord>(
-      impl_->database->prepare(kOutline + std::string{"ORDER BY rowid DESC"}), campaign_of);
+  auto records = all<CampaignRecord>(impl_->database->prepare(kOutline + std::string{"ORDER BY rowid DESC"}),
+                                     campaign_of);
   if (!records) return records;
   for (CampaignRecord& record : *records) {
     const StoreResult<void> named = impl_->name_source(record);

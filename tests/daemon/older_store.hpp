@@ -22,8 +22,7 @@ inline void make_older(const std::filesystem::path& file, int version) {
        {"DROP TRIGGER model_activated", "DROP TABLE activation",
         "ALTER TABLE campaign DROP COLUMN started_by", "ALTER TABLE campaign DROP COLUMN note"}},
       {5, {"DROP TABLE armed"}},
-      {4,
-       {"ALTER TABLE model DROP COLUMN sha256", "ALTER TABLE model DROP COLUMN largest_correction_deg"}}};
+      {4, {"ALTER TABLE model DROP COLUMN sha256", "ALTER TABLE model DROP COLUMN largest_correction_deg"}}};
   for (const auto& [added, undo] : kAdded)
     for (const char* const sql : undo)
       if (version < added) sqlite_rows(file, sql);

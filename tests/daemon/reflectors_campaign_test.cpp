@@ -121,5 +121,38 @@ TEST_F(ReflectorsCampaignTest, ComesToTheReferenceByTheSameReflectorEachTime) {
   EXPECT_GE(times, 4);
 }
 
+TEST_F(ReflectorsCampaignTest, GoesOnWithAllOfThemAfterAnInterruptionInWhichTheTrackerMoved) {
+  config.campaign.remeasure = false;
+  std::shared_ptr<const CampaignPast> past;
+  observer.at_point = [this, &past, n = 0](const StoredPoint&) mutable {
+    if (++n != 20) return;
+    past = journal.past();
+    campaign->abort("cut off");
+  };
+  start();
+  ASSERT_TRUE(go_on());
+  observer.at_point = {};
+  ASSERT_TRUE(past);
+  EXPECT_EQ(past->misfit(config), std::nullopt);
+  truth.truth.X_WB = pose_from_kuka({4, -3, 2}, {0.01, 0.02, -0.01}) * truth.truth.X_WB;
+  start(CalibrationOrder{}, past);
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  const CampaignResult& result = ***outcome;
+
+  ASSERT_EQ(result.resumptions.size(), 1U);
+  EXPECT_THAT(result.resumptions.front().found, testing::HasSubstr("has moved"));
+  std::set<std::pair<int, std::string>> seen;
+  std::map<std::string, int> since;
+  for (const StoredPoint& point : result.points) {
+    if (!tells_the_arm(point)) continue;
+    EXPECT_TRUE(seen.emplace(point.pose, point.smr).second) << "once each";
+    since[point.smr] += point.resumption;
+  }
+  for (const StoredPoint& point : past->points) EXPECT_TRUE(seen.contains({point.pose, point.smr}));
+  for (const std::string name : {"a", "b", "c"}) EXPECT_GT(since[name], 0) << name;
+  EXPECT_LT(result.as<CalibrationResult>().calibration.validate->after.rms, 0.1);
+}
+
 }  // namespace
 }  // namespace truepose::daemon

@@ -71,8 +71,8 @@ struct Content {
 std::ostream& operator<<(std::ostream& out, const Content& content) {
   for (const auto& campaign : content.campaigns) out << campaign << "; ";
   out << content.poses.size() << " points, " << content.models.size() << " models, active " << content.active
-      << ", armed " << content.armed << ", " << content.events.size() << " events, "
-      << content.planned << " planned poses, " << content.resumptions << " resumptions";
+      << ", armed " << content.armed << ", " << content.events.size() << " events, " << content.planned
+      << " planned poses, " << content.resumptions << " resumptions";
   return out;
 }
 
