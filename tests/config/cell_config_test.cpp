@@ -263,7 +263,7 @@ TEST_F(CellFile, ListsSeveralReflectorsOfDifferentNames) {
   EXPECT_EQ(error(std::string(kSmallest) + "reflectors: []\n"),
             "cell.yaml:7:13: reflectors: expected 1 to 6 reflectors, found 0");
   EXPECT_EQ(error(std::string(kSmallest) + "reflectors: [{name: a}, {name: a}]\n"),
-            "cell.yaml:7:25: reflectors[1]: another reflector is called \"a\" too");
+            "cell.yaml:7:25: reflectors[2]: another reflector is called \"a\" too");
   EXPECT_EQ(error(std::string(kSmallest) + "reflector: {}\nreflectors: [{}]\n"),
             "cell.yaml:8:13: reflectors: reflector is given already: leave one of them out");
 }

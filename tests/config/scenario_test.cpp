@@ -179,7 +179,7 @@ TEST_F(ScenarioFile, NamesPlaceAndPathOfEveryMistake) {
   EXPECT_EQ(
       error("faults:\n  - {at_ms: 1, kind: fire}\n"),
       "s.yaml:6:22: faults[1].kind: expected one of beam-break, tracker-restart, tracker-bump, tracker-bias, "
-      "tracker-noise, tracker-std, tracker-air, tracker-busy, tracker-silent, tracker-storm, eki-drop, program-stop, program-reset, program-select, "
+      "tracker-noise, tracker-std, tracker-stray, tracker-air, tracker-busy, tracker-silent, tracker-storm, eki-drop, program-stop, program-reset, program-select, "
       "emergency-stop, gate-open, operating-mode, override, controller-restart, rsi-drop, "
       "rsi-lose-datagrams, rsi-lose-replies, "
       "rsi-duplicate, rsi-late, rsi-garble, rsi-reorder, rsi-silence, rsi-restart, rsi-ipoc, rsi-ignore, rsi-second-sender, "
