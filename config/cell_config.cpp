@@ -13,6 +13,8 @@ constexpr std::array kRearms{Named{"manual", Rearm::Manual}, Named{"automatic", 
 constexpr std::array kRealtimePolicies{Named{"require", RealtimePolicy::Require},
                                        Named{"prefer", RealtimePolicy::Prefer},
                                        Named{"off", RealtimePolicy::Off}};
+constexpr std::array kTrackerProtocols{Named{"emscon", TrackerProtocol::Emscon},
+                                       Named{"bridge", TrackerProtocol::Bridge}};
 constexpr std::array kApproachSides{Named{"any", ApproachSide::Any}, Named{"upwards", ApproachSide::Upwards},
                                     Named{"alternate", ApproachSide::Alternate}};
 constexpr std::array kNoneOrAuto{Named{"none", false}, Named{"auto", true}};
@@ -27,6 +29,27 @@ struct HostPort {
   }
 };
 
+/// HOST:PORT of a socket of ours, or "off".
+struct HostPortOrOff {
+  void read(const YamlValue& value, std::optional<Endpoint>& x) const {
+    x.reset();
+    if (value.text() != "off") HostPort{0}.read(value, x.emplace());
+  }
+};
+
+/// "https://hmi.plant:8443"
+struct Origins {
+  std::string fault(const std::vector<std::string>& origins) const {
+    for (const std::string& origin : origins) {
+      const bool is_one = origin.starts_with("http://") || origin.starts_with("https://");
+      const std::string host = is_one ? origin.substr(origin.find("://") + 3) : "";
+      if (host.empty() || host.find('/') != std::string::npos)
+        return "expected origins as browsers send them, as https://hmi.plant, found " + in_quotes(origin);
+    }
+    return {};
+  }
+};
+
 /// {kg, x, y, z} that the arm carries.
 struct Payload {
   void read(const YamlValue& value, RobotModel& robot) const { add_payload(robot, value); }
@@ -35,7 +58,10 @@ struct Payload {
 /// A choice of residual fields.
 struct ResidualNames {
   friend std::vector<std::string_view> words_of(ResidualNames) { return residual_names(); }
-  friend std::string_view word_of(ResidualNames, const std::vector<RegressorKind>&);
+  friend std::string_view word_of(ResidualNames, const std::vector<RegressorKind>& kinds) {
+    const auto names = residual_names();
+    return *std::ranges::find_if(names, [&](std::string_view name) { return residual_kinds(name) == kinds; });
+  }
   friend std::vector<RegressorKind> meaning_of(ResidualNames, std::string_view word) {
     return *residual_kinds(word);
   }
@@ -125,9 +151,11 @@ void layout(auto& io, Is<TrackerNoiseModel> auto& x) {
 }
 
 void layout(auto& io, Is<TrackerConfig> auto& x) {
+  io.optional("protocol", x.protocol, kTrackerProtocols);
   io("address", x.address, HostPort{});
   io.optional("reflector", x.reflector);
   io.optional("measure_ms", x.measure, Whole{1, 600'000});
+  io.optional("initialise_again_min", x.initialise_again, Whole{0, 1440});
   io.optional("search_first_mm", x.search_first_mm, Range{1, 5000});
   io.optional("search_mm", x.search_mm, Range{1, 5000});
   io.optional("gate_mm", x.gate_mm, Range{0.1, 5000});
@@ -154,6 +182,25 @@ void layout(auto& io, Is<ReflectorConfig> auto& x) {
   io.optional("facing", x.facing_F, Direction{});
   io.optional("acceptance_deg", x.acceptance_deg, Range{1, 180});
 }
+
+/// A list of reflectors, the first of which is the cell's; they are called 1, 2, ... where no name is given.
+struct Reflectors {
+  void read(const YamlValue& list, CellConfig& cell) const {
+    if (list.list().empty() || list.list().size() > kMostReflectors)
+      list.fail("expected 1 to " + std::to_string(kMostReflectors) + " reflectors, found " +
+                std::to_string(list.list().size()));
+    std::vector<ReflectorConfig> all;
+    for (const YamlValue& each : list.list()) {
+      ReflectorConfig reflector{.name = std::to_string(all.size() + 1)};
+      read_value(each, reflector);
+      if (std::ranges::find(all, reflector.name, &ReflectorConfig::name) != all.end())
+        each.fail("another reflector is called \"" + reflector.name + "\" too");
+      all.push_back(std::move(reflector));
+    }
+    cell.reflector = all.front();
+    cell.further_reflectors.assign(all.begin() + 1, all.end());
+  }
+};
 
 void layout(auto& io, Is<CampaignConfig> auto& x) {
   io.optional("identify_poses", x.identify_poses, Whole{5, 10'000});
@@ -207,6 +254,17 @@ void layout(auto& io, Is<CalibrationConfig> auto& x) {
   io.optional("harmonics", x.harmonics, Whole{1, 10'000});
   io.optional("residual", x.residual, ResidualNames{});
   io.optional("loss", x.loss, kLossNames);
+  io.optional("prior", x.prior, kPriorNames);
+}
+
+/// What a campaign goes by, apart from the cell that it is measured in.
+struct CampaignOptions {
+  CampaignConfig campaign;
+  CalibrationConfig calibration;
+};
+void layout(auto& io, Is<CampaignOptions> auto& x) {
+  io("campaign", x.campaign);
+  io("calibration", x.calibration);
 }
 
 void layout(auto& io, Is<Iso9283Config> auto& x) {
@@ -230,6 +288,11 @@ void layout(auto& io, Is<ControlConfig> auto& x) {
   io.optional("tls", x.tls);
 }
 
+void layout(auto& io, Is<WebConfig> auto& x) {
+  io.optional("listen", x.listen, HostPortOrOff{});
+  io.optional("origins", x.origins, Origins{});
+}
+
 void layout(auto& io, Is<RecordingConfig> auto& x) {
   io.optional("folder", x.folder);
   io.optional("ring_mb", x.ring_mb, Whole{1, 4096});
@@ -250,6 +313,7 @@ void layout(auto& io, Is<CellConfig> auto& x) {
   io("stream", x.stream);
   io("tracker", x.tracker);
   io.optional("reflector", x.reflector);
+  io.optional("reflectors", x, Reflectors{});
   io.optional("surroundings", SurroundingsAndTool{x.surroundings, x.robot});
   io.optional("workspace", x.workspace);
   io.on_read(x, [](auto& cell) { cell.task = cell.workspace; });
@@ -258,6 +322,7 @@ void layout(auto& io, Is<CellConfig> auto& x) {
   io.optional("calibration", x.calibration);
   io.optional("iso9283", x.iso9283);
   io("control", x.control);
+  io.optional("web", x.web);
   io("store", x.store);
   io.on_read(x, [](auto& cell) { cell.recording.folder = cell.store.parent_path() / "recordings"; });
   io.optional("recording", x.recording);
@@ -266,10 +331,18 @@ void layout(auto& io, Is<CellConfig> auto& x) {
 }
 
 void check(const auto& io, const CellConfig& cell) {
+  if (io.has("reflector", false) && io.has("reflectors", false))
+    io.at("reflectors").fail("reflector is given already: leave one of them out");
   const auto& number = cell.stream.tool;
   if (!number || tool_of(cell, *number) || std::ranges::count(cell.loads, *number, &ToolLoad::tool)) return;
   io.at("stream").fail("tool: no file of tools is of tool " + std::to_string(*number) +
                        ", and no load is of it");
+}
+
+std::vector<ReflectorConfig> reflectors_of(const CellConfig& cell) {
+  std::vector<ReflectorConfig> all{cell.reflector};
+  all.insert(all.end(), cell.further_reflectors.begin(), cell.further_reflectors.end());
+  return all;
 }
 
 const ToolFile* tool_of(const CellConfig& cell, int number) {
@@ -281,6 +354,17 @@ CellConfig load_cell(const std::filesystem::path& file) {
   CellConfig cell;
   read_value(read_yaml(file), cell);
   return cell;
+}
+
+std::string campaign_options(const CellConfig& cell) {
+  return yaml_of(CampaignOptions{cell.campaign, cell.calibration});
+}
+
+void use_campaign_options(CellConfig& cell, const std::string& text) {
+  CampaignOptions options;
+  read_value(parse_yaml(text, "the campaign's options"), options);
+  cell.campaign = std::move(options.campaign);
+  cell.calibration = std::move(options.calibration);
 }
 
 void use_robot(CellConfig& cell, const std::filesystem::path& file) {

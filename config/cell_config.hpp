@@ -14,6 +14,7 @@
 #include "config/text_file.hpp"
 #include "core/arm/robot_model.hpp"
 #include "core/field/regressor.hpp"
+#include "core/identify/calibrate.hpp"
 #include "core/identify/measurement.hpp"
 #include "core/identify/robust_fit.hpp"
 #include "core/judge/iso9283.hpp"
@@ -64,10 +65,20 @@ struct StreamConfig {
   std::chrono::milliseconds ramp{1000};
 };
 
+/// What is spoken with a tracker.
+enum class TrackerProtocol {
+  Emscon,
+  Bridge,  ///< a program beside the maker's SDK (proto/bridge/README.md)
+};
+
 struct TrackerConfig {
+  TrackerProtocol protocol = TrackerProtocol::Emscon;
   Endpoint address;
   std::string reflector;  ///< the tracker's own name of the SMR type; empty = the first
   std::chrono::milliseconds measure{2000};
+  /// After so long since it was found switched on, it is initialised anew at the next connection; 0: where it
+  /// says that it has warmed up.
+  std::chrono::minutes initialise_again{0};
   double search_first_mm = 300;  ///< search radius before base and reflector are known
   double search_mm = 30;         ///< afterwards
   double gate_mm = 25;           ///< a point farther than this from its prediction is a wrong reflector
@@ -135,6 +146,7 @@ struct CalibrationConfig {
   std::vector<int> harmonics{1, 2};
   std::vector<RegressorKind> residual;  ///< of a residual field; none: no field
   Loss loss = Loss::Screened;
+  PriorUse prior = PriorUse::Auto;  ///< whether deviations from the data sheet are taken as small
 };
 
 /// The control port for other machines.
@@ -148,6 +160,12 @@ struct ControlConfig {
   Endpoint listen{"127.0.0.1", 7210};
   std::filesystem::path token_file;
   std::optional<TlsConfig> tls{};
+};
+
+/// Dashboard, metrics, health, and the control protocol for browsers.
+struct WebConfig {
+  std::optional<Endpoint> listen{{"127.0.0.1", 7280}};  ///< none: off
+  std::vector<std::string> origins{};  ///< of pages of others that may speak the control protocol
 };
 
 /// What is kept of the last minutes on the wires.
@@ -172,6 +190,7 @@ struct CellConfig {
   StreamConfig stream;
   TrackerConfig tracker;
   ReflectorConfig reflector;
+  std::vector<ReflectorConfig> further_reflectors;  ///< on the same flange, each of another name
   Surroundings surroundings;
   Box workspace;  ///< where the reflector may go; robot base frame
   Box task;       ///< where accuracy matters
@@ -179,17 +198,31 @@ struct CellConfig {
   CalibrationConfig calibration;
   Iso9283Config iso9283;
   ControlConfig control;
+  std::optional<WebConfig> web{};  ///< none: as usual, and without it where the port is taken
   RecordingConfig recording;
   std::filesystem::path store;    ///< SQLite file
   std::filesystem::path runtime;  ///< folder of what lives while the machine is up; empty: the usual place
   std::string log_level = "info";
 };
 
+/// Reflectors that one flange may carry.
+inline constexpr std::size_t kMostReflectors = 6;
+
+/// All of a cell's: the first, then the further ones.
+std::vector<ReflectorConfig> reflectors_of(const CellConfig& cell);
+
 /// Null where none was measured that has the number.
 const ToolFile* tool_of(const CellConfig& cell, int number);
 
 /// Reads a cell file and every file that it names (relative to it). Throws ConfigError.
 CellConfig load_cell(const std::filesystem::path& file);
+
+/// @name What campaigns go by, the sections `campaign` and `calibration` of a cell, as a text (YAML)
+/// @{
+std::string campaign_options(const CellConfig& cell);
+/// Puts what such a text says in their place. Throws ConfigError.
+void use_campaign_options(CellConfig& cell, const std::string& text);
+/// @}
 
 /// Puts the arm of another robot file in place of the cell's; the tool's body stays on its flange.
 void use_robot(CellConfig& cell, const std::filesystem::path& file);

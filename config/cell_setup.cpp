@@ -17,25 +17,42 @@ constexpr double kPlacementTolerance_rad = 5 * kRadPerDeg;
 }  // namespace
 
 CalibratedCell rough_cell(const CellConfig& cell) {
-  return {cell.robot.model,
-          BasePose::of(cell.tracker.placement),
-          {Reflector{cell.reflector.name, cell.reflector.p_FS_mm}}};
+  CalibratedCell rough{cell.robot.model, BasePose::of(cell.tracker.placement), {}};
+  for (const ReflectorConfig& reflector : reflectors_of(cell))
+    rough.reflectors.push_back({reflector.name, reflector.p_FS_mm});
+  return rough;
+}
+
+std::vector<Reflector> reflectors_of(const CellConfig& cell, const std::vector<Reflector>& known) {
+  if (cell.further_reflectors.empty()) return known;
+  std::vector<Reflector> all;
+  for (const ReflectorConfig& reflector : reflectors_of(cell)) {
+    const auto found = std::ranges::find(known, reflector.name, &Reflector::name);
+    all.push_back(found == known.end() ? Reflector{reflector.name, reflector.p_FS_mm} : *found);
+  }
+  return all;
 }
 
 Scene scene_of(const CellConfig& cell) {
-  const double acceptance_rad = cell.reflector.acceptance_deg * kRadPerDeg;
-  return {
-      .robot = cell.robot.model,
-      .body = cell.robot.body,
-      .sight = {.X_WB = cell.tracker.placement,
-                .p_FS_mm = cell.reflector.p_FS_mm,
-                .facing_F = cell.reflector.facing_F,
-                .acceptance_rad = std::max(acceptance_rad - kPlacementTolerance_rad, kPlacementTolerance_rad),
-                .beam_radius_mm = cell.tracker.beam_radius_mm},
-      .surroundings = cell.surroundings,
-      .workspace = cell.workspace,
-      .limit_margin_rad = cell.campaign.limit_margin_deg * kRadPerDeg,
-      .wrist_margin_rad = cell.campaign.wrist_margin_deg * kRadPerDeg};
+  const auto planned_rad = [](const ReflectorConfig& reflector) {
+    const double acceptance_rad = reflector.acceptance_deg * kRadPerDeg;
+    return std::max(acceptance_rad - kPlacementTolerance_rad, kPlacementTolerance_rad);
+  };
+  std::vector<SightedReflector> further;
+  for (const ReflectorConfig& reflector : cell.further_reflectors)
+    further.push_back({reflector.p_FS_mm, reflector.facing_F, planned_rad(reflector)});
+  return {.robot = cell.robot.model,
+          .body = cell.robot.body,
+          .sight = {.X_WB = cell.tracker.placement,
+                    .p_FS_mm = cell.reflector.p_FS_mm,
+                    .facing_F = cell.reflector.facing_F,
+                    .acceptance_rad = planned_rad(cell.reflector),
+                    .beam_radius_mm = cell.tracker.beam_radius_mm,
+                    .further = further},
+          .surroundings = cell.surroundings,
+          .workspace = cell.workspace,
+          .limit_margin_rad = cell.campaign.limit_margin_deg * kRadPerDeg,
+          .wrist_margin_rad = cell.campaign.wrist_margin_deg * kRadPerDeg};
 }
 
 PlanOptions plan_options(const CellConfig& cell, int poses) {
@@ -54,6 +71,7 @@ PlanOptions plan_options(const CellConfig& cell, int poses) {
 CalibrateOptions calibrate_options(const CellConfig& cell) {
   CalibrateOptions options;
   options.loss = cell.calibration.loss;
+  options.prior = cell.calibration.prior;
   options.noise = {cell.tracker.noise, cell.robot.repeatability_mm};
   options.deviation = cell.calibration.deviation;
   options.harmonics = cell.calibration.harmonics;

@@ -14,6 +14,10 @@ namespace truepose::config {
 /// The cell as its file describes it: the nominal arm, roughly placed, with its reflector.
 CalibratedCell rough_cell(const CellConfig& cell);
 
+/// The reflectors of the cell in its order: as they are known by their names, else as the cell file says. One
+/// alone is taken as it is known, whatever its name.
+std::vector<Reflector> reflectors_of(const CellConfig& cell, const std::vector<Reflector>& known);
+
 /// By what poses of the cell are judged. The cone in which the reflector is seen is narrowed, because the
 /// tracker's placement is known roughly only.
 Scene scene_of(const CellConfig& cell);

@@ -16,6 +16,37 @@ ModelFile at_temperatures(ModelFile model, std::span<const double> temperature_c
   return model;
 }
 
+namespace {
+
+/// Values and standard deviations of the parameters that are another now.
+void tell_parameters(ModelFile& model) {
+  const std::vector<std::string> names = parameter_names(model.cell);
+  const Eigen::VectorXd values = parameter_values(model.cell);
+  for (IdentifiedParameter& parameter : model.parameters) {
+    const auto index = std::ranges::find(names, parameter.name) - names.begin();
+    if (index == values.size() || parameter.value == values[index]) continue;
+    parameter.value = values[index];
+    if (model.covariance.size() > 0) parameter.sigma = std::sqrt(model.covariance(index, index));
+    parameter.identified = true;
+  }
+}
+
+}  // namespace
+
+ModelFile seen_from(ModelFile model, const Eigen::Isometry3d& X_now_first) {
+  if (X_now_first.matrix() == Eigen::Matrix4d::Identity()) return model;
+  model.cell.base = BasePose::of(X_now_first * model.cell.base.isometry());
+  for (ValidationPoint& point : model.validation) point.p_WS_mm = X_now_first * point.p_WS_mm;
+  if (model.covariance.size() > 0) {
+    // Position and turn of the base are told along the tracker's axes.
+    Eigen::MatrixXd J = Eigen::MatrixXd::Identity(model.covariance.rows(), model.covariance.cols());
+    for (const Eigen::Index block : {0, 3}) J.block<3, 3>(block, block) = X_now_first.linear();
+    model.covariance = J * model.covariance * J.transpose();
+  }
+  tell_parameters(model);
+  return model;
+}
+
 ModelFile updated_model(const ModelFile& old, const DriftUpdate& update, std::string updates,
                         std::string created) {
   ModelFile model = old;
@@ -26,15 +57,7 @@ ModelFile updated_model(const ModelFile& old, const DriftUpdate& update, std::st
   model.validation_mean_mm = update.left_out_mm;
   model.validation.clear();
   model.largest_correction_deg = 0;
-  const std::vector<std::string> names = parameter_names(update.cell);
-  const Eigen::VectorXd values = parameter_values(update.cell);
-  for (IdentifiedParameter& parameter : model.parameters) {
-    const auto index = std::ranges::find(names, parameter.name) - names.begin();
-    if (index == values.size() || parameter.value == values[index]) continue;
-    parameter.value = values[index];
-    parameter.sigma = std::sqrt(update.covariance(index, index));
-    parameter.identified = true;
-  }
+  tell_parameters(model);
   return model;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <span>
 #include <string>
 
@@ -23,5 +24,10 @@ ModelFile at_temperatures(ModelFile model, std::span<const double> temperature_c
 /// @param created  RFC 3339
 ModelFile updated_model(const ModelFile& old, const DriftUpdate& update, std::string updates,
                         std::string created);
+
+/// The model as another tracker sees it, or the same that was moved.
+///
+/// @param X_now_first  pose of the model's tracker in the frame of that one; the identity changes no digit
+ModelFile seen_from(ModelFile model, const Eigen::Isometry3d& X_now_first);
 
 }  // namespace truepose::config

@@ -140,6 +140,7 @@ constexpr std::array kFaults{Named{"beam-break", FaultKind::BeamBreak},
                              Named{"tracker-bias", FaultKind::TrackerBias},
                              Named{"tracker-noise", FaultKind::TrackerNoise},
                              Named{"tracker-std", FaultKind::TrackerStd},
+                             Named{"tracker-stray", FaultKind::TrackerStray},
                              Named{"tracker-air", FaultKind::TrackerAir},
                              Named{"tracker-busy", FaultKind::TrackerBusy},
                              Named{"tracker-silent", FaultKind::TrackerSilent},
@@ -192,6 +193,7 @@ std::vector<std::string_view> values_of(FaultKind kind) {
   switch (kind) {
     case FaultKind::TrackerBump:
     case FaultKind::TrackerBias:
+    case FaultKind::TrackerStray:
       return {"by_mm"};
     case FaultKind::TrackerNoise:
       return {"sigma_mm"};
@@ -312,6 +314,11 @@ void layout(auto& io, Is<Scenario::Air> auto& x) {
 struct ReflectorPart {
   Scenario& scenario;
 };
+/// What is hidden by the arm: its body as its robot file says, with a tool on its flange.
+struct OcclusionPart {
+  Scenario& scenario;
+  std::filesystem::path robot_file;
+};
 struct ControllerPart {
   Scenario& scenario;
 };
@@ -328,6 +335,23 @@ void layout(auto& io, ReflectorPart& x) {
   io.optional("acceptance_deg", x.scenario.acceptance_deg, Range{1, 180});
 }
 
+void layout(auto& io, Is<TrueReflector> auto& x) {
+  io("offset_mm", x.p_FS_mm, kPoint);
+  io.optional("facing", x.facing_F, Direction{});
+  io.optional("acceptance_deg", x.acceptance_rad, Degrees{}, Range{1, 180});
+}
+
+void layout(auto& io, OcclusionPart& x) {
+  io("body", x.robot_file);
+  std::vector<Capsule> tool;
+  io.optional("tool", tool);
+  io.on_read(x, [&](auto& part) {
+    part.scenario.body = load_body(part.robot_file);
+    const int flange = part.scenario.nominal.joint_count() + 1;
+    for (const Capsule& capsule : tool) part.scenario.body.push_back({flange, capsule});
+  });
+}
+
 void layout(auto& io, ControllerPart& x) {
   io.optional("model", x.scenario.robot_model);
   io.optional("serial", x.scenario.robot_serial, Whole{0, 999'999'999});
@@ -342,10 +366,31 @@ struct Microradians {
   void read(const YamlValue& value, double& rad) const { rad = 1e-6 * value.number(Range{-1000, 1000}); }
 };
 
+/// The same about three axes.
+struct MicroradiansXyz {
+  void read(const YamlValue& value, Eigen::Vector3d& rad) const {
+    Eigen::Vector3d urad;
+    read_value(value, urad, Xyz{{-1000, 1000}});
+    rad = 1e-6 * urad;
+  }
+};
+
 void layout(auto& io, Is<AimingErrors> auto& x) {
   io.optional("collimation", x.collimation, Microradians{});
   io.optional("tilt", x.tilt, Microradians{});
   io.optional("index", x.index, Microradians{});
+}
+
+void layout(auto& io, Is<TrackerWarming> auto& x) {
+  io.optional("range_mm", x.range_mm, Range{-10, 10});
+  io.optional("horizontal_urad", x.horizontal_rad, Microradians{});
+  io.optional("vertical_urad", x.vertical_rad, Microradians{});
+  io.optional("minutes", x.minutes, Range{0.1, 1000});
+}
+
+void layout(auto& io, Is<TripodDrift> auto& x) {
+  io.optional("mm_per_hour", x.mm_per_hour, kPoint);
+  io.optional("urad_per_hour", x.rad_per_hour, MicroradiansXyz{});
 }
 
 void layout(auto& io, TrackerPart& x) {
@@ -360,6 +405,8 @@ void layout(auto& io, TrackerPart& x) {
   io.optional("true_air", instrument.air);
   io.optional("aiming_urad", instrument.aiming);
   io.optional("nests_mm", instrument.nests_mm, kPoint);
+  io.optional("warm_up", instrument.warming);
+  io.optional("tripod", instrument.stand);
 }
 
 /// One time of all axes, or one of each.
@@ -429,6 +476,8 @@ void layout(auto& io, Is<Scenario> auto& x) {
   io.optional("repeatability_mm", x.repeatability_mm, kNoiseMm);
   io("placement", x.X_WB, KukaPose{});
   io("reflector", ReflectorPart{x});
+  io.optional("further_reflectors", x.further_reflectors);
+  io.optional("occlusion", OcclusionPart{x, {}});
   io.optional("controller", ControllerPart{x});
   io.optional("tracker", TrackerPart{x});
   io("rsi", RsiPart{x});

@@ -10,6 +10,7 @@
 
 #include "config/text_file.hpp"
 #include "core/arm/robot_model.hpp"
+#include "core/plan/scene.hpp"
 #include "core/simulate/tracker_instrument.hpp"
 #include "core/simulate/true_arm.hpp"
 
@@ -24,6 +25,7 @@ struct ScenarioFault {
     TrackerBias,    ///< what it measures is off by `by_mm`
     TrackerNoise,   ///< scatters by `sigma_mm` more, which its own standard deviations show
     TrackerStd,     ///< reports `std_mm`, whatever its standard deviations are
+    TrackerStray,   ///< its search finds another reflector, `by_mm` from ours
     TrackerAir,     ///< reports this weather
     TrackerBusy,    ///< answers every command that it is busy
     TrackerSilent,  ///< takes commands, and answers none
@@ -92,6 +94,10 @@ struct Scenario {
   Eigen::Vector3d p_FS_mm{0, 0, 0};
   Eigen::Vector3d facing_F{0, 0, 1};
   double acceptance_deg = 30;
+  std::vector<TrueReflector> further_reflectors;  ///< on the same flange
+  /// What hides a reflector from the tracker: the arm's body and its tool, that count from link 1. Empty:
+  /// nothing.
+  std::vector<BodyPart> body;
   std::string robot_model = "#KR210R2700_2";
   int robot_serial = 210001;
   std::filesystem::path controller_files;       ///< with eki/, krl/ and rsi/; empty: what truepose ships

@@ -8,9 +8,7 @@
 #include <cstring>
 
 namespace truepose::config {
-namespace {
 
-/// Puts a file, or the names in a folder, on the disk. @return false with errno where that fails
 bool synced(const std::filesystem::path& path) {
   const int opened = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (opened < 0) return false;
@@ -20,8 +18,6 @@ bool synced(const std::filesystem::path& path) {
   errno = error;
   return done;
 }
-
-}  // namespace
 
 std::ifstream open_to_read(const std::filesystem::path& file) {
   // A folder opens like a file and only fails to be read.

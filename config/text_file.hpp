@@ -33,6 +33,9 @@ std::string read_text_file(const std::filesystem::path& file, std::size_t most =
 /// that was there.
 void write_text_file(const std::filesystem::path& file, const std::string& text);
 
+/// Puts a file, or the names in a folder, on the disk. @return false with errno where that fails
+bool synced(const std::filesystem::path& path);
+
 /// A file that takes its place, or replaces the one there, only once it is written in full and on the disk:
 /// until then it lies beside it under another name, and goes away if it is given up. What is no file (a pipe,
 /// a terminal) is written to as it is. Every function throws ConfigError where it fails.

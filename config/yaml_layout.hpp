@@ -28,6 +28,7 @@ struct YamlText {
 
   static Value number(double number);
   static Value whole(std::int64_t number) { return {std::to_string(number), true}; }
+  static Value seed(std::uint64_t number) { return {std::to_string(number), true}; }
   static Value boolean(bool flag) { return {flag ? "true" : "false", true}; }
   static Value text(std::string_view text);
   static Value word(std::string_view word) { return {std::string{word}, true}; }

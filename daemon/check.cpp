@@ -20,6 +20,7 @@
 #include "daemon/realtime/stream_cycle.hpp"
 #include "daemon/realtime/stream_options.hpp"
 #include "daemon/store/store.hpp"
+#include "daemon/web/web_server.hpp"
 #include "drivers/kuka/scheduling.hpp"
 #include "proto/control/json_text.hpp"
 
@@ -109,6 +110,13 @@ std::vector<Finding> check_control_address(const config::ControlConfig& control)
   return {check_certificate(*control.tls)};
 }
 
+std::vector<Finding> check_web_address(const config::CellConfig& config) {
+  if (!config.web || !config.web->listen) return {};
+  const auto address = web_address(*config.web->listen, config.control.tls.has_value());
+  if (!address) return {{Level::Failure, address.error()}};
+  return {};
+}
+
 /// That no two keys of the cell file name one port of one host.
 std::vector<Finding> check_ports(const config::CellConfig& config) {
   struct Named {
@@ -121,6 +129,7 @@ std::vector<Finding> check_ports(const config::CellConfig& config) {
                          {"tracker.address", config.tracker.address},
                          {"control.listen", config.control.listen}};
   if (config.control.tls) all.push_back({"control.tls.listen", config.control.tls->listen});
+  if (config.web && config.web->listen) all.push_back({"web.listen", *config.web->listen});
   for (Named& named : all) {
     if (named.endpoint.host == "localhost") named.endpoint.host = "127.0.0.1";
   }
@@ -227,6 +236,7 @@ std::vector<Finding> check(const config::CellConfig& config) {
   std::vector<Finding> findings;
   check_stream(config, findings);
   append(findings, check_control_address(config.control));
+  append(findings, check_web_address(config));
   append(findings, check_ports(config));
   append(findings, check_poses(config));
   append(findings, check_air(config.tracker));

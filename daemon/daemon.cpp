@@ -11,23 +11,27 @@
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 #include <expected>
+#include <memory>
 #include <type_traits>
 
-#include "config/air_file.hpp"
 #include "daemon/cell/daemon_cell.hpp"
+#include "daemon/cell_tracker.hpp"
 #include "daemon/control/access_list.hpp"
 #include "daemon/control/audit_trail.hpp"
 #include "daemon/control/control_server.hpp"
+#include "daemon/control/event_keeper.hpp"
 #include "daemon/log/log.hpp"
 #include "daemon/realtime/stream_options.hpp"
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/service/runtime_folder.hpp"
 #include "daemon/service/service_manager.hpp"
+#include "daemon/store/campaign_plan.hpp"
 #include "daemon/threads/signal.hpp"
+#include "daemon/web/daemon_metrics.hpp"
+#include "daemon/web/web_server.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/kuka/rsi_link.hpp"
-#include "drivers/leica/emscon_tracker.hpp"
 #include "proto/control/json_text.hpp"
 
 namespace truepose::daemon {
@@ -42,6 +46,7 @@ constexpr std::uint64_t kEventNumbers = 100'000;
 constexpr std::chrono::milliseconds kRsiPatience{2'000};  // its thread wakes ten times a second
 // A disk may take seconds for one commit, and one step of a large fit seconds on a busy PC.
 constexpr std::chrono::milliseconds kWorkPatience{30'000};
+constexpr std::chrono::milliseconds kLookAtThreads{500};  // where no service manager watches
 
 /// The value, or the end of the start.
 template <typename T>
@@ -118,7 +123,7 @@ class Daemon {
             started(LockFile::take(lock_of_store(config.store), "the store " + config.store.string()))},
         runtime_lock_{lock_of_runtime(runtime)},
         store_{kept(Store::open(config.store))},
-        events_{event_numbers(), [] { return std::chrono::system_clock::now(); }},
+        events_{event_numbers(), [] { return std::chrono::system_clock::now(); }, &store_},
         peer_{rsi_peer(config.robot)},
         stream_memory_{stream_memory(runtime)},
         stream_{started(StreamCycle::create(config.robot.model,
@@ -131,15 +136,9 @@ class Daemon {
                {config.robot.eki_motion.host, config.robot.eki_motion.port, config.robot.eki_state.port,
                 config.robot.model.joint_count(), recorder_.tap(recording::Wire::EkiLink),
                 recorder_.tap(recording::Wire::EkiState)}},
-        tracker_{io_.get_executor(),
-                 clock_,
-                 {.host = config.tracker.address.host,
-                  .port = config.tracker.address.port,
-                  .reflector = config.tracker.reflector,
-                  .measure = config.tracker.measure,
-                  .air = config::air_source(config.tracker),
-                  .tap = recorder_.tap(recording::Wire::Tracker)}},
-        cell_{{io_.get_executor(), config_, robot_, tracker_, clock_, *stream_, store_, store_thread_,
+        tracker_{cell_tracker(config.tracker, io_.get_executor(), clock_,
+                              recorder_.tap(recording::Wire::Tracker))},
+        cell_{{io_.get_executor(), config_, robot_, *tracker_, clock_, *stream_, store_, store_thread_,
                compute_thread_, events_, recorder_, recorder_thread_,
                [] { return std::chrono::system_clock::now(); }, [this] { return link_->scheduling(); }}},
         link_{started(drivers::RsiLink::start(link_options(config.stream, peer_), recorded_stream_))},
@@ -150,35 +149,92 @@ class Daemon {
                                   runtime.empty() ? fs::path{} : runtime / "control.sock",
                                   access_file_of(config.store), audit_file_of(config.store)},
                                  config.control, config.name))} {
+    web_ = start_web();
     read_log([this](LogLevel level, std::string_view line) {
-      events_.publish(control::Topic::Log, boost::json::object{{"level", name(level)}, {"text", line}});
+      events_.publish(control::Topic::Log, boost::json::object{{"level", name(level)}, {"text", line}},
+                      level == LogLevel::Info ? Keep::Passing : Keep::Lasting);
     });
   }
   ~Daemon() { read_log({}); }
 
   void run() {
     // Only now that the ports are ours: a second daemon by mistake must not end the campaign of the first.
-    const int interrupted = kept(store_.fail_interrupted(control::rfc3339(std::chrono::system_clock::now())));
-    if (interrupted > 0) log_warning("a campaign was interrupted when the daemon last ended");
+    kept(store_.plans().interrupt_running(control::rfc3339(std::chrono::system_clock::now())));
     asio::co_spawn(io_, live(), [](std::exception_ptr failed) {
       if (failed) std::rethrow_exception(failed);
     });
     io_.run();
     compute_thread_.join();
     store_thread_.join();
+    keep_last_events();
     recorder_thread_.join();
     remove_ring(RecordingFolder{config_.recording});
   }
 
  private:
+  /// Where the cell file names the port, it must be had; the usual one another program may have.
+  std::unique_ptr<WebServer> start_web() {
+    const config::WebConfig web = config_.web.value_or(config::WebConfig{});
+    if (!web.listen) return nullptr;
+    auto server = WebServer::start(io_.get_executor(),
+                                   {clock_, *server_, [this] { return health(); }, [this] { return metrics(); },
+                                    [](const std::string& sentence) { log_warning(sentence); }},
+                                   web);
+    if (config_.web) return started(std::move(server));
+    if (server) return *std::move(server);
+    log_warning("no dashboard: " + server.error().text + "; choose a port by web.listen in the cell file, or off");
+    return nullptr;
+  }
+
+  /// By what the watchdog sees. The io thread shows itself by answering.
+  Health health() {
+    boost::json::object threads;
+    bool well = !stopping_;
+    for (const Watchdog::Seen& thread : watchdog_.look(clock_.now())) {
+      const auto still_for = std::chrono::duration_cast<std::chrono::milliseconds>(thread.still_for);
+      const char* const state = thread.stuck ? "stuck" : thread.idle ? "idle" : "running";
+      threads[thread.name] = boost::json::object{{"state", state}, {"still_ms", still_for.count()}};
+      well = well && !thread.stuck;
+    }
+    const char* const status = stopping_ ? "stopping" : well ? "ok" : "stuck";
+    return {well, {{"status", status}, {"threads", std::move(threads)}}};
+  }
+
+  std::string metrics() {
+    std::size_t store_bytes = 0;
+    for (const char* const behind : {"", "-wal"}) {
+      std::error_code none;
+      const auto bytes = fs::file_size(config_.store.string() + behind, none);
+      if (!none) store_bytes += bytes;
+    }
+    return metrics_text({.cell = config_.name,
+                         .snapshot = cell_.snapshot(),
+                         .stream = *stream_,
+                         .control = server_->load(),
+                         .web_connections = web_ ? web_->connections() : 0,
+                         .events = events_.next_seq(),
+                         .store_bytes = store_bytes,
+                         .store_jobs = store_thread_.pulse().beats,
+                         .store_waiting = store_thread_.waiting(),
+                         .uptime = clock_.now() - begun_,
+                         .now = clock_.now()});
+  }
+
   static std::optional<LockFile> lock_of_runtime(const fs::path& folder) {
     if (folder.empty()) return std::nullopt;
     return started(LockFile::take(folder / "lock", "the runtime folder " + folder.string()));
   }
 
   EventNumbers event_numbers() {
-    const std::uint64_t first = kept(store_.reserve_event_numbers(kEventNumbers));
+    const std::uint64_t first = kept(store_.begin_events(kEventNumbers));
     return {first, first + kEventNumbers, [this] { ask_for_numbers(); }};
+  }
+
+  /// Nobody else touches the store any more.
+  void keep_last_events() {
+    const EventBatch all = events_.unwritten(EventBus::kMostUnwritten);
+    const auto kept = store_.end_events(all);
+    if (!kept) log_error("store: " + kept.error().detail);
   }
 
   void ask_for_numbers() {
@@ -196,6 +252,8 @@ class Daemon {
   asio::awaitable<void> live() {
     auto loaded = co_await cell_.load_active_model();
     if (!loaded) log_error("the active model cannot be used: " + loaded.error().detail);
+    auto interrupted = co_await cell_.load_interrupted_campaigns();
+    if (!interrupted) log_error("interrupted campaigns cannot be read: " + interrupted.error().detail);
     co_await cell_.arm_as_before();
     bool watching = true;
     Signal watch_ended;
@@ -207,13 +265,15 @@ class Daemon {
                    }));
     const auto tls_port = server_->tls_port();
     const std::string status = "control port " + std::to_string(server_->port()) +
-                               (tls_port ? ", TLS port " + std::to_string(*tls_port) : "") + ", RSI port " +
+                               (tls_port ? ", TLS port " + std::to_string(*tls_port) : "") +
+                               (web_ ? ", web port " + std::to_string(web_->port()) : "") + ", RSI port " +
                                std::to_string(link_->port()) + ", RSI thread " +
                                drivers::describe(link_->scheduling());
     log_info("ready: " + status);
     if (!link_->refused().empty()) log_warning("RSI thread: " + link_->refused());
     tell_ready(status);
     asio::co_spawn(io_, feed_watchdog(), asio::bind_cancellation_slot(stop_feeding_.slot(), asio::detached));
+    asio::co_spawn(io_, keeper_.run(), asio::bind_cancellation_slot(stop_keeping_.slot(), asio::detached));
 
     auto token = asio::use_awaitable;
     co_await signals_.async_wait(token);
@@ -221,9 +281,11 @@ class Daemon {
     tell_stopping();
     log_info("stopping");
     co_await cell_.shut_down();
+    if (web_) web_->stop();
     server_->stop();
     stop_watch_.emit(asio::cancellation_type::terminal);
     stop_feeding_.emit(asio::cancellation_type::terminal);
+    stop_keeping_.emit(asio::cancellation_type::terminal);
     while (watching) co_await watch_ended.wait();
     link_.reset();
   }
@@ -232,22 +294,16 @@ class Daemon {
   /// shows itself.
   asio::awaitable<void> feed_watchdog() {
     const auto period = watchdog_period();
-    if (!period) co_return;
-    Watchdog watchdog{{{"RSI", kRsiPatience,
-                        [this] {
-                          return Pulse{link_->heartbeats(), false};
-                        }},
-                       {"store", kWorkPatience, [this] { return store_thread_.pulse(); }},
-                       {"compute", kWorkPatience, [this] { return compute_thread_.pulse(); }}},
-                      clock_.now()};
+    const std::chrono::microseconds pause = period ? *period / 4 : kLookAtThreads;
     bool told = false;
     while (true) {
-      const auto stuck = watchdog.stuck(clock_.now());
+      const auto stuck = watchdog_.stuck(clock_.now());
       if (!stuck) tell_alive();
       if (stuck && !told)
-        log_error("the " + *stuck + " thread stands still; unless it goes on, the service is started anew");
+        log_error("the " + *stuck + " thread stands still" +
+                  (period ? "; unless it goes on, the service is started anew" : ""));
       told = stuck.has_value();
-      const drivers::TimePoint next = clock_.now() + *period / 4;
+      const drivers::TimePoint next = clock_.now() + pause;
       co_await clock_.sleep_until(next);
     }
   }
@@ -269,12 +325,24 @@ class Daemon {
   RecordedStream recorded_stream_;
   Worker recorder_thread_;
   drivers::KukaEkiRobot robot_;
-  drivers::EmsconTracker tracker_;
+  std::unique_ptr<drivers::TimedTracker> tracker_;
   DaemonCell cell_;
+  EventKeeper keeper_{{events_, store_thread_, clock_, [] { return std::chrono::system_clock::now(); },
+                       [this](const StoreError& error) { cell_.store_failed(error); }}};
   std::unique_ptr<drivers::RsiLink> link_;
   std::unique_ptr<ControlServer> server_;
+  drivers::TimePoint begun_ = clock_.now();
+  Watchdog watchdog_{{{"RSI", kRsiPatience,
+                       [this] {
+                         return link_ ? Pulse{link_->heartbeats(), false} : Pulse{.idle = true};
+                       }},
+                      {"store", kWorkPatience, [this] { return store_thread_.pulse(); }},
+                      {"compute", kWorkPatience, [this] { return compute_thread_.pulse(); }}},
+                     begun_};
+  std::unique_ptr<WebServer> web_;
   asio::cancellation_signal stop_watch_;
   asio::cancellation_signal stop_feeding_;
+  asio::cancellation_signal stop_keeping_;
   bool stopping_ = false;
 };
 

@@ -6,8 +6,8 @@
 #include <boost/asio/use_future.hpp>
 
 #include "daemon/campaign/arm_check.hpp"
+#include "daemon/cell_tracker.hpp"
 #include "drivers/kuka/eki_robot.hpp"
-#include "drivers/leica/emscon_tracker.hpp"
 
 namespace truepose::daemon {
 
@@ -63,11 +63,8 @@ std::expected<drivers::TrackerIdentity, drivers::TrackerError> observe_tracker(
     const config::TrackerConfig& config) {
   asio::io_context io;
   drivers::SteadyClock clock;
-  drivers::EmsconTracker tracker{
-      io.get_executor(),
-      clock,
-      {.host = config.address.host, .port = config.address.port, .reflector = config.reflector}};
-  return result_of(io, tracker.inspect(clock.now() + kProbeTime));
+  const auto tracker = cell_tracker(config, io.get_executor(), clock);
+  return result_of(io, tracker->inspect(clock.now() + kProbeTime));
 }
 
 std::vector<Finding> probe(const config::CellConfig& config) {

@@ -13,7 +13,7 @@
 namespace truepose {
 namespace {
 
-constexpr std::size_t kFewest = 3;          // points before and after a step: fewer are single readings
+constexpr std::size_t kFewest = 3;          // poses before and after a step: fewer are single readings
 constexpr double kLeastMovement_mm = 1e-3;  // less than that nobody measures
 constexpr double kHalved = 0.5;             // of the standard deviation
 constexpr double kByChance = 1e-3;          // of all moments together, and of an even movement
@@ -42,6 +42,17 @@ struct TimeEvidence {
   bool noise_known = false;
 };
 
+/// What the arm does at one stop, all reflectors of that pose show: together they tell no more of it than one
+/// does, as if each were blurred by so much more.
+std::vector<Measurement> blurred_alike(std::span<const Measurement> points, double repeatability_mm) {
+  std::vector<Measurement> blurred(points.begin(), points.end());
+  for (const std::vector<std::size_t>& pose : pose_groups(points)) {
+    const double more_mm = repeatability_mm * std::sqrt(static_cast<double>(pose.size()) - 1);
+    for (const std::size_t i : pose) blurred[i].excess_mm = std::hypot(points[i].excess_mm, more_mm);
+  }
+  return blurred;
+}
+
 TimeEvidence evidence_of(const CalibratedCell& cell, std::span<const Measurement> points,
                          const std::optional<MeasurementNoise>& stated) {
   Eigen::VectorXd f;
@@ -52,7 +63,8 @@ TimeEvidence evidence_of(const CalibratedCell& cell, std::span<const Measurement
                         .U = {},
                         .r = {},
                         .beams = Eigen::VectorXd(f.size())};
-  const Whitening whitening = whitening_of(points, stated);
+  const Whitening whitening =
+      whitening_of(blurred_alike(points, stated ? stated->repeatability_mm : 0), stated);
   evidence.noise_known = !whitening.W.empty();
   const ParameterLayout layout = ParameterLayout::of(cell);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -149,17 +161,32 @@ double mean_mm(const TimeEvidence& evidence, std::span<const std::size_t> points
   return sum / static_cast<double>(points.size());
 }
 
+/// Which of the points of a station may come after a step: the first of a pose, with enough poses before it
+/// and from it on. What the arm does at one stop, all reflectors of that pose show.
+///
+/// @param pose  of each point
+std::vector<bool> may_follow_step(std::span<const std::size_t> points, std::span<const int> pose) {
+  std::vector<std::size_t> begins;
+  for (std::size_t k = 0; k < points.size(); ++k)
+    if (k == 0 || pose[points[k]] != pose[points[k - 1]]) begins.push_back(k);
+  std::vector<bool> may(points.size());
+  for (std::size_t n = kFewest; n + kFewest <= begins.size(); ++n) may[begins[n]] = true;
+  return may;
+}
+
 /// The step that explains the points of a station best.
 ///
+/// @param pose     of each point
 /// @param moments  of all stations
 PossibleMovement best_step(const TimeEvidence& evidence, std::span<const std::size_t> points,
-                           std::size_t moments) {
+                           std::span<const int> pose, std::size_t moments) {
+  const std::vector<bool> may_follow = may_follow_step(points, pose);
   BaseColumns after{evidence};
   std::size_t first = points.size();
   double most = 0;
-  for (std::size_t k = points.size(); k-- > kFewest;) {
+  for (std::size_t k = points.size(); k-- > 0;) {
     after.add(points[k], 1);
-    if (k + kFewest > points.size()) continue;
+    if (!may_follow[k]) continue;
     const double gain = after.gain(after.step());
     if (gain <= most) continue;
     most = gain;
@@ -249,10 +276,12 @@ std::optional<Movement> parted(const CalibratedCell& cell, std::span<const Measu
 PossibleMovement best_candidate(const CalibratedCell& cell, const TimeEvidence& evidence,
                                 std::span<const Measurement> points) {
   PossibleMovement best;
+  const std::vector<int> pose = pose_numbers(points);
   for (int station = 0; station < cell.station_count(); ++station) {
     const std::vector<std::size_t> seen = seen_from(points, station);
     if (seen.size() < 2 * kFewest) continue;
-    for (PossibleMovement each : {best_step(evidence, seen, points.size()), best_trend(evidence, seen)}) {
+    for (PossibleMovement each :
+         {best_step(evidence, seen, pose, points.size()), best_trend(evidence, seen)}) {
       each.movement.station = station;
       if (each.chance < best.chance && each.movement.moved_mm >= kLeastMovement_mm) best = each;
     }

@@ -46,7 +46,7 @@ struct Pairs {
   }
 };
 
-Pairs pairs_of(const NestReadings& then, const NestReadings& now, const TrackerNoiseModel& noise) {
+Pairs pairs_of(const NestReadings& then, const NestReadings& now, const MeasurementNoise& noise) {
   assert(then.size() == now.size());
   Pairs pairs;
   for (std::size_t i = 0; i < then.size(); ++i) {
@@ -55,7 +55,7 @@ Pairs pairs_of(const NestReadings& then, const NestReadings& now, const TrackerN
     pairs.nest.push_back(i);
     pairs.then_mm.push_back(then[i].p_mm);
     pairs.now_mm.push_back(now[i].p_mm);
-    pairs.W.push_back(inverse_cholesky(means * reading_covariance(then[i].p_mm, {.tracker = noise})));
+    pairs.W.push_back(inverse_cholesky(means * reading_covariance(then[i].p_mm, noise)));
   }
   return pairs;
 }
@@ -103,7 +103,7 @@ void add_to(TrackerStand& stand, const NestReadings& check) {
 
 /// The nest without which the others agree best, where four or more were seen.
 std::optional<std::size_t> loose_nest(const NestReadings& then, const NestReadings& now,
-                                      const TrackerNoiseModel& noise) {
+                                      const MeasurementNoise& noise) {
   std::optional<std::size_t> loose;
   double best = kSignificance;
   for (std::size_t i = 0; i < now.size(); ++i) {
@@ -121,7 +121,8 @@ std::optional<std::size_t> loose_nest(const NestReadings& then, const NestReadin
 class HistoryBuilder {
  public:
   HistoryBuilder(const TrackerNoiseModel& noise, std::size_t checks)
-      : noise_{noise}, significance_{kSignificance / static_cast<double>(std::max<std::size_t>(checks, 1))} {}
+      : noise_{.tracker = noise},
+        significance_{kSignificance / static_cast<double>(std::max<std::size_t>(checks, 1))} {}
 
   void add(std::size_t check, NestReadings nests) {
     if (std::ranges::count_if(nests, &NestReading::readings) < kFewestNests)
@@ -170,7 +171,7 @@ class HistoryBuilder {
     return tracker_motion(before, nests, noise_);
   }
 
-  const TrackerNoiseModel noise_;
+  const MeasurementNoise noise_;
   const double significance_;
   StandHistory history_;
 };
@@ -178,7 +179,7 @@ class HistoryBuilder {
 }  // namespace
 
 std::expected<TrackerMotion, std::string> tracker_motion(const NestReadings& then, const NestReadings& now,
-                                                         const TrackerNoiseModel& noise) {
+                                                         const MeasurementNoise& noise) {
   const Pairs pairs = pairs_of(then, now, noise);
   const auto rough = rigid_fit(pairs.now_mm, pairs.then_mm);
   if (!rough) return std::unexpected(rough.error());

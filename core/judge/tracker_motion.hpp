@@ -34,9 +34,10 @@ struct TrackerMotion {
   std::vector<double> left_mm;  ///< by each nest: what the motion does not explain; 0 where it was not seen
 };
 
+/// @param noise  of one reading; of places that an arm comes back to, with its repeatability
 /// Errors: fewer than three nests were seen both times, or those on one line.
 std::expected<TrackerMotion, std::string> tracker_motion(const NestReadings& then, const NestReadings& now,
-                                                         const TrackerNoiseModel& noise);
+                                                         const MeasurementNoise& noise);
 
 /// A time in which the tracker stood still, as far as its nests tell.
 struct TrackerStand {

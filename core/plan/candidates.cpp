@@ -74,6 +74,7 @@ std::expected<Candidates, std::string> draw_candidates(const Scene& scene, const
   Random random{options.seed};
   Candidates found;
   DistinctPoses distinct{scene.robot, options.distinct_rad};
+  const bool several = !scene.sight.further.empty() && options.visibility == Visibility::Required;
   const auto wanted = static_cast<std::size_t>(options.poses);
   for (; found.tried < options.tries && found.poses.size() < wanted; ++found.tried) {
     if (hopeless(found, options.tries, least)) break;
@@ -82,6 +83,7 @@ std::expected<Candidates, std::string> draw_candidates(const Scene& scene, const
       ++found.faults[static_cast<std::size_t>(*fault)];
     } else if (distinct.add(q)) {
       found.poses.push_back(q);
+      if (several) found.seen.push_back(checker.seen_at(q).front());
     }
   }
   if (found.poses.size() < static_cast<std::size_t>(least))

@@ -19,8 +19,9 @@ struct CandidateOptions {
 };
 
 struct Candidates {
-  std::vector<JointVector> poses;         ///< in the order in which they were drawn
-  int tried = 0;                          ///< joint vectors, uniform between the limits
+  std::vector<JointVector> poses;  ///< in the order in which they were drawn
+  int tried = 0;                   ///< joint vectors, uniform between the limits
+  std::vector<int> seen;           ///< the first reflector that is seen at each; empty: the first of all
   std::array<int, kPoseFaults> faults{};  ///< how many of them failed, by PoseFault
 };
 

@@ -35,7 +35,7 @@ Eigen::VectorXd scales(const CalibratedCell& cell, const DesignPrior& prior) {
 
 DesignProblem::DesignProblem(const CalibratedCell& cell, std::span<const JointVector> candidates,
                              std::span<const JointVector> task, const MeasurementNoise& noise,
-                             const DesignPrior& prior)
+                             const DesignPrior& prior, std::span<const int> seen)
     : candidates_{candidates.size()} {
   const Eigen::VectorXd scale = scales(cell, prior);
   task_rows_ = position_jacobian(cell, task) * scale.asDiagonal();
@@ -50,6 +50,12 @@ DesignProblem::DesignProblem(const CalibratedCell& cell, std::span<const JointVe
     predict_with_jacobian(cell, candidates.subspan(first, count), p_WS_mm, J);
     for (std::size_t k = 0; k < count; ++k) {
       const auto row = static_cast<Eigen::Index>(3 * k);
+      const int reflector = seen.empty() ? 0 : seen[first + k];
+      if (reflector > 0) {
+        PointJacobian of_it;
+        p_WS_mm.segment<3>(row) = predict_with_jacobian(cell, candidates[first + k], reflector, of_it);
+        J.middleRows<3>(row) = of_it;
+      }
       const Eigen::Matrix3d whitening = inverse_cholesky(reading_covariance(p_WS_mm.segment<3>(row), noise));
       put_rows(first + k, whitening.lazyProduct(J.middleRows<3>(row)) * scale.asDiagonal());
     }

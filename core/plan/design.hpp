@@ -28,12 +28,13 @@ struct DesignPrior {
 class DesignProblem {
  public:
   /// @param cell        roughly known, for its Jacobian alone
-  /// @param candidates  poses of the first reflector
-  /// @param task        poses whose predictions matter
+  /// @param candidates  poses to measure
+  /// @param task        poses whose predictions matter, of the first reflector
   /// @param noise       of a reading
+  /// @param seen        the reflector of the cell that is measured at each candidate; empty: the first
   DesignProblem(const CalibratedCell& cell, std::span<const JointVector> candidates,
                 std::span<const JointVector> task, const MeasurementNoise& noise,
-                const DesignPrior& prior = {});
+                const DesignPrior& prior = {}, std::span<const int> seen = {});
 
   std::size_t candidates() const { return candidates_; }
   Eigen::Index parameters() const { return task_rows_.cols(); }

@@ -141,18 +141,51 @@ std::expected<std::vector<JointVector>, std::string> draw_task(const Scene& scen
   return std::move(drawn->poses);
 }
 
+namespace {
+
+std::expected<Candidates, std::string> candidates_of(const Scene& scene, const PlanOptions& options) {
+  const int least = options.poses + options.validate;
+  return draw_candidates(scene, {.poses = std::max(options.candidates, least), .seed = options.seed}, least);
+}
+
+/// The index of a pose, which is added where it is none of the candidates.
+std::size_t index_among(std::vector<JointVector>& candidates, const JointVector& q) {
+  const auto found = std::ranges::find(candidates, q);
+  const auto index = static_cast<std::size_t>(found - candidates.begin());
+  if (found == candidates.end()) candidates.push_back(q);
+  return index;
+}
+
+}  // namespace
+
+std::expected<MeasurementPlan, std::string> plan_again(const CalibratedCell& cell, const Scene& scene,
+                                                       const PlanOptions& options, EarlierPlan earlier) {
+  auto candidates = candidates_of(scene, options);
+  if (!candidates) return std::unexpected(std::move(candidates.error()));
+  const auto task = draw_task(scene, options.task, options.seed);
+  if (!task) return std::unexpected(task.error());
+  MeasurementPlan plan;
+  plan.candidates = *std::move(candidates);
+  for (const JointVector& q : earlier.poses) plan.chosen.push_back(index_among(plan.candidates.poses, q));
+  for (const JointVector& q : earlier.validate) index_among(plan.candidates.poses, q);
+  plan.problem = std::make_shared<DesignProblem>(cell, plan.candidates.poses, *task, options.noise);
+  plan.poses = std::move(earlier.poses);
+  plan.validate = std::move(earlier.validate);
+  plan.reference = std::move(earlier.reference);
+  return plan;
+}
+
 std::expected<MeasurementPlan, std::string> plan_measurements(const CalibratedCell& cell, const Scene& scene,
                                                               const PlanOptions& options) {
-  const int least = options.poses + options.validate;
-  auto candidates =
-      draw_candidates(scene, {.poses = std::max(options.candidates, least), .seed = options.seed}, least);
+  auto candidates = candidates_of(scene, options);
   if (!candidates) return std::unexpected(std::move(candidates.error()));
   const auto task = draw_task(scene, options.task, options.seed);
   if (!task) return std::unexpected(task.error());
 
   MeasurementPlan plan;
   plan.candidates = *std::move(candidates);
-  plan.problem = std::make_shared<DesignProblem>(cell, plan.candidates.poses, *task, options.noise);
+  plan.problem = std::make_shared<DesignProblem>(cell, plan.candidates.poses, *task, options.noise,
+                                                 DesignPrior{}, plan.candidates.seen);
   const DesignProblem& problem = *plan.problem;
   DesignOptions design{.criterion = options.criterion, .poses = options.poses, .seed = options.seed};
   plan.chosen = optimal_design(problem, design);

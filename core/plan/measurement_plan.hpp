@@ -52,6 +52,17 @@ struct MeasurementPlan {
 std::expected<MeasurementPlan, std::string> plan_measurements(const CalibratedCell& cell, const Scene& scene,
                                                               const PlanOptions& options);
 
+/// Poses that were planned before, in the order in which to measure them.
+struct EarlierPlan {
+  std::vector<JointVector> poses, validate;
+  std::optional<JointVector> reference;
+};
+
+/// The same about poses that were chosen before: neither chooses nor orders, and compares with nothing. Where
+/// they are no candidates of the scene they become such.
+std::expected<MeasurementPlan, std::string> plan_again(const CalibratedCell& cell, const Scene& scene,
+                                                       const PlanOptions& options, EarlierPlan earlier);
+
 /// Poses over the task at which predictions matter, whether the tracker sees them or not.
 std::expected<std::vector<JointVector>, std::string> draw_task(const Scene& scene, const Box& task,
                                                                std::uint64_t seed);

@@ -22,6 +22,13 @@ std::expected<PoseSupply, std::string> PoseSupply::make(CalibratedCell cell, con
   return PoseSupply{std::move(cell), scene, options, *std::move(plan)};
 }
 
+std::expected<PoseSupply, std::string> PoseSupply::again(CalibratedCell cell, const Scene& scene,
+                                                         const PlanOptions& options, EarlierPlan earlier) {
+  auto plan = plan_again(cell, scene, options, std::move(earlier));
+  if (!plan) return std::unexpected(std::move(plan.error()));
+  return PoseSupply{std::move(cell), scene, options, *std::move(plan)};
+}
+
 PoseSupply::PoseSupply(CalibratedCell cell, const Scene& scene, const PlanOptions& options,
                        MeasurementPlan plan)
     : cell_{std::move(cell)},
@@ -72,6 +79,15 @@ std::optional<JointVector> PoseSupply::validation_substitute(const JointVector& 
   if (!nearest) return std::nullopt;
   validating_.push_back(*nearest);
   return plan_.candidates.poses[*nearest];
+}
+
+void PoseSupply::replaced(const JointVector& failed, const JointVector& by) {
+  const std::size_t lost = index_of(failed), next = index_of(by), candidates = plan_.candidates.poses.size();
+  const bool identifies = holds(kept_, lost);
+  if (lost < candidates) failed_.push_back(lost);
+  std::erase(kept_, lost);
+  std::erase(validating_, lost);
+  if (next < candidates) (identifies ? kept_ : validating_).push_back(next);
 }
 
 std::optional<std::vector<JointVector>> PoseSupply::way(const JointVector& from, const JointVector& to) {

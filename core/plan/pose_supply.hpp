@@ -18,6 +18,10 @@ class PoseSupply {
   static std::expected<PoseSupply, std::string> make(CalibratedCell cell, const Scene& scene,
                                                      const PlanOptions& options);
 
+  /// The same of poses that were planned before.
+  static std::expected<PoseSupply, std::string> again(CalibratedCell cell, const Scene& scene,
+                                                      const PlanOptions& options, EarlierPlan earlier);
+
   const MeasurementPlan& plan() const { return plan_; }
 
   /// Gives up a pose to identify and says what to measure in its place; none where nothing is left.
@@ -25,11 +29,15 @@ class PoseSupply {
   /// The same for a pose to validate: a candidate near the one that failed.
   std::optional<JointVector> validation_substitute(const JointVector& failed);
 
+  /// Takes note of a substitute that was found before, of a pose to identify or to validate.
+  void replaced(const JointVector& failed, const JointVector& by);
+
   /// Stopovers of a clear way, none where the straight motion is clear; nothing where none was found.
   std::optional<std::vector<JointVector>> way(const JointVector& from, const JointVector& to);
 
  private:
   PoseSupply(CalibratedCell cell, const Scene& scene, const PlanOptions& options, MeasurementPlan plan);
+  /// Of a candidate; their number where it is none.
   std::size_t index_of(const JointVector& q) const;
   /// Whether a candidate is free and its reflector far from all that failed.
   bool may_replace(std::size_t candidate) const;

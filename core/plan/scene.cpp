@@ -93,8 +93,10 @@ JointVector levers(const Scene& scene, std::span<const BodyPart> parts) {
   };
   JointVector levers{joints};
   // From the origin of the link at hand to whatever moves with it.
-  double farthest_mm = std::max(extent_of_link_mm(joints + 1), scene.sight.p_FS_mm.norm()) +
-                       scene.robot.X_flange.translation().norm();
+  double farthest_mm = std::max(extent_of_link_mm(joints + 1), scene.sight.p_FS_mm.norm());
+  for (const SightedReflector& reflector : scene.sight.further)
+    farthest_mm = std::max(farthest_mm, reflector.p_FS_mm.norm());
+  farthest_mm += scene.robot.X_flange.translation().norm();
   for (int link = joints; link > 0; --link) {
     farthest_mm = std::max(farthest_mm, extent_of_link_mm(link));
     const Joint& joint = scene.robot.joints[static_cast<std::size_t>(link - 1)];
@@ -110,9 +112,21 @@ double lowest_mm(const Capsule& capsule) {
   return std::min(capsule.from_mm.z(), capsule.to_mm.z()) - capsule.radius_mm;
 }
 
+std::vector<SightedReflector> reflectors_of(const LineOfSight& sight) {
+  std::vector<SightedReflector> all{{sight.p_FS_mm, sight.facing_F, sight.acceptance_rad}};
+  all.insert(all.end(), sight.further.begin(), sight.further.end());
+  for (SightedReflector& reflector : all) reflector.facing_F.normalize();
+  return all;
+}
+
+/// Of the one that is farthest off: one is enough to show how the last axis turns.
 double reflector_off_axis_mm(const Scene& scene) {
-  const Eigen::Vector3d p_mm = scene.robot.X_flange * scene.sight.p_FS_mm;  // in the last link's frame
-  return p_mm.head<2>().norm();
+  double farthest_mm = 0;
+  for (const SightedReflector& reflector : reflectors_of(scene.sight)) {
+    const Eigen::Vector3d p_mm = scene.robot.X_flange * reflector.p_FS_mm;  // in the last link's frame
+    farthest_mm = std::max(farthest_mm, p_mm.head<2>().norm());
+  }
+  return farthest_mm;
 }
 
 }  // namespace
@@ -121,6 +135,7 @@ std::string_view fault_text(PoseFault fault) { return kTexts[static_cast<std::si
 
 PoseChecker::PoseChecker(Scene scene)
     : scene_{std::move(scene)},
+      reflectors_{reflectors_of(scene_.sight)},
       parts_{scene_.body.empty() ? joint_centres(scene_.robot.joint_count()) : scene_.body},
       p_BT_mm_{inverse_of(scene_.sight.X_WB).translation()},
       tracker_{p_BT_mm_,
@@ -128,7 +143,6 @@ PoseChecker::PoseChecker(Scene scene)
                scene_.surroundings.tracker_radius_mm},
       placed_(parts_.size()),
       lever_{levers(scene_, parts_)} {
-  scene_.sight.facing_F.normalize();
   std::ranges::stable_sort(parts_, {}, &BodyPart::link);  // each is compared with those before it
 }
 
@@ -138,10 +152,12 @@ std::optional<PoseFault> PoseChecker::fault_of(const JointVector& q, Visibility 
   const Eigen::Vector3d p_BS_mm = X_BF_ * scene_.sight.p_FS_mm;
   const bool to_be_seen = visibility == Visibility::Required;
   if (!scene_.workspace.holds(p_BS_mm)) return PoseFault::OutsideWorkspace;
-  if (to_be_seen && turned_away(p_BS_mm)) return PoseFault::TurnedAway;
+  const auto faces_tracker = [this](const SightedReflector& reflector) { return faces(reflector); };
+  if (to_be_seen && std::ranges::none_of(reflectors_, faces_tracker)) return PoseFault::TurnedAway;
   if (wrist_singular()) return PoseFault::SingularWrist;
   if (const auto collides = collision()) return collides;
-  if (to_be_seen && beam_cut(p_BS_mm)) return PoseFault::BeamCut;
+  const auto is_seen = [this](const SightedReflector& reflector) { return sees(reflector); };
+  if (to_be_seen && std::ranges::none_of(reflectors_, is_seen)) return PoseFault::BeamCut;
   return approach_fault(q);
 }
 
@@ -179,9 +195,23 @@ void PoseChecker::place(const JointVector& q) {
   X_BF_ = X_[scene_.robot.joints.size()] * scene_.robot.X_flange;
 }
 
-bool PoseChecker::turned_away(const Eigen::Vector3d& p_BS_mm) const {
-  const Eigen::Vector3d to_tracker = (p_BT_mm_ - p_BS_mm).normalized();
-  return to_tracker.dot(X_BF_.linear() * scene_.sight.facing_F) < std::cos(scene_.sight.acceptance_rad);
+std::vector<int> PoseChecker::seen_at(const JointVector& q) {
+  place(q);
+  place_parts();
+  std::vector<int> seen;
+  for (std::size_t k = 0; k < reflectors_.size(); ++k)
+    if (sees(reflectors_[k])) seen.push_back(static_cast<int>(k));
+  return seen;
+}
+
+/// Turned to the tracker, whatever may be between.
+bool PoseChecker::faces(const SightedReflector& reflector) const {
+  const Eigen::Vector3d to_tracker = (p_BT_mm_ - X_BF_ * reflector.p_FS_mm).normalized();
+  return to_tracker.dot(X_BF_.linear() * reflector.facing_F) >= std::cos(reflector.acceptance_rad);
+}
+
+bool PoseChecker::sees(const SightedReflector& reflector) const {
+  return faces(reflector) && !beam_cut(X_BF_ * reflector.p_FS_mm);
 }
 
 bool PoseChecker::within_margins(const JointVector& q) const {
@@ -206,6 +236,13 @@ bool PoseChecker::wrist_singular() const {
   return z_a.cross(z_b).norm() < std::sin(scene_.wrist_margin_rad);
 }
 
+void PoseChecker::place_parts() {
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const bool on_flange = parts_[i].link > scene_.robot.joint_count();
+    placed_[i] = (on_flange ? X_BF_ : X_[static_cast<std::size_t>(parts_[i].link)]) * parts_[i].capsule;
+  }
+}
+
 /// Calls seen(fault, spare_mm) for whatever might be touched, until it answers that it has seen enough.
 template <typename Seen>
 void PoseChecker::look_about(Seen seen) {
@@ -214,11 +251,9 @@ void PoseChecker::look_about(Seen seen) {
   const auto enough = [&](PoseFault fault, double distance_mm) {
     return seen(fault, distance_mm - about.clearance_mm);
   };
-  if (enough(PoseFault::Floor, (X_BF_ * scene_.sight.p_FS_mm).z() - about.floor_mm)) return;
-  for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const bool on_flange = parts_[i].link > joints;
-    placed_[i] = (on_flange ? X_BF_ : X_[static_cast<std::size_t>(parts_[i].link)]) * parts_[i].capsule;
-  }
+  for (const SightedReflector& reflector : reflectors_)
+    if (enough(PoseFault::Floor, (X_BF_ * reflector.p_FS_mm).z() - about.floor_mm)) return;
+  place_parts();
   for (std::size_t i = 0; i < placed_.size(); ++i) {
     // What stands on the base is there in every pose, and link 1 turns on it.
     if (parts_[i].link < 2) continue;
@@ -287,7 +322,8 @@ std::optional<std::string> scene_mistake(const Scene& scene) {
   }
   for (const BodyPart& part : scene.body) {
     if (part.link <= scene.robot.joint_count()) continue;
-    if (distance_mm(part.capsule, {scene.sight.p_FS_mm, scene.sight.p_FS_mm, 0}) < 0) {
+    for (const SightedReflector& reflector : reflectors_of(scene.sight)) {
+      if (distance_mm(part.capsule, {reflector.p_FS_mm, reflector.p_FS_mm, 0}) >= 0) continue;
       return "the reflector lies inside the tool's body: make the body smaller or check the reflector's "
              "offset";
     }

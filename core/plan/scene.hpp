@@ -47,6 +47,13 @@ struct Box {
   }
 };
 
+/// A reflector on the flange, and how it can be seen. mm, rad.
+struct SightedReflector {
+  Eigen::Vector3d p_FS_mm{0, 0, 0};
+  Eigen::Vector3d facing_F{0, 0, 1};  ///< direction of its opening, of any length
+  double acceptance_rad = 0;          ///< half angle of the cone in which it can be seen
+};
+
 /// How the tracker sees the reflector on the flange; rough values do. mm, rad.
 struct LineOfSight {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
@@ -54,6 +61,7 @@ struct LineOfSight {
   Eigen::Vector3d facing_F{0, 0, 1};  ///< direction of the reflector's opening, of any length
   double acceptance_rad = 0;          ///< half angle of the cone in which the reflector can be seen
   double beam_radius_mm = 25;         ///< kept free around the beam: the placement is known roughly only
+  std::vector<SightedReflector> further{};  ///< beside that one: a pose can be measured where one is seen
 };
 
 /// What stands about the arm. mm, in the robot base frame.
@@ -98,7 +106,7 @@ inline constexpr std::size_t kPoseFaults = 9;
 /// What became of a pose with this fault: "came below the floor".
 std::string_view fault_text(PoseFault fault);
 
-/// Whether the tracker must see the reflector, or the arm is only to be driven there.
+/// Whether the tracker must see a reflector, or the arm is only to be driven there.
 enum class Visibility { Required, Regardless };
 
 /// Judges poses of one scene. Not for several threads at once.
@@ -121,13 +129,18 @@ class PoseChecker {
   /// @param way  of each joint, rad or mm
   double largest_change_mm(const JointVector& way) const;
 
+  /// The reflectors that the tracker sees at q: 0 the first, then the further ones.
+  std::vector<int> seen_at(const JointVector& q);
+
   const Scene& scene() const { return scene_; }
 
  private:
   bool within_margins(const JointVector& q) const;
   bool wrist_singular() const;
-  bool turned_away(const Eigen::Vector3d& p_BS_mm) const;
+  bool faces(const SightedReflector& reflector) const;
+  bool sees(const SightedReflector& reflector) const;
   void place(const JointVector& q);
+  void place_parts();
   std::optional<PoseFault> approach_fault(const JointVector& q);
   std::optional<PoseFault> collision();
   template <typename Seen>
@@ -135,8 +148,9 @@ class PoseChecker {
   bool beam_cut(const Eigen::Vector3d& p_BS_mm) const;
 
   Scene scene_;
-  std::vector<BodyPart> parts_;  // the body, or joint centres where it is not known
-  Eigen::Vector3d p_BT_mm_;      // the tracker in the base frame
+  std::vector<SightedReflector> reflectors_;  // all of the scene's, their directions normalised
+  std::vector<BodyPart> parts_;               // the body, or joint centres where it is not known
+  Eigen::Vector3d p_BT_mm_;                   // the tracker in the base frame
   Capsule tracker_;
   LinkFrames X_;  // of the links at the pose in hand
   Eigen::Isometry3d X_BF_;

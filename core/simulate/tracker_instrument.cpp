@@ -1,5 +1,6 @@
 #include "core/simulate/tracker_instrument.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 namespace truepose {
@@ -19,6 +20,12 @@ double edlen_phase_index(const Air& air, double wavelength_um) {
          1e-10 * 292.75 / (t + 273.15) * (3.7345 - 0.0401 * s2) * vapour_Pa;
 }
 
+/// The point at this distance, horizontal angle and angle from the zenith.
+Eigen::Vector3d polar(double distance_mm, double horizontal, double vertical) {
+  return distance_mm * Eigen::Vector3d{std::sin(vertical) * std::cos(horizontal),
+                                       std::sin(vertical) * std::sin(horizontal), std::cos(vertical)};
+}
+
 }  // namespace
 
 double edlen_group_index(const Air& air) {
@@ -36,9 +43,24 @@ Eigen::Vector3d AimingErrors::seen(const Eigen::Vector3d& p_W_mm, int face) cons
   const double vertical = std::atan2(across_mm, p_W_mm.z());
   const double horizontal = std::atan2(p_W_mm.y(), p_W_mm.x()) +
                             sign * (collimation / std::sin(vertical) + tilt / std::tan(vertical));
-  const double read = vertical + sign * index;
-  return p_W_mm.norm() * Eigen::Vector3d{std::sin(read) * std::cos(horizontal),
-                                         std::sin(read) * std::sin(horizontal), std::cos(read)};
+  return polar(p_W_mm.norm(), horizontal, vertical + sign * index);
+}
+
+Eigen::Vector3d TrackerWarming::seen(const Eigen::Vector3d& p_W_mm, std::chrono::duration<double> age) const {
+  if (*this == TrackerWarming{}) return p_W_mm;
+  const double left = std::exp(-std::chrono::duration<double, std::ratio<60>>{age}.count() / minutes);
+  const double vertical = std::atan2(std::hypot(p_W_mm.x(), p_W_mm.y()), p_W_mm.z());
+  const double horizontal = std::atan2(p_W_mm.y(), p_W_mm.x());
+  return polar(p_W_mm.norm() + left * range_mm, horizontal + left * horizontal_rad,
+               vertical + left * vertical_rad);
+}
+
+Eigen::Vector3d TripodDrift::moved(const Eigen::Vector3d& p_W_mm, std::chrono::duration<double> age) const {
+  const double hours = std::chrono::duration<double, std::ratio<3600>>{age}.count();
+  const Eigen::Vector3d turn_rad = hours * rad_per_hour;
+  const Eigen::Vector3d shift_mm = hours * mm_per_hour;
+  if (turn_rad.isZero(0)) return p_W_mm + shift_mm;
+  return Eigen::AngleAxisd{turn_rad.norm(), turn_rad.normalized()} * p_W_mm + shift_mm;
 }
 
 }  // namespace truepose

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <chrono>
 #include <optional>
 #include <vector>
 
@@ -20,9 +21,33 @@ struct AimingErrors {
   Eigen::Vector3d seen(const Eigen::Vector3d& p_W_mm, int face) const;
 };
 
+/// What a tracker that was switched on a moment ago reads too much; it goes as exp(-t / minutes).
+struct TrackerWarming {
+  double range_mm = 0;        ///< of every distance
+  double horizontal_rad = 0;  ///< of the horizontal angle
+  double vertical_rad = 0;    ///< of the angle from the zenith
+  double minutes = 30;
+  bool operator==(const TrackerWarming&) const = default;
+
+  /// What it reads of a point so long after it was switched on.
+  Eigen::Vector3d seen(const Eigen::Vector3d& p_W_mm, std::chrono::duration<double> age) const;
+};
+
+/// A tripod that gives way: all that its tracker sees moves, in its frame, little by little.
+struct TripodDrift {
+  Eigen::Vector3d mm_per_hour{0, 0, 0};
+  Eigen::Vector3d rad_per_hour{0, 0, 0};  ///< about the axes of the tracker
+  bool operator==(const TripodDrift&) const = default;
+
+  /// Where a point is seen that stood at p_W_mm when it was set up.
+  Eigen::Vector3d moved(const Eigen::Vector3d& p_W_mm, std::chrono::duration<double> age) const;
+};
+
 /// How a tracker and what is before it really are.
 struct TrackerInstrument {
   AimingErrors aiming;
+  TrackerWarming warming;
+  TripodDrift stand;
   bool weather_station = true;
   std::optional<Air> air;                 ///< that it measures through; none: what it corrects by
   std::vector<Eigen::Vector3d> nests_mm;  ///< reflectors that stand beside the arm's

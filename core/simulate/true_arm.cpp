@@ -127,8 +127,12 @@ constexpr double kRounding = 1e-9;
 }  // namespace
 
 TrueArm::TrueArm(TrueArmSetup setup, std::uint64_t seed)
-    : setup_{std::move(setup)}, robot_{setup_.robot}, random_{seed} {
-  setup_.facing_F.normalize();
+    : setup_{std::move(setup)},
+      reflectors_{{setup_.p_FS_mm, setup_.facing_F, setup_.acceptance_rad}},
+      robot_{setup_.robot},
+      random_{seed} {
+  reflectors_.insert(reflectors_.end(), setup_.further.begin(), setup_.further.end());
+  for (TrueReflector& reflector : reflectors_) reflector.facing_F.normalize();
   stop_anew();
 }
 
@@ -154,16 +158,17 @@ Eigen::Isometry3d TrueArm::X_BF(const JointVector& q) const {
   return forward_kinematics(robot_, q + joint_displacement(robot_, setup_.non_geometric, q, directions_));
 }
 
-Eigen::Vector3d TrueArm::p_WS_mm(const JointVector& q) const {
-  return setup_.X_WB * (X_BF(q) * setup_.p_FS_mm + deviation_mm_);
+Eigen::Vector3d TrueArm::p_WS_mm(const JointVector& q, std::size_t reflector) const {
+  return setup_.X_WB * (X_BF(q) * reflectors_[reflector].p_FS_mm + deviation_mm_);
 }
 
-bool TrueArm::visible(const JointVector& q) const {
+bool TrueArm::visible(const JointVector& q, std::size_t reflector) const {
+  const TrueReflector& seen = reflectors_[reflector];
   const Eigen::Isometry3d X_BF_true = X_BF(q);
-  const Eigen::Vector3d p_BS_mm = X_BF_true * setup_.p_FS_mm;
+  const Eigen::Vector3d p_BS_mm = X_BF_true * seen.p_FS_mm;
   const Eigen::Vector3d to_tracker_B = (inverse_of(setup_.X_WB).translation() - p_BS_mm).normalized();
-  const Eigen::Vector3d facing_B = X_BF_true.linear() * setup_.facing_F;
-  return p_BS_mm.z() > 0 && facing_B.dot(to_tracker_B) >= std::cos(setup_.acceptance_rad);
+  const Eigen::Vector3d facing_B = X_BF_true.linear() * seen.facing_F;
+  return p_BS_mm.z() > 0 && facing_B.dot(to_tracker_B) >= std::cos(seen.acceptance_rad);
 }
 
 }  // namespace truepose

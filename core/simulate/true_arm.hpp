@@ -67,7 +67,14 @@ NonGeometricErrors heavy_arm_errors(const HeavyArmOptions& options);
 Eigen::Vector3d noisy_reading(const Eigen::Vector3d& p_true_mm, const TrackerNoiseModel& model,
                               Random& random);
 
-/// How an arm, its base and its reflector really are. mm and rad.
+/// A further reflector on the flange. mm, rad.
+struct TrueReflector {
+  Eigen::Vector3d p_FS_mm{0, 0, 0};
+  Eigen::Vector3d facing_F{0, 0, 1};           ///< any length but zero
+  double acceptance_rad = 0.5235987755982988;  ///< 30 deg
+};
+
+/// How an arm, its base and its reflectors really are. mm and rad.
 struct TrueArmSetup {
   RobotModel robot;                  ///< with the errors that a calibration has to find
   NonGeometricErrors non_geometric;  ///< compliance, gears and play of the joints; by default none
@@ -77,6 +84,7 @@ struct TrueArmSetup {
   Eigen::Vector3d facing_F{0, 0, 1};           ///< direction of the reflector's opening, any length but zero
   double acceptance_rad = 0.5235987755982988;  ///< half angle of the cone in which the beam returns (30 deg)
   double repeatability_mm = 0;                 ///< standard deviation per axis, drawn anew at each stop
+  std::vector<TrueReflector> further{};        ///< beside that one
 };
 
 /// The arm as it really is: given the joints that its controller reads, where the reflector truly stands.
@@ -99,13 +107,14 @@ class TrueArm {
   /// Direction in which each joint last moved; empty before the first.
   const ApproachDirections& directions() const { return directions_; }
 
-  /// True centre of the reflector in the tracker frame, with the deviation and the directions of the last
-  /// stop.
-  Eigen::Vector3d p_WS_mm(const JointVector& q) const;
+  /// Reflectors on the flange; they count from 0, the first.
+  std::size_t reflectors() const { return reflectors_.size(); }
+  /// True centre of a reflector in the tracker frame, with the deviation and the directions of the last stop.
+  Eigen::Vector3d p_WS_mm(const JointVector& q, std::size_t reflector = 0) const;
 
   /// Whether the beam comes back: the tracker (origin of W) is inside the reflector's acceptance cone, and
   /// the reflector above the floor on which the base stands.
-  bool visible(const JointVector& q) const;
+  bool visible(const JointVector& q, std::size_t reflector = 0) const;
 
   const TrueArmSetup& setup() const { return setup_; }
 
@@ -113,7 +122,8 @@ class TrueArm {
   Eigen::Isometry3d X_BF(const JointVector& q) const;
 
   TrueArmSetup setup_;
-  RobotModel robot_;  // as warm as it is
+  std::vector<TrueReflector> reflectors_;  // all, their directions normalised
+  RobotModel robot_;                       // as warm as it is
   Random random_;
   Eigen::Vector3d deviation_mm_{0, 0, 0};  // in the base frame
   ApproachDirections directions_;

@@ -4,13 +4,14 @@
 #include <utility>
 
 #include "config/cell_setup.hpp"
+#include "config/model_file.hpp"
 #include "core/arm/forward.hpp"
 #include "core/compensate/target_compensation.hpp"
-#include "core/judge/calibration_verdict.hpp"
-#include "core/judge/model_noise.hpp"
 #include "core/math/units.hpp"
 #include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/identification.hpp"
 #include "daemon/campaign/nest_watch.hpp"
+#include "proto/text/digest.hpp"
 
 namespace truepose::daemon {
 
@@ -18,16 +19,13 @@ namespace {
 
 using Done = std::expected<void, CampaignError>;
 
-/// How far the reference pose is from where it was first: drift of the tracker, the base or the arm.
-std::vector<double> reference_drift_mm(const std::vector<StoredPoint>& points) {
-  std::vector<double> drift_mm;
-  const StoredPoint* first = nullptr;
-  for (const StoredPoint& point : points) {
-    if (point.purpose != PointPurpose::Reference) continue;
-    if (first == nullptr) first = &point;
-    drift_mm.push_back((point.p_WS_mm - first->p_WS_mm).norm());
-  }
-  return drift_mm;
+/// By which an identification is known again, to the last digit.
+std::string hash_of(const Calibration& calibration) {
+  config::ModelFile file;
+  file.cell = calibration.cell;
+  file.parameters = calibration.parameters;
+  file.covariance = calibration.covariance;
+  return text::sha256_hex(config::model_yaml(file));
 }
 
 class CalibrationCampaign final : public CampaignProcedure {
@@ -47,7 +45,8 @@ class CalibrationCampaign final : public CampaignProcedure {
   CampaignOutcome<void> fit_placement();
   std::optional<CampaignError> too_few_left(std::size_t targets_done) const;
   CampaignOutcome<void> identify();
-  boost::asio::awaitable<void> judge();
+  boost::asio::awaitable<void> judge_again();
+  void tell_doubts();
   CampaignOutcome<void> remeasure();
   CampaignOutcome<Targets> compensate();
   void judge_remeasured();
@@ -67,7 +66,9 @@ CalibrationCampaign::CalibrationCampaign(MeasuringSession& session) : session_{s
 
 CampaignOutcome<void> CalibrationCampaign::run() {
   Done done = co_await plan();
-  if (done) done = co_await warm_up();
+  // One that goes on is warmed up where it does.
+  session_.before_going_on([this] { return warm_up(); });
+  if (done && !session_.resumes()) done = co_await warm_up();
   if (done) done = co_await measure_to_identify();
   if (done) done = co_await measure_to_validate();
   if (done) done = co_await identify();
@@ -80,7 +81,7 @@ CampaignOutcome<void> CalibrationCampaign::plan() {
   PlanOptions options = config::plan_options(session_.config(), campaign.identify_poses);
   options.first = std::min(campaign.coarse_after, campaign.identify_poses);
   options.validate = campaign.validate_poses;
-  Done done = co_await session_.plan(config::rough_cell(session_.config()), options);
+  Done done = co_await session_.plan(config::rough_cell(session_.config()), options, Reflectors::All);
   if (!done) co_return done;
   const MeasurementPlan& plan = session_.planned();
   for (const JointVector& q : plan.poses)
@@ -88,6 +89,9 @@ CampaignOutcome<void> CalibrationCampaign::plan() {
   for (const JointVector& q : plan.validate)
     validate_.push_back(session_.new_target(PointPurpose::Validate, q, Replacement::Near));
   if (plan.reference) add_reference(*plan.reference);
+  Targets all = identify_;
+  all.insert(all.end(), validate_.begin(), validate_.end());
+  done = co_await session_.keep_plan(std::move(all));
   co_return done;
 }
 
@@ -130,10 +134,9 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_identify() {
   // With every further pose the fit reaches farther beyond those that it was made from.
   const auto after_each = [this, targets_done = std::size_t{0}]() mutable -> CampaignOutcome<void> {
     if (const auto hopeless = too_few_left(++targets_done)) co_return std::unexpected(*hopeless);
-    const std::size_t points = session_.data().points.size();
+    const int poses = count_poses(session_.data().points);
     Done done = co_await nests_.after_pose();
-    if (done && static_cast<int>(points) >= session_.config().campaign.coarse_after)
-      done = co_await fit_placement();
+    if (done && poses >= session_.config().campaign.coarse_after) done = co_await fit_placement();
     co_return done;
   };
   auto measured = co_await session_.measure_all(identify_, after_each);
@@ -147,7 +150,7 @@ std::optional<CampaignError> CalibrationCampaign::too_few_left(std::size_t targe
                                           identify_.end(), PointPurpose::Identify, &MeasuringTarget::purpose);
   config::CellConfig reachable = session_.config();
   int& poses = reachable.campaign.identify_poses;
-  poses = static_cast<int>(to_come + std::ssize(session_.data().points));
+  poses = static_cast<int>(to_come) + count_poses(session_.data().points);
   if (poses == session_.config().campaign.identify_poses) return std::nullopt;
   const auto why = config::too_few_poses(reachable);
   if (!why) return std::nullopt;
@@ -169,7 +172,6 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_validate() {
     if (!visited) co_return std::unexpected(visited.error());
   }
   Done seen = co_await nests_.measure();
-  found().reference_drift_mm = reference_drift_mm(session_.corrected().points);
   co_return seen;
 }
 
@@ -186,9 +188,11 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
     co_return Done{};
   }
   const CalibratedCell& cell = *fitted;
+  const std::vector<std::string> names = session_.data().smr_names;
   const std::vector<StoredPoint> points = session_.corrected().points;
   for (const StoredPoint& point : points) {
-    const double off_mm = (point.p_WS_mm - cell.predict(point.q_actual, 0)).norm();
+    const auto smr = std::ranges::find(names, point.smr) - names.begin();
+    const double off_mm = (point.p_WS_mm - cell.predict(point.q_actual, static_cast<int>(smr))).norm();
     if (off_mm <= session_.config().tracker.gate_mm) continue;
     char text[200];
     std::snprintf(text, sizeof text,
@@ -198,7 +202,7 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
     co_return std::unexpected(CampaignError{CampaignFault::Calibration, text});
   }
   // A fit from few points is good where they are, and less so elsewhere.
-  const int to_identify = static_cast<int>(session_.data().points.size());
+  const int to_identify = count_poses(session_.data().points);
   const bool few = to_identify < 2 * session_.config().campaign.coarse_after;
   session_.expect(cell, few ? 2 : 1);
   co_return Done{};
@@ -206,52 +210,35 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
 
 CampaignOutcome<void> CalibrationCampaign::identify() {
   session_.enter(CampaignPhase::Compute);
-  CalibrationResult& result = found();
-  const MeasurementData data = session_.data();
-  const CalibrateOptions options = config::calibrate_options(session_.config());
   const TimePoint begun = session_.clock().now();
-  auto job = [robot = session_.config().robot.model, data, options] {
-    return calibrate(robot, data, options);
+  const CampaignResult& measured = session_.result();
+  auto job = [points = measured.points, config = session_.config(), resumptions = measured.resumptions] {
+    return identified(points, config, resumptions);
   };
-  auto calibrated = co_await session_.compute(job);
-  result.elapsed_s = std::chrono::duration<double>(session_.clock().now() - begun).count();
-  if (!calibrated) {
-    co_return std::unexpected(CampaignError{CampaignFault::Calibration, calibrated.error().detail});
-  }
-  Calibration& calibration = *calibrated;
-  if (!calibration.converged) {
-    co_return std::unexpected(
-        CampaignError{CampaignFault::Calibration, "the identification did not converge"});
-  }
-  result.calibration = std::move(calibration);
-  const MeasurementData fitted = as_fitted(result.calibration, data);
-  result.noise = noise_about_model(result.calibration, fitted, options.noise);
-  result.validation_distances2 = validation_distances2(result.calibration, fitted, result.noise);
-  co_await judge();
-  session_.expect(result.calibration.cell);
+  auto result = co_await session_.compute(job);
+  if (!result) co_return std::unexpected(CampaignError{CampaignFault::Calibration, result.error()});
+  found() = *std::move(result);
+  found().elapsed_s = std::chrono::duration<double>(session_.clock().now() - begun).count();
+  Done kept = co_await session_.keep_identified(hash_of(found().calibration));
+  if (!kept) co_return kept;
+  tell_doubts();
+  session_.expect(found().calibration.cell);
   co_return Done{};
 }
 
-/// Asks whether the model may be trusted, by all that was measured so far.
-boost::asio::awaitable<void> CalibrationCampaign::judge() {
-  CalibrationResult& result = found();
-  std::vector<Eigen::Vector3d> reference_mm;
-  CorrectedPoints corrected = session_.corrected();
-  for (const StoredPoint& point : corrected.points)
-    if (point.purpose == PointPurpose::Reference) reference_mm.push_back(point.p_WS_mm);
+/// Asks again whether the model may be trusted, by all that was measured since.
+boost::asio::awaitable<void> CalibrationCampaign::judge_again() {
   // The session outlives the job, and does nothing else meanwhile.
-  auto job = [&result, reference_mm, findings = std::move(corrected.findings),
-              data = as_fitted(result.calibration, session_.data()),
-              stated = config::calibrate_options(session_.config()).noise] {
-    return calibration_verdict({.calibration = result.calibration,
-                                .data = data,
-                                .stated = stated,
-                                .reference_mm = reference_mm,
-                                .remeasured = result.remeasured,
-                                .beside = findings});
+  auto job = [this] {
+    const CampaignResult& measured = session_.result();
+    return verdict_on(found(), measured.points, session_.config(), measured.resumptions);
   };
-  result.verdict = co_await session_.compute(job);
-  for (const truepose::Finding& finding : result.verdict.findings)
+  found().verdict = co_await session_.compute(job);
+  tell_doubts();
+}
+
+void CalibrationCampaign::tell_doubts() {
+  for (const truepose::Finding& finding : found().verdict.findings)
     if (finding.severity >= Severity::Doubt)
       session_.report_trouble("the model is in doubt: " + finding.sentence);
 }
@@ -266,7 +253,7 @@ CampaignOutcome<void> CalibrationCampaign::remeasure() {
   Done seen = co_await nests_.measure();
   if (!seen) co_return seen;
   judge_remeasured();
-  if (found().remeasured) co_await judge();
+  if (found().remeasured) co_await judge_again();
   co_return Done{};
 }
 
@@ -306,6 +293,8 @@ CampaignOutcome<CalibrationCampaign::Targets> CalibrationCampaign::compensate() 
     targets[i].q_commanded = solved[i]->q;
     reachable.push_back(targets[i]);
   }
+  Done kept = co_await session_.keep_plan(reachable);
+  if (!kept) co_return std::unexpected(kept.error());
   co_return reachable;
 }
 
@@ -317,7 +306,10 @@ void CalibrationCampaign::judge_remeasured() {
   std::vector<Eigen::Vector3d> errors_mm;
   for (const StoredPoint& point : session_.corrected().points) {
     if (point.purpose != PointPurpose::Remeasure) continue;
-    errors_mm.push_back(point.p_WS_mm - asked.predict(point.q_target, 0));
+    const auto smr = std::ranges::find(cell.reflectors, point.smr, &Reflector::name);
+    if (smr == cell.reflectors.end()) continue;  // that nothing was identified of
+    const auto index = static_cast<int>(smr - cell.reflectors.begin());
+    errors_mm.push_back(point.p_WS_mm - asked.predict(point.q_target, index));
     result.remeasured_points.push_back({point, errors_mm.back()});
   }
   if (!errors_mm.empty()) result.remeasured = error_statistics(errors_mm);

@@ -18,9 +18,11 @@ using Done = std::expected<void, CampaignError>;
 }  // namespace
 
 Campaign::Campaign(config::CellConfig config, CampaignDevices devices, CampaignJournal& journal,
-                   CampaignObserver& observer, RunJob run_compute, CampaignOrder order)
+                   CampaignObserver& observer, RunJob run_compute, CampaignOrder order,
+                   std::shared_ptr<const CampaignPast> past)
     : config_{std::move(config)},
-      session_{config_, devices, journal, observer, std::move(run_compute)},
+      why_anew_{why_anew(kind_name(order))},
+      session_{config_, devices, journal, observer, std::move(run_compute), std::move(past)},
       procedure_{std::visit([this](auto of_kind) { return procedure_of(session_, std::move(of_kind)); },
                             std::move(order))} {}
 
@@ -39,11 +41,16 @@ asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignErr
     }
   }
   if (aborting_) {
-    error = CampaignError{CampaignFault::Aborted, abort_reason_};
+    error = CampaignError{CampaignFault::Aborted, abort_reason_, interrupting_};
     auto stopped = co_await session_.stop_arm();
     if (!stopped && session_.has_begun())
       error->detail += "; the arm could not be braked and may still move, use the stop on the pendant: " +
                        stopped.error().detail;
+  }
+  // What was measured before is as good as it was.
+  if (error && !aborting_ && session_.resumes() && !session_.has_gone_on()) {
+    error->detail = "it did not go on: " + error->detail;
+    error->interrupted = true;
   }
   auto ended = co_await session_.end(error);
   if (!ended && !error) error = CampaignError{CampaignFault::Store, ended.error().detail};
@@ -54,6 +61,7 @@ asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignErr
 CampaignOutcome<void> Campaign::steps() {
   Done done = co_await session_.connect();
   if (done) done = co_await procedure_->run();
+  if (done) done = co_await session_.note_resumption();
   if (done) session_.enter(CampaignPhase::Finish);
   co_return done;
 }
@@ -63,6 +71,12 @@ void Campaign::abort(std::string reason) {
   aborting_ = true;
   abort_reason_ = std::move(reason);
   cancel_.emit(asio::cancellation_type::terminal);
+}
+
+void Campaign::interrupt(std::string reason) {
+  if (aborting_) return;
+  interrupting_ = why_anew_.empty();
+  abort(interrupting_ ? std::move(reason) : reason + "; " + why_anew_);
 }
 
 }  // namespace truepose::daemon

@@ -46,8 +46,10 @@ std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, Iso92
 class Campaign {
  public:
   /// What is referred to outlives run().
+  /// @param past  of a campaign that was interrupted and is to go on; null: it begins
   Campaign(config::CellConfig config, CampaignDevices devices, CampaignJournal& journal,
-           CampaignObserver& observer, RunJob run_compute, CampaignOrder order = CalibrationOrder{});
+           CampaignObserver& observer, RunJob run_compute, CampaignOrder order = CalibrationOrder{},
+           std::shared_ptr<const CampaignPast> past = {});
 
   /// Runs the whole campaign, once. It ends in the journal in every case. End it early by abort(), not by
   /// cancelling.
@@ -58,6 +60,8 @@ class Campaign {
   void resume() { session_.resume(); }
   /// Stops the arm. run() then returns Aborted with this reason, and says where the arm could not be stopped.
   void abort(std::string reason);
+  /// The same, but a campaign of a kind that may go on ends as interrupted.
+  void interrupt(std::string reason);
 
   CampaignProgress progress() const { return session_.progress(); }
 
@@ -65,9 +69,10 @@ class Campaign {
   CampaignOutcome<void> steps();
 
   config::CellConfig config_;
+  std::string why_anew_;  ///< where it cannot go on; else empty
   MeasuringSession session_;
   std::unique_ptr<CampaignProcedure> procedure_;
-  bool aborting_ = false;
+  bool aborting_ = false, interrupting_ = false;
   std::string abort_reason_;
   boost::asio::cancellation_signal cancel_;
 };

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "daemon/campaign/campaign_result.hpp"
 
@@ -56,6 +57,8 @@ class CampaignObserver {
   virtual void on_trouble(const std::string& sentence) = 0;
   /// @param reason  why the campaign waits for the device; empty: it answers again
   virtual void on_waiting(CellDevice /*device*/, const std::string& /*reason*/) {}
+  /// The store could not keep something. The campaign pauses where that may pass, and ends otherwise.
+  virtual void on_store_failed(const StoreError& /*error*/) {}
   /// The campaign has paused itself, and moves nothing before it is resumed.
   virtual void on_paused(const std::string& sentence) = 0;
 };
@@ -65,11 +68,22 @@ class CampaignObserver {
 class CampaignJournal {
  public:
   virtual ~CampaignJournal() = default;
-  /// Called once, when the devices are known (or could not be reached: then their names are empty).
-  virtual boost::asio::awaitable<StoreResult<void>> begin(Identities identities) = 0;
+  /// Called once, before anything else.
+  /// @param total  poses over all phases as they are known then
+  /// @return when it began, or goes on: RFC 3339
+  virtual boost::asio::awaitable<StoreResult<std::string>> begin(int total) = 0;
+  /// Once the devices are known.
+  virtual boost::asio::awaitable<StoreResult<void>> know(Identities identities) = 0;
+  /// Before the arm goes to any of them.
+  /// @param total  poses over all phases as they are known now
+  virtual boost::asio::awaitable<StoreResult<void>> add_planned(std::vector<PlannedPose> poses,
+                                                                int total) = 0;
   /// @return the point as it was kept, with its time
   virtual boost::asio::awaitable<StoreResult<StoredPoint>> add_point(StoredPoint point) = 0;
   virtual boost::asio::awaitable<StoreResult<void>> add_skipped(SkippedPose skipped) = 0;
+  /// @param sha256  by which it is known again
+  virtual boost::asio::awaitable<StoreResult<void>> add_identified(std::string sha256) = 0;
+  virtual boost::asio::awaitable<StoreResult<void>> add_resumption(Resumption resumption) = 0;
   /// @param result  of a campaign that is done; null otherwise
   virtual boost::asio::awaitable<StoreResult<void>> end(std::shared_ptr<const CampaignResult> result,
                                                         std::optional<CampaignError> error) = 0;

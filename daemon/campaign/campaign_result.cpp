@@ -1,15 +1,37 @@
 #include "daemon/campaign/campaign_result.hpp"
 
+#include <algorithm>
+
 namespace truepose::daemon {
+namespace {
+
+bool tells_the_arm(const StoredPoint& point) {
+  return point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate;
+}
+
+/// Of those that were measured, `first` before all others.
+std::vector<std::string> reflector_names(const std::vector<StoredPoint>& points, const std::string& first) {
+  std::vector<std::string> names;
+  for (const StoredPoint& point : points)
+    if (tells_the_arm(point) && std::ranges::find(names, point.smr) == names.end())
+      names.push_back(point.smr);
+  if (names.empty()) return {first};
+  if (const auto found = std::ranges::find(names, first); found != names.end())
+    std::rotate(names.begin(), found, found + 1);
+  return names;
+}
+
+}  // namespace
 
 MeasurementData measurement_data(const std::vector<StoredPoint>& points, const std::string& smr) {
   MeasurementData data;
-  data.smr_names = {smr};
+  data.smr_names = reflector_names(points, smr);
   for (const StoredPoint& point : points) {
-    if (point.purpose != PointPurpose::Identify && point.purpose != PointPurpose::Validate) continue;
+    if (!tells_the_arm(point)) continue;
     Measurement measurement;
     measurement.q = point.q_actual;
     measurement.direction = point.direction;
+    measurement.smr = static_cast<int>(std::ranges::find(data.smr_names, point.smr) - data.smr_names.begin());
     measurement.p_WS_mm = point.p_WS_mm;
     measurement.set = point.purpose == PointPurpose::Identify ? PoseSet::Identify : PoseSet::Validate;
     measurement.time = point.time;

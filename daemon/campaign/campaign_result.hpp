@@ -17,6 +17,7 @@
 #include "core/judge/iso9283.hpp"
 #include "core/judge/test_cube.hpp"
 #include "daemon/campaign/cell_devices.hpp"
+#include "daemon/store/campaign_plan.hpp"
 #include "daemon/store/store.hpp"
 #include "proto/record/iso9283_document.hpp"
 
@@ -29,7 +30,8 @@ struct CalibrationOrder {};
 
 /// Find the joints at which the arm stands at given targets, by the tracker in the loop.
 struct TargetsOrder {
-  CalibratedCell cell;  ///< the active model
+  CalibratedCell cell;   ///< the active model
+  std::string model_id;  ///< by which the store has it
   /// Joints at which the nominal arm would be at each target; none: validation poses of a plan, as many as
   /// configured.
   std::vector<JointVector> targets;
@@ -133,6 +135,7 @@ struct CampaignResult {
   Identities identities;
   std::vector<StoredPoint> points;
   std::vector<SkippedPose> skipped;
+  std::vector<Resumption> resumptions;  ///< after each of its interruptions
   CampaignFindings findings;
 
   template <typename Kind>
@@ -145,8 +148,9 @@ struct CampaignResult {
   }
 };
 
-/// The points to identify and to validate from, in the order of measuring.
-/// @param smr  the reflector's name
+/// The points to identify and to validate from, in the order of measuring. Its reflectors are those that were
+/// measured.
+/// @param smr  the reflector that comes first, where it was measured
 MeasurementData measurement_data(const std::vector<StoredPoint>& points, const std::string& smr);
 /// Those that a check of drift judges, numbered from 1 as the rows of a file.
 std::vector<Measurement> numbered_points(const std::vector<StoredPoint>& points);
@@ -155,8 +159,11 @@ enum class CampaignFault { Device, WrongArm, Planning, Store, Calibration, Abort
 
 struct CampaignError {
   CampaignFault fault;
-  std::string detail;  ///< one sentence for the operator
+  std::string detail;        ///< one sentence for the operator
+  bool interrupted = false;  ///< it may go on later
 };
+
+inline CampaignError store_failed(const StoreError& error) { return {CampaignFault::Store, error.detail}; }
 
 /// What a step of a campaign comes to.
 template <typename T>

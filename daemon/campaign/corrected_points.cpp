@@ -5,12 +5,15 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/judge/drift_causes.hpp"
 #include "core/judge/tracker_motion.hpp"
 #include "core/judge/two_face.hpp"
 #include "core/math/statistics.hpp"
+#include "daemon/campaign/campaign_past.hpp"
 #include "daemon/campaign/campaign_result.hpp"
 
 namespace truepose::daemon {
@@ -18,20 +21,24 @@ namespace {
 
 // ---- Faces
 
-/// What face 1 saw of the poses that were seen in both, by their numbers.
-std::map<int, Eigen::Vector3d> seen_in_face1(const std::vector<StoredPoint>& measured) {
-  std::map<int, Eigen::Vector3d> seen;
+/// A reflector at a pose.
+using Seen = std::pair<int, std::string>;
+Seen seen_of(const StoredPoint& point) { return {point.pose, point.smr}; }
+
+/// What face 1 saw of what was seen in both.
+std::map<Seen, Eigen::Vector3d> seen_in_face1(const std::vector<StoredPoint>& measured) {
+  std::map<Seen, Eigen::Vector3d> seen;
   for (const StoredPoint& point : measured)
-    if (point.purpose == PointPurpose::Face1) seen.emplace(point.pose, point.p_WS_mm);
+    if (point.purpose == PointPurpose::Face1) seen.insert_or_assign(seen_of(point), point.p_WS_mm);
   return seen;
 }
 
 std::optional<AimingConstants> constants_of(const std::vector<StoredPoint>& points,
-                                            const std::map<int, Eigen::Vector3d>& face1,
+                                            const std::map<Seen, Eigen::Vector3d>& face1,
                                             const TrackerNoiseModel& noise) {
   std::vector<FacePair> pairs;
   for (const StoredPoint& point : points)
-    if (const auto seen = face1.find(point.pose); seen != face1.end())
+    if (const auto seen = face1.find(seen_of(point)); seen != face1.end())
       pairs.push_back({seen->second, point.p_WS_mm});
   return aiming_constants(pairs, noise);
 }
@@ -48,7 +55,7 @@ void correct_aim(const std::vector<StoredPoint>& measured, const TrackerNoiseMod
          "the tracker's faces differ by more than such constants explain: have it checked and compensated"});
   if (!constants->significant()) return;
   for (StoredPoint& point : corrected.points)
-    if (!face1.contains(point.pose)) point.p_WS_mm = constants->corrected(point.p_WS_mm);
+    if (!face1.contains(seen_of(point))) point.p_WS_mm = constants->corrected(point.p_WS_mm);
 }
 
 // ---- Nests
@@ -71,7 +78,7 @@ std::vector<Check> checks_of(const std::vector<StoredPoint>& measured, std::size
   std::vector<Check> checks;
   std::size_t points = 0;
   for (const StoredPoint& point : measured) {
-    points += point.purpose != PointPurpose::Nest && point.purpose != PointPurpose::Face1;
+    points += is_pose(point.purpose);
     if (point.purpose != PointPurpose::Nest) continue;
     if (checks.empty() || checks.back().pose != point.pose)
       checks.push_back({point.pose, NestReadings(nests), points});
@@ -165,12 +172,13 @@ void correct_stand(const std::vector<StoredPoint>& measured, const config::CellC
 void weigh_by_scatter(const std::vector<StoredPoint>& points, const TrackerNoiseModel& noise,
                       MeasurementData& data) {
   constexpr double kUnsteady = 2;  // times: by chance ten readings seldom scatter so much more than others
-  std::map<int, double> scatter_mm;
+  std::map<Seen, double> scatter_mm;
   std::vector<double> all_mm;
-  for (const StoredPoint& point : points) all_mm.push_back(scatter_mm[point.pose] = point.std_mm.norm());
+  for (const StoredPoint& point : points) all_mm.push_back(scatter_mm[seen_of(point)] = point.std_mm.norm());
   const double usual_mm = median(std::move(all_mm));
   for (Measurement& point : data.points) {
-    const double times = usual_mm > 0 ? scatter_mm[point.pose] / usual_mm : 1;
+    const std::string& smr = data.smr_names[static_cast<std::size_t>(point.smr)];
+    const double times = usual_mm > 0 ? scatter_mm[{point.pose, smr}] / usual_mm : 1;
     if (times <= kUnsteady) continue;
     const double stated_mm = std::sqrt(reading_covariance(point.p_WS_mm, {.tracker = noise}).trace() / 3);
     point.excess_mm = stated_mm * std::sqrt(times * times - 1);
@@ -179,18 +187,24 @@ void weigh_by_scatter(const std::vector<StoredPoint>& points, const TrackerNoise
 
 }  // namespace
 
-CorrectedPoints corrected_points(const std::vector<StoredPoint>& measured, const config::CellConfig& config) {
+CorrectedPoints corrected_points(const std::vector<StoredPoint>& measured, const config::CellConfig& config,
+                                 const std::vector<Resumption>& resumptions) {
   CorrectedPoints corrected;
   for (const StoredPoint& point : measured)
-    if (point.purpose != PointPurpose::Nest && point.purpose != PointPurpose::Face1)
-      corrected.points.push_back(point);
+    if (is_pose(point.purpose)) corrected.points.push_back(point);
   correct_aim(measured, config.tracker.noise, corrected);
-  correct_stand(measured, config, corrected);
+  std::vector<StoredPoint> at_first = measured;
+  for (std::vector<StoredPoint>* points : {&at_first, &corrected.points})
+    for (StoredPoint& point : *points) point = seen_at_first(std::move(point), resumptions);
+  for (const Resumption& resumption : resumptions)
+    corrected.findings.push_back({Severity::Note, described(resumption)});
+  correct_stand(at_first, config, corrected);
   return corrected;
 }
 
-MeasurementData campaign_data(const std::vector<StoredPoint>& measured, const config::CellConfig& config) {
-  const std::vector<StoredPoint> points = corrected_points(measured, config).points;
+MeasurementData campaign_data(const std::vector<StoredPoint>& measured, const config::CellConfig& config,
+                              const std::vector<Resumption>& resumptions) {
+  const std::vector<StoredPoint> points = corrected_points(measured, config, resumptions).points;
   MeasurementData data = measurement_data(points, config.reflector.name);
   weigh_by_scatter(points, config.tracker.noise, data);
   return data;

@@ -6,6 +6,7 @@
 #include "config/cell_config.hpp"
 #include "core/identify/measurement.hpp"
 #include "core/judge/calibration_verdict.hpp"
+#include "daemon/store/campaign_plan.hpp"
 #include "daemon/store/store.hpp"
 
 namespace truepose::daemon {
@@ -24,10 +25,15 @@ struct CorrectedPoints {
 /// campaign.correct_by_nests: evenly between two measurements of the nests. A point that it stepped by, no
 /// one knows whether before or after, is left out where that matters. Nothing is changed where nothing is
 /// significant.
-CorrectedPoints corrected_points(const std::vector<StoredPoint>& measured, const config::CellConfig& config);
+///
+/// @param resumptions  of the campaign: what was measured since each is brought to where the tracker stood
+/// when it began
+CorrectedPoints corrected_points(const std::vector<StoredPoint>& measured, const config::CellConfig& config,
+                                 const std::vector<Resumption>& resumptions = {});
 
 /// Those of them that identify and validate. One whose readings scattered, by the tracker's own account, more
 /// than twice as much as those of most points counts for less.
-MeasurementData campaign_data(const std::vector<StoredPoint>& measured, const config::CellConfig& config);
+MeasurementData campaign_data(const std::vector<StoredPoint>& measured, const config::CellConfig& config,
+                              const std::vector<Resumption>& resumptions = {});
 
 }  // namespace truepose::daemon

@@ -78,6 +78,7 @@ CampaignOutcome<void> Iso9283Campaign::plan() {
   Scene scene = config::scene_of(config);
   scene.sight.X_WB = cell.base.isometry();
   scene.sight.p_FS_mm = cell.reflectors.front().p_FS_mm;
+  scene.sight.further.clear();
   TestCubeWish wish = config.iso9283.cube;
   wish.seed = config.campaign.seed;
   wish.task = config.task;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "config/cell_setup.hpp"
@@ -22,8 +23,6 @@ CampaignError fatal(const DeviceError& error) {
   return {error.remedy == Remedy::WrongArm ? CampaignFault::WrongArm : CampaignFault::Device, error.detail};
 }
 
-CampaignError store_failed(const StoreError& error) { return {CampaignFault::Store, error.detail}; }
-
 /// What the tracker tells of it.
 StoredPoint stored_point(const drivers::SmrPoint& measured) {
   StoredPoint point;
@@ -43,7 +42,8 @@ std::vector<std::int8_t> approach_direction(const MeasuringTarget& target, const
 }
 
 MeasuringSession::MeasuringSession(const config::CellConfig& config, CampaignDevices devices,
-                                   CampaignJournal& journal, CampaignObserver& observer, RunJob run_compute)
+                                   CampaignJournal& journal, CampaignObserver& observer, RunJob run_compute,
+                                   std::shared_ptr<const CampaignPast> past)
     : config_{config},
       devices_{
           config_, devices, [&observer](const std::string& sentence) { observer.on_trouble(sentence); },
@@ -53,18 +53,38 @@ MeasuringSession::MeasuringSession(const config::CellConfig& config, CampaignDev
       observer_{observer},
       run_compute_{std::move(run_compute)},
       motion_{config_.robot.model, devices_, run_compute_},
-      expected_{config::rough_cell(config_)} {}
+      search_{config_, devices_},
+      past_{std::move(past)} {
+  if (!past_) return;
+  past_left_ = past_->outcomes();
+  for (const PlannedPose& planned : past_->plan.poses) in_plan_.insert(planned.pose);
+}
 
 MeasuringSession::Outcome<void> MeasuringSession::connect() {
   enter(CampaignPhase::Connect);
+  auto begun = co_await begin();
+  if (!begun) co_return std::unexpected(store_failed(begun.error()));
   auto identities = co_await devices_.connect(ArmProof::ByMotion);
   if (!identities) co_return std::unexpected(fatal(identities.error()));
   result_->identities = *std::move(identities);
   begun_ = true;
-  auto begun = co_await journal_.begin(result_->identities);
-  if (!begun) co_return std::unexpected(store_failed(begun.error()));
+  if (const auto other = other_arm()) co_return std::unexpected(*other);
+  const std::function<asio::awaitable<StoreResult<void>>()> write = [this] {
+    return journal_.know(result_->identities);
+  };
+  Done known = co_await journalled<void>(write);
+  if (!known) co_return known;
   Done proven = co_await prove_arm();
   co_return proven;
+}
+
+/// In the journal.
+asio::awaitable<StoreResult<void>> MeasuringSession::begin() {
+  in_journal_ = true;
+  auto begun = co_await journal_.begin(progress_.total);
+  if (!begun) co_return std::unexpected(begun.error());
+  if (past_) begin_resumption(*begun);
+  co_return StoreResult<void>{};
 }
 
 MeasuringSession::Outcome<void> MeasuringSession::prove_arm() {
@@ -81,9 +101,10 @@ MeasuringSession::Outcome<void> MeasuringSession::prove_arm() {
 }
 
 asio::awaitable<StoreResult<void>> MeasuringSession::end(std::optional<CampaignError> error) {
-  if (!begun_) {
-    auto begun = co_await journal_.begin(result_->identities);
-    if (!begun) co_return begun;
+  if (!in_journal_) {
+    // What could not be begun is kept as a whole.
+    auto begun = co_await begin();
+    static_cast<void>(begun);
   }
   std::shared_ptr<const CampaignResult> result;
   if (!error) result = result_;
@@ -91,14 +112,20 @@ asio::awaitable<StoreResult<void>> MeasuringSession::end(std::optional<CampaignE
   co_return ended;
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, PlanOptions options) {
+MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, PlanOptions options,
+                                                       Reflectors reflectors) {
   enter(CampaignPhase::Plan);
   options.sizes.clear();
   options.random_sets = 0;
   auto here = co_await devices_.position();
   if (here) options.start = *here;
-  auto job = [cell, scene = config::scene_of(config_), options] {
-    return PoseSupply::make(cell, scene, options);
+  Scene scene = config::scene_of(config_);
+  if (reflectors == Reflectors::First) scene.sight.further.clear();
+  search_.look_for(reflectors);
+  const auto earlier = past_ ? past_->earlier_plan() : std::nullopt;
+  auto job = [cell, scene, options, earlier] {
+    return earlier ? PoseSupply::again(cell, scene, options, *earlier)
+                   : PoseSupply::make(cell, scene, options);
   };
   auto made = co_await compute(job);
   if (!made) co_return std::unexpected(CampaignError{CampaignFault::Planning, made.error()});
@@ -110,7 +137,13 @@ MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, Plan
 MeasuringTarget MeasuringSession::new_target(PointPurpose purpose, const JointVector& q,
                                              Replacement replacement) {
   const int pose = next_number_++;
-  return {pose, purpose, q, q, replacement, approach_way_rad(config_.campaign, pose), {}};
+  return {.pose = pose,
+          .purpose = purpose,
+          .q_target = q,
+          .q_commanded = q,
+          .replacement = replacement,
+          .way_rad = approach_way_rad(config_.campaign, pose),
+          .q_from = {}};
 }
 
 MeasuringTarget MeasuringSession::again(MeasuringTarget target) {
@@ -118,11 +151,20 @@ MeasuringTarget MeasuringSession::again(MeasuringTarget target) {
   return target;
 }
 
-void MeasuringSession::expect(CalibratedCell cell, double reach) {
-  expected_ = std::move(cell);
-  reach_ = reach;
-  placement_known_ = true;
+MeasuringSession::Outcome<void> MeasuringSession::keep_plan(std::vector<MeasuringTarget> targets) {
+  std::vector<PlannedPose> fresh;
+  for (const MeasuringTarget& target : targets)
+    if (in_plan_.insert(target.pose).second)
+      fresh.push_back({target.pose, target.purpose, target.q_target, target.q_commanded, target.replaces});
+  if (fresh.empty()) co_return Done{};
+  const std::function<asio::awaitable<StoreResult<void>>()> write = [this, fresh] {
+    return journal_.add_planned(fresh, progress_.total);
+  };
+  Done kept = co_await journalled<void>(write);
+  co_return kept;
 }
+
+void MeasuringSession::expect(CalibratedCell cell, double reach) { search_.expect(std::move(cell), reach); }
 
 MeasuringSession::Outcome<void> MeasuringSession::visit(JointVector q) {
   co_await wait_while_paused();
@@ -155,6 +197,19 @@ MeasuringSession::Outcome<std::vector<MeasuringTarget>> MeasuringSession::measur
 }
 
 MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(MeasuringTarget target) {
+  if (past_) {
+    if (const auto wrong = contradiction(target)) co_return std::unexpected(*wrong);
+    if (const auto before = taken_before(target)) co_return before->point;
+    Done going_on = co_await go_on();
+    if (!going_on) co_return std::unexpected(going_on.error());
+    // Compensated joints stay those of the model that was found first.
+    if (const PlannedPose* planned = past_->planned(target.pose);
+        planned && target.purpose == PointPurpose::Remeasure)
+      target.q_commanded = planned->q_commanded;
+  }
+  const std::vector<MeasuringTarget> this_one{target};
+  Done planned = co_await keep_plan(this_one);
+  if (!planned) co_return std::unexpected(planned.error());
   co_await wait_while_paused();
   if (!pose_begun_) pose_begun_ = clock_.now();
   const int attempts = 1 + config_.campaign.retries;
@@ -163,14 +218,14 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(
   do {
     co_await wait_while_paused();
     for (int n = 1; n <= attempts; ++n, ++tried) {
-      auto point = co_await attempt(target);
-      if (point) {
+      auto points = co_await attempt(target);
+      if (points) {
         lost_in_row_ = last_lost_ = 0;
-        Done kept = co_await keep(*point);
+        auto kept = co_await keep(*std::move(points));
         if (!kept) co_return std::unexpected(kept.error());
-        co_return point->point;
+        co_return seen_at_first(*kept);
       }
-      error = point.error();
+      error = points.error();
       observer_.on_trouble("pose " + std::to_string(target.pose) + ", attempt " + std::to_string(n) + " of " +
                            std::to_string(attempts) + ": " + error.detail);
       Done recovered = co_await recover(error);
@@ -205,95 +260,140 @@ bool MeasuringSession::pause_for_losses(const MeasuringTarget& target, const Dev
 /// always fails does not make the campaign endless.
 MeasuringSession::Outcome<std::optional<MeasuringTarget>> MeasuringSession::substitute(
     MeasuringTarget failed) {
-  if (failed.replacement == Replacement::None || substitutes_ >= static_cast<int>(result_->points.size()))
-    co_return std::nullopt;
+  if (failed.replacement == Replacement::None || substitutes_ >= progress_.done) co_return std::nullopt;
   const bool informative = failed.replacement == Replacement::Informative;
+  if (const PlannedPose* before = past_ ? past_->substitute_of(failed.pose) : nullptr) {
+    poses_->replaced(failed.q_target, before->q_target);
+    co_return new_substitute(failed, before->q_target);
+  }
   auto job = [poses = poses_, q = failed.q_target, informative] {
     return informative ? poses->substitute(q) : poses->validation_substitute(q);
   };
   auto other = co_await compute(job);
   if (!other) co_return std::nullopt;
-  ++substitutes_;
-  ++progress_.total;
-  const MeasuringTarget target = new_target(failed.purpose, *other, failed.replacement);
+  const MeasuringTarget target = new_substitute(failed, *other);
   observer_.on_trouble("pose " + std::to_string(failed.pose) + " is replaced by pose " +
                        std::to_string(target.pose));
   co_return target;
 }
 
-CellDevices::Outcome<MeasuringSession::Attempted> MeasuringSession::attempt(MeasuringTarget target) {
+MeasuringTarget MeasuringSession::new_substitute(const MeasuringTarget& failed, const JointVector& q) {
+  ++substitutes_;
+  ++progress_.total;
+  MeasuringTarget target = new_target(failed.purpose, q, failed.replacement);
+  target.replaces = failed.pose;
+  return target;
+}
+
+CellDevices::Outcome<JointVector> MeasuringSession::reach(MeasuringTarget target) {
   if (target.q_from.size() > 0) {
     auto start = co_await motion_.drive(target.q_from);
     if (!start) co_return std::unexpected(start.error());
     target.way_rad = 0;
   }
   auto reached = co_await motion_.arrive(target.q_commanded, target.way_rad);
-  if (!reached) co_return std::unexpected(reached.error());
-  const config::TrackerConfig& tracker = config_.tracker;
-  const int two_face_every = config_.campaign.two_face_every;
-  CellDevices::Sight sight{
-      .p_W_mm = expected_.predict(*reached, 0, motion_.direction()),
-      .search_mm = placement_known_ ? reach_ * tracker.search_mm : tracker.search_first_mm,
-      .gate_mm = placement_known_ ? reach_ * tracker.gate_mm : tracker.search_first_mm,
-      .readings = target.readings,
-      .two_face = two_face_every > 0 && target.pose % two_face_every == 0};
-  auto measured = co_await devices_.measure(sight);
-  if (!measured) co_return std::unexpected(measured.error());
+  co_return reached;
+}
 
-  StoredPoint point = stored_point(measured->point);
+bool MeasuringSession::in_two_faces(int pose) const {
+  const int every = config_.campaign.two_face_every;
+  return every > 0 && pose % every == 0;
+}
+
+/// Of what was measured there.
+StoredPoint MeasuringSession::point_at(const MeasuringTarget& target, const JointVector& reached,
+                                       const drivers::SmrPoint& measured, const std::string& smr) const {
+  StoredPoint point = stored_point(measured);
   point.pose = target.pose;
   point.purpose = target.purpose;
   point.q_target = target.q_target;
   point.q_commanded = target.q_commanded;
-  point.q_actual = *reached;
+  point.q_actual = reached;
   point.direction = motion_.direction();
-  point.smr = config_.reflector.name;
-  Attempted attempted{point, {}};
-  if (measured->face1_mm) {
-    attempted.face1 = point;
-    attempted.face1->purpose = PointPurpose::Face1;
-    attempted.face1->p_WS_mm = *measured->face1_mm;
+  point.smr = smr;
+  return point;
+}
+
+CellDevices::Outcome<MeasuringSession::Points> MeasuringSession::attempt(MeasuringTarget target) {
+  auto reached = co_await reach(target);
+  if (!reached) co_return std::unexpected(reached.error());
+  ReflectorSearch::Stand stand{.q = *reached,
+                               .direction = motion_.direction(),
+                               .purpose = target.purpose,
+                               .readings = target.readings,
+                               .two_face = in_two_faces(target.pose)};
+  auto seen = co_await search_.measure(std::move(stand));
+  if (!seen) co_return std::unexpected(seen.error());
+  for (const std::string& sentence : seen->missed)
+    observer_.on_trouble("pose " + std::to_string(target.pose) + ": " + sentence);
+  Points points;
+  for (const ReflectorSearch::Found& found : seen->found) {
+    const StoredPoint point = point_at(target, *reached, found.sighted.point, search_.name(found.reflector));
+    // First, so that a point that is there is known to have been seen in both faces.
+    if (found.sighted.face1_mm) {
+      StoredPoint& face1 = points.emplace_back(point);
+      face1.purpose = PointPurpose::Face1;
+      face1.p_WS_mm = *found.sighted.face1_mm;
+    }
+    points.push_back(point);
   }
-  co_return attempted;
+  co_return points;
 }
 
 MeasuringSession::Outcome<StoredPoint> MeasuringSession::store(StoredPoint point) {
-  auto stored = co_await journal_.add_point(point);
-  if (!stored) co_return std::unexpected(store_failed(stored.error()));
+  point.resumption = static_cast<int>(result_->resumptions.size());
+  const std::function<asio::awaitable<StoreResult<StoredPoint>>()> write = [this, point] {
+    return journal_.add_point(point);
+  };
+  auto stored = co_await journalled<StoredPoint>(write);
+  if (!stored) co_return std::unexpected(stored.error());
   result_->points.push_back(*stored);
   co_return *std::move(stored);
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::keep(Attempted attempted) {
-  auto stored = co_await store(std::move(attempted.point));
-  if (!stored) co_return std::unexpected(stored.error());
-  const StoredPoint& point = *stored;
-  if (attempted.face1) {
-    auto beside = co_await store(*std::move(attempted.face1));
-    if (!beside) co_return std::unexpected(beside.error());
+MeasuringSession::Outcome<StoredPoint> MeasuringSession::keep(Points points) {
+  Points kept;
+  for (StoredPoint& point : points) {
+    auto stored = co_await store(std::move(point));
+    if (!stored) co_return std::unexpected(stored.error());
+    if (stored->purpose != PointPurpose::Face1) kept.push_back(*std::move(stored));
   }
-  const double deviation_mm = (point.p_WS_mm - expected_.predict(point.q_actual, 0, point.direction)).norm();
-  if (placement_known_) count_error(deviation_mm);
   ++progress_.done;
   count_pose_time();
-  observer_.on_point(point, deviation_mm, progress());
-  co_return Done{};
+  for (const StoredPoint& point : kept) {
+    const double deviation_mm = count_deviation(point);
+    observer_.on_point(point, deviation_mm, progress());
+  }
+  co_return kept.front();
+}
+
+/// @return how far it is from where it was expected
+double MeasuringSession::count_deviation(const StoredPoint& point) {
+  const double deviation_mm = (seen_at_first(point).p_WS_mm - search_.predicted_mm(point)).norm();
+  if (search_.placement_known()) count_error(deviation_mm);
+  return deviation_mm;
 }
 
 MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure_beside(int number,
                                                                                        std::string name,
                                                                                        Eigen::Vector3d p_W_mm,
                                                                                        double search_mm) {
+  if (past_) {
+    if (auto before = measured_before(number, PointPurpose::Nest, name)) co_return before;
+    if (past_left_ > 0) co_return std::nullopt;  // it was not seen then
+    Done going_on = co_await go_on();
+    if (!going_on) co_return std::unexpected(going_on.error());
+  }
   for (int n = 0; n <= config_.campaign.retries; ++n) {
     co_await wait_while_paused();
-    CellDevices::Sight sight{.p_W_mm = p_W_mm, .search_mm = search_mm, .gate_mm = search_mm};
+    CellDevices::Sight sight{.p_W_mm = now(p_W_mm), .search_mm = search_mm, .gate_mm = search_mm};
     auto point = co_await attempt_beside(sight);
     if (point) {
       point->pose = number;
       point->smr = name;
       auto stored = co_await store(*std::move(point));
       if (!stored) co_return std::unexpected(stored.error());
-      co_return *stored;
+      co_return seen_at_first(*stored);
     }
     observer_.on_trouble(name + ": " + point.error().detail);
     Done recovered = co_await recover(point.error());
@@ -316,9 +416,13 @@ CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_beside(CellDevices::
 
 MeasuringSession::Outcome<void> MeasuringSession::skip(MeasuringTarget target, int attempts,
                                                        std::string reason) {
+  if (skipped_before(target.pose)) co_return Done{};
   const SkippedPose skipped{target.pose, reason, attempts};
-  auto stored = co_await journal_.add_skipped(skipped);
-  if (!stored) co_return std::unexpected(store_failed(stored.error()));
+  const std::function<asio::awaitable<StoreResult<void>>()> write = [this, skipped] {
+    return journal_.add_skipped(skipped);
+  };
+  Done stored = co_await journalled<void>(write);
+  if (!stored) co_return stored;
   result_->skipped.push_back(skipped);
   ++progress_.skipped;
   count_pose_time();

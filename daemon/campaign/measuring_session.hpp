@@ -5,16 +5,22 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "config/cell_config.hpp"
 #include "core/plan/pose_supply.hpp"
 #include "daemon/campaign/arm_motion.hpp"
 #include "daemon/campaign/campaign_observer.hpp"
+#include "daemon/campaign/campaign_past.hpp"
 #include "daemon/campaign/campaign_result.hpp"
 #include "daemon/campaign/cell_devices.hpp"
 #include "daemon/campaign/corrected_points.hpp"
+#include "daemon/campaign/reflector_search.hpp"
 #include "daemon/threads/signal.hpp"
 #include "daemon/threads/worker.hpp"
 
@@ -37,6 +43,7 @@ struct MeasuringTarget {
   double way_rad = 0;  ///< by which every joint comes to it, see approach_way_rad()
   JointVector q_from;  ///< from which the arm comes to it in place of that; empty: no matter whence
   int readings = 1;    ///< of the tracker, of which the point is the mean
+  int replaces = 0;    ///< number of the pose that failed, whose substitute it is; 0: it is none
 };
 
 /// The side from which each joint comes to a target; 0: no matter which.
@@ -45,27 +52,37 @@ std::vector<std::int8_t> approach_direction(const MeasuringTarget& target, const
 /// What every campaign does: comes to one pose after the other by a clear way, measures it, tries again,
 /// recovers lost devices, keeps each point in the journal before the arm moves on, and says how far it is. A
 /// pose ends as a point or as a skipped pose with its reason.
+///
+/// Of a campaign that was interrupted it takes what was measured or skipped from the past, so that the same
+/// steps lead to where it was. Before the first that is not there it sees what has moved meanwhile. Points
+/// are given, and places asked for, in the frame in which the tracker stood when the campaign began.
 class MeasuringSession {
  public:
   template <typename T>
   using Outcome = CampaignOutcome<T>;
 
   /// What is referred to outlives the session.
+  /// @param past  of a campaign that was interrupted; null: it begins
   MeasuringSession(const config::CellConfig& config, CampaignDevices devices, CampaignJournal& journal,
-                   CampaignObserver& observer, RunJob run_compute);
+                   CampaignObserver& observer, RunJob run_compute,
+                   std::shared_ptr<const CampaignPast> past = {});
 
-  /// Connects the devices, begins the journal, and sees by small motions that the arm is the configured one.
+  /// Begins the journal, connects the devices, and sees by small motions that the arm is the configured one.
   Outcome<void> connect();
   /// Ends the journal, with the result where there is no error.
   boost::asio::awaitable<StoreResult<void>> end(std::optional<CampaignError> error);
 
   /// Chooses poses and from then on knows ways and substitutes. The options' start, and what only
   /// their comparisons need, are set here.
-  Outcome<void> plan(CalibratedCell cell, PlanOptions options);
+  Outcome<void> plan(CalibratedCell cell, PlanOptions options, Reflectors reflectors = Reflectors::First);
   const MeasurementPlan& planned() const { return poses_->plan(); }
   /// The next pose of the campaign.
   MeasuringTarget new_target(PointPurpose purpose, const JointVector& q,
                              Replacement replacement = Replacement::None);
+
+  /// Keeps in the journal what is to be measured, as is done of each pose at the latest before the arm goes
+  /// there.
+  Outcome<void> keep_plan(std::vector<MeasuringTarget> targets);
 
   /// The same pose once more.
   MeasuringTarget again(MeasuringTarget target);
@@ -73,11 +90,11 @@ class MeasuringSession {
   /// Says where the reflector is to be looked for from now on.
   /// @param reach  by which the configured search radius and gate are multiplied
   void expect(CalibratedCell cell, double reach = 1);
-  const CalibratedCell& expected() const { return expected_; }
+  const CalibratedCell& expected() const { return search_.expected(); }
 
   /// Drives there without measuring; a failure is dealt with, not repeated.
   Outcome<void> visit(JointVector q);
-  /// @return the point, or nothing where the pose was skipped
+  /// @return the point, of the first reflector that was measured, or nothing where the pose was skipped
   Outcome<std::optional<StoredPoint>> measure(MeasuringTarget target);
   /// Measures all, and substitutes of those that fail. Waits where the campaign is paused.
   /// @param after_each  is run after each pose that was not replaced
@@ -90,6 +107,20 @@ class MeasuringSession {
   /// Of a pose, or of what is measured like one.
   int next_number() { return next_number_++; }
   Outcome<void> skip(MeasuringTarget target, int attempts, std::string reason);
+
+  /// Whether it goes on where it was interrupted.
+  bool resumes() const { return past_ != nullptr; }
+  /// Whether what was measured is taken for good: nothing speaks against going on.
+  bool has_gone_on() const { return gone_on_; }
+  /// What is done before it is seen what has moved: the arm has to be as warm as it was.
+  void before_going_on(std::function<Outcome<void>()> act) { before_going_on_ = std::move(act); }
+  /// At the end of one that had nothing left to measure.
+  Outcome<void> note_resumption();
+  /// Measures a point of before once more. The place where it should be now is looked at in a wide circle.
+  /// @return where the tracker sees it now, in its own frame; nothing where it does not
+  Outcome<std::optional<Eigen::Vector3d>> measure_again(StoredPoint before, Eigen::Vector3d p_W_mm);
+  /// Keeps the hash of what was identified, or compares it with that of before.
+  Outcome<void> keep_identified(std::string sha256);
 
   /// What the job returns, which may take long.
   template <typename Job>
@@ -112,23 +143,56 @@ class MeasuringSession {
   CampaignProgress progress() const;
   CampaignResult& result() { return *result_; }
   /// What there is so far to identify and to validate from.
-  MeasurementData data() const { return campaign_data(result_->points, config_); }
+  MeasurementData data() const { return campaign_data(result_->points, config_, result_->resumptions); }
   /// All points so far, with what nests and faces tell.
-  CorrectedPoints corrected() const { return corrected_points(result_->points, config_); }
+  CorrectedPoints corrected() const {
+    return corrected_points(result_->points, config_, result_->resumptions);
+  }
   std::shared_ptr<const CampaignResult> shared_result() const { return result_; }
 
  private:
   Outcome<void> prove_arm();
+  boost::asio::awaitable<StoreResult<void>> begin();
   Outcome<std::optional<MeasuringTarget>> substitute(MeasuringTarget failed);
-  struct Attempted {
-    StoredPoint point;
-    std::optional<StoredPoint> face1;  ///< where it was measured in both faces
-  };
-  CellDevices::Outcome<Attempted> attempt(MeasuringTarget target);
+  MeasuringTarget new_substitute(const MeasuringTarget& failed, const JointVector& q);
+  using Points = std::vector<StoredPoint>;
+  /// @return at least one of a reflector, each with its point in face 1 behind it where it was seen in both
+  CellDevices::Outcome<Points> attempt(MeasuringTarget target);
   CellDevices::Outcome<StoredPoint> attempt_beside(CellDevices::Sight sight);
-  Outcome<void> keep(Attempted attempted);
+  CellDevices::Outcome<JointVector> reach(MeasuringTarget target);
+  StoredPoint point_at(const MeasuringTarget& target, const JointVector& reached,
+                       const drivers::SmrPoint& measured, const std::string& smr) const;
+  /// @param smr  the reflector that is looked for; it is a nest, or the arm comes to the target first
+  CellDevices::Outcome<StoredPoint> attempt_again(MeasuringTarget target, CellDevices::Sight sight,
+                                                  std::string smr, bool is_nest);
+  bool in_two_faces(int pose) const;
+  /// Where the tracker sees now what it saw at p_mm when the campaign began.
+  Eigen::Vector3d now(const Eigen::Vector3d& p_mm) const;
+  StoredPoint seen_at_first(const StoredPoint& point) const {
+    return daemon::seen_at_first(point, result_->resumptions);
+  }
+
+  /// What a step came to before the interruption.
+  struct Before {
+    std::optional<StoredPoint> point;  ///< none: it was skipped
+  };
+  std::optional<Before> taken_before(const MeasuringTarget& target);
+  std::optional<StoredPoint> measured_before(int number, PointPurpose purpose, std::string_view smr = {});
+  bool skipped_before(int number);
+  /// Why the past does not follow from the plan.
+  std::optional<CampaignError> contradiction(const MeasuringTarget& target) const;
+  void begin_resumption(const std::string& time);
+  Outcome<void> go_on();
+  std::optional<CampaignError> other_arm() const;
+  /// @return the first of them
+  Outcome<StoredPoint> keep(Points points);
+  double count_deviation(const StoredPoint& point);
   /// On the disk first: what the arm moves on from is never lost.
   Outcome<StoredPoint> store(StoredPoint point);
+  /// Writes until the journal has it. Where there is no room the campaign pauses, and what is to be written
+  /// waits until somebody has made some and resumes it.
+  template <typename T>
+  Outcome<T> journalled(std::function<boost::asio::awaitable<StoreResult<T>>()> write);
   Outcome<void> recover(DeviceError error);
   boost::asio::awaitable<void> wait_while_paused();
   /// After the last attempt at a pose, which failed by `error`: pauses where so many in a row were lost.
@@ -146,8 +210,16 @@ class MeasuringSession {
   CampaignObserver& observer_;
   RunJob run_compute_;
   ArmMotion motion_;
+  ReflectorSearch search_;
   std::shared_ptr<CampaignResult> result_ = std::make_shared<CampaignResult>();
-  bool begun_ = false;  ///< in the journal
+  bool in_journal_ = false;  ///< or that failed
+  bool begun_ = false;       ///< the devices are known
+
+  std::shared_ptr<const CampaignPast> past_;
+  std::size_t past_left_ = 0;  ///< outcomes that were not taken yet
+  bool gone_on_ = false;
+  std::function<Outcome<void>()> before_going_on_;
+  std::set<int> in_plan_;  ///< numbers of the poses that the journal has
 
   CampaignProgress progress_;
   double error_sum_mm_ = 0;  ///< of this phase, since there is a good prediction
@@ -158,14 +230,32 @@ class MeasuringSession {
   std::shared_ptr<PoseSupply> poses_;
   int next_number_ = 1;  ///< of a pose
   int substitutes_ = 0;
-  CalibratedCell expected_;  ///< where the reflector is looked for
-  bool placement_known_ = false;
-  double reach_ = 1;
-
   int lost_in_row_ = 0;  ///< poses that were tried for the last time and failed
   int last_lost_ = 0;    ///< the last of them
   bool paused_ = false;
   Signal resumed_;
 };
+
+template <typename T>
+MeasuringSession::Outcome<T> MeasuringSession::journalled(
+    std::function<boost::asio::awaitable<StoreResult<T>>()> write) {
+  for (;;) {
+    auto written = co_await write();
+    if (written) {
+      if constexpr (std::is_void_v<T>)
+        co_return std::expected<void, CampaignError>{};
+      else
+        co_return *std::move(written);
+    }
+    const StoreError error = written.error();
+    observer_.on_store_failed(error);
+    if (!error.may_pass) co_return std::unexpected(store_failed(error));
+    paused_ = true;
+    observer_.on_paused("paused, with the last point in memory: " + error.detail +
+                        "; then acknowledge, and resume the campaign");
+    tell_progress();
+    co_await wait_while_paused();
+  }
+}
 
 }  // namespace truepose::daemon

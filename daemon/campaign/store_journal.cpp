@@ -32,13 +32,25 @@ json::object range_json(const std::vector<StoredPoint>& points, double StoredPoi
   return {{"min", min.*quantity}, {"max", max.*quantity}};
 }
 
+/// "Campaign 0f8418ae, started by Anna: after the new gripper"
+std::string campaign_text(const CampaignRecord& record) {
+  std::string text = "Campaign " + record.id.substr(0, 8);
+  if (!record.started_by.empty()) text += ", started by " + record.started_by;
+  if (!record.note.empty()) text += ": " + record.note;
+  return text;
+}
+
 std::size_t poses_of(const std::vector<StoredPoint>& points) {
   std::set<int> poses;
   for (const StoredPoint& point : points) {
-    if (point.purpose != PointPurpose::Reference && point.purpose != PointPurpose::Nest)
-      poses.insert(point.pose);
+    if (is_pose(point.purpose) && point.purpose != PointPurpose::Reference) poses.insert(point.pose);
   }
   return poses.size();
+}
+
+/// The campaign that measured.
+const CampaignRecord& measured_in(const StoreJournal::Options& options, const CampaignRecord& record) {
+  return options.source ? *options.source : record;
 }
 
 /// Under which conditions a campaign measured: {"started","ended","poses_measured","poses_skipped",
@@ -61,14 +73,16 @@ json::object conditions_document(const CampaignResult& result, const CampaignRec
 
 /// How a campaign of the cell chooses its poses and identifies, in words: {"Poses planned": "30 to identify,
 /// 30 to validate", ...}.
-json::object options_document(const config::CellConfig& config) {
+json::object options_document(const StoreJournal::Options& of) {
+  const config::CellConfig& config = of.config;
   constexpr std::array<std::string_view, 3> kCriteria{"D", "A", "I"};
   const config::CampaignConfig& campaign = config.campaign;
-  json::object options{
-      {"Poses planned", std::to_string(campaign.identify_poses) + " to identify, " +
-                            std::to_string(campaign.validate_poses) + " to validate"},
-      {"Poses chosen", std::string{kCriteria[static_cast<std::size_t>(campaign.criterion)]} +
-                           "-optimal, of " + std::to_string(campaign.candidates) + " candidates"}};
+  json::object options;
+  if (!of.source)
+    options = {{"Poses planned", std::to_string(campaign.identify_poses) + " to identify, " +
+                                     std::to_string(campaign.validate_poses) + " to validate"},
+               {"Poses chosen", std::string{kCriteria[static_cast<std::size_t>(campaign.criterion)]} +
+                                    "-optimal, of " + std::to_string(campaign.candidates) + " candidates"}};
   for (auto& option : record::options_json(config::calibrate_options(config)))
     options[option.key()] = std::move(option.value());
   return options;
@@ -83,10 +97,21 @@ json::array skipped_document(const CampaignResult& result) {
   return list;
 }
 
+/// [{"interrupted","resumed","found"}]: when it was interrupted and went on, and what had become of the cell.
+json::array interruptions_document(const CampaignResult& result) {
+  json::array list;
+  for (const Resumption& resumption : result.resumptions)
+    list.push_back(json::object{{"interrupted", resumption.interrupted},
+                                {"resumed", resumption.resumed},
+                                {"found", resumption.found}});
+  return list;
+}
+
 /// Errors of the points measured again (wanted minus measured, as in "points"), with the numbers of their
 /// validation poses.
 json::array remeasured_document(const CampaignResult& result, const config::CellConfig& config) {
-  const std::vector<StoredPoint> corrected = corrected_points(result.points, config).points;
+  const std::vector<StoredPoint> corrected =
+      corrected_points(result.points, config, result.resumptions).points;
   json::array points;
   for (const auto& [point, error_mm] : result.as<CalibrationResult>().remeasured_points) {
     const auto before = std::ranges::find_if(corrected, [&](const StoredPoint& other) {
@@ -156,20 +181,23 @@ json::object iso9283_document_of(const Iso9283Test& test) {
 /// The document that reports are made of: that of the calibration, what measuring again has shown, and how it
 /// was measured.
 json::object calibration_document_of(const CampaignResult& result, const CampaignRecord& record,
-                                     const config::CellConfig& config) {
+                                     const StoreJournal::Options& of) {
+  const config::CellConfig& config = of.config;
   const auto& found = result.as<CalibrationResult>();
-  const MeasurementData data = campaign_data(result.points, config);
+  const MeasurementData data = campaign_data(result.points, config, result.resumptions);
   json::object document = record::calibration_document(found.calibration, data, found.elapsed_s);
-  document["campaign"] = "Campaign " + record.id.substr(0, 8);
+  document["campaign"] =
+      campaign_text(record) + (of.source ? ", of the points of campaign " + of.source->id.substr(0, 8) : "");
   document["robot"] = record.robot_model + ", serial " + record.robot_serial;
   document["tracker"] = record.tracker_model + ", serial " + record.tracker_serial;
   document["model"] = record.model_id;
   document["date"] = record.ended;
-  document["options"] = options_document(config);
+  document["options"] = options_document(of);
   document["verdict"] = record::verdict_json(found.verdict);
   document["noise"] = record::noise_json(*config::calibrate_options(config).noise);
-  document["conditions"] = conditions_document(result, record);
+  document["conditions"] = conditions_document(result, measured_in(of, record));
   document["skipped"] = skipped_document(result);
+  if (!result.resumptions.empty()) document["interruptions"] = interruptions_document(result);
   if (found.remeasured) {
     document["remeasured"] = record::statistics_json(*found.remeasured);
     document["remeasured_points"] = remeasured_document(result, config);
@@ -188,15 +216,16 @@ json::object drift_document_of(const DriftResult& drift, std::span<const Measure
 }
 
 std::string document_of(const CampaignResult& result, const CampaignRecord& record,
-                        const config::CellConfig& config) {
+                        const StoreJournal::Options& of) {
+  const config::CellConfig& config = of.config;
   if (const auto* drift = std::get_if<DriftResult>(&result.findings))
-    return control::json_text(
-        drift_document_of(*drift, numbered_points(corrected_points(result.points, config).points)));
+    return control::json_text(drift_document_of(
+        *drift, numbered_points(corrected_points(result.points, config, result.resumptions).points)));
   if (const auto* targets = std::get_if<TargetsResult>(&result.findings))
     return control::json_text(targets_document(*targets, config.robot.model));
   if (const auto* test = std::get_if<Iso9283Test>(&result.findings))
     return control::json_text(iso9283_document_of(*test));
-  return control::json_text(calibration_document_of(result, record, config));
+  return control::json_text(calibration_document_of(result, record, of));
 }
 
 config::ModelFile updated_model_of(const DriftResult& drift, const std::string& created) {
@@ -228,18 +257,64 @@ StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, 
       store_{store},
       store_thread_{store_thread},
       wall_clock_{std::move(wall_clock)} {
-  record_.id = options_.campaign_id;
-  record_.kind = options_.kind;
+  if (options_.interrupted) record_ = *options_.interrupted;
+  if (options_.interrupted) {
+    record_ = *options_.interrupted;
+    record_.reason.clear();
+    record_.ended.clear();
+    begun_ = true;
+  } else {
+    record_.id = options_.campaign_id;
+    record_.kind = options_.kind;
+    record_.started = control::rfc3339(wall_clock_());
+    record_.started_by = options_.started_by;
+    record_.note = options_.note;
+    record_.validate = options_.validate;
+    if (options_.source) record_.points_of = options_.source->id;
+  }
   record_.state = "running";
-  record_.started = control::rfc3339(wall_clock_());
 }
 
-asio::awaitable<StoreResult<void>> StoreJournal::begin(Identities identities) {
+asio::awaitable<StoreResult<std::string>> StoreJournal::begin(int total) {
+  const bool resumes = options_.interrupted.has_value();
+  const std::string time = resumes ? control::rfc3339(wall_clock_()) : record_.started;
+  auto job = [this, resumes, total, record = record_] {
+    return resumes ? store_.plans().resume(record.id) : store_.begin_campaign(record, options_.order, total);
+  };
+  auto begun = co_await store_thread_.ask(job);
+  if (!begun) co_return std::unexpected(begun.error());
+  begun_ = true;
+  co_return time;
+}
+
+asio::awaitable<StoreResult<void>> StoreJournal::know(Identities identities) {
   record_.robot_model = identities.robot.model;
   record_.robot_serial = identities.robot.serial;
   record_.tracker_model = identities.tracker.model;
   record_.tracker_serial = identities.tracker.serial;
-  auto job = [this, record = record_] { return store_.begin_campaign(record); };
+  auto job = [this, record = record_] { return store_.plans().keep_identities(record); };
+  auto kept = co_await store_thread_.ask(job);
+  co_return kept;
+}
+
+asio::awaitable<StoreResult<void>> StoreJournal::add_planned(std::vector<PlannedPose> poses, int total) {
+  if (options_.order.empty()) co_return StoreResult<void>{};
+  auto job = [this, poses = std::move(poses), total] {
+    return store_.plans().add_planned(options_.campaign_id, poses, total);
+  };
+  auto kept = co_await store_thread_.ask(job);
+  co_return kept;
+}
+
+asio::awaitable<StoreResult<void>> StoreJournal::add_identified(std::string sha256) {
+  if (options_.order.empty()) co_return StoreResult<void>{};
+  auto job = [this, sha256] { return store_.plans().keep_identified(options_.campaign_id, sha256); };
+  auto kept = co_await store_thread_.ask(job);
+  co_return kept;
+}
+
+asio::awaitable<StoreResult<void>> StoreJournal::add_resumption(Resumption resumption) {
+  auto job = [this, resumption] { return store_.plans().add_resumption(options_.campaign_id, resumption); };
   auto kept = co_await store_thread_.ask(job);
   co_return kept;
 }
@@ -263,7 +338,9 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
   record_.ended = control::rfc3339(wall_clock_());
   record_.state = "done";
   if (error) {
-    record_.state = error->fault == CampaignFault::Aborted ? "aborted" : "failed";
+    record_.state = error->interrupted                       ? "interrupted"
+                    : error->fault == CampaignFault::Aborted ? "aborted"
+                                                             : "failed";
     record_.reason = error->detail;
   }
   const auto* calibrated = result ? std::get_if<CalibrationResult>(&result->findings) : nullptr;
@@ -275,18 +352,28 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
   if (calibrated || updated) record_.model_id = options_.model_id;
   // There, because making the document takes longer than the event loop may be held.
   auto document = [record = record_, result, this] {
-    return result ? document_of(*result, record, options_.config) : std::string{};
+    return result ? document_of(*result, record, options_) : std::string{};
   };
   record_.document = co_await store_thread_.ask(document);
-  auto job = [this, record = record_, result, calibrated, updated, activate] {
+  auto make_model = [this, ended = record_.ended, result, calibrated, updated, activate] {
     std::optional<ModelRecord> model;
     if (calibrated) model = model_of(*result, calibrated_model(*result), activate);
-    if (updated)
-      model = model_of(*result, updated_model_of(result->as<DriftResult>(), record.ended), activate);
-    return store_.end_campaign(record, model);
+    if (updated) model = model_of(*result, updated_model_of(result->as<DriftResult>(), ended), activate);
+    return model;
+  };
+  model_ = co_await store_thread_.ask(make_model);
+  auto kept = co_await end_again();
+  co_return kept;
+}
+
+asio::awaitable<StoreResult<void>> StoreJournal::end_again() {
+  auto job = [this, record = record_, model = model_, begun = begun_] {
+    // Of one that could not even be begun, all that there is.
+    return begun ? store_.end_campaign(record, model) : store_.begin_campaign(record);
   };
   auto kept = co_await store_thread_.ask(job);
-  activated_ = kept && activate;
+  ended_ = kept.has_value();
+  activated_ = kept && model_ && model_->active;
   co_return kept;
 }
 
@@ -303,12 +390,14 @@ config::ModelFile StoreJournal::calibrated_model(const CampaignResult& result) c
   file.noise = found.noise;
   file.validation_distances2 = found.validation_distances2;
   if (validate) file.validation_mean_mm = validate->after.mean;
-  file.validation =
-      config::validation_points(as_fitted(found.calibration, campaign_data(result.points, options_.config)));
+  file.validation = config::validation_points(
+      as_fitted(found.calibration, campaign_data(result.points, options_.config, result.resumptions)));
   file.largest_correction_deg =
       largest_correction(options_.config.robot.model, file.cell, config::poses_of(file.validation)) *
       kDegPerRad;
-  return file;
+  if (result.resumptions.empty()) return file;
+  // Whoever works with the model does so with the tracker as it stands now.
+  return config::seen_from(std::move(file), result.resumptions.back().X_first_now.inverse());
 }
 
 ModelRecord StoreJournal::model_of(const CampaignResult& result, const config::ModelFile& file,

@@ -2,8 +2,10 @@
 
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "config/cell_config.hpp"
 #include "config/model_file.hpp"
@@ -21,22 +23,37 @@ class StoreJournal final : public CampaignJournal {
 
   struct Options {
     std::string campaign_id;    ///< UUID
+    std::string order{};        ///< as order_text(): what it is to do, so that it may go on
     std::string model_id;       ///< UUID of the model, should one come of it
     config::CellConfig config;  ///< the campaign's
     std::string_view kind = kCampaignKinds.front();
     bool activate = true;  ///< the model, if it beats the nominal arm on the validation poses
                            ///< and nothing contradicts it
+    std::string started_by{};  ///< the name of who did
+    std::string note{};        ///< his words for it
+    /// The campaign whose points are identified anew; none: they are measured.
+    std::optional<CampaignRecord> source{};
+    std::optional<std::vector<int>> validate{};  ///< of that: the poses that validate; none: as measured
+    std::optional<CampaignRecord> interrupted{};  ///< that goes on; none: one begins
   };
 
   /// @param store_thread  the only one that touches `store`
   StoreJournal(Options options, Store& store, Worker& store_thread, WallClock wall_clock);
 
-  boost::asio::awaitable<StoreResult<void>> begin(Identities identities) override;
+  boost::asio::awaitable<StoreResult<std::string>> begin(int total) override;
+  boost::asio::awaitable<StoreResult<void>> know(Identities identities) override;
+  boost::asio::awaitable<StoreResult<void>> add_planned(std::vector<PlannedPose> poses, int total) override;
   boost::asio::awaitable<StoreResult<StoredPoint>> add_point(StoredPoint point) override;
   boost::asio::awaitable<StoreResult<void>> add_skipped(SkippedPose skipped) override;
+  boost::asio::awaitable<StoreResult<void>> add_identified(std::string sha256) override;
+  boost::asio::awaitable<StoreResult<void>> add_resumption(Resumption resumption) override;
   boost::asio::awaitable<StoreResult<void>> end(std::shared_ptr<const CampaignResult> result,
                                                 std::optional<CampaignError> error) override;
 
+  /// Writes the end once more that the store could not take.
+  boost::asio::awaitable<StoreResult<void>> end_again();
+  /// The end is in the store.
+  bool ended() const { return ended_; }
   const CampaignRecord& record() const { return record_; }
   bool activated() const { return activated_; }
 
@@ -50,7 +67,9 @@ class StoreJournal final : public CampaignJournal {
   Worker& store_thread_;
   WallClock wall_clock_;
   CampaignRecord record_;
-  bool activated_ = false;
+  std::optional<ModelRecord> model_;  ///< that it came to, from its end on
+  bool begun_ = false;  ///< the store knows the campaign
+  bool ended_ = false, activated_ = false;
 };
 
 }  // namespace truepose::daemon

@@ -41,9 +41,7 @@ std::expected<std::vector<config::ValidationPoint>, std::string> validation_poin
 
 /// Whether what nests and faces told may have corrected the points.
 bool measured_beside(std::span<const StoredPoint> points) {
-  return std::ranges::any_of(points, [](const StoredPoint& point) {
-    return point.purpose == PointPurpose::Nest || point.purpose == PointPurpose::Face1;
-  });
+  return std::ranges::any_of(points, [](const StoredPoint& point) { return !is_pose(point.purpose); });
 }
 
 /// The store keeps points as they were measured. Where they were corrected, the model has them.
@@ -124,6 +122,7 @@ Scene known_scene(const config::CellConfig& config, const CalibratedCell& model)
   scene.sight.X_WB = model.base.isometry();
   scene.sight.p_FS_mm = model.reflectors.front().p_FS_mm;
   scene.sight.acceptance_rad = config.reflector.acceptance_deg * kRadPerDeg;
+  scene.sight.further.clear();
   scene.limit_margin_rad = scene.limit_margin_mm = scene.wrist_margin_rad = 0;
   return scene;
 }

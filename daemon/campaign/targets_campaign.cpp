@@ -115,7 +115,11 @@ CampaignOutcome<void> TargetsCampaign::prepare() {
     return starts;
   };
   starts_ = co_await session_.compute(job);
-  co_return Done{};
+  std::vector<MeasuringTarget> kept = targets_;
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    if (starts_[i].refusal.empty()) kept[i].q_commanded = starts_[i].q;
+  Done done = co_await session_.keep_plan(std::move(kept));
+  co_return done;
 }
 
 CampaignOutcome<void> TargetsCampaign::close_in(MeasuringTarget target, Start start) {

@@ -1,8 +1,13 @@
 #include "daemon/cell/campaign_archive.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <sstream>
 #include <utility>
 
+#include "config/measurement_file.hpp"
+#include "daemon/campaign/campaign_past.hpp"
+#include "daemon/cell/file_part.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/arm_document.hpp"
 
@@ -39,6 +44,8 @@ std::expected<PointsRequest, RpcError> points_request(const json::object& params
 
 json::value id_or_null(const std::string& text) { return text.empty() ? json::value{} : json::value(text); }
 
+}  // namespace
+
 json::object campaign_json(const CampaignRecord& record) {
   return {{"id", record.id},
           {"kind", record.kind},
@@ -50,11 +57,24 @@ json::object campaign_json(const CampaignRecord& record) {
           {"robot_serial", record.robot_serial},
           {"tracker_model", record.tracker_model},
           {"tracker_serial", record.tracker_serial},
-          {"model_id", id_or_null(record.model_id)}};
+          {"model_id", id_or_null(record.model_id)},
+          {"by", id_or_null(record.started_by)},
+          {"note", record.note},
+          {"points_of", id_or_null(record.points_of)}};
 }
+
+namespace {
 
 json::object skipped_json(const SkippedPose& skipped) {
   return {{"pose", skipped.pose}, {"reason", skipped.reason}, {"attempts", skipped.attempts}};
+}
+
+json::array interruptions_json(const std::vector<Resumption>& resumptions) {
+  json::array list;
+  for (const Resumption& once : resumptions)
+    list.push_back(
+        json::object{{"interrupted", once.interrupted}, {"resumed", once.resumed}, {"found", once.found}});
+  return list;
 }
 
 json::object point_json(const RobotModel& robot, const StoredPoint& point) {
@@ -67,6 +87,56 @@ json::object point_json(const RobotModel& robot, const StoredPoint& point) {
           {"p_mm", vector_json(point.p_WS_mm)},
           {"std_mm", vector_json(point.std_mm)},
           {"time", point.time}};
+}
+
+// What leaves room in a line for the rest of an answer; the ends of lines take two bytes each in JSON.
+constexpr std::size_t kMostBytes = 48 * 1024;
+
+/// A part of a campaign's points.
+struct PointsPage {
+  json::value content;  ///< a list of points, or lines of CSV
+  std::size_t count = 0, total = 0;
+};
+
+/// As many of some points as fit into a line.
+PointsPage points_of(json::array points, std::size_t total) {
+  json::array page;
+  std::size_t bytes = 0;
+  for (json::value& point : points) {
+    bytes += control::json_text(point).size() + 1;
+    if (bytes > kMostBytes) break;
+    page.push_back(std::move(point));
+  }
+  const std::size_t count = page.size();
+  return {std::move(page), count, total};
+}
+
+/// A file line by line, the header first.
+std::vector<std::string> rows_of_file(const std::string& text) {
+  std::istringstream file{text};
+  std::vector<std::string> rows;
+  for (std::string row; std::getline(file, row);) rows.push_back(row + "\n");
+  return rows;
+}
+
+/// As many rows as fit into a line. The first page has the header too.
+PointsPage rows_of(const std::vector<std::string>& rows, std::size_t offset, std::size_t limit) {
+  PointsPage page{.content = {}, .total = rows.size() - 1};
+  std::string csv = offset == 0 ? rows.front() : "";
+  for (std::size_t i = offset + 1; i < rows.size() && page.count < limit; ++i, ++page.count) {
+    if (csv.size() + rows[i].size() > kMostBytes) break;
+    csv += rows[i];
+  }
+  page.content = std::move(csv);
+  return page;
+}
+
+json::array points_json(const std::vector<StoredPoint>& points, const RobotModel& robot, std::size_t offset,
+                        std::size_t limit) {
+  json::array page;
+  for (std::size_t i = offset; i < points.size() && page.size() < limit; ++i)
+    page.push_back(point_json(robot, points[i]));
+  return page;
 }
 
 /// Leaves of the document's lists of points and poses what lies in the page.
@@ -100,31 +170,61 @@ json::object documents_json(const CampaignRecord& record, bool with_points) {
 
 json::array vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-std::string_view purpose_name(PointPurpose purpose) {
-  switch (purpose) {
-    case PointPurpose::Identify:
-      return "identify";
-    case PointPurpose::Validate:
-      return "validate";
-    case PointPurpose::Reference:
-      return "reference";
-    case PointPurpose::Remeasure:
-      return "remeasure";
-    case PointPurpose::Target:
-      return "target";
-    case PointPurpose::Cycle:
-      return "cycle";
-    case PointPurpose::Nest:
-      return "nest";
-    case PointPurpose::Face1:
-      return "face1";
-  }
-  return "remeasure";
+StoreResult<std::optional<StoredCampaign>> read_campaign(Store& store, const std::string& id) {
+  auto record = id.empty() ? store.last_campaign() : store.campaign(id);
+  if (!record) return std::unexpected(record.error());
+  if (!*record) return std::nullopt;
+  auto points = store.points((*record)->id);
+  if (!points) return std::unexpected(points.error());
+  auto skipped = store.skipped((*record)->id);
+  if (!skipped) return std::unexpected(skipped.error());
+  const bool of_its_own = (*record)->points_of.empty();
+  auto resumptions = store.plans().resumptions(of_its_own ? (*record)->id : (*record)->points_of);
+  if (!resumptions) return std::unexpected(resumptions.error());
+  return StoredCampaign{**std::move(record), *std::move(points), *std::move(skipped),
+                        *std::move(resumptions)};
+}
+
+json::object campaign_answer(const StoredCampaign& campaign, const RobotModel& robot, std::size_t offset,
+                             std::size_t limit) {
+  json::array skipped;
+  for (const SkippedPose& pose : campaign.skipped) skipped.push_back(skipped_json(pose));
+  json::object documents = documents_json(campaign.record, limit > 0);
+  return {{"campaign", campaign_json(campaign.record)},
+          {"progress", nullptr},
+          {"skipped", std::move(skipped)},
+          {"interruptions", interruptions_json(campaign.resumptions)},
+          {"drift", documents["drift"]},
+          {"targets", documents["targets"]},
+          {"iso9283", documents["iso9283"]},
+          {"points_total", campaign.points.size()},
+          {"points", points_json(campaign.points, robot, offset, limit)}};
+}
+
+std::expected<json::object, RpcError> report_answer(const std::optional<CampaignRecord>& record,
+                                                    std::size_t offset, std::size_t limit) {
+  if (!record || record->document.empty() || record->kind != "calibration")
+    return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign, or it has no report"});
+  auto document = control::parse_json(record->document);
+  if (!document)
+    return std::unexpected(RpcError{ErrorCode::Internal, "the stored document: " + document.error()});
+  const std::size_t total = page_points(document->as_object(), offset, limit);
+  return json::object{{"id", record->id}, {"document", *std::move(document)}, {"points_total", total}};
+}
+
+std::string measurements_csv(const StoredCampaign& campaign, const RobotModel& robot) {
+  std::vector<StoredPoint> points = campaign.points;
+  for (StoredPoint& point : points) point = seen_at_first(std::move(point), campaign.resumptions);
+  std::ostringstream text;
+  config::write_measurements(text, measurement_data(points, {}), robot);
+  return text.str();
 }
 
 std::vector<Method<CampaignArchive>> CampaignArchive::methods() {
   return {{"campaign.list", &CampaignArchive::list},
           {"campaign.get", &CampaignArchive::get},
+          {"campaign.points", &CampaignArchive::points},
+          {"campaign.export", &CampaignArchive::measurements},
           {"report.get", &CampaignArchive::report}};
 }
 
@@ -138,51 +238,77 @@ MethodReply CampaignArchive::list(json::object params) {
   co_return json::object{{"campaigns", page.of(*records, &campaign_json)}, {"total", records->size()}};
 }
 
-/// @param id  empty: the last one
-StoreResult<CampaignArchive::Found> CampaignArchive::read(const std::string& id) {
-  auto record = id.empty() ? parts_.store.last_campaign() : parts_.store.campaign(id);
-  if (!record) return std::unexpected(record.error());
-  if (!*record) return Found{};
-  auto points = parts_.store.points((*record)->id);
-  if (!points) return std::unexpected(points.error());
-  auto skipped = parts_.store.skipped((*record)->id);
-  if (!skipped) return std::unexpected(skipped.error());
-  return Found{**std::move(record), *std::move(points), *std::move(skipped)};
-}
-
-json::array CampaignArchive::points_json(const std::vector<StoredPoint>& points, std::size_t offset,
-                                         std::size_t limit) const {
-  json::array page;
-  for (std::size_t i = offset; i < points.size() && page.size() < limit; ++i)
-    page.push_back(point_json(parts_.config.robot.model, points[i]));
-  return page;
-}
-
 MethodReply CampaignArchive::get(json::object params) {
   const auto request = points_request(params, kMostStoredPoints);
   if (!request) co_return std::unexpected(request.error());
   const auto before = current_();
   const std::string wanted =
       request->id.empty() && before && before->running ? before->record.id : request->id;
-  auto job = [this, wanted] { return read(wanted); };
-  auto found = co_await parts_.store_thread.ask(job);
-  if (!found) co_return std::unexpected(store_unusable(found.error()));
+  auto job = [this, wanted] { return read_campaign(parts_.store, wanted); };
+  auto read = co_await parts_.store_thread.ask(job);
+  if (!read) co_return std::unexpected(store_unusable(read.error()));
+  StoredCampaign found = read->value_or(StoredCampaign{});
   // It may have ended since it was read.
   const auto current = current_();
-  if (current && current->record.id == wanted) found->record = current->record;
-  if (!found->record) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
-  json::array skipped;
-  for (const SkippedPose& pose : found->skipped) skipped.push_back(skipped_json(pose));
-  json::object documents = documents_json(*found->record, request->limit > 0);
-  const bool running = current && current->running && current->record.id == found->record->id;
-  co_return json::object{{"campaign", campaign_json(*found->record)},
-                         {"progress", running ? current->progress : json::value{}},
-                         {"skipped", std::move(skipped)},
-                         {"drift", documents["drift"]},
-                         {"targets", documents["targets"]},
-                         {"iso9283", documents["iso9283"]},
-                         {"points_total", found->points.size()},
-                         {"points", points_json(found->points, request->offset, request->limit)}};
+  const bool is_current = current && current->record.id == wanted;
+  if (is_current) found.record = current->record;
+  if (!*read && !is_current) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
+  json::object answer = campaign_answer(found, parts_.config.robot.model, request->offset, request->limit);
+  if (current && current->running && current->record.id == found.record.id)
+    answer["progress"] = current->progress;
+  co_return answer;
+}
+
+MethodReply CampaignArchive::measurements(json::object params) {
+  ParamReader reader{params};
+  const std::string id = reader.text("id").value_or("");
+  const auto offset = static_cast<std::size_t>(reader.integer("offset", 0, INT64_MAX).value_or(0));
+  if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
+  // Reading and writing it anew for each part takes a few milliseconds of a thread that has them.
+  auto job = [this, id]() -> StoreResult<std::optional<std::pair<std::string, std::string>>> {
+    auto found = read_campaign(parts_.store, id);
+    if (!found) return std::unexpected(found.error());
+    if (!*found) return std::nullopt;
+    return std::pair{(*found)->record.id, measurements_csv(**found, parts_.config.robot.model)};
+  };
+  auto found = co_await parts_.store_thread.ask(job);
+  if (!found) co_return std::unexpected(store_unusable(found.error()));
+  if (!*found) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
+  const auto& [found_id, csv] = **found;
+  co_return json::object{
+      {"id", found_id}, {"offset", offset}, {"data", csv.substr(std::min(offset, csv.size()), kPart)}};
+}
+
+MethodReply CampaignArchive::points(json::object params) {
+  ParamReader reader{params};
+  std::string id = reader.text("id").value_or("");
+  const std::string format = reader.text("format").value_or("json");
+  const auto offset = static_cast<std::size_t>(reader.integer("offset", 0, kMostPoints).value_or(0));
+  const auto limit = static_cast<std::size_t>(reader.integer("limit", 1, 1000).value_or(1000));
+  if (format != "json" && format != "csv") reader.fail("format", "expected json or csv");
+  if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
+  const auto current = current_();
+  if (id.empty() && current && current->running) id = current->record.id;
+  auto job = [this, id] { return read_campaign(parts_.store, id); };
+  const auto read = co_await parts_.store_thread.ask(job);
+  if (!read) co_return std::unexpected(store_unusable(read.error()));
+  if (!*read) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
+  const StoredCampaign& found = **read;
+  const RobotModel& robot = parts_.config.robot.model;
+  const bool as_csv = format == "csv";
+  PointsPage page = as_csv ? rows_of(rows_of_file(measurements_csv(found, robot)), offset, limit)
+                           : points_of(points_json(found.points, robot, offset, limit), found.points.size());
+  if (as_csv && page.total == 0)
+    co_return std::unexpected(RpcError{
+        ErrorCode::NotFound, "the campaign has no points that identify or validate; ask for format json"});
+  const std::size_t end = offset + page.count;
+  json::object result{{"id", found.record.id},
+                      {"format", format},
+                      {"offset", offset},
+                      {"next", end < page.total ? json::value(end) : json::value{}},
+                      {"total", page.total}};
+  result[as_csv ? "csv" : "points"] = std::move(page.content);
+  co_return result;
 }
 
 MethodReply CampaignArchive::report(json::object params) {
@@ -193,14 +319,9 @@ MethodReply CampaignArchive::report(json::object params) {
   };
   auto found = co_await parts_.store_thread.ask(job);
   if (!found) co_return std::unexpected(store_unusable(found.error()));
-  const std::optional<CampaignRecord>& record = *found;
-  if (!record || record->document.empty() || record->kind != "calibration")
-    co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign, or it has no report"});
-  auto document = control::parse_json(record->document);
-  if (!document)
-    co_return std::unexpected(RpcError{ErrorCode::Internal, "the stored document: " + document.error()});
-  const std::size_t total = page_points(document->as_object(), request->offset, request->limit);
-  co_return json::object{{"id", record->id}, {"document", *std::move(document)}, {"points_total", total}};
+  auto answer = report_answer(*found, request->offset, request->limit);
+  if (!answer) co_return std::unexpected(answer.error());
+  co_return *std::move(answer);
 }
 
 }  // namespace truepose::daemon

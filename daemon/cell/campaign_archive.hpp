@@ -1,17 +1,43 @@
 #pragma once
 
+#include <expected>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "daemon/cell/service.hpp"
+#include "daemon/store/campaign_plan.hpp"
 
 namespace truepose::daemon {
 
-/// What a point was measured for, as clients know it.
-std::string_view purpose_name(PointPurpose purpose);
 boost::json::array vector_json(const Eigen::Vector3d& v);
+
+// What a store says of its campaigns, as the control protocol says it: by the daemon, and by whoever reads
+// its file without one.
+
+struct StoredCampaign {
+  CampaignRecord record;
+  std::vector<StoredPoint> points;
+  std::vector<SkippedPose> skipped;
+  std::vector<Resumption> resumptions;  ///< of the campaign that measured the points
+};
+
+/// @param id  empty: the last one
+/// @return nothing where there is none
+StoreResult<std::optional<StoredCampaign>> read_campaign(Store& store, const std::string& id);
+/// A row of campaign.list.
+boost::json::object campaign_json(const CampaignRecord& record);
+/// The answer of campaign.get, of a campaign that is not under way.
+boost::json::object campaign_answer(const StoredCampaign& campaign, const RobotModel& robot,
+                                    std::size_t offset, std::size_t limit);
+/// The answer of report.get.
+std::expected<boost::json::object, control::RpcError> report_answer(
+    const std::optional<CampaignRecord>& record, std::size_t offset, std::size_t limit);
+/// The points to identify and to validate from, as they were measured: a measurement file. Where
+/// the campaign was interrupted, all as the tracker would have seen them from where it stood at first.
+std::string measurements_csv(const StoredCampaign& campaign, const RobotModel& robot);
 
 /// The campaigns that the store has, with the one that is under way.
 class CampaignArchive {
@@ -30,19 +56,11 @@ class CampaignArchive {
   static std::vector<Method<CampaignArchive>> methods();
 
  private:
-  struct Found {
-    std::optional<CampaignRecord> record;
-    std::vector<StoredPoint> points;
-    std::vector<SkippedPose> skipped;
-  };
-
   MethodReply list(boost::json::object params);
   MethodReply get(boost::json::object params);
+  MethodReply measurements(boost::json::object params);
   MethodReply report(boost::json::object params);
-
-  StoreResult<Found> read(const std::string& id);
-  boost::json::array points_json(const std::vector<StoredPoint>& points, std::size_t offset,
-                                 std::size_t limit) const;
+  MethodReply points(boost::json::object params);
 
   CellParts parts_;
   std::function<std::optional<Current>()> current_;

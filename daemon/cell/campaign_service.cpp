@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/uuid/random_generator.hpp>
-#include <boost/uuid/uuid_io.hpp>
 #include <limits>
 #include <utility>
 
 #include "config/cell_setup.hpp"
 #include "core/arm/joint_units.hpp"
+#include "daemon/cell/new_uuid.hpp"
 #include "daemon/cell/target_service.hpp"
 #include "daemon/log/log.hpp"
 
@@ -23,8 +22,7 @@ namespace {
 
 // The document of so many fits into one line of the protocol.
 constexpr std::size_t kMostTargets = 100;
-
-std::string new_uuid() { return boost::uuids::to_string(boost::uuids::random_generator{}()); }
+constexpr std::size_t kLongestNote = 500;
 
 void read_seed(ParamReader& read, config::CampaignConfig& campaign) {
   const auto seed = read.integer("seed", 0, std::numeric_limits<std::int64_t>::max());
@@ -54,7 +52,8 @@ PointPurpose purpose_in(CampaignPhase phase) {
 }  // namespace
 
 CampaignService::Run::Run(StoreJournal::Options options, const CellParts& parts, CampaignDevices devices,
-                          CampaignObserver& observer, CampaignOrder order)
+                          CampaignObserver& observer, CampaignOrder order,
+                          std::shared_ptr<const CampaignPast> past)
     : journal{options, parts.store, parts.store_thread, parts.wall_clock},
       campaign{
           options.config,
@@ -62,11 +61,13 @@ CampaignService::Run::Run(StoreJournal::Options options, const CellParts& parts,
           journal,
           observer,
           [&worker = parts.compute_thread](std::function<void()> job) { return worker.run(std::move(job)); },
-          std::move(order)} {}
+          std::move(order),
+          std::move(past)} {}
 
-CampaignService::CampaignService(const CellParts& parts, CellRunner& runner, DeviceService& devices,
-                                 ModelService& models)
-    : parts_{parts}, runner_{runner}, devices_{devices}, models_{models} {
+CampaignService::CampaignService(const CellParts& parts, CellRunner& runner, StoreWatch& store,
+                                 DeviceService& devices, ModelService& models)
+    : parts_{parts}, runner_{runner}, store_{store}, devices_{devices}, models_{models} {
+  store_.when_usable([this] { return keep_end(); });
   runner_.on(CellCommand::PauseCampaign, [this](const std::string&) { run_->campaign.pause(); });
   runner_.on(CellCommand::ResumeCampaign, [this](const std::string&) { run_->campaign.resume(); });
   runner_.on(CellCommand::AbortCampaign, [this](const std::string& reason) { run_->campaign.abort(reason); });
@@ -82,32 +83,36 @@ std::vector<Method<CampaignService>> CampaignService::methods() {
 
 // To start one.
 
-MethodReply CampaignService::start(json::object params) {
+MethodReply CampaignService::start(json::object params, std::string by) {
   ParamReader read{params};
   const std::string kind = read.text("kind").value_or("calibration");
+  Starter starter{std::move(by), read.text("note", kLongestNote).value_or("")};
   params.erase("kind");
-  if (kind == "calibration") co_return start_calibration(params);
-  if (kind == "targets") co_return start_targets(params);
-  if (kind == "iso9283") co_return start_iso9283(params);
+  if (const json::value* note = params.if_contains("note"); note && note->is_string()) params.erase("note");
+  if (kind == "calibration") co_return start_calibration(params, std::move(starter));
+  if (kind == "targets") co_return start_targets(params, std::move(starter));
+  if (kind == "iso9283") co_return start_iso9283(params, std::move(starter));
   read.fail("kind", "expected calibration, targets or iso9283");
   co_return std::unexpected(*read.finish());
 }
 
-MethodResult CampaignService::start_calibration(const json::object& params) {
+MethodResult CampaignService::start_calibration(const json::object& params, Starter starter) {
   ParamReader read{params};
   config::CellConfig config = parts_.config;
   config::CampaignConfig& plan = config.campaign;
   read_count(read, "identify_poses", 5, 1000, plan.identify_poses);
   read_count(read, "validate_poses", 0, 1000, plan.validate_poses);
+  // Of fewer poses all come before the first fit.
+  plan.coarse_after = std::min(plan.coarse_after, plan.identify_poses);
   read_seed(read, plan);
   plan.remeasure = read.boolean("remeasure").value_or(plan.remeasure);
   const bool activate = read.boolean("activate").value_or(true);
   if (const auto why = config::too_few_poses(config)) read.fail("identify_poses", *why);
   if (auto wrong = read.finish()) return std::unexpected(*wrong);
-  return begin(config, CalibrationOrder{}, activate);
+  return begin(config, CalibrationOrder{}, std::move(starter), activate);
 }
 
-MethodResult CampaignService::start_targets(const json::object& params) {
+MethodResult CampaignService::start_targets(const json::object& params, Starter starter) {
   ParamReader read{params};
   config::CellConfig config = parts_.config;
   const RobotModel& nominal = config.robot.model;
@@ -126,6 +131,7 @@ MethodResult CampaignService::start_targets(const json::object& params) {
   const auto model = models_.needed();
   if (!model) return std::unexpected(model.error());
   order.cell = (*model)->cell;
+  order.model_id = (*model)->record.id;
   for (const auto& row : joints.value_or(std::vector<std::vector<double>>{}))
     order.targets.push_back(joints_from(row, nominal));
   if (poses) {
@@ -133,10 +139,10 @@ MethodResult CampaignService::start_targets(const json::object& params) {
     if (!reached) return std::unexpected(reached.error());
     order.targets = *std::move(reached);
   }
-  return begin(config, std::move(order));
+  return begin(config, std::move(order), std::move(starter));
 }
 
-MethodResult CampaignService::start_iso9283(const json::object& params) {
+MethodResult CampaignService::start_iso9283(const json::object& params, Starter starter) {
   ParamReader read{params};
   config::CellConfig config = parts_.config;
   Iso9283Order order{.cycles = config.iso9283.cycles};
@@ -148,39 +154,58 @@ MethodResult CampaignService::start_iso9283(const json::object& params) {
   const auto model = models_.needed();
   if (order.compensate && !model) return std::unexpected(model.error());
   if (model) order.cell = (*model)->cell;
-  return begin(config, std::move(order));
+  return begin(config, std::move(order), std::move(starter));
 }
 
-MethodReply CampaignService::drift_check(json::object params) {
+MethodReply CampaignService::drift_check(json::object params, std::string by) {
   ParamReader read{params};
   config::CellConfig config = parts_.config;
   read_count(read, "poses", 1, 1000, config.campaign.drift_poses);
   read_seed(read, config.campaign);
   const bool update = read.boolean("update").value_or(false);
   const bool activate = read.boolean("activate").value_or(false);
+  std::string note = read.text("note", kLongestNote).value_or("");
   if (activate && !update)
     read.fail("activate", "only a model that was updated can be activated: give update too");
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
   const auto model = models_.needed_for_drift();
   if (!model) co_return std::unexpected(model.error());
-  co_return begin(config, DriftOrder{*(*model)->drift_reference, update, (*model)->record}, activate);
+  co_return begin(config, DriftOrder{*(*model)->drift_reference, update, (*model)->record},
+                  {std::move(by), std::move(note)}, activate);
 }
 
-MethodResult CampaignService::begin(const config::CellConfig& config, CampaignOrder order, bool activate) {
+MethodResult CampaignService::begin(const config::CellConfig& config, CampaignOrder order, Starter starter,
+                                    bool activate) {
   StoreJournal::Options options{.campaign_id = new_uuid(),
-                                .model_id = new_uuid(),
+                                .order = order_text(order, config, activate),
+                                .model_id = {},
                                 .config = config,
                                 .kind = kind_name(order),
-                                .activate = activate};
-  if (auto refused = runner_.apply(CampaignStartRequested{options.campaign_id}, "asked for by an operator"))
-    return std::unexpected(*refused);
+                                .activate = activate,
+                                .started_by = std::move(starter.name),
+                                .note = std::move(starter.note)};
+  const CampaignStartRequested start{options.campaign_id};
+  const std::string by = options.started_by;
+  const auto launched = launch(std::move(options), std::move(order), start, by);
+  if (!launched) return std::unexpected(launched.error());
+  return json::object{{"id", run_->id()}, {"total", run_->campaign.progress().total}};
+}
+
+std::expected<void, RpcError> CampaignService::launch(StoreJournal::Options options, CampaignOrder order,
+                                                      const CellEvent& event, const std::string& by,
+                                                      std::shared_ptr<const CampaignPast> past) {
+  if (auto refused = store_.refusal()) return std::unexpected(*refused);
+  const char* const reason = past ? "resumed by an operator" : "asked for by an operator";
+  if (auto refused = runner_.apply(event, reason, by)) return std::unexpected(*refused);
+  options.model_id = new_uuid();
   CampaignObserver& observer = *this;
   const CampaignDevices devices{devices_.robot(), devices_.tracker(), parts_.clock};
-  run_ = std::make_shared<Run>(std::move(options), parts_, devices, observer, std::move(order));
+  run_ =
+      std::make_shared<Run>(std::move(options), parts_, devices, observer, std::move(order), std::move(past));
   asio::co_spawn(parts_.io, run(run_), [](std::exception_ptr failed) {
     if (failed) std::rethrow_exception(failed);
   });
-  return json::object{{"id", run_->id()}, {"total", run_->campaign.progress().total}};
+  return {};
 }
 
 // While it is under way, and at its end.
@@ -200,10 +225,13 @@ asio::awaitable<void> CampaignService::close(const Run& run, std::optional<Campa
   error ? log_warning(reason) : log_info(reason);
   const CampaignRecord& record = run.journal.record();
   if (!error && !record.reason.empty()) log_warning(record.reason);
+  if (record.state == "interrupted") co_await load_interrupted();
   if (error && error->fault == CampaignFault::Store) {
+    store_.failed({error->detail});
     runner_.apply(StoreFailed{"store: " + error->detail}, reason);
   } else {
-    if (!record.model_id.empty()) co_await models_.announce_made(record.model_id, run.journal.activated());
+    if (!record.model_id.empty())
+      co_await models_.announce_made(record.model_id, run.journal.activated(), record.started_by);
     runner_.apply(CampaignEnded{}, reason);
     if (error && (error->fault == CampaignFault::Device || error->fault == CampaignFault::WrongArm))
       runner_.apply(DeviceLost{error->detail}, reason);
@@ -212,29 +240,61 @@ asio::awaitable<void> CampaignService::close(const Run& run, std::optional<Campa
   parts_.events.publish(control::Topic::Campaign, progress_json());
 }
 
+/// What the store could not take at the end of the last campaign.
+asio::awaitable<void> CampaignService::keep_end() {
+  if (!run_ || !run_->ended || run_->journal.ended()) co_return;
+  const std::shared_ptr<Run> run = run_;
+  auto kept = co_await run->journal.end_again();
+  if (!kept) {
+    store_.failed(kept.error());
+    co_return;
+  }
+  if (run->journal.record().state == "interrupted") co_await load_interrupted();
+  const std::string model = run->journal.record().model_id;
+  const std::string by = run->journal.record().started_by;
+  if (!model.empty()) co_await models_.announce_made(model, run->journal.activated(), by);
+  parts_.events.publish(control::Topic::Campaign, progress_json());
+}
+
 MethodResult CampaignService::request(const json::object& params, const CellEvent& event,
-                                      const std::string& reason) {
-  if (auto refused = runner_.request(params, event, reason)) return std::unexpected(*refused);
+                                      const std::string& reason, const std::string& by) {
+  if (auto refused = runner_.request(params, event, reason, by)) return std::unexpected(*refused);
   return progress_json();
 }
 
-MethodReply CampaignService::pause(json::object params) {
-  co_return request(params, CampaignPauseRequested{}, "paused by an operator");
+MethodReply CampaignService::pause(json::object params, std::string by) {
+  co_return request(params, CampaignPauseRequested{}, "paused by an operator", by);
 }
 
-MethodReply CampaignService::resume(json::object params) {
-  co_return request(params, CampaignResumeRequested{}, "resumed by an operator");
+MethodReply CampaignService::resume(json::object params, std::string by) {
+  if (auto refused = store_.refusal()) co_return std::unexpected(*refused);
+  ParamReader read{params};
+  const std::string id = read.text("id").value_or("");
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  if (!id.empty() && !(running() && id == run_->id())) {
+    MethodResult resumed = co_await resume_interrupted(id, by);
+    co_return resumed;
+  }
+  if (id.empty() && !runner_.in<Paused>()) co_return std::unexpected(nothing_paused());
+  co_return request({}, CampaignResumeRequested{id}, "resumed by an operator", by);
 }
 
-MethodReply CampaignService::abort(json::object params) {
-  const MethodResult accepted = request(params, CampaignAbortRequested{}, "aborted by an operator");
+MethodReply CampaignService::abort(json::object params, std::string by) {
+  ParamReader read{params};
+  const std::string id = read.text("id").value_or("");
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  if (!id.empty() && !(running() && id == run_->id())) {
+    MethodResult aborted = co_await abort_interrupted(id);
+    co_return aborted;
+  }
+  const MethodResult accepted = request({}, CampaignAbortRequested{}, "aborted by an operator", by);
   if (!accepted) co_return accepted;
   while (running()) co_await runner_.changed();
   co_return progress_json();
 }
 
-void CampaignService::abort(const std::string& reason) {
-  if (run_) run_->campaign.abort(reason);
+void CampaignService::interrupt(const std::string& reason) {
+  if (run_) run_->campaign.interrupt(reason);
 }
 
 // What clients are told.
@@ -272,7 +332,12 @@ void CampaignService::on_skipped(const SkippedPose& skipped, const CampaignProgr
   on_progress(progress);
 }
 
-void CampaignService::on_trouble(const std::string& sentence) { log_warning(sentence); }
+void CampaignService::on_trouble(const std::string& sentence) {
+  log_warning(sentence);
+  json::object progress = progress_json();
+  progress["trouble"] = sentence;
+  parts_.events.publish(control::Topic::Campaign, progress);
+}
 
 void CampaignService::on_waiting(CellDevice device, const std::string& reason) {
   runner_.await(device, reason);
@@ -302,6 +367,10 @@ json::object CampaignService::progress_json() const {
 }
 
 json::value CampaignService::json() const { return running() ? progress_json() : json::value{}; }
+
+std::optional<CampaignProgress> CampaignService::progress() const {
+  return running() ? std::optional{run_->campaign.progress()} : std::nullopt;
+}
 
 std::optional<CampaignArchive::Current> CampaignService::current() const {
   if (!run_) return std::nullopt;

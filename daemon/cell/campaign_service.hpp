@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/campaign_options.hpp"
 #include "daemon/cell/campaign_archive.hpp"
 #include "daemon/cell/model_service.hpp"
 
@@ -16,23 +17,31 @@ namespace truepose::daemon {
 /// The campaign of a cell: starts one after the other, and tells clients how far it is.
 class CampaignService final : private CampaignObserver {
  public:
-  CampaignService(const CellParts& parts, CellRunner& runner, DeviceService& devices, ModelService& models);
+  CampaignService(const CellParts& parts, CellRunner& runner, StoreWatch& store, DeviceService& devices,
+                  ModelService& models);
 
   static std::vector<Method<CampaignService>> methods();
 
-  /// Ends the campaign that is under way, where there is one.
-  void abort(const std::string& reason);
+  /// Takes note of the campaigns that were interrupted.
+  boost::asio::awaitable<StoreResult<void>> load_interrupted();
+  /// Ends the campaign that is under way, where there is one, so that it may go on later.
+  void interrupt(const std::string& reason);
   bool running() const { return run_ && !run_->ended; }
   /// The last one, under way or ended.
   std::optional<CampaignArchive::Current> current() const;
   /// How far the campaign is that is under way; null where none is.
   boost::json::value json() const;
+  std::optional<CampaignProgress> progress() const;
+  /// Those that may go on, the last begun first.
+  boost::json::array interrupted_json() const;
+  /// What may be asked for because of them.
+  std::vector<std::string> also_allowed() const;
 
  private:
   /// One campaign: under way, or the last one.
   struct Run {
     Run(StoreJournal::Options options, const CellParts& parts, CampaignDevices devices,
-        CampaignObserver& observer, CampaignOrder order);
+        CampaignObserver& observer, CampaignOrder order, std::shared_ptr<const CampaignPast> past);
     StoreJournal journal;
     Campaign campaign;
     bool ended = false;
@@ -40,19 +49,39 @@ class CampaignService final : private CampaignObserver {
     const std::string& id() const { return journal.record().id; }
   };
 
-  MethodReply start(boost::json::object params);
-  MethodReply drift_check(boost::json::object params);
-  MethodReply pause(boost::json::object params);
-  MethodReply resume(boost::json::object params);
-  MethodReply abort(boost::json::object params);
+  MethodReply start(boost::json::object params, std::string by);
+  MethodReply drift_check(boost::json::object params, std::string by);
+  MethodReply pause(boost::json::object params, std::string by);
+  MethodReply resume(boost::json::object params, std::string by);
+  MethodReply abort(boost::json::object params, std::string by);
 
-  MethodResult start_calibration(const boost::json::object& params);
-  MethodResult start_targets(const boost::json::object& params);
-  MethodResult start_iso9283(const boost::json::object& params);
-  MethodResult begin(const config::CellConfig& config, CampaignOrder order, bool activate = false);
-  MethodResult request(const boost::json::object& params, const CellEvent& event, const std::string& reason);
+  /// Who starts a campaign, and his words for it.
+  struct Starter {
+    std::string name, note;
+  };
+
+  MethodResult start_calibration(const boost::json::object& params, Starter starter);
+  MethodResult start_targets(const boost::json::object& params, Starter starter);
+  MethodResult start_iso9283(const boost::json::object& params, Starter starter);
+  MethodResult begin(const config::CellConfig& config, CampaignOrder order, Starter starter,
+                     bool activate = false);
+  std::expected<void, control::RpcError> launch(StoreJournal::Options options, CampaignOrder order,
+                                                const CellEvent& event, const std::string& by,
+                                                std::shared_ptr<const CampaignPast> past = {});
+  MethodResult request(const boost::json::object& params, const CellEvent& event, const std::string& reason,
+                       const std::string& by);
+
+  // Of one that was interrupted.
+  MethodReply resume_interrupted(std::string id, std::string by);
+  MethodReply abort_interrupted(std::string id);
+  boost::asio::awaitable<std::expected<CampaignOrder, control::RpcError>> order_of(std::string kind,
+                                                                                   KeptOrder kept);
+  std::expected<const InterruptedCampaign*, control::RpcError> interrupted(const std::string& id) const;
+  control::RpcError nothing_paused() const;
+  control::RpcError cannot_go_on(const std::string& id, const std::string& why) const;
   boost::asio::awaitable<void> run(std::shared_ptr<Run> run);
   boost::asio::awaitable<void> close(const Run& run, std::optional<CampaignError> error);
+  boost::asio::awaitable<void> keep_end();
   boost::json::object progress_json() const;
 
   void on_progress(const CampaignProgress& progress) override;
@@ -61,12 +90,15 @@ class CampaignService final : private CampaignObserver {
   void on_trouble(const std::string& sentence) override;
   void on_waiting(CellDevice device, const std::string& reason) override;
   void on_paused(const std::string& sentence) override;
+  void on_store_failed(const StoreError& error) override { store_.failed(error); }
 
   CellParts parts_;
   CellRunner& runner_;
+  StoreWatch& store_;
   DeviceService& devices_;
   ModelService& models_;
   std::shared_ptr<Run> run_;
+  std::vector<InterruptedCampaign> interrupted_;
 };
 
 }  // namespace truepose::daemon

@@ -1,5 +1,6 @@
 #include "daemon/cell/cell_runner.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "daemon/log/log.hpp"
@@ -28,6 +29,14 @@ std::string answers(CellDevice device) { return "the " + device_name(device) + "
 std::optional<Waiting> loss(const CellState& state) {
   if (std::holds_alternative<Running>(state) || std::holds_alternative<Paused>(state)) return waiting(state);
   return std::nullopt;
+}
+
+json::object cell_json(std::string_view state, std::string_view from, const std::string& reason,
+                       const std::string& by) {
+  return {{"state", state},
+          {"from", from},
+          {"reason", reason},
+          {"by", by.empty() ? json::value{} : json::value(by)}};
 }
 
 /// What a state is a fault by; empty where it is none.
@@ -68,6 +77,11 @@ json::array StandingFaults::json() const {
   return all;
 }
 
+std::size_t StandingFaults::count(std::string_view severity) const {
+  const auto is = [&](const auto& standing) { return standing.second.fault.severity == severity; };
+  return static_cast<std::size_t>(std::ranges::count_if(faults_, is));
+}
+
 json::object StandingFaults::Standing::json() const {
   return {{"code", fault.code}, {"severity", fault.severity}, {"text", fault.text}, {"since", since}};
 }
@@ -86,7 +100,8 @@ CellRunner::CellRunner(drivers::Clock& clock, EventBus& events, EventBus::WallCl
       faults_{events, std::move(wall_clock)},
       limits_{limits} {}
 
-std::optional<RpcError> CellRunner::apply(const CellEvent& event, const std::string& reason) {
+std::optional<RpcError> CellRunner::apply(const CellEvent& event, const std::string& reason,
+                                          const std::string& by) {
   CellStep step = advance(state_, event, clock_.now(), limits_);
   if (step.refused) {
     return RpcError{
@@ -99,7 +114,7 @@ std::optional<RpcError> CellRunner::apply(const CellEvent& event, const std::str
   }
   if (state_ == before) return std::nullopt;
   tell_of_waiting(before);
-  if (state_name(before) != name() || fault_text(before) != fault_text(state_)) tell(before, reason);
+  if (state_name(before) != name() || fault_text(before) != fault_text(state_)) tell(before, reason, by);
   changed_.notify();
   return std::nullopt;
 }
@@ -113,7 +128,7 @@ void CellRunner::tell_of_waiting(const CellState& before) {
   const std::string line = lost ? waiting_for(*is) : answers(was->device);
   log_info(line);
   events_.publish(control::Topic::Cell,
-                  json::object{{"state", name()}, {"from", state_name(before)}, {"reason", line}});
+                  cell_json(name(), state_name(before), line, {}));
 }
 
 std::string CellRunner::waiting_for(const Waiting& wait) const {
@@ -132,21 +147,28 @@ std::string CellRunner::reason() const {
   return wait && !in<Paused>() ? waiting_for(*wait) : reason_;
 }
 
-void CellRunner::tell(const CellState& before, const std::string& reason) {
+void CellRunner::tell(const CellState& before, const std::string& reason, const std::string& by) {
   const bool fault = in<Faulted>() != nullptr;
   reason_ = fault ? in<Faulted>()->reason : reason;
   const std::string line =
       "cell " + std::string{state_name(before)} + " -> " + std::string{name()} + ": " + reason_;
   fault ? log_error(line) : log_info(line);
   events_.publish(control::Topic::Cell,
-                  json::object{{"state", name()}, {"from", state_name(before)}, {"reason", reason_}});
+                  cell_json(name(), state_name(before), reason_, by));
   fault ? faults_.begin({kCellFault, "error", reason_}) : faults_.end(kCellFault);
 }
 
+std::vector<std::string> CellRunner::allowed() const {
+  std::vector<std::string> methods = allowed_methods(state_);
+  if (faults_.stands(kStoreFault) && std::ranges::find(methods, "cell.acknowledge") == methods.end())
+    methods.emplace_back("cell.acknowledge");
+  return methods;
+}
+
 std::optional<RpcError> CellRunner::request(const json::object& params, const CellEvent& event,
-                                            const std::string& reason) {
+                                            const std::string& reason, const std::string& by) {
   if (auto wrong = control::ParamReader{params}.finish()) return wrong;
-  return apply(event, reason);
+  return apply(event, reason, by);
 }
 
 void CellRunner::await(CellDevice device, const std::string& reason) {

@@ -19,6 +19,9 @@
 
 namespace truepose::daemon {
 
+/// Code of the fault that stands while the store cannot be written to.
+inline constexpr const char* kStoreFault = "E_STORE";
+
 /// What an operator should know of, until it ends.
 struct Fault {
   std::string code;      ///< stable, for programs
@@ -45,6 +48,7 @@ class StandingFaults {
   std::string text(const std::string& code) const;
   /// In the order of their codes.
   boost::json::array json() const;
+  std::size_t count(std::string_view severity) const;
 
  private:
   struct Standing {
@@ -78,11 +82,13 @@ class CellRunner {
   }
 
   /// Feeds one event to the state machine and has its commands carried out.
+  /// @param by  who caused it, as clients are told; empty: nobody did, or the daemon itself
   /// @return the refusal as an error, where there was one
-  std::optional<control::RpcError> apply(const CellEvent& event, const std::string& reason);
+  std::optional<control::RpcError> apply(const CellEvent& event, const std::string& reason,
+                                         const std::string& by = {});
   /// The same for a method that is nothing else and takes no parameters.
   std::optional<control::RpcError> request(const boost::json::object& params, const CellEvent& event,
-                                           const std::string& reason);
+                                           const std::string& reason, const std::string& by);
 
   /// What is under way goes on once the device answers; without a reason it does.
   void await(CellDevice device, const std::string& reason);
@@ -100,7 +106,8 @@ class CellRunner {
   bool faulted_in_stream() const { return in<Faulted>() != nullptr && faulted_in_stream_; }
   control::RpcError wrong_state(std::string why, std::vector<std::string> allowed) const;
   control::RpcError wrong_state(std::string why) const { return wrong_state(std::move(why), allowed()); }
-  std::vector<std::string> allowed() const { return allowed_methods(state_); }
+  /// The methods that the state carries out, and what a standing fault needs.
+  std::vector<std::string> allowed() const;
   /// One sentence: why the cell is in its state, or for which device it waits, how long already and why.
   std::string reason() const;
   /// {"device","since","reason"} of a device that is waited for, or null.
@@ -126,7 +133,7 @@ class CellRunner {
 
  private:
   static std::size_t index(CellCommand command) { return static_cast<std::size_t>(command); }
-  void tell(const CellState& before, const std::string& reason);
+  void tell(const CellState& before, const std::string& reason, const std::string& by);
   void tell_of_waiting(const CellState& before);
   std::string waiting_for(const Waiting& wait) const;
   std::string paused_because(const Waiting& wait) const;

@@ -68,8 +68,14 @@ Running resumed(const Paused& paused, TimePoint now) {
   return running;
 }
 
-CellStep fault(std::string reason, std::vector<CellCommand> commands, bool acknowledgeable = true) {
-  return go(Faulted{std::move(reason), acknowledgeable}, std::move(commands));
+/// As it is started.
+std::optional<CellStep> resume_interrupted(const CampaignResumeRequested& resume) {
+  if (resume.campaign_id.empty()) return std::nullopt;
+  return go(Running{resume.campaign_id}, {CellCommand::StartCampaign});
+}
+
+CellStep fault(std::string reason, std::vector<CellCommand> commands) {
+  return go(Faulted{std::move(reason)}, std::move(commands));
 }
 
 /// What each state does with the requests that it carries out; the others are refused.
@@ -84,6 +90,9 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
           [&](const Disconnected&, const CampaignStartRequested& start) -> Maybe {
             return go(Running{start.campaign_id}, {C::StartCampaign});
           },
+          [&](const Disconnected&, const CampaignResumeRequested& resume) -> Maybe {
+            return resume_interrupted(resume);
+          },
           [&](const Disconnected&, const ArmRequested&) -> Maybe { return go(Armed{}, {C::ArmStream}); },
           [&](const Connecting&, const DisconnectRequested&) -> Maybe {
             return go(Disconnected{}, {C::CloseDevices});
@@ -93,6 +102,9 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
           },
           [&](const Ready&, const CampaignStartRequested& start) -> Maybe {
             return go(Running{start.campaign_id}, {C::StartCampaign});
+          },
+          [&](const Ready&, const CampaignResumeRequested& resume) -> Maybe {
+            return resume_interrupted(resume);
           },
           [&](const Ready&, const StreamStartRequested&) -> Maybe {
             return go(StreamStarting{now}, {C::StartStream});
@@ -107,7 +119,8 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
           [&](const Running& running, const CampaignAbortRequested&) -> Maybe {
             return go(Aborting{running.campaign_id, now}, {C::AbortCampaign});
           },
-          [&](const Paused& paused, const CampaignResumeRequested&) -> Maybe {
+          [&](const Paused& paused, const CampaignResumeRequested& resume) -> Maybe {
+            if (!resume.campaign_id.empty() && resume.campaign_id != paused.campaign_id) return std::nullopt;
             return go(resumed(paused, now), {C::ResumeCampaign});
           },
           [&](const Paused& paused, const CampaignAbortRequested&) -> Maybe {
@@ -120,8 +133,7 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
             return go(StreamStopping{now}, {C::StopStream});
           },
           [&](const Armed&, const DisarmRequested&) -> Maybe { return go(Disarming{now}, {C::StopStream}); },
-          [&](const Faulted& faulted, const AcknowledgeRequested&) -> Maybe {
-            if (!faulted.acknowledgeable) return std::nullopt;
+          [&](const Faulted&, const AcknowledgeRequested&) -> Maybe {
             return go(Disconnected{}, {C::RearmStream});
           },
           // A stream whose arm stood still is frozen, which is no fault of the cell.
@@ -170,23 +182,10 @@ CellStep on_outcome(const CellState& state, const CellEvent& event, TimePoint no
   using C = CellCommand;
   return std::visit(
       Overloaded{
-          // A store that fails ends everything, whatever the state: no point may be taken that cannot be
-          // kept.
-          [](const Faulted& s, const StoreFailed& e) {
-            return s.acknowledgeable ? fault(e.reason, {}, false) : go(s);
-          },
-          [](const Running&, const StoreFailed& e) {
-            return fault(e.reason, {C::AbortCampaign, C::CloseDevices}, false);
-          },
-          [](const Paused&, const StoreFailed& e) {
-            return fault(e.reason, {C::AbortCampaign, C::CloseDevices}, false);
-          },
-          [](const StreamStarting&, const StoreFailed& e) { return fault(e.reason, {C::StopStream}, false); },
-          [](const Streaming&, const StoreFailed& e) { return fault(e.reason, {C::StopStream}, false); },
-          [](const Armed&, const StoreFailed& e) {
-            return fault(e.reason, {C::StopStream, C::CloseDevices}, false);
-          },
-          [](const auto&, const StoreFailed& e) { return fault(e.reason, {C::CloseDevices}, false); },
+          // What goes on without the store does.
+          [](const Running&, const StoreFailed& e) { return fault(e.reason, {C::CloseDevices}); },
+          [](const Paused&, const StoreFailed& e) { return fault(e.reason, {C::CloseDevices}); },
+          [](const Aborting&, const StoreFailed& e) { return fault(e.reason, {C::CloseDevices}); },
 
           [](const Connecting&, const DevicesConnected&) { return go(Ready{}); },
           [](const Connecting&, const ConnectFailed& e) { return fault(e.reason, {C::CloseDevices}); },
@@ -302,7 +301,6 @@ std::vector<std::string> allowed_methods(const CellState& state) {
 
 std::string Refusal::sentence() const {
   std::string text = "not possible in state " + state;
-  if (!cause.empty()) return text + ", which ends by a restart: " + cause;
   if (allowed.empty()) return text + "; nothing is, until that ends";
   text += "; allowed: ";
   for (std::size_t i = 0; i < allowed.size(); ++i) text += (i == 0 ? "" : ", ") + allowed[i];
@@ -312,11 +310,7 @@ std::string Refusal::sentence() const {
 CellStep advance(const CellState& state, const CellEvent& event, TimePoint now, const CellLimits& limits) {
   if (is_request(event)) {
     if (auto step = carry_out(state, event, now)) return *std::move(step);
-    const auto* faulted = std::get_if<Faulted>(&state);
-    const bool for_good = faulted != nullptr && !faulted->acknowledgeable;
-    return {state,
-            {},
-            Refusal{std::string{state_name(state)}, allowed_methods(state), for_good ? faulted->reason : ""}};
+    return {state, {}, Refusal{std::string{state_name(state)}, allowed_methods(state)}};
   }
   if (const auto* tick = std::get_if<Tick>(&event)) return on_tick(state, *tick, now, limits);
   return on_outcome(state, event, now);

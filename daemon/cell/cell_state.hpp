@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -70,11 +71,9 @@ struct Disarming {
   TimePoint since;
   bool operator==(const Disarming&) const = default;
 };
-/// Needs somebody: cleared by an acknowledgement, and where the cause is one that only a restart removes, by
-/// that.
+/// Needs somebody: cleared by an acknowledgement.
 struct Faulted {
   std::string reason;
-  bool acknowledgeable = true;
   bool operator==(const Faulted&) const = default;
 };
 using CellState = std::variant<Disconnected, Connecting, Ready, Running, Paused, Aborting, StreamStarting,
@@ -83,6 +82,9 @@ using CellState = std::variant<Disconnected, Connecting, Ready, Running, Paused,
 /// The name on the wire, as cell.status knows it: "disconnected", "ready", "campaign". An abort under way
 /// still is "campaign", a stream that starts or stops "streaming", and one that is being disarmed "armed".
 std::string_view state_name(const CellState& state);
+/// All of them.
+inline constexpr std::array<std::string_view, 8> kStateNames{
+    "disconnected", "connecting", "ready", "campaign", "paused", "streaming", "armed", "fault"};
 
 /// Which device the state waits for, and since when; none where it waits for none. Where several have to
 /// answer it is the one that was lost first.
@@ -96,7 +98,9 @@ struct CampaignStartRequested {
   std::string campaign_id;
 };
 struct CampaignPauseRequested {};
-struct CampaignResumeRequested {};
+struct CampaignResumeRequested {
+  std::string campaign_id;  ///< of one that was interrupted; empty: of the one that is paused
+};
 struct CampaignAbortRequested {};
 struct StreamStartRequested {};
 struct StreamStopRequested {};
@@ -125,7 +129,7 @@ struct StreamEnded {};
 struct StreamFaulted {
   std::string reason;
 };
-/// The store cannot keep what we measure: nothing may go on.
+/// The store could not keep what a campaign has come to.
 struct StoreFailed {
   std::string reason;
 };
@@ -167,7 +171,6 @@ struct CellLimits {
 struct Refusal {
   std::string state;                 ///< name of the state that the cell is in
   std::vector<std::string> allowed;  ///< methods that the state does carry out, e.g. "campaign.start"
-  std::string cause{};               ///< of a fault that nothing but a restart ends
   /// "not possible in state campaign; allowed: campaign.pause, campaign.abort"
   std::string sentence() const;
 };

@@ -17,13 +17,17 @@ DaemonCell::DaemonCell(Parts parts)
               parts_.events,
               parts_.wall_clock,
               {.campaign_waiting = parts_.config.campaign.pause_after}},
-      devices_{parts_, runner_, [this] { return status_json(); }},
+      store_{parts_, runner_},
+      devices_{parts_, runner_, store_, [this] { return status_json(); }},
       models_{parts_, runner_, devices_},
       targets_{parts_, models_},
       stream_{parts_, runner_, devices_, models_},
       recording_{parts_, runner_, devices_, models_},
-      campaigns_{parts_, runner_, devices_, models_},
-      archive_{parts_, [this] { return campaigns_.current(); }} {
+      campaigns_{parts_, runner_, store_, devices_, models_},
+      archive_{parts_, [this] { return campaigns_.current(); }},
+      reports_{parts_, [this] { return stream_.json(); }},
+      identifications_{parts_, runner_, store_, models_},
+      backups_{parts_} {
   add_methods(table_, devices_);
   add_methods(table_, models_);
   add_methods(table_, targets_);
@@ -31,6 +35,9 @@ DaemonCell::DaemonCell(Parts parts)
   add_methods(table_, recording_);
   add_methods(table_, campaigns_);
   add_methods(table_, archive_);
+  add_methods(table_, reports_);
+  add_methods(table_, identifications_);
+  add_methods(table_, backups_);
 }
 
 std::vector<std::string> DaemonCell::method_names() {
@@ -45,15 +52,18 @@ std::vector<std::string> DaemonCell::method_names() {
   add(RecordingService::methods());
   add(CampaignService::methods());
   add(CampaignArchive::methods());
+  add(ReportService::methods());
+  add(IdentificationService::methods());
+  add(BackupService::methods());
   return names;
 }
 
-MethodReply DaemonCell::call(std::string method, json::object params) {
+MethodReply DaemonCell::call(std::string method, json::object params, std::string by) {
   const auto known = table_.find(method);
   if (known == table_.end())
     co_return std::unexpected(
         control::RpcError{control::ErrorCode::MethodNotFound, "no such method: " + method});
-  MethodResult result = co_await known->second(std::move(params));
+  MethodResult result = co_await known->second(std::move(params), std::move(by));
   co_return result;
 }
 
@@ -64,7 +74,7 @@ asio::awaitable<void> DaemonCell::watch() {
 
 asio::awaitable<void> DaemonCell::shut_down() {
   parts_.stream.disengage();
-  campaigns_.abort("the daemon was stopped");
+  campaigns_.interrupt("the daemon was stopped");
   const TimePoint give_up = parts_.clock.now() + parts_.config.stream.ramp + 5s;
   while ((stream_.in_force() || campaigns_.running()) && parts_.clock.now() < give_up)
     co_await runner_.changed_until(give_up);
@@ -72,16 +82,30 @@ asio::awaitable<void> DaemonCell::shut_down() {
   devices_.disconnect();
 }
 
+DaemonCell::Snapshot DaemonCell::snapshot() const {
+  const WatchedRobot& robot = devices_.robot();
+  return {.state = runner_.name(),
+          .warnings = runner_.faults().count("warning"),
+          .errors = runner_.faults().count("error"),
+          .robot_connected = robot.connected(),
+          .robot_ready = robot.connected() && robot.told() && robot.told()->ready,
+          .tracker_connected = devices_.tracker().connected(),
+          .armed = runner_.armed(),
+          .campaign = campaigns_.progress(),
+          .model = models_.active() ? std::optional{models_.active()->record} : std::nullopt};
+}
+
 json::object DaemonCell::status_json() const {
   json::array allowed;
-  for (const std::string& method : runner_.allowed()) allowed.emplace_back(method);
+  for (const auto& methods : {runner_.allowed(), campaigns_.also_allowed()})
+    for (const std::string& method : methods) allowed.emplace_back(method);
   return {{"cell", parts_.config.name},        {"state", runner_.name()},
           {"state_text", runner_.reason()},    {"allowed", std::move(allowed)},
           {"waiting", runner_.waiting_json()}, {"time", control::rfc3339(parts_.wall_clock())},
           {"robot", devices_.robot_json()},    {"tracker", devices_.tracker_json()},
-          {"campaign", campaigns_.json()},     {"model", models_.active_json()},
-          {"stream", stream_.json()},          {"recording", recording_.json()},
-          {"faults", runner_.faults().json()}};
+          {"campaign", campaigns_.json()},     {"interrupted", campaigns_.interrupted_json()},
+          {"model", models_.active_json()},    {"stream", stream_.json()},
+          {"recording", recording_.json()},    {"faults", runner_.faults().json()}};
 }
 
 }  // namespace truepose::daemon

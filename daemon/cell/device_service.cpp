@@ -1,5 +1,6 @@
 #include "daemon/cell/device_service.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "daemon/log/log.hpp"
@@ -26,6 +27,7 @@ std::string address(const config::Endpoint& endpoint) {
 }
 
 json::object config_json(const config::CellConfig& config) {
+  const config::WebConfig web = config.web.value_or(config::WebConfig{});
   return {{"name", config.name},
           {"robot",
            {{"file", config.robot.file.string()},
@@ -51,14 +53,17 @@ json::object config_json(const config::CellConfig& config) {
             {"speed_percent", config.campaign.speed_percent},
             {"remeasure", config.campaign.remeasure}}},
           {"control", {{"listen", address(config.control.listen)}}},
+          {"web", {{"listen", web.listen ? json::value(address(*web.listen)) : json::value{}}}},
           {"store", config.store.string()}};
 }
 
 }  // namespace
 
-DeviceService::DeviceService(const CellParts& parts, CellRunner& runner, std::function<json::object()> status)
+DeviceService::DeviceService(const CellParts& parts, CellRunner& runner, StoreWatch& store,
+                             std::function<json::object()> status)
     : parts_{parts},
       runner_{runner},
+      store_{store},
       status_{std::move(status)},
       robot_{parts.robot, parts.clock},
       tracker_{parts.tracker},
@@ -88,13 +93,13 @@ MethodReply DeviceService::status(json::object params) {
 }
 
 MethodResult DeviceService::request(const json::object& params, const CellEvent& event,
-                                    const std::string& reason) {
-  if (auto refused = runner_.request(params, event, reason)) return std::unexpected(*refused);
+                                    const std::string& reason, const std::string& by) {
+  if (auto refused = runner_.request(params, event, reason, by)) return std::unexpected(*refused);
   return status_();
 }
 
-MethodReply DeviceService::connect(json::object params) {
-  const MethodResult accepted = request(params, ConnectRequested{}, "asked for by an operator");
+MethodReply DeviceService::connect(json::object params, std::string by) {
+  const MethodResult accepted = request(params, ConnectRequested{}, "asked for by an operator", by);
   if (!accepted) co_return accepted;
   auto identities = co_await devices_.connect();
   if (!identities) {
@@ -105,12 +110,21 @@ MethodReply DeviceService::connect(json::object params) {
   co_return status_();
 }
 
-MethodReply DeviceService::disconnect(json::object params) {
-  co_return request(params, DisconnectRequested{}, "asked for by an operator");
+MethodReply DeviceService::disconnect(json::object params, std::string by) {
+  co_return request(params, DisconnectRequested{}, "asked for by an operator", by);
 }
 
-MethodReply DeviceService::acknowledge(json::object params) {
-  co_return request(params, AcknowledgeRequested{}, "acknowledged by an operator");
+MethodReply DeviceService::acknowledge(json::object params, std::string by) {
+  constexpr const char* kReason = "acknowledged by an operator";
+  if (!store_.failing()) co_return request(params, AcknowledgeRequested{}, kReason, by);
+  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+  auto refused = co_await store_.acknowledge();
+  if (refused) co_return std::unexpected(*refused);
+  // Whatever else there is to acknowledge; in most states nothing.
+  const auto allowed = runner_.allowed();
+  if (std::ranges::find(allowed, "cell.acknowledge") != allowed.end())
+    co_return request(params, AcknowledgeRequested{}, kReason, by);
+  co_return status_();
 }
 
 void DeviceService::close() {

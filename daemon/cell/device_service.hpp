@@ -11,6 +11,7 @@
 #include "daemon/campaign/cell_devices.hpp"
 #include "daemon/cell/cell_runner.hpp"
 #include "daemon/cell/service.hpp"
+#include "daemon/cell/store_watch.hpp"
 #include "daemon/cell/watched_devices.hpp"
 
 namespace truepose::daemon {
@@ -20,7 +21,8 @@ namespace truepose::daemon {
 class DeviceService {
  public:
   /// @param status  of the whole cell, which the methods answer with
-  DeviceService(const CellParts& parts, CellRunner& runner, std::function<boost::json::object()> status);
+  DeviceService(const CellParts& parts, CellRunner& runner, StoreWatch& store,
+                std::function<boost::json::object()> status);
 
   static std::vector<Method<DeviceService>> methods();
 
@@ -42,11 +44,12 @@ class DeviceService {
  private:
   MethodReply config(boost::json::object params);
   MethodReply status(boost::json::object params);
-  MethodReply connect(boost::json::object params);
-  MethodReply disconnect(boost::json::object params);
-  MethodReply acknowledge(boost::json::object params);
+  MethodReply connect(boost::json::object params, std::string by);
+  MethodReply disconnect(boost::json::object params, std::string by);
+  MethodReply acknowledge(boost::json::object params, std::string by);
 
-  MethodResult request(const boost::json::object& params, const CellEvent& event, const std::string& reason);
+  MethodResult request(const boost::json::object& params, const CellEvent& event, const std::string& reason,
+                       const std::string& by);
   void close();
   bool in_campaign() const { return runner_.in<Running>() || runner_.in<Paused>(); }
   bool may_be_asked() const { return runner_.in<Ready>() || runner_.in<Streaming>() || in_campaign(); }
@@ -56,6 +59,7 @@ class DeviceService {
 
   CellParts parts_;
   CellRunner& runner_;
+  StoreWatch& store_;
   std::function<boost::json::object()> status_;
   WatchedRobot robot_;
   WatchedTracker tracker_;

@@ -60,6 +60,7 @@ std::vector<Method<ModelService>> ModelService::methods() {
   return {{"model.list", &ModelService::list},
           {"model.get", &ModelService::get},
           {"model.activate", &ModelService::activate},
+          {"model.rollback", &ModelService::rollback},
           {"model.deactivate", &ModelService::deactivate},
           {"model.export", &ModelService::export_yaml}};
 }
@@ -225,10 +226,25 @@ std::string ModelService::why_not_activated(const Found& found) const {
   return found.checked.error();
 }
 
-MethodReply ModelService::activate(json::object params) {
+MethodReply ModelService::activate(json::object params, std::string by) {
   control::ParamReader reader{params};
   const std::string id = reader.required(reader.text("id"), "id");
   if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
+  MethodResult result = co_await make_active(id, std::move(by));
+  co_return result;
+}
+
+MethodReply ModelService::rollback(json::object params, std::string by) {
+  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+  auto job = [this] { return parts_.store.model_before(); };
+  const auto before = co_await parts_.store_thread.ask(job);
+  if (!before) co_return std::unexpected(store_unusable(before.error()));
+  if (!*before) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no other model was active before"});
+  MethodResult result = co_await make_active((*before)->id, std::move(by));
+  co_return result;
+}
+
+MethodReply ModelService::make_active(std::string id, std::string by) {
   auto found = co_await read(id);
   if (!found) co_return std::unexpected(store_unusable(found.error()));
   if (!*found) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such model"});
@@ -243,34 +259,36 @@ MethodReply ModelService::activate(json::object params) {
     const std::string refused = runner_.faults().text(kModelFault);
     co_return std::unexpected(runner_.wrong_state(refused.empty() ? "no model is active" : refused));
   }
-  publish("activated", active_->record);
+  publish("activated", active_->record, by);
   co_return model_json(active_->record);
 }
 
-MethodReply ModelService::deactivate(json::object params) {
+MethodReply ModelService::deactivate(json::object params, std::string by) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   auto job = [this] { return parts_.store.activate_model(""); };
   auto deactivated = co_await parts_.store_thread.ask(job);
   if (!deactivated) co_return std::unexpected(store_unusable(deactivated.error()));
   const std::optional<Active> before = active_;
   forget();
-  if (before) publish("deactivated", before->record);
+  if (before) publish("deactivated", before->record, by);
   co_return json::object{{"deactivated", before ? json::value(before->record.id) : json::value{}}};
 }
 
-asio::awaitable<void> ModelService::announce_made(std::string id, bool activated) {
+asio::awaitable<void> ModelService::announce_made(std::string id, bool activated, std::string by) {
   auto model = co_await find(std::move(id));
-  if (model) publish("made", *model);
+  if (model) publish("made", *model, by);
   if (!activated) co_return;
   auto loaded = co_await load_active();
   if (!loaded) log_error(loaded.error().detail);
-  if (active_) publish("activated", active_->record);
+  if (active_) publish("activated", active_->record, by);
 }
 
-void ModelService::publish(const char* change, const ModelRecord& record) {
+void ModelService::publish(const char* change, const ModelRecord& record, const std::string& by) {
   log_info("model " + record.id + " " + change);
   parts_.events.publish(control::Topic::Model,
-                        json::object{{"change", change}, {"model", model_json(record)}});
+                        json::object{{"change", change},
+                                     {"model", model_json(record)},
+                                     {"by", by.empty() ? json::value{} : json::value(by)}});
 }
 
 json::value ModelService::active_json() const {

@@ -61,7 +61,8 @@ class ModelService {
   boost::asio::awaitable<std::expected<Found, control::RpcError>> find_checked(std::string id);
   /// A campaign has made a model.
   /// @param activated  and the store has activated it
-  boost::asio::awaitable<void> announce_made(std::string id, bool activated);
+  /// @param by         who started the campaign
+  boost::asio::awaitable<void> announce_made(std::string id, bool activated, std::string by);
   boost::json::value active_json() const;
   /// The last ones, the newest at the end.
   const std::deque<Given>& given() const { return given_; }
@@ -69,8 +70,9 @@ class ModelService {
  private:
   MethodReply list(boost::json::object params);
   MethodReply get(boost::json::object params);
-  MethodReply activate(boost::json::object params);
-  MethodReply deactivate(boost::json::object params);
+  MethodReply activate(boost::json::object params, std::string by);
+  MethodReply rollback(boost::json::object params, std::string by);
+  MethodReply deactivate(boost::json::object params, std::string by);
   MethodReply export_yaml(boost::json::object params);
 
   boost::asio::awaitable<std::expected<ModelRecord, control::RpcError>> find(std::string id);
@@ -83,7 +85,9 @@ class ModelService {
   void give_to_stream(const Active& model);
   /// As it was given before, or made; the last one at the end.
   const Given& given_with_tool(const Active& model);
-  void publish(const char* change, const ModelRecord& record);
+  /// Makes a model the active one, where nothing speaks against it.
+  MethodReply make_active(std::string id, std::string by);
+  void publish(const char* change, const ModelRecord& record, const std::string& by);
 
   CellParts parts_;
   CellRunner& runner_;

@@ -5,6 +5,7 @@
 
 #include "config/model_file.hpp"
 #include "config/text_file.hpp"
+#include "daemon/cell/file_part.hpp"
 #include "daemon/log/log.hpp"
 #include "daemon/recorder/stream_settings.hpp"
 #include "proto/control/base64.hpp"
@@ -22,7 +23,6 @@ namespace {
 
 constexpr Duration kDrain = 50ms;  // the realtime thread wakes nobody
 constexpr Duration kFromFaultToFault = 1min;
-constexpr std::size_t kPart = std::size_t{32} << 10;  // a line takes it as base64
 constexpr std::size_t kMostHeaderBytes = std::size_t{4} << 20;
 
 /// The text of the configuration that the stream was made from; empty where it was not made from a file.
@@ -57,17 +57,6 @@ json::object entry_json(const RecordingFolder& folder, const RecordingFolder::En
           {"bytes", entry.bytes},
           {"date", header ? header->date : ""},
           {"reason", header ? header->reason : header.error()}};
-}
-
-std::expected<std::string, std::string> part_of(const std::filesystem::path& file, std::uint64_t offset) try {
-  std::string part(kPart, '\0');
-  std::ifstream in = config::open_to_read(file);
-  in.seekg(static_cast<std::streamoff>(offset));
-  in.read(part.data(), static_cast<std::streamsize>(part.size()));
-  part.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
-  return part;
-} catch (const config::ConfigError& error) {
-  return std::unexpected(error.what());
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "config/cell_config.hpp"
@@ -45,21 +46,34 @@ struct CellParts {
 using MethodResult = std::expected<boost::json::value, control::RpcError>;
 using MethodReply = boost::asio::awaitable<MethodResult>;
 
-/// One method of the control protocol, as openrpc.json describes it, and who carries it out.
+/// One method of the control protocol, as openrpc.json describes it, and who carries it out. Some want to
+/// know by whom it was called.
 template <typename Service>
 struct Method {
+  using OfAnybody = MethodReply (Service::*)(boost::json::object params);
+  using OfSomebody = MethodReply (Service::*)(boost::json::object params, std::string by);
+
+  // Two, so that each finds its own among the overloads of a name.
+  Method(std::string_view method, OfAnybody member) : name{method}, carry_out{member} {}
+  Method(std::string_view method, OfSomebody member) : name{method}, carry_out{member} {}
+
   std::string_view name;
-  MethodReply (Service::*carry_out)(boost::json::object params);
+  std::variant<OfAnybody, OfSomebody> carry_out;
 };
 
 /// The methods of all services, by their names.
-using MethodTable = std::map<std::string, std::function<MethodReply(boost::json::object)>, std::less<>>;
+using MethodTable =
+    std::map<std::string, std::function<MethodReply(boost::json::object, std::string by)>, std::less<>>;
 
 template <typename Service>
 void add_methods(MethodTable& table, Service& service) {
   for (const Method<Service>& method : Service::methods())
-    table.emplace(method.name, [&service, carry_out = method.carry_out](boost::json::object params) {
-      return (service.*carry_out)(std::move(params));
+    table.emplace(method.name, [&service, carry_out = method.carry_out](boost::json::object params,
+                                                                        std::string by) {
+      if (const auto* of_anybody = std::get_if<typename Method<Service>::OfAnybody>(&carry_out))
+        return (service.**of_anybody)(std::move(params));
+      const auto of_somebody = std::get<typename Method<Service>::OfSomebody>(carry_out);
+      return (service.*of_somebody)(std::move(params), std::move(by));
     });
 }
 

@@ -63,10 +63,10 @@ std::vector<Method<StreamService>> StreamService::methods() {
           {"stream.status", &StreamService::status}};
 }
 
-MethodReply StreamService::start(json::object params) {
+MethodReply StreamService::start(json::object params, std::string by) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   if (const auto model = models_.needed(); !model) co_return std::unexpected(model.error());
-  if (auto refused = runner_.apply(StreamStartRequested{}, "asked for by an operator"))
+  if (auto refused = runner_.apply(StreamStartRequested{}, "asked for by an operator", by))
     co_return std::unexpected(*refused);
   before_request_ = parts_.stream.status();
   const TimePoint deadline = parts_.clock.now() + kStartProgram;
@@ -87,8 +87,8 @@ MethodReply StreamService::start(json::object params) {
   co_return json();
 }
 
-MethodReply StreamService::stop(json::object params) {
-  if (auto refused = runner_.request(params, StreamStopRequested{}, "asked for by an operator"))
+MethodReply StreamService::stop(json::object params, std::string by) {
+  if (auto refused = runner_.request(params, StreamStopRequested{}, "asked for by an operator", by))
     co_return std::unexpected(*refused);
   co_await runner_.while_in<StreamStopping>();
   co_await end_program();
@@ -110,10 +110,10 @@ asio::awaitable<void> StreamService::end_program() {
   if (!stopped) log_warning("robot: " + stopped.error().detail);
 }
 
-MethodReply StreamService::arm(json::object params) {
+MethodReply StreamService::arm(json::object params, std::string by) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   if (const auto model = models_.needed(); !model) co_return std::unexpected(model.error());
-  if (auto refused = runner_.apply(ArmRequested{}, "armed by an operator"))
+  if (auto refused = runner_.apply(ArmRequested{}, "armed by an operator", by))
     co_return std::unexpected(*refused);
   auto kept = co_await keep_armed(control::rfc3339(parts_.wall_clock()));
   if (kept) co_return json();
@@ -121,8 +121,8 @@ MethodReply StreamService::arm(json::object params) {
   co_return std::unexpected(store_unusable(kept.error()));
 }
 
-MethodReply StreamService::disarm(json::object params) {
-  if (auto refused = runner_.request(params, DisarmRequested{}, "disarmed by an operator"))
+MethodReply StreamService::disarm(json::object params, std::string by) {
+  if (auto refused = runner_.request(params, DisarmRequested{}, "disarmed by an operator", by))
     co_return std::unexpected(*refused);
   auto kept = co_await keep_armed("");
   co_await runner_.while_in<Disarming>();
@@ -165,7 +165,7 @@ asio::awaitable<void> StreamService::watch() {
     }
     if (parts_.clock.now() >= tell) {
       tell = parts_.clock.now() + kTell;
-      if (runner_.corrects()) parts_.events.publish(control::Topic::Stream, json());
+      if (runner_.corrects()) parts_.events.publish(control::Topic::Stream, json(), Keep::Passing);
     }
     const TimePoint next = parts_.clock.now() + kLook;
     co_await parts_.clock.sleep_until(next);

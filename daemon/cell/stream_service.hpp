@@ -28,10 +28,10 @@ class StreamService {
   boost::json::object json() const;
 
  private:
-  MethodReply start(boost::json::object params);
-  MethodReply stop(boost::json::object params);
-  MethodReply arm(boost::json::object params);
-  MethodReply disarm(boost::json::object params);
+  MethodReply start(boost::json::object params, std::string by);
+  MethodReply stop(boost::json::object params, std::string by);
+  MethodReply arm(boost::json::object params, std::string by);
+  MethodReply disarm(boost::json::object params, std::string by);
   MethodReply status(boost::json::object params);
 
   boost::asio::awaitable<void> end_program();

@@ -129,14 +129,15 @@ asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string fro
 
 asio::awaitable<Commands::Result> Commands::act(Caller caller, control::Request request) {
   if (request.method.starts_with("control.")) co_return change_control(caller, request);
-  Result result = co_await call_cell(std::move(request.method), std::move(request.params));
+  Result result = co_await call_cell(std::move(request.method), std::move(request.params), std::move(caller.name));
   co_return result;
 }
 
-asio::awaitable<Commands::Result> Commands::call_cell(std::string method, json::object params) {
+asio::awaitable<Commands::Result> Commands::call_cell(std::string method, json::object params,
+                                                      std::string by) {
   std::string failure;
   try {
-    Result result = co_await parts_.cell.call(method, std::move(params));
+    Result result = co_await parts_.cell.call(method, std::move(params), std::move(by));
     co_return result;
   } catch (const boost::system::system_error& error) {
     if (error.code() == asio::error::operation_aborted) throw;

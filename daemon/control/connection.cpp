@@ -1,5 +1,9 @@
 #include "daemon/control/connection.hpp"
 
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/use_awaitable.hpp>
@@ -92,7 +96,29 @@ class TlsConnection final : public Connection {
   asio::ssl::stream<tcp::socket> stream_;
 };
 
+/// A client whose machine was switched off says nothing of it, and events alone may come after hours.
+void keep_alive(tcp::socket& socket) {
+  constexpr int kSilence_s = 30, kAgain_s = 10, kTimes = 3;
+  const auto set = [&socket](int level, int option, int value) {
+    ::setsockopt(socket.native_handle(), level, option, &value, sizeof value);
+  };
+  set(SOL_SOCKET, SO_KEEPALIVE, 1);
+  set(IPPROTO_TCP, TCP_KEEPIDLE, kSilence_s);
+  set(IPPROTO_TCP, TCP_KEEPINTVL, kAgain_s);
+  set(IPPROTO_TCP, TCP_KEEPCNT, kTimes);
+}
+
 }  // namespace
+
+Peer Peer::of(tcp::socket& socket) {
+  boost::system::error_code gone;
+  const tcp::endpoint theirs = socket.remote_endpoint(gone), ours = socket.local_endpoint(gone);
+  keep_alive(socket);
+  const asio::ip::address address = theirs.address();
+  // Every user of this machine has all of its loopback addresses.
+  return {address.is_loopback() ? "loopback" : address.to_string(),
+          ours.address().to_string() + " " + std::to_string(ours.port())};
+}
 
 std::unique_ptr<Connection> plain_connection(asio::generic::stream_protocol::socket socket) {
   return std::make_unique<PlainConnection>(std::move(socket));

@@ -16,6 +16,16 @@
 
 namespace truepose::daemon {
 
+/// Who is at the other end.
+struct Peer {
+  std::string name;      ///< "uid 1000" over the Unix socket, else the address; whom limits are counted for
+  std::string endpoint;  ///< of TCP: "127.0.0.1 7210", where the client found us
+  bool trusted = false;  ///< let in by the Unix socket's owner and mode: needs no token
+
+  /// Of a connection over TCP. Has the kernel ask after some silence whether the other end is still there.
+  static Peer of(boost::asio::ip::tcp::socket& socket);
+};
+
 /// A way to a client. One read and one write may be under way at a time; every wait can be cancelled.
 class Connection {
  public:

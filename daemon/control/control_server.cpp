@@ -5,7 +5,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <boost/asio/as_tuple.hpp>
+#include <algorithm>
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/cancellation_signal.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -16,10 +16,12 @@
 #include <optional>
 #include <utility>
 
+#include "daemon/control/acceptor.hpp"
+#include "daemon/control/admission.hpp"
 #include "daemon/control/connection.hpp"
+#include "daemon/control/jobs.hpp"
 #include "daemon/control/private_file.hpp"
 #include "daemon/control/session.hpp"
-#include "drivers/port_holder.hpp"
 #include "proto/control/json_text.hpp"
 
 namespace truepose::daemon {
@@ -47,28 +49,6 @@ struct ControlServer::Impl {
 
 namespace {
 
-/// @param key  of the cell file, for messages
-std::expected<tcp::acceptor, StartFailure> listen(
-    asio::any_io_executor executor, const std::string& key, const config::Endpoint& endpoint,
-    const std::expected<asio::ip::address, std::string>& address) {
-  const std::string where = key + ": " + endpoint.host + ":" + std::to_string(endpoint.port);
-  if (!address) return std::unexpected(address.error());
-  const tcp::endpoint local{*address, endpoint.port};
-  boost::system::error_code error;
-  tcp::acceptor acceptor{executor};
-  acceptor.open(local.protocol(), error);
-  // The port may still have connections of the daemon before us that are closing.
-  if (!error) acceptor.set_option(tcp::acceptor::reuse_address{true}, error);
-  if (!error) acceptor.bind(local, error);
-  if (!error) acceptor.listen(tcp::acceptor::max_listen_connections, error);
-  if (error == asio::error::address_in_use)
-    return std::unexpected(StartFailure{
-        where + " is in use by " + drivers::port_holder(drivers::Protocol::Tcp, endpoint.port), true});
-  const bool may_pass = error == boost::system::errc::address_not_available;
-  if (error) return std::unexpected(StartFailure{where + ": " + error.message(), may_pass});
-  return acceptor;
-}
-
 /// The socket of the daemon before us is in the way: whoever calls this has the folder to himself.
 std::expected<local::acceptor, StartFailure> listen(asio::any_io_executor executor,
                                                     const std::filesystem::path& path) {
@@ -89,14 +69,7 @@ std::expected<local::acceptor, StartFailure> listen(asio::any_io_executor execut
   return acceptor;
 }
 
-Peer peer_of(tcp::socket& socket) {
-  boost::system::error_code gone;
-  const tcp::endpoint theirs = socket.remote_endpoint(gone), ours = socket.local_endpoint(gone);
-  const asio::ip::address address = theirs.address();
-  // Every user of this machine has all of its loopback addresses.
-  return {address.is_loopback() ? "loopback" : address.to_string(),
-          ours.address().to_string() + " " + std::to_string(ours.port())};
-}
+Peer peer_of(tcp::socket& socket) { return Peer::of(socket); }
 
 /// Whoever could connect is root, our own user or of our group: the socket's mode lets in nobody else.
 Peer peer_of(local::socket& socket) {
@@ -139,29 +112,6 @@ void ControlServer::Impl::admit(std::unique_ptr<Connection> connection, Peer pee
   if (room) return session->start();
   session->refuse({ErrorCode::Busy, "closed: too many are opening a session; try again"});
 }
-
-namespace {
-
-/// @param admit  of a socket and its peer
-template <typename Acceptor, typename Admit>
-asio::awaitable<void> accept_all(Acceptor& acceptor, SessionContext& context, Admit admit) {
-  while (acceptor.is_open()) {
-    auto accepted = co_await acceptor.async_accept(asio::as_tuple(asio::use_awaitable));
-    auto& [error, socket] = accepted;
-    if (!acceptor.is_open()) co_return;
-    if (!error) {
-      Peer peer = peer_of(socket);
-      admit(std::move(socket), std::move(peer));
-      continue;
-    }
-    // Out of file descriptors, mostly: trying again at once would only burn the processor.
-    context.parts.warn("control: cannot accept a connection: " + error.message());
-    const drivers::TimePoint later = context.parts.clock.now() + std::chrono::milliseconds{100};
-    co_await context.parts.clock.sleep_until(later);
-  }
-}
-
-}  // namespace
 
 asio::awaitable<void> ControlServer::Impl::look_after() {
   while (true) {
@@ -226,13 +176,14 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
   auto context = std::make_shared<SessionContext>(SessionContext{std::move(parts),
                                                                  limits,
                                                                  std::move(cell_name),
-                                                                 std::move(*token),
-                                                                 std::move(access),
                                                                  std::move(tls),
                                                                  {},
                                                                  {},
                                                                  {}});
   for (std::string& method : context->parts.cell.methods()) context->cell_methods.insert(std::move(method));
+  context->admission =
+      std::make_unique<Admission>(context->parts, limits, *std::move(token), std::move(access));
+  context->jobs = std::make_unique<Jobs>(context->parts, executor);
   context->commands = std::make_unique<Commands>(context->parts, executor, std::move(audit));
   context->started = context->parts.clock.now();
   context->started_text = control::rfc3339(context->parts.wall_clock());
@@ -240,21 +191,24 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
                                      std::move(tls_acceptor));
   impl->look_at_certificate();
 
-  const auto admit = [server = impl.get()](auto socket, Peer peer) {
+  const auto admit = [server = impl.get()](auto socket) {
+    Peer peer = peer_of(socket);
     server->admit(plain_connection(std::move(socket)), std::move(peer));
   };
-  const auto admit_over_tls = [server = impl.get()](tcp::socket socket, Peer peer) {
+  const auto admit_over_tls = [server = impl.get()](tcp::socket socket) {
+    Peer peer = peer_of(socket);
     server->admit(tls_connection(std::move(socket), server->context->tls->context()), std::move(peer));
+  };
+  const auto accept = [&](auto& acceptor, auto to) {
+    ControlServerParts& parts = impl->context->parts;
+    asio::co_spawn(executor, accept_all(acceptor, parts.clock, parts.warn, "control", to),
+                   [impl](std::exception_ptr) {});
   };
   asio::co_spawn(executor, impl->look_after(),
                  asio::bind_cancellation_slot(impl->stop_looking.slot(), [impl](std::exception_ptr) {}));
-  asio::co_spawn(executor, accept_all(impl->acceptor, *impl->context, admit), [impl](std::exception_ptr) {});
-  if (impl->local_acceptor)
-    asio::co_spawn(executor, accept_all(*impl->local_acceptor, *impl->context, admit),
-                   [impl](std::exception_ptr) {});
-  if (impl->tls_acceptor)
-    asio::co_spawn(executor, accept_all(*impl->tls_acceptor, *impl->context, admit_over_tls),
-                   [impl](std::exception_ptr) {});
+  accept(impl->acceptor, admit);
+  if (impl->local_acceptor) accept(*impl->local_acceptor, admit);
+  if (impl->tls_acceptor) accept(*impl->tls_acceptor, admit_over_tls);
   return std::unique_ptr<ControlServer>{new ControlServer{std::move(impl)}};
 }
 
@@ -318,6 +272,31 @@ std::vector<std::string> ControlServer::methods() const {
   return {all.begin(), all.end()};
 }
 
+ControlLoad ControlServer::load() const {
+  const SessionContext& context = *impl_->context;
+  const auto open = std::ranges::count(context.sessions, Session::Stage::Open, &Session::stage);
+  return {context.sessions.size(), static_cast<std::size_t>(open), context.requests, context.dropped_events};
+}
+
+void ControlServer::admit(std::unique_ptr<Connection> connection, Peer peer) {
+  impl_->admit(std::move(connection), std::move(peer));
+}
+
+asio::awaitable<std::expected<Caller, std::string>> ControlServer::caller_of(
+    std::string peer, std::string token, std::optional<control::Certificate> shown) {
+  const std::shared_ptr<SessionContext> context = impl_->context;
+  context->refresh_access();
+  Admission& admission = *context->admission;
+  Admission::Known attempt =
+      shown && token.empty() ? admission.by_certificate(*shown) : admission.by_token(token);
+  auto caller = co_await admission.judge(std::move(peer), std::move(attempt));
+  co_return caller;
+}
+
+const TlsIdentity* ControlServer::tls_identity() const {
+  return impl_->context->tls ? &*impl_->context->tls : nullptr;
+}
+
 void ControlServer::stop() {
   boost::system::error_code ignored;
   impl_->acceptor.close(ignored);
@@ -329,6 +308,7 @@ void ControlServer::stop() {
   }
   const std::set<Session*> sessions = impl_->context->sessions;
   for (Session* session : sessions) session->shared_from_this()->stop();
+  impl_->context->jobs->stop();
 }
 
 }  // namespace truepose::daemon

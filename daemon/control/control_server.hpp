@@ -17,13 +17,19 @@
 #include <vector>
 
 #include "config/cell_config.hpp"
+#include "daemon/control/caller.hpp"
 #include "daemon/control/event_bus.hpp"
 #include "daemon/threads/worker.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/start_failure.hpp"
+#include "proto/control/certificate.hpp"
 #include "proto/control/request.hpp"
 
 namespace truepose::daemon {
+
+class Connection;
+class TlsIdentity;
+struct Peer;
 
 /// What the control server serves: the cell's methods, as openrpc.json describes them.
 class CellService {
@@ -34,11 +40,15 @@ class CellService {
   /// system.info, events.subscribe, events.unsubscribe and rpc.discover are the server's own.
   virtual std::vector<std::string> methods() const = 0;
 
+  /// What the cell does, or for what it waits: one sentence, told while a call takes long.
+  virtual std::string doing() const { return {}; }
+
   /// Carries out one call, on the io thread. It may take long: other connections are served meanwhile, and
   /// calls of several connections overlap. A client that goes away does not cancel its call; the server's
   /// stop does (it then throws operation_aborted). Any other exception is answered as an internal error.
+  /// @param by  the name of who calls, which events and campaigns carry
   virtual boost::asio::awaitable<std::expected<boost::json::value, control::RpcError>> call(
-      std::string method, boost::json::object params) = 0;
+      std::string method, boost::json::object params, std::string by) = 0;
 };
 
 /// The address of control.listen. @return it, or why the control port cannot be there and what to do
@@ -59,8 +69,9 @@ struct ControlLimits {
       16;  ///< connections that have not opened a session: they take no session's place
   std::chrono::milliseconds hello{3'000};         ///< from connecting to session.hello
   std::chrono::milliseconds line{10'000};         ///< from a line's first byte to its last
-  std::chrono::milliseconds idle{600'000};        ///< without a request, unless events are subscribed to
-  std::chrono::milliseconds write_stall{10'000};  ///< a client that takes nothing for so long is gone
+  /// Without a request, unless events are subscribed to; a client may name another time at its hello.
+  std::chrono::milliseconds idle{60'000};
+  std::chrono::milliseconds write_stall{5'000};   ///< a client that takes nothing for so long is gone
   std::chrono::milliseconds farewell{2'000};      ///< to read the reason before the connection is torn down
   std::size_t hello_failures = 5;  ///< wrong tokens of one peer within hello_window; then it is answered late
   std::chrono::milliseconds hello_window{60'000};
@@ -75,10 +86,18 @@ struct ControlServerParts {
   CellService& cell;
   EventBus& events;
   std::function<void(const std::string&)> warn;  ///< logs one sentence
-  Worker& worker;                                ///< writes the audit trail
+  Worker& worker;  ///< writes the audit trail, and reads the events that are kept
   std::filesystem::path socket{};                ///< Unix socket for clients of this machine; empty: none
   std::filesystem::path access{};                ///< access file; empty: nobody but the token's holders
   std::filesystem::path audit{};                 ///< audit trail; empty: nothing is kept on record
+};
+
+/// How much the server has to do.
+struct ControlLoad {
+  std::size_t connections = 0;         ///< with those that have not opened a session
+  std::size_t sessions = 0;            ///< open ones
+  std::uint64_t requests = 0;          ///< answered so far
+  control::Dropped dropped_events{};   ///< that clients read too slowly for
 };
 
 /// Serves the control protocol (proto/control/openrpc.json) to HMIs and the command line: over TCP to this
@@ -99,9 +118,22 @@ class ControlServer {
 
   std::uint16_t port() const;
   std::optional<std::uint16_t> tls_port() const;
-  /// Methods that are answered, the server's own included, sorted. rpc.discover is not in the schema that it
-  /// returns.
+  /// Methods that are answered, the server's own included, sorted. rpc.discover is not in the schema, which it
+  /// returns in outline, and with {"method": NAME} of one method in full.
   std::vector<std::string> methods() const;
+  /// What the server has to do, for whoever watches it.
+  ControlLoad load() const;
+
+  // For those that let clients in by other ports.
+
+  /// Serves a client that has come by another way than the server's own ports, as if by one of these.
+  void admit(std::unique_ptr<Connection> connection, Peer peer);
+  /// Who shows this token, or else this certificate, as session.hello would have it; or why he is nobody.
+  boost::asio::awaitable<std::expected<Caller, std::string>> caller_of(
+      std::string peer, std::string token, std::optional<control::Certificate> shown);
+  /// By what clients over TLS know the daemon; null: it has nothing to show.
+  const TlsIdentity* tls_identity() const;
+
   /// Accepts no more, closes every connection and cancels the calls under way. They end within the loop's
   /// next turns.
   void stop();

@@ -4,15 +4,10 @@
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
-#include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <utility>
 
-#include "config/number_text.hpp"
 #include "daemon/control/control_server.hpp"
-#include "proto/control/json_text.hpp"
-#include "proto/control/param_reader.hpp"
-#include "proto/control/schema.hpp"
 
 namespace truepose::daemon {
 
@@ -23,31 +18,15 @@ namespace {
 
 using namespace asio::experimental::awaitable_operators;
 using control::ErrorCode;
-using control::ParamReader;
-using control::Role;
 using control::RpcError;
 
-constexpr int kProtocol = 1;
-constexpr const char* kTokenFile = "token file";  // whose token has no other name
 constexpr std::size_t kEventsPerBatch = 64;
 constexpr auto kNever = asio::steady_timer::time_point::max();
 
-json::string_view view(std::string_view text) { return {text.data(), text.size()}; }
-
 }  // namespace
 
-const std::set<std::string, std::less<>>& Session::own_methods() {
-  static const std::set<std::string, std::less<>> kMethods{
-      "session.challenge",  "session.hello",    "system.info", "events.subscribe",
-      "events.unsubscribe", "rpc.discover",     "control.get", "control.acquire",
-      "control.release",    "control.takeover", "audit.list"};
-  return kMethods;
-}
-
 void SessionContext::refresh_access() {
-  const auto changed = access.refresh();
-  if (!changed) parts.warn(changed.error());
-  if (!changed.value_or(false)) return;
+  if (!admission->refresh()) return;
   const std::set<Session*> all = sessions;
   for (Session* session : all) session->check_access();
 }
@@ -129,6 +108,7 @@ asio::awaitable<bool> Session::open() {
 
 asio::awaitable<void> Session::read_requests() {
   if (!co_await open()) co_return;
+  if (!finishing_) greet();
   spawn_writer();
   while (!finishing_) {
     const std::optional<drivers::TimePoint> until = deadline();
@@ -138,7 +118,9 @@ asio::awaitable<void> Session::read_requests() {
         dismiss({ErrorCode::InvalidRequest, !authenticated() ? "closed: no session.hello came in time"
                                             : line_started_.has_value()
                                                 ? "closed: the line did not end in time"
-                                                : "closed: nothing was asked for too long"});
+                                                : "closed: nothing was asked for too long; ask for "
+                                                  "session.ping now and then, or name a longer heartbeat_s "
+                                                  "at session.hello"});
       finishing_ = true;
       wake_.cancel();
       break;
@@ -180,6 +162,7 @@ std::optional<drivers::TimePoint> Session::deadline() const {
   const ControlLimits& limits = context_->limits;
   if (!authenticated()) return connected_ + limits.hello;
   if (line_started_) return *line_started_ + limits.line;
+  if (heartbeat_) return last_request_ + *heartbeat_;
   if (subscription_) return std::nullopt;
   return last_request_ + limits.idle;
 }
@@ -205,6 +188,7 @@ asio::awaitable<void> Session::serve(std::string line) {
   // A notification has no answer, so nothing can be commanded by one.
   if (request->is_notification()) co_return;
 
+  ++context_->requests;
   const control::Id id = request->id;
   Result result;
   if (authenticated()) {
@@ -231,215 +215,6 @@ asio::awaitable<void> Session::serve(std::string line) {
   }
 }
 
-asio::awaitable<Session::Result> Session::call(control::Request request) {
-  if (request.method == "session.hello" || request.method == "session.challenge")
-    co_return std::unexpected(RpcError{ErrorCode::InvalidRequest, "the session is open already"});
-  if (auto refused = forbidden(request.method)) co_return std::unexpected(*refused);
-  if (request.method == "system.info") co_return system_info(request.params);
-  if (request.method == "events.subscribe") co_return subscribe(request.params);
-  if (request.method == "events.unsubscribe") co_return unsubscribe(request.params);
-  if (request.method == "rpc.discover") co_return control::parse_json(control::openrpc_text()).value();
-  if (request.method == "control.get") co_return context_->commands->who_has_control(request.params);
-  if (request.method == "audit.list") {
-    Result records = co_await context_->commands->records(std::move(request.params));
-    co_return records;
-  }
-  const bool is_command = control::role_of(request.method).value_or(Role::Viewer) > Role::Viewer;
-  if (is_command &&
-      (own_methods().contains(request.method) || context_->cell_methods.contains(request.method))) {
-    Result result = co_await context_->commands->carry_out(caller_, peer(), std::move(request));
-    co_return result;
-  }
-  if (!context_->cell_methods.contains(request.method))
-    co_return std::unexpected(
-        RpcError{ErrorCode::MethodNotFound, "no method \"" + request.method.substr(0, 64) + "\""});
-
-  Result result =
-      co_await context_->commands->call_cell(std::move(request.method), std::move(request.params));
-  co_return result;
-}
-
-// The server's own methods.
-
-Session::Result Session::challenge(const json::object& params) {
-  ParamReader read{params};
-  if (auto error = read.finish()) return std::unexpected(*error);
-  terms_ = {peer_.endpoint, {}, control::new_nonce()};
-  return json::object{{"nonce", terms_.server_nonce}};
-}
-
-Session::Known Session::caller_of_token(const std::string& token) const {
-  if (control::same_secret(token, context_->token)) return Caller{kTokenFile, Role::Admin};
-  const control::AccessEntry* const entry = context_->access.entries().of_token(token);
-  if (!entry)
-    return std::unexpected(
-        "wrong token: use the content of the daemon's token file, or what `truepose access add` printed");
-  return Caller{.name = entry->name, .role = entry->role, .entry = *entry};
-}
-
-Session::Known Session::caller_of_certificate() const {
-  const std::string fault = control::validity_fault(*certificate_, context_->parts.wall_clock());
-  if (!fault.empty())
-    return std::unexpected("the certificate of " + config::in_quotes(certificate_->name) + " " + fault);
-  const control::AccessEntry* const entry =
-      context_->access.entries().of_certificate(certificate_->fingerprint);
-  if (!entry)
-    return std::unexpected("nobody is known by the certificate " + certificate_->fingerprint +
-                           "; let it in by `truepose access add NAME --certificate FILE`");
-  return Caller{.name = entry->name, .role = entry->role, .entry = *entry};
-}
-
-Session::Known Session::caller_of(const std::optional<std::string>& token,
-                                  const std::optional<std::string>& proof) const {
-  if (token) return caller_of_token(*token);
-  if (!proof && peer_.trusted) return Caller{peer_.name, Role::Admin};
-  if (!proof) return caller_of_certificate();
-  const bool asked = !terms_.server_nonce.empty();
-  if (!asked ||
-      !control::same_secret(*proof, session_proof(context_->token, control::Prover::Client, terms_)))
-    return std::unexpected("wrong token: use the content of the daemon's token file");
-  return Caller{kTokenFile, Role::Admin};
-}
-
-void Session::check_access() {
-  if (!authenticated() || !caller_.entry) return;
-  const control::AccessEntry* const now = context_->access.entries().named(caller_.name);
-  if (now && *now == *caller_.entry) return;
-  dismiss({ErrorCode::Unauthenticated, "closed: the access of " + caller_.name + " was changed or revoked"});
-  connection_->end_reading();
-}
-
-std::optional<RpcError> Session::forbidden(const std::string& method) const {
-  const std::optional<Role> least = control::role_of(method);
-  if (!least || caller_.role >= *least) return std::nullopt;
-  return RpcError{ErrorCode::Forbidden, method + " needs the role " + std::string{control::name(*least)} +
-                                            "; " + caller_.name + " is " +
-                                            std::string{control::name(caller_.role)}};
-}
-
-std::optional<RpcError> Session::no_room() const {
-  std::size_t open = 0, of_peer = 0;
-  for (const Session* session : context_->sessions) {
-    if (session->stage() != Stage::Open) continue;
-    ++open;
-    if (session->peer() == peer()) ++of_peer;
-  }
-  if (open >= context_->limits.sessions)
-    return RpcError{ErrorCode::Busy, "closed: " + std::to_string(open) + " sessions are open already"};
-  if (of_peer >= context_->limits.of_one_peer)
-    return RpcError{ErrorCode::Busy,
-                    "closed: " + peer() + " has " + std::to_string(of_peer) + " sessions open already"};
-  return std::nullopt;
-}
-
-asio::awaitable<Session::Result> Session::hello(json::object params) {
-  ParamReader read{params};
-  const auto protocol = read.required(read.integer("protocol", 0, 1'000'000), "protocol");
-  const auto token = read.text("token", 2048);
-  const auto nonce = read.text("nonce", 128);
-  const auto proof = read.text("proof", 128);
-  if (protocol != kProtocol)
-    read.fail("protocol", "this daemon speaks protocol " + std::to_string(kProtocol));
-  if (proof.has_value() != nonce.has_value()) read.fail("proof", "comes with a nonce, and a nonce with it");
-  if (nonce && !control::is_nonce(*nonce)) read.fail("nonce", "is 32 digits, 0-9 and a-f");
-  if (!token && !proof && !peer_.trusted && !certificate_) read.fail("token", "is missing");
-  if (auto error = read.finish()) co_return std::unexpected(*error);
-  terms_.client_nonce = nonce.value_or("");
-
-  // Looked at before the delay, so that whoever knows the token is not driven out by the many that do not.
-  context_->refresh_access();
-  const auto caller = caller_of(token, proof);
-  stage_ = caller ? Stage::Right : Stage::Wrong;
-  auto& failures = context_->hello_failures[peer()];
-  const drivers::TimePoint now = context_->parts.clock.now();
-  while (!failures.empty() && now - failures.front() >= context_->limits.hello_window) failures.pop_front();
-  const bool suspected = failures.size() >= context_->limits.hello_failures;
-  if (stage_ == Stage::Wrong && !suspected) failures.push_back(now);
-  if (suspected && !(peer_.trusted && stage_ == Stage::Right)) {
-    const drivers::TimePoint then = now + context_->limits.hello_delay;
-    co_await context_->parts.clock.sleep_until(then);
-  }
-  if (stage_ == Stage::Wrong) {
-    if (!suspected)
-      context_->parts.warn("control: a client (" + peer() + ") was not let in: " + caller.error());
-    co_return std::unexpected(RpcError{ErrorCode::Unauthenticated, caller.error()});
-  }
-  if (auto error = no_room()) co_return std::unexpected(*error);
-  stage_ = Stage::Open;
-  caller_ = *caller;
-  lines_.set_max_line(control::kMaxLine);
-  json::object welcome{{"product", "trueposed"},
-                       {"version", TRUEPOSE_VERSION},
-                       {"protocol", kProtocol},
-                       {"cell", context_->cell_name},
-                       {"time", control::rfc3339(context_->parts.wall_clock())},
-                       {"next_seq", context_->parts.events.next_seq()},
-                       {"name", caller_.name},
-                       {"role", view(control::name(caller_.role))}};
-  if (proof) welcome["proof"] = session_proof(context_->token, control::Prover::Server, terms_);
-  co_return welcome;
-}
-
-Session::Result Session::system_info(const json::object& params) const {
-  ParamReader read{params};
-  if (auto error = read.finish()) return std::unexpected(*error);
-  const std::chrono::duration<double> uptime = context_->parts.clock.now() - context_->started;
-  json::object info{{"product", "trueposed"},
-                    {"version", TRUEPOSE_VERSION},
-                    {"protocol", kProtocol},
-                    {"cell", context_->cell_name},
-                    {"time", control::rfc3339(context_->parts.wall_clock())},
-                    {"started", context_->started_text},
-                    {"uptime_s", uptime.count()},
-                    {"connections", context_->sessions.size()}};
-  if (context_->tls) {
-    const control::Certificate& ours = context_->tls->certificate();
-    info["tls"] = {{"fingerprint", ours.fingerprint}, {"valid_until", control::rfc3339(ours.until)}};
-  }
-  return info;
-}
-
-Session::Result Session::subscribe(const json::object& params) {
-  EventBus& events = context_->parts.events;
-  const std::uint64_t next = events.next_seq();
-  ParamReader read{params};
-  const auto names = read.texts("topics");
-  const auto after = read.integer("after", 0, static_cast<std::int64_t>(next) - 1);
-  std::set<control::Topic> topics;
-  if (!names) {
-    for (const auto& [name, topic] : control::kTopics) topics.insert(topic);
-  }
-  for (const std::string& name : names.value_or(std::vector<std::string>{})) {
-    const auto topic = control::topic_from_name(name);
-    if (topic) topics.insert(*topic);
-    if (!topic) read.fail("topics", "no topic \"" + name + "\"");
-  }
-  if (auto error = read.finish()) return std::unexpected(*error);
-
-  const std::uint64_t last_seen = after ? static_cast<std::uint64_t>(*after) : next - 1;
-  const std::uint64_t oldest = events.oldest_seq();
-  const auto wake = [weak = weak_from_this(), executor = connection_->executor()] {
-    asio::post(executor, [weak] {
-      if (const auto self = weak.lock()) self->see_events();
-    });
-  };
-  subscription_.reset();
-  subscription_ = events.subscribe(topics, last_seen, wake);
-  json::array subscribed;
-  for (const control::Topic topic : topics) subscribed.emplace_back(view(control::name(topic)));
-  return json::object{{"topics", std::move(subscribed)},
-                      {"next", next},
-                      {"oldest", oldest},
-                      {"complete", last_seen + 1 >= oldest}};
-}
-
-Session::Result Session::unsubscribe(const json::object& params) {
-  ParamReader read{params};
-  if (auto error = read.finish()) return std::unexpected(*error);
-  subscription_.reset();
-  return json::object{{"topics", json::array{}}};
-}
-
 // Not left to the writer, which may be stuck in a write to this very client.
 void Session::see_events() {
   wake_.cancel();
@@ -450,16 +225,48 @@ void Session::see_events() {
 
 // Writing.
 
-std::string Session::next_batch() {
+asio::awaitable<std::string> Session::next_batch() {
   std::string batch = std::exchange(outgoing_, {});
-  if (!subscription_ || finishing_) return batch;
-  for (const EventBus::Line& line : subscription_->take(kEventsPerBatch)) batch += *line;
-  return batch;
+  if (!subscription_ || finishing_) co_return batch;
+  if (batch.empty()) batch = co_await read_missed();
+  if (!subscription_ || finishing_) co_return batch;
+  EventBus::Taken taken = subscription_->take(kEventsPerBatch);
+  for (std::size_t i = 0; i < taken.lines.size(); ++i) {
+    const bool after_gap = i == 0 && !taken.dropped.empty();
+    batch += after_gap ? control::event_after_drops(*taken.lines[i], taken.dropped) : *taken.lines[i];
+  }
+  for (const auto& [topic, count] : taken.dropped) context_->dropped_events[topic] += count;
+  co_return batch;
+}
+
+/// What the subscription missed and the archive has: the next part of it, with replies that came meanwhile.
+asio::awaitable<std::string> Session::read_missed() {
+  std::string batch;
+  while (batch.empty() && subscription_ && !finishing_) {
+    const auto missed = subscription_->missed();
+    if (!missed) break;
+    const std::uint64_t subscription = subscriptions_;
+    auto job = [archive = context_->parts.events.archive(), missed] {
+      return archive->events(missed->topics, missed->first, missed->end);
+    };
+    auto page = co_await context_->parts.worker.ask(job);
+    // By then it may be another's, or nobody's.
+    if (!subscription_ || subscription != subscriptions_) break;
+    if (!page) {
+      context_->parts.warn("control: " + page.error().detail);
+      dismiss({ErrorCode::Internal, "closed: what was missed cannot be read: " + page.error().detail});
+      break;
+    }
+    subscription_->go_on_from(page->next);
+    for (const KeptEvent& event : page->events)
+      batch += control::encode_event_text(event.seq, event.time, event.topic, event.data);
+  }
+  co_return batch + std::exchange(outgoing_, {});
 }
 
 asio::awaitable<void> Session::write_lines() {
   while (true) {
-    const std::string batch = next_batch();
+    const std::string batch = co_await next_batch();
     if (batch.empty()) {
       if (finishing_) {
         auto farewell =

@@ -5,19 +5,18 @@
 #include <boost/asio/cancellation_signal.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/json/value.hpp>
-#include <deque>
 #include <expected>
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
 
-#include "daemon/control/access_list.hpp"
+#include "daemon/control/admission.hpp"
 #include "daemon/control/caller.hpp"
 #include "daemon/control/commands.hpp"
 #include "daemon/control/connection.hpp"
 #include "daemon/control/control_server.hpp"
+#include "daemon/control/jobs.hpp"
 #include "daemon/control/tls_identity.hpp"
 #include "proto/control/line_splitter.hpp"
 #include "proto/control/request.hpp"
@@ -27,29 +26,23 @@ namespace truepose::daemon {
 
 class Session;
 
-/// Who is at the other end.
-struct Peer {
-  std::string name;      ///< "uid 1000" over the Unix socket, else the address; whom limits are counted for
-  std::string endpoint;  ///< of TCP: "127.0.0.1 7210", where the client found us
-  bool trusted = false;  ///< let in by the Unix socket's owner and mode: needs no token
-};
-
 /// What the sessions of one server share.
 struct SessionContext {
   ControlServerParts parts;
   ControlLimits limits;
   std::string cell_name;
-  std::string token;
-  AccessList access;
   std::optional<TlsIdentity> tls;
   std::set<std::string, std::less<>> cell_methods;
   drivers::TimePoint started;
   std::string started_text;
-  std::map<std::string, std::deque<drivers::TimePoint>> hello_failures{};  ///< of each peer
-  std::set<Session*> sessions{};                                           ///< those that live
-  std::uint64_t last_number = 0;                                           ///< given to a session
-  drivers::TimePoint next_tls_warning{};                                   ///< not before
+  std::set<Session*> sessions{};          ///< those that live
+  std::uint64_t last_number = 0;          ///< given to a session
+  drivers::TimePoint next_tls_warning{};  ///< not before
+  std::unique_ptr<Admission> admission{};
   std::unique_ptr<Commands> commands{};
+  std::unique_ptr<Jobs> jobs{};
+  std::uint64_t requests = 0;        ///< answered so far
+  control::Dropped dropped_events{}; ///< that clients read too slowly for
 
   /// Reads the access file again where it has changed, and closes sessions that it no longer lets in.
   void refresh_access();
@@ -100,25 +93,31 @@ class Session : public std::enable_shared_from_this<Session> {
   boost::asio::awaitable<void> serve(std::string line);
   boost::asio::awaitable<Result> call(control::Request request);
 
+  /// Says who serves, before anything is asked.
+  void greet();
   Result challenge(const boost::json::object& params);
   boost::asio::awaitable<Result> hello(boost::json::object params);
-  using Known = std::expected<Caller, std::string>;  ///< else one sentence
   /// Whose hello it is.
-  Known caller_of(const std::optional<std::string>& token, const std::optional<std::string>& proof) const;
-  Known caller_of_token(const std::string& token) const;
-  Known caller_of_certificate() const;
+  Admission::Known caller_of(const std::optional<std::string>& token,
+                             const std::optional<std::string>& proof) const;
   /// Why the caller may not call the method.
   std::optional<control::RpcError> forbidden(const std::string& method) const;
   /// What stands in the way of one more session of this peer.
   std::optional<control::RpcError> no_room() const;
   bool authenticated() const { return stage_ == Stage::Open; }
   Result system_info(const boost::json::object& params) const;
-  Result subscribe(const boost::json::object& params);
+  Result ping(const boost::json::object& params) const;
+  /// Answers with the number under which the call goes on.
+  Result begin_job(control::Request request);
+  Result job(const boost::json::object& params) const;
+  boost::asio::awaitable<Result> subscribe(boost::json::object params);
+  boost::asio::awaitable<StoreResult<std::vector<EventGap>>> gaps_behind(std::uint64_t last_seen);
   Result unsubscribe(const boost::json::object& params);
 
   std::optional<drivers::TimePoint> deadline() const;
   void see_events();
-  std::string next_batch();
+  boost::asio::awaitable<std::string> next_batch();
+  boost::asio::awaitable<std::string> read_missed();
   void send(std::string line);
   /// Sends an error that belongs to no request, and closes once it is written.
   void dismiss(control::RpcError error);
@@ -139,8 +138,10 @@ class Session : public std::enable_shared_from_this<Session> {
   std::array<char, 4096> input_{};
   std::string outgoing_;  ///< replies not yet written
   std::unique_ptr<EventBus::Subscription> subscription_;
+  std::uint64_t subscriptions_ = 0;  ///< that there were
   drivers::TimePoint connected_;
   drivers::TimePoint last_request_;
+  std::optional<std::chrono::seconds> heartbeat_{};  ///< within which the client says that it is there
   std::optional<drivers::TimePoint> line_started_;
   bool finishing_ = false;  ///< write what is left, then close
   bool written_ = false;    ///< the writer has ended

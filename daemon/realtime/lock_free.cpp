@@ -57,4 +57,18 @@ LatencyHistogram::Summary LatencyHistogram::summary() const noexcept {
   return summary;
 }
 
+LatencyHistogram::Distribution LatencyHistogram::distribution(std::span<const double> edges_us) const {
+  Distribution distribution{.at_most = std::vector<std::uint64_t>(edges_us.size())};
+  for (std::size_t i = 0; i < counts_.size(); ++i) {
+    const std::uint64_t count = counts_[i].load(std::memory_order_relaxed);
+    if (count == 0) continue;
+    const double longest_us = upper_edge_ns(i) / 1e3;
+    distribution.count += count;
+    distribution.sum_us += static_cast<double>(count) * longest_us;
+    for (std::size_t edge = 0; edge < edges_us.size(); ++edge)
+      if (longest_us <= edges_us[edge]) distribution.at_most[edge] += count;
+  }
+  return distribution;
+}
+
 }  // namespace truepose::daemon

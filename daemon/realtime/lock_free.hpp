@@ -6,7 +6,9 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <type_traits>
+#include <vector>
 
 namespace truepose::daemon {
 
@@ -100,6 +102,16 @@ class LatencyHistogram {
   /// Any thread. Percentiles are upper edges of their bucket, never above the maximum, which is exact. 0
   /// where empty.
   Summary summary() const noexcept;
+
+  /// How many durations were no longer than each of some edges, and how many and how long they are all together.
+  struct Distribution {
+    std::vector<std::uint64_t> at_most;
+    std::uint64_t count = 0;
+    double sum_us = 0;  ///< of the buckets' upper edges
+  };
+  /// Any thread.
+  /// @param edges_us  ascending
+  Distribution distribution(std::span<const double> edges_us) const;
 
  private:
   static constexpr std::size_t kSubBuckets = 32;

@@ -99,6 +99,9 @@ class StreamCycle final : public drivers::RsiResponder {
   LatencyHistogram::Summary turnaround() const noexcept { return turnaround_.summary(); }
   /// Of this, from the datagram in hand to the reply that is ready.
   LatencyHistogram::Summary compute() const noexcept { return compute_.summary(); }
+  /// The same in full.
+  const LatencyHistogram& turnaround_times() const noexcept { return turnaround_; }
+  const LatencyHistogram& compute_times() const noexcept { return compute_; }
 
   /// Next event for the log, in order. One thread. @return false where there is none
   bool next_event(StreamEvent& event) noexcept { return events_.pop(event); }

@@ -3,6 +3,8 @@
 #include <span>
 #include <utility>
 
+#include "proto/bridge/messages.hpp"
+#include "proto/control/line_splitter.hpp"
 #include "proto/eki/document_splitter.hpp"
 #include "proto/eki/messages.hpp"
 #include "proto/emscon/packet_splitter.hpp"
@@ -76,6 +78,59 @@ class EmsconDecoder final : public Base {
   emscon::PacketSplitter splitter_;
 };
 
+template <typename Base>
+class BridgeDecoder final : public Base {
+ public:
+  explicit BridgeDecoder(Kind kind) : kind_{kind} {}
+  void feed(std::string_view bytes) override { lines_.push(bytes); }
+  Understood next() override {
+    const auto line = lines_.next();
+    if (!line && lines_.overflowed()) return std::unexpected(std::string{"a line that is too long"});
+    if (!line) return std::nullopt;
+    if (kind_ == Kind::Received) return verdict(bridge::decode_from_bridge(*line));
+    const auto request = bridge::decode_request(*line);
+    if (!request) return std::unexpected(request.error().refusal.text);
+    return std::expected<void, std::string>{};
+  }
+
+ private:
+  static Understood verdict(const auto& message) {
+    if (!message) return std::unexpected(message.error());
+    return std::expected<void, std::string>{};
+  }
+
+  Kind kind_;
+  control::LineSplitter lines_{bridge::kMaxLine};
+};
+
+/// Whatever the tracker speaks, as its first bytes show: emScon begins with the size of a packet, whose
+/// fourth byte is zero, which JSON never has.
+template <typename Base>
+class TrackerDecoder final : public Base {
+ public:
+  explicit TrackerDecoder(Kind kind) : kind_{kind} {}
+  void feed(std::string_view bytes) override {
+    if (!decoder_) {
+      begin_ += bytes;
+      bytes = begin_;
+      constexpr std::size_t kTelling = 4;
+      if (bytes.size() < kTelling) return;
+      if (bytes[kTelling - 1] == 0) {
+        decoder_ = std::make_unique<EmsconDecoder<Base>>(kind_);
+      } else {
+        decoder_ = std::make_unique<BridgeDecoder<Base>>(kind_);
+      }
+    }
+    decoder_->feed(bytes);
+  }
+  Understood next() override { return decoder_ ? decoder_->next() : std::nullopt; }
+
+ private:
+  Kind kind_;
+  std::string begin_;
+  std::unique_ptr<Base> decoder_;
+};
+
 }  // namespace
 
 DeviceReplay::DeviceReplay(Wire wire) : report_{.wire = wire} { begin(); }
@@ -83,7 +138,7 @@ DeviceReplay::~DeviceReplay() = default;
 
 void DeviceReplay::begin() {
   const auto decoder = [this](Kind kind) -> std::unique_ptr<Decoder> {
-    if (report_.wire == Wire::Tracker) return std::make_unique<EmsconDecoder<Decoder>>(kind);
+    if (report_.wire == Wire::Tracker) return std::make_unique<TrackerDecoder<Decoder>>(kind);
     return std::make_unique<EkiDecoder<Decoder>>(kind);
   };
   received_ = decoder(Kind::Received);

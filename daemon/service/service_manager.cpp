@@ -2,6 +2,7 @@
 
 #include <systemd/sd-daemon.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace truepose::daemon {
@@ -22,17 +23,24 @@ Watchdog::Watchdog(std::vector<Thread> threads, drivers::TimePoint now) {
   }
 }
 
-std::optional<std::string> Watchdog::stuck(drivers::TimePoint now) {
-  std::optional<std::string> first;
+std::vector<Watchdog::Seen> Watchdog::look(drivers::TimePoint now) {
+  std::vector<Seen> all;
   for (Watched& watched : watched_) {
     const Pulse pulse = watched.thread.pulse();
     if (pulse.idle || pulse.beats != watched.beats) {
       watched.beats = pulse.beats;
       watched.advanced = now;
     }
-    if (!first && now - watched.advanced > watched.thread.patience) first = watched.thread.name;
+    const drivers::Duration still_for = now - watched.advanced;
+    all.push_back({watched.thread.name, pulse.idle, still_for, still_for > watched.thread.patience});
   }
-  return first;
+  return all;
+}
+
+std::optional<std::string> Watchdog::stuck(drivers::TimePoint now) {
+  const std::vector<Seen> all = look(now);
+  const auto first = std::ranges::find(all, true, &Seen::stuck);
+  return first == all.end() ? std::nullopt : std::optional{first->name};
 }
 
 }  // namespace truepose::daemon

@@ -34,8 +34,16 @@ class Watchdog {
   };
   Watchdog(std::vector<Thread> threads, drivers::TimePoint now);
 
+  /// A thread as it was seen.
+  struct Seen {
+    std::string name;
+    bool idle = false;             ///< it has nothing to do
+    drivers::Duration still_for{};  ///< since it was seen to advance, or idle
+    bool stuck = false;            ///< for longer than its patience
+  };
   /// Looks at every thread; to be called several times within the shortest patience.
-  /// @return the first that has stood still for longer than its patience
+  std::vector<Seen> look(drivers::TimePoint now);
+  /// The same. @return the first that is stuck
   std::optional<std::string> stuck(drivers::TimePoint now);
 
  private:

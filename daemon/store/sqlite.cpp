@@ -4,9 +4,28 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <system_error>
+
 #include "proto/text/device_text.hpp"
 
 namespace truepose::daemon::sqlite {
+
+namespace {
+
+/// A write that found no room has changed nothing, however SQLite calls it: that of the index of the log, or
+/// one beyond a quota. A sync that did is another matter: nobody knows what is on the disk then.
+bool is_full(int code, sqlite3* connection) {
+  if ((code & 0xff) == SQLITE_FULL) return true;
+  const bool wrote = code == SQLITE_IOERR_WRITE || code == SQLITE_IOERR_SHMSIZE;
+  const int reason = connection == nullptr ? 0 : sqlite3_system_errno(connection);
+  return wrote && (reason == ENOSPC || reason == EDQUOT || reason == EFBIG);
+}
+
+}  // namespace
 
 void Statement::bound(int code) {
   if (!error_ && code != SQLITE_OK) error_ = database_->error(code);
@@ -67,12 +86,34 @@ StoreResult<std::unique_ptr<Database>> Database::open(const std::string& file) {
 }
 
 StoreResult<std::unique_ptr<Database>> Database::open_to_read(const std::string& file) {
-  return open(file, SQLITE_OPEN_READONLY);
+  std::error_code none;
+  if (std::filesystem::exists(file + "-wal", none)) return open(file, SQLITE_OPEN_READONLY);
+  // Nobody has it open. SQLite would make a log to read it by, and could not where it may not write.
+  std::string uri = "file:";
+  for (const char letter : file) {
+    constexpr std::string_view kSpecial = "%?#";
+    std::array<char, 4> code{letter};
+    if (kSpecial.contains(letter)) std::snprintf(code.data(), code.size(), "%%%02x", letter);
+    uri += code.data();
+  }
+  return open(file, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, uri + "?immutable=1");
 }
 
-StoreResult<std::unique_ptr<Database>> Database::open(const std::string& file, int flags) {
+StoreResult<std::unique_ptr<Database>> Database::copy_in_memory(Database& source) {
+  auto copy = open(source.file_, SQLITE_OPEN_READWRITE | SQLITE_OPEN_MEMORY, ":memory:");
+  if (!copy) return copy;
+  sqlite3_backup* const backup =
+      sqlite3_backup_init((*copy)->connection(), "main", source.connection(), "main");
+  if (backup != nullptr) sqlite3_backup_step(backup, -1);
+  const int code = backup != nullptr ? sqlite3_backup_finish(backup) : sqlite3_errcode((*copy)->connection());
+  if (code != SQLITE_OK) return std::unexpected((*copy)->error(code));
+  return copy;
+}
+
+StoreResult<std::unique_ptr<Database>> Database::open(const std::string& file, int flags,
+                                                      const std::string& uri) {
   sqlite3* connection = nullptr;
-  const int code = sqlite3_open_v2(file.c_str(), &connection, flags, nullptr);
+  const int code = sqlite3_open_v2(uri.empty() ? file.c_str() : uri.c_str(), &connection, flags, nullptr);
   std::unique_ptr<Database> database{new Database{file, connection}};
   if (code != SQLITE_OK) return std::unexpected(database->error(code));
   sqlite3_extended_result_codes(connection, 1);
@@ -102,16 +143,17 @@ StoreResult<std::string> Database::value(std::string_view sql) {
 
 StoreError Database::error(int code) {
   const char* const says = connection_ ? sqlite3_errmsg(connection_.get()) : sqlite3_errstr(code);
+  const bool full = is_full(code, connection_.get());
   const int kind = code & 0xff;
-  StoreError error{file_ + ": " + says, kind == SQLITE_FULL || kind == SQLITE_BUSY || kind == SQLITE_LOCKED};
-  if (kind == SQLITE_FULL) error.detail += "; free space, then restart";
-  if (kind == SQLITE_IOERR && !device_error_) device_error_ = error;
+  StoreError error{file_ + ": " + says, full || kind == SQLITE_BUSY || kind == SQLITE_LOCKED};
+  if (full) error.detail += "; make room on the disk";
+  if (kind == SQLITE_IOERR && !full && !device_error_) device_error_ = error;
   return error;
 }
 
 StoreResult<Transaction> Transaction::begin(Database& database) {
   if (const auto& failed = database.device_error()) {
-    return std::unexpected(StoreError{failed->detail + " (earlier); check the disk, then restart"});
+    return std::unexpected(StoreError{failed->detail + " (earlier); check the disk, then acknowledge"});
   }
   // IMMEDIATE: whoever else writes is found out here, not in the middle.
   const StoreResult<void> begun = database.execute("BEGIN IMMEDIATE");
@@ -128,6 +170,21 @@ StoreResult<void> Transaction::commit() {
   StoreResult<void> committed = database_->execute("COMMIT");
   if (committed) database_ = nullptr;
   return committed;
+}
+
+StoreError in(std::string_view operation, const StoreError& error) {
+  return {std::string{operation} + ": " + error.detail, error.may_pass};
+}
+
+StoreResult<void> commit(Database& database, std::string_view operation,
+                         const std::vector<Statement*>& statements) {
+  StoreResult<Transaction> transaction = Transaction::begin(database);
+  if (!transaction) return std::unexpected(in(operation, transaction.error()));
+  StoreResult<void> result;
+  for (std::size_t i = 0; result && i < statements.size(); ++i) result = statements[i]->run();
+  if (result) result = transaction->commit();
+  if (!result) return std::unexpected(in(operation, result.error()));
+  return {};
 }
 
 }  // namespace truepose::daemon::sqlite

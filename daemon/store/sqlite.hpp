@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "daemon/store/store.hpp"
 
@@ -57,7 +58,10 @@ class Database {
  public:
   /// @param file  made where it does not exist, for its owner alone
   static StoreResult<std::unique_ptr<Database>> open(const std::string& file);
+  /// Changes nothing, also beside the file.
   static StoreResult<std::unique_ptr<Database>> open_to_read(const std::string& file);
+  /// All of another, to be changed.
+  static StoreResult<std::unique_ptr<Database>> copy_in_memory(Database& source);
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
@@ -68,9 +72,10 @@ class Database {
   /// The first column of the first row of a query, as text.
   StoreResult<std::string> value(std::string_view sql);
   int changes() const { return sqlite3_changes(connection_.get()); }
+  sqlite3* connection() const { return connection_.get(); }
 
-  /// "cell.db: database or disk is full; free space, then restart": the file, what SQLite says and what to
-  /// do. Remembers errors of the device.
+  /// "cell.db: database or disk is full; make room on the disk": the file, what SQLite says and what to do.
+  /// Remembers errors of the device.
   StoreError error(int code);
   /// The error of the device that this connection met first.
   const std::optional<StoreError>& device_error() const { return device_error_; }
@@ -79,7 +84,8 @@ class Database {
   struct Close {
     void operator()(sqlite3* connection) const { sqlite3_close_v2(connection); }
   };
-  static StoreResult<std::unique_ptr<Database>> open(const std::string& file, int flags);
+  static StoreResult<std::unique_ptr<Database>> open(const std::string& file, int flags,
+                                                     const std::string& uri = {});
   Database(std::string file, sqlite3* connection) : file_{std::move(file)}, connection_{connection} {}
 
   std::string file_;
@@ -103,5 +109,12 @@ class Transaction {
   explicit Transaction(Database& database) : database_{&database} {}
   Database* database_;  // nullptr once it is over
 };
+
+/// The error, with the operation that failed.
+StoreError in(std::string_view operation, const StoreError& error);
+
+/// Runs statements as one transaction: on the disk, or not at all. An error says which operation failed.
+StoreResult<void> commit(Database& database, std::string_view operation,
+                         const std::vector<Statement*>& statements);
 
 }  // namespace truepose::daemon::sqlite

@@ -1,27 +1,27 @@
 #include "daemon/store/store.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
+#include "daemon/store/campaign_plan.hpp"
+#include "daemon/store/joint_list.hpp"
 #include "daemon/store/sqlite.hpp"
+#include "daemon/store/store_impl.hpp"
 #include "proto/text/digest.hpp"
 
 namespace truepose::daemon {
 namespace {
 
 using sqlite::Database;
+using sqlite::in;
 using sqlite::Statement;
 using sqlite::Transaction;
 
 constexpr std::int64_t kApplicationId = 0x54505345;  // "TPSE", so that `file` and we know our own
-constexpr std::int64_t kSchemaVersion = 6;
+constexpr std::int64_t kSchemaVersion = 9;
 
-// Lists of joints are JSON text with every digit: a person can read them, json_each() too.
 constexpr const char* kSchema1 = R"sql(
 CREATE TABLE campaign (
   id             TEXT PRIMARY KEY,
@@ -176,41 +176,41 @@ UPDATE point SET purpose = old_purpose;
 ALTER TABLE point DROP COLUMN old_purpose;
 )sql";
 
+// Campaigns know who started them and what for, and models when each was the active one, whoever made it
+// that.
+constexpr const char* kSchema7 = R"sql(
+ALTER TABLE campaign ADD COLUMN started_by TEXT NOT NULL DEFAULT '';
+ALTER TABLE campaign ADD COLUMN note TEXT NOT NULL DEFAULT '';
+CREATE TABLE activation (
+  number   INTEGER PRIMARY KEY,
+  model_id TEXT NOT NULL REFERENCES model (id)
+) STRICT;
+INSERT INTO activation (model_id) SELECT id FROM model WHERE active=1;
+CREATE TRIGGER model_activated AFTER UPDATE OF active ON model WHEN NEW.active=1
+  BEGIN INSERT INTO activation (model_id) VALUES (NEW.id); END;
+)sql";
+
+// A campaign may be an identification of the points of another. `validate` lists the poses that validate
+// there (JSON); NULL: those that were measured to.
+constexpr const char* kIdentificationSchema = R"sql(
+CREATE TABLE identification (
+  id        TEXT PRIMARY KEY REFERENCES campaign (id),
+  points_of TEXT NOT NULL REFERENCES campaign (id),
+  validate  TEXT CHECK (validate IS NULL OR json_valid(validate))
+) STRICT;
+)sql";
+
 constexpr const char* kDeactivate = "UPDATE model SET active=0 WHERE active=1";
 
 // Poses are numbered from 1; the database has counted them from 0 since its first version.
 std::int64_t stored_pose(int number) { return number - 1; }
 int pose_number(std::int64_t stored) { return static_cast<int>(stored) + 1; }
 
-constexpr std::array<std::string_view, 8> kPurposes{"identify", "validate", "remeasure", "reference",
-                                                    "target",   "cycle",    "nest",      "face1"};
-
-template <typename Numbers>
-std::string array_text(const Numbers& numbers) {
-  std::string text = "[";
-  for (const auto value : numbers) {
-    if (text.size() > 1) text += ',';
-    std::array<char, 32> digits;
-    const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-    text.append(digits.data(), end);
-  }
-  return text + "]";
-}
-
-std::optional<JointVector> joints(std::string_view text) {
-  JointVector q(0);
-  if (!text.starts_with('[') || !text.ends_with(']')) return std::nullopt;
-  const char* at = text.data() + 1;
-  const char* const end = text.data() + text.size() - 1;
-  while (at < end) {
-    double value = 0;
-    const auto [rest, error] = std::from_chars(at, end, value);
-    if (error != std::errc{} || q.size() == kMaxJoints || (rest != end && *rest != ',')) return std::nullopt;
-    q.conservativeResize(q.size() + 1);
-    q[q.size() - 1] = value;
-    at = rest == end ? end : rest + 1;
-  }
-  return q;
+/// Of "[1,2]"; nothing of any other text.
+std::optional<std::vector<int>> whole_numbers(std::string_view text) {
+  const auto numbers = numbers_of(text);
+  if (!numbers) return std::nullopt;
+  return std::vector<int>(numbers->begin(), numbers->end());
 }
 
 bool finite(const StoredPoint& point) {
@@ -218,6 +218,14 @@ bool finite(const StoredPoint& point) {
          point.p_WS_mm.allFinite() && point.std_mm.allFinite() && std::isfinite(point.temperature_c) &&
          std::isfinite(point.pressure_mbar) && std::isfinite(point.humidity_percent);
 }
+
+/// Of a campaign, as campaign_of() takes them; without its document, which may be long.
+constexpr const char* kOutline =
+    "SELECT id, started, ended, state, reason, robot_model, robot_serial, tracker_model, tracker_serial, "
+    "model_id, '', kind, started_by, note FROM campaign ";
+constexpr const char* kWhole =
+    "SELECT id, started, ended, state, reason, robot_model, robot_serial, tracker_model, tracker_serial, "
+    "model_id, document, kind, started_by, note FROM campaign ";
 
 CampaignRecord campaign_of(const Statement& row) {
   return {.id = row.text(0),
@@ -231,7 +239,9 @@ CampaignRecord campaign_of(const Statement& row) {
           .tracker_model = row.text(7),
           .tracker_serial = row.text(8),
           .model_id = row.text(9),
-          .document = row.document(10)};
+          .document = row.document(10),
+          .started_by = row.text(12),
+          .note = row.text(13)};
 }
 
 ModelRecord model_of(const Statement& row) {
@@ -264,11 +274,6 @@ StoreResult<std::optional<Record>> first(Statement query, Record (*of)(const Sta
   if (!row) return std::unexpected(row.error());
   if (!*row) return std::nullopt;
   return of(query);
-}
-
-/// Says which operation failed.
-StoreError in(std::string_view operation, const StoreError& error) {
-  return {std::string{operation} + ": " + error.detail, error.may_pass};
 }
 
 StoreResult<void> prepare_connection(Database& database) {
@@ -317,42 +322,49 @@ StoreResult<void> migrate(Database& database, const std::string& file) {
   if (*version < 4) steps += kSchema4;
   if (*version < 5) steps += kSchema5;
   if (*version < 6) steps += kSchema6;
+  if (*version < 7) steps += kSchema7;
+  if (*version < 8) steps += kEventSchema + std::string{kIdentificationSchema};
+  if (*version < 9) steps += CampaignPlans::kSchema;
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
+}
+
+/// One whose file is whole.
+StoreResult<std::unique_ptr<Database>> open_checked(std::string_view operation, const std::string& file) {
+  StoreResult<std::unique_ptr<Database>> database = Database::open(file);
+  if (!database) return std::unexpected(in(operation, database.error()));
+  StoreResult<void> good = prepare_connection(**database);
+  if (good) good = unharmed(**database, file);
+  if (!good) return std::unexpected(in(operation, good.error()));
+  return database;
 }
 
 }  // namespace
 
-struct Store::Impl {
-  std::unique_ptr<Database> database;
-
-  Statement inserted(const ModelRecord& m) {
-    Statement insert = database->prepare("INSERT INTO model VALUES (?,?,?,?,?,?,?,0,?,?)");
-    insert.bind(m.id).bind(m.created).bind(m.campaign_id).bind(m.robot_serial).bind(m.yaml);
-    insert.bind(m.validation_before_mm).bind(m.validation_after_mm);
-    insert.bind(m.largest_correction_deg).bind(text::sha256_hex(m.yaml));
-    return insert;
+void let_validate(const std::vector<int>& poses, std::vector<StoredPoint>& points) {
+  for (StoredPoint& point : points) {
+    if (point.purpose != PointPurpose::Identify && point.purpose != PointPurpose::Validate) continue;
+    point.purpose =
+        std::ranges::find(poses, point.pose) != poses.end() ? PointPurpose::Validate : PointPurpose::Identify;
   }
-  Statement activated(const std::string& id) {
-    Statement update = database->prepare("UPDATE model SET active=1 WHERE id=?");
-    update.bind(id);
-    return update;
-  }
+}
 
-  /// Brings what is committed from the log into the file itself, so that the file alone is the whole store.
-  /// Where somebody reads at that moment it is left to the next time: it is on the disk either way.
-  void gather() { static_cast<void>(database->value("PRAGMA wal_checkpoint(TRUNCATE)")); }
+Statement Store::Impl::inserted(const ModelRecord& m) {
+  Statement insert = database->prepare("INSERT INTO model VALUES (?,?,?,?,?,?,?,0,?,?)");
+  insert.bind(m.id).bind(m.created).bind(m.campaign_id).bind(m.robot_serial).bind(m.yaml);
+  insert.bind(m.validation_before_mm).bind(m.validation_after_mm);
+  insert.bind(m.largest_correction_deg).bind(text::sha256_hex(m.yaml));
+  return insert;
+}
 
-  /// Runs statements as one transaction: on the disk, or not at all.
-  StoreResult<void> commit(std::string_view operation, const std::vector<Statement*>& statements) {
-    StoreResult<Transaction> transaction = Transaction::begin(*database);
-    if (!transaction) return std::unexpected(in(operation, transaction.error()));
-    StoreResult<void> result;
-    for (std::size_t i = 0; result && i < statements.size(); ++i) result = statements[i]->run();
-    if (result) result = transaction->commit();
-    if (!result) return std::unexpected(in(operation, result.error()));
-    return {};
-  }
-};
+Statement Store::Impl::activated(const std::string& id) {
+  Statement update = database->prepare("UPDATE model SET active=1 WHERE id=?");
+  update.bind(id);
+  return update;
+}
+
+StoreResult<void> Store::Impl::commit(std::string_view operation, const std::vector<Statement*>& statements) {
+  return sqlite::commit(*database, operation, statements);
+}
 
 Store::Store(std::unique_ptr<Impl> impl) : impl_{std::move(impl)} {}
 Store::Store(Store&&) noexcept = default;
@@ -361,18 +373,33 @@ Store::~Store() = default;
 
 StoreResult<Store> Store::open(const std::filesystem::path& file) {
   constexpr std::string_view kOperation = "opening the store";
-  StoreResult<std::unique_ptr<Database>> database = Database::open(file.string());
-  if (!database) return std::unexpected(in(kOperation, database.error()));
-  const StoreResult<void> prepared = prepare_connection(**database);
-  if (!prepared) return std::unexpected(in(kOperation, prepared.error()));
-  const StoreResult<void> check = unharmed(**database, file.string());
-  if (!check) return std::unexpected(in(kOperation, check.error()));
+  StoreResult<std::unique_ptr<Database>> database = open_checked(kOperation, file.string());
+  if (!database) return std::unexpected(database.error());
   StoreResult<Transaction> transaction = Transaction::begin(**database);
   if (!transaction) return std::unexpected(in(kOperation, transaction.error()));
   StoreResult<void> migrated = migrate(**database, file.string());
   if (migrated) migrated = transaction->commit();
   if (!migrated) return std::unexpected(in(kOperation, migrated.error()));
-  return Store{std::make_unique<Impl>(Impl{std::move(*database)})};
+  return Store{std::make_unique<Impl>(Impl{file, std::move(*database)})};
+}
+
+StoreResult<Store> Store::open_to_read(const std::filesystem::path& file) {
+  constexpr std::string_view kOperation = "reading the store";
+  StoreResult<std::unique_ptr<Database>> database = Database::open_to_read(file.string());
+  if (!database) return std::unexpected(in(kOperation, database.error()));
+  const StoreResult<void> patient = (*database)->execute("PRAGMA busy_timeout=2000");
+  if (!patient) return std::unexpected(in(kOperation, patient.error()));
+  const StoreResult<int> version = known_version(**database, file.string());
+  if (!version) return std::unexpected(in(kOperation, version.error()));
+  if (*version == 0) return std::unexpected(in(kOperation, {file.string() + ": nothing is in it"}));
+  if (*version < kSchemaVersion) {
+    StoreResult<std::unique_ptr<Database>> copy = Database::copy_in_memory(**database);
+    if (!copy) return std::unexpected(in(kOperation, copy.error()));
+    database = *std::move(copy);
+    const StoreResult<void> migrated = migrate(**database, file.string());
+    if (!migrated) return std::unexpected(in(kOperation, migrated.error()));
+  }
+  return Store{std::make_unique<Impl>(Impl{file, *std::move(database)})};
 }
 
 StoreResult<void> Store::examine(const std::filesystem::path& file) {
@@ -386,8 +413,43 @@ StoreResult<void> Store::examine(const std::filesystem::path& file) {
   return {};
 }
 
-StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
-  Statement insert = impl_->database->prepare("INSERT INTO campaign VALUES (?,?,?,?,?,?,?,?,?,?,?,?)");
+StoreResult<StoreBackup> Store::begin_backup(const std::filesystem::path& file) {
+  return StoreBackup::begin(*impl_->database, file);
+}
+
+StoreResult<void> Store::begin_new_life(std::uint64_t beyond) {
+  Statement disarm = impl_->database->prepare("DELETE FROM armed");
+  Statement number = impl_->database->prepare("UPDATE event_number SET last=max(last, ?)");
+  number.bind(static_cast<std::int64_t>(beyond));
+  return impl_->commit("beginning anew with a copy", {&disarm, &number});
+}
+
+StoreResult<std::uint64_t> Store::last_event_number() {
+  Statement query = impl_->database->prepare("SELECT last FROM event_number");
+  const StoreResult<bool> row = query.step();
+  if (!row) return std::unexpected(row.error());
+  return static_cast<std::uint64_t>(query.integer(0));
+}
+
+StoreResult<void> Store::try_again() {
+  constexpr std::string_view kOperation = "trying the store again";
+  if (impl_->database->device_error()) {
+    // The old connection goes only once there is another.
+    StoreResult<std::unique_ptr<Database>> database = open_checked(kOperation, impl_->file.string());
+    if (!database) return std::unexpected(database.error());
+    impl_->database = *std::move(database);
+  }
+  // That what is in the log fits into the file, and that there is room for more.
+  const StoreResult<std::string> gathered = impl_->database->value("PRAGMA wal_checkpoint(TRUNCATE)");
+  if (!gathered) return std::unexpected(in(kOperation, gathered.error()));
+  Statement write = impl_->database->prepare("UPDATE event_number SET last=last");
+  return impl_->commit(kOperation, {&write});
+}
+
+StoreResult<void> Store::begin_campaign(const CampaignRecord& c, const std::string& order, int total) {
+  Statement insert = impl_->database->prepare(
+      "INSERT INTO campaign (id, started, ended, state, reason, robot_model, robot_serial, tracker_model, "
+      "tracker_serial, model_id, document, kind, started_by, note) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
   insert.bind(c.id)
       .bind(c.started)
       .bind(c.ended)
@@ -396,25 +458,37 @@ StoreResult<void> Store::begin_campaign(const CampaignRecord& c) {
       .bind(c.robot_model)
       .bind(c.robot_serial);
   insert.bind(c.tracker_model).bind(c.tracker_serial).bind(c.model_id).bind(c.document).bind(c.kind);
-  return impl_->commit("beginning campaign " + c.id, {&insert});
+  insert.bind(c.started_by).bind(c.note);
+  std::vector<Statement> beside;
+  if (!c.points_of.empty()) {
+    beside.push_back(impl_->database->prepare("INSERT INTO identification VALUES (?, ?, nullif(?, ''))"));
+    beside.back().bind(c.id).bind(c.points_of).bind(c.validate ? list_text(*c.validate) : "");
+  }
+  if (!order.empty()) beside.push_back(plans().begun(c.id, order, total));
+  std::vector<Statement*> all{&insert};
+  for (Statement& statement : beside) all.push_back(&statement);
+  return impl_->commit("beginning campaign " + c.id, all);
 }
+
+CampaignPlans Store::plans() { return CampaignPlans{*impl_->database}; }
 
 StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredPoint& p) {
   const std::string operation = "storing a point of campaign " + campaign_id;
   if (!finite(p)) return std::unexpected(in(operation, {"a number is not finite"}));
   Statement insert = impl_->database->prepare(
       "INSERT INTO point (campaign_id, pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, "
-      "y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time) "
-      "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
-  insert.bind(campaign_id).bind(stored_pose(p.pose)).bind(kPurposes[static_cast<std::size_t>(p.purpose)]);
-  insert.bind(array_text(p.q_target))
-      .bind(array_text(p.q_commanded))
-      .bind(array_text(p.q_actual))
-      .bind(array_text(p.direction))
+      "y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time, "
+      "resumption) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
+  insert.bind(campaign_id).bind(stored_pose(p.pose)).bind(purpose_name(p.purpose));
+  insert.bind(list_text(p.q_target))
+      .bind(list_text(p.q_commanded))
+      .bind(list_text(p.q_actual))
+      .bind(list_text(p.direction))
       .bind(p.smr);
   insert.bind(p.p_WS_mm.x()).bind(p.p_WS_mm.y()).bind(p.p_WS_mm.z());
   insert.bind(p.std_mm.x()).bind(p.std_mm.y()).bind(p.std_mm.z());
   insert.bind(p.temperature_c).bind(p.pressure_mbar).bind(p.humidity_percent).bind(p.time);
+  insert.bind(std::int64_t{p.resumption});
   return impl_->commit(operation, {&insert});
 }
 
@@ -449,46 +523,66 @@ StoreResult<void> Store::end_campaign(const CampaignRecord& c, const std::option
   return ended;
 }
 
-StoreResult<int> Store::fail_interrupted(const std::string& ended) {
-  Statement update = impl_->database->prepare(
-      "UPDATE campaign SET ended=?, state='failed', reason='the daemon ended in the middle of it' WHERE "
-      "state='running'");
-  update.bind(ended);
-  const StoreResult<void> result = impl_->commit("ending interrupted campaigns", {&update});
-  if (!result) return std::unexpected(result.error());
-  return impl_->database->changes();
-}
-
 StoreResult<std::vector<CampaignRecord>> Store::campaigns() {
-  return all<CampaignRecord>(
-      impl_->database->prepare("SELECT id, started, ended, state, reason, robot_model, robot_serial, "
-                               "tracker_model, tracker_serial, model_id, '', kind"
-                               " FROM campaign ORDER BY rowid DESC"),
-      campaign_of);
+  auto records = all<CampaignRecord>(impl_->database->prepare(kOutline + std::string{"ORDER BY rowid DESC"}),
+                                     campaign_of);
+  if (!records) return records;
+  for (CampaignRecord& record : *records) {
+    const StoreResult<void> named = impl_->name_source(record);
+    if (!named) return std::unexpected(named.error());
+  }
+  return records;
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::campaign(const std::string& id) {
-  Statement query = impl_->database->prepare("SELECT * FROM campaign WHERE id=?");
+  Statement query = impl_->database->prepare(kWhole + std::string{"WHERE id=?"});
   query.bind(id);
-  return first<CampaignRecord>(std::move(query), campaign_of);
+  return impl_->one_campaign(std::move(query));
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::last_campaign() {
-  return first<CampaignRecord>(impl_->database->prepare("SELECT * FROM campaign ORDER BY rowid DESC LIMIT 1"),
-                               campaign_of);
+  return impl_->one_campaign(impl_->database->prepare(kWhole + std::string{"ORDER BY rowid DESC LIMIT 1"}));
 }
 
 StoreResult<std::optional<CampaignRecord>> Store::last_calibration() {
-  return first<CampaignRecord>(
-      impl_->database->prepare("SELECT * FROM campaign WHERE kind='calibration' AND state='done' "
-                               "ORDER BY rowid DESC LIMIT 1"),
-      campaign_of);
+  return impl_->one_campaign(impl_->database->prepare(
+      kWhole + std::string{"WHERE kind='calibration' AND state='done' ORDER BY rowid DESC LIMIT 1"}));
+}
+
+StoreResult<std::optional<CampaignRecord>> Store::Impl::one_campaign(Statement query) {
+  auto record = first<CampaignRecord>(std::move(query), campaign_of);
+  if (!record || !*record) return record;
+  const StoreResult<void> named = name_source(**record);
+  if (!named) return std::unexpected(named.error());
+  return record;
+}
+
+StoreResult<void> Store::Impl::name_source(CampaignRecord& record) {
+  Statement query =
+      database->prepare("SELECT points_of, coalesce(validate, '') FROM identification WHERE id=?");
+  query.bind(record.id);
+  const StoreResult<bool> row = query.step();
+  if (!row) return std::unexpected(row.error());
+  if (!*row) return {};
+  record.points_of = query.text(0);
+  record.validate = whole_numbers(query.text(1));
+  return {};
 }
 
 StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_id) {
-  Statement query = impl_->database->prepare(
+  CampaignRecord of;
+  of.id = campaign_id;
+  const StoreResult<void> named = impl_->name_source(of);
+  if (!named) return std::unexpected(named.error());
+  auto points = impl_->measured(of.points_of.empty() ? campaign_id : of.points_of);
+  if (points && of.validate) let_validate(*of.validate, *points);
+  return points;
+}
+
+StoreResult<std::vector<StoredPoint>> Store::Impl::measured(const std::string& campaign_id) {
+  Statement query = database->prepare(
       "SELECT pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, y_mm, z_mm, std_x_mm, "
-      "std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time FROM point WHERE "
+      "std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time, resumption FROM point WHERE "
       "campaign_id=? ORDER BY number");
   query.bind(campaign_id);
   std::vector<StoredPoint> points;
@@ -496,15 +590,18 @@ StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_
     const StoreResult<bool> row = query.step();
     if (!row) return std::unexpected(row.error());
     if (!*row) return points;
-    const auto target = joints(query.text(2)), commanded = joints(query.text(3)),
-               actual = joints(query.text(4)), direction = joints(query.text(5));
+    const auto target = joints_of(query.text(2)), commanded = joints_of(query.text(3)),
+               actual = joints_of(query.text(4)), direction = joints_of(query.text(5));
     if (!target || !commanded || !actual || !direction) {
       return std::unexpected(
           StoreError{"reading campaign " + campaign_id + ": the joints of a point are no list of numbers"});
     }
-    const auto purpose = std::ranges::find(kPurposes, query.text(1)) - kPurposes.begin();
+    const auto purpose = purpose_of(query.text(1));
+    if (!purpose)
+      return std::unexpected(
+          StoreError{"reading campaign " + campaign_id + ": a point has no purpose that is known"});
     points.push_back({.pose = pose_number(query.integer(0)),
-                      .purpose = static_cast<PointPurpose>(purpose),
+                      .purpose = *purpose,
                       .q_target = *target,
                       .q_commanded = *commanded,
                       .q_actual = *actual,
@@ -515,7 +612,8 @@ StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_
                       .temperature_c = query.number(13),
                       .pressure_mbar = query.number(14),
                       .humidity_percent = query.number(15),
-                      .time = query.text(16)});
+                      .time = query.text(16),
+                      .resumption = static_cast<int>(query.integer(17))});
   }
 }
 
@@ -563,6 +661,13 @@ StoreResult<std::optional<ModelRecord>> Store::active_model() {
   return first<ModelRecord>(impl_->database->prepare("SELECT * FROM model WHERE active=1"), model_of);
 }
 
+StoreResult<std::optional<ModelRecord>> Store::model_before() {
+  return first<ModelRecord>(
+      impl_->database->prepare("SELECT model.* FROM activation JOIN model ON model.id=activation.model_id "
+                               "WHERE model.active=0 ORDER BY activation.number DESC LIMIT 1"),
+      model_of);
+}
+
 StoreResult<void> Store::keep_armed(const std::string& since) {
   Statement disarm = impl_->database->prepare("DELETE FROM armed");
   if (since.empty()) return impl_->commit("disarming the stream", {&disarm});
@@ -576,17 +681,6 @@ StoreResult<std::string> Store::armed_since() {
   const StoreResult<bool> row = query.step();
   if (!row) return std::unexpected(row.error());
   return *row ? query.text(0) : std::string{};
-}
-
-StoreResult<std::uint64_t> Store::reserve_event_numbers(std::uint64_t count) {
-  Statement add = impl_->database->prepare("UPDATE event_number SET last=last+?");
-  add.bind(static_cast<std::int64_t>(count));
-  const StoreResult<void> reserved = impl_->commit("reserving event numbers", {&add});
-  if (!reserved) return std::unexpected(reserved.error());
-  Statement query = impl_->database->prepare("SELECT last FROM event_number");
-  const StoreResult<bool> row = query.step();
-  if (!row) return std::unexpected(row.error());
-  return static_cast<std::uint64_t>(query.integer(0)) - count + 1;
 }
 
 }  // namespace truepose::daemon

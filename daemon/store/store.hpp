@@ -1,7 +1,8 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
-#include <expected>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -10,15 +11,11 @@
 #include <vector>
 
 #include "core/identify/measurement.hpp"
+#include "daemon/store/backup.hpp"
+#include "daemon/store/event_archive.hpp"
+#include "daemon/store/store_error.hpp"
 
 namespace truepose::daemon {
-
-struct StoreError {
-  std::string detail;     ///< what SQLite said, in which operation, on which file
-  bool may_pass = false;  ///< waiting may help: a full disk, a file that somebody else writes
-};
-template <typename T>
-using StoreResult = std::expected<T, StoreError>;
 
 /// Why a planned pose has no point.
 struct SkippedPose {
@@ -36,7 +33,24 @@ enum class PointPurpose {
   Cycle,      ///< a pose of a cycle of an ISO 9283 test
   Nest,       ///< a reflector that stands beside the arm, by which the tracker is seen to move
   Face1,      ///< what face 1 alone saw of the pose of this number, whose point is the mean of both faces
+  Check,      ///< the pose or the nest of this number once more, to see what moved during an interruption
 };
+
+/// The names in the store and on the wire, in the order of the enumerators.
+inline constexpr std::array<std::string_view, 9> kPurposes{
+    "identify", "validate", "remeasure", "reference", "target", "cycle", "nest", "face1", "check"};
+inline std::string_view purpose_name(PointPurpose purpose) {
+  return kPurposes[static_cast<std::size_t>(purpose)];
+}
+inline std::optional<PointPurpose> purpose_of(std::string_view name) {
+  for (std::size_t i = 0; i < kPurposes.size(); ++i)
+    if (kPurposes[i] == name) return static_cast<PointPurpose>(i);
+  return std::nullopt;
+}
+/// Whether it is a pose of the campaign, rather than what is measured beside to correct or to check it.
+inline bool is_pose(PointPurpose purpose) {
+  return purpose != PointPurpose::Nest && purpose != PointPurpose::Face1 && purpose != PointPurpose::Check;
+}
 
 /// One measured point of a campaign, as it is kept.
 struct StoredPoint {
@@ -50,19 +64,28 @@ struct StoredPoint {
   Eigen::Vector3d p_WS_mm{0, 0, 0};
   Eigen::Vector3d std_mm{0, 0, 0};
   double temperature_c = 0, pressure_mbar = 0, humidity_percent = 0;
-  std::string time;  ///< RFC 3339
+  std::string time;    ///< RFC 3339
+  int resumption = 0;  ///< measured after so many interruptions of the campaign
 };
+
+/// Lets these poses validate, and identify the others that were measured to either.
+void let_validate(const std::vector<int>& poses, std::vector<StoredPoint>& points);
 
 struct CampaignRecord {
   std::string id;                    ///< UUID
   std::string kind = "calibration";  ///< or "drift", "targets", "iso9283"
   std::string started;               ///< RFC 3339
-  std::string ended;                 ///< empty while it runs
-  std::string state;                 ///< "running", "done", "aborted", "failed"
-  std::string reason;                ///< for aborted and failed, and why a model was not activated
+  std::string ended;                 ///< empty while it runs; of one that was interrupted, when
+  std::string state;                 ///< "running", "done", "aborted", "failed", "interrupted"
+  std::string reason;  ///< for aborted, failed and interrupted, and why a model was not activated
   std::string robot_model, robot_serial, tracker_model, tracker_serial;
   std::string model_id;  ///< of the model that it made, or empty
   std::string document;  ///< the calibration document (JSON), or empty
+  std::string started_by{};  ///< the name of who did; empty: not known
+  std::string note{};        ///< his words for it, or empty
+  std::string points_of{};  ///< the campaign whose points were identified anew; empty: its own
+  std::optional<std::vector<int>>
+      validate{};  ///< of an identification: the poses that validate in it; none: as measured
 };
 
 struct ModelRecord {
@@ -79,33 +102,55 @@ struct ModelRecord {
   std::string sha256;  ///< of the yaml, by the store when it took the model; empty: stored before that
 };
 
+class CampaignPlans;
+
 /// The cell's memory: one SQLite file (WAL, synchronous=FULL). A call that returned without an error is on
-/// the disk. After a failed write or sync nothing more is taken until the file is opened, and so checked,
-/// again: what the kernel still has of it is unknown. A full disk is no such failure; it may be tried again.
+/// the disk. After a failed write or sync nothing more is taken until try_again(): what the kernel still has
+/// of it is unknown. A full disk is no such failure; any call may be tried again.
 /// Not thread-safe: owned by the store thread. UUIDs and times are the caller's.
-class Store {
+class Store final : public EventArchive {
  public:
   /// Opens or makes the file, checks it and brings its schema up to date.
   static StoreResult<Store> open(const std::filesystem::path& file);
+  /// Opens an existing file to read what is in it, while a daemon has it open too. One of an older version is
+  /// read into memory. Changes nothing in it.
+  static StoreResult<Store> open_to_read(const std::filesystem::path& file);
   /// Whether open() would take an existing file. Changes nothing in it.
   static StoreResult<void> examine(const std::filesystem::path& file);
   Store(Store&&) noexcept;
   Store& operator=(Store&&) noexcept;
-  ~Store();
+  ~Store() override;
 
-  StoreResult<void> begin_campaign(const CampaignRecord& campaign);
+  /// Begins a copy of the store as it is when the last step of it is done.
+  /// @param file  where it is to be
+  StoreResult<StoreBackup> begin_backup(const std::filesystem::path& file);
+  /// Makes a copy of a store, or an old one, the one of today: the stream is not armed, and events have
+  /// numbers that no daemon has given.
+  /// @param beyond  the last number that may have been given
+  StoreResult<void> begin_new_life(std::uint64_t beyond);
+  /// The last number that was reserved for events.
+  StoreResult<std::uint64_t> last_event_number();
+
+  /// After a failure: opens the file anew, and so checks it, where its device failed, and writes to it.
+  /// @return whether it can be used again
+  StoreResult<void> try_again();
+
+  /// @param order  what it is to do, so that it may go on after the end of the daemon; empty: it may not
+  /// @param total  poses over all phases as they are known then
+  StoreResult<void> begin_campaign(const CampaignRecord& campaign, const std::string& order = "",
+                                   int total = 0);
   StoreResult<void> add_point(const std::string& campaign_id, const StoredPoint& point);
   StoreResult<void> add_skipped(const std::string& campaign_id, const SkippedPose& skipped);
   /// Writes state, end, reason, model and document of a campaign, and in the same transaction the model that
   /// it made, the active one from then on if it says so. A copy of the file alone then holds all of it.
   StoreResult<void> end_campaign(const CampaignRecord& campaign, const std::optional<ModelRecord>& made = {});
-  /// Ends as failed the campaigns that still run here, which those of a daemon that died do.
-  /// @return how many
-  StoreResult<int> fail_interrupted(const std::string& ended);
+  /// What lets campaigns go on. Not beyond the store's life.
+  CampaignPlans plans();
   StoreResult<std::vector<CampaignRecord>> campaigns();  ///< the last begun first, without documents
   StoreResult<std::optional<CampaignRecord>> campaign(const std::string& id);
   StoreResult<std::optional<CampaignRecord>> last_campaign();     ///< begun
   StoreResult<std::optional<CampaignRecord>> last_calibration();  ///< begun, of those that were done
+  /// Of an identification those of the campaign that it is of, with the purpose that they have in it.
   StoreResult<std::vector<StoredPoint>> points(const std::string& campaign_id);
   StoreResult<std::vector<SkippedPose>> skipped(const std::string& campaign_id);
 
@@ -115,18 +160,32 @@ class Store {
   StoreResult<std::vector<ModelRecord>> models();  ///< the last made first, without yaml
   StoreResult<std::optional<ModelRecord>> model(const std::string& id);
   StoreResult<std::optional<ModelRecord>> active_model();
+  /// The one that was active last and is not now.
+  StoreResult<std::optional<ModelRecord>> model_before();
 
   /// @param since  RFC 3339, when the stream was armed; empty: it is not
   StoreResult<void> keep_armed(const std::string& since);
   StoreResult<std::string> armed_since();
 
-  /// Keeps the last sequence number of events, so that it never repeats over restarts.
+  /// Reserves numbers of events, so that none repeats over restarts.
   /// @return the first of `count` numbers (from 1 on) that were never given before
   StoreResult<std::uint64_t> reserve_event_numbers(std::uint64_t count);
+  /// The same at the start of a daemon: what the one before it may not have kept is a gap from now on.
+  StoreResult<std::uint64_t> begin_events(std::uint64_t count);
+  StoreResult<void> keep_events(const EventBatch& batch) override;
+  /// The last ones: nothing is missing behind them.
+  StoreResult<void> end_events(const EventBatch& batch);
+  StoreResult<EventPage> events(const std::set<control::Topic>& topics, std::uint64_t first,
+                                std::uint64_t end) override;
+  StoreResult<std::vector<EventGap>> event_gaps(std::uint64_t first, std::uint64_t end) override;
+  StoreResult<bool> prune_events(const std::string& before) override;
 
  private:
   struct Impl;
   explicit Store(std::unique_ptr<Impl> impl);
+  StoreResult<std::uint64_t> first_reserved(std::uint64_t count);
+  StoreResult<void> keep_events(const EventBatch& batch, std::string_view mark);
+  StoreResult<bool> forget_events(const std::string& which, const std::string& before);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -47,6 +47,8 @@ class Worker {
   /// A job advances while it counts its steps (core/step_count.hpp); one that never does shows nothing until
   /// its end.
   Pulse pulse() const;
+  /// Jobs that wait, or are under way.
+  std::uint64_t waiting() const { return given_; }
 
  private:
   /// A job that was given and has not ended, counted for as long as its coroutine is there.

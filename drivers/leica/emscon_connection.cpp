@@ -1,43 +1,16 @@
 #include "drivers/leica/emscon_connection.hpp"
 
-#include <boost/asio/cancellation_state.hpp>
-#include <boost/asio/error.hpp>
-#include <boost/asio/this_coro.hpp>
-#include <boost/system/system_error.hpp>
+#include <chrono>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "drivers/deadline.hpp"
 #include "proto/emscon/status.hpp"
 
 namespace truepose::drivers {
 
-namespace asio = boost::asio;
-using boost::system::error_code;
-
 namespace {
-
-/// Closes the connection unless the work it guards came to its end.
-class CloseUnlessDone {
- public:
-  explicit CloseUnlessDone(EmsconConnection& connection) : connection_{connection} {}
-  ~CloseUnlessDone() {
-    if (!done_) connection_.close();
-  }
-  CloseUnlessDone(const CloseUnlessDone&) = delete;
-  CloseUnlessDone& operator=(const CloseUnlessDone&) = delete;
-  void done() { done_ = true; }
-
- private:
-  EmsconConnection& connection_;
-  bool done_ = false;
-};
-
-/// Tells an operation aborted by cancellation from one whose socket was closed.
-void throw_if_cancelled(const asio::cancellation_state& state) {
-  if (state.cancelled() != asio::cancellation_type::none) {
-    throw boost::system::system_error(asio::error::operation_aborted);
-  }
-}
 
 /// How long a tracker takes to answer at most: to what it only has to look up, and to what moves it.
 std::chrono::seconds patience(emscon::CommandCode code) {
@@ -79,53 +52,29 @@ TrackerError refusal(std::string_view what, std::int32_t status) {
 
 EmsconConnection::EmsconConnection(std::unique_ptr<ByteStream> stream, Clock& clock,
                                    std::function<void(const emscon::TrackerPacket&)> observe, WireTap tap)
-    : stream_{std::move(stream)}, clock_{clock}, observe_{std::move(observe)}, tap_{std::move(tap)} {}
+    : wire_{std::move(stream), clock, std::move(tap)}, observe_{std::move(observe)} {}
 
 void EmsconConnection::close() noexcept {
-  if (is_open()) tap_(recording::Kind::Closed, {});
-  stream_->close();
+  wire_.close();
   splitter_ = {};
-}
-
-TrackerError EmsconConnection::lost(std::string_view why) {
-  close();
-  return {TrackerFault::Disconnected, "the connection to the tracker ended: " + std::string{why}};
 }
 
 TrackerTask<void> EmsconConnection::open(std::string host, std::uint16_t port) {
   close();
-  CloseUnlessDone guard{*this};
-  auto connecting = stream_->connect(host, port);
-  const std::optional<error_code> error =
-      co_await before(clock_, clock_.now() + kTaken, std::move(connecting));
-  if (!error || *error) {
-    const std::string why = error ? error->message() : "no answer to the connection request";
-    co_return std::unexpected(TrackerError{TrackerFault::Unreachable, "no tracker answers at " + host + ":" +
-                                                                          std::to_string(port) + ": " + why});
-  }
-  tap_(recording::Kind::Connected, host + ":" + std::to_string(port));
-  guard.done();
-  co_return TrackerResult<void>{};
+  auto opened = co_await wire_.open(std::move(host), port);
+  co_return opened;
 }
 
 TrackerTask<void> EmsconConnection::send(emscon::Command command) {
-  if (!is_open())
-    co_return std::unexpected(TrackerError{TrackerFault::Disconnected, "the tracker is not connected"});
   const std::vector<std::uint8_t> bytes = emscon::encode(command);
-  CloseUnlessDone guard{*this};  // half a packet sent cannot be taken back
-  tap_(recording::Kind::Sent, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  const error_code error =
-      co_await stream_->write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  const asio::cancellation_state cancellation = co_await asio::this_coro::cancellation_state;
-  throw_if_cancelled(cancellation);
-  if (error) co_return std::unexpected(lost(error.message()));
-  guard.done();
-  co_return TrackerResult<void>{};
+  std::string text{bytes.begin(), bytes.end()};
+  auto sent = co_await wire_.send(std::move(text));
+  co_return sent;
 }
 
 TrackerTask<emscon::TrackerPacket> EmsconConnection::receive() {
   for (;;) {
-    if (!is_open()) co_return std::unexpected(lost("it is closed"));
+    if (!is_open()) splitter_ = {};
     const auto bytes = splitter_.next();
     if (!bytes) {
       close();
@@ -151,19 +100,16 @@ TrackerTask<emscon::TrackerPacket> EmsconConnection::receive() {
       observe_(*packet);
       co_return *std::move(packet);
     }
-    const auto [error, size] = co_await stream_->read(received_);
-    const asio::cancellation_state cancellation = co_await asio::this_coro::cancellation_state;
-    throw_if_cancelled(cancellation);
-    if (error) co_return std::unexpected(lost(error.message()));
-    tap_(recording::Kind::Received, {received_.data(), size});
-    splitter_.push({reinterpret_cast<const std::uint8_t*>(received_.data()), size});
+    const auto received = co_await wire_.receive();
+    if (!received) co_return std::unexpected(received.error());
+    splitter_.push({reinterpret_cast<const std::uint8_t*>(received->data()), received->size()});
   }
 }
 
 TrackerTask<emscon::Answer> EmsconConnection::call(emscon::Command command) {
   const std::chrono::seconds given = patience(command.code);
   auto answering = answer_to(std::move(command));
-  auto answer = co_await before(clock_, clock_.now() + given, std::move(answering));
+  auto answer = co_await before(wire_.clock(), wire_.clock().now() + given, std::move(answering));
   if (answer) co_return *std::move(answer);
   co_return std::unexpected(TrackerError{
       TrackerFault::Timeout,

@@ -1,26 +1,16 @@
 #pragma once
 
-#include <array>
-#include <boost/asio/awaitable.hpp>
 #include <cstdint>
-#include <expected>
 #include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
 
-#include "drivers/byte_stream.hpp"
-#include "drivers/tracker.hpp"
-#include "drivers/wire_tap.hpp"
+#include "drivers/tracker_wire.hpp"
 #include "proto/emscon/packet_splitter.hpp"
 #include "proto/emscon/packets.hpp"
 
 namespace truepose::drivers {
-
-template <class T>
-using TrackerResult = std::expected<T, TrackerError>;
-template <class T>
-using TrackerTask = boost::asio::awaitable<TrackerResult<T>>;
 
 /// The fault that a refused command's status stands for, with the status in words.
 TrackerError refusal(std::string_view what, std::int32_t status);
@@ -34,7 +24,7 @@ class EmsconConnection {
                    std::function<void(const emscon::TrackerPacket&)> observe, WireTap tap);
 
   TrackerTask<void> open(std::string host, std::uint16_t port);
-  bool is_open() const { return stream_->is_open(); }
+  bool is_open() const { return wire_.is_open(); }
   void close() noexcept;
 
   TrackerTask<void> send(emscon::Command command);
@@ -52,15 +42,11 @@ class EmsconConnection {
   TrackerTask<emscon::Answer> ask(emscon::CommandCode code, std::string_view what);
 
  private:
-  TrackerError lost(std::string_view why);
   TrackerTask<emscon::Answer> answer_to(emscon::Command command);
 
-  std::unique_ptr<ByteStream> stream_;
-  Clock& clock_;
+  TrackerWire wire_;
   std::function<void(const emscon::TrackerPacket&)> observe_;
-  WireTap tap_;
   emscon::PacketSplitter splitter_;
-  std::array<char, 4096> received_{};
 };
 
 }  // namespace truepose::drivers

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "drivers/deadline.hpp"
+#include "drivers/initialise_again.hpp"
 #include "drivers/leica/emscon_connection.hpp"
 #include "drivers/leica/emscon_settings.hpp"
 #include "drivers/plausible_point.hpp"
@@ -40,10 +41,6 @@ TrackerError beam_broken(const std::string& evidence) {
   return {TrackerFault::BeamBroken, "the beam was broken during the measurement: " + evidence};
 }
 
-TrackerError late(std::string_view what) {
-  return {TrackerFault::Timeout, "the tracker " + std::string{what} + " before the deadline"};
-}
-
 std::optional<TrackerError> laser_trouble(const SystemStatus& system) {
   if (system.laser == LaserStatus::Ready) return std::nullopt;
   const std::string why = system.laser == LaserStatus::HeatingUp ? "is heating up" : "is not ready";
@@ -54,25 +51,25 @@ std::optional<TrackerError> laser_trouble(const SystemStatus& system) {
 }  // namespace
 
 /// The dialogue with one tracker, without deadlines.
-class EmsconTracker::Session {
+class EmsconTracker::Session final : public TrackerDialogue {
  public:
-  Session(asio::any_io_executor executor, Clock& the_clock, EmsconOptions options)
-      : clock{the_clock},
-        measure_ms{static_cast<std::int32_t>(options.measure.count())},
+  Session(asio::any_io_executor executor, Clock& clock, EmsconOptions options)
+      : clock_{clock},
         options_{std::move(options)},
+        measure_ms_{static_cast<std::int32_t>(options_.measure.count())},
         connection_{options_.stream(std::move(executor)), clock,
                     [this](const TrackerPacket& packet) { observe(packet); }, options_.tap} {}
 
-  TrackerTask<TrackerIdentity> connect();
-  TrackerTask<TrackerIdentity> inspect();
-  TrackerTask<void> aim(Eigen::Vector3d p_W_mm, double search_radius_mm);
-  TrackerTask<SmrPoint> measure();
-  TrackerTask<void> turn_over();
-  TrackerTask<void> check();
-  void close() noexcept { connection_.close(); }
-
-  Clock& clock;
-  std::int32_t measure_ms;  ///< that each measurement averages over
+  TrackerTask<TrackerIdentity> connect() override;
+  TrackerTask<TrackerIdentity> inspect() override;
+  TrackerTask<void> aim(Eigen::Vector3d p_W_mm, double search_radius_mm) override;
+  TrackerTask<SmrPoint> measure() override;
+  TrackerTask<void> turn_over() override;
+  TrackerTask<void> check() override;
+  void average_over(Duration time) override {
+    measure_ms_ = static_cast<std::int32_t>(std::chrono::ceil<std::chrono::milliseconds>(time).count());
+  }
+  void close() noexcept override { connection_.close(); }
 
  private:
   void observe(const TrackerPacket& packet);
@@ -89,11 +86,13 @@ class EmsconTracker::Session {
   TrackerTask<void> face(std::int32_t wanted);
   TrackerTask<Reading> reading();
 
+  Clock& clock_;
   const EmsconOptions options_;
+  std::int32_t measure_ms_;  ///< that each measurement averages over
   EmsconConnection connection_;
   EmsconSettings settings_{connection_};
+  InitialiseAgain warm_up_{clock_, options_.initialise_again};
   double distance_mm_ = 0;               ///< of where it was last aimed at
-  bool warmed_up_ = false;               ///< since it was initialised, which it is to be again
   bool turned_over_ = false;             ///< it may be in face 2
   bool measurement_unfinished_ = false;  ///< started, and its end has not been seen
 };
@@ -102,7 +101,7 @@ void EmsconTracker::Session::observe(const TrackerPacket& packet) {
   const auto* change = std::get_if<SystemStatusChange>(&packet);
   if (change == nullptr) return;
   settings_.observe(change->event);
-  if (change->event == SystemEvent::LaserWarmedUp) warmed_up_ = true;
+  if (change->event == SystemEvent::LaserWarmedUp) warm_up_.has_warmed_up();
 }
 
 /// What is to be told to the tracker of the air, where anything is.
@@ -124,7 +123,7 @@ TrackerTask<bool> EmsconTracker::Session::begin() {
   const auto air = air_now();
   if (!air) co_return std::unexpected(air.error());
   if (*air) settings_.use_air(**air);
-  settings_.use_time(measure_ms);
+  settings_.use_time(measure_ms_);
   const auto ensured = co_await settings_.ensure();
   if (!ensured) co_return std::unexpected(ensured.error());
   co_return *locked;
@@ -159,13 +158,15 @@ TrackerTask<SystemStatus> EmsconTracker::Session::initialize() {
       co_await connection_.ask(CommandCode::GetSystemStatus, "the tracker hides its status");
   if (!before_it) co_return std::unexpected(before_it.error());
   const SystemStatus& found = std::get<SystemStatus>(before_it->body);
-  if (found.processor == ProcessorStatus::Initialized && !warmed_up_) co_return found;
+  const bool cold = found.processor != ProcessorStatus::Initialized;
+  if (cold) warm_up_.found_cold();
+  if (!cold && !warm_up_.is_due()) co_return found;
 
   auto initializing = connection_.ask(CommandCode::Initialize, "the tracker cannot be initialised");
-  const auto initialized = co_await before(clock, clock.now() + kInitializeTime, std::move(initializing));
+  const auto initialized = co_await before(clock_, clock_.now() + kInitializeTime, std::move(initializing));
   if (!initialized) co_return std::unexpected(late("was not initialised"));
   if (!*initialized) co_return std::unexpected(initialized->error());
-  warmed_up_ = false;
+  warm_up_.done();
   const auto after_it =
       co_await connection_.ask(CommandCode::GetSystemStatus, "the tracker hides its status");
   if (!after_it) co_return std::unexpected(after_it.error());
@@ -230,7 +231,7 @@ TrackerTask<TrackerIdentity> EmsconTracker::Session::connect() {
 
   const auto air = air_now();
   if (!air) co_return std::unexpected(air.error());
-  EmsconSettings::Wanted wanted{.measure_ms = measure_ms,
+  EmsconSettings::Wanted wanted{.measure_ms = measure_ms_,
                                 .reflector = *reflector,
                                 .has_weather_station = system->weather != WeatherMonitor::NotConnected,
                                 .air = *air};
@@ -279,9 +280,7 @@ TrackerTask<void> EmsconTracker::Session::set_search(double radius_mm) {
 TrackerTask<void> EmsconTracker::Session::aim(Eigen::Vector3d p_W_mm, double search_radius_mm) {
   const auto begun = co_await begin();
   if (!begun) co_return std::unexpected(begun.error());
-  if (warmed_up_)
-    co_return std::unexpected(TrackerError{
-        TrackerFault::NotReady, "the tracker has warmed up, and is to be connected and initialised anew"});
+  if (warm_up_.warmed_up()) co_return std::unexpected(InitialiseAgain::refusal());
   const auto set = co_await set_search(search_radius_mm);
   if (!set) co_return std::unexpected(set.error());
 
@@ -410,62 +409,6 @@ TrackerTask<SmrPoint> EmsconTracker::Session::measure() {
 }
 
 EmsconTracker::EmsconTracker(asio::any_io_executor executor, Clock& clock, EmsconOptions options)
-    : session_{std::make_unique<Session>(std::move(executor), clock, std::move(options))} {}
-
-EmsconTracker::~EmsconTracker() = default;
-
-asio::awaitable<std::expected<TrackerIdentity, TrackerError>> EmsconTracker::connect(TimePoint deadline) {
-  auto connecting = session_->connect();
-  auto identity = co_await before(session_->clock, deadline, std::move(connecting));
-  const bool connected = identity && *identity;
-  if (!connected) session_->close();
-  if (!identity) co_return std::unexpected(late("was not connected and ready"));
-  co_return *std::move(identity);
-}
-
-asio::awaitable<std::expected<TrackerIdentity, TrackerError>> EmsconTracker::inspect(TimePoint deadline) {
-  auto inspecting = session_->inspect();
-  auto identity = co_await before(session_->clock, deadline, std::move(inspecting));
-  session_->close();
-  if (!identity) co_return std::unexpected(late("did not answer"));
-  co_return *std::move(identity);
-}
-
-asio::awaitable<std::expected<void, TrackerError>> EmsconTracker::aim(Eigen::Vector3d p_W_mm,
-                                                                      double search_radius_mm,
-                                                                      TimePoint deadline) {
-  auto aiming = session_->aim(p_W_mm, search_radius_mm);
-  const auto aimed = co_await before(session_->clock, deadline, std::move(aiming));
-  if (!aimed) co_return std::unexpected(late("found no reflector"));
-  co_return *aimed;
-}
-
-asio::awaitable<std::expected<SmrPoint, TrackerError>> EmsconTracker::measure(TimePoint deadline) {
-  auto measuring = session_->measure();
-  const auto point = co_await before(session_->clock, deadline, std::move(measuring));
-  if (!point) co_return std::unexpected(late("gave no measurement"));
-  co_return *point;
-}
-
-asio::awaitable<std::expected<void, TrackerError>> EmsconTracker::turn_over(TimePoint deadline) {
-  auto turning = session_->turn_over();
-  const auto turned = co_await before(session_->clock, deadline, std::move(turning));
-  if (!turned) co_return std::unexpected(late("did not come to the reflector from its other face"));
-  co_return *turned;
-}
-
-asio::awaitable<std::expected<void, TrackerError>> EmsconTracker::check(TimePoint deadline) {
-  auto checking = session_->check();
-  const auto checked = co_await before(session_->clock, deadline, std::move(checking));
-  if (!checked) co_return std::unexpected(late("did not say how it is"));
-  co_return *checked;
-}
-
-void EmsconTracker::average_over(Duration time) {
-  session_->measure_ms =
-      static_cast<std::int32_t>(std::chrono::ceil<std::chrono::milliseconds>(time).count());
-}
-
-void EmsconTracker::disconnect() noexcept { session_->close(); }
+    : TimedTracker{clock, std::make_unique<Session>(std::move(executor), clock, std::move(options))} {}
 
 }  // namespace truepose::drivers

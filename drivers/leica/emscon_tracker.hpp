@@ -5,12 +5,11 @@
 #include <cstdint>
 #include <expected>
 #include <functional>
-#include <memory>
 #include <string>
 
 #include "core/math/refraction.hpp"
 #include "drivers/byte_stream.hpp"
-#include "drivers/tracker.hpp"
+#include "drivers/timed_tracker.hpp"
 #include "drivers/wire_tap.hpp"
 
 namespace truepose::drivers {
@@ -25,6 +24,9 @@ struct EmsconOptions {
   /// Tells the air by which distances are to be corrected, asked before each point; none: the tracker goes by
   /// its own weather station, or by what was last entered at it. An error is one sentence for the operator.
   std::function<std::expected<Air, std::string>()> air;
+  /// It is initialised anew at the first connect() after so long since it was found switched on; 0: where it
+  /// says so alone.
+  std::chrono::minutes initialise_again{0};
   WireTap tap = kNobodyHears;
   MakeStream stream = tcp_stream;
 };
@@ -34,28 +36,13 @@ struct EmsconOptions {
 /// One command is outstanding at a time. What another program changes in the tracker's units or frames is put
 /// right before the next point. Where it is not certain which command an answer belongs to (a command ran
 /// into its deadline or was cancelled), the connection is dropped: connect() again.
-class EmsconTracker final : public Tracker {
+class EmsconTracker final : public TimedTracker {
  public:
   /// @param clock  outlives the tracker
   EmsconTracker(boost::asio::any_io_executor executor, Clock& clock, EmsconOptions options);
-  ~EmsconTracker() override;
-
-  boost::asio::awaitable<std::expected<TrackerIdentity, TrackerError>> connect(TimePoint deadline) override;
-  /// Connects, asks what it is and whether it could measure with the configured reflector, and disconnects:
-  /// writes no setting and moves nothing.
-  boost::asio::awaitable<std::expected<TrackerIdentity, TrackerError>> inspect(TimePoint deadline);
-  boost::asio::awaitable<std::expected<void, TrackerError>> aim(Eigen::Vector3d p_W_mm,
-                                                                double search_radius_mm,
-                                                                TimePoint deadline) override;
-  boost::asio::awaitable<std::expected<SmrPoint, TrackerError>> measure(TimePoint deadline) override;
-  void average_over(Duration time) override;
-  boost::asio::awaitable<std::expected<void, TrackerError>> turn_over(TimePoint deadline) override;
-  boost::asio::awaitable<std::expected<void, TrackerError>> check(TimePoint deadline) override;
-  void disconnect() noexcept override;
 
  private:
   class Session;
-  std::unique_ptr<Session> session_;
 };
 
 }  // namespace truepose::drivers

@@ -60,9 +60,12 @@ class MockCell {
   bool moving() const { return clock_.now() < motion_ends(); }
   JointVector q() const;
 
-  /// Where the reflector really is, repeatability of the last stop included.
-  Eigen::Vector3d p_WS_mm() const { return arm_.p_WS_mm(q()) + bumped_mm_; }
-  bool visible() const { return arm_.visible(q()); }
+  std::size_t reflectors() const { return arm_.reflectors(); }
+  /// Where a reflector really is, repeatability of the last stop included.
+  Eigen::Vector3d p_WS_mm(std::size_t reflector = 0) const {
+    return arm_.p_WS_mm(q(), reflector) + bumped_mm_;
+  }
+  bool visible(std::size_t reflector = 0) const { return arm_.visible(q(), reflector); }
   Eigen::Vector3d nest_mm(std::size_t nest) const { return options_.instrument.nests_mm[nest] + bumped_mm_; }
   /// What the tracker makes of a point, in face 1 or 2.
   Eigen::Vector3d reading_mm(const Eigen::Vector3d& p_mm, int face, const TrackerNoiseModel& noise) {

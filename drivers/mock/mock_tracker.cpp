@@ -28,18 +28,20 @@ asio::awaitable<std::expected<void, TrackerError>> MockTracker::aim(Eigen::Vecto
   face_ = 1;
   auto fault = co_await link_fault(deadline);
   if (fault) co_return std::unexpected(*fault);
-  const double arms_mm = (cell_.p_WS_mm() - p_W_mm).norm();
+  const std::size_t reflector = nearest_reflector(p_W_mm);
+  const double arms_mm = (cell_.p_WS_mm(reflector) - p_W_mm).norm();
   const auto nest = nest_within(std::min(search_radius_mm, arms_mm), p_W_mm);
   const double distance_mm = nest ? (cell_.nest_mm(*nest) - p_W_mm).norm() : arms_mm;
   co_await clock.sleep_until(
       std::min(deadline, clock.now() + 1s + std::chrono::milliseconds{static_cast<int>(20 * distance_mm)}));
   const bool other = search_radius_mm > 100 && cell_.happens(faults.wrong_reflector);
   const bool missed = cell_.happens(faults.no_target);
-  if (!other && (missed || distance_mm > search_radius_mm || !(nest || cell_.visible()))) {
+  if (!other && (missed || distance_mm > search_radius_mm || !(nest || cell_.visible(reflector)))) {
     co_return std::unexpected(
         TrackerError{TrackerFault::NoTarget, "no reflector found where the tracker looked"});
   }
   nest_ = nest;
+  reflector_ = reflector;
   locked_offset_mm_.setZero();
   if (other) locked_offset_mm_ = Eigen::Vector3d{cell_.uniform(60, 100), 0, 0};
   locked_ = true;
@@ -62,7 +64,7 @@ asio::awaitable<std::expected<SmrPoint, TrackerError>> MockTracker::measure(Time
   const TrackerNoiseModel noise =
       scattering ? TrackerNoiseModel{.range_mm = 3, .transverse_mm = 3} : cell_.options().noise;
   SmrPoint point;
-  const Eigen::Vector3d p_mm = nest_ ? cell_.nest_mm(*nest_) : cell_.p_WS_mm();
+  const Eigen::Vector3d p_mm = nest_ ? cell_.nest_mm(*nest_) : cell_.p_WS_mm(reflector_);
   point.p_WS_mm = cell_.reading_mm(p_mm, face_, noise) + locked_offset_mm_;
   point.std_mm.setConstant(noise.range_mm);
   point.temperature_c = 20;
@@ -78,6 +80,16 @@ asio::awaitable<std::expected<void, TrackerError>> MockTracker::turn_over(TimePo
   co_await cell_.clock().sleep_until(std::min(deadline, cell_.clock().now() + 3s));
   face_ = 3 - face_;
   co_return std::expected<void, TrackerError>{};
+}
+
+std::size_t MockTracker::nearest_reflector(const Eigen::Vector3d& p_W_mm) const {
+  std::size_t nearest = 0;
+  const auto off_mm = [&](std::size_t k) { return (cell_.p_WS_mm(k) - p_W_mm).norm(); };
+  for (std::size_t k = 1; k < cell_.reflectors(); ++k) {
+    const bool nearer = off_mm(k) < off_mm(nearest);
+    if (cell_.visible(k) && (nearer || !cell_.visible(nearest))) nearest = k;
+  }
+  return nearest;
 }
 
 std::optional<std::size_t> MockTracker::nest_within(double radius_mm, const Eigen::Vector3d& p_W_mm) const {

@@ -28,6 +28,8 @@ class MockTracker final : public Tracker {
   static constexpr Duration kUsualTime = std::chrono::seconds{2};
 
   boost::asio::awaitable<std::optional<TrackerError>> link_fault(TimePoint deadline);
+  /// Of the arm's that can be seen, the one next to where it looks; the first where none can.
+  std::size_t nearest_reflector(const Eigen::Vector3d& p_W_mm) const;
   /// The nest next to where it looks, where one is within the radius.
   std::optional<std::size_t> nest_within(double radius_mm, const Eigen::Vector3d& p_W_mm) const;
   TrackerError lose(TrackerFault fault, const char* detail);
@@ -36,9 +38,10 @@ class MockTracker final : public Tracker {
   bool connected_ = false;
   TimePoint gone_until_{};
   bool locked_ = false;
-  std::optional<std::size_t> nest_;  ///< that is locked; none: the arm's reflector
+  std::optional<std::size_t> nest_;  ///< that is locked; none: a reflector of the arm
+  std::size_t reflector_ = 0;        ///< of the arm, where that is locked
   int face_ = 1;
-  Duration time_ = kUsualTime;  ///< of a measurement
+  Duration time_ = kUsualTime;                 ///< of a measurement
   Eigen::Vector3d locked_offset_mm_{0, 0, 0};  ///< of the reflector that was found from ours
 };
 

@@ -83,6 +83,23 @@ std::optional<std::vector<std::string>> ParamReader::texts(std::string_view key)
   return std::nullopt;
 }
 
+std::optional<std::vector<int>> ParamReader::integers(std::string_view key, int min, int max,
+                                                      std::size_t max_size) {
+  const json::value* value = find(key);
+  if (!value) return std::nullopt;
+  std::vector<int> integers;
+  if (value->is_array() && value->get_array().size() <= max_size)
+    for (const json::value& element : value->get_array())
+      if (element.is_int64() && element.get_int64() >= min && element.get_int64() <= max)
+        integers.push_back(static_cast<int>(element.get_int64()));
+  if (value->is_array() && integers.size() == value->get_array().size()) return integers;
+  expected(key,
+           "a list of at most " + std::to_string(max_size) + " integers " + std::to_string(min) + ".." +
+               std::to_string(max),
+           *value);
+  return std::nullopt;
+}
+
 std::optional<std::vector<std::vector<double>>> ParamReader::rows(std::string_view key, std::size_t columns,
                                                                   std::size_t max_rows) {
   const json::value* value = find(key);

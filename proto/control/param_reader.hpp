@@ -32,6 +32,8 @@ class ParamReader {
   std::optional<std::string> text(std::string_view key, std::size_t max_size = 256);
   /// A list of distinct strings.
   std::optional<std::vector<std::string>> texts(std::string_view key);
+  /// At most max_size integers within [min, max].
+  std::optional<std::vector<int>> integers(std::string_view key, int min, int max, std::size_t max_size);
   /// Rows of `columns` finite numbers each, 1..max_rows of them.
   std::optional<std::vector<std::vector<double>>> rows(std::string_view key, std::size_t columns,
                                                        std::size_t max_rows);

@@ -123,24 +123,54 @@ std::string encode_result(const Id& id, const json::value& result) {
   return line_of({{"jsonrpc", "2.0"}, {"id", id_value(id)}, {"result", result}});
 }
 
-std::string encode_error(const Id& id, const RpcError& error) {
+json::object error_json(const RpcError& error) {
   json::object data{{"code", view(symbol(error.code))}};
   if (!error.path.empty()) data["path"] = error.path;
   if (!error.state.empty()) {
     data["state"] = error.state;
     data["allowed"] = json::array(error.allowed.begin(), error.allowed.end());
   }
-  json::object body{
-      {"code", static_cast<int>(error.code)}, {"message", error.message}, {"data", std::move(data)}};
-  return line_of({{"jsonrpc", "2.0"}, {"id", id_value(id)}, {"error", std::move(body)}});
+  return {{"code", static_cast<int>(error.code)}, {"message", error.message}, {"data", std::move(data)}};
+}
+
+std::string encode_error(const Id& id, const RpcError& error) {
+  return line_of({{"jsonrpc", "2.0"}, {"id", id_value(id)}, {"error", error_json(error)}});
+}
+
+std::string encode_notification(std::string_view method, const json::object& params) {
+  return encode_request({}, method, params);
 }
 
 std::string encode_event(std::uint64_t seq, std::string_view time, Topic topic, const json::value& data) {
-  json::object params{{"seq", seq}, {"time", view(time)}, {"topic", view(name(topic))}, {"data", data}};
-  return line_of({{"jsonrpc", "2.0"}, {"method", "event"}, {"params", std::move(params)}});
+  return encode_event_text(seq, time, topic, json_text(data));
 }
 
-std::expected<std::variant<Reply, Event>, std::string> decode_server_line(std::string_view line) {
+std::string encode_event_text(std::uint64_t seq, std::string_view time, Topic topic, std::string_view data) {
+  std::string line = R"({"jsonrpc":"2.0","method":"event","params":{"seq":)" + std::to_string(seq);
+  line += R"(,"time":)" + json_text(json::value(view(time)));
+  line += R"(,"topic":)" + json_text(json::value(view(name(topic))));
+  (line += R"(,"data":)") += data;
+  return line += "}}\n";
+}
+
+std::string event_after_drops(std::string_view event_line, const Dropped& dropped) {
+  json::object counts;
+  for (const auto& [topic, count] : dropped) counts[view(name(topic))] = count;
+  constexpr std::string_view kEnd = "}}\n";  // of the parameters and of the message
+  std::string line{event_line.substr(0, event_line.size() - kEnd.size())};
+  return line + ",\"dropped\":" + json_text(counts) + std::string{kEnd};
+}
+
+namespace {
+
+json::object object_of(json::object& message, std::string_view key) {
+  json::value* const value = message.if_contains(view(key));
+  return value && value->is_object() ? std::move(value->get_object()) : json::object{};
+}
+
+}  // namespace
+
+std::expected<ServerMessage, std::string> decode_server_line(std::string_view line) {
   auto parsed = parse_json(line);
   if (!parsed) return std::unexpected("the server sent unreadable JSON: " + parsed.error());
   const auto strange = [](std::string_view what) {
@@ -151,14 +181,17 @@ std::expected<std::variant<Reply, Event>, std::string> decode_server_line(std::s
 
   if (json::value* method = message.if_contains("method")) {
     json::value* params = message.if_contains("params");
-    if (*method != "event" || !params || !params->is_object()) return strange("event");
+    if (!method->is_string()) return strange("event");
+    if (*method != "event") return Notification{text_of(message, "method"), object_of(message, "params")};
+    if (!params || !params->is_object()) return strange("event");
     json::object& event = params->get_object();
     json::value* data = event.if_contains("data");
     const json::value* number = event.if_contains("seq");
     boost::system::error_code not_a_number;
     const auto seq = number ? number->to_number<std::uint64_t>(not_a_number) : 0;
     if (!number || not_a_number || !data || !data->is_object()) return strange("event");
-    return Event{seq, text_of(event, "time"), text_of(event, "topic"), std::move(data->get_object())};
+    return Event{seq, text_of(event, "time"), text_of(event, "topic"), std::move(data->get_object()),
+                 object_of(event, "dropped")};
   }
 
   json::value* result = message.if_contains("result");

@@ -4,6 +4,7 @@
 #include <boost/json/value.hpp>
 #include <cstdint>
 #include <expected>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -81,9 +82,20 @@ std::expected<Request, BadRequest> decode_request(std::string_view line);
 std::string encode_request(const Id& id, std::string_view method, const boost::json::object& params);
 std::string encode_result(const Id& id, const boost::json::value& result);
 std::string encode_error(const Id& id, const RpcError& error);
+std::string encode_notification(std::string_view method, const boost::json::object& params);
 /// @param time  RFC 3339
 std::string encode_event(std::uint64_t seq, std::string_view time, Topic topic,
                          const boost::json::value& data);
+/// The same of data that are JSON text already, on one line.
+std::string encode_event_text(std::uint64_t seq, std::string_view time, Topic topic, std::string_view data);
+
+/// How many events a client did not get, by their topics.
+using Dropped = std::map<Topic, std::uint64_t>;
+/// The line of an event, which also says how many were dropped before it.
+std::string event_after_drops(std::string_view event_line, const Dropped& dropped);
+
+/// An error as replies have it.
+boost::json::object error_json(const RpcError& error);
 
 struct Reply {
   Id id;
@@ -95,9 +107,18 @@ struct Event {
   std::string time;   ///< RFC 3339
   std::string topic;  ///< a name, since a newer server may know more topics
   boost::json::object data;
+  boost::json::object dropped{};  ///< how many were dropped before it, by the names of their topics
 };
 
+/// Whatever else the server tells unasked: the greeting, the progress of jobs, and what a newer one may tell.
+struct Notification {
+  std::string method;
+  boost::json::object params;
+};
+
+using ServerMessage = std::variant<Reply, Event, Notification>;
+
 /// Reads one line that a server sent; the error is one sentence.
-std::expected<std::variant<Reply, Event>, std::string> decode_server_line(std::string_view line);
+std::expected<ServerMessage, std::string> decode_server_line(std::string_view line);
 
 }  // namespace truepose::control

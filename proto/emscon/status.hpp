@@ -52,7 +52,8 @@ bool is_bad_parameter(std::int32_t status);
 
 namespace truepose::emscon {
 
-/// One sentence for the operator, with the number: "the tracker is not initialised (status 39)".
+/// One sentence for the operator, with the number, and what to do: "the tracker is not levelled (status
+/// 10010): level it".
 std::string describe_status(std::int32_t status);
 
 }  // namespace truepose::emscon

@@ -244,6 +244,12 @@ void layout(auto& io, Is<Conditions> auto& x) {
   io.optional("pressure_mbar", x.pressure_mbar);
   io.optional("humidity_percent", x.humidity_percent);
 }
+void layout(auto& io, Is<Interruption> auto& x) {
+  io("interrupted", x.interrupted);
+  io("resumed", x.resumed);
+  io("found", x.found);
+}
+
 void layout(auto& io, Is<Skipped> auto& x) {
   io("pose", x.pose, kNumber);
   io("attempts", x.attempts, kCount);
@@ -335,6 +341,7 @@ void layout(auto& io, Is<CalibrationDocument> auto& x) {
   io.optional("options", x.options);
   io.optional("conditions", x.conditions);
   io.optional("skipped", x.skipped);
+  io.optional("interruptions", x.interruptions);
   io.optional("reference_drift_mm", x.reference_drift_mm);
   io.optional("remeasured", x.remeasured);
   io.optional("remeasured_points", x.remeasured_points);

@@ -77,6 +77,12 @@ struct Spread {
   StageSpread before, geometric, after;
 };
 
+/// After which the campaign went on.
+struct Interruption {
+  std::string interrupted, resumed;  ///< RFC 3339
+  std::string found;                 ///< what had become of the cell meanwhile, in words
+};
+
 /// From the smallest to the greatest value that was met.
 struct Extent {
   double min = 0, max = 0;
@@ -163,6 +169,7 @@ struct CalibrationDocument {
   ByName<std::string> files, options;
   std::optional<Conditions> conditions;
   std::vector<Skipped> skipped;
+  std::vector<Interruption> interruptions;
   std::vector<double> reference_drift_mm;
   std::optional<ErrorStatistics> remeasured;
   std::vector<Remeasured> remeasured_points;

@@ -20,6 +20,7 @@ struct JsonText {
 
   static Value number(double number) { return number; }
   static Value whole(std::int64_t number) { return number; }
+  static Value seed(std::uint64_t number) { return number; }
   static Value boolean(bool flag) { return flag; }
   static Value text(std::string_view text) {
     return Value(boost::json::string_view{text.data(), text.size()});

@@ -124,8 +124,8 @@ bool is_empty(const T& x) {
   }
 }
 
-/// Writes a record. `Text` says what the text makes of it: Value, number(), whole(), boolean(), text(),
-/// word(), list() and record().
+/// Writes a record. `Text` says what the text makes of it: Value, number(), whole(), seed(), boolean(),
+/// text(), word(), list() and record().
 template <class Text>
 class WriteIo {
  public:
@@ -176,8 +176,12 @@ class WriteIo {
       return Text::list(std::move(elements));
     } else if constexpr (std::same_as<T, bool>) {
       return Text::boolean(x);
+    } else if constexpr (std::same_as<T, std::uint64_t>) {
+      return Text::seed(x);
     } else if constexpr (std::integral<T>) {
       return Text::whole(static_cast<std::int64_t>(x));
+    } else if constexpr (kIsA<T, std::chrono::duration>) {
+      return Text::whole(static_cast<std::int64_t>(x.count()));
     } else if constexpr (std::floating_point<T>) {
       return Text::number(x);
     } else if constexpr (std::convertible_to<T, std::string_view>) {

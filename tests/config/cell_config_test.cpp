@@ -40,6 +40,32 @@ class CellFile : public testing::Test {
   TempFolder folder_;
 };
 
+TEST_F(CellFile, GivesWhatCampaignsGoByAsATextAndTakesItBack) {
+  CellConfig cell = load(kSmallest);
+  CampaignConfig& campaign = cell.campaign;
+  campaign.identify_poses = 17;
+  campaign.seed = 0xfedc'ba98'7654'3210;
+  campaign.speed_percent = 100.0 / 3;
+  campaign.settle = std::chrono::milliseconds{123};
+  campaign.warm_up = std::chrono::seconds{600};
+  campaign.criterion = DesignCriterion::D;
+  campaign.approach = ApproachSide::Alternate;
+  campaign.remeasure = false;
+  cell.calibration = {true, {1, 2, 160}, residual_kinds("auto").value(), Loss::Tukey};
+  const std::string text = campaign_options(cell);
+
+  CellConfig other = load(kSmallest);
+  EXPECT_NE(campaign_options(other), text);
+  use_campaign_options(other, text);
+  EXPECT_EQ(campaign_options(other), text);
+  EXPECT_EQ(other.campaign.seed, campaign.seed);
+  EXPECT_EQ(other.campaign.speed_percent, campaign.speed_percent);
+  EXPECT_EQ(other.campaign.warm_up, campaign.warm_up);
+  EXPECT_EQ(other.calibration.residual, cell.calibration.residual);
+  EXPECT_EQ(other.calibration.loss, Loss::Tukey);
+  EXPECT_THROW(use_campaign_options(other, "campaign: {identify_poses: many}"), ConfigError);
+}
+
 TEST_F(CellFile, ReadsWhereAnIso9283TestIsMeasured) {
   const CellConfig cell = load(std::string{kSmallest} +
                                "iso9283: {cycles: 5, variation: true, plane: C2-C3-C8-C5, edge_mm: 400,"
@@ -210,6 +236,45 @@ TEST_F(CellFile, NamesPlaceAndPathOfEveryMistake) {
             "cell.yaml:7:21: reflector.facing: a direction of no length");
   EXPECT_EQ(error(std::string(kSmallest) + "log_level: loud\n"),
             "cell.yaml:7:12: log_level: expected one of trace, debug, info, warn, error, found 'loud'");
+}
+
+TEST_F(CellFile, SaysWhereTheWebPortIsOrThatThereIsNone) {
+  EXPECT_FALSE(load(kSmallest).web) << "as usual, and without it where the port is taken";
+  EXPECT_EQ(load(std::string(kSmallest) + "web: {}\n").web->listen->port, 7280);
+  EXPECT_EQ(load(std::string(kSmallest) + "web: {listen: off}\n").web->listen.has_value(), false);
+  const CellConfig cell =
+      load(std::string(kSmallest) + "web: {listen: \"[::1]:80\", origins: [https://hmi.plant:8443]}\n");
+  EXPECT_EQ(cell.web->listen->host, "::1");
+  EXPECT_EQ(cell.web->origins.front(), "https://hmi.plant:8443");
+  EXPECT_EQ(error(std::string(kSmallest) + "web: {origins: [hmi.plant]}\n"),
+            "cell.yaml:7:16: web.origins: expected origins as browsers send them, as https://hmi.plant, found "
+            "'hmi.plant'");
+}
+
+TEST_F(CellFile, ListsSeveralReflectorsOfDifferentNames) {
+  const CellConfig cell =
+      load(std::string(kSmallest) +
+           "reflectors: [{name: a, offset_mm: {x: 1, y: 2, z: 3}}, {acceptance_deg: 45}]\n");
+  EXPECT_EQ(cell.reflector.name, "a");
+  EXPECT_EQ(cell.reflector.p_FS_mm, Eigen::Vector3d(1, 2, 3));
+  ASSERT_EQ(cell.further_reflectors.size(), 1U);
+  EXPECT_EQ(cell.further_reflectors[0].name, "2");
+  EXPECT_EQ(cell.further_reflectors[0].acceptance_deg, 45);
+  EXPECT_EQ(error(std::string(kSmallest) + "reflectors: []\n"),
+            "cell.yaml:7:13: reflectors: expected 1 to 6 reflectors, found 0");
+  EXPECT_EQ(error(std::string(kSmallest) + "reflectors: [{name: a}, {name: a}]\n"),
+            "cell.yaml:7:25: reflectors[2]: another reflector is called \"a\" too");
+  EXPECT_EQ(error(std::string(kSmallest) + "reflector: {}\nreflectors: [{}]\n"),
+            "cell.yaml:8:13: reflectors: reflector is given already: leave one of them out");
+}
+
+TEST_F(CellFile, SaysWhatIsSpokenWithTheTracker) {
+  EXPECT_EQ(load(kSmallest).tracker.protocol, TrackerProtocol::Emscon);
+  std::string text = kSmallest;
+  text.replace(text.find("{address: tracker"), 1, "{protocol: bridge, initialise_again_min: 30, ");
+  const TrackerConfig tracker = load(text).tracker;
+  EXPECT_EQ(tracker.protocol, TrackerProtocol::Bridge);
+  EXPECT_EQ(tracker.initialise_again, std::chrono::minutes{30});
 }
 
 TEST_F(CellFile, TakesEveryNameThatTheCommandLineTakes) {

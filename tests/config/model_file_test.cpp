@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "config/model_update.hpp"
 #include "core/identify/calibrated_cell.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
@@ -143,6 +144,33 @@ TEST(ModelFile, ComesBackToTheLastBit) {
     EXPECT_FALSE(read.parameters[1].identified);
     EXPECT_EQ(model_yaml(read), model_yaml(model));
   }
+}
+
+TEST(ModelFile, IsOfAnotherTrackerAsThatSeesIt) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -2, 3).normalized()).toRotationMatrix();
+  X.translation() = Eigen::Vector3d(120, -40, 5);
+  ModelFile model;
+  model.cell = {example::with_paper_errors(example::kr210()),
+                BasePose::of(pose_from_kuka({4000, 0, -1400}, {180, 3, 2})),
+                {{"1", {80, 40, 60}}}};
+  const JointVector q = JointVector::LinSpaced(6, -1.5, 1);
+  model.validation.push_back({.q = q, .p_WS_mm = model.cell.predict(q, 0) + Eigen::Vector3d(0.3, 0.2, -0.1)});
+  const int size = ParameterLayout::of(model.cell).size();
+  const Eigen::MatrixXd A = Eigen::MatrixXd::Random(size, size);
+  model.covariance = 1e-4 * A * A.transpose();
+  model.parameters = {{.name = "base.x", .value = 4000, .sigma = 1, .identified = true}};
+
+  const ModelFile seen = seen_from(model, X);
+  const Eigen::Vector3d there_mm = model.cell.predict(q, 0);
+  EXPECT_LT((seen.cell.predict(q, 0) - X * there_mm).norm(), 1e-9);
+  EXPECT_LT((seen.validation[0].p_WS_mm - X * model.validation[0].p_WS_mm).norm(), 1e-9);
+  EXPECT_EQ(seen.parameters[0].value, seen.cell.base.p_mm.x());
+  EXPECT_EQ(seen.parameters[0].sigma, std::sqrt(seen.covariance(0, 0)));
+  const Eigen::Matrix3d before = position_covariance(model.cell, model.covariance, q, 0),
+                        after = position_covariance(seen.cell, seen.covariance, q, 0);
+  EXPECT_LT((after - X.linear() * before * X.linear().transpose()).norm(), 1e-9 * before.norm());
+  EXPECT_EQ(model_yaml(seen_from(model, Eigen::Isometry3d::Identity())), model_yaml(model));
 }
 
 TEST(ModelFile, BringsBackHowWellItIsKnownAndMayBeWithoutThat) {

@@ -37,6 +37,24 @@ TEST_F(ScenarioFile, WithoutErrorsTheTruthIsTheNominalArm) {
   EXPECT_EQ(scenario.cycle, std::chrono::milliseconds(4));
 }
 
+TEST_F(ScenarioFile, SaysHowTheTrackerWarmsUpHowItsTripodGivesWayAndWhatIsOnTheFlange) {
+  const Scenario scenario = load(
+      "tracker: {warm_up: {range_mm: 0.02, horizontal_urad: 20, minutes: 15}, "
+      "tripod: {mm_per_hour: {x: 0.1, y: 0, z: 0}, urad_per_hour: {x: 0, y: 0, z: 30}}}\n"
+      "further_reflectors: [{offset_mm: {x: 4, y: 5, z: 6}, acceptance_deg: 45}]\n"
+      "faults: [{at_point: 3, kind: tracker-stray, by_mm: {x: 0, y: 70, z: 0}, lasts_points: 1}]\n");
+  EXPECT_EQ(scenario.instrument.warming.range_mm, 0.02);
+  EXPECT_NEAR(scenario.instrument.warming.horizontal_rad, 20e-6, 1e-15);
+  EXPECT_EQ(scenario.instrument.warming.minutes, 15);
+  EXPECT_EQ(scenario.instrument.stand.mm_per_hour.x(), 0.1);
+  EXPECT_NEAR(scenario.instrument.stand.rad_per_hour.z(), 30e-6, 1e-15);
+  ASSERT_EQ(scenario.further_reflectors.size(), 1U);
+  EXPECT_EQ(scenario.further_reflectors[0].p_FS_mm, Eigen::Vector3d(4, 5, 6));
+  EXPECT_NEAR(scenario.further_reflectors[0].acceptance_rad, 45 * kRadPerDeg, 1e-12);
+  ASSERT_EQ(scenario.faults.size(), 1U);
+  EXPECT_EQ(scenario.faults[0].kind, ScenarioFault::Kind::TrackerStray);
+}
+
 TEST_F(ScenarioFile, AddsListedErrorsInMillimetresAndRadians) {
   const Scenario scenario = load("errors:\n  - {a: 0.5, beta: 0.001}\n  - {theta: 0.002, d: -0.25}\n");
   EXPECT_EQ(scenario.truth.joints[0].a_mm, 1.5);
@@ -161,7 +179,7 @@ TEST_F(ScenarioFile, NamesPlaceAndPathOfEveryMistake) {
   EXPECT_EQ(
       error("faults:\n  - {at_ms: 1, kind: fire}\n"),
       "s.yaml:6:22: faults[1].kind: expected one of beam-break, tracker-restart, tracker-bump, tracker-bias, "
-      "tracker-noise, tracker-std, tracker-air, tracker-busy, tracker-silent, tracker-storm, eki-drop, program-stop, program-reset, program-select, "
+      "tracker-noise, tracker-std, tracker-stray, tracker-air, tracker-busy, tracker-silent, tracker-storm, eki-drop, program-stop, program-reset, program-select, "
       "emergency-stop, gate-open, operating-mode, override, controller-restart, rsi-drop, "
       "rsi-lose-datagrams, rsi-lose-replies, "
       "rsi-duplicate, rsi-late, rsi-garble, rsi-reorder, rsi-silence, rsi-restart, rsi-ipoc, rsi-ignore, rsi-second-sender, "

@@ -54,6 +54,41 @@ TEST(PoseSupply, ReplacesAValidationPoseByAnUnusedNeighbour) {
   EXPECT_LT((reflector(*next) - reflector(failed)).norm(), 600);
 }
 
+TEST(PoseSupply, GoesOnWithAnEarlierPlanAsIfItHadNeverEnded) {
+  PoseSupply first = supply();
+  const JointVector lost = first.plan().poses[3], unseen = first.plan().validate[2];
+  const JointVector by = first.substitute(lost).value(), near = first.validation_substitute(unseen).value();
+
+  const PlanOptions options{
+      .poses = 24,
+      .validate = 10,
+      .candidates = 300,
+      .seed = 5,
+      .noise = {.tracker = {.range_mm = 0.01, .transverse_mm_per_m = 0.003}, .repeatability_mm = 0.0166},
+      .sizes = {}};
+  PoseSupply again = *PoseSupply::again(test::planning_cell(), test::planning_scene(), options,
+                                        {first.plan().poses, first.plan().validate, {}});
+  EXPECT_EQ(again.plan().poses, first.plan().poses);
+  EXPECT_EQ(again.plan().validate, first.plan().validate);
+  EXPECT_EQ(again.plan().chosen, first.plan().chosen);
+  again.replaced(lost, by);
+  again.replaced(unseen, near);
+  for (const std::size_t next : {5U, 8U}) {
+    EXPECT_EQ(again.substitute(again.plan().poses[next]), first.substitute(first.plan().poses[next]));
+    EXPECT_EQ(again.validation_substitute(again.plan().validate[next]),
+              first.validation_substitute(first.plan().validate[next]));
+  }
+}
+
+TEST(PoseSupply, TakesPosesOfAnEarlierPlanThatAreNoCandidatesAnyMore) {
+  const JointVector q = supply().plan().poses.front() + JointVector::Constant(6, 0.01);
+  const PlanOptions options{.poses = 1, .candidates = 60, .seed = 7, .sizes = {}};
+  PoseSupply again =
+      *PoseSupply::again(test::planning_cell(), test::planning_scene(), options, {{q}, {}, {}});
+  EXPECT_EQ(again.plan().poses, std::vector{q});
+  EXPECT_TRUE(again.substitute(q));
+}
+
 TEST(PoseSupply, HasNoSubstituteOnceAllThatIsLeftIsNearTrouble) {
   PoseSupply poses = supply(60);
   int replaced = 0;

@@ -36,6 +36,38 @@ TEST(Capsules, AreAsFarApartAsTheNearestOfManyPointsOnThem) {
   }
 }
 
+TEST(PoseChecker, TakesAPoseForSeenWhereOneOfSeveralReflectorsIs) {
+  Scene a = test::planning_scene();
+  Scene b = a;
+  b.sight.p_FS_mm = {-80, 60, 180};
+  b.sight.facing_F = {-0.7, 0.1, 0.7};
+  Scene both = a;
+  both.sight.further = {{b.sight.p_FS_mm, b.sight.facing_F, b.sight.acceptance_rad}};
+  PoseChecker sees_a{a}, sees_b{b}, sees_both{both};
+  Random random{5};
+  int by_a = 0, by_b = 0, by_none = 0;
+  for (int trial = 0; trial < 5000; ++trial) {
+    JointVector q{6};
+    for (int i = 0; i < 6; ++i) {
+      const Joint& joint = a.robot.joints[static_cast<std::size_t>(i)];
+      q[i] = random.uniform(joint.min, joint.max);
+    }
+    const bool a_seen = !sees_a.seen_at(q).empty(), b_seen = !sees_b.seen_at(q).empty();
+    std::vector<int> expected;
+    if (a_seen) expected.push_back(0);
+    if (b_seen) expected.push_back(1);
+    EXPECT_EQ(sees_both.seen_at(q), expected) << trial;
+    if (sees_both.fault_of(q, Visibility::Regardless)) continue;
+    EXPECT_EQ(!sees_both.fault_of(q), a_seen || b_seen) << trial;
+    by_a += a_seen;
+    by_b += b_seen;
+    by_none += !a_seen && !b_seen;
+  }
+  EXPECT_GT(by_a, 5);
+  EXPECT_GT(by_b, 5);
+  EXPECT_GT(by_none, 50);
+}
+
 TEST(PoseChecker, AgreesWithAnOracleThatSamplesBodiesAndBeam) {
   Scene scene = test::planning_scene();
   scene.sight.acceptance_rad = 130 * kRadPerDeg;  // or hardly a pose would be judged by more than that

@@ -47,7 +47,7 @@ class Nests : public testing::Test {
 
 TEST_F(Nests, TellHowTheTrackerMoved) {
   const Eigen::Isometry3d X = motion_of({3, -2, 1}, {2e-3, -1e-3, 3e-3});
-  const auto motion = tracker_motion(seen(motion_of({0, 0, 0}), false), seen(X, false), kNoise);
+  const auto motion = tracker_motion(seen(motion_of({0, 0, 0}), false), seen(X, false), {.tracker = kNoise});
   ASSERT_TRUE(motion) << motion.error();
   EXPECT_LT((motion->X.matrix() - X.matrix()).norm(), 1e-9);
   EXPECT_LT((motion->turn_rad - Eigen::Vector3d(2e-3, -1e-3, 3e-3)).norm(), 1e-9);
@@ -61,7 +61,7 @@ TEST_F(Nests, StateShiftAndTurnWithTheUncertaintyThatTheyHave) {
   double distance2 = 0;
   for (int trial = 0; trial < kTrials; ++trial) {
     seed(static_cast<std::uint64_t>(trial));
-    const auto motion = tracker_motion(seen(), seen(X), kNoise);
+    const auto motion = tracker_motion(seen(), seen(X), {.tracker = kNoise});
     Eigen::Matrix<double, 6, 1> off;
     off << motion->shift_mm - (X * motion->centre_mm - motion->centre_mm),
         motion->turn_rad - Eigen::Vector3d(5e-6, 0, -8e-6);

@@ -230,7 +230,7 @@ TEST_F(AnArmedStream, IsArmedAgainAfterTheDaemonHasEndedUntilItIsDisarmed) {
     bool done = false;
     asio::co_spawn(io, next.arm_as_before(), [&](std::exception_ptr failed) { done = !failed; });
     EXPECT_TRUE(clock.run(io, [&] { return done; }));
-    EXPECT_EQ(finish(next.call("cell.status", {}))->at("state"), state);
+    EXPECT_EQ(finish(next.call("cell.status", {}, kOperator))->at("state"), state);
   };
   next_daemon("armed");
   play([this]() -> Wait { EXPECT_TRUE(co_await ask("stream.disarm")); });

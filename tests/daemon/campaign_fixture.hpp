@@ -24,7 +24,8 @@ struct CampaignTest : testing::Test {
   CampaignTest() { truth.seed = 5; }
 
   /// Begins a campaign in a cell like `truth`, after whatever campaign was before.
-  void start(CampaignOrder order = CalibrationOrder{}) {
+  /// @param past  of one that was interrupted and goes on
+  void start(CampaignOrder order = CalibrationOrder{}, std::shared_ptr<const CampaignPast> past = {}) {
     outcome.reset();
     const int fail_at_point = journal.fail_at_point;
     journal = {};
@@ -36,7 +37,7 @@ struct CampaignTest : testing::Test {
     robot.emplace(*cell);
     tracker.emplace(*cell);
     campaign.emplace(config, CampaignDevices{*robot, *tracker, clock}, journal, observer, &test::compute_here,
-                     std::move(order));
+                     std::move(order), std::move(past));
     boost::asio::co_spawn(io, campaign->run(), [this](std::exception_ptr failed, Outcome ended) {
       ASSERT_FALSE(failed);
       outcome.emplace(std::move(ended));

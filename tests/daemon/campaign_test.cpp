@@ -71,7 +71,13 @@ TEST_F(CampaignTest, LooksWhereTheReflectorIsOnceTheFirstPosesHaveShownIt) {
 /// Takes its time to write, and looks at the arm meanwhile.
 struct SlowJournal final : CampaignJournal {
   SlowJournal(drivers::Clock& c, std::optional<drivers::MockCell>& m) : clock{c}, cell{m} {}
-  asio::awaitable<StoreResult<void>> begin(Identities) override { co_return StoreResult<void>{}; }
+  asio::awaitable<StoreResult<std::string>> begin(int) override { co_return std::string{}; }
+  asio::awaitable<StoreResult<void>> know(Identities) override { co_return StoreResult<void>{}; }
+  asio::awaitable<StoreResult<void>> add_planned(std::vector<PlannedPose>, int) override {
+    co_return StoreResult<void>{};
+  }
+  asio::awaitable<StoreResult<void>> add_identified(std::string) override { co_return StoreResult<void>{}; }
+  asio::awaitable<StoreResult<void>> add_resumption(Resumption) override { co_return StoreResult<void>{}; }
   asio::awaitable<StoreResult<StoredPoint>> add_point(StoredPoint point) override {
     const TimePoint written = clock.now() + 20s;
     co_await clock.sleep_until(written);
@@ -585,6 +591,25 @@ TEST_F(CampaignTest, AStoreThatFailsEndsTheCampaignAtOnce) {
   EXPECT_EQ(outcome->error().detail, "database or disk is full");
   EXPECT_EQ(journal.points.size(), 5U);
   EXPECT_EQ(observer.deviations_mm.size(), 5U);
+}
+
+TEST_F(CampaignTest, AStoreWithoutRoomPausesTheCampaignWhichKeepsItsPointAndGoesOn) {
+  journal.fail_at_point = 5;
+  start();
+  journal.full = true;
+  int tries = 0;
+  observer.at_pause = [this, &tries] {
+    EXPECT_EQ(journal.points.size(), 5U);
+    if (++tries == 2) journal.fail_at_point = -1;
+    at(clock.now() - TimePoint{} + std::chrono::minutes{10}, [this] { campaign->resume(); });
+  };
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  EXPECT_EQ(tries, 2);
+  EXPECT_THAT(observer.pauses.front(), HasSubstr("with the last point in memory: database or disk is full"));
+  EXPECT_EQ(journal.points.size(), (**outcome)->points.size());
+  for (std::size_t i = 1; i < journal.points.size(); ++i)
+    EXPECT_NE(journal.points[i].pose, journal.points[i - 1].pose);
 }
 
 TEST_F(CampaignTest, DoesNotCompensateWithACalibrationThatIsNoBetterThanTheDataSheet) {

@@ -40,6 +40,7 @@ struct InPlaceWorker final : Worker {
 /// A cell over mock devices in virtual time, without a socket. Its store holds the models of sound campaigns
 /// of the mock arm: m1, the active one, and m2.
 struct CellTest : testing::Test {
+  static constexpr const char* kOperator = "Anna";
   using Answer = std::expected<boost::json::value, control::RpcError>;
   using Wait = boost::asio::awaitable<void>;
 
@@ -59,7 +60,8 @@ struct CellTest : testing::Test {
                          *store,
                          store_thread,
                          wall_clock};
-    EXPECT_TRUE(finish(journal.begin(result->identities)));
+    EXPECT_TRUE(finish(journal.begin(0)));
+    EXPECT_TRUE(finish(journal.know(result->identities)));
     for (const StoredPoint& point : result->points) EXPECT_TRUE(finish(journal.add_point(point)));
     EXPECT_TRUE(finish(journal.end(result, std::nullopt)));
   }
@@ -86,7 +88,7 @@ struct CellTest : testing::Test {
   void load() { EXPECT_TRUE(finish(cell.load_active_model())); }
 
   Answer call(const std::string& method, boost::json::object params = {}) {
-    return finish(cell.call(method, std::move(params)));
+    return finish(cell.call(method, std::move(params), kOperator));
   }
   std::string refused(const std::string& method, boost::json::object params = {}) {
     const Answer answer = call(method, std::move(params));
@@ -102,7 +104,7 @@ struct CellTest : testing::Test {
   std::vector<boost::json::value> told(control::Topic topic) {
     std::vector<boost::json::value> data;
     const auto reader = events.subscribe({topic}, 0, [] {});
-    for (const EventBus::Line& line : reader->take(EventBus::kKept))
+    for (const EventBus::Line& line : reader->take(EventBus::kKept).lines)
       data.push_back(std::get<control::Event>(control::decode_server_line(*line).value()).data);
     return data;
   }
@@ -110,7 +112,7 @@ struct CellTest : testing::Test {
   // Within a script, which is a coroutine.
 
   boost::asio::awaitable<Answer> ask(std::string method, boost::json::object params = {}) {
-    auto asked = cell.call(std::move(method), std::move(params));
+    auto asked = cell.call(std::move(method), std::move(params), kOperator);
     auto answer = co_await std::move(asked);
     co_return answer;
   }

@@ -26,8 +26,7 @@ const std::vector<CellState> kStates{Disconnected{},
                                      StreamStopping{t0},
                                      Armed{},
                                      Disarming{t0},
-                                     Faulted{"why", true},
-                                     Faulted{"disk full", false}};
+                                     Faulted{"why"}};
 
 const std::vector<CellEvent> kRequests{ConnectRequested{},       DisconnectRequested{},
                                        AcknowledgeRequested{},   CampaignStartRequested{"c2"},
@@ -91,14 +90,17 @@ TEST(CellState, FollowsTheTableOfTransitions) {
   const std::vector<Transition> table{
       {Disconnected{}, ConnectRequested{}, Connecting{t0}, {C::OpenDevices}},
       {Connecting{t0}, DevicesConnected{}, Ready{}, {}},
-      {Connecting{t0}, ConnectFailed{"refused"}, Faulted{"refused", true}, {C::CloseDevices}},
+      {Connecting{t0}, ConnectFailed{"refused"}, Faulted{"refused"}, {C::CloseDevices}},
       {Connecting{t0}, DisconnectRequested{}, Disconnected{}, {C::CloseDevices}},
       {Ready{}, DisconnectRequested{}, Disconnected{}, {C::CloseDevices}},
-      {Ready{}, DeviceLost{"gone"}, Faulted{"gone", true}, {C::CloseDevices}},
+      {Ready{}, DeviceLost{"gone"}, Faulted{"gone"}, {C::CloseDevices}},
       {Ready{}, CampaignStartRequested{"c2"}, Running{"c2"}, {C::StartCampaign}},
       {Disconnected{}, CampaignStartRequested{"c2"}, Running{"c2"}, {C::StartCampaign}},
       {Running{"c1"}, CampaignPauseRequested{}, Paused{"c1"}, {C::PauseCampaign}},
       {Paused{"c1"}, CampaignResumeRequested{}, Running{"c1"}, {C::ResumeCampaign}},
+      {Paused{"c1"}, CampaignResumeRequested{"c1"}, Running{"c1"}, {C::ResumeCampaign}},
+      {Ready{}, CampaignResumeRequested{"c2"}, Running{"c2"}, {C::StartCampaign}},
+      {Disconnected{}, CampaignResumeRequested{"c2"}, Running{"c2"}, {C::StartCampaign}},
       {Running{"c1"}, CampaignAbortRequested{}, Aborting{"c1", t0}, {C::AbortCampaign}},
       {Paused{"c1"}, CampaignAbortRequested{}, Aborting{"c1", t0}, {C::AbortCampaign}},
       {Aborting{"c1", t0}, CampaignEnded{}, Ready{}, {}},
@@ -112,8 +114,8 @@ TEST(CellState, FollowsTheTableOfTransitions) {
       {Streaming{}, StreamStopRequested{}, StreamStopping{t0}, {C::StopStream}},
       {StreamStopping{t0}, StreamEnded{}, Ready{}, {}},
       {Streaming{}, StreamEnded{}, Ready{}, {}},
-      {Streaming{}, StreamFaulted{"bound"}, Faulted{"bound", true}, {C::StopStream, C::CloseDevices}},
-      {Faulted{"why", true}, AcknowledgeRequested{}, Disconnected{}, {C::RearmStream}},
+      {Streaming{}, StreamFaulted{"bound"}, Faulted{"bound"}, {C::StopStream, C::CloseDevices}},
+      {Faulted{"why"}, AcknowledgeRequested{}, Disconnected{}, {C::RearmStream}},
       {Streaming{}, AcknowledgeRequested{}, Streaming{}, {C::RearmStream}},
       {StreamStopping{t0}, AcknowledgeRequested{}, StreamStopping{t0}, {C::RearmStream}},
       {Disconnected{}, ArmRequested{}, Armed{}, {C::ArmStream}},
@@ -122,14 +124,12 @@ TEST(CellState, FollowsTheTableOfTransitions) {
       {Armed{}, StreamEnded{}, Armed{}, {}},
       {Armed{}, DeviceLost{"gone"}, Armed{}, {}},
       {Armed{}, AcknowledgeRequested{}, Armed{}, {C::RearmStream}},
-      {Armed{}, StreamFaulted{"bound"}, Faulted{"bound", true}, {C::StopStream, C::CloseDevices}},
+      {Armed{}, StreamFaulted{"bound"}, Faulted{"bound"}, {C::StopStream, C::CloseDevices}},
       {Disarming{t0}, StreamEnded{}, Disconnected{}, {C::CloseDevices}},
-      {Armed{}, StoreFailed{"disk full"}, Faulted{"disk full", false}, {C::StopStream, C::CloseDevices}},
-      {Running{"c1"},
-       StoreFailed{"disk full"},
-       Faulted{"disk full", false},
-       {C::AbortCampaign, C::CloseDevices}},
-      {Streaming{}, StoreFailed{"disk full"}, Faulted{"disk full", false}, {C::StopStream}},
+      {Running{"c1"}, StoreFailed{"disk full"}, Faulted{"disk full"}, {C::CloseDevices}},
+      {Armed{}, StoreFailed{"disk full"}, Armed{}, {}},
+      {Streaming{}, StoreFailed{"disk full"}, Streaming{}, {}},
+      {Ready{}, StoreFailed{"disk full"}, Ready{}, {}},
   };
   for (const Transition& row : table) {
     const CellStep step = advance(row.from, row.event, t0);
@@ -138,17 +138,9 @@ TEST(CellState, FollowsTheTableOfTransitions) {
   }
 }
 
-TEST(CellState, AFaultThatIsNotAcknowledgeableStays) {
-  const CellState failed = Faulted{"disk full", false};
-  const CellStep refused = advance(failed, AcknowledgeRequested{}, t0);
-  ASSERT_TRUE(refused.refused);
-  EXPECT_EQ(refused.refused->sentence(), "not possible in state fault, which ends by a restart: disk full");
-  EXPECT_EQ(after(failed, DevicesConnected{}), failed);
-}
-
 TEST(CellState, AnOutcomeThatComesLateChangesNothing) {
   EXPECT_EQ(after(Disconnected{}, DevicesConnected{}), CellState{Disconnected{}});
-  EXPECT_EQ(after(Faulted{"why", true}, CampaignEnded{}), (CellState{Faulted{"why", true}}));
+  EXPECT_EQ(after(Faulted{"why"}, CampaignEnded{}), (CellState{Faulted{"why"}}));
   EXPECT_EQ(after(Ready{}, StreamEnded{}), CellState{Ready{}});
 }
 

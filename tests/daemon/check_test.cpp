@@ -137,6 +137,13 @@ TEST_F(CheckTest, RefusesAnAddressThatIsNone) {
   EXPECT_THAT(findings(), failure("can be reached from other machines"));
 }
 
+TEST_F(CheckTest, RefusesAWebPortForOthersWithoutTls) {
+  config_.web = config::WebConfig{.listen = config::Endpoint{"0.0.0.0", 7280}};
+  EXPECT_THAT(findings(), failure("web.listen: 0.0.0.0 can be reached from other machines, which needs TLS"));
+  config_.web->listen = config_.control.listen;
+  EXPECT_THAT(findings(), failure("control.listen and web.listen are both 127.0.0.1:7210"));
+}
+
 TEST_F(CheckTest, RefusesTwoKeysWithOnePort) {
   config_.robot.eki_state = config_.robot.eki_motion;
   EXPECT_THAT(findings(), failure("robot.eki_motion and robot.eki_state are both 10.0.0.1:54600"));

@@ -24,7 +24,7 @@ class WillingCell : public CellService {
     return methods;
   }
   asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method,
-                                                                      json::object) override {
+                                                                      json::object, std::string) override {
     co_return json::object{{"method", method}};
   }
 };

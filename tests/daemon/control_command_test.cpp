@@ -24,7 +24,9 @@ class CountingCell : public CellService {
     return {"campaign.pause", "campaign.start", "model.activate", "stream.stop"};
   }
   asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method,
-                                                                      json::object params) override {
+                                                                      json::object params,
+                                                                      std::string by) override {
+    callers.push_back(std::move(by));
     calls.push_back(method);
     if (method == "campaign.start") {
       asio::steady_timer never{co_await asio::this_coro::executor, asio::steady_timer::time_point::max()};
@@ -37,7 +39,7 @@ class CountingCell : public CellService {
     json::object result{{"count", calls.size()}, {"params", params}};
     co_return result;
   }
-  std::vector<std::string> calls;
+  std::vector<std::string> calls, callers;
   std::function<void()> release;
 };
 

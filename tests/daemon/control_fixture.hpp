@@ -15,6 +15,7 @@
 #include <boost/asio/this_coro.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
+#include <boost/json/parse.hpp>
 #include <filesystem>
 #include <fstream>
 #include <future>
@@ -77,7 +78,7 @@ class FakeCell : public CellService {
     return {"cell.status", "campaign.start", "model.get", "report.get"};
   }
   asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method,
-                                                                      json::object) override {
+                                                                      json::object, std::string by) override {
     if (method == "model.get") throw std::runtime_error("no such luck");
     if (method == "report.get") co_return json::string(100'000, 'x');
     if (method == "campaign.start") {
@@ -87,42 +88,74 @@ class FakeCell : public CellService {
       const auto waited = co_await never.async_wait(asio::as_tuple(asio::use_awaitable));
       static_cast<void>(waited);
     }
-    json::object result{{"method", method}};
+    json::object result{{"method", method}, {"by", by}};
     co_return result;
   }
+  std::string doing() const override { return doing_; }
+  void set_doing(std::string doing) { doing_ = std::move(doing); }
+
   std::promise<void> started;     ///< campaign.start is under way
   std::function<void()> release;  ///< ends it
+
+ private:
+  std::string doing_ = "nothing";
 };
 
-/// A client that blocks, for at most the socket's timeout.
-class Client {
+/// What an earlier daemon has kept. Used by the worker's thread once the server runs.
+struct MemoryArchive final : EventArchive {
+  StoreResult<void> keep_events(const EventBatch&) override { return {}; }
+  StoreResult<EventPage> events(const std::set<control::Topic>& topics, std::uint64_t first,
+                                std::uint64_t end) override {
+    if (broken) return std::unexpected(StoreError{"cell.db: disk I/O error"});
+    EventPage page{.events = {}, .next = end};
+    for (const KeptEvent& event : kept) {
+      if (event.seq < first || event.seq >= end) continue;
+      // Two at a time, so that there are several parts.
+      if (page.events.size() == 2) return page;
+      if (topics.contains(event.topic)) page.events.push_back(event);
+      page.next = event.seq + 1;
+    }
+    page.next = end;
+    return page;
+  }
+  StoreResult<std::vector<EventGap>> event_gaps(std::uint64_t first, std::uint64_t end) override {
+    std::vector<EventGap> found;
+    for (const EventGap& gap : gaps)
+      if (gap.last >= first && gap.first < end) found.push_back(gap);
+    return found;
+  }
+  StoreResult<bool> prune_events(const std::string&) override { return false; }
+
+  std::vector<KeptEvent> kept{};
+  std::vector<EventGap> gaps{{1, 999, "not kept then"}};
+  bool broken = false;
+};
+
+/// A client that blocks, whatever carries its lines.
+class ProtocolClient {
  public:
-  explicit Client(std::uint16_t port, int receive_buffer = 0) {
-    socket_.open(asio::generic::stream_protocol{tcp::v4()});
-    if (receive_buffer > 0) socket_.set_option(tcp::socket::receive_buffer_size{receive_buffer});
-    const timeval limit{.tv_sec = 30, .tv_usec = 0};
-    ::setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-    socket_.connect(tcp::endpoint{asio::ip::address_v4::loopback(), port});
-  }
-  explicit Client(const fs::path& socket) {
-    socket_.connect(asio::local::stream_protocol::endpoint{socket.string()});
-  }
-  void send(std::string_view bytes) {
-    boost::system::error_code gone;
-    asio::write(socket_, asio::buffer(bytes), gone);
-  }
-  void end_of_input() { socket_.shutdown(tcp::socket::shutdown_send); }
+  virtual ~ProtocolClient() = default;
+  virtual void send(std::string_view bytes) = 0;
   /// The next line; empty when the server closed.
+  virtual std::string any_line() = 0;
+
+  /// The next line but the greeting, which comes before all others.
   std::string line() {
-    boost::system::error_code end;
-    const std::size_t size = asio::read_until(socket_, asio::dynamic_buffer(buffer_), '\n', end);
-    if (end) return {};
-    std::string line = buffer_.substr(0, size - 1);
-    buffer_.erase(0, size);
-    return line;
+    std::string line = any_line();
+    if (!line.starts_with(R"({"jsonrpc":"2.0","method":"greeting")")) return line;
+    greeting_ = std::move(line);
+    return any_line();
+  }
+  /// What came before all else.
+  json::value greeting() {
+    if (greeting_.empty()) greeting_ = any_line();
+    return json::parse(greeting_);
   }
   Reply reply() { return std::get<Reply>(control::decode_server_line(line()).value()); }
   Event event() { return std::get<Event>(control::decode_server_line(line()).value()); }
+  control::Notification notification() {
+    return std::get<control::Notification>(control::decode_server_line(line()).value());
+  }
   bool closed() { return line().empty(); }
 
   Reply call(std::string_view method, const json::object& params = {}) {
@@ -137,7 +170,6 @@ class Client {
   void send_hello(std::string_view token) {
     send(control::encode_request(++id_, "session.hello", {{"protocol", 1}, {"token", std::string{token}}}));
   }
-  bool nothing_came() { return socket_.available() == 0; }
   /// Code of the error of a call; 0 if it succeeded.
   int code(std::string_view method, const json::object& params = {}) { return code_of(call(method, params)); }
   static int code_of(const Reply& reply) {
@@ -145,10 +177,46 @@ class Client {
   }
 
  private:
+  std::string greeting_;
+  std::int64_t id_ = 0;
+};
+
+/// Over TCP or a Unix socket; waits for at most the socket's timeout.
+class Client : public ProtocolClient {
+ public:
+  explicit Client(std::uint16_t port, int receive_buffer = 0) {
+    socket_.open(asio::generic::stream_protocol{tcp::v4()});
+    if (receive_buffer > 0) socket_.set_option(tcp::socket::receive_buffer_size{receive_buffer});
+    const timeval limit{.tv_sec = 30, .tv_usec = 0};
+    ::setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+    socket_.connect(tcp::endpoint{asio::ip::address_v4::loopback(), port});
+  }
+  explicit Client(const fs::path& socket) {
+    socket_.connect(asio::local::stream_protocol::endpoint{socket.string()});
+  }
+  void send(std::string_view bytes) override {
+    boost::system::error_code gone;
+    asio::write(socket_, asio::buffer(bytes), gone);
+  }
+  void end_of_input() { socket_.shutdown(tcp::socket::shutdown_send); }
+  std::string any_line() override {
+    boost::system::error_code end;
+    const std::size_t size = asio::read_until(socket_, asio::dynamic_buffer(buffer_), '\n', end);
+    if (end) return {};
+    std::string line = buffer_.substr(0, size - 1);
+    buffer_.erase(0, size);
+    return line;
+  }
+  /// Nothing but the greeting.
+  bool nothing_came() {
+    greeting();
+    return buffer_.empty() && socket_.available() == 0;
+  }
+
+ private:
   asio::io_context context_;
   asio::generic::stream_protocol::socket socket_{context_};
   std::string buffer_;
-  std::int64_t id_ = 0;
 };
 
 class ControlServerTest : public testing::Test {
@@ -216,13 +284,28 @@ class ControlServerTest : public testing::Test {
       on_loop([&] { late = clock_.sleepers_within(1s); });
     }
   }
+  /// Lets time pass until no more than so many sessions are open.
+  /// @param meanwhile  done each second. @return how long it took
+  drivers::Duration pass_until_open(std::size_t sessions, const std::function<void()>& meanwhile = [] {}) {
+    for (auto passed = 0s; passed < 300s; passed += 1s) {
+      std::size_t open = 0;
+      on_loop([&] { open = server_->load().sessions; });
+      if (open <= sessions) return passed;
+      advance(1s);
+      meanwhile();
+    }
+    ADD_FAILURE() << "more than " << sessions << " sessions stay open";
+    return {};
+  }
   void advance(drivers::Duration time) {
     on_loop([&] { clock_.advance(time); });
   }
 
   TempFolder folder_;
+  MemoryArchive archive_;
   EventBus events_{{.first = 1000, .end = 1'000'000, .request_more = {}},
-                   [] { return std::chrono::system_clock::time_point{}; }};
+                   [] { return std::chrono::system_clock::time_point{}; },
+                   &archive_};
   ManualClock clock_;
   std::chrono::system_clock::time_point wall_{};
   std::optional<config::TlsConfig> tls_;

@@ -298,6 +298,36 @@ TEST_F(ControlServerTest, ReplaysWhatAClientMissed) {
                    .as_bool());
 }
 
+TEST_F(ControlServerTest, ReplaysWhatADaemonBeforeThisOneToldAndThenGoesOn) {
+  archive_.gaps = {{1, 899, "older than is kept"}};
+  for (std::uint64_t seq = 901; seq <= 907; ++seq)
+    archive_.kept.push_back({seq, "t", seq == 904 ? Topic::Log : Topic::Fault, R"({"text":"x"})"});
+  for (int i = 0; i < 5'000; ++i) events_.publish(Topic::Fault, json::object{{"i", i}});
+  Client client{serve()};
+  client.hello();
+  const Reply reply = client.call("events.subscribe", {{"topics", {"fault"}}, {"after", 901}});
+  EXPECT_TRUE(reply.result->at("complete").as_bool());
+  EXPECT_TRUE(reply.result->at("missing").as_array().empty());
+  for (const unsigned seq : {902U, 903U, 905U, 906U, 907U}) EXPECT_EQ(client.event().seq, seq);
+  for (unsigned seq = 1000; seq < 6'000; ++seq) ASSERT_EQ(client.event().seq, seq);
+  events_.publish(Topic::Fault, json::object{});
+  EXPECT_EQ(client.event().seq, 6'000U);
+
+  const Reply incomplete = client.call("events.subscribe", {{"topics", {"log"}}, {"after", 800}});
+  EXPECT_FALSE(incomplete.result->at("complete").as_bool());
+  EXPECT_EQ(incomplete.result->at("missing").at(0).at("last"), 899);
+  EXPECT_EQ(client.event().seq, 904U);
+}
+
+TEST_F(ControlServerTest, SaysThatWhatWasMissedCannotBeRead) {
+  archive_.broken = true;
+  Client client{serve()};
+  client.hello();
+  client.call("events.subscribe", {{"after", 900}});
+  EXPECT_THAT(client.reply().result.error().message, HasSubstr("what was missed cannot be read: cell.db"));
+  EXPECT_TRUE(client.closed());
+}
+
 TEST_F(ControlServerTest, DisconnectsASlowReaderWhileOthersGetEveryEvent) {
   const auto port = serve();
   Client slow{port, 4096};
@@ -306,10 +336,12 @@ TEST_F(ControlServerTest, DisconnectsASlowReaderWhileOthersGetEveryEvent) {
   quick.hello();
   slow.call("events.subscribe");
   quick.call("events.subscribe");
-  const json::object data{{"text", std::string(8192, 'x')}};
-  for (unsigned i = 0; i < 5500; ++i) {
-    events_.publish(Topic::Log, data);
-    ASSERT_EQ(quick.event().seq, 1000 + i);
+  constexpr unsigned kRounds = 110, kOfRound = 50;
+  for (unsigned round = 0; round < kRounds; ++round) {
+    // The first are more than the kernel keeps for who reads nothing.
+    const json::object data{{"text", std::string(round < 4 ? 60'000 : 10, 'x')}};
+    for (unsigned i = 0; i < kOfRound; ++i) events_.publish(Topic::Fault, data);
+    for (unsigned i = 0; i < kOfRound; ++i) ASSERT_EQ(quick.event().seq, 1000 + kOfRound * round + i);
   }
   EXPECT_EQ(too_slow_.get_future().wait_for(30s), std::future_status::ready);
 }
@@ -334,6 +366,10 @@ TEST_F(ControlServerTest, ServesItsSchemaWhichKnowsItsMethods) {
   std::vector<std::string> served = server_->methods();
   EXPECT_EQ(std::erase(served, "rpc.discover"), 1U);
   EXPECT_THAT(control::schema_methods(), testing::IsSupersetOf(served));
+  const Reply one = client.call("rpc.discover", {{"method", "session.ping"}});
+  EXPECT_EQ(one.result->at("name").as_string(), "session.ping");
+  EXPECT_FALSE(one.result->at("examples").as_array().empty());
+  EXPECT_EQ(client.code("rpc.discover", {{"method", "no.such"}}), -32004);
 }
 
 TEST_F(ControlServerTest, StartsOnlyWithAPrivateToken) {

@@ -17,7 +17,7 @@ using testing::HasSubstr;
 namespace ssl = asio::ssl;
 
 /// A client over TLS that blocks, by whatever OpenSSL does.
-class TlsClient {
+class TlsClient : public ProtocolClient {
  public:
   /// @param tune  of its own context, before it connects
   TlsClient(std::uint16_t port, const std::function<void(ssl::context&)>& tune = {}) {
@@ -33,20 +33,14 @@ class TlsClient {
     stream_->handshake(ssl::stream_base::client, error);
     return error;
   }
-  std::string line() {
+  void send(std::string_view bytes) override { asio::write(*stream_, asio::buffer(bytes)); }
+  std::string any_line() override {
     boost::system::error_code end;
     const std::size_t size = asio::read_until(*stream_, asio::dynamic_buffer(buffer_), '\n', end);
     if (end) return {};
     std::string line = buffer_.substr(0, size - 1);
     buffer_.erase(0, size);
     return line;
-  }
-  Reply reply() { return std::get<Reply>(control::decode_server_line(line()).value()); }
-  Event event() { return std::get<Event>(control::decode_server_line(line()).value()); }
-  bool closed() { return line().empty(); }
-  Reply call(std::string_view method, const json::object& params = {}) {
-    asio::write(*stream_, asio::buffer(control::encode_request(++id_, method, params)));
-    return reply();
   }
   Reply hello(const json::object& more = {}) {
     json::object params{{"protocol", 1}};
@@ -66,7 +60,6 @@ class TlsClient {
   asio::io_context context_;
   std::optional<ssl::stream<tcp::socket>> stream_;
   std::string buffer_;
-  std::int64_t id_ = 0;
 };
 
 std::string why(const Reply& reply) { return reply.result ? "" : reply.result.error().message; }

@@ -20,9 +20,9 @@ using testing::IsEmpty;
 const EventBus::WallClock kEpoch = [] { return std::chrono::system_clock::time_point{}; };
 const boost::json::object kNothing;
 
-std::vector<std::uint64_t> numbers(const std::vector<EventBus::Line>& lines) {
+std::vector<std::uint64_t> numbers(const EventBus::Taken& taken) {
   std::vector<std::uint64_t> seqs;
-  for (const auto& line : lines)
+  for (const auto& line : taken.lines)
     seqs.push_back(std::get<control::Event>(control::decode_server_line(*line).value()).seq);
   return seqs;
 }
@@ -32,7 +32,7 @@ TEST(EventBus, NumbersEventsFromWhereTheLastRunEnded) {
   const auto subscription = bus.subscribe({Topic::Cell, Topic::Log}, 0, [] {});
   for (const Topic topic : {Topic::Cell, Topic::Fault, Topic::Log}) bus.publish(topic, kNothing);
   EXPECT_THAT(numbers(subscription->take(10)), ElementsAre(42, 44));
-  EXPECT_THAT(subscription->take(10), IsEmpty());
+  EXPECT_THAT(subscription->take(10).lines, IsEmpty());
   EXPECT_EQ(bus.next_seq(), 45U);
   EXPECT_EQ(bus.oldest_seq(), 42U);
 }
@@ -64,16 +64,48 @@ TEST(EventBus, KeepsTheLastEventsForThoseWhoComeBack) {
   EXPECT_THAT(numbers(bus.subscribe({Topic::Log}, 4104, [] {})->take(9)), ElementsAre(4105, 4106));
 }
 
-TEST(EventBus, TellsAReaderThatItFellBehindOnlyIfItLostAnEventOfItsTopics) {
+TEST(EventBus, GivesASlowReaderTheNewestOfWhatGoesOnAndEveryAlarm) {
   EventBus bus{{.first = 1, .end = 100'000, .request_more = {}}, kEpoch};
-  const auto log_reader = bus.subscribe({Topic::Log}, 0, [] {});
-  const auto fault_reader = bus.subscribe({Topic::Fault}, 0, [] {});
-  for (std::size_t i = 0; i < EventBus::kKept; ++i) bus.publish(Topic::Log, kNothing);
-  EXPECT_FALSE(log_reader->fell_behind());
+  const auto reader = bus.subscribe({Topic::Log, Topic::Fault}, 0, [] {});
   bus.publish(Topic::Fault, kNothing);
-  EXPECT_TRUE(log_reader->fell_behind());
+  for (std::size_t i = 0; i < EventBus::kBacklog + 10; ++i) bus.publish(Topic::Log, kNothing);
+  bus.publish(Topic::Stream, kNothing);  // which it has not asked for
+  const EventBus::Taken first = reader->take(2);
+  EXPECT_THAT(numbers(first), ElementsAre(1, 13));
+  EXPECT_THAT(first.dropped, ElementsAre(testing::Pair(Topic::Log, 11)));
+  EXPECT_THAT(reader->take(2).dropped, IsEmpty()) << "told once";
+}
+
+TEST(EventBus, DropsNothingOfWhatAClientThatComesBackAsksFor) {
+  EventBus bus{{.first = 1, .end = 100'000, .request_more = {}}, kEpoch};
+  for (std::size_t i = 0; i < EventBus::kKept; ++i) bus.publish(Topic::Log, kNothing);
+  const auto reader = bus.subscribe({Topic::Log}, 0, [] {});
+  const EventBus::Taken all = reader->take(EventBus::kKept);
+  EXPECT_EQ(all.lines.size(), EventBus::kKept);
+  EXPECT_THAT(all.dropped, IsEmpty());
+}
+
+TEST(EventBus, KeepsAlarmsForAReaderBeyondWhatIsKeptForAll) {
+  EventBus bus{{.first = 1, .end = 100'000, .request_more = {}}, kEpoch};
+  const auto reader = bus.subscribe({Topic::Log, Topic::Fault}, 0, [] {});
+  for (const Topic topic : {Topic::Fault, Topic::Log, Topic::Fault}) bus.publish(topic, kNothing);
+  for (std::size_t i = 0; i < EventBus::kKept + 5; ++i) bus.publish(Topic::Stream, kNothing);
+  bus.publish(Topic::Fault, kNothing);
+  const EventBus::Taken taken = reader->take(10);
+  EXPECT_THAT(numbers(taken), ElementsAre(1, 3, 4105));
+  EXPECT_THAT(taken.dropped, ElementsAre(testing::Pair(Topic::Log, 1)));
+  EXPECT_FALSE(reader->fell_behind());
+}
+
+TEST(EventBus, TellsAReaderThatItFellBehindWhereTooManyAlarmsAreOwed) {
+  EventBus bus{{.first = 1, .end = 100'000, .request_more = {}}, kEpoch};
+  const auto fault_reader = bus.subscribe({Topic::Fault}, 0, [] {});
+  const auto log_reader = bus.subscribe({Topic::Log}, 0, [] {});
+  for (std::size_t i = 0; i < EventBus::kKept + EventBus::kMostOwed; ++i) bus.publish(Topic::Fault, kNothing);
   EXPECT_FALSE(fault_reader->fell_behind());
-  EXPECT_THAT(numbers(fault_reader->take(10)), ElementsAre(4097));
+  bus.publish(Topic::Fault, kNothing);
+  EXPECT_TRUE(fault_reader->fell_behind());
+  EXPECT_FALSE(log_reader->fell_behind());
 }
 
 TEST(EventBus, TakesEventsFromSeveralThreads) {

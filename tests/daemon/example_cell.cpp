@@ -97,15 +97,49 @@ drivers::MockCellOptions example_truth() {
   return truth;
 }
 
-asio::awaitable<daemon::StoreResult<void>> MemoryJournal::begin(daemon::Identities) {
+asio::awaitable<daemon::StoreResult<std::string>> MemoryJournal::begin(int total) {
   ++begun;
+  plan.total = total;
+  co_return std::string{"2026-02-03T08:00:00Z"};
+}
+
+asio::awaitable<daemon::StoreResult<void>> MemoryJournal::know(daemon::Identities identities) {
+  serial = identities.robot.serial;
   co_return daemon::StoreResult<void>{};
+}
+
+asio::awaitable<daemon::StoreResult<void>> MemoryJournal::add_planned(std::vector<daemon::PlannedPose> poses,
+                                                                      int total) {
+  plan.poses.insert(plan.poses.end(), poses.begin(), poses.end());
+  plan.total = total;
+  co_return daemon::StoreResult<void>{};
+}
+
+asio::awaitable<daemon::StoreResult<void>> MemoryJournal::add_identified(std::string sha256) {
+  plan.identified = sha256;
+  co_return daemon::StoreResult<void>{};
+}
+
+asio::awaitable<daemon::StoreResult<void>> MemoryJournal::add_resumption(daemon::Resumption resumption) {
+  resumptions.push_back(resumption);
+  co_return daemon::StoreResult<void>{};
+}
+
+std::shared_ptr<const daemon::CampaignPast> MemoryJournal::past() const {
+  auto past = std::make_shared<daemon::CampaignPast>();
+  past->record.robot_serial = serial;
+  past->record.ended = "2026-02-03T07:30:00Z";
+  past->plan = plan;
+  past->points = points;
+  past->skipped = skipped;
+  past->resumptions = resumptions;
+  return past;
 }
 
 asio::awaitable<daemon::StoreResult<daemon::StoredPoint>> MemoryJournal::add_point(
     daemon::StoredPoint point) {
   if (static_cast<int>(points.size()) == fail_at_point) {
-    co_return std::unexpected(daemon::StoreError{"database or disk is full"});
+    co_return std::unexpected(daemon::StoreError{"database or disk is full", full});
   }
   points.push_back(point);
   co_return point;

@@ -25,10 +25,15 @@ drivers::MockCellOptions example_truth();
 
 /// A journal in memory that can be told to fail.
 struct MemoryJournal final : daemon::CampaignJournal {
-  boost::asio::awaitable<daemon::StoreResult<void>> begin(daemon::Identities identities) override;
+  boost::asio::awaitable<daemon::StoreResult<std::string>> begin(int total) override;
+  boost::asio::awaitable<daemon::StoreResult<void>> know(daemon::Identities identities) override;
+  boost::asio::awaitable<daemon::StoreResult<void>> add_planned(std::vector<daemon::PlannedPose> poses,
+                                                                int total) override;
   boost::asio::awaitable<daemon::StoreResult<daemon::StoredPoint>> add_point(
       daemon::StoredPoint point) override;
   boost::asio::awaitable<daemon::StoreResult<void>> add_skipped(daemon::SkippedPose skipped) override;
+  boost::asio::awaitable<daemon::StoreResult<void>> add_identified(std::string sha256) override;
+  boost::asio::awaitable<daemon::StoreResult<void>> add_resumption(daemon::Resumption resumption) override;
   boost::asio::awaitable<daemon::StoreResult<void>> end(std::shared_ptr<const daemon::CampaignResult> result,
                                                         std::optional<daemon::CampaignError> error) override;
 
@@ -38,6 +43,13 @@ struct MemoryJournal final : daemon::CampaignJournal {
   std::shared_ptr<const daemon::CampaignResult> result;
   std::optional<daemon::CampaignError> error;
   int fail_at_point = -1;  ///< this call of add_point fails
+  bool full = false;       ///< as for want of room, until it is no longer
+
+  /// What the store would give of the campaign to one that goes on.
+  std::shared_ptr<const daemon::CampaignPast> past() const;
+  std::string serial;  ///< of the arm
+  daemon::CampaignPlan plan;
+  std::vector<daemon::Resumption> resumptions;
 };
 
 /// Remembers what a campaign told, and calls back at each point.

@@ -24,6 +24,25 @@ TEST_F(ModelServiceTest, WorksWithTheModelThatItsStoreSaysIsActive) {
   EXPECT_EQ(changes[0].at_pointer("/model/id"), "m2");
 }
 
+TEST_F(ModelServiceTest, GoesBackToTheModelThatWasActiveBefore) {
+  load();
+  ASSERT_TRUE(call("model.activate", {{"id", "m2"}}));
+  EXPECT_EQ(call("model.rollback")->at("id"), "m1");
+  EXPECT_EQ(status().at_pointer("/model/id"), "m1");
+  EXPECT_EQ(told(control::Topic::Model).back().at("by"), kOperator);
+  EXPECT_EQ(call("model.rollback")->at("id"), "m2") << "and forth";
+  ASSERT_TRUE(call("model.deactivate"));
+  EXPECT_EQ(call("model.rollback")->at("id"), "m2");
+  execute("UPDATE model SET validation_before_mm=validation_after_mm WHERE id='m1'");
+  EXPECT_THAT(refused("model.rollback"), HasSubstr("no better than the nominal arm"));
+  EXPECT_EQ(status().at_pointer("/model/id"), "m2");
+}
+
+TEST_F(ModelServiceTest, SaysThatThereIsNoModelToGoBackTo) {
+  execute("DELETE FROM activation WHERE model_id<>'m1'");
+  EXPECT_EQ(refused("model.rollback"), "no other model was active before");
+}
+
 TEST_F(ModelServiceTest, DoesNotWorkWithAModelOfWhichADigitHasBecomeAnother) {
   alter_m1();
   load();

@@ -69,7 +69,8 @@ struct StoreJournalTest : testing::Test {
 TEST_F(StoreJournalTest, KeepsACampaignWithItsPointsSkippedPosesDocumentAndActiveModel) {
   ASSERT_TRUE(store) << store.error().detail;
   StoreJournal kept = journal();
-  ASSERT_TRUE(finish(kept.begin({{"#KR210R2700_2", "S1", "KSS"}, {"AT901", "T1", "1"}})));
+  ASSERT_TRUE(finish(kept.begin(0)));
+  ASSERT_TRUE(finish(kept.know({{"#KR210R2700_2", "S1", "KSS"}, {"AT901", "T1", "1"}})));
   ASSERT_TRUE(finish(kept.add_point(example_point(0))));
   ASSERT_TRUE(finish(kept.add_skipped({1, "no reflector found", 3})));
   const auto ended = finish(kept.end(example_result(true), std::nullopt));
@@ -93,7 +94,7 @@ TEST_F(StoreJournalTest, KeepsACampaignWithItsPointsSkippedPosesDocumentAndActiv
 
 TEST_F(StoreJournalTest, KeepsButDoesNotActivateAModelThatIsNoBetterThanTheNominalArm) {
   StoreJournal kept = journal();
-  ASSERT_TRUE(finish(kept.begin({})));
+  ASSERT_TRUE(finish(kept.begin(0)));
   ASSERT_TRUE(finish(kept.end(example_result(false), std::nullopt)));
   EXPECT_FALSE(kept.activated());
   EXPECT_FALSE(*store->active_model());
@@ -103,7 +104,7 @@ TEST_F(StoreJournalTest, KeepsButDoesNotActivateAModelThatIsNoBetterThanTheNomin
 
 TEST_F(StoreJournalTest, KeepsButDoesNotActivateAModelThatItsDataContradictAndSaysWhy) {
   StoreJournal kept = journal();
-  ASSERT_TRUE(finish(kept.begin({})));
+  ASSERT_TRUE(finish(kept.begin(0)));
   const auto result = example_result(true);
   result->as<CalibrationResult>().verdict.findings = {
       {Severity::Refusal, "the reference pose did not stay where it was"},
@@ -124,14 +125,14 @@ TEST_F(StoreJournalTest, KeepsButDoesNotActivateAModelThatItsDataContradictAndSa
 
 TEST_F(StoreJournalTest, DoesNotActivateWhereThatIsNotWanted) {
   StoreJournal kept = journal(false);
-  ASSERT_TRUE(finish(kept.begin({})));
+  ASSERT_TRUE(finish(kept.begin(0)));
   ASSERT_TRUE(finish(kept.end(example_result(true), std::nullopt)));
   EXPECT_FALSE(*store->active_model());
 }
 
 TEST_F(StoreJournalTest, RecordsWhyACampaignFailedOrWasAborted) {
   StoreJournal kept = journal();
-  ASSERT_TRUE(finish(kept.begin({})));
+  ASSERT_TRUE(finish(kept.begin(0)));
   ASSERT_TRUE(finish(kept.end(nullptr, CampaignError{CampaignFault::Aborted, "asked for by an operator"})));
   EXPECT_EQ((*store->campaign("c1"))->state, "aborted");
   EXPECT_EQ((*store->campaign("c1"))->reason, "asked for by an operator");

@@ -19,6 +19,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "daemon/store/campaign_plan.hpp"
+#include "tests/daemon/older_store.hpp"
 #include "tests/temp_folder.hpp"
 
 namespace truepose::daemon {
@@ -249,21 +251,100 @@ TEST_F(StoreTest, WritesTheEndOfACampaignWithItsModelAndItsActivationOrNothingOf
   EXPECT_FALSE(store.model("m0").value()->active);
 }
 
-TEST_F(StoreTest, EndsTheCampaignsThatNobodyRunsAnyMore) {
+TEST_F(StoreTest, MarksTheCampaignsThatNobodyRunsAnyMore) {
   Store store = open();
-  CampaignRecord done = campaign("c1");
-  ASSERT_TRUE(store.begin_campaign(done));
+  CampaignRecord done = campaign("done"), drift = campaign("drift"), iso9283 = campaign("iso");
+  ASSERT_TRUE(store.begin_campaign(done, "{}"));
   done.state = "done";
   ASSERT_TRUE(store.end_campaign(done));
-  ASSERT_TRUE(store.begin_campaign(campaign("c2")));
+  drift.kind = "drift";
+  iso9283.kind = "iso9283";
+  ASSERT_TRUE(store.begin_campaign(drift));
+  ASSERT_TRUE(store.begin_campaign(iso9283));
+  ASSERT_TRUE(store.begin_campaign(campaign("may go on"), "{}"));
+  ASSERT_TRUE(store.begin_campaign(campaign("of before")));
 
-  EXPECT_EQ(store.fail_interrupted("2026-08-17T11:00:00Z").value(), 1);
-  const auto interrupted = store.campaign("c2").value().value();
-  EXPECT_EQ(interrupted.state, "failed");
+  EXPECT_EQ(store.plans().interrupt_running("2026-08-17T11:00:00Z").value(), 4);
+  const auto interrupted = store.campaign("may go on").value().value();
+  EXPECT_EQ(interrupted.state, "interrupted");
   EXPECT_EQ(interrupted.ended, "2026-08-17T11:00:00Z");
-  EXPECT_THAT(interrupted.reason, HasSubstr("daemon"));
-  EXPECT_EQ(store.campaign("c1").value().value().state, "done");
-  EXPECT_EQ(store.fail_interrupted("2026-08-17T12:00:00Z").value(), 0);
+  EXPECT_EQ(interrupted.reason, "the daemon ended in the middle of it");
+  EXPECT_EQ(store.campaign("of before").value()->state, "failed") << "it has no plan";
+  EXPECT_EQ(store.campaign("iso").value()->state, "failed");
+  EXPECT_THAT(store.campaign("iso").value()->reason, HasSubstr("one series of cycles without a break"));
+  EXPECT_THAT(store.campaign("drift").value()->reason, HasSubstr("start it anew"));
+  EXPECT_EQ(store.campaign("done").value()->state, "done");
+  EXPECT_EQ(store.plans().interrupt_running("2026-08-17T12:00:00Z").value(), 0);
+}
+
+TEST_F(StoreTest, KeepsThePlanOfACampaignToTheLastBit) {
+  {
+    Store store = open();
+    ASSERT_TRUE(store.begin_campaign(campaign("c1"), R"({"activate":true})"));
+    std::vector<PlannedPose> poses{{1, PointPurpose::Identify, point(0).q_target, point(0).q_commanded, 0},
+                                   {2, PointPurpose::Reference, point(1).q_target, point(1).q_target, 0}};
+    ASSERT_TRUE(store.plans().add_planned("c1", poses, 40));
+    poses = {{41, PointPurpose::Identify, point(2).q_target, point(2).q_target, 1}};
+    ASSERT_TRUE(store.plans().add_planned("c1", poses, 41));
+    ASSERT_TRUE(store.plans().keep_identified("c1", "abc"));
+    EXPECT_FALSE(store.plans().add_planned("c1", poses, 42)) << "a number that is taken";
+  }
+  Store store = open();
+  const CampaignPlan plan = store.plans().plan("c1").value().value();
+  EXPECT_EQ(plan.order, R"({"activate":true})");
+  EXPECT_EQ(plan.total, 41);
+  EXPECT_EQ(plan.identified, "abc");
+  ASSERT_EQ(plan.poses.size(), 3U);
+  EXPECT_EQ(plan.poses[0].q_target, point(0).q_target);
+  EXPECT_EQ(plan.poses[0].q_commanded, point(0).q_commanded);
+  EXPECT_EQ(plan.poses[1].purpose, PointPurpose::Reference);
+  EXPECT_EQ(plan.poses[2].pose, 41);
+  EXPECT_EQ(plan.poses[2].replaces, 1);
+  EXPECT_FALSE(store.plans().plan("c2").value());
+}
+
+TEST_F(StoreTest, LetsAnInterruptedCampaignGoOnAndKeepsWhatWasFound) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = Eigen::AngleAxisd(1.0 / 3, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  X.translation() = Eigen::Vector3d(1.0 / 7, -1e-17, 5);
+  {
+    Store store = open();
+    ASSERT_TRUE(store.begin_campaign(campaign("c1"), "{}"));
+    StoredPoint nest = point(3), check = point(4), face1 = point(5);
+    nest.purpose = PointPurpose::Nest;
+    check.purpose = PointPurpose::Check;
+    face1.purpose = PointPurpose::Face1;
+    for (const StoredPoint& p : {point(1), point(2), nest, check, face1})
+      ASSERT_TRUE(store.add_point("c1", p));
+    ASSERT_TRUE(store.add_skipped("c1", {.pose = 6, .reason = "hidden", .attempts = 3}));
+    ASSERT_TRUE(store.plans().add_planned("c1", {}, 40));
+    EXPECT_FALSE(store.plans().resume("c1")) << "it still runs";
+    ASSERT_TRUE(store.plans().interrupt_running("2026-08-17T11:00:00Z"));
+    const auto interrupted = store.plans().interrupted().value();
+    ASSERT_EQ(interrupted.size(), 1U);
+    EXPECT_EQ(interrupted[0].record.id, "c1");
+    EXPECT_EQ(interrupted[0].record.robot_serial, "4711");
+    EXPECT_EQ(interrupted[0].done, 2);
+    EXPECT_EQ(interrupted[0].skipped, 1);
+    EXPECT_EQ(interrupted[0].total, 40);
+
+    ASSERT_TRUE(store.plans().resume("c1"));
+    EXPECT_EQ(store.campaign("c1").value()->state, "running");
+    EXPECT_TRUE(store.plans().interrupted()->empty());
+    ASSERT_TRUE(
+        store.plans().add_resumption("c1", {"2026-08-17T11:00:00Z", "2026-08-17T12:00:00Z", "it moved", X}));
+    StoredPoint later = point(7);
+    later.resumption = 1;
+    ASSERT_TRUE(store.add_point("c1", later));
+  }
+  Store store = open();
+  const auto resumptions = store.plans().resumptions("c1").value();
+  ASSERT_EQ(resumptions.size(), 1U);
+  EXPECT_EQ(resumptions[0].found, "it moved");
+  EXPECT_EQ(resumptions[0].interrupted, "2026-08-17T11:00:00Z");
+  EXPECT_EQ(resumptions[0].X_first_now.matrix(), X.matrix());
+  EXPECT_EQ(store.points("c1")->back().resumption, 1);
+  EXPECT_EQ(store.points("c1")->front().resumption, 0);
 }
 
 TEST_F(StoreTest, RefusesWhatCannotBeTrue) {
@@ -359,10 +440,7 @@ TEST_F(StoreTest, KeepsTheKindsOfAFileThatKnewFewer) {
     ASSERT_TRUE(store.begin_campaign(drift));
     ASSERT_TRUE(store.add_point("d", point(2)));
   }
-  // Before models carried a hash, and the stream could be armed.
-  execute(
-      "DROP TABLE armed; ALTER TABLE model DROP COLUMN sha256; ALTER TABLE model DROP COLUMN largest_correction_deg");
-  execute("PRAGMA user_version=2");
+  make_older(file_, 2);
   Store store = open();
   EXPECT_EQ(store.campaign("d").value()->kind, "drift");
   expect_equal(store.points("d").value().at(0), point(2));
@@ -372,8 +450,33 @@ TEST_F(StoreTest, LeavesAFileOfANewerVersionAlone) {
   open();
   execute("PRAGMA user_version=99");
   EXPECT_THAT(why_not_opened(file_), HasSubstr("newer truepose"));
-  execute("PRAGMA user_version=6");
+  execute("PRAGMA user_version=9");
   EXPECT_EQ(why_not_opened(file_), "");
+}
+
+TEST_F(StoreTest, BringsAFileOfBeforeCampaignsCouldGoOnUpToDate) {
+  for (const int version : {8, 7, 6}) {
+    SCOPED_TRACE(version);
+    std::filesystem::remove(file_);
+    {
+      Store store = open();
+      CampaignRecord record = campaign("c1");
+      if (version > 6) record.started_by = "Anna";
+      ASSERT_TRUE(store.begin_campaign(record));
+      ASSERT_TRUE(store.add_point("c1", point(1)));
+      StoredPoint nest = point(2);
+      nest.purpose = PointPurpose::Nest;
+      ASSERT_TRUE(store.add_point("c1", nest));
+    }
+    make_older(file_, version);
+    Store store = open();
+    EXPECT_EQ(store.campaign("c1").value()->state, "running");
+    EXPECT_EQ(store.campaign("c1").value()->started_by, version > 6 ? "Anna" : "");
+    expect_equal(store.points("c1").value().at(0), point(1));
+    EXPECT_EQ(store.points("c1").value().at(1).purpose, PointPurpose::Nest);
+    EXPECT_EQ(store.plans().interrupt_running("2026-08-17T11:00:00Z").value(), 1);
+    EXPECT_EQ(store.campaign("c1").value()->state, "failed") << "of which nobody knows the plan";
+  }
 }
 
 TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
@@ -383,6 +486,7 @@ TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
     ASSERT_TRUE(store.add_point("c1", point(4)));
     ASSERT_TRUE(store.add_model(model("m1", "2026-08-17T10:00:00Z")));
   }
+  make_older(file_, 2);
   // As it was before points had directions and the reference pose a purpose of its own.
   execute(R"sql(
     CREATE TABLE old AS SELECT * FROM point;
@@ -399,9 +503,6 @@ TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
     CREATE INDEX point_of_campaign ON point (campaign_id);
     ALTER TABLE campaign DROP COLUMN kind;
     ALTER TABLE model RENAME COLUMN validation_after_mm TO validation_geometric_mm;
-    ALTER TABLE model DROP COLUMN sha256;
-    ALTER TABLE model DROP COLUMN largest_correction_deg;
-    DROP TABLE armed;
     PRAGMA user_version=1)sql");
 
   Store store = open();
@@ -415,6 +516,41 @@ TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
   EXPECT_EQ(store.model("m1").value()->largest_correction_deg, 0);
   EXPECT_TRUE(store.add_point("c1", point(3)));
   EXPECT_EQ(store.points("c1").value().at(1).purpose, PointPurpose::Reference);
+}
+
+TEST_F(StoreTest, KnowsWhichModelWasActiveBefore) {
+  Store store = open();
+  EXPECT_EQ(store.model_before().value(), std::nullopt);
+  for (const char* id : {"m1", "m2", "m3"}) ASSERT_TRUE(store.add_model(model(id, "2026-08-17T10:00:00Z")));
+  const auto before = [&] {
+    const auto found = store.model_before().value();
+    return found ? found->id : "";
+  };
+  ASSERT_TRUE(store.activate_model("m1"));
+  EXPECT_EQ(before(), "");
+  ASSERT_TRUE(store.activate_model("m3"));
+  ASSERT_TRUE(store.activate_model("m3")) << "again";
+  EXPECT_EQ(before(), "m1");
+  ASSERT_TRUE(store.activate_model("m2"));
+  EXPECT_EQ(before(), "m3");
+  ASSERT_TRUE(store.activate_model(""));
+  EXPECT_EQ(before(), "m2") << "which was deactivated";
+  CampaignRecord made = campaign("c1");
+  ASSERT_TRUE(store.begin_campaign(made));
+  ModelRecord its_own = model("m4", "2026-08-17T11:00:00Z");
+  its_own.active = true;
+  ASSERT_TRUE(store.end_campaign(made, its_own));
+  EXPECT_EQ(before(), "m2") << "before the one that a campaign activated";
+}
+
+TEST_F(StoreTest, KeepsWhoStartedACampaignAndWhatFor) {
+  Store store = open();
+  CampaignRecord record = campaign("c1");
+  record.started_by = "Anna";
+  record.note = "after the new gripper";
+  ASSERT_TRUE(store.begin_campaign(record));
+  EXPECT_EQ(store.campaign("c1").value()->started_by, "Anna");
+  EXPECT_EQ(store.campaigns().value().at(0).note, "after the new gripper");
 }
 
 TEST_F(StoreTest, KeepsSinceWhenTheStreamIsArmed) {

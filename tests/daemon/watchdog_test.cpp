@@ -59,6 +59,16 @@ TEST_F(WatchdogTest, GivesAJobItsWholePatienceHoweverLongTheThreadWasIdleBefore)
   }
 }
 
+TEST_F(WatchdogTest, SaysOfEachThreadWhatItDoes) {
+  const auto seen = watchdog_.look(kStart + 3s);
+  ASSERT_EQ(seen.size(), 2U);
+  EXPECT_EQ(seen[0].name, "RSI");
+  EXPECT_EQ(seen[0].still_for, 3s);
+  EXPECT_TRUE(seen[0].stuck);
+  EXPECT_TRUE(seen[1].idle);
+  EXPECT_FALSE(seen[1].stuck);
+}
+
 TEST_F(WatchdogTest, IsContentAgainWhenTheThreadGoesOn) {
   EXPECT_EQ(watchdog_.stuck(kStart + 3s), "RSI");
   ++realtime_.beats;

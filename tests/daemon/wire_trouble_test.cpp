@@ -8,6 +8,7 @@
 
 #include "core/arm/forward.hpp"
 #include "core/math/random.hpp"
+#include "drivers/bridge/bridge_tracker.hpp"
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/leica/emscon_tracker.hpp"
 #include "tests/daemon/campaign_fixture.hpp"
@@ -26,11 +27,15 @@ constexpr std::array kTroubles{Trouble::Off, Trouble::Reset, Trouble::CutMidPack
                                Trouble::Storm};
 constexpr Duration kResumed = 5s;
 
+/// Whose wire is disturbed.
+enum class Disturbed { Controller, Tracker, Bridge };
+constexpr std::array kDisturbed{Disturbed::Tracker, Disturbed::Bridge, Disturbed::Controller};
+
 /// One campaign with the real drivers, that is disturbed again and again.
 class DisturbedCampaign {
  public:
-  DisturbedCampaign(Trouble trouble, CellDevice device, std::uint64_t seed)
-      : trouble_{trouble}, device_{device}, random_{seed} {
+  DisturbedCampaign(Trouble trouble, Disturbed disturbed, std::uint64_t seed)
+      : trouble_{trouble}, disturbed_{disturbed}, random_{seed} {
     config_.campaign.remeasure = false;
     config_.campaign.pause_after_lost = 0;
     observer_.at_waiting = [this](CellDevice which, const std::string& reason) { note(which, reason); };
@@ -44,7 +49,7 @@ class DisturbedCampaign {
     asio::co_spawn(io_, disturb(), asio::detached);
     ASSERT_TRUE(clock_.run(io_, [this] { return outcome_.has_value(); }));
     robot_.disconnect();
-    tracker_.disconnect();
+    tracker_->disconnect();
     clock_.run(io_, [] { return false; });
   }
 
@@ -73,11 +78,20 @@ class DisturbedCampaign {
     return truth_.truth.X_WB * (forward_kinematics(truth_.truth.robot, q) * truth_.truth.p_FS_mm);
   }
 
+  static MemoryNetwork::Ports ports_of(Disturbed disturbed) {
+    switch (disturbed) {
+      case Disturbed::Tracker:
+        return {WiredTracker::kPort};
+      case Disturbed::Bridge:
+        return {WiredBridge::kPort};
+      case Disturbed::Controller:
+        break;
+    }
+    return {WiredController::kMotion, WiredController::kState};
+  }
+
   asio::awaitable<void> disturb() {
-    const MemoryNetwork::Ports ports =
-        device_ == CellDevice::Tracker
-            ? MemoryNetwork::Ports{WiredTracker::kPort}
-            : MemoryNetwork::Ports{WiredController::kMotion, WiredController::kState};
+    const MemoryNetwork::Ports ports = ports_of(disturbed_);
     while (!outcome_) {
       const TimePoint begins =
           clock_.now() + std::chrono::milliseconds{static_cast<int>(random_.uniform(5e3, 30e3))};
@@ -116,7 +130,7 @@ class DisturbedCampaign {
 
   /// How long it took from the end of the cause, or from when it was noticed, until the device was back.
   void note(CellDevice which, const std::string& reason) {
-    if (which != device_) return;
+    if ((which == CellDevice::Controller) != (disturbed_ == Disturbed::Controller)) return;
     if (!reason.empty()) {
       if (!noticed_) noticed_ = clock_.now();
       return;
@@ -126,8 +140,20 @@ class DisturbedCampaign {
     noticed_.reset();
   }
 
+  std::unique_ptr<drivers::Tracker> tracker_driver() {
+    if (disturbed_ == Disturbed::Bridge)
+      return std::make_unique<drivers::BridgeTracker>(
+          io_.get_executor(), clock_,
+          drivers::BridgeOptions{.host = "bridge", .port = WiredBridge::kPort, .stream = network_.streams()});
+    return std::make_unique<drivers::EmsconTracker>(io_.get_executor(), clock_,
+                                                    drivers::EmsconOptions{.host = "tracker",
+                                                                           .port = WiredTracker::kPort,
+                                                                           .reflector = "CCR-1.5in",
+                                                                           .stream = network_.streams()});
+  }
+
   Trouble trouble_;
-  CellDevice device_;
+  Disturbed disturbed_;
   Random random_;
   config::CellConfig config_ = test::example_cell();
   drivers::MockCellOptions truth_ = test::example_truth();
@@ -137,21 +163,17 @@ class DisturbedCampaign {
   MemoryNetwork network_{io_, clock_};
   WiredController controller_{network_, cell_};
   WiredTracker wired_tracker_{io_, network_, cell_};
+  WiredBridge wired_bridge_{io_, network_, cell_};
   drivers::KukaEkiRobot robot_{io_.get_executor(),
                                clock_,
                                {.host = "controller",
                                 .motion_port = WiredController::kMotion,
                                 .state_port = WiredController::kState,
                                 .stream = network_.streams()}};
-  drivers::EmsconTracker tracker_{io_.get_executor(),
-                                  clock_,
-                                  {.host = "tracker",
-                                   .port = WiredTracker::kPort,
-                                   .reflector = "CCR-1.5in",
-                                   .stream = network_.streams()}};
+  std::unique_ptr<drivers::Tracker> tracker_ = tracker_driver();
   test::MemoryJournal journal_;
   test::RecordingObserver observer_;
-  Campaign campaign_{config_, CampaignDevices{robot_, tracker_, clock_}, journal_, observer_,
+  Campaign campaign_{config_, CampaignDevices{robot_, *tracker_, clock_}, journal_, observer_,
                      &test::compute_here};
   std::optional<Outcome> outcome_;
   std::optional<TimePoint> noticed_, cause_gone_;
@@ -161,7 +183,7 @@ class DisturbedCampaign {
 struct DisturbedWire : testing::TestWithParam<Trouble> {};
 
 TEST_P(DisturbedWire, ResumesWithinSecondsAndMeasuresEachPoseOnce) {
-  for (const CellDevice device : {CellDevice::Tracker, CellDevice::Controller}) {
+  for (const Disturbed device : kDisturbed) {
     int troubles = 0;
     for (std::uint64_t seed = 1; troubles < trials(500); ++seed) {
       SCOPED_TRACE("device " + std::to_string(static_cast<int>(device)) + ", seed " + std::to_string(seed));

@@ -120,6 +120,26 @@ eki::State WiredController::state_for(const eki::Control& control) const {
   return state;
 }
 
+WiredBridge::WiredBridge(asio::io_context& io, drivers::MemoryNetwork& network, drivers::MockCell& cell)
+    : cell_{cell}, protocol_{io, network, cell.clock()} {
+  protocol_.script("measure", [this](std::int64_t id, const bridge::Request& request) {
+    measure(id, std::get<bridge::DoMeasure>(request).time);
+  });
+}
+
+void WiredBridge::measure(std::int64_t id, std::chrono::milliseconds time) {
+  protocol_.later(time, [this, id, time, connection = protocol_.connections] {
+    if (connection != protocol_.connections) return;  // who asked has gone
+    const TrackerNoiseModel& noise = cell_.options().noise;
+    const bridge::Measured result{.p_W_mm = cell_.reading_mm(cell_.p_WS_mm(), 1, noise),
+                                  .std_mm = Eigen::Vector3d::Constant(noise.range_mm),
+                                  .covariance_mm2 = {},
+                                  .averaged = time,
+                                  .air = {20, 1013, 50}};
+    protocol_.answer(id, result);
+  });
+}
+
 WiredTracker::WiredTracker(asio::io_context& io, drivers::MemoryNetwork& network, drivers::MockCell& cell)
     : cell_{cell}, protocol_{io} {
   protocol_.script(emscon::CommandCode::StartMeasurement, [this] {

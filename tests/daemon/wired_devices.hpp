@@ -9,6 +9,7 @@
 #include "proto/eki/document_splitter.hpp"
 #include "proto/eki/messages.hpp"
 #include "proto/emscon/packet_splitter.hpp"
+#include "tests/drivers/bridge/fake_bridge.hpp"
 #include "tests/drivers/leica/fake_tracker.hpp"
 #include "tests/drivers/memory_network.hpp"
 
@@ -35,6 +36,19 @@ class WiredController {
   Signal served_;
   eki::Ack last_;
   bool stopped_ = false;
+};
+
+/// A bridge to a tracker that sees the mock cell's reflector.
+class WiredBridge {
+ public:
+  static constexpr std::uint16_t kPort = drivers::FakeBridge::kPort;
+  WiredBridge(boost::asio::io_context& io, drivers::MemoryNetwork& network, drivers::MockCell& cell);
+
+ private:
+  void measure(std::int64_t id, std::chrono::milliseconds time);
+
+  drivers::MockCell& cell_;
+  drivers::FakeBridge protocol_;
 };
 
 /// An emScon tracker that sees the mock cell's reflector.

@@ -49,9 +49,9 @@ TEST_P(Corpus, BreaksNoPromiseWholeOrCutAnywhere) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Fuzz, Corpus,
-                         testing::Values(Target{"control", control}, Target{"csv", csv}, Target{"eki", eki},
-                                         Target{"emscon", emscon}, Target{"krl", krl},
-                                         Target{"krl_interpreter", krl_interpreter},
+                         testing::Values(Target{"bridge", bridge}, Target{"control", control},
+                                         Target{"csv", csv}, Target{"eki", eki}, Target{"emscon", emscon},
+                                         Target{"krl", krl}, Target{"krl_interpreter", krl_interpreter},
                                          Target{"recording", recording}, Target{"rsi_config", rsi_config},
                                          Target{"rsi_context", rsi_context}, Target{"rsi_frame", rsi_frame},
                                          Target{"yaml", yaml}),

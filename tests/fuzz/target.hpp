@@ -18,6 +18,7 @@ inline void expect(bool holds, const std::string& promise) {
   if (!holds) throw Finding(promise);
 }
 
+void bridge(std::string_view input);
 void control(std::string_view input);
 void csv(std::string_view input);
 void eki(std::string_view input);

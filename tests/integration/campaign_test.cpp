@@ -48,7 +48,7 @@ bool is_stored_point(const control::Event& event) {
 bool is_end_of_campaign(const control::Event& event) {
   if (event.topic != "campaign") return false;
   const json::value& phase = event.data.at("phase");
-  return phase == "done" || phase == "failed" || phase == "aborted";
+  return phase == "done" || phase == "failed" || phase == "aborted" || phase == "interrupted";
 }
 
 bool is_pause(const control::Event& event) {
@@ -149,12 +149,13 @@ TEST(ACampaignOverTheRealProtocols, FindsTheArmsErrorsKeepsEveryPointAndActivate
   EXPECT_EQ(cell.end_simulator().at("measurements"), 28);
 }
 
-TEST(ADaemonThatIsKilled, HasEveryPointThatItAnnouncedAndKnowsThatTheCampaignEnded) {
+TEST(ADaemonThatIsKilled, HasEveryPointThatItAnnouncedAndGoesOnWithTheCampaign) {
   LiveCell cell;
   cell.start_daemon();
   tools::RpcClient client = cell.client();
   called(client, "events.subscribe");
-  const json::value started = called(client, "campaign.start");
+  const json::value started =
+      called(client, "campaign.start", {{"identify_poses", 12}, {"validate_poses", 6}, {"remeasure", true}});
 
   std::set<std::int64_t> announced;
   std::uint64_t last_seq = 0;
@@ -175,17 +176,32 @@ TEST(ADaemonThatIsKilled, HasEveryPointThatItAnnouncedAndKnowsThatTheCampaignEnd
   tools::RpcClient again = cell.client();
   const json::value found = called(again, "campaign.get", {{"points_limit", 100}});
   EXPECT_EQ(found.at_pointer("/campaign/id"), started.at("id"));
-  EXPECT_EQ(found.at_pointer("/campaign/state"), "failed");
-  EXPECT_NE(found.at_pointer("/campaign/reason"), "");
+  EXPECT_EQ(found.at_pointer("/campaign/state"), "interrupted");
+  EXPECT_EQ(found.at_pointer("/campaign/reason"), "the daemon ended in the middle of it");
   EXPECT_FALSE(found.at_pointer("/campaign/ended").is_null());
   std::set<std::int64_t> stored;
   for (const json::value& point : found.at("points").as_array()) stored.insert(point.at("pose").as_int64());
   EXPECT_THAT(stored, testing::IsSupersetOf(announced));
 
   EXPECT_GT(called(again, "events.subscribe").at("next").to_number<std::uint64_t>(), last_seq);
-  EXPECT_EQ(called(again, "cell.connect").at("state"), "ready");
-  const Finished next = small_campaign(cell);
-  EXPECT_EQ(next.exit_code, 0) << next.err << cell.daemon().errors();
+  const std::string id{started.at("id").as_string()};
+  const Finished status = cell.truepose({"status"});
+  EXPECT_THAT(status.out, AllOf(HasSubstr("interrupted"), HasSubstr("truepose campaign resume " + id),
+                                HasSubstr("truepose campaign abort " + id)));
+  const Finished which = cell.truepose({"campaign", "resume"});
+  EXPECT_EQ(which.exit_code, 1);
+  EXPECT_THAT(which.err, HasSubstr("interrupted: calibration " + id));
+  const Finished resumed = cell.truepose({"campaign", "resume", id, "--watch"});
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err << resumed.out << cell.daemon().errors();
+  const json::value whole = called(again, "campaign.get", {{"points_limit", 100}});
+  EXPECT_EQ(whole.at_pointer("/campaign/state"), "done");
+  EXPECT_EQ(whole.at("points_total"), 28 + 2) << "two of them measured again";
+  EXPECT_THAT(control::json_text(whole.at("interruptions")), HasSubstr("nothing has moved"));
+  const json::value report = called(again, "report.get").at("document");
+  EXPECT_EQ(report.at_pointer("/identify/points"), 12);
+  EXPECT_EQ(report.at_pointer("/remeasured/count"), 6);
+  EXPECT_LT(number(report, "/remeasured/mean"), number(report, "/validate/before/mean") / 5);
+  EXPECT_TRUE(called(again, "cell.status").at_pointer("/model/active").as_bool());
 }
 
 TEST(ADriftCheckOverTheRealProtocols, JudgesTheActiveModelByAFewPosesOnly) {
@@ -333,7 +349,7 @@ TEST(AnIso9283CampaignOverTheRealProtocols, GivesTheSameAsTheEvaluationOfItsFile
   EXPECT_GT(number(uncompensated, "/sets/0/AP/p"), 0.5);
 }
 
-TEST(ADaemonThatIsStopped, EndsTheCampaignAndStopsTheArm) {
+TEST(ADaemonThatIsStopped, InterruptsTheCampaignAndStopsTheArm) {
   LiveCell cell;
   cell.start_daemon();
   tools::RpcClient client = cell.client();
@@ -343,14 +359,18 @@ TEST(ADaemonThatIsStopped, EndsTheCampaignAndStopsTheArm) {
   cell.daemon().terminate();
   EXPECT_TRUE(cell.daemon_tells("STOPPING=1"));
   const control::Event last = events_until(client, is_end_of_campaign).back();
-  EXPECT_EQ(last.data.at("phase"), "aborted");
+  EXPECT_EQ(last.data.at("phase"), "interrupted");
   EXPECT_EQ(cell.daemon().wait(), 0) << cell.daemon().errors();
   const auto rows = sqlite_rows(cell.store_file(), "SELECT state, reason FROM campaign");
-  EXPECT_EQ(rows, (std::vector<std::vector<std::string>>{{"aborted", "the daemon was stopped"}}));
+  EXPECT_EQ(rows, (std::vector<std::vector<std::string>>{{"interrupted", "the daemon was stopped"}}));
 
   cell.start_daemon();
   const Finished again = small_campaign(cell);
   EXPECT_EQ(again.exit_code, 0) << again.err << cell.daemon().errors();
+  const std::string id{last.data.at("id").as_string()};
+  const Finished aborted = cell.truepose({"campaign", "abort", id});
+  EXPECT_EQ(aborted.exit_code, 0) << aborted.err;
+  EXPECT_THAT(aborted.out, HasSubstr("aborted by an operator after it was interrupted"));
 }
 
 /// What happens to a device, and what the cell says of it until it is back.

@@ -136,6 +136,7 @@ LiveCell::LiveCell(const Options& options) {
                           {"127.0.0.1:49152", loopback(rsi_port_)},
                           {"127.0.0.1:7000", port("tracker_port")},
                           {"127.0.0.1:7210", loopback(0)},
+                          {"#web:", "web: {listen: " + loopback(0) + "} #"},
                           {kShippedTimeout, timeout},
                           {"priority: 80", "priority: 40"},  // the simulator's is 60
                           {"#runtime: /run/truepose/demo", "runtime: run"}};
@@ -165,6 +166,7 @@ void LiveCell::start_daemon(std::vector<std::string> environment) {
   };
   read_port("control port ", control_port_);
   read_port("TLS port ", tls_port_);
+  read_port("web port ", web_port_);
 }
 
 bool LiveCell::daemon_tells(const std::string& text) {

@@ -267,10 +267,14 @@ TEST(ParamReader, ReportsTheFirstErrorOnly) {
             "params.b: expected true or false, found 2");
 }
 
-TEST(Schema, IsValidAndFitsOneLine) {
+TEST(Schema, IsValidAndItsOutlineAndEachMethodFitOneLine) {
   const auto schema = parse_json(openrpc_text());
   ASSERT_TRUE(schema) << schema.error();
-  EXPECT_LT(encode_result(1, *schema).size(), kMaxLine);
+  EXPECT_LT(encode_result(1, openrpc_outline()).size(), kMaxLine);
+  for (const std::string& method : schema_methods()) {
+    ASSERT_TRUE(openrpc_method(method)) << method;
+    EXPECT_LT(encode_result(1, *openrpc_method(method)).size(), kMaxLine) << method;
+  }
 }
 
 /// Every "$ref" below `value`.

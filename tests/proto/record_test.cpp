@@ -16,7 +16,7 @@ namespace truepose {
 using namespace record;
 
 template <>
-inline constexpr int kMembers<CalibrationDocument> = 42;
+inline constexpr int kMembers<CalibrationDocument> = 43;
 template <>
 inline constexpr int kMembers<Thermal> = 8;
 template <>
@@ -45,6 +45,8 @@ template <>
 inline constexpr int kMembers<Conditions> = 7;
 template <>
 inline constexpr int kMembers<Skipped> = 3;
+template <>
+inline constexpr int kMembers<Interruption> = 3;
 template <>
 inline constexpr int kMembers<Remeasured> = 3;
 template <>

@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -188,8 +189,26 @@ struct Soak::Journal final : daemon::CampaignJournal {
     return {};
   }
 
-  asio::awaitable<daemon::StoreResult<void>> begin(daemon::Identities) override {
+  asio::awaitable<daemon::StoreResult<std::string>> begin(int) override {
     EXPECT_EQ(++begun, 1);
+    const daemon::StoreResult<void> written_down = kept();
+    if (!written_down) co_return std::unexpected(written_down.error());
+    co_return std::string{};
+  }
+
+  asio::awaitable<daemon::StoreResult<void>> know(daemon::Identities) override { co_return kept(); }
+
+  asio::awaitable<daemon::StoreResult<void>> add_planned(std::vector<daemon::PlannedPose> poses,
+                                                         int) override {
+    for (const daemon::PlannedPose& pose : poses)
+      EXPECT_TRUE(planned.insert(pose.pose).second) << "pose " << pose.pose;
+    co_return kept();
+  }
+
+  asio::awaitable<daemon::StoreResult<void>> add_identified(std::string) override { co_return kept(); }
+
+  asio::awaitable<daemon::StoreResult<void>> add_resumption(daemon::Resumption) override {
+    ADD_FAILURE() << "it was not interrupted";
     co_return kept();
   }
 
@@ -208,6 +227,7 @@ struct Soak::Journal final : daemon::CampaignJournal {
     EXPECT_LT((point.q_commanded - point.q_target).cwiseAbs().maxCoeff(), kLargestCorrection_rad);
     EXPECT_TRUE(point.purpose == daemon::PointPurpose::Remeasure || point.q_commanded == point.q_target);
     EXPECT_EQ(++poses[point.pose], 1) << "pose " << point.pose;
+    EXPECT_TRUE(planned.contains(point.pose)) << "pose " << point.pose << " was not planned";
     ++points;
     soak.hash_.add("point");
     for (int i = 0; i < 3; ++i) soak.hash_.add(point.p_WS_mm[i]);
@@ -239,6 +259,7 @@ struct Soak::Journal final : daemon::CampaignJournal {
   int calls_left;
   bool failed = false;
   int begun = 0, ended = 0, points = 0, skipped = 0;
+  std::set<int> planned;
   std::map<int, int> poses;  ///< how often each was stored or listed
 };
 

@@ -55,8 +55,8 @@ class FakeCell : public daemon::CellService {
     return {"cell.status",    "cell.connect", "campaign.start", "campaign.get",
             "campaign.pause", "model.list",   "model.get",      "model.export"};
   }
-  asio::awaitable<std::expected<json::value, RpcError>> call(std::string method,
-                                                             json::object params) override {
+  asio::awaitable<std::expected<json::value, RpcError>> call(std::string method, json::object params,
+                                                             std::string) override {
     if (method == "cell.connect")
       co_return std::unexpected(RpcError{ErrorCode::Device, "the tracker does not answer"});
     if (method == "campaign.pause")

@@ -89,6 +89,14 @@ Facts skipped_facts(const std::vector<record::Skipped>& skipped) {
   return facts;
 }
 
+Facts interruption_facts(const std::vector<record::Interruption>& interruptions) {
+  Facts facts;
+  for (const auto& [interrupted, resumed, found] : interruptions)
+    facts.emplace_back(xml::escaped(time_text(interrupted) + " to " + time_text(resumed)),
+                       xml::escaped(found));
+  return facts;
+}
+
 Facts station_facts(const std::vector<record::Station>& stations) {
   Facts facts;
   for (const record::Station& station : stations)
@@ -142,7 +150,8 @@ std::string conditions_section(const ReportDocument& document) {
   const std::string left = facts_table("Arm", arm_facts(document)) +
                            facts_table("Measurement", measurement_facts(document)) +
                            facts_table("Tracker stations", station_facts(document.stations)) +
-                           facts_table("Poses that were skipped", skipped_facts(document.skipped));
+                           facts_table("Poses that were skipped", skipped_facts(document.skipped)) +
+                           facts_table("Interruptions", interruption_facts(document.interruptions));
   const std::string right = facts_table("Identification", identification_facts(document)) +
                             facts_table("Result", result_facts(document));
   return facts_section("Conditions", fmt::format("<div>\n{}</div>\n<div>\n{}</div>\n", left, right));

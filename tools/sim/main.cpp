@@ -56,6 +56,7 @@ Options:
   --rsi-target TEXT           HOST:PORT that the RSI datagrams go to, instead of the address in the RSI ethernet XML
   --eki-port UINT             CellLink; CellState listens on the next one; 0 picks two
   --tracker-port UINT         emScon; 0 picks one
+  --bridge-port UINT          the tracker is behind a bridge, here, and speaks no emScon; 0 picks one
   --admin-port UINT           steers the cell: one line of JSON each, answered by one; 0 picks one. A fault of the
                               scenario that begins now, {"kind": "beam-break", "lasts_ms": 1500}, or a question,
                               {"ask": "program"} or {"ask": "statistics"}
@@ -94,6 +95,7 @@ constexpr std::array kKnown{
     Known{"rsi-target", [](Options& o) { o.rsi_target = optarg; }},
     Known{"eki-port", [](Options& o) { o.cell.eki_port = port_of("--eki-port"); }},
     Known{"tracker-port", [](Options& o) { o.cell.tracker_port = port_of("--tracker-port"); }},
+    Known{"bridge-port", [](Options& o) { o.cell.bridge_port = port_of("--bridge-port"); }},
     Known{"admin-port", [](Options& o) { o.admin_port = port_of("--admin-port"); }},
     Known{"path-file", [](Options& o) { o.cell.path_file = optarg; }},
     Known{"ready-file", [](Options& o) { o.ready_file = optarg; }},
@@ -207,11 +209,11 @@ std::string statistics_json(const sim::CellStatistics& statistics, const config:
                                       {"truth", truth(scenario)}});
 }
 
-std::string ready_text(const sim::SimulatedCell::Ports& ports,
+std::string ready_text(const sim::SimulatedCell::Ports& ports, bool by_bridge,
                        const std::optional<steering::LinePort>& admin) {
   json::object ready{{"eki_port", ports.eki},
                      {"eki_state_port", ports.eki_state},
-                     {"tracker_port", ports.tracker},
+                     {by_bridge ? "bridge_port" : "tracker_port", ports.tracker},
                      {"pid", getpid()}};
   if (admin) ready["admin_port"] = admin->port();
   return json::serialize(ready);
@@ -265,10 +267,11 @@ int run(Options options) {
 
   if (!options.truth_file.empty()) config::write_text_file(options.truth_file, truth_json(scenario) + "\n");
   if (!options.ready_file.empty())
-    config::write_text_file(options.ready_file, ready_text(cell.ports(), admin) + "\n");
+    config::write_text_file(options.ready_file, ready_text(cell.ports(), options.cell.bridge_port.has_value(), admin) + "\n");
   if (!options.json) {
     const sim::SimulatedCell::Ports ports = cell.ports();
-    std::printf("EKI %u and %u, tracker %u, RSI to %s:%u\n", ports.eki, ports.eki_state, ports.tracker,
+    std::printf("EKI %u and %u, %s %u, RSI to %s:%u\n", ports.eki, ports.eki_state,
+                options.cell.bridge_port ? "tracker's bridge" : "tracker", ports.tracker,
                 options.cell.rsi_host.c_str(), options.cell.rsi_port);
     std::fflush(stdout);
   }

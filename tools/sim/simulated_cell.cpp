@@ -11,7 +11,9 @@
 
 #include "core/math/angles.hpp"
 #include "core/simulate/true_arm.hpp"
+#include "tools/sim/bridge_server.hpp"
 #include "tools/sim/controller_setup.hpp"
+#include "tools/sim/emscon_server.hpp"
 
 namespace truepose::sim {
 
@@ -19,13 +21,15 @@ using std::chrono::steady_clock;
 
 namespace {
 
-using Kind = config::ScenarioFault::Kind;
+using FaultKind = config::ScenarioFault::Kind;
 
 /// Streams of random numbers that must not share a seed.
 constexpr std::uint64_t kNoiseStream = 0x6e6f697365u;
 
 /// The controller's channels that truepose uses.
 const std::string kCellLink = "CellLink", kCellState = "CellState";
+
+constexpr double kBeamRadius_mm = 5;
 
 /// No more often is the controller looked at while RSI is off.
 constexpr std::chrono::milliseconds kShortest{1};
@@ -38,7 +42,22 @@ TrueArmSetup arm_setup(const config::Scenario& scenario) {
           .p_FS_mm = scenario.p_FS_mm,
           .facing_F = scenario.facing_F,
           .acceptance_rad = scenario.acceptance_deg * kRadPerDeg,
-          .repeatability_mm = scenario.repeatability_mm};
+          .repeatability_mm = scenario.repeatability_mm,
+          .further = scenario.further_reflectors};
+}
+
+/// What the tracker could see of the arm's reflectors for the arm's body.
+std::optional<PoseChecker> sight_of(const config::Scenario& scenario) {
+  if (scenario.body.empty()) return std::nullopt;
+  Scene scene{.robot = scenario.truth, .body = scenario.body};
+  scene.sight = {.X_WB = scenario.X_WB,
+                 .p_FS_mm = scenario.p_FS_mm,
+                 .facing_F = scenario.facing_F,
+                 .acceptance_rad = scenario.acceptance_deg * kRadPerDeg,
+                 .beam_radius_mm = kBeamRadius_mm};
+  for (const TrueReflector& reflector : scenario.further_reflectors)
+    scene.sight.further.push_back({reflector.p_FS_mm, reflector.facing_F, reflector.acceptance_rad});
+  return PoseChecker{std::move(scene)};
 }
 
 TrackerNoiseModel noise_model(const config::Scenario& scenario) {
@@ -61,20 +80,23 @@ bool is_of_rsi(const config::ScenarioFault& fault) {
   return fault.kind >= config::ScenarioFault::Kind::RsiDrop;
 }
 
-EmsconServer listening_tracker(const boost::asio::any_io_executor& executor, const SimulatedTarget& target,
-                               TrackerNoise noise, std::function<void(std::uint64_t)> before_point,
-                               const config::Scenario& scenario, const CellOptions& cell) {
-  EmsconServerOptions options;
+std::unique_ptr<TrackerServer> listening_tracker(const boost::asio::any_io_executor& executor,
+                                                 const SimulatedTarget& target, TrackerNoise noise,
+                                                 std::function<void(std::uint64_t)> before_point,
+                                                 const config::Scenario& scenario, const CellOptions& cell) {
+  TrackerServerOptions options;
   options.address = cell.address;
-  options.port = cell.tracker_port;
+  options.port = cell.bridge_port.value_or(cell.tracker_port);
   options.speedup = cell.speedup;
   options.power_lock = scenario.power_lock;
   options.instrument = scenario.instrument;
   options.before_point = std::move(before_point);
   try {
-    return {executor, target, std::move(noise), options};
+    if (cell.bridge_port)
+      return std::make_unique<BridgeServer>(executor, target, std::move(noise), std::move(options));
+    return std::make_unique<EmsconServer>(executor, target, std::move(noise), std::move(options));
   } catch (const boost::system::system_error& e) {
-    throw PortError{"tracker", cell.tracker_port, e.code()};
+    throw PortError{"tracker", cell.bridge_port.value_or(cell.tracker_port), e.code()};
   }
 }
 
@@ -109,6 +131,7 @@ SimulatedCell::SimulatedCell(boost::asio::any_io_executor executor, config::Scen
       ethernet_{std::move(ethernet)},
       options_{std::move(options)},
       arm_{arm_setup(scenario_), options_.seed},
+      sight_{sight_of(scenario_)},
       noise_random_{options_.seed ^ kNoiseStream},
       path_{path_log(scenario_, options_.path_file)},
       controller_{listening_controller(
@@ -143,12 +166,12 @@ void SimulatedCell::flush_path() {
 }
 
 SimulatedCell::Ports SimulatedCell::ports() const {
-  return {eki_.port(kCellLink), eki_.port(kCellState), tracker_.port()};
+  return {eki_.port(kCellLink), eki_.port(kCellState), tracker_->port()};
 }
 
 CellStatistics SimulatedCell::statistics() const {
   CellStatistics statistics{
-      .rsi = ended_sessions_, .moves = controller_.moves(), .measurements = tracker_.measurements()};
+      .rsi = ended_sessions_, .moves = controller_.moves(), .measurements = tracker_->measurements()};
   if (rsi_) statistics.rsi.add(rsi_->statistics());
   return statistics;
 }
@@ -176,7 +199,18 @@ TargetSight SimulatedCell::look() const {
   TargetSight sight{.p_WS_mm = std::nullopt, .moving = false, .stamp = steady_clock::now()};
   const RsiRunner::Arm arm = rsi_ ? rsi_->arm() : RsiRunner::Arm{controller_.axes(), controller_.is_moving()};
   sight.moving = arm.moving;
-  if (arm_.visible(arm.q)) sight.p_WS_mm = arm_.p_WS_mm(arm.q);
+  std::vector<int> unhidden;
+  if (sight_) unhidden = sight_->seen_at(arm.q);
+  for (std::size_t k = 0; k < arm_.reflectors(); ++k) {
+    const bool hidden = sight_ && std::ranges::find(unhidden, static_cast<int>(k)) == unhidden.end();
+    std::optional<Eigen::Vector3d> p_mm;
+    if (!hidden && arm_.visible(arm.q, k)) p_mm = arm_.p_WS_mm(arm.q, k);
+    if (k == 0) {
+      sight.p_WS_mm = p_mm;
+    } else {
+      sight.others_mm.push_back(p_mm);
+    }
+  }
   return sight;
 }
 
@@ -313,13 +347,13 @@ void SimulatedCell::misbehave(const config::ScenarioFault& fault) {
   const auto shorter = std::chrono::ceil<std::chrono::milliseconds>(shortened(lasts, options_.speedup));
   if (is_of_rsi(fault)) {
     if (rsi_) rsi_->disturb(in_cycles(fault));
-  } else if (fault.kind == Kind::BeamBreak) {
-    tracker_.beam_break(shorter);
-  } else if (fault.kind == Kind::TrackerRestart) {
-    tracker_.restart();
-  } else if (fault.kind == Kind::EkiDrop) {
+  } else if (fault.kind == FaultKind::BeamBreak) {
+    tracker_->beam_break(shorter);
+  } else if (fault.kind == FaultKind::TrackerRestart) {
+    tracker_->restart();
+  } else if (fault.kind == FaultKind::EkiDrop) {
     eki_.drop(shorter);
-  } else if (fault.kind > Kind::EkiDrop) {
+  } else if (fault.kind > FaultKind::EkiDrop) {
     disturb_robot(fault);
   } else {
     disturb_tracker();
@@ -346,23 +380,23 @@ void SimulatedCell::disturb_robot(const config::ScenarioFault& fault) {
   };
   const OperatorAct start{.kind = Act::Start};
   switch (fault.kind) {
-    case Kind::ProgramStop:
+    case FaultKind::ProgramStop:
       return now_and_later({{.kind = Act::Stop}}, {start});
-    case Kind::ProgramReset:
+    case FaultKind::ProgramReset:
       return now_and_later({{.kind = Act::Reset}, start}, {});
-    case Kind::ProgramSelect:
+    case FaultKind::ProgramSelect:
       return now_and_later({{.kind = Act::Select, .program = fault.program}, start}, {});
-    case Kind::EmergencyStop:
+    case FaultKind::EmergencyStop:
       return now_and_later({{.kind = Act::EmergencyStop}}, {{.kind = Act::ReleaseEmergencyStop}, start});
-    case Kind::GateOpen:
+    case FaultKind::GateOpen:
       return now_and_later({{.kind = Act::OpenGate}}, {{.kind = Act::CloseGate}, start});
-    case Kind::OperatingMode:
+    case FaultKind::OperatingMode:
       return now_and_later(
           {{.kind = Act::SetMode, .number = static_cast<int>(fault.mode)}},
           {{.kind = Act::SetMode, .number = static_cast<int>(config::ScenarioFault::Mode::Ext)}, start});
-    case Kind::Override:
+    case FaultKind::Override:
       return now_and_later({{.kind = Act::SetOverride, .number = fault.percent}}, {});
-    case Kind::ControllerRestart:
+    case FaultKind::ControllerRestart:
       return now_and_later({{.kind = Act::SwitchOff}}, {{.kind = Act::SwitchOn}});
     default:
       return;
@@ -404,20 +438,21 @@ void SimulatedCell::disturb_tracker() {
   for (const config::ScenarioFault& fault : scenario_.faults) {
     const bool by_point = fault.unit == config::ScenarioFault::Unit::Points;
     if (!fault.covers(by_point ? static_cast<std::int64_t>(point_) : ms)) continue;
-    if (fault.kind == Kind::TrackerBump) disturbance.moved_mm += fault.by_mm;
-    if (fault.kind == Kind::TrackerBias) disturbance.bias_mm += fault.by_mm;
-    if (fault.kind == Kind::TrackerNoise) extra_variance += fault.sigma_mm * fault.sigma_mm;
-    disturbance.busy |= fault.kind == Kind::TrackerBusy;
-    disturbance.silent |= fault.kind == Kind::TrackerSilent;
-    disturbance.storms |= fault.kind == Kind::TrackerStorm;
-    if (fault.kind == Kind::TrackerStd) disturbance.std_mm = fault.std_mm;
-    if (fault.kind != Kind::TrackerAir) continue;
+    if (fault.kind == FaultKind::TrackerBump) disturbance.moved_mm += fault.by_mm;
+    if (fault.kind == FaultKind::TrackerStray) disturbance.stray_mm = fault.by_mm;
+    if (fault.kind == FaultKind::TrackerBias) disturbance.bias_mm += fault.by_mm;
+    if (fault.kind == FaultKind::TrackerNoise) extra_variance += fault.sigma_mm * fault.sigma_mm;
+    disturbance.busy |= fault.kind == FaultKind::TrackerBusy;
+    disturbance.silent |= fault.kind == FaultKind::TrackerSilent;
+    disturbance.storms |= fault.kind == FaultKind::TrackerStorm;
+    if (fault.kind == FaultKind::TrackerStd) disturbance.std_mm = fault.std_mm;
+    if (fault.kind != FaultKind::TrackerAir) continue;
     disturbance.temperature_c = fault.temperature_c;
     disturbance.pressure_mbar = fault.pressure_mbar;
     disturbance.humidity_percent = fault.humidity_percent;
   }
   extra_sigma_mm_ = std::sqrt(extra_variance);
-  tracker_.disturb(disturbance);
+  tracker_->disturb(disturbance);
 }
 
 Eigen::Vector3d SimulatedCell::measured(const Eigen::Vector3d& p_true_mm) {

@@ -18,9 +18,9 @@
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/controller.hpp"
 #include "tools/sim/eki_server.hpp"
-#include "tools/sim/emscon_server.hpp"
 #include "tools/sim/path_log.hpp"
 #include "tools/sim/rsi_runner.hpp"
+#include "tools/sim/tracker_server.hpp"
 
 namespace truepose::sim {
 
@@ -28,7 +28,9 @@ struct CellOptions {
   std::string address = "127.0.0.1";  ///< that the servers listen on
   std::uint16_t eki_port = 0;         ///< CellLink, and CellState on the next one; 0 picks two free ones
   std::uint16_t tracker_port = 0;     ///< 0 picks a free one
-  std::string rsi_host;               ///< numeric address that the RSI datagrams go to
+  /// The tracker speaks through a bridge, here, in place of emScon; 0 picks a free one.
+  std::optional<std::uint16_t> bridge_port{};
+  std::string rsi_host;  ///< numeric address that the RSI datagrams go to
   std::uint16_t rsi_port = 0;
   std::uint64_t seed = 0;           ///< of repeatability and tracker noise
   double speedup = 1;               ///< robot and tracker are this much faster; RSI keeps real time
@@ -92,6 +94,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   rsi::EthernetConfig ethernet_;
   CellOptions options_;
   TrueArm arm_;
+  mutable std::optional<PoseChecker> sight_;  // what the arm's body hides; none: nothing
   Random noise_random_;
   std::unique_ptr<PathLog> path_;
   Controller controller_;
@@ -105,7 +108,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   std::uint64_t rsi_session_ = 0;  // of the controller, that rsi_ serves
   std::uint64_t stops_seen_ = 0;
   EkiServer eki_;
-  EmsconServer tracker_;
+  std::unique_ptr<TrackerServer> tracker_;
   std::unique_ptr<RsiRunner> rsi_;
 };
 

@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <utility>
 
 #include "core/math/angles.hpp"
 #include "proto/emscon/status.hpp"
+#include "tools/sim/tracker_beam.hpp"
 
 namespace truepose::sim {
 
@@ -66,11 +68,8 @@ constexpr std::array kUnitsPerMbar{1.0, 1.0, 0.1, 0.75006158, 0.014503774, 0.401
 
 constexpr std::int32_t kOutOfRange = 12;  ///< parameter 1 out of range, refused
 
-struct Ball {
-  const char* name;
-  double radius_mm;
-};
-constexpr std::array kReflectors{Ball{"CCR-1.5in", 19.05}, Ball{"CCR-0.5in", 6.35}};  // ids 1 and 2
+/// Ids from 1.
+constexpr const auto& kReflectors = kReflectorBalls;
 
 template <std::size_t N>
 bool is_one_of(const std::array<double, N>&, auto value) {
@@ -179,11 +178,11 @@ std::int32_t TrackerSettings::long_parameter(std::int32_t id) const {
 
 TrackerSettings::Packets TrackerSettings::reflectors() const {
   Packets answers;
-  for (const Ball& ball : kReflectors) {
+  for (const ReflectorBall& ball : kReflectors) {
     const auto id = static_cast<std::int32_t>(answers.size() + 1);
     const double offset = ball.radius_mm / at(kMmPerUnit, units_.length);
     const ReflectorEntry entry{static_cast<std::int32_t>(kReflectors.size()), id, TargetKind::CornerCube,
-                               offset, ball.name};
+                               offset, std::string{ball.name}};
     answers.push_back(Answer{CommandCode::GetReflectors, status::kAllOk, entry});
   }
   return answers;

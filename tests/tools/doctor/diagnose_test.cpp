@@ -290,6 +290,15 @@ const std::vector<Case> kCases{
     {"TrackerSilent", [](auto&, auto& seen) {
        seen.tracker = std::unexpected(drivers::TrackerError{drivers::TrackerFault::Timeout, "did not answer"});
      }, "tracker", Level::Fault, "did not answer", "tracker.address"},
+    {"BridgeGone", [](auto& cell, auto& seen) {
+       cell.tracker.protocol = config::TrackerProtocol::Bridge;
+       seen.tracker = std::unexpected(drivers::TrackerError{drivers::TrackerFault::Unreachable, "no tracker answers"});
+     }, "tracker", Level::Fault, "no tracker answers", "start the bridge"},
+    {"BridgeBroken", [](auto& cell, auto& seen) {
+       cell.tracker.protocol = config::TrackerProtocol::Bridge;
+       cell.tracker.address = {"10.0.0.9", 7700};
+       seen.tracker = std::unexpected(drivers::TrackerError{drivers::TrackerFault::Protocol, "what cannot be understood"});
+     }, "tracker", Level::Fault, "cannot be understood", "truepose bridge-check 10.0.0.9:7700"},
     {"NothingInTheBeam", [](auto&, auto& seen) {
        seen.tracker = std::unexpected(drivers::TrackerError{drivers::TrackerFault::NoTarget, "no reflector"});
      }, "tracker", Level::Fault, "no reflector", "into the beam"},

@@ -254,7 +254,7 @@ class TrackerInThinAir : public SimulatedTracker {
 
   /// How much too long the distance to the reflector comes out.
   double excess(bool weather_station, std::function<std::expected<Air, std::string>()> told) {
-    EmsconServerOptions setup{.speedup = 1000};
+    TrackerServerOptions setup{.speedup = 1000};
     setup.instrument = {.weather_station = weather_station, .air = kThin};
     EmsconServer there{io.get_executor(), target,
                        [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm, 1e-7); }, setup};
@@ -292,7 +292,7 @@ TEST_F(TrackerInThinAir, NeedsNoTellingWhereItHasAWeatherStation) { EXPECT_NEAR(
 class OddTracker : public SimulatedTracker {
  protected:
   OddTracker() {
-    EmsconServerOptions setup{.speedup = 1000};
+    TrackerServerOptions setup{.speedup = 1000};
     setup.instrument.aiming = {.collimation = 40e-6, .tilt = 20e-6, .index = -30e-6};
     setup.instrument.nests_mm = {{2500, -700, -300}, {1500, 900, -800}};
     odd.emplace(

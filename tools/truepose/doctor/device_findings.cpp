@@ -26,10 +26,17 @@ std::string next_of(drivers::RobotFault fault) {
   return "look at the messages on the pendant";
 }
 
-std::string next_of(drivers::TrackerFault fault) {
+/// What to do about a bridge that misbehaves.
+std::string try_bridge(const config::Endpoint& address) {
+  return "try what it promises: truepose bridge-check " + address.host + ":" + std::to_string(address.port);
+}
+
+std::string next_of(drivers::TrackerFault fault, const config::TrackerConfig& tracker) {
   using drivers::TrackerFault;
+  const bool by_bridge = tracker.protocol == config::TrackerProtocol::Bridge;
   switch (fault) {
     case TrackerFault::Unreachable:
+      if (by_bridge) return "start the bridge, and look at tracker.address and the firewall of its PC";
       return "switch the tracker on, and look at tracker.address and its cable";
     case TrackerFault::Busy:
       return "close the other program that uses the tracker";
@@ -40,6 +47,7 @@ std::string next_of(drivers::TrackerFault fault) {
     case TrackerFault::Timeout:
     case TrackerFault::Disconnected:
     case TrackerFault::Protocol:
+      if (by_bridge) return try_bridge(tracker.address);
       return "see whether an emScon tracker is at tracker.address, and start it anew";
     case TrackerFault::NoTarget:
     case TrackerFault::BeamBroken:
@@ -79,10 +87,11 @@ Findings robot_findings(const config::CellConfig& cell, const Observations& seen
       {"robot", Level::Ok, robot->identity.model + ", serial " + robot->identity.serial + ", is ready", ""}};
 }
 
-Findings tracker_findings(const Observations& seen) {
+Findings tracker_findings(const config::CellConfig& cell, const Observations& seen) {
   if (!seen.tracker) return told(seen.daemon.status, "tracker");
   const auto& tracker = *seen.tracker;
-  if (!tracker) return {{"tracker", Level::Fault, tracker.error().detail, next_of(tracker.error().fault)}};
+  if (!tracker)
+    return {{"tracker", Level::Fault, tracker.error().detail, next_of(tracker.error().fault, cell.tracker)}};
   return {{"tracker", Level::Ok, tracker->model + ", serial " + tracker->serial + ", can measure", ""}};
 }
 

@@ -77,7 +77,7 @@ Findings diagnose(const std::string& file, const config::CellConfig& cell, const
   if (find_at(seen.daemon.status, "/stream")) add(findings, stream_findings(cell, seen.daemon.status));
   add(findings, rsi_findings(cell, seen));
   add(findings, robot_findings(cell, seen));
-  add(findings, tracker_findings(seen));
+  add(findings, tracker_findings(cell, seen));
   add(findings, machine_findings(cell, seen));
   return findings;
 }

@@ -16,7 +16,7 @@ Findings daemon_findings(const std::string& file, const DaemonObservation& daemo
 Findings stream_findings(const config::CellConfig& cell, const boost::json::value& status);
 Findings rsi_findings(const config::CellConfig& cell, const Observations& seen);
 Findings robot_findings(const config::CellConfig& cell, const Observations& seen);
-Findings tracker_findings(const Observations& seen);
+Findings tracker_findings(const config::CellConfig& cell, const Observations& seen);
 Findings machine_findings(const config::CellConfig& cell, const Observations& seen);
 
 /// A sentence of the daemon's as a finding: what is behind its last colon or semicolon is what to do.

@@ -13,6 +13,7 @@ Command access_list_command();
 Command access_revoke_command();  ///< there is no such name
 Command audit_verify_command();   ///< something was changed, or is missing
 Command base_command();           ///< readings tell no frame, or contradict each other
+Command bridge_check_command();   ///< a promise of the protocol is not kept
 Command calibrate_command();      ///< a test of the verdict failed
 Command compensate_command();     ///< a target cannot be reached
 Command doctor_command();         ///< a fault was found
@@ -29,6 +30,7 @@ Command plan_command();
 Command robot_commands();
 Command robot_fix_command();  ///< nothing was found, or nothing that can be mended
 Command replay_command();     ///< a driver or the stream does something else than when it was recorded
+Command restore_command();    ///< the copy cannot be used, or a daemon has the store
 Command tls_commands();
 Command tls_init_command();
 Command tls_client_command();  ///< its certificate is there already

@@ -79,15 +79,26 @@ std::string cycles_csv(const json::value& iso9283, const std::string& started, c
 }
 
 /// All points of a campaign, page by page.
-json::array all_points(RpcClient& client, const std::string& id) {
+json::array all_points(CampaignSource& source, const std::string& id) {
   json::array points;
   for (;;) {
     const json::object params{
         {"id", id}, {"points_offset", points.size()}, {"points_limit", 50}};  // that surely fit into a line
-    const json::value page = value_or_throw(client.call("campaign.get", params));
+    const json::value page = source.ask("campaign.get", params);
     const json::array& more = page.at("points").as_array();
     if (more.empty()) return points;
     points.insert(points.end(), more.begin(), more.end());
+  }
+}
+
+/// The measurement file of a campaign, part by part.
+std::string measurements_of(CampaignSource& source, const std::string& id) {
+  std::string csv;
+  for (;;) {
+    const json::value part = source.ask("campaign.export", {{"id", id}, {"offset", csv.size()}});
+    const std::string more = string_at(part, "/data");
+    if (more.empty()) return csv;
+    csv += more;
   }
 }
 
@@ -99,19 +110,27 @@ const json::value& document_of(const json::value& campaign, const std::string& k
                                   ", or is not done"};
 }
 
-void write_files(RpcClient& client, const json::value& campaign, const CampaignFiles& files) {
-  if (!files.joints.empty())
-    config::write_text_file(files.joints, joints_csv(document_of(campaign, "targets")));
+/// Of a campaign of any kind.
+json::value any_document(CampaignSource& source, const json::value& campaign) {
+  const std::string kind = string_at(campaign, "/campaign/kind");
+  if (kind != "calibration") return document_of(campaign, kind);
+  return whole_report(source, string_at(campaign, "/campaign/id"));
+}
+
+/// All of them, or none.
+void write_files(CampaignSource& source, const json::value& campaign, const CampaignFiles& files) {
+  const std::string id = string_at(campaign, "/campaign/id");
+  std::vector<config::TextFile> made;
+  if (!files.data.empty()) made.push_back({files.data, measurements_of(source, id)});
+  if (!files.joints.empty()) made.push_back({files.joints, joints_csv(document_of(campaign, "targets"))});
   if (!files.cycles.empty()) {
     const json::value& iso9283 = document_of(campaign, "iso9283");
-    const json::array points = all_points(client, string_at(campaign, "/campaign/id"));
-    config::write_text_file(files.cycles,
-                            cycles_csv(iso9283, string_at(campaign, "/campaign/started"), points));
+    made.push_back({files.cycles,
+                    cycles_csv(iso9283, string_at(campaign, "/campaign/started"), all_points(source, id))});
   }
-  if (!files.document.empty()) {
-    const json::value& document = document_of(campaign, string_at(campaign, "/campaign/kind"));
-    config::write_text_file(files.document, control::json_text(document) + "\n");
-  }
+  if (!files.document.empty())
+    made.push_back({files.document, control::json_text(any_document(source, campaign)) + "\n"});
+  config::write_together(made);
 }
 
 // ---- Progress ----
@@ -168,16 +187,47 @@ int start_and_watch(const OnlineOptions& online, const json::object& params) {
   return exit_code;
 }
 
+int resume_and_watch(const OnlineOptions& online, const json::object& params) {
+  RpcClient client = connect_for_campaign(online);
+  const json::value resumed = value_or_throw(client.call("campaign.resume", params));
+  return follow(client, online, {{"id", string_at(resumed, "/id")}});
+}
+
 int watch_campaign(const OnlineOptions& online, const json::object& params) {
   RpcClient client = connect_for_campaign(online);
   return follow(client, online, params);
 }
 
-int show_campaign(const OnlineOptions& online, const json::object& params, const CampaignFiles& files) {
-  RpcClient client = value_or_throw(RpcClient::connect(online));
-  const json::value found = value_or_throw(client.call("campaign.get", params));
-  write_files(client, found, files);
+int list_campaigns(const OnlineOptions& online, const StoreFile& store) {
+  print(online, campaign_source(online, store)->ask("campaign.list", {}), campaigns_text);
+  return kDone;
+}
+
+int show_campaign(const OnlineOptions& online, const StoreFile& store, const json::object& params,
+                  const CampaignFiles& files) {
+  const auto source = campaign_source(online, store);
+  const json::value found = source->ask("campaign.get", params);
+  write_files(*source, found, files);
   print(online, found, campaign_text);
+  return kDone;
+}
+
+int export_campaign(const OnlineOptions& online, const StoreFile& store, const json::object& params,
+                    const CampaignFiles& files) {
+  json::object written;
+  for (const auto& [what, file] : {std::pair{"data", files.data}, std::pair{"joints", files.joints},
+                                   std::pair{"cycles", files.cycles}, std::pair{"document", files.document}})
+    if (!file.empty()) written[what] = file.string();
+  if (written.empty()) throw bad_usage("campaign export: give --data, --document, --joints or --cycles");
+  const auto source = campaign_source(online, store);
+  const json::value found = source->ask("campaign.get", params);
+  write_files(*source, found, files);
+  print(online, {{"id", string_at(found, "/campaign/id")}, {"files", std::move(written)}},
+        [](const json::value& answer) {
+          std::string text = "campaign " + string_at(answer, "/id") + " written to";
+          for (const auto& [what, file] : answer.at("files").as_object()) (text += ' ') += file.as_string();
+          return text + "\n";
+        });
   return kDone;
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "tools/truepose/online/campaign_source.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 
 namespace truepose::tools {
@@ -15,7 +16,8 @@ namespace truepose::tools {
 struct CampaignFiles {
   std::filesystem::path joints;    ///< found for targets, as truepose fk and compensate read them
   std::filesystem::path cycles;    ///< of an ISO 9283 test, as truepose iso9283 reads them
-  std::filesystem::path document;  ///< of a kind that is no calibration (JSON)
+  std::filesystem::path document;  ///< of every kind (JSON)
+  std::filesystem::path data;  ///< points to identify and to validate from, as truepose calibrate reads them
 };
 
 /// Targets of a campaign from CSV: {"joints": rows} of q1..qN, or {"poses": rows} of x,y,z,a,b,c.
@@ -23,9 +25,18 @@ boost::json::object targets_of_file(const std::filesystem::path& file);
 
 /// Starts a campaign and follows it to its end; of one that is no calibration, shows what it found.
 int start_and_watch(const OnlineOptions& online, const boost::json::object& params);
+/// Goes on with a campaign and follows it to its end.
+/// @param params  {"id"} of one that was interrupted, or nothing for the one that is paused
+int resume_and_watch(const OnlineOptions& online, const boost::json::object& params);
 /// Follows a campaign to its end; succeeds if it ends as done.
 /// @param params  {"id"}, or nothing for the newest
 int watch_campaign(const OnlineOptions& online, const boost::json::object& params);
-int show_campaign(const OnlineOptions& online, const boost::json::object& params, const CampaignFiles& files);
+int list_campaigns(const OnlineOptions& online, const StoreFile& store);
+/// Shows a campaign, and writes what it found to files.
+int show_campaign(const OnlineOptions& online, const StoreFile& store, const boost::json::object& params,
+                  const CampaignFiles& files);
+/// The same with at least one file, of which only that they were written is told.
+int export_campaign(const OnlineOptions& online, const StoreFile& store, const boost::json::object& params,
+                    const CampaignFiles& files);
 
 }  // namespace truepose::tools

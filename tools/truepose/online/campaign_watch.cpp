@@ -20,7 +20,9 @@ namespace json = boost::json;
 
 namespace {
 
-bool is_over(const std::string& phase) { return phase == "done" || phase == "aborted" || phase == "failed"; }
+bool is_over(const std::string& phase) {
+  return phase == "done" || phase == "aborted" || phase == "failed" || phase == "interrupted";
+}
 
 /// Shows what happens, line by line, and progress: on a terminal as the last line, which is written over.
 class Display {
@@ -112,6 +114,9 @@ json::value watch_to_end(RpcClient& client, const std::string& id, json::value p
 
 std::string ending_text(RpcClient& client, const json::value& progress) {
   const std::string id = string_at(progress, "/id"), phase = string_at(progress, "/phase");
+  if (phase == "interrupted")
+    return "campaign " + id + " was interrupted; what it measured is kept\nnext: truepose campaign resume " +
+           id + ", or truepose campaign abort " + id + "\n";
   if (phase != "done")
     return "campaign " + id + " " + phase + "; what it measured is kept\nnext: truepose campaign show " + id +
            "\n";

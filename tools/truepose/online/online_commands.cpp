@@ -9,7 +9,9 @@
 
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
+#include "tools/truepose/online/backup_command.hpp"
 #include "tools/truepose/online/campaign_commands.hpp"
+#include "tools/truepose/online/campaign_source.hpp"
 #include "tools/truepose/online/online_text.hpp"
 #include "tools/truepose/online/recording_commands.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
@@ -33,8 +35,16 @@ struct Arguments {
   std::optional<bool> variation, remeasure;
   std::optional<std::int64_t> seed;
   bool uncompensated = false, no_activate = false, watch = false;
+  std::string note;
+  // campaign identify
+  std::string deviation, residual, loss, prior;
+  std::vector<int> harmonics;
+  std::optional<bool> correct_by_nests;
+  std::optional<double> split;
+  bool activate = false;
   // the others
   CampaignFiles files;
+  StoreFile store;
   std::vector<std::string> topics;
   std::optional<std::int64_t> after;
   std::optional<std::uint64_t> count;
@@ -71,6 +81,23 @@ std::string deactivated_text(const json::value& result) {
 
 std::string exported_text(const json::value& model) { return string_at(model, "/yaml"); }
 
+std::string identified_text(const json::value& made) {
+  std::string text = "campaign " + string_at(made, "/id") + ": model " + string_at(made, "/model_id");
+  text += ", identified from " + text_at(made, "/identify_poses") + " poses";
+  text += find_at(made, "/validation_after_mm")
+              ? ", " + number_at(made, "/validation_after_mm", 3, " mm") + " on " +
+                    text_at(made, "/validate_poses") + " validation poses (" +
+                    number_at(made, "/validation_before_mm", 3, " mm") + " before)\n"
+              : ", validated on none\n";
+  for (const json::value& finding : list_at(made, "/verdict/findings"))
+    text += text_at(finding, "/sentence") + "\n";
+  if (const std::string reason = string_at(made, "/reason"); !reason.empty()) text += reason + "\n";
+  text += "next: truepose report " + string_at(made, "/id") + " --html report.html";
+  return text + (is_true_at(made, "/activated")
+                     ? "\n"
+                     : "; truepose model activate " + string_at(made, "/model_id") + "\n");
+}
+
 std::string answer_text(const json::value& answer) { return control::json_text(answer) + "\n"; }
 
 // ---- Commands that are more than a call and its text ----
@@ -91,6 +118,11 @@ int start_campaign(const Arguments& given, const json::object& params) {
   return ask(given.online, "campaign.start", all, started_text);
 }
 
+int resume_campaign(const Arguments& given, const json::object& params) {
+  if (given.watch) return resume_and_watch(given.online, params);
+  return ask(given.online, "campaign.resume", params, progress_text);
+}
+
 int export_model(const Arguments& given, const json::object& params) {
   if (given.out.empty()) return ask(given.online, "model.export", params, exported_text);
   RpcClient client = value_or_throw(RpcClient::connect(given.online));
@@ -106,9 +138,9 @@ int export_model(const Arguments& given, const json::object& params) {
 int print_events(const Arguments& given, const json::object& params) {
   RpcClient client = value_or_throw(RpcClient::connect(given.online));
   const json::value subscribed = value_or_throw(client.call("events.subscribe", params));
-  if (const json::value* complete = find_at(subscribed, "/complete"); complete && *complete == false)
-    std::fprintf(stderr, "truepose: some events since number %lld are no longer kept\n",
-                 static_cast<long long>(given.after.value_or(0)));
+  for (const json::value& gap : list_at(subscribed, "/missing"))
+    std::fprintf(stderr, "truepose: events %s to %s may be missing: %s\n", text_at(gap, "/first").c_str(),
+                 text_at(gap, "/last").c_str(), text_at(gap, "/reason").c_str());
   for (std::uint64_t seen = 0; !given.count || seen < *given.count; ++seen) {
     const control::Event event = value_or_throw(client.next_event());
     print(given.online.json
@@ -155,6 +187,29 @@ std::vector<Row> table(Arguments& a) {
   const auto id = [&a](const char* help, bool required = false) {
     return Option{"ID", &a.id, help, {.required = required, .key = "id"}};
   };
+  const auto store_options = [&a] {
+    return std::vector<Option>{
+        {"--store", &a.store.store, "the file of a store, or a copy of it, instead of a daemon",
+         {.excludes = {"--daemon"}}},
+        {"--robot", &a.store.robot, "robot file, where no model of the store says which joints turn",
+         {.needs = {"--store"}}}};
+  };
+  const auto campaign_files = [&a, id](const char* which) {
+    return std::vector<Option>{
+        id(which),
+        {"--data", &a.files.data,
+         "write its points here (CSV) as they were measured, as truepose calibrate --data reads them"},
+        {"--joints", &a.files.joints, "write the joints that were found for targets here (CSV)"},
+        {"--cycles", &a.files.cycles,
+         "write the cycles of an ISO 9283 test here (CSV), as truepose iso9283 --data reads them"},
+        {"--document", &a.files.document,
+         "write what it found here (JSON); of a calibration, as truepose report --document reads it, of an ISO "
+         "9283 test, as --iso9283 does"}};
+  };
+  const auto with = [](std::vector<Option> options, const std::vector<Option>& more) {
+    options.insert(options.end(), more.begin(), more.end());
+    return options;
+  };
   return {
       {"status", "cell.status", "what the cell does, its devices, model, stream and faults", {}, status_text},
       {"connect", "cell.connect", "connect robot and tracker", {}, status_text},
@@ -186,21 +241,46 @@ std::vector<Row> table(Arguments& a) {
          "measure the validation poses again with compensated joints; default as configured",
          {.key = "remeasure"}},
         {"--no-activate", &a.no_activate, "keep the model inactive", {.key = "activate", .flag_sends = false}},
+        {"--note", &a.note, "what for: shown with the campaign and in its report", {.key = "note"}},
         {"--watch", &a.watch, "follow it to its end"}},
        nullptr, start_campaign},
       {"campaign pause", "campaign.pause", "pause the campaign that runs", {}, progress_text},
-      {"campaign resume", "campaign.resume", "go on with the campaign that is paused", {}, progress_text},
-      {"campaign abort", "campaign.abort", "abort the campaign that runs", {}, progress_text},
-      {"campaign list", "campaign.list", "campaigns, newest first", {}, campaigns_text},
+      {"campaign resume", "campaign.resume", "go on with the campaign that is paused, or was interrupted",
+       {id("campaign that was interrupted; default: the one that is paused"),
+        {"--watch", &a.watch, "follow it to its end"}},
+       nullptr, resume_campaign},
+      {"campaign abort", "campaign.abort", "abort the campaign that runs, or was interrupted",
+       {id("campaign that was interrupted; default: the one that runs")}, progress_text},
+      {"campaign identify", "campaign.identify",
+       "identify the stored points of a campaign anew, of one that was aborted or has failed too",
+       {id("campaign", true),
+        {"--deviation", &a.deviation, "none, auto; this and what follows: default as configured",
+         {.check = member_of({"none", "auto"}), .key = "deviation"}},
+        {"--harmonics", &a.harmonics, "multiples of a joint's angle to look for", {.key = "harmonics"}},
+        {"--residual", &a.residual, "residual field: none, auto, or its name", {.key = "residual"}},
+        {"--loss", &a.loss, "how points that are far off weigh", {.key = "loss"}},
+        {"--prior", &a.prior, "auto, off, on: deviations from the data sheet are taken as small until measured",
+         {.key = "prior"}},
+        {"--correct-by-nests", &a.correct_by_nests, "put the points right by how the tracker's nests moved",
+         {.key = "correct_by_nests"}},
+        {"--split", &a.split,
+         "share of the poses that identify, the others validate; default: as measured, and 0.7 where none validates",
+         {.key = "split"}},
+        {"--seed", &a.seed, "seed of the split", {.key = "seed"}},
+        {"--activate", &a.activate, "take the model into use, if nothing contradicts it", {.key = "activate"}}},
+       identified_text},
+      {"campaign list", "campaign.list", "campaigns, newest first", store_options(), nullptr,
+       [](const Arguments& x, const json::object&) { return list_campaigns(x.online, x.store); }},
       {"campaign show", "campaign.get", "one campaign",
-       {id("campaign; default: the newest"),
-        {"--joints", &a.files.joints, "write the joints that were found for targets here (CSV)"},
-        {"--cycles", &a.files.cycles,
-         "write the cycles of an ISO 9283 test here (CSV), as truepose iso9283 --data reads them"},
-        {"--document", &a.files.document,
-         "write what it found here (JSON); of an ISO 9283 test, as truepose report --iso9283 reads it"}},
-       nullptr,
-       [](const Arguments& x, const json::object& params) { return show_campaign(x.online, params, x.files); }},
+       with(campaign_files("campaign; default: the newest"), store_options()), nullptr,
+       [](const Arguments& x, const json::object& params) {
+         return show_campaign(x.online, x.store, params, x.files);
+       }},
+      {"campaign export", "campaign.get", "what a campaign measured and found, as files",
+       with(campaign_files("campaign; default: the newest"), store_options()), nullptr,
+       [](const Arguments& x, const json::object& params) {
+         return export_campaign(x.online, x.store, params, x.files);
+       }},
       {"campaign watch", "campaign.get", "follow a campaign to its end", {id("campaign; default: the newest")},
        nullptr,
        [](const Arguments& x, const json::object& params) { return watch_campaign(x.online, params); }},
@@ -210,6 +290,7 @@ std::vector<Row> table(Arguments& a) {
       {"model show", "model.get", "one model with its parameters",
        {id("model; default: the active one")}, model_text},
       {"model activate", "model.activate", "let a model correct the arm", {id("model", true)}, activated_text},
+      {"model rollback", "model.rollback", "activate the model that was active before", {}, activated_text},
       {"model deactivate", "model.deactivate", "let no model correct the arm", {}, deactivated_text},
       {"model export", "model.export", "write a model file",
        {id("model; default: the active one"), {"--out", &a.out, "file; default: standard output"}},
@@ -244,6 +325,10 @@ std::vector<Row> table(Arguments& a) {
         {"--out", &a.out, "file", {.required = true}}},
        nullptr, [](const Arguments& x, const json::object&) { return export_recording(x.online, x.id, x.out); }},
 
+      {"backup", "store.backup", "copy the store while the daemon uses it",
+       {{"--out", &a.out, "file here", {.required = true}}}, nullptr,
+       [](const Arguments& x, const json::object&) { return back_up(x.online, x.out); }},
+
       {"events", "events.subscribe", "print what happens",
        {{"--topics", &a.topics, "cell, campaign, measurement, stream, model, fault, log, control", {.key = "topics"}},
         {"--after", &a.after, "number of the last event seen: what followed comes first", {.key = "after"}},
@@ -256,7 +341,9 @@ std::vector<Row> table(Arguments& a) {
       {"report", "report.get", "errors before and after: a table, and a page to keep",
        {{"ID", &a.report.campaign, "campaign; default: the newest that is done", {.key = "id"}},
         {"--document", &a.report.document, "a calibration document (JSON) instead of the daemon's",
-         {.excludes = {"ID"}}},
+         {.excludes = {"ID", "--store"}}},
+        {"--store", &a.report.store, "the file of a store, or a copy of it, instead of a daemon",
+         {.excludes = {"--daemon"}}},
         {"--truth", &a.report.truth, "what a simulated arm really is (truepose-sim --truth-file)"},
         {"--path", &a.report.path,
          "what a production program did (truepose-sim --path-file), to be a section of the page"},

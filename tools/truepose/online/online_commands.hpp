@@ -30,6 +30,7 @@ int check_drift(const OnlineOptions& online, const boost::json::object& params);
 /// What a report is made of and where it goes. Empty paths are not read or written.
 struct ReportOptions {
   std::string campaign;            ///< id; empty: the newest that is done
+  std::filesystem::path store;     ///< a store's file instead of the daemon
   std::filesystem::path document;  ///< a calibration document on a file instead of the daemon's
   std::filesystem::path truth;     ///< what a simulated arm really is, to stand beside what was identified
   std::filesystem::path path;      ///< what a production program did (CSV), to be judged beside it

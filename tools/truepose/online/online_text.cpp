@@ -164,6 +164,18 @@ std::string event_line(const control::Event& event) {
   return line + control::json_text(data);
 }
 
+namespace {
+
+/// What there is of it, and what to do about it.
+std::string interrupted_line(const json::value& campaign) {
+  const std::string id = text_at(campaign, "/id");
+  return text_at(campaign, "/kind") + ", " + text_at(campaign, "/done") + "/" + text_at(campaign, "/total") +
+         " poses: " + text_at(campaign, "/reason") + "; go on: truepose campaign resume " + id +
+         ", end it: truepose campaign abort " + id;
+}
+
+}  // namespace
+
 std::string status_text(const json::value& status) {
   std::vector<Cells> rows{{"cell", text_at(status, "/cell")},
                           {"state", text_at(status, "/state") + ": " + text_at(status, "/state_text")},
@@ -180,6 +192,8 @@ std::string status_text(const json::value& status) {
                                      text_at(status, "/recording/dropped")});
   if (const json::value* campaign = find_at(status, "/campaign"))
     rows.push_back({"campaign", progress_line(*campaign)});
+  for (const json::value& interrupted : list_at(status, "/interrupted"))
+    rows.push_back({"interrupted", interrupted_line(interrupted)});
   for (const json::value& fault : list_at(status, "/faults"))
     rows.push_back({text_at(fault, "/severity"), text_at(fault, "/code") + ": " + text_at(fault, "/text") +
                                                      " (since " + text_at(fault, "/since") + ")"});
@@ -207,10 +221,16 @@ std::string campaign_text(const json::value& answer) {
                                           text_at(answer, "/campaign/tracker_serial")},
                           {"model", text_at(answer, "/campaign/model_id")},
                           {"points", text_at(answer, "/points_total")}};
-  if (const std::string reason = text_at(answer, "/campaign/reason"); reason != "-")
-    rows.push_back({"reason", reason});
+  for (const auto& [name, pointer] :
+       {std::pair{"started by", "/campaign/by"}, {"note", "/campaign/note"}, {"reason", "/campaign/reason"}}) {
+    const std::string text = text_at(answer, pointer);
+    if (text != "-") rows.push_back({name, text});
+  }
   if (const json::value* progress = find_at(answer, "/progress"))
     rows.push_back({"progress", progress_line(*progress)});
+  for (const json::value& once : list_at(answer, "/interruptions"))
+    rows.push_back({"interrupted", text_at(once, "/interrupted") + ", went on " + text_at(once, "/resumed") +
+                                       ": " + text_at(once, "/found")});
   for (const json::value& skipped : list_at(answer, "/skipped"))
     rows.push_back({"skipped", "pose " + text_at(skipped, "/pose") + " after " +
                                    text_at(skipped, "/attempts") +

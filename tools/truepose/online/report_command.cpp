@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <boost/json.hpp>
 #include <cstdio>
 #include <fstream>
@@ -13,6 +12,7 @@
 #include "proto/control/json_text.hpp"
 #include "proto/record/calibration_document.hpp"
 #include "tools/report/report.hpp"
+#include "tools/truepose/online/campaign_source.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
 
@@ -20,8 +20,6 @@ namespace truepose::tools {
 namespace {
 
 namespace json = boost::json;
-
-constexpr std::int64_t kPage = 50;
 
 json::object read_document(const std::filesystem::path& file) {
   std::ifstream in{file};
@@ -38,31 +36,11 @@ std::optional<json::object> read_if_given(const std::filesystem::path& file) {
   return file.empty() ? std::nullopt : std::optional{read_document(file)};
 }
 
-void append(json::object& to, const json::object& page, const char* list) {
-  const json::value* more = page.if_contains(list);
-  if (more == nullptr) return;
-  json::array& points = to[list].is_array() ? to[list].get_array() : to[list].emplace_array();
-  for (const json::value& point : more->as_array()) points.push_back(point);
-}
-
-/// The campaign's document with all pages of its points, and the stream's counters if it has run.
-json::object fetch_document(const OnlineOptions& online, const std::string& campaign) {
+/// The campaign's document, and the stream's counters if it has run.
+json::object fetch_document(const OnlineOptions& online, const ReportOptions& options) {
+  json::object document = whole_report(*campaign_source(online, {options.store, {}}), options.campaign);
+  if (!options.store.empty()) return document;
   RpcClient client = value_or_throw(RpcClient::connect(online));
-  json::object document;
-  std::string id = campaign;
-  for (std::int64_t offset = 0, total = 1; offset < total; offset += kPage) {
-    json::object params{{"points_offset", offset}, {"points_limit", kPage}};
-    if (!id.empty()) params["id"] = id;
-    const json::value reply = value_or_throw(client.call("report.get", params));
-    id = reply.at("id").as_string();
-    total = reply.at("points_total").to_number<std::int64_t>();
-    const json::object& page = reply.at("document").as_object();
-    if (offset == 0) {
-      document = page;
-      continue;
-    }
-    for (const char* list : {"points", "remeasured_points", "skipped"}) append(document, page, list);
-  }
   const json::value stream = value_or_throw(client.call("stream.status", {}));
   if (stream.at("cycles").to_number<std::int64_t>() > 0) document["stream"] = stream;
   return document;
@@ -83,7 +61,7 @@ json::object production_of(const std::filesystem::path& file, const json::object
 
 int report_campaign(const OnlineOptions& online, const ReportOptions& options) try {
   json::object document =
-      options.document.empty() ? fetch_document(online, options.campaign) : read_document(options.document);
+      options.document.empty() ? fetch_document(online, options) : read_document(options.document);
   if (auto truth = read_if_given(options.truth)) document["truth"] = *std::move(truth);
   if (!options.path.empty()) document["production"] = production_of(options.path, document);
   const auto iso9283 = read_if_given(options.iso9283), experiment = read_if_given(options.experiment);

@@ -20,6 +20,8 @@ namespace json = boost::json;
 using control::ErrorCode;
 
 constexpr std::chrono::seconds kHelloPatience = 5s;
+// A command may think for long between two calls; while it listens it says now and then that it is there.
+constexpr std::chrono::seconds kHeartbeat = 600s, kPing = 120s;
 
 // ---- The session ----
 
@@ -31,6 +33,13 @@ std::expected<std::string, CommandError> read_token(const std::filesystem::path&
   if (!stream.is_open()) return bad("token file " + file.string() + ": " + std::strerror(errno));
   if (!(stream >> token)) return bad("token file " + file.string() + ": is empty");
   return token;
+}
+
+/// The parameters of session.hello, with what shows who asks.
+json::object hello_params(json::object shown) {
+  shown["protocol"] = 1;
+  shown["heartbeat_s"] = kHeartbeat.count();
+  return shown;
 }
 
 /// What a refusal means for the caller of a command.
@@ -72,7 +81,7 @@ std::expected<RpcClient, CommandError> RpcClient::connect(const DaemonAddress& a
 }
 
 std::expected<void, CommandError> RpcClient::open_unasked() {
-  const auto hello = call("session.hello", {{"protocol", 1}}, kHelloPatience);
+  const auto hello = call("session.hello", hello_params({}), kHelloPatience);
   if (!hello) return std::unexpected(hello.error());
   return {};
 }
@@ -83,7 +92,7 @@ std::expected<void, CommandError> RpcClient::open_by_token(const std::string& en
   if (!token) return std::unexpected(token.error());
   const bool sees_whom = !address.tls.ca.empty();  // and may be behind another address than the daemon's own
   if (!sees_whom && !token->starts_with(control::kAccessTokenStart)) return open_by_proof(endpoint, *token);
-  const auto hello = call("session.hello", {{"protocol", 1}, {"token", *token}}, kHelloPatience);
+  const auto hello = call("session.hello", hello_params({{"token", *token}}), kHelloPatience);
   if (!hello) return std::unexpected(hello.error());
   return {};
 }
@@ -100,9 +109,8 @@ std::expected<void, CommandError> RpcClient::open_by_proof(const std::string& en
   if (!control::is_nonce(server_nonce)) return std::unexpected(stranger);
   const control::SessionTerms terms{endpoint, control::new_nonce(), server_nonce};
   const auto hello = call("session.hello",
-                          {{"protocol", 1},
-                           {"nonce", terms.client_nonce},
-                           {"proof", session_proof(token, control::Prover::Client, terms)}},
+                          hello_params({{"nonce", terms.client_nonce},
+                                 {"proof", session_proof(token, control::Prover::Client, terms)}}),
                           kHelloPatience);
   if (!hello) return std::unexpected(hello.error());
   if (string_at(*hello, "/proof") != session_proof(token, control::Prover::Server, terms))
@@ -134,9 +142,16 @@ std::expected<json::value, CommandError> RpcClient::call(const std::string& meth
 }
 
 std::expected<control::Event, CommandError> RpcClient::next_event() {
-  while (events_.empty()) {
-    auto message = receive(Clock::time_point::max());
-    if (!message) return std::unexpected(message.error());
+  for (bool asked = false; events_.empty();) {
+    const auto deadline = Clock::now() + kPing;
+    auto message = receive(deadline);
+    if (!message && (asked || Clock::now() < deadline)) return std::unexpected(message.error());
+    if (!message) {
+      const auto sent = send(control::encode_request(++last_id_, "session.ping", {}));
+      if (!sent) return std::unexpected(sent.error());
+    }
+    asked = !message;
+    if (!message) continue;
     if (auto* event = std::get_if<control::Event>(&*message)) events_.push_back(std::move(*event));
   }
   control::Event event = std::move(events_.front());
@@ -159,6 +174,7 @@ std::expected<RpcClient::Message, CommandError> RpcClient::receive(Clock::time_p
     if (const auto line = lines_.next()) {
       auto message = control::decode_server_line(*line);
       if (!message) return std::unexpected(lost(message.error() + "; is it trueposed?"));
+      if (std::holds_alternative<control::Notification>(*message)) continue;  // nothing that a command shows
       return std::move(*message);
     }
     if (lines_.overflowed())

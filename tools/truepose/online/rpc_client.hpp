@@ -34,7 +34,7 @@ class RpcClient {
   std::expected<control::Event, CommandError> next_event();
 
  private:
-  using Message = std::variant<control::Reply, control::Event>;
+  using Message = control::ServerMessage;
   using Clock = std::chrono::steady_clock;
 
   RpcClient(std::unique_ptr<Channel> channel, std::string daemon)

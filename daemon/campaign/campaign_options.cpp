@@ -1,0 +1,43 @@
+#include "daemon/campaign/campaign_options.hpp"
+
+#include "proto/control/json_text.hpp"
+#include "proto/record/json_io.hpp"
+
+namespace truepose::daemon {
+
+void layout(auto& io, record::Is<KeptOrder> auto& x) {
+  io("options", x.options);
+  io("nests", x.nests, record::kCount);
+  io("activate", x.activate);
+  io("model_id", x.model_id);
+  io("targets", x.targets);
+  io("rounds", x.loop.rounds, record::kNumber);
+  io("tolerance_mm", x.loop.tolerance_mm, record::kNotNegative);
+  io("readings", x.readings, record::kNumber);
+}
+
+std::string order_text(const CampaignOrder& order, const config::CellConfig& config, bool activate) {
+  if (!why_anew(kind_name(order)).empty()) return {};
+  KeptOrder kept{.options = config::campaign_options(config),
+                 .nests = static_cast<int>(config.tracker.nests_mm.size()),
+                 .activate = activate,
+                 .model_id = {},
+                 .targets = {},
+                 .loop = {},
+                 .readings = 1};
+  if (const auto* targets = std::get_if<TargetsOrder>(&order)) {
+    kept.model_id = targets->model_id;
+    kept.targets = targets->targets;
+    kept.loop = targets->loop;
+    kept.readings = targets->readings;
+  }
+  return control::json_text(record::to_json(kept));
+}
+
+std::expected<KeptOrder, std::string> kept_order(const std::string& text) {
+  const auto json = control::parse_json(text);
+  if (!json) return std::unexpected(json.error());
+  return record::from_json<KeptOrder>(*json);
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <expected>
+#include <string>
+#include <vector>
+
+#include "daemon/campaign/campaign_result.hpp"
+
+namespace truepose::daemon {
+
+/// What a campaign was ordered to do, as the store keeps it so that it may go on after the end of the daemon.
+struct KeptOrder {
+  std::string options;  ///< as config::campaign_options() says them
+  int nests = 0;        ///< that the cell had
+  bool activate = false;
+  // Of a campaign that drives to targets.
+  std::string model_id;
+  std::vector<JointVector> targets;  ///< rad, mm
+  TrackerLoopOptions loop;
+  int readings = 1;
+};
+
+/// @return the text; empty of a campaign that has to be started anew, see why_anew()
+std::string order_text(const CampaignOrder& order, const config::CellConfig& config, bool activate);
+
+/// Error: what in the text cannot be read.
+std::expected<KeptOrder, std::string> kept_order(const std::string& text);
+
+}  // namespace truepose::daemon

@@ -1,0 +1,175 @@
+#include "daemon/campaign/reflector_search.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "config/cell_setup.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+// So far from one reflector no other is taken for it.
+constexpr double kOfSpacing = 0.3;
+
+DeviceError cannot_tell() {
+  return {Remedy::Retry,
+          "tracker: which of the reflectors it found cannot be told, as not all are that should "
+          "be seen here: take those that are not there out of the cell file, or correct tracker.placement"};
+}
+
+/// The least distance between any two.
+double spacing_mm(const std::vector<Eigen::Vector3d>& places_mm) {
+  double least_mm = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < places_mm.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) least_mm = std::min(least_mm, (places_mm[i] - places_mm[k]).norm());
+  return least_mm;
+}
+
+}  // namespace
+
+ReflectorSearch::ReflectorSearch(const config::CellConfig& config, CellDevices& devices)
+    : config_{config}, devices_{devices}, expected_{config::rough_cell(config)} {
+  for (const config::ReflectorConfig& reflector : config::reflectors_of(config))
+    names_.push_back(reflector.name);
+}
+
+void ReflectorSearch::look_for(Reflectors reflectors) {
+  sight_.reset();
+  if (reflectors == Reflectors::All && names_.size() > 1) look_anew();
+}
+
+void ReflectorSearch::expect(CalibratedCell cell, double reach) {
+  expected_ = std::move(cell);
+  expected_.reflectors = config::reflectors_of(config_, expected_.reflectors);
+  reach_ = reach;
+  placement_known_ = true;
+  if (sight_) look_anew();
+}
+
+void ReflectorSearch::look_from(const Eigen::Isometry3d& X_now_first) {
+  X_now_first_ = X_now_first;
+  if (sight_) look_anew();
+}
+
+Eigen::Vector3d ReflectorSearch::place_mm(const Stand& stand, std::size_t reflector) const {
+  return X_now_first_ * expected_.predict(stand.q, static_cast<int>(reflector), stand.direction);
+}
+
+double ReflectorSearch::alone_mm() const {
+  std::vector<Eigen::Vector3d> places_mm;
+  for (const Reflector& reflector : expected_.reflectors) places_mm.push_back(reflector.p_FS_mm);
+  return std::min(config_.tracker.search_first_mm, kOfSpacing * spacing_mm(places_mm));
+}
+
+/// With base and reflectors where they are known to be by now.
+void ReflectorSearch::look_anew() {
+  Scene scene = config::scene_of(config_);
+  scene.sight.X_WB = X_now_first_ * expected_.base.isometry();
+  scene.sight.p_FS_mm = expected_.reflectors.front().p_FS_mm;
+  for (std::size_t k = 0; k < scene.sight.further.size(); ++k)
+    scene.sight.further[k].p_FS_mm = expected_.reflectors[k + 1].p_FS_mm;
+  sight_.emplace(std::move(scene));
+}
+
+Eigen::Vector3d ReflectorSearch::predicted_mm(const StoredPoint& point) const {
+  const auto found = std::ranges::find(expected_.reflectors, point.smr, &Reflector::name);
+  const auto known = found == expected_.reflectors.end() ? 0 : found - expected_.reflectors.begin();
+  return expected_.predict(point.q_actual, static_cast<int>(known), point.direction);
+}
+
+/// Those that the tracker should see; where that is none, the first may be worth a try. A reference is always
+/// the same one.
+std::vector<std::size_t> ReflectorSearch::reflectors_at(const JointVector& q, PointPurpose purpose) {
+  if (!sight_) return {0};
+  const std::vector<int> seen = sight_->seen_at(q);
+  std::vector<std::size_t> reflectors(seen.begin(), seen.end());
+  if (reflectors.empty()) reflectors.push_back(0);
+  if (purpose == PointPurpose::Reference && placement_known_) reflectors.resize(1);
+  return reflectors;
+}
+
+CellDevices::Sight ReflectorSearch::sight(const Stand& stand, const Eigen::Vector3d& p_W_mm,
+                                          double radius_mm) const {
+  const config::TrackerConfig& tracker = config_.tracker;
+  return {.p_W_mm = p_W_mm,
+          .search_mm = placement_known_ ? reach_ * tracker.search_mm : radius_mm,
+          .gate_mm = placement_known_ ? reach_ * tracker.gate_mm : radius_mm,
+          .readings = stand.readings,
+          .two_face = stand.two_face};
+}
+
+CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::measure(Stand stand) {
+  std::vector<std::size_t> reflectors = reflectors_at(stand.q, stand.purpose);
+  if (placement_known_ || reflectors.size() == 1) {
+    auto seen = co_await one_by_one(std::move(stand), std::move(reflectors));
+    co_return seen;
+  }
+  auto seen = co_await by_their_shape(std::move(stand), std::move(reflectors));
+  co_return seen;
+}
+
+CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::one_by_one(Stand stand,
+                                                                        std::vector<std::size_t> reflectors) {
+  Seen seen;
+  std::optional<DeviceError> first_error;
+  for (const std::size_t reflector : reflectors) {
+    const Eigen::Vector3d p_W_mm = place_mm(stand, reflector);
+    CellDevices::Sight look = sight(stand, p_W_mm, config_.tracker.search_first_mm);
+    auto sighted = co_await devices_.measure(look);
+    if (sighted) {
+      seen.found.push_back({reflector, *sighted});
+      continue;
+    }
+    if (sighted.error().remedy != Remedy::Retry) co_return std::unexpected(sighted.error());
+    seen.missed.push_back("reflector \"" + names_[reflector] +
+                          "\" was not measured: " + sighted.error().detail);
+    if (!first_error) first_error = sighted.error();
+  }
+  if (seen.found.empty()) co_return std::unexpected(*first_error);
+  co_return seen;
+}
+
+// While the base is known by some 100 mm alone, a search may find any of those that are in sight. Which it
+// was shows by where all others stand from it: no shape of points but shifted onto itself by nothing is the
+// same.
+CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::by_their_shape(
+    Stand stand, std::vector<std::size_t> reflectors) {
+  Places places_mm;
+  for (const std::size_t reflector : reflectors) places_mm.push_back(place_mm(stand, reflector));
+  CellDevices::Sight look = sight(stand, places_mm.front(), config_.tracker.search_first_mm);
+  auto first = co_await devices_.measure(look);
+  if (!first) co_return std::unexpected(first.error());
+  for (std::size_t which = 0; which < places_mm.size(); ++which) {
+    auto seen = co_await taken_for(stand, places_mm, which, *first);
+    if (!seen && seen.error().remedy != Remedy::Retry) co_return seen;
+    if (!seen) continue;
+    for (Found& found : seen->found) found.reflector = reflectors[found.reflector];
+    if (stand.purpose == PointPurpose::Reference) seen->found.resize(1);
+    co_return seen;
+  }
+  co_return std::unexpected(cannot_tell());
+}
+
+/// All of them, in their order, where the one that was found first is this one; fails where another is not
+/// found.
+CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::taken_for(Stand stand, Places places_mm,
+                                                                       std::size_t which,
+                                                                       CellDevices::Sighted first) {
+  const double radius_mm = kOfSpacing * spacing_mm(places_mm);
+  const Eigen::Vector3d shift_mm = first.point.p_WS_mm - places_mm[which];
+  Seen seen;
+  for (std::size_t k = 0; k < places_mm.size(); ++k) {
+    if (k == which) {
+      seen.found.push_back({k, first});
+      continue;
+    }
+    CellDevices::Sight look = sight(stand, places_mm[k] + shift_mm, radius_mm);
+    auto other = co_await devices_.measure(look);
+    if (!other) co_return std::unexpected(other.error());
+    seen.found.push_back({k, *other});
+  }
+  co_return seen;
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/cell_config.hpp"
+#include "core/identify/calibrated_cell.hpp"
+#include "core/plan/scene.hpp"
+#include "daemon/campaign/cell_devices.hpp"
+#include "daemon/store/store.hpp"
+
+namespace truepose::daemon {
+
+/// Which of a cell's reflectors are measured.
+enum class Reflectors {
+  First,
+  All,  ///< that the tracker sees at a pose
+};
+
+/// Where the reflectors on the flange are looked for, and how they are measured at a pose.
+class ReflectorSearch {
+ public:
+  /// What is referred to outlives it.
+  ReflectorSearch(const config::CellConfig& config, CellDevices& devices);
+
+  void look_for(Reflectors reflectors);
+  /// Says where they are to be looked for from now on.
+  /// @param reach  by which the configured search radius and gate are multiplied
+  void expect(CalibratedCell cell, double reach);
+  /// Says that the tracker no longer stands where `expect` has it, or not as the cell file says.
+  /// @param X_now_first  pose of its frame of then in the one of now
+  void look_from(const Eigen::Isometry3d& X_now_first);
+  /// A circle around a reflector in which there is no other, as large as the first search at most, mm.
+  double alone_mm() const;
+  const CalibratedCell& expected() const { return expected_; }
+  /// Whether base and reflectors are known better than the cell file says.
+  bool placement_known() const { return placement_known_; }
+  /// Where that point was to be expected, mm, tracker frame of then.
+  Eigen::Vector3d predicted_mm(const StoredPoint& point) const;
+  const std::string& name(std::size_t reflector) const { return names_[reflector]; }
+
+  /// The arm standing somewhere.
+  struct Stand {
+    JointVector q;
+    std::vector<std::int8_t> direction;
+    PointPurpose purpose = PointPurpose::Identify;
+    int readings = 1;
+    bool two_face = false;
+  };
+  struct Found {
+    std::size_t reflector = 0;  ///< its place in the cell file
+    CellDevices::Sighted sighted;
+  };
+  struct Seen {
+    std::vector<Found> found;         ///< at least one
+    std::vector<std::string> missed;  ///< which others were not measured and why, a sentence each
+  };
+  CellDevices::Outcome<Seen> measure(Stand stand);
+
+ private:
+  using Places = std::vector<Eigen::Vector3d>;
+
+  std::vector<std::size_t> reflectors_at(const JointVector& q, PointPurpose purpose);
+  CellDevices::Sight sight(const Stand& stand, const Eigen::Vector3d& p_W_mm, double radius_mm) const;
+  CellDevices::Outcome<Seen> one_by_one(Stand stand, std::vector<std::size_t> reflectors);
+  CellDevices::Outcome<Seen> by_their_shape(Stand stand, std::vector<std::size_t> reflectors);
+  CellDevices::Outcome<Seen> taken_for(Stand stand, Places places_mm, std::size_t which,
+                                       CellDevices::Sighted first);
+  void look_anew();
+  /// mm, tracker frame of now.
+  Eigen::Vector3d place_mm(const Stand& stand, std::size_t reflector) const;
+
+  const config::CellConfig& config_;
+  CellDevices& devices_;
+  std::vector<std::string> names_;
+  CalibratedCell expected_;  ///< with the reflectors in the order of the cell file
+  Eigen::Isometry3d X_now_first_ = Eigen::Isometry3d::Identity();
+  bool placement_known_ = false;
+  double reach_ = 1;
+  std::optional<PoseChecker>
+      sight_;  ///< what the tracker sees of several reflectors; none: the first is measured
+};
+
+}  // namespace truepose::daemon

@@ -1,0 +1,190 @@
+// How a campaign goes on that was interrupted.
+
+#include <functional>
+#include <utility>
+
+#include "core/math/units.hpp"
+#include "daemon/campaign/interruption_check.hpp"
+#include "daemon/campaign/measuring_session.hpp"
+
+namespace truepose::daemon {
+
+namespace {
+
+namespace asio = boost::asio;
+using Done = std::expected<void, CampaignError>;
+
+CampaignError not_its_own(const std::string& what) {
+  return {CampaignFault::Internal, "what is stored of the campaign does not follow from its plan: " + what +
+                                       " (another version, or another robot file?)"};
+}
+
+}  // namespace
+
+void MeasuringSession::begin_resumption(const std::string& time) {
+  result_->resumptions = past_->resumptions;
+  Resumption resumption{past_->record.ended, time, {}, Eigen::Isometry3d::Identity()};
+  if (!past_->resumptions.empty()) resumption.X_first_now = past_->resumptions.back().X_first_now;
+  search_.look_from(resumption.X_first_now.inverse());
+  result_->resumptions.push_back(std::move(resumption));
+}
+
+std::optional<CampaignError> MeasuringSession::other_arm() const {
+  if (!past_) return std::nullopt;
+  const std::string &begun = past_->record.robot_serial, &here = result_->identities.robot.serial;
+  if (begun.empty() || begun == here) return std::nullopt;
+  return CampaignError{CampaignFault::WrongArm, "another arm: the campaign was begun with serial number " +
+                                                    begun + ", the controller says " + here};
+}
+
+Eigen::Vector3d MeasuringSession::now(const Eigen::Vector3d& p_mm) const {
+  if (result_->resumptions.empty()) return p_mm;
+  return result_->resumptions.back().X_first_now.inverse() * p_mm;
+}
+
+std::optional<CampaignError> MeasuringSession::contradiction(const MeasuringTarget& target) const {
+  const PlannedPose* const planned = past_->planned(target.pose);
+  const std::string pose = "pose " + std::to_string(target.pose);
+  if (planned && (planned->purpose != target.purpose || planned->q_target != target.q_target))
+    return not_its_own(pose + " is another");
+  const bool to_come = !past_->skipped_pose(target.pose) && !past_->point(target.pose, target.purpose);
+  if (to_come && !gone_on_ && past_left_ > 0)
+    return not_its_own(pose + " was not measured, but " + std::to_string(past_left_) + " later ones");
+  return std::nullopt;
+}
+
+/// A pose of which not all reflectors had been stored is taken with those that were.
+std::optional<StoredPoint> MeasuringSession::measured_before(int number, PointPurpose purpose,
+                                                             std::string_view smr) {
+  std::optional<StoredPoint> first;
+  for (const StoredPoint* const point : past_->points_of(number, purpose, smr)) {
+    const StoredPoint* const face1 = past_->point(number, PointPurpose::Face1, point->smr);
+    if (face1 && is_pose(purpose)) result_->points.push_back(*face1);
+    result_->points.push_back(*point);
+    --past_left_;
+    if (!first) first = seen_at_first(*point);
+  }
+  return first;
+}
+
+bool MeasuringSession::skipped_before(int number) {
+  const SkippedPose* const skipped = past_ ? past_->skipped_pose(number) : nullptr;
+  if (!skipped) return false;
+  result_->skipped.push_back(*skipped);
+  ++progress_.skipped;
+  --past_left_;
+  return true;
+}
+
+std::optional<MeasuringSession::Before> MeasuringSession::taken_before(const MeasuringTarget& target) {
+  const std::size_t taken = result_->points.size();
+  if (const auto point = measured_before(target.pose, target.purpose)) {
+    ++progress_.done;
+    for (std::size_t i = taken; i < result_->points.size(); ++i)
+      if (is_pose(result_->points[i].purpose)) count_deviation(result_->points[i]);
+    return Before{point};
+  }
+  if (skipped_before(target.pose)) return Before{};
+  return std::nullopt;
+}
+
+/// Before the first step that was not taken yet.
+MeasuringSession::Outcome<void> MeasuringSession::go_on() {
+  if (gone_on_) co_return Done{};
+  const CampaignPhase phase = progress_.phase;
+  if (before_going_on_) {
+    Done done = co_await before_going_on_();
+    if (!done) co_return done;
+  }
+  auto since = co_await look_what_moved(*this);
+  if (!since) co_return std::unexpected(since.error());
+  Resumption& resumption = result_->resumptions.back();
+  resumption.found = since->found;
+  resumption.X_first_now = since->X_first_now;
+  search_.look_from(resumption.X_first_now.inverse());
+  Done noted = co_await note_resumption();
+  if (!noted) co_return noted;
+  enter(phase);
+  co_return Done{};
+}
+
+MeasuringSession::Outcome<void> MeasuringSession::note_resumption() {
+  if (!past_ || gone_on_) co_return Done{};
+  Resumption& resumption = result_->resumptions.back();
+  if (resumption.found.empty()) resumption.found = "all had been measured";
+  const std::function<asio::awaitable<StoreResult<void>>()> write = [this, resumption] {
+    return journal_.add_resumption(resumption);
+  };
+  Done kept = co_await journalled<void>(write);
+  if (!kept) co_return kept;
+  gone_on_ = true;
+  observer_.on_trouble(described(resumption));
+  co_return Done{};
+}
+
+MeasuringSession::Outcome<std::optional<Eigen::Vector3d>> MeasuringSession::measure_again(
+    StoredPoint before, Eigen::Vector3d p_W_mm) {
+  const bool is_nest = before.purpose == PointPurpose::Nest;
+  const config::CampaignConfig& campaign = config_.campaign;
+  MeasuringTarget target{.pose = before.pose,
+                         .purpose = PointPurpose::Check,
+                         .q_target = before.q_target,
+                         .q_commanded = before.q_commanded,
+                         .way_rad = before.purpose == PointPurpose::Reference
+                                        ? campaign.approach_deg * kRadPerDeg
+                                        : approach_way_rad(campaign, before.pose),
+                         .q_from = {}};
+  const double search_mm = is_nest ? config_.tracker.search_first_mm : search_.alone_mm();
+  CellDevices::Sight sight{.p_W_mm = p_W_mm,
+                           .search_mm = search_mm,
+                           .gate_mm = search_mm,
+                           .two_face = !is_nest && in_two_faces(before.pose)};
+  for (int n = 0; n <= campaign.retries; ++n) {
+    co_await wait_while_paused();
+    auto seen = co_await attempt_again(target, sight, before.smr, is_nest);
+    if (seen) {
+      seen->pose = before.pose;
+      seen->purpose = PointPurpose::Check;
+      seen->smr = before.smr;
+      auto stored = co_await store(*std::move(seen));
+      if (!stored) co_return std::unexpected(stored.error());
+      co_return stored->p_WS_mm;
+    }
+    observer_.on_trouble((is_nest ? before.smr : "pose " + std::to_string(before.pose)) +
+                         ", measured again: " + seen.error().detail);
+    Done recovered = co_await recover(seen.error());
+    if (!recovered) co_return std::unexpected(recovered.error());
+  }
+  co_return std::nullopt;
+}
+
+CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_again(MeasuringTarget target,
+                                                                  CellDevices::Sight sight, std::string smr,
+                                                                  bool is_nest) {
+  if (is_nest) {
+    auto beside = co_await attempt_beside(sight);
+    co_return beside;
+  }
+  auto reached = co_await reach(target);
+  if (!reached) co_return std::unexpected(reached.error());
+  auto measured = co_await devices_.measure(sight);
+  if (!measured) co_return std::unexpected(measured.error());
+  co_return point_at(target, *reached, measured->point, smr);
+}
+
+MeasuringSession::Outcome<void> MeasuringSession::keep_identified(std::string sha256) {
+  if (past_ && !past_->plan.identified.empty()) {
+    if (past_->plan.identified != sha256)
+      observer_.on_trouble(
+          "the identification, made again from the same points, differs in its last digits: it was made by "
+          "another version or on another processor");
+    co_return Done{};
+  }
+  const std::function<asio::awaitable<StoreResult<void>>()> write = [this, sha256] {
+    return journal_.add_identified(sha256);
+  };
+  Done kept = co_await journalled<void>(write);
+  co_return kept;
+}
+
+}  // namespace truepose::daemon

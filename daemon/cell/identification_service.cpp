@@ -1,0 +1,213 @@
+#include "daemon/cell/identification_service.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <limits>
+#include <utility>
+
+#include "config/cell_setup.hpp"
+#include "core/identify/option_names.hpp"
+#include "daemon/campaign/identification.hpp"
+#include "daemon/cell/new_uuid.hpp"
+#include "daemon/log/log.hpp"
+#include "proto/record/calibration_document.hpp"
+
+namespace truepose::daemon {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using control::ErrorCode;
+using control::ParamReader;
+using control::RpcError;
+
+namespace {
+
+/// Where no pose was measured to validate, so many of those that were measured identify.
+constexpr double kUsualSplit = 0.7;
+
+/// What one of the names of an option stands for, left as it is where the option is not given.
+template <typename T, std::size_t N>
+void read_named(ParamReader& read, const char* key, const std::array<Named<T>, N>& names, T& value) {
+  const auto given = read.text(key);
+  if (!given) return;
+  const auto known = std::ranges::find(names, *given, &Named<T>::name);
+  if (known != names.end()) value = known->value;
+  if (known == names.end()) read.fail(key, "no " + std::string{key} + " \"" + *given + "\"");
+}
+
+void read_residual(ParamReader& read, std::vector<RegressorKind>& residual) {
+  const auto given = read.text("residual");
+  if (!given) return;
+  const auto kinds = residual_kinds(*given);
+  if (kinds) residual = *kinds;
+  if (!kinds) read.fail("residual", "no residual field \"" + *given + "\"");
+}
+
+void read_options(ParamReader& read, config::CellConfig& config) {
+  config::CalibrationConfig& options = config.calibration;
+  constexpr std::array kDeviation{Named{"none", false}, Named{"auto", true}};
+  read_named(read, "deviation", kDeviation, options.deviation);
+  if (auto harmonics = read.integers("harmonics", 1, 10'000, 32)) options.harmonics = *std::move(harmonics);
+  read_residual(read, options.residual);
+  read_named(read, "loss", kLossNames, options.loss);
+  read_named(read, "prior", kPriorNames, options.prior);
+  bool& by_nests = config.campaign.correct_by_nests;
+  by_nests = read.boolean("correct_by_nests").value_or(by_nests);
+}
+
+/// Empty: they are of such an arm.
+std::string other_arm(const std::vector<StoredPoint>& points, const RobotModel& robot) {
+  const bool same = std::ranges::all_of(
+      points, [&](const StoredPoint& point) { return point.q_actual.size() == robot.joint_count(); });
+  return same ? "" : "its points have other joints than " + robot.name;
+}
+
+/// Of the poses that identify.
+std::optional<std::string> too_few(const std::vector<StoredPoint>& points, config::CellConfig config) {
+  config.campaign.identify_poses = count_poses(points, PointPurpose::Identify);
+  return config::too_few_poses(config);
+}
+
+json::value mean_or_null(const std::optional<StageErrors>& stage, ErrorStatistics StageErrors::*of) {
+  return stage ? json::value(((*stage).*of).mean) : json::value{};
+}
+
+}  // namespace
+
+std::vector<Method<IdentificationService>> IdentificationService::methods() {
+  return {{"campaign.identify", &IdentificationService::identify}};
+}
+
+std::expected<IdentificationService::Request, RpcError> IdentificationService::request(
+    const json::object& params) const {
+  ParamReader read{params};
+  Request request{.id = read.required(read.text("id"), "id"), .config = parts_.config, .split = {}};
+  read_options(read, request.config);
+  request.split = read.number("split", 0.1, 1);
+  const auto seed = read.integer("seed", 0, std::numeric_limits<std::int64_t>::max());
+  if (seed) request.config.campaign.seed = static_cast<std::uint64_t>(*seed);
+  request.activate = read.boolean("activate").value_or(false);
+  if (auto wrong = read.finish()) return std::unexpected(*wrong);
+  return request;
+}
+
+asio::awaitable<std::expected<IdentificationService::Source, RpcError>> IdentificationService::read(
+    std::string id) {
+  auto job = [this, id]() -> StoreResult<std::optional<Source>> {
+    auto record = parts_.store.campaign(id);
+    if (!record) return std::unexpected(record.error());
+    if (!*record) return std::nullopt;
+    // Of an identification: those that it was made from.
+    if (!(*record)->points_of.empty()) record = parts_.store.campaign((*record)->points_of);
+    if (!record) return std::unexpected(record.error());
+    if (!*record) return std::nullopt;
+    auto points = parts_.store.points((*record)->id);
+    if (!points) return std::unexpected(points.error());
+    auto resumptions = parts_.store.plans().resumptions((*record)->id);
+    if (!resumptions) return std::unexpected(resumptions.error());
+    return Source{**std::move(record), *std::move(points), *std::move(resumptions)};
+  };
+  auto found = co_await parts_.store_thread.ask(job);
+  if (!found) co_return std::unexpected(store_unusable(found.error()));
+  if (!*found) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
+  if ((*found)->record.state == "running")
+    co_return std::unexpected(runner_.wrong_state("the campaign is under way; identify once it has ended"));
+  co_return **std::move(found);
+}
+
+/// Takes long.
+std::expected<IdentificationService::Made, std::string> IdentificationService::make(Request request,
+                                                                                    Source source) {
+  std::vector<StoredPoint> points = source.points;
+  if (const std::string other = other_arm(points, request.config.robot.model); !other.empty())
+    return std::unexpected(other);
+  Made made;
+  const bool none_validates = count_poses(points, PointPurpose::Validate) == 0;
+  if (request.split || none_validates) {
+    made.validate =
+        drawn_to_validate(points, request.split.value_or(kUsualSplit), request.config.campaign.seed);
+    let_validate(*made.validate, points);
+  }
+  if (!request.split && none_validates && too_few(points, request.config)) {
+    // Better a model that nothing validates than none.
+    made.validate.reset();
+    points = source.points;
+  }
+  if (const auto why = too_few(points, request.config))
+    return std::unexpected("of the poses to identify from, " + *why);
+  const auto begun = std::chrono::steady_clock::now();
+  auto result = identified(points, request.config, source.resumptions);
+  if (!result) return std::unexpected(result.error());
+  result->elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  const CampaignRecord& record = source.record;
+  made.result.identities = {{record.robot_model, record.robot_serial, ""},
+                            {record.tracker_model, record.tracker_serial, ""}};
+  made.result.points = std::move(points);
+  made.result.resumptions = source.resumptions;
+  made.result.findings = *std::move(result);
+  return made;
+}
+
+MethodReply IdentificationService::identify(json::object params, std::string by) {
+  auto asked = request(params);
+  if (!asked) co_return std::unexpected(asked.error());
+  if (auto refused = store_.refusal()) co_return std::unexpected(*refused);
+  if (busy_) co_return std::unexpected(RpcError{ErrorCode::Busy, "another identification is under way"});
+  struct Busy {
+    bool& flag;
+    explicit Busy(bool& busy) : flag{busy} { flag = true; }
+    ~Busy() { flag = false; }
+  } const busy{busy_};
+  auto source = co_await read(asked->id);
+  if (!source) co_return std::unexpected(source.error());
+  const CampaignRecord record = source->record;
+  auto job = [request = *asked, points = *source] { return make(request, points); };
+  auto made = co_await parts_.compute_thread.ask(job);
+  if (!made)
+    co_return std::unexpected(
+        runner_.wrong_state("campaign " + record.id + " yields no model: " + made.error()));
+  Request kept = *std::move(asked);
+  Made model = *std::move(made);
+  MethodResult answer = co_await keep(std::move(kept), record, std::move(model), std::move(by));
+  co_return answer;
+}
+
+MethodReply IdentificationService::keep(Request request, CampaignRecord source, Made made, std::string by) {
+  StoreJournal::Options options{.campaign_id = new_uuid(),
+                                .model_id = new_uuid(),
+                                .config = request.config,
+                                .activate = request.activate,
+                                .started_by = by,
+                                .source = source,
+                                .validate = made.validate};
+  StoreJournal journal{std::move(options), parts_.store, parts_.store_thread, parts_.wall_clock};
+  const auto result = std::make_shared<const CampaignResult>(std::move(made.result));
+  auto begun = co_await journal.begin(count_poses(result->points, PointPurpose::Identify));
+  if (!begun) co_return std::unexpected(store_unusable(begun.error()));
+  auto known = co_await journal.know(result->identities);
+  if (!known) co_return std::unexpected(store_unusable(known.error()));
+  auto ended = co_await journal.end(result, std::nullopt);
+  if (!ended) {
+    store_.failed(ended.error());
+    co_return std::unexpected(store_unusable(ended.error()));
+  }
+  const CampaignRecord& record = journal.record();
+  log_info("campaign " + source.id + " was identified anew, as campaign " + record.id);
+  if (!record.reason.empty()) log_warning(record.reason);
+  co_await models_.announce_made(record.model_id, journal.activated(), by);
+  const auto& found = result->as<CalibrationResult>();
+  co_return json::object{
+      {"id", record.id},
+      {"points_of", source.id},
+      {"model_id", record.model_id},
+      {"activated", journal.activated()},
+      {"reason", record.reason},
+      {"identify_poses", count_poses(result->points, PointPurpose::Identify)},
+      {"validate_poses", count_poses(result->points, PointPurpose::Validate)},
+      {"validation_before_mm", mean_or_null(found.calibration.validate, &StageErrors::before)},
+      {"validation_after_mm", mean_or_null(found.calibration.validate, &StageErrors::after)},
+      {"verdict", record::verdict_json(found.verdict)}};
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,164 @@
+// Campaigns that were under way when the daemon ended.
+
+#include <algorithm>
+#include <utility>
+
+#include "config/text_file.hpp"
+#include "daemon/cell/campaign_service.hpp"
+#include "daemon/log/log.hpp"
+#include "proto/control/json_text.hpp"
+
+namespace truepose::daemon {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using control::ErrorCode;
+using control::RpcError;
+
+namespace {
+
+std::string described(const InterruptedCampaign& one) {
+  return one.record.kind + " " + one.record.id + ", " + std::to_string(one.done) + " of " +
+         std::to_string(one.total) + " poses measured: " + one.record.reason;
+}
+
+json::object progress_of(const InterruptedCampaign& one) {
+  return {{"id", one.record.id},
+          {"phase", one.record.state},
+          {"done", one.done},
+          {"total", std::max(one.total, one.done + one.skipped)},
+          {"error_mm", nullptr},
+          {"eta_s", nullptr},
+          {"skipped", one.skipped},
+          {"left", std::max(0, one.total - one.done - one.skipped)},
+          {"reason", one.record.reason},
+          {"model_id", nullptr}};
+}
+
+}  // namespace
+
+asio::awaitable<StoreResult<void>> CampaignService::load_interrupted() {
+  auto job = [this] { return parts_.store.plans().interrupted(); };
+  auto found = co_await parts_.store_thread.ask(job);
+  if (!found) co_return std::unexpected(found.error());
+  interrupted_ = *std::move(found);
+  for (const InterruptedCampaign& one : interrupted_)
+    log_warning("interrupted: " + described(one) + "; resume or abort it by its id");
+  co_return StoreResult<void>{};
+}
+
+json::array CampaignService::interrupted_json() const {
+  json::array all;
+  for (const InterruptedCampaign& one : interrupted_)
+    all.push_back(json::object{{"id", one.record.id},
+                               {"kind", one.record.kind},
+                               {"started", one.record.started},
+                               {"interrupted", one.record.ended},
+                               {"done", one.done},
+                               {"total", std::max(one.total, one.done + one.skipped)},
+                               {"reason", one.record.reason}});
+  return all;
+}
+
+std::vector<std::string> CampaignService::also_allowed() const {
+  if (interrupted_.empty()) return {};
+  if (runner_.in<Disconnected>() || runner_.in<Ready>()) return {"campaign.resume", "campaign.abort"};
+  return {};
+}
+
+std::expected<const InterruptedCampaign*, RpcError> CampaignService::interrupted(
+    const std::string& id) const {
+  const auto found =
+      std::ranges::find(interrupted_, id, [](const InterruptedCampaign& one) { return one.record.id; });
+  if (found != interrupted_.end()) return &*found;
+  return std::unexpected(RpcError{ErrorCode::NotFound, "no campaign " + id + " was interrupted"});
+}
+
+RpcError CampaignService::nothing_paused() const {
+  if (interrupted_.empty() || running()) return runner_.wrong_state("no campaign is paused");
+  return runner_.wrong_state("no campaign is paused; interrupted: " + described(interrupted_.front()) +
+                             "; give its id to go on with it");
+}
+
+RpcError CampaignService::cannot_go_on(const std::string& id, const std::string& why) const {
+  return runner_.wrong_state("campaign " + id + " cannot go on in this cell: " + why +
+                             "; set that right in the cell file, or abort the campaign and start it anew");
+}
+
+/// What it was to do, with the model that it was to do it by.
+asio::awaitable<std::expected<CampaignOrder, RpcError>> CampaignService::order_of(std::string kind,
+                                                                                  KeptOrder kept) {
+  if (kind == "calibration") co_return CampaignOrder{CalibrationOrder{}};
+  auto model = co_await models_.find_checked(kept.model_id);
+  if (!model) co_return std::unexpected(model.error());
+  TargetsOrder order;
+  order.cell = model->checked->file.cell;
+  order.model_id = kept.model_id;
+  order.targets = kept.targets;
+  order.loop = kept.loop;
+  order.readings = kept.readings;
+  co_return CampaignOrder{std::move(order)};
+}
+
+MethodReply CampaignService::resume_interrupted(std::string id, std::string by) {
+  const auto known = interrupted(id);
+  if (!known) co_return std::unexpected(known.error());
+  auto job = [this, id] { return read_past(parts_.store, id); };
+  auto read = co_await parts_.store_thread.ask(job);
+  if (!read) co_return std::unexpected(store_unusable(read.error()));
+  const auto past = std::make_shared<CampaignPast>(*std::move(read));
+  auto kept = kept_order(past->plan.order);
+  if (!kept) co_return std::unexpected(cannot_go_on(id, "its order cannot be read: " + kept.error()));
+  config::CellConfig config = parts_.config;
+  std::string unreadable;
+  try {
+    config::use_campaign_options(config, kept->options);
+  } catch (const config::ConfigError& error) {
+    unreadable = error.what();
+  }
+  if (!unreadable.empty()) co_return std::unexpected(cannot_go_on(id, unreadable));
+  past->nests = kept->nests;
+  auto judge = [past, config] { return past->misfit(config); };
+  const auto misfit = co_await parts_.compute_thread.ask(judge);
+  if (misfit) co_return std::unexpected(cannot_go_on(id, *misfit));
+  auto order = co_await order_of(past->record.kind, *kept);
+  if (!order) co_return std::unexpected(order.error());
+
+  StoreJournal::Options options{.campaign_id = id,
+                                .order = past->plan.order,
+                                .model_id = {},
+                                .config = config,
+                                .kind = kind_name(*order),
+                                .activate = kept->activate,
+                                .interrupted = past->record};
+  // Somebody may have aborted it meanwhile.
+  if (const auto still = interrupted(id); !still) co_return std::unexpected(still.error());
+  const CampaignResumeRequested resume{id};
+  const auto launched = launch(std::move(options), *std::move(order), resume, by, past);
+  if (!launched) co_return std::unexpected(launched.error());
+  std::erase_if(interrupted_, [&id](const InterruptedCampaign& one) { return one.record.id == id; });
+  co_return progress_json();
+}
+
+MethodReply CampaignService::abort_interrupted(std::string id) {
+  const auto known = interrupted(id);
+  if (!known) co_return std::unexpected(known.error());
+  InterruptedCampaign ended = **known;
+  ended.record.state = "aborted";
+  ended.record.reason = "aborted by an operator after it was interrupted";
+  ended.record.ended = control::rfc3339(parts_.wall_clock());
+  std::erase_if(interrupted_, [&id](const InterruptedCampaign& one) { return one.record.id == id; });
+  auto job = [this, record = ended.record] { return parts_.store.end_campaign(record); };
+  auto kept = co_await parts_.store_thread.ask(job);
+  if (!kept) {
+    store_.failed(kept.error());
+    co_await load_interrupted();
+    co_return std::unexpected(store_unusable(kept.error()));
+  }
+  if (run_ && !running() && run_->id() == id) run_.reset();  // the store knows more of it now
+  json::object progress = progress_of(ended);
+  parts_.events.publish(control::Topic::Campaign, progress);
+  co_return progress;
+}
+
+}  // namespace truepose::daemon

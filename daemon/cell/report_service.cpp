@@ -1,0 +1,88 @@
+#include "daemon/cell/report_service.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "proto/control/json_text.hpp"
+#include "tools/report/report.hpp"
+
+namespace truepose::daemon {
+
+namespace json = boost::json;
+using control::ErrorCode;
+using control::RpcError;
+
+namespace {
+
+// In a line of at most 64 KiB: JSON makes two bytes of a quote and of the end of a line.
+constexpr std::size_t kPartOfPage = 30'000;
+constexpr std::size_t kPagesKept = 4;
+
+/// The part that begins there: as much as fits, and no character cut in two.
+std::string_view part_of_page(std::string_view page, std::size_t offset) {
+  std::string_view part = page.substr(std::min(offset, page.size()));
+  if (part.size() <= kPartOfPage) return part;
+  std::size_t end = kPartOfPage;
+  while (end > 0 && (static_cast<unsigned char>(part[end]) & 0xC0U) == 0x80U) --end;
+  return part.substr(0, end);
+}
+
+/// @param stream  its status, which the page shows where it has run
+std::expected<std::string, std::string> page_of(const std::string& document, const json::object& stream) try {
+  auto read = control::parse_json(document);
+  if (!read) return std::unexpected("the stored document: " + read.error());
+  json::object& calibration = read->as_object();
+  if (stream.at("cycles").to_number<std::uint64_t>() > 0) calibration["stream"] = stream;
+  return report::render_html(calibration);
+} catch (const std::invalid_argument& unusable) {
+  return std::unexpected(std::string{"the document cannot be reported: "} + unusable.what());
+}
+
+}  // namespace
+
+std::vector<Method<ReportService>> ReportService::methods() { return {{"report.html", &ReportService::html}}; }
+
+boost::asio::awaitable<ReportService::Made> ReportService::make(std::string id) {
+  auto read = [this, id] { return id.empty() ? parts_.store.last_calibration() : parts_.store.campaign(id); };
+  const auto found = co_await parts_.store_thread.ask(read);
+  if (!found) co_return std::unexpected(store_unusable(found.error()));
+  const std::optional<CampaignRecord>& record = *found;
+  if (!record || record->document.empty() || record->kind != "calibration")
+    co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign, or it has no report"});
+  auto render = [document = record->document, stream = stream_()] { return page_of(document, stream); };
+  auto html = co_await parts_.compute_thread.ask(render);
+  if (!html) co_return std::unexpected(RpcError{ErrorCode::Internal, html.error()});
+  const auto page = std::make_shared<const Page>(
+      Page{record->id, control::rfc3339(parts_.wall_clock()), *std::move(html)});
+  std::erase_if(pages_, [&](const auto& kept) { return kept->id == page->id; });
+  if (pages_.size() == kPagesKept) pages_.pop_front();
+  pages_.push_back(page);
+  co_return page;
+}
+
+MethodReply ReportService::html(json::object params) {
+  control::ParamReader read{params};
+  const std::string id = read.text("id").value_or("");
+  const auto offset = static_cast<std::size_t>(read.integer("offset", 0, 1'000'000'000).value_or(0));
+  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+  const auto kept = std::ranges::find_if(pages_, [&](const auto& page) { return page->id == id; });
+  std::shared_ptr<const Page> page;
+  if (offset > 0 && kept != pages_.end()) {
+    page = *kept;
+  } else {
+    auto made = co_await make(id);
+    if (!made) co_return std::unexpected(made.error());
+    page = *made;
+  }
+  const std::string_view part = part_of_page(page->html, offset);
+  const std::size_t end = offset + part.size();
+  co_return json::object{{"id", page->id},
+                         {"offset", offset},
+                         {"html", json::string_view{part.data(), part.size()}},
+                         {"next", end < page->html.size() ? json::value(end) : json::value{}},
+                         {"bytes", page->html.size()},
+                         {"made", page->made}};
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,98 @@
+#include "daemon/control/jobs.hpp"
+
+#include <algorithm>
+#include <boost/asio/bind_cancellation_slot.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <utility>
+
+#include "proto/control/json_text.hpp"
+#include "proto/text/digest.hpp"
+
+namespace truepose::daemon {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using control::ErrorCode;
+using control::RpcError;
+
+json::object Jobs::Job::json() const {
+  json::object job{{"id", id},
+                   {"method", method},
+                   {"state", !result ? "running" : *result ? "done" : "failed"},
+                   {"doing", doing},
+                   {"begun", control::rfc3339(begun)},
+                   {"ended", result ? json::value(control::rfc3339(ended)) : json::value{}}};
+  if (result && !*result) job["error"] = control::error_json(result->error());
+  return job;
+}
+
+std::expected<std::string, RpcError> Jobs::begin(std::string method, std::string by, Call call, Tell tell) {
+  forget_old();
+  const auto running = std::ranges::count_if(jobs_, [](const auto& kept) { return !kept.second->result; });
+  if (static_cast<std::size_t>(running) >= kMostRunning)
+    return std::unexpected(
+        RpcError{ErrorCode::Busy, std::to_string(running) + " jobs are under way already; wait for one"});
+  std::string id = text::random_hex(8);
+  // In place: it cannot be moved.
+  const Kept job{new Job{id, std::move(method), std::move(by), parts_.wall_clock(), std::move(tell)}};
+  jobs_[id] = job;
+  asio::co_spawn(executor_, carry_out(job, std::move(call)),
+                 asio::bind_cancellation_slot(job->cancel.slot(), [job](std::exception_ptr) {}));
+  return id;
+}
+
+std::optional<json::object> Jobs::find(const std::string& id, const std::string& by) {
+  forget_old();
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end() || found->second->by != by) return std::nullopt;
+  const Job& job = *found->second;
+  json::object known = job.json();
+  if (job.result && *job.result) known["result"] = **job.result;
+  return known;
+}
+
+void Jobs::stop() {
+  const std::map<std::string, Kept> all = jobs_;
+  for (const auto& [id, job] : all) job->cancel.emit(asio::cancellation_type::terminal);
+}
+
+asio::awaitable<void> Jobs::carry_out(Kept job, Call call) {
+  using namespace asio::experimental::awaitable_operators;
+  const auto first = co_await (finish(job, call) || follow(job));
+  static_cast<void>(first);
+}
+
+asio::awaitable<void> Jobs::finish(Kept job, Call call) {
+  Result result = co_await call();
+  job->result = std::move(result);
+  job->doing.clear();
+  job->ended = parts_.wall_clock();
+  job->forgotten_from = parts_.clock.now() + kKept;
+  job->tell(job->json());
+}
+
+asio::awaitable<void> Jobs::follow(Kept job) {
+  while (!job->result) {
+    std::string doing = parts_.cell.doing();
+    if (doing != job->doing) {
+      job->doing = std::move(doing);
+      job->tell(job->json());
+    }
+    const drivers::TimePoint next = parts_.clock.now() + kLook;
+    co_await parts_.clock.sleep_until(next);
+  }
+}
+
+void Jobs::forget_old() {
+  std::erase_if(jobs_, [now = parts_.clock.now()](const auto& kept) {
+    return kept.second->result && now >= kept.second->forgotten_from;
+  });
+  const auto ended_first = [](const auto& one, const auto& other) {
+    return std::pair{!one.second->result, one.second->ended} <
+           std::pair{!other.second->result, other.second->ended};
+  };
+  while (jobs_.size() >= kMost) jobs_.erase(std::ranges::min_element(jobs_, ended_first));
+}
+
+}  // namespace truepose::daemon

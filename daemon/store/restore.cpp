@@ -1,0 +1,125 @@
+#include "daemon/store/restore.hpp"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <system_error>
+
+#include "config/text_file.hpp"
+#include "daemon/service/runtime_folder.hpp"
+#include "daemon/store/backup.hpp"
+#include "daemon/store/sqlite.hpp"
+#include "daemon/store/store.hpp"
+
+namespace truepose::daemon {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Restored = std::expected<void, std::string>;
+
+/// Numbers of events that a store which cannot be read may have given beyond those of its backup.
+constexpr std::uint64_t kMoreThanEver = 1'000'000'000;
+
+std::unexpected<std::string> system_failure(const fs::path& file, int error) {
+  return std::unexpected(file.string() + ": " + std::strerror(error));
+}
+
+/// A copy of a store at a place.
+Restored copy_to(const fs::path& place, const fs::path& backup) {
+  auto source = sqlite::Database::open_to_read(backup.string());
+  if (!source) return std::unexpected(source.error().detail);
+  auto copy = StoreBackup::begin(**source, place);
+  if (!copy) return std::unexpected(copy.error().detail);
+  for (StoreResult<bool> done = false; !done.value();) {
+    done = copy->step();
+    if (!done) return std::unexpected(done.error().detail);
+  }
+  const auto finished = copy->finish();
+  if (!finished) return std::unexpected(finished.error().detail);
+  return {};
+}
+
+/// Brings a copy up to date. Nothing lies beside it then.
+Restored make_ready(const fs::path& copy, std::optional<std::uint64_t> last_number) {
+  StoreResult<Store> store = Store::open(copy);
+  if (!store) return std::unexpected(store.error().detail);
+  const StoreResult<std::uint64_t> own = store->last_event_number();
+  if (!own) return std::unexpected(own.error().detail);
+  const auto begun = store->begin_new_life(last_number.value_or(*own + kMoreThanEver));
+  if (!begun) return std::unexpected(begun.error().detail);
+  return {};
+}
+
+/// Brings all of the store into its one file.
+/// @return the last number of its events; nothing where it cannot be read
+std::optional<std::uint64_t> gather(const fs::path& store) {
+  // One that is no store would lose its log by being opened.
+  if (!Store::examine(store)) return std::nullopt;
+  StoreResult<Store> old = Store::open(store);
+  if (!old) return std::nullopt;
+  const auto last = old->last_event_number();
+  return last ? std::optional{*last} : std::nullopt;
+}
+
+/// As root, gives a file to whom its folder belongs: the daemon.
+void give_to_owner(const fs::path& file) {
+  struct stat folder {};
+  if (::geteuid() != 0 || ::stat(file.has_parent_path() ? file.parent_path().c_str() : ".", &folder) != 0)
+    return;
+  const int given = ::chown(file.c_str(), folder.st_uid, folder.st_gid);
+  static_cast<void>(given);  // whose file it is shows when the daemon opens it
+}
+
+/// Gives the store a second name, under which it stays.
+std::expected<fs::path, std::string> kept_aside(const fs::path& store, const std::string& time) {
+  std::error_code error;
+  if (!fs::exists(store, error)) return fs::path{};
+  const fs::path aside = store.string() + ".before-" + time;
+  // Only a store that could not be read has something beside it still.
+  for (const char* log : {"-wal", "-shm"}) {
+    fs::rename(store.string() + log, aside.string() + log, error);
+    if (error && error != std::errc::no_such_file_or_directory) return system_failure(store, error.value());
+  }
+  fs::create_hard_link(store, aside, error);
+  if (error) return system_failure(aside, error.value());
+  return aside;
+}
+
+}  // namespace
+
+std::expected<fs::path, std::string> restore_store(const fs::path& backup, const fs::path& store,
+                                                   const std::string& time) {
+  if (const StoreResult<void> good = Store::examine(backup); !good)
+    return std::unexpected(good.error().detail);
+  const auto lock = LockFile::take(lock_of_store(store), "the store " + store.string());
+  if (!lock) return std::unexpected(lock.error().text + "; stop the daemon first");
+  give_to_owner(lock_of_store(store));
+
+  const fs::path copy = store.string() + ".restored";
+  Restored done = copy_to(copy, backup);
+  std::error_code none;
+  std::optional<std::uint64_t> last = 0;
+  if (fs::exists(store, none)) last = gather(store);
+  if (done) done = make_ready(copy, last);
+  if (done && !config::synced(copy)) done = system_failure(copy, errno);
+  std::expected<fs::path, std::string> aside;
+  if (done) aside = kept_aside(store, time);
+  if (!done || !aside) {
+    remove_with_logs(copy);
+    return done ? aside : std::unexpected(done.error());
+  }
+  give_to_owner(copy);
+  fs::rename(copy, store, none);
+  if (none) return system_failure(store, none.value());
+  if (!config::synced(store.has_parent_path() ? store.parent_path() : "."))
+    return system_failure(store, errno);
+  return aside;
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <expected>
+#include <string>
+
+namespace truepose::daemon {
+
+struct StoreError {
+  std::string detail;     ///< what SQLite said, in which operation, on which file
+  bool may_pass = false;  ///< waiting may help: a full disk, a file that somebody else writes
+};
+template <typename T>
+using StoreResult = std::expected<T, StoreError>;
+
+}  // namespace truepose::daemon

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/store/sqlite.hpp"
+#include "daemon/store/store.hpp"
+
+namespace truepose::daemon {
+
+/// Events, which version 8 keeps.
+extern const char* const kEventSchema;
+
+/// What the sources of the store share.
+struct Store::Impl {
+  std::filesystem::path file;
+  std::unique_ptr<sqlite::Database> database;
+
+  sqlite::Statement inserted(const ModelRecord& model);
+  sqlite::Statement activated(const std::string& id);
+  StoreResult<std::optional<CampaignRecord>> one_campaign(sqlite::Statement query);
+  /// Says whose points a campaign is of.
+  StoreResult<void> name_source(CampaignRecord& record);
+  StoreResult<std::vector<StoredPoint>> measured(const std::string& campaign_id);
+
+  /// Brings what is committed from the log into the file itself, so that the file alone is the whole store.
+  /// Where somebody reads at that moment it is left to the next time: it is on the disk either way.
+  void gather() { static_cast<void>(database->value("PRAGMA wal_checkpoint(TRUNCATE)")); }
+
+  /// Runs statements as one transaction: on the disk, or not at all.
+  StoreResult<void> commit(std::string_view operation, const std::vector<sqlite::Statement*>& statements);
+};
+
+}  // namespace truepose::daemon

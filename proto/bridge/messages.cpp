@@ -1,0 +1,140 @@
+#include "proto/bridge/messages.hpp"
+
+#include <algorithm>
+#include <boost/json/value.hpp>
+#include <cmath>
+#include <utility>
+
+#include "proto/control/json_text.hpp"
+
+namespace truepose::bridge {
+
+namespace json = boost::json;
+
+namespace {
+
+template <class Value, std::size_t N>
+std::optional<Value> find(const std::array<Named<Value>, N>& table, std::string_view name) {
+  const auto found = std::ranges::find(table, name, &Named<Value>::name);
+  return found == table.end() ? std::nullopt : std::optional{found->value};
+}
+
+/// `first`, then the members.
+std::string line_of(json::object first, json::object members) {
+  for (auto& [key, value] : members) first[key] = std::move(value);
+  return control::json_text(first);
+}
+
+json::string text_of(std::string_view text) {
+  return json::string{json::string_view{text.data(), text.size()}};
+}
+
+Misasked misasked(std::optional<std::int64_t> id, ErrorCode code, std::string text) {
+  return {id, Refusal::of(code, std::move(text))};
+}
+
+/// Of a request or an answer: a whole number of 1 or more.
+std::optional<std::int64_t> id_of(const json::object& line) {
+  const json::value* id = line.if_contains("id");
+  if (id == nullptr || !id->is_int64() || id->get_int64() < 1) return std::nullopt;
+  return id->get_int64();
+}
+
+/// The request of the kind at this place among all.
+template <std::size_t kKind = 0>
+std::expected<Asked, Misasked> decode_kind(std::int64_t id, std::string_view name, const json::object& line) {
+  if constexpr (kKind == std::variant_size_v<Request>) {
+    return std::unexpected(
+        misasked(id, ErrorCode::NotOffered, "there is no request \"" + std::string{name} + "\""));
+  } else {
+    using Kind = std::variant_alternative_t<kKind, Request>;
+    if (name != Kind::kName) return decode_kind<kKind + 1>(id, name, line);
+    auto request = record::from_json<Kind>(json::value(line));
+    if (!request)
+      return std::unexpected(
+          misasked(id, ErrorCode::BadRequest, std::string{name} + ": " + std::move(request.error())));
+    return Asked{id, *std::move(request)};
+  }
+}
+
+}  // namespace
+
+Eigen::Vector3d Measured::deviations_mm() const {
+  if (std_mm) return *std_mm;
+  const Eigen::Matrix<double, 6, 1>& c = *covariance_mm2;
+  return Eigen::Vector3d{c[0], c[3], c[5]}.cwiseSqrt();
+}
+
+std::string covariance_fault(const Eigen::Matrix<double, 6, 1>& c) {
+  constexpr double kRounding = 1e-9;
+  const double xx = c[0], xy = c[1], xz = c[2], yy = c[3], yz = c[4], zz = c[5];
+  const auto at_most = [](double product, double of_squares) {
+    return product * product <= of_squares * (1 + kRounding);
+  };
+  const double determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+  const bool is_one = xx >= 0 && yy >= 0 && zz >= 0 && at_most(xy, xx * yy) && at_most(xz, xx * zz) &&
+                      at_most(yz, yy * zz) && determinant >= -kRounding * xx * yy * zz;
+  return is_one ? "" : "is the covariance of nothing: expected xx, xy, xz, yy, yz, zz";
+}
+
+bool Refusal::has_known_code() const { return find(kErrorCodes, code).has_value(); }
+
+ErrorCode Refusal::meaning() const { return find(kErrorCodes, code).value_or(ErrorCode::Failed); }
+
+std::optional<EventKind> Event::kind() const { return find(kEvents, event); }
+
+std::string request_line(std::int64_t id, std::string_view name, json::object members) {
+  return line_of({{"id", id}, {"do", text_of(name)}}, std::move(members));
+}
+
+std::string answer_line(std::int64_t id, json::object members) {
+  return line_of({{"id", id}, {"ok", true}}, std::move(members));
+}
+
+std::string encode_refusal(std::optional<std::int64_t> id, const Refusal& refusal) {
+  return line_of({{"id", id ? json::value(*id) : json::value()}, {"ok", false}}, record::to_json(refusal));
+}
+
+std::string encode(const Event& event) { return line_of({}, record::to_json(event)); }
+
+std::expected<Asked, Misasked> decode_request(std::string_view line) {
+  const auto parsed = control::parse_json(line);
+  if (!parsed) return std::unexpected(misasked(std::nullopt, ErrorCode::BadRequest, parsed.error()));
+  const json::object* object = parsed->if_object();
+  if (object == nullptr)
+    return std::unexpected(misasked(std::nullopt, ErrorCode::BadRequest, "expected one JSON object a line"));
+  const auto id = id_of(*object);
+  if (!id)
+    return std::unexpected(
+        misasked(std::nullopt, ErrorCode::BadRequest, "id: expected a whole number of 1 or more"));
+  const json::value* name = object->if_contains("do");
+  if (name == nullptr || !name->is_string())
+    return std::unexpected(misasked(id, ErrorCode::BadRequest, "do: expected the name of a request"));
+  return decode_kind(*id, {name->get_string().data(), name->get_string().size()}, *object);
+}
+
+std::expected<FromBridge, std::string> decode_from_bridge(std::string_view line) {
+  auto parsed = control::parse_json(line);
+  if (!parsed) return std::unexpected(std::move(parsed.error()));
+  json::object* object = parsed->if_object();
+  if (object == nullptr) return std::unexpected("expected one JSON object a line");
+  if (object->contains("event")) {
+    auto event = record::from_json<Event>(*parsed);
+    if (!event) return std::unexpected(std::move(event.error()));
+    return *std::move(event);
+  }
+  const json::value* ok = object->if_contains("ok");
+  if (ok == nullptr || !ok->is_bool()) return std::unexpected("expected an event, or ok: true or false");
+  Reply reply{id_of(*object), {}};
+  if (ok->get_bool()) {
+    if (!reply.id) return std::unexpected("id: expected that of the request");
+    reply.outcome = std::move(*object);
+    return reply;
+  }
+  auto refusal = record::from_json<Refusal>(*parsed);
+  if (!refusal) return std::unexpected(std::move(refusal.error()));
+  reply.outcome = std::unexpected(*std::move(refusal));
+  return reply;
+}
+
+}  // namespace truepose::bridge

@@ -1,0 +1,361 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <boost/json/object.hpp>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <expected>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "core/math/refraction.hpp"
+#include "core/named.hpp"
+#include "proto/record/forms.hpp"
+#include "proto/record/json_io.hpp"
+
+/// The protocol of a bridge: a program beside a tracker maker's SDK that makes a tracker of any kind look
+/// alike. One JSON object a line (`\n`), UTF-8, over TCP; truepose connects. README.md says all of it for who
+/// writes a bridge.
+///
+///   {"id": 7, "do": "measure", "time_ms": 2000}        a request
+///   {"id": 7, "ok": true, "x": 1000.0, ...}            its answer
+///   {"id": 7, "ok": false, "code": "busy", "text": ""} or its refusal
+///   {"event": "beam-lost", "text": ""}                 unasked
+///
+/// mm, ms, deg C, mbar, %; right-handed Cartesian coordinates in the tracker's own frame.
+namespace truepose::bridge {
+
+using record::Is;
+
+inline constexpr int kProtocol = 1;
+/// Longest line either side may send, without its newline.
+inline constexpr std::size_t kMaxLine = 64 * 1024;
+
+// ---- What a bridge is asked. Each request names its answer.
+
+/// An answer that says no more than that it was done.
+struct Done {};
+
+/// The first request of a connection.
+struct Greeting;
+struct Hello {
+  static constexpr std::string_view kName = "hello";
+  using Answer = Greeting;
+  int protocol = kProtocol;  ///< the newest that the client speaks
+  std::string client;        ///< for the bridge's log
+};
+
+/// What a bridge can be told to do to the tracker, so that a client may be tried.
+enum class Rehearsal { BeamBreak, WarmedUp };
+inline constexpr std::array kRehearsals{Named{"beam-break", Rehearsal::BeamBreak},
+                                        Named{"warmed-up", Rehearsal::WarmedUp}};
+
+struct Greeting {
+  int protocol = kProtocol;  ///< that is spoken from now on
+  std::string bridge;        ///< its name and version
+  std::string model, serial, firmware;
+  std::vector<Rehearsal> rehearses;
+};
+
+/// What the tracker could do now.
+enum class State { Ready, Busy, WarmingUp, NotReady };
+inline constexpr std::array kStates{Named{"ready", State::Ready}, Named{"busy", State::Busy},
+                                    Named{"warming-up", State::WarmingUp},
+                                    Named{"not-ready", State::NotReady}};
+
+struct Status {
+  State state = State::NotReady;  ///< whether it could measure, were a reflector locked
+  std::string why;                ///< one sentence for the operator, where it is not ready
+  bool initialised = false;
+  bool locked = false;
+  int face = 0;                         ///< 1 or 2; 0: not known
+  std::string reflector;                ///< that is selected; empty: none
+  std::vector<std::string> reflectors;  ///< that it knows
+};
+struct GetStatus {
+  static constexpr std::string_view kName = "status";
+  using Answer = Status;
+};
+
+struct Initialise {
+  static constexpr std::string_view kName = "initialise";
+  using Answer = Done;
+};
+
+struct SetReflector {
+  static constexpr std::string_view kName = "reflector";
+  using Answer = Done;
+  std::string name;
+};
+
+/// The air by which distances are to be corrected from now on.
+struct SetAir {
+  static constexpr std::string_view kName = "air";
+  using Answer = Done;
+  Air air;
+};
+
+/// Point there in face 1, search within the radius, and answer once a reflector is locked.
+struct DoAim {
+  static constexpr std::string_view kName = "aim";
+  using Answer = Done;
+  Eigen::Vector3d p_W_mm{0, 0, 0};
+  double search_mm = 0;
+  std::chrono::milliseconds timeout{10'000};  ///< of the search
+};
+
+/// One stationary measurement.
+struct Measured {
+  Eigen::Vector3d p_W_mm{0, 0, 0};
+  /// Of the measurement; one of the two.
+  std::optional<Eigen::Vector3d> std_mm;
+  std::optional<Eigen::Matrix<double, 6, 1>> covariance_mm2;  ///< xx, xy, xz, yy, yz, zz
+  std::chrono::milliseconds averaged{0};                      ///< over so much time
+  std::chrono::milliseconds age{0};                           ///< since it ended
+  Air air;                                                    ///< by which its distance was corrected
+
+  Eigen::Vector3d deviations_mm() const;
+};
+struct DoMeasure {
+  static constexpr std::string_view kName = "measure";
+  using Answer = Measured;
+  std::chrono::milliseconds time{2000};  ///< to average over, at least
+};
+
+/// Turn over into this face and lock the same reflector again.
+struct SetFace {
+  static constexpr std::string_view kName = "face";
+  using Answer = Done;
+  int face = 1;
+};
+
+/// End what is under way, which is refused with `stopped`.
+struct Stop {
+  static constexpr std::string_view kName = "stop";
+  using Answer = Done;
+};
+
+/// Answered at once, whatever else is under way.
+struct Ping {
+  static constexpr std::string_view kName = "ping";
+  using Answer = Done;
+};
+
+/// A fault that the greeting offered.
+struct Rehearse {
+  static constexpr std::string_view kName = "rehearse";
+  using Answer = Done;
+  Rehearsal what = Rehearsal::BeamBreak;
+  std::chrono::milliseconds lasts{1000};
+};
+
+using Request = std::variant<Hello, GetStatus, Initialise, SetReflector, SetAir, DoAim, DoMeasure, SetFace,
+                             Stop, Ping, Rehearse>;
+
+// ---- What it says beside that
+
+enum class ErrorCode {
+  Busy,
+  NotReady,
+  WarmingUp,
+  NotInitialised,
+  NoTarget,
+  BeamBroken,
+  UnknownReflector,
+  OutOfRange,
+  Stopped,
+  NotOffered,
+  BadRequest,
+  WrongProtocol,
+  DeviceLost,
+  Failed,
+};
+inline constexpr std::array kErrorCodes{Named{"busy", ErrorCode::Busy},
+                                        Named{"not-ready", ErrorCode::NotReady},
+                                        Named{"warming-up", ErrorCode::WarmingUp},
+                                        Named{"not-initialised", ErrorCode::NotInitialised},
+                                        Named{"no-target", ErrorCode::NoTarget},
+                                        Named{"beam-broken", ErrorCode::BeamBroken},
+                                        Named{"unknown-reflector", ErrorCode::UnknownReflector},
+                                        Named{"out-of-range", ErrorCode::OutOfRange},
+                                        Named{"stopped", ErrorCode::Stopped},
+                                        Named{"not-offered", ErrorCode::NotOffered},
+                                        Named{"bad-request", ErrorCode::BadRequest},
+                                        Named{"wrong-protocol", ErrorCode::WrongProtocol},
+                                        Named{"device-lost", ErrorCode::DeviceLost},
+                                        Named{"failed", ErrorCode::Failed}};
+
+/// Why a request was not carried out. A code that this version does not know counts as Failed.
+struct Refusal {
+  std::string code;
+  std::string text;  ///< one sentence for the operator, with the device's own number where there is one
+
+  static Refusal of(ErrorCode code, std::string text) {
+    return {std::string{name_of(kErrorCodes, code)}, std::move(text)};
+  }
+  bool has_known_code() const;
+  ErrorCode meaning() const;
+};
+
+enum class EventKind {
+  BeamLost,
+  BeamFound,
+  Busy,
+  Ready,
+  WarmingUp,
+  WarmedUp,         ///< the tracker is to be initialised anew
+  SettingsChanged,  ///< by somebody else than this client: reflector, air or face
+  Closing,          ///< the bridge ends
+};
+inline constexpr std::array kEvents{Named{"beam-lost", EventKind::BeamLost},
+                                    Named{"beam-found", EventKind::BeamFound},
+                                    Named{"busy", EventKind::Busy},
+                                    Named{"ready", EventKind::Ready},
+                                    Named{"warming-up", EventKind::WarmingUp},
+                                    Named{"warmed-up", EventKind::WarmedUp},
+                                    Named{"settings-changed", EventKind::SettingsChanged},
+                                    Named{"closing", EventKind::Closing}};
+
+/// One of a name that this version does not know is passed over.
+struct Event {
+  std::string event;
+  std::string text;
+
+  static Event of(EventKind kind, std::string text = {}) {
+    return {std::string{name_of(kEvents, kind)}, std::move(text)};
+  }
+  std::optional<EventKind> kind() const;
+};
+
+// ---- Layouts
+
+/// By whole milliseconds.
+inline constexpr record::Whole kMs{0, 86'400'000};
+/// mm; no tracker reaches farther.
+inline constexpr record::Range kReach{-1e6, 1e6};
+
+void layout(auto&, Is<Done> auto&) {}
+void layout(auto&, Is<GetStatus> auto&) {}
+void layout(auto&, Is<Initialise> auto&) {}
+void layout(auto&, Is<Stop> auto&) {}
+void layout(auto&, Is<Ping> auto&) {}
+
+void layout(auto& io, Is<Hello> auto& x) {
+  io("protocol", x.protocol, record::kNumber);
+  io("client", x.client, record::MayBeEmpty{});
+}
+void layout(auto& io, Is<Greeting> auto& x) {
+  io("protocol", x.protocol, record::kNumber);
+  io("bridge", x.bridge);
+  io("model", x.model);
+  io("serial", x.serial);
+  io("firmware", x.firmware, record::MayBeEmpty{});
+  io.optional("rehearses", x.rehearses, kRehearsals);
+}
+void layout(auto& io, Is<Status> auto& x) {
+  io("state", x.state, kStates);
+  io.optional("why", x.why);
+  io("initialised", x.initialised);
+  io("locked", x.locked);
+  io("face", x.face, record::Whole{0, 2});
+  io("reflector", x.reflector, record::MayBeEmpty{});
+  io("reflectors", x.reflectors);
+}
+void check(const auto& io, const Status& x) {
+  const bool silent = x.state == State::WarmingUp || x.state == State::NotReady;
+  if (silent && x.why.empty()) io.place().fail("missing key 'why' beside this state");
+}
+void layout(auto& io, Is<SetReflector> auto& x) { io("name", x.name); }
+/// Not bounded: what cannot be is told with what to do about it (drivers/plausible_point).
+void layout_air(auto& io, auto& air) {
+  io("temperature_c", air.temperature_c);
+  io("pressure_mbar", air.pressure_mbar);
+  io("humidity_percent", air.humidity_percent);
+}
+void layout(auto& io, Is<SetAir> auto& x) { layout_air(io, x.air); }
+void layout(auto& io, Is<DoAim> auto& x) {
+  record::layout_xyz(io, x.p_W_mm, kReach);
+  io("search_mm", x.search_mm, record::Range{0, kReach.max});
+  io("timeout_ms", x.timeout, kMs);
+}
+void layout(auto& io, Is<DoMeasure> auto& x) { io("time_ms", x.time, kMs); }
+void layout(auto& io, Is<Measured> auto& x) {
+  record::layout_xyz(io, x.p_W_mm, kReach);
+  io.optional("std_mm", x.std_mm, record::Xyz{record::kNotNegative});
+  io.optional("covariance_mm2", x.covariance_mm2);
+  io("averaged_ms", x.averaged, kMs);
+  io("age_ms", x.age, kMs);
+  layout_air(io, x.air);
+}
+/// What is wrong with a covariance, one phrase; empty: nothing.
+std::string covariance_fault(const Eigen::Matrix<double, 6, 1>& covariance_mm2);
+void check(const auto& io, const Measured& x) {
+  if (x.std_mm.has_value() == x.covariance_mm2.has_value())
+    io.place().fail("expected one of std_mm and covariance_mm2");
+  if (!x.covariance_mm2) return;
+  if (const std::string fault = covariance_fault(*x.covariance_mm2); !fault.empty())
+    io.at("covariance_mm2").fail(fault);
+}
+void layout(auto& io, Is<SetFace> auto& x) { io("face", x.face, record::Whole{1, 2}); }
+void layout(auto& io, Is<Rehearse> auto& x) {
+  io("what", x.what, kRehearsals);
+  io("lasts_ms", x.lasts, kMs);
+}
+void layout(auto& io, Is<Refusal> auto& x) {
+  io("code", x.code);
+  io("text", x.text, record::MayBeEmpty{});
+}
+void layout(auto& io, Is<Event> auto& x) {
+  io("event", x.event);
+  io.optional("text", x.text);
+}
+
+// ---- Lines, without their newlines
+
+std::string request_line(std::int64_t id, std::string_view name, boost::json::object members);
+template <class Asked>
+std::string encode(std::int64_t id, const Asked& request) {
+  return request_line(id, Asked::kName, record::to_json(request));
+}
+
+std::string answer_line(std::int64_t id, boost::json::object members);
+template <class Answer>
+std::string encode_answer(std::int64_t id, const Answer& answer) {
+  return answer_line(id, record::to_json(answer));
+}
+/// @param id  none where the request could not be read so far
+std::string encode_refusal(std::optional<std::int64_t> id, const Refusal& refusal);
+std::string encode(const Event& event);
+
+struct Asked {
+  std::int64_t id = 0;
+  Request request;
+};
+/// A request that cannot be carried out as it stands, and what to answer.
+struct Misasked {
+  std::optional<std::int64_t> id;
+  Refusal refusal;
+};
+/// What a bridge was sent.
+std::expected<Asked, Misasked> decode_request(std::string_view line);
+
+struct Reply {
+  std::optional<std::int64_t> id;
+  std::expected<boost::json::object, Refusal> outcome;  ///< the answer's members, see answer_of()
+};
+using FromBridge = std::variant<Reply, Event>;
+/// What a bridge sent; or what is wrong with that, one phrase.
+std::expected<FromBridge, std::string> decode_from_bridge(std::string_view line);
+
+/// The answer to a request of this kind; or what is wrong with that, one phrase.
+template <class Asked>
+std::expected<typename Asked::Answer, std::string> answer_of(const boost::json::object& members) {
+  return record::from_json<typename Asked::Answer>(boost::json::value(members));
+}
+
+}  // namespace truepose::bridge

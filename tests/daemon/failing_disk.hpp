@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+struct sqlite3_vfs;
+
+namespace truepose::test {
+
+/// A disk under SQLite that can be full, fail, and lose its power: a file system of SQLite's, in memory,
+/// which remembers of each file what was synced, and what was written since in which order.
+///
+/// It becomes SQLite's default file system for as long as it lives, so that every store that is opened then
+/// is on it, whatever its path; the file that a store makes itself on the real disk, so that it has its
+/// rights, stays empty.
+class FailingDisk {
+ public:
+  explicit FailingDisk(std::uint64_t seed = 0);
+  ~FailingDisk();
+  FailingDisk(const FailingDisk&) = delete;
+  FailingDisk& operator=(const FailingDisk&) = delete;
+
+  /// What an operation that changes something ends with from now on.
+  enum class Fault { None, Full, Broken };
+  /// The first `count` changes from now on succeed, and the `faults` after that fail.
+  void fail_after(int count, Fault fault, int faults = 1'000'000);
+  void mend() { fail_after(0, Fault::None, 0); }
+  /// Writes, truncations and syncs since fail_after().
+  int changes() const { return changes_; }
+
+  /// The power goes at once: from now on nothing comes to the disk, and every change fails.
+  void cut_power() { powerless_ = true; }
+  /// After that, and once every connection is closed: of each file stays what was synced, and by chance some
+  /// of what was written since: in the order of writing or not, whole, or the last one torn at a sector.
+  void restore_power();
+
+ private:
+  friend struct DiskFile;
+  struct Write {
+    std::int64_t offset;  ///< negative: the file is cut at ~offset
+    std::vector<std::uint8_t> bytes;
+  };
+  struct File {
+    std::vector<std::uint8_t> synced, now;
+    std::vector<Write> since;
+    int opened = 0;         ///< how many connections hold it at all
+    bool reserved = false;  ///< one of them writes
+    std::vector<std::vector<std::uint8_t>> shared_memory;
+  };
+  using Files = std::map<std::string, std::shared_ptr<File>>;
+
+  /// Whether the next change succeeds.
+  /// @param full, broken  what it ends with otherwise
+  int change(int full, int broken);
+  void write(File& file, Write change);
+  static void apply(const Write& write, std::vector<std::uint8_t>& bytes);
+
+  std::mt19937_64 random_;
+  Files files_;
+  Fault fault_ = Fault::None;
+  int healthy_ = 0, faults_ = 0, changes_ = 0;
+  bool powerless_ = false;
+  int reason_ = 0;  ///< of the last failure, as the system would say it
+  std::unique_ptr<sqlite3_vfs> vfs_;
+  sqlite3_vfs* real_;
+};
+
+}  // namespace truepose::test

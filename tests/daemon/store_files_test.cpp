@@ -1,0 +1,218 @@
+// Copies of a store: backups while it is used, reading without a daemon, and putting one back.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+#include "daemon/service/runtime_folder.hpp"
+#include "daemon/store/restore.hpp"
+#include "daemon/store/store.hpp"
+#include "tests/daemon/older_store.hpp"
+#include "tests/integration/sqlite_rows.hpp"
+#include "tests/temp_folder.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+struct StoreFiles : testing::Test {
+  Store open(const fs::path& of) {
+    StoreResult<Store> store = Store::open(of);
+    if (!store) throw std::runtime_error(store.error().detail);
+    return std::move(*store);
+  }
+  /// A store with a campaign of so many points.
+  Store filled(int points, std::size_t bytes_of_document = 0) {
+    Store store = open(file);
+    CampaignRecord record;
+    record.id = "c1";
+    record.state = "running";
+    record.document = std::string(bytes_of_document, ' ');
+    EXPECT_TRUE(store.begin_campaign(record));
+    for (int pose = 1; pose <= points; ++pose) add(store, pose);
+    return store;
+  }
+  static void add(Store& store, int pose) {
+    StoredPoint point;
+    point.pose = pose;
+    point.q_target = point.q_commanded = point.q_actual = JointVector::Constant(6, 0.1);
+    point.smr = "1";
+    EXPECT_TRUE(store.add_point("c1", point));
+  }
+  static std::size_t points_in(Store store) { return store.points("c1").value().size(); }
+  std::vector<std::string> names() const {
+    std::vector<std::string> all;
+    for (const auto& each : fs::directory_iterator{folder.path()}) all.push_back(each.path().filename());
+    std::ranges::sort(all);
+    return all;
+  }
+
+  TempFolder folder;
+  const fs::path file = folder.path() / "cell.db", copy = folder.path() / "copy.db";
+};
+
+TEST_F(StoreFiles, ABackupHasWhatWasStoredWhileItWasMade) {
+  Store store = filled(1, 5'000'000);
+  auto backup = store.begin_backup(copy);
+  ASSERT_TRUE(backup) << backup.error().detail;
+  int pose = 1, steps = 0;
+  for (StoreResult<bool> done = false; !*done; ++steps) {
+    done = backup->step();
+    ASSERT_TRUE(done) << done.error().detail;
+    add(store, ++pose);
+    EXPECT_FALSE(fs::exists(copy)) << "not before it is whole";
+  }
+  EXPECT_GT(steps, 2);
+  const auto bytes = backup->finish();
+  ASSERT_TRUE(bytes) << bytes.error().detail;
+  EXPECT_EQ(*bytes, fs::file_size(copy));
+  EXPECT_EQ(fs::status(copy).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  EXPECT_THAT(names(), testing::Each(testing::Not(HasSubstr("copy.db.part"))));
+  EXPECT_THAT(names(), testing::Each(testing::Not(HasSubstr("copy.db-"))));
+  const std::size_t in_copy = points_in(open(copy));
+  EXPECT_GE(in_copy, static_cast<std::size_t>(pose) - 1);
+}
+
+TEST_F(StoreFiles, ABackupThatIsGivenUpLeavesNothing) {
+  Store store = filled(100);
+  std::ofstream{copy} << "the one of before";
+  {
+    auto backup = store.begin_backup(copy);
+    ASSERT_TRUE(backup);
+    ASSERT_TRUE(backup->step());
+  }
+  EXPECT_EQ(fs::file_size(copy), 17U);
+  EXPECT_THAT(names(), testing::Each(testing::Not(HasSubstr("part"))));
+}
+
+TEST_F(StoreFiles, AreReadWhileADaemonHasThemAndNothingIsChanged) {
+  Store store = filled(20);
+  const auto before = names();
+  StoreResult<Store> reader = Store::open_to_read(file);
+  ASSERT_TRUE(reader) << reader.error().detail;
+  EXPECT_EQ(reader->points("c1").value().size(), 20U);
+  add(store, 21);
+  EXPECT_EQ(reader->points("c1").value().size(), 21U);
+  EXPECT_FALSE(reader->keep_armed("2026-01-01T00:00:00Z"));
+  EXPECT_EQ(names(), before);
+}
+
+TEST_F(StoreFiles, ACopyIsReadWhereNothingMayBeWrittenBesideIt) {
+  {
+    Store store = filled(20);
+    CampaignRecord ended = store.campaign("c1").value().value();
+    ended.state = "done";
+    ASSERT_TRUE(store.end_campaign(ended));
+    fs::create_directory(folder.path() / "a % of # it?");
+    fs::copy_file(file, folder.path() / "a % of # it?" / "cell.db");
+  }
+  const fs::path apart = folder.path() / "a % of # it?";
+  fs::permissions(apart, fs::perms::owner_read | fs::perms::owner_exec);
+  StoreResult<Store> reader = Store::open_to_read(apart / "cell.db");
+  ASSERT_TRUE(reader) << reader.error().detail;
+  EXPECT_EQ(reader->points("c1").value().size(), 20U);
+  EXPECT_EQ(std::distance(fs::directory_iterator{apart}, {}), 1);
+  fs::permissions(apart, fs::perms::owner_all);
+}
+
+TEST_F(StoreFiles, AFileOfAnOlderVersionIsReadAndLeftAsItIs) {
+  { Store store = filled(3); }
+  make_older(file, 7);
+  StoreResult<Store> reader = Store::open_to_read(file);
+  ASSERT_TRUE(reader) << reader.error().detail;
+  EXPECT_EQ(reader->campaigns().value().size(), 1U);
+  EXPECT_EQ(reader->points("c1").value().size(), 3U);
+  EXPECT_EQ(sqlite_rows(file, "PRAGMA user_version")[0][0], "7");
+}
+
+TEST_F(StoreFiles, WhatIsNoStoreIsNotRead) {
+  EXPECT_THAT(Store::open_to_read(file).error().detail, HasSubstr("unable to open"));
+  std::ofstream{file} << std::string(5000, 'x');
+  EXPECT_THAT(Store::open_to_read(file).error().detail, HasSubstr("not a database"));
+  std::ofstream{file, std::ios::trunc};
+  EXPECT_THAT(Store::open_to_read(file).error().detail, HasSubstr("nothing is in it"));
+}
+
+struct Restoring : StoreFiles {
+  /// A backup of a store that went on since, with a stream armed in both.
+  Restoring() {
+    Store store = filled(10);
+    EXPECT_TRUE(store.keep_armed("2026-01-01T00:00:00Z"));
+    EXPECT_TRUE(store.begin_events(100));
+    auto backup = store.begin_backup(copy);
+    while (!backup->step().value()) {
+    }
+    EXPECT_TRUE(backup->finish());
+    add(store, 11);
+    EXPECT_TRUE(store.begin_events(5'000));
+  }
+  std::string why_not(const fs::path& backup) {
+    const auto restored = restore_store(backup, file, "now");
+    return restored ? "" : restored.error();
+  }
+};
+
+TEST_F(Restoring, PutsTheBackupInPlaceAndKeepsWhatWasThere) {
+  const auto aside = restore_store(copy, file, "20261124T235959Z");
+  ASSERT_TRUE(aside) << aside.error();
+  EXPECT_EQ(*aside, file.string() + ".before-20261124T235959Z");
+  EXPECT_EQ(points_in(open(*aside)), 11U);
+  Store store = open(file);
+  EXPECT_EQ(store.points("c1").value().size(), 10U);
+  EXPECT_EQ(store.armed_since().value(), "") << "nobody armed this one";
+  EXPECT_EQ(store.begin_events(100).value(), 5'101U) << "no number is given twice";
+  EXPECT_FALSE(store.event_gaps(101, 5'101).value().empty());
+  EXPECT_EQ(fs::status(file).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  EXPECT_TRUE(fs::exists(copy));
+}
+
+TEST_F(Restoring, IsRefusedWhileADaemonHasTheStore) {
+  const auto daemon = LockFile::take(lock_of_store(file), "the store");
+  ASSERT_TRUE(daemon);
+  EXPECT_THAT(why_not(copy), testing::AllOf(HasSubstr("is in use by"), HasSubstr("stop the daemon first")));
+  EXPECT_EQ(points_in(open(file)), 11U);
+}
+
+TEST_F(Restoring, LeavesTheStoreWhereTheBackupCannotBeUsed) {
+  const fs::path other = folder.path() / "other.db";
+  std::ofstream{other} << std::string(5000, 'x');
+  EXPECT_THAT(why_not(other), HasSubstr("not a database"));
+  const auto size = fs::file_size(copy);
+  std::fstream bytes{copy, std::ios::in | std::ios::out | std::ios::binary};
+  bytes.seekp(static_cast<std::streamoff>(size / 2));
+  bytes << std::string(size / 4, '\x5a');
+  bytes.close();
+  EXPECT_NE(why_not(copy), "");
+  EXPECT_NE(why_not(folder.path() / "none.db"), "");
+  EXPECT_EQ(points_in(open(file)), 11U);
+  EXPECT_THAT(names(), testing::Each(testing::Not(HasSubstr("restored"))));
+}
+
+TEST_F(Restoring, ReplacesAStoreThatCannotBeReadAndKeepsThatToo) {
+  std::ofstream{file, std::ios::trunc} << std::string(5000, 'x');
+  std::ofstream{file.string() + "-wal"} << "what was in its log";
+  const auto aside = restore_store(copy, file, "now");
+  ASSERT_TRUE(aside) << aside.error();
+  EXPECT_EQ(points_in(open(file)), 10U);
+  EXPECT_EQ(fs::file_size(*aside), 5'000U);
+  EXPECT_TRUE(fs::exists(aside->string() + "-wal"));
+  EXPECT_GT(open(file).begin_events(10).value(), 1'000'000'000U) << "whatever numbers that has given";
+}
+
+TEST_F(Restoring, MakesAStoreWhereThereIsNone) {
+  fs::remove(file);
+  const auto aside = restore_store(copy, file, "now");
+  ASSERT_TRUE(aside) << aside.error();
+  EXPECT_EQ(*aside, "");
+  EXPECT_EQ(points_in(open(file)), 10U);
+}
+
+}  // namespace
+}  // namespace truepose::daemon

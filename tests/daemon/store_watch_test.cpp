@@ -1,0 +1,112 @@
+// A store that cannot be written to while the cell works.
+#include "daemon/cell/store_watch.hpp"
+
+#include "tests/daemon/cell_fixture.hpp"
+#include "tests/daemon/failing_disk.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace json = boost::json;
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+/// Before the cell, whose store is on it.
+struct OnADisk {
+  test::FailingDisk disk;
+};
+
+struct StoreWatchTest : OnADisk, CellTest {
+  StoreWatchTest() {
+    config.campaign.remeasure = false;
+    load();
+  }
+  void fill() { disk.fail_after(0, test::FailingDisk::Fault::Full); }
+  void make_room() { disk.mend(); }
+  std::vector<std::string> allowed() {
+    std::vector<std::string> methods;
+    for (const json::value& method : status().at("allowed").as_array())
+      methods.emplace_back(method.as_string());
+    return methods;
+  }
+  bool stands(const std::string& code) {
+    const json::value now = status();
+    return std::ranges::any_of(now.at("faults").as_array(), [&](const json::value& fault) {
+      return fault.at("code") == json::value(code);
+    });
+  }
+};
+
+TEST_F(StoreWatchTest, AFullDiskPausesACampaignWhichGoesOnWithItsPointOnceThereIsRoom) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await pass(1min);
+    fill();
+    Answer now = co_await ask("cell.status");
+    for (; now->at("state") != "paused"; now = co_await ask("cell.status")) co_await pass(1s);
+    const auto measured = now->at_pointer("/campaign/done");
+    const JointVector stands = mock.q();
+    co_await pass(1h);
+    EXPECT_EQ(mock.q(), stands);
+
+    Answer answer = co_await ask("campaign.resume");
+    EXPECT_THAT(answer.error().message, HasSubstr("allowed: cell.acknowledge"));
+    answer = co_await ask("cell.acknowledge");
+    EXPECT_THAT(answer.error().message, HasSubstr("still cannot be written to"));
+    make_room();
+    answer = co_await ask("cell.acknowledge");
+    EXPECT_TRUE(answer) << answer.error().message;
+    EXPECT_EQ(answer->at("state"), "paused") << "a person resumes it";
+    answer = co_await ask("campaign.resume");
+    EXPECT_TRUE(answer) << answer.error().message;
+    co_await campaign_ended();
+    EXPECT_NE(measured, json::value{});
+  });
+  const json::value campaign = call("campaign.get", {{"points_limit", 100}}).value();
+  EXPECT_EQ(campaign.at_pointer("/campaign/state"), "done");
+  EXPECT_EQ(campaign.at("points_total"), 28) << "each pose once";
+  EXPECT_TRUE(campaign.at("skipped").as_array().empty());
+}
+
+TEST_F(StoreWatchTest, NothingNewIsBegunUntilItIsAcknowledged) {
+  cell.store_failed({"cell.db: full", true});
+  EXPECT_TRUE(stands("E_STORE"));
+  EXPECT_THAT(refused("campaign.start"), AllOf(HasSubstr("cell.db: full"), HasSubstr("cell.acknowledge")));
+  EXPECT_THAT(refused("drift.check"), HasSubstr("cell.db: full"));
+  EXPECT_THAT(refused("campaign.identify", {{"id", "c1"}}), HasSubstr("cell.db: full"));
+  EXPECT_THAT(allowed(), Contains("cell.acknowledge"));
+  EXPECT_TRUE(call("cell.acknowledge"));
+  EXPECT_FALSE(stands("E_STORE"));
+  EXPECT_THAT(allowed(), Not(Contains("cell.acknowledge")));
+  EXPECT_EQ(status().at("state"), "disconnected");
+}
+
+TEST_F(StoreWatchTest, IsToldOnceHoweverOftenItFails) {
+  for (int i = 0; i < 5; ++i) cell.store_failed({"cell.db: full", true});
+  EXPECT_THAT(told(control::Topic::Fault), testing::SizeIs(1));
+}
+
+TEST_F(StoreWatchTest, TheEndOfACampaignThatTheStoreDidNotTakeIsWrittenOnceItDoes) {
+  execute("CREATE TRIGGER broken BEFORE UPDATE OF state ON campaign BEGIN SELECT RAISE(ABORT, 'broken'); END");
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await campaign_ended();
+  });
+  EXPECT_EQ(status().at("state"), "fault");
+  EXPECT_TRUE(stands("E_STORE"));
+  const std::string id{call("campaign.get")->at_pointer("/campaign/id").as_string()};
+  EXPECT_EQ(store->campaign(id).value()->state, "running");
+  execute("DROP TRIGGER broken");
+  const Answer acknowledged = call("cell.acknowledge");
+  ASSERT_TRUE(acknowledged) << acknowledged.error().message;
+  EXPECT_EQ(acknowledged->at("state"), "disconnected");
+  EXPECT_EQ(store->campaign(id).value()->state, "done");
+  EXPECT_EQ(status().at_pointer("/model/id"), json::value(store->campaign(id).value()->model_id))
+      << "and its model in force";
+}
+
+}  // namespace
+}  // namespace truepose::daemon

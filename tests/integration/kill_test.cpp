@@ -1,0 +1,134 @@
+// The daemon, killed at random instants of campaigns and of commands.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
+#include <chrono>
+#include <cstdio>
+#include <map>
+#include <random>
+#include <set>
+#include <thread>
+
+#include "proto/control/json_text.hpp"
+#include "tests/integration/live_cell.hpp"
+#include "tests/trials.hpp"
+
+namespace truepose {
+namespace {
+
+namespace json = boost::json;
+using Random = std::mt19937_64;
+
+/// What clients were told of the campaigns of a cell.
+struct Told {
+  std::map<std::string, std::set<std::int64_t>> points;  ///< poses measured, by campaign
+  std::uint64_t last_event = 0;
+
+  void note(const control::Event& event) {
+    EXPECT_GT(event.seq, last_event) << "a number of an event came twice";
+    last_event = event.seq;
+    if (event.topic != "measurement" || event.data.at("p_mm").is_null()) return;
+    const std::string id{event.data.at("campaign_id").as_string()};
+    EXPECT_TRUE(points[id].insert(event.data.at("pose").as_int64()).second) << event.data;
+  }
+};
+
+json::value answer(tools::RpcClient& client, const std::string& method, const json::object& params = {}) {
+  auto result = client.call(method, params);
+  if (!result) throw std::runtime_error{method + ": " + result.error().message};
+  return *std::move(result);
+}
+
+/// Every point that was told is in the store.
+void expect_kept(tools::RpcClient& client, const Told& told, const std::string& id) {
+  std::set<std::int64_t> kept;
+  for (std::size_t offset = 0;;) {
+    const json::value page =
+        answer(client, "campaign.get", {{"id", id}, {"points_offset", offset}, {"points_limit", 50}});
+    const json::array& points = page.at("points").as_array();
+    for (const json::value& point : points) kept.insert(point.at("pose").as_int64());
+    if (points.empty()) break;
+    offset += points.size();
+  }
+  const auto of_campaign = told.points.find(id);
+  if (of_campaign != told.points.end()) EXPECT_THAT(kept, testing::IsSupersetOf(of_campaign->second)) << id;
+}
+
+/// Goes on with the campaign that was interrupted, ends it, or begins another. @return its id
+std::string command(tools::RpcClient& client, Random& random) {
+  const json::value status = answer(client, "cell.status");
+  const json::array& interrupted = status.at("interrupted").as_array();
+  EXPECT_LE(interrupted.size(), 1U);
+  if (!interrupted.empty()) {
+    const std::string id{interrupted.front().at("id").as_string()};
+    const char* const method = random() % 8 == 0 ? "campaign.abort" : "campaign.resume";
+    return std::string{answer(client, method, {{"id", id}}).at("id").as_string()};
+  }
+  const json::object plan{{"identify_poses", 12}, {"validate_poses", 3}, {"remeasure", true}};
+  return std::string{answer(client, "campaign.start", plan).at("id").as_string()};
+}
+
+/// @return the phase in which the campaign ended
+std::string to_the_end(tools::RpcClient& client, Told& told) {
+  for (auto event = client.next_event(); event; event = client.next_event()) {
+    told.note(*event);
+    if (event->topic != "campaign") continue;
+    const std::string phase{event->data.at("phase").as_string()};
+    if (phase == "done" || phase == "failed" || phase == "aborted" || phase == "interrupted") return phase;
+  }
+  return "the daemon ended";
+}
+
+TEST(ADaemonKilledAtAnyInstant, HasWhatItHasToldAndItsCampaignsGoOn) {
+  const std::uint64_t seed = std::random_device{}();
+  std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  Random random{seed};
+  LiveCell cell{{.speedup = 300}};
+  Told told;
+  int done = 0;
+  std::string id;
+  for (int kill = 0; kill < trials(200) && !testing::Test::HasFailure(); ++kill) {
+    cell.start_daemon();
+    tools::RpcClient client = cell.client();
+    if (!id.empty()) {
+      const json::value campaign = answer(client, "campaign.get", {{"id", id}}).at("campaign");
+      const json::value& state = campaign.at("state");
+      EXPECT_TRUE(state == "interrupted" || state == "done" || state == "aborted") << campaign;
+      done += state == "done";
+      expect_kept(client, told, id);
+    }
+    answer(client, "events.subscribe", {{"topics", json::array{"measurement", "campaign"}}});
+    // From the moment of the command on, which may itself not be answered any more.
+    std::jthread killer{[&cell, after = std::chrono::milliseconds{random() % 4000}] {
+      std::this_thread::sleep_for(after);
+      cell.daemon().send(SIGKILL);
+    }};
+    try {
+      id = command(client, random);
+    } catch (const std::runtime_error&) {
+    }
+    for (auto event = client.next_event(); event; event = client.next_event()) told.note(*event);
+    killer.join();
+    EXPECT_EQ(cell.daemon().wait(), -1);
+  }
+
+  cell.start_daemon();
+  tools::RpcClient client = cell.client();
+  const json::value left = answer(client, "cell.status");
+  for (const json::value& one : left.at("interrupted").as_array()) {
+    const std::string last{one.at("id").as_string()};
+    answer(client, "events.subscribe", {{"topics", json::array{"measurement", "campaign"}}});
+    answer(client, "campaign.resume", {{"id", last}});
+    EXPECT_EQ(to_the_end(client, told), "done") << cell.daemon().errors();
+    expect_kept(client, told, last);
+  }
+  std::printf("%d campaigns came to their end between kills\n", done);
+}
+
+}  // namespace
+}  // namespace truepose

@@ -1,0 +1,50 @@
+/** live_cell.py for tests in JavaScript: the simulated cell and its daemon. */
+import { spawn } from "node:child_process";
+import { createInterface } from "node:readline";
+import { fileURLToPath } from "node:url";
+
+export class LiveCell {
+  /** @param options  of live_cell.py, as --tls */
+  static async start(bin, source, ...options) {
+    const cell = new LiveCell();
+    const script = fileURLToPath(new URL("live_cell.py", import.meta.url));
+    cell.process = spawn("python3", [script, bin, source, ...options], { stdio: ["pipe", "pipe", "inherit"] });
+    cell.lines = createInterface({ input: cell.process.stdout })[Symbol.asyncIterator]();
+    cell.place = await cell.#answer();
+    return cell;
+  }
+
+  async order(line) {
+    this.process.stdin.write(JSON.stringify(line) + "\n");
+    return this.#answer();
+  }
+
+  /** Runs the command line against the daemon. Returns {exit_code, out, err}. */
+  truepose(...words) {
+    return this.order({ do: "truepose", arguments: words });
+  }
+
+  /** Runs the command line on files. Returns what it printed. */
+  async offline(...words) {
+    const { exit_code, out, err } = await this.order({ do: "truepose", arguments: words, online: false });
+    if (exit_code !== 0) throw new Error(err);
+    return out.trim();
+  }
+
+  /** Lets somebody in. Returns his token. */
+  access(name, role, ...options) {
+    return this.offline("access", "add", name, "--role", role, ...options, "--cell", this.place.cell_file);
+  }
+
+  /** Waits until all that it started has ended. */
+  async end() {
+    this.process.stdin.end();
+    await new Promise((resolve) => this.process.once("exit", resolve));
+  }
+
+  async #answer() {
+    const { value, done } = await this.lines.next();
+    if (done) throw new Error("the simulated cell has ended");
+    return JSON.parse(value);
+  }
+}

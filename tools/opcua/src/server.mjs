@@ -1,0 +1,95 @@
+/** The OPC UA server itself: who may connect, and how. What it shows is made elsewhere. */
+import os from "node:os";
+import path from "node:path";
+import {
+  MessageSecurityMode,
+  OPCUACertificateManager,
+  OPCUAServer,
+  SecurityPolicy,
+  UAUserManagerBase,
+  makeApplicationUrn,
+  nodesets,
+} from "node-opcua";
+import { OptionError } from "./options.mjs";
+
+const NAMESPACE = "urn:truepose:opcua";
+const PRODUCT = "truepose-opcua";
+const MOST_SESSIONS = 20; // the daemon has room for 24 of ours
+
+/** Users are those of the control port: name and token, which the daemon judges. */
+class Users extends UAUserManagerBase {
+  #sessions;
+  #log;
+
+  constructor(sessions, log) {
+    super();
+    [this.#sessions, this.#log] = [sessions, log];
+  }
+
+  async isValidUser(session, name, token) {
+    try {
+      await this.#sessions.enter(session, name, token);
+      return true;
+    } catch (error) {
+      this.#log(`user ${JSON.stringify(name)} was not let in: ${error.message}`);
+      return false;
+    }
+  }
+
+  getUserRoles() {
+    return [];
+  }
+}
+
+function policiesOf(names) {
+  return names.map((name) => {
+    const policy = SecurityPolicy[name];
+    if (!policy || name === "Invalid" || name === "None")
+      throw new OptionError(`--policies: '${name}' is no security policy that encrypts, such as Basic256Sha256`);
+    return policy;
+  });
+}
+
+async function storeOf(folder) {
+  const store = new OPCUACertificateManager({ rootFolder: folder, automaticallyAcceptUnknownCertificate: false });
+  await store.initialize();
+  return store;
+}
+
+/**
+ * @param options  as readOptions() returns them
+ * @param users    UserSessions
+ * @param log      of one sentence
+ * @returns the server, initialised and not yet started, with the companion specifications' types loaded
+ */
+export async function makeServer(options, users, log) {
+  const { host, port } = options.listen;
+  const server = new OPCUAServer({
+    host,
+    port,
+    hostname: host === "0.0.0.0" || host === "::" ? os.hostname() : host,
+    resourcePath: "/truepose",
+    serverInfo: {
+      applicationUri: makeApplicationUrn(os.hostname(), PRODUCT),
+      productUri: PRODUCT,
+      applicationName: { text: PRODUCT },
+    },
+    buildInfo: { productName: PRODUCT, manufacturerName: "truepose" },
+    nodeset_filename: [nodesets.standard, nodesets.di, nodesets.ia, nodesets.robotics],
+    securityPolicies: policiesOf(options.policies),
+    securityModes: [MessageSecurityMode.SignAndEncrypt],
+    allowAnonymous: options.anonymous,
+    serverCertificateManager: await storeOf(options.pki),
+    // Nobody is known by a certificate of a user: the key that the daemon wants to see is not here.
+    userCertificateManager: await storeOf(path.join(options.pki, "users")),
+    userManager: new Users(users, log),
+    isAuditing: true,
+    serverCapabilities: { maxSessions: MOST_SESSIONS },
+  });
+  server.on("session_closed", (session) => users.release(session));
+  await server.initialize();
+  return server;
+}
+
+/** @returns the namespace of all that is ours */
+export const ownNamespace = (server) => server.engine.addressSpace.registerNamespace(NAMESPACE);
