@@ -17,7 +17,7 @@ std::string written(const bridge::Asked& asked) {
   return std::visit([&](const auto& request) { return bridge::encode(asked.id, request); }, asked.request);
 }
 
-void read_request(const std::string& line) {
+void read_bridge_request(const std::string& line) {
   const auto asked = bridge::decode_request(line);
   if (!asked) {
     const std::string answer = bridge::encode_refusal(asked.error().id, asked.error().refusal);
@@ -68,7 +68,7 @@ void bridge(std::string_view input) {
   control::LineSplitter lines{bridge::kMaxLine};
   lines.push(input);
   while (const auto line = lines.next()) {
-    read_request(*line);
+    read_bridge_request(*line);
     read_from_bridge(*line);
   }
 }
