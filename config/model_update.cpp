@@ -39,9 +39,11 @@ ModelFile seen_from(ModelFile model, const Eigen::Isometry3d& X_now_first) {
   for (ValidationPoint& point : model.validation) point.p_WS_mm = X_now_first * point.p_WS_mm;
   if (model.covariance.size() > 0) {
     // Position and turn of the base are told along the tracker's axes.
-    Eigen::MatrixXd J = Eigen::MatrixXd::Identity(model.covariance.rows(), model.covariance.cols());
-    for (const Eigen::Index block : {0, 3}) J.block<3, 3>(block, block) = X_now_first.linear();
-    model.covariance = J * model.covariance * J.transpose();
+    const Eigen::Matrix3d R = X_now_first.linear();
+    for (const Eigen::Index block : {0, 3}) {
+      model.covariance.middleRows<3>(block) = (R * model.covariance.middleRows<3>(block)).eval();
+      model.covariance.middleCols<3>(block) = (model.covariance.middleCols<3>(block) * R.transpose()).eval();
+    }
   }
   tell_parameters(model);
   return model;

@@ -35,22 +35,22 @@ EventBus::EventBus(EventNumbers numbers, WallClock wall_clock, EventArchive* arc
 
 void EventBus::publish(control::Topic topic, const boost::json::value& data, Keep keep) {
   const std::lock_guard lock{mutex_};
+  if (kept_.size() == kKept) drop_oldest();
   const std::uint64_t seq = next_++;
   if (next_ + kLow > numbers_.end && !std::exchange(asked_for_more_, true) && numbers_.request_more)
     numbers_.request_more();
 
   KeptEvent event{seq, control::rfc3339(wall_clock_()), topic, control::json_text(data)};
-  if (kept_.size() == kKept) drop_oldest(seq);
   kept_.push_back({topic, line_of(event)});
   if (archive_ && keep == Keep::Lasting) leave_to_archive(std::move(event));
   for (const Subscription* subscription : subscriptions_)
     if (subscription->fell_behind_ || subscription->topics_.contains(topic)) subscription->wake_();
 }
 
-/// Makes room for the event of that number.
-void EventBus::drop_oldest(std::uint64_t seq) {
+/// Makes room for the next event.
+void EventBus::drop_oldest() {
   for (Subscription* subscription : subscriptions_)
-    if (!subscription->catches_up_ && subscription->next_ <= seq - kKept)
+    if (!subscription->catches_up_ && subscription->next_ <= oldest())
       subscription->lose_oldest(kept_.front().topic, kept_.front().line);
   kept_.pop_front();
 }

@@ -131,7 +131,7 @@ class EventBus {
     Line line;
   };
   std::uint64_t oldest() const { return next_ - kept_.size(); }
-  void drop_oldest(std::uint64_t seq);
+  void drop_oldest();
   void leave_to_archive(KeptEvent event);
 
   mutable std::mutex mutex_;

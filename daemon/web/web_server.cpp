@@ -199,6 +199,7 @@ asio::awaitable<void> WebServer::Impl::converse(std::shared_ptr<Stream> stream, 
   for (bool goes_on = true; goes_on;) {
     Parser parser;
     parser.header_limit(kMostHeaderBytes);
+    parser.body_limit(std::uint64_t{0});
     auto too_late = parts.clock.sleep_until(until);
     const auto outcome = co_await (read_request(*stream, buffer, parser) || std::move(too_late));
     if (outcome.index() == 1) break;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
+#include <utility>
 
 #include "proto/control/json_text.hpp"
 
@@ -12,6 +13,14 @@ namespace {
 namespace json = boost::json;
 
 std::string plain(double number) { return json_text(json::value(number)); }
+
+/// A whole number that fits, whichever way it is kept.
+std::optional<std::int64_t> whole(const json::value& value) {
+  if (value.is_int64()) return value.get_int64();
+  if (value.is_uint64() && std::in_range<std::int64_t>(value.get_uint64()))
+    return static_cast<std::int64_t>(value.get_uint64());
+  return std::nullopt;
+}
 
 std::string path_of(std::string_view key) { return "params." + std::string{key}; }
 
@@ -37,7 +46,7 @@ void ParamReader::fail_missing(std::string_view key) { fail(key, "is missing"); 
 std::optional<std::int64_t> ParamReader::integer(std::string_view key, std::int64_t min, std::int64_t max) {
   const json::value* value = find(key);
   if (!value) return std::nullopt;
-  if (value->is_int64() && value->get_int64() >= min && value->get_int64() <= max) return value->get_int64();
+  if (const auto number = whole(*value); number && *number >= min && *number <= max) return number;
   expected(key, "an integer " + std::to_string(min) + ".." + std::to_string(max), *value);
   return std::nullopt;
 }
@@ -90,8 +99,8 @@ std::optional<std::vector<int>> ParamReader::integers(std::string_view key, int 
   std::vector<int> integers;
   if (value->is_array() && value->get_array().size() <= max_size)
     for (const json::value& element : value->get_array())
-      if (element.is_int64() && element.get_int64() >= min && element.get_int64() <= max)
-        integers.push_back(static_cast<int>(element.get_int64()));
+      if (const auto number = whole(element); number && *number >= min && *number <= max)
+        integers.push_back(static_cast<int>(*number));
   if (value->is_array() && integers.size() == value->get_array().size()) return integers;
   expected(key,
            "a list of at most " + std::to_string(max_size) + " integers " + std::to_string(min) + ".." +

@@ -161,7 +161,7 @@ TEST_F(CampaignServiceTest, GivesItsPointsInPartsThatFitIntoALine) {
     }
     if (csv.empty()) {
       EXPECT_EQ(points, static_cast<std::size_t>(total));
-      EXPECT_EQ(total, call("campaign.get")->at("points_total").as_int64());
+      EXPECT_EQ(total, call("campaign.get")->at("points_total").to_number<std::int64_t>());
     } else {
       EXPECT_EQ(std::ranges::count(csv, '\n'), total + 1) << "with the header";
       EXPECT_THAT(csv, testing::StartsWith("q1,q2,q3,q4,q5,q6,x,y,z,smr,set"));

@@ -71,8 +71,9 @@ TEST_F(CellRunnerTest, TellsClientsOfEachStateAndWhyItCame) {
   EXPECT_EQ(runner.name(), "connecting");
   EXPECT_EQ(runner.reason(), "asked for by an operator");
   ASSERT_EQ(told(control::Topic::Cell).size(), 1U);
-  EXPECT_EQ(control::json_text(told(control::Topic::Cell)[0]),
-            R"({"state":"connecting","from":"disconnected","reason":"asked for by an operator","by":"Anna"})");
+  EXPECT_EQ(
+      control::json_text(told(control::Topic::Cell)[0]),
+      R"({"state":"connecting","from":"disconnected","reason":"asked for by an operator","by":"Anna"})");
 }
 
 TEST_F(CellRunnerTest, RefusesWhatTheStateDoesNotAllowAndChangesNothing) {
@@ -193,7 +194,7 @@ TEST_F(CellRunnerTest, TellsThatACampaignHasLostADeviceThatItPausesForItAndThatI
   ASSERT_EQ(changes.size(), 4U) << "started, lost, paused, back";
   EXPECT_EQ(
       control::json_text(changes[1]),
-      R"({"state":"campaign","from":"campaign","reason":"waiting for the tracker, 0 s: tracker: it restarted"})");
+      R"({"state":"campaign","from":"campaign","reason":"waiting for the tracker, 0 s: tracker: it restarted","by":null})");
 }
 
 TEST_F(CellRunnerTest, TellsOfALossThatEndsBeforeTheCampaignPauses) {

@@ -16,6 +16,7 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/json/parse.hpp>
+#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <future>
@@ -77,8 +78,8 @@ class FakeCell : public CellService {
   std::vector<std::string> methods() const override {
     return {"cell.status", "campaign.start", "model.get", "report.get"};
   }
-  asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method,
-                                                                      json::object, std::string by) override {
+  asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method, json::object,
+                                                                      std::string by) override {
     if (method == "model.get") throw std::runtime_error("no such luck");
     if (method == "report.get") co_return json::string(100'000, 'x');
     if (method == "campaign.start") {
@@ -151,10 +152,20 @@ class ProtocolClient {
     if (greeting_.empty()) greeting_ = any_line();
     return json::parse(greeting_);
   }
-  Reply reply() { return std::get<Reply>(control::decode_server_line(line()).value()); }
+  /// The next reply. Notifications that come before it are kept for notification().
+  Reply reply() {
+    auto said = control::decode_server_line(line()).value();
+    for (; std::holds_alternative<control::Notification>(said);
+         said = control::decode_server_line(line()).value())
+      told_.push_back(std::get<control::Notification>(std::move(said)));
+    return std::get<Reply>(std::move(said));
+  }
   Event event() { return std::get<Event>(control::decode_server_line(line()).value()); }
   control::Notification notification() {
-    return std::get<control::Notification>(control::decode_server_line(line()).value());
+    if (told_.empty()) return std::get<control::Notification>(control::decode_server_line(line()).value());
+    control::Notification first = std::move(told_.front());
+    told_.pop_front();
+    return first;
   }
   bool closed() { return line().empty(); }
 
@@ -178,6 +189,7 @@ class ProtocolClient {
 
  private:
   std::string greeting_;
+  std::deque<control::Notification> told_;
   std::int64_t id_ = 0;
 };
 
@@ -286,7 +298,8 @@ class ControlServerTest : public testing::Test {
   }
   /// Lets time pass until no more than so many sessions are open.
   /// @param meanwhile  done each second. @return how long it took
-  drivers::Duration pass_until_open(std::size_t sessions, const std::function<void()>& meanwhile = [] {}) {
+  drivers::Duration pass_until_open(
+      std::size_t sessions, const std::function<void()>& meanwhile = [] {}) {
     for (auto passed = 0s; passed < 300s; passed += 1s) {
       std::size_t open = 0;
       on_loop([&] { open = server_->load().sessions; });

@@ -46,7 +46,7 @@ TEST_F(Identification, IsACampaignOfItsOwnWithAModelThatCanBeActivated) {
   EXPECT_TRUE(call("campaign.get", {{"id", "c2"}}).value().at_pointer("/campaign/points_of").is_null());
   const json::value report = call("report.get", {{"id", id}, {"points_limit", 1}}).value();
   EXPECT_EQ(report.at_pointer("/document/campaign"),
-            json::value("Campaign " + id.substr(0, 8) + ", of the points of campaign c2"));
+            json::value("Campaign " + id.substr(0, 8) + ", started by Anna, of the points of campaign c2"));
 
   const Answer activated = call("model.activate", {{"id", model}});
   ASSERT_TRUE(activated) << activated.error().message;
@@ -141,7 +141,9 @@ TEST_F(Identification, AMeasurementFileOfACampaignIsWhatWasMeasured) {
     return point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate;
   });
   EXPECT_EQ(std::ranges::count(csv, '\n'), used + 1);
-  EXPECT_EQ(call("campaign.export", {{"id", "c2"}, {"offset", static_cast<std::int64_t>(csv.size())}})->at("data"), "");
+  EXPECT_EQ(
+      call("campaign.export", {{"id", "c2"}, {"offset", static_cast<std::int64_t>(csv.size())}})->at("data"),
+      "");
   EXPECT_EQ(refused("campaign.export", {{"id", "none"}}), "no such campaign");
 }
 

@@ -33,7 +33,7 @@ TEST(MetricsText, CountsDurationsUpToEachEdge) {
   constexpr std::array kEdges_us{20.0, 100.0};
   text.histogram("t_seconds", "Times", times, kEdges_us);
   const std::string& said = text.text();
-  EXPECT_NE(said.find("t_seconds_bucket{le=\"2e-05\"} 1\nt_seconds_bucket{le=\"0.0001\"} 3\n"
+  EXPECT_NE(said.find("t_seconds_bucket{le=\"2e-05\"} 1\nt_seconds_bucket{le=\"1e-04\"} 3\n"
                       "t_seconds_bucket{le=\"+Inf\"} 4\n"),
             std::string::npos)
       << said;
