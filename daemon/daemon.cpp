@@ -176,13 +176,15 @@ class Daemon {
   std::unique_ptr<WebServer> start_web() {
     const config::WebConfig web = config_.web.value_or(config::WebConfig{});
     if (!web.listen) return nullptr;
-    auto server = WebServer::start(io_.get_executor(),
-                                   {clock_, *server_, [this] { return health(); }, [this] { return metrics(); },
-                                    [](const std::string& sentence) { log_warning(sentence); }},
-                                   web);
+    auto server =
+        WebServer::start(io_.get_executor(),
+                         {clock_, *server_, [this] { return health(); }, [this] { return metrics(); },
+                          [](const std::string& sentence) { log_warning(sentence); }},
+                         web);
     if (config_.web) return started(std::move(server));
     if (server) return *std::move(server);
-    log_warning("no dashboard: " + server.error().text + "; choose a port by web.listen in the cell file, or off");
+    log_warning("no dashboard: " + server.error().text +
+                "; choose a port by web.listen in the cell file, or off");
     return nullptr;
   }
 
@@ -298,7 +300,7 @@ class Daemon {
     bool told = false;
     while (true) {
       const auto stuck = watchdog_.stuck(clock_.now());
-      if (!stuck) tell_alive();
+      if (!stuck && period) tell_alive();  // unasked it would fill the socket of a manager that does not read
       if (stuck && !told)
         log_error("the " + *stuck + " thread stands still" +
                   (period ? "; unless it goes on, the service is started anew" : ""));

@@ -27,13 +27,13 @@ class StoreJournal final : public CampaignJournal {
     std::string model_id;       ///< UUID of the model, should one come of it
     config::CellConfig config;  ///< the campaign's
     std::string_view kind = kCampaignKinds.front();
-    bool activate = true;  ///< the model, if it beats the nominal arm on the validation poses
-                           ///< and nothing contradicts it
+    bool activate = true;      ///< the model, if it beats the nominal arm on the validation poses
+                               ///< and nothing contradicts it
     std::string started_by{};  ///< the name of who did
     std::string note{};        ///< his words for it
     /// The campaign whose points are identified anew; none: they are measured.
     std::optional<CampaignRecord> source{};
-    std::optional<std::vector<int>> validate{};  ///< of that: the poses that validate; none: as measured
+    std::optional<std::vector<int>> validate{};   ///< of that: the poses that validate; none: as measured
     std::optional<CampaignRecord> interrupted{};  ///< that goes on; none: one begins
   };
 
@@ -68,7 +68,7 @@ class StoreJournal final : public CampaignJournal {
   WallClock wall_clock_;
   CampaignRecord record_;
   std::optional<ModelRecord> model_;  ///< that it came to, from its end on
-  bool begun_ = false;  ///< the store knows the campaign
+  bool begun_ = false;                ///< the store knows the campaign
   bool ended_ = false, activated_ = false;
 };
 

@@ -127,8 +127,7 @@ void CellRunner::tell_of_waiting(const CellState& before) {
   if (!lost && !back) return;
   const std::string line = lost ? waiting_for(*is) : answers(was->device);
   log_info(line);
-  events_.publish(control::Topic::Cell,
-                  cell_json(name(), state_name(before), line, {}));
+  events_.publish(control::Topic::Cell, cell_json(name(), state_name(before), line, {}));
 }
 
 std::string CellRunner::waiting_for(const Waiting& wait) const {
@@ -153,8 +152,7 @@ void CellRunner::tell(const CellState& before, const std::string& reason, const 
   const std::string line =
       "cell " + std::string{state_name(before)} + " -> " + std::string{name()} + ": " + reason_;
   fault ? log_error(line) : log_info(line);
-  events_.publish(control::Topic::Cell,
-                  cell_json(name(), state_name(before), reason_, by));
+  events_.publish(control::Topic::Cell, cell_json(name(), state_name(before), reason_, by));
   fault ? faults_.begin({kCellFault, "error", reason_}) : faults_.end(kCellFault);
 }
 

@@ -32,7 +32,7 @@ class DaemonCell final : public CellService {
   boost::asio::awaitable<void> arm_as_before() { return stream_.arm_as_before(); }
   /// What of the cell is measured over time.
   struct Snapshot {
-    std::string_view state;  ///< its name on the wire
+    std::string_view state;                ///< its name on the wire
     std::size_t warnings = 0, errors = 0;  ///< faults that stand
     bool robot_connected = false, robot_ready = false, tracker_connected = false;
     bool armed = false;

@@ -41,7 +41,9 @@ std::expected<std::string, std::string> page_of(const std::string& document, con
 
 }  // namespace
 
-std::vector<Method<ReportService>> ReportService::methods() { return {{"report.html", &ReportService::html}}; }
+std::vector<Method<ReportService>> ReportService::methods() {
+  return {{"report.html", &ReportService::html}};
+}
 
 boost::asio::awaitable<ReportService::Made> ReportService::make(std::string id) {
   auto read = [this, id] { return id.empty() ? parts_.store.last_calibration() : parts_.store.campaign(id); };
@@ -53,8 +55,8 @@ boost::asio::awaitable<ReportService::Made> ReportService::make(std::string id) 
   auto render = [document = record->document, stream = stream_()] { return page_of(document, stream); };
   auto html = co_await parts_.compute_thread.ask(render);
   if (!html) co_return std::unexpected(RpcError{ErrorCode::Internal, html.error()});
-  const auto page = std::make_shared<const Page>(
-      Page{record->id, control::rfc3339(parts_.wall_clock()), *std::move(html)});
+  const auto page =
+      std::make_shared<const Page>(Page{record->id, control::rfc3339(parts_.wall_clock()), *std::move(html)});
   std::erase_if(pages_, [&](const auto& kept) { return kept->id == page->id; });
   if (pages_.size() == kPagesKept) pages_.pop_front();
   pages_.push_back(page);

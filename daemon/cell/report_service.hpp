@@ -12,8 +12,8 @@
 
 namespace truepose::daemon {
 
-/// Shows calibrations as people read them: the page that `truepose report --html` writes, in parts that fit into
-/// a line of the protocol.
+/// Shows calibrations as people read them: the page that `truepose report --html` writes, in parts that fit
+/// into a line of the protocol.
 class ReportService {
  public:
   /// @param stream  its status

@@ -68,13 +68,13 @@ using MethodTable =
 template <typename Service>
 void add_methods(MethodTable& table, Service& service) {
   for (const Method<Service>& method : Service::methods())
-    table.emplace(method.name, [&service, carry_out = method.carry_out](boost::json::object params,
-                                                                        std::string by) {
-      if (const auto* of_anybody = std::get_if<typename Method<Service>::OfAnybody>(&carry_out))
-        return (service.**of_anybody)(std::move(params));
-      const auto of_somebody = std::get<typename Method<Service>::OfSomebody>(carry_out);
-      return (service.*of_somebody)(std::move(params), std::move(by));
-    });
+    table.emplace(method.name,
+                  [&service, carry_out = method.carry_out](boost::json::object params, std::string by) {
+                    if (const auto* of_anybody = std::get_if<typename Method<Service>::OfAnybody>(&carry_out))
+                      return (service.**of_anybody)(std::move(params));
+                    const auto of_somebody = std::get<typename Method<Service>::OfSomebody>(carry_out);
+                    return (service.*of_somebody)(std::move(params), std::move(by));
+                  });
 }
 
 inline std::optional<control::RpcError> no_parameters(const boost::json::object& params) {

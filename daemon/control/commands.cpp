@@ -129,7 +129,8 @@ asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string fro
 
 asio::awaitable<Commands::Result> Commands::act(Caller caller, control::Request request) {
   if (request.method.starts_with("control.")) co_return change_control(caller, request);
-  Result result = co_await call_cell(std::move(request.method), std::move(request.params), std::move(caller.name));
+  Result result =
+      co_await call_cell(std::move(request.method), std::move(request.params), std::move(caller.name));
   co_return result;
 }
 

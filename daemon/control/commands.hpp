@@ -29,8 +29,7 @@ class Commands {
   /// @param from  where the caller is
   boost::asio::awaitable<Result> carry_out(Caller caller, std::string from, control::Request request);
   /// Calls the cell. What it throws becomes an error, but for the end of the server.
-  boost::asio::awaitable<Result> call_cell(std::string method, boost::json::object params,
-                                             std::string by);
+  boost::asio::awaitable<Result> call_cell(std::string method, boost::json::object params, std::string by);
 
   /// control.get and audit.list.
   Result who_has_control(const boost::json::object& params) const;

@@ -173,13 +173,8 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
     local_acceptor = std::move(*listening);
   }
 
-  auto context = std::make_shared<SessionContext>(SessionContext{std::move(parts),
-                                                                 limits,
-                                                                 std::move(cell_name),
-                                                                 std::move(tls),
-                                                                 {},
-                                                                 {},
-                                                                 {}});
+  auto context = std::make_shared<SessionContext>(
+      SessionContext{std::move(parts), limits, std::move(cell_name), std::move(tls), {}, {}, {}});
   for (std::string& method : context->parts.cell.methods()) context->cell_methods.insert(std::move(method));
   context->admission =
       std::make_unique<Admission>(context->parts, limits, *std::move(token), std::move(access));

@@ -67,12 +67,12 @@ struct ControlLimits {
   std::size_t of_one_peer = 24;  ///< of them; the rest is left to others
   std::size_t guests_of_peer =
       16;  ///< connections that have not opened a session: they take no session's place
-  std::chrono::milliseconds hello{3'000};         ///< from connecting to session.hello
-  std::chrono::milliseconds line{10'000};         ///< from a line's first byte to its last
+  std::chrono::milliseconds hello{3'000};  ///< from connecting to session.hello
+  std::chrono::milliseconds line{10'000};  ///< from a line's first byte to its last
   /// Without a request, unless events are subscribed to; a client may name another time at its hello.
   std::chrono::milliseconds idle{60'000};
-  std::chrono::milliseconds write_stall{5'000};   ///< a client that takes nothing for so long is gone
-  std::chrono::milliseconds farewell{2'000};      ///< to read the reason before the connection is torn down
+  std::chrono::milliseconds write_stall{5'000};  ///< a client that takes nothing for so long is gone
+  std::chrono::milliseconds farewell{2'000};     ///< to read the reason before the connection is torn down
   std::size_t hello_failures = 5;  ///< wrong tokens of one peer within hello_window; then it is answered late
   std::chrono::milliseconds hello_window{60'000};
   std::chrono::milliseconds hello_delay{1'000};  ///< by so much, also where the token is right
@@ -86,18 +86,18 @@ struct ControlServerParts {
   CellService& cell;
   EventBus& events;
   std::function<void(const std::string&)> warn;  ///< logs one sentence
-  Worker& worker;  ///< writes the audit trail, and reads the events that are kept
-  std::filesystem::path socket{};                ///< Unix socket for clients of this machine; empty: none
-  std::filesystem::path access{};                ///< access file; empty: nobody but the token's holders
-  std::filesystem::path audit{};                 ///< audit trail; empty: nothing is kept on record
+  Worker& worker;                  ///< writes the audit trail, and reads the events that are kept
+  std::filesystem::path socket{};  ///< Unix socket for clients of this machine; empty: none
+  std::filesystem::path access{};  ///< access file; empty: nobody but the token's holders
+  std::filesystem::path audit{};   ///< audit trail; empty: nothing is kept on record
 };
 
 /// How much the server has to do.
 struct ControlLoad {
-  std::size_t connections = 0;         ///< with those that have not opened a session
-  std::size_t sessions = 0;            ///< open ones
-  std::uint64_t requests = 0;          ///< answered so far
-  control::Dropped dropped_events{};   ///< that clients read too slowly for
+  std::size_t connections = 0;        ///< with those that have not opened a session
+  std::size_t sessions = 0;           ///< open ones
+  std::uint64_t requests = 0;         ///< answered so far
+  control::Dropped dropped_events{};  ///< that clients read too slowly for
 };
 
 /// Serves the control protocol (proto/control/openrpc.json) to HMIs and the command line: over TCP to this
@@ -118,8 +118,8 @@ class ControlServer {
 
   std::uint16_t port() const;
   std::optional<std::uint16_t> tls_port() const;
-  /// Methods that are answered, the server's own included, sorted. rpc.discover is not in the schema, which it
-  /// returns in outline, and with {"method": NAME} of one method in full.
+  /// Methods that are answered, the server's own included, sorted. rpc.discover is not in the schema, which
+  /// it returns in outline, and with {"method": NAME} of one method in full.
   std::vector<std::string> methods() const;
   /// What the server has to do, for whoever watches it.
   ControlLoad load() const;

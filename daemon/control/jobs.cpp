@@ -19,7 +19,9 @@ using control::RpcError;
 json::object Jobs::Job::json() const {
   json::object job{{"id", id},
                    {"method", method},
-                   {"state", !result ? "running" : *result ? "done" : "failed"},
+                   {"state", !result   ? "running"
+                             : *result ? "done"
+                                       : "failed"},
                    {"doing", doing},
                    {"begun", control::rfc3339(begun)},
                    {"ended", result ? json::value(control::rfc3339(ended)) : json::value{}}};

@@ -41,8 +41,8 @@ struct SessionContext {
   std::unique_ptr<Admission> admission{};
   std::unique_ptr<Commands> commands{};
   std::unique_ptr<Jobs> jobs{};
-  std::uint64_t requests = 0;        ///< answered so far
-  control::Dropped dropped_events{}; ///< that clients read too slowly for
+  std::uint64_t requests = 0;         ///< answered so far
+  control::Dropped dropped_events{};  ///< that clients read too slowly for
 
   /// Reads the access file again where it has changed, and closes sessions that it no longer lets in.
   void refresh_access();

@@ -103,7 +103,8 @@ class LatencyHistogram {
   /// where empty.
   Summary summary() const noexcept;
 
-  /// How many durations were no longer than each of some edges, and how many and how long they are all together.
+  /// How many durations were no longer than each of some edges, and how many and how long they are all
+  /// together.
   struct Distribution {
     std::vector<std::uint64_t> at_most;
     std::uint64_t count = 0;

@@ -42,9 +42,9 @@ enum class StreamFault : std::uint8_t {
 };
 
 std::string_view name(StreamState state);
-inline constexpr std::array kStreamStates{StreamState::Idle,   StreamState::Unproven,   StreamState::RampingIn,
-                                          StreamState::Active, StreamState::RampingOut, StreamState::Frozen,
-                                          StreamState::Fault};
+inline constexpr std::array kStreamStates{
+    StreamState::Idle,       StreamState::Unproven, StreamState::RampingIn, StreamState::Active,
+    StreamState::RampingOut, StreamState::Frozen,   StreamState::Fault};
 
 /// What a fault is about, as far as it has an axis and numbers.
 struct FaultDetail {

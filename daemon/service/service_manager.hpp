@@ -37,9 +37,9 @@ class Watchdog {
   /// A thread as it was seen.
   struct Seen {
     std::string name;
-    bool idle = false;             ///< it has nothing to do
+    bool idle = false;              ///< it has nothing to do
     drivers::Duration still_for{};  ///< since it was seen to advance, or idle
-    bool stuck = false;            ///< for longer than its patience
+    bool stuck = false;             ///< for longer than its patience
   };
   /// Looks at every thread; to be called several times within the shortest patience.
   std::vector<Seen> look(drivers::TimePoint now);

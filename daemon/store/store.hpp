@@ -79,11 +79,11 @@ struct CampaignRecord {
   std::string state;                 ///< "running", "done", "aborted", "failed", "interrupted"
   std::string reason;  ///< for aborted, failed and interrupted, and why a model was not activated
   std::string robot_model, robot_serial, tracker_model, tracker_serial;
-  std::string model_id;  ///< of the model that it made, or empty
-  std::string document;  ///< the calibration document (JSON), or empty
+  std::string model_id;      ///< of the model that it made, or empty
+  std::string document;      ///< the calibration document (JSON), or empty
   std::string started_by{};  ///< the name of who did; empty: not known
   std::string note{};        ///< his words for it, or empty
-  std::string points_of{};  ///< the campaign whose points were identified anew; empty: its own
+  std::string points_of{};   ///< the campaign whose points were identified anew; empty: its own
   std::optional<std::vector<int>>
       validate{};  ///< of an identification: the poses that validate in it; none: as measured
 };

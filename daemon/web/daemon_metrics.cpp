@@ -24,7 +24,8 @@ void write_process(MetricsText& text, const DaemonMeasures& measures) {
   text.gauge("truepose_uptime_seconds", "Since the daemon was started", measures.uptime.count());
   rusage used{};
   ::getrusage(RUSAGE_SELF, &used);
-  text.counter("process_cpu_seconds_total", "Processor time used", seconds(used.ru_utime) + seconds(used.ru_stime));
+  text.counter("process_cpu_seconds_total", "Processor time used",
+               seconds(used.ru_utime) + seconds(used.ru_stime));
   long pages = 0, resident = 0;
   std::ifstream{"/proc/self/statm"} >> pages >> resident;
   text.gauge("process_resident_memory_bytes", "Memory in use",
@@ -33,7 +34,8 @@ void write_process(MetricsText& text, const DaemonMeasures& measures) {
 
 void write_cell(MetricsText& text, const DaemonCell::Snapshot& cell) {
   text.family("truepose_cell_state", "gauge", "1 for the state that the cell is in");
-  for (const std::string_view state : kStateNames) text.sample(state == cell.state ? 1 : 0, {{"state", state}});
+  for (const std::string_view state : kStateNames)
+    text.sample(state == cell.state ? 1 : 0, {{"state", state}});
   text.family("truepose_faults", "gauge", "Faults that stand");
   text.sample(static_cast<double>(cell.warnings), {{"severity", "warning"}});
   text.sample(static_cast<double>(cell.errors), {{"severity", "error"}});
@@ -43,7 +45,8 @@ void write_cell(MetricsText& text, const DaemonCell::Snapshot& cell) {
   text.gauge("truepose_robot_ready", "Whether the robot may be moved", cell.robot_ready);
   text.gauge("truepose_model_active", "Whether a model is active", cell.model.has_value());
   if (!cell.model || cell.model->validation_after_mm <= 0) return;
-  text.family("truepose_model_validation_millimeters", "gauge", "Mean error of the active model's validation");
+  text.family("truepose_model_validation_millimeters", "gauge",
+              "Mean error of the active model's validation");
   text.sample(cell.model->validation_before_mm, {{"arm", "nominal"}});
   text.sample(cell.model->validation_after_mm, {{"arm", "calibrated"}});
 }
@@ -68,14 +71,18 @@ void write_stream_counters(MetricsText& text, const StreamCounters& counters) {
   text.sample(count(counters.answered), {{"kind", "answered"}});
   text.sample(count(counters.held), {{"kind", "held"}});
   text.sample(count(counters.duplicate), {{"kind", "repeated"}});
-  text.family("truepose_stream_unanswered_total", "counter", "Datagrams that were not answered, by the reason");
+  text.family("truepose_stream_unanswered_total", "counter",
+              "Datagrams that were not answered, by the reason");
   text.sample(count(counters.unproven), {{"reason", "unproven"}});
   text.sample(count(counters.wrong_ipoc), {{"reason", "wrong_ipoc"}});
   text.sample(count(counters.unanswered), {{"reason", "malformed"}});
-  text.counter("truepose_stream_malformed_total", "Datagrams that could not be believed", count(counters.malformed));
-  text.counter("truepose_stream_foreign_total", "Datagrams of others than the controller", count(counters.foreign));
+  text.counter("truepose_stream_malformed_total", "Datagrams that could not be believed",
+               count(counters.malformed));
+  text.counter("truepose_stream_foreign_total", "Datagrams of others than the controller",
+               count(counters.foreign));
   text.counter("truepose_stream_lost_total", "Cycles missing in the controller's IPOC", count(counters.lost));
-  text.counter("truepose_stream_late_total", "Replies that the controller did not have in time", count(counters.late));
+  text.counter("truepose_stream_late_total", "Replies that the controller did not have in time",
+               count(counters.late));
   text.family("truepose_stream_late_by_total", "counter", "Late replies, by what held them up");
   text.sample(count(counters.late_by_us), {{"cause", "daemon"}});
   text.sample(count(counters.late_by_machine), {{"cause", "machine"}});
@@ -92,7 +99,7 @@ void write_stream_counters(MetricsText& text, const StreamCounters& counters) {
 }
 
 void write_stream(MetricsText& text, const StreamCycle& stream, drivers::TimePoint now, bool armed) {
-  static constexpr std::array kEdges_us{25.0,  50.0,   100.0,  200.0,  300.0,  500.0,   1000.0,
+  static constexpr std::array kEdges_us{25.0,   50.0,   100.0,  200.0,  300.0,   500.0,  1000.0,
                                         2000.0, 3000.0, 4000.0, 8000.0, 12000.0, 50000.0};
   const StreamStatus status = stream.status();
   text.family("truepose_stream_state", "gauge", "1 for the state that the stream is in");

@@ -27,7 +27,8 @@ std::string escaped(std::string_view text, bool in_quotes) {
 
 void MetricsText::family(std::string_view name, std::string_view type, std::string_view help) {
   name_ = name;
-  text_ += "# HELP " + name_ + " " + escaped(help, false) + "\n# TYPE " + name_ + " " + std::string{type} + "\n";
+  text_ +=
+      "# HELP " + name_ + " " + escaped(help, false) + "\n# TYPE " + name_ + " " + std::string{type} + "\n";
 }
 
 void MetricsText::line(std::string_view suffix, Labels labels, double value) {

@@ -8,9 +8,8 @@ namespace truepose::daemon {
 namespace {
 
 bool equal_but_for_case(std::string_view one, std::string_view other) {
-  return std::ranges::equal(one, other, [](unsigned char a, unsigned char b) {
-    return std::tolower(a) == std::tolower(b);
-  });
+  return std::ranges::equal(
+      one, other, [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
 }
 
 }  // namespace
@@ -28,7 +27,8 @@ bool is_loopback_name(std::string_view host_and_port) {
 
 bool origin_may(std::string_view origin, std::string_view own, const std::vector<std::string>& allowed) {
   if (origin.empty() || equal_but_for_case(origin, own)) return true;
-  return std::ranges::any_of(allowed, [&](const std::string& one) { return equal_but_for_case(origin, one); });
+  return std::ranges::any_of(allowed,
+                             [&](const std::string& one) { return equal_but_for_case(origin, one); });
 }
 
 std::string_view bearer_token(std::string_view authorization) {

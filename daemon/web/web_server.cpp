@@ -55,14 +55,17 @@ Response answer_with(http::status status, const char* type, std::string body) {
   response.set(http::field::cache_control, "no-store");
   response.set("X-Content-Type-Options", "nosniff");
   // The page has its script and style in itself, and talks to the server that it is from.
-  response.set("Content-Security-Policy",
-               "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; img-src data:; "
-               "base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+  response.set(
+      "Content-Security-Policy",
+      "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; img-src data:; "
+      "base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
   response.body() = std::move(body);
   return response;
 }
 
-Response refusal(http::status status, const std::string& why) { return answer_with(status, kPlainType, why + "\n"); }
+Response refusal(http::status status, const std::string& why) {
+  return answer_with(status, kPlainType, why + "\n");
+}
 
 /// A connection that is no session yet, and how it is closed.
 struct Guest {
@@ -180,15 +183,14 @@ void WebServer::Impl::serve(std::shared_ptr<Stream> stream, Peer peer, Identity 
                       shut_down(*stream);
                       self->guests.erase(number);
                     }};
-  const auto ended = [self = shared_from_this(), number](std::exception_ptr) {
-    self->guests.erase(number);
-  };
+  const auto ended = [self = shared_from_this(), number](std::exception_ptr) { self->guests.erase(number); };
   asio::co_spawn(acceptor.get_executor(), converse(std::move(stream), std::move(peer), std::move(identity)),
                  ended);
 }
 
 template <typename Stream>
-asio::awaitable<void> WebServer::Impl::converse(std::shared_ptr<Stream> stream, Peer peer, Identity identity) {
+asio::awaitable<void> WebServer::Impl::converse(std::shared_ptr<Stream> stream, Peer peer,
+                                                Identity identity) {
   drivers::TimePoint until = parts.clock.now() + limits.handshake;
   auto no_handshake = parts.clock.sleep_until(until);
   const auto handshake = co_await (shake_hands(*stream) || std::move(no_handshake));
@@ -213,8 +215,8 @@ asio::awaitable<void> WebServer::Impl::converse(std::shared_ptr<Stream> stream, 
     }
     Request request = parser.release();
     if (is_upgrade(request)) {
-      auto connection =
-          std::make_unique<WebSocketConnection<Stream>>(std::move(*stream), std::move(request), shown, identity);
+      auto connection = std::make_unique<WebSocketConnection<Stream>>(std::move(*stream), std::move(request),
+                                                                      shown, identity);
       parts.control.admit(std::move(connection), std::move(peer));
       co_return;
     }
@@ -257,7 +259,8 @@ std::string WebServer::Impl::fault_of(const Request& request) const {
 }
 
 bool WebServer::Impl::is_upgrade(const Request& request) const {
-  return beast::websocket::is_upgrade(request) && view(request.target()) == "/rpc" && fault_of(request).empty();
+  return beast::websocket::is_upgrade(request) && view(request.target()) == "/rpc" &&
+         fault_of(request).empty();
 }
 
 asio::awaitable<Response> WebServer::Impl::answer(Request request, Peer peer,
@@ -306,7 +309,8 @@ asio::awaitable<std::string> WebServer::Impl::why_unknown(Request request, Peer 
   std::string token{bearer_token(field(request, http::field::authorization))};
   if (token.empty() && !shown)
     co_return "give a token, as Authorization: Bearer TOKEN, or show a certificate that is known";
-  const auto caller = co_await parts.control.caller_of(std::move(peer.name), std::move(token), std::move(shown));
+  const auto caller =
+      co_await parts.control.caller_of(std::move(peer.name), std::move(token), std::move(shown));
   co_return caller ? "" : caller.error();
 }
 

@@ -27,9 +27,9 @@ struct Health {
 
 /// What one client, or many, may take.
 struct WebLimits {
-  std::size_t connections = 32;                 ///< beyond, the one that has waited longest is closed
-  std::chrono::milliseconds handshake{5'000};   ///< from connecting to the end of the first request's header
-  std::chrono::milliseconds idle{60'000};       ///< from an answer to the end of the next request's header
+  std::size_t connections = 32;                  ///< beyond, the one that has waited longest is closed
+  std::chrono::milliseconds handshake{5'000};    ///< from connecting to the end of the first request's header
+  std::chrono::milliseconds idle{60'000};        ///< from an answer to the end of the next request's header
   std::chrono::milliseconds write_stall{5'000};  ///< a client that takes nothing for so long is gone
 };
 
@@ -51,10 +51,10 @@ struct WebAddress {
 /// @return it, or why the server cannot be there and what to do
 std::expected<WebAddress, std::string> web_address(const config::Endpoint& listen, bool has_tls);
 
-/// Serves over HTTP/1.1 the dashboard (/), the metrics (/metrics), the health (/healthz) and, over WebSocket, the
-/// control protocol (/rpc), whose sessions are those of the control server. On loopback in the clear, elsewhere
-/// over TLS with the control port's certificate; there metrics and health need a token too ("Authorization:
-/// Bearer ...") or a known certificate. Runs on one thread: the executor's.
+/// Serves over HTTP/1.1 the dashboard (/), the metrics (/metrics), the health (/healthz) and, over WebSocket,
+/// the control protocol (/rpc), whose sessions are those of the control server. On loopback in the clear,
+/// elsewhere over TLS with the control port's certificate; there metrics and health need a token too
+/// ("Authorization: Bearer ...") or a known certificate. Runs on one thread: the executor's.
 class WebServer {
  public:
   static std::expected<std::unique_ptr<WebServer>, drivers::StartFailure> start(

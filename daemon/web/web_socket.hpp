@@ -71,7 +71,8 @@ class WebSocketConnection final : public Connection {
   }
 
   boost::asio::awaitable<void> end_writing() override {
-    const auto [gone] = co_await socket_->stream.async_close(boost::beast::websocket::close_code::normal, kAwaited);
+    const auto [gone] =
+        co_await socket_->stream.async_close(boost::beast::websocket::close_code::normal, kAwaited);
     static_cast<void>(gone);
   }
   void end_reading() override { socket_->end(); }
@@ -105,16 +106,18 @@ class WebSocketConnection final : public Connection {
     bool ended = false;
   };
 
-  /// Reads, a piece at a time, and waits until it is taken. A read of its own, since one that is cancelled takes
-  /// the WebSocket with it, and then no reason could be written.
+  /// Reads, a piece at a time, and waits until it is taken. A read of its own, since one that is cancelled
+  /// takes the WebSocket with it, and then no reason could be written.
   static boost::asio::awaitable<void> pump(std::shared_ptr<Socket> socket) {
     std::array<char, 4096> piece;
     while (!socket->ended) {
-      const auto [error, size] = co_await socket->stream.async_read_some(boost::asio::buffer(piece), kAwaited);
+      const auto [error, size] =
+          co_await socket->stream.async_read_some(boost::asio::buffer(piece), kAwaited);
       if (error || !socket->stream.got_text()) break;
       // A message is one line, however its JSON is laid out.
-      std::replace_if(piece.begin(), piece.begin() + static_cast<std::ptrdiff_t>(size),
-                      [](char byte) { return byte == '\n' || byte == '\r'; }, ' ');
+      std::replace_if(
+          piece.begin(), piece.begin() + static_cast<std::ptrdiff_t>(size),
+          [](char byte) { return byte == '\n' || byte == '\r'; }, ' ');
       socket->inbox.append(piece.data(), size);
       if (socket->stream.is_message_done()) socket->inbox += '\n';
       socket->filled.notify();

@@ -246,9 +246,10 @@ TEST_F(CellFile, SaysWhereTheWebPortIsOrThatThereIsNone) {
       load(std::string(kSmallest) + "web: {listen: \"[::1]:80\", origins: [https://hmi.plant:8443]}\n");
   EXPECT_EQ(cell.web->listen->host, "::1");
   EXPECT_EQ(cell.web->origins.front(), "https://hmi.plant:8443");
-  EXPECT_EQ(error(std::string(kSmallest) + "web: {origins: [hmi.plant]}\n"),
-            "cell.yaml:7:16: web.origins: expected origins as browsers send them, as https://hmi.plant, found "
-            "'hmi.plant'");
+  EXPECT_EQ(
+      error(std::string(kSmallest) + "web: {origins: [hmi.plant]}\n"),
+      "cell.yaml:7:16: web.origins: expected origins as browsers send them, as https://hmi.plant, found "
+      "'hmi.plant'");
 }
 
 TEST_F(CellFile, ListsSeveralReflectorsOfDifferentNames) {

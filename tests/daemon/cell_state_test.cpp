@@ -15,18 +15,10 @@ using C = CellCommand;
 
 const TimePoint t0{1h};
 
-const std::vector<CellState> kStates{Disconnected{},
-                                     Connecting{t0},
-                                     Ready{},
-                                     Running{"c1"},
-                                     Paused{"c1"},
-                                     Aborting{"c1", t0},
-                                     StreamStarting{t0},
-                                     Streaming{},
-                                     StreamStopping{t0},
-                                     Armed{},
-                                     Disarming{t0},
-                                     Faulted{"why"}};
+const std::vector<CellState> kStates{
+    Disconnected{},     Connecting{t0},     Ready{},     Running{"c1"},      Paused{"c1"},
+    Aborting{"c1", t0}, StreamStarting{t0}, Streaming{}, StreamStopping{t0}, Armed{},
+    Disarming{t0},      Faulted{"why"}};
 
 const std::vector<CellEvent> kRequests{ConnectRequested{},       DisconnectRequested{},
                                        AcknowledgeRequested{},   CampaignStartRequested{"c2"},

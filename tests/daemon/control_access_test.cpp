@@ -23,8 +23,8 @@ class WillingCell : public CellService {
     });
     return methods;
   }
-  asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method,
-                                                                      json::object, std::string) override {
+  asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method, json::object,
+                                                                      std::string) override {
     co_return json::object{{"method", method}};
   }
 };

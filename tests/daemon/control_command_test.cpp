@@ -23,8 +23,7 @@ class CountingCell : public CellService {
   std::vector<std::string> methods() const override {
     return {"campaign.pause", "campaign.start", "model.activate", "stream.stop"};
   }
-  asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method,
-                                                                      json::object params,
+  asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method, json::object params,
                                                                       std::string by) override {
     callers.push_back(std::move(by));
     calls.push_back(method);

@@ -66,7 +66,8 @@ TEST_F(ControlServerTest, TellsASlowReaderHowManyEventsItMissed) {
   for (std::string topic; topic != "fault"; ++got) {
     const Event event = client.event();
     topic = event.topic;
-    if (const json::value* logs = event.dropped.if_contains("log")) dropped += logs->to_number<std::uint64_t>();
+    if (const json::value* logs = event.dropped.if_contains("log"))
+      dropped += logs->to_number<std::uint64_t>();
   }
   EXPECT_EQ(got + dropped, kLogs + 1);
   EXPECT_GT(dropped, 0U);

@@ -191,7 +191,8 @@ TEST_F(EventKeeperTest, AStoreThatTakesNothingCostsNoEventOfThoseWhoAreThereNorO
   for (int i = 0; i < 100; ++i) {
     life.publish(100);
     life.pass(1s);
-    for (auto lines = live->take(1000).lines; !lines.empty(); lines = live->take(1000).lines) seen += lines.size();
+    for (auto lines = live->take(1000).lines; !lines.empty(); lines = live->take(1000).lines)
+      seen += lines.size();
   }
   EXPECT_EQ(seen, 10'000U);
   EXPECT_FALSE(live->fell_behind());
@@ -234,7 +235,8 @@ TEST_F(EventKeeperTest, AReaderThatCatchesUpIsNotTooSlowAndGetsWhatCameMeanwhile
     reader->go_on_from(page.next);
     seen += page.events.size();
   }
-  for (auto lines = reader->take(64).lines; !lines.empty(); lines = reader->take(64).lines) seen += lines.size();
+  for (auto lines = reader->take(64).lines; !lines.empty(); lines = reader->take(64).lines)
+    seen += lines.size();
   EXPECT_EQ(seen, 12'000U);
 }
 

@@ -90,7 +90,8 @@ TEST_F(StoreWatchTest, IsToldOnceHoweverOftenItFails) {
 }
 
 TEST_F(StoreWatchTest, TheEndOfACampaignThatTheStoreDidNotTakeIsWrittenOnceItDoes) {
-  execute("CREATE TRIGGER broken BEFORE UPDATE OF state ON campaign BEGIN SELECT RAISE(ABORT, 'broken'); END");
+  execute(
+      "CREATE TRIGGER broken BEFORE UPDATE OF state ON campaign BEGIN SELECT RAISE(ABORT, 'broken'); END");
   play([this]() -> Wait {
     co_await ask("campaign.start");
     co_await campaign_ended();

@@ -47,7 +47,8 @@ class HttpClient {
     if (answer.header.empty()) return answer;
     answer.status = std::stoi(answer.header.substr(9, 3));
     const std::size_t length = answer.header.find("Content-Length: ");
-    if (has_body && length != std::string::npos) answer.body = read(std::stoul(answer.header.substr(length + 16)));
+    if (has_body && length != std::string::npos)
+      answer.body = read(std::stoul(answer.header.substr(length + 16)));
     return answer;
   }
   HttpAnswer get(const std::string& target, const std::string& more = "") {

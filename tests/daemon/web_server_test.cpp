@@ -109,7 +109,8 @@ TEST_F(WebServerTest, SpeaksTheControlProtocolOverWebSocket) {
 TEST_F(WebServerTest, TakesOneMessageForOneRequestHoweverItIsLaidOutAndCut) {
   WebSocketClient client{serve_web()};
   client.hello();
-  client.send_frame(WebSocketClient::kText, "{\n  \"jsonrpc\": \"2.0\",\r\n  \"id\": 7,\n  \"method\": \"cell.status\"\n}");
+  client.send_frame(WebSocketClient::kText,
+                    "{\n  \"jsonrpc\": \"2.0\",\r\n  \"id\": 7,\n  \"method\": \"cell.status\"\n}");
   EXPECT_EQ(client.reply().id, control::Id{7});
   client.send_bytes(WebSocketClient::frame(0x01, R"({"jsonrpc": "2.0", "id": 8, )"));
   client.send_bytes(WebSocketClient::frame(0x00, R"("method": )"));
@@ -143,7 +144,8 @@ TEST_F(WebServerTest, LetsPagesOfOthersInOnlyWhereTheyAreListed) {
   EXPECT_EQ(WebSocketClient(port, "Origin: http://127.0.0.1:7280\r\n").handshake().status, 101);
   EXPECT_EQ(WebSocketClient(port, "Origin: https://hmi.plant\r\n").handshake().status, 101);
   for (const char* origin : {"https://evil.example", "null", "http://127.0.0.1:80", "http://hmi.plant"})
-    EXPECT_EQ(WebSocketClient(port, std::string{"Origin: "} + origin + "\r\n").handshake().status, 403) << origin;
+    EXPECT_EQ(WebSocketClient(port, std::string{"Origin: "} + origin + "\r\n").handshake().status, 403)
+        << origin;
 }
 
 TEST_F(WebServerTest, SaysWhyItClosesASession) {

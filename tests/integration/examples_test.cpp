@@ -29,7 +29,9 @@ using testing::IsEmpty;
 /// A client that knows nothing of ours but the socket.
 class LineClient {
  public:
-  explicit LineClient(std::uint16_t port) { socket_.connect({boost::asio::ip::address_v4::loopback(), port}); }
+  explicit LineClient(std::uint16_t port) {
+    socket_.connect({boost::asio::ip::address_v4::loopback(), port});
+  }
 
   /// The whole answer. What comes unasked is passed over.
   json::object ask(const std::string& method, const json::object& params) {
@@ -126,15 +128,17 @@ class Examples : public testing::Test {
 };
 
 TEST_F(Examples, AreAnsweredByTheDaemonAsTheSchemaSays) {
-  run_all({"session.challenge", "session.hello", "session.ping", "system.info", "system.config", "control.get",
-           "control.acquire", "control.takeover", "events.subscribe", "cell.status", "cell.connect",
-           "campaign.start", "campaign.pause", "campaign.resume", "campaign.abort", "campaign.start"});
+  run_all({"session.challenge", "session.hello", "session.ping", "system.info", "system.config",
+           "control.get", "control.acquire", "control.takeover", "events.subscribe", "cell.status",
+           "cell.connect", "campaign.start", "campaign.pause", "campaign.resume", "campaign.abort",
+           "campaign.start"});
   wait_for("ready");
-  run_all({"campaign.list", "campaign.get", "campaign.points", "report.get", "report.html", "job.get", "model.list",
-           "model.get", "model.export", "model.activate", "model.deactivate", "model.rollback",
+  run_all({"campaign.list", "campaign.get", "campaign.points", "report.get", "report.html", "job.get",
+           "model.list", "model.get", "model.export", "model.activate", "model.deactivate", "model.rollback",
            "targets.compensate", "drift.check"});
   wait_for("ready");
-  run_all({"stream.start", "stream.status", "stream.stop", "recording.save", "recording.list", "recording.get"});
+  run_all(
+      {"stream.start", "stream.status", "stream.stop", "recording.save", "recording.list", "recording.get"});
   run_all({"cell.disconnect", "stream.arm", "stream.disarm", "cell.connect"});
   cell_.steer({{"kind", "eki-drop"}, {"lasts_ms", 6'000'000}});
   wait_for("fault");
@@ -162,7 +166,8 @@ TEST(TheExamplesOfTheSchema, FitIt) {
       }
       for (const json::value& param : method.at("params").as_array()) {
         const json::value* const required = param.as_object().if_contains("required");
-        if (required && required->as_bool()) EXPECT_TRUE(given.contains(param.at("name").as_string().c_str()));
+        if (required && required->as_bool())
+          EXPECT_TRUE(given.contains(param.at("name").as_string().c_str()));
       }
       if (!given.contains("job"))
         EXPECT_THAT(check.of_result(name, example.at("result").at("value")), IsEmpty());

@@ -267,7 +267,8 @@ int run(Options options) {
 
   if (!options.truth_file.empty()) config::write_text_file(options.truth_file, truth_json(scenario) + "\n");
   if (!options.ready_file.empty())
-    config::write_text_file(options.ready_file, ready_text(cell.ports(), options.cell.bridge_port.has_value(), admin) + "\n");
+    config::write_text_file(options.ready_file,
+                            ready_text(cell.ports(), options.cell.bridge_port.has_value(), admin) + "\n");
   if (!options.json) {
     const sim::SimulatedCell::Ports ports = cell.ports();
     std::printf("EKI %u and %u, %s %u, RSI to %s:%u\n", ports.eki, ports.eki_state,

@@ -233,8 +233,9 @@ TEST(EmsconPackets, CarriesNamesThatMayBeLoggedAndPrinted) {
 
 TEST(EmsconStatus, IsDescribedInASentenceWithItsNumber) {
   EXPECT_EQ(describe_status(39), "the tracker is not initialised (status 39)");
-  EXPECT_EQ(describe_status(12),
-            "a parameter is wrong or out of range (status 12): see whether the point is in the tracker's reach");
+  EXPECT_EQ(
+      describe_status(12),
+      "a parameter is wrong or out of range (status 12): see whether the point is in the tracker's reach");
   EXPECT_EQ(describe_status(10010), "the tracker is not levelled (status 10010): level it");
   EXPECT_EQ(describe_status(24001), "the tracker reports a fault that has no public name (status 24001)");
   EXPECT_EQ(describe_status(-1), "the tracker reports a fault that has no public name (status -1)");

@@ -221,8 +221,9 @@ std::string campaign_text(const json::value& answer) {
                                           text_at(answer, "/campaign/tracker_serial")},
                           {"model", text_at(answer, "/campaign/model_id")},
                           {"points", text_at(answer, "/points_total")}};
-  for (const auto& [name, pointer] :
-       {std::pair{"started by", "/campaign/by"}, {"note", "/campaign/note"}, {"reason", "/campaign/reason"}}) {
+  for (const auto& [name, pointer] : {std::pair{"started by", "/campaign/by"},
+                                      {"note", "/campaign/note"},
+                                      {"reason", "/campaign/reason"}}) {
     const std::string text = text_at(answer, pointer);
     if (text != "-") rows.push_back({name, text});
   }

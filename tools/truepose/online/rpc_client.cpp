@@ -110,7 +110,7 @@ std::expected<void, CommandError> RpcClient::open_by_proof(const std::string& en
   const control::SessionTerms terms{endpoint, control::new_nonce(), server_nonce};
   const auto hello = call("session.hello",
                           hello_params({{"nonce", terms.client_nonce},
-                                 {"proof", session_proof(token, control::Prover::Client, terms)}}),
+                                        {"proof", session_proof(token, control::Prover::Client, terms)}}),
                           kHelloPatience);
   if (!hello) return std::unexpected(hello.error());
   if (string_at(*hello, "/proof") != session_proof(token, control::Prover::Server, terms))
