@@ -155,7 +155,7 @@ TEST(ADaemonThatIsKilled, HasEveryPointThatItAnnouncedAndGoesOnWithTheCampaign) 
   tools::RpcClient client = cell.client();
   called(client, "events.subscribe");
   const json::value started =
-      called(client, "campaign.start", {{"identify_poses", 12}, {"validate_poses", 6}, {"remeasure", true}});
+      called(client, "campaign.start", {{"identify_poses", 12}, {"validate_poses", 12}, {"remeasure", true}});
 
   std::set<std::int64_t> announced;
   std::uint64_t last_seq = 0;
@@ -195,11 +195,11 @@ TEST(ADaemonThatIsKilled, HasEveryPointThatItAnnouncedAndGoesOnWithTheCampaign) 
   EXPECT_EQ(resumed.exit_code, 0) << resumed.err << resumed.out << cell.daemon().errors();
   const json::value whole = called(again, "campaign.get", {{"points_limit", 100}});
   EXPECT_EQ(whole.at_pointer("/campaign/state"), "done");
-  EXPECT_EQ(whole.at("points_total"), 28 + 2) << "two of them measured again";
+  EXPECT_EQ(whole.at("points_total"), 40 + 2) << "two of them measured again";
   EXPECT_THAT(control::json_text(whole.at("interruptions")), HasSubstr("nothing has moved"));
   const json::value report = called(again, "report.get").at("document");
   EXPECT_EQ(report.at_pointer("/identify/points"), 12);
-  EXPECT_EQ(report.at_pointer("/remeasured/count"), 6);
+  EXPECT_EQ(report.at_pointer("/remeasured/count"), 12);
   EXPECT_LT(number(report, "/remeasured/mean"), number(report, "/validate/before/mean") / 5);
   EXPECT_TRUE(called(again, "cell.status").at_pointer("/model/active").as_bool());
 }
@@ -445,8 +445,9 @@ TEST(ACampaignInTroubleOfEveryKind, EndsAndEveryPoseHasItsPointOrAReason) {
   constexpr std::array kTroubles{"kind: beam-break, lasts_ms: 3000", "kind: eki-drop, lasts_ms: 6000",
                                  "kind: tracker-restart, lasts_ms: 0"};
   std::string faults;
+  // From when even a slow machine has connected both devices: before, an operator is there to be told.
   for (std::size_t n = 1; n <= 60; ++n)
-    faults += (n == 1 ? "[" : ", ") + std::string{"{at_ms: "} + std::to_string(n * 40'000) + ", " +
+    faults += (n == 1 ? "[" : ", ") + std::string{"{at_ms: "} + std::to_string(160'000 + n * 40'000) + ", " +
               kTroubles[n % kTroubles.size()] + "}";
   LiveCell cell{{.speedup = 20, .faults = faults + "]"}};
   cell.start_daemon();
@@ -476,7 +477,7 @@ TEST(ACampaignInTroubleOfEveryKind, EndsAndEveryPoseHasItsPointOrAReason) {
     poses.insert(skipped.at("pose").as_int64());
   }
   // 16 planned ones, and a substitute for each that was given up.
-  EXPECT_GE(poses.size(), 16u);
+  ASSERT_GE(poses.size(), 16u);
   EXPECT_EQ(*poses.rbegin(), static_cast<std::int64_t>(poses.size())) << "a pose has neither";
 }
 

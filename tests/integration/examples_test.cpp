@@ -137,6 +137,7 @@ TEST_F(Examples, AreAnsweredByTheDaemonAsTheSchemaSays) {
            "model.list", "model.get", "model.export", "model.activate", "model.deactivate", "model.rollback",
            "targets.compensate", "drift.check"});
   wait_for("ready");
+  run_all({"campaign.identify", "campaign.export", "store.backup", "store.get_backup"});
   run_all(
       {"stream.start", "stream.status", "stream.stop", "recording.save", "recording.list", "recording.get"});
   run_all({"cell.disconnect", "stream.arm", "stream.disarm", "cell.connect"});

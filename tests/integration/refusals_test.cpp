@@ -35,13 +35,14 @@ void expect_one_line(const Finished& refused, int exit_code) {
   EXPECT_EQ(refused.out, "");
 }
 
-/// The answer to one line on a connection of its own.
+/// The answer to one line on a connection of its own, which comes after the greeting.
 json::value answer(std::uint16_t port, const std::string& line) {
   asio::io_context context;
   tcp::socket socket{context};
   socket.connect({kLoopback, port});
   asio::write(socket, asio::buffer(line + "\n"));
   std::string received;
+  received.erase(0, asio::read_until(socket, asio::dynamic_buffer(received), '\n'));
   asio::read_until(socket, asio::dynamic_buffer(received), '\n');
   return json::parse(received);
 }
