@@ -194,9 +194,9 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
     Peer peer = peer_of(socket);
     server->admit(tls_connection(std::move(socket), server->context->tls->context()), std::move(peer));
   };
-  const auto accept = [&](auto& acceptor, auto to) {
-    ControlServerParts& parts = impl->context->parts;
-    asio::co_spawn(executor, accept_all(acceptor, parts.clock, parts.warn, "control", to),
+  const auto accept = [&](auto& from, auto to) {
+    ControlServerParts& shared = impl->context->parts;
+    asio::co_spawn(executor, accept_all(from, shared.clock, shared.warn, "control", to),
                    [impl](std::exception_ptr) {});
   };
   asio::co_spawn(executor, impl->look_after(),

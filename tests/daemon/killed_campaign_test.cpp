@@ -145,8 +145,10 @@ TEST(ACampaignWhoseProcessIsKilledAgainAndAgain, LosesNothingThatWasToldAndComes
 
       Store store = Store::open(file).value();
       std::set<int> kept;
-      for (const StoredPoint& point : store.points(id).value())
-        if (is_pose(point.purpose)) EXPECT_TRUE(kept.insert(point.pose).second) << point.pose;
+      for (const StoredPoint& point : store.points(id).value()) {
+        if (!is_pose(point.purpose)) continue;
+        EXPECT_TRUE(kept.insert(point.pose).second) << point.pose;
+      }
       for (const SkippedPose& skipped : store.skipped(id).value())
         EXPECT_TRUE(kept.insert(skipped.pose).second) << skipped.pose;
       EXPECT_THAT(kept, testing::IsSupersetOf(told));

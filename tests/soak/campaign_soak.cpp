@@ -198,9 +198,9 @@ struct Soak::Journal final : daemon::CampaignJournal {
 
   asio::awaitable<daemon::StoreResult<void>> know(daemon::Identities) override { co_return kept(); }
 
-  asio::awaitable<daemon::StoreResult<void>> add_planned(std::vector<daemon::PlannedPose> poses,
+  asio::awaitable<daemon::StoreResult<void>> add_planned(std::vector<daemon::PlannedPose> more,
                                                          int) override {
-    for (const daemon::PlannedPose& pose : poses)
+    for (const daemon::PlannedPose& pose : more)
       EXPECT_TRUE(planned.insert(pose.pose).second) << "pose " << pose.pose;
     co_return kept();
   }

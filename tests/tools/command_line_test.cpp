@@ -54,6 +54,12 @@ std::string type_of(const OptionTarget& target) {
 const std::map<std::string, std::string> kWithoutCommand{
     {"session.challenge", "every command opens its session with it"},
     {"session.hello", "every command opens its session with it"},
+    {"session.ping", "for sessions that last; a command's is short or has events"},
+    {"job.get", "for programs, which ask for jobs; a command waits"},
+    {"campaign.export", "the parts of the files of `truepose campaign export`"},
+    {"campaign.points", "for programs; `truepose campaign export` writes files"},
+    {"report.html", "for programs; `truepose report` writes the page"},
+    {"store.get_backup", "the parts of the file of `truepose backup`"},
     {"system.info", "for programs; by hand with `truepose call`"},
     {"system.config", "for programs; by hand with `truepose call`"},
     {"drift.check", "`truepose drift`, which judges files too, and so is no row of the table"},
