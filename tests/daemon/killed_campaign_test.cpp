@@ -145,11 +145,13 @@ TEST(ACampaignWhoseProcessIsKilledAgainAndAgain, LosesNothingThatWasToldAndComes
 
       Store store = Store::open(file).value();
       std::set<int> kept;
-      for (const StoredPoint& point : store.points(id).value()) {
+      const std::vector<StoredPoint> points = store.points(id).value();
+      for (const StoredPoint& point : points) {
         if (!is_pose(point.purpose)) continue;
         EXPECT_TRUE(kept.insert(point.pose).second) << point.pose;
       }
-      for (const SkippedPose& skipped : store.skipped(id).value())
+      const std::vector<SkippedPose> given_up = store.skipped(id).value();
+      for (const SkippedPose& skipped : given_up)
         EXPECT_TRUE(kept.insert(skipped.pose).second) << skipped.pose;
       EXPECT_THAT(kept, testing::IsSupersetOf(told));
       EXPECT_LE(kept.size(), told.size() + 1);

@@ -78,17 +78,20 @@ std::ostream& operator<<(std::ostream& out, const Content& content) {
 
 Content content_of(Store& store) {
   Content content;
-  for (const CampaignRecord& record : store.campaigns().value())
+  const std::vector<CampaignRecord> campaigns = store.campaigns().value();
+  const std::vector<StoredPoint> points = store.points("c1").value();
+  const std::vector<ModelRecord> models = store.models().value();
+  const EventPage page = store.events(kFaults, 1, 1'000'000).value();
+  for (const CampaignRecord& record : campaigns)
     content.campaigns.push_back(record.id + " " + record.state + " " + record.model_id + " " +
                                 record.points_of);
-  for (const StoredPoint& each : store.points("c1").value()) content.poses.push_back(each.pose);
-  for (const ModelRecord& record : store.models().value()) content.models.push_back(record.id);
+  for (const StoredPoint& each : points) content.poses.push_back(each.pose);
+  for (const ModelRecord& record : models) content.models.push_back(record.id);
   if (const auto active = store.active_model().value()) content.active = active->id;
   if (const auto plan = store.plans().plan("c3").value()) content.planned = plan->poses.size();
   content.resumptions = store.plans().resumptions("c3").value().size();
   content.armed = store.armed_since().value();
-  for (const KeptEvent& event : store.events(kFaults, 1, 1'000'000).value().events)
-    content.events.push_back(event.seq);
+  for (const KeptEvent& event : page.events) content.events.push_back(event.seq);
   return content;
 }
 

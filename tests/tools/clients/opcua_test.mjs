@@ -256,7 +256,7 @@ test("A campaign is started, paused, resumed and followed to its model", async (
   assert.equal(await valueOf("state"), "campaign");
   await succeeds("PauseCampaign");
   await until(isState("paused"));
-  assert.equal((await succeeds("ResumeCampaign")).Id, started.Id);
+  assert.equal((await succeeds("ResumeCampaign", [""])).Id, started.Id);
   await until(isState("ready"));
   await until(() => events.some(({ Message }) => /campaign done/.test(Message.text)));
 });
@@ -290,7 +290,7 @@ test("The stream is armed and disarmed, a drift check runs, and a campaign is ab
   await succeeds("CheckDrift", ['{"poses": 3}']);
   await until(isState("ready"));
   await succeeds("StartCampaign", [""]);
-  await succeeds("Abort");
+  await succeeds("Abort", [""]);
   await until(isState("ready"));
   assert.equal((await succeeds("Arm")).State, "waiting");
   await until(isState("armed"));
