@@ -47,6 +47,7 @@ int live(const std::filesystem::path& file, const std::string& id, int pipe) {
   if (!store || !store->plans().interrupt_running("2026-02-03T08:00:00Z")) return 2;
   const auto known = store->campaign(id);
   if (!known) return 2;
+  if (*known && (*known)->state == "done") return 0;  // killed after its last record
   std::shared_ptr<const CampaignPast> past;
   if (*known) {
     auto read = read_past(*store, id);
