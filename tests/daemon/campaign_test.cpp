@@ -534,7 +534,8 @@ TEST_F(CampaignTest, DoesNotCompensateWithACalibrationThatIsNoBetterThanTheDataS
   start();
   ASSERT_TRUE(go_on());
   ASSERT_TRUE(*outcome) << outcome->error().detail;
-  EXPECT_THAT((**outcome)->as<CalibrationResult>().verdict.findings, contain("no better than the nominal"));
+  EXPECT_THAT((**outcome)->as<CalibrationResult>().verdict.findings,
+              Contains(testing::Field(&Finding::sentence, HasSubstr("no better than the nominal"))));
   EXPECT_FALSE((**outcome)->as<CalibrationResult>().remeasured);
   EXPECT_EQ(journal.points.size(), 22U);
   ASSERT_EQ(journal.skipped.size(), 12U);
