@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -165,6 +166,28 @@ void correct_stand(const std::vector<StoredPoint>& measured, const config::CellC
   if (!left_out.empty()) corrected.findings.push_back({Severity::Note, told_left_out(left_out)});
 }
 
+// ---- Reflectors
+
+/// Leaves out what validates by a reflector that was seen at no pose to identify from: nothing tells where it
+/// is on the flange, and the others tell of the arm all the same.
+void leave_out_unidentified(CorrectedPoints& corrected) {
+  std::set<std::string> identified;
+  for (const StoredPoint& point : corrected.points)
+    if (point.purpose == PointPurpose::Identify) identified.insert(point.smr);
+  if (identified.empty()) return;
+  std::map<std::string, int> left_out;
+  std::erase_if(corrected.points, [&](const StoredPoint& point) {
+    const bool unknown = !identified.contains(point.smr);
+    if (unknown) ++left_out[point.smr];
+    return unknown;
+  });
+  for (const auto& [name, count] : left_out)
+    corrected.findings.push_back(
+        {Severity::Advice,
+         "reflector \"" + name + "\" was seen at no pose to identify from: what was measured of it (" +
+             std::to_string(count) + (count == 1 ? " point" : " points") + ") was left out"});
+}
+
 // ---- Scatter
 
 /// Whether a tracker tells the scatter of single readings or of their mean differs from make to make: what
@@ -199,6 +222,7 @@ CorrectedPoints corrected_points(const std::vector<StoredPoint>& measured, const
   for (const Resumption& resumption : resumptions)
     corrected.findings.push_back({Severity::Note, described(resumption)});
   correct_stand(at_first, config, corrected);
+  leave_out_unidentified(corrected);
   return corrected;
 }
 

@@ -24,7 +24,7 @@ struct CorrectedPoints {
 /// two faces of others show, and all are brought to where the tracker stood at first, if
 /// campaign.correct_by_nests: evenly between two measurements of the nests. A point that it stepped by, no
 /// one knows whether before or after, is left out where that matters. Nothing is changed where nothing is
-/// significant.
+/// significant. What was measured of a reflector that no pose to identify from has shown is left out.
 ///
 /// @param resumptions  of the campaign: what was measured since each is brought to where the tracker stood
 /// when it began

@@ -7,6 +7,7 @@
 
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
+#include "daemon/campaign/corrected_points.hpp"
 #include "tests/daemon/campaign_fixture.hpp"
 
 namespace truepose::daemon {
@@ -81,6 +82,25 @@ TEST_F(ReflectorsCampaignTest, TellsWhichReflectorWasNotMeasuredAndKeepsThePose)
     ++told;
   }
   EXPECT_GT(told, 0);
+}
+
+TEST_F(ReflectorsCampaignTest, LeavesOutAReflectorThatWasSeenAtNoPoseToIdentifyFrom) {
+  config.campaign.remeasure = false;
+  std::vector<StoredPoint> points = run().points;
+  std::erase_if(points, [](const StoredPoint& point) {
+    return point.smr == "c" && point.purpose == PointPurpose::Identify;
+  });
+  const auto of_c = std::ranges::count(points, "c", &StoredPoint::smr);
+  ASSERT_GT(of_c, 0);
+  const CorrectedPoints corrected = corrected_points(points, config);
+  EXPECT_EQ(std::ranges::count(corrected.points, "c", &StoredPoint::smr), 0);
+  EXPECT_GT(std::ranges::count(corrected.points, PointPurpose::Validate, &StoredPoint::purpose), 5);
+  EXPECT_THAT(corrected.findings,
+              testing::Contains(testing::Field(
+                  &truepose::Finding::sentence,
+                  testing::StartsWith(
+                      "reflector \"c\" was seen at no pose to identify from: what was measured of it (" +
+                      std::to_string(of_c)))));
 }
 
 TEST_F(ReflectorsCampaignTest, TellsThemApartBeforeItKnowsWhereTheBaseStands) {
