@@ -101,8 +101,12 @@ CellDevices::Sight ReflectorSearch::sight(const Stand& stand, const Eigen::Vecto
 
 CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::measure(Stand stand) {
   std::vector<std::size_t> reflectors = reflectors_at(stand.q, stand.purpose);
-  if (placement_known_ || reflectors.size() == 1) {
+  if (placement_known_ || !sight_) {
     auto seen = co_await one_by_one(std::move(stand), std::move(reflectors));
+    co_return seen;
+  }
+  if (reflectors.size() == 1) {
+    auto seen = co_await unless_another(std::move(stand), reflectors.front());
     co_return seen;
   }
   auto seen = co_await by_their_shape(std::move(stand), std::move(reflectors));
@@ -149,6 +153,31 @@ CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::by_their_shape(
     co_return seen;
   }
   co_return std::unexpected(cannot_tell());
+}
+
+/// The one that should be seen alone. Another may be in sight too, and be found in its stead: that is shown
+/// by the one that was looked for, which then stands beside it.
+CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::unless_another(Stand stand,
+                                                                            std::size_t expected) {
+  Places places_mm;
+  for (std::size_t k = 0; k < names_.size(); ++k) places_mm.push_back(place_mm(stand, k));
+  CellDevices::Sight look = sight(stand, places_mm[expected], config_.tracker.search_first_mm);
+  auto first = co_await devices_.measure(look);
+  if (!first) co_return std::unexpected(first.error());
+  const double radius_mm = kOfSpacing * spacing_mm(places_mm);
+  Seen seen{.found = {{expected, *first}}};
+  for (std::size_t other = 0; other < names_.size(); ++other) {
+    if (other == expected) continue;
+    const Eigen::Vector3d beside_mm = first->point.p_WS_mm + places_mm[expected] - places_mm[other];
+    CellDevices::Sight look_beside = sight(stand, beside_mm, radius_mm);
+    auto sighted = co_await devices_.measure(look_beside);
+    if (!sighted && sighted.error().remedy != Remedy::Retry) co_return std::unexpected(sighted.error());
+    if (!sighted) continue;
+    seen.found = {{expected, *sighted}};
+    if (stand.purpose != PointPurpose::Reference) seen.found.push_back({other, *first});
+    break;
+  }
+  co_return seen;
 }
 
 /// All of them, in their order, where the one that was found first is this one; fails where another is not

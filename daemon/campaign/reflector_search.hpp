@@ -65,6 +65,7 @@ class ReflectorSearch {
   CellDevices::Sight sight(const Stand& stand, const Eigen::Vector3d& p_W_mm, double radius_mm) const;
   CellDevices::Outcome<Seen> one_by_one(Stand stand, std::vector<std::size_t> reflectors);
   CellDevices::Outcome<Seen> by_their_shape(Stand stand, std::vector<std::size_t> reflectors);
+  CellDevices::Outcome<Seen> unless_another(Stand stand, std::size_t expected);
   CellDevices::Outcome<Seen> taken_for(Stand stand, Places places_mm, std::size_t which,
                                        CellDevices::Sighted first);
   void look_anew();

@@ -30,6 +30,19 @@ struct ReflectorsCampaignTest : CampaignTest {
     if (!*outcome) throw std::runtime_error{outcome->error().detail};
     return ***outcome;
   }
+  void expect_every_point_where_its_reflector_was() {
+    config.campaign.remeasure = false;
+    const CampaignResult& result = run();
+    for (const StoredPoint& point : result.points) {
+      if (!tells_the_arm(point)) continue;
+      Eigen::Vector3d p_F_mm = truth.truth.p_FS_mm;
+      for (std::size_t k = 0; k < config.further_reflectors.size(); ++k)
+        if (config.further_reflectors[k].name == point.smr) p_F_mm = truth.truth.further[k].p_FS_mm;
+      const Eigen::Vector3d true_mm =
+          truth.truth.X_WB * (forward_kinematics(truth.truth.robot, point.q_actual) * p_F_mm);
+      EXPECT_LT((point.p_WS_mm - true_mm).norm(), 0.2) << "pose " << point.pose << ", " << point.smr;
+    }
+  }
   static bool tells_the_arm(const StoredPoint& point) {
     return point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate;
   }
@@ -104,19 +117,21 @@ TEST_F(ReflectorsCampaignTest, LeavesOutAReflectorThatWasSeenAtNoPoseToIdentifyF
 }
 
 TEST_F(ReflectorsCampaignTest, TellsThemApartBeforeItKnowsWhereTheBaseStands) {
-  config.campaign.remeasure = false;
   // Farther off than from one reflector to the next.
   truth.truth.X_WB = config.tracker.placement * pose_from_kuka({150, -120, 60}, {1.5, -1, 1});
-  const CampaignResult& result = run();
-  for (const StoredPoint& point : result.points) {
-    if (!tells_the_arm(point)) continue;
-    const Eigen::Vector3d p_F_mm = point.smr == "a"   ? truth.truth.p_FS_mm
-                                   : point.smr == "b" ? truth.truth.further[0].p_FS_mm
-                                                      : truth.truth.further[1].p_FS_mm;
-    const Eigen::Vector3d true_mm =
-        truth.truth.X_WB * (forward_kinematics(truth.truth.robot, point.q_actual) * p_F_mm);
-    EXPECT_LT((point.p_WS_mm - true_mm).norm(), 0.2) << "pose " << point.pose << ", " << point.smr;
-  }
+  expect_every_point_where_its_reflector_was();
+}
+
+TEST_F(ReflectorsCampaignTest, TakesNoOtherInSightForTheOneThatItLooksFor) {
+  truth.truth.X_WB = config.tracker.placement * pose_from_kuka({60, -40, 30}, {1, -0.5, 0.5});
+  // Close to a, and seen where the cell file says that it is not.
+  config.further_reflectors = {{.name = "c",
+                                .p_FS_mm = config.reflector.p_FS_mm + Eigen::Vector3d{60, 25, -30},
+                                .facing_F = config.reflector.facing_F,
+                                .acceptance_deg = 8}};
+  truth.truth.further = {{config.further_reflectors[0].p_FS_mm + Eigen::Vector3d{-3, 2, 4},
+                          truth.truth.facing_F, truth.truth.acceptance_rad}};
+  expect_every_point_where_its_reflector_was();
 }
 
 TEST_F(ReflectorsCampaignTest, RemeasuresByTheReflectorsThatAreSeen) {
