@@ -34,7 +34,7 @@ function refusal(error) {
 
 /** HMAC that shows the daemon that a client knows its token, and a client that the daemon does. */
 function proof(token, prover, endpoint, clientNonce, serverNonce) {
-  const text = ['truepose session 1', prover, endpoint, clientNonce, serverNonce, ''].join('\n');
+  const text = ["truepose session 1", prover, endpoint, clientNonce, serverNonce, ""].join("\n");
   return createHmac("sha256", token).update(text).digest("hex");
 }
 
