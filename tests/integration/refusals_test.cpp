@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <boost/asio/buffer.hpp>
@@ -152,6 +153,16 @@ TEST(TheDaemon, TellsTheServiceManagerThatItLivesAsOftenAsItIsAsked) {
   LiveCell cell;
   cell.start_daemon({"WATCHDOG_USEC=400000"});
   for (int times = 0; times < 3; ++times) EXPECT_TRUE(cell.daemon_tells("WATCHDOG=1"));
+}
+
+// Nobody might read what it tells, and a full socket would stop the thread that writes.
+TEST(TheDaemon, TellsNothingOfItsLifeToAServiceManagerThatDoesNotAsk) {
+  LiveCell cell;
+  cell.start_daemon();
+  EXPECT_TRUE(cell.client().call("cell.status", {}));
+  cell.daemon().send(SIGTERM);
+  EXPECT_FALSE(cell.daemon_tells("WATCHDOG=1"));
+  EXPECT_EQ(cell.daemon().wait(), 0);
 }
 
 TEST(TheDaemon, ChecksItsFilesWithoutStarting) {
