@@ -126,7 +126,8 @@ TEST_F(CampaignServiceTest, StandsStillWhileItIsPausedAndGoesOn) {
 
 TEST_F(CampaignServiceTest, KeepsWhoStartedACampaignAndWhatFor) {
   play([this]() -> Wait {
-    co_await ask("campaign.start", {{"note", "after the new gripper"}});
+    const json::object order{{"note", "after the new gripper"}};
+    co_await ask("campaign.start", order);
     co_await campaign_ended();
   });
   const json::value found = *call("campaign.get");
@@ -237,7 +238,8 @@ TEST_F(CampaignServiceTest, GoesOnWithACampaignThatWasInterruptedAndSaysSo) {
 
   const std::size_t told_before = told(control::Topic::Measurement).size();
   play([this, id]() -> Wait {
-    const Answer resumed = co_await ask("campaign.resume", {{"id", id}});
+    const json::object which{{"id", id}};
+    const Answer resumed = co_await ask("campaign.resume", which);
     EXPECT_TRUE(resumed) << resumed.error().message;
     EXPECT_EQ(string_at(*resumed, "/id"), id);
     co_await campaign_ended();
@@ -260,7 +262,8 @@ TEST_F(CampaignServiceTest, GoesOnWithWhatItWasOrderedToDo) {
       interrupted({{"identify_poses", 12}, {"validate_poses", 3}, {"activate", false}, {"remeasure", true}});
   config.campaign.identify_poses = 40;  // in the cell file, meanwhile
   play([this, id]() -> Wait {
-    co_await ask("campaign.resume", {{"id", id}});
+    const json::object which{{"id", id}};
+    co_await ask("campaign.resume", which);
     co_await campaign_ended();
   });
   const json::value campaign = call("campaign.get").value();
@@ -286,7 +289,8 @@ TEST_F(CampaignServiceTest, StaysInterruptedAndSaysWhyWhereItCannotGoOn) {
   const std::string id = interrupted();
   execute("UPDATE campaign SET robot_serial='4711' WHERE state='interrupted'");
   play([this, id]() -> Wait {
-    co_await ask("campaign.resume", {{"id", id}});
+    const json::object which{{"id", id}};
+    co_await ask("campaign.resume", which);
     co_await campaign_ended();
   });
   const json::value campaign = call("campaign.get", {{"id", id}}).value();
@@ -313,7 +317,8 @@ TEST_F(CampaignServiceTest, KnowsAfterAKillWhatWasUnderWay) {
   EXPECT_TRUE(finish(cell.load_interrupted_campaigns()));
   EXPECT_EQ(status().at_pointer("/interrupted/0/reason"), "the daemon ended in the middle of it");
   play([this, id]() -> Wait {
-    co_await ask("campaign.resume", {{"id", id}});
+    const json::object which{{"id", id}};
+    co_await ask("campaign.resume", which);
     co_await campaign_ended();
   });
   EXPECT_EQ(store->campaign(id).value()->state, "done");

@@ -81,7 +81,8 @@ TEST_F(Identification, TakesOtherOptionsByTheNamesOfTheCellFile) {
 
 TEST_F(Identification, OfACampaignThatWasAbortedDrawsPosesThatValidateAndSaysWhich) {
   play([this]() -> Wait {
-    co_await ask("campaign.start", {{"identify_poses", 30}, {"validate_poses", 10}});
+    const json::object order{{"identify_poses", 30}, {"validate_poses", 10}};
+    co_await ask("campaign.start", order);
     co_await pass(1min);
     for (Answer now = co_await ask("cell.status"); now->at_pointer("/campaign/done").as_int64() < 25;
          now = co_await ask("cell.status"))

@@ -84,9 +84,10 @@ struct ResumedCampaignTest : CampaignTest {
   /// Poses with their purposes, and where the tracker saw them.
   static std::map<int, std::pair<PointPurpose, Eigen::Vector3d>> poses_of(const CampaignResult& result) {
     std::map<int, std::pair<PointPurpose, Eigen::Vector3d>> poses;
-    for (const StoredPoint& point : result.points)
-      if (is_pose(point.purpose))
-        EXPECT_TRUE(poses.emplace(point.pose, std::pair{point.purpose, point.p_WS_mm}).second) << point.pose;
+    for (const StoredPoint& point : result.points) {
+      if (!is_pose(point.purpose)) continue;
+      EXPECT_TRUE(poses.emplace(point.pose, std::pair{point.purpose, point.p_WS_mm}).second) << point.pose;
+    }
     return poses;
   }
 
@@ -281,8 +282,12 @@ TEST_F(ResumedCampaignTest, KnowsWhichPosesWereSkippedAndReplaced) {
   for (const auto& [pose, seen] : poses_of(result)) numbers.insert(pose);
   for (const SkippedPose& pose : result.skipped) EXPECT_TRUE(numbers.insert(pose.pose).second) << pose.pose;
   EXPECT_EQ(*numbers.rbegin(), static_cast<int>(numbers.size())) << "a pose has neither";
-  for (const auto& [pose, seen] : poses_of(result))
-    if (const StoredPoint* before = past->point(pose, seen.first)) EXPECT_EQ(before->p_WS_mm, seen.second);
+  for (const auto& [pose, seen] : poses_of(result)) {
+    const StoredPoint* before = past->point(pose, seen.first);
+    if (before != nullptr) {
+      EXPECT_EQ(before->p_WS_mm, seen.second);
+    }
+  }
 }
 
 TEST_F(ResumedCampaignTest, SaysWhichPoseNoLongerFitsTheCellFile) {

@@ -109,8 +109,8 @@ TEST_F(BridgeTrackerTest, InitialisesATrackerThatIsNotAndAgainOnceItIsWarm) {
   EXPECT_EQ(count("initialise"), 1);
   run(tracker.check(in(5s)));
   const TimePoint warm = clock.now() + 30min;
-  run([](Clock& clock, TimePoint warm) -> asio::awaitable<int> {
-    co_await clock.sleep_until(warm);
+  run([](Clock& watch, TimePoint then) -> asio::awaitable<int> {
+    co_await watch.sleep_until(then);
     co_return 0;
   }(clock, warm));
   ASSERT_TRUE(connect());

@@ -113,9 +113,9 @@ TEST_F(SimulatedBridge, EndsAMeasurementWhereTheBeamIsBroken) {
   const auto broken = measure();
   ASSERT_FALSE(broken);
   EXPECT_EQ(broken.error().fault, TrackerFault::BeamBroken) << broken.error().detail;
-  run([](drivers::Clock& clock) -> asio::awaitable<int> {
-    const auto later = clock.now() + 50ms;
-    co_await clock.sleep_until(later);
+  run([](drivers::Clock& watch) -> asio::awaitable<int> {
+    const auto later = watch.now() + 50ms;
+    co_await watch.sleep_until(later);
     co_return 0;
   }(clock));
   ASSERT_TRUE(aim());
