@@ -32,10 +32,11 @@ std::optional<Duration> packet_age(const StreamStatus& status, TimePoint now) {
 }
 
 /// RSI numbers $PRO_STATE as the state server does.
-std::optional<std::string> program_name(std::int64_t state) {
-  using enum eki::ProgramState;
-  const bool known = state >= std::to_underlying(Free) && state <= std::to_underlying(Ended);
-  return known ? std::optional{std::string{name(eki::ProgramState(state))}} : std::nullopt;
+/// Of one of the controller's enumerations, by its number there.
+template <typename Enum>
+std::optional<std::string> name_of(std::optional<std::int64_t> number, Enum first, Enum last) {
+  if (!number || *number < std::to_underlying(first) || *number > std::to_underlying(last)) return std::nullopt;
+  return std::string{name(Enum(*number))};
 }
 
 /// Whether the controller is known to have sent nothing for long, or ever.
@@ -202,7 +203,7 @@ void StreamService::look() {
   follow(status);
 }
 
-/// By the state server, and of the program by RSI where that says it, which is sooner.
+/// By RSI what that says, which is sooner and needs no more than itself; the rest by the state server.
 RobotCondition StreamService::robot(const StreamStatus& status) const {
   RobotCondition robot;
   if (const auto told = devices_.robot_state()) {
@@ -214,7 +215,11 @@ RobotCondition StreamService::robot(const StreamStatus& status) const {
   } else {
     robot.unknown = told.error();
   }
-  if (status.program && !known_silent(status)) robot.program = program_name(*status.program);
+  if (known_silent(status)) return robot;
+  using eki::OperatingMode, eki::ProgramState;
+  if (auto mode = name_of(status.mode, OperatingMode::T1, OperatingMode::Ext)) robot.mode = std::move(mode);
+  if (auto program = name_of(status.program, ProgramState::Free, ProgramState::Ended))
+    robot.program = std::move(program);
   return robot;
 }
 

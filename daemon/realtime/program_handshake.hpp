@@ -30,14 +30,12 @@ class ProgramHandshake {
 
   void listen(const rsi::ProgramSignals& program, Engagement engagement) noexcept;
 
-  std::optional<std::int64_t> state() const noexcept { return state_; }  ///< ProgramSignals::state
   bool stopped() const noexcept { return stopped_; }    ///< the correction is held until it goes on
   bool declines() const noexcept { return declines_; }  ///< it does not ask to be corrected
   /// It is one that was armed for, and not truepose_motion.
   bool production() const noexcept { return production_; }
 
  private:
-  std::optional<std::int64_t> state_;
   bool stopped_ = false, declines_ = false, production_ = false;
 };
 

@@ -227,7 +227,8 @@ std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const H
 
 void StreamCycle::listen_to_program(const rsi::ProgramSignals& program) noexcept {
   program_.listen(program, engagement());
-  status_.program = program_.state();
+  status_.program = program.state;
+  status_.mode = program.mode;
   status_.program_stopped = program_.stopped();
   status_.program_declines = program_.declines();
 }

@@ -274,7 +274,7 @@ Context truepose_context(const ContextDemands& demands) {
   // Above the limits of AXISCORR, which clamps, since reaching it stops RSI.
   const double ceiling_deg = std::ceil(demands.max_total_deg + 1);
   ContextObject ethernet{.type = "ETHERNET", .id = "ETHERNET1"};
-  ethernet.inputs = {{1, {"SEN_PINT1", 1}}, {2, {"STATUS1", 1}}};
+  ethernet.inputs = {{1, {"SEN_PINT1", 1}}, {2, {"STATUS1", 1}}, {3, {"STATUS2", 1}}};
   ethernet.values = {{"ConfigFile", demands.ethernet_file},
                      {"Timeout", std::to_string(demands.timeout_cycles)},
                      {"Flag", "-1"},
@@ -289,6 +289,7 @@ Context truepose_context(const ContextDemands& demands) {
   }
   return {{{.type = "SEN_PINT", .id = "SEN_PINT1", .values = {{"Index", "1"}}},
            {.type = "STATUS", .id = "STATUS1", .values = {{"Type", "2"}}},
+           {.type = "STATUS", .id = "STATUS2", .values = {{"Type", "1"}}},
            ethernet,
            correction,
            monitor,

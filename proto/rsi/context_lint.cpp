@@ -13,7 +13,8 @@ constexpr double kDefaultLimit_deg = 5;                       // of AXISCORR
 constexpr double kDefaultCeiling_deg = 6;                     // of AXISCORRMON, also where there is none
 constexpr double kDefaultReach_mm = 5, kDefaultTurn_deg = 5;  // of POSCORR
 constexpr double kDefaultMost_mm = 6, kDefaultMost_deg = 6;   // of POSCORRMON, also where there is none
-constexpr double kDefaultTimeout = 10, kLeastPrecision = 4, kExitMoveCorr = 4, kProState = 2;
+constexpr double kDefaultTimeout = 10, kLeastPrecision = 4, kExitMoveCorr = 4;
+constexpr double kOperatingMode = 1, kProState = 2;  // Type of STATUS
 
 /// Looks at one context with one ethernet configuration.
 class ContextLint {
@@ -162,6 +163,7 @@ class ContextLint {
   void look_at_program() {
     look_at_input("Tp.Ask", "SEN_PINT", "Index", 1, "$SEN_PINT[1]");
     look_at_input("Tp.Pro", "STATUS", "Type", kProState, "$PRO_STATE");
+    look_at_input("Tp.Mode", "STATUS", "Type", kOperatingMode, "the operating mode");
     const auto wanted = channel(kGainTag, ethernet_.receive);
     if (!ethernet_.gain || !wanted) return;
     for (const ContextObject& object : context_.objects) {

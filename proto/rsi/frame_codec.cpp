@@ -271,7 +271,7 @@ RobotFrame robot_frame(const WireNumbers& numbers) noexcept {
   frame.eipos = six[kEIPos];
   frame.espos = six[kESPos];
   frame.delay = numbers.delay;
-  frame.program = {.ask = numbers.program[0], .state = numbers.program[1]};
+  frame.program = {.ask = numbers.program[0], .state = numbers.program[1], .mode = numbers.program[2]};
   return frame;
 }
 
@@ -338,7 +338,7 @@ std::expected<std::string_view, FrameError> encode_robot_frame(const RobotFrame&
   if (frame.eipos) writer.attributes("EIPos", kExternalNames, *frame.eipos, decimals);
   if (frame.espos) writer.attributes("ESPos", kExternalNames, *frame.espos, decimals);
   if (frame.delay) writer.text("<Delay D=\"").integer(*frame.delay).text("\"/>");
-  writer.numbers(kProgramElement, kProgramNames, std::array{frame.program.ask, frame.program.state});
+  writer.numbers(kProgramElement, kProgramNames, std::array{frame.program.ask, frame.program.state, frame.program.mode});
   writer.text("<IPOC>").integer(frame.ipoc).text("</IPOC></Rob>");
   return writer.result();
 }

@@ -52,6 +52,7 @@ struct FrameError {
 struct ProgramSignals {
   std::optional<std::int64_t> ask;    ///< Ask: 1 = the program wants to be corrected, 0 = it does not
   std::optional<std::int64_t> state;  ///< Pro, $PRO_STATE: 1 free, 2 reset, 3 active, 4 stopped, 5 ended
+  std::optional<std::int64_t> mode;   ///< Mode, of operation: 1 T1, 2 T2, 3 AUT, 4 EXT
 
   bool operator==(const ProgramSignals&) const = default;
 };
@@ -74,6 +75,7 @@ struct RobotFrame {
 };
 
 inline constexpr std::int64_t kProgramActive = 3;  ///< ProgramSignals::state
+inline constexpr std::int64_t kModeExt = 4;        ///< ProgramSignals::mode
 
 /// SensorFrame::gain where there is no correction to wait for.
 inline constexpr std::int64_t kGainNotArmed = -1, kGainNoModel = -2, kGainFault = -3;

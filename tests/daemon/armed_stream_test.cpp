@@ -77,6 +77,14 @@ TEST_F(AnArmedStream, ShowsTheStateOfTheRobotAndTellsItsChanges) {
     co_await pass(100ms);
     now = co_await ask("stream.status");
     EXPECT_EQ(now->at_pointer("/robot/program"), "stopped") << "by RSI, at once";
+    rig.program.mode = 1;
+    co_await pass(100ms);
+    now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/robot/mode"), "T1") << "by RSI, at once";
+    rig.program.mode = 0;
+    co_await pass(100ms);
+    now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/robot/mode"), "AUT") << "where nothing is wired there, by the state server";
   });
 }
 
@@ -85,16 +93,19 @@ TEST_F(AnArmedStream, GoesOnWhereTheStateOfTheRobotIsNotKnownAndShowsNoneThatIsO
     co_await armed();
     co_await pass(2s);
     robot.leave(10s);
+    rig.program.mode = 4;
     co_await pass(2s);
     Answer now = co_await ask("cell.status");
     EXPECT_EQ(now->at("state"), "armed");
     EXPECT_EQ(fault_of(*now), "");
     EXPECT_EQ(now->at_pointer("/stream/state"), "correcting");
     EXPECT_TRUE(now->at_pointer("/stream/robot/emergency_stop").is_null());
+    EXPECT_EQ(now->at_pointer("/stream/robot/mode"), "EXT") << "RSI tells it";
     EXPECT_EQ(now->at_pointer("/stream/robot/unknown"), "the controller does not answer");
     co_await pass(12s);
     now = co_await ask("stream.status");
     EXPECT_EQ(now->at_pointer("/robot/emergency_stop"), false) << "it answers again";
+    rig.program.mode.reset();
     EXPECT_TRUE(co_await ask("stream.disarm"));
     co_await pass(2s);
     now = co_await ask("stream.status");

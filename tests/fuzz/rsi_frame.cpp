@@ -84,7 +84,7 @@ void expect_one_decoding(std::string_view input) {
   constexpr std::string_view kGood =
       R"(<Rob Type="KUKA"><RIst X="1765.0" Y="-0.125" Z="1910" A="-180.0" B="89.5" C="0.0"/>)"
       R"(<ASPos A1="0.0" A2="-90.0" A3="90.0" A4="0.5" A5="12.345678" A6="-350.0"/><Tech C1="0.5"/>)"
-      R"(<Delay D="3"/><Tp Ask="1" Pro="3"/><IPOC>4208163</IPOC></Rob>)";
+      R"(<Delay D="3"/><Tp Ask="1" Pro="3" Mode="4"/><IPOC>4208163</IPOC></Rob>)";
   const auto expected = rsi::decode_robot_frame(input);
   rsi::RobotFrameDecoder decoder;
   for (const std::string_view before : {kGood, input, kGood}) {

@@ -43,7 +43,7 @@ rsi::RobotFrame healthy_frame(const config::CellConfig& cell, std::uint64_t cycl
           .aipos_rad = axes,
           .aspos_rad = axes,
           .delay = 0,
-          .program = {.ask = 1, .state = rsi::kProgramActive}};
+          .program = {.ask = 1, .state = rsi::kProgramActive, .mode = rsi::kModeExt}};
 }
 
 std::string wire(const rsi::RobotFrame& frame, int decimals = 4) {
@@ -167,7 +167,7 @@ TEST_F(TheDoctor, NamesElementsThatDifferASilentTrackerAndAnotherReflector) {
   edit("reflector: CCR-1.5in", "reflector: TBR-0.5in");
   const auto said = asked(1);
   EXPECT_THAT(said,
-              says("fault", "rsi", "not in it: Tq; not sent: Tp.Ask, Tp.Pro", "truepose_rsi_ethernet.xml"));
+              says("fault", "rsi", "not in it: Tq; not sent: Tp.Ask, Tp.Pro, Tp.Mode", "truepose_rsi_ethernet.xml"));
   EXPECT_THAT(said, says("fault", "tracker", "TBR-0.5in", "tracker.reflector"));
 }
 

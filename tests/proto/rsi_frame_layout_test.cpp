@@ -19,7 +19,7 @@ const std::vector<std::string> kLayouts{
     R"(<AIPos A1="%s" A2="%s" A3="%s" A4="%s" A5="%s" A6="%s"/><ASPos A1="%s" A2="%s" A3="%s" A4="%s" A5="%s" A6="%s"/>)"
     R"(<Delay D="3"/><IPOC>4208163</IPOC></Rob>)",
     R"(<Rob Type="KUKA"><ASPos A1="%s" A2="%s" A3="%s" A4="%s" A5="%s" A6="%s"/><EIPos E1="%s" E2="%s" E3="%s" E4="%s" E5="%s" E6="%s"/>)"
-    R"(<Tech C11="%s" C12="%s" T13="x"/><DiL>0</DiL><Delay D="0"/><Tp Ask="1" Pro="3"/><IPOC>0</IPOC></Rob>)",
+    R"(<Tech C11="%s" C12="%s" T13="x"/><DiL>0</DiL><Delay D="0"/><Tp Ask="1" Pro="3" Mode="4"/><IPOC>0</IPOC></Rob>)",
     "\xEF\xBB\xBF<?xml version='1.0'?>\r\n<Rob TYPE='KUKA'>\r\n <IPOC> 42 </IPOC>\r\n <!-- c -->\r\n"
     " <AIPos A6='%s' Note='' A5 = '%s' A4='%s' A3='%s' A2='%s' A1='%s'>text</AIPos>\r\n"
     " <T><Delay D='8'/><ASPos A1='1'/> u <IPOC>3</IPOC></T><Delay D='12'></Delay></Rob>\r\n\0\0"s,

@@ -10,7 +10,7 @@
 namespace truepose::sim {
 namespace {
 
-constexpr int kStatusOfProgram = 2, kStopLeavesMovecorr = 4;
+constexpr int kStatusOfMode = 1, kStatusOfProgram = 2, kStopLeavesMovecorr = 4;
 constexpr int kDefaultTimeout = 10, kDefaultPrecision = 1;  // cycles and digits, of an ETHERNET object
 
 /// What counts something; far from what any controller takes it is as far as int reaches.
@@ -43,6 +43,14 @@ double clamped_to(double value, double lower, double upper, bool& clamped) {
   return within;
 }
 
+/// What a STATUS object says; none where its Type is not simulated.
+std::optional<int> told(const rsi::ContextObject& status, const FlowSources& sources) {
+  const int type = whole(status, "Type", 0);
+  if (type == kStatusOfMode) return sources.mode;
+  if (type == kStatusOfProgram) return sources.program_state;
+  return std::nullopt;
+}
+
 std::optional<std::string> not_simulated(const rsi::Context& context) {
   static const std::set<std::string_view> kKnown{"ETHERNET", "AXISCORR",   "AXISCORRMON",
                                                  "POSCORR",  "POSCORRMON", "STOP",
@@ -51,8 +59,8 @@ std::optional<std::string> not_simulated(const rsi::Context& context) {
     if (!kKnown.contains(object.type)) return object.id + ": " + object.type + " is not simulated";
     if (object.type == "POSCORR" && !correction_system(object))
       return object.id + ": only RefCorrSys 0 to 3 (world, base, robot root, tool) are simulated";
-    if (object.type == "STATUS" && whole(object, "Type", 0) != kStatusOfProgram)
-      return object.id + ": only Type 2 (program state) is simulated";
+    if (object.type == "STATUS" && !told(object, {}))
+      return object.id + ": only Type 1 (operating mode) and 2 (program state) are simulated";
     if (object.type == "STOP" && whole(object, "Mode", 0) != kStopLeavesMovecorr)
       return object.id + ": only Mode 4 (leaves RSI_MOVECORR) is simulated";
     for (const auto& [input, from] : object.inputs) {
@@ -86,7 +94,7 @@ ChannelValues RsiFlow::sent(const FlowSources& sources) const {
   for (const auto& [input, from] : ethernet().inputs) {
     const rsi::ContextObject& source = *context_.with_id(from.object);
     values[input] =
-        source.type == "STATUS" ? sources.program_state : sources.sen_pint(whole(source, "Index", 1));
+        source.type == "STATUS" ? *told(source, sources) : sources.sen_pint(whole(source, "Index", 1));
   }
   return values;
 }

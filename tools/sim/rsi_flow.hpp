@@ -18,6 +18,7 @@ namespace truepose::sim {
 /// What leads from the controller into the signal flow.
 struct FlowSources {
   std::function<int(int index)> sen_pint;  ///< $SEN_PINT
+  int mode = rsi::kModeExt;
   int program_state = rsi::kProgramActive;
   Eigen::Isometry3d base = Eigen::Isometry3d::Identity();  ///< $BASE, in the robot root
   Eigen::Isometry3d tool = Eigen::Isometry3d::Identity();  ///< $TOOL, on the flange

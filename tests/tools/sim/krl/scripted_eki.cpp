@@ -119,6 +119,8 @@ std::expected<CallResult, std::string> ScriptedCell::answer(ExternalCall& call) 
   }
   said.emplace_back(call.name);
   on_send(said.back());
+  if (call.name == "RSI_OFF") return CallResult{.value = std::exchange(rsi_on, false) ? 0 : 1};
+  if (call.name == "RSI_ON") rsi_on = true;
   if (call.name != "RSI_CREATE") return CallResult{.value = 0};
   call.arguments[1] = 3;
   return CallResult{.value = rsi_create_result};

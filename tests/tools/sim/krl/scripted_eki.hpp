@@ -38,6 +38,7 @@ class ScriptedCell {
   int greetings = 0;
   bool rsi_leaves = false;    ///< the PC set its Stop bit
   int rsi_create_result = 0;  ///< 0 is RSIOK
+  bool rsi_on = false;        ///< what is not, RSI_OFF fails to end
   bool init_fails = false;    ///< EKI_Init, once
   Bench bench;
 

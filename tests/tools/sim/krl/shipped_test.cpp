@@ -402,6 +402,7 @@ struct Production : ScriptedCell {
   void end_rsi() {
     bench.host.set("$SEN_PINT[2]", bench.host.rewritten["$SEN_PINT[2]"]);
     bench.host.rewritten.clear();
+    rsi_on = false;
   }
   std::string fault() const { return program->fault() ? program->fault()->text() : ""; }
   Interpreter* program = nullptr;
@@ -433,6 +434,7 @@ TEST(ProductionProgram, WaitsUntilItIsCorrectedAndUntilItIsNoMore) {
   cell.bench.run_for(2s);
   EXPECT_EQ(cell.said, (Said{"RSI_RESET", "RSI_CREATE", "RSI_ON", "RSI_OFF", "RSI_DELETE"})) << cell.fault();
   EXPECT_EQ(cell.program->state(), ProgramState::Ended) << cell.fault();
+  EXPECT_TRUE(cell.bench.host.messages.empty());
 }
 
 TEST(ProductionProgram, SaysOnThePendantOnceWhyItIsNotCorrected) {
@@ -472,6 +474,8 @@ TEST(ProductionProgram, IsNotTakenInByTheLastWordOfAnRsiThatTimedOut) {
   cell.bench.run_for(10s);
   EXPECT_EQ(cell.bench.variable("DONE"), Value{false});
   EXPECT_EQ(cell.program->state(), ProgramState::Ended) << "it does not wait for a PC that nobody hears";
+  EXPECT_EQ(cell.bench.host.messages,
+            Said{"RSI had ended before TP_END: the last points were not corrected"});
 }
 
 TEST(ProductionProgram, OpensRsiAnewWhereItTimedOutBeforeTheCorrectionWasInForce) {
