@@ -38,6 +38,7 @@ class InterruptionCheck {
  private:
   CampaignOutcome<void> look_at_nests();
   CampaignOutcome<void> measure(std::size_t poses);
+  CampaignOutcome<void> judge();
   bool agrees() const;
   double sigma_mm(std::size_t i) const;
   double left_mm(std::size_t i) const { return (then_[i].p_mm - X_ * now_[i].p_mm).norm(); }
@@ -101,10 +102,22 @@ CampaignOutcome<SinceInterruption> InterruptionCheck::run() {
   if (!done) co_return std::unexpected(done.error());
   if (nests_moved_ || !agrees()) {
     done = co_await measure(kToFit);
-    if (done) done = fit();
+    if (done) done = co_await judge();
     if (!done) co_return std::unexpected(done.error());
   }
   co_return SinceInterruption{X_, told()};
+}
+
+/// What seems to have moved. Of too few poses to tell by how much, chance alone has some look moved: they do
+/// so once more, or nothing has.
+CampaignOutcome<void> InterruptionCheck::judge() {
+  if (now_.size() >= kFewestToFit) co_return fit();
+  tried_ = 0;
+  for (auto* readings : {&then_, &now_}) readings->clear();
+  numbers_.clear();
+  Done done = co_await measure(kToCheck);
+  if (done && !agrees()) done = fit();
+  co_return done;
 }
 
 /// Where they have moved, they also tell where to look for the arm's reflector.

@@ -42,7 +42,8 @@ struct MemoryJournal final : daemon::CampaignJournal {
   std::vector<daemon::SkippedPose> skipped;
   std::shared_ptr<const daemon::CampaignResult> result;
   std::optional<daemon::CampaignError> error;
-  int fail_at_point = -1;  ///< this call of add_point fails
+  std::function<void(const daemon::StoredPoint&)> at_point;  ///< of any purpose, before it is there
+  int fail_at_point = -1;                                    ///< this call of add_point fails
   bool full = false;       ///< as for want of room, until it is no longer
 
   /// What the store would give of the campaign to one that goes on.

@@ -260,6 +260,22 @@ TEST_F(ResumedCampaignTest, SaysWhereTooLittleIsThereToTellWhatHasMoved) {
   EXPECT_THAT(error.detail, HasSubstr("abort the campaign and start it anew"));
 }
 
+TEST_F(ResumedCampaignTest, LooksTwiceWhereTwoPosesAloneSeemToHaveMoved) {
+  const Past past = cut_at_point(2);
+  start(CalibrationOrder{}, past);
+  const Eigen::Vector3d seemingly_mm{0.1, 0.1, 0.1};
+  cell->bump_tracker(seemingly_mm);
+  journal.at_point = [&, checks = 0](const StoredPoint& point) mutable {
+    if (point.purpose == PointPurpose::Check && ++checks == 2) cell->bump_tracker(-seemingly_mm);
+  };
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  const CampaignResult& result = ***outcome;
+  EXPECT_THAT(result.resumptions[0].found, HasSubstr("nothing has moved: 2 poses measured again are within"));
+  const auto checks = std::ranges::count(result.points, PointPurpose::Check, &StoredPoint::purpose);
+  EXPECT_EQ(checks, 2 + 2);
+}
+
 TEST_F(ResumedCampaignTest, StaysInterruptedWhereTheReflectorIsNotSeen) {
   const Past past = cut_at_point(20);
   truth.faults.no_target = 1;
