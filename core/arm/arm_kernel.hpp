@@ -44,6 +44,9 @@ class ArmKernel {
       const Eigen::Isometry3d& X_BF, const JointVector& q_seed, const PoseInverseOptions& options = {}) const;
 
  private:
+  template <typename Use>
+  void with_chain_joints(const JointVector& q, Use use) const;
+
   kernels::Arm arm_;
   std::vector<JointCoupling> coupling_;
   const kernels::Kernels* code_;

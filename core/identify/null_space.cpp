@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <string_view>
 
 #include "core/identify/identifiability.hpp"
 #include "core/math/dense_algebra.hpp"
@@ -71,19 +72,19 @@ std::vector<int> named(const Eigen::VectorXd& coefficients, double least) {
   return columns;
 }
 
-std::string group_of(const std::string& name) { return name.substr(0, name.rfind('.')); }
+std::string_view group_of(std::string_view name) { return name.substr(0, name.rfind('.')); }
 
 /// "link1.a", or "link1.*" in place of all parameters of link 1.
 std::vector<std::string> spelled(std::span<const std::string> names, const std::vector<int>& columns) {
-  std::map<std::string, std::ptrdiff_t> there, all;
-  for (const std::string& name : names) ++all[group_of(name)];
-  for (const int k : columns) ++there[group_of(names[static_cast<std::size_t>(k)])];
+  const auto name_of = [names](int k) -> const std::string& { return names[static_cast<std::size_t>(k)]; };
   std::vector<std::string> out;
   for (const int k : columns) {
-    const std::string& name = names[static_cast<std::size_t>(k)];
-    const std::string group = group_of(name);
-    const bool whole = all[group] > 2 && there[group] == all[group];
-    const std::string text = whole ? group + ".*" : name;
+    const std::string_view group = group_of(name_of(k));
+    const auto all = std::ranges::count(names, group, group_of);
+    const bool whole = all > 2 && std::ranges::count(columns, group, [&](int other) {
+                                    return group_of(name_of(other));
+                                  }) == all;
+    const std::string text = whole ? std::string{group} + ".*" : name_of(k);
     if (out.empty() || out.back() != text) out.push_back(text);
   }
   return out;
