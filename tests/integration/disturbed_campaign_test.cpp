@@ -10,10 +10,12 @@
 #include <cstdio>
 #include <deque>
 #include <optional>
+#include <random>
 #include <set>
 #include <string>
 
 #include "tests/integration/live_cell.hpp"
+#include "tests/integration/power_cut.hpp"
 #include "tests/trials.hpp"
 
 namespace truepose {
@@ -51,13 +53,13 @@ LiveCell::Options three_reflectors(int seed) {
 
 /// Something that happens once so many poses have been measured.
 struct Trouble {
-  enum class Kind { Steered, Killed } kind = Kind::Steered;
+  enum class Kind { Steered, Killed, PowerCut } kind = Kind::Steered;
   std::size_t after = 0;
   json::object steering{};
 };
 
 /// Ten times somebody stands in the beam, the tracker restarts twice, the robot's link is cut three times,
-/// there is an emergency stop, and the daemon is killed twice.
+/// there is an emergency stop, the daemon is killed, and its PC loses its power.
 std::deque<Trouble> a_bad_night(std::size_t poses) {
   std::deque<Trouble> troubles;
   const auto add = [&](double share, json::object steering) {
@@ -68,9 +70,12 @@ std::deque<Trouble> a_bad_night(std::size_t poses) {
   for (const double share : {0.25, 0.7}) add(share, {{"kind", "tracker-restart"}});
   for (const double share : {0.15, 0.45, 0.8}) add(share, {{"kind", "eki-drop"}, {"lasts_ms", 6000}});
   add(0.35, {{"kind", "emergency-stop"}, {"lasts_ms", 20'000}});
-  for (const double share : {0.4, 0.6})
-    troubles.push_back({.kind = Trouble::Kind::Killed,
-                        .after = static_cast<std::size_t>(share * static_cast<double>(poses))});
+  const auto end = [&](double share, Trouble::Kind kind) {
+    const double after = share * static_cast<double>(poses);
+    troubles.push_back({.kind = kind, .after = static_cast<std::size_t>(after)});
+  };
+  end(0.4, Trouble::Kind::Killed);
+  end(0.6, Trouble::Kind::PowerCut);
   std::ranges::stable_sort(troubles, {}, &Trouble::after);
   return troubles;
 }
@@ -79,8 +84,8 @@ std::deque<Trouble> a_bad_night(std::size_t poses) {
 class Night {
  public:
   Night(int seed, std::deque<Trouble> troubles)
-      : cell_{three_reflectors(seed)}, troubles_{std::move(troubles)} {
-    cell_.start_daemon();
+      : cell_{three_reflectors(seed)}, random_(static_cast<std::uint64_t>(seed)), troubles_{std::move(troubles)} {
+    cell_.start_daemon(test::power_may_be_cut(cell_.store_file()));
     listen();
     id_ = ask("campaign.start",
               {{"identify_poses", kIdentify}, {"validate_poses", kValidate}, {"remeasure", false}})
@@ -131,22 +136,27 @@ class Night {
       if (trouble.kind == Trouble::Kind::Steered) {
         cell_.steer(trouble.steering);
       } else {
-        begin_daemon_again();
+        begin_daemon_again(trouble.kind == Trouble::Kind::PowerCut);
       }
     }
   }
-  void begin_daemon_again() {
+  void begin_daemon_again(bool power_is_cut) {
     cell_.daemon().send(SIGKILL);
     for (auto event = client_->next_event(); event; event = client_->next_event())
       if (event->topic == "measurement" && !event->data.at("p_mm").is_null())
         poses_.insert(event->data.at("pose").as_int64());
     cell_.daemon().wait();
-    cell_.start_daemon();
+    if (power_is_cut) cell_.cut_power(random_);
+    cell_.start_daemon(test::power_may_be_cut(cell_.store_file()));
     listen();
+    EXPECT_GE(ask("campaign.get", {{"id", id_}, {"points_limit", 0}}).at("points_total").as_int64(),
+              static_cast<std::int64_t>(poses_.size()))
+        << "what was told is there";
     ask("campaign.resume", {{"id", id_}});
   }
 
   LiveCell cell_;
+  std::mt19937_64 random_;
   std::optional<tools::RpcClient> client_;
   std::deque<Trouble> troubles_;
   std::string id_;
@@ -154,14 +164,14 @@ class Night {
 };
 
 /// Passes a night. @return the mean square of what is left at the poses that validate, mm^2
-double passed(Night& night, std::size_t least_interruptions) {
+double passed(Night& night, std::size_t interruptions) {
   night.pass();
   const json::value report = night.report();
   const auto skipped = night.campaign().at("skipped").as_array().size();
   EXPECT_EQ(report.at_pointer("/identify/poses"), kIdentify) << skipped << " were given up";
   EXPECT_EQ(report.at_pointer("/validate/poses"), kValidate) << skipped << " were given up";
   const json::value* const found = report.as_object().if_contains("interruptions");
-  EXPECT_GE(found ? found->as_array().size() : 0, least_interruptions);
+  EXPECT_EQ(found ? found->as_array().size() : 0, interruptions);
   const double rms_mm = report.at_pointer("/validate/after/rms").to_number<double>();
   return rms_mm * rms_mm;
 }

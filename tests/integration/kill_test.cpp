@@ -1,4 +1,4 @@
-// The daemon, killed at random instants of campaigns and of commands.
+// The daemon, killed at random instants of campaigns and of commands, and its PC without power.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,6 +15,7 @@
 
 #include "proto/control/json_text.hpp"
 #include "tests/integration/live_cell.hpp"
+#include "tests/integration/power_cut.hpp"
 #include "tests/trials.hpp"
 
 namespace truepose {
@@ -91,10 +92,10 @@ TEST(ADaemonKilledAtAnyInstant, HasWhatItHasToldAndItsCampaignsGoOn) {
   Random random{seed};
   LiveCell cell{{.speedup = 300}};
   Told told;
-  int done = 0;
+  int done = 0, power_cuts = 0, lost_writes = 0;
   std::string id;
   for (int kill = 0; kill < trials(200) && !testing::Test::HasFailure(); ++kill) {
-    cell.start_daemon();
+    cell.start_daemon(test::power_may_be_cut(cell.store_file()));
     tools::RpcClient client = cell.client();
     if (!id.empty()) {
       const json::value campaign = answer(client, "campaign.get", {{"id", id}}).at("campaign");
@@ -116,6 +117,9 @@ TEST(ADaemonKilledAtAnyInstant, HasWhatItHasToldAndItsCampaignsGoOn) {
     for (auto event = client.next_event(); event; event = client.next_event()) told.note(*event);
     killer.join();
     EXPECT_EQ(cell.daemon().wait(), -1);
+    if (random() % 2 != 0) continue;
+    ++power_cuts;
+    lost_writes += cell.cut_power(random);
   }
 
   cell.start_daemon();
@@ -128,7 +132,8 @@ TEST(ADaemonKilledAtAnyInstant, HasWhatItHasToldAndItsCampaignsGoOn) {
     EXPECT_EQ(to_the_end(client, told), "done") << cell.daemon().errors();
     expect_kept(client, told, last);
   }
-  std::printf("%d campaigns came to their end between kills\n", done);
+  std::printf("%d campaigns came to their end; with %d of the kills the power went, with %d writes not synced\n", done,
+              power_cuts, lost_writes);
 }
 
 }  // namespace

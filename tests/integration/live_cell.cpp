@@ -22,6 +22,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "tests/integration/power_cut.hpp"
+
 namespace truepose {
 namespace {
 
@@ -167,6 +169,12 @@ void LiveCell::start_daemon(std::vector<std::string> environment) {
   read_port("control port ", control_port_);
   read_port("TLS port ", tls_port_);
   read_port("web port ", web_port_);
+}
+
+int LiveCell::cut_power(std::mt19937_64& random) {
+  for (const auto& entry : std::filesystem::directory_iterator{folder() / "run"})
+    std::filesystem::remove_all(entry.path());
+  return test::cut_power(store_file(), random);
 }
 
 bool LiveCell::daemon_tells(const std::string& text) {

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,6 +52,9 @@ class LiveCell {
   /// Waits until the daemon tells the service manager this. @return false where it ended without
   bool daemon_tells(const std::string& text);
   Process& daemon() { return *daemon_; }
+  /// After the daemon was killed: its PC loses what was not synced (power_may_be_cut()) and what is kept in
+  /// memory alone. @return how many writes were not synced
+  int cut_power(std::mt19937_64& random);
 
   /// Runs the client against the daemon.
   Finished truepose(std::vector<std::string> arguments) const;
