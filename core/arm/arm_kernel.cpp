@@ -81,9 +81,8 @@ void ArmKernel::forward(const Eigen::Ref<const Eigen::ArrayXXd>& q, Eigen::Ref<P
 
 void ArmKernel::forward_with_jacobian(const JointVector& q, PoseAndJacobian& out) const {
   out.J.resize(6, joint_count());
-  with_chain_joints(q, [&](const double* chain) {
-    code_->forward_jacobian(arm_, chain, out.X_BF.data(), out.J.data());
-  });
+  with_chain_joints(
+      q, [&](const double* chain) { code_->forward_jacobian(arm_, chain, out.X_BF.data(), out.J.data()); });
   to_controller_columns(coupling_, out.J);
 }
 

@@ -35,7 +35,8 @@ std::optional<Duration> packet_age(const StreamStatus& status, TimePoint now) {
 /// Of one of the controller's enumerations, by its number there.
 template <typename Enum>
 std::optional<std::string> name_of(std::optional<std::int64_t> number, Enum first, Enum last) {
-  if (!number || *number < std::to_underlying(first) || *number > std::to_underlying(last)) return std::nullopt;
+  if (!number || *number < std::to_underlying(first) || *number > std::to_underlying(last))
+    return std::nullopt;
   return std::string{name(Enum(*number))};
 }
 

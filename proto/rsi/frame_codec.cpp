@@ -338,7 +338,8 @@ std::expected<std::string_view, FrameError> encode_robot_frame(const RobotFrame&
   if (frame.eipos) writer.attributes("EIPos", kExternalNames, *frame.eipos, decimals);
   if (frame.espos) writer.attributes("ESPos", kExternalNames, *frame.espos, decimals);
   if (frame.delay) writer.text("<Delay D=\"").integer(*frame.delay).text("\"/>");
-  writer.numbers(kProgramElement, kProgramNames, std::array{frame.program.ask, frame.program.state, frame.program.mode});
+  writer.numbers(kProgramElement, kProgramNames,
+                 std::array{frame.program.ask, frame.program.state, frame.program.mode});
   writer.text("<IPOC>").integer(frame.ipoc).text("</IPOC></Rob>");
   return writer.result();
 }

@@ -84,7 +84,9 @@ std::deque<Trouble> a_bad_night(std::size_t poses) {
 class Night {
  public:
   Night(int seed, std::deque<Trouble> troubles)
-      : cell_{three_reflectors(seed)}, random_(static_cast<std::uint64_t>(seed)), troubles_{std::move(troubles)} {
+      : cell_{three_reflectors(seed)},
+        random_(static_cast<std::uint64_t>(seed)),
+        troubles_{std::move(troubles)} {
     cell_.start_daemon(test::power_may_be_cut(cell_.store_file()));
     listen();
     id_ = ask("campaign.start",

@@ -166,8 +166,8 @@ TEST_F(TheDoctor, NamesElementsThatDifferASilentTrackerAndAnotherReflector) {
   send([frame = healthy()](std::uint64_t cycle) { return with(frame(cycle), "<Tp ", "<Tq "); });
   edit("reflector: CCR-1.5in", "reflector: TBR-0.5in");
   const auto said = asked(1);
-  EXPECT_THAT(said,
-              says("fault", "rsi", "not in it: Tq; not sent: Tp.Ask, Tp.Pro, Tp.Mode", "truepose_rsi_ethernet.xml"));
+  EXPECT_THAT(said, says("fault", "rsi", "not in it: Tq; not sent: Tp.Ask, Tp.Pro, Tp.Mode",
+                         "truepose_rsi_ethernet.xml"));
   EXPECT_THAT(said, says("fault", "tracker", "TBR-0.5in", "tracker.reflector"));
 }
 

@@ -132,8 +132,9 @@ TEST(ADaemonKilledAtAnyInstant, HasWhatItHasToldAndItsCampaignsGoOn) {
     EXPECT_EQ(to_the_end(client, told), "done") << cell.daemon().errors();
     expect_kept(client, told, last);
   }
-  std::printf("%d campaigns came to their end; with %d of the kills the power went, with %d writes not synced\n", done,
-              power_cuts, lost_writes);
+  std::printf(
+      "%d campaigns came to their end; with %d of the kills the power went, with %d writes not synced\n",
+      done, power_cuts, lost_writes);
 }
 
 }  // namespace

@@ -77,7 +77,8 @@ void take_from(const fs::path& file, const std::vector<Write>& writes, std::mt19
 }  // namespace
 
 std::vector<std::string> power_may_be_cut(const fs::path& store) {
-  return {std::string{"LD_PRELOAD="} + TRUEPOSE_POWER_CUT_PRELOAD, std::string{kWatchedFiles} + "=" + store.string()};
+  return {std::string{"LD_PRELOAD="} + TRUEPOSE_POWER_CUT_PRELOAD,
+          std::string{kWatchedFiles} + "=" + store.string()};
 }
 
 int cut_power(const fs::path& store, std::mt19937_64& random) {

@@ -4,8 +4,8 @@
 
 namespace truepose::test {
 
-/// What the preloaded library notes of a write that is not yet synced, before it is made: this, the bytes that
-/// stood there, and those that shall.
+/// What the preloaded library notes of a write that is not yet synced, before it is made: this, the bytes
+/// that stood there, and those that shall.
 struct UnsyncedWrite {
   std::int64_t offset = 0;         ///< of the bytes; what is cut off begins there
   std::int64_t before = 0;         ///< size of the file

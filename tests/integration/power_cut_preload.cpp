@@ -31,8 +31,8 @@ struct Real {
   int (*open)(const char*, int, ...) = next<int(const char*, int, ...)>("open64");
   int (*close)(int) = next<int(int)>("close");
   ssize_t (*write)(int, const void*, size_t) = next<ssize_t(int, const void*, size_t)>("write");
-  ssize_t (*pwrite)(int, const void*, size_t, off64_t) =
-      next<ssize_t(int, const void*, size_t, off64_t)>("pwrite64");
+  ssize_t (*pwrite)(int, const void*, size_t,
+                    off64_t) = next<ssize_t(int, const void*, size_t, off64_t)>("pwrite64");
   int (*truncate)(int, off64_t) = next<int(int, off64_t)>("ftruncate64");
   int (*fsync)(int) = next<int(int)>("fsync");
   int (*fdatasync)(int) = next<int(int)>("fdatasync");
@@ -67,7 +67,8 @@ void watch(int file, const char* path) {
   if (file < 0 || file >= static_cast<int>(logs.size()) || !is_watched(path)) return;
   const std::lock_guard lock{mutex};
   const std::string log = path + std::string{truepose::test::kLogSuffix};
-  logs[static_cast<std::size_t>(file)] = real().open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
+  logs[static_cast<std::size_t>(file)] =
+      real().open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
 }
 
 off64_t size_of(int file) {

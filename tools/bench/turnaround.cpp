@@ -39,7 +39,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kPriority = 80;
 constexpr std::chrono::milliseconds kCycle{4};
-constexpr int kSettling = 500;  // cycles of a round that are not counted: the model is ramped in in 250 of them
+constexpr int kSettling =
+    500;  // cycles of a round that are not counted: the model is ramped in in 250 of them
 constexpr std::uint32_t kLoopback = INADDR_LOOPBACK;
 
 void must(bool done, const char* what) {
@@ -130,8 +131,7 @@ class Echo {
       sockaddr_in from{};
       socklen_t size = sizeof from;
       auto* const address = reinterpret_cast<sockaddr*>(&from);
-      const ssize_t bytes =
-          ::recvfrom(socket_.descriptor, buffer.data(), buffer.size(), 0, address, &size);
+      const ssize_t bytes = ::recvfrom(socket_.descriptor, buffer.data(), buffer.size(), 0, address, &size);
       if (bytes <= 0) return;
       ::sendto(socket_.descriptor, buffer.data(), static_cast<std::size_t>(bytes), 0, address, size);
     }
@@ -291,8 +291,8 @@ struct Times {
 /// Each with sockets and threads of its own.
 void run_round(std::span<Times> all, int cycles) {
   static const RobotModel geometric = calibrated_arm(), deviating = deviating_arm();
-  // Threads of one process: where a CPU changes from process to process, a virtual machine may take longer for
-  // that than for all the rest.
+  // Threads of one process: where a CPU changes from process to process, a virtual machine may take longer
+  // for that than for all the rest.
   const Echo bare;
   const Stream of_geometry{geometric}, of_all{deviating};
   std::vector<std::unique_ptr<Exchange>> exchanges;
@@ -327,7 +327,8 @@ bool print(std::span<const Times> all) {
 }
 
 int main_of(int rounds, int cycles) {
-  std::array all{Times{"bare UDP echo"}, Times{"geometric model"}, Times{"deviations and field of 300 poses"}};
+  std::array all{Times{"bare UDP echo"}, Times{"geometric model"},
+                 Times{"deviations and field of 300 poses"}};
   enter_realtime(kControllerCpu);
   for (int round = 0; round < rounds; ++round) run_round(all, cycles);
   return print(all) ? 0 : 1;
