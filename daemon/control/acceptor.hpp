@@ -1,5 +1,7 @@
 #pragma once
 
+#include <sys/socket.h>
+
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/awaitable.hpp>
@@ -23,6 +25,14 @@ std::expected<boost::asio::ip::tcp::acceptor, drivers::StartFailure> listen(
     boost::asio::any_io_executor executor, const std::string& key, const config::Endpoint& endpoint,
     const std::expected<boost::asio::ip::address, std::string>& address);
 
+/// Whether whoever connected has hung up and said nothing. To serve him would take a hundred times as long as
+/// to see that, and others wait behind him.
+template <typename Socket>
+bool has_left(Socket& socket) {
+  char byte = 0;
+  return ::recv(socket.native_handle(), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
+}
+
 /// Accepts until the acceptor is closed.
 /// @param who    for messages
 /// @param admit  of a socket
@@ -36,7 +46,7 @@ boost::asio::awaitable<void> accept_all(Acceptor& acceptor, drivers::Clock& cloc
     auto& [error, socket] = accepted;
     if (!acceptor.is_open()) co_return;
     if (!error) {
-      admit(std::move(socket));
+      if (!has_left(socket)) admit(std::move(socket));
       continue;
     }
     // Out of file descriptors, mostly: trying again at once would only burn the processor.

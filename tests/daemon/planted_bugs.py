@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Plants one bug after another into a copy of the stream and sees whether its random histories find it.
+"""Plants one bug after another and sees whether a test finds it: into the stream, that of random histories; into the drivers of robot
+and tracker, that of campaigns whose wires are disturbed.
 
-    tests/daemon/planted_bugs.py [HISTORIES]      1000 unless said otherwise; needs build/release
+    tests/daemon/planted_bugs.py [HISTORIES]      1000 unless said otherwise; needs build/release, whole
 
-Ends with 0 where the stream as it is passes and every bug is found. The bugs are those that attacks on the product found, or that
-would be easiest to make again.
+Ends with 0 where both pass as they are and every bug is found. The bugs are those that attacks on the product found, or that would be
+easiest to make again.
 """
 import os
 import pathlib
@@ -58,6 +59,27 @@ BUGS = {
          "  if (false) {"),
     ],
 }
+EKI = "drivers/kuka/eki_channel.cpp"
+EMSCON = "drivers/leica/emscon_connection.cpp"
+BRIDGE = "drivers/bridge/bridge_connection.cpp"
+ROBOT = "drivers/kuka/eki_robot.cpp"
+
+WIRE_BUGS = {
+    "as they are": [],
+    "half a document of a lost connection is gone on with": [
+        (EKI, "  splitter_.reset();\n  messages_.clear();\n", ""),
+    ],
+    "half a packet of a lost connection is gone on with": [
+        (EMSCON, "  wire_.close();\n  splitter_ = {};\n", "  wire_.close();\n"),
+        (EMSCON, "    if (!is_open()) splitter_ = {};\n", ""),
+    ],
+    "the acknowledgement of another motion is taken": [
+        (ROBOT, "if (!ack || ack->id != command.id) continue;", "if (!ack) continue;"),
+    ],
+    "a bridge that is silent is waited for": [
+        (BRIDGE, "kHeartbeat{2}", "kHeartbeat{600}"),
+    ],
+}
 OF_THE_STREAM = sorted(file.stem for file in (TREE / "daemon/realtime").glob("*.cpp"))
 OF_THE_TEST = ["stream_history", "stream_history_test", "stream_cell", "robot_program", "plant"]
 FLAGS = ["-std=c++23", "-O1", "-DNDEBUG", "-isystem", "/usr/include/eigen3", "-I.", '-DTRUEPOSE_VERSION="0"',
@@ -89,8 +111,42 @@ def compile_in(folder):
                     "-lgtest_main", "-lyaml-cpp", "-lpugixml", "-lboost_json", "-lcrypto", "-lspdlog", "-lfmt", "-lpthread"], cwd=folder, check=True)
 
 
-def main():
-    histories = sys.argv[1] if len(sys.argv) > 1 else "1000"
+def with_sources(folder, changed):
+    """Links the test of disturbed wires with changed sources: the linker takes their functions before the library's."""
+    link = subprocess.run(["ninja", "-C", BUILD, "-t", "commands", "tests/daemon_trouble_test"], capture_output=True, text=True, check=True)
+    command = link.stdout.splitlines()[-1]
+    objects = []
+    for source in changed:
+        objects.append(folder / (source.replace("/", "_") + ".o"))
+        subprocess.run(["g++", *FLAGS, f"-I{TREE}", "-c", folder / source, "-o", objects[-1]], cwd=folder, check=True)
+    planted = " ".join(map(str, objects)) + " -Wl,--allow-multiple-definition "
+    command = command.replace("-o tests/daemon_trouble_test", f"-o {folder}/test").replace(" tests/daemon/CMakeFiles", f" {planted} tests/daemon/CMakeFiles", 1)
+    subprocess.run(command, cwd=BUILD, shell=True, check=True)
+
+
+def try_wires():
+    wrong = 0
+    for name, changes in WIRE_BUGS.items():
+        with tempfile.TemporaryDirectory() as place:
+            folder = pathlib.Path(place)
+            changed = sorted({file for file, _, _ in changes})
+            for file in changed:
+                (folder / file).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(TREE / file, folder / file)
+            plant(folder, changes)
+            with_sources(folder, changed)
+            try:
+                run = subprocess.run(["./test", "--gtest_brief=1", "--gtest_filter=*DisturbedWire*"], cwd=folder, capture_output=True,
+                                     text=True, timeout=120)
+                found, how = run.returncode != 0, next((line for line in run.stdout.splitlines() if "FAILED" in line), "")
+            except subprocess.TimeoutExpired:
+                found, how = True, "it never ends"
+            print(f"{'found ' if found else 'passes'}  {name}: {how}", flush=True)
+            wrong += found != bool(changes)
+    return wrong
+
+
+def try_stream(histories):
     wrong = 0
     for name, changes in BUGS.items():
         with tempfile.TemporaryDirectory() as place:
@@ -105,6 +161,11 @@ def main():
             first = next((line for line in run.stdout.splitlines() if line.startswith(("seed", histories))), "")
             print(f"{'found ' if found else 'passes'}  {name}: {first}", flush=True)
             wrong += found != bool(changes)
+    return wrong
+
+
+def main():
+    wrong = try_wires() + try_stream(sys.argv[1] if len(sys.argv) > 1 else "1000")
     sys.exit(1 if wrong else 0)
 
 

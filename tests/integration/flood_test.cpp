@@ -12,13 +12,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <map>
-#include <sstream>
 #include <thread>
 
 #include "core/math/statistics.hpp"
 #include "tests/integration/hostile_datagrams.hpp"
 #include "tests/integration/live_cell.hpp"
+#include "tests/integration/load_figures.hpp"
 
 namespace truepose {
 namespace {
@@ -79,44 +78,6 @@ std::uint64_t dropped_by_the_kernel(std::uint16_t port) {
     dropped += std::stoull(line.substr(line.find_last_of(' ', line.find_last_not_of(' ')) + 1));
   }
   return dropped;
-}
-
-double resident_MB(pid_t process) {
-  std::istringstream status{text_of("/proc/" + std::to_string(process) + "/status")};
-  for (std::string word; status >> word;) {
-    double kB = 0;
-    if (word == "VmRSS:" && status >> kB) return kB / 1024;
-  }
-  throw std::runtime_error{"no VmRSS"};
-}
-
-/// What the controller has seen of the wire so far: how many replies came after so many microseconds.
-std::map<std::int64_t, std::int64_t> turnarounds(const json::value& rsi) {
-  std::map<std::int64_t, std::int64_t> counts;
-  for (const json::value& count : rsi.at_pointer("/turnaround_us/counts").as_array())
-    counts[count.at(0).as_int64()] = count.at(1).as_int64();
-  return counts;
-}
-
-/// Of the replies that came between two looks at the controller.
-double p99_us(const json::value& before, const json::value& after) {
-  std::map<std::int64_t, std::int64_t> counts = turnarounds(after);
-  for (const auto& [us, count] : turnarounds(before)) counts[us] -= count;
-  std::int64_t all = 0, seen = 0;
-  for (const auto& [us, count] : counts) all += count;
-  for (const auto& [us, count] : counts) {
-    seen += count;
-    if (100 * seen >= 99 * all) return static_cast<double>(us);
-  }
-  return 0;
-}
-
-/// Runs something for a while. @return p99 of the wire meanwhile, as the controller sees it
-template <typename Run>
-double p99_while(LiveCell& cell, Run run) {
-  const json::value before = cell.simulated().at("rsi");
-  run();
-  return p99_us(before, cell.simulated().at("rsi"));
 }
 
 std::string missed(const json::value& rsi) {
