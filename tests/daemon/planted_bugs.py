@@ -60,9 +60,8 @@ BUGS = {
     ],
 }
 EKI = "drivers/kuka/eki_channel.cpp"
+DEVICES = "daemon/campaign/cell_devices.cpp"
 EMSCON = "drivers/leica/emscon_connection.cpp"
-BRIDGE = "drivers/bridge/bridge_connection.cpp"
-ROBOT = "drivers/kuka/eki_robot.cpp"
 
 WIRE_BUGS = {
     "as they are": [],
@@ -73,11 +72,8 @@ WIRE_BUGS = {
         (EMSCON, "  wire_.close();\n  splitter_ = {};\n", "  wire_.close();\n"),
         (EMSCON, "    if (!is_open()) splitter_ = {};\n", ""),
     ],
-    "the acknowledgement of another motion is taken": [
-        (ROBOT, "if (!ack || ack->id != command.id) continue;", "if (!ack) continue;"),
-    ],
-    "a bridge that is silent is waited for": [
-        (BRIDGE, "kHeartbeat{2}", "kHeartbeat{600}"),
+    "a device that is lost is looked for every twenty seconds": [
+        (DEVICES, "  const TimePoint next = clock_.now() + kAgain;", "  const TimePoint next = clock_.now() + 20 * kAgain;"),
     ],
 }
 OF_THE_STREAM = sorted(file.stem for file in (TREE / "daemon/realtime").glob("*.cpp"))
