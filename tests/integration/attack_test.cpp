@@ -179,7 +179,8 @@ TEST(ADaemonUnderAttack, ServesAClientThatMeansWellKeepsItsMemoryAndCorrectsOn) 
                           {"  #  listen: 0.0.0.0:7211", "    listen: 127.0.0.1:0"},
                           {"  #  certificate:", "    certificate:"},
                           {"  #  key:", "    key:"}}}};
-  const Finished made = run_program("truepose", {"tls", "init", "--dir", cell.folder() / "tls", "--host", "127.0.0.1"});
+  const Finished made =
+      run_program("truepose", {"tls", "init", "--dir", cell.folder() / "tls", "--host", "127.0.0.1"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   cell.start_daemon();
   const Finished campaign = small_campaign(cell);

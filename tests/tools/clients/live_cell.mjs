@@ -3,12 +3,22 @@ import { spawn } from "node:child_process";
 import { createInterface } from "node:readline";
 import { fileURLToPath } from "node:url";
 
+/** Of the cell, where a test runs on another machine: how a command is run there, and its address. */
+export const CELL_NETWORK = process.env.TRUEPOSE_CELL_NETWORK?.split(" ") ?? [];
+export const CELL_HOST = process.env.TRUEPOSE_CELL_HOST ?? "127.0.0.1";
+
+/** Starts a program on the machine of the cell. */
+export function spawnAtCell(program, words, options) {
+  const [first, ...rest] = [...CELL_NETWORK, program, ...words];
+  return spawn(first, rest, options);
+}
+
 export class LiveCell {
   /** @param options  of live_cell.py, as --tls */
   static async start(bin, source, ...options) {
     const cell = new LiveCell();
     const script = fileURLToPath(new URL("live_cell.py", import.meta.url));
-    cell.process = spawn("python3", [script, bin, source, ...options], { stdio: ["pipe", "pipe", "inherit"] });
+    cell.process = spawnAtCell("python3", [script, bin, source, ...options], { stdio: ["pipe", "pipe", "inherit"] });
     cell.lines = createInterface({ input: cell.process.stdout })[Symbol.asyncIterator]();
     cell.place = await cell.#answer();
     return cell;

@@ -3,7 +3,7 @@
 
 As a program:
 
-    live_cell.py BIN SOURCE [--tls]
+    live_cell.py BIN SOURCE [--tls HOST]
 
 starts both and says where they are, as one line of JSON. Each further line on its standard input is one thing to do,
 answered by one line: {"do": "truepose", "arguments": [...]}, {"do": "stop"} and {"do": "start"} (the daemon, on the ports
@@ -41,11 +41,11 @@ def free_udp_port():
 class LiveCell:
     """Ends what it started, and removes its folder, when the `with` block is left."""
 
-    def __init__(self, bin_folder, source, tls=False, speedup=100, origin="https://hmi.plant"):
-        """origin: whose pages may use the web port from a browser"""
+    def __init__(self, bin_folder, source, tls=False, speedup=100, origin="https://hmi.plant", host="127.0.0.1"):
+        """origin: whose pages may use the web port from a browser; host: where the TLS port is reached"""
         self.bin = pathlib.Path(bin_folder)
         self.config = pathlib.Path(source) / "config"
-        self.tls, self.speedup, self.origin = tls, speedup, origin
+        self.tls, self.speedup, self.origin, self.host = tls, speedup, origin, host
         self.processes = {}
         self.port = self.tls_port = self.web_port = 0
         self._folder = tempfile.TemporaryDirectory()
@@ -117,7 +117,7 @@ class LiveCell:
 
     def place(self):
         """Where all is, for another program."""
-        return {"folder": str(self.folder), "host": "127.0.0.1", "port": self.port, "tls_port": self.tls_port,
+        return {"folder": str(self.folder), "host": self.host, "port": self.port, "tls_port": self.tls_port,
                 "web_port": self.web_port, "token": TOKEN, "token_file": str(self.token_file),
                 "cell_file": str(self.cell_file)}
 
@@ -158,7 +158,7 @@ class LiveCell:
         self.token_file.write_text(TOKEN + "\n")
         self.token_file.chmod(0o400)
         if self.tls:
-            self.made("tls", "init", "--dir", self.folder / "tls", "--host", "127.0.0.1")
+            self.made("tls", "init", "--dir", self.folder / "tls", "--host", self.host)
 
     def _cell(self):
         config, at = str(self.config), "127.0.0.1:{}".format
@@ -172,7 +172,7 @@ class LiveCell:
             ("#web:", "web:"), ("#  listen: 127.0.0.1:7280", "  listen: " + at(self.web_port)),
             ("#  origins: [https://hmi.plant]", f"  origins: [{self.origin}]")]
         if self.tls:
-            replacements += [("  #tls:", "  tls:"), ("  #  listen: 0.0.0.0:7211", "    listen: " + at(self.tls_port)),
+            replacements += [("  #tls:", "  tls:"), ("  #  listen: 0.0.0.0:7211", f"    listen: {self.host}:{self.tls_port}"),
                              ("  #  certificate:", "    certificate:"), ("  #  key:", "    key:")]
         return changed((self.config / "cell.yaml").read_text(), replacements)
 
@@ -188,7 +188,9 @@ def carry_out(cell, order):
 
 
 def main():
-    with LiveCell(sys.argv[1], sys.argv[2], tls="--tls" in sys.argv[3:]) as cell:
+    bin_folder, source, *options = sys.argv[1:]
+    tls = {"tls": True, "host": options[1]} if options[:1] == ["--tls"] else {}
+    with LiveCell(bin_folder, source, **tls) as cell:
         print(json.dumps(cell.place()), flush=True)
         for line in sys.stdin:
             print(json.dumps(carry_out(cell, json.loads(line))), flush=True)

@@ -4,7 +4,6 @@
  *     opcua_test.mjs BIN SOURCE SERVER      SERVER: the folder of tools/install-opcua
  */
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
 import { webcrypto } from "node:crypto";
 import { existsSync, mkdtempSync, readFileSync, readdirSync, renameSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -13,7 +12,7 @@ import os from "node:os";
 import path from "node:path";
 import { after, before, test } from "node:test";
 import { setTimeout as delay } from "node:timers/promises";
-import { LiveCell } from "./live_cell.mjs";
+import { CELL_HOST, LiveCell, spawnAtCell } from "./live_cell.mjs";
 
 const [bin, source, folderOfServer] = process.argv.slice(2);
 globalThis.crypto ??= webcrypto; // in Node 18 too
@@ -30,7 +29,7 @@ const tokens = {};
 let cell, server, endpoint, pki, ours;
 
 before(async () => {
-  cell = await LiveCell.start(bin, source, "--tls");
+  cell = await LiveCell.start(bin, source, "--tls", CELL_HOST);
   await cell.offline("tls", "client", "Gateway", "--dir", tls(""));
   await cell.access("Gateway", "viewer", "--certificate", tls("Gateway.pem"));
   tokens["Panel 1"] = await cell.access("Panel 1", "operator");
@@ -57,12 +56,12 @@ async function startServer() {
     "--tls-ca": tls("ca.pem"),
     "--cert": tls("Gateway.pem"),
     "--key": tls("Gateway.key"),
-    "--listen": "127.0.0.1:0",
+    "--listen": `${CELL_HOST}:0`,
     "--pki": path.join(folder, "pki"),
     "--ready-file": ready,
   };
   const words = [path.join(folderOfServer, "src/main.mjs"), ...Object.entries(options).flat()];
-  server = spawn(process.execPath, words, { stdio: ["ignore", "ignore", "inherit"] });
+  server = spawnAtCell(process.execPath, words, { stdio: ["ignore", "ignore", "inherit"] });
   await until(() => existsSync(ready) || server.exitCode !== null, 20);
   assert.equal(server.exitCode, null, "the server ended");
   return JSON.parse(readFileSync(ready));
