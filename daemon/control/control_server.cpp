@@ -105,7 +105,12 @@ bool ControlServer::Impl::make_room(const Peer& peer) {
 
 void ControlServer::Impl::admit(std::unique_ptr<Connection> connection, Peer peer) {
   const ControlLimits& limits = context->limits;
-  // Those that are being told why they are closed stay for a moment; even of these there is an end.
+  // Those that are being told why they are closed stay for a moment; even of these there is an end, for each
+  // peer before it is one for all.
+  const auto unopened = std::ranges::count_if(context->sessions, [&](const Session* session) {
+    return session->peer() == peer.name && session->stage() != Session::Stage::Open;
+  });
+  if (static_cast<std::size_t>(unopened) >= 2 * limits.guests_of_peer) return;
   if (context->sessions.size() >= limits.sessions + 4 * limits.guests_of_peer) return;
   const bool room = make_room(peer);
   const auto session = std::make_shared<Session>(std::move(connection), std::move(peer), context);
