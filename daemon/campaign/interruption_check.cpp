@@ -108,10 +108,10 @@ CampaignOutcome<SinceInterruption> InterruptionCheck::run() {
   co_return SinceInterruption{X_, told()};
 }
 
-/// What seems to have moved. Of too few poses to tell by how much, chance alone has some look moved: they do
-/// so once more, or nothing has.
+/// What seems to have moved. Where the nests stand still and the poses are too few to tell by how much, chance
+/// alone has some look moved: they do so once more, or nothing has.
 CampaignOutcome<void> InterruptionCheck::judge() {
-  if (now_.size() >= kFewestToFit) co_return fit();
+  if (now_.size() >= kFewestToFit || nests_moved_) co_return fit();
   tried_ = 0;
   for (auto* readings : {&then_, &now_}) readings->clear();
   numbers_.clear();

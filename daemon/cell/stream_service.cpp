@@ -31,8 +31,7 @@ std::optional<Duration> packet_age(const StreamStatus& status, TimePoint now) {
   return std::max(Duration{0}, now - *status.heard);
 }
 
-/// RSI numbers $PRO_STATE as the state server does.
-/// Of one of the controller's enumerations, by its number there.
+/// Of one of the controller's enumerations, by its number there. RSI numbers them as the state server does.
 template <typename Enum>
 std::optional<std::string> name_of(std::optional<std::int64_t> number, Enum first, Enum last) {
   if (!number || *number < std::to_underlying(first) || *number > std::to_underlying(last))

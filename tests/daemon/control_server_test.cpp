@@ -1,7 +1,11 @@
 #include <gmock/gmock.h>
 
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
 #include <random>
 
+#include "daemon/control/acceptor.hpp"
+#include "proto/control/line_splitter.hpp"
 #include "proto/control/schema.hpp"
 #include "proto/control/session_proof.hpp"
 #include "tests/daemon/control_fixture.hpp"
@@ -95,6 +99,47 @@ TEST_F(ControlServerTest, LeavesPlacesToOtherPeers) {
   EXPECT_THAT(another.hello().result.error().message, HasSubstr("loopback has 1 sessions open already"));
   Client local{socket()};
   EXPECT_EQ(local.code("session.hello", {{"protocol", 1}}), 0);
+}
+
+TEST_F(ControlServerTest, LeavesPlacesToOtherPeersWhereOneIsToldWhyItsConnectionsAreClosed) {
+  const auto port = serve({.sessions = 2, .guests_of_peer = 2});
+  std::vector<std::unique_ptr<Client>> crowd;
+  for (int i = 0; i < 12; ++i) {
+    crowd.push_back(std::make_unique<Client>(port));
+    crowd.back()->send(std::string(2 * control::kMaxLineBeforeHello, 'x'));
+    crowd.back()->line();  // why it is closed
+  }
+  Client local{socket()};
+  EXPECT_EQ(local.code("session.hello", {{"protocol", 1}}), 0);
+}
+
+TEST(AcceptAll, LeavesOutWhoeverHasHungUpAndSaidNothing) {
+  asio::io_context io;
+  tcp::acceptor acceptor{io, {asio::ip::address_v4::loopback(), 0}};
+  const auto connect = [&](tcp::socket& socket) { socket.connect(acceptor.local_endpoint()); };
+  for (int i = 0; i < 3; ++i) {
+    tcp::socket gone{io};
+    connect(gone);
+  }
+  tcp::socket stays{io}, has_spoken{io};
+  connect(stays);
+  connect(has_spoken);
+  asio::write(has_spoken, asio::buffer("x", 1));
+  has_spoken.shutdown(tcp::socket::shutdown_send);
+  ManualClock clock;
+  std::vector<tcp::socket> admitted;
+  const auto admit = [&](tcp::socket socket) {
+    admitted.push_back(std::move(socket));
+    if (admitted.size() == 2) acceptor.close();
+  };
+  asio::co_spawn(io,
+                 accept_all(
+                     acceptor, clock, [](const std::string&) {}, "test", admit),
+                 asio::detached);
+  io.run();
+  ASSERT_EQ(admitted.size(), 2U);
+  EXPECT_EQ(admitted[0].remote_endpoint(), stays.local_endpoint());
+  EXPECT_EQ(admitted[1].remote_endpoint(), has_spoken.local_endpoint());
 }
 
 TEST_F(ControlServerTest, TakesNoTokenWhereTheKernelSaysWhoAsks) {

@@ -276,6 +276,18 @@ TEST_F(ResumedCampaignTest, LooksTwiceWhereTwoPosesAloneSeemToHaveMoved) {
   EXPECT_EQ(checks, 2 + 2);
 }
 
+TEST_F(ResumedCampaignTest, TakesNoSecondLookForStandingStillWhereTheNestsHaveMoved) {
+  truth.instrument.nests_mm = {{1500, -1400, -800}, {1800, 1500, -700}, {3200, -300, -1200}};
+  config.tracker.nests_mm = truth.instrument.nests_mm;
+  const Past past = cut_at_point(2);
+  start(CalibrationOrder{}, past);
+  cell->bump_tracker({4, -3, 1});
+  ASSERT_TRUE(go_on());
+  ASSERT_FALSE(*outcome);
+  EXPECT_TRUE(outcome->error().interrupted);
+  EXPECT_THAT(outcome->error().detail, HasSubstr("nobody can tell what has moved"));
+}
+
 TEST_F(ResumedCampaignTest, StaysInterruptedWhereTheReflectorIsNotSeen) {
   const Past past = cut_at_point(20);
   truth.faults.no_target = 1;

@@ -475,7 +475,7 @@ TEST(ProductionProgram, IsNotTakenInByTheLastWordOfAnRsiThatTimedOut) {
   EXPECT_EQ(cell.bench.variable("DONE"), Value{false});
   EXPECT_EQ(cell.program->state(), ProgramState::Ended) << "it does not wait for a PC that nobody hears";
   EXPECT_EQ(cell.bench.host.messages,
-            Said{"RSI had ended before TP_END: the last points were not corrected"});
+            Said{"RSI had ended before TP_END: the points since were not corrected"});
 }
 
 TEST(ProductionProgram, OpensRsiAnewWhereItTimedOutBeforeTheCorrectionWasInForce) {
