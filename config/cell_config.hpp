@@ -117,7 +117,7 @@ struct CampaignConfig {
   std::chrono::milliseconds settle{500};
   std::chrono::seconds warm_up{0};
   int warm_up_moves = 2;
-  int retries = 2;                        ///< of a failed point, before it is skipped and listed
+  int retries = 2;                        ///< of a failed point, before it is skipped and listed; of connecting
   std::chrono::seconds pause_after{120};  ///< that a campaign waits for a device before it pauses
   int pause_after_lost = 2;               ///< points in a row that fail for good before it pauses; 0: never
   double limit_margin_deg = 5;            ///< kept from the joint limits by planned poses

@@ -79,7 +79,8 @@ class Robot {
   /// Starts the controller's program that opens RSI and accepts corrections.
   virtual boost::asio::awaitable<std::expected<void, RobotError>> start_stream_program(
       TimePoint deadline) = 0;
-  /// Brakes the arm and leaves any program. May be called while another call is under way.
+  /// Brakes the arm and leaves any program. May be called while another call is under way, and connects for
+  /// it where no connection is left.
   virtual boost::asio::awaitable<std::expected<void, RobotError>> stop(TimePoint deadline) = 0;
   virtual void disconnect() noexcept = 0;
 };

@@ -64,7 +64,7 @@ MeasuringSession::Outcome<void> MeasuringSession::connect() {
   enter(CampaignPhase::Connect);
   auto begun = co_await begin();
   if (!begun) co_return std::unexpected(store_failed(begun.error()));
-  auto identities = co_await devices_.connect(ArmProof::ByMotion);
+  auto identities = co_await connected_devices();
   if (!identities) co_return std::unexpected(fatal(identities.error()));
   result_->identities = *std::move(identities);
   begun_ = true;
@@ -76,6 +76,18 @@ MeasuringSession::Outcome<void> MeasuringSession::connect() {
   if (!known) co_return known;
   Done proven = co_await prove_arm();
   co_return proven;
+}
+
+/// What is away for a moment only, or hangs up, is no end of a campaign; what stays away is told before the
+/// arm has moved.
+CellDevices::Outcome<Identities> MeasuringSession::connected_devices() {
+  for (int tries_left = config_.campaign.retries;; --tries_left) {
+    auto identities = co_await devices_.connect(ArmProof::ByMotion);
+    if (identities || identities.error().remedy == Remedy::WrongArm || tries_left == 0) co_return identities;
+    observer_.on_trouble(identities.error().detail + "; trying again");
+    const TimePoint next = clock_.now() + kBeforeRetry;
+    co_await clock_.sleep_until(next);
+  }
 }
 
 /// In the journal.

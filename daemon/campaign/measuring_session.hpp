@@ -152,6 +152,7 @@ class MeasuringSession {
 
  private:
   Outcome<void> prove_arm();
+  CellDevices::Outcome<Identities> connected_devices();
   boost::asio::awaitable<StoreResult<void>> begin();
   Outcome<std::optional<MeasuringTarget>> substitute(MeasuringTarget failed);
   MeasuringTarget new_substitute(const MeasuringTarget& failed, const JointVector& q);

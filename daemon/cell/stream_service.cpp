@@ -220,6 +220,7 @@ RobotCondition StreamService::robot(const StreamStatus& status) const {
   if (auto mode = name_of(status.mode, OperatingMode::T1, OperatingMode::Ext)) robot.mode = std::move(mode);
   if (auto program = name_of(status.program, ProgramState::Free, ProgramState::Ended))
     robot.program = std::move(program);
+  if (status.override_percent) robot.override_percent = static_cast<double>(*status.override_percent);
   return robot;
 }
 

@@ -96,11 +96,11 @@ struct StreamStatus {
   drivers::TimePoint read_until{};          ///< all that it had sent by then has been read
   std::optional<drivers::UdpSource> peer;   ///< the controller, as it sends
   std::uint64_t ipoc = 0;
-  std::uint64_t ipoc_step = 0;          ///< learned from the controller; 0 = not yet known
-  std::uint64_t model = 0;              ///< number that use_model() was given; 0 = none
-  double gain = 0;                      ///< 0 = no correction, 1 = all of it
+  std::uint64_t ipoc_step = 0;  ///< learned from the controller; 0 = not yet known
+  std::uint64_t model = 0;      ///< number that use_model() was given; 0 = none
+  double gain = 0;              ///< 0 = no correction, 1 = all of it
   // ProgramSignals, where the last frame had them.
-  std::optional<std::int64_t> program, mode;
+  std::optional<std::int64_t> program, mode, override_percent;
   // What the program of an armed stream says, where the controller sends it.
   bool program_stopped = false;   ///< the correction is held until it goes on
   bool program_declines = false;  ///< it does not ask to be corrected

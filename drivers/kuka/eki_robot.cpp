@@ -334,8 +334,19 @@ asio::awaitable<std::expected<eki::Ack, RobotError>> KukaEkiRobot::run(eki::Comm
   }
 }
 
+/// Over a new connection where there is none: a call that is cancelled in its midst closes it, and whoever
+/// cancels is likely to want the arm to stop.
+asio::awaitable<std::expected<eki::State, RobotError>> KukaEkiRobot::order_stop(TimePoint deadline) {
+  if (state_->connected()) {
+    auto answered = co_await control(eki::ControlOp::Stop, deadline);
+    if (answered || answered.error().fault != RobotFault::Disconnected) co_return answered;
+  }
+  auto answered = co_await open_state(eki::ControlOp::Stop, deadline);
+  co_return answered;
+}
+
 asio::awaitable<std::expected<void, RobotError>> KukaEkiRobot::stop(TimePoint deadline) {
-  auto state = co_await control(eki::ControlOp::Stop, deadline);
+  auto state = co_await order_stop(deadline);
   while (state && (state->moving || !state->in_position)) {
     if (clock_.now() >= deadline) {
       co_return std::unexpected(

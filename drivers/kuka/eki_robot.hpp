@@ -60,6 +60,7 @@ class KukaEkiRobot final : public Robot {
   boost::asio::awaitable<std::expected<eki::Hello, RobotError>> greeting(TimePoint deadline);
   boost::asio::awaitable<std::expected<eki::State, RobotError>> control(eki::ControlOp op,
                                                                         TimePoint deadline);
+  boost::asio::awaitable<std::expected<eki::State, RobotError>> order_stop(TimePoint deadline);
   boost::asio::awaitable<std::expected<eki::Ack, RobotError>> run(eki::Command command, eki::AckState until,
                                                                   TimePoint deadline);
   RobotState robot_state(const eki::State& reported) const;

@@ -23,6 +23,11 @@ class MockTracker final : public Tracker {
   void disconnect() noexcept override { connected_ = false; }
 
   bool connected() const { return connected_; }
+  /// From now on it does not answer for so long.
+  void leave(Duration time) {
+    connected_ = false;
+    gone_until_ = cell_.clock().now() + time;
+  }
 
  private:
   static constexpr Duration kUsualTime = std::chrono::seconds{2};

@@ -69,6 +69,7 @@ const std::vector<ObjectType>& object_types() {
       {"POSCORRMON", "PosCorrMon", 81, {{"MaxTrans", kAny, 0}, {"MaxRotAngle", kAny, 1}}},
       {"STOP", "Stop", 18, {{"Mode", 1, 0}}},
       {"STATUS", "Status", 62, {{"Type", 1, 0}}},
+      {"OV_PRO", "Ov_Pro", 63, {}},
       {"SEN_PINT", "Sen_PInt", 57, {{"Index", 1, 0}}},
       {"MAP2SEN_PINT", "Map2Sen_PInt", 16, {{"Index", 1, 0}}},
   };
@@ -274,7 +275,7 @@ Context truepose_context(const ContextDemands& demands) {
   // Above the limits of AXISCORR, which clamps, since reaching it stops RSI.
   const double ceiling_deg = std::ceil(demands.max_total_deg + 1);
   ContextObject ethernet{.type = "ETHERNET", .id = "ETHERNET1"};
-  ethernet.inputs = {{1, {"SEN_PINT1", 1}}, {2, {"STATUS1", 1}}, {3, {"STATUS2", 1}}};
+  ethernet.inputs = {{1, {"SEN_PINT1", 1}}, {2, {"STATUS1", 1}}, {3, {"STATUS2", 1}}, {4, {"OV_PRO1", 1}}};
   ethernet.values = {{"ConfigFile", demands.ethernet_file},
                      {"Timeout", std::to_string(demands.timeout_cycles)},
                      {"Flag", "-1"},
@@ -290,6 +291,7 @@ Context truepose_context(const ContextDemands& demands) {
   return {{{.type = "SEN_PINT", .id = "SEN_PINT1", .values = {{"Index", "1"}}},
            {.type = "STATUS", .id = "STATUS1", .values = {{"Type", "2"}}},
            {.type = "STATUS", .id = "STATUS2", .values = {{"Type", "1"}}},
+           {.type = "OV_PRO", .id = "OV_PRO1"},
            ethernet,
            correction,
            monitor,

@@ -161,9 +161,10 @@ class ContextLint {
 
   /// How a production program and the PC understand each other, where the lists have it.
   void look_at_program() {
-    look_at_input("Tp.Ask", "SEN_PINT", "Index", 1, "$SEN_PINT[1]");
-    look_at_input("Tp.Pro", "STATUS", "Type", kProState, "$PRO_STATE");
-    look_at_input("Tp.Mode", "STATUS", "Type", kOperatingMode, "the operating mode");
+    look_at_input("Tp.Ask", "SEN_PINT", "$SEN_PINT[1]", Setting{"Index", 1});
+    look_at_input("Tp.Pro", "STATUS", "$PRO_STATE", Setting{"Type", kProState});
+    look_at_input("Tp.Mode", "STATUS", "the operating mode", Setting{"Type", kOperatingMode});
+    look_at_input("Tp.Ov", "OV_PRO", "$OV_PRO");
     const auto wanted = channel(kGainTag, ethernet_.receive);
     if (!ethernet_.gain || !wanted) return;
     for (const ContextObject& object : context_.objects) {
@@ -176,14 +177,21 @@ class ContextLint {
         " to $SEN_PINT[2]: TP_BEGIN() would wait for ever");
   }
 
-  void look_at_input(std::string_view tag, std::string_view type, std::string_view parameter, double value,
-                     const std::string& what) {
+  struct Setting {
+    std::string_view parameter;
+    double value;
+  };
+
+  /// @param with  how an object of this type is told what to send, where there is a choice
+  void look_at_input(std::string_view tag, std::string_view type, const std::string& what,
+                     std::optional<Setting> with = {}) {
     const auto at = channel(tag, ethernet_.send);
     if (!at) return;
     const auto wire = link_->inputs.find(*at);
     const ContextObject* const from =
         wire == link_->inputs.end() ? nullptr : context_.with_id(wire->second.object);
-    if (from != nullptr && from->type == type && from->number(parameter).value_or(1) == value) return;
+    const auto is_set = [&] { return !with || from->number(with->parameter).value_or(1) == with->value; };
+    if (from != nullptr && from->type == type && is_set()) return;
     say(link_->id + ": input " + std::to_string(*at) + ", sent as " + std::string{tag} + ", is not led by " +
         what);
   }

@@ -271,7 +271,9 @@ RobotFrame robot_frame(const WireNumbers& numbers) noexcept {
   frame.eipos = six[kEIPos];
   frame.espos = six[kESPos];
   frame.delay = numbers.delay;
-  frame.program = {.ask = numbers.program[0], .state = numbers.program[1], .mode = numbers.program[2]};
+  const auto& program = numbers.program;
+  frame.program = {
+      .ask = program[0], .state = program[1], .mode = program[2], .override_percent = program[3]};
   return frame;
 }
 
@@ -338,8 +340,9 @@ std::expected<std::string_view, FrameError> encode_robot_frame(const RobotFrame&
   if (frame.eipos) writer.attributes("EIPos", kExternalNames, *frame.eipos, decimals);
   if (frame.espos) writer.attributes("ESPos", kExternalNames, *frame.espos, decimals);
   if (frame.delay) writer.text("<Delay D=\"").integer(*frame.delay).text("\"/>");
-  writer.numbers(kProgramElement, kProgramNames,
-                 std::array{frame.program.ask, frame.program.state, frame.program.mode});
+  writer.numbers(
+      kProgramElement, kProgramNames,
+      std::array{frame.program.ask, frame.program.state, frame.program.mode, frame.program.override_percent});
   writer.text("<IPOC>").integer(frame.ipoc).text("</IPOC></Rob>");
   return writer.result();
 }

@@ -53,6 +53,7 @@ struct ProgramSignals {
   std::optional<std::int64_t> ask;    ///< Ask: 1 = the program wants to be corrected, 0 = it does not
   std::optional<std::int64_t> state;  ///< Pro, $PRO_STATE: 1 free, 2 reset, 3 active, 4 stopped, 5 ended
   std::optional<std::int64_t> mode;   ///< Mode, of operation: 1 T1, 2 T2, 3 AUT, 4 EXT
+  std::optional<std::int64_t> override_percent;  ///< Ov, $OV_PRO
 
   bool operator==(const ProgramSignals&) const = default;
 };

@@ -81,6 +81,10 @@ TEST_F(AnArmedStream, ShowsTheStateOfTheRobotAndTellsItsChanges) {
     co_await pass(100ms);
     now = co_await ask("stream.status");
     EXPECT_EQ(now->at_pointer("/robot/mode"), "T1") << "by RSI, at once";
+    rig.program.override_percent = 30;
+    co_await pass(100ms);
+    now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/robot/override_percent").to_number<double>(), 30) << "by RSI, at once";
     rig.program.mode = 0;
     co_await pass(100ms);
     now = co_await ask("stream.status");
@@ -101,6 +105,7 @@ TEST_F(AnArmedStream, GoesOnWhereTheStateOfTheRobotIsNotKnownAndShowsNoneThatIsO
     EXPECT_EQ(now->at_pointer("/stream/state"), "correcting");
     EXPECT_TRUE(now->at_pointer("/stream/robot/emergency_stop").is_null());
     EXPECT_EQ(now->at_pointer("/stream/robot/mode"), "EXT") << "RSI tells it";
+    EXPECT_TRUE(now->at_pointer("/stream/robot/override_percent").is_null()) << "which RSI does not";
     EXPECT_EQ(now->at_pointer("/stream/robot/unknown"), "the controller does not answer");
     co_await pass(12s);
     now = co_await ask("stream.status");

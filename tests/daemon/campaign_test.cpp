@@ -322,17 +322,37 @@ TEST_F(CampaignTest, EveryPoseIsMeasuredOrListedThroughLostConnectionsAndRestart
   EXPECT_FALSE(observer.troubles.empty());
 }
 
+TEST_F(CampaignTest, BeginsThoughItsDevicesAreAwayForAMomentAsItConnects) {
+  start();
+  robot->leave(500ms);
+  tracker->leave(1500ms);
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  EXPECT_THAT(observer.troubles, ElementsAre("robot: the controller does not answer; trying again",
+                                             "tracker: the tracker does not answer; trying again"));
+}
+
+TEST_F(CampaignTest, EndsBeforeTheArmMovesWhereADeviceDoesNotAnswer) {
+  start();
+  tracker->leave(1h);
+  ASSERT_TRUE(go_on());
+  ASSERT_FALSE(*outcome);
+  EXPECT_THAT(outcome->error().detail, HasSubstr("the tracker does not answer"));
+  EXPECT_LT(clock.now(), TimePoint{} + 1min);
+  EXPECT_FALSE(cell->moving());
+}
+
 TEST_F(CampaignTest, WaitsForADeviceAsLongAsItIsAwayAndSaysWhyOnce) {
   start();
   observer.at_point = [this](const StoredPoint& point) {
     if (point.pose == 3) {
       robot->disconnect();
-      robot->leave(100h);
+      robot->leave(3h);
     }
   };
   ASSERT_TRUE(go_on());
   ASSERT_TRUE(*outcome) << outcome->error().detail;
-  EXPECT_GT(clock.now(), TimePoint{} + 100h);
+  EXPECT_GT(clock.now(), TimePoint{} + 3h);
   EXPECT_EQ(journal.points.size(), 40U);
   EXPECT_THAT(journal.skipped, IsEmpty());
   EXPECT_EQ(std::ranges::count_if(observer.troubles,

@@ -528,6 +528,26 @@ TEST_F(EkiRobot, StopsWhileAStateIsAwaitedAndBothGetTheirAnswers) {
   EXPECT_EQ(answered, 1);
 }
 
+TEST_F(EkiRobot, StopsOverANewConnectionWhereItHasLostTheOneBefore) {
+  serve({greet_and_answer({})}, [&](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {
+    for (;;) {
+      const eki::ToController message = co_await peer->read();
+      const auto& control = std::get<eki::Control>(message);
+      controls_.push_back(control.op);
+      if (controls_.size() == 2) co_return peer->close();
+      co_await peer->write(text(ready_state(control.id)));
+    }
+  });
+  run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
+    co_await robot.connect(soon());
+    EXPECT_FALSE(co_await robot.state(soon()));
+    const auto stopped = co_await robot.stop(soon());
+    EXPECT_TRUE(stopped) << stopped.error().detail;
+  });
+  using enum eki::ControlOp;
+  EXPECT_THAT(controls_, testing::ElementsAre(ReleaseStop, AskState, Stop, ReleaseStop));
+}
+
 TEST_F(EkiRobot, ThrowsWhenAMoveIsCancelledAndCanStillBeStopped) {
   bool moving = false;
   serve({[&](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {

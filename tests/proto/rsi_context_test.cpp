@@ -158,6 +158,8 @@ TEST(ContextLint, NamesEveryFlawAlone) {
       {"input 2, sent as Tp.Pro, is not led by $PRO_STATE", set("STATUS", "Type", "1")},
       {"input 3, sent as Tp.Mode, is not led by the operating mode",
        [](Context& c) { c.objects.at(2).values["Type"] = "2"; }},
+      {"input 4, sent as Tp.Ov, is not led by $OV_PRO",
+       [](Context& c) { object(c, "ETHERNET").inputs.at(4).object = "STATUS1"; }},
       {"nothing leads to CorrA4, which AK.A4 is to move",
        [](Context& c) { object(c, "AXISCORR").inputs.erase(4); }},
       {"CorrA1 is led by output 2 of ETHERNET1, but AK.A1 comes out of output 1 of ETHERNET1",

@@ -139,7 +139,8 @@ TEST(RobotFrame, TellsOfTheProgramWhatTheListHas) {
   RobotFrame frame = golden_robot_frame();
   for (const ProgramSignals& program :
        {ProgramSignals{.ask = 1, .state = 3}, ProgramSignals{.ask = 0, .state = {}},
-        ProgramSignals{.ask = {}, .state = 4}, ProgramSignals{.ask = 1, .state = 3, .mode = 4}}) {
+        ProgramSignals{.ask = {}, .state = 4}, ProgramSignals{.ask = 1, .state = 3, .mode = 4},
+        ProgramSignals{.ask = 1, .state = 3, .mode = 4, .override_percent = 100}}) {
     frame.program = program;
     EXPECT_EQ(decode_robot_frame(encoded(frame)).value(), frame);
   }

@@ -21,14 +21,17 @@ using NamedCommands = std::map<std::string, std::string>;
 
 /// Commands stand in backquotes, or begin a line that shows what to type.
 void gather(const std::filesystem::path& file, NamedCommands& named) {
-  static const std::regex quoted{"`truepose ([^`\\n]+)`"};
-  static const std::regex shown{"(?:^|\\n)[ $]*(?:ExecStart=\\S*/)?truepose ([a-z][^\\n]*)"};
-  const std::string text = text_of(file);
+  static const std::regex quoted{"`truepose ([^`]+)`"};
+  static const std::regex shown{"^[ $]*(?:ExecStart=\\S*/)?truepose ([a-z].*)"};
+  std::istringstream text{text_of(file)};
   const bool page = file.extension() == ".md" || file.extension() == ".in";
-  for (const std::regex* form : {&quoted, &shown}) {
-    if (form == &shown && !page) continue;
-    for (std::sregex_iterator found{text.begin(), text.end(), *form}, end; found != end; ++found)
-      named.emplace((*found)[1], file.lexically_relative(kSource));
+  for (std::string line; std::getline(text, line);) {
+    if (line.find("truepose ") == std::string::npos) continue;
+    for (const std::regex* form : {&quoted, &shown}) {
+      if (form == &shown && !page) continue;
+      for (std::sregex_iterator found{line.begin(), line.end(), *form}, end; found != end; ++found)
+        named.emplace((*found)[1], file.lexically_relative(kSource));
+    }
   }
 }
 

@@ -374,6 +374,7 @@ FlowSources Controller::sources() const {
   return {.sen_pint = read,
           .mode = mode_,
           .program_state = static_cast<int>(robot_->state()) + 1,
+          .override_percent = std::get<std::int32_t>(variables_.at("$OV_PRO")),
           .base = frame_in("$BASE").value_or(Eigen::Isometry3d::Identity()),
           .tool = frame_in("$TOOL").value_or(Eigen::Isometry3d::Identity())};
 }

@@ -43,18 +43,25 @@ double clamped_to(double value, double lower, double upper, bool& clamped) {
   return within;
 }
 
-/// What a STATUS object says; none where its Type is not simulated.
-std::optional<int> told(const rsi::ContextObject& status, const FlowSources& sources) {
-  const int type = whole(status, "Type", 0);
+/// What an object says that asks the controller; none where that is not simulated.
+std::optional<int> told(const rsi::ContextObject& object, const FlowSources& sources) {
+  if (object.type == "SEN_PINT") return sources.sen_pint(whole(object, "Index", 1));
+  if (object.type == "OV_PRO") return sources.override_percent;
+  if (object.type != "STATUS") return std::nullopt;
+  const int type = whole(object, "Type", 0);
   if (type == kStatusOfMode) return sources.mode;
   if (type == kStatusOfProgram) return sources.program_state;
   return std::nullopt;
 }
 
+bool asks_the_controller(std::string_view type) {
+  return type == "SEN_PINT" || type == "STATUS" || type == "OV_PRO";
+}
+
 std::optional<std::string> not_simulated(const rsi::Context& context) {
-  static const std::set<std::string_view> kKnown{"ETHERNET", "AXISCORR",   "AXISCORRMON",
-                                                 "POSCORR",  "POSCORRMON", "STOP",
-                                                 "STATUS",   "SEN_PINT",   "MAP2SEN_PINT"};
+  static const std::set<std::string_view> kKnown{"ETHERNET",   "AXISCORR",    "AXISCORRMON", "POSCORR",
+                                                 "POSCORRMON", "STOP",        "STATUS",      "OV_PRO",
+                                                 "SEN_PINT",   "MAP2SEN_PINT"};
   for (const rsi::ContextObject& object : context.objects) {
     if (!kKnown.contains(object.type)) return object.id + ": " + object.type + " is not simulated";
     if (object.type == "POSCORR" && !correction_system(object))
@@ -66,7 +73,7 @@ std::optional<std::string> not_simulated(const rsi::Context& context) {
     for (const auto& [input, from] : object.inputs) {
       const std::string_view source = context.with_id(from.object)->type;
       const bool sends = object.type == "ETHERNET";
-      if (sends ? source != "SEN_PINT" && source != "STATUS" : source != "ETHERNET")
+      if (sends ? !asks_the_controller(source) : source != "ETHERNET")
         return object.id + ": a wire from " + from.object + " to here is not simulated";
     }
   }
@@ -93,8 +100,7 @@ ChannelValues RsiFlow::sent(const FlowSources& sources) const {
   ChannelValues values;
   for (const auto& [input, from] : ethernet().inputs) {
     const rsi::ContextObject& source = *context_.with_id(from.object);
-    values[input] =
-        source.type == "STATUS" ? *told(source, sources) : sources.sen_pint(whole(source, "Index", 1));
+    values[input] = *told(source, sources);
   }
   return values;
 }

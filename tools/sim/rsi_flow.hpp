@@ -20,6 +20,7 @@ struct FlowSources {
   std::function<int(int index)> sen_pint;  ///< $SEN_PINT
   int mode = rsi::kModeExt;
   int program_state = rsi::kProgramActive;
+  int override_percent = 100;
   Eigen::Isometry3d base = Eigen::Isometry3d::Identity();  ///< $BASE, in the robot root
   Eigen::Isometry3d tool = Eigen::Isometry3d::Identity();  ///< $TOOL, on the flange
 };
