@@ -90,27 +90,32 @@ def plant(folder, changes):
         (folder / file).write_text(text.replace(old, new, 1))
 
 
+def link_command(test):
+    """How the release build links a test program: sources, then libraries, from within BUILD."""
+    commands = subprocess.run(["ninja", "-C", BUILD, "-t", "commands", f"tests/{test}"], capture_output=True, text=True, check=True)
+    return commands.stdout.splitlines()[-1].removesuffix(" && :")
+
+
 def compile_in(folder):
     sources = [f"daemon/realtime/{name}.cpp" for name in OF_THE_STREAM] + [f"tests/daemon/{n}.cpp" for n in OF_THE_TEST]
     objects = []
     pending = []
     for source in sources:
         objects.append(source.replace("/", "_") + ".o")
-        pending.append(subprocess.Popen(["ccache", "g++", *FLAGS, "-c", source, "-o", objects[-1]], cwd=folder))
+        pending.append(subprocess.Popen(["ccache", "g++", *FLAGS, f"-I{TREE}", "-c", source, "-o", objects[-1]], cwd=folder))
         if len(pending) == os.cpu_count():
             if pending.pop(0).wait() != 0:
                 sys.exit("a planted bug does not compile")
     if any([job.wait() != 0 for job in pending]):
         sys.exit("a planted bug does not compile")
-    libraries = [str(BUILD / f"{part}/libtruepose_{part}.a") for part in ("drivers", "config", "proto", "core")]
-    subprocess.run(["g++", "-o", "histories", *objects, "-Wl,--start-group", *libraries, "-Wl,--end-group", "-lgtest",
-                    "-lgtest_main", "-lyaml-cpp", "-lpugixml", "-lboost_json", "-lcrypto", "-lspdlog", "-lfmt", "-lpthread"], cwd=folder, check=True)
+    libraries = link_command("daemon_stream_test").split(" -o tests/daemon_stream_test ")[1]
+    linked = " ".join(str(folder / name) for name in objects)
+    subprocess.run(f"g++ -o {folder}/histories {linked} -Wl,--allow-multiple-definition {libraries} ", cwd=BUILD, shell=True, check=True)
 
 
 def with_sources(folder, changed):
     """Links the test of disturbed wires with changed sources: the linker takes their functions before the library's."""
-    link = subprocess.run(["ninja", "-C", BUILD, "-t", "commands", "tests/daemon_trouble_test"], capture_output=True, text=True, check=True)
-    command = link.stdout.splitlines()[-1]
+    command = link_command("daemon_trouble_test")
     objects = []
     for source in changed:
         objects.append(folder / (source.replace("/", "_") + ".o"))
