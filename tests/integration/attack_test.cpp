@@ -13,7 +13,6 @@
 #include <thread>
 #include <vector>
 
-#include "core/math/statistics.hpp"
 #include "tests/integration/live_cell.hpp"
 #include "tests/integration/load_figures.hpp"
 #include "tests/integration/own_network.hpp"

@@ -19,6 +19,7 @@
 
 #include "daemon/control/control_server.hpp"
 #include "tests/temp_folder.hpp"
+#include "tools/truepose/online/campaign_watch.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 #include "tools/truepose/online/online_text.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
@@ -340,10 +341,13 @@ TEST_F(OnlineTest, ADaemonThatStopsEndsAWatchWithItsReason) {
   auto client = RpcClient::connect({address_, folder_.path() / "token"});
   ASSERT_TRUE(client);
   on_loop([this] { server_->stop(); });
-  const auto event = client->next_event();
-  ASSERT_FALSE(event);
-  EXPECT_EQ(event.error().exit_code, kUnreachable);
-  EXPECT_THAT(event.error().message, HasSubstr("is lost"));
+  try {
+    watch_to_end(*client, "c1", {{"id", "c1"}, {"phase", "identifying"}}, true);
+    FAIL() << "it has ended well";
+  } catch (const CommandError& error) {
+    EXPECT_EQ(error.exit_code, kUnreachable);
+    EXPECT_THAT(error.message, testing::AllOf(HasSubstr("is lost"), HasSubstr("truepose status says")));
+  }
 }
 
 TEST(OnlineText, OfAStrangeDaemonIsStillText) {

@@ -91,6 +91,16 @@ std::string model_text_of(RpcClient& client, const std::string& id) {
          " on validation poses, " + (is_true_at(found, "/model/active") ? "active" : "not active");
 }
 
+/// Whoever watches is told what becomes of the campaign where its daemon is gone.
+control::Event next_event(RpcClient& client) {
+  auto event = client.next_event();
+  if (!event)
+    throw CommandError{event.error().exit_code,
+                       event.error().message +
+                           "; what the campaign has measured is kept: truepose status says how it goes on"};
+  return *std::move(event);
+}
+
 }  // namespace
 
 void subscribe_to_watch(RpcClient& client) {
@@ -102,7 +112,7 @@ json::value watch_to_end(RpcClient& client, const std::string& id, json::value p
   Display display{silent};
   display.show(progress);
   while (!is_over(string_at(progress, "/phase"))) {
-    const control::Event event = value_or_throw(client.next_event());
+    const control::Event event = next_event(client);
     if (const std::string what = told_by(event); !what.empty()) display.tell(event, what);
     json::value data = event.data;
     if (event.topic != "campaign" || string_at(data, "/id") != id) continue;
