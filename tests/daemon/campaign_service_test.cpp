@@ -113,7 +113,7 @@ TEST_F(CampaignServiceTest, StandsStillWhileItIsPausedAndGoesOn) {
     EXPECT_EQ(answer->at("phase"), "paused");
     co_await pass(1min);
     const JointVector stands = mock.q();
-    co_await pass(5min);
+    co_await pass(1h);
     EXPECT_EQ(mock.q(), stands);
     answer = co_await ask("cell.status");
     EXPECT_EQ(answer->at("state"), "paused");

@@ -49,7 +49,7 @@ TEST_F(StoreWatchTest, AFullDiskPausesACampaignWhichGoesOnWithItsPointOnceThereI
     for (; now->at("state") != "paused"; now = co_await ask("cell.status")) co_await pass(1s);
     const auto measured = now->at_pointer("/campaign/done");
     const JointVector stands = mock.q();
-    co_await pass(5min);
+    co_await pass(1h);
     EXPECT_EQ(mock.q(), stands);
 
     Answer answer = co_await ask("campaign.resume");
