@@ -221,12 +221,23 @@ RobotCondition StreamService::robot(const StreamStatus& status) const {
   if (auto program = name_of(status.program, ProgramState::Free, ProgramState::Ended))
     robot.program = std::move(program);
   if (status.override_percent) robot.override_percent = static_cast<double>(*status.override_percent);
+  if (const auto& told = told_cell_.signals()) {
+    robot.emergency_stop = told->emergency_stop;
+    robot.gate_open = told->gate_open;
+  }
+  if (robot.mode && robot.program && robot.override_percent && robot.emergency_stop && robot.gate_open)
+    robot.unknown.clear();
   return robot;
 }
 
 void StreamService::look_at_robot(const StreamStatus& status) {
+  told_cell_.take(known_silent(status) ? std::nullopt : status.cell, parts_.clock.now());
   // What is not told anew is as it was.
-  if (const auto told = devices_.robot_state()) models_.controller_has(told->tool);
+  if (const auto& by_rsi = told_cell_.signals()) {
+    models_.controller_has(by_rsi->tool);
+  } else if (const auto told = devices_.robot_state()) {
+    models_.controller_has(told->tool);
+  }
   RobotCondition now = robot(status);
   if (now == robot_) return;
   robot_ = std::move(now);

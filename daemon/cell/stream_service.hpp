@@ -8,6 +8,7 @@
 
 #include "daemon/cell/model_service.hpp"
 #include "daemon/cell/stream_report.hpp"
+#include "daemon/cell/told_cell.hpp"
 #include "daemon/realtime/stream_status.hpp"
 
 namespace truepose::daemon {
@@ -54,6 +55,7 @@ class StreamService {
   StreamStatus before_request_;            ///< when the stream was asked for last
   StreamStatus before_stream_;             ///< when its program ran
   RefusedPackets refused_;
+  ToldCell told_cell_;
   RobotCondition robot_;     ///< when the stream was looked at last
   TimePoint proven_{};       ///< when packets could be answered, or none came
   bool kept_armed_ = false;  ///< by the store

@@ -230,6 +230,7 @@ void StreamCycle::listen_to_program(const rsi::ProgramSignals& program) noexcept
   status_.program = program.state;
   status_.mode = program.mode;
   status_.override_percent = program.override_percent;
+  status_.cell = program.cell;
   status_.program_stopped = program_.stopped();
   status_.program_declines = program_.declines();
 }

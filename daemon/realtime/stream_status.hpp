@@ -100,7 +100,7 @@ struct StreamStatus {
   std::uint64_t model = 0;      ///< number that use_model() was given; 0 = none
   double gain = 0;              ///< 0 = no correction, 1 = all of it
   // ProgramSignals, where the last frame had them.
-  std::optional<std::int64_t> program, mode, override_percent;
+  std::optional<std::int64_t> program, mode, override_percent, cell;
   // What the program of an armed stream says, where the controller sends it.
   bool program_stopped = false;   ///< the correction is held until it goes on
   bool program_declines = false;  ///< it does not ask to be corrected

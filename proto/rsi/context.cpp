@@ -275,7 +275,11 @@ Context truepose_context(const ContextDemands& demands) {
   // Above the limits of AXISCORR, which clamps, since reaching it stops RSI.
   const double ceiling_deg = std::ceil(demands.max_total_deg + 1);
   ContextObject ethernet{.type = "ETHERNET", .id = "ETHERNET1"};
-  ethernet.inputs = {{1, {"SEN_PINT1", 1}}, {2, {"STATUS1", 1}}, {3, {"STATUS2", 1}}, {4, {"OV_PRO1", 1}}};
+  ethernet.inputs = {{1, {"SEN_PINT1", 1}},
+                     {2, {"STATUS1", 1}},
+                     {3, {"STATUS2", 1}},
+                     {4, {"OV_PRO1", 1}},
+                     {5, {"SEN_PINT2", 1}}};
   ethernet.values = {{"ConfigFile", demands.ethernet_file},
                      {"Timeout", std::to_string(demands.timeout_cycles)},
                      {"Flag", "-1"},
@@ -292,6 +296,7 @@ Context truepose_context(const ContextDemands& demands) {
            {.type = "STATUS", .id = "STATUS1", .values = {{"Type", "2"}}},
            {.type = "STATUS", .id = "STATUS2", .values = {{"Type", "1"}}},
            {.type = "OV_PRO", .id = "OV_PRO1"},
+           {.type = "SEN_PINT", .id = "SEN_PINT2", .values = {{"Index", "3"}}},
            ethernet,
            correction,
            monitor,

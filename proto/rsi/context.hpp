@@ -64,7 +64,7 @@ struct ContextDemands {
 
 /// The signal flow for the shipped ethernet configuration: AK to AXISCORR, Stop to STOP (which leaves
 /// RSI_MOVECORR), Tp.Ask from $SEN_PINT[1], Tp.Pro from $PRO_STATE, Tp.Mode from the operating mode, Tp.Ov
-/// from $OV_PRO, Tp.Gain to $SEN_PINT[2].
+/// from $OV_PRO, Tp.Cell from $SEN_PINT[3], Tp.Gain to $SEN_PINT[2].
 Context truepose_context(const ContextDemands& demands);
 
 /// What in this context would keep that ethernet configuration's corrections from the axes, or handle them

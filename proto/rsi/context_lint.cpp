@@ -165,6 +165,7 @@ class ContextLint {
     look_at_input("Tp.Pro", "STATUS", "$PRO_STATE", Setting{"Type", kProState});
     look_at_input("Tp.Mode", "STATUS", "the operating mode", Setting{"Type", kOperatingMode});
     look_at_input("Tp.Ov", "OV_PRO", "$OV_PRO");
+    look_at_input("Tp.Cell", "SEN_PINT", "$SEN_PINT[3]", Setting{"Index", 3});
     const auto wanted = channel(kGainTag, ethernet_.receive);
     if (!ethernet_.gain || !wanted) return;
     for (const ContextObject& object : context_.objects) {

@@ -272,8 +272,11 @@ RobotFrame robot_frame(const WireNumbers& numbers) noexcept {
   frame.espos = six[kESPos];
   frame.delay = numbers.delay;
   const auto& program = numbers.program;
-  frame.program = {
-      .ask = program[0], .state = program[1], .mode = program[2], .override_percent = program[3]};
+  frame.program = {.ask = program[0],
+                   .state = program[1],
+                   .mode = program[2],
+                   .override_percent = program[3],
+                   .cell = program[4]};
   return frame;
 }
 
@@ -340,9 +343,9 @@ std::expected<std::string_view, FrameError> encode_robot_frame(const RobotFrame&
   if (frame.eipos) writer.attributes("EIPos", kExternalNames, *frame.eipos, decimals);
   if (frame.espos) writer.attributes("ESPos", kExternalNames, *frame.espos, decimals);
   if (frame.delay) writer.text("<Delay D=\"").integer(*frame.delay).text("\"/>");
-  writer.numbers(
-      kProgramElement, kProgramNames,
-      std::array{frame.program.ask, frame.program.state, frame.program.mode, frame.program.override_percent});
+  writer.numbers(kProgramElement, kProgramNames,
+                 std::array{frame.program.ask, frame.program.state, frame.program.mode,
+                            frame.program.override_percent, frame.program.cell});
   writer.text("<IPOC>").integer(frame.ipoc).text("</IPOC></Rob>");
   return writer.result();
 }

@@ -54,6 +54,7 @@ struct ProgramSignals {
   std::optional<std::int64_t> state;  ///< Pro, $PRO_STATE: 1 free, 2 reset, 3 active, 4 stopped, 5 ended
   std::optional<std::int64_t> mode;   ///< Mode, of operation: 1 T1, 2 T2, 3 AUT, 4 EXT
   std::optional<std::int64_t> override_percent;  ///< Ov, $OV_PRO
+  std::optional<std::int64_t> cell;              ///< Cell, the status word that cell_signals() reads
 
   bool operator==(const ProgramSignals&) const = default;
 };

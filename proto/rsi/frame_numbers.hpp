@@ -21,7 +21,7 @@ inline constexpr SixNames kExternalNames{
     {" E1=\"", "\" E2=\"", "\" E3=\"", "\" E4=\"", "\" E5=\"", "\" E6=\""}};
 inline constexpr SixNames kPoseNames{{"X", "Y", "Z", "A", "B", "C"},
                                      {" X=\"", "\" Y=\"", "\" Z=\"", "\" A=\"", "\" B=\"", "\" C=\""}};
-inline constexpr std::array<std::string_view, 4> kProgramNames{"Ask", "Pro", "Mode", "Ov"};
+inline constexpr std::array<std::string_view, 5> kProgramNames{"Ask", "Pro", "Mode", "Ov", "Cell"};
 
 /// The elements of a robot frame that have six numbers, in the order in which controllers write them.
 enum Six : std::size_t { kRIst, kRSol, kAIPos, kASPos, kEIPos, kESPos };

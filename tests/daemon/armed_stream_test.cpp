@@ -92,6 +92,41 @@ TEST_F(AnArmedStream, ShowsTheStateOfTheRobotAndTellsItsChanges) {
   });
 }
 
+TEST_F(AnArmedStream, KnowsAStopAndTheGateByRsiWhereNoStateServerAnswersAsLongAsTheSubmitProgramRuns) {
+  play([this]() -> Wait {
+    robot.leave(1h);
+    rig.program = {.ask = 1, .state = 3, .mode = 4, .override_percent = 100, .cell = 1024};
+    co_await armed();
+    co_await pass(2s);
+    Answer now = co_await ask("stream.status");
+    EXPECT_TRUE(now->at_pointer("/robot/emergency_stop").is_null())
+        << "of a submit program that does not count";
+    EXPECT_EQ(now->at_pointer("/robot/unknown"), "the controller does not answer");
+    counts = true;
+    co_await pass(200ms);
+    now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/robot/emergency_stop"), false);
+    EXPECT_EQ(now->at_pointer("/robot/gate_open"), false);
+    EXPECT_EQ(now->at_pointer("/robot/unknown"), "") << "all is known";
+    *rig.program.cell |= 1 + 4 * 3;
+    co_await pass(200ms);
+    now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/robot/emergency_stop"), true);
+    EXPECT_EQ(now->at_pointer("/reason"), "an emergency stop is pressed");
+    EXPECT_EQ(now->at_pointer("/tool/number"), 3);
+    *rig.program.cell += 1;  // of the gate alone
+    co_await pass(200ms);
+    now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/robot/emergency_stop"), false);
+    EXPECT_EQ(now->at_pointer("/robot/gate_open"), true);
+    counts = false;
+    co_await pass(1200ms);
+    now = co_await ask("stream.status");
+    EXPECT_TRUE(now->at_pointer("/robot/gate_open").is_null()) << "the word is old";
+    EXPECT_EQ(fault_of(*co_await ask("cell.status")), "");
+  });
+}
+
 TEST_F(AnArmedStream, GoesOnWhereTheStateOfTheRobotIsNotKnownAndShowsNoneThatIsOld) {
   play([this]() -> Wait {
     co_await armed();

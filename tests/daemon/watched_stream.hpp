@@ -19,6 +19,7 @@ struct AWatchedStream : CellTest {
   Wait surroundings() override {
     for (; !over; co_await pass(std::chrono::milliseconds{4})) {
       rig.set_time(clock.now());
+      if (counts) count();
       if (!sends) {
         if (read) rig.cycle->nothing_came(clock.now());
       } else {
@@ -26,6 +27,10 @@ struct AWatchedStream : CellTest {
         if (leaves && rig.stop) sends = false;
       }
     }
+  }
+  void count() {
+    constexpr std::int64_t kOne = 1024, kRound = 1000 * kOne;
+    *rig.program.cell += *rig.program.cell < kRound ? kOne : kOne - kRound;
   }
   void garble() {
     rig.ipoc += rig.step;
@@ -40,6 +45,7 @@ struct AWatchedStream : CellTest {
   bool sends = true, garbled = false;
   bool leaves = false;  // RSI, at the Stop bit
   bool read = true;     // by the realtime thread
+  bool counts = false;  // the submit program, in the word that it tells by RSI
 };
 
 }  // namespace truepose::daemon

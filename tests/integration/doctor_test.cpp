@@ -44,7 +44,7 @@ rsi::RobotFrame healthy_frame(const config::CellConfig& cell, std::uint64_t cycl
       .aipos_rad = axes,
       .aspos_rad = axes,
       .delay = 0,
-      .program = {.ask = 1, .state = rsi::kProgramActive, .mode = rsi::kModeExt, .override_percent = 100}};
+      .program = {.ask = 1, .state = rsi::kProgramActive, .mode = rsi::kModeExt, .override_percent = 100, .cell = 1024}};
 }
 
 std::string wire(const rsi::RobotFrame& frame, int decimals = 4) {
@@ -167,7 +167,7 @@ TEST_F(TheDoctor, NamesElementsThatDifferASilentTrackerAndAnotherReflector) {
   send([frame = healthy()](std::uint64_t cycle) { return with(frame(cycle), "<Tp ", "<Tq "); });
   edit("reflector: CCR-1.5in", "reflector: TBR-0.5in");
   const auto said = asked(1);
-  EXPECT_THAT(said, says("fault", "rsi", "not in it: Tq; not sent: Tp.Ask, Tp.Pro, Tp.Mode, Tp.Ov",
+  EXPECT_THAT(said, says("fault", "rsi", "not in it: Tq; not sent: Tp.Ask, Tp.Pro, Tp.Mode, Tp.Ov, Tp.Cell",
                          "truepose_rsi_ethernet.xml"));
   EXPECT_THAT(said, says("fault", "tracker", "TBR-0.5in", "tracker.reflector"));
 }

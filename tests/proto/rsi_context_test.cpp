@@ -160,6 +160,8 @@ TEST(ContextLint, NamesEveryFlawAlone) {
        [](Context& c) { c.objects.at(2).values["Type"] = "2"; }},
       {"input 4, sent as Tp.Ov, is not led by $OV_PRO",
        [](Context& c) { object(c, "ETHERNET").inputs.at(4).object = "STATUS1"; }},
+      {"input 5, sent as Tp.Cell, is not led by $SEN_PINT[3]",
+       [](Context& c) { object(c, "ETHERNET").inputs.at(5).object = "SEN_PINT1"; }},
       {"nothing leads to CorrA4, which AK.A4 is to move",
        [](Context& c) { object(c, "AXISCORR").inputs.erase(4); }},
       {"CorrA1 is led by output 2 of ETHERNET1, but AK.A1 comes out of output 1 of ETHERNET1",

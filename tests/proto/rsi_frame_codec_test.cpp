@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/math/angles.hpp"
+#include "proto/rsi/cell_word.hpp"
 #include "proto/rsi/frame_codec.hpp"
 #include "tests/allocations.hpp"
 
@@ -140,7 +141,8 @@ TEST(RobotFrame, TellsOfTheProgramWhatTheListHas) {
   for (const ProgramSignals& program :
        {ProgramSignals{.ask = 1, .state = 3}, ProgramSignals{.ask = 0, .state = {}},
         ProgramSignals{.ask = {}, .state = 4}, ProgramSignals{.ask = 1, .state = 3, .mode = 4},
-        ProgramSignals{.ask = 1, .state = 3, .mode = 4, .override_percent = 100}}) {
+        ProgramSignals{.ask = 1, .state = 3, .mode = 4, .override_percent = 100},
+        ProgramSignals{.ask = 1, .state = 3, .mode = 4, .override_percent = 100, .cell = 1'024'003}}) {
     frame.program = program;
     EXPECT_EQ(decode_robot_frame(encoded(frame)).value(), frame);
   }
@@ -479,6 +481,17 @@ TEST(Frames, AreReadAndWrittenWithoutAllocation) {
   const auto answered = codec.decode(*answer);
   EXPECT_EQ(allocations(), before);
   EXPECT_TRUE(frame && in_part && !refused && written && answered);
+}
+
+TEST(CellWord, TellsStopGateAndToolOfWhoCounts) {
+  EXPECT_EQ(cell_signals(1024),
+            (CellSignals{.emergency_stop = false, .gate_open = false, .tool = {}, .count = 1}));
+  EXPECT_EQ(cell_signals(1000 * 1024 + 4 * 255 + 2),
+            (CellSignals{.emergency_stop = false, .gate_open = true, .tool = 255, .count = 1000}));
+  EXPECT_EQ(cell_signals(17 * 1024 + 4 * 3 + 1),
+            (CellSignals{.emergency_stop = true, .gate_open = false, .tool = 3, .count = 17}));
+  for (const std::int64_t nobodys : {0L, 1L, 1023L, 1001L * 1024, -1L, -1024L, std::int64_t{1} << 60})
+    EXPECT_FALSE(cell_signals(nobodys)) << nobodys;
 }
 
 }  // namespace

@@ -32,8 +32,8 @@ std::string good_frame(std::uint64_t cycle) {
       " A1=\"0.0000\" A2=\"-90.0000\" A3=\"90.0000\" A4=\"0.0000\" A5=\"0.0000\" A6=\"0.0000\"/>";
   const std::string pose = " X=\"1.0000\" Y=\"0.0000\" Z=\"0.0000\" A=\"0.0000\" B=\"0.0000\" C=\"0.0000\"/>";
   return "<Rob Type=\"KUKA\"><RIst" + pose + "<RSol" + pose + "<AIPos" + axes + "<ASPos" + axes +
-         "<Delay D=\"0\"/><Tp Ask=\"1\" Pro=\"3\" Mode=\"4\" Ov=\"100\"/><IPOC>" + std::to_string(4 * cycle) +
-         "</IPOC></Rob>";
+         "<Delay D=\"0\"/><Tp Ask=\"1\" Pro=\"3\" Mode=\"4\" Ov=\"100\" Cell=\"1024\"/><IPOC>" +
+         std::to_string(4 * cycle) + "</IPOC></Rob>";
 }
 
 /// Listens to a port while a sender sends there.
@@ -66,8 +66,8 @@ TEST(Listen, NamesTheElementsThatDiffer) {
   };
   const Finished heard = listen_while(frame, {"--frames", "5", "--ethernet", kEthernet});
   EXPECT_EQ(heard.exit_code, 1);
-  EXPECT_THAT(heard.out,
-              AllOf(HasSubstr("unknown    Tq\n"), HasSubstr("missing    Tp.Ask Tp.Pro Tp.Mode Tp.Ov\n")));
+  EXPECT_THAT(heard.out, AllOf(HasSubstr("unknown    Tq\n"),
+                               HasSubstr("missing    Tp.Ask Tp.Pro Tp.Mode Tp.Ov Tp.Cell\n")));
 }
 
 TEST(Listen, SaysWhyFramesAreNotUnderstood) {

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/rsi/cell_word.hpp"
 #include "tests/tools/sim/krl/scripted_eki.hpp"
 
 namespace truepose::sim::krl {
@@ -252,6 +253,36 @@ TEST(StateServer, AnswersEachControlWithTheState) {
   EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@ProState"]), 3);
   EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@InPos"]), 1);
   EXPECT_EQ(std::get<double>(cell.state["CellState/Robot/State/Pos/@B"]), 90);
+}
+
+TEST(StateServer, TellsByRsiOfStopGateAndToolAsLongAsItRuns) {
+  ScriptedCell cell;
+  cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+  const auto told = [&] {
+    cell.bench.run_for(40ms);
+    return rsi::cell_signals(std::get<std::int32_t>(cell.bench.host.variables["$SEN_PINT[3]"]));
+  };
+  const auto first = told();
+  ASSERT_TRUE(first) << "nobody is connected";
+  cell.bench.host.set("$ACT_TOOL", 3);
+  cell.bench.host.set("$ALARM_STOP", false);
+  const auto pressed = told();
+  EXPECT_EQ(pressed, (rsi::CellSignals{true, false, 3, pressed->count}));
+  EXPECT_GT(pressed->count, first->count);
+  cell.bench.host.set("$ALARM_STOP", true);
+  cell.bench.host.set("$USER_SAF", false);
+  cell.bench.host.variables.erase("$ACT_TOOL");
+  const auto open = told();
+  EXPECT_EQ(open, (rsi::CellSignals{false, true, {}, open->count}));
+  int last = open->count;
+  for (int cycle = 0; cycle < 1000; ++cycle) {
+    const auto now = told();
+    ASSERT_TRUE(now) << "after " << last;
+    last = now->count;
+  }
+  EXPECT_LE(last, 1000);
+  cell.bench.host.set("$ACT_TOOL", 256);
+  EXPECT_FALSE(told()) << "the word has no room for it";
 }
 
 TEST(StateServer, BoundsTheOverride) {

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+namespace truepose::rsi {
+
+/// What the submit program tells of the cell in one number (truepose_state.src, TP_TELL), as Tp.Cell.
+struct CellSignals {
+  bool emergency_stop = false;  ///< one is pressed
+  bool gate_open = false;       ///< operator safety
+  std::optional<int> tool;      ///< number of the one in force, 1..255; none without
+  int count = 0;                ///< 1..1000, goes on in each of its cycles
+
+  bool operator==(const CellSignals&) const = default;
+};
+
+/// @return nothing where nobody wrote the word, or something else did
+std::optional<CellSignals> cell_signals(std::int64_t word);
+
+}  // namespace truepose::rsi
