@@ -20,6 +20,12 @@ constexpr int kFewestPoses = 40;  // of which warmth is looked for that nobody t
 // Standard errors of what the response takes from points left out: where it was asked for, and where not.
 constexpr double kBeyondChance = 2, kBeyondDoubt = 3;
 
+/// Standard deviations of what arms do that are warm through: drives and castings of industrial arms rise by
+/// some 30 K, zeros then turn by some hundredths of a degree, and steel grows by 11, aluminium by 23 ppm/K.
+/// Without them a number that hardly any pose shows, as the last joint's zero under a reflector near its
+/// axis, takes up whatever is left.
+constexpr double kWarmZero_rad = 0.2e-3, kWarmZero_mm = 0.1, kWarmGrowth = 500e-6, kRise_K = 30;
+
 /// What the points to identify say beside the parameters, whitened.
 struct System {
   std::vector<Measurement> points;
@@ -106,10 +112,13 @@ struct Projected {
   Eigen::MatrixXd own;  ///< inverse of T' T
 };
 
-Projected projected(const System& system, const Eigen::MatrixXd& columns) {
+/// @param prior  weight of each column's zero, in the square of a residual's unit
+Projected projected(const System& system, const Eigen::MatrixXd& columns, const Eigen::VectorXd& prior) {
   Projected p{.K = times(system.C, transposed_times(system.J, columns)), .T = {}, .own = {}};
   p.T = columns - times(system.J, p.K);
-  p.own = inverse_gram(p.T, 1e-9).value;
+  Eigen::MatrixXd rows(p.T.rows() + prior.size(), p.T.cols());
+  rows << p.T, Eigen::MatrixXd{prior.cwiseSqrt().asDiagonal()};
+  p.own = inverse_gram(rows, 1e-9).value;
   return p;
 }
 
@@ -121,10 +130,14 @@ struct Fit {
   std::vector<double> left_out2;
 };
 
-Fit fitted(const System& system, const Eigen::MatrixXd& columns, double sigma0_mm) {
+/// @param weights  of the prior, per variance of a residual
+/// @param at       of the columns' numbers, where the system was linearised
+Fit fitted(const System& system, const Eigen::MatrixXd& columns, double sigma0_mm,
+           const Eigen::VectorXd& weights, const Eigen::VectorXd& at) {
   const double variance = sigma0_mm * sigma0_mm;
-  const auto [K, T, own] = projected(system, columns);
-  Fit fit{.step = times(own, transposed_times(T, system.r))};
+  const Eigen::VectorXd prior = variance * weights;
+  const auto [K, T, own] = projected(system, columns, prior);
+  Fit fit{.step = times(own, Eigen::VectorXd{transposed_times(T, system.r) - prior.cwiseProduct(at)})};
   fit.covariance.resize(own.rows(), system.C.rows() + own.cols());
   fit.covariance << -variance * times_transposed(own, K), variance * own;
   fit.inflation = variance * congruence(K, own);
@@ -132,6 +145,20 @@ Fit fitted(const System& system, const Eigen::MatrixXd& columns, double sigma0_m
   for (std::size_t i = 0; i < H.size(); ++i) H[i] += share(T, own, 3 * static_cast<Eigen::Index>(i));
   fit.left_out2 = left_out(system.r - times(T, fit.step), H);
   return fit;
+}
+
+/// Of a response, as physics has it.
+///
+/// @param by_clock  its unit is an arm that is warm through, and not a kelvin
+Eigen::VectorXd physical_weights(const RobotModel& robot, bool by_clock) {
+  const Eigen::Index joints = robot.joint_count();
+  Eigen::VectorXd sigmas(joints + 1);
+  for (Eigen::Index i = 0; i < joints; ++i)
+    sigmas[i] =
+        robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute ? kWarmZero_rad : kWarmZero_mm;
+  sigmas[joints] = kWarmGrowth;
+  if (!by_clock) sigmas /= kRise_K;
+  return sigmas.cwiseAbs2().cwiseInverse();
 }
 
 double rms(const std::vector<double>& squared) {
@@ -170,14 +197,20 @@ struct Warmed {
   Fit fit;
 };
 
+/// The next step of the response from the points as it leaves them.
+Fit fitted(const System& system, std::span<const Measurement> points, const ThermalBasis& basis,
+           const Warmed& warmed) {
+  return fitted(system, thermal_columns(system, points, basis.cell, warmed.response), basis.sigma0_mm,
+                physical_weights(basis.cell.robot, warmed.clock.has_value()), warmed.response.per_kelvin);
+}
+
 Warmed by_temperatures(const ThermalBasis& basis, const MeasurementData& data, const System& system) {
   Warmed warmed{
       .data = data,
       .response = no_response(basis.cell.robot, mean_temperatures_c(points_of(data, PoseSet::Identify))),
       .clock = {},
       .fit = {}};
-  const Eigen::MatrixXd T = thermal_columns(system, system.points, basis.cell, warmed.response);
-  warmed.fit = fitted(system, T, basis.sigma0_mm);
+  warmed.fit = fitted(system, system.points, basis, warmed);
   return warmed;
 }
 
@@ -190,9 +223,7 @@ Warmed by_clock(const ThermalBasis& basis, const MeasurementData& data, const Sy
                 .response = no_response(basis.cell.robot, warm),
                 .clock = clock,
                 .fit = {}};
-    const std::vector<Measurement> points = taking_part(next.data, basis.rejected);
-    const Eigen::MatrixXd T = thermal_columns(system, points, basis.cell, next.response);
-    next.fit = fitted(system, T, basis.sigma0_mm);
+    next.fit = fitted(system, taking_part(next.data, basis.rejected), basis, next);
     if (!best.clock || rms(next.fit.left_out2) < rms(best.fit.left_out2)) best = std::move(next);
   }
   return best;
@@ -205,7 +236,8 @@ bool may_have_warmed_up(const ThermalBasis& basis, const MeasurementData& data, 
   const std::vector<double> warm(basis.cell.robot.joints.size(), 1.0);
   const ThermalResponse none = no_response(basis.cell.robot, warm);
   const auto [K, T, own] =
-      projected(system, thermal_columns(system, taking_part(there, basis.rejected), basis.cell, none));
+      projected(system, thermal_columns(system, taking_part(there, basis.rejected), basis.cell, none),
+                Eigen::VectorXd::Zero(none.size()));
   const Eigen::VectorXd b = transposed_times(T, system.r);
   const auto unknowns = static_cast<double>(T.cols());
   const double variance = system.r.squaredNorm() / static_cast<double>(system.r.size() - system.C.cols());
@@ -218,7 +250,9 @@ bool beyond_doubt(const Warmed& warmed, const ThermalBasis& basis, const System&
   if (gain(system.left_out2, warmed.fit.left_out2) <= kBeyondDoubt) return false;
   const std::vector<Measurement> points = taking_part(warmed.data, basis.rejected);
   if (follows_the_joints(points)) return false;
-  const Fit moved = fitted(system, base_columns(system, points, basis.cell), basis.sigma0_mm);
+  const Eigen::MatrixXd T = base_columns(system, points, basis.cell);
+  const Eigen::VectorXd free = Eigen::VectorXd::Zero(T.cols());
+  const Fit moved = fitted(system, T, basis.sigma0_mm, free, free);
   return rms(warmed.fit.left_out2) < rms(moved.left_out2);
 }
 
@@ -282,8 +316,7 @@ std::expected<std::optional<ThermalStage>, CalibrationError> with_thermal_respon
     basis = *std::move(next);
     system = system_of(basis, there, options.noise);
     leave_out(system);
-    const Eigen::MatrixXd T = thermal_columns(system, system.points, basis.cell, response);
-    warmed.fit = fitted(system, T, basis.sigma0_mm);
+    warmed.fit = fitted(system, system.points, basis, warmed);
     response.per_kelvin += warmed.fit.step;
   }
   response.covariance = warmed.fit.covariance;
