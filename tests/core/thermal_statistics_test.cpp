@@ -35,8 +35,8 @@ std::string clock_text(Seconds since) {
 /// An arm that was switched on when its campaign began.
 class WarmingCell {
  public:
-  explicit WarmingCell(std::uint64_t seed, bool warms = true)
-      : random_{seed + 9000}, truth_{example::true_arm()}, arm_{warming(warms), seed} {
+  explicit WarmingCell(std::uint64_t seed, bool warms = true, TrueArmSetup truth = example::true_arm())
+      : random_{seed + 9000}, truth_{std::move(truth)}, arm_{warming(warms), seed} {
     for (double& kelvins : rise_) kelvins = random_.uniform(10, 30);
   }
 
@@ -157,6 +157,18 @@ TEST(ThermalResponseOverManyArms, MakesAWarmingArmAsGoodAsAColdOne) {
   EXPECT_LE(by_time_mm, without_mm / 3);
   EXPECT_GE(within, 0.93);
   EXPECT_LE(within, 0.97);
+}
+
+/// Nothing but noise tells the zero of a last joint that turns the reflector about itself.
+TEST(ThermalResponseOverManyArms, IsAsPhysicsHasItWhereNoPoseShowsIt) {
+  TrueArmSetup truth = example::true_arm();
+  truth.p_FS_mm = {1, 0, 80};
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    WarmingCell cell(seed, true, truth);
+    const Calibration made = calibrated(cell.measured(60, 20), ThermalUse::Temperatures);
+    ASSERT_TRUE(made.thermal && made.thermal->response) << "seed " << seed;
+    EXPECT_LT(std::abs(made.thermal->response->per_kelvin[5]), 20e-6) << "seed " << seed << ", rad/K";
+  }
 }
 
 TEST(ThermalResponseOverManyArms, IsNotKeptWhereTheArmDoesNotChange) {

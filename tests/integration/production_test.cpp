@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cstdlib>
 #include <fstream>
+#include <regex>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -85,6 +86,26 @@ class AProductionProgram : public testing::Test {
     while (state() != wanted) std::this_thread::sleep_for(std::chrono::milliseconds{5});
   }
 
+  /// From the next start of the daemon on.
+  void lose_state_server() {
+    std::ifstream in{cell->cell_file()};
+    const std::string text{std::istreambuf_iterator<char>{in}, {}};
+    static const std::regex kAddress{"eki_state: [0-9.:]+"};
+    ASSERT_TRUE(std::regex_search(text, kAddress));
+    cell->write("cell.yaml", std::regex_replace(text, kAddress, "eki_state: 127.0.0.1:9"));
+  }
+  /// That RSI tells, and all else of the robot's state.
+  void wait_for_emergency_stop(bool pressed) {
+    tools::RpcClient client = cell->client();
+    for (;; std::this_thread::sleep_for(std::chrono::milliseconds{5})) {
+      const json::value robot = client.call("stream.status", {}).value().at("robot");
+      if (robot.at("emergency_stop") != pressed) continue;
+      EXPECT_EQ(robot.at("unknown"), "");
+      EXPECT_EQ(robot.at("gate_open"), false);
+      return;
+    }
+  }
+
   std::vector<Point> points() const {
     state();  // the file is written when the cell is asked something
     return points_of(cell->path_file(), found);
@@ -128,11 +149,14 @@ TEST_F(AProductionProgram, GoesOnCorrectedBehindAnEmergencyStopAndADaemonThatWas
   select();
   wait_until("active");
   while (points().size() < 2) std::this_thread::sleep_for(std::chrono::milliseconds{20});
-  cell->steer({{"kind", "emergency-stop"}, {"lasts_ms", 200'000}});  // of scaled time
+  cell->steer({{"kind", "emergency-stop"}, {"lasts_ms", 3'000'000}});  // of scaled time
   wait_until("stopped");
   cell->daemon().send(SIGKILL);
   cell->daemon().wait();
+  lose_state_server();
   cell->start_daemon();
+  wait_for_emergency_stop(true);
+  wait_for_emergency_stop(false);
   wait_until("ended");
   const json::value rsi = cell->simulated().at("rsi");
   EXPECT_LE(number(rsi, "/max_step_deg"), kMaxStep_deg);
