@@ -1,9 +1,7 @@
 #include "tools/sim/bridge_server.hpp"
 
 #include <algorithm>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
-#include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,8 +10,7 @@
 
 #include "proto/bridge/messages.hpp"
 #include "proto/control/line_splitter.hpp"
-#include "tools/sim/one_client_port.hpp"
-#include "tools/sim/tracker_jobs.hpp"
+#include "tools/sim/simulated_tracker.hpp"
 
 namespace truepose::sim {
 
@@ -33,70 +30,29 @@ bool is_known(std::string_view reflector) {
   return std::ranges::find(kReflectorBalls, reflector, &ReflectorBall::name) != kReflectorBalls.end();
 }
 
-}  // namespace
-
-/// Shared with the coroutines; after close() none of them touches the target any more.
-class BridgeServer::State : public std::enable_shared_from_this<State> {
+class BridgeTracker final : public SimulatedTracker {
  public:
-  State(asio::any_io_executor executor, const SimulatedTarget& target, TrackerNoise noise,
-        TrackerServerOptions options)
-      : options_{std::move(options)},
-        beam_{target, std::move(noise), options_.instrument, options_.speedup},
-        executor_{executor},
-        jobs_{executor, options_.speedup},
-        watch_timer_{executor},
-        port_{std::in_place,
-              executor,
-              options_.address,
-              options_.port,
-              turned_away(),
-              PortListener{[this] { connected(); }, [this](std::string_view bytes) { return take(bytes); },
-                           [this] { drop_job(); }}} {}
-
-  void start() { spawn(watch(shared_from_this())); }
-
-  void close() {
-    closed_ = true;
-    drop_job();
-    port_.reset();
-    watch_timer_.cancel();
-  }
-
-  std::uint16_t port() const { return port_->port(); }
-  std::uint64_t measurements() const { return measurements_; }
-
-  void disturb(const TrackerDisturbance& disturbance) { beam_.disturb(disturbance); }
-
-  void beam_break(std::chrono::milliseconds duration) {
-    beam_.block(duration);
-    follow();
-  }
-
-  void restart() {
-    drop_job();
-    port_->drop();
-    beam_.release();
-    initialised_ = false;
-    told_.reset();
-  }
+  BridgeTracker(const asio::any_io_executor& executor, const SimulatedTarget& target, TrackerNoise noise,
+                TrackerServerOptions options)
+      : SimulatedTracker{executor, target, std::move(noise), std::move(options), turned_away()} {}
 
  private:
-  using Self = std::shared_ptr<State>;
-  using Job = TrackerJobs::Job;
+  using Self = std::shared_ptr<BridgeTracker>;
+  Self self() { return std::static_pointer_cast<BridgeTracker>(shared_from_this()); }
 
   // ---- The connection ----
 
-  void connected() {
+  void connected() override {
     lines_ = control::LineSplitter{kMaxLine};
     greeted_ = false;
   }
 
-  bool take(std::string_view bytes) {
+  bool take(std::string_view bytes) override {
     lines_.push(bytes);
     while (const auto line = lines_.next()) {
       const auto asked = decode_request(*line);
       if (!asked) {
-        send(encode_refusal(asked.error().id, asked.error().refusal));
+        tell(encode_refusal(asked.error().id, asked.error().refusal));
         continue;
       }
       if (!greeted_ && !std::holds_alternative<Hello>(asked->request)) {
@@ -108,19 +64,16 @@ class BridgeServer::State : public std::enable_shared_from_this<State> {
     return !lines_.overflowed();
   }
 
-  void send(std::string line) {
-    if (beam_.disturbance().silent) return;
-    port_->send(std::move(line) + "\n");
-  }
+  void tell(std::string line) { send(std::move(line) + "\n"); }
   template <class Answer = Done>
   void answer(std::int64_t id, const Answer& answer = {}) {
-    send(encode_answer(id, answer));
+    tell(encode_answer(id, answer));
   }
   void refuse(std::int64_t id, ErrorCode code, std::string text) {
-    send(encode_refusal(id, Refusal::of(code, std::move(text))));
+    tell(encode_refusal(id, Refusal::of(code, std::move(text))));
   }
   void report(EventKind kind, std::string text = {}) {
-    if (greeted_) send(encode(Event::of(kind, std::move(text))));
+    if (greeted_) tell(encode(Event::of(kind, std::move(text))));
   }
 
   // ---- Requests ----
@@ -171,16 +124,16 @@ class BridgeServer::State : public std::enable_shared_from_this<State> {
     answer(id);
   }
   void handle(std::int64_t id, const Initialise&) {
-    if (may_act(id)) spawn(initialise(shared_from_this(), begin(id)));
+    if (may_act(id)) spawn(initialise(self(), begin(id)));
   }
   void handle(std::int64_t id, const DoAim& request) {
-    if (may_move(id)) spawn(aim(shared_from_this(), begin(id), request));
+    if (may_move(id)) spawn(aim(self(), begin(id), request));
   }
   void handle(std::int64_t id, const SetFace& request) {
-    if (may_measure(id)) spawn(turn(shared_from_this(), begin(id), request.face));
+    if (may_measure(id)) spawn(turn(self(), begin(id), request.face));
   }
   void handle(std::int64_t id, const DoMeasure& request) {
-    if (may_measure(id)) spawn(measure(shared_from_this(), begin(id), request.time));
+    if (may_measure(id)) spawn(measure(self(), begin(id), request.time));
   }
 
   // What stands against a request has been answered where these return false.
@@ -207,10 +160,9 @@ class BridgeServer::State : public std::enable_shared_from_this<State> {
     pending_ = id;
     return jobs_.begin();
   }
-  void drop_job() {
+  void drop_job() override {
     pending_.reset();
-    measuring_ = false;
-    jobs_.drop();
+    SimulatedTracker::drop_job();
   }
   /// @return the request that was under way
   std::int64_t end() {
@@ -218,7 +170,6 @@ class BridgeServer::State : public std::enable_shared_from_this<State> {
     drop_job();
     return id;
   }
-  void spawn(asio::awaitable<void> job) { asio::co_spawn(executor_, std::move(job), asio::detached); }
 
   static asio::awaitable<void> initialise(Self self, Job job) {
     self->beam_.release();
@@ -284,63 +235,31 @@ class BridgeServer::State : public std::enable_shared_from_this<State> {
   /// By which it corrects distances.
   Air air() const { return told_.value_or(beam_.disturbance().station_air()); }
 
-  // ---- The beam ----
+  // ---- What comes about by itself ----
 
-  void follow() {
-    if (!beam_.follow()) return;
+  void lock_is_lost() override {
     report(EventKind::BeamLost);
     if (measuring_) refuse(end(), ErrorCode::BeamBroken, "the beam was broken");
   }
-
-  /// PowerLock finds a reflector by itself, wherever the beam points.
-  void lock_by_itself() {
-    if (beam_.locked() || jobs_.busy() || !initialised_ || !options_.power_lock) return;
-    if (beam_.lock_within(std::numeric_limits<double>::infinity())) report(EventKind::BeamFound);
+  void lock_is_found() override { report(EventKind::BeamFound); }
+  void look_after() override {
+    if (beam_.disturbance().storms) report(EventKind::Ready);
   }
+  void forget() override { told_.reset(); }
 
-  static asio::awaitable<void> watch(Self self) {
-    const auto period = std::clamp<TrackerJobs::Duration>(self->jobs_.scaled(20ms), 1ms, 20ms);
-    for (;;) {
-      self->watch_timer_.expires_after(period);
-      co_await self->watch_timer_.async_wait(asio::as_tuple(asio::use_awaitable));
-      if (self->closed_) co_return;
-      self->follow();
-      self->lock_by_itself();
-      if (self->beam_.disturbance().storms) self->report(EventKind::Ready);
-    }
-  }
-
-  const TrackerServerOptions options_;
-  TrackerBeam beam_;
-  asio::any_io_executor executor_;
-  TrackerJobs jobs_;
-  asio::steady_timer watch_timer_;
   control::LineSplitter lines_{kMaxLine};
-  bool closed_ = false;
-
   bool greeted_ = false;
-  bool initialised_ = false;
-  bool measuring_ = false;               ///< what is under way is a measurement
   std::optional<std::int64_t> pending_;  ///< the request that is under way
   std::string reflector_{kReflectorBalls.front().name};
   std::optional<Air> told_;
   double search_mm_ = 0;  ///< of the last aim
-  std::uint64_t measurements_ = 0;
-  std::optional<OneClientPort> port_;
 };
 
-BridgeServer::BridgeServer(asio::any_io_executor executor, const SimulatedTarget& target, TrackerNoise noise,
-                           TrackerServerOptions options)
-    : state_{std::make_shared<State>(std::move(executor), target, std::move(noise), std::move(options))} {
-  state_->start();
+}  // namespace
+
+BridgeServer::BridgeServer(const asio::any_io_executor& executor, const SimulatedTarget& target,
+                           TrackerNoise noise, TrackerServerOptions options)
+    : TrackerServer{std::make_shared<BridgeTracker>(executor, target, std::move(noise), std::move(options))} {
 }
-
-BridgeServer::~BridgeServer() { state_->close(); }
-
-std::uint16_t BridgeServer::port() const { return state_->port(); }
-std::uint64_t BridgeServer::measurements() const { return state_->measurements(); }
-void BridgeServer::disturb(const TrackerDisturbance& disturbance) { state_->disturb(disturbance); }
-void BridgeServer::beam_break(std::chrono::milliseconds duration) { state_->beam_break(duration); }
-void BridgeServer::restart() { state_->restart(); }
 
 }  // namespace truepose::sim

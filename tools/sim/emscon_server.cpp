@@ -1,12 +1,7 @@
 #include "tools/sim/emscon_server.hpp"
 
 #include <algorithm>
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
-#include <boost/asio/use_awaitable.hpp>
-#include <cmath>
-#include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,8 +11,7 @@
 #include "proto/emscon/packet_splitter.hpp"
 #include "proto/emscon/packets.hpp"
 #include "proto/emscon/status.hpp"
-#include "tools/sim/one_client_port.hpp"
-#include "tools/sim/tracker_jobs.hpp"
+#include "tools/sim/simulated_tracker.hpp"
 #include "tools/sim/tracker_settings.hpp"
 
 namespace truepose::sim {
@@ -46,60 +40,23 @@ std::string encode_any(const TrackerPacket& packet) {
       packet);
 }
 
-}  // namespace
-
-/// Shared with the coroutines; after close() none of them touches the target any more.
-class EmsconServer::State : public std::enable_shared_from_this<State> {
+class EmsconTracker final : public SimulatedTracker {
  public:
-  State(asio::any_io_executor executor, const SimulatedTarget& target, TrackerNoise noise,
-        TrackerServerOptions options)
-      : options_{std::move(options)},
-        beam_{target, std::move(noise), options_.instrument, options_.speedup},
-        executor_{executor},
-        jobs_{executor, options_.speedup},
-        watch_timer_{executor},
-        port_{std::in_place,
-              executor,
-              options_.address,
-              options_.port,
-              encode_any(ErrorReport{CommandCode::Unknown, status::kSecondConnectionRefused}),
-              PortListener{[this] { splitter_ = {}; }, [this](std::string_view bytes) { return take(bytes); },
-                           [this] { drop_job(); }}} {}
-
-  void start() { spawn(watch(shared_from_this())); }
-
-  void close() {
-    closed_ = true;
-    drop_job();
-    port_.reset();
-    watch_timer_.cancel();
-  }
-
-  std::uint16_t port() const { return port_->port(); }
-  std::uint64_t measurements() const { return measurements_; }
-
-  void disturb(const TrackerDisturbance& disturbance) { beam_.disturb(disturbance); }
-
-  void beam_break(std::chrono::milliseconds duration) {
-    beam_.block(duration);
-    update_lock();
-  }
-
-  void restart() {
-    drop_job();
-    port_->drop();
-    initialized_ = false;
-    beam_.release();
-    settings_ = {};
-  }
+  EmsconTracker(const asio::any_io_executor& executor, const SimulatedTarget& target, TrackerNoise noise,
+                TrackerServerOptions options)
+      : SimulatedTracker{executor, target, std::move(noise), std::move(options),
+                         encode_any(ErrorReport{CommandCode::Unknown, status::kSecondConnectionRefused})} {}
 
  private:
-  using Self = std::shared_ptr<State>;
+  using Self = std::shared_ptr<EmsconTracker>;
+  Self self() { return std::static_pointer_cast<EmsconTracker>(shared_from_this()); }
 
   // ---- Connections ----
 
+  void connected() override { splitter_ = {}; }
+
   /// @return false when the stream is not emScon
-  bool take(std::string_view received) {
+  bool take(std::string_view received) override {
     splitter_.push({reinterpret_cast<const std::uint8_t*>(received.data()), received.size()});
     for (;;) {
       const auto bytes = splitter_.next();
@@ -111,13 +68,11 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     }
   }
 
-  void send(const TrackerPacket& packet) {
-    if (!beam_.disturbance().silent) port_->send(encode_any(packet));
-  }
+  void tell(const TrackerPacket& packet) { send(encode_any(packet)); }
   void answer(CommandCode code, std::int32_t status, Body body = {}) {
-    send(Answer{code, status, std::move(body)});
+    tell(Answer{code, status, std::move(body)});
   }
-  void report(SystemEvent event) { send(SystemStatusChange{event}); }
+  void report(SystemEvent event) { tell(SystemStatusChange{event}); }
 
   // ---- Commands ----
 
@@ -125,7 +80,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     if (command.code == CommandCode::StopMeasurement) return stop(command.code);
     if (jobs_.busy() || beam_.disturbance().busy) return answer(command.code, status::kServerBusy);
     if (const auto packets = settings_.handle(command)) {
-      for (const TrackerPacket& packet : *packets) send(packet);
+      for (const TrackerPacket& packet : *packets) tell(packet);
     } else if (auto state = known_state(command.code)) {
       answer(command.code, status::kAllOk, *std::move(state));
     } else if (command.code == CommandCode::StartNivelMeasurement) {
@@ -133,8 +88,8 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     } else if (command.code == CommandCode::ExitApplication) {
       port_->send_and_close(encode_any(Answer{command.code, status::kAllOk, {}}));
     } else if (command.code == CommandCode::Initialize) {
-      spawn(initialize(shared_from_this(), jobs_.begin()));
-    } else if (!initialized_) {
+      spawn(initialize(self(), jobs_.begin()));
+    } else if (!initialised_) {
       answer(command.code, status::kNotInitialized);
     } else {
       point_or_measure(command);
@@ -179,7 +134,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
         lose_lock();
         return answer(command.code, status::kAllOk);
       case CommandCode::ChangeFace:
-        return spawn(turn_over(shared_from_this(), jobs_.begin()));
+        return spawn(turn_over(self(), jobs_.begin()));
       case CommandCode::CheckBirdBath:
         return answer(command.code, status::kAllOk, BirdBathCheck{});
       case CommandCode::GoPosition:
@@ -198,21 +153,20 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
       case CommandCode::LookForTarget:
         return look_for(std::get<TargetSearch>(command.body));
       case CommandCode::GoAndMeasure:
-        return spawn(go_and_measure(shared_from_this(), jobs_.begin(),
-                                    settings_.to_mm(std::get<Aim>(command.body).v)));
+        return spawn(go_and_measure(self(), jobs_.begin(), settings_.to_mm(std::get<Aim>(command.body).v)));
       case CommandCode::FindReflector:
-        return spawn(search(shared_from_this(), jobs_.begin()));
+        return spawn(search(self(), jobs_.begin()));
       case CommandCode::StartMeasurement:
         if (!beam_.locked()) return answer(command.code, status::kSystemNotReady);
         answer(command.code, status::kAllOk);
-        return spawn(measure(shared_from_this(), jobs_.begin()));
+        return spawn(measure(self(), jobs_.begin()));
       default:
         return answer(command.code, status::kUnknown);
     }
   }
 
   void go(CommandCode code, const Eigen::Vector3d& aim_mm) {
-    spawn(drive(shared_from_this(), jobs_.begin(), code, aim_mm));
+    spawn(drive(self(), jobs_.begin(), code, aim_mm));
   }
 
   void look_for(const TargetSearch& search) {
@@ -239,7 +193,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
   }
 
   SystemStatus system_status() const {
-    return {.processor = initialized_ ? ProcessorStatus::Initialized : ProcessorStatus::CompensationSet,
+    return {.processor = initialised_ ? ProcessorStatus::Initialized : ProcessorStatus::CompensationSet,
             .laser = LaserStatus::Ready,
             .adm = AdmStatus::Ready,
             .server_version = {3, 8, 900},
@@ -251,7 +205,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     return beam_.locked() ? TrackerReadiness::Ready : TrackerReadiness::NotReady;
   }
   std::int32_t status_mask() const {
-    return kTrackerFoundBit | (initialized_ ? kInitializedBit : 0) |
+    return kTrackerFoundBit | (initialised_ ? kInitializedBit : 0) |
            (beam_.locked() ? kReflectorFoundBit : 0);
   }
   Direction direction() const { return direction_to(beam_.aim_mm()); }
@@ -268,23 +222,16 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
 
   // ---- Commands that take time ----
 
-  using Job = TrackerJobs::Job;
-
-  void drop_job() {
-    measuring_ = false;
-    jobs_.drop();
-  }
   void end_job(CommandCode code, std::int32_t status) {
     drop_job();
     answer(code, status);
   }
-  void spawn(asio::awaitable<void> job) { asio::co_spawn(executor_, std::move(job), asio::detached); }
 
   static asio::awaitable<void> initialize(Self self, Job job) {
     self->lose_lock();
     const bool going_on = co_await self->jobs_.wait(job, kInitializeTime);
     if (!going_on) co_return;
-    self->initialized_ = true;
+    self->initialised_ = true;
     self->beam_.initialise();
     self->end_job(CommandCode::Initialize, status::kAllOk);
     self->report(SystemEvent::InitializationChanged);
@@ -344,7 +291,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     for (int i = 0; i < kReadings; ++i) {
       const bool going_on = co_await self->jobs_.wait(job, between);
       if (!going_on) co_return;
-      self->update_lock();
+      self->follow();
       if (!self->jobs_.is_current(job)) co_return;  // the beam broke and ended this measurement
       readings_mm.push_back(self->beam_.reading(self->index_taken()));
     }
@@ -366,7 +313,7 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
       }
       result.environment =
           by_station() ? settings_.from_metric(beam_.disturbance().station_air()) : settings_.environment();
-      send(result);
+      tell(result);
     };
     if (settings_.extended_statistics()) return fill(SingleMeasResult2{});
     fill(SingleMeasResult{});
@@ -383,16 +330,8 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
   /// Locks to the reflector that is seen within the search radius of where the beam points.
   void lock() { beam_.lock_within(settings_.search_radius_mm()); }
 
-  /// PowerLock finds a reflector by itself, wherever the beam points.
-  void lock_by_itself() {
-    if (beam_.locked() || jobs_.busy() || !initialized_ || !(options_.power_lock || settings_.power_lock()))
-      return;
-    if (beam_.lock_within(std::numeric_limits<double>::infinity())) report(SystemEvent::MeasurementReady);
-  }
-
-  void update_lock() {
-    if (beam_.follow()) lock_is_lost();
-  }
+  bool power_lock() const override { return options_.power_lock || settings_.power_lock(); }
+  void lock_is_found() override { report(SystemEvent::MeasurementReady); }
 
   void lose_lock() {
     if (!beam_.locked()) return;
@@ -400,11 +339,11 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     lock_is_lost();
   }
 
-  void lock_is_lost() {
+  void lock_is_lost() override {
     report(SystemEvent::MeasurementNotReady);
     if (!measuring_) return;
     drop_job();
-    send(ErrorReport{CommandCode::StartMeasurement, kSimulatedBeamBroken});
+    tell(ErrorReport{CommandCode::StartMeasurement, kSimulatedBeamBroken});
   }
 
   void storm() {
@@ -412,51 +351,27 @@ class EmsconServer::State : public std::enable_shared_from_this<State> {
     for (int i = 0; i < kAtOnce; ++i) report(SystemEvent::EnvironmentChanged);
   }
 
-  static asio::awaitable<void> watch(Self self) {
-    const auto period = std::clamp<Clock::duration>(self->jobs_.scaled(20ms), 1ms, 20ms);
-    Clock::time_point last_position;
-    for (;;) {
-      self->watch_timer_.expires_after(period);
-      co_await self->watch_timer_.async_wait(asio::as_tuple(asio::use_awaitable));
-      if (self->closed_) co_return;
-      self->update_lock();
-      self->lock_by_itself();
-      if (self->beam_.disturbance().storms) self->storm();
-      const bool due = Clock::now() - last_position >= kReflectorPositionPeriod;
-      if (!self->beam_.locked() || !due || !self->settings_.sends_reflector_position()) continue;
-      last_position = Clock::now();
-      self->send(ReflectorPosResult{status::kAllOk, self->settings_.point(self->beam_.aim_mm())});
-    }
+  void look_after() override {
+    if (beam_.disturbance().storms) storm();
+    const bool due = Clock::now() - last_position_ >= kReflectorPositionPeriod;
+    if (!beam_.locked() || !due || !settings_.sends_reflector_position()) return;
+    last_position_ = Clock::now();
+    tell(ReflectorPosResult{status::kAllOk, settings_.point(beam_.aim_mm())});
   }
 
-  const TrackerServerOptions options_;
-  TrackerBeam beam_;
-  asio::any_io_executor executor_;
-  TrackerJobs jobs_;
-  asio::steady_timer watch_timer_;
-  PacketSplitter splitter_;
-  bool closed_ = false;
+  void forget() override { settings_ = {}; }
 
+  PacketSplitter splitter_;
   TrackerSettings settings_;
-  bool initialized_ = false;
-  bool measuring_ = false;  ///< the job is a measurement
   std::optional<Eigen::Vector3d> last_measured_mm_;
-  std::uint64_t measurements_ = 0;
-  std::optional<OneClientPort> port_;
+  Clock::time_point last_position_;
 };
 
-EmsconServer::EmsconServer(asio::any_io_executor executor, const SimulatedTarget& target, TrackerNoise noise,
-                           TrackerServerOptions options)
-    : state_{std::make_shared<State>(std::move(executor), target, std::move(noise), std::move(options))} {
-  state_->start();
+}  // namespace
+
+EmsconServer::EmsconServer(const asio::any_io_executor& executor, const SimulatedTarget& target,
+                           TrackerNoise noise, TrackerServerOptions options)
+    : TrackerServer{std::make_shared<EmsconTracker>(executor, target, std::move(noise), std::move(options))} {
 }
-
-EmsconServer::~EmsconServer() { state_->close(); }
-
-std::uint16_t EmsconServer::port() const { return state_->port(); }
-std::uint64_t EmsconServer::measurements() const { return state_->measurements(); }
-void EmsconServer::disturb(const TrackerDisturbance& disturbance) { state_->disturb(disturbance); }
-void EmsconServer::beam_break(std::chrono::milliseconds duration) { state_->beam_break(duration); }
-void EmsconServer::restart() { state_->restart(); }
 
 }  // namespace truepose::sim

@@ -1,9 +1,7 @@
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
-#include <chrono>
 #include <cstdint>
-#include <memory>
 
 #include "tools/sim/tracker_server.hpp"
 
@@ -19,26 +17,13 @@ inline constexpr std::int32_t kSimulatedNoTarget = 20002;
 ///
 /// Initialising takes 20 s, driving 1 s, a search up to its timeout, a measurement the time that was set; all
 /// of it divided by the speed-up. Once lost, a reflector is locked again only by FindReflector, within the
-/// search radius of the point that was driven to. Serves one client; a second one gets status 10011 and is
-/// closed. Runs on the executor it is given (one thread or a strand); destroy it there, or when that no
-/// longer runs.
+/// search radius of the point that was driven to. A second client gets status 10011 and is closed.
 class EmsconServer final : public TrackerServer {
  public:
   /// Listens at once. Throws boost::system::system_error when the port cannot be bound.
   /// @param target  outlives the server
-  EmsconServer(boost::asio::any_io_executor executor, const SimulatedTarget& target, TrackerNoise noise,
-               TrackerServerOptions options);
-  ~EmsconServer() override;
-
-  std::uint16_t port() const override;
-  std::uint64_t measurements() const override;
-  void disturb(const TrackerDisturbance& disturbance) override;
-  void beam_break(std::chrono::milliseconds duration) override;
-  void restart() override;
-
- private:
-  class State;
-  std::shared_ptr<State> state_;
+  EmsconServer(const boost::asio::any_io_executor& executor, const SimulatedTarget& target,
+               TrackerNoise noise, TrackerServerOptions options);
 };
 
 }  // namespace truepose::sim

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "tools/sim/tracker_beam.hpp"
@@ -20,19 +21,31 @@ struct TrackerServerOptions {
   std::function<void(std::uint64_t number)> before_point = [](std::uint64_t) {};
 };
 
-/// A simulated tracker that listens on a port.
+class SimulatedTracker;
+
+/// A simulated tracker that listens on a port, and serves one client. Runs on the executor it is given (one
+/// thread or a strand); destroy it there, or when that no longer runs.
 class TrackerServer {
  public:
-  virtual ~TrackerServer() = default;
-  virtual std::uint16_t port() const = 0;
-  /// Points that have been measured so far.
-  virtual std::uint64_t measurements() const = 0;
+  virtual ~TrackerServer();
+  TrackerServer(const TrackerServer&) = delete;
+  TrackerServer& operator=(const TrackerServer&) = delete;
 
-  virtual void disturb(const TrackerDisturbance& disturbance) = 0;
+  std::uint16_t port() const;
+  /// Points that have been measured so far.
+  std::uint64_t measurements() const;
+
+  void disturb(const TrackerDisturbance& disturbance);
   /// Fault: something stands in the beam for this long (not scaled by the speed-up).
-  virtual void beam_break(std::chrono::milliseconds duration) = 0;
+  void beam_break(std::chrono::milliseconds duration);
   /// Fault: the controller restarts: the connection is cut and the tracker has to be initialised again.
-  virtual void restart() = 0;
+  void restart();
+
+ protected:
+  explicit TrackerServer(std::shared_ptr<SimulatedTracker> tracker);
+
+ private:
+  std::shared_ptr<SimulatedTracker> tracker_;
 };
 
 }  // namespace truepose::sim
