@@ -17,8 +17,8 @@ namespace truepose {
 namespace drivers {
 
 void layout(auto& io, record::Is<MoveCommand> auto& x) {
-  io("q_rad", x.q);
-  io("speed_percent", x.speed_percent);
+  io("q_rad", x.q, record::Digits<JointVector>{});
+  io("speed_percent", x.speed_percent, record::OneInDigits{});
   io("settle_ms", x.settle, record::kWhole64);
 }
 
@@ -141,16 +141,16 @@ struct AirRecord {
 };
 void layout(auto& io, record::Is<AirRecord> auto& x) {
   if (io.has("why_not", !x.why_not.empty())) return io("why_not", x.why_not);
-  io("temperature_c", x.air.temperature_c);
-  io("pressure_mbar", x.air.pressure_mbar);
-  io("humidity_percent", x.air.humidity_percent);
+  io("temperature_c", x.air.temperature_c, record::OneInDigits{});
+  io("pressure_mbar", x.air.pressure_mbar, record::OneInDigits{});
+  io("humidity_percent", x.air.humidity_percent, record::OneInDigits{});
 }
 
 }  // namespace
 
 void layout(auto& io, record::Is<DriverCall::Aim> auto& x) {
-  io("p_W_mm", x.p_W_mm);
-  io("search_radius_mm", x.search_radius_mm);
+  io("p_W_mm", x.p_W_mm, record::Digits<Eigen::Vector3d>{});
+  io("search_radius_mm", x.search_radius_mm, record::OneInDigits{});
 }
 
 void layout(auto& io, record::Is<OutcomeHead> auto& x) {

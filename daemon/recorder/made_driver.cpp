@@ -1,8 +1,7 @@
 #include "daemon/recorder/made_driver.hpp"
 
-#include <algorithm>
+#include <array>
 #include <utility>
-#include <vector>
 
 #include "daemon/recorder/record_forms.hpp"
 #include "drivers/bridge/bridge_tracker.hpp"
@@ -17,19 +16,6 @@ namespace {
 constexpr std::array kCommandTypes{Named{"ptp", CommandType::Ptp}, Named{"start-rsi", CommandType::StartRsi},
                                    Named{"no-op", CommandType::NoOp}};
 
-/// In rad, which brings them back exactly.
-struct AxesForm {
-  std::vector<double> form_of(const Axes& axes) const { return {axes.begin(), axes.end()}; }
-  std::string fault(const std::vector<double>& form) const {
-    return form.size() == Axes{}.size() ? "" : "expected 6 numbers";
-  }
-  Axes value_of(const std::vector<double>& form) const {
-    Axes axes;
-    std::ranges::copy(form, axes.begin());
-    return axes;
-  }
-};
-
 }  // namespace
 
 /// As a driver remembers it, to the last digit.
@@ -42,7 +28,7 @@ void layout(auto& io, record::Is<RememberedCommand> auto& x) {
   io("velocity_percent", x.command.velocity_percent);
   io("acceleration_percent", x.command.acceleration_percent);
   io("settle_ms", x.command.settle_ms);
-  io("axes_rad", x.command.axes_rad, AxesForm{});
+  io("axes_rad", x.command.axes_rad, record::Digits<Axes>{});
 }
 
 }  // namespace eki
@@ -68,7 +54,7 @@ void layout(auto& io, record::Is<TrackerMemory> auto& x) {
   io("warmed_up", x.warm_up.warmed_up);
   io("average_ms", x.average, record::kWhole64);
   io("last_request", x.last_request, record::kWhole64);
-  io("distance_mm", x.distance_mm);
+  io("distance_mm", x.distance_mm, record::OneInDigits{});
   io("turned_over", x.turned_over);
 }
 

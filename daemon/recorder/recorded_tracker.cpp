@@ -7,7 +7,7 @@ namespace truepose::daemon {
 using drivers::TimePoint;
 
 std::uint64_t RecordedTracker::begin(DriverCall call) {
-  if (call.asked == Asked::Connect) {
+  if (call.asked == Asked::Connect || !std::exchange(told_, true)) {
     made_.memory = tracker_.memory();
     tap_(recording::Kind::Driver, text(made_));
   }

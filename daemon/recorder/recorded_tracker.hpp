@@ -13,7 +13,7 @@
 namespace truepose::daemon {
 
 /// A tracker's driver of which a tap hears what it is asked for and what comes of that; and how it was made
-/// and what it remembers, wherever it is connected, so that a replay can begin there.
+/// and what it remembers, at first and wherever it is connected, so that a replay can begin there.
 class RecordedTracker final : public drivers::Tracker {
  public:
   template <typename T>
@@ -41,6 +41,7 @@ class RecordedTracker final : public drivers::Tracker {
   MadeTracker made_;
   drivers::WireTap tap_;
   std::uint64_t calls_;
+  bool told_ = false;  // how it was made
 };
 
 }  // namespace truepose::daemon
