@@ -162,10 +162,10 @@ void layout(auto& io, record::Is<DriverCall> auto& x) {
   io("call", x.number);
   io("asked", x.asked, kAsked);
   if (io.has("until_ns", has_outcome(x.asked)))
-    io("until_ns", x.deadline, record::Nanoseconds{}, record::kWhole64);
+    io("until_ns", x.deadline, record::Nanoseconds{}, record::kTime);
   if (io.has("move", x.asked == Asked::Move)) io("move", x.move);
   if (io.has("aim", x.asked == Asked::Aim)) io("aim", x.aim);
-  if (io.has("average_ns", x.asked == Asked::AverageOver)) io("average_ns", x.average, record::kWhole64);
+  if (io.has("average_ns", x.asked == Asked::AverageOver)) io("average_ns", x.average, record::kTime);
 }
 
 std::string_view name(Asked asked) { return name_of(kAsked, asked); }

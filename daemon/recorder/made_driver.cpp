@@ -45,15 +45,15 @@ struct Remembered {
 }  // namespace
 
 void layout(auto& io, record::Is<KukaEkiMemory> auto& x) {
-  io("last_id", x.last_id);
+  io("last_id", x.last_id, record::Whole{0, 2'000'000'000});
   io.optional("unfinished", x.unfinished, Remembered{});
 }
 
 void layout(auto& io, record::Is<TrackerMemory> auto& x) {
-  io.optional("cold_since_ns", x.warm_up.cold_since, record::Nanoseconds{}, record::kWhole64);
+  io.optional("cold_since_ns", x.warm_up.cold_since, record::Nanoseconds{}, record::kTime);
   io("warmed_up", x.warm_up.warmed_up);
-  io("average_ms", x.average, record::kWhole64);
-  io("last_request", x.last_request, record::kWhole64);
+  io("average_ms", x.average, record::kMs);
+  io("last_request", x.last_request, record::kCounter);
   io("distance_mm", x.distance_mm, record::OneInDigits{});
   io("turned_over", x.turned_over);
 }
@@ -75,8 +75,8 @@ void layout(auto& io, record::Is<MadeTracker> auto& x) {
   io("host", x.host);
   io("port", x.port, record::Whole{0, 65'535});
   io("reflector", x.reflector);
-  io("measure_ms", x.measure, record::kWhole64);
-  io("initialise_again_min", x.initialise_again, record::kWhole64);
+  io("measure_ms", x.measure, record::kMs);
+  io("initialise_again_min", x.initialise_again, record::Whole{0, 10'000'000});
   io("told_air", x.told_air);
   io.optional("memory", x.memory);
 }

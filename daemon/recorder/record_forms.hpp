@@ -21,6 +21,8 @@
 namespace truepose::record {
 
 inline constexpr Whole kWhole64{INT64_MIN, INT64_MAX};
+/// Bounds of what drivers reckon with: a time in ns that can be added to, a length of time in ms, a counter.
+inline constexpr Whole kTime{0, INT64_MAX / 4}, kMs{0, 1'000'000'000}, kCounter{0, INT64_MAX / 2};
 
 inline std::string digits_of(double number) {
   std::array<char, 32> digits;

@@ -1,5 +1,7 @@
 #include "daemon/replay/driver_script.hpp"
 
+#include <cstdint>
+
 #include "drivers/wire_failure.hpp"
 
 namespace truepose::daemon {
@@ -17,6 +19,7 @@ DriverScript::DriverScript(std::span<const Record> records) {
 
 /// @return why the record cannot be read
 std::string DriverScript::add(const Record& record) {
+  if (record.time_ns < 0 || record.time_ns > INT64_MAX / 4) return "a time that cannot be";
   Step step{.record = &record};
   switch (record.kind) {
     case Kind::Call:

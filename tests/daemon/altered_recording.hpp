@@ -15,8 +15,7 @@ inline std::vector<recording::Record> records_of(const recording::Recording& rec
   return records;
 }
 
-inline recording::Recording recording_of(const recording::Header& header,
-                                         const std::vector<recording::Record>& records) {
+inline std::string bytes_of(const recording::Header& header, const std::vector<recording::Record>& records) {
   recording::BlockWriter block;
   std::string bytes = recording::first_block(header);
   for (const recording::Record& record : records) {
@@ -26,7 +25,12 @@ inline recording::Recording recording_of(const recording::Header& header,
     block.append(record);
   }
   if (!block.empty()) bytes += recording::block(block.bytes());
-  return recording::Recording::read(bytes + recording::last_block()).value();
+  return bytes + recording::last_block();
+}
+
+inline recording::Recording recording_of(const recording::Header& header,
+                                         const std::vector<recording::Record>& records) {
+  return recording::Recording::read(bytes_of(header, records)).value();
 }
 
 }  // namespace truepose::daemon
