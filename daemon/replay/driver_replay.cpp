@@ -19,6 +19,7 @@ constexpr const char* kNotYetKnown = "made before the recording tells how the dr
 constexpr const char* kMissing = "made after records that are missing";
 constexpr const char* kCancelled = "cancelled by who had made it";
 constexpr const char* kUnended = "under way when the recording ends";
+const std::string kUnreadable = "made after a record that cannot be read: ";
 constexpr const char* kAfterDifference = "made after a difference, before the next connection";
 
 /// By which the clock of a driver may have been late when it asked for the time. Where time ran out in the
@@ -76,6 +77,10 @@ void DriverReplay::replay_taken() {
 /// @return how many records were dealt with
 std::size_t DriverReplay::replay_from(Records records, std::string& why_next_is_not_judged) {
   const DriverScript script{records};
+  if (script.steps().empty()) {
+    why_next_is_not_judged = kUnreadable + script.unreadable();
+    return 1;
+  }
   std::unique_ptr<DriverRun> first;
   for (const drivers::Duration late : kLate) {
     auto run = std::make_unique<DriverRun>(script, late);
@@ -90,7 +95,7 @@ std::size_t DriverReplay::replay_from(Records records, std::string& why_next_is_
   } else if (!first->why_left().empty()) {
     why_next_is_not_judged = "not judged: " + first->why_left();
   } else if (!script.unreadable().empty()) {
-    why_next_is_not_judged = "behind a record that cannot be read: " + script.unreadable();
+    why_next_is_not_judged = kUnreadable + script.unreadable();
   }
   // At least the record that tells of the driver.
   return std::max<std::size_t>(first->end(), 1);
