@@ -77,6 +77,8 @@ constexpr std::array kRecorded{
              "[{kind: operating-mode, at_ms: 600000, lasts_ms: 400000, mode: T1}]"},
     Recorded{"override", Scene::Campaign, "[{kind: override, at_ms: 600000, lasts_ms: 400000, percent: 10}]"},
     Recorded{"program-reset", Scene::Campaign, "[{kind: program-reset, at_ms: 600000, lasts_ms: 400000}]"},
+    Recorded{"program-select", Scene::Campaign,
+             "[{kind: program-select, at_ms: 600000, lasts_ms: 400000, program: GLUING}]"},
     Recorded{"campaign-emergency-stop", Scene::Campaign,
              "[{kind: emergency-stop, at_ms: 600000, lasts_ms: 400000}]"},
     Recorded{"campaign-program-stop", Scene::Campaign,
