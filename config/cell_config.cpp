@@ -13,8 +13,6 @@ constexpr std::array kRearms{Named{"manual", Rearm::Manual}, Named{"automatic", 
 constexpr std::array kRealtimePolicies{Named{"require", RealtimePolicy::Require},
                                        Named{"prefer", RealtimePolicy::Prefer},
                                        Named{"off", RealtimePolicy::Off}};
-constexpr std::array kTrackerProtocols{Named{"emscon", TrackerProtocol::Emscon},
-                                       Named{"bridge", TrackerProtocol::Bridge}};
 constexpr std::array kApproachSides{Named{"any", ApproachSide::Any}, Named{"upwards", ApproachSide::Upwards},
                                     Named{"alternate", ApproachSide::Alternate}};
 constexpr std::array kNoneOrAuto{Named{"none", false}, Named{"auto", true}};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -19,6 +20,7 @@
 #include "core/identify/robust_fit.hpp"
 #include "core/judge/iso9283.hpp"
 #include "core/math/refraction.hpp"
+#include "core/named.hpp"
 #include "core/plan/design.hpp"
 #include "core/plan/scene.hpp"
 #include "core/plan/test_cube_poses.hpp"
@@ -70,6 +72,8 @@ enum class TrackerProtocol {
   Emscon,
   Bridge,  ///< a program beside the maker's SDK (proto/bridge/README.md)
 };
+inline constexpr std::array kTrackerProtocols{Named{"emscon", TrackerProtocol::Emscon},
+                                              Named{"bridge", TrackerProtocol::Bridge}};
 
 struct TrackerConfig {
   TrackerProtocol protocol = TrackerProtocol::Emscon;
@@ -117,7 +121,7 @@ struct CampaignConfig {
   std::chrono::milliseconds settle{500};
   std::chrono::seconds warm_up{0};
   int warm_up_moves = 2;
-  int retries = 2;                        ///< of a failed point, before it is skipped and listed; of connecting
+  int retries = 2;  ///< of a failed point, before it is skipped and listed; of connecting
   std::chrono::seconds pause_after{120};  ///< that a campaign waits for a device before it pauses
   int pause_after_lost = 2;               ///< points in a row that fail for good before it pauses; 0: never
   double limit_margin_deg = 5;            ///< kept from the joint limits by planned poses

@@ -22,6 +22,8 @@
 #include "daemon/control/event_keeper.hpp"
 #include "daemon/log/log.hpp"
 #include "daemon/realtime/stream_options.hpp"
+#include "daemon/recorder/recorded_robot.hpp"
+#include "daemon/recorder/recorded_tracker.hpp"
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/service/runtime_folder.hpp"
 #include "daemon/service/service_manager.hpp"
@@ -138,8 +140,11 @@ class Daemon {
                 recorder_.tap(recording::Wire::EkiState)}},
         tracker_{cell_tracker(config.tracker, io_.get_executor(), clock_,
                               recorder_.tap(recording::Wire::Tracker))},
-        cell_{{io_.get_executor(), config_, robot_, *tracker_, clock_, *stream_, store_, store_thread_,
-               compute_thread_, events_, recorder_, recorder_thread_,
+        recorded_robot_{robot_, recorder_.tap(recording::Wire::Robot)},
+        recorded_tracker_{*tracker_, MadeTracker::of(config.tracker),
+                          recorder_.tap(recording::Wire::Tracker)},
+        cell_{{io_.get_executor(), config_, recorded_robot_, recorded_tracker_, clock_, *stream_, store_,
+               store_thread_, compute_thread_, events_, recorder_, recorder_thread_,
                [] { return std::chrono::system_clock::now(); }, [this] { return link_->scheduling(); }}},
         link_{started(drivers::RsiLink::start(link_options(config.stream, peer_), recorded_stream_))},
         server_{started(
@@ -328,6 +333,8 @@ class Daemon {
   Worker recorder_thread_;
   drivers::KukaEkiRobot robot_;
   std::unique_ptr<drivers::TimedTracker> tracker_;
+  RecordedRobot recorded_robot_;
+  RecordedTracker recorded_tracker_;
   DaemonCell cell_;
   EventKeeper keeper_{{events_, store_thread_, clock_, [] { return std::chrono::system_clock::now(); },
                        [this](const StoreError& error) { cell_.store_failed(error); }}};

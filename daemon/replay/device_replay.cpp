@@ -153,7 +153,7 @@ void DeviceReplay::take(const Record& record) {
     ++report_.sessions;
   } else if (record.kind == Kind::Closed) {
     begin();
-  } else {
+  } else if (record.kind == Kind::Received || record.kind == Kind::Sent) {
     decode(record);
   }
 }

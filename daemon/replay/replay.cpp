@@ -5,6 +5,7 @@
 #include <map>
 
 #include "daemon/replay/device_replay.hpp"
+#include "daemon/replay/driver_replay.hpp"
 #include "daemon/replay/stream_replay.hpp"
 
 namespace truepose::daemon {
@@ -26,8 +27,9 @@ class Replayed {
       miss(record);
     } else if (record.wire == Wire::Daemon) {
       report_.recorded_faults.push_back({record.time_ns, record.bytes});
-    } else if (!only_ || record.wire == *only_) {
-      of_wire(record);
+    } else {
+      if (!only_ || record.wire == *only_) of_wire(record);
+      of_driver(record);
     }
   }
 
@@ -36,6 +38,8 @@ class Replayed {
     if (has_rsi_) report_.wires.push_back(stream_.wire());
     for (const auto& [wire, device] : devices_) report_.wires.push_back(device.report());
     report_.stream = stream_.report();
+    for (DriverReplay* const driver : {&robot_, &tracker_})
+      if (DriverReport of = driver->report(); of.calls > 0) report_.drivers.push_back(std::move(of));
     report_.damage = std::move(damage);
     return std::move(report_);
   }
@@ -53,17 +57,28 @@ class Replayed {
     report_.dropped += dropped;
     stream_.miss();
     for (auto& [wire, device] : devices_) device.miss();
+    robot_.miss();
+    tracker_.miss();
   }
 
   void of_wire(const Record& record) {
+    if (record.wire == Wire::Robot) return;
     if (record.wire != Wire::Rsi)
       return devices_.try_emplace(record.wire, record.wire).first->second.take(record);
     has_rsi_ = true;
     stream_.take(record);
   }
 
+  /// A robot's has two wires besides that of its calls.
+  void of_driver(const Record& record) {
+    const Wire driver = record.wire == Wire::Tracker ? Wire::Tracker : Wire::Robot;
+    if (record.wire == Wire::Rsi || only_.value_or(driver) != driver) return;
+    (driver == Wire::Tracker ? tracker_ : robot_).take(record);
+  }
+
   StreamReplay stream_;
   std::optional<Wire> only_;
+  DriverReplay robot_{"robot"}, tracker_{"tracker"};
   bool has_rsi_ = false;
   std::map<Wire, DeviceReplay> devices_;
   ReplayReport report_;
@@ -73,6 +88,7 @@ class Replayed {
 
 bool ReplayReport::same() const {
   return stream.different == 0 &&
+         std::ranges::none_of(drivers, [](const DriverReport& driver) { return driver.different > 0; }) &&
          std::ranges::none_of(wires, [](const WireReport& wire) { return wire.regression.has_value(); });
 }
 

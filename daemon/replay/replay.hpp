@@ -42,12 +42,23 @@ struct StreamReport {
   double max_step_deg = 0;
 };
 
+/// What the drivers of robot and tracker did that were asked again what the recorded ones had been asked.
+struct DriverReport {
+  std::string name;         ///< "robot" or "tracker"
+  std::uint64_t calls = 0;  ///< in the recording
+  std::uint64_t same = 0;   ///< of these, that ended as they had, everything sent meanwhile included
+  std::uint64_t different = 0;
+  std::optional<ReplayNote> first_different;
+  std::map<std::string, std::uint64_t> not_judged;  ///< the others, by why
+};
+
 struct ReplayReport {
   std::uint64_t records = 0;
   std::uint64_t dropped = 0;  ///< for which there was no room when it was recorded
   std::int64_t begin_ns = 0, end_ns = 0;
   std::vector<WireReport> wires;  ///< those that have records
   StreamReport stream;
+  std::vector<DriverReport> drivers;        ///< whose calls the recording has
   std::vector<ReplayNote> recorded_faults;  ///< as the daemon told of them
   std::string damage;                       ///< why the file was read in part; empty: it is whole
 
@@ -55,8 +66,9 @@ struct ReplayReport {
   bool same() const;
 };
 
-/// Feeds a recording to the drivers' decoders and to a stream of corrections, at the times that it tells.
-/// @param only  wire that alone is replayed
+/// Feeds a recording to the drivers' decoders, to the drivers and to a stream of corrections, at the times
+/// that it tells.
+/// @param only  wire that alone is replayed; a driver is with that which tells of its calls
 /// @return what came of it; or one sentence, where the header does not make a stream
 std::expected<ReplayReport, std::string> replay(const recording::Recording& recording,
                                                 std::optional<recording::Wire> only = {});

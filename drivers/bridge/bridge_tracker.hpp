@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <expected>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "core/math/refraction.hpp"
@@ -28,6 +29,7 @@ struct BridgeOptions {
   std::chrono::minutes initialise_again{0};
   WireTap tap = kNobodyHears;
   MakeStream stream = tcp_stream;
+  std::optional<TrackerMemory> memory{};  ///< that it goes on from; none: it is new
 };
 
 /// A tracker of any make behind a bridge (proto/bridge/README.md).

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "drivers/deadline.hpp"
+#include "drivers/wire_failure.hpp"
 
 namespace truepose::drivers {
 namespace {
@@ -60,6 +61,7 @@ asio::awaitable<std::optional<error_code>> EkiChannel::open(TimePoint deadline) 
   const TimePoint taken_by = std::min(deadline, clock_.now() + kTaken);
   auto connecting = stream_->connect(host_, port_);
   auto result = co_await before(clock_, taken_by, std::move(connecting));
+  if (result) tell_failure(tap_, WireOperation::Connect, *result);
   co_return result;
 }
 
@@ -81,6 +83,7 @@ asio::awaitable<std::expected<void, RobotError>> EkiChannel::send(eki::ToControl
 asio::awaitable<error_code> EkiChannel::write(std::string bytes) {
   tap_(recording::Kind::Sent, bytes);
   const error_code error = co_await stream_->write(bytes);
+  tell_failure(tap_, WireOperation::Write, error);
   co_return error;
 }
 
@@ -111,6 +114,7 @@ asio::awaitable<error_code> EkiChannel::read() {
   std::array<char, 4096> bytes;
   const auto [error, size] = co_await stream_->read(bytes);
   if (size > 0) tap_(recording::Kind::Received, {bytes.data(), size});
+  tell_failure(tap_, WireOperation::Read, error);
   splitter_.feed({bytes.data(), size});
   co_return error;
 }

@@ -145,9 +145,11 @@ KukaEkiRobot::KukaEkiRobot(asio::any_io_executor executor, Clock& clock, KukaEki
                                           "the state server (truepose_submit, or sps.sub)", options_.host,
                                           options_.state_port, options_.state_tap)},
       answers_{std::make_unique<Answers>(executor)},
-      id_{first_id()} {}
+      memory_{options_.memory.value_or(KukaEkiMemory{.last_id = first_id(), .unfinished = {}})} {}
 
 KukaEkiRobot::~KukaEkiRobot() = default;
+
+bool KukaEkiRobot::linked() const { return motion_->connected() || state_->connected(); }
 
 void KukaEkiRobot::disconnect() noexcept {
   motion_->close();
@@ -304,8 +306,9 @@ asio::awaitable<std::expected<void, RobotError>> KukaEkiRobot::start_stream_prog
 asio::awaitable<std::expected<eki::Ack, RobotError>> KukaEkiRobot::run(eki::Command command,
                                                                        eki::AckState until,
                                                                        TimePoint deadline) {
-  command.id = unfinished_ && same_order(command, *unfinished_) ? unfinished_->id : next_id();
-  unfinished_ = command;
+  command.id =
+      memory_.unfinished && same_order(command, *memory_.unfinished) ? memory_.unfinished->id : next_id();
+  memory_.unfinished = command;
   const auto sent = co_await motion_->send(command, deadline);
   if (!sent) co_return std::unexpected(sent.error());
   for (;;) {
@@ -320,14 +323,14 @@ asio::awaitable<std::expected<eki::Ack, RobotError>> KukaEkiRobot::run(eki::Comm
         if (until != eki::AckState::Moving) break;
         [[fallthrough]];
       case eki::AckState::InPosition:
-        unfinished_.reset();
+        memory_.unfinished.reset();
         co_return *ack;
       case eki::AckState::Rejected:
-        unfinished_.reset();
+        memory_.unfinished.reset();
         co_return std::unexpected(
             RobotError{RobotFault::Refused, "the controller rejected the command: " + reason(ack->error)});
       case eki::AckState::Aborted:
-        unfinished_.reset();
+        memory_.unfinished.reset();
         co_return std::unexpected(
             RobotError{RobotFault::Aborted, "the controller aborted the command: " + reason(ack->error)});
     }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <expected>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "core/math/refraction.hpp"
@@ -29,6 +30,7 @@ struct EmsconOptions {
   std::chrono::minutes initialise_again{0};
   WireTap tap = kNobodyHears;
   MakeStream stream = tcp_stream;
+  std::optional<TrackerMemory> memory{};  ///< that it goes on from; none: it is new
 };
 
 /// A Leica tracker that speaks emScon (AT901, LTD, AT401/402) over TCP.

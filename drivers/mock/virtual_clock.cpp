@@ -1,6 +1,5 @@
 #include "drivers/mock/virtual_clock.hpp"
 
-#include <algorithm>
 #include <boost/asio/error.hpp>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/this_coro.hpp>
@@ -41,6 +40,10 @@ bool VirtualClock::run(asio::io_context& io, const std::function<bool()>& done) 
     if (sleepers_.empty()) return false;
     wake_first();
   }
+}
+
+std::optional<TimePoint> VirtualClock::next_wake() const {
+  return sleepers_.empty() ? std::nullopt : std::optional{sleepers_.begin()->first.first};
 }
 
 void VirtualClock::wake_first() {

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "drivers/clock.hpp"
@@ -16,6 +18,8 @@ namespace truepose::drivers {
 /// cell in a minute, the same every time. One thread.
 class VirtualClock final : public Clock {
  public:
+  explicit VirtualClock(TimePoint begin = {}) : now_{begin} {}
+
   TimePoint now() const override { return now_; }
   boost::asio::awaitable<void> sleep_until(TimePoint when) override;
 
@@ -26,6 +30,14 @@ class VirtualClock final : public Clock {
 
   std::size_t sleepers() const { return sleepers_.size(); }
 
+  // For whoever moves time himself:
+  /// When the next sleeper is to wake.
+  std::optional<TimePoint> next_wake() const;
+  /// Moves time to the next sleeper, who is ready then. There is one.
+  void wake_first();
+  /// Moves time, and wakes nobody. A time that has passed changes nothing.
+  void pass_to(TimePoint when) { now_ = std::max(now_, when); }
+
  private:
   struct Sleeper {
     boost::asio::steady_timer* timer;
@@ -34,9 +46,7 @@ class VirtualClock final : public Clock {
   /// Those who sleep until the same moment wake in the order in which they went to sleep.
   using Key = std::pair<TimePoint, std::uint64_t>;
 
-  void wake_first();
-
-  TimePoint now_{};
+  TimePoint now_;
   std::uint64_t count_ = 0;
   std::map<Key, Sleeper> sleepers_;
 };

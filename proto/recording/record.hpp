@@ -9,10 +9,12 @@
 
 namespace truepose::recording {
 
-enum class Wire : std::uint8_t { Rsi, EkiLink, EkiState, Tracker, Daemon };
-inline constexpr std::array kWires{Named{"rsi", Wire::Rsi}, Named{"eki-link", Wire::EkiLink},
-                                   Named{"eki-state", Wire::EkiState}, Named{"tracker", Wire::Tracker},
-                                   Named{"daemon", Wire::Daemon}};
+/// Robot: what was asked of the driver that has eki-link and eki-state; of a tracker's that stands on its
+/// wire.
+enum class Wire : std::uint8_t { Rsi, EkiLink, EkiState, Tracker, Daemon, Robot };
+inline constexpr std::array kWires{
+    Named{"rsi", Wire::Rsi},         Named{"eki-link", Wire::EkiLink}, Named{"eki-state", Wire::EkiState},
+    Named{"tracker", Wire::Tracker}, Named{"daemon", Wire::Daemon},    Named{"robot", Wire::Robot}};
 
 enum class Kind : std::uint8_t {
   Received,    ///< bytes that came from the device
@@ -24,11 +26,19 @@ enum class Kind : std::uint8_t {
   Commands,    ///< of RSI: what stood when the next datagram was answered; Commands as text
   Fault,       ///< of the daemon: the text of one that began
   Dropped,     ///< so many records for which there was no room
+  // From version 2 on:
+  Driver,   ///< how a driver was made and what it remembers, where it has no connection or makes it anew
+  Call,     ///< what a driver was asked for
+  Outcome,  ///< how a call ended
+  Failed,   ///< an operation on the wire, by the error in the text
+  Air,      ///< that a tracker's driver was told when it asked
 };
 inline constexpr std::array kKinds{
     Named{"received", Kind::Received}, Named{"sent", Kind::Sent},       Named{"connected", Kind::Connected},
     Named{"closed", Kind::Closed},     Named{"started", Kind::Started}, Named{"checkpoint", Kind::Checkpoint},
-    Named{"commands", Kind::Commands}, Named{"fault", Kind::Fault},     Named{"dropped", Kind::Dropped}};
+    Named{"commands", Kind::Commands}, Named{"fault", Kind::Fault},     Named{"dropped", Kind::Dropped},
+    Named{"driver", Kind::Driver},     Named{"call", Kind::Call},       Named{"outcome", Kind::Outcome},
+    Named{"failed", Kind::Failed},     Named{"air", Kind::Air}};
 
 /// Who sent a datagram.
 struct Peer {

@@ -12,7 +12,10 @@
 namespace truepose::recording {
 namespace {
 
-constexpr std::string_view kMagic = "truepose recording 1\n";
+constexpr std::string_view kMagic = "truepose recording 2\n";
+/// Without what was asked of the drivers: its kinds of records are among those of version 2.
+constexpr std::string_view kMagicOfVersion1 = "truepose recording 1\n";
+static_assert(kMagic.size() == kMagicOfVersion1.size());
 constexpr std::size_t kBlockHead = 8;
 
 constexpr std::array kEngagements{
@@ -116,7 +119,8 @@ std::string first_block(const Header& header) {
 std::string last_block() { return block({}); }
 
 std::expected<Header, std::string> Recording::read_header(std::string_view bytes) {
-  if (!bytes.starts_with(kMagic)) return std::unexpected("is no recording of truepose, of this version");
+  if (!bytes.starts_with(kMagic) && !bytes.starts_with(kMagicOfVersion1))
+    return std::unexpected("is no recording of truepose, of this version");
   const auto header = block_at(bytes, kMagic.size());
   if (!header) return std::unexpected("is damaged, or cut off, in its header");
   const auto document = control::parse_json(*header);

@@ -53,8 +53,8 @@ struct Commands {
 std::string text(const Commands& commands);
 std::expected<Commands, std::string> read_commands(std::string_view text);
 
-// A recording is a file of blocks, each with its size and its checksum: the header as JSON, blocks of
-// records, and an empty one at its end.
+// A recording (version 2; 1 is read as well) is a file of blocks, each with its size and its checksum: the
+// header as JSON, blocks of records, and an empty one at its end.
 
 std::string first_block(const Header& header);
 std::string block(std::string_view records);

@@ -11,6 +11,7 @@
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/recorder/stream_settings.hpp"
 #include "drivers/mock/virtual_clock.hpp"
+#include "tests/daemon/altered_recording.hpp"
 #include "tests/daemon/stream_rig.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -55,17 +56,9 @@ class RecordedLife {
     EXPECT_TRUE(recorder.save(header, file));
     auto recording = recording::Recording::read(config::read_bytes(file)).value();
     if (!alter) return recording;
-    recording::BlockWriter block;
-    std::string bytes = recording::first_block(header);
-    recording.for_each([&](recording::Record record) {
-      alter(record);
-      if (block.append(record)) return;
-      bytes += recording::block(block.bytes());
-      block.clear();
-      block.append(record);
-    });
-    bytes += recording::block(block.bytes()) + recording::last_block();
-    return recording::Recording::read(bytes).value();
+    std::vector<recording::Record> records = records_of(recording);
+    for (recording::Record& record : records) alter(record);
+    return recording_of(header, records);
   }
 
  private:

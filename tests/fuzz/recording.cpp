@@ -1,9 +1,13 @@
 // Recordings. What is read can be written and read again; a file that is cut off gives the records before the
-// cut.
+// cut. The same of the texts of what drivers were asked for.
 #include "proto/recording/recording.hpp"
 
 #include <vector>
 
+#include "daemon/recorder/driver_call.hpp"
+#include "daemon/recorder/made_driver.hpp"
+#include "daemon/replay/same_outcome.hpp"
+#include "drivers/wire_failure.hpp"
 #include "proto/recording/block.hpp"
 #include "tests/fuzz/target.hpp"
 
@@ -29,6 +33,26 @@ void expect_round_trip(std::string_view block) {
   expect(records_of(writer.bytes()) == records, "what is written is read again");
 }
 
+/// A text that can be read is, once it has been written anew, its own.
+void expect_same_text(std::string_view input, const auto& read, const auto& write) {
+  const auto value = read(input);
+  if (!value) return;
+  const std::string written = write(*value);
+  const auto again = read(written);
+  expect(again && write(*again) == written, "what a driver was asked is read again");
+}
+
+void expect_driver_texts(std::string_view input) {
+  const auto write = [](const auto& value) { return text(value); };
+  expect_same_text(input, &daemon::read_call, write);
+  expect_same_text(input, &daemon::read_robot, write);
+  expect_same_text(input, &daemon::read_tracker, write);
+  expect_same_text(input, &drivers::read_failure, write);
+  expect_same_text(input, &daemon::read_air, [](const daemon::ToldAir& air) { return daemon::text(air); });
+  static_cast<void>(daemon::read_outcome(input));
+  static_cast<void>(daemon::same_outcome(input, input));
+}
+
 }  // namespace
 
 void recording(std::string_view input) {
@@ -44,6 +68,7 @@ void recording(std::string_view input) {
   expect(!cut->for_each([](const Record&) {}).empty(), "a file that is cut off is said to be");
   if (const auto read = recording::Recording::read(std::string{input})) read->for_each([](const Record&) {});
   static_cast<void>(recording::read_commands(input));
+  expect_driver_texts(input);
 }
 
 }  // namespace truepose::fuzz

@@ -1,14 +1,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/json/parse.hpp>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
-#include <span>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "tests/integration/live_cell.hpp"
 
@@ -50,10 +51,11 @@ constexpr std::array kRecorded{
     Recorded{"emergency-stop", Scene::Stream, "[]", 220, R"({"kind": "emergency-stop"})"},
     Recorded{"controller-restart", Scene::Stream, "[]", 220,
              R"({"kind": "controller-restart", "lasts_ms": 200000})"},
-    Recorded{"eki-drop", Scene::Campaign, "[{kind: eki-drop, at_ms: 60000, every_ms: 150000}]"},
+    Recorded{"eki-drop", Scene::Campaign, "[{kind: eki-drop, at_ms: 600000, every_ms: 400000}]"},
     Recorded{"beam-break", Scene::Campaign,
-             "[{kind: beam-break, at_ms: 100000, lasts_ms: 4000, every_ms: 40000}]"},
-    Recorded{"tracker-restart", Scene::Campaign, "[{kind: tracker-restart, at_ms: 60000, every_ms: 150000}]"},
+             "[{kind: beam-break, at_ms: 600000, lasts_ms: 4000, every_ms: 40000}]"},
+    Recorded{"tracker-restart", Scene::Campaign,
+             "[{kind: tracker-restart, at_ms: 600000, every_ms: 500000}]"},
     Recorded{"tracker-bump", Scene::Campaign,
              "[{kind: tracker-bump, at_point: 4, by_mm: {x: 3, y: 0, z: 4}}]"},
     Recorded{"tracker-bias", Scene::Campaign,
@@ -64,7 +66,25 @@ constexpr std::array kRecorded{
              "[{kind: tracker-std, at_point: 4, lasts_points: 2, std_mm: 5}]"},
     Recorded{
         "tracker-air", Scene::Campaign,
-        "[{kind: tracker-air, at_point: 4, lasts_points: 2, temperature_c: 90, pressure_mbar: 100, humidity_percent: 0}]"}};
+        "[{kind: tracker-air, at_point: 4, lasts_points: 2, temperature_c: 90, pressure_mbar: 100, humidity_percent: 0}]"},
+    Recorded{"tracker-stray", Scene::Campaign,
+             "[{kind: tracker-stray, at_point: 4, lasts_points: 2, by_mm: {x: 3, y: 0, z: 4}}]"},
+    Recorded{"tracker-busy", Scene::Campaign, "[{kind: tracker-busy, at_ms: 600000, lasts_ms: 400000}]"},
+    Recorded{"tracker-silent", Scene::Campaign, "[{kind: tracker-silent, at_ms: 600000, lasts_ms: 1200000}]"},
+    Recorded{"tracker-storm", Scene::Campaign, "[{kind: tracker-storm, at_ms: 600000, lasts_ms: 400000}]"},
+    Recorded{"gate-open", Scene::Campaign, "[{kind: gate-open, at_ms: 600000, lasts_ms: 400000}]"},
+    Recorded{"operating-mode", Scene::Campaign,
+             "[{kind: operating-mode, at_ms: 600000, lasts_ms: 400000, mode: T1}]"},
+    Recorded{"override", Scene::Campaign, "[{kind: override, at_ms: 600000, lasts_ms: 400000, percent: 10}]"},
+    Recorded{"program-reset", Scene::Campaign, "[{kind: program-reset, at_ms: 600000, lasts_ms: 400000}]"},
+    Recorded{"program-select", Scene::Campaign,
+             "[{kind: program-select, at_ms: 600000, lasts_ms: 400000, program: GLUING}]"},
+    Recorded{"campaign-emergency-stop", Scene::Campaign,
+             "[{kind: emergency-stop, at_ms: 600000, lasts_ms: 400000}]"},
+    Recorded{"campaign-program-stop", Scene::Campaign,
+             "[{kind: program-stop, at_ms: 600000, lasts_ms: 400000}]"},
+    Recorded{"campaign-controller-restart", Scene::Campaign,
+             "[{kind: controller-restart, at_ms: 600000, lasts_ms: 400000}]"}};
 
 /// A program that goes a short way, of which little has to be recorded.
 const Replacements kSmall{{"- [25, -80, 95, 20, 45, -30]", "- [1, -90, 90, 0, 35, 0]"},
@@ -124,40 +144,57 @@ void record(const Recorded& recorded, const std::filesystem::path& file) {
   cell.save(file);
 }
 
-/// What is recorded and where: everything where a folder is given, else the first into one that goes with the
-/// test.
-struct Recordings {
-  TempFolder temporary;
-  std::filesystem::path folder = temporary.path();
-  std::span<const Recorded> all{kRecorded.data(), 1};
+/// Into a folder that is given, or one that goes with the test.
+class ARecording : public testing::TestWithParam<Recorded> {
+ protected:
+  static const char* given_folder() { return std::getenv("TRUEPOSE_RECORDINGS"); }
 
-  Recordings() {
-    const char* const given = std::getenv("TRUEPOSE_RECORDINGS");
-    if (!given) return;
-    folder = std::filesystem::absolute(given);
-    all = kRecorded;
+ public:
+  /// Everything where a folder is given, else the first of either scene.
+  static std::vector<Recorded> recorded() {
+    if (given_folder()) return {kRecorded.begin(), kRecorded.end()};
+    std::vector<Recorded> few;
+    for (const Scene scene : {Scene::Stream, Scene::Campaign})
+      few.push_back(*std::ranges::find(kRecorded, scene, &Recorded::scene));
+    return few;
   }
+  static std::string name(const testing::TestParamInfo<Recorded>& info) {
+    std::string name = info.param.name;
+    std::ranges::replace(name, '-', '_');
+    return name;
+  }
+
+ protected:
+  TempFolder temporary_;
+  std::filesystem::path folder_ =
+      given_folder() ? std::filesystem::absolute(given_folder()) : temporary_.path();
 };
 
-TEST(ARecording, IsMadeOfAMisbehaviourAndGivesTheSameRepliesAgain) {
-  const Recordings recordings;
-  for (const Recorded& recorded : recordings.all) {
-    SCOPED_TRACE(recorded.name);
-    const auto file = recordings.folder / (std::string{recorded.name} + ".recording");
-    record(recorded, file);
-    const Finished replayed = run_program("truepose", {"replay", file, "--json"});
-    ASSERT_EQ(replayed.exit_code, 0) << replayed.out << replayed.err;
-    const json::value report = json::parse(replayed.out);
-    EXPECT_EQ(report.at_pointer("/robot/serial"), "210001");
-    EXPECT_EQ(report.at("same"), true);
-    EXPECT_EQ(report.at("dropped"), 0);
-    if (recorded.scene == Scene::Campaign) continue;
-    EXPECT_GE(number(report, "/stream/compared"), 100) << replayed.out;
-    EXPECT_EQ(number(report, "/stream/different"), 0);
-    const bool loses_replies = &recorded == kRecorded.data();
-    EXPECT_GE(number(report, "/stream/counters/late"), loses_replies ? 40 : 0);
+TEST_P(ARecording, IsMadeOfAMisbehaviourAndGivesTheSameAgain) {
+  const Recorded& recorded = GetParam();
+  const auto file = folder_ / (std::string{recorded.name} + ".recording");
+  record(recorded, file);
+  const Finished replayed = run_program("truepose", {"replay", file, "--json"});
+  ASSERT_EQ(replayed.exit_code, 0) << replayed.out << replayed.err;
+  const json::value report = json::parse(replayed.out);
+  EXPECT_EQ(report.at_pointer("/robot/serial"), "210001");
+  EXPECT_EQ(report.at("same"), true);
+  EXPECT_EQ(report.at("dropped"), 0);
+  ASSERT_EQ(report.at("drivers").as_array().size(), 2U);
+  for (const char* const driver : {"/drivers/0", "/drivers/1"}) {
+    EXPECT_GE(number(report.at_pointer(driver), "/same"), 1) << replayed.out;
+    EXPECT_EQ(number(report.at_pointer(driver), "/different"), 0) << replayed.out;
   }
+  if (recorded.scene == Scene::Campaign) return;
+  EXPECT_GE(number(report, "/stream/compared"), 100) << replayed.out;
+  EXPECT_EQ(number(report, "/stream/different"), 0);
+  const bool loses_replies = recorded.name == std::string_view{kRecorded.front().name};
+  EXPECT_GE(number(report, "/stream/counters/late"), loses_replies ? 40 : 0);
 }
+
+void PrintTo(const Recorded& recorded, std::ostream* out) { *out << recorded.name; }
+
+INSTANTIATE_TEST_SUITE_P(Of, ARecording, testing::ValuesIn(ARecording::recorded()), ARecording::name);
 
 }  // namespace
 }  // namespace truepose

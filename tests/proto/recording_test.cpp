@@ -159,8 +159,17 @@ TEST(ARecordingFile, ThatIsDamagedIsReadUpToThere) {
   EXPECT_EQ(read(damaged).records.size(), some_records().size());
 }
 
+TEST(ARecordingFile, OfTheVersionBeforeIsRead) {
+  std::string before = some_recording();
+  const std::string version = "truepose recording 2";
+  ASSERT_TRUE(before.starts_with(version));
+  before[version.size() - 1] = '1';
+  EXPECT_EQ(read(before).damage, "");
+  EXPECT_EQ(read(before).records, read(some_recording()).records);
+}
+
 TEST(ARecordingFile, OfAnotherKindIsRefused) {
-  EXPECT_THAT(read("truepose recording 2\n").damage, HasSubstr("no recording"));
+  EXPECT_THAT(read("truepose recording 3\n").damage, HasSubstr("no recording"));
   EXPECT_THAT(read("").damage, HasSubstr("no recording"));
 }
 

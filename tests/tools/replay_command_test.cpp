@@ -1,8 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <boost/json/parse.hpp>
 
+#include "tests/daemon/altered_recording.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -16,7 +18,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-const std::string kIgnored = TRUEPOSE_SOURCE_DIR "/tests/recordings/rsi-ignore.recording";
+const std::string kIgnored = TRUEPOSE_SOURCE_DIR "/tests/recordings/rsi-ignore.recording";  // of version 1
+const std::string kDropped = TRUEPOSE_SOURCE_DIR "/tests/recordings/eki-drop.recording";
 
 Finished replay(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "replay");
@@ -26,12 +29,11 @@ Finished replay(std::vector<std::string> arguments) {
 TEST(TheReplayCommand, SaysWhatARecordingIsAndWhatBecameOfIt) {
   const Finished replayed = replay({kIgnored});
   EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
-  EXPECT_THAT(
-      replayed.out,
-      AllOf(HasSubstr("cell     demo"), HasSubstr("#KR210R2700_2 C4 FLR, serial 210001, KSS 8.6.11"),
-            ContainsRegex("rsi +709 +709 +0 +1"), ContainsRegex("tracker +68 +68 +0 +1"),
-            HasSubstr("709 of 709 compared, 0 different"),
-            ContainsRegex("stream now at -1\\.[0-9]+ s: frozen at IPOC")));
+  EXPECT_THAT(replayed.out,
+              AllOf(HasSubstr("cell     demo"), HasSubstr("#KR210R2700_2 C4 FLR, serial 210001, KSS 8.6.11"),
+                    ContainsRegex("rsi +709 +709 +0 +1"), ContainsRegex("tracker +68 +68 +0 +1"),
+                    HasSubstr("709 of 709 compared, 0 different"),
+                    ContainsRegex("stream now at -1\\.[0-9]+ s: frozen at IPOC")));
   EXPECT_THAT(replayed.err, IsEmpty());
 }
 
@@ -44,6 +46,40 @@ TEST(TheReplayCommand, PrintsOneJsonDocument) {
   EXPECT_EQ(report.at("same"), true);
   EXPECT_THAT(std::string{report.at_pointer("/stream/faults/0/text").as_string()},
               HasSubstr("do not follow"));
+}
+
+TEST(TheReplayCommand, AsksTheDriversAgainWhatTheyWereAsked) {
+  const Finished replayed = replay({kDropped});
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
+  EXPECT_THAT(replayed.out,
+              AllOf(ContainsRegex("DRIVER +CALLS +SAME +DIFFERENT +NOT JUDGED"),
+                    ContainsRegex("robot +159 +159 +0 +0"), ContainsRegex("tracker +62 +62 +0 +0")));
+  const json::value of_robot = json::parse(replay({kDropped, "--json", "--wire", "robot"}).out);
+  EXPECT_EQ(of_robot.at("wires").as_array().size(), 0U);
+  EXPECT_EQ(of_robot.at("drivers").as_array().size(), 1U) << "this driver alone";
+  EXPECT_EQ(of_robot.at_pointer("/drivers/0/same"), 159);
+  EXPECT_THAT(replay({kIgnored}).out, HasSubstr("their decoders alone read the frames"));
+}
+
+TEST(TheReplayCommand, EndsWith1WhereADriverDoesSomethingElse) {
+  const auto recording = recording::Recording::read(text_of(kDropped)).value();
+  std::vector<recording::Record> records = daemon::records_of(recording);
+  const auto sent = std::ranges::find_if(records, [](const recording::Record& record) {
+    return record.kind == recording::Kind::Sent && record.wire == recording::Wire::EkiLink;
+  });
+  ASSERT_NE(sent, records.end());
+  sent->bytes.insert(sent->bytes.find("Vel"), "Speed=\"1\" ");
+  const TempFolder folder;
+  const auto file = folder.write("altered.recording", daemon::bytes_of(recording.header(), records));
+  const Finished replayed = replay({file});
+  EXPECT_EQ(replayed.exit_code, 1);
+  EXPECT_THAT(replayed.out,
+              AllOf(ContainsRegex("robot different first at -[0-9.]+ s: eki-link: recorded: sent "
+                                  "<Cmd [^;]*Speed=[^;]*; now: sent <Cmd "),
+                    ContainsRegex("Not judged: robot: [0-9]+ made after a difference")));
+  const json::value report = json::parse(replay({file, "--json"}).out);
+  EXPECT_EQ(report.at("same"), false);
+  EXPECT_EQ(report.at_pointer("/drivers/0/different"), 1);
 }
 
 TEST(TheReplayCommand, ListsRecordsWithTextAsItIsAndOtherBytesInHexadecimal) {

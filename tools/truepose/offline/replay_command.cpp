@@ -9,6 +9,7 @@
 #include "daemon/replay/replay.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/recording/recording.hpp"
+#include "proto/recording/shown.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/text.hpp"
 
@@ -16,6 +17,7 @@ namespace truepose::tools {
 namespace {
 
 namespace json = boost::json;
+using daemon::DriverReport;
 using daemon::ReplayNote;
 using daemon::ReplayReport;
 using daemon::StreamReport;
@@ -38,18 +40,6 @@ struct Replay {
 
 // ---- Records as lines ----
 
-/// Text as it is, what is none in hexadecimal digits.
-std::string shown(const std::string& bytes) {
-  const auto printable = [](char c) { return (c >= ' ' && c <= '~') || c == '\t' || c == '\n' || c == '\r'; };
-  std::string line;
-  if (std::ranges::all_of(bytes, printable)) {
-    for (const char c : bytes) line += c < ' ' ? ' ' : c;
-  } else {
-    for (const char c : bytes) line += formatted("%02x", static_cast<unsigned char>(c));
-  }
-  return line;
-}
-
 /// Seconds before the recording was written.
 std::string time_text(std::int64_t time_ns, const Header& header) {
   return formatted("%.6f", static_cast<double>(time_ns - header.time_ns) / 1e9);
@@ -60,7 +50,7 @@ void print_record(const Record& record, const Header& header) {
   const std::string_view kind = name_of(recording::kKinds, record.kind);
   std::printf("%12s  %-9.*s  %-10.*s  %s\n", time_text(record.time_ns, header).c_str(),
               static_cast<int>(wire.size()), wire.data(), static_cast<int>(kind.size()), kind.data(),
-              shown(record.bytes).c_str());
+              recording::shown(record.bytes).c_str());
 }
 
 int list_records(const Replay& command, const Recording& recording) {
@@ -117,9 +107,19 @@ json::object stream_json(const StreamReport& stream, const Header& header) {
           {"max_step_deg", stream.max_step_deg}};
 }
 
+json::object driver_json(const DriverReport& driver, const Header& header) {
+  return {{"driver", driver.name},
+          {"calls", driver.calls},
+          {"same", driver.same},
+          {"different", driver.different},
+          {"first_different", note_json(driver.first_different, header)},
+          {"not_judged", counters_json(driver.not_judged)}};
+}
+
 json::object report_json(const Header& header, const ReplayReport& report) {
-  json::array wires, models;
+  json::array wires, drivers, models;
   for (const WireReport& wire : report.wires) wires.push_back(wire_json(wire, header));
+  for (const DriverReport& driver : report.drivers) drivers.push_back(driver_json(driver, header));
   for (const recording::Model& model : header.models)
     models.push_back(json::object{{"id", model.id}, {"sha256", model.sha256}});
   return {{"product", header.product},
@@ -134,6 +134,7 @@ json::object report_json(const Header& header, const ReplayReport& report) {
           {"seconds", static_cast<double>(report.end_ns - report.begin_ns) / 1e9},
           {"damage", report.damage},
           {"wires", std::move(wires)},
+          {"drivers", std::move(drivers)},
           {"stream", stream_json(report.stream, header)},
           {"recorded_faults", notes_json(report.recorded_faults, header)},
           {"same", report.same()}};
@@ -170,6 +171,30 @@ std::string wires_text(const ReplayReport& report) {
   return "\n" + text_table(rows);
 }
 
+bool has_devices(const ReplayReport& report) {
+  return std::ranges::any_of(report.wires, [](const WireReport& wire) { return wire.wire != Wire::Rsi; });
+}
+
+std::string drivers_text(const ReplayReport& report) {
+  if (report.drivers.empty()) {
+    if (!has_devices(report)) return {};
+    return "\nWhat the drivers were asked for is not replayed: their decoders alone read the frames\n";
+  }
+  std::vector<Cells> rows{{"DRIVER", "CALLS", "SAME", "DIFFERENT", "NOT JUDGED"}};
+  std::string why;
+  for (const DriverReport& driver : report.drivers) {
+    std::uint64_t not_judged = 0;
+    for (const auto& [reason, calls] : driver.not_judged) {
+      not_judged += calls;
+      why += "Not judged: " + driver.name + ": " + std::to_string(calls) + " " + reason + "\n";
+    }
+    rows.push_back({driver.name});
+    for (const std::uint64_t count : {driver.calls, driver.same, driver.different, not_judged})
+      rows.back().push_back(std::to_string(count));
+  }
+  return "\n" + text_table(rows) + why;
+}
+
 std::string note_line(const std::string& what, const ReplayNote& note, const Header& header) {
   return what + " at " + time_text(note.time_ns, header) + " s: " + note.text + "\n";
 }
@@ -184,6 +209,9 @@ std::string findings_text(const Header& header, const ReplayReport& report) {
     if (wire.regression)
       text += note_line(name + " accepted then and rejected now", *wire.regression, header);
   }
+  for (const DriverReport& driver : report.drivers)
+    if (driver.first_different)
+      text += note_line(driver.name + " different first", *driver.first_different, header);
   if (report.stream.first_different)
     text += note_line("reply different first", *report.stream.first_different, header);
   return text.empty() ? text : "\n" + text;
@@ -206,9 +234,10 @@ int run_replay(const Replay& command) {
   const auto report = daemon::replay(*recording, command.only());
   if (!report) throw CommandError{kBadInput, command.file + ": " + report.error()};
   const Header& header = recording->header();
-  const std::string text = command.json ? control::json_text(report_json(header, *report)) + "\n"
-                                        : header_text(header, *report) + wires_text(*report) +
-                                              findings_text(header, *report) + stream_text(report->stream);
+  const std::string text = command.json
+                               ? control::json_text(report_json(header, *report)) + "\n"
+                               : header_text(header, *report) + wires_text(*report) + drivers_text(*report) +
+                                     findings_text(header, *report) + stream_text(report->stream);
   std::fputs(text.c_str(), stdout);
   if (!report->damage.empty())
     std::fprintf(stderr, "truepose: %s: %s: read up to there\n", command.file.c_str(),
