@@ -42,6 +42,13 @@ std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, Targe
 /// The poses are numbered as they are measured, as many to a cycle as it has stops.
 std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, Iso9283Order order);
 
+/// Measures the points of a tool in poses that turn the flange as differently as the tracker sees them, and
+/// finds its frame by the active model. Where a reflector is put from point to point by hand, it pauses
+/// before each but the first. The poses are numbered as they are measured.
+///
+/// The session's cell is that of cell_with_tool().
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, ToolOrder order);
+
 /// One campaign, from connecting the devices to the end in the journal.
 class Campaign {
  public:
@@ -64,6 +71,8 @@ class Campaign {
   void interrupt(std::string reason);
 
   CampaignProgress progress() const { return session_.progress(); }
+  /// Whether it is paused for want of room in the store.
+  bool waits_for_room() const { return session_.waits_for_room(); }
 
  private:
   CampaignOutcome<void> steps();

@@ -132,6 +132,7 @@ MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, Plan
   auto here = co_await devices_.position();
   if (here) options.start = *here;
   Scene scene = config::scene_of(config_);
+  scene.shows_last_axis = !options.by_orientation;
   if (reflectors == Reflectors::First) scene.sight.further.clear();
   search_.look_for(reflectors);
   const auto earlier = past_ ? past_->earlier_plan() : std::nullopt;
@@ -468,6 +469,14 @@ void MeasuringSession::resume() {
 
 asio::awaitable<void> MeasuringSession::wait_while_paused() {
   while (paused_) co_await resumed_.wait();
+}
+
+asio::awaitable<void> MeasuringSession::wait_for_hand(std::string sentence) {
+  if (past_left_ > 0) co_return;
+  paused_ = true;
+  observer_.on_paused(sentence);
+  tell_progress();
+  co_await wait_while_paused();
 }
 
 void MeasuringSession::enter(CampaignPhase phase) {

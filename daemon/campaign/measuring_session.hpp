@@ -91,6 +91,14 @@ class MeasuringSession {
   /// @param reach  by which the configured search radius and gate are multiplied
   void expect(CalibratedCell cell, double reach = 1);
   const CalibratedCell& expected() const { return search_.expected(); }
+  /// Says that somebody puts the one reflector from point to point of the arm, and that it is at this one
+  /// now.
+  void reflector_is_at(std::size_t place) { search_.look_for_one(place); }
+  /// Whether a reflector of this name is on the arm now.
+  bool has_reflector(std::string_view name) const { return search_.is_there(name); }
+  /// Stands still until somebody has done what the sentence asks for, and resumes. Does nothing where what
+  /// comes next was measured before an interruption.
+  boost::asio::awaitable<void> wait_for_hand(std::string sentence);
 
   /// Drives there without measuring; a failure is dealt with, not repeated.
   Outcome<void> visit(JointVector q);
@@ -134,6 +142,8 @@ class MeasuringSession {
   /// Takes effect before the next pose.
   void pause();
   void resume();
+  /// Whether it is paused for want of room in the store.
+  bool waits_for_room() const { return waits_for_room_; }
   /// The arm may have moved.
   bool has_begun() const { return begun_; }
   CellDevices::Outcome<void> stop_arm() { return devices_.stop(); }
@@ -234,6 +244,7 @@ class MeasuringSession {
   int lost_in_row_ = 0;  ///< poses that were tried for the last time and failed
   int last_lost_ = 0;    ///< the last of them
   bool paused_ = false;
+  bool waits_for_room_ = false;
   Signal resumed_;
 };
 
@@ -251,11 +262,12 @@ MeasuringSession::Outcome<T> MeasuringSession::journalled(
     const StoreError error = written.error();
     observer_.on_store_failed(error);
     if (!error.may_pass) co_return std::unexpected(store_failed(error));
-    paused_ = true;
+    paused_ = waits_for_room_ = true;
     observer_.on_paused("paused, with the last point in memory: " + error.detail +
                         "; then acknowledge, and resume the campaign");
     tell_progress();
     co_await wait_while_paused();
+    waits_for_room_ = false;
   }
 }
 

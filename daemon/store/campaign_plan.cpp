@@ -96,7 +96,9 @@ StoreResult<void> CampaignPlans::add_planned(const std::string& campaign_id,
                                              std::span<const PlannedPose> poses, int total) {
   std::vector<Statement> statements;
   for (const PlannedPose& planned : poses) {
-    statements.push_back(database_->prepare("INSERT INTO planned VALUES (?,?,?,?,?,nullif(?,0))"));
+    statements.push_back(database_->prepare(
+        "INSERT INTO planned (campaign_id, pose, purpose, q_target, q_commanded, replaces) "
+        "VALUES (?,?,?,?,?,nullif(?,0))"));
     statements.back().bind(campaign_id).bind(std::int64_t{planned.pose}).bind(purpose_name(planned.purpose));
     statements.back().bind(list_text(planned.q_target)).bind(list_text(planned.q_commanded));
     statements.back().bind(std::int64_t{planned.replaces});

@@ -218,6 +218,13 @@ TEST_F(OnlineTest, StartSendsWhatWasAskedForOnly) {
       run({"campaign", "start", "--identify", "25", "--no-remeasure", "--no-activate", "--json"});
   EXPECT_EQ(json::parse(started.out).at("asked"),
             json::parse(R"({"identify_poses":25,"remeasure":false,"activate":false})"));
+  const Outcome tool = run({"campaign", "start", "--tool", "3", "--points", "a,b", "--at", "1,2,3,4,5,6",
+                            "--facing", "0,0,1", "--tool-poses", "8", "--together", "--json"});
+  EXPECT_EQ(json::parse(tool.out).at("asked"),
+            json::parse(R"({"points":["a","b"],"together":true,"kind":"tool",
+            "number":3,"poses_per_point":8,"at":[[1,2,3],[4,5,6]],"facing":[[0,0,1]]})"));
+  EXPECT_THAT(run({"campaign", "start", "--tool", "3", "--at", "1,2"}).err,
+              HasSubstr("--at: expected three numbers for each point"));
 }
 
 TEST_F(OnlineTest, ListsAndExportsModels) {

@@ -113,8 +113,19 @@ const json::value& document_of(const json::value& campaign, const std::string& k
 /// Of a campaign of any kind.
 json::value any_document(CampaignSource& source, const json::value& campaign) {
   const std::string kind = string_at(campaign, "/campaign/kind");
-  if (kind != "calibration") return document_of(campaign, kind);
+  if (kind != "calibration") return document_of(campaign, kind == "tool" ? "frame" : kind);
   return whole_report(source, string_at(campaign, "/campaign/id"));
+}
+
+/// The file of a tool that was measured.
+std::string frame_file(const json::value& campaign) {
+  const std::string id = string_at(campaign, "/campaign/id");
+  if (!find_at(campaign, "/frame"))
+    throw CommandError{kFailed, "campaign " + id + " measured no tool, or is not done"};
+  std::string yaml = string_at(campaign, "/frame/yaml");
+  if (yaml.empty())
+    throw CommandError{kFailed, "campaign " + id + ": " + string_at(campaign, "/campaign/reason")};
+  return yaml;
 }
 
 /// All of them, or none.
@@ -128,6 +139,7 @@ void write_files(CampaignSource& source, const json::value& campaign, const Camp
     made.push_back({files.cycles,
                     cycles_csv(iso9283, string_at(campaign, "/campaign/started"), all_points(source, id))});
   }
+  if (!files.frame.empty()) made.push_back({files.frame, frame_file(campaign)});
   if (!files.document.empty())
     made.push_back({files.document, control::json_text(any_document(source, campaign)) + "\n"});
   config::write_together(made);
@@ -215,10 +227,12 @@ int show_campaign(const OnlineOptions& online, const StoreFile& store, const jso
 int export_campaign(const OnlineOptions& online, const StoreFile& store, const json::object& params,
                     const CampaignFiles& files) {
   json::object written;
-  for (const auto& [what, file] : {std::pair{"data", files.data}, std::pair{"joints", files.joints},
-                                   std::pair{"cycles", files.cycles}, std::pair{"document", files.document}})
+  for (const auto& [what, file] :
+       {std::pair{"data", files.data}, std::pair{"joints", files.joints}, std::pair{"cycles", files.cycles},
+        std::pair{"frame", files.frame}, std::pair{"document", files.document}})
     if (!file.empty()) written[what] = file.string();
-  if (written.empty()) throw bad_usage("campaign export: give --data, --document, --joints or --cycles");
+  if (written.empty())
+    throw bad_usage("campaign export: give --data, --document, --frame, --joints or --cycles");
   const auto source = campaign_source(online, store);
   const json::value found = source->ask("campaign.get", params);
   write_files(*source, found, files);

@@ -16,8 +16,11 @@ namespace truepose::tools {
 struct CampaignFiles {
   std::filesystem::path joints;    ///< found for targets, as truepose fk and compensate read them
   std::filesystem::path cycles;    ///< of an ISO 9283 test, as truepose iso9283 reads them
+  std::filesystem::path frame;     ///< a tool that was measured, as truepose tool --out writes it
   std::filesystem::path document;  ///< of every kind (JSON)
-  std::filesystem::path data;  ///< points to identify and to validate from, as truepose calibrate reads them
+  /// Points to identify and to validate from, as truepose calibrate reads them; of a tool as truepose tool
+  /// does.
+  std::filesystem::path data;
 };
 
 /// Targets of a campaign from CSV: {"joints": rows} of q1..qN, or {"poses": rows} of x,y,z,a,b,c.
