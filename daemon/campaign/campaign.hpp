@@ -16,6 +16,8 @@ class CampaignProcedure {
  public:
   virtual ~CampaignProcedure() = default;
   virtual CampaignOutcome<void> run() = 0;
+  /// Whether it does so at all, for which the arm is proven by small motions first.
+  virtual bool moves_arm() const { return true; }
 };
 
 /// Identifies the arm from planned poses, validates on others, and proves by measuring again that
@@ -48,6 +50,10 @@ std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, Iso92
 ///
 /// The session's cell is that of cell_with_tool().
 std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, ToolOrder order);
+
+/// Has a reflector put by hand to one point of a fixture after the other, for which it pauses, and finds the
+/// work frame. The arm stands still.
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, BaseOrder order);
 
 /// One campaign, from connecting the devices to the end in the journal.
 class Campaign {

@@ -19,6 +19,7 @@ void layout(auto& io, record::Is<ToolOrder> auto& x) {
   io.optional("facing", x.facing_F, record::Xyz{});
   io("orientation", x.R_else, record::KukaAngles{});
   io("poses", x.poses, record::kNumber);
+  io.optional("reach", x.reach_F_mm, record::kPoint);
 }
 
 void layout(auto& io, record::Is<KeptOrder> auto& x) {

@@ -68,7 +68,8 @@ class MeasuringSession {
                    std::shared_ptr<const CampaignPast> past = {});
 
   /// Begins the journal, connects the devices, and sees by small motions that the arm is the configured one.
-  Outcome<void> connect();
+  /// @param moves_arm  else it sees so as far as the arm shows it where it stands
+  Outcome<void> connect(bool moves_arm = true);
   /// Ends the journal, with the result where there is no error.
   boost::asio::awaitable<StoreResult<void>> end(std::optional<CampaignError> error);
 
@@ -109,9 +110,14 @@ class MeasuringSession {
   /// @return the targets that were measured, or have failed without a substitute
   Outcome<std::vector<MeasuringTarget>> measure_all(std::vector<MeasuringTarget> targets,
                                                     std::function<Outcome<void>()> after_each = {});
-  /// Measures a reflector that stands beside the arm. @return nothing where it was not seen, which is told
-  Outcome<std::optional<StoredPoint>> measure_beside(int number, std::string name, Eigen::Vector3d p_W_mm,
-                                                     double search_mm);
+  /// A reflector that stands beside the arm.
+  struct Beside {
+    int number = 0;
+    std::string name;
+    PointPurpose purpose = PointPurpose::Nest;
+  };
+  /// Measures it. @return nothing where it was not seen, which is told
+  Outcome<std::optional<StoredPoint>> measure_beside(Beside what, Eigen::Vector3d p_W_mm, double search_mm);
   /// Of a pose, or of what is measured like one.
   int next_number() { return next_number_++; }
   Outcome<void> skip(MeasuringTarget target, int attempts, std::string reason);
@@ -162,7 +168,7 @@ class MeasuringSession {
 
  private:
   Outcome<void> prove_arm();
-  CellDevices::Outcome<Identities> connected_devices();
+  CellDevices::Outcome<Identities> connected_devices(ArmProof proof);
   boost::asio::awaitable<StoreResult<void>> begin();
   Outcome<std::optional<MeasuringTarget>> substitute(MeasuringTarget failed);
   MeasuringTarget new_substitute(const MeasuringTarget& failed, const JointVector& q);

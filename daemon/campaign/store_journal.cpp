@@ -226,6 +226,22 @@ json::object tool_document_of(const ToolResult& tool, const RobotModel& robot) {
   return record::frame_document(document);
 }
 
+json::object base_document_of(const BaseResult& base, const RobotModel& robot) {
+  const Eigen::Isometry3d X_told = config::as_told(base.frame.X);
+  record::FrameDocument document = record::frame_document_of(record::FrameKind::Base, base.order.number,
+                                                             base.data, base.frame, X_told, base.order.by);
+  if (document.doubtful.empty())
+    document.yaml = config::base_yaml({base.order.number, robot.name, base.order.model_made, X_told});
+  return record::frame_document(document);
+}
+
+/// Whether readings contradict each other, so that the frame cannot be used.
+bool is_doubtful(const CampaignFindings& findings) {
+  if (const auto* tool = std::get_if<ToolResult>(&findings)) return !tool->frame.doubtful.empty();
+  if (const auto* base = std::get_if<BaseResult>(&findings)) return !base->frame.doubtful.empty();
+  return false;
+}
+
 std::string document_of(const CampaignResult& result, const CampaignRecord& record,
                         const StoreJournal::Options& of) {
   const config::CellConfig& config = of.config;
@@ -238,6 +254,8 @@ std::string document_of(const CampaignResult& result, const CampaignRecord& reco
     return control::json_text(iso9283_document_of(*test));
   if (const auto* tool = std::get_if<ToolResult>(&result.findings))
     return control::json_text(tool_document_of(*tool, config.robot.model));
+  if (const auto* base = std::get_if<BaseResult>(&result.findings))
+    return control::json_text(base_document_of(*base, config.robot.model));
   return control::json_text(calibration_document_of(result, record, of));
 }
 
@@ -362,10 +380,9 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
   const bool sound = calibrated ? !calibrated->verdict.failed() : updated;
   const bool activate = sound && options_.activate;
   if (calibrated && options_.activate && !activate) record_.reason = why_not_activated(calibrated->verdict);
-  if (const auto* tool = result ? std::get_if<ToolResult>(&result->findings) : nullptr;
-      tool && !tool->frame.doubtful.empty())
+  if (result && is_doubtful(result->findings))
     record_.reason =
-        "the tool cannot be used: readings contradict each other; see what slipped and measure again";
+        "the frame cannot be used: readings contradict each other; see what slipped and measure again";
   if (calibrated || updated) record_.model_id = options_.model_id;
   // There, because making the document takes longer than the event loop may be held.
   auto document = [record = record_, result, this] {

@@ -1,14 +1,28 @@
 #include "daemon/campaign/tool_cell.hpp"
 
-#include <algorithm>
 #include <utility>
 
 namespace truepose::daemon {
+
+namespace {
+
+/// What a tool occupies of which its TCP alone is known: a rod from the flange up to shortly before it, where
+/// the reflector sits. Nothing of one that is too short for that, or of an arm whose body is not known.
+void add_rod(const Eigen::Vector3d& reach_F_mm, config::RobotConfig& robot) {
+  constexpr double kRadius_mm = 25, kBeforeReflector_mm = 60;
+  const double length_mm = reach_F_mm.norm() - kBeforeReflector_mm;
+  if (robot.body.empty() || length_mm <= kRadius_mm) return;
+  robot.body.push_back(
+      {robot.model.joint_count() + 1, {{0, 0, 0}, reach_F_mm.normalized() * length_mm, kRadius_mm}});
+}
+
+}  // namespace
 
 config::CellConfig cell_with_tool(config::CellConfig cell, const ToolOrder& order) {
   cell.tracker.placement = order.by.cell.base.isometry();
   config::ReflectorConfig reflector = cell.reflector;
   reflector.facing_F = order.facing_F.value_or(reflector.facing_F);
+  if (order.reach_F_mm) add_rod(*order.reach_F_mm, cell.robot);
   cell.further_reflectors.clear();
   for (const ToolPoint& point : order.points) {
     reflector.name = point.point.name;
@@ -18,20 +32,6 @@ config::CellConfig cell_with_tool(config::CellConfig cell, const ToolOrder& orde
   cell.reflector = cell.further_reflectors.front();
   cell.further_reflectors.erase(cell.further_reflectors.begin());
   return cell;
-}
-
-std::string why_no_frame(const ToolOrder& order) {
-  // Any coordinates do where the points' names alone have to tell it.
-  std::vector<FramePoint> points;
-  std::vector<Eigen::Vector3d> p_mm;
-  for (const ToolPoint& each : order.points) {
-    points.push_back(each.point);
-    const std::string& name = each.point.name;
-    p_mm.push_back(
-        each.point.p_mm.value_or(Eigen::Vector3d(name == kOnX ? 100 : 0, name == kInXy ? 100 : 0, 0)));
-  }
-  const auto frame = frame_of_points(points, p_mm, order.R_else);
-  return frame ? "" : frame.error();
 }
 
 }  // namespace truepose::daemon

@@ -158,12 +158,14 @@ std::size_t page_points(json::object& document, std::size_t offset, std::size_t 
   return total;
 }
 
+bool is_of_frame(const CampaignRecord& record) { return record.kind == "tool" || record.kind == "base"; }
+
 /// The document of a campaign under the kinds that have one here. A calibration's is asked for by report.get.
 json::object documents_json(const CampaignRecord& record, bool with_points) {
   json::object documents{{"drift", nullptr}, {"targets", nullptr}, {"iso9283", nullptr}, {"frame", nullptr}};
   // Points and a long document do not fit into one line of the protocol.
   const bool fits = !with_points || record.kind == "drift";
-  const std::string member = record.kind == "tool" ? "frame" : record.kind;
+  const std::string member = is_of_frame(record) ? "frame" : record.kind;
   if (!fits || !documents.contains(member) || record.document.empty()) return documents;
   if (auto document = control::parse_json(record.document)) documents[member] = *std::move(document);
   return documents;
@@ -236,10 +238,14 @@ std::string measurements_csv(const StoredCampaign& campaign, const RobotModel& r
   std::vector<StoredPoint> points = campaign.points;
   for (StoredPoint& point : points) point = seen_at_first(std::move(point), campaign.resumptions);
   std::ostringstream text;
-  if (campaign.record.kind == "tool")
-    config::write_frame_readings(text, frame_readings(points, points_of_frame(campaign.record)), robot);
-  else
+  if (is_of_frame(campaign.record)) {
+    FrameReadings data = frame_readings(points, points_of_frame(campaign.record));
+    if (campaign.record.kind == "base")
+      for (FrameReading& reading : data.readings) reading.q.resize(0);  // the arm had no part in them
+    config::write_frame_readings(text, data, robot);
+  } else {
     config::write_measurements(text, measurement_data(points, {}), robot);
+  }
   return text.str();
 }
 

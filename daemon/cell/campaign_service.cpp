@@ -8,9 +8,9 @@
 #include "config/cell_setup.hpp"
 #include "core/arm/joint_units.hpp"
 #include "daemon/campaign/tool_cell.hpp"
+#include "daemon/cell/frame_order.hpp"
 #include "daemon/cell/new_uuid.hpp"
 #include "daemon/cell/target_service.hpp"
-#include "daemon/cell/tool_order.hpp"
 #include "daemon/log/log.hpp"
 
 namespace truepose::daemon {
@@ -102,7 +102,8 @@ MethodReply CampaignService::start(json::object params, std::string by) {
   if (kind == "targets") co_return start_targets(params, std::move(starter));
   if (kind == "iso9283") co_return start_iso9283(params, std::move(starter));
   if (kind == "tool") co_return start_tool(params, std::move(starter));
-  read.fail("kind", "expected calibration, targets, iso9283 or tool");
+  if (kind == "base") co_return start_base(params, std::move(starter));
+  read.fail("kind", "expected calibration, targets, iso9283, tool or base");
   co_return std::unexpected(*read.finish());
 }
 
@@ -180,6 +181,18 @@ MethodResult CampaignService::start_tool(const json::object& params, Starter sta
   order.model_id = (*model)->record.id;
   config = cell_with_tool(std::move(config), order);
   return begin(config, std::move(order), std::move(starter));
+}
+
+MethodResult CampaignService::start_base(const json::object& params, Starter starter) {
+  ParamReader read{params};
+  BaseOrder order = base_order(read);
+  if (auto wrong = read.finish()) return std::unexpected(*wrong);
+  const auto model = models_.needed_for_drift();
+  if (!model) return std::unexpected(model.error());
+  const DriftReference& reference = *(*model)->drift_reference;
+  order.by = {reference.cell, reference.covariance, reference.noise};
+  order.model_made = (*model)->record.created;
+  return begin(parts_.config, std::move(order), std::move(starter));
 }
 
 MethodReply CampaignService::drift_check(json::object params, std::string by) {

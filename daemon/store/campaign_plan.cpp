@@ -83,6 +83,8 @@ std::string failed_reason(std::string_view kind) {
 std::string_view why_anew(std::string_view kind) {
   if (kind == "iso9283") return "a test by ISO 9283 is one series of cycles without a break: start it anew";
   if (kind == "drift") return "a drift check asks how the arm is now, in a few minutes: start it anew";
+  if (kind == "base")
+    return "a fixture is read in a few minutes, in which it has to stand still: start it anew";
   return {};
 }
 

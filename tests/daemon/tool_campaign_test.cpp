@@ -158,11 +158,23 @@ TEST_F(ToolCampaignTest, RefusesOrientationsThatAreAllAlike) {
   EXPECT_THAT(refused(), HasSubstr("tilt the flange's direction"));
 }
 
+TEST_F(ToolCampaignTest, KeepsClearOfItWhatIsKnownOfTheTool) {
+  cell_file.robot.body = {{7, {{0, 0, 0}, {0, 0, 40}, 50}}};
+  EXPECT_EQ(cell_with_tool(cell_file, order).robot.body.size(), 1U) << "nothing is known of it";
+  order.reach_F_mm = Eigen::Vector3d(0, 0, 500);
+  const std::vector<BodyPart> body = cell_with_tool(cell_file, order).robot.body;
+  ASSERT_THAT(body, SizeIs(2));
+  EXPECT_EQ(body[1].link, 7);
+  EXPECT_GT(body[1].capsule.to_mm.z(), 400);
+  EXPECT_LT(body[1].capsule.to_mm.z() + body[1].capsule.radius_mm, 500) << "the reflector is outside of it";
+}
+
 TEST_F(ToolCampaignTest, KeepsItsOrderInTheStore) {
   order.points = {{{"a", Eigen::Vector3d(1, 2, 3)}, {4, 5, 6}}, {{"b", Eigen::Vector3d(0, 0, 9)}, {7, 8, 9}}};
   order.together = true;
   order.facing_F = Eigen::Vector3d(0, 1, 0);
   order.poses = 7;
+  order.reach_F_mm = Eigen::Vector3d(0, 0, 500);
   const auto kept = kept_order(order_text(order, config, false));
   ASSERT_TRUE(kept) << kept.error();
   EXPECT_EQ(kept->model_id, "m1");
@@ -171,6 +183,7 @@ TEST_F(ToolCampaignTest, KeepsItsOrderInTheStore) {
   EXPECT_EQ(kept->tool->poses, 7);
   EXPECT_TRUE(kept->tool->together);
   EXPECT_EQ(kept->tool->facing_F, order.facing_F);
+  EXPECT_EQ(kept->tool->reach_F_mm, order.reach_F_mm);
   ASSERT_THAT(kept->tool->points, SizeIs(2));
   EXPECT_EQ(kept->tool->points[1].point.name, "b");
   EXPECT_EQ(kept->tool->points[1].point.p_mm, order.points[1].point.p_mm);

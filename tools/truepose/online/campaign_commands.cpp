@@ -113,15 +113,16 @@ const json::value& document_of(const json::value& campaign, const std::string& k
 /// Of a campaign of any kind.
 json::value any_document(CampaignSource& source, const json::value& campaign) {
   const std::string kind = string_at(campaign, "/campaign/kind");
-  if (kind != "calibration") return document_of(campaign, kind == "tool" ? "frame" : kind);
+  const bool is_frame = kind == "tool" || kind == "base";
+  if (kind != "calibration") return document_of(campaign, is_frame ? "frame" : kind);
   return whole_report(source, string_at(campaign, "/campaign/id"));
 }
 
-/// The file of a tool that was measured.
+/// The file of a tool or a base that was measured.
 std::string frame_file(const json::value& campaign) {
   const std::string id = string_at(campaign, "/campaign/id");
   if (!find_at(campaign, "/frame"))
-    throw CommandError{kFailed, "campaign " + id + " measured no tool, or is not done"};
+    throw CommandError{kFailed, "campaign " + id + " measured no tool and no base, or is not done"};
   std::string yaml = string_at(campaign, "/frame/yaml");
   if (yaml.empty())
     throw CommandError{kFailed, "campaign " + id + ": " + string_at(campaign, "/campaign/reason")};
@@ -186,6 +187,26 @@ json::object targets_of_file(const std::filesystem::path& file) {
     rows.push_back(std::move(values));
   }
   return {{are_joints ? "joints" : "poses", std::move(rows)}};
+}
+
+json::object points_of_file(const std::filesystem::path& file) {
+  const config::CsvTable table = config::CsvTable::read(file);
+  table.expect_only({"point", "x", "y", "z", "px", "py", "pz"});
+  const auto positions = [&](const std::string& prefix) {
+    json::array rows;
+    for (std::size_t row = 0; row < table.row_count(); ++row) {
+      json::array& position = rows.emplace_back(json::array{}).get_array();
+      for (const char* axis : {"x", "y", "z"})
+        position.emplace_back(table.number(row, table.column(prefix + axis)));
+    }
+    return rows;
+  };
+  json::array names;
+  for (std::size_t row = 0; row < table.row_count(); ++row)
+    names.emplace_back(std::string{table.text(row, table.column("point"))});
+  json::object points{{"points", std::move(names)}, {"at", positions("")}};
+  if (table.has("px")) points["known"] = positions("p");
+  return points;
 }
 
 int start_and_watch(const OnlineOptions& online, const json::object& params) {

@@ -36,8 +36,9 @@ struct Arguments {
   std::optional<bool> variation, remeasure;
   std::optional<std::int64_t> seed;
   bool uncompensated = false, no_activate = false, watch = false;
-  std::optional<int> tool, tool_poses;
+  std::optional<int> tool, base, tool_poses;
   std::vector<std::string> points;
+  std::filesystem::path points_file;
   std::vector<double> at, known, facing, orientation;
   bool together = false;
   std::string note;
@@ -134,11 +135,13 @@ std::optional<json::array> positions_of(const std::vector<double>& numbers, cons
   return rows;
 }
 
-/// What is asked for of a tool beyond what are parameters as they stand.
-void add_tool(const Arguments& given, json::object& params) {
-  params["kind"] = "tool";
-  params["number"] = *given.tool;
+/// What is asked for of a tool or a base beyond what are parameters as they stand.
+void add_frame(const Arguments& given, json::object& params) {
+  params["kind"] = given.tool ? "tool" : "base";
+  params["number"] = given.tool ? *given.tool : *given.base;
   if (given.tool_poses) params["poses_per_point"] = *given.tool_poses;
+  if (!given.points_file.empty())
+    for (const auto& [key, value] : points_of_file(given.points_file)) params[key] = value;
   for (const auto& [key, option, numbers] : {std::tuple{"at", "--at", &given.at},
                                              {"known", "--known", &given.known},
                                              {"facing", "--facing", &given.facing},
@@ -151,7 +154,7 @@ int start_campaign(const Arguments& given, const json::object& params) {
   for (const auto& [key, value] : params) {
     if (key != "kind" || given.kind != "calibration") all[key] = value;
   }
-  if (given.tool) add_tool(given, all);
+  if (given.tool || given.base) add_frame(given, all);
   if (given.watch) return start_and_watch(given.online, all);
   return ask(given.online, "campaign.start", all, started_text);
 }
@@ -236,13 +239,13 @@ std::vector<Row> table(Arguments& a) {
     return std::vector<Option>{
         id(which),
         {"--data", &a.files.data,
-         "write its points here (CSV) as they were measured, as truepose calibrate --data reads them, or truepose tool "
-         "--data those of a tool"},
+         "write its points here (CSV) as they were measured, as truepose calibrate --data reads them; of a "
+         "tool or a base, as truepose tool and truepose base do"},
         {"--joints", &a.files.joints, "write the joints that were found for targets here (CSV)"},
         {"--cycles", &a.files.cycles,
          "write the cycles of an ISO 9283 test here (CSV), as truepose iso9283 --data reads them"},
         {"--frame", &a.files.frame,
-         "write the tool that was measured here (YAML), as truepose tool --out does"},
+         "write the tool or base that was measured here (YAML), as --out of truepose tool and truepose base does"},
         {"--document", &a.files.document,
          "write what it found here (JSON); of a calibration, as truepose report --document reads it, of an ISO "
          "9283 test, as --iso9283 does"}};
@@ -267,7 +270,7 @@ std::vector<Row> table(Arguments& a) {
         {"--rounds", &a.rounds, "corrections of a target at most", {.key = "rounds"}},
         {"--tolerance", &a.tolerance_mm, "mm to which the mean of its readings must come",
          {.key = "tolerance_mm"}},
-        {"--readings", &a.readings, "of the tracker in each round", {.key = "readings"}},
+        {"--readings", &a.readings, "of the tracker in each round, or of each point of a base", {.key = "readings"}},
         {"--cycles", &a.cycles, "of an ISO 9283 test; default as configured", {.key = "cycles"}},
         {"--variation", &a.variation,
          "ISO 9283: come to P1, P2 and P4 along the three axes of the base too, for vAP; default as "
@@ -284,23 +287,27 @@ std::vector<Row> table(Arguments& a) {
         {"--no-activate", &a.no_activate, "keep the model inactive", {.key = "activate", .flag_sends = false}},
         {"--tool", &a.tool, "measure the tool of this number in TOOL_DATA, with the active model",
          {.check = in_range(1, 1000), .excludes = {"--kind"}}},
+        {"--base", &a.base,
+         "measure the work frame of this number in BASE_DATA: a reflector is put to its points by hand, the arm stands still",
+         {.check = in_range(1, 1000), .excludes = {"--kind", "--tool"}}},
         {"--points", &a.points,
-         "of the tool, where a reflector sits: origin, the TCP, or origin,x,xy for its orientation too, or any names with "
-         "--known; default: origin. From one to the next it is put by hand: the campaign pauses for that",
-         {.needs = {"--tool"}, .key = "points"}},
+         "of the frame, where a reflector sits: origin, x (on +X) and xy (in the XY plane, +Y side), or any names with --known; of "
+         "a tool origin, the TCP, alone too, and by default. From one to the next it is put by hand: the campaign pauses for that",
+         {.key = "points"}},
         {"--at", &a.at,
-         "where each point is in the flange frame, roughly (x,y,z in mm, point after point); default: where the TCP is "
-         "known to be, else where the cell file has its reflector",
-         {.needs = {"--tool"}}},
-        {"--known", &a.known, "coordinates of each point in the tool, where they are known (x,y,z in mm)",
-         {.needs = {"--tool"}}},
+         "where each point is, roughly (x,y,z in mm, point after point): of a tool in the flange frame, of a base in the "
+         "robot's; default: where the TCP is known to be, else where the cell file has its reflector"},
+        {"--known", &a.known, "coordinates of each point in the frame, where they are known (x,y,z in mm)"},
+        {"--points-file", &a.points_file,
+         "the points from a file (CSV: point; x,y,z as --at; px,py,pz as --known)",
+         {.excludes = {"--points", "--at", "--known"}}},
         {"--facing", &a.facing, "direction of the reflector's opening in the flange frame; default: the cell file's",
          {.count = 3, .needs = {"--tool"}}},
         {"--orientation", &a.orientation,
          "of the tool as a,b,c (deg), where the TCP alone is measured; otherwise the flange's",
          {.count = 3, .needs = {"--tool"}}},
-        {"--together", &a.together, "reflectors sit at all points at once, seen from --at",
-         {.needs = {"--at"}, .key = "together"}},
+        {"--together", &a.together, "reflectors sit at all points of the tool at once",
+         {.needs = {"--tool"}, .key = "together"}},
         {"--tool-poses", &a.tool_poses, "in which each point is measured; default: 10",
          {.check = in_range(4, 100), .needs = {"--tool"}}},
         {"--note", &a.note, "what for: shown with the campaign and in its report", {.key = "note"}},

@@ -12,4 +12,7 @@ namespace truepose::daemon {
 /// `read`.
 ToolOrder tool_order(control::ParamReader& read, const config::CellConfig& config, const ToolService& tools);
 
+/// The same of a work frame.
+BaseOrder base_order(control::ParamReader& read);
+
 }  // namespace truepose::daemon
