@@ -129,7 +129,6 @@ TEST_F(ToolServiceTest, AnInterruptedCampaignGoesOn) {
 }
 
 TEST_F(ToolServiceTest, AToolWhoseReadingsContradictEachOtherCannotBeUsed) {
-  std::string id;
   play([&]() -> Wait {
     mock.put_reflector(kTcp_mm);
     json::object params;

@@ -171,7 +171,7 @@ json::object tool_document() {
 
 TEST(FrameSection, IsASectionOfACalibrationsPage) {
   json::object tool = tool_document();
-  const std::string html = render_html(sample_document(), {.frame = &tool});
+  const std::string html = render_html(sample_document(5, true), {.frame = &tool});
   const pugi::xml_document page = parsed(html);
   EXPECT_EQ(text_of(page.select_node("//table[@class='frame']/tbody/tr[1]").node()),
             "Measured1.00002.00003.00000.000000.000000.00000");
@@ -181,9 +181,9 @@ TEST(FrameSection, IsASectionOfACalibrationsPage) {
                           HasSubstr("download=\"frame.json\"")));
   EXPECT_THAT(html, Not(HasSubstr("Not to be used")));
   tool["doubtful"] = json::array{2};
-  EXPECT_THAT(render_html(sample_document(), {.frame = &tool}), HasSubstr("Not to be used: row 2"));
+  EXPECT_THAT(render_html(sample_document(5, true), {.frame = &tool}), HasSubstr("Not to be used: row 2"));
   tool.erase("krl");
-  EXPECT_THROW(render_html(sample_document(), {.frame = &tool}), std::invalid_argument);
+  EXPECT_THROW(render_html(sample_document(5, true), {.frame = &tool}), std::invalid_argument);
 }
 
 json::object iso_document() {
