@@ -140,6 +140,30 @@ FrameReadings load_frame_readings(const std::filesystem::path& file, const Robot
   return data;
 }
 
+void write_frame_readings(std::ostream& out, const FrameReadings& data, const RobotModel& robot) {
+  const bool seen = data.readings.empty() || data.readings.front().p_WS_mm.has_value();
+  const bool known =
+      std::ranges::any_of(data.points, [](const FramePoint& point) { return point.p_mm.has_value(); });
+  const bool of_arm = data.readings.empty() || data.readings.front().q.size() > 0;
+  std::vector<std::string> columns{"point"};
+  if (known) columns.insert(columns.end(), {"px", "py", "pz"});
+  if (of_arm) std::ranges::copy(joint_column_names("q", robot), std::back_inserter(columns));
+  if (seen) columns.insert(columns.end(), {"x", "y", "z"});
+  for (const std::string& column : columns) out << (&column == &columns.front() ? "" : ",") << column;
+  out << '\n';
+  for (const FrameReading& reading : data.readings) {
+    const FramePoint& point = data.points[reading.point];
+    out << csv_field(point.name);
+    if (known)
+      for (const double mm : point.p_mm.value_or(Eigen::Vector3d(0, 0, 0))) out << ',' << format_number(mm);
+    for (Eigen::Index i = 0; i < reading.q.size(); ++i)
+      out << ',' << joint_field(reading.q[i], robot.joints[static_cast<std::size_t>(i)]);
+    if (seen)
+      for (const double mm : *reading.p_WS_mm) out << ',' << format_number(mm);
+    out << '\n';
+  }
+}
+
 Eigen::Isometry3d as_told(const Eigen::Isometry3d& X) {
   Eigen::Vector3d xyz_mm = X.translation(), abc_deg = kuka_abc_deg(X.linear());
   for (double& mm : xyz_mm) mm = rounded(mm, 1e4);
@@ -153,8 +177,9 @@ std::string tool_yaml(const ToolFile& tool) {
          yaml_of(tool);
 }
 
-ToolFile load_tool(const std::filesystem::path& file, const RobotModel& robot) {
-  const YamlValue yaml = read_yaml(file);
+namespace {
+
+ToolFile tool_in(const YamlValue& yaml, const RobotModel& robot) {
   ToolFile tool = record_of<ToolFile>(robot.name, "tool", yaml);
   const auto unfit = [&](const FrameReading& reading) {
     return reading.point >= tool.data.points.size() || reading.q.size() != robot.joint_count();
@@ -163,6 +188,16 @@ ToolFile load_tool(const std::filesystem::path& file, const RobotModel& robot) {
     yaml.fail("readings: expected some, each of one of the points and of " +
               std::to_string(robot.joint_count()) + " joints");
   return tool;
+}
+
+}  // namespace
+
+ToolFile load_tool(const std::filesystem::path& file, const RobotModel& robot) {
+  return tool_in(read_yaml(file), robot);
+}
+
+ToolFile parse_tool(const std::string& text, const std::string& name, const RobotModel& robot) {
+  return tool_in(parse_yaml(text, name), robot);
 }
 
 std::string base_yaml(const BaseFile& base) {

@@ -4,6 +4,7 @@
 #include <expected>
 #include <filesystem>
 #include <optional>
+#include <ostream>
 #include <string>
 
 #include "core/identify/tool_frame.hpp"
@@ -35,11 +36,17 @@ struct BaseFile {
 /// @param of_arm  the points are on the arm, so that q1..qN are needed where the tracker read them too
 FrameReadings load_frame_readings(const std::filesystem::path& file, const RobotModel& robot, bool of_arm);
 
+/// Writes readings as that reads them, every number with the digits that bring it back exactly. All are of
+/// one kind: seen by the tracker, or touched.
+void write_frame_readings(std::ostream& out, const FrameReadings& data, const RobotModel& robot);
+
 /// The frame in the digits in which KUKA's numbers are told: 0.1 um and 0.00001 deg.
 Eigen::Isometry3d as_told(const Eigen::Isometry3d& X);
 
 std::string tool_yaml(const ToolFile& tool);
 ToolFile load_tool(const std::filesystem::path& file, const RobotModel& robot);
+/// The same from a text. @param name  of it, in messages
+ToolFile parse_tool(const std::string& text, const std::string& name, const RobotModel& robot);
 std::string base_yaml(const BaseFile& base);
 /// Refuses one of another arm, or measured under another model.
 BaseFile load_base(const std::filesystem::path& file, const ModelFile& model);

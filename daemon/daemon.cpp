@@ -257,6 +257,8 @@ class Daemon {
   }
 
   asio::awaitable<void> live() {
+    auto tools = co_await cell_.load_tools();
+    if (!tools) log_error("the tools in use cannot be read: " + tools.error().detail);
     auto loaded = co_await cell_.load_active_model();
     if (!loaded) log_error("the active model cannot be used: " + loaded.error().detail);
     auto interrupted = co_await cell_.load_interrupted_campaigns();

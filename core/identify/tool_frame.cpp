@@ -1,11 +1,11 @@
 #include "core/identify/tool_frame.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/arm/forward.hpp"
 #include "core/formatted.hpp"
 #include "core/identify/measurement_model.hpp"
+#include "core/identify/orientation_spread.hpp"
 #include "core/identify/uncertainty.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/dense_algebra.hpp"
@@ -49,21 +49,15 @@ std::string too_alike(const FrameReadings& data, const RobotModel& robot) {
     if (data.points[reading.point].name == kOrigin)
       turns.push_back(forward_kinematics(robot, reading.q).linear());
   }
-  const auto count = static_cast<double>(turns.size());
   if (turns.size() < kFewest)
     return formatted("the TCP touched the point in %d orientations; at least %d are needed, better ten",
                      static_cast<int>(turns.size()), kFewest);
-  Eigen::Matrix3d mean = Eigen::Matrix3d::Zero(), spread = Eigen::Matrix3d::Zero();
-  for (const Eigen::Matrix3d& R : turns) mean += R / count;
-  for (const Eigen::Matrix3d& R : turns) spread += (R - mean).transpose() * (R - mean) / count;
-  const Svd svd = thin_svd(spread);
-  const Eigen::Vector3d stiff = svd.V.col(2);
-  const double tilt_rad = std::asin(std::min(1.0, std::sqrt(std::max(0.0, svd.s[2]))));
-  if (tilt_rad >= kLeastTilt_rad) return {};
+  const OrientationSpread spread = orientation_spread(turns);
+  if (spread.tilt_rad >= kLeastTilt_rad) return {};
   return formatted(
       "the orientations tilt the flange's direction (%.2f %.2f %.2f) by %.1f deg only, so that the TCP's place along "
       "it is not told; touch the point with the tool tilted by 30 deg or more to several sides",
-      stiff.x(), stiff.y(), stiff.z(), tilt_rad * kDegPerRad);
+      spread.stiff_F.x(), spread.stiff_F.y(), spread.stiff_F.z(), spread.tilt_rad * kDegPerRad);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "core/math/random.hpp"
 #include "core/plan/motion.hpp"
+#include "core/plan/orientation_choice.hpp"
 #include "core/plan/tour.hpp"
 
 namespace truepose {
@@ -188,7 +189,9 @@ std::expected<MeasurementPlan, std::string> plan_measurements(const CalibratedCe
                                                  DesignPrior{}, plan.candidates.seen);
   const DesignProblem& problem = *plan.problem;
   DesignOptions design{.criterion = options.criterion, .poses = options.poses, .seed = options.seed};
-  plan.chosen = optimal_design(problem, design);
+  plan.chosen = options.by_orientation ? most_different_orientations(scene.robot, plan.candidates.poses,
+                                                                     static_cast<std::size_t>(options.poses))
+                                       : optimal_design(problem, design);
   most_telling_first(plan.chosen, problem, options.first);
   plan.predicted = predicted_error(problem, plan.chosen);
   Random random{options.seed ^ kRandomStream};

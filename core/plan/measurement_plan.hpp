@@ -20,6 +20,9 @@ struct PlanOptions {
   int candidates = 2000;
   std::uint64_t seed = 0;
   DesignCriterion criterion = DesignCriterion::I;
+  /// In place of what tells most of the parameters, poses in which the flange is turned as differently as can
+  /// be, for what is measured with a calibrated arm. The reflector may then be on the last axis.
+  bool by_orientation = false;
   Box task;  ///< where predictions matter (of the reflector); the whole reach of the arm unless narrowed
   MeasurementNoise noise;
   JointVector start;        ///< where the arm is before the first pose

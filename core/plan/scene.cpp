@@ -311,7 +311,7 @@ std::optional<std::string> scene_mistake(const Scene& scene) {
              ": nothing is left between its limits once the margin is kept; make the margin smaller";
     }
   }
-  if (const double off_mm = reflector_off_axis_mm(scene); off_mm < kOffAxis_mm) {
+  if (const double off_mm = reflector_off_axis_mm(scene); scene.shows_last_axis && off_mm < kOffAxis_mm) {
     char text[160];
     std::snprintf(
         text, sizeof text,

@@ -87,6 +87,8 @@ struct Scene {
   /// Ways by which every joint comes to a pose (rad; prismatic: as many metres), positive from below. Each
   /// start of such a way must be clear too.
   std::vector<double> approach_rad;
+  /// The reflector is to show how the last axis turns, and so must be off it.
+  bool shows_last_axis = true;
 };
 
 /// Why a pose cannot be measured.

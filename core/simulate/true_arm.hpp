@@ -107,6 +107,11 @@ class TrueArm {
   /// Direction in which each joint last moved; empty before the first.
   const ApproachDirections& directions() const { return directions_; }
 
+  /// Somebody puts the first reflector elsewhere on the flange, opened as before.
+  void put_reflector(const Eigen::Vector3d& p_FS_mm) {
+    setup_.p_FS_mm = reflectors_.front().p_FS_mm = p_FS_mm;
+  }
+
   /// Reflectors on the flange; they count from 0, the first.
   std::size_t reflectors() const { return reflectors_.size(); }
   /// True centre of a reflector in the tracker frame, with the deviation and the directions of the last stop.

@@ -59,7 +59,7 @@ asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignErr
 }
 
 CampaignOutcome<void> Campaign::steps() {
-  Done done = co_await session_.connect();
+  Done done = co_await session_.connect(procedure_->moves_arm());
   if (done) done = co_await procedure_->run();
   if (done) done = co_await session_.note_resumption();
   if (done) session_.enter(CampaignPhase::Finish);

@@ -16,6 +16,8 @@ class CampaignProcedure {
  public:
   virtual ~CampaignProcedure() = default;
   virtual CampaignOutcome<void> run() = 0;
+  /// Whether it does so at all, for which the arm is proven by small motions first.
+  virtual bool moves_arm() const { return true; }
 };
 
 /// Identifies the arm from planned poses, validates on others, and proves by measuring again that
@@ -42,6 +44,17 @@ std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, Targe
 /// The poses are numbered as they are measured, as many to a cycle as it has stops.
 std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, Iso9283Order order);
 
+/// Measures the points of a tool in poses that turn the flange as differently as the tracker sees them, and
+/// finds its frame by the active model. Where a reflector is put from point to point by hand, it pauses
+/// before each but the first. The poses are numbered as they are measured.
+///
+/// The session's cell is that of cell_with_tool().
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, ToolOrder order);
+
+/// Has a reflector put by hand to one point of a fixture after the other, for which it pauses, and finds the
+/// work frame. The arm stands still.
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, BaseOrder order);
+
 /// One campaign, from connecting the devices to the end in the journal.
 class Campaign {
  public:
@@ -64,6 +77,8 @@ class Campaign {
   void interrupt(std::string reason);
 
   CampaignProgress progress() const { return session_.progress(); }
+  /// Whether it is paused for want of room in the store.
+  bool waits_for_room() const { return session_.waits_for_room(); }
 
  private:
   CampaignOutcome<void> steps();

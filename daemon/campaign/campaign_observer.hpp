@@ -22,14 +22,15 @@ enum class CampaignPhase {
   Remeasure,
   Targets,
   Cycles,
+  Frame,
   Finish
 };
 
 /// The name on the wire: "warming_up", "remeasuring", "correcting".
 inline std::string_view phase_name(CampaignPhase phase) {
-  constexpr std::array<std::string_view, 10> names{"connecting", "computing", "warming_up",  "identifying",
+  constexpr std::array<std::string_view, 11> names{"connecting", "computing", "warming_up",  "identifying",
                                                    "validating", "computing", "remeasuring", "correcting",
-                                                   "cycling",    "activating"};
+                                                   "cycling",    "measuring", "activating"};
   return names[static_cast<std::size_t>(phase)];
 }
 

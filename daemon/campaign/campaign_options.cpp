@@ -1,9 +1,26 @@
 #include "daemon/campaign/campaign_options.hpp"
 
 #include "proto/control/json_text.hpp"
+#include "proto/record/forms.hpp"
 #include "proto/record/json_io.hpp"
 
 namespace truepose::daemon {
+
+void layout(auto& io, record::Is<ToolPoint> auto& x) {
+  io("name", x.point.name);
+  io.optional("p", x.point.p_mm, record::kPoint);
+  io("at", x.p_F_mm, record::kPoint);
+}
+
+void layout(auto& io, record::Is<ToolOrder> auto& x) {
+  io("number", x.number, record::kNumber);
+  io("points", x.points);
+  io("together", x.together);
+  io.optional("facing", x.facing_F, record::Xyz{});
+  io("orientation", x.R_else, record::KukaAngles{});
+  io("poses", x.poses, record::kNumber);
+  io.optional("reach", x.reach_F_mm, record::kPoint);
+}
 
 void layout(auto& io, record::Is<KeptOrder> auto& x) {
   io("options", x.options);
@@ -14,6 +31,7 @@ void layout(auto& io, record::Is<KeptOrder> auto& x) {
   io("rounds", x.loop.rounds, record::kNumber);
   io("tolerance_mm", x.loop.tolerance_mm, record::kNotNegative);
   io("readings", x.readings, record::kNumber);
+  io.optional("tool", x.tool);
 }
 
 std::string order_text(const CampaignOrder& order, const config::CellConfig& config, bool activate) {
@@ -24,12 +42,17 @@ std::string order_text(const CampaignOrder& order, const config::CellConfig& con
                  .model_id = {},
                  .targets = {},
                  .loop = {},
-                 .readings = 1};
+                 .readings = 1,
+                 .tool = {}};
   if (const auto* targets = std::get_if<TargetsOrder>(&order)) {
     kept.model_id = targets->model_id;
     kept.targets = targets->targets;
     kept.loop = targets->loop;
     kept.readings = targets->readings;
+  }
+  if (const auto* tool = std::get_if<ToolOrder>(&order)) {
+    kept.model_id = tool->model_id;
+    kept.tool = *tool;
   }
   return control::json_text(record::to_json(kept));
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <expected>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,11 +14,12 @@ struct KeptOrder {
   std::string options;  ///< as config::campaign_options() says them
   int nests = 0;        ///< that the cell had
   bool activate = false;
+  std::string model_id;  ///< of one that works with a model
   // Of a campaign that drives to targets.
-  std::string model_id;
   std::vector<JointVector> targets;  ///< rad, mm
   TrackerLoopOptions loop;
   int readings = 1;
+  std::optional<ToolOrder> tool;  ///< of one that measures a tool, without its model
 };
 
 /// @return the text; empty of a campaign that has to be started anew, see why_anew()

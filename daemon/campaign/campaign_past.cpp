@@ -13,9 +13,9 @@ namespace {
 std::vector<JointVector> planned_to(const CampaignPlan& plan, PointPurpose purpose) {
   std::vector<JointVector> poses;
   for (const PlannedPose& planned : plan.poses) {
-    // Rounds at a target are of one pose.
-    const bool again =
-        purpose == PointPurpose::Target && std::ranges::find(poses, planned.q_target) != poses.end();
+    // Rounds at a target are of one pose, and so is what a reflector shows that is put elsewhere.
+    const bool several = purpose == PointPurpose::Target || purpose == PointPurpose::Frame;
+    const bool again = several && std::ranges::find(poses, planned.q_target) != poses.end();
     if (planned.purpose == purpose && planned.replaces == 0 && !again) poses.push_back(planned.q_target);
   }
   return poses;
@@ -67,6 +67,7 @@ std::size_t CampaignPast::outcomes() const {
 std::optional<EarlierPlan> CampaignPast::earlier_plan() const {
   if (plan.poses.empty()) return std::nullopt;
   EarlierPlan earlier{planned_to(plan, PointPurpose::Identify), planned_to(plan, PointPurpose::Validate), {}};
+  if (earlier.poses.empty()) earlier.poses = planned_to(plan, PointPurpose::Frame);
   if (earlier.validate.empty()) earlier.validate = planned_to(plan, PointPurpose::Target);
   const auto references = planned_to(plan, PointPurpose::Reference);
   if (!references.empty()) earlier.reference = references.front();
@@ -94,9 +95,9 @@ std::optional<std::string> CampaignPast::misfit(const config::CellConfig& config
 
   PoseChecker checker{config::scene_of(config)};
   for (const PlannedPose& planned : plan.poses) {
-    const bool chosen_by_plan = planned.purpose == PointPurpose::Identify ||
-                                planned.purpose == PointPurpose::Validate ||
-                                planned.purpose == PointPurpose::Reference;
+    const bool chosen_by_plan =
+        planned.purpose == PointPurpose::Identify || planned.purpose == PointPurpose::Validate ||
+        planned.purpose == PointPurpose::Reference || planned.purpose == PointPurpose::Frame;
     if (!chosen_by_plan || skipped_pose(planned.pose) || point(planned.pose, planned.purpose)) continue;
     if (const auto fault = checker.fault_of(planned.q_target))
       return pose_name(planned.pose) + " " + std::string{fault_text(*fault)};

@@ -1,6 +1,7 @@
 #include "daemon/campaign/campaign_result.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace truepose::daemon {
 namespace {
@@ -37,6 +38,25 @@ MeasurementData measurement_data(const std::vector<StoredPoint>& points, const s
     measurement.time = point.time;
     measurement.pose = point.pose;
     data.points.push_back(measurement);
+  }
+  return data;
+}
+
+FrameReadings frame_readings(const std::vector<StoredPoint>& points,
+                             std::vector<FramePoint> points_of_frame) {
+  const bool all = points_of_frame.empty();
+  FrameReadings data{.points = std::move(points_of_frame), .readings = {}};
+  for (const StoredPoint& point : points) {
+    if (point.purpose != PointPurpose::Frame) continue;
+    auto of = std::ranges::find(data.points, point.smr, &FramePoint::name);
+    if (of == data.points.end()) {
+      if (!all) continue;
+      of = data.points.insert(of, {point.smr, std::nullopt});
+    }
+    data.readings.push_back({.point = static_cast<std::size_t>(of - data.points.begin()),
+                             .q = point.q_actual,
+                             .p_WS_mm = point.p_WS_mm,
+                             .row = static_cast<int>(data.readings.size()) + 1});
   }
   return data;
 }

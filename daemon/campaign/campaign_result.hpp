@@ -11,6 +11,7 @@
 
 #include "core/compensate/tracker_loop.hpp"
 #include "core/identify/calibrate.hpp"
+#include "core/identify/frame_readings.hpp"
 #include "core/judge/calibration_verdict.hpp"
 #include "core/judge/drift_check.hpp"
 #include "core/judge/drift_update.hpp"
@@ -54,7 +55,45 @@ struct DriftOrder {
   ModelRecord model;    ///< that it is about
 };
 
-using CampaignOrder = std::variant<CalibrationOrder, DriftOrder, TargetsOrder, Iso9283Order>;
+/// A point of a tool, where a reflector sits that the tracker reads.
+struct ToolPoint {
+  FramePoint point;
+  Eigen::Vector3d p_F_mm{0, 0, 0};  ///< where it is, roughly, in the flange frame
+};
+
+/// Find where a tool is on the flange, with the calibrated arm.
+struct ToolOrder {
+  int number = 1;        ///< of TOOL_DATA
+  MeasuringCell by;      ///< the active model
+  std::string model_id;  ///< by which the store has it
+  std::vector<ToolPoint> points{{{kOrigin, std::nullopt}, {0, 0, 0}}};
+  /// Reflectors sit at all points; else one is put from each to the next by hand.
+  bool together = false;
+  std::optional<Eigen::Vector3d> facing_F;  ///< direction of their openings; none: of the cell's reflector
+  Eigen::Matrix3d R_else = Eigen::Matrix3d::Identity();  ///< orientation, where the TCP alone is measured
+  int poses = 10;                                        ///< in which each point is measured
+  std::optional<Eigen::Vector3d>
+      reach_F_mm;       ///< where the TCP is known to be, roughly: so far the tool reaches
+  std::string assumed;  ///< where the points were taken to be, and why, as a sentence
+};
+
+/// A point of a fixture, to which a reflector is put by hand.
+struct FixturePoint {
+  FramePoint point;
+  Eigen::Vector3d p_B_mm{0, 0, 0};  ///< where it is, roughly, in the robot base
+};
+
+/// Find where a work frame is in the robot base, by the tracker alone: the arm does not move.
+struct BaseOrder {
+  int number = 1;            ///< of BASE_DATA
+  MeasuringCell by;          ///< the active model
+  std::string model_made{};  ///< when that was, RFC 3339
+  std::vector<FixturePoint> points;
+  int readings = 3;  ///< of each point
+};
+
+using CampaignOrder =
+    std::variant<CalibrationOrder, DriftOrder, TargetsOrder, Iso9283Order, ToolOrder, BaseOrder>;
 
 // What it came to.
 
@@ -118,11 +157,27 @@ struct Iso9283Test {
   Iso9283Result result;
 };
 
+/// Where a tool is.
+struct ToolResult {
+  ToolOrder order;
+  FrameReadings data;
+  MeasuredFrame frame;
+};
+
+/// Where a work frame is.
+struct BaseResult {
+  BaseOrder order;
+  FrameReadings data;
+  MeasuredFrame frame;
+};
+
 /// What a campaign of each kind comes to, in the order of the orders.
-using CampaignFindings = std::variant<CalibrationResult, DriftResult, TargetsResult, Iso9283Test>;
+using CampaignFindings =
+    std::variant<CalibrationResult, DriftResult, TargetsResult, Iso9283Test, ToolResult, BaseResult>;
 
 /// The names of the kinds on the wire and in the store.
-inline constexpr std::array<std::string_view, 4> kCampaignKinds{"calibration", "drift", "targets", "iso9283"};
+inline constexpr std::array<std::string_view, 6> kCampaignKinds{"calibration", "drift", "targets",
+                                                                "iso9283",     "tool",  "base"};
 
 /// @param of  an order, or what came of it
 template <typename... Kinds>
@@ -152,6 +207,10 @@ struct CampaignResult {
 /// measured.
 /// @param smr  the reflector that comes first, where it was measured
 MeasurementData measurement_data(const std::vector<StoredPoint>& points, const std::string& smr);
+/// The readings of the points of a tool or a fixture. Their rows count from 1.
+/// @param points_of_frame  in their order, of which others are no readings; empty: all that were measured
+FrameReadings frame_readings(const std::vector<StoredPoint>& points,
+                             std::vector<FramePoint> points_of_frame = {});
 /// Those that a check of drift judges, numbered from 1 as the rows of a file.
 std::vector<Measurement> numbered_points(const std::vector<StoredPoint>& points);
 

@@ -88,7 +88,7 @@ InterruptionCheck::InterruptionCheck(MeasuringSession& session)
   for (const StoredPoint& point : session_.result().points) {
     const StoredPoint at_first = seen_at_first(point, session_.result().resumptions);
     if (point.purpose == PointPurpose::Nest) nests[point.smr] = at_first;
-    if (is_pose(point.purpose)) poses.push_back(at_first);
+    if (is_pose(point.purpose) && session_.has_reflector(point.smr)) poses.push_back(at_first);
   }
   poses_ = spread(std::move(poses));
   for (const auto& [name, nest] : nests) nests_.push_back(nest);
@@ -108,8 +108,8 @@ CampaignOutcome<SinceInterruption> InterruptionCheck::run() {
   co_return SinceInterruption{X_, told()};
 }
 
-/// What seems to have moved. Where the nests stand still and the poses are too few to tell by how much, chance
-/// alone has some look moved: they do so once more, or nothing has.
+/// What seems to have moved. Where the nests stand still and the poses are too few to tell by how much,
+/// chance alone has some look moved: they do so once more, or nothing has.
 CampaignOutcome<void> InterruptionCheck::judge() {
   if (now_.size() >= kFewestToFit || nests_moved_) co_return fit();
   tried_ = 0;

@@ -60,11 +60,12 @@ MeasuringSession::MeasuringSession(const config::CellConfig& config, CampaignDev
   for (const PlannedPose& planned : past_->plan.poses) in_plan_.insert(planned.pose);
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::connect() {
+MeasuringSession::Outcome<void> MeasuringSession::connect(bool moves_arm) {
   enter(CampaignPhase::Connect);
   auto begun = co_await begin();
   if (!begun) co_return std::unexpected(store_failed(begun.error()));
-  auto identities = co_await connected_devices();
+  const ArmProof proof = moves_arm ? ArmProof::ByMotion : ArmProof::AsItStands;
+  auto identities = co_await connected_devices(proof);
   if (!identities) co_return std::unexpected(fatal(identities.error()));
   result_->identities = *std::move(identities);
   begun_ = true;
@@ -73,16 +74,16 @@ MeasuringSession::Outcome<void> MeasuringSession::connect() {
     return journal_.know(result_->identities);
   };
   Done known = co_await journalled<void>(write);
-  if (!known) co_return known;
+  if (!known || !moves_arm) co_return known;
   Done proven = co_await prove_arm();
   co_return proven;
 }
 
 /// What is away for a moment only, or hangs up, is no end of a campaign; what stays away is told before the
 /// arm has moved.
-CellDevices::Outcome<Identities> MeasuringSession::connected_devices() {
+CellDevices::Outcome<Identities> MeasuringSession::connected_devices(ArmProof proof) {
   for (int tries_left = config_.campaign.retries;; --tries_left) {
-    auto identities = co_await devices_.connect(ArmProof::ByMotion);
+    auto identities = co_await devices_.connect(proof);
     if (identities || identities.error().remedy == Remedy::WrongArm || tries_left == 0) co_return identities;
     observer_.on_trouble(identities.error().detail + "; trying again");
     const TimePoint next = clock_.now() + kBeforeRetry;
@@ -132,6 +133,7 @@ MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, Plan
   auto here = co_await devices_.position();
   if (here) options.start = *here;
   Scene scene = config::scene_of(config_);
+  scene.shows_last_axis = !options.by_orientation;
   if (reflectors == Reflectors::First) scene.sight.further.clear();
   search_.look_for(reflectors);
   const auto earlier = past_ ? past_->earlier_plan() : std::nullopt;
@@ -386,12 +388,11 @@ double MeasuringSession::count_deviation(const StoredPoint& point) {
   return deviation_mm;
 }
 
-MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure_beside(int number,
-                                                                                       std::string name,
+MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure_beside(Beside what,
                                                                                        Eigen::Vector3d p_W_mm,
                                                                                        double search_mm) {
   if (past_) {
-    if (auto before = measured_before(number, PointPurpose::Nest, name)) co_return before;
+    if (auto before = measured_before(what.number, what.purpose, what.name)) co_return before;
     if (past_left_ > 0) co_return std::nullopt;  // it was not seen then
     Done going_on = co_await go_on();
     if (!going_on) co_return std::unexpected(going_on.error());
@@ -401,13 +402,18 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure_
     CellDevices::Sight sight{.p_W_mm = now(p_W_mm), .search_mm = search_mm, .gate_mm = search_mm};
     auto point = co_await attempt_beside(sight);
     if (point) {
-      point->pose = number;
-      point->smr = name;
+      point->pose = what.number;
+      point->smr = what.name;
+      point->purpose = what.purpose;
       auto stored = co_await store(*std::move(point));
       if (!stored) co_return std::unexpected(stored.error());
+      if (is_pose(what.purpose)) {
+        ++progress_.done;
+        observer_.on_point(*stored, (seen_at_first(*stored).p_WS_mm - p_W_mm).norm(), progress());
+      }
       co_return seen_at_first(*stored);
     }
-    observer_.on_trouble(name + ": " + point.error().detail);
+    observer_.on_trouble(what.name + ": " + point.error().detail);
     Done recovered = co_await recover(point.error());
     if (!recovered) co_return std::unexpected(recovered.error());
   }
@@ -468,6 +474,14 @@ void MeasuringSession::resume() {
 
 asio::awaitable<void> MeasuringSession::wait_while_paused() {
   while (paused_) co_await resumed_.wait();
+}
+
+asio::awaitable<void> MeasuringSession::wait_for_hand(std::string sentence) {
+  if (past_left_ > 0) co_return;
+  paused_ = true;
+  observer_.on_paused(sentence);
+  tell_progress();
+  co_await wait_while_paused();
 }
 
 void MeasuringSession::enter(CampaignPhase phase) {

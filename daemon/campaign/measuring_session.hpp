@@ -68,7 +68,8 @@ class MeasuringSession {
                    std::shared_ptr<const CampaignPast> past = {});
 
   /// Begins the journal, connects the devices, and sees by small motions that the arm is the configured one.
-  Outcome<void> connect();
+  /// @param moves_arm  else it sees so as far as the arm shows it where it stands
+  Outcome<void> connect(bool moves_arm = true);
   /// Ends the journal, with the result where there is no error.
   boost::asio::awaitable<StoreResult<void>> end(std::optional<CampaignError> error);
 
@@ -91,6 +92,14 @@ class MeasuringSession {
   /// @param reach  by which the configured search radius and gate are multiplied
   void expect(CalibratedCell cell, double reach = 1);
   const CalibratedCell& expected() const { return search_.expected(); }
+  /// Says that somebody puts the one reflector from point to point of the arm, and that it is at this one
+  /// now.
+  void reflector_is_at(std::size_t place) { search_.look_for_one(place); }
+  /// Whether a reflector of this name is on the arm now.
+  bool has_reflector(std::string_view name) const { return search_.is_there(name); }
+  /// Stands still until somebody has done what the sentence asks for, and resumes. Does nothing where what
+  /// comes next was measured before an interruption.
+  boost::asio::awaitable<void> wait_for_hand(std::string sentence);
 
   /// Drives there without measuring; a failure is dealt with, not repeated.
   Outcome<void> visit(JointVector q);
@@ -101,9 +110,14 @@ class MeasuringSession {
   /// @return the targets that were measured, or have failed without a substitute
   Outcome<std::vector<MeasuringTarget>> measure_all(std::vector<MeasuringTarget> targets,
                                                     std::function<Outcome<void>()> after_each = {});
-  /// Measures a reflector that stands beside the arm. @return nothing where it was not seen, which is told
-  Outcome<std::optional<StoredPoint>> measure_beside(int number, std::string name, Eigen::Vector3d p_W_mm,
-                                                     double search_mm);
+  /// A reflector that stands beside the arm.
+  struct Beside {
+    int number = 0;
+    std::string name;
+    PointPurpose purpose = PointPurpose::Nest;
+  };
+  /// Measures it. @return nothing where it was not seen, which is told
+  Outcome<std::optional<StoredPoint>> measure_beside(Beside what, Eigen::Vector3d p_W_mm, double search_mm);
   /// Of a pose, or of what is measured like one.
   int next_number() { return next_number_++; }
   Outcome<void> skip(MeasuringTarget target, int attempts, std::string reason);
@@ -134,6 +148,8 @@ class MeasuringSession {
   /// Takes effect before the next pose.
   void pause();
   void resume();
+  /// Whether it is paused for want of room in the store.
+  bool waits_for_room() const { return waits_for_room_; }
   /// The arm may have moved.
   bool has_begun() const { return begun_; }
   CellDevices::Outcome<void> stop_arm() { return devices_.stop(); }
@@ -152,7 +168,7 @@ class MeasuringSession {
 
  private:
   Outcome<void> prove_arm();
-  CellDevices::Outcome<Identities> connected_devices();
+  CellDevices::Outcome<Identities> connected_devices(ArmProof proof);
   boost::asio::awaitable<StoreResult<void>> begin();
   Outcome<std::optional<MeasuringTarget>> substitute(MeasuringTarget failed);
   MeasuringTarget new_substitute(const MeasuringTarget& failed, const JointVector& q);
@@ -234,6 +250,7 @@ class MeasuringSession {
   int lost_in_row_ = 0;  ///< poses that were tried for the last time and failed
   int last_lost_ = 0;    ///< the last of them
   bool paused_ = false;
+  bool waits_for_room_ = false;
   Signal resumed_;
 };
 
@@ -251,11 +268,12 @@ MeasuringSession::Outcome<T> MeasuringSession::journalled(
     const StoreError error = written.error();
     observer_.on_store_failed(error);
     if (!error.may_pass) co_return std::unexpected(store_failed(error));
-    paused_ = true;
+    paused_ = waits_for_room_ = true;
     observer_.on_paused("paused, with the last point in memory: " + error.detail +
                         "; then acknowledge, and resume the campaign");
     tell_progress();
     co_await wait_while_paused();
+    waits_for_room_ = false;
   }
 }
 

@@ -81,7 +81,7 @@ Eigen::Vector3d ReflectorSearch::predicted_mm(const StoredPoint& point) const {
 /// Those that the tracker should see; where that is none, the first may be worth a try. A reference is always
 /// the same one.
 std::vector<std::size_t> ReflectorSearch::reflectors_at(const JointVector& q, PointPurpose purpose) {
-  if (!sight_) return {0};
+  if (!sight_) return {one_.value_or(0)};
   const std::vector<int> seen = sight_->seen_at(q);
   std::vector<std::size_t> reflectors(seen.begin(), seen.end());
   if (reflectors.empty()) reflectors.push_back(0);

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/cell_config.hpp"
@@ -25,6 +26,10 @@ class ReflectorSearch {
   ReflectorSearch(const config::CellConfig& config, CellDevices& devices);
 
   void look_for(Reflectors reflectors);
+  /// From now on a reflector sits where the cell has this one, and nowhere else.
+  void look_for_one(std::size_t reflector) { one_ = reflector; }
+  /// Whether a reflector sits there at all.
+  bool is_there(std::string_view name) const { return !one_ || names_[*one_] == name; }
   /// Says where they are to be looked for from now on.
   /// @param reach  by which the configured search radius and gate are multiplied
   void expect(CalibratedCell cell, double reach);
@@ -75,7 +80,8 @@ class ReflectorSearch {
   const config::CellConfig& config_;
   CellDevices& devices_;
   std::vector<std::string> names_;
-  CalibratedCell expected_;  ///< with the reflectors in the order of the cell file
+  std::optional<std::size_t> one_;  ///< none: a reflector sits at each place, of which the first is measured
+  CalibratedCell expected_;         ///< with the reflectors in the order of the cell file
   Eigen::Isometry3d X_now_first_ = Eigen::Isometry3d::Identity();
   bool placement_known_ = false;
   double reach_ = 1;

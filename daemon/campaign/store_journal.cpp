@@ -19,6 +19,7 @@
 #include "proto/record/arm_document.hpp"
 #include "proto/record/calibration_document.hpp"
 #include "proto/record/drift_document.hpp"
+#include "proto/record/frame_document.hpp"
 
 namespace truepose::daemon {
 
@@ -215,6 +216,32 @@ json::object drift_document_of(const DriftResult& drift, std::span<const Measure
   return record::drift_document(document);
 }
 
+/// With the file of the tool, where nothing speaks against using it.
+json::object tool_document_of(const ToolResult& tool, const RobotModel& robot) {
+  const Eigen::Isometry3d X_told = config::as_told(tool.frame.X);
+  record::FrameDocument document = record::frame_document_of(record::FrameKind::Tool, tool.order.number,
+                                                             tool.data, tool.frame, X_told, tool.order.by);
+  if (document.doubtful.empty())
+    document.yaml = config::tool_yaml({tool.order.number, robot.name, X_told, tool.data});
+  return record::frame_document(document);
+}
+
+json::object base_document_of(const BaseResult& base, const RobotModel& robot) {
+  const Eigen::Isometry3d X_told = config::as_told(base.frame.X);
+  record::FrameDocument document = record::frame_document_of(record::FrameKind::Base, base.order.number,
+                                                             base.data, base.frame, X_told, base.order.by);
+  if (document.doubtful.empty())
+    document.yaml = config::base_yaml({base.order.number, robot.name, base.order.model_made, X_told});
+  return record::frame_document(document);
+}
+
+/// Whether readings contradict each other, so that the frame cannot be used.
+bool is_doubtful(const CampaignFindings& findings) {
+  if (const auto* tool = std::get_if<ToolResult>(&findings)) return !tool->frame.doubtful.empty();
+  if (const auto* base = std::get_if<BaseResult>(&findings)) return !base->frame.doubtful.empty();
+  return false;
+}
+
 std::string document_of(const CampaignResult& result, const CampaignRecord& record,
                         const StoreJournal::Options& of) {
   const config::CellConfig& config = of.config;
@@ -225,6 +252,10 @@ std::string document_of(const CampaignResult& result, const CampaignRecord& reco
     return control::json_text(targets_document(*targets, config.robot.model));
   if (const auto* test = std::get_if<Iso9283Test>(&result.findings))
     return control::json_text(iso9283_document_of(*test));
+  if (const auto* tool = std::get_if<ToolResult>(&result.findings))
+    return control::json_text(tool_document_of(*tool, config.robot.model));
+  if (const auto* base = std::get_if<BaseResult>(&result.findings))
+    return control::json_text(base_document_of(*base, config.robot.model));
   return control::json_text(calibration_document_of(result, record, of));
 }
 
@@ -349,6 +380,9 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
   const bool sound = calibrated ? !calibrated->verdict.failed() : updated;
   const bool activate = sound && options_.activate;
   if (calibrated && options_.activate && !activate) record_.reason = why_not_activated(calibrated->verdict);
+  if (result && is_doubtful(result->findings))
+    record_.reason =
+        "the frame cannot be used: readings contradict each other; see what slipped and measure again";
   if (calibrated || updated) record_.model_id = options_.model_id;
   // There, because making the document takes longer than the event loop may be held.
   auto document = [record = record_, result, this] {

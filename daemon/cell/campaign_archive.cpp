@@ -5,11 +5,13 @@
 #include <sstream>
 #include <utility>
 
+#include "config/frame_file.hpp"
 #include "config/measurement_file.hpp"
 #include "daemon/campaign/campaign_past.hpp"
 #include "daemon/cell/file_part.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/arm_document.hpp"
+#include "proto/record/frame_document.hpp"
 
 namespace truepose::daemon {
 
@@ -156,13 +158,16 @@ std::size_t page_points(json::object& document, std::size_t offset, std::size_t 
   return total;
 }
 
+bool is_of_frame(const CampaignRecord& record) { return record.kind == "tool" || record.kind == "base"; }
+
 /// The document of a campaign under the kinds that have one here. A calibration's is asked for by report.get.
 json::object documents_json(const CampaignRecord& record, bool with_points) {
-  json::object documents{{"drift", nullptr}, {"targets", nullptr}, {"iso9283", nullptr}};
+  json::object documents{{"drift", nullptr}, {"targets", nullptr}, {"iso9283", nullptr}, {"frame", nullptr}};
   // Points and a long document do not fit into one line of the protocol.
   const bool fits = !with_points || record.kind == "drift";
-  if (!fits || !documents.contains(record.kind) || record.document.empty()) return documents;
-  if (auto document = control::parse_json(record.document)) documents[record.kind] = *std::move(document);
+  const std::string member = is_of_frame(record) ? "frame" : record.kind;
+  if (!fits || !documents.contains(member) || record.document.empty()) return documents;
+  if (auto document = control::parse_json(record.document)) documents[member] = *std::move(document);
   return documents;
 }
 
@@ -197,6 +202,7 @@ json::object campaign_answer(const StoredCampaign& campaign, const RobotModel& r
           {"drift", documents["drift"]},
           {"targets", documents["targets"]},
           {"iso9283", documents["iso9283"]},
+          {"frame", documents["frame"]},
           {"points_total", campaign.points.size()},
           {"points", points_json(campaign.points, robot, offset, limit)}};
 }
@@ -212,11 +218,34 @@ std::expected<json::object, RpcError> report_answer(const std::optional<Campaign
   return json::object{{"id", record->id}, {"document", *std::move(document)}, {"points_total", total}};
 }
 
+namespace {
+
+/// The points of a tool that was measured, with their coordinates where those were stated.
+std::vector<FramePoint> points_of_frame(const CampaignRecord& record) {
+  std::vector<FramePoint> points;
+  const auto json = control::parse_json(record.document);
+  if (!json) return points;  // it is not done
+  const auto document = record::read_frame_document(*json);
+  if (!document) return points;
+  for (const record::FrameDocument::Point& point : document->points)
+    points.push_back({point.name, point.p_mm});
+  return points;
+}
+
+}  // namespace
+
 std::string measurements_csv(const StoredCampaign& campaign, const RobotModel& robot) {
   std::vector<StoredPoint> points = campaign.points;
   for (StoredPoint& point : points) point = seen_at_first(std::move(point), campaign.resumptions);
   std::ostringstream text;
-  config::write_measurements(text, measurement_data(points, {}), robot);
+  if (is_of_frame(campaign.record)) {
+    FrameReadings data = frame_readings(points, points_of_frame(campaign.record));
+    if (campaign.record.kind == "base")
+      for (FrameReading& reading : data.readings) reading.q.resize(0);  // the arm had no part in them
+    config::write_frame_readings(text, data, robot);
+  } else {
+    config::write_measurements(text, measurement_data(points, {}), robot);
+  }
   return text.str();
 }
 

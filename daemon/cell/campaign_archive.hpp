@@ -35,8 +35,9 @@ boost::json::object campaign_answer(const StoredCampaign& campaign, const RobotM
 /// The answer of report.get.
 std::expected<boost::json::object, control::RpcError> report_answer(
     const std::optional<CampaignRecord>& record, std::size_t offset, std::size_t limit);
-/// The points to identify and to validate from, as they were measured: a measurement file. Where
-/// the campaign was interrupted, all as the tracker would have seen them from where it stood at first.
+/// The points to identify and to validate from, as they were measured: a measurement file; of a campaign that
+/// measures a tool the readings of its points, as `truepose tool` reads them. Where the campaign was
+/// interrupted, all as the tracker would have seen them from where it stood at first.
 std::string measurements_csv(const StoredCampaign& campaign, const RobotModel& robot);
 
 /// The campaigns that the store has, with the one that is under way.

@@ -7,6 +7,8 @@
 
 #include "config/cell_setup.hpp"
 #include "core/arm/joint_units.hpp"
+#include "daemon/campaign/tool_cell.hpp"
+#include "daemon/cell/frame_order.hpp"
 #include "daemon/cell/new_uuid.hpp"
 #include "daemon/cell/target_service.hpp"
 #include "daemon/log/log.hpp"
@@ -44,6 +46,8 @@ PointPurpose purpose_in(CampaignPhase phase) {
       return PointPurpose::Target;
     case CampaignPhase::Cycles:
       return PointPurpose::Cycle;
+    case CampaignPhase::Frame:
+      return PointPurpose::Frame;
     default:
       return PointPurpose::Remeasure;
   }
@@ -67,7 +71,12 @@ CampaignService::Run::Run(StoreJournal::Options options, const CellParts& parts,
 CampaignService::CampaignService(const CellParts& parts, CellRunner& runner, StoreWatch& store,
                                  DeviceService& devices, ModelService& models)
     : parts_{parts}, runner_{runner}, store_{store}, devices_{devices}, models_{models} {
-  store_.when_usable([this] { return keep_end(); });
+  store_.when_usable([this]() -> asio::awaitable<void> {
+    if (running() && runner_.in<Paused>() && run_->campaign.waits_for_room())
+      runner_.reword(
+          "paused, with the last point in memory, which the store can take again: resume the campaign");
+    co_await keep_end();
+  });
   runner_.on(CellCommand::PauseCampaign, [this](const std::string&) { run_->campaign.pause(); });
   runner_.on(CellCommand::ResumeCampaign, [this](const std::string&) { run_->campaign.resume(); });
   runner_.on(CellCommand::AbortCampaign, [this](const std::string& reason) { run_->campaign.abort(reason); });
@@ -92,7 +101,9 @@ MethodReply CampaignService::start(json::object params, std::string by) {
   if (kind == "calibration") co_return start_calibration(params, std::move(starter));
   if (kind == "targets") co_return start_targets(params, std::move(starter));
   if (kind == "iso9283") co_return start_iso9283(params, std::move(starter));
-  read.fail("kind", "expected calibration, targets or iso9283");
+  if (kind == "tool") co_return start_tool(params, std::move(starter));
+  if (kind == "base") co_return start_base(params, std::move(starter));
+  read.fail("kind", "expected calibration, targets, iso9283, tool or base");
   co_return std::unexpected(*read.finish());
 }
 
@@ -155,6 +166,33 @@ MethodResult CampaignService::start_iso9283(const json::object& params, Starter 
   if (order.compensate && !model) return std::unexpected(model.error());
   if (model) order.cell = (*model)->cell;
   return begin(config, std::move(order), std::move(starter));
+}
+
+MethodResult CampaignService::start_tool(const json::object& params, Starter starter) {
+  ParamReader read{params};
+  config::CellConfig config = parts_.config;
+  auto order = tool_order(read, config, models_.tools());
+  read_seed(read, config.campaign);
+  if (auto wrong = read.finish()) return std::unexpected(*wrong);
+  const auto model = models_.needed_for_drift();
+  if (!model) return std::unexpected(model.error());
+  const DriftReference& reference = *(*model)->drift_reference;
+  order.by = {reference.cell, reference.covariance, reference.noise};
+  order.model_id = (*model)->record.id;
+  config = cell_with_tool(std::move(config), order);
+  return begin(config, std::move(order), std::move(starter));
+}
+
+MethodResult CampaignService::start_base(const json::object& params, Starter starter) {
+  ParamReader read{params};
+  BaseOrder order = base_order(read);
+  if (auto wrong = read.finish()) return std::unexpected(*wrong);
+  const auto model = models_.needed_for_drift();
+  if (!model) return std::unexpected(model.error());
+  const DriftReference& reference = *(*model)->drift_reference;
+  order.by = {reference.cell, reference.covariance, reference.noise};
+  order.model_made = (*model)->record.created;
+  return begin(parts_.config, std::move(order), std::move(starter));
 }
 
 MethodReply CampaignService::drift_check(json::object params, std::string by) {

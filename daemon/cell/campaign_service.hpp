@@ -63,6 +63,8 @@ class CampaignService final : private CampaignObserver {
   MethodResult start_calibration(const boost::json::object& params, Starter starter);
   MethodResult start_targets(const boost::json::object& params, Starter starter);
   MethodResult start_iso9283(const boost::json::object& params, Starter starter);
+  MethodResult start_tool(const boost::json::object& params, Starter starter);
+  MethodResult start_base(const boost::json::object& params, Starter starter);
   MethodResult begin(const config::CellConfig& config, CampaignOrder order, Starter starter,
                      bool activate = false);
   std::expected<void, control::RpcError> launch(StoreJournal::Options options, CampaignOrder order,

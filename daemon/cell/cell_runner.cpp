@@ -169,6 +169,11 @@ std::optional<RpcError> CellRunner::request(const json::object& params, const Ce
   return apply(event, reason, by);
 }
 
+void CellRunner::reword(std::string reason) {
+  reason_ = std::move(reason);
+  events_.publish(control::Topic::Cell, cell_json(name(), name(), reason_, {}));
+}
+
 void CellRunner::await(CellDevice device, const std::string& reason) {
   apply(DeviceAwaited{device, reason}, reason.empty() ? answers(device) : reason);
 }

@@ -90,6 +90,8 @@ class CellRunner {
   std::optional<control::RpcError> request(const boost::json::object& params, const CellEvent& event,
                                            const std::string& reason, const std::string& by);
 
+  /// Tells why the cell is in its state, where that has changed and the state has not.
+  void reword(std::string reason);
   /// What is under way goes on once the device answers; without a reason it does.
   void await(CellDevice device, const std::string& reason);
 

@@ -19,7 +19,8 @@ DaemonCell::DaemonCell(Parts parts)
               {.campaign_waiting = parts_.config.campaign.pause_after}},
       store_{parts_, runner_},
       devices_{parts_, runner_, store_, [this] { return status_json(); }},
-      models_{parts_, runner_, devices_},
+      tools_{parts_, runner_, devices_},
+      models_{parts_, runner_, devices_, tools_},
       targets_{parts_, models_},
       stream_{parts_, runner_, devices_, models_},
       recording_{parts_, runner_, devices_, models_},
@@ -29,6 +30,7 @@ DaemonCell::DaemonCell(Parts parts)
       identifications_{parts_, runner_, store_, models_},
       backups_{parts_} {
   add_methods(table_, devices_);
+  add_methods(table_, tools_);
   add_methods(table_, models_);
   add_methods(table_, targets_);
   add_methods(table_, stream_);
@@ -46,6 +48,7 @@ std::vector<std::string> DaemonCell::method_names() {
     for (const auto& method : methods) names.emplace_back(method.name);
   };
   add(DeviceService::methods());
+  add(ToolService::methods());
   add(ModelService::methods());
   add(TargetService::methods());
   add(StreamService::methods());

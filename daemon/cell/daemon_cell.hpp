@@ -7,6 +7,7 @@
 #include "daemon/cell/report_service.hpp"
 #include "daemon/cell/stream_service.hpp"
 #include "daemon/cell/target_service.hpp"
+#include "daemon/cell/tool_service.hpp"
 #include "daemon/control/control_server.hpp"
 
 namespace truepose::daemon {
@@ -24,6 +25,8 @@ class DaemonCell final : public CellService {
       std::string method, boost::json::object params, std::string by) override;
   std::string doing() const override { return runner_.reason(); }
 
+  boost::asio::awaitable<StoreResult<void>> load_tools() { return tools_.load(); }
+  /// After load_tools().
   boost::asio::awaitable<StoreResult<void>> load_active_model() { return models_.load_active(); }
   boost::asio::awaitable<StoreResult<void>> load_interrupted_campaigns() {
     return campaigns_.load_interrupted();
@@ -55,6 +58,7 @@ class DaemonCell final : public CellService {
   CellRunner runner_;
   StoreWatch store_;
   DeviceService devices_;
+  ToolService tools_;
   ModelService models_;
   TargetService targets_;
   StreamService stream_;

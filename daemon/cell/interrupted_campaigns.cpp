@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "config/frame_file.hpp"
 #include "config/text_file.hpp"
+#include "daemon/campaign/tool_cell.hpp"
 #include "daemon/cell/campaign_service.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/control/json_text.hpp"
@@ -91,6 +93,15 @@ asio::awaitable<std::expected<CampaignOrder, RpcError>> CampaignService::order_o
   if (kind == "calibration") co_return CampaignOrder{CalibrationOrder{}};
   auto model = co_await models_.find_checked(kept.model_id);
   if (!model) co_return std::unexpected(model.error());
+  if (kind == "tool") {
+    auto order = kept.tool.value_or(ToolOrder{});
+    const auto by = config::measuring_cell(model->checked->file);
+    if (!by)
+      co_return std::unexpected(RpcError{ErrorCode::Internal, "model " + kept.model_id + " tells no noise"});
+    order.by = *by;
+    order.model_id = kept.model_id;
+    co_return CampaignOrder{std::move(order)};
+  }
   TargetsOrder order;
   order.cell = model->checked->file.cell;
   order.model_id = kept.model_id;
@@ -117,12 +128,13 @@ MethodReply CampaignService::resume_interrupted(std::string id, std::string by) 
     unreadable = error.what();
   }
   if (!unreadable.empty()) co_return std::unexpected(cannot_go_on(id, unreadable));
+  auto order = co_await order_of(past->record.kind, *kept);
+  if (!order) co_return std::unexpected(order.error());
+  if (const auto* tool = std::get_if<ToolOrder>(&*order)) config = cell_with_tool(std::move(config), *tool);
   past->nests = kept->nests;
   auto judge = [past, config] { return past->misfit(config); };
   const auto misfit = co_await parts_.compute_thread.ask(judge);
   if (misfit) co_return std::unexpected(cannot_go_on(id, *misfit));
-  auto order = co_await order_of(past->record.kind, *kept);
-  if (!order) co_return std::unexpected(order.error());
 
   StoreJournal::Options options{.campaign_id = id,
                                 .order = past->plan.order,

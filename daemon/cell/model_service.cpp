@@ -56,6 +56,14 @@ std::expected<std::string, RpcError> id_in(const json::object& params) {
 
 }  // namespace
 
+ModelService::ModelService(const CellParts& parts, CellRunner& runner, const DeviceService& devices,
+                           ToolService& tools)
+    : parts_{parts}, runner_{runner}, devices_{devices}, tools_{tools} {
+  tools.when_changed([this] {
+    if (active_) give_to_stream(*active_);
+  });
+}
+
 std::vector<Method<ModelService>> ModelService::methods() {
   return {{"model.list", &ModelService::list},
           {"model.get", &ModelService::get},
@@ -91,7 +99,7 @@ void ModelService::give_to_stream(const Active& model) {
 
 const ModelService::Given& ModelService::given_with_tool(const Active& model) {
   if (parts_.config.stream.tool) tool_.number = parts_.config.stream.tool;
-  const config::ToolFile* tool = tool_.number ? config::tool_of(parts_.config, *tool_.number) : nullptr;
+  const config::ToolFile* tool = tool_.number ? tools_.of(*tool_.number) : nullptr;
   const LinkMass* load = config::load_of(parts_.config, tool_.number);
   auto arm = config::corrected_arm(parts_.config, model.cell, tool, load);
   runner_.faults().stand(!arm, {kToolFault, "warning", arm ? "" : arm.error()});
@@ -99,12 +107,13 @@ const ModelService::Given& ModelService::given_with_tool(const Active& model) {
   tool_.is_measured = tool && arm;
   if (!arm) arm = config::corrected_arm(parts_.config, model.cell, nullptr);
 
-  Given given{0, model.record, model.cell, tool_.is_measured ? tool_.number : std::nullopt};
+  Given given{0, model.record, model.cell, tool_.is_measured ? tool_.number : std::nullopt, {}};
+  if (given.tool) given.tool_of = tools_.campaign_of(*given.tool);
   given.cell.robot = arm->robot;
   given.cell.reflectors = {{"1", arm->p_F_mm}};
   // A program takes its tools in turn: the last recording shall know them all.
   const auto before = std::ranges::find_if(given_, [&](const Given& other) {
-    return other.record.id == given.record.id && other.tool == given.tool &&
+    return other.record.id == given.record.id && other.tool == given.tool && other.tool_of == given.tool_of &&
            other.cell.robot.payload == given.cell.robot.payload;
   });
   given.number = before == given_.end() ? ++number_ : before->number;
@@ -118,7 +127,7 @@ void ModelService::controller_has(std::optional<int> tool) {
   const bool was_measured = tool_.is_measured;
   const LinkMass* const carried = config::load_of(parts_.config, tool_.number);
   tool_ = {tool};
-  const bool is_measured = tool && config::tool_of(parts_.config, *tool);
+  const bool is_measured = tool && tools_.of(*tool);
   const bool carries_else = config::load_of(parts_.config, tool) != carried;
   if (active_ && (was_measured || is_measured || carries_else)) give_to_stream(*active_);
 }

@@ -12,6 +12,7 @@
 
 #include "daemon/campaign/stored_model.hpp"
 #include "daemon/cell/device_service.hpp"
+#include "daemon/cell/tool_service.hpp"
 
 namespace truepose::daemon {
 
@@ -29,6 +30,7 @@ class ModelService {
     ModelRecord record;
     CalibratedCell cell;      ///< its one reflector is the point that is kept
     std::optional<int> tool;  ///< number of the measured one that it puts right
+    std::string tool_of;      ///< campaign that measured that; empty: the cell file's
   };
   /// The tool that the stream corrects.
   struct ToolInForce {
@@ -41,8 +43,7 @@ class ModelService {
     std::expected<StoredModel, std::string> checked;
   };
 
-  ModelService(const CellParts& parts, CellRunner& runner, const DeviceService& devices)
-      : parts_{parts}, runner_{runner}, devices_{devices} {}
+  ModelService(const CellParts& parts, CellRunner& runner, const DeviceService& devices, ToolService& tools);
 
   static std::vector<Method<ModelService>> methods();
 
@@ -53,6 +54,7 @@ class ModelService {
   /// The controller says which tool is in force. Where the cell file says it, that holds.
   void controller_has(std::optional<int> tool);
   const ToolInForce& tool() const { return tool_; }
+  const ToolService& tools() const { return tools_; }
   /// The active model where it can be worked with, else why it cannot, as the answer to who needs it.
   std::expected<const Active*, control::RpcError> needed() const;
   std::expected<const Active*, control::RpcError> needed_for_drift() const;
@@ -92,6 +94,7 @@ class ModelService {
   CellParts parts_;
   CellRunner& runner_;
   const DeviceService& devices_;
+  const ToolService& tools_;
   std::optional<Active> active_;
   ToolInForce tool_;
   std::uint64_t number_ = 0;  ///< of the model that the stream was given last

@@ -103,10 +103,14 @@ MethodReply TargetService::compensate(json::object params) {
   const std::string id = read.text("model_id").value_or("");
   const auto number = read.integer("tool", 1, 1000);
   const std::optional<int> named = number ? std::optional{static_cast<int>(*number)} : std::nullopt;
-  const config::ToolFile* tool = named ? config::tool_of(parts_.config, *named) : nullptr;
+  const config::ToolFile* const known = named ? models_.tools().of(*named) : nullptr;
+  // A copy: while this waits for the model another may come into use.
+  const std::optional<config::ToolFile> tool = known ? std::optional{*known} : std::nullopt;
   const LinkMass* load = config::load_of(parts_.config, named);
   if (named && !tool && !load)
-    read.fail("tool", "the cell file names no measured tool and no load of this number");
+    read.fail(
+        "tool",
+        "no tool of this number was measured and taken into use, and the cell file names no load of it");
   const auto carried = read.rows("payload", 4, 1);
   const LinkMass payload = carried ? payload_of(carried->front()) : LinkMass{};
   if (carried) load = &payload;
@@ -116,7 +120,8 @@ MethodReply TargetService::compensate(json::object params) {
   auto found = co_await models_.find_checked(id);
   if (!found) co_return std::unexpected(found.error());
 
-  const auto arm = config::corrected_arm(parts_.config, found->checked->file.cell, tool, load);
+  const auto arm =
+      config::corrected_arm(parts_.config, found->checked->file.cell, tool ? &*tool : nullptr, load);
   if (!arm) co_return std::unexpected(RpcError{ErrorCode::WrongState, arm.error()});
 
   const bool is_pose = poses.has_value();

@@ -83,6 +83,8 @@ std::string failed_reason(std::string_view kind) {
 std::string_view why_anew(std::string_view kind) {
   if (kind == "iso9283") return "a test by ISO 9283 is one series of cycles without a break: start it anew";
   if (kind == "drift") return "a drift check asks how the arm is now, in a few minutes: start it anew";
+  if (kind == "base")
+    return "a fixture is read in a few minutes, in which it has to stand still: start it anew";
   return {};
 }
 
@@ -96,7 +98,9 @@ StoreResult<void> CampaignPlans::add_planned(const std::string& campaign_id,
                                              std::span<const PlannedPose> poses, int total) {
   std::vector<Statement> statements;
   for (const PlannedPose& planned : poses) {
-    statements.push_back(database_->prepare("INSERT INTO planned VALUES (?,?,?,?,?,nullif(?,0))"));
+    statements.push_back(database_->prepare(
+        "INSERT INTO planned (campaign_id, pose, purpose, q_target, q_commanded, replaces) "
+        "VALUES (?,?,?,?,?,nullif(?,0))"));
     statements.back().bind(campaign_id).bind(std::int64_t{planned.pose}).bind(purpose_name(planned.purpose));
     statements.back().bind(list_text(planned.q_target)).bind(list_text(planned.q_commanded));
     statements.back().bind(std::int64_t{planned.replaces});

@@ -450,6 +450,25 @@ StoreResult<std::optional<ModelRecord>> Store::model_before() {
       model_of);
 }
 
+StoreResult<void> Store::use_tool(int number, const std::string& campaign_id) {
+  Statement remove = impl_->database->prepare("DELETE FROM tool WHERE number=?");
+  remove.bind(std::int64_t{number});
+  if (campaign_id.empty()) return impl_->commit("taking a tool out of use", {&remove});
+  Statement use = impl_->database->prepare("INSERT INTO tool (number, campaign_id) VALUES (?,?)");
+  use.bind(std::int64_t{number}).bind(campaign_id);
+  return impl_->commit("taking a tool into use", {&remove, &use});
+}
+
+StoreResult<std::vector<ToolInUse>> Store::tools_in_use() {
+  const auto tool_of = [](const Statement& row) {
+    return ToolInUse{static_cast<int>(row.integer(0)), row.text(1), row.text(2), row.document(3)};
+  };
+  return all<ToolInUse>(
+      impl_->database->prepare("SELECT number, campaign_id, ended, document FROM tool "
+                               "JOIN campaign ON campaign.id=tool.campaign_id ORDER BY number"),
+      +tool_of);
+}
+
 StoreResult<void> Store::keep_armed(const std::string& since) {
   Statement disarm = impl_->database->prepare("DELETE FROM armed");
   if (since.empty()) return impl_->commit("disarming the stream", {&disarm});

@@ -34,11 +34,12 @@ enum class PointPurpose {
   Nest,       ///< a reflector that stands beside the arm, by which the tracker is seen to move
   Face1,      ///< what face 1 alone saw of the pose of this number, whose point is the mean of both faces
   Check,      ///< the pose or the nest of this number once more, to see what moved during an interruption
+  Frame,      ///< of a point of a tool or of a fixture, by which its frame is found
 };
 
 /// The names in the store and on the wire, in the order of the enumerators.
-inline constexpr std::array<std::string_view, 9> kPurposes{
-    "identify", "validate", "remeasure", "reference", "target", "cycle", "nest", "face1", "check"};
+inline constexpr std::array<std::string_view, 10> kPurposes{
+    "identify", "validate", "remeasure", "reference", "target", "cycle", "nest", "face1", "check", "frame"};
 inline std::string_view purpose_name(PointPurpose purpose) {
   return kPurposes[static_cast<std::size_t>(purpose)];
 }
@@ -73,7 +74,7 @@ void let_validate(const std::vector<int>& poses, std::vector<StoredPoint>& point
 
 struct CampaignRecord {
   std::string id;                    ///< UUID
-  std::string kind = "calibration";  ///< or "drift", "targets", "iso9283"
+  std::string kind = "calibration";  ///< or "drift", "targets", "iso9283", "tool", "base"
   std::string started;               ///< RFC 3339
   std::string ended;                 ///< empty while it runs; of one that was interrupted, when
   std::string state;                 ///< "running", "done", "aborted", "failed", "interrupted"
@@ -100,6 +101,14 @@ struct ModelRecord {
   /// before that was said.
   double largest_correction_deg = 0;
   std::string sha256;  ///< of the yaml, by the store when it took the model; empty: stored before that
+};
+
+/// A measured tool that is in force under its number.
+struct ToolInUse {
+  int number = 0;           ///< of TOOL_DATA
+  std::string campaign_id;  ///< that measured it
+  std::string measured;     ///< when that ended, RFC 3339
+  std::string document;     ///< of that, with the tool's file (JSON)
 };
 
 class CampaignPlans;
@@ -162,6 +171,10 @@ class Store final : public EventArchive {
   StoreResult<std::optional<ModelRecord>> active_model();
   /// The one that was active last and is not now.
   StoreResult<std::optional<ModelRecord>> model_before();
+
+  /// From now on the tool that this campaign measured is in force under its number; none without a campaign.
+  StoreResult<void> use_tool(int number, const std::string& campaign_id);
+  StoreResult<std::vector<ToolInUse>> tools_in_use();  ///< in the order of their numbers
 
   /// @param since  RFC 3339, when the stream was armed; empty: it is not
   StoreResult<void> keep_armed(const std::string& since);

@@ -186,6 +186,30 @@ CREATE TABLE identification (
 ) STRICT;
 )sql";
 
+// Campaigns may measure a tool or a work frame, by the points of its frame; of each tool's number one that
+// was measured may be in force.
+constexpr const char* kSchema10 = R"sql(
+ALTER TABLE campaign RENAME COLUMN kind TO old_kind;
+ALTER TABLE campaign ADD COLUMN kind TEXT NOT NULL DEFAULT 'calibration'
+  CHECK (kind IN ('calibration', 'drift', 'targets', 'iso9283', 'tool', 'base'));
+UPDATE campaign SET kind = old_kind;
+ALTER TABLE campaign DROP COLUMN old_kind;
+ALTER TABLE point RENAME COLUMN purpose TO old_purpose;
+ALTER TABLE point ADD COLUMN purpose TEXT NOT NULL DEFAULT 'identify' CHECK (purpose IN
+  ('identify', 'validate', 'remeasure', 'reference', 'target', 'cycle', 'nest', 'face1', 'check', 'frame'));
+UPDATE point SET purpose = old_purpose;
+ALTER TABLE point DROP COLUMN old_purpose;
+ALTER TABLE planned RENAME COLUMN purpose TO old_purpose;
+ALTER TABLE planned ADD COLUMN purpose TEXT NOT NULL DEFAULT 'identify'
+  CHECK (purpose IN ('identify', 'validate', 'remeasure', 'reference', 'target', 'cycle', 'frame'));
+UPDATE planned SET purpose = old_purpose;
+ALTER TABLE planned DROP COLUMN old_purpose;
+CREATE TABLE tool (
+  number      INTEGER PRIMARY KEY,
+  campaign_id TEXT NOT NULL REFERENCES campaign (id)
+) STRICT;
+)sql";
+
 }  // namespace
 
 StoreResult<int> known_version(sqlite::Database& database, const std::string& file) {
@@ -221,6 +245,7 @@ StoreResult<void> migrate(sqlite::Database& database, const std::string& file) {
   if (*version < 7) steps += kSchema7;
   if (*version < 8) steps += kEventSchema + std::string{kIdentificationSchema};
   if (*version < 9) steps += CampaignPlans::kSchema;
+  if (*version < 10) steps += kSchema10;
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
 }
 

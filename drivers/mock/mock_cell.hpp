@@ -74,6 +74,9 @@ class MockCell {
   /// Somebody ran into the tracker: from now on everything is elsewhere for it.
   void bump_tracker(const Eigen::Vector3d& by_mm) { bumped_mm_ += by_mm; }
 
+  /// Somebody puts the arm's first reflector elsewhere on the flange.
+  void put_reflector(const Eigen::Vector3d& p_FS_mm) { arm_.put_reflector(p_FS_mm); }
+
   /// The program sets another tool.
   void use_tool(std::optional<int> number) { tool_ = number; }
   std::optional<int> tool() const { return tool_; }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/arm/forward.hpp"
 #include "core/plan/tour.hpp"
 #include "tests/core/planning_example.hpp"
 #include "tests/core/scene_oracle.hpp"
@@ -50,6 +51,29 @@ TEST(MeasurementPlan, PromisesLessErrorAndLessTravelThanRandomPoses) {
   EXPECT_LT(planned->predicted.rms_mm, 0.8 * planned->random.rms_mm);
   EXPECT_LT(planned->predicted.max_mm, 0.7 * planned->random.max_mm);
   EXPECT_LT(planned->travel_s, 0.8 * planned->random_travel_s);
+}
+
+TEST(MeasurementPlan, TurnsTheFlangeAsDifferentlyAsItIsSeenWhereThatIsWanted) {
+  PlanOptions turned = options();
+  turned.poses = 10;
+  const auto nearest_rad = [&](const std::vector<JointVector>& poses) {
+    double least = 10;
+    for (std::size_t i = 0; i < poses.size(); ++i)
+      for (std::size_t k = 0; k < i; ++k) {
+        const auto R = [&](std::size_t n) {
+          return forward_kinematics(test::planning_scene().robot, poses[n]).linear();
+        };
+        least = std::min(least, Eigen::AngleAxisd(R(i).transpose() * R(k)).angle());
+      }
+    return least;
+  };
+  const double by_parameters = nearest_rad(plan(turned)->poses);
+  turned.by_orientation = true;
+  const auto planned = plan(turned);
+  ASSERT_TRUE(planned) << planned.error();
+  EXPECT_EQ(planned->poses.size(), 10u);
+  EXPECT_GT(nearest_rad(planned->poses), 0.5);
+  EXPECT_GT(nearest_rad(planned->poses), 1.5 * by_parameters);
 }
 
 TEST(MeasurementPlan, SaysHowTheErrorFallsWithTheNumberOfPoses) {

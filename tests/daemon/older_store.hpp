@@ -9,9 +9,10 @@
 
 namespace truepose {
 
-/// Makes a store's file what it was when the schema had this version, 2 to 8.
+/// Makes a store's file what it was when the schema had this version, 2 to 9.
 inline void make_older(const std::filesystem::path& file, int version) {
   static const std::vector<std::pair<int, std::vector<const char*>>> kAdded{
+      {10, {"DROP TABLE tool"}},
       {9,
        {"DROP TABLE planned", "DROP TABLE plan", "DROP TABLE resumption",
         "ALTER TABLE point DROP COLUMN resumption"}},

@@ -415,7 +415,7 @@ TEST_F(StoreTest, SaysWhyAFileCannotBeItsOwn) {
 
 TEST_F(StoreTest, KeepsCampaignsAndPointsOfEveryKind) {
   Store store = open();
-  for (const char* kind : {"calibration", "drift", "targets", "iso9283"}) {
+  for (const char* kind : {"calibration", "drift", "targets", "iso9283", "tool", "base"}) {
     CampaignRecord record = campaign(kind);
     record.kind = kind;
     ASSERT_TRUE(store.begin_campaign(record)) << kind;
@@ -450,12 +450,12 @@ TEST_F(StoreTest, LeavesAFileOfANewerVersionAlone) {
   open();
   execute("PRAGMA user_version=99");
   EXPECT_THAT(why_not_opened(file_), HasSubstr("newer truepose"));
-  execute("PRAGMA user_version=9");
+  execute("PRAGMA user_version=10");
   EXPECT_EQ(why_not_opened(file_), "");
 }
 
 TEST_F(StoreTest, BringsAFileOfBeforeCampaignsCouldGoOnUpToDate) {
-  for (const int version : {8, 7, 6}) {
+  for (const int version : {9, 8, 7, 6}) {
     SCOPED_TRACE(version);
     std::filesystem::remove(file_);
     {

@@ -60,6 +60,9 @@ TEST_F(StoreWatchTest, AFullDiskPausesACampaignWhichGoesOnWithItsPointOnceThereI
     answer = co_await ask("cell.acknowledge");
     EXPECT_TRUE(answer) << answer.error().message;
     EXPECT_EQ(answer->at("state"), "paused") << "a person resumes it";
+    now = co_await ask("cell.status");
+    EXPECT_THAT(now->at("state_text").as_string().c_str(),
+                AllOf(HasSubstr("resume the campaign"), Not(HasSubstr("acknowledge"))));
     answer = co_await ask("campaign.resume");
     EXPECT_TRUE(answer) << answer.error().message;
     co_await campaign_ended();

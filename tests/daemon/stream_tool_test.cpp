@@ -104,7 +104,7 @@ TEST_F(AToolInTheStream, WhoseReadingsTheModelDoesNotBearOutIsAWarningAndNotCorr
 
 TEST_F(AToolInTheStream, ThatWasNotMeasuredIsNoTargetsTool) {
   EXPECT_THAT(refused("targets.compensate", {{"poses", {{1500, 0, 1200, 0, 90, 0}}}, {"tool", 4}}),
-              HasSubstr("params.tool: the cell file names no measured tool and no load of this number"));
+              HasSubstr("params.tool: no tool of this number was measured and taken into use"));
 }
 
 }  // namespace

@@ -97,6 +97,15 @@ class Examples : public testing::Test {
     }
   }
 
+  /// @param shown  the campaign's id in the examples
+  void measure_tool(const std::string& shown) {
+    const json::object started =
+        client_.ask("campaign.start", {{"kind", "tool"}, {"number", 3}, {"poses_per_point", 4}});
+    ASSERT_TRUE(started.contains("result")) << json::serialize(started);
+    names_.insert_or_assign(shown, std::string{started.at("result").at("id").as_string()});
+    wait_for("ready");
+  }
+
   json::value named_now(const json::value& value) const {
     if (!value.is_string()) return value;
     const auto known = names_.find(std::string{value.get_string()});
@@ -137,6 +146,8 @@ TEST_F(Examples, AreAnsweredByTheDaemonAsTheSchemaSays) {
            "model.list", "model.get", "model.export", "model.activate", "model.deactivate", "model.rollback",
            "targets.compensate", "drift.check"});
   wait_for("ready");
+  measure_tool("7f0d6a5e-31c4-4b0f-9d53-2c1a8e64b0f7");
+  run_all({"tool.activate", "tool.list", "tool.deactivate"});
   run_all({"campaign.identify", "campaign.export", "store.backup", "store.get_backup"});
   run_all(
       {"stream.start", "stream.status", "stream.stop", "recording.save", "recording.list", "recording.get"});

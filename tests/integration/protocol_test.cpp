@@ -195,6 +195,14 @@ TEST(TheControlProtocol, AnswersAndTellsWhatItsSchemaSays) {
     expect_fits("campaign.get");
     expect_fits("campaign.get", {{"points_limit", 50}});
   }
+  const Finished tool = cell.truepose({"campaign", "start", "--tool", "3", "--tool-poses", "4", "--watch"});
+  ASSERT_EQ(tool.exit_code, 0) << tool.err << cell.daemon().errors();
+  expect_fits("campaign.get");
+  expect_fits("campaign.get", {{"points_limit", 50}});
+  const auto measured = client.call("campaign.get", {});
+  expect_fits("tool.activate", {{"id", measured->at_pointer("/campaign/id")}});
+  expect_fits("tool.list");
+  expect_fits("tool.deactivate", {{"number", 3}});
   expect_fits("campaign.list");
   for (const char* method :
        {"stream.start", "cell.status", "stream.stop", "cell.disconnect", "model.deactivate", "cell.connect"})

@@ -8,6 +8,7 @@
 
 #include "proto/record/calibration_document.hpp"
 #include "proto/record/drift_document.hpp"
+#include "proto/record/frame_document.hpp"
 #include "proto/record/iso9283_document.hpp"
 #include "tests/members.hpp"
 
@@ -119,6 +120,12 @@ template <>
 inline constexpr int kMembers<DriftDocument::Cause> = 9;
 template <>
 inline constexpr int kMembers<ModelUpdate> = 8;
+template <>
+inline constexpr int kMembers<FrameDocument> = 12;
+template <>
+inline constexpr int kMembers<FrameDocument::Reading> = 3;
+template <>
+inline constexpr int kMembers<FrameDocument::Point> = 3;
 template <>
 inline constexpr int kMembers<Iso9283Document> = 7;
 template <>
@@ -260,6 +267,15 @@ TEST(Iso9283DocumentReader, ReadsBackEveryMemberThatIsWrittenWithAnglesAndWithou
   x.variations[1].variation.abc_rad.reset();
   x.drifts[1].drift.ap_abc_rad.reset();
   const auto read = read_iso9283_document(iso9283_document(x));
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_TRUE(same(*read, x));
+}
+
+TEST(FrameDocumentReader, ReadsBackEveryMemberThatIsWritten) {
+  FrameDocument x;
+  Filler{}(x);
+  x.points[1].p_mm.reset();
+  const auto read = read_frame_document(frame_document(x));
   ASSERT_TRUE(read) << read.error();
   EXPECT_TRUE(same(*read, x));
 }

@@ -218,6 +218,19 @@ TEST_F(OnlineTest, StartSendsWhatWasAskedForOnly) {
       run({"campaign", "start", "--identify", "25", "--no-remeasure", "--no-activate", "--json"});
   EXPECT_EQ(json::parse(started.out).at("asked"),
             json::parse(R"({"identify_poses":25,"remeasure":false,"activate":false})"));
+  const Outcome tool = run({"campaign", "start", "--tool", "3", "--points", "a,b", "--at", "1,2,3,4,5,6",
+                            "--facing", "0,0,1", "--tool-poses", "8", "--together", "--json"});
+  EXPECT_EQ(json::parse(tool.out).at("asked"),
+            json::parse(R"({"points":["a","b"],"together":true,"kind":"tool",
+            "number":3,"poses_per_point":8,"at":[[1.0,2.0,3.0],[4.0,5.0,6.0]],"facing":[[0.0,0.0,1.0]]})"));
+  const std::string points =
+      folder_.write("points.csv", "point,x,y,z,px,py,pz\na,1,2,3,0,0,0\nb,4,5,6,0,0,9\n");
+  EXPECT_EQ(json::parse(run({"campaign", "start", "--base", "5", "--points-file", points, "--json"}).out)
+                .at("asked"),
+            json::parse(R"({"kind":"base","number":5,"points":["a","b"],"at":[[1.0,2.0,3.0],[4.0,5.0,6.0]],
+            "known":[[0.0,0.0,0.0],[0.0,0.0,9.0]]})"));
+  EXPECT_THAT(run({"campaign", "start", "--tool", "3", "--at", "1,2"}).err,
+              HasSubstr("--at: expected three numbers for each point"));
 }
 
 TEST_F(OnlineTest, ListsAndExportsModels) {

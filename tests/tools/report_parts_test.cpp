@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/record/frame_document.hpp"
 #include "tests/tools/page.hpp"
 #include "tests/tools/sample_document.hpp"
 #include "tools/report/report.hpp"
@@ -17,6 +18,7 @@ namespace truepose::report {
 namespace {
 
 namespace json = boost::json;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
@@ -152,6 +154,36 @@ TEST(RawData, IsNotOfferedWhereAnOlderDocumentDoesNotSayWhereThePointsWere) {
   const std::string html = render_html(document);
   EXPECT_THAT(html, Not(HasSubstr("measurements.csv")));
   EXPECT_THAT(html, Not(HasSubstr("Where the errors are")));
+}
+
+/// A tool whose orientation was not measured.
+json::object tool_document() {
+  record::FrameDocument tool{.number = 3,
+                             .sigma_mm = {0.01, 0.02, 0.03},
+                             .sigma0 = 1.1,
+                             .readings = {{1, "origin", 0.012}, {2, "origin", 0.034}},
+                             .points = {{"origin", {}, {}}},
+                             .notes = {"a < b"},
+                             .krl = "TOOL_DATA[3]={X 1.0}"};
+  tool.X.translation() = Eigen::Vector3d(1, 2, 3);
+  return record::frame_document(tool);
+}
+
+TEST(FrameSection, IsASectionOfACalibrationsPage) {
+  json::object tool = tool_document();
+  const std::string html = render_html(sample_document(5, true), {.frame = &tool});
+  const pugi::xml_document page = parsed(html);
+  EXPECT_EQ(text_of(page.select_node("//table[@class='frame']/tbody/tr[1]").node()),
+            "Measured1.00002.00003.00000.000000.000000.00000");
+  EXPECT_EQ(text_of(page.select_node("//table[@class='frame']/tbody/tr[2]").node()),
+            "Standard deviation0.01000.02000.0300---");
+  EXPECT_THAT(html, AllOf(HasSubstr("Tool 3"), HasSubstr("a &lt; b"), HasSubstr("TOOL_DATA[3]={X 1.0}"),
+                          HasSubstr("download=\"frame.json\"")));
+  EXPECT_THAT(html, Not(HasSubstr("Not to be used")));
+  tool["doubtful"] = json::array{2};
+  EXPECT_THAT(render_html(sample_document(5, true), {.frame = &tool}), HasSubstr("Not to be used: row 2"));
+  tool.erase("krl");
+  EXPECT_THROW(render_html(sample_document(5, true), {.frame = &tool}), std::invalid_argument);
 }
 
 json::object iso_document() {

@@ -15,6 +15,7 @@ namespace truepose::report {
 struct FurtherDocuments {
   const boost::json::object* iso9283 = nullptr;     ///< as `truepose iso9283 --json` prints it
   const boost::json::object* experiment = nullptr;  ///< as `truepose experiment --json` prints it
+  const boost::json::object* frame = nullptr;       ///< as `truepose tool --json` prints it
 };
 
 /// The page of a calibration document. It carries the documents and the measurements for download.

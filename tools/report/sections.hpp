@@ -43,6 +43,8 @@ std::string stream_section(const ReportDocument& document);
 
 // The sections of further documents.
 std::string iso9283_section(const boost::json::object& document);
+/// A tool or a base that was measured.
+std::string frame_section(const boost::json::object& document);
 /// All of an experiment, below a title of their own.
 std::string experiment_sections(const boost::json::object& document);
 

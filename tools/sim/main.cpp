@@ -59,7 +59,8 @@ Options:
   --bridge-port UINT          the tracker is behind a bridge, here, and speaks no emScon; 0 picks one
   --admin-port UINT           steers the cell: one line of JSON each, answered by one; 0 picks one. A fault of the
                               scenario that begins now, {"kind": "beam-break", "lasts_ms": 1500}, or a question,
-                              {"ask": "program"} or {"ask": "statistics"}
+                              {"ask": "program"} or {"ask": "statistics"}; or a hand that puts the
+                              reflector elsewhere on the flange (mm), {"put_reflector": {"x": 0, "y": 0, "z": 250}}
   --ready-file TEXT           written with the ports once all of them are open
   --truth-file TEXT           written with the injected errors
   --path-file TEXT            written at each line of the admin port and at the end: what programs under RSI ask of the
@@ -239,6 +240,11 @@ std::string steered(const std::string& line, sim::SimulatedCell& cell, const con
     if (*what == "program") return program_json(cell.program());
     if (*what == "statistics") return statistics_json(cell.statistics(), scenario);
     return refusal("ask: expected program or statistics");
+  }
+  if (const json::value* place = members->if_contains("put_reflector")) {
+    cell.put_reflector({place->at("x").to_number<double>(), place->at("y").to_number<double>(),
+                        place->at("z").to_number<double>()});
+    return json::serialize(json::object{{"ok", true}});
   }
   cell.begin(config::parse_fault(line));
   return json::serialize(json::object{{"ok", true}});

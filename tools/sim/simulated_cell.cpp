@@ -336,6 +336,12 @@ void SimulatedCell::schedule(const config::ScenarioFault& fault, std::chrono::mi
   });
 }
 
+void SimulatedCell::put_reflector(const Eigen::Vector3d& p_FS_mm) {
+  scenario_.p_FS_mm = p_FS_mm;
+  arm_.put_reflector(p_FS_mm);
+  sight_ = sight_of(scenario_);
+}
+
 void SimulatedCell::begin(config::ScenarioFault fault) {
   fault.at = std::chrono::floor<std::chrono::milliseconds>(now()).count();
   scenario_.faults.push_back(fault);

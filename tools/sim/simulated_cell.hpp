@@ -59,6 +59,8 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   Ports ports() const;
   CellStatistics statistics() const;
 
+  /// Somebody puts the arm's first reflector elsewhere on the flange, opened as before.
+  void put_reflector(const Eigen::Vector3d& p_FS_mm);
   /// A fault that begins now.
   void begin(config::ScenarioFault fault);
   Controller::Program program() const { return controller_.program(); }

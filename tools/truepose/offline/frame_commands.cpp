@@ -1,28 +1,22 @@
 // Where a tool is on the flange, and a work frame in the robot's base.
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <boost/json.hpp>
-#include <cmath>
 #include <iostream>
 #include <memory>
-#include <numeric>
 
 #include "config/text_file.hpp"
-#include "core/formatted.hpp"
 #include "core/identify/work_frame.hpp"
 #include "core/math/angles.hpp"
-#include "proto/krl/frame_data.hpp"
+#include "proto/record/frame_document.hpp"
+#include "tools/truepose/frame_text.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/frame_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
-#include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
 namespace {
 
-namespace json = boost::json;
 using config::ConfigError;
+using record::FrameDocument;
 
 struct FrameCommand {
   ArmFiles arm;
@@ -34,137 +28,15 @@ struct FrameCommand {
   bool as_json = false;
 };
 
-/// What was measured, to be told.
-struct Told {
-  std::string what;   ///< "tool"
-  std::string table;  ///< "TOOL_DATA"
-  int number;
-  const FrameReadings& data;
-  const MeasuredFrame& frame;
-  Eigen::Isometry3d X;  ///< in the digits told
-  std::vector<std::string> notes;
-
-  std::string statement() const { return krl::frame_statement(table, number, X); }
-};
-
-Eigen::Matrix<double, 6, 1> sigmas_mm_deg(const MeasuredFrame& frame) {
-  Eigen::Matrix<double, 6, 1> sigmas = frame.covariance.diagonal().cwiseSqrt();
-  sigmas.tail<3>() *= kDegPerRad;
-  return sigmas;
-}
-
-// ---- As text
-
-Cells frame_cells(const Told& told) {
-  const Eigen::Vector3d p = told.X.translation(), abc = kuka_abc_deg(told.X.linear());
-  Cells cells{"mm, deg"};
-  for (const double mm : p) cells.push_back(fmt::format("{:.4f}", mm));
-  for (const double deg : abc) cells.push_back(fmt::format("{:.5f}", deg + 0.0));
-  return cells;
-}
-
-Cells sigma_cells(const MeasuredFrame& frame) {
-  const Eigen::Matrix<double, 6, 1> sigmas = sigmas_mm_deg(frame);
-  Cells cells{"sigma"};
-  for (Eigen::Index i = 0; i < 3; ++i) cells.push_back(fmt::format("{:.4f}", sigmas[i]));
-  // Turns about the axes of the outer frame: those of A, B, C have no bound where B is near 90 deg.
-  for (Eigen::Index i = 3; i < 6; ++i)
-    cells.push_back(frame.is_orientation_known ? fmt::format("{:.5f}", sigmas[i]) : "-");
-  return cells;
-}
-
-std::string readings_text(const Told& told) {
-  const std::vector<double>& errors = told.frame.error_mm;
-  std::vector<Cells> rows{{"row", "point", "off by, mm"}};
-  for (std::size_t i = 0; i < errors.size(); ++i) {
-    const FrameReading& reading = told.data.readings[i];
-    rows.push_back({std::to_string(reading.row), told.data.points[reading.point].name,
-                    fmt::format("{:.4f}", errors[i])});
-  }
-  return text_table(rows);
-}
-
-std::string scatter_text(const MeasuredFrame& frame) {
-  if (!frame.sigma0)
-    return "No reading is spare, so that nothing checks them: measure each point more than once.\n";
-  const double rms = std::sqrt(
-      std::inner_product(frame.error_mm.begin(), frame.error_mm.end(), frame.error_mm.begin(), 0.0) /
-      static_cast<double>(frame.error_mm.size()));
-  return fmt::format("Readings: {:.4f} mm (RMS) from where all together say, {:.1f} times their noise.\n",
-                     rms, *frame.sigma0);
-}
-
-std::string misfit_text(const Told& told) {
-  if (told.frame.misfit_mm.empty()) return {};
-  std::string text = "Points from their stated coordinates, mm:";
-  for (std::size_t i = 0; i < told.data.points.size(); ++i)
-    text += fmt::format(" {} {:.4f}", told.data.points[i].name, told.frame.misfit_mm[i]);
-  return text + "\n";
-}
-
-std::string text_of(const Told& told) {
-  std::string text = fmt::format("{} {}: {} readings of {} points\n", told.what, told.number,
-                                 told.data.readings.size(), told.data.points.size());
-  text += text_table(std::vector<Column>{{-8}, {10, 1}, {10, 1}, {10, 1}, {11, 1}, {11, 1}, {11, 1}},
-                     {{"", "X", "Y", "Z", "A", "B", "C"}, frame_cells(told), sigma_cells(told.frame)});
-  text += "\n" + readings_text(told) + "\n" + scatter_text(told.frame) + misfit_text(told);
-  for (const std::string& note : told.notes) text += note + "\n";
-  return text + told.statement() + "\n";
-}
-
-// ---- As a document
-
-json::object document_of(const Told& told) {
-  const Eigen::Vector3d p = told.X.translation(), abc = kuka_abc_deg(told.X.linear());
-  const Eigen::Matrix<double, 6, 1> s = sigmas_mm_deg(told.frame);
-  const bool oriented = told.frame.is_orientation_known;
-  json::array readings, points;
-  for (std::size_t i = 0; i < told.data.readings.size(); ++i) {
-    const FrameReading& reading = told.data.readings[i];
-    readings.push_back(json::object{{"row", reading.row},
-                                    {"point", told.data.points[reading.point].name},
-                                    {"error_mm", told.frame.error_mm[i]}});
-  }
-  for (std::size_t i = 0; i < told.data.points.size(); ++i) {
-    json::object point{{"name", told.data.points[i].name}};
-    if (!told.frame.misfit_mm.empty()) point["misfit_mm"] = told.frame.misfit_mm[i];
-    points.push_back(std::move(point));
-  }
-  return {
-      {"number", told.number},
-      {"frame", {{"x", p.x()}, {"y", p.y()}, {"z", p.z()}, {"a", abc.x()}, {"b", abc.y()}, {"c", abc.z()}}},
-      {"sigma_mm", {s[0], s[1], s[2]}},
-      {"sigma_deg", oriented ? json::value{s[3], s[4], s[5]} : json::value{}},
-      {"sigma0", told.frame.sigma0 ? json::value(*told.frame.sigma0) : json::value{}},
-      {"readings", std::move(readings)},
-      {"points", std::move(points)},
-      {"notes", json::value_from(told.notes)},
-      {"krl", told.statement()}};
-}
-
-// ---- The commands
-
-std::vector<std::string> notes_of(const MeasuringCell& by, const std::filesystem::path& model) {
-  if (by.covariance.size() > 0) return {};
-  return {model.string() +
-          ": tells no covariance, so sigma is of the readings alone; calibrate again to have it"};
-}
-
 /// Tells it; the rows that the others contradict end the command before anything is written.
-void tell(const Told& told, const FrameCommand& command) {
+void tell(const FrameDocument& told, const FrameCommand& command) {
   if (command.as_json) {
-    std::cout << document_of(told) << '\n';
+    std::cout << record::frame_document(told) << '\n';
   } else {
-    std::cout << text_of(told);
+    std::cout << frame_text(told);
   }
-  if (told.frame.doubtful.empty()) return;
-  std::string rows;
-  for (const std::size_t i : told.frame.doubtful)
-    rows += (rows.empty() ? "" : ", ") + std::to_string(told.data.readings[i].row);
-  throw CommandError{kFailed,
-                     command.data_file + ": row " + rows +
-                         ": more than five standard deviations from where the other rows say; measure "
-                         "again, or leave out what slipped"};
+  if (const std::string why = record::why_doubtful(told); !why.empty())
+    throw CommandError{kFailed, command.data_file + ": " + why};
 }
 
 /// What a frame is found from.
@@ -183,16 +55,11 @@ struct FrameInput {
 };
 
 /// @return what is told of the frame, where it was found
-Told told_of(const char* what, const char* table, const std::expected<MeasuredFrame, std::string>& frame,
-             const FrameInput& given, const FrameCommand& command) {
+FrameDocument told_of(record::FrameKind kind, const std::expected<MeasuredFrame, std::string>& frame,
+                      const FrameInput& given, const FrameCommand& command) {
   if (!frame) throw CommandError{kFailed, command.data_file + ": " + frame.error()};
-  return {what,
-          table,
-          command.number,
-          given.data,
-          *frame,
-          config::as_told(frame->X),
-          notes_of(given.by, command.arm.model)};
+  return record::frame_document_of(kind, command.number, given.data, *frame, config::as_told(frame->X),
+                                   given.by);
 }
 
 int run_tool(const FrameCommand& command) {
@@ -202,9 +69,7 @@ int run_tool(const FrameCommand& command) {
       abc.empty() ? Eigen::Matrix3d::Identity()
                   : rotation_zyx(abc[0] * kRadPerDeg, abc[1] * kRadPerDeg, abc[2] * kRadPerDeg);
   const auto frame = tool_frame(given.data, given.by, R_else);
-  Told told = told_of("tool", "TOOL_DATA", frame, given, command);
-  if (!frame->is_orientation_known)
-    told.notes.push_back("A, B, C were not measured, but taken as given (--orientation).");
+  const FrameDocument told = told_of(record::FrameKind::Tool, frame, given, command);
   tell(told, command);
   if (!command.out_file.empty())
     config::write_text_file(command.out_file,
@@ -222,7 +87,7 @@ int run_base(const FrameCommand& command) {
   const TouchingTool tcp{tool ? Eigen::Vector3d(tool->X_FT.translation()) : Eigen::Vector3d(0, 0, 0),
                          tool && tool->measured ? &*tool->measured : nullptr};
   const auto frame = work_frame(given.data, given.by, tcp);
-  Told told = told_of("base", "BASE_DATA", frame, given, command);
+  FrameDocument told = told_of(record::FrameKind::Base, frame, given, command);
   if (touched && !tool->measured)
     told.notes.push_back(
         "The tool was given, not measured: what it is off by is in this frame, and not in sigma.");

@@ -113,8 +113,20 @@ const json::value& document_of(const json::value& campaign, const std::string& k
 /// Of a campaign of any kind.
 json::value any_document(CampaignSource& source, const json::value& campaign) {
   const std::string kind = string_at(campaign, "/campaign/kind");
-  if (kind != "calibration") return document_of(campaign, kind);
+  const bool is_frame = kind == "tool" || kind == "base";
+  if (kind != "calibration") return document_of(campaign, is_frame ? "frame" : kind);
   return whole_report(source, string_at(campaign, "/campaign/id"));
+}
+
+/// The file of a tool or a base that was measured.
+std::string frame_file(const json::value& campaign) {
+  const std::string id = string_at(campaign, "/campaign/id");
+  if (!find_at(campaign, "/frame"))
+    throw CommandError{kFailed, "campaign " + id + " measured no tool and no base, or is not done"};
+  std::string yaml = string_at(campaign, "/frame/yaml");
+  if (yaml.empty())
+    throw CommandError{kFailed, "campaign " + id + ": " + string_at(campaign, "/campaign/reason")};
+  return yaml;
 }
 
 /// All of them, or none.
@@ -128,6 +140,7 @@ void write_files(CampaignSource& source, const json::value& campaign, const Camp
     made.push_back({files.cycles,
                     cycles_csv(iso9283, string_at(campaign, "/campaign/started"), all_points(source, id))});
   }
+  if (!files.frame.empty()) made.push_back({files.frame, frame_file(campaign)});
   if (!files.document.empty())
     made.push_back({files.document, control::json_text(any_document(source, campaign)) + "\n"});
   config::write_together(made);
@@ -176,6 +189,26 @@ json::object targets_of_file(const std::filesystem::path& file) {
   return {{are_joints ? "joints" : "poses", std::move(rows)}};
 }
 
+json::object points_of_file(const std::filesystem::path& file) {
+  const config::CsvTable table = config::CsvTable::read(file);
+  table.expect_only({"point", "x", "y", "z", "px", "py", "pz"});
+  const auto positions = [&](const std::string& prefix) {
+    json::array rows;
+    for (std::size_t row = 0; row < table.row_count(); ++row) {
+      json::array& position = rows.emplace_back(json::array{}).get_array();
+      for (const char* axis : {"x", "y", "z"})
+        position.emplace_back(table.number(row, table.column(prefix + axis)));
+    }
+    return rows;
+  };
+  json::array names;
+  for (std::size_t row = 0; row < table.row_count(); ++row)
+    names.emplace_back(std::string{table.text(row, table.column("point"))});
+  json::object points{{"points", std::move(names)}, {"at", positions("")}};
+  if (table.has("px")) points["known"] = positions("p");
+  return points;
+}
+
 int start_and_watch(const OnlineOptions& online, const json::object& params) {
   RpcClient client = connect_for_campaign(online);
   const json::value started = value_or_throw(client.call("campaign.start", params));
@@ -215,10 +248,12 @@ int show_campaign(const OnlineOptions& online, const StoreFile& store, const jso
 int export_campaign(const OnlineOptions& online, const StoreFile& store, const json::object& params,
                     const CampaignFiles& files) {
   json::object written;
-  for (const auto& [what, file] : {std::pair{"data", files.data}, std::pair{"joints", files.joints},
-                                   std::pair{"cycles", files.cycles}, std::pair{"document", files.document}})
+  for (const auto& [what, file] :
+       {std::pair{"data", files.data}, std::pair{"joints", files.joints}, std::pair{"cycles", files.cycles},
+        std::pair{"frame", files.frame}, std::pair{"document", files.document}})
     if (!file.empty()) written[what] = file.string();
-  if (written.empty()) throw bad_usage("campaign export: give --data, --document, --joints or --cycles");
+  if (written.empty())
+    throw bad_usage("campaign export: give --data, --document, --frame, --joints or --cycles");
   const auto source = campaign_source(online, store);
   const json::value found = source->ask("campaign.get", params);
   write_files(*source, found, files);

@@ -16,12 +16,19 @@ namespace truepose::tools {
 struct CampaignFiles {
   std::filesystem::path joints;    ///< found for targets, as truepose fk and compensate read them
   std::filesystem::path cycles;    ///< of an ISO 9283 test, as truepose iso9283 reads them
+  std::filesystem::path frame;     ///< a tool or base that was measured, as truepose tool --out writes it
   std::filesystem::path document;  ///< of every kind (JSON)
-  std::filesystem::path data;  ///< points to identify and to validate from, as truepose calibrate reads them
+  /// Points to identify and to validate from, as truepose calibrate reads them; of a tool as truepose tool
+  /// does.
+  std::filesystem::path data;
 };
 
 /// Targets of a campaign from CSV: {"joints": rows} of q1..qN, or {"poses": rows} of x,y,z,a,b,c.
 boost::json::object targets_of_file(const std::filesystem::path& file);
+
+/// Points of a tool or a fixture from CSV (point; x,y,z: where it is, roughly; px,py,pz: its coordinates in
+/// the frame, where known): {"points", "at", "known"}.
+boost::json::object points_of_file(const std::filesystem::path& file);
 
 /// Starts a campaign and follows it to its end; of one that is no calibration, shows what it found.
 int start_and_watch(const OnlineOptions& online, const boost::json::object& params);

@@ -5,6 +5,7 @@
 #include <boost/json/value_from.hpp>
 #include <cstdio>
 #include <memory>
+#include <tuple>
 #include <type_traits>
 
 #include "config/text_file.hpp"
@@ -35,6 +36,11 @@ struct Arguments {
   std::optional<bool> variation, remeasure;
   std::optional<std::int64_t> seed;
   bool uncompensated = false, no_activate = false, watch = false;
+  std::optional<int> tool, base, tool_poses;
+  std::vector<std::string> points;
+  std::filesystem::path points_file;
+  std::vector<double> at, known, facing, orientation;
+  bool together = false;
   std::string note;
   // campaign identify
   std::string deviation, residual, loss, prior;
@@ -79,6 +85,15 @@ std::string deactivated_text(const json::value& result) {
   return id.empty() ? "no model was active\n" : "model " + id + " is no longer active\n";
 }
 
+std::string tool_in_use_text(const json::value& tool) {
+  return "tool " + text_at(tool, "/number") + " is in use as campaign " + string_at(tool, "/campaign_id") +
+         " measured it; the controller has to have " + string_at(tool, "/krl") + "\n";
+}
+
+std::string tool_out_of_use_text(const json::value& result) {
+  return "the tool that campaign " + string_at(result, "/deactivated") + " measured is no longer in use\n";
+}
+
 std::string exported_text(const json::value& model) { return string_at(model, "/yaml"); }
 
 std::string identified_text(const json::value& made) {
@@ -109,11 +124,37 @@ int ask(const OnlineOptions& online, const std::string& method, const json::obje
   return kDone;
 }
 
+/// Numbers as a list of positions; none where there are none.
+std::optional<json::array> positions_of(const std::vector<double>& numbers, const char* option) {
+  if (numbers.empty()) return std::nullopt;
+  if (numbers.size() % 3 != 0)
+    throw bad_usage(std::string{"campaign start: "} + option + ": expected three numbers for each point");
+  json::array rows;
+  for (std::size_t i = 0; i < numbers.size(); i += 3)
+    rows.push_back(json::array{numbers[i], numbers[i + 1], numbers[i + 2]});
+  return rows;
+}
+
+/// What is asked for of a tool or a base beyond what are parameters as they stand.
+void add_frame(const Arguments& given, json::object& params) {
+  params["kind"] = given.tool ? "tool" : "base";
+  params["number"] = given.tool ? *given.tool : *given.base;
+  if (given.tool_poses) params["poses_per_point"] = *given.tool_poses;
+  if (!given.points_file.empty())
+    for (const auto& [key, value] : points_of_file(given.points_file)) params[key] = value;
+  for (const auto& [key, option, numbers] : {std::tuple{"at", "--at", &given.at},
+                                             {"known", "--known", &given.known},
+                                             {"facing", "--facing", &given.facing},
+                                             {"orientation", "--orientation", &given.orientation}})
+    if (auto rows = positions_of(*numbers, option)) params[key] = *std::move(rows);
+}
+
 int start_campaign(const Arguments& given, const json::object& params) {
   json::object all = given.targets.empty() ? json::object{} : targets_of_file(given.targets);
   for (const auto& [key, value] : params) {
     if (key != "kind" || given.kind != "calibration") all[key] = value;
   }
+  if (given.tool || given.base) add_frame(given, all);
   if (given.watch) return start_and_watch(given.online, all);
   return ask(given.online, "campaign.start", all, started_text);
 }
@@ -198,10 +239,13 @@ std::vector<Row> table(Arguments& a) {
     return std::vector<Option>{
         id(which),
         {"--data", &a.files.data,
-         "write its points here (CSV) as they were measured, as truepose calibrate --data reads them"},
+         "write its points here (CSV) as they were measured, as truepose calibrate --data reads them; of a "
+         "tool or a base, as truepose tool and truepose base do"},
         {"--joints", &a.files.joints, "write the joints that were found for targets here (CSV)"},
         {"--cycles", &a.files.cycles,
          "write the cycles of an ISO 9283 test here (CSV), as truepose iso9283 --data reads them"},
+        {"--frame", &a.files.frame,
+         "write the tool or base that was measured here (YAML), as --out of truepose tool and truepose base does"},
         {"--document", &a.files.document,
          "write what it found here (JSON); of a calibration, as truepose report --document reads it, of an ISO "
          "9283 test, as --iso9283 does"}};
@@ -226,7 +270,7 @@ std::vector<Row> table(Arguments& a) {
         {"--rounds", &a.rounds, "corrections of a target at most", {.key = "rounds"}},
         {"--tolerance", &a.tolerance_mm, "mm to which the mean of its readings must come",
          {.key = "tolerance_mm"}},
-        {"--readings", &a.readings, "of the tracker in each round", {.key = "readings"}},
+        {"--readings", &a.readings, "of the tracker in each round, or of each point of a base", {.key = "readings"}},
         {"--cycles", &a.cycles, "of an ISO 9283 test; default as configured", {.key = "cycles"}},
         {"--variation", &a.variation,
          "ISO 9283: come to P1, P2 and P4 along the three axes of the base too, for vAP; default as "
@@ -241,6 +285,31 @@ std::vector<Row> table(Arguments& a) {
          "measure the validation poses again with compensated joints; default as configured",
          {.key = "remeasure"}},
         {"--no-activate", &a.no_activate, "keep the model inactive", {.key = "activate", .flag_sends = false}},
+        {"--tool", &a.tool, "measure the tool of this number in TOOL_DATA, with the active model",
+         {.check = in_range(1, 1000), .excludes = {"--kind"}}},
+        {"--base", &a.base,
+         "measure the work frame of this number in BASE_DATA: a reflector is put to its points by hand, the arm stands still",
+         {.check = in_range(1, 1000), .excludes = {"--kind", "--tool"}}},
+        {"--points", &a.points,
+         "of the frame, where a reflector sits: origin, x (on +X) and xy (in the XY plane, +Y side), or any names with --known; of "
+         "a tool origin, the TCP, alone too, and by default. From one to the next it is put by hand: the campaign pauses for that",
+         {.key = "points"}},
+        {"--at", &a.at,
+         "where each point is, roughly (x,y,z in mm, point after point): of a tool in the flange frame, of a base in the "
+         "robot's; default: where the TCP is known to be, else where the cell file has its reflector"},
+        {"--known", &a.known, "coordinates of each point in the frame, where they are known (x,y,z in mm)"},
+        {"--points-file", &a.points_file,
+         "the points from a file (CSV: point; x,y,z as --at; px,py,pz as --known)",
+         {.excludes = {"--points", "--at", "--known"}}},
+        {"--facing", &a.facing, "direction of the reflector's opening in the flange frame; default: the cell file's",
+         {.count = 3, .needs = {"--tool"}}},
+        {"--orientation", &a.orientation,
+         "of the tool as a,b,c (deg), where the TCP alone is measured; otherwise the flange's",
+         {.count = 3, .needs = {"--tool"}}},
+        {"--together", &a.together, "reflectors sit at all points of the tool at once",
+         {.needs = {"--tool"}, .key = "together"}},
+        {"--tool-poses", &a.tool_poses, "in which each point is measured; default: 10",
+         {.check = in_range(4, 100), .needs = {"--tool"}}},
         {"--note", &a.note, "what for: shown with the campaign and in its report", {.key = "note"}},
         {"--watch", &a.watch, "follow it to its end"}},
        nullptr, start_campaign},
@@ -296,6 +365,13 @@ std::vector<Row> table(Arguments& a) {
        {id("model; default: the active one"), {"--out", &a.out, "file; default: standard output"}},
        nullptr, export_model},
 
+      {"tools", "", "the measured tools that are in use"},
+      {"tools list", "tool.list", "the tools that are known by their numbers", {}, tools_text},
+      {"tools activate", "tool.activate", "take the tool that a campaign measured into use, under its number",
+       {id("campaign", true)}, tool_in_use_text},
+      {"tools deactivate", "tool.deactivate", "take it out of use again; one of the cell file stays",
+       {{"NUMBER", &a.tool, "in TOOL_DATA", {.required = true, .key = "number"}}}, tool_out_of_use_text},
+
       {"stream", "", "correct the arm while it works"},
       {"stream start", "stream.start", "ramp the corrections in", {}, stream_text},
       {"stream stop", "stream.stop", "ramp them out", {}, stream_text},
@@ -349,6 +425,8 @@ std::vector<Row> table(Arguments& a) {
          "what a production program did (truepose-sim --path-file), to be a section of the page"},
         {"--iso9283", &a.report.iso9283,
          "an ISO 9283 test (truepose iso9283 --json), to be a section of the page"},
+        {"--frame", &a.report.frame,
+         "a tool that was measured (truepose tool --json, or campaign export --document), to be a section of the page"},
         {"--experiment", &a.report.experiment,
          "an experiment (truepose experiment --json), to be sections of the page"},
         {"--html", &a.report.html, "write the page here"},

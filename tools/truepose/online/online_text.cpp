@@ -10,6 +10,7 @@
 
 #include "core/formatted.hpp"
 #include "proto/control/json_text.hpp"
+#include "tools/truepose/frame_text.hpp"
 #include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
@@ -90,6 +91,13 @@ std::string cycles_table(const json::value& campaign) {
   return "\n" + text_table(rows) + variations + "ISO 9283:1998, " +
          (is_true_at(campaign, "/iso9283/compensated") ? "compensated" : "not compensated") +
          (text_at(campaign, "/iso9283/frame") == "fitted" ? ", AP after a fit of the frame\n" : "\n");
+}
+
+std::string frame_table(const json::value& campaign) {
+  const json::value* const found = find_at(campaign, "/frame");
+  if (!found) return {};
+  const auto document = record::read_frame_document(*found);
+  return "\n" + (document ? frame_text(*document) : "the daemon's document: " + document.error() + "\n");
 }
 
 /// "0.012 -0.300 - 0 0 0 deg", "-" for what is not known.
@@ -236,7 +244,17 @@ std::string campaign_text(const json::value& answer) {
     rows.push_back({"skipped", "pose " + text_at(skipped, "/pose") + " after " +
                                    text_at(skipped, "/attempts") +
                                    " attempts: " + text_at(skipped, "/reason")});
-  return text_table(rows) + targets_table(answer) + cycles_table(answer);
+  return text_table(rows) + targets_table(answer) + cycles_table(answer) + frame_table(answer);
+}
+
+std::string tools_text(const json::value& answer) {
+  std::vector<Cells> rows{{"TOOL", "MEASURED", "BY", "TOLD TO THE CONTROLLER"}};
+  for (const json::value& tool : list_at(answer, "/tools"))
+    rows.push_back(
+        {text_at(tool, "/number"), text_at(tool, "/measured"),
+         find_at(tool, "/campaign_id") ? "campaign " + text_at(tool, "/campaign_id") : "the cell file",
+         text_at(tool, "/krl")});
+  return rows.size() == 1 ? "no tool was measured and taken into use\n" : text_table(rows);
 }
 
 std::string models_text(const json::value& answer) {

@@ -19,6 +19,7 @@ std::string event_line(const control::Event& event);
 std::string status_text(const boost::json::value& status);
 std::string campaigns_text(const boost::json::value& list);
 std::string campaign_text(const boost::json::value& campaign);
+std::string tools_text(const boost::json::value& answer);
 std::string models_text(const boost::json::value& list);
 std::string model_text(const boost::json::value& model);
 std::string recordings_text(const boost::json::value& list);

@@ -1,0 +1,211 @@
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "config/cell_setup.hpp"
+#include "core/arm/forward.hpp"
+#include "core/formatted.hpp"
+#include "core/identify/orientation_spread.hpp"
+#include "core/identify/tool_frame.hpp"
+#include "core/math/angles.hpp"
+#include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/nest_watch.hpp"
+
+namespace truepose::daemon {
+
+namespace {
+
+using Done = std::expected<void, CampaignError>;
+
+// Below it what the arm errs, and by what the tracker was moved, stays in the TCP as it is.
+constexpr double kLeastTilt_rad = 5 * kRadPerDeg;
+constexpr std::size_t kFewestReadings = 4;  // of a point, of which one alone slips unseen
+// Nearer to the model's reflector than this it is likely to be that one.
+constexpr double kSameReflector_mm = 2;
+
+class ToolCampaign final : public CampaignProcedure {
+ public:
+  ToolCampaign(MeasuringSession& session, ToolOrder order);
+  CampaignOutcome<void> run() override;
+
+ private:
+  bool by_hand() const { return !order_.together && order_.points.size() > 1; }
+  CampaignOutcome<void> plan();
+  std::expected<void, CampaignError> judge_orientations() const;
+  CampaignOutcome<void> put_reflector_at(std::size_t point);
+  CampaignOutcome<void> measure();
+  CampaignOutcome<void> learn_place();
+  FrameReadings readings();
+  std::vector<std::optional<Eigen::Vector3d>> places_mm();
+  CampaignOutcome<void> evaluate();
+
+  MeasuringSession& session_;
+  NestWatch nests_{session_};
+  ToolOrder order_;
+  std::vector<MeasuringTarget> targets_;
+  std::size_t known_ = 0;  ///< points whose place was learnt from readings
+};
+
+}  // namespace
+
+ToolCampaign::ToolCampaign(MeasuringSession& session, ToolOrder order)
+    : session_{session}, order_{std::move(order)} {
+  session_.result().findings = ToolResult{.order = order_};
+  session_.add_to_total(order_.poses * (by_hand() ? static_cast<int>(order_.points.size()) : 1));
+}
+
+CampaignOutcome<void> ToolCampaign::run() {
+  if (!order_.assumed.empty()) session_.report_trouble(order_.assumed);
+  Done done = co_await plan();
+  if (!done) co_return done;
+  session_.enter(CampaignPhase::Frame);
+  done = co_await nests_.measure();
+  const std::size_t stages = by_hand() ? order_.points.size() : 1;
+  for (std::size_t point = 0; done && point < stages; ++point) {
+    if (by_hand()) done = co_await put_reflector_at(point);
+    if (done) done = co_await measure();
+  }
+  if (done) done = co_await nests_.measure();
+  if (done) done = co_await evaluate();
+  co_return done;
+}
+
+CampaignOutcome<void> ToolCampaign::plan() {
+  const config::CellConfig& config = session_.config();
+  PlanOptions options = config::plan_options(config, order_.poses);
+  options.by_orientation = true;
+  options.reference_every = 0;
+  const Reflectors reflectors = order_.together ? Reflectors::All : Reflectors::First;
+  Done done = co_await session_.plan(config::rough_cell(config), options, reflectors);
+  if (!done) co_return done;
+  std::vector<JointVector> poses = session_.planned().poses;
+  // Of one that goes on, what came up on the way follows.
+  poses.resize(std::min(poses.size(), static_cast<std::size_t>(order_.poses)));
+  for (const JointVector& q : poses)
+    targets_.push_back(session_.new_target(PointPurpose::Frame, q, Replacement::Near));
+  done = judge_orientations();
+  if (done) done = co_await session_.keep_plan(targets_);
+  co_return done;
+}
+
+std::expected<void, CampaignError> ToolCampaign::judge_orientations() const {
+  std::vector<Eigen::Matrix3d> turns;
+  for (const MeasuringTarget& target : targets_)
+    turns.push_back(forward_kinematics(session_.config().robot.model, target.q_target).linear());
+  const OrientationSpread spread = orientation_spread(turns);
+  if (spread.tilt_rad >= kLeastTilt_rad) return {};
+  return std::unexpected(CampaignError{
+      CampaignFault::Planning,
+      formatted(
+          "the orientations in which the tracker sees the reflector tilt the flange's direction (%.2f %.2f "
+          "%.2f) by %.1f deg only, so that what the arm errs along it would stay in the TCP: turn the "
+          "reflector's opening, or give the arm more room",
+          spread.stiff_F.x(), spread.stiff_F.y(), spread.stiff_F.z(), spread.tilt_rad * kDegPerRad)});
+}
+
+/// Waits for the hand that puts it there. The poses are the same for all points, which are next to each
+/// other.
+CampaignOutcome<void> ToolCampaign::put_reflector_at(std::size_t point) {
+  session_.reflector_is_at(point);
+  if (point == 0) co_return Done{};
+  const std::string sentence = "put the reflector at point \"" + order_.points[point].point.name +
+                               "\" of tool " + std::to_string(order_.number) +
+                               ", opened to where it was opened to before, then resume the campaign";
+  co_await session_.wait_for_hand(sentence);
+  // Nobody knows more of it than where the points before it are.
+  const config::TrackerConfig& tracker = session_.config().tracker;
+  CalibratedCell cell = session_.expected();
+  if (order_.points[point].p_F_mm == order_.points.front().p_F_mm)
+    cell.reflectors[point].p_FS_mm = cell.reflectors.front().p_FS_mm;
+  session_.expect(std::move(cell), tracker.search_first_mm / tracker.search_mm);
+  for (MeasuringTarget& target : targets_)
+    target = session_.new_target(PointPurpose::Frame, target.q_target, Replacement::Near);
+  Done kept = co_await session_.keep_plan(targets_);
+  co_return kept;
+}
+
+CampaignOutcome<void> ToolCampaign::measure() {
+  const auto after_each = [this]() -> CampaignOutcome<void> {
+    Done done = co_await learn_place();
+    if (done) done = co_await nests_.after_pose();
+    co_return done;
+  };
+  auto measured = co_await session_.measure_all(targets_, after_each);
+  if (!measured) co_return std::unexpected(measured.error());
+  targets_ = *std::move(measured);
+  co_return Done{};
+}
+
+/// Of each point the mean of where the readings so far have it in the flange frame; none without.
+std::vector<std::optional<Eigen::Vector3d>> ToolCampaign::places_mm() {
+  const FrameReadings data = readings();
+  const Eigen::Isometry3d X_BW = order_.by.cell.base.isometry().inverse();
+  std::vector<std::optional<Eigen::Vector3d>> places(data.points.size());
+  std::vector<int> counts(data.points.size(), 0);
+  for (const FrameReading& reading : data.readings) {
+    const Eigen::Isometry3d X_FB = forward_kinematics(order_.by.cell.robot, reading.q).inverse();
+    const Eigen::Vector3d p_F_mm = X_FB * (X_BW * *reading.p_WS_mm);
+    auto& place = places[reading.point];
+    place = place.value_or(Eigen::Vector3d(0, 0, 0)) + p_F_mm;
+    ++counts[reading.point];
+  }
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (places[i]) *places[i] /= counts[i];
+  return places;
+}
+
+/// The first reading already says within a millimetre where the tracker has to look.
+CampaignOutcome<void> ToolCampaign::learn_place() {
+  const auto places = places_mm();
+  const auto known = static_cast<std::size_t>(
+      std::ranges::count_if(places, [](const auto& place) { return place.has_value(); }));
+  // Several at once are told apart by their shape until all were seen.
+  if (known == 0 || (order_.together && known < places.size())) co_return Done{};
+  CalibratedCell cell = order_.by.cell;
+  cell.reflectors = config::rough_cell(session_.config()).reflectors;
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (places[i]) cell.reflectors[i].p_FS_mm = *places[i];
+  const bool is_new = std::exchange(known_, known) != known;
+  const Eigen::Vector3d p_F_mm = cell.reflectors.front().p_FS_mm;
+  session_.expect(std::move(cell));
+  if (!is_new) co_return Done{};
+  session_.enter(CampaignPhase::Frame);  // from here on the deviation is from a good prediction
+  const double off_mm = (p_F_mm - order_.by.cell.reflectors.front().p_FS_mm).norm();
+  if (known == 1 && off_mm < kSameReflector_mm)
+    session_.report_trouble(formatted(
+        "the reflector is within %.2f mm of the place that it was calibrated with: see that it sits at the tool",
+        off_mm));
+  co_return Done{};
+}
+
+FrameReadings ToolCampaign::readings() {
+  std::vector<FramePoint> points;
+  for (const ToolPoint& point : order_.points) points.push_back(point.point);
+  return frame_readings(session_.corrected().points, std::move(points));
+}
+
+CampaignOutcome<void> ToolCampaign::evaluate() {
+  session_.enter(CampaignPhase::Compute);
+  ToolResult result{.order = order_, .data = readings()};
+  for (std::size_t i = 0; i < order_.points.size(); ++i) {
+    const auto count =
+        static_cast<std::size_t>(std::ranges::count(result.data.readings, i, &FrameReading::point));
+    if (count < kFewestReadings)
+      co_return std::unexpected(CampaignError{
+          CampaignFault::Calibration,
+          formatted("point \"%s\" was measured in %zu poses; at least %zu are needed, better ten",
+                    order_.points[i].point.name.c_str(), count, kFewestReadings)});
+  }
+  auto job = [&result, this] { return tool_frame(result.data, order_.by, order_.R_else); };
+  auto frame = co_await session_.compute(job);
+  if (!frame) co_return std::unexpected(CampaignError{CampaignFault::Calibration, frame.error()});
+  result.frame = *std::move(frame);
+  session_.result().findings = std::move(result);
+  co_return Done{};
+}
+
+std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, ToolOrder order) {
+  return std::make_unique<ToolCampaign>(session, std::move(order));
+}
+
+}  // namespace truepose::daemon

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "daemon/campaign/campaign_result.hpp"
+#include "daemon/cell/tool_service.hpp"
+#include "proto/control/param_reader.hpp"
+
+namespace truepose::daemon {
+
+/// What campaign.start asks for of a tool, without the model to measure it by. Where the request does not say
+/// where a point is, it is looked for about where the cell has the tool's TCP: as it was measured before,
+/// else where the stream keeps the position, else where the cell's reflector is. What is wrong is told to
+/// `read`.
+ToolOrder tool_order(control::ParamReader& read, const config::CellConfig& config, const ToolService& tools);
+
+/// The same of a work frame.
+BaseOrder base_order(control::ParamReader& read);
+
+}  // namespace truepose::daemon

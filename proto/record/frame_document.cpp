@@ -1,0 +1,108 @@
+#include "proto/record/frame_document.hpp"
+
+#include <vector>
+
+#include "core/arm/forward.hpp"
+#include "core/formatted.hpp"
+#include "core/identify/orientation_spread.hpp"
+#include "core/math/angles.hpp"
+#include "proto/krl/frame_data.hpp"
+#include "proto/record/forms.hpp"
+#include "proto/record/json_io.hpp"
+
+namespace truepose::record {
+
+void layout(auto& io, Is<FrameDocument::Reading> auto& x) {
+  io("row", x.row, kCount);
+  io("point", x.point);
+  io("error_mm", x.error_mm, kNotNegative);
+}
+void layout(auto& io, Is<FrameDocument::Point> auto& x) {
+  io("name", x.name);
+  io.optional("p", x.p_mm, kPoint);
+  io.optional("misfit_mm", x.misfit_mm, kNotNegative);
+}
+void layout(auto& io, Is<FrameDocument> auto& x) {
+  io("kind", x.kind, kFrameKinds);
+  io("number", x.number, kNumber);
+  io("frame", x.X, KukaPose{});
+  io("sigma_mm", x.sigma_mm);
+  io.optional("sigma_deg", x.sigma_deg);
+  io.optional("sigma0", x.sigma0, kNotNegative);
+  io("readings", x.readings);
+  io("points", x.points);
+  io("doubtful", x.doubtful);
+  io("notes", x.notes);
+  io("krl", x.krl);
+  io.optional("yaml", x.yaml);
+}
+
+namespace {
+
+/// What the orientations in which a tool was measured leave in its TCP; empty where they differ enough.
+std::string told_by_orientations(const FrameReadings& data, const RobotModel& robot) {
+  constexpr double kEnough_rad = 15 * kRadPerDeg;
+  std::vector<Eigen::Matrix3d> turns;
+  for (const FrameReading& reading : data.readings)
+    turns.push_back(forward_kinematics(robot, reading.q).linear());
+  const OrientationSpread spread = orientation_spread(turns);
+  if (spread.tilt_rad >= kEnough_rad) return {};
+  return formatted(
+      "The orientations tilt the flange's direction (%.2f %.2f %.2f) by %.1f deg only: what arm and base err along "
+      "it stays in the TCP. Tilt the tool by 30 deg or more to several sides.",
+      spread.stiff_F.x(), spread.stiff_F.y(), spread.stiff_F.z(), spread.tilt_rad * kDegPerRad);
+}
+
+}  // namespace
+
+FrameDocument frame_document_of(FrameKind kind, int number, const FrameReadings& data,
+                                const MeasuredFrame& frame, const Eigen::Isometry3d& X_told,
+                                const MeasuringCell& by) {
+  const Eigen::Matrix<double, 6, 1> sigmas = frame.covariance.diagonal().cwiseSqrt();
+  FrameDocument document{
+      .kind = kind,
+      .number = number,
+      .X = X_told,
+      .sigma_mm = sigmas.head<3>(),
+      .sigma0 = frame.sigma0,
+      .krl = krl::frame_statement(kind == FrameKind::Tool ? "TOOL_DATA" : "BASE_DATA", number, X_told)};
+  if (frame.is_orientation_known) document.sigma_deg = kDegPerRad * sigmas.tail<3>();
+  for (std::size_t i = 0; i < data.readings.size(); ++i)
+    document.readings.push_back(
+        {data.readings[i].row, data.points[data.readings[i].point].name, frame.error_mm[i]});
+  for (std::size_t i = 0; i < data.points.size(); ++i) {
+    document.points.push_back({data.points[i].name, data.points[i].p_mm, std::nullopt});
+    if (!frame.misfit_mm.empty()) document.points.back().misfit_mm = frame.misfit_mm[i];
+  }
+  for (const std::size_t i : frame.doubtful) document.doubtful.push_back(data.readings[i].row);
+  if (by.covariance.size() == 0)
+    document.notes.push_back(
+        "The model tells no covariance, so that sigma is of the readings alone; calibrate again to have it.");
+  if (!frame.is_orientation_known)
+    document.notes.push_back("A, B, C were not measured, but taken as given (--orientation).");
+  if (kind == FrameKind::Tool)
+    if (const std::string note = told_by_orientations(data, by.cell.robot); !note.empty())
+      document.notes.push_back(note);
+  return document;
+}
+
+boost::json::object frame_document(const FrameDocument& document) { return to_json(document); }
+
+std::expected<FrameDocument, std::string> read_frame_document(const boost::json::value& document) {
+  return from_json<FrameDocument>(document);
+}
+
+std::string tool_statement(int number, const Eigen::Isometry3d& X_told) {
+  return krl::frame_statement("TOOL_DATA", number, X_told);
+}
+
+std::string why_doubtful(const FrameDocument& document) {
+  if (document.doubtful.empty()) return {};
+  std::string rows;
+  for (const int row : document.doubtful) rows += (rows.empty() ? "row " : ", ") + std::to_string(row);
+  return rows +
+         ": more than five standard deviations from where the other rows say; measure again, or leave out what "
+         "slipped";
+}
+
+}  // namespace truepose::record

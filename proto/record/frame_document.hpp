@@ -1,0 +1,67 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <boost/json/object.hpp>
+#include <expected>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/identify/frame_readings.hpp"
+#include "core/named.hpp"
+
+namespace truepose::record {
+
+enum class FrameKind {
+  Tool,  ///< the TCP in the flange
+  Base,  ///< a work frame in the robot base
+};
+inline constexpr std::array kFrameKinds{Named{"tool", FrameKind::Tool}, Named{"base", FrameKind::Base}};
+
+/// The document of `truepose tool --json`, of `truepose base --json`, and of the campaigns that measure the
+/// same. mm and deg.
+struct FrameDocument {
+  struct Reading {
+    int row = 0;        ///< of the file of readings, from 1
+    std::string point;  ///< its name
+    double error_mm = 0;
+  };
+  struct Point {
+    std::string name;
+    std::optional<Eigen::Vector3d> p_mm;  ///< its coordinates in the frame, where they were stated
+    std::optional<double> misfit_mm;      ///< from where those have it
+  };
+
+  FrameKind kind = FrameKind::Tool;
+  int number = 1;                                       ///< of TOOL_DATA or BASE_DATA
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();  ///< in the digits that the controller is told
+  Eigen::Vector3d sigma_mm{0, 0, 0};
+  std::optional<Eigen::Vector3d> sigma_deg;  ///< of turns about the outer axes; none: not measured
+  std::optional<double> sigma0;              ///< scatter in multiples of the noise; none: no reading is spare
+  std::vector<Reading> readings;
+  std::vector<Point> points;
+  std::vector<int> doubtful;  ///< rows that the others contradict; with one the frame is not to be used
+  std::vector<std::string> notes;
+  std::string krl;   ///< statement for the controller
+  std::string yaml;  ///< its file, of a frame that a campaign has measured; else empty
+};
+
+/// What was measured, to be told.
+/// @param X_told  in the digits told
+/// @param by      how it was measured
+FrameDocument frame_document_of(FrameKind kind, int number, const FrameReadings& data,
+                                const MeasuredFrame& frame, const Eigen::Isometry3d& X_told,
+                                const MeasuringCell& by);
+
+boost::json::object frame_document(const FrameDocument& document);
+/// @return the document, or one sentence that names the member
+std::expected<FrameDocument, std::string> read_frame_document(const boost::json::value& document);
+
+/// What the controller is told of a tool.
+std::string tool_statement(int number, const Eigen::Isometry3d& X_told);
+
+/// Why the frame is not to be used: rows that the others contradict. Empty where there are none.
+std::string why_doubtful(const FrameDocument& document);
+
+}  // namespace truepose::record

@@ -1,0 +1,152 @@
+// Tools that campaigns measure, and that are taken into use.
+#include "daemon/cell/tool_service.hpp"
+
+#include "config/frame_file.hpp"
+#include "tests/daemon/cell_fixture.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace json = boost::json;
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+struct ToolServiceTest : CellTest {
+  ToolServiceTest() { load(); }
+  /// Runs a campaign that measures a tool. @return its id
+  std::string measure(json::object params = {}) {
+    params["kind"] = "tool";
+    params["number"] = 3;
+    play([&]() -> Wait {
+      mock.put_reflector(kTcp_mm);
+      const Answer started = co_await ask("campaign.start", params);
+      EXPECT_TRUE(started) << started.error().message;
+      co_await campaign_ended();
+    });
+    return store->last_campaign().value()->id;
+  }
+  /// What the arm is led to for this tool.
+  json::value compensated() {
+    return call("targets.compensate",
+                {{"poses", json::array(1, json::array{1500, 0, 1200, 0, 90, 0})}, {"tool", 3}})
+        .value();
+  }
+
+  const Eigen::Vector3d kTcp_mm{-40, 110, 230};
+};
+
+TEST_F(ToolServiceTest, ACampaignMeasuresAToolByTheActiveModel) {
+  measure();
+  const json::value found = *call("campaign.get");
+  EXPECT_EQ(found.at_pointer("/campaign/kind"), "tool");
+  EXPECT_EQ(found.at_pointer("/campaign/state"), "done");
+  EXPECT_EQ(found.at("points_total"), 10);
+  EXPECT_EQ(found.at_pointer("/frame/number"), 3);
+  EXPECT_NEAR(found.at_pointer("/frame/frame/x").to_number<double>(), kTcp_mm.x(), 1);
+  EXPECT_NEAR(found.at_pointer("/frame/frame/z").to_number<double>(), kTcp_mm.z(), 1);
+  EXPECT_THAT(std::string{found.at_pointer("/frame/krl").as_string()}, HasSubstr("TOOL_DATA[3]={X "));
+  EXPECT_EQ(call("campaign.get", {{"points_limit", 20}})->at_pointer("/points/0/purpose"), "frame");
+  EXPECT_THAT(call("campaign.export")->at("data").as_string().c_str(),
+              HasSubstr("point,q1,q2,q3,q4,q5,q6,x,y,z\norigin,"));
+}
+
+TEST_F(ToolServiceTest, AToolIsUsedOnceSomebodyTakesItIntoUse) {
+  const std::string id = measure();
+  EXPECT_THAT(call("tool.list")->at("tools").as_array(), SizeIs(0)) << "never by itself";
+  EXPECT_THAT(refused("targets.compensate", {{"poses", {{1500, 0, 1200, 0, 90, 0}}}, {"tool", 3}}),
+              HasSubstr("no tool of this number"));
+  const json::value used = *call("tool.activate", {{"id", id}});
+  EXPECT_EQ(used.at("number"), 3);
+  EXPECT_EQ(used.at("campaign_id").as_string(), id);
+  const json::value with = compensated();
+  EXPECT_EQ(call("tool.list")->at_pointer("/tools/0"), used);
+
+  ASSERT_TRUE(finish(cell.load_tools())) << "as a daemon does that starts";
+  EXPECT_EQ(compensated(), with);
+
+  EXPECT_EQ(call("tool.deactivate", {{"number", 3}})->at("deactivated").as_string(), id);
+  EXPECT_THAT(refused("tool.deactivate", {{"number", 3}}), HasSubstr("no tool of this number"));
+  EXPECT_THAT(call("tool.list")->at("tools").as_array(), SizeIs(0));
+}
+
+TEST_F(ToolServiceTest, TheToolInForceIsTheOneThatWasTakenIntoUse) {
+  const std::string id = measure();
+  play([&]() -> Wait {
+    mock.use_tool(3);
+    co_await pass(5s);
+    auto now = co_await ask("stream.status");
+    EXPECT_FALSE(now->at_pointer("/tool/measured").as_bool());
+    json::object params;
+    params["id"] = id;
+    const Answer used = co_await ask("tool.activate", params);
+    EXPECT_TRUE(used) << used.error().message;
+    now = co_await ask("stream.status");
+    EXPECT_TRUE(now->at_pointer("/tool/measured").as_bool());
+  });
+}
+
+TEST_F(ToolServiceTest, RefusesWhatMeasuredNoTool) {
+  EXPECT_THAT(refused("tool.activate", {{"id", "c1"}}), HasSubstr("measured no tool"));
+  EXPECT_EQ(refused("tool.activate", {{"id", "none"}}), "no such campaign");
+  EXPECT_THAT(refused("campaign.start", {{"kind", "tool"}}), HasSubstr("params.number"));
+  EXPECT_THAT(refused("campaign.start", {{"kind", "tool"}, {"number", 3}, {"points", {"origin", "x"}}}),
+              HasSubstr("the points say no frame"));
+  EXPECT_THAT(refused("campaign.start", {{"kind", "tool"}, {"number", 3}, {"at", {{1, 2, 3}, {4, 5, 6}}}}),
+              HasSubstr("a row for each of the points"));
+  ASSERT_TRUE(call("model.deactivate"));
+  EXPECT_THAT(refused("campaign.start", {{"kind", "tool"}, {"number", 3}}),
+              AllOf(HasSubstr("no model is active"), HasSubstr("model.activate")));
+}
+
+TEST_F(ToolServiceTest, AnInterruptedCampaignGoesOn) {
+  play([&]() -> Wait {
+    mock.put_reflector(kTcp_mm);
+    json::object params;
+    params["kind"] = "tool";
+    params["number"] = 3;
+    const Answer started = co_await ask("campaign.start", params);
+    EXPECT_TRUE(started) << started.error().message;
+    while (told(control::Topic::Measurement).size() < 4) co_await pass(1s);
+    co_await cell.shut_down();
+    co_await pass(10s);
+    co_await ask("cell.acknowledge");
+  });
+  const std::string id = store->last_campaign().value()->id;
+  EXPECT_EQ(store->last_campaign().value()->state, "interrupted");
+  play([&]() -> Wait {
+    json::object params;
+    params["id"] = id;
+    const Answer resumed = co_await ask("campaign.resume", params);
+    EXPECT_TRUE(resumed) << resumed.error().message;
+    co_await campaign_ended();
+  });
+  const json::value found = *call("campaign.get");
+  EXPECT_EQ(found.at_pointer("/campaign/state"), "done") << found.at_pointer("/campaign/reason");
+  EXPECT_EQ(found.at_pointer("/frame/readings").as_array().size(), 10U);
+  EXPECT_THAT(found.at("interruptions").as_array(), SizeIs(1));
+}
+
+TEST_F(ToolServiceTest, AToolWhoseReadingsContradictEachOtherCannotBeUsed) {
+  play([&]() -> Wait {
+    mock.put_reflector(kTcp_mm);
+    json::object params;
+    params["kind"] = "tool";
+    params["number"] = 3;
+    co_await ask("campaign.start", params);
+    while (told(control::Topic::Measurement).size() < 5) co_await pass(1s);
+    mock.put_reflector(kTcp_mm + Eigen::Vector3d(15, 0, 0));
+    while (told(control::Topic::Measurement).size() < 6) co_await pass(1s);
+    mock.put_reflector(kTcp_mm);
+    co_await campaign_ended();
+  });
+  const json::value found = *call("campaign.get");
+  EXPECT_EQ(found.at_pointer("/frame/doubtful").as_array().size(), 1U) << found.at("frame");
+  EXPECT_FALSE(found.at("frame").as_object().contains("yaml"));
+  EXPECT_THAT(refused("tool.activate", {{"id", found.at_pointer("/campaign/id")}}),
+              HasSubstr("more than five standard deviations"));
+}
+
+}  // namespace
+}  // namespace truepose::daemon

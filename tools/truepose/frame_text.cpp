@@ -1,0 +1,67 @@
+#include "tools/truepose/frame_text.hpp"
+
+#include <cmath>
+
+#include "core/formatted.hpp"
+#include "core/math/angles.hpp"
+#include "tools/truepose/text.hpp"
+
+namespace truepose::tools {
+namespace {
+
+using record::FrameDocument;
+
+Cells frame_cells(const FrameDocument& told) {
+  const Eigen::Vector3d p = told.X.translation(), abc = kuka_abc_deg(told.X.linear());
+  Cells cells{"mm, deg"};
+  for (const double mm : p) cells.push_back(formatted("%.4f", mm));
+  for (const double deg : abc) cells.push_back(formatted("%.5f", deg + 0.0));
+  return cells;
+}
+
+Cells sigma_cells(const FrameDocument& told) {
+  Cells cells{"sigma"};
+  for (const double mm : told.sigma_mm) cells.push_back(formatted("%.4f", mm));
+  // Turns about the axes of the outer frame: those of A, B, C have no bound where B is near 90 deg.
+  for (Eigen::Index i = 0; i < 3; ++i)
+    cells.push_back(told.sigma_deg ? formatted("%.5f", (*told.sigma_deg)[i]) : "-");
+  return cells;
+}
+
+std::string readings_text(const FrameDocument& told) {
+  std::vector<Cells> rows{{"row", "point", "off by, mm"}};
+  for (const auto& [row, point, error_mm] : told.readings)
+    rows.push_back({std::to_string(row), point, formatted("%.4f", error_mm)});
+  return text_table(rows);
+}
+
+std::string scatter_text(const FrameDocument& told) {
+  if (!told.sigma0)
+    return "No reading is spare, so that nothing checks them: measure each point more than once.\n";
+  double sum = 0;
+  for (const FrameDocument::Reading& reading : told.readings) sum += reading.error_mm * reading.error_mm;
+  return formatted("Readings: %.4f mm (RMS) from where all together say, %.1f times their noise.\n",
+                   std::sqrt(sum / static_cast<double>(told.readings.size())), *told.sigma0);
+}
+
+std::string misfit_text(const FrameDocument& told) {
+  std::string text;
+  for (const FrameDocument::Point& point : told.points)
+    if (point.misfit_mm) text += formatted(" %s %.4f", point.name.c_str(), *point.misfit_mm);
+  return text.empty() ? text : "Points from their stated coordinates, mm:" + text + "\n";
+}
+
+}  // namespace
+
+std::string frame_text(const FrameDocument& told) {
+  std::string text = formatted("%s %d: %zu readings of %zu points\n",
+                               std::string{name_of(record::kFrameKinds, told.kind)}.c_str(), told.number,
+                               told.readings.size(), told.points.size());
+  text += text_table(std::vector<Column>{{-8}, {10, 1}, {10, 1}, {10, 1}, {11, 1}, {11, 1}, {11, 1}},
+                     {{"", "X", "Y", "Z", "A", "B", "C"}, frame_cells(told), sigma_cells(told)});
+  text += "\n" + readings_text(told) + "\n" + scatter_text(told) + misfit_text(told);
+  for (const std::string& note : told.notes) text += note + "\n";
+  return text + told.krl + "\n";
+}
+
+}  // namespace truepose::tools
