@@ -142,8 +142,8 @@ TEST_P(AReplayedDriver, WhoseCallsCannotBeReadIsJudgedUpToThere) {
 INSTANTIATE_TEST_SUITE_P(Of, AReplayedDriver,
                          testing::Values(std::pair{"eki-drop", "robot"}, std::pair{"beam-break", "tracker"},
                                          std::pair{"tracker-restart", "tracker"}),
-                         [](const auto& info) {
-                           std::string name = std::string{info.param.second} + "_" + info.param.first;
+                         [](const auto& of) {
+                           std::string name = std::string{of.param.second} + "_" + of.param.first;
                            std::ranges::replace(name, '-', '_');
                            return name;
                          });

@@ -217,7 +217,7 @@ const std::map<std::string, Verdict> kVerdicts{
     {"operating-mode", {.sessions = 0, .robot = 2, .tracker = 2, .robot_calls = 154, .tracker_calls = 62}},
     {"override", {.sessions = 0, .robot = 2, .tracker = 2, .robot_calls = 151, .tracker_calls = 62}},
     {"program-reset", {.sessions = 0, .robot = 3, .tracker = 2, .robot_calls = 151, .tracker_calls = 62}},
-    {"program-select", {.sessions = 0, .robot_calls = 18, .tracker_calls = 8}},
+    {"program-select", {.robot_calls = 18, .tracker_calls = 8}},
     {"tracker-air", {.sessions = 0, .robot = 2, .tracker = 2, .robot_calls = 159, .tracker_calls = 68}},
     {"tracker-bias", {.sessions = 0, .robot = 2, .tracker = 2, .robot_calls = 147, .tracker_calls = 61}},
     {"tracker-bump", {.sessions = 0, .robot = 2, .tracker = 2, .robot_calls = 149, .tracker_calls = 62}},
