@@ -60,7 +60,7 @@ TEST(MeasurementPlan, TurnsTheFlangeAsDifferentlyAsItIsSeenWhereThatIsWanted) {
     double least = 10;
     for (std::size_t i = 0; i < poses.size(); ++i)
       for (std::size_t k = 0; k < i; ++k) {
-        const auto R = [&](std::size_t n) {
+        const auto R = [&](std::size_t n) -> Eigen::Matrix3d {
           return forward_kinematics(test::planning_scene().robot, poses[n]).linear();
         };
         least = std::min(least, Eigen::AngleAxisd(R(i).transpose() * R(k)).angle());
