@@ -214,8 +214,9 @@ TEST_F(CheckTest, RefusesAStoreThatTheStartWouldRefuseAndLeavesItAsItIs) {
   EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));
   EXPECT_EQ(bytes(), before);
 
+  constexpr std::size_t kSecondPage = 4096;  // the root of the first table, and not the unused rest of a page
   std::string damaged = before;
-  damaged.replace(damaged.size() / 2, 2000, 2000, '\x7F');
+  damaged.replace(kSecondPage, 2000, 2000, '\x7F');
   config_.store = folder_.write("damaged.sqlite", damaged);
   EXPECT_THAT(findings(), failure("damaged.sqlite"));
 }
