@@ -198,6 +198,7 @@ struct Verdict {
   std::uint64_t robot = 1, tracker = 1;           ///< connections
   /// Of the drivers; 0: the recording is of version 1, which has none.
   std::uint64_t robot_calls = 0, tracker_calls = 0;
+  std::uint64_t rejected = 0;  ///< frames of RSI
 };
 
 // They are made by
@@ -234,6 +235,15 @@ const std::map<std::string, Verdict> kVerdicts{
     {"rsi-drop", {.counters = {{"answered", 290}, {"datagrams", 306}, {"lost", 30}, {"unproven", 16}}}},
     {"rsi-duplicate",
      {.counters = {{"answered", 250}, {"datagrams", 315}, {"duplicate", 50}, {"unproven", 15}}}},
+    {"rsi-garble",
+     {.counters = {{"answered", 747}, {"datagrams", 835}, {"held", 81}, {"malformed", 68}},
+      .robot_calls = 9,
+      .tracker_calls = 4,
+      .rejected = 68}},
+    {"rsi-late",
+     {.counters = {{"answered", 675}, {"datagrams", 728}, {"held", 50}, {"late", 50}},
+      .robot_calls = 8,
+      .tracker_calls = 4}},
     {"rsi-ignore",
      {.fault = "the axes do not follow the correction: A4 is",
       .counters = {{"answered", 384}, {"datagrams", 709}, {"held", 312}, {"unproven", 13}}}},
@@ -285,7 +295,7 @@ TEST_P(AReplayOnAnyProcessor, GivesEveryMisbehaviourItsVerdictAndTheSameReplies)
     std::map<Wire, std::uint64_t> sessions;
     for (const WireReport& wire : report.wires) {
       sessions[wire.wire] = wire.sessions;
-      EXPECT_EQ(wire.rejected, 0U);
+      EXPECT_EQ(wire.rejected, wire.wire == Wire::Rsi ? verdict.rejected : 0);
     }
     EXPECT_EQ(sessions[Wire::Rsi], verdict.sessions);
     EXPECT_EQ(sessions[Wire::EkiLink], verdict.robot);
