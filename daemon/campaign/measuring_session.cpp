@@ -1,7 +1,5 @@
 #include "daemon/campaign/measuring_session.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <functional>
 #include <utility>
 
@@ -482,42 +480,6 @@ asio::awaitable<void> MeasuringSession::wait_for_hand(std::string sentence) {
   observer_.on_paused(sentence);
   tell_progress();
   co_await wait_while_paused();
-}
-
-void MeasuringSession::enter(CampaignPhase phase) {
-  progress_.phase = phase;
-  error_sum_mm_ = 0;
-  error_count_ = 0;
-  tell_progress();
-}
-
-void MeasuringSession::count_error(double deviation_mm) {
-  error_sum_mm_ += deviation_mm;
-  progress_.error_mm = error_sum_mm_ / ++error_count_;
-}
-
-void MeasuringSession::count_pose_time() {
-  const TimePoint now = clock_.now();
-  if (pose_begun_) pose_times_s_.push_back(std::chrono::duration<double>(now - *pose_begun_).count());
-  pose_begun_ = now;
-}
-
-CampaignProgress MeasuringSession::progress() const {
-  CampaignProgress now = progress_;
-  now.time_left_s = time_left_s();
-  return now;
-}
-
-/// By the median, so that a pose that waited for a device does not count; of the present one what is left of
-/// that, or what it has taken beyond.
-std::optional<double> MeasuringSession::time_left_s() const {
-  const int left = progress_.left();
-  if (pose_times_s_.empty() || left <= 0) return pose_times_s_.empty() ? std::nullopt : std::optional{0.0};
-  std::vector<double> times_s = pose_times_s_;
-  const auto middle = times_s.begin() + static_cast<std::ptrdiff_t>(times_s.size() / 2);
-  std::ranges::nth_element(times_s, middle);
-  const double taken_s = std::chrono::duration<double>(clock_.now() - *pose_begun_).count();
-  return (left - 1) * *middle + std::abs(*middle - taken_s);
 }
 
 }  // namespace truepose::daemon
