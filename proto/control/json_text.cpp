@@ -1,9 +1,9 @@
 #include "proto/control/json_text.hpp"
 
 #include <boost/json/basic_parser_impl.hpp>
-#include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
 #include <boost/json/value.hpp>
+#include <boost/json/value_stack.hpp>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -64,14 +64,23 @@ void append(std::string& out, const json::value& value) {
   }
 }
 
-/// Follows the parser to see what Boost.JSON's values no longer show: keys that came twice, and numbers that
-/// became infinite. Stops the parse with `problem` set.
-struct Inspector {
+/// The double that a number's text says, rounded once. Boost.JSON's own may be some units of the last place
+/// beside it.
+/// @param near  Boost.JSON's, which stays where the text is too large or too small for a double
+double exact(json::string_view text, double near) {
+  std::from_chars(text.data(), text.data() + text.size(), near);
+  return near;
+}
+
+/// Builds the value and sees what is lost in it: keys that came twice, and numbers that became infinite.
+/// Stops the parse with `problem` set.
+struct Builder {
   static constexpr std::size_t max_object_size = 64 * 1024;
   static constexpr std::size_t max_array_size = 64 * 1024;
   static constexpr std::size_t max_key_size = 64 * 1024;
   static constexpr std::size_t max_string_size = 64 * 1024 * 1024;
 
+  json::value_stack values;
   std::vector<std::set<std::string, std::less<>>> keys;  ///< of the objects that are open
   std::string key;                                       ///< as far as it was read
   std::string problem;
@@ -88,12 +97,16 @@ struct Inspector {
     keys.emplace_back();
     return true;
   }
-  bool on_object_end(std::size_t, json::error_code&) {
+  bool on_object_end(std::size_t size, json::error_code&) {
     keys.pop_back();
+    values.push_object(size);
     return true;
   }
   bool on_array_begin(json::error_code&) { return true; }
-  bool on_array_end(std::size_t, json::error_code&) { return true; }
+  bool on_array_end(std::size_t size, json::error_code&) {
+    values.push_array(size);
+    return true;
+  }
   bool on_key_part(json::string_view part, std::size_t, json::error_code&) {
     key.append(part.data(), part.size());
     return true;
@@ -101,19 +114,42 @@ struct Inspector {
   bool on_key(json::string_view part, std::size_t, json::error_code& error) {
     key.append(part.data(), part.size());
     if (!keys.back().insert(key).second) return stop(error, "key \"" + key + "\" appears twice");
+    values.push_key(key);
     key.clear();
     return true;
   }
-  bool on_string_part(json::string_view, std::size_t, json::error_code&) { return true; }
-  bool on_string(json::string_view, std::size_t, json::error_code&) { return true; }
-  bool on_number_part(json::string_view, json::error_code&) { return true; }
-  bool on_int64(std::int64_t, json::string_view, json::error_code&) { return true; }
-  bool on_uint64(std::uint64_t, json::string_view, json::error_code&) { return true; }
-  bool on_double(double number, json::string_view, json::error_code& error) {
+  bool on_string_part(json::string_view part, std::size_t, json::error_code&) {
+    values.push_chars(part);
+    return true;
+  }
+  bool on_string(json::string_view part, std::size_t, json::error_code&) {
+    values.push_string(part);
+    return true;
+  }
+  bool on_number_part(json::string_view, json::error_code&) {
+    return true;
+  }  // of a text that ends in a number's midst
+  bool on_int64(std::int64_t number, json::string_view, json::error_code&) {
+    values.push_int64(number);
+    return true;
+  }
+  bool on_uint64(std::uint64_t number, json::string_view, json::error_code&) {
+    values.push_uint64(number);
+    return true;
+  }
+  bool on_double(double near, json::string_view text, json::error_code& error) {
+    const double number = exact(text, near);
+    values.push_double(number);
     return std::isfinite(number) || stop(error, "number out of range");
   }
-  bool on_bool(bool, json::error_code&) { return true; }
-  bool on_null(json::error_code&) { return true; }
+  bool on_bool(bool value, json::error_code&) {
+    values.push_bool(value);
+    return true;
+  }
+  bool on_null(json::error_code&) {
+    values.push_null();
+    return true;
+  }
   bool on_comment_part(json::string_view, json::error_code&) { return true; }
   bool on_comment(json::string_view, json::error_code&) { return true; }
 };
@@ -139,18 +175,16 @@ std::string json_excerpt(const json::value& value) {
 std::expected<json::value, std::string> parse_json(std::string_view text) {
   json::parse_options options;
   options.max_depth = kMaxDepth;
-  json::basic_parser<Inspector> inspector{options};
+  json::basic_parser<Builder> parser{options};
+  Builder& builder = parser.handler();
+  builder.values.reset();
   json::error_code error;
-  const std::size_t used = inspector.write_some(false, text.data(), text.size(), error);
+  const std::size_t used = parser.write_some(false, text.data(), text.size(), error);
   if (!error && used < text.size()) error = json::error::extra_data;
-  if (error) {
-    const std::string& problem = inspector.handler().problem;
+  if (error)
     return std::unexpected("byte " + std::to_string(used) + ": " +
-                           (problem.empty() ? error.message() : problem));
-  }
-  json::value value = json::parse(json::string_view{text.data(), text.size()}, error, {}, options);
-  if (error) return std::unexpected(error.message());
-  return value;
+                           (builder.problem.empty() ? error.message() : builder.problem));
+  return builder.values.release();
 }
 
 std::string rfc3339(std::chrono::system_clock::time_point time) {

@@ -16,6 +16,7 @@ std::string json_text(const boost::json::value& value);
 std::string json_excerpt(const boost::json::value& value);
 
 /// Reads one JSON text strictly: UTF-8, at most 16 levels deep, no duplicate key, every number finite.
+/// A number with a fraction or an exponent, or beyond 64 bits, is the double nearest to its text.
 /// @return the value, or what is wrong and where ("byte 17: key \"id\" appears twice")
 std::expected<boost::json::value, std::string> parse_json(std::string_view text);
 

@@ -1,7 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <boost/json/parse.hpp>
+#include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <random>
 
@@ -216,6 +219,31 @@ TEST(JsonText, KeepsEveryDigitAndTurnsWhatIsNoNumberIntoNull) {
   EXPECT_EQ(
       json_text({1.0, std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::infinity()}),
       "[1.0,null,null]");
+}
+
+TEST(JsonText, IsReadBackToTheLastBit) {
+  std::mt19937_64 random{20261125};
+  for (int trial = 0; trial < 20'000; ++trial) {
+    const double number = std::bit_cast<double>(random());
+    if (!std::isfinite(number)) continue;
+    const auto again = parse_json(json_text(number));
+    ASSERT_TRUE(again) << again.error();
+    EXPECT_EQ(again->as_double(), number) << json_text(number);
+  }
+}
+
+// What strtod makes of a text is what it says.
+TEST(JsonText, IsTheDoubleNearestToWhatIsWritten) {
+  for (const char* text : {"18446744073709254000000", "1.8446744073709254e+22", "9007199254740993.0",
+                           "123456789012345678901234567890", "0.1234567890123456789012345678901234567890",
+                           "2.2250738585072011e-308", "4.9406564584124654e-324", "1e-999", "-1e-999",
+                           "9355950000000000000.00000000000000000000000000000000018446744073709551616e-7"}) {
+    const auto read = parse_json(text);
+    ASSERT_TRUE(read) << text << ": " << read.error();
+    EXPECT_EQ(read->as_double(), std::strtod(text, nullptr)) << text;
+  }
+  for (const char* text : {"1e999", "-1e999", "1.7976931348623159e308"})
+    EXPECT_FALSE(parse_json(text)) << text;
 }
 
 TEST(ParamReader, ReadsWhatIsThereAndLeavesOutWhatIsNot) {
