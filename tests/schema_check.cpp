@@ -1,4 +1,4 @@
-#include "tests/integration/schema_check.hpp"
+#include "tests/schema_check.hpp"
 
 #include <algorithm>
 #include <boost/json/serialize.hpp>

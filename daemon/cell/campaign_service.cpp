@@ -393,6 +393,7 @@ json::object CampaignService::progress_json() const {
   else if (runner_.in<Paused>())
     phase = "paused";
   return {{"id", record.id},
+          {"kind", record.kind},
           {"phase", phase},
           {"done", progress.done},
           {"total", progress.total},

@@ -26,6 +26,7 @@ std::string described(const InterruptedCampaign& one) {
 
 json::object progress_of(const InterruptedCampaign& one) {
   return {{"id", one.record.id},
+          {"kind", one.record.kind},
           {"phase", one.record.state},
           {"done", one.done},
           {"total", std::max(one.total, one.done + one.skipped)},

@@ -21,10 +21,12 @@
 #include "drivers/mock/virtual_clock.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/control/request.hpp"
+#include "proto/control/schema.hpp"
 #include "tests/daemon/example_calibration.hpp"
 #include "tests/daemon/example_cell.hpp"
 #include "tests/daemon/stream_rig.hpp"
 #include "tests/integration/sqlite_rows.hpp"
+#include "tests/schema_check.hpp"
 #include "tests/temp_folder.hpp"
 
 namespace truepose::daemon {
@@ -46,6 +48,24 @@ struct CellTest : testing::Test {
 
   CellTest() {
     for (const std::uint64_t number : {2U, 1U}) keep_calibration(number);
+  }
+  void TearDown() override {
+    for (const auto& topic : control::kTopics) {
+      for (const boost::json::value& data : told(topic.value))
+        EXPECT_THAT(promises().of_event(std::string{topic.name}, data), testing::IsEmpty()) << topic.name;
+    }
+  }
+  static const SchemaCheck& promises() {
+    static const boost::json::value document = control::parse_json(control::openrpc_text()).value();
+    static const SchemaCheck check{document};
+    return check;
+  }
+  /// Whatever is asked in a test, the answer is one that openrpc.json tells of.
+  static Answer as_promised(const std::string& method, Answer answer) {
+    if (answer) {
+      EXPECT_THAT(promises().of_result(method, *answer), testing::IsEmpty()) << method;
+    }
+    return answer;
   }
   void keep_calibration(std::uint64_t number) {
     static std::map<std::uint64_t, std::shared_ptr<const CampaignResult>> made;
@@ -88,7 +108,7 @@ struct CellTest : testing::Test {
   void load() { EXPECT_TRUE(finish(cell.load_active_model())); }
 
   Answer call(const std::string& method, boost::json::object params = {}) {
-    return finish(cell.call(method, std::move(params), kOperator));
+    return as_promised(method, finish(cell.call(method, std::move(params), kOperator)));
   }
   std::string refused(const std::string& method, boost::json::object params = {}) {
     const Answer answer = call(method, std::move(params));
@@ -112,9 +132,9 @@ struct CellTest : testing::Test {
   // Within a script, which is a coroutine.
 
   boost::asio::awaitable<Answer> ask(std::string method, boost::json::object params = {}) {
-    auto asked = cell.call(std::move(method), std::move(params), kOperator);
+    auto asked = cell.call(method, std::move(params), kOperator);
     auto answer = co_await std::move(asked);
-    co_return answer;
+    co_return as_promised(method, std::move(answer));
   }
   Wait pass(drivers::Duration time) {
     const drivers::TimePoint then = clock.now() + time;

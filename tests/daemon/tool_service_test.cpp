@@ -1,7 +1,11 @@
 // Tools that campaigns measure, and that are taken into use.
 #include "daemon/cell/tool_service.hpp"
 
+#include <boost/json/parse.hpp>
+#include <boost/json/value_to.hpp>
+
 #include "config/frame_file.hpp"
+#include "proto/control/schema.hpp"
 #include "tests/daemon/cell_fixture.hpp"
 
 namespace truepose::daemon {
@@ -10,7 +14,10 @@ namespace {
 namespace json = boost::json;
 using namespace std::chrono_literals;
 using testing::AllOf;
+using testing::Each;
+using testing::ElementsAreArray;
 using testing::HasSubstr;
+using testing::ResultOf;
 using testing::SizeIs;
 
 struct ToolServiceTest : CellTest {
@@ -41,6 +48,8 @@ TEST_F(ToolServiceTest, ACampaignMeasuresAToolByTheActiveModel) {
   measure();
   const json::value found = *call("campaign.get");
   EXPECT_EQ(found.at_pointer("/campaign/kind"), "tool");
+  EXPECT_THAT(told(control::Topic::Campaign),
+              Each(ResultOf([](const auto& it) { return it.at("kind"); }, "tool")));
   EXPECT_EQ(found.at_pointer("/campaign/state"), "done");
   EXPECT_EQ(found.at("points_total"), 10);
   EXPECT_EQ(found.at_pointer("/frame/number"), 3);
@@ -100,6 +109,18 @@ TEST_F(ToolServiceTest, RefusesWhatMeasuredNoTool) {
               AllOf(HasSubstr("no model is active"), HasSubstr("model.activate")));
 }
 
+/// The kinds of campaigns that a record of the control port may name.
+std::vector<std::string> kinds_in_schema(const std::string& record) {
+  const json::value schema = json::parse(std::string{control::openrpc_text()});
+  return json::value_to<std::vector<std::string>>(
+      schema.at_pointer("/components/schemas/" + record + "/properties/kind/enum"));
+}
+
+TEST_F(ToolServiceTest, TheSchemaNamesEveryKindOfCampaign) {
+  EXPECT_THAT(kinds_in_schema("CampaignProgress"), ElementsAreArray(kCampaignKinds));
+  EXPECT_THAT(kinds_in_schema("CampaignSummary"), ElementsAreArray(kCampaignKinds));
+}
+
 TEST_F(ToolServiceTest, AnInterruptedCampaignGoesOn) {
   play([&]() -> Wait {
     mock.put_reflector(kTcp_mm);
@@ -115,6 +136,9 @@ TEST_F(ToolServiceTest, AnInterruptedCampaignGoesOn) {
   });
   const std::string id = store->last_campaign().value()->id;
   EXPECT_EQ(store->last_campaign().value()->state, "interrupted");
+  const json::value waiting = call("cell.status")->at_pointer("/interrupted/0");
+  EXPECT_EQ(waiting.at("id").as_string(), id);
+  EXPECT_EQ(waiting.at("kind"), "tool");
   play([&]() -> Wait {
     json::object params;
     params["id"] = id;

@@ -17,7 +17,7 @@
 
 #include "proto/control/schema.hpp"
 #include "tests/integration/live_cell.hpp"
-#include "tests/integration/schema_check.hpp"
+#include "tests/schema_check.hpp"
 
 namespace truepose {
 namespace {

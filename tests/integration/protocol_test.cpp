@@ -22,7 +22,7 @@
 #include "daemon/cell/daemon_cell.hpp"
 #include "proto/control/schema.hpp"
 #include "tests/integration/live_cell.hpp"
-#include "tests/integration/schema_check.hpp"
+#include "tests/schema_check.hpp"
 
 namespace truepose {
 namespace {

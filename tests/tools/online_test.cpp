@@ -44,8 +44,8 @@ class RealClock : public drivers::Clock {
 };
 
 json::object progress(const char* phase, int done) {
-  return {{"id", "c1"},  {"phase", phase},     {"done", done},
-          {"total", 60}, {"error_mm", 0.0427}, {"eta_s", 80.0}};
+  return {{"id", "c1"},  {"kind", "calibration"}, {"phase", phase}, {"done", done},
+          {"total", 60}, {"error_mm", 0.0427},    {"eta_s", 80.0}};
 }
 
 /// Answers with what a cell would say, and lets a campaign run to its end as soon as it is asked about.
@@ -79,12 +79,14 @@ class FakeCell : public daemon::CellService {
                       json::object{{"level", "warning"},
                                    {"text", "pose 12, attempt 1 of 3: tracker: the beam was broken"}});
       json::object last = progress(final_phase, 60);
+      last["kind"] = kind;
       last["skipped"] = 1;
-      last["model_id"] = "m1";
+      last["model_id"] = std::string_view{kind} == "calibration" ? json::value("m1") : json::value{};
       events_.publish(control::Topic::Campaign, last);
     }
     co_return result;
   }
+  const char* kind = "calibration";
   const char* final_phase = "done";
 
  private:
@@ -95,7 +97,7 @@ class FakeCell : public daemon::CellService {
       "faults": [{"code": "E_BEAM", "severity": "warning", "text": "beam broken", "since": "s"}]},
     "campaign.start": {"id": "c1", "total": 60},
     "campaign.get": {"campaign": {"id": "c1", "state": "running"}, "points_total": 0,
-      "progress": {"id": "c1", "phase": "identifying", "done": 3, "total": 60, "error_mm": null, "eta_s": null}},
+      "progress": {"id": "c1", "kind": "calibration", "phase": "identifying", "done": 3, "total": 60, "error_mm": null, "eta_s": null}},
     "model.list": {"models": [{"id": "m1", "created": "t", "robot_serial": "42", "validation_before_mm": 2.5,
       "validation_after_mm": 0.0421, "active": true}], "total": 1},
     "model.get": {"model": {"id": "m1", "validation_after_mm": 0.0421, "active": true}},
@@ -210,6 +212,17 @@ TEST_F(OnlineTest, WatchShowsProgressUntilTheCampaignEnds) {
   EXPECT_EQ(failed.exit_code, 1);
   EXPECT_THAT(failed.out,
               HasSubstr("campaign c1 failed; what it measured is kept\nnext: truepose campaign show c1\n"));
+}
+
+TEST_F(OnlineTest, WatchNamesTheCommandThatACampaignWasFor) {
+  const auto next = [this](const char* kind) {
+    cell_.kind = kind;
+    const std::string out = run({"campaign", "watch", "c1"}).out;
+    return out.substr(out.find("campaign c1 is done"));
+  };
+  EXPECT_EQ(next("tool"), "campaign c1 is done\nnext: truepose tools activate c1\n");
+  EXPECT_EQ(next("base"), "campaign c1 is done\nnext: truepose campaign export c1 --frame base.yaml\n");
+  EXPECT_EQ(next("drift"), "campaign c1 is done\nnext: truepose campaign show c1\n");
 }
 
 TEST_F(OnlineTest, StartSendsWhatWasAskedForOnly) {

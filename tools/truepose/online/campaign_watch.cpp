@@ -91,6 +91,13 @@ std::string model_text_of(RpcClient& client, const std::string& id) {
          " on validation poses, " + (is_true_at(found, "/model/active") ? "active" : "not active");
 }
 
+/// The command that a campaign without a model was for.
+std::string next_after(const std::string& kind, const std::string& id) {
+  if (kind == "tool") return "truepose tools activate " + id;
+  if (kind == "base") return "truepose campaign export " + id + " --frame base.yaml";
+  return "truepose campaign show " + id;
+}
+
 /// Whoever watches is told what becomes of the campaign where its daemon is gone.
 control::Event next_event(RpcClient& client) {
   auto event = client.next_event();
@@ -132,7 +139,7 @@ std::string ending_text(RpcClient& client, const json::value& progress) {
            "\n";
   const json::value* const model = find_at(progress, "/model_id");
   if (!model || !model->is_string())
-    return "campaign " + id + " is done\nnext: truepose campaign show " + id + "\n";
+    return "campaign " + id + " is done\nnext: " + next_after(string_at(progress, "/kind"), id) + "\n";
   return "campaign " + id + " is done: " + model_text_of(client, string_at(progress, "/model_id")) +
          "\nnext: truepose report " + id + " --html report.html\n";
 }
