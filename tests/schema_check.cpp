@@ -76,8 +76,12 @@ std::vector<std::string> SchemaCheck::of(const json::value& schema, const json::
       }
     }
     if (const json::value* properties = rule("properties")) {
-      for (const auto& [name, inner] : properties->as_object()) {
-        if (const json::value* part = object->if_contains(name)) descend(inner, *part, name);
+      for (const auto& [name, part] : *object) {
+        const json::value* const inner = properties->as_object().if_contains(name);
+        if (inner) descend(*inner, part, name);
+        // Clients pass over what they do not know; the schema is to name all there is nevertheless.
+        else if (!rule("additionalProperties"))
+          fail("the schema does not name " + std::string{name});
       }
     }
   }

@@ -141,7 +141,8 @@ TEST_P(AReplayedDriver, WhoseCallsCannotBeReadIsJudgedUpToThere) {
 
 INSTANTIATE_TEST_SUITE_P(Of, AReplayedDriver,
                          testing::Values(std::pair{"eki-drop", "robot"}, std::pair{"beam-break", "tracker"},
-                                         std::pair{"tracker-restart", "tracker"}),
+                                         std::pair{"tracker-restart", "tracker"},
+                                         std::pair{"bridge-restart", "tracker"}),
                          [](const auto& of) {
                            std::string name = std::string{of.param.second} + "_" + of.param.first;
                            std::ranges::replace(name, '-', '_');
@@ -159,7 +160,7 @@ TEST(AReplayedDriverAfterADifference, BeginsAnewWithTheNextConnection) {
 }
 
 TEST(ADriverOfBefore, HasNoCallsInARecordingOfVersion1) {
-  const DriverReport report = replayed(recorded("rsi-drop", "robot"));
+  const DriverReport report = replayed(recorded("version-1", "robot"));
   EXPECT_EQ(report.calls, 0U);
   EXPECT_THAT(report.not_judged, IsEmpty());
 }

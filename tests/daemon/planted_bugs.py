@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Plants one bug after another and sees whether a test finds it: into the stream, that of random histories; into the drivers of robot
-and tracker, that of campaigns whose wires are disturbed.
+and tracker, that of campaigns whose wires are disturbed, and that which has them do again what tests/recordings say.
 
     tests/daemon/planted_bugs.py [HISTORIES]      1000 unless said otherwise; needs build/release, whole
 
@@ -60,8 +60,12 @@ BUGS = {
     ],
 }
 EKI = "drivers/kuka/eki_channel.cpp"
+ROBOT = "drivers/kuka/eki_robot.cpp"
 DEVICES = "daemon/campaign/cell_devices.cpp"
 EMSCON = "drivers/leica/emscon_connection.cpp"
+LEICA = "drivers/leica/emscon_tracker.cpp"
+LEICA_SETTINGS = "drivers/leica/emscon_settings.cpp"
+BRIDGE = "drivers/bridge/bridge_tracker.cpp"
 
 WIRE_BUGS = {
     "as they are": [],
@@ -76,6 +80,52 @@ WIRE_BUGS = {
         (DEVICES, "  const TimePoint next = clock_.now() + kAgain;", "  const TimePoint next = clock_.now() + 20 * kAgain;"),
     ],
 }
+DRIVER_BUGS = {
+    "as they are": [],
+    "a motion that is ordered again has a new number": [
+        (ROBOT, "memory_.unfinished && same_order(command, *memory_.unfinished) ? memory_.unfinished->id : next_id();", "next_id();"),
+    ],
+    "a stop is not released by whoever connects": [
+        (ROBOT, "return open(eki::ControlOp::ReleaseStop, deadline);", "return open(eki::ControlOp::AskState, deadline);"),
+    ],
+    "an open gate is ready": [
+        (ROBOT, "  if (needs_gate && !state.gate_closed) return \"safety gate open\";\n", ""),
+    ],
+    "an arm that is switched off is at rest": [
+        (ROBOT, "  if (!state.no_emergency_stop) return \"emergency stop\";\n", ""),
+    ],
+    "the search is never narrowed": [
+        (LEICA, "  if (std::get<SearchParams>(answer->body) == wanted) co_return TrackerResult<void>{};",
+         "  if (std::get<SearchParams>(answer->body).radius > 0) co_return TrackerResult<void>{};"),
+    ],
+    "a measurement that was left is not stopped": [
+        (LEICA, "  if (!measurement_unfinished_) co_return", "  if (true) co_return"),
+    ],
+    "a broken beam is waited for": [
+        (LEICA, "      if (change->event == SystemEvent::MeasurementNotReady) {", "      if (false) {"),
+    ],
+    "a point is taken whatever air it was measured in": [
+        (LEICA, "  if (auto why_not = implausible(result->point))", "  if (auto why_not = std::optional<std::string>{})"),
+    ],
+    "a tracker that was switched on is not initialised": [
+        (LEICA, "  if (!cold && !warm_up_.is_due()) co_return found;", "  co_return found;"),
+    ],
+    "what another program may have set is not looked at": [
+        (LEICA, "  const auto ensured = co_await settings_.ensure();", "  const TrackerResult<void> ensured;"),
+    ],
+    "a bridge is not asked for its status first": [
+        (BRIDGE, "  auto found = co_await status();\n  if (!found) co_return found;\n  if (found->reflector",
+         "  TrackerResult<bridge::Status> found{bridge::Status{}};\n  found->locked = true;\n  found->reflector = reflector_;\n  if (found->reflector"),
+    ],
+    "what a bridge was in the midst of is not stopped": [
+        (BRIDGE, "  if (!unfinished_) co_return", "  if (true) co_return"),
+    ],
+}
+# A test program, which of its tests, and what they are to find.
+LINKED = [
+    ("daemon_trouble_test", "*DisturbedWire*", WIRE_BUGS),
+    ("daemon_recorder_test", "*GivesEveryMisbehaviour*", DRIVER_BUGS),
+]
 OF_THE_STREAM = sorted(file.stem for file in (TREE / "daemon/realtime").glob("*.cpp"))
 OF_THE_TEST = ["stream_history", "stream_history_test", "stream_cell", "robot_program", "plant"]
 FLAGS = ["-std=c++23", "-O1", "-DNDEBUG", "-isystem", "/usr/include/eigen3", "-I.", '-DTRUEPOSE_VERSION="0"',
@@ -113,21 +163,21 @@ def compile_in(folder):
     subprocess.run(f"g++ -o {folder}/histories {linked} -Wl,--allow-multiple-definition {libraries} ", cwd=BUILD, shell=True, check=True)
 
 
-def with_sources(folder, changed):
-    """Links the test of disturbed wires with changed sources: the linker takes their functions before the library's."""
-    command = link_command("daemon_trouble_test")
+def with_sources(folder, test, changed):
+    """Links a test program with changed sources: the linker takes their functions before the library's."""
+    command = link_command(test)
     objects = []
     for source in changed:
         objects.append(folder / (source.replace("/", "_") + ".o"))
         subprocess.run(["g++", *FLAGS, f"-I{TREE}", "-c", folder / source, "-o", objects[-1]], cwd=folder, check=True)
     planted = " ".join(map(str, objects)) + " -Wl,--allow-multiple-definition "
-    command = command.replace("-o tests/daemon_trouble_test", f"-o {folder}/test").replace(" tests/daemon/CMakeFiles", f" {planted} tests/daemon/CMakeFiles", 1)
+    command = command.replace(f"-o tests/{test}", f"-o {folder}/test").replace(" tests/daemon/CMakeFiles", f" {planted} tests/daemon/CMakeFiles", 1)
     subprocess.run(command, cwd=BUILD, shell=True, check=True)
 
 
-def try_wires():
+def try_linked(test, cases, bugs):
     wrong = 0
-    for name, changes in WIRE_BUGS.items():
+    for name, changes in bugs.items():
         with tempfile.TemporaryDirectory() as place:
             folder = pathlib.Path(place)
             changed = sorted({file for file, _, _ in changes})
@@ -135,9 +185,9 @@ def try_wires():
                 (folder / file).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(TREE / file, folder / file)
             plant(folder, changes)
-            with_sources(folder, changed)
+            with_sources(folder, test, changed)
             try:
-                run = subprocess.run(["./test", "--gtest_brief=1", "--gtest_filter=*DisturbedWire*"], cwd=folder, capture_output=True,
+                run = subprocess.run(["./test", "--gtest_brief=1", f"--gtest_filter={cases}"], cwd=folder, capture_output=True,
                                      text=True, timeout=120)
                 found, how = run.returncode != 0, next((line for line in run.stdout.splitlines() if "FAILED" in line), "")
             except subprocess.TimeoutExpired:
@@ -166,7 +216,8 @@ def try_stream(histories):
 
 
 def main():
-    wrong = try_wires() + try_stream(sys.argv[1] if len(sys.argv) > 1 else "1000")
+    wrong = sum(try_linked(*linked) for linked in LINKED)
+    wrong += try_stream(sys.argv[1] if len(sys.argv) > 1 else "1000")
     sys.exit(1 if wrong else 0)
 
 

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "proto/control/json_text.hpp"
+#include "tests/integration/campaign_events.hpp"
 #include "tests/integration/live_cell.hpp"
 #include "tests/integration/sqlite_rows.hpp"
 #include "tests/report_schema.hpp"
@@ -23,39 +24,9 @@ namespace json = boost::json;
 using testing::AllOf;
 using testing::HasSubstr;
 
-json::value called(tools::RpcClient& client, const std::string& method, const json::object& params = {}) {
-  auto result = client.call(method, params);
-  if (!result) throw std::runtime_error{result.error().message};
-  return *std::move(result);
-}
-
-/// Events up to the first that fits, which is the last of them.
-template <typename Fits>
-std::vector<control::Event> events_until(tools::RpcClient& client, Fits fits) {
-  std::vector<control::Event> events;
-  do {
-    auto event = client.next_event();
-    if (!event) throw std::runtime_error{event.error().message};
-    events.push_back(*std::move(event));
-  } while (!fits(events.back()));
-  return events;
-}
-
 bool is_stored_point(const control::Event& event) {
   return event.topic == "measurement" && !event.data.at("p_mm").is_null();
 }
-
-bool is_end_of_campaign(const control::Event& event) {
-  if (event.topic != "campaign") return false;
-  const json::value& phase = event.data.at("phase");
-  return phase == "done" || phase == "failed" || phase == "aborted" || phase == "interrupted";
-}
-
-bool is_pause(const control::Event& event) {
-  return event.topic == "cell" && event.data.at("state") == "paused";
-}
-
-bool is_end_or_pause(const control::Event& event) { return is_end_of_campaign(event) || is_pause(event); }
 
 /// To the last digits that a file of points keeps.
 void expect_same_calibration(const json::value& a, const json::value& b) {
@@ -446,26 +417,9 @@ TEST(ACampaignInTroubleOfEveryKind, EndsAndEveryPoseHasItsPointOrAReason) {
                             json::object{{"kind", "tracker-restart"}, {"lasts_ms", 0}}};
   LiveCell cell{{.speedup = 20}};
   cell.start_daemon();
-  tools::RpcClient client = cell.client();
-  called(client, "events.subscribe", {{"topics", json::array{"campaign", "cell", "log"}}});
-  called(client, "campaign.start", {{"identify_poses", 12}, {"validate_poses", 4}, {"remeasure", false}});
-  std::vector<control::Event> events;
-  std::int64_t done = 0;
-  const auto is_measured = [&done](const control::Event& event) {
-    return event.topic == "campaign" && event.data.at("done").as_int64() > done;
-  };
-  while (events.empty() || !is_end_of_campaign(events.back())) {
-    const auto more =
-        events_until(client, [&](const auto& event) { return is_end_or_pause(event) || is_measured(event); });
-    events.insert(events.end(), more.begin(), more.end());
-    // Where the beam stays away the campaign waits for somebody who has looked at the cell.
-    if (is_pause(events.back())) {
-      called(client, "campaign.resume");
-    } else if (is_measured(events.back())) {  // one trouble for each pose, on however fast a machine
-      done = events.back().data.at("done").as_int64();
-      cell.steer(troubles[static_cast<std::size_t>(done) % troubles.size()]);
-    }
-  }
+  const auto events = campaign_in_trouble(
+      cell, {{"identify_poses", 12}, {"validate_poses", 4}, {"remeasure", false}},
+      [&](std::int64_t measured) { return troubles[static_cast<std::size_t>(measured) % troubles.size()]; });
   for (const char* blamed : {"tracker: ", "robot: "}) {
     const auto complaints = std::ranges::count_if(events, [&](const control::Event& event) {
       return event.topic == "log" && control::json_text(event.data.at("text")).contains(blamed);
@@ -473,6 +427,7 @@ TEST(ACampaignInTroubleOfEveryKind, EndsAndEveryPoseHasItsPointOrAReason) {
     EXPECT_GT(complaints, 0) << blamed << cell.daemon().errors();
   }
 
+  tools::RpcClient client = cell.client();
   const json::value found = called(client, "campaign.get", {{"points_limit", 100}});
   EXPECT_EQ(found.at_pointer("/campaign/state"), "done") << cell.daemon().errors();
   std::set<std::int64_t> poses;
