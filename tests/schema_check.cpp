@@ -1,7 +1,11 @@
 #include "tests/schema_check.hpp"
 
 #include <algorithm>
+#include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
+#include <map>
+
+#include "config/text_file.hpp"
 
 namespace truepose {
 namespace json = boost::json;
@@ -31,6 +35,15 @@ const json::value& named(const json::array& list, const char* key, const std::st
   return *found;
 }
 
+/// A schema beside openrpc.json.
+const json::value& beside(const std::string& name) {
+  static std::map<std::string, json::value> files;
+  const auto [file, is_new] = files.try_emplace(name);
+  if (is_new)
+    file->second = json::parse(config::read_text_file(TRUEPOSE_SOURCE_DIR "/proto/control/" + name));
+  return file->second;
+}
+
 }  // namespace
 
 std::vector<std::string> SchemaCheck::of_result(const std::string& method, const json::value& result) const {
@@ -41,19 +54,24 @@ std::vector<std::string> SchemaCheck::of_event(const std::string& topic, const j
   return of(named(document_.at("x-events").as_array(), "topic", topic).at("data"), data);
 }
 
-std::vector<std::string> SchemaCheck::of(const json::value& schema, const json::value& value,
-                                         const std::string& where) const {
+std::vector<std::string> SchemaCheck::of(const json::value& home, const json::value& schema,
+                                         const json::value& value, const std::string& where) const {
   const json::object& rules = schema.as_object();
   const auto rule = [&rules](const char* name) { return rules.if_contains(name); };
-  if (const json::value* reference = rule("$ref"))
-    return of(document_.at_pointer(reference->as_string().subview(1)), value, where);
+  if (const json::value* reference = rule("$ref")) {
+    const std::string text{reference->as_string()};
+    const std::size_t pointer = text.find('#');
+    const json::value& other = pointer == 0 ? home : beside(text.substr(0, pointer));
+    return of(other, pointer == std::string::npos ? other : other.at_pointer(text.substr(pointer + 1)), value,
+              where);
+  }
 
   std::vector<std::string> wrong;
   const auto fail = [&](const std::string& why) {
     wrong.push_back(where + ": " + why + ", found " + json::serialize(value).substr(0, 80));
   };
   const auto descend = [&](const json::value& inner, const json::value& part, const std::string& name) {
-    for (std::string& line : of(inner, part, where + "/" + name)) wrong.push_back(std::move(line));
+    for (std::string& line : of(home, inner, part, where + "/" + name)) wrong.push_back(std::move(line));
   };
 
   if (const json::value* types = rule("type"); types && !is_of_types(value, *types)) {
@@ -65,8 +83,9 @@ std::vector<std::string> SchemaCheck::of(const json::value& schema, const json::
   if (const json::value* list = rule("enum"); list && !std::ranges::count(list->as_array(), value))
     fail("expected one of " + json::serialize(*list));
   if (const json::value* choices = rule("oneOf")) {
-    const auto fits = std::ranges::count_if(
-        choices->as_array(), [&](const json::value& choice) { return of(choice, value, where).empty(); });
+    const auto fits = std::ranges::count_if(choices->as_array(), [&](const json::value& choice) {
+      return of(home, choice, value, where).empty();
+    });
     if (fits != 1) fail("expected exactly one of " + json::serialize(*choices));
   }
   if (const json::object* object = value.if_object()) {
@@ -75,13 +94,16 @@ std::vector<std::string> SchemaCheck::of(const json::value& schema, const json::
         if (!object->contains(name.as_string())) fail("expected the member " + json::serialize(name));
       }
     }
-    if (const json::value* properties = rule("properties")) {
-      for (const auto& [name, part] : *object) {
-        const json::value* const inner = properties->as_object().if_contains(name);
-        if (inner) descend(*inner, part, name);
+    const json::value *properties = rule("properties"), *others = rule("additionalProperties");
+    for (const auto& [name, part] : *object) {
+      const json::value* const inner = properties ? properties->as_object().if_contains(name) : nullptr;
+      if (inner) {
+        descend(*inner, part, name);
+      } else if (others && others->is_object()) {
+        descend(*others, part, name);
+      } else if (properties) {
         // Clients pass over what they do not know; the schema is to name all there is nevertheless.
-        else if (!rule("additionalProperties"))
-          fail("the schema does not name " + std::string{name});
+        fail("the schema does not name " + std::string{name});
       }
     }
   }

@@ -16,10 +16,15 @@ class SchemaCheck {
   std::vector<std::string> of_result(const std::string& method, const boost::json::value& result) const;
   /// What is wrong with an event's data.
   std::vector<std::string> of_event(const std::string& topic, const boost::json::value& data) const;
-  std::vector<std::string> of(const boost::json::value& schema, const boost::json::value& value,
-                              const std::string& where = "") const;
+  std::vector<std::string> of(const boost::json::value& schema, const boost::json::value& value) const {
+    return of(document_, schema, value, "");
+  }
 
  private:
+  /// @param home  the file that the schema's references without a file are to
+  std::vector<std::string> of(const boost::json::value& home, const boost::json::value& schema,
+                              const boost::json::value& value, const std::string& where) const;
+
   const boost::json::value& document_;
 };
 

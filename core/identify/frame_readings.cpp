@@ -9,29 +9,28 @@
 namespace truepose {
 namespace {
 
-constexpr double kDoubtful = 5;          // standard deviations: by chance in one of 65,000 readings
 constexpr double kTouch_mm = 0.01;       // no point is touched finer, per axis
 constexpr double kParameterStep = 1e-5;  // mm or rad, of the derivative to a parameter
 
-/// Derivative of so many points' coordinates to the steps that are uncertain.
-Eigen::MatrixXd derivative_of_points(const EquationsOf& equations_of, const Eigen::MatrixXd& covariance,
-                                     Eigen::Index points) {
-  const Eigen::Index steps = covariance.cols();
-  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(3 * points, steps);
-  for (Eigen::Index k = 0; k < steps; ++k) {
-    if (!(covariance(k, k) > 0)) continue;
-    const auto at = [&](double step) {
-      return solve_points(equations_of(step * Eigen::VectorXd::Unit(steps, k))).head(3 * points).eval();
-    };
-    D.col(k) = (at(kParameterStep) - at(-kParameterStep)) / (2 * kParameterStep);
-  }
-  return D;
-}
-
 }  // namespace
+
+double BaseShift::unseen_mm() const { return kDoubtful * std::sqrt(eigenvalues(covariance).maxCoeff()); }
+bool BaseShift::is_real() const { return p_B_mm.dot(covariance.inverse() * p_B_mm) > kDoubtful * kDoubtful; }
 
 double MeasuredFrame::sigma_mm() const { return std::sqrt(covariance.topLeftCorner<3, 3>().trace()); }
 double MeasuredFrame::sigma_rad() const { return std::sqrt(covariance.bottomRightCorner<3, 3>().trace()); }
+
+Eigen::MatrixXd derivative_to_steps(const EquationsOf& equations_of, const Eigen::MatrixXd& covariance) {
+  const Eigen::Index steps = covariance.cols();
+  const auto at = [&](const Eigen::VectorXd& step) { return solve_points(equations_of(step)); };
+  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(at(Eigen::VectorXd::Zero(steps)).size(), steps);
+  for (Eigen::Index k = 0; k < steps; ++k) {
+    if (!(covariance(k, k) > 0)) continue;
+    const Eigen::VectorXd step = kParameterStep * Eigen::VectorXd::Unit(steps, k);
+    D.col(k) = (at(step) - at(-step)) / (2 * kParameterStep);
+  }
+  return D;
+}
 
 std::expected<MeasuredFrame, std::string> measured_frame(const FrameReadings& data,
                                                          const EquationsOf& equations_of,
@@ -47,7 +46,7 @@ std::expected<MeasuredFrame, std::string> measured_frame(const FrameReadings& da
   MeasuredFrame result{.X = frame->X, .is_orientation_known = frame->is_orientation_known};
   const Eigen::MatrixXd to_frame = frame->by_points;
   result.by_readings = congruence(to_frame, fit.covariance.topLeftCorner(3 * points, 3 * points));
-  result.by_parameters = times(to_frame, derivative_of_points(equations_of, covariance, points));
+  result.by_parameters = times(to_frame, derivative_to_steps(equations_of, covariance).topRows(3 * points));
   result.covariance = result.by_readings + congruence(result.by_parameters, covariance);
   result.error_mm = fit.error_mm;
   result.misfit_mm = frame->misfit_mm;

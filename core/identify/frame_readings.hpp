@@ -21,6 +21,9 @@ struct FrameReading {
   int row = 0;                             ///< of the file it came from, 1 = first; 0 = no file
 };
 
+/// From so many standard deviations on it is not chance: 65,000 readings have one of a sound one.
+inline constexpr double kDoubtful = 5;
+
 struct FrameReadings {
   std::vector<FramePoint> points;
   std::vector<FrameReading> readings;
@@ -31,6 +34,18 @@ struct MeasuringCell {
   CalibratedCell cell;
   Eigen::MatrixXd covariance;  ///< of its parameters, order of ParameterLayout; empty: not known
   MeasurementNoise noise;      ///< of a reading about what the cell predicts
+};
+
+/// How far the arm's base, or the tracker, stands from where the model has it, as the readings of a tool have
+/// it.
+struct BaseShift {
+  Eigen::Vector3d p_B_mm{0, 0, 0};
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  ///< by readings and model together
+
+  /// How large it may be without showing.
+  double unseen_mm() const;
+  /// That it is more than chance.
+  bool is_real() const;
 };
 
 /// A frame that was measured, tool or base.
@@ -45,7 +60,10 @@ struct MeasuredFrame {
   std::vector<double> misfit_mm;  ///< of each point, where their coordinates are known
   /// How the readings scatter, in multiples of their noise; none where no reading is spare.
   std::optional<double> sigma0;
+  std::optional<BaseShift> shift;  ///< of a tool; none where the readings do not tell
 
+  /// That neither a reading nor all of them speak against using it.
+  bool is_sound() const { return doubtful.empty() && !(shift && shift->is_real()); }
   /// Standard deviation of its origin (length of the vector, mm), and of its turn (rad).
   double sigma_mm() const;
   double sigma_rad() const;
@@ -62,6 +80,9 @@ std::expected<MeasuredFrame, std::string> measured_frame(const FrameReadings& da
                                                          const EquationsOf& equations_of,
                                                          const Eigen::MatrixXd& covariance,
                                                          const std::optional<Eigen::Matrix3d>& R_else = {});
+
+/// Derivative of all that the equations tell to the steps that are uncertain.
+Eigen::MatrixXd derivative_to_steps(const EquationsOf& equations_of, const Eigen::MatrixXd& covariance);
 
 /// Covariance (mm^2, robot base frame) of a reading by its noise.
 Eigen::Matrix3d covariance_in_base(const FrameReading& reading, const MeasuringCell& by);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/formatted.hpp"
 #include "core/identify/diagnosis.hpp"
 #include "core/identify/failure_pattern.hpp"
 #include "core/identify/reflector_labels.hpp"
@@ -105,18 +106,30 @@ Suspicion suspicion_of(const std::vector<Hypothesis>& explaining, const RobotMod
   return suspicion;
 }
 
-/// With the errors that base and reflectors alone leave, or where these hardly fall those of the links fitted
-/// too; nothing where neither falls.
+/// With the errors that base and reflectors alone leave, where they are more than an arm's that merely
+/// deviates; where these hardly fall those of the links fitted too, or else with how many points fit nowhere,
+/// which the middle one does not show; nothing where none falls.
 std::optional<Suspicion> told(const std::vector<Hypothesis>& explaining, const Diagnosis& diagnosis,
                               const RobotModel& nominal, const MeasurementData& data) {
   if (explaining.empty()) return std::nullopt;
   const Explanation& given = diagnosis.as_given().explanation;
   const Explanation& mended = explaining.front().explanation;
-  const bool shows = mended.coarse_mm < given.coarse_mm / kBetter;
+  const bool shows = given.coarse_mm > kDeviates_mm && mended.coarse_mm < given.coarse_mm / kBetter;
   const bool hides = mended.error_mm() < given.error_mm() / kBetterIdentified &&
                      mended.error_mm() < given.error_mm() - kShows_mm;
-  if (!shows && !hides) return std::nullopt;
+  // An arm that is badly built may be bent to fit more points, too; rows are not.
+  const bool fits_more = std::ranges::any_of(explaining.front().mistakes, &Mistake::needs_all_rows) &&
+                         given.share_missed() > kGrossErrors &&
+                         mended.share_missed() < given.share_missed() / kBetter;
+  if (!shows && !hides && !fits_more) return std::nullopt;
   Suspicion suspicion = suspicion_of(explaining, nominal, data);
+  if (!shows && !hides) {
+    suspicion.error_mm = given.error_mm();
+    suspicion.mended_mm = mended.error_mm();
+    suspicion.sentence += formatted(" %.0f %% of the points fit nowhere in place of %.0f %%",
+                                    100 * mended.share_missed(), 100 * given.share_missed());
+    return suspicion;
+  }
   suspicion.mended_mm = shows ? mended.coarse_mm : mended.error_mm();
   return told(std::move(suspicion), shows ? given.coarse_mm : given.error_mm(),
               shows ? "coarse" : "identified arm's");

@@ -40,6 +40,32 @@ std::vector<PointEquation> tool_equations(const FrameReadings& data, const Measu
   return result;
 }
 
+/// Where the readings show that base or tracker moved since the model was made: the flange turns a TCP along,
+/// and such a shift it does not.
+std::optional<BaseShift> shift_of_base(const FrameReadings& data, const EquationsOf& equations_of,
+                                       const MeasuringCell& by) {
+  constexpr double kLeastTilt_rad = 1 * kRadPerDeg;
+  std::vector<Eigen::Matrix3d> turns;
+  for (const FrameReading& reading : data.readings)
+    turns.push_back(forward_kinematics(by.cell.robot, reading.q).linear());
+  const bool spare = data.readings.size() > data.points.size() + 1;
+  if (!spare || orientation_spread(turns).tilt_rad < kLeastTilt_rad) return std::nullopt;
+
+  const auto with_shift = [&](const Eigen::VectorXd& step) {
+    std::vector<PointEquation> equations = equations_of(step);
+    for (PointEquation& equation : equations) {
+      equation.A.conservativeResize(Eigen::NoChange, equation.A.cols() + 3);
+      equation.A.rightCols<3>() = -Eigen::Matrix3d::Identity();
+    }
+    return equations;
+  };
+  const PointFit fit = fit_points(with_shift(Eigen::VectorXd::Zero(by.covariance.cols())));
+  if (std::ranges::max(fit.sigmas) > kDoubtful) return std::nullopt;
+  const Eigen::MatrixXd by_parameters = derivative_to_steps(with_shift, by.covariance).bottomRows<3>();
+  return BaseShift{fit.u.tail<3>(),
+                   fit.covariance.bottomRightCorner<3, 3>() + congruence(by_parameters, by.covariance)};
+}
+
 /// Why the orientations in which the TCP touched the point do not tell it.
 std::string too_alike(const FrameReadings& data, const RobotModel& robot) {
   constexpr int kFewest = 4;
@@ -70,7 +96,11 @@ std::expected<MeasuredFrame, std::string> tool_frame(const FrameReadings& data, 
   const auto equations_of = [&](const Eigen::VectorXd& step) {
     return tool_equations(data, by, step.size() > 0 ? moved(by.cell, step) : by.cell);
   };
-  return measured_frame(data, equations_of, by.covariance, R_else);
+  auto frame = measured_frame(data, equations_of, by.covariance, R_else);
+  if (frame && !is_touched(data)) frame->shift = shift_of_base(data, equations_of, by);
+  // With it no reading contradicts the others.
+  if (frame && frame->shift && frame->shift->is_real()) frame->doubtful.clear();
+  return frame;
 }
 
 RobotModel with_tool(RobotModel calibrated, const Eigen::Isometry3d& X_FT, const Eigen::Isometry3d& X_told) {

@@ -217,29 +217,30 @@ json::object drift_document_of(const DriftResult& drift, std::span<const Measure
 }
 
 /// With the file of the tool, where nothing speaks against using it.
-json::object tool_document_of(const ToolResult& tool, const RobotModel& robot) {
+record::FrameDocument tool_document_of(const ToolResult& tool, const RobotModel& robot) {
   const Eigen::Isometry3d X_told = config::as_told(tool.frame.X);
   record::FrameDocument document = record::frame_document_of(record::FrameKind::Tool, tool.order.number,
                                                              tool.data, tool.frame, X_told, tool.order.by);
-  if (document.doubtful.empty())
+  if (tool.frame.is_sound())
     document.yaml = config::tool_yaml({tool.order.number, robot.name, X_told, tool.data});
-  return record::frame_document(document);
+  return document;
 }
 
-json::object base_document_of(const BaseResult& base, const RobotModel& robot) {
+record::FrameDocument base_document_of(const BaseResult& base, const RobotModel& robot) {
   const Eigen::Isometry3d X_told = config::as_told(base.frame.X);
   record::FrameDocument document = record::frame_document_of(record::FrameKind::Base, base.order.number,
                                                              base.data, base.frame, X_told, base.order.by);
-  if (document.doubtful.empty())
+  if (base.frame.is_sound())
     document.yaml = config::base_yaml({base.order.number, robot.name, base.order.model_made, X_told});
-  return record::frame_document(document);
+  return document;
 }
 
-/// Whether readings contradict each other, so that the frame cannot be used.
-bool is_doubtful(const CampaignFindings& findings) {
-  if (const auto* tool = std::get_if<ToolResult>(&findings)) return !tool->frame.doubtful.empty();
-  if (const auto* base = std::get_if<BaseResult>(&findings)) return !base->frame.doubtful.empty();
-  return false;
+/// Of a campaign that measured a tool or a base.
+std::optional<record::FrameDocument> frame_document_of(const CampaignFindings& findings,
+                                                       const RobotModel& robot) {
+  if (const auto* tool = std::get_if<ToolResult>(&findings)) return tool_document_of(*tool, robot);
+  if (const auto* base = std::get_if<BaseResult>(&findings)) return base_document_of(*base, robot);
+  return std::nullopt;
 }
 
 std::string document_of(const CampaignResult& result, const CampaignRecord& record,
@@ -252,10 +253,8 @@ std::string document_of(const CampaignResult& result, const CampaignRecord& reco
     return control::json_text(targets_document(*targets, config.robot.model));
   if (const auto* test = std::get_if<Iso9283Test>(&result.findings))
     return control::json_text(iso9283_document_of(*test));
-  if (const auto* tool = std::get_if<ToolResult>(&result.findings))
-    return control::json_text(tool_document_of(*tool, config.robot.model));
-  if (const auto* base = std::get_if<BaseResult>(&result.findings))
-    return control::json_text(base_document_of(*base, config.robot.model));
+  if (const auto frame = frame_document_of(result.findings, config.robot.model))
+    return control::json_text(record::frame_document(*frame));
   return control::json_text(calibration_document_of(result, record, of));
 }
 
@@ -380,9 +379,11 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
   const bool sound = calibrated ? !calibrated->verdict.failed() : updated;
   const bool activate = sound && options_.activate;
   if (calibrated && options_.activate && !activate) record_.reason = why_not_activated(calibrated->verdict);
-  if (result && is_doubtful(result->findings))
-    record_.reason =
-        "the frame cannot be used: readings contradict each other; see what slipped and measure again";
+  if (const auto frame =
+          result ? frame_document_of(result->findings, options_.config.robot.model) : std::nullopt) {
+    const std::string why = record::why_not_usable(*frame);
+    if (!why.empty()) record_.reason = "the frame cannot be used: " + why;
+  }
   if (calibrated || updated) record_.model_id = options_.model_id;
   // There, because making the document takes longer than the event loop may be held.
   auto document = [record = record_, result, this] {

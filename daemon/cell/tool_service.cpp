@@ -36,7 +36,7 @@ std::expected<ToolService::InUse, std::string> ToolService::usable(const ToolInU
   if (!document) return std::unexpected("its document: " + document.error());
   const auto frame = record::read_frame_document(*document);
   if (!frame) return std::unexpected("its document: " + frame.error());
-  if (frame->yaml.empty()) return std::unexpected(record::why_doubtful(*frame));
+  if (frame->yaml.empty()) return std::unexpected(record::why_not_usable(*frame));
   try {
     return InUse{stored.campaign_id, stored.measured,
                  config::parse_tool(frame->yaml, "its tool", parts_.config.robot.model)};

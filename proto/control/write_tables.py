@@ -22,13 +22,14 @@ def bounds(schema):
 
 
 def link(name):
-    return f"[{name}](#{name.lower()})"
+    return f"[{name}](#{name.lower().replace('.', '')})"
 
 
 def kind(schema):
     """A schema's type in a few words."""
     if "$ref" in schema:
-        return link(schema["$ref"].rsplit("/", 1)[1])
+        place, name = schema["$ref"].rsplit("/", 1)
+        return link(name if place == "#/components/schemas" else f"CalibrationDocument.{name}")
     if "oneOf" in schema:
         return " or ".join(kind(one) for one in schema["oneOf"])
     if "const" in schema:
@@ -105,8 +106,12 @@ def event(one):
 
 
 def schema_section(name, schema):
+    """Of one that is a file of its own also what that defines."""
+    if "$ref" in schema:
+        schema = json.loads((HERE / schema["$ref"]).read_text())
     text = f"### {name}\n" + described(schema.get("description"))
-    return text + "\n" + (members_table(schema) if "properties" in schema else kind(schema) + "\n")
+    text += "\n" + (members_table(schema) if "properties" in schema else kind(schema) + "\n")
+    return text + "".join("\n#" + schema_section(f"{name}.{part}", one) for part, one in schema.get("$defs", {}).items())
 
 
 def sections(document):

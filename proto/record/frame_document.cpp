@@ -1,5 +1,6 @@
 #include "proto/record/frame_document.hpp"
 
+#include <algorithm>
 #include <vector>
 
 #include "core/arm/forward.hpp"
@@ -22,6 +23,11 @@ void layout(auto& io, Is<FrameDocument::Point> auto& x) {
   io.optional("p", x.p_mm, kPoint);
   io.optional("misfit_mm", x.misfit_mm, kNotNegative);
 }
+void layout(auto& io, Is<FrameDocument::Shift> auto& x) {
+  io("p", x.p_mm, kPoint);
+  io("sigma_mm", x.sigma_mm);
+  io("is_real", x.is_real);
+}
 void layout(auto& io, Is<FrameDocument> auto& x) {
   io("kind", x.kind, kFrameKinds);
   io("number", x.number, kNumber);
@@ -32,6 +38,7 @@ void layout(auto& io, Is<FrameDocument> auto& x) {
   io("readings", x.readings);
   io("points", x.points);
   io("doubtful", x.doubtful);
+  io.optional("base_shift", x.base_shift);
   io("notes", x.notes);
   io("krl", x.krl);
   io.optional("yaml", x.yaml);
@@ -51,6 +58,30 @@ std::string told_by_orientations(const FrameReadings& data, const RobotModel& ro
       "The orientations tilt the flange's direction (%.2f %.2f %.2f) by %.1f deg only: what arm and base err along "
       "it stays in the TCP. Tilt the tool by 30 deg or more to several sides.",
       spread.stiff_F.x(), spread.stiff_F.y(), spread.stiff_F.z(), spread.tilt_rad * kDegPerRad);
+}
+
+/// Whether the readings would show that base or tracker have moved since the model was made; empty where they
+/// would.
+std::string told_by_shift(const std::optional<BaseShift>& shift) {
+  constexpr double kLittle_mm = 0.5;
+  if (!shift)
+    return "The readings do not tell whether base or tracker have moved since the model was made: check the drift "
+           "before the reflector is moved.";
+  if (shift->unseen_mm() < kLittle_mm) return {};
+  return formatted(
+      "Base or tracker may have moved by %.1f mm since the model was made without a trace in the readings: check the "
+      "drift before the reflector is moved.",
+      shift->unseen_mm());
+}
+
+/// That the arm is not what its model has it to be; empty where it may be.
+std::string told_by_scatter(const std::optional<double>& sigma0) {
+  constexpr double kFar = 5;
+  if (!sigma0 || *sigma0 < kFar) return {};
+  return formatted(
+      "The readings scatter %.0f times as far as their noise, so that the arm is not what its model has it to be: check "
+      "the drift, or calibrate it with reflectors at several places of the flange.",
+      *sigma0);
 }
 
 }  // namespace
@@ -75,6 +106,9 @@ FrameDocument frame_document_of(FrameKind kind, int number, const FrameReadings&
     if (!frame.misfit_mm.empty()) document.points.back().misfit_mm = frame.misfit_mm[i];
   }
   for (const std::size_t i : frame.doubtful) document.doubtful.push_back(data.readings[i].row);
+  if (frame.shift)
+    document.base_shift = {frame.shift->p_B_mm, frame.shift->covariance.diagonal().cwiseSqrt(),
+                           frame.shift->is_real()};
   if (by.covariance.size() == 0)
     document.notes.push_back(
         "The model tells no covariance, so that sigma is of the readings alone; calibrate again to have it.");
@@ -83,6 +117,11 @@ FrameDocument frame_document_of(FrameKind kind, int number, const FrameReadings&
   if (kind == FrameKind::Tool)
     if (const std::string note = told_by_orientations(data, by.cell.robot); !note.empty())
       document.notes.push_back(note);
+  if (const std::string note = told_by_scatter(frame.sigma0); !note.empty()) document.notes.push_back(note);
+  const bool seen = std::ranges::any_of(
+      data.readings, [](const FrameReading& reading) { return reading.p_WS_mm.has_value(); });
+  if (kind == FrameKind::Tool && seen)
+    if (const std::string note = told_by_shift(frame.shift); !note.empty()) document.notes.push_back(note);
   return document;
 }
 
@@ -96,7 +135,13 @@ std::string tool_statement(int number, const Eigen::Isometry3d& X_told) {
   return krl::frame_statement("TOOL_DATA", number, X_told);
 }
 
-std::string why_doubtful(const FrameDocument& document) {
+std::string why_not_usable(const FrameDocument& document) {
+  const auto& shift = document.base_shift;
+  if (shift && shift->is_real)
+    return formatted(
+        "the robot's base or the tracker stands %.2f mm from where the model has it (standard deviation %.2f mm): check "
+        "the drift, make a model of today, then measure the tool again",
+        shift->p_mm.norm(), shift->sigma_mm.norm());
   if (document.doubtful.empty()) return {};
   std::string rows;
   for (const int row : document.doubtful) rows += (rows.empty() ? "row " : ", ") + std::to_string(row);

@@ -33,6 +33,12 @@ struct FrameDocument {
     std::optional<double> misfit_mm;      ///< from where those have it
   };
 
+  struct Shift {
+    Eigen::Vector3d p_mm;  ///< robot base frame
+    Eigen::Vector3d sigma_mm;
+    bool is_real;  ///< more than chance: the frame is not to be used
+  };
+
   FrameKind kind = FrameKind::Tool;
   int number = 1;                                       ///< of TOOL_DATA or BASE_DATA
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();  ///< in the digits that the controller is told
@@ -42,6 +48,8 @@ struct FrameDocument {
   std::vector<Reading> readings;
   std::vector<Point> points;
   std::vector<int> doubtful;  ///< rows that the others contradict; with one the frame is not to be used
+  /// Of a tool: how far base or tracker stand from where the model has them; none: the readings do not tell.
+  std::optional<Shift> base_shift;
   std::vector<std::string> notes;
   std::string krl;   ///< statement for the controller
   std::string yaml;  ///< its file, of a frame that a campaign has measured; else empty
@@ -61,7 +69,8 @@ std::expected<FrameDocument, std::string> read_frame_document(const boost::json:
 /// What the controller is told of a tool.
 std::string tool_statement(int number, const Eigen::Isometry3d& X_told);
 
-/// Why the frame is not to be used: rows that the others contradict. Empty where there are none.
-std::string why_doubtful(const FrameDocument& document);
+/// Why the frame is not to be used: rows that the others contradict, or a model that they do. Empty where it
+/// is.
+std::string why_not_usable(const FrameDocument& document);
 
 }  // namespace truepose::record

@@ -149,7 +149,7 @@ TEST(ToolFrame, ReadByTheTrackerInTenOrientationsPutsTheTcpWhereItIsWanted) {
     CalibratedArm arm(static_cast<std::uint64_t>(seed));
     const auto tool = tool_frame(seen_by_tracker(arm, 10), arm.by());
     ASSERT_TRUE(tool) << tool.error() << " seed " << seed;
-    EXPECT_TRUE(tool->doubtful.empty()) << "seed " << seed;
+    EXPECT_TRUE(tool->is_sound()) << "seed " << seed;
     const auto errors = arm.compensated(tool->X);
     means.push_back(mean(errors.mm));
     turns.push_back(mean(errors.deg));
@@ -228,8 +228,52 @@ TEST(ToolFrame, AReadingThatSlippedIsNamed) {
     const auto tool = tool_frame(data, arm.by());
     ASSERT_TRUE(tool) << "seed " << seed;
     named += tool->doubtful == std::vector<std::size_t>{7};
+    EXPECT_FALSE(tool->shift && tool->shift->is_real()) << "seed " << seed;
   }
   EXPECT_GE(named, 0.95 * seeds) << "of seeds 0.." << seeds - 1;
+}
+
+/// One reflector at the TCP, seen in ten orientations as far apart as a tracker may allow.
+FrameReadings seen_from_one_side(CalibratedArm& arm) {
+  FrameReadings data{.points = {{kOrigin, {}}}};
+  for (int i = 0; i < 10; ++i) {
+    const JointVector q = arm.about(25);
+    data.readings.push_back({.q = q, .p_WS_mm = arm.seen(q, arm.of_tool({0, 0, 0}))});
+  }
+  return data;
+}
+
+// A TCP without it would be as far off.
+TEST(ToolFrame, ATrackerThatMovedSinceTheModelWasMadeIsTold) {
+  const int seeds = trials(1000);
+  int told = 0, false_alarms = 0;
+  double square = 0, unseen_mm = 0;
+  for (int seed = 0; seed < seeds; ++seed) {
+    CalibratedArm arm(static_cast<std::uint64_t>(seed));
+    FrameReadings data = seen_from_one_side(arm);
+    const auto sound = tool_frame(data, arm.by());
+    ASSERT_TRUE(sound && sound->shift) << "seed " << seed;
+    false_alarms += sound->shift->is_real();
+    const Eigen::Matrix3d information = sound->shift->covariance.inverse();
+    square += sound->shift->p_B_mm.dot(information * sound->shift->p_B_mm) / 3;
+    unseen_mm += sound->shift->unseen_mm() / seeds;
+
+    // Along the beam, where it hides best, and the flange's direction is turned least.
+    const Eigen::Vector3d beam = data.readings[0].p_WS_mm->normalized();
+    for (FrameReading& reading : data.readings) *reading.p_WS_mm += 0.5 * beam;
+    const auto moved = tool_frame(data, arm.by());
+    ASSERT_TRUE(moved && moved->shift) << "seed " << seed;
+    told += moved->shift->is_real() && !moved->is_sound();
+    const Eigen::Vector3d moved_by = -0.5 * (arm.by().cell.base.isometry().linear().transpose() * beam);
+    const Eigen::Vector3d error = moved->shift->p_B_mm - sound->shift->p_B_mm - moved_by;
+    EXPECT_LT(error.norm(), 0.05) << "seed " << seed;
+  }
+  std::printf(
+      "seeds 0..%d: 0.5 mm told in %d, unseen up to %.2f mm; nothing moved: told in %d, square over variance %.3f\n",
+      seeds - 1, told, unseen_mm, false_alarms, square / seeds);
+  EXPECT_EQ(false_alarms, 0);
+  EXPECT_GE(told, 0.99 * seeds);
+  EXPECT_NEAR(square / seeds, 1, widened(0.12, 0.2));
 }
 
 TEST(ToolFrame, AnglesAreRightWhereKukasBIsNinety) {

@@ -78,7 +78,8 @@ TEST_F(ToolCampaignTest, FindsTheTcpInTenPosesAlthoughNobodyKnowsWhereItIs) {
   EXPECT_LT((tool.frame.X.translation() - X_FT.translation()).norm(), 4 * tool.frame.sigma_mm());
   EXPECT_LT(tool.frame.sigma_mm(), 0.03);
   EXPECT_FALSE(tool.frame.is_orientation_known);
-  EXPECT_THAT(tool.frame.doubtful, IsEmpty());
+  EXPECT_TRUE(tool.frame.is_sound());
+  EXPECT_LT(tool.frame.shift.value().unseen_mm(), 0.5);
   EXPECT_EQ(campaign->progress().left(), 0);
   EXPECT_LT(*observer.last.error_mm, 0.2) << "the first reading already tells where to look";
 }
@@ -144,6 +145,16 @@ TEST_F(ToolCampaignTest, NamesAReadingThatTheOthersContradict) {
     if (n == 5) cell->put_reflector(truth.truth.p_FS_mm);
   };
   EXPECT_THAT(measured().frame.doubtful, ElementsAre(4U));
+}
+
+TEST_F(ToolCampaignTest, FindsThatTheTrackerMovedSinceTheModelWasMade) {
+  const Eigen::Vector3d beam = truth.truth.X_WB.translation().normalized();
+  order.by.cell.base = BasePose::of(Eigen::Translation3d(0.5 * beam) * truth.truth.X_WB);
+  const MeasuredFrame& frame = measured().frame;
+  ASSERT_TRUE(frame.shift);
+  EXPECT_TRUE(frame.shift->is_real());
+  EXPECT_NEAR(frame.shift->p_B_mm.norm(), 0.5, 0.15);
+  EXPECT_FALSE(frame.is_sound());
 }
 
 TEST_F(ToolCampaignTest, RefusesOrientationsThatAreAllAlike) {

@@ -2,6 +2,7 @@
 #include "daemon/cell/tool_service.hpp"
 
 #include <boost/json/parse.hpp>
+#include <boost/json/serialize.hpp>
 #include <boost/json/value_to.hpp>
 
 #include "config/frame_file.hpp"
@@ -170,6 +171,26 @@ TEST_F(ToolServiceTest, AToolWhoseReadingsContradictEachOtherCannotBeUsed) {
   EXPECT_FALSE(found.at("frame").as_object().contains("yaml"));
   EXPECT_THAT(refused("tool.activate", {{"id", found.at_pointer("/campaign/id")}}),
               HasSubstr("more than five standard deviations"));
+}
+
+TEST_F(ToolServiceTest, AToolWhoseReadingsShowThatTheTrackerMovedCannotBeUsed) {
+  mock.put_reflector(kTcp_mm);
+  mock.bump_tracker({4, 3, 0});  // the model is a millimetre off
+  play([&]() -> Wait {
+    json::object params;
+    params["kind"] = "tool";
+    params["number"] = 3;
+    co_await ask("campaign.start", params);
+    co_await campaign_ended();
+  });
+  const json::value found = *call("campaign.get");
+  EXPECT_EQ(found.at_pointer("/frame/base_shift/is_real"), true) << found.at("frame");
+  EXPECT_FALSE(found.at("frame").as_object().contains("yaml"));
+  EXPECT_THAT(json::serialize(found.at_pointer("/frame/notes")), HasSubstr("times as far as their noise"));
+  EXPECT_THAT(std::string{found.at_pointer("/campaign/reason").as_string()},
+              HasSubstr("the frame cannot be used: the robot's base or the tracker stands "));
+  EXPECT_THAT(refused("tool.activate", {{"id", found.at_pointer("/campaign/id")}}),
+              HasSubstr("from where the model has it"));
 }
 
 }  // namespace

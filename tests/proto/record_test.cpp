@@ -121,9 +121,11 @@ inline constexpr int kMembers<DriftDocument::Cause> = 9;
 template <>
 inline constexpr int kMembers<ModelUpdate> = 8;
 template <>
-inline constexpr int kMembers<FrameDocument> = 12;
+inline constexpr int kMembers<FrameDocument> = 13;
 template <>
 inline constexpr int kMembers<FrameDocument::Reading> = 3;
+template <>
+inline constexpr int kMembers<FrameDocument::Shift> = 3;
 template <>
 inline constexpr int kMembers<FrameDocument::Point> = 3;
 template <>

@@ -182,6 +182,11 @@ TEST(FrameSection, IsASectionOfACalibrationsPage) {
   EXPECT_THAT(html, Not(HasSubstr("Not to be used")));
   tool["doubtful"] = json::array{2};
   EXPECT_THAT(render_html(sample_document(5, true), {.frame = &tool}), HasSubstr("Not to be used: row 2"));
+  tool["doubtful"] = json::array{};
+  tool["base_shift"] =
+      json::parse(R"({"p": {"x": 0, "y": 0.3, "z": 0.4}, "sigma_mm": [0.03, 0, 0.04], "is_real": true})");
+  EXPECT_THAT(render_html(sample_document(5, true), {.frame = &tool}),
+              HasSubstr("tracker stands 0.50 mm from where the model has it (standard deviation 0.05 mm)"));
   tool.erase("krl");
   EXPECT_THROW(render_html(sample_document(5, true), {.frame = &tool}), std::invalid_argument);
 }

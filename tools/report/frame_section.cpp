@@ -45,7 +45,7 @@ std::string frame_section(const boost::json::object& json) {
   std::string html =
       fmt::format("<p>{} readings of {} points. Sigma is by the readings and by the model.</p>\n",
                   read->readings.size(), read->points.size());
-  if (const std::string why = record::why_doubtful(*read); !why.empty())
+  if (const std::string why = record::why_not_usable(*read); !why.empty())
     html += fmt::format("<p class=\"caution\">Not to be used: {}.</p>\n", xml::escaped(why));
   for (const std::string& sentence : read->notes) html += note(xml::escaped(sentence));
   html += frame_table(*read) + fmt::format("<p><code>{}</code></p>\n", xml::escaped(read->krl)) +

@@ -28,14 +28,14 @@ struct FrameCommand {
   bool as_json = false;
 };
 
-/// Tells it; the rows that the others contradict end the command before anything is written.
+/// Tells it; one that is not to be used ends the command before anything is written.
 void tell(const FrameDocument& told, const FrameCommand& command) {
   if (command.as_json) {
     std::cout << record::frame_document(told) << '\n';
   } else {
     std::cout << frame_text(told);
   }
-  if (const std::string why = record::why_doubtful(told); !why.empty())
+  if (const std::string why = record::why_not_usable(told); !why.empty())
     throw CommandError{kFailed, command.data_file + ": " + why};
 }
 
