@@ -117,10 +117,12 @@ std::optional<Suspicion> told(const std::vector<Hypothesis>& explaining, const D
   const bool shows = given.coarse_mm > kDeviates_mm && mended.coarse_mm < given.coarse_mm / kBetter;
   const bool hides = mended.error_mm() < given.error_mm() / kBetterIdentified &&
                      mended.error_mm() < given.error_mm() - kShows_mm;
-  // An arm that is badly built may be bent to fit more points, too; rows are not.
-  const bool fits_more = std::ranges::any_of(explaining.front().mistakes, &Mistake::needs_all_rows) &&
-                         given.share_missed() > kGrossErrors &&
-                         mended.share_missed() < given.share_missed() / kBetter;
+  // Of a row that is missing alone: a badly built arm may be bent to fit more points, and rows in any order
+  // fit most.
+  const Hypothesis& first = explaining.front();
+  const bool is_gap = first.mistakes.size() == 1 && first.mended.from_row > 0;
+  const bool fits_more =
+      is_gap && given.share_missed() > kGrossErrors && mended.share_missed() < given.share_missed() / kBetter;
   if (!shows && !hides && !fits_more) return std::nullopt;
   Suspicion suspicion = suspicion_of(explaining, nominal, data);
   if (!shows && !hides) {
