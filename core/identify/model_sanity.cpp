@@ -7,8 +7,10 @@
 #include "core/formatted.hpp"
 #include "core/identify/diagnosis.hpp"
 #include "core/identify/failure_pattern.hpp"
+#include "core/identify/measurement_model.hpp"
 #include "core/identify/reflector_labels.hpp"
 #include "core/identify/row_order.hpp"
+#include "core/math/angles.hpp"
 #include "core/math/statistics.hpp"
 
 namespace truepose {
@@ -196,6 +198,16 @@ bool merely_deviates(const Explanation& as_given, double gross_errors) {
          as_given.error_mm() < kExplained * as_given.coarse_mm;
 }
 
+/// Whether the arm holds its flange's orientation all along, by which little of it can be told: what the best
+/// fits of two arms leave then differs by chance.
+bool holds_its_flange(const RobotModel& robot, const Points& points) {
+  constexpr double kHeld_rad = 0.1 * kRadPerDeg;
+  const std::vector<Eigen::Isometry3d> flange = flange_poses(robot, points);
+  return std::ranges::all_of(flange, [&](const Eigen::Isometry3d& X_BF) {
+    return angle_between(flange.front().linear(), X_BF.linear()) < kHeld_rad;
+  });
+}
+
 /// Farther the flange is not from the base, whatever the revolute joints do.
 double reach_mm(const RobotModel& robot) {
   double reach_mm = robot.X_flange.translation().norm();
@@ -262,7 +274,10 @@ std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementDat
   if (off) {
     if (auto gross = gross_mistake(diagnosis, nominal, data)) return gross;
   }
-  if (auto hidden = hidden_mistake(nominal, data)) return hidden;
+  const bool held = holds_its_flange(nominal, data.points);
+  if (!held || given.coarse_mm > kDeviates_mm) {
+    if (auto hidden = hidden_mistake(nominal, data)) return hidden;
+  }
   if (given.coarse_mm <= kCannotBe_mm || merely_deviates(given, kManyGrossErrors)) return std::nullopt;
   return unexplained(nominal, diagnosis.as_given());
 }
