@@ -9,6 +9,7 @@
 
 #include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"
+#include "tests/core/example_paths.hpp"
 #include "tests/core/real_arm.hpp"
 #include "tests/sanitized.hpp"
 
@@ -235,6 +236,27 @@ TEST(ModelSanity, SaysBeforeWhichRowAPointIsMissing) {
       "a point is missing before row 25: with the points moved from there on the coarse error falls"))
       << sentence(suspicion);
   EXPECT_EQ(suspicion->mended_points.size(), 58);
+}
+
+// The middle miss of all points does not show it.
+TEST(ModelSanity, NamesAPointThatIsMissingInTheLastQuarter) {
+  Random random{62};
+  for (const RobotModel& nominal : {example::kr210(), example::scara(), example::ur10()}) {
+    MeasurementData data = readings(example::deviating(nominal, random, 0.5, 1e-3), 40, random);
+    for (std::size_t i = 31; i + 1 < data.points.size(); ++i)
+      data.points[i].p_WS_mm = data.points[i + 1].p_WS_mm;
+    data.points.pop_back();
+    EXPECT_THAT(sentence(suspect(nominal, data)), testing::StartsWith("a point is missing before row 32: "))
+        << nominal.name;
+  }
+}
+
+TEST(ModelSanity, AccusesNobodyByALineAlongWhichTheFlangeWasHeld) {
+  Random random{1008};
+  const RobotModel nominal = example::ur10();
+  const CalibratedCell truth = example::placed(example::deviating(nominal, random, 0.5, 1e-3), random);
+  const auto poses = example::along(nominal, example::Path::Line, 60, 0.01 * kRadPerDeg, random);
+  EXPECT_FALSE(suspect(nominal, example::measured(truth, poses, example::kSigma_mm, random)));
 }
 
 TEST(ModelSanity, SaysWhereItFailsWhatNothingExplains) {
