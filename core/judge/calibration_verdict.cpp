@@ -100,9 +100,12 @@ Finds more_than_predicted(const Case& of) {
       .cell = of.calibration.cell, .covariance = of.calibration.covariance, .noise = of.noise()};
   const double factor = of.noise_known() ? of.calibration.sigma0_mm / of.whitening.finest_mm : 1;
   if (factor < 1 && factor > 0) predicted.covariance /= factor * factor;
-  const auto check = drift_check(predicted, points_to_predict(of));
-  if (!check || check->verdict != DriftVerdict::Failed || check->mean_mm < kLeastError_mm)
+  const std::vector<Measurement> points = points_to_predict(of);
+  const auto signs = drift_signs(predicted, points);
+  if (!signs || !signs->significant() || !signs->large() || signs->mean_mm < kLeastError_mm)
     return std::nullopt;
+  const auto check = drift_check(predicted, points);
+  if (!check || check->verdict != DriftVerdict::Failed) return std::nullopt;
   return refusal(
       formatted("the validation points are off by %.3f mm on average, where the model predicts %.3f mm",
                 check->mean_mm, check->reference_mm));

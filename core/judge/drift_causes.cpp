@@ -90,6 +90,19 @@ LinearFit linear_fit(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
   return found;
 }
 
+/// What all causes are fitted to.
+struct Observed {
+  const DriftReference& reference;
+  std::span<const Measurement> points;
+  DriftResiduals at_reference;
+};
+
+std::optional<Observed> observed(const DriftReference& reference, std::span<const Measurement> points) {
+  auto residuals = drift_residuals(reference, reference.cell, points);
+  if (!residuals) return std::nullopt;
+  return Observed{reference, points, *std::move(residuals)};
+}
+
 /// A fitted cause and the cell in which it is corrected (of a reading: the reference).
 struct Fitted {
   DriftCause cause;
@@ -97,20 +110,26 @@ struct Fitted {
 };
 
 /// Gauss-Newton over the parameters of the cause; a reading is linear, and corrects itself whole.
-std::optional<Fitted> fitted(const PossibleChange& candidate, const DriftReference& reference,
-                             std::span<const Measurement> points) {
+std::optional<Fitted> fitted(const PossibleChange& candidate, const Observed& seen) {
   constexpr int kMaxSteps = 20;
   constexpr double kDone = 1e-6;  // standard deviations
-  CalibratedCell cell =
-      candidate.kind == DriftCauseKind::Base ? with_fitted_base(reference.cell, points) : reference.cell;
+  const DriftReference& reference = seen.reference;
+  const std::span<const Measurement> points = seen.points;
+  const bool reading = candidate.kind == DriftCauseKind::Reading;
+  const bool base = candidate.kind == DriftCauseKind::Base;
+  CalibratedCell cell = base ? with_fitted_base(reference.cell, points) : reference.cell;
+  std::optional<DriftResiduals> elsewhere;
   LinearFit found;
   for (int step = 0; step < kMaxSteps; ++step) {
-    const auto residuals = drift_residuals(reference, cell, points);
-    if (!residuals) return std::nullopt;
-    const bool reading = candidate.kind == DriftCauseKind::Reading;
-    const Eigen::MatrixXd A = reading ? Eigen::MatrixXd(residuals->inverse.middleCols<3>(3 * candidate.index))
-                                      : Eigen::MatrixXd(residuals->J(Eigen::all, candidate.free));
-    found = linear_fit(A, residuals->r);
+    if (base || step > 0) {
+      auto residuals = drift_residuals(reference, cell, points);
+      if (!residuals) return std::nullopt;
+      elsewhere = *std::move(residuals);
+    }
+    const DriftResiduals& here = elsewhere ? *elsewhere : seen.at_reference;
+    const Eigen::MatrixXd A = reading ? Eigen::MatrixXd(here.inverse.middleCols<3>(3 * candidate.index))
+                                      : Eigen::MatrixXd(here.J(Eigen::all, candidate.free));
+    found = linear_fit(A, here.r);
     if (reading || times(A, found.x).norm() < kDone) break;
     move_by(cell, scattered(found.x, candidate.free, ParameterLayout::of(cell).size()));
   }
@@ -146,19 +165,23 @@ DriftDiagnosis diagnose_drift(const DriftReference& reference, std::span<const M
     Fitted fit;
   };
   std::vector<Hypothesis> all;
+  const auto seen = observed(reference, points);
+  if (!seen) return {};
   for (PossibleChange& candidate : candidates(reference.cell, points)) {
-    if (auto fit = fitted(candidate, reference, points))
-      all.push_back({std::move(candidate), *std::move(fit)});
+    if (auto fit = fitted(candidate, *seen)) all.push_back({std::move(candidate), *std::move(fit)});
   }
   std::ranges::stable_sort(
       all, {}, [](const Hypothesis& h) { return std::pair(!h.fit.cause.explains(), h.fit.cause.score); });
 
+  if (all.empty()) return {};
+  const std::vector<Measurement> after = points_after(all.front().fit, points);
+  const auto seen_after = observed(reference, after);
   DriftDiagnosis diagnosis;
   for (const Hypothesis& h : all) {
     const DriftCause &cause = h.fit.cause, &first = all.front().fit.cause;
     diagnosis.causes.push_back(cause);
     if (&cause == &first || !cause.explains()) continue;
-    const auto imitation = fitted(h.candidate, reference, points_after(all.front().fit, points));
+    const auto imitation = seen_after ? fitted(h.candidate, *seen_after) : std::nullopt;
     const bool does_the_same = imitation && imitation->cause.distance2 < 1;  // one sigma
     if (does_the_same || cause.score - first.score < kNearlyAsLikely) diagnosis.alternatives.push_back(cause);
   }

@@ -44,54 +44,59 @@ std::string likely_cause(const DriftCheck& check, const CalibratedCell& cell,
   return few ? text + ", but " + too_few : text + ": " + remedy(first);
 }
 
-std::string reason_of(const DriftCheck& check, bool significant, bool large, bool unknown,
-                      const DriftReference& reference, std::span<const Measurement> points) {
+std::string reason_of(const DriftCheck& check, const DriftReference& reference,
+                      std::span<const Measurement> points) {
   const std::string against = mm(check.mean_mm) + " on average, against " + mm(check.reference_mm) +
                               (reference.validation_mean_mm > 0 ? " at validation" : " expected");
-  if (!significant && !unknown) return "the points agree with the model: off by " + against;
-  if (unknown)
+  if (check.unknown())
     return "the points are off by " + against +
            ", but the model is not known well enough at these poses to call that a change: measure others";
-  return "the points are off by " + against + (large ? "" : ", more than by chance but harmless") + "; " +
-         likely_cause(check, reference.cell, points);
+  if (!check.significant()) return "the points agree with the model: off by " + against;
+  return "the points are off by " + against + (check.large() ? "" : ", more than by chance but harmless") +
+         "; " + likely_cause(check, reference.cell, points);
+}
+
+DriftVerdict verdict_of(const DriftCheck& check) {
+  const bool one_reading = !check.causes.empty() && check.causes.front().explains() &&
+                           check.causes.front().kind == DriftCauseKind::Reading;
+  if (check.significant() && check.large() && !one_reading) return DriftVerdict::Failed;
+  return check.significant() || check.unknown() ? DriftVerdict::Warning : DriftVerdict::Ok;
 }
 
 }  // namespace
 
-std::expected<DriftCheck, std::string> drift_check(const DriftReference& reference,
+std::expected<DriftSigns, std::string> drift_signs(const DriftReference& reference,
                                                    std::span<const Measurement> points) {
   const auto residuals = drift_residuals(reference, reference.cell, points);
   if (!residuals) return std::unexpected(residuals.error());
 
-  DriftCheck check;
+  DriftSigns signs;
   for (const Measurement& point : points) {
     const Eigen::Vector3d error = reference.cell.predict(point) - point.p_WS_mm;
-    check.errors_mm.push_back(error);
-    check.mean_mm += error.norm() / static_cast<double>(points.size());
-    check.max_mm = std::max(check.max_mm, error.norm());
+    signs.errors_mm.push_back(error);
+    signs.mean_mm += error.norm() / static_cast<double>(points.size());
+    signs.max_mm = std::max(signs.max_mm, error.norm());
   }
-  check.reference_mm =
-      reference.validation_mean_mm > 0 ? reference.validation_mean_mm : expected_mean_mm(residuals->S);
-  check.distance2 = residuals->r.squaredNorm();
-  check.degrees = static_cast<int>(residuals->r.size());
-  check.probability = ErrorLaw(reference.validation_distances2).tail(residuals->r, check.degrees);
+  signs.expected_mm = expected_mean_mm(residuals->S);
+  signs.reference_mm = reference.validation_mean_mm > 0 ? reference.validation_mean_mm : signs.expected_mm;
+  signs.distance2 = residuals->r.squaredNorm();
+  signs.degrees = static_cast<int>(residuals->r.size());
+  signs.probability = ErrorLaw(reference.validation_distances2).tail(residuals->r, signs.degrees);
+  return signs;
+}
 
-  const bool significant = check.probability < kSignificance;
-  const bool large = check.mean_mm > kLargeFactor * check.reference_mm;
-  const bool unknown =
-      !significant && large && expected_mean_mm(residuals->S) > kLargeFactor * check.reference_mm;
-  if (significant) {
+std::expected<DriftCheck, std::string> drift_check(const DriftReference& reference,
+                                                   std::span<const Measurement> points) {
+  auto signs = drift_signs(reference, points);
+  if (!signs) return std::unexpected(signs.error());
+  DriftCheck check{*std::move(signs)};
+  if (check.significant()) {
     DriftDiagnosis diagnosis = diagnose_drift(reference, points);
     check.causes = std::move(diagnosis.causes);
     check.alternatives = std::move(diagnosis.alternatives);
   }
-  const bool one_reading = !check.causes.empty() && check.causes.front().explains() &&
-                           check.causes.front().kind == DriftCauseKind::Reading;
-  if (significant && large && !one_reading)
-    check.verdict = DriftVerdict::Failed;
-  else if (significant || unknown)
-    check.verdict = DriftVerdict::Warning;
-  check.reason = reason_of(check, significant, large, unknown, reference, points);
+  check.verdict = verdict_of(check);
+  check.reason = reason_of(check, reference, points);
   return check;
 }
 

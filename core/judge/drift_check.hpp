@@ -12,32 +12,46 @@
 
 namespace truepose {
 
-/// Ok, Warning or Failed by two questions, each answered once for all points:
-/// - significant: would an unchanged cell give residuals so large less often than kSignificance (ErrorLaw)?
-/// - large: is the mean error more than kLargeFactor times what it was on validation poses (where nothing was
-///   validated: than what the model expects)?
-///
-/// Both: Failed, unless a single reading explains it all, which is to be measured again: Warning. Significant
-/// alone: Warning, a change that does no harm. Else Ok, but for large errors where the model expects such
-/// ones of itself, so that they do not exclude a change: Warning.
-enum class DriftVerdict { Ok, Warning, Failed };
-
 inline constexpr double kLargeFactor = 2;
 
-struct DriftCheck {
-  DriftVerdict verdict = DriftVerdict::Ok;
-  std::string reason;  ///< one or two sentences for the operator
+/// Two questions, each answered once for all points.
+struct DriftSigns {
   double mean_mm = 0;
   double max_mm = 0;
   double reference_mm = 0;                 ///< what the mean is judged by
+  double expected_mm = 0;                  ///< mean error that the model expects of itself at these points
   double distance2 = 0;                    ///< squared Mahalanobis distance of all residuals
   int degrees = 0;                         ///< of freedom: coordinates measured
   double probability = 0;                  ///< that an unchanged cell gives as much
   std::vector<Eigen::Vector3d> errors_mm;  ///< predicted minus measured, tracker frame
+
+  /// Whether an unchanged cell gives residuals so large less often than kSignificance (ErrorLaw).
+  bool significant() const { return probability < kSignificance; }
+  /// Whether the mean error is more than kLargeFactor times what it was on validation poses (where nothing
+  /// was validated: than what the model expects).
+  bool large() const { return mean_mm > kLargeFactor * reference_mm; }
+  /// Whether the points are far off by chance alone: the model expects as much of itself, so that they do not
+  /// exclude a change.
+  bool unknown() const { return !significant() && large() && expected_mm > kLargeFactor * reference_mm; }
+};
+
+/// Significant and large: Failed, unless a single reading explains it all, which is to be measured again:
+/// Warning. Significant alone: Warning, a change that does no harm. Unknown: Warning. Else Ok.
+enum class DriftVerdict { Ok, Warning, Failed };
+
+struct DriftCheck : DriftSigns {
+  DriftVerdict verdict = DriftVerdict::Ok;
+  std::string reason;  ///< one or two sentences for the operator
   /// Where the residuals are significant: every change that the points can tell, the most likely first.
   std::vector<DriftCause> causes;
   std::vector<DriftCause> alternatives;  ///< explain the points about as well as the first of `causes`
 };
+
+/// The questions of drift_check(), without looking for the cause, which takes long with many points.
+///
+/// Errors: as drift_check().
+std::expected<DriftSigns, std::string> drift_signs(const DriftReference& reference,
+                                                   std::span<const Measurement> points);
 
 /// Whether a calibrated cell is still right, from a handful of points of known joints.
 ///
