@@ -137,6 +137,8 @@ class GaussianProcess final : public Regressor {
     return signal_ * std::max(0.0, 1 - known);
   }
 
+  Eigen::VectorXd noise() const override { return hyper_.noise_ratio * signal_; }
+
   std::optional<double> freedom() const override {
     // R (R + r I)^-1 = I - r (R + r I)^-1.
     return static_cast<double>(state_.X.rows()) - hyper_.noise_ratio * factor_.inverse_lower().squaredNorm();

@@ -199,6 +199,8 @@ class Kriging final : public Regressor {
     return target_scale(state_.Y).cwiseAbs2() * (believed * local + (1 - believed) * variogram_.sill);
   }
 
+  Eigen::VectorXd noise() const override { return target_scale(state_.Y).cwiseAbs2() * variogram_.nugget; }
+
   std::optional<double> freedom() const override {
     double trace = 0;
     for (int i = 0; i < cloud_.size(); ++i) {

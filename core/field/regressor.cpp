@@ -137,6 +137,8 @@ Eigen::VectorXd Regressor::variance(const Eigen::Ref<const Eigen::VectorXd>&) co
   return target_scale(state().Y).cwiseAbs2();
 }
 
+Eigen::VectorXd Regressor::noise() const { return Eigen::VectorXd::Zero(state().Y.cols()); }
+
 std::expected<RegressorPtr, std::string> fit_regressor(RegressorKind kind, const RegressionData& data) {
   if (auto fault = fault_of(data)) return std::unexpected{*fault};
   return make(fit(kind, data));

@@ -71,6 +71,10 @@ class Regressor {
   /// none of its own says what there is to expect: the mean square of the targets. May allocate.
   virtual Eigen::VectorXd variance(const Eigen::Ref<const Eigen::VectorXd>& x) const;
 
+  /// Variance of a measured target about what is expected of it, per target: noise, and what changes too fast
+  /// to be predicted. Zero where the method tells none.
+  virtual Eigen::VectorXd noise() const;
+
   /// How many parameters of each target it is worth: the trace of the matrix that makes predictions at the
   /// poses of the fit of the targets there. Nothing where the method has none.
   virtual std::optional<double> freedom() const { return std::nullopt; }

@@ -38,7 +38,8 @@ RegressionData take(const RegressionData& data, const std::vector<Eigen::Index>&
 }
 
 /// rms and its standard error from the squared errors of groups.
-void summarise(CrossValidation& result, Eigen::Index points) {
+/// @param expected_squares  of the folds
+void summarise(CrossValidation& result, std::span<const double> expected_squares, Eigen::Index points) {
   const auto& errors = result.squared_errors;
   const double groups = static_cast<double>(errors.size()), N = static_cast<double>(points);
   const double sum = std::accumulate(errors.begin(), errors.end(), 0.0);
@@ -48,6 +49,7 @@ void summarise(CrossValidation& result, Eigen::Index points) {
   // Of the mean square first: sqrt(groups * variance between them) / N; then through the root.
   const double of_mean_square = std::sqrt(groups * spread / (groups - 1)) / N;
   result.standard_error = result.rms > 0 ? of_mean_square / (2 * result.rms) : 0;
+  result.expected_rms = std::sqrt(std::accumulate(expected_squares.begin(), expected_squares.end(), 0.0) / N);
 }
 
 /// How kinds of regressors did on the same folds.
@@ -57,10 +59,11 @@ struct Attempts {
 };
 
 /// Predicts the points of one fold from the others.
+/// @param expected_square  the sum of the squared errors as the fit expects it
 /// @return why not, or nothing
 std::optional<std::string> predict_fold(const RegressionData& data, const std::vector<int>& groups,
                                         const std::vector<int>& folds, int fold, const RegressorPtr& on_all,
-                                        CrossValidation& result) {
+                                        CrossValidation& result, double& expected_square) {
   count_step();
   std::vector<Eigen::Index> inside, outside;
   for (Eigen::Index i = 0; i < data.X.rows(); ++i)
@@ -74,6 +77,7 @@ std::optional<std::string> predict_fold(const RegressionData& data, const std::v
     (*fitted)->predict(data.X.row(i).transpose(), y);
     result.predicted.row(i) = y.transpose();
     result.squared_errors[group_of(groups, i)] += (data.Y.row(i).transpose() - y).squaredNorm();
+    expected_square += (*fitted)->variance(data.X.row(i).transpose()).sum() + (*fitted)->noise().sum();
   }
   return std::nullopt;
 }
@@ -95,22 +99,28 @@ std::expected<Attempts, std::string> attempt(std::span<const RegressorKind> kind
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     if (!on_all[k]) return std::unexpected{on_all[k].error()};
     attempts.on_all.push_back(*on_all[k]);
-    attempts.tried.push_back(
-        {.kind = kinds[k],
-         .squared_errors = std::vector<double>(static_cast<std::size_t>(count)),
-         .predicted = Eigen::MatrixXd::Zero(data.Y.rows(), data.Y.cols())});
+    attempts.tried.push_back({.kind = kinds[k],
+                              .squared_errors = std::vector<double>(static_cast<std::size_t>(count)),
+                              .predicted = Eigen::MatrixXd::Zero(data.Y.rows(), data.Y.cols())});
   }
 
   const std::vector<int> folds = deal_folds(count, options);
   std::vector<std::optional<std::string>> faults(kinds.size() * static_cast<std::size_t>(options.folds));
+  std::vector<double> expected_squares(faults.size());
   parallel_for(static_cast<int>(faults.size()), options.jobs, [&](int i) {
     const auto k = static_cast<std::size_t>(i / options.folds);
     faults[static_cast<std::size_t>(i)] =
-        predict_fold(data, groups, folds, i % options.folds, attempts.on_all[k], attempts.tried[k]);
+        predict_fold(data, groups, folds, i % options.folds, attempts.on_all[k], attempts.tried[k],
+                     expected_squares[static_cast<std::size_t>(i)]);
   });
   for (const auto& fault : faults)
     if (fault) return std::unexpected{*fault};
-  for (CrossValidation& each : attempts.tried) summarise(each, data.X.rows());
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    const auto of_kind =
+        std::span(expected_squares)
+            .subspan(k * static_cast<std::size_t>(options.folds), static_cast<std::size_t>(options.folds));
+    summarise(attempts.tried[k], of_kind, data.X.rows());
+  }
   return attempts;
 }
 

@@ -25,6 +25,7 @@ struct CrossValidation {
   double standard_error = 0;           ///< of the rms, from the spread between groups
   std::vector<double> squared_errors;  ///< of each group, summed over its points; groups in ascending order
   Eigen::MatrixXd predicted;           ///< N x m: of each point by a fit that did not see its group
+  double expected_rms = 0;             ///< what the fits that predicted them expected the rms to be
 };
 
 /// Leaves out one fold after the other and predicts it from the rest; points of one group share a fold.

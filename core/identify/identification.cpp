@@ -142,6 +142,15 @@ std::expected<RegressorSelection, std::string> choose_regressor(const Regression
   return selection;
 }
 
+/// By how much the variance of a field is larger than its regressor says. The parameters have taken their
+/// part of what it is fitted to, and where few poses told its hyper-parameters, it may be surer of itself
+/// than it is of poses that it did not see.
+double variance_factor(const Identification& id, const CrossValidation& chosen) {
+  const double left = std::max(1.0, id.points.equations() - id.uncertainty.determined);
+  const double surer = chosen.expected_rms > 0 ? std::max(1.0, chosen.rms / chosen.expected_rms) : 1.0;
+  return id.points.equations() / left * surer * surer;
+}
+
 /// How well the fit is known with its field, which takes degrees of freedom as parameters do.
 void assess_field(Identification& id, const Regressor& regressor) {
   const CalibratedCell& cell = id.fit.cell;
@@ -171,11 +180,9 @@ std::optional<CalibrationError> fit_residual(Identification& id) {
   if (!selection)
     return CalibrationError{CalibrationFault::TooFewPoses, "residual field: " + selection.error()};
   if (selection->regressor) {
-    // The parameters have taken their part of what the field is fitted to.
-    const double left = std::max(1.0, id.points.equations() - id.uncertainty.determined);
-    const auto field = std::make_shared<RegressionField>(id.fit.cell.robot, selection->regressor, data.p_F_mm,
-                                                         id.points.equations() / left);
     const auto chosen = std::ranges::find(selection->tried, *selection->kind, &CrossValidation::kind);
+    const auto field = std::make_shared<RegressionField>(id.fit.cell.robot, selection->regressor, data.p_F_mm,
+                                                         variance_factor(id, *chosen));
     id.unseen_mm = errors_with(chosen->predicted, *field, id.fit.cell, points);
     id.fit.cell.robot.field = field;
     assess_field(id, *selection->regressor);

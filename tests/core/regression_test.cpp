@@ -266,6 +266,16 @@ TEST(CrossValidation, PredictsTheErrorAtFreshPoints) {
   }
 }
 
+TEST(CrossValidation, SaysWhatItsFitsExpected) {
+  const RegressionData data = sample(60, 0.02, 28);
+  const auto by_evidence = cross_validate(RegressorKind::GaussianProcess, data);
+  const auto by_nothing = cross_validate(RegressorKind::InverseDistance, data);
+  ASSERT_TRUE(by_evidence && by_nothing);
+  EXPECT_NEAR(by_evidence->expected_rms, by_evidence->rms, 0.3 * by_evidence->rms);
+  // A method that knows nothing of itself expects the targets whole.
+  EXPECT_NEAR(by_nothing->expected_rms, std::sqrt(data.Y.squaredNorm() / 60), 0.05 * by_nothing->rms);
+}
+
 TEST(CrossValidation, RefusesASingleGroup) {
   RegressionData data = sample(10, 0.1, 27);
   data.groups.assign(10, 3);
