@@ -8,6 +8,7 @@
 #include "core/field/point_cloud.hpp"
 #include "core/math/parallel.hpp"
 #include "core/math/random.hpp"
+#include "core/math/statistics.hpp"
 #include "core/step_count.hpp"
 
 namespace truepose {
@@ -152,15 +153,8 @@ std::vector<double> squared_targets(const RegressionData& data) {
 
 /// Whether the errors are smaller than those without by more than chance.
 bool beyond_chance(const std::vector<double>& without, const std::vector<double>& with) {
-  const double groups = static_cast<double>(without.size());
-  double sum = 0, squares = 0;
-  for (std::size_t g = 0; g < without.size(); ++g) {
-    const double gain = without[g] - with[g];
-    sum += gain;
-    squares += gain * gain;
-  }
-  const double variance = (squares - sum * sum / groups) / (groups - 1);
-  return sum > kStandardErrors * (1 + kFewGroups / groups) * std::sqrt(groups * variance);
+  const auto groups = static_cast<double>(without.size());
+  return standard_errors_gained(without, with) > kStandardErrors * (1 + kFewGroups / groups);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/left_out_poses.hpp"
+#include "core/math/statistics.hpp"
 
 namespace truepose {
 namespace {
@@ -19,22 +20,10 @@ constexpr double kWidest_rad = 0.2e-3;
 
 double sum(std::span<const double> values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
-/// Whether `errors` is lower than `before` by so many standard errors: the folds are a sample of differences.
-bool beyond_chance(std::span<const double> before, std::span<const double> errors, double standard_errors) {
-  const auto n = static_cast<double>(before.size());
-  const double mean = (sum(before) - sum(errors)) / n;
-  double squares = 0;
-  for (std::size_t k = 0; k < before.size(); ++k) {
-    const double d = before[k] - errors[k] - mean;
-    squares += d * d;
-  }
-  const double standard_error = std::sqrt(squares / (n - 1) / n);
-  return mean > standard_errors * standard_error;
-}
-
+/// The folds are a sample of differences.
 bool pays(std::span<const double> before, std::span<const double> errors) {
-  return beyond_chance(before, errors, kErrors) ||
-         (sum(errors) < kSpeaksForItself * sum(before) && beyond_chance(before, errors, 1));
+  const double gained = standard_errors_gained(before, errors);
+  return gained > kErrors || (sum(errors) < kSpeaksForItself * sum(before) && gained > 1);
 }
 
 /// The geometric cell and its problem with the terms of every group.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/identify/identification.hpp"
@@ -11,6 +10,7 @@
 #include "core/identify/thermal_response.hpp"
 #include "core/identify/uncertainty.hpp"
 #include "core/math/dense_algebra.hpp"
+#include "core/math/statistics.hpp"
 
 namespace truepose {
 namespace {
@@ -167,18 +167,6 @@ double rms(const std::vector<double>& squared) {
   return std::sqrt(sum / static_cast<double>(squared.size()));
 }
 
-/// By how many of its standard errors the mean of the squares falls.
-double gain(const std::vector<double>& without2, const std::vector<double>& with2) {
-  const auto n = static_cast<double>(with2.size());
-  double sum = 0, squares = 0;
-  for (std::size_t i = 0; i < with2.size(); ++i) {
-    const double d = without2[i] - with2[i];
-    sum += d;
-    squares += d * d;
-  }
-  return sum / std::sqrt(std::max(squares - sum * sum / n, std::numeric_limits<double>::min()));
-}
-
 ThermalResponse no_response(const RobotModel& robot, std::vector<double> reference_c) {
   return {.reference_c = std::move(reference_c),
           .per_kelvin = Eigen::VectorXd::Zero(robot.joint_count() + 1),
@@ -247,7 +235,7 @@ bool may_have_warmed_up(const ThermalBasis& basis, const MeasurementData& data, 
 
 /// Whether a response that nobody asked for is one.
 bool beyond_doubt(const Warmed& warmed, const ThermalBasis& basis, const System& system) {
-  if (gain(system.left_out2, warmed.fit.left_out2) <= kBeyondDoubt) return false;
+  if (standard_errors_gained(system.left_out2, warmed.fit.left_out2) <= kBeyondDoubt) return false;
   const std::vector<Measurement> points = taking_part(warmed.data, basis.rejected);
   if (follows_the_joints(points)) return false;
   const Eigen::MatrixXd T = base_columns(system, points, basis.cell);
@@ -306,7 +294,7 @@ std::expected<std::optional<ThermalStage>, CalibrationError> with_thermal_respon
                                 .rms_mm = rms(warmed.fit.left_out2)},
                      .inflation = {}};
   if (unasked && !beyond_doubt(warmed, basis, system)) return std::nullopt;
-  if (gain(system.left_out2, warmed.fit.left_out2) <= kBeyondChance) return stage;
+  if (standard_errors_gained(system.left_out2, warmed.fit.left_out2) <= kBeyondChance) return stage;
   ThermalResponse& response = warmed.response;
   response.per_kelvin = warmed.fit.step;
   for (int round = 0; round < kThermalRounds; ++round) {

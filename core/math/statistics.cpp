@@ -76,6 +76,17 @@ double tail_by_fraction(double x, double shape) {
 
 }  // namespace
 
+double standard_errors_gained(std::span<const double> before, std::span<const double> after) {
+  assert(before.size() == after.size() && before.size() > 1);
+  const auto n = static_cast<double>(before.size());
+  const Eigen::Map<const Eigen::ArrayXd> b(before.data(), std::ssize(before)),
+      a(after.data(), std::ssize(after));
+  const Eigen::ArrayXd fall = b - a;
+  const double mean = fall.mean(), variance = (fall - mean).square().sum() / (n - 1);
+  if (variance > 0) return mean / std::sqrt(variance / n);
+  return mean == 0 ? 0 : std::copysign(HUGE_VAL, mean);
+}
+
 double gamma_tail(double x, double shape) {
   assert(shape > 0);
   if (x <= 0) return 1;

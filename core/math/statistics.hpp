@@ -47,6 +47,12 @@ inline bool improves(const ErrorStatistics& before, const ErrorStatistics& after
   return improves(before.mean, after.mean);
 }
 
+/// By how many of its standard errors the mean of paired values falls from `before` to `after`. Where all
+/// fall by the same it has none: infinity, and 0 where nothing falls.
+///
+/// @param before, after  as many, at least two
+double standard_errors_gained(std::span<const double> before, std::span<const double> after);
+
 /// Probability that a gamma variable of this shape and unit scale exceeds x: 1 where x <= 0. Exact to about
 /// 1e-13 of itself.
 ///

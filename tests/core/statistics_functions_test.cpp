@@ -55,5 +55,19 @@ TEST(ChiSquare, IsCertainBelowZeroAndFallsFromThere) {
   }
 }
 
+TEST(PairedDifferences, FallByTheirMeanOverItsStandardError) {
+  // Differences 1, 2, 3, 6: mean 3, sample variance 14 / 3, of the mean 14 / 12.
+  const std::vector<double> before{11, 22, 33, 46}, after{10, 20, 30, 40};
+  EXPECT_NEAR(standard_errors_gained(before, after), 3 / std::sqrt(14.0 / 12), 1e-14);
+  EXPECT_NEAR(standard_errors_gained(after, before), -3 / std::sqrt(14.0 / 12), 1e-14);
+}
+
+TEST(PairedDifferences, ThatAreAllAlikeFallWithoutAnyDoubt) {
+  const std::vector<double> before{3, 4, 5}, after{2, 3, 4};
+  EXPECT_EQ(standard_errors_gained(before, after), HUGE_VAL);
+  EXPECT_EQ(standard_errors_gained(after, before), -HUGE_VAL);
+  EXPECT_EQ(standard_errors_gained(before, before), 0);
+}
+
 }  // namespace
 }  // namespace truepose
