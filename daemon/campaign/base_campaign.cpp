@@ -15,12 +15,16 @@ class BaseCampaign final : public CampaignProcedure {
  public:
   BaseCampaign(MeasuringSession& session, BaseOrder order);
   CampaignOutcome<void> run() override;
-  bool moves_arm() const override { return false; }
+  CampaignNeeds needs() const override { return {.moving_arm = false, .tracker = !order_.touch}; }
 
  private:
   CampaignOutcome<void> read(std::size_t point);
+  CampaignOutcome<void> touch(std::size_t point);
+  FrameReadings readings() const;
   CampaignOutcome<void> evaluate();
+  std::string point_of_base(std::size_t point) const;
   std::string wish(std::size_t point) const;
+  std::string touch_wish(std::size_t point, int touch) const;
 
   MeasuringSession& session_;
   BaseOrder order_;
@@ -37,14 +41,28 @@ BaseCampaign::BaseCampaign(MeasuringSession& session, BaseOrder order)
 CampaignOutcome<void> BaseCampaign::run() {
   session_.enter(CampaignPhase::Frame);
   Done done;
-  for (std::size_t point = 0; done && point < order_.points.size(); ++point) done = co_await read(point);
+  for (std::size_t point = 0; done && point < order_.points.size(); ++point) {
+    auto measured = order_.touch ? touch(point) : read(point);
+    done = co_await std::move(measured);
+  }
   if (done) done = co_await evaluate();
   co_return done;
 }
 
+std::string BaseCampaign::point_of_base(std::size_t point) const {
+  return "point \"" + order_.points[point].point.name + "\" of base " + std::to_string(order_.number);
+}
+
 std::string BaseCampaign::wish(std::size_t point) const {
-  return "put the reflector at point \"" + order_.points[point].point.name + "\" of base " +
-         std::to_string(order_.number) + ", opened to the tracker, then resume the campaign";
+  return "put the reflector at " + point_of_base(point) + ", opened to the tracker, then resume the campaign";
+}
+
+std::string BaseCampaign::touch_wish(std::size_t point, int touch) const {
+  const std::string which = " (" + std::to_string(touch) + " of " + std::to_string(order_.readings) +
+                            (touch > 1 ? ", turned to another side" : "") + ")";
+  return "touch " + point_of_base(point) + " with the TCP of tool " +
+         std::to_string(order_.touch->tool.number) + (order_.readings > 1 ? which : "") +
+         ", then resume the campaign";
 }
 
 /// Asks again where the tracker does not see it: without one of its points there is no frame.
@@ -68,14 +86,30 @@ CampaignOutcome<void> BaseCampaign::read(std::size_t point) {
   co_return Done{};
 }
 
-CampaignOutcome<void> BaseCampaign::evaluate() {
-  session_.enter(CampaignPhase::Compute);
+CampaignOutcome<void> BaseCampaign::touch(std::size_t point) {
+  Done done;
+  for (int n = 1; done && n <= order_.readings; ++n) {
+    MeasuringSession::Touch touch{session_.next_number(), order_.points[point].point.name,
+                                  touch_wish(point, n)};
+    done = co_await session_.touch(std::move(touch));
+  }
+  co_return done;
+}
+
+FrameReadings BaseCampaign::readings() const {
   std::vector<FramePoint> points;
   for (const FixturePoint& point : order_.points) points.push_back(point.point);
-  BaseResult result{.order = order_, .data = frame_readings(session_.corrected().points, std::move(points))};
-  // The arm had no part in them.
-  for (FrameReading& reading : result.data.readings) reading.q.resize(0);
-  auto job = [&result, this] { return work_frame(result.data, order_.by, {}); };
+  // What was touched no tracker's motion puts right.
+  return readings_of_base(order_.touch ? session_.result().points : session_.corrected().points,
+                          std::move(points));
+}
+
+CampaignOutcome<void> BaseCampaign::evaluate() {
+  session_.enter(CampaignPhase::Compute);
+  BaseResult result{.order = order_, .data = readings()};
+  TouchingTool tcp;
+  if (order_.touch) tcp = {order_.touch->measured.X.translation(), &order_.touch->measured};
+  auto job = [&result, tcp, this] { return work_frame(result.data, order_.by, tcp); };
   auto frame = co_await session_.compute(job);
   if (!frame) co_return std::unexpected(CampaignError{CampaignFault::Calibration, frame.error()});
   result.frame = *std::move(frame);

@@ -192,7 +192,7 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
   const std::vector<StoredPoint> points = session_.corrected().points;
   for (const StoredPoint& point : points) {
     const auto smr = std::ranges::find(names, point.smr) - names.begin();
-    const double off_mm = (point.p_WS_mm - cell.predict(point.q_actual, static_cast<int>(smr))).norm();
+    const double off_mm = (*point.p_WS_mm - cell.predict(point.q_actual, static_cast<int>(smr))).norm();
     if (off_mm <= session_.config().tracker.gate_mm) continue;
     char text[200];
     std::snprintf(text, sizeof text,
@@ -309,7 +309,7 @@ void CalibrationCampaign::judge_remeasured() {
     const auto smr = std::ranges::find(cell.reflectors, point.smr, &Reflector::name);
     if (smr == cell.reflectors.end()) continue;  // that nothing was identified of
     const auto index = static_cast<int>(smr - cell.reflectors.begin());
-    errors_mm.push_back(point.p_WS_mm - asked.predict(point.q_target, index));
+    errors_mm.push_back(*point.p_WS_mm - asked.predict(point.q_target, index));
     result.remeasured_points.push_back({point, errors_mm.back()});
   }
   if (!errors_mm.empty()) result.remeasured = error_statistics(errors_mm);

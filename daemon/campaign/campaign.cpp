@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "daemon/campaign/campaign_options.hpp"
+
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
@@ -21,7 +23,7 @@ Campaign::Campaign(config::CellConfig config, CampaignDevices devices, CampaignJ
                    CampaignObserver& observer, RunJob run_compute, CampaignOrder order,
                    std::shared_ptr<const CampaignPast> past)
     : config_{std::move(config)},
-      why_anew_{why_anew(kind_name(order))},
+      why_anew_{why_anew(order)},
       session_{config_, devices, journal, observer, std::move(run_compute), std::move(past)},
       procedure_{std::visit([this](auto of_kind) { return procedure_of(session_, std::move(of_kind)); },
                             std::move(order))} {}
@@ -59,7 +61,7 @@ asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignErr
 }
 
 CampaignOutcome<void> Campaign::steps() {
-  Done done = co_await session_.connect(procedure_->moves_arm());
+  Done done = co_await session_.connect(procedure_->needs());
   if (done) done = co_await procedure_->run();
   if (done) done = co_await session_.note_resumption();
   if (done) session_.enter(CampaignPhase::Finish);

@@ -16,8 +16,8 @@ class CampaignProcedure {
  public:
   virtual ~CampaignProcedure() = default;
   virtual CampaignOutcome<void> run() = 0;
-  /// Whether it does so at all, for which the arm is proven by small motions first.
-  virtual bool moves_arm() const { return true; }
+  /// An arm that moves is proven by small motions first.
+  virtual CampaignNeeds needs() const { return {}; }
 };
 
 /// Identifies the arm from planned poses, validates on others, and proves by measuring again that
@@ -51,8 +51,8 @@ std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, Iso92
 /// The session's cell is that of cell_with_tool().
 std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, ToolOrder order);
 
-/// Has a reflector put by hand to one point of a fixture after the other, for which it pauses, and finds the
-/// work frame. The arm stands still.
+/// Has a reflector put by hand to one point of a fixture after the other, or the arm jogged so that its TCP
+/// touches it, for which it pauses, and finds the work frame. It moves the arm nowhere itself.
 std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, BaseOrder order);
 
 /// One campaign, from connecting the devices to the end in the journal.
@@ -77,6 +77,7 @@ class Campaign {
   void interrupt(std::string reason);
 
   CampaignProgress progress() const { return session_.progress(); }
+  CampaignNeeds needs() const { return procedure_->needs(); }
   /// Whether it is paused for want of room in the store.
   bool waits_for_room() const { return session_.waits_for_room(); }
 

@@ -51,7 +51,7 @@ class CampaignObserver {
  public:
   virtual ~CampaignObserver() = default;
   virtual void on_progress(const CampaignProgress& progress) = 0;
-  /// @param deviation_mm  measured minus predicted, its length
+  /// @param deviation_mm  measured minus predicted, its length; 0 of a point that was touched
   virtual void on_point(const StoredPoint& point, double deviation_mm, const CampaignProgress& progress) = 0;
   virtual void on_skipped(const SkippedPose& skipped, const CampaignProgress& progress) = 0;
   /// A failed attempt, a lost device, a robot that is not ready: what happened and what is done about it.

@@ -22,6 +22,17 @@ void layout(auto& io, record::Is<ToolOrder> auto& x) {
   io.optional("reach", x.reach_F_mm, record::kPoint);
 }
 
+void layout(auto& io, record::Is<FixturePoint> auto& x) {
+  io("name", x.point.name);
+  io.optional("p", x.point.p_mm, record::kPoint);
+}
+
+void layout(auto& io, record::Is<BaseOrder> auto& x) {
+  io("number", x.number, record::kNumber);
+  io("points", x.points);
+  io("readings", x.readings, record::kNumber);
+}
+
 void layout(auto& io, record::Is<KeptOrder> auto& x) {
   io("options", x.options);
   io("nests", x.nests, record::kCount);
@@ -32,10 +43,19 @@ void layout(auto& io, record::Is<KeptOrder> auto& x) {
   io("tolerance_mm", x.loop.tolerance_mm, record::kNotNegative);
   io("readings", x.readings, record::kNumber);
   io.optional("tool", x.tool);
+  io.optional("base", x.base);
+  io.optional("touching_tool", x.touching_tool);
+}
+
+// What is touched stays where it is, whoever waits for the hand; whoever reads a fixture by the tracker has
+// to have it all from one stand.
+std::string_view why_anew(const CampaignOrder& order) {
+  const auto* base = std::get_if<BaseOrder>(&order);
+  return base && base->touch ? std::string_view{} : why_anew(kind_name(order));
 }
 
 std::string order_text(const CampaignOrder& order, const config::CellConfig& config, bool activate) {
-  if (!why_anew(kind_name(order)).empty()) return {};
+  if (!why_anew(order).empty()) return {};
   KeptOrder kept{.options = config::campaign_options(config),
                  .nests = static_cast<int>(config.tracker.nests_mm.size()),
                  .activate = activate,
@@ -43,7 +63,9 @@ std::string order_text(const CampaignOrder& order, const config::CellConfig& con
                  .targets = {},
                  .loop = {},
                  .readings = 1,
-                 .tool = {}};
+                 .tool = {},
+                 .base = {},
+                 .touching_tool = {}};
   if (const auto* targets = std::get_if<TargetsOrder>(&order)) {
     kept.model_id = targets->model_id;
     kept.targets = targets->targets;
@@ -53,6 +75,11 @@ std::string order_text(const CampaignOrder& order, const config::CellConfig& con
   if (const auto* tool = std::get_if<ToolOrder>(&order)) {
     kept.model_id = tool->model_id;
     kept.tool = *tool;
+  }
+  if (const auto* base = std::get_if<BaseOrder>(&order)) {
+    kept.model_id = base->model_id;
+    kept.base = *base;
+    kept.touching_tool = config::tool_yaml(base->touch->tool);
   }
   return control::json_text(record::to_json(kept));
 }

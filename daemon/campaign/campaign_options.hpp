@@ -3,6 +3,7 @@
 #include <expected>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/campaign/campaign_result.hpp"
@@ -20,9 +21,14 @@ struct KeptOrder {
   TrackerLoopOptions loop;
   int readings = 1;
   std::optional<ToolOrder> tool;  ///< of one that measures a tool, without its model
+  std::optional<BaseOrder> base;  ///< of one that measures a base by touching, without model and tool
+  std::string touching_tool;      ///< of that, the tool's file (YAML); else empty
 };
 
-/// @return the text; empty of a campaign that has to be started anew, see why_anew()
+/// Why a campaign that is to do this has to be started anew after an interruption; empty: it may go on.
+std::string_view why_anew(const CampaignOrder& order);
+
+/// @return the text; empty of a campaign that has to be started anew
 std::string order_text(const CampaignOrder& order, const config::CellConfig& config, bool activate);
 
 /// Error: what in the text cannot be read.

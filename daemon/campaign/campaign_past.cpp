@@ -83,7 +83,7 @@ std::optional<std::string> CampaignPast::misfit(const config::CellConfig& config
   const std::vector<config::ReflectorConfig> reflectors = config::reflectors_of(config);
   for (const StoredPoint& point : points) {
     const auto known = std::ranges::find(reflectors, point.smr, &config::ReflectorConfig::name);
-    if (!is_pose(point.purpose) || known != reflectors.end()) continue;
+    if (!is_pose(point.purpose) || !point.p_WS_mm || known != reflectors.end()) continue;
     std::string names;
     for (const config::ReflectorConfig& reflector : reflectors)
       names += (names.empty() ? "'" : ", '") + reflector.name + "'";
@@ -127,8 +127,9 @@ std::string described(const Resumption& resumption) {
 }
 
 StoredPoint seen_at_first(StoredPoint point, const std::vector<Resumption>& resumptions) {
-  if (point.resumption > 0 && static_cast<std::size_t>(point.resumption) <= resumptions.size())
-    point.p_WS_mm = resumptions[static_cast<std::size_t>(point.resumption) - 1].X_first_now * point.p_WS_mm;
+  if (point.p_WS_mm && point.resumption > 0 &&
+      static_cast<std::size_t>(point.resumption) <= resumptions.size())
+    point.p_WS_mm = resumptions[static_cast<std::size_t>(point.resumption) - 1].X_first_now * *point.p_WS_mm;
   return point;
 }
 

@@ -33,7 +33,7 @@ MeasurementData measurement_data(const std::vector<StoredPoint>& points, const s
     measurement.q = point.q_actual;
     measurement.direction = point.direction;
     measurement.smr = static_cast<int>(std::ranges::find(data.smr_names, point.smr) - data.smr_names.begin());
-    measurement.p_WS_mm = point.p_WS_mm;
+    measurement.p_WS_mm = *point.p_WS_mm;
     measurement.set = point.purpose == PointPurpose::Identify ? PoseSet::Identify : PoseSet::Validate;
     measurement.time = point.time;
     measurement.pose = point.pose;
@@ -58,6 +58,14 @@ FrameReadings frame_readings(const std::vector<StoredPoint>& points,
                              .p_WS_mm = point.p_WS_mm,
                              .row = static_cast<int>(data.readings.size()) + 1});
   }
+  return data;
+}
+
+FrameReadings readings_of_base(const std::vector<StoredPoint>& points,
+                               std::vector<FramePoint> points_of_frame) {
+  FrameReadings data = frame_readings(points, std::move(points_of_frame));
+  for (FrameReading& reading : data.readings)
+    if (reading.p_WS_mm) reading.q.resize(0);
   return data;
 }
 

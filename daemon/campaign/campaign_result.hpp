@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "config/frame_file.hpp"
 #include "core/compensate/tracker_loop.hpp"
 #include "core/identify/calibrate.hpp"
 #include "core/identify/frame_readings.hpp"
@@ -77,19 +78,28 @@ struct ToolOrder {
   std::string assumed;  ///< where the points were taken to be, and why, as a sentence
 };
 
-/// A point of a fixture, to which a reflector is put by hand.
+/// A point of a fixture.
 struct FixturePoint {
   FramePoint point;
-  Eigen::Vector3d p_B_mm{0, 0, 0};  ///< where it is, roughly, in the robot base
+  Eigen::Vector3d p_B_mm{0, 0, 0};  ///< where it is, roughly, in the robot base; for the tracker
 };
 
-/// Find where a work frame is in the robot base, by the tracker alone: the arm does not move.
+/// The tool whose TCP touches a fixture's points.
+struct TouchOrder {
+  config::ToolFile tool;
+  MeasuredFrame measured;  ///< where its readings have it under the order's model
+};
+
+/// Find where a work frame is in the robot base: by a reflector that is put to its points by hand, while the
+/// arm stands still, or by the TCP of a tool that is jogged to them.
 struct BaseOrder {
   int number = 1;            ///< of BASE_DATA
   MeasuringCell by;          ///< the active model
+  std::string model_id{};    ///< by which the store has it
   std::string model_made{};  ///< when that was, RFC 3339
   std::vector<FixturePoint> points;
-  int readings = 3;  ///< of each point
+  int readings = 3;                   ///< of each point, or touches
+  std::optional<TouchOrder> touch{};  ///< none: the tracker reads them
 };
 
 using CampaignOrder =
@@ -211,6 +221,9 @@ MeasurementData measurement_data(const std::vector<StoredPoint>& points, const s
 /// @param points_of_frame  in their order, of which others are no readings; empty: all that were measured
 FrameReadings frame_readings(const std::vector<StoredPoint>& points,
                              std::vector<FramePoint> points_of_frame = {});
+/// The same of a fixture: the arm had no part in what the tracker read there.
+FrameReadings readings_of_base(const std::vector<StoredPoint>& points,
+                               std::vector<FramePoint> points_of_frame = {});
 /// Those that a check of drift judges, numbered from 1 as the rows of a file.
 std::vector<Measurement> numbered_points(const std::vector<StoredPoint>& points);
 

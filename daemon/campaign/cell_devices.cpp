@@ -28,6 +28,10 @@ constexpr int kLonger = 4;  // times, for a reading that scatters
 constexpr Duration kAgain = 1s;
 constexpr double kSmallTurn_rad = kRadPerDeg, kSmallWay_mm = 10;
 constexpr double kStays = 0.2 * kRadPerDeg;  // or as many mm
+// An arm that is held by its drives or brakes; its encoders show less.
+constexpr double kStill = 0.001 * kRadPerDeg;  // or as many mm
+constexpr int kLooks = 5;
+constexpr Duration kBetweenLooks = 200ms;
 
 std::string mm(double value) {
   char text[32];
@@ -99,12 +103,14 @@ CellDevices::CellDevices(const config::CellConfig& config, CampaignDevices devic
       on_trouble_{std::move(on_trouble)},
       on_waiting_{std::move(on_waiting)} {}
 
-CellDevices::Outcome<Identities> CellDevices::connect(ArmProof proof) {
-  disconnect();
+CellDevices::Outcome<Identities> CellDevices::connect(ArmProof proof, bool with_tracker) {
+  robot_.disconnect();
+  if (with_tracker) tracker_.disconnect();
   await(CellDevice::Controller, "it has to connect");
   auto robot = co_await connect_robot(proof);
   if (!robot) co_return std::unexpected(robot.error());
   await(CellDevice::Controller, {});
+  if (!with_tracker) co_return Identities{*std::move(robot), {}};
   await(CellDevice::Tracker, "it has to connect");
   auto tracker = co_await connect_tracker();
   if (!tracker) co_return std::unexpected(tracker.error());
@@ -199,6 +205,27 @@ CellDevices::Outcome<JointVector> CellDevices::position() {
   auto state = co_await robot_.state(deadline);
   if (!state) co_return std::unexpected(robot_error(state.error()));
   co_return state->q;
+}
+
+CellDevices::Outcome<JointVector> CellDevices::standstill() {
+  JointVector q;
+  for (int looks = 0; looks < kLooks; ++looks) {
+    const TimePoint next = clock_.now() + kBetweenLooks;
+    if (looks > 0) co_await clock_.sleep_until(next);
+    const TimePoint deadline = clock_.now() + kAnswer;
+    auto state = co_await robot_.look(deadline);
+    if (!state) co_return std::unexpected(robot_error(state.error()));
+    await(CellDevice::Controller, {});
+    if (looks == 0) q = state->q;
+    if (state->moving || !has_stayed(state->q, q))
+      co_return std::unexpected(DeviceError{Remedy::Retry, "robot: the arm moves"});
+  }
+  co_return q;
+}
+
+// Written so that a NaN has not.
+bool CellDevices::has_stayed(const JointVector& q, const JointVector& before) {
+  return ((q - before).array().abs() <= kStill).all();
 }
 
 CellDevices::Outcome<drivers::RobotState> CellDevices::ready_state() {

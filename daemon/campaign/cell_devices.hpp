@@ -31,6 +31,12 @@ struct Identities {
   drivers::TrackerIdentity tracker;
 };
 
+/// What of the cell a campaign uses, beside that the controller tells where the arm stands.
+struct CampaignNeeds {
+  bool moving_arm = true;  ///< else it stands, or somebody jogs it
+  bool tracker = true;
+};
+
 /// When an arm's poses are compared with its controller's.
 enum class ArmProof {
   AsItStands,
@@ -53,7 +59,8 @@ class CellDevices {
   using Outcome = boost::asio::awaitable<std::expected<T, DeviceError>>;
 
   /// Connects both anew, tried once, and refuses an arm that is not the configured one.
-  Outcome<Identities> connect(ArmProof proof = ArmProof::AsItStands);
+  /// @param with_tracker  else it stays as it is, and tells no identity
+  Outcome<Identities> connect(ArmProof proof = ArmProof::AsItStands, bool with_tracker = true);
 
   /// Moves every joint alone, by a degree (prismatic: 10 mm) and back, and compares what the controller says
   /// of its axes and its flange with ours: every sign and every zero shows before the first real motion.
@@ -66,6 +73,12 @@ class CellDevices {
 
   /// The actual joint positions.
   Outcome<JointVector> position();
+
+  /// Where the arm stands that somebody jogs: in any operating mode, by the controller's state server alone.
+  /// Fails with Retry while it moves.
+  Outcome<JointVector> standstill();
+  /// Whether an arm at q stands where another time it stood at `before`: nobody jogs it back so well.
+  static bool has_stayed(const JointVector& q, const JointVector& before);
 
   /// Moves, and compares what the controller says of its axes and its flange there with ours.
   /// @return the actual joint positions at the end

@@ -30,7 +30,7 @@ Seen seen_of(const StoredPoint& point) { return {point.pose, point.smr}; }
 std::map<Seen, Eigen::Vector3d> seen_in_face1(const std::vector<StoredPoint>& measured) {
   std::map<Seen, Eigen::Vector3d> seen;
   for (const StoredPoint& point : measured)
-    if (point.purpose == PointPurpose::Face1) seen.insert_or_assign(seen_of(point), point.p_WS_mm);
+    if (point.purpose == PointPurpose::Face1) seen.insert_or_assign(seen_of(point), *point.p_WS_mm);
   return seen;
 }
 
@@ -40,7 +40,7 @@ std::optional<AimingConstants> constants_of(const std::vector<StoredPoint>& poin
   std::vector<FacePair> pairs;
   for (const StoredPoint& point : points)
     if (const auto seen = face1.find(seen_of(point)); seen != face1.end())
-      pairs.push_back({seen->second, point.p_WS_mm});
+      pairs.push_back({seen->second, *point.p_WS_mm});
   return aiming_constants(pairs, noise);
 }
 
@@ -56,7 +56,7 @@ void correct_aim(const std::vector<StoredPoint>& measured, const TrackerNoiseMod
          "the tracker's faces differ by more than such constants explain: have it checked and compensated"});
   if (!constants->significant()) return;
   for (StoredPoint& point : corrected.points)
-    if (!face1.contains(seen_of(point))) point.p_WS_mm = constants->corrected(point.p_WS_mm);
+    if (!face1.contains(seen_of(point))) point.p_WS_mm = constants->corrected(*point.p_WS_mm);
 }
 
 // ---- Nests
@@ -84,7 +84,7 @@ std::vector<Check> checks_of(const std::vector<StoredPoint>& measured, std::size
     if (checks.empty() || checks.back().pose != point.pose)
       checks.push_back({point.pose, NestReadings(nests), points});
     const std::size_t nest = number_of_nest(point.smr);
-    if (nest >= 1 && nest <= nests) checks.back().nests[nest - 1] = {point.p_WS_mm, 1};
+    if (nest >= 1 && nest <= nests) checks.back().nests[nest - 1] = {*point.p_WS_mm, 1};
   }
   return checks;
 }
@@ -128,11 +128,11 @@ std::vector<int> move_to_start(const std::vector<Check>& checks, const StandHist
   std::vector<int> left_out;
   for (std::size_t i = 0; i < points.size(); ++i) {
     StoredPoint& point = points[i];
-    if (places[i] && is_open(history, *places[i], point.p_WS_mm, noise)) {
+    if (places[i] && is_open(history, *places[i], *point.p_WS_mm, noise)) {
       left_out.push_back(point.pose);
       continue;
     }
-    if (places[i]) point.p_WS_mm = history.to_start(places[i]->check, places[i]->share) * point.p_WS_mm;
+    if (places[i]) point.p_WS_mm = history.to_start(places[i]->check, places[i]->share) * *point.p_WS_mm;
     moved.push_back(std::move(point));
   }
   points = std::move(moved);

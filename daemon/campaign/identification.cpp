@@ -18,7 +18,7 @@ std::vector<double> reference_drift_mm(const std::vector<StoredPoint>& points) {
   for (const StoredPoint& point : points) {
     if (point.purpose != PointPurpose::Reference) continue;
     if (first == nullptr) first = &point;
-    drift_mm.push_back((point.p_WS_mm - first->p_WS_mm).norm());
+    drift_mm.push_back((*point.p_WS_mm - *first->p_WS_mm).norm());
   }
   return drift_mm;
 }
@@ -48,7 +48,7 @@ CalibrationVerdict verdict_on(const CalibrationResult& result, const std::vector
   const CorrectedPoints corrected = corrected_points(points, config, resumptions);
   std::vector<Eigen::Vector3d> reference_mm;
   for (const StoredPoint& point : corrected.points)
-    if (point.purpose == PointPurpose::Reference) reference_mm.push_back(point.p_WS_mm);
+    if (point.purpose == PointPurpose::Reference) reference_mm.push_back(*point.p_WS_mm);
   const MeasurementData data = as_fitted(result.calibration, campaign_data(points, config, resumptions));
   return calibration_verdict({.calibration = result.calibration,
                               .data = data,

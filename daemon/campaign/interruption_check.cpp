@@ -56,6 +56,7 @@ class InterruptionCheck {
   NestReadings then_, now_;          ///< of the poses that were seen again
   NestReadings nests_then_, nests_now_;
   bool nests_moved_ = false;
+  bool touched_ = false;      ///< of what the arm's TCP touched no tracker tells anything
   std::vector<int> numbers_;  ///< of them
   std::string moved_;         ///< by how much the tracker has, in words; empty: not at all
 };
@@ -68,7 +69,7 @@ std::vector<StoredPoint> spread(std::vector<StoredPoint> points) {
     const auto distance_mm = [&](const StoredPoint& point) {
       double nearest_mm = std::numeric_limits<double>::infinity();
       for (const StoredPoint& other : chosen)
-        nearest_mm = std::min(nearest_mm, (point.p_WS_mm - other.p_WS_mm).norm());
+        nearest_mm = std::min(nearest_mm, (*point.p_WS_mm - *other.p_WS_mm).norm());
       return nearest_mm;
     };
     const auto next = chosen.empty() ? points.begin() : std::ranges::max_element(points, {}, distance_mm);
@@ -88,6 +89,7 @@ InterruptionCheck::InterruptionCheck(MeasuringSession& session)
   for (const StoredPoint& point : session_.result().points) {
     const StoredPoint at_first = seen_at_first(point, session_.result().resumptions);
     if (point.purpose == PointPurpose::Nest) nests[point.smr] = at_first;
+    touched_ = touched_ || !point.p_WS_mm;
     if (is_pose(point.purpose) && session_.has_reflector(point.smr)) poses.push_back(at_first);
   }
   poses_ = spread(std::move(poses));
@@ -95,6 +97,10 @@ InterruptionCheck::InterruptionCheck(MeasuringSession& session)
 }
 
 CampaignOutcome<SinceInterruption> InterruptionCheck::run() {
+  if (touched_)
+    co_return SinceInterruption{
+        X_,
+        "the points that had been touched are kept; nobody has looked whether arm or fixture moved since"};
   if (poses_.empty()) co_return SinceInterruption{X_, "nothing had been measured"};
   Done done = co_await look_at_nests();
   if (!done) co_return std::unexpected(done.error());
@@ -123,12 +129,12 @@ CampaignOutcome<void> InterruptionCheck::judge() {
 /// Where they have moved, they also tell where to look for the arm's reflector.
 CampaignOutcome<void> InterruptionCheck::look_at_nests() {
   for (const StoredPoint& nest : nests_) {
-    const Eigen::Vector3d p_mm = X_.inverse() * nest.p_WS_mm;
+    const Eigen::Vector3d p_mm = X_.inverse() * *nest.p_WS_mm;
     auto seen = co_await session_.measure_again(nest, p_mm + off_mm_);
     if (!seen) co_return std::unexpected(seen.error());
     if (!*seen) continue;
     off_mm_ = **seen - p_mm;
-    nests_then_.push_back({nest.p_WS_mm, 1});
+    nests_then_.push_back({*nest.p_WS_mm, 1});
     nests_now_.push_back({**seen, 1});
   }
   const auto motion = tracker_motion(nests_then_, nests_now_, {.tracker = noise_.tracker});
@@ -143,12 +149,12 @@ CampaignOutcome<void> InterruptionCheck::look_at_nests() {
 CampaignOutcome<void> InterruptionCheck::measure(std::size_t poses) {
   for (; now_.size() < poses && tried_ < std::min(poses_.size(), kMostTries); ++tried_) {
     const StoredPoint& before = poses_[tried_];
-    const Eigen::Vector3d p_mm = X_.inverse() * before.p_WS_mm;
+    const Eigen::Vector3d p_mm = X_.inverse() * *before.p_WS_mm;
     auto seen = co_await session_.measure_again(before, p_mm + off_mm_);
     if (!seen) co_return std::unexpected(seen.error());
     if (!*seen) continue;
     off_mm_ = **seen - p_mm;
-    then_.push_back({before.p_WS_mm, 1});
+    then_.push_back({*before.p_WS_mm, 1});
     now_.push_back({**seen, 1});
     numbers_.push_back(before.pose);
   }

@@ -172,7 +172,7 @@ std::vector<TestPoint> Iso9283Campaign::measured_points() {
     points.push_back({.name = name_of(i), .commanded = {poses_.p_B_mm[i], {}}, .attained = {}});
   for (const StoredPoint& point : session_.corrected().points) {
     const Stop& stop = stops_[static_cast<std::size_t>(point.pose - 1) % stops_.size()];
-    points[stop.point].attained.push_back({{point.p_WS_mm, {}}, stop.direction, {}});
+    points[stop.point].attained.push_back({{*point.p_WS_mm, {}}, stop.direction, {}});
   }
   return points;
 }

@@ -58,12 +58,11 @@ MeasuringSession::MeasuringSession(const config::CellConfig& config, CampaignDev
   for (const PlannedPose& planned : past_->plan.poses) in_plan_.insert(planned.pose);
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::connect(bool moves_arm) {
+MeasuringSession::Outcome<void> MeasuringSession::connect(const CampaignNeeds& needs) {
   enter(CampaignPhase::Connect);
   auto begun = co_await begin();
   if (!begun) co_return std::unexpected(store_failed(begun.error()));
-  const ArmProof proof = moves_arm ? ArmProof::ByMotion : ArmProof::AsItStands;
-  auto identities = co_await connected_devices(proof);
+  auto identities = co_await connected_devices(needs);
   if (!identities) co_return std::unexpected(fatal(identities.error()));
   result_->identities = *std::move(identities);
   begun_ = true;
@@ -72,16 +71,17 @@ MeasuringSession::Outcome<void> MeasuringSession::connect(bool moves_arm) {
     return journal_.know(result_->identities);
   };
   Done known = co_await journalled<void>(write);
-  if (!known || !moves_arm) co_return known;
+  if (!known || !needs.moving_arm) co_return known;
   Done proven = co_await prove_arm();
   co_return proven;
 }
 
 /// What is away for a moment only, or hangs up, is no end of a campaign; what stays away is told before the
 /// arm has moved.
-CellDevices::Outcome<Identities> MeasuringSession::connected_devices(ArmProof proof) {
+CellDevices::Outcome<Identities> MeasuringSession::connected_devices(const CampaignNeeds& needs) {
+  const ArmProof proof = needs.moving_arm ? ArmProof::ByMotion : ArmProof::AsItStands;
   for (int tries_left = config_.campaign.retries;; --tries_left) {
-    auto identities = co_await devices_.connect(proof);
+    auto identities = co_await devices_.connect(proof, needs.tracker);
     if (identities || identities.error().remedy == Remedy::WrongArm || tries_left == 0) co_return identities;
     observer_.on_trouble(identities.error().detail + "; trying again");
     const TimePoint next = clock_.now() + kBeforeRetry;
@@ -381,7 +381,7 @@ MeasuringSession::Outcome<StoredPoint> MeasuringSession::keep(Points points) {
 
 /// @return how far it is from where it was expected
 double MeasuringSession::count_deviation(const StoredPoint& point) {
-  const double deviation_mm = (seen_at_first(point).p_WS_mm - search_.predicted_mm(point)).norm();
+  const double deviation_mm = (*seen_at_first(point).p_WS_mm - search_.predicted_mm(point)).norm();
   if (search_.placement_known()) count_error(deviation_mm);
   return deviation_mm;
 }
@@ -407,7 +407,7 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure_
       if (!stored) co_return std::unexpected(stored.error());
       if (is_pose(what.purpose)) {
         ++progress_.done;
-        observer_.on_point(*stored, (seen_at_first(*stored).p_WS_mm - p_W_mm).norm(), progress());
+        observer_.on_point(*stored, (*seen_at_first(*stored).p_WS_mm - p_W_mm).norm(), progress());
       }
       co_return seen_at_first(*stored);
     }
@@ -428,6 +428,45 @@ CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_beside(CellDevices::
   point.purpose = PointPurpose::Nest;
   point.q_target = point.q_commanded = point.q_actual = *q;
   co_return point;
+}
+
+MeasuringSession::Outcome<void> MeasuringSession::touch(Touch what) {
+  if (past_) {
+    if (measured_before(what.number, PointPurpose::Frame, what.point)) {
+      ++progress_.done;
+      co_return Done{};
+    }
+    Done going_on = co_await go_on();
+    if (!going_on) co_return going_on;
+  }
+  StoredPoint point;
+  point.pose = what.number;
+  point.purpose = PointPurpose::Frame;
+  point.smr = what.point;
+  for (std::string sentence = what.wish;;) {
+    co_await wait_for_hand(sentence);
+    auto q = co_await jogged_to();
+    if (q) {
+      point.q_actual = *std::move(q);
+      break;
+    }
+    sentence = q.error().detail + ": " + what.wish;
+  }
+  auto stored = co_await store(std::move(point));
+  if (!stored) co_return std::unexpected(stored.error());
+  ++progress_.done;
+  observer_.on_point(*stored, 0, progress());
+  co_return Done{};
+}
+
+/// Who resumes twice has not touched twice.
+CellDevices::Outcome<JointVector> MeasuringSession::jogged_to() {
+  auto q = co_await devices_.standstill();
+  if (!q || result_->points.empty()) co_return q;
+  const StoredPoint& before = result_->points.back();
+  if (!CellDevices::has_stayed(*q, before.q_actual)) co_return q;
+  co_return std::unexpected(DeviceError{
+      Remedy::Retry, "robot: the arm has not been moved since it touched point \"" + before.smr + "\""});
 }
 
 MeasuringSession::Outcome<void> MeasuringSession::skip(MeasuringTarget target, int attempts,

@@ -67,9 +67,9 @@ class MeasuringSession {
                    CampaignObserver& observer, RunJob run_compute,
                    std::shared_ptr<const CampaignPast> past = {});
 
-  /// Begins the journal, connects the devices, and sees by small motions that the arm is the configured one.
-  /// @param moves_arm  else it sees so as far as the arm shows it where it stands
-  Outcome<void> connect(bool moves_arm = true);
+  /// Begins the journal, connects the devices, and sees by small motions that the arm is the configured one;
+  /// of one that is not to be moved, as far as it shows that where it stands.
+  Outcome<void> connect(const CampaignNeeds& needs);
   /// Ends the journal, with the result where there is no error.
   boost::asio::awaitable<StoreResult<void>> end(std::optional<CampaignError> error);
 
@@ -118,6 +118,15 @@ class MeasuringSession {
   };
   /// Measures it. @return nothing where it was not seen, which is told
   Outcome<std::optional<StoredPoint>> measure_beside(Beside what, Eigen::Vector3d p_W_mm, double search_mm);
+  /// A point that the arm's TCP is to touch.
+  struct Touch {
+    int number = 0;
+    std::string point;  ///< its name
+    std::string wish;   ///< what somebody is asked to do, as a sentence
+  };
+  /// Waits until somebody has jogged the arm there, and keeps the joints at which it stands. Asks again, and
+  /// says why, where the arm still moves, has not been moved since the touch before, or cannot be asked.
+  Outcome<void> touch(Touch what);
   /// Of a pose, or of what is measured like one.
   int next_number() { return next_number_++; }
   Outcome<void> skip(MeasuringTarget target, int attempts, std::string reason);
@@ -168,7 +177,7 @@ class MeasuringSession {
 
  private:
   Outcome<void> prove_arm();
-  CellDevices::Outcome<Identities> connected_devices(ArmProof proof);
+  CellDevices::Outcome<Identities> connected_devices(const CampaignNeeds& needs);
   boost::asio::awaitable<StoreResult<void>> begin();
   Outcome<std::optional<MeasuringTarget>> substitute(MeasuringTarget failed);
   MeasuringTarget new_substitute(const MeasuringTarget& failed, const JointVector& q);
@@ -176,6 +185,7 @@ class MeasuringSession {
   /// @return at least one of a reflector, each with its point in face 1 behind it where it was seen in both
   CellDevices::Outcome<Points> attempt(MeasuringTarget target);
   CellDevices::Outcome<StoredPoint> attempt_beside(CellDevices::Sight sight);
+  CellDevices::Outcome<JointVector> jogged_to();
   CellDevices::Outcome<JointVector> reach(MeasuringTarget target);
   StoredPoint point_at(const MeasuringTarget& target, const JointVector& reached,
                        const drivers::SmrPoint& measured, const std::string& smr) const;

@@ -26,7 +26,7 @@ CampaignOutcome<void> NestWatch::measure() {
     const MeasuringSession::Beside beside{number, name};
     auto point = co_await session_.measure_beside(beside, seen_mm_[nest], search_mm);
     if (!point) co_return std::unexpected(point.error());
-    if (*point) seen_mm_[nest] = (*point)->p_WS_mm;
+    if (*point) seen_mm_[nest] = *(*point)->p_WS_mm;
   }
   begun_ = true;
   co_return std::expected<void, CampaignError>{};

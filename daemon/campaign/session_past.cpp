@@ -148,7 +148,7 @@ MeasuringSession::Outcome<std::optional<Eigen::Vector3d>> MeasuringSession::meas
       seen->smr = before.smr;
       auto stored = co_await store(*std::move(seen));
       if (!stored) co_return std::unexpected(stored.error());
-      co_return stored->p_WS_mm;
+      co_return *stored->p_WS_mm;
     }
     observer_.on_trouble((is_nest ? before.smr : "pose " + std::to_string(before.pose)) +
                          ", measured again: " + seen.error().detail);

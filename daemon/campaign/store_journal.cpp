@@ -230,6 +230,7 @@ record::FrameDocument base_document_of(const BaseResult& base, const RobotModel&
   const Eigen::Isometry3d X_told = config::as_told(base.frame.X);
   record::FrameDocument document = record::frame_document_of(record::FrameKind::Base, base.order.number,
                                                              base.data, base.frame, X_told, base.order.by);
+  if (base.order.touch) document.touched_by = base.order.touch->tool.number;
   if (base.frame.is_sound())
     document.yaml = config::base_yaml({base.order.number, robot.name, base.order.model_made, X_told});
   return document;

@@ -34,7 +34,7 @@ std::expected<std::vector<config::ValidationPoint>, std::string> validation_poin
     if (smr == cell.reflectors.end())
       return std::unexpected("it knows no reflector \"" + point.smr + "\", by which it was validated");
     const auto index = static_cast<int>(smr - cell.reflectors.begin());
-    found.push_back({point.q_actual, index, point.direction, {}, point.p_WS_mm});
+    found.push_back({point.q_actual, index, point.direction, {}, *point.p_WS_mm});
   }
   return found;
 }

@@ -142,7 +142,7 @@ CampaignOutcome<void> TargetsCampaign::close_in(MeasuringTarget target, Start st
       outcome.reason = session_.result().skipped.back().reason;
       break;
     }
-    loop.add((*point)->p_WS_mm);
+    loop.add(*(*point)->p_WS_mm);
   }
   if (loop.errors_mm().empty()) co_return Done{};
   outcome.q = loop.q();

@@ -86,8 +86,8 @@ json::object point_json(const RobotModel& robot, const StoredPoint& point) {
           {"q_target_deg", record::joints_json(point.q_target, robot)},
           {"q_commanded_deg", record::joints_json(point.q_commanded, robot)},
           {"q_actual_deg", record::joints_json(point.q_actual, robot)},
-          {"p_mm", vector_json(point.p_WS_mm)},
-          {"std_mm", vector_json(point.std_mm)},
+          {"p_mm", point.p_WS_mm ? vector_json(*point.p_WS_mm) : json::value{}},
+          {"std_mm", point.p_WS_mm ? vector_json(point.std_mm) : json::value{}},
           {"time", point.time}};
 }
 
@@ -239,10 +239,8 @@ std::string measurements_csv(const StoredCampaign& campaign, const RobotModel& r
   for (StoredPoint& point : points) point = seen_at_first(std::move(point), campaign.resumptions);
   std::ostringstream text;
   if (is_of_frame(campaign.record)) {
-    FrameReadings data = frame_readings(points, points_of_frame(campaign.record));
-    if (campaign.record.kind == "base")
-      for (FrameReading& reading : data.readings) reading.q.resize(0);  // the arm had no part in them
-    config::write_frame_readings(text, data, robot);
+    const auto readings = campaign.record.kind == "base" ? readings_of_base : frame_readings;
+    config::write_frame_readings(text, readings(points, points_of_frame(campaign.record)), robot);
   } else {
     config::write_measurements(text, measurement_data(points, {}), robot);
   }

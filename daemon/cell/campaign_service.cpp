@@ -185,13 +185,14 @@ MethodResult CampaignService::start_tool(const json::object& params, Starter sta
 
 MethodResult CampaignService::start_base(const json::object& params, Starter starter) {
   ParamReader read{params};
-  BaseOrder order = base_order(read);
+  BaseOrder order = base_order(read, models_.tools());
   if (auto wrong = read.finish()) return std::unexpected(*wrong);
   const auto model = models_.needed_for_drift();
   if (!model) return std::unexpected(model.error());
   const DriftReference& reference = *(*model)->drift_reference;
-  order.by = {reference.cell, reference.covariance, reference.noise};
-  order.model_made = (*model)->record.created;
+  const auto usable =
+      use_model({reference.cell, reference.covariance, reference.noise}, (*model)->record, order);
+  if (!usable) return std::unexpected(runner_.wrong_state(usable.error()));
   return begin(parts_.config, std::move(order), std::move(starter));
 }
 
@@ -240,6 +241,7 @@ std::expected<void, RpcError> CampaignService::launch(StoreJournal::Options opti
   const CampaignDevices devices{devices_.robot(), devices_.tracker(), parts_.clock};
   run_ =
       std::make_shared<Run>(std::move(options), parts_, devices, observer, std::move(order), std::move(past));
+  devices_.serve(run_->campaign.needs());
   asio::co_spawn(parts_.io, run(run_), [](std::exception_ptr failed) {
     if (failed) std::rethrow_exception(failed);
   });
@@ -261,6 +263,8 @@ asio::awaitable<void> CampaignService::run(std::shared_ptr<Run> run) {
 asio::awaitable<void> CampaignService::close(const Run& run, std::optional<CampaignError> error) {
   const std::string reason = error ? "the campaign ended: " + error->detail : "the campaign is done";
   error ? log_warning(reason) : log_info(reason);
+  const bool lost =
+      error && (error->fault == CampaignFault::Device || error->fault == CampaignFault::WrongArm);
   const CampaignRecord& record = run.journal.record();
   if (!error && !record.reason.empty()) log_warning(record.reason);
   if (record.state == "interrupted") co_await load_interrupted();
@@ -270,9 +274,9 @@ asio::awaitable<void> CampaignService::close(const Run& run, std::optional<Campa
   } else {
     if (!record.model_id.empty())
       co_await models_.announce_made(record.model_id, run.journal.activated(), record.started_by);
-    runner_.apply(CampaignEnded{}, reason);
-    if (error && (error->fault == CampaignFault::Device || error->fault == CampaignFault::WrongArm))
-      runner_.apply(DeviceLost{error->detail}, reason);
+    const bool connected = run.campaign.needs().tracker || devices_.connected();
+    runner_.apply(CampaignEnded{lost || connected}, reason);
+    if (lost) runner_.apply(DeviceLost{error->detail}, reason);
   }
   // Last: who waits for the end may command the cell at once.
   parts_.events.publish(control::Topic::Campaign, progress_json());
@@ -349,8 +353,8 @@ void CampaignService::on_point(const StoredPoint& point, double deviation_mm,
                    {"pose", point.pose},
                    {"purpose", purpose_name(point.purpose)},
                    {"smr", point.smr},
-                   {"p_mm", vector_json(point.p_WS_mm)},
-                   {"std_mm", vector_json(point.std_mm)},
+                   {"p_mm", point.p_WS_mm ? vector_json(*point.p_WS_mm) : json::value{}},
+                   {"std_mm", point.p_WS_mm ? vector_json(point.std_mm) : json::value{}},
                    {"error_mm", progress.error_mm ? json::value(deviation_mm) : json::value{}},
                    {"reason", ""}});
   on_progress(progress);

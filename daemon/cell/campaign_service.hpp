@@ -78,6 +78,8 @@ class CampaignService final : private CampaignObserver {
   MethodReply abort_interrupted(std::string id);
   boost::asio::awaitable<std::expected<CampaignOrder, control::RpcError>> order_of(std::string kind,
                                                                                    KeptOrder kept);
+  std::expected<BaseOrder, control::RpcError> touching_order(const KeptOrder& kept,
+                                                             const ModelService::Found& model) const;
   std::expected<const InterruptedCampaign*, control::RpcError> interrupted(const std::string& id) const;
   control::RpcError nothing_paused() const;
   control::RpcError cannot_go_on(const std::string& id, const std::string& why) const;

@@ -74,6 +74,10 @@ std::optional<CellStep> resume_interrupted(const CampaignResumeRequested& resume
   return go(Running{resume.campaign_id}, {CellCommand::StartCampaign});
 }
 
+CellStep ended(const CampaignEnded& campaign) {
+  return campaign.connected ? go(Ready{}) : go(Disconnected{}, {CellCommand::CloseDevices});
+}
+
 CellStep fault(std::string reason, std::vector<CellCommand> commands) {
   return go(Faulted{std::move(reason)}, std::move(commands));
 }
@@ -203,9 +207,9 @@ CellStep on_outcome(const CellState& state, const CellEvent& event, TimePoint no
           [](const Running& s, const CampaignPaused&) {
             return go(Paused{s.campaign_id, s.waiting});
           },
-          [](const Running&, const CampaignEnded&) { return go(Ready{}); },
-          [](const Paused&, const CampaignEnded&) { return go(Ready{}); },
-          [](const Aborting&, const CampaignEnded&) { return go(Ready{}); },
+          [](const Running&, const CampaignEnded& e) { return ended(e); },
+          [](const Paused&, const CampaignEnded& e) { return ended(e); },
+          [](const Aborting&, const CampaignEnded& e) { return ended(e); },
 
           [&](const StreamStarting&, const StreamProgramStarted&) {
             return go(StreamStarting{now, true});

@@ -121,7 +121,9 @@ struct DeviceAwaited {
 };
 /// It has paused itself.
 struct CampaignPaused {};
-struct CampaignEnded {};
+struct CampaignEnded {
+  bool connected = true;  ///< the devices are; else it did not need both, and they are let go
+};
 /// The controller's program runs that opens RSI.
 struct StreamProgramStarted {};
 struct StreamStarted {};

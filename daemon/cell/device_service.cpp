@@ -156,7 +156,8 @@ asio::awaitable<void> DeviceService::ask_robot() {
   const TimePoint deadline = parts_.clock.now() + kCheckAnswer;
   auto asked = co_await robot_.state(deadline);
   if (!may_be_asked()) co_return;
-  const std::string why = asked ? asked->why_not_ready : asked.error().detail;
+  const bool may_stand = in_campaign() && !needs_.moving_arm;
+  const std::string why = !asked ? asked.error().detail : may_stand ? "" : asked->why_not_ready;
   if (in_campaign()) {
     runner_.await(CellDevice::Controller, why.empty() ? "" : "robot: " + why);
   } else if (!asked) {
@@ -179,7 +180,7 @@ std::expected<drivers::RobotState, std::string> DeviceService::robot_state() con
 
 /// The stream does without the tracker; whoever is ready to measure does not.
 asio::awaitable<void> DeviceService::ask_tracker() {
-  if (in_campaign() && !tracker_.connected()) co_return;
+  if (in_campaign() && !(needs_.tracker && tracker_.connected())) co_return;
   const TimePoint deadline = parts_.clock.now() + kCheckAnswer;
   auto asked = co_await tracker_.check(deadline);
   const std::string why = asked ? "" : "tracker: " + asked.error().detail;

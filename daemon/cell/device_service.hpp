@@ -31,6 +31,10 @@ class DeviceService {
   /// Brakes the arm, and leaves the program that it is in.
   boost::asio::awaitable<void> stop_robot();
   void disconnect() { devices_.disconnect(); }
+  /// Whether both are connected.
+  bool connected() const { return robot_.connected() && tracker_.connected(); }
+  /// A campaign begins, and is not bothered about what it does not use.
+  void serve(const CampaignNeeds& needs) { needs_ = needs; }
 
   /// What the controller has told of itself lately, or why that is not known.
   std::expected<drivers::RobotState, std::string> robot_state() const;
@@ -64,6 +68,7 @@ class DeviceService {
   WatchedRobot robot_;
   WatchedTracker tracker_;
   CellDevices devices_;
+  CampaignNeeds needs_;  ///< of the last campaign
 };
 
 }  // namespace truepose::daemon

@@ -36,6 +36,15 @@ const Row* row_of(const std::optional<std::vector<Row>>& rows, std::size_t point
   return rows && point < rows->size() ? &(*rows)[point] : nullptr;
 }
 
+/// The tool of this number, to touch with; none, which is told to `read`, where it was not measured.
+std::optional<TouchOrder> touch_order(int number, control::ParamReader& read, const ToolService& tools) {
+  if (const config::ToolFile* known = tools.of(number)) return TouchOrder{*known, {}};
+  const std::string tool = std::to_string(number);
+  read.fail("touch", "no tool " + tool + " is in use: measure it (truepose campaign start --tool " + tool +
+                         "), then take it into use (truepose tools activate ID)");
+  return std::nullopt;
+}
+
 std::vector<FramePoint> framed(const std::vector<ToolPoint>& points) {
   std::vector<FramePoint> framed;
   for (const ToolPoint& point : points) framed.push_back(point.point);
@@ -96,25 +105,49 @@ ToolOrder tool_order(control::ParamReader& read, const config::CellConfig& confi
   return order;
 }
 
-BaseOrder base_order(control::ParamReader& read) {
+BaseOrder base_order(control::ParamReader& read, const ToolService& tools) {
   BaseOrder order;
   order.number = static_cast<int>(read.required(read.integer("number", 1, 1000), "number"));
   const auto names = read.required(read.texts("points"), "points");
-  const auto at = read.required(read.rows("at", 3, kMostFixturePoints), "at");
+  const auto at = read.rows("at", 3, kMostFixturePoints);
   const auto known = read.rows("known", 3, kMostFixturePoints);
-  order.readings = static_cast<int>(read.integer("readings", 1, 100).value_or(order.readings));
+  const auto touching = read.integer("touch", 1, 1000);
+  const bool touched = touching.has_value();
+  if (touched) order.touch = touch_order(static_cast<int>(*touching), read, tools);
+  order.readings = static_cast<int>(read.integer("readings", 1, 100).value_or(touched ? 1 : order.readings));
   if (names.size() > kMostFixturePoints)
     read.fail("points", "expected at most " + std::to_string(kMostFixturePoints));
-  if (at.size() != names.size()) read.fail("at", "expected a row for each of the points");
+  if (!at && !touched)
+    read.fail(
+        "at",
+        "missing: the tracker has to be told where the points are, roughly; or give touch, the number of "
+        "the tool whose TCP touches them");
+  if (at && touched)
+    read.fail("at", "the tracker looks for no points that touch asks for: leave out one of both");
+  if (at && at->size() != names.size()) read.fail("at", "expected a row for each of the points");
   if (known && known->size() != names.size()) read.fail("known", "expected a row for each of the points");
   std::vector<FramePoint> points;
-  for (std::size_t i = 0; i < std::min(names.size(), at.size()); ++i) {
-    FixturePoint& point = order.points.emplace_back(FixturePoint{{names[i], std::nullopt}, vector_of(at[i])});
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    FixturePoint& point = order.points.emplace_back(FixturePoint{{names[i], std::nullopt}});
+    if (const Row* row = row_of(at, i)) point.p_B_mm = vector_of(*row);
     if (const Row* row = row_of(known, i)) point.point.p_mm = vector_of(*row);
     points.push_back(point.point);
   }
   if (const std::string why = why_no_frame(points, std::nullopt); !why.empty()) read.fail("points", why);
   return order;
+}
+
+std::expected<void, std::string> use_model(MeasuringCell by, const ModelRecord& model, BaseOrder& order) {
+  if (order.touch) {
+    auto measured = config::tool_under(by, order.touch->tool);
+    if (!measured)
+      return std::unexpected("tool " + std::to_string(order.touch->tool.number) + ": " + measured.error());
+    order.touch->measured = *std::move(measured);
+  }
+  order.by = std::move(by);
+  order.model_id = model.id;
+  order.model_made = model.created;
+  return {};
 }
 
 }  // namespace truepose::daemon

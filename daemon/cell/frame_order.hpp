@@ -1,5 +1,8 @@
 #pragma once
 
+#include <expected>
+#include <string>
+
 #include "daemon/campaign/campaign_result.hpp"
 #include "daemon/cell/tool_service.hpp"
 #include "proto/control/param_reader.hpp"
@@ -12,7 +15,11 @@ namespace truepose::daemon {
 /// `read`.
 ToolOrder tool_order(control::ParamReader& read, const config::CellConfig& config, const ToolService& tools);
 
-/// The same of a work frame.
-BaseOrder base_order(control::ParamReader& read);
+/// The same of a work frame, with the tool that touches its points where one does.
+BaseOrder base_order(control::ParamReader& read, const ToolService& tools);
+
+/// Has a work frame measured by a model, which also says where the tool is that touches its points. Error:
+/// why the tool is of no use under that, one sentence.
+std::expected<void, std::string> use_model(MeasuringCell by, const ModelRecord& model, BaseOrder& order);
 
 }  // namespace truepose::daemon

@@ -7,6 +7,7 @@
 #include "config/text_file.hpp"
 #include "daemon/campaign/tool_cell.hpp"
 #include "daemon/cell/campaign_service.hpp"
+#include "daemon/cell/frame_order.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/control/json_text.hpp"
 
@@ -88,6 +89,24 @@ RpcError CampaignService::cannot_go_on(const std::string& id, const std::string&
                              "; set that right in the cell file, or abort the campaign and start it anew");
 }
 
+/// Of a base whose points are touched.
+std::expected<BaseOrder, RpcError> CampaignService::touching_order(const KeptOrder& kept,
+                                                                   const ModelService::Found& model) const {
+  BaseOrder order = kept.base.value_or(BaseOrder{});
+  try {
+    order.touch =
+        TouchOrder{config::parse_tool(kept.touching_tool, "its tool", parts_.config.robot.model), {}};
+  } catch (const config::ConfigError& error) {
+    return std::unexpected(runner_.wrong_state(error.what()));
+  }
+  const auto by = config::measuring_cell(model.checked->file);
+  if (!by)
+    return std::unexpected(RpcError{ErrorCode::Internal, "model " + kept.model_id + " tells no noise"});
+  const auto usable = use_model(*by, model.record, order);
+  if (!usable) return std::unexpected(runner_.wrong_state(usable.error()));
+  return order;
+}
+
 /// What it was to do, with the model that it was to do it by.
 asio::awaitable<std::expected<CampaignOrder, RpcError>> CampaignService::order_of(std::string kind,
                                                                                   KeptOrder kept) {
@@ -102,6 +121,11 @@ asio::awaitable<std::expected<CampaignOrder, RpcError>> CampaignService::order_o
     order.by = *by;
     order.model_id = kept.model_id;
     co_return CampaignOrder{std::move(order)};
+  }
+  if (kind == "base") {
+    auto order = touching_order(kept, *model);
+    if (!order) co_return std::unexpected(order.error());
+    co_return CampaignOrder{*std::move(order)};
   }
   TargetsOrder order;
   order.cell = model->checked->file.cell;

@@ -47,6 +47,12 @@ Statement& Statement::bind(std::int64_t number) {
   return *this;
 }
 
+Statement& Statement::bind(const std::optional<double>& number) {
+  if (number) return bind(*number);
+  bound(sqlite3_bind_null(statement_.get(), next_++));
+  return *this;
+}
+
 StoreResult<bool> Statement::step() {
   if (error_) return std::unexpected(*error_);
   const int code = sqlite3_step(statement_.get());

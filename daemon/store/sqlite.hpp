@@ -22,6 +22,8 @@ class Statement {
   Statement& bind(std::string_view text);
   Statement& bind(double number);
   Statement& bind(std::int64_t number);
+  /// NULL where there is none.
+  Statement& bind(const std::optional<double>& number);
 
   /// @return true where there is a row, false at the end
   StoreResult<bool> step();
@@ -33,6 +35,7 @@ class Statement {
   std::string text(int column) const;
   /// The same with the ends of its lines.
   std::string document(int column) const;
+  bool is_null(int column) const { return sqlite3_column_type(statement_.get(), column) == SQLITE_NULL; }
   double number(int column) const { return sqlite3_column_double(statement_.get(), column); }
   std::int64_t integer(int column) const { return sqlite3_column_int64(statement_.get(), column); }
 

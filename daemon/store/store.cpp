@@ -35,8 +35,9 @@ std::optional<std::vector<int>> whole_numbers(std::string_view text) {
 
 bool finite(const StoredPoint& point) {
   return point.q_target.allFinite() && point.q_commanded.allFinite() && point.q_actual.allFinite() &&
-         point.p_WS_mm.allFinite() && point.std_mm.allFinite() && std::isfinite(point.temperature_c) &&
-         std::isfinite(point.pressure_mbar) && std::isfinite(point.humidity_percent);
+         (!point.p_WS_mm || point.p_WS_mm->allFinite()) && point.std_mm.allFinite() &&
+         std::isfinite(point.temperature_c) && std::isfinite(point.pressure_mbar) &&
+         std::isfinite(point.humidity_percent);
 }
 
 /// Of a campaign, as campaign_of() takes them; without its document, which may be long.
@@ -267,10 +268,11 @@ StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredP
       .bind(list_text(p.q_actual))
       .bind(list_text(p.direction))
       .bind(p.smr);
-  insert.bind(p.p_WS_mm.x()).bind(p.p_WS_mm.y()).bind(p.p_WS_mm.z());
-  insert.bind(p.std_mm.x()).bind(p.std_mm.y()).bind(p.std_mm.z());
-  insert.bind(p.temperature_c).bind(p.pressure_mbar).bind(p.humidity_percent).bind(p.time);
-  insert.bind(std::int64_t{p.resumption});
+  const Eigen::Vector3d seen_mm = p.p_WS_mm.value_or(Eigen::Vector3d(0, 0, 0));
+  for (const double of_tracker : {seen_mm.x(), seen_mm.y(), seen_mm.z(), p.std_mm.x(), p.std_mm.y(),
+                                  p.std_mm.z(), p.temperature_c, p.pressure_mbar, p.humidity_percent})
+    insert.bind(p.p_WS_mm ? std::optional{of_tracker} : std::nullopt);
+  insert.bind(p.time).bind(std::int64_t{p.resumption});
   return impl_->commit(operation, {&insert});
 }
 
@@ -382,6 +384,8 @@ StoreResult<std::vector<StoredPoint>> Store::Impl::measured(const std::string& c
     if (!purpose)
       return std::unexpected(
           StoreError{"reading campaign " + campaign_id + ": a point has no purpose that is known"});
+    std::optional<Eigen::Vector3d> seen_mm;
+    if (!query.is_null(7)) seen_mm = Eigen::Vector3d(query.number(7), query.number(8), query.number(9));
     points.push_back({.pose = pose_number(query.integer(0)),
                       .purpose = *purpose,
                       .q_target = *target,
@@ -389,7 +393,7 @@ StoreResult<std::vector<StoredPoint>> Store::Impl::measured(const std::string& c
                       .q_actual = *actual,
                       .direction = {direction->begin(), direction->end()},
                       .smr = query.text(6),
-                      .p_WS_mm = {query.number(7), query.number(8), query.number(9)},
+                      .p_WS_mm = seen_mm,
                       .std_mm = {query.number(10), query.number(11), query.number(12)},
                       .temperature_c = query.number(13),
                       .pressure_mbar = query.number(14),

@@ -57,12 +57,13 @@ inline bool is_pose(PointPurpose purpose) {
 struct StoredPoint {
   int pose = 0;  ///< its number in the campaign, from 1
   PointPurpose purpose = PointPurpose::Identify;
-  JointVector q_target;                ///< the pose that was wanted (rad, mm)
-  JointVector q_commanded;             ///< what was sent: differs from it when compensated
-  JointVector q_actual;                ///< what the controller reported at the end
-  std::vector<std::int8_t> direction;  ///< in which each joint moved last (-1, 1; 0 or empty: not known)
-  std::string smr;
-  Eigen::Vector3d p_WS_mm{0, 0, 0};
+  JointVector q_target;                    ///< the pose that was wanted (rad, mm)
+  JointVector q_commanded;                 ///< what was sent: differs from it when compensated
+  JointVector q_actual;                    ///< what the controller reported at the end
+  std::vector<std::int8_t> direction;      ///< in which each joint moved last (-1, 1; 0 or empty: not known)
+  std::string smr;                         ///< the reflector, or the point that it was put to
+  std::optional<Eigen::Vector3d> p_WS_mm;  ///< as the tracker read it; none: the arm's TCP touched the point
+  // Of the tracker's reading.
   Eigen::Vector3d std_mm{0, 0, 0};
   double temperature_c = 0, pressure_mbar = 0, humidity_percent = 0;
   std::string time;    ///< RFC 3339

@@ -210,6 +210,38 @@ CREATE TABLE tool (
 ) STRICT;
 )sql";
 
+// A point of a fixture may be touched by the arm's TCP, and then no tracker tells of it.
+constexpr const char* kSchema11 = R"sql(
+CREATE TABLE new_point (
+  number           INTEGER PRIMARY KEY,
+  campaign_id      TEXT NOT NULL REFERENCES campaign (id),
+  pose             INTEGER NOT NULL,
+  purpose          TEXT NOT NULL CHECK (purpose IN
+    ('identify', 'validate', 'remeasure', 'reference', 'target', 'cycle', 'nest', 'face1', 'check', 'frame')),
+  q_target         TEXT NOT NULL CHECK (json_valid(q_target)),
+  q_commanded      TEXT NOT NULL CHECK (json_valid(q_commanded)),
+  q_actual         TEXT NOT NULL CHECK (json_valid(q_actual)),
+  direction        TEXT NOT NULL CHECK (json_valid(direction)),
+  smr              TEXT NOT NULL,
+  x_mm             REAL CHECK (x_mm IS NOT NULL OR purpose = 'frame'),
+  y_mm             REAL CHECK ((y_mm IS NULL) = (x_mm IS NULL)),
+  z_mm             REAL CHECK ((z_mm IS NULL) = (x_mm IS NULL)),
+  std_x_mm         REAL,
+  std_y_mm         REAL,
+  std_z_mm         REAL,
+  temperature_c    REAL,
+  pressure_mbar    REAL,
+  humidity_percent REAL,
+  time             TEXT NOT NULL,
+  resumption       INTEGER NOT NULL DEFAULT 0
+) STRICT;
+INSERT INTO new_point SELECT number, campaign_id, pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm,
+  y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time, resumption FROM point;
+DROP TABLE point;
+ALTER TABLE new_point RENAME TO point;
+CREATE INDEX point_of_campaign ON point (campaign_id);
+)sql";
+
 }  // namespace
 
 StoreResult<int> known_version(sqlite::Database& database, const std::string& file) {
@@ -246,6 +278,7 @@ StoreResult<void> migrate(sqlite::Database& database, const std::string& file) {
   if (*version < 8) steps += kEventSchema + std::string{kIdentificationSchema};
   if (*version < 9) steps += CampaignPlans::kSchema;
   if (*version < 10) steps += kSchema10;
+  if (*version < 11) steps += kSchema11;
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
 }
 

@@ -39,6 +39,7 @@ void layout(auto& io, Is<FrameDocument> auto& x) {
   io("points", x.points);
   io("doubtful", x.doubtful);
   io.optional("base_shift", x.base_shift);
+  io.optional("touched_by", x.touched_by, kNumber);
   io("notes", x.notes);
   io("krl", x.krl);
   io.optional("yaml", x.yaml);

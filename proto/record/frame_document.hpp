@@ -50,6 +50,9 @@ struct FrameDocument {
   std::vector<int> doubtful;  ///< rows that the others contradict; with one the frame is not to be used
   /// Of a tool: how far base or tracker stand from where the model has them; none: the readings do not tell.
   std::optional<Shift> base_shift;
+  /// Of a base: number of the tool whose TCP touched its points; none: the tracker read them, or the tool has
+  /// no number.
+  std::optional<int> touched_by{};
   std::vector<std::string> notes;
   std::string krl;   ///< statement for the controller
   std::string yaml;  ///< its file, of a frame that a campaign has measured; else empty

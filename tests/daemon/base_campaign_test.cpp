@@ -1,8 +1,14 @@
 // Campaigns that measure a work frame, in virtual time.
 #include <gmock/gmock.h>
 
+#include "config/frame_file.hpp"
+#include "core/identify/work_frame.hpp"
 #include "core/math/angles.hpp"
+#include "daemon/campaign/campaign_options.hpp"
+#include "daemon/cell/frame_order.hpp"
 #include "tests/daemon/campaign_fixture.hpp"
+#include "tests/daemon/jogging_hand.hpp"
+#include "tests/temp_folder.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -78,6 +84,230 @@ TEST_F(BaseCampaignTest, AsksAgainWhereTheTrackerDoesNotSeeThePoint) {
   EXPECT_THAT(observer.pauses,
               ElementsAre(HasSubstr("\"origin\""), HasSubstr("\"x\""),
                           HasSubstr("the tracker did not see it: put the reflector at point \"x\"")));
+}
+
+TEST_F(BaseCampaignTest, ByTheTrackerIsStartedAnewAfterAnInterruption) {
+  EXPECT_EQ(order_text(order, config, false), "");
+}
+
+/// The same fixture, whose points a tool touches that a tracker once measured.
+struct TouchedBaseTest : BaseCampaignTest {
+  TouchedBaseTest() {
+    order.readings = 1;
+    config::ToolFile tool{.number = 3, .arm = config.robot.model.name};
+    tool.data = hand.tool_readings(10, truth.truth.X_WB, kTcp_F_mm);
+    order.touch = TouchOrder{std::move(tool), {}};
+    EXPECT_TRUE(use_model(order.by, model, order));
+  }
+  Eigen::Vector3d place_mm(std::size_t point) const { return X_BU * fixture_mm[point]; }
+  /// Touches what it is asked to, a minute later; where `places` says so, beside it.
+  void with_a_hand(std::vector<Eigen::Vector3d> beside_mm = {}) {
+    observer.at_pause = [this, beside_mm] {
+      ASSERT_LT(observer.pauses.size(), 30U) << observer.pauses.back();
+      const auto touch = static_cast<std::size_t>(campaign->progress().done);
+      const std::size_t point = touch / static_cast<std::size_t>(order.readings);
+      const Eigen::Vector3d off_mm = touch < beside_mm.size() ? beside_mm[touch] : Eigen::Vector3d(0, 0, 0);
+      jog(hand.touching(place_mm(point) + off_mm, kTcp_F_mm));
+      later(std::chrono::seconds{60}, [this] { campaign->resume(); });
+    };
+  }
+  void jog(const JointVector& q) { cell->start_motion(q, 100); }
+  void later(Duration time, std::function<void()> act) {
+    at(clock.now() - TimePoint{} + time, std::move(act));
+  }
+  const BaseResult& measured(std::shared_ptr<const CampaignPast> past = {}) {
+    start(order, std::move(past));
+    EXPECT_TRUE(go_on());
+    EXPECT_TRUE(*outcome) << outcome->error().detail;
+    return (***outcome).as<BaseResult>();
+  }
+  double off_mm(const Eigen::Isometry3d& X) const { return (X.translation() - X_BU.translation()).norm(); }
+
+  const Eigen::Vector3d kTcp_F_mm{-30, 95, 210};
+  const std::vector<Eigen::Vector3d> fixture_mm{{0, 0, 0}, {500, 0, 0}, {-60, 400, 0}, {450, 380, 120}};
+  const ModelRecord model{.id = "m1", .created = "2026-11-25T00:47:22.237Z"};
+  test::JoggingHand hand{truth.truth.robot, 0.02, 11};
+};
+
+TEST_F(TouchedBaseTest, AsksForATouchOfEachPointAndFindsTheFrameByTheJoints) {
+  with_a_hand();
+  const BaseResult& base = measured();
+  EXPECT_THAT(observer.pauses,
+              ElementsAre("touch point \"origin\" of base 5 with the TCP of tool 3, then resume the campaign",
+                          HasSubstr("touch point \"x\""), HasSubstr("touch point \"xy\"")));
+  ASSERT_THAT(journal.points, SizeIs(3));
+  for (const StoredPoint& point : journal.points) {
+    EXPECT_EQ(point.purpose, PointPurpose::Frame);
+    EXPECT_FALSE(point.p_WS_mm) << "no tracker read it";
+    EXPECT_EQ(point.q_commanded.size(), 0) << "nobody sent it there";
+  }
+  EXPECT_EQ(journal.points.back().q_actual, cell->q());
+  EXPECT_LT(off_mm(base.frame.X), 4 * base.frame.sigma_mm());
+  EXPECT_LT(Eigen::AngleAxisd(base.frame.X.linear().transpose() * X_BU.linear()).angle(),
+            4 * base.frame.sigma_rad());
+  EXPECT_EQ(campaign->progress().left(), 0);
+
+  MeasuringCell nominal = order.by;
+  nominal.cell.robot = config.robot.model;
+  const auto by_nominal = work_frame(base.data, nominal, {order.touch->measured.X.translation(), nullptr});
+  EXPECT_GT(off_mm(by_nominal->X), 20 * off_mm(base.frame.X)) << "what the controller's own arm makes of it";
+}
+
+TEST_F(TouchedBaseTest, CountsWhatIsNotKnownOfTheToolAsMuchAsTheReadings) {
+  with_a_hand();
+  const BaseResult base = measured();
+  const auto exact = work_frame(base.data, order.by, {order.touch->measured.X.translation(), nullptr});
+  EXPECT_GT(base.frame.sigma_mm(), 1.02 * exact->sigma_mm());
+}
+
+TEST_F(TouchedBaseTest, NeedsNoTracker) {
+  with_a_hand();
+  measured();
+  EXPECT_EQ(journal.result->identities.tracker.model, "");
+  EXPECT_EQ(journal.result->identities.robot.serial, "MOCK-0001");
+  EXPECT_FALSE(tracker->connected());
+}
+
+TEST_F(TouchedBaseTest, AsksForEachTouchOfAPointAndNamesTheOneThatTheOthersContradict) {
+  order.readings = 3;
+  with_a_hand({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 2, 0}});
+  const BaseResult& base = measured();
+  ASSERT_THAT(observer.pauses, SizeIs(9));
+  EXPECT_THAT(observer.pauses[0], HasSubstr("with the TCP of tool 3 (1 of 3), then resume"));
+  EXPECT_THAT(observer.pauses[4],
+              HasSubstr("point \"x\" of base 5 with the TCP of tool 3 (2 of 3, turned to another side)"));
+  EXPECT_THAT(base.frame.doubtful, Contains(4U));
+  EXPECT_FALSE(base.frame.is_sound());
+}
+
+TEST_F(TouchedBaseTest, ShowsWhichPointIsFarFromItsKnownCoordinates) {
+  order.points.push_back({{"corner", std::nullopt}});
+  for (std::size_t i = 0; i < order.points.size(); ++i) order.points[i].point.p_mm = fixture_mm[i];
+  with_a_hand({{0, 0, 0}, {0, 0, 2}});
+  const BaseResult& base = measured();
+  ASSERT_THAT(base.frame.misfit_mm, SizeIs(4));
+  for (const double mm : base.frame.misfit_mm) EXPECT_GT(mm, 0.1) << "2 mm of one are shared by all";
+  with_a_hand();
+  for (const double mm : measured().frame.misfit_mm) EXPECT_LT(mm, 0.1);
+}
+
+TEST_F(TouchedBaseTest, AsksAgainWhileTheArmMoves) {
+  observer.at_pause = [this] {
+    jog(hand.touching(place_mm(0), kTcp_F_mm));
+    later(std::chrono::milliseconds{300}, [this] {
+      if (observer.pauses.size() < 2) return campaign->resume();
+      campaign->abort("that is enough");
+    });
+  };
+  start(order);
+  ASSERT_TRUE(go_on());
+  EXPECT_THAT(observer.pauses, ElementsAre(HasSubstr("touch point \"origin\""),
+                                           HasSubstr("robot: the arm moves: touch point \"origin\"")));
+  EXPECT_THAT(journal.points, IsEmpty());
+}
+
+TEST_F(TouchedBaseTest, AsksAgainWhereNobodyHasMovedTheArmSinceTheTouchBefore) {
+  observer.at_pause = [this] {
+    if (observer.pauses.size() == 1) jog(hand.touching(place_mm(0), kTcp_F_mm));
+    if (observer.pauses.size() == 3) return campaign->abort("that is enough");
+    later(std::chrono::seconds{60}, [this] { campaign->resume(); });
+  };
+  start(order);
+  ASSERT_TRUE(go_on());
+  EXPECT_THAT(observer.pauses.back(),
+              HasSubstr("the arm has not been moved since it touched point \"origin\": touch point \"x\""));
+  EXPECT_THAT(journal.points, SizeIs(1));
+}
+
+TEST_F(TouchedBaseTest, AsksAgainWhereTheControllerCannotBeAsked) {
+  observer.at_pause = [this] {
+    if (observer.pauses.size() == 1) robot->leave(std::chrono::seconds{90});
+    const auto touch = static_cast<std::size_t>(campaign->progress().done);
+    jog(hand.touching(place_mm(touch), kTcp_F_mm));
+    later(std::chrono::seconds{60}, [this] { campaign->resume(); });
+  };
+  EXPECT_LT(off_mm(measured().frame.X), 0.5);
+  ASSERT_THAT(observer.pauses, SizeIs(4));
+  EXPECT_THAT(observer.pauses[1], HasSubstr("robot: the controller does not answer: touch point \"origin\""));
+}
+
+TEST_F(TouchedBaseTest, ReadsAnArmThatMayNotBeMovedByItsProgram) {
+  with_a_hand();
+  observer.at_phase = [this, pressed = false](CampaignPhase phase) mutable {
+    if (phase == CampaignPhase::Frame && !std::exchange(pressed, true)) robot->press_emergency_stop(true);
+  };
+  EXPECT_LT(off_mm(measured().frame.X), 0.5);
+  EXPECT_THAT(observer.troubles, IsEmpty());
+}
+
+TEST_F(TouchedBaseTest, SaysWhatTheCommandSaysOfTheExportedReadings) {
+  order.readings = 2;
+  with_a_hand();
+  const BaseResult& base = measured();
+  const TempFolder folder;
+  std::ostringstream csv;
+  const RobotModel& arm = config.robot.model;
+  config::write_frame_readings(csv, base.data, arm);
+  EXPECT_THAT(csv.str(), testing::StartsWith("point,q1,q2,q3,q4,q5,q6\n"));
+  const FrameReadings read = config::load_frame_readings(folder.write("touched.csv", csv.str()), arm, false);
+  const config::ToolFile tool =
+      config::load_tool(folder.write("gun.yaml", config::tool_yaml(order.touch->tool)), arm);
+  const auto known = config::tool_under(order.by, tool);
+  const auto offline = work_frame(read, order.by, {known->X.translation(), &*known});
+  ASSERT_TRUE(offline) << offline.error();
+  EXPECT_LT((offline->X.matrix() - base.frame.X.matrix()).norm(), 1e-9);
+  EXPECT_LT((offline->covariance - base.frame.covariance).norm(), 1e-12);
+}
+
+TEST_F(TouchedBaseTest, GoesOnWithTheNextTouchAfterAnInterruption) {
+  order.readings = 2;
+  for (const int touches : {1, 2, 3, 5}) {
+    SCOPED_TRACE(touches);
+    with_a_hand();
+    std::shared_ptr<const CampaignPast> past;
+    observer.at_point = [&, n = 0](const StoredPoint&) mutable {
+      if (++n != touches) return;
+      past = journal.past();
+      campaign->interrupt("the daemon ends");
+    };
+    start(order);
+    ASSERT_TRUE(go_on());
+    ASSERT_FALSE(*outcome);
+    EXPECT_TRUE(outcome->error().interrupted);
+    observer.at_point = {};
+    observer.pauses.clear();
+    const BaseResult& base = measured(past);
+    EXPECT_THAT(observer.pauses, SizeIs(static_cast<std::size_t>(6 - touches)));
+    EXPECT_THAT(base.data.readings, SizeIs(6));
+    EXPECT_EQ(base.data.readings.front().q, past->points.front().q_actual);
+    EXPECT_LT(off_mm(base.frame.X), 4 * base.frame.sigma_mm());
+    EXPECT_EQ(campaign->progress().done, 6);
+    EXPECT_THAT(journal.resumptions.at(0).found, HasSubstr("the points that had been touched are kept"));
+  }
+}
+
+TEST_F(TouchedBaseTest, KeepsItsOrderInTheStore) {
+  order.readings = 4;
+  order.points[1].point.p_mm = Eigen::Vector3d(1, 2, 3);
+  const auto kept = kept_order(order_text(order, config, false));
+  ASSERT_TRUE(kept) << kept.error();
+  EXPECT_EQ(kept->model_id, "m1");
+  ASSERT_TRUE(kept->base);
+  EXPECT_EQ(kept->base->number, 5);
+  EXPECT_EQ(kept->base->readings, 4);
+  ASSERT_THAT(kept->base->points, SizeIs(3));
+  EXPECT_EQ(kept->base->points[1].point.name, kOnX);
+  EXPECT_EQ(kept->base->points[1].point.p_mm, order.points[1].point.p_mm);
+  const config::ToolFile tool = config::parse_tool(kept->touching_tool, "its tool", config.robot.model);
+  EXPECT_EQ(tool.number, 3);
+  EXPECT_EQ(tool.data.readings[9].q, order.touch->tool.data.readings[9].q);
+  EXPECT_EQ(tool.data.readings[9].p_WS_mm, order.touch->tool.data.readings[9].p_WS_mm);
+}
+
+TEST_F(TouchedBaseTest, RefusesAToolThatIsOfNoUseUnderTheModel) {
+  *order.touch->tool.data.readings[2].p_WS_mm += Eigen::Vector3d(0, 3, 0);
+  EXPECT_EQ(use_model(order.by, model, order).error(),
+            "tool 3: its readings contradict each other under this model; measure the tool again");
 }
 
 }  // namespace

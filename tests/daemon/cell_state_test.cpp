@@ -98,6 +98,8 @@ TEST(CellState, FollowsTheTableOfTransitions) {
       {Aborting{"c1", t0}, CampaignEnded{}, Ready{}, {}},
       {Running{"c1"}, CampaignPaused{}, Paused{"c1"}, {}},
       {Running{"c1"}, CampaignEnded{}, Ready{}, {}},
+      {Running{"c1"}, CampaignEnded{.connected = false}, Disconnected{}, {C::CloseDevices}},
+      {Paused{"c1"}, CampaignEnded{.connected = false}, Disconnected{}, {C::CloseDevices}},
       {Running{"c1"}, DeviceLost{"gone"}, Running{"c1"}, {}},
       {Ready{}, StreamStartRequested{}, StreamStarting{t0}, {C::StartStream}},
       {StreamStarting{t0}, StreamProgramStarted{}, StreamStarting{t0, true}, {}},

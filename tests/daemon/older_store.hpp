@@ -9,9 +9,18 @@
 
 namespace truepose {
 
-/// Makes a store's file what it was when the schema had this version, 2 to 9.
+/// Makes a store's file what it was when the schema had this version, 2 to 10.
 inline void make_older(const std::filesystem::path& file, int version) {
   static const std::vector<std::pair<int, std::vector<const char*>>> kAdded{
+      {11,
+       {R"sql(CREATE TABLE old_point (number INTEGER PRIMARY KEY, campaign_id TEXT NOT NULL REFERENCES campaign (id),
+          pose INTEGER NOT NULL, purpose TEXT NOT NULL, q_target TEXT NOT NULL, q_commanded TEXT NOT NULL,
+          q_actual TEXT NOT NULL, direction TEXT NOT NULL, smr TEXT NOT NULL, x_mm REAL NOT NULL, y_mm REAL NOT NULL,
+          z_mm REAL NOT NULL, std_x_mm REAL NOT NULL, std_y_mm REAL NOT NULL, std_z_mm REAL NOT NULL,
+          temperature_c REAL NOT NULL, pressure_mbar REAL NOT NULL, humidity_percent REAL NOT NULL,
+          time TEXT NOT NULL, resumption INTEGER NOT NULL DEFAULT 0) STRICT)sql",
+        "INSERT INTO old_point SELECT * FROM point", "DROP TABLE point",
+        "ALTER TABLE old_point RENAME TO point", "CREATE INDEX point_of_campaign ON point (campaign_id)"}},
       {10, {"DROP TABLE tool"}},
       {9,
        {"DROP TABLE planned", "DROP TABLE plan", "DROP TABLE resumption",

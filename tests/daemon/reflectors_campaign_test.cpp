@@ -40,7 +40,7 @@ struct ReflectorsCampaignTest : CampaignTest {
         if (config.further_reflectors[k].name == point.smr) p_F_mm = truth.truth.further[k].p_FS_mm;
       const Eigen::Vector3d true_mm =
           truth.truth.X_WB * (forward_kinematics(truth.truth.robot, point.q_actual) * p_F_mm);
-      EXPECT_LT((point.p_WS_mm - true_mm).norm(), 0.2) << "pose " << point.pose << ", " << point.smr;
+      EXPECT_LT((*point.p_WS_mm - true_mm).norm(), 0.2) << "pose " << point.pose << ", " << point.smr;
     }
   }
   static bool tells_the_arm(const StoredPoint& point) {

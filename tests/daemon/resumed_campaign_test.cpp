@@ -86,7 +86,7 @@ struct ResumedCampaignTest : CampaignTest {
     std::map<int, std::pair<PointPurpose, Eigen::Vector3d>> poses;
     for (const StoredPoint& point : result.points) {
       if (!is_pose(point.purpose)) continue;
-      EXPECT_TRUE(poses.emplace(point.pose, std::pair{point.purpose, point.p_WS_mm}).second) << point.pose;
+      EXPECT_TRUE(poses.emplace(point.pose, std::pair{point.purpose, *point.p_WS_mm}).second) << point.pose;
     }
     return poses;
   }

@@ -44,7 +44,7 @@ StoredPoint point(int pose) {
   point.pose = pose;
   point.q_target = point.q_commanded = point.q_actual = JointVector::Constant(6, 1.0 / pose);
   point.smr = "1";
-  point.p_WS_mm = {1.0 * pose, 2, 3};
+  point.p_WS_mm = Eigen::Vector3d(1.0 * pose, 2, 3);
   return point;
 }
 

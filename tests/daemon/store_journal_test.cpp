@@ -21,7 +21,7 @@ StoredPoint example_point(int pose) {
   point.pose = pose;
   point.q_target = point.q_commanded = point.q_actual = JointVector::Constant(6, 0.1);
   point.smr = "1";
-  point.p_WS_mm = {1, 2, 3};
+  point.p_WS_mm = Eigen::Vector3d(1, 2, 3);
   return point;
 }
 

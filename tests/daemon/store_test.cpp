@@ -89,7 +89,7 @@ StoredPoint point(int pose) {
   p.q_actual = JointVector::Constant(6, 1e-300);
   p.direction = {1, -1, 0, 1, 1, -1};
   p.smr = "1";
-  p.p_WS_mm = {1234.5678901234567, -0.1, 1e-17};
+  p.p_WS_mm = Eigen::Vector3d(1234.5678901234567, -0.1, 1e-17);
   p.std_mm = {0.001, 0.002, 0.003};
   p.temperature_c = 21.5;
   p.pressure_mbar = 1013.25;
@@ -355,7 +355,7 @@ TEST_F(StoreTest, RefusesWhatCannotBeTrue) {
   EXPECT_THAT(store.end_campaign(campaign("c2")).error().detail, HasSubstr("no such campaign"));
   EXPECT_THAT(store.activate_model("m1").error().detail, HasSubstr("no such model"));
   StoredPoint broken = point(1);
-  broken.p_WS_mm.y() = std::numeric_limits<double>::quiet_NaN();
+  broken.p_WS_mm->y() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(store.add_point("c1", broken).error().detail, HasSubstr("not finite"));
   CampaignRecord odd = campaign("c1");
   odd.state = "somehow";
@@ -432,6 +432,26 @@ TEST_F(StoreTest, KeepsCampaignsAndPointsOfEveryKind) {
   expect_equal(points[1], of_cycle);
 }
 
+TEST_F(StoreTest, KeepsThatNoTrackerReadAPointThatWasTouched) {
+  StoredPoint touched = point(2);
+  touched.purpose = PointPurpose::Frame;
+  touched.q_target = touched.q_commanded = JointVector();
+  touched.p_WS_mm.reset();
+  touched.std_mm.setZero();
+  touched.temperature_c = touched.pressure_mbar = touched.humidity_percent = 0;
+  Store store = open();
+  ASSERT_TRUE(store.begin_campaign(campaign("c1")));
+  ASSERT_TRUE(store.add_point("c1", touched));
+  expect_equal(store.points("c1").value().at(0), touched);
+  EXPECT_EQ(sqlite_rows(file_,
+                        "SELECT count(*) FROM point WHERE x_mm IS NULL AND std_x_mm IS NULL AND "
+                        "pressure_mbar IS NULL")[0][0],
+            "1");
+  touched.purpose = PointPurpose::Identify;
+  EXPECT_THAT(store.add_point("c1", touched).error().detail, HasSubstr("CHECK"))
+      << "an arm is seen, or not told";
+}
+
 TEST_F(StoreTest, KeepsTheKindsOfAFileThatKnewFewer) {
   {
     Store store = open();
@@ -450,12 +470,12 @@ TEST_F(StoreTest, LeavesAFileOfANewerVersionAlone) {
   open();
   execute("PRAGMA user_version=99");
   EXPECT_THAT(why_not_opened(file_), HasSubstr("newer truepose"));
-  execute("PRAGMA user_version=10");
+  execute("PRAGMA user_version=11");
   EXPECT_EQ(why_not_opened(file_), "");
 }
 
 TEST_F(StoreTest, BringsAFileOfBeforeCampaignsCouldGoOnUpToDate) {
-  for (const int version : {9, 8, 7, 6}) {
+  for (const int version : {10, 9, 8, 7, 6}) {
     SCOPED_TRACE(version);
     std::filesystem::remove(file_);
     {

@@ -60,7 +60,7 @@ class DisturbedCampaign {
     std::multiset<int> poses;
     for (const StoredPoint& point : journal_.points) {
       poses.insert(point.pose);
-      EXPECT_LT((point.p_WS_mm - true_mm(point.q_actual)).norm(), 0.2) << "pose " << point.pose;
+      EXPECT_LT((*point.p_WS_mm - true_mm(point.q_actual)).norm(), 0.2) << "pose " << point.pose;
     }
     for (const SkippedPose& pose : journal_.skipped) poses.insert(pose.pose);
     int expected = 0;

@@ -15,6 +15,7 @@
 #include "core/simulate/published_arm.hpp"
 #include "proto/control/json_text.hpp"
 #include "tests/core/plain_kinematics.hpp"
+#include "tests/daemon/jogging_hand.hpp"
 #include "tests/integration/live_cell.hpp"
 
 namespace truepose {
@@ -80,14 +81,26 @@ class AToolCampaignOverTheRealProtocols : public testing::Test {
     FAIL() << json::serialize(called("cell.status"));
   }
   /// That campaign and command say the same of the same readings.
-  void expect_same_offline(const std::string& command, const std::string& number) const {
+  void expect_same_offline(const std::string& command, const std::string& number,
+                           const std::vector<std::string>& more = {}) const {
     ASSERT_EQ(run({"model", "export", "--out", path("model.yaml")}).exit_code, 0);
     const Finished exported = run({"campaign", "export", "--data", path("readings.csv"), "--frame",
                                    path("online.yaml"), "--document", path("online.json")});
     ASSERT_EQ(exported.exit_code, 0) << exported.err;
-    const Finished offline = run_program(
-        "truepose", {command, "--robot", kRobot, "--model", path("model.yaml"), "--data",
-                     path("readings.csv"), "--number", number, "--out", path("offline.yaml"), "--json"});
+    std::vector<std::string> words{command,
+                                   "--robot",
+                                   kRobot,
+                                   "--model",
+                                   path("model.yaml"),
+                                   "--data",
+                                   path("readings.csv"),
+                                   "--number",
+                                   number,
+                                   "--out",
+                                   path("offline.yaml"),
+                                   "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Finished offline = run_program("truepose", words);
     ASSERT_EQ(offline.exit_code, 0) << offline.err;
     json::object online = control::parse_json(config::read_text_file(path("online.json")))->as_object();
     EXPECT_EQ(online.at("yaml").as_string(), config::read_text_file(path("offline.yaml")));
@@ -182,6 +195,60 @@ TEST_F(AFixtureOverTheRealProtocols, IsReadPointByPointAndSaidAsTheCommandSaysIt
       run_program("truepose", {"compensate", "--robot", kRobot, "--model", path("model.yaml"), "--poses",
                                targets, "--base", path("online.yaml"), "--json"});
   EXPECT_EQ(compensated.exit_code, 0) << compensated.err;
+}
+
+/// Joints in deg, turned otherwise each time, at which a point of the flange truly stands there in the base.
+json::array joints_touching(const Eigen::Vector3d& p_B_mm, const Eigen::Vector3d& p_F_mm,
+                            test::JoggingHand& hand) {
+  json::array q_deg;
+  for (const double rad : hand.touching(p_B_mm, p_F_mm)) q_deg.emplace_back(rad * 180 / std::acos(-1.0));
+  return q_deg;
+}
+
+TEST_F(AToolCampaignOverTheRealProtocols, TouchesAFixtureThatIsJoggedToWithTheProgramDeselectedAndNoTracker) {
+  calibrate("30");
+  put_reflector_at({0, 0, 0});
+  ASSERT_EQ(run({"campaign", "start", "--tool", "3", "--watch"}).exit_code, 0);
+  ASSERT_EQ(run({"campaign", "export", "--frame", path("gun.yaml")}).exit_code, 0);
+  EXPECT_THAT(run({"campaign", "start", "--base", "5", "--touch", "3", "--points", "origin,x,xy"}).err,
+              HasSubstr("no tool 3 is in use: measure it"));
+  ASSERT_EQ(
+      run({"tools", "activate", std::string{called("campaign.get").at_pointer("/campaign/id").as_string()}})
+          .exit_code,
+      0);
+
+  const Eigen::Matrix4d X_BU = plain::kuka_frame({1450, -250, 600}, {25, 3, -2});
+  const std::vector<std::pair<std::string, Eigen::Vector3d>> places{
+      {"origin", {0, 0, 0}}, {"x", {450, 0, 0}}, {"xy", {-30, 380, 0}}};
+  test::JoggingHand hand{with_published_errors(config::load_robot(kRobot)), 0.01, 5};
+  const Finished started =
+      run({"campaign", "start", "--base", "5", "--touch", "3", "--points", "origin,x,xy", "--readings", "2"});
+  ASSERT_EQ(started.exit_code, 0) << started.err;
+  wait_until("\"state\":\"paused\"");
+  cell_.steer({{"kind", "operating-mode"}, {"mode", "T1"}});
+  for (const auto& [name, p_U_mm] : places)
+    for (const char* which : {"1 of 2", "2 of 2"}) {
+      wait_until("touch point \\\"" + name + "\\\" of base 5 with the TCP of tool 3 (" + which);
+      const json::value jogged = cell_.steer(
+          {{"jog", joints_touching(plain::moved(X_BU, p_U_mm), X_FT_.topRightCorner<3, 1>(), hand)}});
+      ASSERT_TRUE(jogged.as_object().contains("ok")) << jogged;
+      ASSERT_EQ(run({"campaign", "resume"}).exit_code, 0);
+    }
+  wait_until("\"campaign\":null");
+  const json::value found = called("campaign.get");
+  ASSERT_EQ(found.at_pointer("/campaign/state"), "done") << found.at_pointer("/campaign/reason");
+  EXPECT_EQ(found.at_pointer("/frame/touched_by"), 3);
+  expect_same_offline("base", "5", {"--tool", path("gun.yaml")});
+
+  // What the model makes of it, seen by the tracker, is where the fixture truly stands.
+  const config::ModelFile model = config::load_model(path("model.yaml"));
+  const Eigen::Isometry3d X = config::load_base(path("online.yaml"), model).X;
+  for (const auto& [name, p_U_mm] : places) {
+    const Eigen::Vector3d by_model = model.cell.base.isometry() * (X * p_U_mm);
+    const double off_mm = (by_model - plain::moved(kX_WB * X_BU, p_U_mm)).norm();
+    RecordProperty(name + "_off_mm", std::to_string(off_mm));
+    EXPECT_LT(off_mm, 0.15) << name;
+  }
 }
 
 }  // namespace

@@ -121,7 +121,7 @@ inline constexpr int kMembers<DriftDocument::Cause> = 9;
 template <>
 inline constexpr int kMembers<ModelUpdate> = 8;
 template <>
-inline constexpr int kMembers<FrameDocument> = 13;
+inline constexpr int kMembers<FrameDocument> = 14;
 template <>
 inline constexpr int kMembers<FrameDocument::Reading> = 3;
 template <>

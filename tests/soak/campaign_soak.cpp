@@ -222,7 +222,7 @@ struct Soak::Journal final : daemon::CampaignJournal {
     EXPECT_TRUE(is_plausible(measured)) << "a point was stored that cannot be";
     EXPECT_EQ(soak.cell_->q(), point.q_actual) << "the arm moved on before its point was stored";
     EXPECT_EQ(point.q_actual, point.q_commanded);
-    EXPECT_LT((point.p_WS_mm - soak.tracker_->offset_mm - soak.cell_->p_WS_mm()).norm(), kSixSigma_mm)
+    EXPECT_LT((*point.p_WS_mm - soak.tracker_->offset_mm - soak.cell_->p_WS_mm()).norm(), kSixSigma_mm)
         << "far from where the reflector really is";
     EXPECT_LT((point.q_commanded - point.q_target).cwiseAbs().maxCoeff(), kLargestCorrection_rad);
     EXPECT_TRUE(point.purpose == daemon::PointPurpose::Remeasure || point.q_commanded == point.q_target);
@@ -230,7 +230,7 @@ struct Soak::Journal final : daemon::CampaignJournal {
     EXPECT_TRUE(planned.contains(point.pose)) << "pose " << point.pose << " was not planned";
     ++points;
     soak.hash_.add("point");
-    for (int i = 0; i < 3; ++i) soak.hash_.add(point.p_WS_mm[i]);
+    for (int i = 0; i < 3; ++i) soak.hash_.add((*point.p_WS_mm)[i]);
     const daemon::StoreResult<void> written_down = kept();
     if (!written_down) co_return std::unexpected(written_down.error());
     co_return point;

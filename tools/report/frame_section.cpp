@@ -43,8 +43,9 @@ std::string frame_section(const boost::json::object& json) {
   if (!read) throw std::invalid_argument("document of the tool: " + read.error());
   const bool is_tool = read->kind == record::FrameKind::Tool;
   std::string html =
-      fmt::format("<p>{} readings of {} points. Sigma is by the readings and by the model.</p>\n",
-                  read->readings.size(), read->points.size());
+      fmt::format("<p>{} readings of {} points{}. Sigma is by the readings and by the model.</p>\n",
+                  read->readings.size(), read->points.size(),
+                  read->touched_by ? fmt::format(", touched by tool {}", *read->touched_by) : "");
   if (const std::string why = record::why_not_usable(*read); !why.empty())
     html += fmt::format("<p class=\"caution\">Not to be used: {}.</p>\n", xml::escaped(why));
   for (const std::string& sentence : read->notes) html += note(xml::escaped(sentence));

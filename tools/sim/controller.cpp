@@ -217,6 +217,15 @@ void Controller::operate(OperatorAct act) {
   }
 }
 
+std::expected<void, std::string> Controller::jog(const JointVector& q) {
+  const std::lock_guard lock{mutex_};
+  if (mode_ > kT2) return std::unexpected("jog: expected the key at T1 or T2");
+  if (rsi_on_ || robot_->state() == krl::ProgramState::Active)
+    return std::unexpected("jog: a program runs, stop it first");
+  motion_.place(q);
+  return {};
+}
+
 void Controller::act(const OperatorAct& act) {
   switch (act.kind) {
     case OperatorAct::Kind::Select:

@@ -8,6 +8,7 @@
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
+#include <boost/json/value_to.hpp>
 #include <boost/system/system_error.hpp>
 #include <charconv>
 #include <chrono>
@@ -22,10 +23,12 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "config/number_text.hpp"
 #include "config/scenario.hpp"
 #include "config/text_file.hpp"
+#include "core/arm/joint_units.hpp"
 #include "core/math/angles.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/rsi_datagrams.hpp"
@@ -60,7 +63,8 @@ Options:
   --admin-port UINT           steers the cell: one line of JSON each, answered by one; 0 picks one. A fault of the
                               scenario that begins now, {"kind": "beam-break", "lasts_ms": 1500}, or a question,
                               {"ask": "program"} or {"ask": "statistics"}; or a hand that puts the
-                              reflector elsewhere on the flange (mm), {"put_reflector": {"x": 0, "y": 0, "z": 250}}
+                              reflector elsewhere on the flange (mm), {"put_reflector": {"x": 0, "y": 0, "z": 250}},
+                              or jogs the arm in T1 or T2 (deg), {"jog": [0, -90, 90, 0, 35, 0]}
   --ready-file TEXT           written with the ports once all of them are open
   --truth-file TEXT           written with the injected errors
   --path-file TEXT            written at each line of the admin port and at the end: what programs under RSI ask of the
@@ -244,6 +248,13 @@ std::string steered(const std::string& line, sim::SimulatedCell& cell, const con
   if (const json::value* place = members->if_contains("put_reflector")) {
     cell.put_reflector({place->at("x").to_number<double>(), place->at("y").to_number<double>(),
                         place->at("z").to_number<double>()});
+    return json::serialize(json::object{{"ok", true}});
+  }
+  if (const json::value* axes = members->if_contains("jog")) {
+    const auto q_deg = json::value_to<std::vector<double>>(*axes);
+    if (std::ssize(q_deg) != scenario.nominal.joint_count())
+      return refusal("jog: expected an angle for each axis");
+    cell.jog(truepose::joints_from(q_deg, scenario.nominal));
     return json::serialize(json::object{{"ok", true}});
   }
   cell.begin(config::parse_fault(line));

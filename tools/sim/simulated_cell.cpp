@@ -342,6 +342,12 @@ void SimulatedCell::put_reflector(const Eigen::Vector3d& p_FS_mm) {
   sight_ = sight_of(scenario_);
 }
 
+void SimulatedCell::jog(const JointVector& q) {
+  pass_time();
+  if (const auto jogged = controller_.jog(q); !jogged) throw std::invalid_argument{jogged.error()};
+  follow();
+}
+
 void SimulatedCell::begin(config::ScenarioFault fault) {
   fault.at = std::chrono::floor<std::chrono::milliseconds>(now()).count();
   scenario_.faults.push_back(fault);

@@ -61,6 +61,8 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
 
   /// Somebody puts the arm's first reflector elsewhere on the flange, opened as before.
   void put_reflector(const Eigen::Vector3d& p_FS_mm);
+  /// Somebody jogs the arm to these axes. Throws std::invalid_argument where that cannot be done.
+  void jog(const JointVector& q);
   /// A fault that begins now.
   void begin(config::ScenarioFault fault);
   Controller::Program program() const { return controller_.program(); }

@@ -54,9 +54,11 @@ std::string misfit_text(const FrameDocument& told) {
 }  // namespace
 
 std::string frame_text(const FrameDocument& told) {
-  std::string text = formatted("%s %d: %zu readings of %zu points\n",
+  std::string text = formatted("%s %d: %zu readings of %zu points",
                                std::string{name_of(record::kFrameKinds, told.kind)}.c_str(), told.number,
                                told.readings.size(), told.points.size());
+  if (told.touched_by) text += formatted(", touched by tool %d", *told.touched_by);
+  text += "\n";
   text += text_table(std::vector<Column>{{-8}, {10, 1}, {10, 1}, {10, 1}, {11, 1}, {11, 1}, {11, 1}},
                      {{"", "X", "Y", "Z", "A", "B", "C"}, frame_cells(told), sigma_cells(told)});
   text += "\n" + readings_text(told) + "\n" + scatter_text(told) + misfit_text(told);

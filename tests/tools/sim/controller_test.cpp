@@ -240,6 +240,20 @@ TEST_F(ControllerTest, TheGateStopsItInAutomaticAndNotInT1) {
   EXPECT_EQ(state->mode, eki::OperatingMode::T1);
 }
 
+TEST_F(ControllerTest, IsJoggedByHandWhereNoProgramRunsAndTellsWhereItStands) {
+  EXPECT_EQ(controller.jog(target).error(), "jog: expected the key at T1 or T2");
+  controller.operate({.kind = Act::SetMode, .number = 1});
+  controller.operate({.kind = Act::Start});
+  EXPECT_EQ(controller.jog(target).error(), "jog: a program runs, stop it first");
+  controller.operate({.kind = Act::Stop});
+  ASSERT_TRUE(controller.jog(target));
+  pass(1s);
+  send(eki::ControlOp::AskState);
+  EXPECT_TRUE(state->in_position);
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_NEAR(state->axes_rad[i], target[static_cast<Eigen::Index>(i)], 1e-6) << i;
+}
+
 TEST_F(ControllerTest, ACancelledProgramDeletesItsChannelAndTheSubmitProgramStillAnswers) {
   controller.operate({.kind = Act::Deselect});
   EXPECT_THAT(controller.take_closed(), ElementsAre("CellLink"));

@@ -88,6 +88,7 @@ int run_base(const FrameCommand& command) {
                          tool && tool->measured ? &*tool->measured : nullptr};
   const auto frame = work_frame(given.data, given.by, tcp);
   FrameDocument told = told_of(record::FrameKind::Base, frame, given, command);
+  if (touched && tool->number > 0) told.touched_by = tool->number;
   if (touched && !tool->measured)
     told.notes.push_back(
         "The tool was given, not measured: what it is off by is in this frame, and not in sigma.");

@@ -204,7 +204,8 @@ json::object points_of_file(const std::filesystem::path& file) {
   json::array names;
   for (std::size_t row = 0; row < table.row_count(); ++row)
     names.emplace_back(std::string{table.text(row, table.column("point"))});
-  json::object points{{"points", std::move(names)}, {"at", positions("")}};
+  json::object points{{"points", std::move(names)}};
+  if (table.has("x")) points["at"] = positions("");
   if (table.has("px")) points["known"] = positions("p");
   return points;
 }

@@ -36,7 +36,7 @@ struct Arguments {
   std::optional<bool> variation, remeasure;
   std::optional<std::int64_t> seed;
   bool uncompensated = false, no_activate = false, watch = false;
-  std::optional<int> tool, base, tool_poses;
+  std::optional<int> tool, base, touch, tool_poses;
   std::vector<std::string> points;
   std::filesystem::path points_file;
   std::vector<double> at, known, facing, orientation;
@@ -270,7 +270,7 @@ std::vector<Row> table(Arguments& a) {
         {"--rounds", &a.rounds, "corrections of a target at most", {.key = "rounds"}},
         {"--tolerance", &a.tolerance_mm, "mm to which the mean of its readings must come",
          {.key = "tolerance_mm"}},
-        {"--readings", &a.readings, "of the tracker in each round, or of each point of a base", {.key = "readings"}},
+        {"--readings", &a.readings, "of the tracker in each round, or of each point of a base, of which one that is touched is so once by default", {.key = "readings"}},
         {"--cycles", &a.cycles, "of an ISO 9283 test; default as configured", {.key = "cycles"}},
         {"--variation", &a.variation,
          "ISO 9283: come to P1, P2 and P4 along the three axes of the base too, for vAP; default as "
@@ -290,6 +290,9 @@ std::vector<Row> table(Arguments& a) {
         {"--base", &a.base,
          "measure the work frame of this number in BASE_DATA: a reflector is put to its points by hand, the arm stands still",
          {.check = in_range(1, 1000), .excludes = {"--kind", "--tool"}}},
+        {"--touch", &a.touch,
+         "the points of the base are touched by the TCP of the tool of this number, which has to be in use: the arm is jogged there",
+         {.check = in_range(1, 1000), .needs = {"--base"}, .excludes = {"--at"}, .key = "touch"}},
         {"--points", &a.points,
          "of the frame, where a reflector sits: origin, x (on +X) and xy (in the XY plane, +Y side), or any names with --known; of "
          "a tool origin, the TCP, alone too, and by default. From one to the next it is put by hand: the campaign pauses for that",
@@ -299,7 +302,7 @@ std::vector<Row> table(Arguments& a) {
          "robot's; default: where the TCP is known to be, else where the cell file has its reflector"},
         {"--known", &a.known, "coordinates of each point in the frame, where they are known (x,y,z in mm)"},
         {"--points-file", &a.points_file,
-         "the points from a file (CSV: point; x,y,z as --at; px,py,pz as --known)",
+         "the points from a file (CSV: point; x,y,z as --at, but of points to touch; px,py,pz as --known)",
          {.excludes = {"--points", "--at", "--known"}}},
         {"--facing", &a.facing, "direction of the reflector's opening in the flange frame; default: the cell file's",
          {.count = 3, .needs = {"--tool"}}},

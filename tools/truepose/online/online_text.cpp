@@ -156,8 +156,9 @@ std::string event_line(const control::Event& event) {
     return line + text_at(data, "/from") + " -> " + text_at(data, "/state") + ": " + text_at(data, "/reason");
   if (event.topic == "measurement")
     return line + text_at(data, "/purpose") + " pose " + text_at(data, "/pose") + ": " +
-           (find_at(data, "/p_mm") ? "error " + number_at(data, "/error_mm", 3, " mm")
-                                   : "skipped, " + text_at(data, "/reason"));
+           (find_at(data, "/p_mm")               ? "error " + number_at(data, "/error_mm", 3, " mm")
+            : string_at(data, "/reason").empty() ? "touched " + string_at(data, "/smr")
+                                                 : "skipped, " + text_at(data, "/reason"));
   if (event.topic == "stream") return line + stream_line(data);
   if (event.topic == "model") return line + text_at(data, "/change") + " " + text_at(data, "/model/id");
   if (event.topic == "fault")
