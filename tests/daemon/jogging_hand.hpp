@@ -66,7 +66,7 @@ class JoggingHand {
 
   RobotModel truth_;
   double sigma_mm_;
-  Random random_;
+  truepose::Random random_;
 };
 
 }  // namespace truepose::test

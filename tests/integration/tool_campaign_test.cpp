@@ -205,7 +205,7 @@ json::array joints_touching(const Eigen::Vector3d& p_B_mm, const Eigen::Vector3d
   return q_deg;
 }
 
-TEST_F(AToolCampaignOverTheRealProtocols, TouchesAFixtureThatIsJoggedToWithTheProgramDeselectedAndNoTracker) {
+TEST_F(AToolCampaignOverTheRealProtocols, TouchesAFixtureThatIsJoggedToInT1AndSaysWhatTheCommandSays) {
   calibrate("30");
   put_reflector_at({0, 0, 0});
   ASSERT_EQ(run({"campaign", "start", "--tool", "3", "--watch"}).exit_code, 0);

@@ -138,6 +138,7 @@ class FrameCommand : public testing::Test {
     const Finished finished = run("base", {"--data", folder_.write("base.csv", text), "--tool",
                                            measured_tool(), "--number", "5", "--out", path("base.yaml")});
     EXPECT_EQ(finished.exit_code, 0) << finished.err;
+    EXPECT_THAT(finished.out, HasSubstr("base 5: 8 readings of 4 points, touched by tool "));
     return path("base.yaml");
   }
 

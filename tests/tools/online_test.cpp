@@ -242,6 +242,20 @@ TEST_F(OnlineTest, StartSendsWhatWasAskedForOnly) {
                 .at("asked"),
             json::parse(R"({"kind":"base","number":5,"points":["a","b"],"at":[[1.0,2.0,3.0],[4.0,5.0,6.0]],
             "known":[[0.0,0.0,0.0],[0.0,0.0,9.0]]})"));
+  const Outcome touched = run({"campaign", "start", "--base", "5", "--touch", "3", "--points", "origin,x,xy",
+                               "--readings", "2", "--json"});
+  EXPECT_EQ(json::parse(touched.out).at("asked"),
+            json::parse(R"({"kind":"base","number":5,"touch":3,"points":["origin","x","xy"],"readings":2})"));
+  const std::string known = folder_.write("known.csv", "point,px,py,pz\na,0,0,0\nb,0,0,9\n");
+  EXPECT_EQ(
+      json::parse(
+          run({"campaign", "start", "--base", "5", "--touch", "3", "--points-file", known, "--json"}).out)
+          .at("asked"),
+      json::parse(R"({"kind":"base","number":5,"touch":3,"points":["a","b"],
+            "known":[[0.0,0.0,0.0],[0.0,0.0,9.0]]})"));
+  EXPECT_THAT(run({"campaign", "start", "--base", "5", "--touch", "3", "--points-file", points}).err,
+              HasSubstr("points.csv: the columns x,y,z are for the tracker, and --touch does without"));
+  EXPECT_THAT(run({"campaign", "start", "--touch", "3", "--points", "origin,x,xy"}).err, HasSubstr("--base"));
   EXPECT_THAT(run({"campaign", "start", "--tool", "3", "--at", "1,2"}).err,
               HasSubstr("--at: expected three numbers for each point"));
 }
@@ -263,6 +277,17 @@ TEST_F(OnlineTest, EventsAreOneLineEach) {
             "2  1970-01-01T00:00:00.000Z  cell  ready -> fault: beam\n");
   const Outcome cells = run({"events", "--after", "0", "--count", "1", "--topics", "fault,cell", "--json"});
   EXPECT_EQ(json::parse(cells.out).at("seq").as_int64(), 2);
+}
+
+TEST_F(OnlineTest, EventsTellPointsSeenTouchedAndSkippedApart) {
+  json::object data{{"campaign_id", "c1"}, {"pose", 4},         {"purpose", "frame"},  {"smr", "xy"},
+                    {"p_mm", nullptr},     {"std_mm", nullptr}, {"error_mm", nullptr}, {"reason", ""}};
+  events_.publish(control::Topic::Measurement, data);
+  data["reason"] = "the beam was broken";
+  events_.publish(control::Topic::Measurement, data);
+  EXPECT_THAT(run({"events", "--after", "0", "--count", "2"}).out,
+              testing::AllOf(HasSubstr("frame pose 4: touched xy\n"),
+                             HasSubstr("frame pose 4: skipped, the beam was broken\n")));
 }
 
 TEST_F(OnlineTest, AnyMethodCanBeCalled) {

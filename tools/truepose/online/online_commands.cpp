@@ -147,6 +147,10 @@ void add_frame(const Arguments& given, json::object& params) {
                                              {"facing", "--facing", &given.facing},
                                              {"orientation", "--orientation", &given.orientation}})
     if (auto rows = positions_of(*numbers, option)) params[key] = *std::move(rows);
+  if (given.touch && params.contains("at"))
+    throw CommandError{kBadInput, given.points_file.string() +
+                                      ": the columns x,y,z are for the tracker, and --touch does "
+                                      "without: leave one of both out"};
 }
 
 int start_campaign(const Arguments& given, const json::object& params) {
