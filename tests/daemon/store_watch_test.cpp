@@ -27,9 +27,9 @@ struct StoreWatchTest : OnADisk, CellTest {
   void fill() { disk.fail_after(0, test::FailingDisk::Fault::Full); }
   void make_room() { disk.mend(); }
   std::vector<std::string> allowed() {
+    const json::value now = status();  // outlives the loop
     std::vector<std::string> methods;
-    for (const json::value& method : status().at("allowed").as_array())
-      methods.emplace_back(method.as_string());
+    for (const json::value& method : now.at("allowed").as_array()) methods.emplace_back(method.as_string());
     return methods;
   }
   bool stands(const std::string& code) {
