@@ -44,6 +44,7 @@ struct StoreFiles : testing::Test {
     point.pose = pose;
     point.q_target = point.q_commanded = point.q_actual = JointVector::Constant(6, 0.1);
     point.smr = "1";
+    point.p_WS_mm = Eigen::Vector3d(1, 2, 3);
     EXPECT_TRUE(store.add_point("c1", point));
   }
   static std::size_t points_in(Store store) { return store.points("c1").value().size(); }
