@@ -6,6 +6,7 @@
 #include "core/identify/placement.hpp"
 #include "core/identify/robust_fit.hpp"
 #include "core/identify/station_start.hpp"
+#include "core/identify/uncertainty.hpp"
 #include "core/math/dense_algebra.hpp"
 
 namespace truepose {
@@ -16,10 +17,9 @@ namespace {
 constexpr double kMostTurnSigma = 0.1;
 constexpr double kFinestSigma_mm = 0.01;  // of a reading: points that fit better do so by chance
 
-/// Standard deviation (rad) of the base's turn, as the station sees it, about the axis that the points show
-/// least, with what the fit leaves as noise.
-double turn_sigma(const CalibratedCell& cell, const LeastSquaresProblem& problem, int station) {
-  const LinearSystem system = linearise(cell, problem);
+/// What points tell of the base's turn about the tracker's axes, as the station sees it, all else that is
+/// free being open: mm^2 per rad^2.
+Eigen::Matrix3d told_of_turn(const CalibratedCell& cell, const LinearSystem& system, int station) {
   const int first = ParameterLayout::of(cell).base(station) + 3;
   const std::vector<int> turn{first, first + 1, first + 2};
   std::vector<int> others;
@@ -27,16 +27,41 @@ double turn_sigma(const CalibratedCell& cell, const LeastSquaresProblem& problem
     if (k < first || k > turn.back()) others.push_back(k);
   const Eigen::MatrixXd A = gram(system.J);
   const Eigen::MatrixXd mixed = A(others, turn);
-  const Eigen::MatrixXd known =
-      A(turn, turn) - transposed_times(mixed, solve_symmetric(A(others, others), mixed));
-  const double sigma_mm = system.f.norm() / std::sqrt(3.0 * static_cast<double>(problem.points.size()));
-  return std::max(sigma_mm, kFinestSigma_mm) / std::sqrt(std::max(eigenvalues(known)[0], 0.0));
+  return A(turn, turn) - transposed_times(mixed, solve_symmetric(A(others, others), mixed));
+}
+
+/// Axes of the turns that poses anywhere would show, in columns: all three but of a turntable, whose turn
+/// about its own axis no pose shows, and nobody need know.
+Eigen::MatrixXd turns_that_show(const CalibratedCell& cell, const LeastSquaresProblem& problem, int station) {
+  constexpr int kPoses = 50;
+  constexpr double kShows = 1e-8;  // of what is told of the turn that shows most
+  std::vector<Measurement> points;
+  for (const JointVector& q : poses_within_limits(cell.robot, kPoses, 0)) {
+    for (int smr = 0; smr < std::ssize(cell.reflectors); ++smr)
+      points.push_back({.q = q, .smr = smr, .station = station});
+  }
+  const LeastSquaresProblem anywhere{.points = points, .free = problem.free, .W = {}, .prior = problem.prior};
+  const Svd told = thin_svd(told_of_turn(cell, linearise(cell, anywhere), station));
+  const auto shown = (told.s.array() > kShows * told.s[0]).count();
+  return told.U.leftCols(shown);
+}
+
+/// Whether the station's points show how the base is turned, with what the fit leaves as noise.
+bool shows_turn(const CalibratedCell& cell, const LeastSquaresProblem& problem, int station) {
+  const LinearSystem system = linearise(cell, problem);
+  const double sigma_mm = std::max(
+      system.f.norm() / std::sqrt(3.0 * static_cast<double>(problem.points.size())), kFinestSigma_mm);
+  const double least = sigma_mm * sigma_mm / (kMostTurnSigma * kMostTurnSigma);
+  const Eigen::Matrix3d told = told_of_turn(cell, system, station);
+  if (eigenvalues(told)[0] > least) return true;
+  const Eigen::MatrixXd axes = turns_that_show(cell, problem, station);
+  return axes.cols() == 2 && eigenvalues(congruence(axes.transpose(), told))[0] > least;
 }
 
 std::optional<CalibrationError> base_turn_open(const Identification& id, const CalibratedCell& cell,
                                                const LeastSquaresProblem& problem) {
   for (int s = 0; s < cell.station_count(); ++s) {
-    if (turn_sigma(cell, problem, s) < kMostTurnSigma) continue;
+    if (shows_turn(cell, problem, s)) continue;
     return CalibrationError{CalibrationFault::NotSeparable,
                             told_of(id.data, s) +
                                 "the poses do not show how the base is turned, as the reflector was led "

@@ -120,9 +120,12 @@ Eigen::Matrix3d tcp_covariance(const CalibratedCell& cell, const Eigen::MatrixXd
   J.middleCols<3>(at).setZero();
   const Eigen::Matrix3d of_field = field_covariance(cell, q, p_F_mm);
   if (!tool) return congruence(J, covariance) + of_field;
-  J += times(R_WF, tool->by_parameters.topRows<3>());
-  return congruence(J, covariance) + of_field +
-         R_WF * tool->by_readings.topLeftCorner<3, 3>() * R_WF.transpose();
+  // A point beside its origin goes along with the tool's turns.
+  Eigen::Matrix<double, 3, 6> by_tool;
+  const Eigen::Vector3d beside_mm = p_F_mm - tool->X.translation();
+  by_tool << R_WF, R_WF * Eigen::Matrix3d::Identity().colwise().cross(beside_mm);
+  J += times(by_tool, tool->by_parameters);
+  return congruence(J, covariance) + of_field + congruence(by_tool, tool->by_readings);
 }
 
 }  // namespace truepose

@@ -26,7 +26,8 @@ std::expected<MeasuredFrame, std::string> tool_frame(
 RobotModel with_tool(RobotModel calibrated, const Eigen::Isometry3d& X_FT, const Eigen::Isometry3d& X_told);
 
 /// Covariance (mm^2, tracker frame) of where an arm at joints q puts a point of the flange: by the model and
-/// by what the measured tool, whose errors go with the model's, does not know of the point.
+/// by what the measured tool, on which the point is and whose errors go with the model's, does not know of
+/// it.
 ///
 /// @param p_F_mm  the point; its own place is taken as exact without a `tool`
 Eigen::Matrix3d tcp_covariance(const CalibratedCell& cell, const Eigen::MatrixXd& covariance,

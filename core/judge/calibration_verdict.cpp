@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/formatted.hpp"
+#include "core/identify/positioner.hpp"
 #include "core/identify/screening.hpp"
 #include "core/judge/drift_check.hpp"
 #include "core/judge/model_noise.hpp"
@@ -190,7 +191,7 @@ Finds not_converged(const CalibrationFigures& of) {
 }
 
 Finds no_better(const CalibrationFigures& of) {
-  if (improves(of.before, of.after)) return std::nullopt;
+  if (of.is_positioner || improves(of.before, of.after)) return std::nullopt;
   return refusal(
       "the calibrated arm is no better than the nominal one: check the robot file, the mounting of the reflector "
       "and the tracker");
@@ -232,7 +233,8 @@ CalibrationFigures figures_of(const CalibrationEvidence& of) {
           .before = judged.before,
           .after = of.remeasured.value_or(judged.after),
           .unseen_poses = unseen_poses(of),
-          .worse_elsewhere = calibration.transfer.max_mm > calibration.identify.before.mean};
+          .worse_elsewhere = calibration.transfer.max_mm > calibration.identify.before.mean,
+          .is_positioner = is_positioner(calibration.cell.robot)};
 }
 
 constexpr std::array kOfFigures{not_converged, no_better, too_few_validated, unknown_elsewhere};

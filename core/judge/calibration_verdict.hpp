@@ -49,6 +49,8 @@ struct CalibrationFigures {
   ErrorStatistics before, after;  ///< of the points that judge: those that validate where there are any
   int unseen_poses = 0;           ///< that validate
   bool worse_elsewhere = false;   ///< some pose is known less well than the data sheet knows those measured
+  /// What was asked is where it stands: that its links are as drawn is no fault.
+  bool is_positioner = false;
 };
 CalibrationVerdict verdict_by_figures(const CalibrationFigures& figures);
 
@@ -65,7 +67,8 @@ struct CalibrationEvidence {
 
 /// Whether a calibration may be trusted: the one answer to that, on the command line, in the daemon and in
 /// reports. It asks whether
-/// - the identification converged and is nearer to the validation points than the nominal arm,
+/// - the identification converged and is nearer to the validation points than the nominal arm (a positioner,
+///   whose place is what was asked, may come as near without),
 /// - what the model leaves is no more than what real arms have beyond a model,
 /// - nothing moved while it was measured (movement()), and the reference pose stayed where it was, as far as
 ///   the stated noise and the accuracy that the validation found make that out,
