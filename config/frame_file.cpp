@@ -5,47 +5,15 @@
 #include <cmath>
 
 #include "config/csv_reader.hpp"
+#include "config/frame_layout.hpp"
 #include "config/measurement_file.hpp"
 #include "config/model_file.hpp"
 #include "config/number_text.hpp"
 #include "config/text_file.hpp"
-#include "config/yaml_layout.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/math/angles.hpp"
 
 namespace truepose::config {
-
-/// As many joints as an arm may have.
-struct JointList {
-  std::vector<double> form_of(const JointVector& q) const { return {q.begin(), q.end()}; }
-  JointVector value_of(const std::vector<double>& q) const {
-    return Eigen::Map<const Eigen::VectorXd>(q.data(), std::min(std::ssize(q), Eigen::Index{kMaxJoints}));
-  }
-  std::string_view fault(const std::vector<double>& q) const {
-    return q.size() > kMaxJoints ? "more joints than an arm may have" : "";
-  }
-};
-
-/// The number of a point, counted from 1 in the file.
-struct PointNumber {
-  int form_of(std::size_t index) const { return static_cast<int>(index) + 1; }
-  std::size_t value_of(int number) const { return static_cast<std::size_t>(number - 1); }
-};
-
-constexpr Whole kFrameNumber{1, 1000};
-
-// ---- Layouts; frames in KUKA's mm and deg, all else in mm and rad
-
-void layout(auto& io, Is<FramePoint> auto& x) {
-  io("name", x.name);
-  io.optional("p", x.p_mm, kPoint);
-}
-
-void layout(auto& io, Is<FrameReading> auto& x) {
-  io("point", x.point, PointNumber{}, kFrameNumber);
-  io("q", x.q, JointList{});
-  io.optional("seen", x.p_WS_mm, Xyz{kMm});
-}
 
 void layout(auto& io, Is<ToolFile> auto& x) {
   io("number", x.number, kFrameNumber);

@@ -1,8 +1,10 @@
 #include "core/identify/positioner.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include "core/arm/forward.hpp"
+#include "core/formatted.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/dense_algebra.hpp"
 
@@ -50,15 +52,15 @@ PositionerRoot root_of(const CalibratedCell& arm, const CalibratedCell& table, c
           .X_to_model = inverse_of(nominal.X_flange) * X_back * table.robot.X_flange};
 }
 
-/// Derivative of the root to the parameters of one of the two that are uncertain.
-template <typename RootOf>
-Eigen::Matrix<double, 6, Eigen::Dynamic> derivative(const RootOf& root, const MeasuringCell& of) {
+/// Derivative of a frame to the parameters of one of the two that are uncertain.
+template <typename FrameOf>
+Eigen::Matrix<double, 6, Eigen::Dynamic> derivative(const FrameOf& frame, const MeasuringCell& of) {
   constexpr double kStep = 1e-5;  // mm or rad
   Eigen::Matrix<double, 6, Eigen::Dynamic> D = Eigen::MatrixXd::Zero(6, of.covariance.cols());
   for (Eigen::Index k = 0; k < D.cols(); ++k) {
     if (!(of.covariance(k, k) > 0)) continue;
     const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(D.cols(), k);
-    const Eigen::Isometry3d before = root(moved(of.cell, -step)), after = root(moved(of.cell, step));
+    const Eigen::Isometry3d before = frame(moved(of.cell, -step)), after = frame(moved(of.cell, step));
     D.col(k) << after.translation() - before.translation(), turn_between(before.linear(), after.linear());
   }
   return D / (2 * kStep);
@@ -78,6 +80,40 @@ PositionerRoot positioner_root(const MeasuringCell& arm, const MeasuringCell& ta
   root.covariance = congruence(derivative(by_arm, arm), arm.covariance) +
                     congruence(derivative(by_table, table), table.covariance);
   return root;
+}
+
+MeasuredFrame workpiece_frame(const MeasuredFrame& on_table, const MeasuringCell& arm,
+                              const MeasuringCell& table, const RobotModel& nominal,
+                              const Eigen::Isometry3d& X_given) {
+  const auto by_arm = [&](const CalibratedCell& cell) {
+    return root_of(cell, table.cell, nominal, X_given).X_to_model * on_table.X;
+  };
+  const auto by_table = [&](const CalibratedCell& cell) {
+    return root_of(arm.cell, cell, nominal, X_given).X_to_model * on_table.X;
+  };
+  const Eigen::Isometry3d X_to_model = root_of(arm.cell, table.cell, nominal, X_given).X_to_model;
+  PoseCovariance turned = PoseCovariance::Zero();
+  turned.topLeftCorner<3, 3>() = turned.bottomRightCorner<3, 3>() = X_to_model.linear();
+  MeasuredFrame told = on_table;
+  told.X = X_to_model * on_table.X;
+  told.by_readings = congruence(turned, on_table.by_readings);
+  told.by_parameters = derivative(by_table, table) + times(turned, on_table.by_parameters);
+  told.covariance = told.by_readings + congruence(told.by_parameters, table.covariance) +
+                    congruence(derivative(by_arm, arm), arm.covariance);
+  return told;
+}
+
+std::string why_turned(const Eigen::Isometry3d& X_BR, const RobotModel& arm, const RobotModel& nominal,
+                       const std::optional<Eigen::Isometry3d>& X_given) {
+  constexpr const char* kLook =
+      ": look at the signs of its joints, and whether x, y and z of its points are swapped";
+  if ((X_BR.linear() * nominal.gravity_B).dot(arm.gravity_B) < 0)
+    return std::string("the root stands on its head by the gravity of the robot files") + kLook;
+  if (!X_given) return {};
+  const double turn_rad = angle_between(X_given->linear(), X_BR.linear());
+  if (turn_rad < std::numbers::pi / 2) return {};
+  return formatted("the root stands turned by %.0f deg from where it was given", turn_rad * kDegPerRad) +
+         kLook;
 }
 
 Eigen::Isometry3d table_in_base(const CalibratedCell& arm, const CalibratedCell& table,

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <optional>
+#include <string>
 
 #include "core/identify/frame_readings.hpp"
 
@@ -35,6 +36,19 @@ struct PositionerRoot {
 ///                    all roots that are as good, the one nearest to this
 PositionerRoot positioner_root(const MeasuringCell& arm, const MeasuringCell& table,
                                const RobotModel& nominal, const Eigen::Isometry3d& X_given);
+
+/// A workpiece that was measured on the table as the model has it (tool_frame() of the table), as the
+/// controller has it: on the table where the nominal chain puts it from PositionerRoot::X_BR. Parameters as
+/// there.
+MeasuredFrame workpiece_frame(const MeasuredFrame& on_table, const MeasuringCell& arm,
+                              const MeasuringCell& table, const RobotModel& nominal,
+                              const Eigen::Isometry3d& X_given);
+
+/// Why a root cannot stand where it was found: with the sign of a joint wrong it is on its head, or turned by
+/// half a turn from where it was given. Empty where it may.
+/// @param X_given  none: by the direction of gravity in both robot files alone
+std::string why_turned(const Eigen::Isometry3d& X_BR, const RobotModel& arm, const RobotModel& nominal,
+                       const std::optional<Eigen::Isometry3d>& X_given);
 
 /// Where the flange of a positioner with joints at q is in the base of the arm.
 Eigen::Isometry3d table_in_base(const CalibratedCell& arm, const CalibratedCell& table, const JointVector& q);

@@ -29,11 +29,12 @@ std::expected<std::optional<Element>, Fault> read_element(Tokens statement) {
 
 }  // namespace
 
-std::string frame_statement(std::string_view table, int number, const Eigen::Isometry3d& X) {
+std::string frame_statement(std::string_view table, int number, const Eigen::Isometry3d& X,
+                            std::string_view member) {
   const Eigen::Vector3d p = X.translation(), abc = kuka_abc_deg(X.linear());
-  return std::string(table) + '[' + std::to_string(number) + "]={X " + number_text(p.x()) + ",Y " +
-         number_text(p.y()) + ",Z " + number_text(p.z()) + ",A " + number_text(abc.x()) + ",B " +
-         number_text(abc.y()) + ",C " + number_text(abc.z()) + '}';
+  return std::string(table) + '[' + std::to_string(number) + ']' + std::string(member) + "={X " +
+         number_text(p.x()) + ",Y " + number_text(p.y()) + ",Z " + number_text(p.z()) + ",A " +
+         number_text(abc.x()) + ",B " + number_text(abc.y()) + ",C " + number_text(abc.z()) + '}';
 }
 
 Eigen::Isometry3d pose_of(const Position& position) {

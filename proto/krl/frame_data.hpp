@@ -20,8 +20,10 @@ struct FrameData {
 std::expected<FrameData, Fault> read_frame_data(std::string_view text);
 
 /// "TOOL_DATA[3]={X 100.0,Y 0.0,Z 250.0,A 0.0,B 0.0,C 0.0}"
-/// @param table  TOOL_DATA or BASE_DATA
-std::string frame_statement(std::string_view table, int number, const Eigen::Isometry3d& X);
+/// @param table   TOOL_DATA, BASE_DATA or MACHINE_DEF
+/// @param member  of the element, as ".ROOT"; empty: the element itself
+std::string frame_statement(std::string_view table, int number, const Eigen::Isometry3d& X,
+                            std::string_view member = "");
 
 /// The pose (mm) that a Cartesian position writes.
 Eigen::Isometry3d pose_of(const Position& position);

@@ -11,8 +11,8 @@
 #include "core/identify/calibrate.hpp"
 #include "core/identify/tool_frame.hpp"
 #include "core/judge/calibration_verdict.hpp"
-#include "core/judge/model_noise.hpp"
 #include "core/math/angles.hpp"
+#include "core/math/dense_algebra.hpp"
 #include "core/simulate/measurement_campaign.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/plain_kinematics.hpp"
@@ -124,12 +124,15 @@ class Cell {
     return data;
   }
 
-  /// The arm by 60 poses of its own.
-  MeasuringCell calibrated_arm() {
+  /// The arm in 60 poses of its own.
+  MeasurementData arm_data() {
     MeasurementData data{.smr_names = {"1"}};
     for (const JointVector& q : random_poses(drawn_arm_, 60, random_))
       data.points.push_back({.q = q, .p_WS_mm = seen(tcp(q))});
-    const auto calibration = calibrate(drawn_arm_, data, {.noise = kNoise});
+    return data;
+  }
+  MeasuringCell calibrated_arm() {
+    const auto calibration = calibrate(drawn_arm_, arm_data(), {.noise = kNoise});
     return {calibration->cell, calibration->covariance, kNoise};
   }
   /// The TCP is the reflector.
@@ -221,7 +224,7 @@ class Positioner : public testing::TestWithParam<int> {
 INSTANTIATE_TEST_SUITE_P(Axes, Positioner, testing::Values(1, 2));
 
 TEST_P(Positioner, StandsWhereItIsFoundWithTheSigmaThatIsTold) {
-  const int seeds = trials(200);
+  const int seeds = trials(400);
   Coverage root, links;
   double worst_mm = 0;
   for (int seed = 0; seed < seeds; ++seed) {
@@ -255,6 +258,13 @@ TEST_P(Positioner, StandsWhereItIsFoundWithTheSigmaThatIsTold) {
       links.add(is.alpha_rad - truly.alpha_rad, std::sqrt(found->table.covariance(at + 1, at + 1)));
     }
   }
+  EXPECT_GT(root.share(), widened(0.93, -0.03)) << "of seeds 0.." << seeds - 1;
+  EXPECT_LT(root.share(), widened(0.97, 0.03)) << "of seeds 0.." << seeds - 1;
+  EXPECT_GE(root.of_three(), least_rate(0.99)) << "of seeds 0.." << seeds - 1;
+  if (links.all > 0) {
+    EXPECT_GE(links.of_three(), least_rate(0.99)) << "of seeds 0.." << seeds - 1;
+  }
+  EXPECT_LT(worst_mm, 0.06) << "of seeds 0.." << seeds - 1;
   std::printf("%d axes, seeds 0..%d: root within 1.96 sigma %.3f, 3 sigma %.3f, square %.3f, worst %.3f mm",
               GetParam(), seeds - 1, root.share(), root.of_three(), root.square / root.all, worst_mm);
   if (links.all > 0)
@@ -263,9 +273,8 @@ TEST_P(Positioner, StandsWhereItIsFoundWithTheSigmaThatIsTold) {
 }
 
 TEST_P(Positioner, CarriesTheWorkpieceToWhereTheArmsTcpIsSent) {
-  const int seeds = trials(200);
+  const int seeds = trials(400);
   std::vector<double> before, after;
-  Coverage sigma;
   double square = 0;
   for (int seed = 0; seed < seeds; ++seed) {
     Cell cell(drawn(), static_cast<std::uint64_t>(seed));
@@ -306,6 +315,222 @@ TEST_P(Positioner, CarriesTheWorkpieceToWhereTheArmsTcpIsSent) {
   std::printf(
       "%d axes, seeds 0..%d: mean %.3f mm before, %.4f after, at worst %.4f; square over variance %.3f\n",
       GetParam(), seeds - 1, mean(before), mean(after), *std::ranges::max_element(after), square);
+  EXPECT_GT(mean(before), 2);
+  EXPECT_LT(mean(after), 0.04);
+  EXPECT_LT(*std::ranges::max_element(after), 0.08) << "of seeds 0.." << seeds - 1;
+  EXPECT_NEAR(square, 1, widened(0.15, 0.15)) << "of seeds 0.." << seeds - 1;
+}
+
+/// All readings of arm and table in one fit.
+class JointFit {
+ public:
+  JointFit(const MeasurementData& of_arm, const MeasurementData& of_table, const CalibratedCell& arm,
+           const CalibratedCell& table, const Eigen::Isometry3d& X_BR)
+      : of_arm_{of_arm}, of_table_{of_table}, arm_{arm}, table_{table}, X_BR_{X_BR} {}
+
+  /// Predicted minus measured, the arm's first, with both moved: the arm's parameters, the root in the arm's
+  /// base, the table's parameters but its base.
+  Eigen::VectorXd residuals(const Eigen::VectorXd& of_arm, const Eigen::VectorXd& of_root,
+                            const Eigen::VectorXd& of_table) const {
+    const CalibratedCell arm = moved(arm_, of_arm);
+    CalibratedCell table = moved(table_, of_table);
+    Matrix X_BR = rigid(of_root.head<3>(), {0, 0, 0}) * X_BR_.matrix();
+    X_BR.topLeftCorner<3, 3>() = rigid({0, 0, 0}, of_root.tail<3>()).topLeftCorner<3, 3>() * X_BR_.linear();
+    table.base = BasePose::of(arm.base.isometry() * Eigen::Isometry3d(X_BR));
+    Eigen::VectorXd f(3 * static_cast<Eigen::Index>(of_arm_.points.size() + of_table_.points.size()));
+    Eigen::Index row = 0;
+    for (const auto& [cell, data] :
+         {std::pair{&arm, &of_arm_}, std::pair{&std::as_const(table), &of_table_}}) {
+      for (const Measurement& point : data->points) {
+        f.segment<3>(row) = cell->predict(point) - point.p_WS_mm;
+        row += 3;
+      }
+    }
+    return f;
+  }
+
+ private:
+  const MeasurementData &of_arm_, &of_table_;
+  CalibratedCell arm_, table_;
+  Eigen::Isometry3d X_BR_;
+};
+
+std::vector<Eigen::Index> known_of(const Eigen::MatrixXd& covariance, Eigen::Index first) {
+  std::vector<Eigen::Index> known;
+  for (Eigen::Index k = first; k < covariance.rows(); ++k)
+    if (covariance(k, k) > 0) known.push_back(k);
+  return known;
+}
+
+// All readings in one fit, with the root in the arm's base among the unknowns.
+TEST(PositionerRoot, OfOneAfterTheOtherIsThatOfTheFitOfBothTogether) {
+  Cell cell(tilt_and_turn(), 11);
+  cell.make_round();
+  const MeasurementData of_table = cell.table_data(4, 24), of_arm = cell.arm_data();
+  const auto arm = calibrate(cell.drawn_arm(), of_arm, {.noise = kNoise});
+  const auto table = calibrate(cell.nominal(), of_table, {.noise = kNoise});
+  ASSERT_TRUE(arm && table);
+  const PositionerRoot root =
+      positioner_root({arm->cell, arm->covariance, kNoise}, {table->cell, table->covariance, kNoise},
+                      cell.nominal(), Eigen::Isometry3d(cell.X_given()));
+  const auto arm_known = known_of(arm->covariance, 0), table_known = known_of(table->covariance, 6);
+  const auto arms = std::ssize(arm_known), all = arms + 6 + std::ssize(table_known);
+  const JointFit fit(of_arm, of_table, arm->cell, table->cell, root.X_BR);
+  const auto at = [&](const Eigen::VectorXd& x) {
+    Eigen::VectorXd of_arm_step = Eigen::VectorXd::Zero(arm->covariance.rows());
+    Eigen::VectorXd of_table_step = Eigen::VectorXd::Zero(table->covariance.rows());
+    for (Eigen::Index k = 0; k < arms; ++k) of_arm_step[arm_known[static_cast<std::size_t>(k)]] = x[k];
+    for (Eigen::Index k = arms + 6; k < all; ++k)
+      of_table_step[table_known[static_cast<std::size_t>(k - arms - 6)]] = x[k];
+    Eigen::VectorXd f = fit.residuals(of_arm_step, x.segment<6>(arms), of_table_step);
+    const Eigen::Index rows = 3 * std::ssize(of_arm.points);
+    f.head(rows) /= arm->sigma0_mm;
+    f.tail(f.size() - rows) /= table->sigma0_mm;
+    return f;
+  };
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(all), f = at(none);
+  Eigen::MatrixXd J(f.size(), all);
+  for (Eigen::Index k = 0; k < all; ++k) {
+    const Eigen::VectorXd step = 1e-5 * Eigen::VectorXd::Unit(all, k);
+    J.col(k) = (at(step) - at(-step)) / 2e-5;
+  }
+  const CholeskyFactor normal(J.transpose() * J);
+  const Eigen::VectorXd step = normal.solve(J.transpose() * f);
+  const Eigen::MatrixXd covariance = normal.inverse();
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    const double sigma = std::sqrt(covariance(arms + i, arms + i));
+    EXPECT_LT(std::abs(step[arms + i]), 1e-3 * sigma) << i << ": it is where both together have it";
+    EXPECT_NEAR(std::sqrt(root.covariance(i, i)), sigma, 1e-3 * sigma) << i;
+  }
+}
+
+CalibrationVerdict verdict_of(const Calibration& calibration, const MeasurementData& data) {
+  return calibration_verdict({.calibration = calibration, .data = data, .stated = kNoise});
+}
+
+// Its links are as drawn, so that nothing but its place is found.
+TEST_P(Positioner, ThatErrsInItsPlaceAloneIsPassed) {
+  const int seeds = trials(100);
+  for (int seed = 0; seed < seeds; ++seed) {
+    Cell cell(drawn(), static_cast<std::uint64_t>(seed));
+    cell.make_round();
+    cell.truth() = cell.nominal();
+    MeasurementData data = cell.table_data(4, 24);
+    split_poses(data, 0.7, static_cast<std::uint64_t>(seed));
+    const auto calibration = calibrate(cell.nominal(), data, {.noise = kNoise});
+    ASSERT_TRUE(calibration) << calibration.error().detail << " seed " << seed;
+    const CalibrationVerdict verdict = verdict_of(*calibration, data);
+    EXPECT_EQ(verdict.color(), VerdictColor::Green) << verdict.findings[0].sentence << " seed " << seed;
+  }
+}
+
+TEST_P(Positioner, ReadingsThatSlippedAreNamedAndLeftOut) {
+  const int seeds = trials(100);
+  int named = 0;
+  for (int seed = 0; seed < seeds; ++seed) {
+    Cell cell(drawn(), static_cast<std::uint64_t>(seed));
+    MeasurementData data = cell.table_data(4, 24);
+    for (const std::size_t slipped : {6U, 41U}) data.points[slipped].p_WS_mm += Eigen::Vector3d(2, -1, 3);
+    const auto found = calibrated(cell.nominal(), data);
+    ASSERT_TRUE(found) << "seed " << seed;
+    std::vector<std::size_t> rejected;
+    for (const RejectedPoint& point : found->calibration.rejected) rejected.push_back(point.point);
+    named += rejected == std::vector<std::size_t>{6, 41};
+  }
+  EXPECT_GE(named, 0.95 * seeds) << "of seeds 0.." << seeds - 1;
+}
+
+TEST_P(Positioner, OfAnglesInRadIsToldSo) {
+  Cell cell(drawn(), 5);
+  MeasurementData data = cell.table_data(4, 24);
+  for (Measurement& point : data.points) point.q *= kRadPerDeg;
+  const auto calibration = calibrate(cell.nominal(), data, {.noise = kNoise});
+  ASSERT_FALSE(calibration);
+  EXPECT_THAT(calibration.error().detail,
+              testing::StartsWith("the joint angles of the measurements are in rad"));
+}
+
+TEST(TiltAndTurn, WithItsAxesSwappedOrTurningTheOtherWayIsToldSo) {
+  Cell cell(tilt_and_turn(), 6);
+  const MeasurementData data = cell.table_data(4, 24);
+  MeasurementData swapped = data;
+  for (Measurement& point : swapped.points) std::swap(point.q[0], point.q[1]);
+  const auto by_swapped = calibrate(cell.nominal(), swapped, {.noise = kNoise});
+  ASSERT_FALSE(by_swapped);
+  EXPECT_THAT(by_swapped.error().detail, HasSubstr("the columns q1 and q2 of the measurements are swapped"));
+  RobotModel turned = cell.nominal();
+  turned.joints[0].sign = -1;
+  const auto by_turned = calibrate(turned, data, {.noise = kNoise});
+  ASSERT_FALSE(by_turned);
+  EXPECT_THAT(by_turned.error().detail, HasSubstr("joint 1 turns the other way: with sign 1"));
+}
+
+TEST(TiltAndTurn, TurnedAboutItsLastAxisAloneIsRefused) {
+  Cell cell(tilt_and_turn(), 7);
+  MeasurementData data{.smr_names = {"1"}};
+  for (int i = 0; i < 24; ++i) {
+    JointVector q(2);
+    q << 0.3, 0.25 * i - 3;
+    data.points.push_back({.q = q, .p_WS_mm = cell.seen(plain::moved(cell.table_at(q), {300, 100, 50}))});
+  }
+  const auto calibration = calibrate(cell.nominal(), data, {.noise = kNoise});
+  ASSERT_FALSE(calibration);
+  EXPECT_THAT(calibration.error().detail, HasSubstr("the poses do not show how the base is turned"));
+}
+
+TEST(Turntable, OfTooFewAnglesIsRefused) {
+  Cell cell(turntable(), 8);
+  const auto calibration = calibrate(cell.nominal(), cell.table_data(4, 4), {.noise = kNoise});
+  ASSERT_FALSE(calibration);
+  EXPECT_THAT(calibration.error().detail, HasSubstr("4 poses to identify from"));
+}
+
+// No reading contradicts it: a table that turns the other way about an axis that points the other way.
+TEST(Turntable, TurningTheOtherWayStandsOnItsHead) {
+  Cell cell(turntable(), 9);
+  RobotModel nominal = cell.nominal();
+  const MeasurementData data = cell.table_data(4, 24);
+  const MeasuringCell arm = cell.calibrated_arm();
+  const Eigen::Isometry3d X_given(cell.X_given());
+  for (const double sign : {1.0, -1.0}) {
+    nominal.joints[0].sign = sign;
+    const auto found = calibrated(nominal, data);
+    ASSERT_TRUE(found);
+    const PositionerRoot root = positioner_root(arm, found->table, nominal, X_given);
+    const std::string why = why_turned(root.X_BR, cell.drawn_arm(), nominal, std::nullopt);
+    EXPECT_THAT(
+        why, sign > 0 ? testing::IsEmpty() : testing::Matcher<const std::string&>(HasSubstr("on its head")));
+  }
+}
+
+TEST(WhyTurned, TellsARootThatStandsTheOtherWayRoundThanItWasGiven) {
+  const RobotModel arm = example::kr210(), table = tilt_and_turn();
+  const Eigen::Isometry3d X_given(plain::kuka_frame({1900, 350, -150}, {25, 0, 0}));
+  const Eigen::Isometry3d X_turned(plain::kuka_frame({1900, 350, -150}, {204, 1, 0}));
+  EXPECT_EQ(why_turned(X_given, arm, table, X_given), "");
+  EXPECT_EQ(why_turned(X_turned, arm, table, std::nullopt), "");
+  EXPECT_THAT(why_turned(X_turned, arm, table, X_given),
+              HasSubstr("turned by 179 deg from where it was given"));
+}
+
+TEST(WorkpieceFrame, IsWhereTheNominalTableAndItsRootPutWhatWasMeasured) {
+  for (int seed = 0; seed < 20; ++seed) {
+    Cell cell(turntable(), static_cast<std::uint64_t>(seed));
+    cell.make_round();
+    const auto table = calibrate(cell.nominal(), cell.table_data(4, 24), {.noise = kNoise});
+    ASSERT_TRUE(table);
+    const MeasuringCell arm = cell.calibrated_arm(), by{table->cell, table->covariance, kNoise};
+    const Eigen::Isometry3d X_given(cell.X_given());
+    const auto on_table = tool_frame(cell.workpiece(4), by);
+    ASSERT_TRUE(on_table);
+    const MeasuredFrame told = workpiece_frame(*on_table, arm, by, cell.nominal(), X_given);
+    const Matrix wanted = (cell.told_root() * plain::flange(cell.nominal(), JointVector::Zero(1))).inverse() *
+                          cell.X_root() * plain::flange(cell.truth(), JointVector::Zero(1)) * cell.X_FU();
+    const Eigen::Vector3d error = told.X.translation() - wanted.topRightCorner<3, 1>();
+    for (Eigen::Index i = 0; i < 3; ++i)
+      EXPECT_LT(std::abs(error[i]), 4.5 * std::sqrt(told.covariance(i, i))) << "seed " << seed << " " << i;
+    EXPECT_LT(told.sigma_mm(), 0.05) << "seed " << seed;
+  }
 }
 
 }  // namespace

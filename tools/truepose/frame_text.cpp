@@ -11,20 +11,19 @@ namespace {
 
 using record::FrameDocument;
 
-Cells frame_cells(const FrameDocument& told) {
-  const Eigen::Vector3d p = told.X.translation(), abc = kuka_abc_deg(told.X.linear());
+Cells frame_cells(const Eigen::Isometry3d& X) {
+  const Eigen::Vector3d p = X.translation(), abc = kuka_abc_deg(X.linear());
   Cells cells{"mm, deg"};
   for (const double mm : p) cells.push_back(formatted("%.4f", mm));
   for (const double deg : abc) cells.push_back(formatted("%.5f", deg + 0.0));
   return cells;
 }
 
-Cells sigma_cells(const FrameDocument& told) {
+Cells sigma_cells(const Eigen::Vector3d& sigma_mm, const std::optional<Eigen::Vector3d>& sigma_deg) {
   Cells cells{"sigma"};
-  for (const double mm : told.sigma_mm) cells.push_back(formatted("%.4f", mm));
+  for (const double mm : sigma_mm) cells.push_back(formatted("%.4f", mm));
   // Turns about the axes of the outer frame: those of A, B, C have no bound where B is near 90 deg.
-  for (Eigen::Index i = 0; i < 3; ++i)
-    cells.push_back(told.sigma_deg ? formatted("%.5f", (*told.sigma_deg)[i]) : "-");
+  for (Eigen::Index i = 0; i < 3; ++i) cells.push_back(sigma_deg ? formatted("%.5f", (*sigma_deg)[i]) : "-");
   return cells;
 }
 
@@ -53,14 +52,18 @@ std::string misfit_text(const FrameDocument& told) {
 
 }  // namespace
 
+std::string pose_text(const Eigen::Isometry3d& X, const Eigen::Vector3d& sigma_mm,
+                      const std::optional<Eigen::Vector3d>& sigma_deg) {
+  return text_table(std::vector<Column>{{-8}, {10, 1}, {10, 1}, {10, 1}, {11, 1}, {11, 1}, {11, 1}},
+                    {{"", "X", "Y", "Z", "A", "B", "C"}, frame_cells(X), sigma_cells(sigma_mm, sigma_deg)});
+}
+
 std::string frame_text(const FrameDocument& told) {
   std::string text = formatted("%s %d: %zu readings of %zu points",
                                std::string{name_of(record::kFrameKinds, told.kind)}.c_str(), told.number,
                                told.readings.size(), told.points.size());
   if (told.touched_by) text += formatted(", touched by tool %d", *told.touched_by);
-  text += "\n";
-  text += text_table(std::vector<Column>{{-8}, {10, 1}, {10, 1}, {10, 1}, {11, 1}, {11, 1}, {11, 1}},
-                     {{"", "X", "Y", "Z", "A", "B", "C"}, frame_cells(told), sigma_cells(told)});
+  text += "\n" + pose_text(told.X, told.sigma_mm, told.sigma_deg);
   text += "\n" + readings_text(told) + "\n" + scatter_text(told) + misfit_text(told);
   for (const std::string& note : told.notes) text += note + "\n";
   return text + told.krl + "\n";

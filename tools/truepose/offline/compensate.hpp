@@ -21,6 +21,7 @@ struct CompensateOptions {
 
   // Targets, joints or poses
   std::string joints_file, poses_file;  ///< one of them; "-" = standard input
+  std::filesystem::path positioner;     ///< on whose table the poses stand
   std::string report_file;
   std::vector<double> near;  ///< deg (mm) per joint
   bool position_only = false;

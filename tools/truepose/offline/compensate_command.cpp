@@ -89,6 +89,11 @@ Command compensate_command() {
                "Base: a file of truepose base, or its numbers. --poses stand in it; with a program as --tool",
                {.type = kFrameType, .excludes = {"--joints"}}),
            Option(
+               "--positioner", &o.positioner,
+               "A file of truepose positioner: --poses stand in the workpiece on its table, which is turned "
+               "to e1[,e2] (deg or mm), columns beside theirs",
+               {.needs = {"--poses"}, .excludes = {"--base"}}),
+           Option(
                "--joints", &o.joints_file,
                "Joint positions (CSV: q1..qN in deg or mm; - reads standard input): the real arm stands where the "
                "nominal arm would",

@@ -8,9 +8,11 @@
 #include "config/csv_reader.hpp"
 #include "config/measurement_file.hpp"
 #include "config/number_text.hpp"
+#include "config/positioner_file.hpp"
 #include "config/text_file.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/compensate/nominal_inverse.hpp"
+#include "core/identify/positioner.hpp"
 #include "core/identify/tool_frame.hpp"
 #include "core/identify/uncertainty.hpp"
 #include "proto/record/arm_document.hpp"
@@ -34,14 +36,20 @@ struct Target {
   JointVector q;        ///< Joints
   Eigen::Isometry3d X;  ///< Poses; Positions: its translation alone. mm, robot base frame
   std::optional<int> status, turn;
+  JointVector e;  ///< of the positioner that carries it
 };
 
 /// Targets from CSV, one at a time: q1..qN, or x,y,z,a,b,c (mm, deg) with KUKA's status and turn (s,t) where
-/// they are told, or x,y,z alone. Throws ConfigError naming file, row and column.
+/// they are told, or x,y,z alone; with a table e1..eN of it. Throws ConfigError naming file, row and column.
 class TargetReader {
  public:
-  TargetReader(std::istream& in, const std::string& file, const RobotModel& robot, bool of_joints)
-      : robot_(robot), rows_(in, file), form_(of_joints ? TargetForm::Joints : TargetForm::Positions) {
+  /// @param table  of the positioner that carries the targets; null: none does
+  TargetReader(std::istream& in, const std::string& file, const RobotModel& robot, bool of_joints,
+               const RobotModel* table)
+      : robot_(robot),
+        table_(table),
+        rows_(in, file),
+        form_(of_joints ? TargetForm::Joints : TargetForm::Positions) {
     const config::CsvHeader& header = rows_.header();
     const auto any_of = [&header](std::initializer_list<const char*> names) {
       return std::ranges::any_of(names, [&header](const char* name) { return header.has(name); });
@@ -54,8 +62,12 @@ class TargetReader {
       form_ = TargetForm::Poses;
       names.insert(names.end(), {"a", "b", "c"});
     }
+    const std::vector<std::string> turns =
+        table ? config::joint_column_names("e", *table) : std::vector<std::string>{};
+    known.insert(known.end(), turns.begin(), turns.end());
     header.expect_only(known);
     for (const std::string& name : names) columns_.push_back(header.column(name));
+    for (const std::string& name : turns) table_columns_.push_back(header.column(name));
     if (header.has("s")) status_ = header.column("s");
     if (header.has("t")) turn_ = header.column("t");
   }
@@ -68,7 +80,7 @@ class TargetReader {
   /// The next target, or nothing at the end.
   std::optional<Target> next() {
     if (!rows_.next()) return std::nullopt;
-    Target target{.q = {}, .X = Eigen::Isometry3d::Identity(), .status = {}, .turn = {}};
+    Target target{.q = {}, .X = Eigen::Isometry3d::Identity(), .status = {}, .turn = {}, .e = {}};
     std::vector<double> v;
     for (const std::size_t column : columns_) v.push_back(rows_.number(column));
     if (form_ == TargetForm::Joints) {
@@ -79,6 +91,7 @@ class TargetReader {
     target.X = pose_from_kuka({v[0], v[1], v[2]}, {v[3], v[4], v[5]});
     if (status_) target.status = bits(*status_, 255);
     if (turn_) target.turn = bits(*turn_, 4095);
+    if (table_) target.e = table_joints();
     return target;
   }
 
@@ -90,10 +103,26 @@ class TargetReader {
     return static_cast<int>(value);
   }
 
+  JointVector table_joints() const {
+    std::vector<double> e;
+    for (const std::size_t column : table_columns_) e.push_back(rows_.number(column));
+    const JointVector q = joints_from(e, *table_);
+    for (std::size_t i = 0; i < e.size(); ++i) {
+      const Joint& joint = table_->joints[i];
+      const double at = q[static_cast<Eigen::Index>(i)];
+      if (!(at >= joint.min && at <= joint.max))
+        rows_.fail(table_columns_[i], "the positioner does not go there: expected " +
+                                          config::joint_field(joint.min, joint) + ".." +
+                                          config::joint_field(joint.max, joint));
+    }
+    return q;
+  }
+
   const RobotModel& robot_;
+  const RobotModel* table_;
   config::CsvStream rows_;
   TargetForm form_;
-  std::vector<std::size_t> columns_;
+  std::vector<std::size_t> columns_, table_columns_;
   std::optional<std::size_t> status_, turn_;
 };
 
@@ -146,22 +175,68 @@ constexpr const char* kToolGiven =
     "--tool was given, not measured: sigma_mm does not hold what the TCP is off by on the flange, often more than "
     "half a millimetre; `truepose tool` measures it";
 
+/// What carries the workpiece that the targets stand in.
+class Table {
+ public:
+  /// Throws ConfigError.
+  Table(const std::filesystem::path& file, const config::ModelFile& arm)
+      : Table(config::load_positioner(file, arm), file.string(), arm) {}
+
+  const RobotModel& robot() const { return by_.cell.robot; }
+  bool tells_sigma() const { return by_.covariance.size() > 0; }
+  /// The workpiece in the robot's base.
+  Eigen::Isometry3d workpiece_at(const JointVector& e) const {
+    return table_in_base(arm_, by_.cell, e) * workpiece_.X;
+  }
+  /// Variance (mm^2) of where a point of the workpiece is that is at p_B.
+  double variance(const JointVector& e, const Eigen::Vector3d& p_B_mm) const {
+    const Eigen::Vector3d p_F_mm = inverse_of(table_in_base(arm_, by_.cell, e)) * p_B_mm;
+    const double repeatability_mm = by_.noise.repeatability_mm;
+    return tcp_covariance(by_.cell, by_.covariance, e, p_F_mm, &workpiece_).trace() +
+           3 * repeatability_mm * repeatability_mm;
+  }
+
+ private:
+  Table(const config::PositionerFile& file, const std::string& name, const config::ModelFile& arm)
+      : arm_{arm.cell}, by_{measuring_cell_of(file.table, name)} {
+    auto workpiece = tool_frame(file.workpiece, by_);
+    if (!workpiece) throw ConfigError(name + ": " + workpiece.error());
+    workpiece_ = *std::move(workpiece);
+  }
+
+  CalibratedCell arm_;
+  MeasuringCell by_;
+  MeasuredFrame workpiece_;
+};
+
 /// Standard deviation (length of the vector, mm) of where the arm will put the TCP, told by the covariances
 /// of model and tool and the arm's repeatability. Without a tool that of the first reflector: of that point
 /// the measurements tell, while what they know of the arm alone is mixed with what they know of base and
 /// tool.
+///
+/// On a positioner's table it is of where the TCP will be in the workpiece: both were measured for
+/// themselves, and so err for themselves.
 class PositionSigma {
  public:
-  PositionSigma(const config::ModelFile& model, const std::optional<Tool>& tool)
-      : model_(model), tool_(tool) {}
+  PositionSigma(const config::ModelFile& model, const std::optional<Tool>& tool, const Table* table)
+      : model_(model), tool_(tool), table_(table) {}
 
-  bool is_known() const { return model_.covariance.size() > 0 && !model_.cell.reflectors.empty(); }
-  double at(const JointVector& q) const {
+  bool is_known() const {
+    return model_.covariance.size() > 0 && !model_.cell.reflectors.empty() &&
+           (!table_ || table_->tells_sigma());
+  }
+  /// @param e  joints of the table
+  double at(const JointVector& q, const JointVector& e) const {
     const double repeatability = model_.noise ? model_.noise->repeatability_mm : 0;
-    return std::sqrt(std::max(0.0, of_model(q).trace()) + 3 * repeatability * repeatability);
+    const double of_table =
+        table_ ? table_->variance(e, forward_kinematics(model_.cell.robot, q) * p_F_mm()) : 0;
+    return std::sqrt(std::max(0.0, of_model(q).trace() + of_table) + 3 * repeatability * repeatability);
   }
 
  private:
+  Eigen::Vector3d p_F_mm() const {
+    return tool_ ? Eigen::Vector3d(tool_->X_FT.translation()) : model_.cell.reflectors.front().p_FS_mm;
+  }
   Eigen::Matrix3d of_model(const JointVector& q) const {
     if (!tool_) return position_covariance(model_.cell, model_.covariance, q, 0);
     return tcp_covariance(model_.cell, model_.covariance, q, tool_->X_FT.translation(),
@@ -170,6 +245,7 @@ class PositionSigma {
 
   const config::ModelFile& model_;
   const std::optional<Tool>& tool_;
+  const Table* table_;
 };
 
 std::optional<JointVector> near_of(const std::vector<double>& values, const RobotModel& nominal) {
@@ -183,11 +259,12 @@ std::optional<JointVector> near_of(const std::vector<double>& values, const Robo
 class Targets {
  public:
   Targets(const CompensateOptions& options, const RobotModel& nominal, const config::ModelFile& model,
-          TargetForm form, bool by_status)
+          const Table* table, TargetForm form, bool by_status)
       : nominal_(nominal),
+        table_(table),
         tool_(tool_of(options.tool, "--tool", nominal, model)),
         X_base_(base_of(options.base, "--base", model).value_or(Base{}).X),
-        sigma_(model, tool_),
+        sigma_(model, tool_, table),
         form_(form),
         by_status_(by_status),
         X_FT_(tool_.value_or(Tool{}).X_told),
@@ -201,13 +278,13 @@ class Targets {
   bool is_tool_measured() const { return !tool_ || tool_->measured; }
 
   std::expected<ReachedTarget, std::string> reach(Target target) {
-    target.X = X_base_ * target.X;
+    target.X = (table_ ? table_->workpiece_at(target.e) : X_base_) * target.X;
     const auto q = nominal_joints(target);
     if (!q) return std::unexpected(q.error());
     const auto compensated = compensate(target, *q);
     if (!compensated) return std::unexpected(described(compensated.error(), nominal_));
     ReachedTarget reached{.q_nominal = *q, .compensated = *compensated, .sigma_mm = {}};
-    if (sigma_.is_known()) reached.sigma_mm = sigma_.at(compensated->q);
+    if (sigma_.is_known()) reached.sigma_mm = sigma_.at(compensated->q, target.e);
     return reached;
   }
 
@@ -234,6 +311,7 @@ class Targets {
   }
 
   const RobotModel& nominal_;
+  const Table* table_;  ///< null: the targets stand in the base
   std::optional<Tool> tool_;
   Eigen::Isometry3d X_base_;
   PositionSigma sigma_;
@@ -352,8 +430,11 @@ int run_compensate_targets(const CompensateOptions& options, const RobotModel& n
   if (!is_standard) opened = config::open_to_read(name);
   std::istream& in = is_standard ? std::cin : opened;
 
-  TargetReader reader(in, file, nominal, of_joints);
-  Targets targets(options, nominal, model, reader.form(), reader.has_status());
+  std::optional<Table> positioner;
+  if (!options.positioner.empty()) positioner.emplace(options.positioner, model);
+  const Table* table = positioner ? &*positioner : nullptr;
+  TargetReader reader(in, file, nominal, of_joints, table ? &table->robot() : nullptr);
+  Targets targets(options, nominal, model, table, reader.form(), reader.has_status());
   Output output(options, nominal, targets, file);
   while (const auto target = reader.next()) {
     const auto reached = targets.reach(*target);

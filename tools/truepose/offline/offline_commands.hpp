@@ -27,6 +27,7 @@ Command kuka_write_command();
 Command kuka_lint_command();  ///< something was found
 Command listen_command();     ///< no good frame of the configured kind came
 Command plan_command();
+Command positioner_command();  ///< as base_command(), or the root stands on its head
 Command robot_commands();
 Command robot_fix_command();  ///< nothing was found, or nothing that can be mended
 Command replay_command();     ///< a driver or the stream does something else than when it was recorded

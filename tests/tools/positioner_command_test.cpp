@@ -1,0 +1,285 @@
+// A turntable and a tilt-and-turn positioner from their readings to the arm's joints: `truepose calibrate`,
+// `truepose positioner`, `truepose compensate --positioner`.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+
+#include "config/model_file.hpp"
+#include "config/robot_file.hpp"
+#include "core/arm/joint_units.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/random.hpp"
+#include "core/simulate/published_arm.hpp"
+#include "tests/core/plain_kinematics.hpp"
+#include "tests/process.hpp"
+#include "tests/temp_folder.hpp"
+#include "tests/tools/robot_file.hpp"
+
+namespace truepose {
+namespace {
+
+namespace json = boost::json;
+using testing::HasSubstr;
+
+constexpr double kNoise_mm = 0.01;
+constexpr const char* kTurntable =
+    "name: KP1\njoints:\n  - {a: 0, alpha: 0, d: 450, theta: 0, beta: 0, sign: 1, min: -185, max: 185, speed: 60}\n";
+constexpr const char* kTiltAndTurn =
+    "name: DKP\njoints:\n  - {a: 0, alpha: 90, d: 0, theta: 0, beta: 0, sign: 1, min: -90, max: 90, speed: 60}\n"
+    "  - {a: 120, alpha: -90, d: 250, theta: 0, beta: 0, sign: 1, min: -185, max: 185, speed: 60}\n";
+constexpr const char* kRoot = "1900,350,-150,25,0,0";
+
+class PositionerCommand : public testing::Test {
+ protected:
+  static config::ModelFile known_model(const RobotModel& nominal) {
+    config::ModelFile model{.name = nominal.name,
+                            .created = "2026-01-02T03:04:05Z",
+                            .cell = {.robot = with_published_errors(nominal)}};
+    model.cell.base = {{4000, 500, -300}, {0.01, -0.02, 2.1}};
+    model.cell.reflectors = {{"1", {62, -48, 187}}};
+    const int size = ParameterLayout::of(model.cell).size();
+    model.covariance = Eigen::VectorXd::Constant(size, 1e-12).asDiagonal();
+    model.noise = MeasurementNoise{.tracker = {.range_mm = kNoise_mm, .transverse_mm = kNoise_mm},
+                                   .repeatability_mm = kNoise_mm};
+    return model;
+  }
+
+  Finished run(const std::string& command, std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), {command, "--robot", kRobot, "--model", model_file_});
+    return run_program("truepose", arguments);
+  }
+  json::object document(const std::string& command, std::vector<std::string> arguments) const {
+    arguments.push_back("--json");
+    const Finished finished = run(command, arguments);
+    EXPECT_EQ(finished.exit_code, 0) << finished.err;
+    return finished.exit_code == 0 ? json::parse(finished.out).as_object() : json::object{};
+  }
+  std::string path(const char* name) const { return folder_.path() / name; }
+
+  Eigen::Vector3d noise() {
+    const double x = random_.normal(), y = random_.normal(), z = random_.normal();
+    return kNoise_mm * Eigen::Vector3d(x, y, z);
+  }
+  std::string cells(const Eigen::VectorXd& numbers, double factor = 1) const {
+    std::ostringstream text;
+    text.precision(17);
+    for (const double number : numbers) text << factor * number << ',';
+    return text.str();
+  }
+  JointVector turned() {
+    JointVector e(truth_.joint_count());
+    for (Eigen::Index i = 0; i < e.size(); ++i) {
+      const Joint& joint = truth_.joints[static_cast<std::size_t>(i)];
+      e[i] = random_.uniform(joint.min, joint.max);
+    }
+    return e;
+  }
+  /// The table in the robot's base.
+  Eigen::Matrix4d table_at(const JointVector& e) const { return X_BR_ * plain::flange(truth_, e); }
+  std::string row(const JointVector& e, const Eigen::Vector3d& p_F_mm) {
+    const Eigen::Vector3d p_W = model_.cell.base.isometry() * plain::moved(table_at(e), p_F_mm) + noise();
+    std::string text = cells(e, kDegPerRad) + cells(p_W);
+    text.back() = '\n';
+    return text;
+  }
+
+  /// Four reflectors on the table at 24 angles, identified by `truepose calibrate`.
+  void calibrate_table(const char* robot) {
+    table_file_ = folder_.write("table.yaml", robot);
+    truth_ = config::load_robot(table_file_);
+    if (truth_.joint_count() == 2) truth_.joints[1].a_mm += 0.4;
+    std::string text = truth_.joint_count() == 1 ? "smr,q1,x,y,z\n" : "smr,q1,q2,x,y,z\n";
+    for (int i = 0; i < 24; ++i) {
+      const JointVector e = turned();
+      int smr = 0;
+      for (const Eigen::Vector3d& p : {Eigen::Vector3d(400, 50, 30), Eigen::Vector3d(-300, 250, 200),
+                                       Eigen::Vector3d(-100, -450, 90), Eigen::Vector3d(150, -200, 350)})
+        text += std::to_string(++smr) + ',' + row(e, p);
+    }
+    const Finished finished = run_program(
+        "truepose", {"calibrate", "--robot", table_file_, "--data", folder_.write("table.csv", text),
+                     "--split", "0.7", "--tracker-noise", "0.01,0.002", "--out", path("table_model.yaml")});
+    EXPECT_EQ(finished.exit_code, 0) << finished.err << finished.out;
+  }
+  std::vector<std::string> with_table(std::vector<std::string> more) const {
+    more.insert(more.begin(), {"--positioner", table_file_, "--positioner-model", path("table_model.yaml"),
+                               "--root", kRoot});
+    return more;
+  }
+  std::string workpiece(double slip_mm = 0) {
+    std::string text = truth_.joint_count() == 1 ? "point,q1,x,y,z\n" : "point,q1,q2,x,y,z\n";
+    for (int i = 0; i < 4; ++i) {
+      const JointVector e = turned();
+      for (const auto& [name, p_U_mm] :
+           {std::pair{"origin", Eigen::Vector3d(0, 0, 0)}, {"x", {350, 0, 0}}, {"xy", {40, 300, 0}}}) {
+        Eigen::Vector3d p_F = plain::moved(X_FU_, p_U_mm);
+        if (i == 2 && std::string(name) == "x") p_F.y() += slip_mm;
+        text += std::string(name) + ',' + row(e, p_F);
+      }
+    }
+    return folder_.write("workpiece.csv", text);
+  }
+  std::string measured() {
+    EXPECT_EQ(
+        run("positioner", with_table({"--data", workpiece(), "--out", path("positioner.yaml")})).exit_code,
+        0);
+    return path("positioner.yaml");
+  }
+
+  TempFolder folder_;
+  Random random_{23};
+  RobotModel nominal_ = config::load_robot(kRobot);
+  config::ModelFile model_ = known_model(nominal_);
+  std::string model_file_ = folder_.write("model.yaml", config::model_yaml(model_));
+  std::string table_file_;
+  RobotModel truth_;
+  Eigen::Matrix4d X_BR_ = plain::kuka_frame({1902, 348, -151}, {25.1, 0.2, -0.1});
+  Eigen::Matrix4d X_FU_ = plain::kuka_frame({-60, 80, 40}, {35, 2, -1});
+};
+
+Eigen::Matrix4d frame_in(const json::value& f) {
+  const auto number = [&](const char* key) { return f.at(key).to_number<double>(); };
+  return plain::kuka_frame({number("x"), number("y"), number("z")}, {number("a"), number("b"), number("c")});
+}
+
+TEST_F(PositionerCommand, TheRootOfATurntableIsToldAndWhatNoReadingTellsOfIt) {
+  calibrate_table(kTurntable);
+  const json::object told = document("positioner", with_table({"--number", "2"}));
+  const Eigen::Matrix4d root = frame_in(told.at("root"));
+  // The axis is where it truly is; along and about it the root is as it was given.
+  const Eigen::Vector3d off = plain::moved(X_BR_.inverse(), root.topRightCorner<3, 1>());
+  EXPECT_LT(off.head<2>().norm(), 0.03);
+  EXPECT_LT((root.col(2) - X_BR_.col(2)).norm(), 1e-4);
+  const Eigen::Matrix4d given = plain::kuka_frame({1900, 350, -150}, {25, 0, 0});
+  EXPECT_LT(std::abs(plain::moved(root.inverse(), given.topRightCorner<3, 1>()).z()), 1e-3);
+  EXPECT_LT(plain::rad_between(root, given), 5e-3);
+  EXPECT_THAT(std::string(told.at("krl").as_string()), testing::StartsWith("MACHINE_DEF[2].ROOT={X "));
+  EXPECT_THAT(std::string(told.at("notes").at(0).as_string()),
+              HasSubstr("no reading tells: it is as --root has it"));
+  EXPECT_EQ(told.at("axes").as_array().size(), 1U);
+  EXPECT_FALSE(told.contains("workpiece"));
+}
+
+TEST_F(PositionerCommand, TheRootOfATiltAndTurnIsToldWithWhatItsAxesErr) {
+  calibrate_table(kTiltAndTurn);
+  const json::object told = document("positioner", with_table({}));
+  EXPECT_LT(plain::mm_between(frame_in(told.at("root")), X_BR_), 0.05);
+  EXPECT_LT(plain::rad_between(frame_in(told.at("root")), X_BR_), 1e-4);
+  for (const json::value& sigma : told.at("sigma_mm").as_array()) EXPECT_LT(sigma.to_number<double>(), 0.03);
+  const json::array& links = told.at("links").as_array();
+  ASSERT_EQ(links.size(), 2U);
+  EXPECT_EQ(links[0].at("name").as_string(), "link2.a");
+  EXPECT_NEAR(links[0].at("found").to_number<double>(), 120.4, 0.03);
+  EXPECT_TRUE(told.at("notes").as_array().empty());
+  const Finished text = run("positioner", with_table({"--data", workpiece(), "--base-number", "17"}));
+  EXPECT_THAT(text.out, HasSubstr("Axis 2 goes through ("));
+  EXPECT_THAT(text.out, HasSubstr("link2.a is 120.4"));
+  EXPECT_THAT(text.out, HasSubstr("\nBASE_DATA[17]={X "));
+}
+
+class PositionerTargets : public PositionerCommand, public testing::WithParamInterface<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Axes, PositionerTargets, testing::Values(kTurntable, kTiltAndTurn));
+
+TEST_P(PositionerTargets, AreReachedOnTheTableWhereverItIsTurned) {
+  calibrate_table(GetParam());
+  const std::string positioner = measured();
+  // Targets that the arm can take, in the workpiece.
+  std::string rows = truth_.joint_count() == 1 ? "x,y,z,a,b,c,e1\n" : "x,y,z,a,b,c,e1,e2\n";
+  std::vector<Eigen::Matrix4d> wanted;
+  for (int i = 0; i < 3; ++i) {
+    JointVector q(6), e = turned();
+    q << random_.uniform(-0.4, 0.1), random_.uniform(-1.5, -1.1), random_.uniform(1.3, 1.7),
+        random_.uniform(-1, 1), random_.uniform(0.6, 1.2), random_.uniform(-1, 1);
+    wanted.push_back(plain::flange(nominal_, q));
+    const Eigen::Matrix4d X_U = (table_at(e) * X_FU_).inverse() * wanted.back();
+    rows += cells(X_U.topRightCorner<3, 1>()) + cells(kuka_abc_deg(X_U.topLeftCorner<3, 3>())) +
+            cells(e, kDegPerRad);
+    rows.back() = '\n';
+  }
+  const json::object reached =
+      document("compensate", {"--poses", folder_.write("targets.csv", rows), "--positioner", positioner,
+                              "--near", "0,-75,85,0,50,0"});
+  EXPECT_FALSE(reached.contains("notes"));
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const auto deg = json::value_to<std::vector<double>>(reached.at("joints").at(i));
+    const Eigen::Matrix4d real = plain::flange(model_.cell.robot, joints_from(deg, nominal_));
+    EXPECT_LT(plain::mm_between(real, wanted[i]), 0.06) << i;
+    EXPECT_LT(plain::rad_between(real, wanted[i]), 2e-4) << i;
+    const double sigma_mm = reached.at("sigma_mm").at(i).to_number<double>();
+    EXPECT_GT(sigma_mm, std::sqrt(3.0) * kNoise_mm) << "of the arm alone";
+    EXPECT_LT(sigma_mm, 0.06);
+  }
+}
+
+TEST_F(PositionerCommand, ARowThatSlippedEndsItAndWritesNoFile) {
+  calibrate_table(kTurntable);
+  const Finished finished =
+      run("positioner", with_table({"--data", workpiece(0.4), "--out", path("positioner.yaml")}));
+  EXPECT_EQ(finished.exit_code, 1);
+  EXPECT_THAT(finished.err, HasSubstr("workpiece.csv: row 8: more than five standard deviations"));
+  EXPECT_FALSE(std::filesystem::exists(path("positioner.yaml")));
+}
+
+TEST_F(PositionerCommand, ATableThatTurnsTheOtherWayIsTold) {
+  std::string other = kTurntable;
+  other.replace(other.find("sign: 1"), 7, "sign: -1");
+  calibrate_table(kTurntable);
+  table_file_ = folder_.write("table.yaml", other);
+  ASSERT_EQ(
+      run_program("truepose", {"calibrate", "--robot", table_file_, "--data", path("table.csv"), "--split",
+                               "0.7", "--tracker-noise", "0.01,0.002", "--out", path("table_model.yaml")})
+          .exit_code,
+      0)
+      << "no reading contradicts it";
+  const Finished finished = run("positioner", with_table({}));
+  EXPECT_EQ(finished.exit_code, 1);
+  EXPECT_THAT(finished.err, HasSubstr("table.yaml: the root stands on its head"));
+  EXPECT_THAT(finished.err, HasSubstr("look at the signs of its joints"));
+}
+
+TEST_F(PositionerCommand, ARootFarFromTheGivenOneAsksForTheStationOfTheTracker) {
+  calibrate_table(kTurntable);
+  model_.cell.base.p_mm.x() += 700;  // the tracker was moved between arm and table
+  folder_.write("model.yaml", config::model_yaml(model_));
+  const json::object told = document("positioner", with_table({}));
+  EXPECT_THAT(std::string(told.at("notes").at(1).as_string()),
+              HasSubstr("from one and the same station of the tracker"));
+}
+
+TEST_F(PositionerCommand, WhatCannotBeUsedIsRefusedWithWhatToDo) {
+  calibrate_table(kTiltAndTurn);
+  const auto error = [&](const std::string& command, std::vector<std::string> arguments) {
+    const Finished finished = run(command, std::move(arguments));
+    EXPECT_NE(finished.exit_code, 0);
+    return finished.err;
+  };
+  EXPECT_THAT(error("positioner", {"--positioner", kRobot, "--positioner-model", model_file_}),
+              HasSubstr("has 6 joints, a positioner one or two"));
+  EXPECT_THAT(
+      error("positioner", with_table({"--data", folder_.write("w.csv", "point,q1,q2\norigin,1,2\n")})),
+      HasSubstr("the workpiece is measured by the tracker"));
+  EXPECT_THAT(error("positioner", with_table({"--data", folder_.write("w.csv", "q1,q2,x,y,z\n1,2,3,4,5\n")})),
+              HasSubstr("the points say no frame"));
+  EXPECT_THAT(error("positioner", with_table({"--out", path("p.yaml")})), HasSubstr("--data"));
+  const std::string positioner = measured();
+  EXPECT_THAT(
+      error("compensate", {"--positioner", positioner, "--poses", folder_.write("t.csv", "x,y,z\n1,2,3\n")}),
+      HasSubstr("e1"));
+  EXPECT_THAT(error("compensate", {"--positioner", positioner, "--poses",
+                                   folder_.write("t.csv", "x,y,z,e1,e2\n1,2,3,95,0\n")}),
+              HasSubstr("the positioner does not go there: expected -90..90"));
+  EXPECT_THAT(error("compensate", {"--poses", folder_.write("t.csv", "x,y,z,e1\n1,2,3,95\n")}),
+              HasSubstr("e1"));
+  model_.created = "2026-02-02T03:04:05Z";
+  folder_.write("model.yaml", config::model_yaml(model_));
+  EXPECT_THAT(error("compensate", {"--positioner", positioner, "--poses",
+                                   folder_.write("t.csv", "x,y,z,e1,e2\n1,2,3,4,5\n")}),
+              HasSubstr("run `truepose positioner` with this model again"));
+}
+
+}  // namespace
+}  // namespace truepose

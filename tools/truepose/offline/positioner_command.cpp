@@ -1,0 +1,159 @@
+// Where a positioner stands in the base of a calibrated arm, and the workpiece on it.
+#include <boost/json.hpp>
+#include <iostream>
+#include <memory>
+
+#include "config/positioner_file.hpp"
+#include "config/text_file.hpp"
+#include "core/formatted.hpp"
+#include "core/identify/positioner.hpp"
+#include "core/identify/tool_frame.hpp"
+#include "core/math/angles.hpp"
+#include "proto/record/positioner_document.hpp"
+#include "tools/truepose/frame_text.hpp"
+#include "tools/truepose/offline/arm_options.hpp"
+#include "tools/truepose/offline/frame_options.hpp"
+#include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/text.hpp"
+
+namespace truepose::tools {
+namespace {
+
+using config::ConfigError;
+using record::PositionerDocument;
+
+struct PositionerCommand {
+  ArmFiles arm, table;
+  std::string data_file, out_file;
+  std::vector<double> root;  ///< x,y,z,a,b,c
+  int number = 2, base_number = 1;
+  bool as_json = false;
+};
+
+/// Both as they are calibrated.
+struct Calibrated {
+  explicit Calibrated(const ArmFiles& files)
+      : nominal{config::load_robot(files.robot)},
+        model{load_model_of(nominal, files.model)},
+        by{measuring_cell_of(model, files.model)} {}
+
+  RobotModel nominal;
+  config::ModelFile model;
+  MeasuringCell by;
+};
+
+std::optional<Eigen::Isometry3d> given_root(const PositionerCommand& command) {
+  const std::vector<double>& v = command.root;
+  if (v.empty()) return std::nullopt;
+  return pose_from_kuka({v[0], v[1], v[2]}, {v[3], v[4], v[5]});
+}
+
+std::string text_of(const PositionerDocument& told) {
+  std::string text = formatted("Root of machine %d in the robot's base\n", told.number) +
+                     pose_text(told.X_BR, told.sigma_mm, told.sigma_deg) + "\n";
+  for (const PositionerDocument::Axis& axis : told.axes)
+    text += formatted("Axis %d goes through (%.3f %.3f %.3f) along (%.6f %.6f %.6f).\n", axis.joint,
+                      axis.p_mm.x(), axis.p_mm.y(), axis.p_mm.z(), axis.direction.x(), axis.direction.y(),
+                      axis.direction.z());
+  for (const PositionerDocument::Link& link : told.links)
+    text += formatted("%s is %.4f, drawn %.4f, sigma %.4f.\n", link.name.c_str(), link.found, link.drawn,
+                      link.sigma);
+  for (const std::string& note : told.notes) text += note + "\n";
+  text += told.krl + "\n";
+  return told.workpiece ? text + "\nWorkpiece on the table, as the controller has the table\n" +
+                              tools::frame_text(*told.workpiece)
+                        : text;
+}
+
+/// Tells it; one that is not to be used ends the command before anything is written.
+void tell(const PositionerDocument& told, const PositionerCommand& command) {
+  if (command.as_json) {
+    std::cout << record::positioner_document(told) << '\n';
+  } else {
+    std::cout << text_of(told);
+  }
+  if (!told.workpiece) return;
+  if (const std::string why = record::why_not_usable(*told.workpiece); !why.empty())
+    throw CommandError{kFailed, command.data_file + ": " + why};
+}
+
+FrameReadings workpiece_readings(const PositionerCommand& command, const RobotModel& table) {
+  FrameReadings data = config::load_frame_readings(command.data_file, table, true);
+  if (!data.readings[0].p_WS_mm)
+    throw ConfigError(command.data_file + ": has no columns x,y,z: the workpiece is measured by the tracker");
+  return data;
+}
+
+int run_positioner(const PositionerCommand& command) {
+  const Calibrated arm{command.arm}, table{command.table};
+  if (!is_positioner(table.nominal))
+    throw ConfigError(formatted("%s: has %d joints, a positioner one or two", command.table.robot.c_str(),
+                                table.nominal.joint_count()));
+  const auto X_given = given_root(command);
+  const Eigen::Isometry3d X_near = X_given.value_or(Eigen::Isometry3d::Identity());
+  const PositionerRoot root = positioner_root(arm.by, table.by, table.nominal, X_near);
+  if (const std::string why = why_turned(root.X_BR, arm.nominal, table.nominal, X_given); !why.empty())
+    throw CommandError{kFailed, command.table.robot.string() + ": " + why};
+  const Eigen::Isometry3d X_told = config::as_told(root.X_BR);
+  PositionerDocument told = record::positioner_document_of(command.number, root, X_told, arm.by, table.by,
+                                                           table.model.parameters, X_given);
+  FrameReadings data;
+  if (!command.data_file.empty()) {
+    data = workpiece_readings(command, table.nominal);
+    const auto workpiece = tool_frame(data, table.by);
+    if (!workpiece) throw CommandError{kFailed, command.data_file + ": " + workpiece.error()};
+    if (!workpiece->is_orientation_known)
+      throw CommandError{kFailed, command.data_file +
+                                      ": the points say no frame: expected origin, x and xy, or at least "
+                                      "three points that all have known coordinates"};
+    const MeasuredFrame frame = workpiece_frame(*workpiece, arm.by, table.by, table.nominal, X_near);
+    told.workpiece = record::frame_document_of(record::FrameKind::Base, command.base_number, data, frame,
+                                               config::as_told(frame.X), table.by);
+  }
+  tell(told, command);
+  if (!command.out_file.empty())
+    config::write_text_file(command.out_file,
+                            config::positioner_yaml({command.number, arm.nominal.name, arm.model.created,
+                                                     X_told, table.model, data}));
+  return kDone;
+}
+
+}  // namespace
+
+Command positioner_command() {
+  const auto command = std::make_shared<PositionerCommand>();
+  PositionerCommand& c = *command;
+  return {
+      .name = "positioner",
+      .help =
+          "Where a turntable or positioner stands in the base of a calibrated arm, and the workpiece on it",
+      .options =
+          {Option("--robot", &c.arm.robot, "Robot file of the arm (YAML)", {.required = true}),
+           Option("--model", &c.arm.model, "Model file of the calibrated arm", {.required = true}),
+           Option("--positioner", &c.table.robot,
+                  "Robot file of the positioner: one or two joints, the root its base, the table its flange",
+                  {.required = true}),
+           Option(
+               "--positioner-model", &c.table.model,
+               "Its model file, by truepose calibrate from the station of the tracker that measured the arm",
+               {.required = true}),
+           Option(
+               "--root", &c.root,
+               "ROOT as the controller has it, in the robot's base (mm, deg): what no reading of a turntable tells "
+               "stays so, and a root far from it is told",
+               {.type = "X,Y,Z,A,B,C", .count = 6}),
+           Option(
+               "--data", &c.data_file,
+               "Readings of the workpiece (CSV: q1[,q2] of the positioner in deg or mm; x,y,z in mm of a reflector "
+               "on it; point: origin, x and xy, or any names with px,py,pz: coordinates in the workpiece)"),
+           Option("--number", &c.number, "Number in MACHINE_DEF",
+                  {.shows_default = true, .check = in_range(1, 16)}),
+           Option("--base-number", &c.base_number, "Number in BASE_DATA of the workpiece",
+                  {.shows_default = true, .check = in_range(1, 1000)}),
+           Option("--out", &c.out_file, "Write both here (YAML), for truepose compensate",
+                  {.needs = {"--data"}}),
+           Option("--json", &c.as_json, "One JSON document")},
+      .run = [command] { return run_positioner(*command); }};
+}
+
+}  // namespace truepose::tools
