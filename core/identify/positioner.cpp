@@ -107,13 +107,14 @@ std::string why_turned(const Eigen::Isometry3d& X_BR, const RobotModel& arm, con
                        const std::optional<Eigen::Isometry3d>& X_given) {
   constexpr const char* kLook =
       ": look at the signs of its joints, and whether x, y and z of its points are swapped";
-  if ((X_BR.linear() * nominal.gravity_B).dot(arm.gravity_B) < 0)
-    return std::string("the root stands on its head by the gravity of the robot files") + kLook;
-  if (!X_given) return {};
-  const double turn_rad = angle_between(X_given->linear(), X_BR.linear());
-  if (turn_rad < std::numbers::pi / 2) return {};
-  return formatted("the root stands turned by %.0f deg from where it was given", turn_rad * kDegPerRad) +
-         kLook;
+  if (X_given) {
+    const double turn_rad = angle_between(X_given->linear(), X_BR.linear());
+    if (turn_rad < std::numbers::pi / 2) return {};
+    return formatted("the root stands turned by %.0f deg from where it was given", turn_rad * kDegPerRad) +
+           kLook;
+  }
+  if ((X_BR.linear() * nominal.gravity_B).dot(arm.gravity_B) >= 0) return {};
+  return std::string("the root stands on its head by `gravity` of both robot files") + kLook;
 }
 
 Eigen::Isometry3d table_in_base(const CalibratedCell& arm, const CalibratedCell& table,

@@ -30,10 +30,10 @@ struct PositionerRoot {
 
 /// @param arm, table  what is known of their parameters; with an empty covariance nothing of sigma
 /// @param nominal     the table's data sheet, which the controller reckons by
-/// @param X_given     root where the controller has it. No reading of a turntable tells how its root is
+/// @param X_given     root where the controller has it. Of a turntable no reading tells how the root is
 /// turned
-///                    about its axis and where along it it lies, as the table's points make up for both: of
-///                    all roots that are as good, the one nearest to this
+///                    about the axis and where along it it lies, as the table's points make up for both:
+///                    of all roots that are as good, it is the one nearest to this
 PositionerRoot positioner_root(const MeasuringCell& arm, const MeasuringCell& table,
                                const RobotModel& nominal, const Eigen::Isometry3d& X_given);
 
@@ -46,7 +46,7 @@ MeasuredFrame workpiece_frame(const MeasuredFrame& on_table, const MeasuringCell
 
 /// Why a root cannot stand where it was found: with the sign of a joint wrong it is on its head, or turned by
 /// half a turn from where it was given. Empty where it may.
-/// @param X_given  none: by the direction of gravity in both robot files alone
+/// @param X_given  none: it is judged by the direction of gravity in both robot files
 std::string why_turned(const Eigen::Isometry3d& X_BR, const RobotModel& arm, const RobotModel& nominal,
                        const std::optional<Eigen::Isometry3d>& X_given);
 

@@ -138,11 +138,15 @@ std::string tool_statement(int number, const Eigen::Isometry3d& X_told) {
 
 std::string why_not_usable(const FrameDocument& document) {
   const auto& shift = document.base_shift;
-  if (shift && shift->is_real)
+  if (shift && shift->is_real) {
+    // The only base that is measured as a tool is, on a table that turns it, is a positioner's workpiece.
+    const bool on_table = document.kind == FrameKind::Base;
     return formatted(
-        "the robot's base or the tracker stands %.2f mm from where the model has it (standard deviation %.2f mm): check "
-        "the drift, make a model of today, then measure the tool again",
-        shift->p_mm.norm(), shift->sigma_mm.norm());
+        "the %s or the tracker stands %.2f mm from where the model has it (standard deviation %.2f mm): %s",
+        on_table ? "positioner's root" : "robot's base", shift->p_mm.norm(), shift->sigma_mm.norm(),
+        on_table ? "calibrate the positioner again, then measure the workpiece from the same station"
+                 : "check the drift, make a model of today, then measure the tool again");
+  }
   if (document.doubtful.empty()) return {};
   std::string rows;
   for (const int row : document.doubtful) rows += (rows.empty() ? "row " : ", ") + std::to_string(row);
