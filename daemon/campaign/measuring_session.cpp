@@ -432,10 +432,9 @@ CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_beside(CellDevices::
 
 MeasuringSession::Outcome<void> MeasuringSession::touch(Touch what) {
   if (past_) {
-    if (measured_before(what.number, PointPurpose::Frame, what.point)) {
-      ++progress_.done;
-      co_return Done{};
-    }
+    const auto before = touched_before(what);
+    if (!before) co_return std::unexpected(before.error());
+    if (*before) co_return Done{};
     Done going_on = co_await go_on();
     if (!going_on) co_return going_on;
   }

@@ -205,6 +205,8 @@ class MeasuringSession {
   };
   std::optional<Before> taken_before(const MeasuringTarget& target);
   std::optional<StoredPoint> measured_before(int number, PointPurpose purpose, std::string_view smr = {});
+  /// Error: what was touched is of another order.
+  std::expected<bool, CampaignError> touched_before(const Touch& what);
   bool skipped_before(int number);
   /// Why the past does not follow from the plan.
   std::optional<CampaignError> contradiction(const MeasuringTarget& target) const;

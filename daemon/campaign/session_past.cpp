@@ -67,6 +67,16 @@ std::optional<StoredPoint> MeasuringSession::measured_before(int number, PointPu
   return first;
 }
 
+std::expected<bool, CampaignError> MeasuringSession::touched_before(const Touch& what) {
+  if (measured_before(what.number, PointPurpose::Frame, what.point)) {
+    ++progress_.done;
+    return true;
+  }
+  if (past_left_ == 0) return false;
+  return std::unexpected(
+      not_its_own("touch " + std::to_string(what.number) + " was not of point \"" + what.point + "\""));
+}
+
 bool MeasuringSession::skipped_before(int number) {
   const SkippedPose* const skipped = past_ ? past_->skipped_pose(number) : nullptr;
   if (!skipped) return false;

@@ -160,6 +160,9 @@ TEST_F(TouchedBaseTest, CountsWhatIsNotKnownOfTheToolAsMuchAsTheReadings) {
   exact.by_readings.setZero();
   const auto by_exact = work_frame(base.data, order.by, {exact.X.translation(), &exact});
   EXPECT_GT(base.frame.sigma_mm(), 1.02 * by_exact->sigma_mm());
+  // A tool errs as the model does by which it was measured: some of that is no error of what it touches.
+  const auto by_stated = work_frame(base.data, order.by, {exact.X.translation(), nullptr});
+  EXPECT_LT(base.frame.sigma_mm(), by_stated->sigma_mm());
 }
 
 TEST_F(TouchedBaseTest, NeedsNoTracker) {
@@ -286,6 +289,24 @@ TEST_F(TouchedBaseTest, GoesOnWithTheNextTouchAfterAnInterruption) {
     EXPECT_EQ(campaign->progress().done, 6);
     EXPECT_THAT(journal.resumptions.at(0).found, HasSubstr("the points that had been touched are kept"));
   }
+}
+
+TEST_F(TouchedBaseTest, RefusesTouchesThatAreNotOfItsOrder) {
+  with_a_hand();
+  std::shared_ptr<const CampaignPast> past;
+  observer.at_point = [&](const StoredPoint&) {
+    past = journal.past();
+    campaign->interrupt("the daemon ends");
+  };
+  start(order);
+  ASSERT_TRUE(go_on());
+  observer.at_point = {};
+  order.points.front().point.name = "another";
+  start(order, past);
+  ASSERT_TRUE(go_on());
+  ASSERT_FALSE(*outcome);
+  EXPECT_THAT(outcome->error().detail, HasSubstr("touch 1 was not of point \"another\""));
+  EXPECT_TRUE(outcome->error().interrupted);
 }
 
 TEST_F(TouchedBaseTest, KeepsItsOrderInTheStore) {
