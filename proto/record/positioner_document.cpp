@@ -16,6 +16,7 @@ void layout(auto& io, Is<PositionerDocument::Axis> auto& x) {
 }
 void layout(auto& io, Is<PositionerDocument::Link> auto& x) {
   io("name", x.name);
+  io("unit", x.unit);
   io("drawn", x.drawn);
   io("found", x.found);
   io("sigma", x.sigma, kNotNegative);
@@ -52,7 +53,8 @@ std::vector<PositionerDocument::Link> links_of(const std::vector<IdentifiedParam
     if (!known.identified || !known.name.starts_with("link")) continue;
     const bool length = known.name.ends_with(".a") || known.name.ends_with(".d");
     const double unit = length ? 1 : kDegPerRad;
-    links.push_back({known.name, unit * known.nominal, unit * known.value, unit * known.sigma});
+    links.push_back(
+        {known.name, length ? "mm" : "deg", unit * known.nominal, unit * known.value, unit * known.sigma});
   }
   return links;
 }

@@ -56,8 +56,8 @@ std::string text_of(const PositionerDocument& told) {
                       axis.p_mm.x(), axis.p_mm.y(), axis.p_mm.z(), axis.direction.x(), axis.direction.y(),
                       axis.direction.z());
   for (const PositionerDocument::Link& link : told.links)
-    text += formatted("%s is %.4f, drawn %.4f, sigma %.4f.\n", link.name.c_str(), link.found, link.drawn,
-                      link.sigma);
+    text += formatted("%s is %.4f %s, drawn %.4f, sigma %.4f.\n", link.name.c_str(), link.found,
+                      link.unit.c_str(), link.drawn, link.sigma);
   for (const std::string& note : told.notes) text += note + "\n";
   text += told.krl + "\n";
   return told.workpiece ? text + "\nWorkpiece on the table, as the controller has the table\n" +
@@ -84,6 +84,18 @@ FrameReadings workpiece_readings(const PositionerCommand& command, const RobotMo
   return data;
 }
 
+/// Where the readings have the workpiece on the table.
+MeasuredFrame workpiece_of(const PositionerCommand& command, const FrameReadings& data,
+                           const MeasuringCell& table) {
+  auto workpiece = tool_frame(data, table);
+  if (!workpiece) throw CommandError{kFailed, command.data_file + ": " + workpiece.error()};
+  if (!workpiece->is_orientation_known)
+    throw CommandError{kFailed, command.data_file +
+                                    ": the points say no frame: expected origin, x and xy, or at least three "
+                                    "points that all have known coordinates"};
+  return *std::move(workpiece);
+}
+
 int run_positioner(const PositionerCommand& command) {
   const Calibrated arm{command.arm}, table{command.table};
   if (!is_positioner(table.nominal))
@@ -100,13 +112,8 @@ int run_positioner(const PositionerCommand& command) {
   FrameReadings data;
   if (!command.data_file.empty()) {
     data = workpiece_readings(command, table.nominal);
-    const auto workpiece = tool_frame(data, table.by);
-    if (!workpiece) throw CommandError{kFailed, command.data_file + ": " + workpiece.error()};
-    if (!workpiece->is_orientation_known)
-      throw CommandError{kFailed, command.data_file +
-                                      ": the points say no frame: expected origin, x and xy, or at least "
-                                      "three points that all have known coordinates"};
-    const MeasuredFrame frame = workpiece_frame(*workpiece, arm.by, table.by, table.nominal, X_near);
+    const MeasuredFrame frame =
+        workpiece_frame(workpiece_of(command, data, table.by), arm.by, table.by, table.nominal, X_near);
     told.workpiece = record::frame_document_of(record::FrameKind::Base, command.base_number, data, frame,
                                                config::as_told(frame.X), table.by);
   }
