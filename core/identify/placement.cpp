@@ -164,16 +164,12 @@ Eigen::Matrix3d projected_to_rotation(const Eigen::Matrix3d& M) {
   return U * V.transpose();
 }
 
-/// The minimum near the least of all M, rotation or not, if the points tell all of that M and no other
-/// rotation can be as good: a better one is no farther from that M than the error's growth away from it
-/// allows.
+/// The minimum near the least of all M, rotation or not, if no other rotation can be as good: a better one is
+/// no farther from that M than the error's growth away from it allows.
 std::optional<Candidate> certain_minimum(const Form& Q, PlacementSearch search) {
   constexpr double kNear = 1;  // of the entries of two rotations: 41 deg. Other minima are twice as far away
-  constexpr double kTold = 3e-4;  // of the greatest pivot: what no pose shows of a turntable leaves 1e-4
   const CholeskyFactor H(Q.topLeftCorner<9, 9>());
   if (!H.succeeded()) return std::nullopt;
-  const auto pivots = H.L().diagonal();
-  if (pivots.minCoeff() < kTold * pivots.maxCoeff()) return std::nullopt;
   Entries least;
   least << Eigen::Vector<double, 9>(H.solve(Q.topRightCorner<9, 1>())), -1;
   const Candidate found = descended(Q, projected_to_rotation(matrix_of(least.head<9>())));
@@ -206,6 +202,9 @@ CalibratedCell placement(const RobotModel& arm, std::span<const std::string> smr
                          std::span<const Measurement> points, PlacementSearch search) {
   const Eigen::Vector3d centre = mean_point(points);
   const ErrorForm form(arm, static_cast<Eigen::Index>(smr_names.size()), points, centre);
+  // No pose of a turntable shows how its base is turned about the axis, so that the minimum over all M says
+  // little.
+  if (arm.joint_count() == 1) search = PlacementSearch::Everywhere;
   const Eigen::Matrix3d M = best_rotation(form.Q, search).M;
 
   const Eigen::VectorXd t = times(form.reflectors, entries_of(M));
