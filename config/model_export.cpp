@@ -19,7 +19,7 @@ namespace {
 std::string unit_of(const DeviationTerm& term, const RobotModel& robot) {
   const Joint& joint = robot.joints[static_cast<std::size_t>(term.joint)];
   const bool revolute = joint.type == JointType::Revolute;
-  const std::string unit = revolute ? "rad" : "mm";
+  const std::string unit = moves_along(robot, term) ? "mm" : "rad";
   switch (term.basis) {
     case DeviationBasis::Gravity:
       return unit + (revolute ? "/kNm" : "/kN");

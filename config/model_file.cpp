@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "config/text_file.hpp"
 #include "config/yaml_layout.hpp"
+#include "core/arm/guide.hpp"
 #include "core/compensate/largest_correction.hpp"
 #include "core/formatted.hpp"
 #include "core/identify/calibrated_cell.hpp"
@@ -69,24 +71,33 @@ struct UnitVector : Xyz {
   }
 };
 
-/// The deviations of an arm of so many joints.
+/// The deviations of an arm of these joints.
 struct Terms {
   struct Term {
     DeviationTerm term;
     int joints;
   };
-  int joints;
+  const std::vector<Joint>& joints;
 
+  int count() const { return static_cast<int>(joints.size()); }
   std::vector<Term> form_of(const std::vector<DeviationTerm>& terms) const {
     std::vector<Term> form;
-    for (const DeviationTerm& term : terms) form.push_back({term, joints});
+    for (const DeviationTerm& term : terms) form.push_back({term, count()});
     return form;
   }
   void read(const YamlValue& list, std::vector<DeviationTerm>& terms) const {
+    std::set<int> guided;
     for (const YamlValue& each : list.list()) {
-      Term form{{}, joints};
+      Term form{{}, count()};
       read_value(each, form);
       terms.push_back(form.term);
+      if (guide_motion(form.term.basis) < 0) continue;
+      const Joint& joint = joints[static_cast<std::size_t>(form.term.joint)];
+      if (joint.type != JointType::Prismatic || !(joint.min < joint.max))
+        each.fail("a guide is that of a prismatic joint with a way from min to max");
+      guided.insert(form.term.joint);
+      if (guided.size() > kMostGuides)
+        each.fail("expected guides of at most " + std::to_string(kMostGuides) + " joints");
     }
   }
 };
@@ -199,7 +210,7 @@ void layout(auto& io, Is<RobotModel> auto& x) {
   io.optional("masses", x.masses, OnePerJoint{x.joints.size()});
   io.optional("payload", x.payload);
   io.optional("torque_joints", x.torque_joints, OnePerJoint{x.joints.size()});
-  io.optional("deviation", x.deviation, Terms{x.joint_count()});
+  io.optional("deviation", x.deviation, Terms{x.joints});
   io.optional("field", x.field, FieldForm{x});
 }
 

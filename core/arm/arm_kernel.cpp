@@ -4,11 +4,13 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/arm/guide.hpp"
 #include "core/arm/joint_coupling.hpp"
 
 namespace truepose {
 
 static_assert(kernels::kMostJoints == kMaxJoints);
+static_assert(kMaxJoints + kMostGuides * kMotionsOfGuide <= kernels::kMostLinks);
 
 namespace {
 
@@ -23,27 +25,44 @@ void transform(const kernels::Link& link, double* T) {
       0, 0, 0, 1;
 }
 
+void add_link(const Joint& joint, kernels::Arm& arm) {
+  const int i = arm.joints++;
+  arm.link[i] = {.cos_beta = std::cos(joint.beta_rad),
+                 .sin_beta = std::sin(joint.beta_rad),
+                 .cos_alpha = std::cos(joint.alpha_rad),
+                 .sin_alpha = std::sin(joint.alpha_rad),
+                 .a_mm = joint.a_mm,
+                 .theta_rad = joint.theta_rad,
+                 .cos_theta = std::cos(joint.theta_rad),
+                 .sin_theta = std::sin(joint.theta_rad),
+                 .d_mm = joint.d_mm};
+  transform(arm.link[i], arm.transform[i]);
+  (joint.type == JointType::Revolute ? arm.turn : arm.slide)[i] = joint.sign;
+}
+
+void add_flange(const Eigen::Isometry3d& X_flange, kernels::Arm& arm) {
+  Eigen::Map<Eigen::Matrix4d>(arm.transform[arm.joints]) = X_flange.matrix();
+  arm.bare = X_flange.matrix().isIdentity(0);
+}
+
 }  // namespace
 
 kernels::Arm folded(const RobotModel& robot) {
   kernels::Arm arm{};
-  arm.joints = robot.joint_count();
-  for (int i = 0; i < arm.joints; ++i) {
-    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
-    arm.link[i] = {.cos_beta = std::cos(joint.beta_rad),
-                   .sin_beta = std::sin(joint.beta_rad),
-                   .cos_alpha = std::cos(joint.alpha_rad),
-                   .sin_alpha = std::sin(joint.alpha_rad),
-                   .a_mm = joint.a_mm,
-                   .theta_rad = joint.theta_rad,
-                   .cos_theta = std::cos(joint.theta_rad),
-                   .sin_theta = std::sin(joint.theta_rad),
-                   .d_mm = joint.d_mm};
-    transform(arm.link[i], arm.transform[i]);
-    (joint.type == JointType::Revolute ? arm.turn : arm.slide)[i] = joint.sign;
+  for (const Joint& joint : robot.joints) add_link(joint, arm);
+  add_flange(robot.X_flange, arm);
+  return arm;
+}
+
+kernels::Arm folded_with_guides(const RobotModel& robot) {
+  const auto guided = guided_joints(robot);
+  kernels::Arm arm{};
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+    add_link(robot.joints[i], arm);
+    if (!guided[i]) continue;
+    for (const GuideMotion& motion : kGuideMotions) add_link(link_of_motion(motion), arm);
   }
-  Eigen::Map<Eigen::Matrix4d>(arm.transform[arm.joints]) = robot.X_flange.matrix();
-  arm.bare = robot.X_flange.matrix().isIdentity(0);
+  add_flange(robot.X_flange, arm);
   return arm;
 }
 

@@ -16,6 +16,8 @@ using PoseColumns = Eigen::Array<double, Eigen::Dynamic, 12>;
 /// The arm's geometry in the kernels' form, which takes the joints of the chain (chain_joints()).
 /// @param robot  1 to kMaxJoints joints
 kernels::Arm folded(const RobotModel& robot);
+/// The same with the motions of guides as links, see link_of_motion(). Neither allocates.
+kernels::Arm folded_with_guides(const RobotModel& robot);
 
 /// An arm prepared for being evaluated often: the constants of every link folded once, vector code of this
 /// machine. Says the same as forward_kinematics(), forward_with_jacobian() and a Newton on them, many times

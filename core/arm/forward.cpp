@@ -3,6 +3,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/arm/guide.hpp"
 #include "core/arm/joint_coupling.hpp"
 #include "core/arm/robot_model.hpp"
 
@@ -57,20 +58,34 @@ void link_frames(std::span<const Joint> joints, std::span<const JointCoupling> c
   }
 }
 
+bool is_displaced(const RobotModel& robot) { return robot.field || guided_joints(robot).any(); }
+
+Eigen::Isometry3d displaced(const RobotModel& robot, const JointVector& q, const JointVector& joints,
+                            const Eigen::Isometry3d& X_BF) {
+  Eigen::Isometry3d X = X_BF;
+  if (guided_joints(robot).any()) {
+    LinkFrames X_B;
+    link_frames(robot, joints, X_B);
+    X = displace_by_guides(robot, q, X_B) * X;
+  }
+  return robot.field ? robot.field->displaced(q, X) : X;
+}
+
 Eigen::Isometry3d forward_kinematics(const RobotModel& robot, const JointVector& q, Approach approach) {
   assert(q.size() == robot.joint_count());
-  const JointVector q_chain = chain_joints(robot.coupling, true_joints(robot, q, approach));
+  const JointVector joints = true_joints(robot, q, approach);
+  const JointVector q_chain = chain_joints(robot.coupling, joints);
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
     go_along(robot.joints[i], q_chain[static_cast<Eigen::Index>(i)], X);
   }
-  X = X * robot.X_flange;
-  return robot.field ? robot.field->displaced(q, X) : X;
+  return displaced(robot, q, joints, X * robot.X_flange);
 }
 
 PoseAndJacobian forward_with_jacobian(const RobotModel& robot, const JointVector& q) {
+  const JointVector joints = true_joints(robot, q);
   LinkFrames X_B;
-  link_frames(robot, true_joints(robot, q), X_B);
+  link_frames(robot, joints, X_B);
   PoseAndJacobian out{X_B[robot.joints.size()] * robot.X_flange, JointJacobian::Zero(6, robot.joint_count())};
   const Eigen::Vector3d p = out.X_BF.translation();
   for (Eigen::Index i = 0; i < out.J.cols(); ++i) {
@@ -84,7 +99,7 @@ PoseAndJacobian forward_with_jacobian(const RobotModel& robot, const JointVector
     }
   }
   to_controller_columns(robot.coupling, out.J);
-  if (robot.field) out.X_BF = robot.field->displaced(q, out.X_BF);
+  out.X_BF = displaced(robot, q, joints, out.X_BF);
   return out;
 }
 

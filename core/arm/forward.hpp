@@ -20,6 +20,17 @@ void link_frames(const RobotModel& robot, const JointVector& q, LinkFrames& X_B)
 void link_frames(std::span<const Joint> joints, std::span<const JointCoupling> coupling, const JointVector& q,
                  LinkFrames& X_B);
 
+/// Whether anything displaces the flange beyond where geometry and joints put it: guides, or a residual
+/// field.
+bool is_displaced(const RobotModel& robot);
+/// Where these put the flange. Does not allocate.
+///
+/// @param q       encoder positions
+/// @param joints  where the joints truly stand, by true_joints()
+/// @param X_BF    where geometry and joints put it
+Eigen::Isometry3d displaced(const RobotModel& robot, const JointVector& q, const JointVector& joints,
+                            const Eigen::Isometry3d& X_BF);
+
 /// Pose X_BF of the flange in the robot base frame, mm, deviations and residual field included. Does not
 /// allocate.
 ///
@@ -28,9 +39,9 @@ void link_frames(std::span<const Joint> joints, std::span<const JointCoupling> c
 Eigen::Isometry3d forward_kinematics(const RobotModel& robot, const JointVector& q, Approach approach = {});
 
 /// Geometric Jacobian of the flange: 6 x N, rows 0-2 the velocity of the flange's origin (mm per unit of q),
-/// rows 3-5 the angular velocity (rad per unit of q), both in the base frame. Joint deviations and the
-/// residual field change it by about 1e-4 of itself, and are left out of it: a Newton iteration does not feel
-/// that.
+/// rows 3-5 the angular velocity (rad per unit of q), both in the base frame. Joint deviations,
+/// guides and the residual field change it by about 1e-4 of itself, and are left out of it: a Newton
+/// iteration does not feel that.
 using JointJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxJoints>;
 
 struct PoseAndJacobian {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/arm/forward.hpp"
+#include "core/arm/guide.hpp"
 #include "core/arm/joint_coupling.hpp"
 #include "core/math/units.hpp"
 
@@ -82,6 +83,12 @@ double basis_value(const RobotModel& robot, const LinkFrames& X_B, const JointVe
       return i < approach.size() ? approach[i] : 0;
     case DeviationBasis::Scale:
       return kMetresPerMm * q_chain[term.joint];
+    case DeviationBasis::ShiftX:
+    case DeviationBasis::TurnX:
+    case DeviationBasis::ShiftY:
+    case DeviationBasis::TurnY:
+    case DeviationBasis::TurnZ:
+      return half_waves(robot.joints[i], term.order, q_chain[term.joint]);
   }
   return 0;
 }
@@ -110,10 +117,18 @@ JointVector true_joints(const RobotModel& robot, const JointVector& q, Approach 
   JointVector out = q_chain;
   LinkFrames X_B;
   torque_frames(robot, q, X_B);
+  const bool guided = guided_joints(robot).any();
   for (const DeviationTerm& term : robot.deviation) {
+    if (guided && guide_motion(term.basis) >= 0) continue;
     out[term.joint] += term.coefficient * basis_value(robot, X_B, q_chain, approach, term);
   }
   return controller_joints(robot.coupling, out);
+}
+
+bool moves_along(const RobotModel& robot, const DeviationTerm& term) {
+  const int motion = guide_motion(term.basis);
+  if (motion >= 0) return !kGuideMotions[static_cast<std::size_t>(motion)].turns;
+  return robot.joints[static_cast<std::size_t>(term.joint)].type == JointType::Prismatic;
 }
 
 std::string deviation_name(const DeviationTerm& term) {
@@ -138,6 +153,16 @@ std::string deviation_name(const DeviationTerm& term) {
       return joint + ".approach";
     case DeviationBasis::Scale:
       return joint + ".scale";
+    case DeviationBasis::ShiftX:
+      return joint + ".shiftx" + order;
+    case DeviationBasis::TurnX:
+      return joint + ".turnx" + order;
+    case DeviationBasis::ShiftY:
+      return joint + ".shifty" + order;
+    case DeviationBasis::TurnY:
+      return joint + ".turny" + order;
+    case DeviationBasis::TurnZ:
+      return joint + ".turnz" + order;
   }
   return joint;
 }

@@ -24,11 +24,15 @@ void deviation_basis(const RobotModel& robot, const JointVector& q, Approach app
                      std::span<double> values);
 
 /// Where the joints truly stand when their encoders read q: the joints of the chain are off by the deviation
-/// of every term; said as the controller would show it. Does not allocate.
+/// of every term, but for guides, which displace links; said as the controller would show it. Does not
+/// allocate.
 JointVector true_joints(const RobotModel& robot, const JointVector& q, Approach approach = {});
 
+/// Whether the term moves its joint or carriage along (mm), and does not turn it (rad).
+bool moves_along(const RobotModel& robot, const DeviationTerm& term);
+
 /// "joint2.sin1", "joint2.cos1", "joint2.gravity", "joint2.weight4" (weight7 = the flange of a six-axis arm),
-/// "joint2.approach", "joint1.scale".
+/// "joint2.approach", "joint1.scale", "joint1.shiftx2", "joint1.turnz1".
 std::string deviation_name(const DeviationTerm& term);
 
 }  // namespace truepose

@@ -22,7 +22,7 @@ std::expected<PoseInverseResult, PoseInverseFault> deviating_inverse_near(const 
   for (int i = 0; i < kMaxCorrections; ++i) {
     const JointVector joints = true_joints(robot, result.q, options.approach);
     const Eigen::Isometry3d X_geometry = geometry.forward(joints);
-    const Eigen::Isometry3d X_now = robot.field ? robot.field->displaced(result.q, X_geometry) : X_geometry;
+    const Eigen::Isometry3d X_now = displaced(robot, result.q, joints, X_geometry);
     result.residual_mm = (X_now.translation() - X_BF.translation()).norm();
     result.residual_rad = angle_between(X_now.linear(), X_BF.linear());
     if (result.residual_mm <= options.position_tolerance_mm &&

@@ -60,14 +60,20 @@ enum class DeviationBasis {
   MomentZ,  ///< along z
   Approach,  ///< direction in which the joint last moved (-1, 1; 0 = unknown): backlash
   Scale,     ///< q itself (m) of a prismatic joint: pitch
+  ShiftX,    ///< `order` half waves over the joint's travel, which shift the carriage, see guide.hpp
+  TurnX,     ///< or turn it
+  ShiftY,
+  TurnY,
+  TurnZ,
 };
 
-/// One term of a joint's deviation: true position = encoder + sum of coefficient * basis.
+/// One term of a joint's deviation: true position = encoder + sum of coefficient * basis. Those of a guide
+/// displace the link instead.
 struct DeviationTerm {
   int joint = 0;  ///< index, 0 = first
   DeviationBasis basis = DeviationBasis::Sine;
   int order = 1;
-  double coefficient = 0;  ///< rad (prismatic: mm) per unit of the basis
+  double coefficient = 0;  ///< rad (mm where it moves along) per unit of the basis
 
   friend bool operator==(const DeviationTerm&, const DeviationTerm&) = default;
 };

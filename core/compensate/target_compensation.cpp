@@ -115,24 +115,21 @@ bool TargetCompensation::has_wrist() const {
 BeyondGeometry TargetCompensation::beyond_geometry(const JointVector& q) const {
   const JointVector joints = true_joints(calibrated_, q, options_.approach);
   BeyondGeometry beyond{.q = q, .turned = joints - q};
-  if (calibrated_.field) {
+  if (is_displaced(calibrated_)) {
     const Eigen::Isometry3d X_BF = geometry_.forward(joints);
-    beyond.X_moved = calibrated_.field->displaced(q, X_BF) * inverse_of(X_BF);
+    beyond.X_moved = displaced(calibrated_, q, joints, X_BF) * inverse_of(X_BF);
   }
   return beyond;
 }
 
 TargetCompensation::State TargetCompensation::state_at(const JointVector& q, const Eigen::Vector3d& p_F_mm,
                                                        const BeyondGeometry* beyond) const {
+  const JointVector joints =
+      beyond ? JointVector(q + beyond->turned) : true_joints(calibrated_, q, options_.approach);
   PoseAndJacobian now;
-  geometry_.forward_with_jacobian(
-      beyond ? JointVector(q + beyond->turned) : true_joints(calibrated_, q, options_.approach), now);
+  geometry_.forward_with_jacobian(joints, now);
   State state{now.X_BF, {now.J, {}}, {}};
-  if (beyond) {
-    state.X_BF = beyond->X_moved * now.X_BF;
-  } else if (calibrated_.field) {
-    state.X_BF = calibrated_.field->displaced(q, now.X_BF);
-  }
+  state.X_BF = beyond ? beyond->X_moved * now.X_BF : displaced(calibrated_, q, joints, now.X_BF);
   const Eigen::Vector3d lever = state.X_BF.linear() * p_F_mm;
   state.p_B_mm = state.X_BF.translation() + lever;
   const JointVector scales = scales_of(calibrated_);

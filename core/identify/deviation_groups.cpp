@@ -1,14 +1,26 @@
 #include "core/identify/deviation_groups.hpp"
 
 #include <algorithm>
+#include <cmath>
 
+#include "core/arm/guide.hpp"
 #include "core/identify/identifiability.hpp"
+#include "core/math/units.hpp"
 
 namespace truepose {
 namespace {
 
 // A lever in m, or a torque in kN m, beyond what is left of one that is none.
 constexpr double kRounding = 1e-9;
+// The bend of a guide that is 0.2 mm off its line in the middle of 5 m is 0.008 mm off in that of 1 m: along
+// less, nothing is left that a tracker could see.
+constexpr double kShortestGuide_mm = 1000;
+// What a guide does beyond where the arm was measured, waves that fit there cannot say, and may say wildly.
+constexpr double kMostOfTheWay = 0.75;
+// Many guides are next to straight: of those the points may well say so.
+constexpr double kGuideLogDeviation = 3;
+// Of 10 m; more than so many coefficients of each motion no usual campaign tells.
+constexpr int kMostHalfWaves = 20;
 
 std::string joint_name(int i) { return "joint" + std::to_string(i + 1); }
 
@@ -92,6 +104,35 @@ void add_gravity(const RobotModel& robot, std::span<const Measurement> points, i
     add(".moments", DeviationCause::Moments, moment_terms(robot, i));
 }
 
+/// Whether the arm was measured along a prismatic joint so far that its guide shows.
+bool shows_guide(const RobotModel& robot, std::span<const Measurement> points, int i) {
+  if (points.empty()) return false;
+  const auto along = [i](const Measurement& point) { return point.q[i]; };
+  const auto [least, most] = std::ranges::minmax_element(points, {}, along);
+  const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+  const double way = std::min(along(*most), joint.max) - std::max(along(*least), joint.min);
+  return way >= std::max(kShortestGuide_mm, kMostOfTheWay * (joint.max - joint.min));
+}
+
+/// Guides bend between the supports that they were aligned at, half a metre or more apart.
+int half_waves_of(const Joint& joint) {
+  constexpr double kPerMetre = 2;
+  return std::min(static_cast<int>(kPerMetre * kMetresPerMm * (joint.max - joint.min)), kMostHalfWaves);
+}
+
+void add_guide(const RobotModel& robot, int i, std::vector<DeviationGroup>& groups) {
+  DeviationGroup bends{
+      .name = joint_name(i) + ".straightness", .cause = DeviationCause::Bends, .smooth = true};
+  DeviationGroup twists{.name = joint_name(i) + ".guide", .cause = DeviationCause::Twists, .smooth = true};
+  const int highest = half_waves_of(robot.joints[static_cast<std::size_t>(i)]);
+  for (const GuideMotion& motion : kGuideMotions) {
+    for (int order = 1; order <= highest; ++order)
+      (motion.turns ? twists : bends).terms.push_back({i, motion.basis, order, 0});
+  }
+  groups.push_back(std::move(bends));
+  groups.push_back(std::move(twists));
+}
+
 }  // namespace
 
 WidthExpectation usual_width(DeviationCause cause) {
@@ -104,6 +145,10 @@ WidthExpectation usual_width(DeviationCause cause) {
       return {.usual = 0.02e-3, .log_deviation = 1};
     case DeviationCause::Pitch:
       return {.usual = 0.1, .log_deviation = 1.5};
+    case DeviationCause::Bends:
+      return {.usual = 0.1, .log_deviation = kGuideLogDeviation};
+    case DeviationCause::Twists:
+      return {.usual = 0.05e-3, .log_deviation = kGuideLogDeviation};
   }
   return {};
 }
@@ -111,6 +156,7 @@ WidthExpectation usual_width(DeviationCause cause) {
 std::vector<DeviationGroup> deviation_groups(const RobotModel& robot, std::span<const Measurement> points,
                                              std::span<const int> harmonics) {
   std::vector<DeviationGroup> groups;
+  int guides = 0;
   for (int i = 0; i < robot.joint_count(); ++i) {
     const auto joint = static_cast<std::size_t>(i);
     if (robot.joints[joint].type == JointType::Revolute) {
@@ -123,6 +169,10 @@ std::vector<DeviationGroup> deviation_groups(const RobotModel& robot, std::span<
       }
     } else {
       groups.push_back({joint_name(i) + ".scale", DeviationCause::Pitch, {{i, DeviationBasis::Scale, 1, 0}}});
+      if (guides < kMostGuides && shows_guide(robot, points, i)) {
+        add_guide(robot, i, groups);
+        ++guides;
+      }
     }
     add_gravity(robot, points, i, groups);
     if (approach_varies(points, joint)) {

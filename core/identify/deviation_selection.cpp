@@ -44,7 +44,7 @@ Candidates candidates_of(const CalibratedCell& geometric, const LeastSquaresProb
       mine.push_back(static_cast<int>(all.expected.terms.size()));
       all.problem.free.push_back(first_term + mine.back());
       all.cell.robot.deviation.push_back(term);
-      all.expected.terms.push_back({static_cast<int>(group.cause), group.unit});
+      all.expected.terms.push_back({static_cast<int>(group.cause), group.unit_of(term)});
     }
   }
   for (int cause = 0; cause < kDeviationCauses; ++cause)
@@ -56,11 +56,15 @@ Candidates candidates_of(const CalibratedCell& geometric, const LeastSquaresProb
   return all;
 }
 
+bool errs_as_gears_do(DeviationCause cause) {
+  return cause != DeviationCause::Pitch && cause != DeviationCause::Bends && cause != DeviationCause::Twists;
+}
+
 /// The most likely scale, no term of a revolute joint wider than gears err.
 LikelyScale bounded_scale(const Candidates& all, std::span<const DeviationGroup> groups) {
   LikelyScale likely = most_likely_scale(all.cell, all.problem, all.expected);
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    if (groups[g].cause == DeviationCause::Pitch) continue;
+    if (!errs_as_gears_do(groups[g].cause)) continue;
     for (const int term : all.terms[g]) {
       double& width = likely.term_widths[static_cast<std::size_t>(term)];
       width = std::min(width, kWidest_rad * groups[g].unit);

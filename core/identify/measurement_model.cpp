@@ -5,26 +5,56 @@
 
 #include "core/arm/arm_kernel.hpp"
 #include "core/arm/forward.hpp"
+#include "core/arm/guide.hpp"
 #include "core/arm/robot_model.hpp"
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/prepared_points.hpp"
+#include "core/math/angles.hpp"
 #include "core/math/dense_algebra.hpp"
 
 namespace truepose {
 namespace {
 
-/// A deviation moves its joint: the column of theta (prismatic: of d) times the value of its basis.
-void fill_deviation_columns(const RobotModel& robot, const JointVector& q, Approach approach,
-                            const ParameterLayout& layout, PointJacobian& J) {
-  if (layout.deviations == 0) return;
-  std::vector<double> basis(robot.deviation.size());
-  deviation_basis(robot, q, approach, basis);
-  for (std::size_t t = 0; t < basis.size(); ++t) {
-    const int i = robot.deviation[t].joint;
-    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
-    const int column = layout.link(i) + (joint.type == JointType::Revolute ? 3 : 2);
-    J.col(layout.deviation(static_cast<int>(t))) = joint.sign * basis[t] * J.col(column);
+/// The frames of an arm's links in the tracker frame, and those of its joints: where a guide displaces the
+/// link, before it does.
+struct TrackedFrames {
+  LinkFrames links;  ///< 0 (the base) to N
+  LinkFrames joints;
+
+  TrackedFrames(const RobotModel& robot, const Eigen::Isometry3d& X_WB, const JointVector& q,
+                Approach approach) {
+    link_frames(robot, true_joints(robot, q, approach), links);
+    displace_by_guides(robot, q, links);
+    const auto guided = guided_joints(robot);
+    for (std::size_t i = 0; i <= robot.joints.size(); ++i) {
+      links[i] = X_WB * links[i];
+      joints[i] = links[i];
+      if (i == 0 || !guided[i - 1]) continue;
+      joints[i] = links[i] * inverse_of(guide_frames(robot, static_cast<int>(i) - 1, q).back());
+    }
   }
+};
+
+/// How a point at P moves along or turns about an axis of a frame.
+Eigen::Vector3d motion_along(const Eigen::Isometry3d& X, int axis) { return X.linear().col(axis); }
+Eigen::Vector3d motion_about(const Eigen::Isometry3d& X, int axis, const Eigen::Vector3d& P) {
+  return X.linear().col(axis).cross(P - X.translation());
+}
+
+/// A deviation moves its joint, or a motion of its guide.
+Eigen::Vector3d deviation_column(const RobotModel& robot, const DeviationTerm& term, const TrackedFrames& X,
+                                 const JointVector& q, const Eigen::Vector3d& P) {
+  Eigen::Isometry3d moved = X.joints[static_cast<std::size_t>(term.joint) + 1];
+  const int motion = guide_motion(term.basis);
+  const bool along = moves_along(robot, term);
+  if (motion < 0) {
+    const double sign = robot.joints[static_cast<std::size_t>(term.joint)].sign;
+    return sign * (along ? motion_along(moved, 2) : motion_about(moved, 2, P));
+  }
+  const auto m = static_cast<std::size_t>(motion);
+  moved = moved * guide_frames(robot, term.joint, q)[m];
+  const int axis = kGuideMotions[m].axis;
+  return along ? motion_along(moved, axis) : motion_about(moved, axis, P);
 }
 
 }  // namespace
@@ -33,9 +63,8 @@ Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVec
                                       PointJacobian& J, Approach approach, int station) {
   const ParameterLayout layout = ParameterLayout::of(cell);
   const Eigen::Isometry3d X_WB = cell.base_at(station).isometry();
-  LinkFrames X_B;
-  link_frames(cell.robot, true_joints(cell.robot, q, approach), X_B);
-  const Eigen::Isometry3d X_WF = X_WB * X_B[cell.robot.joints.size()] * cell.robot.X_flange;
+  const TrackedFrames X(cell.robot, X_WB, q, approach);
+  const Eigen::Isometry3d X_WF = X.links[cell.robot.joints.size()] * cell.robot.X_flange;
   const Eigen::Vector3d P = X_WF * cell.reflectors[static_cast<std::size_t>(smr)].p_FS_mm;
 
   J.setZero(3, layout.size());
@@ -47,22 +76,23 @@ Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVec
 
   for (int i = 0; i < layout.joints; ++i) {
     const auto link = static_cast<std::size_t>(i);
-    const Eigen::Isometry3d before = X_WB * X_B[link];
-    const Eigen::Isometry3d after = X_WB * X_B[link + 1];
+    const Eigen::Isometry3d &before = X.links[link], &after = X.joints[link + 1];
     const Eigen::Vector3d from_before = P - before.translation();
-    const Eigen::Vector3d y = before.linear().col(1);
     const Eigen::Vector3d x =
         before.linear() * (Eigen::AngleAxisd(cell.robot.joints[link].beta_rad, Eigen::Vector3d::UnitY()) *
                            Eigen::Vector3d::UnitX());
-    const Eigen::Vector3d z = after.linear().col(2);
     auto columns = J.middleCols<5>(layout.link(i));
     columns.col(0) = x;
     columns.col(1) = x.cross(from_before);
-    columns.col(2) = z;
-    columns.col(3) = z.cross(P - after.translation());
-    columns.col(4) = y.cross(from_before);
+    columns.col(2) = motion_along(after, 2);
+    columns.col(3) = motion_about(after, 2, P);
+    columns.col(4) = motion_about(before, 1, P);
   }
-  fill_deviation_columns(cell.robot, q, approach, layout, J);
+  std::vector<double> basis(cell.robot.deviation.size());
+  deviation_basis(cell.robot, q, approach, basis);
+  for (std::size_t t = 0; t < basis.size(); ++t)
+    J.col(layout.deviation(static_cast<int>(t))) =
+        basis[t] * deviation_column(cell.robot, cell.robot.deviation[t], X, q, P);
   return P;
 }
 
@@ -76,11 +106,12 @@ std::vector<Eigen::Isometry3d> flange_poses(const RobotModel& robot, std::span<c
   }
   PoseColumns columns(count, 12);
   ArmKernel{robot}.forward(q, columns);
+  const bool moved = is_displaced(robot);
   std::vector<Eigen::Isometry3d> X_BF(points.size(), Eigen::Isometry3d::Identity());
   for (Eigen::Index n = 0; n < count; ++n) {
     Eigen::Isometry3d& X = X_BF[static_cast<std::size_t>(n)];
     for (int axis = 0; axis < 4; ++axis) X.matrix().col(axis).head<3>() = columns.row(n).segment<3>(3 * axis);
-    if (robot.field) X = robot.field->displaced(points[static_cast<std::size_t>(n)].q, X);
+    if (moved) X = displaced(robot, points[static_cast<std::size_t>(n)].q, q.row(n).transpose(), X);
   }
   return X_BF;
 }

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/arm/guide.hpp"
 #include "core/step_count.hpp"
 
 namespace truepose {
@@ -18,7 +19,7 @@ std::size_t lines_of(int numbers) {
 NormalEquations::NormalEquations(const CalibratedCell& cell, PreparedPoints& points,
                                  const std::vector<int>& free, const Prior& prior)
     : points_{points}, layout_{ParameterLayout::of(cell)}, free_{free}, prior_{prior} {
-  assert(layout_.joints == points.joint_count() && layout_.reflectors == points.reflectors());
+  assert(LinkNumbers(cell.robot).count() == points.link_count() && layout_.reflectors == points.reflectors());
   const int first_link = layout_.link(0);
   for (const int parameter : free) {
     if (parameter < first_link) {

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "core/arm/arm_kernel.hpp"
+#include "core/arm/guide.hpp"
 #include "core/arm/joint_coupling.hpp"
 #include "core/arm/joint_deviation.hpp"
 #include "core/math/dense_algebra.hpp"
@@ -27,7 +28,12 @@ Eigen::Matrix3d triangular(const Eigen::Matrix3d& W) {
 PreparedPoints::PreparedPoints(const RobotModel& robot, std::span<const Measurement> points, int reflectors,
                                std::span<const Eigen::Matrix3d> W, const kernels::Kernels& code)
     : code_{&code}, reflectors_{reflectors} {
-  for (const Joint& joint : robot.joints) joints_.push_back(joint.type);
+  const auto guided = guided_joints(robot);
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+    links_.push_back(robot.joints[i].type);
+    if (!guided[i]) continue;
+    for (const GuideMotion& motion : kGuideMotions) links_.push_back(link_of_motion(motion).type);
+  }
   int stations = 1;
   for (const Measurement& point : points) stations = std::max(stations, point.station + 1);
   std::vector<int> count(group(stations, 0), 0);
@@ -45,11 +51,13 @@ PreparedPoints::PreparedPoints(const RobotModel& robot, std::span<const Measurem
   row_lines_ = end / kLanes;
   const int rows = basis_row(static_cast<int>(robot.deviation.size()));
   lines_.assign(static_cast<std::size_t>(rows * row_lines_ + 1), {});
+  const LinkNumbers number(robot);
   for (std::size_t n = 0; n < points.size(); ++n) {
     for (int axis = 0; axis < 3; ++axis) row(kX + axis)[place_[n]] = points[n].p_WS_mm[axis];
     const JointVector q_chain = chain_joints(robot.coupling, points[n].q);
-    for (int i = 0; i < joint_count(); ++i) {
-      row(reading_row(i))[place_[n]] = robot.joints[static_cast<std::size_t>(i)].sign * q_chain[i];
+    for (int i = 0; i < robot.joint_count(); ++i) {
+      row(reading_row(number.of_joint(i)))[place_[n]] =
+          robot.joints[static_cast<std::size_t>(i)].sign * q_chain[i];
     }
   }
   place_bases(robot, points);
@@ -63,8 +71,10 @@ void PreparedPoints::place_bases(const RobotModel& robot, std::span<const Measur
   for (std::size_t n = 0; n < points.size() && !basis.empty(); ++n) {
     deviation_basis(arm.at(points[n]), points[n].q, points[n].direction, basis);
     for (std::size_t t = 0; t < basis.size(); ++t) {
-      const auto joint = static_cast<std::size_t>(robot.deviation[t].joint);
-      row(basis_row(static_cast<int>(t)))[place_[n]] = robot.joints[joint].sign * basis[t];
+      const DeviationTerm& term = robot.deviation[t];
+      const bool of_guide = guide_motion(term.basis) >= 0;
+      const double sign = of_guide ? 1 : robot.joints[static_cast<std::size_t>(term.joint)].sign;
+      row(basis_row(static_cast<int>(t)))[place_[n]] = sign * basis[t];
     }
   }
 }
@@ -77,17 +87,18 @@ void PreparedPoints::deviate(const RobotModel& robot) {
   placed_ = true;
   coefficients_.clear();
   const int count = begin_.back();
-  for (int i = 0; i < joint_count(); ++i) {
+  for (int i = 0; i < link_count(); ++i) {
     std::copy_n(row(reading_row(i)), count, row(first_row(i)));
   }
+  const LinkNumbers number(robot);
   for (const DeviationTerm& term : robot.deviation) {
     const double* const basis = row(basis_row(static_cast<int>(coefficients_.size())));
-    double* const joint = row(first_row(term.joint));
-    for (int k = 0; k < count; ++k) joint[k] += term.coefficient * basis[k];
+    double* const moved = row(first_row(number.of(term)));
+    for (int k = 0; k < count; ++k) moved[k] += term.coefficient * basis[k];
     coefficients_.push_back(term.coefficient);
   }
-  for (int i = 0; i < joint_count(); ++i) {
-    if (joints_[static_cast<std::size_t>(i)] == JointType::Prismatic) continue;
+  for (int i = 0; i < link_count(); ++i) {
+    if (links_[static_cast<std::size_t>(i)] == JointType::Prismatic) continue;
     double* const angle = row(first_row(i));
     code_->sincos(angle, row(second_row(i)), angle, count);
   }
@@ -122,19 +133,20 @@ kernels::PointBlock PreparedPoints::of(int station, int reflector) const {
 }
 
 kernels::LinkColumn link_column(const RobotModel& robot, const ParameterLayout& layout, int parameter) {
+  const LinkNumbers number(robot);
   if (parameter < layout.deviation(0)) {
     const int of_links = parameter - layout.link(0);
     return {static_cast<kernels::ColumnKind>(of_links % ParameterLayout::kLink),
-            of_links / ParameterLayout::kLink};
+            number.of_joint(of_links / ParameterLayout::kLink)};
   }
-  const int term = parameter - layout.deviation(0);
-  const int joint = robot.deviation[static_cast<std::size_t>(term)].joint;
-  const bool turns = robot.joints[static_cast<std::size_t>(joint)].type == JointType::Revolute;
-  return {turns ? kernels::ColumnKind::Theta : kernels::ColumnKind::D, joint, term};
+  const int place = parameter - layout.deviation(0);
+  const DeviationTerm& term = robot.deviation[static_cast<std::size_t>(place)];
+  return {moves_along(robot, term) ? kernels::ColumnKind::D : kernels::ColumnKind::Theta, number.of(term),
+          place};
 }
 
 PreparedModel::PreparedModel(const CalibratedCell& cell, const std::vector<kernels::LinkColumn>& columns)
-    : arm{folded(cell.robot)},
+    : arm{folded_with_guides(cell.robot)},
       model{.arm = &arm, .columns = columns.data(), .column_count = static_cast<int>(columns.size())} {}
 
 const kernels::PointModel& PreparedModel::of(const Eigen::Isometry3d& X_WB, const Reflector& reflector) {

@@ -15,6 +15,7 @@ namespace truepose {
 /// the deviations alone.
 ///
 /// Depends on the arm by the types, signs and couplings of its joints, and by the bases of its deviations.
+/// The motions of its guides are links of their own, see link_of_motion().
 class PreparedPoints {
  public:
   /// @param reflectors  how many the points' `smr` may name
@@ -29,7 +30,7 @@ class PreparedPoints {
   void deviate(const RobotModel& robot);
 
   int size() const { return static_cast<int>(place_.size()); }
-  int joint_count() const { return static_cast<int>(joints_.size()); }
+  int link_count() const { return static_cast<int>(links_.size()); }
   int stations() const { return static_cast<int>(begin_.size() - 1) / reflectors_; }
   int reflectors() const { return reflectors_; }
   const kernels::Kernels& code() const { return *code_; }
@@ -44,23 +45,23 @@ class PreparedPoints {
   kernels::PointBlock of(int station, int reflector) const;
 
  private:
-  /// Arrays over all points, of so many numbers each; joints, readings and bases one for each of theirs.
-  enum Row { kX, kY, kZ, kWeight, kWhitening, kJoints = kWhitening + 6 };
+  /// Arrays over all points, of so many numbers each; links, readings and bases one for each of theirs.
+  enum Row { kX, kY, kZ, kWeight, kWhitening, kLinks = kWhitening + 6 };
 
   std::size_t group(int station, int reflector) const {
     return static_cast<std::size_t>(station * reflectors_ + reflector);
   }
   double* row(int number) { return lines_[static_cast<std::size_t>(number * row_lines_)].value; }
   const double* row(int number) const { return lines_[static_cast<std::size_t>(number * row_lines_)].value; }
-  int first_row(int joint) const { return kJoints + joint; }
-  int second_row(int joint) const { return kJoints + joint_count() + joint; }
-  int reading_row(int joint) const { return kJoints + 2 * joint_count() + joint; }
-  int basis_row(int term) const { return kJoints + 3 * joint_count() + term; }
+  int first_row(int link) const { return kLinks + link; }
+  int second_row(int link) const { return kLinks + link_count() + link; }
+  int reading_row(int link) const { return kLinks + 2 * link_count() + link; }
+  int basis_row(int term) const { return kLinks + 3 * link_count() + term; }
   void place_bases(const RobotModel& robot, std::span<const Measurement> points);
 
   const kernels::Kernels* code_;
   int reflectors_;
-  std::vector<JointType> joints_;
+  std::vector<JointType> links_;
   int row_lines_ = 0;  ///< length of an array over all points
   std::vector<kernels::Line> lines_;
   std::vector<int> begin_;            ///< first place of each group's points, and the end of all
@@ -70,8 +71,8 @@ class PreparedPoints {
   bool whitened_ = false;
 };
 
-/// The kernels' column of a parameter of a link or of a deviation. The column of a deviation is its joint's
-/// zero (prismatic: its length), times the basis.
+/// The kernels' column of a parameter of a link or of a deviation. The column of a deviation is the zero of
+/// its joint, or of a guide's motion (where it moves along: the length), times the basis.
 kernels::LinkColumn link_column(const RobotModel& robot, const ParameterLayout& layout, int parameter);
 
 /// The arm and columns of a cell in the kernels' form; the station and the reflector are set for each.

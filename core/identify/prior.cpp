@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/arm/joint_deviation.hpp"
 #include "core/identify/calibrated_cell.hpp"
 #include "core/math/dense_algebra.hpp"
 
@@ -19,7 +20,10 @@ Prior prior_of(const CalibratedCell& nominal, const PriorScale& scale, double si
     prior.weight.segment<ParameterLayout::kLink>(layout.link(i)) << length, angle, length, angle, angle;
   }
   prior.centre.tail(layout.deviations).setZero();
-  prior.weight.tail(layout.deviations).setConstant(sigma_mm / scale.deviation);
+  for (int t = 0; t < layout.deviations; ++t) {
+    const bool along = moves_along(nominal.robot, nominal.robot.deviation[static_cast<std::size_t>(t)]);
+    prior.weight[layout.deviation(t)] = along ? length : sigma_mm / scale.deviation;
+  }
   return prior;
 }
 

@@ -8,10 +8,10 @@ namespace truepose {
 /// Standard deviations with which the parameters of a real arm scatter about its data sheet, and reflectors
 /// about its flange.
 struct PriorScale {
-  double length_mm = 0.3;     ///< a, d
+  double length_mm = 0.3;  ///< a, d; coefficient of a deviation term that moves along, per unit of its basis
   double angle_rad = 0.3e-3;  ///< alpha, theta, beta
   double reflector_mm = 300;  ///< from the flange's centre: what keeps a reflector near that no pose shows
-  double deviation = 0.3e-3;  ///< coefficient of a deviation term, rad (mm) per unit of its basis
+  double deviation = 0.3e-3;  ///< coefficient of one that turns, rad per unit of its basis
 
   bool operator==(const PriorScale&) const = default;
 };

@@ -6,6 +6,8 @@
 namespace truepose::kernels {
 
 inline constexpr int kMostJoints = 16;
+/// Links of an arm that points are compared with, whose guides are links too.
+inline constexpr int kMostLinks = 32;
 /// Doubles of the widest vector: arrays for the kernels are padded to and aligned with so many.
 inline constexpr int kMostLanes = 8;
 /// One vector's worth, to allocate such arrays from.
@@ -25,12 +27,12 @@ struct Link {
 };
 
 /// A serial arm as the product L_0 Z_0(q_0) L_1 Z_1(q_1) .. L_N, with L constant and Z_i a turn about or a
-/// slide along the z axis. mm, rad.
+/// slide along the z axis. mm, rad. Up to kMostJoints joints; kMostLinks where points are compared with it.
 struct alignas(64) Arm {
-  double transform[kMostJoints + 1][16];  ///< L_i, homogeneous, column by column
-  Link link[kMostJoints];                 ///< the same in its parts
-  double turn[kMostJoints];               ///< rad per unit of q_i, 0 for a prismatic joint
-  double slide[kMostJoints];              ///< mm per unit of q_i, 0 for a revolute joint
+  double transform[kMostLinks + 1][16];  ///< L_i, homogeneous, column by column
+  Link link[kMostLinks];                 ///< the same in its parts
+  double turn[kMostLinks];               ///< rad per unit of q_i, 0 for a prismatic joint
+  double slide[kMostLinks];              ///< mm per unit of q_i, 0 for a revolute joint
   int joints;
   bool bare;  ///< the flange is the last joint's frame: L_N is the identity
 };

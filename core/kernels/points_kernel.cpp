@@ -19,7 +19,7 @@ struct Chunk {
 };
 
 /// The frames of the arm's links, of the base (0) to the last joint's, in kLanes points.
-using LaneFrames = LaneFrame[kMostJoints + 1];
+using LaneFrames = LaneFrame[kMostLinks + 1];
 
 /// @param k  first of the points
 void link_frames(const Arm& arm, const PointBlock& points, int k, LaneFrames& X) {

@@ -22,7 +22,9 @@ inline constexpr std::array kDeviationBases{
     Named{"gravity", DeviationBasis::Gravity},  Named{"weight", DeviationBasis::Weight},
     Named{"moment-x", DeviationBasis::MomentX}, Named{"moment-y", DeviationBasis::MomentY},
     Named{"moment-z", DeviationBasis::MomentZ}, Named{"approach", DeviationBasis::Approach},
-    Named{"scale", DeviationBasis::Scale}};
+    Named{"scale", DeviationBasis::Scale},      Named{"shift-x", DeviationBasis::ShiftX},
+    Named{"turn-x", DeviationBasis::TurnX},     Named{"shift-y", DeviationBasis::ShiftY},
+    Named{"turn-y", DeviationBasis::TurnY},     Named{"turn-z", DeviationBasis::TurnZ}};
 inline constexpr std::array kCriteria{Named{"i", DesignCriterion::I}, Named{"d", DesignCriterion::D},
                                       Named{"a", DesignCriterion::A}};
 

@@ -131,11 +131,15 @@ TEST(ParameterCsv, ListsEveryParameterWithItsUnitAndDeviation) {
        .data_share = 1},
       {.name = "link3.beta", .nominal = 0.25, .value = 0.25},
       {.name = "joint1.scale", .value = 0.5, .sigma = 0.25, .identified = true, .data_share = 0.75},
+      {.name = "joint1.shiftx2", .value = 0.5, .sigma = 0.25, .identified = true, .data_share = 1},
+      {.name = "joint1.turnz1", .value = 0.5, .sigma = 0.25, .identified = true, .data_share = 1},
       {.name = "joint3.gravity", .value = 0.5, .sigma = 0.25, .identified = true, .data_share = 1},
       {.name = "joint3.weight8", .value = 0.5, .sigma = 0.25, .identified = true, .data_share = 1},
       {.name = "joint3.sin2", .value = 0.5, .sigma = 0.25, .identified = true, .data_share = 1}};
   RobotModel robot = example::kr210_on_a_rail();
   robot.deviation = {{.joint = 0, .basis = DeviationBasis::Scale},
+                     {.joint = 0, .basis = DeviationBasis::ShiftX, .order = 2},
+                     {.joint = 0, .basis = DeviationBasis::TurnZ},
                      {.joint = 2, .basis = DeviationBasis::Gravity},
                      {.joint = 2, .basis = DeviationBasis::Weight, .order = 8},
                      {.joint = 2, .basis = DeviationBasis::Sine, .order = 2}};
@@ -146,6 +150,8 @@ TEST(ParameterCsv, ListsEveryParameterWithItsUnitAndDeviation) {
             "link2.a,mm,330,330.625,0.625,0.004,true,1\n"
             "link3.beta,rad,0.25,0.25,0,,false,0\n"
             "joint1.scale,mm/m,,0.5,,0.25,true,0.75\n"
+            "joint1.shiftx2,mm,,0.5,,0.25,true,1\n"
+            "joint1.turnz1,rad,,0.5,,0.25,true,1\n"
             "joint3.gravity,rad/kNm,,0.5,,0.25,true,1\n"
             "joint3.weight8,rad/m,,0.5,,0.25,true,1\n"
             "joint3.sin2,rad,,0.5,,0.25,true,1\n");

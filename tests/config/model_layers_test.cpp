@@ -3,6 +3,7 @@
 
 #include "config/model_file.hpp"
 #include "core/arm/forward.hpp"
+#include "core/arm/guide.hpp"
 #include "core/identify/regression_field.hpp"
 #include "core/math/random.hpp"
 #include "tests/config/error_of.hpp"
@@ -69,6 +70,29 @@ TEST(ModelLayers, MassesAndDeviationsComeBackToTheLastBit) {
     EXPECT_EQ(read.gravity_B, robot.gravity_B);
     ASSERT_EQ(read.torque_joints.size(), 6U);
     EXPECT_EQ(read.torque_joints[2].a_mm, robot.torque_joints[2].a_mm);
+    expect_same_poses(read, robot, random);
+  }
+}
+
+/// On a rail whose carriage errs in every way.
+RobotModel railed_arm(Random& random) {
+  RobotModel robot = deviating_arm(random);
+  robot.joints[0].type = JointType::Prismatic;
+  robot.joints[0].min = -2.5;
+  robot.joints[0].max = 1.0 / 3;
+  robot.deviation.erase(robot.deviation.begin());
+  for (const GuideMotion& motion : kGuideMotions)
+    robot.deviation.push_back(
+        {.joint = 0, .basis = motion.basis, .order = 5, .coefficient = random.uniform(-0.1, 0.1)});
+  return robot;
+}
+
+TEST(ModelLayers, TheGuideOfARailComesBackToTheLastBit) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Random random{seed};
+    const RobotModel robot = railed_arm(random);
+    const RobotModel read = parse_model(model_yaml(model_of(robot)), "m.yaml").cell.robot;
+    EXPECT_EQ(read.deviation, robot.deviation);
     expect_same_poses(read, robot, random);
   }
 }
@@ -151,8 +175,25 @@ TEST_F(ModelLayersErrors, RefusesATermOfAJointOrFrameThatTheArmHasNot) {
             "robot.deviation[4].order: expected 1..7, found 8");
   EXPECT_EQ(error_with("basis: sine", "basis: sin"),
             "robot.deviation[1].basis: expected one of sine, cosine, gravity, weight, moment-x, moment-y, "
-            "moment-z, approach, scale, found "
+            "moment-z, approach, scale, shift-x, turn-x, shift-y, turn-y, turn-z, found "
             "'sin'");
+}
+
+TEST_F(ModelLayersErrors, RefusesAGuideOfAJointThatDoesNotSlideAndOfMoreThanThree) {
+  EXPECT_EQ(error_with("{joint: 1, basis: sine", "{joint: 1, basis: shift-x"),
+            "robot.deviation[1]: a guide is that of a prismatic joint with a way from min to max");
+  Random random{3};
+  RobotModel robot = railed_arm(random);
+  for (const std::size_t i : {1U, 2U, 3U}) {
+    robot.joints[i] = robot.joints[0];
+    robot.deviation.push_back({.joint = static_cast<int>(i), .basis = DeviationBasis::TurnY});
+  }
+  text_ = model_yaml(model_of(robot));
+  EXPECT_EQ(error_with("", ""), "robot.deviation[13]: expected guides of at most 3 joints");
+  robot.joints[0].max = robot.joints[0].min;
+  text_ = model_yaml(model_of(robot));
+  EXPECT_EQ(error_with("", ""),
+            "robot.deviation[6]: a guide is that of a prismatic joint with a way from min to max");
 }
 
 TEST_F(ModelLayersErrors, RefusesMassesThatAreNotOnePerJointAndAGravityThatIsNoDirection) {

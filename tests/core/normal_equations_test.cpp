@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/arm/arm_kernel.hpp"
+#include "core/arm/guide.hpp"
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/identifiability.hpp"
 #include "core/identify/least_squares_solver.hpp"
@@ -92,6 +93,8 @@ void add_deviations(Problem& at, Random& random) {
     robot.deviation.push_back({i, turns ? DeviationBasis::Sine : DeviationBasis::Scale, 1, 0});
     robot.deviation.push_back({i, DeviationBasis::Approach, 1, 0});
     if (turns) robot.deviation.push_back({i, DeviationBasis::Weight, robot.joint_count() + 1, 0});
+    if (turns) continue;
+    for (const GuideMotion& motion : kGuideMotions) robot.deviation.push_back({i, motion.basis, 2, 0});
   }
   for (DeviationTerm& term : robot.deviation) term.coefficient = 1e-3 * random.normal();
   for (Measurement& point : at.points) {

@@ -83,7 +83,7 @@ inline constexpr int kMembers<DeviationTerm> = 4;
 template <>
 inline constexpr int kMembers<DeviationChoice> = 6;
 template <>
-inline constexpr int kMembers<CrossValidation> = 5;
+inline constexpr int kMembers<CrossValidation> = 6;
 template <>
 inline constexpr int kMembers<RegressorSelection> = 4;
 template <>
@@ -162,6 +162,7 @@ CalibrationDocument full_document() {
   for (CrossValidation& tried : x.residual->tried) {
     tried.squared_errors.clear();
     tried.predicted = {};
+    tried.expected_rms = 0;
   }
   x.deviation->likely = {};
   x.prior->scale.deviation = PriorScale{}.deviation;

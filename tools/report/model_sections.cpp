@@ -57,6 +57,7 @@ struct Unit {
 Unit unit_of_parameter(std::string_view leaf) {
   if (leaf.size() == 1) return {"mm"};
   if (leaf == "scale") return {"mm/m"};
+  if (leaf.starts_with("shift")) return {"mm"};
   if (leaf == "gravity") return {"deg/kN m", true};
   if (leaf.starts_with("weight")) return {"deg/m", true};
   return {"deg", true};
@@ -67,6 +68,11 @@ std::string leaf_title(std::string_view leaf) {
   if (leaf == "theta") return "θ";
   if (leaf == "beta") return "β";
   if (leaf.starts_with("weight")) return fmt::format("weight at frame {}", xml::escaped(leaf.substr(6)));
+  for (const std::string_view motion : {"shift", "turn"}) {
+    if (!leaf.starts_with(motion) || leaf.size() <= motion.size()) continue;
+    return fmt::format("carriage {} {}, half waves: {}", motion, xml::escaped(leaf.substr(motion.size(), 1)),
+                       xml::escaped(leaf.substr(motion.size() + 1)));
+  }
   if (!leaf.starts_with("sin") && !leaf.starts_with("cos")) return xml::escaped(leaf);
   const std::string_view order = leaf.substr(3);
   return fmt::format("{} {}q", leaf.substr(0, 3), order == "1" ? "" : xml::escaped(order));
