@@ -430,44 +430,6 @@ CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_beside(CellDevices::
   co_return point;
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::touch(Touch what) {
-  if (past_) {
-    const auto before = touched_before(what);
-    if (!before) co_return std::unexpected(before.error());
-    if (*before) co_return Done{};
-    Done going_on = co_await go_on();
-    if (!going_on) co_return going_on;
-  }
-  StoredPoint point;
-  point.pose = what.number;
-  point.purpose = PointPurpose::Frame;
-  point.smr = what.point;
-  for (std::string sentence = what.wish;;) {
-    co_await wait_for_hand(sentence);
-    auto q = co_await jogged_to();
-    if (q) {
-      point.q_actual = *std::move(q);
-      break;
-    }
-    sentence = q.error().detail + ": " + what.wish;
-  }
-  auto stored = co_await store(std::move(point));
-  if (!stored) co_return std::unexpected(stored.error());
-  ++progress_.done;
-  observer_.on_point(*stored, 0, progress());
-  co_return Done{};
-}
-
-/// Who resumes twice has not touched twice.
-CellDevices::Outcome<JointVector> MeasuringSession::jogged_to() {
-  auto q = co_await devices_.standstill();
-  if (!q || result_->points.empty()) co_return q;
-  const StoredPoint& before = result_->points.back();
-  if (!CellDevices::has_stayed(*q, before.q_actual)) co_return q;
-  co_return std::unexpected(DeviceError{
-      Remedy::Retry, "robot: the arm has not been moved since it touched point \"" + before.smr + "\""});
-}
-
 MeasuringSession::Outcome<void> MeasuringSession::skip(MeasuringTarget target, int attempts,
                                                        std::string reason) {
   if (skipped_before(target.pose)) co_return Done{};
