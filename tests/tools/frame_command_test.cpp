@@ -14,10 +14,10 @@
 #include "core/formatted.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
-#include "core/simulate/published_arm.hpp"
 #include "tests/core/plain_kinematics.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
+#include "tests/tools/known_model.hpp"
 #include "tests/tools/robot_file.hpp"
 
 namespace truepose {
@@ -30,19 +30,6 @@ constexpr double kNoise_mm = 0.01;
 
 class FrameCommand : public testing::Test {
  protected:
-  static config::ModelFile known_model(const RobotModel& nominal) {
-    config::ModelFile model{.name = nominal.name,
-                            .created = "2026-01-02T03:04:05Z",
-                            .cell = {.robot = with_published_errors(nominal)}};
-    model.cell.base = {{4000, 500, -300}, {0.01, -0.02, 2.1}};
-    model.cell.reflectors = {{"1", {62, -48, 187}}};
-    const int size = ParameterLayout::of(model.cell).size();
-    model.covariance = Eigen::VectorXd::Constant(size, 1e-12).asDiagonal();
-    model.noise = MeasurementNoise{.tracker = {.range_mm = kNoise_mm, .transverse_mm = kNoise_mm},
-                                   .repeatability_mm = kNoise_mm};
-    return model;
-  }
-
   Finished run(const std::string& command, std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), {command, "--robot", kRobot, "--model", model_file_});
     return run_program("truepose", arguments);
@@ -145,7 +132,7 @@ class FrameCommand : public testing::Test {
   TempFolder folder_;
   Random random_{20};
   RobotModel nominal_ = config::load_robot(kRobot);
-  config::ModelFile model_ = known_model(nominal_);
+  config::ModelFile model_ = known_model(nominal_, kNoise_mm);
   std::string model_file_ = folder_.write("model.yaml", config::model_yaml(model_));
   Eigen::Matrix4d X_FT_ = plain::kuka_frame({90, -60, 310}, {35, 62, -140});
   Eigen::Matrix4d X_BU_ = plain::kuka_frame({1500, 150, 700}, {20, 3, -2});

@@ -13,10 +13,10 @@
 #include "core/arm/joint_units.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
-#include "core/simulate/published_arm.hpp"
 #include "tests/core/plain_kinematics.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
+#include "tests/tools/known_model.hpp"
 #include "tests/tools/robot_file.hpp"
 
 namespace truepose {
@@ -35,19 +35,6 @@ constexpr const char* kRoot = "1900,350,-150,25,0,0";
 
 class PositionerCommand : public testing::Test {
  protected:
-  static config::ModelFile known_model(const RobotModel& nominal) {
-    config::ModelFile model{.name = nominal.name,
-                            .created = "2026-01-02T03:04:05Z",
-                            .cell = {.robot = with_published_errors(nominal)}};
-    model.cell.base = {{4000, 500, -300}, {0.01, -0.02, 2.1}};
-    model.cell.reflectors = {{"1", {62, -48, 187}}};
-    const int size = ParameterLayout::of(model.cell).size();
-    model.covariance = Eigen::VectorXd::Constant(size, 1e-12).asDiagonal();
-    model.noise = MeasurementNoise{.tracker = {.range_mm = kReading_mm, .transverse_mm = kReading_mm},
-                                   .repeatability_mm = kReading_mm};
-    return model;
-  }
-
   Finished run(const std::string& command, std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), {command, "--robot", kRobot, "--model", model_file_});
     return run_program("truepose", arguments);
@@ -133,7 +120,7 @@ class PositionerCommand : public testing::Test {
   TempFolder folder_;
   Random random_{23};
   RobotModel nominal_ = config::load_robot(kRobot);
-  config::ModelFile model_ = known_model(nominal_);
+  config::ModelFile model_ = known_model(nominal_, kReading_mm);
   std::string model_file_ = folder_.write("model.yaml", config::model_yaml(model_));
   std::string table_file_;
   RobotModel truth_;
