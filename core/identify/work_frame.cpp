@@ -9,15 +9,20 @@ namespace truepose {
 namespace {
 
 /// Unknowns: each point in the robot base.
+///
+/// Both kinds of reading are taken where the tracker has them. Base and link 1, and with few poses more, are
+/// told apart by convention alone: a touched point in the arm's own base would seem unknown by what the
+/// tracker sees none of, and no program either, since it goes there by the same model.
 std::vector<PointEquation> work_equations(const FrameReadings& data, const MeasuringCell& by,
                                           const CalibratedCell& cell, const Eigen::Vector3d& p_F_mm) {
-  const Eigen::Isometry3d X_BW = inverse_of(cell.base.isometry());
+  const Eigen::Isometry3d X_BW = inverse_of(by.cell.base.isometry());
   std::vector<PointEquation> result;
   for (const FrameReading& reading : data.readings) {
-    const Eigen::Vector3d p_B_mm = reading.p_WS_mm ? Eigen::Vector3d(X_BW * *reading.p_WS_mm)
-                                                   : forward_kinematics(cell.robot, reading.q) * p_F_mm;
+    const auto touched_mm = [&] {
+      return cell.base.isometry() * (forward_kinematics(cell.robot, reading.q) * p_F_mm);
+    };
     PointEquation equation{.A = Eigen::MatrixXd::Zero(3, 3 * static_cast<Eigen::Index>(data.points.size())),
-                           .b = p_B_mm,
+                           .b = X_BW * (reading.p_WS_mm ? *reading.p_WS_mm : touched_mm()),
                            .covariance = covariance_in_base(reading, by)};
     equation.A.middleCols<3>(3 * static_cast<Eigen::Index>(reading.point)).setIdentity();
     result.push_back(equation);

@@ -14,7 +14,8 @@ struct TouchingTool {
 };
 
 /// A work frame (KUKA's base) in the robot base B: by points that an arm whose true kinematics are known
-/// touches with its TCP, or that the tracker reads.
+/// touches with its TCP, or that the tracker reads. Its covariance is of where the tracker has it, as that of
+/// every prediction of the arm is.
 ///
 /// Errors: those of measured_frame().
 std::expected<MeasuredFrame, std::string> work_frame(const FrameReadings& data, const MeasuringCell& by,

@@ -15,6 +15,7 @@
 #include "core/math/dense_algebra.hpp"
 #include "core/simulate/measurement_campaign.hpp"
 #include "tests/core/example_arms.hpp"
+#include "tests/core/frame_errors.hpp"
 #include "tests/core/plain_kinematics.hpp"
 #include "tests/trials.hpp"
 
@@ -26,10 +27,6 @@ using Matrix = Eigen::Matrix4d;
 
 constexpr double kTracker_mm = 0.02;   // per axis
 constexpr double kEccentric = 0.2e-3;  // of each gear, rad: 0.1 mm at half a metre
-
-double mean(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
 
 Joint table_joint(double a_mm, double alpha_deg, double d_mm, double most_deg) {
   return {.a_mm = a_mm,
@@ -43,11 +40,6 @@ Joint table_joint(double a_mm, double alpha_deg, double d_mm, double most_deg) {
 RobotModel turntable() { return {.name = "turntable", .joints = {table_joint(0, 0, 450, 185)}}; }
 RobotModel tilt_and_turn() {
   return {.name = "tilt and turn", .joints = {table_joint(0, 90, 0, 90), table_joint(120, -90, 250, 185)}};
-}
-
-Eigen::Vector3d normal(Random& random, double sigma) {
-  const double x = random.normal(), y = random.normal(), z = random.normal();
-  return sigma * Eigen::Vector3d(x, y, z);
 }
 
 Matrix rigid(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& turn_rad) {

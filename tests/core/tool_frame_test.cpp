@@ -12,6 +12,7 @@
 #include "core/math/angles.hpp"
 #include "core/simulate/measurement_campaign.hpp"
 #include "tests/core/example_arms.hpp"
+#include "tests/core/frame_errors.hpp"
 #include "tests/core/plain_kinematics.hpp"
 #include "tests/trials.hpp"
 
@@ -23,28 +24,20 @@ using testing::HasSubstr;
 constexpr double kTrackerSigma_mm = 0.02;
 constexpr double kArmSigma_mm = 0.06 / 3.6161;  // of ISO 9283's RP, per axis
 
-Eigen::Vector3d normal(Random& random, double sigma) {
-  const double x = random.normal(), y = random.normal(), z = random.normal();
-  return sigma * Eigen::Vector3d(x, y, z);
-}
-
-double mean(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
 /// A calibrated KR 210 with a tool, and the truth about both, by kinematics of the test's own.
 class CalibratedArm {
  public:
-  explicit CalibratedArm(std::uint64_t seed) : random_(seed), nominal_(example::kr210()) {
+  explicit CalibratedArm(std::uint64_t seed, int poses = 30, PriorUse prior = PriorUse::Auto)
+      : random_(seed), nominal_(example::kr210()) {
     truth_ = example::placed(example::with_paper_errors(nominal_), random_);
     MeasurementData data{.smr_names = {"1"}};
-    for (int i = 0; i < 30; ++i) {
+    for (int i = 0; i < poses; ++i) {
       const JointVector q = joints();
       data.points.push_back({.q = q, .p_WS_mm = seen(q, truth_.reflectors[0].p_FS_mm)});
     }
     const MeasurementNoise noise{.tracker = {.range_mm = kTrackerSigma_mm, .transverse_mm = kTrackerSigma_mm},
                                  .repeatability_mm = kArmSigma_mm};
-    const auto calibration = calibrate(nominal_, data, {.noise = noise});
+    const auto calibration = calibrate(nominal_, data, {.prior = prior, .noise = noise});
     by_ = {calibration->cell, calibration->covariance, noise};
     X_FT_ =
         plain::kuka_frame({random_.uniform(-200, 200), random_.uniform(-200, 200), random_.uniform(150, 400)},
@@ -298,14 +291,20 @@ FrameReadings touched_points(CalibratedArm& arm, const Eigen::Matrix4d& X_BU, st
   return data;
 }
 
-TEST(WorkFrame, IsWhereTheArmPutsItsTcpWithTheSigmaThatIsTold) {
+/// How far the origins of measured frames are off.
+struct OriginErrors {
+  double worst_mm = 0;
+  double mean_square = 0;  ///< over the variance that is told
+};
+
+/// @param poses  by which the arm was calibrated
+void find_frames(int poses, PriorUse prior, OriginErrors& errors) {
   const std::vector<Eigen::Vector3d> corners{{0, 0, 0}, {600, 0, 0}, {0, 400, 0}, {600, 400, 50}};
   const std::vector<FramePoint> known{
       {"a", corners[0]}, {"b", corners[1]}, {"c", corners[2]}, {"d", corners[3]}};
   const int seeds = trials(200);
-  double sum = 0, worst_mm = 0;
   for (int seed = 0; seed < seeds; ++seed) {
-    CalibratedArm arm(static_cast<std::uint64_t>(seed));
+    CalibratedArm arm(static_cast<std::uint64_t>(seed), poses, prior);
     const auto tool = tool_frame(seen_by_tracker(arm, 10), arm.by());
     ASSERT_TRUE(tool);
     const TouchingTool tcp{tool->X.translation(), &*tool};
@@ -318,15 +317,30 @@ TEST(WorkFrame, IsWhereTheArmPutsItsTcpWithTheSigmaThatIsTold) {
         arm.by().cell.base.isometry().inverse().matrix() * arm.truth().base.isometry().matrix() * X_BU;
     for (const auto* frame : {&*by_three, &*by_known}) {
       const Eigen::Vector3d error = frame->X.translation() - wanted.topRightCorner<3, 1>();
-      worst_mm = std::max(worst_mm, error.norm());
-      sum += error.squaredNorm() / (frame->sigma_mm() * frame->sigma_mm()) / (2.0 * seeds);
+      errors.worst_mm = std::max(errors.worst_mm, error.norm());
+      errors.mean_square += error.squaredNorm() / (frame->sigma_mm() * frame->sigma_mm()) / (2.0 * seeds);
     }
     EXPECT_EQ(by_known->misfit_mm.size(), 4U);
   }
-  std::printf("seeds 0..%d: worst origin %.3f mm off, mean square over its variance %.2f\n", seeds - 1,
-              worst_mm, sum);
-  EXPECT_LT(worst_mm, 0.3);
-  EXPECT_LT(sum, 2);
+  std::printf("%d poses, seeds 0..%d: worst origin %.3f mm off, mean square over its variance %.2f\n", poses,
+              seeds - 1, errors.worst_mm, errors.mean_square);
+}
+
+TEST(WorkFrame, IsWhereTheArmPutsItsTcpWithTheSigmaThatIsTold) {
+  OriginErrors errors;
+  find_frames(30, PriorUse::Auto, errors);
+  EXPECT_LT(errors.worst_mm, 0.3);
+  EXPECT_LT(errors.mean_square, 2);
+}
+
+// A prior leaves open what is the base's and what link 1's: that is no error of a frame.
+TEST(WorkFrame, TellsItsSigmaWhereThePriorIsNeededToo) {
+  for (const int poses : {9, 16}) {
+    OriginErrors errors;
+    find_frames(poses, PriorUse::On, errors);
+    EXPECT_LT(errors.mean_square, 2);
+    EXPECT_GT(errors.mean_square, 0.4);
+  }
 }
 
 TEST(WorkFrame, PointsThatAreSwappedAreNotAFrame) {
