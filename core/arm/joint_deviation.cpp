@@ -14,14 +14,17 @@ namespace {
 
 constexpr double kKilonewtonsPerKg = 9.80665e-3;
 
-/// The frames by which torques are reckoned, where there are any.
-void torque_frames(const RobotModel& robot, const JointVector& q, LinkFrames& X_B) {
-  const bool any = std::ranges::any_of(robot.deviation, [](const DeviationTerm& term) {
+bool bends_under_torque(const RobotModel& robot) {
+  return std::ranges::any_of(robot.deviation, [](const DeviationTerm& term) {
     return term.basis == DeviationBasis::Gravity || term.basis == DeviationBasis::Weight ||
            is_moment(term.basis);
   });
+}
+
+/// The frames by which torques are reckoned, where there are any.
+void torque_frames(const RobotModel& robot, const JointVector& q, LinkFrames& X_B) {
   const std::vector<Joint>& joints = robot.torque_joints.empty() ? robot.joints : robot.torque_joints;
-  if (any) link_frames(joints, robot.coupling, q, X_B);
+  if (bends_under_torque(robot)) link_frames(joints, robot.coupling, q, X_B);
 }
 
 /// Torque (force times m) about joint i, in the sense of +q, of a unit force along gravity at p_B_mm; for a
@@ -111,18 +114,41 @@ void deviation_basis(const RobotModel& robot, const JointVector& q, Approach app
   }
 }
 
+namespace {
+
+/// @param basis  the value of a term, by its place
+template <typename Basis>
+JointVector deviated(const RobotModel& robot, const JointVector& q_chain, Basis basis) {
+  JointVector out = q_chain;
+  const bool guided = guided_joints(robot).any();
+  for (std::size_t t = 0; t < robot.deviation.size(); ++t) {
+    const DeviationTerm& term = robot.deviation[t];
+    if (guided && guide_motion(term.basis) >= 0) continue;
+    out[term.joint] += term.coefficient * basis(t);
+  }
+  return controller_joints(robot.coupling, out);
+}
+
+}  // namespace
+
 JointVector true_joints(const RobotModel& robot, const JointVector& q, Approach approach) {
   if (robot.deviation.empty()) return q;
   const JointVector q_chain = chain_joints(robot.coupling, q);
-  JointVector out = q_chain;
   LinkFrames X_B;
   torque_frames(robot, q, X_B);
-  const bool guided = guided_joints(robot).any();
-  for (const DeviationTerm& term : robot.deviation) {
-    if (guided && guide_motion(term.basis) >= 0) continue;
-    out[term.joint] += term.coefficient * basis_value(robot, X_B, q_chain, approach, term);
-  }
-  return controller_joints(robot.coupling, out);
+  return deviated(robot, q_chain, [&](std::size_t t) {
+    return basis_value(robot, X_B, q_chain, approach, robot.deviation[t]);
+  });
+}
+
+JointVector true_joints(const RobotModel& robot, const JointVector& q, std::span<const double> basis) {
+  assert(basis.size() == robot.deviation.size());
+  if (robot.deviation.empty()) return q;
+  return deviated(robot, chain_joints(robot.coupling, q), [&](std::size_t t) { return basis[t]; });
+}
+
+bool bases_follow_links(const RobotModel& robot) {
+  return robot.torque_joints.empty() && bends_under_torque(robot);
 }
 
 bool moves_along(const RobotModel& robot, const DeviationTerm& term) {

@@ -28,6 +28,13 @@ void deviation_basis(const RobotModel& robot, const JointVector& q, Approach app
 /// allocate.
 JointVector true_joints(const RobotModel& robot, const JointVector& q, Approach approach = {});
 
+/// The same by the values of deviation_basis() there.
+JointVector true_joints(const RobotModel& robot, const JointVector& q, std::span<const double> basis);
+
+/// Whether the bases change with the parameters of the arm's own links, by which its torques are then
+/// reckoned, and not with the encoders alone.
+bool bases_follow_links(const RobotModel& robot);
+
 /// Whether the term moves its joint or carriage along (mm), and does not turn it (rad).
 bool moves_along(const RobotModel& robot, const DeviationTerm& term);
 

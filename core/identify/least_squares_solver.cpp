@@ -5,7 +5,8 @@
 
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/identifiability.hpp"
-#include "core/identify/normal_equations.hpp"
+#include "core/identify/prepared_points.hpp"
+#include "core/identify/whole_steps.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/line_search.hpp"
 
@@ -23,85 +24,28 @@ Eigen::VectorXd least_squares_step(const LinearSystem& system) {
   return -norm.cwiseInverse().cwiseProduct(smallest_solution(unit, system.f, kRankTolerance));
 }
 
-/// Squared pivots at unit column norm below this mean columns so dependent (condition above about 1e5) that
-/// the normal equations lose digits that the fit needs.
-constexpr double kSmallestPivot = 1e-10;
-
-/// The step of the free parameters, with room reused from one iteration to the next.
-class NormalStep {
- public:
-  explicit NormalStep(int size)
-      : size_{size},
-        stride_{(size + kernels::kMostLanes) / kernels::kMostLanes * kernels::kMostLanes},
-        lines_(static_cast<std::size_t>(size * stride_ / kernels::kMostLanes + 1)),
-        scale_(size),
-        step_(size) {}
-
-  /// Solves J'WJ step = -J'Wf; false where that would lose digits.
-  bool solve(const NormalEquations& equations, const kernels::Kernels& code) {
-    for (int i = 0; i < size_; ++i) scale_[i] = 1 / std::sqrt(equations.product(i, i));
-    double* const A = lines_[0].value;
-    for (int i = 0; i < size_; ++i) {
-      double* const column = A + i * stride_;
-      for (int j = i; j < size_; ++j) column[j] = equations.product(i, j) * scale_[i] * scale_[j];
-      column[size_] = -equations.gradient(i) * scale_[i];
-    }
-    // Written so that a NaN, of a column of zeros, fails.
-    if (!(code.solve_positive(A, stride_, size_, step_.data()) > kSmallestPivot)) return false;
-    step_.array() *= scale_.array();
-    return true;
-  }
-
-  const Eigen::VectorXd& step() const { return step_; }
-
-  /// |J step|^2, the decrease that the step promises, mm^2.
-  double promised(const NormalEquations& equations) const {
-    double along = 0;
-    for (int i = 0; i < size_; ++i) along -= equations.gradient(i) * step_[i];
-    return along;
-  }
-
- private:
-  int size_, stride_;
-  std::vector<kernels::Line> lines_;
-  Eigen::VectorXd scale_, step_;
-};
-
-/// Full steps by Cholesky's factorisation at unit column norm. Does not allocate inside an iteration.
+/// Whole steps. Does not allocate inside an iteration.
 std::optional<FitResult> by_normal_equations(const CalibratedCell& start, const LeastSquaresProblem& problem,
                                              const GaussNewtonOptions& options,
                                              const kernels::Kernels& code) {
-  // The coordinates of a predicted point are not known better than this (mm).
-  constexpr double kCoordinateRounding_mm = 1e-10;
-  const ParameterLayout layout = ParameterLayout::of(start);
-  const auto of_links = [&](int parameter) { return parameter >= layout.link(0); };
-  if (std::ranges::count_if(problem.free, of_links) > NormalEquations::kMostLinkParameters)
-    return std::nullopt;
+  if (!WholeSteps::possible(start, problem)) return std::nullopt;
   FitResult result{.cell = start, .solver = StepSolver::NormalEquations};
   result.rms_mm.reserve(static_cast<std::size_t>(options.max_iterations));
-  PreparedPoints points(start.robot, problem.points, layout.reflectors, problem.W, code);
-  NormalEquations equations(start, points, problem.free, problem.prior);
-  NormalStep step(static_cast<int>(problem.free.size()));
-  Eigen::VectorXd direction = Eigen::VectorXd::Zero(layout.size());
-
-  equations.evaluate(start);
+  PreparedPoints points(start.robot, problem.points, ParameterLayout::of(start).reflectors, problem.W, code);
+  WholeSteps steps(start, points, problem);
+  steps.evaluate(start);
   while (result.iterations < options.max_iterations) {
     ++result.iterations;
-    if (!step.solve(equations, code)) return std::nullopt;
-    for (std::size_t k = 0; k < problem.free.size(); ++k)
-      direction[problem.free[k]] = step.step()[static_cast<Eigen::Index>(k)];
-    const double change = std::sqrt(step.promised(equations) / points.size());
-    const double rms = std::sqrt(equations.cost() / points.size());
-    if (!std::isfinite(change)) return std::nullopt;
+    const double rms = steps.rms_mm();
+    const auto change = steps.advance(result.cell);
+    if (!change) return std::nullopt;
     result.rms_mm.push_back(rms);
-    move_by(result.cell, direction);
-    if (change < std::max(options.tolerance_mm, 1e-6 * rms)) {
+    if (ends_fit(*change, rms, options)) {
       result.converged = true;
       return result;
     }
-    equations.evaluate(result.cell);
-    // Written so that a NaN fails.
-    if (!(std::sqrt(equations.cost() / points.size()) <= rms + kCoordinateRounding_mm)) return std::nullopt;
+    steps.evaluate(result.cell);
+    if (!descends(rms, steps.rms_mm())) return std::nullopt;
   }
   return result;
 }
@@ -122,7 +66,7 @@ FitResult by_orthogonal_factors(const CalibratedCell& start, const LeastSquaresP
     result.rms_mm.push_back(rms);
     // A decrease of less than 1e-12 of the objective is lost in its rounding, so a line search cannot judge
     // it; the full step is the better point.
-    if (change < std::max(options.tolerance_mm, 1e-6 * rms)) {
+    if (ends_fit(change, rms, options)) {
       result.cell = moved(result.cell, direction);
       result.converged = true;
       return result;
@@ -152,6 +96,10 @@ FitResult by_orthogonal_factors(const CalibratedCell& start, const LeastSquaresP
 }
 
 }  // namespace
+
+bool ends_fit(double change_mm, double rms_mm, const GaussNewtonOptions& options) {
+  return change_mm < std::max(options.tolerance_mm, 1e-6 * rms_mm);
+}
 
 std::optional<FitResult> gauss_newton_by(StepSolver solver, const CalibratedCell& start,
                                          const LeastSquaresProblem& problem,

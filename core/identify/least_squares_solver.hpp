@@ -15,6 +15,9 @@ struct GaussNewtonOptions {
   bool line_search = true;  ///< false: every step is taken whole (for comparison)
 };
 
+/// Whether a step that changes the predicted points by so much (RMS) ends a fit.
+bool ends_fit(double change_mm, double rms_mm, const GaussNewtonOptions& options = {});
+
 /// How the steps of a fit were solved.
 enum class StepSolver {
   NormalEquations,  ///< by the kernels: many times faster, where no digits are lost by it

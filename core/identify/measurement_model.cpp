@@ -96,14 +96,15 @@ Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVec
   return P;
 }
 
-std::vector<Eigen::Isometry3d> flange_poses(const RobotModel& robot, std::span<const Measurement> points) {
+namespace {
+
+/// @param joints_of  the true joints of the point of that number
+template <typename JointsOf>
+std::vector<Eigen::Isometry3d> flange_poses(const RobotModel& robot, std::span<const Measurement> points,
+                                            JointsOf joints_of) {
   const auto count = static_cast<Eigen::Index>(points.size());
   Eigen::ArrayXXd q(count, robot.joint_count());
-  LoadedArm arm(robot);
-  for (Eigen::Index n = 0; n < count; ++n) {
-    const Measurement& point = points[static_cast<std::size_t>(n)];
-    q.row(n) = true_joints(arm.at(point), point.q, point.direction).transpose();
-  }
+  for (Eigen::Index n = 0; n < count; ++n) q.row(n) = joints_of(static_cast<std::size_t>(n)).transpose();
   PoseColumns columns(count, 12);
   ArmKernel{robot}.forward(q, columns);
   const bool moved = is_displaced(robot);
@@ -116,17 +117,49 @@ std::vector<Eigen::Isometry3d> flange_poses(const RobotModel& robot, std::span<c
   return X_BF;
 }
 
-Eigen::VectorXd residuals(const CalibratedCell& cell, std::span<const Measurement> points) {
+Eigen::VectorXd residuals(const CalibratedCell& cell, std::span<const Measurement> points,
+                          const std::vector<Eigen::Isometry3d>& X_BF) {
   Eigen::VectorXd f(3 * static_cast<Eigen::Index>(points.size()));
   std::vector<Eigen::Isometry3d> X_WB;
   for (int s = 0; s < cell.station_count(); ++s) X_WB.push_back(cell.base_at(s).isometry());
-  const std::vector<Eigen::Isometry3d> X_BF = flange_poses(cell.robot, points);
   for (std::size_t n = 0; n < points.size(); ++n) {
     const Eigen::Vector3d& p_FS_mm = cell.reflectors[static_cast<std::size_t>(points[n].smr)].p_FS_mm;
     f.segment<3>(3 * static_cast<Eigen::Index>(n)) =
         X_WB[static_cast<std::size_t>(points[n].station)] * (X_BF[n] * p_FS_mm) - points[n].p_WS_mm;
   }
   return f;
+}
+
+}  // namespace
+
+std::vector<Eigen::Isometry3d> flange_poses(const RobotModel& robot, std::span<const Measurement> points) {
+  LoadedArm arm(robot);
+  return flange_poses(robot, points, [&](std::size_t n) {
+    return true_joints(arm.at(points[n]), points[n].q, points[n].direction);
+  });
+}
+
+Eigen::VectorXd residuals(const CalibratedCell& cell, std::span<const Measurement> points) {
+  return residuals(cell, points, flange_poses(cell.robot, points));
+}
+
+RepeatedResiduals::RepeatedResiduals(const RobotModel& robot, std::span<const Measurement> points)
+    : points_{points},
+      bases_(static_cast<Eigen::Index>(robot.deviation.size()), static_cast<Eigen::Index>(points.size())) {
+  LoadedArm arm(robot);
+  for (std::size_t n = 0; n < points.size() && bases_.rows() > 0; ++n) {
+    deviation_basis(arm.at(points[n]), points[n].q, points[n].direction,
+                    {bases_.col(static_cast<Eigen::Index>(n)).data(), robot.deviation.size()});
+  }
+}
+
+Eigen::VectorXd RepeatedResiduals::at(const CalibratedCell& cell) const {
+  if (bases_follow_links(cell.robot)) return residuals(cell, points_);
+  const auto joints_of = [&](std::size_t n) {
+    const auto basis = bases_.col(static_cast<Eigen::Index>(n));
+    return true_joints(cell.robot, points_[n].q, std::span(basis.data(), cell.robot.deviation.size()));
+  };
+  return residuals(cell, points_, flange_poses(cell.robot, points_, joints_of));
 }
 
 namespace {

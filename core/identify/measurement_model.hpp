@@ -39,7 +39,22 @@ std::vector<Eigen::Isometry3d> flange_poses(const RobotModel& robot, std::span<c
 /// Predicted minus measured positions of all points, each in the frame of its station, stacked (3N, mm).
 Eigen::VectorXd residuals(const CalibratedCell& cell, std::span<const Measurement> points);
 
-/// The same with the derivative to every parameter (3N x ParameterLayout::size()).
+/// residuals() of the same points again and again, at cells that differ in their parameters alone: what the
+/// deviations of the joints depend on is worked out once.
+class RepeatedResiduals {
+ public:
+  /// @param points  must outlive it
+  RepeatedResiduals(const RobotModel& robot, std::span<const Measurement> points);
+
+  /// Those at `cell`, whose arm is `robot` but for its parameters (3N, mm).
+  Eigen::VectorXd at(const CalibratedCell& cell) const;
+
+ private:
+  std::span<const Measurement> points_;
+  Eigen::MatrixXd bases_;  ///< of each deviation, a column per point
+};
+
+/// residuals() with the derivative to every parameter (3N x ParameterLayout::size()).
 void residuals_with_jacobian(const CalibratedCell& cell, std::span<const Measurement> points,
                              Eigen::VectorXd& f, Eigen::MatrixXd& J);
 

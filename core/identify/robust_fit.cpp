@@ -4,11 +4,13 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/placement.hpp"
 #include "core/identify/prior.hpp"
+#include "core/identify/reweighted_steps.hpp"
 #include "core/math/random.hpp"
 #include "core/math/statistics.hpp"
 
@@ -43,17 +45,6 @@ constexpr double kFewestEffectivePoints = 12;
 // Wide enough for any arm that is not broken: it only keeps weak directions from running away.
 constexpr PriorScale kWide{.length_mm = 3, .angle_rad = 15e-3, .deviation = 15e-3};
 
-std::vector<double> whitened_lengths(const CalibratedCell& cell, std::span<const Measurement> points,
-                                     std::span<const Eigen::Matrix3d> W) {
-  const Eigen::VectorXd f = residuals(cell, points);
-  std::vector<double> lengths(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3d r = f.segment<3>(3 * static_cast<Eigen::Index>(i));
-    lengths[i] = (W.empty() ? r : Eigen::Vector3d{W[i] * r}).norm();
-  }
-  return lengths;
-}
-
 /// A subset with a point of every reflector, so that none is left without an equation.
 std::vector<Measurement> random_subset(std::span<const Measurement> points, std::size_t reflectors,
                                        Random& random) {
@@ -73,14 +64,6 @@ std::vector<Measurement> random_subset(std::span<const Measurement> points, std:
   return subset;
 }
 
-std::vector<Eigen::Matrix3d> reweighted(std::size_t points, std::span<const Eigen::Matrix3d> W,
-                                        std::span<const double> weights) {
-  std::vector<Eigen::Matrix3d> out(W.begin(), W.end());
-  out.resize(points, Eigen::Matrix3d::Identity());
-  for (std::size_t i = 0; i < points; ++i) out[i] *= std::sqrt(weights[i]);
-  return out;
-}
-
 /// Weights of a step of the chain. The scale grows until enough points carry it.
 template <typename Weight>
 std::vector<double> carried_weights(std::span<const double> lengths, double sigma, const Weight& weight) {
@@ -95,25 +78,23 @@ std::vector<double> carried_weights(std::span<const double> lengths, double sigm
 double huber(double u) { return huber_weight(u, kHuberKnee); }
 double tukey(double u) { return tukey_weight(u, kTukeyCut); }
 
-CalibratedCell one_step(const CalibratedCell& cell, LeastSquaresProblem& problem,
-                        std::span<const Eigen::Matrix3d> W, std::span<const double> weights) {
-  problem.W = reweighted(problem.points.size(), W, weights);
-  return gauss_newton(cell, problem, {.max_iterations = 1}).cell;
-}
-
 double positive(double sigma) { return std::max(sigma, 1e-12); }
 
 }  // namespace
 
 CalibratedCell robust_start(const RobotModel& arm, std::span<const std::string> smr_names,
                             std::span<const Measurement> points, std::span<const Eigen::Matrix3d> W) {
+  const RepeatedResiduals errors(arm, points);
+  const auto middle = [&](const CalibratedCell& cell) {
+    return median(whitened_lengths(errors.at(cell), W));
+  };
   CalibratedCell best = placement(arm, smr_names, points);
-  double best_median = median(whitened_lengths(best, points, W));
+  double best_median = middle(best);
   Random random(0);
   for (int i = 0; i < kSubsets; ++i) {
     const std::vector<Measurement> subset = random_subset(points, smr_names.size(), random);
     const CalibratedCell candidate = placement(arm, smr_names, subset);
-    const double candidate_median = median(whitened_lengths(candidate, points, W));
+    const double candidate_median = middle(candidate);
     if (candidate_median < best_median) {
       best = candidate;
       best_median = candidate_median;
@@ -121,40 +102,39 @@ CalibratedCell robust_start(const RobotModel& arm, std::span<const std::string> 
   }
 
   const ParameterLayout layout = ParameterLayout::of(best);
-  LeastSquaresProblem problem{.points = points, .free = {}, .W = {}, .prior = placement_prior(layout)};
+  LeastSquaresProblem problem{
+      .points = points, .free = {}, .W = {W.begin(), W.end()}, .prior = placement_prior(layout)};
   problem.free.resize(static_cast<std::size_t>(layout.link(0)));
   std::iota(problem.free.begin(), problem.free.end(), 0);
+  ReweightedSteps steps(std::move(best), problem);
   for (int i = 0; i < 9; ++i) {
-    const std::vector<double> lengths = whitened_lengths(best, points, W);
+    const std::vector<double>& lengths = steps.lengths_mm();
     const double sigma = positive(sigma_from_median(lengths));
     const std::vector<double> weights =
         i < 3 ? carried_weights(lengths, sigma, huber) : carried_weights(lengths, sigma, tukey);
-    best = one_step(best, problem, W, weights);
+    steps.step(weights, problem.prior);
   }
-  return best;
+  return steps.cell();
 }
 
 RobustFit robust_fit(const CalibratedCell& start, const LeastSquaresProblem& problem) {
   const auto equations = 3.0 * static_cast<double>(problem.points.size());
   const double freedom = std::max(0.1, 1 - static_cast<double>(problem.free.size()) / equations);
-  LeastSquaresProblem step = problem;
-  RobustFit fit{.cell = start};
+  ReweightedSteps steps(start, problem);
+  const std::vector<double>& lengths = steps.lengths_mm();
+  double sigma_mm = 0;
   for (int i = 0; i < 18; ++i) {
-    const std::vector<double> lengths = whitened_lengths(fit.cell, problem.points, problem.W);
-    if (i < 5) fit.sigma_mm = positive(sigma_from_median(lengths) / std::sqrt(freedom));
-    const std::vector<double> weights = i < 10 ? carried_weights(lengths, fit.sigma_mm, huber)
-                                               : carried_weights(lengths, fit.sigma_mm, tukey);
-    step.prior = prior_of(start, kWide, fit.sigma_mm);
-    fit.cell = one_step(fit.cell, step, problem.W, weights);
+    if (i < 5) sigma_mm = positive(sigma_from_median(lengths) / std::sqrt(freedom));
+    const std::vector<double> weights =
+        i < 10 ? carried_weights(lengths, sigma_mm, huber) : carried_weights(lengths, sigma_mm, tukey);
+    steps.step(weights, prior_of(start, kWide, sigma_mm));
   }
-  fit.sigma_mm =
-      positive(sigma_from_median(whitened_lengths(fit.cell, problem.points, problem.W)) / std::sqrt(freedom));
-  return fit;
+  return {steps.cell(), positive(sigma_from_median(lengths) / std::sqrt(freedom))};
 }
 
 std::vector<double> point_weights(const CalibratedCell& cell, std::span<const Measurement> points,
                                   std::span<const Eigen::Matrix3d> W, Loss loss, double sigma_mm) {
-  std::vector<double> weights = whitened_lengths(cell, points, W);
+  std::vector<double> weights = whitened_lengths(residuals(cell, points), W);
   for (double& weight : weights) {
     const double u = weight / sigma_mm;
     switch (loss) {

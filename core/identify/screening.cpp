@@ -71,15 +71,12 @@ std::vector<RejectedPoint> gross_errors(const RobotModel& nominal, const Measure
   CalibrateOptions judging = options;
   judging.method = CalibrationMethod::TwoStage;
   judging.loss = Loss::Tukey;
-  std::vector<RejectedPoint> far;
-  for (const bool deviation : {false, true}) {
-    judging.deviation = deviation;
-    Identification judge(nominal, data, judging);
-    if (fit_base_and_reflectors(judge) || fit_geometry(judge) || fit_deviations(judge)) return {};
-    far = far_points(judge);
-    if (far.empty()) break;
-  }
-  return far;
+  judging.deviation = true;
+  Identification judge(nominal, data, judging);
+  if (fit_base_and_reflectors(judge) || fit_geometry(judge)) return {};
+  // What the geometry alone finds near, no richer model needs to look at.
+  if (far_points(judge).empty() || fit_deviations(judge)) return {};
+  return far_points(judge);
 }
 
 MeasurementData without(std::span<const RejectedPoint> points, const MeasurementData& data) {
