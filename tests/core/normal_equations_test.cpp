@@ -12,6 +12,7 @@
 #include "core/identify/identifiability.hpp"
 #include "core/identify/least_squares_solver.hpp"
 #include "core/identify/measurement_model.hpp"
+#include "core/identify/reweighted_steps.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/random.hpp"
@@ -352,6 +353,57 @@ TEST_P(NormalEquationsByKernels, LeaveAFitWithDependentColumnsToTheLineSearch) {
   const LeastSquaresProblem wanted = at.of(all_parameters(at.start), Weighed::Alike);
   EXPECT_FALSE(gauss_newton_by(StepSolver::NormalEquations, at.start, wanted, {}, code()));
   EXPECT_EQ(gauss_newton(at.start, wanted).solver, StepSolver::Orthogonal);
+}
+
+/// Some steps under weights that change. Which solver took each in a fit of its own.
+std::vector<StepSolver> expect_steps_of_fits(const Problem& at, const LeastSquaresProblem& wanted,
+                                             Random& random) {
+  ReweightedSteps steps(at.start, wanted);
+  std::vector<StepSolver> solvers;
+  for (int step = 0; step < 3; ++step) {
+    LeastSquaresProblem weighted = wanted;
+    std::vector<double> weights(at.points.size());
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      weights[i] = random.next() % 5 == 0 ? 0 : random.uniform(0.1, 1);
+      weighted.W[i] *= std::sqrt(weights[i]);
+    }
+    const FitResult expected = gauss_newton(steps.cell(), weighted, {.max_iterations = 1});
+    steps.step(weights, wanted.prior);
+    EXPECT_EQ(parameter_values(steps.cell()), parameter_values(expected.cell)) << "step " << step;
+    const Eigen::VectorXd f = residuals(expected.cell, at.points);
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      const Eigen::Vector3d r = f.segment<3>(3 * static_cast<Eigen::Index>(i));
+      EXPECT_EQ(steps.lengths_mm()[i], (wanted.W[i] * r).norm()) << "step " << step << ", point " << i;
+    }
+    solvers.push_back(expected.solver);
+  }
+  return solvers;
+}
+
+TEST(ReweightedSteps, GoWhereOneIterationOfAFitGoesWhetherOrNotWholeStepsDescend) {
+  Random random{19};
+  std::ptrdiff_t whole = 0, searched = 0;
+  for (int trial = 0; trial < 30; ++trial) {
+    SCOPED_TRACE(trial);
+    Problem at = problem(kr210(false), 2, 40, 0.05, random);
+    const std::vector<int> geometry = kept_parameters(at);
+    if (trial % 2 == 0) add_deviations(at, random);
+    // Torques that are reckoned by the links that move.
+    if (trial % 4 == 0) at.start.robot.torque_joints.clear();
+    if (trial % 3 == 0) add_prior(at, random);
+    for (Joint& joint : at.start.robot.joints) joint.theta_rad += trial % 5 * 0.3 * random.uniform(-1, 1);
+    const auto solvers = expect_steps_of_fits(at, at.of(geometry, Weighed::ByMatrix), random);
+    whole += std::ranges::count(solvers, StepSolver::NormalEquations);
+    searched += std::ranges::count(solvers, StepSolver::Orthogonal);
+  }
+  EXPECT_GT(whole, 0);
+  EXPECT_GT(searched, 0);
+}
+
+TEST(ReweightedSteps, GoThereWithDependentColumnsToo) {
+  Random random{20};
+  const Problem at = problem(kr210(false), 1, 80, 0.05, random);
+  expect_steps_of_fits(at, at.of(all_parameters(at.start), Weighed::ByNumber), random);
 }
 
 }  // namespace
