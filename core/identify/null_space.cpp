@@ -42,7 +42,8 @@ std::vector<int> pivot_rows(const Eigen::MatrixXd& basis, const std::vector<int>
       if (static_cast<Eigen::Index>(rows.size()) == basis.cols()) break;
       if (left.row(row).norm() <= least) continue;
       const Eigen::VectorXd direction = left.row(row).transpose().normalized();
-      left -= times_transposed(times(left, direction), direction);
+      const Eigen::VectorXd along = times(left, direction);
+      for (Eigen::Index c = 0; c < left.cols(); ++c) left.col(c) -= along * direction[c];
       rows.push_back(row);
     }
   }
@@ -72,23 +73,41 @@ std::vector<int> named(const Eigen::VectorXd& coefficients, double least) {
   return columns;
 }
 
-std::string_view group_of(std::string_view name) { return name.substr(0, name.rfind('.')); }
-
-/// "link1.a", or "link1.*" in place of all parameters of link 1.
-std::vector<std::string> spelled(std::span<const std::string> names, const std::vector<int>& columns) {
-  const auto name_of = [names](int k) -> const std::string& { return names[static_cast<std::size_t>(k)]; };
-  std::vector<std::string> out;
-  for (const int k : columns) {
-    const std::string_view group = group_of(name_of(k));
-    const auto all = std::ranges::count(names, group, group_of);
-    const bool whole = all > 2 && std::ranges::count(columns, group, [&](int other) {
-                                    return group_of(name_of(other));
-                                  }) == all;
-    const std::string text = whole ? std::string{group} + ".*" : name_of(k);
-    if (out.empty() || out.back() != text) out.push_back(text);
+/// Names of parameters, and which of them belong together.
+class GroupedNames {
+ public:
+  explicit GroupedNames(std::span<const std::string> names) : names_{names} {
+    std::map<std::string_view, int> number_of;
+    for (const std::string_view name : names) {
+      const int next = static_cast<int>(sizes_.size());
+      const int group = number_of.emplace(name.substr(0, name.rfind('.')), next).first->second;
+      if (group == next) sizes_.push_back(0);
+      groups_.push_back(group);
+      ++sizes_[static_cast<std::size_t>(group)];
+    }
   }
-  return out;
-}
+
+  /// "link1.a", or "link1.*" in place of all parameters of link 1.
+  std::vector<std::string> spelled(const std::vector<int>& columns) const {
+    std::vector<std::string> out;
+    for (const int k : columns) {
+      const std::string& name = names_[static_cast<std::size_t>(k)];
+      const auto all = sizes_[static_cast<std::size_t>(group(k))];
+      const bool whole =
+          all > 2 && std::ranges::count(columns, group(k), [this](int other) { return group(other); }) == all;
+      const std::string text = whole ? name.substr(0, name.rfind('.')) + ".*" : name;
+      if (out.empty() || out.back() != text) out.push_back(text);
+    }
+    return out;
+  }
+
+ private:
+  int group(int k) const { return groups_[static_cast<std::size_t>(k)]; }
+
+  std::span<const std::string> names_;
+  std::vector<int> groups_;  ///< of each name
+  std::vector<int> sizes_;   ///< of each group
+};
 
 /// "a", "a and b", "a, b and c".
 std::string listed(const std::vector<std::string>& texts) {
@@ -100,8 +119,8 @@ std::string listed(const std::vector<std::string>& texts) {
   return list;
 }
 
-std::string listed(std::span<const std::string> names, const std::vector<int>& columns) {
-  return listed(spelled(names, columns));
+std::string listed(const GroupedNames& names, const std::vector<int>& columns) {
+  return listed(names.spelled(columns));
 }
 
 /// Dispensable parameters that the same others make up for.
@@ -110,7 +129,7 @@ struct Group {
   std::vector<double> ratios;  ///< the sole partner's step for a unit step of each dispensable parameter
 };
 
-Combination in_words(const Group& group, std::span<const std::string> names) {
+Combination in_words(const Group& group, const GroupedNames& names) {
   std::vector<int> all = group.dispensable;
   all.insert(all.end(), group.partners.begin(), group.partners.end());
   all = ascending(all);
@@ -131,7 +150,7 @@ Combination in_words(const Group& group, std::span<const std::string> names) {
 }
 
 std::vector<Combination> unknown_combinations(const Echelon& scaled, const Eigen::MatrixXd& basis,
-                                              std::span<const std::string> names) {
+                                              const GroupedNames& names) {
   std::map<std::vector<int>, Group> groups;
   for (std::size_t k = 0; k < scaled.pivots.size(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);
@@ -163,7 +182,7 @@ struct Weak {
   double sigma = 0;  ///< of the weakest direction, in usual deviations
 };
 
-std::string in_words(const Weak& weak, std::span<const std::string> names) {
+std::string in_words(const Weak& weak, const GroupedNames& names) {
   std::string sentence;
   if (weak.directions > 1) sentence = std::to_string(weak.directions) + " combinations of ";
   if (weak.directions == 1 && weak.parameters.size() > 1) sentence = "a combination of ";
@@ -175,13 +194,11 @@ std::string in_words(const Weak& weak, std::span<const std::string> names) {
 /// Directions of the independent parameters whose sigma exceeds the usual deviation, those that share a named
 /// parameter together.
 std::vector<Combination> weak_combinations(const Eigen::MatrixXd& J, const std::vector<int>& independent,
-                                           std::span<const std::string> names,
+                                           const GroupedNames& names,
                                            const Eigen::VectorXd& usual_deviation) {
   const Eigen::MatrixXd whitened = J(Eigen::all, independent) * usual_deviation(independent).asDiagonal();
-  // The inverse's norm bounds all sigmas: mostly nothing is weak.
-  if (const InverseGram inverse = inverse_gram(whitened, kRankTolerance);
-      inverse.rank == whitened.cols() && inverse.value.trace() < 1)
-    return {};
+  // It bounds all variances: mostly nothing is weak.
+  if (inverse_gram_trace(whitened, kRankTolerance) < 1) return {};
   const Svd svd = thin_svd(whitened);
   std::vector<Weak> weak;
   for (Eigen::Index i = svd.s.size(); i-- > 0 && svd.s[i] < 1;) {
@@ -218,8 +235,9 @@ Eigen::VectorXd usual_deviation(const ParameterLayout& layout) {
   return deviation;
 }
 
-NullSpace null_space(const Eigen::MatrixXd& J_all, std::span<const std::string> names,
+NullSpace null_space(const Eigen::MatrixXd& J_all, std::span<const std::string> all_names,
                      const Eigen::VectorXd& preference, const Eigen::VectorXd& usual_deviation) {
+  const GroupedNames names(all_names);
   const Eigen::MatrixXd J = triangular_factor(J_all);
   const Eigen::VectorXd norms = column_norms(J);
   const PivotedQr unit = pivoted_qr(J * norms.cwiseInverse().asDiagonal());

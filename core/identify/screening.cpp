@@ -1,6 +1,7 @@
 #include "core/identify/screening.hpp"
 
 #include <algorithm>
+#include <span>
 
 #include "core/identify/identification.hpp"
 #include "core/identify/measurement_model.hpp"
@@ -15,6 +16,18 @@ constexpr double kGross = 6;  // standard deviations of one coordinate
 /// gross.
 constexpr double kLeastFreedom = 0.3;
 
+/// Covariances (mm^2, tracker frame of the station) of where the parameters of a fit let the points be.
+std::vector<Eigen::Matrix3d> predicted_covariances(const Identification& judge,
+                                                   std::span<const Measurement> points) {
+  Eigen::MatrixXd J(3 * static_cast<Eigen::Index>(points.size()), judge.uncertainty.covariance.cols());
+  PointJacobian of_point;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    predict_with_jacobian(judge.fit.cell, points[i].q, points[i].smr, of_point, {}, points[i].station);
+    J.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = of_point;
+  }
+  return congruence_blocks(J, judge.uncertainty.covariance);
+}
+
 /// How far the points of one set are from what the judge predicts, its own uncertainty included.
 ///
 /// @param factor  of the judge's noise to the stated one
@@ -23,6 +36,7 @@ std::vector<RejectedPoint> distances(const Identification& judge, PoseSet set, d
   const std::vector<Measurement> points = points_of(data, set);
   const Whitening whitening = whitening_of(points, judge.options.noise);
   const Eigen::VectorXd errors = residuals(judge.fit.cell, points);
+  const std::vector<Eigen::Matrix3d> predicted = predicted_covariances(judge, points);
   std::vector<RejectedPoint> all;
   for (std::size_t k = 0; k < data.points.size(); ++k) {
     const Measurement& point = data.points[k];
@@ -30,9 +44,8 @@ std::vector<RejectedPoint> distances(const Identification& judge, PoseSet set, d
     const Eigen::Vector3d error_mm = errors.segment<3>(3 * static_cast<Eigen::Index>(all.size()));
     Eigen::Matrix3d W = Eigen::Matrix3d::Identity();
     if (!whitening.W.empty()) W = whitening.W[all.size()] / whitening.finest_mm;
-    const Eigen::Matrix3d predicted = position_covariance(judge.fit.cell, judge.uncertainty.covariance,
-                                                          point.q, point.smr, {}, point.station);
-    const Eigen::Matrix3d S = factor * factor * Eigen::Matrix3d::Identity() + W * predicted * W.transpose();
+    const Eigen::Matrix3d S =
+        factor * factor * Eigen::Matrix3d::Identity() + W * predicted[all.size()] * W.transpose();
     all.push_back({k, error_mm.norm(), (inverse_cholesky(S) * W * error_mm).norm()});
   }
   return all;

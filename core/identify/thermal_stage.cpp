@@ -36,10 +36,6 @@ struct System {
   std::vector<double> left_out2;   ///< squared errors of the points, each as the others predict it
 };
 
-Eigen::Matrix3d share(const Eigen::MatrixXd& A, const Eigen::MatrixXd& S, Eigen::Index row) {
-  return congruence(A.middleRows(row, 3), S);
-}
-
 /// Squared errors of the points, each as a linear fit to all others predicts it.
 std::vector<double> left_out(const Eigen::VectorXd& residuals, const std::vector<Eigen::Matrix3d>& H) {
   std::vector<double> squared;
@@ -71,8 +67,7 @@ System system_of(const ThermalBasis& basis, const MeasurementData& data,
 
 /// What each point's own reading does to its prediction.
 void leave_out(System& system) {
-  for (Eigen::Index row = 0; row < system.r.size(); row += 3)
-    system.H.push_back(share(system.J, system.C, row));
+  system.H = congruence_blocks(system.J, system.C);
   system.left_out2 = left_out(system.r, system.H);
 }
 
@@ -142,7 +137,8 @@ Fit fitted(const System& system, const Eigen::MatrixXd& columns, double sigma0_m
   fit.covariance << -variance * times_transposed(own, K), variance * own;
   fit.inflation = variance * congruence(K, own);
   std::vector<Eigen::Matrix3d> H = system.H;
-  for (std::size_t i = 0; i < H.size(); ++i) H[i] += share(T, own, 3 * static_cast<Eigen::Index>(i));
+  const std::vector<Eigen::Matrix3d> shares = congruence_blocks(T, own);
+  for (std::size_t i = 0; i < H.size(); ++i) H[i] += shares[i];
   fit.left_out2 = left_out(system.r - times(T, fit.step), H);
   return fit;
 }

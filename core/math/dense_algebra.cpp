@@ -7,11 +7,14 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include "core/kernels/kernels.hpp"
+#include "core/math/tridiagonal.hpp"
 
 namespace truepose {
 namespace {
@@ -77,7 +80,8 @@ Eigen::VectorXd singular_values(const Eigen::MatrixXd& A) {
   // From A'A where that loses no digits that anybody reads: many times faster.
   constexpr double kBadly = 1e-6;  // of squares: below, the smallest is known to less than 1e-9 of itself
   const bool wide = A.cols() > A.rows();
-  const Eigen::VectorXd squares = eigenvalues(wide ? times_transposed(A, A) : gram(A)).reverse();
+  const Eigen::Tridiagonalization<Eigen::MatrixXd> bands(wide ? times_transposed(A, A) : gram(A));
+  const Eigen::VectorXd squares = tridiagonal_eigenvalues(bands.diagonal(), bands.subDiagonal()).reverse();
   if (squares[squares.size() - 1] > kBadly * squares[0]) return squares.cwiseSqrt();
   return thin_svd(A).s;
 }
@@ -106,15 +110,30 @@ Eigen::MatrixXd null_basis(const PivotedQr& A, int rank) {
   return Eigen::HouseholderQR<Eigen::MatrixXd>(basis).householderQ() * Eigen::MatrixXd::Identity(size, open);
 }
 
+namespace {
+
+/// The inverse of R' of a triangular factor; nothing where it might have singular values up to `tolerance`
+/// times the largest.
+std::optional<Eigen::MatrixXd> inverse_factor(const Eigen::MatrixXd& R, double tolerance) {
+  const Eigen::Index n = R.cols();
+  if (R.rows() != n || !(R.diagonal().array() != 0).all()) return std::nullopt;
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(n, n);
+  solve_lower_in_place(R.transpose(), inverse, true);
+  // The Frobenius norms bound the condition from above.
+  if (!(R.norm() * inverse.norm() * tolerance < 1)) return std::nullopt;
+  return inverse;
+}
+
+}  // namespace
+
+double inverse_gram_trace(const Eigen::MatrixXd& A, double tolerance) {
+  const auto inverse = inverse_factor(triangular_factor(A), tolerance);
+  return inverse ? inverse->squaredNorm() : std::numeric_limits<double>::infinity();
+}
+
 InverseGram inverse_gram(const Eigen::MatrixXd& A, double tolerance) {
   const Eigen::MatrixXd R = triangular_factor(A);
-  const Eigen::Index n = A.cols();
-  if (R.rows() == n && (R.diagonal().array() != 0).all()) {
-    Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(n, n);  // of R'
-    solve_lower_in_place(R.transpose(), inverse, true);
-    // The Frobenius norms bound the condition from above.
-    if (R.norm() * inverse.norm() * tolerance < 1) return {gram(inverse), static_cast<int>(n)};
-  }
+  if (const auto inverse = inverse_factor(R, tolerance)) return {gram(*inverse), static_cast<int>(R.cols())};
   const Svd svd = thin_svd(R);
   const Eigen::VectorXd variance =
       svd.s.unaryExpr([&](double v) { return v > tolerance * svd.s[0] ? 1 / (v * v) : 0.0; });
@@ -232,6 +251,14 @@ Eigen::MatrixXd gram(const ConstRef& A) {
 }
 
 Eigen::MatrixXd congruence(const ConstRef& A, const ConstRef& C) { return times_transposed(times(A, C), A); }
+
+std::vector<Eigen::Matrix3d> congruence_blocks(const ConstRef& A, const ConstRef& C) {
+  const Eigen::MatrixXd AC = times(A, C);
+  std::vector<Eigen::Matrix3d> blocks;
+  for (Eigen::Index row = 0; row < A.rows(); row += 3)
+    blocks.push_back(times_transposed(AC.middleRows(row, 3), A.middleRows(row, 3)));
+  return blocks;
+}
 
 Eigen::VectorXd congruence_diagonal(const ConstRef& A, const ConstRef& C) {
   return times(A, C).cwiseProduct(A).rowwise().sum();

@@ -48,6 +48,9 @@ struct InverseGram {
 };
 InverseGram inverse_gram(const Eigen::MatrixXd& A, double tolerance);
 
+/// The trace of (A'A)^-1; infinite where A may have singular values up to `tolerance` times the largest.
+double inverse_gram_trace(const Eigen::MatrixXd& A, double tolerance);
+
 /// X with A X = B, A symmetric and positive definite to rounding, by LDL'. Reads the lower triangle of A.
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
@@ -118,6 +121,9 @@ Eigen::MatrixXd gram(const Eigen::Ref<const Eigen::MatrixXd>& A);
 /// A C A'.
 Eigen::MatrixXd congruence(const Eigen::Ref<const Eigen::MatrixXd>& A,
                            const Eigen::Ref<const Eigen::MatrixXd>& C);
+/// The blocks of three rows and columns on the diagonal of A C A', which is not formed.
+std::vector<Eigen::Matrix3d> congruence_blocks(const Eigen::Ref<const Eigen::MatrixXd>& A,
+                                               const Eigen::Ref<const Eigen::MatrixXd>& C);
 /// The diagonal of A C A', which is not formed.
 Eigen::VectorXd congruence_diagonal(const Eigen::Ref<const Eigen::MatrixXd>& A,
                                     const Eigen::Ref<const Eigen::MatrixXd>& C);
