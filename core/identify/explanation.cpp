@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/identify/identification.hpp"
 #include "core/identify/least_squares_solver.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/placement.hpp"
@@ -41,12 +42,6 @@ Points trusted(const CalibratedCell& cell, const Points& points) {
     if (miss_mm[k] <= most_mm) kept.push_back(points[k]);
   }
   return kept;
-}
-
-std::vector<int> first_parameters(int count) {
-  std::vector<int> indices(static_cast<std::size_t>(count));
-  std::iota(indices.begin(), indices.end(), 0);
-  return indices;
 }
 
 bool is_length(int parameter) {

@@ -35,7 +35,8 @@ bool prior_wanted(const Identification& id) {
 }
 
 /// Refits with the prior, whose widths and noise are those that the points make most likely.
-void use_prior(Identification& id) {
+/// @return as assess()
+LinearSystem use_prior(Identification& id) {
   CalibratedCell nominal = id.fit.cell;
   nominal.robot = id.nominal;
   id.problem.free = first_parameters(ParameterLayout::of(nominal).size());
@@ -51,7 +52,7 @@ void use_prior(Identification& id) {
     id.result.fine_iterations += id.fit.iterations;
     id.result.prior_scale = *likely.links;
   }
-  assess(id);
+  return assess(id);
 }
 
 /// What the poses can tell of the links, judged before they are fitted.
@@ -73,10 +74,11 @@ std::optional<CalibrationError> judge_poses(Identification& id) {
 }
 
 /// What the poses show of the fitted geometry, and what they leave open.
-void describe_known(Identification& id) {
+///
+/// @param seen  assess() of it
+void describe_known(Identification& id, const LinearSystem& seen) {
   const ParameterLayout layout = ParameterLayout::of(id.fit.cell);
-  const Eigen::MatrixXd J =
-      triangular_factor(linearise(id.fit.cell, id.points.problem(first_parameters(layout.size()))).J);
+  const Eigen::MatrixXd J = triangular_factor(seen.J);
   NullSpace open = null_space(J / id.uncertainty.sigma0_mm, parameter_names(id.fit.cell),
                               conventional_preference(layout), usual_deviation(layout));
   id.result.unknown = std::move(open.unknown);
@@ -93,21 +95,22 @@ std::optional<CalibrationError> fit_geometry(Identification& id, Weighing weighi
   if (id.options.method == CalibrationMethod::Ridge) {
     id.problem.prior = ridge_prior(id.result.coarse, id.problem, id.options.prior_scale);
   }
+  LinearSystem seen;
   if (determined(id)) {
     id.fit = weighing == Weighing::Anew
                  ? fit_under_loss(id, id.result.coarse)
                  : solve(id.options, id.result.coarse, id.problem, id.options.max_fine_iterations);
     id.result.fine_iterations = id.fit.iterations;
     id.result.fine_rms_mm = id.fit.rms_mm;
-    assess(id);
+    seen = assess(id);
   }
   id.result.prior_used = prior_wanted(id);
-  if (id.result.prior_used) use_prior(id);
+  if (id.result.prior_used) seen = use_prior(id);
   if (id.identified.empty())
     return CalibrationError{CalibrationFault::TooFewPoses, "the loss leaves no point to identify from"};
   id.result.converged = id.result.converged && id.fit.converged;
   id.result.geometric = id.fit.cell;
-  describe_known(id);
+  describe_known(id, seen);
   return std::nullopt;
 }
 

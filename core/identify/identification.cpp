@@ -76,13 +76,30 @@ TrustedProblem trusted_problem(const Identification& id) {
   return trusted;
 }
 
-void assess(Identification& id) {
+namespace {
+
+/// What the trusted points say of the fitted parameters, and the prior.
+LinearSystem trusted_part(const Identification& id, const LinearSystem& seen) {
+  std::vector<int> rows;
+  for (std::size_t i = 0; i < id.points.trusted().size(); ++i) {
+    const int row = 3 * static_cast<int>(i);
+    if (id.points.trusted()[i]) rows.insert(rows.end(), {row, row + 1, row + 2});
+  }
+  LinearSystem part{seen.f(rows), seen.J(rows, id.problem.free)};
+  append_prior(part, id.fit.cell, id.problem);
+  return part;
+}
+
+}  // namespace
+
+LinearSystem assess(Identification& id) {
   const CalibratedCell& cell = id.fit.cell;
-  const TrustedProblem trusted = trusted_problem(id);
-  id.uncertainty = uncertainty_of(linearise(cell, trusted.problem), trusted.problem,
-                                  ParameterLayout::of(cell).size(), id.points.equations());
+  const int size = ParameterLayout::of(cell).size();
+  LinearSystem seen = linearise(cell, id.points.problem(first_parameters(size)));
+  id.uncertainty = uncertainty_of(trusted_part(id, seen), id.problem, size, id.points.equations());
   id.result.transfer = transfer_uncertainty(cell, id.uncertainty.covariance,
                                             poses_within_limits(id.nominal, kTransferPoses, 0));
+  return seen;
 }
 
 std::vector<int> first_parameters(int count) {

@@ -34,6 +34,9 @@ struct LinearSystem {
 };
 LinearSystem linearise(const CalibratedCell& cell, const LeastSquaresProblem& problem);
 
+/// Appends the prior's rows to those of points, for the free parameters.
+void append_prior(LinearSystem& system, const CalibratedCell& cell, const LeastSquaresProblem& problem);
+
 /// `step` of the free parameters as one of all (layout order).
 Eigen::VectorXd scattered(const Eigen::VectorXd& step, const std::vector<int>& free, int size);
 

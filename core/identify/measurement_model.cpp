@@ -240,6 +240,7 @@ void residuals_with_jacobian(const CalibratedCell& cell, std::span<const Measure
 void predict_with_jacobian(const CalibratedCell& cell, std::span<const JointVector> poses,
                            Eigen::VectorXd& p_WS_mm, Eigen::MatrixXd& J) {
   std::vector<Measurement> points;  // read at the origin, so that their residuals are the positions
+  points.reserve(poses.size());
   for (const JointVector& q : poses) points.push_back({.q = q, .p_WS_mm = Eigen::Vector3d::Zero()});
   residuals_with_jacobian(cell, points, p_WS_mm, J);
 }
@@ -278,6 +279,7 @@ Eigen::VectorXd position_variances(const CalibratedCell& cell, const Eigen::Matr
   constexpr int kStride = 3 * kernels::kChunk;
   const LocalColumns local(cell, covariance);
   std::vector<Measurement> points;
+  points.reserve(poses.size());
   for (const JointVector& q : poses) points.push_back({.q = q});
   const PreparedPoints prepared(cell.robot, points, 1);
   PreparedModel model(cell, local.links);

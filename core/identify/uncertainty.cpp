@@ -25,7 +25,6 @@ InverseGram inverse_of_normal_matrix(const Eigen::MatrixXd& J) {
 
 ParameterUncertainty uncertainty_of(const LinearSystem& system, const LeastSquaresProblem& problem,
                                     int parameters, int equations) {
-  const Eigen::Index data_rows = 3 * static_cast<Eigen::Index>(problem.points.size());
   const auto [inverse, rank] = inverse_of_normal_matrix(system.J);
   const auto weight = [&](std::size_t i) {
     return problem.prior.weight.size() > 0 ? problem.prior.weight[problem.free[i]] : 0.0;
@@ -41,7 +40,7 @@ ParameterUncertainty uncertainty_of(const LinearSystem& system, const LeastSquar
   result.sigma0_mm =
       problem.prior.sigma_mm > 0
           ? problem.prior.sigma_mm
-          : std::sqrt(system.f.head(data_rows).squaredNorm() / std::max(1.0, equations - result.determined));
+          : std::sqrt(system.f.head(equations).squaredNorm() / std::max(1.0, equations - result.determined));
   result.covariance = Eigen::MatrixXd::Zero(parameters, parameters);
   result.data_share = Eigen::VectorXd::Zero(parameters);
   const double variance0 = result.sigma0_mm * result.sigma0_mm;
@@ -75,6 +74,7 @@ Eigen::Matrix3d position_covariance(const CalibratedCell& cell, const Eigen::Mat
 std::vector<JointVector> poses_within_limits(const RobotModel& robot, int count, std::uint64_t seed) {
   Random random(seed);
   std::vector<JointVector> poses;
+  poses.reserve(static_cast<std::size_t>(count));
   for (int n = 0; n < count; ++n) {
     JointVector q(robot.joint_count());
     for (int i = 0; i < robot.joint_count(); ++i) {

@@ -18,8 +18,9 @@ struct ParameterUncertainty {
   double determined = 0;       ///< how many parameters the data determine
 };
 
-/// @param system     linearise() at the solution
-/// @param equations  coordinates that took part (points of weight 0 do not), more than the data determine
+/// @param system     at the solution, of the free parameters of the problem: the coordinates that took part
+///                   (points of weight 0 do not), then the prior
+/// @param equations  how many coordinates that is, more than the data determine
 ParameterUncertainty uncertainty_of(const LinearSystem& system, const LeastSquaresProblem& problem,
                                     int parameters, int equations);
 
