@@ -109,34 +109,41 @@ Suspicion suspicion_of(const std::vector<Hypothesis>& explaining, const RobotMod
 }
 
 /// With the errors that base and reflectors alone leave, where they are more than an arm's that merely
-/// deviates; where these hardly fall those of the links fitted too, or else with how many points fit nowhere,
-/// which the middle one does not show; nothing where none falls.
+/// deviates; where these hardly fall those of the links fitted too; where the links make up for a mistake, as
+/// the d of parallel axes do for each other, with how far they are off for that; or else with how many points
+/// fit nowhere, which the middle one does not show; nothing where none falls.
 std::optional<Suspicion> told(const std::vector<Hypothesis>& explaining, const Diagnosis& diagnosis,
                               const RobotModel& nominal, const MeasurementData& data) {
   if (explaining.empty()) return std::nullopt;
   const Explanation& given = diagnosis.as_given().explanation;
   const Explanation& mended = explaining.front().explanation;
-  const bool shows = given.coarse_mm > kDeviates_mm && mended.coarse_mm < given.coarse_mm / kBetter;
-  const bool hides = mended.error_mm() < given.error_mm() / kBetterIdentified &&
-                     mended.error_mm() < given.error_mm() - kShows_mm;
+  Suspicion suspicion = suspicion_of(explaining, nominal, data);
+  suspicion.error_mm = given.error_mm();
+  suspicion.mended_mm = mended.error_mm();
+  if (given.coarse_mm > kDeviates_mm && mended.coarse_mm < given.coarse_mm / kBetter) {
+    suspicion.mended_mm = mended.coarse_mm;
+    return told(std::move(suspicion), given.coarse_mm, "coarse");
+  }
+  if (mended.error_mm() < given.error_mm() / kBetterIdentified &&
+      mended.error_mm() < given.error_mm() - kShows_mm)
+    return told(std::move(suspicion), given.error_mm(), "identified arm's");
+  if (given.largest_deviation >= kMostSigmas && mended.largest_deviation < kMostSigmas) {
+    suspicion.sentence += formatted(
+        " the largest deviation of a link falls from %.2g to %.2g times what arms are usually off by",
+        given.largest_deviation, mended.largest_deviation);
+    return suspicion;
+  }
   // Of a row that is missing alone: a badly built arm may be bent to fit more points, and rows in any order
   // fit most.
   const Hypothesis& first = explaining.front();
   const bool is_gap = first.mistakes.size() == 1 && first.mended.from_row > 0;
-  const bool fits_more =
-      is_gap && given.share_missed() > kGrossErrors && mended.share_missed() < given.share_missed() / kBetter;
-  if (!shows && !hides && !fits_more) return std::nullopt;
-  Suspicion suspicion = suspicion_of(explaining, nominal, data);
-  if (!shows && !hides) {
-    suspicion.error_mm = given.error_mm();
-    suspicion.mended_mm = mended.error_mm();
+  if (is_gap && given.share_missed() > kGrossErrors &&
+      mended.share_missed() < given.share_missed() / kBetter) {
     suspicion.sentence += formatted(" %.0f %% of the points fit nowhere in place of %.0f %%",
                                     100 * mended.share_missed(), 100 * given.share_missed());
     return suspicion;
   }
-  suspicion.mended_mm = shows ? mended.coarse_mm : mended.error_mm();
-  return told(std::move(suspicion), shows ? given.coarse_mm : given.error_mm(),
-              shows ? "coarse" : "identified arm's");
+  return std::nullopt;
 }
 
 /// A mistake that shows with base and reflectors alone.

@@ -196,6 +196,25 @@ TEST(ModelSanity, FindsTheUsualMistakesOfARobotFile) {
                        "theta -90 deg the coarse error falls"));
 }
 
+// Axes 2 and 3 are parallel: half of it in the d of each explains the points as well, and what the other
+// links of a badly built arm leave is as much with it as without.
+TEST(ModelSanity, NamesALengthThatTheNextLinkMakesUpForOnABadlyBuiltArm) {
+  const RobotModel good = example::kr210();
+  RobotModel wrong = good;
+  wrong.joints[1].d_mm += 60;
+  for (std::uint64_t seed = 0; seed < 20 / kShare; ++seed) {
+    Random random{seed};
+    const MeasurementData data = readings(example::deviating(good, random, 2, 9e-3), 60, random);
+    const auto suspicion = suspect(wrong, data);
+    EXPECT_TRUE(sentence(suspicion).starts_with("d of joint 2 is off by "))
+        << "seed " << seed << ": " << sentence(suspicion);
+    if (suspicion) {
+      EXPECT_THAT(in_words(*suspicion), testing::HasSubstr("if d of joint 3 is off by ")) << "seed " << seed;
+    }
+    EXPECT_FALSE(suspect(good, data)) << "seed " << seed;
+  }
+}
+
 TEST(ModelSanity, FindsTheUsualMistakesOfAMeasurementFile) {
   Random random{7};
   const RobotModel nominal = example::kr210();
