@@ -70,6 +70,17 @@ Finds reference_moved(const Case& of) {
   return refusal(*std::move(moved));
 }
 
+/// "by about 0.21 mm between the points 20 and 21 that were measured"
+std::string way_of(const Movement& moved, const MeasurementData& data) {
+  if (moved.first == 0)
+    return formatted("little by little, by about %.2f mm from the first to the last point that was measured",
+                     moved.moved_mm);
+  const auto before =
+      std::ranges::count(std::span(data.points).first(moved.first), moved.station, &Measurement::station);
+  return formatted("by about %.2f mm between the points %td and %td that were measured", moved.moved_mm,
+                   before, before + 1);
+}
+
 Finds moved_meanwhile(const Case& of) {
   std::vector<std::size_t> far;
   for (const auto* points : {&of.calibration.rejected, &of.calibration.far_validation})
@@ -77,14 +88,13 @@ Finds moved_meanwhile(const Case& of) {
   const auto moved = movement(of.calibration.cell, of.data.points, of.stated, far);
   if (!moved) return std::nullopt;
   const std::string who = told_of(of.data, moved->station) + "the tracker or the base moved ";
-  if (moved->first == 0)
-    return refusal(who + formatted("little by little, by about %.2f mm from the first to the last point that "
-                                   "was measured",
-                                   moved->moved_mm));
-  const auto before = std::ranges::count(std::span(of.data.points).first(moved->first), moved->station,
-                                         &Measurement::station);
-  return refusal(who + formatted("by about %.2f mm between the points %td and %td that were measured",
-                                 moved->moved_mm, before, before + 1));
+  const std::string how = way_of(*moved, of.data);
+  if (!moved->or_joint) return refusal(who + how);
+  return doubt(
+      who + how +
+      formatted(", or joint %d errs as much with where it stands: the order of the points does not tell "
+                "these apart, measure them in another one",
+                *moved->or_joint + 1));
 }
 
 /// Those of the validation points that are not named one by one, spread evenly where they are very many.

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
-#include "core/identify/identifiability.hpp"
-#include "core/identify/measurement_model.hpp"
 #include "core/judge/drift_causes.hpp"
+#include "core/judge/joint_errors.hpp"
+#include "core/judge/time_evidence.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/statistics.hpp"
 
@@ -21,67 +21,11 @@ constexpr double kStatedCounts = 10;        // residuals: a stated noise is know
 constexpr int kUnknowns = ParameterLayout::kBase;
 constexpr double kGramTolerance = 1e-10;
 
+/// By how much better one of two explanations has to be, as logarithms of likelihood doubled, so that the
+/// other is out of the question.
+const double kOutOfQuestion = -2 * std::log(kByChance);
+
 using BaseStep = Eigen::Matrix<double, kUnknowns, 1>;
-
-/// Orthonormal columns that span those of A.
-Eigen::MatrixXd span_of(const Eigen::MatrixXd& A) {
-  const Svd svd = thin_svd(A * column_norms(A).cwiseInverse().asDiagonal());
-  return svd.U.leftCols((svd.s.array() > kRankTolerance * svd.s[0]).count());
-}
-
-Eigen::Index row_of(std::size_t point) { return 3 * static_cast<Eigen::Index>(point); }
-
-/// What the points say beside the identified parameters, in standard deviations where the noise is known.
-struct TimeEvidence {
-  Eigen::MatrixXd moves;    ///< mm at each point, by the base as its station sees it
-  Eigen::MatrixXd columns;  ///< the same, whitened
-  Eigen::MatrixXd U;        ///< what the parameters span
-  Eigen::VectorXd r;        ///< residuals beside them
-  Eigen::VectorXd beams;    ///< of each point, whitened, unit length
-  int degrees = 0;          ///< of freedom
-  bool noise_known = false;
-};
-
-/// What the arm does at one stop, all reflectors of that pose show: together they tell no more of it than one
-/// does, as if each were blurred by so much more.
-std::vector<Measurement> blurred_alike(std::span<const Measurement> points, double repeatability_mm) {
-  std::vector<Measurement> blurred(points.begin(), points.end());
-  for (const std::vector<std::size_t>& pose : pose_groups(points)) {
-    const double more_mm = repeatability_mm * std::sqrt(static_cast<double>(pose.size()) - 1);
-    for (const std::size_t i : pose) blurred[i].excess_mm = std::hypot(points[i].excess_mm, more_mm);
-  }
-  return blurred;
-}
-
-TimeEvidence evidence_of(const CalibratedCell& cell, std::span<const Measurement> points,
-                         const std::optional<MeasurementNoise>& stated) {
-  Eigen::VectorXd f;
-  Eigen::MatrixXd J;
-  residuals_with_jacobian(cell, points, f, J);
-  TimeEvidence evidence{.moves = Eigen::MatrixXd(f.size(), kUnknowns),
-                        .columns = Eigen::MatrixXd(f.size(), kUnknowns),
-                        .U = {},
-                        .r = {},
-                        .beams = Eigen::VectorXd(f.size())};
-  const Whitening whitening =
-      whitening_of(blurred_alike(points, stated ? stated->repeatability_mm : 0), stated);
-  evidence.noise_known = !whitening.W.empty();
-  const ParameterLayout layout = ParameterLayout::of(cell);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Index row = row_of(i), base = layout.base(points[i].station);
-    Eigen::Matrix3d W = Eigen::Matrix3d::Identity();
-    if (evidence.noise_known) W = whitening.W[i] / whitening.finest_mm;
-    evidence.moves.middleRows<3>(row) = J.block<3, kUnknowns>(row, base);
-    f.segment<3>(row) = W * f.segment<3>(row).eval();
-    J.middleRows<3>(row) = W * J.middleRows<3>(row).eval();
-    evidence.columns.middleRows<3>(row) = J.block<3, kUnknowns>(row, base);
-    evidence.beams.segment<3>(row) = (W * points[i].p_WS_mm).normalized();
-  }
-  evidence.U = span_of(J);
-  evidence.r = times(evidence.U, transposed_times(evidence.U, f)) - f;
-  evidence.degrees = static_cast<int>(f.size() - evidence.U.cols());
-  return evidence;
-}
 
 /// Six columns beside the parameters, point by point.
 class BaseColumns {
@@ -153,6 +97,7 @@ double chance(const TimeEvidence& evidence, const BaseColumns& columns, const Ba
 struct PossibleMovement {
   Movement movement;
   double chance = 1;  ///< at which as much is seen where nothing moved
+  double gain = 0;    ///< of the squares of the residuals, what it takes away
 };
 
 double mean_mm(const TimeEvidence& evidence, std::span<const std::size_t> points, const BaseStep& step) {
@@ -197,7 +142,8 @@ PossibleMovement best_step(const TimeEvidence& evidence, std::span<const std::si
   if (first == points.size()) return {};
   const BaseStep step = best.step();
   return {{.first = points[first], .moved_mm = mean_mm(evidence, points.subspan(first), step)},
-          static_cast<double>(moments) * chance(evidence, best, step)};
+          static_cast<double>(moments) * chance(evidence, best, step),
+          best.gain(step)};
 }
 
 /// The even movement that does.
@@ -206,7 +152,8 @@ PossibleMovement best_trend(const TimeEvidence& evidence, std::span<const std::s
   for (std::size_t k = 0; k < points.size(); ++k)
     trend.add(points[k], static_cast<double>(k) / static_cast<double>(points.size() - 1));
   const BaseStep step = trend.step();
-  return {{.moved_mm = mean_mm(evidence, points.last(1), step)}, chance(evidence, trend, step)};
+  return {
+      {.moved_mm = mean_mm(evidence, points.last(1), step)}, chance(evidence, trend, step), trend.gain(step)};
 }
 
 /// Consecutive points, and those of them that nothing explains.
@@ -289,6 +236,12 @@ PossibleMovement best_candidate(const CalibratedCell& cell, const TimeEvidence& 
   return best;
 }
 
+/// How well a movement explains the residuals, by Akaike's criterion; the moment of a step is an unknown too.
+double criterion_of(const PossibleMovement& possible, const TimeEvidence& evidence) {
+  const double left2 = std::max(0.0, evidence.r.squaredNorm() - possible.gain);
+  return akaike_criterion(left2, evidence.degrees, possible.movement.first > 0 ? kUnknowns + 1 : kUnknowns);
+}
+
 }  // namespace
 
 std::optional<Movement> movement(const CalibratedCell& cell, std::span<const Measurement> points,
@@ -308,10 +261,14 @@ std::optional<Movement> movement(const CalibratedCell& cell, std::span<const Mea
     number.push_back(i);
   }
   if (others.empty()) return std::nullopt;
-  const TimeEvidence evidence = evidence_of(cell, others, stated);
+  const TimeEvidence evidence = time_evidence(cell, others, stated);
   if (evidence.degrees <= kUnknowns) return std::nullopt;
   PossibleMovement best = best_candidate(cell, evidence, others);
   if (best.chance >= kByChance) return std::nullopt;
+  const JointErrors joints = likeliest_joint_errors(cell, evidence, others);
+  const double for_joints = criterion_of(best, evidence) - joints.criterion;
+  if (for_joints > kOutOfQuestion) return std::nullopt;
+  if (for_joints > -kOutOfQuestion) best.movement.or_joint = joints.joint;
   if (best.movement.first > 0) best.movement.first = number[best.movement.first];
   return best.movement;
 }

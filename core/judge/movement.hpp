@@ -15,6 +15,8 @@ struct Movement {
   int station = 0;        ///< index into MeasurementData::stations
   std::size_t first = 0;  ///< point after the step, from 0; 0: little by little, from the first to the last
   double moved_mm = 0;    ///< what it did to the points after it, on average; little by little: to the last
+  /// Index of a joint whose own errors explain the points as well: nothing tells which of both it is.
+  std::optional<int> or_joint = {};
 };
 
 /// Looks for a moment from which on all points of a station are moved as by another base, or for a base that
@@ -27,6 +29,11 @@ struct Movement {
 /// all of an arm, neighbours in time that are neighbours in space look alike: there, and where no noise is
 /// known or it is more than was stated, the six columns must halve the standard deviation (each by its
 /// degrees of freedom), and not by chance.
+///
+/// Where poses were measured in an order that a joint follows, as those of a turntable that is turned in
+/// steps, what a joint errs with its angle is much like a movement. Which of them it is is asked of the
+/// residuals: nothing has moved where joint errors explain them better beyond question, and both are told
+/// where neither does.
 ///
 /// @param points  in the order in which they were measured
 /// @param far     ascending indices of points that nothing explains: they are left out, unless nearly all

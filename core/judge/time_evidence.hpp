@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <span>
+
+#include "core/identify/calibrated_cell.hpp"
+#include "core/identify/measurement.hpp"
+
+namespace truepose {
+
+/// What points say beside the identified parameters, in standard deviations where the noise is known.
+struct TimeEvidence {
+  Eigen::MatrixXd moves;    ///< mm at each point, by the base as its station sees it
+  Eigen::MatrixXd columns;  ///< the same, whitened
+  Eigen::MatrixXd J;        ///< derivatives to all parameters, whitened
+  Eigen::MatrixXd U;        ///< what they span
+  Eigen::VectorXd r;        ///< residuals beside them
+  Eigen::VectorXd beams;    ///< of each point, whitened, unit length
+  int degrees = 0;          ///< of freedom
+  bool noise_known = false;
+};
+
+/// Where the three rows of a point begin.
+inline Eigen::Index row_of(std::size_t point) { return 3 * static_cast<Eigen::Index>(point); }
+
+TimeEvidence time_evidence(const CalibratedCell& cell, std::span<const Measurement> points,
+                           const std::optional<MeasurementNoise>& stated);
+
+}  // namespace truepose
