@@ -70,13 +70,11 @@ struct CalibrationEvidence {
 /// - the identification converged and is nearer to the validation points than the nominal arm (a positioner,
 ///   whose place is what was asked, may come as near without),
 /// - what the model leaves is no more than what real arms have beyond a model,
-/// - nothing moved while it was measured (movement(); where a joint's own errors explain the points as well
-/// it
-///   is a doubt), and the reference pose stayed where it was, as far as the stated noise and the accuracy
-///   that the validation found make that out,
+/// - nothing moved while it was measured (movement(); a doubt where a joint's own errors explain the points
+///   as well), and the reference pose stayed where it was, as far as the stated noise and the accuracy that
+///   the validation found make that out,
 /// - the validation points agree with what the model predicts, by drift_check()'s two questions, for the
-/// noise
-///   that the identification left or the stated one, whichever is more,
+///   noise that the identification left or the stated one, whichever is more,
 /// - enough poses validate that the identification has not seen, and they do not come nearer than the noise,
 /// - few points are beyond six sigma, and none of those that validate,
 /// - the largest error keeps to the tolerance, and
