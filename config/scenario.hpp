@@ -37,7 +37,7 @@ struct ScenarioFault {
     EmergencyStop,      ///< pressed; released, and the program started again, after `lasts`
     GateOpen,           ///< operator safety; closed, and the program started again, after `lasts`
     OperatingMode,      ///< the key turned to `mode`, and back after `lasts`
-    Override,           ///< $OV_PRO set to `percent`
+    Override,           ///< $OV_PRO set to `percent`, and back after `lasts`
     ControllerRestart,  ///< switched off, and on after `lasts`
     RsiDrop,            ///< no datagram gets through, either way
     RsiLoseDatagrams,   ///< none from the controller

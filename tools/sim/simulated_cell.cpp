@@ -407,7 +407,8 @@ void SimulatedCell::disturb_robot(const config::ScenarioFault& fault) {
           {{.kind = Act::SetMode, .number = static_cast<int>(fault.mode)}},
           {{.kind = Act::SetMode, .number = static_cast<int>(config::ScenarioFault::Mode::Ext)}, start});
     case FaultKind::Override:
-      return now_and_later({{.kind = Act::SetOverride, .number = fault.percent}}, {});
+      return now_and_later({{.kind = Act::SetOverride, .number = fault.percent}},
+                           {{.kind = Act::SetOverride, .number = controller_.sources().override_percent}});
     case FaultKind::ControllerRestart:
       return now_and_later({{.kind = Act::SwitchOff}}, {{.kind = Act::SwitchOn}});
     default:

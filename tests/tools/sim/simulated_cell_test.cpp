@@ -211,6 +211,20 @@ TEST(SimulatedCell, PushesItsTrackerWhenItIsToldSo) {
   EXPECT_LT((cell.measured(q) - before_mm - Eigen::Vector3d(3, 0, 4)).norm(), 0.2);
 }
 
+TEST(SimulatedCell, SetsItsOverrideBackAfterTheTimeThatAFaultLasts) {
+  Cell cell{kSeed};
+  cell.connect();
+  const auto override_percent = [&] {
+    return cell.run(cell.robot.state(Cell::soon())).value().override_percent;
+  };
+  const double before = override_percent();
+  cell.begin(config::parse_fault("{kind: override, percent: 30, lasts_ms: 100000}"));
+  EXPECT_EQ(override_percent(), 30);
+  int asked = 0;
+  while (override_percent() == 30 && asked < 100'000) ++asked;
+  EXPECT_EQ(override_percent(), before);
+}
+
 TEST(SimulatedCell, RefusesASendListThatItCannotServe) {
   rsi::EthernetConfig ethernet =
       rsi::parse_ethernet_config(text_of(TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml"))
