@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/identify/calibrate.hpp"
 #include "core/judge/calibration_verdict.hpp"
 #include "tests/core/example_arms.hpp"
@@ -53,6 +56,48 @@ TEST(MovementBetweenStations, IsNoneWhereEachStoodStill) {
   const auto made = calibrate(example::kr210(), data, {.noise = kStationNoise});
   ASSERT_TRUE(made) << made.error().detail;
   EXPECT_FALSE(movement(made->cell, data.points, kStationNoise));
+}
+
+/// An arm with a gear of joint 1 so far out of round, measured in the order of that joint.
+MeasurementData swept_along_joint_1(double eccentric_rad, Random& random) {
+  const CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
+  MeasurementData data = example::measured(truth, 40, example::kSigma_mm, random);
+  const double phase = random.uniform(0, 6.28);
+  for (Measurement& point : data.points) point.q[0] -= eccentric_rad * std::sin(point.q[0] + phase);
+  std::ranges::sort(data.points, {}, [](const Measurement& point) { return point.q[0]; });
+  return data;
+}
+
+/// Whether the verdict on it, without deviations, says that tracker or base moved.
+bool is_said_to_have_moved(const MeasurementData& data) {
+  const auto made = calibrate(example::kr210(), data, {.noise = kStationNoise});
+  if (!made) return false;
+  const CalibrationVerdict verdict =
+      calibration_verdict({.calibration = *made, .data = data, .stated = kStationNoise});
+  return std::ranges::any_of(verdict.findings, [](const Finding& finding) {
+    return finding.severity == Severity::Refusal &&
+           finding.sentence.starts_with("the tracker or the base moved");
+  });
+}
+
+TEST(MovementAlongASweep, IsNotWhatAJointErrsWithItsAngle) {
+  for (const double eccentric_rad : {0.05e-3, 0.2e-3, 1e-3}) {
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+      Random random{seed};
+      EXPECT_FALSE(is_said_to_have_moved(swept_along_joint_1(eccentric_rad, random)))
+          << 1e3 * eccentric_rad << " mrad, seed " << seed;
+    }
+  }
+}
+
+TEST(MovementAlongASweep, IsToldWhereTheTrackerMoved) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Random random{seed};
+    MeasurementData data = swept_along_joint_1(0, random);
+    for (std::size_t i = 20; i < data.points.size(); ++i)
+      data.points[i].p_WS_mm += Eigen::Vector3d(0.2, 0, 0.1);
+    EXPECT_TRUE(is_said_to_have_moved(data)) << "seed " << seed;
+  }
 }
 
 }  // namespace
