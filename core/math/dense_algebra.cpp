@@ -14,7 +14,6 @@
 #include <utility>
 
 #include "core/kernels/kernels.hpp"
-#include "core/math/tridiagonal.hpp"
 
 namespace truepose {
 namespace {
@@ -80,8 +79,7 @@ Eigen::VectorXd singular_values(const Eigen::MatrixXd& A) {
   // From A'A where that loses no digits that anybody reads: many times faster.
   constexpr double kBadly = 1e-6;  // of squares: below, the smallest is known to less than 1e-9 of itself
   const bool wide = A.cols() > A.rows();
-  const Eigen::Tridiagonalization<Eigen::MatrixXd> bands(wide ? times_transposed(A, A) : gram(A));
-  const Eigen::VectorXd squares = tridiagonal_eigenvalues(bands.diagonal(), bands.subDiagonal()).reverse();
+  const Eigen::VectorXd squares = eigenvalues(wide ? times_transposed(A, A) : gram(A)).reverse();
   if (squares[squares.size() - 1] > kBadly * squares[0]) return squares.cwiseSqrt();
   return thin_svd(A).s;
 }
