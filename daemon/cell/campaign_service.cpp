@@ -274,7 +274,9 @@ asio::awaitable<void> CampaignService::close(const Run& run, std::optional<Campa
   } else {
     if (!record.model_id.empty())
       co_await models_.announce_made(record.model_id, run.journal.activated(), record.started_by);
-    const bool connected = run.campaign.needs().tracker || devices_.connected();
+    // One that is aborted may not have connected its devices yet.
+    const bool aborted = error && error->fault == CampaignFault::Aborted;
+    const bool connected = (run.campaign.needs().tracker && !aborted) || devices_.connected();
     runner_.apply(CampaignEnded{lost || connected}, reason);
     if (lost) runner_.apply(DeviceLost{error->detail}, reason);
   }

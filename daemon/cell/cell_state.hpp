@@ -122,7 +122,8 @@ struct DeviceAwaited {
 /// It has paused itself.
 struct CampaignPaused {};
 struct CampaignEnded {
-  bool connected = true;  ///< the devices are; else it did not need both, and they are let go
+  /// The devices are; else it did not need both or was aborted before it had them, and they are let go.
+  bool connected = true;
 };
 /// The controller's program runs that opens RSI.
 struct StreamProgramStarted {};

@@ -208,6 +208,22 @@ TEST_F(CampaignServiceTest, AnAbortIsAnsweredOnceTheArmStands) {
   });
 }
 
+TEST_F(CampaignServiceTest, AnAbortBeforeTheTrackerIsConnectedIsNoFault) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await pass(1s);
+    EXPECT_TRUE(robot.connected());
+    EXPECT_EQ((co_await ask("cell.status"))->at_pointer("/tracker/connected"), false);
+    const Answer aborted = co_await ask("campaign.abort");
+    EXPECT_EQ(aborted->at("phase"), "aborted");
+    co_await pass(1min);
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "disconnected");
+    EXPECT_EQ(fault_of(*now), "");
+    EXPECT_FALSE(robot.connected());
+  });
+}
+
 TEST_F(CampaignServiceTest, TheDaemonThatIsStoppedInterruptsTheCampaignFirst) {
   play([this]() -> Wait {
     co_await ask("campaign.start");
