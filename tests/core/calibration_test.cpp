@@ -14,6 +14,7 @@
 #include "core/step_count.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/golden.hpp"
+#include "tests/core/pose_differences.hpp"
 
 namespace truepose {
 namespace {
@@ -50,14 +51,7 @@ TEST(MeasurementModel, AgreesWithDifferencesAndOfManyPosesWithEachForARailWithTw
   PointJacobian J;
   const Eigen::Vector3d point = predict_with_jacobian(cell, q, 1, J);
   EXPECT_LT((point - cell.predict(q, 1)).norm(), 1e-10);
-  constexpr double kStep = 1e-5;
-  for (Eigen::Index k = 0; k < J.cols(); ++k) {
-    const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(J.cols(), k);
-    const Eigen::Vector3d slope =
-        (moved(cell, step).predict(q, 1) - moved(cell, -step).predict(q, 1)) / (2 * kStep);
-    EXPECT_LT((J.col(k) - slope).norm(), 1e-6 * (1 + slope.norm()))
-        << parameter_names(cell)[static_cast<std::size_t>(k)];
-  }
+  expect_differences(cell, q, 1, J);
 
   std::vector<JointVector> poses;
   for (int n = 0; n < 70; ++n) poses.push_back(example::random_joints(robot, random));
