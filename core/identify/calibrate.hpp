@@ -135,7 +135,6 @@ struct Calibration {
   Eigen::MatrixXd covariance;  ///< of the parameters, order of ParameterLayout, the base's rotation as a turn
   int rank = 0;
   double rank_gap = 0;                 ///< smallest pivot kept over the largest dropped
-  double condition = 0;                ///< of the kept columns, scaled to unit norm
   ObservabilityIndices observability;  ///< of the same
   std::vector<Combination> unknown;    ///< what no pose shows, in words
   std::vector<Combination> weak;       ///< what the data say less about than the data sheet

@@ -1,5 +1,7 @@
 #include "core/identify/calibrated_cell.hpp"
 
+#include <numeric>
+
 #include "core/arm/forward.hpp"
 #include "core/arm/joint_deviation.hpp"
 #include "core/math/angles.hpp"
@@ -39,6 +41,12 @@ ParameterLayout ParameterLayout::of(const CalibratedCell& cell) {
           .joints = cell.robot.joint_count(),
           .deviations = static_cast<int>(cell.robot.deviation.size()),
           .stations = cell.station_count()};
+}
+
+std::vector<int> first_parameters(int count) {
+  std::vector<int> indices(static_cast<std::size_t>(count));
+  std::iota(indices.begin(), indices.end(), 0);
+  return indices;
 }
 
 std::vector<std::string> parameter_names(const CalibratedCell& cell) {

@@ -75,6 +75,9 @@ struct ParameterLayout {
   int size() const { return deviation(deviations); }
 };
 
+/// The first parameters of a layout: 0 .. count - 1.
+std::vector<int> first_parameters(int count);
+
 /// "base.x".."base.z", "base.rx".."base.rz", the same of "base2" from a second station.., "smr.NAME.x"..,
 /// "link1.a", .alpha, .d, .theta, .beta.., and deviation_name() of each term.
 std::vector<std::string> parameter_names(const CalibratedCell& cell);

@@ -36,7 +36,7 @@ bool prior_wanted(const Identification& id) {
 
 /// Refits with the prior, whose widths and noise are those that the points make most likely.
 /// @return as assess()
-LinearSystem use_prior(Identification& id) {
+Eigen::MatrixXd use_prior(Identification& id) {
   CalibratedCell nominal = id.fit.cell;
   nominal.robot = id.nominal;
   id.problem.free = first_parameters(ParameterLayout::of(nominal).size());
@@ -63,7 +63,6 @@ std::optional<CalibrationError> judge_poses(Identification& id) {
   const Identifiability known = identifiability(J, conventional_preference(layout));
   id.result.rank = known.rank;
   id.result.rank_gap = known.gap;
-  id.result.condition = condition_of(J, known.kept);
   id.identified = known.kept;
   id.problem.free = free_of(id.options, known, layout.size());
   if (determined(id) || prior_allowed(id.options)) return std::nullopt;
@@ -75,10 +74,9 @@ std::optional<CalibrationError> judge_poses(Identification& id) {
 
 /// What the poses show of the fitted geometry, and what they leave open.
 ///
-/// @param seen  assess() of it
-void describe_known(Identification& id, const LinearSystem& seen) {
+/// @param J  assess() of it
+void describe_known(Identification& id, const Eigen::MatrixXd& J) {
   const ParameterLayout layout = ParameterLayout::of(id.fit.cell);
-  const Eigen::MatrixXd J = triangular_factor(seen.J);
   NullSpace open = null_space(J / id.uncertainty.sigma0_mm, parameter_names(id.fit.cell),
                               conventional_preference(layout), usual_deviation(layout));
   id.result.unknown = std::move(open.unknown);
@@ -95,7 +93,7 @@ std::optional<CalibrationError> fit_geometry(Identification& id, Weighing weighi
   if (id.options.method == CalibrationMethod::Ridge) {
     id.problem.prior = ridge_prior(id.result.coarse, id.problem, id.options.prior_scale);
   }
-  LinearSystem seen;
+  Eigen::MatrixXd seen;
   if (determined(id)) {
     id.fit = weighing == Weighing::Anew
                  ? fit_under_loss(id, id.result.coarse)

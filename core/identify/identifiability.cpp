@@ -35,13 +35,6 @@ Identifiability identifiability(const Eigen::MatrixXd& J, const Eigen::VectorXd&
   return result;
 }
 
-double condition_of(const Eigen::MatrixXd& J, const std::vector<int>& columns) {
-  if (columns.empty()) return 0;
-  const Eigen::MatrixXd kept = J(Eigen::all, columns);
-  const Eigen::VectorXd singular = singular_values(kept * column_norms(kept).cwiseInverse().asDiagonal());
-  return singular[0] / singular[singular.size() - 1];
-}
-
 Eigen::VectorXd conventional_preference(const ParameterLayout& layout) {
   Eigen::VectorXd preference = Eigen::VectorXd::Constant(layout.size(), 1e3);
   for (int i = 0; i < layout.joints; ++i) {

@@ -30,9 +30,6 @@ Eigen::VectorXd column_norms(const Eigen::MatrixXd& J);
 /// Source: method's paper, eq. 20 with its permutation: J P = Q [R; 0].
 Identifiability identifiability(const Eigen::MatrixXd& J, const Eigen::VectorXd& preference);
 
-/// Condition of some columns at unit norm; 0 of none.
-double condition_of(const Eigen::MatrixXd& J, const std::vector<int>& columns);
-
 /// The project's convention on which parameters speak for a redundant group: base and reflectors before
 /// links, the four of Denavit and Hartenberg before beta, theta before d. Predictions do not depend on it;
 /// the printed values do.
@@ -43,14 +40,16 @@ Eigen::VectorXd conventional_preference(const ParameterLayout& layout);
 /// Driels and Pathre's, Nahvi's, and Nahvi and Hollerbach's, O1 Borm and Menq's.
 struct ObservabilityIndices {
   double o1 = 0;  ///< (s_1 ... s_m)^(1/m) / sqrt(N): D-optimality
-  double o2 = 0;  ///< s_min / s_max: the inverse condition
+  double o2 = 0;  ///< s_min / s_max
   double o3 = 0;  ///< s_min: E-optimality
   double o4 = 0;  ///< s_min^2 / s_max: the noise amplification index
   double o5 = 0;  ///< 1 / (1/s_1 + ... + 1/s_m): in the manner of A-optimality
+
+  double condition() const { return 1 / o2; }
 };
 
 /// @param scaled  independent columns of a Jacobian, scaled so that they compare: to unit norm for one set of
-///                poses (O2 is then the inverse of Identifiability::condition), by the usual deviation of
+///                poses (condition() is then what is commonly printed), by the usual deviation of
 ///                each parameter to compare sets
 /// @param poses   N
 ObservabilityIndices observability(const Eigen::MatrixXd& scaled, int poses);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <functional>
 #include <utility>
 
 #include "core/identify/calibrated_cell.hpp"
@@ -10,6 +10,7 @@
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/regression_field.hpp"
 #include "core/identify/robust_fit.hpp"
+#include "core/math/dense_algebra.hpp"
 
 namespace truepose {
 namespace {
@@ -78,34 +79,48 @@ TrustedProblem trusted_problem(const Identification& id) {
 
 namespace {
 
+/// All parameters, those first that are fitted.
+std::vector<int> fitted_first(const std::vector<int>& fitted, int size) {
+  std::vector<int> order = fitted;
+  for (int k = 0; k < size; ++k)
+    if (std::ranges::find(fitted, k) == fitted.end()) order.push_back(k);
+  return order;
+}
+
 /// What the trusted points say of the fitted parameters, and the prior.
-LinearSystem trusted_part(const Identification& id, const LinearSystem& seen) {
+///
+/// @param seen  what all points say of all parameters, those that are fitted first
+/// @param R     triangular factor of it
+LinearSystem trusted_part(const Identification& id, const LinearSystem& seen, const Eigen::MatrixXd& R) {
+  const auto fitted = static_cast<Eigen::Index>(id.problem.free.size());
+  const bool all = std::ranges::all_of(id.points.trusted(), std::identity{});
+  // The columns in front have the block in front as their own factor.
+  if (all && id.problem.prior.weight.size() == 0 && seen.J.rows() > R.rows())
+    return {seen.f, R.topLeftCorner(fitted, fitted)};
   std::vector<int> rows;
   for (std::size_t i = 0; i < id.points.trusted().size(); ++i) {
     const int row = 3 * static_cast<int>(i);
     if (id.points.trusted()[i]) rows.insert(rows.end(), {row, row + 1, row + 2});
   }
-  LinearSystem part{seen.f(rows), seen.J(rows, id.problem.free)};
+  LinearSystem part{seen.f(rows), seen.J(rows, Eigen::seqN(0, fitted))};
   append_prior(part, id.fit.cell, id.problem);
   return part;
 }
 
 }  // namespace
 
-LinearSystem assess(Identification& id) {
+Eigen::MatrixXd assess(Identification& id) {
   const CalibratedCell& cell = id.fit.cell;
   const int size = ParameterLayout::of(cell).size();
-  LinearSystem seen = linearise(cell, id.points.problem(first_parameters(size)));
-  id.uncertainty = uncertainty_of(trusted_part(id, seen), id.problem, size, id.points.equations());
+  const std::vector<int> order = fitted_first(id.problem.free, size);
+  const LinearSystem seen = linearise(cell, id.points.problem(order));
+  const Eigen::MatrixXd R = triangular_factor(seen.J);
+  id.uncertainty = uncertainty_of(trusted_part(id, seen, R), id.problem, size, id.points.equations());
   id.result.transfer = transfer_uncertainty(cell, id.uncertainty.covariance,
                                             poses_within_limits(id.nominal, kTransferPoses, 0));
-  return seen;
-}
-
-std::vector<int> first_parameters(int count) {
-  std::vector<int> indices(static_cast<std::size_t>(count));
-  std::iota(indices.begin(), indices.end(), 0);
-  return indices;
+  Eigen::MatrixXd factor(R.rows(), R.cols());
+  factor(Eigen::all, order) = R;
+  return factor;
 }
 
 namespace {

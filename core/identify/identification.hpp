@@ -66,10 +66,8 @@ TrustedProblem trusted_problem(const Identification& id);
 inline constexpr int kTransferPoses = 200;
 
 /// How well the present fit is known, at the poses and elsewhere.
-/// @return what the points say of all parameters there
-LinearSystem assess(Identification& id);
-
-/// 0 .. count - 1
-std::vector<int> first_parameters(int count);
+/// @return what the points say of all parameters there, in as many rows as there are parameters, or points'
+///         coordinates where these are fewer
+Eigen::MatrixXd assess(Identification& id);
 
 }  // namespace truepose

@@ -10,20 +10,8 @@ namespace truepose {
 
 LinearSystem linearise(const CalibratedCell& cell, const LeastSquaresProblem& problem) {
   count_step();
-  Eigen::VectorXd f;
-  Eigen::MatrixXd J;
-  residuals_with_jacobian(cell, problem.points, f, J);
-
   LinearSystem system;
-  const auto columns = static_cast<Eigen::Index>(problem.free.size());
-  system.f = std::move(f);
-  if (columns == J.cols()) {
-    system.J = std::move(J);
-  } else {
-    system.J.resize(J.rows(), columns);
-    for (Eigen::Index k = 0; k < columns; ++k)
-      system.J.col(k) = J.col(problem.free[static_cast<std::size_t>(k)]);
-  }
+  residuals_with_jacobian(cell, problem.points, problem.free, system.f, system.J);
   for (std::size_t i = 0; i < problem.W.size(); ++i) {
     const auto row = 3 * static_cast<Eigen::Index>(i);
     system.f.segment<3>(row) = (problem.W[i] * system.f.segment<3>(row)).eval();

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -17,16 +16,20 @@
 namespace truepose {
 
 std::vector<int> pose_numbers(std::span<const Measurement> points) {
-  const auto before = [](const JointVector* a, const JointVector* b) {
-    return std::ranges::lexicographical_compare(*a, *b);
-  };
-  std::map<const JointVector*, int, decltype(before)> number_of(before);
-  std::vector<int> numbers;
-  numbers.reserve(points.size());
-  for (const Measurement& point : points) {
-    const int next = static_cast<int>(number_of.size());
-    numbers.push_back(number_of.emplace(&point.q, next).first->second);
+  // Sorted, those of one pose stand side by side, the first of them in front.
+  std::vector<std::size_t> sorted(points.size());
+  std::iota(sorted.begin(), sorted.end(), std::size_t{0});
+  std::ranges::stable_sort(sorted, std::ranges::lexicographical_compare,
+                           [&](std::size_t i) -> const JointVector& { return points[i].q; });
+  std::vector<std::size_t> first_of(points.size());
+  for (std::size_t k = 0; k < sorted.size(); ++k) {
+    const bool same = k > 0 && std::ranges::equal(points[sorted[k]].q, points[sorted[k - 1]].q);
+    first_of[sorted[k]] = same ? first_of[sorted[k - 1]] : sorted[k];
   }
+  std::vector<int> numbers(points.size());
+  int poses = 0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    numbers[i] = first_of[i] == i ? poses++ : numbers[first_of[i]];
   return numbers;
 }
 

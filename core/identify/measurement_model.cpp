@@ -164,13 +164,27 @@ Eigen::VectorXd RepeatedResiduals::at(const CalibratedCell& cell) const {
 
 namespace {
 
+/// Where the columns of the wanted parameters stand, in a Jacobian and among the kernels' columns.
+struct WantedColumns {
+  std::vector<int> place;        ///< in the Jacobian, of each parameter; -1: not wanted
+  std::vector<int> along_links;  ///< wanted parameters of links and deviations: the kernels' columns in turn
+
+  WantedColumns(const ParameterLayout& layout, std::span<const int> wanted)
+      : place(static_cast<std::size_t>(layout.size()), -1) {
+    for (std::size_t k = 0; k < wanted.size(); ++k) {
+      place[static_cast<std::size_t>(wanted[k])] = static_cast<int>(k);
+      if (wanted[k] >= layout.link(0)) along_links.push_back(wanted[k]);
+    }
+  }
+};
+
 /// The kernels' columns of a chunk of one reflector's points, taken to the tracker frame and to the rows of
 /// the points.
 class Rows {
  public:
-  Rows(const Eigen::Isometry3d& X_WB, int first_base, const ParameterLayout& layout, Eigen::VectorXd& f,
-       Eigen::MatrixXd& J)
-      : R_WB_{X_WB.linear()}, base_{first_base}, layout_{layout}, f_{f}, J_{J} {}
+  Rows(const Eigen::Isometry3d& X_WB, int first_base, const ParameterLayout& layout,
+       const WantedColumns& wanted, Eigen::VectorXd& f, Eigen::MatrixXd& J)
+      : R_WB_{X_WB.linear()}, base_{first_base}, layout_{layout}, wanted_{wanted}, f_{f}, J_{J} {}
 
   /// @param columns  of `count` points
   /// @param rows     first row of each of them; -1 where it is padding
@@ -183,23 +197,40 @@ class Rows {
         return Eigen::Vector3d(at[0], at[count], at[2 * count]);
       };
       f_.segment<3>(row) = R_WB_ * local(0);
-      J_.block<3, 3>(row, base_).setIdentity();
       Eigen::Matrix3d turns, of_reflector;
       for (int axis = 0; axis < 3; ++axis) {
         turns.col(axis) = local(1 + axis);
         of_reflector.col(axis) = local(4 + axis);
       }
-      J_.block<3, 3>(row, base_ + 3) = R_WB_ * turns * R_WB_.transpose();
-      J_.block<3, 3>(row, layout_.reflector(reflector)) = R_WB_ * of_reflector;
-      for (int i = layout_.link(0); i < layout_.size(); ++i)
-        J_.block<3, 1>(row, i) = R_WB_ * local(kernels::kFixedColumns + i - layout_.link(0));
+      put_three(row, base_, Eigen::Matrix3d::Identity());
+      put_three(row, base_ + 3, R_WB_ * turns * R_WB_.transpose());
+      put_three(row, layout_.reflector(reflector), R_WB_ * of_reflector);
+    }
+    const double* column = columns + 3 * kernels::kChunk * kernels::kFixedColumns;
+    for (const int parameter : wanted_.along_links) {
+      double* const to = J_.col(place_of(parameter)).data();
+      for (int k = 0; k < count; ++k) {
+        const Eigen::Index row = rows[static_cast<std::size_t>(k)];
+        if (row < 0) continue;
+        Eigen::Map<Eigen::Vector3d>(to + row) =
+            R_WB_ * Eigen::Vector3d(column[k], column[count + k], column[2 * count + k]);
+      }
+      column += 3 * kernels::kChunk;
     }
   }
 
  private:
+  int place_of(int parameter) const { return wanted_.place[static_cast<std::size_t>(parameter)]; }
+
+  void put_three(Eigen::Index row, int first, const Eigen::Matrix3d& derivative) {
+    for (int k = 0; k < 3; ++k)
+      if (const int place = place_of(first + k); place >= 0) J_.block<3, 1>(row, place) = derivative.col(k);
+  }
+
   Eigen::Matrix3d R_WB_;
   int base_;
   const ParameterLayout& layout_;
+  const WantedColumns& wanted_;
   Eigen::VectorXd& f_;
   Eigen::MatrixXd& J_;
 };
@@ -208,11 +239,18 @@ class Rows {
 
 void residuals_with_jacobian(const CalibratedCell& cell, std::span<const Measurement> points,
                              Eigen::VectorXd& f, Eigen::MatrixXd& J) {
+  residuals_with_jacobian(cell, points, first_parameters(ParameterLayout::of(cell).size()), f, J);
+}
+
+void residuals_with_jacobian(const CalibratedCell& cell, std::span<const Measurement> points,
+                             std::span<const int> parameters, Eigen::VectorXd& f, Eigen::MatrixXd& J) {
   const ParameterLayout layout = ParameterLayout::of(cell);
+  const WantedColumns wanted(layout, parameters);
   f.resize(3 * static_cast<Eigen::Index>(points.size()));
-  J.setZero(f.size(), layout.size());
+  J.setZero(f.size(), static_cast<Eigen::Index>(parameters.size()));
   std::vector<kernels::LinkColumn> columns;
-  for (int i = layout.link(0); i < layout.size(); ++i) columns.push_back(link_column(cell.robot, layout, i));
+  for (const int parameter : wanted.along_links)
+    columns.push_back(link_column(cell.robot, layout, parameter));
   const PreparedPoints prepared(cell.robot, points, layout.reflectors);
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(prepared.end()), -1);
   for (std::size_t n = 0; n < points.size(); ++n)
@@ -223,7 +261,7 @@ void residuals_with_jacobian(const CalibratedCell& cell, std::span<const Measure
                                    kernels::kMostLanes);
   for (int s = 0; s < prepared.stations(); ++s) {
     const Eigen::Isometry3d X_WB = cell.base_at(s).isometry();
-    Rows out(X_WB, layout.base(s), layout, f, J);
+    Rows out(X_WB, layout.base(s), layout, wanted, f, J);
     for (int k = 0; k < layout.reflectors; ++k) {
       const kernels::PointModel& seen = model.of(X_WB, cell.reflectors[static_cast<std::size_t>(k)]);
       const kernels::PointBlock block = prepared.of(s, k);

@@ -57,5 +57,8 @@ class RepeatedResiduals {
 /// residuals() with the derivative to every parameter (3N x ParameterLayout::size()).
 void residuals_with_jacobian(const CalibratedCell& cell, std::span<const Measurement> points,
                              Eigen::VectorXd& f, Eigen::MatrixXd& J);
+/// The same with some columns alone, in the order of `parameters`, each of which is there once.
+void residuals_with_jacobian(const CalibratedCell& cell, std::span<const Measurement> points,
+                             std::span<const int> parameters, Eigen::VectorXd& f, Eigen::MatrixXd& J);
 
 }  // namespace truepose

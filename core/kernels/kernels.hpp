@@ -148,10 +148,10 @@ struct Kernels {
   double (*solve_positive)(double* A, int stride, int n, double* x);
 
   /// Leaves R of A = Q R in the upper triangle of A, by reflections; what is below means nothing. Column by
-  /// column; `rows` a multiple of kMostLanes and no fewer than the columns, padded with zeros. `v` is room
-  /// for as many numbers. `order`: the columns' numbers, permuted so that each pivot is the longest left;
-  /// null: they stay in place.
-  void (*triangulate)(double* A, long stride, int rows, int columns, double* v, int* order);
+  /// column; `rows` a multiple of kMostLanes and no fewer than the columns, padded with zeros. `room` is
+  /// for as many numbers as a column has and two for each column. `order`: the columns' numbers, permuted so
+  /// that each pivot is the longest left; null: they stay in place.
+  void (*triangulate)(double* A, long stride, int rows, int columns, double* room, int* order);
 
   // Dense matrices of any size, not aligned, those without strides column by column.
 

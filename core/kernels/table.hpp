@@ -14,7 +14,7 @@
   void point_sums(const PointModel& model, const PointBlock& points, double* columns, PointSums& sums);      \
   void point_columns(const PointModel& model, const PointBlock& points, int first, double* columns);         \
   double solve_positive(double* A, int stride, int n, double* x);                                            \
-  void triangulate(double* A, long stride, int rows, int columns, double* v, int* order);                    \
+  void triangulate(double* A, long stride, int rows, int columns, double* room, int* order);                 \
   void multiply(const StridedMatrix& A, const StridedMatrix& B, double factor, double* C, long stride,       \
                 int rows, int depth, int columns, bool lower);                                               \
   double factorise(double* A, long stride, int n);                                                           \

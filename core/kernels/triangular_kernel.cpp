@@ -37,32 +37,53 @@ double squared_length(const double* column, int k, int rows) {
   return sum(squares);
 }
 
-/// Brings the column of which most is left, from row k on, to place k.
-void take_longest(double* A, long stride, int rows, int columns, int k, int* order) {
-  int longest = k;
-  double most = 0;
-  for (int j = k; j < columns; ++j) {
-    const double squared = squared_length(A + j * stride, k, rows);
-    if (!(squared > most)) continue;
-    most = squared;
-    longest = j;
+template <typename Number>
+void exchange(Number& a, Number& b) {
+  const Number other = a;
+  a = b;
+  b = other;
+}
+
+/// Squared lengths of what is left of the columns: each row that is done is taken off, and they are summed
+/// anew before digits are lost that tell columns apart.
+struct LengthsLeft {
+  double *now, *summed;  ///< of each column
+
+  void sum_up(int j, const double* column, int k, int rows) {
+    now[j] = summed[j] = squared_length(column, k, rows);
   }
+  /// @param k  row that is done
+  void take_off(int j, const double* column, int k, int rows) {
+    constexpr double kDigitsLost = 1e-3;
+    now[j] -= column[k] * column[k];
+    if (!(now[j] > kDigitsLost * summed[j])) sum_up(j, column, k + 1, rows);
+  }
+};
+
+/// Brings the column of which most is left to place k.
+void take_longest(double* A, long stride, int rows, int columns, int k, LengthsLeft& left, int* order) {
+  int longest = k;
+  for (int j = k + 1; j < columns; ++j)
+    if (left.now[j] > left.now[longest]) longest = j;
+  exchange(left.now[k], left.now[longest]);
+  exchange(left.summed[k], left.summed[longest]);
   double *const here = A + k * stride, *const there = A + longest * stride;
   for (int i = 0; i < rows && longest != k; i += kLanes) {
     const Vec other = load(there + i);
     store(there + i, load(here + i));
     store(here + i, other);
   }
-  const int number = order[longest];
-  order[longest] = order[k];
-  order[k] = number;
+  exchange(order[k], order[longest]);
 }
 
 }  // namespace
 
-void triangulate(double* A, long stride, int rows, int columns, double* v, int* order) {
+void triangulate(double* A, long stride, int rows, int columns, double* room, int* order) {
+  double* const v = room;
+  LengthsLeft left{room + rows, room + rows + columns};
+  for (int j = 0; j < columns && order != nullptr; ++j) left.sum_up(j, A + j * stride, 0, rows);
   for (int k = 0; k < columns; ++k) {
-    if (order != nullptr) take_longest(A, stride, rows, columns, k, order);
+    if (order != nullptr) take_longest(A, stride, rows, columns, k, left, order);
     double* const pivot = A + k * stride;
     const int begin = k / kLanes * kLanes;
     for (int i = begin; i < rows; ++i) v[i] = i < k ? 0 : pivot[i];
@@ -79,6 +100,7 @@ void triangulate(double* A, long stride, int rows, int columns, double* v, int* 
       reflect<kTogether>(v, beta, A + j * stride, stride, begin, rows);
     for (; j < columns; ++j) reflect<1>(v, beta, A + j * stride, stride, begin, rows);
     pivot[k] = diagonal;
+    for (j = k + 1; j < columns && order != nullptr; ++j) left.take_off(j, A + j * stride, k, rows);
   }
 }
 

@@ -37,7 +37,7 @@ Eigen::MatrixXd product(const kernels::StridedMatrix& A, const kernels::StridedM
 Eigen::MatrixXd triangulated(const Eigen::MatrixXd& A, int* order) {
   constexpr Eigen::Index kLanes = kernels::kMostLanes;
   const Eigen::Index rows = (std::max(A.rows(), A.cols()) + kLanes - 1) / kLanes * kLanes;
-  Eigen::MatrixXd work(rows, A.cols() + 1);  // and a column of room
+  Eigen::MatrixXd work(rows, A.cols() + 3);  // and three columns of room
   work.topLeftCorner(A.rows(), A.cols()) = A;
   work.bottomRows(rows - A.rows()).setZero();
   kernels::best().triangulate(work.data(), rows, static_cast<int>(rows), static_cast<int>(A.cols()),
@@ -105,7 +105,8 @@ Eigen::MatrixXd null_basis(const PivotedQr& A, int rank) {
   const std::span<const int> order{A.order};
   basis(order.first(static_cast<std::size_t>(rank)), Eigen::all) = taken;
   basis(order.subspan(static_cast<std::size_t>(rank)), Eigen::all).setIdentity();
-  return Eigen::HouseholderQR<Eigen::MatrixXd>(basis).householderQ() * Eigen::MatrixXd::Identity(size, open);
+  // The pivoting keeps what was taken small, and the identity is far from singular: this loses no digits.
+  return CholeskyFactor(gram(basis)).solve_lower(basis.transpose()).transpose();
 }
 
 namespace {
@@ -259,7 +260,18 @@ std::vector<Eigen::Matrix3d> congruence_blocks(const ConstRef& A, const ConstRef
 }
 
 Eigen::VectorXd congruence_diagonal(const ConstRef& A, const ConstRef& C) {
-  return times(A, C).cwiseProduct(A).rowwise().sum();
+  constexpr Eigen::Index kStrip = 8;
+  const Eigen::Index n = C.cols();
+  Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(A.rows());
+  for (Eigen::Index first = 0; first < n; first += kStrip) {
+    const Eigen::Index width = std::min(kStrip, n - first);
+    Eigen::MatrixXd strip = C.block(first, first, n - first, width);
+    strip.bottomRows(n - first - width) *= 2;  // for what is right of the diagonal
+    const Eigen::MatrixXd products = times(A.rightCols(n - first), strip);
+    for (Eigen::Index k = 0; k < width; ++k)
+      diagonal.array() += products.col(k).array() * A.col(first + k).array();
+  }
+  return diagonal;
 }
 
 }  // namespace truepose

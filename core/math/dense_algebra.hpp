@@ -124,7 +124,7 @@ Eigen::MatrixXd congruence(const Eigen::Ref<const Eigen::MatrixXd>& A,
 /// The blocks of three rows and columns on the diagonal of A C A', which is not formed.
 std::vector<Eigen::Matrix3d> congruence_blocks(const Eigen::Ref<const Eigen::MatrixXd>& A,
                                                const Eigen::Ref<const Eigen::MatrixXd>& C);
-/// The diagonal of A C A', which is not formed.
+/// The diagonal of A C A', which is not formed, of a symmetric C.
 Eigen::VectorXd congruence_diagonal(const Eigen::Ref<const Eigen::MatrixXd>& A,
                                     const Eigen::Ref<const Eigen::MatrixXd>& C);
 

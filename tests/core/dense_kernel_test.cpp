@@ -125,7 +125,7 @@ TEST_P(DenseKernels, TakeTheLongestColumnThatIsLeftAsTheNextPivot) {
     MatrixXd work = A;
     std::vector<int> order(static_cast<std::size_t>(columns));
     std::iota(order.begin(), order.end(), 0);
-    std::vector<double> room(static_cast<std::size_t>(rows));
+    std::vector<double> room(static_cast<std::size_t>(rows + 2 * columns));
     code().triangulate(work.data(), rows, rows, columns, room.data(), order.data());
     const MatrixXd R = work.topRows(columns).triangularView<Eigen::Upper>();
     const MatrixXd taken = A(Eigen::all, order);

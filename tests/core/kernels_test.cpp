@@ -292,7 +292,7 @@ TEST_P(Kernels, LeaveTheTriangularFactorOfATallMatrix) {
     if (columns > 20) A.col(5).setZero();
     A.bottomRows(3).setZero();
     Eigen::MatrixXd work = A;
-    Eigen::VectorXd room(rows);
+    Eigen::VectorXd room(rows + 2 * columns);
     code().triangulate(work.data(), rows, rows, columns, room.data(), nullptr);
     const Eigen::MatrixXd R = work.topRows(columns).triangularView<Eigen::Upper>();
     const Eigen::MatrixXd expected = A.transpose() * A;

@@ -50,7 +50,7 @@ Sample sample() {
   c.coarse_iterations = 7;
   c.fine_iterations = 4;
   c.rank = 27;
-  c.condition = 1234.5;
+  c.observability.o2 = 1 / 1024.0;
   c.cell.robot.joints.resize(2);
   c.cell.robot.joints[1].type = JointType::Prismatic;
   c.cell.base = {{1, 2, 3}, {0.1, 0.2, 0.3}};
@@ -221,7 +221,7 @@ TEST(CalibrationDocument, IsReadBackFromItsTextUnchanged) {
 #ifndef NDEBUG
 TEST(CalibrationDocumentDeathTest, RefusesANumberThatJsonCannotHold) {
   Sample s = sample();
-  s.calibration.condition = std::numeric_limits<double>::infinity();
+  s.calibration.sigma0_mm = std::numeric_limits<double>::infinity();
   EXPECT_DEATH(calibration_document(s.calibration, s.data, 0), "is_finite");
 }
 #endif

@@ -80,7 +80,7 @@ json::object sample(std::mt19937& random, int points, bool validated) {
   calibration.coarse_iterations = 7;
   calibration.fine_iterations = 4;
   calibration.rank = 5;
-  calibration.condition = 48.7;
+  calibration.observability.o2 = 1 / 48.7;
   calibration.coarse.robot.name = "Two joints";
   calibration.coarse.robot.joints = {{.d_mm = 500, .min = -3, .max = 3, .speed = 1},
                                      {.a_mm = 300, .alpha_rad = -1.5, .min = -3, .max = 3, .speed = 1}};

@@ -195,7 +195,7 @@ void print_summary(const CalibrateCommand& command, const RobotModel& robot, con
   std::printf("%s: %s, %d coarse and %d fine iterations, rank %d, condition %.1f\n", robot.name.c_str(),
               outcome.document.at("converged").as_bool() ? "converged" : "not converged",
               calibration.coarse_iterations, calibration.fine_iterations, calibration.rank,
-              calibration.condition);
+              calibration.observability.condition());
   if (command.repeat > 1)
     std::printf("All but the validation is that of the first of %d splits.\n", command.repeat);
   std::printf("\n%s", report::render_text(outcome.document).c_str());
