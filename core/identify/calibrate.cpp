@@ -254,6 +254,23 @@ ThermalBasis thermal_basis(const Identified& made) {
   return {made.id->fit.cell, known.covariance, known.sigma0_mm, rejected(made)};
 }
 
+/// Standard deviation of a coordinate of what the model leaves beyond the stated noise, and beyond what that
+/// scatters by by chance (mm); 0 where none is stated.
+double misfit_mm(const Identification& id) {
+  constexpr double kBeyondChance = 2;  // standard deviations
+  const double stated_mm = id.points.stated_sigma_mm(), left_mm = id.uncertainty.sigma0_mm;
+  const double degrees = std::max(1.0, id.points.equations() - id.uncertainty.determined);
+  const double by_chance = stated_mm * stated_mm * (1 + kBeyondChance * std::sqrt(2 / degrees));
+  return stated_mm > 0 ? std::sqrt(std::max(0.0, left_mm * left_mm - by_chance)) : 0;
+}
+
+/// What the model does not describe is off elsewhere as much as where it was seen, however many points tell
+/// the parameters.
+void add_misfit(TransferUncertainty& transfer, double misfit_mm) {
+  transfer.rms_mm = std::hypot(transfer.rms_mm, std::sqrt(3.0) * misfit_mm);
+  transfer.max_mm = std::hypot(transfer.max_mm, std::sqrt(3.0) * misfit_mm);
+}
+
 /// Completes the result of an identification that has been through its stages: the cell, its parameters with
 /// their uncertainty, the points that were rejected, and the errors of all points through the stages.
 ///
@@ -331,10 +348,13 @@ std::expected<Calibration, CalibrationError> calibrate(const RobotModel& nominal
   if (!options.residual.empty()) {
     if (auto error = fit_residual(*made->id)) return std::unexpected(*error);
   }
+  const double beyond_noise_mm = misfit_mm(*made->id);
   Calibration result = summary(*std::move(made), there.points.empty() ? data : there);
-  if (!*thermal) return result;
-  result.thermal = (*thermal)->choice;
-  if (result.thermal->response) inflate(result, (*thermal)->inflation);
+  if (*thermal) {
+    result.thermal = (*thermal)->choice;
+    if (result.thermal->response) inflate(result, (*thermal)->inflation);
+  }
+  add_misfit(result.transfer, beyond_noise_mm);
   return result;
 }
 

@@ -49,6 +49,12 @@ std::vector<int> first_parameters(int count) {
   return indices;
 }
 
+int zero_parameter(const RobotModel& robot, const ParameterLayout& layout, int joint) {
+  constexpr int kD = 2, kTheta = 3;
+  const bool turns = robot.joints[static_cast<std::size_t>(joint)].type == JointType::Revolute;
+  return layout.link(joint) + (turns ? kTheta : kD);
+}
+
 std::vector<std::string> parameter_names(const CalibratedCell& cell) {
   std::vector<std::string> names;
   for (int s = 1; s <= cell.station_count(); ++s) {

@@ -78,6 +78,9 @@ struct ParameterLayout {
 /// The first parameters of a layout: 0 .. count - 1.
 std::vector<int> first_parameters(int count);
 
+/// The parameter that is the zero of a joint: theta, or d where it moves along.
+int zero_parameter(const RobotModel& robot, const ParameterLayout& layout, int joint);
+
 /// "base.x".."base.z", "base.rx".."base.rz", the same of "base2" from a second station.., "smr.NAME.x"..,
 /// "link1.a", .alpha, .d, .theta, .beta.., and deviation_name() of each term.
 std::vector<std::string> parameter_names(const CalibratedCell& cell);

@@ -29,12 +29,11 @@ Eigen::MatrixXd thermal_directions(const CalibratedCell& cell, const ThermalResp
   const Eigen::VectorXd kelvins = warmth(response, temperature_c);
   Eigen::MatrixXd D = Eigen::MatrixXd::Zero(layout.size(), kelvins.size());
   for (int i = 0; i < layout.joints; ++i) {
-    constexpr int kA = 0, kD = 2, kTheta = 3;  // of ParameterLayout's five
+    constexpr int kA = 0, kD = 2;  // of ParameterLayout's five
     const Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
-    const int zero = joint.type == JointType::Revolute ? kTheta : kD;
     D(layout.link(i) + kA, layout.joints) = joint.a_mm * kelvins[layout.joints];
     D(layout.link(i) + kD, layout.joints) = joint.d_mm * kelvins[layout.joints];
-    D(layout.link(i) + zero, i) = joint.sign * kelvins[i];
+    D(zero_parameter(cell.robot, layout, i), i) = joint.sign * kelvins[i];
   }
   return D;
 }

@@ -16,9 +16,12 @@ namespace truepose {
 namespace {
 
 constexpr int kThermalRounds = 2;
+constexpr double kOwnPart =
+    1e-9;  // of a column's squares: what the parameters do not take up of it is rounding
 constexpr int kFewestPoses = 40;  // of which warmth is looked for that nobody told of
 // Standard errors of what the response takes from points left out: where it was asked for, and where not.
 constexpr double kBeyondChance = 2, kBeyondDoubt = 3;
+constexpr double kWarmThrough = 0.9;  // of the way: the rest may be extrapolated
 
 /// Standard deviations of what arms do that are warm through: drives and castings of industrial arms rise by
 /// some 30 K, zeros then turn by some hundredths of a degree, and steel grows by 11, aluminium by 23 ppm/K.
@@ -198,13 +201,23 @@ Warmed by_temperatures(const ThermalBasis& basis, const MeasurementData& data, c
   return warmed;
 }
 
+/// How warm the arm was at the last point; warm through where hardly anything was missing. Beyond that nobody
+/// has seen it, and a time constant that is long beside the campaign is not known.
+double warmest(const MeasurementData& data) {
+  double most = 0;
+  for (const Measurement& point : data.points)
+    if (!point.temperature_c.empty()) most = std::max(most, point.temperature_c.front());
+  return most < kWarmThrough ? most : 1;
+}
+
 /// By the time constant that explains the points best.
 Warmed by_clock(const ThermalBasis& basis, const MeasurementData& data, const System& system) {
-  const std::vector<double> warm(basis.cell.robot.joints.size(), 1.0);
   Warmed best;
   for (const WarmUpClock& clock : warm_up_clocks(data)) {
-    Warmed next{.data = with_warmth_by(clock, data),
-                .response = no_response(basis.cell.robot, warm),
+    MeasurementData warm = with_warmth_by(clock, data);
+    const std::vector<double> reference(basis.cell.robot.joints.size(), warmest(warm));
+    Warmed next{.data = std::move(warm),
+                .response = no_response(basis.cell.robot, reference),
                 .clock = clock,
                 .fit = {}};
     next.fit = fitted(system, taking_part(next.data, basis.rejected), basis, next);
@@ -229,15 +242,44 @@ bool may_have_warmed_up(const ThermalBasis& basis, const MeasurementData& data, 
   return b.dot(step) > variance * (unknowns + kBeyondDoubt * std::sqrt(2 * unknowns));
 }
 
+/// A joint whose zero changed at one moment, in place of a response: its column, for the points after it.
+/// Of all joints and moments the one that explains the points best.
+Eigen::MatrixXd zero_step_column(const System& system, const CalibratedCell& cell) {
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  const Eigen::VectorXd seen = transposed_times(system.J, system.r);
+  Eigen::MatrixXd best = Eigen::MatrixXd::Zero(system.r.size(), 1);
+  double most = 0;
+  for (int joint = 0; joint < layout.joints; ++joint) {
+    const Eigen::VectorXd column = system.J.col(zero_parameter(cell.robot, layout, joint));
+    Eigen::VectorXd along = Eigen::VectorXd::Zero(system.J.cols());
+    double b = 0, squares = 0;
+    for (Eigen::Index row = column.size() - 3; row > 0; row -= 3) {
+      const Eigen::Vector3d here = column.segment<3>(row);
+      along += system.J.middleRows<3>(row).transpose() * here;
+      b += here.dot(system.r.segment<3>(row));
+      squares += here.squaredNorm();
+      const Eigen::VectorXd taken = times(system.C, along);
+      const double left = squares - along.dot(taken), gain = std::pow(b - taken.dot(seen), 2) / left;
+      if (!(left > kOwnPart * squares) || gain <= most) continue;
+      most = gain;
+      best.topRows(row).setZero();
+      best.bottomRows(column.size() - row) = column.tail(column.size() - row);
+    }
+  }
+  return best;
+}
+
 /// Whether a response that nobody asked for is one.
 bool beyond_doubt(const Warmed& warmed, const ThermalBasis& basis, const System& system) {
   if (standard_errors_gained(system.left_out2, warmed.fit.left_out2) <= kBeyondDoubt) return false;
   const std::vector<Measurement> points = taking_part(warmed.data, basis.rejected);
   if (follows_the_joints(points)) return false;
-  const Eigen::MatrixXd T = base_columns(system, points, basis.cell);
-  const Eigen::VectorXd free = Eigen::VectorXd::Zero(T.cols());
-  const Fit moved = fitted(system, T, basis.sigma0_mm, free, free);
-  return rms(warmed.fit.left_out2) < rms(moved.left_out2);
+  const auto explains_better = [&](const Eigen::MatrixXd& rival) {
+    const Eigen::VectorXd free = Eigen::VectorXd::Zero(rival.cols());
+    return rms(fitted(system, rival, basis.sigma0_mm, free, free).left_out2) <= rms(warmed.fit.left_out2);
+  };
+  return !explains_better(base_columns(system, points, basis.cell)) &&
+         !explains_better(zero_step_column(system, basis.cell));
 }
 
 bool tells_temperatures(const MeasurementData& data) {

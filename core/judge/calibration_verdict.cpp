@@ -3,16 +3,20 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 #include <string_view>
 #include <utility>
 
 #include "core/formatted.hpp"
+#include "core/identify/measurement_model.hpp"
 #include "core/identify/positioner.hpp"
 #include "core/identify/screening.hpp"
+#include "core/identify/thermal_response.hpp"
 #include "core/judge/drift_check.hpp"
 #include "core/judge/model_noise.hpp"
 #include "core/judge/movement.hpp"
 #include "core/judge/reference_pose.hpp"
+#include "core/math/units.hpp"
 
 namespace truepose {
 namespace {
@@ -20,12 +24,18 @@ namespace {
 /// So many times the stated noise is more than gears, bearings and loads leave of an arm: some tenths of a
 /// millimetre, against some hundredths that tracker and repeatability make.
 constexpr double kMostUnmodelled = 50;
+/// So many times is more than noise: the arm, or what measured it, does what the model does not know.
+constexpr double kUnmodelled = 3;
+constexpr double kHardlyBetter = 0.5;  // of the mean error of the data sheet
 /// The noise that those are seen against where a tracker's alone is stated.
 constexpr double kUsualRepeatability_mm = 0.02;
-constexpr double kLeastError_mm = 1e-3;      // less than that nobody measures
+constexpr double kLeastError_mm = 1e-3;  // less than that nobody measures
+/// An arm that comes back to a pose tells it to some thousandths of a degree.
+constexpr double kSamePose_rad = 0.02 * kRadPerDeg, kSamePose_mm = 0.02;
 constexpr int kFewestValidated = 5;          // poses: fewer say little of all others
 constexpr double kMostFar = 0.1;             // of the points to identify
 constexpr std::size_t kMostPredicted = 200;  // validation points: their covariance grows with the square
+constexpr double kStillWarming = 0.5;        // of the mean error: less is not worth a word
 constexpr double kNearerThanNoise = 0.5;     // of the mean error that the stated noise alone makes
 constexpr std::size_t kNamed = 4;            // points in one sentence
 
@@ -59,9 +69,19 @@ Finds advice(std::string sentence) { return Finding{Severity::Advice, std::move(
 
 Finds too_much_left(const Case& of) {
   const double usual_mm = std::max(of.whitening.finest_mm, kUsualRepeatability_mm);
-  if (!of.noise_known() || of.calibration.sigma0_mm <= kMostUnmodelled * usual_mm) return std::nullopt;
-  return refusal(formatted("the model leaves %.2f mm in each coordinate, %.0f times the noise that is stated",
-                           of.calibration.sigma0_mm, of.calibration.sigma0_mm / of.whitening.finest_mm));
+  const double times = of.calibration.sigma0_mm / usual_mm;
+  if (!of.noise_known() || times <= kUnmodelled) return std::nullopt;
+  const std::string left =
+      formatted("the model leaves %.2f mm in each coordinate, %.0f times the noise that is stated",
+                of.calibration.sigma0_mm, of.calibration.sigma0_mm / of.whitening.finest_mm);
+  if (times > kMostUnmodelled) return refusal(left);
+  const StageErrors& judged = of.judged();
+  if (judged.after.mean > kHardlyBetter * judged.before.mean)
+    return doubt(left +
+                 ", and is hardly better than the data sheet: look for what changed while it was measured");
+  if (of.calibration.deviation)
+    return advice(left + ": the arm, or what measured it, does what the model does not know");
+  return advice(left + ": identify the deviations of the joints too (deviation auto)");
 }
 
 Finds reference_moved(const Case& of) {
@@ -75,10 +95,30 @@ std::string way_of(const Movement& moved, const MeasurementData& data) {
   if (moved.first == 0)
     return formatted("little by little, by about %.2f mm from the first to the last point that was measured",
                      moved.moved_mm);
-  const auto before =
-      std::ranges::count(std::span(data.points).first(moved.first), moved.station, &Measurement::station);
-  return formatted("by about %.2f mm between the points %td and %td that were measured", moved.moved_mm,
-                   before, before + 1);
+  // Of a station the points are counted that it sees.
+  const auto before = [&](std::size_t point) {
+    const auto all = std::span(data.points).first(point);
+    return moved.what.kind == Moved::Base ? std::ranges::count(all, moved.what.number, &Measurement::station)
+                                          : std::ssize(all);
+  };
+  const std::ptrdiff_t first = before(moved.first), again = before(moved.again);
+  std::string way = formatted("by about %.2f mm between the points %td and %td that were measured",
+                              moved.moved_mm, first, first + 1);
+  if (moved.again > 0) way += formatted(", and again between the points %td and %td", again, again + 1);
+  return way;
+}
+
+std::string name_of(const Mover& mover, const MeasurementData& data) {
+  switch (mover.kind) {
+    case Moved::Base:
+      return told_of(data, mover.number) + "the tracker or the base moved";
+    case Moved::Joint:
+      return formatted("joint %d slipped against its encoder", mover.number + 1);
+    case Moved::Reflector:
+      return "reflector '" + data.smr_names[static_cast<std::size_t>(mover.number)] +
+             "' was exchanged or moved on the flange";
+  }
+  return {};
 }
 
 Finds moved_meanwhile(const Case& of) {
@@ -87,14 +127,36 @@ Finds moved_meanwhile(const Case& of) {
     for (const RejectedPoint& point : *points) far.push_back(point.point);
   const auto moved = movement(of.calibration.cell, of.data.points, of.stated, far);
   if (!moved) return std::nullopt;
-  const std::string who = told_of(of.data, moved->station) + "the tracker or the base moved ";
-  const std::string how = way_of(*moved, of.data);
-  if (!moved->or_joint) return refusal(who + how);
+  std::string who = name_of(moved->what, of.data);
+  for (const Mover& other : moved->or_else) who += ", or " + name_of(other, of.data);
+  const std::string how = (moved->or_else.empty() ? " " : ", ") + way_of(*moved, of.data);
+  const bool surely = moved->what.kind == Moved::Base || moved->halves;
+  if (!moved->or_joint) return Finding{surely ? Severity::Refusal : Severity::Doubt, who + how};
   return doubt(
       who + how +
       formatted(", or joint %d errs as much with where it stands: the order of the points does not tell "
                 "these apart, measure them in another one",
                 *moved->or_joint + 1));
+}
+
+/// The model is that of the arm as warm as it was at the last point: what it does as it goes on warming up is
+/// not in its errors.
+Finds still_warming_up(const Case& of) {
+  const auto& thermal = of.calibration.thermal;
+  if (!thermal || !thermal->clock || !thermal->response) return std::nullopt;
+  const double reached = thermal->response->reference_c.front();
+  if (reached >= 1) return std::nullopt;
+  CalibratedCell warm = of.calibration.cell;
+  warm.robot = at_temperatures(warm.robot, *thermal->response, std::vector(warm.robot.joints.size(), 1.0));
+  const Eigen::VectorXd further =
+      residuals(warm, of.data.points) - residuals(of.calibration.cell, of.data.points);
+  const auto points = static_cast<double>(of.data.points.size());
+  const double further_mm = further.reshaped(3, further.size() / 3).colwise().norm().sum() / points;
+  if (further_mm < kStillWarming * of.judged().after.mean) return std::nullopt;
+  return doubt(formatted(
+      "the arm was still warming up when the last point was measured, %.0f %% of the way: the model is "
+      "that of the arm then, and by about %.2f mm not that of a warm one; warm it up before",
+      100 * reached, further_mm));
 }
 
 /// Those of the validation points that are not named one by one, spread evenly where they are very many.
@@ -186,6 +248,26 @@ Finds far_validation(const Case& of) {
       names_of_points(of.data, far));
 }
 
+/// Of readings that are the same to the last digit, all but the first.
+std::ptrdiff_t readings_told_again(std::span<const Measurement> points) {
+  const auto reading = [](const Measurement& m) {
+    std::vector<double> numbers(m.q.begin(), m.q.end());
+    numbers.insert(numbers.end(), m.p_WS_mm.begin(), m.p_WS_mm.end());
+    return numbers;
+  };
+  std::set<std::vector<double>> told;
+  return std::ranges::count_if(points, [&](const Measurement& m) { return !told.insert(reading(m)).second; });
+}
+
+Finds told_twice(const Case& of) {
+  const std::ptrdiff_t again = readings_told_again(of.data.points);
+  if (!of.noise_known() || again == 0) return std::nullopt;
+  return doubt(
+      formatted("%td points repeat the joints and the reading of others to the last digit: one reading that "
+                "is told twice makes the model no surer, leave them out",
+                again));
+}
+
 Finds noise_not_stated(const Case& of) {
   if (of.noise_known()) return std::nullopt;
   return advice(
@@ -225,15 +307,29 @@ Finds unknown_elsewhere(const CalibrationFigures& of) {
       "more poses, spread over the workspace, to use it everywhere");
 }
 
-/// Poses that validate and that the identification has not seen.
+/// Whether an arm that came back to a pose may tell it as the other.
+bool came_back(const JointVector& a, const JointVector& b, const RobotModel& robot) {
+  for (Eigen::Index i = 0; i < a.size(); ++i) {
+    const bool turns = robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
+    if (std::abs(a[i] - b[i]) > (turns ? kSamePose_rad : kSamePose_mm)) return false;
+  }
+  return true;
+}
+
+/// Poses that validate and that the identification has not seen, nor come back to.
 int unseen_poses(const CalibrationEvidence& of) {
   if (!of.calibration.validate) return 0;
   const auto to_validate = points_of(of.data, PoseSet::Validate);
   if (to_validate.empty()) return of.calibration.validate->poses;  // each by a fit without it
-  std::vector<Measurement> all = points_of(of.data, PoseSet::Identify);
-  const int seen = count_poses(all);
-  all.insert(all.end(), to_validate.begin(), to_validate.end());
-  return count_poses(all) - seen;
+  const std::vector<Measurement> seen = points_of(of.data, PoseSet::Identify);
+  std::vector<Measurement> unseen;
+  for (const Measurement& point : to_validate) {
+    const auto was_there = [&](const Measurement& m) {
+      return came_back(m.q, point.q, of.calibration.cell.robot);
+    };
+    if (std::ranges::none_of(seen, was_there)) unseen.push_back(point);
+  }
+  return count_poses(unseen);
 }
 
 CalibrationFigures figures_of(const CalibrationEvidence& of) {
@@ -248,9 +344,9 @@ CalibrationFigures figures_of(const CalibrationEvidence& of) {
 }
 
 constexpr std::array kOfFigures{not_converged, no_better, too_few_validated, unknown_elsewhere};
-constexpr std::array kOfEvidence{too_much_left,       reference_moved,  moved_meanwhile,
-                                 more_than_predicted, beyond_tolerance, nearer_than_noise,
-                                 far_validation,      rows_left_out,    noise_not_stated};
+constexpr std::array kOfEvidence{too_much_left,       reference_moved,  moved_meanwhile,   still_warming_up,
+                                 more_than_predicted, beyond_tolerance, nearer_than_noise, far_validation,
+                                 rows_left_out,       told_twice,       noise_not_stated};
 
 template <typename Questions, typename Of>
 void ask(const Questions& questions, const Of& of, CalibrationVerdict& verdict) {

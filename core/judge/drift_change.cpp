@@ -16,10 +16,8 @@ std::vector<PossibleChange> changes_of_cell(const CalibratedCell& cell, std::spa
     const int first = layout.reflector(k);
     all.push_back({DriftCauseKind::Reflector, k, {first, first + 1, first + 2}});
   }
-  for (int i = 0; i < layout.joints; ++i) {
-    const bool turns = cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
-    all.push_back({DriftCauseKind::JointZero, i, {layout.link(i) + (turns ? 3 : 2)}});  // theta or d
-  }
+  for (int i = 0; i < layout.joints; ++i)
+    all.push_back({DriftCauseKind::JointZero, i, {zero_parameter(cell.robot, layout, i)}});
   return all;
 }
 

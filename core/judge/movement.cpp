@@ -2,8 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <iterator>
+#include <limits>
+#include <numeric>
 #include <utility>
 
+#include "core/identify/measurement_model.hpp"
 #include "core/judge/drift_causes.hpp"
 #include "core/judge/joint_errors.hpp"
 #include "core/judge/time_evidence.hpp"
@@ -16,58 +21,92 @@ namespace {
 constexpr std::size_t kFewest = 3;          // poses before and after a step: fewer are single readings
 constexpr double kLeastMovement_mm = 1e-3;  // less than that nobody measures
 constexpr double kHalved = 0.5;             // of the standard deviation
-constexpr double kByChance = 1e-3;          // of all moments together, and of an even movement
+constexpr double kByChance = 1e-3;          // of all that may have moved, at any moment
 constexpr double kStatedCounts = 10;        // residuals: a stated noise is known to a quarter
-constexpr int kUnknowns = ParameterLayout::kBase;
 constexpr double kGramTolerance = 1e-10;
+constexpr std::size_t kMostMoments = 24;  // of which pairs are tried
 
 /// By how much better one of two explanations has to be, as logarithms of likelihood doubled, so that the
 /// other is out of the question.
 const double kOutOfQuestion = -2 * std::log(kByChance);
 
-using BaseStep = Eigen::Matrix<double, kUnknowns, 1>;
-
-/// Six columns beside the parameters, point by point.
-class BaseColumns {
- public:
-  explicit BaseColumns(const TimeEvidence& evidence)
-      : evidence_{evidence},
-        columns_{Eigen::MatrixXd::Zero(evidence.r.size(), kUnknowns)},
-        along_{Eigen::MatrixXd::Zero(evidence.U.cols(), kUnknowns)} {}
-
-  /// @param share  of the movement that the point has made
-  void add(std::size_t point, double share) {
-    const Eigen::Index row = row_of(point);
-    const Eigen::MatrixXd A = share * evidence_.columns.middleRows<3>(row);
-    columns_.middleRows<3>(row) = A;
-    gram_ += truepose::gram(A);
-    along_ += transposed_times(evidence_.U.middleRows<3>(row), A);
-    b_ += A.transpose() * evidence_.r.segment<3>(row);
-  }
-
-  /// What of the base explains the residuals best.
-  BaseStep step() const {
-    const BaseStep scale = gram_.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd left = scale.asDiagonal() * (gram_ - truepose::gram(along_)) * scale.asDiagonal();
-    return scale.cwiseProduct(BaseStep{smallest_solution(left, scale.cwiseProduct(b_), kGramTolerance)});
-  }
-  /// Of the squares of the residuals, what a step takes away.
-  double gain(const BaseStep& step) const { return step.dot(b_); }
-  /// Of the residuals, what it leaves.
-  Eigen::VectorXd left(const BaseStep& step) const {
-    return evidence_.r - columns_ * step + times(evidence_.U, along_ * step);
-  }
-
- private:
-  const TimeEvidence& evidence_;
-  Eigen::MatrixXd columns_;
-  Eigen::Matrix<double, kUnknowns, kUnknowns> gram_ = Eigen::Matrix<double, kUnknowns, kUnknowns>::Zero();
-  Eigen::MatrixXd along_;  // U' times the columns
-  BaseStep b_ = BaseStep::Zero();
+/// What may have moved: its columns among the parameters', and the points that it moves, as they were
+/// measured.
+struct Candidate {
+  Mover what;
+  int column = 0, columns = 0;
+  std::vector<std::size_t> points;
 };
 
+/// What points say of columns beside the parameters.
+struct Sums {
+  Eigen::MatrixXd gram;   ///< of the columns
+  Eigen::MatrixXd along;  ///< U' times them
+  Eigen::VectorXd b;      ///< their product with the residuals
+
+  Sums(const TimeEvidence& evidence, int columns)
+      : gram{Eigen::MatrixXd::Zero(columns, columns)},
+        along{Eigen::MatrixXd::Zero(evidence.U.cols(), columns)},
+        b{Eigen::VectorXd::Zero(columns)} {}
+
+  /// @param share  of the movement that the point has made
+  void add(const TimeEvidence& evidence, const Candidate& candidate, std::size_t point, double share) {
+    const Eigen::Index row = row_of(point);
+    const Eigen::MatrixXd A = share * evidence.J.block(row, candidate.column, 3, candidate.columns);
+    gram += truepose::gram(A);
+    along += transposed_times(evidence.U.middleRows<3>(row), A);
+    b += A.transpose() * evidence.r.segment<3>(row);
+  }
+  /// The columns of the one, then those of the other, for points that are not the same.
+  Sums beside(const Sums& other) const {
+    Sums both = *this;
+    const Eigen::Index mine = b.size(), all = mine + other.b.size();
+    both.gram = Eigen::MatrixXd::Zero(all, all);
+    both.gram.topLeftCorner(mine, mine) = gram;
+    both.gram.bottomRightCorner(all - mine, all - mine) = other.gram;
+    both.along.conservativeResize(Eigen::NoChange, all);
+    both.along.rightCols(all - mine) = other.along;
+    both.b.conservativeResize(all);
+    both.b.tail(all - mine) = other.b;
+    return both;
+  }
+  Sums less(const Sums& other) const {
+    Sums left = *this;
+    left.gram -= other.gram;
+    left.along -= other.along;
+    left.b -= other.b;
+    return left;
+  }
+  /// What of the columns explains the residuals best.
+  Eigen::VectorXd step() const {
+    const Eigen::VectorXd scale = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd left = scale.asDiagonal() * (gram - truepose::gram(along)) * scale.asDiagonal();
+    return scale.cwiseProduct(smallest_solution(left, scale.cwiseProduct(b), kGramTolerance));
+  }
+  /// Of the squares of the residuals, what that takes away.
+  double gain() const { return step().dot(b); }
+};
+
+/// How much of a movement each point has made: a column for each movement, one after the other.
+using Shares = Eigen::MatrixXd;
+
+/// Of the residuals, what a movement leaves.
+Eigen::VectorXd left_by(const TimeEvidence& evidence, const Candidate& candidate, const Shares& shares,
+                        const Eigen::VectorXd& step) {
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(evidence.r.size());
+  for (std::size_t k = 0; k < candidate.points.size(); ++k) {
+    const Eigen::Index row = row_of(candidate.points[k]);
+    for (Eigen::Index m = 0; m < shares.cols(); ++m) {
+      moved.segment<3>(row) += shares(static_cast<Eigen::Index>(k), m) *
+                               evidence.J.block(row, candidate.column, 3, candidate.columns) *
+                               step.segment(m * candidate.columns, candidate.columns);
+    }
+  }
+  return evidence.r - moved + times(evidence.U, transposed_times(evidence.U, moved));
+}
+
 /// Whether the stated noise explains residuals: along the beams, and across them.
-bool explained(const TimeEvidence& evidence, const Eigen::VectorXd& left) {
+bool explained(const TimeEvidence& evidence, const Eigen::VectorXd& left, Eigen::Index unknowns) {
   if (!evidence.noise_known) return false;
   double along2 = 0, degrees_along = 0;
   for (Eigen::Index row = 0; row < left.size(); row += 3) {
@@ -75,85 +114,183 @@ bool explained(const TimeEvidence& evidence, const Eigen::VectorXd& left) {
     along2 += std::pow(beam.dot(left.segment<3>(row)), 2);
     degrees_along += 1 - (evidence.U.middleRows<3>(row).transpose() * beam).squaredNorm();
   }
-  const double part_left = 1 - static_cast<double>(kUnknowns) / evidence.degrees;
+  const double part_left = 1 - static_cast<double>(unknowns) / evidence.degrees;
   const auto fits = [=](double squares, double degrees) {
     return gamma_tail(squares / 2, part_left * degrees / 2) >= kSignificance;
   };
   return fits(along2, degrees_along) && fits(left.squaredNorm() - along2, evidence.degrees - degrees_along);
 }
 
+/// Chance of a share of squares beyond `share` for `unknowns` columns beside twice `shape` others, by the
+/// beta distribution; a little too large for an odd number of them.
+double beta_tail(double share, double shape, Eigen::Index unknowns) {
+  double term = 1, sum = 1;
+  for (Eigen::Index i = 1; i < (unknowns + 1) / 2; ++i) {
+    term *= share * (shape + static_cast<double>(i) - 1) / static_cast<double>(i);
+    sum += term;
+  }
+  return std::pow(1 - share, shape) * sum;
+}
+
+/// Of the squares of the residuals, what a movement takes away, and whether it leaves what the stated noise
+/// explains.
+struct Explained {
+  double gain = 0;
+  Eigen::Index unknowns = 0;
+  bool as_stated = false;
+};
+
+bool halves(const Explained& by, const TimeEvidence& evidence) {
+  const double all = evidence.r.squaredNorm(), left = std::max(0.0, all - by.gain);
+  return left / static_cast<double>(evidence.degrees - by.unknowns) <
+         kHalved * kHalved * all / evidence.degrees;
+}
+
 /// Chance at which columns explain so much where nothing moved: by a beta distribution, whatever the scale of
 /// the noise, but that a stated one which explains what is left counts like so many residuals.
-double chance(const TimeEvidence& evidence, const BaseColumns& columns, const BaseStep& step) {
-  const double gain = columns.gain(step), left = std::max(0.0, evidence.r.squaredNorm() - gain);
-  const int degrees_left = evidence.degrees - kUnknowns;
-  const bool as_stated = explained(evidence, columns.left(step));
-  if (!as_stated && left / degrees_left >= kHalved * kHalved * (left + gain) / evidence.degrees) return 1;
-  const double stated = as_stated ? kStatedCounts : 0;
-  const double gone = gain / (stated + left + gain), shape = (stated + degrees_left) / 2;
-  return std::pow(1 - gone, shape) * (1 + shape * gone * (1 + (shape + 1) / 2 * gone));
+double chance(const Explained& by, const TimeEvidence& evidence) {
+  if (!by.as_stated && !halves(by, evidence)) return 1;
+  const double left = std::max(0.0, evidence.r.squaredNorm() - by.gain);
+  const double stated = by.as_stated ? kStatedCounts : 0;
+  const auto degrees_left = static_cast<double>(evidence.degrees - by.unknowns);
+  return beta_tail(by.gain / (stated + left + by.gain), (stated + degrees_left) / 2, by.unknowns);
 }
 
 struct PossibleMovement {
   Movement movement;
   double chance = 1;  ///< at which as much is seen where nothing moved
-  double gain = 0;    ///< of the squares of the residuals, what it takes away
+  double criterion = std::numeric_limits<double>::infinity();  ///< akaike_criterion() of it
 };
 
-double mean_mm(const TimeEvidence& evidence, std::span<const std::size_t> points, const BaseStep& step) {
-  double sum = 0;
-  for (const std::size_t i : points) sum += (evidence.moves.middleRows<3>(row_of(i)) * step).norm();
-  return sum / static_cast<double>(points.size());
+/// @param moments  unknown too: so many of the movement's
+/// @param tried    so many others were as possible
+PossibleMovement possible(Movement movement, const TimeEvidence& evidence, const Candidate& candidate,
+                          const Shares& shares, const Sums& sums, int moments, double tried) {
+  const Eigen::VectorXd step = sums.step();
+  Explained by{.gain = step.dot(sums.b), .unknowns = step.size()};
+  if (evidence.degrees <= by.unknowns) return {};
+  by.as_stated = explained(evidence, left_by(evidence, candidate, shares, step), by.unknowns);
+  movement.what = candidate.what;
+  movement.halves = halves(by, evidence);
+  double sum_mm = 0, count = 0;
+  const Eigen::VectorXd at_last = step.tail(candidate.columns);
+  for (std::size_t k = 0; k < candidate.points.size(); ++k) {
+    if (shares(static_cast<Eigen::Index>(k), shares.cols() - 1) < 1) continue;
+    const Eigen::Index row = row_of(candidate.points[k]);
+    sum_mm += (evidence.moves.block(row, candidate.column, 3, candidate.columns) * at_last).norm();
+    ++count;
+  }
+  movement.moved_mm = sum_mm / count;
+  const double left2 = std::max(0.0, evidence.r.squaredNorm() - by.gain);
+  const int unknowns = static_cast<int>(by.unknowns) + moments;
+  return {movement, tried * chance(by, evidence), akaike_criterion(left2, evidence.degrees, unknowns)};
 }
 
-/// Which of the points of a station may come after a step: the first of a pose, with enough poses before it
+/// Which of the points of a candidate may come after a step: the first of a pose, with enough poses before it
 /// and from it on. What the arm does at one stop, all reflectors of that pose show.
 ///
 /// @param pose  of each point
-std::vector<bool> may_follow_step(std::span<const std::size_t> points, std::span<const int> pose) {
+/// @return places among the candidate's points
+std::vector<std::size_t> moments_of(const Candidate& candidate, std::span<const int> pose) {
+  const std::vector<std::size_t>& points = candidate.points;
   std::vector<std::size_t> begins;
   for (std::size_t k = 0; k < points.size(); ++k)
     if (k == 0 || pose[points[k]] != pose[points[k - 1]]) begins.push_back(k);
-  std::vector<bool> may(points.size());
-  for (std::size_t n = kFewest; n + kFewest <= begins.size(); ++n) may[begins[n]] = true;
-  return may;
+  if (begins.size() < 2 * kFewest) return {};
+  return {begins.begin() + kFewest, begins.end() - (kFewest - 1)};
 }
 
-/// The step that explains the points of a station best.
-///
-/// @param pose     of each point
-/// @param moments  of all stations
-PossibleMovement best_step(const TimeEvidence& evidence, std::span<const std::size_t> points,
-                           std::span<const int> pose, std::size_t moments) {
-  const std::vector<bool> may_follow = may_follow_step(points, pose);
-  BaseColumns after{evidence};
-  std::size_t first = points.size();
-  double most = 0;
-  for (std::size_t k = points.size(); k-- > 0;) {
-    after.add(points[k], 1);
-    if (!may_follow[k]) continue;
-    const double gain = after.gain(after.step());
-    if (gain <= most) continue;
-    most = gain;
-    first = k;
+Shares steps_at(const Candidate& candidate, std::initializer_list<std::size_t> moments) {
+  Shares shares = Shares::Zero(std::ssize(candidate.points), std::ssize(moments));
+  Eigen::Index m = 0;
+  for (auto moment = moments.begin(); moment != moments.end(); ++moment, ++m) {
+    const std::size_t end = std::next(moment) == moments.end() ? candidate.points.size() : *std::next(moment);
+    shares.col(m)
+        .segment(static_cast<Eigen::Index>(*moment), static_cast<Eigen::Index>(end - *moment))
+        .setOnes();
   }
-  BaseColumns best{evidence};
-  for (const std::size_t i : points.subspan(first)) best.add(i, 1);
-  if (first == points.size()) return {};
-  const BaseStep step = best.step();
-  return {{.first = points[first], .moved_mm = mean_mm(evidence, points.subspan(first), step)},
-          static_cast<double>(moments) * chance(evidence, best, step),
-          best.gain(step)};
+  return shares;
+}
+
+/// What all points from each place on say, and from the end on nothing.
+std::vector<Sums> from_each_on(const TimeEvidence& evidence, const Candidate& candidate) {
+  std::vector<Sums> from(candidate.points.size() + 1, Sums{evidence, candidate.columns});
+  for (std::size_t k = candidate.points.size(); k-- > 0;) {
+    from[k] = from[k + 1];
+    from[k].add(evidence, candidate, candidate.points[k], 1);
+  }
+  return from;
+}
+
+/// The step that explains the points best.
+PossibleMovement best_step(const TimeEvidence& evidence, const Candidate& candidate,
+                           std::span<const std::size_t> moments, const std::vector<Sums>& from,
+                           double tried) {
+  double most = -1;
+  std::size_t first = 0;
+  for (const std::size_t moment : moments) {
+    if (const double gain = from[moment].gain(); gain > most) {
+      most = gain;
+      first = moment;
+    }
+  }
+  return possible({.first = candidate.points[first]}, evidence, candidate, steps_at(candidate, {first}),
+                  from[first], 1, tried * static_cast<double>(moments.size()));
 }
 
 /// The even movement that does.
-PossibleMovement best_trend(const TimeEvidence& evidence, std::span<const std::size_t> points) {
-  BaseColumns trend{evidence};
-  for (std::size_t k = 0; k < points.size(); ++k)
-    trend.add(points[k], static_cast<double>(k) / static_cast<double>(points.size() - 1));
-  const BaseStep step = trend.step();
-  return {
-      {.moved_mm = mean_mm(evidence, points.last(1), step)}, chance(evidence, trend, step), trend.gain(step)};
+PossibleMovement best_trend(const TimeEvidence& evidence, const Candidate& candidate, double tried) {
+  const auto count = std::ssize(candidate.points);
+  const Shares shares = Eigen::VectorXd::LinSpaced(count, 0, 1);
+  Sums sums{evidence, candidate.columns};
+  for (Eigen::Index k = 0; k < count; ++k)
+    sums.add(evidence, candidate, candidate.points[static_cast<std::size_t>(k)], shares(k, 0));
+  return possible({}, evidence, candidate, shares, sums, 0, tried);
+}
+
+/// Some of the moments, evenly spread.
+std::vector<std::size_t> thinned(std::span<const std::size_t> moments) {
+  const std::size_t count = std::min(moments.size(), kMostMoments);
+  std::vector<std::size_t> some;
+  for (std::size_t i = 0; i < count; ++i) some.push_back(moments[i * moments.size() / count]);
+  return some;
+}
+
+/// The moments about one of those that were thinned to so many, as far as its neighbours.
+std::span<const std::size_t> around(std::size_t moment, std::span<const std::size_t> moments,
+                                    std::size_t thinned_to) {
+  const auto at = static_cast<std::size_t>(std::ranges::lower_bound(moments, moment) - moments.begin());
+  const std::size_t apart = moments.size() / thinned_to + 1, first = at - std::min(at, apart);
+  return moments.subspan(first, std::min(moments.size(), at + apart + 1) - first);
+}
+
+/// Two steps, as of a tracker that was bumped and set back.
+PossibleMovement best_two_steps(const TimeEvidence& evidence, const Candidate& candidate,
+                                std::span<const std::size_t> moments, const std::vector<Sums>& from,
+                                double tried) {
+  const auto sums = [&](std::size_t first, std::size_t again) {
+    return from[first].less(from[again]).beside(from[again]);
+  };
+  double most = 0;
+  std::size_t first = 0, again = 0;
+  const auto try_both = [&](std::size_t a, std::size_t b) {
+    if (a >= b) return;
+    if (const double gain = sums(a, b).gain(); gain > most) {
+      most = gain;
+      first = a;
+      again = b;
+    }
+  };
+  const std::vector<std::size_t> some = thinned(moments);
+  for (const std::size_t a : some)
+    for (const std::size_t b : some) try_both(a, b);
+  if (!(most > 0)) return {};
+  for (const std::size_t a : around(first, moments, some.size())) try_both(a, again);
+  for (const std::size_t b : around(again, moments, some.size())) try_both(first, b);
+  for (const std::size_t a : around(first, moments, some.size())) try_both(a, again);
+  const auto pairs = static_cast<double>(moments.size() * moments.size()) / 2;
+  return possible({.first = candidate.points[first], .again = candidate.points[again]}, evidence, candidate,
+                  steps_at(candidate, {first, again}), sums(first, again), 2, tried * pairs);
 }
 
 /// Consecutive points, and those of them that nothing explains.
@@ -213,33 +350,53 @@ std::optional<Movement> parted(const CalibratedCell& cell, std::span<const Measu
   for (int station = 0; station < cell.station_count(); ++station) {
     auto found = parting(errors_mm, is_far, seen_from(points, station));
     if (!found) continue;
-    found->station = station;
+    found->what.number = station;
     return found;
   }
   return std::nullopt;
 }
 
-/// The least likely of all movements by chance.
-PossibleMovement best_candidate(const CalibratedCell& cell, const TimeEvidence& evidence,
-                                std::span<const Measurement> points) {
-  PossibleMovement best;
-  const std::vector<int> pose = pose_numbers(points);
-  for (int station = 0; station < cell.station_count(); ++station) {
-    const std::vector<std::size_t> seen = seen_from(points, station);
-    if (seen.size() < 2 * kFewest) continue;
-    for (PossibleMovement each :
-         {best_step(evidence, seen, pose, points.size()), best_trend(evidence, seen)}) {
-      each.movement.station = station;
-      if (each.chance < best.chance && each.movement.moved_mm >= kLeastMovement_mm) best = each;
-    }
+/// All that may have moved, the base of each station first.
+std::vector<Candidate> possible_movers(const CalibratedCell& cell, std::span<const Measurement> points) {
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  std::vector<std::size_t> all(points.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  std::vector<Candidate> found;
+  for (int s = 0; s < layout.stations; ++s)
+    found.push_back({{Moved::Base, s}, layout.base(s), ParameterLayout::kBase, seen_from(points, s)});
+  for (int j = 0; j < layout.joints; ++j)
+    found.push_back({{Moved::Joint, j}, zero_parameter(cell.robot, layout, j), 1, all});
+  for (int k = 0; k < layout.reflectors; ++k) {
+    std::vector<std::size_t> carried;
+    for (const std::size_t i : all)
+      if (points[i].smr == k) carried.push_back(i);
+    found.push_back({{Moved::Reflector, k}, layout.reflector(k), ParameterLayout::kReflector, carried});
   }
-  return best;
+  return found;
 }
 
-/// How well a movement explains the residuals, by Akaike's criterion; the moment of a step is an unknown too.
-double criterion_of(const PossibleMovement& possible, const TimeEvidence& evidence) {
-  const double left2 = std::max(0.0, evidence.r.squaredNorm() - possible.gain);
-  return akaike_criterion(left2, evidence.degrees, possible.movement.first > 0 ? kUnknowns + 1 : kUnknowns);
+/// All movements that are not by chance.
+std::vector<PossibleMovement> likely_movements(const CalibratedCell& cell, const TimeEvidence& evidence,
+                                               std::span<const Measurement> points) {
+  std::vector<PossibleMovement> likely;
+  const auto consider = [&](const PossibleMovement& each) {
+    if (each.chance < kByChance && each.movement.moved_mm >= kLeastMovement_mm) likely.push_back(each);
+  };
+  const std::vector<int> pose = pose_numbers(points);
+  const std::vector<Candidate> all = possible_movers(cell, points);
+  const auto others = static_cast<double>(all.size()) - cell.station_count();
+  for (const Candidate& candidate : all) {
+    const std::vector<std::size_t> moments = moments_of(candidate, pose);
+    if (moments.empty()) continue;
+    const bool is_base = candidate.what.kind == Moved::Base;
+    const double tried = 2 * (is_base ? cell.station_count() : others);
+    const std::vector<Sums> from = from_each_on(evidence, candidate);
+    consider(best_step(evidence, candidate, moments, from, tried));
+    if (candidate.what.kind != Moved::Joint) consider(best_trend(evidence, candidate, tried));
+    if (is_base && likely.empty() && !explained(evidence, evidence.r, 0))
+      consider(best_two_steps(evidence, candidate, moments, from, tried));
+  }
+  return likely;
 }
 
 }  // namespace
@@ -262,15 +419,23 @@ std::optional<Movement> movement(const CalibratedCell& cell, std::span<const Mea
   }
   if (others.empty()) return std::nullopt;
   const TimeEvidence evidence = time_evidence(cell, others, stated);
-  if (evidence.degrees <= kUnknowns) return std::nullopt;
-  PossibleMovement best = best_candidate(cell, evidence, others);
-  if (best.chance >= kByChance) return std::nullopt;
+  if (evidence.degrees <= 0) return std::nullopt;
+  const std::vector<PossibleMovement> likely = likely_movements(cell, evidence, others);
+  if (likely.empty()) return std::nullopt;
+  const PossibleMovement& best = *std::ranges::min_element(likely, {}, &PossibleMovement::criterion);
   const JointErrors joints = likeliest_joint_errors(cell, evidence, others);
-  const double for_joints = criterion_of(best, evidence) - joints.criterion;
+  const double for_joints = best.criterion - joints.criterion;
   if (for_joints > kOutOfQuestion) return std::nullopt;
-  if (for_joints > -kOutOfQuestion) best.movement.or_joint = joints.joint;
-  if (best.movement.first > 0) best.movement.first = number[best.movement.first];
-  return best.movement;
+  Movement found = best.movement;
+  if (for_joints > -kOutOfQuestion) found.or_joint = joints.joint;
+  for (const PossibleMovement& other : likely) {
+    if (other.movement.what != found.what && other.criterion < best.criterion + kOutOfQuestion &&
+        !std::ranges::count(found.or_else, other.movement.what))
+      found.or_else.push_back(other.movement.what);
+  }
+  if (found.first > 0) found.first = number[found.first];
+  if (found.again > 0) found.again = number[found.again];
+  return found;
 }
 
 }  // namespace truepose

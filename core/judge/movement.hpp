@@ -10,24 +10,41 @@
 
 namespace truepose {
 
-/// The tracker or the base moved while it was measured.
+/// What may move, or change, while it is measured.
+enum class Moved {
+  Base,       ///< or the tracker, which look alike: of a station
+  Joint,      ///< its zero: an encoder or a belt slipped
+  Reflector,  ///< sits elsewhere, or is another one
+};
+struct Mover {
+  Moved kind = Moved::Base;
+  int number = 0;  ///< of the station, joint or reflector, from 0
+
+  bool operator==(const Mover&) const = default;
+};
+
+/// Something moved while it was measured.
 struct Movement {
-  int station = 0;        ///< index into MeasurementData::stations
+  Mover what;
   std::size_t first = 0;  ///< point after the step, from 0; 0: little by little, from the first to the last
+  std::size_t again = 0;  ///< point after a second step, which may lead back; 0: there was none
   double moved_mm = 0;    ///< what it did to the points after it, on average; little by little: to the last
+  bool halves = false;    ///< without it less than half is left of the standard deviation
+  std::vector<Mover> or_else = {};  ///< explain the points as well
   /// Index of a joint whose own errors explain the points as well: nothing tells which of both it is.
   std::optional<int> or_joint = {};
 };
 
-/// Looks for a moment from which on all points of a station are moved as by another base, or for a base that
-/// moves evenly.
+/// Looks for a moment from which on all points are moved as by another base, another zero of a joint or
+/// another reflector; for two moments between which, and after which, they are moved as by other bases; for a
+/// base or a reflector that moves evenly.
 ///
 /// The identified parameters have taken in a part of such a movement, so they are left free: what their
-/// columns cannot explain of the residuals is compared with and without six more columns, those of the base
+/// columns cannot explain of the residuals is compared with and without more columns, as the six of the base
 /// for the points after the moment. Where the stated noise explains what is left with them, along the beams
 /// and across them, and what they took is more than chance, it is a movement. Where a model does not describe
 /// all of an arm, neighbours in time that are neighbours in space look alike: there, and where no noise is
-/// known or it is more than was stated, the six columns must halve the standard deviation (each by its
+/// known or it is more than was stated, these columns must halve the standard deviation (each by its
 /// degrees of freedom), and not by chance.
 ///
 /// Where poses were measured in an order that a joint follows, as those of a turntable that is turned in

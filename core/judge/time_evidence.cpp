@@ -34,24 +34,16 @@ TimeEvidence time_evidence(const CalibratedCell& cell, std::span<const Measureme
   Eigen::VectorXd f;
   Eigen::MatrixXd J;
   residuals_with_jacobian(cell, points, f, J);
-  TimeEvidence evidence{.moves = Eigen::MatrixXd(f.size(), ParameterLayout::kBase),
-                        .columns = Eigen::MatrixXd(f.size(), ParameterLayout::kBase),
-                        .J = {},
-                        .U = {},
-                        .r = {},
-                        .beams = Eigen::VectorXd(f.size())};
+  TimeEvidence evidence{.moves = J, .J = {}, .U = {}, .r = {}, .beams = Eigen::VectorXd(f.size())};
   const Whitening whitening =
       whitening_of(blurred_alike(points, stated ? stated->repeatability_mm : 0), stated);
   evidence.noise_known = !whitening.W.empty();
-  const ParameterLayout layout = ParameterLayout::of(cell);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Index row = row_of(i), base = layout.base(points[i].station);
+    const Eigen::Index row = row_of(i);
     Eigen::Matrix3d W = Eigen::Matrix3d::Identity();
     if (evidence.noise_known) W = whitening.W[i] / whitening.finest_mm;
-    evidence.moves.middleRows<3>(row) = J.block<3, ParameterLayout::kBase>(row, base);
     f.segment<3>(row) = W * f.segment<3>(row).eval();
     J.middleRows<3>(row) = W * J.middleRows<3>(row).eval();
-    evidence.columns.middleRows<3>(row) = J.block<3, ParameterLayout::kBase>(row, base);
     evidence.beams.segment<3>(row) = (W * points[i].p_WS_mm).normalized();
   }
   evidence.U = span_of(J);

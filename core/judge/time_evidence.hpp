@@ -12,13 +12,12 @@ namespace truepose {
 
 /// What points say beside the identified parameters, in standard deviations where the noise is known.
 struct TimeEvidence {
-  Eigen::MatrixXd moves;    ///< mm at each point, by the base as its station sees it
-  Eigen::MatrixXd columns;  ///< the same, whitened
-  Eigen::MatrixXd J;        ///< derivatives to all parameters, whitened
-  Eigen::MatrixXd U;        ///< what they span
-  Eigen::VectorXd r;        ///< residuals beside them
-  Eigen::VectorXd beams;    ///< of each point, whitened, unit length
-  int degrees = 0;          ///< of freedom
+  Eigen::MatrixXd moves;  ///< derivatives to all parameters, mm at each point
+  Eigen::MatrixXd J;      ///< the same, whitened
+  Eigen::MatrixXd U;      ///< what they span
+  Eigen::VectorXd r;      ///< residuals beside them
+  Eigen::VectorXd beams;  ///< of each point, whitened, unit length
+  int degrees = 0;        ///< of freedom
   bool noise_known = false;
 };
 

@@ -4,9 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "core/identify/calibrate.hpp"
 #include "core/judge/calibration_verdict.hpp"
+#include "core/math/units.hpp"
 #include "tests/core/example_arms.hpp"
 
 namespace truepose {
@@ -39,7 +44,7 @@ TEST(MovementBetweenStations, IsSoughtFromEachOfThemAndTellsOfIt) {
     ASSERT_TRUE(made) << made.error().detail;
     const auto moved = movement(made->cell, data.points, kStationNoise);
     ASSERT_TRUE(moved);
-    EXPECT_EQ(moved->station, station);
+    EXPECT_EQ(moved->what, (Mover{Moved::Base, station}));
     EXPECT_EQ(moved->first, static_cast<std::size_t>(station) * kStationPoses + 20);
     EXPECT_NEAR(moved->moved_mm, 0.22, 0.05);
     const CalibrationVerdict verdict =
@@ -98,6 +103,141 @@ TEST(MovementAlongASweep, IsToldWhereTheTrackerMoved) {
       data.points[i].p_WS_mm += Eigen::Vector3d(0.2, 0, 0.1);
     EXPECT_TRUE(is_said_to_have_moved(data)) << "seed " << seed;
   }
+}
+
+/// Poses of an arm in the order in which they were measured.
+MeasurementData sixty_poses(Random& random) {
+  return example::measured(example::placed(example::with_paper_errors(example::kr210()), random), 60,
+                           example::kSigma_mm, random);
+}
+
+struct Judged {
+  std::optional<Movement> movement;
+  CalibrationVerdict verdict;
+  bool warmth_kept = false;
+};
+
+/// As a user has it who states the noise and asks for nothing else.
+Judged judged(MeasurementData data) {
+  split_poses(data, 0.7, 1);
+  const auto made = calibrate(example::kr210(), data, {.noise = kStationNoise});
+  if (!made) {
+    ADD_FAILURE() << made.error().detail;
+    return {};
+  }
+  const MeasurementData there = as_fitted(*made, data);
+  return {.movement = movement(made->cell, there.points, kStationNoise),
+          .verdict = calibration_verdict({.calibration = *made, .data = there, .stated = kStationNoise}),
+          .warmth_kept = made->thermal && made->thermal->response};
+}
+
+bool says(const CalibrationVerdict& verdict, std::string_view words) {
+  return std::ranges::any_of(verdict.findings,
+                             [=](const Finding& finding) { return finding.sentence.contains(words); });
+}
+
+TEST(TrackerMovedTwice, IsToldWithBothMoments) {
+  const Eigen::Vector3d away(0.8, 0, 0.6), elsewhere(-0.6, 0.8, 0);
+  for (const double moved_mm : {0.2, 1.0, 3.0}) {
+    for (const Eigen::Vector3d& then : {Eigen::Vector3d{0, 0, 0}, elsewhere}) {
+      for (std::uint64_t seed = 0; seed < 4; ++seed) {
+        Random random{seed};
+        MeasurementData data = sixty_poses(random);
+        for (std::size_t i = 20; i < 40; ++i) data.points[i].p_WS_mm += moved_mm * away;
+        for (std::size_t i = 40; i < 60; ++i) data.points[i].p_WS_mm += moved_mm * then;
+        const Judged is = judged(data);
+        EXPECT_EQ(is.verdict.color(), VerdictColor::Red) << moved_mm << " mm, seed " << seed;
+        EXPECT_TRUE(says(is.verdict, "the tracker or the base moved")) << moved_mm << " mm, seed " << seed;
+      }
+    }
+  }
+}
+
+TEST(SlippedJoint, IsNamedAndNotTakenForWarmth) {
+  for (const int joint : {1, 2, 3, 4}) {
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+      Random random{seed};
+      MeasurementData data = sixty_poses(random);
+      for (std::size_t i = 0; i < 30; ++i) data.points[i].q[joint] -= 0.02 * kRadPerDeg;
+      const Judged is = judged(data);
+      EXPECT_FALSE(is.warmth_kept) << "joint " << joint + 1 << ", seed " << seed;
+      ASSERT_TRUE(is.movement) << "joint " << joint + 1 << ", seed " << seed;
+      EXPECT_EQ(is.movement->what, (Mover{Moved::Joint, joint})) << "seed " << seed;
+      EXPECT_TRUE(says(is.verdict, "joint " + std::to_string(joint + 1) + " slipped against its encoder"));
+      EXPECT_TRUE(is.verdict.failed()) << "joint " << joint + 1 << ", seed " << seed;
+    }
+  }
+}
+
+TEST(ExchangedReflector, IsNamed) {
+  for (const double longer_mm : {0.5, 2.0}) {
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+      Random random{seed};
+      const CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
+      CalibratedCell other = truth;
+      other.reflectors[0].p_FS_mm += longer_mm * Eigen::Vector3d(0, 0.6, 0.8);
+      MeasurementData data = example::measured(truth, 30, example::kSigma_mm, random);
+      const MeasurementData then = example::measured(other, 30, example::kSigma_mm, random);
+      data.points.insert(data.points.end(), then.points.begin(), then.points.end());
+      const Judged is = judged(data);
+      ASSERT_TRUE(is.movement) << longer_mm << " mm, seed " << seed;
+      EXPECT_EQ(is.movement->what, (Mover{Moved::Reflector, 0})) << longer_mm << " mm, seed " << seed;
+      EXPECT_EQ(is.movement->first, 30u) << longer_mm << " mm, seed " << seed;
+      EXPECT_TRUE(is.verdict.failed());
+    }
+  }
+}
+
+TEST(ArmThatWarmsUpSlowly, IsNotPassedForAWarmOne) {
+  int doubted = 0;
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    Random random{seed};
+    MeasurementData data = sixty_poses(random);
+    JointVector at_last(6);
+    for (double& zero : at_last) zero = 0.02 * kRadPerDeg * random.normal();
+    for (std::size_t i = 0; i < data.points.size(); ++i)
+      data.points[i].q -= std::expm1(-static_cast<double>(i) / 150) * at_last;
+    const Judged is = judged(data);
+    EXPECT_NE(is.verdict.color(), VerdictColor::Green) << "seed " << seed;
+    doubted += says(is.verdict, "still warming up") ? 1 : 0;
+  }
+  EXPECT_GE(doubted, 5);
+}
+
+TEST(Reading, ThatIsToldTwiceIsDoubted) {
+  Random random{3};
+  MeasurementData data = sixty_poses(random);
+  EXPECT_EQ(judged(data).verdict.color(), VerdictColor::Green);
+  const std::vector<Measurement> again = data.points;
+  data.points.insert(data.points.end(), again.begin(), again.end());
+  EXPECT_TRUE(says(judged(data).verdict, "60 points repeat the joints and the reading of others"));
+}
+
+TEST(ValidationPose, ThatWasComeBackToIsNotUnseen) {
+  Random random{5};
+  const CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
+  MeasurementData data = example::measured(truth, 20, example::kSigma_mm, random);
+  for (Measurement point : std::vector(data.points)) {
+    for (double& q : point.q) q += 0.002 * kRadPerDeg * random.normal();
+    point.p_WS_mm += example::kSigma_mm * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
+    point.set = PoseSet::Validate;
+    data.points.push_back(point);
+  }
+  const auto made = calibrate(example::kr210(), data, {.noise = kStationNoise});
+  ASSERT_TRUE(made) << made.error().detail;
+  EXPECT_TRUE(says(calibration_verdict({.calibration = *made, .data = data, .stated = kStationNoise}),
+                   "nothing but the points that it was fitted to"));
+}
+
+TEST(ModelThatLeavesFarMoreThanNoise, IsNotGreen) {
+  Random random{9};
+  const CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
+  MeasurementData data = example::measured(truth, 60, example::kSigma_mm, random);
+  for (Measurement& point : data.points)
+    for (double& q : point.q) q -= 0.02 * kRadPerDeg * std::sin(q);
+  const Judged is = judged(data);
+  EXPECT_EQ(is.verdict.color(), VerdictColor::Amber);
+  EXPECT_TRUE(says(is.verdict, "identify the deviations of the joints too"));
 }
 
 }  // namespace

@@ -99,11 +99,15 @@ std::string thermal_lines(const record::Thermal& thermal) {
   std::string at =
       fmt::format("lengths by {:.1f} ppm per kelvin; the model is that of drives at {:.1f} C on average",
                   thermal.growth_ppm_per_k, mean_of(thermal.reference_c));
+  const double reached = mean_of(thermal.reference_c);
+  const std::string arm = reached < 1
+                              ? fmt::format("the arm at the last point, {:.0f} % of the way", 100 * reached)
+                              : "the warm arm";
   if (thermal.time_constant_s > 0)
-    at = fmt::format("in {:.0f} min; the model is that of the warm arm", thermal.time_constant_s / 60);
+    at = fmt::format("in {:.0f} min; the model is that of {}", thermal.time_constant_s / 60, arm);
   if (thermal.time_constant_poses > 0)
-    at = fmt::format("in {:.0f} poses, by the order of the rows; the model is that of the warm arm",
-                     thermal.time_constant_poses);
+    at = fmt::format("in {:.0f} poses, by the order of the rows; the model is that of {}",
+                     thermal.time_constant_poses, arm);
   return fmt::format("\nWarmth moves joint zeros and lengths, {}: cross-validated RMS {} mm -> {} mm\n", at,
                      error_text(thermal.without_rms_mm), error_text(thermal.rms_mm));
 }
