@@ -7,6 +7,8 @@
 
 #include "config/csv_reader.hpp"
 #include "config/number_text.hpp"
+#include "core/formatted.hpp"
+#include "core/identify/measured_time.hpp"
 #include "core/identify/option_names.hpp"
 
 namespace truepose::config {
@@ -37,6 +39,11 @@ constexpr double kGreatestPayload_kg = 100'000;
 constexpr std::array<std::string_view, 4> kPayloadColumns{"payload_kg", "payload_x", "payload_y",
                                                           "payload_z"};
 constexpr double kColdest_c = -50, kHottest_c = 200;  // of a drive
+constexpr double kFastestPose_s = 0.01;               // no arm comes to poses faster
+/// What a form of time is called in an error.
+constexpr std::array kTimeForms{Named{"a number of seconds", TimeForm::Number},
+                                Named{"a date without a zone", TimeForm::Local},
+                                Named{"a date with a zone", TimeForm::Zoned}};
 
 constexpr std::size_t kMostReflectors = 100;
 
@@ -66,6 +73,7 @@ class MeasurementColumns {
     directions_ = all_or_none(joint_column_names("dir", robot));
     temperatures_ = all_or_none(joint_column_names("temp", robot));
     payload_ = all_or_none(kPayloadColumns);
+    if (table_.has("time")) find_time(table_.column("time"));
   }
 
   Measurement at(std::size_t row, std::vector<std::string>& smr_names) const {
@@ -80,7 +88,7 @@ class MeasurementColumns {
     point.direction = direction(row);
     point.payload = payload(row);
     point.temperature_c = temperature_c(row);
-    if (table_.has("time")) point.time = table_.text(row, table_.column("time"));
+    if (time_) point.time = time(row);
     if (table_.has("pose")) point.pose = pose(row);
     return point;
   }
@@ -187,6 +195,33 @@ class MeasurementColumns {
     return temperature_c;
   }
 
+  /// A column that is empty throughout is none.
+  void find_time(std::size_t column) {
+    for (std::size_t row = 0; row < table_.row_count() && !time_; ++row)
+      if (!table_.text(row, column).empty()) time_ = column;
+  }
+
+  std::string time(std::size_t row) const {
+    const std::string_view text = table_.text(row, *time_);
+    if (text.empty())
+      table_.fail(row, *time_,
+                  "missing, where other rows tell it: give every row its time or remove the column");
+    const auto time = measured_time(text), first = measured_time(table_.text(0, *time_));
+    if (!time) {
+      table_.fail(
+          row, *time_,
+          "expected 2026-11-26T08:00:30 (T or a blank, with or without a fraction and a zone, Z or +01:00) "
+          "or a number of seconds, found " +
+              in_quotes(text));
+    }
+    if (first->form != time->form) {
+      table_.fail(row, *time_,
+                  std::string(name_of(kTimeForms, time->form)) + ", where row 1 has " +
+                      std::string(name_of(kTimeForms, first->form)) + ": tell all times in one form");
+    }
+    return std::string(text);
+  }
+
   int pose(std::size_t row) const {
     const std::size_t column = table_.column("pose");
     const double number = table_.number(row, column);
@@ -201,7 +236,25 @@ class MeasurementColumns {
   JointColumns q_;
   std::size_t x_, y_, z_;
   std::vector<std::size_t> directions_, payload_, temperatures_;
+  std::optional<std::size_t> time_;
 };
+
+/// A spreadsheet counts days, and a column may say the same in every row.
+void refuse_numbers_that_are_no_seconds(const CsvTable& table, const MeasurementData& data) {
+  std::vector<double> seconds;
+  for (const Measurement& point : data.points) {
+    const auto time = measured_time(point.time);
+    if (!time || time->form != TimeForm::Number) return;
+    seconds.push_back(time->seconds);
+  }
+  const auto [first, last] = std::ranges::minmax(seconds);
+  const int poses = count_poses(data.points);
+  if (last - first >= kFastestPose_s * (poses - 1)) return;
+  table.fail(
+      formatted("time: numbers are seconds, and %d poses within %.3g s are not possible: write days of a "
+                "spreadsheet as 2026-11-26T08:00:30",
+                poses, last - first));
+}
 
 }  // namespace
 
@@ -243,6 +296,7 @@ MeasurementData load_measurements(const std::filesystem::path& file, const Robot
   MeasurementData data;
   for (std::size_t row = 0; row < table.row_count(); ++row)
     data.points.push_back(columns.at(row, data.smr_names));
+  refuse_numbers_that_are_no_seconds(table, data);
   return data;
 }
 

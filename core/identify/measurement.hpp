@@ -25,7 +25,7 @@ struct Measurement {
   std::vector<std::int8_t> direction;  ///< side from which each joint arrived (-1, 0, 1); empty = unknown
   std::optional<LinkMass> payload;     ///< what the flange carried; nothing: what the arm does
   std::vector<double> temperature_c;   ///< of each joint's drive; empty = not measured
-  std::string time;                    ///< RFC 3339, or empty
+  std::string time;                    ///< as measured_time() reads it, or empty
   int row = 0;                         ///< row of the file it came from (1 = first data row), 0 = no file
   int pose = 0;                        ///< number that its campaign or file gave its pose, from 1; 0 = none
   /// Standard deviation per axis beyond that of the noise model, where it is known to be less steady.

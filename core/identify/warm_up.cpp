@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <map>
-#include <string>
 
+#include "core/identify/measured_time.hpp"
 #include "core/math/dense_algebra.hpp"
 
 namespace truepose {
@@ -15,18 +13,9 @@ namespace {
 
 constexpr double kOwnShare = 0.5;  // of the warmth's variance: so much may the joints explain
 
-/// RFC 3339, as seconds since some moment.
-std::optional<double> seconds_of(const std::string& time) {
-  int year = 0, month = 0, day = 0, hour = 0, minute = 0, east_h = 0, east_min = 0, read = 0;
-  double second = 0;
-  if (std::sscanf(time.c_str(), "%d-%d-%d%*1[Tt ]%d:%d:%lf%n", &year, &month, &day, &hour, &minute, &second,
-                  &read) != 6)
-    return std::nullopt;
-  std::sscanf(time.c_str() + read, "%d:%d", &east_h, &east_min);
-  if (east_h < 0) east_min = -east_min;
-  const std::chrono::sys_days date{std::chrono::year{year} / month / day};
-  return static_cast<double>(date.time_since_epoch().count()) * 86400 +
-         60 * (60 * (hour - east_h) + minute - east_min) + second;
+std::optional<double> seconds_of(const Measurement& point) {
+  const auto time = measured_time(point.time);
+  return time ? std::optional{time->seconds} : std::nullopt;
 }
 
 /// When each point was measured, in the clock's unit.
@@ -34,7 +23,7 @@ std::vector<std::optional<double>> moments(bool by_order, std::span<const Measur
   const std::vector<int> poses = pose_numbers(points);
   std::vector<std::optional<double>> moments;
   for (std::size_t i = 0; i < points.size(); ++i)
-    moments.push_back(by_order ? std::optional<double>{poses[i]} : seconds_of(points[i].time));
+    moments.push_back(by_order ? std::optional<double>{poses[i]} : seconds_of(points[i]));
   return moments;
 }
 
@@ -49,7 +38,7 @@ Eigen::RowVectorXd joint_features(const JointVector& q) {
 
 bool tells_time(std::span<const Measurement> points) {
   return std::ranges::any_of(points,
-                             [](const Measurement& point) { return seconds_of(point.time).has_value(); });
+                             [](const Measurement& point) { return measured_time(point.time).has_value(); });
 }
 
 MeasurementData with_warmth_by(const WarmUpClock& clock, MeasurementData data) {

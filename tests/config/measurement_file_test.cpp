@@ -50,8 +50,8 @@ TEST_F(MeasurementFile, ReadsEveryOptionalColumn) {
   const MeasurementData data = load(
       "q1,q2,x,y,z,smr,set,sigma,dir1,dir2,time,temp1,temp2\n"
       "1,2,3,4,5,left,validate,0.012,-1,1,2026-01-02T03:04:05Z,31.5,28\n"
-      "1,2,3,4,5,\"right, upper\",identify,,,,,,\n"
-      "1,2,3,4,5,left,identify,0.5,0,0,,20,20\n");
+      "1,2,3,4,5,\"right, upper\",identify,,,,2026-01-02T03:04:35Z,,\n"
+      "1,2,3,4,5,left,identify,0.5,0,0,2026-01-02T03:05:05Z,20,20\n");
   EXPECT_EQ(data.points[0].temperature_c, (std::vector<double>{31.5, 28}));
   EXPECT_TRUE(data.points[1].temperature_c.empty());
   EXPECT_EQ(data.smr_names, (std::vector<std::string>{"left", "right, upper"}));
@@ -143,6 +143,51 @@ TEST_F(MeasurementFile, ChecksTheOptionalColumns) {
             "data.csv: row 1 (line 2): smr: missing, expected a reflector's name");
 }
 
+TEST_F(MeasurementFile, TakesDatesAndSecondsAsTimesAsTheyStand) {
+  for (const auto& [first, second] : {std::pair{"2026-11-26T08:00:30.5Z", "2026-11-26T09:00:30+01:00"},
+                                      {"2026-11-26 08:00:30", "2026-11-26 08:01:00"},
+                                      {"0", "30.5"},
+                                      {"1790000000", "1790000030"}}) {
+    const MeasurementData data =
+        load(std::string("q1,q2,x,y,z,time\n1,2,3,4,5,") + first + "\n2,2,3,4,5," + second + "\n");
+    EXPECT_EQ(data.points[0].time, first);
+    EXPECT_EQ(data.points[1].time, second);
+  }
+  EXPECT_EQ(load("q1,q2,x,y,z,time\n1,2,3,4,5,\n2,2,3,4,5,\n").points[0].time, "") << "all empty: no times";
+  EXPECT_EQ(load("q1,q2,x,y,z,time\n1,2,3,4,5,7\n1,2,3,4,6,7\n").points[1].time, "7")
+      << "two readings of one pose";
+}
+
+TEST_F(MeasurementFile, RefusesTimesThatItCannotTell) {
+  const auto with_times = [this](const std::string& first, const std::string& second) {
+    return error("q1,q2,x,y,z,time\n1,2,3,4,5," + first + "\n2,2,3,4,5," + second + "\n");
+  };
+  const std::string good = "2026-11-26T08:00:00Z";
+  for (const char* text :
+       {"x12", "08:00:30", "26.11.2026 08:00:00", "11/26/2026 08:00:00 AM", "1790000030000"}) {
+    const std::string why =
+        std::string(
+            ": time: expected 2026-11-26T08:00:30 (T or a blank, with or without a fraction and a zone, Z or +01:00) "
+            "or a number of seconds, found '") +
+        text + "'";
+    EXPECT_EQ(with_times(good, text), "data.csv: row 2 (line 3)" + why);
+    EXPECT_EQ(with_times(text, good), "data.csv: row 1 (line 2)" + why);
+  }
+  const std::string missing =
+      ": time: missing, where other rows tell it: give every row its time or remove the column";
+  EXPECT_EQ(with_times(good, ""), "data.csv: row 2 (line 3)" + missing);
+  EXPECT_EQ(with_times("", good), "data.csv: row 1 (line 2)" + missing);
+  EXPECT_EQ(
+      with_times(good, "30"),
+      "data.csv: row 2 (line 3): time: a number of seconds, where row 1 has a date with a zone: tell all times in one form");
+  EXPECT_EQ(
+      with_times("2026-11-26 08:00:00", good),
+      "data.csv: row 2 (line 3): time: a date with a zone, where row 1 has a date without a zone: tell all times in one form");
+  EXPECT_EQ(
+      with_times("46000.000347", "46000.000694"),
+      "data.csv: time: numbers are seconds, and 2 poses within 0.000347 s are not possible: write days of a spreadsheet as 2026-11-26T08:00:30");
+}
+
 TEST_F(MeasurementFile, SaysWhatIsWrongWithAFileAsAWhole) {
   EXPECT_EQ(error(""), "data.csv: the file is empty, expected a header row");
   EXPECT_EQ(error("q1,q2,x,y,z\n"), "data.csv: no rows of data");
@@ -156,7 +201,7 @@ TEST_F(MeasurementFile, ComesBackBitByBit) {
       "q1,q2,x,y,z,smr,set,sigma,dir1,dir2,temp1,temp2,time,pose\n"
       "0.1,-10.042408075923612,2641.549557,1e-7,-7.852214157,\"a \"\"b\"\", "
       "c\",identify,0.01,-1,0,31.300000000000001,20,2026-01-02T03:04:05Z,7\n"
-      "12.300000000000001,49.160806905516615,-0.30000000000000004,5,6,2,validate,,,,,,,3\n";
+      "12.300000000000001,49.160806905516615,-0.30000000000000004,5,6,2,validate,,,,,,2026-01-02T03:04:35Z,3\n";
   const MeasurementData first = load(text);
   std::ostringstream out;
   write_measurements(out, first, robot_);

@@ -99,6 +99,16 @@ TEST_F(BadInput, WrongUsage) {
   EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--split", "1.5"}).exit_code, 2);
 }
 
+TEST_F(BadInput, ValidationThatTellsTimeInAnotherForm) {
+  const std::string row = "0,-90,90,0,0,0,1,2,3,", head = "q1,q2,q3,q4,q5,q6,x,y,z,time\n";
+  const std::string data = folder_.write("d.csv", head + row + "2026-11-26T08:00:30Z\n"),
+                    validation = folder_.write("v.csv", head + row + "30\n");
+  expect_one_line(calibrate({"--robot", kRobot, "--data", data, "--validate", validation}), 2,
+                  validation +
+                      ": time: '30', where the data to identify have '2026-11-26T08:00:30Z': tell all times "
+                      "in one form");
+}
+
 TEST_F(BadInput, ANoiseThatIsNotAboveZero) {
   const std::string see = " (see truepose --help)";
   for (const std::string noise : {"0.01", "0.01,x", "0.01,0", "-1,0.006", "0.01,0.006,1", "nan,1", ""}) {

@@ -11,6 +11,7 @@
 #include "config/model_file.hpp"
 #include "config/text_file.hpp"
 #include "core/compensate/largest_correction.hpp"
+#include "core/identify/measured_time.hpp"
 #include "core/identify/option_names.hpp"
 #include "core/judge/calibration_verdict.hpp"
 #include "core/judge/model_noise.hpp"
@@ -69,11 +70,22 @@ MeasurementData measurements(const CalibrateCommand& command, const RobotModel& 
   return data;
 }
 
+/// Times of two forms have no origin in common.
+void expect_times_alike(const MeasurementData& data, const MeasurementData& validation,
+                        const std::string& file) {
+  const auto a = measured_time(data.points.front().time), b = measured_time(validation.points.front().time);
+  if (a && b && a->form != b->form)
+    throw ConfigError(file + ": time: '" + validation.points.front().time +
+                      "', where the data to identify have '" + data.points.front().time +
+                      "': tell all times in one form");
+}
+
 /// Points of another file, all to validate. Reflectors are matched by name.
 void add_validation(MeasurementData& data, const std::string& file, const RobotModel& robot) {
   // A point that was marked to validate is never used to identify, whatever else is given.
   std::erase_if(data.points, [](const Measurement& point) { return point.set == PoseSet::Validate; });
   MeasurementData validation = config::load_measurements(file, robot);
+  if (!data.points.empty()) expect_times_alike(data, validation, file);
   std::vector<int> index_of;
   for (const std::string& name : validation.smr_names) {
     const auto found = std::ranges::find(data.smr_names, name);
