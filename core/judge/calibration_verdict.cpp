@@ -91,20 +91,14 @@ Finds reference_moved(const Case& of) {
 }
 
 /// "by about 0.21 mm between the points 20 and 21 that were measured"
-std::string way_of(const Movement& moved, const MeasurementData& data) {
+std::string way_of(const Movement& moved) {
   if (moved.first == 0)
     return formatted("little by little, by about %.2f mm from the first to the last point that was measured",
                      moved.moved_mm);
-  // Of a station the points are counted that it sees.
-  const auto before = [&](std::size_t point) {
-    const auto all = std::span(data.points).first(point);
-    return moved.what.kind == Moved::Base ? std::ranges::count(all, moved.what.number, &Measurement::station)
-                                          : std::ssize(all);
-  };
-  const std::ptrdiff_t first = before(moved.first), again = before(moved.again);
-  std::string way = formatted("by about %.2f mm between the points %td and %td that were measured",
-                              moved.moved_mm, first, first + 1);
-  if (moved.again > 0) way += formatted(", and again between the points %td and %td", again, again + 1);
+  std::string way = formatted("by about %.2f mm between the points %d and %d that were measured",
+                              moved.moved_mm, moved.before, moved.before + 1);
+  if (moved.again > 0)
+    way += formatted(", and again between the points %d and %d", moved.before_again, moved.before_again + 1);
   return way;
 }
 
@@ -129,7 +123,7 @@ Finds moved_meanwhile(const Case& of) {
   if (!moved) return std::nullopt;
   std::string who = name_of(moved->what, of.data);
   for (const Mover& other : moved->or_else) who += ", or " + name_of(other, of.data);
-  const std::string how = (moved->or_else.empty() ? " " : ", ") + way_of(*moved, of.data);
+  const std::string how = (moved->or_else.empty() ? " " : ", ") + way_of(*moved);
   const bool surely = moved->what.kind == Moved::Base || moved->halves;
   if (!moved->or_joint) return Finding{surely ? Severity::Refusal : Severity::Doubt, who + how};
   return doubt(

@@ -6,8 +6,11 @@
 #include <iterator>
 #include <limits>
 #include <numeric>
+#include <set>
+#include <tuple>
 #include <utility>
 
+#include "core/identify/measured_time.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/judge/drift_causes.hpp"
 #include "core/judge/joint_errors.hpp"
@@ -173,11 +176,11 @@ PossibleMovement possible(Movement movement, const TimeEvidence& evidence, const
   movement.what = candidate.what;
   movement.halves = halves(by, evidence);
   double sum_mm = 0, count = 0;
-  const Eigen::VectorXd at_last = step.tail(candidate.columns);
+  const Eigen::VectorXd first_step = step.head(candidate.columns);
   for (std::size_t k = 0; k < candidate.points.size(); ++k) {
-    if (shares(static_cast<Eigen::Index>(k), shares.cols() - 1) < 1) continue;
+    if (shares(static_cast<Eigen::Index>(k), 0) < 1) continue;
     const Eigen::Index row = row_of(candidate.points[k]);
-    sum_mm += (evidence.moves.block(row, candidate.column, 3, candidate.columns) * at_last).norm();
+    sum_mm += (evidence.moves.block(row, candidate.column, 3, candidate.columns) * first_step).norm();
     ++count;
   }
   movement.moved_mm = sum_mm / count;
@@ -399,14 +402,11 @@ std::vector<PossibleMovement> likely_movements(const CalibratedCell& cell, const
   return likely;
 }
 
-}  // namespace
-
-std::optional<Movement> movement(const CalibratedCell& cell, std::span<const Measurement> points,
-                                 const std::optional<MeasurementNoise>& stated,
-                                 std::span<const std::size_t> far) {
-  std::vector<bool> is_far(points.size());
-  for (const std::size_t i : far) is_far[i] = true;
-  if (!far.empty()) {
+/// movement() of points in the order in which they were measured.
+std::optional<Movement> movement_in_order(const CalibratedCell& cell, std::span<const Measurement> points,
+                                          const std::optional<MeasurementNoise>& stated,
+                                          const std::vector<bool>& is_far) {
+  if (std::ranges::count(is_far, true) > 0) {
     if (auto found = parted(cell, points, is_far)) return found;
   }
 
@@ -435,6 +435,70 @@ std::optional<Movement> movement(const CalibratedCell& cell, std::span<const Mea
   }
   if (found.first > 0) found.first = number[found.first];
   if (found.again > 0) found.again = number[found.again];
+  return found;
+}
+
+/// Times in seconds, where all points tell them.
+std::optional<std::vector<double>> times_of(std::span<const Measurement> points) {
+  std::vector<double> seconds;
+  for (const Measurement& point : points) {
+    const auto time = measured_time(point.time);
+    if (!time) return std::nullopt;
+    seconds.push_back(time->seconds);
+  }
+  return seconds;
+}
+
+/// Whether some pose was measured with a reflector more than once.
+bool comes_back(std::span<const Measurement> points, std::span<const int> pose) {
+  std::set<std::tuple<int, int, int>> seen;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (!seen.insert({pose[i], points[i].smr, points[i].station}).second) return true;
+  return false;
+}
+
+/// As they were measured: by their times where all tell them, else as they stand. All reflectors of a pose
+/// were measured at one stop, though they may stand one reflector after the other.
+std::vector<std::size_t> measured_order(std::span<const Measurement> points) {
+  std::vector<std::size_t> order(points.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const std::vector<int> pose = pose_numbers(points);
+  if (const auto seconds = times_of(points)) {
+    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return (*seconds)[i]; });
+  } else if (!comes_back(points, pose)) {
+    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return pose[i]; });
+  }
+  return order;
+}
+
+/// How many points had been measured when it moved: of a base those of its station.
+int measured_before(std::span<const Measurement> points, std::size_t moment, const Mover& what) {
+  const auto before = points.first(moment);
+  return static_cast<int>(what.kind == Moved::Base
+                              ? std::ranges::count(before, what.number, &Measurement::station)
+                              : std::ssize(before));
+}
+
+}  // namespace
+
+std::optional<Movement> movement(const CalibratedCell& cell, std::span<const Measurement> points,
+                                 const std::optional<MeasurementNoise>& stated,
+                                 std::span<const std::size_t> far) {
+  const std::vector<std::size_t> order = measured_order(points);
+  std::vector<bool> far_at(points.size());
+  for (const std::size_t i : far) far_at[i] = true;
+  std::vector<Measurement> measured;
+  std::vector<bool> is_far;
+  for (const std::size_t i : order) {
+    measured.push_back(points[i]);
+    is_far.push_back(far_at[i]);
+  }
+  auto found = movement_in_order(cell, measured, stated, is_far);
+  if (!found) return std::nullopt;
+  found->before = measured_before(measured, found->first, found->what);
+  found->before_again = measured_before(measured, found->again, found->what);
+  if (found->first > 0) found->first = order[found->first];
+  if (found->again > 0) found->again = order[found->again];
   return found;
 }
 

@@ -28,8 +28,9 @@ struct Movement {
   Mover what;
   std::size_t first = 0;  ///< point after the step, from 0; 0: little by little, from the first to the last
   std::size_t again = 0;  ///< point after a second step, which may lead back; 0: there was none
-  double moved_mm = 0;    ///< what it did to the points after it, on average; little by little: to the last
-  bool halves = false;    ///< without it less than half is left of the standard deviation
+  int before = 0, before_again = 0;  ///< points measured before each step: of a base those of its station
+  double moved_mm = 0;  ///< what it did to the points after it, on average; little by little: to the last
+  bool halves = false;  ///< without it less than half is left of the standard deviation
   std::vector<Mover> or_else = {};  ///< explain the points as well
   /// Index of a joint whose own errors explain the points as well: nothing tells which of both it is.
   std::optional<int> or_joint = {};
@@ -52,8 +53,9 @@ struct Movement {
 /// residuals: nothing has moved where joint errors explain them better beyond question, and both are told
 /// where neither does.
 ///
-/// @param points  in the order in which they were measured
-/// @param far     ascending indices of points that nothing explains: they are left out, unless nearly all
+/// @param points  with their times, or in the order in which they were measured, or that one reflector after
+///                the other
+/// @param far     indices of points that nothing explains: they are left out, unless nearly all
 ///                from a moment on, or up to it, are such and off in the same way: then it is they that moved
 std::optional<Movement> movement(const CalibratedCell& cell, std::span<const Measurement> points,
                                  const std::optional<MeasurementNoise>& stated,

@@ -148,9 +148,40 @@ TEST(TrackerMovedTwice, IsToldWithBothMoments) {
         const Judged is = judged(data);
         EXPECT_EQ(is.verdict.color(), VerdictColor::Red) << moved_mm << " mm, seed " << seed;
         EXPECT_TRUE(says(is.verdict, "the tracker or the base moved")) << moved_mm << " mm, seed " << seed;
+        ASSERT_TRUE(is.movement);
+        EXPECT_EQ(is.movement->before, 20) << moved_mm << " mm, seed " << seed;
+        EXPECT_EQ(is.movement->before_again, 40) << moved_mm << " mm, seed " << seed;
       }
     }
   }
+}
+
+TEST(Movement, IsSoughtInTheOrderOfTheTimes) {
+  Random random{11};
+  MeasurementData data = sixty_poses(random);
+  for (std::size_t i = 0; i < data.points.size(); ++i) data.points[i].time = std::to_string(30 * i);
+  for (std::size_t i = 25; i < data.points.size(); ++i)
+    data.points[i].p_WS_mm += Eigen::Vector3d(0.8, 0, 0.6);
+  std::ranges::sort(data.points, {}, [](const Measurement& point) { return point.q[0]; });
+  const Judged is = judged(data);
+  ASSERT_TRUE(is.movement);
+  EXPECT_EQ(is.movement->before, 25);
+  EXPECT_EQ(data.points[is.movement->first].time, "750");
+  EXPECT_TRUE(says(is.verdict, "between the points 25 and 26 that were measured"));
+}
+
+TEST(Movement, IsSoughtWhereAFileHasOneReflectorAfterTheOther) {
+  Random random{13};
+  CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
+  truth.reflectors.push_back({"2", {-60, 90, 110}});
+  MeasurementData data = example::measured(truth, 40, example::kSigma_mm, random);
+  ASSERT_EQ(data.points.size(), 80u);
+  for (std::size_t i = 50; i < 80; ++i) data.points[i].p_WS_mm += Eigen::Vector3d(0.24, 0, 0.18);
+  std::ranges::stable_sort(data.points, {}, &Measurement::smr);
+  const Judged is = judged(data);
+  ASSERT_TRUE(is.movement);
+  EXPECT_EQ(is.movement->before, 50);
+  EXPECT_EQ(is.verdict.color(), VerdictColor::Red);
 }
 
 TEST(SlippedJoint, IsNamedAndNotTakenForWarmth) {
