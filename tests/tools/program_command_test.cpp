@@ -120,10 +120,9 @@ TEST_F(ProgramCommand, NothingIsWrittenUnlessAllCanBe) {
                  nowhere + ": cannot be written: No such file or directory");
   expect_refused(with({"--out", out("src"), "--out-dat", folder_.path()}),
                  folder_.path().string() + ": is a folder, expected a file");
-  expect_refused(
-      with({"--out", corpus("gluing.src"), "--out-dat", out("dat")}),
-      corpus("gluing.src") +
-          ": is the taught program itself, which is needed for the next correction; write to another file");
+  expect_refused(with({"--out", corpus("gluing.src"), "--out-dat", out("dat")}),
+                 "--out: " + corpus("gluing.src") +
+                     " is the file of --program too, which would be lost; write to another file");
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.path()), {}), 1);
 }
 

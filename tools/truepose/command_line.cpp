@@ -6,6 +6,7 @@
 #include <map>
 
 #include "config/text_file.hpp"
+#include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -43,11 +44,14 @@ CLI::Option* add_target(CLI::App& to, const Option& option, std::vector<T>* valu
   return to.add_option(option.name, *value, option.help)->delimiter(',');
 }
 
+std::string not_empty(const std::string& file) { return file.empty() ? "expected a file's name" : ""; }
+
 CLI::Option* add_option(CLI::App& to, const Option& option) {
   const OptionRules& rules = option.rules;
   CLI::Option* const added =
       std::visit([&](auto* value) { return add_target(to, option, value); }, option.target);
   if (rules.required) added->required();
+  if (rules.file != FileUse::None) added->check(CLI::Validator{not_empty, ""});
   if (rules.check) added->check(CLI::Validator{rules.check->why_not, rules.check->shown});
   if (!rules.type.empty()) added->type_name(rules.type);
   if (rules.count > 0) added->expected(rules.count);
@@ -67,8 +71,9 @@ void add_options(CLI::App& to, const std::vector<Option>& options, CLI::App* sub
   }
 }
 
-/// @param app  a command "campaign start" is added to the group before it
-void add_command(CLI::App& app, const Command& command, int& exit_code) {
+/// @param app     a command "campaign start" is added to the group before it
+/// @param before  options before the command
+void add_command(CLI::App& app, const Command& command, const std::vector<Option>& before, int& exit_code) {
   const std::size_t space = command.name.find(' ');
   CLI::App& parent = space == std::string::npos ? app : *app.get_subcommand(command.name.substr(0, space));
   CLI::App* const sub = parent.add_subcommand(command.name.substr(space + 1), command.help);
@@ -80,7 +85,10 @@ void add_command(CLI::App& app, const Command& command, int& exit_code) {
                                  ? nullptr
                                  : sub->add_option_group("targets", command.subjects)->require_option(1);
   add_options(*sub, command.options, subjects);
-  sub->callback([&] { exit_code = command.run(); });
+  sub->callback([&] {
+    refuse_overwriting({before, command.options});
+    exit_code = command.run();
+  });
 }
 
 }  // namespace
@@ -107,7 +115,7 @@ int run_command_line(const CommandLine& line, std::vector<std::string> words) {
     app.set_version_flag("--version", "truepose " TRUEPOSE_VERSION);
     app.require_subcommand(1);
     add_options(app, line.options);
-    for (const Command& command : line.commands) add_command(app, command, exit_code);
+    for (const Command& command : line.commands) add_command(app, command, line.options, exit_code);
     try {
       std::ranges::reverse(words);  // as CLI11 takes them
       app.parse(std::move(words));

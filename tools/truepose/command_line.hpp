@@ -57,6 +57,9 @@ using OptionTarget =
                  std::uint64_t*, std::optional<std::uint64_t>*, double*, std::optional<double>*, std::string*,
                  std::filesystem::path*, std::vector<int>*, std::vector<double>*, std::vector<std::string>*>;
 
+/// What a command does with the files that an option names.
+enum class FileUse { None, Read, Written };
+
 struct OptionRules {
   bool required = false;
   bool shows_default = false;
@@ -69,6 +72,7 @@ struct OptionRules {
   bool is_subject = false;  ///< of several, exactly one is given: what the command is about
   std::string key{};        ///< parameter of the command's method that it becomes
   bool flag_sends = true;   ///< as that parameter
+  FileUse file = FileUse::None;
 };
 
 /// An option of a command.

@@ -149,15 +149,6 @@ std::string bytes_of(const std::filesystem::path& file) {
   return file.empty() ? std::string{} : config::read_bytes(file);
 }
 
-/// A program that is corrected twice is wrong by as much as before.
-void refuse_to_overwrite(const std::filesystem::path& in, const std::filesystem::path& out) {
-  std::error_code ignored;
-  if (!in.empty() && !out.empty() && std::filesystem::equivalent(in, out, ignored))
-    throw ConfigError(out.string() +
-                      ": is the taught program itself, which is needed for the next correction; "
-                      "write to another file");
-}
-
 void require_place(bool is_changed, const std::filesystem::path& in, const std::filesystem::path& out,
                    const char* option) {
   if (is_changed && out.empty())
@@ -208,8 +199,6 @@ RealFrames real_frames(const std::optional<Tool>& tool, const std::optional<Base
 
 int run_compensate_program(const CompensateOptions& options, const RobotModel& nominal,
                            const config::ModelFile& model) {
-  refuse_to_overwrite(options.src, options.out_file);
-  refuse_to_overwrite(options.dat, options.out_dat);
   const auto inverse = StatusTurnInverse::of(nominal);
   if (!inverse) throw ConfigError(options.arm.robot.string() + ": " + inverse.error());
 

@@ -133,7 +133,7 @@ int run_revoke(const AccessCommand& command) {
 }
 
 Option cell_option(AccessCommand& command) {
-  return {"--cell", &command.cell_file, "Cell file", {.required = true}};
+  return {"--cell", &command.cell_file, "Cell file", {.required = true, .file = FileUse::Read}};
 }
 
 Option name_option(AccessCommand& command) {
@@ -160,7 +160,8 @@ Command access_add_command() {
                       Option("--role", &c.role, "What it may do",
                              {.required = true, .check = member_of(role_names())}),
                       Option("--certificate", &c.certificate,
-                             "It is known by this certificate (PEM), over TLS, and by no token"),
+                             "It is known by this certificate (PEM), over TLS, and by no token",
+                             {.file = FileUse::Read}),
                       cell_option(c)},
           .run = [command] { return run_add(*command); }};
 }

@@ -72,11 +72,13 @@ Command fk_command() {
   FkCommand& c = *command;
   return {.name = "fk",
           .help = "Flange poses of joint positions, in the robot base frame",
-          .options = {Option("--robot", &c.arm.robot, "Robot file (YAML)", {.required = true}),
+          .options = {Option("--robot", &c.arm.robot, "Robot file (YAML)",
+                             {.required = true, .file = FileUse::Read}),
                       Option("--model", &c.arm.model,
-                             "Model file of the calibrated arm; without it the nominal arm"),
+                             "Model file of the calibrated arm; without it the nominal arm",
+                             {.file = FileUse::Read}),
                       Option("--joints", &c.joints_file, "Joint positions (CSV: q1..qN in deg or mm)",
-                             {.required = true}),
+                             {.required = true, .file = FileUse::Read}),
                       Option("--json", &c.as_json, "One JSON document: 16 numbers a pose, row major, mm")},
           .run = [command] { return run_fk(*command); }};
 }
@@ -87,10 +89,13 @@ Command export_command() {
   return {
       .name = "export",
       .help = "Writes a calibrated arm for other programs",
-      .options = {Option("--model", &c.model_file, "Model file of the calibrated arm", {.required = true}),
+      .options = {Option("--model", &c.model_file, "Model file of the calibrated arm",
+                         {.required = true, .file = FileUse::Read}),
                   Option("--urdf", &c.urdf_file,
-                         "Kinematics (URDF); deviations of joints and a residual field do not fit into it"),
-                  Option("--csv", &c.csv_file, "Every parameter with its unit, sigma and share of the data")},
+                         "Kinematics (URDF); deviations of joints and a residual field do not fit into it",
+                         {.file = FileUse::Written}),
+                  Option("--csv", &c.csv_file, "Every parameter with its unit, sigma and share of the data",
+                         {.file = FileUse::Written})},
       .run = [command] { return run_export(*command); }};
 }
 

@@ -23,10 +23,11 @@ int run_verify(const std::string& cell_file) {
 
 Command audit_verify_command() {
   const auto cell_file = std::make_shared<std::string>();
-  return {.name = "audit verify",
-          .help = "Whether what stands on record is what the daemon wrote, and all of it",
-          .options = {Option("--cell", cell_file.get(), "Cell file", {.required = true})},
-          .run = [cell_file] { return run_verify(*cell_file); }};
+  return {
+      .name = "audit verify",
+      .help = "Whether what stands on record is what the daemon wrote, and all of it",
+      .options = {Option("--cell", cell_file.get(), "Cell file", {.required = true, .file = FileUse::Read})},
+      .run = [cell_file] { return run_verify(*cell_file); }};
 }
 
 }  // namespace truepose::tools

@@ -253,13 +253,14 @@ Command calibrate_command() {
       .name = "calibrate",
       .help = "Identifies how a real arm differs from its data sheet",
       .options =
-          {Option("--robot", &c.robot_file, "Robot file (YAML)", {.required = true}),
+          {Option("--robot", &c.robot_file, "Robot file (YAML)", {.required = true, .file = FileUse::Read}),
            Option("--data", &c.data_files,
                   "Measurements (CSV); rows marked set=validate validate. Once for each station of the "
                   "tracker; the base in --out is the one that the first sees",
-                  {.required = true, .repeats = true}),
+                  {.required = true, .repeats = true, .file = FileUse::Read}),
            Option("--validate", &c.validate_file,
-                  "Measurements that validate, in place of those marked in the data"),
+                  "Measurements that validate, in place of those marked in the data",
+                  {.file = FileUse::Read}),
            Option("--split", &c.split, "Part of the poses that identify; the rest validate",
                   {.check = in_range(0.01, 0.99), .excludes = {"--validate"}}),
            Option("--folds", &c.folds,
@@ -290,8 +291,10 @@ Command calibrate_command() {
            Option("--tolerance", &c.tolerance_mm, "Largest error that the verdict allows, mm",
                   {.check = in_range(1e-6, 1000.0)}),
            jobs_option(c.jobs),
-           Option("--out", &c.out_file, "Write the calibrated arm here (model file, YAML)"),
-           Option("--report", &c.report_file, "Write a report here (HTML, one file)"),
+           Option("--out", &c.out_file, "Write the calibrated arm here (model file, YAML)",
+                  {.file = FileUse::Written}),
+           Option("--report", &c.report_file, "Write a report here (HTML, one file)",
+                  {.file = FileUse::Written}),
            Option("--json", &c.as_json, "One JSON document")},
       .run = [command] { return run_calibrate(*command); }};
 }

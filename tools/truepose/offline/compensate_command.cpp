@@ -65,46 +65,49 @@ Command compensate_command() {
       .name = "compensate",
       .help = "Joint positions at which the real arm stands where it should",
       .options =
-          {Option("--robot", &o.arm.robot, "Robot file (YAML)", {.required = true}),
-           Option("--model", &o.arm.model, "Model file of the calibrated arm", {.required = true}),
+          {Option("--robot", &o.arm.robot, "Robot file (YAML)", {.required = true, .file = FileUse::Read}),
+           Option("--model", &o.arm.model, "Model file of the calibrated arm",
+                  {.required = true, .file = FileUse::Read}),
            Option(
                "--program", &o.src,
                "KRL program (SRC): written again with its taught positions moved so that the real arm stands where "
                "the nominal one would have. Paths between them stay the controller's. $WORLD is taken as the "
                "robot's foot",
-               {.is_subject = true}),
-           Option("--dat", &o.dat, "Data list of the program (DAT)", {.needs = {"--program"}}),
-           Option("--out-dat", &o.out_dat, "Write the data list here", {.needs = {"--program", "--dat"}}),
+               {.is_subject = true, .file = FileUse::Read}),
+           Option("--dat", &o.dat, "Data list of the program (DAT)",
+                  {.needs = {"--program"}, .file = FileUse::Read}),
+           Option("--out-dat", &o.out_dat, "Write the data list here",
+                  {.needs = {"--program", "--dat"}, .file = FileUse::Written}),
            Option("--config-dat", &o.config_dat,
                   "The controller's $config.dat: TOOL_DATA, BASE_DATA, home positions",
-                  {.needs = {"--program"}}),
+                  {.needs = {"--program"}, .file = FileUse::Read}),
            Option(
                "--tool", &o.tool,
                "Tool on the flange: a file of truepose tool, or its numbers in mm and deg. Its TCP's position "
                "comes first, and its poses --poses are; with a program, a file is the tool of its number, numbers "
                "are the tool in force where it starts",
-               {.type = kFrameType}),
+               {.type = kFrameType, .file = FileUse::Read}),
            Option(
                "--base", &o.base,
                "Base: a file of truepose base, or its numbers. --poses stand in it; with a program as --tool",
-               {.type = kFrameType, .excludes = {"--joints"}}),
+               {.type = kFrameType, .excludes = {"--joints"}, .file = FileUse::Read}),
            Option(
                "--positioner", &o.positioner,
                "A file of truepose positioner: --poses stand in the workpiece on its table, which is turned "
                "to e1[,e2] (deg or mm), columns beside theirs",
-               {.needs = {"--poses"}, .excludes = {"--base"}}),
+               {.needs = {"--poses"}, .excludes = {"--base"}, .file = FileUse::Read}),
            Option(
                "--joints", &o.joints_file,
                "Joint positions (CSV: q1..qN in deg or mm; - reads standard input): the real arm stands where the "
                "nominal arm would",
-               {.is_subject = true}),
+               {.is_subject = true, .file = FileUse::Read}),
            Option(
                "--poses", &o.poses_file,
                "Poses of the flange (of the TCP with --tool) in the robot base frame (CSV: x,y,z in mm; a,b,c in "
                "deg; optionally KUKA's status and turn s,t; - reads standard input), or x,y,z alone: positions, "
                "the orientation left to the smallest change of the joints. Each is reached on the branch nearest "
                "to the one before it",
-               {.is_subject = true}),
+               {.is_subject = true, .file = FileUse::Read}),
            Option(
                "--payload", &c.payload,
                "What the flange carries now, where that is not what it carried when it was measured: kg, and its "
@@ -124,7 +127,7 @@ Command compensate_command() {
                {.check = in_range(-50.0, 200.0)}),
            Option("--report", &o.report_file,
                   "Write corrections, residuals and standard deviations as charts here (HTML)",
-                  {.excludes = {"--program"}}),
+                  {.excludes = {"--program"}, .file = FileUse::Written}),
            Option("--singular-below", &c.singular_below_deg,
                   "Angle (deg) between axes 4 and 6 below which corrections may be damped, position before "
                   "orientation; 0 = never",
@@ -137,7 +140,8 @@ Command compensate_command() {
                "Targets that would correct a joint by more (deg) are refused: only a singularity asks for it",
                {.shows_default = true, .check = in_range(0.001, 180.0)}),
            Option("--out", &o.out_file,
-                  "Write the joint positions (CSV; - is standard output) or the program here"),
+                  "Write the joint positions (CSV; - is standard output) or the program here",
+                  {.file = FileUse::Written}),
            Option("--json", &o.as_json, "One JSON document")},
       .run = [command] { return run_compensate(*command); },
       .subjects = "What the real arm should reach"};

@@ -90,9 +90,10 @@ Command drift_command() {
                "--data", &c.data_file,
                "New points in the same set-up (CSV, as for calibrate, sigma not regarded): about five, spread, all "
                "joints moved; without it the daemon measures them and checks its active model",
-               {.needs = {"--robot", "--model"}}),
-           Option("--robot", &c.arm.robot, "Robot file (YAML)", {.needs = {"--data"}}),
-           Option("--model", &c.arm.model, "Model file of the calibrated arm", {.needs = {"--data"}}),
+               {.needs = {"--robot", "--model"}, .file = FileUse::Read}),
+           Option("--robot", &c.arm.robot, "Robot file (YAML)", {.needs = {"--data"}, .file = FileUse::Read}),
+           Option("--model", &c.arm.model, "Model file of the calibrated arm",
+                  {.needs = {"--data"}, .file = FileUse::Read}),
            tracker_noise_option(c.noise), repeatability_option(c.noise),
            Option(
                "--update", &c.update,
@@ -101,10 +102,10 @@ Command drift_command() {
            Option("--activate", &c.activate, "Let the daemon work with the updated model from then on",
                   {.needs = {"--update"}, .excludes = {"--data"}}),
            Option("--out", &c.out_file, "Write the updated model here (model file, YAML)",
-                  {.needs = {"--update", "--data"}}),
+                  {.needs = {"--update", "--data"}, .file = FileUse::Written}),
            Option("--daemon", &c.online.daemon, "HOST:PORT of the daemon, or the path of its control socket"),
            Option("--token-file", &c.online.token_file, "file with the daemon's token",
-                  {.environment = "TRUEPOSE_TOKEN_FILE"}),
+                  {.environment = "TRUEPOSE_TOKEN_FILE", .file = FileUse::Read}),
            Option("--json", &c.online.json, "One JSON document")},
       .run =
           [command] {

@@ -277,12 +277,14 @@ Command experiment_command() {
       .name = "experiment",
       .help = "Compares all methods on a simulated arm, beside the published figures",
       .options = {Option("--robot", &c.robot_file,
-                         "Robot file (YAML) of six revolute joints; without it the KR 210 R2700-2"),
+                         "Robot file (YAML) of six revolute joints; without it the KR 210 R2700-2",
+                         {.file = FileUse::Read}),
                   Option("--seed", &c.options.seed, "Of all random numbers", {.shows_default = true}),
                   Option("--trials", &c.options.trials, "Placements, poses and noise drawn for each method",
                          {.shows_default = true, .check = in_range(1, 100'000)}),
                   jobs_option(c.jobs),
-                  Option("--report", &c.report_file, "Write a report here (HTML, one file)"),
+                  Option("--report", &c.report_file, "Write a report here (HTML, one file)",
+                         {.file = FileUse::Written}),
                   Option("--json", &c.as_json, "One JSON document")},
       .run = [command] { return run_experiment_command(*command); }};
 }

@@ -100,13 +100,15 @@ int run_base(const FrameCommand& command) {
 }
 
 std::vector<Option> common_options(FrameCommand& c, const char* data_help, const char* number_help) {
-  return {Option("--robot", &c.arm.robot, "Robot file (YAML)", {.required = true}),
-          Option("--model", &c.arm.model, "Model file of the calibrated arm", {.required = true}),
-          Option("--data", &c.data_file, data_help, {.required = true}),
+  return {Option("--robot", &c.arm.robot, "Robot file (YAML)", {.required = true, .file = FileUse::Read}),
+          Option("--model", &c.arm.model, "Model file of the calibrated arm",
+                 {.required = true, .file = FileUse::Read}),
+          Option("--data", &c.data_file, data_help, {.required = true, .file = FileUse::Read}),
           Option("--number", &c.number, number_help, {.shows_default = true, .check = in_range(1, 1000)}),
           tracker_noise_option(c.noise),
           repeatability_option(c.noise),
-          Option("--out", &c.out_file, "Write it here (YAML), for the other commands and the daemon"),
+          Option("--out", &c.out_file, "Write it here (YAML), for the other commands and the daemon",
+                 {.file = FileUse::Written}),
           Option("--json", &c.as_json, "One JSON document")};
 }
 
@@ -142,7 +144,7 @@ Command base_command() {
       "Number in BASE_DATA");
   options.push_back(Option("--tool", &c.tool,
                            "The tool that touched: a file of truepose tool, or its numbers",
-                           {.type = kFrameType}));
+                           {.type = kFrameType, .file = FileUse::Read}));
   return {.name = "base",
           .help = "Where a work frame is in the base of a calibrated arm",
           .options = std::move(options),

@@ -174,14 +174,15 @@ Command iso9283_command() {
           {Option(
                "--data", &c.data_file,
                "Cycles (CSV: point,cycle,x,y,z in mm; optional a,b,c in deg, smr, direction, and time, the same "
-               "for all rows of a series; commanded poses in cx,cy,cz,ca,cb,cc or in --targets)"),
+               "for all rows of a series; commanded poses in cx,cy,cz,ca,cb,cc or in --targets)",
+               {.file = FileUse::Read}),
            Option("--targets", &c.targets_file,
                   "Commanded poses of the measured point (CSV: point,x,y,z; optional a,b,c, smr)",
-                  {.needs = {"--data"}}),
+                  {.needs = {"--data"}, .file = FileUse::Read}),
            Option(
                "--model", &c.model_file,
                "The data are in the tracker's frame: bring them into the robot's base by this model's base pose",
-               {.needs = {"--data"}}),
+               {.needs = {"--data"}, .file = FileUse::Read}),
            Option("--fit-frame", &c.fit_frame,
                   "Or by a fit of the mean positions to the commanded ones, which makes AP relative",
                   {.needs = {"--data"}, .excludes = {"--model"}}),
@@ -192,7 +193,8 @@ Command iso9283_command() {
                {.type = "X,Y,Z,EDGE", .count = 4, .excludes = {"--data"}}),
            Option("--plane", &c.plane, "Diagonal plane of the cube",
                   {.check = available(names_of(kPlaneNames)), .needs = {"--cube"}}),
-           Option("--report", &c.report_file, "Write a report here (HTML, one file)", {.needs = {"--data"}}),
+           Option("--report", &c.report_file, "Write a report here (HTML, one file)",
+                  {.needs = {"--data"}, .file = FileUse::Written}),
            Option("--json", &c.as_json, "One JSON document", {.needs = {"--data"}})},
       .run = [command] { return run_iso9283(*command); }};
 }

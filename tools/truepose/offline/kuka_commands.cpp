@@ -225,7 +225,7 @@ Command kuka_write_command() {
   KukaWrite& c = *command;
   return {.name = "kuka write",
           .help = "Writes the controller's files with this cell's addresses, limits and cycle",
-          .options = {Option("--cell", &c.cell_file, "Cell file", {.required = true}),
+          .options = {Option("--cell", &c.cell_file, "Cell file", {.required = true, .file = FileUse::Read}),
                       Option("--kss", &c.kss, "Version of the controller's software",
                              {.shows_default = true, .check = available(kss_names())}),
                       Option("--out", &c.folder, "Folder for them", {.required = true})},
@@ -235,14 +235,15 @@ Command kuka_write_command() {
 Command kuka_lint_command() {
   const auto command = std::make_shared<KukaLint>();
   KukaLint& c = *command;
-  return {.name = "kuka lint",
-          .help = "Says what in a controller's RSI files would keep corrections from the axes",
-          .options = {Option("files", &c.files,
-                             "RSI ethernet configuration and context (.rsix, .rsi.xml), in any order",
-                             {.required = true, .type = "FILES"}),
-                      Option("--cell", &c.cell_file,
-                             "Cell file, with whose bounds and addresses they must agree")},
-          .run = [command] { return run_lint(*command); }};
+  return {
+      .name = "kuka lint",
+      .help = "Says what in a controller's RSI files would keep corrections from the axes",
+      .options = {Option("files", &c.files,
+                         "RSI ethernet configuration and context (.rsix, .rsi.xml), in any order",
+                         {.required = true, .type = "FILES", .file = FileUse::Read}),
+                  Option("--cell", &c.cell_file, "Cell file, with whose bounds and addresses they must agree",
+                         {.file = FileUse::Read})},
+      .run = [command] { return run_lint(*command); }};
 }
 
 }  // namespace truepose::tools

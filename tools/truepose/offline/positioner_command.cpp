@@ -135,15 +135,17 @@ Command positioner_command() {
       .help =
           "Where a turntable or positioner stands in the base of a calibrated arm, and the workpiece on it",
       .options =
-          {Option("--robot", &c.arm.robot, "Robot file of the arm (YAML)", {.required = true}),
-           Option("--model", &c.arm.model, "Model file of the calibrated arm", {.required = true}),
+          {Option("--robot", &c.arm.robot, "Robot file of the arm (YAML)",
+                  {.required = true, .file = FileUse::Read}),
+           Option("--model", &c.arm.model, "Model file of the calibrated arm",
+                  {.required = true, .file = FileUse::Read}),
            Option("--positioner", &c.table.robot,
                   "Robot file of the positioner: one or two joints, the root its base, the table its flange",
-                  {.required = true}),
+                  {.required = true, .file = FileUse::Read}),
            Option(
                "--positioner-model", &c.table.model,
                "Its model file, by truepose calibrate from the station of the tracker that measured the arm",
-               {.required = true}),
+               {.required = true, .file = FileUse::Read}),
            Option(
                "--root", &c.root,
                "ROOT as the controller has it, in the robot's base (mm, deg): what no reading of a turntable tells "
@@ -152,13 +154,14 @@ Command positioner_command() {
            Option(
                "--data", &c.data_file,
                "Readings of the workpiece (CSV: q1[,q2] of the positioner in deg or mm; x,y,z in mm of a reflector "
-               "on it; point: origin, x and xy, or any names with px,py,pz: coordinates in the workpiece)"),
+               "on it; point: origin, x and xy, or any names with px,py,pz: coordinates in the workpiece)",
+               {.file = FileUse::Read}),
            Option("--number", &c.number, "Number in MACHINE_DEF",
                   {.shows_default = true, .check = in_range(1, 16)}),
            Option("--base-number", &c.base_number, "Number in BASE_DATA of the workpiece",
                   {.shows_default = true, .check = in_range(1, 1000)}),
            Option("--out", &c.out_file, "Write both here (YAML), for truepose compensate",
-                  {.needs = {"--data"}}),
+                  {.needs = {"--data"}, .file = FileUse::Written}),
            Option("--json", &c.as_json, "One JSON document")},
       .run = [command] { return run_positioner(*command); }};
 }

@@ -254,7 +254,7 @@ Command replay_command() {
   for (const std::string_view name : names_of(recording::kWires)) wires.emplace_back(name);
   return {.name = "replay",
           .help = "Feeds a recording of the daemon's to the drivers and the stream again",
-          .options = {Option("FILE", &c.file, "recording", {.required = true}),
+          .options = {Option("FILE", &c.file, "recording", {.required = true, .file = FileUse::Read}),
                       Option("--wire", &c.wire, "this wire alone", {.check = member_of(wires)}),
                       Option("--list", &c.list, "print its records instead, a line each"),
                       Option("--json", &c.json, "print one JSON document", {.excludes = {"--list"}})},

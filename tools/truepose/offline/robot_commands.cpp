@@ -68,17 +68,19 @@ Command robot_commands() { return {.name = "robot", .help = "The robot file"}; }
 Command robot_fix_command() {
   const auto command = std::make_shared<RobotFix>();
   RobotFix& c = *command;
-  return {
-      .name = "robot fix",
-      .help = "Finds what is wrong in a robot file or its measurements, and writes them mended",
-      .options = {Option("robot", &c.robot_file, "Robot file (YAML)", {.required = true, .type = "ROBOT"}),
-                  Option("measurements", &c.data_file, "Measurements (CSV)",
-                         {.required = true, .type = "MEASUREMENTS"}),
-                  Option("--out", &c.out_file,
-                         "The mended robot file; all but the mended numbers stays as it stands"),
-                  Option("--out-data", &c.out_data_file,
-                         "The mended measurements, where the mistake is in them")},
-      .run = [command] { return run_fix(*command); }};
+  return {.name = "robot fix",
+          .help = "Finds what is wrong in a robot file or its measurements, and writes them mended",
+          .options = {Option("robot", &c.robot_file, "Robot file (YAML)",
+                             {.required = true, .type = "ROBOT", .file = FileUse::Read}),
+                      Option("measurements", &c.data_file, "Measurements (CSV)",
+                             {.required = true, .type = "MEASUREMENTS", .file = FileUse::Read}),
+                      Option("--out", &c.out_file,
+                             "The mended robot file; all but the mended numbers stays as it stands",
+                             {.file = FileUse::Written}),
+                      Option("--out-data", &c.out_data_file,
+                             "The mended measurements, where the mistake is in them",
+                             {.file = FileUse::Written})},
+          .run = [command] { return run_fix(*command); }};
 }
 
 }  // namespace truepose::tools

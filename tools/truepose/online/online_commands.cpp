@@ -215,16 +215,19 @@ std::vector<Option> connection_options(OnlineOptions& online) {
       {"--token-file",
        &online.token_file,
        "file with the daemon's token, for HOST:PORT",
-       {.environment = "TRUEPOSE_TOKEN_FILE"}},
+       {.environment = "TRUEPOSE_TOKEN_FILE", .file = FileUse::Read}},
       {"--tls-ca",
        &online.tls.ca,
        "HOST:PORT is the daemon's TLS port, whose certificate has to be from this CA (PEM)",
-       {.environment = "TRUEPOSE_TLS_CA"}},
+       {.environment = "TRUEPOSE_TLS_CA", .file = FileUse::Read}},
       {"--cert",
        &online.tls.certificate,
        "certificate to be known by (PEM) instead of a token",
-       {.needs = {"--tls-ca", "--key"}}},
-      {"--key", &online.tls.key, "private key of --cert (PEM)", {.needs = {"--cert"}}}};
+       {.needs = {"--tls-ca", "--key"}, .file = FileUse::Read}},
+      {"--key",
+       &online.tls.key,
+       "private key of --cert (PEM)",
+       {.needs = {"--cert"}, .file = FileUse::Read}}};
 }
 
 // clang-format off
@@ -235,24 +238,27 @@ std::vector<Row> table(Arguments& a) {
   const auto store_options = [&a] {
     return std::vector<Option>{
         {"--store", &a.store.store, "the file of a store, or a copy of it, instead of a daemon",
-         {.excludes = {"--daemon"}}},
+         {.excludes = {"--daemon"}, .file = FileUse::Read}},
         {"--robot", &a.store.robot, "robot file, where no model of the store says which joints turn",
-         {.needs = {"--store"}}}};
+         {.needs = {"--store"}, .file = FileUse::Read}}};
   };
   const auto campaign_files = [&a, id](const char* which) {
     return std::vector<Option>{
         id(which),
         {"--data", &a.files.data,
          "write its points here (CSV) as they were measured, as truepose calibrate --data reads them; of a "
-         "tool or a base, as truepose tool and truepose base do"},
-        {"--joints", &a.files.joints, "write the joints that were found for targets here (CSV)"},
+         "tool or a base, as truepose tool and truepose base do", {.file = FileUse::Written}},
+        {"--joints", &a.files.joints, "write the joints that were found for targets here (CSV)",
+         {.file = FileUse::Written}},
         {"--cycles", &a.files.cycles,
-         "write the cycles of an ISO 9283 test here (CSV), as truepose iso9283 --data reads them"},
+         "write the cycles of an ISO 9283 test here (CSV), as truepose iso9283 --data reads them",
+         {.file = FileUse::Written}},
         {"--frame", &a.files.frame,
-         "write the tool or base that was measured here (YAML), as --out of truepose tool and truepose base does"},
+         "write the tool or base that was measured here (YAML), as --out of truepose tool and truepose base does",
+         {.file = FileUse::Written}},
         {"--document", &a.files.document,
          "write what it found here (JSON); of a calibration, as truepose report --document reads it, of an ISO "
-         "9283 test, as --iso9283 does"}};
+         "9283 test, as --iso9283 does", {.file = FileUse::Written}}};
   };
   const auto with = [](std::vector<Option> options, const std::vector<Option>& more) {
     options.insert(options.end(), more.begin(), more.end());
@@ -270,7 +276,8 @@ std::vector<Row> table(Arguments& a) {
        {{"--kind", &a.kind, "what to measure for",
          {.shows_default = true, .check = member_of({"calibration", "targets", "iso9283"}), .key = "kind"}},
         {"--targets", &a.targets,
-         "targets (CSV: q1..qN in deg, or x,y,z,a,b,c of the flange); default: validation poses of a plan"},
+         "targets (CSV: q1..qN in deg, or x,y,z,a,b,c of the flange); default: validation poses of a plan",
+         {.file = FileUse::Read}},
         {"--rounds", &a.rounds, "corrections of a target at most", {.key = "rounds"}},
         {"--tolerance", &a.tolerance_mm, "mm to which the mean of its readings must come",
          {.key = "tolerance_mm"}},
@@ -307,7 +314,7 @@ std::vector<Row> table(Arguments& a) {
         {"--known", &a.known, "coordinates of each point in the frame, where they are known (x,y,z in mm)"},
         {"--points-file", &a.points_file,
          "the points from a file (CSV: point; x,y,z as --at, but of points to touch; px,py,pz as --known)",
-         {.excludes = {"--points", "--at", "--known"}}},
+         {.excludes = {"--points", "--at", "--known"}, .file = FileUse::Read}},
         {"--facing", &a.facing, "direction of the reflector's opening in the flange frame; default: the cell file's",
          {.count = 3, .needs = {"--tool"}}},
         {"--orientation", &a.orientation,
@@ -369,7 +376,8 @@ std::vector<Row> table(Arguments& a) {
       {"model rollback", "model.rollback", "activate the model that was active before", {}, activated_text},
       {"model deactivate", "model.deactivate", "let no model correct the arm", {}, deactivated_text},
       {"model export", "model.export", "write a model file",
-       {id("model; default: the active one"), {"--out", &a.out, "file; default: standard output"}},
+       {id("model; default: the active one"), {"--out", &a.out, "file; default: standard output",
+       {.file = FileUse::Written}}},
        nullptr, export_model},
 
       {"tools", "", "the measured tools that are in use"},
@@ -400,16 +408,17 @@ std::vector<Row> table(Arguments& a) {
 
       {"recording", "", "what went over the wires to robot and tracker"},
       {"recording save", "recording.save", "write the last minutes to a file",
-       {{"--out", &a.out, "file here; default: among the daemon's recordings alone"}}, nullptr,
+       {{"--out", &a.out, "file here; default: among the daemon's recordings alone",
+       {.file = FileUse::Written}}}, nullptr,
        [](const Arguments& x, const json::object&) { return save_recording(x.online, x.out); }},
       {"recording list", "recording.list", "recordings, newest first", {}, recordings_text},
       {"recording export", "recording.get", "copy a recording to a file",
        {{"NAME", &a.id, "recording", {.required = true, .key = "name"}},
-        {"--out", &a.out, "file", {.required = true}}},
+        {"--out", &a.out, "file", {.required = true, .file = FileUse::Written}}},
        nullptr, [](const Arguments& x, const json::object&) { return export_recording(x.online, x.id, x.out); }},
 
       {"backup", "store.backup", "copy the store while the daemon uses it",
-       {{"--out", &a.out, "file here", {.required = true}}}, nullptr,
+       {{"--out", &a.out, "file here", {.required = true, .file = FileUse::Written}}}, nullptr,
        [](const Arguments& x, const json::object&) { return back_up(x.online, x.out); }},
 
       {"events", "events.subscribe", "print what happens",
@@ -424,20 +433,23 @@ std::vector<Row> table(Arguments& a) {
       {"report", "report.get", "errors before and after: a table, and a page to keep",
        {{"ID", &a.report.campaign, "campaign; default: the newest that is done", {.key = "id"}},
         {"--document", &a.report.document, "a calibration document (JSON) instead of the daemon's",
-         {.excludes = {"ID", "--store"}}},
+         {.excludes = {"ID", "--store"}, .file = FileUse::Read}},
         {"--store", &a.report.store, "the file of a store, or a copy of it, instead of a daemon",
-         {.excludes = {"--daemon"}}},
-        {"--truth", &a.report.truth, "what a simulated arm really is (truepose-sim --truth-file)"},
+         {.excludes = {"--daemon"}, .file = FileUse::Read}},
+        {"--truth", &a.report.truth, "what a simulated arm really is (truepose-sim --truth-file)",
+         {.file = FileUse::Read}},
         {"--path", &a.report.path,
-         "what a production program did (truepose-sim --path-file), to be a section of the page"},
+         "what a production program did (truepose-sim --path-file), to be a section of the page",
+         {.file = FileUse::Read}},
         {"--iso9283", &a.report.iso9283,
-         "an ISO 9283 test (truepose iso9283 --json), to be a section of the page"},
+         "an ISO 9283 test (truepose iso9283 --json), to be a section of the page", {.file = FileUse::Read}},
         {"--frame", &a.report.frame,
-         "a tool that was measured (truepose tool --json, or campaign export --document), to be a section of the page"},
+         "a tool that was measured (truepose tool --json, or campaign export --document), to be a section of the page",
+         {.file = FileUse::Read}},
         {"--experiment", &a.report.experiment,
-         "an experiment (truepose experiment --json), to be sections of the page"},
-        {"--html", &a.report.html, "write the page here"},
-        {"--out-json", &a.report.json, "write the document here"}},
+         "an experiment (truepose experiment --json), to be sections of the page", {.file = FileUse::Read}},
+        {"--html", &a.report.html, "write the page here", {.file = FileUse::Written}},
+        {"--out-json", &a.report.json, "write the document here", {.file = FileUse::Written}}},
        nullptr, [](const Arguments& x, const json::object&) { return report_campaign(x.online, x.report); }},
   };
 }

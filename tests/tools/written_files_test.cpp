@@ -1,0 +1,90 @@
+// What commands write: to files that are not to be lost, and to a standard output that may be full.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "config/robot_file.hpp"
+#include "tests/process.hpp"
+#include "tests/temp_folder.hpp"
+#include "tests/tools/known_model.hpp"
+#include "tests/tools/robot_file.hpp"
+
+namespace truepose {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+constexpr const char* kJoints = "q1,q2,q3,q4,q5,q6\n20,-80,100,30,45,-40\n";
+
+class WrittenFiles : public testing::Test {
+ protected:
+  fs::path path(const std::string& name) const { return folder_.path() / name; }
+
+  Finished compensate(const std::string& out, std::vector<std::string> more = {}) const {
+    more.insert(more.begin(),
+                {"compensate", "--robot", robot_, "--model", model_, "--joints", joints_, "--out", out});
+    return run_program("truepose", more);
+  }
+  void expect_refused(const std::string& out, const std::string& other,
+                      const std::vector<std::string>& more = {}) const {
+    const Finished run = compensate(out, more);
+    EXPECT_EQ(run.exit_code, 2) << out;
+    EXPECT_EQ(run.err, "truepose: --out: " + out + " is the file of " + other +
+                           " too, which would be lost; write to another file\n");
+    EXPECT_EQ(run.out, "");
+  }
+
+  TempFolder folder_;
+  std::string robot_ = folder_.write("robot.yaml", text_of(kRobot)),
+              model_ = folder_.write("model.yaml",
+                                     config::model_yaml(known_model(config::load_robot(kRobot), 0.01))),
+              joints_ = folder_.write("joints.csv", kJoints);
+};
+
+TEST_F(WrittenFiles, AreNotThoseThatTheCommandReads) {
+  const std::string model = text_of(model_);
+  expect_refused(model_, "--model");
+  expect_refused(robot_, "--robot");
+  expect_refused(joints_, "--joints");
+  EXPECT_EQ(text_of(model_), model);
+  EXPECT_EQ(text_of(joints_), kJoints);
+}
+
+TEST_F(WrittenFiles, AreNotThoseThatItReadsByAnotherName) {
+  fs::create_directory(path("sub"));
+  expect_refused(path("sub/../joints.csv"), "--joints");
+  fs::create_symlink(joints_, path("link.csv"));
+  expect_refused(path("link.csv"), "--joints");
+  fs::create_hard_link(joints_, path("hard.csv"));
+  expect_refused(path("hard.csv"), "--joints");
+  EXPECT_EQ(text_of(joints_), kJoints);
+}
+
+TEST_F(WrittenFiles, AreNotOneFileTwice) {
+  const std::string both = path("both.x");
+  const Finished run = compensate(both, {"--report", path("./both.x")});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("both.x is the file of --report too, which would be lost"));
+  EXPECT_FALSE(fs::exists(both));
+  EXPECT_EQ(compensate("/dev/null", {"--report", "/dev/null"}).exit_code, 0) << "nothing is lost there";
+}
+
+TEST_F(WrittenFiles, AreRefusedBeforeAnythingElseIsLookedAt) {
+  const std::string none = path("none.csv");
+  const Finished run = run_program(
+      "truepose", {"calibrate", "--robot", robot_, "--data", joints_, "--data", none, "--out", none});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("--out: " + none + " is the file of --data too"));
+}
+
+TEST_F(WrittenFiles, HaveAName) {
+  const Finished run = compensate("");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.err, "truepose: --out: expected a file's name (see truepose --help)\n");
+  EXPECT_EQ(run.out, "");
+}
+
+}  // namespace
+}  // namespace truepose

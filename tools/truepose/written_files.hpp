@@ -1,0 +1,15 @@
+#pragma once
+
+#include <initializer_list>
+#include <span>
+
+#include "tools/truepose/command_line.hpp"
+
+namespace truepose::tools {
+
+/// Refuses options by which a file would be written that is read too, or written by another of them: under
+/// another name, by a link to it or in another folder's words, too. What is no file (a pipe, a terminal,
+/// /dev/null) may be named twice. Throws CommandError.
+void refuse_overwriting(std::initializer_list<std::span<const Option>> options);
+
+}  // namespace truepose::tools
