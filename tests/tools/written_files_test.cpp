@@ -86,5 +86,53 @@ TEST_F(WrittenFiles, HaveAName) {
   EXPECT_EQ(run.out, "");
 }
 
+class FullStandardOutput : public WrittenFiles {
+ protected:
+  /// A command whose output goes to a disk that is full.
+  Finished run(const std::vector<std::string>& arguments) const {
+    std::vector<std::string> words{"-c", "exec \"$0\" \"$@\" > /dev/full",
+                                   fs::path{TRUEPOSE_BIN_DIR} / "truepose"};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    return run_program("/bin/sh", words);
+  }
+  void expect_told(const std::vector<std::string>& arguments) const {
+    const Finished finished = run(arguments);
+    EXPECT_EQ(finished.exit_code, 2) << arguments.front();
+    EXPECT_EQ(finished.err, "truepose: standard output cannot be written: No space left on device\n")
+        << arguments.front();
+  }
+};
+
+TEST_F(FullStandardOutput, EndsACommandWithAWordOnIt) {
+  const std::vector<std::string> fk{"fk", "--robot", robot_, "--joints", joints_};
+  expect_told(fk);
+  std::vector<std::string> as_json = fk;
+  as_json.push_back("--json");
+  expect_told(as_json);
+  expect_told({"iso9283", "--cube", "1700,0,1100,500"});
+  expect_told({"compensate", "--robot", robot_, "--model", model_, "--joints", joints_});
+  expect_told({"--help"});
+}
+
+TEST_F(FullStandardOutput, IsToldOfMoreThanIsKeptBeforeItIsWritten) {
+  std::string many = "q1,q2,q3,q4,q5,q6\n";
+  for (int i = 0; i < 2000; ++i) many += "20,-80,100,30,45,-40\n";
+  const std::string file = folder_.write("many.csv", many);
+  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--json"}}) {
+    std::vector<std::string> fk{"fk", "--robot", robot_, "--joints", file};
+    fk.insert(fk.end(), more.begin(), more.end());
+    const Finished finished = run(fk);
+    EXPECT_EQ(finished.exit_code, 2);
+    EXPECT_THAT(finished.err, testing::StartsWith("truepose: standard output cannot be written"));
+  }
+}
+
+TEST_F(FullStandardOutput, LeavesAnotherTroubleAsItIs) {
+  const Finished finished = run({"fk", "--robot", path("none.yaml"), "--joints", joints_});
+  EXPECT_EQ(finished.exit_code, 2);
+  EXPECT_THAT(finished.err, HasSubstr("none.yaml: cannot be opened"));
+  EXPECT_THAT(finished.err, testing::Not(HasSubstr("standard output")));
+}
+
 }  // namespace
 }  // namespace truepose

@@ -2,7 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+#include <iostream>
 #include <map>
 
 #include "config/text_file.hpp"
@@ -107,8 +110,17 @@ Check available(std::vector<std::string_view> values) {
           }};
 }
 
+void flush_standard_output() {
+  errno = 0;
+  std::cout.flush();
+  std::fflush(stdout);
+  const std::string why = errno == 0 ? "" : std::string{": "} + std::strerror(errno);
+  if (!std::cout || std::ferror(stdout) != 0)
+    throw CommandError{kBadInput, "standard output cannot be written" + why};
+}
+
 int run_command_line(const CommandLine& line, std::vector<std::string> words) {
-  return exit_code_of([&] {
+  const int ended = exit_code_of([&] {
     int exit_code = kDone;
     CLI::App app{"Calibrates industrial robots with a laser tracker, and corrects them while they work.",
                  "truepose"};
@@ -124,6 +136,11 @@ int run_command_line(const CommandLine& line, std::vector<std::string> words) {
       throw bad_usage(error.what());
     }
     return exit_code;
+  });
+  if (ended > kFailed) return ended;  // says already why nothing can be relied on
+  return exit_code_of([ended] {
+    flush_standard_output();
+    return ended;
   });
 }
 

@@ -97,7 +97,11 @@ struct CommandLine {
   std::vector<Command> commands;
 };
 
-/// Runs the command that the words ask for. @return the exit code
+/// Throws CommandError where not all that was printed arrived, as on a full disk.
+void flush_standard_output();
+
+/// Runs the command that the words ask for. @return the exit code: kBadInput too where what it printed did
+/// not arrive
 int run_command_line(const CommandLine& line, std::vector<std::string> words);
 
 /// Does the work; what it throws becomes a line on standard error. @return the exit code

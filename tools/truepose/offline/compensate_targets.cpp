@@ -369,7 +369,7 @@ class Output {
     if (!tells_sigma_) note(options_.arm.model.string() + kNoSigma);
     if (!is_tool_measured_) note(kToolGiven);
     if (options_.as_json) std::cout << document_ << '\n';
-    if (!std::cout.flush()) throw ConfigError("standard output cannot be written");
+    flush_standard_output();  // before a file takes its place
     for (auto* file : {&out_, &report_file_}) {
       if (*file) (*file)->close();
     }
