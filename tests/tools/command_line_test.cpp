@@ -190,6 +190,22 @@ TEST_F(Words, ThatDoNotFitAreRefusedInOneLine) {
   EXPECT_THAT(refusal({"--list", "1,2,3"}), HasSubstr("--list"));
 }
 
+TEST_F(Words, ThatNameNoCommandAreToldWithTheNearest) {
+  const std::string see = " (see truepose --help)\n";
+  const auto refusal = [this](const std::vector<std::string>& words) {
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(run_command_line(line_of(values_, [] { return 0; }), words), kBadInput);
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(refusal({"grou"}), "truepose: 'grou' is no command, did you mean 'group'?" + see);
+  EXPECT_EQ(refusal({"calibrate", "--robot", "r.yaml"}), "truepose: 'calibrate' is no command" + see);
+  EXPECT_EQ(refusal({"group", "wrok"}),
+            "truepose: 'wrok' is no command of group, did you mean 'work'?" + see);
+  EXPECT_EQ(refusal({}), "truepose: A subcommand is required" + see);
+  EXPECT_THAT(refusal({"group", "work", "here", "there"}), HasSubstr("there"))
+      << "a word too many of a command";
+}
+
 TEST(Subjects, OfSeveralExactlyOneIsGiven) {
   std::string file, points;
   const CommandLine line{.options = {},

@@ -7,7 +7,9 @@
 #include <cstring>
 #include <iostream>
 #include <map>
+#include <optional>
 
+#include "config/number_text.hpp"
 #include "config/text_file.hpp"
 #include "tools/truepose/written_files.hpp"
 
@@ -94,6 +96,19 @@ void add_command(CLI::App& app, const Command& command, const std::vector<Option
   });
 }
 
+/// What is wrong with words that name no command where one is expected; nothing where it is something else.
+std::optional<std::string> unknown_command(const CLI::App& app) {
+  if (const auto given = app.get_subcommands(); !given.empty()) return unknown_command(*given.front());
+  std::vector<std::string> known;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    if (!command->get_name().empty()) known.push_back(command->get_name());
+  const std::vector<std::string> words = app.remaining();
+  if (known.empty() || words.empty() || words.front().starts_with('-')) return std::nullopt;
+  const std::string group = app.get_parent() ? " of " + app.get_name() : "";
+  return config::in_quotes(words.front()) + " is no command" + group +
+         config::suggestion(words.front(), known);
+}
+
 }  // namespace
 
 CommandError bad_usage(const std::string& message) { return {kBadInput, message + " (see truepose --help)"}; }
@@ -133,7 +148,7 @@ int run_command_line(const CommandLine& line, std::vector<std::string> words) {
       app.parse(std::move(words));
     } catch (const CLI::ParseError& error) {
       if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-      throw bad_usage(error.what());
+      throw bad_usage(unknown_command(app).value_or(error.what()));
     }
     return exit_code;
   });
