@@ -69,6 +69,11 @@ UnfinishedFile::UnfinishedFile(const std::filesystem::path& path) : path_(path) 
   errno = 0;
   out_.open(beside_.empty() ? path_ : beside_, std::ios::binary | std::ios::trunc);
   if (!out_) fail();
+  if (!beside_.empty() && is_there) {
+    // No more open than the one that it replaces, nor than any that is made here.
+    using std::filesystem::status;
+    std::filesystem::permissions(beside_, status(path_).permissions() & status(beside_).permissions());
+  }
 }
 
 UnfinishedFile::~UnfinishedFile() {

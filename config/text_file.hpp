@@ -37,8 +37,9 @@ void write_text_file(const std::filesystem::path& file, const std::string& text)
 bool synced(const std::filesystem::path& path);
 
 /// A file that takes its place, or replaces the one there, only once it is written in full and on the disk:
-/// until then it lies beside it under another name, and goes away if it is given up. What is no file (a pipe,
-/// a terminal) is written to as it is. Every function throws ConfigError where it fails.
+/// until then it lies beside it under another name, and goes away if it is given up. One that replaces
+/// another is readable by nobody whom that kept out. What is no file (a pipe, a terminal) is written to as it
+/// is. Every function throws ConfigError where it fails.
 class UnfinishedFile {
  public:
   explicit UnfinishedFile(const std::filesystem::path& path);

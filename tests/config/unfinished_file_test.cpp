@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <csignal>
 #include <filesystem>
@@ -51,6 +52,23 @@ TEST(ATextFile, IsTheOldOneWhereTheDiskHasNoRoomForTheNew) {
   }
   EXPECT_EQ(read_text_file(file), "the old model\n");
   EXPECT_EQ(files_in(folder.path()), 1) << "something was left beside it";
+}
+
+TEST(ATextFile, IsReadableByNobodyWhomTheOneBeforeKeptOut) {
+  using std::filesystem::perms;
+  const TempFolder folder;
+  const std::filesystem::path file = folder.write("model.yaml", "the old model\n");
+  const auto mode_after = [&file](perms before) {
+    std::filesystem::permissions(file, before);
+    write_text_file(file, "the new model\n");
+    return std::filesystem::status(file).permissions();
+  };
+  const perms owner_alone = perms::owner_read | perms::owner_write;
+  EXPECT_EQ(mode_after(owner_alone), owner_alone);
+  EXPECT_EQ(mode_after(owner_alone | perms::group_read), owner_alone | perms::group_read);
+  const mode_t usual = umask(0077);
+  EXPECT_EQ(mode_after(owner_alone | perms::others_read), owner_alone) << "the writer keeps them out too";
+  umask(usual);
 }
 
 TEST(TextFilesThatBelongTogether, AllStayTheOldOnesWhereOneCannotBeWritten) {
