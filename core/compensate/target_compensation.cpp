@@ -22,6 +22,11 @@ std::string described(const CompensationFault& fault, const RobotModel& nominal)
       text << "the calibrated arm cannot reach it: it is at the end of the arm's reach or in a singularity; "
               "move it away from there";
       break;
+    case CompensationFault::Kind::TooFewJoints:
+      text << "the calibrated arm cannot reach it: " << nominal.joint_count()
+           << " joints cannot correct the six degrees of freedom of a pose; correct the position alone "
+              "(--position-only)";
+      break;
     case CompensationFault::Kind::NotFinite:
       text << "the inverse of the calibrated arm is not finite";
       break;
@@ -40,6 +45,7 @@ std::string described(const CompensationFault& fault, const RobotModel& nominal)
 
 namespace {
 
+constexpr int kPoseFreedoms = 6;
 constexpr int kMaxSteps = 100;
 constexpr double kLargestStep = 0.2;  // rad: from far away Newton does not leave the branch
 constexpr double kTolerance_mm = 1e-9;
@@ -184,7 +190,11 @@ TargetCompensation::Result TargetCompensation::at_pose(const Eigen::Isometry3d& 
                                                        const JointVector& q_nominal,
                                                        const Eigen::Vector3d& p_F_mm) const {
   Search search{.q = q_nominal};
-  return at_pose(X_BF, q_nominal, p_F_mm, search);
+  Result result = at_pose(X_BF, q_nominal, p_F_mm, search);
+  using Kind = CompensationFault::Kind;
+  if (!result && result.error().kind == Kind::DidNotConverge && nominal_.joint_count() < kPoseFreedoms)
+    result.error().kind = Kind::TooFewJoints;
+  return result;
 }
 
 TargetCompensation::Result TargetCompensation::at_pose(const Eigen::Isometry3d& X_BF,

@@ -13,7 +13,7 @@ namespace truepose {
 
 /// Why a target is not reached.
 struct CompensationFault {
-  enum class Kind { DidNotConverge, NotFinite, BeyondLimit, TooFar };
+  enum class Kind { DidNotConverge, NotFinite, BeyondLimit, TooFar, TooFewJoints };
   Kind kind = Kind::DidNotConverge;
   int joint = 0;         ///< BeyondLimit, TooFar: its index
   double q_wrong = 0;    ///< BeyondLimit: where it would have to go, rad or mm

@@ -64,6 +64,20 @@ double mm_between(const RobotModel& robot, const JointVector& q, const Eigen::Ve
   return (forward_kinematics(robot, q) * p_F_mm - p_B_mm).norm();
 }
 
+TEST(TargetCompensation, AnArmOfFewJointsIsToldToCorrectThePositionAlone) {
+  Random random(11);
+  const RobotModel nominal = example::scara(), real = example::deviating(nominal, random, 0.3, 1e-3);
+  const TargetCompensation compensation(nominal, real);
+  const JointVector q = example::random_joints(nominal, random);
+  const auto refused = compensation.at_joints(q);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(
+      described(refused.error(), nominal),
+      "the calibrated arm cannot reach it: 4 joints cannot correct the six degrees of freedom of a pose; correct "
+      "the position alone (--position-only)");
+  EXPECT_TRUE(compensation.at_position(forward_kinematics(nominal, q).translation(), q));
+}
+
 TEST(TargetCompensation, RegularTargetsAreReachedInPositionAndOrientation) {
   Random random(7);
   for (const RobotModel& real : {kReal, bending(kReal), with_field(bending(kReal))}) {
