@@ -184,17 +184,15 @@ std::vector<TestPoint> load_test_cycles(const std::filesystem::path& data,
   const CommandedPoses commanded = targets.empty() ? commanded_columns(table) : read_targets(targets);
   const std::size_t column = table.column("point");
   std::vector<TestPoint> points;
+  for (const auto& [name, reflectors] : commanded) points.push_back({name, commanded_pose(reflectors), {}});
   for (const Cycle& cycle : read_cycles(table)) {
     const auto of_point = commanded.find(cycle.point);
     if (of_point == commanded.end()) table.fail(cycle.row, column, "no commanded pose of " + cycle.point);
     const auto pose = attained_pose(of_point->second, cycle);
     if (!pose) table.fail(cycle.row, column, pose.error());
-    auto point = std::ranges::find(points, cycle.point, &TestPoint::name);
-    if (point == points.end())
-      point = points.insert(points.end(), TestPoint{cycle.point, commanded_pose(of_point->second), {}});
-    point->attained.push_back({*pose, cycle.direction, cycle.series});
+    std::ranges::find(points, cycle.point, &TestPoint::name)
+        ->attained.push_back({*pose, cycle.direction, cycle.series});
   }
-  std::ranges::stable_sort(points, {}, &TestPoint::name);  // a cycle runs from P5 to P1
   leave_out_single_series(points);
   return points;
 }

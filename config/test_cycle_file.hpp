@@ -18,7 +18,8 @@ namespace truepose::config {
 /// mean of theirs, its orientation the turn that brings their commanded positions nearest to the measured
 /// ones.
 ///
-/// @return points in the order of their names, poses as measured
+/// @return all commanded points in the order of their names, poses as measured: none where no cycle came to a
+/// point
 /// Throws ConfigError naming file, row and column.
 std::vector<TestPoint> load_test_cycles(const std::filesystem::path& data,
                                         const std::filesystem::path& targets);

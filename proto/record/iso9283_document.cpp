@@ -71,6 +71,7 @@ void layout(auto& io, Is<Iso9283Document> auto& x) {
   io("frame", x.frame, kIso9283Frames);
   io("cycles", x.cycles, kCount);
   io("complete", x.complete);
+  io.optional("missing", x.missing);
   io("sets", x.sets);
   io("variations", x.variations);
   io("drifts", x.drifts);
@@ -78,11 +79,21 @@ void layout(auto& io, Is<Iso9283Document> auto& x) {
 
 boost::json::object iso9283_document(const Iso9283Document& document) { return to_json(document); }
 
+std::vector<std::string> poses_without_cycle(std::span<const TestPoint> points) {
+  std::vector<std::string> names;
+  for (const TestPoint& point : points)
+    if (point.attained.empty()) names.push_back(point.name);
+  return names;
+}
+
 boost::json::object iso9283_document(const Iso9283Result& result, std::span<const TestPoint> points,
                                      Iso9283Frame frame) {
+  const std::vector<std::string> missing = poses_without_cycle(points);
+  const int fewest = missing.empty() ? result.fewest_cycles : 0;
   Iso9283Document x{.frame = frame,
-                    .cycles = result.fewest_cycles,
-                    .complete = result.fewest_cycles >= kIso9283Cycles,
+                    .cycles = fewest,
+                    .complete = fewest >= kIso9283Cycles,
+                    .missing = missing,
                     .sets = {},
                     .variations = {},
                     .drifts = {}};

@@ -42,12 +42,16 @@ struct Iso9283Document {
 
   std::string standard = "ISO 9283:1998";
   Iso9283Frame frame = Iso9283Frame::AsGiven;
-  int cycles = 0;
+  int cycles = 0;  ///< the fewest of any pose
   bool complete = false;
+  std::vector<std::string> missing;  ///< poses that no cycle came to
   std::vector<Set> sets;
   std::vector<Variation> variations;
   std::vector<Drift> drifts;
 };
+
+/// Names of the commanded poses that no cycle came to.
+std::vector<std::string> poses_without_cycle(std::span<const TestPoint> points);
 
 boost::json::object iso9283_document(const Iso9283Document& document);
 boost::json::object iso9283_document(const Iso9283Result& result, std::span<const TestPoint> points,

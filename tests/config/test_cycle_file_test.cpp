@@ -29,7 +29,9 @@ TEST_F(TestCycleFile, ReadsPointsInAnyOrderOfColumnsAndRows) {
       "1,3,2,1,P1,+x,0 min\n"
       "2,3,2,1.5,P1,+x,60 min\n",
       "point,x,y,z\nP2,4,5,6.5\nP1,1,2,3\nP3,0,0,0\n");
-  ASSERT_EQ(points.size(), 2U);
+  ASSERT_EQ(points.size(), 3U);
+  EXPECT_EQ(points[2].name, "P3");
+  EXPECT_TRUE(points[2].attained.empty()) << "no cycle came there";
   EXPECT_EQ(points[0].name, "P1");
   EXPECT_EQ(points[0].commanded.p_mm, Eigen::Vector3d(1, 2, 3));
   ASSERT_EQ(points[0].attained.size(), 2U);

@@ -129,7 +129,7 @@ inline constexpr int kMembers<FrameDocument::Shift> = 3;
 template <>
 inline constexpr int kMembers<FrameDocument::Point> = 3;
 template <>
-inline constexpr int kMembers<Iso9283Document> = 7;
+inline constexpr int kMembers<Iso9283Document> = 8;
 template <>
 inline constexpr int kMembers<Iso9283Document::Set> = 5;
 template <>

@@ -141,6 +141,33 @@ TEST_F(Iso9283, SaysThatAFittedFrameMakesAccuracyRelative) {
   EXPECT_NE(text.out.find("AP is relative to that fit"), std::string::npos) << text.out;
 }
 
+TEST_F(Iso9283, NamesACommandedPoseThatNoCycleCameTo) {
+  std::string text = text_of(data());
+  for (std::size_t row = text.find("P3,"); row != std::string::npos; row = text.find("P3,"))
+    text.erase(row, text.find('\n', row) + 1 - row);
+  const std::string without = folder_.write("without.csv", text);
+  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--fit-frame"}}) {
+    std::vector<std::string> arguments{"--data", without, "--targets", targets()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const json::object document = succeed(arguments);
+    EXPECT_EQ(document.at("complete"), false);
+    EXPECT_EQ(document.at("cycles"), 0);
+    EXPECT_EQ(document.at("missing"), (json::array{"P3"}));
+    EXPECT_EQ(document.at("sets").as_array().size(), 4U);
+  }
+  EXPECT_FALSE(succeed({"--data", data(), "--targets", targets()}).contains("missing"));
+
+  const std::string report = folder_.path() / "report.html";
+  const Finished run =
+      run_program("truepose", {"iso9283", "--data", without, "--targets", targets(), "--report", report});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const std::string said =
+      "No cycle came to P3, of which these figures do not hold: the standard asks for 30 cycles at every "
+      "commanded pose, and they do not comply.";
+  EXPECT_NE(run.out.find(said), std::string::npos) << run.out;
+  EXPECT_NE(text_of(report).find(said), std::string::npos);
+}
+
 TEST_F(Iso9283, SaysWhenTheCyclesAreTooFewForTheStandard) {
   const std::string few = data(Eigen::Isometry3d::Identity(), 10);
   EXPECT_EQ(succeed({"--data", few, "--targets", targets()}).at("complete"), false);

@@ -133,7 +133,12 @@ std::string iso9283_section(const boost::json::object& json) {
       "<p>At worst AP<sub>p</sub> {:.4f} mm and RP<sub>l</sub> {:.4f} mm, over {} sets of cycles.</p>\n",
       worst_ap_mm, worst_rp_mm, sets.size());
   html += note(fmt::format("{} Lengths in mm, angles in degrees.", frame_sentence(read->frame)));
-  if (!read->complete) {
+  if (!read->missing.empty()) {
+    html += fmt::format(
+        "<p class=\"caution\">No cycle came to {}, of which these figures do not hold: the standard asks for 30 "
+        "cycles at every commanded pose, and they do not comply.</p>\n",
+        xml::escaped(fmt::format("{}", fmt::join(read->missing, ", "))));
+  } else if (!read->complete) {
     html += fmt::format(
         "<p class=\"caution\">The standard asks for 30 cycles, and some poses have {}: these figures do not "
         "comply.</p>\n",

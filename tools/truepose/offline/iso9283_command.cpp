@@ -112,7 +112,12 @@ std::string characteristics_table(const Iso9283Result& result, std::span<const T
 std::string iso9283_text(const Iso9283Result& result, std::span<const TestPoint> points,
                          record::Iso9283Frame frame) {
   std::string text = "ISO 9283:1998. " + frame_text(frame);
-  if (result.fewest_cycles < kIso9283Cycles) {
+  if (const auto missing = record::poses_without_cycle(points); !missing.empty()) {
+    text += fmt::format(
+        "No cycle came to {}, of which these figures do not hold: the standard asks for {} cycles at every "
+        "commanded pose, and they do not comply.\n",
+        fmt::join(missing, ", "), kIso9283Cycles);
+  } else if (result.fewest_cycles < kIso9283Cycles) {
     text +=
         fmt::format("The standard asks for {} cycles, and some poses have {}: these figures do not comply.\n",
                     kIso9283Cycles, result.fewest_cycles);
@@ -133,6 +138,12 @@ std::string iso9283_text(const Iso9283Result& result, std::span<const TestPoint>
   return text;
 }
 
+/// The points that a cycle came to.
+std::vector<TestPoint> measured_points(std::vector<TestPoint> points) {
+  std::erase_if(points, [](const TestPoint& point) { return point.attained.empty(); });
+  return points;
+}
+
 int run_iso9283(const Iso9283Command& command) {
   if (!command.cube.empty()) return print_targets(command);
   if (command.data_file.empty()) throw bad_usage("--data or --cube is required");
@@ -144,7 +155,7 @@ int run_iso9283(const Iso9283Command& command) {
         in_base(std::move(points), config::load_model(command.model_file).cell.base.isometry().inverse());
   } else if (command.fit_frame) {
     frame = record::Iso9283Frame::Fitted;
-    const auto X_BM = fitted_frame(points);
+    const auto X_BM = fitted_frame(measured_points(points));
     if (!X_BM) throw ConfigError(command.data_file + ": --fit-frame: " + X_BM.error());
     points = in_base(std::move(points), *X_BM);
   }
