@@ -347,6 +347,50 @@ std::optional<std::string> larger_correction(const RobotModel& nominal, const Ca
 
 namespace {
 
+/// "link3.a: 1150 mm in the model, 1160 mm in the robot file"
+std::string difference(const std::string& name, double made, double now) {
+  const bool is_length = name.ends_with(".a") || name.ends_with(".d");
+  const double unit = is_length ? 1 : kRadPerDeg;
+  const char* word = is_length ? "mm" : "deg";
+  return formatted("%s: %.9g %s in the model, %.9g %s in the robot file", name.c_str(), made / unit, word,
+                   now / unit, word);
+}
+
+std::optional<std::string> other_link(const RobotModel& nominal, const ModelFile& model) {
+  const CalibratedCell cell{.robot = nominal};
+  const std::vector<std::string> names = parameter_names(cell);
+  const Eigen::VectorXd values = parameter_values(cell);
+  for (int k = ParameterLayout::of(cell).link(0); k < values.size(); ++k) {
+    const std::string& name = names[static_cast<std::size_t>(k)];
+    const auto made = std::ranges::find(model.parameters, name, &IdentifiedParameter::name);
+    if (made != model.parameters.end() && !(std::abs(made->nominal - values[k]) <= kUnit))
+      return difference(name, made->nominal, values[k]);
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> other_sign(const RobotModel& nominal, const RobotModel& model) {
+  for (std::size_t i = 0; i < nominal.joints.size(); ++i) {
+    const auto made = static_cast<int>(model.joints[i].sign), now = static_cast<int>(nominal.joints[i].sign);
+    if (made != now)
+      return formatted("the sign of joint %zu: %d in the model, %d in the robot file", i + 1, made, now);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<std::string> other_nominal(const RobotModel& nominal, const ModelFile& model) {
+  std::optional<std::string> other = other_link(nominal, model);
+  if (!other) other = other_sign(nominal, model.cell.robot);
+  if (!other && nominal.coupling != model.cell.robot.coupling) other = "the coupling of joints";
+  if (!other && !nominal.X_flange.isApprox(model.cell.robot.X_flange, kUnit)) other = "the flange";
+  if (!other) return std::nullopt;
+  return "it was identified from another robot file, " + *other;
+}
+
+namespace {
+
 constexpr std::string_view kHashKey = "sha256: ";
 
 }  // namespace

@@ -64,6 +64,8 @@ std::optional<std::string> other_error(const CalibratedCell& cell, std::span<con
 /// It corrects a joint at the poses by more than it says; where that is 0 nothing is known.
 std::optional<std::string> larger_correction(const RobotModel& nominal, const CalibratedCell& cell,
                                              std::span<const JointVector> poses, double made_deg);
+/// It was identified from another arm than `nominal`: what it keeps of that, parameter by parameter.
+std::optional<std::string> other_nominal(const RobotModel& nominal, const ModelFile& model);
 /// @}
 
 /// What a drift check judges by.

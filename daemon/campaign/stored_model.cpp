@@ -106,6 +106,7 @@ std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
     return refused("it, or a point that it was made from, has other joints than " + config.robot.model.name);
   if (model.file.serial != record.robot_serial)
     return refused("its text is of arm " + model.file.serial + ", its row of arm " + record.robot_serial);
+  if (const WhyNot other = config::other_nominal(config.robot.model, model.file)) return refused(*other);
   if (const WhyNot other = other_error(record, model.file, points)) return refused(*other);
   if (const WhyNot larger = config::larger_correction(config.robot.model, model.file.cell,
                                                       poses_of_task(points), record.largest_correction_deg))

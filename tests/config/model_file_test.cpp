@@ -261,6 +261,33 @@ TEST(ModelFile, IsRefusedWhereItCorrectsMoreThanItSaid) {
   EXPECT_FALSE(larger_correction(nominal, cell, poses, 0)) << "of files of before nothing is known";
 }
 
+TEST(ModelFile, IsOfTheRobotFileThatItWasIdentifiedFrom) {
+  const RobotModel nominal = example::kr210();
+  ModelFile model{.cell = {.robot = nominal}};
+  const std::vector<std::string> names = parameter_names({.robot = nominal});
+  const Eigen::VectorXd values = parameter_values({.robot = nominal});
+  for (std::size_t k = 6; k < names.size(); ++k)
+    model.parameters.push_back({.name = names[k], .nominal = values[static_cast<Eigen::Index>(k)]});
+  model.cell.robot.joints[2].a_mm += 1;  // what was found is no part of it
+  EXPECT_EQ(other_nominal(nominal, model), std::nullopt);
+  const auto of = [&](auto change) {
+    RobotModel other = nominal;
+    change(other);
+    return other_nominal(other, model).value_or("");
+  };
+  const std::string says = "it was identified from another robot file, ";
+  EXPECT_EQ(of([](RobotModel& r) { r.joints[2].a_mm = 1160; }),
+            says + "link3.a: 1150 mm in the model, 1160 mm in the robot file");
+  EXPECT_EQ(of([](RobotModel& r) { r.joints[2].theta_rad = 0; }),
+            says + "link3.theta: -90 deg in the model, 0 deg in the robot file");
+  EXPECT_EQ(of([](RobotModel& r) { r.joints[0].sign = 1; }),
+            says + "the sign of joint 1: -1 in the model, 1 in the robot file");
+  EXPECT_EQ(of([](RobotModel& r) { r.coupling = {{.joint = 2, .to = 1, .factor = 1}}; }),
+            says + "the coupling of joints");
+  EXPECT_EQ(of([](RobotModel& r) { r.X_flange.translation().z() += 10; }), says + "the flange");
+  EXPECT_EQ(of([](RobotModel& r) { r.joints[0].max = 1; }), "") << "limits are the cell's";
+}
+
 TEST(ModelFile, RefusesAFlangeThatIsNoRotationAndAMissingPart) {
   std::string text = model_yaml(model_of(1));
   const auto without = [&](const std::string& key) {

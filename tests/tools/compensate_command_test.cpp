@@ -160,6 +160,19 @@ TEST_F(Compensate, TheArmBendsUnderThePayloadThatItIsTold) {
   EXPECT_GT((forward_kinematics(model_.cell.robot, q).translation() - wanted).norm(), 0.01);
 }
 
+TEST_F(Compensate, AModelOfAnotherRobotFileIsRefused) {
+  const std::string targets = file(std::string(kJoints) + kRegularRow);
+  model_.parameters = {{.name = "link3.a", .nominal = 1160, .value = 1160.2}};
+  folder_.write("model.yaml", config::model_yaml(model_));
+  const Finished run = compensate({"--joints", targets});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(
+      run.err,
+      "truepose: " + model_file_ +
+          ": the model is refused: it was identified from another robot file, link3.a: 1160 mm in the "
+          "model, 1150 mm in the robot file; give the one that it was identified from, or identify again\n");
+}
+
 TEST_F(Compensate, EveryTargetHasTheStandardDeviationOfItsPosition) {
   const std::string targets = file(std::string(kJoints) + kRegularRow + kSingularRow);
   const json::object found = document({"--joints", targets});

@@ -42,6 +42,9 @@ config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem
                               " joints, but the robot file is of '" + nominal.name + "' with " +
                               std::to_string(nominal.joint_count()));
   }
+  if (const auto why = config::other_nominal(nominal, model))
+    throw config::ConfigError(file.string() + ": the model is refused: " + *why +
+                              "; give the one that it was identified from, or identify again");
   if (const auto why = config::larger_correction(nominal, model.cell, config::poses_of(model.validation),
                                                  model.largest_correction_deg))
     throw config::ConfigError(file.string() + ": the model is refused: " + *why + "; identify again");
