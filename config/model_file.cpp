@@ -253,6 +253,7 @@ void layout(auto& io, Is<ModelFile> auto& x) {
   io("reflectors", x.cell.reflectors);
   io("parameters", x.parameters);
   io.optional("updates", x.updates);
+  io.optional("several_payloads", Unless{false, x.several_payloads});
   io.optional("station", x.station);
   io.optional("noise", x.noise);
   io.optional("validation_distances2", x.validation_distances2);
@@ -290,6 +291,14 @@ std::optional<DriftReference> drift_reference(const ModelFile& model,
     return std::nullopt;
   }
   return reference;
+}
+
+bool is_payload_open(const ModelFile& model) {
+  const RobotModel& robot = model.cell.robot;
+  if (robot.payload || !std::ranges::count(robot.deviation, DeviationBasis::Gravity, &DeviationTerm::basis))
+    return false;
+  // Files of before do not tell; without masses of links it takes several payloads to see that the arm bends.
+  return model.several_payloads || robot.masses.empty();
 }
 
 std::vector<ValidationPoint> validation_points(const MeasurementData& data) {

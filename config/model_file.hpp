@@ -38,6 +38,8 @@ struct ModelFile {
   std::vector<double> validation_distances2;  ///< as DriftReference's
   std::optional<ThermalResponse> thermal;     ///< where warmth was identified; all else is of its reference
   std::string updates;  ///< the model that this one brings up to date, by id or file; empty: none
+  /// Measured under several payloads, of which the robot file calls none the arm's own.
+  bool several_payloads = false;
   std::string station;  ///< in whose tracker's frame the base is; empty where there was one station
   /// Its own proof: what it was validated on, and the largest correction of a joint there. Empty and 0 in
   /// files of before, and where each validation point was predicted by another fit.
@@ -50,6 +52,9 @@ struct ModelFile {
 /// to be allowed for.
 inline constexpr double kReproduced_mm = 1e-3;
 inline constexpr double kReproduced_deg = 1e-3;
+
+/// Whether the arm bends under what it carries, and nobody says what that is.
+bool is_payload_open(const ModelFile& model);
 
 /// The points of a calibration that it was validated on.
 std::vector<ValidationPoint> validation_points(const MeasurementData& data);

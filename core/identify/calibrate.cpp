@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "core/identify/calibrated_cell.hpp"
+#include "core/identify/carried_payload.hpp"
 #include "core/identify/identification.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/model_sanity.hpp"
@@ -331,8 +332,9 @@ std::expected<CalibratedCell, CalibrationError> coarse_fit(const RobotModel& arm
   return id.fit.cell;
 }
 
-std::expected<Calibration, CalibrationError> calibrate(const RobotModel& nominal, const MeasurementData& data,
+std::expected<Calibration, CalibrationError> calibrate(const RobotModel& robot, const MeasurementData& data,
                                                        const CalibrateOptions& options) {
+  const RobotModel nominal = carrying_as_measured(robot, data.points);
   if (auto error = unusable(nominal, data)) return std::unexpected(*error);
   auto made = identified(nominal, data, options, options.check_model);
   if (!made) return std::unexpected(made.error());

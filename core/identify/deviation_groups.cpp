@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/arm/guide.hpp"
+#include "core/identify/carried_payload.hpp"
 #include "core/identify/identifiability.hpp"
 #include "core/math/units.hpp"
 
@@ -65,11 +66,6 @@ std::vector<DeviationTerm> independent(const RobotModel& robot, std::span<const 
       kept.push_back(terms[static_cast<std::size_t>(k)]);
   }
   return kept;
-}
-
-bool payload_varies(std::span<const Measurement> points) {
-  return std::ranges::adjacent_find(points, std::ranges::not_equal_to{}, &Measurement::payload) !=
-         points.end();
 }
 
 /// A payload that changes tells how the joint bends under a known mass, whatever the arm's own.

@@ -14,7 +14,7 @@
 namespace truepose {
 
 template <>
-inline constexpr int kMembers<config::ModelFile> = 15;
+inline constexpr int kMembers<config::ModelFile> = 16;
 template <>
 inline constexpr int kMembers<ThermalResponse> = 3;
 template <>
@@ -286,6 +286,22 @@ TEST(ModelFile, IsOfTheRobotFileThatItWasIdentifiedFrom) {
             says + "the coupling of joints");
   EXPECT_EQ(of([](RobotModel& r) { r.X_flange.translation().z() += 10; }), says + "the flange");
   EXPECT_EQ(of([](RobotModel& r) { r.joints[0].max = 1; }), "") << "limits are the cell's";
+}
+
+TEST(ModelFile, KnowsWhetherThePayloadMattersAndIsOpen) {
+  ModelFile model{.cell = {.robot = example::kr210()}};
+  model.several_payloads = true;
+  EXPECT_FALSE(is_payload_open(model)) << "it does not bend under one";
+  model.cell.robot.deviation = {{1, DeviationBasis::Gravity, 1, 1e-4}};
+  EXPECT_TRUE(is_payload_open(model));
+  model.several_payloads = false;
+  EXPECT_TRUE(is_payload_open(model)) << "a file of before: only several payloads show this without masses";
+  model.cell.robot.masses.resize(6);
+  EXPECT_FALSE(is_payload_open(model)) << "the masses show it";
+  model.several_payloads = true;
+  EXPECT_TRUE(is_payload_open(model));
+  model.cell.robot.payload = LinkMass{};
+  EXPECT_FALSE(is_payload_open(model)) << "told, though it is none";
 }
 
 TEST(ModelFile, RefusesAFlangeThatIsNoRotationAndAMissingPart) {

@@ -21,6 +21,30 @@
 namespace truepose {
 namespace {
 
+/// What the arm of the result carries, of points that say that they were measured under these in turn.
+std::optional<LinkMass> carried_after(const std::optional<LinkMass>& own,
+                                      const std::vector<std::optional<LinkMass>>& told) {
+  Random random{5};
+  RobotModel robot = example::kr210();
+  robot.masses.resize(6, {100, {0, 0, 0}});
+  robot.payload = own;
+  MeasurementData data = example::measured(example::placed(robot, random), 20, 0.01, random);
+  for (std::size_t i = 0; i < data.points.size(); ++i) data.points[i].payload = told[i % told.size()];
+  const auto result = calibrate(robot, data, {});
+  EXPECT_TRUE(result);
+  return result ? result->cell.robot.payload : std::nullopt;
+}
+
+TEST(CalibratedArm, CarriesWhatAllPointsSayThatItCarried) {
+  const LinkMass gun{150, {0, 0, 200}}, gripper{60, {10, 0, 90}};
+  EXPECT_EQ(carried_after(std::nullopt, {gun}), gun);
+  EXPECT_EQ(carried_after(gripper, {gun}), gun) << "the points know better than the robot file";
+  EXPECT_EQ(carried_after(gripper, {gun, LinkMass{}}), gripper) << "of several none is it";
+  EXPECT_EQ(carried_after(std::nullopt, {gun, LinkMass{}}), std::nullopt);
+  EXPECT_EQ(carried_after(gripper, {std::nullopt}), gripper);
+  EXPECT_EQ(carried_after(gripper, {gun, std::nullopt}), gripper);
+}
+
 TEST(MeasurementModel, ReproducesTheGoldenJacobianOfAllThirtyNineParameters) {
   const auto golden = golden::load("jacobian");
   for (const auto& item : golden.at("cases").as_array()) {

@@ -160,6 +160,23 @@ TEST_F(Compensate, TheArmBendsUnderThePayloadThatItIsTold) {
   EXPECT_GT((forward_kinematics(model_.cell.robot, q).translation() - wanted).norm(), 0.01);
 }
 
+TEST_F(Compensate, AWordIsSaidWhereTheModelKnowsSeveralPayloadsAndNobodySaysWhichIsCarried) {
+  const std::string targets = file(std::string(kJoints) + kRegularRow);
+  model_.cell.robot.deviation = {{1, DeviationBasis::Gravity, 1, 1e-4}};
+  model_.covariance.resize(0, 0);
+  model_.several_payloads = true;
+  folder_.write("model.yaml", config::model_yaml(model_));
+  const std::string said = model_file_ +
+                           ": measured under several payloads, and nobody says what the arm carries: it is "
+                           "taken to carry nothing; ";
+  EXPECT_THAT(compensate({"--joints", targets}).err, StartsWith(said + "--payload says it\n"));
+  EXPECT_THAT(compensate({"--joints", targets, "--payload", "60,0,0,200"}).err,
+              testing::Not(HasSubstr("several payloads")));
+  EXPECT_EQ(
+      run_program("truepose", {"fk", "--robot", kRobot, "--model", model_file_, "--joints", targets}).err,
+      said + "give the robot file its payload, and calibrate again\n");
+}
+
 TEST_F(Compensate, AModelOfAnotherRobotFileIsRefused) {
   const std::string targets = file(std::string(kJoints) + kRegularRow);
   model_.parameters = {{.name = "link3.a", .nominal = 1160, .value = 1160.2}};

@@ -35,10 +35,15 @@ void print_pose(const Eigen::Isometry3d& X) {
               abc_deg.z());
 }
 
+RobotModel calibrated(const RobotModel& nominal, const std::filesystem::path& file) {
+  const config::ModelFile model = load_model_of(nominal, file);
+  note_open_payload(model, file);
+  return model.cell.robot;
+}
+
 int run_fk(const FkCommand& command) {
   const RobotModel nominal = config::load_robot(command.arm.robot);
-  const RobotModel robot =
-      command.arm.model.empty() ? nominal : load_model_of(nominal, command.arm.model).cell.robot;
+  const RobotModel robot = command.arm.model.empty() ? nominal : calibrated(nominal, command.arm.model);
   const auto joints = config::load_joints(command.joints_file, nominal);
   if (!command.as_json) {
     std::puts("x,y,z,a,b,c");

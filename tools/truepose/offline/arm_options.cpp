@@ -57,6 +57,16 @@ config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem
   return model;
 }
 
+void note_open_payload(const config::ModelFile& model, const std::filesystem::path& file,
+                       const char* to_say_it) {
+  if (!config::is_payload_open(model)) return;
+  std::fprintf(
+      stderr,
+      "%s: measured under several payloads, and nobody says what the arm carries: it is taken to carry "
+      "nothing; %s\n",
+      file.c_str(), to_say_it);
+}
+
 config::ModelFile as_warm(config::ModelFile model, std::span<const double> temperature_c,
                           const std::filesystem::path& file) {
   if (!model.thermal || !temperature_c.empty()) return at_temperatures(std::move(model), temperature_c);

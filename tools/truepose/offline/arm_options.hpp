@@ -21,6 +21,14 @@ struct ArmFiles {
 /// Reads a model file and refuses one of another arm than `nominal`. Throws ConfigError.
 config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem::path& file);
 
+/// A word on it where nobody says what the arm carries, and that matters: it was measured under several
+/// payloads.
+///
+/// @param file       that the model was read from
+/// @param to_say_it  how it is said
+void note_open_payload(const config::ModelFile& model, const std::filesystem::path& file,
+                       const char* to_say_it = "give the robot file its payload, and calibrate again");
+
 /// The model with its drives so warm, or where none is said and it knows what warmth does, a word on which it
 /// is taken for.
 ///

@@ -11,6 +11,7 @@
 #include "config/model_file.hpp"
 #include "config/text_file.hpp"
 #include "core/compensate/largest_correction.hpp"
+#include "core/identify/carried_payload.hpp"
 #include "core/identify/measured_time.hpp"
 #include "core/identify/option_names.hpp"
 #include "core/judge/calibration_verdict.hpp"
@@ -172,6 +173,7 @@ config::ModelFile model_of(const CalibrateCommand& command, const RobotModel& ro
                           .thermal = response_to_temperatures(calibration),
                           .station = several ? command.data_files.front() : "",
                           .validation = {}};
+  model.several_payloads = !robot.payload && payload_varies(outcome.data.points);
   // Those of other stations are not in the frame of the model's base.
   if (!several) model.validation = config::validation_points(outcome.data);
   model.largest_correction_deg =

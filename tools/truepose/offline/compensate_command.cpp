@@ -24,7 +24,10 @@ struct CompensateCommand {
 config::ModelFile loaded_model(const CompensateCommand& command, const RobotModel& nominal) {
   config::ModelFile model = load_model_of(nominal, command.options.arm.model);
   const std::vector<double>& payload = command.payload;
-  if (payload.empty()) return model;
+  if (payload.empty()) {
+    note_open_payload(model, command.options.arm.model, "--payload says it");
+    return model;
+  }
   if (payload.size() != 4 || payload[0] < 0)
     throw ConfigError("--payload: expected four numbers, the first 0 or more");
   auto arm = carrying(model.cell.robot, {payload[0], {payload[1], payload[2], payload[3]}});

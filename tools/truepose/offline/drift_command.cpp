@@ -50,6 +50,11 @@ int run_drift(const DriftCommand& command) {
   const config::ModelFile kept = load_model_of(config::load_robot(command.arm.robot), command.arm.model);
   const std::vector<Measurement> points = load_points(command.data_file, kept.cell);
   const config::ModelFile model = as_warm(kept, mean_temperatures_c(points), command.arm.model);
+  const bool says_payload =
+      std::ranges::all_of(points, [](const Measurement& point) { return point.payload.has_value(); });
+  if (!says_payload)
+    note_open_payload(model, command.arm.model,
+                      "columns payload_kg, payload_x, payload_y and payload_z of the points say it");
   const auto reference = config::drift_reference(model, noise_of(command.noise));
   if (!reference) {
     throw ConfigError(command.arm.model.string() +

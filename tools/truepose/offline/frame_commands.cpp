@@ -64,6 +64,7 @@ FrameDocument told_of(record::FrameKind kind, const std::expected<MeasuredFrame,
 
 int run_tool(const FrameCommand& command) {
   const FrameInput given{command, true};
+  note_open_payload(given.model, command.arm.model);
   const std::vector<double>& abc = command.orientation;
   const Eigen::Matrix3d R_else =
       abc.empty() ? Eigen::Matrix3d::Identity()
@@ -81,6 +82,7 @@ int run_base(const FrameCommand& command) {
   const FrameInput given{command, false};
   const auto tool = tool_of(command.tool, "--tool", given.nominal, given.model);
   const bool touched = !given.data.readings[0].p_WS_mm;
+  if (touched) note_open_payload(given.model, command.arm.model);
   if (touched && !tool)
     throw ConfigError(command.data_file +
                       ": has no columns x,y,z, so its points were touched: give the tool that did (--tool)");
