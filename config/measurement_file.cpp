@@ -83,8 +83,8 @@ class MeasurementColumns {
     point.p_WS_mm = position_mm(row);
     point.smr = reflector_index(smr_names, row);
     point.set = set(row);
-    point.sigma_mm = length_mm("sigma", row);
-    point.excess_mm = length_mm("excess", row).value_or(0);
+    point.sigma_mm = sigma_mm(row);
+    point.excess_mm = excess_mm(row);
     point.direction = direction(row);
     point.payload = payload(row);
     point.temperature_c = temperature_c(row);
@@ -143,15 +143,30 @@ class MeasurementColumns {
     return named->value;
   }
 
-  std::optional<double> length_mm(const char* name, std::size_t row) const {
-    if (!table_.has(name) || table_.text(row, table_.column(name)).empty()) return std::nullopt;
-    const std::size_t column = table_.column(name);
-    const double sigma = table_.number(row, column);
-    if (sigma <= 0 || sigma > kGreatestSigma_mm) {
+  /// Of a column that may be empty.
+  std::optional<double> length_mm(std::size_t row, std::size_t column) const {
+    if (table_.text(row, column).empty()) return std::nullopt;
+    return table_.number(row, column);
+  }
+
+  std::optional<double> sigma_mm(std::size_t row) const {
+    if (!table_.has("sigma")) return std::nullopt;
+    const std::size_t column = table_.column("sigma");
+    const auto sigma = length_mm(row, column);
+    if (sigma && (*sigma <= 0 || *sigma > kGreatestSigma_mm)) {
       table_.fail(row, column,
                   "expected more than 0 and at most 1000 mm, found " + std::string(table_.text(row, column)));
     }
     return sigma;
+  }
+
+  double excess_mm(std::size_t row) const {
+    if (!table_.has("excess")) return 0;
+    const std::size_t column = table_.column("excess");
+    const double excess = length_mm(row, column).value_or(0);
+    if (excess < 0 || excess > kGreatestSigma_mm)
+      table_.fail(row, column, "expected 0 to 1000 mm, found " + std::string(table_.text(row, column)));
+    return excess;
   }
 
   std::vector<std::int8_t> direction(std::size_t row) const {
@@ -319,9 +334,10 @@ void write_measurements(std::ostream& out, const MeasurementData& data, const Ro
       std::ranges::any_of(data.points, [](const auto& point) { return point.payload.has_value(); });
   const bool temperatures =
       std::ranges::any_of(data.points, [](const auto& point) { return !point.temperature_c.empty(); });
+  const bool excess = std::ranges::any_of(data.points, [](const auto& point) { return point.excess_mm > 0; });
   const bool poses = std::ranges::all_of(data.points, [](const auto& point) { return point.pose > 0; });
   for (const std::string& name : joint_column_names("q", robot)) out << name << ',';
-  out << "x,y,z,smr,set,sigma,";
+  out << "x,y,z,smr,set,sigma," << (excess ? "excess," : "");
   if (directions) {
     for (const std::string& name : joint_column_names("dir", robot)) out << name << ',';
   }
@@ -341,6 +357,7 @@ void write_measurements(std::ostream& out, const MeasurementData& data, const Ro
     out << csv_field(data.smr_names[static_cast<std::size_t>(point.smr)]) << ',';
     out << name_of(kPoseSetNames, point.set) << ',';
     out << (point.sigma_mm ? format_number(*point.sigma_mm) : "") << ',';
+    if (excess) out << format_number(point.excess_mm) << ',';
     if (directions) {
       for (std::size_t i = 0; i < robot.joints.size(); ++i) {
         out << (point.direction.empty() ? "" : std::to_string(point.direction[i])) << ',';

@@ -77,6 +77,20 @@ TEST_F(MeasurementFile, ReadsWhatTheFlangeCarriedAndWritesItBack) {
   EXPECT_FALSE(again.points[1].payload);
 }
 
+TEST_F(MeasurementFile, TakesNoExcessAsNoneAndWritesWhatThereIs) {
+  const MeasurementData data = load("q1,q2,x,y,z,excess\n1,2,3,4,5,0\n1,2,3,4,5,\n1,2,3,4,5,0.03\n");
+  EXPECT_EQ(data.points[0].excess_mm, 0);
+  EXPECT_EQ(data.points[1].excess_mm, 0);
+  EXPECT_EQ(data.points[2].excess_mm, 0.03);
+  std::ostringstream out;
+  write_measurements(out, data, robot_);
+  EXPECT_EQ(load(out.str()).points[2].excess_mm, 0.03) << out.str();
+  EXPECT_EQ(error("q1,q2,x,y,z,excess\n1,2,3,4,5,-0.1\n"),
+            "data.csv: row 1 (line 2): excess: expected 0 to 1000 mm, found -0.1");
+  EXPECT_EQ(error("q1,q2,x,y,z,excess\n1,2,3,4,5,1001\n"),
+            "data.csv: row 1 (line 2): excess: expected 0 to 1000 mm, found 1001");
+}
+
 TEST_F(MeasurementFile, AcceptsAByteOrderMarkCarriageReturnsBlankLinesAndNoLastLineEnd) {
   const MeasurementData data = load("\xEF\xBB\xBFq1,q2,x,y,z\r\n\r\n1,2,3,4,5\r\n 6 ,7,8,9,10");
   ASSERT_EQ(data.points.size(), 2U);
