@@ -94,9 +94,37 @@ TEST_F(BadInput, WrongUsage) {
                   "--folds: Value 1 not in range 2 to 10000" + see);
   expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--seed", "1"}), 2,
                   "--seed requires --split or --folds" + see);
+  for (std::vector<std::string> options :
+       {std::vector<std::string>{"--harmonics", "1,2"}, {"--harmonics", "3", "--deviation", "none"}}) {
+    options.insert(options.begin(), {"--robot", kRobot, "--data", "d.csv"});
+    expect_one_line(calibrate(options), 2, "--harmonics requires --deviation auto" + see);
+  }
   EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--deviation", "some"}).exit_code, 2);
   EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--residual", "some"}).exit_code, 2);
   EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--split", "1.5"}).exit_code, 2);
+}
+
+TEST_F(BadInput, RowsThatValidateWhereTheSplitIsDrawn) {
+  const std::string data = folder_.write(
+      "d.csv", "q1,q2,q3,q4,q5,q6,x,y,z,set\n0,-90,90,0,0,0,1,2,3,identify\n0,-80,90,0,0,0,1,2,3,validate\n");
+  for (const auto& [option, value] : {std::pair{"--split", "0.7"}, {"--folds", "2"}})
+    expect_one_line(
+        calibrate({"--robot", kRobot, "--data", data, option, value}), 2,
+        data + ": row 2: set: validate, but " + option +
+            " draws the poses that validate from all rows: leave that option out, or remove the column");
+}
+
+TEST_F(BadInput, TemperaturesThatNoRowHas) {
+  for (const std::string columns : {"", ",temp1,temp2,temp3,temp4,temp5,temp6"}) {
+    const std::string data =
+        folder_.write("d.csv", "q1,q2,q3,q4,q5,q6,x,y,z" + columns + "\n0,-90,90,0,0,0,1,2,3" +
+                                   (columns.empty() ? "" : ",,,,,,") + "\n");
+    expect_one_line(
+        calibrate({"--robot", kRobot, "--data", data, "--thermal", "temperatures"}), 2,
+        data +
+            ": no columns temp1.. with the drives' temperatures, which --thermal temperatures goes by: "
+            "add them, or take auto, time or none");
+  }
 }
 
 TEST_F(BadInput, ValidationThatTellsTimeInAnotherForm) {

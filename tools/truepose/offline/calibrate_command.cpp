@@ -42,7 +42,7 @@ struct CalibrateCommand {
   int repeat = 1, jobs = processor_count();
   std::string method = "two-stage", deviation = "none", residual = "none", loss = "screened", prior = "auto",
               thermal = "auto";
-  std::vector<int> harmonics{1, 2};
+  std::vector<int> harmonics;  ///< empty: the usual
   NoiseOptions noise;
   std::optional<double> tolerance_mm;
   bool as_json = false;
@@ -109,7 +109,7 @@ CalibrateOptions options_of(const CalibrateCommand& command) {
   options.prior = value_of(kPriorNames, command.prior);
   options.noise = noise_of(command.noise);
   options.deviation = command.deviation == "auto";
-  options.harmonics = command.harmonics;
+  if (!command.harmonics.empty()) options.harmonics = command.harmonics;
   options.thermal = value_of(kThermalNames, command.thermal);
   options.residual = *residual_kinds(command.residual);
   return options;
@@ -215,12 +215,35 @@ void print_summary(const CalibrateCommand& command, const RobotModel& robot, con
   std::printf("\n%s", report::render_text(outcome.document).c_str());
 }
 
-int run_calibrate(const CalibrateCommand& command) {
+/// Options that would have no effect, or another than the data ask for.
+void check_options(const CalibrateCommand& command) {
   if (command.seed && !command.split && !command.folds) throw bad_usage("--seed requires --split or --folds");
+  if (!command.harmonics.empty() && command.deviation != "auto")
+    throw bad_usage("--harmonics requires --deviation auto");
   if (command.data_files.size() > 1 && !command.validate_file.empty())
     throw bad_usage("--validate does not say its station: mark points of each --data set=validate");
+}
+
+void check_data(const CalibrateCommand& command, const MeasurementData& data) {
+  const auto marked = std::ranges::find(data.points, PoseSet::Validate, &Measurement::set);
+  if ((command.split || command.folds) && marked != data.points.end())
+    throw ConfigError(
+        command.data_files[static_cast<std::size_t>(marked->station)] + ": row " +
+        std::to_string(marked->row) + ": set: validate, but " + (command.split ? "--split" : "--folds") +
+        " draws the poses that validate from all rows: leave that option out, or remove the column");
+  const auto has_temperature = [](const Measurement& point) { return !point.temperature_c.empty(); };
+  if (value_of(kThermalNames, command.thermal) == ThermalUse::Temperatures &&
+      std::ranges::none_of(data.points, has_temperature))
+    throw ConfigError(data_names(command) +
+                      ": no columns temp1.. with the drives' temperatures, which --thermal " +
+                      command.thermal + " goes by: add them, or take auto, time or none");
+}
+
+int run_calibrate(const CalibrateCommand& command) {
+  check_options(command);
   const RobotModel robot = config::load_robot(command.robot_file);
   MeasurementData data = measurements(command, robot);
+  check_data(command, data);
   if (!command.validate_file.empty()) add_validation(data, command.validate_file, robot);
   Outcome outcome = validated(command, robot, std::move(data));
   outcome.document["verdict"] =
