@@ -15,6 +15,7 @@
 #include "core/identify/measured_time.hpp"
 #include "core/identify/option_names.hpp"
 #include "core/judge/calibration_verdict.hpp"
+#include "core/judge/joint_limits.hpp"
 #include "core/judge/model_noise.hpp"
 #include "core/math/parallel.hpp"
 #include "core/math/units.hpp"
@@ -141,6 +142,16 @@ Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot,
           .data = std::move(fitted)};
 }
 
+CalibrationVerdict verdict_on(const CalibrateCommand& command, const RobotModel& robot,
+                              const Outcome& outcome) {
+  const auto limits = measured_beyond_limits(robot, outcome.data.points);
+  return calibration_verdict({.calibration = outcome.calibration,
+                              .data = outcome.data,
+                              .stated = noise_of(command.noise),
+                              .tolerance_mm = command.tolerance_mm,
+                              .beside = limits ? std::span{&*limits, 1} : std::span<const Finding>{}});
+}
+
 Outcome validated(const CalibrateCommand& command, const RobotModel& robot, MeasurementData data) {
   const auto once = [&](const MeasurementData& marked, int jobs) {
     return calibrate_once(command, robot, marked, jobs);
@@ -246,11 +257,7 @@ int run_calibrate(const CalibrateCommand& command) {
   check_data(command, data);
   if (!command.validate_file.empty()) add_validation(data, command.validate_file, robot);
   Outcome outcome = validated(command, robot, std::move(data));
-  outcome.document["verdict"] =
-      record::verdict_json(calibration_verdict({.calibration = outcome.calibration,
-                                                .data = outcome.data,
-                                                .stated = noise_of(command.noise),
-                                                .tolerance_mm = command.tolerance_mm}));
+  outcome.document["verdict"] = record::verdict_json(verdict_on(command, robot, outcome));
   describe(outcome.document, command, robot);
 
   if (!command.out_file.empty()) {
