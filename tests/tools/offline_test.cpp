@@ -14,6 +14,7 @@
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 #include "tests/tools/robot_file.hpp"
+#include "tests/tools/unmarked.hpp"
 
 namespace truepose {
 namespace {
@@ -230,7 +231,7 @@ TEST_F(Offline, CalibrateRefusesAReflectorThatOnlyTheValidationKnows) {
 }
 
 TEST_F(Offline, CalibrateSplitsBySeedAndAveragesRepeats) {
-  const std::string data = write_golden_points(true);
+  const std::string data = folder_.write("all.csv", unmarked(text_of(write_golden_points(true))));
   const std::vector<std::string> base{"calibrate", "--robot", kRobot,   "--data", data,
                                       "--split",   "0.7",     "--json", "--seed"};
   const auto with = [&](std::vector<std::string> more) {
