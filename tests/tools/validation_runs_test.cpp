@@ -11,6 +11,7 @@
 #include "config/measurement_file.hpp"
 #include "config/model_file.hpp"
 #include "config/robot_file.hpp"
+#include "core/formatted.hpp"
 #include "core/simulate/measurement_campaign.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
@@ -76,6 +77,75 @@ TEST_F(ValidationRuns, OfSeveralSplitsSayHowTheyDiffer) {
     }
   }
   EXPECT_FALSE(calibrate({"--split", "0.7"}).contains("spread"));
+}
+
+/// One point is wrong, so that its pose is left out or validates badly, as the split has it.
+class WrongPoint : public ValidationRuns {
+ protected:
+  static constexpr int kFirst = 8, kSplits = 7;  // of seed 8 the point is left out
+
+  WrongPoint() {
+    MeasurementData data = config::load_measurements(data_, nominal_);
+    data.points[11].p_WS_mm.x() += 5;
+    std::ofstream out(data_);
+    config::write_measurements(out, data, nominal_);
+  }
+
+  Finished run(int seed, std::vector<std::string> options) {
+    options.insert(options.begin(),
+                   {"calibrate", "--robot", kRobot, "--data", data_, "--json", "--repeatability", "0.03",
+                    "--split", "0.7", "--seed", std::to_string(seed)});
+    return run_program("truepose", options);
+  }
+  Finished run_all(std::vector<std::string> options = {}) {
+    options.insert(options.end(), {"--repeat", std::to_string(kSplits)});
+    return run(kFirst, options);
+  }
+  /// Of one split alone.
+  double largest_mm(int seed) {
+    return json::parse(run(seed, {}).out).at_pointer("/validate/after/max").to_number<double>();
+  }
+
+  RobotModel nominal_ = config::load_robot(kRobot);
+};
+
+TEST_F(WrongPoint, MissesAToleranceInOtherSplitsThanTheFirst) {
+  constexpr double kTolerance_mm = 0.5;
+  int beyond = 0, worst = kFirst;
+  for (int seed = kFirst; seed < kFirst + kSplits; ++seed) {
+    beyond += largest_mm(seed) > kTolerance_mm;
+    if (largest_mm(seed) > largest_mm(worst)) worst = seed;
+  }
+  ASSERT_GT(worst, kFirst);
+  EXPECT_EQ(run(kFirst, {"--tolerance", "0.5"}).exit_code, 0);
+  const Finished all = run_all({"--tolerance", "0.5"});
+  EXPECT_EQ(all.exit_code, 1);
+  EXPECT_EQ(
+      all.err,
+      "truepose: " + data_ +
+          formatted(": errors of %d of the %d splits are beyond the tolerance of 0.500 mm, the largest, "
+                    "%.3f mm, in that of seed %d\n",
+                    beyond, kSplits, largest_mm(worst), worst));
+  EXPECT_EQ(json::parse(all.out).at_pointer("/verdict/color"), "red");
+  EXPECT_EQ(run_all({"--tolerance", "20"}).exit_code, 0);
+}
+
+TEST_F(WrongPoint, OfFewSplitsIsToldAndRaisesNoDoubt) {
+  int doubted = 0;
+  for (int seed = kFirst; seed < kFirst + kSplits; ++seed) doubted += run(seed, {}).exit_code == 1;
+  ASSERT_GT(doubted, 0);
+  ASSERT_LE(doubted, kSplits / 2);
+  const Finished all = run_all();
+  EXPECT_EQ(all.exit_code, 0) << all.err;
+  const json::value verdict = json::parse(all.out).at("verdict");
+  EXPECT_EQ(verdict.at("color"), "green");
+  const auto& last = verdict.at("findings").as_array().back();
+  EXPECT_EQ(last.at("severity"), "note");
+  EXPECT_TRUE(
+      last.at("sentence")
+          .as_string()
+          .starts_with(formatted("%d of the %d splits raise doubts, that of seed ", doubted, kSplits)))
+      << last;
 }
 
 TEST_F(ValidationRuns, ByFoldsPredictEveryPoseOnceAndIdentifyFromAll) {

@@ -139,25 +139,34 @@ Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot,
           .document = std::move(document),
           .noise = noise,
           .distances2 = std::move(distances2),
-          .data = std::move(fitted)};
+          .data = std::move(fitted),
+          .splits = {}};
 }
 
-CalibrationVerdict verdict_on(const CalibrateCommand& command, const RobotModel& robot,
-                              const Outcome& outcome) {
+CalibrationVerdict verdict_on_one(const CalibrateCommand& command, const RobotModel& robot,
+                                  const Outcome& outcome, std::optional<double> tolerance_mm = {}) {
   const auto limits = measured_beyond_limits(robot, outcome.data.points);
   return calibration_verdict({.calibration = outcome.calibration,
                               .data = outcome.data,
                               .stated = noise_of(command.noise),
-                              .tolerance_mm = command.tolerance_mm,
+                              .tolerance_mm = tolerance_mm,
                               .beside = limits ? std::span{&*limits, 1} : std::span<const Finding>{}});
+}
+
+CalibrationVerdict verdict_on(const CalibrateCommand& command, const RobotModel& robot,
+                              const Outcome& outcome) {
+  if (!outcome.splits.empty()) return verdict_over_splits(outcome.splits, command.tolerance_mm);
+  return verdict_on_one(command, robot, outcome, command.tolerance_mm);
 }
 
 Outcome validated(const CalibrateCommand& command, const RobotModel& robot, MeasurementData data) {
   const auto once = [&](const MeasurementData& marked, int jobs) {
     return calibrate_once(command, robot, marked, jobs);
   };
+  const auto judge = [&](const Outcome& outcome) { return verdict_on_one(command, robot, outcome); };
   const std::uint64_t seed = command.seed.value_or(0);
-  if (command.split) return over_splits(once, data, *command.split, seed, command.repeat, command.jobs);
+  if (command.split)
+    return over_splits(once, judge, data, *command.split, seed, command.repeat, command.jobs);
   if (command.folds) return over_folds(once, std::move(data), *command.folds, seed, command.jobs);
   return once(data, command.jobs);
 }

@@ -3,8 +3,10 @@
 #include <boost/json/object.hpp>
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "core/identify/calibrate.hpp"
+#include "core/judge/splits_verdict.hpp"
 
 namespace truepose::tools {
 
@@ -12,20 +14,24 @@ namespace truepose::tools {
 struct Outcome {
   Calibration calibration;
   boost::json::object document;
-  MeasurementNoise noise;          ///< of a point about the model
-  std::vector<double> distances2;  ///< validation_distances2()
-  MeasurementData data;            ///< that it came from, as it was marked and fitted
+  MeasurementNoise noise;           ///< of a point about the model
+  std::vector<double> distances2;   ///< validation_distances2()
+  MeasurementData data;             ///< that it came from, as it was marked and fitted
+  std::vector<JudgedSplit> splits;  ///< all of several, this one first
 };
 
 /// Calibrates from the points marked to identify, on so many threads; throws ConfigError. Called by several
 /// threads at once.
 using CalibrateOnce = std::function<Outcome(const MeasurementData&, int jobs)>;
 
+/// The verdict on one calibration, by no tolerance. Called by several threads at once.
+using Judge = std::function<CalibrationVerdict(const Outcome&)>;
+
 /// One calibration for each of `repeat` seeds, `fraction` of the poses identifying. The result is that of the
 /// first; with several, "validate" holds the means, "spread" the standard deviations and
-/// "splits" each one.
-Outcome over_splits(const CalibrateOnce& calibrate_once, const MeasurementData& data, double fraction,
-                    std::uint64_t seed, int repeat, int jobs);
+/// "splits" each one, and each is judged.
+Outcome over_splits(const CalibrateOnce& calibrate_once, const Judge& judge, const MeasurementData& data,
+                    double fraction, std::uint64_t seed, int repeat, int jobs);
 
 /// K-fold cross-validation. The result is identified from all poses, but "validate" holds the errors of every
 /// point as the fit predicts it that has not seen its pose, "fold_points" each of them (as "points"),
