@@ -248,6 +248,7 @@ void layout(auto& io, Is<ModelFile> auto& x) {
   io("serial", x.serial, MayBeEmpty{});
   io("created", x.created, MayBeEmpty{});
   io("validation_mean_mm", x.validation_mean_mm, Range{0, kMm.max});
+  io.optional("verdict", x.verdict, ColoredVerdict{});
   io("robot", x.cell.robot);
   io("base", x.cell.base);
   io("reflectors", x.cell.reflectors);

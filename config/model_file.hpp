@@ -8,6 +8,7 @@
 
 #include "config/text_file.hpp"
 #include "core/identify/calibrate.hpp"
+#include "core/judge/calibration_verdict.hpp"
 #include "core/judge/drift_causes.hpp"
 
 namespace truepose::config {
@@ -40,6 +41,7 @@ struct ModelFile {
   std::string updates;  ///< the model that this one brings up to date, by id or file; empty: none
   /// Measured under several payloads, of which the robot file calls none the arm's own.
   bool several_payloads = false;
+  std::optional<CalibrationVerdict> verdict;  ///< on it when it was made; none in files of before
   std::string station;  ///< in whose tracker's frame the base is; empty where there was one station
   /// Its own proof: what it was validated on, and the largest correction of a joint there. Empty and 0 in
   /// files of before, and where each validation point was predicted by another fit.

@@ -425,6 +425,7 @@ config::ModelFile StoreJournal::calibrated_model(const CampaignResult& result) c
   file.covariance = found.calibration.covariance;
   file.noise = found.noise;
   file.validation_distances2 = found.validation_distances2;
+  file.verdict = found.verdict;
   if (validate) file.validation_mean_mm = validate->after.mean;
   file.validation = config::validation_points(
       as_fitted(found.calibration, campaign_data(result.points, options_.config, result.resumptions)));

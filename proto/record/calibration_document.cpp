@@ -56,16 +56,6 @@ struct StatedNoise {
   MeasurementNoise value_of(const Form& form) const { return form.noise; }
 };
 
-/// A verdict with its color, which follows from the findings.
-struct ColoredVerdict {
-  struct Form {
-    VerdictColor color = VerdictColor::Green;
-    std::vector<Finding> findings;
-  };
-  Form form_of(const CalibrationVerdict& verdict) const { return {verdict.color(), verdict.findings}; }
-  CalibrationVerdict value_of(const Form& form) const { return {form.findings}; }
-};
-
 // ---- Layouts: the members of each record in the order of the document
 
 void layout(auto& io, Is<StatedNoise::Form> auto& x) {
@@ -75,14 +65,6 @@ void layout(auto& io, Is<StatedNoise::Form> auto& x) {
   io.defaulted("repeatability_mm", x.noise.repeatability_mm, kNotNegative);
   io.optional("range_mm_per_m", Unless{0.0, tracker.range_mm_per_m}, kNotNegative);
   io.optional("transverse_mm", Unless{0.0, tracker.transverse_mm}, kNotNegative);
-}
-void layout(auto& io, Is<Finding> auto& x) {
-  io("severity", x.severity, kSeverityNames);
-  io("sentence", x.sentence);
-}
-void layout(auto& io, Is<ColoredVerdict::Form> auto& x) {
-  io("color", x.color, kVerdictColorNames);
-  io("findings", x.findings);
 }
 void layout(auto& io, Is<AxisStatistics> auto& x) {
   io("mean_abs", x.mean_abs);

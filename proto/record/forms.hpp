@@ -5,6 +5,7 @@
 
 #include "core/arm/joint_units.hpp"
 #include "core/identify/calibrate.hpp"
+#include "core/judge/calibration_verdict.hpp"
 #include "core/math/angles.hpp"
 #include "core/plan/design.hpp"
 #include "core/plan/scene.hpp"
@@ -113,6 +114,16 @@ void layout(auto& io, Is<KukaPose::Form> auto& x) {
   layout(io, x.angles);
 }
 
+/// A verdict with its color, which follows from the findings.
+struct ColoredVerdict {
+  struct Form {
+    VerdictColor color = VerdictColor::Green;
+    std::vector<Finding> findings;
+  };
+  Form form_of(const CalibrationVerdict& verdict) const { return {verdict.color(), verdict.findings}; }
+  CalibrationVerdict value_of(const Form& form) const { return {form.findings}; }
+};
+
 // ---- Records of several files and documents
 
 void layout(auto& io, Is<LinkMass> auto& x) {
@@ -135,6 +146,16 @@ void layout(auto& io, Is<IdentifiedParameter> auto& x) {
   io("identified", x.identified);
   io.on_read(x, [](auto& parameter) { parameter.data_share = parameter.identified ? 1 : 0; });
   io.defaulted("data_share", x.data_share, Range{0, 1});
+}
+
+void layout(auto& io, Is<Finding> auto& x) {
+  io("severity", x.severity, kSeverityNames);
+  io("sentence", x.sentence);
+}
+
+void layout(auto& io, Is<ColoredVerdict::Form> auto& x) {
+  io("color", x.color, kVerdictColorNames);
+  io("findings", x.findings);
 }
 
 /// A joint in mm, deg and deg/s, up to what it carries.

@@ -16,6 +16,10 @@ namespace truepose {
 template <>
 inline constexpr int kMembers<config::ModelFile> = 16;
 template <>
+inline constexpr int kMembers<CalibrationVerdict> = 1;
+template <>
+inline constexpr int kMembers<Finding> = 2;
+template <>
 inline constexpr int kMembers<ThermalResponse> = 3;
 template <>
 inline constexpr int kMembers<config::ValidationPoint> = 5;
@@ -102,6 +106,29 @@ TEST(ModelFile, ReadsBackEveryMemberThatIsWritten) {
   EXPECT_EQ(read.sha256.size(), 64U);
   model.sha256 = read.sha256;
   EXPECT_TRUE(same(read, model)) << model_yaml(model);
+}
+
+TEST(ModelFile, KeepsItsVerdictUnderItsHash) {
+  ModelFile model = model_of(3);
+  EXPECT_FALSE(parse_model(model_yaml(model), "m.yaml").verdict) << "as in files of before";
+  model.verdict = CalibrationVerdict{};
+  const ModelFile green = parse_model(model_yaml(model), "m.yaml");
+  ASSERT_TRUE(green.verdict);
+  EXPECT_EQ(green.verdict->color(), VerdictColor::Green);
+
+  model.verdict->findings = {{Severity::Refusal, "it is \"off\": 3 mm"},
+                             {Severity::Note, "one point left out"}};
+  std::string text = model_yaml(model);
+  const ModelFile red = parse_model(text, "m.yaml");
+  EXPECT_EQ(red.verdict->color(), VerdictColor::Red);
+  ASSERT_EQ(red.verdict->findings.size(), 2U);
+  EXPECT_EQ(red.verdict->findings[0].sentence, "it is \"off\": 3 mm");
+  EXPECT_EQ(red.verdict->findings[1].severity, Severity::Note);
+
+  const std::size_t refusal = text.find("refusal");
+  ASSERT_NE(refusal, std::string::npos);
+  text.replace(refusal, 7, "advice");
+  EXPECT_NE(error_of([&] { parse_model(text, "m.yaml"); }, "").find("another SHA-256"), std::string::npos);
 }
 
 TEST(ModelFile, ComesBackToTheLastBit) {

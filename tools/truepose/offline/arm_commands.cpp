@@ -62,7 +62,7 @@ struct ExportCommand {
 
 int run_export(const ExportCommand& command) {
   if (command.urdf_file.empty() && command.csv_file.empty()) throw bad_usage("export needs --urdf or --csv");
-  const config::ModelFile model = config::load_model(command.model_file);
+  const config::ModelFile model = load_model_to_use(command.model_file);
   const RobotModel& robot = model.cell.robot;
   if (!command.urdf_file.empty()) config::write_text_file(command.urdf_file, config::urdf(robot));
   if (!command.csv_file.empty())

@@ -34,6 +34,21 @@ Check positive(std::size_t count, const std::string& form) {
 
 }  // namespace
 
+void tell_failed_verdict(const config::ModelFile& model, const std::string& place) {
+  if (!model.verdict || !model.verdict->failed()) return;
+  const VerdictColor color = model.verdict->color();
+  std::fprintf(stderr, "%s: judged %s when it was made, %s: %s\n", place.c_str(),
+               name_of(kVerdictColorNames, color).data(),
+               color == VerdictColor::Red ? "do not use it" : "look into that before you use it",
+               model.verdict->findings.front().sentence.c_str());
+}
+
+config::ModelFile load_model_to_use(const std::filesystem::path& file) {
+  config::ModelFile model = config::load_model(file);
+  tell_failed_verdict(model, file.string());
+  return model;
+}
+
 config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem::path& file) {
   config::ModelFile model = config::load_model(file);
   if (model.name != nominal.name || model.cell.robot.joint_count() != nominal.joint_count()) {
@@ -54,6 +69,7 @@ config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem
         "%s: written before models carried a hash and their validation points: nobody can tell whether it "
         "was changed; identify again to be sure\n",
         file.c_str());
+  tell_failed_verdict(model, file.string());
   return model;
 }
 

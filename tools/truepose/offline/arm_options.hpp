@@ -18,7 +18,15 @@ struct ArmFiles {
   std::filesystem::path model;  ///< empty = none given
 };
 
-/// Reads a model file and refuses one of another arm than `nominal`. Throws ConfigError.
+/// A word on standard error where the model failed a test of its verdict when it was made.
+///
+/// @param place  that it was read from
+void tell_failed_verdict(const config::ModelFile& model, const std::string& place);
+
+/// Reads a model file, with that word. Throws ConfigError.
+config::ModelFile load_model_to_use(const std::filesystem::path& file);
+
+/// The same, but refuses one of another arm than `nominal`. Throws ConfigError.
 config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem::path& file);
 
 /// A word on it where nobody says what the arm carries, and that matters: it was measured under several

@@ -177,7 +177,8 @@ std::optional<ThermalResponse> response_to_temperatures(const Calibration& calib
   return thermal && !thermal->clock ? thermal->response : std::nullopt;
 }
 
-config::ModelFile model_of(const CalibrateCommand& command, const RobotModel& robot, const Outcome& outcome) {
+config::ModelFile model_of(const CalibrateCommand& command, const RobotModel& robot, const Outcome& outcome,
+                           const CalibrationVerdict& verdict) {
   Calibration calibration = outcome.calibration;
   keep_first_station(calibration);
   const bool several = command.data_files.size() > 1;
@@ -191,6 +192,7 @@ config::ModelFile model_of(const CalibrateCommand& command, const RobotModel& ro
                           .noise = outcome.noise,
                           .validation_distances2 = outcome.distances2,
                           .thermal = response_to_temperatures(calibration),
+                          .verdict = verdict,
                           .station = several ? command.data_files.front() : "",
                           .validation = {}};
   model.several_payloads = !robot.payload && payload_varies(outcome.data.points);
@@ -266,11 +268,12 @@ int run_calibrate(const CalibrateCommand& command) {
   check_data(command, data);
   if (!command.validate_file.empty()) add_validation(data, command.validate_file, robot);
   Outcome outcome = validated(command, robot, std::move(data));
-  outcome.document["verdict"] = record::verdict_json(verdict_on(command, robot, outcome));
+  const CalibrationVerdict verdict = verdict_on(command, robot, outcome);
+  outcome.document["verdict"] = record::verdict_json(verdict);
   describe(outcome.document, command, robot);
 
   if (!command.out_file.empty()) {
-    config::write_text_file(command.out_file, config::model_yaml(model_of(command, robot, outcome)));
+    config::write_text_file(command.out_file, config::model_yaml(model_of(command, robot, outcome, verdict)));
   }
   if (!command.report_file.empty()) {
     config::write_text_file(command.report_file, report::render_html(outcome.document));

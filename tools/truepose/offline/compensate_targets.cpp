@@ -202,6 +202,7 @@ class Table {
     auto workpiece = tool_frame(file.workpiece, by_);
     if (!workpiece) throw ConfigError(name + ": " + workpiece.error());
     workpiece_ = *std::move(workpiece);
+    tell_failed_verdict(file.table, name + ": table");
   }
 
   CalibratedCell arm_;

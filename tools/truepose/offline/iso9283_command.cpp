@@ -8,7 +8,6 @@
 #include <memory>
 #include <span>
 
-#include "config/model_file.hpp"
 #include "config/number_text.hpp"
 #include "config/test_cycle_file.hpp"
 #include "config/text_file.hpp"
@@ -17,6 +16,7 @@
 #include "core/math/angles.hpp"
 #include "proto/record/iso9283_document.hpp"
 #include "tools/report/report.hpp"
+#include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/text.hpp"
 
@@ -151,8 +151,7 @@ int run_iso9283(const Iso9283Command& command) {
   record::Iso9283Frame frame = record::Iso9283Frame::AsGiven;
   if (!command.model_file.empty()) {
     frame = record::Iso9283Frame::Model;
-    points =
-        in_base(std::move(points), config::load_model(command.model_file).cell.base.isometry().inverse());
+    points = in_base(std::move(points), load_model_to_use(command.model_file).cell.base.isometry().inverse());
   } else if (command.fit_frame) {
     frame = record::Iso9283Frame::Fitted;
     const auto X_BM = fitted_frame(measured_points(points));
