@@ -252,6 +252,20 @@ TEST_F(PositionerCommand, ARootFarFromTheGivenOneAsksForTheStationOfTheTracker) 
               HasSubstr("from one and the same station of the tracker"));
 }
 
+TEST_F(PositionerCommand, TellsThatTheTableFailedItsVerdictHereAndWhereItIsUsed) {
+  calibrate_table(kTiltAndTurn);
+  config::ModelFile table = config::load_model(path("table_model.yaml"));
+  table.verdict = CalibrationVerdict{{{Severity::Refusal, "it is off by 3 mm"}}};
+  folder_.write("table_model.yaml", config::model_yaml(table));
+  const std::string told = ": judged red when it was made, do not use it: it is off by 3 mm\n";
+  const Finished made =
+      run("positioner", with_table({"--data", workpiece(), "--out", path("positioner.yaml")}));
+  EXPECT_THAT(made.err, HasSubstr(path("table_model.yaml") + told));
+  const Finished used = run("compensate", {"--positioner", path("positioner.yaml"), "--poses",
+                                           folder_.write("t.csv", "x,y,z,e1,e2\n1,2,3,4,5\n")});
+  EXPECT_THAT(used.err, HasSubstr(path("positioner.yaml") + ": table" + told));
+}
+
 TEST_F(PositionerCommand, WhatCannotBeUsedIsRefusedWithWhatToDo) {
   calibrate_table(kTiltAndTurn);
   const auto error = [&](const std::string& command, std::vector<std::string> arguments) {
