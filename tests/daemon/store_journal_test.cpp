@@ -121,6 +121,10 @@ TEST_F(StoreJournalTest, KeepsButDoesNotActivateAModelThatItsDataContradictAndSa
             "the model was not activated: the reference pose did not stay where it was; the tracker moved; "
             "look into "
             "that and identify again, or activate it by hand");
+  const auto verdict = config::parse_model(store->model("m1").value()->yaml, "model").verdict;
+  ASSERT_TRUE(verdict) << "whoever exports the model is to know";
+  EXPECT_EQ(verdict->color(), VerdictColor::Red);
+  EXPECT_EQ(verdict->findings.front().sentence, "the reference pose did not stay where it was");
 }
 
 TEST_F(StoreJournalTest, DoesNotActivateWhereThatIsNotWanted) {
