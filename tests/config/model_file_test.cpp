@@ -14,7 +14,7 @@
 namespace truepose {
 
 template <>
-inline constexpr int kMembers<config::ModelFile> = 16;
+inline constexpr int kMembers<config::ModelFile> = 17;
 template <>
 inline constexpr int kMembers<CalibrationVerdict> = 1;
 template <>
