@@ -112,6 +112,15 @@ TEST_F(StoredModelTest, IsRefusedWhereItCorrectsMoreThanItSaidWhenItWasMade) {
               AllOf(HasSubstr("it corrects a joint by up to"), HasSubstr("when it was made by")));
 }
 
+TEST_F(StoredModelTest, IsRefusedWithAnotherRobotFileThanItWasIdentifiedFrom) {
+  file.parameters = result.as<CalibrationResult>().calibration.parameters;
+  made.yaml = config::model_yaml(file);
+  made.sha256 = text::sha256_hex(made.yaml);
+  EXPECT_EQ(refusal(made), "");
+  config.robot.model.joints[2].a_mm += 10;
+  EXPECT_THAT(refusal(made), HasSubstr("link3.a: 1150 mm in the model, 1160 mm in the robot file"));
+}
+
 TEST_F(StoredModelTest, SaysWhatOfAnOldOneCouldNotBeChecked) {
   made.sha256.clear();
   made.largest_correction_deg = 0;
