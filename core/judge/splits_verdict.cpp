@@ -42,7 +42,8 @@ Finds found_of_others(Splits splits, Severity severity, const std::string& do_wh
   const std::vector<Finding>& told = splits.front().verdict.findings;
   const auto has = [&](const JudgedSplit& split) { return gravest(split) == severity; };
   const auto other = std::ranges::find_if(splits.subspan(1), [&](const JudgedSplit& split) {
-    return has(split) && !std::ranges::count(told, split.verdict.findings.front().sentence, &Finding::sentence);
+    return has(split) &&
+           !std::ranges::count(told, split.verdict.findings.front().sentence, &Finding::sentence);
   });
   if (other == splits.subspan(1).end()) return std::nullopt;
   return Finding{severity, share_of(std::ranges::count_if(splits, has), splits) + " " + do_what +
