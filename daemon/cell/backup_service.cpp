@@ -75,7 +75,7 @@ MethodReply BackupService::backup(json::object params) {
 
 MethodReply BackupService::get(json::object params) {
   control::ParamReader read{params};
-  const std::string id = read.required(read.text("id"), "id");
+  const std::string id = read.required(read.id("id"), "id");
   const auto offset = static_cast<std::uint64_t>(read.integer("offset", 0, INT64_MAX).value_or(0));
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
   auto job = [file = file(), offset] { return part_of(file, offset); };

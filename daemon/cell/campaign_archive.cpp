@@ -37,7 +37,7 @@ struct PointsRequest {
 std::expected<PointsRequest, RpcError> points_request(const json::object& params, std::int64_t most) {
   ParamReader read{params};
   PointsRequest request{
-      .id = read.text("id").value_or(""),
+      .id = read.id("id").value_or(""),
       .offset = static_cast<std::size_t>(read.integer("points_offset", 0, kMostPoints).value_or(0)),
       .limit = static_cast<std::size_t>(read.integer("points_limit", 0, most).value_or(0))};
   if (auto wrong = read.finish()) return std::unexpected(*wrong);
@@ -288,7 +288,7 @@ MethodReply CampaignArchive::get(json::object params) {
 
 MethodReply CampaignArchive::measurements(json::object params) {
   ParamReader reader{params};
-  const std::string id = reader.text("id").value_or("");
+  const std::string id = reader.id("id").value_or("");
   const auto offset = static_cast<std::size_t>(reader.integer("offset", 0, INT64_MAX).value_or(0));
   if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
   // Reading and writing it anew for each part takes a few milliseconds of a thread that has them.
@@ -308,7 +308,7 @@ MethodReply CampaignArchive::measurements(json::object params) {
 
 MethodReply CampaignArchive::points(json::object params) {
   ParamReader reader{params};
-  std::string id = reader.text("id").value_or("");
+  std::string id = reader.id("id").value_or("");
   const std::string format = reader.text("format").value_or("json");
   const auto offset = static_cast<std::size_t>(reader.integer("offset", 0, kMostPoints).value_or(0));
   const auto limit = static_cast<std::size_t>(reader.integer("limit", 1, 1000).value_or(1000));

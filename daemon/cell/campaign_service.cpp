@@ -96,19 +96,16 @@ MethodReply CampaignService::start(json::object params, std::string by) {
   ParamReader read{params};
   const std::string kind = read.text("kind").value_or("calibration");
   Starter starter{std::move(by), read.text("note", kLongestNote).value_or("")};
-  params.erase("kind");
-  if (const json::value* note = params.if_contains("note"); note && note->is_string()) params.erase("note");
-  if (kind == "calibration") co_return start_calibration(params, std::move(starter));
-  if (kind == "targets") co_return start_targets(params, std::move(starter));
-  if (kind == "iso9283") co_return start_iso9283(params, std::move(starter));
-  if (kind == "tool") co_return start_tool(params, std::move(starter));
-  if (kind == "base") co_return start_base(params, std::move(starter));
+  if (kind == "calibration") co_return start_calibration(read, std::move(starter));
+  if (kind == "targets") co_return start_targets(read, std::move(starter));
+  if (kind == "iso9283") co_return start_iso9283(read, std::move(starter));
+  if (kind == "tool") co_return start_tool(read, std::move(starter));
+  if (kind == "base") co_return start_base(read, std::move(starter));
   read.fail("kind", "expected calibration, targets, iso9283, tool or base");
   co_return std::unexpected(*read.finish());
 }
 
-MethodResult CampaignService::start_calibration(const json::object& params, Starter starter) {
-  ParamReader read{params};
+MethodResult CampaignService::start_calibration(ParamReader& read, Starter starter) {
   config::CellConfig config = parts_.config;
   config::CampaignConfig& plan = config.campaign;
   read_count(read, "identify_poses", 5, 1000, plan.identify_poses);
@@ -123,8 +120,7 @@ MethodResult CampaignService::start_calibration(const json::object& params, Star
   return begin(config, CalibrationOrder{}, std::move(starter), activate);
 }
 
-MethodResult CampaignService::start_targets(const json::object& params, Starter starter) {
-  ParamReader read{params};
+MethodResult CampaignService::start_targets(ParamReader& read, Starter starter) {
   config::CellConfig config = parts_.config;
   const RobotModel& nominal = config.robot.model;
   const auto joints = read.rows("joints", static_cast<std::size_t>(nominal.joint_count()), kMostTargets);
@@ -153,8 +149,7 @@ MethodResult CampaignService::start_targets(const json::object& params, Starter 
   return begin(config, std::move(order), std::move(starter));
 }
 
-MethodResult CampaignService::start_iso9283(const json::object& params, Starter starter) {
-  ParamReader read{params};
+MethodResult CampaignService::start_iso9283(ParamReader& read, Starter starter) {
   config::CellConfig config = parts_.config;
   Iso9283Order order{.cycles = config.iso9283.cycles};
   read_count(read, "cycles", 2, 1000, order.cycles);
@@ -168,8 +163,7 @@ MethodResult CampaignService::start_iso9283(const json::object& params, Starter 
   return begin(config, std::move(order), std::move(starter));
 }
 
-MethodResult CampaignService::start_tool(const json::object& params, Starter starter) {
-  ParamReader read{params};
+MethodResult CampaignService::start_tool(ParamReader& read, Starter starter) {
   config::CellConfig config = parts_.config;
   auto order = tool_order(read, config, models_.tools());
   read_seed(read, config.campaign);
@@ -183,8 +177,7 @@ MethodResult CampaignService::start_tool(const json::object& params, Starter sta
   return begin(config, std::move(order), std::move(starter));
 }
 
-MethodResult CampaignService::start_base(const json::object& params, Starter starter) {
-  ParamReader read{params};
+MethodResult CampaignService::start_base(ParamReader& read, Starter starter) {
   BaseOrder order = base_order(read, models_.tools());
   if (auto wrong = read.finish()) return std::unexpected(*wrong);
   const auto model = models_.needed_for_drift();
@@ -313,7 +306,7 @@ MethodReply CampaignService::pause(json::object params, std::string by) {
 MethodReply CampaignService::resume(json::object params, std::string by) {
   if (auto refused = store_.refusal()) co_return std::unexpected(*refused);
   ParamReader read{params};
-  const std::string id = read.text("id").value_or("");
+  const std::string id = read.id("id").value_or("");
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
   if (!id.empty() && !(running() && id == run_->id())) {
     MethodResult resumed = co_await resume_interrupted(id, by);
@@ -325,7 +318,7 @@ MethodReply CampaignService::resume(json::object params, std::string by) {
 
 MethodReply CampaignService::abort(json::object params, std::string by) {
   ParamReader read{params};
-  const std::string id = read.text("id").value_or("");
+  const std::string id = read.id("id").value_or("");
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
   if (!id.empty() && !(running() && id == run_->id())) {
     MethodResult aborted = co_await abort_interrupted(id);

@@ -60,11 +60,11 @@ class CampaignService final : private CampaignObserver {
     std::string name, note;
   };
 
-  MethodResult start_calibration(const boost::json::object& params, Starter starter);
-  MethodResult start_targets(const boost::json::object& params, Starter starter);
-  MethodResult start_iso9283(const boost::json::object& params, Starter starter);
-  MethodResult start_tool(const boost::json::object& params, Starter starter);
-  MethodResult start_base(const boost::json::object& params, Starter starter);
+  MethodResult start_calibration(control::ParamReader& read, Starter starter);
+  MethodResult start_targets(control::ParamReader& read, Starter starter);
+  MethodResult start_iso9283(control::ParamReader& read, Starter starter);
+  MethodResult start_tool(control::ParamReader& read, Starter starter);
+  MethodResult start_base(control::ParamReader& read, Starter starter);
   MethodResult begin(const config::CellConfig& config, CampaignOrder order, Starter starter,
                      bool activate = false);
   std::expected<void, control::RpcError> launch(StoreJournal::Options options, CampaignOrder order,

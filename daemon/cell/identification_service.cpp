@@ -82,7 +82,7 @@ std::vector<Method<IdentificationService>> IdentificationService::methods() {
 std::expected<IdentificationService::Request, RpcError> IdentificationService::request(
     const json::object& params) const {
   ParamReader read{params};
-  Request request{.id = read.required(read.text("id"), "id"), .config = parts_.config, .split = {}};
+  Request request{.id = read.required(read.id("id"), "id"), .config = parts_.config, .split = {}};
   read_options(read, request.config);
   request.split = read.number("split", 0.1, 1);
   const auto seed = read.integer("seed", 0, std::numeric_limits<std::int64_t>::max());

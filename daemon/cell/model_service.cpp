@@ -49,7 +49,7 @@ RpcError no_model(const std::string& id) {
 /// The one parameter of a method, an id.
 std::expected<std::string, RpcError> id_in(const json::object& params) {
   control::ParamReader read{params};
-  std::string id = read.text("id").value_or("");
+  std::string id = read.id("id").value_or("");
   if (auto wrong = read.finish()) return std::unexpected(*wrong);
   return id;
 }
@@ -237,7 +237,7 @@ std::string ModelService::why_not_activated(const Found& found) const {
 
 MethodReply ModelService::activate(json::object params, std::string by) {
   control::ParamReader reader{params};
-  const std::string id = reader.required(reader.text("id"), "id");
+  const std::string id = reader.required(reader.id("id"), "id");
   if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
   MethodResult result = co_await make_active(id, std::move(by));
   co_return result;

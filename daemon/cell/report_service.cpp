@@ -65,7 +65,7 @@ boost::asio::awaitable<ReportService::Made> ReportService::make(std::string id) 
 
 MethodReply ReportService::html(json::object params) {
   control::ParamReader read{params};
-  const std::string id = read.text("id").value_or("");
+  const std::string id = read.id("id").value_or("");
   const auto offset = static_cast<std::size_t>(read.integer("offset", 0, 1'000'000'000).value_or(0));
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
   const auto kept = std::ranges::find_if(pages_, [&](const auto& page) { return page->id == id; });

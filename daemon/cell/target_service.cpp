@@ -100,7 +100,7 @@ MethodReply TargetService::compensate(json::object params) {
   control::ParamReader read{params};
   auto joints = read.rows("joints", static_cast<std::size_t>(nominal.joint_count()), kMostRows);
   auto poses = read.rows("poses", 6, kMostRows);
-  const std::string id = read.text("model_id").value_or("");
+  const std::string id = read.id("model_id").value_or("");
   const auto number = read.integer("tool", 1, 1000);
   const std::optional<int> named = number ? std::optional{static_cast<int>(*number)} : std::nullopt;
   const config::ToolFile* const known = named ? models_.tools().of(*named) : nullptr;

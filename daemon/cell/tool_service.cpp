@@ -89,7 +89,7 @@ std::string ToolService::why_not(const CampaignRecord& record) const {
 
 MethodReply ToolService::activate(json::object params, std::string) {
   control::ParamReader read{params};
-  const std::string id = read.required(read.text("id"), "id");
+  const std::string id = read.required(read.id("id"), "id");
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
   auto find = [this, id] { return parts_.store.campaign(id); };
   auto record = co_await parts_.store_thread.ask(find);

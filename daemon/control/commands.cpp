@@ -23,14 +23,11 @@ json::string text_value(std::string_view text) { return json::string(text.data()
 
 /// Takes the member command_id away, since no method knows it.
 std::expected<std::optional<std::string>, RpcError> take_command_id(json::object& params) {
-  constexpr std::size_t kLongest = 64;
-  const json::value* const given = params.if_contains("command_id");
-  if (!given) return std::nullopt;
-  if (!given->is_string() || given->get_string().empty() || given->get_string().size() > kLongest)
-    return std::unexpected(RpcError{ErrorCode::InvalidParams,
-                                    "params.command_id: expected a text of 1 to 64 bytes",
-                                    "params.command_id"});
-  std::string id{given->get_string().c_str(), given->get_string().size()};
+  json::object its_own;
+  if (const json::value* const given = params.if_contains("command_id")) its_own["command_id"] = *given;
+  ParamReader read{its_own};
+  auto id = read.id("command_id");
+  if (auto error = read.finish()) return std::unexpected(*error);
   params.erase("command_id");
   return id;
 }

@@ -139,7 +139,7 @@ Session::Result Session::begin_job(control::Request request) {
 
 Session::Result Session::job(const json::object& params) const {
   ParamReader read{params};
-  const std::string id = read.required(read.text("id", 64), "id");
+  const std::string id = read.required(read.id("id"), "id");
   if (auto error = read.finish()) return std::unexpected(*error);
   auto known = context_->jobs->find(id, caller_.name);
   if (known) return *std::move(known);

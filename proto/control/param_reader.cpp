@@ -22,6 +22,12 @@ std::optional<std::int64_t> whole(const json::value& value) {
   return std::nullopt;
 }
 
+/// As JSON Schema counts them. What was parsed is UTF-8.
+std::size_t characters(std::string_view text) {
+  const auto begins_one = [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U; };
+  return static_cast<std::size_t>(std::ranges::count_if(text, begins_one));
+}
+
 std::string path_of(std::string_view key) { return "params." + std::string{key}; }
 
 }  // namespace
@@ -73,9 +79,18 @@ std::optional<bool> ParamReader::boolean(std::string_view key) {
 std::optional<std::string> ParamReader::text(std::string_view key, std::size_t max_size) {
   const json::value* value = find(key);
   if (!value) return std::nullopt;
-  if (value->is_string() && value->get_string().size() <= max_size)
+  if (value->is_string() && characters(value->get_string()) <= max_size)
     return std::string{value->get_string().data(), value->get_string().size()};
-  expected(key, "a string of at most " + std::to_string(max_size) + " bytes", *value);
+  expected(key, "a string of at most " + std::to_string(max_size) + " characters", *value);
+  return std::nullopt;
+}
+
+std::optional<std::string> ParamReader::id(std::string_view key) {
+  constexpr std::size_t kLongest = 64;
+  const json::value* value = find(key);
+  if (!value) return std::nullopt;
+  if (value->is_string() && !value->get_string().empty()) return text(key, kLongest);
+  expected(key, "an id", *value);
   return std::nullopt;
 }
 
@@ -133,6 +148,7 @@ std::optional<std::vector<std::vector<double>>> ParamReader::rows(std::string_vi
 }
 
 std::optional<RpcError> ParamReader::finish() {
+  finished_ = true;
   for (const auto& member : params_) {
     const std::string key{member.key().data(), member.key().size()};
     if (!known_.contains(key)) fail(key, "unknown parameter");

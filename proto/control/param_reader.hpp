@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <initializer_list>
 #include <optional>
 #include <set>
@@ -14,22 +16,28 @@
 namespace truepose::control {
 
 /// Reads the parameters of one call. Ask for each, then finish(): it reports the first thing that was wrong,
-/// a parameter nobody asked for included. Values read before that are usable only if it reports nothing.
+/// a parameter nobody asked for included. Values read before that are usable only if it reports nothing, so
+/// none of these may end without it: what was wrong would be taken for what was left out.
 ///
 ///   ParamReader read{params};
 ///   const auto poses = read.integer("poses", 1, 1000).value_or(30);
-///   const auto id = read.required(read.text("id"), "id");
+///   const auto id = read.required(read.id("id"), "id");
 ///   if (auto error = read.finish()) return std::unexpected(*error);
 class ParamReader {
  public:
   explicit ParamReader(const boost::json::object& params) : params_{params} {}
+  ParamReader(const ParamReader&) = delete;
+  ParamReader& operator=(const ParamReader&) = delete;
+  ~ParamReader() { assert(finished_ || std::uncaught_exceptions() > 0); }
 
   std::optional<std::int64_t> integer(std::string_view key, std::int64_t min, std::int64_t max);
   /// A finite number within [min, max]; integers count.
   std::optional<double> number(std::string_view key, double min, double max);
   std::optional<bool> boolean(std::string_view key);
-  /// At most max_size bytes.
+  /// At most max_size characters.
   std::optional<std::string> text(std::string_view key, std::size_t max_size = 256);
+  /// 1..64 characters: an empty one names nothing, not even what is meant where none is given.
+  std::optional<std::string> id(std::string_view key);
   /// A list of distinct strings.
   std::optional<std::vector<std::string>> texts(std::string_view key);
   /// At most max_size integers within [min, max].
@@ -59,6 +67,7 @@ class ParamReader {
   const boost::json::object& params_;
   std::set<std::string, std::less<>> known_;
   std::optional<RpcError> error_;
+  bool finished_ = false;
 };
 
 }  // namespace truepose::control

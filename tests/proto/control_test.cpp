@@ -287,6 +287,26 @@ TEST(ParamReader, SaysWhatWasExpectedAndWhatWasFound) {
             R"(params.t: expected a list of distinct strings, found ["a","a"])");
 }
 
+TEST(ParamReader, CountsCharactersAsTheSchemaDoes) {
+  const auto note = [](ParamReader& read) { (void)read.text("note", 3); };
+  EXPECT_EQ(complaint(R"({"note":"\u00fc\u20ac\ud83d\ude00"})", note), "");
+  EXPECT_EQ(complaint(R"({"note":"abcd"})", note),
+            R"(params.note: expected a string of at most 3 characters, found "abcd")");
+}
+
+TEST(ParamReader, TakesNoEmptyTextForAnId) {
+  const auto id = [](ParamReader& read) { (void)read.id("id"); };
+  EXPECT_EQ(complaint(R"({"id":""})", id), R"(params.id: expected an id, found "")");
+  EXPECT_EQ(complaint(R"({"id":null})", id), "params.id: expected an id, found null");
+  EXPECT_EQ(complaint(R"({"id":"d6b6d477"})", id), "");
+  EXPECT_EQ(complaint("{}", id), "");
+}
+
+TEST(ParamReaderDeathTest, IsNotLeftBeforeItHasSaidWhatWasWrong) {
+  const json::object params{{"kind", nullptr}};
+  EXPECT_DEBUG_DEATH({ ParamReader{params}.text("kind"); }, "finished_");
+}
+
 TEST(ParamReader, ReportsTheFirstErrorOnly) {
   EXPECT_EQ(complaint(R"({"a":1,"b":2})",
                       [](ParamReader& read) {
