@@ -303,6 +303,11 @@ MethodReply CampaignService::pause(json::object params, std::string by) {
   co_return request(params, CampaignPauseRequested{}, "paused by an operator", by);
 }
 
+MethodResult CampaignService::pause_because(const std::string& why, const std::string& by) {
+  return request({}, CampaignPauseRequested{}, "paused, since " + why + ": resume the campaign or abort it",
+                 by);
+}
+
 MethodReply CampaignService::resume(json::object params, std::string by) {
   if (auto refused = store_.refusal()) co_return std::unexpected(*refused);
   ParamReader read{params};

@@ -24,6 +24,8 @@ class CampaignService final : private CampaignObserver {
 
   /// Takes note of the campaigns that were interrupted.
   boost::asio::awaitable<StoreResult<void>> load_interrupted();
+  /// Pauses the campaign that is under way, as an operator would.
+  MethodResult pause_because(const std::string& why, const std::string& by);
   /// Ends the campaign that is under way, where there is one, so that it may go on later.
   void interrupt(const std::string& reason);
   bool running() const { return run_ && !run_->ended; }

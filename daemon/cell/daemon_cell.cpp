@@ -70,6 +70,10 @@ MethodReply DaemonCell::call(std::string method, json::object params, std::strin
   co_return result;
 }
 
+MethodReply DaemonCell::pause(std::string why, std::string by) {
+  co_return campaigns_.pause_because(why, by);
+}
+
 asio::awaitable<void> DaemonCell::watch() {
   using namespace asio::experimental::awaitable_operators;
   co_await (runner_.watch() && stream_.watch() && devices_.watch() && recording_.watch());

@@ -23,6 +23,7 @@ class DaemonCell final : public CellService {
   std::vector<std::string> methods() const override { return method_names(); }
   boost::asio::awaitable<std::expected<boost::json::value, control::RpcError>> call(
       std::string method, boost::json::object params, std::string by) override;
+  MethodReply pause(std::string why, std::string by) override;
   std::string doing() const override { return runner_.reason(); }
 
   boost::asio::awaitable<StoreResult<void>> load_tools() { return tools_.load(); }

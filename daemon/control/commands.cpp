@@ -33,7 +33,7 @@ std::expected<std::optional<std::string>, RpcError> take_command_id(json::object
 }
 
 /// What a record tells of parameters: themselves, or of many their digest.
-json::value on_record(const json::object& params) {
+json::value told_on_record(const json::object& params) {
   constexpr std::size_t kMostBytes = 4096;
   const std::string text = control::json_text(params);
   if (text.size() <= kMostBytes) return params;
@@ -46,14 +46,19 @@ std::string symbol_of(const Commands::Result& result) {
 
 json::value value_of(const ControlLease::Holder& holder, drivers::TimePoint now) {
   const auto left = std::chrono::ceil<std::chrono::seconds>(holder.until - now);
-  return {
-      {"holder", holder.name}, {"role", text_value(control::name(holder.role))}, {"left_s", left.count()}};
+  return {{"holder", holder.who.name},
+          {"role", text_value(control::name(holder.who.role))},
+          {"left_s", left.count()}};
 }
 
 }  // namespace
 
-Commands::Commands(ControlServerParts& parts, asio::any_io_executor executor, std::optional<AuditTrail> audit)
-    : parts_{parts}, executor_{std::move(executor)}, audit_{std::move(audit)} {}
+Commands::Commands(ControlServerParts& parts, asio::any_io_executor executor, std::optional<AuditTrail> audit,
+                   StillKnown still_known)
+    : parts_{parts},
+      executor_{std::move(executor)},
+      audit_{std::move(audit)},
+      still_known_{std::move(still_known)} {}
 
 asio::awaitable<std::expected<std::uint64_t, std::string>> Commands::write_down(json::object record) {
   if (!audit_) co_return 0;
@@ -99,6 +104,7 @@ asio::awaitable<Commands::Result> Commands::carry_out(Caller caller, std::string
 }
 
 asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string from, control::Request request) {
+  co_await look();
   if (!request.method.starts_with("control.")) {
     auto refused = lease_.refusal(caller, parts_.clock.now());
     if (refused) co_return Outcome{std::unexpected(*std::move(refused))};
@@ -107,14 +113,21 @@ asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string fro
                        {"role", text_value(control::name(caller.role))},
                        {"from", from},
                        {"method", request.method},
-                       {"params", on_record(request.params)}};
+                       {"params", told_on_record(request.params)}};
+  Act act = [this, caller, request] { return this->act(caller, request); };
+  Outcome outcome = co_await on_record(std::move(command), std::move(act));
+  co_return std::move(outcome);
+}
+
+asio::awaitable<Commands::Outcome> Commands::on_record(json::object command, Act act) {
+  const std::string method{command.at("method").as_string()}, by{command.at("who").as_string()};
   const auto asked = co_await write_down(std::move(command));
   if (!asked)
     co_return Outcome{std::unexpected(
         RpcError{ErrorCode::Internal, "not done, since it cannot be put on record: " + asked.error()})};
 
-  const std::string method = request.method, by = caller.name;
-  Result result = co_await act(std::move(caller), std::move(request));
+  auto acting = act();
+  Result result = co_await std::move(acting);
   json::object record{{"of", *asked}, {"result", symbol_of(result)}};
   if (!result) record["message"] = result.error().message;
   const auto ended = co_await write_down(std::move(record));
@@ -133,9 +146,14 @@ asio::awaitable<Commands::Result> Commands::act(Caller caller, control::Request 
 
 asio::awaitable<Commands::Result> Commands::call_cell(std::string method, json::object params,
                                                       std::string by) {
+  auto call = parts_.cell.call(method, std::move(params), std::move(by));
+  return result_of(std::move(method), std::move(call));
+}
+
+asio::awaitable<Commands::Result> Commands::result_of(std::string method, asio::awaitable<Result> call) {
   std::string failure;
   try {
-    Result result = co_await parts_.cell.call(method, std::move(params), std::move(by));
+    Result result = co_await std::move(call);
     co_return result;
   } catch (const boost::system::system_error& error) {
     if (error.code() == asio::error::operation_aborted) throw;
@@ -164,7 +182,8 @@ Commands::Result Commands::change_control(const Caller& caller, const control::R
   const auto taken = by_force ? lease_.take_over(caller, time, now) : lease_.acquire(caller, time, now);
   if (!taken) return std::unexpected(taken.error());
   if (!before) tell("acquired", caller.name, {});
-  if (before && before->name != caller.name) tell("taken-over", caller.name, {{"from", before->name}});
+  if (before && before->who.name != caller.name)
+    tell("taken-over", caller.name, {{"from", before->who.name}});
   return value_of(*taken, now);
 }
 
@@ -190,14 +209,20 @@ asio::awaitable<Commands::Result> Commands::records(json::object params) {
 }
 
 asio::awaitable<void> Commands::look() {
-  const auto lost = lease_.lost(parts_.clock.now());
+  const std::string daemon = "trueposed";
+  const auto lost = lease_.lost(parts_.clock.now(), still_known_);
   if (!lost) co_return;
-  parts_.warn("control: " + lost->name + " no longer renews its control");
+  parts_.warn("control: " + lost->why);
   tell("lost", lost->name, {});
-  Caller daemon{.name = "trueposed", .role = control::Role::Admin};
-  control::Request pause{.id = {}, .method = "campaign.pause", .params = {}};
-  const Outcome paused =
-      co_await once(std::move(daemon), "control of " + lost->name + " was lost", std::move(pause));
+  json::object command{{"who", daemon},
+                       {"role", text_value(control::name(control::Role::Admin))},
+                       {"from", "control of " + lost->name + " was lost"},
+                       {"method", "campaign.pause"},
+                       {"params", json::object{}}};
+  Act pause = [this, daemon, why = lost->why] {
+    return result_of("campaign.pause", parts_.cell.pause(why, daemon));
+  };
+  const Outcome paused = co_await on_record(std::move(command), std::move(pause));
   static_cast<void>(paused);  // there may be no campaign
 }
 

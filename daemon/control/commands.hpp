@@ -4,6 +4,7 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/json/value.hpp>
 #include <expected>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -23,8 +24,12 @@ class Commands {
  public:
   using Result = std::expected<boost::json::value, control::RpcError>;
 
-  /// @param audit  none: nothing is kept on record
-  Commands(ControlServerParts& parts, boost::asio::any_io_executor executor, std::optional<AuditTrail> audit);
+  using StillKnown = std::function<bool(const Caller& who)>;
+
+  /// @param audit        none: nothing is kept on record
+  /// @param still_known  whether somebody is still let in as who he was
+  Commands(ControlServerParts& parts, boost::asio::any_io_executor executor, std::optional<AuditTrail> audit,
+           StillKnown still_known);
 
   /// @param from  where the caller is
   boost::asio::awaitable<Result> carry_out(Caller caller, std::string from, control::Request request);
@@ -35,16 +40,22 @@ class Commands {
   Result who_has_control(const boost::json::object& params) const;
   boost::asio::awaitable<Result> records(boost::json::object params);
 
-  /// Sees whether control was lost: then the campaign under way is paused.
+  /// Sees whether control was lost: then the campaign under way is paused. Each command looks first.
   boost::asio::awaitable<void> look();
+  /// When there is something to see, should nobody renew his control.
+  std::optional<drivers::TimePoint> control_ends() const { return lease_.end(); }
 
  private:
   struct Outcome {
     Result result;
     bool carried_out = false;
   };
+  using Act = std::function<boost::asio::awaitable<Result>()>;
   boost::asio::awaitable<Outcome> once(Caller caller, std::string from, control::Request request);
+  /// Acts, with a record before and one behind it.
+  boost::asio::awaitable<Outcome> on_record(boost::json::object command, Act act);
   boost::asio::awaitable<Result> act(Caller caller, control::Request request);
+  boost::asio::awaitable<Result> result_of(std::string method, boost::asio::awaitable<Result> call);
   Result change_control(const Caller& caller, const control::Request& request);
   /// @return the number of the record
   boost::asio::awaitable<std::expected<std::uint64_t, std::string>> write_down(boost::json::object record);
@@ -53,6 +64,7 @@ class Commands {
   ControlServerParts& parts_;
   boost::asio::any_io_executor executor_;
   std::optional<AuditTrail> audit_;
+  StillKnown still_known_;
   ControlLease lease_;
   CommandMemory memory_;
 };

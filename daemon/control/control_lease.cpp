@@ -15,9 +15,10 @@ std::optional<ControlLease::Holder> ControlLease::holder(TimePoint now) const {
 
 std::optional<RpcError> ControlLease::refusal(const Caller& caller, TimePoint now) const {
   const auto held = holder(now);
-  if (!held || held->name == caller.name) return std::nullopt;
+  if (!held || held->who.name == caller.name) return std::nullopt;
   const auto left = std::chrono::ceil<std::chrono::seconds>(held->until - now);
-  return RpcError{ErrorCode::NotInControl, held->name + " (" + std::string{control::name(held->role)} +
+  return RpcError{ErrorCode::NotInControl, held->who.name + " (" +
+                                               std::string{control::name(held->who.role)} +
                                                ") has control, for " + std::to_string(left.count()) +
                                                " s more unless it is renewed; a higher role takes it over by "
                                                "control.takeover"};
@@ -25,26 +26,35 @@ std::optional<RpcError> ControlLease::refusal(const Caller& caller, TimePoint no
 
 ControlLease::Taken ControlLease::acquire(const Caller& caller, std::chrono::seconds time, TimePoint now) {
   if (auto refused = refusal(caller, now)) return std::unexpected(*std::move(refused));
-  holder_ = Holder{caller.name, caller.role, now + time};
+  holder_ = Holder{caller, now + time};
   return *holder_;
 }
 
 ControlLease::Taken ControlLease::take_over(const Caller& caller, std::chrono::seconds time, TimePoint now) {
   const auto held = holder(now);
-  if (held && held->role < caller.role) holder_.reset();
+  if (held && held->who.role < caller.role) holder_.reset();
   return acquire(caller, time, now);
 }
 
 bool ControlLease::release(const Caller& caller, TimePoint now) {
   const auto held = holder(now);
-  if (!held || held->name != caller.name) return false;
+  if (!held || held->who.name != caller.name) return false;
   holder_.reset();
   return true;
 }
 
-std::optional<ControlLease::Holder> ControlLease::lost(TimePoint now) {
-  if (!holder_ || now < holder_->until) return std::nullopt;
-  return std::exchange(holder_, std::nullopt);
+std::optional<TimePoint> ControlLease::end() const {
+  return holder_ ? std::optional{holder_->until} : std::nullopt;
+}
+
+std::optional<ControlLease::Loss> ControlLease::lost(
+    TimePoint now, const std::function<bool(const Caller& who)>& still_known) {
+  if (!holder_) return std::nullopt;
+  const bool known = still_known(holder_->who);
+  if (known && now < holder_->until) return std::nullopt;
+  const std::string name = std::exchange(holder_, std::nullopt)->who.name;
+  if (known) return Loss{name, name + " no longer renews its control"};
+  return Loss{name, "the access of " + name + ", who had control, was changed or revoked"};
 }
 
 }  // namespace truepose::daemon

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <expected>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -12,14 +13,18 @@
 namespace truepose::daemon {
 
 /// Who is in command. While somebody holds control, nobody else's commands are carried out; it ends where it
-/// is not renewed in time, is given back, or taken over by a higher role. A caller is known by its name: a
-/// panel that comes back goes on. Pure: time is told.
+/// is not renewed in time, is given back, or taken over by a higher role, and where its holder is let in no
+/// more. A caller is known by its name: a panel that comes back goes on. Pure: time is told.
 class ControlLease {
  public:
   struct Holder {
-    std::string name;
-    control::Role role = control::Role::Viewer;
+    Caller who;
     drivers::TimePoint until;
+  };
+  /// That control ended without its holder's doing.
+  struct Loss {
+    std::string name;
+    std::string why;  ///< one sentence, which says the name
   };
   using Taken = std::expected<Holder, control::RpcError>;
 
@@ -33,8 +38,10 @@ class ControlLease {
   bool release(const Caller& caller, drivers::TimePoint now);
   /// Why the caller's command is not carried out.
   std::optional<control::RpcError> refusal(const Caller& caller, drivers::TimePoint now) const;
-  /// The holder whose time has run out, told once.
-  std::optional<Holder> lost(drivers::TimePoint now);
+  /// When it ends unless it is renewed.
+  std::optional<drivers::TimePoint> end() const;
+  /// Whether it has ended since the last call, because the time ran out or the holder is no longer known.
+  std::optional<Loss> lost(drivers::TimePoint now, const std::function<bool(const Caller& who)>& still_known);
 
  private:
   std::optional<Holder> holder_;

@@ -120,7 +120,10 @@ void ControlServer::Impl::admit(std::unique_ptr<Connection> connection, Peer pee
 
 asio::awaitable<void> ControlServer::Impl::look_after() {
   while (true) {
-    const drivers::TimePoint next = context->parts.clock.now() + context->limits.look;
+    // Control is taken for longer than from one look to the next, so each end of it is known at a look
+    // before.
+    drivers::TimePoint next = context->parts.clock.now() + context->limits.look;
+    if (const auto end = context->commands->control_ends()) next = std::min(next, *end);
     co_await context->parts.clock.sleep_until(next);
     context->refresh_access();
     look_at_certificate();
@@ -184,7 +187,9 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
   context->admission =
       std::make_unique<Admission>(context->parts, limits, *std::move(token), std::move(access));
   context->jobs = std::make_unique<Jobs>(context->parts, executor);
-  context->commands = std::make_unique<Commands>(context->parts, executor, std::move(audit));
+  context->commands = std::make_unique<Commands>(
+      context->parts, executor, std::move(audit),
+      [&admission = *context->admission](const Caller& who) { return admission.still_known(who); });
   context->started = context->parts.clock.now();
   context->started_text = control::rfc3339(context->parts.wall_clock());
   auto impl = std::make_shared<Impl>(std::move(context), std::move(*acceptor), std::move(local_acceptor),

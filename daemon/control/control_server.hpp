@@ -49,6 +49,11 @@ class CellService {
   /// @param by  the name of who calls, which events and campaigns carry
   virtual boost::asio::awaitable<std::expected<boost::json::value, control::RpcError>> call(
       std::string method, boost::json::object params, std::string by) = 0;
+
+  /// Pauses what must not go on without anybody in command; refused where there is nothing of that kind.
+  /// @param why  one sentence, for whoever finds it paused
+  virtual boost::asio::awaitable<std::expected<boost::json::value, control::RpcError>> pause(
+      std::string why, std::string by) = 0;
 };
 
 /// The address of control.listen. @return it, or why the control port cannot be there and what to do

@@ -124,6 +124,24 @@ TEST_F(CampaignServiceTest, StandsStillWhileItIsPausedAndGoesOn) {
   EXPECT_EQ(call("campaign.get")->at_pointer("/campaign/state"), "done");
 }
 
+TEST_F(CampaignServiceTest, SaysWhyItIsPausedWhereNobodyIsInCommandAnyMore) {
+  play([&]() -> Wait {
+    const Answer started = co_await ask("campaign.start");
+    EXPECT_TRUE(started) << started.error().message;
+    while (told(control::Topic::Measurement).empty()) co_await pass(1s);
+    auto pausing = cell.pause("Anna no longer renews its control", "trueposed");
+    const Answer paused = co_await std::move(pausing);
+    EXPECT_TRUE(paused) << paused.error().message;
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "paused");
+    EXPECT_EQ(now->at("state_text"),
+              "paused, since Anna no longer renews its control: resume the campaign or abort it");
+    EXPECT_EQ(told(control::Topic::Cell).back().at("by"), "trueposed");
+    const Answer aborted = co_await ask("campaign.abort");
+    EXPECT_TRUE(aborted) << aborted.error().message;
+  });
+}
+
 TEST_F(CampaignServiceTest, KeepsWhoStartedACampaignAndWhatFor) {
   play([this]() -> Wait {
     const json::object order{{"note", "after the new gripper"}};

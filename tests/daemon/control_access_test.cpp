@@ -27,6 +27,9 @@ class WillingCell : public CellService {
                                                                       std::string) override {
     co_return json::object{{"method", method}};
   }
+  asio::awaitable<std::expected<json::value, control::RpcError>> pause(std::string, std::string) override {
+    co_return json::object{};
+  }
 };
 
 std::string token_of(Role role) { return "token of one who is " + std::string{control::name(role)}; }

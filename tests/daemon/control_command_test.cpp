@@ -38,6 +38,12 @@ class CountingCell : public CellService {
     json::object result{{"count", calls.size()}, {"params", params}};
     co_return result;
   }
+  asio::awaitable<std::expected<json::value, control::RpcError>> pause(std::string why,
+                                                                       std::string by) override {
+    callers.push_back(std::move(by));
+    calls.push_back("pause: " + why);
+    co_return json::object{};
+  }
   std::vector<std::string> calls, callers;
   std::function<void()> release;
 };
@@ -50,6 +56,7 @@ class ControlCommands : public ControlServerTest {
                    control::entry_for_token("Bert", Role::Operator, "token of Bert, long"),
                    control::entry_for_token("Chef", Role::Engineer, "token of Chef, long")}});
   }
+  ~ControlCommands() override { end_server(); }
   std::unique_ptr<Client> session(std::uint16_t port, const std::string& name) {
     auto client = std::make_unique<Client>(port);
     EXPECT_EQ(Client::code_of(client->hello("token of " + name + ", long")), 0);
@@ -72,6 +79,9 @@ class ControlCommands : public ControlServerTest {
                        : std::to_string(r.at("of").as_int64()) + " " + r.at("result").as_string().c_str());
     }
     return lines;
+  }
+  void end_server() {
+    on_loop([this] { server_.reset(); });
   }
   void until_called(const std::string& method) {
     while (std::ranges::count(calls(), method) == 0) {
@@ -131,7 +141,49 @@ TEST_F(ControlCommands, OfOneWhoDoesNotRenewControlAreFollowedByAPause) {
   const Event paused = bert->event();
   EXPECT_EQ(paused.data.at("method").as_string(), "campaign.pause");
   EXPECT_EQ(paused.data.at("by").as_string(), "trueposed");
-  EXPECT_THAT(calls(), ElementsAre("campaign.pause"));
+  EXPECT_THAT(calls(), ElementsAre("pause: Anna no longer renews its control"));
+}
+
+TEST_F(ControlCommands, OfWhoTakesControlNextComeAfterThePause) {
+  const auto port = serve({.look = 1h});
+  const auto anna = session(port, "Anna"), bert = session(port, "Bert");
+  anna->call("control.acquire", {{"lease_s", 10}});
+  advance(10s);
+  EXPECT_EQ(bert->code("control.acquire"), 0);
+  EXPECT_EQ(bert->code("stream.stop"), 0);
+  EXPECT_THAT(calls(), ElementsAre("pause: Anna no longer renews its control", "stream.stop"));
+}
+
+TEST_F(ControlCommands, ArePausedForAtTheVeryEndOfALease) {
+  const auto port = serve({.look = 4s});
+  const auto anna = session(port, "Anna"), bert = session(port, "Bert");
+  anna->call("control.acquire", {{"lease_s", 5}});
+  bert->call("events.subscribe", {{"topics", {"control"}}});
+  advance(4s);
+  EXPECT_TRUE(calls().empty());
+  advance(1s);
+  EXPECT_EQ(bert->event().data.at("change").as_string(), "lost");
+  EXPECT_EQ(bert->event().data.at("method").as_string(), "campaign.pause");
+}
+
+TEST_F(ControlCommands, AreEverybodysOnceWhoHadControlIsLetInNoMore) {
+  control::AccessEntries access{{control::entry_for_token("Bert", Role::Operator, "token of Bert, long"),
+                                 control::entry_for_token("Anna", Role::Operator, "token of Anna, long")}};
+  write_access(access);
+  const auto port = serve();
+  const auto anna = session(port, "Anna"), bert = session(port, "Bert");
+  bert->call("events.subscribe", {{"topics", {"control"}}});
+  anna->call("control.acquire", {{"lease_s", 3600}});
+  EXPECT_EQ(bert->event().data.at("change").as_string(), "acquired");
+  access.entries.pop_back();
+  write_access(access);
+  advance(2s);
+  const Event lost = bert->event();
+  EXPECT_EQ(lost.data.at("change").as_string(), "lost");
+  EXPECT_EQ(lost.data.at("by").as_string(), "Anna");
+  EXPECT_EQ(bert->event().data.at("method").as_string(), "campaign.pause");
+  EXPECT_THAT(calls(),
+              ElementsAre(HasSubstr("pause: the access of Anna, who had control, was changed or revoked")));
 }
 
 TEST_F(ControlCommands, WithTheSameIdAreDoneOnceAndAnsweredAlike) {

@@ -92,6 +92,9 @@ class FakeCell : public CellService {
     json::object result{{"method", method}, {"by", by}};
     co_return result;
   }
+  asio::awaitable<std::expected<json::value, control::RpcError>> pause(std::string, std::string) override {
+    co_return json::object{};
+  }
   std::string doing() const override { return doing_; }
   void set_doing(std::string doing) { doing_ = std::move(doing); }
 

@@ -52,6 +52,9 @@ json::object progress(const char* phase, int done) {
 class FakeCell : public daemon::CellService {
  public:
   explicit FakeCell(daemon::EventBus& events) : events_{events} {}
+  asio::awaitable<std::expected<json::value, RpcError>> pause(std::string, std::string) override {
+    co_return json::object{};
+  }
   std::vector<std::string> methods() const override {
     return {"cell.status",    "cell.connect", "campaign.start", "campaign.get",
             "campaign.pause", "model.list",   "model.get",      "model.export"};
