@@ -105,10 +105,15 @@ asio::awaitable<Commands::Result> Commands::carry_out(Caller caller, std::string
 
 asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string from, control::Request request) {
   co_await look();
-  if (!request.method.starts_with("control.")) {
+  const bool of_cell = !request.method.starts_with("control.");
+  if (of_cell) {
     auto refused = lease_.refusal(caller, parts_.clock.now());
     if (refused) co_return Outcome{std::unexpected(*std::move(refused))};
   }
+  // A panel renews its control every few seconds for months, which commands nothing and changes no hands.
+  const bool renews =
+      !of_cell && request.method != "control.release" && lease_.is_held_by(caller, parts_.clock.now());
+  if (renews) co_return Outcome{change_control(caller, request), true};
   json::object command{{"who", caller.name},
                        {"role", text_value(control::name(caller.role))},
                        {"from", from},

@@ -36,9 +36,13 @@ ControlLease::Taken ControlLease::take_over(const Caller& caller, std::chrono::s
   return acquire(caller, time, now);
 }
 
-bool ControlLease::release(const Caller& caller, TimePoint now) {
+bool ControlLease::is_held_by(const Caller& caller, TimePoint now) const {
   const auto held = holder(now);
-  if (!held || held->who.name != caller.name) return false;
+  return held && held->who.name == caller.name;
+}
+
+bool ControlLease::release(const Caller& caller, TimePoint now) {
+  if (!is_held_by(caller, now)) return false;
   holder_.reset();
   return true;
 }

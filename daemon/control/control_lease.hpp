@@ -34,6 +34,7 @@ class ControlLease {
   Taken acquire(const Caller& caller, std::chrono::seconds time, drivers::TimePoint now);
   /// Takes it from a lower role too.
   Taken take_over(const Caller& caller, std::chrono::seconds time, drivers::TimePoint now);
+  bool is_held_by(const Caller& caller, drivers::TimePoint now) const;
   /// @return whether the caller had it
   bool release(const Caller& caller, drivers::TimePoint now);
   /// Why the caller's command is not carried out.

@@ -242,6 +242,16 @@ TEST_F(ControlCommands, StandOnRecordWithWhatBecameOfThem) {
   EXPECT_EQ(verify_audit(audit_file())->count, 4U);
 }
 
+TEST_F(ControlCommands, PutOnRecordWhenControlChangesHandsAndNotThatItIsRenewed) {
+  const auto port = serve();
+  const auto anna = session(port, "Anna"), chef = session(port, "Chef");
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(anna->code("control.acquire"), 0);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(chef->code("control.takeover"), 0);
+  chef->call("control.release");
+  EXPECT_THAT(on_record(*anna), ElementsAre("Anna control.acquire", "1 ok", "Chef control.takeover", "3 ok",
+                                            "Chef control.release", "5 ok"));
+}
+
 TEST_F(ControlCommands, ThatCannotBePutOnRecordAreNotDone) {
   const auto port = serve();
   const auto anna = session(port, "Anna");
