@@ -32,12 +32,36 @@ std::expected<std::optional<std::string>, RpcError> take_command_id(json::object
   return id;
 }
 
+constexpr std::size_t kMostBytesOnRecord = 4096;
+
 /// What a record tells of parameters: themselves, or of many their digest.
 json::value told_on_record(const json::object& params) {
-  constexpr std::size_t kMostBytes = 4096;
   const std::string text = control::json_text(params);
-  if (text.size() <= kMostBytes) return params;
+  if (text.size() <= kMostBytesOnRecord) return params;
   return {{"bytes", text.size()}, {"sha256", text::sha256_hex(text)}};
+}
+
+/// By what a command is known again.
+std::string command_text(std::string_view method, const json::value& told) {
+  return std::string{method} + control::json_text(told);
+}
+
+/// The answer to a numbered command of before a restart that comes again; none where it was refused, so that
+/// it may well be carried out now.
+/// @param end  the record of what became of it; null: there is none
+std::optional<Commands::Result> answer_again(const json::object* end) {
+  const auto unknown = [](const char* what) {
+    return std::unexpected(
+        RpcError{ErrorCode::InvalidParams,
+                 std::string{"params.command_id: the daemon was started anew since it came first: "} + what +
+                     "; see cell.status, and give what is still to be done another command_id",
+                 "params.command_id"});
+  };
+  if (end == nullptr) return unknown("whether it was carried out is not known");
+  if (end->at("result") != "ok") return std::nullopt;
+  const json::value* const answer = end->if_contains("answer");
+  if (answer) return *answer;
+  return unknown("it was carried out, and the answer is not kept");
 }
 
 std::string symbol_of(const Commands::Result& result) {
@@ -58,7 +82,36 @@ Commands::Commands(ControlServerParts& parts, asio::any_io_executor executor, st
     : parts_{parts},
       executor_{std::move(executor)},
       audit_{std::move(audit)},
-      still_known_{std::move(still_known)} {}
+      still_known_{std::move(still_known)} {
+  remember();
+}
+
+void Commands::remember() {
+  constexpr std::size_t kPage = 100;
+  if (!audit_) return;
+  const std::string since = control::rfc3339(parts_.wall_clock() - CommandMemory::kKept);
+  const drivers::TimePoint now = parts_.clock.now();
+  std::map<std::int64_t, json::object> ends;  // by the numbers of their commands, which stand before them
+  std::uint64_t before = audit_->count() + 1;
+  for (auto page = audit_->records(before, kPage); page && !page->empty();
+       page = audit_->records(before, kPage)) {
+    for (const json::value& each : *page) {
+      const json::object& record = each.as_object();
+      if (record.at("time").as_string() < since) return;
+      const std::int64_t n = record.at("n").as_int64();
+      before = static_cast<std::uint64_t>(n);
+      if (const json::value* const of = record.if_contains("of")) ends[of->as_int64()] = record;
+      const json::value* const id = record.if_contains("command_id");
+      if (!id) continue;
+      const auto end = ends.find(n);
+      auto answer = answer_again(end == ends.end() ? nullptr : &end->second);
+      const std::string who{record.at("who").as_string()}, name{id->as_string()};
+      if (!answer || memory_.find(who, name, now)) continue;
+      std::string text = command_text(record.at("method").as_string(), record.at("params"));
+      CommandMemory::end(*memory_.begin(who, name, std::move(text), now, executor_), *std::move(answer));
+    }
+  }
+}
 
 asio::awaitable<std::expected<std::uint64_t, std::string>> Commands::write_down(json::object record) {
   if (!audit_) co_return 0;
@@ -84,7 +137,7 @@ asio::awaitable<Commands::Result> Commands::carry_out(Caller caller, std::string
     co_return std::move(outcome.result);
   }
   const drivers::TimePoint now = parts_.clock.now();
-  std::string text = request.method + control::json_text(request.params);
+  std::string text = command_text(request.method, told_on_record(request.params));
   if (const auto known = memory_.find(caller.name, **id, now)) {
     if (known->text != text)
       co_return std::unexpected(RpcError{
@@ -97,13 +150,14 @@ asio::awaitable<Commands::Result> Commands::carry_out(Caller caller, std::string
   }
   const auto command = memory_.begin(caller.name, **id, std::move(text), now, executor_);
   const std::string name = caller.name;
-  Outcome outcome = co_await once(std::move(caller), std::move(from), std::move(request));
+  Outcome outcome = co_await once(std::move(caller), std::move(from), std::move(request), **id);
   CommandMemory::end(*command, outcome.result);
   if (!outcome.carried_out) memory_.forget(name, **id);
   co_return std::move(outcome.result);
 }
 
-asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string from, control::Request request) {
+asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string from, control::Request request,
+                                                  std::string id) {
   co_await look();
   const bool of_cell = !request.method.starts_with("control.");
   if (of_cell) {
@@ -119,6 +173,7 @@ asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string fro
                        {"from", from},
                        {"method", request.method},
                        {"params", told_on_record(request.params)}};
+  if (!id.empty()) command["command_id"] = id;
   Act act = [this, caller, request] { return this->act(caller, request); };
   Outcome outcome = co_await on_record(std::move(command), std::move(act));
   co_return std::move(outcome);
@@ -126,6 +181,7 @@ asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string fro
 
 asio::awaitable<Commands::Outcome> Commands::on_record(json::object command, Act act) {
   const std::string method{command.at("method").as_string()}, by{command.at("who").as_string()};
+  const bool may_come_again = command.contains("command_id");
   const auto asked = co_await write_down(std::move(command));
   if (!asked)
     co_return Outcome{std::unexpected(
@@ -135,6 +191,8 @@ asio::awaitable<Commands::Outcome> Commands::on_record(json::object command, Act
   Result result = co_await std::move(acting);
   json::object record{{"of", *asked}, {"result", symbol_of(result)}};
   if (!result) record["message"] = result.error().message;
+  if (result && may_come_again && control::json_text(*result).size() <= kMostBytesOnRecord)
+    record["answer"] = *result;
   const auto ended = co_await write_down(std::move(record));
   static_cast<void>(ended);  // it is done: the next command finds that nothing can be written
   if (!method.starts_with("control."))

@@ -51,7 +51,11 @@ class Commands {
     bool carried_out = false;
   };
   using Act = std::function<boost::asio::awaitable<Result>()>;
-  boost::asio::awaitable<Outcome> once(Caller caller, std::string from, control::Request request);
+  /// What the audit trail knows of numbered commands of before a restart.
+  void remember();
+  /// @param id  that the caller gave the command; empty: none
+  boost::asio::awaitable<Outcome> once(Caller caller, std::string from, control::Request request,
+                                       std::string id = {});
   /// Acts, with a record before and one behind it.
   boost::asio::awaitable<Outcome> on_record(boost::json::object command, Act act);
   boost::asio::awaitable<Result> act(Caller caller, control::Request request);

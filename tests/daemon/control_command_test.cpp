@@ -205,6 +205,55 @@ TEST_F(ControlCommands, WithTheSameIdAreDoneOnceAndAnsweredAlike) {
   EXPECT_EQ(calls().size(), 4U) << "ten minutes later it is a new one";
 }
 
+TEST_F(ControlCommands, AreKnownAgainByTheDaemonThatComesAfter) {
+  const json::object once{{"command_id", "c1"}, {"pose", 1.5}};
+  const Reply first = session(serve(), "Anna")->call("stream.stop", once);
+  end_server();
+  const auto port = serve({.idle = 1h});
+  const auto anna = session(port, "Anna"), bert = session(port, "Bert");
+  EXPECT_EQ(*anna->call("stream.stop", once).result, *first.result);
+  EXPECT_EQ(calls().size(), 1U);
+  EXPECT_EQ(anna->code("stream.stop", {{"command_id", "c1"}}), -32602) << "another command of that id";
+  EXPECT_EQ(bert->code("stream.stop", once), 0) << "another's";
+  EXPECT_EQ(anna->code("stream.stop", {{"command_id", "c2"}}), 0) << "a new one";
+  EXPECT_EQ(calls().size(), 3U);
+}
+
+TEST_F(ControlCommands, ThatWereRefusedBeforeARestartMayComeAgain) {
+  const json::object once{{"command_id", "c1"}};
+  EXPECT_EQ(session(serve(), "Chef")->code("model.activate", once), -32004);
+  end_server();
+  EXPECT_EQ(session(serve(), "Chef")->code("model.activate", once), -32004);
+  EXPECT_EQ(calls().size(), 2U);
+}
+
+TEST_F(ControlCommands, OfWhichNoEndStandsOnRecordAreNotDoneASecondTime) {
+  const json::object once{{"command_id", "c1"}};
+  const auto port = serve();
+  session(port, "Anna")->send(control::encode_request(50, "campaign.start", once));
+  until_called("campaign.start");
+  const fs::path as_killed = folder_.path() / "as killed";
+  for (const char* end : {"", ".head"}) fs::copy(audit_file().string() + end, as_killed.string() + end);
+  on_loop([this] { counting_.release(); });
+  end_server();
+  for (const char* end : {"", ".head"}) fs::rename(as_killed.string() + end, audit_file().string() + end);
+  const auto anna = session(serve(), "Anna");
+  const Reply refused = anna->call("campaign.start", once);
+  EXPECT_EQ(Client::code_of(refused), -32602);
+  EXPECT_THAT(refused.result.error().message,
+              HasSubstr("whether it was carried out is not known; see cell.status"));
+  EXPECT_EQ(calls().size(), 1U);
+}
+
+TEST_F(ControlCommands, OfMoreThanTenMinutesBeforeARestartAreForgotten) {
+  const json::object once{{"command_id", "c1"}};
+  EXPECT_EQ(session(serve(), "Anna")->code("stream.stop", once), 0);
+  end_server();
+  wall_ += 10min + 1s;
+  EXPECT_EQ(session(serve(), "Anna")->code("stream.stop", once), 0);
+  EXPECT_EQ(calls().size(), 2U);
+}
+
 TEST_F(ControlCommands, ThatAreUnderWayAreWaitedForByTheirRepetition) {
   const auto port = serve();
   const auto anna = session(port, "Anna"), again = session(port, "Anna");
