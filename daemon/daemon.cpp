@@ -264,6 +264,10 @@ class Daemon {
     auto interrupted = co_await cell_.load_interrupted_campaigns();
     if (!interrupted) log_error("interrupted campaigns cannot be read: " + interrupted.error().detail);
     co_await cell_.arm_as_before();
+    // Only now that the cell knows what its store holds: whoever waits would be told of a cell without a
+    // model.
+    server_->serve();
+    if (web_) web_->serve();
     bool watching = true;
     Signal watch_ended;
     asio::co_spawn(io_, cell_.watch(),

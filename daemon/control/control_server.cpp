@@ -196,25 +196,28 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
                                      std::move(tls_acceptor));
   impl->look_at_certificate();
 
-  const auto admit = [server = impl.get()](auto socket) {
+  asio::co_spawn(executor, impl->look_after(),
+                 asio::bind_cancellation_slot(impl->stop_looking.slot(), [impl](std::exception_ptr) {}));
+  return std::unique_ptr<ControlServer>{new ControlServer{std::move(impl)}};
+}
+
+void ControlServer::serve() {
+  const auto admit = [server = impl_.get()](auto socket) {
     Peer peer = peer_of(socket);
     server->admit(plain_connection(std::move(socket)), std::move(peer));
   };
-  const auto admit_over_tls = [server = impl.get()](tcp::socket socket) {
+  const auto admit_over_tls = [server = impl_.get()](tcp::socket socket) {
     Peer peer = peer_of(socket);
     server->admit(tls_connection(std::move(socket), server->context->tls->context()), std::move(peer));
   };
-  const auto accept = [&](auto& from, auto to) {
-    ControlServerParts& shared = impl->context->parts;
-    asio::co_spawn(executor, accept_all(from, shared.clock, shared.warn, "control", to),
-                   [impl](std::exception_ptr) {});
+  const auto accept = [this](auto& from, auto to) {
+    ControlServerParts& shared = impl_->context->parts;
+    asio::co_spawn(from.get_executor(), accept_all(from, shared.clock, shared.warn, "control", to),
+                   [impl = impl_](std::exception_ptr) {});
   };
-  asio::co_spawn(executor, impl->look_after(),
-                 asio::bind_cancellation_slot(impl->stop_looking.slot(), [impl](std::exception_ptr) {}));
-  accept(impl->acceptor, admit);
-  if (impl->local_acceptor) accept(*impl->local_acceptor, admit);
-  if (impl->tls_acceptor) accept(*impl->tls_acceptor, admit_over_tls);
-  return std::unique_ptr<ControlServer>{new ControlServer{std::move(impl)}};
+  accept(impl_->acceptor, admit);
+  if (impl_->local_acceptor) accept(*impl_->local_acceptor, admit);
+  if (impl_->tls_acceptor) accept(*impl_->tls_acceptor, admit_over_tls);
 }
 
 std::expected<asio::ip::address, std::string> control_address(const config::Endpoint& listen) {

@@ -113,14 +113,16 @@ struct ControlLoad {
 /// thread: the executor's.
 class ControlServer {
  public:
-  /// Binds and starts to accept. Fails with one sentence: an address in the clear that is not loopback, a
-  /// port in use (and by whom), a token file that is missing, readable by others or too short, a certificate
-  /// or key that cannot be used.
+  /// Binds and listens: who connects waits for serve(). Fails with one sentence: an address in the clear that
+  /// is not loopback, a port in use (and by whom), a token file that is missing, readable by others or too
+  /// short, a certificate or key that cannot be used.
   static std::expected<std::unique_ptr<ControlServer>, drivers::StartFailure> start(
       boost::asio::any_io_executor executor, ControlServerParts parts, const config::ControlConfig& config,
       std::string cell_name, ControlLimits limits = {});
   ~ControlServer();
 
+  /// Starts to accept, once the cell can answer.
+  void serve();
   std::uint16_t port() const;
   std::optional<std::uint16_t> tls_port() const;
   /// Methods that are answered, the server's own included, sorted. rpc.discover is not in the schema, which

@@ -339,10 +339,14 @@ std::expected<std::unique_ptr<WebServer>, StartFailure> WebServer::start(asio::a
   if (!acceptor) return std::unexpected(acceptor.error());
   const auto impl =
       std::make_shared<Impl>(std::move(parts), config, limits, address->tls, *std::move(acceptor));
-  const auto admit = [server = impl.get()](tcp::socket socket) { server->admit(std::move(socket)); };
-  asio::co_spawn(executor, accept_all(impl->acceptor, impl->parts.clock, impl->parts.warn, "web", admit),
-                 [impl](std::exception_ptr) {});
   return std::unique_ptr<WebServer>{new WebServer{impl}};
+}
+
+void WebServer::serve() {
+  const auto admit = [server = impl_.get()](tcp::socket socket) { server->admit(std::move(socket)); };
+  asio::co_spawn(impl_->acceptor.get_executor(),
+                 accept_all(impl_->acceptor, impl_->parts.clock, impl_->parts.warn, "web", admit),
+                 [impl = impl_](std::exception_ptr) {});
 }
 
 WebServer::WebServer(std::shared_ptr<Impl> impl) : impl_{std::move(impl)} {}

@@ -57,11 +57,14 @@ std::expected<WebAddress, std::string> web_address(const config::Endpoint& liste
 /// ("Authorization: Bearer ...") or a known certificate. Runs on one thread: the executor's.
 class WebServer {
  public:
+  /// Binds and listens: who connects waits for serve().
   static std::expected<std::unique_ptr<WebServer>, drivers::StartFailure> start(
       boost::asio::any_io_executor executor, WebServerParts parts, const config::WebConfig& config,
       WebLimits limits = {});
   ~WebServer();
 
+  /// Starts to accept.
+  void serve();
   std::uint16_t port() const;
   /// Connections that are no session of the control server.
   std::size_t connections() const;

@@ -288,6 +288,7 @@ class ControlServerTest : public testing::Test {
   }
   std::uint16_t serve(const ControlLimits& limits = {}) {
     EXPECT_EQ(try_start({"127.0.0.1", 0}, limits, true).text, "");
+    on_loop([this] { server_->serve(); });
     return server_->port();
   }
   /// Until so many sleep for having guessed, or being in company of who did.

@@ -17,6 +17,15 @@ using namespace test;
 using control::Topic;
 using testing::HasSubstr;
 
+TEST_F(ControlServerTest, LetsWhoConnectsWaitUntilTheCellCanAnswer) {
+  ASSERT_EQ(try_start({"127.0.0.1", 0}).text, "");
+  Client early{server_->port()};
+  early.send_hello(kToken);
+  for (int turn = 0; turn < 5; ++turn) on_loop([this] { EXPECT_EQ(server_->load().connections, 0U); });
+  on_loop([this] { server_->serve(); });
+  EXPECT_TRUE(early.reply().result);
+}
+
 TEST_F(ControlServerTest, AnswersAfterSessionHello) {
   Client client{serve()};
   const Reply hello = client.hello();

@@ -32,6 +32,7 @@ class WebServerTest : public ControlServerTest {
                                        [this](const std::string& text) { warnings_ += text; }},
                                       web_config_, limits);
       if (started) web_ = *std::move(started);
+      if (web_) web_->serve();
       if (!started) failure = started.error().text;
     });
     EXPECT_EQ(failure, "");

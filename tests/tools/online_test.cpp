@@ -124,6 +124,7 @@ class OnlineTest : public testing::Test {
                                               cell_, events_, [](const std::string&) {}, worker_, socket()},
                                              {{"127.0.0.1", 0}, folder_.path() / "token"}, "cell 1")
                     .value();
+      server_->serve();
       address_ = "127.0.0.1:" + std::to_string(server_->port());
     });
   }
