@@ -56,6 +56,10 @@ void write_text_file(const std::filesystem::path& file, const std::string& text)
   write_together({{file, text}});
 }
 
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+  return file.has_parent_path() ? file.parent_path() : std::filesystem::path{"."};
+}
+
 UnfinishedFile::UnfinishedFile(const std::filesystem::path& path) : path_(path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored))
@@ -93,7 +97,7 @@ void UnfinishedFile::take_place() {
   std::filesystem::rename(beside_, path_, error);
   if (error) throw ConfigError(path_.string() + ": cannot be written: " + error.message());
   beside_.clear();
-  if (!synced(path_.has_parent_path() ? path_.parent_path() : ".")) fail();
+  if (!synced(folder_of(path_))) fail();
 }
 
 void UnfinishedFile::fail() const {

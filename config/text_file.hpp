@@ -33,6 +33,9 @@ std::string read_text_file(const std::filesystem::path& file, std::size_t most =
 /// that was there.
 void write_text_file(const std::filesystem::path& file, const std::string& text);
 
+/// The folder that a file is in: of a bare name the one that we are in.
+std::filesystem::path folder_of(const std::filesystem::path& file);
+
 /// Puts a file, or the names in a folder, on the disk. @return false with errno where that fails
 bool synced(const std::filesystem::path& path);
 

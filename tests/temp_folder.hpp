@@ -30,4 +30,16 @@ class TempFolder {
   std::filesystem::path path_;
 };
 
+/// While it lives, the process stands in a folder: names without one are of there.
+class StandsIn {
+ public:
+  explicit StandsIn(const std::filesystem::path& folder) { std::filesystem::current_path(folder); }
+  ~StandsIn() { std::filesystem::current_path(before_); }
+  StandsIn(const StandsIn&) = delete;
+  StandsIn& operator=(const StandsIn&) = delete;
+
+ private:
+  std::filesystem::path before_ = std::filesystem::current_path();
+};
+
 }  // namespace truepose

@@ -5,6 +5,7 @@
 #include <system_error>
 #include <utility>
 
+#include "config/text_file.hpp"
 #include "daemon/cell/file_part.hpp"
 #include "daemon/cell/new_uuid.hpp"
 #include "daemon/log/log.hpp"
@@ -24,7 +25,7 @@ namespace {
 StoreResult<void> room_for_copy(const fs::path& store) {
   std::error_code unknown;
   const std::uintmax_t bytes = fs::file_size(store, unknown);
-  const fs::space_info disk = fs::space(store.has_parent_path() ? store.parent_path() : ".", unknown);
+  const fs::space_info disk = fs::space(config::folder_of(store), unknown);
   if (unknown || disk.available / 2 >= bytes) return {};
   return std::unexpected(StoreError{"backup: " + store.string() + " has " + std::to_string(bytes) +
                                         " bytes, and its disk room for " + std::to_string(disk.available) +

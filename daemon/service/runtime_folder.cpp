@@ -12,6 +12,7 @@
 #include <fstream>
 #include <utility>
 
+#include "config/text_file.hpp"
 namespace truepose::daemon {
 
 namespace {
@@ -106,7 +107,7 @@ std::expected<fs::path, std::string> runtime_folder(const config::CellConfig& co
                            "; name another with the cell file's key runtime");
   };
   std::error_code error;
-  fs::create_directories(folder.parent_path(), error);
+  fs::create_directories(config::folder_of(folder), error);
   // Made with its mode: nobody may slip in before it is set.
   if (!error && ::mkdir(folder.c_str(), 0750) != 0 && errno != EEXIST)
     error = {errno, std::system_category()};

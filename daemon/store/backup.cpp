@@ -89,8 +89,7 @@ StoreResult<std::uintmax_t> StoreBackup::finish() {
   fs::rename(part_, file_, failed);
   if (failed) return std::unexpected(of_system(file_, failed.value()));
   part_.clear();
-  if (!config::synced(file_.has_parent_path() ? file_.parent_path() : "."))
-    return std::unexpected(of_system(file_, errno));
+  if (!config::synced(config::folder_of(file_))) return std::unexpected(of_system(file_, errno));
   return bytes;
 }
 

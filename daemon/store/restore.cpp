@@ -70,8 +70,7 @@ std::optional<std::uint64_t> gather(const fs::path& store) {
 /// As root, gives a file to whom its folder belongs: the daemon.
 void give_to_owner(const fs::path& file) {
   struct stat folder {};
-  if (::geteuid() != 0 || ::stat(file.has_parent_path() ? file.parent_path().c_str() : ".", &folder) != 0)
-    return;
+  if (::geteuid() != 0 || ::stat(config::folder_of(file).c_str(), &folder) != 0) return;
   const int given = ::chown(file.c_str(), folder.st_uid, folder.st_gid);
   static_cast<void>(given);  // whose file it is shows when the daemon opens it
 }
@@ -117,8 +116,7 @@ std::expected<fs::path, std::string> restore_store(const fs::path& backup, const
   give_to_owner(copy);
   fs::rename(copy, store, none);
   if (none) return system_failure(store, none.value());
-  if (!config::synced(store.has_parent_path() ? store.parent_path() : "."))
-    return system_failure(store, errno);
+  if (!config::synced(config::folder_of(store))) return system_failure(store, errno);
   return aside;
 }
 

@@ -42,6 +42,13 @@ TEST_F(RuntimeFolder, IsMadeForItsOwnerAndGroupAndKeptWhereItIsThere) {
   EXPECT_TRUE(fs::exists(in("new") / "page"));
 }
 
+TEST_F(RuntimeFolder, IsMadeWhereTheProcessStandsByItsBareName) {
+  const StandsIn here{folder_.path()};
+  config_.runtime = "run";
+  EXPECT_EQ(runtime_folder(config_), "run");
+  EXPECT_TRUE(fs::is_directory(in("run")));
+}
+
 TEST_F(RuntimeFolder, IsRefusedWhereOthersMayWriteOrWhereItCannotBeMade) {
   fs::create_directory(in("open"));
   fs::permissions(in("open"), fs::perms{0770});

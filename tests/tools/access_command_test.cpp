@@ -51,6 +51,22 @@ TEST_F(AccessCommand, AddsListsAndRevokes) {
   EXPECT_EQ(access({"list"}).out, "Anna  engineer\n");
 }
 
+TEST_F(AccessCommand, TakesTheCellFileOfTheFolderItIsCalledInByItsBareName) {
+  std::string text = text_of(folder_.path() / "cell.yaml");
+  text.replace(text.find("state/cell.sqlite"), 17, "cell.sqlite");
+  folder_.write("cell.yaml", text);
+  const StandsIn here{folder_.path()};
+  const auto bare = [](std::vector<std::string> words) {
+    words.insert(words.begin(), "access");
+    words.insert(words.end(), {"--cell", "cell.yaml"});
+    return run_program("truepose", words);
+  };
+  const Finished added = bare({"add", "panel 1", "--role", "operator"});
+  EXPECT_EQ(added.exit_code, 0) << added.err;
+  EXPECT_EQ(bare({"list"}).out, "panel 1  operator\n");
+  EXPECT_EQ(bare({"revoke", "panel 1"}).exit_code, 0);
+}
+
 TEST_F(AccessCommand, KeepsNoTokenAndLetsNobodyElseReadWhatItKeeps) {
   const std::string token = access({"add", "Anna", "--role", "viewer"}).out;
   EXPECT_THAT(text_of(file()), Not(HasSubstr(token.substr(0, token.size() - 1))));

@@ -76,7 +76,7 @@ class AccessFile {
 
  private:
   int open_folder() const {
-    const int folder = ::open(file_.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const int folder = ::open(config::folder_of(file_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (folder < 0 || ::flock(folder, LOCK_EX) != 0) fail(file_);
     return folder;
   }

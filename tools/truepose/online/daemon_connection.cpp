@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "config/number_text.hpp"
+#include "config/text_file.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -90,7 +91,7 @@ std::optional<std::string> stranger_behind(int socket, const fs::path& path) {
   ucred server{};
   socklen_t size = sizeof server;
   struct stat folder {};
-  const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path{"."};
+  const fs::path parent = config::folder_of(path);
   if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &server, &size) != 0 ||
       ::stat(parent.c_str(), &folder) != 0)
     return std::strerror(errno);
