@@ -244,6 +244,33 @@ TEST_F(Words, AskForHelpOnStandardOutput) {
   EXPECT_THAT(out_, HasSubstr("--share FLOAT Needs: --flag Excludes: --word"));
 }
 
+TEST(Environment, SaysTheValueOfAnOptionThatNoWordGives) {
+  std::string token, other;
+  const Option with_token{"--token", &token, "a token", {.environment = "TRUEPOSE_TEST_TOKEN"}};
+  const auto command = [&](const char* name) {
+    return Command{.name = name,
+                   .help = "works",
+                   .options = {with_token, {"--other", &other, "another", {.needs = {"--token"}}}},
+                   .run = [] { return 0; }};
+  };
+  const auto token_of = [&](const std::vector<std::string>& words) {
+    token.clear();
+    EXPECT_EQ(
+        run_command_line({.options = {with_token}, .commands = {command("work"), command("rest")}}, words),
+        0);
+    return token;
+  };
+  ::setenv("TRUEPOSE_TEST_TOKEN", "environment", 1);
+  EXPECT_EQ(token_of({"work"}), "environment");
+  EXPECT_EQ(token_of({"work", "--other", "x"}), "environment");
+  EXPECT_EQ(token_of({"work", "--token", "word"}), "word");
+  EXPECT_EQ(token_of({"--token", "word", "work"}), "word");
+  ::setenv("TRUEPOSE_TEST_TOKEN", "", 1);
+  EXPECT_EQ(token_of({"work"}), "");
+  ::unsetenv("TRUEPOSE_TEST_TOKEN");
+  EXPECT_EQ(token_of({"work"}), "");
+}
+
 // ---- Tables ----
 
 TEST(TextTable, HasColumnsAsWideAsTheirWidestCellAndNoSpacesAtTheEnds) {

@@ -3,11 +3,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <concepts>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <iostream>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "config/number_text.hpp"
 #include "config/text_file.hpp"
@@ -51,6 +54,23 @@ CLI::Option* add_target(CLI::App& to, const Option& option, std::vector<T>* valu
 
 std::string not_empty(const std::string& file) { return file.empty() ? "expected a file's name" : ""; }
 
+/// What the environment says in place of an option; null: nothing.
+const char* from_environment(const OptionRules& rules) {
+  const char* const given = rules.environment.empty() ? nullptr : std::getenv(rules.environment.c_str());
+  return given != nullptr && *given != '\0' ? given : nullptr;
+}
+
+/// Before words are read, so that these win. The library asks the environment once for each command that has
+/// the option, after the words of the one that is called, and all of them may have one target.
+void take_from_environment(const Option& option) {
+  const auto take = [given = from_environment(option.rules)]<class T>(T* value) {
+    if constexpr (std::same_as<T, std::string> || std::same_as<T, std::filesystem::path>) {
+      if (given != nullptr) *value = given;
+    }
+  };
+  std::visit(take, option.target);
+}
+
 CLI::Option* add_option(CLI::App& to, const Option& option) {
   const OptionRules& rules = option.rules;
   CLI::Option* const added =
@@ -61,7 +81,9 @@ CLI::Option* add_option(CLI::App& to, const Option& option) {
   if (!rules.type.empty()) added->type_name(rules.type);
   if (rules.count > 0) added->expected(rules.count);
   if (rules.repeats) added->allow_extra_args(false)->delimiter('\0');  // a file's name may hold a comma
-  if (!rules.environment.empty()) added->envname(rules.environment);
+  take_from_environment(option);
+  if (!rules.environment.empty())
+    added->description(option.help + " (without it: what " + rules.environment + " says)");
   if (rules.shows_default) added->capture_default_str();
   return added;
 }
@@ -70,8 +92,12 @@ void add_options(CLI::App& to, const std::vector<Option>& options, CLI::App* sub
   std::map<std::string, CLI::Option*> added;
   for (const Option& option : options)
     added[option.name] = add_option(option.rules.is_subject ? *subjects : to, option);
+  std::set<std::string> given;  // by the environment
+  for (const Option& option : options)
+    if (from_environment(option.rules) != nullptr) given.insert(option.name);
   for (const Option& option : options) {
-    for (const std::string& other : option.rules.needs) added[option.name]->needs(added.at(other));
+    for (const std::string& other : option.rules.needs)
+      if (!given.contains(other)) added[option.name]->needs(added.at(other));
     for (const std::string& other : option.rules.excludes) added[option.name]->excludes(added.at(other));
   }
 }

@@ -68,10 +68,10 @@ struct OptionRules {
   int count = 0;         ///< of the parts of a list; 0: any
   bool repeats = false;  ///< a list whose parts are given one by one, each with the option's name
   std::vector<std::string> needs{}, excludes{};  ///< other options of the command
-  std::string environment{};                     ///< variable that stands for it
-  bool is_subject = false;  ///< of several, exactly one is given: what the command is about
-  std::string key{};        ///< parameter of the command's method that it becomes
-  bool flag_sends = true;   ///< as that parameter
+  std::string environment{};  ///< variable that says the value, a text or a path, where no word does
+  bool is_subject = false;    ///< of several, exactly one is given: what the command is about
+  std::string key{};          ///< parameter of the command's method that it becomes
+  bool flag_sends = true;     ///< as that parameter
   FileUse file = FileUse::None;
 };
 
