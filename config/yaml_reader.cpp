@@ -12,6 +12,8 @@
 #include <unordered_map>
 
 #include "config/number_text.hpp"
+#include "core/formatted.hpp"
+#include "proto/text/utf8.hpp"
 
 namespace truepose::config {
 
@@ -78,6 +80,7 @@ class YamlTree::Builder : public YAML::EventHandler {
   }
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                 const std::string& value) override {
+    expect_utf8(value, mark);
     YamlNode& node = add(YamlNode::Kind::Scalar, mark, anchor);
     node.text = value;
     node.quoted = tag != "?";
@@ -95,6 +98,18 @@ class YamlTree::Builder : public YAML::EventHandler {
   void OnAlias(const YAML::Mark&, YAML::anchor_t anchor) override { attach(*anchored_.at(anchor)); }
 
  private:
+  /// What is read here is told to clients as JSON, which can hold nothing else.
+  void expect_utf8(std::string_view value, const YAML::Mark& mark) const {
+    while (!value.empty()) {
+      const std::string_view here = value;
+      const bool replaced = text::take_code_point(value) == text::kReplacement;
+      if (replaced && here.size() - value.size() == 1)
+        throw ConfigError(yaml_place(file_, mark) +
+                          formatted("byte 0x%02X in this text is not UTF-8: save the file in UTF-8",
+                                    static_cast<unsigned>(static_cast<unsigned char>(here.front()))));
+    }
+  }
+
   YamlNode& add(YamlNode::Kind kind, const YAML::Mark& mark, YAML::anchor_t anchor) {
     if (open_.empty() && !nodes_.empty())
       throw ConfigError(yaml_place(file_, mark) + "a second document, expected one");

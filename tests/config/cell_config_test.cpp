@@ -238,6 +238,19 @@ TEST_F(CellFile, NamesPlaceAndPathOfEveryMistake) {
             "cell.yaml:7:12: log_level: expected one of trace, debug, info, warn, error, found 'loud'");
 }
 
+TEST_F(CellFile, RefusesTextThatIsNoUtf8) {
+  EXPECT_EQ(error_with("name: test", "name: Zelle-\xE4"),
+            "cell.yaml:1:7: byte 0xE4 in this text is not UTF-8: save the file in UTF-8");
+  EXPECT_EQ(error_with("token_file: token}", "token_file: \"\xC3\"}"),
+            "cell.yaml:5:23: byte 0xC3 in this text is not UTF-8: save the file in UTF-8");
+  EXPECT_EQ(error_with("name: test", "n\xFCme: test"),
+            "cell.yaml:1:1: byte 0xFC in this text is not UTF-8: save the file in UTF-8");
+  std::string text = kSmallest;
+  EXPECT_EQ(load(text.replace(0, 10, "name: Zelle-\xC3\xA4 \xEF\xBF\xBD  # Gr\xFC\xDF\x65")).name,
+            "Zelle-\xC3\xA4 \xEF\xBF\xBD")
+      << "a comment is nobody's text";
+}
+
 TEST_F(CellFile, SaysWhereTheWebPortIsOrThatThereIsNone) {
   EXPECT_FALSE(load(kSmallest).web) << "as usual, and without it where the port is taken";
   EXPECT_EQ(load(std::string(kSmallest) + "web: {}\n").web->listen->port, 7280);
