@@ -296,7 +296,7 @@ class ReadIo {
       x = Eigen::Map<const Eigen::VectorXd>(numbers.data(), size);
     } else if constexpr (std::same_as<T, bool>) {
       x = place.boolean();
-    } else if constexpr (std::same_as<T, std::uint64_t>) {
+    } else if constexpr (std::same_as<T, std::uint64_t> && !(std::same_as<How, Whole> || ...)) {
       x = place.seed();
     } else if constexpr (std::integral<T>) {
       x = whole<T>(place, how...);

@@ -227,6 +227,12 @@ TEST_F(CellFile, NamesPlaceAndPathOfEveryMistake) {
             "cell.yaml:3:69: stream.realtime: expected one of require, prefer, off, found 'on'");
   EXPECT_EQ(error(std::string(kSmallest) + "campaign: {remeasure: yes}\n"),
             "cell.yaml:7:23: campaign.remeasure: expected true or false, found 'yes'");
+  EXPECT_EQ(error(std::string(kSmallest) + "recording: {ring_mb: 0}\n"),
+            "cell.yaml:7:22: recording.ring_mb: expected 1..4096, found 0");
+  EXPECT_EQ(error(std::string(kSmallest) + "recording: {ring_mb: 100000000}\n"),
+            "cell.yaml:7:22: recording.ring_mb: expected 1..4096, found 100000000");
+  EXPECT_EQ(error(std::string(kSmallest) + "recording: {most_files: 0}\n"),
+            "cell.yaml:7:25: recording.most_files: expected 1..1000, found 0");
   EXPECT_EQ(error(std::string(kSmallest) + "campaign: {seed: -1}\n"),
             "cell.yaml:7:18: campaign.seed: expected a whole number from 0 to 2^64 - 1, found '-1'");
   EXPECT_EQ(
