@@ -112,5 +112,21 @@ TEST_F(AccessCommand, SaysWhatIsWrong) {
   EXPECT_THAT(open.err, HasSubstr("chmod 600"));
 }
 
+TEST_F(AccessCommand, IsOfACellWhoseAuditTrailIsVerified) {
+  const auto verify = [this](std::vector<std::string> more) {
+    more.insert(more.begin(), {"audit", "verify", "--cell", folder_.path() / "cell.yaml"});
+    return run_program("truepose", more);
+  };
+  const fs::path trail = folder_.path() / "state/cell.sqlite.audit";
+  EXPECT_EQ(verify({}).out, trail.string() + ": 0 records, none changed and none missing\n");
+  EXPECT_EQ(verify({"--json"}).out, "{\"file\":\"" + trail.string() + "\",\"records\":0,\"head\":\"" +
+                                        std::string(64, '0') + "\"}\n");
+  folder_.write("state/cell.sqlite.audit", "{}\n");
+  const Finished changed = verify({"--json"});
+  EXPECT_EQ(changed.exit_code, 1);
+  EXPECT_EQ(changed.out, "");
+  EXPECT_THAT(changed.err, HasSubstr("line 1 was changed"));
+}
+
 }  // namespace
 }  // namespace truepose
