@@ -1,5 +1,7 @@
 #include "daemon/daemon.hpp"
 
+#include <signal.h>
+
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/cancellation_signal.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -115,6 +117,12 @@ std::unique_ptr<Ring> recording_ring(const config::RecordingConfig& config) {
   return Ring::in_process(bytes);
 }
 
+/// Whether the daemon was started to outlive its terminal (nohup).
+bool outlives_its_terminal() {
+  struct sigaction hangup {};
+  return ::sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler == SIG_IGN;
+}
+
 /// Everything that runs, in the order in which it is started; taken down in the reverse order.
 class Daemon {
  public:
@@ -154,6 +162,7 @@ class Daemon {
                                   runtime.empty() ? fs::path{} : runtime / "control.sock",
                                   access_file_of(config.store), audit_file_of(config.store)},
                                  config.control, config.name))} {
+    if (!outlives_its_terminal()) signals_.add(SIGHUP);
     web_ = start_web();
     read_log([this](LogLevel level, std::string_view line) {
       events_.publish(control::Topic::Log, boost::json::object{{"level", name(level)}, {"text", line}},

@@ -1,4 +1,5 @@
 #include <getopt.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <array>
@@ -110,9 +111,16 @@ std::optional<Arguments> read_arguments(int argc, char** argv) {
   return arguments;
 }
 
+/// Ends of a process that leave a correction in force, for reasons that are none: a log that nobody reads any
+/// more or that has grown to its limit, and signals that mean nothing here.
+void ignore_signals() {
+  for (const int ignored : {SIGPIPE, SIGXFSZ, SIGUSR1, SIGUSR2}) ::signal(ignored, SIG_IGN);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
+  ignore_signals();
   const auto arguments = read_arguments(argc, argv);
   if (!arguments) return 0;
   const std::filesystem::path& file = arguments->file;

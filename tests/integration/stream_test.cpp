@@ -119,6 +119,28 @@ TEST(AStreamOverTheRealProtocols, AnswersEveryPacketHoldsThroughAStallAndRampsOu
   EXPECT_LE(number(end, "/max_step_deg"), kMaxStep_deg);
 }
 
+// Of a terminal, and of whoever read the log.
+TEST(AStreamOverTheRealProtocols, SurvivesItsLogAndRampsOutWhenItsTerminalIsClosed) {
+  LiveCell cell{{.patient = true}};
+  cell.start_daemon();
+  const Finished campaign = small_campaign(cell);
+  ASSERT_EQ(campaign.exit_code, 0) << campaign.err << cell.daemon().errors();
+  tools::RpcClient client = cell.client();
+  ASSERT_TRUE(client.call("events.subscribe", {{"topics", json::array{"stream", "fault"}}}));
+  const Finished start = cell.truepose({"stream", "start"});
+  ASSERT_EQ(start.exit_code, 0) << start.err << cell.daemon().errors();
+  for (const int signal : {SIGPIPE, SIGXFSZ, SIGUSR1, SIGUSR2}) cell.daemon().send(signal);
+  const double later = number(stream_status(cell), "/cycles") + 2 * kCyclesPerSecond;
+  wait_until_correcting(client, [=](const json::value& now) { return number(now, "/cycles") >= later; });
+  EXPECT_GT(number(cell.simulated().at("rsi"), "/correction_deg"), 0.01);
+
+  cell.daemon().send(SIGHUP);
+  EXPECT_EQ(cell.daemon().wait(), 0) << cell.daemon().errors();
+  const json::value end = cell.end_simulator().at("rsi");
+  EXPECT_EQ(number(end, "/correction_deg"), 0) << "a correction was left in force";
+  EXPECT_LE(number(end, "/max_step_deg"), kMaxStep_deg);
+}
+
 TEST(AStreamOverTheRealProtocols, IsStoppedByTheClientWithoutAStepAndCanBeStartedAgain) {
   LiveCell cell;
   cell.start_daemon();
