@@ -86,6 +86,11 @@ void EffectWatch::restart() noexcept {
   next_axis_ = kAxes;
 }
 
+void EffectWatch::forget() noexcept {
+  restart();
+  lags_.fill({});
+}
+
 void EffectWatch::Sums::add(const Unknowns& row, double difference) noexcept {
   normal.noalias() += row * row.transpose();
   right.noalias() += difference * row;

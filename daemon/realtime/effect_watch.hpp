@@ -66,6 +66,8 @@ class EffectWatch {
 
   /// Begins anew, but for what is known of the arm's lag.
   void restart() noexcept;
+  /// Begins anew, as of an arm that was never seen.
+  void forget() noexcept;
   /// One cycle.
   /// @param elapsed  cycles since the one before: of a few that were lost the axes between are known well
   ///                 enough, after more of them a quarter of a second is waited for, after a second it begins

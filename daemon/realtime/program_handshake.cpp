@@ -18,7 +18,7 @@ void ProgramHandshake::listen(const rsi::ProgramSignals& program, Engagement eng
   if (engagement >= Engagement::On) production_ = armed;
   constexpr std::int64_t kNotSent = 0;  // by a controller that has nothing wired there
   const std::int64_t state = program.state.value_or(kNotSent);
-  stopped_ = armed && state != kNotSent && state != rsi::kProgramActive;
+  stopped_ = engagement >= Engagement::On && state != kNotSent && state != rsi::kProgramActive;
   declines_ = armed && program.ask == 0;
 }
 

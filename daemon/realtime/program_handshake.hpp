@@ -21,9 +21,9 @@ struct StreamForProgram {
 /// For the program that waits until it is corrected, or is no more: percent, or why not (kGainNotArmed, ...).
 std::int64_t told_gain(const StreamForProgram& stream) noexcept;
 
-/// What a robot program says of itself. One that is corrected while it works says when it wants to be, and is
-/// stopped and resumed: then its controller applies no correction, or none in time, and nothing is concluded
-/// from that.
+/// What a robot program says of itself. It is stopped and resumed: meanwhile its controller applies no
+/// correction, or none in time, and nothing is concluded from that. One that is corrected while it works says
+/// when it wants to be.
 class ProgramHandshake {
  public:
   using Engagement = recording::Commands::Engagement;

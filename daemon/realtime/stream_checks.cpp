@@ -76,6 +76,11 @@ void FollowingCheck::restart() noexcept {
   measured_deg_.fill(std::nullopt);
 }
 
+void FollowingCheck::forget() noexcept {
+  restart();
+  effect_.forget();
+}
+
 std::optional<FoundFault> FollowingCheck::take(const rsi::RobotFrame& frame, const JointVector& correction,
                                                std::uint64_t elapsed) noexcept {
   if (!frame.aspos_rad || !frame.aipos_rad) {

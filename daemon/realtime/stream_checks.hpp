@@ -68,6 +68,9 @@ class FollowingCheck {
 
   /// What came so far counts no more.
   void restart() noexcept;
+  /// Nor does what was learned of the arm's lag: of an arm that was held by its brakes, or did something else
+  /// than it was sent, that is none.
+  void forget() noexcept;
   /// @param correction  in force when the frame was sent
   /// @param elapsed     cycles since the frame before
   /// @return NotFollowing or nothing

@@ -111,6 +111,7 @@ void StreamCycle::count(const drivers::CycleTimes& times) noexcept {
 
 void StreamCycle::nothing_came(drivers::TimePoint until) noexcept {
   status_.read_until = until;
+  if (take_acknowledgement()) update_state();
   publish();
 }
 
@@ -132,11 +133,15 @@ void StreamCycle::take_commands() noexcept {
     ramp_.start_from_current();
     emit({.kind = StreamEventKind::ModelChanged, .value = status_.model});
   }
+  take_acknowledgement();
+}
+
+bool StreamCycle::take_acknowledgement() noexcept {
   const std::uint32_t acknowledged = acknowledged_.load(std::memory_order_acquire);
-  if (acknowledged != acknowledged_seen_) {
-    acknowledged_seen_ = acknowledged;
-    acknowledge_fault();
-  }
+  if (std::exchange(acknowledged_seen_, acknowledged) == acknowledged) return false;
+  status_.acknowledged = acknowledged;
+  acknowledge_fault();
+  return true;
 }
 
 void StreamCycle::acknowledge_fault() noexcept {
@@ -145,7 +150,7 @@ void StreamCycle::acknowledge_fault() noexcept {
   broken_ = unsolved_ = 0;
   missing_.restart();
   late_replies_.restart();
-  following_.restart();
+  following_.forget();
   arm_check_.restart();
 }
 

@@ -76,8 +76,9 @@ class StreamCycle final : public drivers::RsiResponder {
   /// The same, and then asks truepose_motion to leave RSI_MOVECORR, in every reply until the session has
   /// ended.
   void leave() noexcept { engagement_.store(Engagement::Leaving, std::memory_order_release); }
-  /// Ends Frozen or Fault: the stream goes on from the correction that it holds.
-  void acknowledge() noexcept { acknowledged_.fetch_add(1, std::memory_order_release); }
+  /// Ends Frozen or Fault: the stream goes on from the correction that it holds. @return the how many-th
+  /// acknowledgement it is
+  std::uint32_t acknowledge() noexcept { return acknowledged_.fetch_add(1, std::memory_order_release) + 1; }
 
   /// What the last answer rests on, beside its datagram and those before it. The realtime thread's own.
   struct Circumstances {
@@ -122,6 +123,7 @@ class StreamCycle final : public drivers::RsiResponder {
               StreamMemory* memory);
 
   void take_commands() noexcept;
+  bool take_acknowledgement() noexcept;  ///< @return whether there was one
   void acknowledge_fault() noexcept;
   void count(const drivers::CycleTimes& times) noexcept;
   void tell_foreign(const drivers::UdpSource& source) noexcept;

@@ -90,7 +90,8 @@ struct StreamCounters {
 struct StreamStatus {
   StreamState state = StreamState::Idle;
   StreamFault fault = StreamFault::None;
-  FaultDetail detail;  ///< of the fault
+  FaultDetail detail;              ///< of the fault
+  std::uint32_t acknowledged = 0;  ///< so many acknowledgements were taken
   StreamCounters counters;
   std::optional<drivers::TimePoint> heard;  ///< when the controller's last good frame came in
   drivers::TimePoint read_until{};          ///< all that it had sent by then has been read
@@ -101,9 +102,9 @@ struct StreamStatus {
   double gain = 0;              ///< 0 = no correction, 1 = all of it
   // ProgramSignals, where the last frame had them.
   std::optional<std::int64_t> program, mode, override_percent, cell;
-  // What the program of an armed stream says, where the controller sends it.
+  // What the robot program says, where the controller sends it.
   bool program_stopped = false;   ///< the correction is held until it goes on
-  bool program_declines = false;  ///< it does not ask to be corrected
+  bool program_declines = false;  ///< of an armed stream: it does not ask to be corrected
   double max_step_deg = 0;        ///< greatest change of an axis that was sent from one cycle to the next
   std::array<double, 6> correction_deg{};  ///< sent last
   /// What AIPos - ASPos shows of it over the last second, lag and motion taken out; none where that cannot be

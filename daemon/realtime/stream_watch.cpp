@@ -48,9 +48,13 @@ void StreamCycle::watch(const rsi::RobotFrame& frame, const Hearing& hearing,
   look_at_arm(frame, hearing.elapsed);
 }
 
-/// Half a second of cycles is judged: it may as well be done after the reply.
+/// Half a second of cycles is judged: it may as well be done after the reply. Where nothing is or is to be
+/// corrected, there is nothing to follow, but the arm's lag to learn.
 void StreamCycle::watch_effect() noexcept {
-  if (moved_) raise(following_.take(moved_->frame, moved_->correction, moved_->elapsed));
+  if (moved_) {
+    const auto found = following_.take(moved_->frame, moved_->correction, moved_->elapsed);
+    if (wanted() || !at_rest()) raise(found);
+  }
   moved_.reset();
 }
 

@@ -223,6 +223,11 @@ struct MovingArm {
     rig.tick(
         {.datagram_lost = lost(datagram_lost_every, lost_in_a_row), .reply_lost = lost(reply_lost_every, 1)});
   }
+  /// An emergency stop: the set points end where they are, and the brakes hold the arm where that had come
+  /// to.
+  void be_held(StreamRig& rig, int cycles) {
+    for (int i = 0; i < cycles; ++i) rig.tick();
+  }
   /// The program has stopped.
   void stand(StreamRig& rig, int cycles) {
     for (int i = 0; i < cycles; ++i) {
@@ -322,6 +327,57 @@ TEST(AStreamUnderAttack, MeasuresTheCorrectionBesideTheOneThatItSendsAndAcceptsA
       EXPECT_NEAR(*status.measured_deg[i], status.correction_deg[i], 0.002);
     }
   }
+}
+
+/// Of a controller that does not tell that its program is stopped.
+TEST(AStreamUnderAttack, AccusesNoHealthyArmAfterAnEmergencyStopThatWasAcknowledged) {
+  int frozen = 0;
+  for (MovingArm arm : moving_arms()) {
+    if (arm.lag_cycles + static_cast<double>(arm.dead_cycles) == 0) continue;  // it is nowhere else when held
+    SCOPED_TRACE(told(arm));
+    StreamRig rig;
+    arm.stand_at_start(rig);
+    rig.cycle->use_model(kFarOff, 1);
+    rig.cycle->engage();
+    int cycle = 0;
+    const auto move = [&](int cycles) {
+      for (const int end = cycle + cycles; cycle < end; ++cycle) {
+        arm.tick(rig, cycle);
+        ASSERT_EQ(rig.status().fault, StreamFault::None) << reason(rig.status()) << " in cycle " << cycle;
+      }
+    };
+    for (int stop = 0; stop < 3; ++stop) {
+      move(1500 + 170 * stop);
+      if (testing::Test::HasFatalFailure()) return;
+      arm.be_held(rig, 1500);
+      frozen += rig.state() == StreamState::Frozen;
+      rig.cycle->acknowledge();
+    }
+    move(3000);
+  }
+  EXPECT_GT(frozen, 60) << "of 81 stops";
+}
+
+TEST(AStreamUnderAttack, IsNotFrozenByAnArmThatStandsElsewhereOnceNothingIsToBeCorrected) {
+  StreamRig rig;
+  correct(rig);
+  rig.stuck = rig.q + rig.applied;
+  rig.cycle->disengage();
+  rig.ticks(4 * kRampCycles);
+  EXPECT_EQ(rig.state(), StreamState::Idle);
+  EXPECT_TRUE(rig.applied.isZero(0));
+}
+
+TEST(AStreamUnderAttack, TakesAnAcknowledgementOfAControllerThatSendsNothingAnyMore) {
+  StreamRig rig;
+  correct(rig);
+  rig.stuck = rig.q;
+  rig.ticks(1000);
+  ASSERT_EQ(rig.state(), StreamState::Frozen);
+  rig.cycle->acknowledge();
+  rig.cycle->nothing_came(drivers::TimePoint{});
+  EXPECT_EQ(rig.status().fault, StreamFault::None);
+  EXPECT_NE(rig.state(), StreamState::Frozen);
 }
 
 TEST(AStreamUnderAttack, ShowsNoMeasuredCorrectionOfASessionThatIsOver) {
