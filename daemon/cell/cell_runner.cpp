@@ -17,6 +17,15 @@ using control::RpcError;
 namespace {
 
 constexpr const char* kCellFault = "E_CELL";
+constexpr const char* kAcknowledge = "cell.acknowledge";
+
+/// What is not possible while a fault stands, whatever the state is, until that is acknowledged.
+struct RuledOut {
+  const char* fault;
+  std::vector<std::string_view> methods;
+};
+const std::array<RuledOut, 2> kRuledOut{
+    {{kFrozenFault, {"stream.stop", "stream.disarm"}}, {kStoreFault, {}}}};
 
 /// The name on the wire.
 std::string device_name(CellDevice device) {
@@ -109,14 +118,16 @@ std::optional<RpcError> CellRunner::apply(const CellEvent& event, const std::str
   }
   if (std::holds_alternative<Faulted>(step.next) && !in<Faulted>()) faulted_in_stream_ = corrects();
   const CellState before = std::exchange(state_, std::move(step.next));
-  for (const CellCommand command : step.commands) {
-    if (const CarryOut& carry_out = carry_out_[index(command)]) carry_out(reason);
-  }
+  for (const CellCommand command : step.commands) carry_out(command, reason);
   if (state_ == before) return std::nullopt;
   tell_of_waiting(before);
   if (state_name(before) != name() || fault_text(before) != fault_text(state_)) tell(before, reason, by);
   changed_.notify();
   return std::nullopt;
+}
+
+void CellRunner::carry_out(CellCommand command, const std::string& reason) const {
+  if (const CarryOut& carry_out = carry_out_[index(command)]) carry_out(reason);
 }
 
 /// Of a device that a campaign has lost, and of its return.
@@ -158,9 +169,20 @@ void CellRunner::tell(const CellState& before, const std::string& reason, const 
 
 std::vector<std::string> CellRunner::allowed() const {
   std::vector<std::string> methods = allowed_methods(state_);
-  if (faults_.stands(kStoreFault) && std::ranges::find(methods, "cell.acknowledge") == methods.end())
-    methods.emplace_back("cell.acknowledge");
+  for (const RuledOut& by_fault : kRuledOut) {
+    if (!faults_.stands(by_fault.fault)) continue;
+    std::erase_if(
+        methods, [&](const std::string& method) { return std::ranges::count(by_fault.methods, method) > 0; });
+    if (std::ranges::count(methods, kAcknowledge) == 0) methods.emplace_back(kAcknowledge);
+  }
   return methods;
+}
+
+std::optional<RpcError> CellRunner::acknowledge(const std::string& by) {
+  auto refused = apply(AcknowledgeRequested{}, "acknowledged by an operator", by);
+  if (!refused || !faults_.stands(kFrozenFault)) return refused;
+  carry_out(CellCommand::RearmStream, "");
+  return std::nullopt;
 }
 
 std::optional<RpcError> CellRunner::request(const json::object& params, const CellEvent& event,

@@ -21,6 +21,8 @@ namespace truepose::daemon {
 
 /// Code of the fault that stands while the store cannot be written to.
 inline constexpr const char* kStoreFault = "E_STORE";
+/// Of the one that stands while the stream holds, because the axes do not follow its correction.
+inline constexpr const char* kFrozenFault = "E_STREAM_FROZEN";
 
 /// What an operator should know of, until it ends.
 struct Fault {
@@ -90,6 +92,9 @@ class CellRunner {
   std::optional<control::RpcError> request(const boost::json::object& params, const CellEvent& event,
                                            const std::string& reason, const std::string& by);
 
+  /// Acknowledges what the cell's state is a fault by, and a stream that is frozen, whatever the state is.
+  std::optional<control::RpcError> acknowledge(const std::string& by);
+
   /// Tells why the cell is in its state, where that has changed and the state has not.
   void reword(std::string reason);
   /// What is under way goes on once the device answers; without a reason it does.
@@ -108,7 +113,7 @@ class CellRunner {
   bool faulted_in_stream() const { return in<Faulted>() != nullptr && faulted_in_stream_; }
   control::RpcError wrong_state(std::string why, std::vector<std::string> allowed) const;
   control::RpcError wrong_state(std::string why) const { return wrong_state(std::move(why), allowed()); }
-  /// The methods that the state carries out, and what a standing fault needs.
+  /// The methods that the state carries out, less what a standing fault rules out, and what that needs.
   std::vector<std::string> allowed() const;
   /// One sentence: why the cell is in its state, or for which device it waits, how long already and why.
   std::string reason() const;
@@ -135,6 +140,7 @@ class CellRunner {
 
  private:
   static std::size_t index(CellCommand command) { return static_cast<std::size_t>(command); }
+  void carry_out(CellCommand command, const std::string& reason) const;
   void tell(const CellState& before, const std::string& reason, const std::string& by);
   void tell_of_waiting(const CellState& before);
   std::string waiting_for(const Waiting& wait) const;

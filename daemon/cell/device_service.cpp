@@ -115,15 +115,15 @@ MethodReply DeviceService::disconnect(json::object params, std::string by) {
 }
 
 MethodReply DeviceService::acknowledge(json::object params, std::string by) {
-  constexpr const char* kReason = "acknowledged by an operator";
-  if (!store_.failing()) co_return request(params, AcknowledgeRequested{}, kReason, by);
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
-  auto refused = co_await store_.acknowledge();
-  if (refused) co_return std::unexpected(*refused);
+  const bool of_the_store = store_.failing();
+  if (of_the_store) {
+    auto unusable = co_await store_.acknowledge();
+    if (unusable) co_return std::unexpected(*unusable);
+  }
   // Whatever else there is to acknowledge; in most states nothing.
-  const auto allowed = runner_.allowed();
-  if (std::ranges::find(allowed, "cell.acknowledge") != allowed.end())
-    co_return request(params, AcknowledgeRequested{}, kReason, by);
+  const auto refused = runner_.acknowledge(by);
+  if (refused && !of_the_store) co_return std::unexpected(*refused);
   co_return status_();
 }
 

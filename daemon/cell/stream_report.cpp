@@ -46,7 +46,7 @@ std::string_view stream_state_name(const StreamStatus& status, bool streaming, b
       if (status.program_stopped) return "holding";
       return status.model == 0 ? modelless_state_name(status) : "correcting";
     case StreamState::Frozen:
-      return "holding";
+      return silent ? "waiting" : "holding";
   }
   return "fault";
 }
@@ -96,10 +96,12 @@ std::string closed_text(const StreamStatus& status, std::optional<drivers::Durat
 std::string stream_reason(const StreamStatus& status, const StreamSurroundings& around, bool silent) {
   if (!around.trouble.empty()) return around.trouble;
   silent = silent && around.streaming;
-  const bool unproven = status.state == StreamState::Unproven;
-  if (const std::string why = reason(status); !why.empty() && !(unproven && silent)) return why;
+  const bool of_its_packets = status.state == StreamState::Unproven || status.state == StreamState::Frozen;
+  const bool pressed = around.streaming && !silent && around.robot.emergency_stop.value_or(false);
+  if (const std::string why = reason(status); !why.empty() && !(of_its_packets && silent))
+    return pressed ? "an emergency stop is pressed; " + why : why;
   if (silent) return around.armed ? closed_text(status, around.age) : old_packet_text(status, around.age);
-  if (around.streaming && around.robot.emergency_stop.value_or(false)) return "an emergency stop is pressed";
+  if (pressed) return "an emergency stop is pressed";
   return around.streaming && status.model == 0
              ? "no model is active: nothing is corrected; activate one, or stop the stream"
              : "";

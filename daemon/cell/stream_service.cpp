@@ -52,7 +52,7 @@ StreamService::StreamService(const CellParts& parts, CellRunner& runner, DeviceS
     : parts_{parts}, runner_{runner}, devices_{devices}, models_{models}, log_{&log} {
   runner_.on(CellCommand::StopStream, [this](const std::string&) { parts_.stream.leave(); });
   runner_.on(CellCommand::ArmStream, [this](const std::string&) { parts_.stream.arm(); });
-  runner_.on(CellCommand::RearmStream, [this](const std::string&) { parts_.stream.acknowledge(); });
+  runner_.on(CellCommand::RearmStream, [this](const std::string&) { acknowledge(); });
   runner_.explain_by([this] { return no_answer(parts_.stream.status()); });
 }
 
@@ -89,11 +89,35 @@ MethodReply StreamService::start(json::object params, std::string by) {
 }
 
 MethodReply StreamService::stop(json::object params, std::string by) {
-  if (auto refused = runner_.request(params, StreamStopRequested{}, "asked for by an operator", by))
+  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+  if (auto frozen = cannot_ramp_out("stream.stop")) co_return std::unexpected(*frozen);
+  if (auto refused = runner_.apply(StreamStopRequested{}, "asked for by an operator", by))
     co_return std::unexpected(*refused);
-  co_await runner_.while_in<StreamStopping>();
+  auto failed = co_await ramped_out<StreamStopping>("stream.stop");
+  if (failed) co_return std::unexpected(*failed);
   co_await end_program();
   co_return json();
+}
+
+/// The controller does not do what it is sent: what it has in force stays, whatever is sent.
+std::optional<RpcError> StreamService::cannot_ramp_out(const std::string& method) const {
+  if (!runner_.corrects() || !runner_.faults().stands(kFrozenFault)) return std::nullopt;
+  return runner_.wrong_state("the correction cannot be ramped out: " + runner_.faults().text(kFrozenFault) +
+                                 " (cell.acknowledge), then " + method +
+                                 "; or end the robot program on the pendant, and its RSI and the correction "
+                                 "with it",
+                             {"cell.acknowledge"});
+}
+
+/// Waits until the correction is. @return why it is not
+template <typename State>
+asio::awaitable<std::optional<RpcError>> StreamService::ramped_out(std::string method) {
+  while (runner_.in<State>()) {
+    if (auto frozen = cannot_ramp_out(method)) co_return frozen;
+    co_await runner_.changed();
+  }
+  if (const auto* fault = runner_.in<Faulted>()) co_return RpcError{ErrorCode::Device, fault->reason};
+  co_return std::nullopt;
 }
 
 /// By the Stop bit, which the stream repeats; where no reply can carry it, or RSI stays open, as a motion is
@@ -123,10 +147,13 @@ MethodReply StreamService::arm(json::object params, std::string by) {
 }
 
 MethodReply StreamService::disarm(json::object params, std::string by) {
-  if (auto refused = runner_.request(params, DisarmRequested{}, "disarmed by an operator", by))
+  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+  if (auto frozen = cannot_ramp_out("stream.disarm")) co_return std::unexpected(*frozen);
+  if (auto refused = runner_.apply(DisarmRequested{}, "disarmed by an operator", by))
     co_return std::unexpected(*refused);
   auto kept = co_await keep_armed("");
-  co_await runner_.while_in<Disarming>();
+  auto failed = co_await ramped_out<Disarming>("stream.disarm");
+  if (failed) co_return std::unexpected(*failed);
   if (!kept) co_return std::unexpected(store_unusable(kept.error()));
   co_return json();
 }
@@ -173,6 +200,12 @@ asio::awaitable<void> StreamService::watch() {
   }
 }
 
+/// At once, so that what the fault rules out can be asked for; the realtime thread sees it in its next cycle.
+void StreamService::acknowledge() {
+  acknowledged_ = parts_.stream.acknowledge();
+  runner_.faults().end(kFrozenFault);
+}
+
 void StreamService::take_events() {
   const TimePoint now = parts_.clock.now();
   for (StreamEvent event; parts_.stream.next_event(event);) {
@@ -190,11 +223,15 @@ void StreamService::look() {
   const TimePoint now = parts_.clock.now();
   const StreamStatus status = parts_.stream.status();
   const StreamState before = std::exchange(state_, status.state);
+  // With a session that is over, what it had in force is too.
+  const bool over = known_silent(status) && !runner_.streaming();
+  const bool acknowledged = status.acknowledged != acknowledged_;  // and not yet seen
+  runner_.faults().stand(status.state == StreamState::Frozen && !over && !acknowledged,
+                         {kFrozenFault, "warning", reason(status)});
   if (before != status.state) {
     parts_.events.publish(control::Topic::Stream, json());
     runner_.wake();
   }
-  runner_.faults().stand(status.state == StreamState::Frozen, {"E_STREAM_FROZEN", "warning", reason(status)});
   const bool closed = runner_.armed() && known_silent(status);
   if (status.state != StreamState::Unproven || before != status.state || closed) proven_ = now;
   runner_.faults().stand(now - proven_ >= kUnproven, {"E_STREAM_UNPROVEN", "warning", reason(status)});
@@ -275,7 +312,10 @@ void StreamService::follow(const StreamStatus& status) {
     if (status.state == StreamState::Idle) runner_.apply(StreamEnded{}, "the correction is ramped out");
   } else if (runner_.in<Disarming>()) {
     if (status.state == StreamState::Idle) runner_.apply(StreamEnded{}, "disarmed: nothing is corrected");
-    if (known_silent(status)) runner_.apply(StreamEnded{}, "disarmed: no program has RSI open");
+    if (known_silent(status)) {
+      acknowledge();  // what the last session may have left
+      runner_.apply(StreamEnded{}, "disarmed: no program has RSI open");
+    }
   } else if (status.counters.answered > before_stream_.counters.answered) {
     runner_.apply(StreamStarted{}, "the controller's packets are answered");
   }

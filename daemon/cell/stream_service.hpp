@@ -35,8 +35,12 @@ class StreamService {
   MethodReply disarm(boost::json::object params, std::string by);
   MethodReply status(boost::json::object params);
 
+  std::optional<control::RpcError> cannot_ramp_out(const std::string& method) const;
+  template <typename State>
+  boost::asio::awaitable<std::optional<control::RpcError>> ramped_out(std::string method);
   boost::asio::awaitable<void> end_program();
   boost::asio::awaitable<StoreResult<void>> keep_armed(std::string since);
+  void acknowledge();
   void take_events();
   void look();
   void look_at_robot(const StreamStatus& status);
@@ -56,9 +60,10 @@ class StreamService {
   StreamStatus before_stream_;             ///< when its program ran
   RefusedPackets refused_;
   ToldCell told_cell_;
-  RobotCondition robot_;     ///< when the stream was looked at last
-  TimePoint proven_{};       ///< when packets could be answered, or none came
-  bool kept_armed_ = false;  ///< by the store
+  RobotCondition robot_;            ///< when the stream was looked at last
+  TimePoint proven_{};              ///< when packets could be answered, or none came
+  bool kept_armed_ = false;         ///< by the store
+  std::uint32_t acknowledged_ = 0;  ///< by an operator, so many times
 };
 
 }  // namespace truepose::daemon

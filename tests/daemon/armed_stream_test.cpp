@@ -6,6 +6,7 @@ namespace truepose::daemon {
 namespace {
 
 namespace asio = boost::asio;
+namespace json = boost::json;
 using testing::AllOf;
 using testing::HasSubstr;
 using namespace std::chrono_literals;
@@ -256,6 +257,45 @@ TEST_F(AnArmedStream, IsRampedOutWhereItIsDisarmedAndThenCorrectsNothing) {
     co_await expect_state("disconnected", "off");
     co_await another_program();
     EXPECT_EQ(rig.largest_applied_deg(), 0);
+  });
+}
+
+TEST_F(AnArmedStream, CannotBeDisarmedWhileItIsFrozenAndSaysAtOnceWhatIsToBeDoneFirst) {
+  play([this]() -> Wait {
+    rig.stuck = rig.q;
+    co_await armed();
+    co_await pass(5s);
+    co_await expect_state("armed", "holding");
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(control::json_text(now->at("allowed")), R"(["cell.acknowledge"])");
+    const drivers::TimePoint asked = clock.now();
+    const Answer answer = co_await ask("stream.disarm");
+    EXPECT_FALSE(answer);
+    EXPECT_EQ(clock.now(), asked);
+    EXPECT_THAT(answer.error().message,
+                AllOf(HasSubstr("cannot be ramped out"), HasSubstr("cell.acknowledge"),
+                      HasSubstr("then stream.disarm")));
+    EXPECT_NE(store->armed_since().value(), "") << "it still is";
+    EXPECT_TRUE(co_await ask("cell.acknowledge"));
+    EXPECT_TRUE(co_await ask("stream.disarm"));
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+    co_await expect_state("disconnected", "off");
+  });
+}
+
+TEST_F(AnArmedStream, IsDisarmedWhereTheProgramThatFrozeItHasEnded) {
+  play([this]() -> Wait {
+    rig.stuck = rig.q;
+    co_await armed();
+    co_await pass(5s);
+    sends = false;
+    co_await pass(1s);
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(fault_of(*now), "") << "its correction went with it";
+    EXPECT_THAT(now->at_pointer("/stream/reason").as_string().c_str(), HasSubstr("no program has RSI open"));
+    EXPECT_TRUE(co_await ask("stream.disarm"));
+    co_await expect_state("disconnected", "waiting");
+    EXPECT_EQ(fault_of(*co_await ask("cell.status")), "");
   });
 }
 

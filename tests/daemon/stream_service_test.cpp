@@ -241,6 +241,128 @@ TEST_F(AWatchedStream, FreezesWhereTheArmDoesNotFollowUntilThatIsAcknowledged) {
   });
 }
 
+/// What stands between a stream and its end.
+struct AFrozenStream : AWatchedStream {
+  Wait frozen() {
+    co_await streaming();
+    rig.stuck = rig.q;
+    co_await pass(5s);
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at_pointer("/faults/0/code"), "E_STREAM_FROZEN");
+    EXPECT_EQ(control::json_text(now->at("allowed")), R"(["cell.acknowledge"])") << "alone";
+  }
+  Wait expect_stopped() {
+    const Answer stopped = co_await ask("stream.stop");
+    EXPECT_TRUE(stopped) << stopped.error().message;
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "ready");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "off");
+    EXPECT_EQ(fault_of(*now), "");
+  }
+};
+
+TEST_F(AFrozenStream, CannotBeStoppedAndSaysAtOnceWhatIsToBeDoneFirst) {
+  play([this]() -> Wait {
+    co_await frozen();
+    const drivers::TimePoint asked = clock.now();
+    const Answer stopped = co_await ask("stream.stop");
+    EXPECT_FALSE(stopped);
+    EXPECT_EQ(clock.now(), asked);
+    EXPECT_EQ(stopped.error().code, control::ErrorCode::WrongState);
+    EXPECT_THAT(stopped.error().message,
+                AllOf(HasSubstr("correction cannot be ramped out"), HasSubstr("axes do not follow"),
+                      HasSubstr("cell.acknowledge"), HasSubstr("then stream.stop"), HasSubstr("pendant")));
+    EXPECT_THAT(stopped.error().allowed, testing::ElementsAre("cell.acknowledge"));
+    EXPECT_GT(rig.largest_applied_deg(), 0);
+    EXPECT_TRUE(co_await ask("cell.acknowledge"));
+    co_await expect_stopped();
+  });
+}
+
+TEST_F(AFrozenStream, SaysThatItIsNotStoppedWhereItFreezesOnTheWay) {
+  config.stream.ramp = 10s;
+  play([this]() -> Wait {
+    co_await streaming();
+    co_await pass(10s);
+    rig.stuck = rig.q + JointVector::Constant(6, 0.02);
+    const drivers::TimePoint asked = clock.now();
+    const Answer stopped = co_await ask("stream.stop");
+    EXPECT_LT(clock.now() - asked, 5s);
+    EXPECT_FALSE(stopped);
+    EXPECT_THAT(stopped.error().message, HasSubstr("correction cannot be ramped out"));
+    rig.stuck.reset();
+    EXPECT_TRUE(co_await ask("cell.acknowledge"));
+    co_await pass(12s);
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "ready") << "the ramp that was asked for has gone on";
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+  });
+}
+
+TEST_F(AFrozenStream, IsGivenUpByEndingItsProgramOnThePendant) {
+  play([this]() -> Wait {
+    co_await frozen();
+    sends = false;
+    co_await pass(1s);
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "fault");
+    EXPECT_TRUE(co_await ask("cell.acknowledge"));
+    co_await pass(200ms);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "disconnected");
+    EXPECT_EQ(fault_of(*now), "");
+    EXPECT_NE(now->at_pointer("/stream/state"), "holding");
+  });
+}
+
+TEST_F(AFrozenStream, CanBeAcknowledgedInAnyStateThatItOutlives) {
+  play([this]() -> Wait {
+    co_await frozen();
+    robot.disconnect();
+    co_await pass(2s);
+    EXPECT_TRUE(co_await ask("cell.acknowledge")) << "of the robot that is gone";
+    rig.cycle->engage();  // what is left in force does not arrive
+    co_await pass(5s);
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "disconnected");
+    EXPECT_EQ(now->at_pointer("/faults/0/code"), "E_STREAM_FROZEN");
+    EXPECT_THAT(control::json_text(now->at("allowed")), HasSubstr("cell.acknowledge"));
+    rig.cycle->disengage();
+    EXPECT_TRUE(co_await ask("cell.acknowledge"));
+    co_await pass(config.stream.ramp + 100ms);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(fault_of(*now), "");
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+  });
+}
+
+TEST_F(AWatchedStream, HoldsWhileItsProgramIsStoppedAndGoesOnWithIt) {
+  rig.program.state = rsi::kProgramActive;
+  play([this]() -> Wait {
+    co_await streaming();
+    const JointVector before = rig.applied;
+    rig.program.state = 4;
+    rig.stuck = rig.q;  // drives are off: whatever is sent, nothing moves
+    robot.press_emergency_stop(true);
+    co_await pass(1min);
+    EXPECT_EQ(rig.applied, before);
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(fault_of(*now), "");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "holding");
+    EXPECT_THAT(now->at_pointer("/stream/reason").as_string().c_str(),
+                AllOf(HasSubstr("emergency stop is pressed"), HasSubstr("correction is held")));
+    EXPECT_TRUE(now->at_pointer("/stream/measured_deg/0").is_null());
+    robot.press_emergency_stop(false);
+    rig.stuck.reset();
+    rig.program.state = rsi::kProgramActive;
+    co_await pass(2s);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(now->at_pointer("/stream/state"), "correcting");
+    EXPECT_EQ(fault_of(*now), "");
+  });
+}
+
 TEST_F(AWatchedStream, SaysFromWherePacketsCameThatAreNotTheControllers) {
   config.robot.rsi_peer = "127.0.0.1";
   rig.source = {0x7f000002, 40'000};
