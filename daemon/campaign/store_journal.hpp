@@ -54,6 +54,8 @@ class StoreJournal final : public CampaignJournal {
   boost::asio::awaitable<StoreResult<void>> end_again();
   /// The end is in the store.
   bool ended() const { return ended_; }
+  /// The store knows of it.
+  bool begun() const { return begun_; }
   const CampaignRecord& record() const { return record_; }
   bool activated() const { return activated_; }
 

@@ -93,6 +93,8 @@ std::vector<Method<CampaignService>> CampaignService::methods() {
 // To start one.
 
 MethodReply CampaignService::start(json::object params, std::string by) {
+  auto refused = co_await store_.try_it();
+  if (refused) co_return std::unexpected(*refused);
   ParamReader read{params};
   const std::string kind = read.text("kind").value_or("calibration");
   Starter starter{std::move(by), read.text("note", kLongestNote).value_or("")};
@@ -190,6 +192,8 @@ MethodResult CampaignService::start_base(ParamReader& read, Starter starter) {
 }
 
 MethodReply CampaignService::drift_check(json::object params, std::string by) {
+  auto refused = co_await store_.try_it();
+  if (refused) co_return std::unexpected(*refused);
   ParamReader read{params};
   config::CellConfig config = parts_.config;
   read_count(read, "poses", 1, 1000, config.campaign.drift_poses);
@@ -226,7 +230,6 @@ MethodResult CampaignService::begin(const config::CellConfig& config, CampaignOr
 std::expected<void, RpcError> CampaignService::launch(StoreJournal::Options options, CampaignOrder order,
                                                       const CellEvent& event, const std::string& by,
                                                       std::shared_ptr<const CampaignPast> past) {
-  if (auto refused = store_.refusal()) return std::unexpected(*refused);
   const char* const reason = past ? "resumed by an operator" : "asked for by an operator";
   if (auto refused = runner_.apply(event, reason, by)) return std::unexpected(*refused);
   options.model_id = new_uuid();
@@ -261,8 +264,11 @@ asio::awaitable<void> CampaignService::close(const Run& run, std::optional<Campa
   const CampaignRecord& record = run.journal.record();
   if (!error && !record.reason.empty()) log_warning(record.reason);
   if (record.state == "interrupted") co_await load_interrupted();
-  if (error && error->fault == CampaignFault::Store) {
-    store_.failed({error->detail});
+  const bool of_the_store = error && error->fault == CampaignFault::Store;
+  if (of_the_store) store_.failed({error->detail});
+  if (of_the_store && !run.journal.begun()) {
+    runner_.apply(CampaignEnded{devices_.connected()}, reason);
+  } else if (of_the_store) {
     runner_.apply(StoreFailed{"store: " + error->detail}, reason);
   } else {
     if (!record.model_id.empty())
@@ -309,7 +315,6 @@ MethodResult CampaignService::pause_because(const std::string& why, const std::s
 }
 
 MethodReply CampaignService::resume(json::object params, std::string by) {
-  if (auto refused = store_.refusal()) co_return std::unexpected(*refused);
   ParamReader read{params};
   const std::string id = read.id("id").value_or("");
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);

@@ -19,13 +19,17 @@ namespace {
 constexpr const char* kCellFault = "E_CELL";
 constexpr const char* kAcknowledge = "cell.acknowledge";
 
-/// What is not possible while a fault stands, whatever the state is, until that is acknowledged.
+/// What is not possible while a fault stands, whatever the state is, until that is acknowledged: without the
+/// store what is new.
 struct RuledOut {
   const char* fault;
   std::vector<std::string_view> methods;
 };
 const std::array<RuledOut, 2> kRuledOut{
-    {{kFrozenFault, {"stream.stop", "stream.disarm"}}, {kStoreFault, {}}}};
+    {{kFrozenFault, {"stream.stop", "stream.disarm"}},
+     {kStoreFault,
+      {"cell.connect", "campaign.start", "campaign.resume", "campaign.identify", "drift.check",
+       "stream.start", "stream.arm"}}}};
 
 /// The name on the wire.
 std::string device_name(CellDevice device) {
@@ -176,6 +180,12 @@ std::vector<std::string> CellRunner::allowed() const {
     if (std::ranges::count(methods, kAcknowledge) == 0) methods.emplace_back(kAcknowledge);
   }
   return methods;
+}
+
+bool CellRunner::rules_out(const char* fault, std::string_view method) const {
+  return faults_.stands(fault) && std::ranges::any_of(kRuledOut, [&](const RuledOut& out) {
+           return std::string_view{out.fault} == fault && std::ranges::count(out.methods, method) > 0;
+         });
 }
 
 std::optional<RpcError> CellRunner::acknowledge(const std::string& by) {

@@ -115,6 +115,8 @@ class CellRunner {
   control::RpcError wrong_state(std::string why) const { return wrong_state(std::move(why), allowed()); }
   /// The methods that the state carries out, less what a standing fault rules out, and what that needs.
   std::vector<std::string> allowed() const;
+  /// Whether that fault stands, and the method is not possible until it is acknowledged.
+  bool rules_out(const char* fault, std::string_view method) const;
   /// One sentence: why the cell is in its state, or for which device it waits, how long already and why.
   std::string reason() const;
   /// {"device","since","reason"} of a device that is waited for, or null.

@@ -20,9 +20,9 @@ DaemonCell::DaemonCell(Parts parts)
       store_{parts_, runner_},
       devices_{parts_, runner_, store_, [this] { return status_json(); }},
       tools_{parts_, runner_, devices_},
-      models_{parts_, runner_, devices_, tools_},
+      models_{parts_, runner_, store_, devices_, tools_},
       targets_{parts_, models_},
-      stream_{parts_, runner_, devices_, models_},
+      stream_{parts_, runner_, store_, devices_, models_},
       recording_{parts_, runner_, devices_, models_},
       campaigns_{parts_, runner_, store_, devices_, models_},
       archive_{parts_, [this] { return campaigns_.current(); }},
@@ -66,6 +66,7 @@ MethodReply DaemonCell::call(std::string method, json::object params, std::strin
   if (known == table_.end())
     co_return std::unexpected(
         control::RpcError{control::ErrorCode::MethodNotFound, "no such method: " + method});
+  if (runner_.rules_out(kStoreFault, method)) co_return std::unexpected(store_.refusal());
   MethodResult result = co_await known->second(std::move(params), std::move(by));
   co_return result;
 }
@@ -76,7 +77,7 @@ MethodReply DaemonCell::pause(std::string why, std::string by) {
 
 asio::awaitable<void> DaemonCell::watch() {
   using namespace asio::experimental::awaitable_operators;
-  co_await (runner_.watch() && stream_.watch() && devices_.watch() && recording_.watch());
+  co_await (runner_.watch() && store_.watch() && stream_.watch() && devices_.watch() && recording_.watch());
 }
 
 asio::awaitable<void> DaemonCell::shut_down() {
@@ -105,7 +106,8 @@ DaemonCell::Snapshot DaemonCell::snapshot() const {
 json::object DaemonCell::status_json() const {
   json::array allowed;
   for (const auto& methods : {runner_.allowed(), campaigns_.also_allowed()})
-    for (const std::string& method : methods) allowed.emplace_back(method);
+    for (const std::string& method : methods)
+      if (!runner_.rules_out(kStoreFault, method)) allowed.emplace_back(method);
   return {{"cell", parts_.config.name},        {"state", runner_.name()},
           {"state_text", runner_.reason()},    {"allowed", std::move(allowed)},
           {"waiting", runner_.waiting_json()}, {"time", control::rfc3339(parts_.wall_clock())},

@@ -25,6 +25,7 @@ class DaemonCell final : public CellService {
       std::string method, boost::json::object params, std::string by) override;
   MethodReply pause(std::string why, std::string by) override;
   std::string doing() const override { return runner_.reason(); }
+  void unrecorded(const std::string& why) override { store_.failed({why, true}); }
 
   boost::asio::awaitable<StoreResult<void>> load_tools() { return tools_.load(); }
   /// After load_tools().

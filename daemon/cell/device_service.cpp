@@ -117,12 +117,11 @@ MethodReply DeviceService::disconnect(json::object params, std::string by) {
 MethodReply DeviceService::acknowledge(json::object params, std::string by) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   const bool of_the_store = store_.failing();
-  if (of_the_store) {
-    auto unusable = co_await store_.acknowledge();
-    if (unusable) co_return std::unexpected(*unusable);
-  }
-  // Whatever else there is to acknowledge; in most states nothing.
+  std::optional<RpcError> unusable;
+  if (of_the_store) unusable = co_await store_.acknowledge();
+  // Whatever else there is to acknowledge, with the store or without; in most states nothing.
   const auto refused = runner_.acknowledge(by);
+  if (refused && unusable) co_return std::unexpected(*unusable);
   if (refused && !of_the_store) co_return std::unexpected(*refused);
   co_return status_();
 }

@@ -152,7 +152,6 @@ std::expected<IdentificationService::Made, std::string> IdentificationService::m
 MethodReply IdentificationService::identify(json::object params, std::string by) {
   auto asked = request(params);
   if (!asked) co_return std::unexpected(asked.error());
-  if (auto refused = store_.refusal()) co_return std::unexpected(*refused);
   if (busy_) co_return std::unexpected(RpcError{ErrorCode::Busy, "another identification is under way"});
   struct Busy {
     bool& flag;

@@ -19,7 +19,8 @@ namespace {
 
 constexpr const char* kModelFault = "E_MODEL";
 constexpr const char* kToolFault = "E_TOOL";
-constexpr std::size_t kModelsRemembered = 8;  // of those that the stream was given
+constexpr const char* kActiveModel = "active model";  // what may be owed to the store
+constexpr std::size_t kModelsRemembered = 8;          // of those that the stream was given
 
 /// Not validated = no number.
 json::value error_or_null(double mean_mm) { return mean_mm > 0 ? json::value(mean_mm) : json::value{}; }
@@ -56,9 +57,9 @@ std::expected<std::string, RpcError> id_in(const json::object& params) {
 
 }  // namespace
 
-ModelService::ModelService(const CellParts& parts, CellRunner& runner, const DeviceService& devices,
-                           ToolService& tools)
-    : parts_{parts}, runner_{runner}, devices_{devices}, tools_{tools} {
+ModelService::ModelService(const CellParts& parts, CellRunner& runner, StoreWatch& store,
+                           const DeviceService& devices, ToolService& tools)
+    : parts_{parts}, runner_{runner}, store_{store}, devices_{devices}, tools_{tools} {
   tools.when_changed([this] {
     if (active_) give_to_stream(*active_);
   });
@@ -262,6 +263,7 @@ MethodReply ModelService::make_active(std::string id, std::string by) {
   auto job = [this, id] { return parts_.store.activate_model(id); };
   auto activated = co_await parts_.store_thread.ask(job);
   if (!activated) co_return std::unexpected(store_unusable(activated.error()));
+  store_.forget(kActiveModel);
   auto loaded = co_await load_active();
   if (!loaded) co_return std::unexpected(store_unusable(loaded.error()));
   if (!active_) {
@@ -274,11 +276,10 @@ MethodReply ModelService::make_active(std::string id, std::string by) {
 
 MethodReply ModelService::deactivate(json::object params, std::string by) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
-  auto job = [this] { return parts_.store.activate_model(""); };
-  auto deactivated = co_await parts_.store_thread.ask(job);
-  if (!deactivated) co_return std::unexpected(store_unusable(deactivated.error()));
   const std::optional<Active> before = active_;
   forget();
+  auto job = [this] { return parts_.store.activate_model(""); };
+  co_await store_.keep(kActiveModel, job);
   if (before) publish("deactivated", before->record, by);
   co_return json::object{{"deactivated", before ? json::value(before->record.id) : json::value{}}};
 }
@@ -287,6 +288,7 @@ asio::awaitable<void> ModelService::announce_made(std::string id, bool activated
   auto model = co_await find(std::move(id));
   if (model) publish("made", *model, by);
   if (!activated) co_return;
+  store_.forget(kActiveModel);
   auto loaded = co_await load_active();
   if (!loaded) log_error(loaded.error().detail);
   if (active_) publish("activated", active_->record, by);

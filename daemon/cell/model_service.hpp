@@ -12,6 +12,7 @@
 
 #include "daemon/campaign/stored_model.hpp"
 #include "daemon/cell/device_service.hpp"
+#include "daemon/cell/store_watch.hpp"
 #include "daemon/cell/tool_service.hpp"
 
 namespace truepose::daemon {
@@ -43,7 +44,8 @@ class ModelService {
     std::expected<StoredModel, std::string> checked;
   };
 
-  ModelService(const CellParts& parts, CellRunner& runner, const DeviceService& devices, ToolService& tools);
+  ModelService(const CellParts& parts, CellRunner& runner, StoreWatch& store, const DeviceService& devices,
+               ToolService& tools);
 
   static std::vector<Method<ModelService>> methods();
 
@@ -93,6 +95,7 @@ class ModelService {
 
   CellParts parts_;
   CellRunner& runner_;
+  StoreWatch& store_;
   const DeviceService& devices_;
   const ToolService& tools_;
   std::optional<Active> active_;

@@ -82,7 +82,7 @@ inline std::optional<control::RpcError> no_parameters(const boost::json::object&
 }
 
 inline control::RpcError store_unusable(const StoreError& error) {
-  return {control::ErrorCode::Internal, error.detail};
+  return {control::ErrorCode::Store, error.detail};
 }
 
 /// The part of a list that a request asks for with "limit" and "offset".

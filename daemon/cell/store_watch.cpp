@@ -10,21 +10,65 @@ void StoreWatch::failed(const StoreError& error) {
                                 "the store cannot be written to, and nothing new is begun: " + error.detail});
 }
 
-std::optional<RpcError> StoreWatch::refusal() const {
-  if (!failing()) return std::nullopt;
-  return runner_.wrong_state(runner_.faults().text(kStoreFault) + "; allowed: cell.acknowledge",
-                             {"cell.acknowledge"});
+RpcError StoreWatch::refusal() const {
+  RpcError refused = runner_.wrong_state(
+      runner_.faults().text(kStoreFault) + "; allowed: cell.acknowledge", runner_.allowed());
+  refused.code = control::ErrorCode::Store;
+  return refused;
+}
+
+asio::awaitable<StoreResult<void>> StoreWatch::try_again() {
+  auto job = [this] { return parts_.store.try_again(); };
+  co_return co_await parts_.store_thread.ask(job);
+}
+
+asio::awaitable<std::optional<RpcError>> StoreWatch::try_it() {
+  auto usable = co_await try_again();
+  if (usable) co_return std::nullopt;
+  failed(usable.error());
+  co_return refusal();
 }
 
 asio::awaitable<std::optional<RpcError>> StoreWatch::acknowledge() {
-  auto job = [this] { return parts_.store.try_again(); };
-  auto usable = co_await parts_.store_thread.ask(job);
-  if (!usable)
-    co_return runner_.wrong_state("the store still cannot be written to: " + usable.error().detail,
-                                  {"cell.acknowledge"});
+  auto usable = co_await try_again();
+  if (!usable) {
+    RpcError refused = runner_.wrong_state("the store still cannot be written to: " + usable.error().detail,
+                                           runner_.allowed());
+    refused.code = control::ErrorCode::Store;
+    co_return refused;
+  }
   runner_.faults().end(kStoreFault);
+  co_await pay();
   if (when_usable_) co_await when_usable_();
   co_return std::nullopt;
+}
+
+asio::awaitable<void> StoreWatch::keep(std::string about, std::function<StoreResult<void>()> write) {
+  owed_[about] = std::make_shared<const Write>(std::move(write));
+  co_await pay();
+}
+
+asio::awaitable<void> StoreWatch::pay() {
+  while (!owed_.empty()) {
+    const auto [about, write] = *owed_.begin();
+    auto job = [write = write] { return (*write)(); };
+    auto written = co_await parts_.store_thread.ask(job);
+    if (!written) {
+      failed(written.error());
+      co_return;
+    }
+    const auto still = owed_.find(about);
+    if (still != owed_.end() && still->second == write) owed_.erase(still);
+  }
+}
+
+asio::awaitable<void> StoreWatch::watch() {
+  constexpr std::chrono::seconds kTry{1};
+  for (;;) {
+    const TimePoint next = parts_.clock.now() + kTry;
+    co_await parts_.clock.sleep_until(next);
+    co_await pay();
+  }
 }
 
 }  // namespace truepose::daemon

@@ -25,6 +25,7 @@ constexpr Duration kUnproven = 1s;  // a session that begins shows within some c
 constexpr Duration kDeviceAnswer = 5s;
 constexpr Duration kLeave = 2s;  // RSI_OFF follows the Stop bit within some cycles, then kSilence
 constexpr Duration kStartProgram = 20s;
+constexpr const char* kArmed = "armed";  // what may be owed to the store
 
 std::optional<Duration> packet_age(const StreamStatus& status, TimePoint now) {
   if (!status.heard) return std::nullopt;
@@ -47,9 +48,9 @@ bool known_silent(const StreamStatus& status) {
 
 }  // namespace
 
-StreamService::StreamService(const CellParts& parts, CellRunner& runner, DeviceService& devices,
-                             ModelService& models)
-    : parts_{parts}, runner_{runner}, devices_{devices}, models_{models}, log_{&log} {
+StreamService::StreamService(const CellParts& parts, CellRunner& runner, StoreWatch& store,
+                             DeviceService& devices, ModelService& models)
+    : parts_{parts}, runner_{runner}, store_{store}, devices_{devices}, models_{models}, log_{&log} {
   runner_.on(CellCommand::StopStream, [this](const std::string&) { parts_.stream.leave(); });
   runner_.on(CellCommand::ArmStream, [this](const std::string&) { parts_.stream.arm(); });
   runner_.on(CellCommand::RearmStream, [this](const std::string&) { acknowledge(); });
@@ -142,6 +143,7 @@ MethodReply StreamService::arm(json::object params, std::string by) {
     co_return std::unexpected(*refused);
   auto kept = co_await keep_armed(control::rfc3339(parts_.wall_clock()));
   if (kept) co_return json();
+  store_.failed(kept.error());
   runner_.apply(DisarmRequested{}, kept.error().detail);
   co_return std::unexpected(store_unusable(kept.error()));
 }
@@ -151,17 +153,23 @@ MethodReply StreamService::disarm(json::object params, std::string by) {
   if (auto frozen = cannot_ramp_out("stream.disarm")) co_return std::unexpected(*frozen);
   if (auto refused = runner_.apply(DisarmRequested{}, "disarmed by an operator", by))
     co_return std::unexpected(*refused);
-  auto kept = co_await keep_armed("");
+  co_await keep_disarmed();
   auto failed = co_await ramped_out<Disarming>("stream.disarm");
   if (failed) co_return std::unexpected(*failed);
-  if (!kept) co_return std::unexpected(store_unusable(kept.error()));
   co_return json();
 }
 
 asio::awaitable<StoreResult<void>> StreamService::keep_armed(std::string since) {
-  kept_armed_ = !since.empty();
+  store_.forget(kArmed);
+  kept_armed_ = true;
   auto job = [this, since] { return parts_.store.keep_armed(since); };
   co_return co_await parts_.store_thread.ask(job);
+}
+
+asio::awaitable<void> StreamService::keep_disarmed() {
+  kept_armed_ = false;
+  auto job = [this] { return parts_.store.keep_armed(""); };
+  co_await store_.keep(kArmed, job);
 }
 
 asio::awaitable<void> StreamService::arm_as_before() {
@@ -172,8 +180,7 @@ asio::awaitable<void> StreamService::arm_as_before() {
   kept_armed_ = true;
   if (const auto model = models_.needed(); !model) {
     log_warning("the stream, armed since " + *since + ", is disarmed: " + model.error().message);
-    auto kept = co_await keep_armed("");
-    if (!kept) log_error(kept.error().detail);
+    co_await keep_disarmed();
     co_return;
   }
   runner_.apply(ArmRequested{}, "armed since " + *since + ", as before the daemon ended");
@@ -187,10 +194,7 @@ MethodReply StreamService::status(json::object params) {
 asio::awaitable<void> StreamService::watch() {
   for (TimePoint tell = parts_.clock.now();;) {
     look();
-    if (kept_armed_ && runner_.in<Faulted>()) {  // whoever acknowledges the fault arms anew
-      auto kept = co_await keep_armed("");
-      if (!kept) log_error(kept.error().detail);
-    }
+    if (kept_armed_ && runner_.in<Faulted>()) co_await keep_disarmed();  // whoever acknowledges arms anew
     if (parts_.clock.now() >= tell) {
       tell = parts_.clock.now() + kTell;
       if (runner_.corrects()) parts_.events.publish(control::Topic::Stream, json(), Keep::Passing);

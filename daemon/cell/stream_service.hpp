@@ -16,7 +16,8 @@ namespace truepose::daemon {
 /// The stream of corrections as an operator has it: starts and stops it, and watches what comes of it.
 class StreamService {
  public:
-  StreamService(const CellParts& parts, CellRunner& runner, DeviceService& devices, ModelService& models);
+  StreamService(const CellParts& parts, CellRunner& runner, StoreWatch& store, DeviceService& devices,
+                ModelService& models);
 
   static std::vector<Method<StreamService>> methods();
 
@@ -40,6 +41,7 @@ class StreamService {
   boost::asio::awaitable<std::optional<control::RpcError>> ramped_out(std::string method);
   boost::asio::awaitable<void> end_program();
   boost::asio::awaitable<StoreResult<void>> keep_armed(std::string since);
+  boost::asio::awaitable<void> keep_disarmed();
   void acknowledge();
   void take_events();
   void look();
@@ -52,6 +54,7 @@ class StreamService {
 
   CellParts parts_;
   CellRunner& runner_;
+  StoreWatch& store_;
   DeviceService& devices_;
   ModelService& models_;
   StreamLog log_;

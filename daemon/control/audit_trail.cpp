@@ -132,7 +132,8 @@ AuditTrail::AuditTrail(AuditTrail&& other) noexcept
       head_{std::exchange(other.head_, -1)},
       end_{std::move(other.end_)},
       ends_{std::move(other.ends_)},
-      put_aside_{std::move(other.put_aside_)} {}
+      put_aside_{std::move(other.put_aside_)},
+      owed_{std::move(other.owed_)} {}
 
 AuditTrail::~AuditTrail() {
   if (trail_ >= 0) ::close(trail_);
@@ -140,6 +141,34 @@ AuditTrail::~AuditTrail() {
 }
 
 std::expected<std::uint64_t, std::string> AuditTrail::append(json::object record) {
+  if (const auto paid = pay(); !paid) return std::unexpected(paid.error());
+  return write(std::move(record));
+}
+
+AuditTrail::Taken AuditTrail::take(json::object record) {
+  constexpr std::size_t kMostOwed = 200;
+  const auto written = append(record);
+  if (written) return {*written, {}};
+  if (owed_.size() < kMostOwed) {
+    record["owed"] = true;
+    owed_.push_back(std::move(record));
+  } else {
+    const json::value* const missed = owed_.back().if_contains("missed");
+    // The last one is missed too.
+    owed_.back() = {{"time", record["time"]}, {"missed", missed ? missed->as_int64() + 1 : 2}};
+  }
+  return {end_.count + owed_.size(), written.error()};
+}
+
+std::expected<void, std::string> AuditTrail::pay() {
+  for (; !owed_.empty(); owed_.pop_front()) {
+    const auto written = write(owed_.front());
+    if (!written) return std::unexpected(written.error());
+  }
+  return {};
+}
+
+std::expected<std::uint64_t, std::string> AuditTrail::write(json::object record) {
   AuditHead end = end_;
   const std::string line = control::audit_line(end, std::move(record));
   const std::uint64_t offset = ends_.back();

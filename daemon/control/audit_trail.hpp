@@ -3,6 +3,7 @@
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <cstdint>
+#include <deque>
 #include <expected>
 #include <filesystem>
 #include <string>
@@ -31,8 +32,18 @@ class AuditTrail {
   AuditTrail& operator=(AuditTrail&&) = delete;
   ~AuditTrail();
 
-  /// Returns once the record is on the disk. @return its number; else why it is not, and nothing of it is
+  /// Returns once the record is on the disk, behind all that is owed to it. @return its number; else why it
+  /// is not, and nothing of it is
   std::expected<std::uint64_t, std::string> append(boost::json::object record);
+  /// The same of what is done in any case: where the disk does not take it, it is kept in memory, and written
+  /// before anything that follows ("owed"). Of so many that there is no room the last one counts the others.
+  struct Taken {
+    std::uint64_t number = 0;
+    std::string why_owed;  ///< empty: it is on the disk
+  };
+  Taken take(boost::json::object record);
+  /// Writes what is owed. @return why it still cannot be
+  std::expected<void, std::string> pay();
 
   /// Records with numbers below `before`, newest first: at most `limit`, and of no more than 48 KiB together.
   std::expected<boost::json::array, std::string> records(std::uint64_t before, std::size_t limit) const;
@@ -43,11 +54,13 @@ class AuditTrail {
  private:
   AuditTrail() = default;
   std::expected<void, std::string> open_files(const std::filesystem::path& file);
+  std::expected<std::uint64_t, std::string> write(boost::json::object record);
 
   int trail_ = -1, head_ = -1;
   control::AuditHead end_;
   std::vector<std::uint64_t> ends_{0};  ///< offsets behind no line, the first, ... the last
   std::string put_aside_;
+  std::deque<boost::json::object> owed_;
 };
 
 }  // namespace truepose::daemon

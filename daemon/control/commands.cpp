@@ -7,6 +7,7 @@
 #include "daemon/threads/worker.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/control/param_reader.hpp"
+#include "proto/control/schema.hpp"
 #include "proto/text/digest.hpp"
 
 namespace truepose::daemon {
@@ -113,13 +114,27 @@ void Commands::remember() {
   }
 }
 
-asio::awaitable<std::expected<std::uint64_t, std::string>> Commands::write_down(json::object record) {
+asio::awaitable<std::expected<std::uint64_t, std::string>> Commands::write_down(json::object record,
+                                                                                bool must_be) {
   if (!audit_) co_return 0;
   record["time"] = control::rfc3339(parts_.wall_clock());
+  if (!must_be) {
+    auto job = [this, record = std::move(record)]() mutable { return audit_->take(std::move(record)); };
+    const AuditTrail::Taken taken = co_await parts_.worker.ask(std::move(job));
+    owes_ = !taken.why_owed.empty();
+    if (owes_) cannot_write(taken.why_owed);
+    co_return taken.number;
+  }
   auto job = [this, record = std::move(record)]() mutable { return audit_->append(std::move(record)); };
   auto written = co_await parts_.worker.ask(std::move(job));
-  if (!written) parts_.warn("control: the audit trail cannot be written: " + written.error());
+  if (!written) cannot_write(written.error());
   co_return written;
+}
+
+void Commands::cannot_write(const std::string& why) {
+  const std::string sentence = "the audit trail cannot be written: " + why;
+  parts_.warn("control: " + sentence);
+  parts_.cell.unrecorded(sentence);
 }
 
 void Commands::tell(const char* change, const std::string& by, json::object more) {
@@ -182,10 +197,12 @@ asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string fro
 asio::awaitable<Commands::Outcome> Commands::on_record(json::object command, Act act) {
   const std::string method{command.at("method").as_string()}, by{command.at("who").as_string()};
   const bool may_come_again = command.contains("command_id");
-  const auto asked = co_await write_down(std::move(command));
+  const bool must_be_on_record = !control::is_always_carried_out(method);
+  const auto asked = co_await write_down(std::move(command), must_be_on_record);
   if (!asked)
     co_return Outcome{std::unexpected(
-        RpcError{ErrorCode::Internal, "not done, since it cannot be put on record: " + asked.error()})};
+        RpcError{ErrorCode::Store, "not done, since it cannot be put on record: " + asked.error() +
+                                       "; make room on the disk, then cell.acknowledge"})};
 
   auto acting = act();
   Result result = co_await std::move(acting);
@@ -193,8 +210,8 @@ asio::awaitable<Commands::Outcome> Commands::on_record(json::object command, Act
   if (!result) record["message"] = result.error().message;
   if (result && may_come_again && control::json_text(*result).size() <= kMostBytesOnRecord)
     record["answer"] = *result;
-  const auto ended = co_await write_down(std::move(record));
-  static_cast<void>(ended);  // it is done: the next command finds that nothing can be written
+  const auto ended = co_await write_down(std::move(record), false);
+  static_cast<void>(ended);  // it is done
   if (!method.starts_with("control."))
     tell("command", by, {{"method", method}, {"result", symbol_of(result)}});
   co_return Outcome{std::move(result), true};
@@ -272,6 +289,11 @@ asio::awaitable<Commands::Result> Commands::records(json::object params) {
 }
 
 asio::awaitable<void> Commands::look() {
+  if (owes_) {
+    auto job = [this] { return audit_->pay(); };
+    const auto paid = co_await parts_.worker.ask(job);
+    owes_ = !paid;
+  }
   const std::string daemon = "trueposed";
   const auto lost = lease_.lost(parts_.clock.now(), still_known_);
   if (!lost) co_return;

@@ -19,7 +19,8 @@ namespace truepose::daemon {
 
 /// Carries out what changes anything (every method for which a viewer's role is too low): for who has control
 /// or while nobody has it, once for each command_id, and on record: a command that cannot be written down is
-/// not carried out. Outlives the calls under way.
+/// not carried out, but for those that take motion, a correction or control away. Outlives the calls under
+/// way.
 class Commands {
  public:
   using Result = std::expected<boost::json::value, control::RpcError>;
@@ -40,7 +41,8 @@ class Commands {
   Result who_has_control(const boost::json::object& params) const;
   boost::asio::awaitable<Result> records(boost::json::object params);
 
-  /// Sees whether control was lost: then the campaign under way is paused. Each command looks first.
+  /// Writes down what is owed to the audit trail, and sees whether control was lost: then the campaign under
+  /// way is paused. Each command looks first.
   boost::asio::awaitable<void> look();
   /// When there is something to see, should nobody renew his control.
   std::optional<drivers::TimePoint> control_ends() const { return lease_.end(); }
@@ -61,14 +63,17 @@ class Commands {
   boost::asio::awaitable<Result> act(Caller caller, control::Request request);
   boost::asio::awaitable<Result> result_of(std::string method, boost::asio::awaitable<Result> call);
   Result change_control(const Caller& caller, const control::Request& request);
-  /// @return the number of the record
-  boost::asio::awaitable<std::expected<std::uint64_t, std::string>> write_down(boost::json::object record);
+  /// @param must_be  on the disk, else nothing of it is kept. @return the number of the record
+  boost::asio::awaitable<std::expected<std::uint64_t, std::string>> write_down(boost::json::object record,
+                                                                               bool must_be);
+  void cannot_write(const std::string& why);
   void tell(const char* change, const std::string& by, boost::json::object more);
 
   ControlServerParts& parts_;
   boost::asio::any_io_executor executor_;
   std::optional<AuditTrail> audit_;
   StillKnown still_known_;
+  bool owes_ = false;  ///< records to the audit trail
   ControlLease lease_;
   CommandMemory memory_;
 };

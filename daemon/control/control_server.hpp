@@ -43,6 +43,10 @@ class CellService {
   /// What the cell does, or for what it waits: one sentence, told while a call takes long.
   virtual std::string doing() const { return {}; }
 
+  /// A command cannot be put on record. One that takes motion, a correction or control away is carried out
+  /// all the same.
+  virtual void unrecorded(const std::string& /*why*/) {}
+
   /// Carries out one call, on the io thread. It may take long: other connections are served meanwhile, and
   /// calls of several connections overlap. A client that goes away does not cancel its call; the server's
   /// stop does (it then throws operation_aborted). Any other exception is answered as an internal error.

@@ -73,7 +73,8 @@ std::string_view symbol(ErrorCode code) {
                                        Named{"E_DEVICE", ErrorCode::Device},
                                        Named{"E_BUSY", ErrorCode::Busy},
                                        Named{"E_RATE", ErrorCode::RateLimited},
-                                       Named{"E_CONTROL", ErrorCode::NotInControl}};
+                                       Named{"E_CONTROL", ErrorCode::NotInControl},
+                                       Named{"E_STORE", ErrorCode::Store}};
   const auto* const found = std::ranges::find(kSymbols, code, &Named<ErrorCode>::value);
   return found == kSymbols.end() ? "E_INTERNAL" : found->name;
 }

@@ -30,6 +30,7 @@ enum class ErrorCode : int {
   Busy = -32006,
   RateLimited = -32007,
   NotInControl = -32008,
+  Store = -32009,
 };
 
 /// The stable name that programs may branch on, sent as error.data.code: "E_STATE".

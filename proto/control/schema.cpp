@@ -64,6 +64,11 @@ std::vector<std::string> schema_methods() {
   return names;
 }
 
+bool is_always_carried_out(std::string_view method) {
+  const boost::json::value* const known = openrpc_method(method);
+  return known && known->as_object().contains("x-always");
+}
+
 std::optional<Role> role_of(std::string_view method) {
   const auto found = roles().find(method);
   if (found == roles().end()) return std::nullopt;

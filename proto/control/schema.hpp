@@ -20,5 +20,8 @@ const boost::json::value* openrpc_method(std::string_view name);
 std::vector<std::string> schema_methods();
 /// The least role that may call a method (its x-role); none of a method that the schema does not know.
 std::optional<Role> role_of(std::string_view method);
+/// Whether a method is carried out even where it cannot be put on record (its x-always): one that takes
+/// motion or a correction away, or control.
+bool is_always_carried_out(std::string_view method);
 
 }  // namespace truepose::control

@@ -5,6 +5,7 @@
 
 #include <csignal>
 
+#include "tests/daemon/full_disk.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -143,6 +144,41 @@ TEST_F(AuditTrailTest, SaysThatTheDiskIsFullAndGoesOnOnceItIsNot) {
     EXPECT_EQ(trail.append({{"who", "Anna"}}), count + 1);
   }
   std::signal(SIGXFSZ, SIG_DFL);
+  EXPECT_TRUE(verify_audit(file()));
+}
+
+TEST_F(AuditTrailTest, OwesWhatTheDiskDoesNotTakeAndWritesItBeforeWhatFollows) {
+  AuditTrail trail = open();
+  ASSERT_TRUE(trail.append({{"who", "Anna"}, {"method", "0"}}));
+  {
+    const test::FullDisk full;
+    for (std::uint64_t number : {2U, 3U}) {
+      const AuditTrail::Taken taken = trail.take({{"method", std::to_string(number)}});
+      EXPECT_EQ(taken.number, number);
+      EXPECT_THAT(taken.why_owed, HasSubstr("File too large"));
+    }
+    EXPECT_FALSE(trail.append({{"method", "not done"}}));
+  }
+  EXPECT_EQ(trail.append({{"method", "4"}}), 4U);
+  const json::array found = trail.records(9, 9).value();
+  ASSERT_EQ(found.size(), 4U);
+  EXPECT_EQ(found[1].at("method").as_string(), "3");
+  EXPECT_EQ(found[1].at("owed"), true);
+  EXPECT_FALSE(found[0].as_object().contains("owed"));
+  EXPECT_EQ(verify_audit(file())->count, 4U);
+}
+
+TEST_F(AuditTrailTest, CountsWhatItCannotEvenKeepInMemory) {
+  AuditTrail trail = open();
+  constexpr int kOwed = 300;
+  {
+    const test::FullDisk full;
+    for (int i = 0; i < kOwed; ++i) EXPECT_LE(trail.take({{"time", "t"}, {"who", "Anna"}}).number, 200U);
+  }
+  ASSERT_TRUE(trail.pay());
+  EXPECT_EQ(trail.count(), 200U);
+  const json::array last = trail.records(201, 1).value();
+  EXPECT_EQ(last[0].at("missed").as_int64(), kOwed - 199);
   EXPECT_TRUE(verify_audit(file()));
 }
 

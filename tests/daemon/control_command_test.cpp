@@ -1,12 +1,11 @@
 // Who may command when somebody else has control, what is done twice, and what stands on record.
 #include <gmock/gmock.h>
-#include <sys/resource.h>
 
 #include <algorithm>
-#include <csignal>
 
 #include "daemon/control/audit_trail.hpp"
 #include "tests/daemon/control_fixture.hpp"
+#include "tests/daemon/full_disk.hpp"
 #include "tests/process.hpp"
 
 namespace truepose::daemon {
@@ -14,6 +13,7 @@ namespace {
 
 using namespace test;
 using control::Role;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -44,7 +44,8 @@ class CountingCell : public CellService {
     calls.push_back("pause: " + why);
     co_return json::object{};
   }
-  std::vector<std::string> calls, callers;
+  void unrecorded(const std::string& why) override { whys.push_back(why); }
+  std::vector<std::string> calls, callers, whys;
   std::function<void()> release;
 };
 
@@ -65,6 +66,11 @@ class ControlCommands : public ControlServerTest {
   std::vector<std::string> calls() {
     std::vector<std::string> all;
     on_loop([&] { all = counting_.calls; });
+    return all;
+  }
+  std::vector<std::string> why_unrecorded() {
+    std::vector<std::string> all;
+    on_loop([&] { all = counting_.whys; });
     return all;
   }
   /// "Anna stream.stop", and of what became of it "1 ok".
@@ -305,18 +311,49 @@ TEST_F(ControlCommands, ThatCannotBePutOnRecordAreNotDone) {
   const auto port = serve();
   const auto anna = session(port, "Anna");
   EXPECT_EQ(anna->code("stream.stop"), 0);
-  rlimit before{};
-  std::signal(SIGXFSZ, SIG_IGN);
-  ::getrlimit(RLIMIT_FSIZE, &before);
-  const rlimit full{1, before.rlim_max};
-  ::setrlimit(RLIMIT_FSIZE, &full);
-  const Reply refused = anna->call("stream.stop");
-  ::setrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, SIG_DFL);
+  Reply refused;
+  {
+    const FullDisk full;
+    refused = anna->call("campaign.start");
+  }
   ASSERT_FALSE(refused.result);
+  EXPECT_EQ(Client::code_of(refused), -32009);
   EXPECT_THAT(refused.result.error().message,
-              HasSubstr("not done, since it cannot be put on record: File too large"));
+              AllOf(HasSubstr("not done, since it cannot be put on record: File too large"),
+                    HasSubstr("make room on the disk, then cell.acknowledge")));
   EXPECT_EQ(calls().size(), 1U);
+  EXPECT_THAT(why_unrecorded(), ElementsAre(HasSubstr("audit trail cannot be written: File too large")));
+}
+
+TEST_F(ControlCommands, ThatStopSomethingAreDoneOnAFullDiskAndPutOnRecordWhenThereIsRoom) {
+  const auto port = serve();
+  const auto anna = session(port, "Anna"), chef = session(port, "Chef");
+  EXPECT_EQ(anna->code("stream.stop"), 0);
+  anna->call("control.acquire");
+  {
+    const FullDisk full;
+    EXPECT_EQ(chef->code("control.takeover"), 0) << "who would stop it may need control";
+    EXPECT_EQ(chef->code("stream.stop"), 0);
+    EXPECT_EQ(chef->code("campaign.pause"), 0);
+    EXPECT_EQ(chef->code("campaign.start"), -32009);
+  }
+  EXPECT_THAT(calls(), ElementsAre("stream.stop", "stream.stop", "campaign.pause"));
+  EXPECT_EQ(chef->code("control.release"), 0);
+  EXPECT_THAT(on_record(*chef), ElementsAre("Anna stream.stop", "1 ok", "Anna control.acquire", "3 ok",
+                                            "Chef control.takeover", "5 ok", "Chef stream.stop", "7 ok",
+                                            "Chef campaign.pause", "9 ok", "Chef control.release", "11 ok"));
+  EXPECT_EQ(verify_audit(audit_file())->count, 12U);
+}
+
+TEST_F(ControlCommands, AreWrittenDownByThemselvesOnceThereIsRoom) {
+  const auto port = serve();
+  const auto anna = session(port, "Anna");
+  {
+    const FullDisk full;
+    EXPECT_EQ(anna->code("stream.stop"), 0);
+  }
+  EXPECT_EQ(on_record(*anna).size(), 0U);
+  while (on_record(*anna).size() < 2) advance(ControlLimits{}.look);
 }
 
 }  // namespace

@@ -121,11 +121,10 @@ TEST_F(ModelServiceTest, SaysOfAStoreThatCannotBeReadWhatIsWrongWithIt) {
                                            {"model.get", {}},
                                            {"model.export", {}},
                                            {"model.activate", {{"id", "m2"}}},
-                                           {"model.deactivate", {}},
                                            {"targets.compensate", {{"joints", {{0, -90, 90, 0, 30, 0}}}}}}) {
     const Answer answer = call(method, params);
     ASSERT_FALSE(answer) << method;
-    EXPECT_EQ(answer.error().code, control::ErrorCode::Internal) << method;
+    EXPECT_EQ(answer.error().code, control::ErrorCode::Store) << method;
     EXPECT_THAT(answer.error().message, HasSubstr("no such table")) << method;
   }
 }

@@ -22,6 +22,7 @@ struct OnADisk {
 struct StoreWatchTest : OnADisk, CellTest {
   StoreWatchTest() {
     config.campaign.remeasure = false;
+    EXPECT_TRUE(store->begin_events(1'000'000));  // as a daemon does
     load();
   }
   void fill() { disk.fail_after(0, test::FailingDisk::Fault::Full); }
@@ -85,6 +86,79 @@ TEST_F(StoreWatchTest, NothingNewIsBegunUntilItIsAcknowledged) {
   EXPECT_FALSE(stands("E_STORE"));
   EXPECT_THAT(allowed(), Not(Contains("cell.acknowledge")));
   EXPECT_EQ(status().at("state"), "disconnected");
+}
+
+TEST_F(StoreWatchTest, AllowsNothingThatItRefuses) {
+  play([this]() -> Wait {
+    co_await connected();
+    cell.store_failed({"cell.db: full", true});
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(control::json_text(now->at("allowed")), R"(["cell.disconnect","cell.acknowledge"])");
+    for (const char* method : {"campaign.start", "drift.check", "stream.start", "stream.arm"}) {
+      const Answer refused = co_await ask(method);
+      EXPECT_EQ(refused.error().code, control::ErrorCode::Store) << method;
+      EXPECT_THAT(refused.error().message, AllOf(HasSubstr("cell.db: full"), HasSubstr("cell.acknowledge")));
+    }
+    EXPECT_TRUE(co_await ask("cell.disconnect"));
+  });
+}
+
+TEST_F(StoreWatchTest, ACampaignIsNotBegunOnAFullDiskAndTheDevicesStay) {
+  play([this]() -> Wait {
+    co_await connected();
+    fill();
+    const Answer refused = co_await ask("campaign.start");
+    EXPECT_EQ(refused.error().code, control::ErrorCode::Store);
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "ready");
+    EXPECT_EQ(now->at_pointer("/robot/connected"), true);
+    EXPECT_EQ(now->at_pointer("/faults/0/code"), "E_STORE");
+    make_room();
+    EXPECT_TRUE(co_await ask("cell.acknowledge"));
+    EXPECT_TRUE(co_await ask("campaign.start"));
+    EXPECT_TRUE(co_await ask("campaign.abort"));
+  });
+}
+
+TEST_F(StoreWatchTest, ACampaignThatTheStoreDoesNotTakeAtItsBeginningIsNoFaultOfTheCell) {
+  execute("CREATE TRIGGER broken BEFORE INSERT ON campaign BEGIN SELECT RAISE(ABORT, 'broken'); END");
+  play([this]() -> Wait {
+    co_await connected();
+    EXPECT_TRUE(co_await ask("campaign.start"));
+    co_await campaign_ended();
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "ready");
+    EXPECT_EQ(now->at_pointer("/robot/connected"), true);
+    EXPECT_EQ(now->at_pointer("/faults/0/code"), "E_STORE");
+  });
+}
+
+TEST_F(StoreWatchTest, AModelIsTakenAwayOnAFullDiskAndTheStoreToldOnceItTakesThat) {
+  play([this]() -> Wait {
+    fill();
+    EXPECT_TRUE(co_await ask("model.deactivate"));
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at_pointer("/faults/0/code"), "E_STORE");
+    EXPECT_TRUE(now->at("model").is_null());
+    make_room();
+    co_await pass(2s);
+  });
+  EXPECT_FALSE(store->active_model().value()) << "without anybody's doing";
+  EXPECT_TRUE(stands("E_STORE")) << "until somebody has seen it";
+}
+
+TEST_F(StoreWatchTest, AStreamIsDisarmedOnAFullDiskAndStaysSoInTheNextDaemon) {
+  play([this]() -> Wait {
+    EXPECT_TRUE(co_await ask("stream.arm"));
+    fill();
+    EXPECT_TRUE(co_await ask("stream.disarm"));
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "disconnected");
+    EXPECT_EQ(now->at_pointer("/faults/0/code"), "E_STORE");
+    make_room();
+    co_await pass(2s);
+  });
+  EXPECT_EQ(store->armed_since().value(), "");
 }
 
 TEST_F(StoreWatchTest, IsToldOnceHoweverOftenItFails) {
