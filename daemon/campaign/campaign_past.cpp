@@ -1,6 +1,8 @@
 #include "daemon/campaign/campaign_past.hpp"
 
 #include <algorithm>
+#include <set>
+#include <utility>
 
 #include "config/cell_setup.hpp"
 #include "core/plan/scene.hpp"
@@ -55,6 +57,13 @@ const PlannedPose* CampaignPast::planned(int pose) const {
 const PlannedPose* CampaignPast::substitute_of(int pose) const {
   const auto found = std::ranges::find(plan.poses, pose, &PlannedPose::replaces);
   return found == plan.poses.end() ? nullptr : &*found;
+}
+
+int CampaignPast::poses_done() const {
+  std::set<std::pair<int, PointPurpose>> poses;
+  for (const StoredPoint& point : points)
+    if (is_pose(point.purpose)) poses.emplace(point.pose, point.purpose);
+  return static_cast<int>(poses.size());
 }
 
 std::size_t CampaignPast::outcomes() const {

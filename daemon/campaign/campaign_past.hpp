@@ -29,6 +29,7 @@ struct CampaignPast {
   const SkippedPose* skipped_pose(int pose) const;
   const PlannedPose* planned(int pose) const;
   const PlannedPose* substitute_of(int pose) const;
+  int poses_done() const;
   /// Points of poses and nests, and poses skipped.
   std::size_t outcomes() const;
   /// What was planned; nothing where it was interrupted before that.

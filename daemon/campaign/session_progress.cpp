@@ -28,6 +28,11 @@ void MeasuringSession::count_pose_time() {
 CampaignProgress MeasuringSession::progress() const {
   CampaignProgress now = progress_;
   now.time_left_s = time_left_s();
+  if (!past_ || gone_on_) return now;
+  // What it will take from its past once it has the devices, it has done.
+  now.done = std::max(now.done, past_->poses_done());
+  now.skipped = std::max(now.skipped, static_cast<int>(past_->skipped.size()));
+  now.total = std::max(now.total, now.done + now.skipped);
   return now;
 }
 

@@ -248,15 +248,16 @@ std::expected<void, RpcError> CampaignService::launch(StoreJournal::Options opti
 
 asio::awaitable<void> CampaignService::run(std::shared_ptr<Run> run) {
   auto outcome = co_await run->campaign.run();
-  run->ended = true;
   std::optional<CampaignError> error;
   if (!outcome) error = outcome.error();
   // One that has outlasted its abort may not end what was started since.
   if (run == run_) co_await close(*run, std::move(error));
+  run->ended = true;
   runner_.wake();
 }
 
-asio::awaitable<void> CampaignService::close(const Run& run, std::optional<CampaignError> error) {
+/// It has ended once its model is in force.
+asio::awaitable<void> CampaignService::close(Run& run, std::optional<CampaignError> error) {
   const std::string reason = error ? "the campaign ended: " + error->detail : "the campaign is done";
   error ? log_warning(reason) : log_info(reason);
   const bool lost =
@@ -266,13 +267,14 @@ asio::awaitable<void> CampaignService::close(const Run& run, std::optional<Campa
   if (record.state == "interrupted") co_await load_interrupted();
   const bool of_the_store = error && error->fault == CampaignFault::Store;
   if (of_the_store) store_.failed({error->detail});
+  if (!of_the_store && !record.model_id.empty())
+    co_await models_.announce_made(record.model_id, run.journal.activated(), record.started_by);
+  run.ended = true;
   if (of_the_store && !run.journal.begun()) {
     runner_.apply(CampaignEnded{devices_.connected()}, reason);
   } else if (of_the_store) {
     runner_.apply(StoreFailed{"store: " + error->detail}, reason);
   } else {
-    if (!record.model_id.empty())
-      co_await models_.announce_made(record.model_id, run.journal.activated(), record.started_by);
     // One that is aborted may not have connected its devices yet.
     const bool aborted = error && error->fault == CampaignFault::Aborted;
     const bool connected = (run.campaign.needs().tracker && !aborted) || devices_.connected();
@@ -396,6 +398,7 @@ json::object CampaignService::progress_json() const {
   const CampaignProgress progress = run_->campaign.progress();
   const CampaignRecord& record = run_->journal.record();
   const bool waits = running() && (runner_.waits() || runner_.in<Paused>());
+  const bool tells_eta = progress.time_left_s && !waits && !run_->ended;
   std::string_view phase = phase_name(progress.phase);
   if (run_->ended)
     phase = record.state;
@@ -407,7 +410,7 @@ json::object CampaignService::progress_json() const {
           {"done", progress.done},
           {"total", progress.total},
           {"error_mm", progress.error_mm ? json::value(*progress.error_mm) : json::value{}},
-          {"eta_s", progress.time_left_s && !waits ? json::value(*progress.time_left_s) : json::value{}},
+          {"eta_s", tells_eta ? json::value(*progress.time_left_s) : json::value{}},
           {"skipped", progress.skipped},
           {"left", progress.left()},
           {"reason", record.reason},
@@ -422,7 +425,12 @@ std::optional<CampaignProgress> CampaignService::progress() const {
 
 std::optional<CampaignArchive::Current> CampaignService::current() const {
   if (!run_) return std::nullopt;
-  return CampaignArchive::Current{running(), run_->journal.record(), progress_json()};
+  CampaignRecord record = run_->journal.record();
+  if (running()) {
+    record.state = "running";
+    record.ended.clear();
+  }
+  return CampaignArchive::Current{running(), std::move(record), progress_json()};
 }
 
 }  // namespace truepose::daemon

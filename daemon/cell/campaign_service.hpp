@@ -86,7 +86,7 @@ class CampaignService final : private CampaignObserver {
   control::RpcError nothing_paused() const;
   control::RpcError cannot_go_on(const std::string& id, const std::string& why) const;
   boost::asio::awaitable<void> run(std::shared_ptr<Run> run);
-  boost::asio::awaitable<void> close(const Run& run, std::optional<CampaignError> error);
+  boost::asio::awaitable<void> close(Run& run, std::optional<CampaignError> error);
   boost::asio::awaitable<void> keep_end();
   boost::json::object progress_json() const;
 

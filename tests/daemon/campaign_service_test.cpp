@@ -242,6 +242,32 @@ TEST_F(CampaignServiceTest, AnAbortBeforeTheTrackerIsConnectedIsNoFault) {
   });
 }
 
+TEST_F(CampaignServiceTest, IsDoneForNobodyBeforeItsModelIsInForce) {
+  bool ran = false;
+  store_thread.after_each_job = [&] {
+    const DaemonCell::Snapshot now = cell.snapshot();
+    ran = ran || now.campaign;
+    if (ran && !now.campaign) {
+      EXPECT_NE(now.model->id, "m1");
+    }
+  };
+  play([this]() -> Wait { co_await campaign("campaign.start"); });
+  EXPECT_TRUE(ran);
+  EXPECT_NE(status().at_pointer("/model/id"), "m1");
+}
+
+TEST_F(CampaignServiceTest, TellsNoTimeThatIsLeftOfOneThatWasAborted) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await pass(2min);
+    const Answer now = co_await ask("cell.status");
+    EXPECT_FALSE(now->at_pointer("/campaign/eta_s").is_null());
+    const Answer aborted = co_await ask("campaign.abort");
+    EXPECT_EQ(string_at(*aborted, "/phase"), "aborted");
+    EXPECT_TRUE(aborted->at("eta_s").is_null());
+  });
+}
+
 TEST_F(CampaignServiceTest, TheDaemonThatIsStoppedInterruptsTheCampaignFirst) {
   play([this]() -> Wait {
     co_await ask("campaign.start");
@@ -271,11 +297,14 @@ TEST_F(CampaignServiceTest, GoesOnWithACampaignThatWasInterruptedAndSaysSo) {
                     HasSubstr("give its id to go on with it")));
 
   const std::size_t told_before = told(control::Topic::Measurement).size();
-  play([this, id]() -> Wait {
+  play([this, id, done]() -> Wait {
     const json::object which{{"id", id}};
     const Answer resumed = co_await ask("campaign.resume", which);
     EXPECT_TRUE(resumed) << resumed.error().message;
     EXPECT_EQ(string_at(*resumed, "/id"), id);
+    EXPECT_EQ(resumed->at("done"), done) << "before it has connected";
+    EXPECT_EQ(resumed->at("total"), 28);
+    EXPECT_EQ(resumed->at("left"), 28 - done);
     co_await campaign_ended();
   });
   const json::value campaign = call("campaign.get", {{"id", id}, {"points_limit", 100}}).value();

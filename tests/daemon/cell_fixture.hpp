@@ -35,8 +35,10 @@ namespace truepose::daemon {
 struct InPlaceWorker final : Worker {
   boost::asio::awaitable<void> run(std::function<void()> job) override {
     job();
+    if (after_each_job) after_each_job();
     co_return;
   }
+  std::function<void()> after_each_job;
 };
 
 /// A cell over mock devices in virtual time, without a socket. Its store holds the models of sound campaigns
