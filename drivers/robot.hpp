@@ -50,7 +50,8 @@ struct RobotState {
   std::string program;  ///< of the robot interpreter: "free", "reset", "active", "stopped" or "ended"
   bool emergency_stop = false;
   bool gate_open = false;
-  std::optional<int> tool;  ///< number of the program's tool; none: not told, or none is in force
+  std::optional<int> tool;            ///< number of the program's tool; none: not told, or none is in force
+  std::optional<std::string> serial;  ///< number of the arm; none: not told
 };
 
 struct MoveCommand {

@@ -177,6 +177,12 @@ std::expected<drivers::RobotState, std::string> DeviceService::robot_state() con
   return *told;
 }
 
+std::optional<std::string> DeviceService::arm_serial() const {
+  if (robot_.connected()) return robot_.identity().serial;
+  const auto told = robot_state();
+  return told ? told->serial : std::nullopt;
+}
+
 /// The stream does without the tracker; whoever is ready to measure does not.
 asio::awaitable<void> DeviceService::ask_tracker() {
   if (in_campaign() && !(needs_.tracker && tracker_.connected())) co_return;

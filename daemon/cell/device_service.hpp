@@ -38,6 +38,10 @@ class DeviceService {
 
   /// What the controller has told of itself lately, or why that is not known.
   std::expected<drivers::RobotState, std::string> robot_state() const;
+  /// Of the arm that is connected, else as the state server has told it lately; none: nobody knows.
+  std::optional<std::string> arm_serial() const;
+  /// Asks the state server, without a connection.
+  boost::asio::awaitable<void> look_at_robot();
   WatchedRobot& robot() { return robot_; }
   const WatchedRobot& robot() const { return robot_; }
   WatchedTracker& tracker() { return tracker_; }
@@ -58,7 +62,6 @@ class DeviceService {
   bool in_campaign() const { return runner_.in<Running>() || runner_.in<Paused>(); }
   bool may_be_asked() const { return runner_.in<Ready>() || runner_.in<Streaming>() || in_campaign(); }
   boost::asio::awaitable<void> ask_robot();
-  boost::asio::awaitable<void> look_at_robot();
   boost::asio::awaitable<void> ask_tracker();
 
   CellParts parts_;

@@ -140,10 +140,9 @@ void ModelService::forget() {
 }
 
 std::string ModelService::other_arm(const char* the_model, const ModelRecord& record) const {
-  const WatchedRobot& robot = devices_.robot();
-  if (!robot.connected() || robot.identity().serial == record.robot_serial) return {};
-  return std::string{the_model} + " belongs to arm " + record.robot_serial + ", not to " +
-         robot.identity().serial;
+  const auto serial = devices_.arm_serial();
+  if (!serial || *serial == record.robot_serial) return {};
+  return std::string{the_model} + " belongs to arm " + record.robot_serial + ", not to " + *serial;
 }
 
 RpcError ModelService::needs_model(const std::string& why_not) const {

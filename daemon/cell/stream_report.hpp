@@ -57,6 +57,8 @@ struct StreamSurroundings {
   std::optional<int> tool{};   ///< number of the one in force, where it is known
   bool tool_measured = false;  ///< so that its TCP is what is corrected
   RobotCondition robot{};
+  std::string serial{};                         ///< of the arm that the model belongs to
+  std::string why_unverified{};                 ///< why it is not known to be that one; empty: it is
   std::optional<drivers::Scheduling> thread{};  ///< the realtime one, where there is one
 };
 

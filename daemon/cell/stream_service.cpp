@@ -138,9 +138,12 @@ asio::awaitable<void> StreamService::end_program() {
 
 MethodReply StreamService::arm(json::object params, std::string by) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+  if (!devices_.robot().connected()) co_await devices_.look_at_robot();
   if (const auto model = models_.needed(); !model) co_return std::unexpected(model.error());
+  const bool known = devices_.arm_serial().has_value();
   if (auto refused = runner_.apply(ArmRequested{}, "armed by an operator", by))
     co_return std::unexpected(*refused);
+  verified_ = known;
   auto kept = co_await keep_armed(control::rfc3339(parts_.wall_clock()));
   if (kept) co_return json();
   store_.failed(kept.error());
@@ -178,6 +181,7 @@ asio::awaitable<void> StreamService::arm_as_before() {
   if (!since) log_error("whether the stream was armed is not known: " + since.error().detail);
   if (!since || since->empty()) co_return;
   kept_armed_ = true;
+  co_await devices_.look_at_robot();
   if (const auto model = models_.needed(); !model) {
     log_warning("the stream, armed since " + *since + ", is disarmed: " + model.error().message);
     co_await keep_disarmed();
@@ -240,6 +244,7 @@ void StreamService::look() {
   if (status.state != StreamState::Unproven || before != status.state || closed) proven_ = now;
   runner_.faults().stand(now - proven_ >= kUnproven, {"E_STREAM_UNPROVEN", "warning", reason(status)});
   look_at_robot(status);
+  look_whose_arm_it_is(status);
   look_for_silence(status);
   follow(status);
 }
@@ -285,6 +290,42 @@ void StreamService::look_at_robot(const StreamStatus& status) {
   if (!runner_.corrects()) return;
   log_info("robot: " + describe(robot_));
   parts_.events.publish(control::Topic::Stream, json());
+}
+
+/// Of an armed stream nobody is connected to. Its state server may tell the arm's number; where that does not
+/// answer and RSI is closed, the controller that comes next may be another: it is not corrected before it has
+/// told that it is not. Where it never tells, nobody knows, and it is.
+void StreamService::look_whose_arm_it_is(const StreamStatus& status) {
+  const bool armed = runner_.in<Armed>() != nullptr;
+  const bool told = armed && devices_.arm_serial();
+  if (const auto model = models_.needed(); armed && told && models_.active() && !model) {
+    runner_.apply(StreamFaulted{model.error().message}, "");
+    return;
+  }
+  const bool was_to_wait = waits_for_serial();
+  if (told) verified_ = tells_serial_ = true;
+  if (armed && !told && known_silent(status)) verified_ = false;
+  if (waits_for_serial() && !was_to_wait) parts_.stream.disengage();
+  if (!waits_for_serial() && was_to_wait && armed) parts_.stream.arm();
+  runner_.faults().stand(waits_for_serial() && !known_silent(status), {"E_ARM", "warning", why_unverified()});
+}
+
+bool StreamService::waits_for_serial() const {
+  return runner_.in<Armed>() != nullptr && tells_serial_ && !verified_;
+}
+
+std::string StreamService::why_unverified() const {
+  if (!models_.active() || (runner_.armed() ? verified_ : devices_.arm_serial().has_value())) return {};
+  const std::string which = "whether the arm is " + models_.active()->record.robot_serial +
+                            ", whose model is active, is not verified: ";
+  if (waits_for_serial())
+    return which +
+           "its controller was away, and its state server (CellState) does not answer; nothing is "
+           "corrected before that tells the serial number";
+  if (!runner_.armed()) return which + "it is not connected";
+  return which +
+         "its state server (CellState) tells no serial number, as CellState.xml and truepose_state of this "
+         "version do; load these, or disarm the stream, connect, which compares it, and arm it again";
 }
 
 /// A controller that falls silent while it is corrected, or should be ramped out, is told at once.
@@ -340,6 +381,7 @@ std::string StreamService::no_answer(const StreamStatus& now) const {
 /// Why there is no stream, in the words of the fault that ended it or will end its start.
 std::string StreamService::trouble(const StreamStatus& now) const {
   if (const auto* fault = runner_.in<Faulted>()) return runner_.faulted_in_stream() ? fault->reason : "";
+  if (waits_for_serial() && !known_silent(now)) return why_unverified();
   const auto* starting = runner_.in<StreamStarting>();
   const bool late = starting && starting->program_runs && parts_.clock.now() - starting->since >= kSilence;
   return late ? no_answer(now) : "";
@@ -358,6 +400,8 @@ json::object StreamService::json() const {
        .tool = models_.tool().number,
        .tool_measured = models_.tool().is_measured,
        .robot = robot(status),
+       .serial = models_.active() ? models_.active()->record.robot_serial : "",
+       .why_unverified = why_unverified(),
        .thread = parts_.realtime_thread ? std::optional{parts_.realtime_thread()} : std::nullopt});
 }
 

@@ -46,6 +46,9 @@ class StreamService {
   void take_events();
   void look();
   void look_at_robot(const StreamStatus& status);
+  void look_whose_arm_it_is(const StreamStatus& status);
+  bool waits_for_serial() const;
+  std::string why_unverified() const;
   void look_for_silence(const StreamStatus& status);
   void follow(const StreamStatus& status);
   std::string no_answer(const StreamStatus& now) const;
@@ -63,9 +66,11 @@ class StreamService {
   StreamStatus before_stream_;             ///< when its program ran
   RefusedPackets refused_;
   ToldCell told_cell_;
-  RobotCondition robot_;            ///< when the stream was looked at last
-  TimePoint proven_{};              ///< when packets could be answered, or none came
-  bool kept_armed_ = false;         ///< by the store
+  RobotCondition robot_;       ///< when the stream was looked at last
+  TimePoint proven_{};         ///< when packets could be answered, or none came
+  bool kept_armed_ = false;    ///< by the store
+  bool verified_ = false;      ///< the arm is the model's, and has not been out of sight since
+  bool tells_serial_ = false;  ///< by the state server, so that a controller that comes back is waited for
   std::uint32_t acknowledged_ = 0;  ///< by an operator, so many times
 };
 

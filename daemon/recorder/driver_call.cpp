@@ -40,6 +40,7 @@ void layout(auto& io, record::Is<RobotState> auto& x) {
   io("emergency_stop", x.emergency_stop);
   io("gate_open", x.gate_open);
   io.optional("tool", x.tool);
+  io.optional("serial", x.serial);
 }
 
 void layout(auto& io, record::Is<TrackerIdentity> auto& x) {

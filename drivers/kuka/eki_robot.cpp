@@ -245,6 +245,7 @@ RobotState KukaEkiRobot::robot_state(const eki::State& reported) const {
   state.emergency_stop = !reported.no_emergency_stop;
   state.gate_open = !reported.gate_closed;
   if (reported.tool.value_or(0) > 0) state.tool = reported.tool;
+  if (reported.serial) state.serial = std::to_string(*reported.serial);
   return state;
 }
 

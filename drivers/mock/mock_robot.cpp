@@ -43,6 +43,7 @@ asio::awaitable<std::expected<RobotState, RobotError>> MockRobot::look(TimePoint
   state.program = "active";
   state.emergency_stop = emergency_stop_;
   state.tool = cell_.tool();
+  state.serial = serial_;
   co_return state;
 }
 

@@ -26,6 +26,8 @@ class MockRobot final : public Robot {
   void report_joint_turned(int joint, double by_rad) { reported_turn_[joint] = by_rad; }
   /// The arm stands at once; released, a motion under way is continued.
   void press_emergency_stop(bool pressed);
+  /// The state server tells the arm's number, too; none: not.
+  void tell_serial(std::optional<std::string> serial) { serial_ = std::move(serial); }
 
  private:
   bool may_move() const { return !emergency_stop_ && cell_.clock().now() >= drives_off_until_; }
@@ -37,6 +39,7 @@ class MockRobot final : public Robot {
   bool connected_ = false;
   bool stop_ = false;
   bool emergency_stop_ = false;
+  std::optional<std::string> serial_;
   TimePoint gone_until_{};
   TimePoint drives_off_until_{};
 };

@@ -86,6 +86,7 @@ void layout(auto& io, Is<State> auto& x) {
   io("StopMess", x.stop_message);
   io("ProMove", x.moving);
   io("InPos", x.in_position);
+  io("Serial", x.serial);
   io.six("Ax", kAxisNames, x.axes_rad, Degrees{});
   io.six("Pos", kPoseNames, x.pose);
   io("Base.No", x.base);

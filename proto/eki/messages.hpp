@@ -99,8 +99,8 @@ std::string_view name(OperatingMode mode);
 std::string_view name(ProgramState state);
 
 /// Controller to PC on CellState: <Robot><State Seq Id ModeOp OvPro ProState PeriRdy AlarmStop UserSaf
-/// StopMess ProMove InPos><Ax/><Pos/><Base No/><Tool No/></State></Robot>. Flags are 0 or 1 and carry KUKA's
-/// variables unchanged, so 1 is the healthy value of PeriRdy, AlarmStop and UserSaf.
+/// StopMess ProMove InPos Serial><Ax/><Pos/><Base No/><Tool No/></State></Robot>. Flags are 0 or 1 and carry
+/// KUKA's variables unchanged, so 1 is the healthy value of PeriRdy, AlarmStop and UserSaf.
 struct State {
   std::int32_t sequence = 0;  ///< counts the states sent
   std::int32_t id = 0;        ///< of the Control that it answers
@@ -113,6 +113,7 @@ struct State {
   bool stop_message = false;                  ///< $STOPMESS; a stop by ControlOp::Stop does not set it
   bool moving = false;                        ///< $PRO_MOVE
   bool in_position = false;                   ///< no axis moves
+  std::optional<int> serial;                  ///< $KR_SERIALNO; programs of before do not tell it
   Axes axes_rad{};                            ///< $AXIS_ACT_MEAS
   std::array<double, 6> pose{};               ///< $POS_ACT: X Y Z in mm, A B C in deg
   std::optional<int> base = 0;                ///< $ACT_BASE; a state may come without

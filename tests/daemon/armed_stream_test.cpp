@@ -339,6 +339,91 @@ TEST_F(AnArmedStream, IsNotArmedByADaemonThatCannotUseItsModel) {
   EXPECT_EQ(store->armed_since().value(), "");
 }
 
+TEST_F(AnArmedStream, IsNotArmedForAnotherArmWhoseStateServerTellsItsNumber) {
+  play([this]() -> Wait {
+    co_await ask("cell.disconnect");
+    robot.tell_serial("MOCK-0002");
+    const Answer answer = co_await ask("stream.arm");
+    EXPECT_FALSE(answer);
+    EXPECT_THAT(answer.error().message, HasSubstr("belongs to arm MOCK-0001, not to MOCK-0002"));
+    co_await expect_state("disconnected", "off");
+  });
+}
+
+TEST_F(AnArmedStream, EndsWithAFaultWhereTheStateServerTellsAnotherArm) {
+  robot.tell_serial("MOCK-0001");
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    Answer now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/arm/serial"), "MOCK-0001");
+    EXPECT_EQ(now->at_pointer("/arm/verified"), true);
+    robot.tell_serial("MOCK-0002");
+    co_await pass(4s);
+    co_await expect_state("fault", "off");
+    EXPECT_EQ(rig.largest_applied_deg(), 0) << "ramped out";
+  });
+  EXPECT_THAT(fault(), HasSubstr("belongs to arm MOCK-0001, not to MOCK-0002"));
+  EXPECT_EQ(store->armed_since().value(), "");
+}
+
+TEST_F(AnArmedStream, DoesNotCorrectAControllerThatWasAwayBeforeItHasToldWhoseItIs) {
+  robot.tell_serial("MOCK-0001");
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    EXPECT_GT(rig.largest_applied_deg(), 0);
+    co_await another_program();
+    EXPECT_GT(rig.largest_applied_deg(), 0) << "its state server was there all the time";
+    sends = false;
+    robot.leave(20s);
+    co_await pass(10s);
+    rig.restart(rig.ipoc + 1000);
+    sends = true;
+    co_await pass(5s);
+    EXPECT_EQ(rig.largest_applied_deg(), 0);
+    EXPECT_EQ(rig.gain, rsi::kGainNotArmed);
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "armed");
+    EXPECT_EQ(now->at_pointer("/faults/0/code"), "E_ARM");
+    EXPECT_EQ(now->at_pointer("/stream/arm/verified"), false);
+    EXPECT_THAT(now->at_pointer("/stream/reason").as_string().c_str(), HasSubstr("does not answer"));
+    co_await pass(10s);
+    co_await expect_state("armed", "correcting");
+    now = co_await ask("cell.status");
+    EXPECT_EQ(fault_of(*now), "");
+    EXPECT_EQ(now->at_pointer("/stream/arm/verified"), true);
+  });
+}
+
+TEST_F(AnArmedStream, CorrectsAControllerThatNeverTellsWhoseItIsAndSaysThatNobodyKnows) {
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    Answer now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/arm/verified"), true) << "it was connected until it was armed";
+    co_await another_program();
+    co_await expect_state("armed", "correcting");
+    now = co_await ask("stream.status");
+    EXPECT_EQ(now->at_pointer("/arm/verified"), false);
+    EXPECT_THAT(now->at_pointer("/arm/why_not").as_string().c_str(),
+                AllOf(HasSubstr("MOCK-0001"), HasSubstr("truepose_state"), HasSubstr("connect")));
+  });
+}
+
+TEST_F(AnArmedStream, IsNotArmedAgainForAnotherArm) {
+  sends = false;
+  play([this]() -> Wait { co_await armed(); });
+  robot.tell_serial("MOCK-0002");
+  DaemonCell next{{io.get_executor(), config, robot, tracker, clock, *rig.cycle, *store, store_thread,
+                   compute_thread, events, recorder, recorder_thread, wall_clock}};
+  EXPECT_TRUE(finish(next.load_active_model()));
+  bool done = false;
+  asio::co_spawn(io, next.arm_as_before(), [&](std::exception_ptr failed) { done = !failed; });
+  EXPECT_TRUE(clock.run(io, [&] { return done; }));
+  EXPECT_EQ(store->armed_since().value(), "");
+}
+
 TEST_F(AnArmedStream, NeedsAModel) {
   EXPECT_TRUE(call("model.deactivate"));
   EXPECT_THAT(refused("stream.arm"), HasSubstr("no model"));

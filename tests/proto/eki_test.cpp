@@ -43,6 +43,7 @@ const std::vector<FromController> kFromController{
           .stop_message = false,
           .moving = true,
           .in_position = false,
+          .serial = 864213,
           .axes_rad = from_deg({10, -90, 90, 0.125, -0.5, 350}),
           .pose = {1765, -0.5, 1910, 180, 89.5, -180},
           .base = 0,
@@ -54,7 +55,7 @@ constexpr const char* kCommandGolden =
     R"(A4="0.125000" A5="-0.500000" A6="350.000000"></Ax></Cmd>)";
 constexpr const char* kStateGolden =
     R"(<Robot><State Seq="5" Id="19" ModeOp="4" OvPro="30" ProState="3" PeriRdy="1" AlarmStop="1" UserSaf="1" StopMess="0" )"
-    R"(ProMove="1" InPos="0"><Ax A1="10.000000" A2="-90.000000" A3="90.000000" A4="0.125000" A5="-0.500000" )"
+    R"(ProMove="1" InPos="0" Serial="864213"><Ax A1="10.000000" A2="-90.000000" A3="90.000000" A4="0.125000" A5="-0.500000" )"
     R"(A6="350.000000"></Ax><Pos X="1765.000000" Y="-0.500000" Z="1910.000000" A="180.000000" B="89.500000" )"
     R"(C="-180.000000"></Pos><Base No="0"></Base><Tool No="2"></Tool></State></Robot>)";
 
@@ -138,6 +139,16 @@ TEST(EkiMessages, StateMayComeWithoutBaseAndTool) {
   expect_state_without_tool(replaced(kStateGolden, R"(<Tool No="2"></Tool>)", ""));
   expect_state_without_tool(replaced(kStateGolden, R"(<Tool No="2"></Tool>)", "<Tool></Tool>"));
   expect_state_without_tool(replaced(kStateGolden, R"(<Tool No="2"></Tool>)", R"(<Tool No=""></Tool>)"));
+}
+
+TEST(EkiMessages, StateMayComeWithoutTheArmsNumber) {
+  State expected = std::get<State>(kFromController[3]);
+  expected.serial.reset();
+  for (const char* without : {"", R"( Serial="")"}) {
+    const auto messages = decode_from_controller(replaced(kStateGolden, R"( Serial="864213")", without));
+    ASSERT_TRUE(messages) << messages.error();
+    EXPECT_THAT(*messages, ElementsAre(expected));
+  }
 }
 
 TEST(EkiMessages, WhoseValuesAreAllEmptySayNothing) {

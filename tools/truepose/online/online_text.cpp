@@ -328,33 +328,37 @@ std::string audit_text(const json::value& answer) {
 }
 
 std::string stream_text(const json::value& stream) {
-  return text_table(
-      {{"state", stream_line(stream)},
-       {"model", text_at(stream, "/model_id")},
-       {"tool", tool_line(stream)},
-       {"robot", condition_line(stream)},
-       {"controller", text_at(stream, "/peer") + ", IPOC + " + text_at(stream, "/ipoc_step") + ", session " +
-                          text_at(stream, "/sessions") + ", last packet " +
-                          text_at(stream, "/packet_age_ms") + " ms ago"},
-       {"cycles", text_at(stream, "/cycles") + ", answered " + text_at(stream, "/answered") +
-                      ", of these held " + text_at(stream, "/held") + ", repeated " +
-                      text_at(stream, "/duplicate")},
-       {"not answered", "unproven " + text_at(stream, "/unproven") + ", wrong IPOC " +
-                            text_at(stream, "/wrong_ipoc") + ", malformed " + text_at(stream, "/malformed") +
-                            ", from others " + text_at(stream, "/foreign")},
-       {"trouble", "late " + text_at(stream, "/late") + ", lost " + text_at(stream, "/lost") +
-                       ", at a bound " + text_at(stream, "/clamped") + ", no solution " +
-                       text_at(stream, "/no_solution")},
-       {"refused last", text_at(stream, "/refused")},
-       {"correction", axes_text(stream, "/correction_deg")},
-       {"measured", measured_text(stream)},
-       {"largest step", number_at(stream, "/max_step_deg", 5, " deg")},
-       {"late by", "us " + text_at(stream, "/late_by/us") + ", machine " +
-                       text_at(stream, "/late_by/machine") + ", network " +
-                       text_at(stream, "/late_by/network")},
-       {"wire", percentiles_text(stream, "/turnaround_us")},
-       {"compute", percentiles_text(stream, "/compute_us")},
-       {"scheduling", scheduling_text(stream)}});
+  std::vector<std::vector<std::string>> rows{{"state", stream_line(stream)},
+                                             {"model", text_at(stream, "/model_id")}};
+  if (const std::string why = text_at(stream, "/arm/why_not"); !why.empty() && why != "-")
+    rows.push_back({"arm", why});
+  const std::vector<std::vector<std::string>> always{
+      {"tool", tool_line(stream)},
+      {"robot", condition_line(stream)},
+      {"controller", text_at(stream, "/peer") + ", IPOC + " + text_at(stream, "/ipoc_step") + ", session " +
+                         text_at(stream, "/sessions") + ", last packet " + text_at(stream, "/packet_age_ms") +
+                         " ms ago"},
+      {"cycles", text_at(stream, "/cycles") + ", answered " + text_at(stream, "/answered") +
+                     ", of these held " + text_at(stream, "/held") + ", repeated " +
+                     text_at(stream, "/duplicate")},
+      {"not answered", "unproven " + text_at(stream, "/unproven") + ", wrong IPOC " +
+                           text_at(stream, "/wrong_ipoc") + ", malformed " + text_at(stream, "/malformed") +
+                           ", from others " + text_at(stream, "/foreign")},
+      {"trouble", "late " + text_at(stream, "/late") + ", lost " + text_at(stream, "/lost") +
+                      ", at a bound " + text_at(stream, "/clamped") + ", no solution " +
+                      text_at(stream, "/no_solution")},
+      {"refused last", text_at(stream, "/refused")},
+      {"correction", axes_text(stream, "/correction_deg")},
+      {"measured", measured_text(stream)},
+      {"largest step", number_at(stream, "/max_step_deg", 5, " deg")},
+      {"late by", "us " + text_at(stream, "/late_by/us") + ", machine " +
+                      text_at(stream, "/late_by/machine") + ", network " +
+                      text_at(stream, "/late_by/network")},
+      {"wire", percentiles_text(stream, "/turnaround_us")},
+      {"compute", percentiles_text(stream, "/compute_us")},
+      {"scheduling", scheduling_text(stream)}};
+  rows.insert(rows.end(), always.begin(), always.end());
+  return text_table(rows);
 }
 
 namespace {

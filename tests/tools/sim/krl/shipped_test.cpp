@@ -307,6 +307,16 @@ TEST(StateServer, StopsTheMotionProgram) {
   EXPECT_EQ(cell.states, 1);
 }
 
+TEST(StateServer, TellsWhichArmItIs) {
+  ScriptedCell cell;
+  cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+  cell.connect();
+  cell.control(1, 5);
+  cell.bench.run_for(20ms);
+  ASSERT_EQ(cell.states, 1);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@Serial"]), 4711);
+}
+
 TEST(StateServer, TellsTheStateWhereNoPositionHasAValue) {
   ScriptedCell cell;
   Interpreter& submit = cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
