@@ -39,7 +39,8 @@ void misbehave(RecordedLife& life, Random& random) {
     case 2:
       return rig.cycle->disengage();
     case 3:
-      return rig.cycle->acknowledge();
+      rig.cycle->acknowledge();
+      return;
     case 4:
       return life.use_model(static_cast<int>(1 + random.next() % 2));
     case 5:
