@@ -27,7 +27,8 @@ constexpr double kHalved = 0.5;             // of the standard deviation
 constexpr double kByChance = 1e-3;          // of all that may have moved, at any moment
 constexpr double kStatedCounts = 10;        // residuals: a stated noise is known to a quarter
 constexpr double kGramTolerance = 1e-10;
-constexpr std::size_t kMostMoments = 24;  // of which pairs are tried
+constexpr std::size_t kMostMoments = 24;   // of which pairs are tried
+constexpr std::ptrdiff_t kFewestAway = 5;  // poses between two steps: gross errors of few look like these
 
 /// By how much better one of two explanations has to be, as logarithms of likelihood doubled, so that the
 /// other is out of the question.
@@ -277,7 +278,9 @@ PossibleMovement best_two_steps(const TimeEvidence& evidence, const Candidate& c
   double most = 0;
   std::size_t first = 0, again = 0;
   const auto try_both = [&](std::size_t a, std::size_t b) {
-    if (a >= b) return;
+    const auto first_at = std::ranges::lower_bound(moments, a),
+               again_at = std::ranges::lower_bound(moments, b);
+    if (again_at - first_at < kFewestAway) return;
     if (const double gain = sums(a, b).gain(); gain > most) {
       most = gain;
       first = a;
