@@ -11,8 +11,8 @@ void StoreWatch::failed(const StoreError& error) {
 }
 
 RpcError StoreWatch::refusal() const {
-  RpcError refused = runner_.wrong_state(
-      runner_.faults().text(kStoreFault) + "; allowed: cell.acknowledge", runner_.allowed());
+  RpcError refused = runner_.wrong_state(runner_.faults().text(kStoreFault) + "; allowed: cell.acknowledge",
+                                         runner_.allowed());
   refused.code = control::ErrorCode::Store;
   return refused;
 }
