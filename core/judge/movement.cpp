@@ -28,6 +28,7 @@ constexpr double kByChance = 1e-3;          // of all that may have moved, at an
 constexpr double kStatedCounts = 10;        // residuals: a stated noise is known to a quarter
 constexpr double kGramTolerance = 1e-10;
 constexpr std::size_t kMostMoments = 24;   // of which pairs are tried
+constexpr double kRarer = 100;             // are two steps than one
 constexpr std::ptrdiff_t kFewestAway = 5;  // poses between two steps: gross errors of few look like these
 
 /// By how much better one of two explanations has to be, as logarithms of likelihood doubled, so that the
@@ -296,7 +297,7 @@ PossibleMovement best_two_steps(const TimeEvidence& evidence, const Candidate& c
   for (const std::size_t a : around(first, moments, some.size())) try_both(a, again);
   const auto pairs = static_cast<double>(moments.size() * moments.size()) / 2;
   return possible({.first = candidate.points[first], .again = candidate.points[again]}, evidence, candidate,
-                  steps_at(candidate, {first, again}), sums(first, again), 2, tried * pairs);
+                  steps_at(candidate, {first, again}), sums(first, again), 2, kRarer * tried * pairs);
 }
 
 /// Consecutive points, and those of them that nothing explains.
@@ -395,7 +396,7 @@ std::vector<PossibleMovement> likely_movements(const CalibratedCell& cell, const
     const std::vector<std::size_t> moments = moments_of(candidate, pose);
     if (moments.empty()) continue;
     const bool is_base = candidate.what.kind == Moved::Base;
-    const double tried = 2 * (is_base ? cell.station_count() : others);
+    const double tried = is_base ? 1 : others;  // mostly it is the tracker
     const std::vector<Sums> from = from_each_on(evidence, candidate);
     consider(best_step(evidence, candidate, moments, from, tried));
     if (candidate.what.kind != Moved::Joint) consider(best_trend(evidence, candidate, tried));

@@ -51,7 +51,7 @@ asio::awaitable<void> StoreWatch::keep(std::string about, std::function<StoreRes
 asio::awaitable<void> StoreWatch::pay() {
   while (!owed_.empty()) {
     const auto [about, write] = *owed_.begin();
-    auto job = [write = write] { return (*write)(); };
+    auto job = [owed = write] { return (*owed)(); };
     auto written = co_await parts_.store_thread.ask(job);
     if (!written) {
       failed(written.error());
