@@ -227,7 +227,7 @@ std::vector<Sums> from_each_on(const TimeEvidence& evidence, const Candidate& ca
   return from;
 }
 
-/// The step that explains the points best.
+/// The step that explains the points best. Any point may have been the first after it.
 PossibleMovement best_step(const TimeEvidence& evidence, const Candidate& candidate,
                            std::span<const std::size_t> moments, const std::vector<Sums>& from,
                            double tried) {
@@ -240,7 +240,7 @@ PossibleMovement best_step(const TimeEvidence& evidence, const Candidate& candid
     }
   }
   return possible({.first = candidate.points[first]}, evidence, candidate, steps_at(candidate, {first}),
-                  from[first], 1, tried * static_cast<double>(moments.size()));
+                  from[first], 1, tried * static_cast<double>(evidence.r.size() / 3));
 }
 
 /// The even movement that does.
@@ -406,6 +406,19 @@ std::vector<PossibleMovement> likely_movements(const CalibratedCell& cell, const
   return likely;
 }
 
+/// Of all movements the one that explains the points best; mostly it is the tracker, unless that is out of
+/// the question: of its movements the one that is least by chance.
+///
+/// @param likely  not empty
+const PossibleMovement& likeliest(std::span<const PossibleMovement> likely) {
+  const auto by_base = [](const PossibleMovement& each) {
+    return each.movement.what.kind == Moved::Base ? each.chance : 1;
+  };
+  const auto best = std::ranges::min_element(likely, {}, &PossibleMovement::criterion);
+  const auto base = std::ranges::min_element(likely, {}, by_base);
+  return by_base(*base) < 1 && base->criterion < best->criterion + kOutOfQuestion ? *base : *best;
+}
+
 /// movement() of points in the order in which they were measured.
 std::optional<Movement> movement_in_order(const CalibratedCell& cell, std::span<const Measurement> points,
                                           const std::optional<MeasurementNoise>& stated,
@@ -426,10 +439,11 @@ std::optional<Movement> movement_in_order(const CalibratedCell& cell, std::span<
   if (evidence.degrees <= 0) return std::nullopt;
   const std::vector<PossibleMovement> likely = likely_movements(cell, evidence, others);
   if (likely.empty()) return std::nullopt;
-  const PossibleMovement& best = *std::ranges::min_element(likely, {}, &PossibleMovement::criterion);
+  const PossibleMovement& best = likeliest(likely);
   const JointErrors joints = likeliest_joint_errors(cell, evidence, others);
   const double for_joints = best.criterion - joints.criterion;
-  if (for_joints > kOutOfQuestion) return std::nullopt;
+  // Two moments fit whatever goes up and down with a joint that is swept.
+  if (for_joints > (best.movement.again > 0 ? -kOutOfQuestion : kOutOfQuestion)) return std::nullopt;
   Movement found = best.movement;
   if (for_joints > -kOutOfQuestion) found.or_joint = joints.joint;
   for (const PossibleMovement& other : likely) {
