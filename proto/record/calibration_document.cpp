@@ -414,7 +414,7 @@ CalibrationDocument document_of(const Calibration& c, const MeasurementData& dat
   x.validate = c.validate;
   x.rank = c.rank;
   if (std::isfinite(c.rank_gap)) x.rank_gap = c.rank_gap;
-  x.condition = c.observability.condition();
+  x.condition = c.observability.o2 > 0 ? c.observability.condition() : 0;  // of no parameter
   x.sigma0_mm = c.sigma0_mm;
   x.deviation = c.deviation;
   x.residual = c.residual;
