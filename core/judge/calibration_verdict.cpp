@@ -102,17 +102,13 @@ std::string way_of(const Movement& moved) {
   return way;
 }
 
-std::string name_of(const Mover& mover, const MeasurementData& data) {
-  switch (mover.kind) {
-    case Moved::Base:
-      return told_of(data, mover.number) + "the tracker or the base moved";
-    case Moved::Joint:
-      return formatted("joint %d slipped against its encoder", mover.number + 1);
-    case Moved::Reflector:
-      return "reflector '" + data.smr_names[static_cast<std::size_t>(mover.number)] +
-             "' was exchanged or moved on the flange";
-  }
-  return {};
+/// A base, a joint or a reflector that something happened to while it was measured.
+std::string told(const Change& change, const MeasurementData& data) {
+  if (change.kind == ChangeKind::Base) return told_of(data, change.index) + "the tracker or the base moved";
+  if (change.kind == ChangeKind::JointZero)
+    return formatted("joint %d slipped against its encoder", change.index + 1);
+  return "reflector '" + data.smr_names[static_cast<std::size_t>(change.index)] +
+         "' was exchanged or moved on the flange";
 }
 
 Finds moved_meanwhile(const Case& of) {
@@ -121,10 +117,10 @@ Finds moved_meanwhile(const Case& of) {
     for (const RejectedPoint& point : *points) far.push_back(point.point);
   const auto moved = movement(of.calibration.cell, of.data.points, of.stated, far);
   if (!moved) return std::nullopt;
-  std::string who = name_of(moved->what, of.data);
-  for (const Mover& other : moved->or_else) who += ", or " + name_of(other, of.data);
+  std::string who = told(moved->what, of.data);
+  for (const Change& other : moved->or_else) who += ", or " + told(other, of.data);
   const std::string how = (moved->or_else.empty() ? " " : ", ") + way_of(*moved);
-  const bool surely = moved->what.kind == Moved::Base || moved->halves;
+  const bool surely = moved->what.kind == ChangeKind::Base || moved->halves;
   if (!moved->or_joint) return Finding{surely ? Severity::Refusal : Severity::Doubt, who + how};
   return doubt(
       who + how +

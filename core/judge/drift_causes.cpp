@@ -66,7 +66,7 @@ const double kNearlyAsLikely = 2 * std::log(20.0);  // Kass, Raftery, JASA 90 (1
 
 /// Every change that points might show, of the cell first.
 std::vector<PossibleChange> candidates(const CalibratedCell& cell, std::span<const Measurement> points) {
-  std::vector<PossibleChange> all = changes_of_cell(cell, points);
+  std::vector<PossibleChange> all = shown_changes(cell, points);
   std::ranges::copy(wrong_readings(points), std::back_inserter(all));
   return all;
 }
@@ -115,8 +115,8 @@ std::optional<Fitted> fitted(const PossibleChange& candidate, const Observed& se
   constexpr double kDone = 1e-6;  // standard deviations
   const DriftReference& reference = seen.reference;
   const std::span<const Measurement> points = seen.points;
-  const bool reading = candidate.kind == DriftCauseKind::Reading;
-  const bool base = candidate.kind == DriftCauseKind::Base;
+  const bool reading = candidate.what.kind == ChangeKind::Reading;
+  const bool base = candidate.what.kind == ChangeKind::Base;
   CalibratedCell cell = base ? with_fitted_base(reference.cell, points) : reference.cell;
   std::optional<DriftResiduals> elsewhere;
   LinearFit found;
@@ -127,7 +127,7 @@ std::optional<Fitted> fitted(const PossibleChange& candidate, const Observed& se
       elsewhere = *std::move(residuals);
     }
     const DriftResiduals& here = elsewhere ? *elsewhere : seen.at_reference;
-    const Eigen::MatrixXd A = reading ? Eigen::MatrixXd(here.inverse.middleCols<3>(3 * candidate.index))
+    const Eigen::MatrixXd A = reading ? Eigen::MatrixXd(here.inverse.middleCols<3>(3 * candidate.what.index))
                                       : Eigen::MatrixXd(here.J(Eigen::all, candidate.free));
     found = linear_fit(A, here.r);
     if (reading || times(A, found.x).norm() < kDone) break;
@@ -135,11 +135,8 @@ std::optional<Fitted> fitted(const PossibleChange& candidate, const Observed& se
   }
   const auto equations = 3 * static_cast<int>(points.size());
   if (found.rank == 0 || equations - found.rank < kFewestLeft || !found.left.allFinite()) return std::nullopt;
-  DriftCause cause{.kind = candidate.kind,
-                   .index = candidate.index,
-                   .moved = candidate.kind == DriftCauseKind::Reading
-                                ? found.x
-                                : moved_between(reference.cell, cell, candidate),
+  DriftCause cause{.what = candidate.what,
+                   .moved = reading ? found.x : moved_between(reference.cell, cell, candidate.what),
                    .sigma = found.sigma,
                    .distance2 = found.left.squaredNorm(),
                    .degrees = equations - found.rank};
@@ -152,8 +149,8 @@ std::optional<Fitted> fitted(const PossibleChange& candidate, const Observed& se
 std::vector<Measurement> points_after(const Fitted& fitted, std::span<const Measurement> points) {
   std::vector<Measurement> after(points.begin(), points.end());
   for (Measurement& point : after) point.p_WS_mm = fitted.cell.predict(point);
-  if (fitted.cause.kind == DriftCauseKind::Reading)
-    after[static_cast<std::size_t>(fitted.cause.index)].p_WS_mm += fitted.cause.moved;
+  if (fitted.cause.what.kind == ChangeKind::Reading)
+    after[static_cast<std::size_t>(fitted.cause.what.index)].p_WS_mm += fitted.cause.moved;
   return after;
 }
 
@@ -190,20 +187,20 @@ DriftDiagnosis diagnose_drift(const DriftReference& reference, std::span<const M
 
 std::string described(const DriftCause& cause, const CalibratedCell& cell,
                       std::span<const Measurement> points) {
-  return described(cause.kind, cause.index, cause.moved, cell, points);
+  return described(cause.what, cause.moved, cell, points);
 }
 
 std::string remedy(const DriftCause& cause) {
-  switch (cause.kind) {
-    case DriftCauseKind::Base:
+  switch (cause.what.kind) {
+    case ChangeKind::Base:
       return "fit the frame again";
-    case DriftCauseKind::Reflector:
+    case ChangeKind::Reflector:
       return "fasten it and fit its place on the flange again";
-    case DriftCauseKind::JointZero:
+    case ChangeKind::JointZero:
       return "check the axis's mastering, then calibrate again";
-    case DriftCauseKind::Growth:
+    case ChangeKind::Growth:
       return "measure when the arm is as warm as it was";
-    case DriftCauseKind::Reading:
+    case ChangeKind::Reading:
       return "measure that point again";
   }
   return {};

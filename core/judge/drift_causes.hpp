@@ -8,7 +8,7 @@
 
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/measurement.hpp"
-#include "core/judge/drift_change.hpp"
+#include "core/judge/cell_change.hpp"
 
 namespace truepose {
 
@@ -50,8 +50,7 @@ inline constexpr double kSignificance = 0.005;
 
 /// A change fitted to the residuals, and what it leaves.
 struct DriftCause {
-  DriftCauseKind kind = DriftCauseKind::Base;
-  int index = 0;          ///< of the reflector, the joint or the point, from 0
+  Change what;
   Eigen::VectorXd moved;  ///< of the base (mm; turn about the tracker's axes, rad), the reflector (mm, flange
                           ///< frame), the joint (rad, mm) or the reading (mm, tracker frame)
   Eigen::VectorXd sigma;  ///< standard deviations of the same

@@ -58,7 +58,7 @@ std::string reason_of(const DriftCheck& check, const DriftReference& reference,
 
 DriftVerdict verdict_of(const DriftCheck& check) {
   const bool one_reading = !check.causes.empty() && check.causes.front().explains() &&
-                           check.causes.front().kind == DriftCauseKind::Reading;
+                           check.causes.front().what.kind == ChangeKind::Reading;
   if (check.significant() && check.large() && !one_reading) return DriftVerdict::Failed;
   return check.significant() || check.unknown() ? DriftVerdict::Warning : DriftVerdict::Ok;
 }

@@ -10,8 +10,8 @@ namespace truepose {
 Eigen::MatrixXd directions_of(const PossibleChange& change, const CalibratedCell& cell) {
   constexpr double kThousandth = 1e-3;
   const ParameterLayout layout = ParameterLayout::of(cell);
-  if (change.kind == DriftCauseKind::Reading) return Eigen::MatrixXd::Zero(layout.size(), 3);
-  if (change.kind == DriftCauseKind::Growth) {
+  if (change.what.kind == ChangeKind::Reading) return Eigen::MatrixXd::Zero(layout.size(), 3);
+  if (change.what.kind == ChangeKind::Growth) {
     Eigen::MatrixXd lengths = Eigen::MatrixXd::Zero(layout.size(), 1);
     lengths(change.free, 0) = kThousandth * parameter_values(cell)(change.free);
     return lengths;
@@ -19,10 +19,10 @@ Eigen::MatrixXd directions_of(const PossibleChange& change, const CalibratedCell
   Eigen::MatrixXd directions =
       Eigen::MatrixXd::Zero(layout.size(), static_cast<Eigen::Index>(change.free.size()));
   for (Eigen::Index k = 0; k < directions.cols(); ++k) {
-    const auto joint = static_cast<std::size_t>(change.index);
-    const bool turns = change.kind == DriftCauseKind::Base
+    const auto joint = static_cast<std::size_t>(change.what.index);
+    const bool turns = change.what.kind == ChangeKind::Base
                            ? k >= 3
-                           : change.kind == DriftCauseKind::JointZero &&
+                           : change.what.kind == ChangeKind::JointZero &&
                                  cell.robot.joints[joint].type == JointType::Revolute;
     directions(change.free[static_cast<std::size_t>(k)], k) = turns ? kThousandth : 1;
   }
@@ -74,7 +74,7 @@ class ChangeEvidence {
 };
 
 bool is_wrong_reading(const ChangePrior& prior) {
-  return prior.change.kind == DriftCauseKind::Reading && prior.width > 0;
+  return prior.change.what.kind == ChangeKind::Reading && prior.width > 0;
 }
 
 /// Takes the step that raises the evidence most: a change more, one less, or another width.
@@ -86,7 +86,7 @@ bool step_up(std::vector<ChangePrior>& priors, const Eigen::VectorXd& b) {
   ChangePrior* best = nullptr;
   double best_width = 0, best_gain = 0;
   for (ChangePrior& prior : priors) {
-    if (prior.change.kind == DriftCauseKind::Reading && prior.width == 0 && !may_be_wrong) continue;
+    if (prior.change.what.kind == ChangeKind::Reading && prior.width == 0 && !may_be_wrong) continue;
     const ChangeEvidence evidence(prior, covariance_of(priors, &prior, b.size()), b);
     const double width = evidence.best_width(prior.least);
     const double gain = evidence.at(width) - evidence.at(prior.width);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/identify/calibrated_cell.hpp"
-#include "core/judge/drift_change.hpp"
+#include "core/judge/cell_change.hpp"
 
 namespace truepose {
 

@@ -45,7 +45,7 @@ struct Fit {
 
 Fit start_of(const DriftReference& reference, std::span<const Measurement> points, const Possible& possible) {
   Fit fit{.cell = reference.cell};
-  for (PossibleChange& change : changes_of_cell(reference.cell, points))
+  for (PossibleChange& change : shown_changes(reference.cell, points))
     fit.priors.push_back({.change = std::move(change)});
   fit.priors.push_back({.change = growth_of(reference.cell)});
   if (possible.readings) {
@@ -62,8 +62,8 @@ Fit start_of(const DriftReference& reference, std::span<const Measurement> point
 void fill_columns(Fit& fit) {
   for (ChangePrior& prior : fit.priors) {
     prior.directions = directions_of(prior.change, fit.cell);
-    if (prior.change.kind == DriftCauseKind::Reading)
-      prior.columns = fit.residuals.inverse.middleCols<3>(3 * prior.change.index);
+    if (prior.change.what.kind == ChangeKind::Reading)
+      prior.columns = fit.residuals.inverse.middleCols<3>(3 * prior.change.what.index);
     else
       prior.columns = times(fit.residuals.J, prior.directions);
   }
@@ -138,18 +138,18 @@ void tell_moves(const DriftReference& reference, const Fit& fit, DriftUpdate& up
     if (prior.width == 0) continue;
     const auto of_change = Eigen::seqN(column, prior.columns.cols());
     column += prior.columns.cols();
-    const DriftCauseKind kind = prior.change.kind;
-    const bool reading = kind == DriftCauseKind::Reading;
+    const ChangeKind kind = prior.change.what.kind;
+    const bool reading = kind == ChangeKind::Reading;
     // Its unknowns are mm, but of growth thousandths.
-    const double unit = kind == DriftCauseKind::Growth ? 1e-3 : 1;
-    const bool of_parameters = !reading && kind != DriftCauseKind::Growth;
+    const double unit = kind == ChangeKind::Growth ? 1e-3 : 1;
+    const bool of_parameters = !reading && kind != ChangeKind::Growth;
     const Eigen::VectorXd per_unit = of_parameters ? Eigen::VectorXd(prior.directions.colwise().sum())
                                                    : Eigen::VectorXd::Constant(prior.columns.cols(), unit);
     const Eigen::VectorXd sigma = prior.width * per_unit.cwiseProduct(p.H.diagonal()(of_change).cwiseSqrt());
     const Eigen::VectorXd moved = of_parameters
-                                      ? moved_between(reference.cell, fit.cell, prior.change)
+                                      ? moved_between(reference.cell, fit.cell, prior.change.what)
                                       : Eigen::VectorXd(prior.width * per_unit.cwiseProduct(p.z(of_change)));
-    (reading ? update.wrong : update.moves).push_back({kind, prior.change.index, moved, sigma});
+    (reading ? update.wrong : update.moves).push_back({prior.change.what, moved, sigma});
   }
 }
 
@@ -175,7 +175,8 @@ std::vector<LeftOut> left_out(const Fit& fit) {
 }
 
 bool is_wrong(const DriftUpdate& update, std::size_t point) {
-  return std::ranges::find(update.wrong, static_cast<int>(point), &DriftMove::index) != update.wrong.end();
+  const Change change{ChangeKind::Reading, static_cast<int>(point)};
+  return std::ranges::count(update.wrong, change, &DriftMove::what) > 0;
 }
 
 void tell_errors(const DriftReference& reference, std::span<const Measurement> points,
@@ -257,15 +258,15 @@ std::expected<DriftUpdate, std::string> update_after_drift(const DriftReference&
 
 std::string described(const DriftMove& move, const CalibratedCell& cell,
                       std::span<const Measurement> points) {
-  const std::string what = described(move.kind, move.index, move.moved, cell, points) + " (sigma ";
-  const auto index = static_cast<std::size_t>(move.index);
-  const bool zero = move.kind == DriftCauseKind::JointZero;
+  const std::string what = described(move.what, move.moved, cell, points) + " (sigma ";
+  const auto index = static_cast<std::size_t>(move.what.index);
+  const bool zero = move.what.kind == ChangeKind::JointZero;
   if (zero && cell.robot.joints[index].type == JointType::Revolute)
     return what + formatted("%.4f deg)", move.sigma[0] * kDegPerRad);
   if (zero) return what + formatted("%.3f mm)", move.sigma[0]);
-  if (move.kind == DriftCauseKind::Growth) return what + formatted("%.0f ppm)", 1e6 * move.sigma[0]);
+  if (move.what.kind == ChangeKind::Growth) return what + formatted("%.0f ppm)", 1e6 * move.sigma[0]);
   const std::string mm = what + formatted("%.2f mm", move.sigma.head<3>().norm());
-  if (move.kind != DriftCauseKind::Base) return mm + ")";
+  if (move.what.kind != ChangeKind::Base) return mm + ")";
   return mm + formatted(" and %.4f deg)", move.sigma.tail<3>().norm() * kDegPerRad);
 }
 

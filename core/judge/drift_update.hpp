@@ -14,8 +14,7 @@ namespace truepose {
 
 /// What moved, in the terms of DriftCause, and how well that is known.
 struct DriftMove {
-  DriftCauseKind kind = DriftCauseKind::Base;
-  int index = 0;
+  Change what;
   Eigen::VectorXd moved, sigma;
 };
 

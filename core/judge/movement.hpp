@@ -7,31 +7,19 @@
 
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/measurement.hpp"
+#include "core/judge/cell_change.hpp"
 
 namespace truepose {
 
-/// What may move, or change, while it is measured.
-enum class Moved {
-  Base,       ///< or the tracker, which look alike: of a station
-  Joint,      ///< its zero: an encoder or a belt slipped
-  Reflector,  ///< sits elsewhere, or is another one
-};
-struct Mover {
-  Moved kind = Moved::Base;
-  int number = 0;  ///< of the station, joint or reflector, from 0
-
-  bool operator==(const Mover&) const = default;
-};
-
 /// Something moved while it was measured.
 struct Movement {
-  Mover what;
+  Change what;            ///< a base, a joint's zero or a reflector
   std::size_t first = 0;  ///< point after the step, from 0; 0: little by little, from the first to the last
   std::size_t again = 0;  ///< point after a second step, which may lead back; 0: there was none
   int before = 0, before_again = 0;  ///< points measured before each step: of a base those of its station
   double moved_mm = 0;  ///< what it did to the points after it, on average; little by little: to the last
   bool halves = false;  ///< without it less than half is left of the standard deviation
-  std::vector<Mover> or_else = {};  ///< explain the points as well
+  std::vector<Change> or_else = {};  ///< explain the points as well
   /// Index of a joint whose own errors explain the points as well: nothing tells which of both it is.
   std::optional<int> or_joint = {};
 };

@@ -17,6 +17,7 @@
 #include "daemon/campaign/stored_model.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/arm_document.hpp"
+#include "proto/record/calibration_content.hpp"
 #include "proto/record/calibration_document.hpp"
 #include "proto/record/drift_document.hpp"
 #include "proto/record/frame_document.hpp"

@@ -1,16 +1,9 @@
 #include "daemon/cell/campaign_service.hpp"
 
-#include <algorithm>
 #include <boost/asio/co_spawn.hpp>
-#include <limits>
 #include <utility>
 
-#include "config/cell_setup.hpp"
-#include "core/arm/joint_units.hpp"
-#include "daemon/campaign/tool_cell.hpp"
-#include "daemon/cell/frame_order.hpp"
 #include "daemon/cell/new_uuid.hpp"
-#include "daemon/cell/target_service.hpp"
 #include "daemon/log/log.hpp"
 
 namespace truepose::daemon {
@@ -21,19 +14,6 @@ using control::ParamReader;
 using control::RpcError;
 
 namespace {
-
-// The document of so many fits into one line of the protocol.
-constexpr std::size_t kMostTargets = 100;
-constexpr std::size_t kLongestNote = 500;
-
-void read_seed(ParamReader& read, config::CampaignConfig& campaign) {
-  const auto seed = read.integer("seed", 0, std::numeric_limits<std::int64_t>::max());
-  if (seed) campaign.seed = static_cast<std::uint64_t>(*seed);
-}
-
-void read_count(ParamReader& read, const char* key, int least, int most, int& count) {
-  count = static_cast<int>(read.integer(key, least, most).value_or(count));
-}
 
 /// What the poses of a phase are measured for.
 PointPurpose purpose_in(CampaignPhase phase) {
@@ -70,7 +50,12 @@ CampaignService::Run::Run(StoreJournal::Options options, const CellParts& parts,
 
 CampaignService::CampaignService(const CellParts& parts, CellRunner& runner, StoreWatch& store,
                                  DeviceService& devices, ModelService& models)
-    : parts_{parts}, runner_{runner}, store_{store}, devices_{devices}, models_{models} {
+    : parts_{parts},
+      runner_{runner},
+      store_{store},
+      devices_{devices},
+      models_{models},
+      requests_{parts.config, runner, models} {
   store_.when_usable([this]() -> asio::awaitable<void> {
     if (running() && runner_.in<Paused>() && run_->campaign.waits_for_room())
       runner_.reword(
@@ -95,134 +80,30 @@ std::vector<Method<CampaignService>> CampaignService::methods() {
 MethodReply CampaignService::start(json::object params, std::string by) {
   auto refused = co_await store_.try_it();
   if (refused) co_return std::unexpected(*refused);
-  ParamReader read{params};
-  const std::string kind = read.text("kind").value_or("calibration");
-  Starter starter{std::move(by), read.text("note", kLongestNote).value_or("")};
-  if (kind == "calibration") co_return start_calibration(read, std::move(starter));
-  if (kind == "targets") co_return start_targets(read, std::move(starter));
-  if (kind == "iso9283") co_return start_iso9283(read, std::move(starter));
-  if (kind == "tool") co_return start_tool(read, std::move(starter));
-  if (kind == "base") co_return start_base(read, std::move(starter));
-  read.fail("kind", "expected calibration, targets, iso9283, tool or base");
-  co_return std::unexpected(*read.finish());
-}
-
-MethodResult CampaignService::start_calibration(ParamReader& read, Starter starter) {
-  config::CellConfig config = parts_.config;
-  config::CampaignConfig& plan = config.campaign;
-  read_count(read, "identify_poses", 5, 1000, plan.identify_poses);
-  read_count(read, "validate_poses", 0, 1000, plan.validate_poses);
-  // Of fewer poses all come before the first fit.
-  plan.coarse_after = std::min(plan.coarse_after, plan.identify_poses);
-  read_seed(read, plan);
-  plan.remeasure = read.boolean("remeasure").value_or(plan.remeasure);
-  const bool activate = read.boolean("activate").value_or(true);
-  if (const auto why = config::too_few_poses(config)) read.fail("identify_poses", *why);
-  if (auto wrong = read.finish()) return std::unexpected(*wrong);
-  return begin(config, CalibrationOrder{}, std::move(starter), activate);
-}
-
-MethodResult CampaignService::start_targets(ParamReader& read, Starter starter) {
-  config::CellConfig config = parts_.config;
-  const RobotModel& nominal = config.robot.model;
-  const auto joints = read.rows("joints", static_cast<std::size_t>(nominal.joint_count()), kMostTargets);
-  const auto poses = read.rows("poses", 6, kMostTargets);
-  if (joints && poses) read.fail("joints", "give joints or poses, not both");
-  int& drawn = config.campaign.validate_poses;
-  drawn = std::clamp<int>(drawn, 1, kMostTargets);
-  read_count(read, "validate_poses", 1, kMostTargets, drawn);
-  TargetsOrder order;
-  read_count(read, "rounds", 1, 20, order.loop.rounds);
-  order.loop.tolerance_mm = read.number("tolerance_mm", 0, 10).value_or(order.loop.tolerance_mm);
-  read_count(read, "readings", 1, 100, order.readings);
-  read_seed(read, config.campaign);
-  if (auto wrong = read.finish()) return std::unexpected(*wrong);
-  const auto model = models_.needed();
-  if (!model) return std::unexpected(model.error());
-  order.cell = (*model)->cell;
-  order.model_id = (*model)->record.id;
-  for (const auto& row : joints.value_or(std::vector<std::vector<double>>{}))
-    order.targets.push_back(joints_from(row, nominal));
-  if (poses) {
-    auto reached = joints_at(*poses, nominal);
-    if (!reached) return std::unexpected(reached.error());
-    order.targets = *std::move(reached);
-  }
-  return begin(config, std::move(order), std::move(starter));
-}
-
-MethodResult CampaignService::start_iso9283(ParamReader& read, Starter starter) {
-  config::CellConfig config = parts_.config;
-  Iso9283Order order{.cycles = config.iso9283.cycles};
-  read_count(read, "cycles", 2, 1000, order.cycles);
-  order.variation = read.boolean("variation").value_or(config.iso9283.variation);
-  order.compensate = read.boolean("compensate").value_or(true);
-  read_seed(read, config.campaign);
-  if (auto wrong = read.finish()) return std::unexpected(*wrong);
-  const auto model = models_.needed();
-  if (order.compensate && !model) return std::unexpected(model.error());
-  if (model) order.cell = (*model)->cell;
-  return begin(config, std::move(order), std::move(starter));
-}
-
-MethodResult CampaignService::start_tool(ParamReader& read, Starter starter) {
-  config::CellConfig config = parts_.config;
-  auto order = tool_order(read, config, models_.tools());
-  read_seed(read, config.campaign);
-  if (auto wrong = read.finish()) return std::unexpected(*wrong);
-  const auto model = models_.needed_for_drift();
-  if (!model) return std::unexpected(model.error());
-  const DriftReference& reference = *(*model)->drift_reference;
-  order.by = {reference.cell, reference.covariance, reference.noise};
-  order.model_id = (*model)->record.id;
-  config = cell_with_tool(std::move(config), order);
-  return begin(config, std::move(order), std::move(starter));
-}
-
-MethodResult CampaignService::start_base(ParamReader& read, Starter starter) {
-  BaseOrder order = base_order(read, models_.tools());
-  if (auto wrong = read.finish()) return std::unexpected(*wrong);
-  const auto model = models_.needed_for_drift();
-  if (!model) return std::unexpected(model.error());
-  const DriftReference& reference = *(*model)->drift_reference;
-  const auto usable =
-      use_model({reference.cell, reference.covariance, reference.noise}, (*model)->record, order);
-  if (!usable) return std::unexpected(runner_.wrong_state(usable.error()));
-  return begin(parts_.config, std::move(order), std::move(starter));
+  auto asked = requests_.start(params);
+  if (!asked) co_return std::unexpected(asked.error());
+  co_return begin(*std::move(asked), by);
 }
 
 MethodReply CampaignService::drift_check(json::object params, std::string by) {
   auto refused = co_await store_.try_it();
   if (refused) co_return std::unexpected(*refused);
-  ParamReader read{params};
-  config::CellConfig config = parts_.config;
-  read_count(read, "poses", 1, 1000, config.campaign.drift_poses);
-  read_seed(read, config.campaign);
-  const bool update = read.boolean("update").value_or(false);
-  const bool activate = read.boolean("activate").value_or(false);
-  std::string note = read.text("note", kLongestNote).value_or("");
-  if (activate && !update)
-    read.fail("activate", "only a model that was updated can be activated: give update too");
-  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
-  const auto model = models_.needed_for_drift();
-  if (!model) co_return std::unexpected(model.error());
-  co_return begin(config, DriftOrder{*(*model)->drift_reference, update, (*model)->record},
-                  {std::move(by), std::move(note)}, activate);
+  auto asked = requests_.drift_check(params);
+  if (!asked) co_return std::unexpected(asked.error());
+  co_return begin(*std::move(asked), by);
 }
 
-MethodResult CampaignService::begin(const config::CellConfig& config, CampaignOrder order, Starter starter,
-                                    bool activate) {
+MethodResult CampaignService::begin(CampaignRequest asked, const std::string& by) {
   StoreJournal::Options options{.campaign_id = new_uuid(),
-                                .order = order_text(order, config, activate),
+                                .order = order_text(asked.order, asked.config, asked.activate),
                                 .model_id = {},
-                                .config = config,
-                                .kind = kind_name(order),
-                                .activate = activate,
-                                .started_by = std::move(starter.name),
-                                .note = std::move(starter.note)};
+                                .config = asked.config,
+                                .kind = kind_name(asked.order),
+                                .activate = asked.activate,
+                                .started_by = by,
+                                .note = std::move(asked.note)};
   const CampaignStartRequested start{options.campaign_id};
-  const std::string by = options.started_by;
-  const auto launched = launch(std::move(options), std::move(order), start, by);
+  const auto launched = launch(std::move(options), std::move(asked.order), start, by);
   if (!launched) return std::unexpected(launched.error());
   return json::object{{"id", run_->id()}, {"total", run_->campaign.progress().total}};
 }

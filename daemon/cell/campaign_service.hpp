@@ -10,7 +10,7 @@
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/campaign_options.hpp"
 #include "daemon/cell/campaign_archive.hpp"
-#include "daemon/cell/model_service.hpp"
+#include "daemon/cell/campaign_request.hpp"
 
 namespace truepose::daemon {
 
@@ -57,18 +57,7 @@ class CampaignService final : private CampaignObserver {
   MethodReply resume(boost::json::object params, std::string by);
   MethodReply abort(boost::json::object params, std::string by);
 
-  /// Who starts a campaign, and his words for it.
-  struct Starter {
-    std::string name, note;
-  };
-
-  MethodResult start_calibration(control::ParamReader& read, Starter starter);
-  MethodResult start_targets(control::ParamReader& read, Starter starter);
-  MethodResult start_iso9283(control::ParamReader& read, Starter starter);
-  MethodResult start_tool(control::ParamReader& read, Starter starter);
-  MethodResult start_base(control::ParamReader& read, Starter starter);
-  MethodResult begin(const config::CellConfig& config, CampaignOrder order, Starter starter,
-                     bool activate = false);
+  MethodResult begin(CampaignRequest asked, const std::string& by);
   std::expected<void, control::RpcError> launch(StoreJournal::Options options, CampaignOrder order,
                                                 const CellEvent& event, const std::string& by,
                                                 std::shared_ptr<const CampaignPast> past = {});
@@ -103,6 +92,7 @@ class CampaignService final : private CampaignObserver {
   StoreWatch& store_;
   DeviceService& devices_;
   ModelService& models_;
+  CampaignRequests requests_;
   std::shared_ptr<Run> run_;
   std::vector<InterruptedCampaign> interrupted_;
 };

@@ -56,7 +56,7 @@ struct StatedNoise {
   MeasurementNoise value_of(const Form& form) const { return form.noise; }
 };
 
-// ---- Layouts: the members of each record in the order of the document
+// Layouts: the members of each record in the order of the document.
 
 void layout(auto& io, Is<StatedNoise::Form> auto& x) {
   auto& tracker = x.noise.tracker;
@@ -331,122 +331,6 @@ void layout(auto& io, Is<CalibrationDocument> auto& x) {
   io.optional("production", x.production);
 }
 
-// ---- What of a calibration goes into its document
-
-namespace {
-
-std::vector<std::string> sentences(const std::vector<Combination>& combinations) {
-  std::vector<std::string> result;
-  for (const Combination& combination : combinations) result.push_back(combination.sentence);
-  return result;
-}
-
-std::string station_of(const Measurement& m, const MeasurementData& data) {
-  return data.station_count() > 1 ? data.stations[static_cast<std::size_t>(m.station)] : "";
-}
-
-std::vector<Station> stations_of(const Calibration& c, const MeasurementData& data) {
-  std::vector<Station> stations;
-  for (std::size_t s = 0; s < c.stations.size(); ++s)
-    stations.push_back({.name = data.stations[s],
-                        .base = c.cell.base_at(static_cast<int>(s)),
-                        .identify = c.stations[s].identify,
-                        .validate = c.stations[s].validate});
-  return stations;
-}
-
-Rejected rejected_of(const RejectedPoint& rejected, const MeasurementData& data,
-                     const std::vector<int>& poses) {
-  const Measurement& m = data.points[rejected.point];
-  return {.point = rejected.point + 1,
-          .row = m.row,
-          .pose = poses[rejected.point],
-          .smr = data.smr_names[static_cast<std::size_t>(m.smr)],
-          .station = station_of(m, data),
-          .residual_mm = rejected.residual_mm,
-          .sigmas = rejected.sigmas};
-}
-
-Point point_of(const Measurement& m, const MeasurementData& data, const CalibratedCell& cell, int pose,
-               const PointErrors& errors) {
-  const Eigen::Vector3d p_mm = m.station == 0 ? m.p_WS_mm : cell.station_pose(m.station) * m.p_WS_mm;
-  return {.station = station_of(m, data),
-          .pose = pose,
-          .set = m.set,
-          .smr = data.smr_names[static_cast<std::size_t>(m.smr)],
-          .joints = in_deg_mm(m.q, cell.robot),
-          .position = p_mm,
-          .sigma = m.sigma_mm,
-          .excess = m.excess_mm > 0 ? std::optional{m.excess_mm} : std::nullopt,
-          .direction = m.direction,
-          .payload = m.payload,
-          .time = m.time,
-          .before = errors.before,
-          .geometric = errors.geometric,
-          .after = errors.after};
-}
-
-Thermal thermal_of(const ThermalChoice& choice, const RobotModel& robot) {
-  Thermal x{.chosen = choice.response.has_value(),
-            .without_rms_mm = choice.without_rms_mm,
-            .rms_mm = choice.rms_mm,
-            .reference_c = {},
-            .zero_per_k = {}};
-  if (choice.clock)
-    (choice.clock->by_order ? x.time_constant_poses : x.time_constant_s) = choice.clock->constant;
-  if (!choice.response) return x;
-  x.reference_c = choice.response->reference_c;
-  const Eigen::VectorXd& per_kelvin = choice.response->per_kelvin;
-  x.zero_per_k = in_deg_mm(per_kelvin.head(robot.joint_count()), robot);
-  x.growth_ppm_per_k = 1e6 * per_kelvin[robot.joint_count()];
-  return x;
-}
-
-CalibrationDocument document_of(const Calibration& c, const MeasurementData& data, double elapsed_s) {
-  assert(c.points.size() == data.points.size());
-  const std::vector<int> poses = named_pose_numbers(data.points);
-  CalibrationDocument x;
-  x.method = c.method;
-  x.converged = c.converged;
-  x.iterations = {c.coarse_iterations, c.fine_iterations};
-  x.elapsed_s = elapsed_s;
-  x.identify = c.identify;
-  x.validate = c.validate;
-  x.rank = c.rank;
-  if (std::isfinite(c.rank_gap)) x.rank_gap = c.rank_gap;
-  x.condition = c.observability.o2 > 0 ? c.observability.condition() : 0;  // of no parameter
-  x.sigma0_mm = c.sigma0_mm;
-  x.deviation = c.deviation;
-  x.residual = c.residual;
-  if (c.thermal) x.thermal = thermal_of(*c.thermal, c.cell.robot);
-  x.observability = {c.observability, sentences(c.unknown), sentences(c.weak)};
-  x.prior = {c.prior_used, c.prior_scale};
-  if (c.transfer.worst.size() > 0) x.transfer = transfer_of(c, data);
-  for (const RejectedPoint& rejected : c.rejected) x.rejected.push_back(rejected_of(rejected, data, poses));
-  for (const RejectedPoint& far : c.far_validation) x.far_validation.push_back(rejected_of(far, data, poses));
-  x.base = c.cell.base;
-  x.stations = stations_of(c, data);
-  x.smr = c.cell.reflectors;
-  x.parameters = c.parameters;
-  x.arm = Arm::of(c.coarse.robot);
-  for (std::size_t i = 0; i < data.points.size(); ++i)
-    x.points.push_back(point_of(data.points[i], data, c.cell, poses[i], c.points[i]));
-  return x;
-}
-
-std::string residual_text(const CalibrateOptions& options) {
-  if (options.residual.empty()) return "none";
-  return options.residual.size() > 1 ? "auto" : std::string{name_of(options.residual.front())};
-}
-
-std::string harmonics_text(const CalibrateOptions& options) {
-  std::string text;
-  for (const int order : options.harmonics) text += (text.empty() ? "" : ", ") + std::to_string(order);
-  return text;
-}
-
-}  // namespace
-
 json::object statistics_json(const ErrorStatistics& statistics) { return to_json(statistics); }
 
 json::object stages_json(const StageErrors& stages) { return to_json(stages); }
@@ -459,21 +343,6 @@ json::object noise_json(const MeasurementNoise& noise) { return to_json(StatedNo
 
 json::object production_json(const ProductionPath& path) {
   return to_json(Production{path, path_accuracy(path.samples)});
-}
-
-json::object options_json(const CalibrateOptions& options) {
-  json::object document{{"Loss", name_of(kLossNames, options.loss)},
-                        {"Prior", name_of(kPriorNames, options.prior)},
-                        {"Joint deviations", options.deviation ? "auto" : "none"},
-                        {"Residual field", residual_text(options)},
-                        {"Warmth", name_of(kThermalNames, options.thermal)}};
-  if (options.deviation) document["Harmonics looked for"] = harmonics_text(options);
-  return document;
-}
-
-json::object calibration_document(const Calibration& calibration, const MeasurementData& data,
-                                  double elapsed_s) {
-  return calibration_document(document_of(calibration, data, elapsed_s));
 }
 
 json::object calibration_document(const CalibrationDocument& document) {

@@ -191,18 +191,11 @@ boost::json::object noise_json(const MeasurementNoise& noise);
 /// {"color","findings":[{"severity","sentence"}]}, the gravest first.
 boost::json::object verdict_json(const CalibrationVerdict& verdict);
 
-/// How a calibration was made, in words, for whom reads its document later: {"Loss": "squared", ...}.
-boost::json::object options_json(const CalibrateOptions& options);
-
 /// What a calibration document says of a production program as its member "production":
 /// {"program","points":{"count","with":{"mean","p95","max"},"without":{..}},"points_partly_corrected",
 /// "path":{as points},"samples":[{"time_s","point","gain_percent","wanted","with","without"}]}, mm.
 boost::json::object production_json(const ProductionPath& path);
 
-/// @param data       the measurements that `calibration` came from
-/// @param elapsed_s  time that the identification took
-boost::json::object calibration_document(const Calibration& calibration, const MeasurementData& data,
-                                         double elapsed_s);
 boost::json::object calibration_document(const CalibrationDocument& document);
 
 /// Reads such a document, of today or of before. @return it, or one sentence that names the member

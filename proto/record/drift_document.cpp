@@ -12,9 +12,9 @@ void layout(auto& io, Is<DriftDocument::Error> auto& x) {
 }
 void layout(auto& io, Is<DriftDocument::Cause> auto& x) {
   io("kind", x.kind, kDriftCauses);
-  if (x.kind == DriftCauseKind::Reflector) io("smr", x.smr);
-  if (x.kind == DriftCauseKind::JointZero) io("joint", x.joint, kNumber);
-  if (x.kind == DriftCauseKind::Reading) io("row", x.row, kCount);
+  if (x.kind == ChangeKind::Reflector) io("smr", x.smr);
+  if (x.kind == ChangeKind::JointZero) io("joint", x.joint, kNumber);
+  if (x.kind == ChangeKind::Reading) io("row", x.row, kCount);
   io("text", x.text);
   io("moved", x.moved);
   io("sigma", x.sigma);
@@ -53,11 +53,11 @@ std::vector<DriftDocument::Cause> causes_of(const std::vector<DriftCause>& cause
                                             std::span<const Measurement> points) {
   std::vector<DriftDocument::Cause> result;
   for (const DriftCause& cause : causes) {
-    const auto index = static_cast<std::size_t>(cause.index);
-    result.push_back({.kind = cause.kind,
-                      .smr = cause.kind == DriftCauseKind::Reflector ? cell.reflectors[index].name : "",
-                      .joint = cause.index + 1,
-                      .row = cause.kind == DriftCauseKind::Reading ? points[index].row : 0,
+    const auto index = static_cast<std::size_t>(cause.what.index);
+    result.push_back({.kind = cause.what.kind,
+                      .smr = cause.what.kind == ChangeKind::Reflector ? cell.reflectors[index].name : "",
+                      .joint = cause.what.index + 1,
+                      .row = cause.what.kind == ChangeKind::Reading ? points[index].row : 0,
                       .text = described(cause, cell, points),
                       .moved = cause.moved,
                       .sigma = cause.sigma,

@@ -17,8 +17,8 @@ inline constexpr std::array kDriftVerdicts{Named{"ok", DriftVerdict::Ok},
                                            Named{"warning", DriftVerdict::Warning},
                                            Named{"failed", DriftVerdict::Failed}};
 inline constexpr std::array kDriftCauses{
-    Named{"base", DriftCauseKind::Base}, Named{"reflector", DriftCauseKind::Reflector},
-    Named{"joint_zero", DriftCauseKind::JointZero}, Named{"reading", DriftCauseKind::Reading}};
+    Named{"base", ChangeKind::Base}, Named{"reflector", ChangeKind::Reflector},
+    Named{"joint_zero", ChangeKind::JointZero}, Named{"reading", ChangeKind::Reading}};
 /// Whether the check took the model's parameters as uncertain.
 inline constexpr std::array kParameterTrust{Named{"uncertain", true}, Named{"taken as exact", false}};
 
@@ -41,7 +41,7 @@ struct DriftDocument {
     double length = 0;
   };
   struct Cause {
-    DriftCauseKind kind = DriftCauseKind::Base;
+    ChangeKind kind = ChangeKind::Base;
     std::string smr;  ///< of a reflector
     int joint = 0;    ///< from 1, of a joint
     int row = 0;      ///< of a reading

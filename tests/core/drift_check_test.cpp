@@ -66,7 +66,7 @@ TEST_F(DriftOfAnExactModel, AMovedTrackerIsNamedWithTheWayAndTheTurn) {
   const DriftCheck result = check(cell);
   EXPECT_EQ(result.verdict, DriftVerdict::Failed);
   ASSERT_FALSE(result.causes.empty());
-  EXPECT_EQ(result.causes[0].kind, DriftCauseKind::Base);
+  EXPECT_EQ(result.causes[0].what.kind, ChangeKind::Base);
   EXPECT_NE(result.reason.find("most likely the tracker or the base moved by 0.25 mm and 0.0100 deg: fit the "
                                "frame again"),
             std::string::npos)
@@ -80,7 +80,7 @@ TEST_F(DriftOfAnExactModel, ATrackerThatWasSetUpElsewhereIsNamedHoweverFarItWent
   const DriftCheck result = check(cell);
   EXPECT_EQ(result.verdict, DriftVerdict::Failed);
   ASSERT_FALSE(result.causes.empty());
-  EXPECT_EQ(result.causes[0].kind, DriftCauseKind::Base);
+  EXPECT_EQ(result.causes[0].what.kind, ChangeKind::Base);
   EXPECT_GT(result.causes[0].probability, 0.99);
   EXPECT_TRUE(result.alternatives.empty());
 }
@@ -90,8 +90,8 @@ TEST_F(DriftOfAnExactModel, AnAxisThatWasMasteredWronglyByDegreesIsNamed) {
   cell.robot.joints[3].theta_rad += 5 * kRadPerDeg;
   const DriftCheck result = check(cell);
   ASSERT_FALSE(result.causes.empty());
-  EXPECT_EQ(result.causes[0].kind, DriftCauseKind::JointZero);
-  EXPECT_EQ(result.causes[0].index, 3);
+  EXPECT_EQ(result.causes[0].what.kind, ChangeKind::JointZero);
+  EXPECT_EQ(result.causes[0].what.index, 3);
   EXPECT_NEAR(result.causes[0].moved[0] * kDegPerRad, -5, 1e-6);
 }
 
@@ -101,7 +101,7 @@ TEST_F(DriftOfAnExactModel, AMovedReflectorIsNamed) {
   const DriftCheck result = check(cell);
   EXPECT_EQ(result.verdict, DriftVerdict::Failed);
   ASSERT_FALSE(result.causes.empty());
-  EXPECT_EQ(result.causes[0].kind, DriftCauseKind::Reflector);
+  EXPECT_EQ(result.causes[0].what.kind, ChangeKind::Reflector);
   EXPECT_LT((result.causes[0].moved - Eigen::Vector3d(0.2, 0, -0.15)).norm(), 1e-6);
   EXPECT_NE(result.reason.find("reflector 'left' moved on the flange by 0.25 mm"), std::string::npos)
       << result.reason;
@@ -119,8 +119,8 @@ TEST_F(DriftOfAnExactModel, EveryJointsZeroIsNamedInTheJointsOwnSense) {
     const DriftCheck result = check(points);
     EXPECT_NE(result.verdict, DriftVerdict::Ok) << joint;
     ASSERT_FALSE(result.causes.empty());
-    EXPECT_EQ(result.causes[0].kind, DriftCauseKind::JointZero) << joint;
-    EXPECT_EQ(result.causes[0].index, joint);
+    EXPECT_EQ(result.causes[0].what.kind, ChangeKind::JointZero) << joint;
+    EXPECT_EQ(result.causes[0].what.index, joint);
     EXPECT_NEAR(result.causes[0].moved[0] * kDegPerRad, 0.05, 1e-6);
   }
 }
@@ -130,9 +130,9 @@ TEST_F(DriftOfAnExactModel, AxisOnesZeroIsNotToldFromABaseThatTurnsAboutIt) {
   cell.robot.joints[0].theta_rad += 0.02 * kRadPerDeg;
   const DriftCheck result = check(cell);
   ASSERT_FALSE(result.causes.empty());
-  EXPECT_EQ(result.causes[0].kind, DriftCauseKind::JointZero);
+  EXPECT_EQ(result.causes[0].what.kind, ChangeKind::JointZero);
   ASSERT_EQ(result.alternatives.size(), 1U);
-  EXPECT_EQ(result.alternatives[0].kind, DriftCauseKind::Base);
+  EXPECT_EQ(result.alternatives[0].what.kind, ChangeKind::Base);
   EXPECT_NE(result.reason.find("axis 1's zero moved by -0.0200 deg, or the tracker or the base moved"),
             std::string::npos)
       << result.reason;
@@ -145,7 +145,7 @@ TEST_F(DriftOfAnExactModel, OneWrongReadingIsAWarningToMeasureItAgain) {
   const DriftCheck result = check(points);
   EXPECT_EQ(result.verdict, DriftVerdict::Warning);
   ASSERT_FALSE(result.causes.empty());
-  EXPECT_EQ(result.causes[0].kind, DriftCauseKind::Reading);
+  EXPECT_EQ(result.causes[0].what.kind, ChangeKind::Reading);
   EXPECT_NE(result.reason.find("the reading of point 4 alone is off by 0.80 mm"), std::string::npos)
       << result.reason;
 }

@@ -68,18 +68,16 @@ double rate(int of_all, Change change, IsRight is_right) {
   return static_cast<double>(right) / runs;
 }
 
-auto names(DriftCauseKind kind, int index = 0) {
+auto names(const Change& change) {
   return [=](const DriftCheck& check) {
-    return !check.causes.empty() && check.causes[0].explains() && check.causes[0].kind == kind &&
-           check.causes[0].index == index;
+    return !check.causes.empty() && check.causes[0].explains() && check.causes[0].what == change;
   };
 }
 
 /// Whether a cause is named, or said not to be told from the one that is.
-auto names_or_lists(DriftCauseKind kind, int index) {
+auto names_or_lists(const Change& change) {
   return [=](const DriftCheck& check) {
-    const auto is_it = [=](const DriftCause& cause) { return cause.kind == kind && cause.index == index; };
-    return names(kind, index)(check) || std::ranges::any_of(check.alternatives, is_it);
+    return names(change)(check) || std::ranges::count(check.alternatives, change, &DriftCause::what) > 0;
   };
 }
 
@@ -103,7 +101,7 @@ TEST(DriftCheckOverManyArms, LeavesUnchangedOnesAloneAtItsStatedLevel) {
 TEST(DriftCheckOverManyArms, NamesAMovedTrackerOrBase) {
   const double right = rate(
       200, [](CalibratedArm& arm) { return base_moved(arm, 0.2, 0.01 * kRadPerDeg); },
-      names(DriftCauseKind::Base));
+      names({ChangeKind::Base}));
   std::cout << "base named: " << right << "\n";
   EXPECT_GE(right, least_rate(0.95));
 }
@@ -115,7 +113,7 @@ TEST(DriftCheckOverManyArms, NamesAMovedReflector) {
         arm.truth.p_FS_mm += 0.2 * any_direction(arm.random);
         return arm.points();
       },
-      names(DriftCauseKind::Reflector));
+      names({ChangeKind::Reflector}));
   std::cout << "reflector named: " << right << "\n";
   EXPECT_GE(right, least_rate(0.95));
 }
@@ -129,8 +127,8 @@ TEST(DriftCheckOverManyArms, NamesTheJointWhoseZeroMoved) {
       arm.truth.robot.joints[i].theta_rad += kMoved_deg[i] * kRadPerDeg;
       return arm.points();
     };
-    const double named = rate(100, zero_moved, names(DriftCauseKind::JointZero, joint));
-    const double listed = rate(100, zero_moved, names_or_lists(DriftCauseKind::JointZero, joint));
+    const double named = rate(100, zero_moved, names({ChangeKind::JointZero, joint}));
+    const double listed = rate(100, zero_moved, names_or_lists({ChangeKind::JointZero, joint}));
     std::cout << "axis " << joint + 1 << " named: " << named << ", or listed: " << listed << "\n";
     // A reflector that moves explains all that axis 6 does, and now and then the noise a little better.
     EXPECT_GE(named, least_rate(joint == 5 ? 0.88 : 0.95)) << joint + 1;
@@ -146,7 +144,7 @@ TEST(DriftCheckOverManyArms, NamesASingleWrongReading) {
         points[2].p_WS_mm += 0.5 * any_direction(arm.random);
         return points;
       },
-      names(DriftCauseKind::Reading, 2));
+      names({ChangeKind::Reading, 2}));
   std::cout << "reading named: " << right << "\n";
   EXPECT_GE(right, least_rate(0.95));
 }

@@ -71,7 +71,7 @@ TEST_F(UpdateOfAnExactModel, BringsBackABaseThatMovedAndNothingElse) {
   const DriftUpdate update = updated(points());
   EXPECT_TRUE(update.doubts.empty()) << update.doubts.front();
   ASSERT_EQ(update.moves.size(), 1U);
-  EXPECT_EQ(update.moves[0].kind, DriftCauseKind::Base);
+  EXPECT_EQ(update.moves[0].what.kind, ChangeKind::Base);
   EXPECT_LT(largest_miss(update.cell), 0.02);
   EXPECT_EQ(update.cell.reflectors[0].p_FS_mm, reference_.cell.reflectors[0].p_FS_mm);
   for (std::size_t i = 0; i < 6; ++i)
@@ -88,8 +88,8 @@ TEST_F(UpdateOfAnExactModel, BringsBackAJointsZeroInItsOwnSense) {
   const DriftUpdate update = updated(points());
   EXPECT_TRUE(update.doubts.empty()) << update.doubts.front();
   ASSERT_EQ(update.moves.size(), 1U);
-  EXPECT_EQ(update.moves[0].kind, DriftCauseKind::JointZero);
-  EXPECT_EQ(update.moves[0].index, 3);
+  EXPECT_EQ(update.moves[0].what.kind, ChangeKind::JointZero);
+  EXPECT_EQ(update.moves[0].what.index, 3);
   EXPECT_NEAR(update.moves[0].moved[0] * kDegPerRad, -0.05, 0.002);
   EXPECT_LT(largest_miss(update.cell), 0.02);
 }
@@ -118,7 +118,7 @@ TEST_F(UpdateOfAnExactModel, DoesNotFitASingleWrongReading) {
     const DriftUpdate update = updated(wrong);
     EXPECT_TRUE(update.moves.empty()) << off_mm;
     ASSERT_EQ(update.wrong.size(), 1U) << off_mm;
-    EXPECT_EQ(update.wrong[0].index, 3);
+    EXPECT_EQ(update.wrong[0].what.index, 3);
     EXPECT_EQ(update.doubts, std::vector<std::string>{"nothing has moved that the points could tell"});
     EXPECT_LT(largest_miss(update.cell), 1e-9);
   }
@@ -131,7 +131,7 @@ TEST_F(UpdateOfAnExactModel, LeavesAWrongReadingOutOfAMovedBase) {
   const DriftUpdate update = updated(wrong);
   EXPECT_TRUE(update.doubts.empty()) << update.doubts.front();
   ASSERT_EQ(update.wrong.size(), 1U);
-  EXPECT_EQ(update.wrong[0].index, 1);
+  EXPECT_EQ(update.wrong[0].what.index, 1);
   EXPECT_LT(largest_miss(update.cell), 0.03);
 }
 

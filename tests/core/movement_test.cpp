@@ -44,7 +44,7 @@ TEST(MovementBetweenStations, IsSoughtFromEachOfThemAndTellsOfIt) {
     ASSERT_TRUE(made) << made.error().detail;
     const auto moved = movement(made->cell, data.points, kStationNoise);
     ASSERT_TRUE(moved);
-    EXPECT_EQ(moved->what, (Mover{Moved::Base, station}));
+    EXPECT_EQ(moved->what, (Change{ChangeKind::Base, station}));
     EXPECT_EQ(moved->first, static_cast<std::size_t>(station) * kStationPoses + 20);
     EXPECT_NEAR(moved->moved_mm, 0.22, 0.05);
     const CalibrationVerdict verdict =
@@ -193,7 +193,7 @@ TEST(SlippedJoint, IsNamedAndNotTakenForWarmth) {
       const Judged is = judged(data);
       EXPECT_FALSE(is.warmth_kept) << "joint " << joint + 1 << ", seed " << seed;
       ASSERT_TRUE(is.movement) << "joint " << joint + 1 << ", seed " << seed;
-      EXPECT_EQ(is.movement->what, (Mover{Moved::Joint, joint})) << "seed " << seed;
+      EXPECT_EQ(is.movement->what, (Change{ChangeKind::JointZero, joint})) << "seed " << seed;
       EXPECT_TRUE(says(is.verdict, "joint " + std::to_string(joint + 1) + " slipped against its encoder"));
       EXPECT_TRUE(is.verdict.failed()) << "joint " << joint + 1 << ", seed " << seed;
     }
@@ -212,7 +212,7 @@ TEST(ExchangedReflector, IsNamed) {
       data.points.insert(data.points.end(), then.points.begin(), then.points.end());
       const Judged is = judged(data);
       ASSERT_TRUE(is.movement) << longer_mm << " mm, seed " << seed;
-      EXPECT_EQ(is.movement->what, (Mover{Moved::Reflector, 0})) << longer_mm << " mm, seed " << seed;
+      EXPECT_EQ(is.movement->what, (Change{ChangeKind::Reflector, 0})) << longer_mm << " mm, seed " << seed;
       EXPECT_EQ(is.movement->first, 30u) << longer_mm << " mm, seed " << seed;
       EXPECT_TRUE(is.verdict.failed());
     }

@@ -17,6 +17,13 @@ struct AnArmedStream : AWatchedStream {
     const Answer answer = co_await ask("stream.arm");
     EXPECT_TRUE(answer) << answer.error().message;
   }
+  /// It is armed for an arm that does not move, whatever is sent.
+  Wait frozen() {
+    rig.stuck = rig.q;
+    co_await armed();
+    co_await pass(5s);
+    co_await expect_state("armed", "holding");
+  }
   /// A program ends, and after a while another opens RSI.
   Wait another_program() {
     sends = false;
@@ -24,6 +31,19 @@ struct AnArmedStream : AWatchedStream {
     rig.restart(rig.ipoc + 1000);
     sends = true;
     co_await pass(2s);
+  }
+  /// Another daemon over the same store and controller arms as before. @return the cell's state then
+  std::string state_under_next_daemon() {
+    DaemonCell next{{io.get_executor(), config, robot, tracker, clock, *rig.cycle, *store, store_thread,
+                     compute_thread, events, recorder, recorder_thread, wall_clock}};
+    EXPECT_TRUE(finish(next.load_active_model()));
+    arm_as_before(next);
+    return std::string{finish(next.call("cell.status", {}, kOperator))->at("state").as_string()};
+  }
+  void arm_as_before(DaemonCell& daemon) {
+    bool done = false;
+    asio::co_spawn(io, daemon.arm_as_before(), [&](std::exception_ptr failed) { done = !failed; });
+    EXPECT_TRUE(clock.run(io, [&] { return done; }));
   }
   Wait expect_state(std::string_view cell_state, std::string_view stream_state) {
     const Answer now = co_await ask("cell.status");
@@ -156,10 +176,7 @@ TEST_F(AnArmedStream, GoesOnWhereTheStateOfTheRobotIsNotKnownAndShowsNoneThatIsO
 
 TEST_F(AnArmedStream, TriesAnewInEachProgramWhetherTheArmFollows) {
   play([this]() -> Wait {
-    rig.stuck = rig.q;
-    co_await armed();
-    co_await pass(5s);
-    co_await expect_state("armed", "holding");
+    co_await frozen();
     rig.stuck.reset();
     co_await pass(5s);
     co_await expect_state("armed", "holding");
@@ -262,10 +279,7 @@ TEST_F(AnArmedStream, IsRampedOutWhereItIsDisarmedAndThenCorrectsNothing) {
 
 TEST_F(AnArmedStream, CannotBeDisarmedWhileItIsFrozenAndSaysAtOnceWhatIsToBeDoneFirst) {
   play([this]() -> Wait {
-    rig.stuck = rig.q;
-    co_await armed();
-    co_await pass(5s);
-    co_await expect_state("armed", "holding");
+    co_await frozen();
     const Answer now = co_await ask("cell.status");
     EXPECT_EQ(control::json_text(now->at("allowed")), R"(["cell.acknowledge"])");
     const drivers::TimePoint asked = clock.now();
@@ -285,9 +299,7 @@ TEST_F(AnArmedStream, CannotBeDisarmedWhileItIsFrozenAndSaysAtOnceWhatIsToBeDone
 
 TEST_F(AnArmedStream, IsDisarmedWhereTheProgramThatFrozeItHasEnded) {
   play([this]() -> Wait {
-    rig.stuck = rig.q;
-    co_await armed();
-    co_await pass(5s);
+    co_await frozen();
     sends = false;
     co_await pass(1s);
     const Answer now = co_await ask("cell.status");
@@ -314,18 +326,9 @@ TEST_F(AnArmedStream, IsDisarmedAtOnceWhereNoProgramHasRsiOpen) {
 TEST_F(AnArmedStream, IsArmedAgainAfterTheDaemonHasEndedUntilItIsDisarmed) {
   sends = false;
   play([this]() -> Wait { co_await armed(); });
-  const auto next_daemon = [this](const char* state) {
-    DaemonCell next{{io.get_executor(), config, robot, tracker, clock, *rig.cycle, *store, store_thread,
-                     compute_thread, events, recorder, recorder_thread, wall_clock}};
-    EXPECT_TRUE(finish(next.load_active_model()));
-    bool done = false;
-    asio::co_spawn(io, next.arm_as_before(), [&](std::exception_ptr failed) { done = !failed; });
-    EXPECT_TRUE(clock.run(io, [&] { return done; }));
-    EXPECT_EQ(finish(next.call("cell.status", {}, kOperator))->at("state"), state);
-  };
-  next_daemon("armed");
+  EXPECT_EQ(state_under_next_daemon(), "armed");
   play([this]() -> Wait { EXPECT_TRUE(co_await ask("stream.disarm")); });
-  next_daemon("disconnected");
+  EXPECT_EQ(state_under_next_daemon(), "disconnected");
 }
 
 TEST_F(AnArmedStream, IsNotArmedByADaemonThatCannotUseItsModel) {
@@ -333,9 +336,7 @@ TEST_F(AnArmedStream, IsNotArmedByADaemonThatCannotUseItsModel) {
   play([this]() -> Wait { co_await armed(); });
   alter_m1();
   load();
-  bool done = false;
-  asio::co_spawn(io, cell.arm_as_before(), [&](std::exception_ptr failed) { done = !failed; });
-  EXPECT_TRUE(clock.run(io, [&] { return done; }));
+  arm_as_before(cell);
   EXPECT_EQ(store->armed_since().value(), "");
 }
 
@@ -415,12 +416,7 @@ TEST_F(AnArmedStream, IsNotArmedAgainForAnotherArm) {
   sends = false;
   play([this]() -> Wait { co_await armed(); });
   robot.tell_serial("MOCK-0002");
-  DaemonCell next{{io.get_executor(), config, robot, tracker, clock, *rig.cycle, *store, store_thread,
-                   compute_thread, events, recorder, recorder_thread, wall_clock}};
-  EXPECT_TRUE(finish(next.load_active_model()));
-  bool done = false;
-  asio::co_spawn(io, next.arm_as_before(), [&](std::exception_ptr failed) { done = !failed; });
-  EXPECT_TRUE(clock.run(io, [&] { return done; }));
+  EXPECT_EQ(state_under_next_daemon(), "disconnected");
   EXPECT_EQ(store->armed_since().value(), "");
 }
 

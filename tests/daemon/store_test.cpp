@@ -1,118 +1,19 @@
 #include "daemon/store/store.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <sqlite3.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
 #include <cstdint>
-#include <filesystem>
 #include <fstream>
-#include <limits>
-#include <numbers>
-#include <random>
-#include <stdexcept>
-#include <string>
 
 #include "daemon/store/campaign_plan.hpp"
 #include "tests/daemon/older_store.hpp"
-#include "tests/temp_folder.hpp"
+#include "tests/daemon/store_fixture.hpp"
 
 namespace truepose::daemon {
 namespace {
 
 using testing::HasSubstr;
-
-class StoreTest : public testing::Test {
- protected:
-  Store open() {
-    StoreResult<Store> store = Store::open(file_);
-    if (!store) throw std::runtime_error(store.error().detail);
-    return std::move(*store);
-  }
-
-  std::string why_not_opened(const std::filesystem::path& file) {
-    const StoreResult<Store> store = Store::open(file);
-    return store ? "" : store.error().detail;
-  }
-
-  /// What another program does to the file.
-  void execute(const std::string& sql) {
-    sqlite3* connection = nullptr;
-    ASSERT_EQ(sqlite3_open(file_.c_str(), &connection), SQLITE_OK);
-    EXPECT_EQ(sqlite3_exec(connection, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK)
-        << sqlite3_errmsg(connection);
-    sqlite3_close(connection);
-  }
-
-  TempFolder folder_;
-  const std::filesystem::path file_ = folder_.path() / "cell.db";
-};
-
-CampaignRecord campaign(const std::string& id) {
-  return {.id = id,
-          .started = "2026-08-17T10:00:00Z",
-          .ended = "",
-          .state = "running",
-          .reason = "",
-          .robot_model = "#KR210R2700_2 C4 FLR",
-          .robot_serial = "4711",
-          .tracker_model = "LTD840",
-          .tracker_serial = "123",
-          .model_id = "",
-          .document = ""};
-}
-
-ModelRecord model(const std::string& id, const std::string& created) {
-  return {.id = id,
-          .created = created,
-          .campaign_id = "c1",
-          .robot_serial = "4711",
-          .yaml = "name: " + id + "\n",
-          .validation_before_mm = 1.0 / 3,
-          .validation_after_mm = 0.04,
-          .active = false,
-          .largest_correction_deg = 0.25};
-}
-
-StoredPoint point(int pose) {
-  StoredPoint p;
-  p.pose = pose;
-  p.purpose = static_cast<PointPurpose>(pose % 4);
-  p.q_target = JointVector::LinSpaced(6, -std::numbers::pi, 1.0 / 3);
-  p.q_commanded = p.q_target * 1.0000001;
-  p.q_actual = JointVector::Constant(6, 1e-300);
-  p.direction = {1, -1, 0, 1, 1, -1};
-  p.smr = "1";
-  p.p_WS_mm = Eigen::Vector3d(1234.5678901234567, -0.1, 1e-17);
-  p.std_mm = {0.001, 0.002, 0.003};
-  p.temperature_c = 21.5;
-  p.pressure_mbar = 1013.25;
-  p.humidity_percent = 45;
-  p.time = "2026-08-17T10:00:01.250Z";
-  return p;
-}
-
-void expect_equal(const StoredPoint& actual, const StoredPoint& expected) {
-  EXPECT_EQ(actual.pose, expected.pose);
-  EXPECT_EQ(actual.purpose, expected.purpose);
-  EXPECT_EQ(actual.q_target, expected.q_target);
-  EXPECT_EQ(actual.q_commanded, expected.q_commanded);
-  EXPECT_EQ(actual.q_actual, expected.q_actual);
-  EXPECT_EQ(actual.direction, expected.direction);
-  EXPECT_EQ(actual.smr, expected.smr);
-  EXPECT_EQ(actual.p_WS_mm, expected.p_WS_mm);
-  EXPECT_EQ(actual.std_mm, expected.std_mm);
-  EXPECT_EQ(actual.temperature_c, expected.temperature_c);
-  EXPECT_EQ(actual.pressure_mbar, expected.pressure_mbar);
-  EXPECT_EQ(actual.humidity_percent, expected.humidity_percent);
-  EXPECT_EQ(actual.time, expected.time);
-}
 
 TEST_F(StoreTest, GivesPointsAndSkippedPosesBackToTheLastBitAfterReopening) {
   {
@@ -452,92 +353,6 @@ TEST_F(StoreTest, KeepsThatNoTrackerReadAPointThatWasTouched) {
       << "an arm is seen, or not told";
 }
 
-TEST_F(StoreTest, KeepsTheKindsOfAFileThatKnewFewer) {
-  {
-    Store store = open();
-    CampaignRecord drift = campaign("d");
-    drift.kind = "drift";
-    ASSERT_TRUE(store.begin_campaign(drift));
-    ASSERT_TRUE(store.add_point("d", point(2)));
-  }
-  make_older(file_, 2);
-  Store store = open();
-  EXPECT_EQ(store.campaign("d").value()->kind, "drift");
-  expect_equal(store.points("d").value().at(0), point(2));
-}
-
-TEST_F(StoreTest, LeavesAFileOfANewerVersionAlone) {
-  open();
-  execute("PRAGMA user_version=99");
-  EXPECT_THAT(why_not_opened(file_), HasSubstr("newer truepose"));
-  execute("PRAGMA user_version=11");
-  EXPECT_EQ(why_not_opened(file_), "");
-}
-
-TEST_F(StoreTest, BringsAFileOfBeforeCampaignsCouldGoOnUpToDate) {
-  for (const int version : {10, 9, 8, 7, 6}) {
-    SCOPED_TRACE(version);
-    std::filesystem::remove(file_);
-    {
-      Store store = open();
-      CampaignRecord record = campaign("c1");
-      if (version > 6) record.started_by = "Anna";
-      ASSERT_TRUE(store.begin_campaign(record));
-      ASSERT_TRUE(store.add_point("c1", point(1)));
-      StoredPoint nest = point(2);
-      nest.purpose = PointPurpose::Nest;
-      ASSERT_TRUE(store.add_point("c1", nest));
-    }
-    make_older(file_, version);
-    Store store = open();
-    EXPECT_EQ(store.campaign("c1").value()->state, "running");
-    EXPECT_EQ(store.campaign("c1").value()->started_by, version > 6 ? "Anna" : "");
-    expect_equal(store.points("c1").value().at(0), point(1));
-    EXPECT_EQ(store.points("c1").value().at(1).purpose, PointPurpose::Nest);
-    EXPECT_EQ(store.plans().interrupt_running("2026-08-17T11:00:00Z").value(), 1);
-    EXPECT_EQ(store.campaign("c1").value()->state, "failed") << "of which nobody knows the plan";
-  }
-}
-
-TEST_F(StoreTest, BringsAFileOfTheFirstVersionUpToDate) {
-  {
-    Store store = open();
-    ASSERT_TRUE(store.begin_campaign(campaign("c1")));
-    ASSERT_TRUE(store.add_point("c1", point(4)));
-    ASSERT_TRUE(store.add_model(model("m1", "2026-08-17T10:00:00Z")));
-  }
-  make_older(file_, 2);
-  // As it was before points had directions and the reference pose a purpose of its own.
-  execute(R"sql(
-    CREATE TABLE old AS SELECT * FROM point;
-    DROP TABLE point;
-    CREATE TABLE point (number INTEGER PRIMARY KEY, campaign_id TEXT NOT NULL REFERENCES campaign (id),
-      pose INTEGER NOT NULL, purpose TEXT NOT NULL CHECK (purpose IN ('identify', 'validate', 'remeasure')),
-      q_target TEXT NOT NULL, q_commanded TEXT NOT NULL, q_actual TEXT NOT NULL, smr TEXT NOT NULL,
-      x_mm REAL NOT NULL, y_mm REAL NOT NULL, z_mm REAL NOT NULL, std_x_mm REAL NOT NULL, std_y_mm REAL NOT NULL,
-      std_z_mm REAL NOT NULL, temperature_c REAL NOT NULL, pressure_mbar REAL NOT NULL,
-      humidity_percent REAL NOT NULL, time TEXT NOT NULL) STRICT;
-    INSERT INTO point SELECT number, campaign_id, pose, purpose, q_target, q_commanded, q_actual, smr, x_mm, y_mm, z_mm,
-      std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time FROM old;
-    DROP TABLE old;
-    CREATE INDEX point_of_campaign ON point (campaign_id);
-    ALTER TABLE campaign DROP COLUMN kind;
-    ALTER TABLE model RENAME COLUMN validation_after_mm TO validation_geometric_mm;
-    PRAGMA user_version=1)sql");
-
-  Store store = open();
-  StoredPoint expected = point(4);
-  expected.direction.clear();
-  const auto points = store.points("c1").value();
-  ASSERT_EQ(points.size(), 1U);
-  expect_equal(points[0], expected);
-  EXPECT_EQ(store.model("m1").value()->validation_after_mm, 0.04);
-  EXPECT_EQ(store.model("m1").value()->sha256, "") << "a hash made now would vouch for whatever became of it";
-  EXPECT_EQ(store.model("m1").value()->largest_correction_deg, 0);
-  EXPECT_TRUE(store.add_point("c1", point(3)));
-  EXPECT_EQ(store.points("c1").value().at(1).purpose, PointPurpose::Reference);
-}
-
 TEST_F(StoreTest, KnowsWhichModelWasActiveBefore) {
   Store store = open();
   EXPECT_EQ(store.model_before().value(), std::nullopt);
@@ -603,107 +418,6 @@ TEST_F(StoreTest, SaysThatAFileCannotBeWritten) {
   }
   std::filesystem::permissions(folder_.path(), perms::owner_all);
   EXPECT_THAT(why, HasSubstr("readonly"));
-}
-
-TEST_F(StoreTest, FindsADamagedFileWhenItOpens) {
-  {
-    Store store = open();
-    ASSERT_TRUE(store.begin_campaign(campaign("c1")));
-    for (int pose = 0; pose < 100; ++pose) ASSERT_TRUE(store.add_point("c1", point(pose)));
-  }
-  const auto size = std::filesystem::file_size(file_);
-  std::fstream bytes{file_, std::ios::in | std::ios::out | std::ios::binary};
-  bytes.seekp(static_cast<std::streamoff>(size / 2));
-  bytes << std::string(size / 4, '\x5a');
-  bytes.close();
-  EXPECT_NE(why_not_opened(file_), "");
-}
-
-/// A child that adds points and tells of each one that was acknowledged, until it is killed or `limit` bytes
-/// are written.
-struct Child {
-  pid_t pid;
-  int acknowledged;  // the reading end of a pipe
-
-  Child(const std::filesystem::path& file, const std::string& id, rlim_t limit) {
-    int ends[2];
-    if (pipe(ends) != 0) throw std::runtime_error("pipe");
-    pid = fork();
-    if (pid == 0) {
-      std::signal(SIGXFSZ, SIG_IGN);
-      const rlimit bytes{limit, limit};
-      setrlimit(RLIMIT_FSIZE, &bytes);
-      StoreResult<Store> store = Store::open(file);
-      bool good = store && store->begin_campaign(campaign(id));
-      for (int pose = 0; good; ++pose) {
-        good = store->add_point(id, point(pose)).has_value() && write(ends[1], "+", 1) == 1;
-      }
-      _exit(1);
-    }
-    close(ends[1]);
-    acknowledged = ends[0];
-  }
-
-  /// Waits for `count` acknowledgements, or for the end. @return how many came
-  int wait_for(int count) const {
-    int seen = 0;
-    for (char c; seen < count && read(acknowledged, &c, 1) == 1;) ++seen;
-    return seen;
-  }
-};
-
-TEST_F(StoreTest, KeepsEveryAcknowledgedPointOfAProcessThatIsKilled) {
-  constexpr std::uint64_t kSeed = 20260817;
-  SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-  std::mt19937_64 random{kSeed};
-  open();
-  for (int kill_number = 0; kill_number < 20; ++kill_number) {
-    const std::string id = std::to_string(kill_number);
-    const Child child{file_, id, RLIM_INFINITY};
-    int acknowledged = child.wait_for(std::uniform_int_distribution{1, 40}(random));
-    usleep(static_cast<useconds_t>(random() % 3000));  // anywhere within a commit
-    kill(child.pid, SIGKILL);
-    waitpid(child.pid, nullptr, 0);
-    acknowledged += child.wait_for(1'000'000);
-    close(child.acknowledged);
-
-    Store store = open();  // checks the file
-    const auto points = store.points(id);
-    ASSERT_TRUE(points);
-    ASSERT_GE(static_cast<int>(points->size()), acknowledged);
-    ASSERT_LE(static_cast<int>(points->size()), acknowledged + 1);
-    for (std::size_t i = 0; i < points->size(); ++i) expect_equal((*points)[i], point(static_cast<int>(i)));
-  }
-}
-
-TEST_F(StoreTest, KeepsEveryAcknowledgedPointWhereThereIsNoMoreRoom) {
-  open();
-  const Child child{file_, "c1", 300'000};
-  const int acknowledged = child.wait_for(1'000'000);
-  waitpid(child.pid, nullptr, 0);
-  close(child.acknowledged);
-  EXPECT_GT(acknowledged, 10);
-  Store store = open();
-  EXPECT_GE(static_cast<int>(store.points("c1")->size()), acknowledged);
-  EXPECT_TRUE(store.add_point("c1", point(0)));
-}
-
-TEST_F(StoreTest, SaysThatThereIsNoMoreRoomAndTakesNothingHalf) {
-  Store store = open();
-  ASSERT_TRUE(store.begin_campaign(campaign("c1")));
-  std::signal(SIGXFSZ, SIG_IGN);
-  rlimit before{};
-  getrlimit(RLIMIT_FSIZE, &before);
-  const rlimit tight{200'000, before.rlim_max};
-  setrlimit(RLIMIT_FSIZE, &tight);
-  int acknowledged = 0;
-  StoreResult<void> added;
-  for (; acknowledged < 10'000 && (added = store.add_point("c1", point(acknowledged))); ++acknowledged) {
-  }
-  setrlimit(RLIMIT_FSIZE, &before);
-  ASSERT_FALSE(added);
-  EXPECT_THAT(added.error().detail, HasSubstr("storing a point of campaign c1: " + file_.string() + ": d"));
-  EXPECT_EQ(static_cast<int>(open().points("c1")->size()), acknowledged);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <tuple>
 #include <vector>
 
+#include "proto/record/calibration_content.hpp"
 #include "proto/record/transfer.hpp"
 
 namespace truepose::record {

@@ -251,10 +251,10 @@ TEST(DriftDocumentReader, ReadsBackEveryMemberThatIsWritten) {
     for (std::size_t i = 0; i < 4; ++i) {
       DriftDocument::Cause& cause = (*causes)[i];
       cause = causes->front();
-      cause.kind = static_cast<DriftCauseKind>(i);
-      if (cause.kind != DriftCauseKind::Reflector) cause.smr = "";
-      cause.joint = cause.kind == DriftCauseKind::JointZero ? 7 : 0;
-      if (cause.kind != DriftCauseKind::Reading) cause.row = 0;
+      cause.kind = static_cast<ChangeKind>(i);
+      if (cause.kind != ChangeKind::Reflector) cause.smr = "";
+      cause.joint = cause.kind == ChangeKind::JointZero ? 7 : 0;
+      if (cause.kind != ChangeKind::Reading) cause.row = 0;
     }
   }
   const auto read = read_drift_document(drift_document(x));

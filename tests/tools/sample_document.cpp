@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "proto/record/calibration_document.hpp"
+#include "proto/record/calibration_content.hpp"
 
 namespace truepose::report {
 namespace {

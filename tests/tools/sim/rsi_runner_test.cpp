@@ -210,5 +210,16 @@ TEST_F(Wire, CanBeDisturbedWhileItRuns) {
   EXPECT_EQ(after, before + 1001);
 }
 
+TEST(TurnaroundHistogram, KnowsItsPercentilesAndItsSlowest) {
+  TurnaroundHistogram histogram;
+  EXPECT_EQ(histogram.percentile_us(0.99), 0);
+  for (int us = 1; us <= 1000; ++us) histogram.record(std::chrono::microseconds{us});
+  histogram.record(3s);
+  EXPECT_EQ(histogram.percentile_us(0.5), 501);
+  EXPECT_EQ(histogram.percentile_us(0.999), 1000);
+  EXPECT_EQ(histogram.percentile_us(1.0), 3'000'000);
+  EXPECT_EQ(histogram.max_us(), 3'000'000);
+}
+
 }  // namespace
 }  // namespace truepose::sim

@@ -20,6 +20,7 @@
 #include "core/math/parallel.hpp"
 #include "core/math/units.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/calibration_content.hpp"
 #include "proto/record/calibration_document.hpp"
 #include "tools/report/report.hpp"
 #include "tools/truepose/offline/arm_options.hpp"

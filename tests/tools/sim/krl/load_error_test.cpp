@@ -3,6 +3,7 @@
 #include <string>
 
 #include "tests/tools/sim/krl/bench.hpp"
+#include "tests/tools/sim/krl/scripted_eki.hpp"
 
 namespace truepose::sim::krl {
 namespace {
@@ -131,6 +132,8 @@ TEST(LoadErrors, DoNotFollowBracketsWithoutEnd) {
   for (int i = 0; i < 1000; ++i) loops += "LOOP\n";
   EXPECT_EQ(error_in(loops), "p.src:62: loops and branches are nested too deeply");
 }
+
+TEST(ShippedPrograms, AreWhatAControllerLoads) { EXPECT_EQ(load_error(shipped_sources()), ""); }
 
 }  // namespace
 }  // namespace truepose::sim::krl

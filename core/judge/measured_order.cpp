@@ -1,0 +1,48 @@
+#include "core/judge/measured_order.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <tuple>
+
+#include "core/identify/measured_time.hpp"
+#include "core/identify/measurement_model.hpp"
+
+namespace truepose {
+namespace {
+
+/// Times in seconds, where all points tell them.
+std::optional<std::vector<double>> times_of(std::span<const Measurement> points) {
+  std::vector<double> seconds;
+  for (const Measurement& point : points) {
+    const auto time = measured_time(point.time);
+    if (!time) return std::nullopt;
+    seconds.push_back(time->seconds);
+  }
+  return seconds;
+}
+
+/// Whether some pose was measured with a reflector more than once.
+bool comes_back(std::span<const Measurement> points, std::span<const int> pose) {
+  std::set<std::tuple<int, int, int>> seen;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (!seen.insert({pose[i], points[i].smr, points[i].station}).second) return true;
+  return false;
+}
+
+}  // namespace
+
+std::vector<std::size_t> measured_order(std::span<const Measurement> points) {
+  std::vector<std::size_t> order(points.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const std::vector<int> pose = pose_numbers(points);
+  if (const auto seconds = times_of(points)) {
+    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return (*seconds)[i]; });
+  } else if (!comes_back(points, pose)) {
+    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return pose[i]; });
+  }
+  return order;
+}
+
+}  // namespace truepose

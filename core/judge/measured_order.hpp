@@ -1,0 +1,15 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/identify/measurement.hpp"
+
+namespace truepose {
+
+/// Indices of the points as they were measured: by their times where all tell them, else as they stand. All
+/// reflectors of a pose were measured at one stop, though they may stand one reflector after the other.
+std::vector<std::size_t> measured_order(std::span<const Measurement> points);
+
+}  // namespace truepose

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <boost/json/fwd.hpp>
+
+#include "core/identify/calibrate.hpp"
+#include "proto/record/calibration_document.hpp"
+
+namespace truepose::record {
+
+/// The document of what a calibration found.
+///
+/// @param data       the measurements that `calibration` came from
+/// @param elapsed_s  time that the identification took
+boost::json::object calibration_document(const Calibration& calibration, const MeasurementData& data,
+                                         double elapsed_s);
+
+/// How a calibration was made, in words, for whom reads its document later: {"Loss": "squared", ...}.
+boost::json::object options_json(const CalibrateOptions& options);
+
+}  // namespace truepose::record

@@ -1,0 +1,271 @@
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/post.hpp>
+#include <optional>
+#include <set>
+
+#include "core/math/angles.hpp"
+#include "tests/daemon/campaign_fixture.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+namespace asio = boost::asio;
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::Contains;
+using testing::Each;
+using testing::ElementsAre;
+using testing::Ge;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Lt;
+using testing::Ne;
+using testing::SizeIs;
+
+using HaltedCampaignTest = CampaignTest;
+
+TEST_F(HaltedCampaignTest, EveryPoseIsMeasuredOrListedThroughLostConnectionsAndRestarts) {
+  config.campaign.pause_after_lost = 0;
+  truth.faults.robot_lost = truth.faults.robot_restart = truth.faults.robot_silent = 0.05;
+  truth.faults.tracker_lost = truth.faults.tracker_restart = truth.faults.tracker_silent = 0.05;
+  truth.faults.robot_not_ready = 0.05;
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  std::multiset<int> poses;
+  for (const StoredPoint& point : journal.points) poses.insert(point.pose);
+  for (const SkippedPose& pose : journal.skipped) poses.insert(pose.pose);
+  ASSERT_EQ(poses.size(), 40U);
+  for (int pose = 1; pose <= 40; ++pose) EXPECT_EQ(poses.count(pose), 1U) << pose;
+  EXPECT_FALSE(observer.troubles.empty());
+}
+
+TEST_F(HaltedCampaignTest, BeginsThoughItsDevicesAreAwayForAMomentAsItConnects) {
+  start();
+  robot->leave(500ms);
+  tracker->leave(1500ms);
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  EXPECT_THAT(observer.troubles, ElementsAre("robot: the controller does not answer; trying again",
+                                             "tracker: the tracker does not answer; trying again"));
+}
+
+TEST_F(HaltedCampaignTest, EndsBeforeTheArmMovesWhereADeviceDoesNotAnswer) {
+  start();
+  tracker->leave(1h);
+  ASSERT_TRUE(go_on());
+  ASSERT_FALSE(*outcome);
+  EXPECT_THAT(outcome->error().detail, HasSubstr("the tracker does not answer"));
+  EXPECT_LT(clock.now(), TimePoint{} + 1min);
+  EXPECT_FALSE(cell->moving());
+}
+
+TEST_F(HaltedCampaignTest, WaitsForADeviceAsLongAsItIsAwayAndSaysWhyOnce) {
+  start();
+  observer.at_point = [this](const StoredPoint& point) {
+    if (point.pose == 3) {
+      robot->disconnect();
+      robot->leave(100h);
+    }
+  };
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  EXPECT_GT(clock.now(), TimePoint{} + 100h);
+  EXPECT_EQ(journal.points.size(), 40U);
+  EXPECT_THAT(journal.skipped, IsEmpty());
+  EXPECT_EQ(std::ranges::count_if(observer.troubles,
+                                  [](const std::string& told) {
+                                    return told == "robot: the controller does not answer; trying again";
+                                  }),
+            1);
+}
+
+TEST_F(HaltedCampaignTest, IsBackWithinTwoSecondsAfterTheDeviceIs) {
+  start();
+  TimePoint away_until;
+  observer.at_point = [&](const StoredPoint& point) {
+    if (point.pose != 3) return;
+    robot->disconnect();
+    robot->leave(1h);
+    away_until = clock.now() + 1h;
+  };
+  std::optional<Duration> took;
+  observer.at_waiting = [&](CellDevice device, const std::string& reason) {
+    if (away_until > TimePoint{} && device == CellDevice::Controller && reason.empty() && !took)
+      took = clock.now() - away_until;
+  };
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(took);
+  EXPECT_LT(*took, 2s);
+}
+
+TEST_F(HaltedCampaignTest, PausesBeforeTheNextPoseAndGoesOn) {
+  start();
+  observer.at_point = [this](const StoredPoint& point) {
+    if (point.pose == 5) campaign->pause();
+  };
+  EXPECT_FALSE(go_on());
+  EXPECT_EQ(journal.points.size(), 5U);
+  EXPECT_FALSE(cell->moving());
+  campaign->resume();
+  ASSERT_TRUE(go_on());
+  EXPECT_TRUE(*outcome);
+  EXPECT_EQ(journal.points.size(), 40U);
+}
+
+TEST_F(HaltedCampaignTest, StandsStillUntilItIsResumedWhereTheBeamIsLostAtTwoPosesInARow) {
+  start();
+  drivers::MockFaults somebody_in_the_beam;
+  somebody_in_the_beam.beam_broken = 1;
+  observer.at_point = [&](const StoredPoint& point) {
+    if (point.pose == 5) cell->use_faults(somebody_in_the_beam);
+  };
+  EXPECT_FALSE(go_on());
+  EXPECT_EQ(journal.points.size(), 5U);
+  EXPECT_THAT(journal.skipped, SizeIs(1)) << "poses are not burnt one after the other";
+  ASSERT_THAT(observer.pauses, SizeIs(1));
+  EXPECT_THAT(observer.pauses[0], AllOf(HasSubstr("2 poses in a row could not be measured, pose 29 last"),
+                                        HasSubstr("the beam was broken"), HasSubstr("nobody is in the cell"),
+                                        HasSubstr("resume the campaign")));
+  const JointVector stands = cell->q();
+
+  cell->use_faults({});
+  EXPECT_FALSE(go_on()) << "that the beam is back does not say that the cell is empty";
+  EXPECT_EQ(cell->q(), stands);
+  campaign->resume();
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  EXPECT_THAT(journal.skipped, SizeIs(1)) << "the pose at which it paused was tried again";
+  EXPECT_EQ(campaign->progress().left(), 0);
+}
+
+TEST_F(HaltedCampaignTest, GivesUpOnePoseAtMostForEachTimeThatItIsResumedWithoutABeam) {
+  truth.faults.no_target = 1;
+  observer.at_pause = [this] { asio::post(io, [this] { campaign->resume(); }); };
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_FALSE(*outcome);
+  ASSERT_EQ(journal.skipped.size(), 7U);
+  EXPECT_EQ(journal.skipped[0].attempts, 3);
+  EXPECT_EQ(journal.skipped[3].attempts, 6);
+  EXPECT_THAT(journal.skipped[3].reason, HasSubstr("no reflector found"));
+  EXPECT_THAT(observer.pauses, SizeIs(6));
+}
+
+TEST_F(HaltedCampaignTest, PausesForPosesThatAreLostInARowForWhateverReason) {
+  config.campaign.pause_after_lost = 3;
+  start();
+  observer.at_point = [&](const StoredPoint& point) {
+    if (point.pose == 5) cell->use_faults({.tracker_busy = 1});
+  };
+  observer.at_pause = [this] {
+    cell->use_faults({});
+    asio::post(io, [this] { campaign->resume(); });
+  };
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  EXPECT_THAT(journal.skipped, SizeIs(2));
+  ASSERT_THAT(observer.pauses, SizeIs(1));
+  EXPECT_THAT(observer.pauses[0],
+              AllOf(HasSubstr("3 poses in a row"), HasSubstr("the tracker is busy; mend that")));
+}
+
+TEST_F(HaltedCampaignTest, OnePoseThatHidesTheReflectorDoesNotStopTheCampaign) {
+  start();
+  drivers::MockFaults hidden;
+  hidden.no_target = 1;
+  observer.at_point = [&](const StoredPoint& point) {
+    cell->use_faults(point.pose == 5 ? hidden : drivers::MockFaults{});
+  };
+  observer.at_trouble = [this](const std::string& sentence) {
+    if (sentence.contains("attempt 3 of 3")) cell->use_faults({});
+  };
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  ASSERT_THAT(journal.skipped, SizeIs(1));
+  std::vector<int> measured;
+  for (const Measurement& point : measurement_data((***outcome).points, "1").points)
+    measured.push_back(point.pose);
+  EXPECT_THAT(measured, Each(Ne(journal.skipped[0].pose))) << "a pose has one number everywhere";
+  EXPECT_THAT(observer.pauses, IsEmpty());
+}
+
+TEST_F(HaltedCampaignTest, AnAbortStopsTheArmOnItsWayAndIsRecorded) {
+  start();
+  // Somewhere on the way between poses.
+  at(60s, [this] { campaign->abort("asked for by an operator"); });
+  ASSERT_TRUE(go_on());
+  ASSERT_FALSE(*outcome);
+  EXPECT_EQ(outcome->error().fault, CampaignFault::Aborted);
+  EXPECT_EQ(outcome->error().detail, "asked for by an operator");
+  EXPECT_FALSE(cell->moving());
+  EXPECT_LT(clock.now(), TimePoint{} + 70s);
+  EXPECT_EQ(journal.ended, 1);
+  ASSERT_TRUE(journal.error);
+  EXPECT_EQ(journal.error->fault, CampaignFault::Aborted);
+  EXPECT_EQ(clock.sleepers(), 0U);
+}
+
+TEST_F(HaltedCampaignTest, AnAbortSaysWhereTheArmCouldNotBeBraked) {
+  start();
+  at(60s, [this] {
+    robot->disconnect();
+    campaign->abort("asked for by an operator");
+  });
+  ASSERT_TRUE(go_on());
+  EXPECT_EQ(outcome->error().fault, CampaignFault::Aborted);
+  EXPECT_THAT(outcome->error().detail,
+              AllOf(HasSubstr("asked for by an operator; the arm could not be braked and may still move"),
+                    HasSubstr("robot: not connected")));
+}
+
+TEST_F(HaltedCampaignTest, CanBeAbortedWhilePausedAndBeforeItsFirstStep) {
+  start();
+  observer.at_point = [this](const StoredPoint&) { campaign->pause(); };
+  EXPECT_FALSE(go_on());
+  campaign->abort("enough");
+  ASSERT_TRUE(go_on());
+  EXPECT_EQ(outcome->error().fault, CampaignFault::Aborted);
+
+  outcome.reset();
+  start();
+  campaign->abort("too early");
+  ASSERT_TRUE(go_on());
+  EXPECT_EQ(outcome->error().detail, "too early");
+}
+
+TEST_F(HaltedCampaignTest, AStoreThatFailsEndsTheCampaignAtOnce) {
+  journal.fail_at_point = 5;
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_FALSE(*outcome);
+  EXPECT_EQ(outcome->error().fault, CampaignFault::Store);
+  EXPECT_EQ(outcome->error().detail, "database or disk is full");
+  EXPECT_EQ(journal.points.size(), 5U);
+  EXPECT_EQ(observer.deviations_mm.size(), 5U);
+}
+
+TEST_F(HaltedCampaignTest, AStoreWithoutRoomPausesTheCampaignWhichKeepsItsPointAndGoesOn) {
+  journal.fail_at_point = 5;
+  start();
+  journal.full = true;
+  int tries = 0;
+  observer.at_pause = [this, &tries] {
+    EXPECT_EQ(journal.points.size(), 5U);
+    if (++tries == 2) journal.fail_at_point = -1;
+    at(clock.now() - TimePoint{} + std::chrono::minutes{10}, [this] { campaign->resume(); });
+  };
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  EXPECT_EQ(tries, 2);
+  EXPECT_THAT(observer.pauses.front(), HasSubstr("with the last point in memory: database or disk is full"));
+  EXPECT_EQ(journal.points.size(), (**outcome)->points.size());
+  for (std::size_t i = 1; i < journal.points.size(); ++i)
+    EXPECT_NE(journal.points[i].pose, journal.points[i - 1].pose);
+}
+
+}  // namespace
+}  // namespace truepose::daemon

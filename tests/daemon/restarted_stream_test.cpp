@@ -1,0 +1,83 @@
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+
+#include "tests/daemon/corrected_stream.hpp"
+
+namespace truepose::daemon {
+namespace {
+
+using testing::HasSubstr;
+
+/// A page under another name for each test.
+class ARestartedStream : public testing::Test {
+ protected:
+  ARestartedStream()
+      : file_{std::filesystem::path{testing::TempDir()} /
+              ("stream-" + std::to_string(::getpid()) + "-" +
+               testing::UnitTest::GetInstance()->current_test_info()->name())},
+        memory_{StreamMemory::open(file_).value()} {}
+  ~ARestartedStream() override { std::filesystem::remove(file_); }
+
+  /// A new process takes the place of the rig's.
+  void restart(StreamRig& rig, StreamMemory* memory) {
+    rig.cycle = StreamCycle::create(nominal_arm(), ethernet_config(), stream_options(), memory).value();
+  }
+
+  std::filesystem::path file_;
+  std::unique_ptr<StreamMemory> memory_;
+};
+
+TEST_F(ARestartedStream, GoesOnFromTheCorrectionThatTheProcessBeforeItLeft) {
+  StreamRig rig;
+  restart(rig, memory_.get());
+  correct(rig);
+  const JointVector before = rig.applied;
+  memory_ = StreamMemory::open(file_).value();
+  for (int down = 0; down < 16; ++down) rig.tick({.datagram_lost = true});  // 65 ms
+  restart(rig, memory_.get());
+  rig.tick();
+  EXPECT_EQ(rig.applied, before) << "held in the first cycle";
+  EXPECT_EQ(rig.state(), StreamState::RampingOut) << "nobody has started the stream of this process";
+  rig.ticks(2 * kRampCycles);
+  EXPECT_TRUE(rig.applied.isZero(0));
+}
+
+TEST_F(ARestartedStream, AdoptsWhatIsInForceWhereNothingWasLeftAndTheArmStands) {
+  StreamRig rig;
+  correct(rig);
+  restart(rig, nullptr);
+  rig.ticks(10);
+  EXPECT_GT(rig.largest_applied_deg(), 1) << "not answered";
+  EXPECT_EQ(rig.state(), StreamState::Unproven);
+  EXPECT_THAT(reason(rig.status()), HasSubstr("as soon as the arm stands"));
+  rig.ticks(2 * kRampCycles);
+  EXPECT_TRUE(rig.applied.isZero(0)) << "ramped out, a step at a time";
+}
+
+TEST_F(ARestartedStream, StaysSilentWhileTheArmMovesAndNothingIsKnown) {
+  StreamRig rig;
+  correct(rig);
+  restart(rig, nullptr);
+  for (int i = 0; i < 100; ++i) {
+    rig.q[0] += 0.4 * kRadPerDeg;
+    EXPECT_EQ(rig.tick({.datagram_lost = i == 50}), "");
+  }
+  EXPECT_GT(rig.largest_applied_deg(), 1);
+  EXPECT_EQ(rig.status().counters.lost, 1) << "told although nothing is answered";
+}
+
+TEST_F(ARestartedStream, DoesNotBelieveAPageThatIsNotWhole) {
+  StreamRig rig;
+  restart(rig, memory_.get());
+  correct(rig);
+  memory_.reset();
+  std::filesystem::resize_file(file_, 40);
+  memory_ = StreamMemory::open(file_).value();
+  EXPECT_FALSE(memory_->last());
+}
+
+}  // namespace
+}  // namespace truepose::daemon

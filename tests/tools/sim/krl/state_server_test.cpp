@@ -1,0 +1,194 @@
+#include <gtest/gtest.h>
+
+#include "proto/rsi/cell_word.hpp"
+#include "tests/tools/sim/krl/listening_cell.hpp"
+
+namespace truepose::sim::krl {
+namespace {
+
+TEST(StateServer, AnswersEachControlWithTheState) {
+  ScriptedCell cell;
+  Interpreter& submit = cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+  cell.connect();
+  cell.control(8, 5);
+  cell.bench.run_for(12ms);
+  ASSERT_EQ(cell.states, 1) << (submit.fault() ? submit.fault()->text() : "");
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@Id"]), 8);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@ModeOp"]), 4);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@ProState"]), 3);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@InPos"]), 1);
+  EXPECT_EQ(std::get<double>(cell.state["CellState/Robot/State/Pos/@B"]), 90);
+}
+
+TEST(StateServer, TellsByRsiOfStopGateAndToolAsLongAsItRuns) {
+  ScriptedCell cell;
+  cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+  const auto told = [&] {
+    cell.bench.run_for(40ms);
+    return rsi::cell_signals(std::get<std::int32_t>(cell.bench.host.variables["$SEN_PINT[3]"]));
+  };
+  const auto first = told();
+  ASSERT_TRUE(first) << "nobody is connected";
+  cell.bench.host.set("$ACT_TOOL", 3);
+  cell.bench.host.set("$ALARM_STOP", false);
+  const auto pressed = told();
+  EXPECT_EQ(pressed, (rsi::CellSignals{true, false, 3, pressed->count}));
+  EXPECT_GT(pressed->count, first->count);
+  cell.bench.host.set("$ALARM_STOP", true);
+  cell.bench.host.set("$USER_SAF", false);
+  cell.bench.host.variables.erase("$ACT_TOOL");
+  const auto open = told();
+  EXPECT_EQ(open, (rsi::CellSignals{false, true, {}, open->count}));
+  int last = open->count;
+  for (int cycle = 0; cycle < 1000; ++cycle) {
+    const auto now = told();
+    ASSERT_TRUE(now) << "after " << last;
+    last = now->count;
+  }
+  EXPECT_LE(last, 1000);
+  cell.bench.host.set("$ACT_TOOL", 256);
+  EXPECT_FALSE(told()) << "the word has no room for it";
+}
+
+TEST(StateServer, BoundsTheOverride) {
+  ScriptedCell cell;
+  cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+  cell.connect();
+  cell.control(1, 1, 51);
+  cell.bench.run_for(20ms);
+  EXPECT_EQ(std::get<std::int32_t>(cell.bench.host.variables["$OV_PRO"]), 100);
+  cell.control(2, 1, 50);
+  cell.bench.run_for(20ms);
+  EXPECT_EQ(std::get<std::int32_t>(cell.bench.host.variables["$OV_PRO"]), 50);
+}
+
+TEST(StateServer, StopsTheMotionProgram) {
+  Listening cell(InterpreterKind::Submit);
+  cell.command(1, 1, 30);
+  cell.take_said();
+  cell.control(1, 2);
+  cell.bench.run_for(200ms);
+  EXPECT_EQ(cell.take_said(), Said{"Ack 1 5 3"}) << cell.fault();
+  EXPECT_EQ(cell.states, 1);
+}
+
+TEST(StateServer, TellsWhichArmItIs) {
+  ScriptedCell cell;
+  cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+  cell.connect();
+  cell.control(1, 5);
+  cell.bench.run_for(20ms);
+  ASSERT_EQ(cell.states, 1);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@Serial"]), 4711);
+}
+
+TEST(StateServer, TellsTheStateWhereNoPositionHasAValue) {
+  ScriptedCell cell;
+  Interpreter& submit = cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+  cell.connect();
+  for (const char* name : {"$POS_ACT_MES", "$ACT_TOOL", "$ACT_BASE"}) cell.bench.host.variables.erase(name);
+  cell.control(1, 5);
+  cell.bench.run_for(20ms);
+  EXPECT_FALSE(submit.fault()) << submit.fault()->text();
+  ASSERT_EQ(cell.states, 1);
+  EXPECT_EQ(std::get<double>(cell.state["CellState/Robot/State/Pos/@X"]), 0);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/Tool/@No"]), -1);
+}
+
+TEST(StateServer, SaysOnThePendantThatItsChannelCannotBeUsedAndTriesAgain) {
+  ScriptedCell cell;
+  cell.init_fails = true;
+  cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+  ASSERT_EQ(cell.bench.host.messages.size(), 1u);
+  EXPECT_EQ(cell.bench.host.messages[0], "EKI_Init of CellState failed: is CellState.xml in EthernetKRL?");
+  cell.bench.run_for(11s);
+  cell.connect();
+  cell.control(1, 5);
+  cell.bench.run_for(20ms);
+  EXPECT_EQ(cell.states, 1);
+}
+
+/// The sps.sub of a controller without a further submit interpreter: the customer's own work around ours.
+struct OneSubmit : ScriptedCell {
+  OneSubmit()
+      : ScriptedCell{shipped_sources({{"sps.sub", R"krl(
+DEF SPS()
+   SCANS=0
+;FOLD USER INIT
+   TP_SUBMIT_INIT()
+;ENDFOLD (USER INIT)
+   LOOP
+      WAIT FOR NOT($POWER_FAIL)
+;FOLD USER PLC
+      TP_SUBMIT_CYCLE()
+      $OUT[1]=$IN[1] AND NOT $IN[2]
+      SCANS=SCANS+1
+;ENDFOLD (USER PLC)
+   ENDLOOP
+END
+)krl"},
+                                      {"sps.dat", "DEFDAT SPS PUBLIC\nDECL INT SCANS=0\nENDDAT\n"}})} {
+    bench.host.set("$POWER_FAIL", false);
+    sps = &bench.start("SPS", InterpreterKind::Submit);
+  }
+  /// Whether the customer's loop runs as fast as it can.
+  bool scans() {
+    const int before = bench.integer("SCANS");
+    bench.run_for(100ms);
+    return bench.integer("SCANS") > before + 1000;
+  }
+  int answers(int id) {
+    const int before = states;
+    control(id, 5);
+    bench.run_for(20ms);
+    return states - before;
+  }
+  std::string fault() const { return sps->fault() ? sps->fault()->text() : ""; }
+  Interpreter* sps = nullptr;
+};
+
+TEST(StateServerInSps, AnswersAndNeverHoldsUpTheCustomersLoop) {
+  OneSubmit cell;
+  EXPECT_TRUE(cell.scans()) << "without a client: " << cell.fault();
+  cell.connect();
+  EXPECT_TRUE(cell.scans()) << "with one that is silent: " << cell.fault();
+  EXPECT_EQ(cell.answers(1), 1) << cell.fault();
+  for (int id = 2; id <= 9; ++id) cell.control(id, 5);
+  cell.bench.run_for(20ms);
+  EXPECT_EQ(cell.states, 9);
+  EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@Id"]), 9);
+  cell.bench.host.set("$IN[1]", true);
+  EXPECT_TRUE(cell.scans());
+  EXPECT_EQ(cell.bench.host.variables["$OUT[1]"], Value{true});
+}
+
+TEST(StateServerInSps, TakesTheNextClientWheneverOneIsGone) {
+  OneSubmit cell;
+  for (int id = 1; id <= 5; ++id) {
+    cell.connect();
+    EXPECT_EQ(cell.answers(id), 1) << cell.fault();
+    cell.disconnect();
+    EXPECT_TRUE(cell.scans());
+  }
+  cell.connect_and_disconnect_unseen();
+  cell.connect();
+  EXPECT_EQ(cell.answers(6), 0) << "the channel waits to be opened anew";
+  cell.bench.run_for(11s);
+  cell.connect();
+  EXPECT_EQ(cell.answers(7), 1) << cell.fault();
+}
+
+TEST(StateServerInSps, ScansOnWhereItsChannelCannotBeUsedAndSaysSoNowAndThen) {
+  OneSubmit cell;
+  cell.disconnect();
+  cell.init_fails = true;
+  cell.bench.run_for(11s);
+  EXPECT_EQ(cell.bench.host.messages, Said{"EKI_Init of CellState failed: is CellState.xml in EthernetKRL?"});
+  EXPECT_TRUE(cell.scans()) << cell.fault();
+  cell.bench.run_for(11s);
+  cell.connect();
+  EXPECT_EQ(cell.answers(1), 1) << cell.fault();
+}
+
+}  // namespace
+}  // namespace truepose::sim::krl
