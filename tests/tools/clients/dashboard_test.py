@@ -5,7 +5,6 @@
 """
 import json
 import shutil
-import signal
 import socket
 import sys
 import tempfile
@@ -70,17 +69,14 @@ class Dashboard(unittest.TestCase):
         self.cell.truepose("connect")
         self.open(f"#token={self.token}")
         self.assertIn("ready", self.until_live()["green"])
-        daemon = self.cell.processes["trueposed"]
-        daemon.send_signal(signal.SIGSTOP)
-        try:
-            silent = self.until_shown(lambda shown: shown["state"] == "no connection")
-            self.assertIn("no answer", silent["why"])
-            self.assertEqual(silent["green"], [])
-            self.assertEqual(silent["robot"], "")
-            self.assertFalse(silent["asks"])
-            self.until_shown(lambda shown: "no answer of the daemon" in shown["why"])  # where it connects again
-        finally:
-            daemon.send_signal(signal.SIGCONT)
+        self.cell.freeze_daemon()
+        silent = self.until_shown(lambda shown: shown["state"] == "no connection")
+        self.assertIn("no answer", silent["why"])
+        self.assertEqual(silent["green"], [])
+        self.assertEqual(silent["robot"], "")
+        self.assertFalse(silent["asks"])
+        self.until_shown(lambda shown: "no answer of the daemon" in shown["why"])  # where it connects again
+        self.cell.thaw_daemon()
         self.assertIn("connected", self.until_live()["robot"])
         until(lambda: self.sessions() == 1, self.sessions)
 
