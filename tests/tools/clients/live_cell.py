@@ -7,12 +7,13 @@ As a program:
 
 starts both and says where they are, as one line of JSON. Each further line on its standard input is one thing to do,
 answered by one line: {"do": "truepose", "arguments": [...]}, {"do": "stop"} and {"do": "start"} (the daemon, on the ports
-that it had), {"do": "steer", "line": {...}} (the simulated cell). All ends with the input.
+that it had), {"do": "freeze"} and {"do": "thaw"} (the daemon, which stands still between them), {"do": "steer", "line": {...}} (the simulated cell). All ends with the input.
 """
 import json
 import os
 import pathlib
 import re
+import signal
 import socket
 import subprocess
 import sys
@@ -91,6 +92,12 @@ class LiveCell:
     def stop_daemon(self):
         self._end("trueposed")
 
+    def freeze_daemon(self):
+        self.processes["trueposed"].send_signal(signal.SIGSTOP)
+
+    def thaw_daemon(self):
+        self.processes["trueposed"].send_signal(signal.SIGCONT)
+
     def truepose(self, *arguments, online=True):
         """Runs the command line. Returns (exit code, standard output, standard error)."""
         where = ["--daemon", f"127.0.0.1:{self.port}", "--token-file", self.token_file] if online else []
@@ -131,6 +138,7 @@ class LiveCell:
         if process is None:
             return
         process.terminate()
+        process.send_signal(signal.SIGCONT)  # where it stands still
         try:
             process.wait(PATIENCE_S)
         except subprocess.TimeoutExpired:
@@ -183,7 +191,7 @@ def carry_out(cell, order):
         return dict(zip(("exit_code", "out", "err"), cell.truepose(*order["arguments"], online=order.get("online", True))))
     if order["do"] == "steer":
         return cell.steer(order["line"])
-    {"stop": cell.stop_daemon, "start": cell.start_daemon}[order["do"]]()
+    {"stop": cell.stop_daemon, "start": cell.start_daemon, "freeze": cell.freeze_daemon, "thaw": cell.thaw_daemon}[order["do"]]()
     return cell.place()
 
 

@@ -277,9 +277,13 @@ test("Only who has the role may activate a model, and the daemon's reason is tol
 test("What the state does not allow, or cannot be, is refused by its own status", async () => {
   const paused = await call("PauseCampaign");
   assert.equal(paused.status, StatusCodes.BadInvalidState);
-  assert.match(paused.Message, /the state is ready, which allows .*campaign\.start/);
+  assert.match(paused.Message, /state ready; allowed: .*campaign\.start/);
+  const resumed = await call("ResumeCampaign", [""]);
+  assert.equal(resumed.Message.match(/campaign\.start/g).length, 1, resumed.Message);
   assert.equal((await call("StartCampaign", ["[1]"])).status, StatusCodes.BadInvalidArgument);
-  assert.equal((await call("StartCampaign", ['{"poses_of": 1}'])).status, StatusCodes.BadInvalidArgument);
+  const unknown = await call("StartCampaign", ['{"poses_of": 1}']);
+  assert.equal(unknown.status, StatusCodes.BadInvalidArgument);
+  assert.equal(unknown.Message.match(/params\.poses_of/g).length, 1, unknown.Message);
   const nowhere = JSON.stringify({ id: "00000000-0000-4000-8000-000000000000" });
   assert.equal((await call("Call", ["model.get", nowhere])).status, StatusCodes.BadNotFound);
   assert.equal((await call("Call", ["session.hello", ""])).status, StatusCodes.BadNotSupported);
@@ -321,10 +325,29 @@ test("A fault is an alarm, and who acknowledges it acknowledges it at the daemon
   await until(() => alarms.some(({ IdActiveState, IdAckedState }) => !IdActiveState && IdAckedState));
 });
 
+/** Follows the alarm that stands while nothing is known of the daemon. Returns whether it ever became so, in `text`. */
+async function lostAlarm() {
+  const alarms = await eventsOf("AlarmConditionType", ["ConditionName", "Message", "ActiveState.Id"]);
+  return (active, text = /./) =>
+    alarms.some(
+      ({ ConditionName, Message, IdActiveState }) =>
+        ConditionName === "E_DAEMON_LOST" && IdActiveState === active && text.test(Message.text),
+    );
+}
+
+test("Of a daemon that does not answer nothing is good, until it does", async () => {
+  const isLost = await lostAlarm();
+  await cell.order({ do: "freeze" });
+  await until(async () => (await read("state")).statusCode === StatusCodes.BadNoCommunication);
+  assert.equal((await read("stream.cycles")).statusCode, StatusCodes.BadNoCommunication);
+  await until(() => isLost(true, /did not answer cell\.status within 5 s/));
+  await cell.order({ do: "thaw" });
+  await until(isState("disconnected"));
+  await until(() => isLost(false));
+});
+
 test("While the daemon is away all is bad and an alarm says so; then it returns by itself", async () => {
-  const alarms = await eventsOf("AlarmConditionType", ["ConditionName", "ActiveState.Id"]);
-  const isLost = (active) =>
-    alarms.some((alarm) => alarm.ConditionName === "E_DAEMON_LOST" && alarm.IdActiveState === active);
+  const isLost = await lostAlarm();
   await cell.order({ do: "stop" });
   await until(async () => (await read("state")).statusCode === StatusCodes.BadNoCommunication);
   assert.equal(await valueOf("state"), "unknown");

@@ -1,7 +1,7 @@
 /** Follows a cell: asks the daemon for its state, hears its events, and comes back whenever the connection is lost. */
 import { EventEmitter } from "node:events";
 import { setTimeout as delay } from "node:timers/promises";
-import { ControlSession } from "./control_session.mjs";
+import { ControlSession, SHORT_PATIENCE_MS } from "./control_session.mjs";
 
 const AGAIN_MS = 1_000; // from one attempt to reach the daemon to the next
 const LOOK_MS = 1_000; // from one look at what no event tells (the axes) to the next
@@ -71,13 +71,17 @@ export class CellLink extends EventEmitter {
     while (!this.#ended) {
       const waiting = this.#waiting.splice(0);
       try {
-        this.emit("status", await session.call("cell.status"));
+        this.emit("status", await this.#ask("cell.status"));
       } finally {
         this.#release(waiting);
       }
       await delay(LEAST_MS);
       await this.#untilChanged(LOOK_MS - LEAST_MS);
     }
+  }
+
+  #ask(method, params) {
+    return this.#session.call(method, params, SHORT_PATIENCE_MS);
   }
 
   #release(waiting) {
@@ -90,7 +94,7 @@ export class CellLink extends EventEmitter {
     // A daemon with another store counts anew.
     const another = after >= next;
     this.#lastSeq = another ? next - 1 : after;
-    const { complete, oldest } = await this.#session.call("events.subscribe", { after: this.#lastSeq });
+    const { complete, oldest } = await this.#ask("events.subscribe", { after: this.#lastSeq });
     if (another) this.emit("missed", 0);
     else if (!complete) this.emit("missed", oldest - after - 1);
   }

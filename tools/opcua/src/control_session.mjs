@@ -5,7 +5,9 @@ import net from "node:net";
 import tls from "node:tls";
 
 const MAX_LINE = 1024 * 1024; // the daemon's own bound is 64 KiB
-const HELLO_PATIENCE_MS = 5_000;
+/** With what the daemon answers at once; a command may take long, as moving an arm does. */
+export const SHORT_PATIENCE_MS = 5_000;
+const LONG_PATIENCE_MS = 120_000;
 /** Tokens that begin so are known to the daemon by their hash alone, which can check no proof. */
 const ACCESS_TOKEN_START = "access-";
 /** Symbols of errors that come without one. */
@@ -23,12 +25,12 @@ export class ControlError extends Error {
   }
 }
 
-/** @param error  of a JSON-RPC reply */
+/** @param error  of a JSON-RPC reply; most messages say themselves what the state allows, and all where they are about */
 function refusal(error) {
-  const { code, state, allowed, path } = error.data ?? {};
+  const { code, state, allowed = [] } = error.data ?? {};
   let message = error.message ?? "refused";
-  if (path) message = `${path}: ${message}`;
-  if (state) message += `; the state is ${state}, which allows ${allowed?.join(", ") || "nothing"}`;
+  if (allowed.length > 0 && !message.includes("allowed: "))
+    message += `; the state is ${state}, which allows ${allowed.join(", ")}`;
   return new ControlError(code ?? SYMBOLS[error.code] ?? "E_INTERNAL", message);
 }
 
@@ -68,11 +70,12 @@ export class ControlSession extends EventEmitter {
   }
 
   /** @throws ControlError */
-  call(method, params = {}, patience_ms = 120_000) {
+  call(method, params = {}, patience_ms = LONG_PATIENCE_MS) {
     if (this.#closed) return Promise.reject(new ControlError("E_LOST", this.#closed));
     const id = ++this.#lastId;
     return new Promise((resolve, reject) => {
-      const expire = () => this.#settle(id, "reject", new ControlError("E_TIMEOUT", `${method}: no answer in time`));
+      const late = `${this.#where} did not answer ${method} within ${patience_ms / 1000} s`;
+      const expire = () => this.#settle(id, "reject", new ControlError("E_TIMEOUT", late));
       this.#waiting.set(id, { resolve, reject, timer: setTimeout(expire, patience_ms) });
       this.#socket.write(JSON.stringify({ jsonrpc: "2.0", id, method, params }) + "\n");
     });
@@ -97,7 +100,7 @@ export class ControlSession extends EventEmitter {
         this.#end(why);
         reject(new ControlError("E_UNREACHABLE", `${this.#where} cannot be reached: ${why}`));
       };
-      this.#socket.setTimeout(HELLO_PATIENCE_MS, () => fail("no answer"));
+      this.#socket.setTimeout(SHORT_PATIENCE_MS, () => fail("no answer"));
       this.#socket.on("error", (error) => fail(error.message));
       this.#socket.once(daemon.tls ? "secureConnect" : "connect", () => {
         this.#socket.setTimeout(0);
@@ -107,21 +110,21 @@ export class ControlSession extends EventEmitter {
   }
 
   #sayHello(daemon, token) {
-    if (token === undefined) return this.call("session.hello", { protocol: 1 }, HELLO_PATIENCE_MS);
+    if (token === undefined) return this.call("session.hello", { protocol: 1 }, SHORT_PATIENCE_MS);
     if (daemon.tls || token.startsWith(ACCESS_TOKEN_START))
-      return this.call("session.hello", { protocol: 1, token }, HELLO_PATIENCE_MS);
+      return this.call("session.hello", { protocol: 1, token }, SHORT_PATIENCE_MS);
     return this.#helloByProof(token);
   }
 
   // Whoever sits at the daemon's port learns nothing from it, and is found out unless he knows the token too.
   async #helloByProof(token) {
     const endpoint = `${this.#socket.remoteAddress} ${this.#socket.remotePort}`;
-    const { nonce: theirs } = await this.call("session.challenge", {}, HELLO_PATIENCE_MS);
+    const { nonce: theirs } = await this.call("session.challenge", {}, SHORT_PATIENCE_MS);
     const ours = randomBytes(16).toString("hex");
     const hello = await this.call(
       "session.hello",
       { protocol: 1, nonce: ours, proof: proof(token, "client", endpoint, ours, theirs) },
-      HELLO_PATIENCE_MS,
+      SHORT_PATIENCE_MS,
     );
     const expected = Buffer.from(proof(token, "server", endpoint, ours, theirs));
     const given = Buffer.from(String(hello.proof));
