@@ -193,7 +193,7 @@ std::optional<MeasuringCell> measuring_cell(const ModelFile& model,
 std::expected<MeasuredFrame, std::string> tool_under(const MeasuringCell& by, const ToolFile& tool) {
   auto measured = tool_frame(tool.data, by, tool.X_told.linear());
   if (measured && !measured->is_sound())
-    return std::unexpected(std::string{measured->doubtful.empty()
+    return std::unexpected(std::string{measured->doubtful.empty() && !measured->is_contradictory()
                                            ? "its readings have base or tracker elsewhere than this model"
                                            : "its readings contradict each other under this model"} +
                            "; measure the tool again");

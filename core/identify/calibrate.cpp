@@ -261,8 +261,9 @@ double misfit_mm(const Identification& id) {
   constexpr double kBeyondChance = 2;  // standard deviations
   const double stated_mm = id.points.stated_sigma_mm(), left_mm = id.uncertainty.sigma0_mm;
   const double degrees = std::max(1.0, id.points.equations() - id.uncertainty.determined);
-  const double by_chance = stated_mm * stated_mm * (1 + kBeyondChance * std::sqrt(2 / degrees));
-  return stated_mm > 0 ? std::sqrt(std::max(0.0, left_mm * left_mm - by_chance)) : 0;
+  const double by_chance = stated_mm * stated_mm * kBeyondChance * std::sqrt(2 / degrees);
+  return beyond_noise_mm({id.points.whitening(), stated_mm},
+                         std::sqrt(std::max(0.0, left_mm * left_mm - by_chance)));
 }
 
 /// What the model does not describe is off elsewhere as much as where it was seen, however many points tell
@@ -350,13 +351,14 @@ std::expected<Calibration, CalibrationError> calibrate(const RobotModel& robot, 
   if (!options.residual.empty()) {
     if (auto error = fit_residual(*made->id)) return std::unexpected(*error);
   }
-  const double beyond_noise_mm = misfit_mm(*made->id);
+  const double left_mm = misfit_mm(*made->id);
   Calibration result = summary(*std::move(made), there.points.empty() ? data : there);
   if (*thermal) {
     result.thermal = (*thermal)->choice;
     if (result.thermal->response) inflate(result, (*thermal)->inflation);
   }
-  add_misfit(result.transfer, beyond_noise_mm);
+  result.misfit_mm = left_mm;
+  add_misfit(result.transfer, left_mm);
   return result;
 }
 

@@ -147,6 +147,7 @@ struct Calibration {
   std::optional<RegressorSelection> residual;
   std::optional<ThermalChoice> thermal;  ///< where points tell warmth; all else is of the reference
   TransferUncertainty transfer;          ///< over the joint limits
+  double misfit_mm = 0;  ///< of a coordinate: what the model leaves beyond the stated noise and chance
   StageErrors identify;
   std::optional<StageErrors> validate;
   std::vector<StationErrors> stations;  ///< where there are several
@@ -154,7 +155,8 @@ struct Calibration {
 
   /// How well a predicted reflector position is known: mm^2, tracker frame.
   Eigen::Matrix3d position_covariance(const JointVector& q, int smr, Approach approach = {}) const {
-    return truepose::position_covariance(cell, covariance, q, smr, approach);
+    return truepose::position_covariance(cell, covariance, q, smr, approach) +
+           misfit_mm * misfit_mm * Eigen::Matrix3d::Identity();
   }
 };
 

@@ -17,6 +17,9 @@ constexpr double kErrors = 2, kSpeaksForItself = 0.5;
 // Gears of arms err by 0.05 to 0.3 mrad, which a sine and a cosine share. Wider terms fit no better, and do
 // harm where nothing was measured.
 constexpr double kWidest_rad = 0.2e-3;
+// Of what a centre of mass off a link's origin adds to what the weights there bend. Moments are many and like
+// one another in a part of the reach: wider, they take up there what is something else.
+constexpr double kWidestMoment_rad = 0.1e-3;
 
 double sum(std::span<const double> values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
@@ -60,6 +63,10 @@ bool errs_as_gears_do(DeviationCause cause) {
   return cause != DeviationCause::Pitch && cause != DeviationCause::Bends && cause != DeviationCause::Twists;
 }
 
+double widest_rad(DeviationCause cause) {
+  return cause == DeviationCause::Moments ? kWidestMoment_rad : kWidest_rad;
+}
+
 /// The most likely scale, no term of a revolute joint wider than gears err.
 LikelyScale bounded_scale(const Candidates& all, std::span<const DeviationGroup> groups) {
   LikelyScale likely = most_likely_scale(all.cell, all.problem, all.expected);
@@ -67,7 +74,7 @@ LikelyScale bounded_scale(const Candidates& all, std::span<const DeviationGroup>
     if (!errs_as_gears_do(groups[g].cause)) continue;
     for (const int term : all.terms[g]) {
       double& width = likely.term_widths[static_cast<std::size_t>(term)];
-      width = std::min(width, kWidest_rad * groups[g].unit);
+      width = std::min(width, widest_rad(groups[g].cause) * groups[g].unit);
     }
   }
   return likely;

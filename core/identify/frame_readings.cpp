@@ -11,6 +11,19 @@ namespace {
 
 constexpr double kTouch_mm = 0.01;       // no point is touched finer, per axis
 constexpr double kParameterStep = 1e-5;  // mm or rad, of the derivative to a parameter
+// Readings that belong together scatter by some times their noise where model or hand are worse than stated.
+constexpr double kContradictory = 10, kContradictory_mm = 0.3;
+constexpr double kBeyondNoise = 3;  // times: misfits of points whose coordinates are right are less
+
+/// Standard deviation of what stated coordinates are wrong by, where the readings do not explain the misfits.
+double coordinates_off(std::span<const double> misfit_mm, double variance_of_readings) {
+  double squares = 0;
+  for (const double misfit : misfit_mm) squares += misfit * misfit;
+  const double spare = 3 * static_cast<double>(misfit_mm.size()) - 6;
+  const double variance = spare > 0 ? squares / spare : 0;
+  const bool beyond = variance > kBeyondNoise * kBeyondNoise * variance_of_readings;
+  return beyond ? std::sqrt(variance - variance_of_readings) : 0;
+}
 
 }  // namespace
 
@@ -19,6 +32,13 @@ bool BaseShift::is_real() const { return p_B_mm.dot(covariance.inverse() * p_B_m
 
 double MeasuredFrame::sigma_mm() const { return std::sqrt(covariance.topLeftCorner<3, 3>().trace()); }
 double MeasuredFrame::sigma_rad() const { return std::sqrt(covariance.bottomRightCorner<3, 3>().trace()); }
+
+bool contradict(std::span<const double> error_mm, const std::optional<double>& sigma0) {
+  double squares = 0;
+  for (const double error : error_mm) squares += error * error;
+  const double rms_mm = std::sqrt(squares / static_cast<double>(error_mm.size()));
+  return sigma0.value_or(0) > kContradictory && rms_mm > kContradictory_mm;
+}
 
 Eigen::MatrixXd derivative_to_steps(const EquationsOf& equations_of, const Eigen::MatrixXd& covariance) {
   const Eigen::Index steps = covariance.cols();
@@ -45,7 +65,12 @@ std::expected<MeasuredFrame, std::string> measured_frame(const FrameReadings& da
 
   MeasuredFrame result{.X = frame->X, .is_orientation_known = frame->is_orientation_known};
   const Eigen::MatrixXd to_frame = frame->by_points;
-  result.by_readings = congruence(to_frame, fit.covariance.topLeftCorner(3 * points, 3 * points));
+  const Eigen::MatrixXd of_points = fit.covariance.topLeftCorner(3 * points, 3 * points);
+  result.coordinates_off_mm =
+      coordinates_off(frame->misfit_mm, of_points.trace() / (3 * static_cast<double>(points)));
+  result.by_readings = congruence(to_frame, of_points) + result.coordinates_off_mm *
+                                                             result.coordinates_off_mm *
+                                                             times_transposed(to_frame, to_frame);
   result.by_parameters = times(to_frame, derivative_to_steps(equations_of, covariance).topRows(3 * points));
   result.covariance = result.by_readings + congruence(result.by_parameters, covariance);
   result.error_mm = fit.error_mm;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/identify/calibrated_cell.hpp"
@@ -48,6 +49,11 @@ struct BaseShift {
   bool is_real() const;
 };
 
+/// Whether readings that are off by so much do not belong together at all, so that no single one stands out.
+///
+/// @param sigma0  their scatter in multiples of their noise
+bool contradict(std::span<const double> error_mm, const std::optional<double>& sigma0);
+
 /// A frame that was measured, tool or base.
 struct MeasuredFrame {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();  ///< in the flange, or in the robot base
@@ -58,12 +64,16 @@ struct MeasuredFrame {
   std::vector<double> error_mm;                            ///< of each reading, from where all together say
   std::vector<std::size_t> doubtful;                       ///< readings that the others contradict
   std::vector<double> misfit_mm;  ///< of each point, where their coordinates are known
+  /// Standard deviation of what those are wrong by, as the misfits show it, and part of the covariance; 0
+  /// where the readings' noise explains them.
+  double coordinates_off_mm = 0;
   /// How the readings scatter, in multiples of their noise; none where no reading is spare.
   std::optional<double> sigma0;
   std::optional<BaseShift> shift;  ///< of a tool; none where the readings do not tell
 
+  bool is_contradictory() const { return contradict(error_mm, sigma0); }
   /// That neither a reading nor all of them speak against using it.
-  bool is_sound() const { return doubtful.empty() && !(shift && shift->is_real()); }
+  bool is_sound() const { return doubtful.empty() && !is_contradictory() && !(shift && shift->is_real()); }
   /// Standard deviation of its origin (length of the vector, mm), and of its turn (rad).
   double sigma_mm() const;
   double sigma_rad() const;

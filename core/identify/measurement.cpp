@@ -124,6 +124,14 @@ Whitening by_model(std::span<const Measurement> points, const MeasurementNoise& 
 
 }  // namespace
 
+double beyond_noise_mm(const Whitening& whitening, double sigma0_mm) {
+  const double more = sigma0_mm * sigma0_mm - whitening.finest_mm * whitening.finest_mm;
+  if (whitening.W.empty() || more <= 0) return 0;
+  double squares = 0;
+  for (const Eigen::Matrix3d& W : whitening.W) squares += W.squaredNorm();
+  return std::sqrt(more * 3 * static_cast<double>(whitening.W.size()) / squares);
+}
+
 Eigen::Matrix3d reading_covariance(const Eigen::Vector3d& p_WS_mm, const MeasurementNoise& noise) {
   const double distance_mm = p_WS_mm.norm();
   const TrackerNoiseModel& tracker = noise.tracker;

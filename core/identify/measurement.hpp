@@ -118,6 +118,11 @@ struct Whitening {
 /// all alike.
 Whitening whitening_of(std::span<const Measurement> points, const std::optional<MeasurementNoise>& noise);
 
+/// Standard deviation (mm) of what comes to each coordinate of the points beside the noise that whitens them,
+/// where their whitened residuals have that of `sigma0_mm`. 0 where that is no more than the noise alone
+/// gives, or the noise is unknown.
+double beyond_noise_mm(const Whitening& whitening, double sigma0_mm);
+
 /// Marks part of the poses to identify and the rest to validate. Points with the same joints are one pose and
 /// stay together, so that no validation pose has been seen by the identification.
 ///

@@ -37,8 +37,13 @@ Eigen::RowVectorXd joint_features(const JointVector& q) {
 }  // namespace
 
 bool tells_time(std::span<const Measurement> points) {
-  return std::ranges::any_of(points,
-                             [](const Measurement& point) { return measured_time(point.time).has_value(); });
+  std::optional<double> first;
+  for (const Measurement& point : points) {
+    const std::optional<double> moment = seconds_of(point);
+    if (moment && *moment != first.value_or(*moment)) return true;
+    if (!first) first = moment;
+  }
+  return false;
 }
 
 MeasurementData with_warmth_by(const WarmUpClock& clock, MeasurementData data) {

@@ -23,7 +23,7 @@ struct WarmUpClock {
   double constant = 0;
 };
 
-/// Whether any point tells its time.
+/// Whether the points tell their time, and by a clock that did not stand.
 bool tells_time(std::span<const Measurement> points);
 
 /// The points with how warm they were as the temperatures of all drives: from 0, cold, to 1, warm through.

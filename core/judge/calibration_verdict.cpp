@@ -12,6 +12,7 @@
 #include "core/identify/positioner.hpp"
 #include "core/identify/screening.hpp"
 #include "core/identify/thermal_response.hpp"
+#include "core/judge/clock_step.hpp"
 #include "core/judge/drift_check.hpp"
 #include "core/judge/model_noise.hpp"
 #include "core/judge/movement.hpp"
@@ -192,13 +193,16 @@ Finds nearer_than_noise(const Case& of) {
                 mean_mm, noise_mm));
 }
 
-/// "row 12 (4.20 mm, 85 sigma)"; of a campaign "pose 12 (..)".
+/// "row 12"; of a campaign "pose 12".
+std::string place_of(const MeasurementData& data, std::size_t index) {
+  const Measurement& point = data.points[index];
+  if (point.row > 0) return formatted("row %d", point.row);
+  return point.pose > 0 ? formatted("pose %d", point.pose) : formatted("point %zu", index + 1);
+}
+
+/// "row 12 (4.20 mm, 85 sigma)"
 std::string name_of_point(const MeasurementData& data, const RejectedPoint& far) {
-  const Measurement& point = data.points[far.point];
-  const std::string place = point.row > 0    ? formatted("row %d", point.row)
-                            : point.pose > 0 ? formatted("pose %d", point.pose)
-                                             : formatted("point %zu", far.point + 1);
-  return place + formatted(" (%.3g mm, %.3g sigma)", far.residual_mm, far.sigmas);
+  return place_of(data, far.point) + formatted(" (%.3g mm, %.3g sigma)", far.residual_mm, far.sigmas);
 }
 
 /// The worst of them, by name.
@@ -208,6 +212,16 @@ std::string names_of_points(const MeasurementData& data, std::vector<RejectedPoi
   for (std::size_t i = 0; i < std::min(far.size(), kNamed); ++i)
     names += (i == 0 ? "" : ", ") + name_of_point(data, far[i]);
   return names + (far.size() > kNamed ? formatted(" and %zu more", far.size() - kNamed) : "");
+}
+
+/// Movements and warmth are sought by the times: turned round, they hide both.
+Finds clock_was_set(const Case& of) {
+  const auto step = clock_step(of.data.points);
+  if (!step) return std::nullopt;
+  return doubt(formatted(
+      "the times go back by %.0f min between %s and %s and run on from there, as those of a "
+      "clock that was set: what moved or warmed up meanwhile is not seen; mend the times",
+      step->back_s / 60, place_of(of.data, step->before).c_str(), place_of(of.data, step->after).c_str()));
 }
 
 Finds rows_left_out(const Case& of) {
@@ -336,7 +350,7 @@ CalibrationFigures figures_of(const CalibrationEvidence& of) {
 constexpr std::array kOfFigures{not_converged, no_better, too_few_validated, unknown_elsewhere};
 constexpr std::array kOfEvidence{too_much_left,       reference_moved,  moved_meanwhile,   still_warming_up,
                                  more_than_predicted, beyond_tolerance, nearer_than_noise, far_validation,
-                                 rows_left_out,       told_twice,       noise_not_stated};
+                                 rows_left_out,       told_twice,       clock_was_set,     noise_not_stated};
 
 template <typename Questions, typename Of>
 void ask(const Questions& questions, const Of& of, CalibrationVerdict& verdict) {

@@ -18,6 +18,13 @@ MeasurementNoise scaled(const MeasurementNoise& noise, double factor) {
           .repeatability_mm = factor * noise.repeatability_mm};
 }
 
+/// Of points that each state their own: a later one is taken as all these.
+MeasurementNoise root_mean_square(std::span<const Measurement> points) {
+  double variance = 0;
+  for (const Measurement& point : points) variance += *point.sigma_mm * *point.sigma_mm;
+  return {.repeatability_mm = std::sqrt(variance / static_cast<double>(points.size()))};
+}
+
 }  // namespace
 
 MeasurementNoise noise_about_model(const Calibration& calibration, const MeasurementData& data,
@@ -25,13 +32,14 @@ MeasurementNoise noise_about_model(const Calibration& calibration, const Measure
   const std::vector<Measurement> points = points_of(without(calibration.rejected, data), PoseSet::Identify);
   const Whitening whitening = whitening_of(points, stated);
   if (whitening.W.empty()) return {.repeatability_mm = calibration.sigma0_mm};
-  const double factor = calibration.sigma0_mm / whitening.finest_mm;
-  if (!std::ranges::all_of(points, &std::optional<double>::has_value, &Measurement::sigma_mm))
-    return scaled(*stated, factor);
-  // Each point stated its own: a later point is taken as their root mean square.
-  double variance = 0;
-  for (const Measurement& point : points) variance += *point.sigma_mm * *point.sigma_mm;
-  return {.repeatability_mm = factor * std::sqrt(variance / static_cast<double>(points.size()))};
+  MeasurementNoise about =
+      std::ranges::all_of(points, &std::optional<double>::has_value, &Measurement::sigma_mm)
+          ? root_mean_square(points)
+          : *stated;
+  about = scaled(about, std::min(1.0, calibration.sigma0_mm / whitening.finest_mm));
+  about.repeatability_mm =
+      std::hypot(about.repeatability_mm, beyond_noise_mm(whitening, calibration.sigma0_mm));
+  return about;
 }
 
 std::vector<double> validation_distances2(const Calibration& calibration, const MeasurementData& data,

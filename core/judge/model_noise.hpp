@@ -8,8 +8,9 @@
 namespace truepose {
 
 /// What a point, measured as those that identified were, scatters by about the model's predictions with exact
-/// parameters: the noise that the identification weighed by (all alike where none), scaled to the residuals
-/// that it left. What the model does not describe is in it, as in the residuals.
+/// parameters: the noise that the identification weighed by (all alike where none). What the residuals show
+/// beyond it is what the model does not describe, and counts to the arm's repeatability, so that it is in
+/// what the arm is promised to do too; where they show less, the noise is scaled to them.
 ///
 /// @param stated  the noise model of the identification's options
 MeasurementNoise noise_about_model(const Calibration& calibration, const MeasurementData& data,

@@ -284,12 +284,13 @@ std::string why_not_activated(const CalibrationVerdict& verdict) {
 
 }  // namespace
 
-StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, WallClock wall_clock)
+StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, WallClock wall_clock,
+                           const drivers::Clock& steady_clock)
     : options_{std::move(options)},
       store_{store},
       store_thread_{store_thread},
-      wall_clock_{std::move(wall_clock)} {
-  if (options_.interrupted) record_ = *options_.interrupted;
+      wall_clock_{wall_clock},
+      point_clock_{std::move(wall_clock), steady_clock, options_.measured_before} {
   if (options_.interrupted) {
     record_ = *options_.interrupted;
     record_.reason.clear();
@@ -352,7 +353,7 @@ asio::awaitable<StoreResult<void>> StoreJournal::add_resumption(Resumption resum
 }
 
 asio::awaitable<StoreResult<StoredPoint>> StoreJournal::add_point(StoredPoint point) {
-  point.time = control::rfc3339(wall_clock_());
+  point.time = control::rfc3339(point_clock_.now());
   auto job = [this, point] { return store_.add_point(options_.campaign_id, point); };
   auto kept = co_await store_thread_.ask(job);
   if (!kept) co_return std::unexpected(kept.error());

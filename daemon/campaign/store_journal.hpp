@@ -10,6 +10,7 @@
 #include "config/cell_config.hpp"
 #include "config/model_file.hpp"
 #include "daemon/campaign/campaign.hpp"
+#include "daemon/campaign/point_clock.hpp"
 #include "daemon/store/store.hpp"
 #include "daemon/threads/worker.hpp"
 
@@ -19,7 +20,7 @@ namespace truepose::daemon {
 /// at the end.
 class StoreJournal final : public CampaignJournal {
  public:
-  using WallClock = std::function<std::chrono::system_clock::time_point()>;
+  using WallClock = PointClock::WallClock;
 
   struct Options {
     std::string campaign_id;    ///< UUID
@@ -35,10 +36,12 @@ class StoreJournal final : public CampaignJournal {
     std::optional<CampaignRecord> source{};
     std::optional<std::vector<int>> validate{};   ///< of that: the poses that validate; none: as measured
     std::optional<CampaignRecord> interrupted{};  ///< that goes on; none: one begins
+    std::string measured_before{};  ///< when the last point of that was (RFC 3339); empty: it had none
   };
 
   /// @param store_thread  the only one that touches `store`
-  StoreJournal(Options options, Store& store, Worker& store_thread, WallClock wall_clock);
+  StoreJournal(Options options, Store& store, Worker& store_thread, WallClock wall_clock,
+               const drivers::Clock& steady_clock);
 
   boost::asio::awaitable<StoreResult<std::string>> begin(int total) override;
   boost::asio::awaitable<StoreResult<void>> know(Identities identities) override;
@@ -68,6 +71,7 @@ class StoreJournal final : public CampaignJournal {
   Store& store_;
   Worker& store_thread_;
   WallClock wall_clock_;
+  PointClock point_clock_;
   CampaignRecord record_;
   std::optional<ModelRecord> model_;  ///< that it came to, from its end on
   bool begun_ = false;                ///< the store knows the campaign

@@ -38,7 +38,7 @@ PointPurpose purpose_in(CampaignPhase phase) {
 CampaignService::Run::Run(StoreJournal::Options options, const CellParts& parts, CampaignDevices devices,
                           CampaignObserver& observer, CampaignOrder order,
                           std::shared_ptr<const CampaignPast> past)
-    : journal{options, parts.store, parts.store_thread, parts.wall_clock},
+    : journal{options, parts.store, parts.store_thread, parts.wall_clock, parts.clock},
       campaign{
           options.config,
           devices,

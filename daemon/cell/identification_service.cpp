@@ -180,7 +180,8 @@ MethodReply IdentificationService::keep(Request request, CampaignRecord source, 
                                 .started_by = by,
                                 .source = source,
                                 .validate = made.validate};
-  StoreJournal journal{std::move(options), parts_.store, parts_.store_thread, parts_.wall_clock};
+  StoreJournal journal{std::move(options), parts_.store, parts_.store_thread, parts_.wall_clock,
+                       parts_.clock};
   const auto result = std::make_shared<const CampaignResult>(std::move(made.result));
   auto begun = co_await journal.begin(count_poses(result->points, PointPurpose::Identify));
   if (!begun) co_return std::unexpected(store_unusable(begun.error()));

@@ -168,6 +168,7 @@ MethodReply CampaignService::resume_interrupted(std::string id, std::string by) 
                                 .kind = kind_name(*order),
                                 .activate = kept->activate,
                                 .interrupted = past->record};
+  if (!past->points.empty()) options.measured_before = past->points.back().time;
   // Somebody may have aborted it meanwhile.
   if (const auto still = interrupted(id); !still) co_return std::unexpected(still.error());
   const CampaignResumeRequested resume{id};

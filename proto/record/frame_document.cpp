@@ -118,7 +118,13 @@ FrameDocument frame_document_of(FrameKind kind, int number, const FrameReadings&
   if (kind == FrameKind::Tool)
     if (const std::string note = told_by_orientations(data, by.cell.robot); !note.empty())
       document.notes.push_back(note);
-  if (const std::string note = told_by_scatter(frame.sigma0); !note.empty()) document.notes.push_back(note);
+  if (!frame.is_contradictory())
+    if (const std::string note = told_by_scatter(frame.sigma0); !note.empty()) document.notes.push_back(note);
+  if (frame.coordinates_off_mm > 0)
+    document.notes.push_back(
+        formatted("The points are not where their stated coordinates have them, by more than the "
+                  "readings scatter: sigma takes these as wrong by %.3f mm.",
+                  frame.coordinates_off_mm));
   const bool seen = std::ranges::any_of(
       data.readings, [](const FrameReading& reading) { return reading.p_WS_mm.has_value(); });
   if (kind == FrameKind::Tool && seen)
@@ -147,6 +153,13 @@ std::string why_not_usable(const FrameDocument& document) {
         on_table ? "calibrate the positioner again, then measure the workpiece from the same station"
                  : "check the drift, make a model of today, then measure the tool again");
   }
+  std::vector<double> error_mm;
+  for (const FrameDocument::Reading& reading : document.readings) error_mm.push_back(reading.error_mm);
+  if (contradict(error_mm, document.sigma0))
+    return formatted(
+        "the readings scatter %.0f times as far as their noise: they do not belong together, or not to this model; look "
+        "for rows out of step, swapped columns, other units, or a reflector or tracker that moved meanwhile",
+        document.sigma0.value_or(0));
   if (document.doubtful.empty()) return {};
   std::string rows;
   for (const int row : document.doubtful) rows += (rows.empty() ? "row " : ", ") + std::to_string(row);

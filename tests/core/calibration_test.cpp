@@ -11,6 +11,7 @@
 #include "core/identify/identifiability.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/uncertainty.hpp"
+#include "core/judge/model_noise.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/line_search.hpp"
 #include "core/step_count.hpp"
@@ -206,25 +207,71 @@ TEST(Calibrate, LeavesNothingOfNoiseFreeErrorsAtFreshPoses) {
   }
 }
 
-TEST(Calibrate, TellsOfUnmeasuredPosesWhatItsModelLeavesToo) {
-  // Gears out of round, which the geometry does not describe: more points make nothing of it better.
-  const auto told_at = [](const JointVector& q) { return JointVector(q.array() - 3e-4 * q.array().sin()); };
-  for (std::uint64_t seed = 0; seed < 3; ++seed) {
-    Random random{seed};
-    const CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
-    MeasurementData data = example::measured(truth, 400, example::kSigma_mm, random);
+/// An arm whose gears are out of round, which the geometry does not describe: more points make nothing of it
+/// better.
+struct OutOfRoundArm {
+  explicit OutOfRoundArm(std::uint64_t seed)
+      : random{seed}, truth{example::placed(example::with_paper_errors(example::kr210()), random)} {}
+
+  static JointVector told_at(const JointVector& q) { return q.array() - 3e-4 * q.array().sin(); }
+  MeasurementData measured(int poses, double sigma_mm) {
+    MeasurementData data = example::measured(truth, poses, sigma_mm, random);
     for (Measurement& point : data.points) point.q = told_at(point.q);
-    const auto made = calibrate(example::kr210(), data,
+    return data;
+  }
+  /// RMS over poses that were not measured.
+  double error_mm(const CalibratedCell& model) {
+    double squares = 0;
+    const std::vector<JointVector> fresh = poses_within_limits(truth.robot, 300, random.next());
+    for (const JointVector& q : fresh)
+      squares += (model.predict(told_at(q), 0) - truth.predict(q, 0)).squaredNorm();
+    return std::sqrt(squares / static_cast<double>(fresh.size()));
+  }
+
+  Random random;
+  CalibratedCell truth;
+};
+
+TEST(Calibrate, TellsOfUnmeasuredPosesWhatItsModelLeavesToo) {
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    OutOfRoundArm arm(seed);
+    const auto made = calibrate(example::kr210(), arm.measured(400, example::kSigma_mm),
                                 {.noise = MeasurementNoise{.repeatability_mm = example::kSigma_mm}});
     ASSERT_TRUE(made) << made.error().detail;
-    double squares = 0;
-    const std::vector<JointVector> fresh = poses_within_limits(truth.robot, 300, seed + 1);
-    for (const JointVector& q : fresh)
-      squares += (made->cell.predict(told_at(q), 0) - truth.predict(q, 0)).squaredNorm();
-    const double rms_mm = std::sqrt(squares / static_cast<double>(fresh.size()));
+    const double rms_mm = arm.error_mm(made->cell);
     EXPECT_GT(made->transfer.rms_mm, rms_mm / 1.3) << "seed " << seed;
     EXPECT_LT(made->transfer.rms_mm, rms_mm * 1.3) << "seed " << seed;
+    const JointVector q = JointVector::Constant(6, 0.3);
+    EXPECT_NEAR(std::sqrt(made->position_covariance(q, 0).trace()), rms_mm, 0.3 * rms_mm) << "seed " << seed;
   }
+}
+
+TEST(NoiseAboutAModel, CountsWhatTheModelLeavesToTheArmAndNotToTheTracker) {
+  constexpr double kTracker_mm = 0.1;
+  const MeasurementNoise stated{.tracker = {.range_mm = kTracker_mm, .transverse_mm = kTracker_mm}};
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    OutOfRoundArm arm(seed);
+    const MeasurementData data = arm.measured(400, kTracker_mm);
+    const auto made = calibrate(example::kr210(), data, {.noise = stated});
+    ASSERT_TRUE(made) << made.error().detail;
+    const MeasurementNoise about = noise_about_model(*made, data, stated);
+    EXPECT_EQ(about.tracker.transverse_mm, kTracker_mm);
+    const double rms_mm = arm.error_mm(made->cell);
+    EXPECT_NEAR(std::sqrt(3.0) * about.repeatability_mm, rms_mm, 0.3 * rms_mm) << "seed " << seed;
+  }
+}
+
+TEST(NoiseAboutAModel, IsThatOfThePointsWhereTheyScatterLessThanStated) {
+  Random random{4};
+  const CalibratedCell truth = example::placed(example::kr210(), random);
+  const MeasurementData data = example::measured(truth, 100, 0.02, random);
+  const MeasurementNoise stated{.tracker = {.range_mm = 0.04, .transverse_mm = 0.04},
+                                .repeatability_mm = 0.06};
+  const auto made = calibrate(example::kr210(), data, {.noise = stated});
+  ASSERT_TRUE(made) << made.error().detail;
+  const MeasurementNoise about = noise_about_model(*made, data, stated);
+  EXPECT_NEAR(std::hypot(about.repeatability_mm, about.tracker.range_mm), 0.02, 0.003);
+  EXPECT_NEAR(about.repeatability_mm / about.tracker.range_mm, 1.5, 1e-9);
 }
 
 TEST(CoarseFit, NeedsFewPosesToAimWith) {

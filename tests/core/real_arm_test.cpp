@@ -42,11 +42,9 @@ StageErrors validated(const RealArm& arm, const MeasurementData& data, const Cal
   return *calibration->validate;
 }
 
-// With layers at most 1.05 of without is asked for; in one of the 24 places they come to 1.15.
-TEST(ARealArm, IsPredictedOutsideTheQuarterThatItWasMeasuredInAndSeldomWorseForItsLayers) {
+TEST(ARealArm, IsPredictedOutsideTheQuarterThatItWasMeasuredInAndNotWorseForItsLayers) {
   const auto arm = real_arm();
   if (!arm) GTEST_SKIP() << "no measurements of a real arm";
-  int worse = 0;
   for (int joint = 0; joint < 6; ++joint) {
     for (int quarter = 0; quarter < kQuarters; ++quarter) {
       const std::string place =
@@ -59,11 +57,9 @@ TEST(ARealArm, IsPredictedOutsideTheQuarterThatItWasMeasuredInAndSeldomWorseForI
       std::printf("%s: nominal %.3f, geometry %.3f, both layers %.3f mm\n", place.c_str(),
                   without.before.mean, without.after.mean, with.after.mean);
       EXPECT_LE(without.after.mean, without.before.mean);
-      EXPECT_LE(with.after.mean, 1.2 * without.after.mean);
-      worse += with.after.mean > 1.05 * without.after.mean;
+      EXPECT_LE(with.after.mean, 1.05 * without.after.mean);
     }
   }
-  EXPECT_LE(worse, 1);
 }
 
 }  // namespace

@@ -211,6 +211,15 @@ TEST(WarmthByTheOrderOfTheRows, IsFoundWhereNothingElseTellsIt) {
   EXPECT_LE(with_mm, without_mm / 2);
 }
 
+TEST(WarmthByTheOrderOfTheRows, IsFoundWhereTheClockOfTheirTimesStands) {
+  WarmingCell cell(3);
+  MeasurementData data = in_order_alone(cell.measured(120, 20));
+  for (Measurement& point : data.points) point.time = "2026-11-26T08:00:00Z";
+  const Calibration made = calibrated(data, ThermalUse::Auto);
+  ASSERT_TRUE(made.thermal && made.thermal->clock);
+  EXPECT_TRUE(made.thermal->clock->by_order);
+}
+
 TEST(WarmthByTheOrderOfTheRows, IsNotFoundInAnArmThatDoesNotChange) {
   const int runs = trials(1000);
   int kept = 0;

@@ -81,7 +81,8 @@ struct CellTest : testing::Test {
     StoreJournal journal{{.campaign_id = "c" + digits, .model_id = "m" + digits, .config = config},
                          *store,
                          store_thread,
-                         wall_clock};
+                         wall_clock,
+                         clock};
     EXPECT_TRUE(finish(journal.begin(0)));
     EXPECT_TRUE(finish(journal.know(result->identities)));
     for (const StoredPoint& point : result->points) EXPECT_TRUE(finish(journal.add_point(point)));

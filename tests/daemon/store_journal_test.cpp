@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "config/model_file.hpp"
+#include "drivers/mock/virtual_clock.hpp"
 #include "tests/daemon/example_cell.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -44,10 +45,11 @@ struct StoreJournalTest : testing::Test {
   StoreJournal journal(bool activate = true) {
     config::CellConfig config;
     config.robot.model = test::kr210();
-    return {
-        {.campaign_id = "c1", .model_id = "m1", .config = config, .activate = activate}, *store, thread, [] {
-          return std::chrono::system_clock::time_point{};
-        }};
+    return {{.campaign_id = "c1", .model_id = "m1", .config = config, .activate = activate},
+            *store,
+            thread,
+            [this] { return wall; },
+            clock};
   }
   template <typename T>
   T finish(asio::awaitable<T> work) {
@@ -64,6 +66,8 @@ struct StoreJournalTest : testing::Test {
   TempFolder folder;
   StoreResult<Store> store = Store::open(folder.path() / "cell.sqlite");
   Worker thread;
+  std::chrono::system_clock::time_point wall;
+  drivers::VirtualClock clock;
 };
 
 TEST_F(StoreJournalTest, KeepsACampaignWithItsPointsSkippedPosesDocumentAndActiveModel) {
@@ -90,6 +94,32 @@ TEST_F(StoreJournalTest, KeepsACampaignWithItsPointsSkippedPosesDocumentAndActiv
   const config::ModelFile model = config::parse_model((*active)->yaml, "model");
   EXPECT_EQ(model.serial, "S1");
   EXPECT_EQ(model.cell.robot.joints[2].beta_rad, test::kr210_with_errors().joints[2].beta_rad);
+}
+
+TEST_F(StoreJournalTest, TellsWhenPointsWereMeasuredByAClockThatNobodySets) {
+  ASSERT_TRUE(store) << store.error().detail;
+  wall += std::chrono::hours{100};
+  StoreJournal kept = journal();
+  ASSERT_TRUE(finish(kept.begin(2)));
+  const auto first = finish(kept.add_point(example_point(1)));
+  ASSERT_TRUE(first) << first.error().detail;
+  wall -= std::chrono::hours{1};
+  clock.pass_to(clock.now() + std::chrono::seconds{20});
+  const auto second = finish(kept.add_point(example_point(2)));
+  ASSERT_TRUE(second) << second.error().detail;
+  EXPECT_THAT(first->time, HasSubstr("T04:00:00"));
+  EXPECT_THAT(second->time, HasSubstr("T04:00:20"));
+}
+
+TEST(PointClock, TellsNoPointOfAResumedCampaignBeforeTheOnesOfBefore) {
+  drivers::VirtualClock steady;
+  const std::chrono::system_clock::time_point wall = std::chrono::sys_days{std::chrono::year{2026} / 11 / 26};
+  PointClock set_back([&] { return wall; }, steady, "2026-11-26T00:30:00Z");
+  EXPECT_EQ(set_back.now(), wall + std::chrono::minutes{30});
+  steady.pass_to(steady.now() + std::chrono::seconds{20});
+  EXPECT_EQ(set_back.now(), wall + std::chrono::minutes{30} + std::chrono::seconds{20});
+  PointClock a_day_later([&] { return wall + std::chrono::days{1}; }, steady, "2026-11-26T00:30:00Z");
+  EXPECT_EQ(a_day_later.now(), wall + std::chrono::days{1});
 }
 
 TEST_F(StoreJournalTest, KeepsButDoesNotActivateAModelThatIsNoBetterThanTheNominalArm) {

@@ -175,6 +175,9 @@ constexpr const char* kToolGiven =
     "--tool was given, not measured: sigma_mm does not hold what the TCP is off by on the flange, often more than "
     "half a millimetre; `truepose tool` measures it";
 
+constexpr const char* kBaseGiven =
+    "--base: sigma_mm does not hold what the base itself is off by, nor its turn, which grows with the distance from it";
+
 /// What carries the workpiece that the targets stand in.
 class Table {
  public:
@@ -369,6 +372,7 @@ class Output {
     if (report_file_) report_file_->stream() << report::render_compensation_html(report_);
     if (!tells_sigma_) note(options_.arm.model.string() + kNoSigma);
     if (!is_tool_measured_) note(kToolGiven);
+    if (tells_sigma_ && !options_.base.empty()) note(kBaseGiven);
     if (options_.as_json) std::cout << document_ << '\n';
     flush_standard_output();  // before a file takes its place
     for (auto* file : {&out_, &report_file_}) {
