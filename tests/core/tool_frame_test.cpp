@@ -226,6 +226,29 @@ TEST(ToolFrame, AReadingThatSlippedIsNamed) {
   EXPECT_GE(named, 0.95 * seeds) << "of seeds 0.." << seeds - 1;
 }
 
+TEST(ToolFrame, ReadingsThatDoNotBelongTogetherMakeNone) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    CalibratedArm arm(seed);
+    const FrameReadings right = seen_by_tracker(arm, 10);
+    FrameReadings out_of_step = right, another_reflector = right, tracker_moved = right;
+    for (std::size_t i = 0; i < right.readings.size(); ++i) {
+      out_of_step.readings[i].q = right.readings[(i + kThree.size()) % right.readings.size()].q;
+      if (i % 2 == 0) *another_reflector.readings[i].p_WS_mm += Eigen::Vector3d(2, -2, 1);
+      if (i >= right.readings.size() / 2) *tracker_moved.readings[i].p_WS_mm += Eigen::Vector3d(1, 0, 0);
+    }
+    for (const FrameReadings& data : {out_of_step, another_reflector, tracker_moved}) {
+      const auto tool = tool_frame(data, arm.by());
+      EXPECT_TRUE(!tool || !tool->is_sound()) << "seed " << seed;
+    }
+    // A hand that touches ten times worse than the arm comes back makes a tool, whose sigma knows it.
+    FrameReadings by_hand = right;
+    for (FrameReading& reading : by_hand.readings) *reading.p_WS_mm += normal(arm.random(), 0.12);
+    const auto tool = tool_frame(by_hand, arm.by());
+    ASSERT_TRUE(tool) << tool.error();
+    EXPECT_TRUE(tool->is_sound()) << "seed " << seed;
+  }
+}
+
 /// One reflector at the TCP, seen in ten orientations as far apart as a tracker may allow.
 FrameReadings seen_from_one_side(CalibratedArm& arm) {
   FrameReadings data{.points = {{kOrigin, {}}}};
@@ -340,6 +363,25 @@ TEST(WorkFrame, TellsItsSigmaWhereThePriorIsNeededToo) {
     find_frames(poses, PriorUse::On, errors);
     EXPECT_LT(errors.mean_square, 2);
     EXPECT_GT(errors.mean_square, 0.4);
+  }
+}
+
+TEST(WorkFrame, KnowsWhatWrongCoordinatesOfItsPointsCost) {
+  const std::vector<Eigen::Vector3d> corners{{0, 0, 0}, {600, 0, 0}, {0, 400, 0}, {600, 400, 50}};
+  std::vector<FramePoint> stated;
+  for (const Eigen::Vector3d& corner : corners)
+    stated.push_back({"p" + std::to_string(stated.size()), corner});
+  *stated[2].p_mm += Eigen::Vector3d(0, 0, 1);
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    CalibratedArm arm(seed);
+    const Eigen::Matrix4d X_BU = plain::kuka_frame({1500, 200, 600}, {30, 2, -1});
+    const auto frame = work_frame(touched_points(arm, X_BU, stated, corners, 3), arm.by(),
+                                  {arm.of_tool({0, 0, 0}), nullptr});
+    ASSERT_TRUE(frame) << frame.error();
+    EXPECT_NEAR(frame->coordinates_off_mm, 0.3, 0.15) << "seed " << seed;
+    const Eigen::Matrix4d wanted =
+        arm.by().cell.base.isometry().inverse().matrix() * arm.truth().base.isometry().matrix() * X_BU;
+    EXPECT_LT(plain::rad_between(frame->X.matrix(), wanted), 3 * frame->sigma_rad()) << "seed " << seed;
   }
 }
 
