@@ -190,6 +190,9 @@ asio::awaitable<void> Session::serve(std::string line) {
 
   ++context_->requests;
   const control::Id id = request->id;
+  // Now and not only from time to time: whose access was revoked is answered nothing more.
+  if (authenticated()) context_->refresh_access();
+  if (finishing_) co_return;
   Result result;
   if (authenticated()) {
     result = co_await call(std::move(*request));

@@ -60,6 +60,7 @@ Response answer_with(http::status status, const char* type, std::string body) {
       "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; img-src data:; "
       "base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
   response.body() = std::move(body);
+  response.prepare_payload();
   return response;
 }
 
@@ -221,8 +222,10 @@ asio::awaitable<void> WebServer::Impl::converse(std::shared_ptr<Stream> stream, 
       co_return;
     }
     const bool keep_alive = request.keep_alive();
+    const bool is_head = request.method() == http::verb::head;
     Response response = co_await answer(std::move(request), peer, shown);
     response.keep_alive(keep_alive);
+    if (is_head) response.body().clear();  // whose length is told all the same
     const bool written = co_await write(*stream, std::move(response));
     goes_on = written && keep_alive;
     until = parts.clock.now() + limits.idle;
@@ -232,7 +235,6 @@ asio::awaitable<void> WebServer::Impl::converse(std::shared_ptr<Stream> stream, 
 
 template <typename Stream>
 asio::awaitable<bool> WebServer::Impl::write(Stream& stream, Response response) {
-  response.prepare_payload();
   const auto send = [](Stream& to, Response& what) -> asio::awaitable<bool> {
     const auto [error, size] = co_await http::async_write(to, what, kAwaited);
     co_return !error;
@@ -265,10 +267,9 @@ bool WebServer::Impl::is_upgrade(const Request& request) const {
 
 asio::awaitable<Response> WebServer::Impl::answer(Request request, Peer peer,
                                                   std::optional<control::Certificate> shown) {
-  const bool is_head = request.method() == http::verb::head;
   if (std::string fault = fault_of(request); !fault.empty())
     co_return refusal(http::status::forbidden, fault);
-  if (!is_head && request.method() != http::verb::get) {
+  if (request.method() != http::verb::head && request.method() != http::verb::get) {
     Response response = refusal(http::status::method_not_allowed, "only GET and HEAD are served here");
     response.set(http::field::allow, "GET, HEAD");
     co_return response;
@@ -283,7 +284,6 @@ asio::awaitable<Response> WebServer::Impl::answer(Request request, Peer peer,
   } else if (target == "/metrics" || target == "/healthz") {
     response = co_await answer_to_known(std::move(request), std::move(peer), std::move(shown));
   }
-  if (is_head) response.body().clear();
   co_return response;
 }
 

@@ -16,6 +16,7 @@
 
 #include "daemon/control/connection.hpp"
 #include "daemon/threads/signal.hpp"
+#include "proto/control/line_splitter.hpp"
 
 namespace truepose::daemon {
 
@@ -55,7 +56,7 @@ class WebSocketConnection final : public Connection {
     const std::size_t size = std::min(buffer.size(), socket.inbox.size());
     std::copy_n(socket.inbox.begin(), size, static_cast<char*>(buffer.data()));
     socket.inbox.erase(0, size);
-    if (socket.inbox.empty()) socket.emptied.notify();
+    socket.taken.notify();
     co_return size;
   }
 
@@ -71,8 +72,7 @@ class WebSocketConnection final : public Connection {
   }
 
   boost::asio::awaitable<void> end_writing() override {
-    const auto [gone] =
-        co_await socket_->stream.async_close(boost::beast::websocket::close_code::normal, kAwaited);
+    const auto [gone] = co_await socket_->stream.async_close(socket_->farewell, kAwaited);
     static_cast<void>(gone);
   }
   void end_reading() override { socket_->end(); }
@@ -96,24 +96,31 @@ class WebSocketConnection final : public Connection {
     void end() {
       ended = true;
       filled.notify();
-      emptied.notify();
+      taken.notify();
     }
 
     std::shared_ptr<void> kept;
     boost::beast::websocket::stream<Stream> stream;
     std::string inbox{};  ///< came, and was not read yet
-    Signal filled, emptied;
+    Signal filled, taken;
+    boost::beast::websocket::close_reason farewell{boost::beast::websocket::close_code::normal};
     bool ended = false;
   };
 
-  /// Reads, a piece at a time, and waits until it is taken. A read of its own, since one that is cancelled
-  /// takes the WebSocket with it, and then no reason could be written.
+  /// Reads, a piece at a time, also while nobody takes it, since it is reading that answers pings; but no
+  /// more ahead than a line may be long. A read of its own, since one that is cancelled takes the WebSocket
+  /// with it, and then no reason could be written.
   static boost::asio::awaitable<void> pump(std::shared_ptr<Socket> socket) {
     std::array<char, 4096> piece;
     while (!socket->ended) {
       const auto [error, size] =
           co_await socket->stream.async_read_some(boost::asio::buffer(piece), kAwaited);
-      if (error || !socket->stream.got_text()) break;
+      if (error) break;
+      if (!socket->stream.got_text()) {
+        socket->farewell = {boost::beast::websocket::close_code::unknown_data,
+                            "messages are text here, not binary"};
+        break;
+      }
       // A message is one line, however its JSON is laid out.
       std::replace_if(
           piece.begin(), piece.begin() + static_cast<std::ptrdiff_t>(size),
@@ -121,7 +128,7 @@ class WebSocketConnection final : public Connection {
       socket->inbox.append(piece.data(), size);
       if (socket->stream.is_message_done()) socket->inbox += '\n';
       socket->filled.notify();
-      while (!socket->inbox.empty() && !socket->ended) co_await socket->emptied.wait();
+      while (socket->inbox.size() > control::kMaxLine && !socket->ended) co_await socket->taken.wait();
     }
     socket->end();
   }

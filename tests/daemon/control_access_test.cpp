@@ -127,6 +127,19 @@ TEST_F(ControlAccess, ClosesTheSessionOfWhoIsRevokedAndNoOther) {
   EXPECT_EQ(other.code("cell.status"), 0);
 }
 
+TEST_F(ControlAccess, CarriesOutNothingMoreForWhoWasRevokedAMomentAgo) {
+  write_access(one_of_each_role());
+  Client revoked{serve()};
+  revoked.hello(token_of(Role::Operator));
+  EXPECT_EQ(revoked.code("control.acquire"), 0);
+  write_access({});
+  revoked.send(control::encode_request(7, "control.release", {}));
+  const Reply reply = revoked.reply();
+  ASSERT_FALSE(reply.result) << "it was carried out";
+  EXPECT_EQ(reply.result.error().message, "closed: the access of operator was changed or revoked");
+  EXPECT_TRUE(revoked.closed());
+}
+
 TEST_F(ControlAccess, KeepsWhatItKnewWhereTheFileCannotBeUsed) {
   write_access(one_of_each_role());
   const auto port = serve();

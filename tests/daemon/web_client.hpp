@@ -125,30 +125,48 @@ class WebSocketClient : public ProtocolClient {
 
   /// The next text message; empty where the server said that it closes, or closed.
   std::string any_line() override {
+    for (Frame next = next_frame(); next.operation != kClose; next = next_frame())
+      if (next.operation == kText) return next.payload;
+    return {};
+  }
+  /// What a ping is answered with, whatever else is answered later; empty where it closed.
+  std::string next_pong() {
     while (true) {
-      const std::string head = http_.read(2);
-      if (head.size() < 2) return {};
-      const auto operation = static_cast<std::uint8_t>(head[0] & 0x0f);
-      std::uint64_t size = static_cast<std::uint8_t>(head[1]);
-      if (size > 125) {
-        const std::string longer = http_.read(size == 126 ? 2 : 8);
-        size = 0;
-        for (const char byte : longer) size = size << 8U | static_cast<std::uint8_t>(byte);
-      }
-      std::string payload = http_.read(size);
-      if (operation == kText) return payload;
-      if (operation == kClose) return {};
-      if (operation == kPong) pong_ = std::move(payload);
+      const Frame next = next_frame();
+      if (next.operation == kPong || next.operation == kClose) return pong_;
     }
   }
   const std::string& pong() const { return pong_; }
+  /// What the server said as it closed: a code of two bytes, and why.
+  const std::string& farewell() const { return farewell_; }
 
   static constexpr std::uint8_t kText = 1, kBinary = 2, kClose = 8, kPing = 9, kPong = 10;
 
  private:
+  struct Frame {
+    std::uint8_t operation;
+    std::string payload;
+  };
+  /// A server that closed without a word is one that closes.
+  Frame next_frame() {
+    const std::string head = http_.read(2);
+    if (head.size() < 2) return {kClose, {}};
+    const auto operation = static_cast<std::uint8_t>(head[0] & 0x0f);
+    std::uint64_t size = static_cast<std::uint8_t>(head[1]);
+    if (size > 125) {
+      const std::string longer = http_.read(size == 126 ? 2 : 8);
+      size = 0;
+      for (const char byte : longer) size = size << 8U | static_cast<std::uint8_t>(byte);
+    }
+    Frame frame{operation, http_.read(size)};
+    if (operation == kPong) pong_ = frame.payload;
+    if (operation == kClose) farewell_ = frame.payload;
+    return frame;
+  }
+
   HttpClient http_;
   HttpAnswer handshake_;
-  std::string pong_;
+  std::string pong_, farewell_;
 };
 
 }  // namespace truepose::daemon::test

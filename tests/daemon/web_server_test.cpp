@@ -66,8 +66,13 @@ TEST_F(WebServerTest, AnswersWhatItDoesNotServe) {
   EXPECT_EQ(client.get("/rpc").status, 426);
   client.ask("DELETE", "/");
   EXPECT_THAT(client.answer().header, HasSubstr("405"));
-  client.ask("HEAD", "/healthz");
-  EXPECT_EQ(client.answer(false).status, 200);
+  client.ask("HEAD", "/");
+  const HttpAnswer head = client.answer(false);
+  EXPECT_EQ(head.status, 200);
+  EXPECT_THAT(head.header, HasSubstr("Content-Length: " + std::to_string(dashboard_page().size())));
+  client.send("HEAD / HTTP/1.1\r\nHost: evil.example\r\n\r\n");
+  EXPECT_EQ(client.answer(false).status, 403);
+  EXPECT_EQ(client.get("/healthz").status, 200) << "what follows no body is the next answer";
   client.ask("POST", "/", "Content-Length: 5\r\n");
   EXPECT_EQ(client.answer().status, 413);
   EXPECT_TRUE(client.closed());
@@ -121,6 +126,24 @@ TEST_F(WebServerTest, TakesOneMessageForOneRequestHoweverItIsLaidOutAndCut) {
   EXPECT_EQ(client.code("cell.status"), 0) << "an empty message is nothing";
   client.send_frame(WebSocketClient::kBinary, R"({"jsonrpc": "2.0", "id": 9, "method": "cell.status"})");
   EXPECT_TRUE(client.closed());
+  EXPECT_EQ(client.farewell(),
+            "\x03\xEB"
+            "messages are text here, not binary")
+      << "1003";
+}
+
+TEST_F(WebServerTest, AnswersPingsWhileACallRunsAndOthersWait) {
+  WebSocketClient client{serve_web()};
+  client.hello();
+  client.send(control::encode_request(71, "campaign.start", {}));
+  cell_.started.get_future().wait();
+  client.send(control::encode_request(72, "cell.status", {}));
+  client.send(control::encode_request(73, "cell.status", {}));
+  client.send_frame(WebSocketClient::kPing, "there?");
+  const std::string pong = client.next_pong();
+  on_loop([this] { cell_.release(); });
+  EXPECT_EQ(pong, "there?");
+  for (const std::int64_t id : {71, 72, 73}) EXPECT_EQ(client.reply().id, control::Id{id});
 }
 
 TEST_F(WebServerTest, LetsInByTheSameTokensRolesAndLimits) {
