@@ -62,9 +62,11 @@ int live(const std::filesystem::path& file, const std::string& id, int pipe) {
                                 .model_id = "model of " + id,
                                 .config = config};
   if (past) options.interrupted = past->record;
-  StoreJournal journal{options, *store, thread, [] { return std::chrono::system_clock::time_point{}; }};
+  if (past && !past->points.empty()) options.measured_before = past->points.back().time;
   asio::io_context io;
   drivers::VirtualClock clock;
+  StoreJournal journal{options, *store, thread, [] { return std::chrono::system_clock::time_point{}; },
+                       clock};
   drivers::MockCellOptions truth = test::example_truth();
   truth.faults.tracker_busy = 0.05;
   truth.seed = past ? past->points.size() : 0;
