@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kFewestTimes = 12;  // of which chance hardly makes two runs
 constexpr double kLeastBack_s = 60;       // less turns no order round that matters
-constexpr std::size_t kMostSteps = 2;
+constexpr std::size_t kMostClockSteps = 2;
 constexpr double kMeasuredAgain = 0.1;  // of the points
 
 struct Timed {
@@ -40,10 +40,10 @@ std::optional<ClockStep> step_of(std::span<const Timed> series) {
     const double by = series[i - 1].seconds - series[i].seconds;
     if (by > 0) back.push_back({series[i - 1].point, series[i].point, by});
   }
-  if (back.empty() || back.size() > kMostSteps) return std::nullopt;
+  if (back.empty() || back.size() > kMostClockSteps) return std::nullopt;
   const ClockStep widest = *std::ranges::max_element(back, {}, &ClockStep::back_s);
   const auto few = std::max<std::size_t>(
-      kMostSteps, static_cast<std::size_t>(kMeasuredAgain * static_cast<double>(series.size())));
+      kMostClockSteps, static_cast<std::size_t>(kMeasuredAgain * static_cast<double>(series.size())));
   const bool runs_on = widest.back_s >= kLeastBack_s && out_of_order(series) > few;
   return runs_on ? std::optional{widest} : std::nullopt;
 }
