@@ -11,8 +11,9 @@ namespace {
 
 constexpr double kTouch_mm = 0.01;       // no point is touched finer, per axis
 constexpr double kParameterStep = 1e-5;  // mm or rad, of the derivative to a parameter
-// Readings that belong together scatter by some times their noise where model or hand are worse than stated.
-constexpr double kContradictory = 10, kContradictory_mm = 0.3;
+// Readings that belong together scatter by tens of times their noise where the arm is no longer what its
+// model has it to be.
+constexpr double kContradictory = 100, kContradictory_mm = 1;
 constexpr double kBeyondNoise = 3;  // times: misfits of points whose coordinates are right are less
 
 /// Standard deviation of what stated coordinates are wrong by, where the readings do not explain the misfits.

@@ -118,7 +118,8 @@ FrameDocument frame_document_of(FrameKind kind, int number, const FrameReadings&
   if (kind == FrameKind::Tool)
     if (const std::string note = told_by_orientations(data, by.cell.robot); !note.empty())
       document.notes.push_back(note);
-  if (!frame.is_contradictory())
+  const bool is_explained = !frame.doubtful.empty() || (frame.shift && frame.shift->is_real());
+  if (is_explained || !frame.is_contradictory())
     if (const std::string note = told_by_scatter(frame.sigma0); !note.empty()) document.notes.push_back(note);
   if (frame.coordinates_off_mm > 0)
     document.notes.push_back(
@@ -153,14 +154,16 @@ std::string why_not_usable(const FrameDocument& document) {
         on_table ? "calibrate the positioner again, then measure the workpiece from the same station"
                  : "check the drift, make a model of today, then measure the tool again");
   }
-  std::vector<double> error_mm;
-  for (const FrameDocument::Reading& reading : document.readings) error_mm.push_back(reading.error_mm);
-  if (contradict(error_mm, document.sigma0))
-    return formatted(
-        "the readings scatter %.0f times as far as their noise: they do not belong together, or not to this model; look "
-        "for rows out of step, swapped columns, other units, or a reflector or tracker that moved meanwhile",
-        document.sigma0.value_or(0));
-  if (document.doubtful.empty()) return {};
+  if (document.doubtful.empty()) {
+    std::vector<double> error_mm;
+    for (const FrameDocument::Reading& reading : document.readings) error_mm.push_back(reading.error_mm);
+    if (contradict(error_mm, document.sigma0))
+      return formatted(
+          "the readings scatter %.0f times as far as their noise: they do not belong together, or not to this model; look "
+          "for rows out of step, swapped columns, other units, or a reflector or tracker that moved meanwhile",
+          document.sigma0.value_or(0));
+    return {};
+  }
   std::string rows;
   for (const int row : document.doubtful) rows += (rows.empty() ? "row " : ", ") + std::to_string(row);
   return rows +

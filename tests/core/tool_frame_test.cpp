@@ -230,13 +230,13 @@ TEST(ToolFrame, ReadingsThatDoNotBelongTogetherMakeNone) {
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     CalibratedArm arm(seed);
     const FrameReadings right = seen_by_tracker(arm, 10);
-    FrameReadings out_of_step = right, another_reflector = right, tracker_moved = right;
+    FrameReadings out_of_step = right, in_degrees = right, turned_wrongly = right;
     for (std::size_t i = 0; i < right.readings.size(); ++i) {
       out_of_step.readings[i].q = right.readings[(i + kThree.size()) % right.readings.size()].q;
-      if (i % 2 == 0) *another_reflector.readings[i].p_WS_mm += Eigen::Vector3d(2, -2, 1);
-      if (i >= right.readings.size() / 2) *tracker_moved.readings[i].p_WS_mm += Eigen::Vector3d(1, 0, 0);
+      in_degrees.readings[i].q *= kDegPerRad;
+      turned_wrongly.readings[i].q[5] *= -1;
     }
-    for (const FrameReadings& data : {out_of_step, another_reflector, tracker_moved}) {
+    for (const FrameReadings& data : {out_of_step, in_degrees, turned_wrongly}) {
       const auto tool = tool_frame(data, arm.by());
       EXPECT_TRUE(!tool || !tool->is_sound()) << "seed " << seed;
     }
