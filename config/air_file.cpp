@@ -8,11 +8,18 @@
 namespace truepose::config {
 namespace {
 
+constexpr std::chrono::minutes kClocksDiffer{1};  // of two machines
+
 std::expected<Air, std::string> recent_air(const std::filesystem::path& file, std::chrono::seconds max_age) {
   std::error_code failed;
   const auto written = std::filesystem::last_write_time(file, failed);
   if (failed) return std::unexpected(file.string() + ": cannot be read: " + failed.message());
   const auto age = std::chrono::floor<std::chrono::seconds>(decltype(written)::clock::now() - written);
+  if (age < -kClocksDiffer)
+    return std::unexpected(formatted(
+        "%s: is dated %lld s later than now, so that nobody can tell how old it is: set the clocks of this PC and of "
+        "the weather station",
+        file.c_str(), static_cast<long long>(-age.count())));
   if (age > max_age)
     return std::unexpected(formatted(
         "%s: was written %lld s ago, allowed are %lld s (tracker.air_max_age_s): "

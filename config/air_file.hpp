@@ -16,7 +16,7 @@ Air load_air(const std::filesystem::path& file);
 
 /// Tells the air of the cell as it is now: what was entered, or what tracker.air_file says at that moment.
 /// Empty where the tracker has to know by itself. Errors: the file cannot be read, is older than
-/// tracker.air_max_age_s, or holds no air that there is.
+/// tracker.air_max_age_s or dated later than now, or holds no air that there is.
 std::function<std::expected<Air, std::string>()> air_source(const TrackerConfig& tracker);
 
 }  // namespace truepose::config

@@ -6,7 +6,9 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/udp.hpp>
+#include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <filesystem>
 #include <iterator>
 #include <optional>
@@ -90,24 +92,29 @@ std::vector<Finding> check_stream_address(const config::StreamConfig& stream,
   return findings;
 }
 
-Finding check_certificate(const config::TlsConfig& tls) {
+Finding check_certificate(const config::TlsConfig& tls, std::chrono::system_clock::time_point now) {
   const auto identity = TlsIdentity::load(tls);
   if (!identity) return {Level::Failure, identity.error()};
   const std::string file = tls.certificate.string() + ": the daemon's certificate ";
-  const std::string fault =
-      control::validity_fault(identity->certificate(), std::chrono::system_clock::now());
-  if (!fault.empty()) return {Level::Failure, file + fault + "; make a new one (`truepose tls init`)"};
+  const std::string fault = control::validity_fault(identity->certificate(), now);
+  if (!fault.empty()) {
+    return {Level::Failure,
+            file + fault + ", and the clock of this PC says " + control::rfc3339(now) +
+                ": set it right, or make a new certificate (`truepose tls init`)",
+            true};
+  }
   return {Level::Good, file + "holds until " + control::rfc3339(identity->certificate().until)};
 }
 
 /// Where the control port may be.
-std::vector<Finding> check_control_address(const config::ControlConfig& control) {
+std::vector<Finding> check_control_address(const config::ControlConfig& control,
+                                           std::chrono::system_clock::time_point now) {
   const auto address = control_address(control.listen);
   if (!address) return {{Level::Failure, address.error()}};
   if (!control.tls) return {};
   const auto for_others = tls_address(control.tls->listen);
   if (!for_others) return {{Level::Failure, for_others.error()}};
-  return {check_certificate(*control.tls)};
+  return {check_certificate(*control.tls, now)};
 }
 
 std::vector<Finding> check_web_address(const config::CellConfig& config) {
@@ -212,8 +219,14 @@ Finding check_store(const fs::path& file) {
   if (!fs::is_directory(folder, none))
     return {Level::Failure, file.string() + ": there is no folder " + folder.string() + "; make it"};
   if (::access(folder.c_str(), W_OK | X_OK) != 0)
-    return {Level::Failure, folder.string() + ": the store's folder cannot be written by this user"};
+    return {Level::Failure, folder.string() +
+                                ": the store's folder cannot be written: " + std::strerror(errno) +
+                                "; give `store` a folder that can be (a service: /var/lib/truepose/CELL)"};
   if (!fs::exists(file, none)) return {Level::Good, file.string() + ": will be made"};
+  if (fs::is_empty(file, none))
+    return {Level::Warning, file.string() +
+                                ": is empty, and is taken as a new store; if there was one, stop the "
+                                "daemon and restore a backup (truepose restore)"};
   if (!fs::is_regular_file(file, none) || ::access(file.c_str(), R_OK | W_OK) != 0)
     return {Level::Failure, file.string() + ": is no file that this user can read and write"};
   const StoreResult<void> known = Store::examine(file);
@@ -232,10 +245,10 @@ std::vector<Finding> check_recording(const fs::path& folder) {
 
 }  // namespace
 
-std::vector<Finding> check(const config::CellConfig& config) {
+std::vector<Finding> check(const config::CellConfig& config, std::chrono::system_clock::time_point now) {
   std::vector<Finding> findings;
   check_stream(config, findings);
-  append(findings, check_control_address(config.control));
+  append(findings, check_control_address(config.control, now));
   append(findings, check_web_address(config));
   append(findings, check_ports(config));
   append(findings, check_poses(config));

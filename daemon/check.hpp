@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <string>
 #include <vector>
 
@@ -10,10 +11,13 @@ namespace truepose::daemon {
 struct Finding {
   enum class Level { Good, Warning, Failure };
   Level level;
-  std::string text;  ///< one line: what, where, and what to do about it
+  std::string text;       ///< one line: what, where, and what to do about it
+  bool may_pass = false;  ///< by itself: a clock that is wrong at boot is put right
 };
 
 /// Looks at everything that a cell's configuration names beyond itself. Changes nothing.
-std::vector<Finding> check(const config::CellConfig& config);
+/// @param now  by which certificates hold
+std::vector<Finding> check(const config::CellConfig& config,
+                           std::chrono::system_clock::time_point now = std::chrono::system_clock::now());
 
 }  // namespace truepose::daemon

@@ -23,7 +23,7 @@ using truepose::daemon::Finding;
 
 constexpr int kFailed = 1;
 constexpr int kBadInput = 2;     // the unit does not try again: a person has to mend it
-constexpr int kNotThereYet = 3;  // the unit tries again: an address, a port, room on the disk
+constexpr int kNotThereYet = 3;  // the unit tries again: an address, a port, room on the disk, the time
 
 constexpr const char* kHelp =
     R"(Calibrates one robot cell with a laser tracker and corrects its arm while it works.
@@ -44,6 +44,8 @@ int complain(const char* what, int exit_code) {
 
 bool failed(const Finding& finding) { return finding.level == Finding::Level::Failure; }
 
+int exit_code(const Finding& failure) { return failure.may_pass ? kNotThereYet : kBadInput; }
+
 void print(const Finding& finding) {
   switch (finding.level) {
     case Finding::Level::Good:
@@ -53,7 +55,7 @@ void print(const Finding& finding) {
       std::printf("warning  %s\n", finding.text.c_str());
       break;
     case Finding::Level::Failure:
-      complain(finding.text.c_str(), kBadInput);
+      complain(finding.text.c_str(), exit_code(finding));
       break;
   }
 }
@@ -132,8 +134,11 @@ int main(int argc, char** argv) try {
     std::printf("%s: good\n", file.c_str());
     return 0;
   }
-  const auto failure = std::find_if(findings.begin(), findings.end(), failed);
-  if (failure != findings.end()) return complain(failure->text.c_str(), kBadInput);
+  // Those first that a person has to mend.
+  auto failure = std::find_if(findings.begin(), findings.end(),
+                              [](const Finding& finding) { return failed(finding) && !finding.may_pass; });
+  if (failure == findings.end()) failure = std::find_if(findings.begin(), findings.end(), failed);
+  if (failure != findings.end()) return complain(failure->text.c_str(), exit_code(*failure));
   std::vector<std::string> warnings;
   for (const Finding& finding : findings) {
     if (finding.level == Finding::Level::Warning) warnings.push_back(finding.text);

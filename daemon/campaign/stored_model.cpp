@@ -53,6 +53,10 @@ WhyNot other_error(const ModelRecord& record, const config::ModelFile& model,
   return config::other_error(cell, *validation, record.validation_after_mm);
 }
 
+bool is_of_task(const StoredPoint& point) {
+  return point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate;
+}
+
 bool same_joints(const RobotModel& nominal, const RobotModel& calibrated,
                  std::span<const StoredPoint> points) {
   const int joints = nominal.joint_count();
@@ -60,6 +64,25 @@ bool same_joints(const RobotModel& nominal, const RobotModel& calibrated,
          std::ranges::all_of(points, [joints](const StoredPoint& point) {
            return point.q_target.size() == joints && point.q_actual.size() == joints;
          });
+}
+
+/// Which pose limits that were narrowed meanwhile exclude.
+WhyNot outside_limits(const RobotModel& nominal, std::span<const StoredPoint> points) {
+  for (const StoredPoint& point : points) {
+    if (!is_of_task(point)) continue;
+    for (int i = 0; i < nominal.joint_count(); ++i) {
+      const Joint& joint = nominal.joints[static_cast<std::size_t>(i)];
+      if (point.q_target[i] >= joint.min && point.q_target[i] <= joint.max) continue;
+      const bool turns = joint.type == JointType::Revolute;
+      const double unit = turns ? kRadPerDeg : 1;
+      return formatted(
+          "pose %d, which it was made from, lies outside the limits of the robot file: joint %d at %.3f %s, its limits "
+          "are %g..%g %s",
+          point.pose, i + 1, point.q_target[i] / unit, turns ? "deg" : "mm", joint.min / unit,
+          joint.max / unit, turns ? "deg" : "mm");
+    }
+  }
+  return std::nullopt;
 }
 
 std::string not_checked(const ModelRecord& record, std::span<const StoredPoint> points) {
@@ -82,8 +105,7 @@ std::string not_checked(const ModelRecord& record, std::span<const StoredPoint> 
 std::vector<JointVector> poses_of_task(std::span<const StoredPoint> points) {
   std::vector<JointVector> poses;
   for (const StoredPoint& point : points) {
-    if (point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate)
-      poses.push_back(point.q_target);
+    if (is_of_task(point)) poses.push_back(point.q_target);
   }
   return poses;
 }
@@ -91,9 +113,9 @@ std::vector<JointVector> poses_of_task(std::span<const StoredPoint> points) {
 std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
                                                       std::span<const StoredPoint> points,
                                                       const config::CellConfig& config) {
-  const auto refused = [&record](const std::string& why) {
-    return std::unexpected("model " + record.id + " is refused: " + why +
-                           "; activate another model, or identify again");
+  const auto refused = [&record](const std::string& why,
+                                 const char* mend = "activate another model, or identify again") {
+    return std::unexpected("model " + record.id + " is refused: " + why + "; " + mend);
   };
   if (const WhyNot altered = altered_text(record)) return refused(*altered);
   StoredModel model{.file = {}, .unchecked = not_checked(record, points)};
@@ -109,8 +131,12 @@ std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
   if (const WhyNot other = config::other_nominal(config.robot.model, model.file)) return refused(*other);
   if (const WhyNot other = other_error(record, model.file, points)) return refused(*other);
   if (const WhyNot larger = config::larger_correction(config.robot.model, model.file.cell,
-                                                      poses_of_task(points), record.largest_correction_deg))
+                                                      poses_of_task(points), record.largest_correction_deg)) {
+    // Then what it corrects there cannot be computed.
+    if (const WhyNot outside = outside_limits(config.robot.model, points))
+      return refused(*outside, "widen them, activate another model, or measure anew");
     return refused(*larger);
+  }
   return model;
 }
 

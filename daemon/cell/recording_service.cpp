@@ -117,10 +117,12 @@ asio::awaitable<RecordingService::Saved> RecordingService::save_now(std::string 
   auto job = [this, header]() -> Saved {
     const std::filesystem::path file = folder_.file(header.date);
     if (auto saved = parts_.recorder.save(header, file); !saved) return std::unexpected(saved.error());
+    std::error_code gone;
+    const std::uintmax_t bytes = std::filesystem::file_size(file, gone);
+    if (gone) return std::unexpected(file.string() + ": " + gone.message());
     for (const std::string& name : folder_.prune())
       log_info("recording " + name + " removed: more than the cell file keeps");
-    std::error_code gone;
-    return RecordingFolder::Entry{file.filename(), std::filesystem::file_size(file, gone)};
+    return RecordingFolder::Entry{file.filename(), bytes};
   };
   auto saved = co_await parts_.recorder_thread.ask(job);
   if (saved) last_ = saved->name;

@@ -68,7 +68,14 @@ asio::awaitable<void> StoreWatch::watch() {
     const TimePoint next = parts_.clock.now() + kTry;
     co_await parts_.clock.sleep_until(next);
     co_await pay();
+    co_await look();
   }
+}
+
+asio::awaitable<void> StoreWatch::look() {
+  auto job = [this] { return parts_.store.in_place(); };
+  auto there = co_await parts_.store_thread.ask(job);
+  if (!there) failed(there.error());
 }
 
 }  // namespace truepose::daemon

@@ -12,9 +12,9 @@
 
 namespace truepose::daemon {
 
-/// Whether the store can be written to. From the first write that failed a fault stands, and nothing that
-/// would need the store is begun, until somebody has made room, or mended the disk, and acknowledges it. What
-/// goes on without the store does: a stream corrects.
+/// Whether the store can be written to, and is still where it was. From the first write that failed a fault
+/// stands, and nothing that would need the store is begun, until somebody has made room, or mended the disk,
+/// and acknowledges it. What goes on without the store does: a stream corrects.
 class StoreWatch {
  public:
   StoreWatch(const CellParts& parts, CellRunner& runner) : parts_{parts}, runner_{runner} {}
@@ -32,7 +32,7 @@ class StoreWatch {
   boost::asio::awaitable<void> keep(std::string about, std::function<StoreResult<void>()> write);
   /// Something else has happened meanwhile, of which the store knows.
   void forget(const std::string& about) { owed_.erase(about); }
-  /// Writes what is owed. Ends when cancelled.
+  /// Writes what is owed, and sees that the file is still there. Ends when cancelled.
   boost::asio::awaitable<void> watch();
   /// What is left to be done once the store can be written to again.
   void when_usable(std::function<boost::asio::awaitable<void>()> job) { when_usable_ = std::move(job); }
@@ -40,6 +40,7 @@ class StoreWatch {
  private:
   boost::asio::awaitable<StoreResult<void>> try_again();
   boost::asio::awaitable<void> pay();
+  boost::asio::awaitable<void> look();
 
   CellParts parts_;
   CellRunner& runner_;

@@ -142,7 +142,9 @@ void ControlServer::Impl::look_at_certificate() {
   const control::Certificate& ours = context->tls->certificate();
   if (context->parts.wall_clock() + kNotice < ours.until) return;
   next_expiry_warning = now + kAgain;
-  context->parts.warn("control.tls: the daemon's certificate ends on " + control::rfc3339(ours.until) +
+  const char* const ends = context->parts.wall_clock() > ours.until ? "expired on " : "ends on ";
+  context->parts.warn("control.tls: the daemon's certificate " + std::string{ends} +
+                      control::rfc3339(ours.until) +
                       "; put a new one in its place, it is taken without a restart");
 }
 

@@ -12,7 +12,8 @@
 namespace truepose::daemon {
 
 /// Brings events from the bus into its archive, some at a time, so that a point that is to be stored never
-/// waits for more than one of these writes, and forgets those of more than 90 days ago.
+/// waits for more than one of these writes, and forgets those of more than 90 days ago, the newest 10,000
+/// excepted.
 class EventKeeper {
  public:
   static constexpr std::chrono::days kKept{90};

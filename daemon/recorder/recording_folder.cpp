@@ -1,7 +1,9 @@
 #include "daemon/recorder/recording_folder.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <system_error>
+#include <utility>
 
 namespace truepose::daemon {
 
@@ -11,11 +13,23 @@ namespace {
 
 constexpr const char* kExtension = ".recording";
 
+/// Which of its folder a recording is, from 1, as its name "DATE_NUMBER.recording" says: a clock may be set
+/// back. 0: it is from before names said so.
+std::uint64_t number_of(const RecordingFolder::Entry& entry) {
+  const std::string stem = fs::path{entry.name}.stem();
+  const char* const end = stem.data() + stem.size();
+  std::uint64_t number = 0;
+  const auto [read, error] = std::from_chars(stem.data() + stem.rfind('_') + 1, end, number);
+  return error == std::errc{} && read == end ? number : 0;
+}
+
 }  // namespace
 
 // Without colons, which some file systems do not take.
 fs::path RecordingFolder::file(const std::string& date) const {
-  std::string name = date;
+  const std::vector<Entry> made = list();
+  const std::uint64_t number = made.empty() ? 1 : number_of(made.front()) + 1;
+  std::string name = date + "_" + std::to_string(number);
   std::ranges::replace(name, ':', '-');
   return config_.folder / (name + kExtension);
 }
@@ -27,7 +41,8 @@ std::vector<RecordingFolder::Entry> RecordingFolder::list() const {
     if (each.path().extension() != kExtension || !each.is_regular_file(gone)) continue;
     entries.push_back({each.path().filename(), each.file_size(gone)});
   }
-  std::ranges::sort(entries, std::ranges::greater{}, &Entry::name);  // which begins with the date
+  const auto order = [](const Entry& entry) { return std::pair{number_of(entry), entry.name}; };
+  std::ranges::sort(entries, std::ranges::greater{}, order);
   return entries;
 }
 

@@ -19,18 +19,18 @@ class RecordingFolder {
   /// For the ring, and the header that belongs to it.
   std::filesystem::path ring() const { return config_.folder / "ring"; }
   std::filesystem::path ring_header() const { return config_.folder / "ring.header"; }
-  /// Of a recording that is written at this time, RFC 3339.
+  /// Of a recording that is written next, at this time, RFC 3339.
   std::filesystem::path file(const std::string& date) const;
 
   struct Entry {
     std::string name;
     std::uintmax_t bytes = 0;
   };
-  /// Newest first.
+  /// The last made first, whatever the clock said.
   std::vector<Entry> list() const;
   /// The file of a recording; empty where there is none of that name.
   std::filesystem::path find(const std::string& name) const;
-  /// Removes what is too much, but never the newest. @return their names
+  /// Removes what is too much, but never the last made. @return their names
   std::vector<std::string> prune() const;
 
  private:

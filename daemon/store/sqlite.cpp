@@ -88,7 +88,24 @@ StoreResult<std::unique_ptr<Database>> Database::open(const std::string& file) {
   // SQLite would make it readable for everybody. Its other files take the rights of this one.
   const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
   if (made >= 0) ::close(made);
-  return open(file, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+  auto database = open(file, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+  if (database) (*database)->opened_ = identity_of(file);
+  return database;
+}
+
+Database::Identity Database::identity_of(const std::string& file) {
+  struct stat found {};
+  if (::stat(file.c_str(), &found) != 0) return std::nullopt;
+  return std::pair{found.st_dev, found.st_ino};
+}
+
+StoreResult<void> Database::in_place() const {
+  if (!opened_ || opened_ == identity_of(file_)) return {};
+  return std::unexpected(StoreError{
+      file_ +
+          ": is no longer the file that the daemon opened, it was deleted, moved away or replaced: put it back, or "
+          "save what the daemon still reads of it (truepose backup) and start the daemon anew with what is there",
+      true});
 }
 
 StoreResult<std::unique_ptr<Database>> Database::open_to_read(const std::string& file) {
@@ -161,6 +178,7 @@ StoreResult<Transaction> Transaction::begin(Database& database) {
   if (const auto& failed = database.device_error()) {
     return std::unexpected(StoreError{failed->detail + " (earlier); check the disk, then acknowledge"});
   }
+  if (const StoreResult<void> there = database.in_place(); !there) return std::unexpected(there.error());
   // IMMEDIATE: whoever else writes is found out here, not in the middle.
   const StoreResult<void> begun = database.execute("BEGIN IMMEDIATE");
   if (!begun) return std::unexpected(begun.error());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <sqlite3.h>
+#include <sys/types.h>
 
 #include <cstdint>
 #include <memory>
@@ -80,6 +81,9 @@ class Database {
   /// "cell.db: database or disk is full; make room on the disk": the file, what SQLite says and what to do.
   /// Remembers errors of the device.
   StoreError error(int code);
+  /// Whether the file that was opened to be written is still the one at its path: not deleted, moved away or
+  /// replaced.
+  StoreResult<void> in_place() const;
   /// The error of the device that this connection met first.
   const std::optional<StoreError>& device_error() const { return device_error_; }
 
@@ -87,11 +91,14 @@ class Database {
   struct Close {
     void operator()(sqlite3* connection) const { sqlite3_close_v2(connection); }
   };
+  using Identity = std::optional<std::pair<dev_t, ino_t>>;  ///< device and inode; none: there is no file
+  static Identity identity_of(const std::string& file);
   static StoreResult<std::unique_ptr<Database>> open(const std::string& file, int flags,
                                                      const std::string& uri = {});
   Database(std::string file, sqlite3* connection) : file_{std::move(file)}, connection_{connection} {}
 
   std::string file_;
+  Identity opened_;  // none: not to be written
   std::unique_ptr<sqlite3, Close> connection_;
   std::optional<StoreError> device_error_;
 };
@@ -99,7 +106,7 @@ class Database {
 /// One write transaction: rolled back at its end unless committed.
 class Transaction {
  public:
-  /// Refused after an error of the device.
+  /// Refused after an error of the device, and where the file is no longer in its place.
   static StoreResult<Transaction> begin(Database& database);
   Transaction(Transaction&& other) noexcept : database_{std::exchange(other.database_, nullptr)} {}
   Transaction& operator=(Transaction&&) = delete;

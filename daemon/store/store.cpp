@@ -174,7 +174,7 @@ StoreResult<Store> Store::open_to_read(const std::filesystem::path& file) {
   if (!patient) return std::unexpected(in(kOperation, patient.error()));
   const StoreResult<int> version = known_version(**database, file.string());
   if (!version) return std::unexpected(in(kOperation, version.error()));
-  if (*version == 0) return std::unexpected(in(kOperation, {file.string() + ": nothing is in it"}));
+  if (*version == 0) return std::unexpected(in(kOperation, {file.string() + ": is empty"}));
   if (*version < kSchemaVersion) {
     StoreResult<std::unique_ptr<Database>> copy = Database::copy_in_memory(**database);
     if (!copy) return std::unexpected(in(kOperation, copy.error()));
@@ -214,8 +214,11 @@ StoreResult<std::uint64_t> Store::last_event_number() {
   return static_cast<std::uint64_t>(query.integer(0));
 }
 
+StoreResult<void> Store::in_place() { return impl_->database->in_place(); }
+
 StoreResult<void> Store::try_again() {
   constexpr std::string_view kOperation = "trying the store again";
+  if (const StoreResult<void> there = in_place(); !there) return there;
   if (impl_->database->device_error()) {
     // The old connection goes only once there is another.
     StoreResult<std::unique_ptr<Database>> database = open_checked(kOperation, impl_->file.string());

@@ -141,6 +141,8 @@ class Store final : public EventArchive {
   /// The last number that was reserved for events.
   StoreResult<std::uint64_t> last_event_number();
 
+  /// Whether its file is still the one at its path: what is written to another one is lost.
+  StoreResult<void> in_place();
   /// After a failure: opens the file anew, and so checks it, where its device failed, and writes to it.
   /// @return whether it can be used again
   StoreResult<void> try_again();

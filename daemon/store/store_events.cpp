@@ -34,6 +34,8 @@ namespace {
 
 // So many are read or forgotten in a millisecond or two: a point that is to be stored waits no longer.
 constexpr int kAtATime = 500;
+// Kept however old they are, since a clock may be wrong: about what a cell makes in 90 days.
+constexpr int kFewestEvents = 10'000;
 // Half a gigabyte; a cell makes a hundredth of it in 90 days, unless something comes and goes all the time.
 constexpr int kMostEvents = 1'000'000;
 // Of a line of the protocol.
@@ -41,6 +43,11 @@ constexpr std::size_t kMostGaps = 100;
 
 std::int64_t stored(std::uint64_t number) { return static_cast<std::int64_t>(number); }
 std::uint64_t number_of(std::int64_t stored) { return static_cast<std::uint64_t>(stored); }
+
+/// Condition of the events before the so many newest.
+std::string beyond_newest(int count) {
+  return "seq<(SELECT seq FROM event ORDER BY seq DESC LIMIT 1 OFFSET " + std::to_string(count - 1) + ")";
+}
 
 /// Makes one of the first ones, so that no more than kMostGaps are left.
 void join_first(std::vector<EventGap>& gaps) {
@@ -146,13 +153,12 @@ StoreResult<std::vector<EventGap>> Store::event_gaps(std::uint64_t first, std::u
 }
 
 StoreResult<bool> Store::prune_events(const std::string& before) {
+  const std::string at_a_time = " LIMIT " + std::to_string(kAtATime);
   // Each by an index of its own.
-  StoreResult<bool> more = forget_events("time<?1 ORDER BY time LIMIT " + std::to_string(kAtATime), before);
+  StoreResult<bool> more =
+      forget_events("time<?1 AND " + beyond_newest(kFewestEvents) + " ORDER BY time" + at_a_time, before);
   if (!more || *more) return more;
-  return forget_events("seq<(SELECT seq FROM event ORDER BY seq DESC LIMIT 1 OFFSET " +
-                           std::to_string(kMostEvents - 1) + ") AND ?1<>'' ORDER BY seq LIMIT " +
-                           std::to_string(kAtATime),
-                       before);
+  return forget_events(beyond_newest(kMostEvents) + " AND ?1<>'' ORDER BY seq" + at_a_time, before);
 }
 
 /// @param which  condition of those to forget, with the time `before` as its first value

@@ -55,6 +55,19 @@ TEST_F(AirFile, IsNoAirOnceItIsTooOld) {
   EXPECT_TRUE(air_source({.air_file = file, .air_max_age = 3h})());
 }
 
+TEST_F(AirFile, IsNoAirWhereItIsDatedLaterThanNow) {
+  const auto file = write(kAirText);
+  const auto dated = [&](std::chrono::seconds ahead) {
+    std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now() + ahead);
+    return air_source({.air_file = file})();
+  };
+  EXPECT_TRUE(dated(30s)) << "clocks of two machines differ";
+  const auto air = dated(24h);
+  ASSERT_FALSE(air);
+  EXPECT_THAT(air.error(), HasSubstr("air.yaml: is dated 86"));
+  EXPECT_THAT(air.error(), HasSubstr("set the clocks of this PC and of the weather station"));
+}
+
 TEST_F(AirFile, ThatIsNotThereOrBrokenIsSaidInWords) {
   EXPECT_THAT(air_source({.air_file = folder_.path() / "none.yaml"})().error(),
               HasSubstr("none.yaml: cannot be read"));

@@ -193,9 +193,11 @@ struct CellTest : testing::Test {
   const std::filesystem::path file = folder.path() / "cell.sqlite";
   StoreResult<Store> store = Store::open(file);
   InPlaceWorker store_thread, compute_thread;
+  std::chrono::seconds set_ahead{0};  ///< of the wall clock, as somebody may set it meanwhile
   StoreJournal::WallClock wall_clock = [this] {
     return std::chrono::system_clock::time_point{
-        std::chrono::duration_cast<std::chrono::system_clock::duration>(clock.now().time_since_epoch())};
+        std::chrono::duration_cast<std::chrono::system_clock::duration>(clock.now().time_since_epoch()) +
+        set_ahead};
   };
   EventBus events{{1, 1'000'000, [] {}}, wall_clock};
   static StreamOptions stream_options_of(const config::CellConfig& config) {

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "daemon/store/store.hpp"
+#include "tests/certificates.hpp"
 #include "tests/daemon/stream_rig.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -181,6 +182,27 @@ TEST_F(CheckTest, RefusesATokenThatOthersCanReadOrGuessOrThatIsNotThere) {
   EXPECT_THAT(findings(), failure("does not exist"));
 }
 
+TEST_F(CheckTest, ACertificateThatDoesNotHoldByTheClockMayPassAndOneThatCannotBeReadMayNot) {
+  const Certificates certificates{folder_.path()};
+  certificates.make("daemon");
+  config_.control.tls =
+      config::TlsConfig{{"127.0.0.1", 7211}, certificates.certificate("daemon"), certificates.key("daemon")};
+  EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));
+  const auto at = [this](std::chrono::days ahead) {
+    return check(config_, std::chrono::system_clock::now() + ahead);
+  };
+  const auto passing = [](const std::string& text) {
+    return Contains(testing::AllOf(Field(&Finding::level, Level::Failure), Field(&Finding::may_pass, true),
+                                   Field(&Finding::text, HasSubstr(text))));
+  };
+  EXPECT_THAT(at(std::chrono::days{-3}), passing("is not valid before"));
+  EXPECT_THAT(at(std::chrono::days{300}), passing("expired on"));
+  EXPECT_THAT(at(std::chrono::days{300}), passing("and the clock of this PC says 2"));
+  config_.control.tls->key = folder_.write("other.key", "none");
+  EXPECT_THAT(at(std::chrono::days{-3}), Contains(testing::AllOf(Field(&Finding::level, Level::Failure),
+                                                                 Field(&Finding::may_pass, false))));
+}
+
 TEST_F(CheckTest, RefusesAnAccessListThatCannotBeRead) {
   fs::permissions(folder_.write("cell.sqlite.access", "{"), fs::perms::owner_read);
   EXPECT_THAT(findings(), failure("cell.sqlite.access: byte 1"));
@@ -202,7 +224,7 @@ TEST_F(CheckTest, RefusesAStoreThatTheStartWouldRefuseAndLeavesItAsItIs) {
   config_.store = config_.control.token_file;
   EXPECT_THAT(findings(), failure("file is not a database"));
   config_.store = folder_.write("other.sqlite", "");
-  EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));
+  EXPECT_THAT(findings(), warning("other.sqlite: is empty, and is taken as a new store"));
 
   config_.store = folder_.path() / "cell.sqlite";
   ASSERT_TRUE(Store::open(config_.store));

@@ -226,6 +226,12 @@ TEST_F(ControlTls, WarnsOfTheEndOfItsCertificateAMonthAheadOnceADay) {
   EXPECT_EQ(warnings(), once + once);
 }
 
+TEST_F(ControlTls, SaysOfACertificateWhoseEndHasPassedThatItExpired) {
+  wall_ += std::chrono::days{200};
+  serve_tls();
+  EXPECT_THAT(warnings(), HasSubstr("the daemon's certificate expired on 20"));
+}
+
 TEST_F(ControlTls, StartsOnlyWithACertificateAndItsPrivateKey) {
   const config::Endpoint endpoint{"127.0.0.1", 0};
   fs::permissions(certificates_.key("daemon"), fs::perms::others_read, fs::perm_options::add);

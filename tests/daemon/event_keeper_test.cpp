@@ -246,15 +246,32 @@ TEST_F(EventKeeperTest, EventsOfMoreThan90DaysAgoAreForgottenAndTold) {
     before.publish(5);
     before.end_in_order();
   }
+  constexpr int kNewest = 10'000;
   Life later{file, std::chrono::system_clock::time_point{} + std::chrono::days{89}};
-  later.publish(1);
+  later.publish(kNewest);
   later.pass(2h);
-  EXPECT_THAT(later.read(0), SizeIs(6));
+  EXPECT_THAT(later.read(0), SizeIs(kNewest + 5));
   later.pass(24h);
-  EXPECT_THAT(later.read(0), SizeIs(1));
+  EXPECT_THAT(later.read(0), SizeIs(kNewest));
   const auto gaps = later.store.event_gaps(1, later.first).value();
   ASSERT_THAT(gaps, SizeIs(1));
   EXPECT_EQ(gaps.front(), (EventGap{1, 5, "older than is kept"}));
+}
+
+TEST_F(EventKeeperTest, AStartWithAClockThatIsFarAheadForgetsNothing) {
+  {
+    Life before{file};
+    before.publish(500);
+    before.end_in_order();
+  }
+  {
+    Life ahead{file, std::chrono::system_clock::time_point{} + std::chrono::days{100}};
+    ahead.pass(2h);
+    ahead.end_in_order();
+  }
+  Life after{file};
+  EXPECT_THAT(after.read(0), SizeIs(500));
+  EXPECT_THAT(after.store.event_gaps(1, 500).value(), IsEmpty());
 }
 
 TEST_F(EventKeeperTest, AMillisecondOfEventsIsWrittenAtATime) {

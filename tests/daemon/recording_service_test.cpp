@@ -75,6 +75,28 @@ TEST_F(ARecordedCellService, RecordsAFaultAndTheNextOneOnlyAMinuteLater) {
   EXPECT_GE(recording(0).header().time_ns - recording(1).header().time_ns, kMinute_ns);
 }
 
+TEST_F(ARecordedCellService, KeepsTheRecordingJustMadeWhenTheClockWasSetBackAndRemovesTheOldest) {
+  const auto save = [this] {
+    const json::value saved = call("recording.save").value();
+    const std::string written{saved.at("file").as_string()};
+    EXPECT_EQ(saved.at("bytes").to_number<std::uintmax_t>(), std::filesystem::file_size(written)) << written;
+    return std::string{saved.at("name").as_string()};
+  };
+  set_ahead = 24h;
+  std::vector<std::string> newest_first;
+  for (std::size_t i = 0; i < config.recording.most_files + 2; ++i) {
+    newest_first.insert(newest_first.begin(), save());
+    set_ahead -= 1h;
+  }
+  newest_first.resize(config.recording.most_files);
+  std::vector<std::string> listed;
+  const json::value recordings = call("recording.list").value();
+  for (const json::value& recording : recordings.at("recordings").as_array())
+    listed.emplace_back(recording.at("name").as_string());
+  EXPECT_EQ(listed, newest_first);
+  EXPECT_EQ(status().at_pointer("/recording/last").as_string(), newest_first.front());
+}
+
 TEST_F(ARecordedCellService, HandsARecordingOutPartByPart) {
   recorder.tell(recording::Wire::Tracker, recording::Kind::Received, std::string(60'000, 'x') + 'y');
   const std::string name{call("recording.save")->at("name").as_string()};

@@ -86,7 +86,7 @@ TEST(ARing, ThatAKilledProcessLeftBecomesARecordingAndOneThatIsEmptyDoesNot) {
   (*ring)->settle();
   const auto file = save_left_behind(recordings, "2026-11-23T21:00:00.000Z");
   ASSERT_TRUE(file) << file.error();
-  EXPECT_EQ(file->filename(), "2026-11-23T21-00-00.000Z.recording");
+  EXPECT_EQ(file->filename(), "2026-11-23T21-00-00.000Z_1.recording");
   const auto recording = recording::Recording::read(config::read_bytes(*file));
   ASSERT_TRUE(recording) << recording.error();
   EXPECT_EQ(recording->header().reason, "killed");
@@ -95,6 +95,19 @@ TEST(ARing, ThatAKilledProcessLeftBecomesARecordingAndOneThatIsEmptyDoesNot) {
   EXPECT_THAT(records, ElementsAre(numbered(1)));
   remove_ring(recordings);
   EXPECT_EQ(save_left_behind(recordings, "later"), fs::path{}) << "who ends in order leaves none";
+}
+
+TEST(ARecordingFolder, GoesByTheOrderInWhichRecordingsWereMadeAndOldOnesWithoutANumberByTheirDates) {
+  const TempFolder folder;
+  const RecordingFolder recordings{{.folder = folder.path()}};
+  for (const char* name :
+       {"2026-12.recording", "2026-11.recording", "2026-03_9.recording", "2026-02_10.recording"})
+    folder.write(name, "x");
+  EXPECT_EQ(recordings.file("2026-01").filename(), "2026-01_11.recording");
+  std::vector<std::string> names;
+  for (const RecordingFolder::Entry& entry : recordings.list()) names.push_back(entry.name);
+  EXPECT_THAT(names, ElementsAre("2026-02_10.recording", "2026-03_9.recording", "2026-12.recording",
+                                 "2026-11.recording"));
 }
 
 TEST(ARecordingFolder, RemovesTheOldestAndKeepsTheNewestWhateverItsSize) {

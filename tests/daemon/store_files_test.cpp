@@ -59,6 +59,21 @@ struct StoreFiles : testing::Test {
   const fs::path file = folder.path() / "cell.db", copy = folder.path() / "copy.db";
 };
 
+TEST_F(StoreFiles, AFileThatIsNoLongerTheOneThatWasOpenedTakesNothingAndCanStillBeCopied) {
+  Store store = filled(3);
+  remove_with_logs(file);
+  EXPECT_THAT(store.activate_model("").error().detail, HasSubstr("is no longer the file"));
+  const Store other = filled(1);
+  EXPECT_THAT(store.activate_model("").error().detail, HasSubstr("is no longer the file"));
+  EXPECT_THAT(store.try_again().error().detail, HasSubstr("is no longer the file"));
+  StoreBackup backup = store.begin_backup(copy).value();
+  while (!backup.step().value()) {
+  }
+  ASSERT_TRUE(backup.finish());
+  EXPECT_EQ(points_in(open(copy)), 3U);
+  EXPECT_EQ(points_in(open(file)), 1U);
+}
+
 TEST_F(StoreFiles, ABackupHasWhatWasStoredWhileItWasMade) {
   Store store = filled(1, 5'000'000);
   auto backup = store.begin_backup(copy);
@@ -138,7 +153,7 @@ TEST_F(StoreFiles, WhatIsNoStoreIsNotRead) {
   std::ofstream{file} << std::string(5000, 'x');
   EXPECT_THAT(Store::open_to_read(file).error().detail, HasSubstr("not a database"));
   std::ofstream{file, std::ios::trunc};
-  EXPECT_THAT(Store::open_to_read(file).error().detail, HasSubstr("nothing is in it"));
+  EXPECT_THAT(Store::open_to_read(file).error().detail, HasSubstr("is empty"));
 }
 
 struct Restoring : StoreFiles {

@@ -7,6 +7,7 @@
 namespace truepose::daemon {
 namespace {
 
+namespace fs = std::filesystem;
 namespace json = boost::json;
 using namespace std::chrono_literals;
 using testing::AllOf;
@@ -184,6 +185,67 @@ TEST_F(StoreWatchTest, TheEndOfACampaignThatTheStoreDidNotTakeIsWrittenOnceItDoe
   EXPECT_EQ(store->campaign(id).value()->state, "done");
   EXPECT_EQ(status().at_pointer("/model/id"), json::value(store->campaign(id).value()->model_id))
       << "and its model in force";
+}
+
+struct LostStoreTest : CellTest {
+  LostStoreTest() {
+    config.campaign.remeasure = false;
+    load();
+  }
+  void move_away() const { fs::rename(file, away); }
+  void put_back() const { fs::rename(away, file); }
+  const fs::path away = folder.path() / "away";
+};
+
+TEST_F(LostStoreTest, IsFoundOutWithinASecondAndNothingIsBegunUntilItIsBack) {
+  play([this]() -> Wait {
+    co_await connected();
+    co_await pass(2s);
+    EXPECT_EQ(fault_of(*co_await ask("cell.status")), "");
+    move_away();
+    co_await pass(2s);
+    EXPECT_THAT(fault_of(*co_await ask("cell.status")),
+                AllOf(HasSubstr(file.string() + ": is no longer the file"), HasSubstr("put it back"),
+                      HasSubstr("truepose backup")));
+    EXPECT_EQ((co_await ask("campaign.start")).error().code, control::ErrorCode::Store);
+    EXPECT_THAT((co_await ask("cell.acknowledge")).error().message, HasSubstr("is no longer the file"));
+    put_back();
+    EXPECT_TRUE(co_await ask("cell.acknowledge"));
+    EXPECT_TRUE(co_await ask("campaign.start"));
+    co_await campaign_ended();
+  });
+  EXPECT_EQ(call("campaign.get")->at_pointer("/campaign/state"), "done");
+}
+
+TEST_F(LostStoreTest, ActivatesNoModelWhetherItWasDeletedOrReplaced) {
+  const fs::path other = folder.path() / "other";
+  fs::copy_file(file, other);
+  move_away();
+  EXPECT_THAT(refused("model.activate", {{"id", "m2"}}), HasSubstr("is no longer the file"));
+  fs::rename(other, file);
+  EXPECT_THAT(refused("model.activate", {{"id", "m2"}}), HasSubstr("is no longer the file"));
+  EXPECT_EQ(status().at_pointer("/model/id"), "m1");
+  put_back();
+  EXPECT_TRUE(call("model.activate", {{"id", "m2"}}));
+}
+
+TEST_F(LostStoreTest, PausesACampaignWhichGoesOnOnceItIsBack) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await pass(1min);
+    move_away();
+    Answer now = co_await ask("cell.status");
+    for (; now->at("state") != "paused" && !now->at("campaign").is_null(); now = co_await ask("cell.status"))
+      co_await pass(1s);
+    EXPECT_EQ(now->at("state"), "paused");
+    put_back();
+    EXPECT_TRUE(co_await ask("cell.acknowledge"));
+    EXPECT_TRUE(co_await ask("campaign.resume"));
+    co_await campaign_ended();
+  });
+  const json::value campaign = call("campaign.get", {{"points_limit", 100}}).value();
+  EXPECT_EQ(campaign.at_pointer("/campaign/state"), "done");
+  EXPECT_EQ(campaign.at("points_total"), 28) << "each pose once";
 }
 
 }  // namespace

@@ -2,10 +2,12 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cctype>
 #include <functional>
 
 #include "core/compensate/largest_correction.hpp"
+#include "core/formatted.hpp"
 #include "core/math/units.hpp"
 #include "daemon/store/store.hpp"
 #include "proto/text/digest.hpp"
@@ -110,6 +112,19 @@ TEST_F(StoredModelTest, IsRefusedWhereItCorrectsMoreThanItSaidWhenItWasMade) {
   record.sha256.clear();
   EXPECT_THAT(refusal(record),
               AllOf(HasSubstr("it corrects a joint by up to"), HasSubstr("when it was made by")));
+}
+
+TEST_F(StoredModelTest, IsRefusedForThePoseThatLiesOutsideLimitsThatWereNarrowed) {
+  const auto& farthest = *std::ranges::max_element(
+      result.points, {}, [](const StoredPoint& point) { return point.q_target[0]; });
+  const double q_deg = farthest.q_target[0] * kDegPerRad;
+  config.robot.model.joints[0].max = (q_deg - 1) * kRadPerDeg;
+  EXPECT_EQ(
+      refusal(made),
+      formatted("model m1 is refused: pose %d, which it was made from, lies outside the limits of the robot "
+                "file: joint 1 at %.3f deg, its limits are -185..%g deg; widen them, activate another model, "
+                "or measure anew",
+                farthest.pose, q_deg, q_deg - 1));
 }
 
 TEST_F(StoredModelTest, IsRefusedWithAnotherRobotFileThanItWasIdentifiedFrom) {
