@@ -87,6 +87,10 @@ std::string CsvScanner::quoted_field() {
 CsvHeader::CsvHeader(const std::optional<CsvRow>& row, std::string file) : file_(std::move(file)) {
   if (!row) fail("the file is empty, expected a header row");
   names_ = row->fields;
+  for (const auto& [mark, shown] : {std::pair{"\xFF\xFE", "FF FE"}, std::pair{"\xFE\xFF", "FE FF"}}) {
+    if (names_[0].starts_with(mark))
+      fail(std::string("is in UTF-16 (byte order mark ") + shown + "), save it as UTF-8");
+  }
   if (names_.size() == 1 && names_[0].find_first_of(";\t") != std::string::npos)
     fail("columns must be separated by commas");
   for (auto name = names_.begin(); name != names_.end(); ++name) {

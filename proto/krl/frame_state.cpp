@@ -167,6 +167,10 @@ std::size_t FrameState::numbered(Kind kind, std::optional<int> number, Spot spot
     value.state = State::Known;
   } else if (kind == Kind::Base && data_.moving_bases.contains(*number)) {
     value.state = State::Moving;
+  } else if (const auto written =
+                 variables_.frame_written(kind == Kind::Tool ? "TOOL_DATA" : "BASE_DATA", *number)) {
+    value.state = State::Written;
+    value.set = *written;
   } else if (const auto found = table.find(*number); found != table.end()) {
     value.state = State::Known;
     value.X = found->second;

@@ -26,11 +26,12 @@ struct FrameValue {
     NoData,    ///< TOOL_DATA[number] or BASE_DATA[number], which the texts do not give
     Computed,  ///< set by a statement that cannot be evaluated
     Moving,    ///< BASE_DATA[number], carried by an external axis
+    Written,   ///< TOOL_DATA[number] or BASE_DATA[number], which the program itself writes
   };
   State state = State::Unset;
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();  ///< mm; where it is known
   int number = 0;
-  Spot set;  ///< the statement that set it
+  Spot set;  ///< the statement that set it, or wrote the element
 };
 
 /// A position that motions use.

@@ -152,10 +152,12 @@ std::expected<void, Fault> Variables::read_assignment(Tokens statement, File fil
   if (statement.empty() || statement[0].kind != TokenKind::Name) return {};
   const std::size_t end = end_of_variable(statement, 0);
   if (end >= statement.size() || !statement[end].is('=')) return {};
+  const Spot spot{file, statement[0].at};
+  if (file == File::Src && is_any_of(statement[0], {"TOOL_DATA", "BASE_DATA"}))
+    read_frame_write(statement.first(end), spot);
   const auto index = find(statement[0].text, routine);
   if (!index) return {};
   Variable& variable = variables_[*index];
-  const Spot spot{file, statement[0].at};
   if (variable.array) return {};
   if (end > 1) {
     hinder(variable, "is changed by the program", spot);
@@ -165,6 +167,23 @@ std::expected<void, Fault> Variables::read_assignment(Tokens statement, File fil
     return give_value(variable, statement.subspan(end + 1), spot);
   }
   return {};
+}
+
+void Variables::read_frame_write(Tokens variable, Spot spot) {
+  std::optional<int> index;
+  if (variable.size() >= 4 && variable[1].is('[') && variable[3].is(']')) {
+    const auto number = read_number(variable.subspan(2, 1));
+    if (number && *number && (*number)->value <= 1e6) index = static_cast<int>((*number)->value);
+  }
+  frame_writes_.emplace(std::pair{in_capitals(variable[0].text), index}, spot);
+}
+
+std::optional<Spot> Variables::frame_written(std::string_view table, int number) const {
+  for (const std::optional<int> index : {std::optional(number), std::optional<int>{}}) {
+    const auto found = frame_writes_.find({std::string(table), index});
+    if (found != frame_writes_.end()) return found->second;
+  }
+  return std::nullopt;
 }
 
 void Variables::read_arguments(Tokens statement, File file, std::size_t routine) {

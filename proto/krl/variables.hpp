@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -53,13 +54,20 @@ class Variables {
 
   const std::vector<Variable>& all() const { return variables_; }
 
+  /// The first statement of the SRC that writes an element of TOOL_DATA or BASE_DATA, in whole or in part.
+  /// One whose index is no number may write any. The controller keeps what was written, so that it counts
+  /// for all of the text: what stands before it is carried out again.
+  std::optional<Spot> frame_written(std::string_view table, int number) const;
+
  private:
   std::expected<void, Fault> read_declaration(Tokens statement, File file, std::size_t routine);
   std::expected<void, Fault> read_assignment(Tokens statement, File file, std::size_t routine);
+  void read_frame_write(Tokens variable, Spot spot);
   void read_arguments(Tokens statement, File file, std::size_t routine);
   std::expected<void, Fault> give_value(Variable& variable, Tokens value, Spot spot);
 
   std::vector<Variable> variables_;
+  std::map<std::pair<std::string, std::optional<int>>, Spot> frame_writes_;  // no index: any element
   // By name in capitals: those of the data list first, then those of each routine.
   std::vector<std::unordered_map<std::string, std::size_t>> scopes_{1};
 };

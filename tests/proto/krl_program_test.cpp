@@ -63,7 +63,7 @@ struct Read {
  private:
   std::string text(std::size_t frame) const {
     const FrameValue& value = program->frames[frame];
-    const std::string letters = "?unCm";
+    const std::string letters = "?unCmw";
     if (value.state == State::Known) return std::to_string(static_cast<int>(value.X.translation().x()));
     return letters.substr(static_cast<std::size_t>(value.state), 1) +
            (value.number ? std::to_string(value.number) : "");
@@ -86,6 +86,25 @@ TEST(KrlProgram, TakesToolAndBaseFromEveryFormOfSettingThem) {
   ASSERT_TRUE(read.program);
   EXPECT_THAT(read.frames(), ElementsAre("u u", "7 0", "1 10", "2 10", "1 10", "2 0", "2 10", "2 0 fixed",
                                          "2 0", "n9 m2", "C C", "u u"));
+}
+
+TEST(KrlProgram, AFrameThatTheProgramItselfWritesIsNotTheOneOfTheConfig) {
+  const auto frames = [](const std::string& src) { return Read(src).frames(); };
+  const std::string use = "BAS(#TOOL,1)\nBAS(#BASE,1)\nLIN XP1\n";
+  EXPECT_THAT(frames("BASE_DATA[1]={X 1,Y 0,Z 0,A 0,B 0,C 0}\n" + use), ElementsAre("1 w1"));
+  EXPECT_THAT(frames("tool_data[1].Z = 100.0\n" + use), ElementsAre("w1 10"));
+  EXPECT_THAT(frames("BASE_DATA[3].X=1\n" + use), ElementsAre("1 10"));
+  EXPECT_THAT(frames("BASE_DATA[n].X=1\n" + use), ElementsAre("1 w1"));
+  EXPECT_THAT(frames("BASE_DATA[]=OTHERS[]\n" + use), ElementsAre("1 w1"));
+  EXPECT_THAT(frames("TRIGGER WHEN PATH=1 DELAY=0 DO BASE_DATA[1].X=3\n" + use), ElementsAre("1 w1"));
+  EXPECT_THAT(frames("TOOL_DATA[9].X=1\nBASE_DATA[1].X=1\n$TOOL=TOOL_DATA[9]\n$BASE=BASE_DATA[1]\nLIN XP1\n"
+                     "FDAT_ACT=FP1\nLIN XP1\nBAS(#BASE,0)\nLIN XP1\n"),
+              ElementsAre("w9 w1", "1 w1", "1 0"));
+}
+
+TEST(KrlProgram, AFrameWrittenAfterItsUseIsWrittenBeforeItTheNextTime) {
+  const Read read("LOOP\nBAS(#TOOL,1)\nBAS(#BASE,1)\nLIN XP1\nBASE_DATA[1].Z=BASE_DATA[1].Z-50\nENDLOOP\n");
+  EXPECT_THAT(read.frames(), ElementsAre("1 w1"));
 }
 
 TEST(KrlProgram, FrameVariablesCountWhereTheyHaveOneValue) {

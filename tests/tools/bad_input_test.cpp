@@ -44,6 +44,20 @@ TEST_F(BadInput, ACsvWithANan) {
                   path("data.csv") + ": row 2 (line 3): y: not a finite number: 'NaN'");
 }
 
+TEST_F(BadInput, ACsvInUtf16) {
+  for (const bool is_little : {true, false}) {
+    std::string text(is_little ? "\xFF\xFE" : "\xFE\xFF");
+    for (const char c : std::string(kHeader) + "1,2,3,4,5,6,7,8,9\n") {
+      if (!is_little) text += '\0';
+      text += c;
+      if (is_little) text += '\0';
+    }
+    expect_one_line(calibrate_data(text), 2,
+                    path("data.csv") + ": is in UTF-16 (byte order mark " + (is_little ? "FF FE" : "FE FF") +
+                        "), save it as UTF-8");
+  }
+}
+
 TEST_F(BadInput, ACsvWithATextInANumber) {
   expect_one_line(calibrate_data(std::string(kHeader) + "1,2,3,4,5,6,7,8,9\n1,2,three,4,5,6,7,8,9\n"), 2,
                   path("data.csv") + ": row 2 (line 3): q3: not a number: 'three'");
@@ -76,6 +90,30 @@ TEST_F(BadInput, ARobotFileWithAJointWithoutD) {
 TEST_F(BadInput, AFileThatIsNotThere) {
   expect_one_line(calibrate({"--robot", path("none.yaml"), "--data", path("none.csv")}), 2,
                   path("none.yaml") + ": cannot be opened: No such file or directory");
+}
+
+TEST_F(BadInput, ANumberOfAnOptionThatIsNotFinite) {
+  const auto refused = [](std::vector<std::string> words, const std::string& line) {
+    expect_one_line(run_program("truepose", words), 2, line + " (see truepose --help)");
+  };
+  refused({"calibrate", "--robot", kRobot, "--data", "d.csv", "--tolerance", "nan"},
+          "--tolerance: not a finite number: 'nan'");
+  refused({"iso9283", "--cube", "1,2,-inf,800"}, "--cube: not a finite number: '-inf'");
+  refused({"tool", "--robot", kRobot, "--model", "m", "--data", "d", "--orientation", "0", "NaN", "0"},
+          "--orientation: not a finite number: 'NaN'");
+  const auto compensate = [&](const std::string& option, const std::string& value, const std::string& why) {
+    refused({"compensate", "--robot", kRobot, "--model", "m", "--poses", "p", option, value},
+            option + ": " + why);
+  };
+  compensate("--near", "0,-90,90,0,30,nan", "not a finite number: 'nan'");
+  compensate("--singular-bound", "inf", "not a finite number: 'inf'");
+  compensate("--largest-correction", "1e999", "a number out of range: '1e999'");
+}
+
+TEST_F(BadInput, ACubeWithoutAnEdge) {
+  for (const std::string edge : {"0", "-800"})
+    expect_one_line(run_program("truepose", {"iso9283", "--cube", "1700,0,1100," + edge}), 2,
+                    "--cube: the edge is " + edge + " mm, it must be above 0 (see truepose --help)");
 }
 
 TEST_F(BadInput, WrongUsage) {

@@ -60,6 +60,18 @@ TEST_F(Export, SaysWhyAFileCannotBeReadOrWritten) {
             "truepose: " + path("no/p.csv") + ": cannot be written: No such file or directory\n");
 }
 
+TEST_F(Export, SaysThatAModelCarriesNoHash) {
+  std::string text = config::model_yaml(model_);
+  text.erase(text.rfind('\n', text.size() - 2) + 1);
+  const std::string file = folder_.write("cut.yaml", text);
+  const Finished run = run_program("truepose", {"export", "--model", file, "--csv", path("p.csv")});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_EQ(run.err,
+            file +
+                ": it carries no hash: written before models had one, or cut off: nobody can tell whether "
+                "it was changed; identify again to be sure\n");
+}
+
 TEST_F(Export, IsNamedInTheHelp) {
   EXPECT_NE(run_program("truepose", {"--help"}).out.find("\n  export "), std::string::npos);
 }

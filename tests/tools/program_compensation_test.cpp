@@ -230,6 +230,19 @@ TEST(ProgramCompensation, AComputedToolOrBaseLeavesItsTargetsAlone) {
   EXPECT_THAT(corrected.left(), ElementsAre("! the base is computed by the program"));
 }
 
+TEST(ProgramCompensation, AToolOrBaseThatTheProgramWritesLeavesItsTargetsAloneAndNamesTheStatement) {
+  const std::string lin = std::string("LIN ").append(kPoint) + "\n";
+  for (const auto& [write, why] :
+       {std::pair{"BASE_DATA[2].Z=750.0", "BASE_DATA[2] is written by the program"},
+        std::pair{"TOOL_DATA[N]={X 1,Y 2,Z 3,A 4,B 5,C 6}", "TOOL_DATA[1] is written by the program"}}) {
+    const Corrected corrected("DEF P()\n" + std::string(write) + "\nBAS(#TOOL,1)\nBAS(#BASE,2)\n" + lin, "");
+    EXPECT_EQ(corrected.after.src, corrected.before.src);
+    ASSERT_THAT(corrected.left(), ElementsAre(std::string("! ") + why));
+    ASSERT_TRUE(corrected.done.left[0].because);
+    EXPECT_EQ(corrected.done.left[0].because->at, corrected.before.src.find(write));
+  }
+}
+
 TEST(ProgramCompensation, ASecondUseWithTheSameFramesIsNoConflict) {
   const std::string dat = std::string("E6POS XP1=").append(kPoint) + "\n";
   const Corrected corrected(program("LIN XP1\n$TOOL=TOOL_DATA[1]\nPTP XP1\n"), dat);

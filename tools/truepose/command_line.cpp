@@ -54,6 +54,15 @@ CLI::Option* add_target(CLI::App& to, const Option& option, std::vector<T>* valu
 
 std::string not_empty(const std::string& file) { return file.empty() ? "expected a file's name" : ""; }
 
+std::string why_no_number(const std::string& text) {
+  const auto number = config::parse_number(text);
+  return number ? "" : number.error();
+}
+
+template <typename T>
+constexpr bool kHoldsNumbers =
+    std::same_as<T, double> || std::same_as<T, std::optional<double>> || std::same_as<T, std::vector<double>>;
+
 /// What the environment says in place of an option; null: nothing.
 const char* from_environment(const OptionRules& rules) {
   const char* const given = rules.environment.empty() ? nullptr : std::getenv(rules.environment.c_str());
@@ -77,6 +86,8 @@ CLI::Option* add_option(CLI::App& to, const Option& option) {
       std::visit([&](auto* value) { return add_target(to, option, value); }, option.target);
   if (rules.required) added->required();
   if (rules.file != FileUse::None) added->check(CLI::Validator{not_empty, ""});
+  if (std::visit([]<class T>(T*) { return kHoldsNumbers<T>; }, option.target))
+    added->check(CLI::Validator{why_no_number, ""});
   if (rules.check) added->check(CLI::Validator{rules.check->why_not, rules.check->shown});
   if (!rules.type.empty()) added->type_name(rules.type);
   if (rules.count > 0) added->expected(rules.count);

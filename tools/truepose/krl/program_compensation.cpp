@@ -11,6 +11,7 @@
 #include "core/identify/tool_frame.hpp"
 #include "core/math/angles.hpp"
 #include "proto/krl/frame_data.hpp"
+#include "proto/krl/variables.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -80,11 +81,14 @@ std::optional<std::string> missing(const FrameValue& frame, bool is_tool) {
 }
 
 /// Why a frame of a motion is not known, where nobody can help.
-std::optional<std::string> uncertain(const FrameValue& frame, bool is_tool) {
+std::optional<krl::Hindrance> uncertain(const FrameValue& frame, bool is_tool) {
+  const std::string number = "_DATA[" + std::to_string(frame.number) + "]";
   if (frame.state == State::Known) return std::nullopt;
   if (frame.state == State::Moving)
-    return "BASE_DATA[" + std::to_string(frame.number) + "] is carried by an external axis";
-  return std::string(is_tool ? "the tool" : "the base") + " is computed by the program";
+    return krl::Hindrance{"BASE" + number + " is carried by an external axis", {}};
+  if (frame.state == State::Written)
+    return krl::Hindrance{(is_tool ? "TOOL" : "BASE") + number + " is written by the program", frame.set};
+  return krl::Hindrance{std::string(is_tool ? "the tool" : "the base") + " is computed by the program", {}};
 }
 
 class Compensator {
@@ -146,17 +150,20 @@ class Compensator {
     return {};
   }
 
-  std::expected<JointVector, std::string> nominal_joints(const Step& step, const Point& point) {
+  std::expected<JointVector, krl::Hindrance> nominal_joints(const Step& step, const Point& point) {
     if (point.position.form == PositionForm::Axes) return joints_of(point.position);
     if (step.fixed_tool)
-      return std::unexpected("the arm carries the workpiece (IPO_FRAME #TCP), which is not supported");
+      return std::unexpected(
+          krl::Hindrance{"the arm carries the workpiece (IPO_FRAME #TCP), which is not supported", {}});
     if (auto why = uncertain(tool(step), true)) return std::unexpected(*why);
     if (auto why = uncertain(base(step), false)) return std::unexpected(*why);
     const krl::Position& position = point.position;
     const auto status = bits(position.status), turn = bits(position.turn);
     if (!(status && turn) && q_near_) note_once(kNearestNote, step.spot);
     if (status && (*status & kAccurateRobotBit)) note_once(kAccurateRobotNote, step.spot);
-    return inverse_.solve(flange_of(step, krl::pose_of(position)), status, turn, q_near_);
+    auto q = inverse_.solve(flange_of(step, krl::pose_of(position)), status, turn, q_near_);
+    if (!q) return std::unexpected(krl::Hindrance{std::move(q.error()), {}});
+    return std::move(*q);
   }
 
   std::expected<Correction, std::string> correction(const Step& step, const Point& point,
@@ -196,7 +203,7 @@ class Compensator {
     result_.left.push_back({step.spot, std::string(point.name), std::move(why), because, true});
   }
 
-  void use(const Step& step, const Point& point, const std::expected<JointVector, std::string>& q) {
+  void use(const Step& step, const Point& point, const std::expected<JointVector, krl::Hindrance>& q) {
     PointState& state = states_[*step.point];
     if (state.is_left) return;
     // Other joints for the same numbers: either correction would be wrong at the other motion, and a second
@@ -204,7 +211,7 @@ class Compensator {
     if (state.first && !(q && (state.q - *q).cwiseAbs().maxCoeff() < kSameJoints_rad))
       return leave(step, "is used before with another tool, base or configuration", state.first->spot);
     if (state.first) return;
-    if (!q) return leave(step, q.error());
+    if (!q) return leave(step, q.error().why, q.error().because);
     state.first = &step;
     state.q = *q;
     auto result = correction(step, point, *q);

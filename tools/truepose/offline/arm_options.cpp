@@ -43,9 +43,22 @@ void tell_failed_verdict(const config::ModelFile& model, const std::string& plac
                model.verdict->findings.front().sentence.c_str());
 }
 
+namespace {
+
+void tell_doubts(const config::ModelFile& model, const std::filesystem::path& file) {
+  if (model.sha256.empty())
+    std::fprintf(stderr,
+                 "%s: it carries no hash: written before models had one, or cut off: nobody can tell whether "
+                 "it was changed; identify again to be sure\n",
+                 file.c_str());
+  tell_failed_verdict(model, file.string());
+}
+
+}  // namespace
+
 config::ModelFile load_model_to_use(const std::filesystem::path& file) {
   config::ModelFile model = config::load_model(file);
-  tell_failed_verdict(model, file.string());
+  tell_doubts(model, file);
   return model;
 }
 
@@ -63,13 +76,7 @@ config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem
   if (const auto why = config::larger_correction(nominal, model.cell, config::poses_of(model.validation),
                                                  model.largest_correction_deg))
     throw config::ConfigError(file.string() + ": the model is refused: " + *why + "; identify again");
-  if (model.sha256.empty())
-    std::fprintf(
-        stderr,
-        "%s: written before models carried a hash and their validation points: nobody can tell whether it "
-        "was changed; identify again to be sure\n",
-        file.c_str());
-  tell_failed_verdict(model, file.string());
+  tell_doubts(model, file);
   return model;
 }
 

@@ -23,7 +23,7 @@ struct ArmFiles {
 /// @param place  that it was read from
 void tell_failed_verdict(const config::ModelFile& model, const std::string& place);
 
-/// Reads a model file, with that word. Throws ConfigError.
+/// Reads a model file, with that word and one where it carries no hash. Throws ConfigError.
 config::ModelFile load_model_to_use(const std::filesystem::path& file);
 
 /// The same, but refuses one of another arm than `nominal`. Throws ConfigError.

@@ -33,6 +33,9 @@ struct Iso9283Command {
 
 /// The commanded positions of a test, as a file of targets.
 int print_targets(const Iso9283Command& command) {
+  if (command.cube[3] <= 0)
+    throw bad_usage("--cube: the edge is " + config::format_number(command.cube[3]) +
+                    " mm, it must be above 0");
   TestCube cube{.edge_mm = command.cube[3]};
   cube.X_BC.translation() = Eigen::Vector3d(command.cube[0], command.cube[1], command.cube[2]);
   std::puts("point,x,y,z");
