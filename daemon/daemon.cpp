@@ -266,13 +266,7 @@ class Daemon {
   }
 
   asio::awaitable<void> live() {
-    auto tools = co_await cell_.load_tools();
-    if (!tools) log_error("the tools in use cannot be read: " + tools.error().detail);
-    auto loaded = co_await cell_.load_active_model();
-    if (!loaded) log_error("the active model cannot be used: " + loaded.error().detail);
-    auto interrupted = co_await cell_.load_interrupted_campaigns();
-    if (!interrupted) log_error("interrupted campaigns cannot be read: " + interrupted.error().detail);
-    co_await cell_.arm_as_before();
+    co_await load();
     // Only now that the cell knows what its store holds: whoever waits would be told of a cell without a
     // model.
     server_->serve();
@@ -285,12 +279,7 @@ class Daemon {
                      watch_ended.notify();
                      if (failed && !stopping_) std::rethrow_exception(failed);
                    }));
-    const auto tls_port = server_->tls_port();
-    const std::string status = "control port " + std::to_string(server_->port()) +
-                               (tls_port ? ", TLS port " + std::to_string(*tls_port) : "") +
-                               (web_ ? ", web port " + std::to_string(web_->port()) : "") + ", RSI port " +
-                               std::to_string(link_->port()) + ", RSI thread " +
-                               drivers::describe(link_->scheduling());
+    const std::string status = listening();
     log_info("ready: " + status);
     if (!link_->refused().empty()) log_warning("RSI thread: " + link_->refused());
     tell_ready(status);
@@ -299,6 +288,32 @@ class Daemon {
 
     auto token = asio::use_awaitable;
     co_await signals_.async_wait(token);
+    co_await stop();
+    while (watching) co_await watch_ended.wait();
+    link_.reset();
+  }
+
+  /// The cell takes from its store what was in force when the daemon ended.
+  asio::awaitable<void> load() {
+    auto tools = co_await cell_.load_tools();
+    if (!tools) log_error("the tools in use cannot be read: " + tools.error().detail);
+    auto loaded = co_await cell_.load_active_model();
+    if (!loaded) log_error("the active model cannot be used: " + loaded.error().detail);
+    auto interrupted = co_await cell_.load_interrupted_campaigns();
+    if (!interrupted) log_error("interrupted campaigns cannot be read: " + interrupted.error().detail);
+    co_await cell_.arm_as_before();
+  }
+
+  /// "control port 7401, web port 7402, RSI port 49152, RSI thread .."
+  std::string listening() const {
+    const auto tls_port = server_->tls_port();
+    return "control port " + std::to_string(server_->port()) +
+           (tls_port ? ", TLS port " + std::to_string(*tls_port) : "") +
+           (web_ ? ", web port " + std::to_string(web_->port()) : "") + ", RSI port " +
+           std::to_string(link_->port()) + ", RSI thread " + drivers::describe(link_->scheduling());
+  }
+
+  asio::awaitable<void> stop() {
     stopping_ = true;
     tell_stopping();
     log_info("stopping");
@@ -308,8 +323,6 @@ class Daemon {
     stop_watch_.emit(asio::cancellation_type::terminal);
     stop_feeding_.emit(asio::cancellation_type::terminal);
     stop_keeping_.emit(asio::cancellation_type::terminal);
-    while (watching) co_await watch_ended.wait();
-    link_.reset();
   }
 
   /// Tells the service manager that all is well while every thread advances. Done by the io thread, which so

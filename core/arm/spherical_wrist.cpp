@@ -1,9 +1,11 @@
 #include "core/arm/spherical_wrist.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "core/arm/forward.hpp"
 #include "core/arm/joint_coupling.hpp"
@@ -50,6 +52,22 @@ std::string unmet_condition(const RobotModel& robot) {
   return {};
 }
 
+/// The thetas of axes 4 to 6 that turn by A together. Where axes 4 and 6 are in line, axis 4 stays.
+///
+/// @param flip         sign by which axis 5 bends
+/// @param theta4_near  where axis 4 stays
+std::array<double, 3> wrist_angles(const std::vector<Joint>& joint, const Eigen::Matrix3d& A, double flip,
+                                   double theta4_near) {
+  const double s5 = joint[4].alpha_rad > 0 ? 1 : -1;
+  const double s6 = joint[5].alpha_rad > 0 ? 1 : -1;
+  const double sin5 = std::hypot(A(0, 2), A(1, 2));
+  const double theta5 = std::atan2(flip * sin5, -s5 * s6 * A(2, 2));
+  const double theta4 = sin5 > kSame ? std::atan2(flip * s6 * A(1, 2), flip * s6 * A(0, 2)) : theta4_near;
+  const Eigen::Matrix3d R_46 =
+      (Rz(theta4) * Rx(joint[4].alpha_rad) * Rz(theta5) * Rx(joint[5].alpha_rad)).transpose() * A;
+  return {theta4, theta5, std::atan2(R_46(1, 0), R_46(0, 0))};
+}
+
 /// q + 2 pi k nearest to `near` within the limits of `joint`, or NaN where no turn lies within them.
 double turned_into_limits(const Joint& joint, double q, double near) {
   constexpr double kTurn = 2 * std::numbers::pi;
@@ -79,8 +97,7 @@ SphericalWristInverse::Solutions SphericalWristInverse::all(const Eigen::Isometr
   const auto& joint = robot_.joints;
   const JointVector q_near_chain = chain_joints(robot_.coupling, q_near);
   const double s2 = joint[1].alpha_rad > 0 ? 1 : -1;
-  const double s5 = joint[4].alpha_rad > 0 ? 1 : -1;
-  const double s6 = joint[5].alpha_rad > 0 ? 1 : -1;
+  const double theta4_near = joint[3].sign * q_near_chain[3] + joint[3].theta_rad;
 
   // Seen from the foot of axis 1: what stands before its rotation, and the flange after axis 6, are constant.
   Joint foot = joint[0];
@@ -110,14 +127,9 @@ SphericalWristInverse::Solutions SphericalWristInverse::all(const Eigen::Isometr
       const double theta2 = std::atan2(y, x) - std::atan2(l3 * std::sin(elbow), l2 + l3 * std::cos(elbow));
       const Eigen::Matrix3d R_03 = Rz(theta1) * Rx(joint[1].alpha_rad) * Rz(theta2 + theta3);
       const Eigen::Matrix3d A = Rx(-joint[3].alpha_rad) * R_03.transpose() * X_06.linear();
-      const double sin5 = std::hypot(A(0, 2), A(1, 2));
       for (const double flip : {1.0, -1.0}) {
-        const double theta5 = std::atan2(flip * sin5, -s5 * s6 * A(2, 2));
-        const double theta4 = sin5 > kSame ? std::atan2(flip * s6 * A(1, 2), flip * s6 * A(0, 2))
-                                           : joint[3].sign * q_near_chain[3] + joint[3].theta_rad;
-        const Eigen::Matrix3d R_46 =
-            (Rz(theta4) * Rx(joint[4].alpha_rad) * Rz(theta5) * Rx(joint[5].alpha_rad)).transpose() * A;
-        const std::array theta{theta1, theta2, theta3, theta4, theta5, std::atan2(R_46(1, 0), R_46(0, 0))};
+        const auto [theta4, theta5, theta6] = wrist_angles(joint, A, flip, theta4_near);
+        const std::array theta{theta1, theta2, theta3, theta4, theta5, theta6};
         JointVector& q = out.q[static_cast<std::size_t>(out.count++)];
         q.resize(6);
         for (std::size_t i = 0; i < 6; ++i) {

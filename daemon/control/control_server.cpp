@@ -148,6 +148,20 @@ void ControlServer::Impl::look_at_certificate() {
                       "; put a new one in its place, it is taken without a restart");
 }
 
+namespace {
+
+/// The audit trail, where one is kept.
+std::expected<std::optional<AuditTrail>, StartFailure> open_audit(const ControlServerParts& parts) {
+  if (parts.audit.empty()) return std::nullopt;
+  auto opened = AuditTrail::open(parts.audit, control::rfc3339(parts.wall_clock()));
+  if (!opened) return std::unexpected(opened.error());
+  if (!opened->put_aside().empty())
+    parts.warn("control: the audit trail was changed: " + opened->put_aside());
+  return *std::move(opened);
+}
+
+}  // namespace
+
 std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start(
     asio::any_io_executor executor, ControlServerParts parts, const config::ControlConfig& config,
     std::string cell_name, ControlLimits limits) {
@@ -155,14 +169,8 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
   if (!token) return std::unexpected(token.error());
   AccessList access{parts.access};
   if (const auto read = access.refresh(); !read) return std::unexpected(read.error());
-  std::optional<AuditTrail> audit;
-  if (!parts.audit.empty()) {
-    auto opened = AuditTrail::open(parts.audit, control::rfc3339(parts.wall_clock()));
-    if (!opened) return std::unexpected(opened.error());
-    if (!opened->put_aside().empty())
-      parts.warn("control: the audit trail was changed: " + opened->put_aside());
-    audit.emplace(*std::move(opened));
-  }
+  auto audit = open_audit(parts);
+  if (!audit) return std::unexpected(audit.error());
   auto acceptor = listen(executor, "control.listen", config.listen, control_address(config.listen));
   if (!acceptor) return std::unexpected(acceptor.error());
   std::optional<TlsIdentity> tls;
@@ -190,7 +198,7 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
       std::make_unique<Admission>(context->parts, limits, *std::move(token), std::move(access));
   context->jobs = std::make_unique<Jobs>(context->parts, executor);
   context->commands = std::make_unique<Commands>(
-      context->parts, executor, std::move(audit),
+      context->parts, executor, *std::move(audit),
       [&admission = *context->admission](const Caller& who) { return admission.still_known(who); });
   context->started = context->parts.clock.now();
   context->started_text = control::rfc3339(context->parts.wall_clock());

@@ -9,6 +9,8 @@
 #include <boost/json/value.hpp>
 #include <chrono>
 #include <cstdlib>
+#include <optional>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -66,18 +68,41 @@ void stall(const Process& program, int cycles) {
   }}.join();
 }
 
-TEST(AStreamOverTheRealProtocols, AnswersEveryPacketHoldsThroughAStallAndRampsOutAtTheEnd) {
-  LiveCell cell{{.patient = true}};
-  cell.start_daemon();
-  const Finished campaign = small_campaign(cell);
-  ASSERT_EQ(campaign.exit_code, 0) << campaign.err << cell.daemon().errors();
-  tools::RpcClient client = cell.client();
-  ASSERT_TRUE(client.call("events.subscribe", {{"topics", json::array{"stream", "fault"}}}));
-  const Finished start = cell.truepose({"stream", "start"});
-  ASSERT_EQ(start.exit_code, 0) << start.err << cell.daemon().errors();
+/// A cell with a model that a campaign over the real protocols has made.
+class AStreamOverTheRealProtocols : public testing::Test {
+ protected:
+  explicit AStreamOverTheRealProtocols(const LiveCell::Options& options = {}) : cell{options} {}
+  void SetUp() override {
+    cell.start_daemon();
+    const Finished campaign = small_campaign(cell);
+    ASSERT_EQ(campaign.exit_code, 0) << campaign.err << cell.daemon().errors();
+  }
+  /// "start" or "stop".
+  void order_stream(const std::string& what) {
+    const Finished ordered = cell.truepose({"stream", what});
+    ASSERT_EQ(ordered.exit_code, 0) << what << ": " << ordered.err << cell.daemon().errors();
+  }
 
+  LiveCell cell;
+};
+
+/// A stream that runs, and a client that is told of it.
+class AStreamUnderWay : public AStreamOverTheRealProtocols {
+ protected:
+  AStreamUnderWay() : AStreamOverTheRealProtocols{{.patient = true}} {}
+  void SetUp() override {
+    ASSERT_NO_FATAL_FAILURE(AStreamOverTheRealProtocols::SetUp());
+    client.emplace(cell.client());
+    ASSERT_TRUE(client->call("events.subscribe", {{"topics", json::array{"stream", "fault"}}}));
+    ASSERT_NO_FATAL_FAILURE(order_stream("start"));
+  }
+
+  std::optional<tools::RpcClient> client;
+};
+
+TEST_F(AStreamUnderWay, AnswersEveryPacketHoldsThroughAStallAndRampsOutAtTheEnd) {
   const double cycles = stream_seconds() * kCyclesPerSecond;
-  wait_until_correcting(client,
+  wait_until_correcting(*client,
                         [=](const json::value& stream) { return number(stream, "/cycles") >= cycles; });
   const json::value stream = stream_status(cell);
   const json::value undisturbed = cell.simulated().at("rsi");
@@ -101,7 +126,7 @@ TEST(AStreamOverTheRealProtocols, AnswersEveryPacketHoldsThroughAStallAndRampsOu
   // Longer than a silence of the controller may last, shorter than what the socket's buffer holds.
   stall(cell.daemon(), 140);
   const double until = number(stream, "/cycles") + 3 * kCyclesPerSecond;
-  wait_until_correcting(client, [=](const json::value& now) { return number(now, "/cycles") >= until; });
+  wait_until_correcting(*client, [=](const json::value& now) { return number(now, "/cycles") >= until; });
   const json::value stalled = cell.simulated().at("rsi");
   EXPECT_GE(missed_cycles(stalled), missed_cycles(before) + 110);
   EXPECT_EQ(stalled.at("timeouts"), 0);
@@ -120,18 +145,10 @@ TEST(AStreamOverTheRealProtocols, AnswersEveryPacketHoldsThroughAStallAndRampsOu
 }
 
 // Of a terminal, and of whoever read the log.
-TEST(AStreamOverTheRealProtocols, SurvivesItsLogAndRampsOutWhenItsTerminalIsClosed) {
-  LiveCell cell{{.patient = true}};
-  cell.start_daemon();
-  const Finished campaign = small_campaign(cell);
-  ASSERT_EQ(campaign.exit_code, 0) << campaign.err << cell.daemon().errors();
-  tools::RpcClient client = cell.client();
-  ASSERT_TRUE(client.call("events.subscribe", {{"topics", json::array{"stream", "fault"}}}));
-  const Finished start = cell.truepose({"stream", "start"});
-  ASSERT_EQ(start.exit_code, 0) << start.err << cell.daemon().errors();
+TEST_F(AStreamUnderWay, SurvivesItsLogAndRampsOutWhenItsTerminalIsClosed) {
   for (const int signal : {SIGPIPE, SIGXFSZ, SIGUSR1, SIGUSR2}) cell.daemon().send(signal);
   const double later = number(stream_status(cell), "/cycles") + 2 * kCyclesPerSecond;
-  wait_until_correcting(client, [=](const json::value& now) { return number(now, "/cycles") >= later; });
+  wait_until_correcting(*client, [=](const json::value& now) { return number(now, "/cycles") >= later; });
   EXPECT_GT(number(cell.simulated().at("rsi"), "/correction_deg"), 0.01);
 
   cell.daemon().send(SIGHUP);
@@ -141,16 +158,10 @@ TEST(AStreamOverTheRealProtocols, SurvivesItsLogAndRampsOutWhenItsTerminalIsClos
   EXPECT_LE(number(end, "/max_step_deg"), kMaxStep_deg);
 }
 
-TEST(AStreamOverTheRealProtocols, IsStoppedByTheClientWithoutAStepAndCanBeStartedAgain) {
-  LiveCell cell;
-  cell.start_daemon();
-  const Finished campaign = small_campaign(cell);
-  ASSERT_EQ(campaign.exit_code, 0) << campaign.err << cell.daemon().errors();
+TEST_F(AStreamOverTheRealProtocols, IsStoppedByTheClientWithoutAStepAndCanBeStartedAgain) {
   for (int session = 1; session <= 2; ++session) {
-    const Finished start = cell.truepose({"stream", "start"});
-    ASSERT_EQ(start.exit_code, 0) << start.err << cell.daemon().errors();
-    const Finished stop = cell.truepose({"stream", "stop"});
-    ASSERT_EQ(stop.exit_code, 0) << stop.err << cell.daemon().errors();
+    ASSERT_NO_FATAL_FAILURE(order_stream("start"));
+    ASSERT_NO_FATAL_FAILURE(order_stream("stop"));
     const json::value rsi = cell.simulated().at("rsi");
     EXPECT_EQ(rsi.at("sessions"), session);
     EXPECT_EQ(rsi.at("timeouts"), 0);

@@ -167,7 +167,7 @@ Outcome validated(const CalibrateCommand& command, const RobotModel& robot, Meas
   const auto judge = [&](const Outcome& outcome) { return verdict_on_one(command, robot, outcome); };
   const std::uint64_t seed = command.seed.value_or(0);
   if (command.split)
-    return over_splits(once, judge, data, *command.split, seed, command.repeat, command.jobs);
+    return over_splits(once, judge, data, {*command.split, seed, command.repeat}, command.jobs);
   if (command.folds) return over_folds(once, std::move(data), *command.folds, seed, command.jobs);
   return once(data, command.jobs);
 }

@@ -137,26 +137,26 @@ class UnseenPoints {
 }  // namespace
 
 Outcome over_splits(const CalibrateOnce& calibrate_once, const Judge& judge, const MeasurementData& data,
-                    double fraction, std::uint64_t seed, int repeat, int jobs) {
+                    const Splits& splits, int jobs) {
   std::optional<Outcome> first;
-  Runs runs(repeat);
-  std::vector<JudgedSplit> splits(static_cast<std::size_t>(repeat));
-  parallel_for(repeat, jobs, [&](int i) {
-    const std::uint64_t own_seed = seed + static_cast<std::uint64_t>(i);
+  Runs runs(splits.repeat);
+  std::vector<JudgedSplit> judged(static_cast<std::size_t>(splits.repeat));
+  parallel_for(splits.repeat, jobs, [&](int i) {
+    const std::uint64_t own_seed = splits.seed + static_cast<std::uint64_t>(i);
     MeasurementData marked = data;
-    split_poses(marked, fraction, own_seed);
-    Outcome outcome = calibrate_once(marked, jobs_of_each(repeat, jobs));
+    split_poses(marked, splits.fraction, own_seed);
+    Outcome outcome = calibrate_once(marked, jobs_of_each(splits.repeat, jobs));
     if (!outcome.calibration.validate) throw ConfigError("--split: leaves no pose to validate");
     runs.put(i, {{"seed", own_seed}}, outcome.document);
-    if (repeat > 1)
-      splits[static_cast<std::size_t>(i)] = {own_seed, judge(outcome),
+    if (splits.repeat > 1)
+      judged[static_cast<std::size_t>(i)] = {own_seed, judge(outcome),
                                              outcome.calibration.validate->after.max};
     if (i == 0) first = std::move(outcome);
   });
-  if (repeat > 1) {
+  if (splits.repeat > 1) {
     first->document["validate"] = mean_document(runs.validations());
     std::move(runs).describe(first->document, "splits");
-    first->splits = std::move(splits);
+    first->splits = std::move(judged);
   }
   return std::move(*first);
 }

@@ -27,11 +27,18 @@ using CalibrateOnce = std::function<Outcome(const MeasurementData&, int jobs)>;
 /// The verdict on one calibration, by no tolerance. Called by several threads at once.
 using Judge = std::function<CalibrationVerdict(const Outcome&)>;
 
-/// One calibration for each of `repeat` seeds, `fraction` of the poses identifying. The result is that of the
+/// Splits of the poses into those that identify and those that validate.
+struct Splits {
+  double fraction = 0;     ///< of the poses, that identify
+  std::uint64_t seed = 0;  ///< of the first; each further one has the next
+  int repeat = 1;
+};
+
+/// One calibration for each of the splits. The result is that of the
 /// first; with several, "validate" holds the means, "spread" the standard deviations and
 /// "splits" each one, and each is judged.
 Outcome over_splits(const CalibrateOnce& calibrate_once, const Judge& judge, const MeasurementData& data,
-                    double fraction, std::uint64_t seed, int repeat, int jobs);
+                    const Splits& splits, int jobs);
 
 /// K-fold cross-validation. The result is identified from all poses, but "validate" holds the errors of every
 /// point as the fit predicts it that has not seen its pose, "fold_points" each of them (as "points"),
