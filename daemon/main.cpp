@@ -1,7 +1,6 @@
 #include <getopt.h>
 #include <signal.h>
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <exception>
@@ -42,7 +41,17 @@ int complain(const char* what, int exit_code) {
   return exit_code;
 }
 
-bool failed(const Finding& finding) { return finding.level == Finding::Level::Failure; }
+/// Why the daemon cannot start: what a person has to mend before what may pass; null: nothing stands against
+/// it.
+const Finding* first_failure(const std::vector<Finding>& findings) {
+  const Finding* first = nullptr;
+  for (const Finding& finding : findings) {
+    if (finding.level != Finding::Level::Failure) continue;
+    if (!finding.may_pass) return &finding;
+    if (first == nullptr) first = &finding;
+  }
+  return first;
+}
 
 int exit_code(const Finding& failure) { return failure.may_pass ? kNotThereYet : kBadInput; }
 
@@ -60,10 +69,11 @@ void print(const Finding& finding) {
   }
 }
 
-/// @return whether no finding is a failure
-bool print_all(const std::vector<Finding>& findings) {
+/// @return the exit code that they amount to
+int print_all(const std::vector<Finding>& findings) {
   for (const Finding& finding : findings) print(finding);
-  return std::none_of(findings.begin(), findings.end(), failed);
+  const Finding* const failure = first_failure(findings);
+  return failure ? exit_code(*failure) : 0;
 }
 
 struct UsageError : std::runtime_error {
@@ -129,16 +139,13 @@ int main(int argc, char** argv) try {
   const truepose::config::CellConfig config = truepose::config::load_cell(file);
   const std::vector<Finding> findings = truepose::daemon::check(config);
   if (arguments->check_only) {
-    if (!print_all(findings)) return kBadInput;
-    if (arguments->probe && !print_all(truepose::daemon::probe(config))) return kNotThereYet;
+    if (const int failed = print_all(findings)) return failed;
+    if (arguments->probe && print_all(truepose::daemon::probe(config)) != 0) return kNotThereYet;
     std::printf("%s: good\n", file.c_str());
     return 0;
   }
-  // Those first that a person has to mend.
-  auto failure = std::find_if(findings.begin(), findings.end(),
-                              [](const Finding& finding) { return failed(finding) && !finding.may_pass; });
-  if (failure == findings.end()) failure = std::find_if(findings.begin(), findings.end(), failed);
-  if (failure != findings.end()) return complain(failure->text.c_str(), exit_code(*failure));
+  if (const Finding* const failure = first_failure(findings))
+    return complain(failure->text.c_str(), exit_code(*failure));
   std::vector<std::string> warnings;
   for (const Finding& finding : findings) {
     if (finding.level == Finding::Level::Warning) warnings.push_back(finding.text);

@@ -18,11 +18,16 @@ std::string openssl(const std::vector<std::string>& arguments) {
 
 }  // namespace
 
-void Certificates::make(const std::string& name, int days) const {
+void Certificates::make(const std::string& name) const {
   openssl({"req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-keyout",
            key(name), "-out", certificate(name), "-subj", "/CN=" + name, "-addext",
-           "subjectAltName=DNS:localhost,IP:127.0.0.1", "-days", std::to_string(days)});
+           "subjectAltName=DNS:localhost,IP:127.0.0.1", "-days", "100"});
   std::filesystem::permissions(key(name), std::filesystem::perms::owner_read);
+}
+
+void Certificates::expire(const std::string& name) const {
+  openssl(
+      {"x509", "-in", certificate(name), "-signkey", key(name), "-days", "-1", "-out", certificate(name)});
 }
 
 std::string Certificates::fingerprint(const std::string& name) const {

@@ -11,9 +11,10 @@ class Certificates {
  public:
   explicit Certificates(std::filesystem::path folder) : folder_{std::move(folder)} {}
 
-  /// One that vouches for itself, for "localhost" and 127.0.0.1.
-  /// @param days  that it holds from now on; negative: it has expired
-  void make(const std::string& name, int days = 100) const;
+  /// One that vouches for itself, for "localhost" and 127.0.0.1, and holds for 100 days.
+  void make(const std::string& name) const;
+  /// Has it ended yesterday.
+  void expire(const std::string& name) const;
   std::filesystem::path certificate(const std::string& name) const { return folder_ / (name + ".pem"); }
   std::filesystem::path key(const std::string& name) const { return folder_ / (name + ".key"); }
   /// SHA-256, 64 digits.

@@ -11,6 +11,7 @@
 #include <boost/asio/write.hpp>
 #include <boost/json/parse.hpp>
 
+#include "tests/certificates.hpp"
 #include "tests/integration/live_cell.hpp"
 
 namespace truepose {
@@ -172,6 +173,23 @@ TEST(TheDaemon, ChecksItsFilesWithoutStarting) {
   EXPECT_EQ(checked.err, "");
   EXPECT_THAT(checked.out, HasSubstr("cell.yaml: good"));
   EXPECT_FALSE(std::filesystem::exists(cell.store_file()));
+}
+
+TEST(TheDaemon, EndsWithTheSameCodeWhetherItStartsOrChecksItsFiles) {
+  const LiveCell cell{{.cell = {{"  #tls:", "  tls:"},
+                                {"  #  listen: 0.0.0.0:7211", "    listen: 127.0.0.1:0"},
+                                {"  #  certificate: tls/", "    certificate: "},
+                                {"  #  key: tls/", "    key: "}}}};
+  const Certificates certificates{cell.folder()};
+  certificates.make("daemon");
+  certificates.expire("daemon");
+  const auto ends = [&cell] {
+    return std::pair{run_daemon(cell).exit_code, run_daemon(cell, {"--check"}).exit_code};
+  };
+  EXPECT_EQ(ends(), (std::pair{3, 3}))
+      << "a certificate that has expired: by the clock, which may be put right";
+  std::filesystem::remove(cell.token_file());
+  EXPECT_EQ(ends(), (std::pair{2, 2})) << "a mistake beside it, which a person has to mend";
 }
 
 TEST(TheDaemon, RefusesAnUnknownKeyAndSaysWhereItStands) {
