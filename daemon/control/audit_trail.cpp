@@ -12,6 +12,7 @@
 #include <sstream>
 #include <utility>
 
+#include "daemon/control/disk_advice.hpp"
 #include "proto/control/json_text.hpp"
 
 namespace truepose::daemon {
@@ -65,15 +66,16 @@ std::expected<Followed, std::string> follow(const fs::path& file) {
   return followed;
 }
 
-std::expected<void, std::string> write_at(int file, std::string_view bytes, std::uint64_t offset) {
+/// @return errno where it cannot be written
+std::expected<void, int> write_at(int file, std::string_view bytes, std::uint64_t offset) {
   while (!bytes.empty()) {
     const ssize_t size = ::pwrite(file, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (size < 0 && errno == EINTR) continue;
-    if (size < 0) return std::unexpected(std::strerror(errno));
+    if (size < 0) return std::unexpected(errno);
     bytes.remove_prefix(static_cast<std::size_t>(size));
     offset += static_cast<std::uint64_t>(size);
   }
-  if (::fdatasync(file) != 0) return std::unexpected(std::strerror(errno));
+  if (::fdatasync(file) != 0) return std::unexpected(errno);
   return {};
 }
 
@@ -178,8 +180,8 @@ std::expected<std::uint64_t, std::string> AuditTrail::write(json::object record)
     // Whatever of it is there must not look like a record, nor as if one had been taken away.
     const auto head_back = write_at(head_, control::head_text(end_), 0);
     const bool trail_back = ::ftruncate(trail_, static_cast<off_t>(offset)) == 0;
-    if (head_back && trail_back) return std::unexpected(written.error());
-    return std::unexpected(written.error() + ", and what is there cannot be taken back");
+    const std::string left = head_back && trail_back ? "" : ", and what is there cannot be taken back";
+    return std::unexpected(std::strerror(written.error()) + left + "; " + disk_advice(written.error()));
   }
   end_ = std::move(end);
   ends_.push_back(offset + line.size());

@@ -33,7 +33,7 @@ class AuditTrail {
   ~AuditTrail();
 
   /// Returns once the record is on the disk, behind all that is owed to it. @return its number; else why it
-  /// is not, and nothing of it is
+  /// is not and what to do about that, and nothing of it is
   std::expected<std::uint64_t, std::string> append(boost::json::object record);
   /// The same of what is done in any case: where the disk does not take it, it is kept in memory, and written
   /// before anything that follows ("owed"). Of so many that there is no room the last one counts the others.

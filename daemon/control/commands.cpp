@@ -200,9 +200,9 @@ asio::awaitable<Commands::Outcome> Commands::on_record(json::object command, Act
   const bool must_be_on_record = !control::is_always_carried_out(method);
   const auto asked = co_await write_down(std::move(command), must_be_on_record);
   if (!asked)
-    co_return Outcome{std::unexpected(
-        RpcError{ErrorCode::Store, "not done, since it cannot be put on record: " + asked.error() +
-                                       "; make room on the disk, then cell.acknowledge"})};
+    co_return Outcome{std::unexpected(RpcError{
+        ErrorCode::Store,
+        "not done, since it cannot be put on record: " + asked.error() + ", then cell.acknowledge"})};
 
   auto acting = act();
   Result result = co_await std::move(acting);

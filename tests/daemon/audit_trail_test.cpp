@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 
+#include <cerrno>
 #include <csignal>
 
+#include "daemon/control/disk_advice.hpp"
 #include "tests/daemon/full_disk.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
@@ -145,6 +147,12 @@ TEST_F(AuditTrailTest, SaysThatTheDiskIsFullAndGoesOnOnceItIsNot) {
   }
   std::signal(SIGXFSZ, SIG_DFL);
   EXPECT_TRUE(verify_audit(file()));
+}
+
+TEST(DiskAdvice, IsToMakeRoomOnAFullDiskAlone) {
+  for (const int full : {ENOSPC, EDQUOT, EFBIG}) EXPECT_EQ(disk_advice(full), "make room on the disk");
+  EXPECT_THAT(disk_advice(EROFS), HasSubstr("mount it to be written to"));
+  EXPECT_EQ(disk_advice(EIO), "check the disk");
 }
 
 TEST_F(AuditTrailTest, OwesWhatTheDiskDoesNotTakeAndWritesItBeforeWhatFollows) {

@@ -1,5 +1,7 @@
 // Who may command when somebody else has control, what is done twice, and what stands on record.
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <algorithm>
 
@@ -47,6 +49,29 @@ class CountingCell : public CellService {
   void unrecorded(const std::string& why) override { whys.push_back(why); }
   std::vector<std::string> calls, callers, whys;
   std::function<void()> release;
+};
+
+/// Under a file that this process has open, a disk that fails (EIO): memory that there is not.
+class BrokenFile {
+ public:
+  explicit BrokenFile(const fs::path& file) : broken_{::open("/proc/self/mem", O_RDWR | O_CLOEXEC)} {
+    for (const fs::directory_entry& each : fs::directory_iterator{"/proc/self/fd"}) {
+      std::error_code gone;
+      if (fs::read_symlink(each.path(), gone) == file) descriptor_ = std::stoi(each.path().filename());
+    }
+    whole_ = ::dup(descriptor_);
+    ::dup2(broken_, descriptor_);
+  }
+  ~BrokenFile() {
+    ::dup2(whole_, descriptor_);
+    ::close(whole_);
+    ::close(broken_);
+  }
+  BrokenFile(const BrokenFile&) = delete;
+  BrokenFile& operator=(const BrokenFile&) = delete;
+
+ private:
+  int broken_, descriptor_ = -1, whole_ = -1;
 };
 
 class ControlCommands : public ControlServerTest {
@@ -323,6 +348,21 @@ TEST_F(ControlCommands, ThatCannotBePutOnRecordAreNotDone) {
                     HasSubstr("make room on the disk, then cell.acknowledge")));
   EXPECT_EQ(calls().size(), 1U);
   EXPECT_THAT(why_unrecorded(), ElementsAre(HasSubstr("audit trail cannot be written: File too large")));
+}
+
+TEST_F(ControlCommands, ThatCannotBePutOnRecordSayWhatHelpsAgainstThat) {
+  const auto port = serve();
+  const auto anna = session(port, "Anna");
+  std::string why;
+  {
+    const BrokenFile broken{audit_file()};
+    const Reply refused = anna->call("campaign.start");
+    ASSERT_FALSE(refused.result);
+    why = refused.result.error().message;
+  }
+  EXPECT_THAT(why, AllOf(HasSubstr("Input/output error"),
+                         testing::EndsWith("; check the disk, then cell.acknowledge")));
+  EXPECT_THAT(why_unrecorded(), ElementsAre(HasSubstr("; check the disk")));
 }
 
 TEST_F(ControlCommands, ThatStopSomethingAreDoneOnAFullDiskAndPutOnRecordWhenThereIsRoom) {
