@@ -1,9 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <boost/json/value.hpp>
+#include <set>
 
 #include "config/text_file.hpp"
+#include "daemon/recorder/recording_folder.hpp"
 #include "proto/control/base64.hpp"
 #include "proto/recording/recording.hpp"
 #include "tests/daemon/cell_fixture.hpp"
@@ -125,6 +128,32 @@ TEST_F(ARecordedCellService, KeepsTheHeaderOfTheRingForWhoFindsIt) {
   ASSERT_TRUE(header) << header.error();
   EXPECT_EQ(header->robot.serial, "MOCK-0001");
   EXPECT_EQ(header->models.size(), 1U);
+}
+
+/// The names of recordings in any text of a JSON value.
+void gather_recordings(const json::value& value, std::set<std::string>& names) {
+  if (const auto* const object = value.if_object()) {
+    for (const auto& member : *object) gather_recordings(member.value(), names);
+  } else if (const auto* const array = value.if_array()) {
+    for (const json::value& each : *array) gather_recordings(each, names);
+  } else if (value.is_string() && value.get_string().ends_with(".recording")) {
+    names.insert(std::filesystem::path{std::string{value.get_string()}}.filename());
+  }
+}
+
+TEST(TheExamplesOfTheSchema, NameRecordingsAsTheFolderThatTheyAreIn) {
+  std::set<std::string> shown;
+  gather_recordings(control::parse_json(control::openrpc_text()).value(), shown);
+  ASSERT_FALSE(shown.empty());
+  const TempFolder folder;
+  const RecordingFolder recordings{{.folder = folder.path()}};
+  for (const std::string& name : shown) {
+    std::string date = name.substr(0, name.find('Z') + 1);
+    std::replace(date.begin() + static_cast<std::ptrdiff_t>(date.find('T')), date.end(), '-', ':');
+    const std::string made = recordings.file(date).filename();
+    EXPECT_EQ(made, name) << "recordings of one folder, in the order of their dates";
+    folder.write(made, "");
+  }
 }
 
 TEST(Base64, IsReadAgainWhateverTheBytesAre) {
