@@ -1,7 +1,10 @@
 #include "daemon/control/commands.hpp"
 
+#include <algorithm>
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <map>
+#include <set>
 #include <utility>
 
 #include "daemon/threads/worker.hpp"
@@ -87,27 +90,34 @@ Commands::Commands(ControlServerParts& parts, asio::any_io_executor executor, st
   remember();
 }
 
+// By their order and never by their times, which are those of a clock that may have been set: what was asked
+// a minute ago may be dated anyhow. So an id is known for ten minutes more, however long ago it was given.
 void Commands::remember() {
   constexpr std::size_t kPage = 100;
+  // More than clients command in ten minutes, and read in a moment.
+  constexpr std::uint64_t kMostRecords = 10'000;
   if (!audit_) return;
-  const std::string since = control::rfc3339(parts_.wall_clock() - CommandMemory::kKept);
   const drivers::TimePoint now = parts_.clock.now();
   std::map<std::int64_t, json::object> ends;  // by the numbers of their commands, which stand before them
+  std::set<std::pair<std::string, std::string>> seen;
   std::uint64_t before = audit_->count() + 1;
+  const std::uint64_t last = before - std::min(before, kMostRecords);
   for (auto page = audit_->records(before, kPage); page && !page->empty();
        page = audit_->records(before, kPage)) {
     for (const json::value& each : *page) {
       const json::object& record = each.as_object();
-      if (record.at("time").as_string() < since) return;
       const std::int64_t n = record.at("n").as_int64();
       before = static_cast<std::uint64_t>(n);
+      if (before <= last || seen.size() == CommandMemory::kMost) return;
       if (const json::value* const of = record.if_contains("of")) ends[of->as_int64()] = record;
       const json::value* const id = record.if_contains("command_id");
       if (!id) continue;
+      const std::string who{record.at("who").as_string()}, name{id->as_string()};
+      // What became of the last one of an id is what holds.
+      if (!seen.emplace(who, name).second) continue;
       const auto end = ends.find(n);
       auto answer = answer_again(end == ends.end() ? nullptr : &end->second);
-      const std::string who{record.at("who").as_string()}, name{id->as_string()};
-      if (!answer || memory_.find(who, name, now)) continue;
+      if (!answer) continue;
       std::string text = command_text(record.at("method").as_string(), record.at("params"));
       CommandMemory::end(*memory_.begin(who, name, std::move(text), now, executor_), *std::move(answer));
     }

@@ -276,13 +276,35 @@ TEST_F(ControlCommands, OfWhichNoEndStandsOnRecordAreNotDoneASecondTime) {
   EXPECT_EQ(calls().size(), 1U);
 }
 
-TEST_F(ControlCommands, OfMoreThanTenMinutesBeforeARestartAreForgotten) {
+TEST_F(ControlCommands, OfBeforeARestartAreKnownForTenMinutesWhateverTheClocksWereSetTo) {
   const json::object once{{"command_id", "c1"}};
-  EXPECT_EQ(session(serve(), "Anna")->code("stream.stop", once), 0);
+  {
+    const auto anna = session(serve(), "Anna");
+    EXPECT_EQ(anna->code("stream.stop", once), 0);
+    on_loop([this] { wall_ -= 1h; });
+    EXPECT_EQ(anna->code("stream.stop"), 0);
+  }
   end_server();
-  wall_ += 10min + 1s;
-  EXPECT_EQ(session(serve(), "Anna")->code("stream.stop", once), 0);
+  wall_ += 25h;
+  const auto anna = session(serve({.idle = 1h}), "Anna");
+  EXPECT_EQ(anna->code("stream.stop", once), 0);
   EXPECT_EQ(calls().size(), 2U);
+  advance(10min);
+  EXPECT_EQ(anna->code("stream.stop", once), 0);
+  EXPECT_EQ(calls().size(), 3U) << "ten minutes later it is a new one";
+}
+
+TEST_F(ControlCommands, OfBeforeARestartAreJudgedByTheLastOneOfTheirId) {
+  const json::object once{{"command_id", "c1"}};
+  {
+    const auto chef = session(serve({.idle = 1h}), "Chef");
+    EXPECT_EQ(chef->code("stream.stop", once), 0);
+    advance(10min);
+    EXPECT_EQ(chef->code("model.activate", once), -32004);
+  }
+  end_server();
+  EXPECT_EQ(session(serve(), "Chef")->code("model.activate", once), -32004) << "it was refused: tried anew";
+  EXPECT_EQ(calls().size(), 3U);
 }
 
 TEST_F(ControlCommands, ThatAreUnderWayAreWaitedForByTheirRepetition) {
