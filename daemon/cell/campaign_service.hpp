@@ -65,6 +65,15 @@ class CampaignService final : private CampaignObserver {
                        const std::string& by);
 
   // Of one that was interrupted.
+  struct GoingOn {
+    std::shared_ptr<const CampaignPast> past;
+    StoreJournal::Options options;
+    CampaignOrder order;
+  };
+  boost::asio::awaitable<std::expected<GoingOn, control::RpcError>> going_on(std::string id);
+  /// @param why  it did not go on
+  boost::asio::awaitable<void> stay_interrupted(std::string id, std::string why);
+  boost::asio::awaitable<StoreResult<void>> keep(CampaignRecord record);
   MethodReply resume_interrupted(std::string id, std::string by);
   MethodReply abort_interrupted(std::string id);
   boost::asio::awaitable<std::expected<CampaignOrder, control::RpcError>> order_of(std::string kind,

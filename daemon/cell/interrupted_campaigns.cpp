@@ -25,6 +25,8 @@ std::string described(const InterruptedCampaign& one) {
          std::to_string(one.total) + " poses measured: " + one.record.reason;
 }
 
+const std::string& id_of(const InterruptedCampaign& one) { return one.record.id; }
+
 json::object progress_of(const InterruptedCampaign& one) {
   return {{"id", one.record.id},
           {"kind", one.record.kind},
@@ -72,8 +74,7 @@ std::vector<std::string> CampaignService::also_allowed() const {
 
 std::expected<const InterruptedCampaign*, RpcError> CampaignService::interrupted(
     const std::string& id) const {
-  const auto found =
-      std::ranges::find(interrupted_, id, [](const InterruptedCampaign& one) { return one.record.id; });
+  const auto found = std::ranges::find(interrupted_, id, id_of);
   if (found != interrupted_.end()) return &*found;
   return std::unexpected(RpcError{ErrorCode::NotFound, "no campaign " + id + " was interrupted"});
 }
@@ -136,9 +137,8 @@ asio::awaitable<std::expected<CampaignOrder, RpcError>> CampaignService::order_o
   co_return CampaignOrder{std::move(order)};
 }
 
-MethodReply CampaignService::resume_interrupted(std::string id, std::string by) {
-  const auto known = interrupted(id);
-  if (!known) co_return std::unexpected(known.error());
+/// What it goes on with, or what speaks against that.
+asio::awaitable<std::expected<CampaignService::GoingOn, RpcError>> CampaignService::going_on(std::string id) {
   auto job = [this, id] { return read_past(parts_.store, id); };
   auto read = co_await parts_.store_thread.ask(job);
   if (!read) co_return std::unexpected(store_unusable(read.error()));
@@ -169,10 +169,37 @@ MethodReply CampaignService::resume_interrupted(std::string id, std::string by) 
                                 .activate = kept->activate,
                                 .interrupted = past->record};
   if (!past->points.empty()) options.measured_before = past->points.back().time;
+  co_return GoingOn{past, std::move(options), *std::move(order)};
+}
+
+/// What of an interrupted campaign has changed.
+asio::awaitable<StoreResult<void>> CampaignService::keep(CampaignRecord record) {
+  auto job = [this, record] { return parts_.store.end_campaign(record); };
+  auto kept = co_await parts_.store_thread.ask(job);
+  if (!kept) store_.failed(kept.error());
+  if (kept && run_ && !running() && run_->id() == record.id) run_.reset();  // the store knows more of it now
+  co_return kept;
+}
+
+asio::awaitable<void> CampaignService::stay_interrupted(std::string id, std::string why) {
+  const auto one = std::ranges::find(interrupted_, id, id_of);
+  if (one == interrupted_.end()) co_return;  // somebody has aborted it meanwhile
+  one->record.reason = std::move(why);
+  parts_.events.publish(control::Topic::Campaign, progress_of(*one));
+  const auto kept = co_await keep(one->record);
+  static_cast<void>(kept);  // a fault tells where it is not
+}
+
+MethodReply CampaignService::resume_interrupted(std::string id, std::string by) {
+  if (const auto known = interrupted(id); !known) co_return std::unexpected(known.error());
+  auto with = co_await going_on(id);
+  if (!with && with.error().code != ErrorCode::Store) co_await stay_interrupted(id, with.error().message);
+  if (!with) co_return std::unexpected(with.error());
   // Somebody may have aborted it meanwhile.
   if (const auto still = interrupted(id); !still) co_return std::unexpected(still.error());
   const CampaignResumeRequested resume{id};
-  const auto launched = launch(std::move(options), *std::move(order), resume, by, past);
+  const auto launched =
+      launch(std::move(with->options), std::move(with->order), resume, by, std::move(with->past));
   if (!launched) co_return std::unexpected(launched.error());
   std::erase_if(interrupted_, [&id](const InterruptedCampaign& one) { return one.record.id == id; });
   co_return progress_json();
@@ -186,14 +213,11 @@ MethodReply CampaignService::abort_interrupted(std::string id) {
   ended.record.reason = "aborted by an operator after it was interrupted";
   ended.record.ended = control::rfc3339(parts_.wall_clock());
   std::erase_if(interrupted_, [&id](const InterruptedCampaign& one) { return one.record.id == id; });
-  auto job = [this, record = ended.record] { return parts_.store.end_campaign(record); };
-  auto kept = co_await parts_.store_thread.ask(job);
+  auto kept = co_await keep(ended.record);
   if (!kept) {
-    store_.failed(kept.error());
     co_await load_interrupted();
     co_return std::unexpected(store_unusable(kept.error()));
   }
-  if (run_ && !running() && run_->id() == id) run_.reset();  // the store knows more of it now
   json::object progress = progress_of(ended);
   parts_.events.publish(control::Topic::Campaign, progress);
   co_return progress;

@@ -1,3 +1,5 @@
+#include <utility>
+
 #include "daemon/store/campaign_plan.hpp"
 #include "tests/daemon/campaign_service_fixture.hpp"
 
@@ -124,6 +126,24 @@ TEST_F(InterruptedCampaignTest, RefusesToGoOnWhereThePlanNoLongerFitsTheCellFile
                                                               HasSubstr("set that right in the cell file")));
   EXPECT_EQ(status().at("state"), "disconnected");
   EXPECT_EQ(string_at(status(), "/interrupted/0/id"), id);
+}
+
+TEST_F(InterruptedCampaignTest, TellsWhyItDidNotGoOnRatherThanWhyItWasInterruptedBefore) {
+  const std::string id = interrupted();
+  EXPECT_EQ(string_at(status(), "/interrupted/0/reason"), "the daemon was stopped");
+  const double ceiling_mm = std::exchange(config.workspace.max_mm.z(), 900);
+  const std::string why = refused("campaign.resume", {{"id", id}});
+  EXPECT_EQ(string_at(status(), "/interrupted/0/reason"), why);
+  EXPECT_EQ(string_at(told(control::Topic::Campaign).back(), "/reason"), why);
+  const auto campaign = [&] { return call("campaign.get", {{"id", id}}).value().at("campaign"); };
+  EXPECT_EQ(string_at(campaign(), "/state"), "interrupted");
+  EXPECT_EQ(string_at(campaign(), "/reason"), why);
+  EXPECT_TRUE(finish(cell.load_interrupted_campaigns()));
+  EXPECT_EQ(string_at(status(), "/interrupted/0/reason"), why) << "to the daemon that comes after too";
+  config.workspace.max_mm.z() = ceiling_mm;
+  play([this, id]() -> Wait { co_await resumed(id); });
+  EXPECT_EQ(string_at(campaign(), "/state"), "done");
+  EXPECT_EQ(string_at(campaign(), "/reason"), "");
 }
 
 TEST_F(InterruptedCampaignTest, KnowsAfterAKillWhatWasUnderWay) {
