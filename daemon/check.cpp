@@ -6,9 +6,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/udp.hpp>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <filesystem>
 #include <iterator>
 #include <optional>
@@ -21,6 +19,8 @@
 #include "daemon/control/tls_identity.hpp"
 #include "daemon/realtime/stream_cycle.hpp"
 #include "daemon/realtime/stream_options.hpp"
+#include "daemon/recorder/folder_access.hpp"
+#include "daemon/recorder/recording_folder.hpp"
 #include "daemon/store/store.hpp"
 #include "daemon/web/web_server.hpp"
 #include "drivers/kuka/scheduling.hpp"
@@ -216,11 +216,10 @@ Finding check_access(const fs::path& file) {
 Finding check_store(const fs::path& file) {
   const fs::path folder = fs::absolute(file).parent_path();
   std::error_code none;
-  if (!fs::is_directory(folder, none))
+  if (!fs::exists(folder, none) && !none)
     return {Level::Failure, file.string() + ": there is no folder " + folder.string() + "; make it"};
-  if (::access(folder.c_str(), W_OK | X_OK) != 0)
-    return {Level::Failure, folder.string() +
-                                ": the store's folder cannot be written: " + std::strerror(errno) +
+  if (const std::string why = why_not_writable(folder); !why.empty())
+    return {Level::Failure, folder.string() + ": the store's folder cannot be written: " + why +
                                 "; give `store` a folder that can be (a service: /var/lib/truepose/CELL)"};
   if (!fs::exists(file, none)) return {Level::Good, file.string() + ": will be made"};
   if (fs::is_empty(file, none))
@@ -235,12 +234,10 @@ Finding check_store(const fs::path& file) {
 }
 
 /// Without its folder the daemon records all the same, in memory; and writes no recording.
-std::vector<Finding> check_recording(const fs::path& folder) {
-  std::error_code none;
-  const fs::path there = fs::exists(folder, none) ? folder : fs::absolute(folder).parent_path();
-  if (fs::is_directory(there, none) && ::access(there.c_str(), W_OK | X_OK) == 0) return {};
-  return {{Level::Warning, "recording.folder: " + folder.string() +
-                               " cannot be written by this user: faults will leave no recording"}};
+std::vector<Finding> check_recording(const config::RecordingConfig& recording) {
+  const std::string why = RecordingFolder{recording}.why_unusable();
+  if (why.empty()) return {};
+  return {{Level::Warning, why + ", or faults leave no recording"}};
 }
 
 }  // namespace
@@ -256,7 +253,7 @@ std::vector<Finding> check(const config::CellConfig& config, std::chrono::system
   findings.push_back(check_token(config.control.token_file));
   findings.push_back(check_access(access_file_of(config.store)));
   findings.push_back(check_store(config.store));
-  append(findings, check_recording(config.recording.folder));
+  append(findings, check_recording(config.recording));
   return findings;
 }
 

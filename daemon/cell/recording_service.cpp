@@ -82,7 +82,7 @@ std::vector<Method<RecordingService>> RecordingService::methods() {
 MethodReply RecordingService::save(json::object params) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   auto saved = co_await save_now("asked for");
-  if (!saved) co_return std::unexpected(RpcError{ErrorCode::Internal, saved.error()});
+  if (!saved) co_return std::unexpected(RpcError{ErrorCode::Store, saved.error()});
   co_return json::object{
       {"name", saved->name}, {"bytes", saved->bytes}, {"file", folder_.find(saved->name).string()}};
 }
@@ -116,7 +116,10 @@ asio::awaitable<RecordingService::Saved> RecordingService::save_now(std::string 
   const recording::Header header = this->header(reason);
   auto job = [this, header]() -> Saved {
     const std::filesystem::path file = folder_.file(header.date);
-    if (auto saved = parts_.recorder.save(header, file); !saved) return std::unexpected(saved.error());
+    if (auto saved = parts_.recorder.save(header, file); !saved) {
+      const std::string why = folder_.why_unusable();
+      return std::unexpected(why.empty() ? saved.error() : why);
+    }
     std::error_code gone;
     const std::uintmax_t bytes = std::filesystem::file_size(file, gone);
     if (gone) return std::unexpected(file.string() + ": " + gone.message());

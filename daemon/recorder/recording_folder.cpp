@@ -5,6 +5,8 @@
 #include <system_error>
 #include <utility>
 
+#include "daemon/recorder/folder_access.hpp"
+
 namespace truepose::daemon {
 
 namespace fs = std::filesystem;
@@ -24,6 +26,17 @@ std::uint64_t number_of(const RecordingFolder::Entry& entry) {
 }
 
 }  // namespace
+
+std::string RecordingFolder::why_unusable() const {
+  // Where it is not there yet, the daemon makes it.
+  std::error_code unknown;
+  const bool is_there = fs::exists(config_.folder, unknown) || unknown;
+  const std::string why =
+      why_not_writable(is_there ? config_.folder : fs::absolute(config_.folder).parent_path());
+  if (why.empty()) return {};
+  return "recording.folder: " + config_.folder.string() + " cannot be written by this user (" + why +
+         "): give a folder that can be";
+}
 
 // Without colons, which some file systems do not take.
 fs::path RecordingFolder::file(const std::string& date) const {

@@ -19,6 +19,8 @@ class RecordingFolder {
   /// For the ring, and the header that belongs to it.
   std::filesystem::path ring() const { return config_.folder / "ring"; }
   std::filesystem::path ring_header() const { return config_.folder / "ring.header"; }
+  /// Why no recording can be written: one line that says what, where and what to do; empty: one can.
+  std::string why_unusable() const;
   /// Of a recording that is written next, at this time, RFC 3339.
   std::filesystem::path file(const std::string& date) const;
 

@@ -10,6 +10,7 @@
 
 #include "daemon/store/store.hpp"
 #include "tests/certificates.hpp"
+#include "tests/daemon/as_nobody.hpp"
 #include "tests/daemon/stream_rig.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -213,6 +214,30 @@ TEST_F(CheckTest, RefusesAStoreThatCannotBeMade) {
   EXPECT_THAT(findings(), failure("there is no folder"));
   config_.store = folder_.path();
   EXPECT_THAT(findings(), failure("is no file"));
+}
+
+TEST_F(CheckTest, SaysWhichFolderCannotBeWrittenWhyAndWhatToDo) {
+  const fs::path folder = folder_.path() / "of root";
+  fs::create_directory(folder);
+  fs::permissions(folder, fs::perms::owner_read | fs::perms::owner_exec);
+  config_.store = folder / "cell.sqlite";
+  config_.recording.folder = folder / "recordings";
+  const auto found = [this] {
+    const test::AsNobody nobody;
+    return findings();
+  }();
+  EXPECT_THAT(found,
+              failure(folder.string() +
+                      ": the store's folder cannot be written: Permission denied; give `store` a folder that "
+                      "can be (a service: /var/lib/truepose/CELL)"));
+  EXPECT_THAT(found,
+              warning("recording.folder: " + config_.recording.folder.string() +
+                      " cannot be written by this user (Permission denied): give a folder that can be, "
+                      "or faults leave no recording"));
+  config_.store = config_.control.token_file / "cell.sqlite";
+  config_.recording.folder = config_.control.token_file;
+  EXPECT_THAT(findings(), failure("the store's folder cannot be written: Not a directory"));
+  EXPECT_THAT(findings(), warning("cannot be written by this user (Not a directory)"));
 }
 
 TEST_F(CheckTest, WarnsWhereNoRecordingCanBeWritten) {

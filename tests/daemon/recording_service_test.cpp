@@ -9,6 +9,7 @@
 #include "daemon/recorder/recording_folder.hpp"
 #include "proto/control/base64.hpp"
 #include "proto/recording/recording.hpp"
+#include "tests/daemon/as_nobody.hpp"
 #include "tests/daemon/cell_fixture.hpp"
 
 namespace truepose::daemon {
@@ -116,6 +117,21 @@ TEST_F(ARecordedCellService, HandsARecordingOutPartByPart) {
   EXPECT_EQ(bytes, config::read_bytes(folder.path() / name));
   EXPECT_EQ(refused("recording.get", {{"name", "../token"}}), "no such recording");
   EXPECT_THAT(refused("recording.get"), HasSubstr("name"));
+}
+
+TEST_F(ARecordedCellService, SaysWhichFolderCannotBeWrittenWhyAndWhatToDo) {
+  std::filesystem::permissions(folder.path(),
+                               std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  const Answer answer = [this] {
+    const test::AsNobody nobody;
+    return call("recording.save");
+  }();
+  std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_all);
+  ASSERT_FALSE(answer);
+  EXPECT_EQ(answer.error().code, control::ErrorCode::Store);
+  EXPECT_EQ(answer.error().message,
+            "recording.folder: " + folder.path().string() +
+                " cannot be written by this user (Permission denied): give a folder that can be");
 }
 
 TEST_F(ARecordedCellService, KeepsTheHeaderOfTheRingForWhoFindsIt) {

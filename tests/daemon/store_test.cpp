@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "daemon/store/campaign_plan.hpp"
+#include "tests/daemon/as_nobody.hpp"
 #include "tests/daemon/older_store.hpp"
 #include "tests/daemon/store_fixture.hpp"
 
@@ -408,14 +409,10 @@ TEST_F(StoreTest, SaysThatAFileCannotBeWritten) {
   const perms enter = perms::owner_exec | perms::group_exec | perms::others_exec;
   std::filesystem::permissions(file_, read);
   std::filesystem::permissions(folder_.path(), read | enter);
-  const bool root = geteuid() == 0;  // may write everywhere
-  if (root) {
-    ASSERT_EQ(seteuid(65534), 0);
-  }
-  const std::string why = why_not_opened(file_);
-  if (root) {
-    ASSERT_EQ(seteuid(0), 0);
-  }
+  const std::string why = [this] {
+    const test::AsNobody nobody;
+    return why_not_opened(file_);
+  }();
   std::filesystem::permissions(folder_.path(), perms::owner_all);
   EXPECT_THAT(why, HasSubstr("readonly"));
 }

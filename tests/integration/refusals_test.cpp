@@ -192,6 +192,28 @@ TEST(TheDaemon, EndsWithTheSameCodeWhetherItStartsOrChecksItsFiles) {
   EXPECT_EQ(ends(), (std::pair{2, 2})) << "a mistake beside it, which a person has to mend";
 }
 
+TEST(TheDaemon, RefusesAStoreInAFolderThatCannotBeWrittenAndSaysWhatToDo) {
+  const LiveCell cell{{.cell = {{"store: demo.sqlite", "store: token/demo.sqlite"}}}};
+  const Finished refused = run_daemon(cell);
+  expect_one_line(refused, 2);
+  EXPECT_THAT(refused.err, HasSubstr(cell.token_file().string() +
+                                     ": the store's folder cannot be written: Not a directory; give `store` "
+                                     "a folder that can be"));
+}
+
+TEST(TheDaemon, RunsWithoutAFolderForItsRecordingsAndSaysWhatToDo) {
+  LiveCell cell{{.cell = {{"#folder: recordings", "folder: token"}}}};
+  const std::string sentence = "recording.folder: " + cell.token_file().string() +
+                               " cannot be written by this user (Not a directory): give a folder that can be";
+  const Finished checked = run_daemon(cell, {"--check"});
+  EXPECT_EQ(checked.exit_code, 0) << checked.err;
+  EXPECT_THAT(checked.out, HasSubstr("warning  " + sentence + ", or faults leave no recording\n"));
+  cell.start_daemon();
+  const Finished refused = cell.truepose({"recording", "save"});
+  expect_one_line(refused, 1);
+  EXPECT_THAT(refused.err, HasSubstr(sentence));
+}
+
 TEST(TheDaemon, RefusesAnUnknownKeyAndSaysWhereItStands) {
   const LiveCell cell{{.cell = {{"  ramp_ms: 1000", "  ramp_m: 1000"}}}};
   const Finished refused = run_daemon(cell);
