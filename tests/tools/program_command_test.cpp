@@ -49,14 +49,14 @@ class ProgramCommand : public testing::Test {
   std::string model_;
 };
 
-TEST_F(ProgramCommand, WritesBothFilesAndSumsUpWhatItDid) {
+TEST_F(ProgramCommand, WritesBothFilesAndSumsUpWhatItDidAsTheReadmeShows) {
   const Finished run =
       compensate(corpus("gluing.src"), {"--dat", corpus("gluing.dat"), "--config-dat", corpus("config.dat"),
                                         "--out", out("src"), "--out-dat", out("dat")});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.err, "");
-  EXPECT_THAT(run.out, HasSubstr("gluing.src: 6 of 6 positions changed\n"));
-  EXPECT_THAT(run.out, HasSubstr("XHOME: is a home position of the cell\n"));
+  EXPECT_THAT(text_of(std::filesystem::path{TRUEPOSE_SOURCE_DIR} / "README.md"),
+              HasSubstr("```\n" + run.out + "```\n"));
   EXPECT_EQ(text_of(out("src")), krl_corpus::bytes("gluing.src"));
   const std::string dat = text_of(out("dat"));
   EXPECT_NE(dat, krl_corpus::bytes("gluing.dat"));
