@@ -2,7 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <boost/algorithm/string/replace.hpp>
 #include <boost/json.hpp>
+#include <filesystem>
 
 #include "config/model_file.hpp"
 #include "config/robot_file.hpp"
@@ -55,8 +57,10 @@ TEST_F(ProgramCommand, WritesBothFilesAndSumsUpWhatItDidAsTheReadmeShows) {
                                         "--out", out("src"), "--out-dat", out("dat")});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.err, "");
-  EXPECT_THAT(text_of(std::filesystem::path{TRUEPOSE_SOURCE_DIR} / "README.md"),
-              HasSubstr("```\n" + run.out + "```\n"));
+  const std::string told = boost::replace_all_copy(run.out, krl_corpus::kFolder.string() + "/", "");
+  EXPECT_TRUE(
+      text_of(std::filesystem::path{TRUEPOSE_SOURCE_DIR} / "README.md").contains("```\n" + told + "```\n"))
+      << told;
   EXPECT_EQ(text_of(out("src")), krl_corpus::bytes("gluing.src"));
   const std::string dat = text_of(out("dat"));
   EXPECT_NE(dat, krl_corpus::bytes("gluing.dat"));
