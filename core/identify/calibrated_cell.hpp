@@ -60,6 +60,7 @@ struct ParameterLayout {
   static constexpr int kBase = 6;
   static constexpr int kReflector = 3;
   static constexpr int kLink = 5;
+  enum LinkEntry { kA, kAlpha, kD, kTheta, kBeta };  ///< of a link's parameters
 
   int reflectors = 0;
   int joints = 0;

@@ -237,7 +237,8 @@ Mistake turned_signs(const RobotModel& robot, std::uint32_t which) {
 
 // ---- Values left open
 
-enum LinkEntry { kA, kAlpha, kD, kTheta };
+using enum ParameterLayout::LinkEntry;
+using LinkEntry = ParameterLayout::LinkEntry;
 
 int link_parameter(std::size_t joint, LinkEntry entry) {
   return ParameterLayout::kLink * static_cast<int>(joint) + entry;

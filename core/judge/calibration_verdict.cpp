@@ -40,11 +40,19 @@ constexpr double kStillWarming = 0.5;        // of the mean error: less is not w
 constexpr double kNearerThanNoise = 0.5;     // of the mean error that the stated noise alone makes
 constexpr std::size_t kNamed = 4;            // points in one sentence
 
+std::vector<std::size_t> far_points(const Calibration& calibration) {
+  std::vector<std::size_t> far;
+  for (const auto* points : {&calibration.rejected, &calibration.far_validation})
+    for (const RejectedPoint& point : *points) far.push_back(point.point);
+  return far;
+}
+
 struct Case : CalibrationEvidence {
   explicit Case(const CalibrationEvidence& evidence)
       : CalibrationEvidence{evidence},
         whitening{whitening_of(points_of(without(calibration.rejected, data), PoseSet::Identify), stated)},
-        about{noise_about_model(calibration, data, stated)} {}
+        about{noise_about_model(calibration, data, stated)},
+        moved{movement(calibration.cell, data.points, stated, far_points(calibration))} {}
 
   bool noise_known() const { return whitening.finest_mm > 0; }
   const StageErrors& judged() const {
@@ -59,7 +67,8 @@ struct Case : CalibrationEvidence {
   }
 
   Whitening whitening;
-  MeasurementNoise about;  ///< what the identification left
+  MeasurementNoise about;         ///< what the identification left
+  std::optional<Movement> moved;  ///< while it was measured
 };
 
 using Finds = std::optional<Finding>;
@@ -80,6 +89,7 @@ Finds too_much_left(const Case& of) {
   if (judged.after.mean > kHardlyBetter * judged.before.mean)
     return doubt(left +
                  ", and is hardly better than the data sheet: look for what changed while it was measured");
+  if (of.moved) return advice(left);
   if (of.calibration.deviation)
     return advice(left + ": the arm, or what measured it, does what the model does not know");
   return advice(left + ": identify the deviations of the joints too (deviation auto)");
@@ -113,10 +123,7 @@ std::string told(const Change& change, const MeasurementData& data) {
 }
 
 Finds moved_meanwhile(const Case& of) {
-  std::vector<std::size_t> far;
-  for (const auto* points : {&of.calibration.rejected, &of.calibration.far_validation})
-    for (const RejectedPoint& point : *points) far.push_back(point.point);
-  const auto moved = movement(of.calibration.cell, of.data.points, of.stated, far);
+  const auto& moved = of.moved;
   if (!moved) return std::nullopt;
   std::string who = told(moved->what, of.data);
   for (const Change& other : moved->or_else) who += ", or " + told(other, of.data);
@@ -168,11 +175,10 @@ Finds more_than_predicted(const Case& of) {
   const auto signs = drift_signs(predicted, points);
   if (!signs || !signs->significant() || !signs->large() || signs->mean_mm < kLeastError_mm)
     return std::nullopt;
-  const auto check = drift_check(predicted, points);
-  if (!check || check->verdict != DriftVerdict::Failed) return std::nullopt;
+  if (diagnose_drift(predicted, points).one_reading()) return std::nullopt;
   return refusal(
       formatted("the validation points are off by %.3f mm on average, where the model predicts %.3f mm",
-                check->mean_mm, check->reference_mm));
+                signs->mean_mm, signs->reference_mm));
 }
 
 Finds beyond_tolerance(const Case& of) {

@@ -52,8 +52,25 @@ PossibleChange growth_of(const CalibratedCell& cell) {
   const ParameterLayout layout = ParameterLayout::of(cell);
   PossibleChange growth{{ChangeKind::Growth}, {}};
   for (int i = 0; i < layout.joints; ++i)
-    growth.free.insert(growth.free.end(), {layout.link(i), layout.link(i) + 2});  // a and d
+    growth.free.insert(growth.free.end(),
+                       {layout.link(i) + ParameterLayout::kA, layout.link(i) + ParameterLayout::kD});
   return growth;
+}
+
+std::vector<PossibleChange> link_parameters_of(const CalibratedCell& cell) {
+  using enum ParameterLayout::LinkEntry;
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  std::vector<PossibleChange> all;
+  for (int i = 1; i < layout.joints; ++i) {
+    const bool turns = cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute;
+    std::vector<int> entries{kA, kAlpha, kBeta};
+    if (turns && i + 1 < layout.joints) entries.push_back(kD);
+    for (const int entry : entries) {
+      const int parameter = layout.link(i) + entry;
+      all.push_back(change_of(ChangeKind::Link, parameter, parameter, 1));
+    }
+  }
+  return all;
 }
 
 std::vector<PossibleChange> wrong_readings(std::span<const Measurement> points) {
@@ -118,6 +135,8 @@ std::string described(const Change& change, const Eigen::VectorXd& moved, const 
                                                                 : formatted("%.3f mm", moved[0]));
     case ChangeKind::Growth:
       return formatted("all lengths of the arm grew by %.0f ppm", 1e6 * moved[0]);
+    case ChangeKind::Link:
+      return parameter_names(cell)[at] + " changed";
     case ChangeKind::Reading: {
       const int row = points[at].row > 0 ? points[at].row : change.index + 1;
       return "the reading of point " + std::to_string(row) + " alone is off by " +

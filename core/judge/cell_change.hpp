@@ -17,10 +17,11 @@ enum class ChangeKind {
   JointZero,  ///< the encoder of a joint reads another angle: 1
   Reading,    ///< one point is wrong, its 3 coordinates tell nothing
   Growth,     ///< all lengths of the arm by the same share, as it is warmer or colder: 1
+  Link,       ///< one length or angle of one link: 1
 };
 struct Change {
   ChangeKind kind = ChangeKind::Base;
-  int index = 0;  ///< of the station, the reflector, the joint or the point, from 0
+  int index = 0;  ///< of the station, reflector, joint or point, from 0; of a link its parameter
 
   bool operator==(const Change&) const = default;
 };
@@ -41,6 +42,8 @@ std::vector<PossibleChange> reflectors_of(const CalibratedCell& cell);
 std::vector<PossibleChange> joint_zeros_of(const CalibratedCell& cell);
 /// All lengths by one share.
 PossibleChange growth_of(const CalibratedCell& cell);
+/// Each link's lengths and angles, but what is the base's place, a reflector's or a joint's zero.
+std::vector<PossibleChange> link_parameters_of(const CalibratedCell& cell);
 /// That one of the points is wrong; none of two or fewer, of which none can call another wrong.
 std::vector<PossibleChange> wrong_readings(std::span<const Measurement> points);
 
@@ -58,7 +61,8 @@ Eigen::VectorXd moved_between(const CalibratedCell& from, const CalibratedCell& 
 
 /// "axis 3's zero moved by 0.0120 deg", "the tracker or the base moved by 0.21 mm and 0.0030 deg".
 ///
-/// @param moved   by moved_between(); of a reading mm, tracker frame; of growth the share
+/// @param moved   by moved_between(); of a reading mm, tracker frame; of growth the share; of a link mm or
+/// rad
 /// @param points  of which a reading is one
 std::string described(const Change& change, const Eigen::VectorXd& moved, const CalibratedCell& cell,
                       std::span<const Measurement> points);

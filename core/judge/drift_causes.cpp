@@ -200,6 +200,8 @@ std::string remedy(const DriftCause& cause) {
       return "check the axis's mastering, then calibrate again";
     case ChangeKind::Growth:
       return "measure when the arm is as warm as it was";
+    case ChangeKind::Link:
+      return "calibrate again";
     case ChangeKind::Reading:
       return "measure that point again";
   }

@@ -47,6 +47,8 @@ std::expected<std::vector<double>, std::string> point_distances2(const DriftRefe
 
 /// Chance at which residuals are no longer taken for chance.
 inline constexpr double kSignificance = 0.005;
+/// Times the mean error at validation from which a mean error is large.
+inline constexpr double kLargeFactor = 2;
 
 /// A change fitted to the residuals, and what it leaves.
 struct DriftCause {
@@ -66,6 +68,10 @@ struct DriftDiagnosis {
   std::vector<DriftCause>
       causes;  ///< those that leave something to check them by; the likeliest that explain first
   std::vector<DriftCause> alternatives;  ///< that the points do not tell from the first, where that explains
+
+  bool explains() const { return !causes.empty() && causes.front().explains(); }
+  /// Whether but one point is off, so that nothing needs to have changed.
+  bool one_reading() const { return explains() && causes.front().what.kind == ChangeKind::Reading; }
 };
 
 /// Fits every cause in turn by iterated generalised least squares and compares them by the Bayesian

@@ -5,12 +5,15 @@
 #include <cstdio>
 
 #include "core/judge/error_law.hpp"
+#include "core/judge/mistaken_points.hpp"
 
 namespace truepose {
 namespace {
 
 /// Fewer points are said to be too few to tell the causes apart.
 constexpr std::size_t kEnoughPoints = 4;
+/// With more, several changes at once take minutes to find.
+constexpr std::size_t kMostForSeveral = 60;
 
 std::string mm(double value) {
   char text[32];
@@ -25,18 +28,32 @@ double expected_mean_mm(const Eigen::MatrixXd& S) {
   return kMeanOverRms * sum / static_cast<double>(S.rows() / 3);
 }
 
+/// Several changes at once, wrong columns or units, or the arm itself.
+std::string no_single_cause(const DriftReference& reference, std::span<const Measurement> points) {
+  if (const auto mistake = mistaken_points(reference.cell, points)) return *mistake;
+  if (points.size() > kMostForSeveral)
+    return "no moved tracker, base or reflector, joint zero or single reading alone explains it: check by "
+           "fewer points, or calibrate again";
+  const auto update = update_after_drift(reference, points);
+  if (!update || !update->explains)
+    return "no moved tracker, base or reflector, joint zero, warmth or wrong reading explains it, alone or "
+           "together: the arm itself has changed, calibrate again";
+  std::string text = "no change alone explains it, these together do: ";
+  for (const auto* moves : {&update->moves, &update->wrong})
+    for (const DriftMove& move : *moves)
+      text += (text.ends_with(": ") ? "" : "; ") + described(move, reference.cell, points);
+  return text;
+}
+
 /// "axis 1's zero moved by 0.0100 deg, or the tracker .. moved by ..: the points do not tell these apart"
-std::string likely_cause(const DriftCheck& check, const CalibratedCell& cell,
+std::string likely_cause(const DriftCheck& check, const DriftReference& reference,
                          std::span<const Measurement> points) {
+  const CalibratedCell& cell = reference.cell;
   const bool few = points.size() < kEnoughPoints;
   const std::string too_few = std::to_string(points.size()) +
                               (points.size() == 1 ? " point is" : " points are") +
                               " too few to tell why: measure at least 5";
-  if (check.causes.empty() || !check.causes.front().explains()) {
-    if (few) return too_few;
-    return "no moved tracker, base or reflector, joint zero or single reading explains it: the arm itself "
-           "has changed, calibrate again";
-  }
+  if (!check.explains()) return few ? too_few : no_single_cause(reference, points);
   const DriftCause& first = check.causes.front();
   std::string text = "most likely " + described(first, cell, points);
   for (const DriftCause& other : check.alternatives) text += ", or " + described(other, cell, points);
@@ -53,13 +70,11 @@ std::string reason_of(const DriftCheck& check, const DriftReference& reference,
            ", but the model is not known well enough at these poses to call that a change: measure others";
   if (!check.significant()) return "the points agree with the model: off by " + against;
   return "the points are off by " + against + (check.large() ? "" : ", more than by chance but harmless") +
-         "; " + likely_cause(check, reference.cell, points);
+         "; " + likely_cause(check, reference, points);
 }
 
 DriftVerdict verdict_of(const DriftCheck& check) {
-  const bool one_reading = !check.causes.empty() && check.causes.front().explains() &&
-                           check.causes.front().what.kind == ChangeKind::Reading;
-  if (check.significant() && check.large() && !one_reading) return DriftVerdict::Failed;
+  if (check.significant() && check.large() && !check.one_reading()) return DriftVerdict::Failed;
   return check.significant() || check.unknown() ? DriftVerdict::Warning : DriftVerdict::Ok;
 }
 
@@ -89,12 +104,8 @@ std::expected<DriftCheck, std::string> drift_check(const DriftReference& referen
                                                    std::span<const Measurement> points) {
   auto signs = drift_signs(reference, points);
   if (!signs) return std::unexpected(signs.error());
-  DriftCheck check{*std::move(signs)};
-  if (check.significant()) {
-    DriftDiagnosis diagnosis = diagnose_drift(reference, points);
-    check.causes = std::move(diagnosis.causes);
-    check.alternatives = std::move(diagnosis.alternatives);
-  }
+  DriftCheck check{{*std::move(signs)}, {}};
+  if (check.significant()) static_cast<DriftDiagnosis&>(check) = diagnose_drift(reference, points);
   check.verdict = verdict_of(check);
   check.reason = reason_of(check, reference, points);
   return check;

@@ -9,10 +9,9 @@
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/measurement.hpp"
 #include "core/judge/drift_causes.hpp"
+#include "core/judge/drift_update.hpp"
 
 namespace truepose {
-
-inline constexpr double kLargeFactor = 2;
 
 /// Two questions, each answered once for all points.
 struct DriftSigns {
@@ -39,12 +38,9 @@ struct DriftSigns {
 /// Warning. Significant alone: Warning, a change that does no harm. Unknown: Warning. Else Ok.
 enum class DriftVerdict { Ok, Warning, Failed };
 
-struct DriftCheck : DriftSigns {
+struct DriftCheck : DriftSigns, DriftDiagnosis {
   DriftVerdict verdict = DriftVerdict::Ok;
   std::string reason;  ///< one or two sentences for the operator
-  /// Where the residuals are significant: every change that the points can tell, the most likely first.
-  std::vector<DriftCause> causes;
-  std::vector<DriftCause> alternatives;  ///< explain the points about as well as the first of `causes`
 };
 
 /// The questions of drift_check(), without looking for the cause, which takes long with many points.
@@ -57,7 +53,8 @@ std::expected<DriftSigns, std::string> drift_signs(const DriftReference& referen
 ///
 /// The squared Mahalanobis distance of the residuals under drift_residuals()' S is chi-square distributed
 /// where nothing has changed and the model is perfect; how real ones scatter, the validation says. Where it
-/// is significant, diagnose_drift() looks for the cause.
+/// is significant, diagnose_drift() looks for the cause; where no single one explains the points,
+/// update_after_drift() for several at once, and mistaken_points() for what may be wrong with all of them.
 ///
 /// @param points  at least one; reflectors by index of the cell's
 /// Errors: no point, a number that is not finite, a noise of zero.

@@ -7,6 +7,18 @@
 
 namespace truepose {
 
+namespace {
+
+/// Of the base's, the reflectors' and the links' parameters.
+bool is_angle(const ParameterLayout& layout, int parameter) {
+  if (parameter < layout.reflector(0)) return parameter % ParameterLayout::kBase >= 3;
+  if (parameter < layout.link(0)) return false;
+  const int entry = (parameter - layout.link(0)) % ParameterLayout::kLink;
+  return entry != ParameterLayout::kA && entry != ParameterLayout::kD;
+}
+
+}  // namespace
+
 Eigen::MatrixXd directions_of(const PossibleChange& change, const CalibratedCell& cell) {
   constexpr double kThousandth = 1e-3;
   const ParameterLayout layout = ParameterLayout::of(cell);
@@ -19,12 +31,8 @@ Eigen::MatrixXd directions_of(const PossibleChange& change, const CalibratedCell
   Eigen::MatrixXd directions =
       Eigen::MatrixXd::Zero(layout.size(), static_cast<Eigen::Index>(change.free.size()));
   for (Eigen::Index k = 0; k < directions.cols(); ++k) {
-    const auto joint = static_cast<std::size_t>(change.what.index);
-    const bool turns = change.what.kind == ChangeKind::Base
-                           ? k >= 3
-                           : change.what.kind == ChangeKind::JointZero &&
-                                 cell.robot.joints[joint].type == JointType::Revolute;
-    directions(change.free[static_cast<std::size_t>(k)], k) = turns ? kThousandth : 1;
+    const int parameter = change.free[static_cast<std::size_t>(k)];
+    directions(parameter, k) = is_angle(layout, parameter) ? kThousandth : 1;
   }
   return directions;
 }

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/formatted.hpp"
-#include "core/judge/drift_check.hpp"
 #include "core/judge/drift_evidence.hpp"
 #include "core/judge/error_law.hpp"
 #include "core/math/angles.hpp"
@@ -29,12 +29,14 @@ bool far_off(const CalibratedCell& cell, std::span<const Measurement> points) {
 
 /// What is taken as possible beside moved parameters.
 struct Possible {
-  bool readings = false;     ///< that are wrong
-  bool set_up_anew = false;  ///< the tracker: the base scatters about a rigid fit
+  bool readings = false;               ///< that are wrong
+  bool set_up_anew = false;            ///< the tracker: the base scatters about a rigid fit
+  std::optional<PossibleChange> link;  ///< one parameter that changed; null: all lengths, by the same share
 };
 
 /// A cell on its way to the most probable one.
 struct Fit {
+  Possible possible;
   CalibratedCell cell;
   Eigen::VectorXd x;  ///< by which its parameters moved from the start
   DriftResiduals residuals;
@@ -44,10 +46,10 @@ struct Fit {
 };
 
 Fit start_of(const DriftReference& reference, std::span<const Measurement> points, const Possible& possible) {
-  Fit fit{.cell = reference.cell};
+  Fit fit{.possible = possible, .cell = reference.cell};
   for (PossibleChange& change : shown_changes(reference.cell, points))
     fit.priors.push_back({.change = std::move(change)});
-  fit.priors.push_back({.change = growth_of(reference.cell)});
+  fit.priors.push_back({.change = possible.link.value_or(growth_of(reference.cell))});
   if (possible.readings) {
     for (PossibleChange& change : wrong_readings(points)) fit.priors.push_back({.change = std::move(change)});
   }
@@ -113,6 +115,32 @@ std::expected<Fit, std::string> best_fit(const DriftReference& reference,
     if (fit && fit->evidence > best->evidence + kPays) best = std::move(fit);
   }
   return best;
+}
+
+bool has_grown(const Fit& fit) {
+  return std::ranges::any_of(fit.priors, [](const ChangePrior& prior) {
+    return prior.change.what.kind == ChangeKind::Growth && prior.width > 0;
+  });
+}
+
+/// The parameter of a link that, changed alone, makes the points more probable: than an arm that grew by any
+/// amount, than one that did not by as much as pays for a further change, of which each is one more chance.
+std::optional<Change> likelier_link(const DriftReference& reference, std::span<const Measurement> points,
+                                    const Fit& best) {
+  std::optional<Change> likelier;
+  std::vector<PossibleChange> links = link_parameters_of(reference.cell);
+  double evidence =
+      best.evidence + (has_grown(best) ? 0 : kPays + std::log(static_cast<double>(links.size())));
+  for (PossibleChange& link : links) {
+    const Change what = link.what;
+    Possible possible = best.possible;
+    possible.link = std::move(link);
+    const auto fit = fitted(reference, points, possible);
+    if (!fit || fit->evidence <= evidence) continue;
+    likelier = what;
+    evidence = fit->evidence;
+  }
+  return likelier;
 }
 
 int degrees_left(const Fit& fit) {
@@ -235,7 +263,10 @@ std::expected<DriftUpdate, std::string> update_after_drift(const DriftReference&
   const ErrorLaw law(reference.validation_distances2);
   update.probability = law.tail(fit->posterior.left, std::max(1, degrees));
 
+  const bool enough_left = degrees >= static_cast<int>(points.size());
+  const auto link = likelier_link(reference, points, *fit);
   update.doubts = contradicted(update, points, alone);
+  update.explains = update.doubts.empty() && update.probability >= kSignificance && enough_left && !link;
   const auto doubt = [&update](bool doubted, const std::string& why) {
     if (doubted) update.doubts.push_back(why);
   };
@@ -246,8 +277,10 @@ std::expected<DriftUpdate, std::string> update_after_drift(const DriftReference&
   doubt(agree(right_points(update, points), reference, law), "the points agree with the model as it is");
   doubt(update.probability < kSignificance,
         "moved base, reflectors and joint zeros, and warmth, do not explain the points: calibrate again");
-  doubt(degrees < static_cast<int>(points.size()),
-        "so much has moved that the points leave too little to check it by: measure more");
+  if (link)
+    doubt(true, parameter_names(reference.cell)[static_cast<std::size_t>(link->index)] +
+                    ", changed alone, explains the points better: calibrate again");
+  doubt(!enough_left, "so much has moved that the points leave too little to check it by: measure more");
   doubt(
       predicts_badly(update, reference),
       formatted("each point, predicted by the others alone, is off by %.3f mm on average, with the old model "

@@ -28,6 +28,7 @@ struct DriftUpdate {
   double after_mm = 0;           ///< and under the new one, without the wrong readings
   double left_out_mm = 0;        ///< the same, each point predicted from the others alone
   double probability = 0;        ///< that an unchanged cell gives as much as the new model leaves
+  bool explains = false;  ///< moves and wrong readings leave chance, and enough points to check them by
   std::vector<std::string>
       doubts;  ///< why it is not to be used, one sentence each; empty: nothing speaks against it
 };
@@ -39,7 +40,8 @@ struct DriftUpdate {
 /// Each change has a width of its own, zero unless the evidence of the points (their probability with all
 /// changes integrated out) grows by more than twenty times with it, so that nothing moves by chance; a wrong
 /// reading is a change like others. The update is doubted where what it leaves is no chance, where the
-/// others contradict a point, and where points predicted without them are no better than before.
+/// others contradict a point, where points predicted without them are no better than before, and where one
+/// parameter of a link that changed explains them better than an arm that grew.
 ///
 /// @param points  at least one; reflectors by index of the cell's
 /// Errors: as drift_check().

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <functional>
+#include <utility>
+
 #include "core/judge/model_noise.hpp"
 #include "core/math/angles.hpp"
 #include "core/simulate/published_arm.hpp"
@@ -162,6 +166,51 @@ TEST_F(DriftOfAnExactModel, WhatNoSingleCauseExplainsIsTheArmItself) {
   EXPECT_EQ(result.verdict, DriftVerdict::Failed);
   EXPECT_NE(result.reason.find("the arm itself has changed, calibrate again"), std::string::npos)
       << result.reason;
+}
+
+TEST_F(DriftOfAnExactModel, SeveralChangesAtOnceAreNamedAndNotTakenForTheArm) {
+  CalibratedCell cell = reference_.cell;
+  cell.base.p_mm += Eigen::Vector3d(0.3, 0.2, 0.1);
+  joints_.push_back(0.5 * (joints_[0] + joints_[1]));
+  joints_.push_back(0.5 * (joints_[2] + joints_[3]));
+  joints_.push_back(0.5 * (joints_[1] + joints_[4]));
+  std::vector<Measurement> points = points_of(cell);
+  points[3].p_WS_mm.x() += 1;
+  const DriftCheck result = check(points);
+  EXPECT_EQ(result.verdict, DriftVerdict::Failed);
+  for (const char* told :
+       {"these together do", "the tracker or the base moved by 0.3", "the reading of point 4"})
+    EXPECT_NE(result.reason.find(told), std::string::npos) << result.reason;
+  EXPECT_EQ(result.reason.find("the arm itself"), std::string::npos) << result.reason;
+}
+
+TEST_F(DriftOfAnExactModel, PointsOfOtherUnitsColumnsOrRowsAreToldAsThat) {
+  struct Wrong {
+    std::function<void(std::vector<Measurement>&)> make;
+    const char* told;
+  };
+  const auto each = [](auto change) {
+    return [=](std::vector<Measurement>& points) { std::ranges::for_each(points, change); };
+  };
+  for (const Wrong& wrong :
+       {Wrong{each([](Measurement& point) { point.p_WS_mm /= 1000; }), "the points are in m, not mm"},
+        Wrong{each([](Measurement& point) { point.q *= kRadPerDeg; }),
+              "joint angles of the measurements are in rad"},
+        Wrong{each([](Measurement& point) { std::swap(point.p_WS_mm[0], point.p_WS_mm[1]); }),
+              "two of the columns x, y and z"},
+        Wrong{each([](Measurement& point) { std::swap(point.q[1], point.q[2]); }),
+              "q2 and q3 of the measurements are swapped"},
+        Wrong{[](std::vector<Measurement>& points) {
+                for (std::size_t i = 0; i + 1 < points.size(); ++i) points[i].q = points[i + 1].q;
+                points.pop_back();
+              },
+              "the joint positions stand a row above their points"}}) {
+    std::vector<Measurement> points = points_of(reference_.cell);
+    wrong.make(points);
+    const DriftCheck result = check(points);
+    EXPECT_EQ(result.verdict, DriftVerdict::Failed);
+    EXPECT_NE(result.reason.find(wrong.told), std::string::npos) << result.reason;
+  }
 }
 
 TEST_F(DriftOfAnExactModel, TooFewPointsAreSaidToBeTooFew) {

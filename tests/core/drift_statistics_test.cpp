@@ -313,6 +313,14 @@ TEST(DriftUpdateOverManyArms, MendsAnArmThatHasWarmedUpFromTwentyPoints) {
   EXPECT_LE(trial.after_mm, trial.before_mm / 3);
 }
 
+TEST(DriftUpdateOverManyArms, MendsAWarmerArmFromEightPoints) {
+  const UpdateTrial trial = updates("grown", [](CalibratedArm& arm) {
+    arm.truth.robot = warmed(arm.truth.robot, {.zero = JointVector::Zero(6), .growth = 60e-6}, Seconds{7200});
+    return arm.points(8);
+  });
+  EXPECT_LE(trial.after_mm, trial.before_mm / 2);
+}
+
 TEST(DriftUpdateOverManyArms, IsNotOfferedForChanceAWrongReadingOrAnArmThatChangedItself) {
   const UpdateTrial chance = updates("unchanged", [](CalibratedArm& arm) { return arm.points(); });
   const UpdateTrial reading = updates("reading", [](CalibratedArm& arm) {
@@ -327,8 +335,18 @@ TEST(DriftUpdateOverManyArms, IsNotOfferedForChanceAWrongReadingOrAnArmThatChang
     }
     return arm.points();
   });
+  const UpdateTrial length = updates("one length", [](CalibratedArm& arm) {
+    arm.truth.robot.joints[1 + arm.random.next() % 3].a_mm += 0.3;
+    return arm.points(8);
+  });
+  const UpdateTrial angle = updates("one angle", [](CalibratedArm& arm) {
+    arm.truth.robot.joints[1 + arm.random.next() % 3].alpha_rad += 2e-4;
+    return arm.points(8);
+  });
   for (const UpdateTrial& trial : {chance, reading, links})
     EXPECT_LE(trial.offered, (1 - least_rate(0.98)) * trial.runs);
+  for (const UpdateTrial& trial : {length, angle})
+    EXPECT_LE(trial.offered, (1 - least_rate(0.95)) * trial.runs);
 }
 
 }  // namespace

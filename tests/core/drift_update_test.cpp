@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -142,6 +143,29 @@ TEST_F(UpdateOfAnExactModel, DoubtsWhatNoMoveOfBaseReflectorAndZerosExplains) {
     joint.beta_rad += 3e-4;
   }
   EXPECT_FALSE(updated(points()).doubts.empty());
+}
+
+TEST_F(UpdateOfAnExactModel, DoesNotTakeALinkOfAnotherLengthForAWarmerArm) {
+  joints_.push_back(0.5 * (joints_[0] + joints_[2]));
+  joints_.push_back(0.5 * (joints_[1] + joints_[4]));
+  truth_.robot.joints[2].a_mm += 0.3;
+  const DriftUpdate update = updated(points());
+  EXPECT_FALSE(update.explains);
+  EXPECT_TRUE(std::ranges::any_of(update.doubts, [](const std::string& doubt) {
+    return doubt.starts_with("link3.a, changed alone,");
+  }));
+}
+
+TEST_F(UpdateOfAnExactModel, TakesAWarmerArmForOne) {
+  joints_.push_back(0.5 * (joints_[0] + joints_[2]));
+  joints_.push_back(0.5 * (joints_[1] + joints_[4]));
+  for (Joint& joint : truth_.robot.joints) {
+    joint.a_mm *= 1.0001;
+    joint.d_mm *= 1.0001;
+  }
+  const DriftUpdate update = updated(points());
+  EXPECT_TRUE(update.explains);
+  EXPECT_TRUE(update.doubts.empty()) << update.doubts.front();
 }
 
 TEST_F(UpdateOfAnExactModel, MovesNothingOfAnUnchangedCell) {

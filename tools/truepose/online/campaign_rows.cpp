@@ -1,0 +1,217 @@
+#include <boost/json/array.hpp>
+#include <tuple>
+
+#include "tools/truepose/online/online_row.hpp"
+#include "tools/truepose/online/online_text.hpp"
+#include "tools/truepose/text.hpp"
+
+namespace truepose::tools {
+namespace {
+
+std::string started_text(const json::value& started) {
+  return "campaign " + string_at(started, "/id") + " runs; follow it with: truepose campaign watch\n";
+}
+
+std::string progress_text(const json::value& progress) { return progress_line(progress) + "\n"; }
+
+std::string identified_text(const json::value& made) {
+  std::string text = "campaign " + string_at(made, "/id") + ": model " + string_at(made, "/model_id");
+  text += ", identified from " + text_at(made, "/identify_poses") + " poses";
+  text += find_at(made, "/validation_after_mm")
+              ? ", " + number_at(made, "/validation_after_mm", 3, " mm") + " on " +
+                    text_at(made, "/validate_poses") + " validation poses (" +
+                    number_at(made, "/validation_before_mm", 3, " mm") + " before)\n"
+              : ", validated on none\n";
+  for (const json::value& finding : list_at(made, "/verdict/findings"))
+    text += text_at(finding, "/sentence") + "\n";
+  if (const std::string reason = string_at(made, "/reason"); !reason.empty()) text += reason + "\n";
+  text += "next: truepose report " + string_at(made, "/id") + " --html report.html";
+  return text + (is_true_at(made, "/activated")
+                     ? "\n"
+                     : "; truepose model activate " + string_at(made, "/model_id") + "\n");
+}
+
+/// Numbers as a list of positions; none where there are none.
+std::optional<json::array> positions_of(const std::vector<double>& numbers, const char* option) {
+  if (numbers.empty()) return std::nullopt;
+  if (numbers.size() % 3 != 0)
+    throw bad_usage(std::string{"campaign start: "} + option + ": expected three numbers for each point");
+  json::array rows;
+  for (std::size_t i = 0; i < numbers.size(); i += 3)
+    rows.push_back(json::array{numbers[i], numbers[i + 1], numbers[i + 2]});
+  return rows;
+}
+
+/// What is asked for of a tool or a base beyond what are parameters as they stand.
+void add_frame(const OnlineArguments& given, json::object& params) {
+  params["kind"] = given.tool ? "tool" : "base";
+  params["number"] = given.tool ? *given.tool : *given.base;
+  if (given.tool_poses) params["poses_per_point"] = *given.tool_poses;
+  if (!given.points_file.empty())
+    for (const auto& [key, value] : points_of_file(given.points_file)) params[key] = value;
+  for (const auto& [key, option, numbers] : {std::tuple{"at", "--at", &given.at},
+                                             {"known", "--known", &given.known},
+                                             {"facing", "--facing", &given.facing},
+                                             {"orientation", "--orientation", &given.orientation}})
+    if (auto rows = positions_of(*numbers, option)) params[key] = *std::move(rows);
+  if (given.touch && params.contains("at"))
+    throw CommandError{kBadInput, given.points_file.string() +
+                                      ": the columns x,y,z are for the tracker, and --touch does "
+                                      "without: leave one of both out"};
+}
+
+int start_campaign(const OnlineArguments& given, const json::object& params) {
+  json::object all = given.targets.empty() ? json::object{} : targets_of_file(given.targets);
+  for (const auto& [key, value] : params) {
+    if (key != "kind" || given.kind != "calibration") all[key] = value;
+  }
+  if (given.tool || given.base) add_frame(given, all);
+  if (given.watch) return start_and_watch(given.online, all);
+  return ask(given.online, "campaign.start", all, started_text);
+}
+
+int resume_campaign(const OnlineArguments& given, const json::object& params) {
+  if (given.watch) return resume_and_watch(given.online, params);
+  return ask(given.online, "campaign.resume", params, progress_text);
+}
+
+// clang-format off
+std::vector<Option> store_options(OnlineArguments& a) {
+  return {
+      {"--store", &a.store.store, "the file of a store, or a copy of it, instead of a daemon",
+       {.excludes = {"--daemon"}, .file = FileUse::Read}},
+      {"--robot", &a.store.robot, "robot file, where no model of the store says which joints turn",
+       {.needs = {"--store"}, .file = FileUse::Read}}};
+}
+
+std::vector<Option> file_options(OnlineArguments& a, const char* which) {
+  return {
+      id_option(a, which),
+      {"--data", &a.files.data,
+       "write its points here (CSV) as they were measured, as truepose calibrate --data reads them; of a "
+       "tool or a base, as truepose tool and truepose base do", {.file = FileUse::Written}},
+      {"--joints", &a.files.joints, "write the joints that were found for targets here (CSV)",
+       {.file = FileUse::Written}},
+      {"--cycles", &a.files.cycles,
+       "write the cycles of an ISO 9283 test here (CSV), as truepose iso9283 --data reads them",
+       {.file = FileUse::Written}},
+      {"--frame", &a.files.frame,
+       "write the tool or base that was measured here (YAML), as --out of truepose tool and truepose base does",
+       {.file = FileUse::Written}},
+      {"--document", &a.files.document,
+       "write what it found here (JSON); of a calibration, as truepose report --document reads it, of an ISO "
+       "9283 test, as --iso9283 does", {.file = FileUse::Written}}};
+}
+// clang-format on
+
+std::vector<Option> with(std::vector<Option> options, const std::vector<Option>& more) {
+  options.insert(options.end(), more.begin(), more.end());
+  return options;
+}
+
+}  // namespace
+
+// clang-format off
+std::vector<OnlineRow> campaign_rows(OnlineArguments& a) {
+  return {
+      {"campaign", "", "measure and identify the arm"},
+      {"campaign start", "campaign.start", "start a campaign",
+       {{"--kind", &a.kind, "what to measure for",
+         {.shows_default = true, .check = member_of({"calibration", "targets", "iso9283"}), .key = "kind"}},
+        {"--targets", &a.targets,
+         "targets (CSV: q1..qN in deg, or x,y,z,a,b,c of the flange); default: validation poses of a plan",
+         {.file = FileUse::Read}},
+        {"--rounds", &a.rounds, "corrections of a target at most", {.key = "rounds"}},
+        {"--tolerance", &a.tolerance_mm, "mm to which the mean of its readings must come",
+         {.key = "tolerance_mm"}},
+        {"--readings", &a.readings, "of the tracker in each round, or of each point of a base, of which one that is touched is so once by default", {.key = "readings"}},
+        {"--cycles", &a.cycles, "of an ISO 9283 test; default as configured", {.key = "cycles"}},
+        {"--variation", &a.variation,
+         "ISO 9283: come to P1, P2 and P4 along the three axes of the base too, for vAP; default as "
+         "configured",
+         {.key = "variation"}},
+        {"--uncompensated", &a.uncompensated, "ISO 9283 of the nominal arm; needs no model",
+         {.key = "compensate", .flag_sends = false}},
+        {"--identify", &a.identify_poses, "poses to identify from", {.key = "identify_poses"}},
+        {"--validate", &a.validate_poses, "poses to validate on", {.key = "validate_poses"}},
+        {"--seed", &a.seed, "seed of the planner", {.key = "seed"}},
+        {"--remeasure", &a.remeasure,
+         "measure the validation poses again with compensated joints; default as configured",
+         {.key = "remeasure"}},
+        {"--no-activate", &a.no_activate, "keep the model inactive", {.key = "activate", .flag_sends = false}},
+        {"--tool", &a.tool, "measure the tool of this number in TOOL_DATA, with the active model",
+         {.check = in_range(1, 1000), .excludes = {"--kind"}}},
+        {"--base", &a.base,
+         "measure the work frame of this number in BASE_DATA: a reflector is put to its points by hand, the arm stands still",
+         {.check = in_range(1, 1000), .excludes = {"--kind", "--tool"}}},
+        {"--touch", &a.touch,
+         "the points of the base are touched by the TCP of the tool of this number, which has to be in use: the arm is jogged there",
+         {.check = in_range(1, 1000), .needs = {"--base"}, .excludes = {"--at"}, .key = "touch"}},
+        {"--points", &a.points,
+         "of the frame, where a reflector sits: origin, x (on +X) and xy (in the XY plane, +Y side), or any names with --known; of "
+         "a tool origin, the TCP, alone too, and by default. From one to the next it is put by hand: the campaign pauses for that",
+         {.key = "points"}},
+        {"--at", &a.at,
+         "where each point is, roughly (x,y,z in mm, point after point): of a tool in the flange frame, of a base in the "
+         "robot's; default: where the TCP is known to be, else where the cell file has its reflector"},
+        {"--known", &a.known, "coordinates of each point in the frame, where they are known (x,y,z in mm)"},
+        {"--points-file", &a.points_file,
+         "the points from a file (CSV: point; x,y,z as --at, but of points to touch; px,py,pz as --known)",
+         {.excludes = {"--points", "--at", "--known"}, .file = FileUse::Read}},
+        {"--facing", &a.facing, "direction of the reflector's opening in the flange frame; default: the cell file's",
+         {.count = 3, .needs = {"--tool"}}},
+        {"--orientation", &a.orientation,
+         "of the tool as a,b,c (deg), where the TCP alone is measured; otherwise the flange's",
+         {.count = 3, .needs = {"--tool"}}},
+        {"--together", &a.together, "reflectors sit at all points of the tool at once",
+         {.needs = {"--tool"}, .key = "together"}},
+        {"--tool-poses", &a.tool_poses, "in which each point is measured; default: 10",
+         {.check = in_range(4, 100), .needs = {"--tool"}}},
+        {"--note", &a.note, "what for: shown with the campaign and in its report", {.key = "note"}},
+        {"--watch", &a.watch, "follow it to its end"}},
+       nullptr, start_campaign},
+      {"campaign pause", "campaign.pause", "pause the campaign that runs", {}, progress_text},
+      {"campaign resume", "campaign.resume", "go on with the campaign that is paused, or was interrupted",
+       {id_option(a, "campaign that was interrupted; default: the one that is paused"),
+        {"--watch", &a.watch, "follow it to its end"}},
+       nullptr, resume_campaign},
+      {"campaign abort", "campaign.abort", "abort the campaign that runs, or was interrupted",
+       {id_option(a, "campaign that was interrupted; default: the one that runs")}, progress_text},
+      {"campaign identify", "campaign.identify",
+       "identify the stored points of a campaign anew, of one that was aborted or has failed too",
+       {id_option(a, "campaign", true),
+        {"--deviation", &a.deviation, "none, auto; this and what follows: default as configured",
+         {.check = member_of({"none", "auto"}), .key = "deviation"}},
+        {"--harmonics", &a.harmonics, "multiples of a joint's angle to look for", {.key = "harmonics"}},
+        {"--residual", &a.residual, "residual field: none, auto, or its name", {.key = "residual"}},
+        {"--loss", &a.loss, "how points that are far off weigh", {.key = "loss"}},
+        {"--prior", &a.prior, "auto, off, on: deviations from the data sheet are taken as small until measured",
+         {.key = "prior"}},
+        {"--correct-by-nests", &a.correct_by_nests, "put the points right by how the tracker's nests moved",
+         {.key = "correct_by_nests"}},
+        {"--split", &a.split,
+         "share of the poses that identify, the others validate; default: as measured, and 0.7 where none validates",
+         {.key = "split"}},
+        {"--seed", &a.seed, "seed of the split", {.key = "seed"}},
+        {"--activate", &a.activate, "take the model into use, if nothing contradicts it", {.key = "activate"}}},
+       identified_text},
+      {"campaign list", "campaign.list", "campaigns, newest first", store_options(a), nullptr,
+       [](const OnlineArguments& x, const json::object&) { return list_campaigns(x.online, x.store); }},
+      {"campaign show", "campaign.get", "one campaign",
+       with(file_options(a, "campaign; default: the newest"), store_options(a)), nullptr,
+       [](const OnlineArguments& x, const json::object& params) {
+         return show_campaign(x.online, x.store, params, x.files);
+       }},
+      {"campaign export", "campaign.get", "what a campaign measured and found, as files",
+       with(file_options(a, "campaign; default: the newest"), store_options(a)), nullptr,
+       [](const OnlineArguments& x, const json::object& params) {
+         return export_campaign(x.online, x.store, params, x.files);
+       }},
+      {"campaign watch", "campaign.get", "follow a campaign to its end", {id_option(a, "campaign; default: the newest")},
+       nullptr,
+       [](const OnlineArguments& x, const json::object& params) { return watch_campaign(x.online, params); }},
+  };
+}
+// clang-format on
+
+}  // namespace truepose::tools
