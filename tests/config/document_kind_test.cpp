@@ -71,9 +71,8 @@ TEST(DocumentOfAnotherKind, IsRefusedByWhatItIsAndWhatIsAsked) {
     for (const Reader& reader : readers()) {
       const std::string error = error_of([&] { reader.load(file); }, file);
       const std::string refused = ": is " + document.name + ", not " + reader.name;
-      EXPECT_THAT(error, document.name == reader.name
-                             ? testing::Matcher<std::string>(Not(HasSubstr(", not ")))
-                             : EndsWith(refused));
+      EXPECT_THAT(error, document.name == reader.name ? testing::Matcher<std::string>(Not(HasSubstr(": is ")))
+                                                      : EndsWith(refused));
     }
   }
 }
