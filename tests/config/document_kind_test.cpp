@@ -29,6 +29,12 @@ ModelFile model() {
           .cell = {.robot = load_robot(kShipped / "robots/kr210_r2700_2.yaml"), .reflectors = {{"1", {}}}}};
 }
 
+PositionerFile positioner() {
+  return {.arm = "arm",
+          .table = model(),
+          .workpiece = {.points = {{"origin", {}}}, .readings = {{.q = JointVector::Zero(6)}}}};
+}
+
 struct Document {
   std::string name, text;
 };
@@ -39,7 +45,7 @@ std::vector<Document> documents() {
       {"a model", model_yaml(model())},
       {"a tool of `truepose tool --out`", tool_yaml({.arm = "arm"})},
       {"a base of `truepose base --out`", base_yaml({.arm = "arm"})},
-      {"a positioner of `truepose positioner --out`", positioner_yaml({.arm = "arm", .table = model()})},
+      {"a positioner of `truepose positioner --out`", positioner_yaml(positioner())},
       {"a cell file", read_text_file(kShipped / "cell.yaml")},
       {"a scenario of the simulator", read_text_file(kShipped / "scenarios/demo.yaml")},
       {"the JSON document of a calibration", R"({"rank": 27, "identify": {}, "parameters": []})"},
