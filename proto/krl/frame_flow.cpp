@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace truepose::krl {
@@ -57,7 +59,7 @@ class Flow {
  private:
   /// Statements that jumps lead over, from the first to the last byte, and the labels that they lead to.
   struct Stretch {
-    std::size_t routine = 0, first = 0, last = 0;
+    std::size_t first = 0, last = 0;
     std::vector<std::size_t> labels;
   };
 
@@ -66,7 +68,7 @@ class Flow {
   std::vector<Stretch> stretches() const;
   FrameSettings within(const Stretch& stretch) const;
 
-  std::vector<Entry> entries_;
+  std::vector<Entry> entries_;  // in the order of the text
   std::map<std::string, std::size_t> routine_of_;
   std::vector<FrameSettings> set_by_{1};  // by routine, the first: what stands before any
 };
@@ -113,14 +115,15 @@ FrameSettings Flow::by_calls(const Entry& entry) const {
 
 /// Jumps of a routine that overlap lead into each other, and are one stretch.
 std::vector<Flow::Stretch> Flow::stretches() const {
+  std::map<std::pair<std::size_t, std::string_view>, std::size_t> labels;
+  for (const Entry& entry : entries_)
+    if (!entry.label.empty()) labels.try_emplace({entry.routine, entry.label}, entry.at);
   std::vector<Stretch> jumps;
   for (const Entry& from : entries_) {
-    if (from.jumps_to.empty()) continue;
-    const auto to = std::ranges::find_if(entries_, [&](const Entry& entry) {
-      return entry.routine == from.routine && entry.label == from.jumps_to;
-    });
-    if (to != entries_.end())
-      jumps.push_back({from.routine, std::min(from.at, to->at), std::max(from.at, to->at), {to->at}});
+    const auto to = labels.find({from.routine, from.jumps_to});
+    if (to == labels.end()) continue;
+    const std::size_t label = to->second;
+    jumps.push_back({std::min(from.at, label), std::max(from.at, label), {label}});
   }
   std::ranges::sort(jumps, {}, &Stretch::first);
   std::vector<Stretch> merged;
@@ -137,9 +140,10 @@ std::vector<Flow::Stretch> Flow::stretches() const {
 
 FrameSettings Flow::within(const Stretch& stretch) const {
   FrameSettings set;
-  for (const Entry& entry : entries_) {
-    if (entry.is_interrupt || entry.at < stretch.first || entry.at > stretch.last) continue;
-    for (const FrameSettings& more : {entry.in_order, entry.later, by_calls(entry)}) set.add(more);
+  auto entry = std::ranges::lower_bound(entries_, stretch.first, {}, &Entry::at);
+  for (; entry != entries_.end() && entry->at <= stretch.last; ++entry) {
+    if (entry->is_interrupt) continue;
+    for (const FrameSettings& more : {entry->in_order, entry->later, by_calls(*entry)}) set.add(more);
   }
   return set;
 }
