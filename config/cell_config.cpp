@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "config/document_kind.hpp"
 #include "config/robot_file.hpp"
 #include "config/yaml_layout.hpp"
 #include "core/identify/option_names.hpp"
@@ -349,8 +350,10 @@ const ToolFile* tool_of(const CellConfig& cell, int number) {
 }
 
 CellConfig load_cell(const std::filesystem::path& file) {
+  const YamlValue yaml = read_yaml(file);
+  expect_kind(yaml, DocumentKind::Cell);
   CellConfig cell;
-  read_value(read_yaml(file), cell);
+  read_value(yaml, cell);
   return cell;
 }
 

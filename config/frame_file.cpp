@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "config/csv_reader.hpp"
+#include "config/document_kind.hpp"
 #include "config/frame_layout.hpp"
 #include "config/measurement_file.hpp"
 #include "config/model_file.hpp"
@@ -73,7 +74,8 @@ std::size_t point_of(const CsvTable& table, std::size_t row, const VectorColumns
 
 /// What the document says of the named arm.
 template <class Record>
-Record record_of(const std::string& arm, const char* what, const YamlValue& yaml) {
+Record record_of(const std::string& arm, const char* what, DocumentKind kind, const YamlValue& yaml) {
+  expect_kind(yaml, kind);
   Record record;
   read_value(yaml, record);
   if (record.arm != arm)
@@ -148,7 +150,7 @@ std::string tool_yaml(const ToolFile& tool) {
 namespace {
 
 ToolFile tool_in(const YamlValue& yaml, const RobotModel& robot) {
-  ToolFile tool = record_of<ToolFile>(robot.name, "tool", yaml);
+  ToolFile tool = record_of<ToolFile>(robot.name, "tool", DocumentKind::Tool, yaml);
   const auto unfit = [&](const FrameReading& reading) {
     return reading.point >= tool.data.points.size() || reading.q.size() != robot.joint_count();
   };
@@ -176,7 +178,7 @@ std::string base_yaml(const BaseFile& base) {
 
 BaseFile load_base(const std::filesystem::path& file, const ModelFile& model) {
   const YamlValue yaml = read_yaml(file);
-  BaseFile base = record_of<BaseFile>(model.name, "base", yaml);
+  BaseFile base = record_of<BaseFile>(model.name, "base", DocumentKind::Base, yaml);
   if (base.model != model.created)
     yaml.fail("measured under the model of " + base.model + ", not of " + model.created +
               ": run `truepose base` with this model again");

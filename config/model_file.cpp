@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "config/document_kind.hpp"
 #include "config/text_file.hpp"
 #include "config/yaml_layout.hpp"
 #include "core/arm/guide.hpp"
@@ -417,7 +418,9 @@ std::string model_yaml(const ModelFile& model) {
 
 ModelFile parse_model(const std::string& text, const std::string& file_name) {
   ModelFile model;
-  read_value(parse_yaml(text, file_name), model);
+  const YamlValue yaml = parse_yaml(text, file_name);
+  expect_kind(yaml, DocumentKind::Model);
+  read_value(yaml, model);
   const std::size_t content = text.rfind(kHashKey);
   if (!model.sha256.empty() && model.sha256 != text::sha256_hex(std::string_view{text}.substr(0, content)))
     throw ConfigError(

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "config/document_kind.hpp"
 #include "config/frame_layout.hpp"
 #include "config/yaml_reader.hpp"
 
@@ -42,6 +43,7 @@ std::string positioner_yaml(const PositionerFile& positioner) {
 
 PositionerFile load_positioner(const std::filesystem::path& file, const ModelFile& model) {
   const YamlValue yaml = read_yaml(file);
+  expect_kind(yaml, DocumentKind::Positioner);
   PositionerText text;
   read_value(yaml, text);
   PositionerFile& positioner = text.of;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "config/document_kind.hpp"
 #include "config/yaml_layout.hpp"
 
 namespace truepose::config {
@@ -66,6 +67,7 @@ void check(const auto& io, const RobotText& x) {
 namespace {
 
 RobotText read_robot(const YamlValue& yaml) {
+  expect_kind(yaml, DocumentKind::Robot);
   RobotText text;
   read_value(yaml, text);
   return text;

@@ -4,6 +4,7 @@
 #include <array>
 #include <string_view>
 
+#include "config/document_kind.hpp"
 #include "config/robot_file.hpp"
 #include "config/yaml_layout.hpp"
 #include "core/arm/joint_units.hpp"
@@ -492,8 +493,10 @@ ScenarioFault parse_fault(const std::string& text) {
 }
 
 Scenario load_scenario(const std::filesystem::path& file) {
+  const YamlValue yaml = read_yaml(file);
+  expect_kind(yaml, DocumentKind::Scenario);
   Scenario scenario;
-  read_value(read_yaml(file), scenario);
+  read_value(yaml, scenario);
   return scenario;
 }
 

@@ -50,6 +50,7 @@ class YamlValue {
   /// The member of a map, null where there is none.
   const YamlValue* find(std::string_view key) const;
   bool is_list() const { return kind_ == Kind::List; }
+  bool is_text() const { return kind_ == Kind::Scalar; }
 
   [[noreturn]] void fail(std::string_view what) const;
   /// "file:line:column: path", as errors begin.

@@ -8,13 +8,12 @@
 #include <utility>
 
 #include "core/identify/calibrated_cell.hpp"
+#include "core/identify/other_units.hpp"
 #include "core/math/angles.hpp"
 
 namespace truepose {
 namespace {
 
-constexpr double kMmPerInch = 25.4;
-constexpr double kMmPerMetre = 1000;
 constexpr std::size_t kMostJointsForAllSigns = 8;  // 2^8 combinations are tried in milliseconds
 
 std::string number_text(double value, double step = 1e-4) {
@@ -129,8 +128,6 @@ void add_shifted_rows(std::vector<Mistake>& mistakes) {
   }
 }
 
-constexpr std::array kUnits{std::pair{"m", kMmPerMetre}, std::pair{"inches", kMmPerInch}};
-
 Mistake lengths_in(const char* unit, double mm) {
   return of_file("a",
                  {std::string("the lengths of the robot file are in ") + unit + ", not mm", "them converted"},
@@ -156,7 +153,7 @@ void add_robot_units(std::vector<Mistake>& mistakes) {
                                    *angle *= kDegPerRad;
                                }
                              }));
-  for (const auto& [unit, mm] : kUnits) mistakes.push_back(lengths_in(unit, mm));
+  for (const auto& [unit, mm] : kOtherUnits) mistakes.push_back(lengths_in(unit, mm));
 }
 
 // ---- Columns of the measurements
@@ -171,7 +168,7 @@ void add_point_units(const RobotModel& robot, std::vector<Mistake>& mistakes) {
                                [turning](Measurement& point) {
                                  for (const Eigen::Index i : turning) point.q[i] *= kDegPerRad;
                                }));
-  for (const auto& [unit, mm] : kUnits) mistakes.push_back(points_in(unit, mm));
+  for (const auto& [unit, mm] : kOtherUnits) mistakes.push_back(points_in(unit, mm));
 }
 
 void add_columns(const RobotModel& robot, std::vector<Mistake>& mistakes) {

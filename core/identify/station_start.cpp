@@ -57,7 +57,6 @@ void add_reflectors(const Eigen::Isometry3d& X_WB, const Seen& seen, Reflectors&
 
 std::expected<CalibratedCell, CalibrationError> station_start(
     const Identification& id, const std::function<CalibratedCell(const Identification&)>& alone) {
-  constexpr int kFewestPoses = 5;
   const std::vector<MeasurementData> stations = by_station(id.data);
   std::vector<std::size_t> order(stations.size());
   for (std::size_t s = 0; s < order.size(); ++s) order[s] = s;
@@ -71,7 +70,7 @@ std::expected<CalibratedCell, CalibrationError> station_start(
     const Seen seen{data, flange_poses(id.nominal, data.points)};
     auto X_WB = base_by(known, seen);
     // Gross errors would carry a rigid motion away, where a start of its own withstands them.
-    const bool enough = count_poses(data.points) >= kFewestPoses;
+    const bool enough = count_poses(data.points) >= kPosesToPlace;
     if (enough && (!X_WB || reweighs(id.options.loss))) {
       const CalibratedCell start = alone(Identification(id.nominal, data, id.options));
       for (const Reflector& reflector : start.reflectors)

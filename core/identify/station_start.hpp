@@ -6,6 +6,9 @@
 
 namespace truepose {
 
+/// So many poses tell where a station is by themselves, and so many by reflectors that another has seen.
+inline constexpr int kPosesToPlace = 5, kPosesToPlaceByReflectors = 3;
+
 /// Where the coarse stage of several stations starts, the one with the most points first: base and reflectors
 /// from the points of one station alone, or its base from the reflectors that those before have found.
 ///

@@ -101,15 +101,32 @@ Finds reference_moved(const Case& of) {
   return refusal(*std::move(moved));
 }
 
-/// "by about 0.21 mm between the points 20 and 21 that were measured"
-std::string way_of(const Movement& moved) {
+/// "row 12", of several stations "row 12 of 'door.csv'"; of a campaign "pose 12".
+std::string place_of(const MeasurementData& data, std::size_t index) {
+  const Measurement& point = data.points[index];
+  const std::string place = point.row > 0    ? formatted("row %d", point.row)
+                            : point.pose > 0 ? formatted("pose %d", point.pose)
+                                             : formatted("point %zu", index + 1);
+  if (data.station_count() == 1) return place;
+  return place + " of '" + data.stations[static_cast<std::size_t>(point.station)] + "'";
+}
+
+/// "by about 0.21 mm between the points 20 and 21 that were measured"; of several stations, where the points
+/// of all are counted, with the place of the latter.
+std::string way_of(const Movement& moved, const MeasurementData& data) {
   if (moved.first == 0)
     return formatted("little by little, by about %.2f mm from the first to the last point that was measured",
                      moved.moved_mm);
-  std::string way = formatted("by about %.2f mm between the points %d and %d that were measured",
-                              moved.moved_mm, moved.before, moved.before + 1);
+  const auto place = [&](std::size_t after) {
+    const bool of_all = moved.what.kind != ChangeKind::Base && data.station_count() > 1;
+    return of_all ? " (" + place_of(data, after) + ")" : "";
+  };
+  std::string way = formatted("by about %.2f mm between the points %d and %d", moved.moved_mm, moved.before,
+                              moved.before + 1) +
+                    place(moved.first) + " that were measured";
   if (moved.again > 0)
-    way += formatted(", and again between the points %d and %d", moved.before_again, moved.before_again + 1);
+    way += formatted(", and again between the points %d and %d", moved.before_again, moved.before_again + 1) +
+           place(moved.again);
   return way;
 }
 
@@ -127,7 +144,7 @@ Finds moved_meanwhile(const Case& of) {
   if (!moved) return std::nullopt;
   std::string who = told(moved->what, of.data);
   for (const Change& other : moved->or_else) who += ", or " + told(other, of.data);
-  const std::string how = (moved->or_else.empty() ? " " : ", ") + way_of(*moved);
+  const std::string how = (moved->or_else.empty() ? " " : ", ") + way_of(*moved, of.data);
   const bool surely = moved->what.kind == ChangeKind::Base || moved->halves;
   if (!moved->or_joint) return Finding{surely ? Severity::Refusal : Severity::Doubt, who + how};
   return doubt(
@@ -197,13 +214,6 @@ Finds nearer_than_noise(const Case& of) {
       formatted("a mean error of %.4f mm is less than tracker and arm repeat to (%.4f mm by the stated "
                 "noise): the model repeats its points, or the noise is less than stated",
                 mean_mm, noise_mm));
-}
-
-/// "row 12"; of a campaign "pose 12".
-std::string place_of(const MeasurementData& data, std::size_t index) {
-  const Measurement& point = data.points[index];
-  if (point.row > 0) return formatted("row %d", point.row);
-  return point.pose > 0 ? formatted("pose %d", point.pose) : formatted("point %zu", index + 1);
 }
 
 /// "row 12 (4.20 mm, 85 sigma)"

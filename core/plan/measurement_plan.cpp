@@ -9,7 +9,6 @@
 #include "core/math/random.hpp"
 #include "core/plan/motion.hpp"
 #include "core/plan/orientation_choice.hpp"
-#include "core/plan/tour.hpp"
 
 namespace truepose {
 namespace {
@@ -114,7 +113,8 @@ void put_in_order(MeasurementPlan& plan, const Scene& scene, const PlanOptions& 
                            .first = static_cast<std::size_t>(options.first),
                            .reference = plan.reference.value_or(JointVector{}),
                            .reference_every = options.reference_every,
-                           .seed = options.seed};
+                           .seed = options.seed,
+                           .progress = options.progress};
   const TourTimes times{time, poses, tour_options};
   const Tour tour = shortest_tour(times, tour_options);
   plan.travel_s = tour.time_s;
@@ -188,6 +188,7 @@ std::expected<MeasurementPlan, std::string> plan_measurements(const CalibratedCe
   plan.problem = std::make_shared<DesignProblem>(cell, plan.candidates.poses, *task, options.noise,
                                                  DesignPrior{}, plan.candidates.seen);
   const DesignProblem& problem = *plan.problem;
+  if (options.progress) options.progress(0, "choice of the poses");
   DesignOptions design{.criterion = options.criterion, .poses = options.poses, .seed = options.seed};
   plan.chosen = options.by_orientation ? most_different_orientations(scene.robot, plan.candidates.poses,
                                                                      static_cast<std::size_t>(options.poses))

@@ -10,6 +10,7 @@
 #include "core/identify/measurement.hpp"
 #include "core/plan/candidates.hpp"
 #include "core/plan/optimal_design.hpp"
+#include "core/plan/tour.hpp"
 
 namespace truepose {
 
@@ -29,6 +30,7 @@ struct PlanOptions {
   int reference_every = 0;  ///< poses from one visit to the reference pose to the next; 0: none
   int random_sets = 20;     ///< of poses and of orders, to compare with; 0: no comparison
   std::vector<int> sizes{10, 15, 20, 30, 40, 60, 80, 100};  ///< of designs to say how many poses are enough
+  PlanProgress progress = {};
 };
 
 /// Poses to measure, and what they are good for.

@@ -160,6 +160,9 @@ TourTimes::TourTimes(const TravelTime& time, std::span<const JointVector> poses,
       between_(poses.size() * poses.size()) {
   for (std::size_t a = 0; a < poses_; ++a) {
     count_step();
+    if (options.progress)
+      options.progress(static_cast<double>(a * a) / static_cast<double>(poses_ * poses_),
+                       "motions between the poses");
     for (std::size_t b = 0; b < a; ++b)
       between_[a * poses_ + b] = between_[b * poses_ + a] = time(poses[a], poses[b]);
   }
@@ -192,6 +195,8 @@ Tour shortest_tour(const TourTimes& times, const TourOptions& options) {
   Random random{options.seed};
   std::vector<std::size_t> order;
   for (int kick = 0; kick < options.kicks; ++kick) {
+    if (options.progress)
+      options.progress(static_cast<double>(kick) / options.kicks, "search for the shortest order");
     order = best;
     double_bridge(order, options.first, random);
     LocalSearch{times, options.first, order}.run();

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "core/arm/robot_model.hpp"
@@ -13,6 +14,9 @@ namespace truepose {
 /// Time (s) of a point-to-point motion with all joints starting and ending together: that of the joint that
 /// needs longest, at its greatest speed, with its acceleration (trapezoidal profile).
 double travel_time_s(const RobotModel& robot, const JointVector& from, const JointVector& to);
+
+/// Told how much of what is done, 0 to 1: many poses take minutes. May be empty.
+using PlanProgress = std::function<void(double share, std::string_view doing)>;
 
 /// Time that the arm needs from one place to another.
 using TravelTime = std::function<double(const JointVector& from, const JointVector& to)>;
@@ -25,6 +29,7 @@ struct TourOptions {
   int reference_every = 0;  ///< poses from one visit to the reference to the next; 0: none
   int kicks = 300;          ///< local optima that are left by a random change, to find a better one
   std::uint64_t seed = 0;   ///< of those changes
+  PlanProgress progress = {};
 };
 
 /// An order of poses.

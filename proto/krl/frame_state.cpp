@@ -22,10 +22,50 @@ FrameValue started(const std::optional<Eigen::Isometry3d>& X) {
 
 }  // namespace
 
+bool FrameSettings::add(const FrameSettings& others) {
+  const bool is_new = (!tool && others.tool) || (!base && others.base);
+  if (!tool) tool = others.tool;
+  if (!base) base = others.base;
+  return is_new;
+}
+
+FrameSettings settings_of(Tokens statement) {
+  if (statement.empty()) return {};
+  const auto set = [spot = spot_of(statement)](bool tool, bool base) {
+    return FrameSettings{tool ? std::optional(spot) : std::nullopt,
+                         base ? std::optional(spot) : std::nullopt};
+  };
+  const Token& first = statement[0];
+  if (first.is("BAS")) {
+    const Tokens arguments = bracketed(statement, 1);
+    if (arguments.empty()) return {};
+    const Token& what = arguments[0];
+    const bool both = what.is("#INITMOV");
+    return set(both || what.is("#TOOL"), both || what.is("#BASE") || what.is("#EX_BASE"));
+  }
+  const std::size_t end = end_of_variable(statement, 0);
+  if (end >= statement.size() || !statement[end].is('=')) return {};
+  const bool both = first.is("FDAT_ACT") || first.is("$IPO_MODE");
+  return set(both || first.is("$TOOL"), both || first.is("$BASE"));
+}
+
 FrameState::FrameState(const Variables& variables, const Variables& config, const FrameData& data,
-                       const StartFrames& start)
-    : variables_{variables}, config_{config}, data_{data} {
-  started_ = now_ = {.tool = add(started(start.tool)), .base = add(started(start.base))};
+                       const StartFrames& start, const FrameSettings& interrupts)
+    : variables_{variables}, config_{config}, data_{data}, interrupts_{interrupts} {
+  now_ = {.tool = add(started(start.tool)), .base = add(started(start.base))};
+  unsettle(interrupts);
+  started_ = now_;
+}
+
+void FrameState::unsettle(const FrameSettings& settings) {
+  if (settings.tool) now_.tool = add({.state = State::Unordered, .set = *settings.tool});
+  if (settings.base) now_.base = add({.state = State::Unordered, .set = *settings.base});
+}
+
+void FrameState::set(Kind kind, std::size_t frame) {
+  const bool is_tool = kind == Kind::Tool;
+  if (is_tool ? interrupts_.tool : interrupts_.base) return;
+  (is_tool ? now_.tool : now_.base) = frame;
 }
 
 std::size_t FrameState::add(const FrameValue& value) {

@@ -9,12 +9,24 @@
 
 namespace truepose::krl {
 
+/// The first statements that set the tool and the base, of some.
+struct FrameSettings {
+  std::optional<Spot> tool, base;
+  explicit operator bool() const { return tool || base; }
+  /// Those of others behind them. @return whether they set what was not set
+  bool add(const FrameSettings& others);
+};
+
+/// What a statement sets, to whatever: by $TOOL=, $BASE=, $IPO_MODE=, FDAT_ACT=, BAS().
+FrameSettings settings_of(Tokens statement);
+
 /// Tool and base in force, while statements are read one after the other.
 class FrameState {
  public:
   /// @param variables, config  what the program and $config.dat declare; they and data outlive the state
+  /// @param interrupts  what is set at any time, and so never known
   FrameState(const Variables& variables, const Variables& config, const FrameData& data,
-             const StartFrames& start);
+             const StartFrames& start, const FrameSettings& interrupts);
 
   /// What is in force at a motion.
   struct InForce {
@@ -30,6 +42,9 @@ class FrameState {
   /// the start holds again, and without it nothing is known.
   void start() { now_ = started_; }
 
+  /// These statements may have been carried out meanwhile, or not.
+  void unsettle(const FrameSettings& settings);
+
   /// Carries out a statement that may set the tool or the base: $TOOL=, $BASE=, $IPO_MODE=, FDAT_ACT=, BAS().
   /// @param routine  number of the routine that it stands in
   std::expected<void, Fault> carry_out(Tokens statement, std::size_t routine);
@@ -39,7 +54,7 @@ class FrameState {
 
  private:
   enum class Kind { Tool, Base };
-  void set(Kind kind, std::size_t frame) { (kind == Kind::Tool ? now_.tool : now_.base) = frame; }
+  void set(Kind kind, std::size_t frame);
   void set_motion_data(Tokens expression, Spot spot, std::size_t routine);
   void carry_out_bas(Tokens arguments, std::size_t routine);
   std::expected<std::size_t, Fault> value_of(Kind kind, Tokens expression, std::size_t routine);
@@ -52,6 +67,7 @@ class FrameState {
   const Variables& variables_;
   const Variables& config_;
   const FrameData& data_;
+  FrameSettings interrupts_;
   std::vector<FrameValue> frames_;
   std::map<std::pair<Kind, int>, std::size_t> numbered_;
   InForce started_, now_;

@@ -4,6 +4,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "proto/krl/frame_flow.hpp"
 #include "proto/krl/frame_state.hpp"
 #include "proto/krl/variables.hpp"
 
@@ -69,8 +70,8 @@ ProgramFault in(File file, Fault fault) { return {{file, fault.at}, std::move(fa
 
 class Reader {
  public:
-  Reader(const Variables& variables, const Variables& config, FrameState& frames)
-      : variables_{variables}, config_{config}, frames_{frames} {}
+  Reader(const Variables& variables, const Variables& config, const FrameFlow& flow, FrameState& frames)
+      : variables_{variables}, config_{config}, flow_{flow}, frames_{frames} {}
 
   std::expected<Program, Fault> read(std::string_view src);
 
@@ -86,6 +87,7 @@ class Reader {
 
   const Variables& variables_;
   const Variables& config_;
+  const FrameFlow& flow_;
   FrameState& frames_;
   Program program_;
   std::size_t routine_ = 0;
@@ -105,6 +107,8 @@ std::expected<Program, Fault> Reader::read(std::string_view src) {
     if (!statement) return std::unexpected(statement.error());
     if (statement->empty()) break;
     if (const auto done = read_statement(*statement); !done) return std::unexpected(done.error());
+    const auto otherwise = flow_.behind.find(statement->front().at);
+    if (otherwise != flow_.behind.end()) frames_.unsettle(otherwise->second);
   }
   leave_unused();
   program_.frames = frames_.frames();
@@ -272,8 +276,10 @@ std::expected<Program, ProgramFault> read_program(const ProgramText& text, const
   data->tools.insert(start.tools.begin(), start.tools.end());
   data->bases.insert(start.bases.begin(), start.bases.end());
 
-  FrameState frames(variables, config, *data, start);
-  auto program = Reader(variables, config, frames).read(text.src);
+  const auto flow = read_frame_flow(text.src);
+  if (!flow) return std::unexpected(in(File::Src, flow.error()));
+  FrameState frames(variables, config, *data, start, flow->interrupts);
+  auto program = Reader(variables, config, *flow, frames).read(text.src);
   if (!program) return std::unexpected(in(File::Src, program.error()));
   return std::move(*program);
 }

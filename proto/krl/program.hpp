@@ -22,11 +22,12 @@ struct ProgramText {
 struct FrameValue {
   enum class State {
     Known,
-    Unset,     ///< never set
-    NoData,    ///< TOOL_DATA[number] or BASE_DATA[number], which the texts do not give
-    Computed,  ///< set by a statement that cannot be evaluated
-    Moving,    ///< BASE_DATA[number], carried by an external axis
-    Written,   ///< TOOL_DATA[number] or BASE_DATA[number], which the program itself writes
+    Unset,      ///< never set
+    NoData,     ///< TOOL_DATA[number] or BASE_DATA[number], which the texts do not give
+    Computed,   ///< set by a statement that cannot be evaluated
+    Moving,     ///< BASE_DATA[number], carried by an external axis
+    Written,    ///< TOOL_DATA[number] or BASE_DATA[number], which the program itself writes
+    Unordered,  ///< may be set by a statement that is not carried out where it stands
   };
   State state = State::Unset;
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();  ///< mm; where it is known
@@ -87,8 +88,9 @@ struct StartFrames {
 };
 
 /// Finds the targets of all motions with the tool and the base in force, in the order of the text: branches
-/// and loops are read once, called programs are not followed. Targets that are computed, partial, relative or
-/// declared elsewhere are left alone, as are declared positions that no motion uses.
+/// and loops are read once, called programs are not followed. What a called routine of the same text, a GOTO
+/// passed over, a TRIGGER or an interrupt sets is unknown until it is set again. Targets that are computed,
+/// partial, relative or declared elsewhere are left alone, as are declared positions that no motion uses.
 /// Errors: a text or a brace that is not closed, a component given twice, a variable declared twice, a number
 /// out of range, a motion without a target.
 std::expected<Program, ProgramFault> read_program(const ProgramText& text, const StartFrames& start);

@@ -23,13 +23,6 @@ std::size_t behind_brackets(Tokens tokens, std::size_t from) {
   return std::min(i + 1, tokens.size());
 }
 
-/// The statement that TRIGGER ... DO carries out, or the statement itself.
-Tokens carried_out(Tokens statement) {
-  if (!statement[0].is("TRIGGER")) return statement;
-  const auto found = std::ranges::find_if(statement, [](const Token& token) { return token.is("DO"); });
-  return found == statement.end() ? Tokens{} : Tokens(found + 1, statement.end());
-}
-
 /// Routines of the controller that take a position and leave it as it is.
 bool leaves_arguments(const Token& routine) { return is_any_of(routine, {"FORWARD", "INVERSE", "INV_POS"}); }
 
@@ -45,6 +38,13 @@ std::optional<int> whole(const Field* field) {
 }
 
 }  // namespace
+
+Tokens action_of(Tokens statement) {
+  const bool is_global = statement.size() > 1 && statement[0].is("GLOBAL");
+  if (!is_any_of(statement[is_global ? 1 : 0], {"TRIGGER", "INTERRUPT"})) return statement;
+  const auto found = std::ranges::find_if(statement, [](const Token& token) { return token.is("DO"); });
+  return found == statement.end() ? Tokens{} : Tokens(found + 1, statement.end());
+}
 
 bool starts_routine(Tokens statement) {
   if (statement[0].is("GLOBAL")) statement = statement.subspan(1);
@@ -94,7 +94,7 @@ std::expected<void, Fault> Variables::read(std::string_view text, File file) {
     }
     if (const auto done = read_declaration(*statement, file, routine); !done)
       return std::unexpected(done.error());
-    const Tokens action = carried_out(*statement);
+    const Tokens action = action_of(*statement);
     if (const auto done = read_assignment(action, file, routine); !done) return std::unexpected(done.error());
     read_arguments(action, file, routine);
   }

@@ -75,6 +75,9 @@ class Variables {
 /// Whether a statement starts a routine: [GLOBAL] DEF or DEFFCT.
 bool starts_routine(Tokens statement);
 
+/// The statement that TRIGGER ... DO or INTERRUPT ... DO carries out later, or the statement itself.
+Tokens action_of(Tokens statement);
+
 /// Reads `{TOOL_NO 1,BASE_NO 2,IPO_FRAME #BASE}`.
 MotionData motion_data_of(const Aggregate& aggregate);
 

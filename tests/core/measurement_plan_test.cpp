@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "core/arm/forward.hpp"
 #include "core/plan/tour.hpp"
@@ -12,6 +15,7 @@
 namespace truepose {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 PlanOptions options() {
@@ -43,6 +47,27 @@ TEST(MeasurementPlan, HoldsDistinctPosesThatAreClearAndSeen) {
     EXPECT_GT(verdict.beam_clearance_mm, scene.sight.beam_radius_mm - 1);
     EXPECT_GT(verdict.mount_clearance_mm, 0);
   }
+}
+
+TEST(MeasurementPlan, TellsHowFarItIsAndIsTheSamePlan) {
+  std::vector<std::string> told;
+  double last = 0;
+  PlanOptions watched = options();
+  watched.progress = [&](double share, std::string_view doing) {
+    if (told.empty() || told.back() != doing) {
+      told.emplace_back(doing);
+      last = 0;
+    }
+    EXPECT_GE(share, last) << doing;
+    EXPECT_LE(share, 1) << doing;
+    last = share;
+  };
+  const auto planned = plan(watched), silent = plan(options());
+  ASSERT_TRUE(planned && silent);
+  EXPECT_THAT(
+      told, ElementsAre("choice of the poses", "motions between the poses", "search for the shortest order"));
+  EXPECT_GT(last, 0.9);
+  EXPECT_EQ(planned->poses, silent->poses);
 }
 
 TEST(MeasurementPlan, PromisesLessErrorAndLessTravelThanRandomPoses) {

@@ -1,14 +1,18 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/arm/forward.hpp"
 #include "core/identify/calibrate.hpp"
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/measurement_model.hpp"
+#include "core/judge/calibration_verdict.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/least_variance.hpp"
 
 namespace truepose {
 namespace {
+
+using testing::HasSubstr;
 
 BasePose elsewhere(Random& random) { return example::placed(example::kr210(), random).base; }
 
@@ -176,6 +180,28 @@ TEST(Stations, AMistakeInOneSetIsToldOfIt) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().fault, CalibrationFault::WrongModel);
   EXPECT_TRUE(refused.error().detail.starts_with("station 'b.csv': ")) << refused.error().detail;
+}
+
+TEST(Stations, AJointThatSlippedDidSoAtARowOfOne) {
+  Random random{57};
+  CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
+  truth.further_bases = {elsewhere(random)};
+  MeasurementData data = seen(truth, truth.base, 40, example::kSigma_mm, random, "a");
+  CalibratedCell slipped = truth;
+  slipped.robot.joints[2].theta_rad += 2e-3;
+  MeasurementData later = seen(truth, truth.base_at(1), 15, example::kSigma_mm, random, "b");
+  append(later, seen(slipped, truth.base_at(1), 40, example::kSigma_mm, random, "b"), 0);
+  for (std::size_t i = 0; i < later.points.size(); ++i) later.points[i].row = static_cast<int>(i) + 1;
+  add_station(data, std::move(later));
+  const MeasurementNoise noise{.repeatability_mm = example::kSigma_mm};
+  const auto found = calibrate(example::kr210(), data, {.noise = noise});
+  ASSERT_TRUE(found) << found.error().detail;
+  const CalibrationVerdict verdict =
+      calibration_verdict({.calibration = *found, .data = data, .stated = noise});
+  ASSERT_FALSE(verdict.findings.empty());
+  EXPECT_THAT(verdict.findings.front().sentence, HasSubstr("joint 3 slipped against its encoder"));
+  EXPECT_THAT(verdict.findings.front().sentence,
+              HasSubstr("between the points 55 and 56 (row 16 of 'b') that were measured"));
 }
 
 }  // namespace

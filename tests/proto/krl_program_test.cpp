@@ -63,7 +63,7 @@ struct Read {
  private:
   std::string text(std::size_t frame) const {
     const FrameValue& value = program->frames[frame];
-    const std::string letters = "?unCmw";
+    const std::string letters = "?unCmwo";
     if (value.state == State::Known) return std::to_string(static_cast<int>(value.X.translation().x()));
     return letters.substr(static_cast<std::size_t>(value.state), 1) +
            (value.number ? std::to_string(value.number) : "");
@@ -105,6 +105,35 @@ TEST(KrlProgram, AFrameThatTheProgramItselfWritesIsNotTheOneOfTheConfig) {
 TEST(KrlProgram, AFrameWrittenAfterItsUseIsWrittenBeforeItTheNextTime) {
   const Read read("LOOP\nBAS(#TOOL,1)\nBAS(#BASE,1)\nLIN XP1\nBASE_DATA[1].Z=BASE_DATA[1].Z-50\nENDLOOP\n");
   EXPECT_THAT(read.frames(), ElementsAre("1 w1"));
+}
+
+TEST(KrlProgram, WhatIsSetOutOfTheOrderOfTheTextIsUnknownUntilItIsSetAgain) {
+  const std::string use = "BAS(#TOOL,1)\nBAS(#BASE,1)\n", go = "LIN XP1\n", set = "BAS(#TOOL,2)\n";
+  const auto frames = [&](const std::string& src, const std::string& routines = "") {
+    return Read(use + src + "END\n" + routines).frames();
+  };
+  const std::string sets = "DEF Sets()\nBAS(#TOOL,2)\nEND\n",
+                    through = "DEF Through( )\nIF X THEN\n$BASE=F(1)\nENDIF\nSETS()\nEND\n" + sets,
+                    function = "DEFFCT INT F(N:IN)\nFDAT_ACT=FP2\nRETURN N\nENDFCT\n";
+  EXPECT_THAT(frames("SETS ( )\n" + go + "BAS(#TOOL,1)\n" + go, sets), ElementsAre("o 10", "1 10"));
+  EXPECT_THAT(frames("through()\n" + go, through), ElementsAre("o o"));
+  EXPECT_THAT(frames("N=2*F(3)\n" + go, function), ElementsAre("o o"));
+  EXPECT_THAT(frames("Q()\nOTHER()\n" + go, "DEF Q()\nBAS(#CP_PARAMS,1)\nEND\n"), ElementsAre("1 10"));
+
+  EXPECT_THAT(frames("GOTO L\n" + set + "l:\n" + go), ElementsAre("o 10"));
+  EXPECT_THAT(frames("GOTO L\nSETS()\nL:\n" + go, sets), ElementsAre("o 10"));
+  EXPECT_THAT(frames("L:\n" + go + "$BASE=$NULLFRAME\n" + go + "GOTO L\n"), ElementsAre("1 o", "1 0"));
+  EXPECT_THAT(frames("L:\n" + go + "GOTO L\n" + set + go), ElementsAre("1 10", "2 10"));
+  EXPECT_THAT(frames("GOTO A\n" + set + "B:\n" + go + "GOTO C\nA:\n" + go + "GOTO B\nC:\n" + go),
+              ElementsAre("o 10", "o 10", "o 10"));
+
+  const std::string trigger = "TRIGGER WHEN PATH=1 DELAY=0 DO ",
+                    interrupt = "INTERRUPT DECL 3 WHEN $IN[1] DO ";
+  EXPECT_THAT(frames(go + trigger + "$BASE=$NULLFRAME\n" + go), ElementsAre("1 10", "1 o"));
+  EXPECT_THAT(frames(trigger + "SETS() PRIO=-1\n" + go + "BAS(#TOOL,1)\n" + go, sets),
+              ElementsAre("o 10", "1 10"));
+  EXPECT_THAT(frames(go + interrupt + "SETS()\nBAS(#TOOL,1)\n" + go, sets), ElementsAre("o 10", "o 10"));
+  EXPECT_THAT(frames("GLOBAL " + interrupt + "$BASE.X=3\n" + go), ElementsAre("1 o"));
 }
 
 TEST(KrlProgram, FrameVariablesCountWhereTheyHaveOneValue) {

@@ -76,6 +76,11 @@ TEST_F(BadInput, ARobotFileWithAnUnknownKey) {
                   path("robot.yaml") + ":2:1: joint: unknown key, did you mean 'joints'?");
 }
 
+TEST_F(BadInput, ATableInPlaceOfARobotFile) {
+  expect_one_line(calibrate_robot(kHeader), 2,
+                  path("robot.yaml") + ":1:1: is a table (CSV), not a robot file");
+}
+
 TEST_F(BadInput, ARobotFileWithADuplicateKey) {
   expect_one_line(calibrate_robot("name: r\njoints: []\nname: s\n"), 2,
                   path("robot.yaml") + ":3:1: name: duplicate key, first given in line 1");

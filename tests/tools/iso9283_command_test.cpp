@@ -1,8 +1,10 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <boost/json.hpp>
 #include <cmath>
 #include <cstdio>
+#include <sstream>
 
 #include "config/model_file.hpp"
 #include "config/number_text.hpp"
@@ -16,6 +18,7 @@ namespace truepose {
 namespace {
 
 namespace json = boost::json;
+using testing::HasSubstr;
 
 std::string row(const Eigen::Vector3d& p) {
   return config::format_number(p.x()) + "," + config::format_number(p.y()) + "," +
@@ -186,6 +189,49 @@ TEST_F(Iso9283, RefusesOneCycleAndMissingTargets) {
   EXPECT_EQ(run_program("truepose", {"iso9283"}).exit_code, 2);
 }
 
+TEST_F(Iso9283, RefusesPositionsInOtherUnitsOrColumns) {
+  const auto refused = [&](const std::string& measured, const std::string& commanded,
+                           const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments{"iso9283", "--data", measured, "--targets", commanded};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Finished run = run_program("truepose", arguments);
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_EQ(run.out, "");
+    return run.err;
+  };
+  const auto rewritten = [&](const char* name, const Eigen::Matrix3d& by, bool are_targets) {
+    std::string text = are_targets ? "point,x,y,z\n" : "point,cycle,x,y,z\n";
+    for (int j = 1; j <= (are_targets ? 1 : 30); ++j) {
+      for (int k = 1; k <= 5; ++k) {
+        const Eigen::Vector3d off = are_targets ? Eigen::Vector3d(0, 0, 0) : example::deviation_mm(k, j);
+        text += point_name(k) + "," + (are_targets ? "" : std::to_string(j) + ",") +
+                row(by * (example::commanded_mm(k) + off));
+      }
+    }
+    return folder_.write(name, text);
+  };
+  const Eigen::Matrix3d to_m = 1e-3 * Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d swap;
+  swap << 0, 1, 0, 1, 0, 0, 0, 0, 1;
+  const std::string in_m = rewritten("m.csv", to_m, false), targets_in_m = rewritten("tm.csv", to_m, true);
+  const std::string falls =
+      ": with them converted the largest distance from a commanded position falls from ";
+  EXPECT_THAT(refused(in_m, targets()),
+              HasSubstr(in_m + ": the measured positions are in m, not mm" + falls));
+  EXPECT_THAT(refused(in_m, targets(), {"--fit-frame"}),
+              HasSubstr(in_m + ": the measured positions are in m, not mm" + falls));
+  EXPECT_THAT(refused(data(), targets_in_m), HasSubstr(": the commanded positions are in m, not mm" + falls));
+  EXPECT_THAT(
+      refused(rewritten("swapped.csv", swap, false), targets()),
+      HasSubstr(
+          ": the columns of the measured or the commanded positions are swapped: with x,y,z measured taken "
+          "from y,x,z the largest distance"));
+  EXPECT_THAT(
+      refused(data(pose_from_kuka({4000, 500, -300}, {120, 3, -2})), targets()),
+      HasSubstr(" mm from where it was commanded, which no arm is wrong by: check the names of the points "
+                "and in which frame both stand"));
+}
+
 TEST_F(Iso9283, ShowsVariationAndDriftWhereTheyWereMeasured) {
   std::string text = "point,cycle,direction,time,x,y,z,a,b,c,cx,cy,cz,ca,cb,cc\n";
   for (const int minute : {0, 60}) {
@@ -217,7 +263,12 @@ TEST_F(Iso9283, PrintsTheFivePositionsOfACubeAsTargets) {
             "point,x,y,z\nP1,1500,0,1100\nP2,1900,-400,1500\nP3,1900,400,1500\nP4,1100,400,700\n"
             "P5,1100,-400,700\n");
   const std::string targets = folder_.write("targets.csv", run.out);
-  EXPECT_EQ(run_program("truepose", {"iso9283", "--data", data(), "--targets", targets}).exit_code, 0);
+  std::string cycles = "point,cycle,x,y,z\n";
+  std::istringstream lines{run.out.substr(run.out.find('\n') + 1)};
+  for (std::string line; std::getline(lines, line);)
+    for (const char* cycle : {",1", ",2"}) cycles += line.substr(0, 2) + cycle + line.substr(2) + "\n";
+  const std::string measured = folder_.write("cycles.csv", cycles);
+  EXPECT_EQ(run_program("truepose", {"iso9283", "--data", measured, "--targets", targets}).exit_code, 0);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "config/measurement_file.hpp"
 #include "config/model_file.hpp"
+#include "config/number_text.hpp"
 #include "config/robot_file.hpp"
 #include "core/simulate/measurement_campaign.hpp"
 #include "core/simulate/published_arm.hpp"
@@ -68,9 +69,13 @@ TEST_F(ModelVerdict, IsToldByEveryCommandThatWorksWithAModelThatFailedIt) {
   std::string cycles = "point,cycle,x,y,z\n", targets = "point,x,y,z\n";
   for (int point = 1; point <= 5; ++point) {
     targets += "P" + std::to_string(point) + ",1700," + std::to_string(100 * point) + ",900\n";
-    for (int cycle = 1; cycle <= 3; ++cycle)
-      cycles += "P" + std::to_string(point) + "," + std::to_string(cycle) + ",1700," +
-                std::to_string(100 * point) + ",90" + std::to_string(cycle) + "\n";
+    for (int cycle = 1; cycle <= 3; ++cycle) {
+      const Eigen::Vector3d p_W_mm =
+          model_.cell.base.isometry() * Eigen::Vector3d(1700, 100 * point, 900 + cycle);
+      cycles += "P" + std::to_string(point) + "," + std::to_string(cycle);
+      for (const double mm : p_W_mm) cycles += "," + config::format_number(mm);
+      cycles += "\n";
+    }
   }
   EXPECT_EQ(said({"iso9283", "--data", folder_.write("cycles.csv", cycles), "--targets",
                   folder_.write("targets.csv", targets), "--model", model}),

@@ -31,6 +31,7 @@ Finished plan(std::vector<std::string> arguments, const std::string& cell = kExa
 TEST(PlanCommand, PutsWhatThePosesAreWorthBetweenRandomOnesAndWhatNoChoiceGoesBelow) {
   const Finished done = plan({"--json"});
   ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(done.err, "") << "progress is for terminals";
   const json::object planned = json::parse(done.out).as_object();
   EXPECT_EQ(planned.at("poses").as_array().size(), 12u);
   for (const char* figure : {"rms_mm", "max_mm"}) {

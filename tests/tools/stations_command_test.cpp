@@ -4,6 +4,7 @@
 
 #include <boost/json.hpp>
 #include <fstream>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,9 @@ class StationsCommand : public testing::Test {
   }
 
   /// @param scale  of the tracker's readings
-  void write(const std::string& file, const BasePose& base, int poses, double scale = 1) {
+  /// @param change  of what was measured
+  void write(const std::string& file, const BasePose& base, int poses, double scale = 1,
+             const std::function<void(std::vector<Measurement>&)>& change = {}) {
     MeasurementData data{.smr_names = {"1"}};
     CalibratedCell cell = truth_;
     cell.base = base;
@@ -47,6 +50,7 @@ class StationsCommand : public testing::Test {
                              .p_WS_mm = scale * (cell.predict(q, 0) + 0.02 * noise_mm),
                              .set = identifies ? PoseSet::Identify : PoseSet::Validate});
     }
+    if (change) change(data.points);
     std::ofstream out(file);
     config::write_measurements(out, data, truth_.robot);
   }
@@ -112,6 +116,48 @@ TEST_F(StationsCommand, AMistakeIsToldOfTheFileThatHasIt) {
   const Finished run = calibrate({});
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.err, StartsWith("truepose: " + door_ + ": "));
+}
+
+TEST_F(StationsCommand, ARowIsToldWithItsFile) {
+  constexpr double kEvery_s = 60;
+  const auto measured_at = [](double start_s) {
+    return [=](std::vector<Measurement>& points) {
+      for (std::size_t i = 0; i < points.size(); ++i)
+        points[i].time = std::to_string(start_s + kEvery_s * static_cast<double>(i));
+    };
+  };
+  write(hall_, truth_.base, 30, 1, measured_at(1e6));
+  write(door_, door_base_, 15, 1, [&](std::vector<Measurement>& points) {
+    measured_at(2e6)(points);
+    points[3].p_WS_mm.x() += 30;
+    points[20].p_WS_mm.x() += 30;
+    for (std::size_t i = 8; i < points.size(); ++i)
+      points[i].time = std::to_string(2e6 - 3600 + kEvery_s * static_cast<double>(i));
+  });
+  const Finished run = calibrate({});
+  EXPECT_THAT(run.out, HasSubstr("contradict the others and were left out: row 4 of '" + door_ + "' ("));
+  EXPECT_THAT(run.out, HasSubstr("mm: row 21 of '" + door_ + "' ("));
+  EXPECT_THAT(run.out, HasSubstr("between row 8 of '" + door_ + "' and row 9 of '" + door_ + "'"));
+}
+
+TEST_F(StationsCommand, FewPosesOfOneAreNotAllDrawnToValidate) {
+  const auto without_marks = [](std::vector<Measurement>& points) {
+    for (Measurement& point : points) point.set = PoseSet::Identify;
+  };
+  write(hall_, truth_.base, 30, 1, without_marks);
+  write(door_, door_base_, 5 - kFresh, 1, without_marks);  // five in all
+  for (int seed = 0; seed < 20; ++seed) {
+    const Finished run = calibrate({"--split", "0.7", "--seed", std::to_string(seed)});
+    EXPECT_NE(run.exit_code, 2) << "seed " << seed << ": " << run.err;
+    EXPECT_THAT(run.out, HasSubstr(door_ + ": 4 poses, mean error ")) << "seed " << seed;
+  }
+  EXPECT_NE(calibrate({"--folds", "5"}).exit_code, 2);
+  const Finished run = calibrate({"--folds", "2"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.err,
+            "truepose: --folds: station '" + door_ +
+                "': 2 of its 5 poses are left to identify, and 3 place it: use --split, which leaves "
+                "it so many\n");
 }
 
 TEST_F(StationsCommand, APointToValidateNeedsItsStation) {

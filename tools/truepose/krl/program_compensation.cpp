@@ -88,7 +88,13 @@ std::optional<krl::Hindrance> uncertain(const FrameValue& frame, bool is_tool) {
     return krl::Hindrance{"BASE" + number + " is carried by an external axis", {}};
   if (frame.state == State::Written)
     return krl::Hindrance{(is_tool ? "TOOL" : "BASE") + number + " is written by the program", frame.set};
-  return krl::Hindrance{std::string(is_tool ? "the tool" : "the base") + " is computed by the program", {}};
+  const std::string name = is_tool ? "the tool" : "the base";
+  if (frame.state == State::Unordered)
+    return krl::Hindrance{
+        name +
+            " may be set otherwise by then, by a called routine, past a GOTO, or by a trigger or interrupt",
+        frame.set};
+  return krl::Hindrance{name + " is computed by the program", {}};
 }
 
 class Compensator {

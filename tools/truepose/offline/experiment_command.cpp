@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <boost/json.hpp>
@@ -22,6 +21,7 @@
 #include "tools/report/report.hpp"
 #include "tools/truepose/offline/jobs_option.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/progress_line.hpp"
 #include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
@@ -217,23 +217,6 @@ double thread_time_s() {
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
-
-/// One line that is written over and, at the end, wiped away; nothing where no one watches.
-class ProgressLine {
- public:
-  ~ProgressLine() {
-    if (watched_) std::fputs("\r\x1b[K", stderr);
-  }
-  void show(double share, std::string_view doing) {
-    if (!watched_) return;
-    std::fprintf(stderr, "\r\x1b[K%3.0f %% of the %.*s", 100 * share, static_cast<int>(doing.size()),
-                 doing.data());
-    std::fflush(stderr);
-  }
-
- private:
-  bool watched_ = isatty(STDERR_FILENO) == 1;
-};
 
 ExperimentResult run(const ExperimentCommand& command) {
   const RobotModel robot =

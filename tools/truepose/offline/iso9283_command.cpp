@@ -11,6 +11,7 @@
 #include "config/number_text.hpp"
 #include "config/test_cycle_file.hpp"
 #include "config/text_file.hpp"
+#include "core/judge/commanded_poses.hpp"
 #include "core/judge/iso9283.hpp"
 #include "core/judge/test_cube.hpp"
 #include "core/math/angles.hpp"
@@ -147,20 +148,34 @@ std::vector<TestPoint> measured_points(std::vector<TestPoint> points) {
   return points;
 }
 
+record::Iso9283Frame frame_of(const Iso9283Command& command) {
+  if (!command.model_file.empty()) return record::Iso9283Frame::Model;
+  return command.fit_frame ? record::Iso9283Frame::Fitted : record::Iso9283Frame::AsGiven;
+}
+
+IntoCommandedFrame bringing_into_base(const Iso9283Command& command, record::Iso9283Frame frame) {
+  using Points = std::vector<TestPoint>;
+  if (frame == record::Iso9283Frame::AsGiven) return [](Points points) { return points; };
+  if (frame == record::Iso9283Frame::Model) {
+    const Eigen::Isometry3d X_WB = load_model_to_use(command.model_file).cell.base.isometry();
+    return [X_BW = X_WB.inverse()](Points points) { return in_base(std::move(points), X_BW); };
+  }
+  return [](Points points) -> std::expected<Points, std::string> {
+    const auto X_BM = fitted_frame(measured_points(points));
+    if (!X_BM) return std::unexpected("--fit-frame: " + X_BM.error());
+    return in_base(std::move(points), *X_BM);
+  };
+}
+
 int run_iso9283(const Iso9283Command& command) {
   if (!command.cube.empty()) return print_targets(command);
   if (command.data_file.empty()) throw bad_usage("--data or --cube is required");
-  std::vector<TestPoint> points = config::load_test_cycles(command.data_file, command.targets_file);
-  record::Iso9283Frame frame = record::Iso9283Frame::AsGiven;
-  if (!command.model_file.empty()) {
-    frame = record::Iso9283Frame::Model;
-    points = in_base(std::move(points), load_model_to_use(command.model_file).cell.base.isometry().inverse());
-  } else if (command.fit_frame) {
-    frame = record::Iso9283Frame::Fitted;
-    const auto X_BM = fitted_frame(measured_points(points));
-    if (!X_BM) throw ConfigError(command.data_file + ": --fit-frame: " + X_BM.error());
-    points = in_base(std::move(points), *X_BM);
-  }
+  const record::Iso9283Frame frame = frame_of(command);
+  const IntoCommandedFrame into_base = bringing_into_base(command, frame);
+  const std::vector<TestPoint> measured = config::load_test_cycles(command.data_file, command.targets_file);
+  if (const auto why = not_as_commanded(measured_points(measured), into_base))
+    throw ConfigError(command.data_file + ": " + *why);
+  const std::vector<TestPoint> points = *into_base(measured);
   const auto result = evaluate_iso9283(points);
   if (!result) throw ConfigError(command.data_file + ": " + result.error());
   const boost::json::object document = record::iso9283_document(*result, points, frame);

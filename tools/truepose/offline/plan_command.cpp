@@ -13,6 +13,7 @@
 #include "core/plan/optimal_design.hpp"
 #include "proto/record/arm_document.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/progress_line.hpp"
 #include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
@@ -100,10 +101,16 @@ void print_plan(const config::CellConfig& cell, const MeasurementPlan& plan, con
   }
 }
 
+std::expected<MeasurementPlan, std::string> planned(const config::CellConfig& cell, int poses) {
+  ProgressLine line;
+  PlanOptions options = config::plan_options(cell, poses);
+  options.progress = [&](double share, std::string_view doing) { line.show(share, doing); };
+  return plan_measurements(config::rough_cell(cell), config::scene_of(cell), options);
+}
+
 int run_plan(const PlanCommand& command) {
   const config::CellConfig cell = cell_of(command);
-  const auto plan = plan_measurements(config::rough_cell(cell), config::scene_of(cell),
-                                      config::plan_options(cell, command.poses));
+  const auto plan = planned(cell, command.poses);
   if (!plan) throw config::ConfigError(command.cell_file + ": " + plan.error());
   if (!command.out_file.empty()) {
     std::ostringstream out;

@@ -11,6 +11,7 @@
 
 #include "config/text_file.hpp"
 #include "core/identify/measurement.hpp"
+#include "core/identify/station_split.hpp"
 #include "core/math/parallel.hpp"
 #include "proto/record/calibration_document.hpp"
 
@@ -144,7 +145,7 @@ Outcome over_splits(const CalibrateOnce& calibrate_once, const Judge& judge, con
   parallel_for(splits.repeat, jobs, [&](int i) {
     const std::uint64_t own_seed = splits.seed + static_cast<std::uint64_t>(i);
     MeasurementData marked = data;
-    split_poses(marked, splits.fraction, own_seed);
+    split_each_station(marked, splits.fraction, own_seed);
     Outcome outcome = calibrate_once(marked, jobs_of_each(splits.repeat, jobs));
     if (!outcome.calibration.validate) throw ConfigError("--split: leaves no pose to validate");
     runs.put(i, {{"seed", own_seed}}, outcome.document);
@@ -173,7 +174,9 @@ Outcome over_folds(const CalibrateOnce& calibrate_once, MeasurementData data, in
   std::vector<std::vector<double>> distances2(static_cast<std::size_t>(folds));
   parallel_for(folds, jobs, [&](int fold) {
     MeasurementData marked = data;
-    hold_out_fold(marked, folds, fold, seed);
+    hold_out_fold_of_each_station(marked, folds, fold, seed);
+    if (const auto unplaced = unplaced_station(marked))
+      throw ConfigError("--folds: " + *unplaced + ": use --split, which leaves it so many");
     Outcome outcome = calibrate_once(marked, jobs_of_each(folds, jobs));
     runs.put(fold, {{"fold", fold + 1}}, outcome.document);
     unseen.add(marked, outcome);
