@@ -7,6 +7,7 @@
 #include "config/csv_reader.hpp"
 #include "config/document_kind.hpp"
 #include "config/frame_layout.hpp"
+#include "config/lower_triangle.hpp"
 #include "config/measurement_file.hpp"
 #include "config/model_file.hpp"
 #include "config/number_text.hpp"
@@ -29,6 +30,7 @@ void layout(auto& io, Is<BaseFile> auto& x) {
   io("arm", x.arm);
   io("model", x.model, MayBeEmpty{});
   io("frame", x.X, KukaPose{});
+  io.optional("covariance", x.covariance, LowerTriangle{6});
 }
 
 namespace {
@@ -172,7 +174,7 @@ ToolFile parse_tool(const std::string& text, const std::string& name, const Robo
 
 std::string base_yaml(const BaseFile& base) {
   return "# A work frame that was measured. frame: for BASE_DATA, mm and deg; model: when the model was made that "
-         "it holds for.\n" +
+         "it holds for; covariance: of its origin (mm) and of a small turn (rad) about the robot's axes.\n" +
          yaml_of(base);
 }
 

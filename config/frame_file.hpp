@@ -28,6 +28,7 @@ struct BaseFile {
   std::string arm;    ///< name of the nominal robot
   std::string model;  ///< when the model was made that it holds for, RFC 3339
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  std::optional<PoseCovariance> covariance;  ///< none in files of version 0.1.0 and before
 };
 
 /// Reads what was measured (CSV: q1..qN in deg or mm; x,y,z in mm where the tracker read the point; point:

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "config/document_kind.hpp"
+#include "config/lower_triangle.hpp"
 #include "config/text_file.hpp"
 #include "config/yaml_layout.hpp"
 #include "core/arm/guide.hpp"
@@ -127,34 +128,6 @@ struct FieldForm {
   }
 };
 
-/// The lower triangle of a covariance, row by row.
-struct LowerTriangle {
-  const CalibratedCell& cell;  ///< whose parameters these are
-
-  std::vector<std::vector<double>> form_of(const Eigen::MatrixXd& covariance) const {
-    std::vector<std::vector<double>> rows;
-    for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
-      rows.emplace_back();
-      for (Eigen::Index j = 0; j <= i; ++j) rows.back().push_back(covariance(i, j));
-    }
-    return rows;
-  }
-  void read(const YamlValue& value, Eigen::MatrixXd& covariance) const {
-    const int size = ParameterLayout::of(cell).size();
-    const std::vector<YamlValue>& rows = value.list();
-    if (rows.size() != static_cast<std::size_t>(size))
-      value.fail("expected a row for each of " + std::to_string(size) + " parameters");
-    covariance.resize(size, size);
-    for (int i = 0; i < size; ++i) {
-      const YamlValue& row = rows[static_cast<std::size_t>(i)];
-      if (row.list().size() != static_cast<std::size_t>(i) + 1)
-        row.fail("expected " + std::to_string(i + 1) + " numbers, the lower triangle up to the diagonal");
-      for (int j = 0; j <= i; ++j)
-        covariance(i, j) = covariance(j, i) = row.list()[static_cast<std::size_t>(j)].number(kAny);
-    }
-  }
-};
-
 /// Rows of equally many numbers.
 struct RowsOfAnyLength : Rows {
   void read(const YamlValue& value, Eigen::MatrixXd& A) const {
@@ -259,7 +232,7 @@ void layout(auto& io, Is<ModelFile> auto& x) {
   io.optional("station", x.station);
   io.optional("noise", x.noise);
   io.optional("validation_distances2", x.validation_distances2);
-  io.optional("covariance", x.covariance, LowerTriangle{x.cell});
+  io.optional("covariance", x.covariance, LowerTriangle{ParameterLayout::of(x.cell).size()});
   io.optional("thermal", x.thermal);
   io.optional("validation", x.validation);
   io.defaulted("largest_correction_deg", x.largest_correction_deg, kNotNegative);

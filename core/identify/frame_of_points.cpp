@@ -100,4 +100,11 @@ std::expected<FrameOfPoints, std::string> frame_of_points(std::span<const FrameP
   return frame;
 }
 
+double variance_at(const PoseCovariance& covariance, const Eigen::Vector3d& from_origin_mm) {
+  Eigen::Matrix<double, 3, 6> J;
+  J.leftCols<3>().setIdentity();
+  for (int axis = 0; axis < 3; ++axis) J.col(3 + axis) = Eigen::Vector3d::Unit(axis).cross(from_origin_mm);
+  return (J * covariance * J.transpose()).trace();
+}
+
 }  // namespace truepose

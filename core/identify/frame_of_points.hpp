@@ -24,6 +24,9 @@ inline constexpr const char* kInXy = "xy";
 /// Covariance of a pose: three of its position (mm), three of a small turn (rad) about the outer axes.
 using PoseCovariance = Eigen::Matrix<double, 6, 6>;
 
+/// Variance (mm^2) of where a frame has a point that is so far from its origin, along the outer axes.
+double variance_at(const PoseCovariance& covariance, const Eigen::Vector3d& from_origin_mm);
+
 struct FrameOfPoints {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   Eigen::Matrix<double, 6, Eigen::Dynamic> by_points;  ///< derivative to the points' coordinates

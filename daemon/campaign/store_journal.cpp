@@ -233,7 +233,8 @@ record::FrameDocument base_document_of(const BaseResult& base, const RobotModel&
                                                              base.data, base.frame, X_told, base.order.by);
   if (base.order.touch) document.touched_by = base.order.touch->tool.number;
   if (base.frame.is_sound())
-    document.yaml = config::base_yaml({base.order.number, robot.name, base.order.model_made, X_told});
+    document.yaml = config::base_yaml(
+        {base.order.number, robot.name, base.order.model_made, X_told, base.frame.covariance});
   return document;
 }
 

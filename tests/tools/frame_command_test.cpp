@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <boost/json.hpp>
+#include <cmath>
 #include <filesystem>
 #include <sstream>
 
@@ -219,6 +220,57 @@ TEST_F(FrameCommand, PosesStandInTheMeasuredBase) {
   const json::object reached =
       document("compensate", {"--poses", poses, "--tool", path("tool.yaml"), "--base", base});
   EXPECT_LT(plain::mm_between(truly_at(reached, 0), X_BU_ * wanted), 0.06);
+  EXPECT_FALSE(reached.contains("notes"));
+}
+
+TEST_F(FrameCommand, SigmaInAMeasuredBaseIsOfWhereTheTcpWillBeInIt) {
+  constexpr int kBases = 10, kPoses = 8;
+  double missed2 = 0, told2 = 0;
+  for (int base = 0; base < kBases; ++base) {
+    const std::string file = measured_base();
+    std::vector<Eigen::Matrix4d> wanted;
+    std::string text = "x,y,z,a,b,c\n";
+    for (int i = 0; i < kPoses; ++i) {
+      wanted.push_back(reachable(X_BU_));
+      text += pose_cells(wanted.back()) + '\n';
+    }
+    const json::object reached = document("compensate", {"--poses", folder_.write("poses.csv", text),
+                                                         "--tool", path("tool.yaml"), "--base", file});
+    for (std::size_t i = 0; i < kPoses; ++i) {
+      const Eigen::Vector3d repeats = noise();  // which truly_at() does without
+      missed2 +=
+          std::pow(plain::mm_between(truly_at(reached, i), X_BU_ * wanted[i]), 2) + repeats.squaredNorm();
+      told2 += std::pow(reached.at("sigma_mm").at(i).to_number<double>(), 2);
+    }
+  }
+  EXPECT_GT(missed2 / told2, 0.4);
+  EXPECT_LT(missed2 / told2, 1.6);
+}
+
+TEST_F(FrameCommand, ATurnOfTheBaseThatIsNotKnownCountsTheMoreTheFartherAway) {
+  const std::string base = measured_base();
+  const Eigen::Matrix4d wanted = reachable(X_BU_);
+  const std::string poses = folder_.write("poses.csv", "x,y,z,a,b,c\n" + pose_cells(wanted) + '\n');
+  const auto sigma_mm = [&](double turn_rad) {
+    config::BaseFile file = config::load_base(base, model_);
+    file.covariance = PoseCovariance::Zero();
+    (*file.covariance)(5, 5) = turn_rad * turn_rad;
+    folder_.write("base.yaml", config::base_yaml(file));
+    const json::object reached =
+        document("compensate", {"--poses", poses, "--tool", path("tool.yaml"), "--base", base});
+    return reached.at("sigma_mm").at(0).to_number<double>();
+  };
+  const Eigen::Vector3d arm_mm = (X_BU_ * wanted - X_BU_).topRightCorner<3, 1>();
+  const double across_mm = 1e-3 * std::hypot(arm_mm.x(), arm_mm.y());
+  EXPECT_NEAR(std::pow(sigma_mm(1e-3), 2) - std::pow(sigma_mm(0), 2), across_mm * across_mm, 1e-4);
+}
+
+TEST_F(FrameCommand, ABaseThatDoesNotTellItsUncertaintyIsNoted) {
+  const std::string poses = folder_.write("poses.csv", "x,y,z,a,b,c\n" + pose_cells(reachable(X_BU_)) + '\n');
+  const json::object reached =
+      document("compensate", {"--poses", poses, "--tool", measured_tool(), "--base", "1500,150,700,20,3,-2"});
+  EXPECT_THAT(std::string(reached.at("notes").at(0).as_string()),
+              HasSubstr("--base does not tell its own uncertainty"));
 }
 
 TEST_F(FrameCommand, ABaseOfAnotherModelIsRefused) {

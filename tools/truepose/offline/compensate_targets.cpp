@@ -176,7 +176,8 @@ constexpr const char* kToolGiven =
     "half a millimetre; `truepose tool` measures it";
 
 constexpr const char* kBaseGiven =
-    "--base: sigma_mm does not hold what the base itself is off by, nor its turn, which grows with the distance from it";
+    "--base does not tell its own uncertainty: sigma_mm does not hold what it is off by, nor its turn, which grows with the "
+    "distance from it; `truepose base` measures it";
 
 /// What carries the workpiece that the targets stand in.
 class Table {
@@ -218,12 +219,14 @@ class Table {
 /// the measurements tell, while what they know of the arm alone is mixed with what they know of base and
 /// tool.
 ///
-/// On a positioner's table it is of where the TCP will be in the workpiece: both were measured for
-/// themselves, and so err for themselves.
+/// On a positioner's table, or in a base that was measured, it is of where the TCP will be in the workpiece:
+/// both were measured for themselves, and so err for themselves. (A base that this arm touched errs less
+/// against it: the sigma is then rather too large.)
 class PositionSigma {
  public:
-  PositionSigma(const config::ModelFile& model, const std::optional<Tool>& tool, const Table* table)
-      : model_(model), tool_(tool), table_(table) {}
+  PositionSigma(const config::ModelFile& model, const std::optional<Tool>& tool, const Base& base,
+                const Table* table)
+      : model_(model), tool_(tool), base_(base), table_(table) {}
 
   bool is_known() const {
     return model_.covariance.size() > 0 && !model_.cell.reflectors.empty() &&
@@ -232,14 +235,18 @@ class PositionSigma {
   /// @param e  joints of the table
   double at(const JointVector& q, const JointVector& e) const {
     const double repeatability = model_.noise ? model_.noise->repeatability_mm : 0;
-    const double of_table =
-        table_ ? table_->variance(e, forward_kinematics(model_.cell.robot, q) * p_F_mm()) : 0;
-    return std::sqrt(std::max(0.0, of_model(q).trace() + of_table) + 3 * repeatability * repeatability);
+    const Eigen::Vector3d p_B_mm = forward_kinematics(model_.cell.robot, q) * p_F_mm();
+    return std::sqrt(std::max(0.0, of_model(q).trace() + of_workpiece(p_B_mm, e)) +
+                     3 * repeatability * repeatability);
   }
 
  private:
   Eigen::Vector3d p_F_mm() const {
     return tool_ ? Eigen::Vector3d(tool_->X_FT.translation()) : model_.cell.reflectors.front().p_FS_mm;
+  }
+  double of_workpiece(const Eigen::Vector3d& p_B_mm, const JointVector& e) const {
+    if (table_) return table_->variance(e, p_B_mm);
+    return base_.covariance ? variance_at(*base_.covariance, p_B_mm - base_.X.translation()) : 0;
   }
   Eigen::Matrix3d of_model(const JointVector& q) const {
     if (!tool_) return position_covariance(model_.cell, model_.covariance, q, 0);
@@ -249,6 +256,7 @@ class PositionSigma {
 
   const config::ModelFile& model_;
   const std::optional<Tool>& tool_;
+  const Base& base_;
   const Table* table_;
 };
 
@@ -267,8 +275,8 @@ class Targets {
       : nominal_(nominal),
         table_(table),
         tool_(tool_of(options.tool, "--tool", nominal, model)),
-        X_base_(base_of(options.base, "--base", model).value_or(Base{}).X),
-        sigma_(model, tool_, table),
+        base_(base_of(options.base, "--base", model).value_or(Base{})),
+        sigma_(model, tool_, base_, table),
         form_(form),
         by_status_(by_status),
         X_FT_(tool_.value_or(Tool{}).X_told),
@@ -280,9 +288,10 @@ class Targets {
   bool is_position_only() const { return position_only_; }
   bool tells_sigma() const { return sigma_.is_known(); }
   bool is_tool_measured() const { return !tool_ || tool_->measured; }
+  bool tells_base() const { return base_.covariance.has_value(); }
 
   std::expected<ReachedTarget, std::string> reach(Target target) {
-    target.X = (table_ ? table_->workpiece_at(target.e) : X_base_) * target.X;
+    target.X = (table_ ? table_->workpiece_at(target.e) : base_.X) * target.X;
     const auto q = nominal_joints(target);
     if (!q) return std::unexpected(q.error());
     const auto compensated = compensate(target, *q);
@@ -317,7 +326,7 @@ class Targets {
   const RobotModel& nominal_;
   const Table* table_;  ///< null: the targets stand in the base
   std::optional<Tool> tool_;
-  Eigen::Isometry3d X_base_;
+  Base base_;
   PositionSigma sigma_;
   TargetForm form_;
   bool by_status_;
@@ -337,6 +346,7 @@ class Output {
         columns_(reach_columns(!targets.is_position_only(), targets.tells_sigma())),
         tells_sigma_(targets.tells_sigma()),
         is_tool_measured_(targets.is_tool_measured()),
+        tells_base_(targets.tells_base()),
         report_{nominal.name, file, targets.is_position_only(), {}} {
     document_["joints"] = json::array{};
     for (const ReachColumn& column : columns_) document_[column.name] = json::array{};
@@ -372,7 +382,7 @@ class Output {
     if (report_file_) report_file_->stream() << report::render_compensation_html(report_);
     if (!tells_sigma_) note(options_.arm.model.string() + kNoSigma);
     if (!is_tool_measured_) note(kToolGiven);
-    if (tells_sigma_ && !options_.base.empty()) note(kBaseGiven);
+    if (tells_sigma_ && !options_.base.empty() && !tells_base_) note(kBaseGiven);
     if (options_.as_json) std::cout << document_ << '\n';
     flush_standard_output();  // before a file takes its place
     for (auto* file : {&out_, &report_file_}) {
@@ -415,7 +425,7 @@ class Output {
   const CompensateOptions& options_;
   const RobotModel& nominal_;
   std::vector<ReachColumn> columns_;
-  bool tells_sigma_, is_tool_measured_;
+  bool tells_sigma_, is_tool_measured_, tells_base_;
   std::optional<UnfinishedFile> out_, report_file_;
   json::object document_;
   report::CompensationReport report_;

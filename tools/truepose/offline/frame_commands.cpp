@@ -96,8 +96,9 @@ int run_base(const FrameCommand& command) {
         "The tool was given, not measured: what it is off by is in this frame, and not in sigma.");
   tell(told, command);
   if (!command.out_file.empty())
-    config::write_text_file(command.out_file, config::base_yaml({command.number, given.nominal.name,
-                                                                 given.model.created, told.X}));
+    config::write_text_file(
+        command.out_file, config::base_yaml({command.number, given.nominal.name, given.model.created, told.X,
+                                             frame->covariance}));
   return kDone;
 }
 

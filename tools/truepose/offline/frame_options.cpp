@@ -36,9 +36,9 @@ std::optional<Tool> tool_of(const FrameWords& words, const std::string& option, 
 std::optional<Base> base_of(const FrameWords& words, const std::string& option,
                             const config::ModelFile& model) {
   if (words.empty()) return std::nullopt;
-  if (const auto X = frame_of(words, option)) return Base{.X = *X};
+  if (const auto X = frame_of(words, option)) return Base{.X = *X, .covariance = {}};
   const config::BaseFile file = config::load_base(words[0], model);
-  return Base{file.number, file.X};
+  return Base{file.number, file.X, file.covariance};
 }
 
 MeasuringCell measuring_cell_of(const config::ModelFile& model, const std::filesystem::path& file,

@@ -23,6 +23,7 @@ struct Tool {
 struct Base {
   int number = 0;
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  std::optional<PoseCovariance> covariance;
 };
 
 /// What stands between the commas of an option that takes either.
