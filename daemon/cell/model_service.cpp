@@ -139,12 +139,6 @@ void ModelService::forget() {
   runner_.faults().end(kModelFault);
 }
 
-std::string ModelService::other_arm(const char* the_model, const ModelRecord& record) const {
-  const auto serial = devices_.arm_serial();
-  if (!serial || *serial == record.robot_serial) return {};
-  return std::string{the_model} + " belongs to arm " + record.robot_serial + ", not to " + *serial;
-}
-
 RpcError ModelService::needs_model(const std::string& why_not) const {
   return runner_.wrong_state(why_not + "; allowed: model.activate, campaign.start",
                              {"model.activate", "campaign.start"});
@@ -155,7 +149,8 @@ std::expected<const ModelService::Active*, RpcError> ModelService::needed() cons
     const std::string refused = runner_.faults().text(kModelFault);
     return std::unexpected(needs_model(refused.empty() ? "no model is active" : refused));
   }
-  if (const std::string other = other_arm("the active model", active_->record); !other.empty())
+  if (const std::string other = devices_.other_arm("the active model", active_->record.robot_serial);
+      !other.empty())
     return std::unexpected(needs_model(other));
   return &*active_;
 }
@@ -229,7 +224,8 @@ MethodReply ModelService::export_yaml(json::object params) {
 std::string ModelService::why_not_activated(const Found& found) const {
   if (!improves(found.record.validation_before_mm, found.record.validation_after_mm))
     return "the model is no better than the nominal arm on validation poses";
-  if (std::string other = other_arm("the model", found.record); !other.empty()) return other;
+  if (std::string other = devices_.other_arm("the model", found.record.robot_serial); !other.empty())
+    return other;
   if (found.checked) return {};
   log_error(found.checked.error());
   return found.checked.error();
