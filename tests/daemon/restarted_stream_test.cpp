@@ -1,10 +1,12 @@
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <string>
 
 #include "tests/daemon/corrected_stream.hpp"
+#include "tests/daemon/full_disk.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -77,6 +79,21 @@ TEST_F(ARestartedStream, DoesNotBelieveAPageThatIsNotWhole) {
   std::filesystem::resize_file(file_, 40);
   memory_ = StreamMemory::open(file_).value();
   EXPECT_FALSE(memory_->last());
+}
+
+TEST_F(ARestartedStream, HasRoomForItsPageBeforeItWritesToIt) {
+  memory_.reset();
+  std::filesystem::remove(file_);
+  std::string refused;
+  {
+    const test::FullDisk full;
+    refused = StreamMemory::open(file_).error().text;
+  }
+  EXPECT_EQ(refused, file_.string() + ": cannot be made as large as a page: File too large");
+  memory_ = StreamMemory::open(file_).value();
+  struct stat about {};
+  ASSERT_EQ(::stat(file_.c_str(), &about), 0);
+  EXPECT_GE(about.st_blocks * 512, about.st_size) << "a file with a hole";
 }
 
 }  // namespace
