@@ -434,6 +434,8 @@ TEST_F(ControlServerTest, StartsOnlyWithAPrivateToken) {
   EXPECT_THAT(try_start(endpoint).text, HasSubstr("others may read or write it"));
   write_token("short");
   EXPECT_THAT(try_start(endpoint).text, HasSubstr("16..1024 characters"));
+  write_token("0123456789abcdef 0123456789abcdef");
+  EXPECT_THAT(try_start(endpoint).text, HasSubstr("without blanks inside"));
   fs::remove(token_file());
   EXPECT_THAT(try_start(endpoint).text, HasSubstr("does not exist"));
 }
