@@ -73,13 +73,10 @@ WhyNot outside_limits(const RobotModel& nominal, std::span<const StoredPoint> po
     for (int i = 0; i < nominal.joint_count(); ++i) {
       const Joint& joint = nominal.joints[static_cast<std::size_t>(i)];
       if (point.q_target[i] >= joint.min && point.q_target[i] <= joint.max) continue;
-      const bool turns = joint.type == JointType::Revolute;
-      const double unit = turns ? kRadPerDeg : 1;
       return formatted(
-          "pose %d, which it was made from, lies outside the limits of the robot file: joint %d at %.3f %s, its limits "
-          "are %g..%g %s",
-          point.pose, i + 1, point.q_target[i] / unit, turns ? "deg" : "mm", joint.min / unit,
-          joint.max / unit, turns ? "deg" : "mm");
+          "pose %d, which it was made from, lies outside the limits of the robot file: joint %d at %.3f deg, its "
+          "limits are %g..%g deg",
+          point.pose, i + 1, point.q_target[i] / kRadPerDeg, joint.min / kRadPerDeg, joint.max / kRadPerDeg);
     }
   }
   return std::nullopt;
