@@ -206,9 +206,11 @@ MethodReply ModelService::get(json::object params) {
   if (!id) co_return std::unexpected(id.error());
   auto record = co_await find(*id);
   if (!record) co_return std::unexpected(record.error());
+  auto read = [record = *record] { return unaltered_model(record); };
+  const auto file = co_await parts_.store_thread.ask(read);
+  if (!file) co_return std::unexpected(runner_.wrong_state(file.error()));
   json::array parameters;
-  const config::ModelFile file = config::parse_model(record->yaml, "model " + record->id);
-  for (const IdentifiedParameter& parameter : file.parameters)
+  for (const IdentifiedParameter& parameter : file->parameters)
     parameters.push_back(parameter_json(parameter));
   co_return json::object{{"model", model_json(*record)}, {"parameters", std::move(parameters)}};
 }
