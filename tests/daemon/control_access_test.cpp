@@ -1,11 +1,11 @@
 #include <gmock/gmock.h>
-#include <sys/resource.h>
 
 #include <boost/json/parse.hpp>
 
 #include "daemon/control/access_list.hpp"
 #include "proto/control/schema.hpp"
 #include "tests/daemon/control_fixture.hpp"
+#include "tests/daemon/no_more_files.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -149,27 +149,13 @@ TEST_F(ControlAccess, KeepsWhatItKnewWhereTheFileCannotBeUsed) {
   EXPECT_EQ(Client::code_of(Client{port}.hello(token_of(Role::Viewer))), 0);
 }
 
-/// No file can be opened while it is there.
-class NoMoreFiles {
- public:
-  NoMoreFiles() {
-    ::getrlimit(RLIMIT_NOFILE, &before_);
-    const rlimit none{0, before_.rlim_max};
-    ::setrlimit(RLIMIT_NOFILE, &none);
-  }
-  ~NoMoreFiles() { ::setrlimit(RLIMIT_NOFILE, &before_); }
-
- private:
-  rlimit before_{};
-};
-
 TEST_F(ControlAccess, RevokesAsSoonAsTheFileCanBeReadAgain) {
   write_access(one_of_each_role());
   AccessList list{access_file()};
   ASSERT_TRUE(list.refresh().value());
   write_access({});
   {
-    const NoMoreFiles none;
+    const test::NoMoreFiles none;
     EXPECT_THAT(list.refresh().error(), HasSubstr("Too many open files"));
     EXPECT_FALSE(list.refresh().value()) << "told twice";
     EXPECT_FALSE(list.entries().entries.empty());
