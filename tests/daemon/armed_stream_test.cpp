@@ -360,7 +360,9 @@ TEST_F(AnArmedStream, TakesNoToolIntoUseThatWasMeasuredOnAnotherArm) {
   play([this]() -> Wait {
     co_await armed();
     co_await pass(2s);
-    const Answer answer = co_await ask("tool.activate", {{"id", "t1"}});
+    json::object params;
+    params["id"] = "t1";
+    const Answer answer = co_await ask("tool.activate", params);
     EXPECT_FALSE(answer);
     EXPECT_EQ(answer.error().message, "the tool belongs to arm MOCK-0002, not to MOCK-0001");
   });
