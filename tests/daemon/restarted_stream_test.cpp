@@ -1,12 +1,13 @@
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <string>
 
 #include "tests/daemon/corrected_stream.hpp"
-#include "tests/daemon/full_disk.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -84,11 +85,14 @@ TEST_F(ARestartedStream, DoesNotBelieveAPageThatIsNotWhole) {
 TEST_F(ARestartedStream, HasRoomForItsPageBeforeItWritesToIt) {
   memory_.reset();
   std::filesystem::remove(file_);
-  std::string refused;
-  {
-    const test::FullDisk full;
-    refused = StreamMemory::open(file_).error().text;
-  }
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit full{1, before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &full);
+  const std::string refused = StreamMemory::open(file_).error().text;
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_DFL);
   EXPECT_EQ(refused, file_.string() + ": cannot be made as large as a page: File too large");
   memory_ = StreamMemory::open(file_).value();
   struct stat about {};
