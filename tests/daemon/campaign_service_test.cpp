@@ -277,7 +277,7 @@ TEST_F(CampaignServiceTest, FindsTheJointsOfTargetsThatAreGivenAsJointsOrPosesOr
   }
   EXPECT_THAT(
       refused("campaign.start", {{"kind", "targets"}, {"poses", json::array(1, {9000, 0, 0, 0, 0, 0})}}),
-      HasSubstr("params.poses[0]: cannot be reached: no joint positions within the limits"));
+      HasSubstr("params.poses[0]: cannot be reached: the pose is out of the arm's reach"));
   EXPECT_THAT(refused("campaign.start", {{"kind", "targets"}, {"joints", joints}, {"poses", joints}}),
               HasSubstr("not both"));
 }
