@@ -161,6 +161,10 @@ std::vector<Finding> check_cpu(int cpu) {
 }
 
 void check_stream(const config::CellConfig& config, std::vector<Finding>& findings) {
+  if (const auto why = why_unfit(config.robot.model)) {
+    findings.push_back({Level::Failure, config.robot.file.string() + ": " + *why});
+    return;
+  }
   const std::string file = config.stream.ethernet_xml.string();
   const auto ethernet = read_ethernet(config.stream.ethernet_xml);
   if (!ethernet) {

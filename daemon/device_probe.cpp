@@ -7,6 +7,7 @@
 
 #include "daemon/campaign/arm_check.hpp"
 #include "daemon/cell_tracker.hpp"
+#include "daemon/realtime/stream_options.hpp"
 #include "drivers/kuka/eki_robot.hpp"
 
 namespace truepose::daemon {
@@ -48,6 +49,8 @@ Finding robot_finding(const config::RobotConfig& config, const RobotObservation&
 }  // namespace
 
 RobotResult observe_robot(const config::RobotConfig& config) {
+  if (auto why = why_unfit(config.model))
+    return std::unexpected(drivers::RobotError{drivers::RobotFault::Refused, *std::move(why)});
   asio::io_context io;
   drivers::SteadyClock clock;
   drivers::KukaEkiRobot robot{io.get_executor(),

@@ -18,7 +18,8 @@ struct RobotObservation {
   drivers::RobotState state;
 };
 
-/// Asks the controller who and where it is; moves and releases nothing.
+/// Asks the controller who and where it is; moves and releases nothing. An arm that the daemon cannot drive
+/// is not asked.
 std::expected<RobotObservation, drivers::RobotError> observe_robot(const config::RobotConfig& robot);
 
 /// Asks the tracker what it is; writes and moves nothing.

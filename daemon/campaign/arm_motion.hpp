@@ -13,7 +13,7 @@
 
 namespace truepose::daemon {
 
-/// The way (rad; prismatic: as many metres) by which every joint comes to a pose, from below where positive;
+/// The way (rad) by which every joint comes to a pose, from below where positive;
 /// 0 where the campaign prescribes no side.
 double approach_way_rad(const config::CampaignConfig& campaign, int pose);
 

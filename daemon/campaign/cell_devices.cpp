@@ -26,10 +26,9 @@ constexpr Duration kAim = 40s;
 constexpr Duration kMeasureReserve = 15s;
 constexpr int kLonger = 4;  // times, for a reading that scatters
 constexpr Duration kAgain = 1s;
-constexpr double kSmallTurn_rad = kRadPerDeg, kSmallWay_mm = 10;
-constexpr double kStays = 0.2 * kRadPerDeg;  // or as many mm
+constexpr double kSmallTurn_rad = kRadPerDeg, kStays_rad = 0.2 * kRadPerDeg;
 // An arm that is held by its drives or brakes; its encoders show less.
-constexpr double kStill = 0.001 * kRadPerDeg;  // or as many mm
+constexpr double kStill_rad = 0.001 * kRadPerDeg;
 constexpr int kLooks = 5;
 constexpr Duration kBetweenLooks = 200ms;
 
@@ -84,9 +83,8 @@ std::vector<JointVector> small_motions(const RobotModel& robot, const JointVecto
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
     const Joint& joint = robot.joints[i];
     const auto at = static_cast<Eigen::Index>(i);
-    const double step = joint.type == JointType::Revolute ? kSmallTurn_rad : kSmallWay_mm;
     JointVector q = start;
-    q[at] += start[at] < (joint.min + joint.max) / 2 ? step : -step;
+    q[at] += start[at] < (joint.min + joint.max) / 2 ? kSmallTurn_rad : -kSmallTurn_rad;
     motions.insert(motions.end(), {q, start});
   }
   return motions;
@@ -225,7 +223,7 @@ CellDevices::Outcome<JointVector> CellDevices::standstill() {
 
 // Written so that a NaN has not.
 bool CellDevices::has_stayed(const JointVector& q, const JointVector& before) {
-  return ((q - before).array().abs() <= kStill).all();
+  return ((q - before).array().abs() <= kStill_rad).all();
 }
 
 CellDevices::Outcome<drivers::RobotState> CellDevices::ready_state() {
@@ -263,7 +261,7 @@ CellDevices::Outcome<ControllerPose> CellDevices::pose_at(JointVector q) {
   Eigen::Index worst = 0;
   const double off = (state->q - q).cwiseAbs().maxCoeff(&worst);
   // Written so that a NaN is refused as well.
-  if (off <= kStays) co_return ControllerPose{state->q, state->X_BF_reported};
+  if (off <= kStays_rad) co_return ControllerPose{state->q, state->X_BF_reported};
   co_return std::unexpected(
       DeviceError{Remedy::Retry, "robot: joint " + std::to_string(worst + 1) +
                                      " does not stand where the controller said that it had come to"});

@@ -62,7 +62,7 @@ class CellDevices {
   /// @param with_tracker  else it stays as it is, and tells no identity
   Outcome<Identities> connect(ArmProof proof = ArmProof::AsItStands, bool with_tracker = true);
 
-  /// Moves every joint alone, by a degree (prismatic: 10 mm) and back, and compares what the controller says
+  /// Moves every joint alone, by a degree and back, and compares what the controller says
   /// of its axes and its flange with ours: every sign and every zero shows before the first real motion.
   /// Fails with WrongArm, and the joint, as soon as that is known.
   Outcome<void> prove_arm();

@@ -121,15 +121,15 @@ bool is_open(const StandHistory& history, const Place& place, const Eigen::Vecto
 /// Brings each point to where the first stand would have seen it, and leaves out those of which nothing shows
 /// that.
 /// @return the numbers of the poses that were left out
-std::vector<int> move_to_start(const std::vector<Check>& checks, const StandHistory& history,
-                               const MeasurementNoise& noise, std::vector<StoredPoint>& points) {
+std::set<int> move_to_start(const std::vector<Check>& checks, const StandHistory& history,
+                            const MeasurementNoise& noise, std::vector<StoredPoint>& points) {
   const auto places = places_of(checks, points.size());
   std::vector<StoredPoint> moved;
-  std::vector<int> left_out;
+  std::set<int> left_out;  // a pose has a point of each reflector
   for (std::size_t i = 0; i < points.size(); ++i) {
     StoredPoint& point = points[i];
     if (places[i] && is_open(history, *places[i], *point.p_WS_mm, noise)) {
-      left_out.push_back(point.pose);
+      left_out.insert(point.pose);
       continue;
     }
     if (places[i]) point.p_WS_mm = history.to_start(places[i]->check, places[i]->share) * *point.p_WS_mm;
@@ -140,12 +140,12 @@ std::vector<int> move_to_start(const std::vector<Check>& checks, const StandHist
 }
 
 /// "3 poses that were measured while it moved were left out: 17, 18, 19"
-std::string told_left_out(const std::vector<int>& poses) {
+std::string told_left_out(const std::set<int>& poses) {
   std::string text =
       std::to_string(poses.size()) +
       (poses.size() == 1 ? " pose that was measured while the tracker moved was left out: "
                          : " poses that were measured while the tracker moved were left out: ");
-  for (std::size_t i = 0; i < poses.size(); ++i) text += (i == 0 ? "" : ", ") + std::to_string(poses[i]);
+  for (const int pose : poses) text += (pose == *poses.begin() ? "" : ", ") + std::to_string(pose);
   return text;
 }
 
@@ -162,7 +162,7 @@ void correct_stand(const std::vector<StoredPoint>& measured, const config::CellC
   for (const std::string& doubt : history.doubts) corrected.findings.push_back({Severity::Advice, doubt});
   if (!correct || !history.moved()) return;
   const MeasurementNoise noise{config.tracker.noise, config.robot.repeatability_mm};
-  const std::vector<int> left_out = move_to_start(checks, history, noise, corrected.points);
+  const std::set<int> left_out = move_to_start(checks, history, noise, corrected.points);
   if (!left_out.empty()) corrected.findings.push_back({Severity::Note, told_left_out(left_out)});
 }
 

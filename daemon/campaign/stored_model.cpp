@@ -73,13 +73,10 @@ WhyNot outside_limits(const RobotModel& nominal, std::span<const StoredPoint> po
     for (int i = 0; i < nominal.joint_count(); ++i) {
       const Joint& joint = nominal.joints[static_cast<std::size_t>(i)];
       if (point.q_target[i] >= joint.min && point.q_target[i] <= joint.max) continue;
-      const bool turns = joint.type == JointType::Revolute;
-      const double unit = turns ? kRadPerDeg : 1;
       return formatted(
-          "pose %d, which it was made from, lies outside the limits of the robot file: joint %d at %.3f %s, its limits "
-          "are %g..%g %s",
-          point.pose, i + 1, point.q_target[i] / unit, turns ? "deg" : "mm", joint.min / unit,
-          joint.max / unit, turns ? "deg" : "mm");
+          "pose %d, which it was made from, lies outside the limits of the robot file: joint %d at %.3f deg, its "
+          "limits are %g..%g deg",
+          point.pose, i + 1, point.q_target[i] / kRadPerDeg, joint.min / kRadPerDeg, joint.max / kRadPerDeg);
     }
   }
   return std::nullopt;
@@ -100,6 +97,11 @@ std::string not_checked(const ModelRecord& record, std::span<const StoredPoint> 
   return what.empty() ? what : "model " + record.id + ": " + what;
 }
 
+std::unexpected<std::string> model_refused(const ModelRecord& record, const std::string& why,
+                                           const char* mend = "activate another model, or identify again") {
+  return std::unexpected("model " + record.id + " is refused: " + why + "; " + mend);
+}
+
 }  // namespace
 
 std::vector<JointVector> poses_of_task(std::span<const StoredPoint> points) {
@@ -110,20 +112,22 @@ std::vector<JointVector> poses_of_task(std::span<const StoredPoint> points) {
   return poses;
 }
 
+std::expected<config::ModelFile, std::string> unaltered_model(const ModelRecord& record) {
+  if (const WhyNot altered = altered_text(record)) return model_refused(record, *altered);
+  try {
+    return config::parse_model(record.yaml, "its text");
+  } catch (const config::ConfigError& error) {
+    return model_refused(record, error.what());
+  }
+}
+
 std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
                                                       std::span<const StoredPoint> points,
                                                       const config::CellConfig& config) {
-  const auto refused = [&record](const std::string& why,
-                                 const char* mend = "activate another model, or identify again") {
-    return std::unexpected("model " + record.id + " is refused: " + why + "; " + mend);
-  };
-  if (const WhyNot altered = altered_text(record)) return refused(*altered);
-  StoredModel model{.file = {}, .unchecked = not_checked(record, points)};
-  try {
-    model.file = config::parse_model(record.yaml, "its text");
-  } catch (const config::ConfigError& error) {
-    return refused(error.what());
-  }
+  const auto refused = [&record](const std::string& why) { return model_refused(record, why); };
+  auto file = unaltered_model(record);
+  if (!file) return std::unexpected(file.error());
+  StoredModel model{*std::move(file), not_checked(record, points)};
   if (!same_joints(config.robot.model, model.file.cell.robot, points))
     return refused("it, or a point that it was made from, has other joints than " + config.robot.model.name);
   if (model.file.serial != record.robot_serial)
@@ -134,7 +138,7 @@ std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
                                                       poses_of_task(points), record.largest_correction_deg)) {
     // Then what it corrects there cannot be computed.
     if (const WhyNot outside = outside_limits(config.robot.model, points))
-      return refused(*outside, "widen them, activate another model, or measure anew");
+      return model_refused(record, *outside, "widen them, activate another model, or measure anew");
     return refused(*larger);
   }
   return model;

@@ -22,6 +22,10 @@ struct StoredModel {
 /// The poses that a model has to be right at: those that it was identified and validated from.
 std::vector<JointVector> poses_of_task(std::span<const StoredPoint> points);
 
+/// A stored model with the hash that it was stored with.
+/// @return or one sentence: which model, what is wrong with its text, and what to do
+std::expected<config::ModelFile, std::string> unaltered_model(const ModelRecord& record);
+
 /// Whether a stored model still is the one that was made. A disk may give back other bits, a backup other
 /// rows, and a person may have edited it: one digit can lead an arm wrong by hundreds of millimetres. So
 /// - its text has the hash that it was stored with,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "config/text_file.hpp"
+#include "daemon/cell/busy.hpp"
 #include "daemon/cell/file_part.hpp"
 #include "daemon/cell/new_uuid.hpp"
 #include "daemon/log/log.hpp"
@@ -64,10 +65,9 @@ asio::awaitable<StoreResult<std::uintmax_t>> BackupService::copy() {
 MethodReply BackupService::backup(json::object params) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   if (busy_) co_return std::unexpected(RpcError{ErrorCode::Busy, "another backup is under way"});
-  busy_ = true;
+  const Busy busy{busy_};
   last_.clear();
   auto bytes = co_await copy();
-  busy_ = false;
   if (!bytes) co_return std::unexpected(store_unusable(bytes.error()));
   last_ = new_uuid();
   log_info("backup: " + file().string() + ", " + std::to_string(*bytes) + " bytes");

@@ -207,15 +207,21 @@ json::object campaign_answer(const StoredCampaign& campaign, const RobotModel& r
           {"points", points_json(campaign.points, robot, offset, limit)}};
 }
 
-std::expected<json::object, RpcError> report_answer(const std::optional<CampaignRecord>& record,
-                                                    std::size_t offset, std::size_t limit) {
-  if (!record || record->document.empty() || record->kind != "calibration")
+std::expected<CampaignRecord, RpcError> report_record(Store& store, const std::string& id) {
+  auto found = id.empty() ? store.last_calibration() : store.campaign(id);
+  if (!found) return std::unexpected(store_unusable(found.error()));
+  if (!*found || (*found)->document.empty() || (*found)->kind != "calibration")
     return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign, or it has no report"});
-  auto document = control::parse_json(record->document);
+  return **std::move(found);
+}
+
+std::expected<json::object, RpcError> report_answer(const CampaignRecord& record, std::size_t offset,
+                                                    std::size_t limit) {
+  auto document = control::parse_json(record.document);
   if (!document)
     return std::unexpected(RpcError{ErrorCode::Internal, "the stored document: " + document.error()});
   const std::size_t total = page_points(document->as_object(), offset, limit);
-  return json::object{{"id", record->id}, {"document", *std::move(document)}, {"points_total", total}};
+  return json::object{{"id", record.id}, {"document", *std::move(document)}, {"points_total", total}};
 }
 
 namespace {
@@ -341,11 +347,9 @@ MethodReply CampaignArchive::points(json::object params) {
 MethodReply CampaignArchive::report(json::object params) {
   const auto request = points_request(params, kMostDocumentPoints);
   if (!request) co_return std::unexpected(request.error());
-  auto job = [this, id = request->id] {
-    return id.empty() ? parts_.store.last_calibration() : parts_.store.campaign(id);
-  };
+  auto job = [this, id = request->id] { return report_record(parts_.store, id); };
   auto found = co_await parts_.store_thread.ask(job);
-  if (!found) co_return std::unexpected(store_unusable(found.error()));
+  if (!found) co_return std::unexpected(found.error());
   auto answer = report_answer(*found, request->offset, request->limit);
   if (!answer) co_return std::unexpected(answer.error());
   co_return *std::move(answer);

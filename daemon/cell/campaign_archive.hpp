@@ -32,9 +32,11 @@ boost::json::object campaign_json(const CampaignRecord& record);
 /// The answer of campaign.get, of a campaign that is not under way.
 boost::json::object campaign_answer(const StoredCampaign& campaign, const RobotModel& robot,
                                     std::size_t offset, std::size_t limit);
+/// The campaign that a report is asked of: this one, or without an id the last calibration. Blocks.
+std::expected<CampaignRecord, control::RpcError> report_record(Store& store, const std::string& id);
 /// The answer of report.get.
-std::expected<boost::json::object, control::RpcError> report_answer(
-    const std::optional<CampaignRecord>& record, std::size_t offset, std::size_t limit);
+std::expected<boost::json::object, control::RpcError> report_answer(const CampaignRecord& record,
+                                                                    std::size_t offset, std::size_t limit);
 /// The points to identify and to validate from, as they were measured: a measurement file; of a campaign that
 /// measures a tool the readings of its points, as `truepose tool` reads them. Where the campaign was
 /// interrupted, all as the tracker would have seen them from where it stood at first.

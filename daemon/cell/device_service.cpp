@@ -183,6 +183,12 @@ std::optional<std::string> DeviceService::arm_serial() const {
   return told ? told->serial : std::nullopt;
 }
 
+std::string DeviceService::other_arm(const std::string& what, const std::string& serial) const {
+  const auto now = arm_serial();
+  if (!now || *now == serial) return {};
+  return what + " belongs to arm " + serial + ", not to " + *now;
+}
+
 /// The stream does without the tracker; whoever is ready to measure does not.
 asio::awaitable<void> DeviceService::ask_tracker() {
   if (in_campaign() && !(needs_.tracker && tracker_.connected())) co_return;

@@ -40,6 +40,11 @@ class DeviceService {
   std::expected<drivers::RobotState, std::string> robot_state() const;
   /// Of the arm that is connected, else as the state server has told it lately; none: nobody knows.
   std::optional<std::string> arm_serial() const;
+  /// That something belongs to another arm than the one that is there, in one sentence; empty: it does not,
+  /// or nobody knows.
+  /// @param what    "the model"
+  /// @param serial  of the arm that it belongs to
+  std::string other_arm(const std::string& what, const std::string& serial) const;
   /// Asks the state server, without a connection.
   boost::asio::awaitable<void> look_at_robot();
   WatchedRobot& robot() { return robot_; }

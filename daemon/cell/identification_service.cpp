@@ -9,6 +9,7 @@
 #include "config/cell_setup.hpp"
 #include "core/identify/option_names.hpp"
 #include "daemon/campaign/identification.hpp"
+#include "daemon/cell/busy.hpp"
 #include "daemon/cell/new_uuid.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/record/calibration_document.hpp"
@@ -153,11 +154,7 @@ MethodReply IdentificationService::identify(json::object params, std::string by)
   auto asked = request(params);
   if (!asked) co_return std::unexpected(asked.error());
   if (busy_) co_return std::unexpected(RpcError{ErrorCode::Busy, "another identification is under way"});
-  struct Busy {
-    bool& flag;
-    explicit Busy(bool& busy) : flag{busy} { flag = true; }
-    ~Busy() { flag = false; }
-  } const busy{busy_};
+  const Busy busy{busy_};
   auto source = co_await read(asked->id);
   if (!source) co_return std::unexpected(source.error());
   const CampaignRecord record = source->record;

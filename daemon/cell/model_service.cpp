@@ -139,12 +139,6 @@ void ModelService::forget() {
   runner_.faults().end(kModelFault);
 }
 
-std::string ModelService::other_arm(const char* the_model, const ModelRecord& record) const {
-  const auto serial = devices_.arm_serial();
-  if (!serial || *serial == record.robot_serial) return {};
-  return std::string{the_model} + " belongs to arm " + record.robot_serial + ", not to " + *serial;
-}
-
 RpcError ModelService::needs_model(const std::string& why_not) const {
   return runner_.wrong_state(why_not + "; allowed: model.activate, campaign.start",
                              {"model.activate", "campaign.start"});
@@ -155,7 +149,8 @@ std::expected<const ModelService::Active*, RpcError> ModelService::needed() cons
     const std::string refused = runner_.faults().text(kModelFault);
     return std::unexpected(needs_model(refused.empty() ? "no model is active" : refused));
   }
-  if (const std::string other = other_arm("the active model", active_->record); !other.empty())
+  if (const std::string other = devices_.other_arm("the active model", active_->record.robot_serial);
+      !other.empty())
     return std::unexpected(needs_model(other));
   return &*active_;
 }
@@ -211,9 +206,11 @@ MethodReply ModelService::get(json::object params) {
   if (!id) co_return std::unexpected(id.error());
   auto record = co_await find(*id);
   if (!record) co_return std::unexpected(record.error());
+  auto read = [record = *record] { return unaltered_model(record); };
+  const auto file = co_await parts_.store_thread.ask(read);
+  if (!file) co_return std::unexpected(runner_.wrong_state(file.error()));
   json::array parameters;
-  const config::ModelFile file = config::parse_model(record->yaml, "model " + record->id);
-  for (const IdentifiedParameter& parameter : file.parameters)
+  for (const IdentifiedParameter& parameter : file->parameters)
     parameters.push_back(parameter_json(parameter));
   co_return json::object{{"model", model_json(*record)}, {"parameters", std::move(parameters)}};
 }
@@ -229,7 +226,8 @@ MethodReply ModelService::export_yaml(json::object params) {
 std::string ModelService::why_not_activated(const Found& found) const {
   if (!improves(found.record.validation_before_mm, found.record.validation_after_mm))
     return "the model is no better than the nominal arm on validation poses";
-  if (std::string other = other_arm("the model", found.record); !other.empty()) return other;
+  if (std::string other = devices_.other_arm("the model", found.record.robot_serial); !other.empty())
+    return other;
   if (found.checked) return {};
   log_error(found.checked.error());
   return found.checked.error();

@@ -83,7 +83,6 @@ class ModelService {
   boost::asio::awaitable<StoreResult<std::optional<Found>>> read(std::string id);
   /// Why a model may not be activated; empty: it may.
   std::string why_not_activated(const Found& found) const;
-  std::string other_arm(const char* the_model, const ModelRecord& record) const;
   control::RpcError needs_model(const std::string& why_not) const;
   void forget();
   void give_to_stream(const Active& model);

@@ -83,8 +83,8 @@ MethodReply RecordingService::save(json::object params) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   auto saved = co_await save_now("asked for");
   if (!saved) co_return std::unexpected(RpcError{ErrorCode::Store, saved.error()});
-  co_return json::object{
-      {"name", saved->name}, {"bytes", saved->bytes}, {"file", folder_.find(saved->name).string()}};
+  const std::filesystem::path file = parts_.config.recording.folder / saved->name;
+  co_return json::object{{"name", saved->name}, {"bytes", saved->bytes}, {"file", file.string()}};
 }
 
 MethodReply RecordingService::list(json::object params) {
@@ -103,11 +103,15 @@ MethodReply RecordingService::get(json::object params) {
   const std::string name = read.required(read.text("name"), "name");
   const auto offset = static_cast<std::uint64_t>(read.integer("offset", 0, INT64_MAX).value_or(0));
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
-  const std::filesystem::path file = folder_.find(name);
-  if (file.empty()) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such recording"});
-  auto job = [file, offset] { return part_of(file, offset); };
-  auto part = co_await parts_.recorder_thread.ask(job);
-  if (!part) co_return std::unexpected(RpcError{ErrorCode::Internal, part.error()});
+  auto job = [folder = folder_, name, offset]() -> std::expected<std::string, RpcError> {
+    const std::filesystem::path file = folder.find(name);
+    if (file.empty()) return std::unexpected(RpcError{ErrorCode::NotFound, "no such recording"});
+    auto part = part_of(file, offset);
+    if (!part) return std::unexpected(RpcError{ErrorCode::Internal, part.error()});
+    return *std::move(part);
+  };
+  const auto part = co_await parts_.recorder_thread.ask(job);
+  if (!part) co_return std::unexpected(part.error());
   co_return json::object{{"name", name}, {"offset", offset}, {"data", control::base64(*part)}};
 }
 

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "daemon/cell/campaign_archive.hpp"
 #include "proto/control/json_text.hpp"
 #include "tools/report/report.hpp"
 
@@ -46,12 +47,9 @@ std::vector<Method<ReportService>> ReportService::methods() {
 }
 
 boost::asio::awaitable<ReportService::Made> ReportService::make(std::string id) {
-  auto read = [this, id] { return id.empty() ? parts_.store.last_calibration() : parts_.store.campaign(id); };
-  const auto found = co_await parts_.store_thread.ask(read);
-  if (!found) co_return std::unexpected(store_unusable(found.error()));
-  const std::optional<CampaignRecord>& record = *found;
-  if (!record || record->document.empty() || record->kind != "calibration")
-    co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign, or it has no report"});
+  auto read = [this, id] { return report_record(parts_.store, id); };
+  const auto record = co_await parts_.store_thread.ask(read);
+  if (!record) co_return std::unexpected(record.error());
   auto render = [document = record->document, stream = stream_()] { return page_of(document, stream); };
   auto html = co_await parts_.compute_thread.ask(render);
   if (!html) co_return std::unexpected(RpcError{ErrorCode::Internal, html.error()});
@@ -68,7 +66,9 @@ MethodReply ReportService::html(json::object params) {
   const std::string id = read.id("id").value_or("");
   const auto offset = static_cast<std::size_t>(read.integer("offset", 0, 1'000'000'000).value_or(0));
   if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
-  const auto kept = std::ranges::find_if(pages_, [&](const auto& page) { return page->id == id; });
+  // Without an id the parts that follow are of the page whose first was: a campaign may have ended meanwhile.
+  const std::string& begun = id.empty() ? begun_unnamed_ : id;
+  const auto kept = std::ranges::find_if(pages_, [&](const auto& page) { return page->id == begun; });
   std::shared_ptr<const Page> page;
   if (offset > 0 && kept != pages_.end()) {
     page = *kept;
@@ -76,6 +76,7 @@ MethodReply ReportService::html(json::object params) {
     auto made = co_await make(id);
     if (!made) co_return std::unexpected(made.error());
     page = *made;
+    if (id.empty()) begun_unnamed_ = page->id;
   }
   const std::string_view part = part_of_page(page->html, offset);
   const std::size_t end = offset + part.size();

@@ -37,6 +37,7 @@ class ReportService {
   CellParts parts_;
   std::function<boost::json::object()> stream_;
   std::deque<std::shared_ptr<const Page>> pages_;  ///< made last, the newest at the end
+  std::string begun_unnamed_;                      ///< campaign of the page last begun without an id
 };
 
 }  // namespace truepose::daemon

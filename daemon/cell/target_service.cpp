@@ -89,7 +89,7 @@ std::expected<std::vector<JointVector>, RpcError> joints_at(const std::vector<Ro
   std::vector<JointVector> joints;
   for (const Row& row : poses) {
     const auto q = inverse.at_pose(pose_of(row));
-    if (!q) return std::unexpected(bad_row("poses", joints.size(), "cannot be reached"));
+    if (!q) return std::unexpected(bad_row("poses", joints.size(), "cannot be reached: " + q.error()));
     joints.push_back(*q);
   }
   return joints;

@@ -82,9 +82,7 @@ MethodReply ToolService::list(json::object params) {
 std::string ToolService::why_not(const CampaignRecord& record) const {
   if (record.kind != "tool" || record.state != "done")
     return "campaign " + record.id + " measured no tool, or is not done";
-  const WatchedRobot& robot = devices_.robot();
-  if (!robot.connected() || robot.identity().serial == record.robot_serial) return {};
-  return "the tool was measured on arm " + record.robot_serial + ", not on " + robot.identity().serial;
+  return devices_.other_arm("the tool", record.robot_serial);
 }
 
 MethodReply ToolService::activate(json::object params, std::string) {

@@ -1,5 +1,7 @@
 #include "daemon/control/access_list.hpp"
 
+#include <utility>
+
 #include "daemon/control/private_file.hpp"
 
 namespace truepose::daemon {
@@ -27,9 +29,14 @@ std::expected<control::AccessEntries, std::string> read_access_file(const std::f
 std::expected<bool, std::string> AccessList::refresh() {
   const FileStamp stamp = stamp_of(file_);
   if (stamp == stamp_) return false;
-  stamp_ = stamp;
   auto entries = read_access_file(file_);
-  if (!entries) return std::unexpected(entries.error());
+  if (!entries) {
+    // What failed may pass while the file stays: it is read again, and told once.
+    if (std::exchange(complaint_, entries.error()) == entries.error()) return false;
+    return std::unexpected(entries.error());
+  }
+  stamp_ = stamp;
+  complaint_.clear();
   entries_ = *std::move(entries);
   return true;
 }

@@ -20,14 +20,15 @@ class AccessList {
   /// @param file  need not be there: then it lets in nobody
   explicit AccessList(std::filesystem::path file) : file_{std::move(file)} {}
 
-  /// Looks at the file, and reads it where it is another than the last time.
-  /// @return whether it was; or one sentence why it cannot be used: then what was known before stays
+  /// Looks at the file, and reads it where it is another than when it was read last.
+  /// @return whether it was; or one sentence why it cannot be used, once: what was known before stays
   std::expected<bool, std::string> refresh();
   const control::AccessEntries& entries() const { return entries_; }
 
  private:
   std::filesystem::path file_;
-  FileStamp stamp_{};  ///< as it was looked at last
+  FileStamp stamp_{};      ///< as it was read last
+  std::string complaint_;  ///< why it could not be since
   control::AccessEntries entries_;
 };
 

@@ -45,11 +45,9 @@ std::string Admission::proof(const control::SessionTerms& terms) const {
 }
 
 boost::asio::awaitable<Admission::Known> Admission::judge(std::string peer, Known attempt, bool unsuspected) {
-  auto& failures = failures_[peer];
   const drivers::TimePoint now = parts_.clock.now();
-  while (!failures.empty() && now - failures.front() >= limits_.hello_window) failures.pop_front();
-  const bool suspected = failures.size() >= limits_.hello_failures;
-  if (!attempt && !suspected) failures.push_back(now);
+  const bool suspected = guesses_.of(peer, now) >= limits_.hello_failures;
+  if (!attempt && !suspected) guesses_.count(peer, now);
   if (suspected && !(unsuspected && attempt)) {
     const drivers::TimePoint then = now + limits_.hello_delay;
     co_await parts_.clock.sleep_until(then);

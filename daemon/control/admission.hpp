@@ -1,14 +1,13 @@
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
-#include <deque>
 #include <expected>
-#include <map>
 #include <string>
 
 #include "daemon/control/access_list.hpp"
 #include "daemon/control/caller.hpp"
 #include "daemon/control/control_server.hpp"
+#include "daemon/control/wrong_guesses.hpp"
 #include "proto/control/certificate.hpp"
 #include "proto/control/session_proof.hpp"
 
@@ -22,7 +21,11 @@ class Admission {
 
   Admission(const ControlServerParts& parts, const ControlLimits& limits, std::string token,
             AccessList access)
-      : parts_{parts}, limits_{limits}, token_{std::move(token)}, access_{std::move(access)} {}
+      : parts_{parts},
+        limits_{limits},
+        token_{std::move(token)},
+        access_{std::move(access)},
+        guesses_{limits.hello_window} {}
 
   Known by_token(const std::string& token) const;
   /// @param terms  without the server's nonce where no challenge was asked for
@@ -46,7 +49,7 @@ class Admission {
   ControlLimits limits_;
   std::string token_;
   AccessList access_;
-  std::map<std::string, std::deque<drivers::TimePoint>> failures_;  ///< of each peer
+  WrongGuesses guesses_;
 };
 
 }  // namespace truepose::daemon

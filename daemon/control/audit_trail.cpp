@@ -5,11 +5,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <optional>
-#include <sstream>
 #include <utility>
 
 #include "daemon/control/disk_advice.hpp"
@@ -28,27 +28,51 @@ fs::path head_file_of(fs::path trail) { return trail += ".head"; }
 struct Followed {
   AuditHead end{};
   std::vector<std::uint64_t> ends{0};  ///< as AuditTrail keeps them
+  bool is_there = false;
 };
 
-/// The end that was kept; none where none was.
-std::expected<std::optional<AuditHead>, std::string> kept_head(const fs::path& trail) {
-  const fs::path file = head_file_of(trail);
+struct NotFollowed {
+  std::string why;
+  bool was_read = true;  ///< and is not what was written; else nothing is known of it
+};
+
+NotFollowed unreadable(const fs::path& file) {
+  return {file.string() + " cannot be read: " + std::strerror(errno), false};
+}
+
+/// None where there is no such file.
+std::expected<std::optional<std::ifstream>, NotFollowed> open_to_read(const fs::path& file) {
   std::ifstream stream{file, std::ios::binary};
-  std::ostringstream text;
-  if (stream.is_open()) text << stream.rdbuf();
-  if (text.str().empty()) return std::nullopt;
-  auto head = control::read_head(text.str());
-  if (!head) return std::unexpected(file.string() + " " + head.error());
+  if (stream.is_open()) return stream;
+  if (errno == ENOENT) return std::nullopt;
+  return std::unexpected(unreadable(file));
+}
+
+/// The end that was kept; none where none was.
+std::expected<std::optional<AuditHead>, NotFollowed> kept_head(const fs::path& trail) {
+  const fs::path file = head_file_of(trail);
+  auto stream = open_to_read(file);
+  if (!stream) return std::unexpected(stream.error());
+  if (!*stream) return std::nullopt;
+  std::array<char, 256> text{};  // longer than any head
+  (*stream)->read(text.data(), text.size());
+  if ((*stream)->bad()) return std::unexpected(unreadable(file));
+  const auto size = static_cast<std::size_t>((*stream)->gcount());
+  if (size == 0) return std::nullopt;
+  auto head = control::read_head({text.data(), size});
+  if (!head) return std::unexpected(NotFollowed{file.string() + " " + head.error()});
   return *std::move(head);
 }
 
 /// Follows a trail to its end, past the end that was kept: a process may have ended between the two writes.
-std::expected<Followed, std::string> follow(const fs::path& file) {
+std::expected<Followed, NotFollowed> follow(const fs::path& file) {
   const auto read = kept_head(file);
   if (!read) return std::unexpected(read.error());
+  auto opened = open_to_read(file);
+  if (!opened) return std::unexpected(opened.error());
   const AuditHead kept = read->value_or(AuditHead{});
-  std::ifstream stream{file, std::ios::binary};
-  Followed followed;
+  std::ifstream stream = *opened ? **std::move(opened) : std::ifstream{};
+  Followed followed{.is_there = *read || *opened};
   bool has_kept_end = kept.count == 0;
   const auto end = control::follow_audit(stream, [&](const control::AuditLine& line) {
     // Each line tells the hash of the one before.
@@ -56,12 +80,14 @@ std::expected<Followed, std::string> follow(const fs::path& file) {
       has_kept_end = line.record.at("before") == json::value(kept.hash);
     followed.ends.push_back(line.end);
   });
-  if (!end) return std::unexpected(end.error());
+  if (stream.bad()) return std::unexpected(unreadable(file));
+  if (!end) return std::unexpected(NotFollowed{end.error()});
   if (end->count == kept.count) has_kept_end = end->hash == kept.hash;
-  if (!*read && end->count > 1) return std::unexpected(head_file_of(file).string() + " is missing");
+  if (!*read && end->count > 1)
+    return std::unexpected(NotFollowed{head_file_of(file).string() + " is missing"});
   if (!has_kept_end)
-    return std::unexpected("it has " + std::to_string(end->count) + " records, and had " +
-                           std::to_string(kept.count) + " others: lines are missing at its end");
+    return std::unexpected(NotFollowed{"it has " + std::to_string(end->count) + " records, and had " +
+                                       std::to_string(kept.count) + " others: lines are missing at its end"});
   followed.end = *end;
   return followed;
 }
@@ -89,7 +115,8 @@ fs::path audit_file_of(const fs::path& store) {
 
 std::expected<AuditHead, std::string> verify_audit(const fs::path& trail) {
   auto followed = follow(trail);
-  if (!followed) return std::unexpected(followed.error());
+  if (!followed) return std::unexpected(followed.error().why);
+  if (!followed->is_there) return std::unexpected("there is none; is this the daemon's store?");
   return followed->end;
 }
 
@@ -107,6 +134,7 @@ std::expected<AuditTrail, std::string> AuditTrail::open(const fs::path& file, co
     return std::unexpected("audit trail " + file.string() + ": " + why);
   };
   auto followed = follow(file);
+  if (!followed && !followed.error().was_read) return bad(followed.error().why);
   if (!followed) {
     fs::path aside = file;
     aside += ".changed-" + time;
@@ -114,7 +142,7 @@ std::expected<AuditTrail, std::string> AuditTrail::open(const fs::path& file, co
     fs::rename(file, aside, error);
     if (error && fs::exists(file)) return bad(error.message());
     fs::remove(head_file_of(file), error);
-    audit.put_aside_ = followed.error() + "; it is kept as " + aside.string();
+    audit.put_aside_ = followed.error().why + "; it is kept as " + aside.string();
     followed = Followed{};
   }
   if (const auto opened = audit.open_files(file); !opened) return bad(opened.error());

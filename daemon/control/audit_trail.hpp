@@ -17,14 +17,15 @@ namespace truepose::daemon {
 std::filesystem::path audit_file_of(const std::filesystem::path& store);
 
 /// Whether a trail is what was written: every line, and none missing at its end.
-/// @return where it ends; else one phrase. A trail that is not there is empty.
+/// @return where it ends; else one phrase, also where it is not there or cannot be read
 std::expected<control::AuditHead, std::string> verify_audit(const std::filesystem::path& trail);
 
 /// What was commanded, by whom, and what became of it: a file that only grows, each line bound to the one
 /// before by its hash. Blocks; used by one thread at a time. Errors are one phrase.
 class AuditTrail {
  public:
-  /// Goes on behind what is there. A trail that was changed is put aside and a new one begun, which says so.
+  /// Goes on behind what is there. A trail that was changed is put aside and a new one begun, which says so;
+  /// of one that cannot be read nobody knows that, and it is left as it is.
   /// @param time  now, RFC 3339
   static std::expected<AuditTrail, std::string> open(const std::filesystem::path& file,
                                                      const std::string& time);

@@ -254,22 +254,17 @@ std::expected<asio::ip::address, std::string> tls_address(const config::Endpoint
 }
 
 std::expected<std::string, std::string> read_token(const std::filesystem::path& file) {
-  constexpr std::size_t kShortest = 16;
-  constexpr std::size_t kLongest = 1024;
+  constexpr std::size_t kMostBytes = 2048;
   const auto bad = [&](const std::string& why) {
     return std::unexpected("token file " + file.string() + ": " + why);
   };
-  auto token = read_private_file(file, kLongest + 1);
+  const auto text = read_private_file(file, kMostBytes);
   std::error_code unknown;
-  if (!token && !std::filesystem::exists(file, unknown) && !unknown)
+  if (!text && !std::filesystem::exists(file, unknown) && !unknown)
     return bad("does not exist; make one with: (umask 077; openssl rand -hex 16 > " + file.string() + ")");
+  if (!text) return bad(text.error());
+  auto token = control::token_in(*text);
   if (!token) return bad(token.error());
-  constexpr std::string_view kSpace = " \t\r\n";
-  token->erase(token->find_last_not_of(kSpace) + 1);
-  token->erase(0, token->find_first_not_of(kSpace));
-  if (token->size() < kShortest || token->size() > kLongest)
-    return bad("the token must have " + std::to_string(kShortest) + ".." + std::to_string(kLongest) +
-               " characters");
   return token;
 }
 

@@ -66,8 +66,8 @@ std::expected<boost::asio::ip::address, std::string> control_address(const confi
 std::expected<boost::asio::ip::address, std::string> tls_address(const config::Endpoint& listen);
 
 /// Reads the secret that clients must show. Nobody but its owner may write the file, and nobody but we
-/// and our own primary group may read it (0600, or 0640 as root gives it to the service's group). It holds at
-/// least 16 characters; white space around them is dropped. The error is one sentence.
+/// and our own primary group may read it (0600, or 0640 as root gives it to the service's group). What it
+/// holds, control::token_in says. The error is one sentence.
 std::expected<std::string, std::string> read_token(const std::filesystem::path& file);
 
 /// What one client, or many, may take.

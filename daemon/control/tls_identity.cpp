@@ -59,14 +59,17 @@ std::expected<TlsIdentity, std::string> TlsIdentity::load(const config::TlsConfi
 std::expected<bool, std::string> TlsIdentity::refresh() {
   const FileStamp certificate_stamp = stamp_of(files_.certificate), key_stamp = stamp_of(files_.key);
   if (context_ && certificate_stamp == certificate_stamp_ && key_stamp == key_stamp_) return false;
-  certificate_stamp_ = certificate_stamp;
-  key_stamp_ = key_stamp;
   try {
     std::tie(context_, certificate_) = read(files_);
   } catch (const config::ConfigError& error) {
+    // What failed may pass while the files stay: they are read again, and it is told once.
+    if (std::exchange(complaint_, error.what()) == error.what()) return false;
     return std::unexpected("control.tls: " + std::string{error.what()} +
                            "; `truepose tls init` makes both files");
   }
+  certificate_stamp_ = certificate_stamp;
+  key_stamp_ = key_stamp;
+  complaint_.clear();
   return true;
 }
 

@@ -18,8 +18,8 @@ class TlsIdentity {
   /// The error is one sentence: a file that is missing, readable by others or of another key.
   static std::expected<TlsIdentity, std::string> load(const config::TlsConfig& files);
 
-  /// Looks at the files, and reads them where they are others than the last time.
-  /// @return whether they were; or one sentence why they cannot be used: then what was known before stays
+  /// Looks at the files, and reads them where they are others than when they were read last.
+  /// @return whether they were; or one sentence why they cannot be used, once: what was known before stays
   std::expected<bool, std::string> refresh();
 
   /// Of connections from now on.
@@ -30,7 +30,8 @@ class TlsIdentity {
   explicit TlsIdentity(config::TlsConfig files) : files_{std::move(files)} {}
 
   config::TlsConfig files_;
-  FileStamp certificate_stamp_{}, key_stamp_{};
+  FileStamp certificate_stamp_{}, key_stamp_{};  ///< as they were read last
+  std::string complaint_;                        ///< why they could not be since
   std::shared_ptr<boost::asio::ssl::context> context_;
   control::Certificate certificate_;
 };

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -59,25 +58,24 @@ StreamMemory::StreamMemory(Page* page) : page_{page} {
   }
 }
 
-std::expected<std::unique_ptr<StreamMemory>, std::string> StreamMemory::open(
+std::expected<std::unique_ptr<StreamMemory>, drivers::StartFailure> StreamMemory::open(
     const std::filesystem::path& file) {
-  const auto failed = [&](const char* what) {
-    return std::unexpected(file.string() + ": " + what + ": " + std::strerror(errno));
+  const auto failed = [&](const char* what, int error) {
+    const bool full = error == ENOSPC || error == EDQUOT;
+    return std::unexpected(
+        drivers::StartFailure{file.string() + ": " + what + ": " + std::strerror(error), full});
   };
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
-  if (descriptor < 0) return failed("cannot be opened");
-  struct stat about {};
-  const bool sized = ::fstat(descriptor, &about) == 0 && S_ISREG(about.st_mode) &&
-                     (about.st_size == sizeof(Page) || ::ftruncate(descriptor, sizeof(Page)) == 0);
-  if (!sized) {
-    const auto error = failed("cannot be made as large as a page");
+  if (descriptor < 0) return failed("cannot be opened", errno);
+  // With room for all of it: what a full file system has no page for would be a SIGBUS when it is written to.
+  if (const int error = ::posix_fallocate(descriptor, 0, sizeof(Page)); error != 0) {
     ::close(descriptor);
-    return error;
+    return failed("cannot be made as large as a page", error);
   }
   void* const mapped = ::mmap(nullptr, sizeof(Page), PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
-  const auto error = failed("cannot be mapped");
+  const int error = errno;
   ::close(descriptor);
-  if (mapped == MAP_FAILED) return error;
+  if (mapped == MAP_FAILED) return failed("cannot be mapped", error);
   auto* const page = static_cast<Page*>(mapped);
   if (page->magic != kMagic) *page = Page{.magic = kMagic, .slots = {}};
   return std::unique_ptr<StreamMemory>(new StreamMemory(page));

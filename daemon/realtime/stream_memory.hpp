@@ -6,7 +6,8 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <string>
+
+#include "drivers/start_failure.hpp"
 
 namespace truepose::daemon {
 
@@ -28,8 +29,10 @@ class StreamMemory {
     std::array<double, 6> sent_rad{};            ///< that reply
   };
 
-  /// @param file  is made where it is not there. @return the page, or one sentence
-  static std::expected<std::unique_ptr<StreamMemory>, std::string> open(const std::filesystem::path& file);
+  /// @param file  is made where it is not there. @return the page; or one sentence, which a full disk lets
+  /// pass
+  static std::expected<std::unique_ptr<StreamMemory>, drivers::StartFailure> open(
+      const std::filesystem::path& file);
   /// One that ends with this process. Throws std::bad_alloc.
   static std::unique_ptr<StreamMemory> in_process();
   ~StreamMemory();

@@ -9,12 +9,6 @@ namespace {
 
 constexpr std::size_t kMostEthernetBytes = std::size_t{1} << 20;
 
-std::optional<std::string> why_unfit(const RobotModel& nominal) {
-  const auto revolute = [](const Joint& joint) { return joint.type == JointType::Revolute; };
-  if (nominal.joint_count() == 6 && std::ranges::all_of(nominal.joints, revolute)) return std::nullopt;
-  return "the stream corrects six revolute axes, but " + nominal.name + " has other joints";
-}
-
 std::optional<std::string> why_unfit(const rsi::EthernetConfig& ethernet) {
   if (ethernet.only_send)
     return "the RSI configuration has ONLYSEND=TRUE: the controller takes no correction";
@@ -46,6 +40,13 @@ std::optional<std::string> why_unfit(const StreamOptions& options) {
 }
 
 }  // namespace
+
+std::optional<std::string> why_unfit(const RobotModel& nominal) {
+  const auto revolute = [](const Joint& joint) { return joint.type == JointType::Revolute; };
+  if (nominal.joint_count() == 6 && std::ranges::all_of(nominal.joints, revolute)) return std::nullopt;
+  return "the daemon drives six revolute joints, but " + nominal.name +
+         " has others: its files are calibrated and compensated by `truepose` alone";
+}
 
 StreamOptions StreamOptions::of(const config::CellConfig& cell) {
   const config::StreamConfig& config = cell.stream;

@@ -44,6 +44,8 @@ struct StreamOptions {
   CorrectionBounds bounds(const RobotModel& robot) const;
 };
 
+/// Why the daemon cannot drive this arm, in one sentence; nothing where it can.
+std::optional<std::string> why_unfit(const RobotModel& nominal);
 /// Why this arm cannot be corrected under these options by a controller of that configuration, in one
 /// sentence; nothing where it can.
 std::optional<std::string> why_unfit(const RobotModel& nominal, const rsi::EthernetConfig& ethernet,

@@ -49,10 +49,13 @@ fs::path RecordingFolder::file(const std::string& date) const {
 
 std::vector<RecordingFolder::Entry> RecordingFolder::list() const {
   std::vector<Entry> entries;
-  std::error_code gone;
-  for (const fs::directory_entry& each : fs::directory_iterator{config_.folder, gone}) {
-    if (each.path().extension() != kExtension || !each.is_regular_file(gone)) continue;
-    entries.push_back({each.path().filename(), each.file_size(gone)});
+  std::error_code unread;
+  // What is removed meanwhile is not listed, and what cannot be read ends the list.
+  for (fs::directory_iterator each{config_.folder, unread}, end; each != end; each.increment(unread)) {
+    std::error_code gone;
+    if (each->path().extension() != kExtension || !each->is_regular_file(gone)) continue;
+    const std::uintmax_t bytes = each->file_size(gone);
+    if (!gone) entries.push_back({each->path().filename(), bytes});
   }
   const auto order = [](const Entry& entry) { return std::pair{number_of(entry), entry.name}; };
   std::ranges::sort(entries, std::ranges::greater{}, order);

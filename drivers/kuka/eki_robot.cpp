@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <cassert>
 #include <cmath>
 #include <map>
 #include <random>
@@ -145,7 +146,9 @@ KukaEkiRobot::KukaEkiRobot(asio::any_io_executor executor, Clock& clock, KukaEki
                                           "the state server (truepose_submit, or sps.sub)", options_.host,
                                           options_.state_port, options_.state_tap)},
       answers_{std::make_unique<Answers>(executor)},
-      memory_{options_.memory.value_or(KukaEkiMemory{.last_id = first_id(), .unfinished = {}})} {}
+      memory_{options_.memory.value_or(KukaEkiMemory{.last_id = first_id(), .unfinished = {}})} {
+  assert(options_.joint_count >= 1 && options_.joint_count <= static_cast<int>(eki::Axes{}.size()));
+}
 
 KukaEkiRobot::~KukaEkiRobot() = default;
 

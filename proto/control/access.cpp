@@ -73,6 +73,19 @@ const AccessEntry* AccessEntries::named(std::string_view name) const {
 
 std::string new_access_token() { return std::string{kAccessTokenStart} + text::random_hex(16); }
 
+std::expected<std::string, std::string> token_in(std::string_view text) {
+  constexpr std::size_t kShortest = 16, kLongest = 1024;
+  constexpr std::string_view kSpace = " \t\r\n";
+  text.remove_prefix(std::min(text.find_first_not_of(kSpace), text.size()));
+  text = text.substr(0, text.find_last_not_of(kSpace) + 1);
+  if (text.find_first_of(kSpace) != text.npos)
+    return std::unexpected("the token must be one word, without blanks inside");
+  if (text.size() < kShortest || text.size() > kLongest)
+    return std::unexpected("the token must have " + std::to_string(kShortest) + ".." +
+                           std::to_string(kLongest) + " characters");
+  return std::string{text};
+}
+
 std::string access_name_fault(const std::string& name) {
   constexpr std::size_t kLongest = 64;
   const bool shown = std::ranges::all_of(name, [](unsigned char c) { return c >= ' ' && c != 127; });

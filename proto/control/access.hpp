@@ -46,6 +46,10 @@ struct AccessEntries {
 inline constexpr std::string_view kAccessTokenStart = "access-";
 std::string new_access_token();
 
+/// The token in a token file: 16 to 1024 bytes without white space, which is dropped around them.
+/// @return it, or one phrase
+std::expected<std::string, std::string> token_in(std::string_view text);
+
 /// Why somebody cannot be called this; empty: he can.
 std::string access_name_fault(const std::string& name);
 

@@ -351,6 +351,23 @@ TEST_F(AnArmedStream, IsNotArmedForAnotherArmWhoseStateServerTellsItsNumber) {
   });
 }
 
+TEST_F(AnArmedStream, TakesNoToolIntoUseThatWasMeasuredOnAnotherArm) {
+  CampaignRecord measured{.id = "t1", .kind = "tool", .state = "done"};
+  measured.robot_serial = "MOCK-0002";
+  ASSERT_TRUE(store->begin_campaign(measured));
+  ASSERT_TRUE(store->end_campaign(measured));
+  robot.tell_serial("MOCK-0001");
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    json::object params;
+    params["id"] = "t1";
+    const Answer answer = co_await ask("tool.activate", params);
+    EXPECT_FALSE(answer);
+    EXPECT_EQ(answer.error().message, "the tool belongs to arm MOCK-0002, not to MOCK-0001");
+  });
+}
+
 TEST_F(AnArmedStream, EndsWithAFaultWhereTheStateServerTellsAnotherArm) {
   robot.tell_serial("MOCK-0001");
   play([this]() -> Wait {

@@ -94,6 +94,31 @@ TEST_F(AuditTrailTest, ShowsAnyLineThatWasTakenAwayDoubledOrMoved) {
   EXPECT_FALSE(verify_audit(file())) << "without its end";
 }
 
+TEST_F(AuditTrailTest, IsNotCalledSoundWhereThereIsNone) {
+  EXPECT_THAT(verify_audit(file()).error(), HasSubstr("there is none"));
+  open();  // makes both files, of no record
+  EXPECT_EQ(verify_audit(file())->count, 0U);
+}
+
+TEST_F(AuditTrailTest, IsNeitherSoundNorChangedWhereItCannotBeRead) {
+  write(3);
+  for (const fs::path& unreadable : {file(), head()}) {
+    const std::string good = text_of(unreadable);
+    fs::remove(unreadable);
+    fs::create_symlink(unreadable, unreadable);  // opening fails, and not because there is none
+    EXPECT_THAT(verify_audit(file()).error(), HasSubstr(unreadable.string() + " cannot be read: Too many"));
+    EXPECT_FALSE(AuditTrail::open(file(), "2026-11-24T12:00:00.000Z"));
+    fs::remove(unreadable);
+    fs::create_directory(unreadable);  // reading fails
+    EXPECT_THAT(verify_audit(file()).error(), HasSubstr(unreadable.string() + " cannot be read: Is a dir"));
+    EXPECT_FALSE(AuditTrail::open(file(), "2026-11-24T12:00:00.000Z"));
+    fs::remove(unreadable);
+    put(unreadable, good);
+    EXPECT_EQ(open().put_aside(), "");
+  }
+  EXPECT_EQ(verify_audit(file())->count, 3U);
+}
+
 TEST_F(AuditTrailTest, PutsATrailAsideThatWasChangedAndSaysSo) {
   write(3);
   std::string bad = text_of(file());

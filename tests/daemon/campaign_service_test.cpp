@@ -152,6 +152,18 @@ TEST_F(CampaignServiceTest, GivesThePageOfItsReportInParts) {
   EXPECT_THAT(refused("report.html", {{"id", "no such"}}), testing::HasSubstr("no such campaign"));
 }
 
+TEST_F(CampaignServiceTest, GivesThePageThatWasBegunWithoutAnIdToItsEndThoughACampaignEndsMeanwhile) {
+  ended("campaign.start");
+  const json::value first = call("report.html").value();
+  set_ahead = std::chrono::seconds{60};
+  const auto next = [&] { return call("report.html", {{"offset", first.at("next")}}).value(); };
+  EXPECT_EQ(next().at("made"), first.at("made")) << "made anew for its second part";
+  ended("campaign.start");
+  EXPECT_EQ(next().at("id"), first.at("id"));
+  EXPECT_EQ(next().at("made"), first.at("made"));
+  EXPECT_NE(call("report.html")->at("id"), first.at("id"));
+}
+
 TEST_F(CampaignServiceTest, AnAbortIsAnsweredOnceTheArmStands) {
   play([this]() -> Wait {
     co_await under_way(63s);
@@ -265,7 +277,7 @@ TEST_F(CampaignServiceTest, FindsTheJointsOfTargetsThatAreGivenAsJointsOrPosesOr
   }
   EXPECT_THAT(
       refused("campaign.start", {{"kind", "targets"}, {"poses", json::array(1, {9000, 0, 0, 0, 0, 0})}}),
-      "params.poses[0]: cannot be reached");
+      HasSubstr("params.poses[0]: cannot be reached: the pose is out of the arm's reach"));
   EXPECT_THAT(refused("campaign.start", {{"kind", "targets"}, {"joints", joints}, {"poses", joints}}),
               HasSubstr("not both"));
 }

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "daemon/device_probe.hpp"
 #include "daemon/store/store.hpp"
 #include "tests/certificates.hpp"
 #include "tests/daemon/as_nobody.hpp"
@@ -23,6 +24,12 @@ using testing::Contains;
 using testing::Each;
 using testing::Field;
 using testing::HasSubstr;
+
+RobotModel arm_of_seven_joints() {
+  RobotModel arm = nominal_arm();
+  arm.joints.push_back(arm.joints.back());
+  return arm;
+}
 
 class CheckTest : public testing::Test {
  protected:
@@ -65,6 +72,19 @@ class CheckTest : public testing::Test {
   TempFolder folder_;
   config::CellConfig config_;
 };
+
+TEST_F(CheckTest, RefusesAnArmThatTheDaemonCannotDriveByTheNameOfItsFile) {
+  config_.robot.file = "rail.yaml";
+  config_.robot.model = arm_of_seven_joints();
+  EXPECT_THAT(findings(), failure("rail.yaml: the daemon drives six revolute joints, but "));
+}
+
+TEST_F(CheckTest, DoesNotAskAControllerForMoreJointsThanItTells) {
+  config_.robot.model = arm_of_seven_joints();
+  const auto asked = observe_robot(config_.robot);
+  ASSERT_FALSE(asked);
+  EXPECT_THAT(asked.error().detail, HasSubstr("the daemon drives six revolute joints"));
+}
 
 TEST_F(CheckTest, FindsEverythingGoodInTheShippedFilesAndChangesNothing) {
   EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));

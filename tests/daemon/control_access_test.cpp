@@ -2,8 +2,10 @@
 
 #include <boost/json/parse.hpp>
 
+#include "daemon/control/access_list.hpp"
 #include "proto/control/schema.hpp"
 #include "tests/daemon/control_fixture.hpp"
+#include "tests/daemon/no_more_files.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -145,6 +147,22 @@ TEST_F(ControlAccess, KeepsWhatItKnewWhereTheFileCannotBeUsed) {
   const auto port = serve();
   folder_.write("access", "{");
   EXPECT_EQ(Client::code_of(Client{port}.hello(token_of(Role::Viewer))), 0);
+}
+
+TEST_F(ControlAccess, RevokesAsSoonAsTheFileCanBeReadAgain) {
+  write_access(one_of_each_role());
+  AccessList list{access_file()};
+  ASSERT_TRUE(list.refresh().value());
+  write_access({});
+  {
+    const test::NoMoreFiles none;
+    EXPECT_THAT(list.refresh().error(), HasSubstr("cannot be read"));
+    EXPECT_FALSE(list.refresh().value()) << "told twice";
+    EXPECT_FALSE(list.entries().entries.empty());
+  }
+  EXPECT_TRUE(list.refresh().value());
+  EXPECT_TRUE(list.entries().entries.empty());
+  EXPECT_FALSE(list.refresh().value());
 }
 
 TEST_F(ControlAccess, StartsOnlyWithAnAccessFileThatOthersCannotRead) {

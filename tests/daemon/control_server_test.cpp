@@ -5,6 +5,7 @@
 #include <random>
 
 #include "daemon/control/acceptor.hpp"
+#include "daemon/control/wrong_guesses.hpp"
 #include "proto/control/line_splitter.hpp"
 #include "proto/control/schema.hpp"
 #include "proto/control/session_proof.hpp"
@@ -72,6 +73,25 @@ TEST_F(ControlServerTest, AnswersAPeerThatGuessesTokensLateAndLetsTheRightTokenI
   EXPECT_EQ(Client::code_of(right.reply()), 0);
   advance(60s);
   EXPECT_EQ(Client::code_of(Client{port}.hello()), 0);  // at once: time does not pass here
+}
+
+TEST(WrongGuesses, AreForgottenAfterTheWindowAndOfVeryManyPeersTheOldest) {
+  WrongGuesses guesses{60s};
+  const drivers::TimePoint begin{};
+  guesses.count("::1", begin);
+  guesses.count("::1", begin + 30s);
+  EXPECT_EQ(guesses.of("::1", begin + 59s), 2U);
+  EXPECT_EQ(guesses.of("::1", begin + 60s), 1U);
+  EXPECT_EQ(guesses.of("::2", begin + 60s), 0U);
+  EXPECT_EQ(guesses.peers(), 1U) << "who only asked is remembered";
+  EXPECT_EQ(guesses.of("::1", begin + 90s), 0U);
+  EXPECT_EQ(guesses.peers(), 0U);
+  for (std::size_t i = 0; i < WrongGuesses::kMostPeers; ++i)
+    guesses.count(std::to_string(i), begin + 90s + std::chrono::milliseconds{i});
+  guesses.count("one more", begin + 92s);
+  EXPECT_EQ(guesses.peers(), WrongGuesses::kMostPeers);
+  EXPECT_EQ(guesses.of("0", begin + 92s), 0U);
+  EXPECT_EQ(guesses.of("1", begin + 92s), 1U);
 }
 
 TEST_F(ControlServerTest, LetsTheRightTokenInHoweverManyConnectionsStandAndGuess) {
@@ -434,6 +454,8 @@ TEST_F(ControlServerTest, StartsOnlyWithAPrivateToken) {
   EXPECT_THAT(try_start(endpoint).text, HasSubstr("others may read or write it"));
   write_token("short");
   EXPECT_THAT(try_start(endpoint).text, HasSubstr("16..1024 characters"));
+  write_token("0123456789abcdef 0123456789abcdef");
+  EXPECT_THAT(try_start(endpoint).text, HasSubstr("without blanks inside"));
   fs::remove(token_file());
   EXPECT_THAT(try_start(endpoint).text, HasSubstr("does not exist"));
 }

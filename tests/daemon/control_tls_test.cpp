@@ -4,8 +4,10 @@
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/ssl/stream.hpp>
 
+#include "daemon/control/tls_identity.hpp"
 #include "tests/certificates.hpp"
 #include "tests/daemon/control_fixture.hpp"
+#include "tests/daemon/no_more_files.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -212,6 +214,23 @@ TEST_F(ControlTls, TakesANewCertificateWithoutARestartAndKeepsOpenSessions) {
   let_it_look();
   EXPECT_EQ(name_shown(port), "next");
   EXPECT_TRUE(before.call("cell.status").result);
+}
+
+TEST_F(ControlTls, TakesANewCertificateAsSoonAsItCanBeRead) {
+  auto identity = TlsIdentity::load({.certificate = certificates_.certificate("daemon"),
+                                     .key = certificates_.key("daemon")})
+                      .value();
+  certificates_.make("next");
+  fs::rename(certificates_.certificate("next"), certificates_.certificate("daemon"));
+  fs::rename(certificates_.key("next"), certificates_.key("daemon"));
+  {
+    const test::NoMoreFiles none;
+    EXPECT_THAT(identity.refresh().error(), HasSubstr("Too many open files"));
+    EXPECT_FALSE(identity.refresh().value()) << "told twice";
+  }
+  EXPECT_EQ(identity.certificate().name, "daemon");
+  EXPECT_TRUE(identity.refresh().value());
+  EXPECT_EQ(identity.certificate().name, "next");
 }
 
 TEST_F(ControlTls, WarnsOfTheEndOfItsCertificateAMonthAheadOnceADay) {

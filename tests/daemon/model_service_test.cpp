@@ -57,6 +57,14 @@ TEST_F(ModelServiceTest, DoesNotWorkWithAModelOfWhichADigitHasBecomeAnother) {
   EXPECT_THAT(fault(), IsEmpty()) << "another model is in force";
 }
 
+TEST_F(ModelServiceTest, ShowsNoModelOfWhichTheTextIsNotTheOneThatWasStored) {
+  alter_m1();
+  EXPECT_THAT(refused("model.get", {{"id", "m1"}}), testing::StartsWith("model m1 is refused: "));
+  forget_hashes();
+  execute("UPDATE model SET yaml=substr(yaml, 1, 500) WHERE id='m1'");
+  EXPECT_THAT(refused("model.get", {{"id", "m1"}}), testing::StartsWith("model m1 is refused: its text"));
+}
+
 TEST_F(ModelServiceTest, DoesNotActivateAnAlteredModelAndKeepsTheOneInForce) {
   load();
   forget_hashes();

@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <string>
 
@@ -77,6 +80,24 @@ TEST_F(ARestartedStream, DoesNotBelieveAPageThatIsNotWhole) {
   std::filesystem::resize_file(file_, 40);
   memory_ = StreamMemory::open(file_).value();
   EXPECT_FALSE(memory_->last());
+}
+
+TEST_F(ARestartedStream, HasRoomForItsPageBeforeItWritesToIt) {
+  memory_.reset();
+  std::filesystem::remove(file_);
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit full{1, before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &full);
+  const std::string refused = StreamMemory::open(file_).error().text;
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_DFL);
+  EXPECT_EQ(refused, file_.string() + ": cannot be made as large as a page: File too large");
+  memory_ = StreamMemory::open(file_).value();
+  struct stat about {};
+  ASSERT_EQ(::stat(file_.c_str(), &about), 0);
+  EXPECT_GE(about.st_blocks * 512, about.st_size) << "a file with a hole";
 }
 
 }  // namespace

@@ -114,6 +114,21 @@ TEST_F(TrackerCampaignTest, ATripodThatSlipsFarIsCorrectedButForThePosesAboutTha
   EXPECT_FALSE(result.as<CalibrationResult>().verdict.failed());
 }
 
+TEST_F(TrackerCampaignTest, APoseIsLeftOutOnceHoweverManyReflectorsItWasMeasuredBy) {
+  config.campaign.identify_poses = 30;
+  bump_after(20, {3, 4, 0});
+  std::vector<StoredPoint> points;
+  for (const StoredPoint& point : run().points) {
+    points.push_back(point);
+    if (point.purpose != PointPurpose::Identify) continue;
+    points.push_back(point);
+    points.back().smr = "another";
+  }
+  EXPECT_THAT(corrected_points(points, config).findings,
+              Contains(testing::Field(&truepose::Finding::sentence,
+                                      HasSubstr("10 poses that were measured while the tracker moved"))));
+}
+
 TEST_F(TrackerCampaignTest, WhatTheNestsShowIsDoubtWhereItIsNotToBeCorrected) {
   config.campaign.correct_by_nests = false;
   bump_after(20, {0.3, 0.4, 0});

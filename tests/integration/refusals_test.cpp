@@ -54,7 +54,7 @@ TEST(TheClient, IsRefusedWithAWrongTokenAndSaysSo) {
   cell.start_daemon();
   std::filesystem::remove(cell.token_file());
   const TempFolder other;
-  const std::string wrong = other.write("token", "another token of some length\n");
+  const std::string wrong = other.write("token", "another-token-of-some-length\n");
   const Finished refused = run_program(
       "truepose",
       {"status", "--daemon", "127.0.0.1:" + std::to_string(cell.control_port()), "--token-file", wrong});

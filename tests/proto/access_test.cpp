@@ -29,6 +29,15 @@ TEST(AccessFile, HashesOneTokenDifferentlyForEveryEntry) {
   EXPECT_NE(one.hash, other.hash);
 }
 
+TEST(TokenFile, HoldsOneWordThatIsLongEnough) {
+  EXPECT_EQ(token_in(" 0123456789abcdef\r\n"), "0123456789abcdef");
+  for (const char* blank : {"0123456789 abcdef", "0123456789abcdef\n0123456789abcdef"})
+    EXPECT_EQ(token_in(blank).error(), "the token must be one word, without blanks inside");
+  for (const std::string& length :
+       {std::string{}, std::string{"\n"}, std::string(15, 'x'), std::string(1025, 'x')})
+    EXPECT_EQ(token_in(length).error(), "the token must have 16..1024 characters");
+}
+
 TEST(AccessFile, NamesWhatIsWrongInIt) {
   const auto error_of = [](const std::string& text) { return read_access(text).error(); };
   EXPECT_THAT(error_of("{"), HasSubstr("byte 1"));

@@ -118,6 +118,10 @@ TEST_F(AccessCommand, IsOfACellWhoseAuditTrailIsVerified) {
     return run_program("truepose", more);
   };
   const fs::path trail = folder_.path() / "state/cell.sqlite.audit";
+  const Finished none = verify({});
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.err, HasSubstr(trail.string() + ": there is none"));
+  folder_.write("state/cell.sqlite.audit", "");
   EXPECT_EQ(verify({}).out, trail.string() + ": 0 records, none changed and none missing\n");
   EXPECT_EQ(verify({"--json"}).out, "{\"file\":\"" + trail.string() + "\",\"records\":0,\"head\":\"" +
                                         std::string(64, '0') + "\"}\n");

@@ -4,6 +4,7 @@
 #include <future>
 
 #include "config/text_file.hpp"
+#include "daemon/realtime/stream_options.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
 #include "tools/truepose/text.hpp"
 
@@ -64,7 +65,8 @@ Observations observe(const config::CellConfig& cell, DaemonAddress address) {
   auto rsi = aside([&] { return observe_rsi(cell.stream, runs); });
   std::future<decltype(daemon::observe_robot(cell.robot))> robot;
   std::future<decltype(daemon::observe_tracker(cell.tracker))> tracker;
-  if (may_be_asked(seen.daemon.status, "robot"))
+  const bool is_driven = !daemon::why_unfit(cell.robot.model);  // the check says it where not
+  if (is_driven && may_be_asked(seen.daemon.status, "robot"))
     robot = aside([&] { return daemon::observe_robot(cell.robot); });
   if (may_be_asked(seen.daemon.status, "tracker"))
     tracker = aside([&] { return daemon::observe_tracker(cell.tracker); });

@@ -80,9 +80,11 @@ class StoreSource final : public CampaignSource {
   }
 
   json::value report(const json::object& params) {
-    const std::string id = text_in(params, "id");
-    const auto record = read(id.empty() ? store_.last_calibration() : store_.campaign(id));
-    auto answer = daemon::report_answer(record, number_in(params, "points_offset", 0),
+    const auto record = daemon::report_record(store_, text_in(params, "id"));
+    if (!record && record.error().code == control::ErrorCode::Store)
+      throw CommandError{kBadInput, record.error().message};
+    if (!record) throw CommandError{kFailed, file_.store.string() + ": " + record.error().message};
+    auto answer = daemon::report_answer(*record, number_in(params, "points_offset", 0),
                                         number_in(params, "points_limit", SIZE_MAX));
     if (!answer) throw CommandError{kFailed, file_.store.string() + ": " + answer.error().message};
     return *std::move(answer);

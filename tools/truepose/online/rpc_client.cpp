@@ -1,12 +1,10 @@
 #include "tools/truepose/online/rpc_client.hpp"
 
 #include <array>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
-#include <fstream>
 #include <utility>
 
+#include "config/text_file.hpp"
 #include "proto/control/access.hpp"
 #include "proto/control/session_proof.hpp"
 #include "tools/truepose/text.hpp"
@@ -28,11 +26,13 @@ constexpr std::chrono::seconds kHeartbeat = 600s, kPing = 120s;
 std::expected<std::string, CommandError> read_token(const std::filesystem::path& file) {
   const auto bad = [](const std::string& why) { return std::unexpected(CommandError{kBadInput, why}); };
   if (file.empty()) return bad("no token: give --token-file FILE or set TRUEPOSE_TOKEN_FILE");
-  std::ifstream stream{file};
-  std::string token;
-  if (!stream.is_open()) return bad("token file " + file.string() + ": " + std::strerror(errno));
-  if (!(stream >> token)) return bad("token file " + file.string() + ": is empty");
-  return token;
+  try {
+    auto token = control::token_in(config::read_text_file(file));
+    if (!token) return bad("token file " + file.string() + ": " + token.error());
+    return *std::move(token);
+  } catch (const config::ConfigError& error) {
+    return bad("token file " + std::string{error.what()});
+  }
 }
 
 /// The parameters of session.hello, with what shows who asks.
