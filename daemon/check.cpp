@@ -40,11 +40,6 @@ void append(std::vector<Finding>& findings, std::vector<Finding> more) {
   std::ranges::move(more, std::back_inserter(findings));
 }
 
-std::string text_of(const config::Endpoint& endpoint) {
-  const bool is_v6 = endpoint.host.find(':') != std::string::npos;
-  return (is_v6 ? "[" + endpoint.host + "]" : endpoint.host) + ":" + std::to_string(endpoint.port);
-}
-
 std::optional<ip::address_v4> ipv4(const std::string& text) {
   boost::system::error_code error;
   const ip::address_v4 address = ip::make_address_v4(text, error);
@@ -82,7 +77,7 @@ std::vector<Finding> check_stream_address(const config::StreamConfig& stream,
   const bool same_port = stream.listen.port == 0 || stream.listen.port == ethernet.port;
   const bool same_address = listen->is_unspecified() || *listen == *target;
   if (!same_port || !same_address)
-    warn(goes_to + ", but stream.listen is " + text_of(stream.listen) + ": make them the same");
+    warn(goes_to + ", but stream.listen is " + config::text(stream.listen) + ": make them the same");
   if (!is_of_this_machine(*listen)) {
     warn("stream.listen: this machine does not have the address " + stream.listen.host +
          " now: the daemon cannot start before its network card has it");
@@ -143,9 +138,10 @@ std::vector<Finding> check_ports(const config::CellConfig& config) {
   std::vector<Finding> findings;
   for (auto one = all.begin(); one != all.end(); ++one) {
     for (auto other = std::next(one); other != all.end(); ++other) {
-      if (one->endpoint.port == 0 || text_of(one->endpoint) != text_of(other->endpoint)) continue;
+      if (one->endpoint.port == 0 || config::text(one->endpoint) != config::text(other->endpoint)) continue;
       findings.push_back({Level::Failure, std::string{one->key} + " and " + other->key + " are both " +
-                                              text_of(one->endpoint) + ": each needs a port of its own"});
+                                              config::text(one->endpoint) +
+                                              ": each needs a port of its own"});
     }
   }
   return findings;

@@ -22,7 +22,7 @@ std::string daemon_of(const config::CellConfig& cell) {
   std::error_code none;
   const bool tcp = cell.control.listen.port != 0;
   if (!cell.runtime.empty() && (!tcp || fs::is_socket(socket, none))) return fs::absolute(socket);
-  return cell.control.listen.host + ":" + std::to_string(cell.control.listen.port);
+  return config::text(cell.control.listen);
 }
 
 std::optional<rsi::EthernetConfig> ethernet_of(const config::StreamConfig& stream) try {

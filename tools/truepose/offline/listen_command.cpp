@@ -109,9 +109,7 @@ json::object report_of(const RsiWatch& watch, const Expectation& expected) {
     senders.push_back(sender_json(sender, expected.ethernet));
     good = good || is_of_kind(sender, expected.ethernet);
   }
-  return {{"listened", expected.listen.host + ":" + std::to_string(expected.listen.port)},
-          {"good", good},
-          {"senders", std::move(senders)}};
+  return {{"listened", config::text(expected.listen)}, {"good", good}, {"senders", std::move(senders)}};
 }
 
 std::string text_of(const json::object& report) {
@@ -129,8 +127,7 @@ int run_listen(const ListenCommand& command) {
   std::signal(SIGINT, [](int) { interrupted = true; });
   std::signal(SIGTERM, [](int) { interrupted = true; });
   if (!command.json)
-    print("listening to " + expected.listen.host + ":" + std::to_string(port->number()) +
-          ", answering nothing\n");
+    print("listening to " + config::text({expected.listen.host, port->number()}) + ", answering nothing\n");
   RsiWatch watch;
   watch_port(*port, command, watch);
   const json::object report = report_of(watch, expected);
