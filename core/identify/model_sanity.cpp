@@ -34,9 +34,7 @@ using Tries = std::vector<std::vector<Mistake>>;
 
 std::string mm_text(double mm) {
   const int decimals = mm < 1 ? 2 : mm < 10 ? 1 : 0;
-  const double unit = std::pow(10.0, decimals);
-  const std::string text = std::to_string(std::round(mm * unit) / unit);
-  return text.substr(0, text.find('.') + static_cast<std::size_t>(decimals > 0 ? decimals + 1 : 0)) + " mm";
+  return formatted("%.*f mm", decimals, mm);
 }
 
 Suspicion told(Suspicion suspicion, double error_mm, const char* which) {

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "core/formatted.hpp"
 #include "core/judge/error_law.hpp"
 #include "core/judge/mistaken_points.hpp"
+#include "core/math/statistics.hpp"
 
 namespace truepose {
 namespace {
@@ -15,11 +16,7 @@ constexpr std::size_t kEnoughPoints = 4;
 /// With more, several changes at once take minutes to find.
 constexpr std::size_t kMostForSeveral = 60;
 
-std::string mm(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f mm", value);
-  return text;
-}
+std::string mm(double value) { return formatted("%.3f mm", value); }
 
 /// The mean error that an unchanged cell would show.
 double expected_mean_mm(const Eigen::MatrixXd& S) {
