@@ -16,7 +16,6 @@ constexpr std::array kRealtimePolicies{Named{"require", RealtimePolicy::Require}
                                        Named{"off", RealtimePolicy::Off}};
 constexpr std::array kApproachSides{Named{"any", ApproachSide::Any}, Named{"upwards", ApproachSide::Upwards},
                                     Named{"alternate", ApproachSide::Alternate}};
-constexpr std::array kNoneOrAuto{Named{"none", false}, Named{"auto", true}};
 
 /// HOST:PORT
 struct HostPort {
