@@ -12,7 +12,7 @@ namespace truepose {
 namespace {
 
 /// Fewer points are said to be too few to tell the causes apart.
-constexpr std::size_t kEnoughPoints = 4;
+constexpr std::size_t kEnoughPoints = 5;
 /// With more, several changes at once take minutes to find.
 constexpr std::size_t kMostForSeveral = 60;
 
@@ -49,7 +49,7 @@ std::string likely_cause(const DriftCheck& check, const DriftReference& referenc
   const bool few = points.size() < kEnoughPoints;
   const std::string too_few = std::to_string(points.size()) +
                               (points.size() == 1 ? " point is" : " points are") +
-                              " too few to tell why: measure at least 5";
+                              " too few to tell why: measure at least " + std::to_string(kEnoughPoints);
   if (!check.explains()) return few ? too_few : no_single_cause(reference, points);
   const DriftCause& first = check.causes.front();
   std::string text = "most likely " + described(first, cell, points);

@@ -224,6 +224,17 @@ TEST_F(DriftOfAnExactModel, TooFewPointsAreSaidToBeTooFew) {
       << result.reason;
 }
 
+TEST_F(DriftOfAnExactModel, AsManyPointsAsAreAskedForAreEnough) {
+  CalibratedCell cell = reference_.cell;
+  cell.robot.joints[2].theta_rad += 0.02 * kRadPerDeg;
+  joints_.resize(5);
+  EXPECT_EQ(check(cell).reason.find("too few"), std::string::npos) << check(cell).reason;
+  joints_.pop_back();
+  EXPECT_NE(check(cell).reason.find("4 points are too few to tell why: measure at least 5"),
+            std::string::npos)
+      << check(cell).reason;
+}
+
 TEST_F(DriftOfAnExactModel, ACauseThatTooFewPointsSuggestIsSaidToBeUncertain) {
   CalibratedCell cell = reference_.cell;
   cell.robot.joints[2].theta_rad += 0.02 * kRadPerDeg;
