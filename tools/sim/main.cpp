@@ -17,10 +17,9 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
+#include "config/ethernet_file.hpp"
 #include <string>
 #include <string_view>
 #include <vector>
@@ -117,15 +116,10 @@ std::optional<Options> options_of(int argc, char** argv) {
   return options;
 }
 
-rsi::EthernetConfig load_ethernet_config(const std::filesystem::path& file) {
-  std::ifstream in{file, std::ios::binary};
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in) throw UsageError{file.string() + ": cannot be read"};
-  auto config = rsi::parse_ethernet_config(text.str());
-  if (!config) throw UsageError{file.string() + ": " + config.error()};
-  if (const auto reason = sim::unsendable(*config)) throw UsageError{file.string() + ": " + *reason};
-  return *std::move(config);
+rsi::EthernetConfig sendable_ethernet(const std::filesystem::path& file) {
+  rsi::EthernetConfig ethernet = config::load_ethernet(file);
+  if (const auto reason = sim::unsendable(ethernet)) throw UsageError{file.string() + ": " + *reason};
+  return ethernet;
 }
 
 /// Numeric address and port of the PC, from the command line or else from the controller's own configuration.
@@ -265,7 +259,7 @@ std::string steered(const std::string& line, sim::SimulatedCell& cell, const con
 
 int run(Options options) {
   const config::Scenario scenario = config::load_scenario(options.scenario);
-  const rsi::EthernetConfig ethernet = load_ethernet_config(scenario.ethernet_xml);
+  const rsi::EthernetConfig ethernet = sendable_ethernet(scenario.ethernet_xml);
   choose_rsi_target(options, ethernet);
 
   asio::io_context io{1};

@@ -3,6 +3,7 @@
 #include <boost/json/object.hpp>
 #include <future>
 
+#include "config/ethernet_file.hpp"
 #include "config/text_file.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
 #include "tools/truepose/text.hpp"
@@ -26,8 +27,7 @@ std::string daemon_of(const config::CellConfig& cell) {
 }
 
 std::optional<rsi::EthernetConfig> ethernet_of(const config::StreamConfig& stream) try {
-  auto ethernet = rsi::parse_ethernet_config(config::read_text_file(stream.ethernet_xml));
-  return ethernet ? std::optional{*std::move(ethernet)} : std::nullopt;
+  return config::load_ethernet(stream.ethernet_xml);
 } catch (const config::ConfigError&) {
   return std::nullopt;  // the cell file's check says why
 }
