@@ -30,6 +30,7 @@
 #include "core/arm/joint_units.hpp"
 #include "core/math/angles.hpp"
 #include "proto/rsi/ethernet_config.hpp"
+#include "tools/steering/exit_code.hpp"
 #include "tools/sim/rsi_datagrams.hpp"
 #include "tools/sim/simulated_cell.hpp"
 #include "tools/steering/line_port.hpp"
@@ -44,8 +45,6 @@ namespace rsi = truepose::rsi;
 namespace sim = truepose::sim;
 namespace steering = truepose::steering;
 using steering::UsageError, steering::number_of;
-
-constexpr int kBadUsage = 2;
 
 constexpr const char* kHelp =
     R"(A simulated robot cell: a KUKA controller (EKI, RSI) and a laser tracker (emScon) over real sockets.
@@ -297,9 +296,12 @@ int run(Options options) {
 }  // namespace
 
 int main(int argc, char** argv) try {
+} catch (const sim::PortError& e) {
+  std::fprintf(stderr, "truepose-sim: %s\n", e.what());
+  return steering::kUnreachable;
   auto options = options_of(argc, argv);
   return options ? run(*std::move(options)) : 0;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "truepose-sim: %s\n", e.what());
-  return kBadUsage;
+  return steering::kBadInput;
 }
