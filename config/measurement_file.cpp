@@ -155,7 +155,8 @@ class MeasurementColumns {
     const auto sigma = length_mm(row, column);
     if (sigma && (*sigma <= 0 || *sigma > kGreatestSigma_mm)) {
       table_.fail(row, column,
-                  "expected more than 0 and at most 1000 mm, found " + std::string(table_.text(row, column)));
+                  "expected more than 0 and at most " + format_number(kGreatestSigma_mm) + " mm, found " +
+                      std::string(table_.text(row, column)));
     }
     return sigma;
   }
@@ -165,7 +166,9 @@ class MeasurementColumns {
     const std::size_t column = table_.column("excess");
     const double excess = length_mm(row, column).value_or(0);
     if (excess < 0 || excess > kGreatestSigma_mm)
-      table_.fail(row, column, "expected 0 to 1000 mm, found " + std::string(table_.text(row, column)));
+      table_.fail(row, column,
+                  "expected 0 to " + format_number(kGreatestSigma_mm) + " mm, found " +
+                      std::string(table_.text(row, column)));
     return excess;
   }
 
@@ -190,7 +193,8 @@ class MeasurementColumns {
     const double kg = number(0);
     if (kg < 0 || kg > kGreatestPayload_kg) {
       table_.fail(row, payload_[0],
-                  "expected 0 to 100000 kg, found " + std::string(table_.text(row, payload_[0])));
+                  "expected 0 to " + format_number(kGreatestPayload_kg) + " kg, found " +
+                      std::string(table_.text(row, payload_[0])));
     }
     return LinkMass{kg, {number(1), number(2), number(3)}};
   }
@@ -203,7 +207,8 @@ class MeasurementColumns {
       const double celsius = table_.number(row, column);
       if (celsius < kColdest_c || celsius > kHottest_c) {
         table_.fail(row, column,
-                    "expected a temperature of -50 to 200 C, found " + std::string(table_.text(row, column)));
+                    "expected a temperature of " + format_number(kColdest_c) + " to " +
+                        format_number(kHottest_c) + " C, found " + std::string(table_.text(row, column)));
       }
       temperature_c.push_back(celsius);
     }
