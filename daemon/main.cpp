@@ -35,27 +35,33 @@ Usage: trueposed --config FILE [--check [--probe]]
   -h, --help     print this and exit
 )";
 
-int complain(const char* what, int exit_code) {
+/// Behind all that is still to be logged.
+void complain(const char* what) {
   truepose::daemon::close_log();
   std::fprintf(stderr, "trueposed: %s\n", what);
+}
+
+/// @return the exit code
+int end(const char* why, int exit_code) {
+  complain(why);
   return exit_code;
 }
 
 /// Why the daemon cannot start: what a person has to mend before what may pass; null: nothing stands against
 /// it.
-const Finding* first_failure(const std::vector<Finding>& findings) {
-  const Finding* first = nullptr;
-  for (const Finding& finding : findings) {
-    if (finding.level != Finding::Level::Failure) continue;
+const CheckFinding* first_failure(const std::vector<CheckFinding>& findings) {
+  const CheckFinding* first = nullptr;
+  for (const CheckFinding& finding : findings) {
+    if (finding.level != CheckFinding::Level::Failure) continue;
     if (!finding.may_pass) return &finding;
     if (first == nullptr) first = &finding;
   }
   return first;
 }
 
-int exit_code(const Finding& failure) { return failure.may_pass ? kNotThereYet : kBadInput; }
+int exit_code(const CheckFinding& failure) { return failure.may_pass ? kNotThereYet : kBadInput; }
 
-void print(const Finding& finding) {
+void print(const CheckFinding& finding) {
   switch (finding.level) {
     case Finding::Level::Good:
       std::printf("ok       %s\n", finding.text.c_str());
@@ -63,8 +69,8 @@ void print(const Finding& finding) {
     case Finding::Level::Warning:
       std::printf("warning  %s\n", finding.text.c_str());
       break;
-    case Finding::Level::Failure:
-      complain(finding.text.c_str(), exit_code(finding));
+    case CheckFinding::Level::Failure:
+      complain(finding.text.c_str());
       break;
   }
 }
@@ -144,8 +150,8 @@ int main(int argc, char** argv) try {
     std::printf("%s: good\n", file.c_str());
     return 0;
   }
-  if (const Finding* const failure = first_failure(findings))
-    return complain(failure->text.c_str(), exit_code(*failure));
+  if (const CheckFinding* const failure = first_failure(findings))
+    return end(failure->text.c_str(), exit_code(*failure));
   std::vector<std::string> warnings;
   for (const Finding& finding : findings) {
     if (finding.level == Finding::Level::Warning) warnings.push_back(finding.text);
@@ -155,11 +161,11 @@ int main(int argc, char** argv) try {
   truepose::daemon::close_log();
   return 0;
 } catch (const UsageError& error) {
-  return complain((std::string{error.what()} + " (see trueposed --help)").c_str(), kBadInput);
+  return end((std::string{error.what()} + " (see trueposed --help)").c_str(), kBadInput);
 } catch (const truepose::config::ConfigError& error) {
-  return complain(error.what(), kBadInput);
+  return end(error.what(), kBadInput);
 } catch (const truepose::daemon::StartError& error) {
-  return complain(error.what(), error.may_pass() ? kNotThereYet : kBadInput);
+  return end(error.what(), error.may_pass() ? kNotThereYet : kBadInput);
 } catch (const std::exception& error) {
-  return complain(error.what(), kFailed);
+  return end(error.what(), kFailed);
 }
