@@ -18,7 +18,7 @@
 
 namespace {
 
-using truepose::daemon::Finding;
+using truepose::daemon::CheckFinding;
 
 constexpr int kFailed = 1;
 constexpr int kBadInput = 2;     // the unit does not try again: a person has to mend it
@@ -63,10 +63,10 @@ int exit_code(const CheckFinding& failure) { return failure.may_pass ? kNotThere
 
 void print(const CheckFinding& finding) {
   switch (finding.level) {
-    case Finding::Level::Good:
+    case CheckFinding::Level::Good:
       std::printf("ok       %s\n", finding.text.c_str());
       break;
-    case Finding::Level::Warning:
+    case CheckFinding::Level::Warning:
       std::printf("warning  %s\n", finding.text.c_str());
       break;
     case CheckFinding::Level::Failure:
@@ -76,9 +76,9 @@ void print(const CheckFinding& finding) {
 }
 
 /// @return the exit code that they amount to
-int print_all(const std::vector<Finding>& findings) {
-  for (const Finding& finding : findings) print(finding);
-  const Finding* const failure = first_failure(findings);
+int print_all(const std::vector<CheckFinding>& findings) {
+  for (const CheckFinding& finding : findings) print(finding);
+  const CheckFinding* const failure = first_failure(findings);
   return failure ? exit_code(*failure) : 0;
 }
 
@@ -143,7 +143,7 @@ int main(int argc, char** argv) try {
   if (!arguments) return 0;
   const std::filesystem::path& file = arguments->file;
   const truepose::config::CellConfig config = truepose::config::load_cell(file);
-  const std::vector<Finding> findings = truepose::daemon::check(config);
+  const std::vector<CheckFinding> findings = truepose::daemon::check(config);
   if (arguments->check_only) {
     if (const int failed = print_all(findings)) return failed;
     if (arguments->probe && print_all(truepose::daemon::probe(config)) != 0) return kNotThereYet;
@@ -153,8 +153,8 @@ int main(int argc, char** argv) try {
   if (const CheckFinding* const failure = first_failure(findings))
     return end(failure->text.c_str(), exit_code(*failure));
   std::vector<std::string> warnings;
-  for (const Finding& finding : findings) {
-    if (finding.level == Finding::Level::Warning) warnings.push_back(finding.text);
+  for (const CheckFinding& finding : findings) {
+    if (finding.level == CheckFinding::Level::Warning) warnings.push_back(finding.text);
   }
   truepose::daemon::open_log(config.log_level);
   truepose::daemon::run(config, warnings);

@@ -237,7 +237,7 @@ boost::asio::awaitable<void> CalibrationCampaign::judge_again() {
 }
 
 void CalibrationCampaign::tell_doubts() {
-  for (const truepose::Finding& finding : found().verdict.findings)
+  for (const Finding& finding : found().verdict.findings)
     if (finding.severity >= Severity::Doubt)
       session_.report_trouble("the model is in doubt: " + finding.sentence);
 }
