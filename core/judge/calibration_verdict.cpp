@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
-#include <string_view>
 #include <utility>
-#include "core/identify/error_bounds.hpp"
 
 #include "core/formatted.hpp"
+#include "core/identify/error_bounds.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/positioner.hpp"
 #include "core/identify/screening.hpp"

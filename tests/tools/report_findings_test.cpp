@@ -19,7 +19,6 @@ namespace {
 namespace json = boost::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsSupersetOf;
 using testing::Not;
 
 constexpr char kWarning[] = "Measure poses towards the joints -90, 80 deg & further <out>";

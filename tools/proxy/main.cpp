@@ -6,19 +6,17 @@
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/system/system_error.hpp>
-#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <random>
 #include <stdexcept>
 
 #include "config/text_file.hpp"
-#include "tools/steering/exit_code.hpp"
 #include "proto/control/json_text.hpp"
 #include "tools/proxy/proxy.hpp"
+#include "tools/steering/exit_code.hpp"
 #include "tools/steering/line_port.hpp"
 #include "tools/steering/options.hpp"
 

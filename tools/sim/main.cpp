@@ -10,7 +10,6 @@
 #include <boost/json/serialize.hpp>
 #include <boost/json/value_to.hpp>
 #include <boost/system/system_error.hpp>
-#include <charconv>
 #include <chrono>
 #include <csignal>
 #include <cstdint>
@@ -19,20 +18,19 @@
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
-#include "config/ethernet_file.hpp"
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "config/ethernet_file.hpp"
 #include "config/number_text.hpp"
 #include "config/scenario.hpp"
 #include "config/text_file.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/math/angles.hpp"
 #include "proto/rsi/ethernet_config.hpp"
-#include "tools/steering/exit_code.hpp"
 #include "tools/sim/rsi_datagrams.hpp"
 #include "tools/sim/simulated_cell.hpp"
+#include "tools/steering/exit_code.hpp"
 #include "tools/steering/line_port.hpp"
 #include "tools/steering/options.hpp"
 
@@ -296,11 +294,11 @@ int run(Options options) {
 }  // namespace
 
 int main(int argc, char** argv) try {
+  auto options = options_of(argc, argv);
+  return options ? run(*std::move(options)) : 0;
 } catch (const sim::PortError& e) {
   std::fprintf(stderr, "truepose-sim: %s\n", e.what());
   return steering::kUnreachable;
-  auto options = options_of(argc, argv);
-  return options ? run(*std::move(options)) : 0;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "truepose-sim: %s\n", e.what());
   return steering::kBadInput;
