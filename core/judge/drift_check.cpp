@@ -12,7 +12,7 @@ namespace truepose {
 namespace {
 
 /// Fewer points are said to be too few to tell the causes apart.
-constexpr std::size_t kEnoughPoints = 5;
+constexpr std::size_t kEnoughPoints = 4;
 /// With more, several changes at once take minutes to find.
 constexpr std::size_t kMostForSeveral = 60;
 
