@@ -1,13 +1,11 @@
 #include "daemon/campaign/store_journal.hpp"
 
 #include <algorithm>
-#include <array>
 #include <boost/algorithm/string/case_conv.hpp>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <cmath>
 #include <set>
-#include <string_view>
 #include <utility>
 
 #include "config/cell_setup.hpp"
