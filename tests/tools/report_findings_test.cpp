@@ -19,6 +19,7 @@ namespace {
 namespace json = boost::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsSupersetOf;
 using testing::Not;
 
 constexpr char kWarning[] = "Measure poses towards the joints -90, 80 deg & further <out>";
