@@ -16,7 +16,6 @@ constexpr std::array kRealtimePolicies{Named{"require", RealtimePolicy::Require}
                                        Named{"off", RealtimePolicy::Off}};
 constexpr std::array kApproachSides{Named{"any", ApproachSide::Any}, Named{"upwards", ApproachSide::Upwards},
                                     Named{"alternate", ApproachSide::Alternate}};
-constexpr std::array kNoneOrAuto{Named{"none", false}, Named{"auto", true}};
 
 /// HOST:PORT
 struct HostPort {
@@ -172,7 +171,7 @@ void check(const auto& io, const TrackerConfig& tracker) {
     io.at("air_file").fail("air is given already: leave one of them out");
   constexpr std::size_t kFewest = 3;  // by which a turn shows
   if (!tracker.nests_mm.empty() && tracker.nests_mm.size() < kFewest)
-    io.at("nests").fail("expected none or at least 3, not all on one line");
+    io.at("nests").fail("expected none or at least " + std::to_string(kFewest) + ", not all on one line");
 }
 
 void layout(auto& io, Is<ReflectorConfig> auto& x) {

@@ -127,7 +127,7 @@ void write_frame_readings(std::ostream& out, const FrameReadings& data, const Ro
     const FramePoint& point = data.points[reading.point];
     out << csv_field(point.name);
     if (known)
-      for (const double mm : point.p_mm.value_or(Eigen::Vector3d(0, 0, 0))) out << ',' << format_number(mm);
+      for (const double mm : point.p_mm.value()) out << ',' << format_number(mm);
     for (Eigen::Index i = 0; i < reading.q.size(); ++i)
       out << ',' << joint_field(reading.q[i], robot.joints[static_cast<std::size_t>(i)]);
     if (seen)

@@ -38,7 +38,8 @@ struct BaseFile {
 FrameReadings load_frame_readings(const std::filesystem::path& file, const RobotModel& robot, bool of_arm);
 
 /// Writes readings as that reads them, every number with the digits that bring it back exactly. All are of
-/// one kind: seen by the tracker, or touched.
+/// one kind: seen by the tracker, or touched; and either all their points have coordinates, or none:
+/// std::bad_optional_access otherwise.
 void write_frame_readings(std::ostream& out, const FrameReadings& data, const RobotModel& robot);
 
 /// The frame in the digits in which KUKA's numbers are told: 0.1 um and 0.00001 deg.

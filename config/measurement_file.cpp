@@ -32,14 +32,14 @@ std::vector<std::string> joint_column_names(std::string_view prefix, const Robot
 
 namespace {
 
-constexpr double kGreatestSigma_mm = 1000;
+constexpr int kGreatestSigma_mm = 1000;
 constexpr double kGreatestPose = 1e9;
-constexpr double kGreatestPayload_kg = 100'000;
+constexpr int kGreatestPayload_kg = 100'000;
 /// What the flange carried: kg, and its centre in the flange frame, mm.
 constexpr std::array<std::string_view, 4> kPayloadColumns{"payload_kg", "payload_x", "payload_y",
                                                           "payload_z"};
-constexpr double kColdest_c = -50, kHottest_c = 200;  // of a drive
-constexpr double kFastestPose_s = 0.01;               // no arm comes to poses faster
+constexpr int kColdest_c = -50, kHottest_c = 200;  // of a drive
+constexpr double kFastestPose_s = 0.01;            // no arm comes to poses faster
 /// What a form of time is called in an error.
 constexpr std::array kTimeForms{Named{"a number of seconds", TimeForm::Number},
                                 Named{"a date without a zone", TimeForm::Local},
@@ -155,7 +155,8 @@ class MeasurementColumns {
     const auto sigma = length_mm(row, column);
     if (sigma && (*sigma <= 0 || *sigma > kGreatestSigma_mm)) {
       table_.fail(row, column,
-                  "expected more than 0 and at most 1000 mm, found " + std::string(table_.text(row, column)));
+                  "expected more than 0 and at most " + std::to_string(kGreatestSigma_mm) + " mm, found " +
+                      std::string(table_.text(row, column)));
     }
     return sigma;
   }
@@ -165,7 +166,9 @@ class MeasurementColumns {
     const std::size_t column = table_.column("excess");
     const double excess = length_mm(row, column).value_or(0);
     if (excess < 0 || excess > kGreatestSigma_mm)
-      table_.fail(row, column, "expected 0 to 1000 mm, found " + std::string(table_.text(row, column)));
+      table_.fail(row, column,
+                  "expected 0 to " + std::to_string(kGreatestSigma_mm) + " mm, found " +
+                      std::string(table_.text(row, column)));
     return excess;
   }
 
@@ -190,7 +193,8 @@ class MeasurementColumns {
     const double kg = number(0);
     if (kg < 0 || kg > kGreatestPayload_kg) {
       table_.fail(row, payload_[0],
-                  "expected 0 to 100000 kg, found " + std::string(table_.text(row, payload_[0])));
+                  "expected 0 to " + std::to_string(kGreatestPayload_kg) + " kg, found " +
+                      std::string(table_.text(row, payload_[0])));
     }
     return LinkMass{kg, {number(1), number(2), number(3)}};
   }
@@ -203,7 +207,8 @@ class MeasurementColumns {
       const double celsius = table_.number(row, column);
       if (celsius < kColdest_c || celsius > kHottest_c) {
         table_.fail(row, column,
-                    "expected a temperature of -50 to 200 C, found " + std::string(table_.text(row, column)));
+                    "expected a temperature of " + std::to_string(kColdest_c) + " to " +
+                        std::to_string(kHottest_c) + " C, found " + std::string(table_.text(row, column)));
       }
       temperature_c.push_back(celsius);
     }

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "proto/text/host_port.hpp"
+
 namespace truepose::config {
 
 namespace {
@@ -105,5 +107,7 @@ std::expected<Endpoint, std::string> parse_endpoint(std::string_view text, std::
   }
   return Endpoint{std::string{host}, port};
 }
+
+std::string text(const Endpoint& endpoint) { return text::host_port(endpoint.host, endpoint.port); }
 
 }  // namespace truepose::config

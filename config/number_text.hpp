@@ -32,4 +32,7 @@ struct Endpoint {
 /// @return what was expected and found, where it is not that
 std::expected<Endpoint, std::string> parse_endpoint(std::string_view text, std::uint16_t least_port = 1);
 
+/// HOST:PORT, which parse_endpoint() reads back.
+std::string text(const Endpoint& endpoint);
+
 }  // namespace truepose::config

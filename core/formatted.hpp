@@ -1,17 +1,20 @@
 #pragma once
 
 #include <cstdarg>
+#include <cstddef>
 #include <cstdio>
 #include <string>
 
 namespace truepose {
 
-/// A sentence with numbers in it, as printf says them; cut at 399 characters.
+/// A sentence with numbers in it, as printf says them.
 [[gnu::format(printf, 1, 2)]] inline std::string formatted(const char* format, ...) {
-  char text[400];
-  va_list values;
+  va_list values, counted;
   va_start(values, format);
-  std::vsnprintf(text, sizeof text, format, values);
+  va_copy(counted, values);
+  std::string text(static_cast<std::size_t>(std::vsnprintf(nullptr, 0, format, counted)), '\0');
+  va_end(counted);
+  std::vsnprintf(text.data(), text.size() + 1, format, values);
   va_end(values);
   return text;
 }

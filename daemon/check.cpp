@@ -32,17 +32,12 @@ namespace {
 
 namespace fs = std::filesystem;
 namespace ip = boost::asio::ip;
-using Level = Finding::Level;
+using Level = CheckFinding::Level;
 
 constexpr std::chrono::milliseconds kFastCycle{4}, kSlowCycle{12};
 
-void append(std::vector<Finding>& findings, std::vector<Finding> more) {
+void append(std::vector<CheckFinding>& findings, std::vector<CheckFinding> more) {
   std::ranges::move(more, std::back_inserter(findings));
-}
-
-std::string text_of(const config::Endpoint& endpoint) {
-  const bool is_v6 = endpoint.host.find(':') != std::string::npos;
-  return (is_v6 ? "[" + endpoint.host + "]" : endpoint.host) + ":" + std::to_string(endpoint.port);
 }
 
 std::optional<ip::address_v4> ipv4(const std::string& text) {
@@ -62,8 +57,8 @@ bool is_of_this_machine(const ip::address_v4& address) {
 
 /// Whether the controller's datagrams and the daemon's socket meet: IP_NUMBER and PORT of its configuration
 /// beside stream.listen and what this machine has.
-std::vector<Finding> check_stream_address(const config::StreamConfig& stream,
-                                          const rsi::EthernetConfig& ethernet) {
+std::vector<CheckFinding> check_stream_address(const config::StreamConfig& stream,
+                                               const rsi::EthernetConfig& ethernet) {
   const std::string file = stream.ethernet_xml.string();
   const auto target = ipv4(ethernet.address);
   if (!target || target->is_unspecified()) {
@@ -75,14 +70,14 @@ std::vector<Finding> check_stream_address(const config::StreamConfig& stream,
     return {{Level::Failure, "stream.listen: \"" + stream.listen.host +
                                  "\" is not an IPv4 address: give that of this PC in the RSI network"}};
   }
-  std::vector<Finding> findings;
+  std::vector<CheckFinding> findings;
   const auto warn = [&findings](std::string text) { findings.push_back({Level::Warning, std::move(text)}); };
   const std::string goes_to = "the controller sends to " + ethernet.address + ":" +
                               std::to_string(ethernet.port) + " (IP_NUMBER and PORT of " + file + ")";
   const bool same_port = stream.listen.port == 0 || stream.listen.port == ethernet.port;
   const bool same_address = listen->is_unspecified() || *listen == *target;
   if (!same_port || !same_address)
-    warn(goes_to + ", but stream.listen is " + text_of(stream.listen) + ": make them the same");
+    warn(goes_to + ", but stream.listen is " + config::text(stream.listen) + ": make them the same");
   if (!is_of_this_machine(*listen)) {
     warn("stream.listen: this machine does not have the address " + stream.listen.host +
          " now: the daemon cannot start before its network card has it");
@@ -92,7 +87,7 @@ std::vector<Finding> check_stream_address(const config::StreamConfig& stream,
   return findings;
 }
 
-Finding check_certificate(const config::TlsConfig& tls, std::chrono::system_clock::time_point now) {
+CheckFinding check_certificate(const config::TlsConfig& tls, std::chrono::system_clock::time_point now) {
   const auto identity = TlsIdentity::load(tls);
   if (!identity) return {Level::Failure, identity.error()};
   const std::string file = tls.certificate.string() + ": the daemon's certificate ";
@@ -107,8 +102,8 @@ Finding check_certificate(const config::TlsConfig& tls, std::chrono::system_cloc
 }
 
 /// Where the control port may be.
-std::vector<Finding> check_control_address(const config::ControlConfig& control,
-                                           std::chrono::system_clock::time_point now) {
+std::vector<CheckFinding> check_control_address(const config::ControlConfig& control,
+                                                std::chrono::system_clock::time_point now) {
   const auto address = control_address(control.listen);
   if (!address) return {{Level::Failure, address.error()}};
   if (!control.tls) return {};
@@ -117,7 +112,7 @@ std::vector<Finding> check_control_address(const config::ControlConfig& control,
   return {check_certificate(*control.tls, now)};
 }
 
-std::vector<Finding> check_web_address(const config::CellConfig& config) {
+std::vector<CheckFinding> check_web_address(const config::CellConfig& config) {
   if (!config.web || !config.web->listen) return {};
   const auto address = web_address(*config.web->listen, config.control.tls.has_value());
   if (!address) return {{Level::Failure, address.error()}};
@@ -125,7 +120,7 @@ std::vector<Finding> check_web_address(const config::CellConfig& config) {
 }
 
 /// That no two keys of the cell file name one port of one host.
-std::vector<Finding> check_ports(const config::CellConfig& config) {
+std::vector<CheckFinding> check_ports(const config::CellConfig& config) {
   struct Named {
     const char* key;
     config::Endpoint endpoint;
@@ -140,19 +135,20 @@ std::vector<Finding> check_ports(const config::CellConfig& config) {
   for (Named& named : all) {
     if (named.endpoint.host == "localhost") named.endpoint.host = "127.0.0.1";
   }
-  std::vector<Finding> findings;
+  std::vector<CheckFinding> findings;
   for (auto one = all.begin(); one != all.end(); ++one) {
     for (auto other = std::next(one); other != all.end(); ++other) {
-      if (one->endpoint.port == 0 || text_of(one->endpoint) != text_of(other->endpoint)) continue;
+      if (one->endpoint.port == 0 || config::text(one->endpoint) != config::text(other->endpoint)) continue;
       findings.push_back({Level::Failure, std::string{one->key} + " and " + other->key + " are both " +
-                                              text_of(one->endpoint) + ": each needs a port of its own"});
+                                              config::text(one->endpoint) +
+                                              ": each needs a port of its own"});
     }
   }
   return findings;
 }
 
 /// Tried in a thread that ends with the trial.
-std::vector<Finding> check_cpu(int cpu) {
+std::vector<CheckFinding> check_cpu(int cpu) {
   if (cpu < 0) return {};
   std::optional<std::string> why_not;
   std::thread{[&] { why_not = drivers::pin_to(cpu); }}.join();
@@ -160,7 +156,7 @@ std::vector<Finding> check_cpu(int cpu) {
   return {{Level::Failure, *why_not}};
 }
 
-void check_stream(const config::CellConfig& config, std::vector<Finding>& findings) {
+void check_stream(const config::CellConfig& config, std::vector<CheckFinding>& findings) {
   if (const auto why = why_unfit(config.robot.model)) {
     findings.push_back({Level::Failure, config.robot.file.string() + ": " + *why});
     return;
@@ -190,13 +186,13 @@ void check_stream(const config::CellConfig& config, std::vector<Finding>& findin
   }
 }
 
-std::vector<Finding> check_poses(const config::CellConfig& config) {
+std::vector<CheckFinding> check_poses(const config::CellConfig& config) {
   const auto why = config::too_few_poses(config);
   if (!why) return {};
   return {{Level::Failure, "campaign.identify_poses: " + *why}};
 }
 
-std::vector<Finding> check_air(const config::TrackerConfig& tracker) {
+std::vector<CheckFinding> check_air(const config::TrackerConfig& tracker) {
   const auto source = config::air_source(tracker);
   if (!source) return {};
   const auto air = source();
@@ -204,20 +200,20 @@ std::vector<Finding> check_air(const config::TrackerConfig& tracker) {
   return {{Level::Failure, "tracker.air_file: " + air.error()}};
 }
 
-Finding check_token(const fs::path& file) {
+CheckFinding check_token(const fs::path& file) {
   const auto token = read_token(file);
   if (!token) return {Level::Failure, token.error()};
   return {Level::Good, file.string() + ": a token that only its owner can read"};
 }
 
-Finding check_access(const fs::path& file) {
+CheckFinding check_access(const fs::path& file) {
   const auto access = read_access_file(file);
   if (!access) return {Level::Failure, access.error()};
   return {Level::Good,
           file.string() + ": " + std::to_string(access->entries.size()) + " may use the control port"};
 }
 
-Finding check_store(const fs::path& file) {
+CheckFinding check_store(const fs::path& file) {
   const fs::path folder = fs::absolute(file).parent_path();
   std::error_code none;
   if (!fs::exists(folder, none) && !none)
@@ -238,7 +234,7 @@ Finding check_store(const fs::path& file) {
 }
 
 /// Without its folder the daemon records all the same, in memory; and writes no recording.
-std::vector<Finding> check_recording(const config::RecordingConfig& recording) {
+std::vector<CheckFinding> check_recording(const config::RecordingConfig& recording) {
   const std::string why = RecordingFolder{recording}.why_unusable();
   if (why.empty()) return {};
   return {{Level::Warning, why + ", or faults leave no recording"}};
@@ -246,8 +242,8 @@ std::vector<Finding> check_recording(const config::RecordingConfig& recording) {
 
 }  // namespace
 
-std::vector<Finding> check(const config::CellConfig& config, std::chrono::system_clock::time_point now) {
-  std::vector<Finding> findings;
+std::vector<CheckFinding> check(const config::CellConfig& config, std::chrono::system_clock::time_point now) {
+  std::vector<CheckFinding> findings;
   check_stream(config, findings);
   append(findings, check_control_address(config.control, now));
   append(findings, check_web_address(config));

@@ -8,7 +8,8 @@
 
 namespace truepose::daemon {
 
-struct Finding {
+/// What the check of a cell found.
+struct CheckFinding {
   enum class Level { Good, Warning, Failure };
   Level level;
   std::string text;       ///< one line: what, where, and what to do about it
@@ -17,7 +18,7 @@ struct Finding {
 
 /// Looks at everything that a cell's configuration names beyond itself. Changes nothing.
 /// @param now  by which certificates hold
-std::vector<Finding> check(const config::CellConfig& config,
-                           std::chrono::system_clock::time_point now = std::chrono::system_clock::now());
+std::vector<CheckFinding> check(const config::CellConfig& config,
+                                std::chrono::system_clock::time_point now = std::chrono::system_clock::now());
 
 }  // namespace truepose::daemon

@@ -47,7 +47,7 @@ namespace {
 
 constexpr std::uint64_t kEventNumbers = 100'000;
 
-constexpr std::chrono::milliseconds kRsiPatience{2'000};  // its thread wakes ten times a second
+constexpr std::chrono::milliseconds kRsiPatience{2'000};  // its thread wakes every 30 ms
 // A disk may take seconds for one commit, and one step of a large fit seconds on a busy PC.
 constexpr std::chrono::milliseconds kWorkPatience{30'000};
 constexpr std::chrono::milliseconds kLookAtThreads{500};  // where no service manager watches

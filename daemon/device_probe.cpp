@@ -36,14 +36,14 @@ asio::awaitable<RobotResult> look_at(drivers::KukaEkiRobot& robot, drivers::Time
   co_return seen;
 }
 
-Finding robot_finding(const config::RobotConfig& config, const RobotObservation& seen) {
+CheckFinding robot_finding(const config::RobotConfig& config, const RobotObservation& seen) {
   const std::string who =
       "robot: " + seen.identity.model + ", serial " + seen.identity.serial + ", " + seen.identity.software;
   if (const auto right = check_arm(config, seen.identity, seen.state); !right)
-    return {Finding::Level::Failure, who + ": " + right.error().detail};
+    return {CheckFinding::Level::Failure, who + ": " + right.error().detail};
   if (!seen.state.ready)
-    return {Finding::Level::Warning, who + ": cannot be moved now: " + seen.state.why_not_ready};
-  return {Finding::Level::Good, who};
+    return {CheckFinding::Level::Warning, who + ": cannot be moved now: " + seen.state.why_not_ready};
+  return {CheckFinding::Level::Good, who};
 }
 
 }  // namespace
@@ -70,14 +70,15 @@ std::expected<drivers::TrackerIdentity, drivers::TrackerError> observe_tracker(
   return result_of(io, tracker->inspect(clock.now() + kProbeTime));
 }
 
-std::vector<Finding> probe(const config::CellConfig& config) {
+std::vector<CheckFinding> probe(const config::CellConfig& config) {
   const auto robot = observe_robot(config.robot);
   const auto tracker = observe_tracker(config.tracker);
   return {robot ? robot_finding(config.robot, *robot)
-                : Finding{Finding::Level::Failure, "robot: " + robot.error().detail},
-          tracker ? Finding{Finding::Level::Good, "tracker: " + tracker->model + ", serial " +
-                                                      tracker->serial + ", firmware " + tracker->firmware}
-                  : Finding{Finding::Level::Failure, "tracker: " + tracker.error().detail}};
+                : CheckFinding{CheckFinding::Level::Failure, "robot: " + robot.error().detail},
+          tracker ? CheckFinding{CheckFinding::Level::Good, "tracker: " + tracker->model + ", serial " +
+                                                                tracker->serial + ", firmware " +
+                                                                tracker->firmware}
+                  : CheckFinding{CheckFinding::Level::Failure, "tracker: " + tracker.error().detail}};
 }
 
 }  // namespace truepose::daemon

@@ -27,6 +27,6 @@ std::expected<drivers::TrackerIdentity, drivers::TrackerError> observe_tracker(
     const config::TrackerConfig& tracker);
 
 /// Both, and whether the arm is the configured one. A device that cannot be reached is a failure.
-std::vector<Finding> probe(const config::CellConfig& config);
+std::vector<CheckFinding> probe(const config::CellConfig& config);
 
 }  // namespace truepose::daemon

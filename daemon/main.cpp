@@ -18,7 +18,7 @@
 
 namespace {
 
-using truepose::daemon::Finding;
+using truepose::daemon::CheckFinding;
 
 constexpr int kFailed = 1;
 constexpr int kBadInput = 2;     // the unit does not try again: a person has to mend it
@@ -35,44 +35,50 @@ Usage: trueposed --config FILE [--check [--probe]]
   -h, --help     print this and exit
 )";
 
-int complain(const char* what, int exit_code) {
+/// Behind all that is still to be logged.
+void complain(const char* what) {
   truepose::daemon::close_log();
   std::fprintf(stderr, "trueposed: %s\n", what);
+}
+
+/// @return the exit code
+int end(const char* why, int exit_code) {
+  complain(why);
   return exit_code;
 }
 
 /// Why the daemon cannot start: what a person has to mend before what may pass; null: nothing stands against
 /// it.
-const Finding* first_failure(const std::vector<Finding>& findings) {
-  const Finding* first = nullptr;
-  for (const Finding& finding : findings) {
-    if (finding.level != Finding::Level::Failure) continue;
+const CheckFinding* first_failure(const std::vector<CheckFinding>& findings) {
+  const CheckFinding* first = nullptr;
+  for (const CheckFinding& finding : findings) {
+    if (finding.level != CheckFinding::Level::Failure) continue;
     if (!finding.may_pass) return &finding;
     if (first == nullptr) first = &finding;
   }
   return first;
 }
 
-int exit_code(const Finding& failure) { return failure.may_pass ? kNotThereYet : kBadInput; }
+int exit_code(const CheckFinding& failure) { return failure.may_pass ? kNotThereYet : kBadInput; }
 
-void print(const Finding& finding) {
+void print(const CheckFinding& finding) {
   switch (finding.level) {
-    case Finding::Level::Good:
+    case CheckFinding::Level::Good:
       std::printf("ok       %s\n", finding.text.c_str());
       break;
-    case Finding::Level::Warning:
+    case CheckFinding::Level::Warning:
       std::printf("warning  %s\n", finding.text.c_str());
       break;
-    case Finding::Level::Failure:
-      complain(finding.text.c_str(), exit_code(finding));
+    case CheckFinding::Level::Failure:
+      complain(finding.text.c_str());
       break;
   }
 }
 
 /// @return the exit code that they amount to
-int print_all(const std::vector<Finding>& findings) {
-  for (const Finding& finding : findings) print(finding);
-  const Finding* const failure = first_failure(findings);
+int print_all(const std::vector<CheckFinding>& findings) {
+  for (const CheckFinding& finding : findings) print(finding);
+  const CheckFinding* const failure = first_failure(findings);
   return failure ? exit_code(*failure) : 0;
 }
 
@@ -137,29 +143,29 @@ int main(int argc, char** argv) try {
   if (!arguments) return 0;
   const std::filesystem::path& file = arguments->file;
   const truepose::config::CellConfig config = truepose::config::load_cell(file);
-  const std::vector<Finding> findings = truepose::daemon::check(config);
+  const std::vector<CheckFinding> findings = truepose::daemon::check(config);
   if (arguments->check_only) {
     if (const int failed = print_all(findings)) return failed;
     if (arguments->probe && print_all(truepose::daemon::probe(config)) != 0) return kNotThereYet;
     std::printf("%s: good\n", file.c_str());
     return 0;
   }
-  if (const Finding* const failure = first_failure(findings))
-    return complain(failure->text.c_str(), exit_code(*failure));
+  if (const CheckFinding* const failure = first_failure(findings))
+    return end(failure->text.c_str(), exit_code(*failure));
   std::vector<std::string> warnings;
-  for (const Finding& finding : findings) {
-    if (finding.level == Finding::Level::Warning) warnings.push_back(finding.text);
+  for (const CheckFinding& finding : findings) {
+    if (finding.level == CheckFinding::Level::Warning) warnings.push_back(finding.text);
   }
   truepose::daemon::open_log(config.log_level);
   truepose::daemon::run(config, warnings);
   truepose::daemon::close_log();
   return 0;
 } catch (const UsageError& error) {
-  return complain((std::string{error.what()} + " (see trueposed --help)").c_str(), kBadInput);
+  return end((std::string{error.what()} + " (see trueposed --help)").c_str(), kBadInput);
 } catch (const truepose::config::ConfigError& error) {
-  return complain(error.what(), kBadInput);
+  return end(error.what(), kBadInput);
 } catch (const truepose::daemon::StartError& error) {
-  return complain(error.what(), error.may_pass() ? kNotThereYet : kBadInput);
+  return end(error.what(), error.may_pass() ? kNotThereYet : kBadInput);
 } catch (const std::exception& error) {
-  return complain(error.what(), kFailed);
+  return end(error.what(), kFailed);
 }

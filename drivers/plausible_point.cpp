@@ -1,7 +1,8 @@
 #include "drivers/plausible_point.hpp"
 
 #include <array>
-#include <cstdio>
+
+#include "core/formatted.hpp"
 
 namespace truepose::drivers {
 
@@ -30,10 +31,8 @@ std::optional<std::string> implausible(const SmrPoint& point) {
   for (const Plausible& number : numbers) {
     // Written so that a NaN is refused as well.
     if (number.value >= number.min && number.value <= number.max) continue;
-    char text[300];
-    std::snprintf(text, sizeof text, "the tracker says %s of %.6g %s, plausible are %g..%g %s: %s",
-                  number.what, number.value, number.unit, number.min, number.max, number.unit, number.remedy);
-    return text;
+    return formatted("the tracker says %s of %.6g %s, plausible are %g..%g %s: %s", number.what, number.value,
+                     number.unit, number.min, number.max, number.unit, number.remedy);
   }
   if (point.std_mm.isZero(0))
     return "the tracker says a spread of its readings of exactly 0 mm, which no tracker has: " +

@@ -8,6 +8,7 @@
 
 #include "drivers/deadline.hpp"
 #include "drivers/wire_failure.hpp"
+#include "proto/text/host_port.hpp"
 
 namespace truepose::drivers {
 
@@ -44,10 +45,10 @@ TrackerTask<void> TrackerWire::open(std::string host, std::uint16_t port) {
   if (error) tell_failure(tap_, WireOperation::Connect, *error);
   if (!error || *error) {
     const std::string why = error ? error->message() : "no answer to the connection request";
-    co_return std::unexpected(TrackerError{TrackerFault::Unreachable, "no tracker answers at " + host + ":" +
-                                                                          std::to_string(port) + ": " + why});
+    co_return std::unexpected(TrackerError{
+        TrackerFault::Unreachable, "no tracker answers at " + text::host_port(host, port) + ": " + why});
   }
-  tap_(recording::Kind::Connected, host + ":" + std::to_string(port));
+  tap_(recording::Kind::Connected, text::host_port(host, port));
   guard.done();
   co_return TrackerResult<void>{};
 }

@@ -49,7 +49,6 @@ constexpr int kPoseFreedoms = 6;
 constexpr int kMaxSteps = 100;
 constexpr double kLargestStep = 0.2;  // rad: from far away Newton does not leave the branch
 constexpr double kTolerance_mm = 1e-9;
-constexpr double kTolerance_rad = 1e-12;
 constexpr double kStill = 1e-10;  // rad: steps below do not count
 
 constexpr double kLeastRatio = 0.03;    // of e to the bound

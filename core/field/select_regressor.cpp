@@ -125,17 +125,6 @@ std::expected<Attempts, std::string> attempt(std::span<const RegressorKind> kind
   return attempts;
 }
 
-}  // namespace
-
-std::expected<CrossValidation, std::string> cross_validate(RegressorKind kind, const RegressionData& data,
-                                                           const CrossValidationOptions& options) {
-  auto attempts = attempt({&kind, 1}, data, options);
-  if (!attempts) return std::unexpected{attempts.error()};
-  return std::move(attempts->tried.front());
-}
-
-namespace {
-
 constexpr double kLeastRegressorGain = 0.02;
 /// Standard errors that a gain must exceed, where groups are many. Of few groups the standard error itself is
 /// uncertain, and the best of several kinds is compared: 3 for 20 groups.

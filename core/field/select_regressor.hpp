@@ -28,14 +28,6 @@ struct CrossValidation {
   double expected_rms = 0;             ///< what the fits that predicted them expected the rms to be
 };
 
-/// Leaves out one fold after the other and predicts it from the rest; points of one group share a fold.
-///
-/// Hyper-parameters are found again for every fold where the points are few enough for them to learn
-/// something from those left out (up to 150), else once on all. Errors: those of fit_regressor(), for the
-/// points that remain where a fold is left out; fewer than two groups or folds.
-std::expected<CrossValidation, std::string> cross_validate(RegressorKind kind, const RegressionData& data,
-                                                           const CrossValidationOptions& options = {});
-
 struct RegressorSelection {
   std::optional<RegressorKind> kind;   ///< nothing: no residual field predicts better than zero
   RegressorPtr regressor;              ///< fitted to all data; null with no kind
@@ -46,7 +38,11 @@ struct RegressorSelection {
 /// Chooses the kind with the smallest cross-validation error, and none unless that improves on predicting
 /// zero beyond chance: by more than 2 % of the rms and more than 2 standard errors (3 for 20 groups) of the
 /// paired differences between groups.
-/// Errors: those of cross_validate().
+///
+/// Cross-validation leaves out one fold after the other and predicts it from the rest; points of one group
+/// share a fold. Hyper-parameters are found again for every fold where the points are few enough for them to
+/// learn something from those left out (up to 150), else once on all. Errors: those of fit_regressor(), for
+/// the points that remain where a fold is left out; fewer than two groups or folds.
 std::expected<RegressorSelection, std::string> select_regressor(
     const RegressionData& data, std::span<const RegressorKind> kinds = kAllRegressors,
     const CrossValidationOptions& options = {});

@@ -6,6 +6,7 @@
 
 #include "core/formatted.hpp"
 #include "core/identify/diagnosis.hpp"
+#include "core/identify/error_bounds.hpp"
 #include "core/identify/failure_pattern.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/reflector_labels.hpp"
@@ -17,7 +18,6 @@ namespace truepose {
 namespace {
 
 constexpr double kDeviates_mm = 5;             // up to here an arm may merely deviate
-constexpr double kCannotBe_mm = 50;            // from here it cannot be right, whatever the reason
 constexpr double kBetter = 2;                  // times: what mending a gross mistake makes an arm at least
 constexpr double kBetterIdentified = 1.3;      // times: the same of a hidden one
 constexpr double kBetterOfSeveral = 5;         // times: reflectors whose names are exchanged
@@ -34,9 +34,7 @@ using Tries = std::vector<std::vector<Mistake>>;
 
 std::string mm_text(double mm) {
   const int decimals = mm < 1 ? 2 : mm < 10 ? 1 : 0;
-  const double unit = std::pow(10.0, decimals);
-  const std::string text = std::to_string(std::round(mm * unit) / unit);
-  return text.substr(0, text.find('.') + static_cast<std::size_t>(decimals > 0 ? decimals + 1 : 0)) + " mm";
+  return formatted("%.*f mm", decimals, mm);
 }
 
 Suspicion told(Suspicion suspicion, double error_mm, const char* which) {
@@ -230,7 +228,7 @@ std::optional<Suspicion> all_in_metres(const RobotModel& nominal, const Measurem
   for (const Mistake& mistake : mistakes) mistake.mend(mended);
   const double left_mm =
       Diagnosis(mended.arm, data.smr_names, mended.points, kPoses).as_given().explanation.coarse_mm;
-  if (left_mm > kCannotBe_mm) return std::nullopt;
+  if (left_mm > kFarthestError_mm) return std::nullopt;
   return Suspicion{.error_mm = left_mm,
                    .mended_mm = left_mm,
                    .sentence =
@@ -285,7 +283,7 @@ std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementDat
   if (!held || given.coarse_mm > kDeviates_mm) {
     if (auto hidden = hidden_mistake(nominal, data)) return hidden;
   }
-  if (given.coarse_mm <= kCannotBe_mm || merely_deviates(given, kManyGrossErrors)) return std::nullopt;
+  if (given.coarse_mm <= kFarthestError_mm || merely_deviates(given, kManyGrossErrors)) return std::nullopt;
   return unexplained(nominal, diagnosis.as_given());
 }
 

@@ -25,6 +25,8 @@ inline constexpr std::array kThermalNames{
     Named{"temperatures", ThermalUse::Temperatures},
     Named{"time", ThermalUse::Time},
 };
+/// Whether joint deviations are looked for.
+inline constexpr std::array kNoneOrAuto{Named{"none", false}, Named{"auto", true}};
 inline constexpr std::array kPoseSetNames{
     Named{"identify", PoseSet::Identify},
     Named{"validate", PoseSet::Validate},

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <span>
 
+#include "core/identify/error_bounds.hpp"
 #include "core/identify/identification.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/robust_fit.hpp"
@@ -59,7 +60,7 @@ void add_far(std::vector<RejectedPoint> points, std::vector<RejectedPoint>& far)
   const double usual = std::max(1.0, sigma_from_median(lengths));
   for (RejectedPoint& point : points) {
     point.sigmas /= usual;
-    if (point.sigmas > kGross && point.residual_mm > kLeastGross_mm) far.push_back(point);
+    if (point.sigmas > kGross && point.residual_mm > kLeastError_mm) far.push_back(point);
   }
 }
 

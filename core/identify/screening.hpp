@@ -7,8 +7,6 @@
 
 namespace truepose {
 
-inline constexpr double kLeastGross_mm = 1e-3;  ///< less than that nobody measures
-
 /// Points of both sets that no noise explains: beyond six standard deviations, those of the prediction
 /// included, under the richest model that the points to identify support.
 ///

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/identify/error_bounds.hpp"
 #include "core/identify/explanation.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/model_sanity.hpp"
@@ -69,7 +70,7 @@ bool is_unsuspicious(const Identification& id) {
   if (!id.result.converged || !by_points_alone || taken_up > kMostTakenUp || !links_merely_deviate(id))
     return false;
   const std::vector<double> miss_mm = misses(id.fit.cell, id.data.points);
-  if (std::ranges::max(miss_mm) < kLeastGross_mm) return true;
+  if (std::ranges::max(miss_mm) < kLeastError_mm) return true;
   if (!(median(miss_mm) < kShows_mm)) return false;
   const LinearSystem system = linearise(id.fit.cell, id.problem);
   const double middle_mm = middle_sigma_mm(system, taken_up);

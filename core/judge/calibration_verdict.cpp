@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
-#include <string_view>
 #include <utility>
 
 #include "core/formatted.hpp"
+#include "core/identify/error_bounds.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/positioner.hpp"
 #include "core/identify/screening.hpp"
@@ -30,7 +29,6 @@ constexpr double kUnmodelled = 3;
 constexpr double kHardlyBetter = 0.5;  // of the mean error of the data sheet
 /// The noise that those are seen against where a tracker's alone is stated.
 constexpr double kUsualRepeatability_mm = 0.02;
-constexpr double kLeastError_mm = 1e-3;  // less than that nobody measures
 /// An arm that comes back to a pose tells it to some thousandths of a degree.
 constexpr double kSamePose_rad = 0.02 * kRadPerDeg, kSamePose_mm = 0.02;
 constexpr int kFewestValidated = 5;          // poses: fewer say little of all others

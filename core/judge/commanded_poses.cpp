@@ -6,12 +6,11 @@
 #include <utility>
 
 #include "core/formatted.hpp"
+#include "core/identify/error_bounds.hpp"
 #include "core/identify/other_units.hpp"
 
 namespace truepose {
 namespace {
-
-constexpr double kCannotBe_mm = 50;  // arms are wrong by millimetres
 
 /// Of the mean attained position from the commanded one.
 double distance_mm(const TestPoint& point) {
@@ -61,7 +60,7 @@ std::optional<std::string> not_as_commanded(const std::vector<TestPoint>& points
   const auto given = into_frame(points);
   if (!given) return given.error();
   const TestPoint& far = farthest(*given);
-  if (distance_mm(far) <= kCannotBe_mm) return std::nullopt;
+  if (distance_mm(far) <= kFarthestError_mm) return std::nullopt;
   std::vector<FileMistake> mistakes;
   add_units(mistakes);
   add_columns(mistakes);
@@ -69,7 +68,7 @@ std::optional<std::string> not_as_commanded(const std::vector<TestPoint>& points
     std::vector<TestPoint> mended = points;
     std::ranges::for_each(mended, mistake.mend);
     const auto in_frame = into_frame(std::move(mended));
-    if (!in_frame || distance_mm(farthest(*in_frame)) > kCannotBe_mm) continue;
+    if (!in_frame || distance_mm(farthest(*in_frame)) > kFarthestError_mm) continue;
     return mistake.wrong + ": with " + mistake.remedy +
            formatted(" the largest distance from a commanded position falls from %.4g to %.3g mm",
                      distance_mm(far), distance_mm(farthest(*in_frame)));

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "core/formatted.hpp"
 #include "core/judge/error_law.hpp"
 #include "core/judge/mistaken_points.hpp"
+#include "core/math/statistics.hpp"
 
 namespace truepose {
 namespace {
@@ -15,11 +16,7 @@ constexpr std::size_t kEnoughPoints = 4;
 /// With more, several changes at once take minutes to find.
 constexpr std::size_t kMostForSeveral = 60;
 
-std::string mm(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f mm", value);
-  return text;
-}
+std::string mm(double value) { return formatted("%.3f mm", value); }
 
 /// The mean error that an unchanged cell would show.
 double expected_mean_mm(const Eigen::MatrixXd& S) {
@@ -52,7 +49,7 @@ std::string likely_cause(const DriftCheck& check, const DriftReference& referenc
   const bool few = points.size() < kEnoughPoints;
   const std::string too_few = std::to_string(points.size()) +
                               (points.size() == 1 ? " point is" : " points are") +
-                              " too few to tell why: measure at least 5";
+                              " too few to tell why: measure at least " + std::to_string(kEnoughPoints);
   if (!check.explains()) return few ? too_few : no_single_cause(reference, points);
   const DriftCause& first = check.causes.front();
   std::string text = "most likely " + described(first, cell, points);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "core/identify/error_bounds.hpp"
 #include "core/judge/chance_of_gain.hpp"
 #include "core/judge/far_stretch.hpp"
 #include "core/judge/joint_errors.hpp"
@@ -14,8 +15,7 @@
 namespace truepose {
 namespace {
 
-constexpr double kLeastMovement_mm = 1e-3;  // less than that nobody measures
-constexpr double kByChance = 1e-3;          // of all that may have moved, at any moment
+constexpr double kByChance = 1e-3;  // of all that may have moved, at any moment
 
 /// By how much better one of two explanations has to be, as logarithms of likelihood doubled, so that the
 /// other is out of the question.
@@ -34,7 +34,7 @@ std::vector<PossibleMovement> likely_movements(const CalibratedCell& cell, const
                                                std::span<const Measurement> points) {
   std::vector<PossibleMovement> likely;
   const auto consider = [&](const PossibleMovement& each) {
-    if (each.chance < kByChance && each.movement.moved_mm >= kLeastMovement_mm) likely.push_back(each);
+    if (each.chance < kByChance && each.movement.moved_mm >= kLeastError_mm) likely.push_back(each);
   };
   const std::vector<int> pose = pose_numbers(points);
   const std::vector<PossibleChange> all = movers_of(cell);

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <span>
 #include <utility>
 
 #include "core/arm/joint_coupling.hpp"
+#include "core/formatted.hpp"
 #include "core/math/angles.hpp"
 #include "core/step_count.hpp"
 
@@ -312,13 +312,10 @@ std::optional<std::string> scene_mistake(const Scene& scene) {
     }
   }
   if (const double off_mm = reflector_off_axis_mm(scene); scene.shows_last_axis && off_mm < kOffAxis_mm) {
-    char text[160];
-    std::snprintf(
-        text, sizeof text,
+    return formatted(
         "the reflector is %.1f mm from the last axis, whose turning it would hardly show; mount it at "
         "least %.0f mm off",
         off_mm, kOffAxis_mm);
-    return text;
   }
   for (const BodyPart& part : scene.body) {
     if (part.link <= scene.robot.joint_count()) continue;

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <span>
 #include <vector>
 
 #include "core/arm/pose_inverse.hpp"
+#include "core/formatted.hpp"
 #include "core/plan/candidates.hpp"
 #include "core/plan/motion.hpp"
 
@@ -92,14 +92,11 @@ std::optional<TestCubePoses> poses_of(const TestCube& cube, const Eigen::Matrix3
 }
 
 std::string no_cube(const TestCubeWish& wish, double edge_mm) {
-  char text[300];
-  std::snprintf(
-      text, sizeof text,
+  return formatted(
       "no cube with an edge of %.0f mm%s%s was found of whose diagonal plane the tracker sees all five "
       "poses%s: choose a smaller one, or another place or orientation",
       edge_mm, wish.centre_mm ? " at this centre" : "", wish.orientation ? " in this orientation" : "",
       wish.approach_mm > 0 ? " and the arm comes to P1, P2 and P4 along every axis" : "");
-  return text;
 }
 
 }  // namespace

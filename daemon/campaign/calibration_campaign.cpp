@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cstdio>
 #include <memory>
 #include <utility>
 
@@ -7,6 +6,7 @@
 #include "config/model_file.hpp"
 #include "core/arm/forward.hpp"
 #include "core/compensate/target_compensation.hpp"
+#include "core/formatted.hpp"
 #include "core/math/units.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/identification.hpp"
@@ -194,11 +194,10 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
     const auto smr = std::ranges::find(names, point.smr) - names.begin();
     const double off_mm = (*point.p_WS_mm - cell.predict(point.q_actual, static_cast<int>(smr))).norm();
     if (off_mm <= session_.config().tracker.gate_mm) continue;
-    char text[200];
-    std::snprintf(text, sizeof text,
-                  "the %zu points so far do not fit the nominal arm: pose %d is %.1f mm off, allowed are "
-                  "%.1f mm (another reflector in sight, or another arm)",
-                  points.size(), point.pose, off_mm, session_.config().tracker.gate_mm);
+    const std::string text = formatted(
+        "the %zu points so far do not fit the nominal arm: pose %d is %.1f mm off, allowed are "
+        "%.1f mm (another reflector in sight, or another arm)",
+        points.size(), point.pose, off_mm, session_.config().tracker.gate_mm);
     co_return std::unexpected(CampaignError{CampaignFault::Calibration, text});
   }
   // A fit from few points is good where they are, and less so elsewhere.
@@ -238,7 +237,7 @@ boost::asio::awaitable<void> CalibrationCampaign::judge_again() {
 }
 
 void CalibrationCampaign::tell_doubts() {
-  for (const truepose::Finding& finding : found().verdict.findings)
+  for (const Finding& finding : found().verdict.findings)
     if (finding.severity >= Severity::Doubt)
       session_.report_trouble("the model is in doubt: " + finding.sentence);
 }

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <optional>
 #include <utility>
 
 #include "core/formatted.hpp"
@@ -32,11 +30,7 @@ constexpr double kStill_rad = 0.001 * kRadPerDeg;
 constexpr int kLooks = 5;
 constexpr Duration kBetweenLooks = 200ms;
 
-std::string mm(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f mm", value);
-  return text;
-}
+std::string mm(double value) { return formatted("%.2f mm", value); }
 
 /// What to do about a robot's error.
 DeviceError robot_error(const drivers::RobotError& error) {

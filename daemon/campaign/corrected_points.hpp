@@ -16,8 +16,8 @@ inline constexpr const char* kNestName = "nest ";
 
 /// The points of a campaign, as a tracker would have seen them that has no error of aim and never moved.
 struct CorrectedPoints {
-  std::vector<StoredPoint> points;          ///< in their order, without nests and what one face alone saw
-  std::vector<truepose::Finding> findings;  ///< what nests and faces tell of the tracker
+  std::vector<StoredPoint> points;  ///< in their order, without nests and what one face alone saw
+  std::vector<Finding> findings;    ///< what nests and faces tell of the tracker
 };
 
 /// By what a campaign measured beside its poses: points of one face are put right by the constants that the

@@ -1,12 +1,11 @@
 #include "daemon/campaign/store_journal.hpp"
 
 #include <algorithm>
-#include <array>
+#include <boost/algorithm/string/case_conv.hpp>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <cmath>
 #include <set>
-#include <string_view>
 #include <utility>
 
 #include "config/cell_setup.hpp"
@@ -20,6 +19,7 @@
 #include "proto/record/calibration_content.hpp"
 #include "proto/record/calibration_document.hpp"
 #include "proto/record/drift_document.hpp"
+#include "proto/record/forms.hpp"
 #include "proto/record/frame_document.hpp"
 
 namespace truepose::daemon {
@@ -77,14 +77,14 @@ json::object conditions_document(const CampaignResult& result, const CampaignRec
 /// 30 to validate", ...}.
 json::object options_document(const StoreJournal::Options& of) {
   const config::CellConfig& config = of.config;
-  constexpr std::array<std::string_view, 3> kCriteria{"D", "A", "I"};
   const config::CampaignConfig& campaign = config.campaign;
   json::object options;
   if (!of.source)
-    options = {{"Poses planned", std::to_string(campaign.identify_poses) + " to identify, " +
-                                     std::to_string(campaign.validate_poses) + " to validate"},
-               {"Poses chosen", std::string{kCriteria[static_cast<std::size_t>(campaign.criterion)]} +
-                                    "-optimal, of " + std::to_string(campaign.candidates) + " candidates"}};
+    options = {
+        {"Poses planned", std::to_string(campaign.identify_poses) + " to identify, " +
+                              std::to_string(campaign.validate_poses) + " to validate"},
+        {"Poses chosen", boost::to_upper_copy(std::string{name_of(record::kCriteria, campaign.criterion)}) +
+                             "-optimal, of " + std::to_string(campaign.candidates) + " candidates"}};
   for (auto& option : record::options_json(config::calibrate_options(config)))
     options[option.key()] = std::move(option.value());
   return options;
@@ -278,7 +278,7 @@ std::pair<double, double> validated_mm(const CampaignResult& result) {
 
 std::string why_not_activated(const CalibrationVerdict& verdict) {
   std::string text = "the model was not activated: ";
-  for (const truepose::Finding& finding : verdict.findings)
+  for (const Finding& finding : verdict.findings)
     if (finding.severity >= Severity::Doubt) text += finding.sentence + "; ";
   return text + "look into that and identify again, or activate it by hand";
 }

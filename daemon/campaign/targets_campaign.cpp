@@ -1,8 +1,8 @@
-#include <cstdio>
 #include <utility>
 
 #include "config/cell_setup.hpp"
 #include "core/compensate/target_compensation.hpp"
+#include "core/formatted.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/stored_model.hpp"
 
@@ -14,20 +14,17 @@ using Done = std::expected<void, CampaignError>;
 
 /// Why the loop has not reached its target; nothing where it has.
 std::string why_not(const TrackerLoop& loop) {
-  char text[160];
   switch (*loop.end()) {
     case TrackerLoopEnd::Reached:
       return {};
     case TrackerLoopEnd::DoesNotFall:
       return "the error does not fall: the arm does not follow its corrections";
     case TrackerLoopEnd::OutOfReach:
-      std::snprintf(text, sizeof text, "an error of %.3f mm cannot be corrected within the joint limits",
-                    loop.errors_mm().back());
-      return text;
+      return formatted("an error of %.3f mm cannot be corrected within the joint limits",
+                       loop.errors_mm().back());
     case TrackerLoopEnd::RoundsUsed:
-      std::snprintf(text, sizeof text, "after %zu rounds the mean of the readings is still %.4f mm off",
-                    loop.errors_mm().size(), loop.averaged_error_mm());
-      return text;
+      return formatted("after %zu rounds the mean of the readings is still %.4f mm off",
+                       loop.errors_mm().size(), loop.averaged_error_mm());
   }
   return {};
 }

@@ -173,7 +173,8 @@ asio::awaitable<void> DeviceService::look_at_robot() {
 std::expected<drivers::RobotState, std::string> DeviceService::robot_state() const {
   const auto& told = robot_.told();
   if (!told) return std::unexpected(robot_.why_not());
-  if (parts_.clock.now() - robot_.told_at() >= kOld) return std::unexpected("told more than 3 s ago");
+  if (parts_.clock.now() - robot_.told_at() >= kOld)
+    return std::unexpected("told more than " + std::to_string(kOld / 1s) + " s ago");
   return *told;
 }
 

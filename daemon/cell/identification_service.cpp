@@ -47,8 +47,7 @@ void read_residual(ParamReader& read, std::vector<RegressorKind>& residual) {
 
 void read_options(ParamReader& read, config::CellConfig& config) {
   config::CalibrationConfig& options = config.calibration;
-  constexpr std::array kDeviation{Named{"none", false}, Named{"auto", true}};
-  read_named(read, "deviation", kDeviation, options.deviation);
+  read_named(read, "deviation", kNoneOrAuto, options.deviation);
   if (auto harmonics = read.integers("harmonics", 1, 10'000, 32)) options.harmonics = *std::move(harmonics);
   read_residual(read, options.residual);
   read_named(read, "loss", kLossNames, options.loss);

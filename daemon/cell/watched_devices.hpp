@@ -78,7 +78,6 @@ class WatchedRobot final : public drivers::Robot {
   template <typename T>
   void note(const std::expected<T, drivers::RobotError>& outcome);
   void keep(const std::expected<drivers::RobotState, drivers::RobotError>& state);
-  Outcome<JointVector> until_lost();
 
   drivers::Robot& robot_;
   drivers::Clock& clock_;

@@ -171,9 +171,6 @@ class ControllerSession {
   std::uint64_t ipoc() const noexcept { return sequence_.last(); }
   std::uint64_t step() const noexcept { return sequence_.step(); }
 
-  /// Cycles of a silence in which a controller can leave RSI and begin anew.
-  std::uint64_t restart_cycles() const noexcept { return restart_cycles_; }
-
  private:
   void begin(const rsi::RobotFrame& frame) noexcept;
   void go_on(const rsi::RobotFrame& frame, const IpocSequence::Position& position, Hearing& hearing) noexcept;

@@ -80,7 +80,6 @@ class CorrectionInForce {
 
   CorrectionInForce() { forget(); }
 
-  Knowledge knowledge() const noexcept { return knowledge_; }
   bool known() const noexcept { return knowledge_ == Knowledge::Known; }
   /// Where known or doubtful.
   const CorrectionRange& range() const noexcept { return range_; }

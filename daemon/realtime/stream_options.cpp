@@ -2,12 +2,11 @@
 
 #include <algorithm>
 
+#include "config/ethernet_file.hpp"
 #include "config/text_file.hpp"
 
 namespace truepose::daemon {
 namespace {
-
-constexpr std::size_t kMostEthernetBytes = std::size_t{1} << 20;
 
 std::optional<std::string> why_unfit(const rsi::EthernetConfig& ethernet) {
   if (ethernet.only_send)
@@ -86,14 +85,10 @@ std::optional<std::string> why_unfit(const RobotModel& nominal, const rsi::Ether
   return why_unfit(options);
 }
 
-std::expected<rsi::EthernetConfig, std::string> read_ethernet(const std::filesystem::path& file) {
-  try {
-    auto ethernet = rsi::parse_ethernet_config(config::read_text_file(file, kMostEthernetBytes));
-    if (!ethernet) return std::unexpected(file.string() + ": " + ethernet.error());
-    return ethernet;
-  } catch (const config::ConfigError& error) {
-    return std::unexpected(error.what());
-  }
+std::expected<rsi::EthernetConfig, std::string> read_ethernet(const std::filesystem::path& file) try {
+  return config::load_ethernet(file);
+} catch (const config::ConfigError& error) {
+  return std::unexpected(error.what());
 }
 
 }  // namespace truepose::daemon

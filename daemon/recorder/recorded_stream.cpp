@@ -11,7 +11,6 @@ namespace truepose::daemon {
 using recording::Commands;
 using recording::Kind;
 using recording::Record;
-using recording::Wire;
 
 namespace {
 

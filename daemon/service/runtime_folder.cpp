@@ -13,9 +13,12 @@
 #include <utility>
 
 #include "config/text_file.hpp"
+
 namespace truepose::daemon {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 /// "trueposed (process 1234)", from the number that the holder wrote into the file.
 std::string holder(int descriptor) {
@@ -28,8 +31,6 @@ std::string holder(int descriptor) {
   std::getline(comm, name);
   return name + " (process " + pid + ")";
 }
-
-namespace fs = std::filesystem;
 
 std::string from_environment(const char* name) {
   const char* const value = std::getenv(name);
@@ -57,8 +58,7 @@ fs::path chosen_folder(const config::CellConfig& config, const RuntimePlaces& pl
 
 }  // namespace
 
-std::expected<LockFile, drivers::StartFailure> LockFile::take(const std::filesystem::path& file,
-                                                              const std::string& of) {
+std::expected<LockFile, drivers::StartFailure> LockFile::take(const fs::path& file, const std::string& of) {
   const auto failed = [&](int error) {
     const bool full = error == ENOSPC || error == EDQUOT;
     return std::unexpected(drivers::StartFailure{file.string() + ": " + std::strerror(error), full});
@@ -87,9 +87,9 @@ LockFile::~LockFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-std::filesystem::path lock_of_store(const std::filesystem::path& store) {
+fs::path lock_of_store(const fs::path& store) {
   std::error_code unknown;
-  std::filesystem::path file = std::filesystem::weakly_canonical(store, unknown);
+  fs::path file = fs::weakly_canonical(store, unknown);
   if (unknown) file = store;
   file += ".lock";
   return file;

@@ -9,6 +9,7 @@
 
 #include "drivers/deadline.hpp"
 #include "drivers/wire_failure.hpp"
+#include "proto/text/host_port.hpp"
 
 namespace truepose::drivers {
 namespace {
@@ -27,7 +28,7 @@ EkiChannel::EkiChannel(std::unique_ptr<ByteStream> stream, Clock& clock, std::st
                        std::string host, std::uint16_t port, WireTap tap)
     : stream_{std::move(stream)},
       clock_{clock},
-      name_{std::move(name) + " at " + host + ":" + std::to_string(port)},
+      name_{std::move(name) + " at " + text::host_port(host, port)},
       server_{std::move(server)},
       host_{std::move(host)},
       port_{port},

@@ -77,8 +77,6 @@ std::string covariance_fault(const Eigen::Matrix<double, 6, 1>& c) {
   return is_one ? "" : "is the covariance of nothing: expected xx, xy, xz, yy, yz, zz";
 }
 
-bool Refusal::has_known_code() const { return find(kErrorCodes, code).has_value(); }
-
 ErrorCode Refusal::meaning() const { return find(kErrorCodes, code).value_or(ErrorCode::Failed); }
 
 std::optional<EventKind> Event::kind() const { return find(kEvents, event); }

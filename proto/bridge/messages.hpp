@@ -198,7 +198,6 @@ struct Refusal {
   static Refusal of(ErrorCode code, std::string text) {
     return {std::string{name_of(kErrorCodes, code)}, std::move(text)};
   }
-  bool has_known_code() const;
   ErrorCode meaning() const;
 };
 

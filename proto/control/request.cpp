@@ -142,10 +142,6 @@ std::string encode_notification(std::string_view method, const json::object& par
   return encode_request({}, method, params);
 }
 
-std::string encode_event(std::uint64_t seq, std::string_view time, Topic topic, const json::value& data) {
-  return encode_event_text(seq, time, topic, json_text(data));
-}
-
 std::string encode_event_text(std::uint64_t seq, std::string_view time, Topic topic, std::string_view data) {
   std::string line = R"({"jsonrpc":"2.0","method":"event","params":{"seq":)" + std::to_string(seq);
   line += R"(,"time":)" + json_text(json::value(view(time)));

@@ -85,9 +85,7 @@ std::string encode_result(const Id& id, const boost::json::value& result);
 std::string encode_error(const Id& id, const RpcError& error);
 std::string encode_notification(std::string_view method, const boost::json::object& params);
 /// @param time  RFC 3339
-std::string encode_event(std::uint64_t seq, std::string_view time, Topic topic,
-                         const boost::json::value& data);
-/// The same of data that are JSON text already, on one line.
+/// @param data  JSON text, on one line
 std::string encode_event_text(std::uint64_t seq, std::string_view time, Topic topic, std::string_view data);
 
 /// How many events a client did not get, by their topics.

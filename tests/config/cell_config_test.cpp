@@ -212,6 +212,14 @@ TEST_F(CellFile, RefusesBadAddresses) {
       "cell.yaml:3:18: stream.listen: expected host:port, found '::1:7': an IPv6 address stands in brackets");
 }
 
+TEST(Endpoint, IsToldAsItIsReadBack) {
+  for (const std::string told : {"127.0.0.1:7210", "tracker.local:700", "[::1]:0", "[fe80::1%eth0]:54600"}) {
+    const auto endpoint = parse_endpoint(told, 0);
+    ASSERT_TRUE(endpoint) << endpoint.error();
+    EXPECT_EQ(text(*endpoint), told);
+  }
+}
+
 TEST_F(CellFile, NamesPlaceAndPathOfEveryMistake) {
   EXPECT_EQ(error_with("tracker:", "trakcer:"),
             "cell.yaml:4:1: trakcer: unknown key, did you mean 'tracker'?");

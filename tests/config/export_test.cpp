@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
+#include <optional>
 #include <pugixml.hpp>
 #include <sstream>
 
 #include "config/csv_reader.hpp"
+#include "config/frame_file.hpp"
 #include "config/model_export.hpp"
 #include "config/number_text.hpp"
 #include "core/arm/forward.hpp"
@@ -164,6 +166,13 @@ TEST(ParameterCsv, IsReadBackByTheProjectsOwnReaderWithoutLoss) {
   EXPECT_EQ(table.text(0, table.column("name")), parameters[0].name);
   EXPECT_EQ(table.number(0, table.column("value")), parameters[0].value);
   EXPECT_EQ(table.number(0, table.column("sigma")), parameters[0].sigma);
+}
+
+TEST(FrameReadingsCsv, MakesUpNoCoordinatesOfAPointThatHasNone) {
+  const FrameReadings data{.points = {{"a", Eigen::Vector3d(1, 2, 3)}, {"b", std::nullopt}},
+                           .readings = {{.point = 1, .p_WS_mm = Eigen::Vector3d(4, 5, 6)}}};
+  std::ostringstream out;
+  EXPECT_THROW(write_frame_readings(out, data, example::kr210()), std::bad_optional_access);
 }
 
 }  // namespace

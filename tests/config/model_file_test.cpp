@@ -6,6 +6,7 @@
 #include "core/identify/calibrated_cell.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
+#include "tests/config/arm_members.hpp"
 #include "tests/config/error_of.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/members.hpp"
@@ -26,16 +27,6 @@ inline constexpr int kMembers<config::ValidationPoint> = 5;
 template <>
 inline constexpr int kMembers<CalibratedCell> = 4;
 template <>
-inline constexpr int kMembers<RobotModel> = 10;
-template <>
-inline constexpr int kMembers<Joint> = 11;
-template <>
-inline constexpr int kMembers<JointCoupling> = 3;
-template <>
-inline constexpr int kMembers<LinkMass> = 2;
-template <>
-inline constexpr int kMembers<DeviationTerm> = 4;
-template <>
 inline constexpr int kMembers<BasePose> = 2;
 template <>
 inline constexpr int kMembers<Reflector> = 2;
@@ -43,8 +34,6 @@ template <>
 inline constexpr int kMembers<IdentifiedParameter> = 6;
 template <>
 inline constexpr int kMembers<MeasurementNoise> = 2;
-template <>
-inline constexpr int kMembers<TrackerNoiseModel> = 4;
 
 }  // namespace truepose
 

@@ -1,13 +1,71 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <fstream>
+#include <string>
+#include <vector>
 
 #include "config/cell_config.hpp"
 #include "config/robot_file.hpp"
 #include "config/scenario.hpp"
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
+#include "tests/config/arm_members.hpp"
+#include "tests/temp_folder.hpp"
+
+namespace truepose {
+
+template <>
+inline constexpr int kMembers<config::CellConfig> = 20;
+template <>
+inline constexpr int kMembers<config::RobotConfig> = 9;
+template <>
+inline constexpr int kMembers<config::StreamConfig> = 15;
+template <>
+inline constexpr int kMembers<config::TrackerConfig> = 16;
+template <>
+inline constexpr int kMembers<config::ReflectorConfig> = 4;
+template <>
+inline constexpr int kMembers<config::CampaignConfig> = 23;
+template <>
+inline constexpr int kMembers<config::Iso9283Config> = 3;
+template <>
+inline constexpr int kMembers<config::CalibrationConfig> = 5;
+template <>
+inline constexpr int kMembers<config::TlsConfig> = 3;
+template <>
+inline constexpr int kMembers<config::ControlConfig> = 3;
+template <>
+inline constexpr int kMembers<config::WebConfig> = 2;
+template <>
+inline constexpr int kMembers<config::RecordingConfig> = 4;
+template <>
+inline constexpr int kMembers<config::ToolLoad> = 2;
+template <>
+inline constexpr int kMembers<config::Endpoint> = 2;
+template <>
+inline constexpr int kMembers<Surroundings> = 4;
+template <>
+inline constexpr int kMembers<Capsule> = 3;
+template <>
+inline constexpr int kMembers<BodyPart> = 2;
+template <>
+inline constexpr int kMembers<Box> = 2;
+template <>
+inline constexpr int kMembers<TestCubeWish> = 7;
+
+}  // namespace truepose
 
 namespace truepose::config {
+
+/// The example has none.
+bool same(const ToolFile& a, const ToolFile& b) { return a.number == b.number; }
+
 namespace {
+
+using testing::ElementsAre;
 
 const std::filesystem::path kConfig = std::filesystem::path(TRUEPOSE_SOURCE_DIR) / "config";
 
@@ -29,52 +87,78 @@ TEST(ShippedFiles, TheRobotStandsWhereTheControllersPosesAre) {
   EXPECT_LT(angle_between(X.linear(), shown.linear()) * kDegPerRad, 2e-3);
 }
 
-TEST(ShippedFiles, TheExampleCellShowsTheDefaults) {
-  const CellConfig cell = load_cell(kConfig / "cell.yaml"), defaults;
-  EXPECT_EQ(cell.robot.model.joint_count(), 6);
-  EXPECT_EQ(cell.robot.max_fk_deviation_mm, defaults.robot.max_fk_deviation_mm);
-  EXPECT_EQ(cell.stream.cycle, defaults.stream.cycle);
-  EXPECT_EQ(cell.stream.realtime, defaults.stream.realtime);
-  EXPECT_EQ(cell.stream.priority, defaults.stream.priority);
-  EXPECT_EQ(cell.stream.max_step_deg, defaults.stream.max_step_deg);
-  EXPECT_EQ(cell.stream.max_total_deg, defaults.stream.max_total_deg);
-  EXPECT_EQ(cell.stream.limit_margin_deg, defaults.stream.limit_margin_deg);
-  EXPECT_EQ(cell.stream.singular_deg, defaults.stream.singular_deg);
-  EXPECT_EQ(cell.stream.ramp, defaults.stream.ramp);
-  EXPECT_EQ(cell.tracker.measure, defaults.tracker.measure);
-  EXPECT_EQ(cell.tracker.search_first_mm, defaults.tracker.search_first_mm);
-  EXPECT_EQ(cell.tracker.search_mm, defaults.tracker.search_mm);
-  EXPECT_EQ(cell.tracker.gate_mm, defaults.tracker.gate_mm);
-  EXPECT_EQ(cell.reflector.name, defaults.reflector.name);
-  EXPECT_EQ(cell.reflector.acceptance_deg, defaults.reflector.acceptance_deg);
-  EXPECT_EQ(cell.campaign.identify_poses, defaults.campaign.identify_poses);
-  EXPECT_EQ(cell.campaign.validate_poses, defaults.campaign.validate_poses);
-  EXPECT_EQ(cell.campaign.drift_poses, defaults.campaign.drift_poses);
-  EXPECT_EQ(cell.campaign.coarse_after, defaults.campaign.coarse_after);
-  EXPECT_EQ(cell.campaign.seed, defaults.campaign.seed);
-  EXPECT_EQ(cell.campaign.speed_percent, defaults.campaign.speed_percent);
-  EXPECT_EQ(cell.campaign.settle, defaults.campaign.settle);
-  EXPECT_EQ(cell.campaign.warm_up, defaults.campaign.warm_up);
-  EXPECT_EQ(cell.campaign.warm_up_moves, defaults.campaign.warm_up_moves);
-  EXPECT_EQ(cell.campaign.retries, defaults.campaign.retries);
-  EXPECT_EQ(cell.campaign.limit_margin_deg, defaults.campaign.limit_margin_deg);
-  EXPECT_EQ(cell.campaign.wrist_margin_deg, defaults.campaign.wrist_margin_deg);
-  EXPECT_EQ(cell.campaign.candidates, defaults.campaign.candidates);
-  EXPECT_EQ(cell.campaign.criterion, defaults.campaign.criterion);
-  EXPECT_EQ(cell.campaign.reference_every, defaults.campaign.reference_every);
-  EXPECT_EQ(cell.campaign.approach, defaults.campaign.approach);
-  EXPECT_EQ(cell.campaign.approach_deg, defaults.campaign.approach_deg);
-  EXPECT_EQ(cell.surroundings.floor_mm, defaults.surroundings.floor_mm);
-  EXPECT_EQ(cell.surroundings.clearance_mm, defaults.surroundings.clearance_mm);
-  EXPECT_EQ(cell.surroundings.tracker_radius_mm, defaults.surroundings.tracker_radius_mm);
-  EXPECT_EQ(cell.tracker.beam_radius_mm, defaults.tracker.beam_radius_mm);
-  EXPECT_EQ(cell.tracker.noise.range_mm, defaults.tracker.noise.range_mm);
-  EXPECT_EQ(cell.tracker.noise.transverse_mm_per_m, defaults.tracker.noise.transverse_mm_per_m);
-  EXPECT_EQ(cell.robot.repeatability_mm, defaults.robot.repeatability_mm);
-  EXPECT_EQ(cell.campaign.remeasure, defaults.campaign.remeasure);
-  EXPECT_EQ(cell.control.listen.host, defaults.control.listen.host);
-  EXPECT_EQ(cell.control.listen.port, defaults.control.listen.port);
-  EXPECT_EQ(cell.log_level, defaults.log_level);
+/// A key of the example cell with all that its value takes, "campaign/retries".
+struct Shown {
+  std::string key;
+  std::size_t first, count;  ///< lines
+};
+
+std::size_t indent_of(const std::string& line) { return std::min(line.find_first_not_of(' '), line.size()); }
+
+bool says_something(const std::string& line) {
+  const std::size_t begin = indent_of(line);
+  return begin < line.size() && line[begin] != '#';
+}
+
+/// Every key that is not a section.
+std::vector<Shown> keys_shown(const std::vector<std::string>& lines) {
+  std::vector<Shown> all;
+  std::string section;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::string& line = lines[i];
+    const std::size_t indent = indent_of(line);
+    if (!says_something(line) || indent > 2) continue;
+    const std::string key = line.substr(indent, line.find(':') - indent);
+    std::size_t end = i + 1;
+    while (end < lines.size() && says_something(lines[end]) && indent_of(lines[end]) > indent) ++end;
+    const std::size_t value = line.find_first_not_of(' ', line.find(':') + 1);
+    const bool is_section = indent == 0 && (value == std::string::npos || line[value] == '#');
+    if (is_section) section = key + "/";
+    if (!is_section) all.push_back({(indent == 0 ? "" : section) + key, i, end - i});
+  }
+  return all;
+}
+
+/// The example, and itself without any one of its keys.
+class ExampleCell {
+ public:
+  ExampleCell() {
+    for (const char* folder : {"kuka", "robots"})
+      std::filesystem::create_directory_symlink(kConfig / folder, folder_.path() / folder);
+    std::ifstream file{kConfig / "cell.yaml"};
+    for (std::string line; std::getline(file, line);) lines_.push_back(line);
+  }
+
+  const std::vector<std::string>& lines() const { return lines_; }
+  CellConfig without(const Shown& key) const {
+    std::string text;
+    for (std::size_t i = 0; i < lines_.size(); ++i)
+      if (i < key.first || i >= key.first + key.count) text += lines_[i] + "\n";
+    return load_cell(folder_.write("cell.yaml", text));
+  }
+  CellConfig whole() const { return without({}); }
+
+ private:
+  TempFolder folder_;
+  std::vector<std::string> lines_;
+};
+
+TEST(ShippedFiles, TheExampleCellShowsTheDefaultOfEveryKeyThatMayBeLeftOut) {
+  const ExampleCell example;
+  const CellConfig whole = example.whole();
+  std::vector<std::string> must_be_given, shows_another;
+  for (const Shown& shown : keys_shown(example.lines())) try {
+      if (!truepose::same(example.without(shown), whole)) shows_another.push_back(shown.key);
+    } catch (const ConfigError&) {
+      must_be_given.push_back(shown.key);
+    }
+  EXPECT_THAT(must_be_given,
+              ElementsAre("name", "robot/file", "robot/eki_motion", "robot/eki_state", "stream/listen",
+                          "stream/ethernet_xml", "tracker/address", "control/token_file", "store"));
+  // What the head of the file names as exceptions, and the two names of which it says what leaving them out
+  // means.
+  EXPECT_THAT(shows_another, ElementsAre("robot/expect_model", "tracker/reflector", "tracker/placement",
+                                         "reflector/offset_mm", "reflector/facing", "surroundings/tool"));
 }
 
 TEST(ShippedFiles, TheDemoScenarioIsTheArmOfThePaperNearTheExampleCellsGuess) {

@@ -13,7 +13,6 @@ namespace truepose {
 namespace {
 
 using testing::ElementsAre;
-using testing::Field;
 using testing::IsEmpty;
 
 struct ArmIdentity : testing::Test {

@@ -220,8 +220,19 @@ TEST_F(DriftOfAnExactModel, TooFewPointsAreSaidToBeTooFew) {
   joints_.resize(1);
   const DriftCheck result = check(cell);
   EXPECT_EQ(result.verdict, DriftVerdict::Failed);
-  EXPECT_NE(result.reason.find("1 point is too few to tell why: measure at least 5"), std::string::npos)
+  EXPECT_NE(result.reason.find("1 point is too few to tell why: measure at least 4"), std::string::npos)
       << result.reason;
+}
+
+TEST_F(DriftOfAnExactModel, AsManyPointsAsAreAskedForAreEnough) {
+  CalibratedCell cell = reference_.cell;
+  cell.robot.joints[2].theta_rad += 0.02 * kRadPerDeg;
+  joints_.resize(4);
+  EXPECT_EQ(check(cell).reason.find("too few"), std::string::npos) << check(cell).reason;
+  joints_.pop_back();
+  EXPECT_NE(check(cell).reason.find("3 points are too few to tell why: measure at least 4"),
+            std::string::npos)
+      << check(cell).reason;
 }
 
 TEST_F(DriftOfAnExactModel, ACauseThatTooFewPointsSuggestIsSaidToBeUncertain) {
@@ -232,7 +243,7 @@ TEST_F(DriftOfAnExactModel, ACauseThatTooFewPointsSuggestIsSaidToBeUncertain) {
   EXPECT_EQ(result.verdict, DriftVerdict::Failed);
   EXPECT_NE(result.reason.find("most likely axis 3's zero moved by 0.0200 deg"), std::string::npos)
       << result.reason;
-  EXPECT_NE(result.reason.find(", but 2 points are too few to tell why: measure at least 5"),
+  EXPECT_NE(result.reason.find(", but 2 points are too few to tell why: measure at least 4"),
             std::string::npos)
       << result.reason;
 }

@@ -241,15 +241,21 @@ TEST(MarginalLikelihood, HasTheGradientOfDifferences) {
   }
 }
 
+std::expected<CrossValidation, std::string> cross_validated(RegressorKind kind, const RegressionData& data) {
+  auto selection = select_regressor(data, {&kind, 1});
+  if (!selection) return std::unexpected{selection.error()};
+  return std::move(selection->tried.front());
+}
+
 TEST(CrossValidation, LeavesPointsOfAGroupOutTogether) {
   // Every pose twice, with a target of its own: only its twin can tell.
   RegressionData data = sample(40, 1, 24, false);
   data.X.bottomRows(20) = data.X.topRows(20);
   data.Y.bottomRows(20) = data.Y.topRows(20);
-  const auto apart = cross_validate(RegressorKind::InverseDistance, data);
+  const auto apart = cross_validated(RegressorKind::InverseDistance, data);
   ASSERT_TRUE(apart) << apart.error();
   for (int i = 0; i < 40; ++i) data.groups.push_back(i % 20);
-  const auto together = cross_validate(RegressorKind::InverseDistance, data);
+  const auto together = cross_validated(RegressorKind::InverseDistance, data);
   ASSERT_TRUE(together) << together.error();
   EXPECT_LT(apart->rms, 0.8);
   EXPECT_GT(together->rms, 1.2);
@@ -259,7 +265,7 @@ TEST(CrossValidation, LeavesPointsOfAGroupOutTogether) {
 TEST(CrossValidation, PredictsTheErrorAtFreshPoints) {
   const RegressionData data = sample(60, 0.02, 25), fresh = sample(400, 0.02, 26);
   for (const RegressorKind kind : {RegressorKind::GaussianProcess, RegressorKind::MovingLeastSquares}) {
-    const auto validated = cross_validate(kind, data);
+    const auto validated = cross_validated(kind, data);
     ASSERT_TRUE(validated) << validated.error();
     const double rms = part_left(*fit(kind, data), fresh) * std::sqrt(fresh.Y.squaredNorm() / 400);
     EXPECT_NEAR(validated->rms, rms, 4 * validated->standard_error) << name_of(kind);
@@ -268,8 +274,8 @@ TEST(CrossValidation, PredictsTheErrorAtFreshPoints) {
 
 TEST(CrossValidation, SaysWhatItsFitsExpected) {
   const RegressionData data = sample(60, 0.02, 28);
-  const auto by_evidence = cross_validate(RegressorKind::GaussianProcess, data);
-  const auto by_nothing = cross_validate(RegressorKind::InverseDistance, data);
+  const auto by_evidence = cross_validated(RegressorKind::GaussianProcess, data);
+  const auto by_nothing = cross_validated(RegressorKind::InverseDistance, data);
   ASSERT_TRUE(by_evidence && by_nothing);
   EXPECT_NEAR(by_evidence->expected_rms, by_evidence->rms, 0.3 * by_evidence->rms);
   // A method that knows nothing of itself expects the targets whole.
@@ -279,7 +285,7 @@ TEST(CrossValidation, SaysWhatItsFitsExpected) {
 TEST(CrossValidation, RefusesASingleGroup) {
   RegressionData data = sample(10, 0.1, 27);
   data.groups.assign(10, 3);
-  EXPECT_FALSE(cross_validate(RegressorKind::GaussianProcess, data));
+  EXPECT_FALSE(cross_validated(RegressorKind::GaussianProcess, data));
 }
 
 TEST(SelectRegressor, ChoosesNoneOnNoise) {

@@ -19,7 +19,7 @@ namespace truepose::daemon {
 namespace {
 
 namespace fs = std::filesystem;
-using Level = Finding::Level;
+using Level = CheckFinding::Level;
 using testing::Contains;
 using testing::Each;
 using testing::Field;
@@ -52,21 +52,21 @@ class CheckTest : public testing::Test {
     text.replace(text.find(from), from.size(), to);
     return folder_.write("rsi.xml", text);
   }
-  std::vector<Finding> findings() const { return check(config_); }
+  std::vector<CheckFinding> findings() const { return check(config_); }
   std::string warnings() const {
     std::string all;
-    for (const Finding& finding : findings()) {
+    for (const CheckFinding& finding : findings()) {
       if (finding.level == Level::Warning) all += finding.text + "\n";
     }
     return all;
   }
   static auto failure(const std::string& text) {
-    return Contains(
-        testing::AllOf(Field(&Finding::level, Level::Failure), Field(&Finding::text, HasSubstr(text))));
+    return Contains(testing::AllOf(Field(&CheckFinding::level, Level::Failure),
+                                   Field(&CheckFinding::text, HasSubstr(text))));
   }
   static auto warning(const std::string& text) {
-    return Contains(
-        testing::AllOf(Field(&Finding::level, Level::Warning), Field(&Finding::text, HasSubstr(text))));
+    return Contains(testing::AllOf(Field(&CheckFinding::level, Level::Warning),
+                                   Field(&CheckFinding::text, HasSubstr(text))));
   }
 
   TempFolder folder_;
@@ -87,7 +87,7 @@ TEST_F(CheckTest, DoesNotAskAControllerForMoreJointsThanItTells) {
 }
 
 TEST_F(CheckTest, FindsEverythingGoodInTheShippedFilesAndChangesNothing) {
-  EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));
+  EXPECT_THAT(findings(), Each(Field(&CheckFinding::level, Level::Good)));
   EXPECT_FALSE(fs::exists(config_.store));
 }
 
@@ -107,7 +107,7 @@ TEST_F(CheckTest, RefusesAnRsiConfigurationUnderWhichACorrectionCouldJump) {
 
 TEST_F(CheckTest, RefusesACpuThatThereIsNot) {
   config_.stream.cpu = drivers::scheduling_of(0).cpus.back();
-  EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));
+  EXPECT_THAT(findings(), Each(Field(&CheckFinding::level, Level::Good)));
   config_.stream.cpu = 1023;
   EXPECT_THAT(findings(), failure("stream.cpu: this process has no CPU 1023"));
 }
@@ -172,7 +172,7 @@ TEST_F(CheckTest, RefusesTwoKeysWithOnePort) {
   config_.robot.eki_state = {"localhost", 7210};
   EXPECT_THAT(findings(), failure("robot.eki_state and control.listen are both 127.0.0.1:7210"));
   config_.control.listen.port = 0;
-  EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));
+  EXPECT_THAT(findings(), Each(Field(&CheckFinding::level, Level::Good)));
 }
 
 TEST_F(CheckTest, WarnsOfACycleThatNoControllerHas) {
@@ -190,7 +190,7 @@ TEST_F(CheckTest, RefusesFewerPosesThanTheArmHasParameters) {
     EXPECT_THAT(findings(), failure("campaign.identify_poses: " + std::to_string(poses) + " are too few"));
   }
   config_.campaign.identify_poses = 10;
-  EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));
+  EXPECT_THAT(findings(), Each(Field(&CheckFinding::level, Level::Good)));
 }
 
 TEST_F(CheckTest, RefusesATokenThatOthersCanReadOrGuessOrThatIsNotThere) {
@@ -208,20 +208,21 @@ TEST_F(CheckTest, ACertificateThatDoesNotHoldByTheClockMayPassAndOneThatCannotBe
   certificates.make("daemon");
   config_.control.tls =
       config::TlsConfig{{"127.0.0.1", 7211}, certificates.certificate("daemon"), certificates.key("daemon")};
-  EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));
+  EXPECT_THAT(findings(), Each(Field(&CheckFinding::level, Level::Good)));
   const auto at = [this](std::chrono::days ahead) {
     return check(config_, std::chrono::system_clock::now() + ahead);
   };
   const auto passing = [](const std::string& text) {
-    return Contains(testing::AllOf(Field(&Finding::level, Level::Failure), Field(&Finding::may_pass, true),
-                                   Field(&Finding::text, HasSubstr(text))));
+    return Contains(testing::AllOf(Field(&CheckFinding::level, Level::Failure),
+                                   Field(&CheckFinding::may_pass, true),
+                                   Field(&CheckFinding::text, HasSubstr(text))));
   };
   EXPECT_THAT(at(std::chrono::days{-3}), passing("is not valid before"));
   EXPECT_THAT(at(std::chrono::days{300}), passing("expired on"));
   EXPECT_THAT(at(std::chrono::days{300}), passing("and the clock of this PC says 2"));
   config_.control.tls->key = folder_.write("other.key", "none");
-  EXPECT_THAT(at(std::chrono::days{-3}), Contains(testing::AllOf(Field(&Finding::level, Level::Failure),
-                                                                 Field(&Finding::may_pass, false))));
+  EXPECT_THAT(at(std::chrono::days{-3}), Contains(testing::AllOf(Field(&CheckFinding::level, Level::Failure),
+                                                                 Field(&CheckFinding::may_pass, false))));
 }
 
 TEST_F(CheckTest, RefusesAnAccessListThatCannotBeRead) {
@@ -278,7 +279,7 @@ TEST_F(CheckTest, RefusesAStoreThatTheStartWouldRefuseAndLeavesItAsItIs) {
     return std::string{std::istreambuf_iterator<char>{file}, {}};
   };
   const std::string before = bytes();
-  EXPECT_THAT(findings(), Each(Field(&Finding::level, Level::Good)));
+  EXPECT_THAT(findings(), Each(Field(&CheckFinding::level, Level::Good)));
   EXPECT_EQ(bytes(), before);
 
   constexpr std::size_t kSecondPage = 4096;  // the root of the first table, and not the unused rest of a page

@@ -15,13 +15,10 @@ namespace {
 namespace asio = boost::asio;
 using namespace std::chrono_literals;
 using testing::AllOf;
-using testing::Contains;
 using testing::Each;
 using testing::ElementsAre;
-using testing::Ge;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using testing::Lt;
 using testing::Ne;
 using testing::SizeIs;
 

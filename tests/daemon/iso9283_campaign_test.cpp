@@ -10,7 +10,6 @@ namespace {
 
 using testing::Each;
 using testing::ElementsAre;
-using testing::Gt;
 using testing::HasSubstr;
 using testing::Lt;
 using testing::SizeIs;

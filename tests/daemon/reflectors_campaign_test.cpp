@@ -110,7 +110,7 @@ TEST_F(ReflectorsCampaignTest, LeavesOutAReflectorThatWasSeenAtNoPoseToIdentifyF
   EXPECT_GT(std::ranges::count(corrected.points, PointPurpose::Validate, &StoredPoint::purpose), 5);
   EXPECT_THAT(corrected.findings,
               testing::Contains(testing::Field(
-                  &truepose::Finding::sentence,
+                  &Finding::sentence,
                   testing::StartsWith(
                       "reflector \"c\" was seen at no pose to identify from: what was measured of it (" +
                       std::to_string(of_c)))));

@@ -17,10 +17,8 @@ namespace {
 
 using testing::AllOf;
 using testing::Contains;
-using testing::Each;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 using testing::SizeIs;
 
 constexpr int kIdentified = 16, kValidated = 28,
@@ -77,7 +75,7 @@ struct ResumedCampaignTest : CampaignTest {
   }
   static std::vector<std::string> sentences(const CampaignResult& result) {
     std::vector<std::string> all;
-    for (const truepose::Finding& finding : result.as<CalibrationResult>().verdict.findings)
+    for (const Finding& finding : result.as<CalibrationResult>().verdict.findings)
       all.push_back(finding.sentence);
     return all;
   }

@@ -9,8 +9,6 @@
 namespace truepose::daemon {
 namespace {
 
-using namespace std::chrono_literals;
-
 TEST(StreamFault, FaultsHoldsAndAsksToStopWhenABoundIsBrokenForLong) {
   StreamOptions options = stream_options();
   options.max_total_rad = 0.03 * kRadPerDeg;

@@ -9,8 +9,6 @@
 namespace truepose::daemon {
 namespace {
 
-using namespace std::chrono_literals;
-
 TEST(StreamSession, HoldsTheCorrectionThroughLostDatagramsAndCountsThem) {
   StreamRig rig;
   engage(rig);

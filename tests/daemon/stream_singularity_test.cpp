@@ -10,8 +10,6 @@
 namespace truepose::daemon {
 namespace {
 
-using namespace std::chrono_literals;
-
 /// How far (mm) the point of the real arm is from where the nominal arm would have it.
 double off_mm(const StreamRig& rig, const RobotModel& real, const Eigen::Vector3d& p_F_mm) {
   return (forward_kinematics(real, rig.q + rig.applied) * p_F_mm -

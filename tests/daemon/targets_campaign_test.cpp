@@ -15,7 +15,6 @@ using testing::AllOf;
 using testing::Each;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using testing::Lt;
 using testing::SizeIs;
 
 /// Drives to targets with a model that is some hundredths of a millimetre off.

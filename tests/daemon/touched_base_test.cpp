@@ -14,10 +14,8 @@ namespace {
 namespace json = boost::json;
 using namespace std::chrono_literals;
 using testing::AllOf;
-using testing::Each;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using testing::Not;
 using testing::SizeIs;
 using testing::StartsWith;
 

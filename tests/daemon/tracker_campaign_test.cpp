@@ -10,7 +10,6 @@ namespace truepose::daemon {
 namespace {
 
 using testing::Contains;
-using testing::Each;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -64,7 +63,7 @@ struct TrackerCampaignTest : CampaignTest {
   }
   static std::vector<std::string> sentences(const CampaignResult& result) {
     std::vector<std::string> all;
-    for (const truepose::Finding& finding : result.as<CalibrationResult>().verdict.findings)
+    for (const Finding& finding : result.as<CalibrationResult>().verdict.findings)
       all.push_back(finding.sentence);
     return all;
   }

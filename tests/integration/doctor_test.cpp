@@ -25,7 +25,6 @@ namespace json = boost::json;
 using testing::AllOf;
 using testing::Contains;
 using testing::HasSubstr;
-using testing::Not;
 using testing::ResultOf;
 
 // ---- A controller ----

@@ -20,7 +20,6 @@ namespace truepose {
 namespace {
 
 namespace json = boost::json;
-using testing::HasSubstr;
 
 constexpr const char* kProgram = R"(DEF GLUING()
    DECL INT I

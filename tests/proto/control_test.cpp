@@ -179,7 +179,7 @@ TEST(ControlReply, HasTheGoldenForm) {
             R"({"jsonrpc":"2.0","id":null,"error":{"code":-32003,"message":"no campaign runs",)"
             R"("data":{"code":"E_STATE","state":"ready","allowed":["campaign.start"]}}})"
             "\n");
-  EXPECT_EQ(encode_event(5, "2026-01-02T03:04:05.678Z", Topic::Fault, {{"text", "line\nbreak"}}),
+  EXPECT_EQ(encode_event_text(5, "2026-01-02T03:04:05.678Z", Topic::Fault, R"({"text":"line\nbreak"})"),
             R"({"jsonrpc":"2.0","method":"event","params":{"seq":5,"time":"2026-01-02T03:04:05.678Z",)"
             R"("topic":"fault","data":{"text":"line\nbreak"}}})"
             "\n");
@@ -200,7 +200,7 @@ TEST(ControlReply, IsReadBackByTheClient) {
   EXPECT_EQ(reply.result.error().state, "ready");
   EXPECT_THAT(reply.result.error().allowed, ElementsAre("campaign.start"));
 
-  const auto event = decode_server_line(encode_event(9, "t", Topic::Log, json::object{{"text", "x"}}));
+  const auto event = decode_server_line(encode_event_text(9, "t", Topic::Log, R"({"text":"x"})"));
   ASSERT_TRUE(event);
   EXPECT_EQ(std::get<Event>(*event).seq, 9U);
   EXPECT_EQ(std::get<Event>(*event).topic, "log");

@@ -7,7 +7,6 @@ namespace truepose::rsi {
 namespace {
 
 using testing::ElementsAre;
-using testing::IsEmpty;
 
 EthernetConfig sending(std::initializer_list<const char*> tags) {
   EthernetConfig ethernet;

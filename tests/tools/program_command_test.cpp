@@ -18,7 +18,6 @@ namespace truepose {
 namespace {
 
 namespace json = boost::json;
-using testing::HasSubstr;
 
 constexpr char kMotion[] = "LIN {X 1663.329,Y 693.037,Z 1976.8222,A -160.488,B -46.9562,C 22.8781,S 6,T 51}";
 

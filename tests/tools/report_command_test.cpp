@@ -159,7 +159,15 @@ TEST_F(ReportCommand, RefusesADocumentThatItCannotReadAndWritesNothing) {
 
   options.truth = folder_.path() / "nothing.json";
   EXPECT_EQ(report(report::sample_document(5, true), options), 2);
-  EXPECT_THAT(err_, HasSubstr("nothing.json: cannot be read"));
+  EXPECT_THAT(err_, HasSubstr("nothing.json: cannot be opened: No such file or directory"));
+}
+
+TEST_F(ReportCommand, ReadsADocumentThatAnEditorPutAByteOrderMarkBefore) {
+  ReportOptions options;
+  options.html = folder_.path() / "report.html";
+  options.truth = folder_.write("truth.json", "\xef\xbb\xbf[]");
+  EXPECT_EQ(report(report::sample_document(5, true), options), 2);
+  EXPECT_THAT(err_, HasSubstr("truth.json: not a JSON object"));
 }
 
 TEST_F(ReportCommand, SaysWhichFileCannotBeWritten) {

@@ -6,11 +6,9 @@
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/system/system_error.hpp>
-#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <random>
 #include <stdexcept>
@@ -18,6 +16,7 @@
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
 #include "tools/proxy/proxy.hpp"
+#include "tools/steering/exit_code.hpp"
 #include "tools/steering/line_port.hpp"
 #include "tools/steering/options.hpp"
 
@@ -30,7 +29,6 @@ namespace proxy = truepose::proxy;
 namespace steering = truepose::steering;
 using steering::UsageError, steering::number_of;
 
-constexpr int kBadUsage = 2, kUnreachable = 3;
 constexpr const char* kHelp =
     R"(Stands between two devices and does to their packets what bad networks do.
 Usage: truepose-proxy [OPTIONS]
@@ -155,11 +153,11 @@ int main(int argc, char** argv) try {
   return options ? run(*options) : 0;
 } catch (const AddressError& e) {
   std::fprintf(stderr, "truepose-proxy: %s\n", e.what());
-  return kUnreachable;
+  return steering::kUnreachable;
 } catch (const boost::system::system_error& e) {
   std::fprintf(stderr, "truepose-proxy: --admin: %s\n", e.code().message().c_str());
-  return kUnreachable;
+  return steering::kUnreachable;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "truepose-proxy: %s\n", e.what());
-  return kBadUsage;
+  return steering::kBadInput;
 }

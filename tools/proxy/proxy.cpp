@@ -71,8 +71,8 @@ std::expected<std::string, std::string> Proxy::add(const RouteOptions& options) 
   }
   return routes_.back()->listens();
 } catch (const boost::system::system_error& e) {
-  return std::unexpected("route from " + options.listen.host + ":" + std::to_string(options.listen.port) +
-                         " to " + options.target.host + ": " + e.code().message());
+  return std::unexpected("route from " + config::text(options.listen) + " to " + options.target.host + ": " +
+                         e.code().message());
 }
 
 json::object Proxy::obey(const Command& command) {

@@ -16,7 +16,6 @@ namespace truepose::sim {
 
 namespace asio = boost::asio;
 using namespace bridge;
-using namespace std::chrono_literals;
 
 namespace {
 

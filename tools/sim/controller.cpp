@@ -8,8 +8,6 @@
 namespace truepose::sim {
 namespace {
 
-using krl::Value;
-
 /// Of the interpolator.
 constexpr std::chrono::milliseconds kCycle{4};
 

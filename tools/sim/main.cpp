@@ -10,21 +10,18 @@
 #include <boost/json/serialize.hpp>
 #include <boost/json/value_to.hpp>
 #include <boost/system/system_error.hpp>
-#include <charconv>
 #include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "config/ethernet_file.hpp"
 #include "config/number_text.hpp"
 #include "config/scenario.hpp"
 #include "config/text_file.hpp"
@@ -33,6 +30,7 @@
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/rsi_datagrams.hpp"
 #include "tools/sim/simulated_cell.hpp"
+#include "tools/steering/exit_code.hpp"
 #include "tools/steering/line_port.hpp"
 #include "tools/steering/options.hpp"
 
@@ -45,8 +43,6 @@ namespace rsi = truepose::rsi;
 namespace sim = truepose::sim;
 namespace steering = truepose::steering;
 using steering::UsageError, steering::number_of;
-
-constexpr int kBadUsage = 2;
 
 constexpr const char* kHelp =
     R"(A simulated robot cell: a KUKA controller (EKI, RSI) and a laser tracker (emScon) over real sockets.
@@ -117,15 +113,10 @@ std::optional<Options> options_of(int argc, char** argv) {
   return options;
 }
 
-rsi::EthernetConfig load_ethernet_config(const std::filesystem::path& file) {
-  std::ifstream in{file, std::ios::binary};
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in) throw UsageError{file.string() + ": cannot be read"};
-  auto config = rsi::parse_ethernet_config(text.str());
-  if (!config) throw UsageError{file.string() + ": " + config.error()};
-  if (const auto reason = sim::unsendable(*config)) throw UsageError{file.string() + ": " + *reason};
-  return *std::move(config);
+rsi::EthernetConfig sendable_ethernet(const std::filesystem::path& file) {
+  rsi::EthernetConfig ethernet = config::load_ethernet(file);
+  if (const auto reason = sim::unsendable(ethernet)) throw UsageError{file.string() + ": " + *reason};
+  return ethernet;
 }
 
 /// Numeric address and port of the PC, from the command line or else from the controller's own configuration.
@@ -265,7 +256,7 @@ std::string steered(const std::string& line, sim::SimulatedCell& cell, const con
 
 int run(Options options) {
   const config::Scenario scenario = config::load_scenario(options.scenario);
-  const rsi::EthernetConfig ethernet = load_ethernet_config(scenario.ethernet_xml);
+  const rsi::EthernetConfig ethernet = sendable_ethernet(scenario.ethernet_xml);
   choose_rsi_target(options, ethernet);
 
   asio::io_context io{1};
@@ -305,7 +296,10 @@ int run(Options options) {
 int main(int argc, char** argv) try {
   auto options = options_of(argc, argv);
   return options ? run(*std::move(options)) : 0;
+} catch (const sim::PortError& e) {
+  std::fprintf(stderr, "truepose-sim: %s\n", e.what());
+  return steering::kUnreachable;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "truepose-sim: %s\n", e.what());
-  return kBadUsage;
+  return steering::kBadInput;
 }

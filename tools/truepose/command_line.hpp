@@ -11,15 +11,11 @@
 #include <variant>
 #include <vector>
 
+#include "tools/steering/exit_code.hpp"
+
 namespace truepose::tools {
 
-/// What every command ends with.
-enum ExitCode {
-  kDone = 0,
-  kFailed = 1,       ///< the work failed: not converged, validation worse, a target out of reach
-  kBadInput = 2,     ///< usage, or a file that cannot be used
-  kUnreachable = 3,  ///< the daemon or a device
-};
+using enum steering::ExitCode;
 
 /// Why a command ends without its result, or though it printed it. Thrown, it becomes a line on standard
 /// error and the exit code.

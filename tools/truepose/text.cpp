@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <boost/json/array.hpp>
 #include <boost/json/value.hpp>
-#include <cstdio>
 
+#include "core/formatted.hpp"
 #include "proto/control/json_text.hpp"
 
 namespace truepose::tools {
@@ -54,9 +54,7 @@ std::string text_at(const json::value& value, std::string_view pointer) {
 std::string number_at(const json::value& value, std::string_view pointer, int decimals, const char* unit) {
   const json::value* found = find_at(value, pointer);
   if (!found || !found->is_number()) return "-";
-  char printed[64];
-  std::snprintf(printed, sizeof printed, "%.*f%s", decimals, found->to_number<double>(), unit);
-  return printed;
+  return formatted("%.*f%s", decimals, found->to_number<double>(), unit);
 }
 
 std::string string_at(const json::value& value, std::string_view pointer) {

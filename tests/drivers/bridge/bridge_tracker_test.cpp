@@ -15,10 +15,8 @@ namespace {
 namespace asio = boost::asio;
 using namespace std::chrono_literals;
 using bridge::ErrorCode, bridge::EventKind;
-using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::Not;
 
 class BridgeTrackerTest : public testing::Test {
  protected:

@@ -16,7 +16,6 @@ namespace {
 
 namespace asio = boost::asio;
 using namespace emscon;
-using namespace std::chrono_literals;
 using enum CommandCode;
 using testing::Contains;
 using testing::ElementsAre;

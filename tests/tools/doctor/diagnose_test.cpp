@@ -26,7 +26,6 @@ namespace json = boost::json;
 using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::Contains;
-using testing::Each;
 using testing::Field;
 using testing::HasSubstr;
 
@@ -76,7 +75,7 @@ rsi::EthernetConfig small_ethernet() {
 
 /// Of a cell in which all is well, before the daemon is started.
 Observations all_is_well(const config::CellConfig& cell) {
-  return {.check = {{daemon::Finding::Level::Good, "good"}},
+  return {.check = {{daemon::CheckFinding::Level::Good, "good"}},
           .ethernet = small_ethernet(),
           .interfaces = {{"lo", 0x7f000001, 0xff000000}, {"eth1", kPc, 0xffffff00}},
           .daemon = {.unreachable = "nobody answers"},
@@ -126,9 +125,9 @@ RsiSender& sender(Observations& seen) { return seen.rsi.senders.at(0); }
 // clang-format off
 const std::vector<Case> kCases{
     // ---- cell file ----
-    {"CheckWarns", [](auto&, auto& seen) { seen.check = {{daemon::Finding::Level::Warning, "HOLDON is 0"}}; },
+    {"CheckWarns", [](auto&, auto& seen) { seen.check = {{daemon::CheckFinding::Level::Warning, "HOLDON is 0"}}; },
      "cell file", Level::Warning, "HOLDON is 0", "trueposed --config cell.yaml --check"},
-    {"CheckFails", [](auto&, auto& seen) { seen.check = {{daemon::Finding::Level::Failure, "no token"}}; },
+    {"CheckFails", [](auto&, auto& seen) { seen.check = {{daemon::CheckFinding::Level::Failure, "no token"}}; },
      "cell file", Level::Fault, "no token", "--check"},
     // ---- daemon ----
     {"DaemonDown", [](auto&, auto&) {}, "daemon", Level::Warning, "nobody answers", "systemctl start"},

@@ -19,7 +19,6 @@ namespace truepose::sim {
 namespace {
 
 namespace asio = boost::asio;
-using namespace std::chrono_literals;
 
 /// A client that says what it likes, and hears all of it.
 class PlainClient {

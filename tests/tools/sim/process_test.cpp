@@ -252,13 +252,13 @@ TEST_F(SimulatorTest, IsSteeredByLinesAndNamesWhatItDoesNotUnderstand) {
   EXPECT_THAT(steer(R"({"ask": "weather"})"), HasSubstr("expected program or statistics"));
 }
 
-TEST_F(SimulatorTest, NamesAPortThatIsInUseAndEndsWithTwo) {
+TEST_F(SimulatorTest, NamesAPortThatIsInUseAndEndsWithThree) {
   scenario();
   tcp::acceptor holder{context_, {asio::ip::address_v4::loopback(), 0}};
   const std::string port = std::to_string(holder.local_endpoint().port());
   for (const std::string option : {"--eki-port", "--tracker-port"}) {
     SimulatorProcess simulator{folder_, arguments({option, port})};
-    EXPECT_EQ(simulator.wait(), 2);
+    EXPECT_EQ(simulator.wait(), 3);
     EXPECT_THAT(simulator.errors(), HasSubstr("port " + port)) << option;
     EXPECT_EQ(simulator.output(), "");
   }

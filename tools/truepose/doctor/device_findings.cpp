@@ -28,7 +28,7 @@ std::string next_of(drivers::RobotFault fault) {
 
 /// What to do about a bridge that misbehaves.
 std::string try_bridge(const config::Endpoint& address) {
-  return "try what it promises: truepose bridge-check " + address.host + ":" + std::to_string(address.port);
+  return "try what it promises: truepose bridge-check " + config::text(address);
 }
 
 std::string next_of(drivers::TrackerFault fault, const config::TrackerConfig& tracker) {

@@ -11,21 +11,21 @@ namespace json = boost::json;
 
 namespace {
 
-Level level_of(daemon::Finding::Level level) {
+Level level_of(daemon::CheckFinding::Level level) {
   switch (level) {
-    case daemon::Finding::Level::Good:
+    case daemon::CheckFinding::Level::Good:
       return Level::Ok;
-    case daemon::Finding::Level::Warning:
+    case daemon::CheckFinding::Level::Warning:
       return Level::Warning;
-    case daemon::Finding::Level::Failure:
+    case daemon::CheckFinding::Level::Failure:
       return Level::Fault;
   }
   return Level::Fault;
 }
 
-Findings check_findings(const std::string& file, const std::vector<daemon::Finding>& check) {
+Findings check_findings(const std::string& file, const std::vector<daemon::CheckFinding>& check) {
   Findings findings;
-  for (const daemon::Finding& one : check) {
+  for (const daemon::CheckFinding& one : check) {
     const Level level = level_of(one.level);
     findings.push_back(
         {"cell file", level, one.text,

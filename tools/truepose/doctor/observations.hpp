@@ -61,7 +61,7 @@ struct MachineObservation {
 };
 
 struct Observations {
-  std::vector<daemon::Finding> check;  ///< of `trueposed --config FILE --check`
+  std::vector<daemon::CheckFinding> check;  ///< of `trueposed --config FILE --check`
   std::optional<rsi::EthernetConfig> ethernet;
   std::vector<Interface> interfaces;
   DaemonObservation daemon;

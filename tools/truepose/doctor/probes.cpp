@@ -3,6 +3,7 @@
 #include <boost/json/object.hpp>
 #include <future>
 
+#include "config/ethernet_file.hpp"
 #include "config/text_file.hpp"
 #include "daemon/realtime/stream_options.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
@@ -23,12 +24,11 @@ std::string daemon_of(const config::CellConfig& cell) {
   std::error_code none;
   const bool tcp = cell.control.listen.port != 0;
   if (!cell.runtime.empty() && (!tcp || fs::is_socket(socket, none))) return fs::absolute(socket);
-  return cell.control.listen.host + ":" + std::to_string(cell.control.listen.port);
+  return config::text(cell.control.listen);
 }
 
 std::optional<rsi::EthernetConfig> ethernet_of(const config::StreamConfig& stream) try {
-  auto ethernet = rsi::parse_ethernet_config(config::read_text_file(stream.ethernet_xml));
-  return ethernet ? std::optional{*std::move(ethernet)} : std::nullopt;
+  return config::load_ethernet(stream.ethernet_xml);
 } catch (const config::ConfigError&) {
   return std::nullopt;  // the cell file's check says why
 }

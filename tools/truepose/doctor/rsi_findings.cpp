@@ -22,10 +22,6 @@ std::string listed(const std::vector<std::string>& names) {
   return list;
 }
 
-std::string text_of(const config::Endpoint& endpoint) {
-  return endpoint.host + ":" + std::to_string(endpoint.port);
-}
-
 /// The findings about one sender, beside what all of them need.
 class SenderFindings {
  public:
@@ -147,7 +143,7 @@ Finding not_bound(const Observations& seen) {
 // ---- Nothing came ----
 
 Finding elsewhere(const config::CellConfig& cell, const SeenStream& stream) {
-  const std::string listen = text_of(cell.stream.listen);
+  const std::string listen = config::text(cell.stream.listen);
   const std::string sends = text(stream.source) + " sends RSI packets to " + text(stream.target);
   const bool address = drivers::ipv4_of(cell.stream.listen.host) == stream.target.address ||
                        cell.stream.listen.host == "0.0.0.0";
@@ -192,7 +188,7 @@ bool controller_answers(const Observations& seen) {
 }
 
 Finding silence_finding(const config::CellConfig& cell, const Observations& seen) {
-  std::string finding = "no RSI packet came to " + text_of(cell.stream.listen);
+  std::string finding = "no RSI packet came to " + config::text(cell.stream.listen);
   if (!seen.rsi.seen && seen.rsi.unclaimed > 0)
     finding += "; " + std::to_string(seen.rsi.unclaimed) +
                " UDP packets came to ports that nobody has: as root, truepose doctor tells which";

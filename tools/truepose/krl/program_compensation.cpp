@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <set>
 #include <sstream>
 
 #include "core/arm/forward.hpp"
 #include "core/arm/pose_inverse.hpp"
+#include "core/formatted.hpp"
 #include "core/identify/tool_frame.hpp"
 #include "core/math/angles.hpp"
 #include "proto/krl/frame_data.hpp"
@@ -63,9 +63,7 @@ JointVector joints_of(const krl::Position& position) {
 
 std::string too_large(double mm) {
   if (mm <= kLargestMove_mm) return {};
-  char text[80];
-  std::snprintf(text, sizeof text, "the correction would be %.0f mm, which no arm is wrong by", mm);
-  return text;
+  return formatted("the correction would be %.0f mm, which no arm is wrong by", mm);
 }
 
 /// Why a frame of a motion is not known, where the operator can help.

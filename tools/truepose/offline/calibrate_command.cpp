@@ -317,7 +317,7 @@ Command calibrate_command() {
                   {.check = in_range(1, 10'000), .needs = {"--split"}}),
            Option("--method", &c.method, "Identification", {.check = available(names_of(kMethodNames))}),
            Option("--deviation", &c.deviation, "Deviations of the joints: those that cross-validation keeps",
-                  {.check = available({"none", "auto"})}),
+                  {.check = available(names_of(kNoneOrAuto))}),
            Option("--harmonics", &c.harmonics, "Multiples of a joint's angle to look for, as 1,2,162",
                   {.check = in_range(1, 10'000)}),
            Option("--residual", &c.residual, "Residual field", {.check = available(residual_names())}),

@@ -120,7 +120,7 @@ void check_addresses(const KukaWrite& command, const config::CellConfig& cell) {
     throw ConfigError(command.cell_file +
                       ": stream.listen: expected this PC's own address on the RSI network, "
                       "which the controller sends to, found " +
-                      listen.host + ":" + std::to_string(listen.port));
+                      config::text(listen));
   }
 }
 
@@ -205,7 +205,7 @@ int run_lint(const KukaLint& command) {
         given.ethernet->port != cell.stream.listen.port) {
       of_ethernet.push_back("the controller sends to " + given.ethernet->address + ":" +
                             std::to_string(given.ethernet->port) + ", but stream.listen is " +
-                            cell.stream.listen.host + ":" + std::to_string(cell.stream.listen.port));
+                            config::text(cell.stream.listen));
     }
   }
   if (!given.ethernet) throw bad_usage("give the RSI ethernet configuration too, or --cell, which names it");

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "config/cell_config.hpp"
+#include "config/ethernet_file.hpp"
 #include "config/text_file.hpp"
 #include "drivers/kuka/rsi_port.hpp"
 #include "proto/control/json_text.hpp"
@@ -20,7 +21,6 @@ namespace truepose::tools {
 namespace {
 
 namespace json = boost::json;
-using config::ConfigError;
 using drivers::TimePoint;
 
 struct ListenCommand {
@@ -36,12 +36,6 @@ struct Expectation {
   config::Endpoint listen{"0.0.0.0", 0};
   std::optional<rsi::EthernetConfig> ethernet;
 };
-
-rsi::EthernetConfig read_ethernet_config(const std::string& file) {
-  auto ethernet = rsi::parse_ethernet_config(config::read_text_file(file));
-  if (!ethernet) throw ConfigError(file + ": " + ethernet.error());
-  return *std::move(ethernet);
-}
 
 /// "49152" or "192.168.44.10:49152". Throws CommandError.
 config::Endpoint endpoint_of(const std::string& where) {
@@ -59,7 +53,7 @@ Expectation expectation_of(const ListenCommand& command) {
     expected.listen = stream.listen;
     ethernet_file = stream.ethernet_xml;
   }
-  if (!ethernet_file.empty()) expected.ethernet = read_ethernet_config(ethernet_file);
+  if (!ethernet_file.empty()) expected.ethernet = config::load_ethernet(ethernet_file);
   if (expected.ethernet && command.cell_file.empty()) expected.listen.port = expected.ethernet->port;
   if (!command.where.empty()) expected.listen = endpoint_of(command.where);
   if (expected.listen.port == 0)
@@ -109,9 +103,7 @@ json::object report_of(const RsiWatch& watch, const Expectation& expected) {
     senders.push_back(sender_json(sender, expected.ethernet));
     good = good || is_of_kind(sender, expected.ethernet);
   }
-  return {{"listened", expected.listen.host + ":" + std::to_string(expected.listen.port)},
-          {"good", good},
-          {"senders", std::move(senders)}};
+  return {{"listened", config::text(expected.listen)}, {"good", good}, {"senders", std::move(senders)}};
 }
 
 std::string text_of(const json::object& report) {
@@ -129,8 +121,7 @@ int run_listen(const ListenCommand& command) {
   std::signal(SIGINT, [](int) { interrupted = true; });
   std::signal(SIGTERM, [](int) { interrupted = true; });
   if (!command.json)
-    print("listening to " + expected.listen.host + ":" + std::to_string(port->number()) +
-          ", answering nothing\n");
+    print("listening to " + config::text({expected.listen.host, port->number()}) + ", answering nothing\n");
   RsiWatch watch;
   watch_port(*port, command, watch);
   const json::object report = report_of(watch, expected);

@@ -1,6 +1,7 @@
 #include <boost/json/array.hpp>
 #include <tuple>
 
+#include "core/identify/option_names.hpp"
 #include "tools/truepose/online/online_row.hpp"
 #include "tools/truepose/online/online_text.hpp"
 #include "tools/truepose/text.hpp"
@@ -181,7 +182,7 @@ std::vector<OnlineRow> campaign_rows(OnlineArguments& a) {
        "identify the stored points of a campaign anew, of one that was aborted or has failed too",
        {id_option(a, "campaign", true),
         {"--deviation", &a.deviation, "none, auto; this and what follows: default as configured",
-         {.check = member_of({"none", "auto"}), .key = "deviation"}},
+         {.check = available(names_of(kNoneOrAuto)), .key = "deviation"}},
         {"--harmonics", &a.harmonics, "multiples of a joint's angle to look for", {.key = "harmonics"}},
         {"--residual", &a.residual, "residual field: none, auto, or its name", {.key = "residual"}},
         {"--loss", &a.loss, "how points that are far off weigh", {.key = "loss"}},

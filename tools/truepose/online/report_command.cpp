@@ -1,8 +1,6 @@
 #include <boost/json.hpp>
 #include <cstdio>
-#include <fstream>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -22,11 +20,7 @@ namespace {
 namespace json = boost::json;
 
 json::object read_document(const std::filesystem::path& file) {
-  std::ifstream in{file};
-  std::stringstream text;
-  text << in.rdbuf();
-  if (!in) throw CommandError{kBadInput, file.string() + ": cannot be read"};
-  const auto value = control::parse_json(text.str());
+  const auto value = control::parse_json(config::read_text_file(file));
   if (!value) throw CommandError{kBadInput, file.string() + ": " + value.error()};
   if (!value->is_object()) throw CommandError{kBadInput, file.string() + ": not a JSON object"};
   return value->as_object();
@@ -67,9 +61,9 @@ int report_campaign(const OnlineOptions& online, const ReportOptions& options) t
   const auto iso9283 = read_if_given(options.iso9283), experiment = read_if_given(options.experiment),
              frame = read_if_given(options.frame);
   // Rendered before anything is written, so that a document that cannot be used leaves no file behind.
-  const std::string html =
-      report::render_html(document, {iso9283 ? &*iso9283 : nullptr, experiment ? &*experiment : nullptr,
-                                     frame ? &*frame : nullptr});
+  const std::string html = report::render_html(
+      document,
+      {iso9283 ? &*iso9283 : nullptr, experiment ? &*experiment : nullptr, frame ? &*frame : nullptr});
   const std::string table = report::render_text(document);
   const std::string text = control::json_text(document) + "\n";
   std::vector<config::TextFile> files;

@@ -12,7 +12,6 @@
 namespace truepose::tools {
 namespace {
 
-namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 namespace json = boost::json;
 using control::ErrorCode;
