@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "config/number_text.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/record/arm_document.hpp"
 
@@ -22,27 +23,23 @@ constexpr Duration kCheckAnswer = 5s;
 constexpr Duration kOld = 3s;  // a state of the robot is not known any more
 constexpr const char* kTrackerFault = "E_TRACKER";
 
-std::string address(const config::Endpoint& endpoint) {
-  return endpoint.host + ":" + std::to_string(endpoint.port);
-}
-
 json::object config_json(const config::CellConfig& config) {
   const config::WebConfig web = config.web.value_or(config::WebConfig{});
   return {{"name", config.name},
           {"robot",
            {{"file", config.robot.file.string()},
             {"model", config.robot.model.name},
-            {"eki_motion", address(config.robot.eki_motion)},
-            {"eki_state", address(config.robot.eki_state)},
+            {"eki_motion", config::text(config.robot.eki_motion)},
+            {"eki_state", config::text(config.robot.eki_state)},
             {"expect_model", config.robot.expect_model}}},
           {"stream",
-           {{"listen", address(config.stream.listen)},
+           {{"listen", config::text(config.stream.listen)},
             {"ethernet_xml", config.stream.ethernet_xml.string()},
             {"max_step_deg", config.stream.max_step_deg},
             {"max_total_deg", config.stream.max_total_deg},
             {"ramp_ms", config.stream.ramp.count()}}},
           {"tracker",
-           {{"address", address(config.tracker.address)},
+           {{"address", config::text(config.tracker.address)},
             {"reflector", config.tracker.reflector},
             {"search_mm", config.tracker.search_mm},
             {"gate_mm", config.tracker.gate_mm}}},
@@ -52,8 +49,8 @@ json::object config_json(const config::CellConfig& config) {
             {"seed", config.campaign.seed},
             {"speed_percent", config.campaign.speed_percent},
             {"remeasure", config.campaign.remeasure}}},
-          {"control", {{"listen", address(config.control.listen)}}},
-          {"web", {{"listen", web.listen ? json::value(address(*web.listen)) : json::value{}}}},
+          {"control", {{"listen", config::text(config.control.listen)}}},
+          {"web", {{"listen", web.listen ? json::value(config::text(*web.listen)) : json::value{}}}},
           {"store", config.store.string()}};
 }
 

@@ -6,6 +6,7 @@
 #include <boost/json/value_from.hpp>
 #include <cstdio>
 
+#include "config/number_text.hpp"
 #include "core/formatted.hpp"
 
 namespace truepose::daemon {
@@ -137,7 +138,7 @@ std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, 
                            const config::CellConfig& config) {
   if (std::string why = reason(now); !why.empty()) return why;
   const StreamCounters &was = before.counters, &is = now.counters;
-  const std::string port = config.stream.listen.host + ":" + std::to_string(config.stream.listen.port);
+  const std::string port = config::text(config.stream.listen);
   const std::string file = config.stream.ethernet_xml.string();
   if (is.malformed > was.malformed) {
     return std::to_string(is.malformed - was.malformed) + " packets came to " + port +

@@ -1,5 +1,6 @@
 #include "daemon/control/acceptor.hpp"
 
+#include "config/number_text.hpp"
 #include "drivers/port_holder.hpp"
 
 namespace truepose::daemon {
@@ -11,7 +12,7 @@ using drivers::StartFailure;
 std::expected<tcp::acceptor, StartFailure> listen(
     asio::any_io_executor executor, const std::string& key, const config::Endpoint& endpoint,
     const std::expected<asio::ip::address, std::string>& address) {
-  const std::string where = key + ": " + endpoint.host + ":" + std::to_string(endpoint.port);
+  const std::string where = key + ": " + config::text(endpoint);
   if (!address) return std::unexpected(address.error());
   const tcp::endpoint local{*address, endpoint.port};
   boost::system::error_code error;

@@ -34,11 +34,15 @@ std::expected<std::string, std::string> read_private_file(const std::filesystem:
   if (::stat(file.c_str(), &found) != 0) return std::unexpected(std::strerror(errno));
   if (!S_ISREG(found.st_mode)) return std::unexpected("is not a file");
   if (too_open(found)) return std::unexpected("others may read or write it" + mending(found, file.string()));
+  errno = 0;
   std::ifstream stream{file, std::ios::binary};
   std::string text(most, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (stream.bad() || !stream.is_open())
-    return std::unexpected("cannot be read" + mending(found, file.string()));
+  if (stream.bad() || !stream.is_open()) {
+    const int code = errno;
+    const std::string why = code == 0 ? "" : std::string{": "} + std::strerror(code);
+    return std::unexpected("cannot be read" + why + (code == EACCES ? mending(found, file.string()) : ""));
+  }
   text.resize(static_cast<std::size_t>(stream.gcount()));
   return text;
 }

@@ -156,7 +156,7 @@ TEST_F(ControlAccess, RevokesAsSoonAsTheFileCanBeReadAgain) {
   write_access({});
   {
     const test::NoMoreFiles none;
-    EXPECT_THAT(list.refresh().error(), HasSubstr("cannot be read"));
+    EXPECT_THAT(list.refresh().error(), HasSubstr("cannot be read: Too many open files"));
     EXPECT_FALSE(list.refresh().value()) << "told twice";
     EXPECT_FALSE(list.entries().entries.empty());
   }
