@@ -21,7 +21,8 @@ std::uint64_t number_of(const RecordingFolder::Entry& entry) {
   const std::string stem = fs::path{entry.name}.stem();
   const char* const end = stem.data() + stem.size();
   std::uint64_t number = 0;
-  const auto [read, error] = std::from_chars(stem.data() + stem.rfind('_') + 1, end, number);
+  const std::size_t digits = stem.rfind('_') + 1;  // from the start where there is none
+  const auto [read, error] = std::from_chars(stem.data() + digits, end, number);
   return error == std::errc{} && read == end ? number : 0;
 }
 

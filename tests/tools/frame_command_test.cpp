@@ -223,8 +223,9 @@ TEST_F(FrameCommand, PosesStandInTheMeasuredBase) {
   EXPECT_FALSE(reached.contains("notes"));
 }
 
-TEST_F(FrameCommand, SigmaInAMeasuredBaseIsOfWhereTheTcpWillBeInIt) {
-  constexpr int kBases = 10, kPoses = 8;
+/// The arm is as its model here, which the sigma does not know.
+TEST_F(FrameCommand, TheTcpIsNoFartherFromWhereItShouldBeInAMeasuredBaseThanSigmaTells) {
+  constexpr int kBases = 4, kPoses = 16;
   double missed2 = 0, told2 = 0;
   for (int base = 0; base < kBases; ++base) {
     const std::string file = measured_base();
@@ -243,8 +244,7 @@ TEST_F(FrameCommand, SigmaInAMeasuredBaseIsOfWhereTheTcpWillBeInIt) {
       told2 += std::pow(reached.at("sigma_mm").at(i).to_number<double>(), 2);
     }
   }
-  EXPECT_GT(missed2 / told2, 0.4);
-  EXPECT_LT(missed2 / told2, 1.6);
+  EXPECT_LT(missed2, told2);
 }
 
 TEST_F(FrameCommand, ATurnOfTheBaseThatIsNotKnownCountsTheMoreTheFartherAway) {
